@@ -1,0 +1,1 @@
+//! Certified continuous collision detection of moving vertices, edges and faces.

@@ -1,0 +1,3 @@
+//! The program `musculo-collide`.
+
+fn main() {}

@@ -1,0 +1,1 @@
+//! Discrete oriented polytopes and quadtrees of them for deforming leaves.

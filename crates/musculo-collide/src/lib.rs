@@ -1,0 +1,1 @@
+//! Collision detection and response between bones and soft tissue.

@@ -1,0 +1,3 @@
+//! Tasks that verify, chart and count.
+
+fn main() {}
