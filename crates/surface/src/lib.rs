@@ -1,1 +1,23 @@
-//! Triangle surfaces, exact primitives on them, and the contact record that collision handling shares.
+//! What collision handling between surfaces shares: triangle surfaces and
+//! their defects, exact primitives on bare points, and the contact record.
+//!
+//! Topology ([`TriangleSurface`]) is built once; positions are arguments,
+//! wrapped once into a proof that they fit ([`Positions`]). Any list of
+//! triangles with valid indices is a surface: being closed, manifold or
+//! oriented is a property it can be asked for, and an operation that needs one
+//! fails with the first offender's place.
+//!
+//! This crate holds vocabulary and primitives only: no search structure, no
+//! solver, no input or output.
+
+mod contact;
+mod error;
+mod positions;
+mod triangle_surface;
+
+pub use glam;
+
+pub use crate::contact::{Anchor, Contact, Stencil, Term};
+pub use crate::error::SurfaceError;
+pub use crate::positions::{Motion, Positions};
+pub use crate::triangle_surface::{NO_EDGE, TriangleSurface};

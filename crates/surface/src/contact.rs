@@ -1,0 +1,176 @@
+//! A contact between two objects, as every detector reports it and every
+//! response takes it.
+//!
+//! Source: B. Gilles, *Anatomical and kinematical modelling of the
+//! musculoskeletal system using MRI*, PhD thesis, 2007, section 4.7.2: a
+//! collision is a linear combination of particle states. P is the colliding
+//! point, P̄ its projection on (or entry point in) the other object, and
+//! `P_c = P̄ − P = Σ w_i P_i − P`.
+//!
+//! Here P may itself be a combination (a point of an edge), and P̄ may be
+//! carried by a rigid object, whose state at P̄ is then the contact's anchor.
+
+use glam::DVec3;
+
+/// One particle's share in a contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Term {
+    /// Number of the particle in the caller's arrays.
+    pub particle: u32,
+    /// Its weight β in `P_c = Σ β_k P_k`: negative on the side of P.
+    pub weight: f64,
+}
+
+/// Which particles a contact combines, at most four.
+///
+/// The weights on the side of P sum to −1. Those on the side of P̄ sum to 1
+/// where P̄ is carried by particles; where it is rigid there are none, and the
+/// contact has an [`Anchor`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Stencil {
+    terms: [Term; 4],
+    len: u8,
+}
+
+/// State of a rigid object at P̄, in the caller's length and time units.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Anchor {
+    /// P̄ itself.
+    pub point: DVec3,
+    /// Velocity of the object there.
+    pub velocity: DVec3,
+    /// Acceleration of the object there.
+    pub acceleration: DVec3,
+}
+
+/// A point P of one object near or in another one, and its projection P̄.
+///
+/// # Identity
+///
+/// With P_c = [`separation`](Self::separation) at the positions the contact
+/// was found at,
+///
+/// ```text
+/// gap = −P_c · normal − offset
+/// ```
+///
+/// `−P_c · normal` is the signed height of P over P̄. Every producer asserts
+/// this by [`identity_error`](Self::identity_error).
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Contact {
+    /// The particles that P_c combines.
+    pub stencil: Stencil,
+    /// The rigid object's state at P̄, or none where particles carry P̄.
+    pub anchor: Option<Anchor>,
+    /// Unit length; points out of the object that holds P̄.
+    pub normal: DVec3,
+    /// Distance that the method keeps between P and P̄ when the objects just
+    /// touch, `>= 0`: the radii of a medial contact, else 0.
+    pub offset: f64,
+    /// Signed distance between the objects at the contact; negative inside.
+    pub gap: f64,
+    /// Share of the step at which a swept contact began, in `0.0..=1.0`.
+    pub time: Option<f64>,
+}
+
+impl Stencil {
+    /// A vertex P against a face with weights `b` of its corners.
+    #[must_use]
+    pub fn vertex_face(vertex: u32, face: [u32; 3], b: [f64; 3]) -> Self {
+        let [p, q, r] = std::array::from_fn(|k| Term { particle: face[k], weight: b[k] });
+        Self { terms: [Term { particle: vertex, weight: -1.0 }, p, q, r], len: 4 }
+    }
+
+    /// The point `(1 − s) a0 + s a1` of an edge as P against the point
+    /// `(1 − t) b0 + t b1` of another.
+    #[must_use]
+    pub fn edge_edge(a: [u32; 2], s: f64, b: [u32; 2], t: f64) -> Self {
+        let term = |particle, weight| Term { particle, weight };
+        let terms = [term(a[0], s - 1.0), term(a[1], -s), term(b[0], 1.0 - t), term(b[1], t)];
+        Self { terms, len: 4 }
+    }
+
+    /// Any one to four terms; `None` for another number.
+    ///
+    /// ```
+    /// use surface::{Stencil, Term};
+    ///
+    /// let vertex_on_bone = Stencil::new(&[Term { particle: 7, weight: -1.0 }]).expect("one term");
+    /// assert_eq!(vertex_on_bone.terms().len(), 1);
+    /// assert!(Stencil::new(&[]).is_none());
+    /// ```
+    #[must_use]
+    pub fn new(terms: &[Term]) -> Option<Self> {
+        let len = u8::try_from(terms.len()).ok().filter(|len| (1..=4).contains(len))?;
+        let mut padded = [Term { particle: 0, weight: 0.0 }; 4];
+        padded[..terms.len()].copy_from_slice(terms);
+        Some(Self { terms: padded, len })
+    }
+
+    /// The terms, those of P first.
+    #[must_use]
+    pub fn terms(&self) -> &[Term] {
+        &self.terms[..usize::from(self.len)]
+    }
+
+    /// `Σ β_k x(k)` over the terms.
+    #[must_use]
+    pub fn combine(&self, mut x: impl FnMut(u32) -> DVec3) -> DVec3 {
+        self.terms().iter().map(|term| term.weight * x(term.particle)).sum()
+    }
+}
+
+impl Contact {
+    /// P_c = P̄ − P for particles at `x`.
+    #[must_use]
+    pub fn separation(&self, x: impl FnMut(u32) -> DVec3) -> DVec3 {
+        self.anchor.map_or(DVec3::ZERO, |anchor| anchor.point) + self.stencil.combine(x)
+    }
+
+    /// How far the fields are from the identity that ties them, in the
+    /// caller's length unit: rounding only, at the positions `x` the contact
+    /// was found at.
+    #[must_use]
+    pub fn identity_error(&self, x: impl FnMut(u32) -> DVec3) -> f64 {
+        (self.gap + self.offset + self.separation(x).dot(self.normal)).abs()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fields_satisfy_the_identity() {
+        let x = [DVec3::new(0.2, 0.3, -0.5), DVec3::ZERO, DVec3::X, DVec3::Y];
+        let at = |k: u32| x[k as usize];
+        let contact = Contact {
+            stencil: Stencil::vertex_face(0, [1, 2, 3], [0.5, 0.2, 0.3]),
+            anchor: None,
+            normal: DVec3::Z,
+            offset: 0.0,
+            gap: -0.5,
+            time: None,
+        };
+        assert!((contact.separation(at) - DVec3::new(0.0, 0.0, 0.5)).length() < 1e-15);
+        assert!(contact.identity_error(at) < 1e-15);
+        let wrong = Contact { gap: 0.5, ..contact };
+        assert!(wrong.identity_error(at) > 0.9, "a sign error must show");
+    }
+
+    #[test]
+    fn weights_sum_to_zero() {
+        let stencils = [
+            Stencil::vertex_face(0, [1, 2, 3], [0.1, 0.2, 0.7]),
+            Stencil::edge_edge([0, 1], 0.3, [2, 3], 0.9),
+        ];
+        for stencil in stencils {
+            let sum: f64 = stencil.terms().iter().map(|term| term.weight).sum();
+            assert!(sum.abs() < 1e-15, "{stencil:?}");
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! Why a list of faces is not a surface, or lacks a property asked of it.
+
+/// What a surface or its positions were refused for, and where.
+///
+/// Each variant names the first offender, so that a message can be matched
+/// with the file the mesh came from.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SurfaceError {
+    /// A face refers to a vertex that does not exist.
+    #[error("face {face} refers to vertex {vertex}, but there are {vertex_count} vertices")]
+    VertexOutOfRange {
+        /// Position of the face in the list.
+        face: usize,
+        /// The index it holds.
+        vertex: u32,
+        /// Vertices the surface was declared with.
+        vertex_count: usize,
+    },
+    /// More vertices or faces than 32-bit indices can number.
+    #[error("{count} {what} are more than the {limit} that a surface can number")]
+    TooMany {
+        /// `"vertices"` or `"faces"`.
+        what: &'static str,
+        /// How many were given.
+        count: usize,
+        /// How many are possible.
+        limit: usize,
+    },
+    /// The list of positions is of another length than the surface's vertices.
+    #[error("the surface has {expected} vertices, but {got} positions were given")]
+    PositionCount {
+        /// Vertices of the surface.
+        expected: usize,
+        /// Positions given.
+        got: usize,
+    },
+    /// A coordinate is infinite or not a number.
+    #[error("vertex {vertex} is at ({x}, {y}, {z}), which is not finite")]
+    NotFinite {
+        /// The first such vertex.
+        vertex: usize,
+        /// Its first coordinate, as given.
+        x: f64,
+        /// Its second coordinate, as given.
+        y: f64,
+        /// Its third coordinate, as given.
+        z: f64,
+    },
+    /// The surface has a border, so it has no inside.
+    #[error(
+        "the surface is open: {count} edges have one face only, the first between vertices {from} and {to} of face {face}"
+    )]
+    Open {
+        /// Edges with one face.
+        count: usize,
+        /// First end of the first of them.
+        from: u32,
+        /// Its second end.
+        to: u32,
+        /// Its face.
+        face: u32,
+    },
+    /// More than two faces meet at an edge.
+    #[error(
+        "the surface is not manifold: {count} edges have more than two faces, the first between vertices {from} and {to}"
+    )]
+    NonManifold {
+        /// Edges with more than two faces.
+        count: usize,
+        /// First end of the first of them.
+        from: u32,
+        /// Its second end.
+        to: u32,
+    },
+    /// Neighbouring faces disagree about which side is out.
+    #[error(
+        "the surface is not oriented: {count} edges are run along in one direction by both faces, the first from vertex {from} to {to}"
+    )]
+    Misoriented {
+        /// Edges whose faces disagree.
+        count: usize,
+        /// First end of the first of them.
+        from: u32,
+        /// Its second end.
+        to: u32,
+    },
+}

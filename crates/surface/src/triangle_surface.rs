@@ -1,0 +1,271 @@
+//! Connectivity of a triangle surface, whatever its defects.
+//!
+//! Edges are found by a counting sort of half-edges over their smaller vertex,
+//! so that building is linear and the numbering depends on the faces alone.
+
+use crate::SurfaceError;
+
+/// Stands for the edge between a face's two equal corners, which is none.
+pub const NO_EDGE: u32 = u32::MAX;
+
+/// Vertices and oriented triangles: the connectivity, without positions.
+///
+/// Any list of faces with valid indices is accepted. An edge may have one face
+/// (a border), two, or more; a face may repeat a vertex. What a list lacks to
+/// be a closed oriented manifold is found by
+/// `inspect`.
+///
+/// ```
+/// use surface::TriangleSurface;
+///
+/// let tetrahedron = TriangleSurface::new(4, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])?;
+/// assert_eq!(tetrahedron.edges().len(), 6);
+/// assert_eq!(tetrahedron.edge_faces(0).len(), 2);
+/// # Ok::<(), surface::SurfaceError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TriangleSurface {
+    vertex_count: usize,
+    faces: Vec<[u32; 3]>,
+    edges: Vec<[u32; 2]>,
+    face_edges: Vec<[u32; 3]>,
+    edge_faces: Rows,
+    vertex_faces: Rows,
+}
+
+impl TriangleSurface {
+    /// Numbers the edges of `faces` over `vertex_count` vertices.
+    ///
+    /// # Errors
+    ///
+    /// - [`SurfaceError::TooMany`] when 32-bit indices cannot number the
+    ///   vertices or the corners of the faces.
+    /// - [`SurfaceError::VertexOutOfRange`] with the first face that refers to
+    ///   a vertex that does not exist.
+    pub fn new(vertex_count: usize, faces: Vec<[u32; 3]>) -> Result<Self, SurfaceError> {
+        check_counts(vertex_count, faces.len())?;
+        check_indices(vertex_count, &faces)?;
+        let vertex_faces = vertex_faces(vertex_count, &faces);
+        let (edges, face_edges) = number_edges(vertex_count, &faces);
+        let edge_faces = Rows::new(edges.len(), || edge_face_entries(&face_edges));
+        Ok(Self { vertex_count, faces, edges, face_edges, edge_faces, vertex_faces })
+    }
+
+    /// |V|.
+    #[must_use]
+    pub fn vertex_count(&self) -> usize {
+        self.vertex_count
+    }
+
+    /// Corners of the faces, |F| × 3, counter-clockwise seen from outside.
+    #[must_use]
+    pub fn faces(&self) -> &[[u32; 3]] {
+        &self.faces
+    }
+
+    /// Ends of the edges, |E| × 2, the smaller first, in ascending order.
+    #[must_use]
+    pub fn edges(&self) -> &[[u32; 2]] {
+        &self.edges
+    }
+
+    /// Edges of the faces, |F| × 3: the `k`th runs from corner `k` to the next.
+    /// [`NO_EDGE`] where these are one vertex.
+    #[must_use]
+    pub fn face_edges(&self) -> &[[u32; 3]] {
+        &self.face_edges
+    }
+
+    /// Faces at an edge, ascending; a face that runs along it twice counts twice.
+    ///
+    /// # Panics
+    ///
+    /// When there is no such edge.
+    #[must_use]
+    pub fn edge_faces(&self, edge: u32) -> &[u32] {
+        self.edge_faces.row(edge)
+    }
+
+    /// Faces at a vertex, ascending, each once.
+    ///
+    /// # Panics
+    ///
+    /// When there is no such vertex.
+    #[must_use]
+    pub fn vertex_faces(&self, vertex: u32) -> &[u32] {
+        self.vertex_faces.row(vertex)
+    }
+}
+
+/// Lists of numbers, one after the other: row `i` is `entries[starts[i]..starts[i + 1]]`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Rows {
+    starts: Vec<u32>,
+    entries: Vec<u32>,
+}
+
+impl Rows {
+    /// Sorts pairs of (row, entry) into `rows` rows by counting; the order
+    /// within a row is that of the pairs.
+    fn new<I: Iterator<Item = (u32, u32)>>(rows: usize, pairs: impl Fn() -> I) -> Self {
+        let mut starts = vec![0_u32; rows + 1];
+        for (row, _) in pairs() {
+            starts[row as usize + 1] += 1;
+        }
+        for row in 0..rows {
+            starts[row + 1] += starts[row];
+        }
+        let mut next = starts.clone();
+        let mut entries = vec![0; starts[rows] as usize];
+        for (row, entry) in pairs() {
+            entries[next[row as usize] as usize] = entry;
+            next[row as usize] += 1;
+        }
+        Self { starts, entries }
+    }
+
+    fn row(&self, row: u32) -> &[u32] {
+        let row = row as usize;
+        &self.entries[self.starts[row] as usize..self.starts[row + 1] as usize]
+    }
+}
+
+fn check_counts(vertex_count: usize, face_count: usize) -> Result<(), SurfaceError> {
+    let limit = u32::MAX as usize - 1;
+    let face_limit = limit / 3; // corners are numbered too
+    if vertex_count > limit {
+        return Err(SurfaceError::TooMany { what: "vertices", count: vertex_count, limit });
+    }
+    if face_count > face_limit {
+        return Err(SurfaceError::TooMany { what: "faces", count: face_count, limit: face_limit });
+    }
+    Ok(())
+}
+
+fn check_indices(vertex_count: usize, faces: &[[u32; 3]]) -> Result<(), SurfaceError> {
+    for (face, corners) in faces.iter().enumerate() {
+        if let Some(&vertex) = corners.iter().find(|&&v| v as usize >= vertex_count) {
+            return Err(SurfaceError::VertexOutOfRange { face, vertex, vertex_count });
+        }
+    }
+    Ok(())
+}
+
+fn vertex_faces(vertex_count: usize, faces: &[[u32; 3]]) -> Rows {
+    Rows::new(vertex_count, || {
+        (0_u32..).zip(faces).flat_map(|(face, &[a, b, c])| {
+            let second = (b != a).then_some((b, face));
+            let third = (c != a && c != b).then_some((c, face));
+            [Some((a, face)), second, third].into_iter().flatten()
+        })
+    })
+}
+
+/// A half-edge seen from its smaller end: the larger end, and where it stands
+/// in the list of faces (`3 * face + k`).
+type HalfEdge = (u32, u32);
+
+fn number_edges(vertex_count: usize, faces: &[[u32; 3]]) -> (Vec<[u32; 2]>, Vec<[u32; 3]>) {
+    let corners = || (0_u32..).zip(faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]));
+    let by_smaller =
+        Rows::new(vertex_count, || corners().map(|(corner, ends)| (ends[0].min(ends[1]), corner)));
+    let mut edges: Vec<[u32; 2]> = Vec::with_capacity(faces.len() * 3 / 2);
+    let mut face_edges = vec![[NO_EDGE; 3]; faces.len()];
+    let mut row: Vec<HalfEdge> = Vec::new();
+    for (smaller, corners) in (0_u32..).zip(by_smaller.starts.windows(2)) {
+        row.clear();
+        let range = corners[0] as usize..corners[1] as usize;
+        row.extend(by_smaller.entries[range].iter().map(|&c| (larger_end(faces, c), c)));
+        row.sort_unstable();
+        for &(larger, corner) in row.iter().filter(|(larger, _)| *larger != smaller) {
+            if edges.last() != Some(&[smaller, larger]) {
+                edges.push([smaller, larger]);
+            }
+            face_edges[corner as usize / 3][corner as usize % 3] = last_index(&edges);
+        }
+    }
+    (edges, face_edges)
+}
+
+fn larger_end(faces: &[[u32; 3]], corner: u32) -> u32 {
+    let (face, k) = (corner as usize / 3, corner as usize % 3);
+    faces[face][k].max(faces[face][(k + 1) % 3])
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "there are fewer edges than corners")]
+fn last_index(edges: &[[u32; 2]]) -> u32 {
+    (edges.len() - 1) as u32
+}
+
+fn edge_face_entries(face_edges: &[[u32; 3]]) -> impl Iterator<Item = (u32, u32)> {
+    (0_u32..)
+        .zip(face_edges)
+        .flat_map(|(face, edges)| edges.map(|edge| (edge, face)))
+        .filter(|(edge, _)| *edge != NO_EDGE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Edges, faces of edges and faces of vertices by looking at every face.
+    fn slow_edges(faces: &[[u32; 3]]) -> Vec<[u32; 2]> {
+        let mut edges: Vec<[u32; 2]> = faces
+            .iter()
+            .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+            .filter(|[from, to]| from != to)
+            .map(|[from, to]| [from.min(to), from.max(to)])
+            .collect();
+        edges.sort_unstable();
+        edges.dedup();
+        edges
+    }
+
+    #[test]
+    fn numbers_any_list_as_the_slow_way_does() {
+        arbtest::arbtest(|u| {
+            let vertex_count = u.int_in_range(1..=9_u32)?;
+            let mut faces = Vec::new();
+            for _ in 0..u.int_in_range(0..=14)? {
+                let mut corner = || u.int_in_range(0..=vertex_count - 1);
+                faces.push([corner()?, corner()?, corner()?]);
+            }
+            let surface = TriangleSurface::new(vertex_count as usize, faces.clone()).unwrap();
+            assert_eq!(surface.edges(), slow_edges(&faces));
+            for (edge, ends) in (0..).zip(surface.edges()) {
+                let along: Vec<u32> = (0..)
+                    .zip(surface.face_edges())
+                    .flat_map(|(face, edges)| edges.map(|e| (e, face)))
+                    .filter_map(|(e, face)| (e == edge).then_some(face))
+                    .collect();
+                assert_eq!(surface.edge_faces(edge), along, "{ends:?}");
+                for &face in &along {
+                    assert!(ends.iter().all(|end| faces[face as usize].contains(end)));
+                }
+            }
+            for vertex in 0..vertex_count {
+                let at: Vec<u32> = (0..)
+                    .zip(&faces)
+                    .filter_map(|(f, c)| c.contains(&vertex).then_some(f))
+                    .collect();
+                assert_eq!(surface.vertex_faces(vertex), at);
+            }
+            Ok(())
+        });
+    }
+
+    #[test]
+    fn refuses_what_is_not_a_list_of_faces() {
+        let outside = SurfaceError::VertexOutOfRange { face: 1, vertex: 9, vertex_count: 4 };
+        assert_eq!(TriangleSurface::new(4, vec![[0, 1, 2], [0, 9, 1]]), Err(outside));
+        let limit = u32::MAX as usize - 1;
+        let many = SurfaceError::TooMany { what: "vertices", count: limit + 1, limit };
+        assert_eq!(TriangleSurface::new(limit + 1, vec![]), Err(many));
+    }
+
+    #[test]
+    fn nothing_is_a_surface() {
+        let empty = TriangleSurface::new(0, vec![]).unwrap();
+        assert!(empty.edges().is_empty() && empty.faces().is_empty());
+    }
+}
