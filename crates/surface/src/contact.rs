@@ -34,6 +34,9 @@ pub struct Stencil {
     len: u8,
 }
 
+/// Fills the places of a stencil that has fewer than four terms.
+const NO_TERM: Term = Term { particle: 0, weight: 0.0 };
+
 /// State of a rigid object at P̄, in the caller's length and time units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -94,6 +97,19 @@ impl Stencil {
         Self { terms, len: 4 }
     }
 
+    /// One particle alone, against a rigid object.
+    #[must_use]
+    pub fn single(term: Term) -> Self {
+        Self { terms: [term, NO_TERM, NO_TERM, NO_TERM], len: 1 }
+    }
+
+    /// The corners of a face alone, against a rigid object.
+    #[must_use]
+    pub fn face(face: [u32; 3], weights: [f64; 3]) -> Self {
+        let [p, q, r] = std::array::from_fn(|k| Term { particle: face[k], weight: weights[k] });
+        Self { terms: [p, q, r, NO_TERM], len: 3 }
+    }
+
     /// Any one to four terms; `None` for another number.
     ///
     /// ```
@@ -106,7 +122,7 @@ impl Stencil {
     #[must_use]
     pub fn new(terms: &[Term]) -> Option<Self> {
         let len = u8::try_from(terms.len()).ok().filter(|len| (1..=4).contains(len))?;
-        let mut padded = [Term { particle: 0, weight: 0.0 }; 4];
+        let mut padded = [NO_TERM; 4];
         padded[..terms.len()].copy_from_slice(terms);
         Some(Self { terms: padded, len })
     }
