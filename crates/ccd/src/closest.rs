@@ -1,0 +1,65 @@
+//! The point of a polygon closest to the origin, and its weights.
+//!
+//! Only hints come from here: directions to certify, and the weights of a
+//! contact that rounding cannot tell from a near miss.
+
+use glam::DVec3;
+
+/// A point of a polygon.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Closest<const N: usize> {
+    pub(crate) point: DVec3,
+    /// Weights of the corners.
+    pub(crate) weights: [f64; N],
+}
+
+/// The point of a convex polygon closest to the origin. `weigh` turns edge
+/// functions into the weights of the origin, for a polygon with area.
+#[inline]
+pub(crate) fn closest<const N: usize>(
+    corners: &[DVec3; N],
+    weigh: fn([f64; N]) -> [f64; N],
+) -> Closest<N> {
+    let area = (corners[1] - corners[0]).cross(corners[N - 1] - corners[0]);
+    let squared = area.length_squared();
+    if squared > 0.0 {
+        let inside = edge_functions(corners, area);
+        if inside.iter().all(|&w| w >= 0.0) {
+            let point = area * (area.dot(corners[0]) / squared);
+            return Closest { point, weights: weigh(inside) };
+        }
+    }
+    closest_on_edges(corners)
+}
+
+/// For each edge, the volume it spans with the origin and `area`: positive
+/// where the origin is on the inner side.
+#[inline]
+pub(crate) fn edge_functions<const N: usize>(corners: &[DVec3; N], area: DVec3) -> [f64; N] {
+    std::array::from_fn(|i| area.dot(corners[i].cross(corners[(i + 1) % N])))
+}
+
+fn closest_on_edges<const N: usize>(corners: &[DVec3; N]) -> Closest<N> {
+    let mut best = (f64::INFINITY, 0, 0.0, DVec3::ZERO);
+    for i in 0..N {
+        let (a, b) = (corners[i], corners[(i + 1) % N]);
+        let share = closest_share(a, b);
+        let point = if share >= 1.0 { b } else { a + share * (b - a) };
+        let squared = point.length_squared();
+        if squared < best.0 {
+            best = (squared, i, share, point);
+        }
+    }
+    let (_, i, share, point) = best;
+    let mut weights = [0.0; N];
+    weights[i] = 1.0 - share;
+    weights[(i + 1) % N] = share;
+    Closest { point, weights }
+}
+
+/// Share of `b` in the point of segment `ab` closest to the origin.
+fn closest_share(a: DVec3, b: DVec3) -> f64 {
+    let ab = b - a;
+    let squared = ab.length_squared();
+    if squared > 0.0 { (-a.dot(ab) / squared).clamp(0.0, 1.0) } else { 0.0 }
+}

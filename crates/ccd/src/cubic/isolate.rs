@@ -1,0 +1,244 @@
+//! Isolation of the roots of a cubic whose coefficients carry an error.
+//!
+//! Intervals are split at critical points until each is free of roots, within
+//! the error of zero, or monotone. A monotone one holds a crossing, which a
+//! bracketed Newton iteration finds in plain arithmetic; what it finds is a
+//! hint. Around it an interval is widened until the *values at its ends* are
+//! far enough from zero, and those are evaluated from the given coefficients
+//! with a bound.
+//!
+//! Where computed coefficients of a sub-interval rise, the exact ones fall by
+//! at most `2 E` from one to the next, so the exact cubic falls by at most
+//! `6 E` within the sub-interval (`E` is the evaluation error). A computed
+//! value of `-(margin + 8 E)` is then enough for the exact cubic to have been
+//! below `-margin` since the sub-interval's start.
+
+use super::{Cubic, RootInterval, RootKind, Roots, beyond};
+use crate::polygon::{larger, smaller};
+
+/// Splits from the whole interval down to a part. A cubic has two critical
+/// points, so two splits make all parts monotone but for rounding; more are
+/// needed where a critical point is too close to an end to split there, and
+/// below `2^-DEPTH` of the step nothing would be gained.
+const DEPTH: u32 = 24;
+
+/// Values that vouch for a monotone interval are this many errors from zero.
+const MONOTONE_SLACK: f64 = 8.0;
+
+/// Parts of an interval at either end in which no split is made: a critical
+/// point there would leave a part so short that the next split repeats it.
+const LEAST_PART: f64 = 1.0 / 64.0;
+
+/// See [`Cubic::isolate_until`].
+#[inline]
+pub(super) fn isolate(cubic: &Cubic, end: f64, margin: f64) -> Roots {
+    let whole = end >= 1.0;
+    let (b, error) = if whole {
+        (cubic.bernstein, cubic.error)
+    } else {
+        (cubic.on(0.0, end), cubic.evaluation_error)
+    };
+    let mut roots = Roots::none();
+    let part = Part { lo: 0.0, hi: smaller(end, 1.0), b };
+    if beyond(&b, error + margin) {
+        return roots;
+    }
+    if part.within(cubic.evaluation_error + margin) {
+        roots.push(RootInterval { lo: part.lo, hi: part.hi, kind: RootKind::Vanishing });
+        return roots;
+    }
+    Isolation { cubic, margin, roots: &mut roots }.visit(&part, DEPTH);
+    roots
+}
+
+struct Isolation<'a> {
+    cubic: &'a Cubic,
+    margin: f64,
+    roots: &'a mut Roots,
+}
+
+/// A sub-interval and its Bernstein coefficients.
+#[derive(Clone, Copy)]
+struct Part {
+    lo: f64,
+    hi: f64,
+    b: [f64; 4],
+}
+
+impl Part {
+    fn within(&self, bound: f64) -> bool {
+        self.b.iter().all(|b| b.abs() <= bound)
+    }
+
+    /// 1 where coefficients rise, -1 where they fall, 0 where they do neither.
+    #[inline]
+    fn direction(&self) -> f64 {
+        let [b0, b1, b2, b3] = self.b;
+        if b0 <= b1 && b1 <= b2 && b2 <= b3 {
+            1.0
+        } else if b0 >= b1 && b1 >= b2 && b2 >= b3 {
+            -1.0
+        } else {
+            0.0
+        }
+    }
+
+    /// A critical point well inside, otherwise the middle, in `0..1` of the part.
+    fn split(&self) -> f64 {
+        let [b0, b1, b2, b3] = self.b;
+        let (d0, d1, d2) = (b1 - b0, b2 - b1, b3 - b2);
+        quadratic_roots(d0, 2.0 * (d1 - d0), d0 - 2.0 * d1 + d2)
+            .into_iter()
+            .find(|t| (LEAST_PART..=1.0 - LEAST_PART).contains(t))
+            .unwrap_or(0.5)
+    }
+}
+
+/// Roots of `c + b t + a t^2`, ascending; NaN or infinite where there is none.
+pub(super) fn quadratic_roots(c: f64, b: f64, a: f64) -> [f64; 2] {
+    let q = -0.5 * (b + (b * b - 4.0 * a * c).sqrt().copysign(b));
+    let (x, y) = (q / a, c / q);
+    if x < y { [x, y] } else { [y, x] }
+}
+
+impl Isolation<'_> {
+    fn visit(&mut self, part: &Part, depth: u32) {
+        let bound = self.cubic.evaluation_error + self.margin;
+        if beyond(&part.b, bound) {
+            return;
+        }
+        let direction = part.direction();
+        if part.within(bound) {
+            self.keep(part);
+        } else if direction != 0.0 {
+            self.bracket(part, direction);
+        } else {
+            self.split(part, depth);
+        }
+    }
+
+    /// Keeps all of a part that nothing more can be said about.
+    fn keep(&mut self, part: &Part) {
+        self.roots.push(RootInterval { lo: part.lo, hi: part.hi, kind: RootKind::Grazing });
+    }
+
+    fn split(&mut self, part: &Part, depth: u32) {
+        let middle = part.lo + part.split() * (part.hi - part.lo);
+        if depth == 0 || !(part.lo < middle && middle < part.hi) {
+            return self.keep(part);
+        }
+        for (lo, hi) in [(part.lo, middle), (middle, part.hi)] {
+            self.visit(&Part { lo, hi, b: self.cubic.on(lo, hi) }, depth - 1);
+        }
+    }
+
+    /// Narrows a monotone part to where it may be within the margin of zero.
+    #[inline]
+    fn bracket(&mut self, part: &Part, direction: f64) {
+        let far = self.margin + MONOTONE_SLACK * self.cubic.evaluation_error;
+        let rising = part.b.map(|b| direction * b);
+        let from_below = rising[0] < -far;
+        let to_above = rising[3] > far;
+        let (before, after) = if from_below && to_above && self.margin == 0.0 {
+            let hint = solve(rising, 0.0);
+            (hint, hint)
+        } else {
+            (
+                if from_below { solve(rising, -far) } else { Hint::AT_START },
+                if to_above { solve(rising, far) } else { Hint::AT_START },
+            )
+        };
+        let lo = if from_below { self.widen(part, before, -far, direction) } else { None };
+        let hi = if to_above { self.widen(part, after, far, direction) } else { None };
+        let kind = match (lo, hi) {
+            (Some(_), Some(_)) if direction > 0.0 => RootKind::Rising,
+            (Some(_), Some(_)) => RootKind::Falling,
+            _ => RootKind::Grazing,
+        };
+        let (lo, hi) = (lo.unwrap_or(part.lo), hi.unwrap_or(part.hi));
+        // Both ends hold by themselves; crossed ones leave nothing between.
+        if lo <= hi {
+            self.roots.push(RootInterval { lo, hi, kind });
+        }
+    }
+
+    /// The first point on the side of `target` of a hint at which the cubic is
+    /// verified to be beyond it; `None` if there is none within the part.
+    #[inline]
+    fn widen(&self, part: &Part, hint: Hint, target: f64, direction: f64) -> Option<f64> {
+        let length = part.hi - part.lo;
+        let root = part.lo + hint.t * length;
+        let share = 1.25 * hint.distance_to(target);
+        let mut step = (share * length + 2.0 * f64::EPSILON * part.hi).copysign(target);
+        for _ in 0..WIDENINGS {
+            let t = root + step;
+            if !(part.lo < t && t < part.hi) {
+                return None;
+            }
+            let value = direction * self.cubic.value(t);
+            if if target < 0.0 { value <= target } else { value >= target } {
+                return Some(t);
+            }
+            step *= 4.0;
+        }
+        None
+    }
+}
+
+/// Widenings by a factor of 4 that take a step from the smallest to the whole.
+const WIDENINGS: u32 = 32;
+
+/// Where a rising cubic is supposed to reach a value, and how steeply.
+#[derive(Clone, Copy)]
+struct Hint {
+    t: f64,
+    value: f64,
+    slope: f64,
+}
+
+impl Hint {
+    const AT_START: Self = Self { t: 0.0, value: 0.0, slope: 1.0 };
+
+    /// How far in `t` the cubic takes from the hint to `target`.
+    #[inline]
+    fn distance_to(self, target: f64) -> f64 {
+        let distance = (target - self.value).abs() / self.slope;
+        if distance <= 1.0 { distance } else { 0.0 }
+    }
+}
+
+/// Newton steps at most; bisection takes over where they leave the bracket, and
+/// 60 of those reach the last bit.
+const NEWTON_STEPS: u32 = 60;
+
+/// A Newton step this short leaves an error of its square, which is below the
+/// rounding of the value.
+const NEWTON_STEP: f64 = 1e-8;
+
+/// Where a cubic with rising Bernstein coefficients reaches `value`, which
+/// lies between its first and its last.
+#[inline]
+fn solve([b0, b1, b2, b3]: [f64; 4], value: f64) -> Hint {
+    let (c0, c1) = (b0 - value, 3.0 * (b1 - b0));
+    let (c2, c3) = (3.0 * (b2 - 2.0 * b1 + b0), b3 - b0 - 3.0 * (b2 - b1));
+    let (mut lo, mut hi) = (0.0, 1.0);
+    let mut t = c0 / (b0 - b3);
+    let mut slope = 0.0;
+    for _ in 0..NEWTON_STEPS {
+        let f = ((c3 * t + c2) * t + c1) * t + c0;
+        slope = (3.0 * c3 * t + 2.0 * c2) * t + c1;
+        if f <= 0.0 {
+            lo = larger(lo, t);
+        } else {
+            hi = smaller(hi, t);
+        }
+        let newton = t - f / slope;
+        let next = if lo <= newton && newton <= hi { newton } else { 0.5 * (lo + hi) };
+        let step = (next - t).abs();
+        t = next;
+        if step <= NEWTON_STEP {
+            break;
+        }
+    }
+    Hint { t, value, slope }
+}

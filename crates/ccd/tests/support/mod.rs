@@ -1,0 +1,68 @@
+//! Reading of the query files that the environment variable `MUSCULO_DATA` leads to.
+
+#![expect(clippy::print_stdout, reason = "a skipped test says so")]
+
+use std::path::PathBuf;
+
+use ccd::{CcdError, Contact, Params};
+use glam::DVec3;
+
+/// What is tested against what.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    VertexFace,
+    EdgeEdge,
+}
+
+impl Kind {
+    pub(crate) fn query(
+        self,
+        x0: [DVec3; 4],
+        x1: [DVec3; 4],
+        params: &Params,
+    ) -> Result<Option<Contact>, CcdError> {
+        match self {
+            Self::VertexFace => ccd::vertex_face(x0, x1, params),
+            Self::EdgeEdge => ccd::edge_edge(x0, x1, params),
+        }
+    }
+}
+
+/// A query with its exact answer.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Labelled {
+    pub(crate) x0: [DVec3; 4],
+    pub(crate) x1: [DVec3; 4],
+    /// Exact time of the first contact, rounded down; infinite where there is none.
+    pub(crate) time: f64,
+    /// Family the query belongs to.
+    pub(crate) group: u8,
+}
+
+/// The folder with the query files, or a printed line that it was skipped.
+pub(crate) fn folder() -> Option<PathBuf> {
+    let folder = std::env::var_os("MUSCULO_DATA").map(|data| PathBuf::from(data).join("ccd"));
+    if folder.is_none() {
+        println!("skipped: MUSCULO_DATA is not set");
+    }
+    folder
+}
+
+/// Reads all queries of a file.
+pub(crate) fn read(path: &std::path::Path) -> (Kind, Vec<Labelled>) {
+    let bytes = std::fs::read(path).expect("the query file can be read");
+    assert_eq!(&bytes[..8], b"CCDQ0001", "{} is a query file", path.display());
+    let kind = if bytes[8] == 0 { Kind::VertexFace } else { Kind::EdgeEdge };
+    let word = |at: usize| <[u8; 8]>::try_from(&bytes[at..at + 8]).expect("eight bytes");
+    let count = usize::try_from(u64::from_le_bytes(word(16))).expect("the count fits");
+    let number = |i: usize| f64::from_le_bytes(word(32 + 8 * i));
+    let point = |i: usize| DVec3::new(number(3 * i), number(3 * i + 1), number(3 * i + 2));
+    let groups = 32 + 8 * (24 * count + count) + count;
+    let query = |i: usize| Labelled {
+        x0: std::array::from_fn(|k| point(8 * i + k)),
+        x1: std::array::from_fn(|k| point(8 * i + 4 + k)),
+        time: number(24 * count + i),
+        group: bytes[groups + i],
+    };
+    (kind, (0..count).map(query).collect())
+}
