@@ -10,6 +10,7 @@
 //! This crate holds vocabulary and primitives only: no search structure, no
 //! solver, no input or output.
 
+mod closest;
 mod contact;
 mod error;
 mod positions;
@@ -17,6 +18,11 @@ mod triangle_surface;
 
 pub use glam;
 
+pub use crate::closest::{
+    Barycentric, ClosestBetweenSegments, ClosestBetweenTriangles, ClosestOnSegment,
+    ClosestOnTriangle, TriangleFeature, closest_between_segments, closest_between_triangles,
+    closest_on_segment, closest_on_triangle,
+};
 pub use crate::contact::{Anchor, Contact, Stencil, Term};
 pub use crate::error::SurfaceError;
 pub use crate::positions::{Motion, Positions};
