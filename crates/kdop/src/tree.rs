@@ -1,0 +1,164 @@
+//! The tree: quad nodes over clusters of leaves.
+
+use glam::DVec3;
+
+use crate::cluster::Cluster;
+use crate::dop::Dop;
+use crate::error::TreeError;
+use crate::extents::Extents;
+use crate::leaves::{LIMIT, Leaves};
+use crate::quad::Quad;
+use crate::rows::Rows;
+
+/// A quadtree of k-DOPs (`k = 2 S`) over leaves that the caller numbers.
+///
+/// Every node holds the bounds of its four children side by side. Below the nodes are clusters of
+/// up to eight leaves; a leaf's own bound is computed from the projected points when a traversal
+/// comes near it, so what is reported are always pairs of single leaves.
+///
+/// A tree is shared freely between threads; traversals write to a [`Workspace`](crate::Workspace).
+#[derive(Clone, Debug)]
+pub struct DopTree<const S: usize> {
+    /// Parents before children.
+    pub(crate) nodes: Vec<Node<S>>,
+    pub(crate) clusters: Vec<Cluster>,
+    /// The points of each cluster, without repetition.
+    pub(crate) cluster_points: Vec<u32>,
+    /// The caller's number of every leaf in tree order.
+    pub(crate) leaves: Vec<u32>,
+    pub(crate) rows: Rows<S>,
+    /// Sum of the children's widths when the tree was built.
+    pub(crate) built_size: f64,
+}
+
+/// A quadtree of 18-DOPs: the volume that pays best for muscles.
+pub type Tree = DopTree<9>;
+
+/// Four children and their bounds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Node<const S: usize> {
+    pub(crate) quad: Quad<S>,
+    pub(crate) children: [Child; 4],
+}
+
+/// Where a child is: the number of a node, or of a cluster with the highest bit set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Child(u32);
+
+/// What a [`Child`] says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Below {
+    Node(u32),
+    Cluster(u32),
+    Nothing,
+}
+
+impl Child {
+    pub(crate) const NOTHING: Self = Self(u32::MAX);
+    const CLUSTER: u32 = 1 << 31;
+
+    pub(crate) const fn node(node: u32) -> Self {
+        Self(node)
+    }
+
+    pub(crate) const fn cluster(cluster: u32) -> Self {
+        Self(cluster | Self::CLUSTER)
+    }
+
+    #[inline(always)]
+    pub(crate) const fn below(self) -> Below {
+        if self.0 & Self::CLUSTER == 0 {
+            Below::Node(self.0)
+        } else if self.0 == u32::MAX {
+            Below::Nothing
+        } else {
+            Below::Cluster(self.0 & !Self::CLUSTER)
+        }
+    }
+}
+
+impl<const S: usize> DopTree<S> {
+    /// Builds a tree over leaves on points at rest (|P|).
+    ///
+    /// # Errors
+    ///
+    /// [`TreeError::PointOutOfRange`], [`TreeError::NonFinite`], or [`TreeError::TooMany`] before
+    /// anything is allocated.
+    pub fn build(leaves: Leaves<'_>, points: &[DVec3]) -> Result<Self, TreeError> {
+        Self::build_from(leaves, Extents::points(points))
+    }
+
+    /// Builds a tree over leaves on points, balls or boxes, at rest or moving.
+    ///
+    /// No leaves make a valid tree that overlaps nothing. The work is `O(n log n)`.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`build`](Self::build), and [`TreeError::BadRadius`], [`TreeError::InvertedBox`] or
+    /// [`TreeError::WrongLength`].
+    pub fn build_from(leaves: Leaves<'_>, extents: Extents<'_>) -> Result<Self, TreeError> {
+        let count = leaves.check(extents.len())?;
+        extents.check()?;
+        let mut tree = Self {
+            nodes: Vec::new(),
+            clusters: Vec::new(),
+            cluster_points: Vec::new(),
+            leaves: Vec::new(),
+            rows: Rows::new(),
+            built_size: 0.0,
+        };
+        tree.rows.fill(&extents);
+        crate::build::arrange(&mut tree, leaves, count);
+        tree.sweep();
+        tree.built_size = tree.size();
+        Ok(tree)
+    }
+
+    /// How many leaves it bounds.
+    #[must_use]
+    pub const fn leaf_count(&self) -> usize {
+        self.leaves.len()
+    }
+
+    /// How many points its leaves are made of.
+    #[must_use]
+    pub const fn point_count(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// The bound of everything; [`Dop::EMPTY`] without leaves.
+    #[must_use]
+    pub fn root(&self) -> Dop<S> {
+        self.nodes.first().map_or(Dop::EMPTY, |root| root.quad.enclosing().to_dop())
+    }
+
+    /// Bytes it occupies on the heap.
+    #[must_use]
+    pub const fn bytes(&self) -> usize {
+        self.nodes.capacity() * size_of::<Node<S>>()
+            + self.clusters.capacity() * size_of::<Cluster>()
+            + (self.cluster_points.capacity() + self.leaves.capacity()) * size_of::<u32>()
+            + self.rows.bytes()
+    }
+
+    /// How loose the bounds have become: the summed widths of all nodes over those when built.
+    ///
+    /// Widths are along the widest direction of each child, so 1 means as tight as then. Refits
+    /// keep the arrangement of the build; a large motion that brings distant leaves of one node
+    /// apart makes it grow. **Rebuild above 1.5**: traversals then cost about as much more as the
+    /// figure says, and a rebuild (some seventy refits) pays within a second of frames. A build
+    /// can run on another thread from a copy of the points while this tree is still refitted.
+    #[must_use]
+    pub fn quality(&self) -> f64 {
+        if self.built_size > 0.0 { self.size() / self.built_size } else { 1.0 }
+    }
+
+    /// Sum of the widths of all children of all nodes.
+    fn size(&self) -> f64 {
+        let widths = |node: &Node<S>| (0..4).map(|lane| node.quad.lane(lane).width()).sum::<f64>();
+        self.nodes.iter().map(widths).sum()
+    }
+
+    /// Number of leaves and of points that a tree must stay below.
+    pub const LIMIT: usize = LIMIT;
+}
