@@ -106,7 +106,7 @@ impl<'a> Motion<'a> {
         let mut found = Vec::new();
         for (candidate, points) in candidates.iter().enumerate() {
             let [x0, x1] = self.gather(points);
-            if let Some(contact) = first_contact(&MovingPolygon::new(&x0, &x1)?, params) {
+            if let Some(contact) = first_contact::<N>(&x0, &x1, params)? {
                 found.push(CandidateContact { candidate, contact });
             }
         }

@@ -7,6 +7,8 @@ mod contact;
 mod coplanarity;
 pub mod cubic;
 mod error;
+#[cfg(feature = "exact")]
+mod exact;
 mod polygon;
 mod rounding;
 mod search;
@@ -16,7 +18,6 @@ pub use contact::{Certainty, Contact, Params, Undecided};
 pub use error::{CcdError, StepEnd};
 
 use glam::DVec3;
-use polygon::MovingPolygon;
 
 /// Finds when a moving vertex first meets a moving face.
 ///
@@ -29,7 +30,7 @@ pub fn vertex_face(
     params: &Params,
 ) -> Result<Option<Contact>, CcdError> {
     params.check()?;
-    Ok(search::first_contact(&MovingPolygon::<3>::new(&x0, &x1)?, params))
+    search::first_contact::<3>(&x0, &x1, params)
 }
 
 /// Finds when two moving edges first meet.
@@ -43,5 +44,5 @@ pub fn edge_edge(
     params: &Params,
 ) -> Result<Option<Contact>, CcdError> {
     params.check()?;
-    Ok(search::first_contact(&MovingPolygon::<4>::new(&x0, &x1)?, params))
+    search::first_contact::<4>(&x0, &x1, params)
 }

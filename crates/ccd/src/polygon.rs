@@ -34,6 +34,10 @@ pub(crate) struct MovingPolygon<const N: usize> {
 
 /// Numbers of corners that have a meaning, with the way to build them.
 pub(crate) trait Corners<const N: usize>: Sized {
+    /// For each corner, the points whose difference it is: the first less the second.
+    #[cfg(feature = "exact")]
+    const PAIRS: [(usize, usize); N];
+
     /// Differences of the query's points: corners and the two edges of corner 0.
     fn differences(x: &[DVec3; 4]) -> ([DVec3; N], DVec3, DVec3);
 
@@ -46,6 +50,9 @@ pub(crate) trait Corners<const N: usize>: Sized {
 }
 
 impl Corners<3> for MovingPolygon<3> {
+    #[cfg(feature = "exact")]
+    const PAIRS: [(usize, usize); 3] = [(1, 0), (2, 0), (3, 0)];
+
     #[inline]
     fn differences(&[p, a, b, c]: &[DVec3; 4]) -> ([DVec3; 3], DVec3, DVec3) {
         ([a - p, b - p, c - p], b - a, c - a)
@@ -62,6 +69,9 @@ impl Corners<3> for MovingPolygon<3> {
 }
 
 impl Corners<4> for MovingPolygon<4> {
+    #[cfg(feature = "exact")]
+    const PAIRS: [(usize, usize); 4] = [(2, 0), (3, 0), (3, 1), (2, 1)];
+
     #[inline]
     fn differences(&[a0, a1, b0, b1]: &[DVec3; 4]) -> ([DVec3; 4], DVec3, DVec3) {
         ([b0 - a0, b1 - a0, b1 - a1, b0 - a1], b1 - b0, a0 - a1)

@@ -11,6 +11,7 @@ use crate::closest::{Closest, closest, edge_functions};
 use crate::contact::{Certainty, Contact, Params};
 use crate::coplanarity::Coplanarity;
 use crate::cubic::{Cubic, RootInterval, RootKind};
+use crate::error::CcdError;
 use crate::polygon::{Corners, MovingPolygon};
 use crate::rounding::{EDGE_FUNCTION, UNDERFLOW, UNIT};
 
@@ -23,6 +24,12 @@ pub(crate) struct Search<'a, const N: usize> {
     pub(crate) polygon: &'a MovingPolygon<N>,
     pub(crate) cubic: Cubic,
     pub(crate) params: &'a Params,
+    /// The points that the polygon was made of, at both ends of the step.
+    #[cfg_attr(
+        not(feature = "exact"),
+        expect(dead_code, reason = "only exact arithmetic returns to them")
+    )]
+    pub(crate) points: [&'a [DVec3; 4]; 2],
     /// Minimum separation in the polygon's scaled unit.
     pub(crate) separation: f64,
 }
@@ -35,19 +42,35 @@ pub(crate) enum Verdict {
     Contact(Contact),
 }
 
-/// Finds the first contact of a polygon with the origin.
+/// Finds the first contact of a query: of its polygon with the origin.
 #[inline]
 pub(crate) fn first_contact<const N: usize>(
+    x0: &[DVec3; 4],
+    x1: &[DVec3; 4],
+    params: &Params,
+) -> Result<Option<Contact>, CcdError>
+where
+    MovingPolygon<N>: Corners<N>,
+{
+    let polygon = MovingPolygon::new(x0, x1)?;
+    let separation = params.min_separation * polygon.scale;
+    if polygon.axis_separates(separation) {
+        return Ok(None);
+    }
+    Ok(first_contact_of(&polygon, params, separation, [x0, x1]))
+}
+
+/// [`first_contact`] once the polygon is known to come near the origin.
+#[inline]
+fn first_contact_of<const N: usize>(
     polygon: &MovingPolygon<N>,
     params: &Params,
+    separation: f64,
+    points: [&[DVec3; 4]; 2],
 ) -> Option<Contact>
 where
     MovingPolygon<N>: Corners<N>,
 {
-    let separation = params.min_separation * polygon.scale;
-    if polygon.axis_separates(separation) {
-        return None;
-    }
     let coplanarity = Coplanarity::new(polygon);
     if coplanarity.areas_separate(polygon, params.t_max, separation) {
         return None;
@@ -57,7 +80,7 @@ where
     if cubic.excludes_zero(margin) {
         return None;
     }
-    let search = Search { polygon, cubic, params, separation };
+    let search = Search { polygon, cubic, params, points, separation };
     search.cubic.isolate_until(params.t_max, margin).iter().find_map(|interval| {
         match search.examine(interval) {
             Verdict::Clear => None,
@@ -140,9 +163,32 @@ where
         }
     }
 
-    /// The contact of an interval at whose start no direction holds.
+    /// What becomes of an interval at whose start no direction holds.
+    #[cfg(not(feature = "exact"))]
     fn undecided(&self, interval: RootInterval) -> Verdict {
         Verdict::Contact(self.possible(interval))
+    }
+
+    /// What becomes of an interval at whose start no direction holds.
+    #[cfg(feature = "exact")]
+    fn undecided(&self, interval: RootInterval) -> Verdict {
+        use crate::contact::Undecided;
+        use crate::exact::{Decision, decide};
+
+        let possible = self.possible(interval);
+        if self.params.undecided == Undecided::Report || self.separation > 0.0 {
+            return Verdict::Contact(possible);
+        }
+        let [x0, x1] = self.points;
+        match decide::<N>(x0, x1, interval.lo, interval.hi) {
+            Decision::Free => Verdict::Clear,
+            Decision::Contact { lo, .. } if lo > self.params.t_max => Verdict::Clear,
+            Decision::Contact { lo, hi, at_start } => {
+                let certainty = Certainty::Certain;
+                Verdict::Contact(Contact { lo, hi, at_start, certainty, ..possible })
+            }
+            Decision::Open => Verdict::Contact(possible),
+        }
     }
 
     /// The contact to report where rounding leaves it open.

@@ -55,7 +55,7 @@ pub fn roots([b0, b1, b2, b3]: [f64; 4]) -> PlainRoots {
 fn crossing([c0, c1, c2, c3]: [f64; 4], mut lo: f64, mut hi: f64) -> Option<f64> {
     let value = |t: f64| ((c3 * t + c2) * t + c1) * t + c0;
     let (at_lo, at_hi) = (value(lo), value(hi));
-    if at_lo * at_hi > 0.0 || at_lo.total_cmp(&at_hi).is_eq() {
+    if at_lo * at_hi > 0.0 || at_lo.abs() + at_hi.abs() <= 0.0 {
         return None;
     }
     let mut t = lo + (hi - lo) * (at_lo / (at_lo - at_hi));

@@ -1,0 +1,4 @@
+//! Continuous collision queries beside other ways to answer them.
+
+pub mod methods;
+pub mod queries;
