@@ -184,7 +184,7 @@ pub fn closest_between_segments(a: [DVec3; 2], b: [DVec3; 2]) -> ClosestBetweenS
 /// other: the least of six corner–triangle and nine edge–edge pairs.
 ///
 /// Where the triangles cross their distance is zero, which no such pair shows:
-/// ask `triangles_meet` first.
+/// ask [`triangles_meet`](crate::triangles_meet) first.
 ///
 /// ```
 /// use surface::{closest_between_triangles, glam::DVec3};

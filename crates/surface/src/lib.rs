@@ -12,8 +12,10 @@
 
 mod closest;
 mod contact;
+mod crossing;
 mod error;
 mod positions;
+mod predicates;
 mod triangle_surface;
 
 pub use glam;
@@ -24,6 +26,7 @@ pub use crate::closest::{
     closest_on_segment, closest_on_triangle,
 };
 pub use crate::contact::{Anchor, Contact, Stencil, Term};
+pub use crate::crossing::{Meeting, crossing_segment, segment_meets_triangle, triangles_meet};
 pub use crate::error::SurfaceError;
 pub use crate::positions::{Motion, Positions};
 pub use crate::triangle_surface::{NO_EDGE, TriangleSurface};

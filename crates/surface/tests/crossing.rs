@@ -1,0 +1,249 @@
+//! Triangle crossings against rational arithmetic, on triangles that touch or
+//! miss each other by an ulp.
+
+use arbitrary::{Result, Unstructured};
+use arbtest::arbtest;
+use num_rational::BigRational;
+use num_traits::{Signed, Zero};
+use surface::glam::DVec3;
+use surface::{
+    Meeting, closest_between_triangles, crossing_segment, segment_meets_triangle, triangles_meet,
+};
+
+mod support;
+
+use support::{Exact, between_segments, to_triangle};
+
+type Corners<'a> = [&'a Exact; 3];
+
+fn normal([a, b, c]: Corners<'_>) -> Exact {
+    b.sub(a).cross(&c.sub(a))
+}
+
+fn heights(a: Corners<'_>, b: Corners<'_>) -> [BigRational; 3] {
+    let n = normal(b);
+    a.map(|corner| n.dot(&corner.sub(b[0])))
+}
+
+fn edges([a, b, c]: Corners<'_>) -> [[&Exact; 2]; 3] {
+    [[a, b], [b, c], [c, a]]
+}
+
+/// Points in which edges of `a` pass the plane of `b` strictly.
+fn piercings(a: Corners<'_>, b: Corners<'_>) -> Vec<Exact> {
+    let h = heights(a, b);
+    (0..3)
+        .filter_map(|k| {
+            let (hp, hq) = (&h[k], &h[(k + 1) % 3]);
+            let opposite = (hp * hq).is_negative();
+            opposite.then(|| a[k].lerp(a[(k + 1) % 3], &(hp / (hp - hq))))
+        })
+        .collect()
+}
+
+fn slow_shares_a_point(a: Corners<'_>, b: Corners<'_>) -> bool {
+    let corner = a.iter().any(|p| to_triangle(p, b).is_zero())
+        || b.iter().any(|p| to_triangle(p, a).is_zero());
+    let edge = edges(a).iter().any(|&e| edges(b).iter().any(|&f| between_segments(e, f).is_zero()));
+    let inside = piercings(a, b).iter().any(|p| to_triangle(p, b).is_zero())
+        || piercings(b, a).iter().any(|p| to_triangle(p, a).is_zero());
+    corner || edge || inside
+}
+
+/// Ends, along `direction`, of what `a` and the plane of `b` share; `None`
+/// unless `a` has corners on both sides.
+fn stretch(a: Corners<'_>, b: Corners<'_>, direction: &Exact) -> Option<[BigRational; 2]> {
+    let h = heights(a, b);
+    if !(h.iter().any(Signed::is_positive) && h.iter().any(Signed::is_negative)) {
+        return None;
+    }
+    let in_plane = a.iter().zip(&h).filter(|(_, h)| h.is_zero()).map(|(p, _)| (*p).clone());
+    let along: Vec<BigRational> =
+        piercings(a, b).into_iter().chain(in_plane).map(|p| p.dot(direction)).collect();
+    Some([along.iter().min()?.clone(), along.iter().max()?.clone()])
+}
+
+fn slow_meeting(a: [DVec3; 3], b: [DVec3; 3]) -> Meeting {
+    let [ea, eb] = [a, b].map(|corners| corners.map(Exact::new));
+    let [a, b] = [&ea, &eb].map(|e| [&e[0], &e[1], &e[2]]);
+    let direction = normal(a).cross(&normal(b));
+    if let (Some([a0, a1]), Some([b0, b1])) = (stretch(a, b, &direction), stretch(b, a, &direction))
+        && a0.max(b0) < a1.min(b1)
+    {
+        return Meeting::Crossing;
+    }
+    if slow_shares_a_point(a, b) { Meeting::Touching } else { Meeting::Disjoint }
+}
+
+/// A point of a small grid: three of them are often on a line, four in a plane.
+fn grid_point(u: &mut Unstructured<'_>) -> Result<DVec3> {
+    let mut x = || Ok(f64::from(u.int_in_range(-2_i8..=2)?));
+    Ok(DVec3::new(x()?, x()?, x()?))
+}
+
+fn grid_triangle(u: &mut Unstructured<'_>) -> Result<[DVec3; 3]> {
+    Ok([grid_point(u)?, grid_point(u)?, grid_point(u)?])
+}
+
+/// A corner on, in or through another triangle: on its corners, edges, plane,
+/// or anywhere; exactly, or up to ulps.
+fn corner_at(u: &mut Unstructured<'_>, corners: [DVec3; 3]) -> Result<DVec3> {
+    let near = support::point_near(u, corners)?;
+    match u.int_in_range(0..=4)? {
+        0 => Ok(*u.choose(&corners)?),
+        1 => support::nudged(u, near),
+        2 => Ok(corners[0].midpoint(corners[1])),
+        3 => support::point(u),
+        _ => Ok(near),
+    }
+}
+
+fn pair(u: &mut Unstructured<'_>) -> Result<[[DVec3; 3]; 2]> {
+    if u.ratio(1, 3)? {
+        return Ok([grid_triangle(u)?, grid_triangle(u)?]);
+    }
+    let a = support::triangle(u)?;
+    let b = [corner_at(u, a)?, corner_at(u, a)?, corner_at(u, a)?];
+    let moved = if u.ratio(1, 4)? { DVec3::new(300.0, -700.0, 1100.0) } else { DVec3::ZERO };
+    Ok([a.map(|x| x + moved), b.map(|x| x + moved)])
+}
+
+#[test]
+fn meetings_equal_those_of_rational_arithmetic() {
+    let mut seen = [0; 3];
+    arbtest(|u| {
+        let [a, b] = pair(u)?;
+        let expected = slow_meeting(a, b);
+        let turned = |c: [DVec3; 3]| [c[1], c[2], c[0]];
+        let flipped = |c: [DVec3; 3]| [c[0], c[2], c[1]];
+        for (a, b) in
+            [(a, b), (b, a), (turned(a), b), (a, flipped(b)), (flipped(a), turned(turned(b)))]
+        {
+            assert_eq!(triangles_meet(a, b), expected, "{a:?} {b:?}");
+        }
+        seen[expected as usize] += 1;
+        Ok(())
+    })
+    .budget_ms(3000);
+    assert!(seen.iter().all(|count| *count > 20), "{seen:?}: too few of one kind to tell");
+}
+
+#[test]
+fn segments_meet_triangles_as_in_rational_arithmetic() {
+    arbtest(|u| {
+        let [a, b] = pair(u)?;
+        let ends = [b[0], b[1]];
+        let [ea, eb] = [a, b].map(|corners| corners.map(Exact::new));
+        let (corners, [p, q]) = ([&ea[0], &ea[1], &ea[2]], [&eb[0], &eb[1]]);
+        let shares = slow_shares_a_point(corners, [p, q, q]);
+        let pierced = piercings([p, q, q], corners);
+        let inside = pierced.first().is_some_and(|x| {
+            let n = normal(corners);
+            edges(corners)
+                .iter()
+                .all(|[from, to]| n.dot(&to.sub(from).cross(&x.sub(from))).is_positive())
+        });
+        let expected = match (inside, shares) {
+            (true, _) => Meeting::Crossing,
+            (false, true) => Meeting::Touching,
+            (false, false) => Meeting::Disjoint,
+        };
+        assert_eq!(segment_meets_triangle(ends, a), expected, "{a:?} {ends:?}");
+        assert_eq!(segment_meets_triangle([ends[1], ends[0]], a), expected, "{a:?} {ends:?}");
+        Ok(())
+    })
+    .budget_ms(1500);
+}
+
+#[test]
+fn decided_cases() {
+    use Meeting::{Crossing, Disjoint, Touching};
+    let floor = [DVec3::ZERO, DVec3::X * 4.0, DVec3::Y * 4.0];
+    let v = DVec3::new;
+    let cases = [
+        ("shares an edge", [v(0.0, 0.0, 0.0), v(4.0, 0.0, 0.0), v(0.0, 0.0, 4.0)], Touching),
+        ("shares a corner", [v(0.0, 0.0, 0.0), v(-4.0, 0.0, 0.0), v(0.0, -1.0, 4.0)], Touching),
+        ("corner on the face", [v(1.0, 1.0, 0.0), v(1.0, 1.0, 4.0), v(2.0, 1.0, 4.0)], Touching),
+        ("edge on the face", [v(1.0, 1.0, 0.0), v(2.0, 1.0, 0.0), v(2.0, 1.0, 4.0)], Touching),
+        ("overlap in the plane", [v(1.0, 1.0, 0.0), v(9.0, 1.0, 0.0), v(1.0, 9.0, 0.0)], Touching),
+        (
+            "edges meet in a point",
+            [v(-1.0, 1.0, -1.0), v(1.0, 1.0, 1.0), v(-1.0, 1.0, 1.0)],
+            Touching,
+        ),
+        ("through the face", [v(1.0, 1.0, -1.0), v(2.0, 1.0, 1.0), v(1.0, 2.0, 1.0)], Crossing),
+        (
+            "corner in the plane, through",
+            [v(1.0, 1.0, 0.0), v(1.0, 2.0, 1.0), v(1.0, 2.0, -1.0)],
+            Crossing,
+        ),
+        (
+            "edge through a corner",
+            [v(0.0, 0.0, -1.0), v(0.0, 0.0, 1.0), v(1.0, 1.0, 0.0)],
+            Crossing,
+        ),
+        (
+            "edge across its plane",
+            [v(1.0, 0.0, -1.0), v(3.0, 0.0, -1.0), v(2.0, 0.0, 1.0)],
+            Touching,
+        ),
+        ("above", [v(1.0, 1.0, 1.0), v(2.0, 1.0, 1.0), v(2.0, 1.0, 4.0)], Disjoint),
+        ("beside in the plane", [v(3.0, 3.0, 0.0), v(9.0, 3.0, 0.0), v(3.0, 9.0, 0.0)], Disjoint),
+        ("a line through", [v(1.0, 1.0, -1.0), v(1.0, 1.0, 1.0), v(1.0, 1.0, 3.0)], Touching),
+        ("a point on", [v(1.0, 1.0, 0.0), v(1.0, 1.0, 0.0), v(1.0, 1.0, 0.0)], Touching),
+        ("a point beside", [v(-1.0, 1.0, 0.0), v(-1.0, 1.0, 0.0), v(-1.0, 1.0, 0.0)], Disjoint),
+    ];
+    for (name, corners, expected) in cases {
+        assert_eq!(triangles_meet(floor, corners), expected, "{name}");
+        assert_eq!(triangles_meet(corners, floor), expected, "{name}, the other way");
+        assert_eq!(slow_meeting(floor, corners), expected, "{name}, slowly");
+    }
+}
+
+/// Least distance of the corners of `a` from the plane of `b`; zero where `b`
+/// is too thin to have one.
+fn clearance(a: [DVec3; 3], b: [DVec3; 3]) -> f64 {
+    let n = (b[1] - b[0]).cross(b[2] - b[0]);
+    let n = if n.length() > 1e-4 { n.normalize() } else { DVec3::ZERO };
+    a.iter().map(|corner| n.dot(corner - b[0]).abs()).fold(f64::INFINITY, f64::min)
+}
+
+/// A crossing segment lies in both triangles, to rounding, where no corner is
+/// within rounding of the other's plane.
+#[test]
+fn crossing_segments_lie_in_both() {
+    arbtest(|u| {
+        let [a, b] = pair(u)?;
+        let segment = crossing_segment(a, b);
+        assert_eq!(segment.is_some(), triangles_meet(a, b) == Meeting::Crossing);
+        let scale = a.into_iter().chain(b).map(|x| x.length()).fold(0.0, f64::max);
+        let sure = clearance(a, b).min(clearance(b, a)) > 1e-4;
+        for end in segment.into_iter().flatten().filter(|_| sure) {
+            for corners in [a, b] {
+                let off = closest_between_triangles(corners, [end; 3]).distance();
+                assert!(off <= 1e-9 * scale, "{off:e} off {corners:?}");
+            }
+        }
+        Ok(())
+    })
+    .budget_ms(300);
+}
+
+/// Two plates that cross in a stretch of known ends.
+#[test]
+fn crossing_segments_have_the_planted_ends() {
+    arbtest(|u| {
+        let share = |u: &mut Unstructured<'_>| Ok(f64::from(u.int_in_range(1_u16..=999)?) / 1000.0);
+        let [p, q] = [DVec3::ZERO, DVec3::X * (0.1 + share(u)?)];
+        // `a` begins at p and goes on beyond q; `b` ends at q and begins before p.
+        let up = DVec3::new(0.3 * share(u)?, share(u)?, share(u)?);
+        let down = DVec3::new(-0.4 * share(u)?, share(u)?, share(u)? - 2.0);
+        let a = [p + up, p - up * share(u)?, q + DVec3::X];
+        let b = [q + down, q - down * share(u)?, p - DVec3::X];
+        let Some([from, to]) = crossing_segment(a, b) else { panic!("{a:?} {b:?}") };
+        let error = from.distance(p).min(from.distance(q)) + to.distance(p).min(to.distance(q));
+        assert!(error <= 1e-11 && from.distance(to) > 0.09, "{from} {to}");
+        Ok(())
+    })
+    .budget_ms(300);
+}
