@@ -17,6 +17,7 @@ mod error;
 mod positions;
 mod predicates;
 mod triangle_surface;
+mod winding;
 
 pub use glam;
 
@@ -30,3 +31,4 @@ pub use crate::crossing::{Meeting, crossing_segment, segment_meets_triangle, tri
 pub use crate::error::SurfaceError;
 pub use crate::positions::{Motion, Positions};
 pub use crate::triangle_surface::{NO_EDGE, TriangleSurface};
+pub use crate::winding::{ray_crosses_triangle, solid_angle, winding_number};
