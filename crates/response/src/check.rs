@@ -1,0 +1,100 @@
+//! Checks where data enters, so that nothing behind them meets a value that is
+//! not finite.
+
+use glam::DVec3;
+
+use crate::ResponseError;
+
+/// Allowed deviation of a normal from unit length, a plain number.
+///
+/// A normal from a file or from 32-bit storage is off by 1e-7; one that was
+/// never normalised, by much more. Within it the normal is scaled to length 1.
+const UNIT_TOLERANCE: f64 = 1e-6;
+
+/// A number within a range, or the error that names it.
+pub(crate) fn parameter(
+    name: &'static str,
+    value: f64,
+    range: &'static str,
+    holds: bool,
+) -> Result<f64, ResponseError> {
+    if holds && value.is_finite() {
+        Ok(value)
+    } else {
+        Err(ResponseError::Parameter { name, value, range })
+    }
+}
+
+/// A number `> 0`.
+pub(crate) fn positive(name: &'static str, value: f64) -> Result<f64, ResponseError> {
+    parameter(name, value, "finite and > 0", value > 0.0)
+}
+
+/// A number `>= 0`.
+pub(crate) fn not_negative(name: &'static str, value: f64) -> Result<f64, ResponseError> {
+    parameter(name, value, "finite and >= 0", value >= 0.0)
+}
+
+pub(crate) fn count(what: &'static str, expected: usize, got: usize) -> Result<(), ResponseError> {
+    if expected == got { Ok(()) } else { Err(ResponseError::Count { what, expected, got }) }
+}
+
+/// One finite vector for each of `expected` particles.
+pub(crate) fn particles(
+    what: &'static str,
+    expected: usize,
+    values: &[DVec3],
+) -> Result<(), ResponseError> {
+    count("particle states", expected, values.len())?;
+    match values.iter().position(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(particle) => {
+            let value = first_not_finite(values[particle]);
+            Err(ResponseError::ParticleNotFinite { what, particle, value })
+        }
+    }
+}
+
+pub(crate) fn inverse_masses(expected: usize, values: &[f64]) -> Result<(), ResponseError> {
+    count("inverse masses", expected, values.len())?;
+    match values.iter().position(|w| !(w.is_finite() && *w >= 0.0)) {
+        None => Ok(()),
+        Some(particle) => Err(ResponseError::InverseMass { particle, value: values[particle] }),
+    }
+}
+
+pub(crate) fn contact_vector(
+    contact: usize,
+    what: &'static str,
+    value: DVec3,
+) -> Result<DVec3, ResponseError> {
+    if value.is_finite() {
+        return Ok(value);
+    }
+    Err(ResponseError::ContactNotFinite { contact, what, value: first_not_finite(value) })
+}
+
+pub(crate) fn contact_number(
+    contact: usize,
+    what: &'static str,
+    value: f64,
+) -> Result<f64, ResponseError> {
+    if value.is_finite() {
+        return Ok(value);
+    }
+    Err(ResponseError::ContactNotFinite { contact, what, value })
+}
+
+/// A normal of exactly unit length, to rounding.
+pub(crate) fn normal(contact: usize, normal: DVec3) -> Result<DVec3, ResponseError> {
+    let length = contact_vector(contact, "normal", normal)?.length();
+    if (length - 1.0).abs() <= UNIT_TOLERANCE {
+        Ok(normal / length)
+    } else {
+        Err(ResponseError::Normal { contact, length })
+    }
+}
+
+fn first_not_finite(value: DVec3) -> f64 {
+    value.to_array().into_iter().find(|component| !component.is_finite()).unwrap_or(0.0)
+}

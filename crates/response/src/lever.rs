@@ -1,0 +1,115 @@
+//! Friction at a surface point that no particle is at.
+//!
+//! A medial contact lies between a point P and a medial point P̄, a radius
+//! below the surface. Friction acts at the surface. If the impulse J_t were
+//! given to the medial particles alone, the angular momentum would change by
+//! P_c × J_t, which is radius times impulse, and an axis would never be rolled.
+//!
+//! Here the surface point is carried by three particles (the corners of a
+//! slab) as a rigid body would carry it. With d_k their positions from their
+//! centre, I = Σ (|d_k|² − d_k d_kᵀ) and r the arm from P̄ to the surface point,
+//!
+//! ```text
+//! ω = I⁻¹ Σ d_k × q_k             surface point's q = q(P̄) + ω × r
+//! θ = I⁻¹ (r × J)                 impulse on k, beside β_k J: θ × d_k
+//! ```
+//!
+//! The impulses θ × d_k sum to zero and have the moment r × J.
+
+use glam::{DMat3, DVec3};
+
+use crate::ResponseError;
+
+/// Height of a triangle over its longest edge, as a share of that edge, below
+/// which it is taken for a line. Its impulses grow as one over the share: at
+/// 1e-6 they still keep the angular momentum to 1e-10, and a slab that thin
+/// has no width to roll on.
+const LINE_SHARE: f64 = 1e-6;
+
+/// Which side of a contact a lever is on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Side {
+    /// That of P, whose weights are negative.
+    Point,
+    /// That of P̄.
+    Projection,
+}
+
+/// A surface point at `arm` from P or P̄, carried by three particles there.
+///
+/// For a medial contact of normal n with radius r at P̄ the arm is r n; with
+/// −P_c instead, friction acts exactly at P and no angular momentum is lost
+/// when the gap is not zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Lever {
+    /// On which side the point and its particles are.
+    pub side: Side,
+    /// Particles that carry it, not in a line.
+    pub particles: [u32; 3],
+    /// From P or P̄ to the surface point, in the caller's length unit.
+    pub arm: DVec3,
+}
+
+/// A lever of one row, ready for use.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LeverRow {
+    pub(crate) row: u32,
+    pub(crate) particles: [u32; 3],
+    sign: f64,
+    arm: DVec3,
+    from_centre: [DVec3; 3],
+    inverse_inertia: DMat3,
+}
+
+impl LeverRow {
+    pub(crate) fn new(
+        contact: usize,
+        row: u32,
+        lever: &Lever,
+        x: &[DVec3],
+    ) -> Result<Self, ResponseError> {
+        let Lever { side, particles, arm } = *lever;
+        let particle_count = x.len();
+        if let Some(&particle) = particles.iter().find(|&&k| k as usize >= particle_count) {
+            return Err(ResponseError::ParticleOutOfRange { contact, particle, particle_count });
+        }
+        crate::check::contact_vector(contact, "arm", arm)?;
+        let corners = particles.map(|k| x[k as usize]);
+        let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let from_centre = corners.map(|x| x - centre);
+        if is_line(corners) {
+            return Err(ResponseError::Collinear { contact });
+        }
+        let inverse_inertia = inertia(from_centre).inverse();
+        let sign = if side == Side::Point { -1.0 } else { 1.0 };
+        Ok(Self { row, particles, sign, arm, from_centre, inverse_inertia })
+    }
+
+    /// What the lever adds to Σ β_k q_k at the surface point.
+    pub(crate) fn gather(&self, q: impl Fn(u32) -> DVec3) -> DVec3 {
+        let spin: DVec3 =
+            self.from_centre.iter().zip(self.particles).map(|(d, k)| d.cross(q(k))).sum();
+        self.sign * (self.inverse_inertia * spin).cross(self.arm)
+    }
+
+    /// Impulses on its particles that go with J at the surface point.
+    pub(crate) fn impulses(&self, impulse: DVec3) -> [DVec3; 3] {
+        let turn = self.inverse_inertia * self.arm.cross(self.sign * impulse);
+        self.from_centre.map(|d| turn.cross(d))
+    }
+}
+
+fn inertia(from_centre: [DVec3; 3]) -> DMat3 {
+    from_centre.iter().fold(DMat3::ZERO, |sum, &d| {
+        let outer = DMat3::from_cols(d * d.x, d * d.y, d * d.z);
+        sum + DMat3::from_diagonal(DVec3::splat(d.length_squared())) - outer
+    })
+}
+
+fn is_line([a, b, c]: [DVec3; 3]) -> bool {
+    let longest =
+        (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
+    (b - a).cross(c - a).length() <= LINE_SHARE * longest
+}

@@ -1,0 +1,115 @@
+//! Reaction row of the table of corrections: cancel the approach, rub the slip.
+//!
+//! Source: B. Gilles, PhD thesis, 2007, section 4.7.2, for the reaction and its
+//! friction 0 ≤ µ ≤ 1, which takes that share off the slip. It creeps down any
+//! slope; [`Friction::coulomb`] sticks on slopes up to atan µ, and is the one
+//! that the solvers use.
+
+use glam::DVec3;
+
+use crate::{RelativeState, ResponseError, check};
+
+/// What takes off slip, and by how much.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Friction(Rule);
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+enum Rule {
+    Share(f64),
+    Coulomb(f64),
+}
+
+impl Friction {
+    /// No friction.
+    pub const NONE: Self = Self(Rule::Coulomb(0.0));
+
+    /// The source's: takes the share µ, in `0.0..=1.0`, off the slip.
+    ///
+    /// # Errors
+    ///
+    /// [`ResponseError::Parameter`] outside the range.
+    pub fn share(mu: f64) -> Result<Self, ResponseError> {
+        let within = (0.0..=1.0).contains(&mu);
+        Ok(Self(Rule::Share(check::parameter("friction share", mu, "in 0..=1", within)?)))
+    }
+
+    /// Coulomb's: takes off at most µ times what the normal part gives,
+    /// `mu >= 0`, and never turns the slip around.
+    ///
+    /// # Errors
+    ///
+    /// [`ResponseError::Parameter`] outside the range.
+    pub fn coulomb(mu: f64) -> Result<Self, ResponseError> {
+        Ok(Self(Rule::Coulomb(check::not_negative("friction coefficient", mu)?)))
+    }
+
+    /// What to take off the slip `slip`, where the normal part cancels
+    /// `approach` and both are scaled by λ.
+    fn take_off(self, slip: DVec3, approach: f64, lambda: f64) -> DVec3 {
+        match self.0 {
+            Rule::Share(mu) => lambda * mu * slip,
+            Rule::Coulomb(mu) => slip.clamp_length_max(mu * lambda * approach),
+        }
+    }
+}
+
+/// Cancels the part of a motion that leads into collision, λ of it.
+///
+/// ```
+/// use glam::DVec3;
+/// use response::{Friction, Margins, Reaction, RelativeMotion, RelativeState};
+///
+/// // P moves down and sideways at the surface: P̄ comes up relative to it.
+/// let velocity = DVec3::new(0.3, 0.0, 2.0);
+/// let motion = RelativeMotion { velocity, ..Default::default() };
+/// let state = RelativeState::new(motion, DVec3::Z, 0.0, Margins::new(0.0, 1.0)?)?;
+/// let sticks = Reaction { friction: Friction::coulomb(0.5)? };
+/// assert_eq!(velocity + sticks.velocity(&state), DVec3::ZERO);
+/// # Ok::<(), response::ResponseError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Reaction {
+    /// What takes off slip.
+    pub friction: Friction,
+}
+
+impl Reaction {
+    /// ΔP_c: takes back the last displacement D = P_c(t) − P_c(t − h).
+    ///
+    /// The source's share of the slip is taken back whether or not D
+    /// approaches; Coulomb's needs an approach.
+    ///
+    /// # Errors
+    ///
+    /// [`ResponseError::ContactNotFinite`] when `last` is not.
+    pub fn position(&self, state: &RelativeState, last: DVec3) -> Result<DVec3, ResponseError> {
+        let last = check::contact_vector(0, "last displacement", last)?;
+        Ok(self.cancel(state, last))
+    }
+
+    /// ΔV_c: nothing unless V_c · n > 0, that is, approaching.
+    #[must_use]
+    pub fn velocity(&self, state: &RelativeState) -> DVec3 {
+        self.cancel_approaching(state, state.motion().velocity)
+    }
+
+    /// ΔA_c: nothing unless A_c · n > 0.
+    #[must_use]
+    pub fn acceleration(&self, state: &RelativeState) -> DVec3 {
+        self.cancel_approaching(state, state.motion().acceleration)
+    }
+
+    fn cancel_approaching(&self, state: &RelativeState, u: DVec3) -> DVec3 {
+        if u.dot(state.normal()) > 0.0 { self.cancel(state, u) } else { DVec3::ZERO }
+    }
+
+    fn cancel(&self, state: &RelativeState, u: DVec3) -> DVec3 {
+        let lambda = state.proximity_factor();
+        let approach = u.dot(state.normal()).max(0.0);
+        let rubbed = self.friction.take_off(state.tangential_part(u), approach, lambda);
+        -(lambda * approach * state.normal() + rubbed)
+    }
+}

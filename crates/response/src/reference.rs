@@ -1,0 +1,119 @@
+//! Reference row of the table of corrections: restore a stored P_c.
+//!
+//! Source: B. Gilles, PhD thesis, 2007, section 4.7.2: from a reference
+//! configuration where point-to-face information was stored. The weights are
+//! stored in the contact's stencil; what P_c should be is stored here, as a
+//! distance along the normal or as a vector in the frame of the face.
+
+use glam::{DMat3, DVec3};
+
+use crate::{RelativeState, ResponseError, check};
+
+/// Axes that turn with a face: the first along its first edge, the third along
+/// its normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FaceFrame(DMat3);
+
+impl FaceFrame {
+    /// Axes of the face `corners`; `None` where it has no area.
+    #[must_use]
+    pub fn new([a, b, c]: [DVec3; 3]) -> Option<Self> {
+        let along = (b - a).try_normalize()?;
+        let normal = (b - a).cross(c - a).try_normalize()?;
+        Some(Self(DMat3::from_cols(along, normal.cross(along), normal)))
+    }
+
+    /// Coordinates in this frame of a vector.
+    #[must_use]
+    pub fn to_local(&self, vector: DVec3) -> DVec3 {
+        self.0.transpose() * vector
+    }
+
+    /// The vector with these coordinates in this frame.
+    #[must_use]
+    pub fn to_world(&self, local: DVec3) -> DVec3 {
+        self.0 * local
+    }
+}
+
+/// Which part of the motion a reference holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Hold {
+    /// All of it.
+    Sticking,
+    /// The part along the normal.
+    Sliding,
+}
+
+/// The P_c that a contact should have, and which part of it is held.
+///
+/// ```
+/// use glam::DVec3;
+/// use response::{Hold, Margins, Reference, RelativeMotion, RelativeState};
+///
+/// let motion = RelativeMotion { position: DVec3::new(0.1, 0.0, -0.5), ..Default::default() };
+/// let state = RelativeState::new(motion, DVec3::Z, 0.0, Margins::new(0.0, 1.0)?)?;
+/// // It was 0.8 above the surface.
+/// let sliding = Reference::height(&state, 0.8, Hold::Sliding)?;
+/// assert!((sliding.position(&state) - DVec3::Z * -0.3).length() < 1e-15);
+/// let sticking = Reference::height(&state, 0.8, Hold::Sticking)?;
+/// assert!((sticking.position(&state) - DVec3::new(-0.1, 0.0, -0.3)).length() < 1e-15);
+/// # Ok::<(), response::ResponseError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reference {
+    target: DVec3,
+    hold: Hold,
+}
+
+impl Reference {
+    /// P straight over P̄ at the signed height `height`, along the normal.
+    ///
+    /// # Errors
+    ///
+    /// [`ResponseError::Parameter`] when the height is not finite.
+    pub fn height(state: &RelativeState, height: f64, hold: Hold) -> Result<Self, ResponseError> {
+        let height = check::parameter("reference height", height, "finite", true)?;
+        Ok(Self { target: -height * state.normal(), hold })
+    }
+
+    /// P_c as it was stored in the frame of the face, `local`, in today's
+    /// frame.
+    ///
+    /// # Errors
+    ///
+    /// [`ResponseError::ContactNotFinite`] when the vector is not.
+    pub fn in_frame(frame: &FaceFrame, local: DVec3, hold: Hold) -> Result<Self, ResponseError> {
+        let local = check::contact_vector(0, "reference vector", local)?;
+        Ok(Self { target: frame.to_world(local), hold })
+    }
+
+    /// ΔP_c = P_ref − P_c.
+    #[must_use]
+    pub fn position(&self, state: &RelativeState) -> DVec3 {
+        self.held(state, self.target - state.motion().position)
+    }
+
+    /// ΔV_c = −V_c.
+    #[must_use]
+    pub fn velocity(&self, state: &RelativeState) -> DVec3 {
+        self.held(state, -state.motion().velocity)
+    }
+
+    /// ΔA_c = −A_c. With [`TimeStep::second_order_spring`], the two above are
+    /// reached two steps later instead.
+    ///
+    /// [`TimeStep::second_order_spring`]: crate::TimeStep::second_order_spring
+    #[must_use]
+    pub fn acceleration(&self, state: &RelativeState) -> DVec3 {
+        self.held(state, -state.motion().acceleration)
+    }
+
+    fn held(&self, state: &RelativeState, change: DVec3) -> DVec3 {
+        match self.hold {
+            Hold::Sticking => change,
+            Hold::Sliding => state.normal_part(change),
+        }
+    }
+}

@@ -1,0 +1,333 @@
+//! Soft contacts: forces with their derivatives, for an explicit step or the
+//! system of an implicit one.
+//!
+//! A row with depth δ and relative motion P_c, V_c gets the force F on the side
+//! of P̄ (β_k F on each particle), made of a normal part −N n and of friction.
+//! The derivatives take the normal, and for friction N, as they are now:
+//!
+//! ```text
+//! D_P = ∂F/∂P_c    D_V = ∂F/∂V_c    K = Σ Bᵀ D_P B    C = Σ Bᵀ D_V B
+//! ```
+//!
+//! with B the row's weights, so K and C are symmetric and not positive.
+//!
+//! Sources: B. Gilles, PhD thesis, 2007, section 4.7.2 (soft constraints as
+//! weighted forces); M. Li et al., "Incremental potential contact", ACM TOG
+//! 39(4), 2020, sections 4 and 5, for the barrier and for friction that is
+//! smooth in the slip; there it creeps at a share of the slip speed.
+
+use glam::{DMat3, DVec3};
+use surface::Term;
+
+use crate::rows::Row;
+use crate::{ContactRows, ResponseError, StepLength, check};
+
+/// Normal force over depth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum NormalForce {
+    /// N = k δ + c V_c · n while δ > 0, never pulling. `stiffness` k `>= 0`
+    /// \[force / length\], `damping` c `>= 0` \[force / speed\].
+    Penalty {
+        /// k.
+        stiffness: f64,
+        /// c.
+        damping: f64,
+    },
+    /// The same at every depth, pulling too: holds a permanent contact.
+    TwoSided {
+        /// k.
+        stiffness: f64,
+        /// c.
+        damping: f64,
+    },
+    /// N = −κ b'(d) with b(d) = −(d − r)² ln(d / r) where the gap d = −δ is
+    /// below the range r, else nothing. `stiffness` κ `>= 0` \[force / length\],
+    /// `range` r `> 0` \[length\]. Needs every gap above 0.
+    Barrier {
+        /// κ.
+        stiffness: f64,
+        /// r.
+        range: f64,
+    },
+}
+
+/// A contact force that a step can be taken with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SoftLaw {
+    normal: NormalForce,
+    slip_speed: f64,
+}
+
+impl SoftLaw {
+    /// A normal force, and the slip speed `> 0` at which friction reaches
+    /// µ N (µ is the rows'). Below it friction is µ N (2 y − y²), with y the
+    /// share of that speed: what should stick creeps by
+    /// `slip_speed (1 − √(1 − T / (µ N)))` under a tangential load T.
+    ///
+    /// # Errors
+    ///
+    /// [`ResponseError::Parameter`] outside the ranges.
+    pub fn new(normal: NormalForce, slip_speed: f64) -> Result<Self, ResponseError> {
+        match normal {
+            NormalForce::Penalty { stiffness, damping }
+            | NormalForce::TwoSided { stiffness, damping } => {
+                check::not_negative("stiffness", stiffness)?;
+                check::not_negative("damping", damping)?;
+            }
+            NormalForce::Barrier { stiffness, range } => {
+                check::not_negative("stiffness", stiffness)?;
+                check::positive("range", range)?;
+            }
+        }
+        Ok(Self { normal, slip_speed: check::positive("slip speed", slip_speed)? })
+    }
+
+    /// The spring row of the table as a force: a share `alpha > 0` of the
+    /// correction per step of length `h` for a contact of effective mass
+    /// `mass > 0`, so k = α m / h².
+    ///
+    /// # Errors
+    ///
+    /// [`ResponseError::Parameter`] outside the ranges.
+    pub fn spring_per_step(
+        alpha: f64,
+        mass: f64,
+        h: StepLength,
+        slip_speed: f64,
+    ) -> Result<Self, ResponseError> {
+        let (alpha, mass) = (check::positive("weight", alpha)?, check::positive("mass", mass)?);
+        let stiffness = alpha * mass / (h.get() * h.get());
+        Self::new(NormalForce::Penalty { stiffness, damping: 0.0 }, slip_speed)
+    }
+}
+
+/// A 3 × 3 block of a sparse matrix over particles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Block {
+    /// Particle whose force it gives.
+    pub row: u32,
+    /// Particle whose motion it takes.
+    pub column: u32,
+    /// The block.
+    pub value: DMat3,
+}
+
+/// Products with the derivatives of forces, as an implicit step needs them.
+pub trait LinearForces {
+    /// Adds K `dx` to `out`, where K = ∂f/∂x.
+    fn add_stiffness(&self, dx: &[DVec3], out: &mut [DVec3]);
+    /// Adds C `dv` to `out`, where C = ∂f/∂v.
+    fn add_damping(&self, dv: &[DVec3], out: &mut [DVec3]);
+}
+
+/// Forces of all rows at one state, with their derivatives.
+///
+/// ```
+/// use glam::DVec3;
+/// use response::{ContactLaw, ContactRows, Margins, NormalForce, SoftContacts, SoftLaw};
+/// use surface::{Anchor, Contact, Stencil, Term};
+///
+/// let contact = Contact {
+///     stencil: Stencil::single(Term { particle: 0, weight: -1.0 }),
+///     anchor: Some(Anchor::default()),
+///     normal: DVec3::Z,
+///     offset: 0.0,
+///     gap: -0.5,
+///     time: None,
+/// };
+/// let mut rows = ContactRows::new(1);
+/// rows.push(&contact, ContactLaw::new(Margins::new(0.0, 1.0)?, 0.0)?)?;
+/// let law = SoftLaw::new(NormalForce::Penalty { stiffness: 8.0, damping: 0.0 }, 1.0)?;
+/// let soft = SoftContacts::new(&rows, &[DVec3::ZERO], law)?;
+/// let mut force = [DVec3::ZERO];
+/// soft.add_forces(&mut force)?;
+/// assert_eq!(force[0], DVec3::Z * 4.0);
+/// # Ok::<(), response::ResponseError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct SoftContacts<'a> {
+    rows: &'a ContactRows,
+    forces: Vec<RowForce>,
+}
+
+/// F, D_P and D_V of one row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct RowForce {
+    force: DVec3,
+    by_position: DMat3,
+    by_velocity: DMat3,
+}
+
+impl<'a> SoftContacts<'a> {
+    /// Forces at the positions the rows' contacts were found at and at the
+    /// velocities `v`.
+    ///
+    /// # Errors
+    ///
+    /// - [`ResponseError::Count`] or [`ResponseError::ParticleNotFinite`] for `v`;
+    /// - [`ResponseError::Overlapped`] where a barrier meets a gap `<= 0`;
+    /// - [`ResponseError::ContactNotFinite`] when a force would not be finite.
+    pub fn new(rows: &'a ContactRows, v: &[DVec3], law: SoftLaw) -> Result<Self, ResponseError> {
+        check::particles("velocity", rows.particle_count(), v)?;
+        let of_row = |(number, row)| RowForce::new(number, &row, v, law);
+        let forces = rows.iter().enumerate().map(of_row).collect::<Result<_, _>>()?;
+        Ok(Self { rows, forces })
+    }
+
+    /// Adds each row's force to its particles.
+    ///
+    /// # Errors
+    ///
+    /// [`ResponseError::Count`] when there is not one entry a particle.
+    pub fn add_forces(&self, out: &mut [DVec3]) -> Result<(), ResponseError> {
+        check::count("forces", self.rows.particle_count(), out.len())?;
+        for (row, of_row) in self.rows.iter().zip(&self.forces) {
+            for term in row.terms {
+                out[term.particle as usize] += term.weight * of_row.force;
+            }
+        }
+        Ok(())
+    }
+
+    /// Force F on the side of P̄ of each row; −F acts on the side of P.
+    pub fn row_forces(&self) -> impl ExactSizeIterator<Item = DVec3> {
+        self.forces.iter().map(|of_row| of_row.force)
+    }
+
+    /// Blocks of K, row by row of the contacts; entries of one place add up.
+    pub fn stiffness_blocks(&self) -> impl Iterator<Item = Block> {
+        self.blocks(|of_row| of_row.by_position)
+    }
+
+    /// Blocks of C, likewise.
+    pub fn damping_blocks(&self) -> impl Iterator<Item = Block> {
+        self.blocks(|of_row| of_row.by_velocity)
+    }
+
+    fn blocks(&self, of: impl Fn(&RowForce) -> DMat3) -> impl Iterator<Item = Block> {
+        let pairs = self.rows.iter().zip(self.forces.iter().map(of));
+        pairs.filter(|(_, derivative)| *derivative != DMat3::ZERO).flat_map(|(row, derivative)| {
+            let terms = row.terms;
+            terms.iter().flat_map(move |i| {
+                terms.iter().map(move |j| Block {
+                    row: i.particle,
+                    column: j.particle,
+                    value: derivative * (i.weight * j.weight),
+                })
+            })
+        })
+    }
+
+    fn add_product(&self, of: impl Fn(&RowForce) -> DMat3, q: &[DVec3], out: &mut [DVec3]) {
+        for (row, of_row) in self.rows.iter().zip(&self.forces) {
+            let at: DVec3 = row.terms.iter().map(|t| t.weight * q[t.particle as usize]).sum();
+            let change = of(of_row) * at;
+            for &Term { particle, weight } in row.terms {
+                out[particle as usize] += weight * change;
+            }
+        }
+    }
+}
+
+impl LinearForces for SoftContacts<'_> {
+    fn add_stiffness(&self, dx: &[DVec3], out: &mut [DVec3]) {
+        self.add_product(|of_row| of_row.by_position, dx, out);
+    }
+
+    fn add_damping(&self, dv: &[DVec3], out: &mut [DVec3]) {
+        self.add_product(|of_row| of_row.by_velocity, dv, out);
+    }
+}
+
+impl RowForce {
+    fn new(number: usize, row: &Row<'_>, v: &[DVec3], law: SoftLaw) -> Result<Self, ResponseError> {
+        let moving: DVec3 = row.terms.iter().map(|t| t.weight * v[t.particle as usize]).sum();
+        let velocity = row.anchor.velocity + moving;
+        let normal = Normal::new(number, law.normal, row.depth, velocity.dot(row.normal))?;
+        let along = outer(row.normal, row.normal);
+        let (friction, by_slip) = friction(row, velocity, normal.force.max(0.0), law.slip_speed);
+        let force = friction - normal.force * row.normal;
+        check::contact_vector(number, "force", force)?;
+        Ok(Self {
+            force,
+            by_position: along * -normal.by_depth,
+            by_velocity: along * -normal.by_approach + by_slip,
+        })
+    }
+}
+
+/// N and its derivatives.
+struct Normal {
+    force: f64,
+    by_depth: f64,
+    by_approach: f64,
+}
+
+impl Normal {
+    const NONE: Self = Self { force: 0.0, by_depth: 0.0, by_approach: 0.0 };
+
+    fn new(
+        contact: usize,
+        law: NormalForce,
+        depth: f64,
+        approach: f64,
+    ) -> Result<Self, ResponseError> {
+        match law {
+            NormalForce::TwoSided { stiffness, damping } => {
+                Ok(Self::spring(stiffness, damping, depth, approach))
+            }
+            NormalForce::Penalty { stiffness, damping } => {
+                let spring = Self::spring(stiffness, damping, depth, approach);
+                Ok(if depth > 0.0 && spring.force > 0.0 { spring } else { Self::NONE })
+            }
+            NormalForce::Barrier { stiffness, range } => {
+                let gap = -depth;
+                if gap <= 0.0 {
+                    return Err(ResponseError::Overlapped { contact, gap });
+                }
+                Ok(Self::barrier(stiffness, range, gap))
+            }
+        }
+    }
+
+    fn spring(stiffness: f64, damping: f64, depth: f64, approach: f64) -> Self {
+        let force = stiffness * depth + damping * approach;
+        Self { force, by_depth: stiffness, by_approach: damping }
+    }
+
+    fn barrier(stiffness: f64, range: f64, gap: f64) -> Self {
+        if gap >= range {
+            return Self::NONE;
+        }
+        let (inside, log) = (gap - range, (gap / range).ln());
+        let first = -2.0 * inside * log - inside * inside / gap;
+        let second = -2.0 * log - 4.0 * inside / gap + inside * inside / (gap * gap);
+        Self { force: -stiffness * first, by_depth: stiffness * second, by_approach: 0.0 }
+    }
+}
+
+/// Friction on the side of P̄ and its derivative by V_c.
+fn friction(row: &Row<'_>, velocity: DVec3, normal: f64, slip_speed: f64) -> (DVec3, DMat3) {
+    let limit = row.law.friction() * normal;
+    if limit <= 0.0 {
+        return (DVec3::ZERO, DMat3::ZERO);
+    }
+    let slip = velocity - velocity.dot(row.normal) * row.normal;
+    let speed = slip.length();
+    let plane = DMat3::IDENTITY - outer(row.normal, row.normal);
+    let y = speed / slip_speed;
+    // Force over speed, and what its derivative adds along the slip.
+    let (secant, bend) = if y < 1.0 {
+        ((2.0 - y) / slip_speed, -y / slip_speed)
+    } else {
+        (speed.recip(), -speed.recip())
+    };
+    let along = slip.try_normalize().map_or(DMat3::ZERO, |along| outer(along, along));
+    (-limit * secant * slip, (plane * secant + along * bend) * -limit)
+}
+
+fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}

@@ -1,0 +1,272 @@
+//! Where a step is stable: its amplification and the limits found with it.
+//!
+//! One particle on one spring makes a step a linear map of (position,
+//! velocity); it is stable when the spectral radius of that map is at most 1.
+//! [`Case::step`] takes the step with this crate's own forces and integrators,
+//! and nothing here knows the limits beforehand.
+
+use glam::DVec3;
+use surface::{Anchor, Contact, Stencil, Term};
+
+use crate::{
+    Accelerations, ContactLaw, ContactRows, ExplicitEuler, Hold, Implicit, ImplicitEuler,
+    ImplicitMidpoint, Integrator, LinearParams, Margins, NormalForce, Reference, RelativeMotion,
+    RelativeState, ResponseError, SoftContacts, SoftLaw, SymplecticEuler, Taylor, TimeStep,
+};
+
+/// A matrix of two rows that maps (position, velocity).
+pub type Amplification = [[f64; 2]; 2];
+
+/// What a step is taken with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Scheme {
+    /// [`ExplicitEuler`].
+    ExplicitEuler,
+    /// [`Taylor`].
+    Taylor,
+    /// [`SymplecticEuler`].
+    SymplecticEuler,
+    /// [`ImplicitEuler`].
+    ImplicitEuler,
+    /// [`ImplicitMidpoint`].
+    ImplicitMidpoint,
+}
+
+/// What holds the particle, with ω² = k / m, ζ the damping ratio and h the
+/// step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Holding {
+    /// A two-sided contact spring with the given ω h and ζ, both `>= 0`.
+    Penalty {
+        /// Frequency times step.
+        omega_h: f64,
+        /// Damping ratio, 1 where critical.
+        zeta: f64,
+    },
+    /// `gain` times the spring row as an acceleration, ΔP_c / h²: as many
+    /// copies of one contact that are added up.
+    FirstOrder {
+        /// How many copies.
+        gain: f64,
+    },
+    /// `gain` times the second-order spring of the scheme's own coefficients.
+    SecondOrder {
+        /// How many copies.
+        gain: f64,
+    },
+}
+
+impl Scheme {
+    /// All of them.
+    pub const ALL: [Self; 5] = [
+        Self::ExplicitEuler,
+        Self::Taylor,
+        Self::SymplecticEuler,
+        Self::ImplicitEuler,
+        Self::ImplicitMidpoint,
+    ];
+
+    /// As in charts.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ExplicitEuler => ExplicitEuler::NAME,
+            Self::Taylor => Taylor::NAME,
+            Self::SymplecticEuler => SymplecticEuler::NAME,
+            Self::ImplicitEuler => ImplicitEuler::NAME,
+            Self::ImplicitMidpoint => ImplicitMidpoint::NAME,
+        }
+    }
+}
+
+/// One particle of mass 1 held at the origin, in steps of length 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Case {
+    /// What the step is taken with.
+    pub scheme: Scheme,
+    /// What holds the particle.
+    pub holding: Holding,
+}
+
+impl Case {
+    /// Spectral radius of a step: at most 1 where stable.
+    ///
+    /// ```
+    /// use response::stability::{Case, Holding, Scheme};
+    ///
+    /// let holding = Holding::SecondOrder { gain: 1.0 };
+    /// let case = Case { scheme: Scheme::SymplecticEuler, holding };
+    /// assert!(case.radius()? < 1e-6); // at rest after two steps
+    /// # Ok::<(), response::ResponseError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::step`].
+    pub fn radius(&self) -> Result<f64, ResponseError> {
+        let [a, b] = [self.step([1.0, 0.0])?, self.step([0.0, 1.0])?];
+        Ok(spectral_radius([[a[0], b[0]], [a[1], b[1]]]))
+    }
+
+    /// Position and velocity after one step.
+    ///
+    /// # Errors
+    ///
+    /// [`ResponseError::Parameter`] when a parameter of the holding is
+    /// negative or not finite.
+    pub fn step(&self, state: [f64; 2]) -> Result<[f64; 2], ResponseError> {
+        match self.scheme {
+            Scheme::ExplicitEuler => explicit::<ExplicitEuler>(self.holding, state),
+            Scheme::Taylor => explicit::<Taylor>(self.holding, state),
+            Scheme::SymplecticEuler => explicit::<SymplecticEuler>(self.holding, state),
+            Scheme::ImplicitEuler => implicit::<ImplicitEuler>(self.holding, state),
+            Scheme::ImplicitMidpoint => implicit::<ImplicitMidpoint>(self.holding, state),
+        }
+    }
+}
+
+/// Largest magnitude of the eigenvalues.
+#[must_use]
+pub fn spectral_radius([[a, b], [c, d]]: Amplification) -> f64 {
+    let (half_trace, determinant) = (0.5 * (a + d), a * d - b * c);
+    let discriminant = half_trace * half_trace - determinant;
+    if discriminant < 0.0 { determinant.sqrt() } else { half_trace.abs() + discriminant.sqrt() }
+}
+
+/// Largest value up to which `is_stable` holds, by bisection between a stable
+/// `low` and an unstable `high`, to `share` of itself; `None` when the ends are
+/// not so.
+///
+/// # Errors
+///
+/// The first that `is_stable` returns.
+pub fn limit<E>(
+    mut low: f64,
+    mut high: f64,
+    share: f64,
+    mut is_stable: impl FnMut(f64) -> Result<bool, E>,
+) -> Result<Option<f64>, E> {
+    if !is_stable(low)? || is_stable(high)? {
+        return Ok(None);
+    }
+    while high - low > share * high {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            break;
+        }
+        *(if is_stable(middle)? { &mut low } else { &mut high }) = middle;
+    }
+    Ok(Some(low))
+}
+
+const HELD: [Term; 1] = [Term { particle: 0, weight: -1.0 }];
+
+fn explicit<I: Integrator>(holding: Holding, state: [f64; 2]) -> Result<[f64; 2], ResponseError> {
+    let step = TimeStep::<I>::new(1.0)?;
+    let a = match holding {
+        Holding::Penalty { omega_h, zeta } => {
+            let rows = held_row(state[0])?;
+            let soft = SoftContacts::new(&rows, &[along(state[1])], penalty(omega_h, zeta)?)?;
+            let mut force = vec![DVec3::ZERO];
+            soft.add_forces(&mut force)?;
+            step.accelerations(force)?
+        }
+        Holding::FirstOrder { gain } | Holding::SecondOrder { gain } => {
+            let mut a = step.accelerations(vec![DVec3::ZERO])?;
+            a.values_mut()[0] = gain * own_acceleration(step, holding, state)?;
+            a
+        }
+    };
+    advance(a, state)
+}
+
+fn implicit<I: Implicit>(holding: Holding, state: [f64; 2]) -> Result<[f64; 2], ResponseError> {
+    let step = TimeStep::<I>::new(1.0)?;
+    let v = [along(state[1])];
+    let solve = |force: DVec3, forces: &Gains| {
+        step.implicit_accelerations(&[1.0], &[force], forces, &v, &LinearParams::default())
+    };
+    let (a, _) = match holding {
+        Holding::Penalty { omega_h, zeta } => {
+            let rows = held_row(state[0])?;
+            let soft = SoftContacts::new(&rows, &v, penalty(omega_h, zeta)?)?;
+            let mut force = vec![DVec3::ZERO];
+            soft.add_forces(&mut force)?;
+            step.implicit_accelerations(&[1.0], &force, &soft, &v, &LinearParams::default())?
+        }
+        Holding::FirstOrder { gain } | Holding::SecondOrder { gain } => {
+            let force = gain * own_acceleration(step, holding, state)?;
+            let by_position = gain * own_acceleration(step, holding, [1.0, 0.0])?.z;
+            let by_velocity = gain * own_acceleration(step, holding, [0.0, 1.0])?.z;
+            solve(force, &Gains { by_position, by_velocity })?
+        }
+    };
+    advance(a, state)
+}
+
+/// Acceleration of the particle by one copy of the spring row.
+fn own_acceleration<I: Integrator>(
+    step: TimeStep<I>,
+    holding: Holding,
+    [x, v]: [f64; 2],
+) -> Result<DVec3, ResponseError> {
+    let motion =
+        RelativeMotion { position: along(-x), velocity: along(-v), acceleration: DVec3::ZERO };
+    let state = RelativeState::new(motion, DVec3::Z, 0.0, Margins::new(0.0, 1.0)?)?;
+    let held = Reference::height(&state, 0.0, Hold::Sliding)?;
+    let (position, velocity) = (held.position(&state), held.velocity(&state));
+    let change = if let Holding::SecondOrder { .. } = holding {
+        step.second_order_spring(&state, position, velocity)?.change()
+    } else {
+        let h = step.length().get();
+        position / (h * h)
+    };
+    let mut q = [DVec3::ZERO];
+    crate::distribute(&HELD, &[1.0], change, &mut q)?;
+    Ok(q[0])
+}
+
+struct Gains {
+    by_position: f64,
+    by_velocity: f64,
+}
+
+impl crate::LinearForces for Gains {
+    fn add_stiffness(&self, dx: &[DVec3], out: &mut [DVec3]) {
+        out[0] += self.by_position * dx[0];
+    }
+
+    fn add_damping(&self, dv: &[DVec3], out: &mut [DVec3]) {
+        out[0] += self.by_velocity * dv[0];
+    }
+}
+
+fn advance<I: Integrator>(a: Accelerations<I>, state: [f64; 2]) -> Result<[f64; 2], ResponseError> {
+    let (mut x, mut v) = ([along(state[0])], [along(state[1])]);
+    a.advance(&mut x, &mut v)?;
+    Ok([x[0].z, v[0].z])
+}
+
+fn held_row(x: f64) -> Result<ContactRows, ResponseError> {
+    let contact = Contact {
+        stencil: Stencil::single(HELD[0]),
+        anchor: Some(Anchor::default()),
+        normal: DVec3::Z,
+        offset: 0.0,
+        gap: x,
+        time: None,
+    };
+    let mut rows = ContactRows::new(1);
+    rows.push(&contact, ContactLaw::new(Margins::new(0.0, 1.0)?, 0.0)?)?;
+    Ok(rows)
+}
+
+fn penalty(omega_h: f64, zeta: f64) -> Result<SoftLaw, ResponseError> {
+    let normal =
+        NormalForce::TwoSided { stiffness: omega_h * omega_h, damping: 2.0 * zeta * omega_h };
+    SoftLaw::new(normal, 1.0)
+}
+
+fn along(z: f64) -> DVec3 {
+    DVec3::new(0.0, 0.0, z)
+}
