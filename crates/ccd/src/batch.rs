@@ -65,6 +65,16 @@ impl<'a> Motion<'a> {
         Ok(Self { x0, x1 })
     }
 
+    /// Position of one point at a time in `0.0..=1.0` of the step.
+    ///
+    /// # Panics
+    ///
+    /// When there is no such point.
+    #[must_use]
+    pub fn at(&self, point: u32, time: f64) -> DVec3 {
+        self.x0[point as usize].lerp(self.x1[point as usize], time)
+    }
+
     /// First contacts of vertices with faces, each candidate a vertex and the
     /// corners of a face.
     ///

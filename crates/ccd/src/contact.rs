@@ -36,7 +36,11 @@ impl Params {
     pub const EXACT: Self = Self { undecided: Undecided::DecideExactly, ..Self::DEFAULT };
 
     /// Refuses values that mean nothing.
-    pub(crate) fn check(&self) -> Result<(), CcdError> {
+    ///
+    /// # Errors
+    ///
+    /// [`CcdError::MinSeparation`] and [`CcdError::TimeMax`].
+    pub fn check(&self) -> Result<(), CcdError> {
         if !(self.min_separation >= 0.0 && self.min_separation.is_finite()) {
             return Err(CcdError::MinSeparation(self.min_separation));
         }
