@@ -11,7 +11,16 @@ use ccd::Params;
 
 fn main() {
     let folder = PathBuf::from(std::env::var_os("MUSCULO_DATA").unwrap()).join("ccd");
-    for name in ["full/simbp_vf", "full/simbp_ee", "full/simhard_vf", "full/simhard_ee", "handcrafted_vf", "handcrafted_ee", "adversarial_vf", "adversarial_ee"] {
+    for name in [
+        "full/simbp_vf",
+        "full/simbp_ee",
+        "full/simhard_vf",
+        "full/simhard_ee",
+        "handcrafted_vf",
+        "handcrafted_ee",
+        "adversarial_vf",
+        "adversarial_ee",
+    ] {
         let set = read(&folder, name).unwrap();
         let kind = set.kind;
         let params = Params::DEFAULT;
@@ -24,7 +33,9 @@ fn main() {
             best[2] = best[2].min(time(&set, |q| plain_cubic(kind, q)));
         }
         print!("{name}: ");
-        for i in 0..3 { print!("{} {:.1} ns ", names[i], best[i]); }
+        for i in 0..3 {
+            print!("{} {:.1} ns ", names[i], best[i]);
+        }
         println!(" ratio {:.2}", best[0] / best[1]);
         let _ = &mut names;
         let _ = interval_subdivision;

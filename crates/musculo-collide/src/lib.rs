@@ -1,1 +1,54 @@
 //! Collision detection and response between bones and soft tissue.
+//!
+//! A [`Scene`] holds bodies: rigid, deformable or open surfaces, each with a
+//! name. [`Scene::check`] answers, for every pair of bodies that come within
+//! reach of each other, whether they overlap, how deep, where, and how far
+//! apart they are elsewhere.
+//!
+//! Bodies may overlap at rest, deeply or only by their edges; both are found:
+//! whether two surfaces cross is decided exactly, and which side a vertex is on
+//! by counting crossings, never by a nearby normal.
+//!
+//! Source: B. Gilles, *Anatomical and kinematical modelling of the
+//! musculoskeletal system using MRI*, PhD thesis, 2007, section 4.7.2.
+//!
+//! # Example
+//!
+//! Two tetrahedra, one poked a tenth of a millimetre into the other.
+//!
+//! ```
+//! use musculo_collide::glam::DVec3;
+//! use musculo_collide::surface::TriangleSurface;
+//! use musculo_collide::{BodyKind, CheckParams, Scene};
+//!
+//! let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+//! let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|corner| 10.0 * corner);
+//! let shifted = corners.map(|corner| corner + DVec3::new(1.0, 1.0, 9.9 - 2.0));
+//!
+//! let mut scene = Scene::new();
+//! let bone = scene.add("bone", BodyKind::Rigid, TriangleSurface::new(4, faces.clone())?, corners.to_vec())?;
+//! let muscle = scene.add("muscle", BodyKind::Deformable, TriangleSurface::new(4, faces)?, shifted.to_vec())?;
+//!
+//! let reports = scene.check(&CheckParams { reach: 1.0 })?;
+//! let [pair] = &reports[..] else { panic!("one pair") };
+//! assert_eq!((pair.a, pair.b), (bone, muscle));
+//! assert!(pair.overlaps);
+//! assert_eq!(pair.b_against_a.inside_count, Ok(1));
+//! assert!((pair.max_depth - 0.1 / 3.0_f64.sqrt()).abs() < 1e-12);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod check;
+mod error;
+mod pair;
+mod parallel;
+mod scene;
+mod sweep;
+
+pub use {ccd, glam, kdop, surface};
+
+pub use crate::check::CheckParams;
+pub use crate::error::{NoInside, SceneError};
+pub use crate::pair::{ContactPatch, NearVertex, PairReport, VertexReport};
+pub use crate::scene::{Body, BodyId, BodyKind, Scene};
+pub use crate::sweep::{ContactKind, PairSweep, SweepReport, SweptContact};

@@ -1,0 +1,110 @@
+//! What a scene refuses, naming the body concerned.
+
+use ccd::CcdError;
+use kdop::TreeError;
+use surface::{SurfaceError, TriangleSurface};
+
+use crate::BodyKind;
+
+/// Why a scene did not take a body or a question.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// Two bodies of one name could not be told apart in a report.
+    #[error("two bodies are named {name:?}")]
+    DuplicateName {
+        /// The name.
+        name: String,
+    },
+    /// A body without faces touches nothing.
+    #[error("body {name:?} has no faces")]
+    NoFaces {
+        /// The body's name.
+        name: String,
+    },
+    /// The body's positions do not fit its surface.
+    #[error("body {name:?}: {source}")]
+    Surface {
+        /// The body's name.
+        name: String,
+        /// What is wrong with it.
+        source: SurfaceError,
+    },
+    /// No tree of bounds could be built over the body.
+    #[error("body {name:?}: {source}")]
+    Tree {
+        /// The body's name.
+        name: String,
+        /// What is wrong with it.
+        source: TreeError,
+    },
+    /// The parameters of swept detection mean nothing.
+    #[error("{source}")]
+    Ccd {
+        /// What is wrong with them.
+        source: CcdError,
+    },
+    /// A body that the scene does not have.
+    #[error("the scene has {count} bodies, not a body number {index}")]
+    NoSuchBody {
+        /// The number asked for.
+        index: usize,
+        /// Bodies of the scene.
+        count: usize,
+    },
+    /// All bodies together have more vertices than 32-bit indices can number.
+    #[error("body {name:?} would bring the scene to {count} vertices, more than {limit}")]
+    TooManyParticles {
+        /// The body's name.
+        name: String,
+        /// Vertices with it.
+        count: usize,
+        /// How many are possible.
+        limit: usize,
+    },
+    /// A reach that is negative, infinite or not a number.
+    #[error("the reach is {reach}, but must be finite and at least 0")]
+    Reach {
+        /// The value given.
+        reach: f64,
+    },
+}
+
+/// Why nothing can be said to be inside a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum NoInside {
+    /// The body was added as [`BodyKind::Open`].
+    #[error("declared open, so nothing is inside it")]
+    DeclaredOpen,
+    /// Crossings of a ray cannot tell inside from outside.
+    #[error(
+        "no inside: {count} edges have an odd number of faces, the first, between vertices {from} and {to}, has {faces}"
+    )]
+    OddEdges {
+        /// Edges with an odd number of faces.
+        count: usize,
+        /// First end of the first of them.
+        from: u32,
+        /// Its second end.
+        to: u32,
+        /// Its faces.
+        faces: usize,
+    },
+}
+
+impl NoInside {
+    /// What keeps a body of this kind and connectivity from having an inside.
+    pub(crate) fn find(kind: BodyKind, surface: &TriangleSurface) -> Option<Self> {
+        if kind == BodyKind::Open {
+            return Some(Self::DeclaredOpen);
+        }
+        let mut odd = (0_u32..)
+            .zip(surface.edges())
+            .map(|(edge, ends)| (ends, surface.edge_faces(edge).len()))
+            .filter(|(_, faces)| faces % 2 == 1);
+        let (&[from, to], faces) = odd.next()?;
+        Some(Self::OddEdges { count: 1 + odd.count(), from, to, faces })
+    }
+}

@@ -1,0 +1,147 @@
+//! Vertices projected to the nearest point of another surface.
+
+use glam::DVec3;
+use kdop::Workspace;
+use surface::{Barycentric, ClosestOnTriangle, closest_on_triangle};
+
+use super::{Scratch, direction_or};
+use crate::scene::Body;
+
+/// A vertex that is inside the other body or within reach of its surface, and
+/// the nearest point of that surface, its foot.
+///
+/// `position = foot + gap * normal`, up to rounding.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct NearVertex {
+    /// The vertex.
+    pub vertex: u32,
+    /// Signed distance to the other surface, negative inside. Positive
+    /// throughout where the other body has no inside.
+    pub gap: f64,
+    /// The nearest point.
+    pub foot: DVec3,
+    /// Face of the other surface that holds the foot; where several do, the one
+    /// of the lowest number.
+    pub face: u32,
+    /// The foot in weights of that face's corners.
+    pub barycentric: Barycentric,
+    /// Unit length; points out of the other body at the foot, or to the vertex
+    /// where the body has no inside.
+    pub normal: DVec3,
+}
+
+/// Vertices of one surface whose faces come near the other, each with a face of
+/// the other that is near it.
+#[derive(Debug, Default)]
+pub(super) struct Candidates {
+    vertices: Vec<u32>,
+    hints: Vec<u32>,
+}
+
+const NO_HINT: u32 = u32::MAX;
+
+/// Gathers the vertices of both surfaces that may be within reach.
+pub(super) fn find_candidates(a: &Body, b: &Body, reach: f64, scratch: &mut Scratch) {
+    let Scratch { traversal, a: of_a, b: of_b, .. } = scratch;
+    of_a.clear(a);
+    of_b.clear(b);
+    a.tree().pairs(b.tree(), reach, traversal, |fa, fb| {
+        of_a.insert(a.surface().faces()[fa as usize], fb);
+        of_b.insert(b.surface().faces()[fb as usize], fa);
+    });
+}
+
+/// Projects the vertices of `a` that are inside `b` (ascending), and the
+/// candidates within `reach`, to the surface of `b`.
+pub(super) fn project(
+    a: &Body,
+    b: &Body,
+    inside: &[u32],
+    reach: f64,
+    candidates: &mut Candidates,
+    traversal: &mut Workspace,
+) -> Vec<NearVertex> {
+    candidates.add_inside(inside);
+    let mut inside = inside.iter().peekable();
+    let near = |&vertex: &u32| {
+        let is_inside = inside.next_if_eq(&&vertex).is_some();
+        let limit = if is_inside { f64::INFINITY } else { reach };
+        let position = a.positions()[vertex as usize];
+        let (face, foot) =
+            nearest(b, position, limit, candidates.hints[vertex as usize], traversal)?;
+        Some(near_vertex(b, vertex, position, is_inside, face, &foot))
+    };
+    candidates.vertices.iter().filter_map(near).collect()
+}
+
+/// The nearest point of a body's surface within `limit`, and its face; `hint`
+/// is a face that is likely near.
+fn nearest(
+    body: &Body,
+    point: DVec3,
+    limit: f64,
+    hint: u32,
+    traversal: &mut Workspace,
+) -> Option<(u32, ClosestOnTriangle)> {
+    let mut best: Option<(f64, u32, ClosestOnTriangle)> = None;
+    let mut offer = |face: u32| {
+        let foot = closest_on_triangle(point, body.corners(face));
+        let distance = foot.point.distance(point);
+        let better = best.is_none_or(|(least, lowest, _)| (distance, face) < (least, lowest));
+        if distance <= limit && better {
+            best = Some((distance, face, foot));
+        }
+        best.map_or(limit, |(least, ..)| least)
+    };
+    let within = if hint == NO_HINT { limit } else { offer(hint) };
+    body.tree().nearest(point, within, traversal, |face, _| offer(face));
+    best.map(|(_, face, foot)| (face, foot))
+}
+
+fn near_vertex(
+    body: &Body,
+    vertex: u32,
+    position: DVec3,
+    is_inside: bool,
+    face: u32,
+    foot: &ClosestOnTriangle,
+) -> NearVertex {
+    let side = if is_inside { -1.0 } else { 1.0 };
+    let offset = position - foot.point;
+    let [p, q, r] = body.corners(face);
+    let face_normal = (q - p).cross(r - p).normalize_or(DVec3::Z);
+    let scale = position.abs().max(foot.point.abs()).max_element();
+    NearVertex {
+        vertex,
+        gap: side * offset.length(),
+        foot: foot.point,
+        face,
+        barycentric: foot.barycentric,
+        normal: direction_or(side * offset, scale, face_normal),
+    }
+}
+
+impl Candidates {
+    fn clear(&mut self, body: &Body) {
+        self.vertices.clear();
+        self.hints.clear();
+        self.hints.resize(body.surface().vertex_count(), NO_HINT);
+    }
+
+    fn insert(&mut self, vertices: [u32; 3], hint: u32) {
+        for vertex in vertices {
+            if self.hints[vertex as usize] == NO_HINT {
+                self.hints[vertex as usize] = hint;
+                self.vertices.push(vertex);
+            }
+        }
+    }
+
+    /// Adds vertices that are inside, and brings all into ascending order.
+    fn add_inside(&mut self, inside: &[u32]) {
+        self.vertices.extend_from_slice(inside);
+        self.vertices.sort_unstable();
+        self.vertices.dedup();
+    }
+}

@@ -1,0 +1,74 @@
+//! Which vertices are inside another surface.
+//!
+//! A face that shares no point with the other surface lies wholly on one side
+//! of it, so its corners are on the same side. Faces joined by corners thus
+//! form regions, and counting the crossings of one ray tells where a whole
+//! region is. This is exact where the predicates are: faces that touch or
+//! cross the other surface join nothing, and vertices that only such faces
+//! have are counted one by one.
+
+use glam::DVec3;
+use kdop::{Axis, Workspace};
+use surface::ray_crosses_triangle;
+
+use super::Scratch;
+use crate::scene::Body;
+
+/// Vertices of `a` inside `b`, ascending; `cut_faces` are the faces of `a` that
+/// share a point with `b`'s surface, ascending. Vertices without a face are
+/// left out.
+pub(super) fn inside(a: &Body, b: &Body, cut_faces: &[u32], scratch: &mut Scratch) -> Vec<u32> {
+    let surface = a.surface();
+    join_uncut_faces(a, cut_faces, &mut scratch.parents);
+    let Scratch { parents, traversal, .. } = scratch;
+    let mut side: Vec<Option<bool>> = vec![None; surface.vertex_count()];
+    let mut vertices = Vec::new();
+    for (vertex, &position) in (0..).zip(a.positions()) {
+        if surface.vertex_faces(vertex).is_empty() {
+            continue;
+        }
+        let root = root(parents, vertex);
+        let side = &mut side[root as usize];
+        if *side.get_or_insert_with(|| is_inside(b, position, traversal)) {
+            vertices.push(vertex);
+        }
+    }
+    vertices
+}
+
+/// Whether a point is inside, by the parity of the faces that a ray along +x
+/// crosses. Points on the surface are not inside.
+pub(super) fn is_inside(body: &Body, point: DVec3, traversal: &mut Workspace) -> bool {
+    let mut odd = false;
+    body.tree().ray(point, Axis::X, traversal, |face| {
+        odd ^= ray_crosses_triangle(point, body.corners(face)).is_some();
+    });
+    odd
+}
+
+fn join_uncut_faces(body: &Body, cut_faces: &[u32], parents: &mut Vec<u32>) {
+    parents.clear();
+    parents.extend((0..).take(body.surface().vertex_count()));
+    let mut cut = cut_faces.iter().peekable();
+    for (face, &[a, b, c]) in (0..).zip(body.surface().faces()) {
+        if cut.next_if_eq(&&face).is_none() {
+            join(parents, a, b);
+            join(parents, b, c);
+        }
+    }
+}
+
+/// Joins two sets under the smaller of their roots.
+fn join(parents: &mut [u32], a: u32, b: u32) {
+    let (a, b) = (root(parents, a), root(parents, b));
+    parents[a.max(b) as usize] = a.min(b);
+}
+
+/// The smallest vertex of a set, halving the path to it.
+fn root(parents: &mut [u32], mut vertex: u32) -> u32 {
+    while parents[vertex as usize] != vertex {
+        parents[vertex as usize] = parents[parents[vertex as usize] as usize];
+        vertex = parents[vertex as usize];
+    }
+    vertex
+}
