@@ -73,9 +73,19 @@ pub enum SurfaceError {
         /// Its second end.
         to: u32,
     },
+    /// Faces that no edge joins meet at a vertex.
+    #[error(
+        "the surface is not manifold: {count} vertices join faces that no edge joins, the first is vertex {vertex}"
+    )]
+    NonManifoldVertex {
+        /// Such vertices.
+        count: usize,
+        /// The first of them.
+        vertex: u32,
+    },
     /// Neighbouring faces disagree about which side is out.
     #[error(
-        "the surface is not oriented: {count} edges are run along in one direction by both faces, the first from vertex {from} to {to}"
+        "the surface is not oriented: {count} edges are run along by more than one face in the same direction, the first from vertex {from} to {to}"
     )]
     Misoriented {
         /// Edges whose faces disagree.

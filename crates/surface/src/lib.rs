@@ -13,7 +13,9 @@
 mod closest;
 mod contact;
 mod crossing;
+mod defects;
 mod error;
+mod inspect;
 mod positions;
 mod predicates;
 mod triangle_surface;
@@ -29,6 +31,7 @@ pub use crate::closest::{
 pub use crate::contact::{Anchor, Contact, Stencil, Term};
 pub use crate::crossing::{Meeting, crossing_segment, segment_meets_triangle, triangles_meet};
 pub use crate::error::SurfaceError;
+pub use crate::inspect::{Defect, Element, Finding, Inspection, inspect};
 pub use crate::positions::{Motion, Positions};
 pub use crate::triangle_surface::{NO_EDGE, TriangleSurface};
 pub use crate::winding::{ray_crosses_triangle, solid_angle, winding_number};

@@ -12,8 +12,7 @@ pub const NO_EDGE: u32 = u32::MAX;
 ///
 /// Any list of faces with valid indices is accepted. An edge may have one face
 /// (a border), two, or more; a face may repeat a vertex. What a list lacks to
-/// be a closed oriented manifold is found by
-/// `inspect`.
+/// be a closed oriented manifold is found by [`inspect`](crate::inspect()).
 ///
 /// ```
 /// use surface::TriangleSurface;

@@ -7,6 +7,8 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive, Zero};
 use surface::glam::DVec3;
 
+pub(crate) mod anatomy;
+
 /// A vector of exact rational components.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Exact(pub(crate) [BigRational; 3]);

@@ -1,0 +1,277 @@
+//! Everything worth knowing about a surface before it is used: its defects, each
+//! with the first offender's place, and its measures.
+//!
+//! Nothing is mended and nothing is refused. What an operation needs is asked
+//! for by `require_closed`, `require_manifold` and `require_oriented` of
+//! [`TriangleSurface`].
+
+use std::collections::HashSet;
+use std::fmt;
+
+use glam::DVec3;
+
+use crate::predicates::projection_axis;
+use crate::{Positions, TriangleSurface};
+
+/// A kind of defect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Defect {
+    /// An edge with one face.
+    BoundaryEdge,
+    /// An edge with more than two faces.
+    NonManifoldEdge,
+    /// A direction of an edge that more than one face runs along: neighbours
+    /// that disagree about which side is out.
+    MisorientedEdge,
+    /// A vertex whose faces do not all hang together by edges at it.
+    NonManifoldVertex,
+    /// A vertex without a face.
+    IsolatedVertex,
+    /// A vertex in the very place of an earlier one.
+    DuplicateVertex,
+    /// A face that refers to one vertex more than once.
+    RepeatedCorner,
+    /// A face of three vertices whose positions are exactly on one line.
+    ZeroArea,
+    /// A face of the same three vertices as an earlier one, in any order.
+    DuplicateFace,
+}
+
+/// A vertex, an edge by its ends, or a face.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Element {
+    /// Number of a vertex.
+    Vertex(u32),
+    /// Vertices that an edge runs from and to.
+    Edge([u32; 2]),
+    /// Number of a face.
+    Face(u32),
+}
+
+/// One kind of defect that a surface has.
+///
+/// Displays as, for example, `3 boundary edges, the first from vertex 4 to 7 at
+/// (1, 2, 0.5)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Finding {
+    /// The kind.
+    pub defect: Defect,
+    /// How often it occurs, `>= 1`.
+    pub count: usize,
+    /// The first element with it, in ascending order.
+    pub first: Element,
+    /// Where that is: the vertex, or the centre of the edge or face.
+    pub at: DVec3,
+}
+
+/// What [`inspect`] found, in the caller's length unit.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Inspection {
+    /// |V|.
+    pub vertices: usize,
+    /// |E|.
+    pub edges: usize,
+    /// |F|.
+    pub faces: usize,
+    /// The kinds of defects that occur, in the order of [`Defect`].
+    pub findings: Vec<Finding>,
+    /// Parts that share no vertex; vertices without a face are none.
+    pub components: usize,
+    /// |V| − |E| + |F|, isolated vertices included: 2 for each closed part
+    /// without handles.
+    pub euler: i64,
+    /// Enclosed volume, positive where the faces look outward. For a surface
+    /// that is not closed: that of the cone over it from its box's centre.
+    pub volume: f64,
+    /// Sum of the faces' areas.
+    pub area: f64,
+    /// Lower and upper corner of the box around the vertices; `None` without any.
+    pub bounds: Option<[DVec3; 2]>,
+    /// Mean length of the edges; 0 without any.
+    pub mean_edge: f64,
+}
+
+/// Looks a surface over.
+///
+/// ```
+/// use surface::{Defect, Element, TriangleSurface, glam::DVec3, inspect};
+///
+/// // A tetrahedron that lacks a face.
+/// let open = TriangleSurface::new(4, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3]])?;
+/// let x = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+/// let report = inspect(&open, open.positions(&x)?);
+/// assert_eq!(report.count(Defect::BoundaryEdge), 3);
+/// assert_eq!(report.findings[0].first, Element::Edge([0, 2]));
+/// assert!(!report.closed() && report.manifold() && report.oriented());
+/// # Ok::<(), surface::SurfaceError>(())
+/// ```
+///
+/// # Panics
+///
+/// When `x` was checked against a surface with fewer vertices.
+#[must_use]
+pub fn inspect(surface: &TriangleSurface, x: Positions<'_>) -> Inspection {
+    let bounds = bounds(x.as_slice());
+    let centre = bounds.map_or(DVec3::ZERO, |[lower, upper]| lower.midpoint(upper));
+    let (volume, area) = volume_and_area(surface, x, centre);
+    let [vertices, edges, faces] =
+        [surface.vertex_count(), surface.edges().len(), surface.faces().len()];
+    Inspection {
+        vertices,
+        edges,
+        faces,
+        findings: findings(surface, x),
+        components: surface.component_count(),
+        euler: signed(vertices) - signed(edges) + signed(faces),
+        volume,
+        area,
+        bounds,
+        mean_edge: mean_edge(surface, x),
+    }
+}
+
+impl Inspection {
+    /// How often a kind of defect occurs.
+    #[must_use]
+    pub fn count(&self, defect: Defect) -> usize {
+        self.findings.iter().find(|finding| finding.defect == defect).map_or(0, |f| f.count)
+    }
+
+    /// Whether no edge has one face only.
+    #[must_use]
+    pub fn closed(&self) -> bool {
+        self.count(Defect::BoundaryEdge) == 0
+    }
+
+    /// Whether no edge has more than two faces, and the faces at each vertex
+    /// hang together.
+    #[must_use]
+    pub fn manifold(&self) -> bool {
+        self.count(Defect::NonManifoldEdge) == 0 && self.count(Defect::NonManifoldVertex) == 0
+    }
+
+    /// Whether neighbouring faces agree about which side is out.
+    #[must_use]
+    pub fn oriented(&self) -> bool {
+        self.count(Defect::MisorientedEdge) == 0
+    }
+}
+
+impl Defect {
+    /// Its name in a sentence, for one or for many.
+    fn words(self, count: usize) -> &'static str {
+        let (one, many) = match self {
+            Self::BoundaryEdge => ("boundary edge", "boundary edges"),
+            Self::NonManifoldEdge => ("non-manifold edge", "non-manifold edges"),
+            Self::MisorientedEdge => ("misoriented edge", "misoriented edges"),
+            Self::NonManifoldVertex => ("non-manifold vertex", "non-manifold vertices"),
+            Self::IsolatedVertex => ("isolated vertex", "isolated vertices"),
+            Self::DuplicateVertex => ("duplicate vertex", "duplicate vertices"),
+            Self::RepeatedCorner => ("face that repeats a vertex", "faces that repeat a vertex"),
+            Self::ZeroArea => ("face without area", "faces without area"),
+            Self::DuplicateFace => ("duplicate face", "duplicate faces"),
+        };
+        if count == 1 { one } else { many }
+    }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { defect, count, first, at } = self;
+        let which = if *count == 1 { "" } else { "the first " };
+        write!(f, "{count} {}, {which}", defect.words(*count))?;
+        match first {
+            Element::Vertex(vertex) => write!(f, "vertex {vertex}")?,
+            Element::Edge([from, to]) => write!(f, "from vertex {from} to {to}")?,
+            Element::Face(face) => write!(f, "face {face}")?,
+        }
+        write!(f, " at ({}, {}, {})", at.x, at.y, at.z)
+    }
+}
+
+fn findings(surface: &TriangleSurface, x: Positions<'_>) -> Vec<Finding> {
+    let ends = |edge: u32| Element::Edge(surface.edges()[edge as usize]);
+    [
+        finding(Defect::BoundaryEdge, surface.boundary_edges().map(ends)),
+        finding(Defect::NonManifoldEdge, surface.non_manifold_edges().map(ends)),
+        finding(Defect::MisorientedEdge, surface.repeated_half_edges().map(Element::Edge)),
+        finding(Defect::NonManifoldVertex, surface.non_manifold_vertices().map(Element::Vertex)),
+        finding(Defect::IsolatedVertex, surface.isolated_vertices().map(Element::Vertex)),
+        finding(Defect::DuplicateVertex, duplicate_vertices(x).map(Element::Vertex)),
+        finding(Defect::RepeatedCorner, surface.faces_with_repeats().map(Element::Face)),
+        finding(Defect::ZeroArea, faces_without_area(surface, x).map(Element::Face)),
+        finding(Defect::DuplicateFace, surface.duplicate_faces().map(Element::Face)),
+    ]
+    .into_iter()
+    .flatten()
+    .map(|finding| Finding { at: place(surface, x, finding.first), ..finding })
+    .collect()
+}
+
+fn finding(defect: Defect, mut offenders: impl Iterator<Item = Element>) -> Option<Finding> {
+    let first = offenders.next()?;
+    Some(Finding { defect, count: 1 + offenders.count(), first, at: DVec3::ZERO })
+}
+
+fn place(surface: &TriangleSurface, x: Positions<'_>, element: Element) -> DVec3 {
+    match element {
+        Element::Vertex(vertex) => x.at(vertex),
+        Element::Edge([from, to]) => x.at(from).midpoint(x.at(to)),
+        Element::Face(face) => {
+            x.corners(surface.faces()[face as usize]).into_iter().sum::<DVec3>() / 3.0
+        }
+    }
+}
+
+/// Vertices in the place of an earlier one. The order of the hash set does not
+/// reach the answer: it is only asked whether a place was seen.
+fn duplicate_vertices(x: Positions<'_>) -> impl Iterator<Item = u32> {
+    let mut seen = HashSet::with_capacity(x.as_slice().len());
+    (0..).zip(x.as_slice()).filter_map(move |(vertex, at)| {
+        let bits = (*at + DVec3::ZERO).to_array().map(f64::to_bits); // −0 is 0
+        (!seen.insert(bits)).then_some(vertex)
+    })
+}
+
+fn faces_without_area(surface: &TriangleSurface, x: Positions<'_>) -> impl Iterator<Item = u32> {
+    (0..).zip(surface.faces()).filter_map(move |(face, &[a, b, c])| {
+        let whole = a != b && b != c && c != a;
+        (whole && projection_axis(x.corners([a, b, c])).is_none()).then_some(face)
+    })
+}
+
+fn bounds(x: &[DVec3]) -> Option<[DVec3; 2]> {
+    let first = *x.first()?;
+    let widen = |[lower, upper]: [DVec3; 2], p: &DVec3| [lower.min(*p), upper.max(*p)];
+    Some(x.iter().fold([first; 2], widen))
+}
+
+fn volume_and_area(surface: &TriangleSurface, x: Positions<'_>, centre: DVec3) -> (f64, f64) {
+    let (volume, area) = surface.faces().iter().fold((0.0, 0.0), |(volume, area), face| {
+        let [a, b, c] = x.corners(*face);
+        let normal = (b - a).cross(c - a);
+        (volume + (a - centre).dot(normal), area + normal.length())
+    });
+    (volume / 6.0, area / 2.0)
+}
+
+fn mean_edge(surface: &TriangleSurface, x: Positions<'_>) -> f64 {
+    let lengths = surface.edges().iter().map(|&[from, to]| x.at(from).distance(x.at(to)));
+    let count = surface.edges().len();
+    if count == 0 { 0.0 } else { lengths.sum::<f64>() / as_f64(count) }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "there are fewer than 2^33 edges")]
+fn as_f64(count: usize) -> f64 {
+    count as f64
+}
+
+#[expect(clippy::cast_possible_wrap, reason = "there are fewer than 2^33 elements")]
+fn signed(count: usize) -> i64 {
+    count as i64
+}
