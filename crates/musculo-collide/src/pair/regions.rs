@@ -8,8 +8,8 @@
 //! have are counted one by one.
 
 use glam::DVec3;
-use kdop::{Axis, Workspace};
-use surface::ray_crosses_triangle;
+use kdop::{Axis, Dop18, Workspace};
+use surface::{ray_crosses_triangle, triangles_meet};
 
 use super::Scratch;
 use crate::scene::Body;
@@ -38,12 +38,20 @@ pub(super) fn inside(a: &Body, b: &Body, cut_faces: &[u32], scratch: &mut Scratc
 
 /// Whether a point is inside, by the parity of the faces that a ray along +x
 /// crosses. Points on the surface are not inside.
-pub(super) fn is_inside(body: &Body, point: DVec3, traversal: &mut Workspace) -> bool {
+fn is_inside(body: &Body, point: DVec3, traversal: &mut Workspace) -> bool {
     let mut odd = false;
     body.tree().ray(point, Axis::X, traversal, |face| {
         odd ^= ray_crosses_triangle(point, body.corners(face)).is_some();
     });
-    odd
+    odd && !is_on_surface(body, point, traversal)
+}
+
+fn is_on_surface(body: &Body, point: DVec3, traversal: &mut Workspace) -> bool {
+    let mut on_surface = false;
+    body.tree().query(&Dop18::from_points(&[point]), traversal, |face| {
+        on_surface |= triangles_meet([point; 3], body.corners(face)).shares_a_point();
+    });
+    on_surface
 }
 
 fn join_uncut_faces(body: &Body, cut_faces: &[u32], parents: &mut Vec<u32>) {

@@ -1,0 +1,184 @@
+//! Swept detection against every vertex, edge and face asked one by one, and
+//! against states in between.
+
+use arbitrary::{Result, Unstructured};
+use arbtest::arbtest;
+use fixtures::{Mesh, shapes};
+use musculo_collide::ccd;
+use musculo_collide::glam::DVec3;
+use musculo_collide::{BodyId, BodyKind, CheckParams, Scene, SceneError, SweptContact};
+
+fn scene_of(meshes: &[&Mesh]) -> (Scene, Vec<BodyId>) {
+    let mut scene = Scene::new();
+    let add = |(i, mesh): (usize, &&Mesh)| {
+        let name = format!("body {i}");
+        scene.add(name, BodyKind::Deformable, mesh.surface(), mesh.positions.clone())
+    };
+    let ids: Result<_, _> = meshes.iter().enumerate().map(add).collect();
+    (scene, ids.expect("shapes make a scene"))
+}
+
+fn share(u: &mut Unstructured<'_>, from: f64, to: f64) -> Result<f64> {
+    Ok(from + (to - from) * f64::from(u.int_in_range(0_u16..=1000)?) / 1000.0)
+}
+
+fn vector(u: &mut Unstructured<'_>, size: f64) -> Result<DVec3> {
+    Ok(DVec3::new(share(u, -size, size)?, share(u, -size, size)?, share(u, -size, size)?))
+}
+
+/// Two bodies of a few dozen faces, and where they go.
+fn two_bodies(u: &mut Unstructured<'_>) -> Result<[Mesh; 4]> {
+    let a = shapes::icosphere(10.0, 1);
+    let b = shapes::ellipsoid(DVec3::new(4.0, 8.0, 12.0), 1)
+        .rotated(DVec3::ONE, share(u, 0.0, 1.0)?)
+        .translated(vector(u, 25.0)?);
+    let shift = vector(u, 30.0)?;
+    let bend = share(u, -0.02, 0.02)?;
+    let a1 = a.clone().mapped(|x| x + DVec3::Z * bend * x.x * x.x);
+    let b1 = b.clone().translated(shift);
+    Ok([a, b, a1, b1])
+}
+
+/// Contacts of all vertices, edges and faces of two meshes, by the four points
+/// of each, sorted.
+fn slow_contacts([a, b, a1, b1]: &[Mesh; 4]) -> Vec<([u32; 4], f64)> {
+    let offset = u32::try_from(a.positions.len()).expect("a small mesh");
+    let x0 = [&a.positions[..], &b.positions].concat();
+    let x1 = [&a1.positions[..], &b1.positions].concat();
+    let at = |x: &[DVec3], points: [u32; 4]| points.map(|p| x[p as usize]);
+    let shift = |face: &[u32; 3]| face.map(|v| v + offset);
+    let mut found = Vec::new();
+    let mut vertex_face = |vertex: u32, [p, q, r]: [u32; 3]| {
+        let points = [vertex, p, q, r];
+        let answer = ccd::vertex_face(at(&x0, points), at(&x1, points), &ccd::Params::EXACT);
+        found.extend(answer.expect("finite").map(|contact| (points, contact.lo)));
+    };
+    for vertex in 0..offset {
+        b.faces.iter().for_each(|face| vertex_face(vertex, shift(face)));
+    }
+    for vertex in (offset..).take(b.positions.len()) {
+        a.faces.iter().for_each(|face| vertex_face(vertex, *face));
+    }
+    for &[p, q] in a.surface().edges() {
+        for edge in b.surface().edges() {
+            let points = [p, q, edge[0] + offset, edge[1] + offset];
+            let answer = ccd::edge_edge(at(&x0, points), at(&x1, points), &ccd::Params::EXACT);
+            found.extend(answer.expect("finite").map(|contact| (points, contact.lo)));
+        }
+    }
+    found.sort_by(|p, q| p.0.cmp(&q.0));
+    found
+}
+
+fn particles(contact: &SweptContact) -> [u32; 4] {
+    let terms = contact.contact.stencil.terms();
+    std::array::from_fn(|k| terms[k].particle)
+}
+
+#[test]
+fn finds_what_asking_everything_finds() {
+    let mut met = 0;
+    arbtest(|u| {
+        let meshes = two_bodies(u)?;
+        let (mut scene, ids) = scene_of(&[&meshes[0], &meshes[1]]);
+        let moves = [(ids[0], &meshes[2].positions[..]), (ids[1], &meshes[3].positions)];
+        let report = scene.sweep(&moves, &ccd::Params::EXACT).unwrap();
+        let mut found: Vec<_> = report
+            .pairs
+            .iter()
+            .flat_map(|pair| &pair.contacts)
+            .map(|contact| (particles(contact), contact.contact.time.unwrap()))
+            .collect();
+        found.sort_by(|p, q| p.0.cmp(&q.0));
+        let slow = slow_contacts(&meshes);
+        assert_eq!(found, slow);
+        let first = slow.iter().map(|&(_, time)| time).fold(1.0, f64::min);
+        assert!((report.largest_free_step - first).abs() < f64::EPSILON);
+        met += usize::from(!slow.is_empty());
+        Ok(())
+    })
+    .budget_ms(3000);
+    assert!(met > 0, "no bodies met, so nothing was tested");
+}
+
+/// Before the largest free step nothing overlaps that did not overlap at the
+/// start; just after the first certain contact something has met.
+#[test]
+fn free_step_is_free() {
+    arbtest(|u| {
+        let [a, b, a1, b1] = two_bodies(u)?;
+        let (mut scene, ids) = scene_of(&[&a, &b]);
+        let params = CheckParams { reach: 0.0 };
+        if scene.check(&params).unwrap().iter().any(|pair| pair.overlaps) {
+            return Ok(());
+        }
+        let moves = [(ids[0], &a1.positions[..]), (ids[1], &b1.positions)];
+        let free = scene.sweep(&moves, &ccd::Params::EXACT).unwrap().largest_free_step;
+        for part in [0.25, 0.5, 0.999] {
+            for (id, (from, to)) in ids.iter().zip([(&a, &a1), (&b, &b1)]) {
+                let between = from.positions.iter().zip(&to.positions);
+                let x: Vec<DVec3> = between.map(|(p, q)| p.lerp(*q, part * free)).collect();
+                scene.move_body(*id, &x).unwrap();
+            }
+            let overlaps = scene.check(&params).unwrap().iter().any(|pair| pair.overlaps);
+            assert!(!overlaps, "overlap at {part} of the free step {free}");
+        }
+        Ok(())
+    })
+    .budget_ms(3000);
+}
+
+/// A small body that passes wholly through a plate within one step: both
+/// states are free, so only the way between them shows it.
+#[test]
+fn passing_through_is_seen() {
+    let plate = shapes::plate(DVec3::new(60.0, 60.0, 2.0), [6, 6]);
+    let ball = shapes::octasphere(3.0, 2).translated(DVec3::new(1.3, 0.7, 20.0));
+    let beyond = ball.clone().translated(DVec3::Z * -40.0);
+    let (mut scene, ids) = scene_of(&[&plate, &ball]);
+    let params = CheckParams { reach: 1.0 };
+    assert!(scene.check(&params).unwrap().is_empty(), "apart at the start");
+    let report = scene.sweep(&[(ids[1], &beyond.positions)], &ccd::Params::EXACT).unwrap();
+    scene.move_body(ids[1], &beyond.positions).unwrap();
+    assert!(scene.check(&params).unwrap().is_empty(), "apart at the end");
+    // The ball's lowest vertex is at 17, the plate's upper side at 1 (or 2, if it stands on 0).
+    let [_, top] = plate.bounds();
+    let expected = (17.0 - top.z) / 40.0;
+    assert!((report.largest_free_step - expected).abs() < 1e-9, "{}", report.largest_free_step);
+    for contact in &report.pairs[0].contacts {
+        assert!(contact.certain && !contact.at_start);
+        assert!(contact.contact.time.unwrap() <= contact.latest);
+    }
+}
+
+#[test]
+fn contacts_satisfy_their_identity() {
+    arbtest(|u| {
+        let [a, b, a1, b1] = two_bodies(u)?;
+        let (mut scene, ids) = scene_of(&[&a, &b]);
+        let moves = [(ids[0], &a1.positions[..]), (ids[1], &b1.positions)];
+        let report = scene.sweep(&moves, &ccd::Params::EXACT).unwrap();
+        let x0 = [&a.positions[..], &b.positions].concat();
+        let x1 = [&a1.positions[..], &b1.positions].concat();
+        for SweptContact { contact, .. } in report.pairs.iter().flat_map(|pair| &pair.contacts) {
+            let time = contact.time.unwrap();
+            let at = |k: u32| x0[k as usize].lerp(x1[k as usize], time);
+            assert!(contact.identity_error(at) < 1e-12, "{contact:?}");
+            assert!(contact.separation(at).length() < 1e-6, "{contact:?}");
+            assert!((contact.normal.length() - 1.0).abs() < 1e-12);
+        }
+        Ok(())
+    })
+    .budget_ms(1000);
+}
+
+#[test]
+fn refuses_what_cannot_be_swept() {
+    let ball = shapes::octasphere(3.0, 1);
+    let (mut scene, ids) = scene_of(&[&ball]);
+    let short = scene.sweep(&[(ids[0], &ball.positions[1..])], &ccd::Params::EXACT);
+    assert!(matches!(short, Err(SceneError::Surface { .. })), "{short:?}");
+    let params = ccd::Params { min_separation: -1.0, ..ccd::Params::EXACT };
+    let negative = scene.sweep(&[], &params);
+    assert!(matches!(negative, Err(SceneError::Ccd { .. })), "{negative:?}");
+}
