@@ -9,6 +9,7 @@ use glam::DVec3;
 
 use crate::contact::{Contact, Params};
 use crate::error::{CcdError, StepEnd};
+use crate::lanes::{self, LANES, LaneCorners, LanePolygon, Vectors};
 use crate::polygon::{Corners, MovingPolygon, check_finite};
 use crate::search::first_contact;
 
@@ -76,7 +77,7 @@ impl<'a> Motion<'a> {
     }
 
     /// First contacts of vertices with faces, each candidate a vertex and the
-    /// corners of a face.
+    /// corners of a face. Only candidates with a contact are listed.
     ///
     /// # Errors
     ///
@@ -90,7 +91,8 @@ impl<'a> Motion<'a> {
         self.contacts::<3>(candidates, params)
     }
 
-    /// First contacts of edges with edges, each candidate the ends of both.
+    /// First contacts of edges with edges, each candidate the ends of one and
+    /// of the other. Only candidates with a contact are listed.
     ///
     /// # Errors
     ///
@@ -103,6 +105,57 @@ impl<'a> Motion<'a> {
         self.contacts::<4>(candidates, params)
     }
 
+    /// The first contact among all candidates: up to its `lo`, everything is
+    /// free to move. Of contacts with the same `lo` it is the first listed,
+    /// vertices and faces before edges.
+    ///
+    /// Cheaper than listing all contacts, since none that is later than one
+    /// already found has to be looked for.
+    ///
+    /// # Errors
+    ///
+    /// As [`Motion::vertex_faces`].
+    pub fn first_contact(
+        &self,
+        vertex_faces: &[[u32; 4]],
+        edge_edges: &[[u32; 4]],
+        params: &Params,
+    ) -> Result<Option<FirstContact>, CcdError> {
+        let first = self.first_of::<3>(vertex_faces, params)?;
+        let t_max = first.map_or(params.t_max, |found| found.contact.lo);
+        let second = self.first_of::<4>(edge_edges, &Params { t_max, ..*params })?;
+        let second =
+            second.filter(|second| first.is_none_or(|first| second.contact.lo < first.contact.lo));
+        Ok(second.map(FirstContact::EdgeEdge).or(first.map(FirstContact::VertexFace)))
+    }
+
+    /// Places of the vertex-face candidates that the filters cannot drop:
+    /// certainly all with a contact until `params.t_max`, and a few without.
+    ///
+    /// # Errors
+    ///
+    /// As [`Motion::vertex_faces`].
+    pub fn filter_vertex_faces(
+        &self,
+        candidates: &[[u32; 4]],
+        params: &Params,
+    ) -> Result<Vec<usize>, CcdError> {
+        self.filter::<3>(candidates, params)
+    }
+
+    /// Places of the edge-edge candidates that the filters cannot drop.
+    ///
+    /// # Errors
+    ///
+    /// As [`Motion::vertex_faces`].
+    pub fn filter_edge_edges(
+        &self,
+        candidates: &[[u32; 4]],
+        params: &Params,
+    ) -> Result<Vec<usize>, CcdError> {
+        self.filter::<4>(candidates, params)
+    }
+
     fn contacts<const N: usize>(
         &self,
         candidates: &[[u32; 4]],
@@ -110,32 +163,187 @@ impl<'a> Motion<'a> {
     ) -> Result<Vec<CandidateContact>, CcdError>
     where
         MovingPolygon<N>: Corners<N>,
+        LanePolygon<N>: LaneCorners<N>,
     {
-        params.check()?;
-        self.check_candidates(candidates)?;
-        let mut found = Vec::new();
-        for (candidate, points) in candidates.iter().enumerate() {
-            let [x0, x1] = self.gather(points);
-            if let Some(contact) = first_contact::<N>(&x0, &x1, params)? {
-                found.push(CandidateContact { candidate, contact });
-            }
-        }
-        Ok(found)
+        self.check(candidates, params)?;
+        let chunks = map_chunks(candidates, |from, chunk| {
+            let mut found = Vec::new();
+            self.visit::<N>(from, chunk, *params, |contact, _| found.push(contact))?;
+            Ok(found)
+        });
+        chunks.into_iter().try_fold(Vec::new(), |mut all, chunk| {
+            all.append(&mut chunk?);
+            Ok(all)
+        })
     }
 
-    fn check_candidates(&self, candidates: &[[u32; 4]]) -> Result<(), CcdError> {
-        let count = self.x0.len();
-        let exists = |&point: &u32| (point as usize) < count;
-        for (candidate, points) in candidates.iter().enumerate() {
-            if let Some(&point) = points.iter().find(|point| !exists(point)) {
-                return Err(CcdError::PointOutOfRange { candidate, point, count });
+    fn filter<const N: usize>(
+        &self,
+        candidates: &[[u32; 4]],
+        params: &Params,
+    ) -> Result<Vec<usize>, CcdError>
+    where
+        LanePolygon<N>: LaneCorners<N>,
+    {
+        self.check(candidates, params)?;
+        let chunks = map_chunks(candidates, |from, chunk| {
+            let mut left = Vec::new();
+            for (group, points) in chunk.chunks(LANES).enumerate() {
+                let lanes = self.left_over::<N>(points, params);
+                left.extend(bits(lanes).map(|lane| from + group * LANES + lane));
+            }
+            left
+        });
+        Ok(chunks.concat())
+    }
+
+    /// The first contact of a list. The list is worked off in rounds of fixed
+    /// size, and what a round has found limits the next, so that the answer
+    /// does not depend on how the chunks of a round are scheduled.
+    fn first_of<const N: usize>(
+        &self,
+        candidates: &[[u32; 4]],
+        params: &Params,
+    ) -> Result<Option<CandidateContact>, CcdError>
+    where
+        MovingPolygon<N>: Corners<N>,
+        LanePolygon<N>: LaneCorners<N>,
+    {
+        self.check(candidates, params)?;
+        let mut first: Option<CandidateContact> = None;
+        for (round, candidates) in candidates.chunks(ROUND).enumerate() {
+            let t_max = first.map_or(params.t_max, |found| found.contact.lo);
+            let params = Params { t_max, ..*params };
+            let chunks = map_chunks(candidates, |from, chunk| {
+                self.first_of_chunk::<N>(round * ROUND + from, chunk, params)
+            });
+            for found in chunks {
+                first = earlier(first, found?);
+            }
+        }
+        Ok(first)
+    }
+
+    fn first_of_chunk<const N: usize>(
+        &self,
+        from: usize,
+        chunk: &[[u32; 4]],
+        params: Params,
+    ) -> Result<Option<CandidateContact>, CcdError>
+    where
+        MovingPolygon<N>: Corners<N>,
+        LanePolygon<N>: LaneCorners<N>,
+    {
+        let mut first = None;
+        self.visit::<N>(from, chunk, params, |contact, t_max| {
+            first = earlier(first, Some(contact));
+            *t_max = t_max.min(contact.contact.lo);
+        })?;
+        Ok(first)
+    }
+
+    /// Calls `found` for each candidate of a chunk with a contact. It may
+    /// lower the last time of interest for those that follow.
+    fn visit<const N: usize>(
+        &self,
+        from: usize,
+        chunk: &[[u32; 4]],
+        mut params: Params,
+        mut found: impl FnMut(CandidateContact, &mut f64),
+    ) -> Result<(), CcdError>
+    where
+        MovingPolygon<N>: Corners<N>,
+        LanePolygon<N>: LaneCorners<N>,
+    {
+        for (group, points) in chunk.chunks(LANES).enumerate() {
+            for lane in bits(self.left_over::<N>(points, &params)) {
+                let [x0, x1] = self.gather(&points[lane]);
+                if let Some(contact) = first_contact::<N>(&x0, &x1, &params)? {
+                    let candidate = from + group * LANES + lane;
+                    found(CandidateContact { candidate, contact }, &mut params.t_max);
+                }
             }
         }
         Ok(())
     }
 
+    /// One bit for each of up to four candidates that the filters cannot drop.
+    #[inline]
+    fn left_over<const N: usize>(&self, points: &[[u32; 4]], params: &Params) -> u32
+    where
+        LanePolygon<N>: LaneCorners<N>,
+    {
+        let last = points.len() - 1;
+        let lanes: [[u32; 4]; LANES] = std::array::from_fn(|lane| points[lane.min(last)]);
+        let gather = |x: &[DVec3]| -> [Vectors; 4] {
+            std::array::from_fn(|i| Vectors::gather(lanes.map(|lane| x[lane[i] as usize])))
+        };
+        let (x0, x1) = (gather(self.x0), gather(self.x1));
+        lanes::left_over::<N>(&x0, &x1, params.t_max, params.min_separation) & ((2 << last) - 1)
+    }
+
+    fn check(&self, candidates: &[[u32; 4]], params: &Params) -> Result<(), CcdError> {
+        params.check()?;
+        let count = self.x0.len();
+        let exists = |&point: &u32| (point as usize) < count;
+        match candidates.iter().position(|points| !points.iter().all(exists)) {
+            None => Ok(()),
+            Some(candidate) => {
+                let missing = candidates[candidate].into_iter().find(|point| !exists(point));
+                let point = missing.unwrap_or(u32::MAX);
+                Err(CcdError::PointOutOfRange { candidate, point, count })
+            }
+        }
+    }
+
     #[inline]
     fn gather(&self, points: &[u32; 4]) -> [[DVec3; 4]; 2] {
         [self.x0, self.x1].map(|x| points.map(|point| x[point as usize]))
+    }
+}
+
+/// Candidates that are worked off as one task: at tens of nanoseconds each, far
+/// more than handing it to a thread costs.
+const CHUNK: usize = 1024;
+
+/// Candidates worked off before what they have found limits the time for the
+/// rest. Fewer would leave threads waiting, more would look for contacts that
+/// are too late to matter.
+const ROUND: usize = 16 * CHUNK;
+
+/// Calls `f` with each chunk of a list and its place, in order or in parallel,
+/// and returns what it returned, in order.
+#[cfg(not(feature = "rayon"))]
+fn map_chunks<R>(candidates: &[[u32; 4]], f: impl Fn(usize, &[[u32; 4]]) -> R + Sync) -> Vec<R> {
+    candidates.chunks(CHUNK).enumerate().map(|(i, chunk)| f(i * CHUNK, chunk)).collect()
+}
+
+/// Calls `f` with each chunk of a list and its place, in order or in parallel,
+/// and returns what it returned, in order.
+#[cfg(feature = "rayon")]
+fn map_chunks<R: Send>(
+    candidates: &[[u32; 4]],
+    f: impl Fn(usize, &[[u32; 4]]) -> R + Sync,
+) -> Vec<R> {
+    use rayon::prelude::*;
+
+    candidates.par_chunks(CHUNK).enumerate().map(|(i, chunk)| f(i * CHUNK, chunk)).collect()
+}
+
+/// Places of the bits that are set, ascending.
+#[inline]
+fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lowest = mask.trailing_zeros();
+        mask &= mask.wrapping_sub(1);
+        (lowest < u32::BITS).then_some(lowest as usize)
+    })
+}
+
+/// The earlier of two contacts, the first one if they are equally early.
+fn earlier(a: Option<CandidateContact>, b: Option<CandidateContact>) -> Option<CandidateContact> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(if b.contact.lo < a.contact.lo { b } else { a }),
+        (a, b) => a.or(b),
     }
 }

@@ -9,6 +9,7 @@ pub mod cubic;
 mod error;
 #[cfg(feature = "exact")]
 mod exact;
+mod lanes;
 mod polygon;
 mod rounding;
 mod search;
