@@ -1,4 +1,5 @@
 //! Continuous collision queries beside other ways to answer them.
 
+pub mod measure;
 pub mod methods;
 pub mod queries;

@@ -72,3 +72,50 @@ pub fn read(folder: &Path, name: &str) -> io::Result<QuerySet> {
     let queries = (0..count).map(query).collect::<io::Result<_>>()?;
     Ok(QuerySet { name: name.to_owned(), kind, queries })
 }
+
+/// Queries that are made rather than read: points in a unit cube that move by
+/// up to half of it. Their exact answers are not known.
+#[must_use]
+pub fn made(kind: Kind, count: usize) -> QuerySet {
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut point =
+        |size: f64| DVec3::from_array(std::array::from_fn(|_| size * signed_unit(&mut state)));
+    let query = |_| {
+        let x0 = std::array::from_fn(|_| point(0.5));
+        Query { x0, x1: x0.map(|x| x + point(0.5)), time: f64::NAN }
+    };
+    let name = if kind == Kind::VertexFace { "made_vf" } else { "made_ee" };
+    QuerySet { name: name.to_owned(), kind, queries: (0..count).map(query).collect() }
+}
+
+/// A number in `-1.0..1.0`, by a 64-bit xorshift generator.
+fn signed_unit(state: &mut u64) -> f64 {
+    *state ^= *state << 13;
+    *state ^= *state >> 7;
+    *state ^= *state << 17;
+    f64::from(u32::try_from(*state >> 32).unwrap_or(0)) / f64::from(1_u32 << 31) - 1.0
+}
+
+impl QuerySet {
+    /// Whether the exact answers are known.
+    #[must_use]
+    pub fn is_labelled(&self) -> bool {
+        self.queries.iter().all(|query| !query.time.is_nan())
+    }
+
+    /// Every `step`-th query.
+    #[must_use]
+    pub fn thinned(&self, step: usize) -> Vec<Query> {
+        self.queries.iter().step_by(step).copied().collect()
+    }
+
+    /// All points at both ends of the step, and the places of each query's
+    /// among them.
+    #[must_use]
+    pub fn as_motion(&self) -> ([Vec<DVec3>; 2], Vec<[u32; 4]>) {
+        let x0 = self.queries.iter().flat_map(|query| query.x0).collect();
+        let x1 = self.queries.iter().flat_map(|query| query.x1).collect();
+        let places = (0..).step_by(4).map(|first| [first, first + 1, first + 2, first + 3]);
+        ([x0, x1], places.take(self.queries.len()).collect())
+    }
+}

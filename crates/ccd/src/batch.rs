@@ -267,7 +267,7 @@ impl<'a> Motion<'a> {
         Ok(())
     }
 
-    /// One bit for each of up to four candidates that the filters cannot drop.
+    /// One bit for each of up to `LANES` candidates that the filters cannot drop.
     #[inline]
     fn left_over<const N: usize>(&self, points: &[[u32; 4]], params: &Params) -> u32
     where

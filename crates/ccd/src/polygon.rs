@@ -95,12 +95,13 @@ where
     /// underflow or overflow.
     #[inline]
     pub(crate) fn new(x0: &[DVec3; 4], x1: &[DVec3; 4]) -> Result<Self, CcdError> {
-        let (polygon, finite) = Self::unscaled(x0, x1);
-        let size = polygon.reach().max_element();
-        if finite && (SMALL..=LARGE).contains(&size) {
-            return Ok(polygon);
+        let (mut polygon, finite) = Self::unscaled(x0, x1);
+        let reach = polygon.reach();
+        let size = larger(larger(reach.x, reach.y), reach.z);
+        if !(finite && SMALL <= size && size <= LARGE) {
+            polygon = Self::rescaled(x0, x1)?;
         }
-        Self::rescaled(x0, x1)
+        Ok(polygon)
     }
 
     /// The polygon as it is, and whether no coordinate is infinite or NaN.

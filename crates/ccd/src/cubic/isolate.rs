@@ -207,16 +207,15 @@ impl Hint {
     }
 }
 
-/// Newton steps at most; bisection takes over where they leave the bracket, and
-/// 60 of those reach the last bit.
-const NEWTON_STEPS: u32 = 60;
+/// Steps at most; bisection takes over where they leave the bracket, and 60 of
+/// those reach the last bit.
+const MOST_STEPS: u32 = 60;
 
-/// A Newton step this short leaves an error of its square, which is below the
-/// rounding of the value.
-const NEWTON_STEP: f64 = 1e-8;
+/// A step this short leaves an error of its cube, which is below rounding.
+const LAST_STEP: f64 = 1e-5;
 
 /// Where a cubic with rising Bernstein coefficients reaches `value`, which
-/// lies between its first and its last.
+/// lies between its first and its last: Halley's iteration within a bracket.
 #[inline]
 fn solve([b0, b1, b2, b3]: [f64; 4], value: f64) -> Hint {
     let (c0, c1) = (b0 - value, 3.0 * (b1 - b0));
@@ -224,19 +223,20 @@ fn solve([b0, b1, b2, b3]: [f64; 4], value: f64) -> Hint {
     let (mut lo, mut hi) = (0.0, 1.0);
     let mut t = c0 / (b0 - b3);
     let mut slope = 0.0;
-    for _ in 0..NEWTON_STEPS {
+    for _ in 0..MOST_STEPS {
         let f = ((c3 * t + c2) * t + c1) * t + c0;
         slope = (3.0 * c3 * t + 2.0 * c2) * t + c1;
+        let half_curvature = 3.0 * c3 * t + c2;
         if f <= 0.0 {
             lo = larger(lo, t);
         } else {
             hi = smaller(hi, t);
         }
-        let newton = t - f / slope;
-        let next = if lo <= newton && newton <= hi { newton } else { 0.5 * (lo + hi) };
+        let halley = t - f * slope / (slope * slope - f * half_curvature);
+        let next = if lo <= halley && halley <= hi { halley } else { 0.5 * (lo + hi) };
         let step = (next - t).abs();
         t = next;
-        if step <= NEWTON_STEP {
+        if step <= LAST_STEP {
             break;
         }
     }
