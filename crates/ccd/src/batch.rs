@@ -163,7 +163,7 @@ impl<'a> Motion<'a> {
     ) -> Result<Vec<CandidateContact>, CcdError>
     where
         MovingPolygon<N>: Corners<N>,
-        LanePolygon<N>: LaneCorners<N>,
+        LanePolygon<N>: LaneCorners,
     {
         self.check(candidates, params)?;
         let chunks = map_chunks(candidates, |from, chunk| {
@@ -183,7 +183,7 @@ impl<'a> Motion<'a> {
         params: &Params,
     ) -> Result<Vec<usize>, CcdError>
     where
-        LanePolygon<N>: LaneCorners<N>,
+        LanePolygon<N>: LaneCorners,
     {
         self.check(candidates, params)?;
         let chunks = map_chunks(candidates, |from, chunk| {
@@ -207,7 +207,7 @@ impl<'a> Motion<'a> {
     ) -> Result<Option<CandidateContact>, CcdError>
     where
         MovingPolygon<N>: Corners<N>,
-        LanePolygon<N>: LaneCorners<N>,
+        LanePolygon<N>: LaneCorners,
     {
         self.check(candidates, params)?;
         let mut first: Option<CandidateContact> = None;
@@ -232,7 +232,7 @@ impl<'a> Motion<'a> {
     ) -> Result<Option<CandidateContact>, CcdError>
     where
         MovingPolygon<N>: Corners<N>,
-        LanePolygon<N>: LaneCorners<N>,
+        LanePolygon<N>: LaneCorners,
     {
         let mut first = None;
         self.visit::<N>(from, chunk, params, |contact, t_max| {
@@ -253,7 +253,7 @@ impl<'a> Motion<'a> {
     ) -> Result<(), CcdError>
     where
         MovingPolygon<N>: Corners<N>,
-        LanePolygon<N>: LaneCorners<N>,
+        LanePolygon<N>: LaneCorners,
     {
         for (group, points) in chunk.chunks(LANES).enumerate() {
             for lane in bits(self.left_over::<N>(points, &params)) {
@@ -271,7 +271,7 @@ impl<'a> Motion<'a> {
     #[inline]
     fn left_over<const N: usize>(&self, points: &[[u32; 4]], params: &Params) -> u32
     where
-        LanePolygon<N>: LaneCorners<N>,
+        LanePolygon<N>: LaneCorners,
     {
         let last = points.len() - 1;
         let lanes: [[u32; 4]; LANES] = std::array::from_fn(|lane| points[lane.min(last)]);
@@ -279,7 +279,8 @@ impl<'a> Motion<'a> {
             std::array::from_fn(|i| Vectors::gather(lanes.map(|lane| x[lane[i] as usize])))
         };
         let (x0, x1) = (gather(self.x0), gather(self.x1));
-        lanes::left_over::<N>(&x0, &x1, params.t_max, params.min_separation) & ((2 << last) - 1)
+        lanes::left_over::<LanePolygon<N>>(&x0, &x1, params.t_max, params.min_separation)
+            & ((2 << last) - 1)
     }
 
     fn check(&self, candidates: &[[u32; 4]], params: &Params) -> Result<(), CcdError> {

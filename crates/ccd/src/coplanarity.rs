@@ -12,83 +12,81 @@
 use glam::DVec3;
 
 use crate::cubic::Cubic;
-use crate::polygon::{MovingPolygon, larger, mix, separation_bound, smaller};
-use crate::rounding::{COPLANARITY, DIRECTION, LENGTH_UP, NORMAL, UNDERFLOW};
+use crate::polygon::{Corners, MovingPolygon, Outline, larger, mix, most, separation_bound};
+use crate::rounding::{AREA_DIRECTION, COPLANARITY, LENGTH_UP, NORMAL, UNDERFLOW};
 
 /// Area vectors of a moving polygon, and what bounds their errors.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Coplanarity {
+pub(crate) struct Coplanarity<'a> {
+    outline: &'a Outline,
     /// Area vectors at times 0 and 1.
     areas: [DVec3; 2],
     /// `B`: permanent of the area vectors.
     permanent: DVec3,
-    /// Corner 0 at times 0 and 1.
-    corner: [DVec3; 2],
-    /// Area vectors dotted with corner 0: `[area at 0 or 1][corner at 0 or 1]`.
+    /// `[n . a0, n . a1]` for the area vector `n` of time 0, then of time 1.
     heights: [[f64; 2]; 2],
-    /// `8 u sum B_k (Q_k + X_k + Y_k)`: bound of projections onto an area vector.
+    /// Bound of heights over an area vector.
     area_bound: f64,
 }
 
-impl Coplanarity {
+impl<'a> Coplanarity<'a> {
     #[inline]
-    pub(crate) fn new<const N: usize>(polygon: &MovingPolygon<N>) -> Self {
-        let ([e0, e1], [f0, f1]) = (polygon.first_edge, polygon.last_edge);
-        let (x, y) = (largest(e0, e1), largest(f0, f1));
+    pub(crate) fn new(outline: &'a Outline) -> Self {
+        let ([e0, e1], [f0, f1]) = (outline.first_edge, outline.last_edge);
+        let (x, y) = (most(e0.abs(), e1.abs()), most(f0.abs(), f1.abs()));
         let permanent =
             DVec3::new(x.y * y.z + x.z * y.y, x.z * y.x + x.x * y.z, x.x * y.y + x.y * y.x);
         let areas = [e0.cross(f0), e1.cross(f1)];
-        let corner = [polygon.start[0], polygon.end[0]];
-        let heights = areas.map(|n| corner.map(|a| n.dot(a)));
-        let area_bound = DIRECTION * permanent.dot(polygon.reach() + x + y) + UNDERFLOW;
-        Self { areas, permanent, corner, heights, area_bound }
+        let heights = areas.map(|n| outline.corner.map(|a| n.dot(a)));
+        let area_bound = AREA_DIRECTION * permanent.dot(outline.reach() + x + y) + UNDERFLOW;
+        Self { outline, areas, permanent, heights, area_bound }
     }
 
     /// Direction certificate with the area vectors of both ends, during
     /// `0..=end`.
     ///
     /// At its own end all corners have the height of corner 0 over an area
-    /// vector, so only those of the other end are projected.
+    /// vector; at the other, edges add to that height.
     #[inline]
-    pub(crate) fn areas_separate<const N: usize>(
-        &self,
-        polygon: &MovingPolygon<N>,
-        end: f64,
-        separation: f64,
-    ) -> bool {
-        let bound = |n| self.area_bound + separation_bound(n, separation);
-        let [[at_start, first], [other, at_end]] = self.heights;
-        one_side(self.areas[0], at_start, first, &polygon.end, end, bound(self.areas[0]))
-            || one_side_reversed(
-                self.areas[1],
-                at_end,
-                other,
-                &polygon.start,
-                end,
-                bound(self.areas[1]),
-            )
+    pub(crate) fn areas_separate<const N: usize>(&self, end: f64, separation: f64) -> bool
+    where
+        MovingPolygon<N>: Corners<N>,
+    {
+        (0..2).any(|own| self.area_separates::<N>(own, end, separation))
+    }
+
+    /// The certificate with the area vector of one end.
+    #[inline]
+    fn area_separates<const N: usize>(&self, own: usize, end: f64, separation: f64) -> bool
+    where
+        MovingPolygon<N>: Corners<N>,
+    {
+        let (n, other) = (self.areas[own], 1 - own);
+        let (e, f) = (self.outline.first_edge[other], self.outline.last_edge[other]);
+        let side = 1.0_f64.copysign(self.heights[own][0]);
+        let rise = MovingPolygon::<N>::least_rise(side * n.dot(e), side * n.dot(f));
+        let mut least = self.heights[own].map(|height| side * height);
+        least[other] += rise;
+        let bound = self.area_bound + separation_bound(n, separation);
+        least[0] > bound && mix(least[0], least[1], end) > bound
     }
 
     /// The cubic with its bound.
     #[inline]
-    pub(crate) fn cubic<const N: usize>(&self, polygon: &MovingPolygon<N>) -> Cubic {
-        let mixed = self.mixed_area(polygon);
-        let [a0, a1] = self.corner;
+    pub(crate) fn cubic(&self) -> Cubic {
+        let mixed = self.mixed_area();
+        let [a0, a1] = self.outline.corner;
         let [[b0, h01], [h10, b3]] = self.heights;
         let b1 = (h01 + a0.dot(mixed)) / 3.0;
         let b2 = (h10 + a1.dot(mixed)) / 3.0;
-        let permanent = largest(a0, a1).dot(self.permanent);
+        let permanent = most(a0.abs(), a1.abs()).dot(self.permanent);
         Cubic::new([b0, b1, b2, b3], COPLANARITY * permanent + UNDERFLOW)
     }
 
     /// How far from zero the cubic must be for the plane to be further than
     /// `separation` from the origin: the separation times the largest area.
-    pub(crate) fn margin<const N: usize>(
-        &self,
-        polygon: &MovingPolygon<N>,
-        separation: f64,
-    ) -> f64 {
-        let mixed = 0.5 * self.mixed_area(polygon).length();
+    pub(crate) fn margin(&self, separation: f64) -> f64 {
+        let mixed = 0.5 * self.mixed_area().length();
         let area = larger(larger(self.areas[0].length(), self.areas[1].length()), mixed);
         let rounding = NORMAL * self.permanent.element_sum() + UNDERFLOW;
         separation * (area + rounding) * LENGTH_UP
@@ -96,45 +94,8 @@ impl Coplanarity {
 
     /// Twice the middle Bernstein coefficient of the area vector.
     #[inline]
-    fn mixed_area<const N: usize>(&self, polygon: &MovingPolygon<N>) -> DVec3 {
-        let ([e0, e1], [f0, f1]) = (polygon.first_edge, polygon.last_edge);
+    fn mixed_area(&self) -> DVec3 {
+        let ([e0, e1], [f0, f1]) = (self.outline.first_edge, self.outline.last_edge);
         e0.cross(f1) + e1.cross(f0)
     }
-}
-
-/// Whether heights over `n` that start together keep to one side up to `end`.
-#[inline]
-fn one_side<const N: usize>(
-    n: DVec3,
-    together: f64,
-    first: f64,
-    others: &[DVec3; N],
-    end: f64,
-    bound: f64,
-) -> bool {
-    let side = 1.0_f64.copysign(together);
-    let least = others[1..].iter().fold(side * first, |least, q| smaller(least, side * n.dot(*q)));
-    side * together > bound && mix(side * together, least, end) > bound
-}
-
-/// Whether heights over `n` that end together keep to one side up to `end`.
-#[inline]
-fn one_side_reversed<const N: usize>(
-    n: DVec3,
-    together: f64,
-    first: f64,
-    others: &[DVec3; N],
-    end: f64,
-    bound: f64,
-) -> bool {
-    let side = 1.0_f64.copysign(first);
-    let least = others[1..].iter().fold(side * first, |least, q| smaller(least, side * n.dot(*q)));
-    least > bound && mix(least, side * together, end) > bound
-}
-
-/// Component-wise larger absolute value.
-#[inline]
-fn largest(a: DVec3, b: DVec3) -> DVec3 {
-    let (a, b) = (a.abs(), b.abs());
-    DVec3::new(larger(a.x, b.x), larger(a.y, b.y), larger(a.z, b.z))
 }

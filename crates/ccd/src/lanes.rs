@@ -14,7 +14,7 @@ use wide::f64x2 as Wide;
 #[cfg(target_feature = "avx")]
 use wide::f64x4 as Wide;
 
-use crate::rounding::{COPLANARITY, DIRECTION, LARGE, LENGTH_UP, NORMAL, SMALL, UNDERFLOW};
+use crate::rounding::{AREA_DIRECTION, COPLANARITY, LARGE, LENGTH_UP, NORMAL, SMALL, UNDERFLOW};
 
 /// Queries that are filtered together.
 pub(crate) const LANES: usize = size_of::<Wide>() / size_of::<f64>();
@@ -30,50 +30,66 @@ pub(crate) struct Vectors {
     z: Wide,
 }
 
-/// Numbers of corners whose polygons can be built in lanes.
-pub(crate) trait LaneCorners<const N: usize> {
-    /// As [`Corners::differences`](crate::polygon::Corners::differences).
-    fn differences(x: &[Vectors; 4]) -> ([Vectors; N], Vectors, Vectors);
+/// Corner 0 and its two edges, smallest and largest coordinates, at one time.
+type Differences = [Vectors; 5];
+
+/// What depends on the number of corners: [`Corners`](crate::polygon::Corners)
+/// in lanes.
+pub(crate) trait LaneCorners {
+    fn differences(x: &[Vectors; 4]) -> Differences;
+    fn least_rise(a: Wide, b: Wide) -> Wide;
 }
 
 /// Stands for polygons of `N` corners in lanes.
 pub(crate) struct LanePolygon<const N: usize>;
 
-impl LaneCorners<3> for LanePolygon<3> {
+impl LaneCorners for LanePolygon<3> {
     #[inline]
-    fn differences(&[p, a, b, c]: &[Vectors; 4]) -> ([Vectors; 3], Vectors, Vectors) {
-        ([a.minus(p), b.minus(p), c.minus(p)], b.minus(a), c.minus(a))
+    fn differences(&[p, a, b, c]: &[Vectors; 4]) -> Differences {
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        [a.minus(p), b.minus(a), c.minus(a), low.minus(p), high.minus(p)]
+    }
+
+    #[inline]
+    fn least_rise(a: Wide, b: Wide) -> Wide {
+        a.fast_min(b).fast_min(Wide::splat(0.0))
     }
 }
 
-impl LaneCorners<4> for LanePolygon<4> {
+impl LaneCorners for LanePolygon<4> {
     #[inline]
-    fn differences(&[a0, a1, b0, b1]: &[Vectors; 4]) -> ([Vectors; 4], Vectors, Vectors) {
-        ([b0.minus(a0), b1.minus(a0), b1.minus(a1), b0.minus(a1)], b1.minus(b0), a0.minus(a1))
+    fn differences(&[a0, a1, b0, b1]: &[Vectors; 4]) -> Differences {
+        let (low, high) = (b0.min(b1).minus(a0.max(a1)), b0.max(b1).minus(a0.min(a1)));
+        [b0.minus(a0), b1.minus(b0), a0.minus(a1), low, high]
+    }
+
+    #[inline]
+    fn least_rise(a: Wide, b: Wide) -> Wide {
+        a.fast_min(Wide::splat(0.0)) + b.fast_min(Wide::splat(0.0))
     }
 }
 
 /// One bit for each query that the filters cannot drop.
 #[inline]
-pub(crate) fn left_over<const N: usize>(
+pub(crate) fn left_over<P: LaneCorners>(
     x0: &[Vectors; 4],
     x1: &[Vectors; 4],
     end: f64,
     separation: f64,
-) -> u32
-where
-    LanePolygon<N>: LaneCorners<N>,
-{
-    let (start, e0, f0) = LanePolygon::<N>::differences(x0);
-    let (finish, e1, f1) = LanePolygon::<N>::differences(x1);
-    let extent = Extent::of(&start, &finish);
+) -> u32 {
+    let [c0, e0, f0, low_0, high_0] = P::differences(x0);
+    let [c1, e1, f1, low_1, high_1] = P::differences(x1);
+    let extent = Extent { low: low_0.min(low_1), high: high_0.max(high_1) };
     let usual = extent.is_usual();
-    let axis = extent.axis_separates(separation);
-    if (axis & usual).all() {
-        return 0;
+    let mut dropped = usual & extent.axis_separates(separation);
+    if !dropped.all() {
+        let edges = [[e0, e1], [f0, f1]];
+        let filter = Filter::new([c0, c1], edges, extent.reach(), separation);
+        dropped |= usual & filter.areas_separate::<P>(end);
+        if !dropped.all() {
+            dropped |= usual & filter.cubic_is_one_signed();
+        }
     }
-    let filter = Filter { start, finish, edges: [[e0, e1], [f0, f1]], end, separation };
-    let dropped = usual & (axis | filter.separates(extent.reach()));
     !dropped.to_bitmask() & ((1 << LANES) - 1)
 }
 
@@ -85,18 +101,8 @@ struct Extent {
 
 impl Extent {
     #[inline]
-    fn of<const N: usize>(start: &[Vectors; N], finish: &[Vectors; N]) -> Self {
-        let all = || start.iter().chain(finish).copied();
-        let low = all().fold(start[0], Vectors::min);
-        let high = all().fold(start[0], Vectors::max);
-        Self { low, high }
-    }
-
-    #[inline]
     fn reach(&self) -> Vectors {
-        let zero = Wide::splat(0.0);
-        let negated = Vectors { x: zero - self.low.x, y: zero - self.low.y, z: zero - self.low.z };
-        negated.max(self.high)
+        self.low.negated().max(self.high)
     }
 
     /// Whether a query needs no scaling.
@@ -109,76 +115,73 @@ impl Extent {
 
     #[inline]
     fn axis_separates(&self, separation: f64) -> Mask {
-        let (over, under) =
-            (Wide::splat(separation * LENGTH_UP), Wide::splat(-separation * LENGTH_UP));
+        let over = Wide::splat(separation * LENGTH_UP);
+        let under = Wide::splat(-separation * LENGTH_UP);
         let (low, high) = (self.low, self.high);
         (low.x.simd_gt(over) | low.y.simd_gt(over) | low.z.simd_gt(over))
             | (high.x.simd_lt(under) | high.y.simd_lt(under) | high.z.simd_lt(under))
     }
 }
 
-/// The filters beyond the axes: see [`Coplanarity`](crate::coplanarity::Coplanarity).
-struct Filter<const N: usize> {
-    start: [Vectors; N],
-    finish: [Vectors; N],
+/// The filters beyond the axes: [`Coplanarity`](crate::coplanarity::Coplanarity)
+/// in lanes.
+struct Filter {
+    corner: [Vectors; 2],
     edges: [[Vectors; 2]; 2],
-    end: f64,
+    areas: [Vectors; 2],
+    permanent: Vectors,
+    heights: [[Wide; 2]; 2],
+    area_bound: Wide,
     separation: f64,
 }
 
-impl<const N: usize> Filter<N> {
+impl Filter {
     #[inline]
-    fn separates(&self, reach: Vectors) -> Mask {
-        let [[e0, e1], [f0, f1]] = self.edges;
+    fn new(
+        corner: [Vectors; 2],
+        edges: [[Vectors; 2]; 2],
+        reach: Vectors,
+        separation: f64,
+    ) -> Self {
+        let [[e0, e1], [f0, f1]] = edges;
         let (x, y) = (e0.abs().max(e1.abs()), f0.abs().max(f1.abs()));
         let permanent = x.permanent(y);
         let areas = [e0.cross(f0), e1.cross(f1)];
-        let (a0, a1) = (self.start[0], self.finish[0]);
-        let heights = areas.map(|n| [n.dot(a0), n.dot(a1)]);
-        let bound =
-            Wide::splat(DIRECTION) * permanent.dot(reach.plus(x).plus(y)) + Wide::splat(UNDERFLOW);
-        let away_0 = self.keeps_away(areas[0], heights[0], &self.finish, bound);
-        let [first, together] = heights[1];
-        let away_1 = self.comes_from_away(areas[1], together, first, bound);
-        let mixed = e0.cross(f1).plus(e1.cross(f0));
-        let third = Wide::splat(3.0);
-        let b1 = (heights[0][1] + a0.dot(mixed)) / third;
-        let b2 = (heights[1][0] + a1.dot(mixed)) / third;
-        let error = Wide::splat(COPLANARITY) * a0.abs().max(a1.abs()).dot(permanent)
+        let heights = areas.map(|n| corner.map(|a| n.dot(a)));
+        let area_bound = Wide::splat(AREA_DIRECTION) * permanent.dot(reach.plus(x).plus(y))
             + Wide::splat(UNDERFLOW);
-        let limit = error + self.margin(areas, mixed, permanent);
-        away_0 | away_1 | one_signed([heights[0][0], b1, b2, heights[1][1]], limit)
-    }
-
-    /// Whether heights that start together over `n` keep to one side.
-    #[inline]
-    fn keeps_away(
-        &self,
-        n: Vectors,
-        [together, first]: [Wide; 2],
-        others: &[Vectors; N],
-        bound: Wide,
-    ) -> Mask {
-        let side = together.signum_like();
-        let least =
-            others[1..].iter().fold(side * first, |least, q| least.fast_min(side * n.dot(*q)));
-        let bound = bound + self.allowance(n);
-        (side * together).simd_gt(bound) & self.at_end(side * together, least).simd_gt(bound)
-    }
-
-    /// Whether heights that end together over `n` keep to one side.
-    #[inline]
-    fn comes_from_away(&self, n: Vectors, together: Wide, first: Wide, bound: Wide) -> Mask {
-        let side = first.signum_like();
-        let least =
-            self.start[1..].iter().fold(side * first, |least, q| least.fast_min(side * n.dot(*q)));
-        let bound = bound + self.allowance(n);
-        least.simd_gt(bound) & self.at_end(least, side * together).simd_gt(bound)
+        Self { corner, edges, areas, permanent, heights, area_bound, separation }
     }
 
     #[inline]
-    fn at_end(&self, a: Wide, b: Wide) -> Wide {
-        Wide::splat(1.0 - self.end) * a + Wide::splat(self.end) * b
+    fn areas_separate<P: LaneCorners>(&self, end: f64) -> Mask {
+        self.area_separates::<P>(0, end) | self.area_separates::<P>(1, end)
+    }
+
+    #[inline]
+    fn area_separates<P: LaneCorners>(&self, own: usize, end: f64) -> Mask {
+        let (n, other) = (self.areas[own], 1 - own);
+        let (e, f) = (self.edges[0][other], self.edges[1][other]);
+        let side = one_with_sign_of(self.heights[own][0]);
+        let rise = P::least_rise(side * n.dot(e), side * n.dot(f));
+        let mut least = self.heights[own].map(|height| side * height);
+        least[other] += rise;
+        let bound = self.area_bound + self.allowance(n);
+        let at_end = Wide::splat(1.0 - end) * least[0] + Wide::splat(end) * least[1];
+        least[0].simd_gt(bound) & at_end.simd_gt(bound)
+    }
+
+    #[inline]
+    fn cubic_is_one_signed(&self) -> Mask {
+        let [[e0, e1], [f0, f1]] = self.edges;
+        let [a0, a1] = self.corner;
+        let mixed = e0.cross(f1).plus(e1.cross(f0));
+        let three = Wide::splat(3.0);
+        let [[b0, h01], [h10, b3]] = self.heights;
+        let (b1, b2) = ((h01 + a0.dot(mixed)) / three, (h10 + a1.dot(mixed)) / three);
+        let error = Wide::splat(COPLANARITY) * a0.abs().max(a1.abs()).dot(self.permanent)
+            + Wide::splat(UNDERFLOW);
+        one_signed([b0, b1, b2, b3], error + self.margin(mixed))
     }
 
     /// What the separation adds to a bound on projections onto `n`.
@@ -196,10 +199,12 @@ impl<const N: usize> Filter<N> {
 
     /// What the separation adds to the bound of the cubic.
     #[inline]
-    fn margin(&self, [n0, n1]: [Vectors; 2], mixed: Vectors, permanent: Vectors) -> Wide {
+    fn margin(&self, mixed: Vectors) -> Wide {
         if self.separation > 0.0 {
+            let [n0, n1] = self.areas;
             let middle = Wide::splat(0.5) * mixed.dot(mixed).sqrt();
             let area = n0.dot(n0).sqrt().fast_max(n1.dot(n1).sqrt()).fast_max(middle);
+            let permanent = self.permanent;
             let rounding = Wide::splat(NORMAL) * (permanent.x + permanent.y + permanent.z)
                 + Wide::splat(UNDERFLOW);
             Wide::splat(self.separation) * (area + rounding) * Wide::splat(LENGTH_UP)
@@ -258,6 +263,12 @@ impl Vectors {
     }
 
     #[inline]
+    fn negated(self) -> Self {
+        let zero = Wide::splat(0.0);
+        Self { x: zero - self.x, y: zero - self.y, z: zero - self.z }
+    }
+
+    #[inline]
     fn dot(self, other: Self) -> Wide {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
@@ -283,13 +294,7 @@ impl Vectors {
 }
 
 /// 1 with the sign of each lane.
-trait SignumLike {
-    fn signum_like(self) -> Self;
-}
-
-impl SignumLike for Wide {
-    #[inline]
-    fn signum_like(self) -> Self {
-        (self & Self::splat(-0.0)) | Self::splat(1.0)
-    }
+#[inline]
+fn one_with_sign_of(x: Wide) -> Wide {
+    (x & Wide::splat(-0.0)) | Wide::splat(1.0)
 }

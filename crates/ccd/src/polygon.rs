@@ -12,34 +12,92 @@ use glam::DVec3;
 use crate::error::{CcdError, StepEnd};
 use crate::rounding::{DIRECTION, LARGE, LENGTH_UP, SMALL, UNDERFLOW, exponent, power_of_two};
 
-/// A convex polygon with `N` corners (3 or 4) that move on straight lines.
+/// What the filters need of a moving polygon: one corner, the two edges that
+/// meet there, and the extent. All are differences of the input, not of each
+/// other, so that each is rounded once.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct MovingPolygon<const N: usize> {
-    /// Corners at time 0.
-    pub(crate) start: [DVec3; N],
-    /// Corners at time 1.
-    pub(crate) end: [DVec3; N],
-    /// The edge from corner 0 to corner 1 at both times, subtracted from the
-    /// input rather than from corners.
+pub(crate) struct Outline {
+    /// Corner 0 at times 0 and 1.
+    pub(crate) corner: [DVec3; 2],
+    /// The edge from corner 0 to corner 1.
     pub(crate) first_edge: [DVec3; 2],
-    /// The edge from corner 0 to corner `N - 1`, likewise.
+    /// The edge from corner 0 to corner `N - 1`.
     pub(crate) last_edge: [DVec3; 2],
     /// Smallest coordinates over all corners and both times.
     low: DVec3,
     /// Largest coordinates.
     high: DVec3,
-    /// Power of two that all coordinates were multiplied with.
-    pub(crate) scale: f64,
+    /// Powers of two that everything was multiplied with.
+    pub(crate) scaling: Scaling,
 }
 
-/// Numbers of corners that have a meaning, with the way to build them.
+/// Powers of two that points and their differences are multiplied with.
+///
+/// Points only by a quarter, and only where differences would overflow: the
+/// digits that this costs are beyond 2^-1000 of the largest difference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Scaling {
+    points: f64,
+    /// Two factors, since one alone may not be a normal number.
+    differences: [f64; 2],
+}
+
+impl Scaling {
+    const NONE: Self = Self { points: 1.0, differences: [1.0, 1.0] };
+
+    /// Brings differences of size `size` to about 1.
+    fn of_size(size: f64, points: f64) -> Self {
+        let shift = -exponent(size);
+        let differences = [shift / 2, shift - shift / 2].map(power_of_two);
+        Self { points, differences }
+    }
+
+    /// All factors together, for lengths.
+    #[inline]
+    pub(crate) fn length(self, x: f64) -> f64 {
+        x * self.points * self.differences[0] * self.differences[1]
+    }
+
+    fn point(self, x: DVec3) -> DVec3 {
+        x * self.points
+    }
+
+    fn difference(self, x: DVec3) -> DVec3 {
+        x * self.differences[0] * self.differences[1]
+    }
+}
+
+/// A convex polygon with `N` corners (3 or 4) that move on straight lines.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MovingPolygon<const N: usize> {
+    pub(crate) outline: Outline,
+    /// Corners at time 0.
+    start: [DVec3; N],
+    /// Corners at time 1.
+    end: [DVec3; N],
+}
+
+/// Corner 0 and its two edges, smallest and largest coordinates, at one time.
+type Differences = [DVec3; 5];
+
+/// Numbers of corners that have a meaning, with what depends on them.
 pub(crate) trait Corners<const N: usize>: Sized {
     /// For each corner, the points whose difference it is: the first less the second.
-    #[cfg(feature = "exact")]
     const PAIRS: [(usize, usize); N];
 
-    /// Differences of the query's points: corners and the two edges of corner 0.
-    fn differences(x: &[DVec3; 4]) -> ([DVec3; N], DVec3, DVec3);
+    /// The outline at one time.
+    fn differences(x: &[DVec3; 4]) -> Differences;
+
+    /// The least of `0`, `a` for corner 1, `b` for corner `N - 1`, and their
+    /// sum for a corner between: what corners add to the height of corner 0.
+    fn least_rise(a: f64, b: f64) -> f64;
+
+    /// The edge functions, given those of the first and the last edge and what
+    /// they all sum up to for a triangle, or opposite ones for a parallelogram.
+    fn edge_functions(first: f64, last: f64, total: f64) -> [f64; N];
+
+    /// The edges in order, given those of corner 0.
+    fn edges(first: DVec3, last: DVec3) -> [DVec3; N];
 
     /// Weights of the query's points for given weights of the corners.
     fn stencil(corners: [f64; N]) -> [f64; 4];
@@ -50,121 +108,155 @@ pub(crate) trait Corners<const N: usize>: Sized {
 }
 
 impl Corners<3> for MovingPolygon<3> {
-    #[cfg(feature = "exact")]
     const PAIRS: [(usize, usize); 3] = [(1, 0), (2, 0), (3, 0)];
 
     #[inline]
-    fn differences(&[p, a, b, c]: &[DVec3; 4]) -> ([DVec3; 3], DVec3, DVec3) {
-        ([a - p, b - p, c - p], b - a, c - a)
+    fn differences(&[p, a, b, c]: &[DVec3; 4]) -> Differences {
+        [a - p, b - a, c - a, least(least(a, b), c) - p, most(most(a, b), c) - p]
     }
 
+    #[inline]
+    fn least_rise(a: f64, b: f64) -> f64 {
+        smaller(smaller(a, b), 0.0)
+    }
+
+    #[inline]
+    fn edge_functions(first: f64, last: f64, total: f64) -> [f64; 3] {
+        [first, total - first - last, last]
+    }
+
+    #[inline]
+    fn edges(first: DVec3, last: DVec3) -> [DVec3; 3] {
+        [first, last - first, -last]
+    }
+
+    #[inline]
     fn stencil([a, b, c]: [f64; 3]) -> [f64; 4] {
         [-1.0, a, b, c]
     }
 
+    #[inline]
     fn corner_weights([ab, bc, ca]: [f64; 3]) -> [f64; 3] {
-        let area = ab + bc + ca;
-        [bc / area, ca / area, ab / area]
+        let share = 1.0 / (ab + bc + ca);
+        [bc * share, ca * share, ab * share]
     }
 }
 
 impl Corners<4> for MovingPolygon<4> {
-    #[cfg(feature = "exact")]
     const PAIRS: [(usize, usize); 4] = [(2, 0), (3, 0), (3, 1), (2, 1)];
 
     #[inline]
-    fn differences(&[a0, a1, b0, b1]: &[DVec3; 4]) -> ([DVec3; 4], DVec3, DVec3) {
-        ([b0 - a0, b1 - a0, b1 - a1, b0 - a1], b1 - b0, a0 - a1)
+    fn differences(&[a0, a1, b0, b1]: &[DVec3; 4]) -> Differences {
+        let (low, high) = (least(b0, b1) - most(a0, a1), most(b0, b1) - least(a0, a1));
+        [b0 - a0, b1 - b0, a0 - a1, low, high]
     }
 
+    #[inline]
+    fn least_rise(a: f64, b: f64) -> f64 {
+        smaller(a, 0.0) + smaller(b, 0.0)
+    }
+
+    #[inline]
+    fn edge_functions(first: f64, last: f64, total: f64) -> [f64; 4] {
+        [first, total - last, total - first, last]
+    }
+
+    #[inline]
+    fn edges(first: DVec3, last: DVec3) -> [DVec3; 4] {
+        [first, last, -first, -last]
+    }
+
+    #[inline]
     fn stencil([b0a0, b1a0, b1a1, b0a1]: [f64; 4]) -> [f64; 4] {
         [-(b0a0 + b1a0), -(b1a1 + b0a1), b0a0 + b0a1, b1a0 + b1a1]
     }
 
+    #[inline]
     fn corner_weights([at_a0, at_b1, at_a1, at_b0]: [f64; 4]) -> [f64; 4] {
         let (a, b) = (at_a0 / (at_a0 + at_a1), at_b0 / (at_b0 + at_b1));
         [(1.0 - a) * (1.0 - b), (1.0 - a) * b, a * b, a * (1.0 - b)]
     }
 }
 
-impl<const N: usize> MovingPolygon<N>
-where
-    Self: Corners<N>,
-{
-    /// The polygon of a query, scaled by a power of two where its size could
+impl Outline {
+    /// The outline of a query, scaled by a power of two where its size could
     /// underflow or overflow.
     #[inline]
-    pub(crate) fn new(x0: &[DVec3; 4], x1: &[DVec3; 4]) -> Result<Self, CcdError> {
-        let (mut polygon, finite) = Self::unscaled(x0, x1);
-        let reach = polygon.reach();
-        let size = larger(larger(reach.x, reach.y), reach.z);
-        if !(finite && SMALL <= size && size <= LARGE) {
-            polygon = Self::rescaled(x0, x1)?;
+    pub(crate) fn new<const N: usize>(x0: &[DVec3; 4], x1: &[DVec3; 4]) -> Result<Self, CcdError>
+    where
+        MovingPolygon<N>: Corners<N>,
+    {
+        let (mut outline, finite) = Self::unscaled::<N>(x0, x1);
+        if !(finite && (SMALL..=LARGE).contains(&outline.size())) {
+            outline = Self::rescaled::<N>(x0, x1)?;
         }
-        Ok(polygon)
+        Ok(outline)
     }
 
-    /// The polygon as it is, and whether no coordinate is infinite or NaN.
+    /// The outline as it is, and whether no coordinate is infinite or NaN.
     #[inline]
-    fn unscaled(x0: &[DVec3; 4], x1: &[DVec3; 4]) -> (Self, bool) {
-        let (start, first_0, last_0) = Self::differences(x0);
-        let (end, first_1, last_1) = Self::differences(x1);
-        let (mut low, mut high, mut sum) = (start[0], start[0], DVec3::ZERO);
-        for q in start.iter().chain(&end) {
-            low = DVec3::new(smaller(low.x, q.x), smaller(low.y, q.y), smaller(low.z, q.z));
-            high = DVec3::new(larger(high.x, q.x), larger(high.y, q.y), larger(high.z, q.z));
-            sum += *q;
-        }
-        let first_edge = [first_0, first_1];
-        let last_edge = [last_0, last_1];
-        let polygon = Self { start, end, first_edge, last_edge, low, high, scale: 1.0 };
-        // An infinity or a NaN in any corner survives the sum.
-        (polygon, (sum.x + sum.y + sum.z).is_finite())
+    fn unscaled<const N: usize>(x0: &[DVec3; 4], x1: &[DVec3; 4]) -> (Self, bool)
+    where
+        MovingPolygon<N>: Corners<N>,
+    {
+        let [c0, e0, f0, low_0, high_0] = MovingPolygon::<N>::differences(x0);
+        let [c1, e1, f1, low_1, high_1] = MovingPolygon::<N>::differences(x1);
+        // An infinity or a NaN in any point survives the sum.
+        let sum = (c0 + e0 + f0) + (c1 + e1 + f1);
+        let outline = Self {
+            corner: [c0, c1],
+            first_edge: [e0, e1],
+            last_edge: [f0, f1],
+            low: least(low_0, low_1),
+            high: most(high_0, high_1),
+            scaling: Scaling::NONE,
+        };
+        (outline, (sum.x + sum.y + sum.z).is_finite())
     }
 
     /// The rare sizes: refuses what is not finite, scales the rest to about 1.
     #[cold]
     #[inline(never)]
-    fn rescaled(x0: &[DVec3; 4], x1: &[DVec3; 4]) -> Result<Self, CcdError> {
+    fn rescaled<const N: usize>(x0: &[DVec3; 4], x1: &[DVec3; 4]) -> Result<Self, CcdError>
+    where
+        MovingPolygon<N>: Corners<N>,
+    {
         check_finite(x0, StepEnd::Start)?;
         check_finite(x1, StepEnd::Finish)?;
-        // A quarter first: no difference of quarters overflows. What this
-        // loses is 2^-2000 of the largest coordinate.
-        let overflows = !Self::unscaled(x0, x1).1;
-        let quarter = if overflows { 0.25 } else { 1.0 };
-        let (polygon, _) = Self::unscaled(&x0.map(|x| x * quarter), &x1.map(|x| x * quarter));
-        let size = polygon.reach().max_element();
-        if size == 0.0 {
-            return Ok(polygon);
+        let overflows = !Self::unscaled::<N>(x0, x1).1;
+        let quarter = Scaling { points: if overflows { 0.25 } else { 1.0 }, ..Scaling::NONE };
+        let [x0, x1] = [x0, x1].map(|x| x.map(|x| quarter.point(x)));
+        let (outline, _) = Self::unscaled::<N>(&x0, &x1);
+        let size = outline.size();
+        if size > 0.0 {
+            Ok(outline.scaled_by(Scaling::of_size(size, quarter.points)))
+        } else {
+            Ok(outline)
         }
-        Ok(polygon.scaled_by(-exponent(size), quarter))
     }
 
-    /// The polygon times `2^shift`, in two steps so that each is a normal number.
-    fn scaled_by(self, shift: i32, already: f64) -> Self {
-        let (half, rest) = (power_of_two(shift / 2), power_of_two(shift - shift / 2));
-        let by = |x: DVec3| x * half * rest;
+    fn scaled_by(self, scaling: Scaling) -> Self {
+        let by = |x: DVec3| scaling.difference(x);
         Self {
-            start: self.start.map(by),
-            end: self.end.map(by),
+            corner: self.corner.map(by),
             first_edge: self.first_edge.map(by),
             last_edge: self.last_edge.map(by),
             low: by(self.low),
             high: by(self.high),
-            scale: already * half * rest,
+            scaling,
         }
     }
-}
 
-impl<const N: usize> MovingPolygon<N> {
     /// `Q`: largest coordinates in absolute value, over all corners and both times.
     #[inline]
     pub(crate) fn reach(&self) -> DVec3 {
-        DVec3::new(
-            larger(-self.low.x, self.high.x),
-            larger(-self.low.y, self.high.y),
-            larger(-self.low.z, self.high.z),
-        )
+        most(-self.low, self.high)
+    }
+
+    #[inline]
+    fn size(&self) -> f64 {
+        let reach = self.reach();
+        larger(larger(reach.x, reach.y), reach.z)
     }
 
     /// Whether an axis alone keeps the polygon further than `separation` from
@@ -177,11 +269,45 @@ impl<const N: usize> MovingPolygon<N> {
         low.x > d || low.y > d || low.z > d || high.x < -d || high.y < -d || high.z < -d
     }
 
+    /// The edges of corner 0 at time `t`.
+    #[inline]
+    pub(crate) fn edges(&self, t: f64) -> [DVec3; 2] {
+        [self.first_edge, self.last_edge].map(|[at_0, at_1]| mix_points(at_0, at_1, t))
+    }
+
+    /// Area vector at time `t`: twice the area for a triangle, the area for a
+    /// parallelogram, along the normal of the corners' order.
+    #[inline]
+    pub(crate) fn area_vector(&self, t: f64) -> DVec3 {
+        let [first, last] = self.edges(t);
+        first.cross(last)
+    }
+}
+
+impl<const N: usize> MovingPolygon<N>
+where
+    Self: Corners<N>,
+{
+    /// The polygon with an outline, of the same points.
+    #[inline]
+    pub(crate) fn new(outline: Outline, points: [&[DVec3; 4]; 2]) -> Self {
+        let corners = |x: &[DVec3; 4]| Self::PAIRS.map(|(to, from)| x[to] - x[from]);
+        let scaling = outline.scaling;
+        let [start, end] = if scaling == Scaling::NONE {
+            points.map(corners)
+        } else {
+            points.map(|x| corners(&x.map(|x| scaling.point(x))).map(|q| scaling.difference(q)))
+        };
+        Self { outline, start, end }
+    }
+}
+
+impl<const N: usize> MovingPolygon<N> {
     /// `E(m)`: what the projections onto `m` must exceed for the direction
     /// certificate to hold with the given separation.
     #[inline]
     pub(crate) fn direction_bound(&self, m: DVec3, separation: f64) -> f64 {
-        DIRECTION * m.abs().dot(self.reach()) + UNDERFLOW + separation_bound(m, separation)
+        DIRECTION * m.abs().dot(self.outline.reach()) + UNDERFLOW + separation_bound(m, separation)
     }
 
     /// Direction certificate: whether `m` or `-m` keeps all corners further
@@ -225,23 +351,6 @@ impl<const N: usize> MovingPolygon<N> {
     pub(crate) fn corners(&self, t: f64) -> [DVec3; N] {
         std::array::from_fn(|i| mix_points(self.start[i], self.end[i], t))
     }
-
-    /// The edges of corner 0 at time `t`.
-    #[inline]
-    pub(crate) fn edges(&self, t: f64) -> [DVec3; 2] {
-        [
-            mix_points(self.first_edge[0], self.first_edge[1], t),
-            mix_points(self.last_edge[0], self.last_edge[1], t),
-        ]
-    }
-
-    /// Area vector at time `t`: twice the area for a triangle, the area for a
-    /// parallelogram, along the normal of the corners' order.
-    #[inline]
-    pub(crate) fn area_vector(&self, t: f64) -> DVec3 {
-        let [first, last] = self.edges(t);
-        first.cross(last)
-    }
 }
 
 /// What a separation adds to a bound on projections onto `m`: infinity where
@@ -280,6 +389,18 @@ pub(crate) fn smaller(a: f64, b: f64) -> f64 {
 #[inline]
 pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
+}
+
+/// The smaller of each coordinate.
+#[inline]
+fn least(a: DVec3, b: DVec3) -> DVec3 {
+    DVec3::new(smaller(a.x, b.x), smaller(a.y, b.y), smaller(a.z, b.z))
+}
+
+/// The larger of each coordinate.
+#[inline]
+pub(crate) fn most(a: DVec3, b: DVec3) -> DVec3 {
+    DVec3::new(larger(a.x, b.x), larger(a.y, b.y), larger(a.z, b.z))
 }
 
 /// Refuses points that are not finite.

@@ -12,6 +12,10 @@ pub(crate) const UNIT: f64 = f64::EPSILON / 2.0;
 /// Error of a direction test, per unit of `sum |m_k| Q_k` (lemma 1: 7 u).
 pub(crate) const DIRECTION: f64 = 8.0 * UNIT;
 
+/// Error of the height of a corner over an area vector, per unit of
+/// `sum B_k (Q_k + X_k + Y_k)` (lemma 3: 11 u).
+pub(crate) const AREA_DIRECTION: f64 = 14.0 * UNIT;
+
 /// Error of a Bernstein coefficient of the coplanarity cubic, per unit of its
 /// permanent (lemma 2: 12 u).
 pub(crate) const COPLANARITY: f64 = 13.0 * UNIT;
@@ -24,8 +28,13 @@ pub(crate) const SUBDIVISION: f64 = 10.0 * UNIT;
 /// (lemma 4: 5 u).
 pub(crate) const NORMAL: f64 = 6.0 * UNIT;
 
-/// Error of an edge function at a time, per unit of its permanent (lemma 5: 13 u).
-pub(crate) const EDGE_FUNCTION: f64 = 16.0 * UNIT;
+/// Error of an edge function at a time, per unit of `sum |n_k| Q_i Q_j`
+/// (lemma 5: 210 u).
+pub(crate) const EDGE_FUNCTION: f64 = 256.0 * UNIT;
+
+/// Change of an edge function from the middle of an interval to its ends, per
+/// unit of its length and of `sum |n_k| Q_i Q_j` (lemma 5: 6).
+pub(crate) const EDGE_FUNCTION_RATE: f64 = 8.0;
 
 /// Factor that makes a product of a separation with a computed length an upper
 /// bound (lemma 1, with a separation: 6 u).

@@ -7,13 +7,13 @@
 
 use glam::DVec3;
 
-use crate::closest::{Closest, closest, edge_functions};
+use crate::closest::{Closest, closest};
 use crate::contact::{Certainty, Contact, Params};
 use crate::coplanarity::Coplanarity;
 use crate::cubic::{Cubic, RootInterval, RootKind};
 use crate::error::CcdError;
-use crate::polygon::{Corners, MovingPolygon};
-use crate::rounding::{EDGE_FUNCTION, UNDERFLOW, UNIT};
+use crate::polygon::{Corners, MovingPolygon, Outline, mix_points};
+use crate::rounding::{EDGE_FUNCTION, EDGE_FUNCTION_RATE, UNDERFLOW, UNIT};
 
 /// An interval longer than this is searched piece by piece: within a shorter
 /// one a time cannot be improved by much, and its start is the answer.
@@ -21,7 +21,7 @@ const SHORT: f64 = 1e-9;
 
 /// A moving polygon, its cubic, and what is asked of them.
 pub(crate) struct Search<'a, const N: usize> {
-    pub(crate) polygon: &'a MovingPolygon<N>,
+    pub(crate) polygon: MovingPolygon<N>,
     pub(crate) cubic: Cubic,
     pub(crate) params: &'a Params,
     /// The points that the polygon was made of, at both ends of the step.
@@ -34,12 +34,17 @@ pub(crate) struct Search<'a, const N: usize> {
     pub(crate) separation: f64,
 }
 
-/// What becomes of an interval in which the cubic may be zero.
-pub(crate) enum Verdict {
-    /// A certificate excludes contact from all of it.
-    Clear,
-    /// Contact, or none that can be excluded from this time on.
-    Contact(Contact),
+/// The origin beside the edges of the polygon at one time.
+pub(crate) struct Place<const N: usize> {
+    /// The edges of corner 0.
+    edges: [DVec3; 2],
+    area: DVec3,
+    /// For each edge, the volume that it spans with the origin and the area
+    /// vector: positive on the inner side.
+    edge_functions: [f64; N],
+    /// Whether all of these are certainly positive during the interval, so
+    /// that whenever the plane holds the origin, so does the polygon.
+    pub(crate) is_inside: bool,
 }
 
 /// Finds the first contact of a query: of its polygon with the origin.
@@ -52,142 +57,141 @@ pub(crate) fn first_contact<const N: usize>(
 where
     MovingPolygon<N>: Corners<N>,
 {
-    let polygon = MovingPolygon::new(x0, x1)?;
-    let separation = params.min_separation * polygon.scale;
-    if polygon.axis_separates(separation) {
+    let outline = Outline::new::<N>(x0, x1)?;
+    let separation = outline.scaling.length(params.min_separation);
+    if outline.axis_separates(separation) {
         return Ok(None);
     }
-    Ok(first_contact_of(&polygon, params, separation, [x0, x1]))
-}
-
-/// [`first_contact`] once the polygon is known to come near the origin.
-#[inline]
-fn first_contact_of<const N: usize>(
-    polygon: &MovingPolygon<N>,
-    params: &Params,
-    separation: f64,
-    points: [&[DVec3; 4]; 2],
-) -> Option<Contact>
-where
-    MovingPolygon<N>: Corners<N>,
-{
-    let coplanarity = Coplanarity::new(polygon);
-    if coplanarity.areas_separate(polygon, params.t_max, separation) {
-        return None;
+    let coplanarity = Coplanarity::new(&outline);
+    if coplanarity.areas_separate::<N>(params.t_max, separation) {
+        return Ok(None);
     }
-    let cubic = coplanarity.cubic(polygon);
-    let margin = if separation > 0.0 { coplanarity.margin(polygon, separation) } else { 0.0 };
+    let cubic = coplanarity.cubic();
+    let margin = if separation > 0.0 { coplanarity.margin(separation) } else { 0.0 };
     if cubic.excludes_zero(margin) {
-        return None;
+        return Ok(None);
     }
+    let points = [x0, x1];
+    let polygon = MovingPolygon::new(outline, points);
     let search = Search { polygon, cubic, params, points, separation };
-    search.cubic.isolate_until(params.t_max, margin).iter().find_map(|interval| {
-        match search.examine(interval) {
-            Verdict::Clear => None,
-            Verdict::Contact(contact) => Some(contact),
-        }
-    })
+    let intervals = cubic.isolate_until(params.t_max, margin);
+    Ok(intervals.iter().find_map(|interval| search.examine(interval)))
 }
 
 impl<const N: usize> Search<'_, N>
 where
     MovingPolygon<N>: Corners<N>,
 {
-    /// Excludes an interval, or finds the first contact in it.
+    /// The first contact in an interval, or none if it can be excluded there.
     #[inline]
-    pub(crate) fn examine(&self, interval: &RootInterval) -> Verdict {
-        let middle = 0.5 * (interval.lo + interval.hi);
-        let half = 0.5 * (interval.hi - interval.lo);
-        let corners = self.polygon.corners(middle);
-        let area = self.polygon.area_vector(middle);
-        let inside = edge_functions(&corners, area);
-        if self.separation == 0.0 && self.certainly_inside(&inside, area, half) {
-            if interval.kind == RootKind::Rising {
-                return Verdict::Contact(self.crossing(interval, &inside, area));
+    pub(crate) fn examine(&self, interval: &RootInterval) -> Option<Contact> {
+        let place = self.place(interval);
+        if self.separation == 0.0 && place.is_inside {
+            match interval.kind {
+                RootKind::Rising => return Some(self.crossing(interval, &place, 1.0)),
+                RootKind::Falling => return Some(self.crossing(interval, &place, -1.0)),
+                RootKind::Grazing | RootKind::Vanishing => {}
             }
-            if interval.kind == RootKind::Falling {
-                return Verdict::Contact(self.crossing(interval, &inside, -area));
-            }
-        } else if self.outside_an_edge(interval, &corners, &inside, area) {
-            return Verdict::Clear;
+        } else if self.outside_an_edge(interval, &place) {
+            return None;
         }
         self.search(interval)
     }
 
-    /// Whether at every time within `half` of the one at which they were taken
-    /// all edge functions are positive, so that a plane through the origin
-    /// holds it inside the polygon.
+    /// Where the origin is, relative to the edges, in the middle of an interval.
     #[inline]
-    pub(crate) fn certainly_inside(&self, inside: &[f64; N], area: DVec3, half: f64) -> bool {
-        let q = self.polygon.reach();
+    pub(crate) fn place(&self, interval: &RootInterval) -> Place<N> {
+        let t = 0.5 * (interval.lo + interval.hi);
+        let outline = &self.polygon.outline;
+        let [first, last] = outline.edges(t);
+        let corner = mix_points(outline.corner[0], outline.corner[1], t);
+        let area = first.cross(last);
+        let turned = area.cross(corner);
+        let edge_functions = MovingPolygon::<N>::edge_functions(
+            turned.dot(first),
+            -turned.dot(last),
+            area.dot(area),
+        );
+        let bound = self.edge_function_bound(area, interval.hi - interval.lo);
+        let is_inside = edge_functions.iter().all(|&w| w > bound);
+        Place { edges: [first, last], area, edge_functions, is_inside }
+    }
+
+    /// Bound on the error of edge functions, and on their change in an interval
+    /// around the time at which they were taken.
+    #[inline]
+    fn edge_function_bound(&self, area: DVec3, length: f64) -> f64 {
+        let q = self.polygon.outline.reach();
         let crossed = DVec3::new(q.y * q.z, q.z * q.x, q.x * q.y);
-        let permanent = 2.0 * area.abs().dot(crossed);
-        let bound = (EDGE_FUNCTION + 5.0 * half) * permanent + UNDERFLOW;
-        inside.iter().all(|&w| w > bound)
+        (EDGE_FUNCTION + EDGE_FUNCTION_RATE * length) * area.abs().dot(crossed) + UNDERFLOW
     }
 
     /// Direction certificate across an edge that has the origin on its outer side.
     #[inline]
-    pub(crate) fn outside_an_edge(
-        &self,
-        interval: &RootInterval,
-        corners: &[DVec3; N],
-        inside: &[f64; N],
-        area: DVec3,
-    ) -> bool {
-        (0..N).filter(|&i| inside[i] < 0.0).any(|i| {
-            let inward = area.cross(corners[(i + 1) % N] - corners[i]);
-            self.polygon.direction_separates(inward, interval.lo, interval.hi, self.separation)
-        })
+    pub(crate) fn outside_an_edge(&self, interval: &RootInterval, place: &Place<N>) -> bool {
+        let [first, last] = place.edges;
+        let edges = MovingPolygon::<N>::edges(first, last);
+        let (lo, hi) = (interval.lo, interval.hi);
+        for (edge, edge_function) in edges.into_iter().zip(place.edge_functions) {
+            let inward = place.area.cross(edge);
+            if edge_function < 0.0
+                && self.polygon.direction_separates(inward, lo, hi, self.separation)
+            {
+                return true;
+            }
+        }
+        false
     }
 
-    /// The contact at a certain crossing.
+    /// The contact at a certain crossing, in which the origin passes to the
+    /// given side of the plane.
     #[inline]
-    fn crossing(&self, interval: &RootInterval, inside: &[f64; N], normal: DVec3) -> Contact {
+    fn crossing(&self, interval: &RootInterval, place: &Place<N>, side: f64) -> Contact {
+        let long = interval.hi - interval.lo > SHORT;
+        let later = if long { self.advance(interval.lo, interval.hi) } else { None };
+        let weights = MovingPolygon::<N>::corner_weights(place.edge_functions);
         Contact {
-            lo: interval.lo,
+            lo: later.unwrap_or(interval.lo),
             hi: interval.hi,
             certainty: Certainty::Certain,
             at_start: false,
-            weights: MovingPolygon::<N>::stencil(MovingPolygon::<N>::corner_weights(*inside)),
-            normal: normal / normal.length(),
+            weights: MovingPolygon::<N>::stencil(weights),
+            normal: place.area * (side / place.area.length()),
         }
     }
 
     /// Searches an interval piece by piece, by directions.
     #[inline(never)]
-    fn search(&self, interval: &RootInterval) -> Verdict {
-        match self.clear_from(interval.lo, interval.hi) {
-            None => Verdict::Clear,
-            Some(lo) => self.undecided(RootInterval { lo, ..*interval }),
-        }
+    fn search(&self, interval: &RootInterval) -> Option<Contact> {
+        let lo = self.clear_from(interval.lo, interval.hi)?;
+        self.undecided(RootInterval { lo, ..*interval })
     }
 
     /// What becomes of an interval at whose start no direction holds.
     #[cfg(not(feature = "exact"))]
-    fn undecided(&self, interval: RootInterval) -> Verdict {
-        Verdict::Contact(self.possible(interval))
+    fn undecided(&self, interval: RootInterval) -> Option<Contact> {
+        Some(self.possible(interval))
     }
 
     /// What becomes of an interval at whose start no direction holds.
     #[cfg(feature = "exact")]
-    fn undecided(&self, interval: RootInterval) -> Verdict {
+    fn undecided(&self, interval: RootInterval) -> Option<Contact> {
         use crate::contact::Undecided;
         use crate::exact::{Decision, decide};
 
         let possible = self.possible(interval);
         if self.params.undecided == Undecided::Report || self.separation > 0.0 {
-            return Verdict::Contact(possible);
+            return Some(possible);
         }
         let [x0, x1] = self.points;
         match decide::<N>(x0, x1, interval.lo, interval.hi) {
-            Decision::Free => Verdict::Clear,
-            Decision::Contact { lo, .. } if lo > self.params.t_max => Verdict::Clear,
+            Decision::Free => None,
+            Decision::Contact { lo, .. } if lo > self.params.t_max => None,
             Decision::Contact { lo, hi, at_start } => {
                 let certainty = Certainty::Certain;
-                Verdict::Contact(Contact { lo, hi, at_start, certainty, ..possible })
+                Some(Contact { lo, hi, at_start, certainty, ..possible })
             }
-            Decision::Open => Verdict::Contact(possible),
+            Decision::Open => Some(possible),
         }
     }
 
@@ -209,7 +213,7 @@ where
     /// Unit direction away from the closest point, or of the plane, whichever
     /// is known; an axis where neither is.
     fn normal(&self, interval: &RootInterval, closest: DVec3) -> DVec3 {
-        let area = self.polygon.area_vector(interval.lo);
+        let area = self.polygon.outline.area_vector(interval.lo);
         let plane = if self.cubic.value(interval.lo) > 0.0 { -area } else { area };
         let known = closest.length() > 16.0 * self.rounding();
         let candidates = if known { [-closest, plane] } else { [plane, -closest] };
@@ -218,7 +222,7 @@ where
 
     /// Bound on the rounding of a point of the polygon.
     fn rounding(&self) -> f64 {
-        16.0 * UNIT * self.polygon.reach().element_sum()
+        16.0 * UNIT * self.polygon.outline.reach().element_sum()
     }
 
     pub(crate) fn closest(&self, t: f64) -> Closest<N> {
