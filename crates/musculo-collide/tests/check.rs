@@ -115,9 +115,9 @@ fn inside(report: &VertexReport) -> Vec<u32> {
 }
 
 fn agrees(report: &PairReport, slow: &Slow, reach: f64) {
-    assert_eq!(report.crossing_faces, slow.crossing);
-    assert_eq!(inside(&report.a_against_b), slow.a_inside);
-    assert_eq!(inside(&report.b_against_a), slow.b_inside);
+    assert_eq!(report.crossing_faces, slow.crossing, "crossing faces");
+    assert_eq!(inside(&report.a_against_b), slow.a_inside, "vertices of a inside b");
+    assert_eq!(inside(&report.b_against_a), slow.b_inside, "vertices of b inside a");
     let sides = [&report.a_against_b, &report.b_against_a];
     for (side, distances) in sides.iter().zip(&slow.distances) {
         for near in &side.near {
@@ -131,8 +131,10 @@ fn agrees(report: &PairReport, slow: &Slow, reach: f64) {
         }
     }
     match report.distance {
-        Some(distance) => assert!((distance - slow.distance).abs() < 1e-12),
-        None => assert!(slow.distance >= reach - 1e-9),
+        Some(distance) => {
+            assert!((distance - slow.distance).abs() < 1e-12, "{distance}, not {}", slow.distance);
+        }
+        None => assert!(slow.distance >= reach - 1e-9, "{} is within reach", slow.distance),
     }
 }
 
@@ -235,6 +237,21 @@ fn a_body_within_another_overlaps_it() {
     assert_eq!(report.b_against_a.inside_count, Ok(inner.positions.len()));
     assert_eq!(report.a_against_b.inside_count, Ok(0));
     assert!(report.max_depth > 4.0, "{}", report.max_depth);
+}
+
+/// A vertex on the other's wall is not inside, and says nothing of its
+/// neighbours, which are.
+#[test]
+fn a_vertex_on_the_wall_hides_no_neighbour() {
+    let room = shapes::cube(20.0);
+    let positions = [[10.0, 0.5, 0.25], [2.0, 0.0, 0.0], [2.0, 3.0, 0.0], [2.0, 0.0, 3.0]];
+    let mesh = shapes::tetrahedron(1.0);
+    let guest = Mesh { positions: positions.map(DVec3::from).to_vec(), ..mesh };
+    let (mut scene, _) = scene_of(&[&room, &guest]);
+    let report = &scene.check(&CheckParams { reach: 0.0 }).unwrap()[0];
+    assert_eq!(report.b_against_a.inside_count, Ok(3));
+    assert!(report.overlaps && report.crossing_faces.is_empty());
+    assert_eq!(report.distance, Some(0.0));
 }
 
 #[test]

@@ -66,7 +66,7 @@ fn slow_contacts([a, b, a1, b1]: &[Mesh; 4]) -> Vec<([u32; 4], f64)> {
             found.extend(answer.expect("finite").map(|contact| (points, contact.lo)));
         }
     }
-    found.sort_by(|p, q| p.0.cmp(&q.0));
+    found.sort_by_key(|&(points, _)| points);
     found
 }
 
@@ -89,7 +89,7 @@ fn finds_what_asking_everything_finds() {
             .flat_map(|pair| &pair.contacts)
             .map(|contact| (particles(contact), contact.contact.time.unwrap()))
             .collect();
-        found.sort_by(|p, q| p.0.cmp(&q.0));
+        found.sort_by_key(|&(points, _)| points);
         let slow = slow_contacts(&meshes);
         assert_eq!(found, slow);
         let first = slow.iter().map(|&(_, time)| time).fold(1.0, f64::min);
