@@ -275,6 +275,7 @@ impl ContactRows {
     }
 
     /// All rows, in order.
+    #[must_use]
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Row<'_>> {
         (0..self.len()).map(|row| self.row(row))
     }

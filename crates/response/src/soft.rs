@@ -192,6 +192,7 @@ impl<'a> SoftContacts<'a> {
     }
 
     /// Force F on the side of P̄ of each row; −F acts on the side of P.
+    #[must_use]
     pub fn row_forces(&self) -> impl ExactSizeIterator<Item = DVec3> {
         self.forces.iter().map(|of_row| of_row.force)
     }

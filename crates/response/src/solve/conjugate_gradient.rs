@@ -1,10 +1,11 @@
-//! Conjugate gradients on the equality Q_c · n = 0 of the rows in violation.
+//! Conjugate gradients on the equality Q_c · n = 0.
 //!
-//! With N the rows' normals and W the inverse masses, H = N W Nᵀ is symmetric
-//! and not negative, and H p = Q_c · n has the impulses as its solution. Rows
-//! that repeat each other make H singular, which does no harm; rows that
-//! contradict each other have no solution, and the steps would run away: the
-//! best impulses seen are kept.
+//! It holds for the rows in violation, and for those that solving these brings
+//! into violation, until there are no more. With N the rows' normals and W the
+//! inverse masses, H = N W Nᵀ is symmetric and not negative, and H p = Q_c · n
+//! has the impulses as its solution. Rows that repeat each other make H
+//! singular, which does no harm; rows that contradict each other have no
+//! solution, and the steps would run away: the best impulses seen are kept.
 
 use glam::DVec3;
 
@@ -16,25 +17,42 @@ use super::{Impulse, SolverParams};
 /// up. A solvable system wavers by less; a contradictory one passes it soon.
 const RUNAWAY: f64 = 1e4;
 
-/// Steps until the largest Q_c · n is within the tolerance.
+/// Adds rows and solves for them until none is in violation by more than the
+/// tolerance; returns the steps.
 pub(super) fn solve(packed: &Packed, work: &mut Work, params: &SolverParams) -> u32 {
     forget(packed, work);
-    let active = violated(packed, work);
-    let mut residual: Vec<f64> = active.iter().map(|&(_, approach)| approach).collect();
-    let rows: Vec<usize> = active.into_iter().map(|(row, _)| row).collect();
+    let mut held = vec![false; packed.rows.len()];
+    let mut iterations = 0;
+    while iterations < params.max_iterations && hold_violated(packed, work, params, &mut held) {
+        let rows: Vec<usize> = (0..held.len()).filter(|&row| held[row]).collect();
+        iterations += solve_held(packed, work, params, &rows, params.max_iterations - iterations);
+    }
+    iterations
+}
+
+/// Steps until the largest |Q_c · n| of `rows` is within the tolerance.
+fn solve_held(
+    packed: &Packed,
+    work: &mut Work,
+    params: &SolverParams,
+    rows: &[usize],
+    max_iterations: u32,
+) -> u32 {
+    let approaches = approaches(packed, work);
+    let mut residual: Vec<f64> = rows.iter().map(|&row| approaches[row]).collect();
     let mut impulses = vec![0.0; rows.len()];
     let mut best = (norm(&residual), impulses.clone());
     let mut direction = residual.clone();
     let mut scratch = vec![DVec3::ZERO; packed.particle_count];
     let mut iterations = 0;
-    while iterations < params.max_iterations && largest(&residual) > params.tolerance {
-        let product = product(packed, &rows, &direction, &mut scratch);
+    while iterations < max_iterations && largest(&residual) > params.tolerance {
+        let product = product(packed, rows, &direction, &mut scratch);
         let curvature = dot(&direction, &product);
         let square = dot(&residual, &residual);
+        iterations += 1;
         if curvature <= 0.0 {
             break;
         }
-        iterations += 1;
         let along = square / curvature;
         add(&mut impulses, along, &direction);
         add(&mut residual, -along, &product);
@@ -47,7 +65,7 @@ pub(super) fn solve(packed: &Packed, work: &mut Work, params: &SolverParams) -> 
         let turn = now * now / square;
         direction.iter_mut().zip(&residual).for_each(|(d, r)| *d = r + turn * *d);
     }
-    apply(packed, work, &rows, &best.1);
+    apply(packed, work, rows, &best.1);
     iterations
 }
 
@@ -60,15 +78,28 @@ fn forget(packed: &Packed, work: &mut Work) {
     }
 }
 
-/// Rows with Q_c · n > 0, and that.
-fn violated(packed: &Packed, work: &mut Work) -> Vec<(usize, f64)> {
+/// Marks the rows with Q_c · n above the tolerance; whether there is a new one.
+fn hold_violated(
+    packed: &Packed,
+    work: &mut Work,
+    params: &SolverParams,
+    held: &mut [bool],
+) -> bool {
+    let mut grew = false;
+    for (held, approach) in held.iter_mut().zip(approaches(packed, work)) {
+        if !*held && approach > params.tolerance {
+            *held = true;
+            grew = true;
+        }
+    }
+    grew
+}
+
+/// Q_c · n of all rows.
+fn approaches(packed: &Packed, work: &mut Work) -> Vec<f64> {
     let slots = cells(&mut work.q);
-    let rows = packed.rows.iter().zip(&work.bias).enumerate();
-    rows.map(|(number, (row, bias))| {
-        (number, packed.relative(row, *bias, slots)[0].dot(row.normal))
-    })
-    .filter(|(_, approach)| *approach > 0.0)
-    .collect()
+    let rows = packed.rows.iter().zip(&work.bias);
+    rows.map(|(row, bias)| packed.relative(row, *bias, slots)[0].dot(row.normal)).collect()
 }
 
 /// H p.
@@ -93,7 +124,7 @@ fn apply(packed: &Packed, work: &mut Work, rows: &[usize], impulses: &[f64]) {
     for (&number, &normal) in rows.iter().zip(impulses) {
         let row = &packed.rows[number];
         packed.give(row, normal * row.normal, DVec3::ZERO, slots);
-        work.impulses[number] = Impulse { normal, tangent: DVec3::ZERO };
+        work.impulses[number].normal += normal;
     }
 }
 

@@ -11,7 +11,7 @@ use glam::DVec3;
 #[cfg(feature = "rayon")]
 const PARALLEL_ROWS: usize = 1024;
 
-/// Sweeps until no row changes by more than the tolerance; returns the sweeps.
+/// Sweeps until no row asks for more than the tolerance; returns the sweeps.
 pub(super) fn solve(packed: &Packed, work: &mut Work, params: &SolverParams) -> u32 {
     #[cfg(feature = "rayon")]
     if packed.batches.iter().any(is_parallel) {
@@ -19,23 +19,48 @@ pub(super) fn solve(packed: &Packed, work: &mut Work, params: &SolverParams) -> 
     }
     let Work { q, bias, impulses, rubs } = work;
     let slots = cells(q);
-    repeat(packed, params, |batch| {
-        let range = batch.start..batch.end;
-        let rows = packed.rows[range.clone()].iter().zip(&bias[range.clone()]);
-        let each = rows.zip(&mut impulses[range]);
-        each.map(|((row, bias), impulse)| sweep(packed, row, *bias, impulse, *rubs, slots))
-            .fold(0.0, f64::max)
+    repeat(packed, impulses, bias, *rubs, slots, params, |batch, impulses| {
+        sweep_batch(packed, batch, impulses, bias, *rubs, slots)
     })
 }
 
-fn repeat(packed: &Packed, params: &SolverParams, mut sweep: impl FnMut(&Batch) -> f64) -> u32 {
-    for iteration in 0..params.max_iterations {
-        let largest = packed.batches.iter().map(&mut sweep).fold(0.0, f64::max);
-        if largest <= params.tolerance {
-            return iteration + 1;
+/// A sweep that changes little is checked, since a row may have been changed
+/// after it was visited; one that changes nothing is the last in any case.
+fn repeat<S: Slot>(
+    packed: &Packed,
+    impulses: &mut [Impulse],
+    bias: &[DVec3],
+    rubs: bool,
+    slots: &[S],
+    params: &SolverParams,
+    sweep: impl Fn(&Batch, &mut [Impulse]) -> f64,
+) -> u32 {
+    for iteration in 1..=params.max_iterations {
+        let mut largest = 0.0_f64;
+        for batch in &packed.batches {
+            largest = largest.max(sweep(batch, &mut impulses[batch.start..batch.end]));
+        }
+        let asked = || packed.residual(bias, impulses, rubs, slots);
+        if largest <= 0.0 || (largest <= params.tolerance && asked() <= params.tolerance) {
+            return iteration;
         }
     }
     params.max_iterations
+}
+
+/// Sweeps one row of a batch after the other; returns the largest change.
+fn sweep_batch<S: Slot>(
+    packed: &Packed,
+    batch: &Batch,
+    impulses: &mut [Impulse],
+    bias: &[DVec3],
+    rubs: bool,
+    slots: &[S],
+) -> f64 {
+    let range = batch.start..batch.end;
+    let rows = packed.rows[range.clone()].iter().zip(&bias[range]).zip(impulses);
+    rows.map(|((row, bias), impulse)| sweep(packed, row, *bias, impulse, rubs, slots))
+        .fold(0.0, f64::max)
 }
 
 /// Brings one row to what it asks for; returns the change of its Q_c.
@@ -65,25 +90,24 @@ mod parallel {
     use rayon::prelude::*;
 
     use super::super::slots::AtomicSlot;
-    use super::{PARALLEL_ROWS, Packed, Slot, SolverParams, Work, is_parallel, repeat, sweep};
+    use super::{
+        PARALLEL_ROWS, Packed, Slot, SolverParams, Work, is_parallel, repeat, sweep, sweep_batch,
+    };
 
     pub(super) fn solve(packed: &Packed, work: &mut Work, params: &SolverParams) -> u32 {
         let Work { q, bias, impulses, rubs } = work;
         let slots: Vec<AtomicSlot> = q.iter().map(|&q| AtomicSlot::new(q)).collect();
-        let iterations = repeat(packed, params, |batch| {
-            let range = batch.start..batch.end;
-            let (rows, bias) = (&packed.rows[range.clone()], &bias[range.clone()]);
-            let impulses = &mut impulses[range];
-            if is_parallel(batch) {
-                let each = rows.par_iter().zip(bias).zip(impulses).with_min_len(PARALLEL_ROWS);
-                each.map(|((row, bias), impulse)| sweep(packed, row, *bias, impulse, *rubs, &slots))
+        let iterations =
+            repeat(packed, impulses, bias, *rubs, &slots, params, |batch, impulses| {
+                if !is_parallel(batch) {
+                    return sweep_batch(packed, batch, impulses, bias, *rubs, &slots);
+                }
+                let range = batch.start..batch.end;
+                let rows = packed.rows[range.clone()].par_iter().zip(&bias[range]).zip(impulses);
+                rows.with_min_len(PARALLEL_ROWS)
+                    .map(|((row, bias), impulse)| sweep(packed, row, *bias, impulse, *rubs, &slots))
                     .reduce(|| 0.0, f64::max)
-            } else {
-                let each = rows.iter().zip(bias).zip(impulses);
-                each.map(|((row, bias), impulse)| sweep(packed, row, *bias, impulse, *rubs, &slots))
-                    .fold(0.0, f64::max)
-            }
-        });
+            });
         for (q, slot) in q.iter_mut().zip(&slots) {
             *q = slot.load();
         }

@@ -9,11 +9,18 @@ use super::{Impulse, SolverParams};
 pub(super) fn solve(packed: &Packed, work: &mut Work, params: &SolverParams) -> u32 {
     let shares = shares(packed);
     for iteration in 0..params.max_iterations {
-        if pass(packed, work, &shares) <= params.tolerance {
+        let largest = pass(packed, work, &shares);
+        if largest <= 0.0
+            || (largest <= params.tolerance && asked(packed, work) <= params.tolerance)
+        {
             return iteration + 1;
         }
     }
     params.max_iterations
+}
+
+fn asked(packed: &Packed, work: &mut Work) -> f64 {
+    packed.residual(&work.bias, &work.impulses, work.rubs, cells(&mut work.q))
 }
 
 fn pass(packed: &Packed, work: &mut Work, shares: &[f64]) -> f64 {
@@ -26,11 +33,13 @@ fn pass(packed: &Packed, work: &mut Work, shares: &[f64]) -> f64 {
         })
         .collect();
     let mut largest = 0.0_f64;
-    for ((row, impulse), asked) in packed.rows.iter().zip(impulses).zip(asked) {
+    let each = packed.rows.iter().zip(impulses).zip(asked).zip(shares);
+    for (((row, impulse), asked), share) in each {
         let from = std::mem::replace(impulse, asked);
         let tangent = asked.tangent - from.tangent;
         packed.give(row, (asked.normal - from.normal) * row.normal, tangent, slots);
-        largest = largest.max(change(row, from, asked));
+        // At least what the row alone would ask for.
+        largest = largest.max(change(row, from, asked) / share);
     }
     largest
 }

@@ -14,7 +14,8 @@
 //!   A. Voroshilov, "Mass splitting for jitter-free parallel rigid body
 //!   simulation", ACM TOG 31(4), 2012. Unlike averaging the corrections of each
 //!   particle, this keeps the momentum.
-//! - **Conjugate gradients** on the equality of the rows in violation. Source:
+//! - **Conjugate gradients** on the equality of the rows that come into
+//!   violation. Source:
 //!   P. Volino and N. Magnenat-Thalmann, "Accurate collision response on
 //!   polygonal meshes", Computer Animation, 2000. No friction, and a row may
 //!   pull.
@@ -217,7 +218,8 @@ impl ContactSystem {
             Method::AveragedJacobi => jacobi::solve(packed, &mut work, params),
             Method::ConjugateGradient => conjugate_gradient::solve(packed, &mut work, params),
         };
-        let residual = packed.residual(&work);
+        let slots = slots::cells(&mut work.q);
+        let residual = packed.residual(&work.bias, &work.impulses, work.rubs, slots);
         check::particles(level.name(), packed.particle_count, &work.q)?;
         packed.finish(&work, q, impulses);
         let converged = residual <= params.tolerance;

@@ -175,13 +175,16 @@ impl Packed {
     }
 
     /// Largest change any row alone would still ask for.
-    pub(super) fn residual(&self, work: &Work) -> f64 {
-        let mut q = work.q.clone();
-        let slots = super::slots::cells(&mut q);
-        let rows = self.rows.iter().zip(&work.bias).zip(&work.impulses);
+    pub(super) fn residual<S: Slot>(
+        &self,
+        bias: &[DVec3],
+        impulses: &[Impulse],
+        rubs: bool,
+        q: &[S],
+    ) -> f64 {
+        let rows = self.rows.iter().zip(bias).zip(impulses);
         rows.map(|((row, bias), impulse)| {
-            let asked = self.relax(row, *bias, *impulse, work.rubs, 1.0, slots);
-            change(row, *impulse, asked)
+            change(row, *impulse, self.relax(row, *bias, *impulse, rubs, 1.0, q))
         })
         .fold(0.0, f64::max)
     }

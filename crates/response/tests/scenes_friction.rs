@@ -1,0 +1,301 @@
+//! Friction and barriers: scenes S14 to S18, and friction at the surface of a
+//! medial contact.
+
+mod common;
+
+use common::{
+    contact, law, momentum_residual, number, on_plane, over_plane, rows, term, unit, vector,
+};
+use glam::DVec3;
+use response::{
+    ContactLaw, ContactRows, ContactSystem, Friction, ImplicitEuler, Level, Lever, LinearParams,
+    Margins, NormalForce, Order, Reaction, ResponseError, Side, SoftContacts, SoftLaw,
+    SolverParams, TimeStep, distribute,
+};
+use surface::{Contact, Stencil};
+
+const GRAVITY: f64 = 9.81;
+
+/// Normal of a slope of `degrees`, and the direction down it.
+fn slope(degrees: f64) -> [DVec3; 2] {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    [DVec3::new(sin, 0.0, cos), DVec3::new(cos, 0.0, -sin)]
+}
+
+/// Speed down the slope and way gone after `seconds`, with the velocity
+/// corrected by `correct` after gravity.
+fn slide(
+    degrees: f64,
+    h: f64,
+    seconds: f64,
+    mut correct: impl FnMut(DVec3, &mut [DVec3]),
+) -> [f64; 2] {
+    let [_, down] = slope(degrees);
+    let (mut x, mut v) = (DVec3::ZERO, [DVec3::ZERO]);
+    let mut time = 0.0;
+    while time < seconds - 0.5 * h {
+        v[0].z -= GRAVITY * h;
+        correct(x, &mut v);
+        x += h * v[0];
+        time += h;
+    }
+    [v[0].dot(down), x.dot(down)]
+}
+
+#[test]
+fn s14_share_friction_creeps_down_any_slope() {
+    let (normal, mu) = (slope(20.0)[0], 0.5);
+    let margins = Margins::new(0.0, 1.0).unwrap();
+    for (h, known) in [(1e-3, 3.355e-3), (1e-2, 33.55e-3)] {
+        let reaction = Reaction { friction: Friction::share(mu).unwrap() };
+        let [speed, _] = slide(20.0, h, 2.0, |x, v| {
+            let state = over_plane(x, v[0], normal, margins);
+            distribute(&[term(0, -1.0)], &[1.0], reaction.velocity(&state), v).unwrap();
+        });
+        let formula = GRAVITY * 20_f64.to_radians().sin() * h * (1.0 - mu) / mu;
+        assert!((speed / formula - 1.0).abs() < 1e-9, "h {h}: {speed}, not {formula}");
+        assert!((speed / known - 1.0).abs() < 1e-3, "h {h}: {speed}, not {known}");
+    }
+}
+
+fn coulomb_slide(degrees: f64, mu: f64, h: f64, seconds: f64) -> [f64; 2] {
+    let [normal, _] = slope(degrees);
+    slide(degrees, h, seconds, |x, v| {
+        let rows = rows(1, &[on_plane(0, x, normal)], law(mu));
+        let system = ContactSystem::new(&rows, &[1.0], Order::Given).unwrap();
+        let mut impulses = system.no_impulses();
+        let params = SolverParams::default();
+        let report = system.solve(Level::Velocity, v, &mut impulses, &params).unwrap();
+        assert!(report.residual < 1e-12, "{report:?}");
+    })
+}
+
+#[test]
+fn s15_coulomb_sticks_up_to_the_angle_and_then_slides() {
+    let (mu, h) = (0.5, 1e-3);
+    let angle = f64::atan(mu).to_degrees();
+    for degrees in [5.0, 20.0, angle - 0.01] {
+        let [speed, way] = coulomb_slide(degrees, mu, h, 2.0);
+        assert!(speed.abs() < 1e-15 && way.abs() < 1e-13, "{degrees}°: {speed} {way}");
+    }
+    for (degrees, known, gone) in
+        [(27.0, 0.0833, 0.1665), (30.0, 0.6571, 1.3143), (45.0, 3.4684, 6.9367)]
+    {
+        let [speed, way] = coulomb_slide(degrees, mu, h, 2.0);
+        let (sin, cos) = f64::to_radians(degrees).sin_cos();
+        let a = GRAVITY * (sin - mu * cos);
+        assert!((a - known).abs() < 6e-5, "{degrees}°: {a}");
+        assert!((speed - 2.0 * a).abs() < 1e-9, "{degrees}°: {speed}, not {}", 2.0 * a);
+        // x = a t² / 2 + a t h / 2 by symplectic steps.
+        assert!((way - 2.0 * a - a * h).abs() < 1e-9, "{degrees}°: {way}");
+        assert!((way - gone).abs() < 0.004, "{degrees}°: {way}, not {gone}");
+    }
+    let [above, _] = coulomb_slide(angle + 0.01, mu, h, 2.0);
+    assert!(above > 0.0, "slides just above the angle");
+}
+
+#[test]
+fn s16_smooth_friction_creeps_at_a_share_of_its_slip_speed() {
+    let (mu, slip_speed, h) = (0.5, 1e-3, 1e-2);
+    let [normal, down] = slope(20.0);
+    // Pressed on by a spring that carries the weight exactly.
+    let (sin, cos) = 20_f64.to_radians().sin_cos();
+    let stiffness = 1e4;
+    let depth = GRAVITY * cos / stiffness;
+    let normal_force = NormalForce::Penalty { stiffness, damping: 0.0 };
+    let soft_law = SoftLaw::new(normal_force, slip_speed).unwrap();
+    let step = TimeStep::<ImplicitEuler>::new(h).unwrap();
+    let (mut x, mut v) = ([normal * -depth], [DVec3::ZERO]);
+    for _ in 0..500 {
+        let rows = rows(1, &[on_plane(0, x[0], normal)], law(mu));
+        let soft = SoftContacts::new(&rows, &v, soft_law).unwrap();
+        let mut force = vec![DVec3::Z * -GRAVITY];
+        soft.add_forces(&mut force).unwrap();
+        let params = LinearParams::default();
+        let (a, _) = step.implicit_accelerations(&[1.0], &force, &soft, &v, &params).unwrap();
+        a.advance(&mut x, &mut v).unwrap();
+    }
+    let share = 1.0 - (1.0 - sin / cos / mu).sqrt();
+    let creep = v[0].dot(down) / slip_speed;
+    assert!((creep - share).abs() < 1e-6 && (creep - 0.478).abs() < 1e-3, "{creep}, not {share}");
+}
+
+#[test]
+fn s17_barrier_rests_where_its_force_carries_the_weight() {
+    // Millimetres, kilograms, seconds.
+    let gravity = 9810.0;
+    let step = TimeStep::<ImplicitEuler>::new(1e-3).unwrap();
+    let known = [(1e2, 0.0110), (1e3, 0.1244), (1e4, 0.5359), (1e6, 0.9439)];
+    for (stiffness, gap) in known {
+        let barrier = NormalForce::Barrier { stiffness, range: 1.0 };
+        let soft_law = SoftLaw::new(barrier, 1.0).unwrap();
+        let (mut x, mut v) = ([DVec3::Z * gap * 1.01], [DVec3::ZERO]);
+        for _ in 0..4000 {
+            let rows = rows(1, &[on_plane(0, x[0], DVec3::Z)], law(0.0));
+            let soft = SoftContacts::new(&rows, &v, soft_law).unwrap();
+            let mut force = vec![DVec3::Z * -gravity];
+            soft.add_forces(&mut force).unwrap();
+            let params = LinearParams::default();
+            let (a, _) = step.implicit_accelerations(&[1.0], &force, &soft, &v, &params).unwrap();
+            a.advance(&mut x, &mut v).unwrap();
+            v[0] *= 0.9; // settle
+        }
+        assert!((x[0].z - gap).abs() < 6e-5, "κ {stiffness}: {}, not {gap}", x[0].z);
+    }
+    let overlapped = rows(1, &[on_plane(0, DVec3::Z * -0.2, DVec3::Z)], law(0.0));
+    let barrier = SoftLaw::new(NormalForce::Barrier { stiffness: 1.0, range: 1.0 }, 1.0).unwrap();
+    let refused = SoftContacts::new(&overlapped, &[DVec3::ZERO], barrier).map(|_| ());
+    assert_eq!(refused, Err(ResponseError::Overlapped { contact: 0, gap: -0.2 }));
+}
+
+#[test]
+fn s18_half_and_half_reaches_two_thirds_and_the_rule_all() {
+    let stencil = Stencil::vertex_face(0, [1, 2, 3], [1.0 / 3.0; 3]);
+    let mut half = [DVec3::ZERO; 4];
+    for term in stencil.terms() {
+        half[term.particle as usize] += 0.5 * term.weight * DVec3::Z;
+    }
+    let reached = stencil.combine(|k| half[k as usize]).z;
+    assert!((reached - 2.0 / 3.0).abs() < 1e-15, "{reached}");
+    let mut ruled = [DVec3::ZERO; 4];
+    distribute(stencil.terms(), &[1.0; 4], DVec3::Z, &mut ruled).unwrap();
+    let reached = stencil.combine(|k| ruled[k as usize]).z;
+    assert!((reached - 1.0).abs() < 1e-15, "{reached}");
+}
+
+/// Σ m x × dv about the origin.
+fn angular_change(x: &[DVec3], w: &[f64], before: &[DVec3], after: &[DVec3]) -> DVec3 {
+    (0..x.len()).map(|k| x[k].cross(after[k] - before[k]) / w[k]).sum()
+}
+
+/// A ball's centre against a slab with radius, and friction between them.
+struct Medial {
+    x: Vec<DVec3>,
+    w: Vec<f64>,
+    contact: Contact,
+}
+
+fn medial(u: &mut arbitrary::Unstructured<'_>) -> arbitrary::Result<Medial> {
+    let radius = number(u, 5.0, 20.0)?;
+    let face = [DVec3::ZERO, DVec3::X * 9.0, DVec3::Y * 8.0];
+    let mut x = Vec::new();
+    for corner in face {
+        x.push(corner + vector(u, 1.5)?);
+    }
+    let (a, b) = (number(u, 0.1, 0.4)?, number(u, 0.1, 0.4)?);
+    let weights = [1.0 - a - b, a, b];
+    let foot: DVec3 = (0..3).map(|k| weights[k] * x[k]).sum();
+    let normal = unit(u)?;
+    x.insert(0, foot + radius * normal);
+    let mut w = Vec::new();
+    for _ in 0..4 {
+        w.push(number(u, 0.2, 3.0)?);
+    }
+    let stencil = Stencil::vertex_face(0, [1, 2, 3], weights);
+    let contact = Contact { offset: radius, ..contact(stencil, normal, 0.0) };
+    Ok(Medial { x, w, contact })
+}
+
+fn rub(scene: &Medial, levers: &[Lever], v: &mut [DVec3]) -> response::Impulse {
+    let mut rows = ContactRows::new(4);
+    rows.push_with_levers(&scene.contact, levers, &scene.x, law(0.4)).unwrap();
+    let system = ContactSystem::new(&rows, &scene.w, Order::Given).unwrap();
+    let mut impulses = system.no_impulses();
+    let params = SolverParams { max_iterations: 2000, tolerance: 1e-13, ..Default::default() };
+    let report = system.solve(Level::Velocity, v, &mut impulses, &params).unwrap();
+    assert!(report.converged, "{report:?}");
+    impulses[0]
+}
+
+#[test]
+fn medial_friction_acts_at_the_surface() {
+    arbtest::arbtest(|u| {
+        let scene = medial(u)?;
+        let mut v = vec![vector(u, 1.0)? - 3.0 * scene.contact.normal];
+        for _ in 0..3 {
+            v.push(vector(u, 1.0)?);
+        }
+        let arm = scene.contact.offset * scene.contact.normal;
+        let lever = Lever { side: Side::Projection, particles: [1, 2, 3], arm };
+        let scale: f64 =
+            (0..4).map(|k| scene.x[k].length() * (v[k].length() + 4.0) / scene.w[k]).sum();
+
+        let mut at_centre = v.clone();
+        let impulse = rub(&scene, &[], &mut at_centre);
+        let lost = angular_change(&scene.x, &scene.w, &v, &at_centre);
+        let couple = arm.length() * impulse.tangent.length();
+        assert!((lost.length() - couple).abs() < 1e-12 * scale, "{lost} is not g |J_t| {couple}");
+
+        let mut at_surface = v.clone();
+        let impulse = rub(&scene, &[lever], &mut at_surface);
+        assert!(impulse.tangent.length() > 0.0, "it rubs");
+        let lost = angular_change(&scene.x, &scene.w, &v, &at_surface);
+        assert!(lost.length() < 1e-12 * scale, "{lost}");
+        assert!(momentum_residual(&scene.w, &v, &at_surface) < 1e-12);
+        Ok(())
+    });
+}
+
+#[test]
+fn a_lever_on_either_side_is_its_mirror() {
+    arbtest::arbtest(|u| {
+        let scene = medial(u)?;
+        // The same pair told the other way round: the face holds P, the ball P̄.
+        let terms: Vec<_> =
+            scene.contact.stencil.terms().iter().map(|t| term(t.particle, -t.weight)).collect();
+        let mirrored = Contact {
+            stencil: Stencil::new(&terms).unwrap(),
+            normal: -scene.contact.normal,
+            ..scene.contact
+        };
+        let arm = scene.contact.offset * scene.contact.normal;
+        let lever = |side| Lever { side, particles: [1, 2, 3], arm };
+        let mut v = vec![-3.0 * scene.contact.normal];
+        for _ in 0..3 {
+            v.push(vector(u, 1.0)?);
+        }
+        let (mut one, mut other) = (v.clone(), v);
+        rub(&scene, &[lever(Side::Projection)], &mut one);
+        rub(&Medial { contact: mirrored, ..scene }, &[lever(Side::Point)], &mut other);
+        for (one, other) in one.iter().zip(&other) {
+            assert!((*one - *other).length() < 1e-11, "{one} {other}");
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn a_spinning_slab_rubs_where_its_surface_moves() {
+    // The slab turns so that its surface point slides over a fixed point
+    // though its medial point rests.
+    let x = vec![
+        DVec3::new(0.0, 0.0, 10.0),
+        DVec3::new(-6.0, -4.0, 0.0),
+        DVec3::new(6.0, -4.0, 0.0),
+        DVec3::new(0.0, 8.0, 0.0),
+    ];
+    let spin = DVec3::Y * 0.2;
+    let mut v: Vec<DVec3> = x.iter().map(|x| spin.cross(*x)).collect();
+    v[0] = DVec3::Z * -0.5;
+    let stencil = Stencil::vertex_face(0, [1, 2, 3], [1.0 / 3.0; 3]);
+    let contact = Contact { offset: 10.0, ..contact(stencil, DVec3::Z, 0.0) };
+    let scene = Medial { x, w: vec![1e-6, 1.0, 1.0, 1.0], contact };
+    let lever = Lever { side: Side::Projection, particles: [1, 2, 3], arm: DVec3::Z * 10.0 };
+    let impulse = rub(&scene, &[lever], &mut v);
+    let surface_speed = spin.cross(DVec3::Z * 10.0);
+    assert!(impulse.tangent.dot(surface_speed) > 0.0, "P is dragged along: {impulse:?}");
+}
+
+#[test]
+fn collinear_carriers_are_refused() {
+    let x = [DVec3::Z, DVec3::ZERO, DVec3::X, DVec3::X * 2.0];
+    let stencil = Stencil::vertex_face(0, [1, 2, 3], [0.2, 0.3, 0.5]);
+    let contact = Contact { offset: 1.0, ..contact(stencil, DVec3::Z, 0.0) };
+    let lever = Lever { side: Side::Projection, particles: [1, 2, 3], arm: DVec3::Z };
+    let margins = Margins::new(0.0, 1.0).unwrap();
+    let mut rows = ContactRows::new(4);
+    let refused =
+        rows.push_with_levers(&contact, &[lever], &x, ContactLaw::new(margins, 0.5).unwrap());
+    assert_eq!(refused, Err(ResponseError::Collinear { contact: 0 }));
+    assert!(rows.is_empty(), "nothing is kept of a contact that is refused");
+}
