@@ -126,23 +126,27 @@ pub fn closest_on_segment(p: DVec3, [a, b]: [DVec3; 2]) -> ClosestOnSegment {
 /// ```
 #[inline]
 #[must_use]
-pub fn closest_on_triangle(p: DVec3, corners: [DVec3; 3]) -> ClosestOnTriangle {
-    let [a, b, c] = corners;
+pub fn closest_on_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> ClosestOnTriangle {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (uu, uv, vv) = (ab.length_squared(), ab.dot(ac), ac.length_squared());
     let (up, vp) = (ab.dot(ap), ac.dot(ap));
     let det = uu * vv - uv * uv;
     let well_shaped = det > SLIVER_SINE_SQUARED * (uu * vv) && det > f64::MIN_POSITIVE;
     if !well_shaped {
-        return closest_on_sliver(p, corners);
+        return closest_on_sliver(p, [a, b, c]);
     }
     let (y, z) = (vv * up - uv * vp, uu * vp - uv * up);
     let x = det - y - z;
     if x > 0.0 && y > 0.0 && z > 0.0 {
         let inverse = 1.0 / det;
-        return on_face(corners, y * inverse, z * inverse);
+        let (y, z) = (y * inverse, z * inverse);
+        return ClosestOnTriangle {
+            point: a + (y * ab + z * ac),
+            barycentric: [(1.0 - y - z).max(0.0), y, z],
+            feature: TriangleFeature::Face,
+        };
     }
-    closest_on_outer_edges(p, corners, [x, y, z])
+    closest_on_border([a, b, c], [uu, uv, vv, up, vp], [x, y, z])
 }
 
 /// Finds the points of two segments that are closest to each other. Either may
@@ -238,13 +242,41 @@ fn along(a: DVec3, b: DVec3, t: f64) -> DVec3 {
     if t <= 0.5 { a + (b - a) * t } else { b - (b - a) * (1.0 - t) }
 }
 
-#[inline]
-fn on_face([a, b, c]: [DVec3; 3], y: f64, z: f64) -> ClosestOnTriangle {
-    ClosestOnTriangle {
-        point: a + ((b - a) * y + (c - a) * z),
-        barycentric: [(1.0 - y - z).max(0.0), y, z],
-        feature: TriangleFeature::Face,
+/// The foot of a point that is not over the face, by the regions of the corners
+/// and edges, for a triangle that is no sliver; `[x, y, z]` have the signs of the
+/// barycentric coordinates.
+fn closest_on_border(
+    corners: [DVec3; 3],
+    [uu, uv, vv, up, vp]: [f64; 5],
+    [x, y, z]: Barycentric,
+) -> ClosestOnTriangle {
+    if up <= 0.0 && vp <= 0.0 {
+        return at_border(corners, 0, 0.0);
     }
+    let (from_b, from_c) = ([up - uu, vp - uv], [up - uv, vp - vv]); // b − p, c − p along ab, ac
+    if from_b[0] >= 0.0 && from_b[1] <= from_b[0] {
+        return at_border(corners, 1, 0.0);
+    }
+    if from_c[1] >= 0.0 && from_c[0] <= from_c[1] {
+        return at_border(corners, 2, 0.0);
+    }
+    if z <= 0.0 && up >= 0.0 && from_b[0] <= 0.0 {
+        return at_border(corners, 0, up / uu);
+    }
+    if y <= 0.0 && vp >= 0.0 && from_c[1] <= 0.0 {
+        return at_border(corners, 2, 1.0 - vp / vv);
+    }
+    let along_bc = from_b[1] - from_b[0];
+    debug_assert!(x <= 0.0 || y.min(z) <= 0.0, "the foot is not on the face");
+    at_border(corners, 1, share(along_bc, along_bc + (from_c[0] - from_c[1])))
+}
+
+/// The point at `t` of the way along an edge.
+#[inline]
+fn at_border(corners: [DVec3; 3], k: usize, t: f64) -> ClosestOnTriangle {
+    let [from, to] = edge(corners, k);
+    let (barycentric, feature) = (on_edge(k, t), edge_feature(k, t));
+    ClosestOnTriangle { point: along(from, to, t), barycentric, feature }
 }
 
 /// The foot of a point outside of at least one edge: the closest point of a
@@ -267,10 +299,7 @@ fn closest_on_outer_edges(
             }
         }
     }
-    let (_, k, t) = best;
-    let [from, to] = edge(corners, k);
-    let (barycentric, feature) = (on_edge(k, t), edge_feature(k, t));
-    ClosestOnTriangle { point: along(from, to, t), barycentric, feature }
+    at_border(corners, best.1, best.2)
 }
 
 /// Any triangle, solved about its longest edge: `s` along that edge `u`, `z` along

@@ -149,7 +149,7 @@ pub fn crossing_segment(a: [DVec3; 3], b: [DVec3; 3]) -> Option<[DVec3; 2]> {
 }
 
 fn apart(sides: [Sign; 3]) -> bool {
-    sides == [1; 3] || sides == [-1; 3]
+    sides[0] != 0 && sides[1] == sides[0] && sides[2] == sides[0]
 }
 
 fn straddles(sides: [Sign; 3]) -> bool {

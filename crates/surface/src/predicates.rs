@@ -26,18 +26,22 @@ pub(crate) fn side_of_plane([a, b, c]: [DVec3; 3], p: DVec3) -> Sign {
 /// One normal serves the three, as far as a bound on its rounding allows; only
 /// where that cannot tell is the exact sign taken.
 #[inline]
-pub(crate) fn sides_of_plane(corners: [DVec3; 3], points: [DVec3; 3]) -> [Sign; 3] {
-    let (u, v) = (corners[1] - corners[0], corners[2] - corners[0]);
+pub(crate) fn sides_of_plane([a, b, c]: [DVec3; 3], points: [DVec3; 3]) -> [Sign; 3] {
+    let (u, v) = (b - a, c - a);
     let normal = u.cross(v);
     let bound = PLANE_ROUNDING * size(u) * size(v);
-    points.map(|p| {
-        let r = p - corners[0];
+    let [p, q, r] = points;
+    let rough = |p: DVec3| {
+        let r = p - a;
         let height = normal.dot(r);
-        if height.abs() > bound * size(r) {
-            return sign(height);
-        }
-        side_of_plane(corners, p)
-    })
+        if height.abs() > bound * size(r) { sign(height) } else { 0 }
+    };
+    let (sp, sq, sr) = (rough(p), rough(q), rough(r));
+    if sp != 0 && sq != 0 && sr != 0 {
+        return [sp, sq, sr];
+    }
+    let sure = |rough: Sign, p: DVec3| if rough == 0 { side_of_plane([a, b, c], p) } else { rough };
+    [sure(sp, p), sure(sq, q), sure(sr, r)]
 }
 
 /// Bounds the rounding of `(u × v) · r` relative to the product of the largest
