@@ -1,0 +1,90 @@
+//! A signed distance field over a grid.
+
+use crate::store::{Nodes, Stepped, Store, Whole};
+use crate::{BuildReport, FieldError, Grid, Storage};
+
+/// Signed distances at the nodes of a grid, negative inside, and what lies
+/// between them by interpolation.
+///
+/// Built by [`DistanceField::build`] or read back by
+/// [`DistanceField::from_values`]; asked by [`DistanceField::sample`],
+/// [`DistanceField::ask`] and [`DistanceField::ask_all`].
+#[derive(Clone, Debug)]
+pub struct DistanceField {
+    pub(crate) grid: Grid,
+    pub(crate) store: Store,
+    pub(crate) report: BuildReport,
+}
+
+impl DistanceField {
+    /// A field from one value a node, x running fastest, as a file holds them.
+    ///
+    /// # Errors
+    ///
+    /// - [`FieldError::ValueCount`] when there is not one value a node.
+    /// - [`FieldError::NotFinite`] with the first node whose value is not.
+    /// - [`FieldError::StepTooSmall`] and [`FieldError::Option`] as the storage
+    ///   requires.
+    pub fn from_values(grid: Grid, values: Vec<f32>, storage: Storage) -> Result<Self, FieldError> {
+        if values.len() != grid.node_count() {
+            return Err(FieldError::ValueCount { expected: grid.node_count(), got: values.len() });
+        }
+        if let Some(node) = values.iter().position(|value| !value.is_finite()) {
+            return Err(FieldError::NotFinite { node });
+        }
+        let store = Store::new(values, &grid, storage)?;
+        Ok(Self { grid, store, report: BuildReport::default() })
+    }
+
+    /// The grid that the field is kept on.
+    #[must_use]
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// What the build found, and what it cost.
+    #[must_use]
+    pub fn report(&self) -> &BuildReport {
+        &self.report
+    }
+
+    /// Value of a node, in the length unit.
+    ///
+    /// # Panics
+    ///
+    /// When there is no such node.
+    #[must_use]
+    pub fn node(&self, node: [usize; 3]) -> f64 {
+        f64::from(match &self.store {
+            Store::Dense(values) => Whole::new(values, &self.grid).node(node),
+            Store::Steps { step, values } => {
+                Stepped(Whole::new(values, &self.grid), *step).node(node)
+            }
+            Store::Bricks(bricks) => bricks.node(node),
+        })
+    }
+
+    /// Values of all nodes, x running fastest, as [`Self::from_values`] takes them.
+    #[must_use]
+    pub fn values(&self) -> Vec<f32> {
+        if let Store::Dense(values) = &self.store {
+            return values.clone();
+        }
+        let [nx, ny, nz] = self.grid.dims();
+        let nodes =
+            (0..nz).flat_map(|k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])));
+        nodes.map(|node| crate::num::single(self.node(node))).collect()
+    }
+
+    /// Bytes that the values take.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.store.bytes()
+    }
+
+    /// Most that storing the values changed one of them, in the length unit.
+    #[must_use]
+    pub fn storage_rounding(&self) -> f64 {
+        self.store.rounding()
+    }
+}

@@ -1,0 +1,83 @@
+//! Values and gradients between nodes, from the corners of a cell or from the
+//! block of 4³ nodes around it.
+//!
+//! Gradients are per cell; whoever calls divides by the spacing.
+//!
+//! Source of the cubic: E. Catmull and R. Rom, "A class of local interpolating
+//! splines", Computer Aided Geometric Design, 1974.
+
+use glam::DVec3;
+
+/// A value, and how it changes along each axis.
+pub(crate) type ValueAndGradient = (f64, DVec3);
+
+/// Nodes −1 to 2 along x, y and z from the lowest node of a cell; z outermost.
+pub(crate) type Block = [[[f32; 4]; 4]; 4];
+
+/// Trilinear value and its own gradient, which jumps between cells.
+#[inline]
+pub(crate) fn trilinear(corners: [f32; 8], place: DVec3) -> ValueAndGradient {
+    let c = corners.map(f64::from);
+    let DVec3 { x, y, z } = place;
+    let along = [c[1] - c[0], c[3] - c[2], c[5] - c[4], c[7] - c[6]];
+    let edge = [0, 1, 2, 3].map(|e| c[2 * e] + along[e] * x);
+    let across = [edge[1] - edge[0], edge[3] - edge[2]];
+    let face = [edge[0] + across[0] * y, edge[2] + across[1] * y];
+    let up = face[1] - face[0];
+    let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
+    let dx = mix(mix(along[0], along[1], y), mix(along[2], along[3], y), z);
+    (face[0] + up * z, DVec3::new(dx, mix(across[0], across[1], z), up))
+}
+
+/// Trilinear value, and central differences at the corners interpolated, which
+/// do not jump.
+pub(crate) fn smooth(block: &Block, place: DVec3) -> ValueAndGradient {
+    let weight =
+        |axis: usize, upper: usize| if upper == 1 { place[axis] } else { 1.0 - place[axis] };
+    let at = |i: usize, j: usize, k: usize| f64::from(block[k][j][i]);
+    let (mut value, mut gradient) = (0.0, DVec3::ZERO);
+    for corner in 0..8 {
+        let [a, b, c] = [corner & 1, corner >> 1 & 1, corner >> 2];
+        let w = weight(0, a) * weight(1, b) * weight(2, c);
+        let [i, j, k] = [a + 1, b + 1, c + 1];
+        value += w * at(i, j, k);
+        gradient += 0.5
+            * w
+            * DVec3::new(
+                at(i + 1, j, k) - at(i - 1, j, k),
+                at(i, j + 1, k) - at(i, j - 1, k),
+                at(i, j, k + 1) - at(i, j, k - 1),
+            );
+    }
+    (value, gradient)
+}
+
+/// Catmull–Rom in three dimensions: through the nodes, with a gradient that
+/// does not jump.
+pub(crate) fn cubic(block: &Block, place: DVec3) -> ValueAndGradient {
+    let [x, y, z] = place.to_array().map(weights);
+    let (mut value, mut gradient) = (0.0, DVec3::ZERO);
+    for (plane, (wz, dz)) in block.iter().zip(z) {
+        for (row, (wy, dy)) in plane.iter().zip(y) {
+            let (mut along, mut slope) = (0.0, 0.0);
+            for (&node, (wx, dx)) in row.iter().zip(x) {
+                along += wx * f64::from(node);
+                slope += dx * f64::from(node);
+            }
+            value += along * wy * wz;
+            gradient += DVec3::new(slope * wy * wz, along * dy * wz, along * wy * dz);
+        }
+    }
+    (value, gradient)
+}
+
+/// Weights of four nodes in a row at `t` between the middle two, and their slopes.
+fn weights(t: f64) -> [(f64, f64); 4] {
+    let (t2, t3) = (t * t, t * t * t);
+    [
+        (-0.5 * t + t2 - 0.5 * t3, -0.5 + 2.0 * t - 1.5 * t2),
+        (1.0 - 2.5 * t2 + 1.5 * t3, -5.0 * t + 4.5 * t2),
+        (0.5 * t + 2.0 * t2 - 1.5 * t3, 0.5 + 4.0 * t - 4.5 * t2),
+        (-0.5 * t2 + 0.5 * t3, -t + 1.5 * t2),
+    ]
+}

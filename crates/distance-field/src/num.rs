@@ -1,0 +1,50 @@
+//! The few conversions between counts and coordinates, each named once.
+
+/// A node number as a coordinate; exact below 2^53.
+#[inline]
+#[expect(clippy::cast_precision_loss, reason = "grids have far fewer than 2^53 nodes")]
+pub(crate) fn coordinate(index: usize) -> f64 {
+    index as f64
+}
+
+/// The largest node number at or below `x`; 0 for what is negative or not a
+/// number, and at most 2^31 − 1, more than an axis may have.
+#[inline]
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the cast saturates, which is the clamp that callers want"
+)]
+pub(crate) fn floor_index(x: f64) -> usize {
+    x.max(0.0) as i32 as usize
+}
+
+/// Nearest single-precision value.
+#[expect(clippy::cast_possible_truncation, reason = "rounding to storage precision is the purpose")]
+pub(crate) fn single(x: f64) -> f32 {
+    x as f32
+}
+
+/// Nearest whole number, saturating.
+#[expect(clippy::cast_possible_truncation, reason = "the cast saturates")]
+pub(crate) fn nearest(x: f64) -> i64 {
+    x.round() as i64
+}
+
+/// A number of bytes, saturating.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the cast saturates")]
+pub(crate) fn floor_count(x: f64) -> usize {
+    x as usize
+}
+
+/// Nodes of `0..count` within `lo..=hi`.
+#[inline]
+pub(crate) fn nodes_within(lo: f64, hi: f64, count: usize) -> std::ops::Range<usize> {
+    // Also where either is not a number.
+    if !(lo <= hi && hi >= 0.0) {
+        return 0..0;
+    }
+    let below = floor_index(lo);
+    let first = below + usize::from(coordinate(below) < lo);
+    first..(floor_index(hi) + 1).min(count).max(first)
+}

@@ -1,0 +1,110 @@
+//! What a build found, and what it cost.
+
+use std::time::{Duration, Instant};
+
+/// One step of a build.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Phase {
+    /// Positions in units of the grid, normals, memory.
+    Prepare,
+    /// Exact distances in the band.
+    Band,
+    /// Faces carried beyond the band.
+    Carry,
+    /// Distances to carried faces.
+    Measure,
+    /// Faces of neighbours tried.
+    Relax,
+    /// Voxels switched on.
+    Convert,
+    /// Distances between voxels.
+    Transform,
+    /// Inside told from outside.
+    Sign,
+    /// Roots, signs and truncation.
+    Compose,
+    /// Into the storage asked for.
+    Store,
+    /// Compared with exact distances.
+    Compare,
+}
+
+/// Something a caller should know before relying on a field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Warning {
+    /// The surface encloses a negative volume: its faces were taken the other
+    /// way round.
+    Inverted,
+    /// The whole surface spans fewer than four cells along every axis: a unit
+    /// mistake, or far too coarse a grid.
+    SpansFewCells {
+        /// Cells along its longest axis.
+        cells: f64,
+    },
+    /// Part of the solid is thinner than 1.5 spacings, so nodes may miss its
+    /// inside.
+    ThinnerThanGrid {
+        /// Share of the sampled area, `0..=1`.
+        share: f64,
+        /// The thickness in question, in the length unit.
+        limit: f64,
+    },
+    /// Voxels inside account for much less than the volume that the surface
+    /// encloses: the flood leaked, or the solid is thinner than its voxels.
+    InteriorLost {
+        /// Share of the enclosed volume that is not inside, `0..=1`.
+        share: f64,
+    },
+    /// The surface is not closed; inside is where its winding number passes one half.
+    Open {
+        /// Edges of its boundary.
+        edges: usize,
+    },
+}
+
+/// The field beside exact distances, at points within two spacings of the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Comparison {
+    /// Points compared.
+    pub points: usize,
+    /// Root mean square of value − exact, in the length unit.
+    pub rms: f64,
+    /// Largest magnitude of value − exact, in the length unit.
+    pub worst: f64,
+}
+
+/// What a build found, and what it cost.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct BuildReport {
+    /// Steps in order, with their wall time.
+    pub phases: Vec<(Phase, Duration)>,
+    /// What to know before relying on the field.
+    pub warnings: Vec<Warning>,
+    /// Errors of trilinear values; none when nothing was compared.
+    pub comparison: Option<Comparison>,
+    /// Volume of the cells around inside nodes, in the cube of the length unit.
+    pub inside_volume: f64,
+    /// Most bytes that the build held at once, besides the surface.
+    pub peak_bytes: usize,
+}
+
+impl BuildReport {
+    /// Wall time of all phases.
+    #[must_use]
+    pub fn total(&self) -> Duration {
+        self.phases.iter().map(|(_, time)| *time).sum()
+    }
+
+    /// Runs and times a phase.
+    pub(crate) fn time<T>(&mut self, phase: Phase, work: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let result = work();
+        self.phases.push((phase, start.elapsed()));
+        result
+    }
+}
