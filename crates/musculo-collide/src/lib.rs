@@ -44,6 +44,7 @@ mod pair;
 mod parallel;
 mod scene;
 mod sweep;
+mod unseen;
 
 pub use {ccd, glam, kdop, surface};
 
@@ -52,3 +53,4 @@ pub use crate::error::{NoInside, SceneError};
 pub use crate::pair::{ContactPatch, NearVertex, PairReport, VertexReport};
 pub use crate::scene::{Body, BodyId, BodyKind, Scene};
 pub use crate::sweep::{ContactKind, PairSweep, SweepReport, SweptContact};
+pub use crate::unseen::Unseen;

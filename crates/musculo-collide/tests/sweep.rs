@@ -137,10 +137,17 @@ fn passing_through_is_seen() {
     let beyond = ball.clone().translated(DVec3::Z * -40.0);
     let (mut scene, ids) = scene_of(&[&plate, &ball]);
     let params = CheckParams { reach: 1.0 };
-    assert!(scene.check(&params).unwrap().is_empty(), "apart at the start");
+    let before = scene.check(&params).unwrap();
+    assert!(before.is_empty(), "apart at the start");
     let report = scene.sweep(&[(ids[1], &beyond.positions)], &ccd::Params::EXACT).unwrap();
     scene.move_body(ids[1], &beyond.positions).unwrap();
-    assert!(scene.check(&params).unwrap().is_empty(), "apart at the end");
+    let after = scene.check(&params).unwrap();
+    assert!(after.is_empty(), "apart at the end");
+    let unseen = report.unseen(&scene, &before, &after);
+    assert!(unseen[0].pair);
+    let through = scene.body(ids[1]).particles();
+    let ball_particles = unseen[0].particles.iter().filter(|&particle| through.contains(particle));
+    assert_eq!(ball_particles.count(), ball.positions.len(), "every vertex went through");
     // The ball's lowest vertex is at 17, the plate's upper side at 1 (or 2, if it stands on 0).
     let [_, top] = plate.bounds();
     let expected = (17.0 - top.z) / 40.0;
@@ -149,6 +156,23 @@ fn passing_through_is_seen() {
         assert!(contact.certain && !contact.at_start);
         assert!(contact.contact.time.unwrap() <= contact.latest);
     }
+}
+
+/// A ball that stays in the plate is seen by static detection.
+#[test]
+fn staying_inside_is_not_unseen() {
+    let plate = shapes::plate(DVec3::new(60.0, 60.0, 9.0), [6, 6]);
+    let [_, top] = plate.bounds();
+    let ball = shapes::octasphere(1.0, 1).translated(DVec3::new(1.3, 0.7, top.z + 2.0));
+    let within = ball.clone().translated(DVec3::Z * -5.0);
+    let (mut scene, ids) = scene_of(&[&plate, &ball]);
+    let params = CheckParams { reach: 0.0 };
+    let before = scene.check(&params).unwrap();
+    let report = scene.sweep(&[(ids[1], &within.positions)], &ccd::Params::EXACT).unwrap();
+    scene.move_body(ids[1], &within.positions).unwrap();
+    let after = scene.check(&params).unwrap();
+    assert!(report.largest_free_step < 1.0 && after[0].overlaps);
+    assert_eq!(report.unseen(&scene, &before, &after), []);
 }
 
 #[test]
