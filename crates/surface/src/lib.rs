@@ -18,6 +18,7 @@ mod error;
 mod inspect;
 mod positions;
 mod predicates;
+mod pseudonormal;
 mod triangle_surface;
 mod winding;
 
@@ -33,5 +34,6 @@ pub use crate::crossing::{Meeting, crossing_segment, segment_meets_triangle, tri
 pub use crate::error::SurfaceError;
 pub use crate::inspect::{Defect, Element, Finding, Inspection, inspect};
 pub use crate::positions::{Motion, Positions};
+pub use crate::pseudonormal::Pseudonormals;
 pub use crate::triangle_surface::{NO_EDGE, TriangleSurface};
 pub use crate::winding::{ray_crosses_triangle, solid_angle, winding_number};
