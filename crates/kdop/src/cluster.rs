@@ -32,6 +32,19 @@ pub(crate) struct LeafQuads<const S: usize> {
     pub(crate) whole: [Packed; QUADS],
 }
 
+impl<const S: usize> LeafQuads<S> {
+    pub(crate) const EMPTY: Self =
+        Self { quads: [Quad::EMPTY; QUADS], whole: [Packed::EMPTY; QUADS] };
+
+    /// Moves all bounds outward.
+    pub(crate) fn widen(&mut self, margin: &[f32; S]) {
+        for (quad, whole) in self.quads.iter_mut().zip(&mut self.whole) {
+            *quad = quad.widened(margin);
+            *whole = quad.enclosing();
+        }
+    }
+}
+
 impl Cluster {
     /// The cluster's points, as numbers of the caller's.
     #[inline(always)]
@@ -51,31 +64,28 @@ impl Cluster {
         bound
     }
 
-    /// Bounds of its leaves.
-    pub(crate) fn leaf_quads<const S: usize>(
+    /// Bounds its leaves.
+    pub(crate) fn bound_leaves<const S: usize>(
         &self,
         cluster_points: &[u32],
         rows: &Rows<S>,
-    ) -> LeafQuads<S> {
+        bounds: &mut LeafQuads<S>,
+    ) {
         let (lo, hi) = (rows.lo(), rows.hi());
         let points = self.points(cluster_points);
-        let bound = |leaf: usize| {
-            let mut bound = Packed::EMPTY;
-            if leaf < self.leaf_count as usize {
-                for corner in self.corners[leaf] {
+        for h in 0..QUADS {
+            let mut leaves = [Packed::EMPTY; 4];
+            let mut whole = Packed::EMPTY;
+            for (i, leaf) in (4 * h..self.leaf_count as usize).zip(&mut leaves) {
+                for corner in self.corners[i] {
                     let point = points[corner as usize] as usize;
-                    bound.include(&lo[point], &hi[point]);
+                    leaf.include(&lo[point], &hi[point]);
                 }
+                whole.merge::<S>(leaf);
             }
-            bound
-        };
-        let quads =
-            std::array::from_fn(|h| Quad::from_packed(&std::array::from_fn(|i| bound(4 * h + i))));
-        let whole = std::array::from_fn(|h: usize| {
-            let quad: &Quad<S> = &quads[h];
-            quad.enclosing()
-        });
-        LeafQuads { quads, whole }
+            bounds.quads[h].set(&leaves);
+            bounds.whole[h] = whole;
+        }
     }
 
     /// The caller's numbers of the points of one of its leaves.

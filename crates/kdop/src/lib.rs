@@ -64,6 +64,7 @@ mod dop;
 mod error;
 mod extents;
 mod leaves;
+mod neighbours;
 mod quad;
 mod refit;
 mod rows;

@@ -34,18 +34,20 @@ impl<const S: usize> Quad<S> {
 
     /// Sets bounds side by side.
     #[inline(always)]
-    pub(crate) fn from_packed(bounds: &[Packed; 4]) -> Self {
-        let mut quad = Self::EMPTY;
+    pub(crate) fn set(&mut self, [a, b, c, d]: &[Packed; 4]) {
         for g in 0..groups::<S>() {
-            let lo = f32x4::transpose(bounds.map(|bound| bound.lo[g]));
-            let hi = f32x4::transpose(bounds.map(|bound| bound.hi[g]));
             let start = group_start::<S>(g);
-            for (k, lane) in (start..S).zip(0..4).skip(4 * g - start) {
-                quad.lo[k] = lo[lane];
-                quad.hi[k] = hi[lane];
+            let lo = f32x4::transpose([a.lo[g], b.lo[g], c.lo[g], d.lo[g]]);
+            let hi = f32x4::transpose([a.hi[g], b.hi[g], c.hi[g], d.hi[g]]);
+            for lane in 0..4 {
+                // The last group overlaps the one before; with three directions a lane is spare.
+                let k = start + lane;
+                if 4 * g <= k && k < S {
+                    self.lo[k] = lo[lane];
+                    self.hi[k] = hi[lane];
+                }
             }
         }
-        quad
     }
 
     /// The union of the four, packed.
@@ -54,11 +56,11 @@ impl<const S: usize> Quad<S> {
         let mut all = Packed::EMPTY;
         for g in 0..groups::<S>() {
             let start = group_start::<S>(g);
-            let row = |lane: usize| (start + lane).min(S - 1);
-            let [a, b, c, d] = f32x4::transpose(std::array::from_fn(|i| self.lo[row(i)]));
-            all.lo[g] = a.fast_min(b).fast_min(c.fast_min(d));
-            let [a, b, c, d] = f32x4::transpose(std::array::from_fn(|i| self.hi[row(i)]));
-            all.hi[g] = a.fast_max(b).fast_max(c.fast_max(d));
+            let [i, j, k, l] = [start, start + 1, start + 2, (start + 3).min(S - 1)];
+            let lo = f32x4::transpose([self.lo[i], self.lo[j], self.lo[k], self.lo[l]]);
+            let hi = f32x4::transpose([self.hi[i], self.hi[j], self.hi[k], self.hi[l]]);
+            all.lo[g] = lo[0].fast_min(lo[1]).fast_min(lo[2].fast_min(lo[3]));
+            all.hi[g] = hi[0].fast_max(hi[1]).fast_max(hi[2].fast_max(hi[3]));
         }
         all
     }
@@ -177,11 +179,13 @@ mod tests {
     }
 
     fn quad<const S: usize>(dops: &[Dop<S>; 4]) -> Quad<S> {
-        Quad::from_packed(&dops.map(|dop| {
+        let mut quad = Quad::EMPTY;
+        quad.set(&dops.map(|dop| {
             let mut packed = Packed::EMPTY;
             packed.include(&dop.lo, &dop.hi);
             packed
-        }))
+        }));
+        quad
     }
 
     /// The lanes against their slow twin, bound by bound.

@@ -10,7 +10,6 @@ use glam::DVec3;
 use crate::dop::Dop;
 use crate::error::{InvalidTree, TreeError};
 use crate::extents::{Extents, check_length};
-use crate::quad::Quad;
 use crate::rows::Packed;
 use crate::tree::{Below, Child, DopTree};
 
@@ -71,7 +70,7 @@ impl<const S: usize> DopTree<S> {
             for (bound, child) in bounds.iter_mut().zip(children) {
                 *bound = self.bound_of(child);
             }
-            self.nodes[i].quad = Quad::from_packed(&bounds);
+            self.nodes[i].quad.set(&bounds);
         }
     }
 

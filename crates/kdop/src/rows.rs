@@ -31,8 +31,10 @@ pub(crate) const fn group_start<const S: usize>(g: usize) -> usize {
 /// Four directions of a row; with three directions the last is doubled.
 #[inline(always)]
 pub(crate) fn load<const S: usize>(row: &[f32; S], g: usize) -> f32x4 {
-    let k = group_start::<S>(g);
-    f32x4::new([row[k], row[k + 1], row[k + 2], row[if S < 4 { 2 } else { k + 3 }]])
+    match row[group_start::<S>(g)..].first_chunk::<4>() {
+        Some(&four) => f32x4::new(four),
+        None => f32x4::new([row[0], row[1], row[2], row[2]]),
+    }
 }
 
 /// A bound with its directions packed in groups of four.
@@ -53,6 +55,15 @@ impl Packed {
         for g in 0..groups::<S>() {
             self.lo[g] = self.lo[g].fast_min(load(lo, g));
             self.hi[g] = self.hi[g].fast_max(load(hi, g));
+        }
+    }
+
+    /// Grows to hold another bound.
+    #[inline(always)]
+    pub(crate) fn merge<const S: usize>(&mut self, other: &Self) {
+        for g in 0..groups::<S>() {
+            self.lo[g] = self.lo[g].fast_min(other.lo[g]);
+            self.hi[g] = self.hi[g].fast_max(other.hi[g]);
         }
     }
 

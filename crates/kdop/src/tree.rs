@@ -1,5 +1,7 @@
 //! The tree: quad nodes over clusters of leaves.
 
+use std::sync::OnceLock;
+
 use glam::DVec3;
 
 use crate::cluster::Cluster;
@@ -7,6 +9,7 @@ use crate::dop::Dop;
 use crate::error::TreeError;
 use crate::extents::Extents;
 use crate::leaves::{LIMIT, Leaves};
+use crate::neighbours::Neighbours;
 use crate::quad::Quad;
 use crate::rows::Rows;
 
@@ -29,6 +32,8 @@ pub struct DopTree<const S: usize> {
     pub(crate) rows: Rows<S>,
     /// Sum of the children's widths when the tree was built.
     pub(crate) built_size: f64,
+    /// Found at the first traversal of the tree with itself.
+    neighbours: OnceLock<Neighbours>,
 }
 
 /// A quadtree of 18-DOPs: the volume that pays best for muscles.
@@ -106,6 +111,7 @@ impl<const S: usize> DopTree<S> {
             leaves: Vec::new(),
             rows: Rows::new(),
             built_size: 0.0,
+            neighbours: OnceLock::new(),
         };
         tree.rows.fill(&extents);
         crate::build::arrange(&mut tree, leaves, count);
@@ -132,7 +138,8 @@ impl<const S: usize> DopTree<S> {
         self.nodes.first().map_or(Dop::EMPTY, |root| root.quad.enclosing().to_dop())
     }
 
-    /// Bytes it occupies on the heap.
+    /// Bytes it occupies on the heap, without what the first traversal of the tree with itself adds:
+    /// which leaves share points, some ten bytes a leaf of a closed surface.
     #[must_use]
     pub const fn bytes(&self) -> usize {
         self.nodes.capacity() * size_of::<Node<S>>()
@@ -151,6 +158,11 @@ impl<const S: usize> DopTree<S> {
     #[must_use]
     pub fn quality(&self) -> f64 {
         if self.built_size > 0.0 { self.size() / self.built_size } else { 1.0 }
+    }
+
+    /// Which leaves share points.
+    pub(crate) fn neighbours(&self) -> &Neighbours {
+        self.neighbours.get_or_init(|| Neighbours::of(self))
     }
 
     /// Sum of the widths of all children of all nodes.

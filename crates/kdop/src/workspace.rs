@@ -1,7 +1,6 @@
 //! Scratch memory of the traversals, owned by the caller.
 
 use crate::cluster::LeafQuads;
-use crate::quad::Quad;
 use crate::traverse::nearest::Entry;
 use crate::tree::DopTree;
 use std::collections::BinaryHeap;
@@ -66,6 +65,7 @@ pub(crate) struct LeafCache<const S: usize> {
     /// Where each cluster's bounds are, [`LeafCache::ABSENT`] where they are not.
     slots: Vec<u32>,
     touched: Vec<u32>,
+    /// Kept between calls: as many as were ever touched at once.
     bounds: Vec<LeafQuads<S>>,
 }
 
@@ -82,7 +82,6 @@ impl<const S: usize> LeafCache<S> {
             self.slots[cluster as usize] = Self::ABSENT;
         }
         self.touched.clear();
-        self.bounds.clear();
         if self.slots.len() < clusters {
             self.slots.resize(clusters, Self::ABSENT);
         }
@@ -108,14 +107,14 @@ impl<const S: usize> LeafCache<S> {
         self.slots[cluster as usize] =
             u32::try_from(slot).expect("a tree has fewer clusters than 32-bit numbers");
         self.touched.push(cluster);
-        let bounds = tree.clusters[cluster as usize].leaf_quads(&tree.cluster_points, &tree.rows);
-        self.bounds.push(match margin {
-            None => bounds,
-            Some(margin) => {
-                let quads = bounds.quads.map(|quad| quad.widened(margin));
-                LeafQuads { whole: quads.map(|quad: Quad<S>| quad.enclosing()), quads }
-            }
-        });
+        if self.bounds.len() == slot {
+            self.bounds.push(LeafQuads::EMPTY);
+        }
+        let bounds = &mut self.bounds[slot];
+        tree.clusters[cluster as usize].bound_leaves(&tree.cluster_points, &tree.rows, bounds);
+        if let Some(margin) = margin {
+            bounds.widen(margin);
+        }
         slot
     }
 

@@ -157,6 +157,28 @@ fn self_pairs_without_neighbours() {
     });
 }
 
+/// A point that everything shares leaves nothing; two such points leave what is between them.
+#[test]
+fn fans_about_one_point() {
+    let rim =
+        |z: f64| (0..2000).map(move |i| DVec3::new(f64::from(i).cos(), f64::from(i).sin(), z));
+    let points: Vec<DVec3> = [DVec3::ZERO, DVec3::Z * 0.5].into_iter().chain(rim(1.0)).collect();
+    let fan = |hub: u32| (2..1001_u32).map(move |i| [hub, i + 1000 * hub - 1, i + 1000 * hub]);
+    let leaves: Vec<_> = fan(0).map(|[h, a, b]| [h, a.max(2), b]).chain(fan(1)).collect();
+    let soup = Soup { points, leaves };
+    let mut found = Vec::new();
+    build::<9>(&soup).self_pairs(0.0, &mut Workspace::new(), |i, j| found.push((i, j)));
+    let found = sorted(found);
+    let bounds = at_rest::<9>(&soup);
+    let mut wanted = brute_force(&bounds, &bounds, 0.0);
+    let apart = |i: u32, j: u32| {
+        soup.leaves[i as usize].iter().all(|p| !soup.leaves[j as usize].contains(p))
+    };
+    wanted.retain(|&(i, j)| i < j && apart(i, j));
+    assert!(found.iter().all(|&(i, j)| apart(i, j)), "pairs that share a hub");
+    assert_holds(&found, &wanted, "fans");
+}
+
 #[test]
 fn unequal_depths() {
     arbtest(|u| {

@@ -7,6 +7,7 @@ use std::cmp::Ordering;
 
 use glam::DVec3;
 
+use crate::cluster::LeafQuads;
 use crate::directions::{norm, project};
 use crate::dop::rounding_loss;
 use crate::quad::Quad;
@@ -97,7 +98,8 @@ impl<const S: usize> DopTree<S> {
                     }
                     Below::Cluster(cluster) => {
                         let cluster = &self.clusters[cluster as usize];
-                        let bounds = cluster.leaf_quads(&self.cluster_points, &self.rows);
+                        let mut bounds = LeafQuads::EMPTY;
+                        cluster.bound_leaves(&self.cluster_points, &self.rows, &mut bounds);
                         counters.clusters += 1;
                         counters.quad_tests += bounds.quads.len() as u64;
                         let bounds = bounds.quads.iter().flat_map(|quad| target.distances(quad));

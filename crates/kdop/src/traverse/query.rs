@@ -7,6 +7,7 @@ use glam::DVec3;
 use wide::f32x4;
 
 use super::unbroken;
+use crate::cluster::LeafQuads;
 use crate::directions::Axis;
 use crate::dop::Dop;
 use crate::quad::{Quad, Splat};
@@ -113,7 +114,8 @@ impl<const S: usize> DopTree<S> {
         visit: &mut impl FnMut(u32) -> ControlFlow<B>,
     ) -> ControlFlow<B> {
         let cluster = &self.clusters[cluster as usize];
-        let bounds = cluster.leaf_quads(&self.cluster_points, &self.rows);
+        let mut bounds = LeafQuads::EMPTY;
+        cluster.bound_leaves(&self.cluster_points, &self.rows, &mut bounds);
         counters.clusters += 1;
         for (h, quad) in bounds.quads.iter().enumerate() {
             counters.quad_tests += 1;

@@ -4,7 +4,7 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use super::unbroken;
-use crate::cluster::QUADS;
+use crate::cluster::{Cluster, QUADS};
 use crate::quad::BELOW_DIAGONAL;
 use crate::tree::DopTree;
 use crate::workspace::{Counters, Workspace};
@@ -66,21 +66,29 @@ impl<const S: usize> DopTree<S> {
     ) -> ControlFlow<B> {
         let half_margin = self.widening(0.5 * margin);
         let half_margin = half_margin.as_ref();
+        let neighbours = self.neighbours();
         let Workspace { cluster_pairs, a: cache, counters, .. } = workspace;
         cache.reset(self.clusters.len());
         for &(a, b) in &*cluster_pairs {
+            let (a, b) = (a.min(b), a.max(b));
             counters.clusters += 1;
             let slot_a = cache.slot(self, a, half_margin);
             let slot_b = cache.slot(self, b, half_margin);
             let (bounds_a, bounds_b) = (cache.get(slot_a), cache.get(slot_b));
+            let crowded = neighbours.are_crowded(a, b);
+            let shared = neighbours.shared(a, b);
             let (cluster_a, cluster_b) = (&self.clusters[a as usize], &self.clusters[b as usize]);
-            for h in 0..QUADS * QUADS {
+            for (h, shared) in shared.into_iter().enumerate() {
                 let (ha, hb) = (h / QUADS, h % QUADS);
-                if a == b && ha > hb || !bounds_a.whole[ha].overlaps::<S>(&bounds_b.whole[hb]) {
+                if shared == u16::MAX
+                    || a == b && ha > hb
+                    || !bounds_a.whole[ha].overlaps::<S>(&bounds_b.whole[hb])
+                {
                     continue;
                 }
-                let mut hits = bounds_a.quads[ha].overlaps(&bounds_b.quads[hb]);
+                let hits = bounds_a.quads[ha].overlaps(&bounds_b.quads[hb]);
                 counters.quad_tests += 1;
+                let mut hits = hits & !u32::from(shared);
                 if a == b && ha == hb {
                     hits &= BELOW_DIAGONAL;
                 }
@@ -88,11 +96,11 @@ impl<const S: usize> DopTree<S> {
                     let bit = hits.trailing_zeros() as usize;
                     hits &= hits - 1;
                     let (i, j) = (4 * ha + bit / 4, 4 * hb + bit % 4);
+                    if crowded && self.share_a_point((cluster_a, i), (cluster_b, j)) {
+                        continue;
+                    }
                     let pair = (self.leaf(cluster_a, i), self.leaf(cluster_b, j));
-                    let (Some(leaf_a), Some(leaf_b)) = pair else { continue };
-                    let corners_a = cluster_a.corner_points(i, &self.cluster_points);
-                    let corners_b = cluster_b.corner_points(j, &self.cluster_points);
-                    if !share_a_point(corners_a, corners_b) {
+                    if let (Some(leaf_a), Some(leaf_b)) = pair {
                         counters.reported += 1;
                         visit(leaf_a.min(leaf_b), leaf_a.max(leaf_b))?;
                     }
@@ -101,9 +109,9 @@ impl<const S: usize> DopTree<S> {
         }
         ControlFlow::Continue(())
     }
-}
 
-#[inline(always)]
-fn share_a_point(a: [u32; 3], b: [u32; 3]) -> bool {
-    a.iter().fold(false, |shared, p| shared | (*p == b[0]) | (*p == b[1]) | (*p == b[2]))
+    fn share_a_point(&self, (a, i): (&Cluster, usize), (b, j): (&Cluster, usize)) -> bool {
+        let theirs = b.corner_points(j, &self.cluster_points);
+        a.corner_points(i, &self.cluster_points).iter().any(|point| theirs.contains(point))
+    }
 }

@@ -1,0 +1,127 @@
+//! Which leaves share points: fixed by the topology, found once.
+
+use crate::cluster::{CLUSTER, Cluster, QUADS};
+use crate::tree::DopTree;
+
+/// For every cluster, the clusters that share points with it (itself first, then later ones), and
+/// which of their leaves do.
+#[derive(Clone, Debug)]
+pub(crate) struct Neighbours {
+    /// Where the entries of each cluster begin; one more than there are clusters.
+    first: Vec<u32>,
+    entries: Vec<Entry>,
+    /// Clusters with a point that too many others use to list them all.
+    crowded: Vec<bool>,
+}
+
+/// Clusters that may use one point before pairs of them are no longer listed but compared when they
+/// are met. A point of an ordinary mesh has two to five; the list grows with the square, so a fan of
+/// a million faces about one point must not be listed.
+const CROWD: usize = 64;
+
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    cluster: u32,
+    shared: Shared,
+}
+
+/// Pairs of leaves of two clusters that share a point, one bit each as in
+/// [`Quad::overlaps`](crate::quad::Quad::overlaps), for each pair of quads.
+pub(crate) type Shared = [u16; QUADS * QUADS];
+
+impl Neighbours {
+    /// Finds all neighbours of a tree's clusters.
+    pub(crate) fn of<const S: usize>(tree: &DopTree<S>) -> Self {
+        let users = Users::of(tree);
+        let crowded = vec![false; tree.clusters.len()];
+        let mut found = Self { first: vec![0], entries: Vec::new(), crowded };
+        for (a, cluster) in (0..).zip(&tree.clusters) {
+            let start = found.entries.len();
+            found.entries.push(Entry { cluster: a, shared: [0; QUADS * QUADS] });
+            for (place, &point) in (0_u8..).zip(cluster.points(&tree.cluster_points)) {
+                let own = leaves_with(cluster, place);
+                let users = users.of_point(point);
+                if users.len() > CROWD {
+                    found.crowded[a as usize] = true;
+                    continue;
+                }
+                for &(b, other) in users.iter().filter(|(b, _)| *b >= a) {
+                    let entries = &mut found.entries;
+                    let at = entries[start..].iter().position(|entry| entry.cluster == b);
+                    let at = at.map_or(entries.len(), |at| start + at);
+                    if at == entries.len() {
+                        entries.push(Entry { cluster: b, shared: [0; QUADS * QUADS] });
+                    }
+                    add_pairs(&mut entries[at].shared, own, other);
+                }
+            }
+            let end = u32::try_from(found.entries.len());
+            found.first.push(end.expect("at most a crowd for each of fewer than 2^26 clusters"));
+        }
+        found
+    }
+
+    /// Pairs of leaves of clusters `a <= b` that are known to share a point.
+    #[inline(always)]
+    pub(crate) fn shared(&self, a: u32, b: u32) -> Shared {
+        let entries = self.first[a as usize] as usize..self.first[a as usize + 1] as usize;
+        let entry = self.entries[entries].iter().find(|entry| entry.cluster == b);
+        entry.map_or([0; QUADS * QUADS], |entry| entry.shared)
+    }
+
+    /// Whether leaves of two clusters may share points that are not listed.
+    #[inline(always)]
+    pub(crate) fn are_crowded(&self, a: u32, b: u32) -> bool {
+        self.crowded[a as usize] && self.crowded[b as usize]
+    }
+}
+
+/// Which clusters use each point, and which of their leaves do.
+struct Users {
+    first: Vec<u32>,
+    users: Vec<(u32, u8)>,
+}
+
+impl Users {
+    /// Sorts the clusters' points by number, counting first.
+    fn of<const S: usize>(tree: &DopTree<S>) -> Self {
+        let mut first = vec![0_u32; tree.point_count() + 1];
+        for &point in &tree.cluster_points {
+            first[point as usize + 1] += 1;
+        }
+        for i in 1..first.len() {
+            first[i] += first[i - 1];
+        }
+        let mut next = first.clone();
+        let mut users = vec![(0, 0); tree.cluster_points.len()];
+        for (id, cluster) in (0..).zip(&tree.clusters) {
+            for (place, &point) in (0_u8..).zip(cluster.points(&tree.cluster_points)) {
+                let next = &mut next[point as usize];
+                users[*next as usize] = (id, leaves_with(cluster, place));
+                *next += 1;
+            }
+        }
+        Self { first, users }
+    }
+
+    fn of_point(&self, point: u32) -> &[(u32, u8)] {
+        let range = self.first[point as usize]..self.first[point as usize + 1];
+        &self.users[range.start as usize..range.end as usize]
+    }
+}
+
+/// Leaves of a cluster that use its point at `place`, a bit each.
+fn leaves_with(cluster: &Cluster, place: u8) -> u8 {
+    const { assert!(CLUSTER == 8, "a bit for each leaf") };
+    let leaves = cluster.corners[..cluster.leaf_count as usize].iter().enumerate();
+    leaves.filter(|(_, corners)| corners.contains(&place)).fold(0, |bits, (i, _)| bits | 1 << i)
+}
+
+/// Adds every pair of a leaf of one set and a leaf of the other.
+fn add_pairs(shared: &mut Shared, a: u8, b: u8) {
+    for i in (0..CLUSTER).filter(|i| a >> i & 1 == 1) {
+        for j in (0..CLUSTER).filter(|j| b >> j & 1 == 1) {
+            shared[i / 4 * QUADS + j / 4] |= 1 << (i % 4 * 4 + j % 4);
+        }
+    }
+}
