@@ -1,0 +1,32 @@
+//! Conversions between counts, samples and coordinates.
+
+#[expect(clippy::cast_precision_loss, reason = "counts of pixels and bytes, far below 2^53")]
+pub(super) fn float(count: usize) -> f64 {
+    count as f64
+}
+
+/// The count at or below `x`, 0 for what is negative.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a float saturates when it is cast"
+)]
+pub(super) fn floor(x: f64) -> usize {
+    x as usize
+}
+
+/// What a layer stores of a coordinate.
+#[expect(clippy::cast_possible_truncation, reason = "pictures need no more digits")]
+pub(super) fn single(x: f64) -> f32 {
+    x as f32
+}
+
+/// A channel in `0.0..=1.0` as a byte.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a float saturates when it is cast"
+)]
+pub(super) fn byte(channel: f64) -> u8 {
+    (channel * 255.0 + 0.5) as u8
+}

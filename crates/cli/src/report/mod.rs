@@ -1,0 +1,20 @@
+//! What was found, in every form it leaves the program in.
+//!
+//! `document` gathers it once; the table, the JSON and the HTML are written
+//! from there and so cannot disagree. `fields` spreads it over vertices, for
+//! the meshes in colour (`vtp`) and the pictures (`views`).
+
+mod document;
+mod fields;
+mod html;
+mod table;
+mod text;
+mod views;
+mod vtp;
+
+pub(crate) use self::document::{BodyRecord, BodySource, Document, PairRecord};
+pub(crate) use self::fields::ContactField;
+pub(crate) use self::html::html;
+pub(crate) use self::table::table;
+pub(crate) use self::views::Gallery;
+pub(crate) use self::vtp::vtp;
