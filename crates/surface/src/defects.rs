@@ -166,7 +166,7 @@ impl TriangleSurface {
         self.vertices().filter(is_root).count()
     }
 
-    fn vertices(&self) -> impl Iterator<Item = u32> + use<> {
+    pub(crate) fn vertices(&self) -> impl Iterator<Item = u32> + use<> {
         let count = u32::try_from(self.vertex_count());
         0..count.unwrap_or_default() // `new` refuses more than can be numbered
     }

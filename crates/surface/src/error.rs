@@ -1,4 +1,5 @@
-//! Why a list of faces is not a surface, or lacks a property asked of it.
+//! Why a list of faces or polygons is not a surface, or lacks a property asked
+//! of it.
 
 /// What a surface or its positions were refused for, and where.
 ///
@@ -94,5 +95,52 @@ pub enum SurfaceError {
         from: u32,
         /// Its second end.
         to: u32,
+    },
+}
+
+/// What a simplex surface was refused for, and where.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SimplexError {
+    /// The triangulation has no dual, or is not a surface.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
+    /// A polygon refers to a vertex that does not exist.
+    #[error("polygon {polygon} refers to vertex {vertex}, but there are {vertex_count} vertices")]
+    VertexOutOfRange {
+        /// Position of the polygon in the list.
+        polygon: usize,
+        /// The index it holds.
+        vertex: u32,
+        /// Vertices the surface was declared with.
+        vertex_count: usize,
+    },
+    /// A polygon has fewer than three vertices.
+    #[error("polygon {polygon} has {len} vertices; three are the fewest")]
+    ShortPolygon {
+        /// Position of the polygon in the list.
+        polygon: usize,
+        /// How many vertices it has.
+        len: usize,
+    },
+    /// The polygons at a vertex are none, more than three, or do not follow one
+    /// another about it.
+    #[error(
+        "vertex {vertex} is met by {polygons} polygons, not by one to three that follow one another about it"
+    )]
+    NotSimplex {
+        /// The first such vertex.
+        vertex: usize,
+        /// How often polygons refer to it.
+        polygons: usize,
+    },
+    /// A vertex on the border has fewer than three polygons, so it stands for no
+    /// triangle.
+    #[error("vertex {vertex} is on the border: only {polygons} polygons meet there")]
+    Border {
+        /// The first such vertex.
+        vertex: usize,
+        /// How many polygons it has.
+        polygons: usize,
     },
 }

@@ -15,10 +15,13 @@ mod contact;
 mod crossing;
 mod defects;
 mod error;
+mod fan;
 mod inspect;
 mod positions;
 mod predicates;
 mod pseudonormal;
+mod rows;
+mod simplex;
 mod triangle_surface;
 mod winding;
 
@@ -31,9 +34,10 @@ pub use crate::closest::{
 };
 pub use crate::contact::{Anchor, Contact, Stencil, Term};
 pub use crate::crossing::{Meeting, crossing_segment, segment_meets_triangle, triangles_meet};
-pub use crate::error::SurfaceError;
+pub use crate::error::{SimplexError, SurfaceError};
 pub use crate::inspect::{Defect, Element, Finding, Inspection, inspect};
 pub use crate::positions::{Motion, Positions};
 pub use crate::pseudonormal::Pseudonormals;
+pub use crate::simplex::{NO_NEIGHBOUR, SimplexSurface};
 pub use crate::triangle_surface::{NO_EDGE, TriangleSurface};
 pub use crate::winding::{ray_crosses_triangle, solid_angle, winding_number};

@@ -9,7 +9,9 @@ use crate::{SurfaceError, TriangleSurface};
 
 /// |V| finite positions of one surface's vertices, in the caller's length unit.
 ///
-/// Made by [`TriangleSurface::positions`].
+/// Made by [`TriangleSurface::positions`] and [`SimplexSurface::positions`].
+///
+/// [`SimplexSurface::positions`]: crate::SimplexSurface::positions
 #[derive(Clone, Copy, Debug)]
 pub struct Positions<'a>(&'a [DVec3]);
 
@@ -24,6 +26,19 @@ pub struct Motion<'a> {
 }
 
 impl<'a> Positions<'a> {
+    pub(crate) fn check(vertex_count: usize, x: &'a [DVec3]) -> Result<Self, SurfaceError> {
+        if x.len() != vertex_count {
+            return Err(SurfaceError::PositionCount { expected: vertex_count, got: x.len() });
+        }
+        match x.iter().position(|p| !p.is_finite()) {
+            Some(vertex) => {
+                let DVec3 { x, y, z } = x[vertex];
+                Err(SurfaceError::NotFinite { vertex, x, y, z })
+            }
+            None => Ok(Self(x)),
+        }
+    }
+
     /// All positions, one a vertex.
     #[must_use]
     pub fn as_slice(self) -> &'a [DVec3] {
@@ -73,19 +88,7 @@ impl TriangleSurface {
     /// - [`SurfaceError::PositionCount`] when the length is another.
     /// - [`SurfaceError::NotFinite`] with the first vertex that is not finite.
     pub fn positions<'a>(&self, x: &'a [DVec3]) -> Result<Positions<'a>, SurfaceError> {
-        if x.len() != self.vertex_count() {
-            return Err(SurfaceError::PositionCount {
-                expected: self.vertex_count(),
-                got: x.len(),
-            });
-        }
-        match x.iter().position(|p| !p.is_finite()) {
-            Some(vertex) => {
-                let DVec3 { x, y, z } = x[vertex];
-                Err(SurfaceError::NotFinite { vertex, x, y, z })
-            }
-            None => Ok(Positions(x)),
-        }
+        Positions::check(self.vertex_count(), x)
     }
 
     /// Checks both ends of a step as [`Self::positions`] does.

@@ -4,6 +4,7 @@
 //! so that building is linear and the numbering depends on the faces alone.
 
 use crate::SurfaceError;
+use crate::rows::Rows;
 
 /// Stands for the edge between a face's two equal corners, which is none.
 pub const NO_EDGE: u32 = u32::MAX;
@@ -96,39 +97,6 @@ impl TriangleSurface {
     }
 }
 
-/// Lists of numbers, one after the other: row `i` is `entries[starts[i]..starts[i + 1]]`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-struct Rows {
-    starts: Vec<u32>,
-    entries: Vec<u32>,
-}
-
-impl Rows {
-    /// Sorts pairs of (row, entry) into `rows` rows by counting; the order
-    /// within a row is that of the pairs.
-    fn new<I: Iterator<Item = (u32, u32)>>(rows: usize, pairs: impl Fn() -> I) -> Self {
-        let mut starts = vec![0_u32; rows + 1];
-        for (row, _) in pairs() {
-            starts[row as usize + 1] += 1;
-        }
-        for row in 0..rows {
-            starts[row + 1] += starts[row];
-        }
-        let mut next = starts.clone();
-        let mut entries = vec![0; starts[rows] as usize];
-        for (row, entry) in pairs() {
-            entries[next[row as usize] as usize] = entry;
-            next[row as usize] += 1;
-        }
-        Self { starts, entries }
-    }
-
-    fn row(&self, row: u32) -> &[u32] {
-        let row = row as usize;
-        &self.entries[self.starts[row] as usize..self.starts[row + 1] as usize]
-    }
-}
-
 fn check_counts(vertex_count: usize, face_count: usize) -> Result<(), SurfaceError> {
     let limit = u32::MAX as usize - 1;
     let face_limit = limit / 3; // corners are numbered too
@@ -171,10 +139,9 @@ fn number_edges(vertex_count: usize, faces: &[[u32; 3]]) -> (Vec<[u32; 2]>, Vec<
     let mut edges: Vec<[u32; 2]> = Vec::with_capacity(faces.len() * 3 / 2);
     let mut face_edges = vec![[NO_EDGE; 3]; faces.len()];
     let mut row: Vec<HalfEdge> = Vec::new();
-    for (smaller, corners) in (0_u32..).zip(by_smaller.starts.windows(2)) {
+    for (smaller, corners) in (0_u32..).zip(by_smaller.iter()) {
         row.clear();
-        let range = corners[0] as usize..corners[1] as usize;
-        row.extend(by_smaller.entries[range].iter().map(|&c| (larger_end(faces, c), c)));
+        row.extend(corners.iter().map(|&c| (larger_end(faces, c), c)));
         row.sort_unstable();
         for &(larger, corner) in row.iter().filter(|(larger, _)| *larger != smaller) {
             if edges.last() != Some(&[smaller, larger]) {
