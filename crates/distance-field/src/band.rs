@@ -12,7 +12,7 @@
 //! that edge; leaving out a condition, or widening one against rounding, only
 //! makes a region larger, and every region measures true distances to its own
 //! element. So no node in the band is missed, and none is given too short a
-//! distance by more than [`WIDEN`].
+//! distance by more than twice [`WIDEN`].
 //!
 //! Source: S. Mauch, "Efficient Algorithms for Solving Static Hamilton–Jacobi
 //! Equations", PhD thesis, California Institute of Technology, 2003, chapter on
@@ -81,22 +81,24 @@ struct Bins {
 
 impl Bins {
     fn new(units: &Units<'_>, planes: usize, band: f64) -> Self {
-        let height = |v: u32| units.x[v as usize].z;
-        let faces = units.surface.faces().iter().map(|&[a, b, c]| {
-            let [a, b, c] = [height(a), height(b), height(c)];
-            [a.min(b).min(c), a.max(b).max(c)]
-        });
-        let edges = units.surface.edges().iter().map(|&[a, b]| {
-            let [a, b] = [height(a), height(b)];
-            [a.min(b), a.max(b)]
-        });
-        let vertices = units.x.iter().map(|p| [p.z, p.z]);
-        Self {
-            faces: bin(faces, planes, band),
-            edges: bin(edges, planes, band),
-            vertices: bin(vertices, planes, band),
-        }
+        let mut kinds = par::map(3, |kind| match kind {
+            0 => bin(units.surface.faces().iter().map(|face| span(units, face)), planes, band),
+            1 => bin(units.surface.edges().iter().map(|edge| span(units, edge)), planes, band),
+            _ => bin(units.x.iter().map(|p| [p.z, p.z]), planes, band),
+        })
+        .into_iter();
+        let mut next = || kinds.next().unwrap_or_default();
+        Self { faces: next(), edges: next(), vertices: next() }
     }
+}
+
+/// Least and greatest height of some vertices.
+fn span(units: &Units<'_>, vertices: &[u32]) -> [f64; 2] {
+    let none = [f64::INFINITY, f64::NEG_INFINITY];
+    vertices.iter().fold(none, |[lo, hi], &v| {
+        let z = units.x[v as usize].z;
+        [lo.min(z), hi.max(z)]
+    })
 }
 
 fn bin(heights: impl Iterator<Item = [f64; 2]>, planes: usize, band: f64) -> Vec<Vec<u32>> {
@@ -130,12 +132,14 @@ struct Side {
 }
 
 impl Side {
-    /// The side through `at` with the given inward unit normal, moved out a
-    /// little. A zero normal cuts nothing off.
+    /// The side through `at` with the given inward normal, of any length, moved
+    /// out by [`WIDEN`] to twice that. A zero normal cuts nothing off.
+    #[inline]
     fn new(normal: DVec3, at: DVec3) -> Self {
-        Self::shifted(normal, at, WIDEN)
+        Self::shifted(normal, at, WIDEN * normal.abs().element_sum())
     }
 
+    #[inline]
     fn shifted(normal: DVec3, at: DVec3, out: f64) -> Self {
         Self { normal, offset: out - normal.dot(at), slope: -1.0 / normal.x }
     }
@@ -156,10 +160,9 @@ fn prism(units: &Units<'_>, face: u32, band: f64, sides: &mut Vec<Side>, slab: &
     }
     let [a, b, c] = units.corners(face);
     sides.clear();
-    sides.extend(
-        [[a, b], [b, c], [c, a]]
-            .map(|[from, to]| Side::new(normal.cross(to - from).normalize_or_zero(), from)),
-    );
+    for (from, to) in [(a, b), (b, c), (c, a)] {
+        sides.push(Side::new(normal.cross(to - from), from));
+    }
     sides.push(Side::shifted(normal, a, band));
     sides.push(Side::shifted(-normal, a, band));
     let reach = normal.abs() * band + WIDEN;
@@ -179,14 +182,16 @@ fn wedge(units: &Units<'_>, edge: u32, band: f64, sides: &mut Vec<Side>, slab: &
         return; // its ends are vertices
     }
     let along = (b - a) / length;
-    let inward = [0, 1].map(|i| faces.get(i).map_or(DVec3::ZERO, |&f| into(units, f, a, along)));
-    let Some([lo, hi]) = wedge_reach(units, faces, inward, band) else {
+    let inward = |i: usize| faces.get(i).map_or(DVec3::ZERO, |&f| into(units, f, a, along));
+    let (m, n) = (inward(0), inward(1));
+    let Some([lo, hi]) = wedge_reach(units, faces, [m, n], band) else {
         return;
     };
     sides.clear();
     sides.push(Side::new(along, a));
     sides.push(Side::new(-along, b));
-    sides.extend(inward.map(|inward| Side::new(-inward, a)));
+    sides.push(Side::new(-m, a));
+    sides.push(Side::new(-n, a));
     let region = Region { lo: a.min(b) + lo - WIDEN, hi: a.max(b) + hi + WIDEN, sides };
     slab.visit(&region, faces[0], |p| {
         let to = p - a;
@@ -217,7 +222,7 @@ fn wedge_reach(
     let &[first, second] = faces else {
         return everywhere;
     };
-    let normals = [first, second].map(|f| units.normals[f as usize]);
+    let normals = [units.normals[first as usize], units.normals[second as usize]];
     if normals.contains(&DVec3::ZERO) {
         return everywhere;
     }
@@ -248,8 +253,7 @@ fn cone(units: &Units<'_>, vertex: u32, band: f64, sides: &mut Vec<Side>, slab: 
     for &f in faces {
         let corners = units.surface.faces()[f as usize];
         let next = corners[(1 + corners.iter().position(|&v| v == vertex).unwrap_or(0)) % 3];
-        let edge = (at - units.x[next as usize]).normalize_or_zero();
-        sides.push(Side::new(edge, at));
+        sides.push(Side::new(at - units.x[next as usize], at));
     }
     let region = Region { lo: at - band, hi: at + band, sides };
     slab.visit(&region, face, |p| p.distance_squared(at));

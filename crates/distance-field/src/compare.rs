@@ -10,6 +10,7 @@ use surface::{Positions, TriangleSurface, closest_on_triangle};
 
 use crate::field::DistanceField;
 use crate::num::coordinate;
+use crate::par;
 use crate::query::Interpolation;
 use crate::report::Comparison;
 
@@ -19,6 +20,9 @@ const REACH: f64 = 2.0;
 /// Thickness below which nodes may miss the inside of a solid, in spacings: a
 /// plate of this thickness keeps 99 % of its inside, one of 1 spacing 86 %.
 pub(crate) const THIN: f64 = 1.5;
+
+/// Parts of the places, by height, that threads share out.
+const PARTS: usize = 4;
 
 /// What the places told.
 pub(crate) struct Compared {
@@ -53,12 +57,30 @@ pub(crate) fn compare(
     let depth = inward * THIN * spacing;
     let mut places = places(surface, x, points, REACH * spacing, depth);
     places.sort_by(|a, b| a.on.z.total_cmp(&b.on.z));
+    let part = places.len().div_ceil(PARTS).max(1);
+    par::for_each(places.chunks_mut(part).collect(), |_, places| {
+        meet_all(places, (surface, x), 2.0 * REACH * spacing, depth);
+    });
+    summary(field, &places, limit)
+}
+
+/// Shows every face to the places that it may matter to: those within `room`.
+fn meet_all(
+    places: &mut [Place],
+    (surface, x): (&TriangleSurface, Positions<'_>),
+    room: f64,
+    depth: f64,
+) {
     let heights: Vec<f64> = places.iter().map(|place| place.on.z).collect();
-    // From a place to its point, and from there as far again.
-    let room = 2.0 * REACH * spacing;
+    let (Some(&lowest), Some(&highest)) = (heights.first(), heights.last()) else {
+        return;
+    };
     for &face in surface.faces() {
         let [a, b, c] = x.corners(face);
         let (lo, hi) = (a.min(b).min(c), a.max(b).max(c));
+        if hi.z + room < lowest || lo.z - room > highest {
+            continue;
+        }
         let first = heights.partition_point(|&z| z < lo.z - room);
         for place in places[first..].iter_mut().take_while(|place| place.on.z <= hi.z + room) {
             if place.lo.cmple(hi).all() && place.hi.cmpge(lo).all() {
@@ -66,7 +88,6 @@ pub(crate) fn compare(
             }
         }
     }
-    summary(field, &places, limit)
 }
 
 fn summary(field: &DistanceField, places: &[Place], limit: f64) -> Option<Compared> {

@@ -80,6 +80,7 @@ pub(crate) fn points_near(mesh: &Mesh, count: u32, reach: f64) -> Vec<DVec3> {
 }
 
 /// The folder of real meshes, or a line that the test is skipped.
+#[expect(clippy::print_stdout, reason = "a skipped test says so")]
 pub(crate) fn anatomy(test: &str) -> Option<PathBuf> {
     let folder = std::env::var_os("MUSCULO_DATA").map(|data| Path::new(&data).join("anatomy"));
     if folder.is_none() {
