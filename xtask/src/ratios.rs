@@ -1,0 +1,165 @@
+//! `cargo xtask ratios [CRATE]`: every speed and cost that is claimed, beside
+//! what it is compared with, in one run.
+//!
+//! The programs are those of the package `benches` named `CRATE_ratios`; a crate
+//! with a hyphen has an underscore there. `verify` runs the same programs and
+//! allows more, because seconds on a shared machine vary.
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::TaskResult;
+use crate::number::{Bound, leading};
+use crate::process::{cargo, read_lines};
+use crate::table::{Row, Verdict};
+
+/// How much worse than claimed a ratio may be in [`generous`].
+///
+/// Two runs on a shared machine of two cores differ by up to a half; a factor
+/// of two lets that pass and still shows a lost vectorisation or a lost order
+/// of growth. Counts that must be zero stay zero.
+const GENEROUS: f64 = 2.0;
+
+/// One printed line, taken apart.
+#[derive(Clone, Debug, PartialEq)]
+struct Line {
+    name: String,
+    measured: String,
+    allowed: String,
+    ok: bool,
+}
+
+/// Prints the programs' lines as they come; fails where one falls short.
+pub(crate) fn run(root: &Path, only: Option<&str>) -> TaskResult {
+    let lines = measure(root, only)?;
+    let short = lines.iter().filter(|line| !line.ok).count();
+    println!("{} figures, {short} short", lines.len());
+    if short == 0 { Ok(()) } else { Err(format!("{short} figures fall short of what is claimed")) }
+}
+
+/// Runs all programs; a row fails where it falls short by more than
+/// [`GENEROUS`].
+pub(crate) fn generous(root: &Path) -> Result<Vec<Row>, String> {
+    Ok(measure(root, None)?.into_iter().map(Line::into_generous_row).collect())
+}
+
+fn measure(root: &Path, only: Option<&str>) -> Result<Vec<Line>, String> {
+    let names = programs(root, only)?;
+    let mut lines = Vec::new();
+    if !names.is_empty() {
+        cargo(root, &["build", "--release", "--locked", "-p", "benches", "--bins"])?;
+    }
+    for name in names {
+        println!("\n{name}: ours, the other's, ratio, allowed");
+        let before = lines.len();
+        let mut command = Command::new("cargo");
+        command.args(["run", "--quiet", "--release", "--locked", "-p", "benches", "--bin", &name]);
+        let status = read_lines(command.current_dir(root), |text| {
+            println!("{text}");
+            lines.extend(Line::read(text));
+        })?;
+        let told = lines[before..].iter().any(|line| !line.ok);
+        if !status.success() && !told {
+            return Err(format!("{name} ended with {status}"));
+        }
+    }
+    Ok(lines)
+}
+
+/// The ratio programs there are, in the order of their names.
+fn programs(root: &Path, only: Option<&str>) -> Result<Vec<String>, String> {
+    let folder = root.join("benches/src/bin");
+    let entries = folder.read_dir().map_err(|error| format!("{}: {error}", folder.display()))?;
+    let stems = entries.flatten().filter_map(|entry| {
+        let stem = entry.path().file_stem()?.to_str()?.to_owned();
+        stem.ends_with("_ratios").then_some(stem)
+    });
+    let mut names: Vec<String> = stems.collect();
+    names.sort_unstable();
+    if let Some(only) = only {
+        let wanted = format!("{}_ratios", only.replace('-', "_"));
+        names.retain(|name| *name == wanted);
+        if names.is_empty() {
+            return Err(format!("there is no benches/src/bin/{wanted}.rs"));
+        }
+    }
+    Ok(names)
+}
+
+impl Line {
+    /// Reads `name ours other ratio allowed ok|SHORT`; `None` for other text.
+    fn read(text: &str) -> Option<Self> {
+        let mut columns = text.split_whitespace().rev();
+        let ok = match columns.next()? {
+            "ok" => true,
+            "SHORT" => false,
+            _ => return None,
+        };
+        let [allowed, measured, _, _] = [(); 4].map(|()| columns.next());
+        let mut name: Vec<&str> = columns.collect();
+        name.reverse();
+        Some(Self {
+            name: name.join(" "),
+            measured: measured?.to_owned(),
+            allowed: allowed?.to_owned(),
+            ok,
+        })
+    }
+
+    fn into_generous_row(self) -> Row {
+        let (Some(value), Some(bound)) = (leading(&self.measured), self.bound()) else {
+            let verdict = if self.ok { Verdict::Told } else { Verdict::Failed };
+            return Row {
+                name: self.name,
+                measured: self.measured,
+                allowed: self.allowed,
+                verdict,
+            };
+        };
+        let (bound, sign) = match bound.widened(GENEROUS) {
+            wide @ Bound::AtMost(limit) => (wide, limit.to_string()),
+            wide @ Bound::AtLeast(limit) => (wide, format!(">= {limit}")),
+        };
+        let verdict = Verdict::of(self.ok || bound.holds(value));
+        Row { name: self.name, measured: self.measured, allowed: sign, verdict }
+    }
+
+    /// What is allowed, as a bound. Whether a bare number is a most or a least
+    /// is told by the program's own verdict.
+    fn bound(&self) -> Option<Bound> {
+        let bound = Bound::read(&self.allowed)?;
+        match bound {
+            Bound::AtMost(limit) if bound.holds(leading(&self.measured)?) != self.ok => {
+                Some(Bound::AtLeast(limit))
+            }
+            _ => Some(bound),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_lines_and_nothing_else() {
+        let line = Line::read("simbp_vf: certified [ns]   57.1   63.0   0.91   1  ok").unwrap();
+        assert_eq!((line.name.as_str(), line.ok), ("simbp_vf: certified [ns]", true));
+        assert_eq!((line.measured.as_str(), line.allowed.as_str()), ("0.91", "1"));
+        assert_eq!(Line::read("MUSCULO_DATA is not set: random queries"), None);
+        assert_eq!(Line::read("ok"), None);
+    }
+
+    #[test]
+    fn generous_by_a_factor_on_the_right_side() {
+        let verdict = |text: &str| Line::read(text).unwrap().into_generous_row().verdict;
+        assert_eq!(verdict("time 1 1 0.9 1 ok"), Verdict::Passed);
+        assert_eq!(verdict("time 1 1 1.9 1 SHORT"), Verdict::Passed);
+        assert_eq!(verdict("time 1 1 2.1 1 SHORT"), Verdict::Failed);
+        assert_eq!(verdict("speed-up 1 1 6 >=10 SHORT"), Verdict::Passed);
+        assert_eq!(verdict("speed-up 1 1 4 >=10 SHORT"), Verdict::Failed);
+        assert_eq!(verdict("speed-up 1 1 4 10 SHORT"), Verdict::Failed);
+        assert_eq!(verdict("missed 1 - 1 0 SHORT"), Verdict::Failed);
+        assert_eq!(verdict("anything 1 - 1 - ok"), Verdict::Told);
+    }
+}

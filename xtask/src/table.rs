@@ -1,0 +1,95 @@
+//! The closing table: what was checked, what was measured, what is allowed.
+
+use std::fmt;
+
+/// How a check came out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    Passed,
+    Failed,
+    /// Measured, with nothing promised.
+    Told,
+}
+
+/// One line of the table.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Row {
+    pub(crate) name: String,
+    pub(crate) measured: String,
+    pub(crate) allowed: String,
+    pub(crate) verdict: Verdict,
+}
+
+/// Rows under a heading each.
+#[derive(Default)]
+pub(crate) struct Table {
+    parts: Vec<(&'static str, Vec<Row>)>,
+}
+
+impl Verdict {
+    pub(crate) fn of(passed: bool) -> Self {
+        if passed { Self::Passed } else { Self::Failed }
+    }
+}
+
+impl Table {
+    /// Adds a part, left out where it has no rows.
+    pub(crate) fn add(&mut self, heading: &'static str, rows: Vec<Row>) {
+        if !rows.is_empty() {
+            self.parts.push((heading, rows));
+        }
+    }
+}
+
+impl fmt::Display for Table {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let rows = || self.parts.iter().flat_map(|(_, rows)| rows);
+        let width = |text: fn(&Row) -> &str| rows().map(|row| text(row).chars().count()).max();
+        let name = width(|row| &row.name).unwrap_or(0);
+        let measured = width(|row| &row.measured).unwrap_or(0).max("measured".len());
+        let allowed = width(|row| &row.allowed).unwrap_or(0).max("allowed".len());
+        writeln!(f, "{:name$}  {:>measured$}  {:>allowed$}", "checked", "measured", "allowed")?;
+        for (heading, rows) in &self.parts {
+            writeln!(f, "\n{heading}")?;
+            for row in rows {
+                let mark = match row.verdict {
+                    Verdict::Passed => "ok",
+                    Verdict::Failed => "FAILED",
+                    Verdict::Told => "",
+                };
+                let line = format!(
+                    "{:name$}  {:>measured$}  {:>allowed$}  {mark}",
+                    row.name, row.measured, row.allowed
+                );
+                writeln!(f, "{}", line.trim_end())?;
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_line_up_and_empty_parts_are_left_out() {
+        let row = |name: &str, verdict| Row {
+            name: name.into(),
+            measured: "1".into(),
+            allowed: "2".into(),
+            verdict,
+        };
+        let mut table = Table::default();
+        table.add("none", vec![]);
+        table.add("some", vec![row("a", Verdict::Passed), row("longer", Verdict::Failed)]);
+        let expected = "\
+checked  measured  allowed
+
+some
+a              1        2  ok
+longer         1        2  FAILED
+";
+        assert_eq!(table.to_string(), expected);
+    }
+}
