@@ -94,6 +94,22 @@ impl<'a> Extents<'a> {
         self.len() == 0
     }
 
+    /// Some of the points.
+    #[cfg(feature = "rayon")]
+    pub(crate) fn part(&self, range: std::ops::Range<usize>) -> Self {
+        let r = || range.clone();
+        let shape = match self.shape {
+            Shape::Points(p) => Shape::Points(&p[r()]),
+            Shape::Swept(p, q) => Shape::Swept(&p[r()], &q[r()]),
+            Shape::Balls(p, radii) => Shape::Balls(&p[r()], &radii[r()]),
+            Shape::SweptBalls([p, q], [before, after]) => {
+                Shape::SweptBalls([&p[r()], &q[r()]], [&before[r()], &after[r()]])
+            }
+            Shape::Boxes(boxes) => Shape::Boxes(&boxes[r()]),
+        };
+        Self { shape, inflation: self.inflation }
+    }
+
     /// Checks lengths, finiteness and radii.
     pub(crate) fn check(&self) -> Result<(), TreeError> {
         check_radius(0, self.inflation)?;

@@ -3,7 +3,6 @@
 //! Rows are read four directions at a time. The last four overlap those before when `S` is no
 //! multiple of four, so rows need no padding.
 
-use glam::DVec3;
 use wide::f32x4;
 
 use crate::directions::project;
@@ -111,22 +110,49 @@ impl<const S: usize> Rows<S> {
 
     /// Replaces all rows. Allocates only where there were fewer.
     pub(crate) fn fill(&mut self, extents: &Extents<'_>) {
-        self.lo.clear();
-        self.hi.clear();
-        if let Some(points) = extents.exact_points::<S>() {
-            self.lo.extend(points.iter().map(|&p| rounded_projection::<S>(p)));
-            return;
+        self.resize(extents);
+        fill(extents, &mut self.lo, &mut self.hi);
+    }
+
+    /// As [`fill`](Self::fill), in parts on the threads of the current pool.
+    #[cfg(feature = "rayon")]
+    pub(crate) fn par_fill(&mut self, extents: &Extents<'_>) {
+        use rayon::prelude::*;
+        /// Points of a task: some ten microseconds of work.
+        const PART: usize = 4096;
+        self.resize(extents);
+        let part = |i: usize| extents.part(i * PART..extents.len().min((i + 1) * PART));
+        if self.hi.is_empty() {
+            let parts = self.lo.par_chunks_mut(PART).enumerate();
+            parts.for_each(|(i, lo)| fill(&part(i), lo, &mut []));
+        } else {
+            let parts = self.lo.par_chunks_mut(PART).zip(self.hi.par_chunks_mut(PART)).enumerate();
+            parts.for_each(|(i, (lo, hi))| fill(&part(i), lo, hi));
         }
-        extents.for_each::<S>(|lo, hi| {
-            self.lo.push(round(lo));
-            self.hi.push(round(hi));
-        });
+    }
+
+    fn resize(&mut self, extents: &Extents<'_>) {
+        let exact = extents.exact_points::<S>().is_some();
+        self.lo.resize(extents.len(), [0.0; S]);
+        self.hi.resize(if exact { 0 } else { extents.len() }, [0.0; S]);
     }
 }
 
-#[inline(always)]
-fn rounded_projection<const S: usize>(p: DVec3) -> [f32; S] {
-    round(project(p))
+/// Writes the rows of some points; upper ones only where they differ.
+fn fill<const S: usize>(extents: &Extents<'_>, lo: &mut [[f32; S]], hi: &mut [[f32; S]]) {
+    if let Some(points) = extents.exact_points::<S>() {
+        for (row, &point) in lo.iter_mut().zip(points) {
+            *row = round(project(point));
+        }
+        return;
+    }
+    let mut rows = lo.iter_mut().zip(hi);
+    extents.for_each::<S>(|below, above| {
+        if let Some((lo, hi)) = rows.next() {
+            *lo = round(below);
+            *hi = round(above);
+        }
+    });
 }
 
 #[inline(always)]

@@ -2,6 +2,8 @@
 
 pub(crate) mod nearest;
 mod pairs;
+#[cfg(feature = "rayon")]
+mod parallel;
 mod query;
 mod self_pairs;
 

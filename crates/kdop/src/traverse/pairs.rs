@@ -74,46 +74,57 @@ impl<const S: usize> DopTree<S> {
         margin: Option<&[f32; S]>,
         workspace: &mut Workspace<S>,
     ) {
-        let same = std::ptr::eq(self, other);
+        while let Some(pair) = workspace.node_pairs.pop() {
+            self.descend(other, margin, pair, workspace);
+        }
+    }
+
+    /// Tests the children of two nodes; pairs of nodes go on the stack, pairs of clusters on the
+    /// list.
+    #[inline(always)]
+    pub(super) fn descend(
+        &self,
+        other: &Self,
+        margin: Option<&[f32; S]>,
+        (i, j): (u32, u32),
+        workspace: &mut Workspace<S>,
+    ) {
         let Workspace { node_pairs, nodes, cluster_pairs, counters, .. } = workspace;
-        while let Some((i, j)) = node_pairs.pop() {
-            let (a, b) = (&self.nodes[i as usize], &other.nodes[j as usize]);
-            let widened;
-            let quad = match margin {
-                None => &a.quad,
-                Some(margin) => {
-                    widened = a.quad.widened(margin);
-                    &widened
-                }
-            };
-            let mut hits = quad.overlaps(&b.quad);
-            counters.quad_tests += 1;
-            if same && i == j {
-                hits &= BELOW_OR_ON_DIAGONAL;
+        let (a, b) = (&self.nodes[i as usize], &other.nodes[j as usize]);
+        let widened;
+        let quad = match margin {
+            None => &a.quad,
+            Some(margin) => {
+                widened = a.quad.widened(margin);
+                &widened
             }
-            while hits != 0 {
-                let bit = hits.trailing_zeros() as usize;
-                hits &= hits - 1;
-                let (lane_a, lane_b) = (bit / 4, bit % 4);
-                match (a.children[lane_a].below(), b.children[lane_b].below()) {
-                    (Below::Node(x), Below::Node(y)) => node_pairs.push((x, y)),
-                    (Below::Cluster(x), Below::Cluster(y)) => cluster_pairs.push((x, y)),
-                    (Below::Cluster(x), Below::Node(y)) => {
-                        let bound = quad.splat(lane_a);
-                        let found = |y| cluster_pairs.push((x, y));
-                        counters.quad_tests += other.clusters_below(y, &bound, nodes, found);
-                    }
-                    (Below::Node(x), Below::Cluster(y)) => {
-                        let mut bound = b.quad;
-                        if let Some(margin) = margin {
-                            bound = bound.widened(margin);
-                        }
-                        let found = |x| cluster_pairs.push((x, y));
-                        let bound = bound.splat(lane_b);
-                        counters.quad_tests += self.clusters_below(x, &bound, nodes, found);
-                    }
-                    (Below::Nothing, _) | (_, Below::Nothing) => {}
+        };
+        let mut hits = quad.overlaps(&b.quad);
+        counters.quad_tests += 1;
+        if i == j && std::ptr::eq(self, other) {
+            hits &= BELOW_OR_ON_DIAGONAL;
+        }
+        while hits != 0 {
+            let bit = hits.trailing_zeros() as usize;
+            hits &= hits - 1;
+            let (lane_a, lane_b) = (bit / 4, bit % 4);
+            match (a.children[lane_a].below(), b.children[lane_b].below()) {
+                (Below::Node(x), Below::Node(y)) => node_pairs.push((x, y)),
+                (Below::Cluster(x), Below::Cluster(y)) => cluster_pairs.push((x, y)),
+                (Below::Cluster(x), Below::Node(y)) => {
+                    let bound = quad.splat(lane_a);
+                    let found = |y| cluster_pairs.push((x, y));
+                    counters.quad_tests += other.clusters_below(y, &bound, nodes, found);
                 }
+                (Below::Node(x), Below::Cluster(y)) => {
+                    let bound = match margin {
+                        None => b.quad.splat(lane_b),
+                        Some(margin) => b.quad.widened(margin).splat(lane_b),
+                    };
+                    let found = |x| cluster_pairs.push((x, y));
+                    counters.quad_tests += self.clusters_below(x, &bound, nodes, found);
+                }
+                (Below::Nothing, _) | (_, Below::Nothing) => {}
             }
         }
     }
@@ -147,7 +158,7 @@ impl<const S: usize> DopTree<S> {
     }
 
     /// Tests the leaves of every pair of clusters found.
-    fn visit_leaf_pairs<B>(
+    pub(super) fn visit_leaf_pairs<B>(
         &self,
         other: &Self,
         margin: Option<&[f32; S]>,

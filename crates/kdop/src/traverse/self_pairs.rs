@@ -58,7 +58,7 @@ impl<const S: usize> DopTree<S> {
 
     /// Tests the leaves of every pair of clusters found. Both sides read the same bounds, so each
     /// is moved outward by half the margin.
-    fn visit_leaf_self_pairs<B>(
+    pub(super) fn visit_leaf_self_pairs<B>(
         &self,
         margin: f64,
         workspace: &mut Workspace<S>,
