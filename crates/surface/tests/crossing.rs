@@ -12,7 +12,7 @@ use surface::{
 
 mod support;
 
-use support::{Exact, between_segments, to_triangle};
+use support::{Exact, anatomy, between_segments, to_triangle};
 
 type Corners<'a> = [&'a Exact; 3];
 
@@ -246,4 +246,44 @@ fn crossing_segments_have_the_planted_ends() {
         Ok(())
     })
     .budget_ms(300);
+}
+
+/// Pairs of faces of two meshes whose boxes overlap, sorted along x and swept.
+fn count_crossings(a: &[[DVec3; 3]], b: &[[DVec3; 3]]) -> usize {
+    let lower = |c: &[DVec3; 3]| c[0].min(c[1]).min(c[2]);
+    let upper = |c: &[DVec3; 3]| c[0].max(c[1]).max(c[2]);
+    let mut b = b.to_vec();
+    b.sort_by(|p, q| lower(p).x.total_cmp(&lower(q).x));
+    let widest = b.iter().map(|c| upper(c).x - lower(c).x).fold(0.0, f64::max);
+    let met = a.iter().map(|a| {
+        let (from, to) = (lower(a), upper(a));
+        let start = b.partition_point(|c| lower(c).x < from.x - widest);
+        let ahead = b[start..].iter().take_while(|c| lower(c).x <= to.x);
+        let near = ahead.filter(|c| from.cmple(upper(c)).all() && lower(c).cmple(to).all());
+        near.filter(|c| triangles_meet(*a, **c) == Meeting::Crossing).count()
+    });
+    met.sum()
+}
+
+/// The table counts crossing pairs of faces by another exact program.
+#[test]
+fn real_meshes_cross_in_as_many_faces_as_their_table_says() {
+    let test = "real_meshes_cross_in_as_many_faces_as_their_table_says";
+    let Some(folder) = anatomy::folder(test) else { return };
+    let corners = |set: &str, name: &str| -> Vec<[DVec3; 3]> {
+        let own = folder.join(set).join(format!("{name}.ply"));
+        let shared = folder.join("vhf_left_thigh").join(format!("{name}.ply"));
+        let (surface, x) = anatomy::read(if own.exists() { own } else { shared });
+        let x = surface.positions(&x).expect("finite");
+        surface.faces().iter().map(|face| x.corners(*face)).collect()
+    };
+    let mut total = 0;
+    for row in
+        anatomy::rows(folder.join("pairs.csv")).iter().filter(|row| row[0] != "vhf_left_thigh")
+    {
+        let count = count_crossings(&corners(&row[0], &row[1]), &corners(&row[0], &row[2]));
+        assert_eq!(count.to_string(), row[9], "{} and {} of {}", row[1], row[2], row[0]);
+        total += count;
+    }
+    assert!(total > 1000, "too few crossings to tell");
 }
