@@ -15,15 +15,16 @@
 //! with `>=` before the number. A unit belongs to the name; whatever follows a
 //! number is shown and not read.
 //!
-//! A program of the package `benches` named `CRATE_ratios` prints lines that end
-//! in five columns
+//! A program of the package `benches` named `CRATE_ratios` or `CRATE_peers`
+//! prints a figure as `ratio`, name, ours, the other's, their ratio, what is
+//! allowed, and `ok` or `SHORT`, with tabs between (`benches::ratio`); or, in
+//! columns without units, as
 //!
 //! ```text
 //! refit, 30,000 leaves [µs]      210.0      480.0       0.44      0.50  ok
 //! ```
 //!
-//! that is ours, the other's (or `-`), their ratio (or the value itself), what
-//! is allowed (or `-`), and `ok` or `SHORT`.
+//! where `-` stands for an other's or an allowed that there is not.
 
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "programs that print")]
 

@@ -1,9 +1,9 @@
 //! `cargo xtask ratios [CRATE]`: every speed and cost that is claimed, beside
 //! what it is compared with, in one run.
 //!
-//! The programs are those of the package `benches` named `CRATE_ratios`; a crate
-//! with a hyphen has an underscore there. `verify` runs the same programs and
-//! allows more, because seconds on a shared machine vary.
+//! The programs are those of the package `benches` named `CRATE_ratios` or
+//! `CRATE_peers`; a crate with a hyphen has an underscore there. `verify` runs
+//! the same programs and allows more, because seconds on a shared machine vary.
 
 use std::path::Path;
 use std::process::Command;
@@ -72,38 +72,39 @@ fn programs(root: &Path, only: Option<&str>) -> Result<Vec<String>, String> {
     let entries = folder.read_dir().map_err(|error| format!("{}: {error}", folder.display()))?;
     let stems = entries.flatten().filter_map(|entry| {
         let stem = entry.path().file_stem()?.to_str()?.to_owned();
-        stem.ends_with("_ratios").then_some(stem)
+        (stem.ends_with("_ratios") || stem.ends_with("_peers")).then_some(stem)
     });
     let mut names: Vec<String> = stems.collect();
     names.sort_unstable();
     if let Some(only) = only {
-        let wanted = format!("{}_ratios", only.replace('-', "_"));
-        names.retain(|name| *name == wanted);
+        let crate_name = only.replace('-', "_");
+        names.retain(|name| name.rsplit_once('_').is_some_and(|(of, _)| of == crate_name));
         if names.is_empty() {
-            return Err(format!("there is no benches/src/bin/{wanted}.rs"));
+            return Err(format!("no program in benches/src/bin measures {only}"));
         }
     }
     Ok(names)
 }
 
 impl Line {
-    /// Reads `name ours other ratio allowed ok|SHORT`; `None` for other text.
+    /// Reads a figure, in either form that `main.rs` tells of; `None` for other
+    /// text.
     fn read(text: &str) -> Option<Self> {
-        let mut columns = text.split_whitespace().rev();
-        let ok = match columns.next()? {
+        let columns: Vec<&str> = if text.contains('\t') {
+            text.split('\t').map(str::trim).collect()
+        } else {
+            text.split_whitespace().collect()
+        };
+        let [name @ .., _ours, _other, measured, allowed, verdict] = &columns[..] else {
+            return None;
+        };
+        let ok = match *verdict {
             "ok" => true,
             "SHORT" => false,
             _ => return None,
         };
-        let [allowed, measured, _, _] = [(); 4].map(|()| columns.next());
-        let mut name: Vec<&str> = columns.collect();
-        name.reverse();
-        Some(Self {
-            name: name.join(" "),
-            measured: measured?.to_owned(),
-            allowed: allowed?.to_owned(),
-            ok,
-        })
+        let name = name.strip_prefix(&["ratio"]).unwrap_or(name).join(" ");
+        Some(Self { name, measured: (*measured).to_owned(), allowed: (*allowed).to_owned(), ok })
     }
 
     fn into_generous_row(self) -> Row {
@@ -148,6 +149,8 @@ mod tests {
         assert_eq!((line.measured.as_str(), line.allowed.as_str()), ("0.91", "1"));
         assert_eq!(Line::read("MUSCULO_DATA is not set: random queries"), None);
         assert_eq!(Line::read("ok"), None);
+        let line = Line::read("ratio\trefit, 80k  \t  12.0 us\t 48.0 us\t0.250\t0.45\tok").unwrap();
+        assert_eq!((line.name.as_str(), line.allowed.as_str()), ("refit, 80k", "0.45"));
     }
 
     #[test]
