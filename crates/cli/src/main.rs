@@ -6,6 +6,8 @@
 //! builds the text of every output; `output` puts files in their places.
 
 mod commands;
+mod load;
+mod motion;
 mod output;
 mod picture;
 mod progress;

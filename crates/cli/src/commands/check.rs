@@ -5,19 +5,14 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use glam::DVec3;
-use musculo_collide::surface::{TriangleSurface, inspect};
-use musculo_collide::{BodyKind, CheckParams, PairReport, SceneError};
-use rayon::prelude::*;
+use musculo_collide::{CheckParams, PairReport};
 
-use super::{Failure, Outcome};
+use super::{Failure, Outcome, in_threads};
+use crate::load::{build_scene, read_meshes};
 use crate::output::Outputs;
 use crate::picture::Image;
 use crate::progress::Progress;
-use crate::read::{self, Mesh};
-use crate::report::{
-    BodyRecord, BodySource, ContactField, Document, Gallery, PairRecord, html, table, vtp,
-};
+use crate::report::{BodyRecord, ContactField, Document, Gallery, PairRecord, html, table, vtp};
 use crate::scene::{Bounds, Scene, unit_warnings};
 
 /// Find every overlap and contact between bodies, and say how deep
@@ -80,12 +75,8 @@ pub(crate) struct CheckArguments {
     threads: Option<std::num::NonZeroUsize>,
 }
 
-/// Runs the command within as many threads as it was given.
 pub(super) fn run(arguments: &CheckArguments) -> Result<Outcome, Failure> {
-    let threads = arguments.threads.map_or(0, std::num::NonZeroUsize::get);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|error| Failure(vec![format!("no threads: {error}")]))?;
-    pool.install(|| check(arguments))
+    in_threads(arguments.threads, || check(arguments))
 }
 
 fn check(arguments: &CheckArguments) -> Result<Outcome, Failure> {
@@ -98,7 +89,7 @@ fn check(arguments: &CheckArguments) -> Result<Outcome, Failure> {
     let meshes = read_meshes(&description)?;
     times.end_of("read");
 
-    let (mut scene, bodies) = build(&description, meshes)?;
+    let (mut scene, bodies) = build_scene(&description, meshes)?;
     times.end_of("inspect");
 
     let params = CheckParams { reach: description.reach };
@@ -125,62 +116,6 @@ fn check(arguments: &CheckArguments) -> Result<Outcome, Failure> {
     let _ = std::io::stdout().lock().write_all(text.as_bytes());
     let overlaps = checked.document.overlapping() > 0;
     Ok(if overlaps { Outcome::Overlaps } else { Outcome::Clean })
-}
-
-/// Reads every file, and names each that cannot be.
-fn read_meshes(description: &Scene) -> Result<Vec<Mesh>, Failure> {
-    let _progress = Progress::start("reading", 1);
-    let paths: Vec<PathBuf> = description.bodies.iter().map(|body| body.path.clone()).collect();
-    let (mut meshes, mut problems) = (Vec::new(), Vec::new());
-    for (path, result) in paths.iter().zip(read::meshes(&paths)) {
-        match result {
-            Ok(mesh) => meshes.push(mesh),
-            Err(error) => problems.push(format!("{}: {error}", path.display())),
-        }
-    }
-    if problems.is_empty() { Ok(meshes) } else { Err(Failure(problems)) }
-}
-
-/// A mesh that was looked over, on its way into the scene.
-struct Built {
-    kind: BodyKind,
-    surface: TriangleSurface,
-    positions: Vec<DVec3>,
-    record: BodyRecord,
-}
-
-fn build(
-    description: &Scene,
-    meshes: Vec<Mesh>,
-) -> Result<(musculo_collide::Scene, Vec<BodyRecord>), Failure> {
-    let _progress = Progress::start("inspecting meshes", 1);
-    let built: Vec<Result<Built, SceneError>> = description
-        .bodies
-        .par_iter()
-        .zip(meshes)
-        .map(|(body, mesh)| build_one(body, mesh))
-        .collect();
-    let mut scene = musculo_collide::Scene::new();
-    let (mut records, mut ids) = (Vec::new(), Vec::new());
-    for built in built {
-        let Built { kind, surface, positions, record } = built?;
-        ids.push(scene.add(record.name.as_str(), kind, surface, positions)?);
-        records.push(record);
-    }
-    for &[a, b] in &description.ignored {
-        scene.ignore(ids[a], ids[b]);
-    }
-    Ok((scene, records))
-}
-
-fn build_one(body: &crate::scene::Body, mesh: Mesh) -> Result<Built, SceneError> {
-    let refused = |source| SceneError::Surface { name: body.name.clone(), source };
-    let Mesh { positions, faces, polygons_fanned } = mesh;
-    let surface = TriangleSurface::new(positions.len(), faces).map_err(refused)?;
-    let inspection = inspect(&surface, surface.positions(&positions).map_err(refused)?);
-    let source = BodySource { body, bounds: Bounds::of(&positions), polygons_fanned };
-    let record = BodyRecord::new(source, &inspection);
-    Ok(Built { kind: body.kind, surface, positions, record })
 }
 
 fn document(

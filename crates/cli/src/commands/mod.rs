@@ -1,9 +1,13 @@
 //! The subcommands, one module each.
 
 mod check;
+mod motion;
+
+use std::num::NonZeroUsize;
 
 use clap::Subcommand;
 
+use crate::motion::MotionError;
 use crate::output::OutputError;
 use crate::scene::SceneError;
 
@@ -11,6 +15,7 @@ use crate::scene::SceneError;
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     Check(check::CheckArguments),
+    Motion(motion::MotionArguments),
 }
 
 /// How a command that worked ended.
@@ -28,14 +33,31 @@ impl Command {
     pub(crate) fn run(&self) -> Result<Outcome, Failure> {
         match self {
             Self::Check(arguments) => check::run(arguments),
+            Self::Motion(arguments) => motion::run(arguments),
         }
     }
 }
 
 impl Failure {
+    /// Of several problems, each worth a line.
+    pub(crate) fn new(problems: Vec<String>) -> Self {
+        Self(problems)
+    }
+
     pub(crate) fn problems(&self) -> &[String] {
         &self.0
     }
+}
+
+/// Runs `work` in as many threads as were asked for, or one a processor.
+fn in_threads<T: Send>(
+    threads: Option<NonZeroUsize>,
+    work: impl FnOnce() -> Result<T, Failure> + Send,
+) -> Result<T, Failure> {
+    let threads = threads.map_or(0, NonZeroUsize::get);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|error| Failure(vec![format!("no threads: {error}")]))?;
+    pool.install(work)
 }
 
 macro_rules! failures {
@@ -48,4 +70,11 @@ macro_rules! failures {
     };
 }
 
-failures!(SceneError, OutputError, musculo_collide::SceneError, std::io::Error, serde_json::Error,);
+failures!(
+    SceneError,
+    MotionError,
+    OutputError,
+    musculo_collide::SceneError,
+    std::io::Error,
+    serde_json::Error,
+);

@@ -7,6 +7,8 @@
 mod document;
 mod fields;
 mod html;
+mod motion;
+mod motion_chart;
 mod table;
 mod text;
 mod views;
@@ -15,6 +17,8 @@ mod vtp;
 pub(crate) use self::document::{BodyRecord, BodySource, Document, PairRecord};
 pub(crate) use self::fields::ContactField;
 pub(crate) use self::html::html;
+pub(crate) use self::motion::{MotionDocument, StepRecord, motion_table};
+pub(crate) use self::motion_chart::motion_chart;
 pub(crate) use self::table::table;
 pub(crate) use self::views::Gallery;
 pub(crate) use self::vtp::vtp;

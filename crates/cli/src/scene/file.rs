@@ -4,6 +4,8 @@
 //! unit = "mm"             # of every length here and in the meshes; "mm" if left out
 //! reach = 1.0             # how far apart still counts as near; 1 mm if left out
 //!
+//! motion = "walk.json"    # how the bodies move, for the command `motion`; none if left out
+//!
 //! [[body]]
 //! name = "femur"          # the file's name without extension, if left out
 //! file = "femur.ply"      # from the folder of the scene file
@@ -27,6 +29,7 @@ struct SceneFile {
     #[serde(default)]
     unit: Unit,
     reach: Option<f64>,
+    motion: Option<String>,
     #[serde(default)]
     body: Vec<BodyEntry>,
     #[serde(default)]
@@ -76,6 +79,7 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
     let mut scene = Scene {
         unit: file.unit,
         reach: 0.0,
+        motion: file.motion.map(|motion| folder.join(motion)),
         bodies: file.body.into_iter().map(|entry| body(entry, folder)).collect(),
         ignored: Vec::new(),
     };

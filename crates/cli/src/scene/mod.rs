@@ -34,6 +34,8 @@ pub(crate) struct Scene {
     pub(crate) unit: Unit,
     /// How far apart surfaces still count as near, in `unit`.
     pub(crate) reach: f64,
+    /// How the bodies move, from the working directory.
+    pub(crate) motion: Option<PathBuf>,
     pub(crate) bodies: Vec<Body>,
     /// Pairs to leave out, by position in `bodies`.
     pub(crate) ignored: Vec<[usize; 2]>,
@@ -66,6 +68,7 @@ impl Scene {
         let scene = Self {
             unit,
             reach: unit.of_millimetres(DEFAULT_REACH_MM),
+            motion: None,
             bodies: paths.iter().map(body).collect(),
             ignored: Vec::new(),
         };

@@ -1,0 +1,72 @@
+//! From a description to bodies in a scene: every file read, every mesh
+//! inspected, in parallel.
+
+use std::path::PathBuf;
+
+use glam::DVec3;
+use musculo_collide::surface::{TriangleSurface, inspect};
+use musculo_collide::{BodyKind, SceneError};
+use rayon::prelude::*;
+
+use crate::commands::Failure;
+use crate::progress::Progress;
+use crate::read::{self, Mesh};
+use crate::report::{BodyRecord, BodySource};
+use crate::scene::{Bounds, Scene};
+
+/// Reads every file, and names each that cannot be.
+pub(crate) fn read_meshes(description: &Scene) -> Result<Vec<Mesh>, Failure> {
+    let _progress = Progress::start("reading", 1);
+    let paths: Vec<PathBuf> = description.bodies.iter().map(|body| body.path.clone()).collect();
+    let (mut meshes, mut problems) = (Vec::new(), Vec::new());
+    for (path, result) in paths.iter().zip(read::meshes(&paths)) {
+        match result {
+            Ok(mesh) => meshes.push(mesh),
+            Err(error) => problems.push(format!("{}: {error}", path.display())),
+        }
+    }
+    if problems.is_empty() { Ok(meshes) } else { Err(Failure::new(problems)) }
+}
+
+/// A mesh that was looked over, on its way into the scene.
+struct Built {
+    kind: BodyKind,
+    surface: TriangleSurface,
+    positions: Vec<DVec3>,
+    record: BodyRecord,
+}
+
+/// Builds a scene of meshes, with what inspection found of each.
+pub(crate) fn build_scene(
+    description: &Scene,
+    meshes: Vec<Mesh>,
+) -> Result<(musculo_collide::Scene, Vec<BodyRecord>), Failure> {
+    let _progress = Progress::start("inspecting meshes", 1);
+    let built: Vec<Result<Built, SceneError>> = description
+        .bodies
+        .par_iter()
+        .zip(meshes)
+        .map(|(body, mesh)| build_one(body, mesh))
+        .collect();
+    let mut scene = musculo_collide::Scene::new();
+    let (mut records, mut ids) = (Vec::new(), Vec::new());
+    for built in built {
+        let Built { kind, surface, positions, record } = built?;
+        ids.push(scene.add(record.name.as_str(), kind, surface, positions)?);
+        records.push(record);
+    }
+    for &[a, b] in &description.ignored {
+        scene.ignore(ids[a], ids[b]);
+    }
+    Ok((scene, records))
+}
+
+fn build_one(body: &crate::scene::Body, mesh: Mesh) -> Result<Built, SceneError> {
+    let refused = |source| SceneError::Surface { name: body.name.clone(), source };
+    let Mesh { positions, faces, polygons_fanned } = mesh;
+    let surface = TriangleSurface::new(positions.len(), faces).map_err(refused)?;
+    let inspection = inspect(&surface, surface.positions(&positions).map_err(refused)?);
+    let source = BodySource { body, bounds: Bounds::of(&positions), polygons_fanned };
+    let record = BodyRecord::new(source, &inspection);
+    Ok(Built { kind: body.kind, surface, positions, record })
+}

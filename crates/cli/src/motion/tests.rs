@@ -1,0 +1,104 @@
+//! Motions against their rule worked out by hand, and files that are none.
+
+use glam::{DVec3, dvec3};
+use musculo_collide::surface::TriangleSurface;
+use musculo_collide::{BodyKind, Scene};
+
+use super::file::parse;
+use super::{MotionError, Problem};
+
+/// A map that turns a quarter about x through the origin, then shifts along y.
+const QUARTER: &str = "[1,0,0,0, 0,0,-1,5, 0,1,0,0, 0,0,0,1]";
+const REST: &str = "[1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]";
+
+fn two_frames(skin: &str) -> String {
+    format!(
+        "{{{skin} \"frames\": [{{\"t\": 0, \"femur\": {REST}, \"note\": [1, 2]}}, {{\"femur\": {QUARTER}}}]}}"
+    )
+}
+
+const SKIN: &str =
+    r#""skin": {"axis": [0, 0, 2], "segments": ["femur", null], "blends": [[10, 20]]},"#;
+
+fn scene() -> Scene {
+    let mut scene = Scene::new();
+    let mut add = |name: &str, kind| {
+        let surface = TriangleSurface::new(3, vec![[0, 1, 2]]).expect("a triangle");
+        let x = vec![dvec3(1.0, 2.0, 3.0), dvec3(1.0, 2.0, 15.0), dvec3(1.0, 2.0, 30.0)];
+        scene.add(name, kind, surface, x).expect("a body");
+    };
+    add("bone_femur", BodyKind::Rigid);
+    add("muscle", BodyKind::Deformable);
+    add("bone_pelvis", BodyKind::Rigid);
+    scene
+}
+
+#[test]
+fn bones_follow_their_maps_and_muscles_the_blend() {
+    let motion = parse(&two_frames(SKIN)).unwrap();
+    let scene = scene();
+    let replay = motion.bind(&scene).unwrap();
+    let rest = scene.bodies()[0].positions();
+    assert_eq!(replay.positions(0), [rest, rest, rest]);
+    let [bone, muscle, pelvis] = &replay.positions(1)[..] else { panic!("three bodies") };
+    let turned = |x: DVec3| dvec3(x.x, 5.0 - x.z, x.y);
+    let expected: Vec<DVec3> = rest.iter().map(|&x| turned(x)).collect();
+    assert_eq!(bone, &expected);
+    assert_eq!(muscle[0], turned(rest[0]), "below the blend with the bone");
+    assert_eq!(muscle[1], (turned(rest[1]) + rest[1]) / 2.0, "half way in the middle of the blend");
+    assert_eq!(muscle[2], rest[2], "above the blend at rest");
+    assert_eq!(pelvis, rest);
+    assert_eq!(motion.times, [Some(0.0), None]);
+}
+
+#[test]
+fn a_leg_is_told_by_hip_and_knee() {
+    let text = format!(
+        "{{\"ambient_skin\": {{\"hip_z\": 900, \"knee_z\": 500}}, \"frames\": [{{\"femur\": {REST}, \"tibia\": {REST}}}, {{\"femur\": {REST}, \"tibia\": {QUARTER}}}]}}"
+    );
+    let motion = parse(&text).unwrap();
+    let skin = motion.skin.as_ref().unwrap();
+    let at = |z: f64| skin.deform(&[dvec3(0.0, 0.0, z)], &motion.maps[1])[0];
+    assert_eq!(at(460.0), dvec3(0.0, -455.0, 0.0));
+    assert_eq!(at(540.0), dvec3(0.0, 0.0, 540.0));
+    let t = 60.0_f64 / 80.0;
+    let up = t * t * (3.0 - 2.0 * t);
+    let expected = up * dvec3(0.0, 0.0, 520.0) + (1.0 - up) * dvec3(0.0, 5.0 - 520.0, 0.0);
+    assert!((at(520.0) - expected).length() < 1e-12);
+}
+
+#[test]
+fn refuses_what_is_no_motion() {
+    let stretched = QUARTER.replace("1,0,0,0, 0", "2,0,0,0, 0");
+    let cases = [
+        (r#"{"frames": []}"#.to_owned(), "has 0 frames"),
+        ("{".to_owned(), "is not a motion"),
+        (two_frames(SKIN).replace(QUARTER, &stretched), "map \"femur\" of frame 1 is not rigid"),
+        (
+            two_frames(SKIN).replace("\"femur\": [1,0,0,0, 0,0,-1", "\"other\": [1,0,0,0, 0,0,-1"),
+            "has no map",
+        ),
+        (two_frames(SKIN).replace("[\"femur\", null]", "[\"tibia\", null]"), "follows \"tibia\""),
+        (two_frames(SKIN).replace("[\"femur\", null]", "[null]"), "1 segments and 1 blends"),
+        (
+            two_frames(SKIN).replace("[10, 20]", "[20, 10]"),
+            "blend 0 of the skin runs from 20 to 10",
+        ),
+        (two_frames(SKIN).replace("[0, 0, 2]", "[0, 0, 0]"), "no direction"),
+    ];
+    for (text, expected) in cases {
+        let problem = parse(&text).unwrap_err().to_string();
+        assert!(problem.contains(expected), "{problem:?} for {text}");
+    }
+}
+
+#[test]
+fn a_motion_of_other_bones_is_refused() {
+    let text = two_frames("").replace("femur", "ulna");
+    let motion = parse(&text).unwrap();
+    let scene = scene();
+    let refused: Result<_, MotionError> = motion.bind(&scene);
+    let MotionError { problem, .. } = refused.unwrap_err();
+    assert!(matches!(problem, Problem::NoFollower { .. }), "{problem}");
+    assert!(problem.to_string().contains("maps ulna"), "{problem}");
+}
