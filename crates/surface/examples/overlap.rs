@@ -36,7 +36,7 @@ fn main() -> Result<(), SurfaceError> {
         .collect();
     println!("{} vertices are inside", contacts.len());
     if let Some(deepest) = contacts.iter().min_by(|p, q| p.gap.total_cmp(&q.gap)) {
-        let particles = [x, moved.clone()].concat();
+        let particles = [x, moved].concat();
         let error = deepest.identity_error(|k| particles[k as usize]);
         println!("the deepest by {:.4} mm, right to {error:.0e} mm", -deepest.gap);
     }

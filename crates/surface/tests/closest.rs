@@ -214,8 +214,15 @@ fn any_finite_size_gives_a_finite_foot() {
         let p = DVec3::new(0.25, 0.25, 1.0) * size;
         let foot = closest_on_triangle(p, corners);
         assert!(foot.point.distance(p.with_z(0.0)) <= 1e-15 * size, "{size:e}: {foot:?}");
-        let feet = closest_between_segments([p, p + DVec3::Z * size], [corners[1], corners[2]]);
-        let expected = if size > 0.0 { (0.0, 0.5) } else { (0.0, 0.0) };
-        assert!((feet.s - expected.0).abs() + (feet.t - expected.1).abs() < 1e-15, "{feet:?}");
+        let hypotenuse = [corners[1], corners[2]];
+        let up = [p, p + DVec3::Z * size];
+        for (s, segment) in [(0.0, up), (1.0, [up[1], up[0]])] {
+            let feet = closest_between_segments(segment, hypotenuse);
+            let error = (feet.s - s).abs() + (feet.t - 0.5).abs();
+            assert!(
+                error < 1e-15 || size <= 0.0 && feet.points[0] == DVec3::ZERO,
+                "{feet:?} at {size:e}"
+            );
+        }
     }
 }

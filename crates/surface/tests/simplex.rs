@@ -105,12 +105,14 @@ fn patches_have_a_border() {
 #[test]
 fn what_is_no_simplex_surface_is_refused() {
     use SimplexError::{NotSimplex, ShortPolygon, VertexOutOfRange};
-    let cases: [(usize, &[&[u32]], SimplexError); 7] = [
+    let cases: [(usize, &[&[u32]], SimplexError); 9] = [
         (3, &[&[0, 1, 2], &[2, 1]], ShortPolygon { polygon: 1, len: 2 }),
         (3, &[&[0, 1, 3]], VertexOutOfRange { polygon: 0, vertex: 3, vertex_count: 3 }),
         (4, &[&[0, 1, 2]], NotSimplex { vertex: 3, polygons: 0 }),
         (5, &[&[0, 1, 2], &[0, 3, 4]], NotSimplex { vertex: 0, polygons: 2 }),
         (3, &[&[0, 1, 2], &[0, 2, 1]], NotSimplex { vertex: 0, polygons: 2 }),
+        (5, &[&[0, 1, 2], &[0, 2, 3], &[0, 3, 4]], NotSimplex { vertex: 0, polygons: 3 }),
+        (5, &[&[0, 2, 3], &[0, 1, 2], &[0, 3, 4]], NotSimplex { vertex: 0, polygons: 3 }),
         (3, &[&[0, 1, 2, 1]], NotSimplex { vertex: 0, polygons: 1 }),
         (
             5,
