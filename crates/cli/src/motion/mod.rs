@@ -5,6 +5,9 @@ mod file;
 mod skin;
 
 #[cfg(test)]
+mod gait;
+
+#[cfg(test)]
 mod tests;
 
 use std::collections::BTreeMap;
