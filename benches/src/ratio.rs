@@ -17,22 +17,27 @@ pub struct Timing {
     pub median: f64,
 }
 
+/// Calls of a turn.
+const CALLS: usize = 3;
+
 /// One side of a comparison.
 pub type Side<'a> = &'a mut dyn FnMut() -> usize;
 
-/// Runs all sides in turn for about `budget` (but at least five times each), after one unmeasured
-/// call. A side returns something that depends on its work, so that the work is done.
+/// Runs all sides in turn for about `budget` (but at least five turns each), after one unmeasured
+/// call. A turn is three calls: the first finds the caches as the others left them. A side returns something that depends on its work, so that the work is done.
 pub fn interleave<const N: usize>(budget: Duration, mut sides: [Side<'_>; N]) -> [Timing; N] {
     let mut times = [const { Vec::new() }; N];
     for side in &mut sides {
         black_box(side());
     }
     let start = Instant::now();
-    while start.elapsed() < budget || times[0].len() < 5 {
+    while start.elapsed() < budget || times[0].len() < 5 * CALLS {
         for (side, times) in sides.iter_mut().zip(&mut times) {
-            let start = Instant::now();
-            black_box(side());
-            times.push(start.elapsed().as_secs_f64() * 1e9);
+            for _ in 0..CALLS {
+                let start = Instant::now();
+                black_box(side());
+                times.push(start.elapsed().as_secs_f64() * 1e9);
+            }
         }
     }
     times.map(|mut times| {

@@ -45,12 +45,17 @@ struct Builder<'a, const S: usize> {
 
 impl<const S: usize> Builder<'_, S> {
     /// Makes a node of a range of leaves and all that hangs below; parents come first.
+    ///
+    /// A half that fits a full subtree is not halved again: a node near the root then has two or
+    /// three children, and the many at the bottom have four.
     fn node(&mut self, range: Range) -> Child {
         let id = index(self.tree.nodes.len());
         self.tree.nodes.push(Node { quad: Quad::EMPTY, children: [Child::NOTHING; 4] });
+        let full = full_subtree(range.len() - 1);
         let mut used = 0;
         for half in self.halves(range) {
-            for part in self.halves(half) {
+            let parts = if half.len() > full { self.halves(half) } else { [half, 0..0] };
+            for part in parts {
                 if !part.is_empty() {
                     let child = self.child(part);
                     self.tree.nodes[id as usize].children[used] = child;
@@ -144,12 +149,18 @@ fn centroid<const S: usize>(rows: &Rows<S>, corners: [u32; 3]) -> [f32; S] {
 
 /// How many of `n > CLUSTER` leaves go left: half, rounded to a whole number of the largest full
 /// subtrees that are at most a quarter, so the imbalance stays below an eighth.
-fn left_size(n: usize) -> usize {
-    let mut unit = CLUSTER;
-    while 4 * unit <= n / 4 {
-        unit *= 4;
-    }
+const fn left_size(n: usize) -> usize {
+    let unit = full_subtree(n / 4);
     (n / 2 + unit / 2) / unit * unit
+}
+
+/// Leaves of the largest full subtree, or cluster, of at most `n`; of one cluster where `n` is less.
+const fn full_subtree(n: usize) -> usize {
+    let mut size = CLUSTER;
+    while 4 * size <= n {
+        size *= 4;
+    }
+    size
 }
 
 /// Maps floats to integers of the same order.

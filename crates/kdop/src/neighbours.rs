@@ -2,6 +2,7 @@
 
 use crate::cluster::{CLUSTER, Cluster, QUADS};
 use crate::tree::DopTree;
+use wide::u32x8;
 
 /// For every cluster, the clusters that share points with it (itself first, then later ones), and
 /// which of their leaves do.
@@ -9,7 +10,10 @@ use crate::tree::DopTree;
 pub(crate) struct Neighbours {
     /// Where the entries of each cluster begin; one more than there are clusters.
     first: Vec<u32>,
-    entries: Vec<Entry>,
+    /// The neighbours of each cluster, then [`LANES`] numbers of no cluster.
+    clusters: Vec<u32>,
+    /// For each neighbour, which leaves share points.
+    shared: Vec<Shared>,
     /// Clusters with a point that too many others use to list them all.
     crowded: Vec<bool>,
 }
@@ -19,11 +23,9 @@ pub(crate) struct Neighbours {
 /// a million faces about one point must not be listed.
 const CROWD: usize = 64;
 
-#[derive(Clone, Copy, Debug)]
-struct Entry {
-    cluster: u32,
-    shared: Shared,
-}
+/// Neighbours compared at a time: more than most clusters have, so that there is no loop to guess
+/// the end of.
+const LANES: usize = 8;
 
 /// Pairs of leaves of two clusters that share a point, one bit each as in
 /// [`Quad::overlaps`](crate::quad::Quad::overlaps), for each pair of quads.
@@ -34,10 +36,11 @@ impl Neighbours {
     pub(crate) fn of<const S: usize>(tree: &DopTree<S>) -> Self {
         let users = Users::of(tree);
         let crowded = vec![false; tree.clusters.len()];
-        let mut found = Self { first: vec![0], entries: Vec::new(), crowded };
+        let mut found = Self { first: vec![0], clusters: vec![], shared: vec![], crowded };
         for (a, cluster) in (0..).zip(&tree.clusters) {
-            let start = found.entries.len();
-            found.entries.push(Entry { cluster: a, shared: [0; QUADS * QUADS] });
+            let start = found.clusters.len();
+            found.clusters.push(a);
+            found.shared.push([0; QUADS * QUADS]);
             for (place, &point) in (0_u8..).zip(cluster.points(&tree.cluster_points)) {
                 let own = leaves_with(cluster, place);
                 let users = users.of_point(point);
@@ -46,27 +49,39 @@ impl Neighbours {
                     continue;
                 }
                 for &(b, other) in users.iter().filter(|(b, _)| *b >= a) {
-                    let entries = &mut found.entries;
-                    let at = entries[start..].iter().position(|entry| entry.cluster == b);
-                    let at = at.map_or(entries.len(), |at| start + at);
-                    if at == entries.len() {
-                        entries.push(Entry { cluster: b, shared: [0; QUADS * QUADS] });
+                    let known = found.clusters[start..].iter().position(|&known| known == b);
+                    let at = known.map_or(found.clusters.len(), |at| start + at);
+                    if known.is_none() {
+                        found.clusters.push(b);
+                        found.shared.push([0; QUADS * QUADS]);
                     }
-                    add_pairs(&mut entries[at].shared, own, other);
+                    add_pairs(&mut found.shared[at], own, other);
                 }
             }
-            let end = u32::try_from(found.entries.len());
+            let end = u32::try_from(found.clusters.len());
             found.first.push(end.expect("at most a crowd for each of fewer than 2^26 clusters"));
         }
+        found.clusters.extend([u32::MAX; LANES]);
         found
     }
 
     /// Pairs of leaves of clusters `a <= b` that are known to share a point.
     #[inline(always)]
     pub(crate) fn shared(&self, a: u32, b: u32) -> Shared {
-        let entries = self.first[a as usize] as usize..self.first[a as usize + 1] as usize;
-        let entry = self.entries[entries].iter().find(|entry| entry.cluster == b);
-        entry.map_or([0; QUADS * QUADS], |entry| entry.shared)
+        let end = self.first[a as usize + 1] as usize;
+        let mut start = self.first[a as usize] as usize;
+        while let Some(&clusters) = self.clusters[start..].first_chunk::<LANES>() {
+            let within = (1_u32 << (end - start).min(LANES)) - 1;
+            let hits = u32x8::new(clusters).simd_eq(u32x8::splat(b)).to_bitmask() & within;
+            if hits != 0 {
+                return self.shared[start + hits.trailing_zeros() as usize];
+            }
+            start += LANES;
+            if start >= end {
+                break;
+            }
+        }
+        [0; QUADS * QUADS]
     }
 
     /// Whether leaves of two clusters may share points that are not listed.

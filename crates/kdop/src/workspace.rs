@@ -59,67 +59,63 @@ impl<const S: usize> Default for Workspace<S> {
     }
 }
 
-/// Bounds of the leaves of the clusters that one traversal has touched.
+/// Bounds of the leaves of clusters that a traversal has touched lately.
+///
+/// A traversal meets clusters in the order of the tree, so those with close numbers are wanted at
+/// about the same time, and a cluster's place is its number modulo the size of the cache.
 #[derive(Clone, Debug)]
 pub(crate) struct LeafCache<const S: usize> {
-    /// Where each cluster's bounds are, [`LeafCache::ABSENT`] where they are not.
-    slots: Vec<u32>,
-    touched: Vec<u32>,
-    /// Kept between calls: as many as were ever touched at once.
+    /// The cluster in each place.
+    clusters: Vec<u32>,
     bounds: Vec<LeafQuads<S>>,
 }
 
 impl<const S: usize> LeafCache<S> {
-    const ABSENT: u32 = u32::MAX;
+    /// Places: a power of two. A hundred kilobytes, so that two fit any level-2 cache; with more
+    /// a traversal of a large tree with itself waits for memory, with fewer it computes the same
+    /// bounds again.
+    const PLACES: usize = 128;
+    const NOTHING: u32 = u32::MAX;
 
     const fn new() -> Self {
-        Self { slots: Vec::new(), touched: Vec::new(), bounds: Vec::new() }
+        Self { clusters: Vec::new(), bounds: Vec::new() }
     }
 
-    /// Forgets everything and makes room for `clusters`.
-    pub(crate) fn reset(&mut self, clusters: usize) {
-        for &cluster in &self.touched {
-            self.slots[cluster as usize] = Self::ABSENT;
-        }
-        self.touched.clear();
-        if self.slots.len() < clusters {
-            self.slots.resize(clusters, Self::ABSENT);
-        }
+    /// Forgets everything.
+    pub(crate) fn reset(&mut self) {
+        self.clusters.clear();
+        self.clusters.resize(Self::PLACES, Self::NOTHING);
+        self.bounds.resize(Self::PLACES, LeafQuads::EMPTY);
     }
 
-    /// Position of a cluster's bounds, computed (and widened) at the first call.
+    /// A cluster's bounds, widened by the margin; computed where they are not at hand.
     #[inline(always)]
-    pub(crate) fn slot(
+    pub(crate) fn get(
         &mut self,
         tree: &DopTree<S>,
         cluster: u32,
         margin: Option<&[f32; S]>,
-    ) -> usize {
-        let slot = self.slots[cluster as usize];
-        if slot != Self::ABSENT {
-            return slot as usize;
+    ) -> &LeafQuads<S> {
+        let place = cluster as usize % Self::PLACES;
+        if self.clusters[place] != cluster {
+            self.compute(place, tree, cluster, margin);
         }
-        self.compute(tree, cluster, margin)
+        &self.bounds[place]
     }
 
-    fn compute(&mut self, tree: &DopTree<S>, cluster: u32, margin: Option<&[f32; S]>) -> usize {
-        let slot = self.touched.len();
-        self.slots[cluster as usize] =
-            u32::try_from(slot).expect("a tree has fewer clusters than 32-bit numbers");
-        self.touched.push(cluster);
-        if self.bounds.len() == slot {
-            self.bounds.push(LeafQuads::EMPTY);
-        }
-        let bounds = &mut self.bounds[slot];
+    #[inline(never)]
+    fn compute(
+        &mut self,
+        place: usize,
+        tree: &DopTree<S>,
+        cluster: u32,
+        margin: Option<&[f32; S]>,
+    ) {
+        self.clusters[place] = cluster;
+        let bounds = &mut self.bounds[place];
         tree.clusters[cluster as usize].bound_leaves(&tree.cluster_points, &tree.rows, bounds);
         if let Some(margin) = margin {
             bounds.widen(margin);
         }
-        slot
-    }
-
-    #[inline(always)]
-    pub(crate) fn get(&self, slot: usize) -> &LeafQuads<S> {
-        &self.bounds[slot]
     }
 }

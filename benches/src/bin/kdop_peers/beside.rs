@@ -9,7 +9,7 @@ use kdop::{Leaves, Tree, Workspace};
 use crate::peers::{double, single, sweep};
 
 /// Time for each comparison.
-const BUDGET: Duration = Duration::from_millis(400);
+const BUDGET: Duration = Duration::from_millis(700);
 
 /// What is allowed of the ratios at 6.5k and at 80k faces.
 struct Allowed {

@@ -166,13 +166,12 @@ impl<const S: usize> DopTree<S> {
         mut visit: impl FnMut(u32, u32) -> ControlFlow<B>,
     ) -> ControlFlow<B> {
         let Workspace { cluster_pairs, a: cache_a, b: cache_b, counters, .. } = workspace;
-        cache_a.reset(self.clusters.len());
-        cache_b.reset(other.clusters.len());
+        cache_a.reset();
+        cache_b.reset();
         for &(a, b) in &*cluster_pairs {
             counters.clusters += 1;
-            let slot_a = cache_a.slot(self, a, margin);
-            let slot_b = cache_b.slot(other, b, None);
-            let (bounds_a, bounds_b) = (cache_a.get(slot_a), cache_b.get(slot_b));
+            let bounds_a = cache_a.get(self, a, margin);
+            let bounds_b = cache_b.get(other, b, None);
             let (a, b) = (&self.clusters[a as usize], &other.clusters[b as usize]);
             for h in 0..QUADS * QUADS {
                 let (ha, hb) = (h / QUADS, h % QUADS);

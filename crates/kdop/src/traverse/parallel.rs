@@ -50,8 +50,10 @@ impl<const S: usize> DopTree<S> {
     #[must_use]
     pub fn par_self_pairs(&self, margin: f64) -> Vec<(u32, u32)> {
         self.neighbours();
-        self.run_tasks(self, self.widening(margin).as_ref(), |workspace, out| {
-            unbroken(self.visit_leaf_self_pairs(margin, workspace, push_to(out)));
+        let widening = self.widening(margin);
+        let widening = widening.as_ref();
+        self.run_tasks(self, widening, |workspace, out| {
+            unbroken(self.visit_leaf_self_pairs(widening, workspace, push_to(out)));
         })
     }
 

@@ -4,7 +4,8 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use super::unbroken;
-use crate::cluster::{Cluster, QUADS};
+use crate::cluster::{Cluster, LeafQuads, QUADS};
+use crate::neighbours::Shared;
 use crate::quad::BELOW_DIAGONAL;
 use crate::tree::DopTree;
 use crate::workspace::{Counters, Workspace};
@@ -52,43 +53,41 @@ impl<const S: usize> DopTree<S> {
         if !self.nodes.is_empty() {
             workspace.node_pairs.push((0, 0));
         }
-        self.gather_cluster_pairs(self, self.widening(margin).as_ref(), workspace);
-        self.visit_leaf_self_pairs(margin, workspace, visit)
+        let margin = self.widening(margin);
+        self.gather_cluster_pairs(self, margin.as_ref(), workspace);
+        self.visit_leaf_self_pairs(margin.as_ref(), workspace, visit)
     }
 
-    /// Tests the leaves of every pair of clusters found. Both sides read the same bounds, so each
-    /// is moved outward by half the margin.
+    /// Tests the leaves of every pair of clusters found.
     pub(super) fn visit_leaf_self_pairs<B>(
         &self,
-        margin: f64,
+        margin: Option<&[f32; S]>,
         workspace: &mut Workspace<S>,
         mut visit: impl FnMut(u32, u32) -> ControlFlow<B>,
     ) -> ControlFlow<B> {
-        let half_margin = self.widening(0.5 * margin);
-        let half_margin = half_margin.as_ref();
         let neighbours = self.neighbours();
-        let Workspace { cluster_pairs, a: cache, counters, .. } = workspace;
-        cache.reset(self.clusters.len());
+        let Workspace { cluster_pairs, a: cache_a, b: cache_b, counters, .. } = workspace;
+        cache_a.reset();
+        cache_b.reset();
         for &(a, b) in &*cluster_pairs {
             let (a, b) = (a.min(b), a.max(b));
             counters.clusters += 1;
-            let slot_a = cache.slot(self, a, half_margin);
-            let slot_b = cache.slot(self, b, half_margin);
-            let (bounds_a, bounds_b) = (cache.get(slot_a), cache.get(slot_b));
+            let bounds_a = cache_a.get(self, a, margin);
+            let bounds_b = cache_b.get(self, b, None);
             let crowded = neighbours.are_crowded(a, b);
             let shared = neighbours.shared(a, b);
             let (cluster_a, cluster_b) = (&self.clusters[a as usize], &self.clusters[b as usize]);
-            for (h, shared) in shared.into_iter().enumerate() {
+            let mut halves = overlapping_halves(bounds_a, bounds_b, &shared);
+            if a == b {
+                halves &= !SECOND_WITH_FIRST;
+            }
+            while halves != 0 {
+                let h = halves.trailing_zeros() as usize;
+                halves &= halves - 1;
                 let (ha, hb) = (h / QUADS, h % QUADS);
-                if shared == u16::MAX
-                    || a == b && ha > hb
-                    || !bounds_a.whole[ha].overlaps::<S>(&bounds_b.whole[hb])
-                {
-                    continue;
-                }
                 let hits = bounds_a.quads[ha].overlaps(&bounds_b.quads[hb]);
                 counters.quad_tests += 1;
-                let mut hits = hits & !u32::from(shared);
+                let mut hits = hits & !u32::from(shared[h]);
                 if a == b && ha == hb {
                     hits &= BELOW_DIAGONAL;
                 }
@@ -114,4 +113,18 @@ impl<const S: usize> DopTree<S> {
         let theirs = b.corner_points(j, &self.cluster_points);
         a.corner_points(i, &self.cluster_points).iter().any(|point| theirs.contains(point))
     }
+}
+
+/// The bit of the second half of a cluster with its first.
+const SECOND_WITH_FIRST: u32 = 1 << QUADS;
+
+/// Which halves of two clusters overlap and are not all neighbours: bit `QUADS · ha + hb`.
+///
+/// About every other one does, so all are tested without a branch.
+#[inline(always)]
+fn overlapping_halves<const S: usize>(a: &LeafQuads<S>, b: &LeafQuads<S>, shared: &Shared) -> u32 {
+    (0..QUADS * QUADS).fold(0, |halves, h| {
+        let overlap = a.whole[h / QUADS].overlaps::<S>(&b.whole[h % QUADS]);
+        halves | u32::from(overlap & (shared[h] != u16::MAX)) << h
+    })
 }
