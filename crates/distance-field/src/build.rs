@@ -15,7 +15,7 @@ use crate::num::{coordinate, single};
 use crate::options::{BuildOptions, Conversion, Method, SignRule, Storage, Transform};
 use crate::par;
 use crate::report::{BuildReport, Phase, Warning};
-use crate::sign::sign;
+use crate::sign::{Barrier, sign};
 use crate::store::Store;
 use crate::transform::transform;
 use crate::units::Units;
@@ -136,8 +136,8 @@ impl Build<'_> {
             }
         };
         let (surface, x, grid) = (self.surface, self.x, self.grid);
-        let signed =
-            self.report.time(Phase::Sign, || sign(rule, surface, x, &grid, voxels.as_deref()))?;
+        let barrier = voxels.as_deref().map_or(Barrier::Surface(&values), Barrier::Voxels);
+        let signed = self.report.time(Phase::Sign, || sign(rule, surface, x, &grid, barrier))?;
         self.report.time(Phase::Compose, || compose(&mut values, &signed.inside, &grid, truncate));
         self.warn_about_size();
         self.warn_about_sign(&signed.inside, signed.winding.as_ref(), voxels.as_deref());

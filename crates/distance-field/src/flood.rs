@@ -24,16 +24,29 @@ const WALL: u8 = 16;
 pub(crate) fn behind_voxels(voxels: &[bool], dims: [usize; 3]) -> Vec<bool> {
     let mut state: Vec<u8> = voxels.iter().map(|&on| if on { WALL } else { 0 }).collect();
     flood(&mut state, dims);
-    state.into_iter().map(|bits| bits & (REACHED | WALL) == 0).collect()
+    state.into_iter().map(is_free).collect()
 }
 
-/// Nodes that the flood does not reach where no link crosses the surface.
+/// Distance at which a node counts as on the surface \[spacings\].
+///
+/// Links in different directions may disagree on which side such a node is, and
+/// a flood could pass through it. Single precision leaves 1e-7.
+const ON_SURFACE: f32 = 1e-6;
+
+/// Nodes that the flood does not reach where no link crosses the surface;
+/// `squared` are their squared distances in spacings.
 pub(crate) fn behind_links(
     surface: &TriangleSurface,
     x: Positions<'_>,
     grid: &Grid,
+    squared: &[f32],
 ) -> Result<Vec<bool>, FieldError> {
     let mut state: Vec<u8> = zeroed(grid.node_count())?;
+    for (bits, squared) in state.iter_mut().zip(squared) {
+        if *squared <= ON_SURFACE * ON_SURFACE {
+            *bits = WALL;
+        }
+    }
     for axis in 0..3 {
         let turned = turned(grid, axis)?;
         let mut crossings = Vec::new();
@@ -46,7 +59,7 @@ pub(crate) fn behind_links(
         }
     }
     flood(&mut state, grid.dims());
-    Ok(state.into_iter().map(|bits| bits & REACHED == 0).collect())
+    Ok(state.into_iter().map(is_free).collect())
 }
 
 /// The frame turned so that `axis` comes first.

@@ -15,14 +15,22 @@ pub(crate) struct Signed {
     pub(crate) winding: Option<Winding>,
 }
 
-/// Voxels, where distances come from these, stop the flood; otherwise the
-/// surface does.
+/// What stops a flood.
+#[derive(Clone, Copy)]
+pub(crate) enum Barrier<'a> {
+    /// Voxels that are switched on.
+    Voxels(&'a [bool]),
+    /// The surface itself, between and at nodes, given squared distances of
+    /// these in spacings.
+    Surface(&'a [f32]),
+}
+
 pub(crate) fn sign(
     rule: SignRule,
     surface: &TriangleSurface,
     x: Positions<'_>,
     grid: &Grid,
-    voxels: Option<&[bool]>,
+    barrier: Barrier<'_>,
 ) -> Result<Signed, FieldError> {
     match rule {
         SignRule::Winding => {
@@ -39,9 +47,9 @@ pub(crate) fn sign(
         }
         SignRule::Flood => {
             check_closed(surface, "flood")?;
-            let mask = match voxels {
-                Some(voxels) => flood::behind_voxels(voxels, grid.dims()),
-                None => flood::behind_links(surface, x, grid)?,
+            let mask = match barrier {
+                Barrier::Voxels(voxels) => flood::behind_voxels(voxels, grid.dims()),
+                Barrier::Surface(squared) => flood::behind_links(surface, x, grid, squared)?,
             };
             Ok(Signed { inside: Inside::from_mask(&mask, grid.dims()[0]), winding: None })
         }

@@ -1,0 +1,269 @@
+//! What goes wrong with grids and bones, each with the figure that is expected.
+
+mod common;
+
+use std::time::{Duration, Instant};
+
+use common::build;
+use distance_field::{
+    BuildOptions, Conversion, DistanceField, FieldError, Grid, Interpolation, Method, SignRule,
+    Storage, Transform, Warning,
+};
+use fixtures::{Mesh, femur::femur, shapes};
+use surface::glam::{DQuat, DVec3};
+use surface::{SurfaceError, TriangleSurface};
+
+fn defaults() -> BuildOptions {
+    BuildOptions { padding: 4.0, ..BuildOptions::default() }
+}
+
+fn seed(conversion: Conversion) -> BuildOptions {
+    let method = Method::Seed { conversion, transform: Transform::Meijster };
+    BuildOptions { method, padding: 4.0, ..BuildOptions::seed() }
+}
+
+fn nodes(grid: &Grid) -> impl Iterator<Item = [usize; 3]> {
+    let [nx, ny, nz] = grid.dims();
+    (0..nz).flat_map(move |k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])))
+}
+
+/// Share of the nodes that a predicate calls inside which the field has below zero.
+fn share_found(field: &DistanceField, is_inside: impl Fn(DVec3) -> bool) -> f64 {
+    let (mut found, mut all) = (0.0, 0.0);
+    for node in nodes(field.grid()).filter(|&n| is_inside(field.grid().position(n))) {
+        all += 1.0;
+        found += if field.node(node) < 0.0 { 1.0 } else { 0.0 };
+    }
+    found / all
+}
+
+#[test]
+fn refuses_what_is_not_a_surface() {
+    let nothing = TriangleSurface::new(0, vec![]).unwrap();
+    let x = nothing.positions(&[]).unwrap();
+    assert_eq!(DistanceField::build(&nothing, x, &defaults()).unwrap_err(), FieldError::Empty);
+
+    // Neither a corner that does not exist nor one that is nowhere gets this far.
+    let outside = SurfaceError::VertexOutOfRange { face: 0, vertex: 3, vertex_count: 3 };
+    assert_eq!(TriangleSurface::new(3, vec![[0, 1, 3]]).unwrap_err(), outside);
+    let triangle = TriangleSurface::new(3, vec![[0, 1, 2]]).unwrap();
+    let nowhere = triangle.positions(&[DVec3::ZERO, DVec3::NAN, DVec3::X]);
+    assert!(matches!(nowhere, Err(SurfaceError::NotFinite { vertex: 1, .. })));
+}
+
+#[test]
+fn refuses_lengths_that_make_no_sense() {
+    let ball = shapes::octasphere(10.0, 2);
+    let band = |band| Method::ExactBand { band, relax: false };
+    let cases = [
+        (BuildOptions { spacing: 0.0, ..defaults() }, "spacing"),
+        (BuildOptions { spacing: f64::NAN, ..defaults() }, "spacing"),
+        (BuildOptions { padding: -1.0, ..defaults() }, "padding"),
+        (BuildOptions { truncate: Some(0.0), ..defaults() }, "truncation"),
+        (BuildOptions { method: band(1.0), ..defaults() }, "band"),
+        (BuildOptions { method: band(f64::INFINITY), ..defaults() }, "band"),
+        (BuildOptions { storage: Storage::Steps { step: -1.0 }, ..defaults() }, "storage step"),
+    ];
+    for (options, expected) in cases {
+        match build(&ball, &options) {
+            Err(FieldError::Option { name, .. }) => assert_eq!(name, expected),
+            other => panic!("{expected}: {other:?}"),
+        }
+    }
+    let storage = Storage::Steps { step: 1e-5 };
+    let refused = build(&ball, &BuildOptions { storage, ..defaults() }).unwrap_err();
+    assert!(matches!(refused, FieldError::StepTooSmall { .. }), "{refused}");
+}
+
+/// 300 Gvoxels: an error at once, and nothing allocated.
+#[test]
+fn refuses_a_grid_beyond_its_budget_at_once() {
+    let bone = femur(9.0);
+    let start = Instant::now();
+    let refused = build(&bone, &BuildOptions { spacing: 0.025, ..defaults() }).unwrap_err();
+    assert!(start.elapsed() < Duration::from_millis(50));
+    let FieldError::TooLarge { nodes, bytes, max_bytes } = refused else { panic!("{refused}") };
+    assert!(nodes > 1e11 && bytes >= 10.0 * nodes && max_bytes == 4 << 30, "{refused}");
+    // Overflow of any count on the way is the same error.
+    let refused = build(&bone, &BuildOptions { spacing: 1e-300, ..defaults() }).unwrap_err();
+    assert!(matches!(refused, FieldError::TooLarge { .. }), "{refused}");
+}
+
+#[test]
+fn warns_of_a_unit_mistake() {
+    // A ball of 10 mm given in metres.
+    let field = build(&shapes::octasphere(0.01, 2), &defaults()).unwrap();
+    let is_few = |w: &Warning| matches!(w, Warning::SpansFewCells { cells } if *cells < 0.03);
+    assert!(field.report().warnings.iter().any(is_few), "{:?}", field.report().warnings);
+}
+
+#[test]
+fn turns_an_inverted_surface_around_and_says_so() {
+    let ball = shapes::octasphere(10.0, 3);
+    let right = build(&ball, &defaults()).unwrap();
+    let inverted = build(&ball.clone().flipped(), &defaults()).unwrap();
+    assert_eq!(right.values(), inverted.values());
+    assert_eq!(inverted.report().warnings, [Warning::Inverted]);
+    assert_eq!(right.report().warnings, []);
+}
+
+#[test]
+fn open_surfaces_flood_never_and_wind_well() {
+    let ball = shapes::icosphere(20.0, 4);
+    // A hole of about 12 mm.
+    let mut open = ball.clone();
+    open.faces.retain(|&face| {
+        let middle = face.map(|v| ball.positions[v as usize]).into_iter().sum::<DVec3>() / 3.0;
+        middle.distance(DVec3::X * 20.0) > 6.0
+    });
+    for rule in [SignRule::Flood, SignRule::Parity] {
+        let refused = build(&open, &BuildOptions { sign: rule, ..defaults() }).unwrap_err();
+        let FieldError::Sign { source: SurfaceError::Open { count, .. }, .. } = refused else {
+            panic!("{refused}")
+        };
+        assert!(count > 10, "{refused}");
+        assert!(refused.to_string().contains("needs no closed surface"));
+    }
+    let field = build(&open, &defaults()).unwrap();
+    let far_from_hole = |p: DVec3| p.distance(DVec3::X * 20.0) > 8.0;
+    let inside = |p: DVec3| p.length() < 19.8 && far_from_hole(p);
+    assert!(share_found(&field, inside) == 1.0);
+    let outside = |p: DVec3| p.length() > 20.0 && far_from_hole(p);
+    assert!(share_found(&field, outside) == 0.0);
+    assert!(matches!(field.report().warnings[..], [Warning::Open { edges }] if edges > 10));
+}
+
+/// A triangle has two sides and no inside.
+#[test]
+fn a_single_triangle_encloses_nothing() {
+    let positions = vec![DVec3::ZERO, DVec3::X * 20.0, DVec3::Y * 20.0];
+    let triangle = Mesh { positions, faces: vec![[0, 1, 2]] };
+    let field = build(&triangle, &defaults()).unwrap();
+    assert!(field.report().inside_volume == 0.0);
+}
+
+/// A tilted plate, as thick as `thickness` spacings: how much of its inside the
+/// grid has below zero.
+fn plate_found(thickness: f64, options: &BuildOptions) -> (f64, DistanceField) {
+    let size = DVec3::new(40.0, 40.0, thickness);
+    let tilt = DQuat::from_axis_angle(DVec3::new(0.6, 0.8, 0.0), 0.41);
+    let shift = DVec3::new(0.31, 0.17, 0.23);
+    let plate = shapes::plate(size, [20, 20]).mapped(|p| tilt * p + shift);
+    let middle = plate.positions.iter().copied().sum::<DVec3>() / plate.positions.len() as f64;
+    let field = build(&plate, options).unwrap();
+    // Asked between the nodes, well away from the rim.
+    let (mut found, mut all) = (0.0, 0.0);
+    for n in 0..4000 {
+        let at = (common::spread(n) - 0.5) * DVec3::new(30.0, 30.0, thickness);
+        let value = field.sample(middle + tilt * at, Interpolation::Trilinear).unwrap();
+        all += 1.0;
+        found += if value.distance < 0.0 { 1.0 } else { 0.0 };
+    }
+    (found / all, field)
+}
+
+#[test]
+fn thin_plates_keep_what_is_expected() {
+    // Thickness in spacings; share kept by the exact band, by six-separating and
+    // by conservative voxels: least and most.
+    let rows = [
+        (0.5, [0.02, 0.30], [0.0, 0.02], [0.0, 0.0]),
+        (1.0, [0.75, 0.95], [0.0, 0.65], [0.0, 0.0]),
+        (1.5, [0.97, 1.0], [0.60, 0.98], [0.0, 0.25]),
+        (2.0, [0.995, 1.0], [0.80, 1.0], [0.55, 0.98]),
+    ];
+    for (thickness, exact, six, conservative) in rows {
+        let (found, field) = plate_found(thickness, &defaults());
+        println!("t = {thickness} h: exact {found:.3}");
+        assert!((exact[0]..=exact[1]).contains(&found), "{thickness}: {found}");
+        let warned = field.report().warnings.iter().find_map(|warning| match warning {
+            Warning::ThinnerThanGrid { share, limit } => Some((*share, *limit)),
+            _ => None,
+        });
+        // At the very limit rounding decides.
+        assert!(warned.is_some() || thickness >= 1.5, "{thickness}: {warned:?}");
+        assert!(warned.is_none() || thickness <= 1.5, "{thickness}: {warned:?}");
+        for (conversion, [least, most]) in
+            [(Conversion::SixSeparating, six), (Conversion::Conservative, conservative)]
+        {
+            let (found, _) = plate_found(thickness, &seed(conversion));
+            println!("t = {thickness} h: {conversion:?} {found:.3}");
+            assert!((least..=most).contains(&found), "{thickness} {conversion:?}: {found}");
+        }
+    }
+}
+
+/// Bresenham's lines do not hold a flood back where faces span several voxels;
+/// the other conversions do.
+#[test]
+fn thin_conversion_leaks() {
+    let ball = shapes::icosphere(30.0, 2).rotated(DVec3::new(0.36, 0.48, 0.8), 0.13);
+    let inside = |p: DVec3| p.length() < 26.0;
+    let field = build(&ball, &seed(Conversion::Bresenham)).unwrap();
+    assert!(share_found(&field, inside) < 0.01);
+    let is_lost = |w: &Warning| matches!(w, Warning::InteriorLost { share } if *share > 0.9);
+    assert!(field.report().warnings.iter().any(is_lost), "{:?}", field.report().warnings);
+    for conversion in [Conversion::SixSeparating, Conversion::Conservative] {
+        let field = build(&ball, &seed(conversion)).unwrap();
+        assert!(share_found(&field, inside) == 1.0, "{conversion:?}");
+        assert_eq!(field.report().warnings, []);
+    }
+}
+
+/// In the middle of a plate no direction is the right one, and the length of
+/// the gradient says so.
+#[test]
+fn gradient_is_short_on_the_medial_axis_only() {
+    let plate = shapes::plate(DVec3::new(40.0, 40.0, 10.0), [4, 4]);
+    let middle = plate.positions.iter().copied().sum::<DVec3>() / plate.positions.len() as f64;
+    let field = build(&plate, &defaults()).unwrap();
+    let at = |height: f64| {
+        let p = middle + DVec3::new(0.3, -0.2, height);
+        field.sample(p, Interpolation::Smooth).unwrap()
+    };
+    assert!(at(0.0).gradient.length() < 0.5, "{:?}", at(0.0));
+    assert_eq!(at(0.0).direction(0.5), None);
+    for height in [-8.0, -6.5, -3.0, 3.0, 4.0, 5.5, 7.0] {
+        let sample = at(height);
+        assert!((0.9..1.05).contains(&sample.gradient.length()), "{height}: {sample:?}");
+        let direction = sample.direction(0.5).unwrap();
+        assert!(direction.distance(DVec3::Z * height.signum()) < 1e-3, "{height}: {direction}");
+    }
+}
+
+#[test]
+fn answers_on_nodes_faces_and_the_last_node_and_nowhere_else() {
+    let field = build(&shapes::octasphere(5.0, 3), &defaults()).unwrap();
+    let grid = *field.grid();
+    let [nx, ny, nz] = grid.dims();
+    for interpolation in [Interpolation::Trilinear, Interpolation::Smooth, Interpolation::Cubic] {
+        let at = |p: DVec3| field.sample(p, interpolation).map(|sample| sample.distance);
+        for node in nodes(&grid) {
+            let value = at(grid.position(node)).unwrap();
+            assert!((value - field.node(node)).abs() < 1e-6, "{interpolation:?} {node:?}");
+        }
+        let last = grid.position([nx - 1, ny - 1, nz - 1]);
+        let on_face = grid.position([2, 3, nz - 1]) + DVec3::new(0.25, 0.5, 0.0);
+        assert!(at(last).is_some() && at(on_face).is_some());
+        for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+            assert_eq!(at(last + 1e-9 * axis), None);
+            assert_eq!(at(grid.origin() - 1e-9 * axis), None);
+            assert_eq!(at(last + f64::INFINITY * axis), None);
+        }
+        assert_eq!(at(DVec3::NAN), None);
+    }
+}
+
+#[test]
+fn values_come_back_from_a_file_or_are_refused() {
+    let field = build(&shapes::octasphere(5.0, 3), &defaults()).unwrap();
+    let grid = *field.grid();
+    let again = DistanceField::from_values(grid, field.values(), Storage::Dense).unwrap();
+    assert_eq!(again.values(), field.values());
+    let few = DistanceField::from_values(grid, vec![0.0; 3], Storage::Dense).unwrap_err();
+    assert_eq!(few, FieldError::ValueCount { expected: grid.node_count(), got: 3 });
+    let mut values = field.values();
+    values[7] = f32::NAN;
+    let refused = DistanceField::from_values(grid, values, Storage::Dense).unwrap_err();
+    assert_eq!(refused, FieldError::NotFinite { node: 7 });
+}

@@ -1,0 +1,150 @@
+//! Signs of damaged and of real surfaces, against the exact winding number.
+
+mod common;
+
+use common::{anatomy, build, read_ply};
+use distance_field::{BuildOptions, DistanceField, SignRule, Warning};
+use fixtures::{Mesh, shapes};
+use surface::glam::DVec3;
+use surface::winding_number;
+
+fn nodes(field: &DistanceField) -> impl Iterator<Item = [usize; 3]> {
+    let [nx, ny, nz] = field.grid().dims();
+    (0..nz).flat_map(move |k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])))
+}
+
+/// Compares about `count` of the nodes that `choose` takes, evenly; returns how
+/// many were compared.
+fn check(mesh: &Mesh, spacing: f64, count: usize, choose: impl Fn(f64, DVec3) -> bool) -> usize {
+    let options = BuildOptions { spacing, samples: 0, ..BuildOptions::default() };
+    let field = build(mesh, &options).unwrap();
+    let surface = mesh.surface();
+    let x = surface.positions(&mesh.positions).unwrap();
+    let way = if field.report().warnings.contains(&Warning::Inverted) { -1.0 } else { 1.0 };
+    let grid = *field.grid();
+    let chosen: Vec<_> =
+        nodes(&field).filter(|&node| choose(field.node(node), grid.position(node))).collect();
+    let step = chosen.len().div_ceil(count).max(1);
+    let mut compared = 0;
+    for &node in chosen.iter().step_by(step) {
+        let winding = way * winding_number(&surface, x, grid.position(node));
+        if (winding - 0.5).abs() > 1e-9 {
+            assert_eq!(field.node(node) < 0.0, winding > 0.5, "{node:?}: {winding}");
+            compared += 1;
+        }
+    }
+    compared
+}
+
+fn ball() -> Mesh {
+    shapes::icosphere(30.0, 4).translated(DVec3::new(0.31, 0.17, 0.23))
+}
+
+fn middle(mesh: &Mesh, face: usize) -> DVec3 {
+    mesh.corners(face).into_iter().sum::<DVec3>() / 3.0
+}
+
+#[test]
+fn holes_of_three_six_and_twelve_millimetres() {
+    for width in [3.0, 6.0, 12.0] {
+        let at = DVec3::new(0.48, 0.6, 0.64) * 30.0;
+        let mut open = ball();
+        let keep: Vec<bool> =
+            (0..open.faces.len()).map(|f| middle(&open, f).distance(at) > width / 2.0).collect();
+        let mut keep = keep.iter();
+        open.faces.retain(|_| *keep.next().unwrap());
+        let at_hole = |_: f64, p: DVec3| p.distance(at) < 1.5 * width;
+        assert!(check(&open, 1.5, 2000, at_hole) > 20);
+        assert!(check(&open, 2.5, 1500, |_, _| true) > 1000);
+    }
+}
+
+#[test]
+fn one_face_in_twenty_turned_over() {
+    let mut flipped = ball();
+    for face in (0..flipped.faces.len()).step_by(20) {
+        flipped.faces[face].swap(1, 2);
+    }
+    assert!(check(&flipped, 1.5, 4000, |value, _| value.abs() < 3.0) > 3000);
+    assert!(check(&flipped, 2.5, 1000, |_, _| true) > 800);
+}
+
+#[test]
+fn overlapping_shells_and_repeated_faces() {
+    let shells = ball().joined(&ball().translated(DVec3::new(21.0, 9.0, -4.0)));
+    assert!(check(&shells, 2.5, 2000, |_, _| true) > 1500);
+    let mut repeated = ball();
+    let again: Vec<_> = repeated.faces.iter().copied().step_by(7).collect();
+    repeated.faces.extend(again);
+    assert!(check(&repeated, 1.5, 3000, |value, _| value.abs() < 3.0) > 2000);
+    let mut opposite = ball();
+    let again: Vec<_> = opposite.faces.iter().step_by(9).map(|&[a, b, c]| [a, c, b]).collect();
+    opposite.faces.extend(again);
+    assert!(check(&opposite, 1.5, 3000, |value, _| value.abs() < 3.0) > 2000);
+}
+
+/// Corners that are stored once for each face close no edge by number, but do
+/// by position.
+#[test]
+fn corners_of_each_face_on_its_own() {
+    let ball = ball();
+    let positions: Vec<DVec3> = (0..ball.faces.len()).flat_map(|f| ball.corners(f)).collect();
+    let faces = (0..).step_by(3).take(ball.faces.len()).map(|v| [v, v + 1, v + 2]).collect();
+    let soup = Mesh { positions, faces };
+    let options = BuildOptions { spacing: 2.5, samples: 0, ..BuildOptions::default() };
+    let whole = build(&ball, &options).unwrap();
+    let field = build(&soup, &options).unwrap();
+    assert_eq!(field.report().warnings, []);
+    assert_eq!(field.report().inside_volume, whole.report().inside_volume);
+}
+
+/// Faces in planes of nodes and edges along their rows.
+#[test]
+fn boxes_on_the_nodes_of_their_grid() {
+    let cube = shapes::cube(12.0);
+    assert!(check(&cube, 1.0, 4000, |_, _| true) > 3000);
+    for face in 0..12 {
+        let mut open = cube.clone();
+        open.faces.remove(face);
+        assert!(check(&open, 1.0, 2500, |_, p| p.abs().max_element() < 8.0) > 1500);
+    }
+}
+
+/// On closed surfaces that do not meet themselves all rules agree.
+#[test]
+fn flood_and_parity_agree_where_they_may() {
+    let torus = shapes::torus(20.0, 6.0, [48, 24]);
+    let with = |sign| {
+        let options = BuildOptions { sign, samples: 0, ..BuildOptions::default() };
+        build(&torus, &options).unwrap().values()
+    };
+    let winding = with(SignRule::Winding);
+    assert!(winding.iter().filter(|value| **value < 0.0).count() > 10_000);
+    for rule in [SignRule::Parity, SignRule::Flood] {
+        let same = |(a, b): (&f32, &f32)| a == b || a.abs().max(b.abs()) < 1e-5;
+        assert!(winding.iter().zip(&with(rule)).all(same), "{rule:?}");
+    }
+}
+
+#[test]
+fn every_real_mesh() {
+    let Some(folder) = anatomy("every_real_mesh") else {
+        return;
+    };
+    let (mut meshes, mut compared) = (0, 0);
+    for set in ["vhf_left_thigh", "vhf_left_joints", "vhf_left_thigh_lo", "dirty"] {
+        let mut paths: Vec<_> =
+            std::fs::read_dir(folder.join(set)).unwrap().map(|file| file.unwrap().path()).collect();
+        paths.sort();
+        for path in paths.iter().filter(|path| path.extension().is_some_and(|e| e == "ply")) {
+            let mesh = read_ply(path);
+            println!("{}: {} faces", path.display(), mesh.faces.len());
+            let (near, all) = if set == "dirty" { (3000, 3000) } else { (60, 20) };
+            compared += check(&mesh, 2.0, near, |value, _| value.abs() < 3.0);
+            compared += check(&mesh, 4.0, all, |_, _| true);
+            meshes += 1;
+        }
+    }
+    println!("{compared} nodes of {meshes} meshes, no mismatch");
+    assert!(meshes > 30 && compared > 2000);
+}
