@@ -1,0 +1,236 @@
+//! How far each method is from exact distances and directions, near the surface.
+//!
+//! `cargo test --release -p distance-field --test accuracy -- --nocapture`
+//! prints the table of `docs/accuracy-distance-field.md`.
+
+mod common;
+
+use std::f64::consts::FRAC_PI_2;
+
+use common::{Exact, anatomy, build, points_near, read_ply};
+use distance_field::{
+    BuildOptions, Conversion, DistanceField, Interpolation, Method, Query, Samples, Storage,
+    Transform,
+};
+use fixtures::Mesh;
+use fixtures::femur::{femur, height};
+use surface::glam::DVec3;
+
+/// The generated femur with its vertices moved onto the very surface it was cut
+/// from: facets as flat as those of a segmented and smoothed bone.
+fn smooth_femur(cell: f64) -> Mesh {
+    let slope = |p: DVec3| {
+        let along = |axis: DVec3| (height(p + 1e-5 * axis) - height(p - 1e-5 * axis)) / 2e-5;
+        DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z))
+    };
+    let newton = |p: DVec3| {
+        let slope = slope(p);
+        p - slope * (height(p) / slope.length_squared())
+    };
+    femur(cell).mapped(|p| newton(newton(newton(p))))
+}
+
+/// Errors over a set of points: distances in millimetres, directions in degrees.
+#[derive(Clone, Copy, Debug)]
+struct Errors {
+    rms: f64,
+    worst: f64,
+    direction: f64,
+}
+
+/// A point, and the exact signed distance and direction there.
+struct Truth {
+    point: DVec3,
+    distance: f64,
+    direction: DVec3,
+}
+
+/// Truth within 2 mm of the surface; signs are those of the finest field.
+fn truths(mesh: &Mesh, count: u32) -> Vec<Truth> {
+    let mut exact = Exact::new(mesh);
+    let options = BuildOptions { spacing: 1.0, samples: 0, ..BuildOptions::default() };
+    let field = build(mesh, &options).expect("a bone fits");
+    let truth = |point: DVec3| {
+        let foot = exact.closest(point);
+        let sampled = field.sample(point, Interpolation::Cubic)?;
+        let distance = foot.distance(point).copysign(sampled.distance);
+        // Nearer than this, neither the sign nor the direction can be told.
+        (distance.abs() > 0.1).then(|| {
+            let direction = (point - foot) / distance;
+            Truth { point, distance, direction }
+        })
+    };
+    points_near(mesh, count, 2.0).into_iter().filter_map(truth).collect()
+}
+
+fn errors(field: &DistanceField, truths: &[Truth], interpolation: Interpolation) -> Errors {
+    let points: Vec<DVec3> = truths.iter().map(|truth| truth.point).collect();
+    let mut samples = Samples::default();
+    field.ask_all(&points, &Query { interpolation, ..Query::default() }, &mut samples);
+    let (mut squares, mut worst, mut angles) = (0.0, 0.0_f64, 0.0);
+    for ((truth, distance), gradient) in truths.iter().zip(samples.distance).zip(samples.gradient) {
+        let error = (distance - truth.distance).abs();
+        squares += error * error;
+        worst = worst.max(error);
+        // No direction at all is as wrong as one along the surface.
+        let angle = if gradient == DVec3::ZERO {
+            FRAC_PI_2
+        } else {
+            gradient.angle_between(truth.direction)
+        };
+        angles += angle * angle;
+    }
+    let count = truths.len() as f64;
+    let direction = (angles / count).sqrt().to_degrees();
+    Errors { rms: (squares / count).sqrt(), worst, direction }
+}
+
+fn band(band: f64, relax: bool) -> BuildOptions {
+    BuildOptions {
+        method: Method::ExactBand { band, relax },
+        samples: 0,
+        ..BuildOptions::default()
+    }
+}
+
+fn seed(conversion: Conversion) -> BuildOptions {
+    let method = Method::Seed { conversion, transform: Transform::Meijster };
+    BuildOptions { method, samples: 0, ..BuildOptions::seed() }
+}
+
+/// One line of the table: spacing, name, options, interpolation, and what it
+/// may be off by at most: rms and worst [mm], rms of directions [degrees].
+type Row = (f64, &'static str, BuildOptions, Interpolation, [f64; 3]);
+
+fn check(bone: &str, mesh: &Mesh, rows: &[Row]) {
+    let truths = truths(mesh, 4000);
+    println!(
+        "\n| {bone}, 2 mm around the surface | spacing [mm] | rms [mm] | worst [mm] | direction rms [°] |"
+    );
+    println!("|---|--:|--:|--:|--:|");
+    let mut last: Option<(BuildOptions, DistanceField)> = None;
+    let mut short = Vec::new();
+    for (spacing, name, options, interpolation, allowed) in rows {
+        let options = BuildOptions { spacing: *spacing, ..*options };
+        let field = match last.take() {
+            Some((built, field)) if built == options => field,
+            _ => build(mesh, &options).expect("a bone fits"),
+        };
+        let Errors { rms, worst, direction } = errors(&field, &truths, *interpolation);
+        println!("| {name} | {spacing} | {rms:.4} | {worst:.3} | {direction:.2} |");
+        if rms > allowed[0] || worst > allowed[1] || direction > allowed[2] {
+            short.push(format!("{name} at {spacing}: {rms} {worst} {direction} over {allowed:?}"));
+        }
+        last = Some((options, field));
+    }
+    assert!(short.is_empty(), "{short:#?}");
+}
+
+const TRILINEAR: Interpolation = Interpolation::Trilinear;
+
+#[test]
+fn table_of_the_femur() {
+    let exact = band(3.0, false);
+    let steps = BuildOptions { storage: Storage::Bricks { step: 0.001 }, ..exact };
+    check(
+        "Femur of 83,000 vertices",
+        &smooth_femur(2.0),
+        &[
+            (2.0, "seed, Bresenham", seed(Conversion::Bresenham), TRILINEAR, [0.5, 1.5, 28.0]),
+            (2.0, "exact band of 3", exact, TRILINEAR, [0.028, 0.12, 2.5]),
+            (2.0, "the same, cubic", exact, Interpolation::Cubic, [0.007, 0.04, 1.5]),
+            (1.0, "seed, Bresenham", seed(Conversion::Bresenham), TRILINEAR, [0.23, 0.8, 22.0]),
+            (
+                1.0,
+                "seed, six-separating",
+                seed(Conversion::SixSeparating),
+                TRILINEAR,
+                [0.19, 0.6, 19.0],
+            ),
+            (
+                1.0,
+                "seed, conservative",
+                seed(Conversion::Conservative),
+                TRILINEAR,
+                [0.3, 0.8, 23.0],
+            ),
+            (1.0, "exact band of 1.75", band(1.75, false), TRILINEAR, [0.02, 0.3, 2.4]),
+            (1.0, "exact band of 1.75, relaxed", band(1.75, true), TRILINEAR, [0.009, 0.1, 1.8]),
+            (1.0, "exact band of 3 (default)", exact, TRILINEAR, [0.008, 0.04, 1.7]),
+            (1.0, "the same, smooth gradient", exact, Interpolation::Smooth, [0.008, 0.04, 1.5]),
+            (1.0, "the same, cubic", exact, Interpolation::Cubic, [0.004, 0.03, 1.4]),
+            (1.0, "the same, bricks of 1 µm steps", steps, TRILINEAR, [0.008, 0.04, 1.7]),
+            (0.5, "exact band of 3 (default)", exact, TRILINEAR, [0.005, 0.07, 1.5]),
+            (0.5, "the same, cubic", exact, Interpolation::Cubic, [0.006, 0.07, 1.6]),
+            (0.5, "exact band of 5", band(5.0, false), TRILINEAR, [0.005, 0.07, 1.5]),
+        ],
+    );
+}
+
+#[test]
+fn table_of_real_bones() {
+    let Some(folder) = anatomy("table_of_real_bones") else {
+        return;
+    };
+    let exact = band(3.0, false);
+    let rows = |limits: [[f64; 3]; 3]| -> [Row; 5] {
+        [
+            // Leaks on the femur, whose faces span three voxels.
+            (1.0, "seed, Bresenham", seed(Conversion::Bresenham), TRILINEAR, [9.0, 9.0, 180.0]),
+            (1.0, "seed, six-separating", seed(Conversion::SixSeparating), TRILINEAR, limits[0]),
+            (1.0, "exact band of 3 (default)", exact, TRILINEAR, limits[1]),
+            (1.0, "the same, smooth gradient", exact, Interpolation::Smooth, limits[1]),
+            (1.0, "the same, cubic", exact, Interpolation::Cubic, limits[2]),
+        ]
+    };
+    let mesh = read_ply(&folder.join("vhf_left_thigh/bone_femur.ply"));
+    let femur = rows([[0.18, 0.6, 19.0], [0.015, 0.2, 3.1], [0.009, 0.15, 2.5]]);
+    check("Femur of 7,300 vertices", &mesh, &femur);
+    let mesh = read_ply(&folder.join("vhf_left_thigh/bone_pelvis.ply"));
+    let pelvis = rows([[0.25, 1.1, 24.0], [0.025, 0.45, 5.0], [0.02, 0.45, 5.0]]);
+    check("Pelvis of 14,900 vertices", &mesh, &pelvis);
+}
+
+/// A point that slides along the bone: values follow the way, directions turn
+/// gently.
+#[test]
+fn nothing_jumps_along_a_way() {
+    let mesh = smooth_femur(4.0);
+    let field = build(&mesh, &BuildOptions::default()).expect("a bone fits");
+    let stated = field.report().comparison.expect("compared by default").worst;
+    let (step, length) = (0.01, 40_000);
+    // Along the shaft and around it, within 5 mm of its surface.
+    let way = |n: i32| {
+        let t = f64::from(n) * step;
+        let turn = 0.05 * t;
+        let radius = 16.0 + 3.0 * (0.11 * t).sin();
+        let advance = (step * step - (0.05 * radius * step).powi(2)).max(0.0).sqrt() / step;
+        DVec3::new(1.0 + radius * turn.cos(), 6.0 + radius * turn.sin(), 0.6 * advance * t - 70.0)
+    };
+    for interpolation in [Interpolation::Trilinear, Interpolation::Smooth, Interpolation::Cubic] {
+        let (mut jump, mut turned) = (0.0_f64, 0.0_f64);
+        let mut before: Option<(DVec3, distance_field::Sample)> = None;
+        for n in 0..length {
+            let p = way(n);
+            let Some(here) = field.sample(p, interpolation) else { break };
+            if let Some((last, before)) = before {
+                let moved = p.distance(last);
+                jump = jump.max((here.distance - before.distance).abs() - moved);
+                let clear = here.gradient.length().min(before.gradient.length()) > 0.9;
+                if clear {
+                    let angle = here.gradient.angle_between(before.gradient).to_degrees();
+                    turned = turned.max(angle);
+                }
+            }
+            before = Some((p, here));
+        }
+        println!("{interpolation:?}: {jump:.5} mm over the step, {turned:.3}° a step");
+        assert!(jump < stated, "{interpolation:?}: {jump}");
+        let allowed = match interpolation {
+            Interpolation::Trilinear => 90.0,
+            Interpolation::Smooth => 0.5,
+            Interpolation::Cubic => 5.0,
+        };
+        assert!(turned < allowed, "{interpolation:?}: {turned}");
+    }
+}
