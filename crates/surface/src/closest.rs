@@ -86,8 +86,7 @@ pub struct ClosestBetweenTriangles {
 /// as nearly parallel.
 ///
 /// Its inverse is what the quick way may lose: here 6 bits of 53, at 7 degrees.
-/// Smaller loses more; larger sends ordinary triangles the long way, which
-/// takes about three times as long.
+/// Smaller loses more; larger sends ordinary triangles the long way.
 const SLIVER_SINE_SQUARED: f64 = 1.0 / 64.0;
 
 /// Height of a triangle over its longest edge, relative to that edge, below

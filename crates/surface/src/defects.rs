@@ -150,8 +150,12 @@ impl TriangleSurface {
             let others = self.faces()[*other as usize];
             corners.iter().all(|corner| others.contains(corner))
         };
-        let fewest =
-            edges.into_iter().map(|edge| self.edge_faces(edge)).min_by_key(|faces| faces.len());
+        let first = self.edge_faces(edges[0]);
+        let fewest = if first.len() <= 2 {
+            Some(first)
+        } else {
+            edges.into_iter().map(|edge| self.edge_faces(edge)).min_by_key(|faces| faces.len())
+        };
         fewest.into_iter().flatten().take_while(|other| **other < face).any(is_twin)
     }
 
