@@ -1,0 +1,268 @@
+//! Solvers against a dense twin, orders and threads against each other, spread
+//! rows against contacts, and warm starts.
+
+mod common;
+
+use common::{law, momentum_residual, on_plane, patch, rows, term, tower, unit, vector};
+use glam::DVec3;
+use response::{
+    ContactRows, ContactSystem, Impulse, Level, Method, Order, SolverParams, Spread, carry_over,
+};
+use surface::{Contact, Stencil, Term};
+
+/// Projected Gauss–Seidel over a dense matrix of all rows against all: the slow
+/// twin. Normals and tangents of a row in turn, as the solver does.
+fn dense_sweeps(
+    v: &[DVec3],
+    w: &[f64],
+    contacts: &[Contact],
+    friction: f64,
+    sweeps: usize,
+) -> Vec<DVec3> {
+    let weight = |c: &Contact, k: usize| -> f64 {
+        c.stencil.terms().iter().filter(|t| t.particle as usize == k).map(|t| t.weight).sum()
+    };
+    let n = contacts.len();
+    // How much an impulse on row j changes the relative motion of row i.
+    let coupling: Vec<Vec<f64>> = (0..n)
+        .map(|i| {
+            let of = |j: usize| {
+                (0..v.len()).map(|k| weight(&contacts[i], k) * weight(&contacts[j], k) * w[k]).sum()
+            };
+            (0..n).map(of).collect()
+        })
+        .collect();
+    let start: Vec<DVec3> = contacts.iter().map(|c| c.stencil.combine(|k| v[k as usize])).collect();
+    let mut normal = vec![0.0; n];
+    let mut tangent = vec![DVec3::ZERO; n];
+    for _ in 0..sweeps {
+        for i in 0..n {
+            let axis = contacts[i].normal;
+            let pushed: DVec3 = (0..n)
+                .map(|j| coupling[i][j] * (normal[j] * contacts[j].normal + tangent[j]))
+                .sum();
+            let u = start[i] - pushed;
+            normal[i] = (normal[i] + u.dot(axis) / coupling[i][i]).max(0.0);
+            let slip = u - u.dot(axis) * axis;
+            let wanted = tangent[i] + slip / coupling[i][i];
+            let limit = friction * normal[i];
+            tangent[i] =
+                if wanted.length() > limit { wanted * (limit / wanted.length()) } else { wanted };
+        }
+    }
+    let given = |k: usize| -> DVec3 {
+        (0..n)
+            .map(|i| weight(&contacts[i], k) * (normal[i] * contacts[i].normal + tangent[i]))
+            .sum()
+    };
+    (0..v.len()).map(|k| v[k] - w[k] * given(k)).collect()
+}
+
+#[test]
+fn sweeps_are_those_of_the_dense_matrix() {
+    for (seed, count) in [(1, 6), (2, 20), (3, 40)] {
+        let (v, mut w, contacts) = patch(count, seed);
+        w[3] = 0.0;
+        w[15] = 0.0;
+        let mut fast = v.clone();
+        let params = SolverParams { max_iterations: 7, ..SolverParams::default() };
+        common::solve(Level::Velocity, &mut fast, &w, &contacts, law(0.6), &params);
+        let slow = dense_sweeps(&v, &w, &contacts, 0.6, 7);
+        for (fast, slow) in fast.iter().zip(&slow) {
+            assert!((*fast - *slow).length() < 1e-12, "{count} contacts: {fast} {slow}");
+        }
+    }
+}
+
+#[test]
+fn a_hundred_contacts_on_24_particles_are_solved_in_any_order() {
+    let (v, w, contacts) = patch(100, 5);
+    let solved = |order: Order| {
+        let rows = rows(24, &contacts, law(0.0));
+        let system = ContactSystem::new(&rows, &w, order).unwrap();
+        let mut after = v.clone();
+        let params = SolverParams { max_iterations: 50_000, tolerance: 1e-9, ..Default::default() };
+        let mut impulses = system.no_impulses();
+        let report = system.solve(Level::Velocity, &mut after, &mut impulses, &params).unwrap();
+        assert!(report.converged, "{order:?}: {report:?}");
+        assert!(momentum_residual(&w, &v, &after) < 1e-12);
+        (after, system.batch_count())
+    };
+    let ((given, one), (coloured, many)) = (solved(Order::Given), solved(Order::Coloured));
+    assert!(one == 1 && many > 20, "{many} colours");
+    // The motion is unique even where the impulses are not.
+    for (a, b) in given.iter().zip(&coloured) {
+        assert!((*a - *b).length() < 1e-6, "{a} {b}");
+    }
+}
+
+/// A strip of particles pressed on a slope, enough for batches that are run in
+/// parallel, and its bits after some sweeps.
+fn strip_bits() -> u64 {
+    let count = 9000_u32;
+    let normal = DVec3::new(0.3, 0.1, 1.0).normalize();
+    let mut stream = common::Stream(11);
+    let mut contacts = Vec::new();
+    let mut v = Vec::new();
+    for k in 0..count {
+        v.push(DVec3::new(stream.next(), stream.next(), -stream.next()));
+        if k % 3 == 0 {
+            contacts.push(on_plane(k, DVec3::ZERO, normal));
+        }
+        if k >= 2 {
+            let stencil = Stencil::new(&[term(k, -1.0), term(k - 1, 0.4), term(k - 2, 0.6)]);
+            contacts.push(common::contact(stencil.unwrap(), DVec3::Z, 0.0));
+        }
+    }
+    let w: Vec<f64> = (0..count).map(|k| if k % 17 == 0 { 0.0 } else { 1.0 }).collect();
+    let rows = rows(v.len(), &contacts, law(0.4));
+    let system = ContactSystem::new(&rows, &w, Order::Coloured).unwrap();
+    let mut impulses = system.no_impulses();
+    system.solve(Level::Velocity, &mut v, &mut impulses, &SolverParams::default()).unwrap();
+    let numbers = v.iter().flat_map(|v| v.to_array());
+    let of_impulses = impulses.iter().flat_map(|i| [i.normal, i.tangent.x, i.tangent.y]);
+    numbers.chain(of_impulses).fold(0xcbf2_9ce4_8422_2325, |hash, number| {
+        (hash ^ number.to_bits()).wrapping_mul(0x0100_0000_01b3)
+    })
+}
+
+/// Recorded without the feature `rayon`; the feature and threads change nothing.
+const STRIP_BITS: u64 = 0x046e_7610_72c1_5cf2;
+
+#[test]
+fn bits_are_as_recorded() {
+    assert_eq!(strip_bits(), STRIP_BITS, "{:#x}", strip_bits());
+}
+
+#[cfg(feature = "rayon")]
+#[test]
+fn bits_do_not_depend_on_threads() {
+    for threads in [1, 2, 7] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        assert_eq!(pool.install(strip_bits), STRIP_BITS, "{threads} threads");
+    }
+}
+
+#[test]
+fn a_spread_row_moves_the_polygon_as_its_centre_would() {
+    // A hexagon of particles 1..=6 with its centre, point 7, lifted by 0.1; the
+    // contact is on the fan triangle of particles 2, 3 and the centre.
+    let mut spread = Spread::new(7);
+    let shares: Vec<Term> = (1..=6).map(|k| term(k, 1.0 / 6.0)).collect();
+    let centre = spread.push(&shares).unwrap();
+    assert_eq!(centre, 7);
+    let stencil = Stencil::vertex_face(0, [2, 3, centre], [0.2, 0.3, 0.5]);
+    let contact = common::contact(stencil, DVec3::Z, -0.4);
+    let mut rows = ContactRows::new(7);
+    rows.push_spread(&contact, &spread, law(0.0)).unwrap();
+    let row = rows.row(0);
+    assert_eq!(row.terms.len(), 7, "each particle once: {:?}", row.terms);
+    let weight = |k: u32| row.terms.iter().find(|t| t.particle == k).unwrap().weight;
+    assert!((weight(2) - 0.2 - 0.5 / 6.0).abs() < 1e-15 && (weight(5) - 0.5 / 6.0).abs() < 1e-15);
+
+    let w = [1.0; 7];
+    let system = ContactSystem::new(&rows, &w, Order::Coloured).unwrap();
+    let mut moved = [DVec3::ZERO; 7];
+    let params = SolverParams::default();
+    system.solve(Level::Position, &mut moved, &mut system.no_impulses(), &params).unwrap();
+    let centre_moved: DVec3 = moved[1..].iter().sum::<DVec3>() / 6.0;
+    let at = |k: u32| if k == centre { centre_moved } else { moved[k as usize] };
+    // The depth of 0.4 is gone, whatever the lift: only changes count.
+    assert!((stencil.combine(at).z + 0.4).abs() < 1e-15);
+    assert!(moved.iter().sum::<DVec3>().length() < 1e-15);
+}
+
+#[test]
+fn a_warm_start_from_the_same_contacts_needs_one_sweep() {
+    let x: Vec<DVec3> = (0..12).map(|k| DVec3::Z * f64::from(k)).collect();
+    let contacts = tower(&x);
+    let rows = rows(12, &contacts, law(0.3));
+    let system = ContactSystem::new(&rows, &[1.0; 12], Order::Given).unwrap();
+    let params = SolverParams { max_iterations: 5000, tolerance: 1e-10, ..Default::default() };
+    let mut impulses = system.no_impulses();
+    let fall = |impulses: &mut Vec<Impulse>| {
+        let mut v = vec![DVec3::Z * -0.1; 12];
+        system.solve(Level::Velocity, &mut v, impulses, &params).unwrap().iterations
+    };
+    let cold = fall(&mut impulses);
+    let mut warm = carry_over(&contacts, &impulses, &contacts).unwrap();
+    let again = fall(&mut warm);
+    assert!(cold > 100 && again <= 2, "{cold} sweeps cold, {again} warm");
+}
+
+#[test]
+fn impulses_are_carried_by_particle_and_normal() {
+    let at = |face, normal: DVec3| {
+        common::contact(Stencil::vertex_face(0, face, [0.2, 0.3, 0.5]), normal, 0.0)
+    };
+    let push = |normal| Impulse { normal, tangent: DVec3::ZERO };
+    let side = DVec3::X;
+    let old = [at([1, 2, 3], DVec3::Z), at([4, 5, 6], side)];
+    let impulses = [push(1.0), push(2.0)];
+    // The two contacts of particle 0 have changed their order and their faces.
+    let turned = DVec3::new(1.0, 0.0, 0.2).normalize();
+    let new = [at([5, 6, 7], turned), at([2, 3, 8], DVec3::Z)];
+    assert_eq!(carry_over(&old, &impulses, &new).unwrap(), [push(2.0), push(1.0)]);
+    // Turned by more than 30°, or twice the same: not handed on.
+    let off = DVec3::new(0.7, 0.0, 0.8).normalize();
+    let new = [at([1, 2, 3], off), at([1, 2, 3], DVec3::Z), at([1, 2, 3], DVec3::Z)];
+    let carried = carry_over(&old, &impulses, &new).unwrap();
+    assert_eq!(carried, [push(0.0), push(1.0), push(0.0)]);
+}
+
+#[test]
+fn results_are_inside_the_cone_whatever_the_start() {
+    arbtest::arbtest(|u| {
+        let seed = u.int_in_range(0..=200)?;
+        let (v, w, contacts) = patch(30, seed);
+        let rows = rows(24, &contacts, law(0.7));
+        let system = ContactSystem::new(&rows, &w, Order::Coloured).unwrap();
+        let mut impulses = system.no_impulses();
+        for impulse in &mut impulses {
+            // Not admissible: it may pull, and points anywhere.
+            *impulse = Impulse { normal: vector(u, 2.0)?.x, tangent: unit(u)? };
+        }
+        for method in [Method::GaussSeidel, Method::AveragedJacobi] {
+            let mut after = v.clone();
+            let mut impulses = impulses.clone();
+            let params = SolverParams { method, max_iterations: 3, tolerance: 0.0 };
+            system.solve(Level::Velocity, &mut after, &mut impulses, &params).unwrap();
+            for (impulse, contact) in impulses.iter().zip(&contacts) {
+                assert!(impulse.normal >= 0.0);
+                assert!(impulse.tangent.length() <= 0.7 * impulse.normal * (1.0 + 1e-12) + 1e-15);
+                assert!(impulse.tangent.dot(contact.normal).abs() < 1e-13);
+            }
+            assert!(momentum_residual(&w, &v, &after) < 1e-12);
+            // What the impulses say is what the particles got.
+            let mut told = v.clone();
+            for (impulse, contact) in impulses.iter().zip(&contacts) {
+                for t in contact.stencil.terms() {
+                    let k = t.particle as usize;
+                    let given = impulse.normal * contact.normal + impulse.tangent;
+                    told[k] -= t.weight * w[k] * given;
+                }
+            }
+            for (a, b) in told.iter().zip(&after) {
+                assert!((*a - *b).length() < 1e-11, "{a} {b}");
+            }
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn fixed_particles_and_moving_rigid_objects_give_what_they_do() {
+    // A rigid floor that rises takes the particle with it; a fixed particle
+    // with a velocity does the same.
+    let mut on_lift = on_plane(0, DVec3::ZERO, DVec3::Z);
+    on_lift.anchor.as_mut().unwrap().velocity = DVec3::new(0.2, 0.0, 1.0);
+    let on_fixed =
+        common::contact(Stencil::new(&[term(0, -1.0), term(1, 1.0)]).unwrap(), DVec3::Z, 0.0);
+    for contact in [on_lift, on_fixed] {
+        let mut v = [DVec3::ZERO, DVec3::new(0.2, 0.0, 1.0)];
+        let w = [2.0, 0.0];
+        common::solve(Level::Velocity, &mut v, &w, &[contact], law(1.0), &common::thorough());
+        assert!((v[0] - DVec3::new(0.2, 0.0, 1.0)).length() < 1e-14, "{v:?}");
+        assert_eq!(v[1], DVec3::new(0.2, 0.0, 1.0));
+    }
+}
