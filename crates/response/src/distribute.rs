@@ -53,7 +53,8 @@ pub fn distribute(
     for term in terms {
         check_term(term, inverse_mass)?;
     }
-    let merged = merge(terms);
+    let mut merged = Vec::with_capacity(terms.len());
+    merge_onto(&mut merged, terms);
     let compliance: f64 =
         merged.iter().map(|t| t.weight * t.weight * mass_of(t, inverse_mass)).sum();
     if compliance <= 0.0 {
@@ -70,17 +71,16 @@ pub fn distribute(
     Ok(impulse)
 }
 
-/// Terms with the weights of each particle added up, in order of first
+/// Appends terms with the weights of each particle added up, in order of first
 /// occurrence.
-pub(crate) fn merge(terms: &[Term]) -> Vec<Term> {
-    let mut merged: Vec<Term> = Vec::with_capacity(terms.len());
+pub(crate) fn merge_onto(merged: &mut Vec<Term>, terms: &[Term]) {
+    let start = merged.len();
     for term in terms {
-        match merged.iter_mut().find(|other| other.particle == term.particle) {
+        match merged[start..].iter_mut().find(|other| other.particle == term.particle) {
             Some(other) => other.weight += term.weight,
             None => merged.push(*term),
         }
     }
-    merged
 }
 
 fn check_term(term: &Term, inverse_mass: &[f64]) -> Result<(), ResponseError> {

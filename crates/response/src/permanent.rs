@@ -205,7 +205,9 @@ impl PermanentContacts {
     ///
     /// # Errors
     ///
-    /// As [`Self::stick`].
+    /// As [`Self::stick`], and [`ResponseError::Count`] when P is a combination
+    /// of several particles and slides onto particles: those are more than a
+    /// contact holds.
     pub fn slide(
         &mut self,
         x: &[DVec3],
@@ -301,11 +303,10 @@ impl PermanentContacts {
                 contact.anchor = None;
             }
         }
-        contact.stencil = Stencil::new(&terms).ok_or(ResponseError::Count {
-            what: "particles at most on the side of P",
-            expected: 1,
-            got: terms.len() - 3,
-        })?;
+        let of_p = point_terms(&contact.stencil).len();
+        let too_many =
+            ResponseError::Count { what: "particles on the side of P", expected: 1, got: of_p };
+        contact.stencil = Stencil::new(&terms).ok_or(too_many)?;
         contact.normal = foot.normal;
         contact.gap = foot.height - contact.offset;
         self.faces[number] = Some(foot.face);

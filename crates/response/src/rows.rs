@@ -12,7 +12,7 @@
 use glam::DVec3;
 use surface::{Anchor, Contact, Term};
 
-use crate::distribute::merge;
+use crate::distribute::merge_onto;
 use crate::lever::{Lever, LeverRow};
 use crate::{Margins, ResponseError, check};
 
@@ -172,6 +172,12 @@ impl ContactRows {
     ///
     /// As [`Self::push`], for the first contact refused; those before it stay.
     pub fn extend(&mut self, contacts: &[Contact], law: ContactLaw) -> Result<(), ResponseError> {
+        self.starts.reserve(contacts.len());
+        self.terms.reserve(contacts.iter().map(|contact| contact.stencil.terms().len()).sum());
+        self.normals.reserve(contacts.len());
+        self.depths.reserve(contacts.len());
+        self.anchors.reserve(contacts.len());
+        self.laws.reserve(contacts.len());
         contacts.iter().try_for_each(|contact| self.push(contact, law))
     }
 
@@ -300,9 +306,9 @@ impl ContactRows {
         check_weights(row, terms, if contact.anchor.is_some() { -1.0 } else { 0.0 })?;
         check_particles(row, terms, self.particle_count)?;
         number("contacts", row + 1)?;
-        let mut merged = merge(terms);
-        self.starts.push(number("terms", self.terms.len() + merged.len())?);
-        self.terms.append(&mut merged);
+        number("terms", self.terms.len() + terms.len())?;
+        merge_onto(&mut self.terms, terms);
+        self.starts.push(number("terms", self.terms.len())?);
         self.normals.push(normal);
         self.depths.push(depth);
         self.anchors.push(anchor);

@@ -28,9 +28,9 @@ pub struct Foot {
 /// Walks from `start` to the foot of `p`: always to the neighbouring face that
 /// comes closest, until none comes closer.
 ///
-/// The foot is closest among all faces that share a corner or an edge with its
-/// own; a part of the surface beyond a ridge, or one that lies against another,
-/// may be closer still, which only a detection finds. A point that moves by
+/// The foot is closest among all faces that share a corner with its own. A part of the surface beyond a ridge, or one that lies against another,
+/// may be closer still, and a walk that starts on the far side of a closed
+/// surface may stay there: only a detection finds these. A point that moves by
 /// less than the surface's features is followed right.
 ///
 /// `None` where there is no face `start`.
@@ -96,16 +96,19 @@ impl Seen {
         }
     }
 
-    /// Faces at the edge or the corner that the foot is on; none inside.
-    fn for_each_neighbour(&self, surface: &TriangleSurface, visit: impl FnMut(u32)) {
-        let others: &[u32] = match self.feature {
-            TriangleFeature::Face => &[],
-            TriangleFeature::Edge(k) => edge_faces(surface, self.face, k),
-            TriangleFeature::Corner(k) => {
-                surface.vertex_faces(surface.faces()[self.face as usize][k])
+    /// Faces that share a corner with this one. Those at the foot alone would
+    /// not do: under a ridge, each side has a foot inside a face.
+    fn for_each_neighbour(&self, surface: &TriangleSurface, mut visit: impl FnMut(u32)) {
+        let faces = surface.faces();
+        let corners = faces[self.face as usize];
+        for (k, &corner) in corners.iter().enumerate() {
+            for &face in surface.vertex_faces(corner) {
+                let shared_before = corners[..k].iter().any(|c| faces[face as usize].contains(c));
+                if face != self.face && !shared_before {
+                    visit(face);
+                }
             }
-        };
-        others.iter().copied().filter(|&face| face != self.face).for_each(visit);
+        }
     }
 
     fn foot(&self, surface: &TriangleSurface, x: Positions<'_>, p: DVec3, visited: u32) -> Foot {

@@ -77,8 +77,9 @@ fn least_change(terms: &[Term], w: &[f64], correction: f64) -> Vec<f64> {
     }
     a[n][n + 1] = correction;
     for pivot in 0..=n {
-        let best =
-            (pivot..=n).max_by(|&i, &j| a[i][pivot].abs().total_cmp(&a[j][pivot].abs())).unwrap();
+        let best = (pivot..=n)
+            .max_by(|&i, &j| a[i][pivot].abs().total_cmp(&a[j][pivot].abs()))
+            .expect("valid");
         a.swap(pivot, best);
         let top = a[pivot].clone();
         for (i, row) in a.iter_mut().enumerate() {

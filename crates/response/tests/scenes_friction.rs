@@ -62,10 +62,10 @@ fn coulomb_slide(degrees: f64, mu: f64, h: f64, seconds: f64) -> [f64; 2] {
     let [normal, _] = slope(degrees);
     slide(degrees, h, seconds, |x, v| {
         let rows = rows(1, &[on_plane(0, x, normal)], law(mu));
-        let system = ContactSystem::new(&rows, &[1.0], Order::Given).unwrap();
+        let system = ContactSystem::new(&rows, &[1.0], Order::Given).expect("valid");
         let mut impulses = system.no_impulses();
         let params = SolverParams::default();
-        let report = system.solve(Level::Velocity, v, &mut impulses, &params).unwrap();
+        let report = system.solve(Level::Velocity, v, &mut impulses, &params).expect("valid");
         assert!(report.residual < 1e-12, "{report:?}");
     })
 }
@@ -198,11 +198,11 @@ fn medial(u: &mut arbitrary::Unstructured<'_>) -> arbitrary::Result<Medial> {
 
 fn rub(scene: &Medial, levers: &[Lever], v: &mut [DVec3]) -> response::Impulse {
     let mut rows = ContactRows::new(4);
-    rows.push_with_levers(&scene.contact, levers, &scene.x, law(0.4)).unwrap();
-    let system = ContactSystem::new(&rows, &scene.w, Order::Given).unwrap();
+    rows.push_with_levers(&scene.contact, levers, &scene.x, law(0.4)).expect("valid");
+    let system = ContactSystem::new(&rows, &scene.w, Order::Given).expect("valid");
     let mut impulses = system.no_impulses();
     let params = SolverParams { max_iterations: 2000, tolerance: 1e-13, ..Default::default() };
-    let report = system.solve(Level::Velocity, v, &mut impulses, &params).unwrap();
+    let report = system.solve(Level::Velocity, v, &mut impulses, &params).expect("valid");
     assert!(report.converged, "{report:?}");
     impulses[0]
 }

@@ -55,12 +55,12 @@ fn s9_each_correction_alone_is_not_enough() {
 /// Shot at a wall from the rim, with the velocity corrected before each move;
 /// the depth when it first crosses, if ever.
 fn shot(speed: f64, h: f64, proximity: f64) -> Option<f64> {
-    let margins = Margins::new(0.0, proximity).unwrap();
+    let margins = Margins::new(0.0, proximity).expect("valid");
     let reaction = Reaction { friction: Friction::NONE };
     let (mut x, mut v) = ([DVec3::Z * proximity], [DVec3::Z * -speed]);
     for _ in 0..5000 {
         let state = over_plane(x[0], v[0], DVec3::Z, margins);
-        distribute(&[term(0, -1.0)], &[1.0], reaction.velocity(&state), &mut v).unwrap();
+        distribute(&[term(0, -1.0)], &[1.0], reaction.velocity(&state), &mut v).expect("valid");
         x[0] += h * v[0];
         if x[0].z < 0.0 {
             return Some(-x[0].z);
@@ -76,7 +76,7 @@ fn s10_reaction_stops_what_is_slower_than_the_region_is_wide() {
         assert_eq!(shot(share * proximity / h, h, proximity), None, "v h = {share} d_max");
     }
     for share in [1.01, 1.5, 4.0] {
-        let depth = shot(share * proximity / h, h, proximity).unwrap();
+        let depth = shot(share * proximity / h, h, proximity).expect("valid");
         assert!((depth - (share - 1.0) * proximity).abs() < 1e-9, "v h = {share} d_max: {depth}");
     }
 }
@@ -84,7 +84,7 @@ fn s10_reaction_stops_what_is_slower_than_the_region_is_wide() {
 #[test]
 fn s10_settling_decays_by_the_step_of_gravity() {
     let (h, proximity) = (0.1, 1.0);
-    let margins = Margins::new(0.0, proximity).unwrap();
+    let margins = Margins::new(0.0, proximity).expect("valid");
     let reaction = Reaction { friction: Friction::NONE };
     let (mut x, mut v) = ([DVec3::Z * 0.5], [DVec3::ZERO]);
     let mut ratio = 0.0;
@@ -92,7 +92,7 @@ fn s10_settling_decays_by_the_step_of_gravity() {
         let before = x[0].z;
         v[0].z -= GRAVITY * h;
         let state = over_plane(x[0], v[0], DVec3::Z, margins);
-        distribute(&[term(0, -1.0)], &[1.0], reaction.velocity(&state), &mut v).unwrap();
+        distribute(&[term(0, -1.0)], &[1.0], reaction.velocity(&state), &mut v).expect("valid");
         x[0] += h * v[0];
         ratio = x[0].z / before;
     }
@@ -107,7 +107,7 @@ fn summed(v: &[DVec3], inverse_mass: &[f64], contacts: &[surface::Contact]) -> V
         let approach = relative.dot(contact.normal).max(0.0);
         let mut alone = v.to_vec();
         let correction = -approach * contact.normal;
-        distribute(contact.stencil.terms(), inverse_mass, correction, &mut alone).unwrap();
+        distribute(contact.stencil.terms(), inverse_mass, correction, &mut alone).expect("valid");
         for ((sum, alone), v) in sum.iter_mut().zip(alone).zip(v) {
             *sum += alone - *v;
         }

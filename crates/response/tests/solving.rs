@@ -111,14 +111,14 @@ fn strip_bits() -> u64 {
         }
         if k >= 2 {
             let stencil = Stencil::new(&[term(k, -1.0), term(k - 1, 0.4), term(k - 2, 0.6)]);
-            contacts.push(common::contact(stencil.unwrap(), DVec3::Z, 0.0));
+            contacts.push(common::contact(stencil.expect("valid"), DVec3::Z, 0.0));
         }
     }
     let w: Vec<f64> = (0..count).map(|k| if k % 17 == 0 { 0.0 } else { 1.0 }).collect();
     let rows = rows(v.len(), &contacts, law(0.4));
-    let system = ContactSystem::new(&rows, &w, Order::Coloured).unwrap();
+    let system = ContactSystem::new(&rows, &w, Order::Coloured).expect("valid");
     let mut impulses = system.no_impulses();
-    system.solve(Level::Velocity, &mut v, &mut impulses, &SolverParams::default()).unwrap();
+    system.solve(Level::Velocity, &mut v, &mut impulses, &SolverParams::default()).expect("valid");
     let numbers = v.iter().flat_map(|v| v.to_array());
     let of_impulses = impulses.iter().flat_map(|i| [i.normal, i.tangent.x, i.tangent.y]);
     numbers.chain(of_impulses).fold(0xcbf2_9ce4_8422_2325, |hash, number| {

@@ -26,6 +26,8 @@ pub(super) struct Packed {
     pub(super) inverse_mass: Vec<f64>,
     levers: Vec<PackedLever>,
     origins: Vec<Origin>,
+    /// Terms of particles that cannot move.
+    fixed: Vec<Term>,
 }
 
 /// What a sweep reads of a row; one cache line.
@@ -58,15 +60,15 @@ struct PackedLever {
 }
 
 /// What a solution's start needs of a row.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 struct Origin {
     row: u32,
     depth: f64,
     law: ContactLaw,
     /// Velocity and acceleration of the rigid object.
     anchor: [DVec3; 2],
-    /// Terms of particles that cannot move.
-    fixed: Vec<Term>,
+    /// Where its fixed terms are.
+    fixed: [u32; 2],
 }
 
 /// One solution under way, rows in order of batches.
@@ -97,6 +99,7 @@ impl Packed {
             inverse_mass: inverse_mass.to_vec(),
             levers: Vec::new(),
             origins: Vec::with_capacity(order.len()),
+            fixed: Vec::new(),
         };
         for place in order {
             let number = movable[place as usize];
@@ -217,21 +220,39 @@ impl Packed {
 
     fn bias(&self, level: Level, q: &[DVec3]) -> Vec<DVec3> {
         let each = self.rows.iter().zip(&self.origins);
-        each.map(|(row, origin)| origin.bias(level, row, self.terms_of(row), q)).collect()
+        each.map(|(row, origin)| self.bias_of(level, row, origin, q)).collect()
+    }
+
+    /// b: the part of Q_c that the solution does not change, less the approach
+    /// that the proximity factor leaves.
+    fn bias_of(&self, level: Level, row: &PackedRow, origin: &Origin, q: &[DVec3]) -> DVec3 {
+        let terms = &self.fixed[origin.fixed[0] as usize..origin.fixed[1] as usize];
+        let fixed: DVec3 = terms.iter().map(|t| t.weight * q[t.particle as usize]).sum();
+        let given = match level {
+            Level::Position => return fixed + origin.depth * row.normal,
+            Level::Velocity => fixed + origin.anchor[0],
+            Level::Acceleration => fixed + origin.anchor[1],
+        };
+        let moving: DVec3 =
+            self.terms_of(row).iter().map(|t| t.weight * q[t.particle as usize]).sum();
+        let approach = (given + moving).dot(row.normal).max(0.0);
+        let factor = (1.0 + origin.depth / origin.law.margins().proximity()).clamp(0.0, 1.0);
+        given - (1.0 - factor) * approach * row.normal
     }
 
     fn push(&mut self, number: u32, row: &Row<'_>, levers: &[LeverRow]) {
-        let starts = [index(self.terms.len()), index(self.levers.len())];
-        let (movable, fixed): (Vec<Term>, Vec<Term>) =
-            row.terms.iter().partition(|term| moves(term, &self.inverse_mass));
-        let compliance: f64 = movable
-            .iter()
-            .map(|t| t.weight * t.weight * self.inverse_mass[t.particle as usize])
-            .sum();
-        self.terms.extend(movable.iter().map(|&Term { particle, weight }| {
+        let starts = [self.terms.len(), self.levers.len(), self.fixed.len()].map(index);
+        let mut compliance = 0.0;
+        for &term in row.terms {
+            let Term { particle, weight } = term;
             let step = weight * self.inverse_mass[particle as usize];
-            PackedTerm { particle, weight, step }
-        }));
+            if moves(&term, &self.inverse_mass) {
+                compliance += weight * step;
+                self.terms.push(PackedTerm { particle, weight, step });
+            } else {
+                self.fixed.push(term);
+            }
+        }
         self.levers.extend(levers.iter().map(|&lever| PackedLever {
             lever,
             inverse_mass: lever.particles.map(|k| self.inverse_mass[k as usize]),
@@ -253,7 +274,7 @@ impl Packed {
             depth: row.depth,
             law: row.law,
             anchor: [row.anchor.velocity, row.anchor.acceleration],
-            fixed,
+            fixed: [starts[2], index(self.fixed.len())],
         });
     }
 
@@ -295,23 +316,6 @@ pub(super) fn change(row: &PackedRow, from: Impulse, to: Impulse) -> f64 {
     let normal = (to.normal - from.normal).abs() / row.normal_step;
     let tangent = (to.tangent - from.tangent).length() / row.tangent_step;
     normal.max(tangent)
-}
-
-impl Origin {
-    /// b: the part of Q_c that the solution does not change, less the approach
-    /// that the proximity factor leaves.
-    fn bias(&self, level: Level, row: &PackedRow, terms: &[PackedTerm], q: &[DVec3]) -> DVec3 {
-        let fixed: DVec3 = self.fixed.iter().map(|t| t.weight * q[t.particle as usize]).sum();
-        let given = match level {
-            Level::Position => return fixed + self.depth * row.normal,
-            Level::Velocity => fixed + self.anchor[0],
-            Level::Acceleration => fixed + self.anchor[1],
-        };
-        let moving: DVec3 = terms.iter().map(|t| t.weight * q[t.particle as usize]).sum();
-        let approach = (given + moving).dot(row.normal).max(0.0);
-        let factor = (1.0 + self.depth / self.law.margins().proximity()).clamp(0.0, 1.0);
-        given - (1.0 - factor) * approach * row.normal
-    }
 }
 
 /// Levers in order of rows, found by row.
