@@ -80,7 +80,7 @@ fn products_are_derivatives_and_blocks_are_products() {
         let mut scene = scene(u)?;
         let direction: Vec<DVec3> =
             (0..7).map(|_| vector(u, 1.0)).collect::<arbitrary::Result<_>>()?;
-        let still = vec![DVec3::ZERO; 7];
+        let still = [DVec3::ZERO; 7];
         let epsilon = 1e-6;
         let shifted = |base: &[DVec3], by: f64| -> Vec<DVec3> {
             base.iter().zip(&direction).map(|(q, d)| *q + by * *d).collect()
@@ -148,9 +148,9 @@ fn check_difference(up: &[DVec3], down: &[DVec3], product: &[DVec3], epsilon: f6
 fn forces_keep_momentum_and_derivatives_do_not_gain_energy() {
     arbtest::arbtest(|u| {
         let scene = scene(u)?;
-        let rows = scene.rows(&vec![DVec3::ZERO; 7]);
+        let rows = scene.rows(&[DVec3::ZERO; 7]);
         let soft = SoftContacts::new(&rows, &scene.v, scene.law).expect("no overlap");
-        let forces = scene.forces(&vec![DVec3::ZERO; 7], &scene.v);
+        let forces = scene.forces(&[DVec3::ZERO; 7], &scene.v);
         assert!(forces.iter().sum::<DVec3>().length() < 1e-12 * (1.0 + sized(&forces)));
         let q: Vec<DVec3> = (0..7).map(|_| vector(u, 1.0)).collect::<arbitrary::Result<_>>()?;
         for by_position in [true, false] {
@@ -169,11 +169,11 @@ fn forces_keep_momentum_and_derivatives_do_not_gain_energy() {
 
 /// Solves (M − σ h C − σ² h² K) dv = h f + σ h² K v densely.
 fn dense_step(scene: &Scene, w: &[f64], force: &[DVec3], h: f64, sigma: f64) -> Vec<DVec3> {
-    let rows = scene.rows(&vec![DVec3::ZERO; 7]);
+    let rows = scene.rows(&[DVec3::ZERO; 7]);
     let soft = SoftContacts::new(&rows, &scene.v, scene.law).expect("no overlap");
     let n = 21;
     let mut a = vec![vec![0.0; n + 1]; n];
-    let mut right = vec![DVec3::ZERO; 7];
+    let mut right = [DVec3::ZERO; 7];
     for block in soft.stiffness_blocks() {
         let (i, j) = (block.row as usize, block.column as usize);
         right[i] += sigma * h * h * (block.value * scene.v[j]);
@@ -184,11 +184,11 @@ fn dense_step(scene: &Scene, w: &[f64], force: &[DVec3], h: f64, sigma: f64) -> 
     }
     for k in 0..7 {
         right[k] += h * force[k];
-        for c in 0..3 {
+        for (c, right) in right[k].to_array().into_iter().enumerate() {
             let row = 3 * k + c;
             if w[k] > 0.0 {
                 a[row][row] += 1.0 / w[k];
-                a[row][n] = right[k][c];
+                a[row][n] = right;
             } else {
                 a[row] = vec![0.0; n + 1];
                 a[row][row] = 1.0;
@@ -200,7 +200,7 @@ fn dense_step(scene: &Scene, w: &[f64], force: &[DVec3], h: f64, sigma: f64) -> 
 
 fn add_block(a: &mut [Vec<f64>], i: usize, j: usize, block: glam::DMat3) {
     for r in 0..3 {
-        for c in 0..3 {
+        for (c, right) in right[k].to_array().into_iter().enumerate() {
             a[3 * i + r][3 * j + c] += block.col(c)[r];
         }
     }
@@ -225,7 +225,7 @@ fn eliminate(mut a: Vec<Vec<f64>>) -> Vec<f64> {
 }
 
 fn implicit_is_dense<I: response::Implicit>(scene: &Scene, w: &[f64], force: &[DVec3], h: f64) {
-    let rows = scene.rows(&vec![DVec3::ZERO; 7]);
+    let rows = scene.rows(&[DVec3::ZERO; 7]);
     let soft = SoftContacts::new(&rows, &scene.v, scene.law).expect("no overlap");
     let step = TimeStep::<I>::new(h).expect("in range");
     let params = LinearParams { max_iterations: 500, tolerance: 1e-13 };
