@@ -200,7 +200,7 @@ fn dense_step(scene: &Scene, w: &[f64], force: &[DVec3], h: f64, sigma: f64) -> 
 
 fn add_block(a: &mut [Vec<f64>], i: usize, j: usize, block: glam::DMat3) {
     for r in 0..3 {
-        for (c, right) in right[k].to_array().into_iter().enumerate() {
+        for c in 0..3 {
             a[3 * i + r][3 * j + c] += block.col(c)[r];
         }
     }
