@@ -109,7 +109,7 @@ fn products_are_derivatives_and_blocks_are_products() {
             } else {
                 soft.add_damping(&direction, &mut product);
             }
-            let mut sum = vec![DVec3::ZERO; 7];
+            let mut sum = [DVec3::ZERO; 7];
             for block in blocks {
                 sum[block.row as usize] += block.value * direction[block.column as usize];
             }
