@@ -11,7 +11,9 @@
 //! rigid body systems", doctoral thesis, 1996, section 2.3.2. Here the step is the
 //! closed form for linear motion along one direction, rounded down and checked.
 
-use crate::polygon::{Corners, MovingPolygon};
+use std::ops::Range;
+
+use crate::polygon::{Corners, MovingPolygon, Shape};
 use crate::search::Search;
 
 /// A step this short is no step: times in `0..=1` are no finer than half of it.
@@ -28,20 +30,20 @@ const SEPARATION_SLACK: f64 = 1e-10;
 
 impl<const N: usize> Search<'_, N>
 where
-    MovingPolygon<N>: Corners<N>,
+    Shape<N>: Corners<N>,
 {
     /// The first time from `lo` on at which contact cannot be excluded, or at
     /// which the work allowed is used up; `None` if it can be up to `hi`.
-    pub(crate) fn advance(&self, lo: f64, hi: f64) -> Option<f64> {
+    pub(crate) fn advance(&self, polygon: &MovingPolygon<'_, N>, lo: f64, hi: f64) -> Option<f64> {
         let (mut t, mut piece) = (lo, hi - lo);
         let mut left = self.params.max_directions;
         while left > 0 {
             left -= 1;
-            let direction = self.closest(t).point;
+            let direction = polygon.closest(t).point;
             if direction.length() <= self.separation * (1.0 + SEPARATION_SLACK) {
                 return Some(t);
             }
-            let Some(until) = self.polygon.clear_until(direction, t, hi, self.separation) else {
+            let Some(until) = polygon.clear_until(direction, t, hi, self.separation) else {
                 return Some(t);
             };
             if until >= hi {
@@ -49,7 +51,7 @@ where
             }
             let from = std::mem::replace(&mut t, until);
             if until - from < SLOW * piece {
-                t = self.leap(t, hi, &mut piece, &mut left);
+                t = self.leap(polygon, t..hi, &mut piece, &mut left);
             }
             if t >= hi {
                 return None;
@@ -63,12 +65,19 @@ where
 
     /// Crosses pieces from `t` on with the direction of their middles, for as
     /// long as that goes.
-    fn leap(&self, mut t: f64, hi: f64, piece: &mut f64, left: &mut u32) -> f64 {
+    fn leap(
+        &self,
+        polygon: &MovingPolygon<'_, N>,
+        time: Range<f64>,
+        piece: &mut f64,
+        left: &mut u32,
+    ) -> f64 {
+        let (mut t, hi) = (time.start, time.end);
         while *left > 0 && t < hi && *piece >= LEAST_STEP {
             *left -= 1;
             let until = hi.min(t + *piece);
-            let direction = self.closest(0.5 * (t + until)).point;
-            if self.polygon.direction_separates(direction, t, until, self.separation) {
+            let direction = polygon.closest(0.5 * (t + until)).point;
+            if polygon.direction_separates(direction, t, until, self.separation) {
                 t = until;
                 *piece *= 2.0;
             } else {

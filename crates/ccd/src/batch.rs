@@ -9,8 +9,8 @@ use glam::DVec3;
 
 use crate::contact::{Contact, Params};
 use crate::error::{CcdError, StepEnd};
-use crate::lanes::{self, LANES, LaneCorners, LanePolygon, Vectors};
-use crate::polygon::{Corners, MovingPolygon, check_finite};
+use crate::lanes::{self, LANES, LaneCorners, Vectors};
+use crate::polygon::{Corners, Shape, check_finite};
 use crate::search::first_contact;
 
 /// Positions of all points at the start and the end of a step, known to be
@@ -162,8 +162,8 @@ impl<'a> Motion<'a> {
         params: &Params,
     ) -> Result<Vec<CandidateContact>, CcdError>
     where
-        MovingPolygon<N>: Corners<N>,
-        LanePolygon<N>: LaneCorners,
+        Shape<N>: Corners<N>,
+        Shape<N>: LaneCorners,
     {
         self.check(candidates, params)?;
         let chunks = map_chunks(candidates, |from, chunk| {
@@ -183,7 +183,7 @@ impl<'a> Motion<'a> {
         params: &Params,
     ) -> Result<Vec<usize>, CcdError>
     where
-        LanePolygon<N>: LaneCorners,
+        Shape<N>: LaneCorners,
     {
         self.check(candidates, params)?;
         let chunks = map_chunks(candidates, |from, chunk| {
@@ -206,8 +206,8 @@ impl<'a> Motion<'a> {
         params: &Params,
     ) -> Result<Option<CandidateContact>, CcdError>
     where
-        MovingPolygon<N>: Corners<N>,
-        LanePolygon<N>: LaneCorners,
+        Shape<N>: Corners<N>,
+        Shape<N>: LaneCorners,
     {
         self.check(candidates, params)?;
         let mut first: Option<CandidateContact> = None;
@@ -231,8 +231,8 @@ impl<'a> Motion<'a> {
         params: Params,
     ) -> Result<Option<CandidateContact>, CcdError>
     where
-        MovingPolygon<N>: Corners<N>,
-        LanePolygon<N>: LaneCorners,
+        Shape<N>: Corners<N>,
+        Shape<N>: LaneCorners,
     {
         let mut first = None;
         self.visit::<N>(from, chunk, params, |contact, t_max| {
@@ -252,8 +252,8 @@ impl<'a> Motion<'a> {
         mut found: impl FnMut(CandidateContact, &mut f64),
     ) -> Result<(), CcdError>
     where
-        MovingPolygon<N>: Corners<N>,
-        LanePolygon<N>: LaneCorners,
+        Shape<N>: Corners<N>,
+        Shape<N>: LaneCorners,
     {
         for (group, points) in chunk.chunks(LANES).enumerate() {
             for lane in bits(self.left_over::<N>(points, &params)) {
@@ -271,7 +271,7 @@ impl<'a> Motion<'a> {
     #[inline]
     fn left_over<const N: usize>(&self, points: &[[u32; 4]], params: &Params) -> u32
     where
-        LanePolygon<N>: LaneCorners,
+        Shape<N>: LaneCorners,
     {
         let last = points.len() - 1;
         let lanes: [[u32; 4]; LANES] = std::array::from_fn(|lane| points[lane.min(last)]);
@@ -279,7 +279,7 @@ impl<'a> Motion<'a> {
             std::array::from_fn(|i| Vectors::gather(lanes.map(|lane| x[lane[i] as usize])))
         };
         let (x0, x1) = (gather(self.x0), gather(self.x1));
-        lanes::left_over::<LanePolygon<N>>(&x0, &x1, params.t_max, params.min_separation)
+        lanes::left_over::<Shape<N>>(&x0, &x1, params.t_max, params.min_separation)
             & ((2 << last) - 1)
     }
 

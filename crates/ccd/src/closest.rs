@@ -5,6 +5,8 @@
 
 use glam::DVec3;
 
+use crate::polygon::{Corners, MovingPolygon, Shape};
+
 /// A point of a polygon.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Closest<const N: usize> {
@@ -13,29 +15,30 @@ pub(crate) struct Closest<const N: usize> {
     pub(crate) weights: [f64; N],
 }
 
-/// The point of a convex polygon closest to the origin. `weigh` turns edge
-/// functions into the weights of the origin, for a polygon with area.
-#[inline]
-pub(crate) fn closest<const N: usize>(
-    corners: &[DVec3; N],
-    weigh: fn([f64; N]) -> [f64; N],
-) -> Closest<N> {
-    let area = (corners[1] - corners[0]).cross(corners[N - 1] - corners[0]);
-    let squared = area.length_squared();
-    if squared > 0.0 {
-        let inside = edge_functions(corners, area);
-        if inside.iter().all(|&w| w >= 0.0) {
-            let point = area * (area.dot(corners[0]) / squared);
-            return Closest { point, weights: weigh(inside) };
+impl<const N: usize> MovingPolygon<'_, N>
+where
+    Shape<N>: Corners<N>,
+{
+    /// The point closest to the origin at time `t`.
+    pub(crate) fn closest(&self, t: f64) -> Closest<N> {
+        let corners = self.corners(t);
+        let area = (corners[1] - corners[0]).cross(corners[N - 1] - corners[0]);
+        let squared = area.length_squared();
+        if squared > 0.0 {
+            let inside = edge_functions(&corners, area);
+            if inside.iter().all(|&w| w >= 0.0) {
+                let point = area * (area.dot(corners[0]) / squared);
+                return Closest { point, weights: Shape::<N>::corner_weights(inside) };
+            }
         }
+        closest_on_edges(&corners)
     }
-    closest_on_edges(corners)
 }
 
 /// For each edge, the volume it spans with the origin and `area`: positive
 /// where the origin is on the inner side.
 #[inline]
-pub(crate) fn edge_functions<const N: usize>(corners: &[DVec3; N], area: DVec3) -> [f64; N] {
+fn edge_functions<const N: usize>(corners: &[DVec3; N], area: DVec3) -> [f64; N] {
     std::array::from_fn(|i| area.dot(corners[i].cross(corners[(i + 1) % N])))
 }
 

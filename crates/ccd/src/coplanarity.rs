@@ -12,7 +12,7 @@
 use glam::DVec3;
 
 use crate::cubic::Cubic;
-use crate::polygon::{Corners, MovingPolygon, Outline, larger, mix, most, separation_bound};
+use crate::polygon::{Corners, Outline, Shape, larger, mix, most, separation_bound};
 use crate::rounding::{AREA_DIRECTION, COPLANARITY, LENGTH_UP, NORMAL, UNDERFLOW};
 
 /// Area vectors of a moving polygon, and what bounds their errors.
@@ -50,7 +50,7 @@ impl<'a> Coplanarity<'a> {
     #[inline]
     pub(crate) fn areas_separate<const N: usize>(&self, end: f64, separation: f64) -> bool
     where
-        MovingPolygon<N>: Corners<N>,
+        Shape<N>: Corners<N>,
     {
         (0..2).any(|own| self.area_separates::<N>(own, end, separation))
     }
@@ -59,12 +59,12 @@ impl<'a> Coplanarity<'a> {
     #[inline]
     fn area_separates<const N: usize>(&self, own: usize, end: f64, separation: f64) -> bool
     where
-        MovingPolygon<N>: Corners<N>,
+        Shape<N>: Corners<N>,
     {
         let (n, other) = (self.areas[own], 1 - own);
         let (e, f) = (self.outline.first_edge[other], self.outline.last_edge[other]);
         let side = 1.0_f64.copysign(self.heights[own][0]);
-        let rise = MovingPolygon::<N>::least_rise(side * n.dot(e), side * n.dot(f));
+        let rise = Shape::<N>::least_rise(side * n.dot(e), side * n.dot(f));
         let mut least = self.heights[own].map(|height| side * height);
         least[other] += rise;
         let bound = self.area_bound + separation_bound(n, separation);

@@ -18,7 +18,7 @@ mod root;
 use glam::DVec3;
 use num_bigint::BigInt;
 
-use crate::polygon::{Corners, MovingPolygon};
+use crate::polygon::{Corners, Shape};
 use polynomial::{Polynomial, Sign};
 use root::{Root, Undecidable, isolate, sign_at};
 
@@ -46,7 +46,7 @@ const MOST_DIGITS: i32 = 256;
 /// Decides whether the polygon of a query holds the origin during `lo..=hi`.
 pub(crate) fn decide<const N: usize>(x0: &[DVec3; 4], x1: &[DVec3; 4], lo: f64, hi: f64) -> Decision
 where
-    MovingPolygon<N>: Corners<N>,
+    Shape<N>: Corners<N>,
 {
     let Some(points) = integers(x0, x1) else { return Decision::Open };
     let polygon = Polygon::<N>::new(points);
@@ -99,10 +99,10 @@ struct Polygon<const N: usize> {
 
 impl<const N: usize> Polygon<N>
 where
-    MovingPolygon<N>: Corners<N>,
+    Shape<N>: Corners<N>,
 {
     fn new([start, end]: [[Vector<BigInt>; 4]; 2]) -> Self {
-        let corners = MovingPolygon::<N>::PAIRS.map(|(to, from)| {
+        let corners = Shape::<N>::PAIRS.map(|(to, from)| {
             std::array::from_fn(|k| {
                 let (at_0, at_1) = (&start[to][k] - &start[from][k], &end[to][k] - &end[from][k]);
                 Polynomial::linear(at_0, &at_1)

@@ -14,6 +14,7 @@ use wide::f64x2 as Wide;
 #[cfg(target_feature = "avx")]
 use wide::f64x4 as Wide;
 
+use crate::polygon::Shape;
 use crate::rounding::{AREA_DIRECTION, COPLANARITY, LARGE, LENGTH_UP, NORMAL, SMALL, UNDERFLOW};
 
 /// Queries that are filtered together.
@@ -40,10 +41,7 @@ pub(crate) trait LaneCorners {
     fn least_rise(a: Wide, b: Wide) -> Wide;
 }
 
-/// Stands for polygons of `N` corners in lanes.
-pub(crate) struct LanePolygon<const N: usize>;
-
-impl LaneCorners for LanePolygon<3> {
+impl LaneCorners for Shape<3> {
     #[inline]
     fn differences(&[p, a, b, c]: &[Vectors; 4]) -> Differences {
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
@@ -56,7 +54,7 @@ impl LaneCorners for LanePolygon<3> {
     }
 }
 
-impl LaneCorners for LanePolygon<4> {
+impl LaneCorners for Shape<4> {
     #[inline]
     fn differences(&[a0, a1, b0, b1]: &[Vectors; 4]) -> Differences {
         let (low, high) = (b0.min(b1).minus(a0.max(a1)), b0.max(b1).minus(a0.min(a1)));

@@ -69,13 +69,17 @@ impl Scaling {
 
 /// A convex polygon with `N` corners (3 or 4) that move on straight lines.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct MovingPolygon<const N: usize> {
-    pub(crate) outline: Outline,
+pub(crate) struct MovingPolygon<'a, const N: usize> {
+    pub(crate) outline: &'a Outline,
     /// Corners at time 0.
     start: [DVec3; N],
     /// Corners at time 1.
     end: [DVec3; N],
 }
+
+/// Stands for the shape of a query: `N` corners, 3 for a vertex and a face, 4
+/// for two edges.
+pub(crate) struct Shape<const N: usize>;
 
 /// Corner 0 and its two edges, smallest and largest coordinates, at one time.
 type Differences = [DVec3; 5];
@@ -107,7 +111,7 @@ pub(crate) trait Corners<const N: usize>: Sized {
     fn corner_weights(edge_functions: [f64; N]) -> [f64; N];
 }
 
-impl Corners<3> for MovingPolygon<3> {
+impl Corners<3> for Shape<3> {
     const PAIRS: [(usize, usize); 3] = [(1, 0), (2, 0), (3, 0)];
 
     #[inline]
@@ -142,7 +146,7 @@ impl Corners<3> for MovingPolygon<3> {
     }
 }
 
-impl Corners<4> for MovingPolygon<4> {
+impl Corners<4> for Shape<4> {
     const PAIRS: [(usize, usize); 4] = [(2, 0), (3, 0), (3, 1), (2, 1)];
 
     #[inline]
@@ -184,7 +188,7 @@ impl Outline {
     #[inline]
     pub(crate) fn new<const N: usize>(x0: &[DVec3; 4], x1: &[DVec3; 4]) -> Result<Self, CcdError>
     where
-        MovingPolygon<N>: Corners<N>,
+        Shape<N>: Corners<N>,
     {
         let (mut outline, finite) = Self::unscaled::<N>(x0, x1);
         if !(finite && (SMALL..=LARGE).contains(&outline.size())) {
@@ -197,10 +201,10 @@ impl Outline {
     #[inline]
     fn unscaled<const N: usize>(x0: &[DVec3; 4], x1: &[DVec3; 4]) -> (Self, bool)
     where
-        MovingPolygon<N>: Corners<N>,
+        Shape<N>: Corners<N>,
     {
-        let [c0, e0, f0, low_0, high_0] = MovingPolygon::<N>::differences(x0);
-        let [c1, e1, f1, low_1, high_1] = MovingPolygon::<N>::differences(x1);
+        let [c0, e0, f0, low_0, high_0] = Shape::<N>::differences(x0);
+        let [c1, e1, f1, low_1, high_1] = Shape::<N>::differences(x1);
         // An infinity or a NaN in any point survives the sum.
         let sum = (c0 + e0 + f0) + (c1 + e1 + f1);
         let outline = Self {
@@ -219,7 +223,7 @@ impl Outline {
     #[inline(never)]
     fn rescaled<const N: usize>(x0: &[DVec3; 4], x1: &[DVec3; 4]) -> Result<Self, CcdError>
     where
-        MovingPolygon<N>: Corners<N>,
+        Shape<N>: Corners<N>,
     {
         check_finite(x0, StepEnd::Start)?;
         check_finite(x1, StepEnd::Finish)?;
@@ -284,25 +288,38 @@ impl Outline {
     }
 }
 
-impl<const N: usize> MovingPolygon<N>
+impl<'a, const N: usize> MovingPolygon<'a, N>
 where
-    Self: Corners<N>,
+    Shape<N>: Corners<N>,
 {
     /// The polygon with an outline, of the same points.
     #[inline]
-    pub(crate) fn new(outline: Outline, points: [&[DVec3; 4]; 2]) -> Self {
-        let corners = |x: &[DVec3; 4]| Self::PAIRS.map(|(to, from)| x[to] - x[from]);
+    pub(crate) fn new(outline: &'a Outline, [x0, x1]: [&[DVec3; 4]; 2]) -> Self {
+        if outline.scaling != Scaling::NONE {
+            return Self::scaled(outline, [x0, x1]);
+        }
+        Self { outline, start: corners(x0), end: corners(x1) }
+    }
+
+    #[cold]
+    fn scaled(outline: &'a Outline, points: [&[DVec3; 4]; 2]) -> Self {
         let scaling = outline.scaling;
-        let [start, end] = if scaling == Scaling::NONE {
-            points.map(corners)
-        } else {
-            points.map(|x| corners(&x.map(|x| scaling.point(x))).map(|q| scaling.difference(q)))
-        };
+        let [start, end] = points
+            .map(|x| corners::<N>(&x.map(|x| scaling.point(x))).map(|q| scaling.difference(q)));
         Self { outline, start, end }
     }
 }
 
-impl<const N: usize> MovingPolygon<N> {
+/// Corners of the polygon of four points.
+#[inline]
+fn corners<const N: usize>(x: &[DVec3; 4]) -> [DVec3; N]
+where
+    Shape<N>: Corners<N>,
+{
+    std::array::from_fn(|i| x[Shape::<N>::PAIRS[i].0] - x[Shape::<N>::PAIRS[i].1])
+}
+
+impl<const N: usize> MovingPolygon<'_, N> {
     /// `E(m)`: what the projections onto `m` must exceed for the direction
     /// certificate to hold with the given separation.
     #[inline]

@@ -7,28 +7,23 @@
 
 use glam::DVec3;
 
-use crate::closest::{Closest, closest};
 use crate::contact::{Certainty, Contact, Params};
 use crate::coplanarity::Coplanarity;
 use crate::cubic::{Cubic, RootInterval, RootKind};
 use crate::error::CcdError;
-use crate::polygon::{Corners, MovingPolygon, Outline, mix_points};
+use crate::polygon::{Corners, MovingPolygon, Outline, Shape, mix_points};
 use crate::rounding::{EDGE_FUNCTION, EDGE_FUNCTION_RATE, UNDERFLOW, UNIT};
 
 /// An interval longer than this is searched piece by piece: within a shorter
 /// one a time cannot be improved by much, and its start is the answer.
 const SHORT: f64 = 1e-9;
 
-/// A moving polygon, its cubic, and what is asked of them.
+/// The outline of a moving polygon, its cubic, and what is asked of them.
 pub(crate) struct Search<'a, const N: usize> {
-    pub(crate) polygon: MovingPolygon<N>,
+    pub(crate) outline: &'a Outline,
     pub(crate) cubic: Cubic,
     pub(crate) params: &'a Params,
-    /// The points that the polygon was made of, at both ends of the step.
-    #[cfg_attr(
-        not(feature = "exact"),
-        expect(dead_code, reason = "only exact arithmetic returns to them")
-    )]
+    /// The points that the outline was made of, at both ends of the step.
     pub(crate) points: [&'a [DVec3; 4]; 2],
     /// Minimum separation in the polygon's scaled unit.
     pub(crate) separation: f64,
@@ -55,7 +50,7 @@ pub(crate) fn first_contact<const N: usize>(
     params: &Params,
 ) -> Result<Option<Contact>, CcdError>
 where
-    MovingPolygon<N>: Corners<N>,
+    Shape<N>: Corners<N>,
 {
     let outline = Outline::new::<N>(x0, x1)?;
     let separation = outline.scaling.length(params.min_separation);
@@ -72,15 +67,14 @@ where
         return Ok(None);
     }
     let points = [x0, x1];
-    let polygon = MovingPolygon::new(outline, points);
-    let search = Search { polygon, cubic, params, points, separation };
+    let search = Search::<N> { outline: &outline, cubic, params, points, separation };
     let intervals = cubic.isolate_until(params.t_max, margin);
     Ok(intervals.iter().find_map(|interval| search.examine(interval)))
 }
 
 impl<const N: usize> Search<'_, N>
 where
-    MovingPolygon<N>: Corners<N>,
+    Shape<N>: Corners<N>,
 {
     /// The first contact in an interval, or none if it can be excluded there.
     #[inline]
@@ -92,26 +86,29 @@ where
                 RootKind::Falling => return Some(self.crossing(interval, &place, -1.0)),
                 RootKind::Grazing | RootKind::Vanishing => {}
             }
-        } else if self.outside_an_edge(interval, &place) {
+        } else if self.outside_an_edge(&self.polygon(), interval, &place) {
             return None;
         }
         self.search(interval)
+    }
+
+    /// The polygon with all its corners, which a certain crossing does not need.
+    #[inline]
+    pub(crate) fn polygon(&self) -> MovingPolygon<'_, N> {
+        MovingPolygon::new(self.outline, self.points)
     }
 
     /// Where the origin is, relative to the edges, in the middle of an interval.
     #[inline]
     pub(crate) fn place(&self, interval: &RootInterval) -> Place<N> {
         let t = 0.5 * (interval.lo + interval.hi);
-        let outline = &self.polygon.outline;
+        let outline = self.outline;
         let [first, last] = outline.edges(t);
         let corner = mix_points(outline.corner[0], outline.corner[1], t);
         let area = first.cross(last);
         let turned = area.cross(corner);
-        let edge_functions = MovingPolygon::<N>::edge_functions(
-            turned.dot(first),
-            -turned.dot(last),
-            area.dot(area),
-        );
+        let edge_functions =
+            Shape::<N>::edge_functions(turned.dot(first), -turned.dot(last), area.dot(area));
         let bound = self.edge_function_bound(area, interval.hi - interval.lo);
         let is_inside = edge_functions.iter().all(|&w| w > bound);
         Place { edges: [first, last], area, edge_functions, is_inside }
@@ -121,22 +118,25 @@ where
     /// around the time at which they were taken.
     #[inline]
     fn edge_function_bound(&self, area: DVec3, length: f64) -> f64 {
-        let q = self.polygon.outline.reach();
+        let q = self.outline.reach();
         let crossed = DVec3::new(q.y * q.z, q.z * q.x, q.x * q.y);
         (EDGE_FUNCTION + EDGE_FUNCTION_RATE * length) * area.abs().dot(crossed) + UNDERFLOW
     }
 
     /// Direction certificate across an edge that has the origin on its outer side.
     #[inline]
-    pub(crate) fn outside_an_edge(&self, interval: &RootInterval, place: &Place<N>) -> bool {
+    pub(crate) fn outside_an_edge(
+        &self,
+        polygon: &MovingPolygon<'_, N>,
+        interval: &RootInterval,
+        place: &Place<N>,
+    ) -> bool {
         let [first, last] = place.edges;
-        let edges = MovingPolygon::<N>::edges(first, last);
+        let edges = Shape::<N>::edges(first, last);
         let (lo, hi) = (interval.lo, interval.hi);
         for (edge, edge_function) in edges.into_iter().zip(place.edge_functions) {
             let inward = place.area.cross(edge);
-            if edge_function < 0.0
-                && self.polygon.direction_separates(inward, lo, hi, self.separation)
-            {
+            if edge_function < 0.0 && polygon.direction_separates(inward, lo, hi, self.separation) {
                 return true;
             }
         }
@@ -148,14 +148,15 @@ where
     #[inline]
     fn crossing(&self, interval: &RootInterval, place: &Place<N>, side: f64) -> Contact {
         let long = interval.hi - interval.lo > SHORT;
-        let later = if long { self.advance(interval.lo, interval.hi) } else { None };
-        let weights = MovingPolygon::<N>::corner_weights(place.edge_functions);
+        let later =
+            if long { self.advance(&self.polygon(), interval.lo, interval.hi) } else { None };
+        let weights = Shape::<N>::corner_weights(place.edge_functions);
         Contact {
             lo: later.unwrap_or(interval.lo),
             hi: interval.hi,
             certainty: Certainty::Certain,
             at_start: false,
-            weights: MovingPolygon::<N>::stencil(weights),
+            weights: Shape::<N>::stencil(weights),
             normal: place.area * (side / place.area.length()),
         }
     }
@@ -163,7 +164,7 @@ where
     /// Searches an interval piece by piece, by directions.
     #[inline(never)]
     fn search(&self, interval: &RootInterval) -> Option<Contact> {
-        let lo = self.clear_from(interval.lo, interval.hi)?;
+        let lo = self.clear_from(&self.polygon(), interval.lo, interval.hi)?;
         self.undecided(RootInterval { lo, ..*interval })
     }
 
@@ -197,7 +198,7 @@ where
 
     /// The contact to report where rounding leaves it open.
     fn possible(&self, interval: RootInterval) -> Contact {
-        let nearest = self.closest(interval.lo);
+        let nearest = self.polygon().closest(interval.lo);
         let distance = nearest.point.length();
         let close = self.separation * (1.0 - 8.0 * UNIT) - self.rounding();
         Contact {
@@ -205,7 +206,7 @@ where
             hi: interval.hi,
             certainty: if distance < close { Certainty::Certain } else { Certainty::Possible },
             at_start: interval.lo == 0.0,
-            weights: MovingPolygon::<N>::stencil(nearest.weights),
+            weights: Shape::<N>::stencil(nearest.weights),
             normal: self.normal(&interval, nearest.point),
         }
     }
@@ -213,7 +214,7 @@ where
     /// Unit direction away from the closest point, or of the plane, whichever
     /// is known; an axis where neither is.
     fn normal(&self, interval: &RootInterval, closest: DVec3) -> DVec3 {
-        let area = self.polygon.outline.area_vector(interval.lo);
+        let area = self.outline.area_vector(interval.lo);
         let plane = if self.cubic.value(interval.lo) > 0.0 { -area } else { area };
         let known = closest.length() > 16.0 * self.rounding();
         let candidates = if known { [-closest, plane] } else { [plane, -closest] };
@@ -222,25 +223,21 @@ where
 
     /// Bound on the rounding of a point of the polygon.
     fn rounding(&self) -> f64 {
-        16.0 * UNIT * self.polygon.outline.reach().element_sum()
-    }
-
-    pub(crate) fn closest(&self, t: f64) -> Closest<N> {
-        closest(&self.polygon.corners(t), MovingPolygon::<N>::corner_weights)
+        16.0 * UNIT * self.outline.reach().element_sum()
     }
 
     /// The first time from `lo` on at which contact cannot be excluded; `None`
     /// if it can up to `hi`.
-    fn clear_from(&self, lo: f64, hi: f64) -> Option<f64> {
+    fn clear_from(&self, polygon: &MovingPolygon<'_, N>, lo: f64, hi: f64) -> Option<f64> {
         if hi - lo < SHORT {
-            let direction = self.closest(0.5 * (lo + hi)).point;
-            if self.polygon.direction_separates(direction, lo, hi, self.separation) {
+            let direction = polygon.closest(0.5 * (lo + hi)).point;
+            if polygon.direction_separates(direction, lo, hi, self.separation) {
                 return None;
             }
             if lo > 0.0 {
                 return Some(lo);
             }
         }
-        self.advance(lo, hi)
+        self.advance(polygon, lo, hi)
     }
 }

@@ -74,13 +74,9 @@ impl Part {
     #[inline]
     fn direction(&self) -> f64 {
         let [b0, b1, b2, b3] = self.b;
-        if b0 <= b1 && b1 <= b2 && b2 <= b3 {
-            1.0
-        } else if b0 >= b1 && b1 >= b2 && b2 >= b3 {
-            -1.0
-        } else {
-            0.0
-        }
+        let side = 1.0_f64.copysign(b3 - b0);
+        let [d0, d1, d2] = [side * (b1 - b0), side * (b2 - b1), side * (b3 - b2)];
+        if smaller(smaller(d0, d1), d2) >= 0.0 { side } else { 0.0 }
     }
 
     /// A critical point well inside, otherwise the middle, in `0..1` of the part.
