@@ -77,8 +77,9 @@ impl<'a> Coplanarity<'a> {
         let mixed = self.mixed_area();
         let [a0, a1] = self.outline.corner;
         let [[b0, h01], [h10, b3]] = self.heights;
-        let b1 = (h01 + a0.dot(mixed)) / 3.0;
-        let b2 = (h10 + a1.dot(mixed)) / 3.0;
+        let third = 1.0 / 3.0;
+        let b1 = (h01 + a0.dot(mixed)) * third;
+        let b2 = (h10 + a1.dot(mixed)) * third;
         let permanent = most(a0.abs(), a1.abs()).dot(self.permanent);
         Cubic::new([b0, b1, b2, b3], COPLANARITY * permanent + UNDERFLOW)
     }

@@ -174,9 +174,9 @@ impl Filter {
         let [[e0, e1], [f0, f1]] = self.edges;
         let [a0, a1] = self.corner;
         let mixed = e0.cross(f1).plus(e1.cross(f0));
-        let three = Wide::splat(3.0);
+        let third = Wide::splat(1.0 / 3.0);
         let [[b0, h01], [h10, b3]] = self.heights;
-        let (b1, b2) = ((h01 + a0.dot(mixed)) / three, (h10 + a1.dot(mixed)) / three);
+        let (b1, b2) = ((h01 + a0.dot(mixed)) * third, (h10 + a1.dot(mixed)) * third);
         let error = Wide::splat(COPLANARITY) * a0.abs().max(a1.abs()).dot(self.permanent)
             + Wide::splat(UNDERFLOW);
         one_signed([b0, b1, b2, b3], error + self.margin(mixed))

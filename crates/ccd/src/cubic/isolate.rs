@@ -136,13 +136,17 @@ impl Isolation<'_> {
         let from_below = rising[0] < -far;
         let to_above = rising[3] > far;
         let (before, after) = if from_below && to_above && self.margin == 0.0 {
-            let hint = solve(rising, 0.0);
-            (hint, hint)
+            let root = solve(rising, 0.0);
+            // How far from the root the value is expected to be far enough.
+            let share = 1.25 * far / root.slope;
+            let share = if share <= 1.0 { share } else { 0.0 };
+            (Hint { t: root.t, share }, Hint { t: root.t, share })
         } else {
-            (
-                if from_below { solve(rising, -far) } else { Hint::AT_START },
-                if to_above { solve(rising, far) } else { Hint::AT_START },
-            )
+            let at = |needed: bool, value: f64| Hint {
+                t: if needed { solve(rising, value).t } else { 0.0 },
+                share: 0.0,
+            };
+            (at(from_below, -far), at(to_above, far))
         };
         let lo = if from_below { self.widen(part, before, -far, direction) } else { None };
         let hi = if to_above { self.widen(part, after, far, direction) } else { None };
@@ -164,8 +168,7 @@ impl Isolation<'_> {
     fn widen(&self, part: &Part, hint: Hint, target: f64, direction: f64) -> Option<f64> {
         let length = part.hi - part.lo;
         let root = part.lo + hint.t * length;
-        let share = 1.25 * hint.distance_to(target);
-        let mut step = (share * length + 2.0 * f64::EPSILON * part.hi).copysign(target);
+        let mut step = (hint.share * length + 2.0 * f64::EPSILON * part.hi).copysign(target);
         for _ in 0..WIDENINGS {
             let t = root + step;
             if !(part.lo < t && t < part.hi) {
@@ -184,23 +187,18 @@ impl Isolation<'_> {
 /// Widenings by a factor of 4 that take a step from the smallest to the whole.
 const WIDENINGS: u32 = 32;
 
-/// Where a rising cubic is supposed to reach a value, and how steeply.
+/// Where a cubic is supposed to be beyond a value: a part's time `t`, and the
+/// share of the part further.
 #[derive(Clone, Copy)]
 struct Hint {
     t: f64,
-    value: f64,
-    slope: f64,
+    share: f64,
 }
 
-impl Hint {
-    const AT_START: Self = Self { t: 0.0, value: 0.0, slope: 1.0 };
-
-    /// How far in `t` the cubic takes from the hint to `target`.
-    #[inline]
-    fn distance_to(self, target: f64) -> f64 {
-        let distance = (target - self.value).abs() / self.slope;
-        if distance <= 1.0 { distance } else { 0.0 }
-    }
+/// Where a rising cubic reaches a value, and its slope there.
+struct Solution {
+    t: f64,
+    slope: f64,
 }
 
 /// Steps at most; bisection takes over where they leave the bracket, and 60 of
@@ -208,12 +206,12 @@ impl Hint {
 const MOST_STEPS: u32 = 60;
 
 /// A step this short leaves an error of its cube, which is below rounding.
-const LAST_STEP: f64 = 1e-5;
+const LAST_STEP: f64 = 2e-5;
 
 /// Where a cubic with rising Bernstein coefficients reaches `value`, which
 /// lies between its first and its last: Halley's iteration within a bracket.
 #[inline]
-fn solve([b0, b1, b2, b3]: [f64; 4], value: f64) -> Hint {
+fn solve([b0, b1, b2, b3]: [f64; 4], value: f64) -> Solution {
     let (c0, c1) = (b0 - value, 3.0 * (b1 - b0));
     let (c2, c3) = (3.0 * (b2 - 2.0 * b1 + b0), b3 - b0 - 3.0 * (b2 - b1));
     let (mut lo, mut hi) = (0.0, 1.0);
@@ -236,5 +234,5 @@ fn solve([b0, b1, b2, b3]: [f64; 4], value: f64) -> Hint {
             break;
         }
     }
-    Hint { t, value, slope }
+    Solution { t, slope }
 }
