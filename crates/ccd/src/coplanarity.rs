@@ -63,6 +63,9 @@ impl<'a> Coplanarity<'a> {
     {
         let (n, other) = (self.areas[own], 1 - own);
         let (e, f) = (self.outline.first_edge[other], self.outline.last_edge[other]);
+        if self.heights[own][0] * self.heights[own][1] <= 0.0 {
+            return false;
+        }
         let side = 1.0_f64.copysign(self.heights[own][0]);
         let rise = Shape::<N>::least_rise(side * n.dot(e), side * n.dot(f));
         let mut least = self.heights[own].map(|height| side * height);
