@@ -20,9 +20,10 @@ where
     Shape<N>: Corners<N>,
 {
     /// The point closest to the origin at time `t`.
+    #[inline]
     pub(crate) fn closest(&self, t: f64) -> Closest<N> {
         let corners = self.corners(t);
-        let area = (corners[1] - corners[0]).cross(corners[N - 1] - corners[0]);
+        let area = self.outline.area_vector(t);
         let squared = area.length_squared();
         if squared > 0.0 {
             let inside = edge_functions(&corners, area);
@@ -36,7 +37,8 @@ where
 }
 
 /// For each edge, the volume it spans with the origin and `area`: positive
-/// where the origin is on the inner side.
+/// where the origin is on the inner side. Each is computed by itself, since
+/// with edges that are nearly parallel their sum says nothing of them.
 #[inline]
 fn edge_functions<const N: usize>(corners: &[DVec3; N], area: DVec3) -> [f64; N] {
     std::array::from_fn(|i| area.dot(corners[i].cross(corners[(i + 1) % N])))

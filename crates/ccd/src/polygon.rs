@@ -363,6 +363,11 @@ impl<const N: usize> MovingPolygon<'_, N> {
         [close, safe].into_iter().find(|&until| until > t && holds(until)).or(Some(t))
     }
 
+    /// Velocity of the point with the given weights of the corners.
+    pub(crate) fn velocity(&self, weights: [f64; N]) -> DVec3 {
+        (0..N).map(|i| (self.end[i] - self.start[i]) * weights[i]).sum()
+    }
+
     /// Corners at time `t`.
     #[inline]
     pub(crate) fn corners(&self, t: f64) -> [DVec3; N] {

@@ -148,8 +148,8 @@ where
     #[inline]
     fn crossing(&self, interval: &RootInterval, place: &Place<N>, side: f64) -> Contact {
         let long = interval.hi - interval.lo > SHORT;
-        let later =
-            if long { self.advance(&self.polygon(), interval.lo, interval.hi) } else { None };
+        let ends = [interval.lo, interval.hi];
+        let later = if long { self.advance(&self.polygon(), ends, true) } else { None };
         let weights = Shape::<N>::corner_weights(place.edge_functions);
         Contact {
             lo: later.unwrap_or(interval.lo),
@@ -164,14 +164,31 @@ where
     /// Searches an interval piece by piece, by directions.
     #[inline(never)]
     fn search(&self, interval: &RootInterval) -> Option<Contact> {
-        let lo = self.clear_from(&self.polygon(), interval.lo, interval.hi)?;
-        self.undecided(RootInterval { lo, ..*interval })
+        let polygon = self.polygon();
+        let (lo, hi) = (interval.lo, interval.hi);
+        let within = self.time_within_separation(&polygon, interval);
+        if hi - lo < SHORT && within.is_none() {
+            let direction = polygon.closest(0.5 * (lo + hi)).point;
+            if polygon.direction_separates(direction, lo, hi, self.separation) {
+                return None;
+            }
+            if lo > 0.0 {
+                return self.undecided(*interval);
+            }
+        }
+        let lo = self.advance(&polygon, [lo, hi], within.is_some())?;
+        match within {
+            Some(hi) => {
+                Some(self.reported(&RootInterval { lo, hi, ..*interval }, Certainty::Certain))
+            }
+            None => self.undecided(RootInterval { lo, ..*interval }),
+        }
     }
 
     /// What becomes of an interval at whose start no direction holds.
     #[cfg(not(feature = "exact"))]
     fn undecided(&self, interval: RootInterval) -> Option<Contact> {
-        Some(self.possible(interval))
+        Some(self.reported(&interval, Certainty::Possible))
     }
 
     /// What becomes of an interval at whose start no direction holds.
@@ -180,7 +197,7 @@ where
         use crate::contact::Undecided;
         use crate::exact::{Decision, decide};
 
-        let possible = self.possible(interval);
+        let possible = self.reported(&interval, Certainty::Possible);
         if self.params.undecided == Undecided::Report || self.separation > 0.0 {
             return Some(possible);
         }
@@ -196,19 +213,34 @@ where
         }
     }
 
-    /// The contact to report where rounding leaves it open.
-    fn possible(&self, interval: RootInterval) -> Contact {
-        let nearest = self.polygon().closest(interval.lo);
-        let distance = nearest.point.length();
-        let close = self.separation * (1.0 - 8.0 * UNIT) - self.rounding();
+    /// The contact to report where no crossing is certain.
+    fn reported(&self, interval: &RootInterval, certainty: Certainty) -> Contact {
+        let (lo, hi) = (interval.lo, interval.hi);
+        let nearest = self.polygon().closest(lo);
         Contact {
-            lo: interval.lo,
-            hi: interval.hi,
-            certainty: if distance < close { Certainty::Certain } else { Certainty::Possible },
-            at_start: interval.lo == 0.0,
+            lo,
+            hi,
+            certainty,
+            at_start: lo <= 0.0,
             weights: Shape::<N>::stencil(nearest.weights),
-            normal: self.normal(&interval, nearest.point),
+            normal: self.normal(interval, nearest.point),
         }
+    }
+
+    /// A time in an interval at which the polygon certainly is within the
+    /// separation of the origin: the middle of it, if any is found.
+    fn time_within_separation(
+        &self,
+        polygon: &MovingPolygon<'_, N>,
+        interval: &RootInterval,
+    ) -> Option<f64> {
+        if self.separation <= 0.0 {
+            return None;
+        }
+        let close = self.separation * (1.0 - 8.0 * UNIT) - self.rounding();
+        let middle = 0.5 * (interval.lo + interval.hi);
+        let mut times = [middle, interval.lo].into_iter();
+        times.find(|&t| polygon.closest(t).point.length() < close)
     }
 
     /// Unit direction away from the closest point, or of the plane, whichever
@@ -224,20 +256,5 @@ where
     /// Bound on the rounding of a point of the polygon.
     fn rounding(&self) -> f64 {
         16.0 * UNIT * self.outline.reach().element_sum()
-    }
-
-    /// The first time from `lo` on at which contact cannot be excluded; `None`
-    /// if it can up to `hi`.
-    fn clear_from(&self, polygon: &MovingPolygon<'_, N>, lo: f64, hi: f64) -> Option<f64> {
-        if hi - lo < SHORT {
-            let direction = polygon.closest(0.5 * (lo + hi)).point;
-            if polygon.direction_separates(direction, lo, hi, self.separation) {
-                return None;
-            }
-            if lo > 0.0 {
-                return Some(lo);
-            }
-        }
-        self.advance(polygon, lo, hi)
     }
 }

@@ -135,19 +135,7 @@ impl Isolation<'_> {
         let rising = part.b.map(|b| direction * b);
         let from_below = rising[0] < -far;
         let to_above = rising[3] > far;
-        let (before, after) = if from_below && to_above && self.margin == 0.0 {
-            let root = solve(rising, 0.0);
-            // How far from the root the value is expected to be far enough.
-            let share = 1.25 * far / root.slope;
-            let share = if share <= 1.0 { share } else { 0.0 };
-            (Hint { t: root.t, share }, Hint { t: root.t, share })
-        } else {
-            let at = |needed: bool, value: f64| Hint {
-                t: if needed { solve(rising, value).t } else { 0.0 },
-                share: 0.0,
-            };
-            (at(from_below, -far), at(to_above, far))
-        };
+        let (before, after) = self.hints(rising, far);
         let lo = if from_below { self.widen(part, before, -far, direction) } else { None };
         let hi = if to_above { self.widen(part, after, far, direction) } else { None };
         let kind = match (lo, hi) {
@@ -160,6 +148,29 @@ impl Isolation<'_> {
         if lo <= hi {
             self.roots.push(RootInterval { lo, hi, kind });
         }
+    }
+
+    /// Where a rising cubic is supposed to be further than `far` from zero, on
+    /// either side, if it gets there.
+    #[inline]
+    fn hints(&self, rising: [f64; 4], far: f64) -> (Hint, Hint) {
+        let secant = |value: f64| (value - rising[0]) / (rising[3] - rising[0]);
+        if rising[0] >= -far || rising[3] <= far {
+            let at = |value: f64| Hint { t: solve(rising, value, secant(value)).t, share: 0.0 };
+            return (at(-far), at(far));
+        }
+        let root = solve(rising, 0.0, secant(0.0));
+        let share = far / root.slope;
+        let share = if share <= 1.0 { share } else { 0.0 };
+        if self.margin == 0.0 {
+            let hint = Hint { t: root.t, share: 1.25 * share };
+            return (hint, hint);
+        }
+        let from = |value: f64, start: f64| Hint {
+            t: solve(rising, value, start.clamp(0.0, 1.0)).t,
+            share: 0.0,
+        };
+        (from(-far, root.t - share), from(far, root.t + share))
     }
 
     /// The first point on the side of `target` of a hint at which the cubic is
@@ -209,13 +220,14 @@ const MOST_STEPS: u32 = 60;
 const LAST_STEP: f64 = 2e-5;
 
 /// Where a cubic with rising Bernstein coefficients reaches `value`, which
-/// lies between its first and its last: Halley's iteration within a bracket.
+/// lies between its first and its last: Halley's iteration from `start`,
+/// within a bracket.
 #[inline]
-fn solve([b0, b1, b2, b3]: [f64; 4], value: f64) -> Solution {
+fn solve([b0, b1, b2, b3]: [f64; 4], value: f64, start: f64) -> Solution {
     let (c0, c1) = (b0 - value, 3.0 * (b1 - b0));
     let (c2, c3) = (3.0 * (b2 - 2.0 * b1 + b0), b3 - b0 - 3.0 * (b2 - b1));
     let (mut lo, mut hi) = (0.0, 1.0);
-    let mut t = c0 / (b0 - b3);
+    let mut t = start;
     let mut slope = 0.0;
     for _ in 0..MOST_STEPS {
         let f = ((c3 * t + c2) * t + c1) * t + c0;
