@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use crate::polygon::{Corners, MovingPolygon, Shape};
+use crate::polygon::{Corners, MovingPolygon, Shape, mix_points};
 
 /// A point of a polygon.
 #[derive(Clone, Copy, Debug)]
@@ -22,26 +22,20 @@ where
     /// The point closest to the origin at time `t`.
     #[inline]
     pub(crate) fn closest(&self, t: f64) -> Closest<N> {
-        let corners = self.corners(t);
-        let area = self.outline.area_vector(t);
+        let [first, last] = self.outline.edges(t);
+        let corner = mix_points(self.outline.corner[0], self.outline.corner[1], t);
+        let area = first.cross(last);
         let squared = area.length_squared();
         if squared > 0.0 {
-            let inside = edge_functions(&corners, area);
+            let turned = area.cross(corner);
+            let inside = Shape::<N>::edge_functions(turned.dot(first), -turned.dot(last), squared);
             if inside.iter().all(|&w| w >= 0.0) {
-                let point = area * (area.dot(corners[0]) / squared);
+                let point = area * (area.dot(corner) / squared);
                 return Closest { point, weights: Shape::<N>::corner_weights(inside) };
             }
         }
-        closest_on_edges(&corners)
+        closest_on_edges(&self.corners(t))
     }
-}
-
-/// For each edge, the volume it spans with the origin and `area`: positive
-/// where the origin is on the inner side. Each is computed by itself, since
-/// with edges that are nearly parallel their sum says nothing of them.
-#[inline]
-fn edge_functions<const N: usize>(corners: &[DVec3; N], area: DVec3) -> [f64; N] {
-    std::array::from_fn(|i| area.dot(corners[i].cross(corners[(i + 1) % N])))
 }
 
 fn closest_on_edges<const N: usize>(corners: &[DVec3; N]) -> Closest<N> {
