@@ -119,7 +119,7 @@ where
         if !volume.is_zero() {
             return self.first_among(&volume, lo, hi);
         }
-        if self.holds_origin(&Root::at(lo))? {
+        if self.holds_origin(&mut Root::at(lo))? {
             return Ok(Some(Root::at(lo)));
         }
         let mut first: Option<Root> = None;
@@ -142,7 +142,7 @@ where
         hi: u128,
     ) -> Result<Option<Root>, Undecidable> {
         for mut root in isolate(polynomial, lo, hi)? {
-            if self.holds_origin(&root)? {
+            if self.holds_origin(&mut root)? {
                 root.narrow();
                 return Ok(Some(root));
             }
@@ -160,7 +160,7 @@ where
     }
 
     /// Whether the origin is in the polygon at a root of its volume.
-    fn holds_origin(&self, root: &Root) -> Result<bool, Undecidable> {
+    fn holds_origin(&self, root: &mut Root) -> Result<bool, Undecidable> {
         for k in 0..3 {
             let side = sign_at(&self.area[k], root)?;
             if side != Sign::NoSign {
@@ -171,7 +171,7 @@ where
     }
 
     /// Whether all edge functions, seen along axis `k`, are zero or have `side`.
-    fn inside_all_edges(&self, root: &Root, k: usize, side: Sign) -> Result<bool, Undecidable> {
+    fn inside_all_edges(&self, root: &mut Root, k: usize, side: Sign) -> Result<bool, Undecidable> {
         for i in 0..N {
             let edge_function = cross_component(&self.corners[i], &self.corners[(i + 1) % N], k);
             let sign = sign_at(&edge_function, root)?;
@@ -183,7 +183,7 @@ where
     }
 
     /// Whether the origin is on an edge of a polygon without area.
-    fn on_an_edge(&self, root: &Root) -> Result<bool, Undecidable> {
+    fn on_an_edge(&self, root: &mut Root) -> Result<bool, Undecidable> {
         for i in 0..N {
             let (a, b) = (&self.corners[i], &self.corners[(i + 1) % N]);
             let mut on_line = true;

@@ -38,6 +38,9 @@ impl Polynomial {
     /// Bernstein coefficients on `lo..=hi`, fractions of `2^shift`, up to a
     /// positive factor. The degree must be 3 or less.
     pub(crate) fn bernstein(&self, lo: u128, hi: u128, shift: u32) -> Vec<BigInt> {
+        // Ends that are short fractions keep the numbers short.
+        let spare = (lo | hi).trailing_zeros().min(shift);
+        let (lo, hi, shift) = (lo >> spare, hi >> spare, shift - spare);
         let mut c = self.0.clone();
         let degree = c.len().saturating_sub(1);
         // q(s) = p((lo + s (hi - lo)) / 2^shift) 2^(shift degree): a shift of the
@@ -74,7 +77,7 @@ impl Polynomial {
         while !b.is_zero() {
             let remainder = a.remainder(&b);
             a = b;
-            b = remainder.primitive();
+            b = remainder.shortened();
         }
         a
     }
@@ -101,7 +104,7 @@ impl Polynomial {
             quotient[place] += leading;
             rest.cancel_leading(divisor);
         }
-        Self::new(quotient).primitive()
+        Self::new(quotient).shortened()
     }
 
     /// Multiplies with the leading coefficient of `divisor` and subtracts the
@@ -119,25 +122,11 @@ impl Polynomial {
         *self = Self::new(std::mem::take(&mut self.0));
     }
 
-    /// Without the powers of two and the first coefficient's share that all
-    /// coefficients have in common.
-    fn primitive(self) -> Self {
-        let content = self.0.iter().fold(BigInt::ZERO, greatest_divisor);
-        if content.sign() == Sign::NoSign {
-            return self;
-        }
-        Self(self.0.into_iter().map(|c| c / &content).collect())
+    /// Without the power of two that all coefficients have in common. Their
+    /// greatest common divisor would cost more than the digits it saves.
+    fn shortened(self) -> Self {
+        Self(without_common_twos(self.0))
     }
-}
-
-/// Greatest common divisor of two integers.
-fn greatest_divisor(a: BigInt, b: &BigInt) -> BigInt {
-    let (mut a, mut b) = (a, b.clone());
-    while b.sign() != Sign::NoSign {
-        let rest = &a % &b;
-        a = std::mem::replace(&mut b, rest);
-    }
-    a
 }
 
 /// Bernstein coefficients on `0..=1` from powers, times 1, 1, 2 or 3.
@@ -153,7 +142,7 @@ fn bernstein_of_powers(c: &[BigInt]) -> Vec<BigInt> {
 }
 
 /// Divides by the largest power of two that divides all.
-pub(crate) fn without_common_twos(mut values: Vec<BigInt>) -> Vec<BigInt> {
+fn without_common_twos(mut values: Vec<BigInt>) -> Vec<BigInt> {
     let twos = values.iter().filter_map(BigInt::trailing_zeros).min().unwrap_or(0);
     for value in &mut values {
         *value >>= twos;

@@ -6,7 +6,7 @@
 
 use num_bigint::{BigInt, Sign};
 
-use super::polynomial::{Polynomial, without_common_twos};
+use super::polynomial::Polynomial;
 
 /// Times are multiples of `2^-RESOLUTION`.
 const RESOLUTION: u32 = 120;
@@ -63,18 +63,93 @@ impl Root {
 
     /// Narrows the interval to about an ulp.
     pub(crate) fn narrow(&mut self) {
-        while self.interval.hi - self.interval.lo > NARROW {
-            self.interval.halve();
+        self.narrow_to(NARROW);
+    }
+
+    /// Narrows the interval to a width: to the part in which a straight line
+    /// between the ends is zero, twice as many digits shorter each time that
+    /// the root is there, and by halves when it is not.
+    ///
+    /// Source: J. Abbott, "Quadratic interval refinement for real roots", ACM
+    /// Communications in Computer Algebra 48, 2014.
+    fn narrow_to(&mut self, width: u128) {
+        let mut digits = 2;
+        while self.interval.width() > width {
+            let most = (self.interval.width() / width).ilog2().min(MOST_DIGITS_AT_ONCE);
+            if self.jump(most.min(digits)) {
+                digits *= 2;
+            } else {
+                self.interval.halve();
+                digits = (digits / 2).max(1);
+            }
         }
+    }
+
+    /// Moves to the part that is `2^digits` times shorter and holds the zero of
+    /// the line between the ends, if the root is there.
+    fn jump(&mut self, digits: u32) -> bool {
+        let Some(polynomial) = &self.polynomial else { return false };
+        let Interval { lo, hi, bernstein } = &self.interval;
+        let part = (hi - lo) >> digits;
+        let from = lo + part * zero_of_line(bernstein, digits);
+        let to = from + part;
+        let shorter = Interval::of(polynomial, from, to);
+        if from > *lo && shorter.starts_at_root() {
+            self.interval = Interval::time(from);
+        } else if shorter.sign_changes() % 2 == 1 {
+            self.interval = shorter;
+        } else {
+            return false;
+        }
+        true
     }
 }
 
+/// Digits by which an interval is narrowed at once, so that a part of it is
+/// found in floating point.
+const MOST_DIGITS_AT_ONCE: u32 = 40;
+
+/// Which of `2^digits` parts holds the zero of the line between the first and
+/// the last value, which differ in sign or are zero.
+fn zero_of_line(values: &[BigInt], digits: u32) -> u128 {
+    let (first, last) = (&values[0], &values[values.len() - 1]);
+    let spare = first.bits().max(last.bits()).saturating_sub(LEADING_DIGITS);
+    let leading = |x: &BigInt| i64::try_from(x >> spare).unwrap_or(0).unsigned_abs();
+    let (first, last) = (u128::from(leading(first)), u128::from(leading(last)));
+    let parts = 1 << digits;
+    ((first * parts) / (first + last).max(1)).min(parts - 1)
+}
+
+/// Digits of values that are compared: with as many digits of the parts, their
+/// product fits.
+const LEADING_DIGITS: u64 = 60;
+
 impl Interval {
+    fn of(polynomial: &Polynomial, lo: u128, hi: u128) -> Self {
+        Self { lo, hi, bernstein: polynomial.bernstein(lo, hi, RESOLUTION) }
+    }
+
+    fn time(at: u128) -> Self {
+        Self { lo: at, hi: at, bernstein: Vec::new() }
+    }
+
+    fn width(&self) -> u128 {
+        self.hi - self.lo
+    }
+
+    fn starts_at_root(&self) -> bool {
+        self.bernstein.first().is_some_and(|b| b.sign() == Sign::NoSign)
+    }
+
+    fn ends_at_root(&self) -> bool {
+        self.bernstein.last().is_some_and(|b| b.sign() == Sign::NoSign)
+    }
+
     /// Sign changes of the coefficients, zeros left out.
     fn sign_changes(&self) -> usize {
-        let signs: Vec<Sign> =
-            self.bernstein.iter().map(BigInt::sign).filter(|&s| s != Sign::NoSign).collect();
-        signs.windows(2).filter(|pair| pair[0] != pair[1]).count()
+        let mut signs = self.bernstein.iter().map(BigInt::sign).filter(|&s| s != Sign::NoSign);
+        let mut last = signs.next();
+        signs.filter(|&sign| last.replace(sign) != Some(sign)).count()
     }
 
     fn is_time(&self) -> bool {
@@ -100,8 +175,8 @@ impl Interval {
         right.reverse();
         let middle = self.middle();
         (
-            Self { lo: self.lo, hi: middle, bernstein: without_common_twos(left) },
-            Self { lo: middle, hi: self.hi, bernstein: without_common_twos(right) },
+            Self { lo: self.lo, hi: middle, bernstein: left },
+            Self { lo: middle, hi: self.hi, bernstein: right },
         )
     }
 
@@ -111,8 +186,8 @@ impl Interval {
             return;
         }
         let (left, right) = self.halves();
-        *self = if right.bernstein[0].sign() == Sign::NoSign {
-            Self { lo: right.lo, hi: right.lo, bernstein: Vec::new() }
+        *self = if right.starts_at_root() {
+            Self::time(right.lo)
         } else if left.sign_changes() % 2 == 1 {
             left
         } else {
@@ -129,20 +204,19 @@ pub(crate) fn isolate(
 ) -> Result<Vec<Root>, Undecidable> {
     let (lo, hi) = with_even_halves(lo, hi);
     let mut polynomial = polynomial.clone();
-    let mut whole = Interval { lo, hi, bernstein: polynomial.bernstein(lo, hi, RESOLUTION) };
+    let mut whole = Interval::of(&polynomial, lo, hi);
     if whole.sign_changes() > 1 {
         polynomial = polynomial.square_free();
-        whole.bernstein = polynomial.bernstein(lo, hi, RESOLUTION);
+        whole = Interval::of(&polynomial, lo, hi);
     }
     let mut roots = Vec::new();
     let mut push = |interval| {
         roots.push(Root { polynomial: Some(polynomial.clone()), interval });
     };
-    let time = |at| Interval { lo: at, hi: at, bernstein: Vec::new() };
-    if whole.bernstein[0].sign() == Sign::NoSign {
-        push(time(lo));
+    if whole.starts_at_root() {
+        push(Interval::time(lo));
     }
-    let ends_in_root = whole.bernstein[whole.bernstein.len() - 1].sign() == Sign::NoSign;
+    let ends_at_root = whole.ends_at_root();
     let mut open = vec![whole];
     while let Some(interval) = open.pop() {
         if interval.is_time() {
@@ -152,19 +226,18 @@ pub(crate) fn isolate(
         match interval.sign_changes() {
             0 => {}
             1 => push(interval),
-            _ if interval.hi - interval.lo < 2 => return Err(Undecidable),
+            _ if interval.width() < 2 => return Err(Undecidable),
             _ => {
                 let (left, right) = interval.halves();
-                let middle_is_root = right.bernstein[0].sign() == Sign::NoSign;
-                let middle = time(right.lo);
+                let middle = right.starts_at_root().then(|| Interval::time(right.lo));
                 open.push(right);
-                open.extend(middle_is_root.then_some(middle));
+                open.extend(middle);
                 open.push(left);
             }
         }
     }
-    if ends_in_root && lo < hi {
-        push(time(hi));
+    if ends_at_root && lo < hi {
+        push(Interval::time(hi));
     }
     Ok(roots)
 }
@@ -180,38 +253,33 @@ fn with_even_halves(lo: u128, hi: u128) -> (u128, u128) {
     (lo, lo + width)
 }
 
-/// Sign of a polynomial at a root of another one.
-pub(crate) fn sign_at(polynomial: &Polynomial, root: &Root) -> Result<Sign, Undecidable> {
+/// Sign of a polynomial at a root of another one. The root's interval is
+/// narrowed as far as that needs.
+pub(crate) fn sign_at(polynomial: &Polynomial, root: &mut Root) -> Result<Sign, Undecidable> {
     if polynomial.is_zero() {
         return Ok(Sign::NoSign);
     }
-    let mut interval = root.interval.clone();
-    let mut common_root = None;
+    let mut may_be_shared = true;
     loop {
+        let interval = &root.interval;
         let values = polynomial.bernstein(interval.lo, interval.hi, RESOLUTION);
         if let Some(sign) = common_sign(&values) {
             return Ok(sign);
         }
-        if interval.is_time() {
+        if interval.is_time() || may_be_shared && root.is_shared_with(polynomial) {
             return Ok(Sign::NoSign);
         }
-        let shared = *common_root.get_or_insert_with(|| root.is_shared_with(polynomial));
-        if shared {
-            return Ok(Sign::NoSign);
-        }
-        if interval.hi - interval.lo < 2 {
+        may_be_shared = false;
+        let width = root.interval.width();
+        if width < 2 {
             return Err(Undecidable);
         }
-        for _ in 0..HALVINGS {
-            if interval.hi - interval.lo >= 2 {
-                interval.halve();
-            }
-        }
+        root.narrow_to((width >> DIGITS_BETWEEN_LOOKS).max(1));
     }
 }
 
-/// Halvings of a root's interval between two looks at a sign.
-const HALVINGS: u32 = 10;
+/// Binary digits by which a root is narrowed between two looks at a sign.
+const DIGITS_BETWEEN_LOOKS: u32 = 12;
 
 /// The sign that all values have, if they have one.
 fn common_sign(values: &[BigInt]) -> Option<Sign> {
@@ -228,9 +296,7 @@ impl Root {
         if common.is_constant() {
             return false;
         }
-        let (lo, hi) = (self.interval.lo, self.interval.hi);
-        let bernstein = common.bernstein(lo, hi, RESOLUTION);
-        Interval { lo, hi, bernstein }.sign_changes() % 2 == 1
+        Interval::of(&common, self.interval.lo, self.interval.hi).sign_changes() % 2 == 1
     }
 }
 
