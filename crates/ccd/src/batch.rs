@@ -285,16 +285,29 @@ impl<'a> Motion<'a> {
 
     fn check(&self, candidates: &[[u32; 4]], params: &Params) -> Result<(), CcdError> {
         params.check()?;
-        let count = self.x0.len();
-        let exists = |&point: &u32| (point as usize) < count;
-        match candidates.iter().position(|points| !points.iter().all(exists)) {
-            None => Ok(()),
-            Some(candidate) => {
-                let missing = candidates[candidate].into_iter().find(|point| !exists(point));
-                let point = missing.unwrap_or(u32::MAX);
-                Err(CcdError::PointOutOfRange { candidate, point, count })
-            }
+        for (candidate, points) in candidates.iter().enumerate() {
+            self.check_points(candidate, points)?;
         }
+        Ok(())
+    }
+
+    #[inline]
+    fn check_points(&self, candidate: usize, points: &[u32; 4]) -> Result<(), CcdError> {
+        let count = self.x0.len();
+        match points.iter().find(|&&point| point as usize >= count) {
+            None => Ok(()),
+            Some(&point) => Err(CcdError::PointOutOfRange { candidate, point, count }),
+        }
+    }
+
+    /// Positions of points at both ends of the step, if they exist.
+    pub(crate) fn points(
+        &self,
+        candidate: usize,
+        points: &[u32; 4],
+    ) -> Result<[[DVec3; 4]; 2], CcdError> {
+        self.check_points(candidate, points)?;
+        Ok(self.gather(points))
     }
 
     #[inline]

@@ -36,6 +36,11 @@ pub(crate) const EDGE_FUNCTION: f64 = 256.0 * UNIT;
 /// unit of its length and of `sum |n_k| Q_i Q_j` (lemma 5: 6).
 pub(crate) const EDGE_FUNCTION_RATE: f64 = 8.0;
 
+/// Error of a ray's side of an edge, per unit of `sum |d_k| Q_i Q_j` (lemma 5:
+/// 14 u), and of a fifth of its start's height, per unit of `sum Q_i Q_j Q_k`
+/// (lemma 2, with edges of `2 Q`: 13 u).
+pub(crate) const RAY: f64 = 16.0 * UNIT;
+
 /// Factor that makes a product of a separation with a computed length an upper
 /// bound (lemma 1, with a separation: 6 u).
 pub(crate) const LENGTH_UP: f64 = 1.0 + 8.0 * UNIT;

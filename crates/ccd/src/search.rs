@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use crate::contact::{Certainty, Contact, Params};
 use crate::coplanarity::Coplanarity;
-use crate::cubic::{Cubic, RootInterval, RootKind};
+use crate::cubic::{Cubic, RootInterval, RootKind, Roots};
 use crate::error::CcdError;
 use crate::polygon::{Corners, MovingPolygon, Outline, Shape, mix_points};
 use crate::rounding::{EDGE_FUNCTION, EDGE_FUNCTION_RATE, UNDERFLOW, UNIT};
@@ -22,6 +22,8 @@ const SHORT: f64 = 1e-9;
 pub(crate) struct Search<'a, const N: usize> {
     pub(crate) outline: &'a Outline,
     pub(crate) cubic: Cubic,
+    /// How far from zero the cubic has to be.
+    margin: f64,
     pub(crate) params: &'a Params,
     /// The points that the outline was made of, at both ends of the step.
     pub(crate) points: [&'a [DVec3; 4]; 2],
@@ -52,24 +54,47 @@ pub(crate) fn first_contact<const N: usize>(
 where
     Shape<N>: Corners<N>,
 {
-    let outline = Outline::new::<N>(x0, x1)?;
-    let separation = outline.scaling.length(params.min_separation);
-    if outline.axis_separates(separation) {
-        return Ok(None);
+    let find = |search: &Search<'_, N>| {
+        search.intervals().iter().find_map(|interval| search.examine(interval))
+    };
+    Ok(Search::unless_filtered(x0, x1, params, find)?.flatten())
+}
+
+impl<const N: usize> Search<'_, N>
+where
+    Shape<N>: Corners<N>,
+{
+    /// Runs a search of a query that no filter excludes contact from.
+    #[inline]
+    pub(crate) fn unless_filtered<R>(
+        x0: &[DVec3; 4],
+        x1: &[DVec3; 4],
+        params: &Params,
+        run: impl FnOnce(&Search<'_, N>) -> R,
+    ) -> Result<Option<R>, CcdError> {
+        let outline = Outline::new::<N>(x0, x1)?;
+        let separation = outline.scaling.length(params.min_separation);
+        if outline.axis_separates(separation) {
+            return Ok(None);
+        }
+        let coplanarity = Coplanarity::new(&outline);
+        if coplanarity.areas_separate::<N>(params.t_max, separation) {
+            return Ok(None);
+        }
+        let cubic = coplanarity.cubic();
+        let margin = if separation > 0.0 { coplanarity.margin(separation) } else { 0.0 };
+        if cubic.excludes_zero(margin) {
+            return Ok(None);
+        }
+        let points = [x0, x1];
+        Ok(Some(run(&Search { outline: &outline, cubic, margin, params, points, separation })))
     }
-    let coplanarity = Coplanarity::new(&outline);
-    if coplanarity.areas_separate::<N>(params.t_max, separation) {
-        return Ok(None);
+
+    /// Intervals outside which the cubic excludes contact.
+    #[inline]
+    pub(crate) fn intervals(&self) -> Roots {
+        self.cubic.isolate_until(self.params.t_max, self.margin)
     }
-    let cubic = coplanarity.cubic();
-    let margin = if separation > 0.0 { coplanarity.margin(separation) } else { 0.0 };
-    if cubic.excludes_zero(margin) {
-        return Ok(None);
-    }
-    let points = [x0, x1];
-    let search = Search::<N> { outline: &outline, cubic, params, points, separation };
-    let intervals = cubic.isolate_until(params.t_max, margin);
-    Ok(intervals.iter().find_map(|interval| search.examine(interval)))
 }
 
 impl<const N: usize> Search<'_, N>
