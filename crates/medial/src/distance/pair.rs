@@ -1,0 +1,166 @@
+//! The two balls, one of each of two slabs, that come nearest to each other or
+//! reach deepest into each other.
+//!
+//! `f(v, w) = |a(v) − b(w)| − r_a(v) − r_b(w)` is convex in both weights
+//! together, so its least value is the deepest overlap, globally. It is always
+//! attained at one of finitely many places, each in closed form:
+//!
+//! - a ball at a corner of one against the whole other slab;
+//! - a stationary pair of one edge each;
+//! - where centres coincide, the crossing of an edge with the other's face.
+//!
+//! Elsewhere (an edge against a face's inside, or both insides) stationarity
+//! asks more of the direction `n = (a − b)/|a − b|` than it has freedom for.
+//! Where it holds by chance, as for parallel slabs, f is constant along some
+//! line of weights, on which one can walk to a place of the list.
+//!
+//! The same minimum is a quadratically constrained programme solved by
+//! iteration in L. Lan, R. Luo, M. Fratarcangeli, W. Xu, H. Wang, X. Guo,
+//! J. Yao and Y. Yang, "Medial Elastics", ACM TOG 39(3), 2020.
+
+use glam::DVec3;
+
+use super::{direction, slab_foot};
+use crate::Ball;
+
+/// The ball of each of two primitives that decide how far they are apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairFoot {
+    /// Weights of the first primitive's balls, none negative, with sum one.
+    pub weights_a: [f64; 3],
+    /// Weights of the second primitive's balls.
+    pub weights_b: [f64; 3],
+    /// The first primitive's ball.
+    pub a: Ball,
+    /// The second primitive's ball.
+    pub b: Ball,
+    /// `|a − b| − r_a − r_b`, negative where they overlap.
+    pub distance: f64,
+}
+
+impl PairFoot {
+    fn at(a: &[Ball; 3], b: &[Ball; 3], weights_a: [f64; 3], weights_b: [f64; 3]) -> Self {
+        let (ball_a, ball_b) =
+            (Ball::interpolate(a, weights_a), Ball::interpolate(b, weights_b));
+        let distance = ball_b.distance(ball_a.center) - ball_a.radius;
+        Self { weights_a, weights_b, a: ball_a, b: ball_b, distance }
+    }
+
+    /// Unit vector from the second ball's centre to the first's, or `None`
+    /// where they coincide.
+    #[must_use]
+    pub fn normal(&self) -> Option<DVec3> {
+        direction(self.b.center, self.a.center)
+    }
+}
+
+/// The least distance, or deepest overlap, of two slabs, exactly.
+///
+/// A cone is a slab with one ball given twice, a ball one with three.
+///
+/// ```
+/// use glam::DVec3;
+/// use medial::{Ball, pair_foot};
+///
+/// // Two capsules that cross at right angles, 3 apart at their middles.
+/// let cone = |from, to| [Ball::new(from, 1.0), Ball::new(to, 1.0), Ball::new(to, 1.0)];
+/// let along_x = cone(-6.0 * DVec3::X, 6.0 * DVec3::X);
+/// let along_y = cone(DVec3::new(0.0, -6.0, 3.0), DVec3::new(0.0, 6.0, 3.0));
+/// let foot = pair_foot(&along_x, &along_y);
+/// assert!((foot.distance - 1.0).abs() < 1e-15);
+/// assert_eq!(foot.normal(), Some(-DVec3::Z));
+/// ```
+#[must_use]
+pub fn pair_foot(a: &[Ball; 3], b: &[Ball; 3]) -> PairFoot {
+    let mut best = PairFoot::at(a, b, CORNERS[0], slab_foot(a[0].center, b).weights);
+    let mut offer = |weights_a, weights_b| {
+        let foot = PairFoot::at(a, b, weights_a, weights_b);
+        if foot.distance < best.distance {
+            best = foot;
+        }
+    };
+    for (k, corner) in CORNERS.into_iter().enumerate() {
+        offer(corner, slab_foot(a[k].center, b).weights);
+        offer(slab_foot(b[k].center, a).weights, corner);
+    }
+    for i in 0..3 {
+        for j in 0..3 {
+            if let Some((s, t)) = stationary_on_edges(edge(a, i), edge(b, j)) {
+                offer(on_edge(i, s), on_edge(j, t));
+            }
+        }
+        if let Some((s, face)) = crossing(edge(a, i), b) {
+            offer(on_edge(i, s), face);
+        }
+        if let Some((t, face)) = crossing(edge(b, i), a) {
+            offer(face, on_edge(i, t));
+        }
+    }
+    best
+}
+
+const CORNERS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+/// The `i`th edge, from corner `i` to the next.
+fn edge(balls: &[Ball; 3], i: usize) -> [Ball; 2] {
+    [balls[i], balls[(i + 1) % 3]]
+}
+
+fn on_edge(i: usize, t: f64) -> [f64; 3] {
+    let mut weights = [0.0; 3];
+    weights[i] = 1.0 - t;
+    weights[(i + 1) % 3] = t;
+    weights
+}
+
+/// Parameters of the pair of balls on two edges where f is stationary, if both
+/// lie on them; none for parallel edges.
+///
+/// With edge vectors e_a and e_b and radius growths g_a and g_b, stationarity is
+/// `n·e_a = g_a` and `n·e_b = −g_b`. That fixes the part m of n in the plane of
+/// both, and the common perpendicular's length h then gives `|d| = h/√(1 − m²)`.
+fn stationary_on_edges(a: [Ball; 2], b: [Ball; 2]) -> Option<(f64, f64)> {
+    let (e_a, e_b) = (a[1].center - a[0].center, b[1].center - b[0].center);
+    let growth = [a[1].radius - a[0].radius, b[0].radius - b[1].radius];
+    let cross = e_a.cross(e_b);
+    let determinant = cross.length_squared();
+    if !(determinant > 0.0) {
+        return None;
+    }
+    let (g_aa, g_ab, g_bb) = (e_a.length_squared(), e_a.dot(e_b), e_b.length_squared());
+    let solve = |x: f64, y: f64| {
+        [(g_bb * x - g_ab * y) / determinant, (g_aa * y - g_ab * x) / determinant]
+    };
+    let [m_a, m_b] = solve(growth[0], growth[1]);
+    let m_squared = m_a * growth[0] + m_b * growth[1];
+    if m_squared >= 1.0 {
+        return None;
+    }
+    let apart = a[0].center - b[0].center;
+    let length = apart.dot(cross).abs() / (determinant * (1.0 - m_squared)).sqrt();
+    let [s, minus_t] =
+        solve(length * growth[0] - apart.dot(e_a), length * growth[1] - apart.dot(e_b));
+    let on = |t: f64| (0.0..=1.0).contains(&t);
+    (on(s) && on(-minus_t)).then_some((s, -minus_t))
+}
+
+/// Where an edge of centres pierces a face of centres: its parameter, and the
+/// weights on the face.
+fn crossing(edge: [Ball; 2], face: &[Ball; 3]) -> Option<(f64, [f64; 3])> {
+    let [a, b, c] = face.map(|ball| ball.center);
+    let (start, along) = (edge[0].center, edge[1].center - edge[0].center);
+    let (e1, e2, to_start) = (b - a, c - a, start - a);
+    let normal = e1.cross(e2);
+    let rate = along.dot(normal);
+    let s = -to_start.dot(normal) / rate;
+    // A NaN, from an edge in the face's plane, lies on nothing.
+    if !(0.0..=1.0).contains(&s) {
+        return None;
+    }
+    let w = to_start + s * along;
+    let area_squared = normal.length_squared();
+    let v = w.cross(e2).dot(normal) / area_squared;
+    let u = e1.cross(w).dot(normal) / area_squared;
+    let weights = [1.0 - v - u, v, u];
+    weights.iter().all(|&weight| weight >= 0.0).then_some((s, weights))
+}

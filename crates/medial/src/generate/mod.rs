@@ -1,0 +1,270 @@
+//! A medial surface from a closed surface: shrink, collapse, refit.
+//!
+//! 1. [Shrink](shrink): the maximal ball at each vertex, by closest points.
+//! 2. [Collapse](collapse): balls merge, the cheapest pair first, along edges
+//!    and across the sheet; the surface's triangles become slabs and cones.
+//! 3. [Refit](refit): the balls that are left move until the union fits the
+//!    surface best from both sides.
+//!
+//! No Delaunay triangulation is needed: every triangle of the surface lies in
+//! the hull of its corners' balls, so the surface is covered before the first
+//! merge and its connectivity is that of the sheet.
+
+mod collapse;
+mod normal_equations;
+mod quadric;
+mod refit;
+mod seeds;
+mod shrink;
+mod tracking;
+
+use surface::{Inspection, Positions, TriangleSurface, inspect};
+
+use self::collapse::Collapse;
+use self::refit::RefitParams;
+use self::shrink::MaximalBall;
+use crate::surface_distance::SurfaceDistance;
+use crate::{Deviation, MedialError, MedialSurface};
+
+/// How large a medial surface is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Size {
+    /// So many balls. There may be more where no two are left that could merge.
+    Balls(usize),
+    /// As few balls as bring both bounds of the deviation within this length,
+    /// found by doubling and halving: within a tenth of the least number.
+    Tolerance(f64),
+}
+
+/// How a medial surface is generated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Params {
+    /// How large it is.
+    pub size: Size,
+    /// Steps of the fit at most; each costs as much as the others.
+    pub fit_steps: u32,
+    /// What balls that reach out of the surface count for in the fit beside
+    /// samples of the surface, `>= 0`.
+    ///
+    /// Without it (0) a slab may leave the shape by many times the error that
+    /// the surface's samples see; at 1 the fit shrinks away from the surface to
+    /// avoid the least excess.
+    pub inscribed_weight: f64,
+}
+
+impl Params {
+    /// A fit that has settled, for this many balls.
+    #[must_use]
+    pub const fn balls(count: usize) -> Self {
+        Self { size: Size::Balls(count), fit_steps: 15, inscribed_weight: 0.2 }
+    }
+
+    /// A fit that has settled, for as many balls as this tolerance needs.
+    #[must_use]
+    pub const fn tolerance(tolerance: f64) -> Self {
+        Self { size: Size::Tolerance(tolerance), ..Self::balls(1) }
+    }
+}
+
+/// What is being done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// Looking the surface over.
+    Inspect,
+    /// Finding maximal balls.
+    Shrink,
+    /// Merging them.
+    Collapse,
+    /// Fitting what is left.
+    Fit,
+    /// Bounding the deviation.
+    Measure,
+}
+
+/// How far the work has come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// The step at hand.
+    pub step: Step,
+    /// Balls that the medial surface at hand will have.
+    pub balls: usize,
+    /// Share of the step that is done, in `0.0..=1.0`.
+    pub share: f64,
+}
+
+/// A medial surface and how far it is from the surface it was made of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Generated {
+    /// The medial surface.
+    pub medial: MedialSurface,
+    /// Its deviation from the surface, in both directions.
+    pub deviation: Deviation,
+}
+
+/// Generates a medial surface of a closed surface at rest.
+///
+/// The surface may have handles, and its vertices may carry noise well below its
+/// thickness. The result is the same to the bit for any number of threads.
+///
+/// ```
+/// use medial::{Params, generate};
+///
+/// let muscle = fixtures::shapes::ellipsoid(surface::glam::DVec3::new(60.0, 20.0, 10.0), 4);
+/// let surface = muscle.surface();
+/// let x = surface.positions(&muscle.positions)?;
+/// let generated = generate(&surface, x, &Params::balls(20), |_| {})?;
+/// assert_eq!(generated.medial.balls().len(), 20);
+/// assert!(generated.deviation.rms < 0.3, "of 20 balls on 120 × 40 × 20");
+/// # Ok::<(), medial::MedialError>(())
+/// ```
+///
+/// # Errors
+///
+/// - [`MedialError::Surface`] for a surface that is open, not manifold or not
+///   oriented.
+/// - [`MedialError::Disconnected`], [`MedialError::InsideOut`],
+///   [`MedialError::SelfCrossing`], [`MedialError::TooThin`] for one that has no
+///   one sheet inside.
+/// - [`MedialError::TooManyBalls`] and [`MedialError::Parameter`] for what was
+///   asked.
+/// - [`MedialError::ToleranceNotReached`] when a ball at every eighth vertex is
+///   not enough.
+pub fn generate(
+    surface: &TriangleSurface,
+    x: Positions<'_>,
+    params: &Params,
+    mut progress: impl FnMut(Progress),
+) -> Result<Generated, MedialError> {
+    check_params(surface, params)?;
+    progress(Progress { step: Step::Inspect, balls: 0, share: 0.0 });
+    let inspection = check_surface(surface, x)?;
+    let distance = SurfaceDistance::new(surface, x)?;
+    distance.check_crossings()?;
+    let generator = Generator { distance: &distance, inspection: &inspection, params };
+    match params.size {
+        Size::Balls(count) => generator.with_balls(count, &mut progress),
+        Size::Tolerance(tolerance) => generator.within(tolerance, &mut progress),
+    }
+}
+
+/// Share of the vertices that a tolerance may take as balls: beyond it the
+/// balls follow the vertices' noise.
+const MOST_BALLS: usize = 8;
+
+/// Balls that the search for a tolerance starts from.
+const FEWEST_BALLS: usize = 8;
+
+fn check_params(surface: &TriangleSurface, params: &Params) -> Result<(), MedialError> {
+    let vertices = surface.vertex_count();
+    match params.size {
+        Size::Balls(asked) if asked > vertices => {
+            return Err(MedialError::TooManyBalls { asked, vertices });
+        }
+        Size::Balls(0) => {
+            return Err(MedialError::Parameter { name: "size", value: 0.0, range: "at least 1" });
+        }
+        Size::Tolerance(value) if !(value > 0.0 && value.is_finite()) => {
+            let range = "positive and finite";
+            return Err(MedialError::Parameter { name: "tolerance", value, range });
+        }
+        Size::Balls(_) | Size::Tolerance(_) => {}
+    }
+    let value = params.inscribed_weight;
+    if !(value >= 0.0 && value.is_finite()) {
+        let range = "at least 0 and finite";
+        return Err(MedialError::Parameter { name: "inscribed weight", value, range });
+    }
+    Ok(())
+}
+
+fn check_surface(
+    surface: &TriangleSurface,
+    x: Positions<'_>,
+) -> Result<Inspection, MedialError> {
+    surface.require_closed()?;
+    surface.require_manifold()?;
+    surface.require_oriented()?;
+    let inspection = inspect(surface, x);
+    if inspection.components != 1 {
+        return Err(MedialError::Disconnected { components: inspection.components });
+    }
+    if !(inspection.volume > 0.0) {
+        return Err(MedialError::InsideOut { volume: inspection.volume });
+    }
+    Ok(inspection)
+}
+
+/// One surface, checked, from which medial surfaces of several sizes are made.
+struct Generator<'a> {
+    distance: &'a SurfaceDistance<'a>,
+    inspection: &'a Inspection,
+    params: &'a Params,
+}
+
+impl Generator<'_> {
+    fn with_balls(
+        &self,
+        count: usize,
+        progress: &mut impl FnMut(Progress),
+    ) -> Result<Generated, MedialError> {
+        let mut at = |step, share| progress(Progress { step, balls: count, share });
+        at(Step::Shrink, 0.0);
+        let seeds = seeds::seeds(self.distance.surface, self.distance.x, count);
+        let maximal = shrink::maximal_balls(self.distance, &seeds.vertices);
+        self.check_thickness(&maximal)?;
+        at(Step::Collapse, 0.0);
+        let mut collapse = Collapse::new(self.distance, seeds, &maximal);
+        collapse.run(count);
+        let mut medial = collapse.medial_surface()?;
+        let params = RefitParams {
+            steps: self.params.fit_steps,
+            inscribed_weight: self.params.inscribed_weight,
+        };
+        refit::refit(&mut medial, self.distance, params, |share| at(Step::Fit, share))?;
+        at(Step::Measure, 0.0);
+        let deviation = Deviation::of(&medial, self.distance)?;
+        Ok(Generated { medial, deviation })
+    }
+
+    /// Doubles the balls until the tolerance is met, then halves the gap
+    /// between what met it and what did not.
+    fn within(
+        &self,
+        tolerance: f64,
+        progress: &mut impl FnMut(Progress),
+    ) -> Result<Generated, MedialError> {
+        let most = (self.distance.surface.vertex_count() / MOST_BALLS).max(FEWEST_BALLS);
+        let (mut low, mut high) = (0, FEWEST_BALLS);
+        let mut best = self.with_balls(high, progress)?;
+        while best.deviation.largest() > tolerance {
+            if high >= most {
+                let reached = best.deviation.largest();
+                return Err(MedialError::ToleranceNotReached { tolerance, reached, balls: high });
+            }
+            (low, high) = (high, (2 * high).min(most));
+            best = self.with_balls(high, progress)?;
+        }
+        while low > 0 && high - low > high / 10 {
+            let middle = low.midpoint(high);
+            let found = self.with_balls(middle, progress)?;
+            if found.deviation.largest() > tolerance {
+                low = middle;
+            } else {
+                (high, best) = (middle, found);
+            }
+        }
+        Ok(best)
+    }
+
+    /// Where the balls are smaller than the faces, the other side of the sheet
+    /// is not seen between vertices.
+    fn check_thickness(&self, maximal: &[MaximalBall]) -> Result<(), MedialError> {
+        let mut radii: Vec<f64> = maximal.iter().map(|m| m.ball.radius).collect();
+        radii.sort_by(f64::total_cmp);
+        let thickness = 2.0 * radii[radii.len() / 2];
+        let edge = self.inspection.mean_edge;
+        if thickness < edge { Err(MedialError::TooThin { thickness, edge }) } else { Ok(()) }
+    }
+}

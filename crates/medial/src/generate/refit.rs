@@ -1,0 +1,286 @@
+//! Moving balls of fixed connectivity so that the union fits the surface best,
+//! on both sides of it.
+//!
+//! Two kinds of residuals are made small in the least-squares sense by the
+//! method of Levenberg and Marquardt:
+//!
+//! - at samples p of the surface, the signed distance φ(p) of the union. With b
+//!   the weights of p's foot and u the unit vector from its centre to p, φ
+//!   changes by `−b_k u·dc_k − b_k dr_k` when the balls do: the foot's own shift
+//!   does not count, since φ is least there;
+//! - at points of the primitives, how far their ball reaches out of the
+//!   surface: `max(0, r − D)`, with D the depth of its centre. Samples of the
+//!   surface alone do not see a slab that leaves the shape between them.
+
+use std::collections::BTreeSet;
+
+use glam::DVec3;
+use kdop::Workspace;
+
+use super::normal_equations::{NormalEquations, Residual};
+use super::tracking::Tracking;
+use crate::surface_distance::SurfaceDistance;
+use crate::{Ball, MedialError, MedialSurface, NearestPrimitive, parallel, real};
+
+/// How a fit is run.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RefitParams {
+    pub(super) steps: u32,
+    pub(super) inscribed_weight: f64,
+}
+
+/// Damping of the first step, relative to the diagonal.
+const FIRST_DAMPING: f64 = 1e-2;
+
+/// Damping at which no step lowers the cost: rounding is reached.
+const LAST_DAMPING: f64 = 1e6;
+
+/// Share of the cost whose gain ends the fit: 0.2 % of the cost is 0.1 % of the
+/// root mean square error.
+const LEAST_GAIN: f64 = 2e-3;
+
+/// Samples for each ball, beyond which more do not improve the fit but only
+/// slow it.
+const SAMPLES_PER_BALL: usize = 60;
+
+/// Samples that are always taken, if the surface has them.
+const LEAST_SAMPLES: usize = 10_000;
+
+/// Subdivisions of a primitive's sides for its own points: 15 a slab.
+const DIVISIONS: u32 = 4;
+
+/// Accepted steps between searches of all primitives for the feet of samples.
+const SEARCH_EVERY: u32 = 4;
+
+/// Moves and resizes the balls of `medial`; calls `progress` with the share done.
+pub(super) fn refit(
+    medial: &mut MedialSurface,
+    distance: &SurfaceDistance<'_>,
+    params: RefitParams,
+    mut progress: impl FnMut(f64),
+) -> Result<(), MedialError> {
+    let mut fit = Fit::new(medial, distance, params)?;
+    let primitives = medial.primitives().to_vec();
+    let mut equations = NormalEquations::new(medial.balls().len(), &primitives);
+    let mut residuals = fit.search(medial)?;
+    let mut damping = FIRST_DAMPING;
+    for step in 0..params.steps {
+        progress(f64::from(step) / f64::from(params.steps));
+        equations.clear();
+        residuals.iter().for_each(|residual| equations.add(residual));
+        let before = total(&residuals);
+        let Some(after) = fit.step(medial, &equations, before, &mut damping) else { break };
+        if before - after < LEAST_GAIN * before {
+            break;
+        }
+        residuals = fit.search(medial)?;
+    }
+    Ok(())
+}
+
+/// What the residuals are taken at.
+struct Fit<'a> {
+    distance: &'a SurfaceDistance<'a>,
+    tracking: Tracking,
+    /// Importance of each tracked sample: its share of the area, in units of
+    /// the mean share.
+    importance: Vec<f64>,
+    inscribed_weight: f64,
+    /// Points of the primitives, and the surface points that entered their
+    /// balls when they were last searched for.
+    inner: Vec<InnerPoint>,
+    entered: Vec<Option<Entered>>,
+    searches: u32,
+}
+
+/// A surface point in the ball at an inner point, with the side of the surface
+/// that the ball's centre was on: 1 inside, −1 outside.
+#[derive(Clone, Copy, Debug)]
+struct Entered {
+    point: DVec3,
+    side: f64,
+}
+
+impl<'a> Fit<'a> {
+    fn new(
+        medial: &MedialSurface,
+        distance: &'a SurfaceDistance<'a>,
+        params: RefitParams,
+    ) -> Result<Self, MedialError> {
+        let (points, importance) = samples(distance, medial.balls().len());
+        let inner = if params.inscribed_weight > 0.0 { inner_points(medial) } else { Vec::new() };
+        Ok(Self {
+            distance,
+            tracking: Tracking::new(medial, points)?,
+            importance,
+            inscribed_weight: params.inscribed_weight,
+            entered: vec![None; inner.len()],
+            inner,
+            searches: 0,
+        })
+    }
+
+    /// Searches anew for what touches what, and returns the residuals.
+    fn search(&mut self, medial: &MedialSurface) -> Result<Vec<Residual>, MedialError> {
+        if self.searches.is_multiple_of(SEARCH_EVERY) {
+            self.tracking.search(medial)?;
+        }
+        self.searches += 1;
+        self.entered = parallel::map(self.inner.len(), Workspace::default, |workspace, i| {
+            entered(self.distance, self.inner[i].ball(medial), workspace)
+        });
+        let residuals = self.residuals(medial);
+        let samples = self.importance.len();
+        self.tracking.keep(residuals[..samples].iter().map(|residual| residual.primitive));
+        Ok(residuals)
+    }
+
+    /// Tries steps of growing damping until one lowers the cost; moves `medial`
+    /// and returns the cost there. `None` where no step does.
+    ///
+    /// The balls are compared with the surface points that last entered them,
+    /// not with new ones: those are searched for once a step, not once a try.
+    fn step(
+        &self,
+        medial: &mut MedialSurface,
+        equations: &NormalEquations<'_>,
+        cost: f64,
+        damping: &mut f64,
+    ) -> Option<f64> {
+        while *damping <= LAST_DAMPING {
+            let trial = moved(medial, &equations.solve(*damping));
+            let found = total(&self.residuals(&trial));
+            if found < cost {
+                *medial = trial;
+                *damping *= 0.2;
+                return Some(found);
+            }
+            *damping *= 8.0;
+        }
+        None
+    }
+
+    /// One residual a sample, in their order, then those of balls reaching out.
+    fn residuals(&self, medial: &MedialSurface) -> Vec<Residual> {
+        let feet = self.tracking.feet(medial).into_iter();
+        let points = self.tracking.points().iter().zip(&self.importance);
+        let mut residuals: Vec<Residual> =
+            feet.zip(points).map(|(foot, (&p, &w))| at_sample(&foot, p, w)).collect();
+        let importance = self.inscribed_weight * real(residuals.len()) / real(self.inner.len());
+        for (inner, entered) in self.inner.iter().zip(&self.entered) {
+            residuals.extend(entered.and_then(|q| reaching_out(medial, *inner, q, importance)));
+        }
+        residuals
+    }
+}
+
+fn moved(medial: &MedialSurface, step: &[glam::DVec4]) -> MedialSurface {
+    let mut trial = medial.clone();
+    for (ball, step) in trial.balls_mut().iter_mut().zip(step) {
+        *ball = Ball::new(ball.center + step.truncate(), (ball.radius + step.w).max(0.0));
+    }
+    trial
+}
+
+fn total(residuals: &[Residual]) -> f64 {
+    residuals.iter().map(|r| r.importance * r.value * r.value).sum()
+}
+
+/// Vertices and face centres, thinned out evenly in their order, with shares
+/// of the area in units of the mean share.
+fn samples(distance: &SurfaceDistance<'_>, balls: usize) -> (Vec<DVec3>, Vec<f64>) {
+    let faces = distance.surface.faces();
+    let mut vertex_area = vec![0.0; distance.surface.vertex_count()];
+    let mut samples = Vec::with_capacity(faces.len() + vertex_area.len());
+    for (face, corners) in (0_u32..).zip(faces) {
+        let [a, b, c] = distance.corners(face);
+        let area = 0.5 * (b - a).cross(c - a).length();
+        // Half of a face's area to its centre, half to its corners.
+        samples.push(((a + b + c) / 3.0, 0.5 * area));
+        for &corner in corners {
+            vertex_area[corner as usize] += area / 6.0;
+        }
+    }
+    samples.extend(distance.x.as_slice().iter().copied().zip(vertex_area));
+    let wanted = LEAST_SAMPLES.max(SAMPLES_PER_BALL * balls);
+    let every = (samples.len() / wanted).max(1);
+    let (points, areas): (Vec<DVec3>, Vec<f64>) = samples.into_iter().step_by(every).unzip();
+    let mean = areas.iter().sum::<f64>() / real(areas.len());
+    (points, areas.into_iter().map(|area| area / mean).collect())
+}
+
+fn at_sample(nearest: &NearestPrimitive, p: DVec3, importance: f64) -> Residual {
+    let outward = nearest.foot.normal(p).unwrap_or(DVec3::ZERO);
+    Residual {
+        primitive: nearest.primitive,
+        weights: nearest.foot.weights,
+        gradient: (-outward).extend(-1.0),
+        value: nearest.foot.distance,
+        importance,
+    }
+}
+
+/// The surface point nearest to a ball's centre: the first to enter the ball, also
+/// where the centre itself is outside.
+fn entered(
+    distance: &SurfaceDistance<'_>,
+    ball: Ball,
+    workspace: &mut Workspace,
+) -> Option<Entered> {
+    let nearest = distance.nearest(ball.center, f64::INFINITY, workspace)?;
+    let (depth, _) = distance.depth_of(ball.center, &nearest);
+    Some(Entered { point: nearest.point, side: 1.0_f64.copysign(depth) })
+}
+
+fn reaching_out(
+    medial: &MedialSurface,
+    inner: InnerPoint,
+    entered: Entered,
+    importance: f64,
+) -> Option<Residual> {
+    let ball = inner.ball(medial);
+    let away = ball.center - entered.point;
+    let depth = entered.side * away.length();
+    let gradient = entered.side * away.normalize_or_zero();
+    (ball.radius > depth).then_some(Residual {
+        primitive: inner.primitive,
+        weights: inner.weights,
+        gradient: (-gradient).extend(1.0),
+        value: ball.radius - depth,
+        importance,
+    })
+}
+
+/// A point of a primitive.
+#[derive(Clone, Copy, Debug)]
+struct InnerPoint {
+    primitive: u32,
+    weights: [f64; 3],
+}
+
+impl InnerPoint {
+    fn ball(self, medial: &MedialSurface) -> Ball {
+        Ball::interpolate(&medial.primitive_balls(self.primitive), self.weights)
+    }
+}
+
+/// Points at regular weights of every primitive; those on a shared ball or edge
+/// once.
+fn inner_points(medial: &MedialSurface) -> Vec<InnerPoint> {
+    let mut seen = BTreeSet::new();
+    let mut points = Vec::new();
+    for (primitive, &[a, b, c]) in (0_u32..).zip(medial.primitives()) {
+        for i in 0..=DIVISIONS {
+            for j in 0..=DIVISIONS - i {
+                let parts = [(a, DIVISIONS - i - j), (b, i), (c, j)];
+                let mut key = parts.map(|(ball, part)| if part == 0 { (0, 0) } else { (ball, part) });
+                key.sort_unstable();
+                if seen.insert(key) {
+                    let weights = parts.map(|(_, part)| f64::from(part) / f64::from(DIVISIONS));
+                    points.push(InnerPoint { primitive, weights });
+                }
+            }
+        }
+    }
+    points
+}
