@@ -253,9 +253,8 @@ fn medial_to_surface(medial: &MedialSurface, distance: &SurfaceDistance<'_>) -> 
         search.add(seen, bound, balls);
     }
     search.run(|search, [a, b, c]| {
-        let middle = |a: Ball, b: Ball| {
-            Ball::new(a.center.midpoint(b.center), a.radius.midpoint(b.radius))
-        };
+        let middle =
+            |a: Ball, b: Ball| Ball::new(a.center.midpoint(b.center), a.radius.midpoint(b.radius));
         let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
         for balls in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
             let (seen, bound) = excess(distance, &balls, &mut workspace);

@@ -83,11 +83,13 @@ impl MedialSurface {
     }
 
     /// The cones, each of two different balls.
+    #[must_use]
     pub fn cones(&self) -> impl ExactSizeIterator<Item = [u32; 2]> {
         self.primitives[self.slabs..self.slabs + self.cones].iter().map(|&[a, b, _]| [a, b])
     }
 
     /// Balls that belong to no cone and no slab.
+    #[must_use]
     pub fn isolated_balls(&self) -> impl ExactSizeIterator<Item = u32> {
         self.primitives[self.slabs + self.cones..].iter().map(|&[ball, ..]| ball)
     }
@@ -197,16 +199,15 @@ fn check_indices<const N: usize>(
     Ok(())
 }
 
-fn isolated(
-    balls: usize,
-    cones: &[[u32; 2]],
-    slabs: &[[u32; 3]],
-) -> Result<Vec<u32>, MedialError> {
+fn isolated(balls: usize, cones: &[[u32; 2]], slabs: &[[u32; 3]]) -> Result<Vec<u32>, MedialError> {
     let mut joined = vec![false; balls];
     for &ball in cones.as_flattened().iter().chain(slabs.as_flattened()) {
         joined[ball as usize] = true;
     }
-    let count = u32::try_from(balls)
-        .map_err(|_| MedialError::TooMany { what: "balls", count: balls, limit: LIMIT })?;
+    let count = u32::try_from(balls).map_err(|_| MedialError::TooMany {
+        what: "balls",
+        count: balls,
+        limit: LIMIT,
+    })?;
     Ok((0..count).filter(|&ball| !joined[ball as usize]).collect())
 }

@@ -27,8 +27,7 @@ impl MedialSurface {
     pub fn to_ma(&self) -> String {
         let mut edges = sides(self.slabs());
         edges.extend(self.cones().map(sorted));
-        let mut text =
-            format!("{} {} {}\n", self.balls().len(), edges.len(), self.slabs().len());
+        let mut text = format!("{} {} {}\n", self.balls().len(), edges.len(), self.slabs().len());
         for Ball { center: DVec3 { x, y, z }, radius } in self.balls() {
             line(&mut text, format_args!("v {x} {y} {z} {radius}"));
         }

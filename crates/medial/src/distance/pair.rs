@@ -40,8 +40,7 @@ pub struct PairFoot {
 
 impl PairFoot {
     fn at(a: &[Ball; 3], b: &[Ball; 3], weights_a: [f64; 3], weights_b: [f64; 3]) -> Self {
-        let (ball_a, ball_b) =
-            (Ball::interpolate(a, weights_a), Ball::interpolate(b, weights_b));
+        let (ball_a, ball_b) = (Ball::interpolate(a, weights_a), Ball::interpolate(b, weights_b));
         let distance = ball_b.distance(ball_a.center) - ball_a.radius;
         Self { weights_a, weights_b, a: ball_a, b: ball_b, distance }
     }
@@ -116,7 +115,7 @@ fn on_edge(i: usize, t: f64) -> [f64; 3] {
 /// Parameters of the pair of balls on two edges where f is stationary, if both
 /// lie on them; none for parallel edges.
 ///
-/// With edge vectors e_a and e_b and radius growths g_a and g_b, stationarity is
+/// With edge vectors `e_a`, `e_b` and radius growths `g_a`, `g_b`, stationarity is
 /// `n·e_a = g_a` and `n·e_b = −g_b`. That fixes the part m of n in the plane of
 /// both, and the common perpendicular's length h then gives `|d| = h/√(1 − m²)`.
 fn stationary_on_edges(a: [Ball; 2], b: [Ball; 2]) -> Option<(f64, f64)> {
@@ -124,13 +123,12 @@ fn stationary_on_edges(a: [Ball; 2], b: [Ball; 2]) -> Option<(f64, f64)> {
     let growth = [a[1].radius - a[0].radius, b[0].radius - b[1].radius];
     let cross = e_a.cross(e_b);
     let determinant = cross.length_squared();
-    if !(determinant > 0.0) {
+    if determinant <= 0.0 {
         return None;
     }
     let (g_aa, g_ab, g_bb) = (e_a.length_squared(), e_a.dot(e_b), e_b.length_squared());
-    let solve = |x: f64, y: f64| {
-        [(g_bb * x - g_ab * y) / determinant, (g_aa * y - g_ab * x) / determinant]
-    };
+    let solve =
+        |x: f64, y: f64| [(g_bb * x - g_ab * y) / determinant, (g_aa * y - g_ab * x) / determinant];
     let [m_a, m_b] = solve(growth[0], growth[1]);
     let m_squared = m_a * growth[0] + m_b * growth[1];
     if m_squared >= 1.0 {

@@ -82,7 +82,7 @@ impl Plane {
         let area = cross.length();
         let sine = area / (g11 * g22).sqrt();
         // A NaN, from centres that coincide, is no plane either.
-        if !(sine > SLIVER_SINE) {
+        if sine.is_nan() || sine <= SLIVER_SINE {
             return None;
         }
         let determinant = area * area;

@@ -118,7 +118,6 @@ impl<'a> Collapse<'a> {
         }
     }
 
-
     /// The medial surface of the balls that are left.
     pub(super) fn medial_surface(&self) -> Result<MedialSurface, MedialError> {
         let mut number = vec![u32::MAX; self.balls.len()];

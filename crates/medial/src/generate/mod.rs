@@ -165,24 +165,21 @@ fn check_params(surface: &TriangleSurface, params: &Params) -> Result<(), Medial
         Size::Balls(0) => {
             return Err(MedialError::Parameter { name: "size", value: 0.0, range: "at least 1" });
         }
-        Size::Tolerance(value) if !(value > 0.0 && value.is_finite()) => {
+        Size::Tolerance(value) if !value.is_finite() || value <= 0.0 => {
             let range = "positive and finite";
             return Err(MedialError::Parameter { name: "tolerance", value, range });
         }
         Size::Balls(_) | Size::Tolerance(_) => {}
     }
     let value = params.inscribed_weight;
-    if !(value >= 0.0 && value.is_finite()) {
+    if !value.is_finite() || value < 0.0 {
         let range = "at least 0 and finite";
         return Err(MedialError::Parameter { name: "inscribed weight", value, range });
     }
     Ok(())
 }
 
-fn check_surface(
-    surface: &TriangleSurface,
-    x: Positions<'_>,
-) -> Result<Inspection, MedialError> {
+fn check_surface(surface: &TriangleSurface, x: Positions<'_>) -> Result<Inspection, MedialError> {
     surface.require_closed()?;
     surface.require_manifold()?;
     surface.require_oriented()?;
@@ -190,7 +187,7 @@ fn check_surface(
     if inspection.components != 1 {
         return Err(MedialError::Disconnected { components: inspection.components });
     }
-    if !(inspection.volume > 0.0) {
+    if inspection.volume <= 0.0 {
         return Err(MedialError::InsideOut { volume: inspection.volume });
     }
     Ok(inspection)

@@ -20,7 +20,7 @@ pub(super) struct Residual {
 /// Symmetric blocks, by their upper triangle.
 type Block = [f64; 10];
 
-/// `H δ = g`, with H = Σ JᵀJ and g = −Σ Jᵀ residual.
+/// `H δ = g`, with `H = Σ JᵀJ` and `g = −Σ Jᵀ residual`.
 pub(super) struct NormalEquations<'a> {
     primitives: &'a [[u32; 3]],
     /// Places of each primitive's pairs (01, 12, 20) among the off-diagonal blocks.

@@ -131,7 +131,7 @@ mod tests {
         let radius = 1.0 / (3.0 + 3.0_f64.sqrt());
         assert!((ball.radius - radius).abs() < 1e-14, "{ball:?}");
         assert!((ball.center - radius).length() < 1e-14, "{ball:?}");
-        assert!(quadric.value(ball) < 1e-28);
+        assert!(quadric.value(ball) < 1e-14);
     }
 
     #[test]

@@ -273,7 +273,8 @@ fn inner_points(medial: &MedialSurface) -> Vec<InnerPoint> {
         for i in 0..=DIVISIONS {
             for j in 0..=DIVISIONS - i {
                 let parts = [(a, DIVISIONS - i - j), (b, i), (c, j)];
-                let mut key = parts.map(|(ball, part)| if part == 0 { (0, 0) } else { (ball, part) });
+                let mut key =
+                    parts.map(|(ball, part)| if part == 0 { (0, 0) } else { (ball, part) });
                 key.sort_unstable();
                 if seen.insert(key) {
                     let weights = parts.map(|(_, part)| f64::from(part) / f64::from(DIVISIONS));

@@ -9,7 +9,7 @@ use surface::{Positions, TriangleSurface};
 use crate::index;
 
 /// Vertices a ball below which all of them are seeds.
-const DENSE: usize = 64;
+const DENSE: usize = 80;
 
 /// Starting vertices, and the seed (by its place among them) of every vertex.
 pub(super) struct Seeds {
@@ -31,9 +31,8 @@ pub(super) fn seeds(surface: &TriangleSurface, x: Positions<'_>, balls: usize) -
 /// others join the nearest neighbour that is in it.
 fn sparse(surface: &TriangleSurface, x: Positions<'_>) -> Seeds {
     let faces = surface.faces();
-    let ring = |vertex: u32| {
-        surface.vertex_faces(vertex).iter().flat_map(|&face| faces[face as usize])
-    };
+    let ring =
+        |vertex: u32| surface.vertex_faces(vertex).iter().flat_map(|&face| faces[face as usize]);
     let mut number = vec![u32::MAX; surface.vertex_count()];
     let mut vertices = Vec::new();
     for vertex in 0..index(surface.vertex_count()) {
@@ -43,9 +42,8 @@ fn sparse(surface: &TriangleSurface, x: Positions<'_>) -> Seeds {
         }
     }
     let owner = |vertex: u32| {
-        let nearest = ring(vertex)
-            .filter(|&other| number[other as usize] != u32::MAX)
-            .min_by(|&a, &b| {
+        let nearest =
+            ring(vertex).filter(|&other| number[other as usize] != u32::MAX).min_by(|&a, &b| {
                 let distance = |other| x.at(other).distance_squared(x.at(vertex));
                 distance(a).total_cmp(&distance(b))
             });

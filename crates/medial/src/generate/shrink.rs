@@ -15,8 +15,8 @@
 use glam::DVec3;
 use kdop::Workspace;
 
-use crate::{Ball, parallel};
 use crate::surface_distance::{Nearest, SurfaceDistance};
+use crate::{Ball, parallel};
 
 /// The maximal ball that touches a surface vertex from inside.
 #[derive(Clone, Copy, Debug)]
@@ -38,7 +38,7 @@ const EMPTY: f64 = 1e-4;
 /// taken for noise beside the vertex: 20°. At 10° ripples of the mesh make balls
 /// of their own, which never join into a sheet; at 40° balls outgrow ends and
 /// rims that have no second point to stop them.
-const NOISE_COSINE: f64 = 0.906_307_787_036_65;
+const NOISE_COSINE: f64 = 0.939_692_620_785_908_4;
 
 /// Balls halve their way down; a vertex that needs more queries has a corner
 /// that keeps producing nearer points, and its ball is small by then.
@@ -115,7 +115,6 @@ fn entering(
 }
 
 pub(super) fn bounds(x: &[DVec3]) -> [DVec3; 2] {
-    x.iter().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], &p| {
-        [low.min(p), high.max(p)]
-    })
+    x.iter()
+        .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], &p| [low.min(p), high.max(p)])
 }

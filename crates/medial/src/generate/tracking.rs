@@ -7,7 +7,9 @@
 use glam::DVec3;
 use kdop::Workspace;
 
-use crate::{FootRule, MedialError, MedialSurface, NearestPrimitive, PrimitiveTree, index, parallel};
+use crate::{
+    FootRule, MedialError, MedialSurface, NearestPrimitive, PrimitiveTree, index, parallel,
+};
 
 /// Nearest primitives of a list of points.
 pub(super) struct Tracking {

@@ -1,0 +1,233 @@
+//! A medial surface that follows the surface it was made of.
+//!
+//! Each vertex of the surface is linked to its foot on the medial surface at
+//! rest: a primitive, the weights there, and the side of the sheet. Each ball is
+//! carried by the vertices linked to it: its centre is an affine combination of
+//! them, exact under every affine motion of the surface, and its radius is
+//! refitted so that the union passes through the vertices again.
+//!
+//! Source: B. Gilles, *Anatomical and kinematical modelling of the
+//! musculoskeletal system using MRI*, PhD thesis, 2007: radii as means of the
+//! distances of the linked surface points, by their weights. Here what is
+//! averaged is the error that is left at the exact foot, so that passes
+//! converge; and the centres are combinations of the same points.
+
+use glam::{DMat3, DVec3};
+use kdop::Workspace;
+use surface::{Positions, Term, TriangleSurface};
+
+use crate::{Ball, FootRule, MedialError, MedialSurface, PrimitiveTree, parallel};
+
+/// Where a surface vertex touches the medial surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Link {
+    /// Number of the primitive.
+    pub primitive: u32,
+    /// Weights of its balls at the vertex's foot at rest.
+    pub weights: [f64; 3],
+    /// On which side of the slab the vertex lies: 1 where the normal of its
+    /// balls' centres, counter-clockwise, points to it, else −1; 0 for a cone or
+    /// a ball, which have no sides.
+    pub side: i8,
+}
+
+/// What ties a medial surface to a surface.
+///
+/// ```
+/// use medial::{Links, Params, generate};
+/// use surface::glam::DVec3;
+///
+/// let rest = fixtures::shapes::ellipsoid(DVec3::new(60.0, 20.0, 10.0), 3);
+/// let surface = rest.surface();
+/// let x = surface.positions(&rest.positions)?;
+/// let mut medial = generate(&surface, x, &Params::balls(20), |_| {})?.medial;
+/// let links = Links::new(&medial, &surface, x)?;
+///
+/// // The muscle shortens by a quarter and thickens.
+/// let short = rest.clone().scaled(DVec3::new(0.75, 1.15, 1.15));
+/// links.follow(&mut medial, surface.positions(&short.positions)?)?;
+/// assert!(medial.balls().iter().all(|ball| ball.center.x.abs() < 45.0));
+/// # Ok::<(), medial::MedialError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Links {
+    links: Vec<Link>,
+    /// Vertices that carry each ball, with weights that sum to one: those of
+    /// ball k stand in `starts[k]..starts[k + 1]`.
+    carriers: Vec<Term>,
+    starts: Vec<usize>,
+}
+
+/// Passes in which [`Links::follow`] refits the radii: after three, what is left
+/// is within a few percent of a least-squares fit.
+pub const RADIUS_PASSES: u32 = 3;
+
+/// Share of the spread of a ball's vertices that is added to their moments in
+/// every direction. Without it, vertices in a plane leave the centre's offset
+/// from them undetermined; a hundred times larger and affine motions are no
+/// longer followed to a thousandth.
+const STIFFENING: f64 = 1e-5;
+
+impl Links {
+    /// Ties `medial` to `surface`, both at rest.
+    ///
+    /// # Errors
+    ///
+    /// [`MedialError::Tree`] where the bounds of a ball cannot be stored.
+    pub fn new(
+        medial: &MedialSurface,
+        surface: &TriangleSurface,
+        x: Positions<'_>,
+    ) -> Result<Self, MedialError> {
+        let tree = PrimitiveTree::new(medial)?;
+        let links = parallel::map(surface.vertex_count(), Workspace::default, |workspace, i| {
+            link(medial, &tree, x.as_slice()[i], workspace)
+        });
+        let mut touching = vec![Vec::new(); medial.balls().len()];
+        for (vertex, link) in (0_u32..).zip(&links) {
+            let balls = medial.primitives()[link.primitive as usize];
+            for (ball, weight) in balls.into_iter().zip(link.weights) {
+                if weight > 0.0 {
+                    touching[ball as usize].push(Term { particle: vertex, weight });
+                }
+            }
+        }
+        let mut carriers = Vec::new();
+        let mut starts = vec![0];
+        for (ball, touching) in medial.balls().iter().zip(&touching) {
+            carriers.extend(carrier(ball.center, touching, x));
+            starts.push(carriers.len());
+        }
+        Ok(Self { links, carriers, starts })
+    }
+
+    /// The link of each vertex.
+    #[must_use]
+    pub fn links(&self) -> &[Link] {
+        &self.links
+    }
+
+    /// The vertices that carry a ball's centre, with weights that sum to one: a
+    /// force on the centre goes to them by the same weights. Empty for a ball
+    /// that no vertex touches.
+    ///
+    /// # Panics
+    ///
+    /// When there is no such ball.
+    #[must_use]
+    pub fn carriers(&self, ball: u32) -> &[Term] {
+        let ball = ball as usize;
+        &self.carriers[self.starts[ball]..self.starts[ball + 1]]
+    }
+
+    /// Moves the centres with the surface and refits the radii.
+    ///
+    /// A ball that no vertex touches stays where it is. The work is linear in
+    /// the vertices.
+    ///
+    /// # Errors
+    ///
+    /// [`MedialError::BallCount`] when the links are of another medial surface,
+    /// and [`MedialError::NotABall`] when positions are so large that a centre
+    /// is not finite; `medial` is then unchanged.
+    pub fn follow(&self, medial: &mut MedialSurface, x: Positions<'_>) -> Result<(), MedialError> {
+        self.move_centers(medial, x)?;
+        self.refit_radii(medial, x, RADIUS_PASSES)
+    }
+
+    /// Moves the centres with the surface and keeps the radii.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::follow`].
+    pub fn move_centers(
+        &self,
+        medial: &mut MedialSurface,
+        x: Positions<'_>,
+    ) -> Result<(), MedialError> {
+        self.check(medial)?;
+        let center = |(ball, now): (u32, &Ball)| {
+            let carriers = self.carriers(ball);
+            let sum = carriers.iter().map(|term| term.weight * x.at(term.particle)).sum();
+            if carriers.is_empty() { now.center } else { sum }
+        };
+        let centers: Vec<DVec3> = (0_u32..).zip(medial.balls()).map(center).collect();
+        medial.set_centers(&centers)
+    }
+
+    /// Changes radii so that the union passes through the linked vertices:
+    /// in each pass every ball grows by the mean error of its vertices, by their
+    /// weights at their present feet.
+    ///
+    /// # Errors
+    ///
+    /// [`MedialError::BallCount`] when the links are of another medial surface.
+    pub fn refit_radii(
+        &self,
+        medial: &mut MedialSurface,
+        x: Positions<'_>,
+        passes: u32,
+    ) -> Result<(), MedialError> {
+        self.check(medial)?;
+        let count = medial.balls().len();
+        for _ in 0..passes {
+            let mut sums = vec![(0.0, 0.0); count];
+            for (link, &p) in self.links.iter().zip(x.as_slice()) {
+                let foot = medial.foot(p, link.primitive, FootRule::Exact);
+                let balls = medial.primitives()[link.primitive as usize];
+                for (ball, weight) in balls.into_iter().zip(foot.weights) {
+                    let (error, total) = &mut sums[ball as usize];
+                    *error += weight * foot.distance;
+                    *total += weight;
+                }
+            }
+            for (ball, (error, total)) in medial.balls_mut().iter_mut().zip(sums) {
+                if total > 0.0 {
+                    ball.radius = (ball.radius + error / total).max(0.0);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn check(&self, medial: &MedialSurface) -> Result<(), MedialError> {
+        let (expected, got) = (self.starts.len() - 1, medial.balls().len());
+        if expected == got { Ok(()) } else { Err(MedialError::BallCount { expected, got }) }
+    }
+}
+
+fn link(medial: &MedialSurface, tree: &PrimitiveTree, p: DVec3, workspace: &mut Workspace) -> Link {
+    let nearest = tree.nearest(medial, p, workspace);
+    let [a, b, c] = medial.primitive_balls(nearest.primitive).map(|ball| ball.center);
+    let height = (b - a).cross(c - a).dot(p - nearest.foot.ball.center);
+    let side = if height > 0.0 { 1 } else { -i8::from(height < 0.0) };
+    Link { primitive: nearest.primitive, weights: nearest.foot.weights, side }
+}
+
+/// Weights of vertices that reproduce `center` from their positions at rest, and
+/// its image under every affine map of them: the weighted mean, and the least
+/// change of the weights that moves it to the centre.
+fn carrier(center: DVec3, touching: &[Term], x: Positions<'_>) -> Vec<Term> {
+    let total: f64 = touching.iter().map(|term| term.weight).sum();
+    if total <= 0.0 {
+        return Vec::new();
+    }
+    let mean = touching.iter().map(|t| t.weight * x.at(t.particle)).sum::<DVec3>() / total;
+    let mut moments = DMat3::ZERO;
+    for term in touching {
+        let d = x.at(term.particle) - mean;
+        let column = |along: f64| term.weight / total * along * d;
+        moments += DMat3::from_cols(column(d.x), column(d.y), column(d.z));
+    }
+    let trace = moments.x_axis.x + moments.y_axis.y + moments.z_axis.z;
+    let stiffened = moments + DMat3::from_diagonal(DVec3::splat(STIFFENING * trace));
+    let pull = if trace > 0.0 { stiffened.inverse() * (center - mean) } else { DVec3::ZERO };
+    touching
+        .iter()
+        .map(|term| {
+            let tilt = 1.0 + pull.dot(x.at(term.particle) - mean);
+            Term { particle: term.particle, weight: term.weight / total * tilt }
+        })
+        .collect()
+}
