@@ -12,7 +12,7 @@ use crate::commands::Failure;
 use crate::progress::Progress;
 use crate::read::{self, Mesh};
 use crate::report::{BodyRecord, BodySource};
-use crate::scene::{Bounds, Scene};
+use crate::scene::{Bounds, Scene, Unit};
 
 /// Reads every file, and names each that cannot be.
 pub(crate) fn read_meshes(description: &Scene) -> Result<Vec<Mesh>, Failure> {
@@ -46,7 +46,7 @@ pub(crate) fn build_scene(
         .bodies
         .par_iter()
         .zip(meshes)
-        .map(|(body, mesh)| build_one(body, mesh))
+        .map(|(body, mesh)| build_one(body, description.unit, mesh))
         .collect();
     let mut scene = musculo_collide::Scene::new();
     let (mut records, mut ids) = (Vec::new(), Vec::new());
@@ -61,12 +61,12 @@ pub(crate) fn build_scene(
     Ok((scene, records))
 }
 
-fn build_one(body: &crate::scene::Body, mesh: Mesh) -> Result<Built, SceneError> {
+fn build_one(body: &crate::scene::Body, unit: Unit, mesh: Mesh) -> Result<Built, SceneError> {
     let refused = |source| SceneError::Surface { name: body.name.clone(), source };
     let Mesh { positions, faces, polygons_fanned } = mesh;
     let surface = TriangleSurface::new(positions.len(), faces).map_err(refused)?;
     let inspection = inspect(&surface, surface.positions(&positions).map_err(refused)?);
-    let source = BodySource { body, bounds: Bounds::of(&positions), polygons_fanned };
+    let source = BodySource { body, bounds: Bounds::of(&positions), polygons_fanned, unit };
     let record = BodyRecord::new(source, &inspection);
     Ok(Built { kind: body.kind, surface, positions, record })
 }

@@ -17,7 +17,7 @@ pub(super) struct Layers {
 
 /// How strongly contact shows through a solid that hides it: enough to read
 /// the scale, little enough to see that it is hidden.
-const SHINES_THROUGH: f64 = 0.72;
+const SHINES_THROUGH: f64 = 0.82;
 
 /// How much of the glass's own colour lies on what is behind it, seen face on
 /// and seen along the pane.

@@ -105,11 +105,13 @@ pub(crate) struct BodySource<'a> {
     pub(crate) body: &'a crate::scene::Body,
     pub(crate) bounds: Bounds,
     pub(crate) polygons_fanned: usize,
+    pub(crate) unit: Unit,
 }
 
 impl BodyRecord {
     pub(crate) fn new(source: BodySource<'_>, inspection: &Inspection) -> Self {
-        let BodySource { body, bounds, polygons_fanned } = source;
+        let BodySource { body, bounds, polygons_fanned, unit } = source;
+        let (findings, decimals) = (inspection.findings.iter(), unit.decimals());
         Self {
             name: body.name.clone(),
             file: body.file.clone(),
@@ -125,7 +127,7 @@ impl BodyRecord {
             volume: inspection.closed().then_some(inspection.volume),
             area: inspection.area,
             bounds,
-            defects: inspection.findings.iter().map(DefectRecord::new).collect(),
+            defects: findings.map(|finding| DefectRecord::new(finding, decimals)).collect(),
         }
     }
 }
@@ -142,13 +144,16 @@ impl BodyRecord {
 }
 
 impl DefectRecord {
-    fn new(finding: &Finding) -> Self {
+    /// The words give the place to `decimals`, the record in full.
+    fn new(finding: &Finding, decimals: usize) -> Self {
+        let digits = (0..decimals).fold(1.0, |power, _| power * 10.0);
+        let rounded = Finding { at: (finding.at * digits).round() / digits, ..*finding };
         Self {
             defect: finding.defect,
             count: finding.count,
             first: finding.first,
             at: finding.at.to_array(),
-            text: finding.to_string(),
+            text: rounded.to_string(),
         }
     }
 }
@@ -179,7 +184,7 @@ impl PairRecord {
 
     /// Sum of the patches' areas.
     pub(crate) fn contact_area(&self) -> f64 {
-        self.patches.iter().map(|patch| patch.area).sum()
+        self.patches.iter().map(|patch| patch.area).fold(0.0, |sum, area| sum + area)
     }
 }
 

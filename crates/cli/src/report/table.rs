@@ -106,7 +106,11 @@ fn overlaps(pairs: &[&PairRecord], document: &Document) -> String {
             grouped(pair.patches.len()),
         ]);
     }
-    table.render()
+    let mut text = table.render();
+    if pairs.iter().any(|pair| pair.max_depth <= 0.0) {
+        text += "  (edges: faces cross, but no vertex is inside)\n";
+    }
+    text
 }
 
 fn gaps(pairs: &[&PairRecord], document: &Document) -> String {

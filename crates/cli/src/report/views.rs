@@ -161,11 +161,11 @@ impl Sight {
 /// The colour of each body: bone, flesh or sheet, neighbours of one kind in
 /// different shades.
 fn colours(scene: &Scene) -> Vec<Colour> {
-    const SHADES: [f64; 5] = [1.0, 0.74, 1.18, 0.86, 0.62];
+    const SHADES: [f64; 5] = [1.0, 0.80, 1.16, 0.90, 0.72];
     let shade = |(number, body): (usize, &Body)| {
         let colour = match body.kind() {
             BodyKind::Rigid => [0xe8, 0xde, 0xc6],
-            BodyKind::Deformable => [0xcb, 0x78, 0x6c],
+            BodyKind::Deformable => [0xd6, 0x8c, 0x80],
             BodyKind::Open => [0x8f, 0xae, 0xc8],
         };
         let shade = if body.kind() == BodyKind::Rigid { 1.0 } else { SHADES[number % 5] };

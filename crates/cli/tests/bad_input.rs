@@ -1,0 +1,127 @@
+//! What cannot be checked is refused with exit status 2, by name and place, and
+//! nothing is written.
+
+mod support;
+
+use support::{Workshop, tetrahedron};
+
+const PLY: &str = "ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty float x\n\
+    property float y\nproperty float z\nelement face 4\nproperty list uchar int vertex_indices\n\
+    end_header\n";
+
+/// A tetrahedron as a binary PLY file, with one coordinate and one index to choose.
+fn ply(z_of_last: f32, index_of_last: i32) -> Vec<u8> {
+    let mut bytes = PLY.as_bytes().to_vec();
+    for coordinate in [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, z_of_last] {
+        bytes.extend(f32::to_le_bytes(coordinate));
+    }
+    for face in [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, index_of_last]] {
+        bytes.push(3);
+        face.into_iter().for_each(|corner| bytes.extend(i32::to_le_bytes(corner)));
+    }
+    bytes
+}
+
+/// A folder with good and bad files.
+fn workshop() -> Workshop {
+    let workshop = Workshop::new();
+    workshop.write("good.obj", tetrahedron(0.0, 1.0));
+    workshop.write("good.ply", ply(1.0, 3));
+    workshop.write("empty.ply", "");
+    workshop.write("truncated.ply", &ply(1.0, 3)[..PLY.len() + 48 + 20]);
+    workshop.write("nan.ply", ply(f32::NAN, 3));
+    workshop.write("range.ply", ply(1.0, 7));
+    workshop.write("points.obj", "v 0 0 0\nv 1 0 0\n");
+    workshop.write("notes.txt", "not a mesh\n");
+    let scene = |text: &str| format!("[[body]]\nfile = \"good.obj\"\n{text}");
+    workshop.write("kind.toml", scene("kind = \"soft\"\n"));
+    workshop.write("key.toml", scene("colour = \"red\"\n"));
+    workshop.write("ignore.toml", scene("[[ignore]]\na = \"good\"\nb = \"tibia\"\n"));
+    workshop.write("missing.toml", scene("[[body]]\nfile = \"tibia.ply\"\n"));
+    workshop.write("reach.toml", format!("reach = inf\n{}", scene("")));
+    workshop.write("bodiless.toml", "unit = \"mm\"\n");
+    workshop.write("broken.toml", "unit = mm\n");
+    workshop
+}
+
+#[test]
+fn every_mistake_is_named_and_leaves_nothing_behind() {
+    let workshop = workshop();
+    let before = workshop.listing();
+    let cases: &[(&[&str], &[&str])] = &[
+        (&["nowhere.ply"], &["nowhere.ply: cannot be read", "No such file"]),
+        (&["empty.ply"], &["empty.ply: is empty (0 bytes)"]),
+        (&["truncated.ply"], &["truncated.ply: PLY file: element 'face'", "end of file"]),
+        (&["nan.ply"], &["nan.ply: vertex 3 is at (0, 0, NaN), which is not finite"]),
+        (&["range.ply"], &["range.ply: face 3 refers to vertex 7, but there are 4"]),
+        (&["points.obj"], &["points.obj: holds 2 vertices and no faces"]),
+        (&["notes.txt"], &["notes.txt: is of no format known here"]),
+        (&["good.obj", "good.ply"], &["two bodies are named 'good'", "good.obj", "good.ply"]),
+        (&["good.obj", "--rigid", "tibia"], &["--rigid names 'tibia', but the bodies are: good"]),
+        (&["good.obj", "--reach", "nan"], &["reach is NaN"]),
+        (&["good.obj", "--reach", "-1"], &["reach is -1"]),
+        (&["good.obj", "--reach", "far"], &["invalid value 'far'"]),
+        (&["good.obj", "--threads", "0"], &["invalid value '0'"]),
+        (&["kind.toml"], &["kind.toml", "line 3", "unknown variant `soft`", "rigid"]),
+        (&["key.toml"], &["key.toml", "line 3", "unknown field `colour`"]),
+        (&["ignore.toml"], &["[[ignore]] names 'tibia', but the bodies are: good"]),
+        (&["missing.toml"], &["tibia.ply: cannot be read"]),
+        (&["reach.toml"], &["reach is inf"]),
+        (&["bodiless.toml"], &["bodiless.toml: names no [[body]]"]),
+        (&["broken.toml"], &["broken.toml", "line 1"]),
+        (&["nowhere.toml"], &["nowhere.toml: cannot be read"]),
+        (&["kind.toml", "good.obj"], &["kind.toml is a scene"]),
+        (&[], &["required"]),
+    ];
+    for (arguments, expected) in cases {
+        let outputs =
+            ["--json", "o.json", "--report", "o.html", "--vtp", "o", "--picture", "o.png"];
+        let run = workshop.check(&[arguments, &outputs[..]].concat());
+        assert_eq!(run.status, 2, "{arguments:?}: {}{}", run.stdout, run.stderr);
+        for part in *expected {
+            assert!(run.stderr.contains(part), "{arguments:?}: '{part}' is not in {}", run.stderr);
+        }
+        assert_eq!(run.stdout, "", "{arguments:?}");
+        assert_eq!(workshop.listing(), before, "{arguments:?}");
+    }
+}
+
+#[test]
+fn every_bad_file_is_named_at_once() {
+    let run = workshop().check(&["nan.ply", "good.obj", "range.ply", "empty.ply"]);
+    assert_eq!(run.status, 2);
+    let lines: Vec<&str> = run.stderr.lines().collect();
+    assert_eq!(lines.len(), 3, "{}", run.stderr);
+    for (line, file) in lines.iter().zip(["nan.ply", "range.ply", "empty.ply"]) {
+        assert!(line.starts_with(&format!("error: {file}: ")), "{line}");
+    }
+}
+
+#[test]
+fn an_output_that_cannot_be_written_takes_the_others_with_it() {
+    let workshop = workshop();
+    let before = workshop.listing();
+    for bad in [["--report", "no/such/folder.html"], ["--picture", "."], ["--vtp", "good.obj"]] {
+        let run = workshop.check(&[&["good.obj", "--json", "o.json"], &bad[..]].concat());
+        assert_eq!(run.status, 2, "{bad:?}: {}", run.stderr);
+        assert!(run.stderr.contains(": cannot be written: "), "{bad:?}: {}", run.stderr);
+        assert_eq!(workshop.listing(), before, "{bad:?}");
+    }
+}
+
+#[test]
+fn a_body_in_another_unit_is_suspected_with_both_boxes() {
+    let workshop = Workshop::new();
+    workshop.write("millimetres.obj", tetrahedron(0.0, 400.0));
+    workshop.write("metres.obj", tetrahedron(0.0, 0.4));
+    let run = workshop.check(&["millimetres.obj", "metres.obj", "--json", "o.json"]);
+    for text in [run.stdout, workshop.read("o.json")] {
+        for part in [
+            "'metres' may be in another unit",
+            "(0.4000, 0.4000, 0.4000)",
+            "(400.0000, 400.0000, 400.0000)",
+        ] {
+            assert!(text.contains(part), "'{part}' is not in {text}");
+        }
+    }
+}

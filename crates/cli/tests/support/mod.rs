@@ -1,0 +1,84 @@
+//! Runs the program as a user does, in a folder of its own.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// The scene of a thigh with planted overlaps.
+pub const THIGH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/thigh/scene.toml");
+
+/// A folder that goes when the test ends.
+pub struct Workshop(tempfile::TempDir);
+
+/// How a run ended.
+pub struct Run {
+    pub status: i32,
+    pub stdout: String,
+    pub stderr: String,
+}
+
+impl Workshop {
+    pub fn new() -> Self {
+        Self(tempfile::tempdir().expect("a temporary folder"))
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+        fs::write(self.path(name), content).expect("a written file");
+    }
+
+    pub fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.path(name)).expect("a readable file")
+    }
+
+    /// All files and folders below, ascending.
+    pub fn listing(&self) -> Vec<String> {
+        let mut names = Vec::new();
+        list(self.0.path(), "", &mut names);
+        names.sort();
+        names
+    }
+
+    /// Runs `musculo-collide check` with this folder as the working directory.
+    pub fn check(&self, arguments: &[&str]) -> Run {
+        let output = Command::new(env!("CARGO_BIN_EXE_musculo-collide"))
+            .arg("check")
+            .args(arguments)
+            .current_dir(self.0.path())
+            .output()
+            .expect("the program runs");
+        Run::from(output)
+    }
+}
+
+impl From<Output> for Run {
+    fn from(output: Output) -> Self {
+        Self {
+            status: output.status.code().expect("an exit status"),
+            stdout: String::from_utf8(output.stdout).expect("text"),
+            stderr: String::from_utf8(output.stderr).expect("text"),
+        }
+    }
+}
+
+fn list(folder: &Path, prefix: &str, names: &mut Vec<String>) {
+    for entry in fs::read_dir(folder).expect("a folder") {
+        let entry = entry.expect("an entry");
+        let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
+        if entry.path().is_dir() {
+            list(&entry.path(), &format!("{name}/"), names);
+        }
+        names.push(name);
+    }
+}
+
+/// A tetrahedron as an OBJ file: its right angle at (`x`, 0, 0), legs of `size`.
+pub fn tetrahedron(x: f64, size: f64) -> String {
+    format!(
+        "v {x} 0 0\nv {} 0 0\nv {x} {size} 0\nv {x} 0 {size}\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n",
+        x + size
+    )
+}
