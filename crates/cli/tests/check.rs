@@ -5,7 +5,10 @@ mod support;
 use std::fs;
 
 use serde_json::Value;
-use support::{THIGH, Workshop, tetrahedron};
+use support::{Workshop, tetrahedron};
+
+/// The scene of a thigh with planted overlaps.
+const THIGH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/thigh/scene.toml");
 
 fn json(workshop: &Workshop, name: &str) -> Value {
     serde_json::from_str(&workshop.read(name)).expect("valid JSON")
@@ -16,7 +19,7 @@ fn the_exit_status_tells_whether_anything_overlaps() {
     let workshop = Workshop::new();
     workshop.write("a.obj", tetrahedron(0.0, 1.0));
     workshop.write("near.obj", tetrahedron(1.5, 1.0));
-    workshop.write("in.obj", tetrahedron(0.2, 0.1));
+    workshop.write("in.obj", tetrahedron(0.2, 0.1).replace(" 0 0\n", " 0.1 0.1\n"));
     let clean = workshop.check(&["a.obj", "near.obj"]);
     assert_eq!((clean.status, clean.stderr.as_str()), (0, ""));
     assert!(
@@ -98,6 +101,8 @@ fn any_number_of_threads_writes_the_same_bytes() {
         ]);
         assert_eq!(run.status, 1, "{}", run.stderr);
     }
+    let names = workshop.listing();
+    assert!(names.iter().all(|name| !name.contains(".tmp")), "{names:?}");
     let bytes = |name: String| fs::read(workshop.path(&name)).expect("a file");
     let files = ["json", "html", "png", "vtp/femur.vtp", "vtp/vastus_lateralis.vtp"];
     for file in files {
@@ -122,7 +127,7 @@ fn written_bodies_read_back_the_same() {
     assert_eq!(first["pairs"], second["pairs"]);
 }
 
-/// Two boxes, one 0.25 into the other: what VTP shows at its vertices.
+/// Two corners, each 0.25 into the other: what VTP shows at the vertices.
 #[test]
 fn vtp_holds_the_signed_gap_and_the_depth() {
     let workshop = Workshop::new();
@@ -139,7 +144,7 @@ fn vtp_holds_the_signed_gap_and_the_depth() {
     let pair = &json(&workshop, "o.json")["pairs"][0];
     assert_eq!(pair["max_depth"], 0.25);
     assert_eq!(pair["nearest_vertex"]["vertex"], 0);
-    assert_eq!(pair["nearest_vertex"]["body"], "b");
+    assert_eq!(pair["nearest_vertex"]["body"], "a", "its origin is as deep in b; the first wins");
 }
 
 /// The numbers of an array of doubles, behind the count of their bytes.

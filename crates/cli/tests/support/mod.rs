@@ -4,38 +4,35 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// The scene of a thigh with planted overlaps.
-pub const THIGH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/thigh/scene.toml");
-
 /// A folder that goes when the test ends.
-pub struct Workshop(tempfile::TempDir);
+pub(crate) struct Workshop(tempfile::TempDir);
 
 /// How a run ended.
-pub struct Run {
-    pub status: i32,
-    pub stdout: String,
-    pub stderr: String,
+pub(crate) struct Run {
+    pub(crate) status: i32,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
 }
 
 impl Workshop {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self(tempfile::tempdir().expect("a temporary folder"))
     }
 
-    pub fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
-    pub fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+    pub(crate) fn write(&self, name: &str, content: impl AsRef<[u8]>) {
         fs::write(self.path(name), content).expect("a written file");
     }
 
-    pub fn read(&self, name: &str) -> String {
+    pub(crate) fn read(&self, name: &str) -> String {
         fs::read_to_string(self.path(name)).expect("a readable file")
     }
 
     /// All files and folders below, ascending.
-    pub fn listing(&self) -> Vec<String> {
+    pub(crate) fn listing(&self) -> Vec<String> {
         let mut names = Vec::new();
         list(self.0.path(), "", &mut names);
         names.sort();
@@ -43,7 +40,7 @@ impl Workshop {
     }
 
     /// Runs `musculo-collide check` with this folder as the working directory.
-    pub fn check(&self, arguments: &[&str]) -> Run {
+    pub(crate) fn check(&self, arguments: &[&str]) -> Run {
         let output = Command::new(env!("CARGO_BIN_EXE_musculo-collide"))
             .arg("check")
             .args(arguments)
@@ -76,7 +73,7 @@ fn list(folder: &Path, prefix: &str, names: &mut Vec<String>) {
 }
 
 /// A tetrahedron as an OBJ file: its right angle at (`x`, 0, 0), legs of `size`.
-pub fn tetrahedron(x: f64, size: f64) -> String {
+pub(crate) fn tetrahedron(x: f64, size: f64) -> String {
     format!(
         "v {x} 0 0\nv {} 0 0\nv {x} {size} 0\nv {x} 0 {size}\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n",
         x + size
