@@ -24,7 +24,8 @@
 //! refit, 30,000 leaves [µs]      210.0      480.0       0.44      0.50  ok
 //! ```
 //!
-//! where `-` stands for an other's or an allowed that there is not.
+//! where `-` stands for an other's or an allowed that there is not. It is called
+//! with the word `ratios`.
 
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "programs that print")]
 

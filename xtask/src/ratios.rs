@@ -54,6 +54,8 @@ fn measure(root: &Path, only: Option<&str>) -> Result<Vec<Line>, String> {
         let before = lines.len();
         let mut command = Command::new("cargo");
         command.args(["run", "--quiet", "--release", "--locked", "-p", "benches", "--bin", &name]);
+        // A program that prints tables too leaves them out.
+        command.args(["--", "ratios"]);
         let status = read_lines(command.current_dir(root), |text| {
             println!("{text}");
             lines.extend(Line::read(text));
@@ -118,8 +120,8 @@ impl Line {
             };
         };
         let (bound, sign) = match bound.widened(GENEROUS) {
-            wide @ Bound::AtMost(limit) => (wide, limit.to_string()),
-            wide @ Bound::AtLeast(limit) => (wide, format!(">= {limit}")),
+            wide @ Bound::AtMost(limit) => (wide, short(limit)),
+            wide @ Bound::AtLeast(limit) => (wide, format!(">= {}", short(limit))),
         };
         let verdict = Verdict::of(self.ok || bound.holds(value));
         Row { name: self.name, measured: self.measured, allowed: sign, verdict }
@@ -138,6 +140,15 @@ impl Line {
     }
 }
 
+/// A limit in three digits after the point at most, without idle zeros.
+fn short(limit: f64) -> String {
+    if limit != 0.0 && limit.abs() < 1e-2 {
+        return format!("{limit:.0e}");
+    }
+    let text = format!("{limit:.3}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -151,6 +162,12 @@ mod tests {
         assert_eq!(Line::read("ok"), None);
         let line = Line::read("ratio\trefit, 80k  \t  12.0 us\t 48.0 us\t0.250\t0.45\tok").unwrap();
         assert_eq!((line.name.as_str(), line.allowed.as_str()), ("refit, 80k", "0.45"));
+    }
+
+    #[test]
+    fn limits_are_short() {
+        let texts = [0.0, 2.0, 2.0 / 3.0, 1e-8, 150.0].map(short);
+        assert_eq!(texts, ["0", "2", "0.667", "1e-8", "150"]);
     }
 
     #[test]
