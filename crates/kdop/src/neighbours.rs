@@ -16,6 +16,8 @@ pub(crate) struct Neighbours {
     shared: Vec<Shared>,
     /// Clusters with a point that too many others use to list them all.
     crowded: Vec<bool>,
+    /// Clusters whose leaves are one piece.
+    connected: Vec<bool>,
 }
 
 /// Clusters that may use one point before pairs of them are no longer listed but compared when they
@@ -36,7 +38,8 @@ impl Neighbours {
     pub(crate) fn of<const S: usize>(tree: &DopTree<S>) -> Self {
         let users = Users::of(tree);
         let crowded = vec![false; tree.clusters.len()];
-        let mut found = Self { first: vec![0], clusters: vec![], shared: vec![], crowded };
+        let mut found =
+            Self { first: vec![0], clusters: vec![], shared: vec![], crowded, connected: vec![] };
         for (a, cluster) in (0..).zip(&tree.clusters) {
             let start = found.clusters.len();
             found.clusters.push(a);
@@ -58,6 +61,8 @@ impl Neighbours {
                     add_pairs(&mut found.shared[at], own, other);
                 }
             }
+            let own = &found.shared[start];
+            found.connected.push(are_connected(own, cluster.leaf_count as usize));
             let end = u32::try_from(found.clusters.len());
             found.first.push(end.expect("at most a crowd for each of fewer than 2^26 clusters"));
         }
@@ -68,20 +73,33 @@ impl Neighbours {
     /// Pairs of leaves of clusters `a <= b` that are known to share a point.
     #[inline(always)]
     pub(crate) fn shared(&self, a: u32, b: u32) -> Shared {
+        self.place(a, b).map_or([0; QUADS * QUADS], |place| self.shared[place])
+    }
+
+    /// Whether clusters `a <= b` are known to share a point.
+    pub(crate) fn are_listed(&self, a: u32, b: u32) -> bool {
+        self.place(a, b).is_some()
+    }
+
+    /// Whether a cluster's leaves are one piece, as far as is known.
+    pub(crate) fn is_connected(&self, cluster: u32) -> bool {
+        self.connected[cluster as usize]
+    }
+
+    #[inline(always)]
+    fn place(&self, a: u32, b: u32) -> Option<usize> {
         let end = self.first[a as usize + 1] as usize;
         let mut start = self.first[a as usize] as usize;
-        while let Some(&clusters) = self.clusters[start..].first_chunk::<LANES>() {
+        while start < end {
+            let clusters = self.clusters[start..].first_chunk::<LANES>()?;
             let within = (1_u32 << (end - start).min(LANES)) - 1;
-            let hits = u32x8::new(clusters).simd_eq(u32x8::splat(b)).to_bitmask() & within;
+            let hits = u32x8::new(*clusters).simd_eq(u32x8::splat(b)).to_bitmask() & within;
             if hits != 0 {
-                return self.shared[start + hits.trailing_zeros() as usize];
+                return Some(start + hits.trailing_zeros() as usize);
             }
             start += LANES;
-            if start >= end {
-                break;
-            }
         }
-        [0; QUADS * QUADS]
+        None
     }
 
     /// Whether leaves of two clusters may share points that are not listed.
@@ -139,4 +157,18 @@ fn add_pairs(shared: &mut Shared, a: u8, b: u8) {
             shared[i / 4 * QUADS + j / 4] |= 1 << (i % 4 * 4 + j % 4);
         }
     }
+}
+
+/// Whether leaves, of which each pair that shares a point has its bit, are one piece.
+fn are_connected(shared: &Shared, leaves: usize) -> bool {
+    let linked = |i: usize, j: usize| shared[i / 4 * QUADS + j / 4] >> (i % 4 * 4 + j % 4) & 1;
+    let mut reached = 1_u32;
+    for _ in 1..leaves {
+        for i in 0..leaves {
+            if reached >> i & 1 == 1 {
+                reached |= (0..leaves).fold(0, |bits, j| bits | u32::from(linked(i, j)) << j);
+            }
+        }
+    }
+    reached.count_ones() as usize == leaves
 }

@@ -1,5 +1,6 @@
 //! Traversals: who meets whom.
 
+pub(crate) mod cones;
 pub(crate) mod nearest;
 mod pairs;
 #[cfg(feature = "rayon")]

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use glam::DVec3;
 
-use crate::cluster::Cluster;
+use crate::cluster::{Cluster, LeafQuads};
 use crate::dop::Dop;
 use crate::error::TreeError;
 use crate::extents::Extents;
@@ -136,6 +136,56 @@ impl<const S: usize> DopTree<S> {
     #[must_use]
     pub fn root(&self) -> Dop<S> {
         self.nodes.first().map_or(Dop::EMPTY, |root| root.quad.enclosing().to_dop())
+    }
+
+    /// The bounds of every level, from the root to the single leaves: for pictures and statistics.
+    ///
+    /// Leaves that hang higher than others stand in the last level alone.
+    ///
+    /// ```
+    /// use glam::DVec3;
+    /// use kdop::{Leaves, Tree};
+    ///
+    /// let points: Vec<DVec3> = (0..9).map(|i| DVec3::X * f64::from(i)).collect();
+    /// let levels = Tree::build(Leaves::Points, &points)?.levels();
+    /// // The root, its two clusters, nine leaves.
+    /// assert_eq!(levels.iter().map(Vec::len).collect::<Vec<_>>(), [1, 2, 9]);
+    /// # Ok::<(), kdop::TreeError>(())
+    /// ```
+    #[must_use]
+    pub fn levels(&self) -> Vec<Vec<Dop<S>>> {
+        let mut levels = vec![];
+        let mut row: Vec<(Dop<S>, Child)> =
+            self.nodes.first().map(|_| (self.root(), Child::node(0))).into_iter().collect();
+        while !row.is_empty() {
+            levels.push(row.iter().map(|(bound, _)| *bound).collect());
+            row = row.into_iter().flat_map(|(_, child)| self.children(child)).collect();
+        }
+        if !self.clusters.is_empty() {
+            levels.push(self.leaf_bounds());
+        }
+        levels
+    }
+
+    /// The children of a node, and their bounds.
+    fn children(&self, child: Child) -> Vec<(Dop<S>, Child)> {
+        let Below::Node(node) = child.below() else { return vec![] };
+        let node = &self.nodes[node as usize];
+        let children = node.children.into_iter().enumerate();
+        let present = children.filter(|(_, child)| *child != Child::NOTHING);
+        present.map(|(lane, child)| (node.quad.lane(lane), child)).collect()
+    }
+
+    /// Bounds of all leaves in tree order.
+    fn leaf_bounds(&self) -> Vec<Dop<S>> {
+        let mut quads = LeafQuads::EMPTY;
+        let mut bounds = Vec::with_capacity(self.leaves.len());
+        for cluster in &self.clusters {
+            cluster.bound_leaves(&self.cluster_points, &self.rows, &mut quads);
+            let lane = |i: usize| quads.quads[i / 4].lane(i % 4);
+            bounds.extend((0..cluster.leaf_count as usize).map(lane));
+        }
+        bounds
     }
 
     /// Bytes it occupies on the heap, without what the first traversal of the tree with itself adds:

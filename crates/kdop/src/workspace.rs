@@ -1,6 +1,7 @@
 //! Scratch memory of the traversals, owned by the caller.
 
 use crate::cluster::LeafQuads;
+use crate::traverse::cones::Normals;
 use crate::traverse::nearest::Entry;
 use crate::tree::DopTree;
 use std::collections::BinaryHeap;
@@ -16,6 +17,7 @@ pub struct Workspace<const S: usize = 9> {
     pub(crate) a: LeafCache<S>,
     pub(crate) b: LeafCache<S>,
     pub(crate) heap: BinaryHeap<Entry>,
+    pub(crate) normals: Vec<Normals>,
     pub(crate) counters: Counters,
 }
 
@@ -42,6 +44,7 @@ impl<const S: usize> Workspace<S> {
             a: LeafCache::new(),
             b: LeafCache::new(),
             heap: BinaryHeap::new(),
+            normals: Vec::new(),
             counters: Counters { quad_tests: 0, clusters: 0, reported: 0 },
         }
     }

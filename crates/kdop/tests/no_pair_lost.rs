@@ -157,6 +157,37 @@ fn self_pairs_without_neighbours() {
     });
 }
 
+/// Culling by normals leaves out neighbours in flat clusters alone: of what it reports nothing is
+/// new, and where two sheets pass through each other nothing is lost.
+#[test]
+fn flat_neighbours_are_left_out() {
+    let grid = |z: f64, tilt: f64| {
+        let point = move |i: u32| {
+            let (x, y) = (f64::from(i % 21), f64::from(i / 21));
+            DVec3::new(x, y, z + tilt * (x - 10.0) + 0.1 * (1.3 * x + y).sin())
+        };
+        (0..441).map(point)
+    };
+    let points: Vec<DVec3> = grid(0.0, 0.0).chain(grid(0.0, 0.4)).collect();
+    let cell = |i: u32| [[i, i + 1, i + 22], [i, i + 22, i + 21]];
+    let sheet = |first: u32| (0..420).filter(|i| i % 21 != 20).flat_map(move |i| cell(first + i));
+    let leaves: Vec<_> = sheet(0).chain(sheet(441)).collect();
+    let tree = build::<9>(&Soup { points: points.clone(), leaves: leaves.clone() });
+    let (mut all, mut culled) = (Vec::new(), Vec::new());
+    let mut workspace = Workspace::new();
+    tree.self_pairs(1.2, &mut workspace, |i, j| all.push((i, j)));
+    let visit = |i, j| culled.push((i, j));
+    tree.self_pairs_unless_flat(&points, 1.2, &mut workspace, visit).unwrap();
+    let (all, culled) = (sorted(all), sorted(culled));
+    assert!(culled.len() < all.len(), "{} of {}", culled.len(), all.len());
+    assert!(culled.iter().all(|pair| all.binary_search(pair).is_ok()), "a new pair");
+    let between = |&&(i, j): &&(u32, u32)| (i < 800) != (j < 800);
+    assert!(all.iter().filter(between).count() > 100, "the sheets cross");
+    assert!(all.iter().filter(between).eq(culled.iter().filter(between)), "a crossing is lost");
+    let short = tree.self_pairs_unless_flat(&points[1..], 0.3, &mut workspace, |_, _| ());
+    assert_eq!(short, Err(kdop::TreeError::WrongLength { expected: 882, given: 881 }));
+}
+
 /// A point that everything shares leaves nothing; two such points leave what is between them.
 #[test]
 fn fans_about_one_point() {

@@ -47,15 +47,24 @@ impl<const S: usize> DopTree<S> {
         workspace: &mut Workspace<S>,
         visit: impl FnMut(u32, u32) -> ControlFlow<B>,
     ) -> ControlFlow<B> {
+        let margin = self.widening(margin);
+        self.gather_self_pairs(margin.as_ref(), workspace);
+        self.visit_leaf_self_pairs(margin.as_ref(), workspace, visit)
+    }
+
+    /// Lists the pairs of clusters of this tree that meet.
+    pub(super) fn gather_self_pairs(
+        &self,
+        margin: Option<&[f32; S]>,
+        workspace: &mut Workspace<S>,
+    ) {
         workspace.counters = Counters::default();
         workspace.cluster_pairs.clear();
         workspace.node_pairs.clear();
         if !self.nodes.is_empty() {
             workspace.node_pairs.push((0, 0));
         }
-        let margin = self.widening(margin);
-        self.gather_cluster_pairs(self, margin.as_ref(), workspace);
-        self.visit_leaf_self_pairs(margin.as_ref(), workspace, visit)
+        self.gather_cluster_pairs(self, margin, workspace);
     }
 
     /// Tests the leaves of every pair of clusters found.
