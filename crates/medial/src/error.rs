@@ -113,7 +113,7 @@ pub enum MedialError {
     /// The surface is thinner than its faces are wide, so its vertices do not
     /// show where its middle is.
     #[error(
-        "the surface is too thin for its faces: half of its maximal balls are less than {thickness} across, while its edges are {edge} long on average"
+        "the surface is too thin for its faces: half of its maximal balls are no more than {thickness} across, while its edges are {edge} long on average"
     )]
     TooThin {
         /// Median diameter of the maximal balls.

@@ -39,26 +39,28 @@ impl<'a> SurfaceDistance<'a> {
         within: f64,
         workspace: &mut Workspace,
     ) -> Option<Nearest> {
-        self.nearest_where(p, within, workspace, |_, _| true)
+        self.nearest_where(p, within, workspace, |_| true)
     }
 
-    /// As [`Self::nearest`], among the faces whose closest point and its
-    /// distance are accepted.
+    /// As [`Self::nearest`], among the faces whose closest point is accepted.
     pub(crate) fn nearest_where(
         &self,
         p: DVec3,
         within: f64,
         workspace: &mut Workspace,
-        accept: impl Fn(DVec3, f64) -> bool,
+        accept: impl Fn(&Nearest) -> bool,
     ) -> Option<Nearest> {
         let mut best: Option<Nearest> = None;
         let mut limit = within;
         self.tree.nearest(p, within, workspace, |face, _| {
             let foot = closest_on_triangle(p, self.corners(face));
             let distance = foot.point.distance(p);
-            if distance < limit && accept(foot.point, distance) {
-                limit = distance;
-                best = Some(Nearest { point: foot.point, face, feature: foot.feature, distance });
+            if distance < limit {
+                let found = Nearest { point: foot.point, face, feature: foot.feature, distance };
+                if accept(&found) {
+                    limit = distance;
+                    best = Some(found);
+                }
             }
             limit
         });

@@ -153,6 +153,11 @@ pub fn generate(
 /// balls follow the vertices' noise.
 const MOST_BALLS: usize = 8;
 
+/// Thickness of a sheet, in mean edges, below which it is refused. At half an
+/// edge the balls of neighbours still overlap into a sheet; at a tenth they are
+/// beads, and which vertex faces which is chance.
+const THINNEST: f64 = 0.5;
+
 /// Balls that the search for a tolerance starts from.
 const FEWEST_BALLS: usize = 8;
 
@@ -255,13 +260,17 @@ impl Generator<'_> {
         Ok(best)
     }
 
-    /// Where the balls are smaller than the faces, the other side of the sheet
-    /// is not seen between vertices.
+    /// Where the balls are much smaller than the faces, the vertices do not show
+    /// where the other side of the sheet is.
     fn check_thickness(&self, maximal: &[MaximalBall]) -> Result<(), MedialError> {
         let mut radii: Vec<f64> = maximal.iter().map(|m| m.ball.radius).collect();
         radii.sort_by(f64::total_cmp);
         let thickness = 2.0 * radii[radii.len() / 2];
         let edge = self.inspection.mean_edge;
-        if thickness < edge { Err(MedialError::TooThin { thickness, edge }) } else { Ok(()) }
+        if thickness < THINNEST * edge {
+            Err(MedialError::TooThin { thickness, edge })
+        } else {
+            Ok(())
+        }
     }
 }

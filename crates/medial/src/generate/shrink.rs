@@ -82,7 +82,7 @@ fn shrink(
     };
     for _ in 0..MAX_QUERIES {
         let Ball { center, radius } = found.ball;
-        match entering(distance, p, found.ball, workspace) {
+        match entering(distance, (p, normal), found.ball, workspace) {
             Some(q) => {
                 let to_q = p - q.point;
                 let radius = to_q.length_squared() / (2.0 * normal.dot(to_q));
@@ -102,16 +102,22 @@ fn shrink(
     found
 }
 
-/// The closest surface point inside the ball that is not noise beside `p`.
+/// The closest surface point inside the ball that is not noise beside `p`, where
+/// the surface's normal is `normal`.
+///
+/// A point of the other side is none, however small its angle: the centre of a
+/// ball that is still too large may be beyond it.
 fn entering(
     distance: &SurfaceDistance<'_>,
-    p: DVec3,
+    (p, normal): (DVec3, DVec3),
     ball: Ball,
     workspace: &mut Workspace,
 ) -> Option<Nearest> {
     let to_p = (p - ball.center).normalize_or_zero();
-    let beside = |q: DVec3, length: f64| (q - ball.center).dot(to_p) < NOISE_COSINE * length;
-    distance.nearest_where(ball.center, ball.radius * (1.0 - EMPTY), workspace, beside)
+    let beside = |q: &Nearest| (q.point - ball.center).dot(to_p) >= NOISE_COSINE * q.distance;
+    let opposite = |q: &Nearest| distance.normals.faces()[q.face as usize].dot(normal) < 0.0;
+    let within = ball.radius * (1.0 - EMPTY);
+    distance.nearest_where(ball.center, within, workspace, |q| opposite(q) || !beside(q))
 }
 
 pub(super) fn bounds(x: &[DVec3]) -> [DVec3; 2] {

@@ -1,0 +1,187 @@
+//! Generated medial surfaces: their bounds against fresh samples, their
+//! topology, what is refused, and that they are the same every time.
+
+mod shapes;
+
+use glam::DVec3;
+use kdop::Workspace;
+use medial::{
+    Ball, Deviation, Generated, MedialError, Params, PrimitiveTree, Size, Topology, generate,
+};
+use surface::{SurfaceError, TriangleSurface, closest_on_triangle};
+
+fn made(mesh: &fixtures::Mesh, params: &Params) -> Result<Generated, MedialError> {
+    let surface = mesh.surface();
+    generate(&surface, surface.positions(&mesh.positions)?, params, |_| {})
+}
+
+/// Least distance to any face, by looking at all.
+fn slow_distance(mesh: &fixtures::Mesh, p: DVec3) -> f64 {
+    (0..mesh.faces.len())
+        .map(|face| closest_on_triangle(p, mesh.corners(face)).point.distance(p))
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// Both bounds hold at fresh points, and are no more than what they promise
+/// above what is there.
+#[test]
+fn bounds_hold_at_fresh_samples() {
+    for (name, mesh) in shapes::all() {
+        let generated = made(&mesh, &Params::balls(30)).unwrap();
+        let Deviation { surface_to_medial, medial_to_surface, .. } = generated.deviation;
+        let medial = &generated.medial;
+        let tree = PrimitiveTree::new(medial).unwrap();
+        let workspace = &mut Workspace::default();
+        let mut out = 0.0_f64;
+        for face in 0..mesh.faces.len() {
+            let [a, b, c] = mesh.corners(face);
+            for weights in shapes::weights(4) {
+                let p = weights[0] * a + weights[1] * b + weights[2] * c;
+                out = out.max(tree.nearest(medial, p, workspace).foot.distance);
+            }
+        }
+        assert!(out <= surface_to_medial.at_most, "{name}: {out} {surface_to_medial:?}");
+        assert!(surface_to_medial.seen <= out + 0.05 * out + 1e-2, "{name}: {surface_to_medial:?}");
+        let mut over = 0.0_f64;
+        for primitive in 0..u32::try_from(medial.primitives().len()).unwrap() {
+            let balls = medial.primitive_balls(primitive);
+            for weights in shapes::weights(5) {
+                let ball = Ball::interpolate(&balls, weights);
+                let distance = slow_distance(&mesh, ball.center);
+                let inside = surface::winding_number(
+                    &mesh.surface(),
+                    mesh.surface().positions(&mesh.positions).unwrap(),
+                    ball.center,
+                ) > 0.5;
+                over = over.max(ball.radius - if inside { distance } else { -distance });
+            }
+        }
+        assert!(over <= medial_to_surface.at_most, "{name}: {over} {medial_to_surface:?}");
+        assert!(medial_to_surface.at_most <= 1.06 * medial_to_surface.seen + 1e-2, "{name}");
+    }
+}
+
+#[test]
+fn more_balls_come_nearer() {
+    let mesh = shapes::muscle();
+    let rms = [12, 25, 50].map(|n| made(&mesh, &Params::balls(n)).unwrap().deviation.rms);
+    assert!(rms[0] < 1.2 && rms[1] < 0.6 * rms[0] && rms[2] < 0.7 * rms[1], "{rms:?}");
+}
+
+/// A capsule needs two balls, up to the facets of its surface.
+#[test]
+fn a_capsule_is_a_cone() {
+    let mesh = fixtures::shapes::capsule(10.0, 60.0, 32);
+    let generated = made(&mesh, &Params::balls(2)).unwrap();
+    assert_eq!(generated.medial.cones().len(), 1);
+    assert!(generated.deviation.largest() < 0.2, "{:?}", generated.deviation);
+    for ball in generated.medial.balls() {
+        assert!((ball.radius - 10.0).abs() < 0.1, "{ball:?}");
+    }
+}
+
+#[test]
+fn a_tolerance_is_met_or_said_to_be_out_of_reach() {
+    let mesh = shapes::muscle();
+    let params = Params::tolerance(1.0);
+    let generated = made(&mesh, &params).unwrap();
+    assert!(generated.deviation.largest() <= 1.0, "{:?}", generated.deviation);
+    let fewer = generated.medial.balls().len() / 2;
+    let coarser = made(&mesh, &Params { size: Size::Balls(fewer), ..params }).unwrap();
+    assert!(coarser.deviation.largest() > 1.0, "half as many balls would have done");
+    let hopeless = made(&mesh, &Params::tolerance(1e-6));
+    assert!(matches!(hopeless, Err(MedialError::ToleranceNotReached { .. })), "{hopeless:?}");
+}
+
+#[test]
+fn the_union_has_the_topology_of_the_surface() {
+    for (name, mesh) in shapes::all() {
+        let surface = mesh.surface();
+        let x = surface.positions(&mesh.positions).unwrap();
+        let inside = Topology::of_inside(&surface, x).unwrap();
+        let generated = made(&mesh, &Params::balls(60)).unwrap();
+        assert_eq!(Topology::of_union(&generated.medial, 1.5).unwrap(), inside, "{name}");
+    }
+    let far_apart = "2 0 0\nv 0 0 0 2\nv 9 0 0 2\n";
+    let two = medial::MedialSurface::from_ma(far_apart).unwrap();
+    let expected = Topology { components: 2, tunnels: 0, cavities: 0 };
+    assert_eq!(Topology::of_union(&two, 0.5).unwrap(), expected);
+    let fine = Topology::of_union(&two, 1e-6);
+    assert!(matches!(fine, Err(MedialError::TooMany { what: "grid points", .. })), "{fine:?}");
+}
+
+#[test]
+fn refuses_by_name() {
+    let mesh = shapes::muscle();
+    let balls = Params::balls(20);
+    let surface = mesh.surface();
+
+    let mut open = mesh.clone();
+    open.faces.pop();
+    let error = made(&open, &balls).unwrap_err();
+    assert!(matches!(error, MedialError::Surface(SurfaceError::Open { count: 3, .. })), "{error}");
+
+    let two = mesh.clone().joined(&mesh.clone().translated(500.0 * DVec3::X));
+    assert_eq!(made(&two, &balls), Err(MedialError::Disconnected { components: 2 }));
+
+    let error = made(&mesh.clone().flipped(), &balls).unwrap_err();
+    assert!(matches!(error, MedialError::InsideOut { volume } if volume < 0.0), "{error}");
+
+    // One vertex pulled through the other side.
+    let mut crossed = mesh.clone();
+    let top = (0..mesh.positions.len())
+        .max_by(|&i, &j| mesh.positions[i].z.total_cmp(&mesh.positions[j].z))
+        .unwrap();
+    crossed.positions[top].z = -100.0;
+    let error = made(&crossed, &balls).unwrap_err();
+    assert!(matches!(error, MedialError::SelfCrossing { count, .. } if count > 0), "{error}");
+
+    let thin = fixtures::shapes::plate(DVec3::new(40.0, 40.0, 0.5), [10, 10]);
+    let error = made(&thin, &balls).unwrap_err();
+    assert!(matches!(error, MedialError::TooThin { .. }), "{error}");
+
+    let vertices = mesh.positions.len();
+    let many = MedialError::TooManyBalls { asked: vertices + 1, vertices };
+    assert_eq!(made(&mesh, &Params::balls(vertices + 1)), Err(many));
+    for params in [Params::balls(0), Params::tolerance(f64::NAN), Params::tolerance(-1.0)] {
+        let error = made(&mesh, &params).unwrap_err();
+        assert!(matches!(error, MedialError::Parameter { .. }), "{error}");
+    }
+
+    let mut broken = mesh.positions.clone();
+    broken[7].y = f64::NAN;
+    let error = surface.positions(&broken).map(|_| ()).unwrap_err();
+    assert!(matches!(error, SurfaceError::NotFinite { vertex: 7, .. }), "{error}");
+}
+
+/// A sheet of cartilage, 1 mm thick with 0.9 mm edges, is an answer.
+#[test]
+fn thin_cartilage_is_served() {
+    let mesh = fixtures::shapes::plate(DVec3::new(20.0, 20.0, 1.0), [22, 22]);
+    let generated = made(&mesh, &Params::balls(80)).unwrap();
+    assert!(generated.deviation.rms < 0.1, "{:?}", generated.deviation);
+}
+
+#[test]
+fn the_same_to_the_bit() {
+    let mesh = shapes::muscle();
+    let [first, second] = [0; 2].map(|_| made(&mesh, &Params::balls(25)).unwrap());
+    assert_eq!(first, second);
+}
+
+#[test]
+fn progress_runs_through_every_step() {
+    let mesh = shapes::muscle();
+    let surface: TriangleSurface = mesh.surface();
+    let x = surface.positions(&mesh.positions).unwrap();
+    let mut steps = Vec::new();
+    generate(&surface, x, &Params::balls(20), |at| {
+        assert!((0.0..=1.0).contains(&at.share));
+        if steps.last() != Some(&at.step) {
+            steps.push(at.step);
+        }
+    })
+    .unwrap();
+    use medial::Step::{Collapse, Fit, Inspect, Measure, Shrink};
+    assert_eq!(steps, [Inspect, Shrink, Collapse, Fit, Measure]);
+}
