@@ -1,0 +1,361 @@
+//! Scenes in which careless methods fail, each with the number that tells.
+
+mod shapes;
+
+use std::f64::consts::SQRT_2;
+
+use glam::DVec3;
+use kdop::{Leaves, Tree, Workspace};
+use medial::{
+    Ball, Deviation, FootRule, MedialSurface, Params, Particles, PrimitiveTree, Probes, Reach,
+    Sides, contacts, foot, generate, pair_foot, primitive_contacts, slab_foot,
+};
+use surface::Contact;
+
+fn surface_of(balls: Vec<Ball>, cones: Vec<[u32; 2]>, slabs: Vec<[u32; 3]>) -> MedialSurface {
+    MedialSurface::new(balls, cones, slabs).expect("valid by construction")
+}
+
+fn capsule(from: DVec3, to: DVec3, radius: f64) -> MedialSurface {
+    surface_of(vec![Ball::new(from, radius), Ball::new(to, radius)], vec![[0, 1]], vec![])
+}
+
+/// A wide sheet at z = 0 of half thickness `r`.
+fn sheet(r: f64) -> MedialSurface {
+    let corners = [(-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (-50.0, 50.0)];
+    let balls = corners.map(|(x, y)| Ball::new(DVec3::new(x, y, 0.0), r)).to_vec();
+    surface_of(balls, vec![], vec![[0, 1, 2], [0, 2, 3]])
+}
+
+/// Contacts of bare points.
+fn touching(
+    points: &[DVec3],
+    medial: &MedialSurface,
+    reach: Reach,
+    sides: Option<&mut Sides>,
+) -> Vec<Contact> {
+    let tree = Tree::build(Leaves::Points, points).expect("finite points");
+    let probes = Probes { tree: &tree, points, radii: None };
+    let on = PrimitiveTree::new(medial).expect("finite balls");
+    let particles = Particles { first_point: 0, first_ball: 1000 };
+    contacts(&probes, medial, &on, &reach, particles, sides, &mut Workspace::default()).0
+}
+
+/// M1: two balls on a diagonal. Bounds without the norm of the direction part
+/// them from √2 R on, though they overlap up to 2 R: of all overlapping pairs of
+/// equal balls, 52 %.
+#[test]
+fn m1_bounds_on_diagonals_hold_the_ball() {
+    let mut overlapping = 0;
+    let mut parted_without_norm = 0;
+    let steps = -20..=20_i32;
+    for i in steps.clone() {
+        for j in steps.clone() {
+            for k in steps.clone() {
+                let d = DVec3::new(f64::from(i), f64::from(j), f64::from(k)) / 10.0;
+                if d.length() >= 2.0 {
+                    continue;
+                }
+                overlapping += 1;
+                let bare = (0..9).any(|axis| d.dot(kdop::direction::<9>(axis)).abs() > 2.0);
+                parted_without_norm += i32::from(bare);
+            }
+        }
+    }
+    let share = f64::from(parted_without_norm) / f64::from(overlapping);
+    assert!((0.48..0.56).contains(&share), "{share}");
+    let unit = surface_of(vec![Ball::new(DVec3::ZERO, 1.0)], vec![], vec![]);
+    for length in [1.01 * SQRT_2, 1.7, 1.999] {
+        let center = length * DVec3::new(1.0, 1.0, 0.0) / SQRT_2;
+        let other = surface_of(vec![Ball::new(center, 1.0)], vec![], vec![]);
+        let trees = [&unit, &other].map(|medial| PrimitiveTree::new(medial).unwrap());
+        let pair = ((&unit, &trees[0]), (&other, &trees[1]));
+        let (found, _) = primitive_contacts(pair.0, pair.1, 0.0, &mut Workspace::default());
+        assert_eq!(found.len(), 1, "balls {length} apart");
+    }
+}
+
+/// M2: on a cone of slope k = 0.5 and radius 1, the bare face misses a point on
+/// the surface by 1/√(1 − k²) − 1 = 0.155, with a normal 30° off.
+#[test]
+fn m2_the_bare_face_misses_on_slopes() {
+    let k = 0.5_f64;
+    let cone = [Ball::new(DVec3::ZERO, 1e-3), Ball::new(DVec3::X * 20.0, 10.0 + 1e-3)];
+    let cone = [cone[0], cone[1], cone[1]];
+    // The ball of radius 1 touches the cone's surface at sin = k ahead.
+    let center = DVec3::X * (1.0 - 1e-3) / k;
+    let normal = DVec3::new(-k, (1.0 - k * k).sqrt(), 0.0);
+    let p = center + normal;
+    let exact = foot(p, &cone, FootRule::Exact);
+    let bare = foot(p, &cone, FootRule::BareFace);
+    assert!(exact.distance.abs() < 1e-12, "{exact:?}");
+    let radius = bare.ball.radius;
+    let relative = bare.distance / radius;
+    assert!((relative - (1.0 / (1.0 - k * k).sqrt() - 1.0)).abs() < 1e-9, "{relative}");
+    let angle = bare.normal(p).unwrap().angle_between(normal).to_degrees();
+    assert!((angle - 30.0).abs() < 1e-6, "{angle}");
+}
+
+/// M3: two capsules of length 6 r crossed at their middles. Balls at the ends
+/// against the other capsule see nothing; the primitives overlap by 2 r.
+#[test]
+fn m3_crossed_capsules_are_seen_by_primitives_alone() {
+    let r = 1.0;
+    let a = capsule(-3.0 * DVec3::X, 3.0 * DVec3::X, r);
+    let b = capsule(-3.0 * DVec3::Y, 3.0 * DVec3::Y, r);
+    for (balls, of) in [(&a, &b), (&b, &a)] {
+        let other = of.primitive_balls(0);
+        for ball in balls.balls() {
+            assert!(slab_foot(ball.center, &other).distance - ball.radius >= 1.0 - 1e-12);
+        }
+    }
+    let trees = [&a, &b].map(|medial| PrimitiveTree::new(medial).unwrap());
+    let workspace = &mut Workspace::default();
+    let (found, _) = primitive_contacts((&a, &trees[0]), (&b, &trees[1]), 0.0, workspace);
+    assert!((found[0].gap + 2.0 * r).abs() < 1e-12, "{found:?}");
+    // With edges no longer than a radius, balls miss 0.006 r at most.
+    let mut worst = 0.0_f64;
+    for i in 0..=200 {
+        for j in 0..=200 {
+            let [x, angle] = [f64::from(i) / 200.0 - 0.5, f64::from(j) / 200.0 * 1.57];
+            let turn = DVec3::new(angle.cos(), angle.sin(), 0.0) / 2.0;
+            let (short, lifted) = (DVec3::X / 2.0, DVec3::new(x, 0.0, 1.99));
+            let a = capsule(-short, short, 1.0).primitive_balls(0);
+            let b = capsule(lifted - turn, lifted + turn, 1.0).primitive_balls(0);
+            let exact = pair_foot(&a, &b).distance;
+            let ends = |of: &[Ball; 3], on: &[Ball; 3]| {
+                of.iter().map(|e| slab_foot(e.center, on).distance - 1.0).fold(9.0, f64::min)
+            };
+            let by_balls = ends(&a, &b).min(ends(&b, &a));
+            if exact < 0.0 && by_balls > 0.0 {
+                worst = worst.max(-exact);
+            }
+        }
+    }
+    assert!(worst < 0.011, "missed {worst} deep");
+}
+
+/// Projections out of a groove until all gaps are above `-1e-6`: the contacts of
+/// a step are solved together, as one kept contact, or as all.
+fn projections(phi: f64, most: usize) -> usize {
+    // Two thick walls whose normals are `phi` apart, meeting along y at the origin.
+    let wall = |sign: f64| {
+        let (sin, cos) = (phi / 2.0).sin_cos();
+        let normal = DVec3::new(sign * sin, 0.0, cos);
+        let along = DVec3::new(sign * -cos, 0.0, sin);
+        let foot = -normal * 10.0;
+        [(40.0, -80.0), (40.0, 80.0), (-40.0, 0.0)]
+            .map(|(s, t)| Ball::new(foot - s * along + DVec3::Y * t, 10.0))
+    };
+    let balls = [wall(1.0), wall(-1.0)].concat();
+    let medial = surface_of(balls, vec![], vec![[0, 1, 2], [3, 4, 5]]);
+    let mut p = DVec3::new(0.3, 0.0, -1.0);
+    for step in 0..2000 {
+        let found = touching(&[p], &medial, Reach { most, ..Reach::new(0.0) }, None);
+        if found.iter().all(|contact| contact.gap > -1e-6) {
+            return step;
+        }
+        // The least move that satisfies the one or two contacts.
+        p += match found.as_slice() {
+            [a] => -a.gap * a.normal,
+            [a, b, ..] => {
+                let cos = a.normal.dot(b.normal);
+                let scale = 1.0 / (1.0 - cos * cos);
+                let [x, y] = [(-a.gap + b.gap * cos) * scale, (-b.gap + a.gap * cos) * scale];
+                x * a.normal + y * b.normal
+            }
+            [] => DVec3::ZERO,
+        };
+    }
+    2000
+}
+
+/// M4: in a groove whose normals are φ apart, one contact a point converges by
+/// |cos φ| a projection: slowly where it is steep. Two are enough at once.
+#[test]
+fn m4_grooves_need_more_than_one_contact() {
+    for (degrees, rate, least) in [(120.0_f64, 0.5_f64, 12), (150.0, 0.866, 60)] {
+        let phi = degrees.to_radians();
+        let one = projections(phi, 1);
+        let expected = 1e-6_f64.ln() / rate.ln();
+        assert!(one >= least, "{degrees}: {one}");
+        assert!(crate_real(one) < 1.5 * expected + 5.0, "{degrees}: {one}, {expected}");
+        let all = projections(phi, 3);
+        assert!(all <= 2, "{degrees}: {all}");
+    }
+}
+
+fn crate_real(count: usize) -> f64 {
+    f64::from(u32::try_from(count).expect("few steps"))
+}
+
+/// M5: a point that moves by s a step through a sheet of half thickness r is
+/// first seen on the wrong side, or not at all, with probability max(0, 1 − r/s).
+/// The side it was last seen on tells.
+#[test]
+fn m5_a_memory_of_sides_keeps_the_normal() {
+    let r = 2.0;
+    let medial = sheet(r);
+    for s in [1.0, 2.0, 3.0, 3.9] {
+        let phases = 400;
+        let mut wrong = 0;
+        let mut wrong_with_memory = 0;
+        for phase in 0..phases {
+            // The last place outside, and the first inside or beyond.
+            let above = r + s * (f64::from(phase) + 0.5) / f64::from(phases);
+            let [before, after] = [above, above - s].map(|z| DVec3::new(1.0, 2.0, z));
+            let seen = touching(&[after], &medial, Reach::new(0.0), None);
+            wrong += i32::from(!seen.first().is_some_and(|c| c.normal.z > 0.0));
+            let mut sides = Sides::new(1);
+            touching(&[before], &medial, Reach::new(s), Some(&mut sides));
+            let told = touching(&[after], &medial, Reach::new(0.0), Some(&mut sides));
+            let right = told.first().is_some_and(|c| c.normal.z > 0.0);
+            wrong_with_memory += i32::from(!right);
+            if let Some(contact) = told.first() {
+                assert!((contact.gap - (after.z - r)).abs() < 1e-12, "{contact:?}");
+            }
+        }
+        let share = f64::from(wrong) / f64::from(phases);
+        assert!((share - (1.0 - r / s).max(0.0)).abs() < 0.01, "s = {s}: {share}");
+        assert_eq!(wrong_with_memory, 0, "s = {s}");
+    }
+}
+
+/// A point exactly in the middle has the sheet's own normal, on the side it was
+/// last seen on.
+#[test]
+fn a_point_in_the_middle_has_a_normal() {
+    let medial = sheet(2.0);
+    let middle = DVec3::new(3.0, -4.0, 0.0);
+    for z in [2.5, -2.5] {
+        let mut sides = Sides::new(1);
+        let above = middle + DVec3::Z * z;
+        touching(&[above], &medial, Reach::new(1.0), Some(&mut sides));
+        let found = touching(&[middle], &medial, Reach::new(0.0), Some(&mut sides));
+        assert!((found[0].normal - DVec3::Z * z.signum()).length() < 1e-12, "{found:?}");
+        assert!((found[0].gap + 2.0).abs() < 1e-12);
+    }
+}
+
+/// M6: of the balls of a muscle that hold a point, the one with the closest
+/// centre is another one than that which reaches deepest: its depth is wrong.
+#[test]
+fn m6_the_deepest_contact_is_kept_not_the_closest() {
+    let mesh = shapes::muscle();
+    let surface = mesh.surface();
+    let x = surface.positions(&mesh.positions).unwrap();
+    let medial = generate(&surface, x, &Params::balls(40), |_| {}).unwrap().medial;
+    let reach = Reach { most: 1, ..Reach::new(f64::MAX.sqrt()) };
+    let kept = touching(&mesh.positions, &medial, reach, None);
+    let mut squares = [0.0; 2];
+    for (contact, &p) in kept.iter().zip(&mesh.positions) {
+        let closest = (0_u32..)
+            .zip(medial.primitives())
+            .map(|(i, _)| medial.foot(p, i, FootRule::BareFace))
+            .min_by(|a, b| a.ball.center.distance(p).total_cmp(&b.ball.center.distance(p)))
+            .unwrap();
+        // The points are on the surface: all depth is error.
+        squares[0] += contact.gap * contact.gap;
+        squares[1] += closest.distance * closest.distance;
+    }
+    let [deepest, closest] = squares.map(|sum| (sum / crate_real(kept.len())).sqrt());
+    assert_eq!(kept.len(), mesh.positions.len());
+    assert!(deepest < 0.7 * closest, "{deepest} {closest}");
+}
+
+fn halves(list: &[f64]) -> [&[f64]; 2] {
+    list.split_at(list.len() / 2).into()
+}
+
+/// A binary tree over balls along a line, and the traversals of it.
+fn printed_traversal(a: &[f64], b: &[f64], descend_alone: bool) -> usize {
+    let hull = |list: &[f64]| [list[0] - 1.0, list[list.len() - 1] + 1.0];
+    let ([a_low, a_high], [b_low, b_high]) = (hull(a), hull(b));
+    if a_low > b_high || b_low > a_high {
+        return 0;
+    }
+    let (a_parts, b_parts) = (halves(a), halves(b));
+    match (a.len(), b.len()) {
+        (1, 1) => 1,
+        (1, _) if descend_alone => b_parts.iter().map(|b| printed_traversal(a, b, true)).sum(),
+        (_, 1) if descend_alone => a_parts.iter().map(|a| printed_traversal(a, b, true)).sum(),
+        (1, _) | (_, 1) => 0,
+        _ => a_parts
+            .iter()
+            .flat_map(|a| b_parts.map(|b| printed_traversal(a, b, descend_alone)))
+            .sum(),
+    }
+}
+
+/// M8: a traversal that descends only where both nodes have children loses every
+/// pair of trees of unequal depth; ours loses none.
+#[test]
+fn m8_trees_of_unequal_depth_lose_nothing() {
+    let line =
+        |count: u32, step: f64| -> Vec<f64> { (0..count).map(|k| f64::from(k) * step).collect() };
+    let (few, many) = (line(8, 8.0), line(64, 1.0));
+    let slow = few.iter().map(|a| many.iter().filter(|b| (a - **b).abs() <= 2.0).count()).sum();
+    assert_eq!(printed_traversal(&few, &many, false), 0, "all are lost");
+    assert_eq!(printed_traversal(&few, &many, true), slow);
+    let medial = |xs: &[f64]| {
+        let balls = xs.iter().map(|&x| Ball::new(DVec3::X * x, 1.0)).collect();
+        surface_of(balls, vec![], vec![])
+    };
+    let (few, many) = (medial(&few), medial(&many));
+    let trees = [&few, &many].map(|medial| PrimitiveTree::new(medial).unwrap());
+    let workspace = &mut Workspace::default();
+    let (found, _) = primitive_contacts((&few, &trees[0]), (&many, &trees[1]), 0.0, workspace);
+    assert_eq!(found.len(), slow);
+}
+
+/// M9: fitted to samples of the surface alone, a slab may leave the shape unseen
+/// by them; balls held inside keep the excess near the error.
+#[test]
+fn m9_a_one_sided_fit_reaches_out() {
+    // A bent sheet: a flat slab between far balls leaves it in the middle.
+    let mesh = fixtures::shapes::torus(30.0, 8.0, [40, 16])
+        .mapped(|p| DVec3::new(p.x, p.y, 0.35 * p.z + 0.0004 * p.x * p.x * p.x));
+    let surface = mesh.surface();
+    let x = surface.positions(&mesh.positions).unwrap();
+    let fit = |inscribed_weight: f64| {
+        let params = Params { inscribed_weight, ..Params::balls(24) };
+        generate(&surface, x, &params, |_| {}).unwrap().deviation
+    };
+    let (one_sided, two_sided) = (fit(0.0), fit(Params::balls(1).inscribed_weight));
+    let over = |d: &Deviation| d.medial_to_surface.at_most;
+    assert!(over(&one_sided) > 1.5 * over(&two_sided), "{one_sided:?} {two_sided:?}");
+    assert!(two_sided.rms < 1.3 * one_sided.rms, "{one_sided:?} {two_sided:?}");
+}
+
+/// M10: an impulse of friction J at the medial point P̄ instead of the surface
+/// leaves an angular momentum of offset × J; at the surface none.
+#[test]
+fn m10_friction_belongs_to_the_surface() {
+    let r = 2.0;
+    let p = DVec3::new(3.0, 4.0, r);
+    let contact = touching(&[p], &sheet(r), Reach::new(0.1), None)[0];
+    let j = DVec3::X * 5.0;
+    let medial = sheet(r);
+    let at = |k: u32| if k == 0 { p } else { medial.balls()[k as usize - 1000].center };
+    let lever = contact.separation(at);
+    assert!((lever.cross(j).length() - contact.offset * j.length()).abs() < 1e-12);
+    let on_surface = lever + contact.offset * contact.normal;
+    assert!(on_surface.cross(j).length() < 1e-12, "{on_surface}");
+}
+
+/// M11: where one ball swallows the other, the cone is the bigger ball, without
+/// a value that is not a number.
+#[test]
+fn m11_a_swallowed_ball_is_none() {
+    let (small, big) = (Ball::new(DVec3::ZERO, 1.0), Ball::new(DVec3::X, 2.5));
+    for third in [small, big, Ball::new(DVec3::Y * 0.2, 0.1)] {
+        for p in [DVec3::ZERO, DVec3::X, DVec3::new(-4.0, 3.0, 1.0), DVec3::Y * 9.0] {
+            let found = slab_foot(p, &[small, big, third]);
+            assert!((found.distance - big.distance(p)).abs() < 1e-12, "{found:?}");
+            assert!(found.weights.iter().all(|w| w.is_finite()), "{found:?}");
+        }
+    }
+    let just = Ball::new(DVec3::X, 2.0);
+    let found = slab_foot(DVec3::new(-4.0, 3.0, 1.0), &[small, just, just]);
+    assert!(found.distance.is_finite() && found.weights[1] > 0.999, "{found:?}");
+}
