@@ -3,3 +3,4 @@
 
 pub mod ccd;
 pub mod ratio;
+pub mod response;

@@ -1,0 +1,3 @@
+//! Contact responses beside plain memory sweeps and slow twins.
+
+pub mod scenes;

@@ -1,0 +1,82 @@
+//! Two sheets pressed together, of any size.
+
+use glam::DVec3;
+use response::{ContactLaw, ContactRows, Margins, ResponseError};
+use surface::{Contact, Stencil, SurfaceError, TriangleSurface};
+
+/// Height of the upper sheet's vertices over the lower one.
+const GAP: f64 = 0.01;
+
+/// An upper sheet whose every vertex is in contact with a face of the lower.
+#[derive(Debug)]
+pub struct Sheets {
+    /// Positions of the upper sheet's vertices, then of the lower one's.
+    pub x: Vec<DVec3>,
+    /// Velocities: toward each other, with slip, uneven.
+    pub v: Vec<DVec3>,
+    /// Inverse masses.
+    pub inverse_mass: Vec<f64>,
+    /// One contact an upper vertex.
+    pub contacts: Vec<Contact>,
+    /// The lower sheet, whose vertex 0 is particle `side * side`.
+    pub lower: TriangleSurface,
+    /// First particle of the lower sheet.
+    pub first_lower: u32,
+}
+
+impl Sheets {
+    /// Sheets of `side` × `side` vertices.
+    ///
+    /// # Errors
+    ///
+    /// When they are too many to number.
+    pub fn new(side: u32) -> Result<Self, SurfaceError> {
+        let count = side * side;
+        let mut x = sheet(side, GAP);
+        x.extend(sheet(side, 0.0));
+        let v = (0..2 * count).map(|k| velocity(k, k < count)).collect();
+        let faces: Vec<[u32; 3]> = (0..side - 1)
+            .flat_map(|row| (0..side - 1).map(move |column| row * side + column))
+            .flat_map(|a| [[a, a + 1, a + side], [a + 1, a + side + 1, a + side]])
+            .collect();
+        let contacts = (0..count).map(|k| contact(k, side, &faces, &x)).collect();
+        let lower = TriangleSurface::new((side * side) as usize, faces)?;
+        let inverse_mass = vec![1.0; 2 * count as usize];
+        Ok(Self { x, v, inverse_mass, contacts, lower, first_lower: count })
+    }
+
+    /// The contacts as rows with friction.
+    ///
+    /// # Errors
+    ///
+    /// None for the sheets made here.
+    pub fn rows(&self) -> Result<ContactRows, ResponseError> {
+        let mut rows = ContactRows::new(self.x.len());
+        rows.extend(&self.contacts, ContactLaw::new(Margins::new(GAP, 1.0)?, 0.3)?)?;
+        Ok(rows)
+    }
+}
+
+fn sheet(side: u32, height: f64) -> Vec<DVec3> {
+    // The upper sheet is shifted, so that contacts are inside faces.
+    let shift = if height > 0.0 { 0.3 } else { 0.0 };
+    let place = |k: u32| f64::from(k) + shift;
+    (0..side * side).map(|k| DVec3::new(place(k % side), place(k / side), height)).collect()
+}
+
+fn velocity(k: u32, is_upper: bool) -> DVec3 {
+    let uneven = f64::from(k.wrapping_mul(2_654_435_761) >> 16) / 65_536.0;
+    if is_upper { DVec3::new(uneven, 0.3, -1.0 - uneven) } else { DVec3::ZERO }
+}
+
+fn contact(k: u32, side: u32, faces: &[[u32; 3]], x: &[DVec3]) -> Contact {
+    let (column, row) = ((k % side).min(side - 2), (k / side).min(side - 2));
+    let face = faces[2 * (row * (side - 1) + column) as usize];
+    let corners = face.map(|corner| corner + side * side);
+    let at = corners.map(|corner| x[corner as usize]);
+    let closest = surface::closest_on_triangle(x[k as usize], at);
+    let away = x[k as usize] - closest.point;
+    let normal = away.normalize();
+    let stencil = Stencil::vertex_face(k, corners, closest.barycentric);
+    Contact { stencil, anchor: None, normal, offset: 0.0, gap: away.dot(normal), time: None }
+}
