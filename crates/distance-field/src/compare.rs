@@ -9,8 +9,8 @@ use glam::DVec3;
 use surface::{Positions, TriangleSurface, closest_on_triangle};
 
 use crate::field::DistanceField;
-use crate::num::coordinate;
-use crate::par;
+use crate::grid::Grid;
+use crate::num::{coordinate, floor_index};
 use crate::query::Interpolation;
 use crate::report::Comparison;
 
@@ -20,9 +20,6 @@ const REACH: f64 = 2.0;
 /// Thickness below which nodes may miss the inside of a solid, in spacings: a
 /// plate of this thickness keeps 99 % of its inside, one of 1 spacing 86 %.
 pub(crate) const THIN: f64 = 1.5;
-
-/// Parts of the places, by height, that threads share out.
-const PARTS: usize = 4;
 
 /// What the places told.
 pub(crate) struct Compared {
@@ -57,28 +54,25 @@ pub(crate) fn compare(
     let depth = inward * THIN * spacing;
     let mut places = places(surface, x, points, REACH * spacing, depth);
     places.sort_by(|a, b| a.on.z.total_cmp(&b.on.z));
-    let part = places.len().div_ceil(PARTS).max(1);
-    par::for_each(places.chunks_mut(part).collect(), |_, places| {
-        meet_all(places, (surface, x), 2.0 * REACH * spacing, depth);
-    });
+    meet_all(&mut places, (surface, x), field.grid(), depth);
     summary(field, &places, limit)
 }
 
-/// Shows every face to the places that it may matter to: those within `room`.
+/// Shows every face to the places that it may matter to.
 fn meet_all(
     places: &mut [Place],
     (surface, x): (&TriangleSurface, Positions<'_>),
-    room: f64,
+    grid: &Grid,
     depth: f64,
 ) {
+    let near = Near::new(places, grid);
     let heights: Vec<f64> = places.iter().map(|place| place.on.z).collect();
-    let (Some(&lowest), Some(&highest)) = (heights.first(), heights.last()) else {
-        return;
-    };
+    // From a place to its point, and from there as far again.
+    let room = 2.0 * REACH * grid.spacing();
     for &face in surface.faces() {
         let [a, b, c] = x.corners(face);
         let (lo, hi) = (a.min(b).min(c), a.max(b).max(c));
-        if hi.z + room < lowest || lo.z - room > highest {
+        if !near.any(lo, hi) {
             continue;
         }
         let first = heights.partition_point(|&z| z < lo.z - room);
@@ -87,6 +81,47 @@ fn meet_all(
                 place.meet([a, b, c], depth);
             }
         }
+    }
+}
+
+/// Which blocks of cells hold any part of a place's box: few, so that most
+/// faces are passed over at once.
+struct Near<'a> {
+    grid: &'a Grid,
+    dims: [usize; 3],
+    any: Vec<bool>,
+}
+
+/// Cells along each side of a block, about the size of a place's box.
+const BLOCK: f64 = 4.0;
+
+impl<'a> Near<'a> {
+    fn new(places: &[Place], grid: &'a Grid) -> Self {
+        let dims = grid.dims().map(|n| floor_index(coordinate(n) / BLOCK) + 1);
+        let mut near = Self { grid, dims, any: vec![false; dims.iter().product()] };
+        for place in places {
+            for block in near.blocks(place.lo, place.hi) {
+                near.any[block] = true;
+            }
+        }
+        near
+    }
+
+    fn any(&self, lo: DVec3, hi: DVec3) -> bool {
+        self.blocks(lo, hi).any(|block| self.any[block])
+    }
+
+    /// Blocks that a box meets; what is beyond the grid belongs to its border.
+    fn blocks(&self, lo: DVec3, hi: DVec3) -> impl Iterator<Item = usize> + use<> {
+        let [nx, ny, _] = self.dims;
+        let block = |p: DVec3, axis: usize| {
+            floor_index(self.grid.to_units(p)[axis] / BLOCK).min(self.dims[axis] - 1)
+        };
+        let [x, y, z] = [0, 1, 2].map(|axis| block(lo, axis)..=block(hi, axis));
+        z.flat_map(move |k| {
+            let x = x.clone();
+            y.clone().flat_map(move |j| x.clone().map(move |i| i + nx * (j + ny * k)))
+        })
     }
 }
 

@@ -3,6 +3,14 @@
 //! `cargo test --release -p distance-field --test accuracy -- --nocapture`
 //! prints the table of `docs/accuracy-distance-field.md`.
 
+#![allow(
+    clippy::cast_precision_loss,
+    clippy::float_cmp,
+    clippy::print_stdout,
+    clippy::unwrap_used,
+    reason = "tests count little, compare exact figures, print what they measure and may panic"
+)]
+
 mod common;
 
 use std::f64::consts::FRAC_PI_2;

@@ -1,5 +1,13 @@
 //! What goes wrong with grids and bones, each with the figure that is expected.
 
+#![allow(
+    clippy::cast_precision_loss,
+    clippy::float_cmp,
+    clippy::print_stdout,
+    clippy::unwrap_used,
+    reason = "tests count little, compare exact figures, print what they measure and may panic"
+)]
+
 mod common;
 
 use std::time::{Duration, Instant};

@@ -1,5 +1,13 @@
 //! Signs of damaged and of real surfaces, against the exact winding number.
 
+#![allow(
+    clippy::cast_precision_loss,
+    clippy::float_cmp,
+    clippy::print_stdout,
+    clippy::unwrap_used,
+    reason = "tests count little, compare exact figures, print what they measure and may panic"
+)]
+
 mod common;
 
 use common::{anatomy, build, read_ply};

@@ -1,0 +1,153 @@
+//! Builds of a femur's field: in all, by phase, by threads, and what they hold.
+
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+use benches::ratio::{Ratio, Report, amount};
+use distance_field::{BuildOptions, DistanceField};
+use fixtures::Mesh;
+
+/// Builds that are timed; the least counts, since other work only ever adds.
+const TURNS: usize = 9;
+
+/// Passes over memory that are timed together.
+const PASSES: usize = 30;
+
+/// Builds, in running time, and their phases, in wall time: the least of each \[ms\].
+struct Times {
+    total: f64,
+    phases: Vec<(String, f64)>,
+}
+
+impl Times {
+    fn new() -> Self {
+        Self { total: f64::INFINITY, phases: Vec::new() }
+    }
+
+    fn add(&mut self, field: &DistanceField, elapsed: Duration) {
+        self.total = self.total.min(milliseconds(elapsed));
+        for (i, (phase, time)) in field.report().phases.iter().enumerate() {
+            let time = milliseconds(*time);
+            match self.phases.get_mut(i) {
+                Some((_, least)) => *least = least.min(time),
+                None => self.phases.push((format!("{phase:?}"), time)),
+            }
+        }
+    }
+
+    fn print(&self, name: &str) {
+        let phases: Vec<String> =
+            self.phases.iter().map(|(phase, time)| format!("{phase} {time:.1}")).collect();
+        println!("{name}: {:.1} ms = {}", self.total, phases.join(" + "));
+    }
+}
+
+/// Time that this thread has been running, whoever else wants the processor; wall time where the
+/// system does not tell.
+pub(crate) fn running() -> Duration {
+    static START: OnceLock<Instant> = OnceLock::new();
+    let statistics = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
+    let running = statistics.and_then(|line| line.split(' ').next()?.parse().ok());
+    running.map_or_else(|| START.get_or_init(Instant::now).elapsed(), Duration::from_nanos)
+}
+
+fn milliseconds(time: Duration) -> f64 {
+    time.as_secs_f64() * 1e3
+}
+
+fn build(mesh: &Mesh, options: &BuildOptions) -> (DistanceField, Duration) {
+    let surface = mesh.surface();
+    let x = surface.positions(&mesh.positions).expect("a generated bone is finite");
+    let start = Instant::now();
+    let field = DistanceField::build(&surface, x, options).expect("a bone fits");
+    (field, start.elapsed())
+}
+
+fn pool(threads: usize) -> rayon::ThreadPool {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start")
+}
+
+/// The default and the seed method in turns with a pass over memory of the same size.
+pub(crate) fn one_thread(mesh: &Mesh, report: &mut Report) {
+    let defaults = BuildOptions::default();
+    let untruncated = BuildOptions { truncate: None, ..defaults };
+    let seed = BuildOptions { samples: 0, ..BuildOptions::seed() };
+    let build = |options: &BuildOptions| {
+        let start = running();
+        let field = build(mesh, options).0;
+        (field, running() - start)
+    };
+    let (mut exact, mut whole, mut voxels) = (Times::new(), Times::new(), Times::new());
+    let mut pass = f64::INFINITY;
+    pool(1).install(|| {
+        let mut values = build(&defaults).0.values();
+        for _ in 0..TURNS {
+            // Often enough for the clock, which ticks in milliseconds.
+            let start = running();
+            for _ in 0..PASSES {
+                values.iter_mut().for_each(|value| *value = -*value);
+                std::hint::black_box(&mut values);
+            }
+            pass = pass.min(milliseconds(running() - start) / amount(PASSES));
+            let (field, time) = build(&defaults);
+            exact.add(&field, time);
+            let (field, time) = build(&seed);
+            voxels.add(&field, time);
+            let (field, time) = build(&untruncated);
+            whole.add(&field, time);
+        }
+        println!("{} voxels of 1 mm", values.len());
+    });
+    exact.print("exact band of 3, truncated at 15 mm");
+    whole.print("exact band of 3, not truncated");
+    voxels.print("seed, Bresenham and Saito");
+    let mut add = |name: &str, ours: f64, theirs: f64, allowed: f64| {
+        report.add(&Ratio::new(name, ours, theirs, "ms", allowed));
+    };
+    add("exact band at 1 mm / 300 ms", exact.total, 300.0, 1.0);
+    add("seed at 1 mm / 250 ms", voxels.total, 250.0, 1.0);
+    add("exact band / seed", exact.total, voxels.total, 2.5);
+    println!(
+        "a pass over its bytes: {pass:.2} ms, the exact band {:.0} times that",
+        exact.total / pass
+    );
+}
+
+/// One thread and two, in turns.
+pub(crate) fn threads(mesh: &Mesh, report: &mut Report) {
+    let options = BuildOptions::default();
+    let pools = [pool(1), pool(2)];
+    let mut times = [Times::new(), Times::new()];
+    for _ in 0..TURNS {
+        for (pool, times) in pools.iter().zip(&mut times) {
+            let (field, time) = pool.install(|| build(mesh, &options));
+            times.add(&field, time);
+        }
+    }
+    let [one, two] = times;
+    one.print("one thread");
+    two.print("two threads");
+    report.add(&Ratio::new("two threads / one", two.total, one.total, "ms", 1.0 / 1.7));
+}
+
+/// What a build at 0.5 mm adds to the memory of the process at its highest, over its grid.
+pub(crate) fn memory(mesh: &Mesh, report: &mut Report) {
+    let Some(before) = highest_memory() else {
+        println!("no /proc/self/status here: memory is not measured");
+        return;
+    };
+    let options = BuildOptions { spacing: 0.5, ..BuildOptions::default() };
+    let (field, _) = build(mesh, &options);
+    let added = highest_memory().unwrap_or(before) - before;
+    let grid = amount(field.bytes()) / 1e6;
+    println!("{} voxels of 0.5 mm", field.grid().node_count());
+    report.add(&Ratio::new("memory to build at 0.5 mm / grid", added, grid, "MB", 3.0));
+}
+
+/// Most memory that the process has held \[MB\].
+fn highest_memory() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kilobytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kilobytes / 1e3)
+}
