@@ -71,8 +71,8 @@ pub enum RootKind {
     /// It comes closer to zero than its error: a double root, a near miss, or a
     /// root at one end of `0..=1`.
     Grazing,
-    /// All coefficients are within the error of zero: the interval is all of
-    /// what was asked for, and nothing is known.
+    /// All coefficients are within the error of zero: the interval is `0..=1`,
+    /// and nothing is known.
     Vanishing,
 }
 
@@ -158,16 +158,10 @@ impl Cubic {
 
     /// Intervals outside which the exact cubic is certainly further than
     /// `margin` (`>= 0`) from zero.
-    #[must_use]
-    pub fn isolate(&self, margin: f64) -> Roots {
-        self.isolate_until(1.0, margin)
-    }
-
-    /// [`Cubic::isolate`] within `0..=end`.
     #[inline]
     #[must_use]
-    pub fn isolate_until(&self, end: f64, margin: f64) -> Roots {
-        isolate::isolate(self, end, margin)
+    pub fn isolate(&self, margin: f64) -> Roots {
+        isolate::isolate(self, margin)
     }
 }
 

@@ -75,6 +75,8 @@ mod exact;
 mod lanes;
 mod polygon;
 mod rounding;
+#[cfg(test)]
+mod rounding_bounds;
 mod search;
 
 pub use batch::{CandidateContact, FirstContact, Motion};

@@ -72,9 +72,9 @@ impl Scaling {
 pub(crate) struct MovingPolygon<'a, const N: usize> {
     pub(crate) outline: &'a Outline,
     /// Corners at time 0.
-    start: [DVec3; N],
+    pub(crate) start: [DVec3; N],
     /// Corners at time 1.
-    end: [DVec3; N],
+    pub(crate) end: [DVec3; N],
 }
 
 /// Stands for the shape of a query: `N` corners, 3 for a vertex and a face, 4

@@ -2,7 +2,7 @@
 //!
 //! All are relative to sums of absolute products (permanents) of coordinate
 //! *differences*, so that neither units nor an offset of the scene enters.
-//! `tests/rounding_bounds.rs` holds every one of them against exact
+//! `rounding_bounds.rs` holds every one of them against exact
 //! arithmetic. Smaller than the proof allows would lose contacts; larger makes
 //! more contacts merely possible, and more times early.
 

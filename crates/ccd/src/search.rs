@@ -35,10 +35,10 @@ pub(crate) struct Search<'a, const N: usize> {
 pub(crate) struct Place<const N: usize> {
     /// The edges of corner 0.
     edges: [DVec3; 2],
-    area: DVec3,
+    pub(crate) area: DVec3,
     /// For each edge, the volume that it spans with the origin and the area
     /// vector: positive on the inner side.
-    edge_functions: [f64; N],
+    pub(crate) edge_functions: [f64; N],
     /// Whether all of these are certainly positive during the interval, so
     /// that whenever the plane holds the origin, so does the polygon.
     pub(crate) is_inside: bool,
@@ -57,7 +57,9 @@ where
     let find = |search: &Search<'_, N>| {
         search.intervals().iter().find_map(|interval| search.examine(interval))
     };
-    Ok(Search::unless_filtered(x0, x1, params, find)?.flatten())
+    let first = Search::unless_filtered(x0, x1, params, find)?.flatten();
+    // Times do not depend on the last one of interest; it only leaves out.
+    Ok(first.filter(|contact| contact.lo <= params.t_max))
 }
 
 impl<const N: usize> Search<'_, N>
@@ -93,7 +95,7 @@ where
     /// Intervals outside which the cubic excludes contact.
     #[inline]
     pub(crate) fn intervals(&self) -> Roots {
-        self.cubic.isolate_until(self.params.t_max, self.margin)
+        self.cubic.isolate(self.margin)
     }
 }
 
@@ -142,7 +144,7 @@ where
     /// Bound on the error of edge functions, and on their change in an interval
     /// around the time at which they were taken.
     #[inline]
-    fn edge_function_bound(&self, area: DVec3, length: f64) -> f64 {
+    pub(crate) fn edge_function_bound(&self, area: DVec3, length: f64) -> f64 {
         let q = self.outline.reach();
         let crossed = DVec3::new(q.y * q.z, q.z * q.x, q.x * q.y);
         (EDGE_FUNCTION + EDGE_FUNCTION_RATE * length) * area.abs().dot(crossed) + UNDERFLOW
@@ -229,7 +231,6 @@ where
         let [x0, x1] = self.points;
         match decide::<N>(x0, x1, interval.lo, interval.hi) {
             Decision::Free => None,
-            Decision::Contact { lo, .. } if lo > self.params.t_max => None,
             Decision::Contact { lo, hi, at_start } => {
                 let certainty = Certainty::Certain;
                 Some(Contact { lo, hi, at_start, certainty, ..possible })

@@ -29,25 +29,19 @@ const MONOTONE_SLACK: f64 = 8.0;
 /// point there would leave a part so short that the next split repeats it.
 const LEAST_PART: f64 = 1.0 / 64.0;
 
-/// See [`Cubic::isolate_until`].
+/// See [`Cubic::isolate`].
 #[inline]
-pub(super) fn isolate(cubic: &Cubic, end: f64, margin: f64) -> Roots {
-    let whole = end >= 1.0;
-    let (b, error) = if whole {
-        (cubic.bernstein, cubic.error)
-    } else {
-        (cubic.on(0.0, end), cubic.evaluation_error)
-    };
+pub(super) fn isolate(cubic: &Cubic, margin: f64) -> Roots {
     let mut roots = Roots::none();
-    let part = Part { lo: 0.0, hi: smaller(end, 1.0), b };
-    if beyond(&b, error + margin) {
+    let whole = Part { lo: 0.0, hi: 1.0, b: cubic.bernstein };
+    if cubic.excludes_zero(margin) {
         return roots;
     }
-    if part.within(cubic.evaluation_error + margin) {
-        roots.push(RootInterval { lo: part.lo, hi: part.hi, kind: RootKind::Vanishing });
+    if whole.within(cubic.evaluation_error + margin) {
+        roots.push(RootInterval { lo: 0.0, hi: 1.0, kind: RootKind::Vanishing });
         return roots;
     }
-    Isolation { cubic, margin, roots: &mut roots }.visit(&part, DEPTH);
+    Isolation { cubic, margin, roots: &mut roots }.visit(&whole, DEPTH);
     roots
 }
 

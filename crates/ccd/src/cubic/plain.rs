@@ -31,7 +31,7 @@ impl std::ops::Deref for PlainRoots {
 ///
 /// ```
 /// // 8 (t - 1/4) (t - 1/2) (t - 3/4)
-/// let found = ccd::cubic::roots([-0.75, 17.0 / 12.0, -17.0 / 12.0, 0.75]);
+/// let found = ccd::cubic::roots([-0.75, 13.0 / 12.0, -13.0 / 12.0, 0.75]);
 /// assert_eq!(found.len(), 3);
 /// assert!((found[0] - 0.25).abs() < 1e-15);
 /// ```

@@ -1,0 +1,186 @@
+//! Batches against single queries, and crossings of a closed surface.
+
+use arbitrary::{Result, Unstructured};
+use arbtest::arbtest;
+use ccd::{CandidateContact, CcdError, FirstContact, Motion, Params, is_inside};
+use glam::DVec3;
+
+fn point(u: &mut Unstructured<'_>, size: f64) -> Result<DVec3> {
+    let mut coordinate = || Ok(size * (f64::from(u.arbitrary::<i16>()?) / 32768.0));
+    Ok(DVec3::new(coordinate()?, coordinate()?, coordinate()?))
+}
+
+/// Moving points and random candidates among them, each of four different ones.
+struct Scene {
+    x0: Vec<DVec3>,
+    x1: Vec<DVec3>,
+    candidates: Vec<[u32; 4]>,
+}
+
+fn scene(u: &mut Unstructured<'_>, count: usize) -> Result<Scene> {
+    let (mut x0, mut x1, mut candidates) = (Vec::new(), Vec::new(), Vec::new());
+    for _ in 0..24 {
+        x0.push(point(u, 1.0)?);
+        x1.push(x0[x0.len() - 1] + point(u, 0.5)?);
+    }
+    for _ in 0..count {
+        let first = u.int_in_range(0_u32..=23)?;
+        let step = [1, 5, 7, 11][usize::from(u.int_in_range(0_u8..=3)?)];
+        candidates.push(std::array::from_fn(|i| (first + step * [0, 1, 2, 3][i]) % 24));
+    }
+    Ok(Scene { x0, x1, candidates })
+}
+
+fn alone(scene: &Scene, params: &Params, edges: bool) -> Vec<CandidateContact> {
+    let gather = |x: &[DVec3], points: &[u32; 4]| points.map(|point| x[point as usize]);
+    let query = if edges { ccd::edge_edge } else { ccd::vertex_face };
+    let each = scene.candidates.iter().enumerate().filter_map(|(candidate, points)| {
+        let contact = query(gather(&scene.x0, points), gather(&scene.x1, points), params);
+        contact.expect("valid").map(|contact| CandidateContact { candidate, contact })
+    });
+    each.collect()
+}
+
+#[test]
+fn batches_answer_as_single_queries_do() {
+    arbtest(|u| {
+        let scene = scene(u, 37)?;
+        let motion = Motion::new(&scene.x0, &scene.x1).expect("valid");
+        for (min_separation, t_max) in [(0.0, 1.0), (0.01, 1.0), (0.0, 0.3)] {
+            let params = Params { min_separation, t_max, ..Params::DEFAULT };
+            let found = motion.vertex_faces(&scene.candidates, &params).expect("valid");
+            assert_eq!(found, alone(&scene, &params, false));
+            let found = motion.edge_edges(&scene.candidates, &params).expect("valid");
+            assert_eq!(found, alone(&scene, &params, true));
+        }
+        Ok(())
+    })
+    .budget_ms(1500);
+}
+
+#[test]
+fn filters_keep_every_candidate_with_a_contact() {
+    arbtest(|u| {
+        let scene = scene(u, 37)?;
+        let motion = Motion::new(&scene.x0, &scene.x1).expect("valid");
+        let params = Params::DEFAULT;
+        let kept = motion.filter_vertex_faces(&scene.candidates, &params).expect("valid");
+        assert!(alone(&scene, &params, false).iter().all(|c| kept.contains(&c.candidate)));
+        let kept = motion.filter_edge_edges(&scene.candidates, &params).expect("valid");
+        assert!(alone(&scene, &params, true).iter().all(|c| kept.contains(&c.candidate)));
+        Ok(())
+    })
+    .budget_ms(1000);
+}
+
+#[test]
+fn the_first_contact_is_the_earliest_of_all() {
+    arbtest(|u| {
+        let (faces, edges) = (scene(u, 30)?, scene(u, 30)?.candidates);
+        let motion = Motion::new(&faces.x0, &faces.x1).expect("valid");
+        let params = Params::DEFAULT;
+        let first = motion.first_contact(&faces.candidates, &edges, &params).expect("valid");
+        let by_time =
+            |a: &CandidateContact, b: &CandidateContact| a.contact.lo.total_cmp(&b.contact.lo);
+        let face = alone(&faces, &params, false).into_iter().min_by(by_time);
+        let edge = alone(&Scene { candidates: edges, ..faces }, &params, true);
+        let edge = edge.into_iter().min_by(by_time);
+        let edge = edge.filter(|e| face.is_none_or(|f| e.contact.lo < f.contact.lo));
+        let expected = edge.map(FirstContact::EdgeEdge).or(face.map(FirstContact::VertexFace));
+        assert_eq!(first, expected);
+        Ok(())
+    })
+    .budget_ms(1000);
+}
+
+#[test]
+fn candidates_out_of_range_are_refused() {
+    let x = [DVec3::ZERO; 4];
+    let motion = Motion::new(&x, &x).unwrap();
+    let refused = motion.edge_edges(&[[0, 1, 2, 3], [0, 1, 9, 3]], &Params::DEFAULT);
+    assert_eq!(refused, Err(CcdError::PointOutOfRange { candidate: 1, point: 9, count: 4 }));
+    let uneven = Motion::new(&x, &x[1..]).map(|_| ());
+    assert_eq!(uneven, Err(CcdError::PositionCount { start: 4, end: 3 }));
+}
+
+/// An octahedron with corners 1 from the origin, oriented outward.
+fn octahedron() -> (Vec<DVec3>, Vec<[u32; 3]>) {
+    let corners = vec![DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
+    let faces = vec![
+        [0, 2, 4],
+        [2, 1, 4],
+        [1, 3, 4],
+        [3, 0, 4],
+        [2, 0, 5],
+        [1, 2, 5],
+        [3, 1, 5],
+        [0, 3, 5],
+    ];
+    (corners, faces)
+}
+
+fn is_in_octahedron(p: DVec3) -> bool {
+    p.abs().element_sum() < 1.0
+}
+
+#[test]
+fn crossings_tell_the_side_after_a_step() {
+    let (corners, faces) = octahedron();
+    arbtest(|u| {
+        let (start, end, shift) = (point(u, 1.3)?, point(u, 1.3)?, point(u, 2.0)?);
+        let mut x0 = corners.clone();
+        x0.push(start);
+        let mut x1: Vec<DVec3> = corners.iter().map(|c| c * 0.5 + shift).collect();
+        x1.push(0.5 * end + shift);
+        let motion = Motion::new(&x0, &x1).expect("valid");
+        let crossings = motion.crossings(6, &faces).expect("valid");
+        if let Some(changed) = crossings.changes_side() {
+            let (before, after) = (is_in_octahedron(start), is_in_octahedron(end));
+            assert_eq!(changed, before != after, "{start} to {end}: {crossings:?}");
+            let balance = i64::from(crossings.inward) - i64::from(crossings.outward);
+            assert_eq!(balance, i64::from(after) - i64::from(before), "{crossings:?}");
+        }
+        Ok(())
+    })
+    .budget_ms(1000);
+}
+
+#[test]
+fn rays_tell_whether_a_point_is_inside() {
+    let (corners, faces) = octahedron();
+    arbtest(|u| {
+        let p = point(u, 1.2)?;
+        if (p.abs().element_sum() - 1.0).abs() > 1e-9 {
+            let inside = is_inside(p, &corners, &faces).expect("valid");
+            assert_eq!(inside, Some(is_in_octahedron(p)), "{p}");
+        }
+        Ok(())
+    })
+    .budget_ms(500);
+    assert_eq!(is_inside(DVec3::ZERO, &corners, &faces), Ok(Some(true)));
+    assert_eq!(is_inside(DVec3::X, &corners, &faces), Ok(None), "a corner has no side");
+}
+
+#[cfg(feature = "rayon")]
+#[test]
+fn threads_change_no_bit() {
+    let mut state = 1_u64;
+    let mut byte = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        u8::try_from(state >> 56).expect("eight bits are left")
+    };
+    let bytes: Vec<u8> = (0..40_000).map(|_| byte()).collect();
+    let scene = scene(&mut Unstructured::new(&bytes), 5000).expect("enough bytes");
+    let motion = Motion::new(&scene.x0, &scene.x1).expect("valid");
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        let params = Params::DEFAULT;
+        pool.install(|| {
+            let first = motion.first_contact(&scene.candidates, &scene.candidates, &params);
+            (motion.vertex_faces(&scene.candidates, &params), first)
+        })
+    };
+    let one = run(1);
+    assert_eq!(one, run(2));
+    assert_eq!(one, run(7));
+}

@@ -1,0 +1,325 @@
+//! Single queries against planted impacts, an integer twin and closed forms.
+
+#![expect(clippy::panic, reason = "a miss says what was missed")]
+
+use arbitrary::{Result, Unstructured};
+use arbtest::arbtest;
+use ccd::{CcdError, Certainty, Contact, Params, StepEnd, edge_edge, vertex_face};
+use glam::DVec3;
+
+type Query = fn([DVec3; 4], [DVec3; 4], &Params) -> std::result::Result<Option<Contact>, CcdError>;
+type Integers = [[i64; 3]; 4];
+
+fn ask(query: Query, x0: [DVec3; 4], x1: [DVec3; 4]) -> Option<Contact> {
+    query(x0, x1, &Params::DEFAULT).expect("the points are finite")
+}
+
+fn reals(x: &Integers) -> [DVec3; 4] {
+    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+    x.map(|p| DVec3::from_array(p.map(|c| c as f64)))
+}
+
+fn lattice_point(u: &mut Unstructured<'_>, size: i64) -> Result<[i64; 3]> {
+    Ok([
+        u.int_in_range(-size..=size)?,
+        u.int_in_range(-size..=size)?,
+        u.int_in_range(-size..=size)?,
+    ])
+}
+
+/// Points that touch, in `(corner 0) + r/8 edge + s/8 edge` of a polygon.
+fn touching(u: &mut Unstructured<'_>, edges: bool) -> Result<Integers> {
+    let (a, b, c) = (lattice_point(u, 6)?, lattice_point(u, 6)?, lattice_point(u, 6)?);
+    let r = u.int_in_range(0_i64..=8)?;
+    let s = u.int_in_range(0_i64..=if edges { 8 } else { 8 - r })?;
+    let mut x = [[0; 3]; 4];
+    for k in 0..3 {
+        if edges {
+            // A point of edge (a, b) is one of edge (p, q) with q as chosen.
+            let meet = 8 * a[k] + r * (b[k] - a[k]);
+            let away = c[k];
+            x[0][k] = 8 * a[k];
+            x[1][k] = 8 * b[k];
+            x[2][k] = meet - s * away;
+            x[3][k] = meet + (8 - s) * away;
+        } else {
+            x[0][k] = 8 * a[k] + r * (b[k] - a[k]) + s * (c[k] - a[k]);
+            x[1][k] = 8 * a[k];
+            x[2][k] = 8 * b[k];
+            x[3][k] = 8 * c[k];
+        }
+    }
+    Ok(x)
+}
+
+/// A step on which a touch is planted at time `n / 4`, exactly.
+fn planted(u: &mut Unstructured<'_>, edges: bool) -> Result<([DVec3; 4], [DVec3; 4], f64)> {
+    let x = touching(u, edges)?;
+    let n = u.int_in_range(0_i64..=4)?;
+    let (mut x0, mut x1) = (x, x);
+    for i in 0..4 {
+        let v = lattice_point(u, 12)?;
+        for k in 0..3 {
+            x0[i][k] -= n * v[k];
+            x1[i][k] += (4 - n) * v[k];
+        }
+    }
+    #[expect(clippy::cast_precision_loss, reason = "0 to 4")]
+    Ok((reals(&x0), reals(&x1), n as f64 / 4.0))
+}
+
+fn never_missed_or_late(query: Query, edges: bool) {
+    arbtest(|u| {
+        let (x0, x1, time) = planted(u, edges)?;
+        let contact =
+            ask(query, x0, x1).unwrap_or_else(|| panic!("missed {x0:?} {x1:?} at {time}"));
+        assert!(contact.lo <= time, "{} is after {time}: {x0:?} {x1:?}", contact.lo);
+        assert!(contact.lo <= contact.hi, "{contact:?}");
+        assert!(contact.lo > 0.0 || contact.at_start, "apart at the start: {contact:?}");
+        if contact.is_certain() {
+            // Points are within 200 of each other; a triple root has a long interval.
+            let most = 1e-9 + 400.0 * (contact.hi - contact.lo);
+            assert!(gap(&contact, &x0, &x1) < most, "weights do not meet: {contact:?}");
+        }
+        assert!((contact.normal.length() - 1.0).abs() < 1e-12, "{contact:?}");
+        Ok(())
+    })
+    .budget_ms(2000);
+}
+
+/// `|sum weights_i x_i|` in the middle of the interval of contact.
+fn gap(contact: &Contact, x0: &[DVec3; 4], x1: &[DVec3; 4]) -> f64 {
+    let t = 0.5 * (contact.lo + contact.hi);
+    assert!(contact.weights.iter().sum::<f64>().abs() < 1e-12, "{contact:?}");
+    (0..4).map(|i| contact.weights[i] * (x0[i] * (1.0 - t) + x1[i] * t)).sum::<DVec3>().length()
+}
+
+#[test]
+fn planted_vertex_face_impacts_are_found_in_time() {
+    never_missed_or_late(vertex_face, false);
+}
+
+#[test]
+fn planted_edge_edge_impacts_are_found_in_time() {
+    never_missed_or_late(edge_edge, true);
+}
+
+/// The slow twin: whether the polygon of differences holds the origin, in
+/// integers, for points that do not move.
+fn touch(x: &[[i128; 3]; 4], edges: bool) -> bool {
+    let minus = |a: [i128; 3], b: [i128; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+    let cross = |a: [i128; 3], b: [i128; 3]| {
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    };
+    let dot = |a: [i128; 3], b: [i128; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let corners = if edges {
+        vec![minus(x[2], x[0]), minus(x[3], x[0]), minus(x[3], x[1]), minus(x[2], x[1])]
+    } else {
+        vec![minus(x[1], x[0]), minus(x[2], x[0]), minus(x[3], x[0])]
+    };
+    let count = corners.len();
+    let area = cross(minus(corners[1], corners[0]), minus(corners[count - 1], corners[0]));
+    let pairs = || (0..count).map(|i| (corners[i], corners[(i + 1) % count]));
+    if area == [0; 3] {
+        return pairs().any(|(a, b)| cross(a, b) == [0; 3] && dot(a, b) <= 0);
+    }
+    dot(area, corners[0]) == 0 && pairs().all(|(a, b)| dot(area, cross(a, b)) >= 0)
+}
+
+fn agrees_with_the_twin(query: Query, edges: bool) {
+    arbtest(|u| {
+        let [x0, x1]: [Integers; 2] = [
+            [
+                lattice_point(u, 3)?,
+                lattice_point(u, 3)?,
+                lattice_point(u, 3)?,
+                lattice_point(u, 3)?,
+            ],
+            [
+                lattice_point(u, 3)?,
+                lattice_point(u, 3)?,
+                lattice_point(u, 3)?,
+                lattice_point(u, 3)?,
+            ],
+        ];
+        let first = (0..=24).find(|n| {
+            let at = |i: usize, k: usize| i128::from(x0[i][k] * (24 - n) + x1[i][k] * n);
+            touch(&std::array::from_fn(|i| std::array::from_fn(|k| at(i, k))), edges)
+        });
+        if let Some(n) = first {
+            let contact = ask(query, reals(&x0), reals(&x1));
+            #[expect(clippy::cast_precision_loss, reason = "0 to 24")]
+            let time = n as f64 / 24.0;
+            let lo = contact.unwrap_or_else(|| panic!("missed {x0:?} {x1:?} at {time}")).lo;
+            assert!(lo <= time, "{lo} is after {time}: {x0:?} {x1:?}");
+        }
+        Ok(())
+    })
+    .budget_ms(2000);
+}
+
+#[test]
+fn vertex_face_contacts_of_the_integer_twin_are_found() {
+    agrees_with_the_twin(vertex_face, false);
+}
+
+#[test]
+fn edge_edge_contacts_of_the_integer_twin_are_found() {
+    agrees_with_the_twin(edge_edge, true);
+}
+
+/// A vertex that meets the plane of a turning face three times, each time
+/// inside: the first must be reported.
+#[test]
+fn the_first_of_three_roots_is_reported() {
+    let cubic = |t: f64| (t - 0.2) * (t - 0.5) * (t - 0.8);
+    let powers = [-0.08, 0.66, -1.5, 1.0];
+    let found = ccd::cubic::Cubic::from_powers(powers, 0.0).isolate(0.0);
+    assert_eq!(found.len(), 3, "{:?}", &*found);
+    for (interval, root) in found.iter().zip([0.2, 0.5, 0.8]) {
+        assert!(interval.lo <= root && root <= interval.hi, "{interval:?} without {root}");
+        assert!(interval.hi - interval.lo < 1e-12, "{interval:?} is long");
+        assert!(cubic(interval.lo) * cubic(interval.hi) < 0.0, "{interval:?} crosses nothing");
+    }
+    let plain = ccd::cubic::roots(ccd::cubic::Cubic::from_powers(powers, 0.0).bernstein());
+    assert_eq!(plain.len(), 3, "{:?}", &*plain);
+}
+
+#[test]
+fn grazing_and_vanishing_cubics_are_named() {
+    use ccd::cubic::{Cubic, RootKind};
+
+    let graze = Cubic::from_powers([0.25, -1.0, 1.0, 0.0], 0.0).isolate(0.0);
+    assert!(graze.iter().any(|r| r.kind == RootKind::Grazing && r.lo <= 0.5 && 0.5 <= r.hi));
+    let zero = Cubic::new([0.0; 4], 1e-20).isolate(0.0);
+    assert_eq!(zero[0].kind, RootKind::Vanishing);
+    assert_eq!((zero[0].lo, zero[0].hi), (0.0, 1.0));
+    assert!(Cubic::from_powers([0.26, -1.0, 1.0, 0.0], 0.0).isolate(0.0).is_empty());
+}
+
+const FACE: [DVec3; 3] = [DVec3::new(-2.0, -1.0, 0.0), DVec3::new(2.0, -1.0, 0.0), DVec3::Y];
+
+fn over_face(height: f64) -> [DVec3; 4] {
+    [DVec3::Z * height, FACE[0], FACE[1], FACE[2]]
+}
+
+#[test]
+fn a_contact_that_is_there_at_the_start_is_said_to_be() {
+    let contact = ask(vertex_face, over_face(0.0), over_face(1.0)).expect("it starts on the face");
+    assert_eq!((contact.lo, contact.at_start), (0.0, true));
+    let contact = ask(vertex_face, over_face(1e-9), over_face(-1.0)).expect("it falls through");
+    assert!(!contact.at_start && contact.lo <= 1e-9, "{contact:?}");
+}
+
+#[test]
+fn contacts_after_t_max_are_left_out() {
+    let early = |t_max| Params { t_max, ..Params::DEFAULT };
+    let ask = |t_max| vertex_face(over_face(1.0), over_face(-1.0), &early(t_max)).unwrap();
+    assert_eq!(ask(0.499), None);
+    assert!(ask(0.501).expect("0.5 is before").is_certain());
+}
+
+/// Above a face the separation is reached at a time in closed form, for any of them.
+#[test]
+fn a_separation_is_reached_when_it_should_be() {
+    for d in [1e-2, 1e-3, 1e-6] {
+        let params = Params { min_separation: d, ..Params::DEFAULT };
+        let miss = vertex_face(over_face(1.0), over_face(d * (1.0 + 1e-9)), &params).unwrap();
+        assert_eq!(miss, None, "{d} is not reached");
+        let contact = vertex_face(over_face(1.0), over_face(-1.0), &params).unwrap().unwrap();
+        let time = 0.5 * (1.0 - d);
+        assert_eq!(contact.certainty, Certainty::Certain, "{d}: {contact:?}");
+        assert!(contact.lo <= time && time - contact.lo <= 1e-6 * d + 1e-15, "{d}: {contact:?}");
+        assert!(contact.normal.distance(DVec3::Z) < 1e-12, "{contact:?}");
+    }
+}
+
+#[test]
+fn powers_of_two_change_no_bit() {
+    arbtest(|u| {
+        let (x0, x1, _) = planted(u, true)?;
+        for query in [vertex_face as Query, edge_edge] {
+            let plain = ask(query, x0, x1);
+            for exponent in [-900, -40, 30, 900] {
+                let by = |x: [DVec3; 4]| x.map(|p| p * 2_f64.powi(exponent));
+                assert_eq!(ask(query, by(x0), by(x1)), plain, "times 2^{exponent}: {x0:?} {x1:?}");
+            }
+        }
+        Ok(())
+    })
+    .budget_ms(1500);
+}
+
+#[test]
+fn an_offset_of_a_million_edges_misses_nothing() {
+    arbtest(|u| {
+        for edges in [false, true] {
+            let (x0, x1, time) = planted(u, edges)?;
+            let by = |x: [DVec3; 4]| x.map(|p| p + DVec3::new(3e6, -1e7, 5e6));
+            let query: Query = if edges { edge_edge } else { vertex_face };
+            let contact = ask(query, by(x0), by(x1)).expect("integers are moved exactly");
+            assert!(contact.lo <= time, "{contact:?} is after {time}");
+        }
+        Ok(())
+    })
+    .budget_ms(1000);
+}
+
+/// Turning a face's corners, or exchanging ends of edges, changes no certain answer.
+#[test]
+fn other_labels_give_the_same_certain_answer() {
+    arbtest(|u| {
+        let (x0, x1, _) = planted(u, false)?;
+        let turned = |x: [DVec3; 4]| [x[0], x[2], x[3], x[1]];
+        let swapped = |x: [DVec3; 4]| [x[1], x[0], x[2], x[3]];
+        let pairs: [(Query, _); 2] =
+            [(vertex_face, (turned(x0), turned(x1))), (edge_edge, (swapped(x0), swapped(x1)))];
+        for (query, (y0, y1)) in pairs {
+            let (a, b) = (ask(query, x0, x1), ask(query, y0, y1));
+            for (one, other) in [(a, b), (b, a)] {
+                if let Some(one) = one.filter(Contact::is_certain) {
+                    let other = other.expect("a certain contact has no other answer");
+                    assert!(other.lo <= one.hi, "{one:?} against {other:?}");
+                }
+            }
+        }
+        Ok(())
+    })
+    .budget_ms(1000);
+}
+
+#[test]
+fn what_is_not_finite_is_refused() {
+    let mut x = over_face(-1.0);
+    x[2].y = f64::NAN;
+    let refused = vertex_face(over_face(1.0), x, &Params::DEFAULT);
+    assert!(
+        matches!(refused, Err(CcdError::NotFinite { point: 2, end: StepEnd::Finish, value }) if value.is_nan()),
+        "{refused:?}"
+    );
+    x[2].y = f64::NEG_INFINITY;
+    let error = edge_edge(x, over_face(1.0), &Params::DEFAULT).unwrap_err();
+    let expected = CcdError::NotFinite { point: 2, end: StepEnd::Start, value: f64::NEG_INFINITY };
+    assert_eq!(error, expected);
+    assert_eq!(error.to_string(), "point 2 at the start of the step is not finite: -inf");
+}
+
+#[test]
+fn parameters_out_of_range_are_refused() {
+    let with = |params| vertex_face(over_face(1.0), over_face(0.0), &params).unwrap_err();
+    let d = Params { min_separation: -1.0, ..Params::DEFAULT };
+    assert_eq!(with(d), CcdError::MinSeparation(-1.0));
+    assert_eq!(with(Params { t_max: 1.5, ..Params::DEFAULT }), CcdError::TimeMax(1.5));
+}
+
+/// The largest and the smallest numbers there are.
+#[test]
+fn no_size_overflows_or_underflows() {
+    for size in [f64::MAX, f64::MAX / 8.0, 1e-300, f64::MIN_POSITIVE, 64.0 * 5e-324] {
+        let by = |x: [DVec3; 4]| x.map(|p| p * (0.5 * size));
+        let contact = ask(vertex_face, by(over_face(1.0)), by(over_face(-1.0)));
+        let contact = contact.unwrap_or_else(|| panic!("missed at size {size:e}"));
+        assert!((contact.lo..=contact.hi).contains(&0.5), "size {size:e}: {contact:?}");
+        assert_eq!(ask(vertex_face, by(over_face(1.0)), by(over_face(0.25))), None, "{size:e}");
+    }
+}
