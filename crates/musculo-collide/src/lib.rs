@@ -54,3 +54,8 @@ pub use crate::pair::{ContactPatch, NearVertex, PairReport, VertexReport};
 pub use crate::scene::{Body, BodyId, BodyKind, Scene};
 pub use crate::sweep::{ContactKind, PairSweep, SweepReport, SweptContact};
 pub use crate::unseen::Unseen;
+
+/// Holds the README's example to what the library does.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;
