@@ -219,3 +219,48 @@ fn take(
         best[lane] = best[lane].max(offer);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Squared distance to the nearest seed, by looking at each.
+    fn nearest(node: usize, seeds: &[usize], [nx, ny, _]: [usize; 3]) -> Option<usize> {
+        let place = |node: usize| [node % nx, node / nx % ny, node / (nx * ny)];
+        let apart = |seed: usize| -> usize {
+            place(node).iter().zip(place(seed)).map(|(a, b)| a.abs_diff(b).pow(2)).sum()
+        };
+        seeds.iter().map(|&seed| apart(seed)).min()
+    }
+
+    /// Every node within reach has the face of a seed that no other is nearer than.
+    #[test]
+    fn faces_come_from_a_nearest_seed() {
+        arbtest::arbtest(|u| {
+            let dims = [u.int_in_range(1..=40)?, u.int_in_range(1..=14)?, u.int_in_range(1..=14)?];
+            let reach = u.int_in_range(0..=17_usize)?;
+            let mut face = vec![0; dims.iter().product()];
+            for name in 1..=u.int_in_range(1..=6_u32)? {
+                let node = u.choose_index(face.len())?;
+                face[node] = name;
+            }
+            let seeds: Vec<usize> = (0..face.len()).filter(|&node| face[node] != 0).collect();
+            let names: Vec<u32> = seeds.iter().map(|&seed| face[seed]).collect();
+            let mut kept = vec![0; face.len()];
+            spread(&mut face, &mut kept, dims, reach);
+            for node in 0..face.len() {
+                let squared = nearest(node, &seeds, dims).expect("there is a seed");
+                if squared > reach * reach {
+                    assert_eq!(kept[node], 0, "{node} is beyond {reach}");
+                    continue;
+                }
+                let expected = reach * reach + 1 - squared;
+                assert_eq!(usize::try_from(kept[node]), Ok(expected), "{node} in {dims:?}");
+                let from = names.iter().position(|&name| name == face[node]);
+                let from = from.expect("the face is a seed's");
+                assert_eq!(nearest(node, &seeds[from..=from], dims), Some(squared));
+            }
+            Ok(())
+        });
+    }
+}

@@ -114,3 +114,41 @@ fn scan(count: usize, at: impl Fn(usize) -> usize, column: &[u32], result: &mut 
         made = most;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Squared distance of every node by looking at every seed.
+    fn slow(seeds: &[bool], [nx, ny, _]: [usize; 3]) -> Vec<u32> {
+        let place = |node: usize| [node % nx, node / nx % ny, node / (nx * ny)];
+        let apart = |a: usize, b: usize| -> u32 {
+            place(a).iter().zip(place(b)).map(|(a, b)| square(a.abs_diff(b))).sum()
+        };
+        let on: Vec<usize> = (0..seeds.len()).filter(|&node| seeds[node]).collect();
+        let nearest = |node| on.iter().map(|&seed| apart(node, seed)).min().unwrap_or(FAR);
+        (0..seeds.len()).map(nearest).collect()
+    }
+
+    #[test]
+    fn both_transforms_agree_with_the_slow_one() {
+        arbtest::arbtest(|u| {
+            let mut dims = [0; 3];
+            for n in &mut dims {
+                *n = u.int_in_range(1..=19_usize)?;
+            }
+            let mut seeds = vec![false; dims.iter().product()];
+            for _ in 0..u.int_in_range(0..=9)? {
+                let node = u.choose_index(seeds.len())?;
+                seeds[node] = true;
+            }
+            let expected = slow(&seeds, dims);
+            for way in [Transform::Saito, Transform::Meijster] {
+                let mut squared = vec![0; seeds.len()];
+                transform(&seeds, dims, way, &mut squared);
+                assert_eq!(squared, expected, "{way:?} {dims:?}");
+            }
+            Ok(())
+        });
+    }
+}

@@ -1,0 +1,134 @@
+//! Queries: poses, offsets, batches, storage, and gradients against values.
+
+mod common;
+
+use arbtest::arbtest;
+use common::build;
+use distance_field::{
+    BuildOptions, DistanceField, Grid, Interpolation, Pose, Query, Sample, Samples, Storage,
+};
+use fixtures::shapes;
+use surface::glam::{DQuat, DVec3};
+
+const ALL: [Interpolation; 3] =
+    [Interpolation::Trilinear, Interpolation::Smooth, Interpolation::Cubic];
+
+/// A field whose values a formula gives.
+fn sampled(formula: impl Fn(DVec3) -> f64) -> DistanceField {
+    let grid = Grid::new(DVec3::new(-3.0, 1.0, 2.0), 0.5, [12, 10, 11]).expect("a small grid");
+    let nodes = (0..11).flat_map(|k| (0..10).flat_map(move |j| (0..12).map(move |i| [i, j, k])));
+    #[expect(clippy::cast_possible_truncation, reason = "that is how values are kept")]
+    let values = nodes.map(|node| formula(grid.position(node)) as f32).collect();
+    DistanceField::from_values(grid, values, Storage::Dense).expect("finite values")
+}
+
+/// Every interpolation gives back what it can represent, up to the border.
+#[test]
+fn linear_fields_come_back_exactly() {
+    let normal = DVec3::new(0.5, -0.25, 0.75);
+    let field = sampled(|p| normal.dot(p) - 1.0);
+    arbtest(|u| {
+        let mut share = || Ok(f64::from(u.int_in_range(0..=1000_u16)?) / 1000.0);
+        let at = DVec3::new(share()?, share()?, share()?);
+        let p = DVec3::new(-3.0, 1.0, 2.0) + at * DVec3::new(5.5, 4.5, 5.0);
+        for interpolation in ALL {
+            let Sample { distance, gradient } = field.sample(p, interpolation).unwrap();
+            assert!((distance - (normal.dot(p) - 1.0)).abs() < 1e-6, "{interpolation:?} {p}");
+            assert!(gradient.distance(normal) < 1e-5, "{interpolation:?} {p} {gradient}");
+        }
+        Ok(())
+    });
+}
+
+/// The cubic also gives back squares, inside; and its gradient and the
+/// trilinear one are what their own values say.
+#[test]
+fn gradients_are_the_slopes_of_values() {
+    let square = |p: DVec3| p.x * p.x - 2.0 * p.y * p.z + p.z * p.z;
+    let field = sampled(square);
+    arbtest(|u| {
+        let mut share = || Ok(f64::from(u.int_in_range(1..=998_u16)?) / 999.7);
+        let at = DVec3::new(share()?, share()?, share()?);
+        let p = DVec3::new(-2.5, 1.5, 2.5) + at * DVec3::new(4.5, 3.5, 4.0);
+        for interpolation in [Interpolation::Trilinear, Interpolation::Cubic] {
+            let Sample { distance, gradient } = field.sample(p, interpolation).unwrap();
+            if interpolation == Interpolation::Cubic {
+                assert!((distance - square(p)).abs() < 1e-5, "{p}: {distance}");
+            }
+            for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+                let step = 1e-5 * axis;
+                let [below, above] =
+                    [p - step, p + step].map(|p| field.sample(p, interpolation).unwrap().distance);
+                let same_cell = field.grid().locate(p - step).unwrap().node
+                    == field.grid().locate(p + step).unwrap().node;
+                let slope = (above - below) / 2e-5;
+                assert!(!same_cell || (slope - gradient.dot(axis)).abs() < 1e-4, "{p} {axis}");
+            }
+        }
+        Ok(())
+    });
+}
+
+/// The same answer as by moving the point into the body's frame by hand.
+#[test]
+fn poses_turn_points_in_and_gradients_out() {
+    let field = build(&shapes::torus(20.0, 6.0, [48, 24]), &BuildOptions::default()).unwrap();
+    let rotation = DQuat::from_axis_angle(DVec3::new(0.36, 0.48, 0.8), 1.1);
+    let translation = DVec3::new(400.0, -120.0, 33.0);
+    // Not normalised: a pose takes care of that.
+    let pose = Pose::new(rotation * 3.0, translation);
+    for n in 0..500 {
+        let local = (common::spread(n) - 0.5) * DVec3::new(60.0, 60.0, 24.0);
+        let world = rotation * local + translation;
+        for interpolation in ALL {
+            let query = Query { interpolation, offset: 0.25, pose };
+            let plain = field.sample(local, interpolation).unwrap();
+            let posed = field.ask(world, &query).unwrap();
+            assert!((posed.distance - (plain.distance - 0.25)).abs() < 1e-9);
+            assert!(posed.gradient.distance(rotation * plain.gradient) < 1e-8);
+        }
+    }
+}
+
+#[test]
+fn batches_are_single_answers_and_outside_is_infinite() {
+    let field = build(&shapes::octasphere(10.0, 3), &BuildOptions::default()).unwrap();
+    let points: Vec<DVec3> = (0..9000).map(|n| (common::spread(n) - 0.5) * 48.0).collect();
+    let mut samples = Samples::default();
+    field.ask_all(&points, &Query::default(), &mut samples);
+    let mut outside = 0;
+    for (n, &p) in points.iter().enumerate() {
+        let one = field.ask(p, &Query::default()).unwrap_or(Sample::OUTSIDE);
+        assert_eq!(one, Sample { distance: samples.distance[n], gradient: samples.gradient[n] });
+        outside += u32::from(one.distance == f64::INFINITY);
+    }
+    assert!((500..8000).contains(&outside), "{outside}");
+    // Used again with fewer points, a batch holds just these.
+    field.ask_all(&points[..7], &Query::default(), &mut samples);
+    assert_eq!((samples.distance.len(), samples.gradient.len()), (7, 7));
+}
+
+/// Steps are off by half a step, bricks as steps, and bricks leave out what is far.
+#[test]
+fn storage_keeps_what_it_states() {
+    let torus = shapes::torus(40.0, 6.0, [96, 24]);
+    let with = |storage| {
+        let options = BuildOptions { storage, truncate: Some(6.0), ..BuildOptions::default() };
+        build(&torus, &options).unwrap()
+    };
+    let dense = with(Storage::Dense);
+    let steps = with(Storage::Steps { step: 0.002 });
+    let bricks = with(Storage::Bricks { step: 0.002 });
+    assert!((steps.storage_rounding() - 0.001).abs() < 1e-9);
+    assert_eq!(steps.values(), bricks.values());
+    let worst = dense.values().into_iter().zip(steps.values()).map(|(a, b)| (a - b).abs());
+    assert!(worst.fold(0.0, f32::max) <= 0.001 + 1e-6);
+    assert_eq!(steps.bytes() * 2, dense.bytes());
+    assert!(bricks.bytes() < steps.bytes() * 9 / 10, "{} {}", bricks.bytes(), steps.bytes());
+    for n in 0..3000 {
+        let p = (common::spread(n) - 0.5) * DVec3::new(110.0, 110.0, 30.0);
+        for interpolation in ALL {
+            assert_eq!(steps.sample(p, interpolation), bricks.sample(p, interpolation), "{p}");
+        }
+    }
+}
