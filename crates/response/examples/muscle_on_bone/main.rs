@@ -1,0 +1,156 @@
+//! A soft ellipsoid dropped on a bone slides off with friction, twice: in short
+//! explicit steps and in implicit ones sixteen times as long.
+//!
+//! ```text
+//! cargo run --release -p response --example muscle_on_bone -- frames.svg
+//! ```
+//!
+//! Springs hold the muscle's shape; contacts are corrected in sequence, for
+//! positions, velocities and accelerations. Millimetres, grams and seconds.
+
+#![expect(clippy::print_stdout, reason = "a program that says what it did")]
+
+mod muscle;
+mod picture;
+
+use std::error::Error;
+use std::fs;
+
+use glam::DVec3;
+use response::{
+    ContactLaw, ContactMemory, ImplicitEuler, LinearForces, LinearParams, Margins, Order,
+    Particles, ResponseError, SequenceParams, SolverParams, SymplecticEuler, Thresholds, TimeStep,
+    correct_in_sequence,
+};
+use surface::{Anchor, Contact, Stencil, Term};
+
+use crate::muscle::{Muscle, Springs};
+use crate::picture::Picture;
+
+/// Standard gravity \[mm/s²\].
+const GRAVITY: DVec3 = DVec3::new(0.0, 0.0, -9810.0);
+/// Radius of the bone, a cylinder along y \[mm\].
+const BONE: f64 = 14.0;
+const FRICTION: f64 = 0.3;
+/// Contacts are looked for this far out \[mm\].
+const REACH: f64 = 1.0;
+/// Frames shown, and the time between them \[s\].
+const FRAMES: u32 = 7;
+const FRAME: f64 = 0.02;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let path = std::env::args().nth(1).unwrap_or_else(|| "muscle_on_bone.svg".to_owned());
+    let mut picture = Picture::new(BONE);
+    for (name, h, step) in [
+        ("symplectic Euler, h = 0.25 ms", 0.000_25, explicit as Step),
+        ("implicit Euler, h = 4 ms", 0.004, implicit as Step),
+    ] {
+        let mut world = World::new()?;
+        picture.begin_row(name);
+        let mut depth = 0.0_f64;
+        for frame in 0..FRAMES {
+            picture.add(&world.muscle, f64::from(frame) * FRAME);
+            let mut time = 0.0;
+            while time < FRAME - 0.5 * h {
+                depth = depth.max(world.advance(h, step)?);
+                time += h;
+            }
+        }
+        println!("{name}: deepest {depth:.1e} mm, middle at {:.2} mm", world.muscle.middle());
+    }
+    fs::write(&path, picture.finish())?;
+    println!("wrote {path}");
+    Ok(())
+}
+
+/// Moves the muscle by a step without contacts.
+type Step = fn(&mut World, f64) -> Result<(), ResponseError>;
+
+struct World {
+    muscle: Muscle,
+    params: SequenceParams,
+    memory: ContactMemory,
+}
+
+impl World {
+    fn new() -> Result<Self, Box<dyn Error>> {
+        let params = SequenceParams {
+            law: ContactLaw::new(Margins::new(0.0, REACH)?, FRICTION)?,
+            thresholds: Thresholds { depth: Some(1e-6), approach: Some(0.0), push: None },
+            solver: SolverParams { max_iterations: 50, tolerance: 1e-6, ..Default::default() },
+            order: Order::Coloured,
+            max_rounds: 5,
+        };
+        Ok(Self { muscle: Muscle::new()?, params, memory: ContactMemory::default() })
+    }
+
+    /// One step with contacts; returns the depth left \[mm\].
+    fn advance(&mut self, h: f64, step: Step) -> Result<f64, ResponseError> {
+        step(self, h)?;
+        let Muscle { x, v, inverse_mass, .. } = &mut self.muscle;
+        let mut a = vec![DVec3::ZERO; x.len()];
+        let mut contacts = Vec::new();
+        detect(x, &mut contacts)?;
+        let particles = Particles { x, v, a: &mut a, inverse_mass };
+        let memory = &mut self.memory;
+        Ok(correct_in_sequence(particles, &mut contacts, detect, &self.params, memory)?.depth)
+    }
+}
+
+fn explicit(world: &mut World, h: f64) -> Result<(), ResponseError> {
+    let Muscle { x, v, inverse_mass, springs, .. } = &mut world.muscle;
+    let force = springs.forces(x, v);
+    let a = force.iter().zip(&*inverse_mass).map(|(f, w)| *f * *w + GRAVITY).collect();
+    TimeStep::<SymplecticEuler>::new(h)?.accelerations(a)?.advance(x, v)
+}
+
+fn implicit(world: &mut World, h: f64) -> Result<(), ResponseError> {
+    let Muscle { x, v, inverse_mass, springs, .. } = &mut world.muscle;
+    let mut force = springs.forces(x, v);
+    for (force, w) in force.iter_mut().zip(&*inverse_mass) {
+        *force += GRAVITY / *w;
+    }
+    let linear = At { springs, x };
+    let params = LinearParams { tolerance: 1e-6, ..LinearParams::default() };
+    let step = TimeStep::<ImplicitEuler>::new(h)?;
+    let (a, _) = step.implicit_accelerations(inverse_mass, &force, &linear, v, &params)?;
+    a.advance(x, v)
+}
+
+/// The springs' derivatives at positions.
+struct At<'a> {
+    springs: &'a Springs,
+    x: &'a [DVec3],
+}
+
+impl LinearForces for At<'_> {
+    fn add_stiffness(&self, dx: &[DVec3], out: &mut [DVec3]) {
+        self.springs.add_stiffness(self.x, dx, out);
+    }
+
+    fn add_damping(&self, dv: &[DVec3], out: &mut [DVec3]) {
+        self.springs.add_damping(self.x, dv, out);
+    }
+}
+
+/// Contacts of the particles with the cylinder, up to the reach.
+fn detect(x: &[DVec3], contacts: &mut Vec<Contact>) -> Result<(), ResponseError> {
+    contacts.clear();
+    for (particle, x) in (0..).zip(x) {
+        let from_axis = x.with_y(0.0);
+        let gap = from_axis.length() - BONE;
+        if gap > REACH {
+            continue;
+        }
+        let normal = from_axis.normalize_or(DVec3::Z);
+        contacts.push(Contact {
+            stencil: Stencil::single(Term { particle, weight: -1.0 }),
+            anchor: Some(Anchor { point: *x - gap * normal, ..Anchor::default() }),
+            normal,
+            offset: 0.0,
+            gap,
+            time: None,
+        });
+    }
+    Ok(())
+}
