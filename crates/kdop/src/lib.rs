@@ -28,8 +28,8 @@
 //!   Detection Using Bounding Volume Hierarchies of k-DOPs", IEEE TVCG 4(1), 1998: the volumes.
 //! - J. Mezger, S. Kimmerle and O. Etzmuß, "Hierarchical Techniques in Collision Detection for Cloth
 //!   Animation", Journal of WSCG 11(1), 2003: quadtrees of 18-DOPs, inflation, refits.
-//! - B. Gilles, "Anatomical and kinematical modelling of the musculoskeletal system from MRI", doctoral
-//!   thesis, University of Geneva, 2007, section 4.7.2: static and dynamic DOPs for muscles.
+//! - B. Gilles, "Anatomical and kinematical modelling of the musculoskeletal system from MRI",
+//!   doctoral thesis, University of Geneva, 2007, section 4.7.2: static and dynamic DOPs for muscles.
 //!
 //! Differs from them in the leaves: the bounds of up to eight neighbouring leaves are not stored but
 //! computed from the projected points when a traversal comes near, which makes a refit cheaper than

@@ -157,6 +157,25 @@ fn self_pairs_without_neighbours() {
     });
 }
 
+/// Sums of three terms are rounded twice, so two projections of one point may fall on either side
+/// of a boundary of f32. A point that is the exact middle of a segment, planted there.
+#[test]
+fn a_point_on_a_segment_whose_sums_round_apart() {
+    let e = f64::EPSILON / 2.0;
+    let x = 1.0 + f64::from(f32::EPSILON) / 2.0;
+    let point = [DVec3::new(x, e, e)];
+    let segment = [DVec3::new(x + 2.0 * e, 0.0, 0.0), DVec3::new(x - 2.0 * e, 2.0 * e, 2.0 * e)];
+    assert_eq!(segment[0] - point[0], point[0] - segment[1], "the exact middle");
+    fn meet<const S: usize>(point: &[DVec3], segment: &[DVec3]) -> Vec<(u32, u32)> {
+        let a = DopTree::<S>::build(Leaves::Points, point).unwrap();
+        let b = DopTree::build(Leaves::Edges(&[[0, 1]]), segment).unwrap();
+        pairs(&a, &b, 0.0)
+    }
+    assert_eq!(meet::<7>(&point, &segment), [(0, 0)]);
+    assert_eq!(meet::<9>(&point, &segment), [(0, 0)]);
+    assert_eq!(meet::<13>(&point, &segment), [(0, 0)]);
+}
+
 /// Culling by normals leaves out neighbours in flat clusters alone: of what it reports nothing is
 /// new, and where two sheets pass through each other nothing is lost.
 #[test]
