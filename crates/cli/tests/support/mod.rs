@@ -41,8 +41,13 @@ impl Workshop {
 
     /// Runs `musculo-collide check` with this folder as the working directory.
     pub(crate) fn check(&self, arguments: &[&str]) -> Run {
+        self.run("check", arguments)
+    }
+
+    /// Runs a command with this folder as the working directory.
+    pub(crate) fn run(&self, command: &str, arguments: &[&str]) -> Run {
         let output = Command::new(env!("CARGO_BIN_EXE_musculo-collide"))
-            .arg("check")
+            .arg(command)
             .args(arguments)
             .current_dir(self.0.path())
             .output()
