@@ -33,7 +33,7 @@ impl<const S: usize> DopTree<S> {
     /// crossings of neighbouring triangles in a patch that is nearly flat: of the crossings in
     /// generated muscles, straight, bent, twisted and wrung, of 300 to 80 000 faces, it missed one
     /// in fifty thousand, but that one was the only one in its muscle. On a smooth muscle of 6500
-    /// faces it leaves out two to five candidates in six and takes half the time; on a wrung one it
+    /// faces it leaves out four to five candidates in six and takes half the time; on a wrung one it
     /// saves nothing. `kdop_peers cones` in the `benches` package prints all of this.
     ///
     /// # Errors
