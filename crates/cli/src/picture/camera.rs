@@ -71,9 +71,9 @@ impl Camera {
         self.height
     }
 
-    /// Pixels a length unit.
-    pub(crate) fn scale(&self) -> f64 {
-        self.scale
+    /// Width of what is shown, in length units.
+    pub(crate) fn span(&self) -> f64 {
+        float(self.width) / self.scale
     }
 
     /// Pixels into the picture from which on things are drawn.
@@ -127,7 +127,7 @@ mod tests {
         assert!((high.x - low.x - 184.0).abs() < 1e-9, "{low} {high}");
         assert!((low.y - high.y - 92.0).abs() < 1e-9, "z points up: {low} {high}");
         assert!((low.x + high.x - 200.0).abs() < 1e-9, "centred: {low} {high}");
-        assert!((camera.scale() - 46.0).abs() < 1e-9, "{}", camera.scale());
+        assert!((camera.span() - 200.0 / 46.0).abs() < 1e-9, "{}", camera.span());
     }
 
     #[test]

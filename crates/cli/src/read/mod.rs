@@ -15,6 +15,8 @@ mod vtp;
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod vtp_tests;
 
 use std::path::{Path, PathBuf};
 

@@ -8,6 +8,7 @@ use musculo_collide::surface::{Defect, Element, Finding, Inspection};
 use musculo_collide::{BodyKind, ContactPatch, PairReport, VertexReport};
 use serde::Serialize;
 
+use super::text::{counted, length};
 use crate::scene::{Bounds, Unit};
 
 /// A checked scene.
@@ -141,6 +142,19 @@ impl BodyRecord {
             BodyKind::Open => "open",
         }
     }
+
+    /// Defects, and what else of the mesh is worth a line, in words.
+    pub(crate) fn notes(&self) -> Vec<String> {
+        let mut notes: Vec<String> = self.defects.iter().map(|d| d.text.clone()).collect();
+        if self.polygons_fanned > 0 {
+            notes
+                .push(format!("{} split into triangles", counted(self.polygons_fanned, "polygon")));
+        }
+        if self.volume.is_some_and(|volume| volume < 0.0) {
+            notes.push("turned inside out: its volume is negative".to_owned());
+        }
+        notes
+    }
 }
 
 impl DefectRecord {
@@ -225,6 +239,16 @@ impl Document {
         pairs
     }
 
+    /// What could not be answered of any pair, each reason once.
+    pub(crate) fn refusals(&self) -> Vec<String> {
+        let mut refusals: Vec<String> =
+            self.pairs.iter().flat_map(|pair| pair.refusals.iter().cloned()).collect();
+        refusals.sort();
+        refusals.dedup();
+        refusals
+    }
+
+    /// How many pairs overlap.
     pub(crate) fn overlapping(&self) -> usize {
         self.pairs.iter().filter(|pair| pair.overlaps).count()
     }
@@ -233,8 +257,7 @@ impl Document {
     pub(crate) fn summary(&self) -> String {
         let unit = self.unit.symbol();
         let near = self.pairs.len() - self.overlapping();
-        let near =
-            format!("{} near (within {} {unit})", super::text::counted(near, "pair"), self.reach);
+        let near = format!("{} near (within {} {unit})", counted(near, "pair"), self.reach);
         let deepest = self.pairs_by_depth().into_iter().find(|pair| pair.overlaps);
         match deepest {
             None => format!("No bodies overlap; {near}."),
@@ -242,9 +265,9 @@ impl Document {
                 let overlap = if self.overlapping() == 1 { "overlaps" } else { "overlap" };
                 format!(
                     "{} {overlap}, the deepest {} by {} {unit}; {near}.",
-                    super::text::counted(self.overlapping(), "pair"),
+                    counted(self.overlapping(), "pair"),
                     pair.title(),
-                    super::text::length(pair.max_depth, self.unit),
+                    length(pair.max_depth, self.unit),
                 )
             }
         }
@@ -261,7 +284,7 @@ impl PairRecord {
     /// inside.
     pub(crate) fn depth_text(&self, unit: Unit) -> String {
         let is_deep = self.max_depth > 0.0;
-        if is_deep { super::text::length(self.max_depth, unit) } else { "edges".to_owned() }
+        if is_deep { length(self.max_depth, unit) } else { "edges".to_owned() }
     }
 
     /// Vertices inside either way: of a in b, of b in a.

@@ -8,7 +8,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use super::document::{BodyRecord, Document, PairRecord};
-use super::text::{counted, grouped, length, measure};
+use super::text::{grouped, length, measure};
 use super::views::Sight;
 use crate::picture::viridis;
 
@@ -102,15 +102,14 @@ fn figure(sight: &Sight, caption: &str, document: &Document) -> io::Result<Strin
 /// A round length of a tenth to a quarter of the picture's width, and its
 /// share of the width in percent.
 fn scale_bar(sight: &Sight) -> (String, f64) {
-    let width = sight.width.to_string().parse::<f64>().unwrap_or(1.0) / sight.scale;
-    let ten = 10.0_f64.powf((width / 4.0).log10().floor());
-    let bar = [5.0, 2.0, 1.0].into_iter().map(|n| n * ten).find(|bar| *bar <= width / 4.0);
-    let bar = bar.unwrap_or(ten);
-    (measure_round(bar), 100.0 * bar / width)
+    let most = sight.span / 4.0;
+    let ten = 10.0_f64.powf(most.log10().floor());
+    let bar = [5.0, 2.0].into_iter().map(|n| n * ten).find(|bar| *bar <= most).unwrap_or(ten);
+    (without_zeros(bar), 100.0 * bar / sight.span)
 }
 
 /// A round length without the zeros behind its last digit.
-fn measure_round(length: f64) -> String {
+fn without_zeros(length: f64) -> String {
     let text = format!("{length:.9}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
@@ -208,15 +207,12 @@ fn near_row(pair: &PairRecord, document: &Document) -> Vec<String> {
 }
 
 fn refusals(document: &Document) -> String {
-    let mut refusals: Vec<&String> =
-        document.pairs.iter().flat_map(|pair| &pair.refusals).collect();
-    refusals.sort();
-    refusals.dedup();
+    let refusals = document.refusals();
     if refusals.is_empty() {
         return String::new();
     }
     let items: String =
-        refusals.into_iter().map(|text| format!("<li>{}</li>\n", escaped(text))).collect();
+        refusals.iter().map(|text| format!("<li>{}</li>\n", escaped(text))).collect();
     format!("<section>\n<h2>Not answered</h2>\n<ul>\n{items}</ul>\n</section>\n")
 }
 
@@ -241,10 +237,7 @@ fn bodies_section(document: &Document) -> String {
 }
 
 fn body_row(body: &BodyRecord) -> Vec<String> {
-    let mut defects: Vec<String> = body.defects.iter().map(|defect| defect.text.clone()).collect();
-    if body.polygons_fanned > 0 {
-        defects.push(format!("{} split into triangles", counted(body.polygons_fanned, "polygon")));
-    }
+    let notes = body.notes();
     vec![
         body.name.clone(),
         body.file.clone(),
@@ -254,7 +247,7 @@ fn body_row(body: &BodyRecord) -> Vec<String> {
         grouped(body.components),
         body.volume.map_or("–".to_owned(), measure),
         measure(body.area),
-        if defects.is_empty() { "none".to_owned() } else { defects.join("; ") },
+        if notes.is_empty() { "none".to_owned() } else { notes.join("; ") },
     ]
 }
 

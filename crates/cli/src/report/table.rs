@@ -1,7 +1,7 @@
 //! The report that a terminal shows: defects of the meshes first, then pairs.
 
 use super::document::{BodyRecord, Document, PairRecord};
-use super::text::{Align, TextTable, counted, grouped, length, measure};
+use super::text::{Align, TextTable, grouped, length, measure};
 
 /// The whole report but for the times, which no two runs share.
 pub(crate) fn table(document: &Document) -> String {
@@ -19,10 +19,8 @@ pub(crate) fn table(document: &Document) -> String {
         text += &format!("\nNear, within {} {unit}\n", document.reach);
         text += &gaps(&near, document);
     }
-    let refusals: Vec<String> =
-        document.pairs.iter().flat_map(|pair| pair.refusals.clone()).collect();
-    text += &notes("Not answered", refusals);
-    text += &notes("Warnings", document.warnings.clone());
+    text += &notes("Not answered", &document.refusals());
+    text += &notes("Warnings", &document.warnings);
     text += &format!("\n{}\n", document.summary());
     text
 }
@@ -51,7 +49,7 @@ fn bodies(document: &Document) -> String {
         ("DEFECTS", Align::Left),
     ]);
     for body in &document.bodies {
-        let mut notes = body_notes(body).into_iter();
+        let mut notes = body.notes().into_iter();
         table.row(vec![
             body.name.clone(),
             body.kind_name().to_owned(),
@@ -67,18 +65,6 @@ fn bodies(document: &Document) -> String {
         }
     }
     table.render()
-}
-
-/// Defects, and what else of a mesh is worth a line.
-fn body_notes(body: &BodyRecord) -> Vec<String> {
-    let mut notes: Vec<String> = body.defects.iter().map(|defect| defect.text.clone()).collect();
-    if body.polygons_fanned > 0 {
-        notes.push(format!("{} split into triangles", counted(body.polygons_fanned, "polygon")));
-    }
-    if body.volume.is_some_and(|volume| volume < 0.0) {
-        notes.push("turned inside out: its volume is negative".to_owned());
-    }
-    notes
 }
 
 fn overlaps(pairs: &[&PairRecord], document: &Document) -> String {
@@ -137,9 +123,7 @@ fn gaps(pairs: &[&PairRecord], document: &Document) -> String {
     table.render()
 }
 
-fn notes(title: &str, mut notes: Vec<String>) -> String {
-    notes.sort();
-    notes.dedup();
+fn notes(title: &str, notes: &[String]) -> String {
     if notes.is_empty() {
         return String::new();
     }

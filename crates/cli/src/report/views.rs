@@ -22,8 +22,8 @@ pub(crate) struct Sight {
     pub(crate) width: usize,
     /// Pixels.
     pub(crate) height: usize,
-    /// Pixels a length unit.
-    pub(crate) scale: f64,
+    /// Width of what is shown, in length units.
+    pub(crate) span: f64,
     /// Depth at the top of the colour scale.
     pub(crate) deepest: f64,
 }
@@ -152,7 +152,7 @@ impl Sight {
             image: draw(subjects, camera, deepest),
             width: camera.width(),
             height: camera.height(),
-            scale: camera.scale(),
+            span: camera.span(),
             deepest,
         }
     }
