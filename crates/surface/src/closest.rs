@@ -13,7 +13,7 @@
 //! # Accuracy
 //!
 //! With L the longest edge and u = 2⁻⁵³, the distance to the returned foot is
-//! never more than `64 u (L + |p − a| + |p|)` beyond the least one, for needles
+//! never more than `256 u (L + |p − a| + |p|)` beyond the least one, for needles
 //! and caps of any thinness and offsets from the origin up to 10⁶ edge lengths.
 //! The tests hold this against rational arithmetic.
 //!
