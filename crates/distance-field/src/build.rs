@@ -61,7 +61,8 @@ impl DistanceField {
     /// - [`FieldError::Empty`] when there are no faces.
     /// - [`FieldError::Option`] with the first length that makes no sense.
     /// - [`FieldError::TooLarge`], before anything is allocated, when grid and
-    ///   scratch exceed the budget; [`FieldError::OutOfMemory`] when the system
+    ///   scratch exceed the budget, [`FieldError::TooLong`] when an axis has too
+    ///   many nodes to count distances over; [`FieldError::OutOfMemory`] when the system
     ///   grants less.
     /// - [`FieldError::Sign`] when the sign rule needs a closed surface.
     /// - [`FieldError::StepTooSmall`] when 16-bit steps do not reach.

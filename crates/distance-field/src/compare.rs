@@ -114,10 +114,9 @@ impl<'a> Near<'a> {
     /// Blocks that a box meets; what is beyond the grid belongs to its border.
     fn blocks(&self, lo: DVec3, hi: DVec3) -> impl Iterator<Item = usize> + use<> {
         let [nx, ny, _] = self.dims;
-        let block = |p: DVec3, axis: usize| {
-            floor_index(self.grid.to_units(p)[axis] / BLOCK).min(self.dims[axis] - 1)
-        };
-        let [x, y, z] = [0, 1, 2].map(|axis| block(lo, axis)..=block(hi, axis));
+        let [lo, hi] = [lo, hi].map(|p| self.grid.to_units(p) / BLOCK);
+        let block = |x: f64, axis: usize| floor_index(x).min(self.dims[axis] - 1);
+        let [x, y, z] = [0, 1, 2].map(|axis| block(lo[axis], axis)..=block(hi[axis], axis));
         z.flat_map(move |k| {
             let x = x.clone();
             y.clone().flat_map(move |j| x.clone().map(move |i| i + nx * (j + ny * k)))

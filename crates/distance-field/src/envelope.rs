@@ -72,8 +72,8 @@ impl Envelope {
     }
 }
 
-/// Square of a distance along an axis, below 2^16 nodes.
-#[expect(clippy::cast_possible_truncation, reason = "axes have fewer than 2^16 nodes")]
+/// Square of a distance along an axis.
+#[expect(clippy::cast_possible_truncation, reason = "axes have at most 37,000 nodes")]
 pub(crate) fn square(distance: usize) -> u32 {
     (distance * distance) as u32
 }

@@ -31,6 +31,16 @@ pub enum FieldError {
         /// The budget of the options.
         max_bytes: u64,
     },
+    /// An axis has more nodes than squares of distances along it can number.
+    #[error(
+        "a grid of {nodes:.3e} nodes along one axis is longer than the {limit} that distances are counted over"
+    )]
+    TooLong {
+        /// Nodes along the longest axis.
+        nodes: f64,
+        /// Most that are possible.
+        limit: usize,
+    },
     /// The system refused memory that the budget allowed.
     #[error("the system refused {bytes} bytes")]
     OutOfMemory {

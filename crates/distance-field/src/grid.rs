@@ -5,6 +5,9 @@ use glam::DVec3;
 use crate::FieldError;
 use crate::num::{coordinate, floor_index};
 
+/// Most nodes along an axis: three squares of it fit 32 bits.
+const LONGEST_AXIS: usize = 37_000;
+
 /// Nodes at `origin + spacing · (i, j, k)`, `i` running fastest in memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -70,6 +73,10 @@ impl Grid {
         let bytes = nodes * bytes_per_node;
         if bytes.is_nan() || bytes > as_bytes(max_bytes) {
             return Err(FieldError::TooLarge { nodes, bytes, max_bytes });
+        }
+        let longest = cells.max_element() + 1.0;
+        if longest > coordinate(LONGEST_AXIS) {
+            return Err(FieldError::TooLong { nodes: longest, limit: LONGEST_AXIS });
         }
         Self::new(origin, spacing, cells.to_array().map(|n| floor_index(n) + 1))
     }

@@ -17,7 +17,7 @@ pub struct BuildOptions {
     /// How inside is told from outside.
     pub sign: SignRule,
     /// Distances beyond this are stored as this; none keeps all of them, which
-    /// takes two to three times as long.
+    /// takes half as long again.
     pub truncate: Option<f64>,
     /// What the nodes are kept as.
     pub storage: Storage,

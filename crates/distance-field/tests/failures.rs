@@ -97,6 +97,15 @@ fn refuses_a_grid_beyond_its_budget_at_once() {
     assert!(matches!(refused, FieldError::TooLarge { .. }), "{refused}");
 }
 
+/// Few nodes, but more in a row than squares of distances allow.
+#[test]
+fn refuses_an_axis_that_is_too_long() {
+    let needle = shapes::cube(1.0).scaled(DVec3::new(100_000.0, 1.0, 1.0));
+    let options = BuildOptions { padding: 1.0, ..defaults() };
+    let refused = build(&needle, &options).unwrap_err();
+    assert!(matches!(refused, FieldError::TooLong { nodes, .. } if nodes > 1e5), "{refused}");
+}
+
 #[test]
 fn warns_of_a_unit_mistake() {
     // A ball of 10 mm given in metres.
