@@ -80,8 +80,12 @@ impl Deviation {
     ) -> Result<Self, MedialError> {
         let tree = PrimitiveTree::new(medial)?;
         let x = distance.x.as_slice();
-        let nearest = parallel::map(x.len(), Workspace::default, |workspace, vertex| {
-            tree.nearest(medial, x[vertex], workspace)
+        // Vertices next to each other in the list mostly are so on the surface.
+        let start = || (0, Workspace::default());
+        let nearest = parallel::map(x.len(), start, |(guess, workspace), vertex| {
+            let found = tree.nearest_from(medial, x[vertex], *guess, workspace);
+            *guess = found.primitive;
+            found
         });
         let (rms, p95) = statistics(distance, &nearest);
         Ok(Self {
@@ -220,7 +224,7 @@ fn surface_to_medial(
     search.run(|search, [a, b, c]| {
         let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(from, to)| {
             let p = from.0.midpoint(to.0);
-            let found = tree.nearest(medial, p, &mut workspace);
+            let found = tree.nearest_from(medial, p, from.1, &mut workspace);
             (p, found.primitive, found.foot.distance)
         });
         for patch in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {

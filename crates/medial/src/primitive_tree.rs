@@ -72,8 +72,20 @@ impl PrimitiveTree {
         p: DVec3,
         workspace: &mut Workspace,
     ) -> NearestPrimitive {
-        let first = NearestPrimitive { primitive: 0, foot: medial.foot(p, 0, FootRule::Exact) };
-        let mut best = first;
+        self.nearest_from(medial, p, 0, workspace)
+    }
+
+    /// As [`Self::nearest`], sooner where `guess` is near the answer, which does
+    /// not depend on it.
+    pub(crate) fn nearest_from(
+        &self,
+        medial: &MedialSurface,
+        p: DVec3,
+        guess: u32,
+        workspace: &mut Workspace,
+    ) -> NearestPrimitive {
+        let foot = medial.foot(p, guess, FootRule::Exact);
+        let mut best = NearestPrimitive { primitive: guess, foot };
         // Inside the union all bounds that hold p are at distance 0, and each
         // of them may be the deepest.
         self.tree.nearest(p, best.foot.distance.max(0.0), workspace, |primitive, _| {

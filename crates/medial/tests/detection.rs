@@ -82,7 +82,7 @@ fn points_and_balls_meet_what_brute_force_meets() {
             assert!(of_point.is_sorted_by(|a, b| a.gap <= b.gap), "{of_point:?}");
             match of_point.first() {
                 Some(contact) => {
-                    assert!((contact.gap - least).abs() < 1e-11, "{least} {contact:?}")
+                    assert!((contact.gap - least).abs() < 1e-11, "{least} {contact:?}");
                 }
                 None => assert!(least > reach, "point {k} at {least} is lost"),
             }
@@ -110,7 +110,7 @@ fn primitives_meet_what_brute_force_meets() {
             }
         }
         assert_eq!(found.iter().map(|c| c.primitives).collect::<Vec<_>>(), expected);
-        assert!(counts.leaf_tests as usize >= found.len());
+        assert!(usize::try_from(counts.leaf_tests).unwrap() >= found.len());
         for contact in &found {
             let particles = Particles { first_point: 0, first_ball: 100 };
             let terms = contact.terms(&a, &b, particles);

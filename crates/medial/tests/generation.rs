@@ -5,10 +5,26 @@ mod shapes;
 
 use glam::DVec3;
 use kdop::Workspace;
+use medial::Step::{Collapse, Fit, Inspect, Measure, Shrink};
 use medial::{
     Ball, Deviation, Generated, MedialError, Params, PrimitiveTree, Size, Topology, generate,
 };
 use surface::{SurfaceError, TriangleSurface, closest_on_triangle};
+
+/// The belly and a ring.
+fn all() -> [(&'static str, fixtures::Mesh); 2] {
+    [("muscle", shapes::muscle()), ("torus", fixtures::shapes::torus(30.0, 9.0, [36, 16]))]
+}
+
+/// Weights on a regular grid over a triangle.
+fn weights(steps: u32) -> impl Iterator<Item = [f64; 3]> {
+    (0..=steps).flat_map(move |i| {
+        (0..=steps - i).map(move |j| {
+            let [b, c] = [i, j].map(|k| f64::from(k) / f64::from(steps));
+            [1.0 - b - c, b, c]
+        })
+    })
+}
 
 fn made(mesh: &fixtures::Mesh, params: &Params) -> Result<Generated, MedialError> {
     let surface = mesh.surface();
@@ -26,7 +42,7 @@ fn slow_distance(mesh: &fixtures::Mesh, p: DVec3) -> f64 {
 /// above what is there.
 #[test]
 fn bounds_hold_at_fresh_samples() {
-    for (name, mesh) in shapes::all() {
+    for (name, mesh) in all() {
         let generated = made(&mesh, &Params::balls(30)).unwrap();
         let Deviation { surface_to_medial, medial_to_surface, .. } = generated.deviation;
         let medial = &generated.medial;
@@ -35,7 +51,7 @@ fn bounds_hold_at_fresh_samples() {
         let mut out = 0.0_f64;
         for face in 0..mesh.faces.len() {
             let [a, b, c] = mesh.corners(face);
-            for weights in shapes::weights(4) {
+            for weights in weights(4) {
                 let p = weights[0] * a + weights[1] * b + weights[2] * c;
                 out = out.max(tree.nearest(medial, p, workspace).foot.distance);
             }
@@ -45,7 +61,7 @@ fn bounds_hold_at_fresh_samples() {
         let mut over = 0.0_f64;
         for primitive in 0..u32::try_from(medial.primitives().len()).unwrap() {
             let balls = medial.primitive_balls(primitive);
-            for weights in shapes::weights(5) {
+            for weights in weights(5) {
                 let ball = Ball::interpolate(&balls, weights);
                 let distance = slow_distance(&mesh, ball.center);
                 let inside = surface::winding_number(
@@ -95,7 +111,7 @@ fn a_tolerance_is_met_or_said_to_be_out_of_reach() {
 
 #[test]
 fn the_union_has_the_topology_of_the_surface() {
-    for (name, mesh) in shapes::all() {
+    for (name, mesh) in all() {
         let surface = mesh.surface();
         let x = surface.positions(&mesh.positions).unwrap();
         let inside = Topology::of_inside(&surface, x).unwrap();
@@ -182,6 +198,5 @@ fn progress_runs_through_every_step() {
         }
     })
     .unwrap();
-    use medial::Step::{Collapse, Fit, Inspect, Measure, Shrink};
     assert_eq!(steps, [Inspect, Shrink, Collapse, Fit, Measure]);
 }

@@ -21,7 +21,7 @@ pub(super) struct Tracking {
 
 impl Tracking {
     pub(super) fn new(medial: &MedialSurface, points: Vec<DVec3>) -> Result<Self, MedialError> {
-        let mut tracking = Self { nearest: Vec::new(), beside: beside(medial), points };
+        let mut tracking = Self { nearest: vec![0; points.len()], beside: beside(medial), points };
         tracking.search(medial)?;
         Ok(tracking)
     }
@@ -33,10 +33,11 @@ impl Tracking {
     /// Finds the nearest primitives among all.
     pub(super) fn search(&mut self, medial: &MedialSurface) -> Result<(), MedialError> {
         let tree = PrimitiveTree::new(medial)?;
-        let points = &self.points;
-        self.nearest = parallel::map(points.len(), Workspace::default, |workspace, i| {
-            tree.nearest(medial, points[i], workspace).primitive
+        let (points, last) = (&self.points, &self.nearest);
+        let found = parallel::map(points.len(), Workspace::default, |workspace, i| {
+            tree.nearest_from(medial, points[i], last[i], workspace).primitive
         });
+        self.nearest = found;
         Ok(())
     }
 
