@@ -135,7 +135,7 @@ fn legend(deepest: f64, document: &Document) -> String {
     let unit = document.unit.symbol();
     let id = format!("scale{}", deepest.to_bits());
     format!(
-        "<svg class=\"legend\" viewBox=\"-10 0 360 52\" role=\"img\" aria-label=\"depth from 0 to {}\">\
+        "<svg class=\"legend\" viewBox=\"-24 0 368 52\" role=\"img\" aria-label=\"depth from 0 to {}\">\
          <defs><linearGradient id=\"{id}\">{stops}</linearGradient></defs>\
          <rect x=\"10\" y=\"4\" width=\"300\" height=\"14\" fill=\"url(#{id})\"/>{ticks}\
          <text x=\"160\" y=\"49\" text-anchor=\"middle\">depth inside the other body, {unit}</text></svg>\n",
