@@ -356,7 +356,7 @@ impl<const N: usize> MovingPolygon<'_, N> {
             .iter()
             .filter(|(s0, s1)| s1 < s0)
             .map(|(s0, s1)| (s0 - bound) / (s0 - s1))
-            .fold(f64::INFINITY, f64::min);
+            .fold(NEVER, f64::min);
         // The quotient is a hint: rounded down, then checked.
         let close = smaller(end, zero - 8.0 * f64::EPSILON * zero.abs());
         let safe = smaller(end, zero - 1e-3 * (zero - t));
@@ -374,6 +374,9 @@ impl<const N: usize> MovingPolygon<'_, N> {
         std::array::from_fn(|i| mix_points(self.start[i], self.end[i], t))
     }
 }
+
+/// A time after every step, where no corner approaches.
+const NEVER: f64 = 2.0;
 
 /// What a separation adds to a bound on projections onto `m`: infinity where
 /// the length of `m` would underflow.

@@ -29,6 +29,7 @@ impl Kind {
 }
 
 /// A query with its exact answer.
+#[allow(dead_code, reason = "not every test looks at the answer")]
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Labelled {
     pub(crate) x0: [DVec3; 4],

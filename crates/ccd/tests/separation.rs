@@ -1,0 +1,99 @@
+//! Queries with a minimum separation against densely sampled distances.
+
+mod support;
+
+use arbtest::arbtest;
+use ccd::Params;
+use glam::DVec3;
+use support::{Kind, Labelled, read};
+
+/// Corners of the polygon of differences at a time.
+fn polygon(kind: Kind, query: &Labelled, t: f64) -> Vec<DVec3> {
+    let x: Vec<DVec3> = (0..4).map(|i| query.x0[i] * (1.0 - t) + query.x1[i] * t).collect();
+    match kind {
+        Kind::VertexFace => vec![x[1] - x[0], x[2] - x[0], x[3] - x[0]],
+        Kind::EdgeEdge => vec![x[2] - x[0], x[3] - x[0], x[3] - x[1], x[2] - x[1]],
+    }
+}
+
+/// Distance of a convex polygon from the origin.
+fn distance(corners: &[DVec3]) -> f64 {
+    let count = corners.len();
+    let edges = || (0..count).map(|i| (corners[i], corners[(i + 1) % count]));
+    let to_edge = |(a, b): (DVec3, DVec3)| {
+        let ab = b - a;
+        let share = (-a.dot(ab) / ab.length_squared()).clamp(0.0, 1.0);
+        if share.is_nan() { a.length() } else { (a + share * ab).length() }
+    };
+    let to_edges = edges().map(to_edge).fold(f64::INFINITY, f64::min);
+    let area = (corners[1] - corners[0]).cross(corners[count - 1] - corners[0]);
+    let inside = edges().all(|(a, b)| area.dot(a.cross(b)) > 0.0);
+    if inside { to_edges.min((area.dot(corners[0]) / area.length()).abs()) } else { to_edges }
+}
+
+/// Times at which distances are sampled before the least is refined.
+const SAMPLES: u32 = 128;
+
+/// The least distance over the step, and the first sample within `d`.
+fn sampled(kind: Kind, query: &Labelled, d: f64) -> (f64, Option<f64>) {
+    let at = |t: f64| distance(&polygon(kind, query, t));
+    let times = || (0..=SAMPLES).map(|i| f64::from(i) / f64::from(SAMPLES));
+    let first = times().find(|&t| at(t) < d * (1.0 - 1e-9));
+    let least = times().min_by(|a, b| at(*a).total_cmp(&at(*b))).unwrap_or(0.0);
+    let step = 1.0 / f64::from(SAMPLES);
+    let (mut lo, mut hi) = ((least - step).max(0.0), (least + step).min(1.0));
+    for _ in 0..60 {
+        let (a, b) = (lo + 0.381_966 * (hi - lo), lo + 0.618_034 * (hi - lo));
+        if at(a) < at(b) { hi = b } else { lo = a }
+    }
+    (at(least).min(at(0.5 * (lo + hi))), first)
+}
+
+fn check(kind: Kind, query: &Labelled, d: f64) {
+    let params = Params { min_separation: d, ..Params::DEFAULT };
+    let contact = kind.query(query.x0, query.x1, &params).expect("the points are finite");
+    let (least, first) = sampled(kind, query, d);
+    match contact {
+        None => assert!(least >= d * (1.0 - 1e-9), "missed at {least:e} < {d:e}: {query:?}"),
+        Some(contact) => {
+            if let Some(first) = first {
+                assert!(contact.lo <= first, "{contact:?} is after {first}: {query:?}");
+            }
+            let size = query.x0.iter().chain(&query.x1).map(|x| x.length()).fold(0.0, f64::max);
+            let near = d * (1.0 + 1e-9) + 1e-13 * size;
+            let there = distance(&polygon(kind, query, contact.lo));
+            assert!(there <= near * 1.0001, "{there:e} at {contact:?} for {d:e}: {query:?}");
+            assert!(least <= near, "false alarm at {least:e} > {d:e}: {query:?}");
+        }
+    }
+}
+
+#[test]
+fn separations_agree_with_sampled_distances() {
+    arbtest(|u| {
+        let mut coordinate = || Ok(f64::from(u.arbitrary::<i16>()?) / 32768.0);
+        let mut point = || Ok(DVec3::new(coordinate()?, coordinate()?, coordinate()?));
+        let mut points = || Ok([point()?, point()?, point()?, point()?]);
+        let query = Labelled { x0: points()?, x1: points()?, time: f64::NAN, group: 0 };
+        for kind in [Kind::VertexFace, Kind::EdgeEdge] {
+            for d in [0.2, 1e-2, 1e-3, 1e-6] {
+                check(kind, &query, d);
+            }
+        }
+        Ok(())
+    })
+    .budget_ms(3000);
+}
+
+#[test]
+fn separations_of_published_queries_agree_with_sampled_distances() {
+    let Some(folder) = support::folder() else { return };
+    for name in ["simbp_vf", "simhard_ee", "handcrafted_ee"] {
+        let (kind, queries) = read(&folder.join(name).with_extension("ccdq"));
+        for query in queries.iter().step_by(5) {
+            for d in [1e-2, 1e-3, 1e-6] {
+                check(kind, query, d);
+            }
+        }
+    }
+}
