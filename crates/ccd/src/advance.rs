@@ -5,12 +5,14 @@
 //! direction to the closest point is kept for as long as it separates
 //! (directional conservative advancement). Where that is short because the
 //! direction turns, a longer piece is tried with the direction of its middle,
-//! quartered until it holds: bisection, with the same certificate.
+//! quartered until it holds, and so is the plane by itself: bisection, with
+//! both certificates.
 //!
 //! Source for the advancement: B. Mirtich, "Impulse-based dynamic simulation of
 //! rigid body systems", doctoral thesis, 1996, section 2.3.2. Here the step is the
 //! closed form for linear motion along one direction, rounded down and checked.
 
+use crate::coplanarity::margin_during;
 use crate::polygon::{Corners, MovingPolygon, Shape};
 use crate::search::Search;
 
@@ -116,19 +118,31 @@ where
         Some(now.max(then))
     }
 
-    /// Crosses pieces with the direction of their middles, for as long as that
-    /// goes.
+    /// Crosses pieces with the direction of their middles, or by the cubic, for
+    /// as long as that goes.
     fn leap(&self, polygon: &MovingPolygon<'_, N>, time: &mut Remaining) {
         while time.directions > 0 && time.t < time.hi && time.piece >= LEAST_STEP {
             time.directions -= 1;
             let until = time.hi.min(time.t + time.piece);
             let direction = polygon.closest(0.5 * (time.t + until)).point;
-            if !polygon.direction_separates(direction, time.t, until, self.separation) {
+            if !(self.plane_separates(time.t, until)
+                || polygon.direction_separates(direction, time.t, until, self.separation))
+            {
                 time.piece *= 0.25;
                 return;
             }
             time.t = until;
             time.piece *= 2.0;
         }
+    }
+
+    /// Cubic certificate on a piece: whether the polygon's plane keeps away, which
+    /// follows a face as it turns.
+    fn plane_separates(&self, lo: f64, hi: f64) -> bool {
+        let margin = match self.separation {
+            d if d > 0.0 => margin_during(self.outline, lo, hi, d),
+            _ => 0.0,
+        };
+        self.cubic.excludes_zero_on(lo, hi, margin)
     }
 }

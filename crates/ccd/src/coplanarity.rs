@@ -13,7 +13,7 @@ use glam::DVec3;
 
 use crate::cubic::Cubic;
 use crate::polygon::{Corners, Outline, Shape, larger, mix, most, separation_bound};
-use crate::rounding::{AREA_DIRECTION, COPLANARITY, LENGTH_UP, NORMAL, UNDERFLOW};
+use crate::rounding::{AREA_DIRECTION, COPLANARITY, LENGTH_UP, NORMAL, NORMAL_DURING, UNDERFLOW};
 
 /// Area vectors of a moving polygon, and what bounds their errors.
 #[derive(Clone, Copy, Debug)]
@@ -34,8 +34,7 @@ impl<'a> Coplanarity<'a> {
     pub(crate) fn new(outline: &'a Outline) -> Self {
         let ([e0, e1], [f0, f1]) = (outline.first_edge, outline.last_edge);
         let (x, y) = (most(e0.abs(), e1.abs()), most(f0.abs(), f1.abs()));
-        let permanent =
-            DVec3::new(x.y * y.z + x.z * y.y, x.z * y.x + x.x * y.z, x.x * y.y + x.y * y.x);
+        let permanent = permanent(x, y);
         let areas = [e0.cross(f0), e1.cross(f1)];
         let heights = areas.map(|n| outline.corner.map(|a| n.dot(a)));
         let area_bound = AREA_DIRECTION * permanent.dot(outline.reach() + x + y) + UNDERFLOW;
@@ -90,10 +89,8 @@ impl<'a> Coplanarity<'a> {
     /// How far from zero the cubic must be for the plane to be further than
     /// `separation` from the origin: the separation times the largest area.
     pub(crate) fn margin(&self, separation: f64) -> f64 {
-        let mixed = 0.5 * self.mixed_area().length();
-        let area = larger(larger(self.areas[0].length(), self.areas[1].length()), mixed);
-        let rounding = NORMAL * self.permanent.element_sum() + UNDERFLOW;
-        separation * (area + rounding) * LENGTH_UP
+        let area = largest_length(self.areas, self.mixed_area());
+        separation * (area + NORMAL * self.permanent.element_sum() + UNDERFLOW) * LENGTH_UP
     }
 
     /// Twice the middle Bernstein coefficient of the area vector.
@@ -102,4 +99,24 @@ impl<'a> Coplanarity<'a> {
         let ([e0, e1], [f0, f1]) = (self.outline.first_edge, self.outline.last_edge);
         e0.cross(f1) + e1.cross(f0)
     }
+}
+
+/// [`Coplanarity::margin`] during `lo..=hi` alone.
+pub(crate) fn margin_during(outline: &Outline, lo: f64, hi: f64, separation: f64) -> f64 {
+    let ([e0, f0], [e1, f1]) = (outline.edges(lo), outline.edges(hi));
+    let area = largest_length([e0.cross(f0), e1.cross(f1)], e0.cross(f1) + e1.cross(f0));
+    let permanent = permanent(most(e0.abs(), e1.abs()), most(f0.abs(), f1.abs()));
+    separation * (area + NORMAL_DURING * permanent.element_sum() + UNDERFLOW) * LENGTH_UP
+}
+
+/// Largest length among the Bernstein coefficients of an area vector, the
+/// middle one given twice.
+fn largest_length([at_0, at_1]: [DVec3; 2], mixed: DVec3) -> f64 {
+    larger(larger(at_0.length(), at_1.length()), 0.5 * mixed.length())
+}
+
+/// Sums of the absolute products of which a cross product has differences.
+#[inline]
+fn permanent(x: DVec3, y: DVec3) -> DVec3 {
+    DVec3::new(x.y * y.z + x.z * y.y, x.z * y.x + x.x * y.z, x.x * y.y + x.y * y.x)
 }

@@ -156,6 +156,12 @@ impl Cubic {
         beyond(&self.bernstein, self.error + margin)
     }
 
+    /// [`Cubic::excludes_zero`] on `lo..=hi`.
+    #[must_use]
+    pub fn excludes_zero_on(&self, lo: f64, hi: f64, margin: f64) -> bool {
+        beyond(&self.on(lo, hi), self.evaluation_error + margin)
+    }
+
     /// Intervals outside which the exact cubic is certainly further than
     /// `margin` (`>= 0`) from zero.
     #[inline]

@@ -28,6 +28,10 @@ pub(crate) const SUBDIVISION: f64 = 10.0 * UNIT;
 /// (lemma 4: 5 u).
 pub(crate) const NORMAL: f64 = 6.0 * UNIT;
 
+/// The same between two times, with edges interpolated to them: three
+/// roundings more in each edge (lemma 4: 11 u).
+pub(crate) const NORMAL_DURING: f64 = 16.0 * UNIT;
+
 /// Error of an edge function at a time, per unit of `sum |n_k| Q_i Q_j`
 /// (lemma 5: 210 u).
 pub(crate) const EDGE_FUNCTION: f64 = 256.0 * UNIT;

@@ -12,7 +12,7 @@ use crate::cubic::Cubic;
 use crate::polygon::{Corners, MovingPolygon, Outline, Shape, mix};
 use crate::rounding::{
     AREA_DIRECTION, COPLANARITY, DIRECTION, EDGE_FUNCTION, EDGE_FUNCTION_RATE, LENGTH_UP, NORMAL,
-    RAY, SUBDIVISION, UNIT,
+    NORMAL_DURING, RAY, SUBDIVISION, UNIT,
 };
 use crate::search::Search;
 
@@ -92,6 +92,7 @@ fn constants_cover_the_proof() {
         (COPLANARITY, 35.0 / 3.0),
         (SUBDIVISION, 9.0),
         (NORMAL, 5.0),
+        (NORMAL_DURING, 11.0),
         (EDGE_FUNCTION, 210.0),
         (RAY, 14.0),
         (LENGTH_UP - 1.0, 6.0),

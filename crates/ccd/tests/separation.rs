@@ -34,37 +34,42 @@ fn distance(corners: &[DVec3]) -> f64 {
 /// Times at which distances are sampled before the least is refined.
 const SAMPLES: u32 = 128;
 
-/// The least distance over the step, and the first sample within `d`.
-fn sampled(kind: Kind, query: &Labelled, d: f64) -> (f64, Option<f64>) {
+/// The least distance between two times: the least sample, then narrowed.
+fn least(kind: Kind, query: &Labelled, from: f64, to: f64) -> f64 {
     let at = |t: f64| distance(&polygon(kind, query, t));
-    let times = || (0..=SAMPLES).map(|i| f64::from(i) / f64::from(SAMPLES));
-    let first = times().find(|&t| at(t) < d * (1.0 - 1e-9));
-    let least = times().min_by(|a, b| at(*a).total_cmp(&at(*b))).unwrap_or(0.0);
-    let step = 1.0 / f64::from(SAMPLES);
-    let (mut lo, mut hi) = ((least - step).max(0.0), (least + step).min(1.0));
+    let step = (to - from) / f64::from(SAMPLES);
+    let times = (0..=SAMPLES).map(|i| from + f64::from(i) * step);
+    let best = times.min_by(|a, b| at(*a).total_cmp(&at(*b))).unwrap_or(from);
+    let (mut lo, mut hi) = ((best - step).max(from), (best + step).min(to));
     for _ in 0..60 {
         let (a, b) = (lo + 0.381_966 * (hi - lo), lo + 0.618_034 * (hi - lo));
         if at(a) < at(b) { hi = b } else { lo = a }
     }
-    (at(least).min(at(0.5 * (lo + hi))), first)
+    at(best).min(at(0.5 * (lo + hi)))
 }
 
-fn check(kind: Kind, query: &Labelled, d: f64) {
+/// `open` is how much too far, relative to `d`, a contact may be that is only
+/// possible.
+fn check(kind: Kind, query: &Labelled, d: f64, open: f64) {
     let params = Params { min_separation: d, ..Params::DEFAULT };
     let contact = kind.query(query.x0, query.x1, &params).expect("the points are finite");
-    let (least, first) = sampled(kind, query, d);
-    match contact {
-        None => assert!(least >= d * (1.0 - 1e-9), "missed at {least:e} < {d:e}: {query:?}"),
-        Some(contact) => {
-            if let Some(first) = first {
-                assert!(contact.lo <= first, "{contact:?} is after {first}: {query:?}");
-            }
-            let size = query.x0.iter().chain(&query.x1).map(|x| x.length()).fold(0.0, f64::max);
-            let near = d * (1.0 + 1e-9) + 1e-13 * size;
-            let there = distance(&polygon(kind, query, contact.lo));
-            assert!(there <= near * 1.0001, "{there:e} at {contact:?} for {d:e}: {query:?}");
-            assert!(least <= near, "false alarm at {least:e} > {d:e}: {query:?}");
-        }
+    // Nothing may come within the separation before the contact.
+    let free_until = contact.map_or(1.0, |contact| contact.lo);
+    let closest = least(kind, query, 0.0, free_until);
+    let from_start = contact.is_some_and(|contact| contact.at_start);
+    assert!(
+        from_start || closest >= d * (1.0 - 1e-9),
+        "{closest:e} < {d:e} before {contact:?}: {query:?}"
+    );
+    // Something has to come within it during the contact.
+    if let Some(contact) = contact {
+        let size = query.x0.iter().chain(&query.x1).map(|x| x.length()).fold(0.0, f64::max);
+        let closest = least(kind, query, contact.lo, contact.hi);
+        let slack = if contact.is_certain() { 1e-9 } else { open };
+        assert!(
+            closest <= d * (1.0 + slack) + 1e-14 * size,
+            "{closest:e} > {d:e} during {contact:?}: {query:?}"
+        );
     }
 }
 
@@ -77,7 +82,8 @@ fn separations_agree_with_sampled_distances() {
         let query = Labelled { x0: points()?, x1: points()?, time: f64::NAN, group: 0 };
         for kind in [Kind::VertexFace, Kind::EdgeEdge] {
             for d in [0.2, 1e-2, 1e-3, 1e-6] {
-                check(kind, &query, d);
+                // Edges that turn fast and pass closely use up the work allowed.
+                check(kind, &query, d, 1e-2);
             }
         }
         Ok(())
@@ -92,7 +98,7 @@ fn separations_of_published_queries_agree_with_sampled_distances() {
         let (kind, queries) = read(&folder.join(name).with_extension("ccdq"));
         for query in queries.iter().step_by(5) {
             for d in [1e-2, 1e-3, 1e-6] {
-                check(kind, query, d);
+                check(kind, query, d, 1e-9);
             }
         }
     }
