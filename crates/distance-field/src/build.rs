@@ -16,6 +16,7 @@ use crate::options::{BuildOptions, Conversion, Method, SignRule, Storage, Transf
 use crate::par;
 use crate::report::{BuildReport, Phase, Warning};
 use crate::sign::{Barrier, sign};
+use crate::spread::MAX_REACH;
 use crate::store::Store;
 use crate::transform::transform;
 use crate::units::Units;
@@ -101,9 +102,10 @@ fn check(options: &BuildOptions) -> Result<(), FieldError> {
 
 /// Bytes that are held at once, a node.
 fn bytes_per_node(options: &BuildOptions) -> f64 {
+    let is_short = |limit: f64| limit <= coordinate(MAX_REACH) * options.spacing;
     let distances = match options.method {
         // Values, faces, and how near they came from.
-        Method::ExactBand { .. } if options.truncate.is_some() => 4 + 4 + 2,
+        Method::ExactBand { .. } if options.truncate.is_some_and(is_short) => 4 + 4 + 2,
         Method::ExactBand { .. } => 4 + 4 + 4,
         // Voxels, squares, and the flood.
         Method::Seed { .. } => 1 + 4 + 1,

@@ -119,14 +119,9 @@ impl Grid {
 
     /// The cell that holds `p`; none outside, or when `p` is not a number.
     /// The last node of an axis belongs to the last cell.
-    #[inline]
     #[must_use]
     pub fn locate(&self, p: DVec3) -> Option<Cell> {
-        let u = (p - self.origin) / self.spacing;
-        let (i, x) = place(u.x, self.dims[0])?;
-        let (j, y) = place(u.y, self.dims[1])?;
-        let (k, z) = place(u.z, self.dims[2])?;
-        Some(Cell { node: [i, j, k], place: DVec3::new(x, y, z) })
+        Locator::new(self).locate(p)
     }
 
     /// `p` in units of the spacing, from the origin.
@@ -135,14 +130,38 @@ impl Grid {
     }
 }
 
-/// Cell along one axis and place in it, or none outside `0..=nodes - 1`.
-#[inline]
-fn place(u: f64, nodes: usize) -> Option<(usize, f64)> {
-    if !(u >= 0.0 && u <= coordinate(nodes - 1)) {
-        return None;
+/// Finds cells of one grid; made once for many points.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Locator {
+    first: DVec3,
+    last: DVec3,
+    last_cell: [usize; 3],
+    pub(crate) per_spacing: f64,
+}
+
+impl Locator {
+    #[inline]
+    pub(crate) fn new(grid: &Grid) -> Self {
+        let [nx, ny, nz] = grid.dims;
+        let last = grid.position([nx - 1, ny - 1, nz - 1]);
+        let last_cell = [nx - 2, ny - 2, nz - 2];
+        Self { first: grid.origin, last, last_cell, per_spacing: 1.0 / grid.spacing }
     }
-    let cell = floor_index(u).min(nodes - 2);
-    Some((cell, u - coordinate(cell)))
+
+    #[inline]
+    pub(crate) fn locate(&self, p: DVec3) -> Option<Cell> {
+        // Compared with the border nodes themselves, which are inside to the bit.
+        let inside = p.cmpge(self.first).all() && p.cmple(self.last).all();
+        if !inside {
+            return None;
+        }
+        let u = (p - self.first) * self.per_spacing;
+        let i = floor_index(u.x).min(self.last_cell[0]);
+        let j = floor_index(u.y).min(self.last_cell[1]);
+        let k = floor_index(u.z).min(self.last_cell[2]);
+        let place = u - DVec3::new(coordinate(i), coordinate(j), coordinate(k));
+        Some(Cell { node: [i, j, k], place: place.min(DVec3::ONE) })
+    }
 }
 
 pub(crate) fn bounds(x: &[DVec3]) -> (DVec3, DVec3) {

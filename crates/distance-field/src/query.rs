@@ -3,8 +3,8 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::field::DistanceField;
-use crate::grid::{Cell, Grid};
-use crate::interpolate::{Block, ValueAndGradient, cubic, smooth, trilinear};
+use crate::grid::{Cell, Grid, Locator};
+use crate::interpolate::{Block, cubic, smooth, trilinear};
 use crate::par;
 use crate::store::{Nodes, Stepped, Store, Whole};
 
@@ -155,33 +155,53 @@ impl DistanceField {
 fn all(nodes: &impl Nodes, grid: &Grid, points: &[DVec3], query: &Query, out: &mut Samples) {
     out.distance.resize(points.len(), 0.0);
     out.gradient.resize(points.len(), DVec3::ZERO);
+    let asked = Asked::new(nodes, grid, query);
     let parts = points
         .chunks(BATCH)
         .zip(out.distance.chunks_mut(BATCH))
         .zip(out.gradient.chunks_mut(BATCH));
     par::for_each(parts.collect(), |_, ((points, distance), gradient)| {
         for ((&p, distance), gradient) in points.iter().zip(distance).zip(gradient) {
-            let sample = one(nodes, grid, p, query).unwrap_or(Sample::OUTSIDE);
+            let sample = asked.at(p).unwrap_or(Sample::OUTSIDE);
             (*distance, *gradient) = (sample.distance, sample.gradient);
         }
     });
 }
 
-#[inline]
 fn one(nodes: &impl Nodes, grid: &Grid, p: DVec3, query: &Query) -> Option<Sample> {
-    let Cell { node, place } = grid.locate(query.pose.into_body(p))?;
-    let (value, slope) = match query.interpolation {
-        Interpolation::Trilinear => trilinear(nodes.cell(node), place),
-        Interpolation::Smooth => smooth(&block(nodes, grid, node), place),
-        Interpolation::Cubic => cubic(&block(nodes, grid, node), place),
-    };
-    Some(to_world((value, slope), grid, query))
+    Asked::new(nodes, grid, query).at(p)
 }
 
-#[inline]
-fn to_world((value, slope): ValueAndGradient, grid: &Grid, query: &Query) -> Sample {
-    let gradient = query.pose.direction_to_world(slope) / grid.spacing();
-    Sample { distance: value - query.offset, gradient }
+/// A query of one field, whatever it is stored as.
+struct Asked<'a, N> {
+    nodes: &'a N,
+    grid: &'a Grid,
+    locator: Locator,
+    query: &'a Query,
+    /// The query's pose, where it is one: turning takes a fifth of the time.
+    pose: Option<Pose>,
+}
+
+impl<'a, N: Nodes> Asked<'a, N> {
+    #[inline]
+    fn new(nodes: &'a N, grid: &'a Grid, query: &'a Query) -> Self {
+        let pose = (query.pose != Pose::IDENTITY).then_some(query.pose);
+        Self { nodes, grid, locator: Locator::new(grid), query, pose }
+    }
+
+    #[inline]
+    fn at(&self, p: DVec3) -> Option<Sample> {
+        let Cell { node, place } =
+            self.locator.locate(self.pose.map_or(p, |pose| pose.into_body(p)))?;
+        let (value, slope) = match self.query.interpolation {
+            Interpolation::Trilinear => trilinear(self.nodes.cell(node), place),
+            Interpolation::Smooth => smooth(&block(self.nodes, self.grid, node), place),
+            Interpolation::Cubic => cubic(&block(self.nodes, self.grid, node), place),
+        };
+        let slope = slope * self.locator.per_spacing;
+        let gradient = self.pose.map_or(slope, |pose| pose.direction_to_world(slope));
+        Some(Sample { distance: value - self.query.offset, gradient })
+    }
 }
 
 /// The nodes around a cell; beyond the border the last two nodes are continued

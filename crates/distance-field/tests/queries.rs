@@ -132,3 +132,16 @@ fn storage_keeps_what_it_states() {
         }
     }
 }
+
+/// Nodes are found where the grid says they are, however its lengths round.
+#[test]
+fn the_last_node_is_inside_at_any_spacing() {
+    for spacing in [0.1, 0.3, 0.7, 1.0 / 3.0, 1.1] {
+        let origin = DVec3::new(-0.3, 1017.7, 1e-3) * spacing;
+        let grid = Grid::new(origin, spacing, [31, 12, 7]).unwrap();
+        let last = grid.locate(grid.position([30, 11, 6])).expect("the last node is inside");
+        assert_eq!(last.node, [29, 10, 5]);
+        assert!(last.place.distance(DVec3::ONE) < 1e-9);
+        assert!(grid.locate(grid.position([30, 11, 7])).is_none());
+    }
+}
