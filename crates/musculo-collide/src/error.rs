@@ -2,6 +2,7 @@
 
 use ccd::CcdError;
 use kdop::TreeError;
+use response::ResponseError;
 use surface::{SurfaceError, TriangleSurface};
 
 use crate::BodyKind;
@@ -62,6 +63,17 @@ pub enum SceneError {
         /// How many are possible.
         limit: usize,
     },
+    /// A parameter of a resolution outside its range.
+    #[error("the {name} is {value}, but must be finite and {}", if *.name == "clearance" { "at least 0" } else { "above 0" })]
+    Resolve {
+        /// Which one.
+        name: &'static str,
+        /// The value given.
+        value: f64,
+    },
+    /// Contacts could not be solved.
+    #[error("{0}")]
+    Response(#[from] ResponseError),
     /// A reach that is negative, infinite or not a number.
     #[error("the reach is {reach}, but must be finite and at least 0")]
     Reach {

@@ -42,15 +42,17 @@ mod check;
 mod error;
 mod pair;
 mod parallel;
+mod resolve;
 mod scene;
 mod sweep;
 mod unseen;
 
-pub use {ccd, glam, kdop, surface};
+pub use {ccd, glam, kdop, response, surface};
 
 pub use crate::check::CheckParams;
 pub use crate::error::{NoInside, SceneError};
 pub use crate::pair::{ContactPatch, NearVertex, PairReport, VertexReport};
+pub use crate::resolve::{BodyChange, Obstacle, Remaining, Resolution, ResolveParams, Round};
 pub use crate::scene::{Body, BodyId, BodyKind, Scene};
 pub use crate::sweep::{ContactKind, PairSweep, SweepReport, SweptContact};
 pub use crate::unseen::Unseen;

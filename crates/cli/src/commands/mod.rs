@@ -2,6 +2,7 @@
 
 mod check;
 mod motion;
+mod resolve;
 
 use std::num::NonZeroUsize;
 
@@ -16,6 +17,7 @@ use crate::scene::SceneError;
 pub(crate) enum Command {
     Check(check::CheckArguments),
     Motion(motion::MotionArguments),
+    Resolve(resolve::ResolveArguments),
 }
 
 /// How a command that worked ended.
@@ -34,6 +36,7 @@ impl Command {
         match self {
             Self::Check(arguments) => check::run(arguments),
             Self::Motion(arguments) => motion::run(arguments),
+            Self::Resolve(arguments) => resolve::run(arguments),
         }
     }
 }

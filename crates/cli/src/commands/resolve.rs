@@ -1,0 +1,119 @@
+//! `resolve`: push apart what overlaps.
+
+use std::io::Write;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::Args;
+use musculo_collide::{BodyKind, Resolution, ResolveParams};
+
+use super::{Failure, Outcome, in_threads};
+use crate::load::{build_scene, read_meshes};
+use crate::output::Outputs;
+use crate::progress::Progress;
+use crate::report::{displacement_vtp, ply, resolution_table};
+use crate::scene::{Scene, Unit};
+
+/// Push bodies apart that overlap, and write where they then are
+///
+/// Rigid bodies stay, soft ones yield, and share by mass what they overlap with
+/// each other. Writes every mesh as PLY, and the displacements of the soft ones
+/// as VTP. Tells what still overlaps at the end, and why.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  musculo-collide resolve scene.toml --out apart
+  musculo-collide resolve femur.ply vastus.ply --fixed femur --out apart
+
+Exit status: 0 nothing overlaps by more than the tolerance, 1 something does, 2 bad input or usage.")]
+pub(crate) struct ResolveArguments {
+    /// A scene file (.toml), or mesh files: PLY, OBJ, STL or VTP
+    #[arg(required = true, value_name = "SCENE.toml | MESH")]
+    inputs: Vec<PathBuf>,
+
+    /// The folder to write to
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+
+    /// Keep this body where it is, as rigid ones are; may be given more than once
+    #[arg(long, value_name = "NAME")]
+    fixed: Vec<String>,
+
+    /// How far apart bodies are pushed, in the scene's unit [default: 0.02 mm]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
+    clearance: Option<f64>,
+
+    /// How far along a surface a push spreads, in the scene's unit [default: 6 mm]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
+    smooth: Option<f64>,
+
+    /// How deep bodies may still overlap at the end, in the scene's unit [default: 0.05 mm]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
+    tolerance: Option<f64>,
+
+    /// Rounds of detection and pushing at most
+    #[arg(long, value_name = "N", default_value_t = ResolveParams::MILLIMETRES.max_rounds)]
+    rounds: u32,
+
+    /// Threads to use; the answer is the same for any number [default: one a processor]
+    #[arg(long, value_name = "N")]
+    threads: Option<NonZeroUsize>,
+}
+
+pub(super) fn run(arguments: &ResolveArguments) -> Result<Outcome, Failure> {
+    in_threads(arguments.threads, || resolve(arguments))
+}
+
+fn resolve(arguments: &ResolveArguments) -> Result<Outcome, Failure> {
+    let mut description = Scene::from_inputs(&arguments.inputs)?;
+    description.set_rigid(&arguments.fixed)?;
+    let (mut scene, _) = build_scene(&description, read_meshes(&description)?)?;
+    let start = Instant::now();
+    let resolution = {
+        let _progress = Progress::start("pushing apart", 1);
+        scene.resolve(&arguments.params(description.unit))?
+    };
+    let seconds = start.elapsed().as_secs_f64();
+    let written = write(&arguments.out, &scene, &resolution)?;
+
+    let mut text = resolution_table(&resolution, &scene, description.unit);
+    text += &format!("wrote {} files to {}\n", written.len(), arguments.out.display());
+    text += &format!("{seconds:.2} s: {} rounds\n", resolution.rounds.len() - 1);
+    // Whoever closed standard output has read enough; the exit status tells.
+    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+    Ok(if resolution.resolved { Outcome::Clean } else { Outcome::Overlaps })
+}
+
+impl ResolveArguments {
+    fn params(&self, unit: Unit) -> ResolveParams {
+        let ResolveParams { tolerance, clearance, smoothing, .. } = ResolveParams::MILLIMETRES;
+        let or = |given: Option<f64>, mm: f64| given.unwrap_or_else(|| unit.of_millimetres(mm));
+        ResolveParams {
+            tolerance: or(self.tolerance, tolerance),
+            clearance: or(self.clearance, clearance),
+            smoothing: or(self.smooth, smoothing),
+            max_rounds: self.rounds,
+        }
+    }
+}
+
+/// Writes all meshes and displacements, or nothing; returns the paths.
+fn write(
+    folder: &Path,
+    scene: &musculo_collide::Scene,
+    resolution: &Resolution,
+) -> Result<Vec<PathBuf>, Failure> {
+    let mut outputs = Outputs::default();
+    outputs.folder(folder)?;
+    for (body, change) in scene.bodies().iter().zip(&resolution.bodies) {
+        let (x, faces) = (body.positions(), body.surface().faces());
+        let path = |extension: &str| folder.join(format!("{}.{extension}", body.name()));
+        outputs.stage(&path("ply"), &ply(x, faces))?;
+        if body.kind() != BodyKind::Rigid {
+            let map = displacement_vtp(x, faces, &change.displacements);
+            outputs.stage(&path("vtp"), map.as_bytes())?;
+        }
+    }
+    Ok(outputs.commit()?)
+}

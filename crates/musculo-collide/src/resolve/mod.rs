@@ -1,0 +1,234 @@
+//! Bodies that overlap, pushed apart.
+//!
+//! Round by round: contact is found anew; what is inside another body, or
+//! about to be, is projected out of it, all contacts together (projected
+//! Gauss–Seidel on displacements, particles weighted by inverse mass); the push
+//! spreads to the tissue around and through it; lost volume is given back where
+//! nothing is in the way. Rigid bodies stay. Deep overlaps take several rounds,
+//! since no round moves a vertex farther than its surroundings can follow.
+
+mod contacts;
+mod guard;
+mod outcome;
+mod params;
+mod sides;
+mod spread;
+mod tissue;
+mod volume;
+
+use glam::DVec3;
+use kdop::Workspace;
+use response::{ContactLaw, ContactRows, ContactSystem, Level, Margins, Order, SolverParams};
+use surface::Contact;
+
+pub use self::outcome::{BodyChange, Obstacle, Remaining, Resolution, Round};
+pub use self::params::ResolveParams;
+
+use self::tissue::Tissue;
+use crate::scene::Body;
+use crate::{BodyId, BodyKind, CheckParams, PairReport, Scene, SceneError, VertexReport, parallel};
+
+/// Most that one round moves a vertex, in smoothing lengths. Larger steps need
+/// fewer rounds, but pass by the contacts that were found.
+const STEP: f64 = 0.25;
+
+/// Depth of vertices, in smoothing lengths, beyond which edges wait.
+const DEEP: f64 = 0.05;
+
+/// Sweeps of the solver over all contacts of a round.
+const SOLVER: SolverParams =
+    SolverParams { method: response::Method::GaussSeidel, max_iterations: 30, tolerance: 1e-4 };
+
+impl Scene {
+    /// Pushes apart what overlaps, and leaves the bodies where they then are.
+    ///
+    /// Rigid bodies do not move; soft ones yield, and share by mass what they
+    /// overlap with each other. Vertices that no push comes near keep their
+    /// positions to the bit.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::Resolve`] for a parameter out of range, and those of
+    /// [`check`](Self::check).
+    pub fn resolve(&mut self, params: &ResolveParams) -> Result<Resolution, SceneError> {
+        params.validate()?;
+        let step = STEP * params.smoothing;
+        let near = CheckParams { reach: 4.0 * params.clearance + 0.25 * step };
+        let mut run = Run::start(self, *params, near)?;
+        while run.goes_on() {
+            run.round()?;
+        }
+        run.finish()
+    }
+}
+
+/// A resolution on its way.
+struct Run<'a> {
+    scene: &'a mut Scene,
+    params: ResolveParams,
+    near: CheckParams,
+    tissues: Vec<Tissue>,
+    inverse_masses: Vec<f64>,
+    before: Vec<PairReport>,
+    now: Vec<PairReport>,
+    edges: Vec<Vec<Contact>>,
+    rounds: Vec<Round>,
+    best: Option<(Round, Vec<DVec3>)>,
+}
+
+impl<'a> Run<'a> {
+    fn start(
+        scene: &'a mut Scene,
+        params: ResolveParams,
+        near: CheckParams,
+    ) -> Result<Self, SceneError> {
+        let before = scene.check(&near)?;
+        let tissues = tissue::tissues(scene);
+        let inverse_masses = tissue::inverse_masses(scene, &tissues);
+        let now = before.clone();
+        let edges = edge_contacts(scene, &now);
+        let mut run = Self {
+            scene,
+            params,
+            near,
+            tissues,
+            inverse_masses,
+            before,
+            now,
+            edges,
+            rounds: Vec::new(),
+            best: None,
+        };
+        run.record();
+        Ok(run)
+    }
+
+    fn goes_on(&self) -> bool {
+        let last = self.rounds.last();
+        let clean = last.is_none_or(|round| round.overlapping_pairs == 0);
+        !clean && self.rounds.len() <= self.params.max_rounds as usize
+    }
+
+    fn round(&mut self) -> Result<(), SceneError> {
+        let mut u = self.push()?;
+        self.spread(&mut u);
+        self.move_by(&u)?;
+        self.now = self.scene.check(&self.near)?;
+        self.edges = edge_contacts(self.scene, &self.now);
+        self.record();
+        Ok(())
+    }
+
+    /// Displacements that take all contacts apart, or as far as one round goes.
+    fn push(&self) -> Result<Vec<DVec3>, SceneError> {
+        let step = STEP * self.params.smoothing;
+        let margins = Margins::new(self.params.clearance, step)?;
+        let law = ContactLaw::new(margins, 0.0)?;
+        let mut rows = ContactRows::new(self.inverse_masses.len());
+        for contact in self.contacts().iter().flatten() {
+            if self.moves(contact) {
+                rows.push(&Contact { gap: contact.gap.max(-step), ..*contact }, law)?;
+            }
+        }
+        let system = ContactSystem::new(&rows, &self.inverse_masses, Order::Coloured)?;
+        let mut u = vec![DVec3::ZERO; self.inverse_masses.len()];
+        system.solve(Level::Position, &mut u, &mut system.no_impulses(), &SOLVER)?;
+        for u in &mut u {
+            *u = u.clamp_length_max(step);
+        }
+        Ok(u)
+    }
+
+    /// All contacts, pair by pair. Edges wait where vertices are deep: they
+    /// come free with them, and until then say little.
+    fn contacts(&self) -> Vec<Vec<Contact>> {
+        let of_body = |body: &Body| contacts::vertex_normals(body.surface(), body.positions());
+        let normals = parallel::map_with(self.scene.bodies(), || (), |(), body| of_body(body));
+        let pairs: Vec<_> = self.now.iter().zip(&self.edges).collect();
+        let smoothing = self.params.smoothing;
+        let side = |p: BodyId, q: BodyId, report: &VertexReport, traversal: &mut Workspace| {
+            let p_side = (self.scene.body(p), &self.tissues[p.index()]);
+            let q_side = (self.scene.body(q), &normals[p.index()][..]);
+            let near = sides::straighten(p_side, q_side, report, smoothing, traversal);
+            VertexReport { inside_count: report.inside_count, near }
+        };
+        parallel::map_with(&pairs, Workspace::default, |traversal, (pair, edges)| {
+            let straight = PairReport {
+                a_against_b: side(pair.a, pair.b, &pair.a_against_b, traversal),
+                b_against_a: side(pair.b, pair.a, &pair.b_against_a, traversal),
+                ..(*pair).clone()
+            };
+            let mut contacts = straight.contacts(self.scene);
+            if pair.max_depth <= DEEP * smoothing {
+                contacts.extend_from_slice(edges);
+            }
+            contacts
+        })
+    }
+
+    fn moves(&self, contact: &Contact) -> bool {
+        let inverse_mass = |particle: u32| self.inverse_masses[particle as usize];
+        contact.stencil.terms().iter().any(|term| inverse_mass(term.particle) > 0.0)
+    }
+
+    fn spread(&mut self, u: &mut [DVec3]) {
+        let mut rest = u;
+        let mut parts = Vec::new();
+        for (body, tissue) in self.scene.bodies().iter().zip(&mut self.tissues) {
+            let (part, others) = rest.split_at_mut(body.positions().len());
+            rest = others;
+            if body.kind() != BodyKind::Rigid {
+                parts.push((body, tissue, part));
+            }
+        }
+        let smoothing = self.params.smoothing;
+        parallel::map_mut(&mut parts, |(body, tissue, part)| {
+            spread::spread(body, tissue, part, smoothing, &mut Workspace::default());
+        });
+    }
+
+    fn move_by(&mut self, u: &[DVec3]) -> Result<(), SceneError> {
+        for (id, tissue) in self.scene.ids().zip(&self.tissues) {
+            let body = self.scene.body(id);
+            if body.kind() == BodyKind::Rigid {
+                continue;
+            }
+            let particles = body.particles();
+            let part = &u[particles.start as usize..particles.end as usize];
+            let mut x: Vec<DVec3> =
+                body.positions().iter().zip(part).map(|(&x, &u)| x + u).collect();
+            guard::unfold(body.surface(), tissue, &mut x);
+            volume::restore(body, tissue, &mut x, &self.now, id);
+            self.scene.move_body(id, &x)?;
+        }
+        Ok(())
+    }
+
+    fn record(&mut self) {
+        let round = Round::new(&self.now, &self.edges, &self.before);
+        self.rounds.push(round);
+        if self.best.as_ref().is_none_or(|(best, _)| round.is_better_than(best)) {
+            self.best = Some((round, self.scene.particle_positions()));
+        }
+    }
+
+    /// Goes back to the best round, where later ones were worse.
+    fn finish(mut self) -> Result<Resolution, SceneError> {
+        if let Some((best, x)) = self.best.take()
+            && self.rounds.last() != Some(&best)
+        {
+            for id in self.scene.ids() {
+                let particles = self.scene.body(id).particles();
+                self.scene.move_body(id, &x[particles.start as usize..particles.end as usize])?;
+            }
+            self.now = self.scene.check(&self.near)?;
+            self.edges = edge_contacts(self.scene, &self.now);
+        }
+        let Self { scene, params, tissues, before, now, edges, rounds, .. } = self;
+        Ok(Resolution::new(scene, &params, &tissues, before, (now, &edges), rounds))
+    }
+}
+
+fn edge_contacts(scene: &Scene, pairs: &[PairReport]) -> Vec<Vec<Contact>> {
+    parallel::map_with(pairs, || (), |(), pair| contacts::of_edges(scene, pair))
+}

@@ -1,0 +1,202 @@
+//! What a resolution did, and what it left.
+
+use glam::DVec3;
+use kdop::Workspace;
+use surface::{Contact, Meeting, triangles_meet};
+
+use super::tissue::{Tissue, volume};
+use super::{ResolveParams, guard};
+use crate::scene::Body;
+use crate::{BodyId, BodyKind, PairReport, Scene, parallel};
+
+/// How things stood after a round.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Round {
+    /// Pairs that overlapped.
+    pub overlapping_pairs: usize,
+    /// Pairs of faces that crossed, of all pairs together.
+    pub crossing_faces: usize,
+    /// Depth of the deepest overlap, of vertices or of edges.
+    pub max_depth: f64,
+    /// Pairs that overlapped and did not at first.
+    pub new_pairs: usize,
+}
+
+/// What became of one body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyChange {
+    /// Which body.
+    pub body: BodyId,
+    /// From where each vertex was at first to where it is.
+    pub displacements: Vec<DVec3>,
+    /// Vertices that moved at all.
+    pub moved: usize,
+    /// Length of the longest displacement.
+    pub max_displacement: f64,
+    /// Volume now over volume at first; `None` where the body has no inside.
+    pub volume_ratio: Option<f64>,
+    /// Faces that were turned by a right angle or more.
+    pub flipped_faces: usize,
+    /// Pairs of the body's own faces that cross, at first and now.
+    pub self_crossings: [usize; 2],
+}
+
+/// Why a pair still overlaps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Obstacle {
+    /// Neither body may move.
+    #[error("both are rigid")]
+    BothRigid,
+    /// There was no room or no time to part them.
+    #[error(
+        "still yielding when the rounds were over: there is no room to yield to, or more rounds are needed"
+    )]
+    Rounds,
+}
+
+/// A pair that still overlaps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Remaining {
+    /// The first body.
+    pub a: BodyId,
+    /// The second body.
+    pub b: BodyId,
+    /// How deep, by vertices or by edges.
+    pub depth: f64,
+    /// Pairs of faces that cross.
+    pub crossing_faces: usize,
+    /// Whether the pair overlapped at first.
+    pub at_first: bool,
+    /// Why.
+    pub obstacle: Obstacle,
+}
+
+/// What a resolution did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Resolution {
+    /// Every pair within reach at first.
+    pub before: Vec<PairReport>,
+    /// Every pair within reach now.
+    pub after: Vec<PairReport>,
+    /// How things stood at first and after each round.
+    pub rounds: Vec<Round>,
+    /// All bodies, in their order.
+    pub bodies: Vec<BodyChange>,
+    /// Pairs that still overlap, the deepest first; those within the tolerance
+    /// included.
+    pub remaining: Vec<Remaining>,
+    /// Whether no pair overlaps by more than the tolerance, and none that did
+    /// not overlap at first.
+    pub resolved: bool,
+}
+
+impl Round {
+    pub(super) fn new(pairs: &[PairReport], edges: &[Vec<Contact>], before: &[PairReport]) -> Self {
+        let overlapping = || pairs.iter().zip(edges).filter(|(pair, _)| pair.overlaps);
+        Self {
+            overlapping_pairs: overlapping().count(),
+            crossing_faces: overlapping().map(|(pair, _)| pair.crossing_faces.len()).sum(),
+            max_depth: overlapping().map(|(pair, edges)| depth(pair, edges)).fold(0.0, f64::max),
+            new_pairs: overlapping().filter(|(pair, _)| !overlapped(pair, before)).count(),
+        }
+    }
+
+    /// Whether bodies overlap less deep, or fewer of them, weighing both.
+    pub(super) fn is_better_than(&self, other: &Self) -> bool {
+        let badness = |round: &Self| {
+            let pairs = round.overlapping_pairs + 2 * round.new_pairs;
+            round.max_depth * f64::from(u32::try_from(pairs).unwrap_or(u32::MAX))
+        };
+        badness(self) < badness(other)
+    }
+}
+
+impl Resolution {
+    pub(super) fn new(
+        scene: &Scene,
+        params: &ResolveParams,
+        tissues: &[Tissue],
+        before: Vec<PairReport>,
+        (after, edges): (Vec<PairReport>, &[Vec<Contact>]),
+        rounds: Vec<Round>,
+    ) -> Self {
+        let mut remaining: Vec<Remaining> = after
+            .iter()
+            .zip(edges)
+            .filter(|(pair, _)| pair.overlaps)
+            .map(|(pair, edges)| Remaining::new(scene, pair, edges, &before))
+            .collect();
+        remaining.sort_by(|p, q| q.depth.total_cmp(&p.depth));
+        let fine = |pair: &Remaining| pair.depth <= params.tolerance && pair.at_first;
+        let resolved = remaining.iter().all(fine);
+        let bodies: Vec<_> = scene.ids().zip(tissues).collect();
+        let bodies = parallel::map_with(&bodies, Workspace::default, |traversal, &(id, tissue)| {
+            BodyChange::new(id, scene.body(id), tissue, traversal)
+        });
+        Self { before, after, rounds, bodies, remaining, resolved }
+    }
+}
+
+impl Remaining {
+    fn new(scene: &Scene, pair: &PairReport, edges: &[Contact], before: &[PairReport]) -> Self {
+        let rigid = |id: BodyId| scene.body(id).kind() == BodyKind::Rigid;
+        let obstacle =
+            if rigid(pair.a) && rigid(pair.b) { Obstacle::BothRigid } else { Obstacle::Rounds };
+        Self {
+            a: pair.a,
+            b: pair.b,
+            depth: depth(pair, edges),
+            crossing_faces: pair.crossing_faces.len(),
+            at_first: overlapped(pair, before),
+            obstacle,
+        }
+    }
+}
+
+impl BodyChange {
+    fn new(id: BodyId, body: &Body, tissue: &Tissue, traversal: &mut Workspace) -> Self {
+        let (surface, x) = (body.surface(), body.positions());
+        let displacements: Vec<DVec3> =
+            x.iter().zip(&tissue.rest).map(|(x, rest)| *x - *rest).collect();
+        let moved = displacements.iter().filter(|u| **u != DVec3::ZERO).count();
+        let crossings = [&tissue.rest[..], x].map(|x| self_crossings(body, x, traversal));
+        Self {
+            body: id,
+            moved,
+            max_displacement: displacements.iter().map(|u| u.length()).fold(0.0, f64::max),
+            volume_ratio: body
+                .has_inside()
+                .is_ok()
+                .then(|| volume(surface.faces(), x) / tissue.volume),
+            flipped_faces: guard::flipped(surface, tissue, x),
+            self_crossings: crossings,
+            displacements,
+        }
+    }
+}
+
+/// Pairs of a body's own faces, without a common corner, that cross.
+fn self_crossings(body: &Body, x: &[DVec3], traversal: &mut Workspace) -> usize {
+    let mut tree = body.tree().clone();
+    if tree.refit(x).is_err() {
+        return 0;
+    }
+    let corners = |face: u32| body.surface().faces()[face as usize].map(|v| x[v as usize]);
+    let mut count = 0;
+    tree.self_pairs(0.0, traversal, |a, b| {
+        count += usize::from(triangles_meet(corners(a), corners(b)) == Meeting::Crossing);
+    });
+    count
+}
+
+/// How deep a pair's bodies are in each other, by vertices or by edges.
+fn depth(pair: &PairReport, edges: &[Contact]) -> f64 {
+    edges.iter().map(|contact| -contact.gap).fold(pair.max_depth, f64::max)
+}
+
+fn overlapped(pair: &PairReport, before: &[PairReport]) -> bool {
+    before.iter().any(|first| first.overlaps && (first.a, first.b) == (pair.a, pair.b))
+}
