@@ -92,7 +92,14 @@ fn highest([a, b]: [[DVec3; 3]; 2], normal: DVec3) -> Option<Meeting> {
             offer([along(i, s), along(j, t)]);
         }
     }
-    best.filter(|best| best.height > 0.0)
+    best.filter(|best| {
+        best.height > 0.0 && best.height < longest_edge(a).min(longest_edge(b)) / 2.0
+    })
+}
+
+/// Heights beyond half an edge are those of faces that are seen from the side.
+fn longest_edge([p, q, r]: [DVec3; 3]) -> f64 {
+    p.distance(q).max(q.distance(r)).max(r.distance(p))
 }
 
 fn point(corners: [DVec3; 3], weights: [f64; 3]) -> DVec3 {

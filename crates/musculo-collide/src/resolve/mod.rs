@@ -16,6 +16,8 @@ mod spread;
 mod tissue;
 mod volume;
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 use kdop::Workspace;
 use response::{ContactLaw, ContactRows, ContactSystem, Level, Margins, Order, SolverParams};
@@ -24,6 +26,7 @@ use surface::Contact;
 pub use self::outcome::{BodyChange, Obstacle, Remaining, Resolution, Round};
 pub use self::params::ResolveParams;
 
+use self::sides::Memory;
 use self::tissue::Tissue;
 use crate::scene::Body;
 use crate::{BodyId, BodyKind, CheckParams, PairReport, Scene, SceneError, VertexReport, parallel};
@@ -74,6 +77,8 @@ struct Run<'a> {
     edges: Vec<Vec<Contact>>,
     rounds: Vec<Round>,
     best: Option<(Round, Vec<DVec3>)>,
+    /// Ways out, for both sides of each pair.
+    memories: BTreeMap<(BodyId, BodyId), [Memory; 2]>,
 }
 
 impl<'a> Run<'a> {
@@ -98,6 +103,7 @@ impl<'a> Run<'a> {
             edges,
             rounds: Vec::new(),
             best: None,
+            memories: BTreeMap::new(),
         };
         run.record();
         Ok(run)
@@ -120,12 +126,12 @@ impl<'a> Run<'a> {
     }
 
     /// Displacements that take all contacts apart, or as far as one round goes.
-    fn push(&self) -> Result<Vec<DVec3>, SceneError> {
+    fn push(&mut self) -> Result<Vec<DVec3>, SceneError> {
         let step = STEP * self.params.smoothing;
         let margins = Margins::new(self.params.clearance, step)?;
         let law = ContactLaw::new(margins, 0.0)?;
         let mut rows = ContactRows::new(self.inverse_masses.len());
-        for contact in self.contacts().iter().flatten() {
+        for contact in &self.contacts() {
             if self.moves(contact) {
                 rows.push(&Contact { gap: contact.gap.max(-step), ..*contact }, law)?;
             }
@@ -141,29 +147,42 @@ impl<'a> Run<'a> {
 
     /// All contacts, pair by pair. Edges wait where vertices are deep: they
     /// come free with them, and until then say little.
-    fn contacts(&self) -> Vec<Vec<Contact>> {
+    fn contacts(&mut self) -> Vec<Contact> {
+        let Self { scene, params, tissues, now, edges, memories, .. } = self;
+        let (scene, tissues) = (&**scene, &*tissues);
         let of_body = |body: &Body| contacts::vertex_normals(body.surface(), body.positions());
-        let normals = parallel::map_with(self.scene.bodies(), || (), |(), body| of_body(body));
-        let pairs: Vec<_> = self.now.iter().zip(&self.edges).collect();
-        let smoothing = self.params.smoothing;
-        let side = |p: BodyId, q: BodyId, report: &VertexReport, traversal: &mut Workspace| {
-            let p_side = (self.scene.body(p), &self.tissues[p.index()]);
-            let q_side = (self.scene.body(q), &normals[p.index()][..]);
-            let near = sides::straighten(p_side, q_side, report, smoothing, traversal);
+        let normals = parallel::map_with(scene.bodies(), || (), |(), body| of_body(body));
+        let side = |[p, q]: [BodyId; 2], report: &VertexReport, memory: &mut Memory| {
+            let p_side = (scene.body(p), &tissues[p.index()]);
+            let q_side = (scene.body(q), &normals[p.index()][..]);
+            let traversal = &mut Workspace::default();
+            let near =
+                sides::straighten(p_side, q_side, report, memory, params.smoothing, traversal);
             VertexReport { inside_count: report.inside_count, near }
         };
-        parallel::map_with(&pairs, Workspace::default, |traversal, (pair, edges)| {
+        let mut pairs: Vec<_> = now
+            .iter()
+            .zip(&*edges)
+            .map(|(pair, edges)| {
+                let memory = memories.remove(&(pair.a, pair.b)).unwrap_or_default();
+                (pair, edges, memory)
+            })
+            .collect();
+        let contacts = parallel::map_mut(&mut pairs, |(pair, edges, [of_a, of_b])| {
             let straight = PairReport {
-                a_against_b: side(pair.a, pair.b, &pair.a_against_b, traversal),
-                b_against_a: side(pair.b, pair.a, &pair.b_against_a, traversal),
+                a_against_b: side([pair.a, pair.b], &pair.a_against_b, of_a),
+                b_against_a: side([pair.b, pair.a], &pair.b_against_a, of_b),
                 ..(*pair).clone()
             };
-            let mut contacts = straight.contacts(self.scene);
-            if pair.max_depth <= DEEP * smoothing {
+            let mut contacts = straight.contacts(scene);
+            if pair.max_depth <= DEEP * params.smoothing {
                 contacts.extend_from_slice(edges);
             }
             contacts
-        })
+        });
+        let kept = pairs.into_iter().map(|(pair, _, memory)| ((pair.a, pair.b), memory));
+        memories.extend(kept);
+        contacts.into_iter().flatten().collect()
     }
 
     fn moves(&self, contact: &Contact) -> bool {

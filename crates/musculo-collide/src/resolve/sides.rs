@@ -12,7 +12,7 @@ use surface::closest_on_triangle;
 
 use super::tissue::Tissue;
 use crate::scene::Body;
-use crate::{NearVertex, VertexReport};
+use crate::{BodyKind, NearVertex, VertexReport};
 
 /// Cosine beyond which two normals are said to agree: exactly across is 0, and
 /// the normals of coarse meshes are off by some ten degrees.
@@ -22,9 +22,17 @@ const AGREES: f64 = 0.2;
 /// lengths: bones are as thin as that where tissue is deepest in them.
 const TRUSTED_DEPTH: f64 = 0.15;
 
+/// How far bone may be sent through tissue, in smoothing lengths: beyond, what
+/// faces it is another part of the tissue.
+const FARTHEST: f64 = 2.0;
+
 /// Sweeps that spread directions over what is inside: patches are some thirty
 /// edges wide.
 const SWEEPS: usize = 30;
+
+/// Ways out that were taken before, of the vertices of one body out of another;
+/// 0 for those that never were inside. A vertex keeps to its way.
+pub(super) type Memory = Vec<DVec3>;
 
 /// Contacts of the vertices of `p` with `q`: those of a report, without those
 /// that come from behind, and with deep vertices turned to the right side.
@@ -32,45 +40,77 @@ pub(super) fn straighten(
     (p, tissue): (&Body, &Tissue),
     (q, normals): (&Body, &[DVec3]),
     report: &VertexReport,
+    memory: &mut Memory,
     smoothing: f64,
     traversal: &mut Workspace,
 ) -> Vec<NearVertex> {
-    let faces = |near: &NearVertex| normals[near.vertex as usize].dot(near.normal) < AGREES;
-    let rigid = p.kind() == crate::BodyKind::Rigid;
-    let kept = report.near.iter().filter(|near| (near.gap < 0.0 && !rigid) || faces(near));
-    let mut kept: Vec<NearVertex> = kept.copied().collect();
-    if rigid || !kept.iter().any(|near| near.gap < 0.0) {
-        return kept;
+    if p.kind() == BodyKind::Rigid {
+        return straighten_rigid(p, (q, normals), report, smoothing, traversal);
     }
-    let directions = directions(tissue, normals, &kept, smoothing);
-    for near in kept.iter_mut().filter(|near| near.gap < 0.0) {
-        let direction = directions[near.vertex as usize];
-        if near.normal.dot(direction) < 0.0 {
-            let position = p.positions()[near.vertex as usize];
-            if let Some(turned) = project(q, near.vertex, position, direction, traversal) {
-                *near = turned;
+    let directions = if report.near.iter().any(|near| near.gap < 0.0) || !memory.is_empty() {
+        directions(tissue, normals, &report.near, memory, smoothing)
+    } else {
+        Vec::new()
+    };
+    let turn = |near: &NearVertex| -> Option<NearVertex> {
+        let direction = directions.get(near.vertex as usize).copied().unwrap_or_default();
+        let astray = near.normal.dot(direction) < 0.0;
+        let behind = normals[near.vertex as usize].dot(near.normal) > AGREES;
+        match (near.gap < 0.0, astray) {
+            (true, false) => Some(*near),
+            (true, true) => {
+                let position = p.positions()[near.vertex as usize];
+                Some(project(q, near.vertex, position, direction, traversal).unwrap_or(*near))
             }
+            (false, _) => (!astray && !behind).then_some(*near),
         }
-    }
-    kept
+    };
+    report.near.iter().filter_map(turn).collect()
 }
 
-/// For each vertex inside, which way leads out; 0 for others.
+/// Bone in tissue: its vertices leave by the side of the tissue that faces
+/// them.
+fn straighten_rigid(
+    p: &Body,
+    (q, normals): (&Body, &[DVec3]),
+    report: &VertexReport,
+    smoothing: f64,
+    traversal: &mut Workspace,
+) -> Vec<NearVertex> {
+    let turn = |near: &NearVertex| -> Option<NearVertex> {
+        let normal = normals[near.vertex as usize];
+        if normal.dot(near.normal) < AGREES {
+            return Some(*near);
+        }
+        if near.gap >= 0.0 {
+            return None;
+        }
+        let position = p.positions()[near.vertex as usize];
+        let turned = project(q, near.vertex, position, -normal, traversal);
+        turned.filter(|near| near.gap > -FARTHEST * smoothing)
+    };
+    report.near.iter().filter_map(turn).collect()
+}
+
+/// For each vertex inside or near, which way leads out; 0 for others.
 fn directions(
     tissue: &Tissue,
     normals: &[DVec3],
     near: &[NearVertex],
+    memory: &mut Memory,
     smoothing: f64,
 ) -> Vec<DVec3> {
-    let inside: Vec<&NearVertex> = near.iter().filter(|near| near.gap < 0.0).collect();
-    let mut own = vec![DVec3::ZERO; normals.len()];
-    for near in &inside {
+    memory.resize(normals.len(), DVec3::ZERO);
+    let mut own = memory.clone();
+    let unknown =
+        |near: &&NearVertex| near.gap < 0.0 && memory[near.vertex as usize] == DVec3::ZERO;
+    for near in near.iter().filter(unknown) {
         let facing = (-normals[near.vertex as usize].dot(near.normal)).max(0.0);
         let trust = facing * (near.gap / (TRUSTED_DEPTH * smoothing)).exp();
         own[near.vertex as usize] = trust * near.normal;
     }
     let mut directions = own.clone();
-    let mut relax = |near: &&NearVertex| {
+    let mut relax = |near: &NearVertex| {
         let (mut sum, mut stiffness) = (DVec3::ZERO, 0.0);
         for &(next, k) in tissue.neighbours(near.vertex) {
             sum += k * directions[next as usize];
@@ -88,12 +128,19 @@ fn directions(
     };
     for sweep in 0..SWEEPS {
         if sweep % 2 == 0 {
-            inside.iter().for_each(&mut relax);
+            near.iter().for_each(&mut relax);
         } else {
-            inside.iter().rev().for_each(&mut relax);
+            near.iter().rev().for_each(&mut relax);
         }
     }
-    directions.into_iter().map(DVec3::normalize_or_zero).collect()
+    let directions: Vec<DVec3> = directions.into_iter().map(DVec3::normalize_or_zero).collect();
+    for near in near.iter().filter(|near| near.gap < 0.0) {
+        let known = &mut memory[near.vertex as usize];
+        if *known == DVec3::ZERO {
+            *known = directions[near.vertex as usize];
+        }
+    }
+    directions
 }
 
 /// The nearest point of a body's surface on a side of it, for a vertex inside.
@@ -114,16 +161,18 @@ fn project(
         }
         best.map_or(f64::INFINITY, |(least, _)| least)
     });
-    let (distance, face) = best?;
+    let (_, face) = best?;
     let corners = body.corners(face);
     let foot = closest_on_triangle(position, corners);
+    let way = (foot.point - position).normalize_or_zero();
+    let normal = if way.dot(side) > AGREES { way } else { unit_normal(corners) };
     Some(NearVertex {
         vertex,
-        gap: -distance,
+        gap: (position - foot.point).dot(normal),
         foot: foot.point,
         face,
         barycentric: foot.barycentric,
-        normal: (foot.point - position).try_normalize().unwrap_or_else(|| unit_normal(corners)),
+        normal,
     })
 }
 
