@@ -160,13 +160,16 @@ fn compare_batches(set: &QuerySet, limits: &Limits, table: &mut Table, name: &st
     table.row(&format!("{name}: batch, all [ns]"), found, None, ANY);
 }
 
+/// A query's time of contact, as some method answers it.
+type Method<'a> = &'a dyn Fn(&Query) -> Option<f64>;
+
 fn compare_answers(set: &QuerySet, limits: &Limits, table: &mut Table, name: &str) {
     let kind = set.kind;
     let ours = |query: &Query| certified(kind, query, &Params::DEFAULT);
     let exact = |query: &Query| certified(kind, query, &Params::EXACT);
     let peer = |query: &Query| del_geo(kind, query);
     let plain = |query: &Query| plain_cubic(kind, query);
-    let methods: [(&str, &dyn Fn(&Query) -> Option<f64>); 4] =
+    let methods: [(&str, Method<'_>); 4] =
         [("certified", &ours), ("exact", &exact), ("del-geo-core", &peer), ("plain cubic", &plain)];
     for (i, (method, answer)) in methods.into_iter().enumerate() {
         let answers = Answers::of(&set.queries, answer);
