@@ -118,7 +118,7 @@ fn check(arguments: &CheckArguments) -> Result<Outcome, Failure> {
     Ok(if overlaps { Outcome::Overlaps } else { Outcome::Clean })
 }
 
-fn document(
+pub(super) fn document(
     description: &Scene,
     bodies: Vec<BodyRecord>,
     scene: &musculo_collide::Scene,
@@ -133,6 +133,28 @@ fn document(
         pairs: reports.iter().map(|report| PairRecord::new(report, scene)).collect(),
         bodies,
     }
+}
+
+/// A report with pictures of everything and of each overlap.
+pub(super) fn page(
+    title: &str,
+    document: &Document,
+    scene: &musculo_collide::Scene,
+    reports: &[PairReport],
+) -> Result<String, Failure> {
+    let overlapping = overlapping(reports);
+    let gallery = Gallery::new(scene, reports, document.reach);
+    let progress = Progress::start("drawing", 3 + overlapping.len());
+    let overview = gallery.overview(|| progress.step());
+    let close_ups = gallery.close_ups(&overlapping, || progress.step());
+    Ok(html(title, document, &overview, &close_ups)?)
+}
+
+/// Pairs that overlap, the deepest first.
+fn overlapping(reports: &[PairReport]) -> Vec<&PairReport> {
+    let mut overlapping: Vec<&PairReport> = reports.iter().filter(|pair| pair.overlaps).collect();
+    overlapping.sort_by(|p, q| q.max_depth.total_cmp(&p.max_depth));
+    overlapping
 }
 
 /// All that outputs are made from.
@@ -176,9 +198,7 @@ impl Checked<'_> {
         if arguments.picture.is_none() && arguments.report.is_none() {
             return Ok(());
         }
-        let mut overlapping: Vec<&PairReport> =
-            self.reports.iter().filter(|pair| pair.overlaps).collect();
-        overlapping.sort_by(|p, q| q.max_depth.total_cmp(&p.max_depth));
+        let overlapping = overlapping(self.reports);
         let progress = Progress::start("drawing", 3 + overlapping.len());
         let gallery = Gallery::new(self.scene, self.reports, self.document.reach);
         let overview = gallery.overview(|| progress.step());

@@ -6,20 +6,21 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
-use musculo_collide::{BodyKind, Resolution, ResolveParams};
+use musculo_collide::{BodyKind, CheckParams, Resolution, ResolveParams};
 
+use super::check::{document, page};
 use super::{Failure, Outcome, in_threads};
 use crate::load::{build_scene, read_meshes};
 use crate::output::Outputs;
 use crate::progress::Progress;
-use crate::report::{displacement_vtp, ply, resolution_table};
+use crate::report::{BodyRecord, displacement_vtp, ply, resolution_table};
 use crate::scene::{Scene, Unit};
 
 /// Push bodies apart that overlap, and write where they then are
 ///
 /// Rigid bodies stay, soft ones yield, and share by mass what they overlap with
-/// each other. Writes every mesh as PLY, and the displacements of the soft ones
-/// as VTP. Tells what still overlaps at the end, and why.
+/// each other. Writes every mesh as PLY, the displacements of the soft ones as
+/// VTP, and reports from before and after. Tells what still overlaps at the end, and why.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -56,6 +57,10 @@ pub(crate) struct ResolveArguments {
     #[arg(long, value_name = "N", default_value_t = ResolveParams::MILLIMETRES.max_rounds)]
     rounds: u32,
 
+    /// Write no reports with pictures from before and after
+    #[arg(long)]
+    no_report: bool,
+
     /// Threads to use; the answer is the same for any number [default: one a processor]
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
@@ -68,14 +73,17 @@ pub(super) fn run(arguments: &ResolveArguments) -> Result<Outcome, Failure> {
 fn resolve(arguments: &ResolveArguments) -> Result<Outcome, Failure> {
     let mut description = Scene::from_inputs(&arguments.inputs)?;
     description.set_rigid(&arguments.fixed)?;
-    let (mut scene, _) = build_scene(&description, read_meshes(&description)?)?;
+    let (mut scene, bodies) = build_scene(&description, read_meshes(&description)?)?;
+    let before = arguments.page("before", &description, bodies.clone(), &mut scene)?;
     let start = Instant::now();
     let resolution = {
         let _progress = Progress::start("pushing apart", 1);
         scene.resolve(&arguments.params(description.unit))?
     };
     let seconds = start.elapsed().as_secs_f64();
-    let written = write(&arguments.out, &scene, &resolution)?;
+    let after = arguments.page("after", &description, bodies, &mut scene)?;
+    let pages = [before, after].into_iter().flatten().collect();
+    let written = write(&arguments.out, &scene, &resolution, pages)?;
 
     let mut text = resolution_table(&resolution, &scene, description.unit);
     text += &format!("wrote {} files to {}\n", written.len(), arguments.out.display());
@@ -85,7 +93,27 @@ fn resolve(arguments: &ResolveArguments) -> Result<Outcome, Failure> {
     Ok(if resolution.resolved { Outcome::Clean } else { Outcome::Overlaps })
 }
 
+/// The name of a file and what is to stand in it.
+type Page = (&'static str, String);
+
 impl ResolveArguments {
+    /// A report of the scene as it stands, unless there are to be none.
+    fn page(
+        &self,
+        when: &'static str,
+        description: &Scene,
+        bodies: Vec<BodyRecord>,
+        scene: &mut musculo_collide::Scene,
+    ) -> Result<Option<Page>, Failure> {
+        if self.no_report {
+            return Ok(None);
+        }
+        let reports = scene.check(&CheckParams { reach: description.reach })?;
+        let document = document(description, bodies, scene, &reports);
+        let title = format!("Contact {when} bodies were pushed apart");
+        Ok(Some((when, page(&title, &document, scene, &reports)?)))
+    }
+
     fn params(&self, unit: Unit) -> ResolveParams {
         let ResolveParams { tolerance, clearance, smoothing, .. } = ResolveParams::MILLIMETRES;
         let or = |given: Option<f64>, mm: f64| given.unwrap_or_else(|| unit.of_millimetres(mm));
@@ -98,14 +126,18 @@ impl ResolveArguments {
     }
 }
 
-/// Writes all meshes and displacements, or nothing; returns the paths.
+/// Writes all meshes, displacements and reports, or nothing; returns the paths.
 fn write(
     folder: &Path,
     scene: &musculo_collide::Scene,
     resolution: &Resolution,
+    pages: Vec<Page>,
 ) -> Result<Vec<PathBuf>, Failure> {
     let mut outputs = Outputs::default();
     outputs.folder(folder)?;
+    for (when, page) in pages {
+        outputs.stage(&folder.join(format!("{when}.html")), page.as_bytes())?;
+    }
     for (body, change) in scene.bodies().iter().zip(&resolution.bodies) {
         let (x, faces) = (body.positions(), body.surface().faces());
         let path = |extension: &str| folder.join(format!("{}.{extension}", body.name()));

@@ -25,7 +25,7 @@ pub(crate) struct Document {
 }
 
 /// One mesh as it was read.
-#[derive(Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub(crate) struct BodyRecord {
     pub(crate) name: String,
     pub(crate) file: String,
@@ -47,7 +47,7 @@ pub(crate) struct BodyRecord {
 }
 
 /// One kind of defect of a mesh.
-#[derive(Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub(crate) struct DefectRecord {
     pub(crate) defect: Defect,
     pub(crate) count: usize,

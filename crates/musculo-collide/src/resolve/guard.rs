@@ -1,32 +1,114 @@
-//! Keeps triangles from turning over.
+//! Keeps tissue in shape: no triangle turns over, no edge is torn, and no sheet
+//! is pressed through itself.
 
 use glam::DVec3;
-use surface::TriangleSurface;
+use kdop::Workspace;
+use surface::{Meeting, TriangleSurface, triangles_meet};
 
-use super::tissue::Tissue;
+use super::spread::balance;
+use super::tissue::{Strut, Tissue};
+use crate::scene::Body;
 
 /// Smallest cosine between a face's normal before and after: 0 would be a face
 /// that stands on its edge, from where rounding turns it over.
 const UPRIGHT: f64 = 0.2;
 
+/// Longest difference between the displacements of two ends of an edge, in
+/// lengths of the edge. Beyond 1 an edge may turn round; far below it, deep
+/// overlaps would drag more tissue along than they need to.
+const STRETCH: f64 = 0.8;
+
+/// Share of a sheet's thickness that must remain; at 0 its sides would meet.
+const THICKNESS: f64 = 0.35;
+
+/// Rings around crossing faces that are smoothed with them.
+const RINGS: usize = 2;
+
 /// Passes over faces that lean too far. Each halves what tells their corners
 /// from their surroundings.
 const PASSES: usize = 20;
 
-/// Smooths the displacement around faces that lean over, until none does.
-pub(super) fn unfold(surface: &TriangleSurface, tissue: &Tissue, x: &mut [DVec3]) {
-    let mut leaning = leaning(surface, tissue, x, UPRIGHT);
+/// Smooths the displacement of what leans over, is torn or pressed together,
+/// until nothing is. `looseness`, 1 or more, widens the limits on strain.
+pub(super) fn unfold(surface: &TriangleSurface, tissue: &Tissue, looseness: f64, x: &mut [DVec3]) {
     for _ in 0..PASSES {
-        if leaning.is_empty() {
+        let mut strained: Vec<u32> = leaning(surface, tissue, x, UPRIGHT)
+            .iter()
+            .flat_map(|&face| surface.faces()[face as usize])
+            .chain(torn(surface, tissue, x, STRETCH * looseness))
+            .chain(pressed(tissue, x, THICKNESS / looseness))
+            .collect();
+        if strained.is_empty() {
             return;
         }
-        let mut corners: Vec<u32> =
-            leaning.iter().flat_map(|&face| surface.faces()[face as usize]).collect();
+        strained.sort_unstable();
+        strained.dedup();
+        smooth(tissue, &strained, x);
+    }
+}
+
+/// Smooths the displacement around faces that cross others of the same body.
+pub(super) fn uncross(body: &Body, tissue: &Tissue, x: &mut [DVec3], traversal: &mut Workspace) {
+    let crossing = self_crossings(body, x, traversal);
+    let mut corners: Vec<u32> =
+        crossing.iter().flatten().flat_map(|&face| body.surface().faces()[face as usize]).collect();
+    for _ in 0..RINGS {
+        let ring: Vec<u32> = corners
+            .iter()
+            .flat_map(|&v| tissue.neighbours(v).iter().map(|&(next, _)| next))
+            .collect();
+        corners.extend(ring);
         corners.sort_unstable();
         corners.dedup();
-        smooth(tissue, &corners, x);
-        leaning = self::leaning(surface, tissue, x, UPRIGHT);
     }
+    for _ in 0..PASSES {
+        smooth(tissue, &corners, x);
+    }
+}
+
+/// Pairs of a body's own faces, without a common corner, that cross.
+pub(super) fn self_crossings(body: &Body, x: &[DVec3], traversal: &mut Workspace) -> Vec<[u32; 2]> {
+    let mut crossing = Vec::new();
+    let mut tree = body.tree().clone();
+    if tree.refit(x).is_ok() {
+        let corners = |face: u32| body.surface().faces()[face as usize].map(|v| x[v as usize]);
+        tree.self_pairs(0.0, traversal, |a, b| {
+            if triangles_meet(corners(a), corners(b)) == Meeting::Crossing {
+                crossing.push([a, b]);
+            }
+        });
+    }
+    crossing.sort_unstable();
+    crossing
+}
+
+/// Ends of edges that are stretched or turned too far.
+fn torn(surface: &TriangleSurface, tissue: &Tissue, x: &[DVec3], limit: f64) -> Vec<u32> {
+    let is_torn = |&&[p, q]: &&[u32; 2]| {
+        let [p, q] = [p, q].map(|v| v as usize);
+        let (before, after) = (tissue.rest[q] - tissue.rest[p], x[q] - x[p]);
+        before != after && (after - before).length() > limit * before.length()
+    };
+    surface.edges().iter().filter(is_torn).flatten().copied().collect()
+}
+
+/// Both sides of sheets that are pressed too thin.
+fn pressed(tissue: &Tissue, x: &[DVec3], limit: f64) -> Vec<u32> {
+    let across = |x: &[DVec3], v: u32, strut: &Strut| {
+        let corners = strut.corners.iter().zip(strut.weights);
+        corners.map(|(&corner, weight)| weight * x[corner as usize]).sum::<DVec3>() - x[v as usize]
+    };
+    let mut pressed = Vec::new();
+    for v in (0..).take(x.len()) {
+        if let Some(strut) = tissue.strut(v) {
+            let before = across(&tissue.rest, v, strut);
+            if across(x, v, strut).dot(before) < limit * before.length_squared() {
+                pressed.push(v);
+                pressed.extend(strut.corners);
+            }
+        }
+    }
+    pressed
 }
 
 /// How many faces are turned by a right angle and more.
@@ -52,14 +134,12 @@ fn leaning(surface: &TriangleSurface, tissue: &Tissue, x: &[DVec3], limit: f64) 
         .collect()
 }
 
-/// Takes each vertex halfway to the mean displacement of its neighbours.
+/// Takes each vertex halfway to the mean displacement of its neighbours and of
+/// the other side.
 fn smooth(tissue: &Tissue, vertices: &[u32], x: &mut [DVec3]) {
     for &vertex in vertices {
         let of = |v: u32| x[v as usize] - tissue.rest[v as usize];
-        let links = tissue.neighbours(vertex);
-        let stiffness: f64 = links.iter().map(|(_, k)| k).sum();
-        if stiffness > 0.0 {
-            let mean = links.iter().map(|&(v, k)| k * of(v)).sum::<DVec3>() / stiffness;
+        if let Some(mean) = balance(tissue, vertex, of, 0.0) {
             let u = 0.5 * (of(vertex) + mean);
             x[vertex as usize] = tissue.rest[vertex as usize] + u;
         }

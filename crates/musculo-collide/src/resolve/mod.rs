@@ -35,6 +35,9 @@ use crate::{BodyId, BodyKind, CheckParams, PairReport, Scene, SceneError, Vertex
 /// fewer rounds, but pass by the contacts that were found.
 const STEP: f64 = 0.25;
 
+/// Rounds without improvement after which the rest is given up.
+const PATIENCE: u32 = 12;
+
 /// Depth of vertices, in smoothing lengths, beyond which edges wait.
 const DEEP: f64 = 0.05;
 
@@ -79,6 +82,12 @@ struct Run<'a> {
     best: Option<(Round, Vec<DVec3>)>,
     /// Ways out, for both sides of each pair.
     memories: BTreeMap<(BodyId, BodyId), [Memory; 2]>,
+    /// Self-crossings of each body that pushes have made.
+    crossed: Vec<usize>,
+    /// Whether contacts from behind count for once, because nothing else helped.
+    lenient: bool,
+    /// Rounds since things last got better.
+    stalled: u32,
 }
 
 impl<'a> Run<'a> {
@@ -104,6 +113,9 @@ impl<'a> Run<'a> {
             rounds: Vec::new(),
             best: None,
             memories: BTreeMap::new(),
+            crossed: Vec::new(),
+            lenient: false,
+            stalled: 0,
         };
         run.record();
         Ok(run)
@@ -111,14 +123,17 @@ impl<'a> Run<'a> {
 
     fn goes_on(&self) -> bool {
         let last = self.rounds.last();
-        let clean = last.is_none_or(|round| round.overlapping_pairs == 0);
-        !clean && self.rounds.len() <= self.params.max_rounds as usize
+        let clean =
+            last.is_none_or(|round| round.overlapping_pairs == 0 && round.self_crossings == 0);
+        let stuck = self.stalled >= PATIENCE;
+        !clean && !stuck && self.rounds.len() <= self.params.max_rounds as usize
     }
 
     fn round(&mut self) -> Result<(), SceneError> {
         let mut u = self.push()?;
         self.spread(&mut u);
         self.move_by(&u)?;
+        self.lenient = self.stalled % 4 == 3;
         self.now = self.scene.check(&self.near)?;
         self.edges = edge_contacts(self.scene, &self.now);
         self.record();
@@ -148,7 +163,8 @@ impl<'a> Run<'a> {
     /// All contacts, pair by pair. Edges wait where vertices are deep: they
     /// come free with them, and until then say little.
     fn contacts(&mut self) -> Vec<Contact> {
-        let Self { scene, params, tissues, now, edges, memories, .. } = self;
+        let Self { scene, params, tissues, now, edges, memories, lenient, .. } = self;
+        let lenient = *lenient;
         let (scene, tissues) = (&**scene, &*tissues);
         let of_body = |body: &Body| contacts::vertex_normals(body.surface(), body.positions());
         let normals = parallel::map_with(scene.bodies(), || (), |(), body| of_body(body));
@@ -169,6 +185,9 @@ impl<'a> Run<'a> {
             })
             .collect();
         let contacts = parallel::map_mut(&mut pairs, |(pair, edges, [of_a, of_b])| {
+            if lenient {
+                return pair.contacts(scene).into_iter().chain(edges.iter().copied()).collect();
+            }
             let straight = PairReport {
                 a_against_b: side([pair.a, pair.b], &pair.a_against_b, of_a),
                 b_against_a: side([pair.b, pair.a], &pair.b_against_a, of_b),
@@ -207,28 +226,59 @@ impl<'a> Run<'a> {
     }
 
     fn move_by(&mut self, u: &[DVec3]) -> Result<(), SceneError> {
-        for (id, tissue) in self.scene.ids().zip(&self.tissues) {
-            let body = self.scene.body(id);
-            if body.kind() == BodyKind::Rigid {
-                continue;
-            }
+        let looseness = looseness(self.rounds.len());
+        let (scene, now, crossed) = (&*self.scene, &self.now, &self.crossed);
+        let soft: Vec<_> = scene
+            .ids()
+            .zip(&self.tissues)
+            .filter(|&(id, _)| scene.body(id).kind() != BodyKind::Rigid)
+            .collect();
+        let moved = parallel::map_with(&soft, Workspace::default, |traversal, &(id, tissue)| {
+            let body = scene.body(id);
             let particles = body.particles();
             let part = &u[particles.start as usize..particles.end as usize];
             let mut x: Vec<DVec3> =
                 body.positions().iter().zip(part).map(|(&x, &u)| x + u).collect();
-            guard::unfold(body.surface(), tissue, &mut x);
-            volume::restore(body, tissue, &mut x, &self.now, id);
-            self.scene.move_body(id, &x)?;
-        }
-        Ok(())
+            guard::unfold(body.surface(), tissue, looseness, &mut x);
+            if crossed.get(id.index()).is_some_and(|&count| count > 0) {
+                guard::uncross(body, tissue, &mut x, traversal);
+            }
+            volume::restore(body, tissue, &mut x, now, id);
+            (id, x)
+        });
+        moved.into_iter().try_for_each(|(id, x)| self.scene.move_body(id, &x))
     }
 
     fn record(&mut self) {
-        let round = Round::new(&self.now, &self.edges, &self.before);
+        let mut round = Round::new(&self.now, &self.edges, &self.before);
+        let settled = round.max_depth <= self.params.tolerance && round.new_pairs == 0;
+        if settled && !self.rounds.is_empty() {
+            self.find_self_crossings();
+            round.self_crossings = self.crossed.iter().sum();
+        }
         self.rounds.push(round);
         if self.best.as_ref().is_none_or(|(best, _)| round.is_better_than(best)) {
             self.best = Some((round, self.scene.particle_positions()));
+            self.stalled = 0;
+        } else {
+            self.stalled += 1;
         }
+    }
+
+    /// Counts for each body how many more of its own faces cross than at first.
+    fn find_self_crossings(&mut self) {
+        let bodies: Vec<_> = self.scene.bodies().iter().zip(&self.tissues).collect();
+        self.crossed =
+            parallel::map_with(&bodies, Workspace::default, |traversal, (body, tissue)| {
+                if body.positions() == tissue.rest {
+                    return 0;
+                }
+                let count = |x: &[DVec3], traversal: &mut _| {
+                    guard::self_crossings(body, x, traversal).len()
+                };
+                let now = count(body.positions(), traversal);
+                if now == 0 { 0 } else { now.saturating_sub(count(&tissue.rest, traversal)) }
+            });
     }
 
     /// Goes back to the best round, where later ones were worse.
@@ -246,6 +296,13 @@ impl<'a> Run<'a> {
         let Self { scene, params, tissues, before, now, edges, rounds, .. } = self;
         Ok(Resolution::new(scene, &params, &tissues, before, (now, &edges), rounds))
     }
+}
+
+/// How far the limits on strain are widened: tissue gives way by and by where
+/// a dozen rounds have found no gentler way.
+fn looseness(rounds: usize) -> f64 {
+    let over = u32::try_from(rounds.saturating_sub(12)).unwrap_or(u32::MAX);
+    (1.0 + 0.1 * f64::from(over)).min(3.0)
 }
 
 fn edge_contacts(scene: &Scene, pairs: &[PairReport]) -> Vec<Vec<Contact>> {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use kdop::Workspace;
-use surface::{Contact, Meeting, triangles_meet};
+use surface::Contact;
 
 use super::tissue::{Tissue, volume};
 use super::{ResolveParams, guard};
@@ -21,6 +21,9 @@ pub struct Round {
     pub max_depth: f64,
     /// Pairs that overlapped and did not at first.
     pub new_pairs: usize,
+    /// Pairs of faces of one body that crossed though they did not at first;
+    /// looked for only once bodies are apart.
+    pub self_crossings: usize,
 }
 
 /// What became of one body.
@@ -101,6 +104,7 @@ impl Round {
             crossing_faces: overlapping().map(|(pair, _)| pair.crossing_faces.len()).sum(),
             max_depth: overlapping().map(|(pair, edges)| depth(pair, edges)).fold(0.0, f64::max),
             new_pairs: overlapping().filter(|(pair, _)| !overlapped(pair, before)).count(),
+            self_crossings: 0,
         }
     }
 
@@ -108,7 +112,10 @@ impl Round {
     pub(super) fn is_better_than(&self, other: &Self) -> bool {
         let badness = |round: &Self| {
             let pairs = round.overlapping_pairs + 2 * round.new_pairs;
-            round.max_depth * f64::from(u32::try_from(pairs).unwrap_or(u32::MAX))
+            // A body that crosses itself counts as a pair a tenth of a step deep.
+            let crossings = round.crossing_faces + 10 * round.self_crossings;
+            let count = |n: usize| f64::from(u32::try_from(n).unwrap_or(u32::MAX));
+            round.max_depth * count(pairs) + 1e-3 * count(crossings)
         };
         badness(self) < badness(other)
     }
@@ -162,7 +169,8 @@ impl BodyChange {
         let displacements: Vec<DVec3> =
             x.iter().zip(&tissue.rest).map(|(x, rest)| *x - *rest).collect();
         let moved = displacements.iter().filter(|u| **u != DVec3::ZERO).count();
-        let crossings = [&tissue.rest[..], x].map(|x| self_crossings(body, x, traversal));
+        let crossings =
+            [&tissue.rest[..], x].map(|x| guard::self_crossings(body, x, traversal).len());
         Self {
             body: id,
             moved,
@@ -176,20 +184,6 @@ impl BodyChange {
             displacements,
         }
     }
-}
-
-/// Pairs of a body's own faces, without a common corner, that cross.
-fn self_crossings(body: &Body, x: &[DVec3], traversal: &mut Workspace) -> usize {
-    let mut tree = body.tree().clone();
-    if tree.refit(x).is_err() {
-        return 0;
-    }
-    let corners = |face: u32| body.surface().faces()[face as usize].map(|v| x[v as usize]);
-    let mut count = 0;
-    tree.self_pairs(0.0, traversal, |a, b| {
-        count += usize::from(triangles_meet(corners(a), corners(b)) == Meeting::Crossing);
-    });
-    count
 }
 
 /// How deep a pair's bodies are in each other, by vertices or by edges.

@@ -60,7 +60,8 @@ pub(super) fn straighten(
             (true, false) => Some(*near),
             (true, true) => {
                 let position = p.positions()[near.vertex as usize];
-                Some(project(q, near.vertex, position, direction, traversal).unwrap_or(*near))
+                let turned = project(q, near.vertex, position, direction, traversal);
+                Some(turned.filter(|turned| turned.gap < 0.0).unwrap_or(*near))
             }
             (false, _) => (!astray && !behind).then_some(*near),
         }
@@ -87,7 +88,7 @@ fn straighten_rigid(
         }
         let position = p.positions()[near.vertex as usize];
         let turned = project(q, near.vertex, position, -normal, traversal);
-        turned.filter(|near| near.gap > -FARTHEST * smoothing)
+        turned.filter(|near| near.gap < 0.0 && near.gap > -FARTHEST * smoothing)
     };
     report.near.iter().filter_map(turn).collect()
 }

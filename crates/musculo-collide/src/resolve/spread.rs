@@ -42,7 +42,11 @@ pub(super) fn spread(
     free.sort_unstable();
     let foundation = (smoothing * smoothing).recip();
     for sweep in 0..SWEEPS {
-        let relax = |&v: &u32| pushes[v as usize] = balance(tissue, v, pushes, foundation);
+        let relax = |&v: &u32| {
+            if let Some(u) = balance(tissue, v, |next| pushes[next as usize], foundation) {
+                pushes[v as usize] = u;
+            }
+        };
         if sweep % 2 == 0 {
             free.iter().for_each(relax);
         } else {
@@ -86,18 +90,24 @@ fn around(
     free
 }
 
-/// Where a vertex comes to rest between its neighbours.
-fn balance(tissue: &Tissue, vertex: u32, u: &[DVec3], foundation: f64) -> DVec3 {
+/// Where a vertex comes to rest between its neighbours and the other side, which
+/// are displaced by `u`; `None` where nothing holds it.
+pub(super) fn balance(
+    tissue: &Tissue,
+    vertex: u32,
+    u: impl Fn(u32) -> DVec3,
+    foundation: f64,
+) -> Option<DVec3> {
     let (mut sum, mut stiffness) = (DVec3::ZERO, foundation);
     for &(next, k) in tissue.neighbours(vertex) {
-        sum += k * u[next as usize];
+        sum += k * u(next);
         stiffness += k;
     }
     if let Some(strut) = tissue.strut(vertex) {
         let across = strut.corners.iter().zip(strut.weights);
-        let across: DVec3 = across.map(|(&corner, weight)| weight * u[corner as usize]).sum();
+        let across: DVec3 = across.map(|(&corner, weight)| weight * u(corner)).sum();
         sum += strut.stiffness * across;
         stiffness += strut.stiffness;
     }
-    sum / stiffness
+    (stiffness > 0.0).then(|| sum / stiffness)
 }

@@ -1,0 +1,115 @@
+//! Planted overlaps are pushed apart, and nothing else is touched.
+
+use fixtures::{shapes, thigh::thigh};
+use musculo_collide::glam::DVec3;
+use musculo_collide::{
+    BodyKind, CheckParams, Obstacle, Resolution, ResolveParams, Scene, SceneError,
+};
+
+fn planted() -> Scene {
+    let mut scene = Scene::new();
+    for body in thigh().bodies {
+        let kind = if body.kind == "rigid" { BodyKind::Rigid } else { BodyKind::Deformable };
+        let surface = body.mesh.surface();
+        scene.add(body.name, kind, surface, body.mesh.positions).expect("a body of the scene");
+    }
+    scene
+}
+
+fn resolve(scene: &mut Scene) -> Resolution {
+    scene.resolve(&ResolveParams::MILLIMETRES).expect("a resolution")
+}
+
+#[test]
+fn planted_overlaps_vanish() {
+    let mut scene = planted();
+    let before = scene.bodies().iter().map(|body| body.positions().to_vec()).collect::<Vec<_>>();
+    let resolution = resolve(&mut scene);
+    assert!(resolution.before.iter().filter(|pair| pair.overlaps).count() >= 5);
+    assert!(resolution.resolved, "{:?}", resolution.remaining);
+
+    // Looked at anew, not as the resolution tells.
+    let after = scene.check(&CheckParams { reach: 0.0 }).expect("a check");
+    let left: Vec<_> = after.iter().filter(|pair| pair.overlaps).collect();
+    let allowed = ResolveParams::MILLIMETRES.tolerance;
+    assert!(left.iter().all(|pair| pair.max_depth <= allowed), "{left:?}");
+
+    for ((body, change), before) in scene.bodies().iter().zip(&resolution.bodies).zip(&before) {
+        let moved = body.positions().iter().zip(before).filter(|(x, y)| x != y).count();
+        assert_eq!(moved, change.moved, "{}", body.name());
+        assert_eq!(change.flipped_faces, 0, "{}", body.name());
+        assert_eq!(change.self_crossings, [0, 0], "{}", body.name());
+        let ratio = change.volume_ratio.expect("closed bodies");
+        assert!((ratio - 1.0).abs() < 0.01, "{}: volume times {ratio}", body.name());
+        if body.kind() == BodyKind::Rigid {
+            assert_eq!(moved, 0, "{} is rigid", body.name());
+        }
+    }
+}
+
+#[test]
+fn what_no_push_comes_near_keeps_its_bits() {
+    let mut scene = planted();
+    let far: Vec<(usize, usize, DVec3)> = scene
+        .bodies()
+        .iter()
+        .enumerate()
+        .flat_map(|(b, body)| body.positions().iter().enumerate().map(move |(v, &x)| (b, v, x)))
+        .filter(|(_, _, x)| x.z.abs() > 80.0)
+        .collect();
+    assert!(far.len() > 500, "{} vertices far from all overlaps", far.len());
+    let resolution = resolve(&mut scene);
+    assert!(resolution.bodies.iter().any(|change| change.moved > 0));
+    for (b, v, x) in far {
+        assert_eq!(
+            scene.bodies()[b].positions()[v].to_array().map(f64::to_bits),
+            x.to_array().map(f64::to_bits)
+        );
+    }
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| {
+            let mut scene = planted();
+            resolve(&mut scene);
+            scene.particle_positions()
+        })
+    };
+    let one = run(1);
+    for threads in [2, 7] {
+        let other = run(threads);
+        let same = one
+            .iter()
+            .zip(&other)
+            .all(|(p, q)| p.to_array().map(f64::to_bits) == q.to_array().map(f64::to_bits));
+        assert!(same, "{threads} threads");
+    }
+}
+
+#[test]
+fn rigid_bodies_stay_and_are_named() {
+    let cube = shapes::cube(10.0);
+    let mut scene = Scene::new();
+    for (name, shift) in [("a", 0.0), ("b", 9.0)] {
+        let mesh = cube.clone().translated(DVec3::new(shift, 0.5, 0.25));
+        scene.add(name, BodyKind::Rigid, mesh.surface(), mesh.positions).expect("a cube");
+    }
+    let before = scene.particle_positions();
+    let resolution = resolve(&mut scene);
+    assert!(!resolution.resolved);
+    assert_eq!(resolution.remaining[0].obstacle, Obstacle::BothRigid);
+    assert_eq!(scene.particle_positions(), before);
+}
+
+#[test]
+fn parameters_out_of_range_are_named() {
+    let mut scene = planted();
+    let params = ResolveParams { smoothing: -1.0, ..ResolveParams::MILLIMETRES };
+    let error = SceneError::Resolve { name: "smoothing", value: -1.0 };
+    assert_eq!(scene.resolve(&params), Err(error));
+    let params = ResolveParams { clearance: f64::NAN, ..ResolveParams::MILLIMETRES };
+    assert!(matches!(scene.resolve(&params), Err(SceneError::Resolve { name: "clearance", .. })));
+}
