@@ -96,6 +96,15 @@ fn a_capsule_is_a_cone() {
     }
 }
 
+/// The two sides of the belly close into one sheet: a disc of N balls has about
+/// 2 N slabs less those at its rim, two layers of it would have 2 N − 4.
+#[test]
+fn the_sheet_is_one() {
+    let made = made(&shapes::muscle(), &Params::balls(60)).unwrap();
+    let slabs = made.medial.slabs().len();
+    assert!((60..105).contains(&slabs), "{slabs} slabs");
+}
+
 #[test]
 fn a_tolerance_is_met_or_said_to_be_out_of_reach() {
     let mesh = shapes::muscle();

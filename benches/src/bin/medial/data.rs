@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use benches::ratio::amount;
 use glam::DVec3;
 use surface::TriangleSurface;
 
@@ -9,6 +10,17 @@ use surface::TriangleSurface;
 pub(crate) struct Body {
     pub(crate) surface: TriangleSurface,
     pub(crate) x: Vec<DVec3>,
+}
+
+impl Body {
+    /// Mean of the vertices.
+    pub(crate) fn middle(&self) -> DVec3 {
+        self.x.iter().sum::<DVec3>() / amount(self.x.len())
+    }
+
+    pub(crate) fn corners(&self, face: u32) -> [DVec3; 3] {
+        self.surface.faces()[face as usize].map(|vertex| self.x[vertex as usize])
+    }
 }
 
 /// The folder of the bodies, if the environment names one.
