@@ -44,7 +44,7 @@ const LEAST_GAIN: f64 = 2e-3;
 const SAMPLES_PER_BALL: usize = 60;
 
 /// Samples that are always taken, if the surface has them.
-const LEAST_SAMPLES: usize = 10_000;
+const LEAST_SAMPLES: usize = 5_000;
 
 /// Subdivisions of a primitive's sides for its own points: 15 a slab.
 const DIVISIONS: u32 = 4;
