@@ -93,8 +93,8 @@ fn any_number_of_threads_gives_the_same_bits() {
 fn rigid_bodies_stay_and_are_named() {
     let cube = shapes::cube(10.0);
     let mut scene = Scene::new();
-    for (name, shift) in [("a", 0.0), ("b", 9.0)] {
-        let mesh = cube.clone().translated(DVec3::new(shift, 0.5, 0.25));
+    for (name, shift) in [("a", DVec3::ZERO), ("b", DVec3::new(9.0, 0.5, 0.25))] {
+        let mesh = cube.clone().translated(shift);
         scene.add(name, BodyKind::Rigid, mesh.surface(), mesh.positions).expect("a cube");
     }
     let before = scene.particle_positions();

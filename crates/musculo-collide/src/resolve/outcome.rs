@@ -67,7 +67,8 @@ pub struct Remaining {
     pub a: BodyId,
     /// The second body.
     pub b: BodyId,
-    /// How deep, by vertices or by edges.
+    /// How deep, by vertices or by edges; 0 where only edges cross, too steeply
+    /// for a depth to be told.
     pub depth: f64,
     /// Pairs of faces that cross.
     pub crossing_faces: usize,
@@ -137,7 +138,9 @@ impl Resolution {
             .map(|(pair, edges)| Remaining::new(scene, pair, edges, &before))
             .collect();
         remaining.sort_by(|p, q| q.depth.total_cmp(&p.depth));
-        let fine = |pair: &Remaining| pair.depth <= params.tolerance && pair.at_first;
+        // Edges that cross too steeply for a depth to be told are not within any tolerance.
+        let told = |pair: &Remaining| pair.depth > 0.0;
+        let fine = |pair: &Remaining| told(pair) && pair.depth <= params.tolerance && pair.at_first;
         let resolved = remaining.iter().all(fine);
         let bodies: Vec<_> = scene.ids().zip(tissues).collect();
         let bodies = parallel::map_with(&bodies, Workspace::default, |traversal, &(id, tissue)| {

@@ -1,0 +1,114 @@
+//! Scenes that are pushed apart: what is written is apart, looked at anew.
+
+mod support;
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+use std::time::Instant;
+
+use support::{Workshop, tetrahedron};
+
+fn program(arguments: &[String]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_musculo-collide"))
+        .args(arguments)
+        .output()
+        .expect("the program runs")
+}
+
+fn strings(paths: impl IntoIterator<Item = PathBuf>) -> Vec<String> {
+    paths.into_iter().map(|path| path.to_string_lossy().into_owned()).collect()
+}
+
+#[test]
+fn what_is_written_is_apart() {
+    let workshop = Workshop::new();
+    workshop.write("bone.obj", tetrahedron(0.0, 10.0));
+    workshop.write("muscle.obj", tetrahedron(9.0, 10.0));
+    let at = |name: &str| workshop.path(name);
+    let mut arguments = strings([at("bone.obj"), at("muscle.obj")]);
+    let overlapping = program(&[vec!["check".to_owned()], arguments.clone()].concat());
+    assert_eq!(overlapping.status.code(), Some(1), "they overlap at first");
+
+    arguments.insert(0, "resolve".to_owned());
+    arguments.extend(["--fixed", "bone", "--out"].map(str::to_owned));
+    arguments.extend(strings([at("apart")]));
+    let run = program(&arguments);
+    let text = String::from_utf8_lossy(&run.stdout).into_owned();
+    assert_eq!(run.status.code(), Some(0), "{text}");
+    assert!(text.contains("Nothing overlaps any more."), "{text}");
+
+    let mut again = vec!["check".to_owned()];
+    again.extend(strings([at("apart/bone.ply"), at("apart/muscle.ply")]));
+    assert_eq!(program(&again).status.code(), Some(0), "nothing overlaps in the files");
+    let map = workshop.read("apart/muscle.vtp");
+    assert!(map.contains("Scalars=\"displacement_length\""), "the map is coloured by length");
+    for page in ["apart/before.html", "apart/after.html"] {
+        assert!(workshop.read(page).ends_with("</html>\n"), "{page}");
+    }
+}
+
+#[test]
+fn bad_lengths_are_named() {
+    let workshop = Workshop::new();
+    workshop.write("a.obj", tetrahedron(0.0, 1.0));
+    let mut arguments = vec!["resolve".to_owned()];
+    arguments.extend(strings([workshop.path("a.obj")]));
+    arguments.extend(["--smooth", "0", "--out"].map(str::to_owned));
+    arguments.extend(strings([workshop.path("out")]));
+    let run = program(&arguments);
+    let problem = String::from_utf8_lossy(&run.stderr).into_owned();
+    assert_eq!(run.status.code(), Some(2));
+    assert!(problem.contains("the smoothing is 0, but must be finite and above 0"), "{problem}");
+    assert_eq!(workshop.listing(), ["a.obj"]);
+}
+
+/// Pushes a set of real meshes apart, and checks what was written with the
+/// program itself; bones are told by their names.
+#[expect(clippy::print_stdout, reason = "a skipped test says so, a measured one what it saw")]
+fn comes_apart(set: &str) {
+    let Some(data) = std::env::var_os("MUSCULO_DATA") else {
+        println!("skipped: MUSCULO_DATA names no folder of anatomy");
+        return;
+    };
+    let folder = PathBuf::from(data).join("anatomy").join(set);
+    let entries = fs::read_dir(folder).expect("a folder of meshes");
+    let mut meshes = strings(entries.map(|entry| entry.expect("an entry").path()));
+    meshes.sort();
+    let workshop = Workshop::new();
+    let mut arguments = vec!["resolve".to_owned(), "--no-report".to_owned()];
+    for bone in ["femur", "patella", "pelvis", "tibia"] {
+        arguments.extend(["--fixed".to_owned(), format!("bone_{bone}")]);
+    }
+    arguments.push("--out".to_owned());
+    arguments.extend(strings([workshop.path("apart")]));
+    arguments.extend(meshes);
+    let start = Instant::now();
+    let run = program(&arguments);
+    let text = String::from_utf8_lossy(&run.stdout).into_owned();
+    assert_eq!(run.status.code(), Some(0), "{text}");
+    println!("measured: {set}: pushed apart [s] | {:.1}", start.elapsed().as_secs_f64());
+
+    let entries = fs::read_dir(workshop.path("apart")).expect("a folder");
+    let written = entries.map(|entry| entry.expect("an entry").path());
+    let mut written = strings(
+        written.filter(|path| path.extension().is_some_and(|extension| extension == "ply")),
+    );
+    written.sort();
+    assert_eq!(written.len(), 25);
+    written.insert(0, "check".to_owned());
+    let check = program(&written);
+    let text = String::from_utf8_lossy(&check.stdout).into_owned();
+    assert_eq!(check.status.code(), Some(0), "no faces cross in the files: {text}");
+}
+
+#[test]
+fn decimated_thigh() {
+    comes_apart("vhf_left_thigh_lo");
+}
+
+#[test]
+#[ignore = "takes minutes without optimisation: cargo test --release -- --ignored"]
+fn thigh() {
+    comes_apart("vhf_left_thigh");
+}
