@@ -4,16 +4,17 @@ mod support;
 
 use std::fs;
 use std::path::PathBuf;
-use std::process::{Command, Output};
 use std::time::Instant;
 
-use support::{Workshop, tetrahedron};
+use support::{Run, Workshop, tetrahedron};
 
-fn program(arguments: &[String]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_musculo-collide"))
-        .args(arguments)
-        .output()
-        .expect("the program runs")
+fn program(workshop: &Workshop, arguments: &[String]) -> Run {
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match &arguments[..] {
+        ["check", meshes @ ..] => workshop.check(meshes),
+        [command, rest @ ..] => workshop.run(command, rest),
+        [] => unreachable!("a command comes first"),
+    }
 }
 
 fn strings(paths: impl IntoIterator<Item = PathBuf>) -> Vec<String> {
@@ -27,20 +28,20 @@ fn what_is_written_is_apart() {
     workshop.write("muscle.obj", tetrahedron(9.0, 10.0));
     let at = |name: &str| workshop.path(name);
     let mut arguments = strings([at("bone.obj"), at("muscle.obj")]);
-    let overlapping = program(&[vec!["check".to_owned()], arguments.clone()].concat());
-    assert_eq!(overlapping.status.code(), Some(1), "they overlap at first");
+    let overlapping = program(&workshop, &[vec!["check".to_owned()], arguments.clone()].concat());
+    assert_eq!(overlapping.status, 1, "they overlap at first");
 
     arguments.insert(0, "resolve".to_owned());
     arguments.extend(["--fixed", "bone", "--out"].map(str::to_owned));
     arguments.extend(strings([at("apart")]));
-    let run = program(&arguments);
-    let text = String::from_utf8_lossy(&run.stdout).into_owned();
-    assert_eq!(run.status.code(), Some(0), "{text}");
+    let run = program(&workshop, &arguments);
+    let text = &run.stdout;
+    assert_eq!(run.status, 0, "{text}");
     assert!(text.contains("Nothing overlaps any more."), "{text}");
 
     let mut again = vec!["check".to_owned()];
     again.extend(strings([at("apart/bone.ply"), at("apart/muscle.ply")]));
-    assert_eq!(program(&again).status.code(), Some(0), "nothing overlaps in the files");
+    assert_eq!(program(&workshop, &again).status, 0, "nothing overlaps in the files");
     let map = workshop.read("apart/muscle.vtp");
     assert!(map.contains("Scalars=\"displacement_length\""), "the map is coloured by length");
     for page in ["apart/before.html", "apart/after.html"] {
@@ -56,9 +57,9 @@ fn bad_lengths_are_named() {
     arguments.extend(strings([workshop.path("a.obj")]));
     arguments.extend(["--smooth", "0", "--out"].map(str::to_owned));
     arguments.extend(strings([workshop.path("out")]));
-    let run = program(&arguments);
-    let problem = String::from_utf8_lossy(&run.stderr).into_owned();
-    assert_eq!(run.status.code(), Some(2));
+    let run = program(&workshop, &arguments);
+    let problem = &run.stderr;
+    assert_eq!(run.status, 2);
     assert!(problem.contains("the smoothing is 0, but must be finite and above 0"), "{problem}");
     assert_eq!(workshop.listing(), ["a.obj"]);
 }
@@ -84,9 +85,9 @@ fn comes_apart(set: &str) {
     arguments.extend(strings([workshop.path("apart")]));
     arguments.extend(meshes);
     let start = Instant::now();
-    let run = program(&arguments);
-    let text = String::from_utf8_lossy(&run.stdout).into_owned();
-    assert_eq!(run.status.code(), Some(0), "{text}");
+    let run = program(&workshop, &arguments);
+    let text = &run.stdout;
+    assert_eq!(run.status, 0, "{text}");
     println!("measured: {set}: pushed apart [s] | {:.1}", start.elapsed().as_secs_f64());
 
     let entries = fs::read_dir(workshop.path("apart")).expect("a folder");
@@ -97,9 +98,9 @@ fn comes_apart(set: &str) {
     written.sort();
     assert_eq!(written.len(), 25);
     written.insert(0, "check".to_owned());
-    let check = program(&written);
-    let text = String::from_utf8_lossy(&check.stdout).into_owned();
-    assert_eq!(check.status.code(), Some(0), "no faces cross in the files: {text}");
+    let check = program(&workshop, &written);
+    let text = &check.stdout;
+    assert_eq!(check.status, 0, "no faces cross in the files: {text}");
 }
 
 #[test]
