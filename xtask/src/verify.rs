@@ -12,8 +12,19 @@ use crate::table::{Row, Table, Verdict};
 use crate::test_output::TestOutput;
 use crate::{TaskResult, ratios, tidy};
 
-const TESTS: [&str; 7] =
-    ["test", "--workspace", "--all-features", "--locked", "--no-fail-fast", "--", "--show-output"];
+/// All but those of `benches`, whose peers take longer to build than all else;
+/// its programs are run for their figures.
+const TESTS: [&str; 9] = [
+    "test",
+    "--workspace",
+    "--exclude",
+    "benches",
+    "--all-features",
+    "--locked",
+    "--no-fail-fast",
+    "--",
+    "--show-output",
+];
 
 pub(crate) fn run(root: &Path) -> TaskResult {
     let (tests, tests_ran) = run_tests(root)?;
