@@ -14,6 +14,7 @@ mod progress;
 mod read;
 mod report;
 mod scene;
+mod volume;
 
 use std::io::Write;
 use std::process::ExitCode;

@@ -47,7 +47,7 @@ mod scene;
 mod sweep;
 mod unseen;
 
-pub use {ccd, glam, kdop, response, surface};
+pub use {ccd, distance_field, glam, kdop, response, surface};
 
 pub use crate::check::CheckParams;
 pub use crate::error::{NoInside, SceneError};

@@ -1,6 +1,7 @@
 //! The subcommands, one module each.
 
 mod check;
+mod field;
 mod motion;
 mod resolve;
 
@@ -16,6 +17,7 @@ use crate::scene::SceneError;
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     Check(check::CheckArguments),
+    Field(field::FieldArguments),
     Motion(motion::MotionArguments),
     Resolve(resolve::ResolveArguments),
 }
@@ -35,6 +37,7 @@ impl Command {
     pub(crate) fn run(&self) -> Result<Outcome, Failure> {
         match self {
             Self::Check(arguments) => check::run(arguments),
+            Self::Field(arguments) => field::run(arguments),
             Self::Motion(arguments) => motion::run(arguments),
             Self::Resolve(arguments) => resolve::run(arguments),
         }

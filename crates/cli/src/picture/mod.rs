@@ -17,6 +17,7 @@ mod image;
 mod layer;
 mod normals;
 mod number;
+mod slice;
 
 use glam::DVec3;
 
@@ -25,6 +26,7 @@ pub(crate) use self::colour::{Colour, viridis};
 use self::compose::Layers;
 pub(crate) use self::image::Image;
 pub(crate) use self::normals::vertex_normals;
+pub(crate) use self::slice::slices;
 
 /// How a body is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

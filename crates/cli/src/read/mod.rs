@@ -24,13 +24,15 @@ use rayon::prelude::*;
 
 pub(crate) use self::error::MeshError;
 pub(crate) use self::mesh::Mesh;
+pub(crate) use self::vtk_array::{Array, Conventions};
+pub(crate) use self::vtp::{attribute, cut_appended, text_of};
 
 /// Reads every file, in parallel; the results stand in the order of the paths.
 pub(crate) fn meshes(paths: &[PathBuf]) -> Vec<Result<Mesh, MeshError>> {
     paths.par_iter().map(|path| mesh(path)).collect()
 }
 
-fn mesh(path: &Path) -> Result<Mesh, MeshError> {
+pub(crate) fn mesh(path: &Path) -> Result<Mesh, MeshError> {
     let bytes = std::fs::read(path).map_err(|error| MeshError::Unreadable(error.to_string()))?;
     parse(&bytes, path)
 }

@@ -20,7 +20,7 @@ use super::vtp::{malformed, unsupported};
 
 /// What holds for every array of a file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Conventions {
+pub(crate) struct Conventions {
     big_endian: bool,
     /// Whether headers hold 64-bit integers rather than 32-bit ones.
     wide_header: bool,
@@ -30,24 +30,24 @@ pub(super) struct Conventions {
 
 /// The data behind the XML, to which arrays point by offset.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Appended<'a> {
+pub(crate) enum Appended<'a> {
     Raw(&'a [u8]),
     Base64(&'a [u8]),
 }
 
 /// One array as declared, with its text where the data stand inline.
 #[derive(Debug)]
-pub(super) struct Array {
-    pub(super) name: String,
-    pub(super) number_type: String,
-    pub(super) format: String,
-    pub(super) offset: Option<usize>,
-    pub(super) text: Vec<u8>,
+pub(crate) struct Array {
+    pub(crate) name: String,
+    pub(crate) number_type: String,
+    pub(crate) format: String,
+    pub(crate) offset: Option<usize>,
+    pub(crate) text: Vec<u8>,
 }
 
 impl Conventions {
     /// From the attributes of the tag `VTKFile`, with VTK's defaults.
-    pub(super) fn new(
+    pub(crate) fn new(
         byte_order: Option<&str>,
         header_type: Option<&str>,
         compressor: Option<String>,
@@ -66,7 +66,7 @@ impl Conventions {
 
 impl Array {
     /// The numbers of an array of coordinates.
-    pub(super) fn floats(
+    pub(crate) fn floats(
         &self,
         conventions: &Conventions,
         appended: Option<Appended<'_>>,

@@ -28,7 +28,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, MeshError> {
 const APPENDED: &[u8] = b"<AppendedData";
 
 /// Splits the file at its appended data, which follow an underscore.
-fn cut_appended(bytes: &[u8]) -> Result<(&[u8], Option<Appended<'_>>), MeshError> {
+pub(crate) fn cut_appended(bytes: &[u8]) -> Result<(&[u8], Option<Appended<'_>>), MeshError> {
     let Some(at) = bytes.windows(APPENDED.len()).position(|window| window == APPENDED) else {
         return Ok((bytes, None));
     };
@@ -175,7 +175,7 @@ impl Document {
 }
 
 /// The text up to the end of a data array, which may hold nested tags.
-fn text_of(
+pub(crate) fn text_of(
     reader: &mut Reader<&[u8]>,
     tag: &BytesStart<'_>,
     place: &str,
@@ -198,7 +198,11 @@ fn text_of(
     }
 }
 
-fn attribute(tag: &BytesStart<'_>, name: &str, place: &str) -> Result<Option<String>, MeshError> {
+pub(crate) fn attribute(
+    tag: &BytesStart<'_>,
+    name: &str,
+    place: &str,
+) -> Result<Option<String>, MeshError> {
     let attribute =
         tag.try_get_attribute(name).map_err(|error| malformed(place, error.to_string()))?;
     Ok(attribute.map(|attribute| attribute.value.into_owned()))

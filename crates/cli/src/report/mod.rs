@@ -5,6 +5,7 @@
 //! the meshes in colour (`vtp`) and the pictures (`views`).
 
 mod document;
+mod field;
 mod fields;
 mod html;
 mod motion;
@@ -17,6 +18,7 @@ mod views;
 mod vtp;
 
 pub(crate) use self::document::{BodyRecord, BodySource, Document, PairRecord};
+pub(crate) use self::field::{BuiltRecord, FieldRecord, field_table};
 pub(crate) use self::fields::ContactField;
 pub(crate) use self::html::html;
 pub(crate) use self::motion::{MotionDocument, StepRecord, motion_table};

@@ -1,0 +1,87 @@
+//! Distance fields as volume files, out and in: NRRD for 3D Slicer and ITK, VTI
+//! for `ParaView` and VTK.
+//!
+//! Both hold one 32-bit float a node, x running fastest, in the length unit and
+//! the frame of the mesh that the field was built from, so that a viewer shows
+//! the field over its mesh. NRRD names that frame left–posterior–superior, which
+//! is how 3D Slicer takes mesh files that name none.
+//!
+//! The data are raw. Nothing else of a field is kept: what is read back has its
+//! grid and its values to the bit, and no build report.
+
+mod error;
+mod nrrd;
+#[cfg(test)]
+mod tests;
+mod vti;
+
+use std::path::Path;
+
+use glam::DVec3;
+use musculo_collide::distance_field::{DistanceField, Grid, Storage};
+
+pub(crate) use self::error::VolumeError;
+
+/// The formats, known by their extension.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum VolumeFormat {
+    Nrrd,
+    Vti,
+}
+
+impl VolumeFormat {
+    /// What a path's extension stands for, if it is one of a volume.
+    pub(crate) fn of(path: &Path) -> Option<Self> {
+        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        match extension.as_str() {
+            "nrrd" => Some(Self::Nrrd),
+            "vti" => Some(Self::Vti),
+            _ => None,
+        }
+    }
+
+    /// A field as a file.
+    pub(crate) fn encode(self, field: &DistanceField) -> Vec<u8> {
+        match self {
+            Self::Nrrd => nrrd::encode(field),
+            Self::Vti => vti::encode(field),
+        }
+    }
+
+    /// A file as a field.
+    pub(crate) fn decode(self, bytes: &[u8]) -> Result<DistanceField, VolumeError> {
+        match self {
+            Self::Nrrd => nrrd::decode(bytes),
+            Self::Vti => vti::decode(bytes),
+        }
+    }
+
+    pub(crate) fn read(self, path: &Path) -> Result<DistanceField, VolumeError> {
+        let bytes = std::fs::read(path).map_err(|e| VolumeError::Unreadable(e.to_string()))?;
+        self.decode(&bytes)
+    }
+}
+
+/// A field of what a file says, its values as `bytes` in the file's order.
+fn field(
+    (origin, spacing, dims): (DVec3, f64, [usize; 3]),
+    values: Vec<f32>,
+) -> Result<DistanceField, VolumeError> {
+    let grid = Grid::new(origin, spacing, dims)?;
+    Ok(DistanceField::from_values(grid, values, Storage::Dense)?)
+}
+
+/// How many values a grid has, unless no memory could hold them.
+fn count(dims: [usize; 3]) -> Option<usize> {
+    dims.iter().try_fold(1_usize, |count, &n| count.checked_mul(n))
+}
+
+/// Values as the little-endian floats that both formats hold.
+fn little_endian(values: &[f32]) -> impl Iterator<Item = u8> {
+    values.iter().flat_map(|value| value.to_le_bytes())
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "a field keeps 32-bit floats")]
+fn single(value: f64) -> f32 {
+    value as f32
+}

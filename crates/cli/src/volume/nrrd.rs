@@ -1,0 +1,204 @@
+//! NRRD, "nearly raw raster data": a header of text lines, an empty line, data.
+//!
+//! Source: G. Kindlmann, "Definition of NRRD file format", Teem, version 5.
+
+use glam::DVec3;
+use musculo_collide::distance_field::DistanceField;
+
+use super::{VolumeError, count, field, little_endian, single};
+
+const FORMAT: &str = "NRRD";
+
+/// A field as a file with its header attached.
+pub(super) fn encode(field: &DistanceField) -> Vec<u8> {
+    let mut bytes = header(field).into_bytes();
+    bytes.extend(little_endian(&field.values()));
+    bytes
+}
+
+pub(super) fn header(field: &DistanceField) -> String {
+    let (DVec3 { x, y, z }, h) = (field.grid().origin(), field.grid().spacing());
+    let [nx, ny, nz] = field.grid().dims();
+    format!(
+        "NRRD0004
+# Nodes of a signed distance field, in the frame and the length unit of its mesh.
+content: signed distance, negative inside
+type: float
+dimension: 3
+space: left-posterior-superior
+sizes: {nx} {ny} {nz}
+space directions: ({h},0,0) (0,{h},0) (0,0,{h})
+kinds: domain domain domain
+endian: little
+encoding: raw
+space origin: ({x},{y},{z})
+
+"
+    )
+}
+
+/// Reads raw floats or doubles on a grid along the axes, of one spacing.
+pub(super) fn decode(bytes: &[u8]) -> Result<DistanceField, VolumeError> {
+    let (header, data) = Header::cut(bytes)?;
+    header.check_supported()?;
+    let dims = header.sizes()?;
+    let (origin, spacing) = (header.origin()?, header.spacing()?);
+    let values = header.values(data, dims)?;
+    field((origin, spacing, dims), values)
+}
+
+/// The fields of a header; keys and values of applications are left out.
+struct Header<'a>(Vec<(&'a str, &'a str)>);
+
+impl<'a> Header<'a> {
+    /// Splits a file at the empty line behind its header.
+    fn cut(bytes: &'a [u8]) -> Result<(Self, &'a [u8]), VolumeError> {
+        if !bytes.starts_with(b"NRRD000") {
+            return Err(malformed("line 1", "does not begin with NRRD000 and a digit".to_owned()));
+        }
+        let (mut fields, mut rest) = (Vec::new(), bytes);
+        for number in 1.. {
+            let place = format!("line {number}");
+            let end = rest.iter().position(|&byte| byte == b'\n');
+            let Some(end) = end else {
+                return Err(malformed(&place, "the file ends within its header".to_owned()));
+            };
+            let line = std::str::from_utf8(&rest[..end]);
+            let line = line.map_err(|_| malformed(&place, "is not text".to_owned()))?.trim_end();
+            rest = &rest[end + 1..];
+            match line.split_once(':') {
+                _ if line.is_empty() => break,
+                _ if number == 1 || line.starts_with('#') => {}
+                Some((_, value)) if value.starts_with('=') => {}
+                Some((name, value)) => fields.push((name.trim(), value.trim())),
+                None => return Err(malformed(&place, format!("'{line}' is no field"))),
+            }
+        }
+        Ok((Self(fields), rest))
+    }
+
+    fn get(&self, name: &str) -> Option<&'a str> {
+        self.0.iter().find(|(known, _)| known.eq_ignore_ascii_case(name)).map(|(_, value)| *value)
+    }
+
+    fn need(&self, name: &str) -> Result<&'a str, VolumeError> {
+        self.get(name).ok_or_else(|| malformed("header", format!("the field '{name}' is missing")))
+    }
+
+    fn check_supported(&self) -> Result<(), VolumeError> {
+        for name in ["data file", "datafile", "line skip", "lineskip", "byte skip", "byteskip"] {
+            if self.get(name).is_some_and(|value| value != "0") {
+                return Err(unsupported(format!("data elsewhere ('{name}')")));
+            }
+        }
+        let encoding = self.need("encoding")?;
+        if encoding != "raw" {
+            return Err(unsupported(format!("data encoded as '{encoding}'")));
+        }
+        let dimension = self.need("dimension")?;
+        if dimension != "3" {
+            return Err(unsupported(format!("an array of dimension {dimension}")));
+        }
+        match self.get("space") {
+            None | Some("left-posterior-superior" | "LPS" | "3D-right-handed") => Ok(()),
+            Some(other) => Err(unsupported(format!("a grid in the space '{other}'"))),
+        }
+    }
+
+    fn sizes(&self) -> Result<[usize; 3], VolumeError> {
+        let text = self.need("sizes")?;
+        let sizes: Option<Vec<usize>> = text.split_whitespace().map(|n| n.parse().ok()).collect();
+        sizes
+            .and_then(|sizes| sizes.try_into().ok())
+            .ok_or_else(|| malformed("sizes", format!("'{text}' is not three counts")))
+    }
+
+    /// Position of the first node; 0 where the file says nothing.
+    fn origin(&self) -> Result<DVec3, VolumeError> {
+        let Some(text) = self.get("space origin") else {
+            return Ok(DVec3::ZERO);
+        };
+        match vectors(text).as_deref() {
+            Some(&[origin]) => Ok(origin),
+            _ => Err(malformed("space origin", format!("'{text}' is not a vector"))),
+        }
+    }
+
+    /// The one spacing of all axes, from either field that may tell it.
+    fn spacing(&self) -> Result<f64, VolumeError> {
+        if let Some(text) = self.get("space directions") {
+            let axes: Option<[DVec3; 3]> = vectors(text).and_then(|axes| axes.try_into().ok());
+            let [x, y, z] = axes.ok_or_else(|| {
+                malformed("space directions", format!("'{text}' is not three vectors"))
+            })?;
+            let across = [x.with_x(0.0), y.with_y(0.0), z.with_z(0.0)];
+            let is_along_axes = across.iter().all(|&across| across == DVec3::ZERO);
+            return equal([x.x, y.y, z.z])
+                .filter(|_| is_along_axes)
+                .ok_or_else(|| unsupported(format!("a grid along {text}")));
+        }
+        let text = self.need("spacings")?;
+        let spacings: Option<Vec<f64>> = text.split_whitespace().map(|h| h.parse().ok()).collect();
+        let spacings = spacings.and_then(|spacings| spacings.try_into().ok());
+        let spacings = spacings
+            .ok_or_else(|| malformed("spacings", format!("'{text}' is not three lengths")))?;
+        equal(spacings).ok_or_else(|| unsupported(format!("a grid of spacings {text}")))
+    }
+
+    fn values(&self, data: &[u8], dims: [usize; 3]) -> Result<Vec<f32>, VolumeError> {
+        let is_big = match self.need("endian")? {
+            "little" => false,
+            "big" => true,
+            other => return Err(malformed("endian", format!("'{other}' is no order of bytes"))),
+        };
+        match self.need("type")? {
+            "float" => numbers(data, dims, is_big, f32::from_le_bytes),
+            "double" => numbers(data, dims, is_big, |bytes| single(f64::from_le_bytes(bytes))),
+            other => Err(unsupported(format!("values of type '{other}'"))),
+        }
+    }
+}
+
+/// Vectors written `(x,y,z)`; none where the text is anything else.
+fn vectors(text: &str) -> Option<Vec<DVec3>> {
+    let parts = text.split_terminator(')').map(|part| part.trim_start().strip_prefix('('));
+    let vector = |part: Option<&str>| {
+        let numbers: Option<Vec<f64>> = part?.split(',').map(|x| x.trim().parse().ok()).collect();
+        Some(DVec3::from_array(numbers?.try_into().ok()?))
+    };
+    parts.map(vector).collect()
+}
+
+/// The one value of all three.
+fn equal([x, y, z]: [f64; 3]) -> Option<f64> {
+    (x.total_cmp(&y).is_eq() && x.total_cmp(&z).is_eq()).then_some(x)
+}
+
+fn numbers<const N: usize>(
+    data: &[u8],
+    dims: [usize; 3],
+    is_big: bool,
+    number: impl Fn([u8; N]) -> f32,
+) -> Result<Vec<f32>, VolumeError> {
+    if count(dims).and_then(|count| count.checked_mul(N)) != Some(data.len()) {
+        let expected = dims.iter().fold(N as u128, |bytes, &n| bytes.saturating_mul(n as u128));
+        return Err(VolumeError::Size { format: FORMAT, dims, expected, found: data.len() });
+    }
+    let in_order = |&(mut bytes): &[u8; N]| {
+        if is_big {
+            bytes.reverse();
+        }
+        number(bytes)
+    };
+    Ok(data.as_chunks::<N>().0.iter().map(in_order).collect())
+}
+
+fn malformed(place: &str, problem: String) -> VolumeError {
+    VolumeError::Malformed { format: FORMAT, place: place.to_owned(), problem }
+}
+
+fn unsupported(feature: String) -> VolumeError {
+    let advice = "save it as raw floats behind their header, on a grid along the axes with one \
+                  spacing, left-posterior-superior";
+    VolumeError::Unsupported { format: FORMAT, feature, advice }
+}

@@ -1,0 +1,195 @@
+use super::*;
+
+/// A field of awkward numbers: unequal axes, a spacing and an origin that no
+/// decimal ends, values of every magnitude.
+fn sample() -> DistanceField {
+    let grid = Grid::new(DVec3::new(-1.0 / 3.0, 1e-7, 250.125), 0.1, [2, 3, 4]).unwrap();
+    let values = (0_i8..24).map(|node| (f32::from(node) - 7.3) / 3.0).collect();
+    DistanceField::from_values(grid, values, Storage::Dense).unwrap()
+}
+
+const BOTH: [VolumeFormat; 2] = [VolumeFormat::Nrrd, VolumeFormat::Vti];
+
+fn same(a: &DistanceField, b: &DistanceField) -> bool {
+    a.grid() == b.grid() && a.values() == b.values()
+}
+
+/// `bytes` with the first `from` in their header replaced.
+fn with(bytes: &[u8], from: &str, to: &str) -> Vec<u8> {
+    let at = bytes.windows(from.len()).position(|window| window == from.as_bytes());
+    let at = at.unwrap_or_else(|| panic!("'{from}' is in the file"));
+    [&bytes[..at], to.as_bytes(), &bytes[at + from.len()..]].concat()
+}
+
+#[test]
+fn what_is_written_reads_back_to_the_bit() {
+    for format in BOTH {
+        let field = sample();
+        let again = format.decode(&format.encode(&field)).unwrap();
+        assert!(same(&again, &field), "{format:?}");
+        assert_eq!(format.encode(&again), format.encode(&field));
+    }
+}
+
+#[test]
+fn arbitrary_fields_read_back() {
+    arbtest::arbtest(|u| {
+        let dims: [usize; 3] =
+            [u.int_in_range(2..=5)?, u.int_in_range(2..=4)?, u.int_in_range(2..=3)?];
+        let number = |u: &mut arbitrary::Unstructured<'_>| -> arbitrary::Result<f32> {
+            let value: f32 = u.arbitrary()?;
+            Ok(if value.is_finite() { value } else { 0.5 })
+        };
+        let origin = DVec3::new(number(u)?.into(), number(u)?.into(), number(u)?.into());
+        let spacing = f64::from(number(u)?.abs().max(1e-30));
+        let count = dims.iter().product();
+        let values = (0..count).map(|_| number(u)).collect::<arbitrary::Result<_>>()?;
+        let grid = Grid::new(origin, spacing, dims).unwrap();
+        let field = DistanceField::from_values(grid, values, Storage::Dense).unwrap();
+        for format in BOTH {
+            assert!(same(&format.decode(&format.encode(&field)).unwrap(), &field), "{format:?}");
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn the_headers_are_as_recorded() {
+    insta::assert_snapshot!("nrrd_header", nrrd::header(&sample()));
+    insta::assert_snapshot!("vti_header", vti::header(&sample()));
+}
+
+#[test]
+fn x_runs_fastest_in_both() {
+    let field = sample();
+    let last = field.node([1, 2, 3]);
+    let first_of_second_row = field.node([0, 1, 0]);
+    for (format, behind) in [(VolumeFormat::Nrrd, 0), (VolumeFormat::Vti, 28)] {
+        let bytes = format.encode(&field);
+        let data = &bytes[bytes.len() - behind - 96..bytes.len() - behind];
+        let value = |node: usize| {
+            f64::from(f32::from_le_bytes(data[4 * node..4 * node + 4].try_into().unwrap()))
+        };
+        assert_eq!([value(2), value(23)], [first_of_second_row, last], "{format:?}");
+    }
+}
+
+/// What other programs write: doubles, the other order of bytes, spacings.
+#[test]
+fn other_ways_to_write_the_same_are_read() {
+    let field = sample();
+    let bytes = VolumeFormat::Nrrd.encode(&field);
+    let header = bytes.len() - 96;
+    let double: Vec<u8> =
+        field.values().iter().flat_map(|&value| f64::from(value).to_le_bytes()).collect();
+    let double = [&with(&bytes[..header], "float", "double")[..], &double].concat();
+    let big: Vec<u8> = field.values().iter().flat_map(|value| value.to_be_bytes()).collect();
+    let big = [&with(&bytes[..header], "little", "big")[..], &big].concat();
+    let directions = "space directions: (0.1,0,0) (0,0.1,0) (0,0,0.1)";
+    let spacings = with(&bytes, directions, "spacings: 0.1 0.1 0.1\r\nmodality:=none");
+    for file in [double, big, spacings] {
+        assert!(same(&VolumeFormat::Nrrd.decode(&file).unwrap(), &field));
+    }
+    let ascii: Vec<String> = field.values().iter().map(f32::to_string).collect();
+    let vti =
+        String::from_utf8(VolumeFormat::Vti.encode(&field)[..vti::header(&field).len()].to_vec());
+    let vti = vti.unwrap().split("<AppendedData").next().unwrap().to_owned() + "</VTKFile>";
+    let inline = format!("format=\"ascii\">{}</DataArray>", ascii.join(" "));
+    let vti = with(vti.as_bytes(), "format=\"appended\" offset=\"0\"/>", &inline);
+    assert!(same(&VolumeFormat::Vti.decode(&vti).unwrap(), &field));
+}
+
+#[test]
+fn an_extent_need_not_begin_at_0() {
+    let bytes = VolumeFormat::Vti.encode(&sample());
+    let shifted = with(&bytes, "WholeExtent=\"0 1 0 2 0 3\"", "WholeExtent=\"10 11 0 2 -4 -1\"");
+    let shifted =
+        with(&shifted, "Piece Extent=\"0 1 0 2 0 3\"", "Piece Extent=\"10 11 0 2 -4 -1\"");
+    let field = VolumeFormat::Vti.decode(&shifted).unwrap();
+    let moved = field.grid().origin() - sample().grid().origin();
+    assert!((moved - DVec3::new(1.0, 0.0, -0.4)).length() < 1e-12, "{moved}");
+}
+
+#[test]
+fn nothing_that_was_cut_off_is_read() {
+    for format in BOTH {
+        let bytes = format.encode(&sample());
+        // Behind its data a VTI file holds two closing tags, which may go.
+        let needed = bytes.len() - if format == VolumeFormat::Vti { 29 } else { 1 };
+        for length in 0..=needed {
+            assert!(format.decode(&bytes[..length]).is_err(), "{format:?} cut to {length}");
+        }
+    }
+}
+
+#[test]
+fn bad_files_are_refused_with_the_place() {
+    let nrrd = VolumeFormat::Nrrd.encode(&sample());
+    let cases = [
+        (
+            with(&nrrd, "2 3 4", "2 3 5"),
+            "a grid of 2 x 3 x 5 nodes needs 120 bytes of data, but 96 are there",
+        ),
+        (with(&nrrd, "2 3 4", "2 3 3"), "needs 72 bytes of data, but 96 are there"),
+        (with(&nrrd, "2 3 4", "9999999999 9999999999 9999999999"), "but 96 are there"),
+        (with(&nrrd, "2 3 4", "2 3"), "sizes: '2 3' is not three counts"),
+        (with(&nrrd, "2 3 4", "-2 3 4"), "sizes: '-2 3 4' is not three counts"),
+        (with(&nrrd, "2 3 4", "1 6 4"), "nodes an axis is 1"),
+        (with(&nrrd, "NRRD0004", "NIFTI"), "line 1: does not begin with NRRD000"),
+        (with(&nrrd, "type: float", "type: uchar"), "values of type 'uchar' cannot be read"),
+        (with(&nrrd, "type: float\n", ""), "the field 'type' is missing"),
+        (with(&nrrd, "encoding: raw", "encoding: gzip"), "data encoded as 'gzip'"),
+        (
+            with(&nrrd, "encoding: raw", "encoding: raw\ndata file: a.raw"),
+            "data elsewhere ('data file')",
+        ),
+        (with(&nrrd, "dimension: 3", "dimension: 4"), "an array of dimension 4"),
+        (with(&nrrd, "left-posterior", "right-anterior"), "in the space 'right-anterior-superior'"),
+        (with(&nrrd, "(0,0.1,0)", "(0,0.2,0)"), "a grid along (0.1,0,0) (0,0.2,0)"),
+        (with(&nrrd, "(0,0.1,0)", "(0.01,0.1,0)"), "a grid along (0.1,0,0) (0.01,0.1,0)"),
+        (with(&nrrd, "(0,0.1,0)", "none"), "is not three vectors"),
+        (with(&nrrd, "0.1,0,0) (0,0.1,0) (0,0,0.1", "-1,0,0) (0,-1,0) (0,0,-1"), "spacing is -1"),
+        (with(&nrrd, "space origin: (-", "space origin: (inf"), "space origin"),
+        (with(&nrrd, "endian: little", "endian: middle"), "'middle' is no order of bytes"),
+    ];
+    for (file, expected) in cases {
+        let error = VolumeFormat::Nrrd.decode(&file).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}, not {expected}");
+    }
+    let vti = VolumeFormat::Vti.encode(&sample());
+    let cases = [
+        (
+            with(
+                &with(&vti, "0 1 0 2 0 3", "0 1 0 2 0 4"),
+                "Piece Extent=\"0 1 0 2 0 3",
+                "Piece Extent=\"0 1 0 2 0 4",
+            ),
+            "a grid of 2 x 3 x 5 nodes needs 120 bytes of data, but 96 are there",
+        ),
+        (with(&vti, "0 1 0 2 0 3", "0 1 0 2 0 4"), "a part of a grid"),
+        (with(&vti, "0 1 0 2 0 3", "0 1 0 2"), "'0 1 0 2' is not the extent"),
+        (with(&vti, "ImageData", "PolyData"), "data of type 'PolyData'"),
+        (with(&vti, "Float32", "Int16"), "type 'Int16'"),
+        (with(&vti, "offset=\"0\"", "offset=\"900\""), "offset 900 is behind the end"),
+        (with(&vti, "offset=\"0\"", "offset=\"-1\""), "the offset is not a count"),
+        (with(&vti, "Spacing=\"0.1 0.1", "Spacing=\"0.1 0.3"), "a grid of spacings 0.1 0.3 0.1"),
+        (with(&vti, "Direction=\"1 0", "Direction=\"0 1"), "a grid along [0.0, 1.0"),
+        (with(&vti, "Origin=\"", "Origin=\"x"), "is not 3 numbers"),
+        (with(&vti, "PointData Scalars", "CellData Scalars"), "none of 0 arrays"),
+    ];
+    for (file, expected) in cases {
+        let error = VolumeFormat::Vti.decode(&file).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}, not {expected}");
+    }
+}
+
+#[test]
+fn a_value_that_is_none_is_refused() {
+    for (format, behind) in [(VolumeFormat::Nrrd, 0), (VolumeFormat::Vti, 28)] {
+        let mut bytes = format.encode(&sample());
+        let at = bytes.len() - behind - 4;
+        bytes[at..at + 4].copy_from_slice(&f32::NAN.to_le_bytes());
+        let error = format.decode(&bytes).unwrap_err().to_string();
+        assert_eq!(error, "the value of node 23 is not finite", "{format:?}");
+    }
+}

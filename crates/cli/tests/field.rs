@@ -1,0 +1,133 @@
+//! Fields of meshes: what is written, what is told, what is refused.
+
+#[expect(dead_code, reason = "shared with the tests of other commands")]
+mod support;
+
+use serde_json::Value;
+use support::{Workshop, tetrahedron};
+
+fn workshop() -> Workshop {
+    let workshop = Workshop::new();
+    workshop.write("bone.obj", tetrahedron(0.0, 30.0));
+    workshop.write("open.obj", tetrahedron(0.0, 30.0).replace("f 2 3 4\n", ""));
+    workshop
+}
+
+fn json(workshop: &Workshop, name: &str) -> Value {
+    serde_json::from_str(&workshop.read(name)).expect("valid JSON")
+}
+
+fn bytes(workshop: &Workshop, name: &str) -> Vec<u8> {
+    std::fs::read(workshop.path(name)).expect("a readable file")
+}
+
+#[test]
+fn a_bone_becomes_a_field_a_picture_and_figures() {
+    let workshop = workshop();
+    let arguments = ["bone.obj", "--out", "f.nrrd", "--picture", "f.png", "--json", "f.json"];
+    let run = workshop.run("field", &arguments);
+    assert_eq!(run.status, 0, "{}", run.stderr);
+    for told in ["4 vertices, 4 faces", "51 x 51 x 51, 132,651 nodes 1 apart", "wrote f.nrrd"] {
+        assert!(run.stdout.contains(told), "{told}: {}", run.stdout);
+    }
+    let record = json(&workshop, "f.json");
+    let error = &record["built"]["error"];
+    assert!(error["rms"].as_f64().unwrap() > 0.0);
+    assert!(error["worst"].as_f64().unwrap() < 0.5, "{error}");
+    assert_eq!(error["points"].as_u64(), Some(512));
+    // Legs of 30 at a right angle: 30³ / 6.
+    let volume = record["built"]["inside_volume"].as_f64().unwrap();
+    assert!((volume - 4500.0).abs() < 600.0, "{volume}");
+    // The sphere inside has a radius of 30 / (3 + √3).
+    let least = record["least"].as_f64().unwrap();
+    assert!((least + 30.0 / (3.0 + 3.0_f64.sqrt())).abs() < 0.3, "{least}");
+    assert_eq!(record["greatest"].as_f64(), Some(15.0));
+    assert!(bytes(&workshop, "f.nrrd").starts_with(b"NRRD0004\n"));
+    assert!(bytes(&workshop, "f.png").starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn a_field_goes_from_format_to_format_and_back_unchanged() {
+    let workshop = workshop();
+    let steps = [["bone.obj", "a.nrrd"], ["a.nrrd", "b.vti"], ["b.vti", "c.nrrd"]];
+    for [from, to] in steps {
+        let run = workshop.run("field", &[from, "--out", to]);
+        assert_eq!(run.status, 0, "{from}: {}", run.stderr);
+    }
+    assert!(bytes(&workshop, "a.nrrd") == bytes(&workshop, "c.nrrd"), "the same file again");
+}
+
+#[test]
+fn options_reach_the_build() {
+    let workshop = workshop();
+    let built = |arguments: &[&str]| {
+        let arguments = [&["bone.obj", "--json", "f.json"], arguments].concat();
+        let run = workshop.run("field", &arguments);
+        assert_eq!(run.status, 0, "{}", run.stderr);
+        json(&workshop, "f.json")
+    };
+    let coarse = built(&["--spacing", "2", "--padding", "4"]);
+    assert_eq!(coarse["dims"], serde_json::json!([20, 20, 20]));
+    let rms = |record: &Value| record["built"]["error"]["rms"].as_f64().unwrap();
+    assert!(rms(&built(&["--method", "seed"])) > 3.0 * rms(&built(&["--method", "band"])));
+    assert!(built(&["--truncate", "0"])["greatest"].as_f64().unwrap() > 16.0);
+    assert!((built(&["--truncate", "3.5"])["greatest"].as_f64().unwrap() - 3.5).abs() < 1e-6);
+}
+
+#[test]
+fn threads_change_no_byte() {
+    let workshop = workshop();
+    let files = |threads: &str| {
+        let run = workshop.run(
+            "field",
+            &["bone.obj", "--out", "f.vti", "--picture", "f.png", "--threads", threads],
+        );
+        assert_eq!(run.status, 0, "{}", run.stderr);
+        [bytes(&workshop, "f.vti"), bytes(&workshop, "f.png")]
+    };
+    assert!(files("1") == files("3"), "the same bytes");
+}
+
+#[test]
+fn what_makes_a_field_unreliable_is_told() {
+    let workshop = workshop();
+    let cases = [
+        (["open.obj", "--spacing", "1"], "the surface is open, with 3 edges of boundary"),
+        (["bone.obj", "--spacing", "12"], "the surface spans 2.50 cells"),
+    ];
+    for (arguments, expected) in cases {
+        let run = workshop.run("field", &arguments);
+        assert_eq!(run.status, 0, "{arguments:?}: {}", run.stderr);
+        assert!(run.stdout.contains(expected), "{arguments:?}: {}", run.stdout);
+    }
+}
+
+#[test]
+fn bad_input_is_named_and_nothing_is_written() {
+    let workshop = workshop();
+    assert_eq!(workshop.run("field", &["bone.obj", "--out", "good.nrrd"]).status, 0);
+    let good = bytes(&workshop, "good.nrrd");
+    workshop.write("short.nrrd", &good[..good.len() - 7]);
+    workshop.write("empty.vti", "");
+    let before = workshop.listing();
+    let cases: &[(&[&str], &str)] = &[
+        (&["missing.obj"], "missing.obj: cannot be read"),
+        (&["missing.vti"], "missing.vti: cannot be read"),
+        (&["short.nrrd"], "short.nrrd: NRRD file: a grid of 51 x 51 x 51 nodes needs 530604 bytes"),
+        (&["empty.vti"], "empty.vti: VTI file: ImageData: the file has no ImageData"),
+        (&["bone.obj", "--out", "f.mha"], "f.mha: is of no format that a field is written in"),
+        (&["bone.obj", "--spacing", "-1"], "bone.obj: spacing is -1"),
+        (&["bone.obj", "--spacing", "nan"], "bone.obj: spacing is NaN"),
+        (&["bone.obj", "--padding", "-2"], "bone.obj: padding is -2"),
+        (&["bone.obj", "--spacing", "0.0001"], "bone.obj: a grid of 1.250e17 nodes needs"),
+        (&["open.obj", "--method", "seed"], "open.obj: sign by"),
+        (&["good.nrrd", "--spacing", "2"], "good.nrrd: is a field already"),
+    ];
+    for &(arguments, expected) in cases {
+        let arguments = [arguments, &["--json", "f.json", "--picture", "f.png"]].concat();
+        let run = workshop.run("field", &arguments);
+        assert_eq!(run.status, 2, "{arguments:?}: {}", run.stdout);
+        assert!(run.stderr.contains(expected), "{arguments:?}: {}", run.stderr);
+        assert_eq!(workshop.listing(), before, "{arguments:?}");
+    }
+}
