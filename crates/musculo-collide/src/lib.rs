@@ -40,6 +40,7 @@
 
 mod check;
 mod error;
+mod field;
 mod pair;
 mod parallel;
 mod resolve;
@@ -51,6 +52,7 @@ pub use {ccd, distance_field, glam, kdop, response, surface};
 
 pub use crate::check::CheckParams;
 pub use crate::error::{NoInside, SceneError};
+pub use crate::field::{FieldContact, FieldDetector, FieldFeature, RigidState};
 pub use crate::pair::{ContactPatch, NearVertex, PairReport, VertexReport};
 pub use crate::resolve::{BodyChange, Obstacle, Remaining, Resolution, ResolveParams, Round};
 pub use crate::scene::{Body, BodyId, BodyKind, Scene};

@@ -1,0 +1,263 @@
+//! A bone by its distance field against the vertices and edges of a body.
+//!
+//! The body's tree leaves the faces whose bounds meet the box around the bone;
+//! their vertices cost one look at the field each. An edge between two vertices
+//! outside may still dip into the bone: the lowest point of its span is searched
+//! for with the field (`edge`), so that no offset has to be guessed that keeps
+//! edges out.
+//!
+//! Source: B. Gilles, *Anatomical and kinematical modelling of the
+//! musculoskeletal system using MRI*, PhD thesis, 2007, section 4.7.2: rigid
+//! bodies as distance maps, contacts as linear combinations of particles. There,
+//! vertices alone are tested, kept away by an offset for the sake of edges.
+
+mod edge;
+mod volume;
+
+use distance_field::{DistanceField, Interpolation, Pose, Query, Sample, Samples};
+use glam::DVec3;
+use kdop::{Dop18, Workspace};
+use surface::{Anchor, Contact, NO_EDGE, Stencil, Term, TriangleSurface};
+
+use self::volume::Volume;
+use crate::{BodyId, Scene, SceneError};
+
+/// A bone's distance field, ready to be asked for contacts.
+#[derive(Debug)]
+pub struct FieldDetector<'a> {
+    field: &'a DistanceField,
+    reach: f64,
+    volume: Volume,
+}
+
+/// Where a rigid body is, and how it moves there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigidState {
+    /// From the frame of its field to the world.
+    pub pose: Pose,
+    /// Point of the world that `linear` is the velocity of.
+    pub about: DVec3,
+    /// Velocity, in lengths per time.
+    pub linear: DVec3,
+    /// Angular velocity, in radians per time.
+    pub angular: DVec3,
+}
+
+/// A vertex or an edge of the body at the bone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct FieldContact {
+    /// The contact, with particles numbered by [`Body::particles`](crate::Body::particles)
+    /// and the bone for its anchor. Its gap is the field's value.
+    pub contact: Contact,
+    /// What touches.
+    pub feature: FieldFeature,
+    /// Length of the field's gradient: near 1 where the normal can be relied on,
+    /// less where several parts of the bone are equally near. Where it is 0, the
+    /// normal points away from the middle of the bone's box.
+    pub steepness: f64,
+}
+
+/// What of the body touches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum FieldFeature {
+    /// A vertex, by its number in the body.
+    Vertex(u32),
+    /// The span of an edge, by its number in the body's surface, whose ends are
+    /// both out of reach.
+    Edge(u32),
+}
+
+impl RigidState {
+    /// At rest.
+    #[must_use]
+    pub fn at(pose: Pose) -> Self {
+        Self { pose, about: DVec3::ZERO, linear: DVec3::ZERO, angular: DVec3::ZERO }
+    }
+
+    /// Velocity of the body's point that is at `p`.
+    #[must_use]
+    pub fn velocity(&self, p: DVec3) -> DVec3 {
+        self.linear + self.angular.cross(p - self.about)
+    }
+
+    /// From the body's frame into the world.
+    fn to_world(self, p: DVec3) -> DVec3 {
+        self.pose.direction_to_world(p - self.pose.into_body(DVec3::ZERO))
+    }
+}
+
+impl<'a> FieldDetector<'a> {
+    /// Looks once at every node, for what bounds the bone and its slopes.
+    ///
+    /// Values of at most `reach` are contacts: 0 reports what is inside by the
+    /// field; the error of the field, of which its report has a measure, reports
+    /// also what may be.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::Reach`] when the reach is negative or not finite.
+    pub fn new(field: &'a DistanceField, reach: f64) -> Result<Self, SceneError> {
+        if !(reach.is_finite() && reach >= 0.0) {
+            return Err(SceneError::Reach { reach });
+        }
+        Ok(Self { field, reach, volume: Volume::of(field, reach) })
+    }
+
+    /// The most that an edge's gap may be above the field's lowest value along
+    /// it: a thousandth of the spacing.
+    #[must_use]
+    pub fn edge_tolerance(&self) -> f64 {
+        self.field.grid().spacing() / 1000.0
+    }
+
+    /// Bounds in the world of all that may be within reach; none where nothing is.
+    fn bounds(&self, state: &RigidState) -> Option<Dop18> {
+        let corners = self.volume.corners()?.map(|corner| state.to_world(corner));
+        // Turning a point in and back may move it by rounding.
+        let rounding = 1e-12 * corners.iter().fold(0.0, |most: f64, p| most.max(p.length()));
+        Some(Dop18::from_points(&corners).inflated(rounding))
+    }
+
+    fn contact(
+        &self,
+        state: &RigidState,
+        (p, stencil, feature): (DVec3, Stencil, FieldFeature),
+    ) -> Option<FieldContact> {
+        let query = Query { interpolation: Interpolation::Smooth, offset: 0.0, pose: state.pose };
+        let Sample { distance: gap, gradient } = self.field.ask(p, &query)?;
+        let steepness = gradient.length();
+        let away = || p - state.to_world(self.volume.middle());
+        let normal = gradient.try_normalize().or_else(|| away().try_normalize());
+        let normal = normal.unwrap_or(DVec3::Z);
+        let point = p - gap * normal;
+        let velocity = state.velocity(point);
+        let anchor = Some(Anchor { point, velocity, acceleration: DVec3::ZERO });
+        let contact = Contact { stencil, anchor, normal, offset: 0.0, gap, time: None };
+        Some(FieldContact { contact, feature, steepness })
+    }
+}
+
+impl Scene {
+    /// Contacts of a body with a bone that is known by its field: vertices
+    /// within reach, ascending, then edges that come within reach between two
+    /// ends that don't, ascending.
+    ///
+    /// The field is taken as it is: no vertex or edge that it has within reach is
+    /// missed, and an edge whose lowest value is above the reach by less than
+    /// [`FieldDetector::edge_tolerance`] may be reported. A bone that pokes
+    /// through a face without touching its edges is not seen. Outside the
+    /// field's grid nothing touches.
+    ///
+    /// ```
+    /// use musculo_collide::distance_field::{BuildOptions, DistanceField, Pose};
+    /// use musculo_collide::glam::{DQuat, DVec3};
+    /// use musculo_collide::surface::TriangleSurface;
+    /// use musculo_collide::{BodyKind, FieldDetector, FieldFeature, RigidState, Scene};
+    ///
+    /// let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+    /// let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|corner| 30.0 * corner);
+    /// let bone = TriangleSurface::new(4, faces.clone())?;
+    /// let field = DistanceField::build(&bone, bone.positions(&corners)?, &BuildOptions::default())?;
+    ///
+    /// let mut scene = Scene::new();
+    /// let muscle = TriangleSurface::new(4, faces)?;
+    /// let muscle = scene.add("muscle", BodyKind::Deformable, muscle, corners.to_vec())?;
+    ///
+    /// // The bone has moved, so that one corner of the muscle is 3 over its base.
+    /// let state = RigidState::at(Pose::new(DQuat::IDENTITY, DVec3::new(-5.0, -8.0, -3.0)));
+    /// let detector = FieldDetector::new(&field, 0.0)?;
+    /// let contacts = scene.field_contacts(muscle, &detector, &state)?;
+    /// assert_eq!(contacts[0].feature, FieldFeature::Vertex(0));
+    /// assert!((contacts[0].contact.gap + 3.0).abs() < 1e-4);
+    /// assert!((contacts[0].contact.normal + DVec3::Z).length() < 1e-4);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// - [`SceneError::NoSuchBody`] when `body` is of another scene.
+    /// - [`SceneError::Tree`] when a body is too large to build bounds for.
+    pub fn field_contacts(
+        &mut self,
+        body: BodyId,
+        detector: &FieldDetector<'_>,
+        state: &RigidState,
+    ) -> Result<Vec<FieldContact>, SceneError> {
+        if body.index() >= self.bodies().len() {
+            let count = self.bodies().len();
+            return Err(SceneError::NoSuchBody { index: body.index(), count });
+        }
+        self.bound_states()?;
+        let body = self.body(body);
+        let Some(bounds) = detector.bounds(state) else {
+            return Ok(Vec::new());
+        };
+        let mut faces = Vec::new();
+        body.tree().query(&bounds, &mut Workspace::default(), |face| faces.push(face));
+        let near = Near { detector, state, surface: body.surface(), x: body.positions() };
+        Ok(near.contacts(&faces, body.particles().start))
+    }
+}
+
+/// A body, some of whose faces are near a bone.
+struct Near<'a> {
+    detector: &'a FieldDetector<'a>,
+    state: &'a RigidState,
+    surface: &'a TriangleSurface,
+    x: &'a [DVec3],
+}
+
+impl Near<'_> {
+    fn contacts(&self, faces: &[u32], first_particle: u32) -> Vec<FieldContact> {
+        let corners = faces.iter().flat_map(|&face| self.surface.faces()[face as usize]);
+        let vertices = ascending(corners.collect());
+        let heights = self.heights(&vertices);
+        let is_out = |vertex: u32| heights[vertex as usize] > self.detector.reach;
+        let term =
+            |vertex: u32, share: f64| Term { particle: first_particle + vertex, weight: -share };
+        let touching = vertices.iter().filter(|&&vertex| !is_out(vertex)).filter_map(|&vertex| {
+            let stencil = Stencil::single(term(vertex, 1.0));
+            let at = self.x[vertex as usize];
+            self.detector.contact(self.state, (at, stencil, FieldFeature::Vertex(vertex)))
+        });
+        let sides = faces.iter().flat_map(|&face| self.surface.face_edges()[face as usize]);
+        let edges = ascending(sides.filter(|&edge| edge != NO_EDGE).collect());
+        let dipping = edges.iter().filter_map(|&edge| {
+            let [a, b] = self.surface.edges()[edge as usize];
+            let share = (is_out(a) && is_out(b)).then(|| self.dip([a, b]))??;
+            let stencil = Stencil::new(&[term(a, 1.0 - share), term(b, share)])?;
+            let at = -stencil.combine(|particle| self.x[(particle - first_particle) as usize]);
+            self.detector.contact(self.state, (at, stencil, FieldFeature::Edge(edge)))
+        });
+        touching.chain(dipping).collect()
+    }
+
+    /// Values at the vertices, by their numbers; infinite at others.
+    fn heights(&self, vertices: &[u32]) -> Vec<f64> {
+        let points: Vec<DVec3> = vertices.iter().map(|&vertex| self.x[vertex as usize]).collect();
+        let query = Query { pose: self.state.pose, ..Query::default() };
+        let mut samples = Samples::default();
+        self.detector.field.ask_all(&points, &query, &mut samples);
+        let mut heights = vec![f64::INFINITY; self.x.len()];
+        for (&vertex, &height) in vertices.iter().zip(&samples.distance) {
+            heights[vertex as usize] = height;
+        }
+        heights
+    }
+
+    /// Share along the edge of its lowest point, if that is within reach.
+    fn dip(&self, ends: [u32; 2]) -> Option<f64> {
+        let ends = ends.map(|end| self.state.pose.into_body(self.x[end as usize]));
+        let FieldDetector { field, volume, reach } = self.detector;
+        edge::lowest(field, volume, ends, *reach, self.detector.edge_tolerance())
+    }
+}
+
+fn ascending(mut numbers: Vec<u32>) -> Vec<u32> {
+    numbers.sort_unstable();
+    numbers.dedup();
+    numbers
+}

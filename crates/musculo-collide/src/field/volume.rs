@@ -1,0 +1,91 @@
+//! What one look at all nodes of a field tells: a box around all that is within
+//! reach, and how fast values can change.
+
+use distance_field::DistanceField;
+use glam::DVec3;
+
+/// Bounds of a field; the box is of its own frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Volume {
+    /// Lowest and highest corner; the lowest is above where nothing is in reach.
+    range: [DVec3; 2],
+    /// Most that a trilinear value changes over a unit of length.
+    pub(super) slope: f64,
+}
+
+/// How far inside the grid's border the box ends, in spacings: what rounding may
+/// carry a point of it outside.
+const HAIR: f64 = 1e-9;
+
+impl Volume {
+    /// Every point with a trilinear value of at most `reach` has a node of at
+    /// most that within a spacing along each axis. The gradient is bounded along
+    /// each axis by the steepest step between two nodes.
+    pub(super) fn of(field: &DistanceField, reach: f64) -> Self {
+        let (grid, values) = (field.grid(), field.values());
+        let [nx, ny, nz] = grid.dims();
+        let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let mut steepest = [0.0_f32; 3];
+        for k in 0..nz {
+            for j in 0..ny {
+                let row = nx * (j + ny * k);
+                for i in 0..nx {
+                    let value = values[row + i];
+                    if f64::from(value) <= reach {
+                        let p = grid.position([i, j, k]);
+                        (lo, hi) = (lo.min(p), hi.max(p));
+                    }
+                    let steps = [(i, nx, 1), (j, ny, nx), (k, nz, nx * ny)];
+                    for (most, (at, count, stride)) in steepest.iter_mut().zip(steps) {
+                        if at + 1 < count {
+                            *most = most.max((values[row + i + stride] - value).abs());
+                        }
+                    }
+                }
+            }
+        }
+        let h = grid.spacing();
+        let first = grid.origin() + HAIR * h;
+        let last = grid.position([nx - 1, ny - 1, nz - 1]) - HAIR * h;
+        // The differences were rounded once, to 24 bits.
+        let slope = DVec3::from_array(steepest.map(f64::from)).length() / h * (1.0 + 1e-6);
+        Self { range: [(lo - h).max(first), (hi + h).min(last)], slope }
+    }
+
+    /// The box's eight corners; none where nothing is within reach.
+    pub(super) fn corners(&self) -> Option<[DVec3; 8]> {
+        let [lo, hi] = self.range;
+        let corner = |k: usize| {
+            let pick = |axis: usize| if k >> axis & 1 == 0 { lo[axis] } else { hi[axis] };
+            DVec3::new(pick(0), pick(1), pick(2))
+        };
+        lo.cmple(hi).all().then(|| std::array::from_fn(corner))
+    }
+
+    pub(super) fn middle(&self) -> DVec3 {
+        0.5 * (self.range[0] + self.range[1])
+    }
+
+    /// The nearest point of the box.
+    pub(super) fn clamp(&self, p: DVec3) -> DVec3 {
+        p.max(self.range[0]).min(self.range[1])
+    }
+
+    /// From where to where, in shares, a segment is in the box.
+    pub(super) fn clip(&self, [a, b]: [DVec3; 2]) -> Option<[f64; 2]> {
+        let along = b - a;
+        let (mut from, mut to) = (0.0_f64, 1.0_f64);
+        for axis in 0..3 {
+            let [lo, hi] = self.range.map(|corner| corner[axis] - a[axis]);
+            if along[axis] == 0.0 {
+                if lo > 0.0 || hi < 0.0 {
+                    return None;
+                }
+                continue;
+            }
+            let [s, t] = [lo / along[axis], hi / along[axis]];
+            (from, to) = (from.max(s.min(t)), to.min(s.max(t)));
+        }
+        (from <= to).then_some([from, to])
+    }
+}
