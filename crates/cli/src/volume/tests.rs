@@ -1,3 +1,5 @@
+//! NRRD and VTI volumes written and read back, and files that are none.
+
 use super::*;
 
 /// A field of awkward numbers: unequal axes, a spacing and an origin that no
