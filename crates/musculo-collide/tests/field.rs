@@ -105,7 +105,6 @@ fn vertices_agree_with_the_exact_check() {
         turned = turned.max(contact.normal.angle_between(near.normal).to_degrees());
         count += 1;
     }
-    println!("{count} vertices, worst {worst:.4}, stated {bound:.4}, normals within {turned:.1}°");
     assert!(count > 100, "{count}");
     assert!(worst <= bound, "{worst} beyond {bound}");
     assert!(turned < 20.0, "{turned}");
@@ -164,7 +163,6 @@ fn planted_dips_are_found_and_no_others() {
         Ok(())
     })
     .budget_ms(3000);
-    println!("{found} found, {free} free, worst {worst:.4}, stated {bound:.4}");
     assert!(found > 10 && free > 10, "{found} found, {free} free");
     // The samples of the slow twin are 0.05 apart, over faces that slope by a third.
     assert!(worst <= bound + tolerance + 0.01, "{worst} beyond {bound}");

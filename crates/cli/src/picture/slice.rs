@@ -117,7 +117,7 @@ mod tests {
         let values = (0_u8..135).map(|node| f32::from(node % 9) - 4.2).collect();
         let field = DistanceField::from_values(grid, values, Storage::Dense).unwrap();
         let scale = Scale::of(&field);
-        assert_eq!(scale.pixel, 0.01);
+        assert!((scale.pixel - 0.01).abs() < 1e-15);
         let mut image = slice(&field, [0, 2, 1], &scale);
         let colours: Vec<[u8; 3]> =
             image.samples_mut()[..800].iter().map(|colour| colour.to_srgb()).collect();
