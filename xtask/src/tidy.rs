@@ -38,7 +38,7 @@ const MAX_LINES: usize = 500;
 const LONGER: &[(&str, &str)] = &[];
 
 /// Words that speak of something a reader of this project does not have.
-const FOREIGN: &[&str] = &["/work/", "/tmp/", "prototype", "the sketch", "notes/", "the issue"];
+const FOREIGN: &[&str] = &["/home/", "/root/", "/tmp/", "prototype"];
 
 /// Where `FOREIGN` is written down, and what sets up a machine.
 const MAY_BE_FOREIGN: &[&str] = &["xtask/src/tidy.rs", ".ci/run"];
