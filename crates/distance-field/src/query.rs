@@ -50,6 +50,13 @@ impl Pose {
         DVec3::new(x_axis.dot(p), y_axis.dot(p), z_axis.dot(p))
     }
 
+    /// From the body's frame into the world.
+    #[inline]
+    #[must_use]
+    pub fn to_world(&self, p: DVec3) -> DVec3 {
+        self.rotation * p + self.translation
+    }
+
     /// A direction, from the body's frame into the world.
     #[inline]
     #[must_use]

@@ -53,6 +53,12 @@ pub enum SceneError {
         /// Bodies of the scene.
         count: usize,
     },
+    /// A body that moves vertex by vertex has no pose.
+    #[error("body {name:?} is not rigid: it has no pose")]
+    NotRigid {
+        /// The body's name.
+        name: String,
+    },
     /// All bodies together have more vertices than 32-bit indices can number.
     #[error("body {name:?} would bring the scene to {count} vertices, more than {limit}")]
     TooManyParticles {

@@ -45,6 +45,7 @@ mod pair;
 mod parallel;
 mod resolve;
 mod scene;
+mod shape;
 mod sweep;
 mod unseen;
 

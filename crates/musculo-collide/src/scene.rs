@@ -2,10 +2,12 @@
 
 use std::ops::Range;
 
+use distance_field::Pose;
 use glam::DVec3;
-use kdop::{Dop18, Leaves, Tree, TreeError};
-use surface::TriangleSurface;
+use kdop::{Dop18, Tree, TreeError};
+use surface::{SurfaceError, TriangleSurface};
 
+use crate::shape::Shape;
 use crate::{NoInside, SceneError, parallel};
 
 /// Number of a body in its scene, in the order they were added.
@@ -31,23 +33,17 @@ pub enum BodyKind {
 pub struct Body {
     name: String,
     kind: BodyKind,
-    surface: TriangleSurface,
-    positions: Vec<DVec3>,
     first_particle: u32,
-    no_inside: Option<NoInside>,
-    tree: Option<Tree>,
-    bounds: Bounds,
+    shape: Shape,
+    frame: Option<Frame>,
 }
 
-/// What a body's tree bounds at present.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Bounds {
-    /// Nothing, or positions that are no longer those of the body.
-    Stale,
-    /// The body where it is.
-    State,
-    /// The body's way to somewhere else.
-    Sweep,
+/// Where a rigid body was when it was added, and how it was moved since.
+#[derive(Debug)]
+struct Frame {
+    reference: Vec<DVec3>,
+    /// From the reference; unknown once its vertices were moved one by one.
+    pose: Option<Pose>,
 }
 
 /// Bodies that may touch each other.
@@ -98,18 +94,10 @@ impl Scene {
             return Err(SceneError::Surface { name, source });
         }
         let first_particle = self.first_free_particle(&name, positions.len())?;
-        let no_inside = NoInside::find(kind, &surface);
+        let frame = (kind == BodyKind::Rigid).then(|| Frame::new(&positions));
+        let shape = Shape::new(kind, surface, positions);
         let id = self.next_id();
-        self.bodies.push(Body {
-            name,
-            kind,
-            surface,
-            positions,
-            first_particle,
-            no_inside,
-            tree: None,
-            bounds: Bounds::Stale,
-        });
+        self.bodies.push(Body { name, kind, first_particle, shape, frame });
         Ok(id)
     }
 
@@ -155,15 +143,32 @@ impl Scene {
     pub fn move_body(&mut self, id: BodyId, positions: &[DVec3]) -> Result<(), SceneError> {
         self.check_move(id, positions)?;
         let body = &mut self.bodies[id.index()];
-        body.positions.copy_from_slice(positions);
-        body.bounds = Bounds::Stale;
+        body.shape.positions_mut().copy_from_slice(positions);
+        if let Some(frame) = &mut body.frame {
+            frame.pose = None;
+        }
         Ok(())
+    }
+
+    /// Places a rigid body by its pose, which takes the positions that it was
+    /// added with to where it is now.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::NoSuchBody`], [`SceneError::NotRigid`], and
+    /// [`SceneError::Surface`] for a pose that is not finite; the body then
+    /// stays where it was.
+    pub fn pose_body(&mut self, id: BodyId, pose: &Pose) -> Result<(), SceneError> {
+        let count = self.bodies.len();
+        let no_such_body = SceneError::NoSuchBody { index: id.index(), count };
+        let body = self.bodies.get_mut(id.index()).ok_or(no_such_body)?;
+        body.place(pose)
     }
 
     /// Positions of all particles, body after body.
     #[must_use]
     pub fn particle_positions(&self) -> Vec<DVec3> {
-        self.bodies.iter().flat_map(|body| body.positions.iter().copied()).collect()
+        self.bodies.iter().flat_map(|body| body.positions().iter().copied()).collect()
     }
 
     /// Whether `positions` are ones that a body can take.
@@ -171,8 +176,8 @@ impl Scene {
         let count = self.bodies.len();
         let no_such_body = SceneError::NoSuchBody { index: id.index(), count };
         let body = self.bodies.get(id.index()).ok_or(no_such_body)?;
-        body.surface
-            .positions(positions)
+        let checked = body.surface().positions(positions);
+        checked
             .map(|_| ())
             .map_err(|source| SceneError::Surface { name: body.name.clone(), source })
     }
@@ -236,20 +241,20 @@ impl Body {
     /// Its connectivity.
     #[must_use]
     pub fn surface(&self) -> &TriangleSurface {
-        &self.surface
+        self.shape.surface()
     }
 
     /// Where its vertices are.
     #[must_use]
     pub fn positions(&self) -> &[DVec3] {
-        &self.positions
+        self.shape.positions()
     }
 
     /// Numbers of its vertices among all particles of the scene, in which the
     /// stencils of contacts are written.
     #[must_use]
     pub fn particles(&self) -> Range<u32> {
-        let count = u32::try_from(self.positions.len()).unwrap_or(u32::MAX);
+        let count = u32::try_from(self.positions().len()).unwrap_or(u32::MAX);
         self.first_particle..self.first_particle.saturating_add(count)
     }
 
@@ -263,49 +268,69 @@ impl Body {
     /// [`NoInside`] where the body was declared open, or has an edge with an odd
     /// number of faces.
     pub fn has_inside(&self) -> Result<(), NoInside> {
-        self.no_inside.map_or(Ok(()), Err)
+        self.shape.has_inside()
+    }
+
+    /// Where a rigid body is, from where it was added; `None` for other bodies,
+    /// and for a rigid one whose vertices were [moved](Scene::move_body) one by
+    /// one.
+    #[must_use]
+    pub fn pose(&self) -> Option<Pose> {
+        self.frame.as_ref().and_then(|frame| frame.pose)
+    }
+
+    pub(crate) fn shape(&self) -> &Shape {
+        &self.shape
+    }
+
+    /// Positions that a rigid body was added with.
+    pub(crate) fn reference(&self) -> Option<&[DVec3]> {
+        self.frame.as_ref().map(|frame| &frame.reference[..])
     }
 
     pub(crate) fn corners(&self, face: u32) -> [DVec3; 3] {
-        self.surface.faces()[face as usize].map(|vertex| self.positions[vertex as usize])
+        self.shape.corners(face)
     }
 
     /// The tree over its faces, which the scene has brought up to date.
     pub(crate) fn tree(&self) -> &Tree {
-        self.tree.as_ref().expect("trees are built before pairs are looked at")
+        self.shape.tree()
+    }
+
+    /// Says whose tree cannot be built.
+    pub(crate) fn tree_error(&self, source: TreeError) -> SceneError {
+        SceneError::Tree { name: self.name.clone(), source }
     }
 
     fn bound_state(&mut self) -> Result<(), SceneError> {
-        if self.bounds == Bounds::State {
-            return Ok(());
-        }
-        match &mut self.tree {
-            Some(tree) => tree.refit(&self.positions).map_err(|source| self.tree_error(source))?,
-            None => self.build_tree()?,
-        }
-        self.bounds = Bounds::State;
-        Ok(())
+        self.shape.bound_state().map_err(|source| self.tree_error(source))
     }
 
     fn bound_sweep(&mut self, x1: &[DVec3]) -> Result<(), SceneError> {
-        if self.tree.is_none() {
-            self.build_tree()?;
-        }
-        if let Some(tree) = &mut self.tree {
-            let swept = tree.refit_swept(&self.positions, x1);
-            swept.map_err(|source| self.tree_error(source))?;
-        }
-        self.bounds = Bounds::Sweep;
-        Ok(())
+        self.shape.bound_sweep(x1).map_err(|source| self.tree_error(source))
     }
 
-    fn build_tree(&mut self) -> Result<(), SceneError> {
-        let built = Tree::build(Leaves::Triangles(self.surface.faces()), &self.positions);
-        self.tree = Some(built.map_err(|source| self.tree_error(source))?);
+    fn place(&mut self, pose: &Pose) -> Result<(), SceneError> {
+        let Some(frame) = &mut self.frame else {
+            return Err(SceneError::NotRigid { name: self.name.clone() });
+        };
+        let placed = frame.reference.iter().map(|&p| pose.to_world(p));
+        if let Some((vertex, DVec3 { x, y, z })) =
+            placed.clone().enumerate().find(|(_, p)| !p.is_finite())
+        {
+            let source = SurfaceError::NotFinite { vertex, x, y, z };
+            return Err(SceneError::Surface { name: self.name.clone(), source });
+        }
+        for (x, placed) in self.shape.positions_mut().iter_mut().zip(placed) {
+            *x = placed;
+        }
+        frame.pose = Some(*pose);
         Ok(())
     }
+}
 
-    fn tree_error(&self, source: TreeError) -> SceneError {
-        SceneError::Tree { name: self.name.clone(), source }
+impl Frame {
+    fn new(positions: &[DVec3]) -> Self {
+        Self { reference: positions.to_vec(), pose: Some(Pose::IDENTITY) }
     }
 }

@@ -1,5 +1,7 @@
 //! Static detection against brute force and planted answers.
 
+mod support;
+
 use arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
 use fixtures::{Mesh, shapes};
@@ -8,26 +10,9 @@ use musculo_collide::surface::{
     Meeting, closest_between_triangles, closest_on_triangle, triangles_meet, winding_number,
 };
 use musculo_collide::{
-    BodyId, BodyKind, CheckParams, NoInside, PairReport, Scene, SceneError, VertexReport,
+    BodyKind, CheckParams, NoInside, PairReport, Scene, SceneError, VertexReport,
 };
-
-fn scene_of(meshes: &[&Mesh]) -> (Scene, Vec<BodyId>) {
-    let mut scene = Scene::new();
-    let add = |(i, mesh): (usize, &&Mesh)| {
-        let name = format!("body {i}");
-        scene.add(name, BodyKind::Deformable, mesh.surface(), mesh.positions.clone())
-    };
-    let ids: Result<_, _> = meshes.iter().enumerate().map(add).collect();
-    (scene, ids.expect("shapes make a scene"))
-}
-
-fn share(u: &mut Unstructured<'_>, from: f64, to: f64) -> Result<f64> {
-    Ok(from + (to - from) * f64::from(u.int_in_range(0_u16..=1000)?) / 1000.0)
-}
-
-fn vector(u: &mut Unstructured<'_>, size: f64) -> Result<DVec3> {
-    Ok(DVec3::new(share(u, -size, size)?, share(u, -size, size)?, share(u, -size, size)?))
-}
+use support::{scene_of, share, vector};
 
 /// One of several closed shapes of some 10 mm.
 fn shape(u: &mut Unstructured<'_>) -> Result<Mesh> {

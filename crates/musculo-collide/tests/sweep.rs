@@ -1,30 +1,15 @@
 //! Swept detection against every vertex, edge and face asked one by one, and
 //! against states in between.
 
+mod support;
+
 use arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
 use fixtures::{Mesh, shapes};
 use musculo_collide::ccd;
 use musculo_collide::glam::DVec3;
-use musculo_collide::{BodyId, BodyKind, CheckParams, Scene, SceneError, SweptContact};
-
-fn scene_of(meshes: &[&Mesh]) -> (Scene, Vec<BodyId>) {
-    let mut scene = Scene::new();
-    let add = |(i, mesh): (usize, &&Mesh)| {
-        let name = format!("body {i}");
-        scene.add(name, BodyKind::Deformable, mesh.surface(), mesh.positions.clone())
-    };
-    let ids: Result<_, _> = meshes.iter().enumerate().map(add).collect();
-    (scene, ids.expect("shapes make a scene"))
-}
-
-fn share(u: &mut Unstructured<'_>, from: f64, to: f64) -> Result<f64> {
-    Ok(from + (to - from) * f64::from(u.int_in_range(0_u16..=1000)?) / 1000.0)
-}
-
-fn vector(u: &mut Unstructured<'_>, size: f64) -> Result<DVec3> {
-    Ok(DVec3::new(share(u, -size, size)?, share(u, -size, size)?, share(u, -size, size)?))
-}
+use musculo_collide::{CheckParams, SceneError, SweptContact};
+use support::{scene_of, share, vector};
 
 /// Two bodies of a few dozen faces, and where they go.
 fn two_bodies(u: &mut Unstructured<'_>) -> Result<[Mesh; 4]> {

@@ -1,11 +1,12 @@
 //! Faces of two surfaces that cross or touch, by exact predicates.
 
+use kdop::Workspace;
 use surface::{Meeting, triangles_meet};
 
-use super::Scratch;
-use crate::scene::Body;
+use crate::shape::Shape;
 
 /// Where two surfaces meet.
+#[derive(Debug, Default)]
 pub(super) struct Cut {
     /// Pairs of faces that properly cross, ascending.
     pub(super) crossing: Vec<[u32; 2]>,
@@ -15,21 +16,26 @@ pub(super) struct Cut {
     pub(super) faces_of_b: Vec<u32>,
 }
 
-pub(super) fn find(a: &Body, b: &Body, scratch: &mut Scratch) -> Cut {
-    let mut cut = Cut { crossing: Vec::new(), faces_of_a: Vec::new(), faces_of_b: Vec::new() };
-    a.tree().pairs(b.tree(), 0.0, &mut scratch.traversal, |fa, fb| {
-        match triangles_meet(a.corners(fa), b.corners(fb)) {
-            Meeting::Disjoint => return,
-            Meeting::Touching => {}
-            Meeting::Crossing => cut.crossing.push([fa, fb]),
+impl Cut {
+    /// Finds where `a` and `b` meet, in place of what was found before.
+    pub(super) fn find(&mut self, a: &Shape, b: &Shape, traversal: &mut Workspace) {
+        let Self { crossing, faces_of_a, faces_of_b } = self;
+        crossing.clear();
+        faces_of_a.clear();
+        faces_of_b.clear();
+        a.tree().pairs(b.tree(), 0.0, traversal, |fa, fb| {
+            match triangles_meet(a.corners(fa), b.corners(fb)) {
+                Meeting::Disjoint => return,
+                Meeting::Touching => {}
+                Meeting::Crossing => crossing.push([fa, fb]),
+            }
+            faces_of_a.push(fa);
+            faces_of_b.push(fb);
+        });
+        crossing.sort_unstable();
+        for faces in [faces_of_a, faces_of_b] {
+            faces.sort_unstable();
+            faces.dedup();
         }
-        cut.faces_of_a.push(fa);
-        cut.faces_of_b.push(fb);
-    });
-    cut.crossing.sort_unstable();
-    for faces in [&mut cut.faces_of_a, &mut cut.faces_of_b] {
-        faces.sort_unstable();
-        faces.dedup();
     }
-    cut
 }

@@ -15,7 +15,11 @@ mod regions;
 use glam::DVec3;
 use kdop::Workspace;
 
+use self::crossings::Cut;
+use self::projection::Candidates;
+use self::regions::Regions;
 use crate::scene::Body;
+use crate::shape::Shape;
 use crate::{BodyId, NoInside};
 
 pub use self::patches::ContactPatch;
@@ -60,13 +64,79 @@ pub struct VertexReport {
     pub near: Vec<NearVertex>,
 }
 
-/// Memory that a thread reuses from pair to pair.
+/// What is between two shapes, in memory that is reused from pair to pair.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
-    pub(crate) traversal: Workspace,
-    parents: Vec<u32>,
-    a: projection::Candidates,
-    b: projection::Candidates,
+    traversal: Workspace,
+    regions: Regions,
+    cut: Cut,
+    a: Half,
+    b: Half,
+}
+
+/// One shape's vertices against the other.
+#[derive(Debug, Default)]
+pub(crate) struct Half {
+    candidates: Candidates,
+    inside: Vec<u32>,
+    /// Why there is no inside.
+    no_inside: Option<NoInside>,
+    pub(crate) near: Vec<NearVertex>,
+}
+
+impl Scratch {
+    /// Looks at one pair, in place of what was found before.
+    pub(crate) fn look(&mut self, a: &Shape, b: &Shape, reach: f64) {
+        let Self { traversal, regions, cut, a: of_a, b: of_b } = self;
+        cut.find(a, b, traversal);
+        let both = [(a, &mut of_a.candidates), (b, &mut of_b.candidates)];
+        projection::find_candidates(both, reach, traversal);
+        for (half, p, cut_faces, q) in
+            [(of_a, a, &cut.faces_of_a, b), (of_b, b, &cut.faces_of_b, a)]
+        {
+            half.no_inside = q.has_inside().err();
+            half.inside.clear();
+            if half.no_inside.is_none() {
+                regions.inside((p, cut_faces), q, traversal, &mut half.inside);
+            }
+            let Half { candidates, inside, near, .. } = half;
+            projection::project((p, inside), q, reach, candidates, traversal, near);
+        }
+    }
+
+    /// Vertices of the first shape, and of the second.
+    pub(crate) fn halves(&self) -> [&Half; 2] {
+        [&self.a, &self.b]
+    }
+
+    /// Whether faces cross or a vertex of one is inside the other.
+    pub(crate) fn overlaps(&self) -> bool {
+        let Self { cut, a, b, .. } = self;
+        !(cut.crossing.is_empty() && a.inside.is_empty() && b.inside.is_empty())
+    }
+
+    /// Smallest signed distance of a vertex.
+    pub(crate) fn min_gap(&self) -> Option<f64> {
+        let near = self.a.near.iter().chain(&self.b.near);
+        near.map(|vertex| vertex.gap).min_by(f64::total_cmp)
+    }
+
+    /// Distance between the surfaces, edges included, if it is within reach.
+    fn distance(&mut self, a: &Shape, b: &Shape, reach: f64) -> Option<f64> {
+        if !self.cut.faces_of_a.is_empty() {
+            return Some(0.0);
+        }
+        let near = self.a.near.iter().chain(&self.b.near);
+        let within = near.map(|vertex| vertex.gap.abs()).fold(reach, f64::min);
+        distance::between(a, b, within, &mut self.traversal)
+    }
+}
+
+impl Half {
+    fn report(&mut self) -> VertexReport {
+        let inside_count = self.no_inside.map_or(Ok(self.inside.len()), Err);
+        VertexReport { inside_count, near: std::mem::take(&mut self.near) }
+    }
 }
 
 /// A body with its number.
@@ -79,21 +149,10 @@ pub(crate) fn examine(
     reach: f64,
     scratch: &mut Scratch,
 ) -> Option<PairReport> {
-    let cut = crossings::find(a, b, scratch);
-    projection::find_candidates(a, b, reach, scratch);
-    let a_against_b = side((a, &cut.faces_of_a), b, reach, Side::A, scratch);
-    let b_against_a = side((b, &cut.faces_of_b), a, reach, Side::B, scratch);
-
-    let near = || a_against_b.near.iter().chain(&b_against_a.near);
-    let min_gap = near().map(|vertex| vertex.gap).min_by(f64::total_cmp);
-    let distance = if cut.faces_of_a.is_empty() {
-        let within = near().map(|vertex| vertex.gap.abs()).fold(reach, f64::min);
-        distance::between(a, b, within, scratch)
-    } else {
-        Some(0.0)
-    };
-    let inside = |side: &VertexReport| side.inside_count.unwrap_or(0) > 0;
-    let overlaps = !cut.crossing.is_empty() || inside(&a_against_b) || inside(&b_against_a);
+    let (a, b) = (a.shape(), b.shape());
+    scratch.look(a, b, reach);
+    let (overlaps, min_gap) = (scratch.overlaps(), scratch.min_gap());
+    let distance = scratch.distance(a, b, reach);
     if min_gap.is_none() && distance.is_none() && !overlaps {
         return None;
     }
@@ -104,38 +163,11 @@ pub(crate) fn examine(
         max_depth: min_gap.map_or(0.0, |gap| (-gap).max(0.0)),
         min_gap,
         distance,
-        patches: patches::find(a, &cut.faces_of_a, &a_against_b.near),
-        crossing_faces: cut.crossing,
-        a_against_b,
-        b_against_a,
+        patches: patches::find(a, &scratch.cut.faces_of_a, &scratch.a.near),
+        crossing_faces: std::mem::take(&mut scratch.cut.crossing),
+        a_against_b: scratch.a.report(),
+        b_against_a: scratch.b.report(),
     })
-}
-
-/// Which of a pair's bodies the vertices are of.
-#[derive(Clone, Copy)]
-enum Side {
-    A,
-    B,
-}
-
-/// One side of a pair: which vertices of `p`, given with its cut faces, are
-/// inside or near `q`.
-fn side(
-    (p, cut_faces): (&Body, &[u32]),
-    q: &Body,
-    reach: f64,
-    side: Side,
-    scratch: &mut Scratch,
-) -> VertexReport {
-    let inside = q.has_inside().map(|()| regions::inside(p, q, cut_faces, scratch));
-    let Scratch { traversal, a, b, .. } = scratch;
-    let candidates = match side {
-        Side::A => a,
-        Side::B => b,
-    };
-    let vertices = inside.as_deref().unwrap_or(&[]);
-    let near = projection::project(p, q, vertices, reach, candidates, traversal);
-    VertexReport { inside_count: inside.map(|vertices| vertices.len()), near }
 }
 
 /// The unit vector along `v`, or along `otherwise` where `v` is lost in the

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::projection::NearVertex;
-use crate::scene::Body;
+use crate::shape::Shape;
 
 /// A connected part of one body's surface that is in contact with the other
 /// body: faces that share a point with it, or that have a corner inside or
@@ -25,7 +25,7 @@ pub struct ContactPatch {
 }
 
 /// Patches of `body`, largest area first, then by first face.
-pub(super) fn find(body: &Body, cut_faces: &[u32], near: &[NearVertex]) -> Vec<ContactPatch> {
+pub(super) fn find(body: &Shape, cut_faces: &[u32], near: &[NearVertex]) -> Vec<ContactPatch> {
     let gaps: BTreeMap<u32, f64> = near.iter().map(|vertex| (vertex.vertex, vertex.gap)).collect();
     let near_faces = gaps.keys().flat_map(|&vertex| body.surface().vertex_faces(vertex));
     let mut faces: Vec<u32> = near_faces.chain(cut_faces).copied().collect();
@@ -38,7 +38,7 @@ pub(super) fn find(body: &Body, cut_faces: &[u32], near: &[NearVertex]) -> Vec<C
 }
 
 /// Splits faces (ascending) into groups joined by common vertices.
-fn connected(body: &Body, faces: &[u32]) -> Vec<Vec<u32>> {
+fn connected(body: &Shape, faces: &[u32]) -> Vec<Vec<u32>> {
     let mut reached = vec![false; faces.len()];
     let mut groups = Vec::new();
     for start in 0..faces.len() {
@@ -66,7 +66,7 @@ fn connected(body: &Body, faces: &[u32]) -> Vec<Vec<u32>> {
     groups
 }
 
-fn measure(body: &Body, faces: Vec<u32>, gaps: &BTreeMap<u32, f64>) -> ContactPatch {
+fn measure(body: &Shape, faces: Vec<u32>, gaps: &BTreeMap<u32, f64>) -> ContactPatch {
     let (mut area, mut moment) = (0.0, DVec3::ZERO);
     for &face in &faces {
         let [p, q, r] = body.corners(face);

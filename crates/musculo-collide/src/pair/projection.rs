@@ -4,8 +4,8 @@ use glam::DVec3;
 use kdop::Workspace;
 use surface::{Barycentric, ClosestOnTriangle, closest_on_triangle};
 
-use super::{Scratch, direction_or};
-use crate::scene::Body;
+use super::direction_or;
+use crate::shape::Shape;
 
 /// A vertex that is inside the other body or within reach of its surface, and
 /// the nearest point of that surface, its foot.
@@ -42,8 +42,11 @@ pub(super) struct Candidates {
 const NO_HINT: u32 = u32::MAX;
 
 /// Gathers the vertices of both surfaces that may be within reach.
-pub(super) fn find_candidates(a: &Body, b: &Body, reach: f64, scratch: &mut Scratch) {
-    let Scratch { traversal, a: of_a, b: of_b, .. } = scratch;
+pub(super) fn find_candidates(
+    [(a, of_a), (b, of_b)]: [(&Shape, &mut Candidates); 2],
+    reach: f64,
+    traversal: &mut Workspace,
+) {
     of_a.clear(a);
     of_b.clear(b);
     a.tree().pairs(b.tree(), reach, traversal, |fa, fb| {
@@ -55,13 +58,13 @@ pub(super) fn find_candidates(a: &Body, b: &Body, reach: f64, scratch: &mut Scra
 /// Projects the vertices of `a` that are inside `b` (ascending), and the
 /// candidates within `reach`, to the surface of `b`.
 pub(super) fn project(
-    a: &Body,
-    b: &Body,
-    inside: &[u32],
+    (a, inside): (&Shape, &[u32]),
+    b: &Shape,
     reach: f64,
     candidates: &mut Candidates,
     traversal: &mut Workspace,
-) -> Vec<NearVertex> {
+    out: &mut Vec<NearVertex>,
+) {
     candidates.add_inside(inside);
     let mut inside = inside.iter().peekable();
     let near = |&vertex: &u32| {
@@ -72,13 +75,14 @@ pub(super) fn project(
             nearest(b, position, limit, candidates.hints[vertex as usize], traversal)?;
         Some(near_vertex(b, vertex, position, is_inside, face, &foot))
     };
-    candidates.vertices.iter().filter_map(near).collect()
+    out.clear();
+    out.extend(candidates.vertices.iter().filter_map(near));
 }
 
 /// The nearest point of a body's surface within `limit`, and its face; `hint`
 /// is a face that is likely near.
 fn nearest(
-    body: &Body,
+    body: &Shape,
     point: DVec3,
     limit: f64,
     hint: u32,
@@ -100,7 +104,7 @@ fn nearest(
 }
 
 fn near_vertex(
-    body: &Body,
+    body: &Shape,
     vertex: u32,
     position: DVec3,
     is_inside: bool,
@@ -123,7 +127,7 @@ fn near_vertex(
 }
 
 impl Candidates {
-    fn clear(&mut self, body: &Body) {
+    fn clear(&mut self, body: &Shape) {
         self.vertices.clear();
         self.hints.clear();
         self.hints.resize(body.surface().vertex_count(), NO_HINT);

@@ -9,36 +9,50 @@
 
 use glam::DVec3;
 use kdop::{Axis, Dop18, Workspace};
-use surface::{ray_crosses_triangle, triangles_meet};
+use surface::{TriangleSurface, ray_crosses_triangle, triangles_meet};
 
-use super::Scratch;
-use crate::scene::Body;
+use crate::shape::Shape;
 
-/// Vertices of `a` inside `b`, ascending; `cut_faces` are the faces of `a` that
-/// share a point with `b`'s surface, ascending. Vertices without a face are
-/// left out.
-pub(super) fn inside(a: &Body, b: &Body, cut_faces: &[u32], scratch: &mut Scratch) -> Vec<u32> {
-    let surface = a.surface();
-    join_uncut_faces(a, cut_faces, &mut scratch.parents);
-    let Scratch { parents, traversal, .. } = scratch;
-    let mut side: Vec<Option<bool>> = vec![None; surface.vertex_count()];
-    let mut vertices = Vec::new();
-    for (vertex, &position) in (0..).zip(a.positions()) {
-        if surface.vertex_faces(vertex).is_empty() {
-            continue;
-        }
-        let root = root(parents, vertex);
-        let side = &mut side[root as usize];
-        if *side.get_or_insert_with(|| is_inside(b, position, traversal)) {
-            vertices.push(vertex);
+/// Memory for the regions of one surface at a time.
+#[derive(Debug, Default)]
+pub(super) struct Regions {
+    parents: Vec<u32>,
+    /// By the smallest vertex of each region: whether it is inside.
+    sides: Vec<Option<bool>>,
+}
+
+impl Regions {
+    /// Writes the vertices of `a` inside `b`, ascending; `cut_faces` are the
+    /// faces of `a` that share a point with `b`'s surface, ascending. Vertices
+    /// without a face are left out.
+    pub(super) fn inside(
+        &mut self,
+        (a, cut_faces): (&Shape, &[u32]),
+        b: &Shape,
+        traversal: &mut Workspace,
+        out: &mut Vec<u32>,
+    ) {
+        let surface = a.surface();
+        let Self { parents, sides } = self;
+        join_uncut_faces(surface, cut_faces, parents);
+        sides.clear();
+        sides.resize(surface.vertex_count(), None);
+        out.clear();
+        for (vertex, &position) in (0..).zip(a.positions()) {
+            if surface.vertex_faces(vertex).is_empty() {
+                continue;
+            }
+            let side = &mut sides[root(parents, vertex) as usize];
+            if *side.get_or_insert_with(|| is_inside(b, position, traversal)) {
+                out.push(vertex);
+            }
         }
     }
-    vertices
 }
 
 /// Whether a point is inside, by the parity of the faces that a ray along +x
 /// crosses. Points on the surface are not inside.
-fn is_inside(body: &Body, point: DVec3, traversal: &mut Workspace) -> bool {
+fn is_inside(body: &Shape, point: DVec3, traversal: &mut Workspace) -> bool {
     let mut odd = false;
     body.tree().ray(point, Axis::X, traversal, |face| {
         odd ^= ray_crosses_triangle(point, body.corners(face)).is_some();
@@ -46,7 +60,7 @@ fn is_inside(body: &Body, point: DVec3, traversal: &mut Workspace) -> bool {
     odd && !is_on_surface(body, point, traversal)
 }
 
-fn is_on_surface(body: &Body, point: DVec3, traversal: &mut Workspace) -> bool {
+fn is_on_surface(body: &Shape, point: DVec3, traversal: &mut Workspace) -> bool {
     let mut on_surface = false;
     body.tree().query(&Dop18::from_points(&[point]), traversal, |face| {
         on_surface |= triangles_meet([point; 3], body.corners(face)).shares_a_point();
@@ -54,11 +68,11 @@ fn is_on_surface(body: &Body, point: DVec3, traversal: &mut Workspace) -> bool {
     on_surface
 }
 
-fn join_uncut_faces(body: &Body, cut_faces: &[u32], parents: &mut Vec<u32>) {
+fn join_uncut_faces(surface: &TriangleSurface, cut_faces: &[u32], parents: &mut Vec<u32>) {
     parents.clear();
-    parents.extend((0..).take(body.surface().vertex_count()));
+    parents.extend((0..).take(surface.vertex_count()));
     let mut cut = cut_faces.iter().peekable();
-    for (face, &[a, b, c]) in (0..).zip(body.surface().faces()) {
+    for (face, &[a, b, c]) in (0..).zip(surface.faces()) {
         if cut.next_if_eq(&&face).is_none() {
             join(parents, a, b);
             join(parents, b, c);
