@@ -283,11 +283,6 @@ impl Body {
         &self.shape
     }
 
-    /// Positions that a rigid body was added with.
-    pub(crate) fn reference(&self) -> Option<&[DVec3]> {
-        self.frame.as_ref().map(|frame| &frame.reference[..])
-    }
-
     pub(crate) fn corners(&self, face: u32) -> [DVec3; 3] {
         self.shape.corners(face)
     }

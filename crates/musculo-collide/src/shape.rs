@@ -63,11 +63,6 @@ impl Shape {
         self.tree.as_ref().expect("trees are built before pairs are looked at")
     }
 
-    /// The tree, if one was built, whatever it bounds.
-    pub(crate) fn built_tree(&self) -> Option<&Tree> {
-        self.tree.as_ref()
-    }
-
     /// Brings the tree to the present state.
     pub(crate) fn bound_state(&mut self) -> Result<(), TreeError> {
         if self.bounds == Bounds::State {

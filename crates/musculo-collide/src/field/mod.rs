@@ -12,7 +12,7 @@
 //! vertices alone are tested, kept away by an offset for the sake of edges.
 
 mod edge;
-mod volume;
+pub(crate) mod volume;
 
 use distance_field::{DistanceField, Interpolation, Pose, Query, Sample, Samples};
 use glam::DVec3;
@@ -20,6 +20,7 @@ use kdop::{Dop18, Workspace};
 use surface::{Anchor, Contact, NO_EDGE, Stencil, Term, TriangleSurface};
 
 use self::volume::Volume;
+use crate::scene::Body;
 use crate::{BodyId, Scene, SceneError};
 
 /// A bone's distance field, ready to be asked for contacts.
@@ -104,6 +105,11 @@ impl<'a> FieldDetector<'a> {
             return Err(SceneError::Reach { reach });
         }
         Ok(Self { field, reach, volume: Volume::of(field, reach) })
+    }
+
+    /// A detector whose field has been looked at before, with the same reach.
+    pub(crate) fn with_volume(field: &'a DistanceField, reach: f64, volume: Volume) -> Self {
+        Self { field, reach, volume }
     }
 
     /// The most that an edge's gap may be above the field's lowest value along
@@ -191,73 +197,118 @@ impl Scene {
             return Err(SceneError::NoSuchBody { index: body.index(), count });
         }
         self.bound_states()?;
-        let body = self.body(body);
+        let mut scratch = FieldScratch::default();
+        scratch.look(detector, state, self.body(body));
+        Ok(scratch.contacts)
+    }
+}
+
+/// What of a body is near a bone, in memory that is used again.
+#[derive(Debug, Default)]
+pub(crate) struct FieldScratch {
+    traversal: Workspace,
+    faces: Vec<u32>,
+    vertices: Vec<u32>,
+    edges: Vec<u32>,
+    points: Vec<DVec3>,
+    samples: Samples,
+    /// By vertex; infinite where nothing was asked.
+    heights: Vec<f64>,
+    pub(crate) contacts: Vec<FieldContact>,
+}
+
+impl FieldScratch {
+    /// Finds the contacts of a body, whose tree is up to date, in place of what
+    /// was found before.
+    pub(crate) fn look(&mut self, detector: &FieldDetector<'_>, state: &RigidState, body: &Body) {
+        self.contacts.clear();
         let Some(bounds) = detector.bounds(state) else {
-            return Ok(Vec::new());
+            return;
         };
-        let mut faces = Vec::new();
-        body.tree().query(&bounds, &mut Workspace::default(), |face| faces.push(face));
-        let near = Near { detector, state, surface: body.surface(), x: body.positions() };
-        Ok(near.contacts(&faces, body.particles().start))
-    }
-}
-
-/// A body, some of whose faces are near a bone.
-struct Near<'a> {
-    detector: &'a FieldDetector<'a>,
-    state: &'a RigidState,
-    surface: &'a TriangleSurface,
-    x: &'a [DVec3],
-}
-
-impl Near<'_> {
-    fn contacts(&self, faces: &[u32], first_particle: u32) -> Vec<FieldContact> {
-        let corners = faces.iter().flat_map(|&face| self.surface.faces()[face as usize]);
-        let vertices = ascending(corners.collect());
-        let heights = self.heights(&vertices);
-        let is_out = |vertex: u32| heights[vertex as usize] > self.detector.reach;
-        let term =
-            |vertex: u32, share: f64| Term { particle: first_particle + vertex, weight: -share };
-        let touching = vertices.iter().filter(|&&vertex| !is_out(vertex)).filter_map(|&vertex| {
-            let stencil = Stencil::single(term(vertex, 1.0));
-            let at = self.x[vertex as usize];
-            self.detector.contact(self.state, (at, stencil, FieldFeature::Vertex(vertex)))
-        });
-        let sides = faces.iter().flat_map(|&face| self.surface.face_edges()[face as usize]);
-        let edges = ascending(sides.filter(|&edge| edge != NO_EDGE).collect());
-        let dipping = edges.iter().filter_map(|&edge| {
-            let [a, b] = self.surface.edges()[edge as usize];
-            let share = (is_out(a) && is_out(b)).then(|| self.dip([a, b]))??;
-            let stencil = Stencil::new(&[term(a, 1.0 - share), term(b, share)])?;
-            let at = -stencil.combine(|particle| self.x[(particle - first_particle) as usize]);
-            self.detector.contact(self.state, (at, stencil, FieldFeature::Edge(edge)))
-        });
-        touching.chain(dipping).collect()
+        let Self { traversal, faces, .. } = self;
+        faces.clear();
+        body.tree().query(&bounds, traversal, |face| faces.push(face));
+        self.list_features(body.surface());
+        self.find_heights(detector, state, body.positions());
+        self.find_contacts(&Near { detector, state, body });
     }
 
-    /// Values at the vertices, by their numbers; infinite at others.
-    fn heights(&self, vertices: &[u32]) -> Vec<f64> {
-        let points: Vec<DVec3> = vertices.iter().map(|&vertex| self.x[vertex as usize]).collect();
-        let query = Query { pose: self.state.pose, ..Query::default() };
-        let mut samples = Samples::default();
-        self.detector.field.ask_all(&points, &query, &mut samples);
-        let mut heights = vec![f64::INFINITY; self.x.len()];
+    /// Lists vertices and edges of the faces, ascending.
+    fn list_features(&mut self, surface: &TriangleSurface) {
+        let Self { faces, vertices, edges, .. } = self;
+        vertices.clear();
+        vertices.extend(faces.iter().flat_map(|&face| surface.faces()[face as usize]));
+        edges.clear();
+        let sides = faces.iter().flat_map(|&face| surface.face_edges()[face as usize]);
+        edges.extend(sides.filter(|&edge| edge != NO_EDGE));
+        for numbers in [vertices, edges] {
+            numbers.sort_unstable();
+            numbers.dedup();
+        }
+    }
+
+    fn find_heights(&mut self, detector: &FieldDetector<'_>, state: &RigidState, x: &[DVec3]) {
+        let Self { vertices, points, samples, heights, .. } = self;
+        points.clear();
+        points.extend(vertices.iter().map(|&vertex| x[vertex as usize]));
+        let query = Query { pose: state.pose, ..Query::default() };
+        detector.field.ask_all(points, &query, samples);
+        heights.clear();
+        heights.resize(x.len(), f64::INFINITY);
         for (&vertex, &height) in vertices.iter().zip(&samples.distance) {
             heights[vertex as usize] = height;
         }
-        heights
     }
 
-    /// Share along the edge of its lowest point, if that is within reach.
-    fn dip(&self, ends: [u32; 2]) -> Option<f64> {
-        let ends = ends.map(|end| self.state.pose.into_body(self.x[end as usize]));
-        let FieldDetector { field, volume, reach } = self.detector;
-        edge::lowest(field, volume, ends, *reach, self.detector.edge_tolerance())
+    fn find_contacts(&mut self, near: &Near<'_>) {
+        let Self { vertices, edges, heights, contacts, .. } = self;
+        let height = |vertex: u32| heights[vertex as usize];
+        let reach = near.detector.reach;
+        let touching = vertices.iter().filter(|&&vertex| height(vertex) <= reach);
+        contacts.extend(touching.filter_map(|&vertex| near.vertex(vertex)));
+        let dipping = edges.iter().filter(|&&edge| {
+            let ends = near.body.surface().edges()[edge as usize].map(height);
+            ends.iter().all(|&height| height > reach)
+        });
+        contacts.extend(dipping.filter_map(|&edge| near.edge(edge, heights)));
     }
 }
 
-fn ascending(mut numbers: Vec<u32>) -> Vec<u32> {
-    numbers.sort_unstable();
-    numbers.dedup();
-    numbers
+/// A body near a bone.
+struct Near<'a> {
+    detector: &'a FieldDetector<'a>,
+    state: &'a RigidState,
+    body: &'a Body,
+}
+
+impl Near<'_> {
+    fn vertex(&self, vertex: u32) -> Option<FieldContact> {
+        let stencil = Stencil::single(self.term(vertex, 1.0));
+        let at = self.body.positions()[vertex as usize];
+        self.detector.contact(self.state, (at, stencil, FieldFeature::Vertex(vertex)))
+    }
+
+    /// The lowest point of an edge whose ends are both out of reach.
+    fn edge(&self, edge: u32, heights: &[f64]) -> Option<FieldContact> {
+        let [a, b] = self.body.surface().edges()[edge as usize];
+        let x = [a, b].map(|end| self.body.positions()[end as usize]);
+        let FieldDetector { field, volume, reach } = self.detector;
+        let tolerance = self.detector.edge_tolerance();
+        // Where both ends are in the grid, their heights and the steepest slope
+        // leave few edges to search.
+        let ends = heights[a as usize] + heights[b as usize];
+        let lowest = 0.5 * (ends - volume.slope * x[0].distance(x[1]));
+        if ends.is_finite() && lowest > reach + tolerance {
+            return None;
+        }
+        let in_field = x.map(|end| self.state.pose.into_body(end));
+        let share = edge::lowest(field, volume, in_field, *reach, tolerance)?;
+        let stencil = Stencil::new(&[self.term(a, 1.0 - share), self.term(b, share)])?;
+        let at = x[0].lerp(x[1], share);
+        self.detector.contact(self.state, (at, stencil, FieldFeature::Edge(edge)))
+    }
+
+    fn term(&self, vertex: u32, share: f64) -> Term {
+        Term { particle: self.body.particles().start + vertex, weight: -share }
+    }
 }

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 /// Bounds of a field; the box is of its own frame.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Volume {
+pub(crate) struct Volume {
     /// Lowest and highest corner; the lowest is above where nothing is in reach.
     range: [DVec3; 2],
     /// Most that a trilinear value changes over a unit of length.
@@ -21,7 +21,7 @@ impl Volume {
     /// Every point with a trilinear value of at most `reach` has a node of at
     /// most that within a spacing along each axis. The gradient is bounded along
     /// each axis by the steepest step between two nodes.
-    pub(super) fn of(field: &DistanceField, reach: f64) -> Self {
+    pub(crate) fn of(field: &DistanceField, reach: f64) -> Self {
         let (grid, values) = (field.grid(), field.values());
         let [nx, ny, nz] = grid.dims();
         let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
