@@ -1,6 +1,6 @@
 //! A signed distance field over a grid.
 
-use crate::store::{Nodes, Stepped, Store, Whole};
+use crate::store::Store;
 use crate::{BuildReport, FieldError, Grid, Storage};
 
 /// Signed distances at the nodes of a grid, negative inside, and what lies
@@ -55,20 +55,14 @@ impl DistanceField {
     /// When there is no such node.
     #[must_use]
     pub fn node(&self, node: [usize; 3]) -> f64 {
-        f64::from(match &self.store {
-            Store::Dense(values) => Whole::new(values, &self.grid).node(node),
-            Store::Steps { step, values } => {
-                Stepped(Whole::new(values, &self.grid), *step).node(node)
-            }
-            Store::Bricks(bricks) => bricks.node(node),
-        })
+        self.store.node(node)
     }
 
     /// Values of all nodes, x running fastest, as [`Self::from_values`] takes them.
     #[must_use]
     pub fn values(&self) -> Vec<f32> {
-        if let Store::Dense(values) = &self.store {
-            return values.clone();
+        if let Store::Floats(nodes) = &self.store {
+            return nodes.values.clone();
         }
         let [nx, ny, nz] = self.grid.dims();
         let nodes =

@@ -3,7 +3,9 @@
 use glam::DVec3;
 
 use crate::FieldError;
-use crate::num::{coordinate, floor_index};
+use crate::frame::{Frame, Located};
+use crate::num::{coordinate, floor_index, whole_index};
+use crate::query::Pose;
 
 /// Most nodes along an axis: three squares of it fit 32 bits.
 const LONGEST_AXIS: usize = 37_000;
@@ -121,46 +123,13 @@ impl Grid {
     /// The last node of an axis belongs to the last cell.
     #[must_use]
     pub fn locate(&self, p: DVec3) -> Option<Cell> {
-        Locator::new(self).locate(p)
+        let Located { cell, place } = Frame::new(self, &Pose::IDENTITY).locate(p)?;
+        Some(Cell { node: cell.to_array().map(whole_index), place })
     }
 
     /// `p` in units of the spacing, from the origin.
     pub(crate) fn to_units(self, p: DVec3) -> DVec3 {
         (p - self.origin) / self.spacing
-    }
-}
-
-/// Finds cells of one grid; made once for many points.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Locator {
-    first: DVec3,
-    last: DVec3,
-    last_cell: [usize; 3],
-    pub(crate) per_spacing: f64,
-}
-
-impl Locator {
-    #[inline]
-    pub(crate) fn new(grid: &Grid) -> Self {
-        let [nx, ny, nz] = grid.dims;
-        let last = grid.position([nx - 1, ny - 1, nz - 1]);
-        let last_cell = [nx - 2, ny - 2, nz - 2];
-        Self { first: grid.origin, last, last_cell, per_spacing: 1.0 / grid.spacing }
-    }
-
-    #[inline]
-    pub(crate) fn locate(&self, p: DVec3) -> Option<Cell> {
-        // Compared with the border nodes themselves, which are inside to the bit.
-        let inside = p.cmpge(self.first).all() && p.cmple(self.last).all();
-        if !inside {
-            return None;
-        }
-        let u = (p - self.first) * self.per_spacing;
-        let i = floor_index(u.x).min(self.last_cell[0]);
-        let j = floor_index(u.y).min(self.last_cell[1]);
-        let k = floor_index(u.z).min(self.last_cell[2]);
-        let place = u - DVec3::new(coordinate(i), coordinate(j), coordinate(k));
-        Some(Cell { node: [i, j, k], place: place.min(DVec3::ONE) })
     }
 }
 

@@ -12,15 +12,16 @@ use glam::DVec3;
 pub(crate) type ValueAndGradient = (f64, DVec3);
 
 /// Nodes −1 to 2 along x, y and z from the lowest node of a cell; z outermost.
-pub(crate) type Block = [[[f32; 4]; 4]; 4];
+pub(crate) type Block = [[[f64; 4]; 4]; 4];
 
-/// Trilinear value and its own gradient, which jumps between cells.
+/// Trilinear value and its own gradient, which jumps between cells, from the
+/// four corners at the lower z and the four above these.
 #[inline]
-pub(crate) fn trilinear(corners: [f32; 8], place: DVec3) -> ValueAndGradient {
+pub(crate) fn trilinear<T: Into<f64>>(low: [T; 4], high: [T; 4], place: DVec3) -> ValueAndGradient {
     // Written out: as maps over arrays this takes three times as long.
-    let [c0, c1, c2, c3, c4, c5, c6, c7] = corners;
-    let [c0, c1, c2, c3] = [f64::from(c0), f64::from(c1), f64::from(c2), f64::from(c3)];
-    let [c4, c5, c6, c7] = [f64::from(c4), f64::from(c5), f64::from(c6), f64::from(c7)];
+    let [[c0, c1, c2, c3], [c4, c5, c6, c7]] = [low, high];
+    let [c0, c1, c2, c3]: [f64; 4] = [c0.into(), c1.into(), c2.into(), c3.into()];
+    let [c4, c5, c6, c7]: [f64; 4] = [c4.into(), c5.into(), c6.into(), c7.into()];
     let DVec3 { x, y, z } = place;
     let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
     // Along x at the four edges, then along y on the two faces.
@@ -36,7 +37,7 @@ pub(crate) fn trilinear(corners: [f32; 8], place: DVec3) -> ValueAndGradient {
 pub(crate) fn smooth(block: &Block, place: DVec3) -> ValueAndGradient {
     let weight =
         |axis: usize, upper: usize| if upper == 1 { place[axis] } else { 1.0 - place[axis] };
-    let at = |i: usize, j: usize, k: usize| f64::from(block[k][j][i]);
+    let at = |i: usize, j: usize, k: usize| block[k][j][i];
     let (mut value, mut gradient) = (0.0, DVec3::ZERO);
     for corner in 0..8 {
         let [a, b, c] = [corner & 1, corner >> 1 & 1, corner >> 2];
@@ -63,8 +64,8 @@ pub(crate) fn cubic(block: &Block, place: DVec3) -> ValueAndGradient {
         for (row, (wy, dy)) in plane.iter().zip(y) {
             let (mut along, mut slope) = (0.0, 0.0);
             for (&node, (wx, dx)) in row.iter().zip(x) {
-                along += wx * f64::from(node);
-                slope += dx * f64::from(node);
+                along += wx * node;
+                slope += dx * node;
             }
             value += along * wy * wz;
             gradient += DVec3::new(slope * wy * wz, along * dy * wz, along * wy * dz);

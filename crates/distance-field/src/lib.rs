@@ -45,7 +45,9 @@
 //! musculoskeletal system from MRI", PhD thesis, University of Geneva, 2007,
 //! section 4.7.2, for the seed method and its use; the modules name theirs.
 
+mod ask;
 mod band;
+mod bricks;
 mod build;
 mod carry;
 mod chain;
@@ -56,9 +58,11 @@ mod envelope;
 mod error;
 mod field;
 mod flood;
+mod frame;
 mod grid;
 mod inside;
 mod interpolate;
+mod lanes;
 mod memory;
 mod num;
 mod options;

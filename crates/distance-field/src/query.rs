@@ -2,11 +2,9 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
+use crate::ask::Asked;
 use crate::field::DistanceField;
-use crate::grid::{Cell, Grid, Locator};
-use crate::interpolate::{Block, cubic, smooth, trilinear};
-use crate::par;
-use crate::store::{Nodes, Stepped, Store, Whole};
+use crate::store::Store;
 
 /// How a value is found between nodes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,6 +37,14 @@ impl Pose {
     #[must_use]
     pub fn new(rotation: DQuat, translation: DVec3) -> Self {
         Self { rotation: DMat3::from_quat(rotation.normalize()), translation }
+    }
+
+    pub(crate) fn rotation(&self) -> DMat3 {
+        self.rotation
+    }
+
+    pub(crate) fn translation(&self) -> DVec3 {
+        self.translation
     }
 
     /// From the world into the body's frame.
@@ -119,9 +125,6 @@ pub struct Samples {
     pub gradient: Vec<DVec3>,
 }
 
-/// Points that one thread takes at a time; fewer are not worth sharing out.
-const BATCH: usize = 4096;
-
 impl DistanceField {
     /// The field at one point of its own frame; none outside the grid, never a
     /// value carried over from its border.
@@ -135,11 +138,9 @@ impl DistanceField {
     #[must_use]
     pub fn ask(&self, p: DVec3, query: &Query) -> Option<Sample> {
         match &self.store {
-            Store::Dense(values) => one(&Whole::new(values, &self.grid), &self.grid, p, query),
-            Store::Steps { step, values } => {
-                one(&Stepped(Whole::new(values, &self.grid), *step), &self.grid, p, query)
-            }
-            Store::Bricks(bricks) => one(bricks, &self.grid, p, query),
+            Store::Floats(nodes) => Asked::new(nodes, &self.grid, query).at(p),
+            Store::Steps(nodes) => Asked::new(nodes, &self.grid, query).at(p),
+            Store::Bricks(nodes) => Asked::new(nodes, &self.grid, query).at(p),
         }
     }
 
@@ -147,102 +148,9 @@ impl DistanceField {
     /// is lost, its memory is used again.
     pub fn ask_all(&self, points: &[DVec3], query: &Query, out: &mut Samples) {
         match &self.store {
-            Store::Dense(values) => {
-                all(&Whole::new(values, &self.grid), &self.grid, points, query, out);
-            }
-            Store::Steps { step, values } => {
-                let nodes = Stepped(Whole::new(values, &self.grid), *step);
-                all(&nodes, &self.grid, points, query, out);
-            }
-            Store::Bricks(bricks) => all(bricks, &self.grid, points, query, out),
+            Store::Floats(nodes) => Asked::new(nodes, &self.grid, query).all(points, out),
+            Store::Steps(nodes) => Asked::new(nodes, &self.grid, query).all(points, out),
+            Store::Bricks(nodes) => Asked::new(nodes, &self.grid, query).all(points, out),
         }
     }
-}
-
-fn all(nodes: &impl Nodes, grid: &Grid, points: &[DVec3], query: &Query, out: &mut Samples) {
-    out.distance.resize(points.len(), 0.0);
-    out.gradient.resize(points.len(), DVec3::ZERO);
-    let asked = Asked::new(nodes, grid, query);
-    let parts = points
-        .chunks(BATCH)
-        .zip(out.distance.chunks_mut(BATCH))
-        .zip(out.gradient.chunks_mut(BATCH));
-    par::for_each(parts.collect(), |_, ((points, distance), gradient)| {
-        for ((&p, distance), gradient) in points.iter().zip(distance).zip(gradient) {
-            let sample = asked.at(p).unwrap_or(Sample::OUTSIDE);
-            (*distance, *gradient) = (sample.distance, sample.gradient);
-        }
-    });
-}
-
-fn one(nodes: &impl Nodes, grid: &Grid, p: DVec3, query: &Query) -> Option<Sample> {
-    Asked::new(nodes, grid, query).at(p)
-}
-
-/// A query of one field, whatever it is stored as.
-struct Asked<'a, N> {
-    nodes: &'a N,
-    grid: &'a Grid,
-    locator: Locator,
-    query: &'a Query,
-    /// The query's pose, where it is one: turning takes a fifth of the time.
-    pose: Option<Pose>,
-}
-
-impl<'a, N: Nodes> Asked<'a, N> {
-    #[inline]
-    fn new(nodes: &'a N, grid: &'a Grid, query: &'a Query) -> Self {
-        let pose = (query.pose != Pose::IDENTITY).then_some(query.pose);
-        Self { nodes, grid, locator: Locator::new(grid), query, pose }
-    }
-
-    #[inline]
-    fn at(&self, p: DVec3) -> Option<Sample> {
-        let Cell { node, place } =
-            self.locator.locate(self.pose.map_or(p, |pose| pose.into_body(p)))?;
-        let (value, slope) = match self.query.interpolation {
-            Interpolation::Trilinear => trilinear(self.nodes.cell(node), place),
-            Interpolation::Smooth => smooth(&block(self.nodes, self.grid, node), place),
-            Interpolation::Cubic => cubic(&block(self.nodes, self.grid, node), place),
-        };
-        let slope = slope * self.locator.per_spacing;
-        let gradient = self.pose.map_or(slope, |pose| pose.direction_to_world(slope));
-        Some(Sample { distance: value - self.query.offset, gradient })
-    }
-}
-
-/// The nodes around a cell; beyond the border the last two nodes are continued
-/// in a straight line.
-fn block(nodes: &impl Nodes, grid: &Grid, node: [usize; 3]) -> Block {
-    let dims = grid.dims();
-    let interior = (0..3).all(|axis| node[axis] > 0 && node[axis] + 2 < dims[axis]);
-    let mut block = [[[0.0; 4]; 4]; 4];
-    for (k, plane) in block.iter_mut().enumerate() {
-        for (j, row) in plane.iter_mut().enumerate() {
-            for (i, value) in row.iter_mut().enumerate() {
-                // One more than the node, so that −1 can be written.
-                let shifted = [node[0] + i, node[1] + j, node[2] + k];
-                *value = if interior {
-                    nodes.node(shifted.map(|n| n - 1))
-                } else {
-                    continued(nodes, dims, shifted)
-                };
-            }
-        }
-    }
-    block
-}
-
-/// Value of the node `shifted − 1`, which may be one beyond the border.
-fn continued(nodes: &impl Nodes, dims: [usize; 3], shifted: [usize; 3]) -> f32 {
-    let beyond = (0..3).find(|&axis| shifted[axis] == 0 || shifted[axis] > dims[axis]);
-    let Some(axis) = beyond else {
-        return nodes.node(shifted.map(|n| n - 1));
-    };
-    let step = |by: usize| {
-        let mut inner = shifted;
-        inner[axis] = if shifted[axis] == 0 { by } else { shifted[axis] - by };
-        continued(nodes, dims, inner)
-    };
-    2.0 * step(1) - step(2)
 }
