@@ -90,22 +90,53 @@ fn poses_turn_points_in_and_gradients_out() {
     }
 }
 
+/// To the bit, however the field is kept, wherever it is, whatever lanes are left over.
 #[test]
 fn batches_are_single_answers_and_outside_is_infinite() {
-    let field = build(&shapes::octasphere(10.0, 3), &BuildOptions::default()).unwrap();
-    let points: Vec<DVec3> = (0..9000).map(|n| (common::spread(n) - 0.5) * 48.0).collect();
+    let turn = DQuat::from_axis_angle(DVec3::new(0.36, 0.48, 0.8), 0.7);
+    let pose = Pose::new(turn, DVec3::new(3.0, -1.0, 2.0));
+    let ball = shapes::octasphere(10.0, 3);
+    for storage in [Storage::Dense, Storage::Steps { step: 0.001 }, Storage::Bricks { step: 0.001 }]
+    {
+        let field = build(&ball, &BuildOptions { storage, ..BuildOptions::default() }).unwrap();
+        let points: Vec<DVec3> = (0..9001).map(|n| (common::spread(n) - 0.5) * 48.0).collect();
+        for query in [Query::default(), Query { pose, offset: 0.3, ..Query::default() }] {
+            let mut samples = Samples::default();
+            field.ask_all(&points, &query, &mut samples);
+            let mut outside = 0;
+            for (n, &p) in points.iter().enumerate() {
+                let one = field.ask(p, &query).unwrap_or(Sample::OUTSIDE);
+                let (distance, gradient) = (samples.distance[n], samples.gradient[n]);
+                assert_eq!(one, Sample { distance, gradient }, "{storage:?} {p}");
+                outside += u32::from(one.distance == f64::INFINITY);
+            }
+            assert!((500..8000).contains(&outside), "{outside}");
+            // Used again with fewer points, a batch holds just these.
+            field.ask_all(&points[..7], &query, &mut samples);
+            assert_eq!((samples.distance.len(), samples.gradient.len()), (7, 7));
+        }
+    }
+}
+
+/// What is beyond any one border, or not a number, is outside in a batch too.
+#[test]
+fn batches_end_at_each_border() {
+    let field = build(&shapes::octasphere(5.0, 3), &BuildOptions::default()).unwrap();
+    let grid = *field.grid();
+    let last = grid.position(grid.dims().map(|n| n - 1));
+    let middle = 0.5 * (grid.origin() + last);
+    let mut points = vec![grid.origin(), last, middle];
+    for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+        let across = middle * (DVec3::ONE - axis);
+        for beyond in [grid.origin() - 1e-9, last + 1e-9, DVec3::NAN, DVec3::INFINITY] {
+            points.push(DVec3::select(axis.cmpgt(DVec3::ZERO), beyond, across));
+        }
+    }
     let mut samples = Samples::default();
     field.ask_all(&points, &Query::default(), &mut samples);
-    let mut outside = 0;
-    for (n, &p) in points.iter().enumerate() {
-        let one = field.ask(p, &Query::default()).unwrap_or(Sample::OUTSIDE);
-        assert_eq!(one, Sample { distance: samples.distance[n], gradient: samples.gradient[n] });
-        outside += u32::from(one.distance == f64::INFINITY);
-    }
-    assert!((500..8000).contains(&outside), "{outside}");
-    // Used again with fewer points, a batch holds just these.
-    field.ask_all(&points[..7], &Query::default(), &mut samples);
-    assert_eq!((samples.distance.len(), samples.gradient.len()), (7, 7));
+    assert!(samples.distance[..3].iter().all(|distance| distance.is_finite()));
+    assert!(samples.distance[3..].iter().all(|distance| *distance == f64::INFINITY));
+    assert!(samples.gradient[3..].iter().all(|gradient| *gradient == DVec3::ZERO));
 }
 
 /// Steps are off by half a step, bricks as steps, and bricks leave out what is far.
