@@ -29,6 +29,7 @@
 
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "programs that print")]
 
+mod chart;
 mod fixtures;
 mod number;
 mod process;
@@ -49,6 +50,7 @@ usage: cargo xtask TASK
 
   verify          tests, golden files, layout and timing checks, and one table of them
   ratios [CRATE]  every speed and cost that is claimed, beside what it is compared with
+  chart [PICTURE] draw the pictures of docs/chart, and write the numbers behind them
   fixtures        write the generated files of the package `fixtures` anew
   tidy            layout rules: layers, module headers, file size, wording";
 
@@ -59,6 +61,8 @@ fn main() -> ExitCode {
         ["verify"] => verify::run(&root()),
         ["ratios"] => ratios::run(&root(), None),
         ["ratios", name] => ratios::run(&root(), Some(name)),
+        ["chart"] => chart::run(&root(), None),
+        ["chart", name] => chart::run(&root(), Some(name)),
         ["fixtures"] => fixtures::run(&root()),
         ["tidy"] => tidy::run(&root()),
         _ => Err(USAGE.to_owned()),

@@ -1,0 +1,16 @@
+//! Pictures of what methods can and cannot do, with the numbers behind them.
+//!
+//! A picture is a module with a function `run` that is given the folder to
+//! write to and returns the files it wrote; [`PICTURES`] names them all.
+
+pub mod sheet;
+pub mod stability;
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+
+/// Draws a picture into a folder; returns the files it wrote.
+pub type Draw = fn(&Path) -> Result<Vec<PathBuf>, Box<dyn Error>>;
+
+/// Every picture, by its name.
+pub const PICTURES: [(&str, Draw); 1] = [("stability", stability::run)];

@@ -1,0 +1,50 @@
+//! Known limits of stability, in closed form.
+//!
+//! A contact spring with ω² = k / m and damping ratio ζ makes a step a map of
+//! (x, v) with trace T and determinant D; it is stable where |T| ≤ 1 + D and
+//! D ≤ 1 (the Jury conditions). Writing these out for each integrator gives
+//! the limits below, as ω h.
+
+use response::stability::Scheme;
+
+/// Spectral radius over 1 that is rounding: an undamped spring has exactly 1.
+pub const ROUNDING: f64 = 1e-9;
+
+/// Largest gain of second-order springs under an explicit integrator: so many
+/// copies of one contact may be added up.
+pub const SECOND_ORDER_GAIN: f64 = 4.0 / 3.0;
+
+/// Largest ω h at which a contact spring of damping ratio ζ is stable, 0 where
+/// none is; `None` where all are.
+#[must_use]
+pub fn spring(scheme: Scheme, zeta: f64) -> Option<f64> {
+    match scheme {
+        Scheme::ExplicitEuler if zeta <= 1.0 => Some(2.0 * zeta),
+        Scheme::ExplicitEuler => Some(2.0 * (zeta - (zeta * zeta - 1.0).sqrt())),
+        Scheme::Taylor => Some((4.0 * zeta).min(zeta.recip())),
+        Scheme::SymplecticEuler => Some(2.0 * ((1.0 + zeta * zeta).sqrt() - zeta)),
+        Scheme::ImplicitEuler | Scheme::ImplicitMidpoint => None,
+    }
+}
+
+/// The same for a stack of equal masses on equal springs, with ω and ζ of one:
+/// its fastest mode is faster, and damped more, by the factor
+/// 2 cos(π / (2 n + 1)).
+#[must_use]
+pub fn stack(scheme: Scheme, zeta: f64, masses: u32) -> Option<f64> {
+    let faster = 2.0 * (std::f64::consts::PI / (2.0 * f64::from(masses) + 1.0)).cos();
+    spring(scheme, zeta * faster).map(|omega_h| omega_h / faster)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stacks_lower_the_limit_to_one() {
+        for (masses, known) in [(1, 2.0), (2, 1.236), (5, 1.042), (10, 1.011), (50, 1.0005)] {
+            let limit = stack(Scheme::SymplecticEuler, 0.0, masses).unwrap();
+            assert!((limit - known).abs() < 6e-4, "{masses} masses: {limit}");
+        }
+    }
+}
