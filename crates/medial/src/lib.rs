@@ -76,8 +76,8 @@ mod topology;
 
 pub use crate::ball::Ball;
 pub use crate::detect::{
-    Counts, MOST_CONTACTS, Particles, PrimitiveContact, Probes, Reach, Sides, contacts,
-    primitive_contacts,
+    Counts, MOST_CONTACTS, Particles, PointContact, PrimitiveContact, Probes, Reach, Sides,
+    contacts, contacts_among, primitive_contacts, primitive_contacts_among,
 };
 pub use crate::deviation::{Deviation, OneSided};
 pub use crate::distance::{

@@ -2,6 +2,7 @@
 
 use ccd::CcdError;
 use kdop::TreeError;
+use medial::MedialError;
 use response::ResponseError;
 use surface::{SurfaceError, TriangleSurface};
 
@@ -38,6 +39,40 @@ pub enum SceneError {
         name: String,
         /// What is wrong with it.
         source: TreeError,
+    },
+    /// A body has no medial surface like this one.
+    #[error("body {name:?}: {source}")]
+    Medial {
+        /// The body's name.
+        name: String,
+        /// What is wrong with it.
+        source: MedialError,
+    },
+    /// A body without an inside was asked for balls in it.
+    #[error("body {name:?}: {source}")]
+    NoInside {
+        /// The body's name.
+        name: String,
+        /// Why it has none.
+        source: NoInside,
+    },
+    /// A body was asked for its contacts with itself.
+    #[error("body {name:?} was asked for contacts with itself")]
+    Itself {
+        /// The body's name.
+        name: String,
+    },
+    /// A field does not tell distances as far out as a body is thick.
+    #[error(
+        "body {name:?}: a ball may touch the bone whose field tells distances up to {known}, but {needed} is needed: build it with more padding and without truncation"
+    )]
+    FieldRange {
+        /// The body's name.
+        name: String,
+        /// The distance that the field tells at the ball's centre, at least.
+        known: f64,
+        /// The distance that has to be told.
+        needed: f64,
     },
     /// The parameters of swept detection mean nothing.
     #[error("{source}")]

@@ -41,6 +41,7 @@
 mod check;
 mod error;
 mod field;
+mod medial_detector;
 mod pair;
 mod parallel;
 mod resolve;
@@ -49,11 +50,12 @@ mod shape;
 mod sweep;
 mod unseen;
 
-pub use {ccd, distance_field, glam, kdop, response, surface};
+pub use {ccd, distance_field, glam, kdop, medial, response, surface};
 
 pub use crate::check::CheckParams;
 pub use crate::error::{NoInside, SceneError};
 pub use crate::field::{FieldContact, FieldDetector, FieldFeature, RigidState};
+pub use crate::medial_detector::{MedialContact, MedialDetector, MedialFeature, PrimitiveBall};
 pub use crate::pair::{ContactPatch, NearVertex, PairReport, VertexReport};
 pub use crate::resolve::{BodyChange, Obstacle, Remaining, Resolution, ResolveParams, Round};
 pub use crate::scene::{Body, BodyId, BodyKind, Scene};

@@ -119,8 +119,43 @@ impl<'a> FieldDetector<'a> {
         self.field.grid().spacing() / 1000.0
     }
 
+    /// Values of at most this are contacts.
+    pub(crate) fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    /// The most that a ball between others may be above the lowest of them: a
+    /// twentieth of the spacing.
+    #[must_use]
+    pub fn ball_tolerance(&self) -> f64 {
+        self.field.grid().spacing() / 20.0
+    }
+
+    /// The distance at a point of the world, or a bound below where the field does
+    /// not tell it: outside of its grid, or where it is truncated.
+    pub(crate) fn tell(&self, state: &RigidState, p: DVec3) -> Result<Sample, f64> {
+        let query = Query { interpolation: Interpolation::Smooth, offset: 0.0, pose: state.pose };
+        match self.field.ask(p, &query) {
+            Some(sample) if sample.distance < self.volume.highest => Ok(sample),
+            Some(_) => Err(self.volume.highest),
+            // What is within reach is in the box.
+            None => {
+                let p = state.pose.into_body(p);
+                Err(self.reach + p.distance(self.volume.clamp(p)))
+            }
+        }
+    }
+
+    /// The direction of a gradient at a point of the world; where there is none,
+    /// that away from the middle of the bone's box.
+    pub(crate) fn normal(&self, state: &RigidState, p: DVec3, gradient: DVec3) -> DVec3 {
+        let away = || p - state.to_world(self.volume.middle());
+        let normal = gradient.try_normalize().or_else(|| away().try_normalize());
+        normal.unwrap_or(DVec3::Z)
+    }
+
     /// Bounds in the world of all that may be within reach; none where nothing is.
-    fn bounds(&self, state: &RigidState) -> Option<Dop18> {
+    pub(crate) fn bounds(&self, state: &RigidState) -> Option<Dop18> {
         let corners = self.volume.corners()?.map(|corner| state.to_world(corner));
         // Turning a point in and back may move it by rounding.
         let rounding = 1e-12 * corners.iter().fold(0.0, |most: f64, p| most.max(p.length()));
@@ -135,9 +170,7 @@ impl<'a> FieldDetector<'a> {
         let query = Query { interpolation: Interpolation::Smooth, offset: 0.0, pose: state.pose };
         let Sample { distance: gap, gradient } = self.field.ask(p, &query)?;
         let steepness = gradient.length();
-        let away = || p - state.to_world(self.volume.middle());
-        let normal = gradient.try_normalize().or_else(|| away().try_normalize());
-        let normal = normal.unwrap_or(DVec3::Z);
+        let normal = self.normal(state, p, gradient);
         let point = p - gap * normal;
         let velocity = state.velocity(point);
         let anchor = Some(Anchor { point, velocity, acceleration: DVec3::ZERO });

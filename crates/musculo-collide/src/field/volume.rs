@@ -11,6 +11,8 @@ pub(crate) struct Volume {
     range: [DVec3; 2],
     /// Most that a trilinear value changes over a unit of length.
     pub(super) slope: f64,
+    /// The largest value: one that is not less may be truncated.
+    pub(super) highest: f64,
 }
 
 /// How far inside the grid's border the box ends, in spacings: what rounding may
@@ -26,11 +28,13 @@ impl Volume {
         let [nx, ny, nz] = grid.dims();
         let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let mut steepest = [0.0_f32; 3];
+        let mut highest = f32::NEG_INFINITY;
         for k in 0..nz {
             for j in 0..ny {
                 let row = nx * (j + ny * k);
                 for i in 0..nx {
                     let value = values[row + i];
+                    highest = highest.max(value);
                     if f64::from(value) <= reach {
                         let p = grid.position([i, j, k]);
                         (lo, hi) = (lo.min(p), hi.max(p));
@@ -49,7 +53,11 @@ impl Volume {
         let last = grid.position([nx - 1, ny - 1, nz - 1]) - HAIR * h;
         // The differences were rounded once, to 24 bits.
         let slope = DVec3::from_array(steepest.map(f64::from)).length() / h * (1.0 + 1e-6);
-        Self { range: [(lo - h).max(first), (hi + h).min(last)], slope }
+        Self {
+            range: [(lo - h).max(first), (hi + h).min(last)],
+            slope,
+            highest: f64::from(highest),
+        }
     }
 
     /// The box's eight corners; none where nothing is within reach.

@@ -24,6 +24,7 @@ use crate::{BodyId, NoInside};
 
 pub use self::patches::ContactPatch;
 pub use self::projection::NearVertex;
+pub(crate) use self::projection::{NO_HINT, nearest};
 
 /// What was found between two bodies.
 #[derive(Clone, Debug, PartialEq)]

@@ -39,7 +39,8 @@ pub(super) struct Candidates {
     hints: Vec<u32>,
 }
 
-const NO_HINT: u32 = u32::MAX;
+/// No face is known to be near.
+pub(crate) const NO_HINT: u32 = u32::MAX;
 
 /// Gathers the vertices of both surfaces that may be within reach.
 pub(super) fn find_candidates(
@@ -81,7 +82,7 @@ pub(super) fn project(
 
 /// The nearest point of a body's surface within `limit`, and its face; `hint`
 /// is a face that is likely near.
-fn nearest(
+pub(crate) fn nearest(
     body: &Shape,
     point: DVec3,
     limit: f64,

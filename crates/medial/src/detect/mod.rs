@@ -18,11 +18,14 @@
 //! - a point at the very centre of a ball, or that passed the middle of the sheet
 //!   since it was last seen, is told by the normal it was last seen under.
 
+mod primitives;
+
 use glam::DVec3;
 use kdop::{Tree, Workspace};
-use surface::{Contact, Stencil, Term};
+use surface::{Contact, Stencil};
 
-use crate::{Ball, Foot, FootRule, MedialSurface, PrimitiveTree, pair_foot};
+pub use self::primitives::{PrimitiveContact, primitive_contacts, primitive_contacts_among};
+use crate::{Ball, Foot, FootRule, MedialSurface, PrimitiveTree};
 
 /// Contacts that a point keeps at most: what a groove with three sides needs.
 pub const MOST_CONTACTS: usize = 3;
@@ -104,6 +107,24 @@ pub struct Counts {
     pub leaf_tests: u64,
 }
 
+/// A point or ball in or near a medial surface, and the ball of a primitive that
+/// decides how deep or how near.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointContact {
+    /// The point.
+    pub point: u32,
+    /// The primitive.
+    pub primitive: u32,
+    /// The primitive's ball and its weights.
+    pub foot: Foot,
+    /// Unit vector from that ball's centre to the point; see [`Sides`].
+    pub normal: DVec3,
+    /// Sum of the radii of that ball and the point's own.
+    pub offset: f64,
+    /// Height of the point over the ball's centre less the offset.
+    pub gap: f64,
+}
+
 /// Finds the contacts of points or balls with the union of `medial`.
 ///
 /// The particles of a contact are the point (its number in `probes`, plus
@@ -123,7 +144,7 @@ pub fn contacts(
     tree: &PrimitiveTree,
     reach: &Reach,
     particles: Particles,
-    mut sides: Option<&mut Sides>,
+    sides: Option<&mut Sides>,
     workspace: &mut Workspace,
 ) -> (Vec<Contact>, Counts) {
     let mut pairs = Vec::new();
@@ -132,24 +153,43 @@ pub fn contacts(
     });
     let leaf_tests = pairs.len() as u64;
     let counts = Counts { bound_tests: workspace.counters().quad_tests, leaf_tests };
+    let mut found = Vec::new();
+    contacts_among(&mut pairs, |point| probes.ball(point), medial, reach, sides, &mut found);
+    (found.iter().map(|found| found.contact(medial, particles)).collect(), counts)
+}
+
+/// As [`contacts`], among pairs of a point and a primitive that the caller found,
+/// and with memory that is the caller's: `pairs` is sorted, and what `out` held is
+/// lost. `ball` tells a point's position, and its radius or 0.
+///
+/// # Panics
+///
+/// When there is no such primitive, or the sides are of fewer points.
+pub fn contacts_among(
+    pairs: &mut Vec<(u32, u32)>,
+    ball: impl Fn(u32) -> Ball,
+    medial: &MedialSurface,
+    reach: &Reach,
+    mut sides: Option<&mut Sides>,
+    out: &mut Vec<PointContact>,
+) {
     pairs.sort_unstable();
-    let mut out = Vec::new();
+    pairs.dedup();
+    out.clear();
     for of_point in pairs.chunk_by(|(a, _), (b, _)| a == b) {
-        let point = of_point[0].0;
-        let mut found: Vec<Found> = Vec::new();
-        for &(_, primitive) in of_point {
-            let side = sides.as_ref().map_or(DVec3::ZERO, |sides| sides.of(point));
-            let touch = Found::at(probes.ball(point), medial, primitive, reach.rule, side);
+        let (point, first) = (of_point[0].0, out.len());
+        let probe = ball(point);
+        let side = sides.as_ref().map_or(DVec3::ZERO, |sides| sides.of(point));
+        for &pair in of_point {
+            let touch = PointContact::of(pair, probe, medial, reach.rule, side);
             if touch.gap <= reach.reach {
-                keep(&mut found, touch, reach.most);
+                keep(out, first, touch, reach.most);
             }
         }
-        if let (Some(sides), Some(nearest)) = (sides.as_deref_mut(), found.first()) {
+        if let (Some(sides), Some(nearest)) = (sides.as_deref_mut(), out.get(first)) {
             sides.0[point as usize] = nearest.normal;
         }
-        out.extend(found.iter().map(|found| found.contact(point, medial, particles)));
     }
-    (out, counts)
 }
 
 /// Numbers of the first point and the first ball among the caller's particles.
@@ -161,36 +201,39 @@ pub struct Particles {
     pub first_ball: u32,
 }
 
-/// A point against one primitive.
-#[derive(Clone, Copy, Debug)]
-struct Found {
-    primitive: u32,
-    foot: Foot,
-    radius: f64,
-    normal: DVec3,
-    gap: f64,
-}
-
-impl Found {
-    fn at(ball: Ball, medial: &MedialSurface, primitive: u32, rule: FootRule, side: DVec3) -> Self {
+impl PointContact {
+    fn of(
+        (point, primitive): (u32, u32),
+        ball: Ball,
+        medial: &MedialSurface,
+        rule: FootRule,
+        side: DVec3,
+    ) -> Self {
         let p = ball.center;
         let foot = medial.foot(p, primitive, rule);
         let normal = normal(p, &foot, &medial.primitive_balls(primitive), side);
         // The height over the foot along the normal: the distance, or less where
         // the point is on the other side of the sheet than it was.
         let height = (p - foot.ball.center).dot(normal);
-        let gap = height - foot.ball.radius - ball.radius;
-        Self { primitive, foot, radius: ball.radius, normal, gap }
+        let offset = foot.ball.radius + ball.radius;
+        Self { point, primitive, foot, normal, offset, gap: height - offset }
     }
 
-    fn contact(&self, point: u32, medial: &MedialSurface, particles: Particles) -> Contact {
+    /// The contact between the point and the primitive's balls as particles.
+    ///
+    /// # Panics
+    ///
+    /// When `medial` has no such primitive.
+    #[must_use]
+    pub fn contact(&self, medial: &MedialSurface, particles: Particles) -> Contact {
         let face =
             medial.primitives()[self.primitive as usize].map(|ball| ball + particles.first_ball);
+        let point = self.point + particles.first_point;
         Contact {
-            stencil: Stencil::vertex_face(point + particles.first_point, face, self.foot.weights),
+            stencil: Stencil::vertex_face(point, face, self.foot.weights),
             anchor: None,
             normal: self.normal,
-            offset: self.foot.ball.radius + self.radius,
+            offset: self.offset,
             gap: self.gap,
             time: None,
         }
@@ -218,84 +261,23 @@ fn normal(p: DVec3, foot: &Foot, balls: &[Ball; 3], side: DVec3) -> DVec3 {
     }
 }
 
-/// Keeps `touch` beside those with distinct normals, or in the place of one that
-/// it is deeper than; the least gap first.
-fn keep(found: &mut Vec<Found>, touch: Found, most: usize) {
-    let alike = |other: &Found| other.normal.dot(touch.normal) > DISTINCT_COSINE;
-    if found.iter().any(|other| alike(other) && other.gap <= touch.gap) {
+/// Keeps `touch` beside those of the same point, from `first` on, that have
+/// distinct normals, or in the place of one that it is deeper than; the least gap
+/// first.
+fn keep(out: &mut Vec<PointContact>, first: usize, touch: PointContact, most: usize) {
+    let alike = |other: &PointContact| other.normal.dot(touch.normal) > DISTINCT_COSINE;
+    if out[first..].iter().any(|other| alike(other) && other.gap <= touch.gap) {
         return;
     }
-    found.retain(|other| !alike(other));
-    let place = found.partition_point(|other| other.gap <= touch.gap);
-    found.insert(place, touch);
-    found.truncate(most);
-}
-
-/// Two primitives that come within reach of each other.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PrimitiveContact {
-    /// Number of the primitive of the first medial surface, then of the second.
-    pub primitives: [u32; 2],
-    /// Weights of the balls of each.
-    pub weights: [[f64; 3]; 2],
-    /// Unit vector from the second's ball to the first's; where their centres
-    /// coincide, a normal of the second.
-    pub normal: DVec3,
-    /// Sum of the radii.
-    pub offset: f64,
-    /// Distance of the two balls, negative where they overlap.
-    pub gap: f64,
-}
-
-impl PrimitiveContact {
-    /// The particles with their weights β, as in [`Contact`]: those of the first
-    /// medial surface (numbered from `particles.first_point`) sum to −1, those
-    /// of the second (from `particles.first_ball`) to 1. At most six.
-    #[must_use]
-    pub fn terms(&self, a: &MedialSurface, b: &MedialSurface, particles: Particles) -> Vec<Term> {
-        let side = |medial: &MedialSurface, k: usize, first: u32, sign: f64| {
-            let balls = medial.primitives()[self.primitives[k] as usize];
-            let terms = balls.into_iter().zip(self.weights[k]).filter(|&(_, w)| w > 0.0);
-            terms
-                .map(|(ball, w)| Term { particle: ball + first, weight: sign * w })
-                .collect::<Vec<_>>()
-        };
-        let mut terms = side(a, 0, particles.first_point, -1.0);
-        terms.extend(side(b, 1, particles.first_ball, 1.0));
-        terms
-    }
-}
-
-/// Finds all pairs of primitives of two medial surfaces whose unions come within
-/// `reach`: what balls against primitives miss where only insides of primitives
-/// meet.
-///
-/// The gap of each pair is the exact least distance or deepest overlap. Pairs
-/// stand in ascending order.
-#[must_use]
-pub fn primitive_contacts(
-    a: (&MedialSurface, &PrimitiveTree),
-    b: (&MedialSurface, &PrimitiveTree),
-    reach: f64,
-    workspace: &mut Workspace,
-) -> (Vec<PrimitiveContact>, Counts) {
-    let mut pairs = Vec::new();
-    a.1.tree().pairs(b.1.tree(), reach, workspace, |i, j| pairs.push([i, j]));
-    let counts =
-        Counts { bound_tests: workspace.counters().quad_tests, leaf_tests: pairs.len() as u64 };
-    pairs.sort_unstable();
-    let contact = |primitives: [u32; 2]| {
-        let balls = b.0.primitive_balls(primitives[1]);
-        let foot = pair_foot(&a.0.primitive_balls(primitives[0]), &balls);
-        let on_b = Foot { weights: foot.weights_b, ball: foot.b, distance: foot.distance };
-        PrimitiveContact {
-            primitives,
-            weights: [foot.weights_a, foot.weights_b],
-            normal: normal(foot.a.center, &on_b, &balls, DVec3::ZERO),
-            offset: foot.a.radius + foot.b.radius,
-            gap: foot.distance,
+    let mut end = first;
+    for k in first..out.len() {
+        if !alike(&out[k]) {
+            out[end] = out[k];
+            end += 1;
         }
-    };
-    let found = pairs.into_iter().map(contact).filter(|c| c.gap <= reach).collect();
-    (found, counts)
+    }
+    out.truncate(end);
+    let place = first + out[first..].partition_point(|other| other.gap <= touch.gap);
+    out.insert(place, touch);
+    out.truncate(first + most);
 }

@@ -1,0 +1,43 @@
+//! Vertices of a body against balls.
+
+use medial::{Ball, FootRule, PointContact, Reach, contacts_among};
+
+use super::hold::Hold;
+use super::{MedialContact, MedialDetector, MedialFeature, PrimitiveBall, Scratch};
+use crate::scene::Body;
+
+/// Contacts of the vertices of `body` with the detector's balls, which are those
+/// of `of`. Trees must be built.
+pub(super) fn contacts(
+    body: &Body,
+    (detector, of): (&MedialDetector, &Body),
+    scratch: &mut Scratch,
+) -> Vec<MedialContact> {
+    let Scratch { workspace, pairs, points, .. } = scratch;
+    pairs.clear();
+    detector.tree.tree().pairs(body.tree(), detector.reach, workspace, |primitive, face| {
+        let own = body.surface().faces()[face as usize].into_iter();
+        pairs.extend(own.filter(|&v| is_first(body, v, face)).map(|vertex| (vertex, primitive)));
+    });
+    let reach = Reach { reach: detector.reach, rule: FootRule::Exact, most: detector.most };
+    let ball = |vertex: u32| Ball::new(body.positions()[vertex as usize], 0.0);
+    contacts_among(pairs, ball, &detector.medial, &reach, None, points);
+    let contact = |found: &PointContact| {
+        let PointContact { point: vertex, primitive, foot, normal, .. } = *found;
+        let border = foot.ball.center + foot.ball.radius * normal;
+        let hint = detector.hints.of(&detector.medial, primitive, normal);
+        let on = Hold::nearest(of, border, hint, workspace)?;
+        Some(MedialContact {
+            contact: Hold::vertex(body, vertex).contact(&on, normal, found.gap),
+            ball: PrimitiveBall { primitive, weights: foot.weights },
+            feature: MedialFeature::Vertex(vertex),
+        })
+    };
+    points.iter().filter_map(contact).collect()
+}
+
+/// Whether a face is the first of those at one of its vertices, so that each
+/// vertex is looked at once.
+fn is_first(body: &Body, vertex: u32, face: u32) -> bool {
+    body.surface().vertex_faces(vertex).first() == Some(&face)
+}
