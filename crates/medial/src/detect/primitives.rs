@@ -37,7 +37,7 @@ impl PrimitiveContact {
         }
     }
 
-    /// The particles with their weights β, as in [`Contact`]: those of the first
+    /// The particles with their weights β, as in [`Contact`](surface::Contact): those of the first
     /// medial surface (numbered from `particles.first_point`) sum to −1, those
     /// of the second (from `particles.first_ball`) to 1. At most six.
     #[must_use]
