@@ -49,7 +49,13 @@ fn closest_on_edges<const N: usize>(corners: &[DVec3; N]) -> Closest<N> {
             best = (squared, i, share, point);
         }
     }
-    let (_, i, share, point) = best;
+    let (_, i, share, mut point) = best;
+    if 0.0 < share && share < 1.0 {
+        // Rounding is large beside a point near the origin, but as a direction
+        // it must be perpendicular to the edge.
+        let edge = corners[(i + 1) % N] - corners[i];
+        point -= edge * (point.dot(edge) / edge.length_squared());
+    }
     let mut weights = [0.0; N];
     weights[i] = 1.0 - share;
     weights[(i + 1) % N] = share;

@@ -13,7 +13,7 @@ use glam::DVec3;
 
 use crate::cubic::Cubic;
 use crate::polygon::{Corners, Outline, Shape, larger, mix, most, separation_bound};
-use crate::rounding::{AREA_DIRECTION, COPLANARITY, LENGTH_UP, NORMAL, NORMAL_DURING, UNDERFLOW};
+use crate::rounding::{AREA_DIRECTION, COPLANARITY, LENGTH_UP, NORMAL, UNDERFLOW};
 
 /// Area vectors of a moving polygon, and what bounds their errors.
 #[derive(Clone, Copy, Debug)]
@@ -25,8 +25,8 @@ pub(crate) struct Coplanarity<'a> {
     permanent: DVec3,
     /// `[n . a0, n . a1]` for the area vector `n` of time 0, then of time 1.
     heights: [[f64; 2]; 2],
-    /// Bound of heights over an area vector.
-    area_bound: f64,
+    /// `X + Y`: largest coordinates of the edges of corner 0, summed.
+    edge_reach: DVec3,
 }
 
 impl<'a> Coplanarity<'a> {
@@ -36,9 +36,9 @@ impl<'a> Coplanarity<'a> {
         let (x, y) = (most(e0.abs(), e1.abs()), most(f0.abs(), f1.abs()));
         let permanent = permanent(x, y);
         let areas = [e0.cross(f0), e1.cross(f1)];
-        let heights = areas.map(|n| outline.corner.map(|a| n.dot(a)));
-        let area_bound = AREA_DIRECTION * permanent.dot(outline.reach() + x + y) + UNDERFLOW;
-        Self { outline, areas, permanent, heights, area_bound }
+        let ([a0, a1], [n0, n1]) = (outline.corner, areas);
+        let heights = [[n0.dot(a0), n0.dot(a1)], [n1.dot(a0), n1.dot(a1)]];
+        Self { outline, areas, permanent, heights, edge_reach: x + y }
     }
 
     /// Direction certificate with the area vectors of both ends, during
@@ -51,7 +51,7 @@ impl<'a> Coplanarity<'a> {
     where
         Shape<N>: Corners<N>,
     {
-        (0..2).any(|own| self.area_separates::<N>(own, end, separation))
+        self.area_separates::<N>(0, end, separation) || self.area_separates::<N>(1, end, separation)
     }
 
     /// The certificate with the area vector of one end.
@@ -65,12 +65,18 @@ impl<'a> Coplanarity<'a> {
         if self.heights[own][0] * self.heights[own][1] <= 0.0 {
             return false;
         }
-        let side = 1.0_f64.copysign(self.heights[own][0]);
-        let rise = Shape::<N>::least_rise(side * n.dot(e), side * n.dot(f));
-        let mut least = self.heights[own].map(|height| side * height);
-        least[other] += rise;
-        let bound = self.area_bound + separation_bound(n, separation);
+        let [at_0, at_1] = self.heights[own];
+        let side = 1.0_f64.copysign(at_0);
+        let mut least = [side * at_0, side * at_1];
+        least[other] += Shape::<N>::least_rise(side * n.dot(e), side * n.dot(f));
+        let bound = self.area_bound() + separation_bound(n, separation);
         least[0] > bound && mix(least[0], least[1], end) > bound
+    }
+
+    /// Bound of heights over an area vector.
+    #[inline]
+    fn area_bound(&self) -> f64 {
+        AREA_DIRECTION * self.permanent.dot(self.outline.reach() + self.edge_reach) + UNDERFLOW
     }
 
     /// The cubic with its bound.
@@ -89,7 +95,9 @@ impl<'a> Coplanarity<'a> {
     /// How far from zero the cubic must be for the plane to be further than
     /// `separation` from the origin: the separation times the largest area.
     pub(crate) fn margin(&self, separation: f64) -> f64 {
-        let area = largest_length(self.areas, self.mixed_area());
+        // The middle Bernstein coefficient of the area vector is half of the mixed one.
+        let [at_0, at_1] = self.areas.map(DVec3::length);
+        let area = larger(larger(at_0, at_1), 0.5 * self.mixed_area().length());
         separation * (area + NORMAL * self.permanent.element_sum() + UNDERFLOW) * LENGTH_UP
     }
 
@@ -99,20 +107,6 @@ impl<'a> Coplanarity<'a> {
         let ([e0, e1], [f0, f1]) = (self.outline.first_edge, self.outline.last_edge);
         e0.cross(f1) + e1.cross(f0)
     }
-}
-
-/// [`Coplanarity::margin`] during `lo..=hi` alone.
-pub(crate) fn margin_during(outline: &Outline, lo: f64, hi: f64, separation: f64) -> f64 {
-    let ([e0, f0], [e1, f1]) = (outline.edges(lo), outline.edges(hi));
-    let area = largest_length([e0.cross(f0), e1.cross(f1)], e0.cross(f1) + e1.cross(f0));
-    let permanent = permanent(most(e0.abs(), e1.abs()), most(f0.abs(), f1.abs()));
-    separation * (area + NORMAL_DURING * permanent.element_sum() + UNDERFLOW) * LENGTH_UP
-}
-
-/// Largest length among the Bernstein coefficients of an area vector, the
-/// middle one given twice.
-fn largest_length([at_0, at_1]: [DVec3; 2], mixed: DVec3) -> f64 {
-    larger(larger(at_0.length(), at_1.length()), 0.5 * mixed.length())
 }
 
 /// Sums of the absolute products of which a cross product has differences.

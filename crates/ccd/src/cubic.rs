@@ -131,8 +131,8 @@ impl Cubic {
     #[must_use]
     pub fn value(&self, t: f64) -> f64 {
         let [b0, b1, b2, b3] = self.bernstein;
-        let (b01, b12, b23) = (mix(b0, b1, t), mix(b1, b2, t), mix(b2, b3, t));
-        mix(mix(b01, b12, t), mix(b12, b23, t), t)
+        let s = 1.0 - t;
+        ((s * b0 + 3.0 * t * b1) * s + 3.0 * (t * t) * b2) * s + t * t * t * b3
     }
 
     /// Bernstein coefficients on `lo..=hi`, by blossoming: each up to
@@ -156,18 +156,30 @@ impl Cubic {
         beyond(&self.bernstein, self.error + margin)
     }
 
-    /// [`Cubic::excludes_zero`] on `lo..=hi`.
-    #[must_use]
-    pub fn excludes_zero_on(&self, lo: f64, hi: f64, margin: f64) -> bool {
-        beyond(&self.on(lo, hi), self.evaluation_error + margin)
-    }
-
     /// Intervals outside which the exact cubic is certainly further than
     /// `margin` (`>= 0`) from zero.
     #[inline]
     #[must_use]
     pub fn isolate(&self, margin: f64) -> Roots {
-        isolate::isolate(self, margin)
+        let mut roots = Roots::none();
+        if !self.excludes_zero(margin) {
+            self.find_interval(margin, |interval| {
+                roots.push(*interval);
+                None::<()>
+            });
+        }
+        roots
+    }
+
+    /// What `look` finds first in the intervals of [`Cubic::isolate`], for a
+    /// cubic that does not exclude zero by [`Cubic::excludes_zero`].
+    #[inline]
+    pub(crate) fn find_interval<R>(
+        &self,
+        margin: f64,
+        look: impl FnMut(&RootInterval) -> Option<R>,
+    ) -> Option<R> {
+        isolate::find_interval(self, margin, look)
     }
 }
 
@@ -188,18 +200,14 @@ impl Roots {
         Self { intervals: [empty; Self::MOST], count: 0 }
     }
 
-    /// Appends an interval; one that touches the last is joined with it.
-    #[inline]
+    /// Appends an interval; where there is no room it is joined with the last.
     fn push(&mut self, interval: RootInterval) {
-        let full = self.count == Self::MOST;
-        if let Some(last) = self.intervals[..self.count].last_mut()
-            && (last.hi >= interval.lo || full)
-        {
-            last.hi = larger(last.hi, interval.hi);
-            last.kind = RootKind::Grazing;
-        } else {
+        if self.count < Self::MOST {
             self.intervals[self.count] = interval;
             self.count += 1;
+        } else if let Some(last) = self.intervals.last_mut() {
+            last.hi = interval.hi;
+            last.kind = RootKind::Grazing;
         }
     }
 }

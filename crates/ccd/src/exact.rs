@@ -123,7 +123,7 @@ where
             return Ok(Some(Root::at(lo)));
         }
         let mut first: Option<Root> = None;
-        for polynomial in self.boundary_polynomials().filter(|p| !p.is_zero()) {
+        for polynomial in self.boundary_polynomials() {
             let until = first.as_ref().map_or(hi, Root::end);
             if let Some(root) = self.first_among(&polynomial, lo, until)?
                 && first.as_ref().is_none_or(|first| root.start() < first.start())
@@ -150,12 +150,17 @@ where
         Ok(None)
     }
 
-    /// For a polygon whose plane always holds the origin: polynomials among
-    /// whose roots is every time at which the origin comes onto an edge.
+    /// For a polygon whose plane always holds the origin: a polynomial for each
+    /// edge, among whose roots is every time at which the origin comes onto it.
+    ///
+    /// Then the edge's ends and the origin are in line, so that one component
+    /// of their cross product will do; where all vanish, the origin enters the
+    /// edge along its line.
     fn boundary_polynomials(&self) -> impl Iterator<Item = Polynomial> {
-        (0..N).flat_map(|i| {
+        (0..N).filter_map(|i| {
             let (a, b) = (&self.corners[i], &self.corners[(i + 1) % N]);
-            cross(a, b).into_iter().chain([dot(a, b)])
+            let components = (0..3).map(|k| cross_component(a, b, k));
+            components.chain(std::iter::once_with(|| dot(a, b))).find(|p| !p.is_zero())
         })
     }
 

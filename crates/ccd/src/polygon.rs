@@ -10,7 +10,9 @@
 use glam::DVec3;
 
 use crate::error::{CcdError, StepEnd};
-use crate::rounding::{DIRECTION, LARGE, LENGTH_UP, SMALL, UNDERFLOW, exponent, power_of_two};
+use crate::rounding::{
+    DIRECTION, LARGE, LENGTH_UP, SMALL, TURNING, UNDERFLOW, exponent, power_of_two,
+};
 
 /// What the filters need of a moving polygon: one corner, the two edges that
 /// meet there, and the extent. All are differences of the input, not of each
@@ -342,25 +344,57 @@ impl<const N: usize> MovingPolygon<'_, N> {
         least > bound || most < -bound
     }
 
-    /// The last time up to which `m` keeps all corners on its positive side,
-    /// from `t` on and not beyond `end`; `None` if it does not even at `t`.
-    pub(crate) fn clear_until(&self, m: DVec3, t: f64, end: f64, separation: f64) -> Option<f64> {
-        let bound = self.direction_bound(m, separation);
-        let ends: [(f64, f64); N] =
-            std::array::from_fn(|i| (m.dot(self.start[i]), m.dot(self.end[i])));
-        let holds = |t: f64| ends.iter().all(|&(s0, s1)| mix(s0, s1, t) > bound);
-        if !holds(t) {
+    /// The last time up to which a direction that goes straight from `m[0]` at
+    /// `lo` to `m[1]` at `hi` keeps all corners on its positive side, further
+    /// than `separation` from the origin; `None` if it does not even at `lo`.
+    ///
+    /// Projections are quadratic in time. An edge that is perpendicular to the
+    /// direction at both ends strays from that by the square of the time in
+    /// between, where a fixed direction would lose one of its corners at once.
+    pub(crate) fn clear_until(
+        &self,
+        m: [DVec3; 2],
+        [lo, hi]: [f64; 2],
+        separation: f64,
+    ) -> Option<f64> {
+        let share = self.clear_share(m, [lo, hi], separation);
+        if share >= 1.0 {
+            return Some(hi);
+        }
+        if share <= 0.0 {
             return None;
         }
-        let zero = ends
-            .iter()
-            .filter(|(s0, s1)| s1 < s0)
-            .map(|(s0, s1)| (s0 - bound) / (s0 - s1))
-            .fold(NEVER, f64::min);
-        // The quotient is a hint: rounded down, then checked.
-        let close = smaller(end, zero - 8.0 * f64::EPSILON * zero.abs());
-        let safe = smaller(end, zero - 1e-3 * (zero - t));
-        [close, safe].into_iter().find(|&until| until > t && holds(until)).or(Some(t))
+        // The share is a hint: rounded down, then checked.
+        let shares = [share * (1.0 - 1e-9), share * 0.99].into_iter();
+        let mut parts = shares.map(|share| (lo + share * (hi - lo), mix_points(m[0], m[1], share)));
+        let clear = parts
+            .find(|&(t, m_t)| t > lo && self.clear_share([m[0], m_t], [lo, t], separation) >= 1.0);
+        Some(clear.map_or(lo, |(t, _)| t))
+    }
+
+    /// Direction certificate that turns: a share of at least 1 says that the
+    /// direction separates during all of `lo..=hi`. A smaller one is where it
+    /// seems to cease to.
+    fn clear_share(&self, m: [DVec3; 2], [lo, hi]: [f64; 2], separation: f64) -> f64 {
+        let [bound_lo, bound_hi] = self.turning_bounds(m, separation);
+        let middle = 0.5 * (bound_lo + bound_hi);
+        let mut share = 1.0;
+        for i in 0..N {
+            let q = [lo, hi].map(|t| mix_points(self.start[i], self.end[i], t));
+            let [at_lo, between, at_hi] = projections(m, q);
+            let above = [at_lo - bound_lo, between - middle, at_hi - bound_hi];
+            if smaller(above[0], smaller(above[1], above[2])) <= 0.0 {
+                share = smaller(share, first_zero(above));
+            }
+        }
+        share
+    }
+
+    /// What the first and the last coefficient of projections onto a turning
+    /// direction must exceed, and those between a mean of the two.
+    pub(crate) fn turning_bounds(&self, m: [DVec3; 2], separation: f64) -> [f64; 2] {
+        let rounding = TURNING * most(m[0].abs(), m[1].abs()).dot(self.outline.reach()) + UNDERFLOW;
+        m.map(|m| rounding + separation_bound(m, separation))
     }
 
     /// Velocity of the point with the given weights of the corners.
@@ -375,8 +409,24 @@ impl<const N: usize> MovingPolygon<'_, N> {
     }
 }
 
-/// A time after every step, where no corner approaches.
-const NEVER: f64 = 2.0;
+/// Bernstein coefficients of the projection of a point that moves from `q[0]`
+/// to `q[1]` onto a direction that turns from `m[0]` to `m[1]`.
+#[inline]
+pub(crate) fn projections(m: [DVec3; 2], q: [DVec3; 2]) -> [f64; 3] {
+    [m[0].dot(q[0]), 0.5 * (m[0].dot(q[1]) + m[1].dot(q[0])), m[1].dot(q[1])]
+}
+
+/// Where a quadratic with these Bernstein coefficients, one of which is not
+/// positive, seems to be zero first in `0..=1`; just below 1 if nowhere.
+fn first_zero([at_0, between, at_1]: [f64; 3]) -> f64 {
+    if at_0 <= 0.0 {
+        return 0.0;
+    }
+    let (slope, curvature) = (2.0 * (between - at_0), at_0 - 2.0 * between + at_1);
+    let root = (slope * slope - 4.0 * at_0 * curvature).sqrt();
+    let zero = 2.0 * at_0 / (root - slope);
+    if (0.0..1.0).contains(&zero) { zero } else { 1.0 - f64::EPSILON }
+}
 
 /// What a separation adds to a bound on projections onto `m`: infinity where
 /// the length of `m` would underflow.

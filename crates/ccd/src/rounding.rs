@@ -12,6 +12,10 @@ pub(crate) const UNIT: f64 = f64::EPSILON / 2.0;
 /// Error of a direction test, per unit of `sum |m_k| Q_k` (lemma 1: 7 u).
 pub(crate) const DIRECTION: f64 = 8.0 * UNIT;
 
+/// Error of a projection onto a turning direction, per unit of the sum of
+/// `Q_k` times the larger `|m_k|` (lemma 1: 8 u).
+pub(crate) const TURNING: f64 = 10.0 * UNIT;
+
 /// Error of the height of a corner over an area vector, per unit of
 /// `sum B_k (Q_k + X_k + Y_k)` (lemma 3: 11 u).
 pub(crate) const AREA_DIRECTION: f64 = 14.0 * UNIT;
@@ -27,10 +31,6 @@ pub(crate) const SUBDIVISION: f64 = 10.0 * UNIT;
 /// Error of a computed area vector of the polygon, per unit of its permanent
 /// (lemma 4: 5 u).
 pub(crate) const NORMAL: f64 = 6.0 * UNIT;
-
-/// The same between two times, with edges interpolated to them: three
-/// roundings more in each edge (lemma 4: 11 u).
-pub(crate) const NORMAL_DURING: f64 = 16.0 * UNIT;
 
 /// Error of an edge function at a time, per unit of `sum |n_k| Q_i Q_j`
 /// (lemma 5: 210 u).

@@ -9,10 +9,10 @@ use num_rational::BigRational;
 use crate::contact::Params;
 use crate::coplanarity::Coplanarity;
 use crate::cubic::Cubic;
-use crate::polygon::{Corners, MovingPolygon, Outline, Shape, mix};
+use crate::polygon::{Corners, MovingPolygon, Outline, Shape, mix, projections};
 use crate::rounding::{
     AREA_DIRECTION, COPLANARITY, DIRECTION, EDGE_FUNCTION, EDGE_FUNCTION_RATE, LENGTH_UP, NORMAL,
-    NORMAL_DURING, RAY, SUBDIVISION, UNIT,
+    RAY, SUBDIVISION, TURNING, UNIT,
 };
 use crate::search::Search;
 
@@ -88,11 +88,11 @@ fn assert_within(computed: f64, exactly: &Exact, bound: f64, what: &str) {
 fn constants_cover_the_proof() {
     let proven = [
         (DIRECTION, 7.0),
+        (TURNING, 8.0),
         (AREA_DIRECTION, 11.0),
         (COPLANARITY, 35.0 / 3.0),
         (SUBDIVISION, 9.0),
         (NORMAL, 5.0),
-        (NORMAL_DURING, 11.0),
         (EDGE_FUNCTION, 210.0),
         (RAY, 14.0),
         (LENGTH_UP - 1.0, 6.0),
@@ -124,6 +124,35 @@ where
 fn projections_are_within_their_bound() {
     arbtest(direction_bound_holds::<3>).budget_ms(500);
     arbtest(direction_bound_holds::<4>).budget_ms(500);
+}
+
+fn turning_bound_holds<const N: usize>(u: &mut Unstructured<'_>) -> Result<()>
+where
+    Shape<N>: Corners<N>,
+{
+    let (x0, x1, m) = (points(u)?, points(u)?, [point(u)?, point(u)?]);
+    let times = [time(u)?, time(u)?];
+    let outline = Outline::new::<N>(&x0, &x1).expect("the points are finite");
+    let polygon = MovingPolygon::<N>::new(&outline, [&x0, &x1]);
+    let (start, end) = (exact_corners::<N>(&x0), exact_corners::<N>(&x1));
+    let [bound, _] = polygon.turning_bounds(m, 0.0);
+    let m_exactly = m.map(exact_point);
+    for i in 0..N {
+        let computed = projections(m, times.map(|t| polygon.corners(t)[i]));
+        let q = times.map(|t| at(&start[i], &end[i], t));
+        let mixed = dot(&m_exactly[0], &q[1]) + dot(&m_exactly[1], &q[0]);
+        let exactly = [dot(&m_exactly[0], &q[0]), mixed * exact(0.5), dot(&m_exactly[1], &q[1])];
+        for (computed, exactly) in computed.into_iter().zip(&exactly) {
+            assert_within(computed, exactly, bound, "projection onto a turning direction");
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn projections_onto_turning_directions_are_within_their_bound() {
+    arbtest(turning_bound_holds::<3>).budget_ms(500);
+    arbtest(turning_bound_holds::<4>).budget_ms(500);
 }
 
 fn coefficient_bound_holds<const N: usize>(u: &mut Unstructured<'_>) -> Result<()>

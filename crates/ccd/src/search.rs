@@ -55,7 +55,7 @@ where
     Shape<N>: Corners<N>,
 {
     let find = |search: &Search<'_, N>| {
-        search.intervals().iter().find_map(|interval| search.examine(interval))
+        search.cubic.find_interval(search.margin, |interval| search.examine(interval))
     };
     let first = Search::unless_filtered(x0, x1, params, find)?.flatten();
     // Times do not depend on the last one of interest; it only leaves out.
@@ -194,7 +194,7 @@ where
         let polygon = self.polygon();
         let (lo, hi) = (interval.lo, interval.hi);
         let within = self.time_within_separation(&polygon, interval);
-        if hi - lo < SHORT && within.is_none() {
+        if hi - lo < SHORT && self.separation == 0.0 {
             let direction = polygon.closest(0.5 * (lo + hi)).point;
             if polygon.direction_separates(direction, lo, hi, self.separation) {
                 return None;
@@ -221,11 +221,10 @@ where
     /// What becomes of an interval at whose start no direction holds.
     #[cfg(feature = "exact")]
     fn undecided(&self, interval: RootInterval) -> Option<Contact> {
-        use crate::contact::Undecided;
         use crate::exact::{Decision, decide};
 
         let possible = self.reported(&interval, Certainty::Possible);
-        if self.params.undecided == Undecided::Report || self.separation > 0.0 {
+        if !self.is_decided_exactly() {
             return Some(possible);
         }
         let [x0, x1] = self.points;
@@ -237,6 +236,12 @@ where
             }
             Decision::Open => Some(possible),
         }
+    }
+
+    /// Whether exact arithmetic decides what no direction does.
+    #[cfg(feature = "exact")]
+    pub(crate) fn is_decided_exactly(&self) -> bool {
+        self.params.undecided == crate::contact::Undecided::DecideExactly && self.separation == 0.0
     }
 
     /// The contact to report where no crossing is certain.

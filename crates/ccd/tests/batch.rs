@@ -3,6 +3,7 @@
 use arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
 use ccd::{CandidateContact, CcdError, FirstContact, Motion, Params, is_inside};
+use fixtures::{Mesh, shapes::octasphere};
 use glam::DVec3;
 
 fn point(u: &mut Unstructured<'_>, size: f64) -> Result<DVec3> {
@@ -103,29 +104,14 @@ fn candidates_out_of_range_are_refused() {
     assert_eq!(uneven, Err(CcdError::PositionCount { start: 4, end: 3 }));
 }
 
-/// An octahedron with corners 1 from the origin, oriented outward.
-fn octahedron() -> (Vec<DVec3>, Vec<[u32; 3]>) {
-    let corners = vec![DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
-    let faces = vec![
-        [0, 2, 4],
-        [2, 1, 4],
-        [1, 3, 4],
-        [3, 0, 4],
-        [2, 0, 5],
-        [1, 2, 5],
-        [3, 1, 5],
-        [0, 3, 5],
-    ];
-    (corners, faces)
-}
-
+/// Whether a point is in the octahedron with corners 1 from the origin.
 fn is_in_octahedron(p: DVec3) -> bool {
     p.abs().element_sum() < 1.0
 }
 
 #[test]
 fn crossings_tell_the_side_after_a_step() {
-    let (corners, faces) = octahedron();
+    let Mesh { positions: corners, faces } = octasphere(1.0, 0);
     arbtest(|u| {
         let (start, end, shift) = (point(u, 1.3)?, point(u, 1.3)?, point(u, 2.0)?);
         let mut x0 = corners.clone();
@@ -147,7 +133,7 @@ fn crossings_tell_the_side_after_a_step() {
 
 #[test]
 fn rays_tell_whether_a_point_is_inside() {
-    let (corners, faces) = octahedron();
+    let Mesh { positions: corners, faces } = octasphere(1.0, 0);
     arbtest(|u| {
         let p = point(u, 1.2)?;
         if (p.abs().element_sum() - 1.0).abs() > 1e-9 {

@@ -13,7 +13,7 @@
 //! value of `-(margin + 8 E)` is then enough for the exact cubic to have been
 //! below `-margin` since the sub-interval's start.
 
-use super::{Cubic, RootInterval, RootKind, Roots, beyond};
+use super::{Cubic, RootInterval, RootKind, beyond};
 use crate::polygon::{larger, smaller};
 
 /// Splits from the whole interval down to a part. A cubic has two critical
@@ -29,26 +29,30 @@ const MONOTONE_SLACK: f64 = 8.0;
 /// point there would leave a part so short that the next split repeats it.
 const LEAST_PART: f64 = 1.0 / 64.0;
 
-/// See [`Cubic::isolate`].
+/// What `look` finds first in the intervals of [`Cubic::isolate`], in their
+/// order. Where an interval lies is not worked out before those ahead of it
+/// were looked at.
 #[inline]
-pub(super) fn isolate(cubic: &Cubic, margin: f64) -> Roots {
-    let mut roots = Roots::none();
+pub(super) fn find_interval<R>(
+    cubic: &Cubic,
+    margin: f64,
+    look: impl FnMut(&RootInterval) -> Option<R>,
+) -> Option<R> {
     let whole = Part { lo: 0.0, hi: 1.0, b: cubic.bernstein };
-    if cubic.excludes_zero(margin) {
-        return roots;
-    }
+    let mut isolation = Isolation { cubic, margin, open: None, look };
     if whole.within(cubic.evaluation_error + margin) {
-        roots.push(RootInterval { lo: 0.0, hi: 1.0, kind: RootKind::Vanishing });
-        return roots;
+        let everything = RootInterval { lo: 0.0, hi: 1.0, kind: RootKind::Vanishing };
+        return (isolation.look)(&everything);
     }
-    Isolation { cubic, margin, roots: &mut roots }.visit(&whole, DEPTH);
-    roots
+    isolation.narrow(&whole, DEPTH).or_else(|| isolation.close())
 }
 
-struct Isolation<'a> {
+struct Isolation<'a, F> {
     cubic: &'a Cubic,
     margin: f64,
-    roots: &'a mut Roots,
+    /// The last interval, as long as it touches the part that comes next.
+    open: Option<RootInterval>,
+    look: F,
 }
 
 /// A sub-interval and its Bernstein coefficients.
@@ -91,40 +95,66 @@ pub(super) fn quadratic_roots(c: f64, b: f64, a: f64) -> [f64; 2] {
     if x < y { [x, y] } else { [y, x] }
 }
 
-impl Isolation<'_> {
-    fn visit(&mut self, part: &Part, depth: u32) {
+impl<R, F: FnMut(&RootInterval) -> Option<R>> Isolation<'_, F> {
+    fn visit(&mut self, part: &Part, depth: u32) -> Option<R> {
         let bound = self.cubic.evaluation_error + self.margin;
         if beyond(&part.b, bound) {
-            return;
-        }
-        let direction = part.direction();
-        if part.within(bound) {
-            self.keep(part);
-        } else if direction != 0.0 {
-            self.bracket(part, direction);
+            None
+        } else if part.within(bound) {
+            self.keep(part)
         } else {
-            self.split(part, depth);
+            self.narrow(part, depth)
         }
+    }
+
+    /// Visits what may be near zero in a part that is not so as a whole.
+    #[inline]
+    fn narrow(&mut self, part: &Part, depth: u32) -> Option<R> {
+        let direction = part.direction();
+        if direction != 0.0 { self.bracket(part, direction) } else { self.split(part, depth) }
     }
 
     /// Keeps all of a part that nothing more can be said about.
-    fn keep(&mut self, part: &Part) {
-        self.roots.push(RootInterval { lo: part.lo, hi: part.hi, kind: RootKind::Grazing });
+    fn keep(&mut self, part: &Part) -> Option<R> {
+        self.push(part, RootInterval { lo: part.lo, hi: part.hi, kind: RootKind::Grazing })
     }
 
-    fn split(&mut self, part: &Part, depth: u32) {
+    #[inline(never)]
+    fn split(&mut self, part: &Part, depth: u32) -> Option<R> {
         let middle = part.lo + part.split() * (part.hi - part.lo);
         if depth == 0 || !(part.lo < middle && middle < part.hi) {
             return self.keep(part);
         }
-        for (lo, hi) in [(part.lo, middle), (middle, part.hi)] {
-            self.visit(&Part { lo, hi, b: self.cubic.on(lo, hi) }, depth - 1);
+        [(part.lo, middle), (middle, part.hi)]
+            .into_iter()
+            .find_map(|(lo, hi)| self.visit(&Part { lo, hi, b: self.cubic.on(lo, hi) }, depth - 1))
+    }
+
+    /// Looks at an interval of a part, joined with the last one where they
+    /// touch, unless one in the next part may touch it.
+    #[inline]
+    fn push(&mut self, part: &Part, mut interval: RootInterval) -> Option<R> {
+        let mut found = None;
+        if let Some(last) = self.open {
+            if last.hi >= interval.lo {
+                interval = RootInterval { lo: last.lo, kind: RootKind::Grazing, ..interval };
+            } else {
+                found = (self.look)(&last);
+            }
         }
+        self.open = Some(interval);
+        if found.is_some() || interval.hi >= part.hi { found } else { self.close() }
+    }
+
+    /// Looks at the interval that is open.
+    #[inline]
+    fn close(&mut self) -> Option<R> {
+        self.open.take().and_then(|last| (self.look)(&last))
     }
 
     /// Narrows a monotone part to where it may be within the margin of zero.
     #[inline]
-    fn bracket(&mut self, part: &Part, direction: f64) {
+    fn bracket(&mut self, part: &Part, direction: f64) -> Option<R> {
         let far = self.margin + MONOTONE_SLACK * self.cubic.evaluation_error;
         let rising = part.b.map(|b| direction * b);
         let from_below = rising[0] < -far;
@@ -139,9 +169,7 @@ impl Isolation<'_> {
         };
         let (lo, hi) = (lo.unwrap_or(part.lo), hi.unwrap_or(part.hi));
         // Both ends hold by themselves; crossed ones leave nothing between.
-        if lo <= hi {
-            self.roots.push(RootInterval { lo, hi, kind });
-        }
+        if lo <= hi { self.push(part, RootInterval { lo, hi, kind }) } else { None }
     }
 
     /// Where a rising cubic is supposed to be further than `far` from zero, on
