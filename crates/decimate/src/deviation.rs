@@ -1,0 +1,119 @@
+//! How far two surfaces are from each other, both ways, with certified bounds.
+
+use kdop::Workspace;
+use surface::{Positions, TriangleSurface};
+
+use crate::DecimateError;
+use crate::one_sided::{Aim, largest};
+use crate::triangles::{Target, Triangles};
+
+/// The largest of some distances: what was seen, and what none exceeds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct OneSided {
+    /// The largest distance met with, `>= 0`.
+    pub seen: f64,
+    /// No distance is larger, up to rounding; within a twentieth of `seen`,
+    /// unless the work for that exceeds its limit.
+    pub at_most: f64,
+}
+
+/// The two-sided Hausdorff distance of a surface and a coarser one, in the caller's
+/// length unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Deviation {
+    /// How far points of the full surface are from the reduced one.
+    pub full_to_reduced: OneSided,
+    /// How far points of the reduced surface are from the full one.
+    pub reduced_to_full: OneSided,
+}
+
+impl Deviation {
+    /// The larger of the two bounds: each point of either surface is at most this
+    /// far from the other.
+    #[must_use]
+    pub const fn largest(&self) -> f64 {
+        self.full_to_reduced.at_most.max(self.reduced_to_full.at_most)
+    }
+
+    /// That of a surface from itself.
+    pub(crate) const NONE: Self = {
+        let none = OneSided { seen: 0.0, at_most: 0.0 };
+        Self { full_to_reduced: none, reduced_to_full: none }
+    };
+
+    /// With bounds that were found before, if they are better.
+    pub(crate) fn known_to_be(self, at_most: f64) -> Self {
+        let known = |side: OneSided| OneSided { at_most: side.at_most.min(at_most), ..side };
+        Self {
+            full_to_reduced: known(self.full_to_reduced),
+            reduced_to_full: known(self.reduced_to_full),
+        }
+    }
+}
+
+/// Slack of a bound relative to the size of what it is measured on, for deviations
+/// that are hardly there: a micrometre on a muscle.
+pub(crate) const LEAST_SLACK: f64 = 1e-5;
+
+/// Splits before a measurement ends anyway: a second of work.
+pub(crate) const MOST_SPLITS: usize = 100_000;
+
+/// Measures a surface against another: a reduced one at the positions that it has
+/// gathered after a deformation, for instance.
+///
+/// ```
+/// use surface::{TriangleSurface, glam::DVec3};
+///
+/// let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+/// let tetrahedron = TriangleSurface::new(4, faces)?;
+/// let low = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+/// let high = [DVec3::ZERO, DVec3::X, DVec3::Y, 1.5 * DVec3::Z];
+/// let (low, high) = (tetrahedron.positions(&low)?, tetrahedron.positions(&high)?);
+///
+/// let deviation = decimate::deviation(&tetrahedron, low, &tetrahedron, high)?;
+/// assert_eq!(deviation.reduced_to_full.seen, 0.5);
+/// assert!(deviation.full_to_reduced.at_most < 0.3 && deviation.largest() < 0.53);
+/// # Ok::<(), decimate::DecimateError>(())
+/// ```
+///
+/// # Errors
+///
+/// [`DecimateError::TooSmall`] for a surface without faces, and [`DecimateError::Tree`]
+/// where bounds cannot be stored.
+pub fn deviation(
+    full: &TriangleSurface,
+    x_full: Positions<'_>,
+    reduced: &TriangleSurface,
+    x_reduced: Positions<'_>,
+) -> Result<Deviation, DecimateError> {
+    let full = Triangles { faces: full.faces(), x: x_full.as_slice() };
+    let reduced = Triangles { faces: reduced.faces(), x: x_reduced.as_slice() };
+    if full.faces.is_empty() || reduced.faces.is_empty() {
+        return Err(DecimateError::TooSmall { faces: 0 });
+    }
+    let slack = LEAST_SLACK * full.size();
+    let aim = Aim { slack, at_most: f64::INFINITY, splits: MOST_SPLITS };
+    Ok(Deviation {
+        full_to_reduced: without_hints(&full, &reduced, aim)?,
+        reduced_to_full: without_hints(&reduced, &full, aim)?,
+    })
+}
+
+fn without_hints(
+    from: &Triangles<'_>,
+    to: &Triangles<'_>,
+    aim: Aim,
+) -> Result<OneSided, DecimateError> {
+    let tree = to.tree()?;
+    let target = Target { triangles: *to, tree: &tree };
+    let (mut workspace, mut guess) = (Workspace::default(), 0);
+    let mut nearest = |p| {
+        // Vertices next to each other in the list mostly are so on the surface.
+        guess = target.nearest(p, guess, &mut workspace).0;
+        guess
+    };
+    let near: Vec<u32> = from.x.iter().map(|p| nearest(*p)).collect();
+    Ok(largest(from, &target, |face| from.faces[face].map(|v| near[v as usize]), aim))
+}

@@ -1,0 +1,48 @@
+//! Squared distances from planes, summed.
+//!
+//! Source: M. Garland and P. S. Heckbert, "Surface Simplification Using Quadric
+//! Error Metrics", SIGGRAPH 1997.
+
+use std::ops::AddAssign;
+
+use glam::{DMat3, DVec3};
+
+/// A sum of weighted squared distances from planes, as a function of a point:
+/// `(x − o)·A (x − o) + 2 b·(x − o) + c` for one origin `o` of all.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Quadric {
+    a: DMat3,
+    b: DVec3,
+    c: f64,
+}
+
+impl Quadric {
+    pub(crate) const ZERO: Self = Self { a: DMat3::ZERO, b: DVec3::ZERO, c: 0.0 };
+
+    /// The squared distance from the plane of a triangle, by its area; zero for a
+    /// triangle without one.
+    pub(crate) fn of_triangle([a, b, c]: [DVec3; 3]) -> Self {
+        let normal = (b - a).cross(c - a);
+        let length = normal.length();
+        if length <= 0.0 {
+            return Self::ZERO;
+        }
+        let (weight, n) = (0.5 * length, normal / length);
+        let d = -n.dot(a);
+        let outer = DMat3::from_cols(n * n.x, n * n.y, n * n.z);
+        Self { a: outer * weight, b: n * (weight * d), c: weight * d * d }
+    }
+
+    /// The sum at a point given relative to the origin.
+    pub(crate) fn at(&self, x: DVec3) -> f64 {
+        (x.dot(self.a * x) + 2.0 * self.b.dot(x) + self.c).max(0.0)
+    }
+}
+
+impl AddAssign for Quadric {
+    fn add_assign(&mut self, other: Self) {
+        self.a += other.a;
+        self.b += other.b;
+        self.c += other.c;
+    }
+}
