@@ -264,29 +264,32 @@ impl Slab<'_> {
     /// `squared_distance` to `face`.
     fn visit(&mut self, region: &Region<'_>, face: u32, squared_distance: impl Fn(DVec3) -> f64) {
         let Region { lo, hi, .. } = region;
+        let farthest = self.band * self.band;
         let (first, last) = (coordinate(self.planes.start), coordinate(self.planes.end - 1));
         for k in nodes_within(lo.z.max(first), hi.z.min(last), self.dims[2]) {
             for j in nodes_within(lo.y, hi.y, self.dims[1]) {
                 let (y, z) = (coordinate(j), coordinate(k));
                 let [from, to] = region.clip(y, z);
-                let start = self.dims[0] * (j + self.dims[1] * (k - self.planes.start));
-                for i in nodes_within(from, to, self.dims[0]) {
+                let row = self.dims[0] * (j + self.dims[1] * (k - self.planes.start));
+                let nodes = nodes_within(from, to, self.dims[0]);
+                let here = row + nodes.start..row + nodes.end;
+                let known = self.squared[here.clone()].iter_mut().zip(&mut self.face[here]);
+                for (i, (best, id)) in nodes.zip(known) {
                     let squared = squared_distance(DVec3::new(coordinate(i), y, z));
-                    self.keep(start + i, squared, face);
+                    if squared <= farthest {
+                        keep((best, id), single(squared), face + 1);
+                    }
                 }
             }
         }
     }
+}
 
-    fn keep(&mut self, node: usize, squared: f64, face: u32) {
-        if squared > self.band * self.band {
-            return;
-        }
-        let squared = single(squared);
-        let (best, id) = (&mut self.squared[node], &mut self.face[node]);
-        if *id == 0 || (squared, face + 1) < (*best, *id) {
-            (*best, *id) = (squared, face + 1);
-        }
+/// Keeps the nearer, or of two as near the first.
+#[inline]
+fn keep((best, id): (&mut f32, &mut u32), squared: f32, face: u32) {
+    if *id == 0 || (squared, face) < (*best, *id) {
+        (*best, *id) = (squared, face);
     }
 }
 

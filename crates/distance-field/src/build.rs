@@ -26,6 +26,10 @@ use crate::{FieldError, winding::Winding};
 /// the diagonal of a cell, √3, and a little.
 const LEAST_BAND: f64 = 1.75;
 
+/// What single precision and the band's widening may take off a node's distance
+/// \[spacings\].
+const ROUNDING: f64 = 1e-5;
+
 /// Cells that a surface should span along its longest axis.
 const FEW_CELLS: f64 = 4.0;
 
@@ -146,8 +150,19 @@ impl Build<'_> {
         self.warn_about_sign(&signed.inside, signed.winding.as_ref(), voxels.as_deref());
         drop(voxels);
         let store = self.report.time(Phase::Store, || Store::new(values, &grid, storage))?;
+        let is_closed = signed.winding.as_ref().is_none_or(|winding| winding.chain == 0);
+        self.report.certain = self.certain(is_closed, &store);
         let inverted = signed.winding.is_some_and(|winding| winding.inverted);
         self.compared(store, inverted)
+    }
+
+    /// As [`BuildReport::certain`].
+    fn certain(&self, is_closed: bool, store: &Store) -> Option<f64> {
+        let is_exact = is_closed && matches!(self.options.method, Method::ExactBand { .. });
+        let spacing = self.grid.spacing();
+        // Squares and roots in single precision, at the width of the band and a cell.
+        let rounding = ROUNDING * spacing + store.rounding();
+        is_exact.then(|| 0.5 * 3.0_f64.sqrt() * spacing + rounding)
     }
 
     /// Squared distances, in spacings, from the exact band.

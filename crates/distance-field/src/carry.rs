@@ -6,7 +6,6 @@
 //! of a spacing only where two faces compete.
 
 use glam::DVec3;
-use surface::closest_on_triangle;
 
 use crate::FieldError;
 use crate::band::Nearest;
@@ -15,7 +14,7 @@ use crate::memory::zeroed;
 use crate::num::{coordinate, single};
 use crate::par;
 use crate::spread::{MAX_REACH, seed_closeness, spread};
-use crate::units::Units;
+use crate::units::{Face, Units};
 
 /// Where the band's faces have been carried: which nodes are the band's own.
 pub(crate) enum Carried {
@@ -130,12 +129,16 @@ pub(crate) fn measure(
     let rows = nearest.squared.chunks_mut(nx).zip(nearest.face.chunks(nx)).collect();
     par::for_each(rows, |r, (squared, face)| {
         let (y, z) = (coordinate(r % ny), coordinate(r / ny));
+        // Neighbours often have the same face.
+        let mut known: Option<(u32, Face)> = None;
         for i in 0..nx {
             if face[i] == 0 {
                 squared[i] = f32::INFINITY;
             } else if carried.is_carried(r * nx + i) {
-                let p = DVec3::new(coordinate(i), y, z);
-                squared[i] = single(squared_distance(p, units.corners(face[i] - 1)));
+                let same = known.filter(|(id, _)| *id == face[i]);
+                let (id, shape) = same.unwrap_or_else(|| (face[i], units.face(face[i] - 1)));
+                known = Some((id, shape));
+                squared[i] = single(shape.squared_distance(DVec3::new(coordinate(i), y, z)));
             }
         }
     });
@@ -157,7 +160,7 @@ pub(crate) fn relax(
             for node in neighbours([i, j, k], [nx, ny, nz]) {
                 let face = faces[node];
                 if face != 0 && face != own {
-                    let offer = single(squared_distance(p, units.corners(face - 1)));
+                    let offer = single(units.face(face - 1).squared_distance(p));
                     squared[i] = squared[i].min(offer);
                 }
             }
@@ -177,8 +180,4 @@ pub(crate) fn neighbours(
         let above = (node[axis] + 1 < dims[axis]).then(|| here + strides[axis]);
         below.into_iter().chain(above)
     })
-}
-
-fn squared_distance(p: DVec3, corners: [DVec3; 3]) -> f64 {
-    closest_on_triangle(p, corners).point.distance_squared(p)
 }

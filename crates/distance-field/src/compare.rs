@@ -89,6 +89,7 @@ fn meet_all(
 struct Near<'a> {
     grid: &'a Grid,
     dims: [usize; 3],
+    per_block: f64,
     any: Vec<bool>,
 }
 
@@ -98,7 +99,9 @@ const BLOCK: f64 = 4.0;
 impl<'a> Near<'a> {
     fn new(places: &[Place], grid: &'a Grid) -> Self {
         let dims = grid.dims().map(|n| floor_index(coordinate(n) / BLOCK) + 1);
-        let mut near = Self { grid, dims, any: vec![false; dims.iter().product()] };
+        let per_block = 1.0 / (BLOCK * grid.spacing());
+        let any = vec![false; dims.iter().product()];
+        let mut near = Self { grid, dims, per_block, any };
         for place in places {
             for block in near.blocks(place.lo, place.hi) {
                 near.any[block] = true;
@@ -108,15 +111,24 @@ impl<'a> Near<'a> {
     }
 
     fn any(&self, lo: DVec3, hi: DVec3) -> bool {
+        let [first, last] = [lo, hi].map(|p| self.block(p));
+        if first == last {
+            let [i, j, k] = first;
+            return self.any[i + self.dims[0] * (j + self.dims[1] * k)];
+        }
         self.blocks(lo, hi).any(|block| self.any[block])
+    }
+
+    fn block(&self, p: DVec3) -> [usize; 3] {
+        let u = (p - self.grid.origin()) * self.per_block;
+        [0, 1, 2].map(|axis| floor_index(u[axis]).min(self.dims[axis] - 1))
     }
 
     /// Blocks that a box meets; what is beyond the grid belongs to its border.
     fn blocks(&self, lo: DVec3, hi: DVec3) -> impl Iterator<Item = usize> + use<> {
         let [nx, ny, _] = self.dims;
-        let [lo, hi] = [lo, hi].map(|p| self.grid.to_units(p) / BLOCK);
-        let block = |x: f64, axis: usize| floor_index(x).min(self.dims[axis] - 1);
-        let [x, y, z] = [0, 1, 2].map(|axis| block(lo[axis], axis)..=block(hi[axis], axis));
+        let [lo, hi] = [lo, hi].map(|p| self.block(p));
+        let [x, y, z] = [0, 1, 2].map(|axis| lo[axis]..=hi[axis]);
         z.flat_map(move |k| {
             let x = x.clone();
             y.clone().flat_map(move |j| x.clone().map(move |i| i + nx * (j + ny * k)))

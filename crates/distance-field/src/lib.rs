@@ -29,9 +29,11 @@
 //!
 //! # What to expect
 //!
-//! - Values near the surface are within the figures that the build itself
-//!   measures ([`BuildReport::comparison`]); interpolation, not the nodes, makes
-//!   nearly all of the error.
+//! - Values near a closed surface are within what the build calls certain
+//!   ([`BuildReport::certain`], 0.87 spacings), and on bones nearly everywhere
+//!   within a tenth of that, as the build measures at sample points
+//!   ([`BuildReport::comparison`]). Interpolation, not the nodes, makes nearly all
+//!   of the error.
 //! - Beyond the band a value may be too long, never too short, by hundredths of a
 //!   spacing where two parts of the surface compete.
 //! - A solid thinner than 1.5 spacings loses part of its inside between nodes; the

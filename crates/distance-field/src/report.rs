@@ -66,6 +66,9 @@ pub enum Warning {
 }
 
 /// The field beside exact distances, at points within two spacings of the surface.
+///
+/// A measure, not a bound: what lies between the points may be further off. Where
+/// that matters, [`BuildReport::certain`] holds everywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Comparison {
@@ -73,7 +76,7 @@ pub struct Comparison {
     pub points: usize,
     /// Root mean square of value − exact, in the length unit.
     pub rms: f64,
-    /// Largest magnitude of value − exact, in the length unit.
+    /// Largest magnitude of value − exact at these points, in the length unit.
     pub worst: f64,
 }
 
@@ -85,8 +88,18 @@ pub struct BuildReport {
     pub phases: Vec<(Phase, Duration)>,
     /// What to know before relying on the field.
     pub warnings: Vec<Warning>,
-    /// Errors of trilinear values; none when nothing was compared.
+    /// Errors of trilinear values at sample points; none when nothing was compared.
     pub comparison: Option<Comparison>,
+    /// Most that a trilinear value can be off at any point from which the surface
+    /// is at most the band less √3 spacings away, in the length unit.
+    ///
+    /// Distances to a closed surface change no faster than the way, and all
+    /// corners of such a point's cell are exact: its value is then within their
+    /// mean distance from the point, at most √3/2 spacings, plus rounding. A spike
+    /// between nodes comes close to that; smooth bones stay at a tenth or so, as
+    /// [`Self::comparison`] measures. None for the seed method, and for open
+    /// surfaces, whose sign also turns where no surface is.
+    pub certain: Option<f64>,
     /// Volume of the cells around inside nodes, in the cube of the length unit.
     pub inside_volume: f64,
     /// Most bytes that the build held at once, besides the surface.

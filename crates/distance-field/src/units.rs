@@ -1,7 +1,7 @@
 //! A surface in units of the grid: positions from its origin, in spacings.
 
 use glam::DVec3;
-use surface::{Positions, TriangleSurface};
+use surface::{Positions, TriangleSurface, closest_on_triangle};
 
 use crate::grid::Grid;
 use crate::par;
@@ -32,9 +32,49 @@ impl<'a> Units<'a> {
     }
 
     #[inline]
+    pub(crate) fn face(&self, face: u32) -> Face {
+        Face { corners: self.corners(face), normal: self.normals[face as usize] }
+    }
+
+    #[inline]
     pub(crate) fn corners(&self, face: u32) -> [DVec3; 3] {
         let [a, b, c] = self.surface.faces()[face as usize];
         [self.x[a as usize], self.x[b as usize], self.x[c as usize]]
+    }
+}
+
+/// A face with its normal, ready to be measured from many points.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Face {
+    corners: [DVec3; 3],
+    normal: DVec3,
+}
+
+impl Face {
+    /// Squared distance of a point.
+    ///
+    /// Over the inside of the face it is that of the plane; elsewhere that of the
+    /// nearest edge that has the point on its outer side. Slivers, which have no
+    /// usable normal, take the careful way.
+    #[inline]
+    pub(crate) fn squared_distance(&self, p: DVec3) -> f64 {
+        let Self { corners: corners @ [a, b, c], normal } = *self;
+        if normal == DVec3::ZERO {
+            return closest_on_triangle(p, corners).point.distance_squared(p);
+        }
+        let mut least = f64::INFINITY;
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            let (edge, out) = (to - from, p - from);
+            if normal.cross(edge).dot(out) < 0.0 {
+                let t = (out.dot(edge) / edge.length_squared()).clamp(0.0, 1.0);
+                least = least.min((out - t * edge).length_squared());
+            }
+        }
+        if least < f64::INFINITY {
+            return least;
+        }
+        let height = normal.dot(p - a);
+        height * height
     }
 }
 
@@ -44,4 +84,28 @@ fn normal([a, b, c]: [DVec3; 3]) -> DVec3 {
     let area = n.length();
     let longest = e.length_squared().max(f.length_squared()).max((c - b).length_squared());
     if area <= SLIVER_SINE * longest { DVec3::ZERO } else { n / area }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The same distance as by the careful way, for triangles of every shape that has a normal.
+    #[test]
+    fn quick_distances_are_the_careful_ones() {
+        arbtest::arbtest(|u| {
+            let mut number = || Ok(f64::from(u.int_in_range(-2000..=2000_i16)?) / 100.0);
+            let mut point = || Ok(DVec3::new(number()?, number()?, number()?));
+            let (a, b, thin) = (point()?, point()?, point()?);
+            let shares = [1.0, 1e-2, 1e-4];
+            for corners in shares.map(|share| [a, b, 0.5 * (a + b) + share * (thin - a)]) {
+                let face = Face { corners, normal: normal(corners) };
+                let p = point()?;
+                let careful = closest_on_triangle(p, corners).point.distance(p);
+                let quick = face.squared_distance(p).sqrt();
+                assert!((quick - careful).abs() < 1e-6, "{quick} {careful}: {corners:?} {p}");
+            }
+            Ok(())
+        });
+    }
 }

@@ -284,3 +284,28 @@ fn values_come_back_from_a_file_or_are_refused() {
     let refused = DistanceField::from_values(grid, values, Storage::Dense).unwrap_err();
     assert_eq!(refused, FieldError::NotFinite { node: 7 });
 }
+
+/// The tip of a needle in the middle of a cell is as far from all nodes as can
+/// be: the field is off by nearly what it calls certain, and not by more.
+#[test]
+fn what_is_certain_holds_at_the_tip_of_a_needle() {
+    let tip = DVec3::new(20.5, 0.0, 0.0);
+    let base = [[-0.5, -0.5], [0.5, -0.5], [0.0, 0.5]].map(|[y, z]| DVec3::new(0.0, y, z));
+    let positions = vec![base[0], base[1], base[2], tip];
+    let needle = Mesh { positions, faces: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]] };
+    for storage in [Storage::Dense, Storage::Steps { step: 0.01 }] {
+        let field = build(&needle, &BuildOptions { storage, ..defaults() }).unwrap();
+        let certain = field.report().certain.expect("a closed surface in an exact band");
+        assert!((0.866..0.88).contains(&certain), "{certain}");
+        let at_tip = field.sample(tip, Interpolation::Trilinear).unwrap().distance;
+        assert!((0.85 * certain..=certain).contains(&at_tip), "{at_tip} of {certain}");
+    }
+    // Neither method nor surface allows more to be said.
+    let ball = shapes::icosphere(10.0, 3);
+    let mut open = ball.clone();
+    open.faces.truncate(open.faces.len() - 1);
+    assert_eq!(build(&open, &defaults()).unwrap().report().certain, None);
+    assert_eq!(build(&ball, &seed(Conversion::Conservative)).unwrap().report().certain, None);
+    let worst = build(&ball, &defaults()).unwrap().report().comparison.unwrap().worst;
+    assert!(worst < 0.866, "{worst}");
+}

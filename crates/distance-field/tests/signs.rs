@@ -134,6 +134,42 @@ fn flood_and_parity_agree_where_they_may() {
     }
 }
 
+/// Every damage that balls take above, on a real femur; every node of the band
+/// near holes and seams, evenly chosen ones elsewhere.
+#[test]
+fn damaged_copies_of_a_real_bone() {
+    let Some(folder) = anatomy("damaged_copies_of_a_real_bone") else {
+        return;
+    };
+    let bone = read_ply(&folder.join("vhf_left_thigh/bone_femur.ply"));
+    let mut compared = 0;
+    let near = |value: f64, _: DVec3| value.abs() < 3.0;
+    for (width, from) in [(3.0, 1), (6.0, 2), (12.0, 5)] {
+        // On another part of the bone each.
+        let at = middle(&bone, bone.faces.len() * from / 7);
+        let kept = (0..bone.faces.len())
+            .filter(|&face| middle(&bone, face).distance(at) > width / 2.0)
+            .map(|face| bone.faces[face]);
+        let open = Mesh { positions: bone.positions.clone(), faces: kept.collect() };
+        assert!(open.faces.len() < bone.faces.len(), "a hole");
+        let at_hole = |value: f64, p: DVec3| value.abs() < 3.0 && p.distance(at) < width + 3.0;
+        compared += check(&open, 1.0, 800, at_hole);
+        compared += check(&open, 2.0, 200, near);
+    }
+    let mut flipped = bone.clone();
+    for face in (0..flipped.faces.len()).step_by(20) {
+        flipped.faces[face].swap(1, 2);
+    }
+    let shells = bone.clone().joined(&bone.clone().translated(DVec3::new(7.3, 4.1, -5.7)));
+    let mut repeated = bone.clone();
+    repeated.faces.extend(bone.faces.iter().step_by(7));
+    for damaged in [flipped, shells, repeated] {
+        compared += check(&damaged, 2.0, 800, near);
+    }
+    println!("{compared} nodes of damaged femurs, no mismatch");
+    assert!(compared > 3000, "{compared}");
+}
+
 #[test]
 fn every_real_mesh() {
     let Some(folder) = anatomy("every_real_mesh") else {

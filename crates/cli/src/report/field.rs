@@ -27,6 +27,7 @@ pub(crate) struct BuiltRecord {
     pub(crate) faces: usize,
     pub(crate) options: BuildOptions,
     pub(crate) error: Option<Comparison>,
+    pub(crate) certain: Option<f64>,
     pub(crate) inside_volume: f64,
     pub(crate) peak_bytes: usize,
     pub(crate) warnings: Vec<Warning>,
@@ -54,6 +55,7 @@ impl BuiltRecord {
             faces,
             options,
             error: report.comparison,
+            certain: report.certain,
             inside_volume: report.inside_volume,
             peak_bytes: report.peak_bytes,
             warnings: report.warnings.clone(),
@@ -89,13 +91,16 @@ pub(crate) fn field_table(record: &FieldRecord) -> String {
 fn built_lines(built: &BuiltRecord) -> String {
     let mut text = match &built.error {
         Some(Comparison { points, rms, worst }) => format!(
-            "  error      {} rms, {} worst, of {} within two spacings of the surface\n",
+            "  measured   error {} rms, {} worst, at {} within two spacings of the surface\n",
             measure(*rms),
             measure(*worst),
             counted(*points, "point"),
         ),
         None => "  error      not measured\n".to_owned(),
     };
+    if let Some(certain) = built.certain {
+        text += &format!("  certain    at most {} off near the surface\n", measure(certain));
+    }
     text += &format!("  inside     {} in volume\n", measure(built.inside_volume));
     if !built.warnings.is_empty() {
         text += "\nWarnings\n";
