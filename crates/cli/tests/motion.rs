@@ -3,6 +3,8 @@
 #[expect(dead_code, reason = "shared with the tests of other commands")]
 mod support;
 
+use std::path::PathBuf;
+
 use serde_json::Value;
 use support::Workshop;
 
@@ -121,4 +123,116 @@ fn bad_input_is_named_and_nothing_is_written() {
         assert!(run.stderr.contains(expected), "{arguments:?}: {}", run.stderr);
         assert_eq!(workshop.listing(), before, "{arguments:?}");
     }
+}
+
+/// Files of one frame, of all bodies.
+fn frame_files(workshop: &Workshop, folder: &str, frame: usize) -> Vec<String> {
+    let end = format!("_{frame:04}.vtp");
+    let files = workshop.listing().into_iter();
+    files.filter(|name| name.starts_with(folder) && name.ends_with(&end)).collect()
+}
+
+#[test]
+fn every_frame_is_pushed_apart() {
+    let workshop = Workshop::new();
+    let run = workshop.run("motion", &[THIGH, "--resolve", "apart", "--json", "m.json"]);
+    assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
+    let document = json(&workshop, "m.json");
+    let frames = document["frames"].as_array().unwrap();
+    assert!(frames.len() > 2, "{run}", run = run.stdout);
+    for (number, frame) in frames.iter().enumerate() {
+        assert!(frame["before"]["pairs"].as_u64().unwrap() > 0, "{frame}");
+        assert!(frame["max_volume_change"].as_f64().unwrap() < 0.01, "{frame}");
+        assert_eq!((&frame["new_pairs"], &frame["flipped_faces"]), (&0.into(), &0.into()));
+        // Looked at anew, from the files.
+        let files = frame_files(&workshop, "apart/", number);
+        assert_eq!(files.len(), 8, "one for each body");
+        let files: Vec<&str> = files.iter().map(String::as_str).collect();
+        let check = workshop.check(&[&files[..], &["--json", "c.json"]].concat());
+        let report = json(&workshop, "c.json");
+        let depth = |pair: &Value| pair["max_depth"].as_f64().unwrap();
+        let deepest = report["pairs"].as_array().unwrap().iter().map(depth).fold(0.0, f64::max);
+        assert!(deepest <= 0.05, "frame {number}: {deepest} left, {}", check.stdout);
+    }
+    // Every frame but the first starts from the one before, and takes fewer rounds for it.
+    let rounds = |frame: &Value| frame["rounds"].as_u64().unwrap();
+    let later = frames[1..].iter().map(rounds).sum::<u64>();
+    let mean = later / u64::try_from(frames.len() - 1).unwrap();
+    assert!(mean < rounds(&frames[0]), "{mean} rounds a frame, {} at first", rounds(&frames[0]));
+}
+
+#[test]
+fn resolved_frames_are_the_same_bytes_for_any_number_of_threads() {
+    let workshop = Workshop::new();
+    let files = |threads: &str| {
+        let folder = format!("apart{threads}");
+        workshop.run("motion", &[THIGH, "--resolve", &folder, "--threads", threads]);
+        let names = workshop.listing().into_iter().filter(|name| name.starts_with(&folder));
+        let contents = names.filter(|name| name.ends_with(".vtp")).map(|name| workshop.read(&name));
+        contents.collect::<Vec<_>>()
+    };
+    let one = files("1");
+    assert!(!one.is_empty() && one == files("3"));
+}
+
+#[test]
+fn resolving_and_charting_exclude_each_other() {
+    let workshop = needle_through_plate();
+    let run = workshop.run("motion", &["scene.toml", "--resolve", "apart", "--chart", "m.svg"]);
+    assert_eq!(run.status, 2, "{}", run.stdout);
+    assert!(run.stderr.contains("--chart"), "{}", run.stderr);
+    assert!(!workshop.listing().contains(&"apart".to_owned()));
+    let run = workshop.run("motion", &["scene.toml", "--resolve", "apart", "--clearance", "-1"]);
+    assert_eq!(run.status, 2, "{}", run.stdout);
+    assert!(run.stderr.contains("the clearance is -1"), "{}", run.stderr);
+    assert!(!workshop.listing().contains(&"apart".to_owned()));
+}
+
+/// Frames of the gait on the decimated thigh that are resolved: a few after one
+/// another, or all of them where `MUSCULO_ALL_STEPS` is set.
+#[test]
+#[expect(clippy::print_stdout, reason = "a skipped test says so, a measured one what it saw")]
+fn frames_of_the_gait_are_pushed_apart() {
+    let Some(data) = std::env::var_os("MUSCULO_DATA").map(PathBuf::from) else {
+        println!("skipped: MUSCULO_DATA names no folder of anatomy");
+        return;
+    };
+    let workshop = Workshop::new();
+    let all = std::env::var_os("MUSCULO_ALL_STEPS").is_some();
+    let gait = data.join("anatomy/motions/gait_walk.json");
+    let mut gait: Value =
+        serde_json::from_str(&std::fs::read_to_string(gait).expect("a motion")).expect("JSON");
+    if !all {
+        let frames = gait["frames"].as_array().expect("frames")[28..32].to_vec();
+        gait["frames"] = frames.into();
+    }
+    workshop.write("gait.json", gait.to_string());
+    workshop.write("scene.toml", thigh_scene(&data));
+    let arguments = ["scene.toml", "--motion", "gait.json", "--resolve", "apart"];
+    let run = workshop.run("motion", &[&arguments[..], &["--json", "m.json"]].concat());
+    let frames = &json(&workshop, "m.json")["frames"];
+    let frames = frames.as_array().expect("frames");
+    let worst = |of: &dyn Fn(&Value) -> f64| frames.iter().map(of).fold(0.0, f64::max);
+    let deepest = worst(&|frame| frame["after"]["deepest"].as_f64().unwrap());
+    let new = worst(&|frame| frame["new_pairs"].as_f64().unwrap());
+    let volume = worst(&|frame| frame["max_volume_change"].as_f64().unwrap());
+    let which = if all { "gait" } else { "four frames of the gait" };
+    println!("measured: {which}: deepest overlap left [mm] | {deepest:.3} | 0.1");
+    println!("measured: {which}: overlaps that are new | {new} | 0");
+    println!("measured: {which}: change of a muscle's volume [%] | {:.2} | 1", 100.0 * volume);
+    let fine = deepest <= 0.1 && new == 0.0 && volume <= 0.01;
+    assert!(all || fine, "{}", run.stdout);
+}
+
+/// A scene file of the decimated thigh; bones are told by their names.
+fn thigh_scene(data: &std::path::Path) -> String {
+    let entries = std::fs::read_dir(data.join("anatomy/vhf_left_thigh_lo")).expect("meshes");
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.expect("an entry").path()).collect();
+    paths.sort();
+    let body = |path: &PathBuf| {
+        let rigid = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("bone"));
+        let kind = if rigid { "rigid" } else { "deformable" };
+        format!("[[body]]\nfile = {path:?}\nkind = \"{kind}\"\n")
+    };
+    paths.iter().map(body).collect()
 }

@@ -1,9 +1,9 @@
 //! Planted overlaps are pushed apart, and nothing else is touched.
 
 use fixtures::{shapes, thigh::thigh};
-use musculo_collide::glam::DVec3;
+use musculo_collide::glam::{DQuat, DVec3};
 use musculo_collide::{
-    BodyKind, CheckParams, Obstacle, Resolution, ResolveParams, Scene, SceneError,
+    BodyKind, CheckParams, Obstacle, Resolution, ResolveParams, Resolver, Scene, SceneError,
 };
 
 fn planted() -> Scene {
@@ -112,4 +112,71 @@ fn parameters_out_of_range_are_named() {
     assert_eq!(scene.resolve(&params), Err(error));
     let params = ResolveParams { clearance: f64::NAN, ..ResolveParams::MILLIMETRES };
     assert!(matches!(scene.resolve(&params), Err(SceneError::Resolve { name: "clearance", .. })));
+}
+
+/// The planted scene with all bodies turned about an axis aslant.
+fn turned(angle: f64) -> Scene {
+    let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), angle);
+    let mut scene = planted();
+    let ids: Vec<_> = scene.ids().collect();
+    for id in ids {
+        let x: Vec<DVec3> = scene.body(id).positions().iter().map(|&x| turn * x).collect();
+        scene.move_body(id, &x).expect("finite positions");
+    }
+    scene
+}
+
+#[test]
+fn the_next_state_starts_from_the_last_in_the_frame_of_each_vertex() {
+    let mut resolver = Resolver::new(ResolveParams::MILLIMETRES).expect("a resolver");
+    let first = resolver.resolve(&mut planted()).expect("a resolution");
+    let (mut scene, mut anew) = (turned(1.2), turned(1.2));
+    let next = resolver.resolve(&mut scene).expect("a resolution");
+    assert!(first.resolved && next.resolved, "{:?}", next.remaining);
+    // The state as it stands, then displaced as before: of each push a twentieth is left.
+    let [stands, displaced, ..] = next.rounds[..] else { panic!("{:?}", next.rounds) };
+    assert!(displaced.max_depth < 0.1 * stands.max_depth, "{:?}", next.rounds);
+    let cold = resolve(&mut anew);
+    assert!((stands.max_depth / cold.rounds[0].max_depth - 1.0).abs() < 1e-9);
+    assert!(next.rounds.len() < cold.rounds.len(), "{:?}, {:?}", next.rounds, cold.rounds);
+}
+
+#[test]
+fn what_is_needed_no_more_fades() {
+    let mut resolver = Resolver::new(ResolveParams::MILLIMETRES).expect("a resolver");
+    let apart = |scene: &mut Scene| {
+        let ids: Vec<_> = scene.ids().collect();
+        for (k, id) in (0..).zip(ids) {
+            let shift = DVec3::X * 500.0 * f64::from(k);
+            let x: Vec<DVec3> = scene.body(id).positions().iter().map(|&x| x + shift).collect();
+            scene.move_body(id, &x).expect("finite positions");
+        }
+    };
+    resolver.resolve(&mut planted()).expect("a resolution");
+    let mut scene = planted();
+    apart(&mut scene);
+    let before = scene.particle_positions();
+    let resolution = resolver.resolve(&mut scene).expect("a resolution");
+    assert!(resolution.resolved && resolution.rounds.len() == 1);
+    assert_eq!(scene.particle_positions(), before, "nothing is pushed where nothing overlaps");
+}
+
+#[test]
+fn displacements_of_another_scene_are_not_taken() {
+    let mut resolver = Resolver::new(ResolveParams::MILLIMETRES).expect("a resolver");
+    resolver.resolve(&mut planted()).expect("a resolution");
+    let cubes = || {
+        let mut scene = Scene::new();
+        for (name, kind, shift) in [
+            ("bone", BodyKind::Rigid, DVec3::ZERO),
+            ("muscle", BodyKind::Deformable, DVec3::new(9.0, 0.5, 0.25)),
+        ] {
+            let mesh = shapes::cube(10.0).translated(shift);
+            scene.add(name, kind, mesh.surface(), mesh.positions).expect("a cube");
+        }
+        scene
+    };
+    let (mut carried, mut fresh) = (cubes(), cubes());
+    let with = resolver.resolve(&mut carried).expect("a resolution");
+    assert_eq!(with, resolve(&mut fresh));
 }

@@ -3,7 +3,9 @@
 mod check;
 mod field;
 mod motion;
+mod motion_resolve;
 mod resolve;
+mod resolve_lengths;
 
 use std::num::NonZeroUsize;
 

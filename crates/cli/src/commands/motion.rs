@@ -8,6 +8,8 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use musculo_collide::{BodyId, CheckParams, PairReport, SceneError, ccd};
 
+use super::motion_resolve::{self, Job};
+use super::resolve_lengths::ResolveLengths;
 use super::{Failure, Outcome, in_threads};
 use crate::load::{build_scene, read_meshes};
 use crate::motion::{Motion, Replay};
@@ -28,6 +30,7 @@ use crate::scene::Scene;
 Examples:
   musculo-collide motion scene.toml --chart motion.svg
   musculo-collide motion scene.toml --motion squat.json --json squat-contact.json
+  musculo-collide motion scene.toml --resolve apart --json apart.json
 
 A motion file holds 4 x 4 maps from rest by name, row by row, in the scene's unit:
   {\"skin\": {\"axis\": [0, 0, 1], \"segments\": [\"femur\", null], \"blends\": [[40, 150]]},
@@ -35,7 +38,10 @@ A motion file holds 4 x 4 maps from rest by name, row by row, in the scene's uni
 A rigid body follows the map of its name, or of its name after the first underscore.
 Soft bodies go over from segment to segment along the axis, within each blend.
 
-Exit status: 0 nothing ever overlaps, 1 something does or meets, 2 bad input or usage.")]
+With --resolve frames are not swept. Each starts from how tissue was displaced in the last one.
+
+Exit status: 0 nothing ever overlaps (with --resolve: is left to), 1 something does or meets,
+2 bad input or usage.")]
 pub(crate) struct MotionArguments {
     /// A scene file (.toml)
     #[arg(value_name = "SCENE.toml")]
@@ -50,8 +56,15 @@ pub(crate) struct MotionArguments {
     json: Option<PathBuf>,
 
     /// Draw overlap and free step over the frames
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(long, value_name = "FILE.svg", conflicts_with = "resolve")]
     chart: Option<PathBuf>,
+
+    /// Push apart what overlaps in every frame, and write each body of each frame as VTP there
+    #[arg(long, value_name = "DIR")]
+    resolve: Option<PathBuf>,
+
+    #[command(flatten)]
+    lengths: ResolveLengths,
 
     /// Threads to use; the answer is the same for any number [default: one a processor]
     #[arg(long, value_name = "N")]
@@ -71,6 +84,16 @@ fn replay(arguments: &MotionArguments) -> Result<Outcome, Failure> {
     let motion = Motion::read(path)?;
     let (mut scene, _) = build_scene(&description, read_meshes(&description)?)?;
     let replay = motion.bind(&scene)?;
+    if let Some(folder) = &arguments.resolve {
+        let job = Job {
+            folder,
+            json: arguments.json.as_deref(),
+            params: arguments.lengths.params(description.unit),
+            unit: description.unit,
+            times: &motion.times,
+        };
+        return motion_resolve::run(&job, &mut scene, &replay);
+    }
 
     let start = Instant::now();
     let mut walk = Walk::start(&mut scene, &replay)?;

@@ -6,15 +6,16 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
-use musculo_collide::{BodyKind, CheckParams, Resolution, ResolveParams};
+use musculo_collide::{BodyKind, CheckParams, Resolution};
 
 use super::check::{document, page};
+use super::resolve_lengths::ResolveLengths;
 use super::{Failure, Outcome, in_threads};
 use crate::load::{build_scene, read_meshes};
 use crate::output::Outputs;
 use crate::progress::Progress;
 use crate::report::{BodyRecord, displacement_vtp, ply, resolution_table};
-use crate::scene::{Scene, Unit};
+use crate::scene::Scene;
 
 /// Push bodies apart that overlap, and write where they then are
 ///
@@ -41,21 +42,8 @@ pub(crate) struct ResolveArguments {
     #[arg(long, value_name = "NAME")]
     fixed: Vec<String>,
 
-    /// How far apart bodies are pushed, in the scene's unit [default: 0.02 mm]
-    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
-    clearance: Option<f64>,
-
-    /// How far along a surface a push spreads, in the scene's unit [default: 6 mm]
-    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
-    smooth: Option<f64>,
-
-    /// How deep bodies may still overlap at the end, in the scene's unit [default: 0.05 mm]
-    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
-    tolerance: Option<f64>,
-
-    /// Rounds of detection and pushing at most
-    #[arg(long, value_name = "N", default_value_t = ResolveParams::MILLIMETRES.max_rounds)]
-    rounds: u32,
+    #[command(flatten)]
+    lengths: ResolveLengths,
 
     /// Write no reports with pictures from before and after
     #[arg(long)]
@@ -78,7 +66,7 @@ fn resolve(arguments: &ResolveArguments) -> Result<Outcome, Failure> {
     let start = Instant::now();
     let resolution = {
         let _progress = Progress::start("pushing apart", 1);
-        scene.resolve(&arguments.params(description.unit))?
+        scene.resolve(&arguments.lengths.params(description.unit))?
     };
     let seconds = start.elapsed().as_secs_f64();
     let after = arguments.page("after", &description, bodies, &mut scene)?;
@@ -112,17 +100,6 @@ impl ResolveArguments {
         let document = document(description, bodies, scene, &reports);
         let title = format!("Contact {when} bodies were pushed apart");
         Ok(Some((when, page(&title, &document, scene, &reports)?)))
-    }
-
-    fn params(&self, unit: Unit) -> ResolveParams {
-        let ResolveParams { tolerance, clearance, smoothing, .. } = ResolveParams::MILLIMETRES;
-        let or = |given: Option<f64>, mm: f64| given.unwrap_or_else(|| unit.of_millimetres(mm));
-        ResolveParams {
-            tolerance: or(self.tolerance, tolerance),
-            clearance: or(self.clearance, clearance),
-            smoothing: or(self.smooth, smoothing),
-            max_rounds: self.rounds,
-        }
     }
 }
 

@@ -7,10 +7,12 @@
 //! nothing is in the way. Rigid bodies stay. Deep overlaps take several rounds,
 //! since no round moves a vertex farther than its surroundings can follow.
 
+mod carry;
 mod contacts;
 mod guard;
 mod outcome;
 mod params;
+mod resolver;
 mod sides;
 mod spread;
 mod tissue;
@@ -25,7 +27,9 @@ use surface::Contact;
 
 pub use self::outcome::{BodyChange, Obstacle, Remaining, Resolution, Round};
 pub use self::params::ResolveParams;
+pub use self::resolver::Resolver;
 
+use self::carry::Carried;
 use self::sides::Memory;
 use self::tissue::Tissue;
 use crate::scene::Body;
@@ -57,14 +61,7 @@ impl Scene {
     /// [`SceneError::Resolve`] for a parameter out of range, and those of
     /// [`check`](Self::check).
     pub fn resolve(&mut self, params: &ResolveParams) -> Result<Resolution, SceneError> {
-        params.validate()?;
-        let step = STEP * params.smoothing;
-        let near = CheckParams { reach: 4.0 * params.clearance + 0.25 * step };
-        let mut run = Run::start(self, *params, near)?;
-        while run.goes_on() {
-            run.round()?;
-        }
-        run.finish()
+        Resolver::new(*params)?.resolve(self)
     }
 }
 
@@ -121,6 +118,21 @@ impl<'a> Run<'a> {
         Ok(run)
     }
 
+    /// Displaces tissue as it was displaced before, where that is better.
+    fn displace(&mut self, carried: &[Option<Carried>]) -> Result<(), SceneError> {
+        for (id, carried) in self.scene.ids().zip(carried) {
+            if let Some(carried) = carried {
+                let x = carried.displaced(&self.tissues[id.index()]);
+                self.scene.move_body(id, &x)?;
+            }
+        }
+        self.look()?;
+        if self.stalled > 0 {
+            self.go_back()?;
+        }
+        Ok(())
+    }
+
     fn goes_on(&self) -> bool {
         let last = self.rounds.last();
         let clean =
@@ -134,6 +146,11 @@ impl<'a> Run<'a> {
         self.spread(&mut u);
         self.move_by(&u)?;
         self.lenient = self.stalled % 4 == 3;
+        self.look()
+    }
+
+    /// Finds contact anew.
+    fn look(&mut self) -> Result<(), SceneError> {
         self.now = self.scene.check(&self.near)?;
         self.edges = edge_contacts(self.scene, &self.now);
         self.record();
@@ -281,20 +298,28 @@ impl<'a> Run<'a> {
             });
     }
 
-    /// Goes back to the best round, where later ones were worse.
-    fn finish(mut self) -> Result<Resolution, SceneError> {
-        if let Some((best, x)) = self.best.take()
-            && self.rounds.last() != Some(&best)
-        {
-            for id in self.scene.ids() {
-                let particles = self.scene.body(id).particles();
-                self.scene.move_body(id, &x[particles.start as usize..particles.end as usize])?;
-            }
-            self.now = self.scene.check(&self.near)?;
-            self.edges = edge_contacts(self.scene, &self.now);
+    /// Goes back to the best round.
+    fn go_back(&mut self) -> Result<(), SceneError> {
+        let Some((_, x)) = &self.best else { return Ok(()) };
+        for id in self.scene.ids() {
+            let particles = self.scene.body(id).particles();
+            self.scene.move_body(id, &x[particles.start as usize..particles.end as usize])?;
         }
+        self.now = self.scene.check(&self.near)?;
+        self.edges = edge_contacts(self.scene, &self.now);
+        Ok(())
+    }
+
+    /// Takes the best round, where later ones were worse; tells also where
+    /// tissue then is.
+    fn finish(mut self) -> Result<(Resolution, Vec<Option<Carried>>), SceneError> {
+        if self.best.as_ref().map(|(best, _)| best) != self.rounds.last() {
+            self.go_back()?;
+        }
+        let carried = carry::take(self.scene, &self.tissues);
         let Self { scene, params, tissues, before, now, edges, rounds, .. } = self;
-        Ok(Resolution::new(scene, &params, &tissues, before, (now, &edges), rounds))
+        let resolution = Resolution::new(scene, &params, &tissues, before, (now, &edges), rounds);
+        Ok((resolution, carried))
     }
 }
 

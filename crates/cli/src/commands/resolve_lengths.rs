@@ -1,0 +1,40 @@
+//! How bodies are pushed apart, as the commands that do so are told.
+
+use clap::Args;
+use musculo_collide::ResolveParams;
+
+use crate::scene::Unit;
+
+/// Lengths are in the scene's unit.
+#[derive(Debug, Args)]
+pub(super) struct ResolveLengths {
+    /// How far apart bodies are pushed, in the scene's unit [default: 0.02 mm]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
+    clearance: Option<f64>,
+
+    /// How far along a surface a push spreads, in the scene's unit [default: 6 mm]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
+    smooth: Option<f64>,
+
+    /// How deep bodies may still overlap at the end, in the scene's unit [default: 0.05 mm]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
+    tolerance: Option<f64>,
+
+    /// Rounds of detection and pushing at most
+    #[arg(long, value_name = "N", default_value_t = ResolveParams::MILLIMETRES.max_rounds)]
+    rounds: u32,
+}
+
+impl ResolveLengths {
+    /// With what was not given as it is for millimetres.
+    pub(super) fn params(&self, unit: Unit) -> ResolveParams {
+        let ResolveParams { tolerance, clearance, smoothing, .. } = ResolveParams::MILLIMETRES;
+        let or = |given: Option<f64>, mm: f64| given.unwrap_or_else(|| unit.of_millimetres(mm));
+        ResolveParams {
+            tolerance: or(self.tolerance, tolerance),
+            clearance: or(self.clearance, clearance),
+            smoothing: or(self.smooth, smoothing),
+            max_rounds: self.rounds,
+        }
+    }
+}
