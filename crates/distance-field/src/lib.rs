@@ -34,8 +34,9 @@
 //!   within a tenth of that, as the build measures at sample points
 //!   ([`BuildReport::comparison`]). Interpolation, not the nodes, makes nearly all
 //!   of the error.
-//! - Beyond the band a value may be too long, never too short, by hundredths of a
-//!   spacing where two parts of the surface compete.
+//! - Beyond the band a value may be too long, never too short, where two parts of
+//!   the surface compete: by hundredths of a spacing over a bone, by up to a fifth
+//!   around what is no larger than the band.
 //! - A solid thinner than 1.5 spacings loses part of its inside between nodes; the
 //!   build says so ([`Warning::ThinnerThanGrid`]).
 //! - Where several parts of the surface are equally near, no direction is right;

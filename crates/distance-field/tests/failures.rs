@@ -309,3 +309,34 @@ fn what_is_certain_holds_at_the_tip_of_a_needle() {
     let worst = build(&ball, &defaults()).unwrap().report().comparison.unwrap().worst;
     assert!(worst < 0.866, "{worst}");
 }
+
+/// A bounded carry reaches every node that is not truncated: as an unbounded one
+/// has it, in every direction from a small ball.
+#[test]
+fn truncation_takes_nothing_that_is_nearer() {
+    let ball = shapes::icosphere(3.0, 3).translated(DVec3::new(0.31, 0.17, 0.23));
+    for limit in [6.2, 9.0, 15.0] {
+        let options = BuildOptions { padding: 16.0, samples: 0, ..BuildOptions::default() };
+        let whole = build(&ball, &BuildOptions { truncate: None, ..options }).unwrap();
+        let cut = build(&ball, &BuildOptions { truncate: Some(limit), ..options }).unwrap();
+        for (whole, cut) in whole.values().into_iter().zip(cut.values()) {
+            let expected = f64::from(whole).min(limit);
+            // Where two seeds are as near, each may take another face.
+            assert!((f64::from(cut) - expected).abs() < 0.25, "{cut}, not {expected}");
+        }
+    }
+}
+
+/// Comparison looks two spacings to either side: no farther, for then it would
+/// leave a grid of that padding, and no less.
+#[test]
+fn comparison_is_within_two_spacings() {
+    let points = |padding: f64| {
+        let options = BuildOptions { padding, samples: 512, ..BuildOptions::default() };
+        let field = build(&shapes::cube(12.0), &options).unwrap();
+        field.report().comparison.unwrap().points
+    };
+    assert_eq!(points(2.0), 512);
+    // An eighth of the points is over the last half of a spacing outside.
+    assert!((420..475).contains(&points(1.5)), "{}", points(1.5));
+}
