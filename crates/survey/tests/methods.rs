@@ -1,0 +1,315 @@
+//! Each method against brute force or a known answer.
+
+use fixtures::shapes::{capsule, cube, octasphere, plate};
+use fixtures::{Mesh, twins};
+use glam::DVec3;
+use surface::TriangleSurface;
+use survey::{Body, Findings, SurveyError, VertexInside};
+use survey::{average_case, layered_depth, selected_pairs, spatial_hash, tetrahedra};
+
+/// A mesh with its connectivity.
+struct Shape {
+    mesh: Mesh,
+    surface: TriangleSurface,
+}
+
+impl Shape {
+    fn new(mesh: Mesh) -> Self {
+        let surface = mesh.surface();
+        Self { mesh, surface }
+    }
+
+    fn body(&self) -> Body<'_> {
+        let x = self.surface.positions(&self.mesh.positions).expect("fixtures are finite");
+        Body { surface: &self.surface, x }
+    }
+}
+
+/// Two spheres of radius 10 whose middles are `apart`, slightly turned.
+fn spheres(apart: f64) -> [Shape; 2] {
+    let direction = DVec3::new(0.6, 0.48, 0.64);
+    let other = octasphere(10.0, 3).rotated(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.13);
+    [Shape::new(octasphere(10.0, 3)), Shape::new(other.translated(direction * apart))]
+}
+
+fn vertices(inside: &[VertexInside]) -> Vec<u32> {
+    inside.iter().map(|vertex| vertex.vertex).collect()
+}
+
+fn inside_of(found: &Findings) -> &[Vec<VertexInside>; 2] {
+    found.inside.as_ref().expect("the method finds vertices inside")
+}
+
+/// Pairs of shapes in several lies, most with crossings.
+fn scenes() -> Vec<[Shape; 2]> {
+    let stick = capsule(3.0, 30.0, 24).rotated(DVec3::Y, 0.11);
+    let turned = cube(12.0).rotated(DVec3::new(1.0, 1.0, 0.2).normalize(), 0.07);
+    let mut scenes = vec![
+        [Shape::new(octasphere(10.0, 3)), Shape::new(stick.translated(DVec3::new(8.0, 1.0, 2.0)))],
+        [Shape::new(plate(DVec3::new(30.0, 30.0, 2.0), [6, 6])), Shape::new(turned)],
+    ];
+    scenes.extend([25.0, 19.5, 15.0, 5.0].map(spheres));
+    scenes
+}
+
+#[test]
+fn hashing_finds_every_crossing_whatever_the_cells() {
+    let mut crossings = 0;
+    for [a, b] in scenes() {
+        let expected = twins::crossing_faces(&a.mesh, &b.mesh);
+        crossings += expected.len();
+        for (cell_size, slots) in [(0.7, 4001), (3.0, 4001), (3.0, 1), (100.0, 17)] {
+            let params = spatial_hash::Params { cell_size, slots };
+            let found = spatial_hash::detect(a.body(), b.body(), &params).unwrap();
+            assert_eq!(found.crossing_faces.as_ref(), Some(&expected), "cells of {cell_size}");
+            assert_eq!(found.overlap, !expected.is_empty());
+        }
+    }
+    assert!(crossings > 200, "the scenes cross: {crossings}");
+}
+
+#[test]
+fn vertices_inside_spread_from_crossings() {
+    let params = spatial_hash::Params { cell_size: 3.0, slots: 4001 };
+    for [a, b] in scenes() {
+        let found = spatial_hash::detect(a.body(), b.body(), &params).unwrap();
+        let [of_a, of_b] = inside_of(&found);
+        assert_eq!(vertices(of_a), twins::vertices_inside(&a.mesh, &b.mesh));
+        assert_eq!(vertices(of_b), twins::vertices_inside(&b.mesh, &a.mesh));
+    }
+}
+
+/// Two spheres of radius 10 with middles 15 apart are 5 deep; spreading from a
+/// rim where surfaces meet at a slant makes that more.
+#[test]
+fn depths_spread_from_crossings_are_near_the_true_ones() {
+    let params = spatial_hash::Params { cell_size: 3.0, slots: 4001 };
+    let [a, b] = spheres(15.0);
+    let found = spatial_hash::detect(a.body(), b.body(), &params).unwrap();
+    let deepest = twins::deepest_vertex(&a.mesh, &b.mesh).expect("they overlap").distance;
+    let depth = found.depth().expect("they overlap");
+    assert!((0.9..1.3).contains(&(depth / deepest)), "{depth} for {deepest}");
+}
+
+/// The volume that two spheres share, from the height of their caps.
+fn lens(radius: f64, apart: f64) -> f64 {
+    let height = radius - 0.5 * apart;
+    2.0 * std::f64::consts::PI * height * height * (radius - height / 3.0)
+}
+
+#[test]
+fn volumes_of_boxes_are_exact_where_pixels_fit() {
+    let a = Shape::new(cube(8.0));
+    let b = Shape::new(cube(8.0).translated(DVec3::new(4.0, 4.0, 4.0)));
+    for axis in [layered_depth::Axis::X, layered_depth::Axis::Y, layered_depth::Axis::Z] {
+        let params = layered_depth::Params { resolution: 16, axis: Some(axis) };
+        let found = layered_depth::detect(a.body(), b.body(), &params).unwrap();
+        let volume = found.volume.expect("images give volumes");
+        assert!((volume - 64.0).abs() < 1e-9, "{volume} along {axis:?}");
+    }
+}
+
+#[test]
+fn volumes_of_spheres_converge() {
+    let sphere = |by: f64| Shape::new(octasphere(10.0, 5).translated(DVec3::X * by));
+    let (a, b) = (sphere(0.0), sphere(12.0));
+    let expected = lens(10.0, 12.0);
+    for (resolution, worst) in [(16, 0.04), (64, 0.015), (256, 0.01)] {
+        let params = layered_depth::Params { resolution, ..layered_depth::Params::DEFAULT };
+        let found = layered_depth::detect(a.body(), b.body(), &params).unwrap();
+        let error = found.volume.expect("images give volumes") / expected - 1.0;
+        assert!(error.abs() < worst, "off by {error} at {resolution}");
+    }
+}
+
+/// A vertex within half a pixel of the surface may be placed wrongly, no other.
+#[test]
+fn images_place_vertices_up_to_a_pixel() {
+    let [a, b] = spheres(12.0);
+    let params = layered_depth::Params { resolution: 256, axis: None };
+    let found = layered_depth::detect(a.body(), b.body(), &params).unwrap();
+    for (inside, mesh, other) in
+        [(&inside_of(&found)[0], &a.mesh, &b.mesh), (&inside_of(&found)[1], &b.mesh, &a.mesh)]
+    {
+        let (found, expected) = (vertices(inside), twins::vertices_inside(mesh, other));
+        assert!(expected.len() > 20, "many are inside");
+        let wrong = (0..u32::try_from(mesh.positions.len()).unwrap())
+            .filter(|v| found.contains(v) != expected.contains(v));
+        for vertex in wrong {
+            let x = mesh.positions[vertex as usize];
+            let distance = twins::closest(other, x).expect("it has faces").distance;
+            assert!(distance < 0.1, "vertex {vertex} is {distance} from the surface");
+        }
+        for VertexInside { vertex, depth } in inside {
+            let x = mesh.positions[*vertex as usize];
+            let distance = twins::closest(other, x).expect("it has faces").distance;
+            assert!(*depth >= distance - 0.1, "{depth} along a ray, {distance} at least");
+        }
+    }
+}
+
+#[test]
+fn a_body_within_another_is_seen_in_images() {
+    let (a, b) = (Shape::new(cube(10.0)), Shape::new(cube(2.0)));
+    let found = layered_depth::detect(a.body(), b.body(), &layered_depth::Params::DEFAULT).unwrap();
+    assert!((found.volume.expect("images give volumes") - 8.0).abs() < 1e-9);
+    assert_eq!(inside_of(&found)[1].len(), b.mesh.positions.len());
+    assert!((found.depth().expect("it is inside") - 4.0).abs() < 1e-9);
+}
+
+fn average_case(a: &Shape, b: &Shape, params: &average_case::Params) -> Findings {
+    let trees = [a, b].map(|shape| average_case::Tree::new(shape.body(), params).expect("valid"));
+    trees[0].detect(a.body(), &trees[1], b.body(), params).expect("valid")
+}
+
+#[test]
+fn trees_that_accept_nothing_less_are_exact() {
+    let params = average_case::Params { acceptance: 1.0, ..average_case::Params::DEFAULT };
+    for [a, b] in scenes() {
+        let expected = !twins::crossing_faces(&a.mesh, &b.mesh).is_empty();
+        let found = average_case(&a, &b, &params);
+        assert_eq!((found.overlap, found.probability), (expected, Some(f64::from(expected))));
+    }
+}
+
+/// With spheres in a row, from apart to deep, a likelier collision is demanded
+/// at the price of more tests, and never found where boxes are apart.
+#[test]
+fn trees_trade_certainty_for_tests() {
+    let tests = |acceptance: f64| {
+        let params = average_case::Params { acceptance, ..average_case::Params::DEFAULT };
+        let found = (0..12).map(|i| {
+            let [a, b] = spheres(22.0 - f64::from(i));
+            average_case(&a, &b, &params).tests
+        });
+        found.sum::<u64>()
+    };
+    assert!(tests(0.1) < tests(1.0), "{} and {}", tests(0.1), tests(1.0));
+    let [a, b] = spheres(60.0);
+    assert!(!average_case(&a, &b, &average_case::Params::DEFAULT).overlap);
+    let [a, b] = spheres(10.0);
+    let spent =
+        average_case::Params { most_tests: 1, acceptance: 1.0, ..average_case::Params::DEFAULT };
+    let found = average_case(&a, &b, &spent);
+    assert!(!found.overlap && found.probability > Some(0.0), "{found:?}");
+}
+
+/// Share of the crossings found in one step, in the mean over some seeds.
+fn recall(draws: u64, hops: u32) -> f64 {
+    let [a, b] = spheres(17.0);
+    let expected = twins::crossing_faces(&a.mesh, &b.mesh);
+    let params = selected_pairs::Params { draws, hops, ..selected_pairs::Params::DEFAULT };
+    let found = (0..8).map(|seed| {
+        let mut pairs = selected_pairs::SelectedPairs::new(seed);
+        let found = pairs.step(a.body(), b.body(), &params).expect("valid").crossing_faces;
+        let found = found.expect("pairs tell of crossings");
+        assert!(found.iter().all(|pair| expected.contains(pair)), "no crossing is made up");
+        let count = |pairs: &[[u32; 2]]| u32::try_from(pairs.len()).expect("few");
+        f64::from(count(&found)) / f64::from(count(&expected))
+    });
+    found.sum::<f64>() / 8.0
+}
+
+#[test]
+fn recall_grows_with_the_budget_to_all() {
+    let few = recall(20, 0);
+    let some = recall(2_000, 0);
+    let many = recall(2_000, 40);
+    assert!(few <= some && some <= many, "{few} {some} {many}");
+    assert!(few < 0.5 && many > 0.9, "{few} {some} {many}");
+    assert!(recall(u64::from(u32::MAX), 0) >= 1.0, "all pairs are drawn");
+}
+
+#[test]
+fn pairs_are_followed_from_step_to_step() {
+    let [a, b] = spheres(17.0);
+    let params = selected_pairs::Params { draws: 300, ..selected_pairs::Params::DEFAULT };
+    let mut pairs = selected_pairs::SelectedPairs::new(7);
+    for _ in 0..20 {
+        pairs.step(a.body(), b.body(), &params).unwrap();
+    }
+    let followed = selected_pairs::Params { draws: 1, ..params };
+    let found = pairs.step(a.body(), b.body(), &followed).unwrap();
+    assert!(found.overlap && !pairs.is_empty(), "{found:?}");
+    let spent = selected_pairs::Params { most_tests: 50, ..params };
+    let found = pairs.step(a.body(), b.body(), &spent).unwrap();
+    assert!(found.tests < 150, "{} tests", found.tests);
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits() {
+    let [a, b] = spheres(17.0);
+    let run = |seed: u64| {
+        let mut pairs = selected_pairs::SelectedPairs::new(seed);
+        let params = selected_pairs::Params { draws: 50, ..selected_pairs::Params::DEFAULT };
+        let found = (0..3).map(|_| pairs.step(a.body(), b.body(), &params).unwrap());
+        found.collect::<Vec<_>>()
+    };
+    assert_eq!(run(5), run(5));
+    assert_ne!(run(5), run(6));
+}
+
+/// A cube cut into five tetrahedra, and points in a lattice.
+#[test]
+fn tetrahedra_of_a_cube_hold_what_the_cube_does() {
+    let corner =
+        |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * 4.0;
+    let corners: Vec<DVec3> = (0..8).map(corner).collect();
+    let tetrahedra = [[0, 1, 2, 4], [3, 1, 7, 2], [5, 1, 4, 7], [6, 2, 7, 4], [1, 2, 4, 7]];
+    let at = |i: u32| 0.37 * f64::from(i) - 0.81;
+    let points: Vec<DVec3> =
+        (0..15 * 15 * 15).map(|i| DVec3::new(at(i % 15), at(i / 15 % 15), at(i / 225))).collect();
+    let expected: Vec<u32> = (0u32..)
+        .zip(&points)
+        .filter(|(_, p)| p.min_element() >= 0.0 && p.max_element() <= 4.0)
+        .map(|(i, _)| i)
+        .collect();
+    for cell_size in [0.3, 1.0, 50.0] {
+        let params = spatial_hash::Params { cell_size, slots: 997 };
+        let found = tetrahedra::detect(&points, &corners, &tetrahedra, &params).unwrap();
+        let mut inside: Vec<u32> = found.inside.iter().map(|inside| inside.point).collect();
+        for inside in &found.inside {
+            let of = tetrahedra[inside.tetrahedron as usize].map(|corner| corners[corner as usize]);
+            let back: DVec3 = of.iter().zip(inside.weights).map(|(x, w)| *x * w).sum();
+            assert!(back.distance(points[inside.point as usize]) < 1e-12, "{inside:?}");
+        }
+        inside.dedup();
+        assert_eq!(inside, expected, "cells of {cell_size}");
+    }
+}
+
+#[test]
+fn what_means_nothing_or_fits_nowhere_is_refused() {
+    let (a, b) = (Shape::new(cube(8.0)), Shape::new(cube(6.0)));
+    let hash = |cell_size, slots| {
+        spatial_hash::detect(a.body(), b.body(), &spatial_hash::Params { cell_size, slots })
+    };
+    assert_eq!(hash(0.0, 100), Err(SurveyError::CellSize(0.0)));
+    assert!(matches!(hash(1.0, 0), Err(SurveyError::Count { name: "slots", value: 0, .. })));
+    assert!(
+        matches!(hash(1e-4, 100), Err(SurveyError::TooManyCells { .. })),
+        "{:?}",
+        hash(1e-4, 100)
+    );
+    assert!(matches!(hash(1e-300, 100), Err(SurveyError::TooManyCells { .. })));
+
+    let open = Shape::new(fixtures::damage::hole(octasphere(5.0, 2), DVec3::X * 5.0, 2.0));
+    let image = |resolution| layered_depth::Params { resolution, axis: None };
+    let refused = layered_depth::detect(a.body(), open.body(), &image(64)).unwrap_err();
+    assert!(refused.to_string().starts_with("the surface is open"), "{refused}");
+    let refused = layered_depth::detect(a.body(), b.body(), &image(10_000)).unwrap_err();
+    assert_eq!(refused.to_string(), "resolution is 10000, but must be in 1..=8192");
+
+    let params = average_case::Params { acceptance: 0.0, ..average_case::Params::DEFAULT };
+    let refused = average_case::Tree::new(a.body(), &params).map(|_| ());
+    assert_eq!(refused, Err(SurveyError::Share { name: "acceptance", value: 0.0 }));
+    let params = selected_pairs::Params { reach: -1.0, ..selected_pairs::Params::DEFAULT };
+    let refused = selected_pairs::SelectedPairs::new(0).step(a.body(), b.body(), &params);
+    assert_eq!(refused, Err(SurveyError::Distance { name: "reach", value: -1.0 }));
+
+    let params = spatial_hash::Params::DEFAULT;
+    let refused = tetrahedra::detect(&[], &[DVec3::ZERO], &[[0, 0, 0, 1]], &params).unwrap_err();
+    assert_eq!(refused, SurveyError::PointOutOfRange { tetrahedron: 0, point: 1, points: 1 });
+    let refused = tetrahedra::detect(&[DVec3::NAN], &[], &[], &params).unwrap_err();
+    assert_eq!(refused, SurveyError::NotFinite { point: 0 });
+}
