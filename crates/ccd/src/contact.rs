@@ -9,7 +9,9 @@ use crate::error::CcdError;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Params {
     /// Euclidean distance \[length unit of the points\] that counts as contact,
-    /// `>= 0`. With 0 the primitives must meet.
+    /// `>= 0`. With 0 the primitives must meet. Nothing that comes closer is
+    /// missed; what stays further than this by 1e-9 of it, and by more than
+    /// rounding, is reported only where [`Params::max_directions`] are used up.
     pub min_separation: f64,
     /// Last time of interest, in `0.0..=1.0` of the step: contacts after it may
     /// be left out.

@@ -348,3 +348,37 @@ fn probability(a: &Node, b: &Node, cells: u32) -> f64 {
     }
     1.0 - miss
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Below, Body, Params, Tree};
+
+    #[test]
+    fn each_face_is_in_one_leaf_and_its_boxes() {
+        let mesh = fixtures::shapes::octasphere(1.0, 3);
+        let surface = mesh.surface();
+        let x = surface.positions(&mesh.positions).expect("finite");
+        let body = Body { surface: &surface, x };
+        let tree = Tree::new(body, &Params::DEFAULT).expect("valid parameters");
+        let mut found = Vec::new();
+        for node in &tree.nodes {
+            if let Below::Faces([from, to]) = node.below {
+                found.extend_from_slice(&tree.faces[from as usize..to as usize]);
+            }
+            let inner = match node.below {
+                Below::Nodes(nodes) => nodes.map(|n| tree.nodes[n as usize].bounds).to_vec(),
+                Below::Faces([from, to]) => tree.faces[from as usize..to as usize]
+                    .iter()
+                    .map(|f| crate::boxes::Bounds::of(&body.corners(*f)))
+                    .collect(),
+            };
+            assert!(
+                inner.iter().all(|b| b.union(node.bounds) == node.bounds),
+                "a box is too small"
+            );
+            assert!((0.0..=1.0).contains(&node.filled), "a share");
+        }
+        found.sort_unstable();
+        assert!(found.iter().copied().eq(0..body.face_count()), "all faces once");
+    }
+}

@@ -262,3 +262,21 @@ fn around(body: Body<'_>, face: u32) -> impl Iterator<Item = u32> {
     let faces = corners.into_iter().flat_map(move |v| body.surface.vertex_faces(v).iter().copied());
     faces.filter(move |other| *other != face)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::{Draws, Generator};
+
+    #[test]
+    fn each_pair_is_drawn_once() {
+        for seed in 0..50 {
+            let drawn = Draws::new([12, 10], 1000, &mut Generator::new(seed));
+            let drawn: Vec<[u32; 2]> = drawn.collect();
+            assert_eq!(drawn.len(), 120);
+            assert_eq!(drawn.iter().collect::<BTreeSet<_>>().len(), 120, "seed {seed}");
+            assert!(drawn.iter().all(|[f, g]| *f < 12 && *g < 10), "seed {seed}");
+        }
+    }
+}
