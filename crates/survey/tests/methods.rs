@@ -109,6 +109,21 @@ fn volumes_of_boxes_are_exact_where_pixels_fit() {
     }
 }
 
+/// The corner cut off a cube: the sum over the middles of 16 x 16 pixels is
+/// 42.5 / 256 in closed form, along each axis.
+#[test]
+fn rays_pass_the_middles_of_pixels() {
+    let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+    let positions = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+    let (corner, all) = (Shape::new(Mesh { positions, faces }), Shape::new(cube(4.0)));
+    for axis in [layered_depth::Axis::X, layered_depth::Axis::Y, layered_depth::Axis::Z] {
+        let params = layered_depth::Params { resolution: 16, axis: Some(axis) };
+        let found = layered_depth::detect(corner.body(), all.body(), &params).unwrap();
+        let volume = found.volume.expect("images give volumes");
+        assert!((volume - 42.5 / 256.0).abs() < 1e-12, "{volume} along {axis:?}");
+    }
+}
+
 #[test]
 fn volumes_of_spheres_converge() {
     let sphere = |by: f64| Shape::new(octasphere(10.0, 5).translated(DVec3::X * by));
