@@ -3,54 +3,86 @@
 //! Take faces of a surface that look the same way as a triangle R, and project them
 //! into its plane. Each point of R is covered by some number of them, which can only
 //! change where an edge passes that is not shared by two of them. So where no such
-//! edge meets R, and its centre is covered, all of it is: over every point there is a
-//! point of the surface, no farther than its height. The heights of a face are
-//! greatest at the corners of the part that lies over R.
+//! edge passes through R, and its centre is covered, all of it is: over every point
+//! there is a point of the surface, no farther than its height. The heights of a face
+//! are greatest at the corners of the part that lies over R.
 //!
-//! Where R ends at a crease, edges that are not shared run along its border. They are
-//! let pass, up to rounding: what is covered is closed, so the border is as well.
+//! The faces are found by going on across every edge that passes through R. Where R
+//! ends at a crease, edges without a face that looks the same way run along its border.
+//! They are let pass, up to rounding: what is covered is closed, so the border is as
+//! well.
 
 use glam::{DVec2, DVec3};
-use kdop::{Dop18, Workspace};
 
-use crate::triangles::Target;
+use crate::triangles::{NOTHING, Target};
 
 /// Room for one question after the other.
-#[derive(Default)]
 pub(crate) struct Cover {
-    /// Edges that may pass over the inside of the triangle, smaller end first, and whether a face
-    /// runs along them from there.
-    edges: Vec<([u32; 2], i32)>,
+    /// For each target face the last question in which it was met.
+    met: Vec<u32>,
+    question: u32,
+    waiting: Vec<u32>,
     polygon: Vec<DVec3>,
     clipped: Vec<DVec3>,
 }
 
 impl Cover {
-    /// A distance from the target that no point of the triangle exceeds, from the
-    /// faces within `reach` of it; `None` where they do not cover it for certain.
+    pub(crate) fn new(faces: usize) -> Self {
+        let [polygon, clipped] = [vec![], vec![]];
+        Self { met: vec![0; faces], question: 0, waiting: vec![], polygon, clipped }
+    }
+
+    /// A distance from the target that no point of the triangle exceeds, from faces
+    /// around those it starts at; `None` where they do not cover it for certain, or
+    /// from no nearer than `useful`.
     pub(crate) fn bound(
         &mut self,
         target: &Target<'_>,
         corners: [DVec3; 3],
-        reach: f64,
-        workspace: &mut Workspace,
+        start: [u32; 3],
+        useful: f64,
     ) -> Option<f64> {
-        let plane = Plane::of(corners, reach)?;
-        self.edges.clear();
-        let (mut height, mut covers) = (0.0_f64, false);
-        let around = Dop18::from_points(&corners).inflated(reach);
-        target.tree.query(&around, workspace, |face| {
+        let plane = Plane::of(corners)?;
+        self.question += 1;
+        self.waiting.clear();
+        for face in start {
             let projected = target.triangles.corners(face).map(|p| plane.project(p));
             if faces_plane(projected) && plane.may_meet(projected) {
-                covers |= contains(projected, plane.centre);
-                height = height.max(self.height_over(&plane, projected, height));
-                self.note_edges(&plane, target.triangles.faces[face as usize], projected);
+                self.meet(face);
             }
-        });
-        (covers && self.all_shared()).then_some(height)
+        }
+        let (mut height, mut covers) = (0.0_f64, false);
+        while let Some(face) = self.waiting.pop() {
+            let projected = target.triangles.corners(face).map(|p| plane.project(p));
+            if !faces_plane(projected) {
+                return None;
+            }
+            covers |= contains(projected, plane.centre);
+            height = self.height_over(&plane, projected, height);
+            if height >= useful {
+                return None;
+            }
+            for k in 0..3 {
+                if plane.edge_may_pass(projected[k], projected[(k + 1) % 3]) {
+                    match target.across[face as usize][k] {
+                        NOTHING => return None,
+                        next => self.meet(next),
+                    }
+                }
+            }
+        }
+        covers.then_some(height)
     }
 
-    /// The greatest height of a face over the triangle, if it is more than `known`.
+    fn meet(&mut self, face: u32) {
+        let met = &mut self.met[face as usize];
+        if *met != self.question {
+            *met = self.question;
+            self.waiting.push(face);
+        }
+    }
+
+    /// The greatest height of a face over the triangle, or `known` if that is more.
     fn height_over(&mut self, plane: &Plane, projected: [DVec3; 3], known: f64) -> f64 {
         let highest = |polygon: &[DVec3]| polygon.iter().map(|p| p.z.abs()).fold(0.0, f64::max);
         if highest(&projected) <= known {
@@ -72,24 +104,7 @@ impl Cover {
             }
             std::mem::swap(&mut self.polygon, &mut self.clipped);
         }
-        highest(&self.polygon)
-    }
-
-    fn note_edges(&mut self, plane: &Plane, vertices: [u32; 3], projected: [DVec3; 3]) {
-        for k in 0..3 {
-            let next = (k + 1) % 3;
-            if plane.edge_may_pass(projected[k], projected[next]) {
-                let (from, to) = (vertices[k], vertices[next]);
-                self.edges.push(([from.min(to), from.max(to)], if from < to { 1 } else { -1 }));
-            }
-        }
-    }
-
-    /// Whether faces run along each edge as often there as back.
-    fn all_shared(&mut self) -> bool {
-        self.edges.sort_unstable();
-        let mut groups = self.edges.chunk_by(|a, b| a.0 == b.0);
-        groups.all(|group| group.iter().map(|(_, run)| run).sum::<i32>() == 0)
+        highest(&self.polygon).max(known)
     }
 }
 
@@ -109,8 +124,8 @@ struct Plane {
 const ROUNDINGS: f64 = 64.0;
 
 impl Plane {
-    /// The plane of a triangle with area, for points within `reach` of it.
-    fn of(corners: [DVec3; 3], reach: f64) -> Option<Self> {
+    /// The plane of a triangle with area.
+    fn of(corners: [DVec3; 3]) -> Option<Self> {
         let [a, b, c] = corners;
         let normal = (b - a).cross(c - a).try_normalize()?;
         let along = (b - a).try_normalize()?;
@@ -118,7 +133,7 @@ impl Plane {
         let flat = corners.map(|p| DVec2::new(axes[0].dot(p - a), axes[1].dot(p - a)));
         let side = |k: usize| (flat[(k + 1) % 3] - flat[k]).try_normalize();
         let inward = [side(0)?, side(1)?, side(2)?].map(DVec2::perp);
-        let scale = a.abs().max_element() + reach + a.distance(b).max(a.distance(c));
+        let scale = a.abs().max_element() + a.distance(b).max(a.distance(c));
         let margin = ROUNDINGS * f64::EPSILON * scale;
         let centre = (flat[0] + flat[1] + flat[2]) / 3.0;
         let known = (0..3).all(|k| inward[k].dot(centre - flat[k]) > 2.0 * margin);
@@ -143,24 +158,27 @@ impl Plane {
     /// Whether a triangle may touch this one.
     fn may_meet(&self, triangle: [DVec3; 3]) -> bool {
         let beyond = |k: usize| {
-            let [_, most] = self.sides_of(triangle[k], triangle[(k + 1) % 3]);
-            most < -self.margin
+            let [_, most, length] = self.sides_of(triangle[k], triangle[(k + 1) % 3]);
+            most < -self.margin * length
         };
         !self.beside(&triangle, -self.margin) && !(0..3).any(beyond)
     }
 
     /// Whether an edge may pass through the inside of this triangle.
     fn edge_may_pass(&self, from: DVec3, to: DVec3) -> bool {
-        let [least, most] = self.sides_of(from, to);
-        !self.beside(&[from, to], self.margin) && least < -self.margin && most > self.margin
+        let [least, most, length] = self.sides_of(from, to);
+        let margin = self.margin * length;
+        least < -margin && most > margin && !self.beside(&[from, to], self.margin)
     }
 
-    /// Least and greatest distance of the corners to the left of a line.
-    fn sides_of(&self, from: DVec3, to: DVec3) -> [f64; 2] {
-        let along = (to - from).truncate();
-        let left = along.perp().normalize_or_zero();
-        let [a, b, c] = self.corners.map(|corner| left.dot(corner - from.truncate()));
-        [a.min(b).min(c), a.max(b).max(c)]
+    /// Least and greatest distance of the corners to the left of a line, times a
+    /// length, which is the third.
+    fn sides_of(&self, from: DVec3, to: DVec3) -> [f64; 3] {
+        let from = from.truncate();
+        let left = (to.truncate() - from).perp();
+        let [a, b, c] = self.corners.map(|corner| left.dot(corner - from));
+        // The sum is at least the length: a little more counts as touching.
+        [a.min(b).min(c), a.max(b).max(c), left.x.abs() + left.y.abs()]
     }
 }
 

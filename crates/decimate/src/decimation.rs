@@ -9,7 +9,7 @@ use crate::measure::Measure;
 use crate::one_sided::Aim;
 use crate::order::{Collapse, collapses};
 use crate::prefix::Prefix;
-use crate::triangles::Triangles;
+use crate::triangles::{Target, Triangles};
 use crate::{DecimateError, Deviation, Reduced};
 
 /// Edge collapses of a surface into its own vertices, in order of cost: every prefix
@@ -38,6 +38,7 @@ pub struct Decimation {
     surface: TriangleSurface,
     x: Vec<DVec3>,
     tree: Tree,
+    across: Vec<[u32; 3]>,
     collapses: Vec<Collapse>,
 }
 
@@ -45,6 +46,13 @@ pub struct Decimation {
 ///
 /// Smaller takes more tries for the last few faces; larger leaves more of them.
 const STEP: f64 = 0.02;
+
+/// Largest distance of a vertex, relative to the deviation asked for, at which the rest
+/// of the surface is taken to be near enough while searching.
+///
+/// Smaller measures surfaces that are far finer than needed; larger, and the search ends
+/// at surfaces that deviate more, from which it steps back one by one.
+const PRESUMED: f64 = 0.3;
 
 /// Splits before a surface that is tried is passed over.
 const SPLITS_OF_A_TRY: usize = 5_000;
@@ -62,9 +70,10 @@ impl Decimation {
     pub fn new(surface: &TriangleSurface, x: Positions<'_>) -> Result<Self, DecimateError> {
         let x = surface.positions(x.as_slice())?.as_slice();
         check(surface)?;
-        let tree = Triangles { faces: surface.faces(), x }.tree()?;
+        let triangles = Triangles { surface, x };
+        let (tree, across) = (triangles.tree()?, triangles.across());
         let collapses = collapses(surface.faces(), x);
-        Ok(Self { surface: surface.clone(), x: x.to_vec(), tree, collapses })
+        Ok(Self { surface: surface.clone(), x: x.to_vec(), tree, across, collapses })
     }
 
     /// The coarsest surface of the sequence found whose deviation bound is at most
@@ -83,19 +92,36 @@ impl Decimation {
             return Err(DecimateError::Parameter { name: "deviation", value: deviation, range });
         }
         let tries = self.tries();
-        let aim = Aim { slack: deviation, at_most: deviation, splits: SPLITS_OF_A_TRY };
         // Bisects between what passed and what did not; the full surface passes.
         let (mut passed, mut failed) = (0, tries.len());
         while failed - passed > 1 {
             let middle = usize::midpoint(passed, failed);
-            let measured = self.measure(&self.prefix(tries[middle]), aim)?;
-            if measured.largest() <= deviation {
+            if self.may_be_within(tries[middle], deviation)? {
                 passed = middle;
             } else {
                 failed = middle;
             }
         }
-        self.reduced(tries[passed], deviation)
+        loop {
+            let reduced = self.reduced(tries[passed], deviation)?;
+            if reduced.deviation.largest() <= deviation {
+                return Ok(reduced);
+            }
+            passed -= 1;
+        }
+    }
+
+    /// Whether the surface after some collapses is likely to deviate by no more than
+    /// this: certain where it matters.
+    fn may_be_within(&self, collapses: usize, deviation: f64) -> Result<bool, DecimateError> {
+        let prefix = self.prefix(collapses);
+        let measure = Measure::new(self.target(), &prefix)?;
+        let farthest = measure.farthest_vertex();
+        if farthest > deviation || farthest <= PRESUMED * deviation {
+            return Ok(farthest <= deviation);
+        }
+        let aim = Aim { slack: deviation, at_most: deviation, splits: SPLITS_OF_A_TRY };
+        Ok(measure.deviation(aim).largest() <= deviation)
     }
 
     /// The finest surface of the sequence with at most this many faces.
@@ -139,24 +165,21 @@ impl Decimation {
         Prefix::new(self.x.len(), self.surface.faces(), &self.collapses[..collapses])
     }
 
-    fn triangles(&self) -> Triangles<'_> {
-        Triangles { faces: self.surface.faces(), x: &self.x }
+    fn target(&self) -> Target<'_> {
+        let triangles = Triangles { surface: &self.surface, x: &self.x };
+        Target { triangles, tree: &self.tree, across: &self.across }
     }
 
-    fn measure(&self, prefix: &Prefix, aim: Aim) -> Result<Deviation, DecimateError> {
-        Ok(Measure::new(self.triangles(), &self.tree, prefix)?.deviation(aim))
-    }
-
-    /// The surface after some collapses, which is known to deviate no more than
-    /// `known`.
-    fn reduced(&self, collapses: usize, known: f64) -> Result<Reduced, DecimateError> {
+    /// The surface after some collapses; its deviation is infinite if it is more than
+    /// `at_most`.
+    fn reduced(&self, collapses: usize, at_most: f64) -> Result<Reduced, DecimateError> {
         let prefix = self.prefix(collapses);
         let deviation = if collapses == 0 {
             Deviation::NONE // what rounding shows of equal surfaces is not theirs
         } else {
-            let slack = LEAST_SLACK * self.triangles().size();
-            let aim = Aim { slack, at_most: known, splits: MOST_SPLITS };
-            self.measure(&prefix, aim)?.known_to_be(known)
+            let slack = LEAST_SLACK * self.target().triangles.size();
+            let aim = Aim { slack, at_most, splits: MOST_SPLITS };
+            Measure::new(self.target(), &prefix)?.deviation(aim)
         };
         let surface = TriangleSurface::new(prefix.kept.len(), prefix.faces)?;
         Ok(Reduced { surface, kept: prefix.kept, deviation })

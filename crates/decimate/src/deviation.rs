@@ -42,15 +42,6 @@ impl Deviation {
         let none = OneSided { seen: 0.0, at_most: 0.0 };
         Self { full_to_reduced: none, reduced_to_full: none }
     };
-
-    /// With bounds that were found before, if they are better.
-    pub(crate) fn known_to_be(self, at_most: f64) -> Self {
-        let known = |side: OneSided| OneSided { at_most: side.at_most.min(at_most), ..side };
-        Self {
-            full_to_reduced: known(self.full_to_reduced),
-            reduced_to_full: known(self.reduced_to_full),
-        }
-    }
 }
 
 /// Slack of a bound relative to the size of what it is measured on, for deviations
@@ -88,9 +79,9 @@ pub fn deviation(
     reduced: &TriangleSurface,
     x_reduced: Positions<'_>,
 ) -> Result<Deviation, DecimateError> {
-    let full = Triangles { faces: full.faces(), x: x_full.as_slice() };
-    let reduced = Triangles { faces: reduced.faces(), x: x_reduced.as_slice() };
-    if full.faces.is_empty() || reduced.faces.is_empty() {
+    let full = Triangles { surface: full, x: x_full.as_slice() };
+    let reduced = Triangles { surface: reduced, x: x_reduced.as_slice() };
+    if full.faces().is_empty() || reduced.faces().is_empty() {
         return Err(DecimateError::TooSmall { faces: 0 });
     }
     let slack = LEAST_SLACK * full.size();
@@ -106,8 +97,8 @@ fn without_hints(
     to: &Triangles<'_>,
     aim: Aim,
 ) -> Result<OneSided, DecimateError> {
-    let tree = to.tree()?;
-    let target = Target { triangles: *to, tree: &tree };
+    let (tree, across) = (to.tree()?, to.across());
+    let target = Target { triangles: *to, tree: &tree, across: &across };
     let (mut workspace, mut guess) = (Workspace::default(), 0);
     let mut nearest = |p| {
         // Vertices next to each other in the list mostly are so on the surface.
@@ -115,5 +106,5 @@ fn without_hints(
         guess
     };
     let near: Vec<u32> = from.x.iter().map(|p| nearest(*p)).collect();
-    Ok(largest(from, &target, |face| from.faces[face].map(|v| near[v as usize]), aim))
+    Ok(largest(from, &target, |face| from.faces()[face].map(|v| near[v as usize]), aim))
 }

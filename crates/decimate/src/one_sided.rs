@@ -39,7 +39,7 @@ pub(crate) fn largest(
     aim: Aim,
 ) -> OneSided {
     let mut search = Search::new(*target, aim);
-    for (face, vertices) in from.faces.iter().enumerate() {
+    for (face, vertices) in from.faces().iter().enumerate() {
         let patch = Patch { corners: vertices.map(|v| from.x[v as usize]), near: hints(face) };
         search.add(patch.bound(target), Stage::Whole, patch);
     }
@@ -81,14 +81,11 @@ enum Stage {
     Covered,
 }
 
-/// A patch with its bound: the largest first.
+/// A patch by its number, with its bound: the largest first, of equals the first.
 #[derive(Clone, Copy, Debug)]
 struct Piece {
     bound: f64,
-    /// Breaks ties, so that the order is fixed.
     number: usize,
-    stage: Stage,
-    patch: Patch,
 }
 
 impl Ord for Piece {
@@ -115,7 +112,8 @@ struct Search<'a> {
     target: Target<'a>,
     aim: Aim,
     pieces: BinaryHeap<Piece>,
-    number: usize,
+    /// What was put into the heap, by number.
+    patches: Vec<(Stage, Patch)>,
     seen: f64,
     /// The largest bound of the patches that were left out.
     left_out: f64,
@@ -129,10 +127,10 @@ impl<'a> Search<'a> {
             target,
             aim,
             pieces: BinaryHeap::new(),
-            number: 0,
+            patches: Vec::new(),
             seen: 0.0,
             left_out: 0.0,
-            cover: Cover::default(),
+            cover: Cover::new(target.triangles.faces().len()),
             workspace: Workspace::default(),
         }
     }
@@ -145,8 +143,8 @@ impl<'a> Search<'a> {
         if bound <= self.enough() {
             self.left_out = self.left_out.max(bound);
         } else {
-            self.pieces.push(Piece { bound, number: self.number, stage, patch });
-            self.number += 1;
+            self.pieces.push(Piece { bound, number: self.patches.len() });
+            self.patches.push((stage, patch));
         }
     }
 
@@ -158,10 +156,11 @@ impl<'a> Search<'a> {
                 break;
             }
             self.pieces.pop();
-            match piece.stage {
-                Stage::Whole => self.cover(&piece),
+            let (stage, patch) = self.patches[piece.number];
+            match stage {
+                Stage::Whole => self.cover(&patch, piece.bound),
                 Stage::Covered => {
-                    self.split(&piece.patch, piece.bound);
+                    self.split(&patch, piece.bound);
                     splits += 1;
                 }
             }
@@ -173,15 +172,16 @@ impl<'a> Search<'a> {
         OneSided { seen: self.seen, at_most: rest.max(self.left_out).max(self.seen) }
     }
 
-    /// Looks at the middle of a patch, and at what covers it.
-    fn cover(&mut self, piece: &Piece) {
-        let [a, b, c] = piece.patch.corners;
-        let (_, distance) = self.nearest((a + b + c) / 3.0, piece.patch.near[0]);
-        let reach = self.enough().max(2.0 * distance).min(piece.bound);
+    /// Looks at what covers a patch: around its corners, or over its middle.
+    fn cover(&mut self, patch: &Patch, bound: f64) {
         let target = self.target;
-        let covered = self.cover.bound(&target, piece.patch.corners, reach, &mut self.workspace);
-        let bound = covered.map_or(piece.bound, |height| height.min(piece.bound));
-        self.add(bound, Stage::Covered, piece.patch);
+        let around = self.cover.bound(&target, patch.corners, patch.near, bound);
+        let covered = around.or_else(|| {
+            let [a, b, c] = patch.corners;
+            let (over, _) = self.nearest((a + b + c) / 3.0, patch.near[0]);
+            self.cover.bound(&target, patch.corners, [over; 3], bound)
+        });
+        self.add(covered.unwrap_or(bound), Stage::Covered, *patch);
     }
 
     fn split(&mut self, patch: &Patch, bound: f64) {

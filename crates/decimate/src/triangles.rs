@@ -1,19 +1,26 @@
-//! Bare triangles, and the nearest of them.
+//! Triangles with positions, and the nearest of them.
 
 use glam::DVec3;
 use kdop::{Leaves, Tree, TreeError, Workspace};
-use surface::closest_on_triangle;
+use surface::{NO_EDGE, TriangleSurface, closest_on_triangle};
 
-/// Faces with their positions.
+/// Stands for a face across an edge where there is none.
+pub(crate) const NOTHING: u32 = u32::MAX;
+
+/// A surface with its positions.
 #[derive(Clone, Copy)]
 pub(crate) struct Triangles<'a> {
-    pub(crate) faces: &'a [[u32; 3]],
+    pub(crate) surface: &'a TriangleSurface,
     pub(crate) x: &'a [DVec3],
 }
 
-impl Triangles<'_> {
+impl<'a> Triangles<'a> {
+    pub(crate) fn faces(&self) -> &'a [[u32; 3]] {
+        self.surface.faces()
+    }
+
     pub(crate) fn corners(&self, face: u32) -> [DVec3; 3] {
-        self.faces[face as usize].map(|v| self.x[v as usize])
+        self.faces()[face as usize].map(|v| self.x[v as usize])
     }
 
     pub(crate) fn distance(&self, p: DVec3, face: u32) -> f64 {
@@ -27,8 +34,31 @@ impl Triangles<'_> {
         if low.x <= high.x { low.distance(high) } else { 0.0 }
     }
 
+    /// For each face those on the other sides of its edges; [`NOTHING`] where there is
+    /// not one that continues it.
+    pub(crate) fn across(&self) -> Vec<[u32; 3]> {
+        let around = |face: u32| [0, 1, 2].map(|k| self.beyond(face, k).unwrap_or(NOTHING));
+        (0_u32..).zip(self.faces()).map(|(face, _)| around(face)).collect()
+    }
+
+    fn beyond(&self, face: u32, k: usize) -> Option<u32> {
+        let edge = self.surface.face_edges()[face as usize][k];
+        if edge == NO_EDGE {
+            return None;
+        }
+        let other = match *self.surface.edge_faces(edge) {
+            [first, second] if first == face && second != face => second,
+            [first, second] if second == face && first != face => first,
+            _ => return None,
+        };
+        let corners = self.faces()[face as usize];
+        let (from, to) = (corners[k], corners[(k + 1) % 3]);
+        let [a, b, c] = self.faces()[other as usize];
+        [[a, b], [b, c], [c, a]].contains(&[to, from]).then_some(other)
+    }
+
     pub(crate) fn tree(&self) -> Result<Tree, TreeError> {
-        Tree::build(Leaves::Triangles(self.faces), self.x)
+        Tree::build(Leaves::Triangles(self.faces()), self.x)
     }
 }
 
@@ -37,6 +67,7 @@ impl Triangles<'_> {
 pub(crate) struct Target<'a> {
     pub(crate) triangles: Triangles<'a>,
     pub(crate) tree: &'a Tree,
+    pub(crate) across: &'a [[u32; 3]],
 }
 
 impl Target<'_> {
