@@ -44,6 +44,7 @@ mod field;
 mod medial_detector;
 mod pair;
 mod parallel;
+mod plan;
 mod resolve;
 mod scene;
 mod shape;
@@ -59,6 +60,10 @@ pub use crate::medial_detector::{MedialContact, MedialDetector, MedialFeature, P
 pub use crate::pair::{ContactPatch, NearVertex, PairReport, VertexReport};
 pub use crate::resolve::{
     BodyChange, Obstacle, Remaining, Resolution, ResolveParams, Resolver, Round,
+};
+pub use crate::plan::{
+    Detection, LeftOut, Method, Need, NotBuilt, PairDetection, PairPlan, Plan, PlanError,
+    RespondParams, Structure, StructureKind,
 };
 pub use crate::scene::{Body, BodyId, BodyKind, Scene};
 pub use crate::sweep::{ContactKind, PairSweep, SweepReport, SweptContact};

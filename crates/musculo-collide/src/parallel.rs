@@ -43,3 +43,41 @@ pub(crate) fn map_mut<T: Send, R: Send>(
 ) -> Vec<R> {
     items.iter_mut().map(f).collect()
 }
+
+/// Calls `f` on every item with its number, and returns the error of the first
+/// item that has one. Allocates nothing.
+#[cfg(feature = "rayon")]
+pub(crate) fn try_each_mut<T: Send, E: Send>(
+    items: &mut [T],
+    f: impl Fn(usize, &mut T) -> Result<(), E> + Sync + Send,
+) -> Result<(), E> {
+    use rayon::prelude::*;
+    let first = items
+        .par_iter_mut()
+        .enumerate()
+        .with_max_len(1)
+        .filter_map(|(number, item)| f(number, item).err().map(|error| (number, error)))
+        .reduce_with(|p, q| if q.0 < p.0 { q } else { p });
+    first.map_or(Ok(()), |(_, error)| Err(error))
+}
+
+/// Calls `f` on every item with its number, and returns the first error.
+#[cfg(not(feature = "rayon"))]
+pub(crate) fn try_each_mut<T: Send, E: Send>(
+    items: &mut [T],
+    f: impl Fn(usize, &mut T) -> Result<(), E> + Sync + Send,
+) -> Result<(), E> {
+    items.iter_mut().enumerate().try_for_each(|(number, item)| f(number, item))
+}
+
+/// Threads that share the work.
+#[cfg(feature = "rayon")]
+pub(crate) fn threads() -> f64 {
+    crate::plan::count(rayon::current_num_threads())
+}
+
+/// Threads that share the work.
+#[cfg(not(feature = "rayon"))]
+pub(crate) fn threads() -> f64 {
+    1.0
+}

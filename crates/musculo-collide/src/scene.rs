@@ -187,6 +187,14 @@ impl Scene {
         parallel::map_mut(&mut self.bodies, Body::bound_state).into_iter().collect()
     }
 
+    /// Brings the trees of some bodies, by their numbers, to their present state.
+    pub(crate) fn bound_some(&mut self, wanted: &[bool]) -> Result<(), SceneError> {
+        let bound = |number: usize, body: &mut Body| {
+            if wanted[number] { body.bound_state() } else { Ok(()) }
+        };
+        parallel::try_each_mut(&mut self.bodies, bound)
+    }
+
     /// Brings all trees around the way from the present state to `x1`,
     /// positions of all particles.
     pub(crate) fn bound_sweeps(&mut self, x1: &[DVec3]) -> Result<(), SceneError> {
@@ -205,8 +213,13 @@ impl Scene {
         let touch = |a: BodyId, b: BodyId| reached[a.index()].overlaps(&self.body(b).tree().root());
         self.ids()
             .flat_map(|a| self.ids().skip(a.index() + 1).map(move |b| (a, b)))
-            .filter(|&(a, b)| touch(a, b) && !self.ignored.contains(&(a, b)))
+            .filter(|&(a, b)| touch(a, b) && !self.is_ignored(a, b))
             .collect()
+    }
+
+    /// Whether a pair is left out of every answer.
+    pub(crate) fn is_ignored(&self, a: BodyId, b: BodyId) -> bool {
+        self.ignored.contains(&(a.min(b), a.max(b)))
     }
 
     fn next_id(&self) -> BodyId {
@@ -281,6 +294,11 @@ impl Body {
 
     pub(crate) fn shape(&self) -> &Shape {
         &self.shape
+    }
+
+    /// Positions that a rigid body was added with.
+    pub(crate) fn reference(&self) -> Option<&[DVec3]> {
+        self.frame.as_ref().map(|frame| &frame.reference[..])
     }
 
     pub(crate) fn corners(&self, face: u32) -> [DVec3; 3] {

@@ -4,7 +4,7 @@ use glam::DVec3;
 use kdop::{Leaves, Tree, TreeError};
 use surface::TriangleSurface;
 
-use crate::{BodyKind, NoInside};
+use crate::{BodyKind, NoInside, pair};
 
 /// What detection sees of a body.
 #[derive(Debug)]
@@ -12,6 +12,8 @@ pub(crate) struct Shape {
     surface: TriangleSurface,
     positions: Vec<DVec3>,
     no_inside: Option<NoInside>,
+    /// The first vertex of each connected part, found with the tree.
+    parts: Vec<u32>,
     tree: Option<Tree>,
     bounds: Bounds,
 }
@@ -31,7 +33,8 @@ impl Shape {
     /// A surface at positions that were checked to fit it.
     pub(crate) fn new(kind: BodyKind, surface: TriangleSurface, positions: Vec<DVec3>) -> Self {
         let no_inside = NoInside::find(kind, &surface);
-        Self { surface, positions, no_inside, tree: None, bounds: Bounds::Stale }
+        let parts = Vec::new();
+        Self { surface, positions, no_inside, parts, tree: None, bounds: Bounds::Stale }
     }
 
     pub(crate) fn surface(&self) -> &TriangleSurface {
@@ -58,9 +61,24 @@ impl Shape {
         &mut self.positions
     }
 
+    /// The first vertex of each connected part; the tree must have been built.
+    pub(crate) fn parts(&self) -> impl Iterator<Item = u32> {
+        self.parts.iter().copied()
+    }
+
     /// The tree over its faces, which must have been brought up to date.
     pub(crate) fn tree(&self) -> &Tree {
         self.tree.as_ref().expect("trees are built before pairs are looked at")
+    }
+
+    /// Bytes of its tree, if there is one.
+    pub(crate) fn tree_bytes(&self) -> usize {
+        self.tree.as_ref().map_or(0, Tree::bytes)
+    }
+
+    /// Bytes of its positions, its faces and its tree.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&self.positions[..]) + size_of_val(self.surface.faces()) + self.tree_bytes()
     }
 
     /// Brings the tree to the present state.
@@ -89,6 +107,7 @@ impl Shape {
     }
 
     fn build_tree(&mut self) -> Result<(), TreeError> {
+        self.parts = pair::parts(&self.surface);
         self.tree = Some(Tree::build(Leaves::Triangles(self.surface.faces()), &self.positions)?);
         Ok(())
     }

@@ -88,13 +88,24 @@ impl Scene {
         moves: &[(BodyId, &[DVec3])],
         params: &ccd::Params,
     ) -> Result<SweepReport, SceneError> {
+        self.sweep_among(moves, params, |_, _| true)
+    }
+
+    /// As [`Self::sweep`], for the pairs that are wanted.
+    pub(crate) fn sweep_among(
+        &mut self,
+        moves: &[(BodyId, &[DVec3])],
+        params: &ccd::Params,
+        is_wanted: impl Fn(BodyId, BodyId) -> bool,
+    ) -> Result<SweepReport, SceneError> {
         params.check().map_err(|source| SceneError::Ccd { source })?;
         let x0 = self.particle_positions();
         let x1 = self.moved_positions(moves, &x0)?;
         let motion = Motion::new(&x0, &x1).map_err(|source| SceneError::Ccd { source })?;
         self.bound_sweeps(&x1)?;
         let scene = &*self;
-        let pairs = scene.pairs_within(params.min_separation);
+        let mut pairs = scene.pairs_within(params.min_separation);
+        pairs.retain(|&(a, b)| is_wanted(a, b));
         let swept = parallel::map_with(&pairs, Workspace::default, |workspace, &(a, b)| {
             sweep_pair((a, scene.body(a)), (b, scene.body(b)), &motion, params, workspace)
         });

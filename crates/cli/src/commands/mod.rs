@@ -4,6 +4,7 @@ mod check;
 mod field;
 mod motion;
 mod motion_resolve;
+mod plan;
 mod resolve;
 mod resolve_lengths;
 
@@ -21,6 +22,7 @@ pub(crate) enum Command {
     Check(check::CheckArguments),
     Field(field::FieldArguments),
     Motion(motion::MotionArguments),
+    Plan(plan::PlanArguments),
     Resolve(resolve::ResolveArguments),
 }
 
@@ -41,6 +43,7 @@ impl Command {
             Self::Check(arguments) => check::run(arguments),
             Self::Field(arguments) => field::run(arguments),
             Self::Motion(arguments) => motion::run(arguments),
+            Self::Plan(arguments) => plan::run(arguments),
             Self::Resolve(arguments) => resolve::run(arguments),
         }
     }
@@ -82,6 +85,7 @@ failures!(
     SceneError,
     MotionError,
     OutputError,
+    musculo_collide::PlanError,
     musculo_collide::SceneError,
     std::io::Error,
     serde_json::Error,

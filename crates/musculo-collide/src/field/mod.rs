@@ -20,7 +20,7 @@ use kdop::{Dop18, Workspace};
 use surface::{Anchor, Contact, NO_EDGE, Stencil, Term, TriangleSurface};
 
 use self::volume::Volume;
-use crate::scene::Body;
+use crate::pair::Party;
 use crate::{BodyId, Scene, SceneError};
 
 /// A bone's distance field, ready to be asked for contacts.
@@ -60,7 +60,7 @@ pub struct FieldContact {
 }
 
 /// What of the body touches.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum FieldFeature {
@@ -231,7 +231,7 @@ impl Scene {
         }
         self.bound_states()?;
         let mut scratch = FieldScratch::default();
-        scratch.look(detector, state, self.body(body));
+        scratch.look(detector, state, Party::of(self.body(body)));
         Ok(scratch.contacts)
     }
 }
@@ -241,8 +241,11 @@ impl Scene {
 pub(crate) struct FieldScratch {
     traversal: Workspace,
     faces: Vec<u32>,
+    /// Vertices and edges of the faces, each once.
     vertices: Vec<u32>,
     edges: Vec<u32>,
+    /// By vertex, and by edge: whether it is in the list.
+    listed: [Vec<bool>; 2],
     points: Vec<DVec3>,
     samples: Samples,
     /// By vertex; infinite where nothing was asked.
@@ -253,31 +256,32 @@ pub(crate) struct FieldScratch {
 impl FieldScratch {
     /// Finds the contacts of a body, whose tree is up to date, in place of what
     /// was found before.
-    pub(crate) fn look(&mut self, detector: &FieldDetector<'_>, state: &RigidState, body: &Body) {
+    pub(crate) fn look(
+        &mut self,
+        detector: &FieldDetector<'_>,
+        state: &RigidState,
+        body: Party<'_>,
+    ) {
         self.contacts.clear();
         let Some(bounds) = detector.bounds(state) else {
             return;
         };
         let Self { traversal, faces, .. } = self;
         faces.clear();
-        body.tree().query(&bounds, traversal, |face| faces.push(face));
-        self.list_features(body.surface());
-        self.find_heights(detector, state, body.positions());
+        body.shape.tree().query(&bounds, traversal, |face| faces.push(face));
+        self.list_features(body.shape.surface());
+        self.find_heights(detector, state, body.shape.positions());
         self.find_contacts(&Near { detector, state, body });
     }
 
-    /// Lists vertices and edges of the faces, ascending.
     fn list_features(&mut self, surface: &TriangleSurface) {
-        let Self { faces, vertices, edges, .. } = self;
-        vertices.clear();
-        vertices.extend(faces.iter().flat_map(|&face| surface.faces()[face as usize]));
-        edges.clear();
-        let sides = faces.iter().flat_map(|&face| surface.face_edges()[face as usize]);
-        edges.extend(sides.filter(|&edge| edge != NO_EDGE));
-        for numbers in [vertices, edges] {
-            numbers.sort_unstable();
-            numbers.dedup();
-        }
+        let Self { faces, vertices, edges, listed: [is_vertex, is_edge], .. } = self;
+        let of_face = |face: &u32| *face as usize;
+        let corners = faces.iter().flat_map(|face| surface.faces()[of_face(face)]);
+        list_once(corners, surface.vertex_count(), is_vertex, vertices);
+        let sides = faces.iter().flat_map(|face| surface.face_edges()[of_face(face)]);
+        let sides = sides.filter(|&edge| edge != NO_EDGE);
+        list_once(sides, surface.edges().len(), is_edge, edges);
     }
 
     fn find_heights(&mut self, detector: &FieldDetector<'_>, state: &RigidState, x: &[DVec3]) {
@@ -300,31 +304,46 @@ impl FieldScratch {
         let touching = vertices.iter().filter(|&&vertex| height(vertex) <= reach);
         contacts.extend(touching.filter_map(|&vertex| near.vertex(vertex)));
         let dipping = edges.iter().filter(|&&edge| {
-            let ends = near.body.surface().edges()[edge as usize].map(height);
+            let ends = near.body.shape.surface().edges()[edge as usize].map(height);
             ends.iter().all(|&height| height > reach)
         });
         contacts.extend(dipping.filter_map(|&edge| near.edge(edge, heights)));
+        contacts.sort_unstable_by_key(|contact| contact.feature);
     }
+}
+
+/// Lists numbers below `count`, each once, in the order of their first mention.
+fn list_once(
+    numbers: impl Iterator<Item = u32>,
+    count: usize,
+    listed: &mut Vec<bool>,
+    out: &mut Vec<u32>,
+) {
+    listed.clear();
+    listed.resize(count, false);
+    out.clear();
+    out.extend(numbers.filter(|&n| !std::mem::replace(&mut listed[n as usize], true)));
 }
 
 /// A body near a bone.
 struct Near<'a> {
     detector: &'a FieldDetector<'a>,
     state: &'a RigidState,
-    body: &'a Body,
+    body: Party<'a>,
 }
 
 impl Near<'_> {
     fn vertex(&self, vertex: u32) -> Option<FieldContact> {
         let stencil = Stencil::single(self.term(vertex, 1.0));
-        let at = self.body.positions()[vertex as usize];
+        let at = self.body.shape.positions()[vertex as usize];
         self.detector.contact(self.state, (at, stencil, FieldFeature::Vertex(vertex)))
     }
 
     /// The lowest point of an edge whose ends are both out of reach.
     fn edge(&self, edge: u32, heights: &[f64]) -> Option<FieldContact> {
-        let [a, b] = self.body.surface().edges()[edge as usize];
-        let x = [a, b].map(|end| self.body.positions()[end as usize]);
+        let shape = self.body.shape;
+        let [a, b] = shape.surface().edges()[edge as usize];
+        let x = [a, b].map(|end| shape.positions()[end as usize]);
         let FieldDetector { field, volume, reach } = self.detector;
         let tolerance = self.detector.edge_tolerance();
         // Where both ends are in the grid, their heights and the steepest slope
@@ -342,6 +361,6 @@ impl Near<'_> {
     }
 
     fn term(&self, vertex: u32, share: f64) -> Term {
-        Term { particle: self.body.particles().start + vertex, weight: -share }
+        Term { particle: self.body.particle(vertex), weight: -share }
     }
 }

@@ -46,7 +46,7 @@ impl<'a> Party<'a> {
         Self { kind: body.kind(), shape: body.shape(), first_particle, kept: None }
     }
 
-    fn particle(&self, vertex: u32) -> u32 {
+    pub(crate) fn particle(&self, vertex: u32) -> u32 {
         self.first_particle + self.kept.map_or(vertex, |kept| kept[vertex as usize])
     }
 

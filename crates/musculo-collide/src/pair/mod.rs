@@ -22,9 +22,11 @@ use crate::scene::Body;
 use crate::shape::Shape;
 use crate::{BodyId, NoInside};
 
+pub(crate) use self::contacts::{Party, contact};
 pub use self::patches::ContactPatch;
 pub use self::projection::NearVertex;
 pub(crate) use self::projection::{NO_HINT, nearest};
+pub(crate) use self::regions::parts;
 
 /// What was found between two bodies.
 #[derive(Clone, Debug, PartialEq)]

@@ -33,17 +33,22 @@ impl Regions {
         out: &mut Vec<u32>,
     ) {
         let surface = a.surface();
+        out.clear();
+        let mut is_inside_at =
+            |vertex: u32| is_inside(b, a.positions()[vertex as usize], traversal);
+        if cut_faces.is_empty() && !a.parts().any(&mut is_inside_at) {
+            return;
+        }
         let Self { parents, sides } = self;
         join_uncut_faces(surface, cut_faces, parents);
         sides.clear();
         sides.resize(surface.vertex_count(), None);
-        out.clear();
-        for (vertex, &position) in (0..).zip(a.positions()) {
+        for vertex in (0..).take(surface.vertex_count()) {
             if surface.vertex_faces(vertex).is_empty() {
                 continue;
             }
             let side = &mut sides[root(parents, vertex) as usize];
-            if *side.get_or_insert_with(|| is_inside(b, position, traversal)) {
+            if *side.get_or_insert_with(|| is_inside_at(vertex)) {
                 out.push(vertex);
             }
         }
@@ -66,6 +71,17 @@ fn is_on_surface(body: &Shape, point: DVec3, traversal: &mut Workspace) -> bool 
         on_surface |= triangles_meet([point; 3], body.corners(face)).shares_a_point();
     });
     on_surface
+}
+
+/// The first vertex of each connected part of a surface, vertices without a face
+/// left out.
+pub(crate) fn parts(surface: &TriangleSurface) -> Vec<u32> {
+    let mut parents = Vec::new();
+    join_uncut_faces(surface, &[], &mut parents);
+    let is_first = |&vertex: &u32| {
+        parents[vertex as usize] == vertex && !surface.vertex_faces(vertex).is_empty()
+    };
+    (0..).take(surface.vertex_count()).filter(is_first).collect()
 }
 
 fn join_uncut_faces(surface: &TriangleSurface, cut_faces: &[u32], parents: &mut Vec<u32>) {

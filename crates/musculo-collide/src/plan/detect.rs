@@ -1,0 +1,185 @@
+//! A frame of detection as planned.
+
+use std::ops::Range;
+
+use surface::Contact;
+
+use super::structures::Structures;
+use super::{PairPlan, Plan};
+use crate::field::FieldScratch;
+use crate::pair::{self, Party, Scratch};
+use crate::{BodyId, FieldFeature, Method, NotBuilt, PlanError, Scene, parallel};
+
+/// What was found in one frame; its memory is used again for the next.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Detection {
+    contacts: Vec<Contact>,
+    pairs: Vec<PairDetection>,
+    strayed: Vec<BodyId>,
+}
+
+/// What was found between two bodies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PairDetection {
+    /// The first body.
+    pub a: BodyId,
+    /// The second body, of the higher number.
+    pub b: BodyId,
+    /// Whether they overlap, by what the plan knows of them.
+    pub overlaps: bool,
+    /// Depth of the deepest vertex, `>= 0`; 0 where none is inside.
+    pub max_depth: f64,
+    /// Smallest gap of a contact; `None` where there is no contact.
+    pub min_gap: Option<f64>,
+    /// Which of the contacts are of this pair.
+    pub contacts: Range<usize>,
+}
+
+/// What one pair found, and the memory for that.
+#[derive(Debug, Default)]
+pub(super) struct PairWork {
+    surfaces: Scratch,
+    field: FieldScratch,
+    contacts: Vec<Contact>,
+    overlaps: bool,
+    min_gap: Option<f64>,
+}
+
+impl Detection {
+    /// All contacts, pair after pair, with particles numbered by
+    /// [`Body::particles`](crate::Body::particles). Rigid bodies are anchors, at
+    /// rest.
+    #[must_use]
+    pub fn contacts(&self) -> &[Contact] {
+        &self.contacts
+    }
+
+    /// The pairs that have contacts or overlap, in the order of the bodies.
+    #[must_use]
+    pub fn pairs(&self) -> &[PairDetection] {
+        &self.pairs
+    }
+
+    /// Bodies that went farther than the plan allows for: contacts of theirs
+    /// with bodies that were left out as far apart may be missing.
+    #[must_use]
+    pub fn strayed(&self) -> &[BodyId] {
+        &self.strayed
+    }
+
+    fn clear(&mut self) {
+        self.contacts.clear();
+        self.pairs.clear();
+        self.strayed.clear();
+    }
+
+    fn add(&mut self, pair: &PairPlan, work: &PairWork) {
+        if work.contacts.is_empty() && !work.overlaps {
+            return;
+        }
+        let start = self.contacts.len();
+        self.contacts.extend_from_slice(&work.contacts);
+        self.pairs.push(PairDetection {
+            a: pair.a,
+            b: pair.b,
+            overlaps: work.overlaps,
+            max_depth: work.min_gap.map_or(0.0, |gap| (-gap).max(0.0)),
+            min_gap: work.min_gap,
+            contacts: start..self.contacts.len(),
+        });
+    }
+}
+
+impl Plan {
+    /// Looks at every planned pair in the scene's present state. Once the memory
+    /// of a few frames has been taken, nothing is allocated.
+    ///
+    /// # Errors
+    ///
+    /// - [`PlanError::OtherScene`] when the scene has other bodies than planned.
+    /// - [`PlanError::NoPose`] where a bone was not moved by its pose.
+    /// - [`PlanError::Scene`] when a body is too large to build bounds for.
+    pub fn detect(&mut self, scene: &mut Scene, out: &mut Detection) -> Result<(), PlanError> {
+        self.check_scene(scene)?;
+        self.structures.follow(scene)?;
+        let scene = &*scene;
+        let Self { pairs, work, structures, need, .. } = self;
+        parallel::try_each_mut(work, |number, work| {
+            work.look(&pairs[number], scene, structures, need.reach)
+        })?;
+        out.clear();
+        for (pair, work) in self.pairs.iter().zip(&self.work) {
+            out.add(pair, work);
+        }
+        out.strayed.extend(scene.ids().filter(|&id| self.has_strayed(scene, id)));
+        Ok(())
+    }
+
+    /// Whether a body has left the room that keeps it from pairs left out.
+    fn has_strayed(&self, scene: &Scene, id: BodyId) -> bool {
+        let is_far = |reason: &NotBuilt| matches!(reason, NotBuilt::FarApart { .. });
+        let of_body = self.left_out.iter().filter(|pair| pair.a == id || pair.b == id);
+        let mut far = of_body.filter(|pair| is_far(&pair.reason));
+        far.next().is_some() && {
+            let [lo, hi] = self.bodies[id.index()].start;
+            let (lo, hi) = (lo - self.need.travel, hi + self.need.travel);
+            let outside = |p: &glam::DVec3| p.cmplt(lo).any() || p.cmpgt(hi).any();
+            scene.body(id).positions().iter().any(outside)
+        }
+    }
+}
+
+impl PairWork {
+    fn look(
+        &mut self,
+        pair: &PairPlan,
+        scene: &Scene,
+        structures: &Structures,
+        reach: f64,
+    ) -> Result<(), PlanError> {
+        self.contacts.clear();
+        (self.overlaps, self.min_gap) = (false, None);
+        match pair.method {
+            Method::Field => self.ask_field(pair, scene, structures, reach),
+            Method::Surfaces => {
+                let [a, b] = [pair.a, pair.b].map(|id| structures.party(scene, id));
+                self.compare_surfaces(a, b, reach);
+                Ok(())
+            }
+        }
+    }
+
+    fn ask_field(
+        &mut self,
+        pair: &PairPlan,
+        scene: &Scene,
+        structures: &Structures,
+        reach: f64,
+    ) -> Result<(), PlanError> {
+        let bone = (pair.bone, scene.body(pair.bone));
+        let Some((detector, state)) = structures.detector(bone, reach)? else {
+            return Ok(());
+        };
+        self.field.look(&detector, &state, structures.party(scene, pair.other()));
+        let found = &self.field.contacts;
+        self.contacts.extend(found.iter().map(|found| found.contact));
+        self.overlaps = found.iter().any(|found| found.contact.gap < 0.0);
+        let of_vertices =
+            found.iter().filter(|found| matches!(found.feature, FieldFeature::Vertex(_)));
+        self.min_gap = of_vertices.map(|found| found.contact.gap).min_by(f64::total_cmp);
+        Ok(())
+    }
+
+    fn compare_surfaces(&mut self, a: Party<'_>, b: Party<'_>, reach: f64) {
+        let bounds = a.shape.tree().root().inflated(reach);
+        if !bounds.overlaps(&b.shape.tree().root()) {
+            return;
+        }
+        self.surfaces.look(a.shape, b.shape, reach);
+        let [of_a, of_b] = self.surfaces.halves();
+        self.contacts.extend(of_a.near.iter().map(|near| pair::contact(a, b, near)));
+        self.contacts.extend(of_b.near.iter().map(|near| pair::contact(b, a, near)));
+        self.overlaps = self.surfaces.overlaps();
+        self.min_gap = self.surfaces.min_gap();
+    }
+}

@@ -1,0 +1,297 @@
+//! From a need to methods, and from methods to what they need.
+
+use std::collections::BTreeMap;
+
+use decimate::{DecimateError, Decimation};
+use glam::DVec3;
+use kdop::Dop18;
+
+use super::bone::BoneField;
+use super::cost::{self, seconds};
+use super::level::Level;
+use super::structures::Structures;
+use super::{LeftOut, Need, PairPlan, count};
+use crate::scene::Body;
+use crate::{BodyId, BodyKind, Method, NotBuilt, PlanError, Scene, StructureKind, parallel};
+
+/// Share of the tolerance that each body of a pair may deviate by.
+const SHARE: f64 = 0.5;
+
+/// Pairs with their methods, and what was built for them.
+pub(super) struct Made {
+    pub(super) pairs: Vec<PairPlan>,
+    pub(super) structures: Structures,
+    pub(super) far: Vec<LeftOut>,
+    pub(super) not_built: Vec<(BodyId, StructureKind, NotBuilt)>,
+    /// Seconds for all bodies to be followed.
+    pub(super) follow_cost: f64,
+}
+
+/// Makes plans for one scene; what does not depend on the tolerance is kept.
+pub(super) struct Maker<'a> {
+    scene: &'a Scene,
+    need: &'a Need,
+    forced: &'a [(BodyId, BodyId, Method)],
+    slowness: f64,
+    decimations: BTreeMap<BodyId, Result<Decimation, DecimateError>>,
+}
+
+impl<'a> Maker<'a> {
+    pub(super) fn new(
+        scene: &'a Scene,
+        need: &'a Need,
+        forced: &'a [(BodyId, BodyId, Method)],
+    ) -> Self {
+        Self { scene, need, forced, slowness: cost::slowness(), decimations: BTreeMap::new() }
+    }
+
+    /// A plan for a tolerance.
+    pub(super) fn make(&mut self, tolerance: f64) -> Result<Made, PlanError> {
+        let mut structures = Structures::none(self.scene.bodies().len());
+        let mut not_built = Vec::new();
+        let (mut pairs, far) = self.candidates();
+        self.check_forced(&pairs)?;
+        self.build_fields(SHARE * tolerance, &mut pairs, &mut structures, &mut not_built)?;
+        self.build_levels(SHARE * tolerance, &pairs, &mut structures, &mut not_built);
+        self.note_trees(&pairs, &mut structures, &mut not_built);
+        let boxes = boxes(self.scene);
+        for pair in &mut pairs {
+            pair.error_bound = match pair.method {
+                Method::Field => {
+                    let field = structures.fields[pair.bone.index()].as_ref();
+                    let field = field.map_or(0.0, |field| field.error_bound);
+                    field + structures.deviation(pair.other())
+                }
+                Method::Surfaces => structures.deviation(pair.a) + structures.deviation(pair.b),
+            };
+            pair.cost = self.slowness * self.pair_cost(pair, &structures, &boxes);
+        }
+        let follow_cost = self.slowness * self.follow_cost(&structures);
+        Ok(Made { pairs, structures, far, not_built, follow_cost })
+    }
+
+    /// Pairs to look at with the method that is best if it can be had, and those
+    /// that are left out.
+    fn candidates(&self) -> (Vec<PairPlan>, Vec<LeftOut>) {
+        let (scene, boxes) = (self.scene, boxes(self.scene));
+        let room = self.need.reach + 2.0 * self.need.travel;
+        let (mut pairs, mut far) = (Vec::new(), Vec::new());
+        for a in scene.ids() {
+            for b in scene.ids().skip(a.index() + 1) {
+                let kinds = [a, b].map(|id| scene.body(id).kind());
+                let distance = separation(&boxes[a.index()], &boxes[b.index()]);
+                let reason = if scene.is_ignored(a, b) {
+                    Some(NotBuilt::Ignored)
+                } else if kinds == [BodyKind::Rigid; 2] && self.forced(a, b).is_none() {
+                    Some(NotBuilt::BothRigid)
+                } else {
+                    (distance > room).then_some(NotBuilt::FarApart { distance })
+                };
+                match reason {
+                    Some(reason) => far.push(LeftOut { a, b, reason }),
+                    None => pairs.push(self.first_choice(a, b)),
+                }
+            }
+        }
+        (pairs, far)
+    }
+
+    fn first_choice(&self, a: BodyId, b: BodyId) -> PairPlan {
+        let is_bone = |id: BodyId| {
+            let body = self.scene.body(id);
+            body.kind() == BodyKind::Rigid && body.has_inside().is_ok()
+        };
+        let method = self.forced(a, b);
+        let default = if is_bone(a) || is_bone(b) { Method::Field } else { Method::Surfaces };
+        let bone = if is_bone(a) { a } else { b };
+        let instead_of = (default == Method::Surfaces).then_some(NotBuilt::NoBone);
+        PairPlan {
+            a,
+            b,
+            method: method.unwrap_or(default),
+            bone,
+            instead_of,
+            error_bound: 0.0,
+            cost: 0.0,
+        }
+    }
+
+    fn forced(&self, a: BodyId, b: BodyId) -> Option<Method> {
+        let is_pair = |&&(p, q, _): &&(BodyId, BodyId, Method)| (p.min(q), p.max(q)) == (a, b);
+        self.forced.iter().find(is_pair).map(|&(.., method)| method)
+    }
+
+    fn check_forced(&self, pairs: &[PairPlan]) -> Result<(), PlanError> {
+        for pair in pairs {
+            if pair.method == Method::Field && pair.instead_of.is_some() {
+                return Err(self.refuse(pair, NotBuilt::NoBone));
+            }
+        }
+        Ok(())
+    }
+
+    fn refuse(&self, pair: &PairPlan, reason: NotBuilt) -> PlanError {
+        let [a, b] = [pair.a, pair.b].map(|id| self.scene.body(id).name().to_owned());
+        PlanError::Forced { a, b, method: pair.method.to_string(), reason }
+    }
+
+    /// Builds the fields of bones, and turns pairs whose bone cannot have one to
+    /// surfaces.
+    fn build_fields(
+        &self,
+        tolerance: f64,
+        pairs: &mut [PairPlan],
+        structures: &mut Structures,
+        not_built: &mut Vec<(BodyId, StructureKind, NotBuilt)>,
+    ) -> Result<(), PlanError> {
+        let of_field = pairs.iter().filter(|pair| pair.method == Method::Field);
+        let bones = ascending(of_field.map(|pair| pair.bone));
+        let built = parallel::map_with(
+            &bones,
+            || (),
+            |(), &bone| BoneField::build(self.scene.body(bone), tolerance, self.need.reach),
+        );
+        for (&bone, built) in bones.iter().zip(built) {
+            match built {
+                Ok(field) => structures.fields[bone.index()] = Some(field),
+                Err(reason) => {
+                    let of_bone =
+                        |pair: &&mut PairPlan| pair.method == Method::Field && pair.bone == bone;
+                    for pair in pairs.iter_mut().filter(of_bone) {
+                        if self.forced(pair.a, pair.b).is_some() {
+                            return Err(self.refuse(pair, reason));
+                        }
+                        pair.method = Method::Surfaces;
+                        pair.instead_of = Some(reason.clone());
+                    }
+                    not_built.push((bone, StructureKind::Field, reason));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn build_levels(
+        &mut self,
+        deviation: f64,
+        pairs: &[PairPlan],
+        structures: &mut Structures,
+        not_built: &mut Vec<(BodyId, StructureKind, NotBuilt)>,
+    ) {
+        let bodies = ascending(pairs.iter().flat_map(|pair| match pair.method {
+            Method::Field => [pair.other(); 2],
+            Method::Surfaces => [pair.a, pair.b],
+        }));
+        self.decimate(&bodies);
+        let decimations = &self.decimations;
+        let built = parallel::map_with(
+            &bodies,
+            || (),
+            |(), id| match &decimations[id] {
+                Err(error) => Err(*error),
+                Ok(decimation) => Level::of(self.scene.body(*id), decimation, deviation),
+            },
+        );
+        for (&id, built) in bodies.iter().zip(built) {
+            let reason = match built {
+                Ok(Some(level)) => {
+                    structures.levels[id.index()] = Some(level);
+                    continue;
+                }
+                Ok(None) => NotBuilt::SavesLittle,
+                Err(error) => NotBuilt::Decimation { reason: error.to_string() },
+            };
+            not_built.push((id, StructureKind::Reduced, reason));
+        }
+    }
+
+    /// Finds the orders of collapse that are not known yet.
+    fn decimate(&mut self, bodies: &[BodyId]) {
+        let known = |id: &&BodyId| !self.decimations.contains_key(id);
+        let missing: Vec<BodyId> = bodies.iter().filter(known).copied().collect();
+        let found = parallel::map_with(
+            &missing,
+            || (),
+            |(), &id| {
+                let body = self.scene.body(id);
+                let x = body.surface().positions(body.positions())?;
+                Decimation::new(body.surface(), x)
+            },
+        );
+        self.decimations.extend(missing.into_iter().zip(found));
+    }
+
+    /// Which bodies need a tree over their own faces: those whose faces are looked
+    /// at and that no level stands for.
+    fn note_trees(
+        &self,
+        pairs: &[PairPlan],
+        structures: &mut Structures,
+        not_built: &mut Vec<(BodyId, StructureKind, NotBuilt)>,
+    ) {
+        for pair in pairs {
+            for id in [pair.a, pair.b] {
+                let number = id.index();
+                let is_known_by_field = pair.method == Method::Field && id == pair.bone;
+                structures.trees[number] |=
+                    !is_known_by_field && structures.levels[number].is_none();
+            }
+        }
+        for id in self.scene.ids().filter(|id| !structures.trees[id.index()]) {
+            not_built.push((id, StructureKind::Tree, NotBuilt::NotNeeded));
+        }
+        not_built.sort_by_key(|&(id, ..)| id);
+    }
+
+    fn follow_cost(&self, structures: &Structures) -> f64 {
+        let own = |(body, wanted): (&Body, &bool)| {
+            if *wanted { count(body.surface().faces().len()) } else { 0.0 }
+        };
+        let own: f64 = self.scene.bodies().iter().zip(&structures.trees).map(own).sum();
+        let levels = structures.levels.iter().flatten();
+        let coarse: f64 = levels.map(|level| count(level.shape.surface().faces().len())).sum();
+        seconds::REFIT_FACE * (own + coarse)
+    }
+
+    fn pair_cost(&self, pair: &PairPlan, structures: &Structures, boxes: &[Dop18]) -> f64 {
+        let reached = |id: BodyId| boxes[id.index()].inflated(self.need.reach);
+        let within = |points: &[DVec3], bounds: &Dop18| {
+            let inside = |&&p: &&DVec3| bounds.overlaps(&Dop18::from_points(&[p]));
+            count(points.iter().filter(inside).count())
+        };
+        match pair.method {
+            Method::Field => {
+                let points = structures.party(self.scene, pair.other()).shape.positions();
+                seconds::FIELD_VERTEX * within(points, &reached(pair.bone))
+            }
+            Method::Surfaces => {
+                let [a, b] = [pair.a, pair.b].map(|id| structures.party(self.scene, id).shape);
+                let faces = count(a.surface().faces().len() + b.surface().faces().len());
+                let near = within(a.positions(), &reached(pair.b))
+                    + within(b.positions(), &reached(pair.a));
+                seconds::REGION_FACE * faces + seconds::SURFACE_VERTEX * near
+            }
+        }
+    }
+}
+
+fn boxes(scene: &Scene) -> Vec<Dop18> {
+    scene.bodies().iter().map(|body| Dop18::from_points(body.positions())).collect()
+}
+
+/// Largest gap between two bounds along one of their directions: no two points
+/// of them are nearer.
+fn separation(a: &Dop18, b: &Dop18) -> f64 {
+    let axis = |k: usize| {
+        let [p, q] = [a, b].map(|bounds| bounds.interval(k).map(f64::from));
+        (q[0] - p[1]).max(p[0] - q[1]) / kdop::norm::<9>(k)
+    };
+    (0..9).map(axis).fold(0.0, f64::max)
+}
+
+fn ascending(ids: impl Iterator<Item = BodyId>) -> Vec<BodyId> {
+    let mut ids: Vec<BodyId> = ids.collect();
+    ids.sort_unstable();
+    ids.dedup();
+    ids
+}

@@ -1,0 +1,104 @@
+//! What a plan has built, body by body.
+
+use crate::field::{FieldDetector, RigidState};
+use crate::pair::Party;
+use crate::plan::bone::BoneField;
+use crate::plan::level::Level;
+use crate::scene::Body;
+use crate::{BodyId, PlanError, Scene, SceneError, Structure, StructureKind, parallel};
+
+/// By the numbers of the bodies.
+#[derive(Debug)]
+pub(super) struct Structures {
+    /// Whether a body's own tree is kept up to date.
+    pub(super) trees: Vec<bool>,
+    pub(super) levels: Vec<Option<Level>>,
+    pub(super) fields: Vec<Option<BoneField>>,
+}
+
+impl Structures {
+    /// Nothing, for so many bodies.
+    pub(super) fn none(bodies: usize) -> Self {
+        let trees = vec![false; bodies];
+        Self { trees, levels: bare(bodies), fields: bare(bodies) }
+    }
+
+    /// Brings trees and levels to where the bodies are.
+    pub(super) fn follow(&mut self, scene: &mut Scene) -> Result<(), SceneError> {
+        scene.bound_some(&self.trees)?;
+        let scene = &*scene;
+        parallel::try_each_mut(&mut self.levels, |number, level| match level {
+            None => Ok(()),
+            Some(level) => {
+                let body = &scene.bodies()[number];
+                level.follow(body).map_err(|source| body.tree_error(source))
+            }
+        })
+    }
+
+    /// A body as one side of contacts: by its level where it has one.
+    pub(super) fn party<'a>(&'a self, scene: &'a Scene, id: BodyId) -> Party<'a> {
+        let whole = Party::of(scene.body(id));
+        match &self.levels[id.index()] {
+            None => whole,
+            Some(level) => Party { shape: &level.shape, kept: Some(&level.kept), ..whole },
+        }
+    }
+
+    /// How far a body's side of contacts may be from its surface.
+    pub(super) fn deviation(&self, id: BodyId) -> f64 {
+        self.levels[id.index()].as_ref().map_or(0.0, |level| level.deviation)
+    }
+
+    /// The detector of a bone, and where the bone is.
+    pub(super) fn detector(
+        &self,
+        (id, bone): (BodyId, &Body),
+        reach: f64,
+    ) -> Result<Option<(FieldDetector<'_>, RigidState)>, PlanError> {
+        let Some(BoneField { field, volume, .. }) = &self.fields[id.index()] else {
+            return Ok(None);
+        };
+        let no_pose = || PlanError::NoPose { name: bone.name().to_owned() };
+        let pose = bone.pose().ok_or_else(no_pose)?;
+        let detector = FieldDetector::with_volume(field, reach, *volume);
+        Ok(Some((detector, RigidState::at(pose))))
+    }
+
+    /// All of it, in the order of the bodies.
+    pub(super) fn list(&self, scene: &Scene) -> Vec<Structure> {
+        let of_body = |id: BodyId| {
+            let number = id.index();
+            let body = scene.body(id);
+            let plain = |kind, size, error_bound, bytes| Structure {
+                body: id,
+                kind,
+                size,
+                spacing: None,
+                error_bound,
+                bytes,
+            };
+            let tree = self.trees[number].then(|| {
+                let (faces, bytes) = (body.surface().faces().len(), body.shape().tree_bytes());
+                plain(StructureKind::Tree, faces, 0.0, bytes)
+            });
+            let level = self.levels[number].as_ref().map(|level| {
+                let faces = level.shape.surface().faces().len();
+                plain(StructureKind::Reduced, faces, level.deviation, level.bytes())
+            });
+            let field =
+                self.fields[number].as_ref().map(|BoneField { field, error_bound, .. }| {
+                    let nodes = field.grid().node_count();
+                    let spacing = Some(field.grid().spacing());
+                    let bytes = field.bytes();
+                    Structure { spacing, ..plain(StructureKind::Field, nodes, *error_bound, bytes) }
+                });
+            [tree, level, field].into_iter().flatten()
+        };
+        scene.ids().flat_map(of_body).collect()
+    }
+}
+
+fn bare<T>(count: usize) -> Vec<Option<T>> {
+    std::iter::repeat_with(|| None).take(count).collect()
+}

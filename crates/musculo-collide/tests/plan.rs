@@ -1,0 +1,213 @@
+//! Plans: what is chosen and built, and whether its errors are as stated.
+
+use fixtures::Mesh;
+use fixtures::shapes::icosphere;
+use musculo_collide::distance_field::Pose;
+use musculo_collide::glam::{DQuat, DVec3};
+use musculo_collide::{
+    BodyId, BodyKind, CheckParams, Detection, Method, Need, NotBuilt, Plan, PlanError,
+    RespondParams, Scene, StructureKind,
+};
+
+/// Two soft balls and a bone, of radius 30, and how deep each pair overlaps:
+/// the bone and the first by 2, the balls by 3, the bone and the second not.
+fn three() -> (Scene, [BodyId; 3]) {
+    let mut scene = Scene::new();
+    let bodies = [
+        ("bone", BodyKind::Rigid, DVec3::ZERO),
+        ("first", BodyKind::Deformable, DVec3::X * 58.0),
+        ("second", BodyKind::Deformable, DVec3::X * 115.0),
+    ];
+    let ids = bodies.map(|(name, kind, at)| {
+        let Mesh { positions, .. } = &icosphere(30.0, 5);
+        let x = positions.iter().map(|p| *p + at).collect();
+        scene.add(name, kind, icosphere(30.0, 5).surface(), x).expect("a body")
+    });
+    (scene, ids)
+}
+
+fn depth(detection: &Detection, a: BodyId, b: BodyId) -> f64 {
+    let pair = detection.pairs().iter().find(|pair| (pair.a, pair.b) == (a, b));
+    pair.map_or(0.0, |pair| pair.max_depth)
+}
+
+#[test]
+fn depths_are_within_every_tolerance() {
+    for tolerance in [2.0, 1.0, 0.5, 0.1] {
+        let (mut scene, [bone, first, second]) = three();
+        let mut plan = Plan::new(&scene, &Need::within(tolerance)).expect("a plan");
+        let mut detection = Detection::default();
+        plan.detect(&mut scene, &mut detection).expect("a detection");
+        for pair in plan.pairs() {
+            assert!(pair.error_bound <= tolerance, "{tolerance}: {pair:?}");
+        }
+        let exact = scene.check(&CheckParams { reach: 0.0 }).expect("a check");
+        let mut compared = 0;
+        for report in &exact {
+            let found = depth(&detection, report.a, report.b);
+            let error = (found - report.max_depth).abs();
+            assert!(error <= tolerance, "{tolerance}: {found} for {}", report.max_depth);
+            compared += 1;
+        }
+        assert_eq!(compared, 2, "two pairs overlap");
+        assert!(depth(&detection, bone, first) > 0.0, "{tolerance}");
+        assert!((depth(&detection, first, second) - 3.0).abs() <= tolerance, "{tolerance}");
+    }
+}
+
+#[test]
+fn one_bone_and_one_muscle_get_one_structure_each() {
+    let (full, [_, _, second]) = three();
+    let mut scene = Scene::new();
+    for body in &full.bodies()[..second.index()] {
+        let (surface, x) = (body.surface().clone(), body.positions().to_vec());
+        scene.add(body.name(), body.kind(), surface, x).expect("a body");
+    }
+    let plan = Plan::new(&scene, &Need::within(0.5)).expect("a plan");
+    let kinds: Vec<_> = plan.structures().iter().map(|built| built.kind).collect();
+    assert_eq!(kinds, [StructureKind::Field, StructureKind::Reduced]);
+    let [field, reduced] = plan.structures() else { panic!("two structures") };
+    // Single-precision values, and no more than a small share beside them.
+    assert!(field.bytes < 5 * field.size && field.bytes >= 4 * field.size, "{field:?}");
+    let faces = scene.bodies()[1].surface().faces().len();
+    assert!(reduced.size * 10 < faces, "{} of {faces} faces", reduced.size);
+    assert_eq!(plan.pairs().len(), 1);
+}
+
+#[test]
+fn a_coarser_plan_is_predicted_cheaper_and_builds_less() {
+    let (scene, _) = three();
+    let of = |tolerance| Plan::new(&scene, &Need::within(tolerance)).expect("a plan");
+    let (coarse, fine) = (of(2.0), of(0.05));
+    let bytes = |plan: &Plan| plan.structures().iter().map(|built| built.bytes).sum::<usize>();
+    assert!(bytes(&coarse) * 5 < bytes(&fine), "{} and {}", bytes(&coarse), bytes(&fine));
+    let cost = |plan: &Plan| plan.pairs().iter().map(|pair| pair.cost).sum::<f64>();
+    assert!(cost(&coarse) * 5.0 < cost(&fine), "{} and {}", cost(&coarse), cost(&fine));
+}
+
+#[test]
+fn what_cannot_meet_builds_nothing() {
+    let (mut scene, [bone, first, second]) = three();
+    let need = Need { travel: 5.0, ..Need::within(0.5) };
+    let mut plan = Plan::new(&scene, &need).expect("a plan");
+    let left_out = plan.left_out();
+    assert_eq!(left_out.len(), 1);
+    assert_eq!((left_out[0].a, left_out[0].b), (bone, second));
+    // The balls' surfaces are 55 apart.
+    let NotBuilt::FarApart { distance } = left_out[0].reason else { panic!("{left_out:?}") };
+    assert!((50.0..=55.0).contains(&distance), "{distance}");
+
+    let mut detection = Detection::default();
+    plan.detect(&mut scene, &mut detection).expect("a detection");
+    assert_eq!(detection.strayed(), []);
+    let moved: Vec<DVec3> =
+        scene.body(second).positions().iter().map(|p| *p - DVec3::X * 5.5).collect();
+    scene.move_body(second, &moved).expect("a move");
+    plan.detect(&mut scene, &mut detection).expect("a detection");
+    assert_eq!(detection.strayed(), [second]);
+
+    let none = Need { travel: 0.0, ..Need::within(0.5) };
+    let away: Vec<DVec3> =
+        scene.body(first).positions().iter().map(|p| *p + DVec3::Y * 500.0).collect();
+    scene.move_body(first, &away).expect("a move");
+    let plan = Plan::new(&scene, &none).expect("a plan");
+    assert!(plan.pairs().is_empty() && plan.structures().is_empty(), "{plan}");
+    assert!(plan.to_string().contains("no tree: no pair needs it"), "{plan}");
+}
+
+#[test]
+fn bones_follow_their_pose() {
+    let (mut scene, [bone, first, _]) = three();
+    let mut plan = Plan::new(&scene, &Need::within(0.5)).expect("a plan");
+    let mut detection = Detection::default();
+    // Turned about its middle, a ball stays where it is; moved by 4, it is 6 deep.
+    let pose = Pose::new(DQuat::from_rotation_z(1.0), DVec3::X * 4.0);
+    scene.pose_body(bone, &pose).expect("a pose");
+    plan.detect(&mut scene, &mut detection).expect("a detection");
+    assert!((depth(&detection, bone, first) - 6.0).abs() <= 0.5);
+
+    let x = scene.body(bone).positions().to_vec();
+    scene.move_body(bone, &x).expect("a move");
+    let refused = plan.detect(&mut scene, &mut detection);
+    assert_eq!(refused, Err(PlanError::NoPose { name: "bone".into() }));
+}
+
+#[test]
+fn a_budget_that_is_too_small_gives_up_accuracy_and_says_so() {
+    let (scene, _) = three();
+    let exact = Plan::new(&scene, &Need::within(0.01)).expect("a plan");
+    let budget = exact.predicted() / 10;
+    let need = Need { budget: Some(budget), ..Need::within(0.01) };
+    let plan = Plan::new(&scene, &need).expect("a plan");
+    assert!(plan.tolerance() > 0.01, "{plan}");
+    assert!(plan.to_string().contains("given up for the budget"), "{plan}");
+}
+
+#[test]
+fn methods_can_be_forced_where_they_can_serve() {
+    let (mut scene, [bone, first, second]) = three();
+    let need = Need::within(0.5);
+    let forced = [(first, bone, Method::Surfaces)];
+    let mut plan = Plan::with_forced(&scene, &need, &forced).expect("a plan");
+    assert_eq!(plan.pairs()[0].method, Method::Surfaces);
+    let mut detection = Detection::default();
+    plan.detect(&mut scene, &mut detection).expect("a detection");
+    assert!((depth(&detection, bone, first) - 2.0).abs() <= 0.5);
+
+    let refused = Plan::with_forced(&scene, &need, &[(first, second, Method::Field)]);
+    let error = refused.expect_err("no bone");
+    assert!(error.to_string().contains("\"first\" and \"second\""), "{error}");
+}
+
+#[test]
+fn responses_part_what_overlaps() {
+    let (mut scene, [bone, first, second]) = three();
+    let mut plan = Plan::new(&scene, &Need::within(0.1)).expect("a plan");
+    let mut detection = Detection::default();
+    for _ in 0..20 {
+        plan.detect(&mut scene, &mut detection).expect("a detection");
+        plan.respond(&mut scene, &detection, &RespondParams::default()).expect("a response");
+    }
+    plan.detect(&mut scene, &mut detection).expect("a detection");
+    for [a, b] in [[bone, first], [first, second]] {
+        assert!(depth(&detection, a, b) < 0.2, "{}", depth(&detection, a, b));
+    }
+}
+
+#[test]
+fn the_same_bits_for_any_number_of_threads() {
+    let detect = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.expect("threads").install(|| {
+            let (mut scene, _) = three();
+            let mut plan = Plan::new(&scene, &Need::within(0.3)).expect("a plan");
+            let mut detection = Detection::default();
+            plan.detect(&mut scene, &mut detection).expect("a detection");
+            detection
+        })
+    };
+    let one = detect(1);
+    assert!(!one.contacts().is_empty());
+    assert!(one == detect(2) && one == detect(7));
+}
+
+#[test]
+fn needs_that_mean_nothing_are_refused_by_name() {
+    let (scene, _) = three();
+    let good = Need::within(0.5);
+    let bad = [
+        ("tolerance", Need { tolerance: 0.0, ..good }),
+        ("tolerance", Need { tolerance: f64::NAN, ..good }),
+        ("reach", Need { reach: -1.0, ..good }),
+        ("reach", Need { reach: f64::INFINITY, ..good }),
+        ("travel", Need { travel: f64::NAN, ..good }),
+        ("travel", Need { travel: -0.5, ..good }),
+    ];
+    for (name, need) in bad {
+        let error = Plan::new(&scene, &need).expect_err("a need that means nothing");
+        assert!(error.to_string().contains(name), "{error}");
+    }
+    let mut plan = Plan::new(&scene, &good).expect("a plan");
+    let refused = plan.detect(&mut Scene::new(), &mut Detection::default());
+    assert_eq!(refused, Err(PlanError::OtherScene));
+}
