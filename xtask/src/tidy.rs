@@ -18,7 +18,10 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("crates/decimate", &["surface", "kdop"]),
     ("crates/response", &["surface"]),
     ("crates/survey", &["surface", "kdop"]),
-    ("crates/musculo-collide", &["surface", "kdop", "ccd", "decimate", "distance-field", "medial", "response"]),
+    (
+        "crates/musculo-collide",
+        &["surface", "kdop", "ccd", "decimate", "distance-field", "medial", "response"],
+    ),
     ("crates/cli", &["musculo-collide"]),
     ("fixtures", &["surface"]),
     ("xtask", &[]),

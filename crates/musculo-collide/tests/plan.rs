@@ -19,9 +19,9 @@ fn three() -> (Scene, [BodyId; 3]) {
         ("second", BodyKind::Deformable, DVec3::X * 115.0),
     ];
     let ids = bodies.map(|(name, kind, at)| {
-        let Mesh { positions, .. } = &icosphere(30.0, 5);
+        let Mesh { positions, .. } = &icosphere(30.0, 4);
         let x = positions.iter().map(|p| *p + at).collect();
-        scene.add(name, kind, icosphere(30.0, 5).surface(), x).expect("a body")
+        scene.add(name, kind, icosphere(30.0, 4).surface(), x).expect("a body")
     });
     (scene, ids)
 }
@@ -35,7 +35,7 @@ fn depth(detection: &Detection, a: BodyId, b: BodyId) -> f64 {
 fn depths_are_within_every_tolerance() {
     for tolerance in [2.0, 1.0, 0.5, 0.1] {
         let (mut scene, [bone, first, second]) = three();
-        let mut plan = Plan::new(&scene, &Need::within(tolerance)).expect("a plan");
+        let mut plan = Plan::new(&mut scene, &Need::within(tolerance)).expect("a plan");
         let mut detection = Detection::default();
         plan.detect(&mut scene, &mut detection).expect("a detection");
         for pair in plan.pairs() {
@@ -63,24 +63,24 @@ fn one_bone_and_one_muscle_get_one_structure_each() {
         let (surface, x) = (body.surface().clone(), body.positions().to_vec());
         scene.add(body.name(), body.kind(), surface, x).expect("a body");
     }
-    let plan = Plan::new(&scene, &Need::within(0.5)).expect("a plan");
+    let plan = Plan::new(&mut scene, &Need::within(0.5)).expect("a plan");
     let kinds: Vec<_> = plan.structures().iter().map(|built| built.kind).collect();
     assert_eq!(kinds, [StructureKind::Field, StructureKind::Reduced]);
     let [field, reduced] = plan.structures() else { panic!("two structures") };
     // Single-precision values, and no more than a small share beside them.
     assert!(field.bytes < 5 * field.size && field.bytes >= 4 * field.size, "{field:?}");
     let faces = scene.bodies()[1].surface().faces().len();
-    assert!(reduced.size * 10 < faces, "{} of {faces} faces", reduced.size);
+    assert!(reduced.size * 3 < faces, "{} of {faces} faces", reduced.size);
     assert_eq!(plan.pairs().len(), 1);
 }
 
 #[test]
 fn a_coarser_plan_is_predicted_cheaper_and_builds_less() {
-    let (scene, _) = three();
-    let of = |tolerance| Plan::new(&scene, &Need::within(tolerance)).expect("a plan");
+    let (mut scene, _) = three();
+    let mut of = |tolerance| Plan::new(&mut scene, &Need::within(tolerance)).expect("a plan");
     let (coarse, fine) = (of(2.0), of(0.05));
     let bytes = |plan: &Plan| plan.structures().iter().map(|built| built.bytes).sum::<usize>();
-    assert!(bytes(&coarse) * 5 < bytes(&fine), "{} and {}", bytes(&coarse), bytes(&fine));
+    assert!(bytes(&coarse) * 2 < bytes(&fine), "{} and {}", bytes(&coarse), bytes(&fine));
     let cost = |plan: &Plan| plan.pairs().iter().map(|pair| pair.cost).sum::<f64>();
     assert!(cost(&coarse) * 5.0 < cost(&fine), "{} and {}", cost(&coarse), cost(&fine));
 }
@@ -89,7 +89,7 @@ fn a_coarser_plan_is_predicted_cheaper_and_builds_less() {
 fn what_cannot_meet_builds_nothing() {
     let (mut scene, [bone, first, second]) = three();
     let need = Need { travel: 5.0, ..Need::within(0.5) };
-    let mut plan = Plan::new(&scene, &need).expect("a plan");
+    let mut plan = Plan::new(&mut scene, &need).expect("a plan");
     let left_out = plan.left_out();
     assert_eq!(left_out.len(), 1);
     assert_eq!((left_out[0].a, left_out[0].b), (bone, second));
@@ -110,7 +110,7 @@ fn what_cannot_meet_builds_nothing() {
     let away: Vec<DVec3> =
         scene.body(first).positions().iter().map(|p| *p + DVec3::Y * 500.0).collect();
     scene.move_body(first, &away).expect("a move");
-    let plan = Plan::new(&scene, &none).expect("a plan");
+    let plan = Plan::new(&mut scene, &none).expect("a plan");
     assert!(plan.pairs().is_empty() && plan.structures().is_empty(), "{plan}");
     assert!(plan.to_string().contains("no tree: no pair needs it"), "{plan}");
 }
@@ -118,7 +118,7 @@ fn what_cannot_meet_builds_nothing() {
 #[test]
 fn bones_follow_their_pose() {
     let (mut scene, [bone, first, _]) = three();
-    let mut plan = Plan::new(&scene, &Need::within(0.5)).expect("a plan");
+    let mut plan = Plan::new(&mut scene, &Need::within(0.5)).expect("a plan");
     let mut detection = Detection::default();
     // Turned about its middle, a ball stays where it is; moved by 4, it is 6 deep.
     let pose = Pose::new(DQuat::from_rotation_z(1.0), DVec3::X * 4.0);
@@ -134,13 +134,17 @@ fn bones_follow_their_pose() {
 
 #[test]
 fn a_budget_that_is_too_small_gives_up_accuracy_and_says_so() {
-    let (scene, _) = three();
-    let exact = Plan::new(&scene, &Need::within(0.01)).expect("a plan");
-    let budget = exact.predicted() / 10;
-    let need = Need { budget: Some(budget), ..Need::within(0.01) };
-    let plan = Plan::new(&scene, &need).expect("a plan");
-    assert!(plan.tolerance() > 0.01, "{plan}");
-    assert!(plan.to_string().contains("given up for the budget"), "{plan}");
+    let (mut scene, _) = three();
+    // No machine keeps to this, so that all is given up that may be.
+    let budget = Some(std::time::Duration::from_nanos(1));
+    let need = Need { budget, ..Need::within(0.3) };
+    let plan = Plan::new(&mut scene, &need).expect("a plan");
+    assert!(plan.tolerance() > 0.3, "{plan}");
+    assert!(plan.to_string().contains("given up for the budget: 0.3"), "{plan}");
+    assert!(!plan.keeps_budget() && plan.to_string().contains("over the budget"), "{plan}");
+    let unhurried = Need { budget: Some(std::time::Duration::from_secs(60)), ..need };
+    let plan = Plan::new(&mut scene, &unhurried).expect("a plan");
+    assert!(plan.keeps_budget() && plan.tolerance() <= 0.3, "{plan}");
 }
 
 #[test]
@@ -148,13 +152,13 @@ fn methods_can_be_forced_where_they_can_serve() {
     let (mut scene, [bone, first, second]) = three();
     let need = Need::within(0.5);
     let forced = [(first, bone, Method::Surfaces)];
-    let mut plan = Plan::with_forced(&scene, &need, &forced).expect("a plan");
+    let mut plan = Plan::with_forced(&mut scene, &need, &forced).expect("a plan");
     assert_eq!(plan.pairs()[0].method, Method::Surfaces);
     let mut detection = Detection::default();
     plan.detect(&mut scene, &mut detection).expect("a detection");
     assert!((depth(&detection, bone, first) - 2.0).abs() <= 0.5);
 
-    let refused = Plan::with_forced(&scene, &need, &[(first, second, Method::Field)]);
+    let refused = Plan::with_forced(&mut scene, &need, &[(first, second, Method::Field)]);
     let error = refused.expect_err("no bone");
     assert!(error.to_string().contains("\"first\" and \"second\""), "{error}");
 }
@@ -162,7 +166,7 @@ fn methods_can_be_forced_where_they_can_serve() {
 #[test]
 fn responses_part_what_overlaps() {
     let (mut scene, [bone, first, second]) = three();
-    let mut plan = Plan::new(&scene, &Need::within(0.1)).expect("a plan");
+    let mut plan = Plan::new(&mut scene, &Need::within(0.1)).expect("a plan");
     let mut detection = Detection::default();
     for _ in 0..20 {
         plan.detect(&mut scene, &mut detection).expect("a detection");
@@ -180,7 +184,7 @@ fn the_same_bits_for_any_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         pool.expect("threads").install(|| {
             let (mut scene, _) = three();
-            let mut plan = Plan::new(&scene, &Need::within(0.3)).expect("a plan");
+            let mut plan = Plan::new(&mut scene, &Need::within(0.3)).expect("a plan");
             let mut detection = Detection::default();
             plan.detect(&mut scene, &mut detection).expect("a detection");
             detection
@@ -193,7 +197,7 @@ fn the_same_bits_for_any_number_of_threads() {
 
 #[test]
 fn needs_that_mean_nothing_are_refused_by_name() {
-    let (scene, _) = three();
+    let (mut scene, _) = three();
     let good = Need::within(0.5);
     let bad = [
         ("tolerance", Need { tolerance: 0.0, ..good }),
@@ -204,10 +208,10 @@ fn needs_that_mean_nothing_are_refused_by_name() {
         ("travel", Need { travel: -0.5, ..good }),
     ];
     for (name, need) in bad {
-        let error = Plan::new(&scene, &need).expect_err("a need that means nothing");
+        let error = Plan::new(&mut scene, &need).expect_err("a need that means nothing");
         assert!(error.to_string().contains(name), "{error}");
     }
-    let mut plan = Plan::new(&scene, &good).expect("a plan");
+    let mut plan = Plan::new(&mut scene, &good).expect("a plan");
     let refused = plan.detect(&mut Scene::new(), &mut Detection::default());
     assert_eq!(refused, Err(PlanError::OtherScene));
 }

@@ -76,7 +76,7 @@ fn plan(arguments: &PlanArguments) -> Result<Outcome, Failure> {
     let start = Instant::now();
     let mut plan = {
         let _progress = Progress::start("planning and building", 1);
-        Plan::new(&scene, &need)?
+        Plan::new(&mut scene, &need)?
     };
     let built = start.elapsed();
     let mut detection = Detection::default();

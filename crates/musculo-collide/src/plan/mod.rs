@@ -55,7 +55,7 @@ use crate::{Body, BodyId, Scene, SweepReport, parallel};
 /// let muscle = TriangleSurface::new(4, faces)?;
 /// let muscle = scene.add("muscle", BodyKind::Deformable, muscle, corners.to_vec())?;
 ///
-/// let mut plan = Plan::new(&scene, &Need::within(0.5))?;
+/// let mut plan = Plan::new(&mut scene, &Need::within(0.5))?;
 /// assert_eq!(plan.pairs()[0].method, Method::Field);
 /// println!("{plan}");
 ///
@@ -146,8 +146,9 @@ impl Plan {
     ///
     /// # Errors
     ///
-    /// [`PlanError::Need`].
-    pub fn new(scene: &Scene, need: &Need) -> Result<Self, PlanError> {
+    /// [`PlanError::Need`], and [`PlanError::Scene`] when a body is too large to
+    /// build bounds for.
+    pub fn new(scene: &mut Scene, need: &Need) -> Result<Self, PlanError> {
         Self::with_forced(scene, need, &[])
     }
 
@@ -156,10 +157,10 @@ impl Plan {
     ///
     /// # Errors
     ///
-    /// [`PlanError::Need`], and [`PlanError::Forced`] for a method that cannot
+    /// As [`Self::new`], and [`PlanError::Forced`] for a method that cannot
     /// serve its pair.
     pub fn with_forced(
-        scene: &Scene,
+        scene: &mut Scene,
         need: &Need,
         forced: &[(BodyId, BodyId, Method)],
     ) -> Result<Self, PlanError> {
@@ -167,14 +168,15 @@ impl Plan {
         let mut maker = Maker::new(scene, need, forced);
         let mut tolerance = need.tolerance;
         let mut plan = Self::from(scene, need, tolerance, maker.make(tolerance)?);
-        let over = |plan: &Self| need.budget.is_some_and(|budget| plan.predicted() > budget);
         for _ in 0..TRIES {
-            if !over(&plan) {
+            if plan.keeps_budget() {
                 break;
             }
             tolerance *= COARSER;
             plan = Self::from(scene, need, tolerance, maker.make(tolerance)?);
         }
+        scene.bound_some(&plan.structures.trees)?;
+        plan.listed = plan.structures.list(scene);
         Ok(plan)
     }
 
@@ -192,7 +194,7 @@ impl Plan {
             need: *need,
             tolerance,
             work: pairs.iter().map(|_| PairWork::default()).collect(),
-            listed: structures.list(scene),
+            listed: Vec::new(),
             pairs,
             structures,
             left_out: far,
@@ -214,8 +216,7 @@ impl Plan {
         &self.left_out
     }
 
-    /// What was built, in the order of the bodies. The sizes of trees are those
-    /// of the first detection and later.
+    /// What was built, in the order of the bodies.
     #[must_use]
     pub fn structures(&self) -> &[Structure] {
         &self.listed

@@ -68,7 +68,8 @@ fn displacements(
     let yields = |body: &crate::Body| if body.kind() == BodyKind::Rigid { 0.0 } else { 1.0 };
     let of_body = |body| std::iter::repeat_n(yields(body), body.positions().len());
     let inverse_mass: Vec<f64> = scene.bodies().iter().flat_map(of_body).collect();
-    let law = ContactLaw::new(Margins::new(params.clearance, params.clearance)?, 0.0)?;
+    // Hard corrections know no proximity; a law must have one.
+    let law = ContactLaw::new(Margins::new(params.clearance, 1.0)?, 0.0)?;
     let mut rows = ContactRows::new(inverse_mass.len());
     rows.extend(detection.contacts(), law)?;
     let system = ContactSystem::new(&rows, &inverse_mass, Order::Given)?;

@@ -1,0 +1,66 @@
+//! Plans of scenes: what is told, and what is refused.
+
+#[expect(dead_code, reason = "shared with the tests of other commands")]
+mod support;
+
+use support::{Workshop, tetrahedron};
+
+fn workshop() -> Workshop {
+    let workshop = Workshop::new();
+    workshop.write("bone.obj", tetrahedron(0.0, 30.0));
+    workshop.write("muscle.obj", tetrahedron(-3.0, 30.0));
+    workshop
+}
+
+#[test]
+fn a_plan_names_methods_reasons_and_what_a_frame_takes() {
+    let workshop = workshop();
+    let arguments =
+        ["bone.obj", "muscle.obj", "--rigid", "bone", "--tolerance", "0.5", "--compare"];
+    let run = workshop.run("plan", &arguments);
+    assert_eq!(run.status, 1, "{}", run.stderr);
+    let told = [
+        "tolerance 0.5; reach 0;",
+        "bone    distance field",
+        "muscle  tree",
+        "muscle  no reduced surface:",
+        "bone    muscle  by the field",
+        "1 of 1 pairs overlap",
+        "depths differ by 0.",
+        "0 overlapping pairs are not seen",
+    ];
+    for told in told {
+        assert!(run.stdout.contains(told), "{told}: {}", run.stdout);
+    }
+}
+
+#[test]
+fn bodies_that_stay_apart_need_nothing() {
+    let workshop = workshop();
+    workshop.write("far.obj", tetrahedron(500.0, 30.0));
+    let arguments = ["bone.obj", "far.obj", "--tolerance", "0.5", "--travel", "10"];
+    let run = workshop.run("plan", &arguments);
+    assert_eq!(run.status, 0, "{}", run.stderr);
+    for told in ["bone  no tree: no pair needs it", "farther than they can go"] {
+        assert!(run.stdout.contains(told), "{told}: {}", run.stdout);
+    }
+}
+
+#[test]
+fn needs_that_mean_nothing_are_refused_by_name() {
+    let workshop = workshop();
+    for (option, value, told) in [
+        ("--tolerance", "0", "a tolerance of 0 cannot be planned for"),
+        ("--reach", "-1", "a reach of -1 cannot be planned for"),
+        ("--travel", "-1", "a travel of -1 cannot be planned for"),
+        ("--budget", "-1", "a budget of -1 ms cannot be kept to"),
+    ] {
+        let mut arguments = vec!["bone.obj", "muscle.obj", option, value];
+        if option != "--tolerance" {
+            arguments.extend(["--tolerance", "0.5"]);
+        }
+        let run = workshop.run("plan", &arguments);
+        assert_eq!(run.status, 2, "{}", run.stdout);
+        assert!(run.stderr.contains(told), "{told}: {}", run.stderr);
+    }
+}
