@@ -49,21 +49,29 @@ impl<'a, N: Nodes> Asked<'a, N> {
     pub(crate) fn all(&self, points: &[DVec3], out: &mut Samples) {
         out.distance.resize(points.len(), 0.0);
         out.gradient.resize(points.len(), DVec3::ZERO);
+        if points.len() <= BATCH {
+            self.batch(points, &mut out.distance, &mut out.gradient);
+            return;
+        }
         let parts = points
             .chunks(BATCH)
             .zip(out.distance.chunks_mut(BATCH))
             .zip(out.gradient.chunks_mut(BATCH));
         par::for_each(parts.collect(), |_, ((points, distance), gradient)| {
-            if self.query.interpolation == Interpolation::Trilinear {
-                let Self { nodes, frame, query, .. } = self;
-                trilinear_all(*nodes, frame, query.offset, points, (distance, gradient));
-                return;
-            }
-            for ((&p, distance), gradient) in points.iter().zip(distance).zip(gradient) {
-                let sample = self.at(p).unwrap_or(Sample::OUTSIDE);
-                (*distance, *gradient) = (sample.distance, sample.gradient);
-            }
+            self.batch(points, distance, gradient);
         });
+    }
+
+    fn batch(&self, points: &[DVec3], distance: &mut [f64], gradient: &mut [DVec3]) {
+        if self.query.interpolation == Interpolation::Trilinear {
+            let Self { nodes, frame, query, .. } = self;
+            trilinear_all(*nodes, frame, query.offset, points, (distance, gradient));
+            return;
+        }
+        for ((&p, distance), gradient) in points.iter().zip(distance).zip(gradient) {
+            let sample = self.at(p).unwrap_or(Sample::OUTSIDE);
+            (*distance, *gradient) = (sample.distance, sample.gradient);
+        }
     }
 
     /// The nodes around a cell; beyond the border the last two nodes are continued
