@@ -244,7 +244,7 @@ fn bones_meet_what_brute_force_meets() {
         let gap = |ball: Ball| ball.center.distance(at) - bone - ball.radius;
         for (number, &ball) in (0_u32..).zip(medial.balls()) {
             let found = contacts.iter().find(|found| {
-                let k = found.ball.weights.iter().position(|&w| w == 1.0);
+                let k = found.ball.weights.iter().position(|&w| w >= 1.0);
                 k.is_some_and(|k| medial.primitives()[found.ball.primitive as usize][k] == number)
             });
             match found {
