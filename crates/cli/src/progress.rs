@@ -39,6 +39,11 @@ impl Progress {
         Self { bar, over: Some(over), waiting: Some(waiting) }
     }
 
+    /// The steps begin anew.
+    pub(crate) fn restart(&self) {
+        self.bar.set_position(0);
+    }
+
     /// One step is done.
     pub(crate) fn step(&self) {
         self.bar.inc(1);

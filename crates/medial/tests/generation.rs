@@ -114,6 +114,10 @@ fn a_tolerance_is_met_or_said_to_be_out_of_reach() {
     let fewer = generated.medial.balls().len() / 2;
     let coarser = made(&mesh, &Params { size: Size::Balls(fewer), ..params }).unwrap();
     assert!(coarser.deviation.largest() > 1.0, "half as many balls would have done");
+    // Just out of reach of the fewest that are tried: one or two more will do.
+    let fewest = made(&mesh, &Params::balls(8)).unwrap().deviation.largest();
+    let next = made(&mesh, &Params::tolerance(0.99 * fewest)).unwrap();
+    assert!(next.deviation.largest() < fewest && next.medial.balls().len() <= 16);
     let hopeless = made(&mesh, &Params::tolerance(1e-6));
     assert!(matches!(hopeless, Err(MedialError::ToleranceNotReached { .. })), "{hopeless:?}");
 }

@@ -2,6 +2,7 @@
 
 mod check;
 mod field;
+mod medial;
 mod motion;
 mod motion_resolve;
 mod plan;
@@ -21,6 +22,7 @@ use crate::scene::SceneError;
 pub(crate) enum Command {
     Check(check::CheckArguments),
     Field(field::FieldArguments),
+    Medial(medial::MedialArguments),
     Motion(motion::MotionArguments),
     Plan(plan::PlanArguments),
     Resolve(resolve::ResolveArguments),
@@ -42,6 +44,7 @@ impl Command {
         match self {
             Self::Check(arguments) => check::run(arguments),
             Self::Field(arguments) => field::run(arguments),
+            Self::Medial(arguments) => medial::run(arguments),
             Self::Motion(arguments) => motion::run(arguments),
             Self::Plan(arguments) => plan::run(arguments),
             Self::Resolve(arguments) => resolve::run(arguments),

@@ -10,6 +10,7 @@
 //! other's surface hides it. So penetrating parts have a layer of their own
 //! that shines through what lies before it.
 
+mod balls;
 mod camera;
 mod colour;
 mod compose;
@@ -21,6 +22,7 @@ mod slice;
 
 use glam::DVec3;
 
+pub(crate) use self::balls::balls_and_error;
 pub(crate) use self::camera::Camera;
 pub(crate) use self::colour::{Colour, viridis};
 use self::compose::Layers;

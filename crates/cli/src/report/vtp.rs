@@ -29,6 +29,12 @@ pub(crate) fn displacement_vtp(
     poly_data(positions, faces, "displacement_length", &data)
 }
 
+/// A `.vtp` file of a surface and its vertices' signed distances from a medial one.
+pub(crate) fn deviation_vtp(positions: &[DVec3], faces: &[[u32; 3]], distances: &[f64]) -> String {
+    let data = scalars("medial_distance", distances);
+    poly_data(positions, faces, "medial_distance", &data)
+}
+
 fn poly_data(positions: &[DVec3], faces: &[[u32; 3]], active: &str, data: &str) -> String {
     let points = vectors("Points", positions);
     let connectivity = array(

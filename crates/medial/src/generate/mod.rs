@@ -248,7 +248,7 @@ impl Generator<'_> {
             (low, high) = (high, (2 * high).min(most));
             best = self.with_balls(high, progress)?;
         }
-        while low > 0 && high - low > high / 10 {
+        while low > 0 && high - low > (high / 10).max(1) {
             let middle = low.midpoint(high);
             let found = self.with_balls(middle, progress)?;
             if found.deviation.largest() > tolerance {
