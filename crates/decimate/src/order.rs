@@ -135,9 +135,15 @@ impl<'a> Order<'a> {
         }
     }
 
+    /// Mean squared distance of the new place from the planes of all faces that the
+    /// vertex has stood for, by their areas.
+    ///
+    /// The mean, since what counts in the end is a distance, not a volume; and without
+    /// the planes that the neighbour stands for, which keep their vertex. On muscles and
+    /// a femur that took a fifth fewer faces for the same deviation of 0.5 to 1 mm than
+    /// the sum over both, and about as many below.
     fn cost(&self, vertex: u32, into: u32) -> f64 {
-        let x = self.mesh.x[into as usize] - self.origin;
-        self.quadrics[vertex as usize].at(x) + self.quadrics[into as usize].at(x)
+        self.quadrics[vertex as usize].mean(self.mesh.x[into as usize] - self.origin)
     }
 }
 

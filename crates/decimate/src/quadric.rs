@@ -8,16 +8,17 @@ use std::ops::AddAssign;
 use glam::{DMat3, DVec3};
 
 /// A sum of weighted squared distances from planes, as a function of a point:
-/// `(x − o)·A (x − o) + 2 b·(x − o) + c` for one origin `o` of all.
+/// `(x − o)·A (x − o) + 2 b·(x − o) + c` for one origin `o` of all; and of the weights.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Quadric {
     a: DMat3,
     b: DVec3,
     c: f64,
+    weight: f64,
 }
 
 impl Quadric {
-    pub(crate) const ZERO: Self = Self { a: DMat3::ZERO, b: DVec3::ZERO, c: 0.0 };
+    pub(crate) const ZERO: Self = Self { a: DMat3::ZERO, b: DVec3::ZERO, c: 0.0, weight: 0.0 };
 
     /// The squared distance from the plane of a triangle, by its area; zero for a
     /// triangle without one.
@@ -30,12 +31,13 @@ impl Quadric {
         let (weight, n) = (0.5 * length, normal / length);
         let d = -n.dot(a);
         let outer = DMat3::from_cols(n * n.x, n * n.y, n * n.z);
-        Self { a: outer * weight, b: n * (weight * d), c: weight * d * d }
+        Self { a: outer * weight, b: n * (weight * d), c: weight * d * d, weight }
     }
 
-    /// The sum at a point given relative to the origin.
-    pub(crate) fn at(&self, x: DVec3) -> f64 {
-        (x.dot(self.a * x) + 2.0 * self.b.dot(x) + self.c).max(0.0)
+    /// The mean at a point given relative to the origin; 0 of no planes.
+    pub(crate) fn mean(&self, x: DVec3) -> f64 {
+        let sum = x.dot(self.a * x) + 2.0 * self.b.dot(x) + self.c;
+        if self.weight > 0.0 { sum.max(0.0) / self.weight } else { 0.0 }
     }
 }
 
@@ -44,5 +46,6 @@ impl AddAssign for Quadric {
         self.a += other.a;
         self.b += other.b;
         self.c += other.c;
+        self.weight += other.weight;
     }
 }
