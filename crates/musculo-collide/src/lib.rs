@@ -58,12 +58,12 @@ pub use crate::error::{NoInside, SceneError};
 pub use crate::field::{FieldContact, FieldDetector, FieldFeature, RigidState};
 pub use crate::medial_detector::{MedialContact, MedialDetector, MedialFeature, PrimitiveBall};
 pub use crate::pair::{ContactPatch, NearVertex, PairReport, VertexReport};
-pub use crate::resolve::{
-    BodyChange, Obstacle, Remaining, Resolution, ResolveParams, Resolver, Round,
-};
 pub use crate::plan::{
     Detection, LeftOut, Method, Need, NotBuilt, PairDetection, PairPlan, Plan, PlanError,
     RespondParams, Structure, StructureKind,
+};
+pub use crate::resolve::{
+    BodyChange, Obstacle, Remaining, Resolution, ResolveParams, Resolver, Round,
 };
 pub use crate::scene::{Body, BodyId, BodyKind, Scene};
 pub use crate::sweep::{ContactKind, PairSweep, SweepReport, SweptContact};
