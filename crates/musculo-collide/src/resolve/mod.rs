@@ -135,8 +135,7 @@ impl<'a> Run<'a> {
 
     fn goes_on(&self) -> bool {
         let last = self.rounds.last();
-        let clean =
-            last.is_none_or(|round| round.overlapping_pairs == 0 && round.self_crossings == 0);
+        let clean = last.is_none_or(Round::is_clean);
         let stuck = self.stalled >= PATIENCE;
         !clean && !stuck && self.rounds.len() <= self.params.max_rounds as usize
     }
@@ -268,6 +267,7 @@ impl<'a> Run<'a> {
 
     fn record(&mut self) {
         let mut round = Round::new(&self.now, &self.edges, &self.before);
+        round.volume_change = volume::change(self.scene, &self.tissues);
         let settled = round.max_depth <= self.params.tolerance && round.new_pairs == 0;
         if settled && !self.rounds.is_empty() {
             self.find_self_crossings();

@@ -9,6 +9,10 @@ use super::{ResolveParams, guard};
 use crate::scene::Body;
 use crate::{BodyId, BodyKind, PairReport, Scene, parallel};
 
+/// Change of a volume, as a share, after which rounds go on to give it back:
+/// below what is promised, by what the last pushes may take.
+const ALLOWED_VOLUME_CHANGE: f64 = 0.008;
+
 /// How things stood after a round.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -24,6 +28,8 @@ pub struct Round {
     /// Pairs of faces of one body that crossed though they did not at first;
     /// looked for only once bodies are apart.
     pub self_crossings: usize,
+    /// Largest change of a soft body's volume, as a share.
+    pub volume_change: f64,
 }
 
 /// What became of one body.
@@ -106,7 +112,17 @@ impl Round {
             max_depth: overlapping().map(|(pair, edges)| depth(pair, edges)).fold(0.0, f64::max),
             new_pairs: overlapping().filter(|(pair, _)| !overlapped(pair, before)).count(),
             self_crossings: 0,
+            volume_change: 0.0,
         }
+    }
+
+    /// Whether there is nothing more to do.
+    pub(super) fn is_clean(&self) -> bool {
+        self.overlapping_pairs == 0 && self.self_crossings == 0 && self.excess_volume() == 0.0
+    }
+
+    fn excess_volume(&self) -> f64 {
+        (self.volume_change - ALLOWED_VOLUME_CHANGE).max(0.0)
     }
 
     /// Whether bodies overlap less deep, or fewer of them, weighing both.
@@ -116,7 +132,7 @@ impl Round {
             // A body that crosses itself counts as a pair a tenth of a step deep.
             let crossings = round.crossing_faces + 10 * round.self_crossings;
             let count = |n: usize| f64::from(u32::try_from(n).unwrap_or(u32::MAX));
-            round.max_depth * count(pairs) + 1e-3 * count(crossings)
+            round.max_depth * count(pairs) + 1e-3 * count(crossings) + round.excess_volume()
         };
         badness(self) < badness(other)
     }

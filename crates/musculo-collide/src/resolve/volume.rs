@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::contacts::vertex_normals;
 use super::tissue::{Tissue, volume};
 use crate::scene::Body;
-use crate::{BodyId, PairReport, VertexReport};
+use crate::{BodyId, BodyKind, PairReport, Scene, VertexReport};
 
 /// Change of volume, as a share, that is left alone: below it, giving volume
 /// back would move vertices for nothing that can be measured.
@@ -38,6 +38,16 @@ pub(super) fn restore(
             *x += rate * weight * normal;
         }
     }
+}
+
+/// Largest change of a soft body's volume, as a share.
+pub(super) fn change(scene: &Scene, tissues: &[Tissue]) -> f64 {
+    let of_body = |(body, tissue): (&Body, &Tissue)| {
+        let counts = body.kind() != BodyKind::Rigid && body.has_inside().is_ok();
+        let now = || volume(body.surface().faces(), body.positions());
+        if counts && tissue.volume != 0.0 { (now() / tissue.volume - 1.0).abs() } else { 0.0 }
+    };
+    scene.bodies().iter().zip(tissues).map(of_body).fold(0.0, f64::max)
 }
 
 fn free_weights(tissue: &Tissue, x: &[DVec3], pairs: &[PairReport], id: BodyId) -> Vec<f64> {

@@ -1,0 +1,107 @@
+//! Overlaps planted so that one way of going wrong shows: edges alone, a bone
+//! thinner than the tissue is deep, a spike, a bone that changes sides.
+
+use fixtures::Mesh;
+use fixtures::shapes;
+use musculo_collide::glam::DVec3;
+use musculo_collide::{BodyId, BodyKind, CheckParams, Resolution, ResolveParams, Resolver, Scene};
+
+const PARAMS: ResolveParams = ResolveParams::MILLIMETRES;
+
+fn scene(bone: Mesh, muscle: Mesh) -> (Scene, [BodyId; 2]) {
+    let mut scene = Scene::new();
+    let mut add = |name: &str, kind, mesh: Mesh| {
+        let surface = mesh.surface();
+        scene.add(name, kind, surface, mesh.positions).expect("a body of the scene")
+    };
+    let ids = [add("bone", BodyKind::Rigid, bone), add("muscle", BodyKind::Deformable, muscle)];
+    (scene, ids)
+}
+
+/// That nothing is left, looked at anew, and that tissue kept its shape.
+fn is_sound(scene: &mut Scene, resolution: &Resolution) {
+    assert!(resolution.resolved, "{:?}", resolution.remaining);
+    let pairs = scene.check(&CheckParams { reach: 0.0 }).expect("a check");
+    assert!(pairs.iter().all(|pair| pair.max_depth <= PARAMS.tolerance), "{pairs:?}");
+    for change in &resolution.bodies {
+        assert_eq!((change.flipped_faces, change.self_crossings), (0, [0, 0]));
+        let ratio = change.volume_ratio.expect("closed");
+        assert!((ratio - 1.0).abs() < 0.01, "volume times {ratio}");
+    }
+}
+
+#[test]
+fn edges_that_cross_without_a_vertex_inside_come_apart() {
+    let bone = shapes::octasphere(10.0, 0);
+    // Two octahedra whose edges cross at right angles, 0.3 deep.
+    let edge = 10.0 / f64::sqrt(2.0);
+    let turned = bone.clone().rotated(DVec3::Y, 0.125).rotated(DVec3::Z, 0.25);
+    let muscle = turned.translated(DVec3::Z * (2.0 * edge - 0.3));
+    let bone = bone.rotated(DVec3::Y, 0.125);
+    let (mut scene, _) = scene(bone, muscle);
+    let before = scene.check(&CheckParams { reach: 0.0 }).expect("a check");
+    assert!(before[0].overlaps && before[0].max_depth == 0.0, "edges alone: {before:?}");
+    let resolution = scene.resolve(&PARAMS).expect("a resolution");
+    assert!(resolution.rounds[0].max_depth > 0.2, "{:?}", resolution.rounds);
+    assert!(resolution.resolved && resolution.remaining.is_empty(), "{:?}", resolution.remaining);
+    let after = scene.check(&CheckParams { reach: 0.0 }).expect("a check");
+    assert!(after.iter().all(|pair| !pair.overlaps), "{after:?}");
+}
+
+#[test]
+fn deep_tissue_leaves_a_thin_bone_by_the_side_it_entered() {
+    // Bone 2 thick below z = 0; the tissue's lowest vertices are nearer to its other side.
+    let bone = shapes::plate(DVec3::new(60.0, 60.0, 2.0), [12, 12]).translated(-DVec3::Z);
+    let muscle = shapes::icosphere(12.0, 3).translated(DVec3::Z * 10.4);
+    let (mut scene, [_, muscle]) = scene(bone, muscle);
+    let lowest = |scene: &Scene| {
+        scene.body(muscle).positions().iter().map(|x| x.z).fold(f64::INFINITY, f64::min)
+    };
+    assert!(lowest(&scene) < -1.1, "beyond the middle of the bone");
+    let resolution = scene.resolve(&PARAMS).expect("a resolution");
+    is_sound(&mut scene, &resolution);
+    assert!(lowest(&scene) > -PARAMS.tolerance, "{} is below the bone", lowest(&scene));
+}
+
+#[test]
+fn a_spike_turns_no_face_over() {
+    let spike = shapes::ellipsoid(DVec3::new(0.8, 0.8, 9.0), 2);
+    let muscle = shapes::icosphere(14.0, 4).translated(DVec3::Z * 20.0);
+    let (mut scene, _) = scene(spike, muscle);
+    let resolution = scene.resolve(&PARAMS).expect("a resolution");
+    assert!(resolution.rounds[0].max_depth > 0.5 || resolution.rounds[0].overlapping_pairs > 0);
+    is_sound(&mut scene, &resolution);
+}
+
+#[test]
+fn displacements_that_make_it_worse_are_not_taken() {
+    let bone = shapes::icosphere(10.0, 3);
+    let muscle = shapes::icosphere(10.0, 3).translated(DVec3::X * 18.0);
+    let (mut scene, [bone, muscle]) = scene(bone, muscle);
+    let rest = [bone, muscle].map(|id| scene.body(id).positions().to_vec());
+    let mut resolver = Resolver::new(PARAMS).expect("a resolver");
+    resolver.resolve(&mut scene).expect("a resolution");
+    // The bone goes round to the other side, where tissue is as deep in it.
+    let round: Vec<DVec3> = rest[0].iter().map(|x| *x + DVec3::X * 36.0).collect();
+    scene.move_body(bone, &round).expect("finite");
+    scene.move_body(muscle, &rest[1]).expect("finite");
+    let resolution = resolver.resolve(&mut scene).expect("a resolution");
+    assert!(resolution.resolved, "{:?}", resolution.remaining);
+    let moved = scene.body(muscle).positions().iter().zip(&rest[1]);
+    let far = moved.filter(|(x, _)| x.x < 12.0);
+    assert!(far.clone().count() > 50, "the side that was pushed before");
+    assert!(far.clone().all(|(x, rest)| x == rest), "is where it was at first");
+}
+
+#[test]
+fn displacements_of_bodies_with_other_vertices_are_not_taken() {
+    let spheres = |level: u32| {
+        let muscle = shapes::icosphere(10.0, level).translated(DVec3::X * 18.0);
+        scene(shapes::icosphere(10.0, 2), muscle).0
+    };
+    let mut resolver = Resolver::new(PARAMS).expect("a resolver");
+    resolver.resolve(&mut spheres(2)).expect("a resolution");
+    let (mut carried, mut fresh) = (spheres(3), spheres(3));
+    let with = resolver.resolve(&mut carried).expect("a resolution");
+    assert_eq!(with, fresh.resolve(&PARAMS).expect("a resolution"));
+}
