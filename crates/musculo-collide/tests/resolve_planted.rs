@@ -44,6 +44,11 @@ fn edges_that_cross_without_a_vertex_inside_come_apart() {
     let resolution = scene.resolve(&PARAMS).expect("a resolution");
     assert!(resolution.rounds[0].max_depth > 0.2, "{:?}", resolution.rounds);
     assert!(resolution.resolved && resolution.remaining.is_empty(), "{:?}", resolution.remaining);
+    assert!(
+        resolution.rounds.len() <= 4,
+        "pushed at once, not when all else fails: {:?}",
+        resolution.rounds
+    );
     let after = scene.check(&CheckParams { reach: 0.0 }).expect("a check");
     assert!(after.iter().all(|pair| !pair.overlaps), "{after:?}");
 }
