@@ -22,9 +22,11 @@ fn scene(bone: Mesh, muscle: Mesh) -> (Scene, [BodyId; 2]) {
 fn is_sound(scene: &mut Scene, resolution: &Resolution) {
     assert!(resolution.resolved, "{:?}", resolution.remaining);
     let pairs = scene.check(&CheckParams { reach: 0.0 }).expect("a check");
-    assert!(pairs.iter().all(|pair| pair.max_depth <= PARAMS.tolerance), "{pairs:?}");
+    let deepest = pairs.iter().map(|pair| pair.max_depth).fold(0.0, f64::max);
+    assert!(deepest <= PARAMS.tolerance, "{deepest} left");
     for change in &resolution.bodies {
-        assert_eq!((change.flipped_faces, change.self_crossings), (0, [0, 0]));
+        assert_eq!(change.flipped_faces, 0, "{:?}", change.body);
+        assert_eq!(change.self_crossings, [0, 0], "{:?}", change.body);
         let ratio = change.volume_ratio.expect("closed");
         assert!((ratio - 1.0).abs() < 0.01, "volume times {ratio}");
     }
@@ -44,11 +46,8 @@ fn edges_that_cross_without_a_vertex_inside_come_apart() {
     let resolution = scene.resolve(&PARAMS).expect("a resolution");
     assert!(resolution.rounds[0].max_depth > 0.2, "{:?}", resolution.rounds);
     assert!(resolution.resolved && resolution.remaining.is_empty(), "{:?}", resolution.remaining);
-    assert!(
-        resolution.rounds.len() <= 4,
-        "pushed at once, not when all else fails: {:?}",
-        resolution.rounds
-    );
+    let first = resolution.rounds[1].max_depth;
+    assert!(first < 0.01, "pushed at once, not when all else fails: {first} left by one round");
     let after = scene.check(&CheckParams { reach: 0.0 }).expect("a check");
     assert!(after.iter().all(|pair| !pair.overlaps), "{after:?}");
 }
