@@ -13,8 +13,8 @@ use crate::triangles::{Target, Triangles};
 pub struct OneSided {
     /// The largest distance met with, `>= 0`.
     pub seen: f64,
-    /// No distance is larger, up to rounding; within a twentieth of `seen`,
-    /// unless the work for that exceeds its limit.
+    /// No distance is larger, up to rounding; within a twentieth of `seen` or 1e-5 of
+    /// the surface's size, unless the work for that exceeds its limit.
     pub at_most: f64,
 }
 
@@ -48,8 +48,8 @@ impl Deviation {
 /// that are hardly there: a micrometre on a muscle.
 pub(crate) const LEAST_SLACK: f64 = 1e-5;
 
-/// Splits before a measurement ends anyway: a second of work.
-pub(crate) const MOST_SPLITS: usize = 100_000;
+/// Splits before a measurement ends anyway: half a second of work.
+pub(crate) const MOST_SPLITS: usize = 20_000;
 
 /// Measures a surface against another: a reduced one at the positions that it has
 /// gathered after a deformation, for instance.

@@ -40,20 +40,38 @@ fn bodies(folder: &Path) -> Vec<PathBuf> {
 
 const DEVIATIONS: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.05];
 
+/// Thick and thin, smooth and noisy.
+const SOME: [&str; 3] = ["muscle_pectineus", "muscle_psoas_major", "muscle_quadratus_femoris"];
+
 #[test]
+fn muscles_within_five_deviations() {
+    table(|name| SOME.contains(&name));
+}
+
+#[test]
+#[ignore = "takes a minute: the table of all bodies"]
 fn a_thigh_within_five_deviations() {
+    table(|_| true);
+}
+
+fn table(wanted: impl Fn(&str) -> bool) {
     let Some(folder) = std::env::var_os("MUSCULO_DATA").map(PathBuf::from) else {
         println!("skipped: MUSCULO_DATA is not set");
         return;
     };
     let mut totals = [0; 6];
     let (mut collapsing, mut searching) = (Duration::ZERO, Duration::ZERO);
+    let mut slack = 1.0_f64;
     println!("{:28} {:>6} {DEVIATIONS:?} mm", "body", "faces");
     for path in bodies(&folder.join("anatomy/vhf_left_thigh")) {
-        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
+        if !wanted(&name) {
+            continue;
+        }
         let (surface, x) = read(&path);
+        let placed = surface.positions(&x).expect("finite positions");
         let start = Instant::now();
-        let decimation = match Decimation::new(&surface, surface.positions(&x).unwrap()) {
+        let decimation = match Decimation::new(&surface, placed) {
             Ok(decimation) => decimation,
             Err(error) => {
                 println!("{name:28} {error}");
@@ -64,9 +82,12 @@ fn a_thigh_within_five_deviations() {
         let mut faces = vec![surface.faces().len()];
         let start = Instant::now();
         for deviation in DEVIATIONS {
-            let reduced = decimation.within(deviation).unwrap();
+            let reduced = decimation.within(deviation).expect("a deviation in range");
             let bound = reduced.deviation.largest();
             assert!(bound <= deviation, "{name}: {bound} within {deviation}");
+            for side in [reduced.deviation.full_to_reduced, reduced.deviation.reduced_to_full] {
+                slack = slack.max(side.at_most / side.seen.max(1e-9));
+            }
             faces.push(reduced.surface.faces().len());
         }
         searching += start.elapsed();
@@ -75,5 +96,6 @@ fn a_thigh_within_five_deviations() {
         totals.iter_mut().zip(&faces).for_each(|(total, faces)| *total += faces);
     }
     println!("{:28} {totals:6?} {collapsing:.1?} to collapse, {searching:.1?} to search", "all");
-    assert!(totals[2] < totals[0] / 4, "{totals:?}");
+    println!("bounds exceed what was seen by a factor of {slack:.3} at most");
+    assert!(slack < 1.2 && totals[2] < totals[0] / 4, "{slack} {totals:?}");
 }
