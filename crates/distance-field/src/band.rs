@@ -272,6 +272,10 @@ impl Slab<'_> {
                 let [from, to] = region.clip(y, z);
                 let row = self.dims[0] * (j + self.dims[1] * (k - self.planes.start));
                 let nodes = nodes_within(from, to, self.dims[0]);
+                // Of a region beyond the grid, the ends may lie there too.
+                if nodes.is_empty() {
+                    continue;
+                }
                 let here = row + nodes.start..row + nodes.end;
                 let known = self.squared[here.clone()].iter_mut().zip(&mut self.face[here]);
                 for (i, (best, id)) in nodes.zip(known) {

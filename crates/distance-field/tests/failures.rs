@@ -340,3 +340,22 @@ fn comparison_is_within_two_spacings() {
     // An eighth of the points is over the last half of a spacing outside.
     assert!((420..475).contains(&points(1.5)), "{}", points(1.5));
 }
+
+/// A band may be wider than the grid around the surface is.
+#[test]
+fn a_band_beyond_the_grid_is_cut_off() {
+    let mesh = shapes::icosphere(6.0, 2);
+    let surface = mesh.surface();
+    let x = surface.positions(&mesh.positions).unwrap();
+    let method = Method::ExactBand { band: 20.0, relax: false };
+    let built = |padding: f64| {
+        let options = BuildOptions { method, padding, spacing: 0.5, ..BuildOptions::default() };
+        DistanceField::build(&surface, x, &options).unwrap()
+    };
+    let (narrow, wide) = (built(0.0), built(10.0));
+    for p in [DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.5, 5.5, 0.5)] {
+        let [a, b] =
+            [&narrow, &wide].map(|field| field.sample(p, Interpolation::Trilinear).unwrap());
+        assert!((a.distance - b.distance).abs() < 0.05, "{p}: {a:?} {b:?}");
+    }
+}
