@@ -88,6 +88,9 @@ fn vertices_meet_what_brute_force_meets() {
                     assert!(distance <= 0.6 + 1e-9, "vertex {vertex} at {distance} is invented");
                     let beyond = distance - contact.gap;
                     assert!((-1e-9..=narrower).contains(&beyond), "{distance} {contact:?}");
+                    // The surface is held where the balls are, not across the muscle.
+                    let wider = medial.deviation().largest();
+                    assert!(contact.offset <= wider || distance < -2.0, "{contact:?}");
                     met += 1;
                 }
                 None => assert!(distance > 0.6 - 1e-9, "vertex {vertex} at {distance} is lost"),
