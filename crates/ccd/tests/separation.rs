@@ -2,6 +2,7 @@
 
 mod support;
 
+use arbtest::arbitrary::{self, Unstructured};
 use arbtest::arbtest;
 use ccd::Params;
 use glam::DVec3;
@@ -73,13 +74,18 @@ fn check(kind: Kind, query: &Labelled, d: f64) {
     }
 }
 
+/// Four points of the cube −1..1 moving to four others.
+fn query(u: &mut Unstructured<'_>) -> arbitrary::Result<Labelled> {
+    let mut coordinate = || Ok(f64::from(u.arbitrary::<i16>()?) / 32768.0);
+    let mut point = || Ok(DVec3::new(coordinate()?, coordinate()?, coordinate()?));
+    let mut points = || Ok([point()?, point()?, point()?, point()?]);
+    Ok(Labelled { x0: points()?, x1: points()?, time: f64::NAN, group: 0 })
+}
+
 #[test]
 fn separations_agree_with_sampled_distances() {
     arbtest(|u| {
-        let mut coordinate = || Ok(f64::from(u.arbitrary::<i16>()?) / 32768.0);
-        let mut point = || Ok(DVec3::new(coordinate()?, coordinate()?, coordinate()?));
-        let mut points = || Ok([point()?, point()?, point()?, point()?]);
-        let query = Labelled { x0: points()?, x1: points()?, time: f64::NAN, group: 0 };
+        let query = query(u)?;
         for kind in [Kind::VertexFace, Kind::EdgeEdge] {
             for d in [0.2, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
                 check(kind, &query, d);
@@ -94,10 +100,7 @@ fn separations_agree_with_sampled_distances() {
 #[test]
 fn a_separation_barely_kept_is_no_contact() {
     arbtest(|u| {
-        let mut coordinate = || Ok(f64::from(u.arbitrary::<i16>()?) / 32768.0);
-        let mut point = || Ok(DVec3::new(coordinate()?, coordinate()?, coordinate()?));
-        let mut points = || Ok([point()?, point()?, point()?, point()?]);
-        let query = Labelled { x0: points()?, x1: points()?, time: f64::NAN, group: 0 };
+        let query = query(u)?;
         for kind in [Kind::VertexFace, Kind::EdgeEdge] {
             let closest = least(kind, &query, 0.0, 1.0);
             if closest < 1e-6 {

@@ -61,6 +61,12 @@ fn workshop() -> Workshop {
     workshop
 }
 
+/// Arguments that write every kind of file for the muscle, after some others.
+fn files<'a>(others: &[&'a str]) -> Vec<&'a str> {
+    let outputs = ["--out", "m.ma", "--picture", "m.png", "--vtp", "m.vtp"];
+    [&["muscle.obj"], others, &outputs].concat()
+}
+
 /// Lines of a .ma file that begin with a letter, as numbers.
 fn lines(text: &str, letter: &str) -> Vec<Vec<f64>> {
     let of = text.lines().filter_map(|line| line.strip_prefix(letter));
@@ -71,22 +77,7 @@ fn lines(text: &str, letter: &str) -> Vec<Vec<f64>> {
 #[test]
 fn a_muscle_becomes_balls_a_picture_and_figures() {
     let workshop = workshop();
-    let run = workshop.run(
-        "medial",
-        &[
-            "muscle.obj",
-            "--balls",
-            "20",
-            "--out",
-            "m.ma",
-            "--picture",
-            "m.png",
-            "--vtp",
-            "m.vtp",
-            "--json",
-            "m.json",
-        ],
-    );
+    let run = workshop.run("medial", &files(&["--balls", "20", "--json", "m.json"]));
     assert_eq!(run.status, 0, "{}", run.stderr);
     for told in ["222 vertices, 440 faces", "balls      20, with", "as the surface", "wrote m.ma"] {
         assert!(run.stdout.contains(told), "{told}: {}", run.stdout);
@@ -137,25 +128,13 @@ fn a_tolerance_is_kept() {
 #[test]
 fn threads_change_no_byte() {
     let workshop = workshop();
-    let files = |threads: &str| {
-        let arguments = [
-            "muscle.obj",
-            "--balls",
-            "16",
-            "--out",
-            "m.ma",
-            "--picture",
-            "m.png",
-            "--vtp",
-            "m.vtp",
-            "--threads",
-            threads,
-        ];
+    let written = |threads: &str| {
+        let arguments = files(&["--balls", "16", "--threads", threads]);
         let run = workshop.run("medial", &arguments);
         assert_eq!(run.status, 0, "{}", run.stderr);
         ["m.ma", "m.png", "m.vtp"].map(|name| bytes(&workshop, name))
     };
-    assert!(files("1") == files("3"), "the same bytes");
+    assert!(written("1") == written("3"), "the same bytes");
 }
 
 #[test]

@@ -1,32 +1,22 @@
 //! How far two surfaces are from each other, both ways, with certified bounds.
 
 use kdop::Workspace;
-use surface::{Positions, TriangleSurface};
+use surface::{OneSidedDistance, Positions, TriangleSurface};
 
 use crate::DecimateError;
 use crate::one_sided::{Aim, largest};
 use crate::triangles::{Target, Triangles};
 
-/// The largest of some distances: what was seen, and what none exceeds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct OneSided {
-    /// The largest distance met with, `>= 0`.
-    pub seen: f64,
-    /// No distance is larger, up to rounding; within a twentieth of `seen` or 1e-5 of
-    /// the surface's size, unless the work for that exceeds its limit.
-    pub at_most: f64,
-}
-
 /// The two-sided Hausdorff distance of a surface and a coarser one, in the caller's
-/// length unit.
+/// length unit. Each bound is within a twentieth of what was seen or 1e-5 of the
+/// surface's size, unless the work for that exceeds its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Deviation {
     /// How far points of the full surface are from the reduced one.
-    pub full_to_reduced: OneSided,
+    pub full_to_reduced: OneSidedDistance,
     /// How far points of the reduced surface are from the full one.
-    pub reduced_to_full: OneSided,
+    pub reduced_to_full: OneSidedDistance,
 }
 
 impl Deviation {
@@ -39,7 +29,7 @@ impl Deviation {
 
     /// That of a surface from itself.
     pub(crate) const NONE: Self = {
-        let none = OneSided { seen: 0.0, at_most: 0.0 };
+        let none = OneSidedDistance { seen: 0.0, at_most: 0.0 };
         Self { full_to_reduced: none, reduced_to_full: none }
     };
 }
@@ -96,7 +86,7 @@ fn without_hints(
     from: &Triangles<'_>,
     to: &Triangles<'_>,
     aim: Aim,
-) -> Result<OneSided, DecimateError> {
+) -> Result<OneSidedDistance, DecimateError> {
     let (tree, across) = (to.tree()?, to.across());
     let target = Target { triangles: *to, tree: &tree, across: &across };
     let (mut workspace, mut guess) = (Workspace::default(), 0);

@@ -38,6 +38,7 @@ mod reduced;
 mod triangles;
 
 pub use crate::decimation::Decimation;
-pub use crate::deviation::{Deviation, OneSided, deviation};
+pub use crate::deviation::{Deviation, deviation};
 pub use crate::error::DecimateError;
 pub use crate::reduced::Reduced;
+pub use surface::OneSidedDistance;

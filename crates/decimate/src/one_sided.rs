@@ -10,9 +10,9 @@ use std::collections::BinaryHeap;
 
 use glam::DVec3;
 use kdop::Workspace;
+use surface::OneSidedDistance;
 
 use crate::cover::Cover;
-use crate::deviation::OneSided;
 use crate::triangles::{Target, Triangles};
 
 /// How well the largest distance must be known.
@@ -37,7 +37,7 @@ pub(crate) fn largest(
     target: &Target<'_>,
     hints: impl Fn(usize) -> [u32; 3],
     aim: Aim,
-) -> OneSided {
+) -> OneSidedDistance {
     let mut search = Search::new(*target, aim);
     for (face, vertices) in from.faces().iter().enumerate() {
         let patch = Patch { corners: vertices.map(|v| from.x[v as usize]), near: hints(face) };
@@ -149,7 +149,7 @@ impl<'a> Search<'a> {
     }
 
     /// Looks closer at what may be largest until the rest hardly matters.
-    fn run(mut self) -> OneSided {
+    fn run(mut self) -> OneSidedDistance {
         let mut splits = 0;
         while let Some(&piece) = self.pieces.peek() {
             if piece.bound <= self.enough() || splits == self.aim.splits {
@@ -165,11 +165,11 @@ impl<'a> Search<'a> {
                 }
             }
             if self.seen > self.aim.at_most {
-                return OneSided { seen: self.seen, at_most: f64::INFINITY };
+                return OneSidedDistance { seen: self.seen, at_most: f64::INFINITY };
             }
         }
         let rest = self.pieces.peek().map_or(0.0, |piece| piece.bound);
-        OneSided { seen: self.seen, at_most: rest.max(self.left_out).max(self.seen) }
+        OneSidedDistance { seen: self.seen, at_most: rest.max(self.left_out).max(self.seen) }
     }
 
     /// Looks at what covers a patch: around its corners, or over its middle.

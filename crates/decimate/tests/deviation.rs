@@ -1,6 +1,6 @@
 //! The bounds hold, and are near the truth: against dense samples by brute force.
 
-use decimate::{Decimation, OneSided, deviation};
+use decimate::{Decimation, OneSidedDistance, deviation};
 use fixtures::{Mesh, arithmetic, femur, shapes, twins};
 use glam::DVec3;
 use surface::{TriangleSurface, closest_on_triangle};
@@ -61,7 +61,7 @@ fn both(mesh: &Mesh, deviation: f64) -> (Mesh, decimate::Deviation) {
 
 /// That no sample is farther than the bound, and that what was seen is in reach of
 /// samples: within a fifth.
-fn hold(name: &str, side: OneSided, from: &Mesh, to: &Mesh, count: u32) {
+fn hold(name: &str, side: OneSidedDistance, from: &Mesh, to: &Mesh, count: u32) {
     let farthest = farthest(samples(from, count), to);
     assert!(farthest <= side.at_most * (1.0 + 1e-12), "{name}: {farthest} exceeds {side:?}");
     assert!(side.seen <= side.at_most && side.at_most <= 1.06 * side.seen, "{name}: {side:?}");

@@ -15,13 +15,13 @@ mod common;
 
 use std::f64::consts::FRAC_PI_2;
 
-use common::{Exact, anatomy, build, points_near, read_ply};
+use common::{Exact, build, points_near};
 use distance_field::{
     BuildOptions, Conversion, DistanceField, Interpolation, Method, Query, Samples, Storage,
     Transform,
 };
-use fixtures::Mesh;
 use fixtures::femur::{femur, height};
+use fixtures::{Mesh, data};
 use surface::glam::DVec3;
 
 /// The generated femur with its vertices moved onto the very surface it was cut
@@ -221,7 +221,7 @@ fn table_of_the_femur() {
 
 #[test]
 fn table_of_real_bones() {
-    let Some(folder) = anatomy("table_of_real_bones") else {
+    let Some(folder) = data::anatomy("table_of_real_bones") else {
         return;
     };
     let exact = band(3.0, false);
@@ -235,10 +235,10 @@ fn table_of_real_bones() {
             (1.0, "the same, cubic", exact, Interpolation::Cubic, limits[2]),
         ]
     };
-    let mesh = read_ply(&folder.join("vhf_left_thigh/bone_femur.ply"));
+    let mesh = data::mesh(&folder.join("vhf_left_thigh/bone_femur.ply"));
     let femur = rows([[0.18, 0.6, 19.0], [0.015, 0.2, 3.1], [0.009, 0.15, 2.5]]);
     check("Femur of 7,300 vertices", &mesh, &femur);
-    let mesh = read_ply(&folder.join("vhf_left_thigh/bone_pelvis.ply"));
+    let mesh = data::mesh(&folder.join("vhf_left_thigh/bone_pelvis.ply"));
     let pelvis = rows([[0.25, 1.1, 24.0], [0.025, 0.45, 5.0], [0.02, 0.45, 5.0]]);
     check("Pelvis of 14,900 vertices", &mesh, &pelvis);
 }

@@ -10,9 +10,9 @@
 
 mod common;
 
-use common::{anatomy, build, read_ply};
+use common::build;
 use distance_field::{BuildOptions, DistanceField, SignRule, Warning};
-use fixtures::{Mesh, shapes};
+use fixtures::{Mesh, data, shapes};
 use surface::glam::DVec3;
 use surface::winding_number;
 
@@ -138,10 +138,10 @@ fn flood_and_parity_agree_where_they_may() {
 /// near holes and seams, evenly chosen ones elsewhere.
 #[test]
 fn damaged_copies_of_a_real_bone() {
-    let Some(folder) = anatomy("damaged_copies_of_a_real_bone") else {
+    let Some(folder) = data::anatomy("damaged_copies_of_a_real_bone") else {
         return;
     };
-    let bone = read_ply(&folder.join("vhf_left_thigh/bone_femur.ply"));
+    let bone = data::mesh(&folder.join("vhf_left_thigh/bone_femur.ply"));
     let mut compared = 0;
     let near = |value: f64, _: DVec3| value.abs() < 3.0;
     for (width, from) in [(3.0, 1), (6.0, 2), (12.0, 5)] {
@@ -172,7 +172,7 @@ fn damaged_copies_of_a_real_bone() {
 
 #[test]
 fn every_real_mesh() {
-    let Some(folder) = anatomy("every_real_mesh") else {
+    let Some(folder) = data::anatomy("every_real_mesh") else {
         return;
     };
     let (mut meshes, mut compared) = (0, 0);
@@ -181,7 +181,7 @@ fn every_real_mesh() {
             std::fs::read_dir(folder.join(set)).unwrap().map(|file| file.unwrap().path()).collect();
         paths.sort();
         for path in paths.iter().filter(|path| path.extension().is_some_and(|e| e == "ply")) {
-            let mesh = read_ply(path);
+            let mesh = data::mesh(path);
             println!("{}: {} faces", path.display(), mesh.faces.len());
             let (near, all) = if set == "dirty" { (3000, 3000) } else { (60, 20) };
             compared += check(&mesh, 2.0, near, |value, _| value.abs() < 3.0);

@@ -22,33 +22,23 @@ use std::collections::BinaryHeap;
 
 use glam::DVec3;
 use kdop::Workspace;
-use surface::{Positions, TriangleSurface};
+use surface::{OneSidedDistance, Positions, TriangleSurface};
 
 use crate::surface_distance::SurfaceDistance;
 use crate::{
     Ball, FootRule, MedialError, MedialSurface, NearestPrimitive, PrimitiveTree, parallel,
 };
 
-/// The largest of some distances: what was seen, and what none exceeds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct OneSided {
-    /// The largest distance met with, `>= 0`.
-    pub seen: f64,
-    /// No distance is larger, up to rounding; within a twentieth of `seen`,
-    /// unless the work for that exceeds its limit.
-    pub at_most: f64,
-}
-
 /// How far a medial surface is from the closed surface it stands for, in the
-/// caller's length unit.
+/// caller's length unit. Each bound is within a twentieth of what was seen, unless
+/// the work for that exceeds its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Deviation {
     /// How far points of the surface are outside the union of balls.
-    pub surface_to_medial: OneSided,
+    pub surface_to_medial: OneSidedDistance,
     /// How far balls reach out of the surface.
-    pub medial_to_surface: OneSided,
+    pub medial_to_surface: OneSidedDistance,
     /// Root of the mean square of the union's signed distance over the surface,
     /// at its vertices by their areas.
     pub rms: f64,
@@ -185,7 +175,7 @@ impl<T> Largest<T> {
     }
 
     /// Splits what may be largest until the rest hardly matters.
-    fn run(mut self, mut split: impl FnMut(&mut Self, T)) -> OneSided {
+    fn run(mut self, mut split: impl FnMut(&mut Self, T)) -> OneSidedDistance {
         // What `add` leaves out is bounded by what was enough then, which only grows.
         while self.number < MOST_PIECES {
             let Some(top) = self.pieces.pop() else { break };
@@ -195,7 +185,7 @@ impl<T> Largest<T> {
             split(&mut self, top.content);
         }
         let rest = self.pieces.peek().map_or(0.0, |piece| piece.bound);
-        OneSided { seen: self.seen, at_most: rest.max(self.enough()) }
+        OneSidedDistance { seen: self.seen, at_most: rest.max(self.enough()) }
     }
 }
 
@@ -207,7 +197,7 @@ fn surface_to_medial(
     tree: &PrimitiveTree,
     distance: &SurfaceDistance<'_>,
     nearest: &[NearestPrimitive],
-) -> OneSided {
+) -> OneSidedDistance {
     let mut workspace = Workspace::default();
     let mut search = Largest::new(least_slack(medial));
     let add = |search: &mut Largest<Patch>, patch: Patch| {
@@ -248,7 +238,7 @@ fn patch_bound(medial: &MedialSurface, patch: &Patch) -> f64 {
     patch.iter().map(|&(_, primitive, _)| largest(primitive)).fold(f64::INFINITY, f64::min)
 }
 
-fn medial_to_surface(medial: &MedialSurface, distance: &SurfaceDistance<'_>) -> OneSided {
+fn medial_to_surface(medial: &MedialSurface, distance: &SurfaceDistance<'_>) -> OneSidedDistance {
     let mut workspace = Workspace::default();
     let mut search = Largest::new(least_slack(medial));
     let whole = (0_u32..).zip(medial.primitives()).map(|(i, _)| medial.primitive_balls(i));

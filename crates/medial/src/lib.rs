@@ -79,7 +79,7 @@ pub use crate::detect::{
     Counts, MOST_CONTACTS, Particles, PointContact, PrimitiveContact, Probes, Reach, Sides,
     contacts, contacts_among, primitive_contacts, primitive_contacts_among,
 };
-pub use crate::deviation::{Deviation, OneSided};
+pub use crate::deviation::Deviation;
 pub use crate::distance::{
     Foot, FootRule, PairFoot, bare_face_foot, cone_foot, foot, pair_foot, slab_foot,
 };

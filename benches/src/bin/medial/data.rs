@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use benches::ratio::amount;
+use fixtures::data;
 use glam::DVec3;
 use surface::TriangleSurface;
 
@@ -25,8 +26,7 @@ impl Body {
 
 /// The folder of the bodies, if the environment names one.
 pub(crate) fn folder() -> Option<PathBuf> {
-    let folder = PathBuf::from(std::env::var_os("MUSCULO_DATA")?).join("anatomy/vhf_left_thigh");
-    folder.is_dir().then_some(folder)
+    Some(data::anatomy("medial surfaces of muscles")?.join("vhf_left_thigh"))
 }
 
 /// Names of all muscles, in order.
@@ -40,26 +40,10 @@ pub(crate) fn muscles(folder: &Path) -> Vec<String> {
     names
 }
 
-/// Reads a muscle: a binary little-endian PLY file of single precision.
+/// Reads a muscle.
 pub(crate) fn muscle(folder: &Path, name: &str) -> Body {
-    let path = folder.join(format!("muscle_{name}.ply"));
-    let bytes = std::fs::read(path).expect("the muscle's file can be read");
-    let mark = b"end_header\n";
-    let end = bytes.windows(mark.len()).position(|w| w == mark).expect("a header") + mark.len();
-    let header = std::str::from_utf8(&bytes[..end]).expect("a header in text");
-    let count = |what: &str| -> usize {
-        let line = header.lines().find_map(|line| line.strip_prefix(what)).expect("a count");
-        line.trim().parse().expect("a number")
-    };
-    let (vertices, faces) = (count("element vertex"), count("element face"));
-    let word = |at: usize| -> [u8; 4] { bytes[at..at + 4].try_into().expect("four bytes") };
-    let point =
-        |at: usize| DVec3::from([0, 4, 8].map(|k| f64::from(f32::from_le_bytes(word(at + k)))));
-    let x = (0..vertices).map(|i| point(end + 12 * i)).collect();
-    let start = end + 12 * vertices;
-    let face = |i: usize| [1, 5, 9].map(|k| u32::from_le_bytes(word(start + 13 * i + k)));
-    let surface = TriangleSurface::new(vertices, (0..faces).map(face).collect());
-    Body { surface: surface.expect("valid indices"), x }
+    let mesh = data::mesh(&folder.join(format!("muscle_{name}.ply")));
+    Body { surface: mesh.surface(), x: mesh.positions }
 }
 
 /// Time the processor has spent on this thread \[s\]: other programs do not count.

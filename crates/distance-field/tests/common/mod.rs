@@ -1,8 +1,6 @@
-//! What the tests share: exact distances, real meshes, a stream of numbers.
+//! What the tests share: exact distances, a stream of numbers.
 
 #![allow(dead_code, reason = "each test binary uses a part")]
-
-use std::path::{Path, PathBuf};
 
 use distance_field::{BuildOptions, DistanceField, FieldError};
 use fixtures::Mesh;
@@ -77,40 +75,4 @@ pub(crate) fn points_near(mesh: &Mesh, count: u32, reach: f64) -> Vec<DVec3> {
         }
     }
     points
-}
-
-/// The folder of real meshes, or a line that the test is skipped.
-#[expect(clippy::print_stdout, reason = "a skipped test says so")]
-pub(crate) fn anatomy(test: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("MUSCULO_DATA").map(|data| Path::new(&data).join("anatomy"));
-    if folder.is_none() {
-        println!("{test}: skipped, MUSCULO_DATA is not set");
-    }
-    folder
-}
-
-/// A binary little-endian PLY of float positions and triangles.
-pub(crate) fn read_ply(path: &Path) -> Mesh {
-    let bytes = std::fs::read(path).expect("the mesh can be read");
-    let marker = b"end_header\n";
-    let end = bytes.windows(marker.len()).position(|w| w == marker).expect("a PLY has a header");
-    let header = String::from_utf8_lossy(&bytes[..end]).into_owned();
-    let count = |element: &str| -> usize {
-        let line = header.lines().find_map(|line| line.strip_prefix(element));
-        line.expect("a PLY counts its elements").trim().parse().expect("a count")
-    };
-    let body = &bytes[end + marker.len()..];
-    let (vertices, faces) = body.split_at(12 * count("element vertex"));
-    let number = |b: &[u8]| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-    let index = |b: &[u8]| u32::from_le_bytes([b[0], b[1], b[2], b[3]]);
-    let positions = vertices
-        .chunks_exact(12)
-        .map(|v| DVec3::new(number(v), number(&v[4..]), number(&v[8..])))
-        .collect();
-    let faces = faces
-        .chunks_exact(13)
-        .map(|f| [index(&f[1..]), index(&f[5..]), index(&f[9..])])
-        .take(count("element face"))
-        .collect();
-    Mesh { positions, faces }
 }
