@@ -124,6 +124,28 @@ impl Scratch {
         near.map(|vertex| vertex.gap).min_by(f64::total_cmp)
     }
 
+    /// Whether anything overlaps or a vertex is within reach.
+    fn has_contact(&self) -> bool {
+        self.overlaps() || self.min_gap().is_some()
+    }
+
+    /// What was found, without the distance and the patches.
+    fn report(&mut self, a: BodyId, b: BodyId) -> PairReport {
+        let min_gap = self.min_gap();
+        PairReport {
+            a,
+            b,
+            overlaps: self.overlaps(),
+            max_depth: min_gap.map_or(0.0, |gap| (-gap).max(0.0)),
+            min_gap,
+            distance: None,
+            patches: Vec::new(),
+            crossing_faces: std::mem::take(&mut self.cut.crossing),
+            a_against_b: self.a.report(),
+            b_against_a: self.b.report(),
+        }
+    }
+
     /// Distance between the surfaces, edges included, if it is within reach.
     fn distance(&mut self, a: &Shape, b: &Shape, reach: f64) -> Option<f64> {
         if !self.cut.faces_of_a.is_empty() {
@@ -152,25 +174,25 @@ pub(crate) fn examine(
     reach: f64,
     scratch: &mut Scratch,
 ) -> Option<PairReport> {
-    let (a, b) = (a.shape(), b.shape());
-    scratch.look(a, b, reach);
-    let (overlaps, min_gap) = (scratch.overlaps(), scratch.min_gap());
-    let distance = scratch.distance(a, b, reach);
-    if min_gap.is_none() && distance.is_none() && !overlaps {
+    scratch.look(a.shape(), b.shape(), reach);
+    let distance = scratch.distance(a.shape(), b.shape(), reach);
+    if distance.is_none() && !scratch.has_contact() {
         return None;
     }
-    Some(PairReport {
-        a: a_id,
-        b: b_id,
-        overlaps,
-        max_depth: min_gap.map_or(0.0, |gap| (-gap).max(0.0)),
-        min_gap,
-        distance,
-        patches: patches::find(a, &scratch.cut.faces_of_a, &scratch.a.near),
-        crossing_faces: std::mem::take(&mut scratch.cut.crossing),
-        a_against_b: scratch.a.report(),
-        b_against_a: scratch.b.report(),
-    })
+    let patches = patches::find(a.shape(), &scratch.cut.faces_of_a, &scratch.a.near);
+    Some(PairReport { distance, patches, ..scratch.report(a_id, b_id) })
+}
+
+/// Looks at one pair, and leaves out the distance between the surfaces and the
+/// patches; `None` where no vertex is within reach and nothing overlaps.
+pub(crate) fn glance(
+    (a_id, a): Numbered<'_>,
+    (b_id, b): Numbered<'_>,
+    reach: f64,
+    scratch: &mut Scratch,
+) -> Option<PairReport> {
+    scratch.look(a.shape(), b.shape(), reach);
+    scratch.has_contact().then(|| scratch.report(a_id, b_id))
 }
 
 /// The unit vector along `v`, or along `otherwise` where `v` is lost in the

@@ -14,6 +14,7 @@ mod outcome;
 mod params;
 mod resolver;
 mod sides;
+mod sight;
 mod spread;
 mod tissue;
 mod volume;
@@ -31,6 +32,7 @@ pub use self::resolver::Resolver;
 
 use self::carry::Carried;
 use self::sides::Memory;
+use self::sight::Sight;
 use self::tissue::Tissue;
 use crate::scene::Body;
 use crate::{BodyId, BodyKind, CheckParams, PairReport, Scene, SceneError, VertexReport, parallel};
@@ -73,8 +75,7 @@ struct Run<'a> {
     tissues: Vec<Tissue>,
     inverse_masses: Vec<f64>,
     before: Vec<PairReport>,
-    now: Vec<PairReport>,
-    edges: Vec<Vec<Contact>>,
+    now: Sight,
     rounds: Vec<Round>,
     best: Option<(Round, Vec<DVec3>)>,
     /// Ways out, for both sides of each pair.
@@ -96,8 +97,7 @@ impl<'a> Run<'a> {
         let before = scene.check(&near)?;
         let tissues = tissue::tissues(scene);
         let inverse_masses = tissue::inverse_masses(scene, &tissues);
-        let now = before.clone();
-        let edges = edge_contacts(scene, &now);
+        let now = Sight::first(scene, near.reach)?;
         let mut run = Self {
             scene,
             params,
@@ -106,7 +106,6 @@ impl<'a> Run<'a> {
             inverse_masses,
             before,
             now,
-            edges,
             rounds: Vec::new(),
             best: None,
             memories: BTreeMap::new(),
@@ -126,7 +125,7 @@ impl<'a> Run<'a> {
                 self.scene.move_body(id, &x)?;
             }
         }
-        self.look()?;
+        self.look(&self.soft())?;
         if self.stalled > 0 {
             self.go_back()?;
         }
@@ -143,17 +142,27 @@ impl<'a> Run<'a> {
     fn round(&mut self) -> Result<(), SceneError> {
         let mut u = self.push()?;
         self.spread(&mut u);
-        self.move_by(&u)?;
+        let moved = self.move_by(&u)?;
         self.lenient = self.stalled % 4 == 3;
-        self.look()
+        self.look(&moved)
     }
 
-    /// Finds contact anew.
-    fn look(&mut self) -> Result<(), SceneError> {
-        self.now = self.scene.check(&self.near)?;
-        self.edges = edge_contacts(self.scene, &self.now);
+    /// Finds contact of what has moved anew.
+    fn look(&mut self, moved: &[bool]) -> Result<(), SceneError> {
+        self.see(moved)?;
         self.record();
         Ok(())
+    }
+
+    fn see(&mut self, moved: &[bool]) -> Result<(), SceneError> {
+        let now = std::mem::take(&mut self.now);
+        self.now = now.again(self.scene, self.near.reach, moved)?;
+        Ok(())
+    }
+
+    /// Which bodies are not rigid.
+    fn soft(&self) -> Vec<bool> {
+        self.scene.bodies().iter().map(|body| body.kind() != BodyKind::Rigid).collect()
     }
 
     /// Displacements that take all contacts apart, or as far as one round goes.
@@ -179,7 +188,7 @@ impl<'a> Run<'a> {
     /// All contacts, pair by pair. Edges wait where vertices are deep: they
     /// come free with them, and until then say little.
     fn contacts(&mut self) -> Vec<Contact> {
-        let Self { scene, params, tissues, now, edges, memories, lenient, .. } = self;
+        let Self { scene, params, tissues, now, memories, lenient, .. } = self;
         let lenient = *lenient;
         let (scene, tissues) = (&**scene, &*tissues);
         let of_body = |body: &Body| contacts::vertex_normals(body.surface(), body.positions());
@@ -193,8 +202,9 @@ impl<'a> Run<'a> {
             VertexReport { inside_count: report.inside_count, near }
         };
         let mut pairs: Vec<_> = now
+            .pairs
             .iter()
-            .zip(&*edges)
+            .zip(&now.edges)
             .map(|(pair, edges)| {
                 let memory = memories.remove(&(pair.a, pair.b)).unwrap_or_default();
                 (pair, edges, memory)
@@ -241,15 +251,16 @@ impl<'a> Run<'a> {
         });
     }
 
-    fn move_by(&mut self, u: &[DVec3]) -> Result<(), SceneError> {
+    /// Moves tissue, and tells which bodies have moved.
+    fn move_by(&mut self, u: &[DVec3]) -> Result<Vec<bool>, SceneError> {
         let looseness = looseness(self.rounds.len());
-        let (scene, now, crossed) = (&*self.scene, &self.now, &self.crossed);
+        let (scene, now, crossed) = (&*self.scene, &self.now.pairs, &self.crossed);
         let soft: Vec<_> = scene
             .ids()
             .zip(&self.tissues)
             .filter(|&(id, _)| scene.body(id).kind() != BodyKind::Rigid)
             .collect();
-        let moved = parallel::map_with(&soft, Workspace::default, |traversal, &(id, tissue)| {
+        let placed = parallel::map_with(&soft, Workspace::default, |traversal, &(id, tissue)| {
             let body = scene.body(id);
             let particles = body.particles();
             let part = &u[particles.start as usize..particles.end as usize];
@@ -260,13 +271,20 @@ impl<'a> Run<'a> {
                 guard::uncross(body, tissue, &mut x, traversal);
             }
             volume::restore(body, tissue, &mut x, now, id);
-            (id, x)
+            (id, (x != body.positions()).then_some(x))
         });
-        moved.into_iter().try_for_each(|(id, x)| self.scene.move_body(id, &x))
+        let mut moved = vec![false; self.tissues.len()];
+        for (id, x) in placed {
+            if let Some(x) = x {
+                self.scene.move_body(id, &x)?;
+                moved[id.index()] = true;
+            }
+        }
+        Ok(moved)
     }
 
     fn record(&mut self) {
-        let mut round = Round::new(&self.now, &self.edges, &self.before);
+        let mut round = Round::new(&self.now, &self.before);
         round.volume_change = volume::change(self.scene, &self.tissues);
         let settled = round.max_depth <= self.params.tolerance && round.new_pairs == 0;
         if settled && !self.rounds.is_empty() {
@@ -305,9 +323,7 @@ impl<'a> Run<'a> {
             let particles = self.scene.body(id).particles();
             self.scene.move_body(id, &x[particles.start as usize..particles.end as usize])?;
         }
-        self.now = self.scene.check(&self.near)?;
-        self.edges = edge_contacts(self.scene, &self.now);
-        Ok(())
+        self.see(&self.soft())
     }
 
     /// Takes the best round, where later ones were worse; tells also where
@@ -317,8 +333,9 @@ impl<'a> Run<'a> {
             self.go_back()?;
         }
         let carried = carry::take(self.scene, &self.tissues);
-        let Self { scene, params, tissues, before, now, edges, rounds, .. } = self;
-        let resolution = Resolution::new(scene, &params, &tissues, before, (now, &edges), rounds);
+        let Self { scene, params, near, tissues, before, now, rounds, .. } = self;
+        let after = scene.check(&near)?;
+        let resolution = Resolution::new(scene, &params, &tissues, [before, after], &now, rounds);
         Ok((resolution, carried))
     }
 }
@@ -328,8 +345,4 @@ impl<'a> Run<'a> {
 fn looseness(rounds: usize) -> f64 {
     let over = u32::try_from(rounds.saturating_sub(12)).unwrap_or(u32::MAX);
     (1.0 + 0.1 * f64::from(over)).min(3.0)
-}
-
-fn edge_contacts(scene: &Scene, pairs: &[PairReport]) -> Vec<Vec<Contact>> {
-    parallel::map_with(pairs, || (), |(), pair| contacts::of_edges(scene, pair))
 }

@@ -4,6 +4,7 @@ use glam::DVec3;
 use kdop::Workspace;
 use surface::Contact;
 
+use super::sight::Sight;
 use super::tissue::{Tissue, volume};
 use super::{ResolveParams, guard};
 use crate::scene::Body;
@@ -104,8 +105,8 @@ pub struct Resolution {
 }
 
 impl Round {
-    pub(super) fn new(pairs: &[PairReport], edges: &[Vec<Contact>], before: &[PairReport]) -> Self {
-        let overlapping = || pairs.iter().zip(edges).filter(|(pair, _)| pair.overlaps);
+    pub(super) fn new(now: &Sight, before: &[PairReport]) -> Self {
+        let overlapping = || now.pairs.iter().zip(&now.edges).filter(|(pair, _)| pair.overlaps);
         Self {
             overlapping_pairs: overlapping().count(),
             crossing_faces: overlapping().map(|(pair, _)| pair.crossing_faces.len()).sum(),
@@ -143,13 +144,14 @@ impl Resolution {
         scene: &Scene,
         params: &ResolveParams,
         tissues: &[Tissue],
-        before: Vec<PairReport>,
-        (after, edges): (Vec<PairReport>, &[Vec<Contact>]),
+        [before, after]: [Vec<PairReport>; 2],
+        now: &Sight,
         rounds: Vec<Round>,
     ) -> Self {
-        let mut remaining: Vec<Remaining> = after
+        let mut remaining: Vec<Remaining> = now
+            .pairs
             .iter()
-            .zip(edges)
+            .zip(&now.edges)
             .filter(|(pair, _)| pair.overlaps)
             .map(|(pair, edges)| Remaining::new(scene, pair, edges, &before))
             .collect();
