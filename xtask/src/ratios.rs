@@ -93,6 +93,9 @@ fn measure(root: &Path, name: &str) -> Result<Vec<Line>, String> {
         println!("{text}");
         lines.extend(Line::read(text));
     })?;
+    if lines.is_empty() {
+        return Err(format!("{name} printed no figure"));
+    }
     let told = lines.iter().any(|line| !line.ok);
     if !status.success() && !told {
         return Err(format!("{name} ended with {status}"));

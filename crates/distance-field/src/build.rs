@@ -10,6 +10,7 @@ use crate::envelope::FAR;
 use crate::field::DistanceField;
 use crate::grid::{Grid, bounds, check_positive};
 use crate::inside::Inside;
+use crate::measure::measure;
 use crate::memory::zeroed;
 use crate::num::{coordinate, single};
 use crate::options::{BuildOptions, Conversion, Method, SignRule, Storage, Transform};
@@ -180,7 +181,7 @@ impl Build<'_> {
         report.time(Phase::Band, || band::fill(&units, dims, band, &mut nearest));
         let carried =
             report.time(Phase::Carry, || carry::carry(&mut nearest, dims, band, limit))?;
-        report.time(Phase::Measure, || carry::measure(&units, &mut nearest, &carried, dims));
+        report.time(Phase::Measure, || measure(&units, &mut nearest, &carried, dims));
         if relax {
             report.time(Phase::Relax, || carry::relax(&units, &mut nearest, &carried, dims));
         }

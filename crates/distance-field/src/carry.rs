@@ -14,7 +14,7 @@ use crate::memory::zeroed;
 use crate::num::{coordinate, single};
 use crate::par;
 use crate::spread::{MAX_REACH, seed_closeness, spread};
-use crate::units::{Face, Units};
+use crate::units::Units;
 
 /// Where the band's faces have been carried: which nodes are the band's own.
 pub(crate) enum Carried {
@@ -116,32 +116,6 @@ impl Column {
             });
         }
     }
-}
-
-/// Measures the distance of carried nodes to their faces; nodes without one are
-/// infinitely far.
-pub(crate) fn measure(
-    units: &Units<'_>,
-    nearest: &mut Nearest,
-    carried: &Carried,
-    [nx, ny, _]: [usize; 3],
-) {
-    let rows = nearest.squared.chunks_mut(nx).zip(nearest.face.chunks(nx)).collect();
-    par::for_each(rows, |r, (squared, face)| {
-        let (y, z) = (coordinate(r % ny), coordinate(r / ny));
-        // Neighbours often have the same face.
-        let mut known: Option<(u32, Face)> = None;
-        for i in 0..nx {
-            if face[i] == 0 {
-                squared[i] = f32::INFINITY;
-            } else if carried.is_carried(r * nx + i) {
-                let same = known.filter(|(id, _)| *id == face[i]);
-                let (id, shape) = same.unwrap_or_else(|| (face[i], units.face(face[i] - 1)));
-                known = Some((id, shape));
-                squared[i] = single(shape.squared_distance(DVec3::new(coordinate(i), y, z)));
-            }
-        }
-    });
 }
 
 /// Lets every carried node try the faces of its six neighbours, once.

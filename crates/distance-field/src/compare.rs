@@ -11,6 +11,7 @@ use surface::{Positions, TriangleSurface, closest_on_triangle};
 use crate::field::DistanceField;
 use crate::grid::Grid;
 use crate::num::{coordinate, floor_index};
+use crate::par;
 use crate::query::Interpolation;
 use crate::report::Comparison;
 
@@ -53,44 +54,47 @@ pub(crate) fn compare(
     let spacing = field.grid().spacing();
     let depth = inward * THIN * spacing;
     let mut places = places(surface, x, points, REACH * spacing, depth);
-    places.sort_by(|a, b| a.on.z.total_cmp(&b.on.z));
-    meet_all(&mut places, (surface, x), field.grid(), depth);
+    for (place, face) in meetings(&places, (surface, x), field.grid()) {
+        places[place].meet(x.corners(surface.faces()[face]), depth);
+    }
     summary(field, &places, limit)
 }
 
-/// Shows every face to the places that it may matter to.
-fn meet_all(
-    places: &mut [Place],
+/// Faces that are looked at together.
+const BATCH: usize = 4096;
+
+/// Which faces may matter to which places; some pairs may come twice.
+fn meetings(
+    places: &[Place],
     (surface, x): (&TriangleSurface, Positions<'_>),
     grid: &Grid,
-    depth: f64,
-) {
+) -> Vec<(usize, usize)> {
     let near = Near::new(places, grid);
-    let heights: Vec<f64> = places.iter().map(|place| place.on.z).collect();
-    // From a place to its point, and from there as far again.
-    let room = 2.0 * REACH * grid.spacing();
-    for &face in surface.faces() {
-        let [a, b, c] = x.corners(face);
-        let (lo, hi) = (a.min(b).min(c), a.max(b).max(c));
-        if !near.any(lo, hi) {
-            continue;
+    let faces = surface.faces();
+    let of_batch = |batch: usize| {
+        let mut pairs = Vec::new();
+        let first = batch * BATCH;
+        for (face, &corners) in (first..).zip(&faces[first..faces.len().min(first + BATCH)]) {
+            let [a, b, c] = x.corners(corners);
+            let (lo, hi) = (a.min(b).min(c), a.max(b).max(c));
+            near.each_block(lo, hi, |block| {
+                let close = near.places(block).iter().filter(|&&place| places[place].meets(lo, hi));
+                pairs.extend(close.map(|&place| (place, face)));
+            });
         }
-        let first = heights.partition_point(|&z| z < lo.z - room);
-        for place in places[first..].iter_mut().take_while(|place| place.on.z <= hi.z + room) {
-            if place.lo.cmple(hi).all() && place.hi.cmpge(lo).all() {
-                place.meet([a, b, c], depth);
-            }
-        }
-    }
+        pairs
+    };
+    par::map(faces.len().div_ceil(BATCH), of_batch).concat()
 }
 
-/// Which blocks of cells hold any part of a place's box: few, so that most
-/// faces are passed over at once.
+/// Which places have part of their box in which block of cells.
 struct Near<'a> {
     grid: &'a Grid,
     dims: [usize; 3],
     per_block: f64,
-    any: Vec<bool>,
+    /// Block `b` has `list[starts[b]..starts[b + 1]]`.
+    starts: Vec<usize>,
+    list: Vec<usize>,
 }
 
 /// Cells along each side of a block, about the size of a place's box.
@@ -100,23 +104,28 @@ impl<'a> Near<'a> {
     fn new(places: &[Place], grid: &'a Grid) -> Self {
         let dims = grid.dims().map(|n| floor_index(coordinate(n) / BLOCK) + 1);
         let per_block = 1.0 / (BLOCK * grid.spacing());
-        let any = vec![false; dims.iter().product()];
-        let mut near = Self { grid, dims, per_block, any };
-        for place in places {
-            for block in near.blocks(place.lo, place.hi) {
-                near.any[block] = true;
-            }
+        let mut near = Self { grid, dims, per_block, starts: Vec::new(), list: Vec::new() };
+        let mut pairs = Vec::new();
+        for (n, place) in places.iter().enumerate() {
+            near.each_block(place.lo, place.hi, |block| pairs.push((block, n)));
         }
+        pairs.sort_unstable();
+        let mut starts = vec![0; dims.iter().product::<usize>() + 1];
+        for (block, _) in &pairs {
+            starts[block + 1] += 1;
+        }
+        let mut before = 0;
+        for start in &mut starts {
+            before += *start;
+            *start = before;
+        }
+        near.list = pairs.into_iter().map(|(_, place)| place).collect();
+        near.starts = starts;
         near
     }
 
-    fn any(&self, lo: DVec3, hi: DVec3) -> bool {
-        let [first, last] = [lo, hi].map(|p| self.block(p));
-        if first == last {
-            let [i, j, k] = first;
-            return self.any[i + self.dims[0] * (j + self.dims[1] * k)];
-        }
-        self.blocks(lo, hi).any(|block| self.any[block])
+    fn places(&self, block: usize) -> &[usize] {
+        &self.list[self.starts[block]..self.starts[block + 1]]
     }
 
     fn block(&self, p: DVec3) -> [usize; 3] {
@@ -124,15 +133,18 @@ impl<'a> Near<'a> {
         [0, 1, 2].map(|axis| floor_index(u[axis]).min(self.dims[axis] - 1))
     }
 
-    /// Blocks that a box meets; what is beyond the grid belongs to its border.
-    fn blocks(&self, lo: DVec3, hi: DVec3) -> impl Iterator<Item = usize> + use<> {
+    /// Visits the blocks that a box meets; what is beyond the grid belongs to its border.
+    #[inline]
+    fn each_block(&self, lo: DVec3, hi: DVec3, mut visit: impl FnMut(usize)) {
         let [nx, ny, _] = self.dims;
         let [lo, hi] = [lo, hi].map(|p| self.block(p));
-        let [x, y, z] = [0, 1, 2].map(|axis| lo[axis]..=hi[axis]);
-        z.flat_map(move |k| {
-            let x = x.clone();
-            y.clone().flat_map(move |j| x.clone().map(move |i| i + nx * (j + ny * k)))
-        })
+        for k in lo[2]..=hi[2] {
+            for j in lo[1]..=hi[1] {
+                for i in lo[0]..=hi[0] {
+                    visit(i + nx * (j + ny * k));
+                }
+            }
+        }
     }
 }
 
@@ -160,11 +172,12 @@ fn places(
     depth: f64,
 ) -> Vec<Place> {
     let doubled_area = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a);
-    let areas = surface.faces().iter().map(|&face| doubled_area(x.corners(face)).length());
-    let step = areas.clone().sum::<f64>() / coordinate(points);
+    let faces = surface.faces();
+    let areas = par::map(faces.len(), |f| doubled_area(x.corners(faces[f])).length());
+    let step = areas.iter().sum::<f64>() / coordinate(points);
     let mut places = Vec::with_capacity(points);
     let mut passed = 0.0;
-    for (&face, area) in surface.faces().iter().zip(areas) {
+    for (&face, area) in faces.iter().zip(areas) {
         passed += area;
         while places.len() < points && passed > (coordinate(places.len()) + 0.5) * step {
             let corners = x.corners(face);
@@ -199,6 +212,12 @@ impl Place {
         let lo = (point - distance).min(on).min(below);
         let hi = (point + distance).max(on).max(below);
         Self { on, normal, point, distance, lo, hi, is_thin: false }
+    }
+
+    /// Whether a box may hold a face that matters.
+    #[inline]
+    fn meets(&self, lo: DVec3, hi: DVec3) -> bool {
+        self.lo.cmple(hi).all() && self.hi.cmpge(lo).all()
     }
 
     /// Takes notice of a face; `depth` along the normal leads inside.

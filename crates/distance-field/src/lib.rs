@@ -66,6 +66,7 @@ mod grid;
 mod inside;
 mod interpolate;
 mod lanes;
+mod measure;
 mod memory;
 mod num;
 mod options;

@@ -58,24 +58,39 @@ impl Face {
     /// usable normal, take the careful way.
     #[inline]
     pub(crate) fn squared_distance(&self, p: DVec3) -> f64 {
-        let Self { corners: corners @ [a, b, c], normal } = *self;
+        let Self { corners, normal } = *self;
         if normal == DVec3::ZERO {
             return closest_on_triangle(p, corners).point.distance_squared(p);
         }
-        let mut least = f64::INFINITY;
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            let (edge, out) = (to - from, p - from);
-            if normal.cross(edge).dot(out) < 0.0 {
-                let t = (out.dot(edge) / edge.length_squared()).clamp(0.0, 1.0);
-                least = least.min((out - t * edge).length_squared());
-            }
-        }
-        if least < f64::INFINITY {
-            return least;
-        }
-        let height = normal.dot(p - a);
-        height * height
+        squared_distance(corners.map(|corner| corner - p), normal)
     }
+}
+
+/// Squared distance of the origin to a face with this unit normal.
+///
+/// Written as selections without a branch, so that it works on many faces at once.
+#[inline(always)]
+pub(crate) fn squared_distance([a, b, c]: [DVec3; 3], normal: DVec3) -> f64 {
+    let height = normal.dot(a);
+    let beside = least(least(beyond(a, b, normal), beyond(b, c, normal)), beyond(c, a, normal));
+    if beside < f64::INFINITY { beside } else { height * height }
+}
+
+/// Squared distance of the origin to an edge, where it is on the edge's outer side.
+#[inline(always)]
+fn beyond(from: DVec3, to: DVec3, normal: DVec3) -> f64 {
+    let edge = to - from;
+    let t = -from.dot(edge) / edge.length_squared();
+    // An edge without length has no such place, and no outer side either.
+    let t = if t > 0.0 { t } else { 0.0 };
+    let t = if t < 1.0 { t } else { 1.0 };
+    let squared = (from + t * edge).length_squared();
+    if normal.cross(edge).dot(from) > 0.0 { squared } else { f64::INFINITY }
+}
+
+#[inline(always)]
+fn least(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
 }
 
 fn normal([a, b, c]: [DVec3; 3]) -> DVec3 {

@@ -2,10 +2,10 @@
 //! and exact projection by parry3d, in one run.
 //!
 //! ```text
-//! cargo run --release -p benches --bin distance_field_peers -- [build] [threads] [memory] [query]
+//! cargo run --release -p benches --bin distance_field_peers -- [ratios|build|threads|memory|query]...
 //! ```
 //!
-//! Without a word it prints all. Lines that begin with `ratio` hold name, ours, the other's, ratio,
+//! Without a word, or for `ratios`, it prints all. Lines that begin with `ratio` hold name, ours, the other's, ratio,
 //! allowed and `ok` or `SHORT`; the exit code tells whether one falls short.
 #![expect(clippy::print_stdout, reason = "a program that prints tables")]
 
@@ -19,7 +19,9 @@ use fixtures::femur::femur;
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let wanted = |table: &str| words.is_empty() || words.iter().any(|word| word == table);
+    let wanted = |table: &str| {
+        words.is_empty() || words.iter().any(|word| word == table || word == "ratios")
+    };
     let mut report = Report::default();
     let bone = femur(2.0);
     println!("femur of {} vertices, {} faces", bone.positions.len(), bone.faces.len());
