@@ -2,7 +2,7 @@
 //! point on all of them.
 
 use glam::DVec3;
-use kdop::{Extents, Leaves, Tree, Workspace};
+use kdop::{Dop18, Extents, Leaves, Tree, Workspace};
 
 use crate::{Ball, Foot, FootRule, MedialError, MedialSurface};
 
@@ -97,6 +97,24 @@ impl PrimitiveTree {
             best.foot.distance.max(0.0)
         });
         best
+    }
+
+    /// Visits the primitives whose signed distance to `p` is
+    /// not more than `limit`.
+    pub(crate) fn within(
+        &self,
+        medial: &MedialSurface,
+        p: DVec3,
+        limit: f64,
+        workspace: &mut Workspace,
+        mut visit: impl FnMut(u32),
+    ) {
+        let around = Dop18::from_points(&[p]).inflated(limit.max(0.0));
+        self.tree.query(&around, workspace, |primitive| {
+            if medial.foot(p, primitive, FootRule::Exact).distance <= limit {
+                visit(primitive);
+            }
+        });
     }
 }
 

@@ -1,7 +1,7 @@
 //! Closest points of a closed surface, and the signed distance to it.
 
 use glam::DVec3;
-use kdop::{Leaves, Tree, Workspace};
+use kdop::{Dop18, Leaves, Tree, Workspace};
 use surface::{
     Meeting, Positions, Pseudonormals, TriangleFeature, TriangleSurface, closest_on_triangle,
     triangles_meet,
@@ -42,6 +42,17 @@ impl<'a> SurfaceDistance<'a> {
         self.nearest_where(p, within, workspace, |_| true)
     }
 
+    /// The nearest point of the surface, sooner where `guess` is a face near it.
+    pub(crate) fn nearest_from(
+        &self,
+        p: DVec3,
+        guess: u32,
+        workspace: &mut Workspace,
+    ) -> Option<Nearest> {
+        let guessed = self.on_face(p, guess);
+        Some(self.nearest(p, guessed.distance, workspace).unwrap_or(guessed))
+    }
+
     /// As [`Self::nearest`], among the faces whose closest point is accepted.
     pub(crate) fn nearest_where(
         &self,
@@ -53,56 +64,41 @@ impl<'a> SurfaceDistance<'a> {
         let mut best: Option<Nearest> = None;
         let mut limit = within;
         self.tree.nearest(p, within, workspace, |face, _| {
-            let foot = closest_on_triangle(p, self.corners(face));
-            let distance = foot.point.distance(p);
-            if distance < limit {
-                let found = Nearest { point: foot.point, face, feature: foot.feature, distance };
-                if accept(&found) {
-                    limit = distance;
-                    best = Some(found);
-                }
+            let found = self.on_face(p, face);
+            if found.distance < limit && accept(&found) {
+                limit = found.distance;
+                best = Some(found);
             }
             limit
         });
         best
     }
 
-    /// Depth of `p`, and the faces not more than `beyond` farther than the
-    /// nearest: for each the unit vector from it to `p`, and its distance.
-    pub(crate) fn depth_and_facing(
+    /// Visits every face that comes within `radius` of `p`, and some beyond.
+    pub(crate) fn near(
         &self,
         p: DVec3,
-        beyond: f64,
+        radius: f64,
         workspace: &mut Workspace,
-    ) -> (f64, Vec<(DVec3, f64)>) {
-        let mut best: Option<Nearest> = None;
-        let mut limit = f64::INFINITY;
-        let mut facing = Vec::new();
-        self.tree.nearest(p, limit, workspace, |face, _| {
-            let foot = closest_on_triangle(p, self.corners(face));
-            let distance = foot.point.distance(p);
-            if best.is_none_or(|best| distance < best.distance) {
-                best = Some(Nearest { point: foot.point, face, feature: foot.feature, distance });
-                limit = distance + beyond;
-            }
-            if distance <= limit {
-                facing.push(((p - foot.point).normalize_or_zero(), distance));
-            }
-            limit
-        });
-        facing.retain(|&(_, distance)| distance <= limit);
-        let depth = best.map_or(f64::NEG_INFINITY, |nearest| self.depth_of(p, &nearest).0);
-        (depth, facing)
+        visit: impl FnMut(u32),
+    ) {
+        if radius >= 0.0 {
+            self.tree.query(&Dop18::from_points(&[p]).inflated(radius), workspace, visit);
+        }
     }
 
-    /// Distance to the surface, positive inside, with its gradient (unit, or
-    /// zero on the surface itself), from the nearest point.
-    pub(crate) fn depth_of(&self, p: DVec3, nearest: &Nearest) -> (f64, DVec3) {
-        let inward = p - nearest.point;
+    /// The nearest point of one face.
+    pub(crate) fn on_face(&self, p: DVec3, face: u32) -> Nearest {
+        let foot = closest_on_triangle(p, self.corners(face));
+        let distance = foot.point.distance(p);
+        Nearest { point: foot.point, face, feature: foot.feature, distance }
+    }
+
+    /// Distance to the surface, positive inside, from the nearest point.
+    pub(crate) fn depth_of(&self, p: DVec3, nearest: &Nearest) -> f64 {
         let normal = self.normals.at(self.surface, nearest.face, nearest.feature);
-        let sign = if inward.dot(normal) > 0.0 { -1.0 } else { 1.0 };
-        let gradient = inward.try_normalize().unwrap_or(DVec3::ZERO);
-        (sign * nearest.distance, sign * gradient)
+        let sign = if (p - nearest.point).dot(normal) > 0.0 { -1.0 } else { 1.0 };
+        sign * nearest.distance
     }
 
     /// Refuses a surface that crosses itself.

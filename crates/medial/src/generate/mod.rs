@@ -11,6 +11,7 @@
 //! merge and its connectivity is that of the sheet.
 
 mod collapse;
+mod inscribed;
 mod normal_equations;
 mod quadric;
 mod refit;

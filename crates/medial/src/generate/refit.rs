@@ -12,15 +12,13 @@
 //!   surface: `max(0, r − D)`, with D the depth of its centre. Samples of the
 //!   surface alone do not see a slab that leaves the shape between them.
 
-use std::collections::BTreeSet;
-
 use glam::DVec3;
-use kdop::Workspace;
 
+use super::inscribed::Inscribed;
 use super::normal_equations::{NormalEquations, Residual};
 use super::tracking::Tracking;
 use crate::surface_distance::SurfaceDistance;
-use crate::{Ball, MedialError, MedialSurface, NearestPrimitive, parallel, real};
+use crate::{Ball, MedialError, MedialSurface, NearestPrimitive, real};
 
 /// How a fit is run.
 #[derive(Clone, Copy, Debug)]
@@ -46,9 +44,6 @@ const SAMPLES_PER_BALL: usize = 60;
 /// Samples that are always taken, if the surface has them.
 const LEAST_SAMPLES: usize = 5_000;
 
-/// Subdivisions of a primitive's sides for its own points: 15 a slab.
-const DIVISIONS: u32 = 4;
-
 /// Accepted steps between searches of all primitives for the feet of samples.
 const SEARCH_EVERY: u32 = 4;
 
@@ -62,77 +57,59 @@ pub(super) fn refit(
     let mut fit = Fit::new(medial, distance, params)?;
     let primitives = medial.primitives().to_vec();
     let mut equations = NormalEquations::new(medial.balls().len(), &primitives);
-    let mut residuals = fit.search(medial)?;
     let mut damping = FIRST_DAMPING;
     for step in 0..params.steps {
         progress(f64::from(step) / f64::from(params.steps));
+        let residuals = fit.residuals(medial);
         equations.clear();
         residuals.iter().for_each(|residual| equations.add(residual));
         let before = total(&residuals);
-        let Some(after) = fit.step(medial, &equations, before, &mut damping) else { break };
+        let Some(after) = fit.step(medial, &equations, before, &mut damping)? else { break };
         if before - after < LEAST_GAIN * before {
             break;
         }
-        residuals = fit.search(medial)?;
+        fit.search(medial, distance)?;
     }
     Ok(())
 }
 
 /// What the residuals are taken at.
-struct Fit<'a> {
-    distance: &'a SurfaceDistance<'a>,
+struct Fit {
     tracking: Tracking,
+    feet: Vec<NearestPrimitive>,
     /// Importance of each tracked sample: its share of the area, in units of
     /// the mean share.
     importance: Vec<f64>,
-    inscribed_weight: f64,
-    /// Points of the primitives, and the surface points that entered their
-    /// balls when they were last searched for.
-    inner: Vec<InnerPoint>,
-    entered: Vec<Option<Entered>>,
+    inscribed: Inscribed,
     searches: u32,
 }
 
-/// A surface point in the ball at an inner point, with the side of the surface
-/// that the ball's centre was on: 1 inside, −1 outside.
-#[derive(Clone, Copy, Debug)]
-struct Entered {
-    point: DVec3,
-    side: f64,
-}
-
-impl<'a> Fit<'a> {
+impl Fit {
     fn new(
         medial: &MedialSurface,
-        distance: &'a SurfaceDistance<'a>,
+        distance: &SurfaceDistance<'_>,
         params: RefitParams,
     ) -> Result<Self, MedialError> {
         let (points, importance) = samples(distance, medial.balls().len());
-        let inner = if params.inscribed_weight > 0.0 { inner_points(medial) } else { Vec::new() };
-        Ok(Self {
-            distance,
-            tracking: Tracking::new(medial, points)?,
-            importance,
-            inscribed_weight: params.inscribed_weight,
-            entered: vec![None; inner.len()],
-            inner,
-            searches: 0,
-        })
+        let mut tracking = Tracking::new(medial, points)?;
+        let feet = tracking.feet(medial, &vec![0.0; medial.balls().len()])?;
+        let mut inscribed = Inscribed::new(medial, params.inscribed_weight * real(feet.len()));
+        inscribed.search(medial, distance);
+        Ok(Self { tracking, feet, importance, inscribed, searches: 0 })
     }
 
-    /// Searches anew for what touches what, and returns the residuals.
-    fn search(&mut self, medial: &MedialSurface) -> Result<Vec<Residual>, MedialError> {
+    /// Searches anew for what touches what, after a step.
+    fn search(
+        &mut self,
+        medial: &MedialSurface,
+        distance: &SurfaceDistance<'_>,
+    ) -> Result<(), MedialError> {
+        self.searches += 1;
         if self.searches.is_multiple_of(SEARCH_EVERY) {
             self.tracking.search(medial)?;
         }
-        self.searches += 1;
-        self.entered = parallel::map(self.inner.len(), Workspace::default, |workspace, i| {
-            entered(self.distance, self.inner[i].ball(medial), workspace)
-        });
-        let residuals = self.residuals(medial);
-        let samples = self.importance.len();
-        self.tracking.keep(residuals[..samples].iter().map(|residual| residual.primitive));
-        Ok(residuals)
+        self.inscribed.search(medial, distance);
+        Ok(())
     }
 
     /// Tries steps of growing damping until one lowers the cost; moves `medial`
@@ -141,36 +118,35 @@ impl<'a> Fit<'a> {
     /// The balls are compared with the surface points that last entered them,
     /// not with new ones: those are searched for once a step, not once a try.
     fn step(
-        &self,
+        &mut self,
         medial: &mut MedialSurface,
         equations: &NormalEquations<'_>,
         cost: f64,
         damping: &mut f64,
-    ) -> Option<f64> {
+    ) -> Result<Option<f64>, MedialError> {
         while *damping <= LAST_DAMPING {
             let trial = moved(medial, &equations.solve(*damping));
+            let travelled = travelled(medial, &trial);
+            let feet = std::mem::take(&mut self.feet);
+            self.feet = self.tracking.feet(&trial, &travelled)?;
             let found = total(&self.residuals(&trial));
             if found < cost {
+                self.tracking.moved(&travelled);
                 *medial = trial;
                 *damping *= 0.2;
-                return Some(found);
+                return Ok(Some(found));
             }
+            self.feet = feet;
             *damping *= 8.0;
         }
-        None
+        Ok(None)
     }
 
     /// One residual a sample, in their order, then those of balls reaching out.
     fn residuals(&self, medial: &MedialSurface) -> Vec<Residual> {
-        let feet = self.tracking.feet(medial).into_iter();
         let points = self.tracking.points().iter().zip(&self.importance);
-        let mut residuals: Vec<Residual> =
-            feet.zip(points).map(|(foot, (&p, &w))| at_sample(&foot, p, w)).collect();
-        let importance = self.inscribed_weight * real(residuals.len()) / real(self.inner.len());
-        for (inner, entered) in self.inner.iter().zip(&self.entered) {
-            residuals.extend(entered.and_then(|q| reaching_out(medial, *inner, q, importance)));
-        }
-        residuals
+        let samples = self.feet.iter().zip(points).map(|(foot, (&p, &w))| at_sample(foot, p, w));
+        samples.chain(self.inscribed.residuals(medial)).collect()
     }
 }
 
@@ -180,6 +156,12 @@ fn moved(medial: &MedialSurface, step: &[glam::DVec4]) -> MedialSurface {
         *ball = Ball::new(ball.center + step.truncate(), (ball.radius + step.w).max(0.0));
     }
     trial
+}
+
+/// How far each ball moved and grew.
+fn travelled(from: &MedialSurface, to: &MedialSurface) -> Vec<f64> {
+    let balls = from.balls().iter().zip(to.balls());
+    balls.map(|(a, b)| a.center.distance(b.center) + (a.radius - b.radius).abs()).collect()
 }
 
 fn total(residuals: &[Residual]) -> f64 {
@@ -218,70 +200,4 @@ fn at_sample(nearest: &NearestPrimitive, p: DVec3, importance: f64) -> Residual 
         value: nearest.foot.distance,
         importance,
     }
-}
-
-/// The surface point nearest to a ball's centre: the first to enter the ball, also
-/// where the centre itself is outside.
-fn entered(
-    distance: &SurfaceDistance<'_>,
-    ball: Ball,
-    workspace: &mut Workspace,
-) -> Option<Entered> {
-    let nearest = distance.nearest(ball.center, f64::INFINITY, workspace)?;
-    let (depth, _) = distance.depth_of(ball.center, &nearest);
-    Some(Entered { point: nearest.point, side: 1.0_f64.copysign(depth) })
-}
-
-fn reaching_out(
-    medial: &MedialSurface,
-    inner: InnerPoint,
-    entered: Entered,
-    importance: f64,
-) -> Option<Residual> {
-    let ball = inner.ball(medial);
-    let away = ball.center - entered.point;
-    let depth = entered.side * away.length();
-    let gradient = entered.side * away.normalize_or_zero();
-    (ball.radius > depth).then_some(Residual {
-        primitive: inner.primitive,
-        weights: inner.weights,
-        gradient: (-gradient).extend(1.0),
-        value: ball.radius - depth,
-        importance,
-    })
-}
-
-/// A point of a primitive.
-#[derive(Clone, Copy, Debug)]
-struct InnerPoint {
-    primitive: u32,
-    weights: [f64; 3],
-}
-
-impl InnerPoint {
-    fn ball(self, medial: &MedialSurface) -> Ball {
-        Ball::interpolate(&medial.primitive_balls(self.primitive), self.weights)
-    }
-}
-
-/// Points at regular weights of every primitive; those on a shared ball or edge
-/// once.
-fn inner_points(medial: &MedialSurface) -> Vec<InnerPoint> {
-    let mut seen = BTreeSet::new();
-    let mut points = Vec::new();
-    for (primitive, &[a, b, c]) in (0_u32..).zip(medial.primitives()) {
-        for i in 0..=DIVISIONS {
-            for j in 0..=DIVISIONS - i {
-                let parts = [(a, DIVISIONS - i - j), (b, i), (c, j)];
-                let mut key =
-                    parts.map(|(ball, part)| if part == 0 { (0, 0) } else { (ball, part) });
-                key.sort_unstable();
-                if seen.insert(key) {
-                    let weights = parts.map(|(_, part)| f64::from(part) / f64::from(DIVISIONS));
-                    points.push(InnerPoint { primitive, weights });
-                }
-            }
-        }
-    }
-    points
 }

@@ -1,8 +1,10 @@
 //! Feet of surface samples on a union whose balls move a little at a time.
 //!
-//! A sample's nearest primitive changes only to one beside it while steps are
-//! small. So the primitives that share a ball with the last one are compared,
-//! until none is nearer; now and then all are searched.
+//! Each sample keeps the few primitives that are not much farther than its nearest
+//! one. Since a primitive's distance changes by no more than its balls move and
+//! grow, one of these stays the nearest until the balls around have moved as far as
+//! the list reaches; then the sample searches all primitives again. Balls far from
+//! a sample are not asked how far they moved: now and then every list is made anew.
 
 use glam::DVec3;
 use kdop::Workspace;
@@ -11,17 +13,43 @@ use crate::{
     FootRule, MedialError, MedialSurface, NearestPrimitive, PrimitiveTree, index, parallel,
 };
 
-/// Nearest primitives of a list of points.
+/// How far a list reaches, in mean radii. Twice as far and lists are long; half as
+/// far and they are used up twice as soon.
+const LIST_REACH: f64 = 0.15;
+
+/// Primitives that may be nearest to points.
 pub(super) struct Tracking {
     points: Vec<DVec3>,
-    nearest: Vec<u32>,
-    /// For each primitive, those that share a ball with it.
-    beside: Vec<Vec<u32>>,
+    lists: Vec<List>,
+    list_reach: f64,
+    tree: PrimitiveTree,
+    /// For each primitive, the balls of those that share a ball with it.
+    around: Vec<Vec<u32>>,
+    /// How far each ball has moved and grown.
+    travelled: Vec<f64>,
+}
+
+/// The primitives that may be nearest to a point.
+struct List {
+    primitives: Vec<u32>,
+    /// No other primitive was nearer than this.
+    others: f64,
+    /// How far the balls around had travelled then.
+    travelled: f64,
 }
 
 impl Tracking {
     pub(super) fn new(medial: &MedialSurface, points: Vec<DVec3>) -> Result<Self, MedialError> {
-        let mut tracking = Self { nearest: vec![0; points.len()], beside: beside(medial), points };
+        let radii = medial.balls().iter().map(|ball| ball.radius).sum::<f64>();
+        let balls = medial.balls().len();
+        let mut tracking = Self {
+            lists: Vec::new(),
+            list_reach: LIST_REACH * radii / crate::real(balls),
+            tree: PrimitiveTree::new(medial)?,
+            around: around(medial),
+            travelled: vec![0.0; balls],
+            points,
+        };
         tracking.search(medial)?;
         Ok(tracking)
     }
@@ -30,64 +58,95 @@ impl Tracking {
         &self.points
     }
 
-    /// Finds the nearest primitives among all.
+    /// Makes every list anew.
     pub(super) fn search(&mut self, medial: &MedialSurface) -> Result<(), MedialError> {
-        let tree = PrimitiveTree::new(medial)?;
-        let (points, last) = (&self.points, &self.nearest);
+        self.tree.refit(medial)?;
+        let travelled = self.travelled_around(None);
+        let (tree, points, lists) = (&self.tree, &self.points, &self.lists);
+        let guess = |i: usize| lists.get(i).map_or(0, |list: &List| list.primitives[0]);
         let found = parallel::map(points.len(), Workspace::default, |workspace, i| {
-            tree.nearest_from(medial, points[i], last[i], workspace).primitive
+            let p = points[i];
+            let nearest = tree.nearest_from(medial, p, guess(i), workspace);
+            let others = nearest.foot.distance + self.list_reach;
+            let mut primitives = vec![nearest.primitive];
+            tree.within(medial, p, others, workspace, |primitive| {
+                if primitive != nearest.primitive {
+                    primitives.push(primitive);
+                }
+            });
+            primitives[1..].sort_unstable();
+            let travelled = travelled[nearest.primitive as usize];
+            List { primitives, others, travelled }
         });
-        self.nearest = found;
+        self.lists = found;
         Ok(())
     }
 
-    /// The feet on `medial`, each found by walking from the last one kept.
-    pub(super) fn feet(&self, medial: &MedialSurface) -> Vec<NearestPrimitive> {
-        parallel::map(self.points.len(), || (), |(), i| self.walk(medial, i))
+    /// The feet of all points on `medial`, which is a step away from where the balls
+    /// were when [`Self::moved`] was last told.
+    pub(super) fn feet(
+        &mut self,
+        medial: &MedialSurface,
+        step: &[f64],
+    ) -> Result<Vec<NearestPrimitive>, MedialError> {
+        self.tree.refit(medial)?;
+        let travelled = self.travelled_around(Some(step));
+        let (tree, points, lists) = (&self.tree, &self.points, &self.lists);
+        Ok(parallel::map(points.len(), Workspace::default, |workspace, i| {
+            let (p, list) = (points[i], &lists[i]);
+            let best = nearest_of(medial, p, &list.primitives);
+            let travelled = travelled[list.primitives[0] as usize] - list.travelled;
+            if best.foot.distance + travelled <= list.others {
+                best
+            } else {
+                tree.nearest_from(medial, p, best.primitive, workspace)
+            }
+        }))
     }
 
-    /// Keeps feet as the start of the next walks.
-    pub(super) fn keep(&mut self, feet: impl Iterator<Item = u32>) {
-        self.nearest.clear();
-        self.nearest.extend(feet);
-    }
-
-    fn walk(&self, medial: &MedialSurface, point: usize) -> NearestPrimitive {
-        let p = self.points[point];
-        let at = |primitive| NearestPrimitive {
-            primitive,
-            foot: medial.foot(p, primitive, FootRule::Exact),
-        };
-        let mut best = at(self.nearest[point]);
-        loop {
-            let from = best.primitive;
-            for &primitive in &self.beside[from as usize] {
-                let found = at(primitive);
-                if found.foot.distance < best.foot.distance {
-                    best = found;
-                }
-            }
-            if best.primitive == from {
-                return best;
-            }
+    /// Tells how far each ball has moved and grown.
+    pub(super) fn moved(&mut self, step: &[f64]) {
+        for (travelled, step) in self.travelled.iter_mut().zip(step) {
+            *travelled += step;
         }
+    }
+
+    /// How far the balls around each primitive have travelled at most.
+    fn travelled_around(&self, step: Option<&[f64]>) -> Vec<f64> {
+        let travelled = |&ball: &u32| {
+            let step = step.map_or(0.0, |step| step[ball as usize]);
+            self.travelled[ball as usize] + step
+        };
+        self.around.iter().map(|balls| balls.iter().map(travelled).fold(0.0, f64::max)).collect()
     }
 }
 
-fn beside(medial: &MedialSurface) -> Vec<Vec<u32>> {
+fn nearest_of(medial: &MedialSurface, p: DVec3, primitives: &[u32]) -> NearestPrimitive {
+    let at = |primitive| NearestPrimitive {
+        primitive,
+        foot: medial.foot(p, primitive, FootRule::Exact),
+    };
+    let first = at(primitives[0]);
+    primitives[1..].iter().fold(first, |best, &primitive| {
+        let found = at(primitive);
+        if found.foot.distance < best.foot.distance { found } else { best }
+    })
+}
+
+fn around(medial: &MedialSurface) -> Vec<Vec<u32>> {
     let mut at_ball = vec![Vec::new(); medial.balls().len()];
     for (primitive, balls) in medial.primitives().iter().enumerate() {
         for &ball in balls {
             at_ball[ball as usize].push(index(primitive));
         }
     }
-    let around = |(primitive, balls): (usize, &[u32; 3])| {
+    let around = |balls: &[u32; 3]| {
+        let beside = balls.iter().flat_map(|&ball| &at_ball[ball as usize]);
         let mut list: Vec<u32> =
-            balls.iter().flat_map(|&ball| &at_ball[ball as usize]).copied().collect();
+            beside.flat_map(|&primitive| medial.primitives()[primitive as usize]).collect();
         list.sort_unstable();
         list.dedup();
-        list.retain(|&other| other as usize != primitive);
         list
     };
-    medial.primitives().iter().enumerate().map(around).collect()
+    medial.primitives().iter().map(around).collect()
 }
