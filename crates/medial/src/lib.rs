@@ -85,7 +85,7 @@ pub use crate::distance::{
 };
 pub use crate::error::MedialError;
 pub use crate::follow::{Link, Links, RADIUS_PASSES};
-pub use crate::generate::{Generated, Params, Progress, Size, Step, generate};
+pub use crate::generate::{Generated, Params, Progress, Size, Step, generate, generate_each};
 pub use crate::medial_surface::MedialSurface;
 pub use crate::primitive_tree::{NearestPrimitive, PrimitiveTree};
 pub use crate::topology::Topology;

@@ -8,6 +8,7 @@ use kdop::Workspace;
 use medial::Step::{Collapse, Fit, Inspect, Measure, Shrink};
 use medial::{
     Ball, Deviation, Generated, MedialError, Params, PrimitiveTree, Size, Topology, generate,
+    generate_each,
 };
 use surface::{SurfaceError, TriangleSurface, closest_on_triangle};
 
@@ -196,6 +197,24 @@ fn the_same_to_the_bit() {
     let mesh = shapes::muscle();
     let [first, second] = [0; 2].map(|_| made(&mesh, &Params::balls(25)).unwrap());
     assert_eq!(first, second);
+}
+
+/// Several sizes of one collapse are what each is alone.
+#[test]
+fn each_of_several_is_as_alone() {
+    let mesh = shapes::muscle();
+    let surface = mesh.surface();
+    let x = surface.positions(&mesh.positions).unwrap();
+    let counts = [20, 40, 30];
+    let each = generate_each(&surface, x, &counts, &Params::balls(1), |_| {}).unwrap();
+    for (count, of_several) in counts.into_iter().zip(each) {
+        assert_eq!(of_several, made(&mesh, &Params::balls(count)).unwrap(), "{count}");
+    }
+    assert_eq!(generate_each(&surface, x, &[], &Params::balls(1), |_| {}), Ok(Vec::new()));
+    let vertices = mesh.positions.len();
+    let many = MedialError::TooManyBalls { asked: vertices + 1, vertices };
+    let refused = generate_each(&surface, x, &[20, vertices + 1], &Params::balls(1), |_| {});
+    assert_eq!(refused, Err(many));
 }
 
 #[test]

@@ -72,10 +72,10 @@ pub(super) struct Collapse<'a> {
 impl<'a> Collapse<'a> {
     pub(super) fn new(
         distance: &SurfaceDistance<'a>,
-        seeds: Seeds,
+        seeds: &Seeds,
         maximal: &[MaximalBall],
     ) -> Self {
-        let owners = seeds.owners;
+        let owners = seeds.owners.clone();
         let count = maximal.len();
         // Quadrics square coordinates: near the origin they keep their digits.
         let x = distance.x.as_slice();

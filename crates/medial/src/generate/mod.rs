@@ -19,10 +19,14 @@ mod seeds;
 mod shrink;
 mod tracking;
 
+use std::cell::OnceCell;
+use std::cmp::Reverse;
+
 use surface::{Inspection, Positions, TriangleSurface, inspect};
 
 use self::collapse::Collapse;
 use self::refit::RefitParams;
+use self::seeds::Seeds;
 use self::shrink::MaximalBall;
 use crate::surface_distance::SurfaceDistance;
 use crate::{Deviation, MedialError, MedialSurface};
@@ -143,12 +147,54 @@ pub fn generate(
     let inspection = check_surface(surface, x)?;
     let distance = SurfaceDistance::new(surface, x)?;
     distance.check_crossings()?;
-    let generator = Generator { distance: &distance, inspection: &inspection, params };
+    let generator = Generator::new(&distance, &inspection, params);
     match params.size {
         Size::Balls(count) => generator.with_balls(count, &mut progress),
         Size::Tolerance(tolerance) => generator.within(tolerance, &mut progress),
     }
 }
+
+/// As [`generate`] for several numbers of balls, in their order: what they have in
+/// common is done once. The size of `params` is not looked at.
+///
+/// Where some of the numbers are so small that balls at few of the vertices would do
+/// for them alone, they start from the same balls as the largest number here, and
+/// their result may be another one.
+///
+/// ```
+/// use medial::{Params, generate_each};
+///
+/// let muscle = fixtures::shapes::ellipsoid(surface::glam::DVec3::new(60.0, 20.0, 10.0), 4);
+/// let surface = muscle.surface();
+/// let x = surface.positions(&muscle.positions)?;
+/// let made = generate_each(&surface, x, &[10, 20, 40], &Params::balls(1), |_| {})?;
+/// assert!(made[0].deviation.rms > 2.0 * made[2].deviation.rms);
+/// # Ok::<(), medial::MedialError>(())
+/// ```
+///
+/// # Errors
+///
+/// As [`generate`].
+pub fn generate_each(
+    surface: &TriangleSurface,
+    x: Positions<'_>,
+    balls: &[usize],
+    params: &Params,
+    mut progress: impl FnMut(Progress),
+) -> Result<Vec<Generated>, MedialError> {
+    for &count in balls {
+        check_params(surface, &Params { size: Size::Balls(count), ..*params })?;
+    }
+    progress(Progress { step: Step::Inspect, balls: 0, share: 0.0 });
+    let inspection = check_surface(surface, x)?;
+    let distance = SurfaceDistance::new(surface, x)?;
+    distance.check_crossings()?;
+    let generator = Generator::new(&distance, &inspection, params);
+    generator.with_each(balls, &mut progress)
+}
+
+/// Vertices a ball below which all of them start with a ball.
+const DENSE: usize = 80;
 
 /// Share of the vertices that a tolerance may take as balls: beyond it the
 /// balls follow the vertices' noise.
@@ -204,21 +250,89 @@ struct Generator<'a> {
     distance: &'a SurfaceDistance<'a>,
     inspection: &'a Inspection,
     params: &'a Params,
+    sparse: OnceCell<Start>,
+    dense: OnceCell<Start>,
 }
 
-impl Generator<'_> {
+/// The balls that merge first, with the vertices that they are at.
+#[derive(Clone)]
+struct Start {
+    seeds: Seeds,
+    maximal: Vec<MaximalBall>,
+}
+
+impl<'a> Generator<'a> {
+    const fn new(
+        distance: &'a SurfaceDistance<'a>,
+        inspection: &'a Inspection,
+        params: &'a Params,
+    ) -> Self {
+        Self { distance, inspection, params, sparse: OnceCell::new(), dense: OnceCell::new() }
+    }
+
     fn with_balls(
         &self,
         count: usize,
         progress: &mut impl FnMut(Progress),
     ) -> Result<Generated, MedialError> {
+        let mut collapse = self.collapse(count, progress)?;
+        self.fitted(&mut collapse, count, progress)
+    }
+
+    /// Of one collapse, in the order of `counts`.
+    fn with_each(
+        &self,
+        counts: &[usize],
+        progress: &mut impl FnMut(Progress),
+    ) -> Result<Vec<Generated>, MedialError> {
+        let mut order: Vec<usize> = (0..counts.len()).collect();
+        order.sort_by_key(|&k| Reverse(counts[k]));
+        let Some(&first) = order.first() else { return Ok(Vec::new()) };
+        let mut collapse = self.collapse(counts[first], progress)?;
+        let mut made = Vec::with_capacity(counts.len());
+        for &k in &order {
+            made.push((k, self.fitted(&mut collapse, counts[k], progress)?));
+        }
+        made.sort_by_key(|&(k, _)| k);
+        Ok(made.into_iter().map(|(_, made)| made).collect())
+    }
+
+    /// Balls that are about to merge, for medial surfaces of up to `count`.
+    fn collapse(
+        &self,
+        count: usize,
+        progress: &mut impl FnMut(Progress),
+    ) -> Result<Collapse<'a>, MedialError> {
+        progress(Progress { step: Step::Shrink, balls: count, share: 0.0 });
+        let start = self.start(count);
+        self.check_thickness(&start.maximal)?;
+        Ok(Collapse::new(self.distance, &start.seeds, &start.maximal))
+    }
+
+    fn start(&self, count: usize) -> &Start {
+        let distance = self.distance;
+        let sparse = self.sparse.get_or_init(|| {
+            let seeds = Seeds::sparse(distance.surface, distance.x);
+            Start { maximal: shrink::maximal_balls(distance, &seeds), seeds }
+        });
+        if distance.surface.vertex_count() > DENSE * count {
+            return sparse;
+        }
+        self.dense.get_or_init(|| Start {
+            maximal: shrink::maximal_balls_between(distance, &sparse.seeds, &sparse.maximal),
+            seeds: Seeds::all(distance.surface),
+        })
+    }
+
+    /// Merges balls until `count` are left, and fits those.
+    fn fitted(
+        &self,
+        collapse: &mut Collapse<'_>,
+        count: usize,
+        progress: &mut impl FnMut(Progress),
+    ) -> Result<Generated, MedialError> {
         let mut at = |step, share| progress(Progress { step, balls: count, share });
-        at(Step::Shrink, 0.0);
-        let seeds = seeds::seeds(self.distance.surface, self.distance.x, count);
-        let maximal = shrink::maximal_balls(self.distance, &seeds.vertices);
-        self.check_thickness(&maximal)?;
         at(Step::Collapse, 0.0);
-        let mut collapse = Collapse::new(self.distance, seeds, &maximal);
         collapse.run(count);
         let mut medial = collapse.medial_surface()?;
         let params = RefitParams {

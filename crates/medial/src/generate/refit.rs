@@ -27,8 +27,10 @@ pub(super) struct RefitParams {
     pub(super) inscribed_weight: f64,
 }
 
-/// Damping of the first step, relative to the diagonal.
-const FIRST_DAMPING: f64 = 1e-2;
+/// Damping of the first step, relative to the diagonal. No step has less. With less, balls slide along flat parts of the sheet
+/// until the feet of samples are other ones than the step was solved for, and it
+/// has to be tried again; with ten times more the fit creeps.
+const LEAST_DAMPING: f64 = 1e-2;
 
 /// Damping at which no step lowers the cost: rounding is reached.
 const LAST_DAMPING: f64 = 1e6;
@@ -57,7 +59,7 @@ pub(super) fn refit(
     let mut fit = Fit::new(medial, distance, params)?;
     let primitives = medial.primitives().to_vec();
     let mut equations = NormalEquations::new(medial.balls().len(), &primitives);
-    let mut damping = FIRST_DAMPING;
+    let mut damping = LEAST_DAMPING;
     for step in 0..params.steps {
         progress(f64::from(step) / f64::from(params.steps));
         let residuals = fit.residuals(medial);
@@ -133,7 +135,7 @@ impl Fit {
             if found < cost {
                 self.tracking.moved(&travelled);
                 *medial = trial;
-                *damping *= 0.2;
+                *damping = (*damping * 0.2).max(LEAST_DAMPING);
                 return Ok(Some(found));
             }
             self.feet = feet;

@@ -8,47 +8,45 @@ use surface::{Positions, TriangleSurface};
 
 use crate::index;
 
-/// Vertices a ball below which all of them are seeds.
-const DENSE: usize = 80;
-
 /// Starting vertices, and the seed (by its place among them) of every vertex.
+#[derive(Clone)]
 pub(super) struct Seeds {
     pub(super) vertices: Vec<u32>,
     pub(super) owners: Vec<u32>,
 }
 
-/// Chooses seeds for a medial surface of about `balls` balls.
-pub(super) fn seeds(surface: &TriangleSurface, x: Positions<'_>, balls: usize) -> Seeds {
-    let count = surface.vertex_count();
-    if count <= DENSE * balls {
-        let vertices: Vec<u32> = (0..index(count)).collect();
-        return Seeds { owners: vertices.clone(), vertices };
+impl Seeds {
+    /// Every vertex.
+    pub(super) fn all(surface: &TriangleSurface) -> Self {
+        let vertices: Vec<u32> = (0..index(surface.vertex_count())).collect();
+        Self { owners: vertices.clone(), vertices }
     }
-    sparse(surface, x)
-}
 
-/// A largest set of vertices without neighbours in it, in their order; the
-/// others join the nearest neighbour that is in it.
-fn sparse(surface: &TriangleSurface, x: Positions<'_>) -> Seeds {
-    let faces = surface.faces();
-    let ring =
-        |vertex: u32| surface.vertex_faces(vertex).iter().flat_map(|&face| faces[face as usize]);
-    let mut number = vec![u32::MAX; surface.vertex_count()];
-    let mut vertices = Vec::new();
-    for vertex in 0..index(surface.vertex_count()) {
-        if ring(vertex).all(|other| number[other as usize] == u32::MAX) {
-            number[vertex as usize] = index(vertices.len());
-            vertices.push(vertex);
+    /// A largest set of vertices without neighbours in it, in their order; the
+    /// others join the nearest neighbour that is in it.
+    pub(super) fn sparse(surface: &TriangleSurface, x: Positions<'_>) -> Self {
+        let faces = surface.faces();
+        let ring = |vertex: u32| {
+            surface.vertex_faces(vertex).iter().flat_map(|&face| faces[face as usize])
+        };
+        let mut number = vec![u32::MAX; surface.vertex_count()];
+        let mut vertices = Vec::new();
+        for vertex in 0..index(surface.vertex_count()) {
+            if ring(vertex).all(|other| number[other as usize] == u32::MAX) {
+                number[vertex as usize] = index(vertices.len());
+                vertices.push(vertex);
+            }
         }
+        let owner = |vertex: u32| {
+            let nearest = ring(vertex).filter(|&other| number[other as usize] != u32::MAX).min_by(
+                |&a, &b| {
+                    let distance = |other| x.at(other).distance_squared(x.at(vertex));
+                    distance(a).total_cmp(&distance(b))
+                },
+            );
+            nearest.map_or(0, |seed| number[seed as usize])
+        };
+        let owners = (0..index(surface.vertex_count())).map(owner).collect();
+        Self { vertices, owners }
     }
-    let owner = |vertex: u32| {
-        let nearest =
-            ring(vertex).filter(|&other| number[other as usize] != u32::MAX).min_by(|&a, &b| {
-                let distance = |other| x.at(other).distance_squared(x.at(vertex));
-                distance(a).total_cmp(&distance(b))
-            });
-        nearest.map_or(0, |seed| number[seed as usize])
-    };
-    let owners = (0..index(surface.vertex_count())).map(owner).collect();
-    Seeds { vertices, owners }
 }

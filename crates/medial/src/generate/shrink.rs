@@ -15,8 +15,9 @@
 use glam::DVec3;
 use kdop::Workspace;
 
+use super::seeds::Seeds;
 use crate::surface_distance::{Nearest, SurfaceDistance};
-use crate::{Ball, parallel};
+use crate::{Ball, index, parallel};
 
 /// The maximal ball that touches a surface vertex from inside.
 #[derive(Clone, Copy, Debug)]
@@ -48,10 +49,15 @@ const MAX_QUERIES: usize = 40;
 /// where to start at the others: queries far from the surface cost the most.
 const PROBE_EVERY: usize = 64;
 
-/// One ball for each of the given vertices.
-pub(super) fn maximal_balls(distance: &SurfaceDistance<'_>, vertices: &[u32]) -> Vec<MaximalBall> {
-    let [low, high] = bounds(distance.x.as_slice());
-    let largest = 0.5 * low.distance(high);
+/// What the radius next to a vertex is multiplied with to start from there. If
+/// nothing enters that ball, it grows again; if it starts much larger, it takes as
+/// many queries to shrink.
+const NEXT: f64 = 1.2;
+
+/// One ball for each of the seeds' vertices.
+pub(super) fn maximal_balls(distance: &SurfaceDistance<'_>, seeds: &Seeds) -> Vec<MaximalBall> {
+    let vertices = &seeds.vertices;
+    let largest = largest(distance);
     let probes = vertices.len().div_ceil(PROBE_EVERY);
     let mut radii = parallel::map(probes, Workspace::default, |workspace, probe| {
         shrink(distance, vertices[probe * PROBE_EVERY], [largest; 2], workspace).ball.radius
@@ -61,6 +67,29 @@ pub(super) fn maximal_balls(distance: &SurfaceDistance<'_>, vertices: &[u32]) ->
     parallel::map(vertices.len(), Workspace::default, |workspace, i| {
         shrink(distance, vertices[i], [start, largest], workspace)
     })
+}
+
+/// One ball for each vertex, from those at the `seeds` next to them.
+pub(super) fn maximal_balls_between(
+    distance: &SurfaceDistance<'_>,
+    seeds: &Seeds,
+    at_seeds: &[MaximalBall],
+) -> Vec<MaximalBall> {
+    let largest = largest(distance);
+    parallel::map(seeds.owners.len(), Workspace::default, |workspace, vertex| {
+        let seed = seeds.owners[vertex] as usize;
+        let vertex = index(vertex);
+        if seeds.vertices[seed] == vertex {
+            return at_seeds[seed];
+        }
+        shrink(distance, vertex, [NEXT * at_seeds[seed].ball.radius, largest], workspace)
+    })
+}
+
+/// Half of the diagonal of the box around the surface.
+fn largest(distance: &SurfaceDistance<'_>) -> f64 {
+    let [low, high] = bounds(distance.x.as_slice());
+    0.5 * low.distance(high)
 }
 
 /// The ball at one vertex, tried first with radius `start`, which is doubled up
@@ -120,7 +149,7 @@ fn entering(
     distance.nearest_where(ball.center, within, workspace, |q| opposite(q) || !beside(q))
 }
 
-pub(super) fn bounds(x: &[DVec3]) -> [DVec3; 2] {
+fn bounds(x: &[DVec3]) -> [DVec3; 2] {
     x.iter()
         .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], &p| [low.min(p), high.max(p)])
 }
