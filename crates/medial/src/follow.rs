@@ -4,13 +4,17 @@
 //! rest: a primitive, the weights there, and the side of the sheet. Each ball is
 //! carried by the vertices linked to it: its centre is an affine combination of
 //! them, exact under every affine motion of the surface, and its radius is
-//! refitted so that the union passes through the vertices again.
+//! refitted so that the union passes through the vertices again. Where these are
+//! too few, or too much in one plane, to tell where the centre is, those of
+//! neighbouring balls help.
 //!
 //! Source: B. Gilles, *Anatomical and kinematical modelling of the
 //! musculoskeletal system using MRI*, PhD thesis, 2007: radii as means of the
 //! distances of the linked surface points, by their weights. Here what is
 //! averaged is the error that is left at the exact foot, so that passes
 //! converge; and the centres are combinations of the same points.
+
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DMat3, DVec3};
 use kdop::Workspace;
@@ -93,10 +97,11 @@ impl Links {
                 }
             }
         }
+        let neighbours = neighbours(medial);
         let mut carriers = Vec::new();
         let mut starts = vec![0];
-        for (ball, touching) in medial.balls().iter().zip(&touching) {
-            carriers.extend(carrier(ball.center, touching, x));
+        for ball in 0..medial.balls().len() {
+            carriers.extend(carrier(medial.balls()[ball], ball, &touching, &neighbours, x));
             starts.push(carriers.len());
         }
         Ok(Self { links, carriers, starts })
@@ -110,7 +115,7 @@ impl Links {
 
     /// The vertices that carry a ball's centre, with weights that sum to one: a
     /// force on the centre goes to them by the same weights. Empty for a ball
-    /// that no vertex touches.
+    /// from which no vertex can be reached along primitives.
     ///
     /// # Panics
     ///
@@ -123,7 +128,8 @@ impl Links {
 
     /// Moves the centres with the surface and refits the radii.
     ///
-    /// A ball that no vertex touches stays where it is. The work is linear in
+    /// A ball that no vertex touches keeps its radius; where no neighbour has one
+    /// either, it stays. The work is linear in
     /// the vertices.
     ///
     /// # Errors
@@ -205,10 +211,69 @@ fn link(medial: &MedialSurface, tree: &PrimitiveTree, p: DVec3, workspace: &mut 
     Link { primitive: nearest.primitive, weights: nearest.foot.weights, side }
 }
 
+/// Balls that share a primitive with each ball.
+fn neighbours(medial: &MedialSurface) -> Vec<Vec<usize>> {
+    let mut neighbours = vec![Vec::new(); medial.balls().len()];
+    for primitive in medial.primitives() {
+        for a in primitive.map(|ball| ball as usize) {
+            let others = primitive.iter().map(|&ball| ball as usize).filter(|&b| b != a);
+            neighbours[a].extend(others);
+        }
+    }
+    for of_ball in &mut neighbours {
+        of_ball.sort_unstable();
+        of_ball.dedup();
+    }
+    neighbours
+}
+
+/// How far from a ball's centre, in its radii, its carriers may put it at rest.
+const MISPLACED: f64 = 1e-3;
+
+/// The most that the magnitudes of a ball's weights may sum to: what noise of
+/// the vertices is multiplied by. Vertices on one side of a ball, nearly in a
+/// plane, tell where its centre is by differences that amount to hundreds.
+const AMPLIFIED: f64 = 8.0;
+
+/// What vertices that touch a neighbour of a ball count for beside its own.
+const NEIGHBOURS_SHARE: f64 = 0.1;
+
+/// The carriers of a ball: the vertices that touch it, and those that touch its
+/// neighbours, and theirs, as far as it takes to tell where the centre is.
+fn carrier(
+    Ball { center, radius }: Ball,
+    ball: usize,
+    touching: &[Vec<Term>],
+    neighbours: &[Vec<usize>],
+    x: Positions<'_>,
+) -> Vec<Term> {
+    let (mut ring, mut reached) = (vec![ball], BTreeSet::from([ball]));
+    let mut vertices: BTreeMap<u32, f64> = BTreeMap::new();
+    let (mut share, mut carriers) = (1.0, Vec::new());
+    while !ring.is_empty() {
+        let terms = ring.iter().flat_map(|&ball| &touching[ball]);
+        for Term { particle, weight } in terms {
+            vertices.entry(*particle).or_insert(share * weight);
+        }
+        let all = vertices.iter().map(|(&particle, &weight)| Term { particle, weight });
+        carriers = combination(center, &all.collect::<Vec<_>>(), x);
+        let placed: DVec3 = carriers.iter().map(|term| term.weight * x.at(term.particle)).sum();
+        let amplified: f64 = carriers.iter().map(|term| term.weight.abs()).sum();
+        let is_held = placed.distance(center) <= MISPLACED * radius && amplified <= AMPLIFIED;
+        if !carriers.is_empty() && is_held {
+            break;
+        }
+        let next = ring.iter().flat_map(|&ball| &neighbours[ball]).copied();
+        ring = next.filter(|&ball| reached.insert(ball)).collect();
+        share *= NEIGHBOURS_SHARE;
+    }
+    carriers
+}
+
 /// Weights of vertices that reproduce `center` from their positions at rest, and
 /// its image under every affine map of them: the weighted mean, and the least
 /// change of the weights that moves it to the centre.
-fn carrier(center: DVec3, touching: &[Term], x: Positions<'_>) -> Vec<Term> {
+fn combination(center: DVec3, touching: &[Term], x: Positions<'_>) -> Vec<Term> {
     let total: f64 = touching.iter().map(|term| term.weight).sum();
     if total <= 0.0 {
         return Vec::new();

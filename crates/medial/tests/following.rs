@@ -37,6 +37,40 @@ fn centres_follow_affine_motions_exactly() {
     assert!(links.links().iter().any(|link| link.side == -1));
 }
 
+/// With a ball for every third vertex, some are touched by no vertex and some by
+/// a few in one plane; none may stay behind, or jump to the surface.
+#[test]
+fn balls_that_few_vertices_touch_follow_too() {
+    let mesh = shapes::muscle();
+    let (medial, links) = {
+        let surface = mesh.surface();
+        let x = surface.positions(&mesh.positions).expect("finite");
+        let params = Params::balls(mesh.positions.len() / 3);
+        let medial = generate(&surface, x, &params, |_| {}).expect("closed").medial;
+        let links = Links::new(&medial, &surface, x).expect("finite");
+        (medial, links)
+    };
+    let touched = |ball: u32| {
+        let touches = |link: &&medial::Link| {
+            let balls = medial.primitives()[link.primitive as usize];
+            balls.into_iter().zip(link.weights).any(|(b, weight)| b == ball && weight > 0.0)
+        };
+        links.links().iter().filter(touches).count()
+    };
+    let count = u32::try_from(medial.balls().len()).unwrap();
+    let few = (0..count).filter(|ball| touched(*ball) < 4).count();
+    assert!(few > 5, "{few} balls are touched by fewer than four vertices");
+    let map = |p: DVec3| DMat3::from_rotation_z(0.7) * p * 1.1 + DVec3::new(5.0, -7.0, 100.0);
+    let moved = mesh.clone().mapped(map);
+    let mut following = medial.clone();
+    let surface = mesh.surface();
+    links.move_centers(&mut following, surface.positions(&moved.positions).unwrap()).unwrap();
+    for (before, after) in medial.balls().iter().zip(following.balls()) {
+        let error = after.center.distance(map(before.center));
+        assert!(error < 0.01 * before.radius, "{error} of a ball of {}", before.radius);
+    }
+}
+
 #[test]
 fn links_of_another_medial_surface_are_refused() {
     let (mesh, _, links) = linked(30);
