@@ -58,16 +58,15 @@ pub(crate) fn fill(units: &Units<'_>, dims: [usize; 3], band: f64, nearest: &mut
     let slabs = nearest.squared.chunks_mut(plane * SLAB).zip(nearest.face.chunks_mut(plane * SLAB));
     par::for_each(slabs.collect(), |s, (squared, face)| {
         let planes = s * SLAB..s * SLAB + squared.len() / plane;
-        let mut slab = Slab { dims, planes, band, squared, face };
-        let mut sides = Vec::new();
+        let mut slab = Slab { dims, planes, band, squared, face, sides: Sides::default() };
         for &f in &bins.faces[s] {
-            prism(units, f, band, &mut sides, &mut slab);
+            prism(units, f, band, &mut slab);
         }
         for &e in &bins.edges[s] {
-            wedge(units, e, band, &mut sides, &mut slab);
+            wedge(units, e, band, &mut slab);
         }
         for &v in &bins.vertices[s] {
-            cone(units, v, band, &mut sides, &mut slab);
+            cone(units, v, band, &mut slab);
         }
     });
 }
@@ -121,60 +120,103 @@ struct Slab<'a> {
     band: f64,
     squared: &'a mut [f32],
     face: &'a mut [u32],
+    /// Scratch of the region that is visited.
+    sides: Sides,
 }
 
-/// One side of a region: inside where `normal · p + offset >= 0`.
-struct Side {
-    normal: DVec3,
-    offset: f64,
-    /// Where a row meets the side: `x = (normal · (0, y, z) + offset) · slope`.
-    slope: f64,
+/// One end of a row: where it meets a side, `x = at + per_y · y + per_z · z`.
+struct End {
+    at: f64,
+    per_y: f64,
+    per_z: f64,
 }
 
-impl Side {
+/// Sides of a region, by the end of a row that they cut off.
+#[derive(Default)]
+struct Sides {
+    lower: Vec<End>,
+    upper: Vec<End>,
+}
+
+/// What stands for 1 / 0: takes a row that is on the wrong side of a plane
+/// along x out of the grid, and leaves one that is not alone.
+const VERTICAL: f64 = 1e30;
+
+impl Sides {
+    fn clear(&mut self) {
+        self.lower.clear();
+        self.upper.clear();
+    }
+
     /// The side through `at` with the given inward normal, of any length, moved
     /// out by [`WIDEN`] to twice that. A zero normal cuts nothing off.
     #[inline]
-    fn new(normal: DVec3, at: DVec3) -> Self {
-        Self::shifted(normal, at, WIDEN * normal.abs().element_sum())
+    fn add(&mut self, normal: DVec3, at: DVec3) {
+        self.add_shifted(normal, at, WIDEN * normal.abs().element_sum());
     }
 
     #[inline]
-    fn shifted(normal: DVec3, at: DVec3, out: f64) -> Self {
-        Self { normal, offset: out - normal.dot(at), slope: -1.0 / normal.x }
+    fn add_shifted(&mut self, normal: DVec3, at: DVec3, out: f64) {
+        let slope = if normal.x == 0.0 { -VERTICAL } else { -1.0 / normal.x };
+        let offset = out - normal.dot(at);
+        let end = End { at: offset * slope, per_y: normal.y * slope, per_z: normal.z * slope };
+        if normal.x < 0.0 { self.upper.push(end) } else { self.lower.push(end) }
+    }
+
+    /// Part of a row from `from` to `to` that no side cuts off; empty when the
+    /// first end is after the second.
+    #[inline]
+    fn clip(&self, [mut from, mut to]: [f64; 2], y: f64, z: f64) -> [f64; 2] {
+        // Compared so that an end that is not a number cuts nothing off.
+        for end in &self.lower {
+            let x = end.x(y, z);
+            from = if x > from { x } else { from };
+        }
+        for end in &self.upper {
+            let x = end.x(y, z);
+            to = if x < to { x } else { to };
+        }
+        [from, to]
     }
 }
 
-/// A box of nodes, less what is beyond any of some sides.
-struct Region<'a> {
+impl End {
+    #[inline]
+    fn x(&self, y: f64, z: f64) -> f64 {
+        self.at + self.per_y * y + self.per_z * z
+    }
+}
+
+/// A box that holds a region.
+struct Region {
     lo: DVec3,
     hi: DVec3,
-    sides: &'a [Side],
 }
 
 /// Nodes straight above or below a face.
-fn prism(units: &Units<'_>, face: u32, band: f64, sides: &mut Vec<Side>, slab: &mut Slab<'_>) {
+fn prism(units: &Units<'_>, face: u32, band: f64, slab: &mut Slab<'_>) {
     let normal = units.normals[face as usize];
     if normal == DVec3::ZERO {
         return;
     }
     let [a, b, c] = units.corners(face);
-    sides.clear();
-    for (from, to) in [(a, b), (b, c), (c, a)] {
-        sides.push(Side::new(normal.cross(to - from), from));
-    }
-    sides.push(Side::shifted(normal, a, band));
-    sides.push(Side::shifted(-normal, a, band));
     let reach = normal.abs() * band + WIDEN;
-    let region = Region { lo: a.min(b).min(c) - reach, hi: a.max(b).max(c) + reach, sides };
-    slab.visit(&region, face, |p| {
+    let region = Region { lo: a.min(b).min(c) - reach, hi: a.max(b).max(c) + reach };
+    let sides = |sides: &mut Sides| {
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            sides.add(normal.cross(to - from), from);
+        }
+        sides.add_shifted(normal, a, band);
+        sides.add_shifted(-normal, a, band);
+    };
+    slab.visit(&region, sides, face, |p| {
         let height = normal.dot(p - a);
         height * height
     });
 }
 
 /// Nodes outside of both faces of an edge, between its ends.
-fn wedge(units: &Units<'_>, edge: u32, band: f64, sides: &mut Vec<Side>, slab: &mut Slab<'_>) {
+fn wedge(units: &Units<'_>, edge: u32, band: f64, slab: &mut Slab<'_>) {
     let faces = units.surface.edge_faces(edge);
     let [a, b] = units.surface.edges()[edge as usize].map(|v| units.x[v as usize]);
     let length = (b - a).length();
@@ -182,18 +224,22 @@ fn wedge(units: &Units<'_>, edge: u32, band: f64, sides: &mut Vec<Side>, slab: &
         return; // its ends are vertices
     }
     let along = (b - a) / length;
-    let inward = |i: usize| faces.get(i).map_or(DVec3::ZERO, |&f| into(units, f, a, along));
+    let inward = |i: usize| match faces.get(i) {
+        Some(&face) => into(units, face, a, along),
+        None => DVec3::ZERO,
+    };
     let (m, n) = (inward(0), inward(1));
     let Some([lo, hi]) = wedge_reach(units, faces, [m, n], band) else {
         return;
     };
-    sides.clear();
-    sides.push(Side::new(along, a));
-    sides.push(Side::new(-along, b));
-    sides.push(Side::new(-m, a));
-    sides.push(Side::new(-n, a));
-    let region = Region { lo: a.min(b) + lo - WIDEN, hi: a.max(b) + hi + WIDEN, sides };
-    slab.visit(&region, faces[0], |p| {
+    let region = Region { lo: a.min(b) + lo - WIDEN, hi: a.max(b) + hi + WIDEN };
+    let sides = |sides: &mut Sides| {
+        sides.add(along, a);
+        sides.add(-along, b);
+        sides.add(-m, a);
+        sides.add(-n, a);
+    };
+    slab.visit(&region, sides, faces[0], |p| {
         let to = p - a;
         let t = to.dot(along).clamp(0.0, length);
         (to - t * along).length_squared()
@@ -243,33 +289,47 @@ fn wedge_reach(
 }
 
 /// Nodes behind a vertex as seen along each of its edges.
-fn cone(units: &Units<'_>, vertex: u32, band: f64, sides: &mut Vec<Side>, slab: &mut Slab<'_>) {
+fn cone(units: &Units<'_>, vertex: u32, band: f64, slab: &mut Slab<'_>) {
     let faces = units.surface.vertex_faces(vertex);
     let Some(&face) = faces.first() else {
         return;
     };
     let at = units.x[vertex as usize];
-    sides.clear();
-    for &f in faces {
-        let corners = units.surface.faces()[f as usize];
-        let next = corners[(1 + corners.iter().position(|&v| v == vertex).unwrap_or(0)) % 3];
-        sides.push(Side::new(at - units.x[next as usize], at));
-    }
-    let region = Region { lo: at - band, hi: at + band, sides };
-    slab.visit(&region, face, |p| p.distance_squared(at));
+    let region = Region { lo: at - band, hi: at + band };
+    let sides = |sides: &mut Sides| {
+        for &f in faces {
+            let corners = units.surface.faces()[f as usize];
+            let next = corners[(1 + corners.iter().position(|&v| v == vertex).unwrap_or(0)) % 3];
+            sides.add(at - units.x[next as usize], at);
+        }
+    };
+    slab.visit(&region, sides, face, |p| p.distance_squared(at));
 }
 
 impl Slab<'_> {
-    /// Keeps, for every node of a region, the shorter of what it has and
-    /// `squared_distance` to `face`.
-    fn visit(&mut self, region: &Region<'_>, face: u32, squared_distance: impl Fn(DVec3) -> f64) {
-        let Region { lo, hi, .. } = region;
+    /// Keeps, for every node of a region less what is beyond its sides, the shorter
+    /// of what it has and `squared_distance` to `face`.
+    #[inline]
+    fn visit(
+        &mut self,
+        region: &Region,
+        sides: impl FnOnce(&mut Sides),
+        face: u32,
+        squared_distance: impl Fn(DVec3) -> f64,
+    ) {
         let farthest = self.band * self.band;
         let (first, last) = (coordinate(self.planes.start), coordinate(self.planes.end - 1));
+        let mut sides = Some(sides);
+        let Region { lo, hi } = region;
         for k in nodes_within(lo.z.max(first), hi.z.min(last), self.dims[2]) {
             for j in nodes_within(lo.y, hi.y, self.dims[1]) {
+                // Many regions lie between rows and never need their sides.
+                if let Some(sides) = sides.take() {
+                    self.sides.clear();
+                    sides(&mut self.sides);
+                }
                 let (y, z) = (coordinate(j), coordinate(k));
-                let [from, to] = region.clip(y, z);
+                let [from, to] = self.sides.clip([lo.x, hi.x], y, z);
                 let row = self.dims[0] * (j + self.dims[1] * (k - self.planes.start));
                 let nodes = nodes_within(from, to, self.dims[0]);
                 // Of a region beyond the grid, the ends may lie there too.
@@ -294,27 +354,5 @@ impl Slab<'_> {
 fn keep((best, id): (&mut f32, &mut u32), squared: f32, face: u32) {
     if *id == 0 || (squared, face) < (*best, *id) {
         (*best, *id) = (squared, face);
-    }
-}
-
-impl Region<'_> {
-    /// Part of the row at `y`, `z` that no side cuts off; empty when the first
-    /// end is after the second.
-    fn clip(&self, y: f64, z: f64) -> [f64; 2] {
-        let [mut from, mut to] = [self.lo.x, self.hi.x];
-        for Side { normal, offset, slope } in self.sides {
-            let inside = normal.y * y + normal.z * z + offset;
-            if normal.x > 0.0 {
-                from = from.max(inside * slope);
-            } else if normal.x < 0.0 {
-                to = to.min(inside * slope);
-            } else if inside < 0.0 {
-                return [1.0, 0.0];
-            }
-            if from > to {
-                return [1.0, 0.0];
-            }
-        }
-        [from, to]
     }
 }

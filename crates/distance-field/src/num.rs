@@ -2,9 +2,14 @@
 
 /// A node number as a coordinate; exact below 2^53.
 #[inline]
-#[expect(clippy::cast_precision_loss, reason = "grids have far fewer than 2^53 nodes")]
+#[expect(
+    clippy::cast_possible_wrap,
+    clippy::cast_precision_loss,
+    reason = "grids have far fewer than 2^53 nodes"
+)]
 pub(crate) fn coordinate(index: usize) -> f64 {
-    index as f64
+    // Processors convert numbers with a sign in one step, those without in several.
+    index as i64 as f64
 }
 
 /// The largest node number at or below `x`; 0 for what is negative or not a
@@ -60,11 +65,9 @@ pub(crate) fn floor_count(x: f64) -> usize {
 /// Nodes of `0..count` within `lo..=hi`.
 #[inline]
 pub(crate) fn nodes_within(lo: f64, hi: f64, count: usize) -> std::ops::Range<usize> {
-    // Also where either is not a number.
-    if !(lo <= hi && hi >= 0.0) {
-        return 0..0;
-    }
-    let below = floor_index(lo);
-    let first = below + usize::from(coordinate(below) < lo);
-    first..(floor_index(hi) + 1).min(count).max(first)
+    let last = coordinate(count) - 1.0;
+    let lo = if lo > 0.0 { lo } else { 0.0 };
+    let hi = if hi < last { hi } else { last };
+    // Also where either was not a number.
+    if lo <= hi { whole_index(-floor(-lo))..whole_index(floor(hi)) + 1 } else { 0..0 }
 }
