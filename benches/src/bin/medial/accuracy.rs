@@ -1,155 +1,250 @@
 //! How near a medial surface comes, by number of balls.
 
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::path::Path;
 
-use benches::ratio::{Ratio, Report};
-use glam::DVec3;
-use kdop::{Leaves, Tree, Workspace};
-use medial::{Ball, Generated, Params, PrimitiveTree, Topology, generate};
-use surface::{Pseudonormals, closest_on_triangle};
+use benches::ratio::{Ratio, Report, amount};
+use medial::{Generated, Params, Progress, Step, Topology, generate, generate_each};
+use rayon::prelude::*;
 
 use crate::data::{Body, muscle, processor_seconds};
+use crate::sampling::{Depth, fresh};
 
-/// Numbers of balls, with the error \[mm\] that the hip's muscles may have.
-const ROWS: [(usize, Option<f64>); 5] =
+/// Numbers of balls, with the error \[mm rms\] that is aimed at.
+const SIZES: [(usize, Option<f64>); 5] =
     [(25, None), (50, None), (100, Some(0.4)), (200, Some(0.2)), (400, Some(0.12))];
 
-/// Fresh samples for each bound.
-const SAMPLES: u64 = 100_000;
+/// Spacing \[mm\] of the grid on which parts and holes are counted.
+const GRID: f64 = 1.0;
 
-/// Prints a row for each muscle and number of balls.
-pub(crate) fn run(folder: &Path, names: &[String], hip: &[&str], report: &mut Report) {
-    println!(
-        "muscle\tfaces\tballs\tslabs\trms\tp95\tsurface to medial\tfresh\tmedial to surface\tfresh\ttopology\tseconds"
-    );
-    for name in names {
-        let body = muscle(folder, name);
-        for (balls, allowed) in ROWS {
-            let seconds = row(name, &body, balls, report);
-            if let (Some(allowed), true) = (allowed, hip.contains(&name.as_str())) {
-                let title = format!("{name} {balls} balls, rms / um");
-                report.add(&Ratio::new(&title, seconds.0 * 1e3, allowed * 1e3, "um", 1.0));
-            }
-            if balls == 100 {
-                let allowed = if body.surface.faces().len() > 6500 { 6.0 } else { 1.0 };
-                let title = format!("{name} 100 balls, time");
-                report.add(&Ratio::new(&title, seconds.1, allowed, "s", 1.0));
-            }
-        }
-    }
+/// A muscle by a number of balls; lengths in mm.
+pub(crate) struct Row {
+    name: String,
+    faces: usize,
+    /// Diagonal of the box around the muscle.
+    extent: f64,
+    balls: usize,
+    slabs: usize,
+    rms: f64,
+    p95: f64,
+    /// Bounds of both directions, surface to balls first.
+    bounds: [f64; 2],
+    /// What samples showed.
+    fresh: [f64; 2],
+    /// That of the union, where it is not that of the muscle.
+    topology: Option<Topology>,
+    /// Time of the processor \[s\] that it took, with what sizes have in common.
+    seconds: f64,
+    /// The same, if this size alone is made.
+    alone: Option<f64>,
 }
 
-/// Prints one row; returns the error and the time.
-fn row(name: &str, body: &Body, balls: usize, report: &mut Report) -> (f64, f64) {
+/// Measures every muscle, two at a time, and reports what is beyond its bound or
+/// its aim.
+pub(crate) fn run(folder: &Path, names: &[String], report: &mut Report) -> Vec<Row> {
+    let of_muscles: Vec<Vec<Row>> =
+        names.par_iter().map(|name| rows(name, &muscle(folder, name))).collect();
+    let rows: Vec<Row> = of_muscles.into_iter().flatten().collect();
+    for row in &rows {
+        row.report(report);
+    }
+    rows
+}
+
+fn rows(name: &str, body: &Body) -> Vec<Row> {
+    let x = body.surface.positions(&body.x).expect("finite positions");
+    let sizes = SIZES.map(|(balls, _)| balls);
+    let mut clock = Clock::default();
+    let made = generate_each(&body.surface, x, &sizes, &Params::balls(1), |at| clock.tick(at));
+    let made = made.expect("a closed muscle");
+    let seconds = clock.seconds(&sizes);
+    let inside = Topology::of_inside(&body.surface, x).expect("closed");
+    let depth = Depth::new(body);
+    let row = |(made, seconds): (Generated, f64)| {
+        let topology = Topology::of_union(&made.medial, GRID).expect("a fitting grid");
+        let (balls, deviation) = (made.medial.balls().len(), &made.deviation);
+        Row {
+            name: name.to_owned(),
+            faces: body.surface.faces().len(),
+            extent: body.extent(),
+            balls,
+            slabs: made.medial.slabs().len(),
+            rms: deviation.rms,
+            p95: deviation.p95,
+            bounds: [deviation.surface_to_medial.at_most, deviation.medial_to_surface.at_most],
+            fresh: fresh(&depth, &made.medial),
+            topology: (topology != inside).then_some(topology),
+            seconds,
+            alone: (balls == 100).then(|| alone(body, balls)),
+        }
+    };
+    made.into_iter().zip(seconds).map(row).collect()
+}
+
+/// Time of the processor to make a medial surface \[s\].
+pub(crate) fn alone(body: &Body, balls: usize) -> f64 {
     let x = body.surface.positions(&body.x).expect("finite positions");
     let start = processor_seconds();
-    let made = generate(&body.surface, x, &Params::balls(balls), |_| {}).expect("a closed muscle");
-    let seconds = processor_seconds() - start;
-    let [out, over] = fresh(body, &made);
-    let deviation = &made.deviation;
-    let inside = Topology::of_inside(&body.surface, x).expect("closed");
-    let topology = Topology::of_union(&made.medial, 1.0).expect("a fitting grid");
-    let same = if topology == inside { "same".to_owned() } else { format!("{topology:?}") };
-    println!(
-        "{name}\t{}\t{}\t{}\t{:.3}\t{:.3}\t{:.3}\t{out:.3}\t{:.3}\t{over:.3}\t{same}\t{seconds:.2}",
-        body.surface.faces().len(),
-        made.medial.balls().len(),
-        made.medial.slabs().len(),
-        deviation.rms,
-        deviation.p95,
-        deviation.surface_to_medial.at_most,
-        deviation.medial_to_surface.at_most,
-    );
-    for (what, sampled, bound) in [
-        ("surface to medial", out, deviation.surface_to_medial.at_most),
-        ("medial to surface", over, deviation.medial_to_surface.at_most),
-    ] {
-        if sampled > bound {
-            let title = format!("{name} {balls} balls, {what} beyond its bound");
-            report.add(&Ratio::new(&title, sampled, bound, "mm", 1.0));
+    generate(&body.surface, x, &Params::balls(balls), |_| {}).expect("a closed muscle");
+    processor_seconds() - start
+}
+
+/// Where the time of a run for several sizes goes.
+#[derive(Default)]
+struct Clock {
+    at: Option<(Option<usize>, f64)>,
+    /// Of what is common to all sizes.
+    common: f64,
+    /// Of merging down to a size, which also smaller ones need.
+    collapse: BTreeMap<usize, f64>,
+    /// Of fitting and measuring a size.
+    own: BTreeMap<usize, f64>,
+}
+
+impl Clock {
+    fn tick(&mut self, progress: Progress) {
+        let now = processor_seconds();
+        self.stop(now);
+        let is_common = matches!(progress.step, Step::Inspect | Step::Shrink);
+        let merging = progress.step == Step::Collapse;
+        self.at = Some(((!is_common).then_some(progress.balls << 1 | usize::from(merging)), now));
+    }
+
+    fn stop(&mut self, now: f64) {
+        match self.at {
+            None => {}
+            Some((None, since)) => self.common += now - since,
+            Some((Some(key), since)) => {
+                let map = if key & 1 == 1 { &mut self.collapse } else { &mut self.own };
+                *map.entry(key >> 1).or_default() += now - since;
+            }
         }
     }
-    (deviation.rms, seconds)
+
+    fn seconds(mut self, sizes: &[usize]) -> Vec<f64> {
+        self.stop(processor_seconds());
+        let seconds = |&size: &usize| {
+            self.common + self.own[&size] + self.collapse.range(size..).map(|(_, s)| s).sum::<f64>()
+        };
+        sizes.iter().map(seconds).collect()
+    }
 }
 
-/// The largest deviations at fresh samples, in both directions.
-fn fresh(body: &Body, made: &Generated) -> [f64; 2] {
-    let medial = &made.medial;
-    let tree = PrimitiveTree::new(medial).expect("finite balls");
-    let workspace = &mut Workspace::default();
-    let mut random = Random(1);
-    let mut out = 0.0_f64;
-    for _ in 0..SAMPLES {
-        let face = body.surface.faces()[random.below(body.surface.faces().len())];
-        let [u, v, w] = random.weights();
-        let [a, b, c] = face.map(|vertex| body.x[vertex as usize]);
-        let p = u * a + v * b + w * c;
-        out = out.max(tree.nearest(medial, p, workspace).foot.distance);
-    }
-    let depth = Depth::new(body);
-    let mut over = 0.0_f64;
-    for _ in 0..SAMPLES {
-        let primitive = random.below(medial.primitives().len());
-        let primitive = u32::try_from(primitive).expect("few primitives");
-        let ball = Ball::interpolate(&medial.primitive_balls(primitive), random.weights());
-        over = over.max(ball.radius - depth.at(ball.center, workspace));
-    }
-    [out, over]
-}
-
-/// Depth in a body, apart from how `medial` computes it.
-struct Depth<'a> {
-    body: &'a Body,
-    normals: Pseudonormals,
-    tree: Tree,
-}
-
-impl<'a> Depth<'a> {
-    fn new(body: &'a Body) -> Self {
-        let x = body.surface.positions(&body.x).expect("finite positions");
-        let leaves = Leaves::Triangles(body.surface.faces());
-        let tree = Tree::build(leaves, &body.x).expect("finite positions");
-        Self { body, normals: Pseudonormals::new(&body.surface, x), tree }
+impl Row {
+    /// The error aimed at \[mm rms\].
+    fn aim(&self) -> Option<f64> {
+        SIZES.iter().find(|(balls, _)| *balls == self.balls)?.1
     }
 
-    fn at(&self, p: DVec3, workspace: &mut Workspace) -> f64 {
-        let mut best = (f64::INFINITY, 0.0);
-        self.tree.nearest(p, f64::INFINITY, workspace, |face, _| {
-            let corners = self.body.surface.faces()[face as usize];
-            let foot = closest_on_triangle(p, corners.map(|v| self.body.x[v as usize]));
-            let distance = foot.point.distance(p);
-            if distance < best.0 {
-                let signed = self.normals.signed_distance(&self.body.surface, p, face, &foot);
-                best = (distance, -signed);
+    fn misses(&self) -> bool {
+        self.aim().is_some_and(|aim| self.rms > aim)
+    }
+
+    fn report(&self, report: &mut Report) {
+        let title = |what: &str| format!("{} {} balls, {what}", self.name, self.balls);
+        if let Some(aim) = self.aim() {
+            report.add(&Ratio::new(&title("rms / um"), self.rms * 1e3, aim * 1e3, "um", 1.0));
+        }
+        if let Some(seconds) = self.alone {
+            report.add(&Ratio::new(&title("time"), seconds, 6.0, "s", 1.0));
+        }
+        for (way, [sampled, bound]) in ["out", "over"]
+            .into_iter()
+            .zip([[self.fresh[0], self.bounds[0]], [self.fresh[1], self.bounds[1]]])
+        {
+            if sampled > bound {
+                let title = title(&format!("{way} beyond its bound"));
+                report.add(&Ratio::new(&title, sampled, bound, "mm", 1.0));
             }
-            best.0
-        });
-        best.1
+        }
     }
 }
 
-/// A sequence without visible order (Steele et al., `SplitMix64`).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
+/// The rows as a table, and what they show.
+pub(crate) fn document(rows: &[Row]) -> String {
+    let mut text = String::from(
+        "| muscle | faces | extent | balls | slabs | rms | 95 % | surface to balls | sampled | balls to surface | sampled | parts and holes | s |\n\
+         |---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|---|--:|\n",
+    );
+    for row in rows {
+        let rms = format!("{:.3}", row.rms);
+        let rms = if row.misses() { format!("**{rms}**") } else { rms };
+        let topology = row.topology.map_or_else(
+            || "as the muscle".to_owned(),
+            |t| format!("{} parts, {} tunnels, {} cavities", t.components, t.tunnels, t.cavities),
+        );
+        // Writing into a string cannot fail.
+        let _ = writeln!(
+            text,
+            "| {} | {} | {:.0} | {} | {} | {rms} | {:.3} | {:.2} | {:.2} | {:.2} | {:.2} | {topology} | {:.1} |",
+            row.name.replace('_', " "),
+            row.faces,
+            row.extent,
+            row.balls,
+            row.slabs,
+            row.p95,
+            row.bounds[0],
+            row.fresh[0],
+            row.bounds[1],
+            row.fresh[1],
+            row.seconds,
+        );
     }
+    text + &summary(rows)
+}
 
-    fn unit(&mut self) -> f64 {
-        f64::from(u32::try_from(self.next() >> 32).unwrap_or(0)) / f64::from(u32::MAX)
+fn summary(rows: &[Row]) -> String {
+    let mut text = String::new();
+    let mut by_size = String::from(
+        "\n| balls | rms of the median muscle | of the worst | aimed at | muscles within |\n|--:|--:|--:|--:|--:|\n",
+    );
+    for (balls, aim) in SIZES {
+        let mut all: Vec<f64> = rows.iter().filter(|r| r.balls == balls).map(|r| r.rms).collect();
+        all.sort_by(f64::total_cmp);
+        let Some(worst) = all.last() else { continue };
+        let within = aim.map_or_else(String::new, |aim| {
+            format!("{} of {}", all.iter().filter(|rms| **rms <= aim).count(), all.len())
+        });
+        let aim = aim.map_or_else(String::new, |aim| aim.to_string());
+        let _ = writeln!(
+            by_size,
+            "| {balls} | {:.3} | {worst:.3} | {aim} | {within} |",
+            all[all.len() / 2]
+        );
     }
+    text.push_str(&by_size);
+    let slope = |points: Vec<(f64, f64)>| slope(&points);
+    let balls = slope(rows.iter().map(|r| (amount(r.balls), r.rms)).collect());
+    let relative = slope(rows.iter().map(|r| (amount(r.balls), r.rms / r.extent)).collect());
+    let alone = rows.iter().filter_map(|r| Some((amount(r.faces), r.alone?)));
+    let faces = slope(alone.clone().collect());
+    let longest = alone.map(|(_, s)| s).fold(0.0, f64::max);
+    let _ = writeln!(
+        text,
+        "\nThe error falls with the number of balls to the power of {balls:.2} ({relative:.2} relative to the muscles' extent).\n\
+         The time for 100 balls alone grows with the number of faces to the power of {faces:.2}; the longest is {longest:.1} s."
+    );
+    let missed: Vec<&Row> = rows.iter().filter(|row| row.misses()).collect();
+    if !missed.is_empty() {
+        let _ = writeln!(text, "\nBeyond what is aimed at (bold):");
+        for row in missed {
+            let name = row.name.replace('_', " ");
+            let _ = writeln!(
+                text,
+                "- {name}, {} balls: {:.3} mm, of an extent of {:.0} mm.",
+                row.balls, row.rms, row.extent
+            );
+        }
+    }
+    text
+}
 
-    fn below(&mut self, count: usize) -> usize {
-        usize::try_from(self.next() % u64::try_from(count).unwrap_or(1)).unwrap_or(0)
-    }
-
-    fn weights(&mut self) -> [f64; 3] {
-        let (u, v) = (self.unit(), self.unit());
-        let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
-        [1.0 - u - v, u, v]
-    }
+/// Slope of the logarithms of pairs, by least squares.
+fn slope(points: &[(f64, f64)]) -> f64 {
+    let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
+    let mean = |f: fn(&(f64, f64)) -> f64| logs.iter().map(f).sum::<f64>() / amount(logs.len());
+    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
+    let over = logs.iter().map(|p| (p.0 - x) * (p.1 - y)).sum::<f64>();
+    over / logs.iter().map(|p| (p.0 - x).powi(2)).sum::<f64>()
 }

@@ -19,6 +19,24 @@ impl Body {
         self.x.iter().sum::<DVec3>() / amount(self.x.len())
     }
 
+    /// Least and greatest corner of the box around it.
+    pub(crate) fn bounds(&self) -> [DVec3; 2] {
+        let empty = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        self.x.iter().fold(empty, |[low, high], p| [low.min(*p), high.max(*p)])
+    }
+
+    /// Diagonal of that box.
+    pub(crate) fn extent(&self) -> f64 {
+        let [low, high] = self.bounds();
+        low.distance(high)
+    }
+
+    /// The same body elsewhere.
+    pub(crate) fn moved(&self, by: DVec3) -> Self {
+        let x = self.x.iter().map(|p| *p + by).collect();
+        Self { surface: self.surface.clone(), x }
+    }
+
     pub(crate) fn corners(&self, face: u32) -> [DVec3; 3] {
         self.surface.faces()[face as usize].map(|vertex| self.x[vertex as usize])
     }

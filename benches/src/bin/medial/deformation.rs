@@ -1,5 +1,6 @@
 //! What deformation does to a medial surface, with constant and refitted radii.
 
+use std::fmt::Write as _;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
@@ -7,9 +8,11 @@ use medial::{Deviation, Links, MedialSurface, Params, RADIUS_PASSES, generate};
 
 use crate::data::{Body, muscle};
 
-/// Prints the error for each way to deform two muscles along their longest axis.
-pub(crate) fn run(folder: &Path) {
-    println!("muscle\tballs\tdeformation\trest\tconstant radii\trefitted\t[mm rms]");
+/// A table of the error for each way to deform two muscles along their longest axis.
+pub(crate) fn run(folder: &Path) -> String {
+    let mut text = String::from(
+        "| muscle | balls | deformation | rest | constant radii | refitted |\n|---|--:|---|--:|--:|--:|\n",
+    );
     for (name, balls) in [("gluteus_medius", 100), ("psoas_major", 200)] {
         let body = muscle(folder, name);
         let x = body.surface.positions(&body.x).expect("finite positions");
@@ -25,16 +28,21 @@ pub(crate) fn run(folder: &Path) {
             let constant = error(&medial);
             links.refit_radii(&mut medial, x, RADIUS_PASSES).expect("its own links");
             let (rest, refitted) = (made.deviation.rms, error(&medial));
-            println!("{name}\t{balls}\t{what}\t{rest:.3}\t{constant:.3}\t{refitted:.3}");
+            let name = name.replace('_', " ");
+            // Writing into a string cannot fail.
+            let _ = writeln!(
+                text,
+                "| {name} | {balls} | {what} | {rest:.3} | {constant:.3} | {refitted:.3} |"
+            );
         }
     }
+    text
 }
 
 /// The body stretched, shortened (volume kept), bent and twisted along z, which
 /// is the longest axis of either muscle.
 fn deformed(body: &Body) -> [(&'static str, Vec<DVec3>); 4] {
-    let lowest = body.x.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
-    let highest = body.x.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
+    let [lowest, highest] = body.bounds();
     let (middle, length) = (lowest.midpoint(highest), highest.z - lowest.z);
     let map = |f: &dyn Fn(DVec3) -> DVec3| -> Vec<DVec3> {
         body.x.iter().map(|p| middle + f(*p - middle)).collect()
@@ -50,7 +58,7 @@ fn deformed(body: &Body) -> [(&'static str, Vec<DVec3>); 4] {
     [
         ("stretch 1.3", map(&along(1.3))),
         ("shorten 0.75", map(&along(0.75))),
-        ("bend 90 deg", map(&bend)),
-        ("twist 60 deg", map(&twist)),
+        ("bend 90°", map(&bend)),
+        ("twist 60°", map(&twist)),
     ]
 }

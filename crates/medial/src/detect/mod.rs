@@ -19,12 +19,14 @@
 //!   since it was last seen, is told by the normal it was last seen under.
 
 mod primitives;
+mod sieve;
 
 use glam::DVec3;
 use kdop::{Tree, Workspace};
 use surface::{Contact, Stencil};
 
 pub use self::primitives::{PrimitiveContact, primitive_contacts, primitive_contacts_among};
+use self::sieve::Sieve;
 use crate::{Ball, Foot, FootRule, MedialSurface, PrimitiveTree};
 
 /// Contacts that a point keeps at most: what a groove with three sides needs.
@@ -103,7 +105,9 @@ impl Probes<'_> {
 pub struct Counts {
     /// Tests of four bounds against others, in the trees.
     pub bound_tests: u64,
-    /// Tests of a point or ball against a primitive.
+    /// Tests of a direction that may part a point or a primitive from a primitive.
+    pub sieve_tests: u64,
+    /// Tests of a point, a ball or a primitive against a primitive: their distance.
     pub leaf_tests: u64,
 }
 
@@ -151,16 +155,18 @@ pub fn contacts(
     tree.tree().pairs(probes.tree, reach.reach, workspace, |primitive, point| {
         pairs.push((point, primitive));
     });
-    let leaf_tests = pairs.len() as u64;
-    let counts = Counts { bound_tests: workspace.counters().quad_tests, leaf_tests };
+    let bound_tests = workspace.counters().quad_tests;
     let mut found = Vec::new();
-    contacts_among(&mut pairs, |point| probes.ball(point), medial, reach, sides, &mut found);
-    (found.iter().map(|found| found.contact(medial, particles)).collect(), counts)
+    let counts =
+        contacts_among(&mut pairs, |point| probes.ball(point), medial, reach, sides, &mut found);
+    let contacts = found.iter().map(|found| found.contact(medial, particles)).collect();
+    (contacts, Counts { bound_tests, ..counts })
 }
 
 /// As [`contacts`], among pairs of a point and a primitive that the caller found,
 /// and with memory that is the caller's: `pairs` is sorted, and what `out` held is
-/// lost. `ball` tells a point's position, and its radius or 0.
+/// lost. `ball` tells a point's position, and its radius or 0. The bounds that were
+/// tested are not counted.
 ///
 /// # Panics
 ///
@@ -172,23 +178,110 @@ pub fn contacts_among(
     reach: &Reach,
     mut sides: Option<&mut Sides>,
     out: &mut Vec<PointContact>,
-) {
+) -> Counts {
     pairs.sort_unstable();
     pairs.dedup();
     out.clear();
+    let mut sieve = Sieve::default();
     for of_point in pairs.chunk_by(|(a, _), (b, _)| a == b) {
         let (point, first) = (of_point[0].0, out.len());
-        let probe = ball(point);
-        let side = sides.as_ref().map_or(DVec3::ZERO, |sides| sides.of(point));
-        for &pair in of_point {
-            let touch = PointContact::of(pair, probe, medial, reach.rule, side);
-            if touch.gap <= reach.reach {
-                keep(out, first, touch, reach.most);
-            }
+        let probe = Probe {
+            ball: ball(point),
+            side: sides.as_ref().map_or(DVec3::ZERO, |sides| sides.of(point)),
+        };
+        if reach.most == 1 && probe.side == DVec3::ZERO {
+            out.extend(probe.deepest(of_point, medial, reach, &mut sieve));
+        } else {
+            probe.all(of_point, medial, reach, &mut sieve, out);
         }
         if let (Some(sides), Some(nearest)) = (sides.as_deref_mut(), out.get(first)) {
             sides.0[point as usize] = nearest.normal;
         }
+    }
+    Counts { bound_tests: 0, sieve_tests: sieve.tests, leaf_tests: sieve.leaf_tests }
+}
+
+/// A point, and the normal it was last seen under, or zero.
+struct Probe {
+    ball: Ball,
+    side: DVec3,
+}
+
+impl Probe {
+    /// Its contacts with all of the primitives, kept in `out`.
+    fn all(
+        &self,
+        pairs: &[(u32, u32)],
+        medial: &MedialSurface,
+        reach: &Reach,
+        sieve: &mut Sieve,
+        out: &mut Vec<PointContact>,
+    ) {
+        let first = out.len();
+        for &pair in pairs {
+            let balls = medial.primitive_balls(pair.1);
+            let p = self.ball.center;
+            let limit = reach.reach + self.ball.radius + sieve::rounding(p, &balls);
+            // On the other side than it was last seen, it may be far and in contact.
+            if self.side == DVec3::ZERO && sieve.away(p, &balls) > limit {
+                continue;
+            }
+            let touch = self.touch(pair, medial, reach.rule, sieve);
+            if touch.gap <= reach.reach {
+                keep(out, first, touch, reach.most);
+            }
+        }
+    }
+
+    /// Its deepest contact. The primitive that it may be deepest in is asked first,
+    /// and parts it from most others. No contact is lost by rounding.
+    fn deepest(
+        &self,
+        pairs: &[(u32, u32)],
+        medial: &MedialSurface,
+        reach: &Reach,
+        sieve: &mut Sieve,
+    ) -> Option<PointContact> {
+        let Ball { center: p, radius } = self.ball;
+        let mut bounds = std::mem::take(&mut sieve.bounds);
+        bounds.clear();
+        bounds.extend(pairs.iter().map(|pair| sieve.away(p, &medial.primitive_balls(pair.1))));
+        let likely = bounds.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
+        let likely = likely.map(|(k, _)| k);
+        let mut least: Option<PointContact> = None;
+        let others = (0..pairs.len()).filter(|&k| Some(k) != likely);
+        for k in likely.into_iter().chain(others) {
+            let balls = medial.primitive_balls(pairs[k].1);
+            let rounding = sieve::rounding(p, &balls);
+            // Of several that are the deepest up to rounding, one is enough.
+            let limit = match least {
+                Some(least) if least.gap <= reach.reach => least.gap - 2.0 * rounding,
+                _ => reach.reach + rounding,
+            } + radius;
+            let parted = bounds[k] > limit
+                || least.is_some_and(|least| sieve.along(least.normal, p, &balls) > limit)
+                || sieve.across(p, &balls) > limit;
+            if parted {
+                continue;
+            }
+            let touch = self.touch(pairs[k], medial, reach.rule, sieve);
+            if least.is_none_or(|least| touch.gap < least.gap) {
+                least = Some(touch);
+            }
+        }
+        sieve.bounds = bounds;
+        least.filter(|least| least.gap <= reach.reach)
+    }
+
+    fn touch(
+        &self,
+        pair: (u32, u32),
+        medial: &MedialSurface,
+        rule: FootRule,
+        sieve: &mut Sieve,
+    ) -> PointContact {
+        sieve.leaf_tests += 1;
+        PointContact::of(pair, self.ball, medial, rule, self.side)
     }
 }
 

@@ -4,6 +4,7 @@ use glam::DVec3;
 use kdop::Workspace;
 use surface::Term;
 
+use super::sieve::Sieve;
 use super::{Counts, Particles, normal};
 use crate::{Foot, MedialSurface, PrimitiveTree, pair_foot};
 
@@ -70,16 +71,15 @@ pub fn primitive_contacts(
 ) -> (Vec<PrimitiveContact>, Counts) {
     let mut pairs = Vec::new();
     a.1.tree().pairs(b.1.tree(), reach, workspace, |i, j| pairs.push((i, j)));
-    let counts =
-        Counts { bound_tests: workspace.counters().quad_tests, leaf_tests: pairs.len() as u64 };
+    let bound_tests = workspace.counters().quad_tests;
     let mut found = Vec::new();
-    primitive_contacts_among(&mut pairs, a.0, b.0, reach, &mut found);
-    (found, counts)
+    let counts = primitive_contacts_among(&mut pairs, a.0, b.0, reach, &mut found);
+    (found, Counts { bound_tests, ..counts })
 }
 
 /// As [`primitive_contacts`], among pairs of primitives that the caller found, and
 /// with memory that is the caller's: `pairs` is sorted, and what `out` held is
-/// lost.
+/// lost. The bounds that were tested are not counted.
 ///
 /// # Panics
 ///
@@ -90,9 +90,19 @@ pub fn primitive_contacts_among(
     b: &MedialSurface,
     reach: f64,
     out: &mut Vec<PrimitiveContact>,
-) {
+) -> Counts {
     pairs.sort_unstable();
     out.clear();
-    let contacts = pairs.iter().map(|&(i, j)| PrimitiveContact::of([i, j], a, b));
-    out.extend(contacts.filter(|contact| contact.gap <= reach));
+    let mut sieve = Sieve::default();
+    for &(i, j) in &*pairs {
+        if sieve.parts(&a.primitive_balls(i), &b.primitive_balls(j), reach) {
+            continue;
+        }
+        sieve.leaf_tests += 1;
+        let contact = PrimitiveContact::of([i, j], a, b);
+        if contact.gap <= reach {
+            out.push(contact);
+        }
+    }
+    Counts { bound_tests: 0, sieve_tests: sieve.tests, leaf_tests: sieve.leaf_tests }
 }
