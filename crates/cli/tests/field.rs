@@ -57,6 +57,33 @@ fn a_field_goes_from_format_to_format_and_back_unchanged() {
     assert!(bytes(&workshop, "a.nrrd") == bytes(&workshop, "c.nrrd"), "the same file again");
 }
 
+/// In half the bytes, off by half a step, whether built so or made so of a file.
+#[test]
+fn steps_are_kept_from_file_to_file() {
+    let workshop = workshop();
+    let runs: [&[&str]; 5] = [
+        &["bone.obj", "--out", "floats.nrrd", "--json", "floats.json"],
+        &["bone.obj", "--step", "0.07", "--out", "a.nrrd", "--json", "a.json"],
+        &["a.nrrd", "--out", "b.vti"],
+        &["b.vti", "--out", "c.nrrd", "--json", "c.json"],
+        &["floats.nrrd", "--step", "0.07", "--out", "d.nrrd"],
+    ];
+    for arguments in runs {
+        let run = workshop.run("field", arguments);
+        assert_eq!(run.status, 0, "{arguments:?}: {}", run.stderr);
+        let told = run.stdout.contains("in steps of 0.07, 16 bits each");
+        assert_eq!(told, arguments[0] != "bone.obj" || arguments[1] == "--step", "{}", run.stdout);
+    }
+    let [floats, a, c, d] =
+        ["floats.nrrd", "a.nrrd", "c.nrrd", "d.nrrd"].map(|name| bytes(&workshop, name));
+    assert!(a == c && a == d, "the same file each way");
+    assert!(a.len() < floats.len() / 2 + 300, "{} of {}", a.len(), floats.len());
+    let least = |name: &str| json(&workshop, name)["least"].as_f64().unwrap();
+    let apart = (least("a.json") - least("floats.json")).abs();
+    assert!(apart > 0.0 && apart < 0.035 + 1e-6, "{apart}");
+    assert_eq!(json(&workshop, "c.json")["storage"]["Steps"]["step"].as_f64(), Some(0.07));
+}
+
 #[test]
 fn options_reach_the_build() {
     let workshop = workshop();
@@ -121,6 +148,13 @@ fn bad_input_is_named_and_nothing_is_written() {
         (&["bone.obj", "--padding", "-2"], "bone.obj: padding is -2"),
         (&["bone.obj", "--spacing", "0.0001"], "bone.obj: a grid of 1.250e17 nodes needs"),
         (&["open.obj", "--method", "seed"], "open.obj: sign by"),
+        (
+            &["bone.obj", "--step", "0"],
+            "bone.obj: storage step is 0, but must be finite and positive",
+        ),
+        (&["bone.obj", "--step", "0.0001"], "bone.obj: a storage step of 0.0001 reaches 3.2767"),
+        (&["good.nrrd", "--step", "-2"], "good.nrrd: storage step is -2"),
+        (&["good.nrrd", "--step", "0.0001"], "good.nrrd: a storage step of 0.0001 reaches"),
         (&["good.nrrd", "--spacing", "2"], "good.nrrd: is a field already"),
     ];
     for &(arguments, expected) in cases {

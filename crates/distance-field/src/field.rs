@@ -70,6 +70,12 @@ impl DistanceField {
         nodes.map(|node| crate::num::single(self.node(node))).collect()
     }
 
+    /// What the values are kept as.
+    #[must_use]
+    pub fn storage(&self) -> Storage {
+        self.store.storage()
+    }
+
     /// Bytes that the values take.
     #[must_use]
     pub fn bytes(&self) -> usize {

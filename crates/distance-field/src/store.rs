@@ -50,6 +50,15 @@ impl Store {
         })
     }
 
+    /// What the values are kept as.
+    pub(crate) fn storage(&self) -> Storage {
+        match self {
+            Self::Floats(_) => Storage::Dense,
+            Self::Steps(nodes) => Storage::Steps { step: nodes.step() },
+            Self::Bricks(nodes) => Storage::Bricks { step: nodes.step() },
+        }
+    }
+
     /// Bytes that the values take.
     pub(crate) fn bytes(&self) -> usize {
         match self {
@@ -82,7 +91,8 @@ fn in_steps(values: &[f32], step: f64) -> Result<Vec<i16>, FieldError> {
     check_positive("storage step", step)?;
     let needed = f64::from(values.iter().fold(0.0_f32, |most, value| most.max(value.abs())));
     let reach = step * f64::from(i16::MAX);
-    if needed > reach {
+    // Rounded, since the largest that is stored may have been so as a float.
+    if nearest(needed / step) > i64::from(i16::MAX) {
         return Err(FieldError::StepTooSmall { step, reach, needed });
     }
     let rounded = |&value: &f32| {

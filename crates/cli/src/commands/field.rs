@@ -5,7 +5,9 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use musculo_collide::distance_field::{BuildOptions, DistanceField, Method, Phase, SignRule};
+use musculo_collide::distance_field::{
+    BuildOptions, DistanceField, Method, Phase, SignRule, Storage,
+};
 use musculo_collide::surface::TriangleSurface;
 
 use super::{Failure, Outcome, in_threads};
@@ -28,10 +30,12 @@ Examples:
   musculo-collide field femur.ply --out femur.nrrd
   musculo-collide field pelvis.stl --spacing 0.5 --out pelvis.vti --picture pelvis.png
   musculo-collide field femur.nrrd --out femur.vti
+  musculo-collide field femur.ply --step 0.001 --out small.nrrd
 
 NRRD opens in 3D Slicer, VTI in ParaView, in the place of the mesh: both hold 32-bit
-floats in the mesh's own frame and unit; NRRD calls the frame left-posterior-superior,
-as 3D Slicer does with meshes that name none.
+floats in the mesh's own frame and unit, or with --step whole steps in 16 bits, beside
+which they say how long a step is. NRRD calls the frame left-posterior-superior, as
+3D Slicer does with meshes that name none.
 
 Exit status: 0 it worked, 2 bad input or usage.")]
 pub(crate) struct FieldArguments {
@@ -41,6 +45,11 @@ pub(crate) struct FieldArguments {
 
     #[command(flatten)]
     build: BuildArguments,
+
+    /// Keep distances as whole steps of this length, in half the room: each is off by
+    /// half a step at most
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
+    step: Option<f64>,
 
     /// Write the field
     #[arg(long, value_name = "FILE.nrrd | .vti")]
@@ -150,7 +159,12 @@ fn read_field(
         return Err(named(path, problem));
     }
     let _progress = Progress::start("reading", 1);
-    let field = format.read(path).map_err(|error| named(path, error))?;
+    let mut field = format.read(path).map_err(|error| named(path, error))?;
+    if let Some(step) = arguments.step {
+        let storage = Storage::Steps { step };
+        field = DistanceField::from_values(*field.grid(), field.values(), storage)
+            .map_err(|error| named(path, error))?;
+    }
     let record = FieldRecord::new(path.display().to_string(), &field, None);
     Ok((field, record))
 }
@@ -166,7 +180,10 @@ fn build_field(arguments: &FieldArguments) -> Result<(DistanceField, FieldRecord
     let surface = TriangleSurface::new(mesh.positions.len(), mesh.faces);
     let surface = surface.map_err(|error| named(path, error))?;
     let x = surface.positions(&mesh.positions).map_err(|error| named(path, error))?;
-    let options = arguments.build.options();
+    let mut options = arguments.build.options();
+    if let Some(step) = arguments.step {
+        options.storage = Storage::Steps { step };
+    }
     let field = DistanceField::build(&surface, x, &options).map_err(|error| named(path, error))?;
     let built = BuiltRecord::new(sizes, options, field.report());
     let record = FieldRecord::new(path.display().to_string(), &field, Some(built));

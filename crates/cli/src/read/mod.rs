@@ -24,7 +24,7 @@ use rayon::prelude::*;
 
 pub(crate) use self::error::MeshError;
 pub(crate) use self::mesh::Mesh;
-pub(crate) use self::vtk_array::{Array, Conventions};
+pub(crate) use self::vtk_array::{Appended, Array, Conventions};
 pub(crate) use self::vtp::{attribute, cut_appended, text_of};
 
 /// Reads every file, in parallel; the results stand in the order of the paths.

@@ -83,8 +83,8 @@ impl Array {
         }
     }
 
-    /// The numbers of an array of indices.
-    pub(super) fn integers(
+    /// The numbers of an array of indices or of steps.
+    pub(crate) fn integers(
         &self,
         conventions: &Conventions,
         appended: Option<Appended<'_>>,

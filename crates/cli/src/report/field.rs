@@ -1,7 +1,7 @@
 //! What is told of a distance field: its grid, its error, its warnings.
 
 use musculo_collide::distance_field::{
-    BuildOptions, BuildReport, Comparison, DistanceField, Warning,
+    BuildOptions, BuildReport, Comparison, DistanceField, Storage, Warning,
 };
 use serde::Serialize;
 
@@ -16,6 +16,7 @@ pub(crate) struct FieldRecord {
     pub(crate) dims: [usize; 3],
     pub(crate) least: f32,
     pub(crate) greatest: f32,
+    pub(crate) storage: Storage,
     /// Only what was built here has the rest.
     pub(crate) built: Option<BuiltRecord>,
 }
@@ -40,7 +41,8 @@ impl FieldRecord {
         let (least, greatest) =
             values.iter().fold(ends, |(lo, hi), &value| (lo.min(value), hi.max(value)));
         let (spacing, origin, dims) = (grid.spacing(), grid.origin().to_array(), grid.dims());
-        Self { file, spacing, origin, dims, least, greatest, built }
+        let storage = field.storage();
+        Self { file, spacing, origin, dims, least, greatest, storage, built }
     }
 }
 
@@ -82,6 +84,9 @@ pub(crate) fn field_table(record: &FieldRecord) -> String {
     );
     let (least, greatest) = (f64::from(record.least), f64::from(record.greatest));
     text += &format!("  distances  {} to {}\n", measure(least), measure(greatest));
+    if let Storage::Steps { step } | Storage::Bricks { step } = record.storage {
+        text += &format!("  kept       in steps of {step}, 16 bits each\n");
+    }
     if let Some(built) = &record.built {
         text += &built_lines(built);
     }

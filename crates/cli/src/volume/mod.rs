@@ -1,9 +1,10 @@
 //! Distance fields as volume files, out and in: NRRD for 3D Slicer and ITK, VTI
 //! for `ParaView` and VTK.
 //!
-//! Both hold one 32-bit float a node, x running fastest, in the length unit and
-//! the frame of the mesh that the field was built from, so that a viewer shows
-//! the field over its mesh. NRRD names that frame left–posterior–superior, which
+//! Both hold one number a node, x running fastest, in the frame of the mesh that
+//! the field was built from, so that a viewer shows the field over its mesh: a
+//! 32-bit float in the mesh's length unit, or, of a field that is kept in steps, the
+//! 16-bit number of these, and beside them the length of one. NRRD names that frame left–posterior–superior, which
 //! is how 3D Slicer takes mesh files that name none.
 //!
 //! The data are raw. Nothing else of a field is kept: what is read back has its
@@ -62,23 +63,61 @@ impl VolumeFormat {
     }
 }
 
-/// A field of what a file says, its values as `bytes` in the file's order.
+/// The nodes of a field as a file holds them.
+enum Values {
+    /// Distances.
+    Floats(Vec<f32>),
+    /// Whole steps, and the length of one.
+    Steps(Vec<i16>, f64),
+}
+
+impl Values {
+    fn of(field: &DistanceField) -> Self {
+        match field.storage() {
+            Storage::Dense => Self::Floats(field.values()),
+            Storage::Steps { step } | Storage::Bricks { step } => {
+                let steps = field.values().iter().map(|&value| whole_steps(value, step)).collect();
+                Self::Steps(steps, step)
+            }
+        }
+    }
+
+    /// As both formats hold them, the least byte of each number first.
+    fn little_endian(&self) -> Vec<u8> {
+        match self {
+            Self::Floats(values) => values.iter().flat_map(|value| value.to_le_bytes()).collect(),
+            Self::Steps(values, _) => values.iter().flat_map(|value| value.to_le_bytes()).collect(),
+        }
+    }
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "a value kept in steps is at most 32767 of them"
+)]
+fn whole_steps(value: f32, step: f64) -> i16 {
+    (f64::from(value) / step).round() as i16
+}
+
+/// A field of what a file says.
 fn field(
     (origin, spacing, dims): (DVec3, f64, [usize; 3]),
-    values: Vec<f32>,
+    values: Values,
 ) -> Result<DistanceField, VolumeError> {
     let grid = Grid::new(origin, spacing, dims)?;
-    Ok(DistanceField::from_values(grid, values, Storage::Dense)?)
+    let (values, storage) = match values {
+        Values::Floats(values) => (values, Storage::Dense),
+        Values::Steps(values, step) => {
+            let lengths = values.iter().map(|&steps| single(step * f64::from(steps))).collect();
+            (lengths, Storage::Steps { step })
+        }
+    };
+    Ok(DistanceField::from_values(grid, values, storage)?)
 }
 
 /// How many values a grid has, unless no memory could hold them.
 fn count(dims: [usize; 3]) -> Option<usize> {
     dims.iter().try_fold(1_usize, |count, &n| count.checked_mul(n))
-}
-
-/// Values as the little-endian floats that both formats hold.
-fn little_endian(values: &[f32]) -> impl Iterator<Item = u8> {
-    values.iter().flat_map(|value| value.to_le_bytes())
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "a field keeps 32-bit floats")]

@@ -5,25 +5,33 @@
 use glam::DVec3;
 use musculo_collide::distance_field::DistanceField;
 
-use super::{VolumeError, count, field, little_endian, single};
+use super::{Values, VolumeError, count, field, single};
 
 const FORMAT: &str = "NRRD";
 
+/// Key of the length of a step, where values are whole steps.
+const STEP: &str = "distance step";
+
 /// A field as a file with its header attached.
 pub(super) fn encode(field: &DistanceField) -> Vec<u8> {
-    let mut bytes = header(field).into_bytes();
-    bytes.extend(little_endian(&field.values()));
+    let values = Values::of(field);
+    let mut bytes = header(field, &values).into_bytes();
+    bytes.extend(values.little_endian());
     bytes
 }
 
-pub(super) fn header(field: &DistanceField) -> String {
+pub(super) fn header(field: &DistanceField, values: &Values) -> String {
     let (DVec3 { x, y, z }, h) = (field.grid().origin(), field.grid().spacing());
     let [nx, ny, nz] = field.grid().dims();
+    let (unit, number, key) = match values {
+        Values::Floats(_) => ("", "float", String::new()),
+        Values::Steps(_, step) => (" in steps", "short", format!("{STEP}:={step}\n")),
+    };
     format!(
         "NRRD0004
 # Nodes of a signed distance field, in the frame and the length unit of its mesh.
-content: signed distance, negative inside
-type: float
+content: signed distance{unit}, negative inside
+type: {number}
 dimension: 3
 space: left-posterior-superior
 sizes: {nx} {ny} {nz}
@@ -32,12 +40,12 @@ kinds: domain domain domain
 endian: little
 encoding: raw
 space origin: ({x},{y},{z})
-
+{key}
 "
     )
 }
 
-/// Reads raw floats or doubles on a grid along the axes, of one spacing.
+/// Reads raw floats, doubles or 16-bit steps on a grid along the axes, of one spacing.
 pub(super) fn decode(bytes: &[u8]) -> Result<DistanceField, VolumeError> {
     let (header, data) = Header::cut(bytes)?;
     header.check_supported()?;
@@ -47,8 +55,12 @@ pub(super) fn decode(bytes: &[u8]) -> Result<DistanceField, VolumeError> {
     field((origin, spacing, dims), values)
 }
 
-/// The fields of a header; keys and values of applications are left out.
-struct Header<'a>(Vec<(&'a str, &'a str)>);
+/// What a header says, by name.
+struct Header<'a> {
+    fields: Vec<(&'a str, &'a str)>,
+    /// Keys and values of applications.
+    keys: Vec<(&'a str, &'a str)>,
+}
 
 impl<'a> Header<'a> {
     /// Splits a file at the empty line behind its header.
@@ -56,7 +68,7 @@ impl<'a> Header<'a> {
         if !bytes.starts_with(b"NRRD000") {
             return Err(malformed("line 1", "does not begin with NRRD000 and a digit".to_owned()));
         }
-        let (mut fields, mut rest) = (Vec::new(), bytes);
+        let (mut fields, mut keys, mut rest) = (Vec::new(), Vec::new(), bytes);
         for number in 1.. {
             let place = format!("line {number}");
             let end = rest.iter().position(|&byte| byte == b'\n');
@@ -69,16 +81,21 @@ impl<'a> Header<'a> {
             match line.split_once(':') {
                 _ if line.is_empty() => break,
                 _ if number == 1 || line.starts_with('#') => {}
-                Some((_, value)) if value.starts_with('=') => {}
-                Some((name, value)) => fields.push((name.trim(), value.trim())),
+                Some((name, value)) => match value.strip_prefix('=') {
+                    Some(value) => keys.push((name, value)),
+                    None => fields.push((name.trim(), value.trim())),
+                },
                 None => return Err(malformed(&place, format!("'{line}' is no field"))),
             }
         }
-        Ok((Self(fields), rest))
+        Ok((Self { fields, keys }, rest))
     }
 
     fn get(&self, name: &str) -> Option<&'a str> {
-        self.0.iter().find(|(known, _)| known.eq_ignore_ascii_case(name)).map(|(_, value)| *value)
+        self.fields
+            .iter()
+            .find(|(known, _)| known.eq_ignore_ascii_case(name))
+            .map(|(_, value)| *value)
     }
 
     fn need(&self, name: &str) -> Result<&'a str, VolumeError> {
@@ -145,17 +162,31 @@ impl<'a> Header<'a> {
         equal(spacings).ok_or_else(|| unsupported(format!("a grid of spacings {text}")))
     }
 
-    fn values(&self, data: &[u8], dims: [usize; 3]) -> Result<Vec<f32>, VolumeError> {
+    fn values(&self, data: &[u8], dims: [usize; 3]) -> Result<Values, VolumeError> {
         let is_big = match self.need("endian")? {
             "little" => false,
             "big" => true,
             other => return Err(malformed("endian", format!("'{other}' is no order of bytes"))),
         };
         match self.need("type")? {
-            "float" => numbers(data, dims, is_big, f32::from_le_bytes),
-            "double" => numbers(data, dims, is_big, |bytes| single(f64::from_le_bytes(bytes))),
+            "float" => numbers(data, dims, is_big, f32::from_le_bytes).map(Values::Floats),
+            "double" => numbers(data, dims, is_big, |bytes| single(f64::from_le_bytes(bytes)))
+                .map(Values::Floats),
+            "short" | "short int" | "signed short" | "int16" | "int16_t" => {
+                let steps = numbers(data, dims, is_big, i16::from_le_bytes)?;
+                Ok(Values::Steps(steps, self.step()?))
+            }
             other => Err(unsupported(format!("values of type '{other}'"))),
         }
+    }
+
+    /// Length of a step.
+    fn step(&self) -> Result<f64, VolumeError> {
+        let Some((_, text)) = self.keys.iter().find(|(key, _)| *key == STEP) else {
+            let problem = format!("values of 16 bits need a line '{STEP}:=' and the length of one");
+            return Err(malformed("header", problem));
+        };
+        text.trim().parse().map_err(|_| malformed(STEP, format!("'{text}' is not a length")))
     }
 }
 
@@ -174,12 +205,12 @@ fn equal([x, y, z]: [f64; 3]) -> Option<f64> {
     (x.total_cmp(&y).is_eq() && x.total_cmp(&z).is_eq()).then_some(x)
 }
 
-fn numbers<const N: usize>(
+fn numbers<const N: usize, T>(
     data: &[u8],
     dims: [usize; 3],
     is_big: bool,
-    number: impl Fn([u8; N]) -> f32,
-) -> Result<Vec<f32>, VolumeError> {
+    number: impl Fn([u8; N]) -> T,
+) -> Result<Vec<T>, VolumeError> {
     if count(dims).and_then(|count| count.checked_mul(N)) != Some(data.len()) {
         let expected = dims.iter().fold(N as u128, |bytes, &n| bytes.saturating_mul(n as u128));
         return Err(VolumeError::Size { format: FORMAT, dims, expected, found: data.len() });
@@ -198,7 +229,7 @@ fn malformed(place: &str, problem: String) -> VolumeError {
 }
 
 fn unsupported(feature: String) -> VolumeError {
-    let advice = "save it as raw floats behind their header, on a grid along the axes with one \
+    let advice = "save it as raw floats or steps behind their header, on a grid along the axes with one \
                   spacing, left-posterior-superior";
     VolumeError::Unsupported { format: FORMAT, feature, advice }
 }

@@ -10,10 +10,18 @@ fn sample() -> DistanceField {
     DistanceField::from_values(grid, values, Storage::Dense).unwrap()
 }
 
+/// The same in steps: the largest there are among them.
+fn sample_in_steps() -> DistanceField {
+    let (step, dense) = (0.000_3, sample());
+    let mut values = dense.values();
+    (values[5], values[6]) = (single(32767.0 * step), single(-32767.0 * step));
+    DistanceField::from_values(*dense.grid(), values, Storage::Steps { step }).unwrap()
+}
+
 const BOTH: [VolumeFormat; 2] = [VolumeFormat::Nrrd, VolumeFormat::Vti];
 
 fn same(a: &DistanceField, b: &DistanceField) -> bool {
-    a.grid() == b.grid() && a.values() == b.values()
+    a.grid() == b.grid() && a.values() == b.values() && a.storage() == b.storage()
 }
 
 /// `bytes` with the first `from` in their header replaced.
@@ -25,11 +33,40 @@ fn with(bytes: &[u8], from: &str, to: &str) -> Vec<u8> {
 
 #[test]
 fn what_is_written_reads_back_to_the_bit() {
-    for format in BOTH {
-        let field = sample();
+    for (format, field) in BOTH.into_iter().flat_map(|f| [(f, sample()), (f, sample_in_steps())]) {
         let again = format.decode(&format.encode(&field)).unwrap();
         assert!(same(&again, &field), "{format:?}");
         assert_eq!(format.encode(&again), format.encode(&field));
+    }
+}
+
+/// What both formats hold of a field in steps: 16 bits a node, least byte first, and the step.
+#[test]
+fn steps_are_written_as_they_are_kept() {
+    let field = sample_in_steps();
+    let dense = sample();
+    let expected: Vec<u8> = field
+        .values()
+        .iter()
+        .map(|value| (f64::from(*value) / 0.000_3).round())
+        .flat_map(|steps| format!("{steps}").parse::<i16>().unwrap().to_le_bytes())
+        .collect();
+    assert_eq!(expected[10..14], [0xff, 0x7f, 0x01, 0x80]);
+    for (format, behind) in [(VolumeFormat::Nrrd, 0), (VolumeFormat::Vti, 28)] {
+        let bytes = format.encode(&field);
+        assert_eq!(bytes[bytes.len() - behind - 48..bytes.len() - behind], expected, "{format:?}");
+    }
+    // In bricks or not, the file is the same, and read back it is off by half a step at most.
+    let values = field.values();
+    let bricks =
+        DistanceField::from_values(*dense.grid(), values, Storage::Bricks { step: 0.000_3 });
+    let bricks = bricks.unwrap();
+    for format in BOTH {
+        assert_eq!(format.encode(&bricks), format.encode(&field), "{format:?}");
+        let again = format.decode(&format.encode(&field)).unwrap();
+        for (node, (a, b)) in again.values().iter().zip(dense.values()).enumerate() {
+            assert!((a - b).abs() <= 0.000_151 || [5, 6].contains(&node), "{node}: {a} {b}");
+        }
     }
 }
 
@@ -57,8 +94,11 @@ fn arbitrary_fields_read_back() {
 
 #[test]
 fn the_headers_are_as_recorded() {
-    insta::assert_snapshot!("nrrd_header", nrrd::header(&sample()));
-    insta::assert_snapshot!("vti_header", vti::header(&sample()));
+    for (name, field) in [("header", sample()), ("header_of_steps", sample_in_steps())] {
+        let values = Values::of(&field);
+        insta::assert_snapshot!(format!("nrrd_{name}"), nrrd::header(&field, &values));
+        insta::assert_snapshot!(format!("vti_{name}"), vti::header(&field, &values));
+    }
 }
 
 #[test]
@@ -94,10 +134,23 @@ fn other_ways_to_write_the_same_are_read() {
         assert!(same(&VolumeFormat::Nrrd.decode(&file).unwrap(), &field));
     }
     let ascii: Vec<String> = field.values().iter().map(f32::to_string).collect();
-    let vti =
-        String::from_utf8(VolumeFormat::Vti.encode(&field)[..vti::header(&field).len()].to_vec());
-    let vti = vti.unwrap().split("<AppendedData").next().unwrap().to_owned() + "</VTKFile>";
+    let header = vti::header(&field, &Values::of(&field));
+    let vti = header.split("<AppendedData").next().unwrap().to_owned() + "</VTKFile>";
     let inline = format!("format=\"ascii\">{}</DataArray>", ascii.join(" "));
+    let vti = with(vti.as_bytes(), "format=\"appended\" offset=\"0\"/>", &inline);
+    assert!(same(&VolumeFormat::Vti.decode(&vti).unwrap(), &field));
+
+    let field = sample_in_steps();
+    let bytes = VolumeFormat::Nrrd.encode(&field);
+    let data = &bytes[bytes.len() - 48..];
+    let swapped = data.as_chunks::<2>().0.iter().flat_map(|&[low, high]| [high, low]);
+    let big =
+        [&with(&bytes[..bytes.len() - 48], "little", "big")[..], &swapped.collect::<Vec<_>>()];
+    assert!(same(&VolumeFormat::Nrrd.decode(&big.concat()).unwrap(), &field));
+    let header = vti::header(&field, &Values::of(&field));
+    let vti = header.split("<AppendedData").next().unwrap().to_owned() + "</VTKFile>";
+    let steps = data.as_chunks::<2>().0.iter().map(|&b| i16::from_le_bytes(b).to_string());
+    let inline = format!("format=\"ascii\">{}</DataArray>", steps.collect::<Vec<_>>().join(" "));
     let vti = with(vti.as_bytes(), "format=\"appended\" offset=\"0\"/>", &inline);
     assert!(same(&VolumeFormat::Vti.decode(&vti).unwrap(), &field));
 }
@@ -115,8 +168,8 @@ fn an_extent_need_not_begin_at_0() {
 
 #[test]
 fn nothing_that_was_cut_off_is_read() {
-    for format in BOTH {
-        let bytes = format.encode(&sample());
+    for (format, field) in BOTH.into_iter().flat_map(|f| [(f, sample()), (f, sample_in_steps())]) {
+        let bytes = format.encode(&field);
         // Behind its data a VTI file holds two closing tags, which may go.
         let needed = bytes.len() - if format == VolumeFormat::Vti { 29 } else { 1 };
         for length in 0..=needed {
@@ -172,13 +225,58 @@ fn bad_files_are_refused_with_the_place() {
         (with(&vti, "0 1 0 2 0 3", "0 1 0 2 0 4"), "a part of a grid"),
         (with(&vti, "0 1 0 2 0 3", "0 1 0 2"), "'0 1 0 2' is not the extent"),
         (with(&vti, "ImageData", "PolyData"), "data of type 'PolyData'"),
-        (with(&vti, "Float32", "Int16"), "type 'Int16'"),
+        (with(&vti, "Float32", "UInt8"), "type 'UInt8'"),
+        // Twice as many steps as there are nodes.
+        (with(&vti, "Float32", "Int16"), "needs 48 bytes of data, but 96 are there"),
         (with(&vti, "offset=\"0\"", "offset=\"900\""), "offset 900 is behind the end"),
         (with(&vti, "offset=\"0\"", "offset=\"-1\""), "the offset is not a count"),
         (with(&vti, "Spacing=\"0.1 0.1", "Spacing=\"0.1 0.3"), "a grid of spacings 0.1 0.3 0.1"),
         (with(&vti, "Direction=\"1 0", "Direction=\"0 1"), "a grid along [0.0, 1.0"),
         (with(&vti, "Origin=\"", "Origin=\"x"), "is not 3 numbers"),
         (with(&with(&vti, "PointData", "CellData"), "/PointData", "/CellData"), "none of 0 arrays"),
+    ];
+    for (file, expected) in cases {
+        let error = VolumeFormat::Vti.decode(&file).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}, not {expected}");
+    }
+}
+
+#[test]
+fn bad_steps_are_refused_with_the_place() {
+    let [nrrd, vti] = BOTH.map(|format| format.encode(&sample_in_steps()));
+    let line = "distance step:=0.0003\n";
+    let least = |format: VolumeFormat, behind: usize| {
+        let mut bytes = format.encode(&sample_in_steps());
+        let at = bytes.len() - behind - 2;
+        bytes[at..at + 2].copy_from_slice(&i16::MIN.to_le_bytes());
+        bytes
+    };
+    let cases = [
+        (with(&nrrd, line, ""), "header: values of 16 bits need a line 'distance step:='"),
+        (with(&nrrd, ":=0.0003", ": 0.0003"), "values of 16 bits need a line"),
+        (with(&nrrd, "0.0003", "a hair"), "distance step: 'a hair' is not a length"),
+        (with(&nrrd, "0.0003", "-1"), "storage step is -1, but must be finite and positive"),
+        (with(&nrrd, "0.0003", "0"), "storage step is 0, but must be finite and positive"),
+        (with(&nrrd, "0.0003", "nan"), "node 0 is not finite"),
+        (with(&nrrd, "type: short", "type: ushort"), "values of type 'ushort'"),
+        (with(&nrrd, "type: short", "type: float"), "needs 96 bytes of data, but 48 are there"),
+        (least(VolumeFormat::Nrrd, 0), "a storage step of 0.0003 reaches 9.830"),
+    ];
+    for (file, expected) in cases {
+        let error = VolumeFormat::Nrrd.decode(&file).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}, not {expected}");
+    }
+    let cases = [
+        (
+            with(&vti, "\"distance_step", "\"step"),
+            "need an array 'distance_step' in the field data",
+        ),
+        (with(&vti, ">0.0003<", "><"), "the array 'distance_step' holds 0 numbers, not one"),
+        (with(&vti, ">0.0003<", ">1 2<"), "the array 'distance_step' holds 2 numbers, not one"),
+        (with(&vti, ">0.0003<", ">a hair<"), "array 'distance_step': 'a' is not a number"),
+        (with(&vti, ">0.0003<", ">-1<"), "storage step is -1, but must be finite and positive"),
+        (with(&vti, "Int16", "Float32"), "needs 96 bytes of data, but 48 are there"),
+        (least(VolumeFormat::Vti, 28), "a storage step of 0.0003 reaches 9.830"),
     ];
     for (file, expected) in cases {
         let error = VolumeFormat::Vti.decode(&file).unwrap_err().to_string();

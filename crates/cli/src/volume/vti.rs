@@ -11,8 +11,8 @@ use musculo_collide::distance_field::DistanceField;
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
-use super::{VolumeError, count, field, little_endian, single};
-use crate::read::{Array, Conventions, attribute, cut_appended, text_of};
+use super::{Values, VolumeError, count, field, single};
+use crate::read::{Appended, Array, Conventions, attribute, cut_appended, text_of};
 
 const FORMAT: &str = "VTI";
 
@@ -20,31 +20,50 @@ const FORMAT: &str = "VTI";
 /// are several.
 const NAME: &str = "signed_distance";
 
+/// The same where values are whole steps, and of the array in the field data that
+/// holds the length of one.
+const NAME_IN_STEPS: &str = "signed_distance_in_steps";
+const STEP: &str = "distance_step";
+
 /// A field as a file.
 pub(super) fn encode(field: &DistanceField) -> Vec<u8> {
-    let values = field.values();
-    let mut bytes = header(field).into_bytes();
-    bytes.extend((size_of_val(&values[..]) as u64).to_le_bytes());
-    bytes.extend(little_endian(&values));
+    let values = Values::of(field);
+    let mut bytes = header(field, &values).into_bytes();
+    let data = values.little_endian();
+    bytes.extend((data.len() as u64).to_le_bytes());
+    bytes.extend(data);
     bytes.extend(b"\n</AppendedData>\n</VTKFile>\n");
     bytes
 }
 
-pub(super) fn header(field: &DistanceField) -> String {
+pub(super) fn header(field: &DistanceField, values: &Values) -> String {
     let (DVec3 { x, y, z }, h) = (field.grid().origin(), field.grid().spacing());
     let [i, j, k] = field.grid().dims().map(|n| n - 1);
+    let (number, name, field_data) = match values {
+        Values::Floats(_) => ("Float32", NAME, String::new()),
+        Values::Steps(_, step) => ("Int16", NAME_IN_STEPS, step_array(*step)),
+    };
     format!(
         r#"<?xml version="1.0"?>
 <VTKFile type="ImageData" version="1.0" byte_order="LittleEndian" header_type="UInt64">
 <ImageData WholeExtent="0 {i} 0 {j} 0 {k}" Origin="{x} {y} {z}" Spacing="{h} {h} {h}" Direction="1 0 0 0 1 0 0 0 1">
-<Piece Extent="0 {i} 0 {j} 0 {k}">
-<PointData Scalars="{NAME}">
-<DataArray type="Float32" Name="{NAME}" NumberOfComponents="1" format="appended" offset="0"/>
+{field_data}<Piece Extent="0 {i} 0 {j} 0 {k}">
+<PointData Scalars="{name}">
+<DataArray type="{number}" Name="{name}" NumberOfComponents="1" format="appended" offset="0"/>
 </PointData>
 </Piece>
 </ImageData>
 <AppendedData encoding="raw">
 _"#
+    )
+}
+
+fn step_array(step: f64) -> String {
+    format!(
+        r#"<FieldData>
+<DataArray type="Float64" Name="{STEP}" NumberOfTuples="1" format="ascii">{step}</DataArray>
+</FieldData>
+"#
     )
 }
 
@@ -58,16 +77,37 @@ pub(super) fn decode(bytes: &[u8]) -> Result<DistanceField, VolumeError> {
         return Err(unsupported("a part of a grid".to_owned()));
     }
     let array = document.array()?;
-    let values = array.floats(&document.conventions, appended)?;
-    if count(dims) != Some(values.len()) {
-        let width = if array.number_type == "Float64" { 8 } else { 4 };
-        let expected = dims.iter().fold(width, |bytes: u128, &n| bytes.saturating_mul(n as u128));
-        let found = values.len() * if width == 8 { 8 } else { 4 };
-        return Err(VolumeError::Size { format: FORMAT, dims, expected, found });
-    }
+    let conventions = &document.conventions;
+    let values = if array.number_type == "Int16" {
+        let steps = array.integers(conventions, appended)?.into_iter().map(i16::try_from);
+        let steps: Result<Vec<i16>, _> = steps.collect();
+        let steps = steps.map_err(|_| malformed("a step is beyond 16 bits".to_owned()))?;
+        check_count(array, dims, steps.len())?;
+        Values::Steps(steps, document.step(appended)?)
+    } else {
+        let values = array.floats(conventions, appended)?;
+        check_count(array, dims, values.len())?;
+        Values::Floats(values.into_iter().map(single).collect())
+    };
     let first = document.whole.map_or([0; 3], |extent| extent.0.map(|[first, _]| first));
     let origin = document.origin + document.spacing * DVec3::from_array(first.map(f64::from));
-    field((origin, document.spacing, dims), values.into_iter().map(single).collect())
+    field((origin, document.spacing, dims), values)
+}
+
+/// One value a node.
+fn check_count(array: &Array, dims: [usize; 3], found: usize) -> Result<(), VolumeError> {
+    if count(dims) == Some(found) {
+        return Ok(());
+    }
+    let width: u8 = match array.number_type.as_str() {
+        "Float64" => 8,
+        "Int16" => 2,
+        _ => 4,
+    };
+    let nodes = |bytes: u128, &n: &usize| bytes.saturating_mul(n as u128);
+    let expected = dims.iter().fold(width.into(), nodes);
+    let found = found * usize::from(width);
+    Err(VolumeError::Size { format: FORMAT, dims, expected, found })
 }
 
 /// Numbers of the first and last node along each axis.
@@ -83,6 +123,15 @@ impl Extent {
     }
 }
 
+/// What the array that is read next belongs to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Place {
+    Points,
+    Field,
+    #[default]
+    Elsewhere,
+}
+
 /// What a file says of its grid, with the arrays at its points.
 #[derive(Debug, Default)]
 struct Document {
@@ -93,8 +142,10 @@ struct Document {
     spacing: f64,
     /// The array that the file calls active.
     active: Option<String>,
-    is_at_points: bool,
+    place: Place,
     arrays: Vec<Array>,
+    /// The array with the length of a step.
+    step: Option<Array>,
 }
 
 impl Document {
@@ -112,8 +163,8 @@ impl Document {
                     document.keep(tag, Vec::new(), &place)?;
                 }
                 Event::Start(tag) | Event::Empty(tag) => document.open(tag, &place)?,
-                Event::End(tag) if tag.name().as_ref() == "PointData" => {
-                    document.is_at_points = false;
+                Event::End(tag) if ["PointData", "FieldData"].contains(&tag.name().as_ref()) => {
+                    document.place = Place::Elsewhere;
                 }
                 Event::Eof => return Ok(document),
                 _ => {}
@@ -148,9 +199,10 @@ impl Document {
             }
             "Piece" => self.piece = Some(extent(get("Extent")?, place)?),
             "PointData" => {
-                self.is_at_points = true;
+                self.place = Place::Points;
                 self.active = get("Scalars")?;
             }
+            "FieldData" => self.place = Place::Field,
             _ => {}
         }
         Ok(())
@@ -162,12 +214,12 @@ impl Document {
         text: Vec<u8>,
         place: &str,
     ) -> Result<(), VolumeError> {
-        if !self.is_at_points {
+        if self.place == Place::Elsewhere {
             return Ok(());
         }
         let get = |name: &str| attribute(tag, name, place).map_err(VolumeError::from);
         let offset = get("offset")?.map(|text| text.trim().parse());
-        self.arrays.push(Array {
+        let array = Array {
             name: get("Name")?.unwrap_or_default(),
             number_type: get("type")?.unwrap_or_default(),
             format: get("format")?.unwrap_or_else(|| "ascii".to_owned()),
@@ -175,8 +227,27 @@ impl Document {
                 .transpose()
                 .map_err(|_| malformed_at(place, "the offset is not a count".to_owned()))?,
             text,
-        });
+        };
+        match self.place {
+            Place::Points => self.arrays.push(array),
+            Place::Field if array.name == STEP => self.step = Some(array),
+            _ => {}
+        }
         Ok(())
+    }
+
+    /// Length of a step.
+    fn step(&self, appended: Option<Appended<'_>>) -> Result<f64, VolumeError> {
+        let Some(array) = &self.step else {
+            let problem = format!("values of 16 bits need an array '{STEP}' in the field data");
+            return Err(malformed(problem));
+        };
+        match array.floats(&self.conventions, appended)?[..] {
+            [step] => Ok(step),
+            ref more => {
+                Err(malformed(format!("the array '{STEP}' holds {} numbers, not one", more.len())))
+            }
+        }
     }
 
     /// The array of distances: by its name, else the active one, else the only
@@ -184,10 +255,14 @@ impl Document {
     fn array(&self) -> Result<&Array, VolumeError> {
         let named = |name: &str| self.arrays.iter().find(|array| array.name == name);
         let only = if let [only] = &self.arrays[..] { Some(only) } else { None };
-        named(NAME).or_else(|| named(self.active.as_deref()?)).or(only).ok_or_else(|| {
-            let count = self.arrays.len();
-            malformed(format!("none of {count} arrays at its points is '{NAME}' or active"))
-        })
+        named(NAME)
+            .or_else(|| named(NAME_IN_STEPS))
+            .or_else(|| named(self.active.as_deref()?))
+            .or(only)
+            .ok_or_else(|| {
+                let count = self.arrays.len();
+                malformed(format!("none of {count} arrays at its points is '{NAME}' or active"))
+            })
     }
 }
 
