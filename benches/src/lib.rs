@@ -1,6 +1,7 @@
-//! What benchmarks share: interleaved timing, and ratios with what is allowed of them; and the
-//! methods that some compare; and the pictures drawn of them.
+//! What benchmarks share: bodies from files, interleaved timing, and ratios with what is allowed of
+//! them; and the methods that some compare; and the pictures drawn of them.
 
+pub mod bodies;
 pub mod ccd;
 pub mod chart;
 pub mod ratio;

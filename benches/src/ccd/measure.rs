@@ -76,6 +76,13 @@ impl Answers {
     #[must_use]
     pub fn of(queries: &[Query], method: Method<'_>) -> Self {
         let mut answers = Self::default();
+        answers.add(queries, method);
+        answers
+    }
+
+    /// Asks a method more queries.
+    pub fn add(&mut self, queries: &[Query], method: Method<'_>) {
+        let answers = self;
         for query in queries {
             match (method(query), query.time.is_finite()) {
                 (None, true) => answers.missed += 1,
@@ -88,7 +95,6 @@ impl Answers {
             }
         }
         answers.earliness.sort_by(f64::total_cmp);
-        answers
     }
 
     /// The earliness that `percent` of the contacts found do not exceed.

@@ -88,6 +88,22 @@ pub fn made(kind: Kind, count: usize) -> QuerySet {
     QuerySet { name: name.to_owned(), kind, queries: (0..count).map(query).collect() }
 }
 
+/// Queries that are made to be degenerate: points on a lattice of few places that move on it, so
+/// that many touch at a corner, at an edge, at an end of the step, or move in one plane. Their exact
+/// answers are not known.
+#[must_use]
+pub fn made_on_lattice(kind: Kind, count: usize) -> QuerySet {
+    let mut state = 0x2545_f491_4f6c_dd1d_u64;
+    let mut point =
+        || DVec3::from_array(std::array::from_fn(|_| (2.0 * signed_unit(&mut state)).round()));
+    let query = |_| {
+        let x0 = std::array::from_fn(|_| point());
+        Query { x0, x1: std::array::from_fn(|_| point()), time: f64::NAN }
+    };
+    let name = if kind == Kind::VertexFace { "lattice_vf" } else { "lattice_ee" };
+    QuerySet { name: name.to_owned(), kind, queries: (0..count).map(query).collect() }
+}
+
 /// A number in `-1.0..1.0`, by a 64-bit xorshift generator.
 fn signed_unit(state: &mut u64) -> f64 {
     *state ^= *state << 13;

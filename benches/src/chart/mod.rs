@@ -3,6 +3,9 @@
 //! A picture is a module with a function `run` that is given the folder to
 //! write to and returns the files it wrote; [`PICTURES`] names them all.
 
+pub mod ccd;
+pub mod curves;
+pub mod detection;
 pub mod sheet;
 pub mod stability;
 
@@ -13,4 +16,5 @@ use std::path::{Path, PathBuf};
 pub type Draw = fn(&Path) -> Result<Vec<PathBuf>, Box<dyn Error>>;
 
 /// Every picture, by its name.
-pub const PICTURES: [(&str, Draw); 1] = [("stability", stability::run)];
+pub const PICTURES: [(&str, Draw); 3] =
+    [("detection", detection::run), ("stability", stability::run), ("ccd", ccd::run)];

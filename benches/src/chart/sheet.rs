@@ -85,6 +85,9 @@ impl Cell {
 
     fn plain(&self) -> String {
         match self {
+            Self::Text(text) if text.contains([',', '"', '\n']) => {
+                format!("\"{}\"", text.replace('"', "\"\""))
+            }
             Self::Text(text) => text.clone(),
             Self::Number(value) if value.is_finite() => digits(*value),
             Self::Number(_) => String::new(),
@@ -136,10 +139,10 @@ mod tests {
             rows: vec![
                 vec![Cell::text("x"), Cell::Number(0.123_456)],
                 vec![Cell::text("y"), Cell::Number(f64::INFINITY)],
-                vec![Cell::text("z"), Cell::Number(-2e-7)],
+                vec![Cell::text("z, \"w\""), Cell::Number(-2e-7)],
             ],
         };
-        assert_eq!(sheet.csv(), "name,value [mm]\nx,0.12346\ny,\nz,-0.0000002\n");
+        assert_eq!(sheet.csv(), "name,value [mm]\nx,0.12346\ny,\n\"z, \"\"w\"\"\",-0.0000002\n");
         let json = sheet.json();
         assert!(json.contains("\"spring \\\"soft\\\"\": \"1 N\""), "{json}");
         assert!(json.contains("[\"x\", 0.12346],\n    [\"y\", null]"), "{json}");
