@@ -1,8 +1,6 @@
-//! Closed bodies: read from files, how deep a point is in one, and time of the processor.
-//!
-//! Functions panic where a file is not what it should be: programs call them.
+//! Closed bodies: read from files, and how deep a point is in one.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use glam::DVec3;
 use kdop::{Leaves, Tree, Workspace};
@@ -73,70 +71,13 @@ impl<'a> Depth<'a> {
     }
 }
 
-/// The folder of the bodies, if the environment names one.
-#[must_use]
-pub fn folder() -> Option<PathBuf> {
-    let folder = PathBuf::from(std::env::var_os("MUSCULO_DATA")?).join("anatomy/vhf_left_thigh");
-    folder.is_dir().then_some(folder)
-}
-
-/// Names of all muscles, in order.
+/// Reads a body from a file.
 ///
 /// # Panics
 ///
-/// When the folder cannot be read.
+/// Where the file is missing, or not of the form that [`fixtures::ply`] writes.
 #[must_use]
-pub fn muscles(folder: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(folder).expect("the folder can be read");
-    let mut names: Vec<String> = entries
-        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
-        .filter_map(|name| Some(name.strip_prefix("muscle_")?.strip_suffix(".ply")?.to_owned()))
-        .collect();
-    names.sort_unstable();
-    names
-}
-
-/// Reads a muscle.
-///
-/// # Panics
-///
-/// As [`body`].
-#[must_use]
-pub fn muscle(folder: &Path, name: &str) -> Body {
-    body(folder, &format!("muscle_{name}"))
-}
-
-/// Reads a body: a binary little-endian PLY file of single precision.
-///
-/// # Panics
-///
-/// When the file cannot be read or is not such a file.
-#[must_use]
-pub fn body(folder: &Path, name: &str) -> Body {
-    let path = folder.join(format!("{name}.ply"));
-    let bytes = std::fs::read(path).expect("the body's file can be read");
-    let mark = b"end_header\n";
-    let end = bytes.windows(mark.len()).position(|w| w == mark).expect("a header") + mark.len();
-    let header = std::str::from_utf8(&bytes[..end]).expect("a header in text");
-    let count = |what: &str| -> usize {
-        let line = header.lines().find_map(|line| line.strip_prefix(what)).expect("a count");
-        line.trim().parse().expect("a number")
-    };
-    let (vertices, faces) = (count("element vertex"), count("element face"));
-    let word = |at: usize| -> [u8; 4] { bytes[at..at + 4].try_into().expect("four bytes") };
-    let point =
-        |at: usize| DVec3::from([0, 4, 8].map(|k| f64::from(f32::from_le_bytes(word(at + k)))));
-    let x = (0..vertices).map(|i| point(end + 12 * i)).collect();
-    let start = end + 12 * vertices;
-    let face = |i: usize| [1, 5, 9].map(|k| u32::from_le_bytes(word(start + 13 * i + k)));
-    let surface = TriangleSurface::new(vertices, (0..faces).map(face).collect());
-    Body { surface: surface.expect("valid indices"), x }
-}
-
-/// Time the processor has spent on this thread \[s\]: other programs do not count.
-#[must_use]
-pub fn processor_seconds() -> f64 {
-    let stat = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    let nanoseconds = stat.split_whitespace().next().and_then(|word| word.parse::<f64>().ok());
-    nanoseconds.unwrap_or(0.0) * 1e-9
+pub fn read(path: &Path) -> Body {
+    let mesh = fixtures::data::mesh(path);
+    Body { surface: mesh.surface(), x: mesh.positions }
 }

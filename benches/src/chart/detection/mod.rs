@@ -19,7 +19,6 @@ use self::question::Pairs;
 use self::scene::{FRAMES, Moving, PRESS, SHORTENING};
 use super::curves::{machine, number};
 use super::sheet::{Cell, Sheet};
-use crate::bodies;
 
 /// Draws the pictures and writes the numbers behind them: of the fixture scene, and of real
 /// anatomy where it is at hand.
@@ -29,8 +28,8 @@ use crate::bodies;
 /// When a file cannot be written, or a method refuses a body.
 pub fn run(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
     let mut written = draw_scene("detection", &Moving::fixture(), None, folder)?;
-    if let Some(data) = bodies::folder() {
-        let moving = Moving::anatomy(&data);
+    if let Some(data) = fixtures::data::anatomy("detection in real anatomy") {
+        let moving = Moving::anatomy(&data.join("vhf_left_thigh"));
         written.extend(draw_scene("detection-anatomy", &moving, Some(ATTRIBUTION), folder)?);
     }
     Ok(written)

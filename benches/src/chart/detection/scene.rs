@@ -52,8 +52,9 @@ impl Moving {
             "adductor_magnus",
             "biceps_femoris_short",
         ];
-        let mut all = vec![("femur".to_owned(), bodies::body(folder, "bone_femur"))];
-        all.extend(muscles.map(|name| (name.to_owned(), bodies::muscle(folder, name))));
+        let read = |name: &str| bodies::read(&folder.join(format!("{name}.ply")));
+        let mut all = vec![("femur".to_owned(), read("bone_femur"))];
+        all.extend(muscles.map(|name| (name.to_owned(), read(&format!("muscle_{name}")))));
         Self::new("thigh of the Visible Human Female", all)
     }
 
