@@ -249,18 +249,23 @@ fn carrier(
 ) -> Vec<Term> {
     let (mut ring, mut reached) = (vec![ball], BTreeSet::from([ball]));
     let mut vertices: BTreeMap<u32, f64> = BTreeMap::new();
-    let (mut share, mut carriers) = (1.0, Vec::new());
+    let (mut share, mut carriers, mut least) = (1.0, Vec::new(), f64::INFINITY);
     while !ring.is_empty() {
         let terms = ring.iter().flat_map(|&ball| &touching[ball]);
         for Term { particle, weight } in terms {
             vertices.entry(*particle).or_insert(share * weight);
         }
         let all = vertices.iter().map(|(&particle, &weight)| Term { particle, weight });
-        carriers = combination(center, &all.collect::<Vec<_>>(), x);
-        let placed: DVec3 = carriers.iter().map(|term| term.weight * x.at(term.particle)).sum();
-        let amplified: f64 = carriers.iter().map(|term| term.weight.abs()).sum();
-        let is_held = placed.distance(center) <= MISPLACED * radius && amplified <= AMPLIFIED;
-        if !carriers.is_empty() && is_held {
+        let found = combination(center, &all.collect::<Vec<_>>(), x);
+        let placed: DVec3 = found.iter().map(|term| term.weight * x.at(term.particle)).sum();
+        let amplified: f64 = found.iter().map(|term| term.weight.abs()).sum();
+        let misplaced = placed.distance(center) / (MISPLACED * radius).max(f64::MIN_POSITIVE);
+        // Vertices that are all but one tell nothing in numbers.
+        let fault = misplaced.max(amplified / AMPLIFIED);
+        if amplified.is_finite() && (carriers.is_empty() || fault < least) {
+            (carriers, least) = (found, fault);
+        }
+        if !carriers.is_empty() && least <= 1.0 {
             break;
         }
         let next = ring.iter().flat_map(|&ball| &neighbours[ball]).copied();
