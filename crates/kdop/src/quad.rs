@@ -1,5 +1,6 @@
 //! Four bounds side by side, one a lane, and how they are tested.
 
+use glam::DVec3;
 use wide::f32x4;
 
 use crate::dop::Dop;
@@ -71,6 +72,13 @@ impl<const S: usize> Quad<S> {
             lo: self.lo.map(|row| row.as_array()[lane]),
             hi: self.hi.map(|row| row.as_array()[lane]),
         }
+    }
+
+    /// Lowest and highest corner of the axis-aligned box in one lane.
+    #[inline(always)]
+    pub(crate) fn lane_box(&self, lane: usize) -> [DVec3; 2] {
+        [self.lo, self.hi]
+            .map(|rows| DVec3::from_array([0, 1, 2].map(|k| rows[k].as_array()[lane].into())))
     }
 
     /// The bound in one lane, in all lanes.

@@ -6,6 +6,7 @@ mod medial;
 mod motion;
 mod motion_resolve;
 mod plan;
+mod plan_frames;
 mod resolve;
 mod resolve_lengths;
 

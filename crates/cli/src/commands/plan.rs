@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use musculo_collide::{CheckParams, Detection, Need, Plan};
+use musculo_collide::{Detection, Need, Plan};
 
+use super::plan_frames::Frames;
 use super::{Failure, Outcome, in_threads};
 use crate::load::{build_scene, read_meshes};
+use crate::motion::Motion;
 use crate::progress::Progress;
 use crate::scene::Scene;
 
@@ -17,7 +19,8 @@ use crate::scene::Scene;
 /// Gives each pair of bodies the cheapest method whose error is within the
 /// tolerance, builds what that needs, and prints it: what was built for which
 /// body, how each pair is looked at, what is left out and why, what a frame
-/// should take and what it takes.
+/// should take and what it takes. Where the scene file names a motion, all its
+/// frames are looked at.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -59,9 +62,6 @@ pub(crate) struct PlanArguments {
     threads: Option<std::num::NonZeroUsize>,
 }
 
-/// Frames that are timed, after one that takes memory.
-const FRAMES: u32 = 5;
-
 pub(super) fn run(arguments: &PlanArguments) -> Result<Outcome, Failure> {
     in_threads(arguments.threads, || plan(arguments))
 }
@@ -71,6 +71,7 @@ fn plan(arguments: &PlanArguments) -> Result<Outcome, Failure> {
     description.set_rigid(&arguments.rigid)?;
     let meshes = read_meshes(&description)?;
     let (mut scene, _) = build_scene(&description, meshes)?;
+    let motion = description.motion.as_ref().map(|path| Motion::read(path)).transpose()?;
     let need = need(arguments)?;
 
     let start = Instant::now();
@@ -79,22 +80,21 @@ fn plan(arguments: &PlanArguments) -> Result<Outcome, Failure> {
         Plan::new(&mut scene, &need)?
     };
     let built = start.elapsed();
+    let replay = motion.as_ref().map(|motion| motion.bind(&scene)).transpose()?;
     let mut detection = Detection::default();
-    plan.detect(&mut scene, &mut detection)?;
-    let frame = time_frames(&mut plan, &mut scene, &mut detection)?;
+    let frames = Frames::new(replay.as_ref());
+    let measured = frames.measure(&mut plan, &mut scene, &mut detection, arguments.compare)?;
 
     let mut text = plan.to_string();
     text += &format!(
-        "\nbuilt in {:.2} s; a frame takes {:.1} ms; {} contacts, {} of {} pairs overlap\n",
+        "\nbuilt in {:.2} s; {} contacts, {} of {} pairs overlap{}\n",
         built.as_secs_f64(),
-        1e3 * frame.as_secs_f64(),
         detection.contacts().len(),
         detection.pairs().iter().filter(|pair| pair.overlaps).count(),
         plan.pairs().len(),
+        if motion.is_some() { " in the last frame" } else { "" },
     );
-    if arguments.compare {
-        text += &comparison(&plan, &mut scene, &detection)?;
-    }
+    text += &measured.to_text();
     // Whoever closed standard output has read enough; the exit status tells.
     let _ = std::io::stdout().lock().write_all(text.as_bytes());
     let overlaps = detection.pairs().iter().any(|pair| pair.overlaps);
@@ -117,63 +117,4 @@ fn need(arguments: &PlanArguments) -> Result<Need, Failure> {
         budget,
         ..Need::within(arguments.tolerance)
     })
-}
-
-/// The shortest of some frames in which every body has moved.
-fn time_frames(
-    plan: &mut Plan,
-    scene: &mut musculo_collide::Scene,
-    detection: &mut Detection,
-) -> Result<Duration, Failure> {
-    let mut shortest = Duration::MAX;
-    for _ in 0..FRAMES {
-        let states: Vec<_> = scene
-            .ids()
-            .map(|id| (id, scene.body(id).pose(), scene.body(id).positions().to_vec()))
-            .collect();
-        let start = Instant::now();
-        for (id, pose, positions) in &states {
-            match pose {
-                Some(pose) => scene.pose_body(*id, pose)?,
-                None => scene.move_body(*id, positions)?,
-            }
-        }
-        plan.detect(scene, detection)?;
-        shortest = shortest.min(start.elapsed());
-    }
-    Ok(shortest)
-}
-
-/// How far depths are from exact ones, and which overlaps differ.
-fn comparison(
-    plan: &Plan,
-    scene: &mut musculo_collide::Scene,
-    detection: &Detection,
-) -> Result<String, Failure> {
-    let start = Instant::now();
-    let exact = {
-        let _progress = Progress::start("detecting exactly", 1);
-        scene.check(&CheckParams { reach: 0.0 })?
-    };
-    let time = start.elapsed();
-    let mut worst = (0.0, String::from("none"));
-    let mut missed = 0;
-    for pair in plan.pairs() {
-        let of_exact = exact.iter().find(|report| (report.a, report.b) == (pair.a, pair.b));
-        let of_plan = detection.pairs().iter().find(|found| (found.a, found.b) == (pair.a, pair.b));
-        let depths = [of_exact.map_or(0.0, |e| e.max_depth), of_plan.map_or(0.0, |p| p.max_depth)];
-        let difference = (depths[0] - depths[1]).abs();
-        if difference > worst.0 {
-            let [a, b] = [pair.a, pair.b].map(|id| scene.body(id).name());
-            worst = (difference, format!("{a} and {b}, {:.4} for {:.4}", depths[1], depths[0]));
-        }
-        let overlaps = [of_exact.is_some_and(|e| e.overlaps), of_plan.is_some_and(|p| p.overlaps)];
-        missed += usize::from(overlaps[0] && !overlaps[1]);
-    }
-    Ok(format!(
-        "exact detection takes {:.1} ms; depths differ by {:.4} at most ({}); {missed} overlapping pairs are not seen\n",
-        1e3 * time.as_secs_f64(),
-        worst.0,
-        worst.1,
-    ))
 }

@@ -13,7 +13,8 @@ mod tests;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use glam::{DMat4, DVec3};
+use glam::{DMat4, DQuat, DVec3};
+use musculo_collide::distance_field::Pose;
 use musculo_collide::{Body, BodyKind, Scene};
 
 use self::skin::Skin;
@@ -138,6 +139,22 @@ impl Replay<'_> {
             (Follower::Skin(rest) | Follower::Still(rest), _) => rest.clone(),
         };
         self.bodies.iter().map(of_body).collect()
+    }
+
+    /// The pose of a body in a frame, by their numbers; none for one that is not
+    /// mapped as a whole.
+    pub(crate) fn pose(&self, body: usize, frame: usize) -> Option<Pose> {
+        match &self.bodies[body] {
+            Follower::Map { name, .. } => {
+                let map = self.motion.maps[frame][name];
+                Some(Pose::new(DQuat::from_mat4(&map), map.w_axis.truncate()))
+            }
+            Follower::Still(_) | Follower::Skin(_) => None,
+        }
+    }
+
+    pub(crate) fn frame_count(&self) -> usize {
+        self.motion.frame_count()
     }
 }
 

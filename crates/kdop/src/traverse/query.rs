@@ -43,7 +43,44 @@ impl<const S: usize> DopTree<S> {
         visit: impl FnMut(u32) -> ControlFlow<B>,
     ) -> ControlFlow<B> {
         let bound = Splat::new(bound);
-        self.walk(|quad| quad.overlaps_one(&bound), workspace, visit)
+        self.walk(|quad| quad.overlaps_one(&bound), |_| true, workspace, visit)
+    }
+
+    /// As [`query`](Self::query), but descends only where `wanted` holds of the axis-aligned box,
+    /// as its lowest and highest corner, around all that is below.
+    ///
+    /// `wanted` has to hold of a box if it holds of any part of it. It is asked about groups of up
+    /// to eight leaves, not about single ones.
+    ///
+    /// ```
+    /// use glam::DVec3;
+    /// use kdop::{Leaves, Tree, Workspace};
+    ///
+    /// let points: Vec<DVec3> = (0..100).map(|k| DVec3::X * f64::from(k)).collect();
+    /// let tree = Tree::build(Leaves::Points, &points)?;
+    /// let mut met = Vec::new();
+    /// let left = |[lo, _]: [DVec3; 2]| lo.x < 30.0;
+    /// tree.query_where(&tree.root(), left, &mut Workspace::default(), |leaf| met.push(leaf));
+    /// assert!((0..30).all(|leaf| met.contains(&leaf)) && met.len() < 40);
+    /// # Ok::<(), kdop::TreeError>(())
+    /// ```
+    pub fn query_where(
+        &self,
+        bound: &Dop<S>,
+        wanted: impl FnMut([DVec3; 2]) -> bool,
+        workspace: &mut Workspace<S>,
+        mut visit: impl FnMut(u32),
+    ) {
+        let bound = Splat::new(bound);
+        unbroken(self.walk(
+            |quad| quad.overlaps_one(&bound),
+            wanted,
+            workspace,
+            |leaf| {
+                visit(leaf);
+                ControlFlow::<Infallible>::Continue(())
+            },
+        ));
     }
 
     /// Visits every leaf whose bound meets the half-infinite ray from `origin` along `axis`.
@@ -71,6 +108,7 @@ impl<const S: usize> DopTree<S> {
         let ray = Ray::new(&Dop::from_ray(origin, axis));
         unbroken(self.walk(
             |quad| ray.hits(quad),
+            |_| true,
             workspace,
             |leaf| {
                 visit(leaf);
@@ -79,10 +117,11 @@ impl<const S: usize> DopTree<S> {
         ));
     }
 
-    /// Descends where `test` finds lanes to descend into.
+    /// Descends where `test` finds lanes to descend into whose boxes are wanted.
     fn walk<B>(
         &self,
         test: impl Fn(&Quad<S>) -> u32,
+        mut wanted: impl FnMut([DVec3; 2]) -> bool,
         workspace: &mut Workspace<S>,
         mut visit: impl FnMut(u32) -> ControlFlow<B>,
     ) -> ControlFlow<B> {
@@ -94,6 +133,9 @@ impl<const S: usize> DopTree<S> {
             let node = &self.nodes[node as usize];
             counters.quad_tests += 1;
             for lane in lanes(test(&node.quad)) {
+                if !wanted(node.quad.lane_box(lane)) {
+                    continue;
+                }
                 match node.children[lane].below() {
                     Below::Node(below) => stack.push(below),
                     Below::Cluster(below) => {

@@ -162,6 +162,31 @@ impl<'a> FieldDetector<'a> {
         Some(Dop18::from_points(&corners).inflated(rounding))
     }
 
+    /// Whether a value within reach may be in a box of the world, given by its
+    /// lowest and highest corner: none is where the value in the middle is too
+    /// high for the steepest slope to come down from.
+    fn may_reach(&self, state: &RigidState, [lo, hi]: [DVec3; 2]) -> bool {
+        let centre = 0.5 * (lo + hi);
+        // Rounding may carry a point of the box outside the ball around it.
+        let radius = 0.5 * lo.distance(hi) + 1e-12 * centre.length();
+        let p = state.pose.into_body(centre);
+        let nearest = self.volume.clamp(p);
+        if p.distance(nearest) > radius {
+            return false;
+        }
+        let sample = self.field.sample(nearest, Interpolation::Trilinear);
+        sample.is_none_or(|found| self.volume.descent(found.distance) <= radius)
+    }
+
+    /// A height for a point outside the grid: that of the nearest point of the box,
+    /// which is no farther from whatever is in reach. Infinite where that is in reach.
+    fn height_outside(&self, state: &RigidState, p: DVec3) -> f64 {
+        let nearest = self.volume.clamp(state.pose.into_body(p));
+        let sample = self.field.sample(nearest, Interpolation::Trilinear);
+        let height = sample.map_or(f64::INFINITY, |sample| sample.distance);
+        if height > self.reach { height } else { f64::INFINITY }
+    }
+
     fn contact(
         &self,
         state: &RigidState,
@@ -248,7 +273,7 @@ pub(crate) struct FieldScratch {
     listed: [Vec<bool>; 2],
     points: Vec<DVec3>,
     samples: Samples,
-    /// By vertex; infinite where nothing was asked.
+    /// By vertex; outside the grid, a height that is as good for the edges there.
     heights: Vec<f64>,
     pub(crate) contacts: Vec<FieldContact>,
 }
@@ -268,10 +293,13 @@ impl FieldScratch {
         };
         let Self { traversal, faces, .. } = self;
         faces.clear();
-        body.shape.tree().query(&bounds, traversal, |face| faces.push(face));
+        let near = |corners| detector.may_reach(state, corners);
+        body.shape.tree().query_where(&bounds, near, traversal, |face| faces.push(face));
         self.list_features(body.shape.surface());
         self.find_heights(detector, state, body.shape.positions());
-        self.find_contacts(&Near { detector, state, body });
+        let near = Near { detector, state, body };
+        self.keep_dipping(&near);
+        self.find_contacts(&near);
     }
 
     fn list_features(&mut self, surface: &TriangleSurface) {
@@ -293,21 +321,35 @@ impl FieldScratch {
         heights.clear();
         heights.resize(x.len(), f64::INFINITY);
         for (&vertex, &height) in vertices.iter().zip(&samples.distance) {
-            heights[vertex as usize] = height;
+            let is_outside = height == f64::INFINITY;
+            let at = x[vertex as usize];
+            heights[vertex as usize] =
+                if is_outside { detector.height_outside(state, at) } else { height };
         }
+    }
+
+    /// Leaves the edges that may come within reach between ends that don't: by
+    /// their ends' heights and then, all at once, by those of their middles.
+    fn keep_dipping(&mut self, near: &Near<'_>) {
+        let Self { edges, points, samples, heights, .. } = self;
+        edges.retain(|&edge| near.may_dip(edge, heights));
+        points.clear();
+        points.extend(edges.iter().map(|&edge| near.middle(edge)));
+        let query = Query { pose: near.state.pose, ..Query::default() };
+        near.detector.field.ask_all(points, &query, samples);
+        let mut middles = samples.distance.iter();
+        edges.retain(|&edge| {
+            let middle = middles.next().copied().unwrap_or(f64::INFINITY);
+            near.may_half_dip(edge, heights, middle)
+        });
     }
 
     fn find_contacts(&mut self, near: &Near<'_>) {
         let Self { vertices, edges, heights, contacts, .. } = self;
-        let height = |vertex: u32| heights[vertex as usize];
         let reach = near.detector.reach;
-        let touching = vertices.iter().filter(|&&vertex| height(vertex) <= reach);
+        let touching = vertices.iter().filter(|&&vertex| heights[vertex as usize] <= reach);
         contacts.extend(touching.filter_map(|&vertex| near.vertex(vertex)));
-        let dipping = edges.iter().filter(|&&edge| {
-            let ends = near.body.shape.surface().edges()[edge as usize].map(height);
-            ends.iter().all(|&height| height > reach)
-        });
-        contacts.extend(dipping.filter_map(|&edge| near.edge(edge, heights)));
+        contacts.extend(edges.iter().filter_map(|&edge| near.edge(edge)));
         contacts.sort_unstable_by_key(|contact| contact.feature);
     }
 }
@@ -339,23 +381,46 @@ impl Near<'_> {
         self.detector.contact(self.state, (at, stencil, FieldFeature::Vertex(vertex)))
     }
 
+    fn ends(&self, edge: u32) -> [u32; 2] {
+        self.body.shape.surface().edges()[edge as usize]
+    }
+
+    fn span(&self, edge: u32) -> [DVec3; 2] {
+        self.ends(edge).map(|end| self.body.shape.positions()[end as usize])
+    }
+
+    fn middle(&self, edge: u32) -> DVec3 {
+        let [a, b] = self.span(edge);
+        a.midpoint(b)
+    }
+
+    /// Whether an edge may come within reach between two ends that don't.
+    fn may_dip(&self, edge: u32, heights: &[f64]) -> bool {
+        let ends = self.ends(edge).map(|end| heights[end as usize]);
+        let FieldDetector { volume, reach, .. } = self.detector;
+        ends.iter().all(|height| height > reach) && !volume.stays_out(ends, self.length(edge))
+    }
+
+    /// Whether either half of an edge may, given the height of its middle.
+    fn may_half_dip(&self, edge: u32, heights: &[f64], middle: f64) -> bool {
+        let (volume, half) = (&self.detector.volume, 0.5 * self.length(edge));
+        let stays_out = |end| volume.stays_out([heights[end as usize], middle], half);
+        !self.ends(edge).into_iter().all(stays_out)
+    }
+
+    fn length(&self, edge: u32) -> f64 {
+        let [a, b] = self.span(edge);
+        a.distance(b)
+    }
+
     /// The lowest point of an edge whose ends are both out of reach.
-    fn edge(&self, edge: u32, heights: &[f64]) -> Option<FieldContact> {
-        let shape = self.body.shape;
-        let [a, b] = shape.surface().edges()[edge as usize];
-        let x = [a, b].map(|end| shape.positions()[end as usize]);
+    fn edge(&self, edge: u32) -> Option<FieldContact> {
+        let (ends, x) = (self.ends(edge), self.span(edge));
         let FieldDetector { field, volume, reach } = self.detector;
-        let tolerance = self.detector.edge_tolerance();
-        // Where both ends are in the grid, their heights and the steepest slope
-        // leave few edges to search.
-        let ends = heights[a as usize] + heights[b as usize];
-        let lowest = 0.5 * (ends - volume.slope * x[0].distance(x[1]));
-        if ends.is_finite() && lowest > reach + tolerance {
-            return None;
-        }
         let in_field = x.map(|end| self.state.pose.into_body(end));
+        let tolerance = self.detector.edge_tolerance();
         let share = edge::lowest(field, volume, in_field, *reach, tolerance)?;
-        let stencil = Stencil::new(&[self.term(a, 1.0 - share), self.term(b, share)])?;
+        let stencil = Stencil::new(&[self.term(ends[0], 1.0 - share), self.term(ends[1], share)])?;
         let at = x[0].lerp(x[1], share);
         self.detector.contact(self.state, (at, stencil, FieldFeature::Edge(edge)))
     }

@@ -11,6 +11,8 @@ pub(crate) struct Volume {
     range: [DVec3; 2],
     /// Most that a trilinear value changes over a unit of length.
     pub(super) slope: f64,
+    /// Values of at most this are in reach.
+    reach: f64,
     /// The largest value: one that is not less may be truncated.
     pub(super) highest: f64,
 }
@@ -56,6 +58,7 @@ impl Volume {
         Self {
             range: [(lo - h).max(first), (hi + h).min(last)],
             slope,
+            reach,
             highest: f64::from(highest),
         }
     }
@@ -68,6 +71,18 @@ impl Volume {
             DVec3::new(pick(0), pick(1), pick(2))
         };
         lo.cmple(hi).all().then(|| std::array::from_fn(corner))
+    }
+
+    /// No straight way within the grid from a point of this height down to the reach
+    /// is shorter. 0 for infinity, which stands for points outside the grid.
+    pub(super) fn descent(&self, height: f64) -> f64 {
+        if height == f64::INFINITY { 0.0 } else { (height - self.reach) / self.slope }
+    }
+
+    /// Whether no straight way of this length between points of these heights comes
+    /// within reach.
+    pub(super) fn stays_out(&self, [a, b]: [f64; 2], length: f64) -> bool {
+        self.descent(a) + self.descent(b) > length
     }
 
     pub(super) fn middle(&self) -> DVec3 {

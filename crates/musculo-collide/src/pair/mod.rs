@@ -93,7 +93,7 @@ impl Scratch {
         let Self { traversal, regions, cut, a: of_a, b: of_b } = self;
         cut.find(a, b, traversal);
         let both = [(a, &mut of_a.candidates), (b, &mut of_b.candidates)];
-        projection::find_candidates(both, reach, traversal);
+        projection::find_candidates(both, (reach, &cut.meeting), traversal);
         for (half, p, cut_faces, q) in
             [(of_a, a, &cut.faces_of_a, b), (of_b, b, &cut.faces_of_b, a)]
         {

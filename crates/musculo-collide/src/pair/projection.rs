@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use kdop::Workspace;
-use surface::{Barycentric, ClosestOnTriangle, closest_on_triangle};
+use surface::{Barycentric, ClosestOnTriangle, TriangleSurface, closest_on_triangle};
 
 use super::direction_or;
 use crate::shape::Shape;
@@ -42,18 +42,24 @@ pub(super) struct Candidates {
 /// No face is known to be near.
 pub(crate) const NO_HINT: u32 = u32::MAX;
 
-/// Gathers the vertices of both surfaces that may be within reach.
+/// Gathers the vertices of both surfaces that may be outside but within reach;
+/// without any reach, these are of the faces that meet.
 pub(super) fn find_candidates(
     [(a, of_a), (b, of_b)]: [(&Shape, &mut Candidates); 2],
-    reach: f64,
+    (reach, meeting): (f64, &[[u32; 2]]),
     traversal: &mut Workspace,
 ) {
     of_a.clear(a);
     of_b.clear(b);
-    a.tree().pairs(b.tree(), reach, traversal, |fa, fb| {
+    let mut insert = |fa, fb| {
         of_a.insert(a.surface().faces()[fa as usize], fb);
         of_b.insert(b.surface().faces()[fb as usize], fa);
-    });
+    };
+    if reach > 0.0 {
+        a.tree().pairs(b.tree(), reach, traversal, insert);
+    } else {
+        meeting.iter().for_each(|&[fa, fb]| insert(fa, fb));
+    }
 }
 
 /// Projects the vertices of `a` that are inside `b` (ascending), and the
@@ -67,17 +73,30 @@ pub(super) fn project(
     out: &mut Vec<NearVertex>,
 ) {
     candidates.add_inside(inside);
+    let Candidates { vertices, hints } = candidates;
     let mut inside = inside.iter().peekable();
     let near = |&vertex: &u32| {
         let is_inside = inside.next_if_eq(&&vertex).is_some();
         let limit = if is_inside { f64::INFINITY } else { reach };
         let position = a.positions()[vertex as usize];
-        let (face, foot) =
-            nearest(b, position, limit, candidates.hints[vertex as usize], traversal)?;
+        let (face, foot) = nearest(b, position, limit, hints[vertex as usize], traversal)?;
+        pass_on(a.surface(), vertex, face, hints);
         Some(near_vertex(b, vertex, position, is_inside, face, &foot))
     };
     out.clear();
-    out.extend(candidates.vertices.iter().filter_map(near));
+    out.extend(vertices.iter().filter_map(near));
+}
+
+/// Makes the face found for a vertex the hint of those next to it that have none.
+fn pass_on(surface: &TriangleSurface, vertex: u32, found: u32, hints: &mut [u32]) {
+    for &face in surface.vertex_faces(vertex) {
+        for corner in surface.faces()[face as usize] {
+            let hint = &mut hints[corner as usize];
+            if *hint == NO_HINT {
+                *hint = found;
+            }
+        }
+    }
 }
 
 /// The nearest point of a body's surface within `limit`, and its face; `hint`

@@ -16,7 +16,12 @@ use crate::shape::Shape;
 /// Memory for the regions of one surface at a time.
 #[derive(Debug, Default)]
 pub(super) struct Regions {
+    /// Faces that come near the other surface, in the order of the tree.
+    faces: Vec<u32>,
+    is_cut: Vec<bool>,
     parents: Vec<u32>,
+    /// By vertex: whether it may be inside.
+    is_near: Vec<bool>,
     /// By the smallest vertex of each region: whether it is inside.
     sides: Vec<Option<bool>>,
 }
@@ -32,27 +37,48 @@ impl Regions {
         traversal: &mut Workspace,
         out: &mut Vec<u32>,
     ) {
-        let surface = a.surface();
         out.clear();
-        let mut is_inside_at =
-            |vertex: u32| is_inside(b, a.positions()[vertex as usize], traversal);
-        if cut_faces.is_empty() && !a.parts().any(&mut is_inside_at) {
+        let x = a.positions();
+        if cut_faces.is_empty()
+            && !a.parts().any(|vertex| is_inside(b, x[vertex as usize], traversal))
+        {
             return;
         }
-        let Self { parents, sides } = self;
-        join_uncut_faces(surface, cut_faces, parents);
-        sides.clear();
-        sides.resize(surface.vertex_count(), None);
-        for vertex in (0..).take(surface.vertex_count()) {
-            if surface.vertex_faces(vertex).is_empty() {
-                continue;
-            }
+        self.join_near(a, cut_faces, b, traversal);
+        let Self { parents, is_near, sides, .. } = self;
+        for vertex in (0..).zip(&*is_near).filter_map(|(vertex, near)| near.then_some(vertex)) {
             let side = &mut sides[root(parents, vertex) as usize];
-            if *side.get_or_insert_with(|| is_inside_at(vertex)) {
+            if *side.get_or_insert_with(|| is_inside(b, x[vertex as usize], traversal)) {
                 out.push(vertex);
             }
         }
     }
+
+    /// Joins what is on one side: faces that are not cut, by common corners. Only
+    /// within the bounds of `b`, since what is inside has all its faces there.
+    fn join_near(&mut self, a: &Shape, cut_faces: &[u32], b: &Shape, traversal: &mut Workspace) {
+        let Self { faces, is_cut, parents, is_near, sides } = self;
+        let (surface, vertices) = (a.surface(), a.surface().vertex_count());
+        faces.clear();
+        a.tree().query(&b.tree().root(), traversal, |face| faces.push(face));
+        refill(is_cut, surface.faces().len(), false);
+        cut_faces.iter().for_each(|&face| is_cut[face as usize] = true);
+        refill(is_near, vertices, false);
+        refill(sides, vertices, None);
+        each_alone(parents, vertices);
+        for &face in &*faces {
+            let corners = surface.faces()[face as usize];
+            corners.iter().for_each(|&corner| is_near[corner as usize] = true);
+            if !is_cut[face as usize] {
+                join_all(parents, corners);
+            }
+        }
+    }
+}
+
+fn refill<T: Clone>(values: &mut Vec<T>, count: usize, value: T) {
+    values.clear();
+    values.resize(count, value);
 }
 
 /// Whether a point is inside, by the parity of the faces that a ray along +x
@@ -77,23 +103,22 @@ fn is_on_surface(body: &Shape, point: DVec3, traversal: &mut Workspace) -> bool 
 /// left out.
 pub(crate) fn parts(surface: &TriangleSurface) -> Vec<u32> {
     let mut parents = Vec::new();
-    join_uncut_faces(surface, &[], &mut parents);
+    each_alone(&mut parents, surface.vertex_count());
+    surface.faces().iter().for_each(|&corners| join_all(&mut parents, corners));
     let is_first = |&vertex: &u32| {
         parents[vertex as usize] == vertex && !surface.vertex_faces(vertex).is_empty()
     };
     (0..).take(surface.vertex_count()).filter(is_first).collect()
 }
 
-fn join_uncut_faces(surface: &TriangleSurface, cut_faces: &[u32], parents: &mut Vec<u32>) {
+fn each_alone(parents: &mut Vec<u32>, count: usize) {
     parents.clear();
-    parents.extend((0..).take(surface.vertex_count()));
-    let mut cut = cut_faces.iter().peekable();
-    for (face, &[a, b, c]) in (0..).zip(surface.faces()) {
-        if cut.next_if_eq(&&face).is_none() {
-            join(parents, a, b);
-            join(parents, b, c);
-        }
-    }
+    parents.extend((0..).take(count));
+}
+
+fn join_all(parents: &mut [u32], [a, b, c]: [u32; 3]) {
+    join(parents, a, b);
+    join(parents, b, c);
 }
 
 /// Joins two sets under the smaller of their roots.
