@@ -24,6 +24,13 @@ const THICKNESS: f64 = 0.35;
 /// Rings around crossing faces that are smoothed with them.
 const RINGS: usize = 2;
 
+/// Cosine below which the corners of a face move as one: just before it stands
+/// on its edge.
+const OVER: f64 = 0.1;
+
+/// Passes in which corners are made to move as one: faces share them.
+const STIFFENINGS: usize = 3;
+
 /// Passes over faces that lean too far. Each halves what tells their corners
 /// from their surroundings.
 const PASSES: usize = 20;
@@ -114,6 +121,25 @@ fn pressed(tissue: &Tissue, x: &[DVec3], limit: f64) -> Vec<u32> {
 /// How many faces are turned by a right angle and more.
 pub(super) fn flipped(surface: &TriangleSurface, tissue: &Tissue, x: &[DVec3]) -> usize {
     leaning(surface, tissue, x, 0.0).len()
+}
+
+/// Makes the corners of faces that are turning over move as one, as far as the
+/// farthest of them has to: smoothing alone would be undone by the next push.
+pub(super) fn stiffen(surface: &TriangleSurface, tissue: &Tissue, x: &mut [DVec3]) {
+    for _ in 0..STIFFENINGS {
+        let turned = leaning(surface, tissue, x, OVER);
+        if turned.is_empty() {
+            return;
+        }
+        for face in turned {
+            let corners = surface.faces()[face as usize].map(|v| v as usize);
+            let u = corners.map(|v| x[v] - tissue.rest[v]);
+            let mean = u.iter().sum::<DVec3>() / 3.0;
+            let way = mean.normalize_or_zero();
+            let beyond = u.iter().map(|u| (*u - mean).dot(way)).fold(0.0, f64::max);
+            corners.into_iter().for_each(|v| x[v] = tissue.rest[v] + mean + beyond * way);
+        }
+    }
 }
 
 /// Faces whose normal has turned so far that the cosine is at most `limit`.

@@ -23,7 +23,9 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 use kdop::Workspace;
-use response::{ContactLaw, ContactRows, ContactSystem, Level, Margins, Order, SolverParams};
+use response::{
+    ContactLaw, ContactRows, ContactSystem, Level, Margins, Method, Order, SolverParams,
+};
 use surface::Contact;
 
 pub use self::outcome::{BodyChange, Obstacle, Remaining, Resolution, Round};
@@ -31,6 +33,7 @@ pub use self::params::ResolveParams;
 pub use self::resolver::Resolver;
 
 use self::carry::Carried;
+use self::outcome::ALLOWED_VOLUME_CHANGE;
 use self::sides::Memory;
 use self::sight::Sight;
 use self::tissue::Tissue;
@@ -41,15 +44,30 @@ use crate::{BodyId, BodyKind, CheckParams, PairReport, Scene, SceneError, Vertex
 /// fewer rounds, but pass by the contacts that were found.
 const STEP: f64 = 0.25;
 
+/// How far away contact is looked for, in steps. What is nearer holds tissue
+/// while it is brought back into shape; more is found the farther one looks,
+/// and takes longer.
+const SIGHT: f64 = 0.6;
+
 /// Rounds without improvement after which the rest is given up.
-const PATIENCE: u32 = 12;
+const PATIENCE: u32 = 20;
+
+/// The same once nothing is deeper than the tolerance.
+const PATIENCE_AT_THE_END: u32 = 6;
 
 /// Depth of vertices, in smoothing lengths, beyond which edges wait.
 const DEEP: f64 = 0.05;
 
-/// Sweeps of the solver over all contacts of a round.
-const SOLVER: SolverParams =
-    SolverParams { method: response::Method::GaussSeidel, max_iterations: 30, tolerance: 1e-4 };
+/// Displacement that spreads over one length, as a share of that length: deep
+/// pushes reach farther, so that no tissue is strained by more.
+const SLOPE: f64 = 0.5;
+
+/// Turns a round in which tissue is brought into shape and pushed out again.
+const TURNS: u32 = 2;
+
+/// Sweeps of the solver over all contacts, for the first push of a round and
+/// after each turn.
+const SWEEPS: [u32; 2] = [30, 6];
 
 impl Scene {
     /// Pushes apart what overlaps, and leaves the bodies where they then are.
@@ -82,8 +100,9 @@ struct Run<'a> {
     memories: BTreeMap<(BodyId, BodyId), [Memory; 2]>,
     /// Self-crossings of each body that pushes have made.
     crossed: Vec<usize>,
-    /// Whether contacts from behind count for once, because nothing else helped.
-    lenient: bool,
+    /// Bodies that pushes have made cross themselves, turned faces of, or taken
+    /// volume from.
+    spoilt: Vec<bool>,
     /// Rounds since things last got better.
     stalled: u32,
 }
@@ -98,6 +117,7 @@ impl<'a> Run<'a> {
         let tissues = tissue::tissues(scene);
         let inverse_masses = tissue::inverse_masses(scene, &tissues);
         let now = Sight::first(scene, near.reach)?;
+        let count = tissues.len();
         let mut run = Self {
             scene,
             params,
@@ -109,8 +129,8 @@ impl<'a> Run<'a> {
             rounds: Vec::new(),
             best: None,
             memories: BTreeMap::new(),
-            crossed: Vec::new(),
-            lenient: false,
+            crossed: vec![0; count],
+            spoilt: vec![false; count],
             stalled: 0,
         };
         run.record();
@@ -133,17 +153,23 @@ impl<'a> Run<'a> {
     }
 
     fn goes_on(&self) -> bool {
-        let last = self.rounds.last();
-        let clean = last.is_none_or(Round::is_clean);
-        let stuck = self.stalled >= PATIENCE;
-        !clean && !stuck && self.rounds.len() <= self.params.max_rounds as usize
+        let clean = self.rounds.last().is_none_or(Round::is_clean);
+        !clean && !self.is_stuck() && self.rounds.len() <= self.params.max_rounds as usize
+    }
+
+    /// Whether nothing has become better for long.
+    fn is_stuck(&self) -> bool {
+        let settled = self.best.as_ref().is_some_and(|(best, _)| self.is_settled(best));
+        self.stalled >= if settled { PATIENCE_AT_THE_END } else { PATIENCE }
+    }
+
+    fn is_settled(&self, round: &Round) -> bool {
+        round.max_depth <= self.params.tolerance && round.new_pairs == 0
     }
 
     fn round(&mut self) -> Result<(), SceneError> {
-        let mut u = self.push()?;
-        self.spread(&mut u);
+        let u = self.push()?;
         let moved = self.move_by(&u)?;
-        self.lenient = self.stalled % 4 == 3;
         self.look(&moved)
     }
 
@@ -165,31 +191,86 @@ impl<'a> Run<'a> {
         self.scene.bodies().iter().map(|body| body.kind() != BodyKind::Rigid).collect()
     }
 
-    /// Displacements that take all contacts apart, or as far as one round goes.
+    /// Displacements that take all contacts apart, or as far as one round goes,
+    /// and keep tissue in shape: by turns, since each undoes some of the other.
     fn push(&mut self) -> Result<Vec<DVec3>, SceneError> {
         let step = STEP * self.params.smoothing;
-        let margins = Margins::new(self.params.clearance, step)?;
-        let law = ContactLaw::new(margins, 0.0)?;
+        let rows = self.rows(step)?;
+        let system = ContactSystem::new(&rows, &self.inverse_masses, Order::Coloured)?;
+        let part = |u: &mut [DVec3], max_iterations: u32| -> Result<(), SceneError> {
+            let solver =
+                SolverParams { method: Method::GaussSeidel, max_iterations, tolerance: 1e-4 };
+            system.solve(Level::Position, u, &mut system.no_impulses(), &solver)?;
+            u.iter_mut().for_each(|u| *u = u.clamp_length_max(step));
+            Ok(())
+        };
+        let mut u = vec![DVec3::ZERO; self.inverse_masses.len()];
+        part(&mut u, SWEEPS[0])?;
+        self.spread(&mut u);
+        let looseness = looseness(self.rounds.len());
+        for turn in 0..TURNS {
+            let first = turn == 0;
+            self.alter(&mut u, |id, tissue, x, traversal| {
+                let body = self.scene.body(id);
+                guard::unfold(body.surface(), tissue, looseness, x);
+                if first && self.crossed[id.index()] > 0 {
+                    guard::uncross(body, tissue, x, traversal);
+                }
+            });
+            part(&mut u, SWEEPS[1])?;
+        }
+        self.alter(&mut u, |id, tissue, x, _| {
+            guard::stiffen(self.scene.body(id).surface(), tissue, x);
+        });
+        u.iter_mut().for_each(|u| *u = u.clamp_length_max(step));
+        self.alter(&mut u, |id, tissue, x, _| {
+            volume::restore(self.scene.body(id), tissue, x, &self.now.pairs, id);
+        });
+        Ok(u)
+    }
+
+    /// What contacts ask for: none more than a step.
+    fn rows(&mut self, step: f64) -> Result<ContactRows, SceneError> {
+        let law = ContactLaw::new(Margins::new(self.params.clearance, step)?, 0.0)?;
         let mut rows = ContactRows::new(self.inverse_masses.len());
         for contact in &self.contacts() {
             if self.moves(contact) {
                 rows.push(&Contact { gap: contact.gap.max(-step), ..*contact }, law)?;
             }
         }
-        let system = ContactSystem::new(&rows, &self.inverse_masses, Order::Coloured)?;
-        let mut u = vec![DVec3::ZERO; self.inverse_masses.len()];
-        system.solve(Level::Position, &mut u, &mut system.no_impulses(), &SOLVER)?;
-        for u in &mut u {
-            *u = u.clamp_length_max(step);
-        }
-        Ok(u)
+        Ok(rows)
+    }
+
+    /// Changes where bodies come to lie that `u` moves, or that have lost their
+    /// shape.
+    fn alter(
+        &self,
+        u: &mut [DVec3],
+        change: impl Fn(BodyId, &Tissue, &mut [DVec3], &mut Workspace) + Sync,
+    ) {
+        let scene = &*self.scene;
+        let mut parts = split(scene, &self.tissues, u);
+        let altered = |(id, tissue, u): &mut (BodyId, &Tissue, &mut [DVec3])| {
+            if !self.spoilt[id.index()] && u.iter().all(|&u| u == DVec3::ZERO) {
+                return;
+            }
+            let from = scene.body(*id).positions();
+            let x: Vec<DVec3> = from.iter().zip(&**u).map(|(&x, &u)| x + u).collect();
+            let mut changed = x.clone();
+            change(*id, tissue, &mut changed, &mut Workspace::default());
+            for (u, ((changed, x), from)) in u.iter_mut().zip(changed.iter().zip(&x).zip(from)) {
+                if changed != x {
+                    *u = *changed - *from;
+                }
+            }
+        };
+        parallel::map_mut(&mut parts, altered);
     }
 
     /// All contacts, pair by pair. Edges wait where vertices are deep: they
     /// come free with them, and until then say little.
     fn contacts(&mut self) -> Vec<Contact> {
-        let Self { scene, params, tissues, now, memories, lenient, .. } = self;
-        let lenient = *lenient;
+        let Self { scene, params, tissues, now, memories, .. } = self;
         let (scene, tissues) = (&**scene, &*tissues);
         let of_body = |body: &Body| contacts::vertex_normals(body.surface(), body.positions());
         let normals = parallel::map_with(scene.bodies(), || (), |(), body| of_body(body));
@@ -211,9 +292,6 @@ impl<'a> Run<'a> {
             })
             .collect();
         let contacts = parallel::map_mut(&mut pairs, |(pair, edges, [of_a, of_b])| {
-            if lenient {
-                return pair.contacts(scene).into_iter().chain(edges.iter().copied()).collect();
-            }
             let straight = PairReport {
                 a_against_b: side([pair.a, pair.b], &pair.a_against_b, of_a),
                 b_against_a: side([pair.b, pair.a], &pair.b_against_a, of_b),
@@ -236,46 +314,25 @@ impl<'a> Run<'a> {
     }
 
     fn spread(&mut self, u: &mut [DVec3]) {
-        let mut rest = u;
-        let mut parts = Vec::new();
-        for (body, tissue) in self.scene.bodies().iter().zip(&mut self.tissues) {
-            let (part, others) = rest.split_at_mut(body.positions().len());
-            rest = others;
-            if body.kind() != BodyKind::Rigid {
-                parts.push((body, tissue, part));
-            }
-        }
+        let scene = &*self.scene;
         let smoothing = self.params.smoothing;
-        parallel::map_mut(&mut parts, |(body, tissue, part)| {
-            spread::spread(body, tissue, part, smoothing, &mut Workspace::default());
+        let mut parts = split(scene, &mut self.tissues, u);
+        parallel::map_mut(&mut parts, |(id, tissue, part)| {
+            let body = scene.body(*id);
+            let over = smoothing.max(spread::farthest(body, tissue, part) / SLOPE);
+            spread::spread(body, tissue, part, over, &mut Workspace::default());
         });
     }
 
     /// Moves tissue, and tells which bodies have moved.
     fn move_by(&mut self, u: &[DVec3]) -> Result<Vec<bool>, SceneError> {
-        let looseness = looseness(self.rounds.len());
-        let (scene, now, crossed) = (&*self.scene, &self.now.pairs, &self.crossed);
-        let soft: Vec<_> = scene
-            .ids()
-            .zip(&self.tissues)
-            .filter(|&(id, _)| scene.body(id).kind() != BodyKind::Rigid)
-            .collect();
-        let placed = parallel::map_with(&soft, Workspace::default, |traversal, &(id, tissue)| {
-            let body = scene.body(id);
+        let mut moved = vec![false; self.tissues.len()];
+        for id in self.scene.ids() {
+            let body = self.scene.body(id);
             let particles = body.particles();
             let part = &u[particles.start as usize..particles.end as usize];
-            let mut x: Vec<DVec3> =
-                body.positions().iter().zip(part).map(|(&x, &u)| x + u).collect();
-            guard::unfold(body.surface(), tissue, looseness, &mut x);
-            if crossed.get(id.index()).is_some_and(|&count| count > 0) {
-                guard::uncross(body, tissue, &mut x, traversal);
-            }
-            volume::restore(body, tissue, &mut x, now, id);
-            (id, (x != body.positions()).then_some(x))
-        });
-        let mut moved = vec![false; self.tissues.len()];
-        for (id, x) in placed {
-            if let Some(x) = x {
+            if body.kind() != BodyKind::Rigid && part.iter().any(|&u| u != DVec3::ZERO) {
+                let x: Vec<DVec3> = body.positions().iter().zip(part).map(|(x, u)| x + u).collect();
                 self.scene.move_body(id, &x)?;
                 moved[id.index()] = true;
             }
@@ -285,12 +342,17 @@ impl<'a> Run<'a> {
 
     fn record(&mut self) {
         let mut round = Round::new(&self.now, &self.before);
-        round.volume_change = volume::change(self.scene, &self.tissues);
-        let settled = round.max_depth <= self.params.tolerance && round.new_pairs == 0;
-        if settled && !self.rounds.is_empty() {
+        let shapes = self.shapes();
+        round.volume_change = shapes.iter().map(|shape| shape.1).fold(0.0, f64::max);
+        round.flipped_faces = shapes.iter().map(|shape| shape.0).sum();
+        if self.is_settled(&round) && !self.rounds.is_empty() {
             self.find_self_crossings();
             round.self_crossings = self.crossed.iter().sum();
         }
+        let spoilt = |((flipped, volume), crossed): ((usize, f64), usize)| {
+            flipped + crossed > 0 || volume > ALLOWED_VOLUME_CHANGE
+        };
+        self.spoilt = shapes.into_iter().zip(self.crossed.iter().copied()).map(spoilt).collect();
         self.rounds.push(round);
         if self.best.as_ref().is_none_or(|(best, _)| round.is_better_than(best)) {
             self.best = Some((round, self.scene.particle_positions()));
@@ -298,6 +360,19 @@ impl<'a> Run<'a> {
         } else {
             self.stalled += 1;
         }
+    }
+
+    /// Of each body, faces that were turned over and the change of volume.
+    fn shapes(&self) -> Vec<(usize, f64)> {
+        let bodies: Vec<_> = self.scene.bodies().iter().zip(&self.tissues).collect();
+        parallel::map_with(
+            &bodies,
+            || (),
+            |(), (body, tissue)| {
+                let flipped = guard::flipped(body.surface(), tissue, body.positions());
+                (flipped, volume::change(body, tissue))
+            },
+        )
     }
 
     /// Counts for each body how many more of its own faces cross than at first.
@@ -345,4 +420,23 @@ impl<'a> Run<'a> {
 fn looseness(rounds: usize) -> f64 {
     let over = u32::try_from(rounds.saturating_sub(12)).unwrap_or(u32::MAX);
     (1.0 + 0.1 * f64::from(over)).min(3.0)
+}
+
+/// The soft bodies of a scene, each with one of `items` and its part of `u`.
+fn split<'a, T>(
+    scene: &Scene,
+    items: impl IntoIterator<Item = T>,
+    u: &'a mut [DVec3],
+) -> Vec<(BodyId, T, &'a mut [DVec3])> {
+    let mut rest = u;
+    let mut parts = Vec::new();
+    for (id, item) in scene.ids().zip(items) {
+        let body = scene.body(id);
+        let (part, others) = std::mem::take(&mut rest).split_at_mut(body.positions().len());
+        rest = others;
+        if body.kind() != BodyKind::Rigid {
+            parts.push((id, item, part));
+        }
+    }
+    parts
 }

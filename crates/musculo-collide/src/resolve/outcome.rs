@@ -12,7 +12,7 @@ use crate::{BodyId, BodyKind, PairReport, Scene, parallel};
 
 /// Change of a volume, as a share, after which rounds go on to give it back:
 /// below what is promised, by what the last pushes may take.
-const ALLOWED_VOLUME_CHANGE: f64 = 0.008;
+pub(super) const ALLOWED_VOLUME_CHANGE: f64 = 0.008;
 
 /// How things stood after a round.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +29,8 @@ pub struct Round {
     /// Pairs of faces of one body that crossed though they did not at first;
     /// looked for only once bodies are apart.
     pub self_crossings: usize,
+    /// Faces that were turned by a right angle or more.
+    pub flipped_faces: usize,
     /// Largest change of a soft body's volume, as a share.
     pub volume_change: f64,
 }
@@ -113,13 +115,15 @@ impl Round {
             max_depth: overlapping().map(|(pair, edges)| depth(pair, edges)).fold(0.0, f64::max),
             new_pairs: overlapping().filter(|(pair, _)| !overlapped(pair, before)).count(),
             self_crossings: 0,
+            flipped_faces: 0,
             volume_change: 0.0,
         }
     }
 
     /// Whether there is nothing more to do.
     pub(super) fn is_clean(&self) -> bool {
-        self.overlapping_pairs == 0 && self.self_crossings == 0 && self.excess_volume() == 0.0
+        let spoilt = self.self_crossings + self.flipped_faces > 0 || self.excess_volume() > 0.0;
+        self.overlapping_pairs == 0 && !spoilt
     }
 
     fn excess_volume(&self) -> f64 {
@@ -130,8 +134,9 @@ impl Round {
     pub(super) fn is_better_than(&self, other: &Self) -> bool {
         let badness = |round: &Self| {
             let pairs = round.overlapping_pairs + 2 * round.new_pairs;
-            // A body that crosses itself counts as a pair a tenth of a step deep.
-            let crossings = round.crossing_faces + 10 * round.self_crossings;
+            // A face that was turned over counts as ten that cross, and so do two of a body.
+            let crossings =
+                round.crossing_faces + 10 * (round.self_crossings + round.flipped_faces);
             let count = |n: usize| f64::from(u32::try_from(n).unwrap_or(u32::MAX));
             round.max_depth * count(pairs) + 1e-3 * count(crossings) + round.excess_volume()
         };

@@ -1,7 +1,7 @@
 //! Resolution of one state after another.
 
 use super::carry::{self, Carried};
-use super::{Resolution, ResolveParams, Run, STEP};
+use super::{Resolution, ResolveParams, Run, SIGHT, STEP};
 use crate::{CheckParams, Scene, SceneError};
 
 /// Resolves the states of a moving scene one after the other, and starts each
@@ -58,7 +58,7 @@ impl Resolver {
     /// Those of [`Scene::check`].
     pub fn resolve(&mut self, scene: &mut Scene) -> Result<Resolution, SceneError> {
         let step = STEP * self.params.smoothing;
-        let near = CheckParams { reach: 4.0 * self.params.clearance + 0.25 * step };
+        let near = CheckParams { reach: 4.0 * self.params.clearance + SIGHT * step };
         let fits = carry::fit(&self.carried, scene);
         let mut run = Run::start(scene, self.params, near)?;
         if fits && run.goes_on() {

@@ -61,6 +61,13 @@ pub(super) fn spread(
     }
 }
 
+/// How far the farthest vertex that is pushed comes to lie from its rest.
+pub(super) fn farthest(body: &Body, tissue: &Tissue, pushes: &[DVec3]) -> f64 {
+    let places = body.positions().iter().zip(&tissue.rest).zip(pushes);
+    let pushed = places.filter(|(_, push)| **push != DVec3::ZERO);
+    pushed.map(|((x, rest), push)| (*x + *push).distance(*rest)).fold(0.0, f64::max)
+}
+
 /// Vertices that are not pushed themselves, within reach of pushed ones along
 /// the surface or through the tissue.
 fn around(

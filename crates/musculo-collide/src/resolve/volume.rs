@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::contacts::vertex_normals;
 use super::tissue::{Tissue, volume};
 use crate::scene::Body;
-use crate::{BodyId, BodyKind, PairReport, Scene, VertexReport};
+use crate::{BodyId, BodyKind, PairReport, VertexReport};
 
 /// Change of volume, as a share, that is left alone: below it, giving volume
 /// back would move vertices for nothing that can be measured.
@@ -40,14 +40,14 @@ pub(super) fn restore(
     }
 }
 
-/// Largest change of a soft body's volume, as a share.
-pub(super) fn change(scene: &Scene, tissues: &[Tissue]) -> f64 {
-    let of_body = |(body, tissue): (&Body, &Tissue)| {
-        let counts = body.kind() != BodyKind::Rigid && body.has_inside().is_ok();
-        let now = || volume(body.surface().faces(), body.positions());
-        if counts && tissue.volume != 0.0 { (now() / tissue.volume - 1.0).abs() } else { 0.0 }
-    };
-    scene.bodies().iter().zip(tissues).map(of_body).fold(0.0, f64::max)
+/// Change of a soft body's volume, as a share; 0 for what has none.
+pub(super) fn change(body: &Body, tissue: &Tissue) -> f64 {
+    let counts = body.kind() != BodyKind::Rigid && body.has_inside().is_ok();
+    if counts && tissue.volume != 0.0 {
+        (volume(body.surface().faces(), body.positions()) / tissue.volume - 1.0).abs()
+    } else {
+        0.0
+    }
 }
 
 fn free_weights(tissue: &Tissue, x: &[DVec3], pairs: &[PairReport], id: BodyId) -> Vec<f64> {
