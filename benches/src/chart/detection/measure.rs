@@ -35,31 +35,40 @@ const BUDGET: Duration = Duration::from_millis(600);
 /// Rounds over all frames, at least and at most.
 const ROUNDS: [u32; 2] = [3, 15];
 
+/// What was measured, and what was refused, in words.
+pub(super) type All = (Vec<Measured>, Vec<String>);
+
 /// Measures all methods, on the bone with muscles and on these with each other, on one thread.
 ///
 /// # Errors
 ///
 /// What a method refuses.
-pub(super) fn all(moving: &Moving) -> Result<Vec<Measured>, String> {
+pub(super) fn all(moving: &Moving) -> Result<All, String> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     let pool = pool.map_err(|error| error.to_string())?;
     let on_this_thread = || {
         let kept = Kept::default();
-        let mut measured = Vec::new();
+        let (mut measured, mut refused) = (Vec::new(), Vec::new());
         for of in [Pairs::Bone, Pairs::Muscles] {
-            measured.extend(question(&Question::new(moving, of)?, &kept)?);
+            let found = question(&Question::new(moving, of)?, &kept)?;
+            measured.extend(found.0);
+            refused.extend(found.1);
         }
-        Ok(measured)
+        Ok((measured, refused))
     };
     // Errors of methods need not be able to leave their thread; their words are.
     pool.install(|| on_this_thread().map_err(|error: Failure| error.to_string()))
 }
 
-fn question(question: &Question<'_>, kept: &Kept) -> Result<Vec<Measured>, Failure> {
+fn question(question: &Question<'_>, kept: &Kept) -> Result<All, Failure> {
     let candidates = methods::all(question, kept);
     let mut runs = Vec::new();
+    let mut refused = Vec::new();
     for candidate in &candidates {
-        runs.push(Run::new(candidate, question)?);
+        match Run::new(candidate, question) {
+            Ok(run) => runs.push(run),
+            Err(error) => refused.push(candidate.refusal(&*error)),
+        }
     }
     for round in 0..ROUNDS[1] {
         for run in &mut runs {
@@ -68,7 +77,7 @@ fn question(question: &Question<'_>, kept: &Kept) -> Result<Vec<Measured>, Failu
             }
         }
     }
-    Ok(runs.into_iter().map(Run::finish).collect())
+    Ok((runs.into_iter().map(Run::finish).collect(), refused))
 }
 
 /// A method at work.

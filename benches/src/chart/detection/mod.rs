@@ -43,8 +43,10 @@ fn draw_scene(
     attribution: Option<&'static str>,
     folder: &Path,
 ) -> Result<Vec<PathBuf>, Box<dyn Error>> {
-    let measured = measure::all(moving)?;
-    let settings = settings(moving, attribution);
+    let (measured, mut refused) = measure::all(moving)?;
+    let mut settings = settings(moving, attribution);
+    refused.dedup();
+    settings.extend(refused.into_iter().map(|refusal| ("refused", refusal)));
     let svg = draw::draw(&measured, &settings)?;
     let (columns, rows) = table(&measured);
     Ok(Sheet { name, svg, settings, columns, rows }.write(folder)?)

@@ -49,6 +49,13 @@ pub(super) struct Candidate<'a> {
     pub(super) build: Build<'a>,
 }
 
+impl Candidate<'_> {
+    /// In words, for the caption.
+    pub(super) fn refusal(&self, error: &dyn Error) -> String {
+        format!("{}, {}: {error}", self.method.name(), self.setting)
+    }
+}
+
 /// The methods, in the order of the legend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Method {
