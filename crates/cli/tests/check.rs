@@ -220,3 +220,25 @@ fn an_open_body_is_checked_as_far_as_it_goes() {
     assert_eq!(pair["vertices_of_b_inside_a"], 0);
     assert!(pair["refusals"][0].as_str().is_some_and(|text| text.contains(refusal)), "{pair}");
 }
+
+/// A strip through a tetrahedron: one triangle inside, one on either side, and what
+/// is between them cut.
+#[test]
+fn an_open_body_is_divided_where_it_is_crossed() {
+    let workshop = Workshop::new();
+    workshop.write("bone.obj", tetrahedron(0.0, 10.0));
+    let strip = "v 2 1 -9\nv 3 1 -9\nv 2 1 -5\nv 3 1 1\nv 2 1 1\nv 3 1 2\nv 2 1 20\nv 3 1 21\nv 2 1 22\n\
+                 f 1 2 3\nf 2 4 3\nf 3 4 5\nf 4 6 5\nf 5 6 7\nf 6 8 7\nf 7 8 9\n";
+    workshop.write("strip.obj", strip);
+    let run = workshop.check(&["bone.obj", "strip.obj", "--json", "o.json"]);
+    let division = &json(&workshop, "o.json")["divisions"][0];
+    assert_eq!((&division["body"], &division["by"]), (&"strip".into(), &"bone".into()));
+    let regions = division["regions"].as_array().expect("regions");
+    let told: Vec<_> = regions.iter().map(|region| (&region["side"], &region["faces"])).collect();
+    let (outside, inside) = ("outside".into(), "inside".into());
+    let one = 1.into();
+    assert_eq!(told, [(&outside, &one), (&outside, &one), (&inside, &one)]);
+    for told in ["Divided", "inside", "outside"] {
+        assert!(run.stdout.contains(told), "{told}: {}", run.stdout);
+    }
+}

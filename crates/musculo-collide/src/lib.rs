@@ -57,7 +57,7 @@ pub use crate::check::CheckParams;
 pub use crate::error::{NoInside, SceneError};
 pub use crate::field::{FieldContact, FieldDetector, FieldFeature, RigidState};
 pub use crate::medial_detector::{MedialContact, MedialDetector, MedialFeature, PrimitiveBall};
-pub use crate::pair::{ContactPatch, NearVertex, PairReport, VertexReport};
+pub use crate::pair::{ContactPatch, NearVertex, PairReport, Region, Side, VertexReport};
 pub use crate::plan::{
     Detection, LeftOut, Method, Need, NotBuilt, PairDetection, PairPlan, Plan, PlanError,
     RespondParams, Structure, StructureKind,

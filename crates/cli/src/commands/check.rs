@@ -5,14 +5,16 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use musculo_collide::{CheckParams, PairReport};
+use musculo_collide::{CheckParams, PairReport, SceneError};
 
 use super::{Failure, Outcome, in_threads};
 use crate::load::{build_scene, read_meshes};
 use crate::output::Outputs;
 use crate::picture::Image;
 use crate::progress::Progress;
-use crate::report::{BodyRecord, ContactField, Document, Gallery, PairRecord, html, table, vtp};
+use crate::report::{
+    BodyRecord, ContactField, Document, Gallery, PairRecord, divisions, html, table, vtp,
+};
 use crate::scene::{Bounds, Scene, unit_warnings};
 
 /// Find every overlap and contact between bodies, and say how deep
@@ -100,7 +102,7 @@ fn check(arguments: &CheckArguments) -> Result<Outcome, Failure> {
     times.end_of("detect");
 
     let checked = Checked {
-        document: document(&description, bodies, &scene, &reports),
+        document: document(&description, bodies, &mut scene, &reports)?,
         scene: &scene,
         reports: &reports,
     };
@@ -121,18 +123,19 @@ fn check(arguments: &CheckArguments) -> Result<Outcome, Failure> {
 pub(super) fn document(
     description: &Scene,
     bodies: Vec<BodyRecord>,
-    scene: &musculo_collide::Scene,
+    scene: &mut musculo_collide::Scene,
     reports: &[PairReport],
-) -> Document {
+) -> Result<Document, SceneError> {
     let sizes: Vec<(&str, Bounds)> =
         bodies.iter().map(|body| (body.name.as_str(), body.bounds)).collect();
-    Document {
+    Ok(Document {
         unit: description.unit,
         reach: description.reach,
         warnings: unit_warnings(&sizes),
         pairs: reports.iter().map(|report| PairRecord::new(report, scene)).collect(),
+        divisions: divisions(scene, reports)?,
         bodies,
-    }
+    })
 }
 
 /// A report with pictures of everything and of each overlap.

@@ -97,7 +97,7 @@ impl ResolveArguments {
             return Ok(None);
         }
         let reports = scene.check(&CheckParams { reach: description.reach })?;
-        let document = document(description, bodies, scene, &reports);
+        let document = document(description, bodies, scene, &reports)?;
         let title = format!("Contact {when} bodies were pushed apart");
         Ok(Some((when, page(&title, &document, scene, &reports)?)))
     }

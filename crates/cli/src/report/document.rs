@@ -8,6 +8,7 @@ use musculo_collide::surface::{Defect, Element, Finding, Inspection};
 use musculo_collide::{BodyKind, ContactPatch, PairReport, VertexReport};
 use serde::Serialize;
 
+use super::division::DivisionRecord;
 use super::text::{counted, length};
 use crate::scene::{Bounds, Unit};
 
@@ -22,6 +23,9 @@ pub(crate) struct Document {
     pub(crate) bodies: Vec<BodyRecord>,
     /// Every pair that overlaps or comes within reach.
     pub(crate) pairs: Vec<PairRecord>,
+    /// Open surfaces that others cross.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) divisions: Vec<DivisionRecord>,
 }
 
 /// One mesh as it was read.

@@ -4,6 +4,7 @@
 //! from there and so cannot disagree. `fields` spreads it over vertices, for
 //! the meshes in colour (`vtp`) and the pictures (`views`).
 
+mod division;
 mod document;
 mod field;
 mod fields;
@@ -19,6 +20,7 @@ mod text;
 mod views;
 mod vtp;
 
+pub(crate) use self::division::divisions;
 pub(crate) use self::document::{BodyRecord, BodySource, Document, PairRecord};
 pub(crate) use self::field::{BuiltRecord, FieldRecord, field_table};
 pub(crate) use self::fields::ContactField;

@@ -1,5 +1,6 @@
 //! The report that a terminal shows: defects of the meshes first, then pairs.
 
+use super::division;
 use super::document::{BodyRecord, Document, PairRecord};
 use super::text::{Align, TextTable, grouped, length, measure};
 
@@ -18,6 +19,10 @@ pub(crate) fn table(document: &Document) -> String {
         let unit = document.unit.symbol();
         text += &format!("\nNear, within {} {unit}\n", document.reach);
         text += &gaps(&near, document);
+    }
+    if !document.divisions.is_empty() {
+        text += "\nDivided\n";
+        text += &division::table(&document.divisions, document.unit);
     }
     text += &notes("Not answered", &document.refusals());
     text += &notes("Warnings", &document.warnings);

@@ -11,6 +11,7 @@ mod distance;
 mod patches;
 mod projection;
 mod regions;
+mod segments;
 
 use glam::DVec3;
 use kdop::Workspace;
@@ -27,6 +28,7 @@ pub use self::patches::ContactPatch;
 pub use self::projection::NearVertex;
 pub(crate) use self::projection::{NO_HINT, nearest};
 pub(crate) use self::regions::parts;
+pub use self::segments::{Region, Side};
 
 /// What was found between two bodies.
 #[derive(Clone, Debug, PartialEq)]

@@ -83,7 +83,7 @@ fn refill<T: Clone>(values: &mut Vec<T>, count: usize, value: T) {
 
 /// Whether a point is inside, by the parity of the faces that a ray along +x
 /// crosses. Points on the surface are not inside.
-fn is_inside(body: &Shape, point: DVec3, traversal: &mut Workspace) -> bool {
+pub(super) fn is_inside(body: &Shape, point: DVec3, traversal: &mut Workspace) -> bool {
     let mut odd = false;
     body.tree().ray(point, Axis::X, traversal, |face| {
         odd ^= ray_crosses_triangle(point, body.corners(face)).is_some();
@@ -111,12 +111,12 @@ pub(crate) fn parts(surface: &TriangleSurface) -> Vec<u32> {
     (0..).take(surface.vertex_count()).filter(is_first).collect()
 }
 
-fn each_alone(parents: &mut Vec<u32>, count: usize) {
+pub(super) fn each_alone(parents: &mut Vec<u32>, count: usize) {
     parents.clear();
     parents.extend((0..).take(count));
 }
 
-fn join_all(parents: &mut [u32], [a, b, c]: [u32; 3]) {
+pub(super) fn join_all(parents: &mut [u32], [a, b, c]: [u32; 3]) {
     join(parents, a, b);
     join(parents, b, c);
 }
@@ -128,7 +128,7 @@ fn join(parents: &mut [u32], a: u32, b: u32) {
 }
 
 /// The smallest vertex of a set, halving the path to it.
-fn root(parents: &mut [u32], mut vertex: u32) -> u32 {
+pub(super) fn root(parents: &mut [u32], mut vertex: u32) -> u32 {
     while parents[vertex as usize] != vertex {
         parents[vertex as usize] = parents[parents[vertex as usize] as usize];
         vertex = parents[vertex as usize];

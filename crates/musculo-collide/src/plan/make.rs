@@ -104,7 +104,9 @@ impl<'a> Maker<'a> {
         let method = self.forced(a, b);
         let default = if is_bone(a) || is_bone(b) { Method::Field } else { Method::Surfaces };
         let bone = if is_bone(a) { a } else { b };
-        let instead_of = (default == Method::Surfaces).then_some(NotBuilt::NoBone);
+        let is_open = |id: BodyId| self.scene.body(id).has_inside().is_err();
+        let reason = if is_open(a) || is_open(b) { NotBuilt::Open } else { NotBuilt::NoBone };
+        let instead_of = (default == Method::Surfaces).then_some(reason);
         PairPlan {
             a,
             b,

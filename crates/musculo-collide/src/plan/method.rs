@@ -81,6 +81,9 @@ pub enum NotBuilt {
     /// A coarser surface within the tolerance would save little.
     #[error("a coarser surface within the tolerance would save little")]
     SavesLittle,
+    /// A body is open, so that depths mean nothing.
+    #[error("an open surface has no inside: sweep it, or segment it where it is crossed")]
+    Open,
     /// Neither body of a pair has a field.
     #[error("neither is a rigid body that has an inside")]
     NoBone,
