@@ -3,23 +3,25 @@
 //! Each vertex of the surface is linked to its foot on the medial surface at
 //! rest: a primitive, the weights there, and the side of the sheet. Each ball is
 //! carried by the vertices linked to it: its centre is an affine combination of
-//! them, exact under every affine motion of the surface, and its radius is
+//! them, exact under every affine motion of the surface; then centre and radius are
 //! refitted so that the union passes through the vertices again. Where these are
 //! too few, or too much in one plane, to tell where the centre is, those of
 //! neighbouring balls help.
 //!
 //! Source: B. Gilles, *Anatomical and kinematical modelling of the
 //! musculoskeletal system using MRI*, PhD thesis, 2007: radii as means of the
-//! distances of the linked surface points, by their weights. Here what is
-//! averaged is the error that is left at the exact foot, so that passes
-//! converge; and the centres are combinations of the same points.
+//! distances of the linked surface points, by their weights. Here it is the error
+//! left at the exact foot, so that passes converge; the centres are combinations of
+//! the same points; and least squares of a ball's errors move its centre too, which
+//! a mean cannot: a shortened muscle is off by a quarter less then.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, DVec4};
 use kdop::Workspace;
 use surface::{Positions, Term, TriangleSurface};
 
+use crate::generate::{outer, solve};
 use crate::{Ball, FootRule, MedialError, MedialSurface, PrimitiveTree, parallel};
 
 /// Where a surface vertex touches the medial surface.
@@ -63,9 +65,53 @@ pub struct Links {
     starts: Vec<usize>,
 }
 
-/// Passes in which [`Links::follow`] refits the radii: after three, what is left
-/// is within a few percent of a least-squares fit.
-pub const RADIUS_PASSES: u32 = 3;
+/// Passes in which [`Links::follow`] refits the balls.
+pub const REFIT_PASSES: u32 = 4;
+
+/// What following takes and gives back.
+#[derive(Clone, Debug, Default)]
+pub struct FollowMemory {
+    balls: Vec<Ball>,
+    touched: Vec<Touched>,
+}
+
+/// What the vertices that touch a ball ask of it: the least squares of
+/// `e − u·dc − dr` over its change `(dc, dr)`, with e the height of a vertex over
+/// the union and u the direction outward there.
+#[derive(Clone, Copy, Debug, Default)]
+struct Touched {
+    /// Upper triangle of `Σ b (u, 1)(u, 1)ᵀ`.
+    matrix: [f64; 10],
+    /// `Σ b e (u, 1)`.
+    pull: DVec4,
+}
+
+/// Share of the weights that holds a centre where it was carried, in every
+/// direction. Less lets balls slide along the sheet, more leaves errors that differ
+/// between its sides.
+const HELD: f64 = 0.05;
+
+impl Touched {
+    fn add(&mut self, outward: DVec3, error: f64, weight: f64) {
+        let direction = outward.extend(1.0);
+        for (sum, entry) in self.matrix.iter_mut().zip(outer(direction)) {
+            *sum += weight * entry;
+        }
+        self.pull += weight * error * direction;
+    }
+
+    fn fitted(&self, ball: Ball) -> Ball {
+        let mut held = self.matrix;
+        let total = held[9];
+        for k in [0, 4, 7] {
+            held[k] += HELD * total;
+        }
+        match solve(&held, self.pull) {
+            Some(step) => Ball::new(ball.center + step.truncate(), (ball.radius + step.w).max(0.0)),
+            None => ball,
+        }
+    }
+}
 
 /// Share of the spread of a ball's vertices that is added to their moments in
 /// every direction. Without it, vertices in a plane leave the centre's offset
@@ -126,11 +172,10 @@ impl Links {
         &self.carriers[self.starts[ball]..self.starts[ball + 1]]
     }
 
-    /// Moves the centres with the surface and refits the radii.
+    /// Moves the balls with the surface: carries the centres, then refits balls.
     ///
     /// A ball that no vertex touches keeps its radius; where no neighbour has one
-    /// either, it stays. The work is linear in
-    /// the vertices.
+    /// either, it stays. The work is linear in the vertices.
     ///
     /// # Errors
     ///
@@ -138,8 +183,24 @@ impl Links {
     /// and [`MedialError::NotABall`] when positions are so large that a centre
     /// is not finite; `medial` is then unchanged.
     pub fn follow(&self, medial: &mut MedialSurface, x: Positions<'_>) -> Result<(), MedialError> {
-        self.move_centers(medial, x)?;
-        self.refit_radii(medial, x, RADIUS_PASSES)
+        self.follow_in(medial, x, &mut FollowMemory::default())
+    }
+
+    /// As [`Self::follow`], with memory that is the caller's: with the same, no step
+    /// but the first takes any.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::follow`].
+    pub fn follow_in(
+        &self,
+        medial: &mut MedialSurface,
+        x: Positions<'_>,
+        memory: &mut FollowMemory,
+    ) -> Result<(), MedialError> {
+        self.carry(medial, x, memory)?;
+        self.refit_in(medial, x, REFIT_PASSES, memory);
+        Ok(())
     }
 
     /// Moves the centres with the surface and keeps the radii.
@@ -152,49 +213,67 @@ impl Links {
         medial: &mut MedialSurface,
         x: Positions<'_>,
     ) -> Result<(), MedialError> {
-        self.check(medial)?;
-        let center = |(ball, now): (u32, &Ball)| {
-            let carriers = self.carriers(ball);
-            let sum = carriers.iter().map(|term| term.weight * x.at(term.particle)).sum();
-            if carriers.is_empty() { now.center } else { sum }
-        };
-        let centers: Vec<DVec3> = (0_u32..).zip(medial.balls()).map(center).collect();
-        medial.set_centers(&centers)
+        self.carry(medial, x, &mut FollowMemory::default())
     }
 
-    /// Changes radii so that the union passes through the linked vertices:
-    /// in each pass every ball grows by the mean error of its vertices, by their
-    /// weights at their present feet.
+    fn carry(
+        &self,
+        medial: &mut MedialSurface,
+        x: Positions<'_>,
+        FollowMemory { balls, .. }: &mut FollowMemory,
+    ) -> Result<(), MedialError> {
+        self.check(medial)?;
+        let carried = |(ball, now): (u32, &Ball)| {
+            let carriers = self.carriers(ball);
+            let sum = carriers.iter().map(|term| term.weight * x.at(term.particle)).sum();
+            Ball::new(if carriers.is_empty() { now.center } else { sum }, now.radius)
+        };
+        balls.clear();
+        balls.extend((0_u32..).zip(medial.balls()).map(carried));
+        medial.set_balls(balls)
+    }
+
+    /// Moves and resizes balls so that the union passes through the linked vertices:
+    /// in each pass, every ball by what makes the errors of its vertices least in
+    /// the square, by their weights at their present feet. Along the sheet, where
+    /// these do not tell its place, it hardly moves.
     ///
     /// # Errors
     ///
     /// [`MedialError::BallCount`] when the links are of another medial surface.
-    pub fn refit_radii(
+    pub fn refit(
         &self,
         medial: &mut MedialSurface,
         x: Positions<'_>,
         passes: u32,
     ) -> Result<(), MedialError> {
         self.check(medial)?;
-        let count = medial.balls().len();
+        self.refit_in(medial, x, passes, &mut FollowMemory::default());
+        Ok(())
+    }
+
+    fn refit_in(
+        &self,
+        medial: &mut MedialSurface,
+        x: Positions<'_>,
+        passes: u32,
+        FollowMemory { touched, .. }: &mut FollowMemory,
+    ) {
         for _ in 0..passes {
-            let mut sums = vec![(0.0, 0.0); count];
+            touched.clear();
+            touched.resize(medial.balls().len(), Touched::default());
             for (link, &p) in self.links.iter().zip(x.as_slice()) {
                 let foot = medial.foot(p, link.primitive, FootRule::Exact);
+                let outward = foot.normal(p).unwrap_or(DVec3::ZERO);
                 let balls = medial.primitives()[link.primitive as usize];
                 for (ball, weight) in balls.into_iter().zip(foot.weights) {
-                    let (error, total) = &mut sums[ball as usize];
-                    *error += weight * foot.distance;
-                    *total += weight;
+                    touched[ball as usize].add(outward, foot.distance, weight);
                 }
             }
-            for (ball, (error, total)) in medial.balls_mut().iter_mut().zip(sums) {
-                if total > 0.0 {
-                    ball.radius = (ball.radius + error / total).max(0.0);
-                }
+            for (ball, touched) in medial.balls_mut().iter_mut().zip(&*touched) {
+                *ball = touched.fitted(*ball);
             }
         }
-        Ok(())
     }
 
     fn check(&self, medial: &MedialSurface) -> Result<(), MedialError> {

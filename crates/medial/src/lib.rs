@@ -13,7 +13,7 @@
 //!   [`MedialSurface::from_ma`] one in text. [`Topology`] tells whether the union
 //!   of balls is still one piece without holes.
 //! - [`Links`] let it follow the surface as that deforms: centres are carried,
-//!   radii refitted. Or the balls are what is simulated: see
+//!   balls refitted. Or the balls are what is simulated: see
 //!   [`MedialSurface::set_centers`].
 //! - [`contacts`] finds points or balls of another object in it or near it,
 //!   [`primitive_contacts`] pairs of primitives of two medial surfaces, on a
@@ -84,7 +84,7 @@ pub use crate::distance::{
     Foot, FootRule, PairFoot, bare_face_foot, cone_foot, foot, pair_foot, slab_foot,
 };
 pub use crate::error::MedialError;
-pub use crate::follow::{Link, Links, RADIUS_PASSES};
+pub use crate::follow::{FollowMemory, Link, Links, REFIT_PASSES};
 pub use crate::generate::{Generated, Params, Progress, Size, Step, generate, generate_each};
 pub use crate::medial_surface::MedialSurface;
 pub use crate::primitive_tree::{NearestPrimitive, PrimitiveTree};

@@ -199,6 +199,25 @@ fn the_same_to_the_bit() {
     assert_eq!(first, second);
 }
 
+/// At a tip that hangs over, a ball shrinks to nothing; far from the origin, rounding
+/// is all that would be left of it.
+#[test]
+fn tips_that_hang_over_are_points() {
+    let mut mesh = shapes::muscle();
+    let tops: Vec<usize> = (0..mesh.positions.len())
+        .filter(|&k| mesh.positions[k].z > 6.0 && mesh.positions[k].x.abs() < 30.0)
+        .step_by(17)
+        .collect();
+    assert!(tops.len() > 3, "{tops:?}");
+    for top in tops {
+        mesh.positions[top] += DVec3::new(14.0, 0.0, 3.0);
+    }
+    let mesh = mesh.translated(DVec3::new(425.0, 438.0, 794.0));
+    let generated = made(&mesh, &Params::balls(12)).unwrap();
+    assert!(generated.medial.balls().iter().all(|ball| ball.center.is_finite()));
+    assert!(generated.deviation.largest() < 12.0, "{:?}", generated.deviation);
+}
+
 /// Several sizes of one collapse are what each is alone.
 #[test]
 fn each_of_several_is_as_alone() {

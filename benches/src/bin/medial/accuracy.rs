@@ -43,8 +43,12 @@ pub(crate) struct Row {
 /// Measures every muscle, two at a time, and reports what is beyond its bound or
 /// its aim.
 pub(crate) fn run(folder: &Path, names: &[String], report: &mut Report) -> Vec<Row> {
-    let of_muscles: Vec<Vec<Row>> =
-        names.par_iter().map(|name| rows(name, &muscle(folder, name))).collect();
+    let of_muscle = |name: &String| {
+        let rows = rows(name, &muscle(folder, name));
+        println!("{}", rows.iter().map(Row::line).collect::<String>());
+        rows
+    };
+    let of_muscles: Vec<Vec<Row>> = names.par_iter().map(of_muscle).collect();
     let rows: Vec<Row> = of_muscles.into_iter().flatten().collect();
     for row in &rows {
         row.report(report);
@@ -141,6 +145,30 @@ impl Row {
         self.aim().is_some_and(|aim| self.rms > aim)
     }
 
+    /// A line of a table.
+    fn line(&self) -> String {
+        let rms = format!("{:.3}", self.rms);
+        let rms = if self.misses() { format!("**{rms}**") } else { rms };
+        let topology = self.topology.map_or_else(
+            || "as the muscle".to_owned(),
+            |t| format!("{} parts, {} tunnels, {} cavities", t.components, t.tunnels, t.cavities),
+        );
+        format!(
+            "| {} | {} | {:.0} | {} | {} | {rms} | {:.3} | {:.2} | {:.2} | {:.2} | {:.2} | {topology} | {:.1} |\n",
+            self.name.replace('_', " "),
+            self.faces,
+            self.extent,
+            self.balls,
+            self.slabs,
+            self.p95,
+            self.bounds[0],
+            self.fresh[0],
+            self.bounds[1],
+            self.fresh[1],
+            self.seconds,
+        )
+    }
+
     fn report(&self, report: &mut Report) {
         let title = |what: &str| format!("{} {} balls, {what}", self.name, self.balls);
         if let Some(aim) = self.aim() {
@@ -167,30 +195,7 @@ pub(crate) fn document(rows: &[Row]) -> String {
         "| muscle | faces | extent | balls | slabs | rms | 95 % | surface to balls | sampled | balls to surface | sampled | parts and holes | s |\n\
          |---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|---|--:|\n",
     );
-    for row in rows {
-        let rms = format!("{:.3}", row.rms);
-        let rms = if row.misses() { format!("**{rms}**") } else { rms };
-        let topology = row.topology.map_or_else(
-            || "as the muscle".to_owned(),
-            |t| format!("{} parts, {} tunnels, {} cavities", t.components, t.tunnels, t.cavities),
-        );
-        // Writing into a string cannot fail.
-        let _ = writeln!(
-            text,
-            "| {} | {} | {:.0} | {} | {} | {rms} | {:.3} | {:.2} | {:.2} | {:.2} | {:.2} | {topology} | {:.1} |",
-            row.name.replace('_', " "),
-            row.faces,
-            row.extent,
-            row.balls,
-            row.slabs,
-            row.p95,
-            row.bounds[0],
-            row.fresh[0],
-            row.bounds[1],
-            row.fresh[1],
-            row.seconds,
-        );
-    }
+    text.extend(rows.iter().map(Row::line));
     text + &summary(rows)
 }
 

@@ -4,14 +4,14 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
-use medial::{Deviation, Links, MedialSurface, Params, RADIUS_PASSES, generate};
+use medial::{Deviation, Links, MedialSurface, Params, REFIT_PASSES, generate};
 
 use crate::data::{Body, muscle};
 
 /// A table of the error for each way to deform two muscles along their longest axis.
 pub(crate) fn run(folder: &Path) -> String {
     let mut text = String::from(
-        "| muscle | balls | deformation | rest | constant radii | refitted |\n|---|--:|---|--:|--:|--:|\n",
+        "| muscle | balls | deformation | rest | bound | constant radii | bound | refitted | bound |\n|---|--:|---|--:|--:|--:|--:|--:|--:|\n",
     );
     for (name, balls) in [("gluteus_medius", 100), ("psoas_major", 200)] {
         let body = muscle(folder, name);
@@ -20,20 +20,20 @@ pub(crate) fn run(folder: &Path) -> String {
         let links = Links::new(&made.medial, &body.surface, x).expect("finite balls");
         for (what, moved) in deformed(&body) {
             let x = body.surface.positions(&moved).expect("finite positions");
-            let error = |medial: &MedialSurface| {
-                Deviation::measure(medial, &body.surface, x).expect("closed").rms
+            let measured = |medial: &MedialSurface| {
+                Deviation::measure(medial, &body.surface, x).expect("closed")
             };
             let mut medial = made.medial.clone();
             links.move_centers(&mut medial, x).expect("its own links");
-            let constant = error(&medial);
-            links.refit_radii(&mut medial, x, RADIUS_PASSES).expect("its own links");
-            let (rest, refitted) = (made.deviation.rms, error(&medial));
-            let name = name.replace('_', " ");
+            let constant = measured(&medial);
+            links.refit(&mut medial, x, REFIT_PASSES).expect("its own links");
+            let refitted = measured(&medial);
             // Writing into a string cannot fail.
-            let _ = writeln!(
-                text,
-                "| {name} | {balls} | {what} | {rest:.3} | {constant:.3} | {refitted:.3} |"
-            );
+            let _ = write!(text, "| {} | {balls} | {what} |", name.replace('_', " "));
+            for deviation in [&made.deviation, &constant, &refitted] {
+                let _ = write!(text, " {:.3} | {:.1} |", deviation.rms, deviation.largest());
+            }
+            text.push('\n');
         }
     }
     text

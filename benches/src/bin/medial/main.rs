@@ -24,6 +24,10 @@ const HIP: [&str; 4] = ["gluteus_medius", "gluteus_maximus", "iliacus", "psoas_m
 fn main() -> ExitCode {
     let Some(folder) = data::folder() else { return ExitCode::SUCCESS };
     let named: Vec<String> = std::env::args().skip(1).collect();
+    if named == ["deformation"] {
+        println!("{}", deformation::run(&folder));
+        return ExitCode::SUCCESS;
+    }
     let file = named.iter().find(|name| name.ends_with(".md"));
     let detection_alone = named == ["detection"];
     let names = match named.as_slice() {

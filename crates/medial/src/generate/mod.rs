@@ -25,6 +25,7 @@ use std::cmp::Reverse;
 use surface::{Inspection, Positions, TriangleSurface, inspect};
 
 use self::collapse::Collapse;
+pub(crate) use self::quadric::{outer, solve};
 use self::refit::RefitParams;
 use self::seeds::Seeds;
 use self::shrink::MaximalBall;

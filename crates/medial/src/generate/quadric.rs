@@ -73,7 +73,7 @@ impl Quadric {
 }
 
 /// Upper triangle of `v vᵀ`, row by row.
-pub(super) fn outer(v: DVec4) -> [f64; 10] {
+pub(crate) fn outer(v: DVec4) -> [f64; 10] {
     [
         v.x * v.x,
         v.x * v.y,
@@ -90,7 +90,7 @@ pub(super) fn outer(v: DVec4) -> [f64; 10] {
 
 /// Solves a symmetric positive definite 4 × 4 system by `L D Lᵀ`, or `None`
 /// where a pivot vanishes.
-pub(super) fn solve(upper: &[f64; 10], b: DVec4) -> Option<DVec4> {
+pub(crate) fn solve(upper: &[f64; 10], b: DVec4) -> Option<DVec4> {
     let [xx, xy, xz, xw, yy, yz, yw, zz, zw, ww] = *upper;
     let (lyx, lzx, lwx) = (xy / xx, xz / xx, xw / xx);
     let d1 = yy - lyx * xy;

@@ -45,6 +45,10 @@ const NOISE_COSINE: f64 = 0.939_692_620_785_908_4;
 /// that keeps producing nearer points, and its ball is small by then.
 const MAX_QUERIES: usize = 40;
 
+/// Share of the largest radius possible at which a ball is a point: at a sharp
+/// corner it would shrink until only rounding is left of it.
+const POINT: f64 = 1e-7;
+
 /// One vertex in so many is tried from the largest radius possible, to learn
 /// where to start at the others: queries far from the surface cost the most.
 const PROBE_EVERY: usize = 64;
@@ -111,6 +115,9 @@ fn shrink(
     };
     for _ in 0..MAX_QUERIES {
         let Ball { center, radius } = found.ball;
+        if radius <= POINT * largest {
+            break;
+        }
         match entering(distance, (p, normal), found.ball, workspace) {
             Some(q) => {
                 let to_q = p - q.point;

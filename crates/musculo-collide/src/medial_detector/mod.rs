@@ -25,8 +25,8 @@ mod points;
 use glam::DVec3;
 use kdop::Workspace;
 use medial::{
-    Deviation, Links, MedialError, MedialSurface, Params, PointContact, PrimitiveContact,
-    PrimitiveTree, Progress, generate,
+    Deviation, FollowMemory, Links, MedialError, MedialSurface, Params, PointContact,
+    PrimitiveContact, PrimitiveTree, Progress, generate,
 };
 use surface::{Contact, Positions};
 
@@ -37,7 +37,7 @@ use crate::{BodyId, FieldDetector, RigidState, Scene, SceneError, parallel};
 /// A body of a scene by its medial surface, ready to be asked for contacts.
 ///
 /// It follows the body: each question first moves the balls with the body's
-/// vertices and refits their radii, where the body has moved since the last one.
+/// vertices and refits them, where the body has moved since the last one.
 #[derive(Debug)]
 pub struct MedialDetector {
     body: BodyId,
@@ -47,6 +47,7 @@ pub struct MedialDetector {
     tree: PrimitiveTree,
     links: Links,
     hints: Hints,
+    memory: FollowMemory,
     deviation: Deviation,
     /// Positions of the body that the balls are at.
     at: Vec<DVec3>,
@@ -154,7 +155,8 @@ impl MedialDetector {
         })?;
         let hints = Hints::new(&medial, owner.surface(), &links);
         let at = owner.positions().to_vec();
-        Ok(Self { body, reach, most: 1, medial, tree, links, hints, deviation, at })
+        let memory = FollowMemory::default();
+        Ok(Self { body, reach, most: 1, medial, tree, links, hints, memory, deviation, at })
     }
 
     /// Keeps up to `most` contacts of a vertex, `1..=`[`medial::MOST_CONTACTS`],
@@ -204,13 +206,13 @@ impl MedialDetector {
         if owner.positions() == self.at {
             return Ok(());
         }
-        let Self { medial, tree, links, .. } = self;
+        let Self { medial, tree, links, memory, .. } = self;
         in_body(owner, |x| {
             if x.as_slice().len() != links.links().len() {
                 let (expected, got) = (links.links().len(), x.as_slice().len());
                 return Err(surface::SurfaceError::PositionCount { expected, got }.into());
             }
-            links.follow(medial, x)?;
+            links.follow_in(medial, x, memory)?;
             tree.refit(medial)
         })?;
         self.at.copy_from_slice(owner.positions());
