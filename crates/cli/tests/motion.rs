@@ -154,11 +154,8 @@ fn every_frame_is_pushed_apart() {
         let deepest = report["pairs"].as_array().unwrap().iter().map(depth).fold(0.0, f64::max);
         assert!(deepest <= 0.05, "frame {number}: {deepest} left, {}", check.stdout);
     }
-    // Every frame but the first starts from the one before, and takes fewer rounds for it.
-    let rounds = |frame: &Value| frame["rounds"].as_u64().unwrap();
-    let later = frames[1..].iter().map(rounds).sum::<u64>();
-    let mean = later / u64::try_from(frames.len() - 1).unwrap();
-    assert!(mean < rounds(&frames[0]), "{mean} rounds a frame, {} at first", rounds(&frames[0]));
+    let rounds = frames.iter().map(|frame| frame["rounds"].as_u64().unwrap());
+    assert!(rounds.clone().all(|rounds| rounds <= 12), "{:?}", rounds.collect::<Vec<_>>());
 }
 
 #[test]
@@ -189,8 +186,8 @@ fn resolving_and_charting_exclude_each_other() {
 }
 
 /// Frames of the gait on the decimated thigh that are resolved: those where
-/// muscles are deepest in bone and bones are closest to each other, or all of
-/// them where `MUSCULO_ALL_STEPS` is set.
+/// femur and pelvis close on the muscles between them, or all of them where
+/// `MUSCULO_ALL_STEPS` is set.
 #[test]
 #[expect(clippy::print_stdout, reason = "a skipped test says so, a measured one what it saw")]
 fn frames_of_the_gait_are_pushed_apart() {
@@ -204,7 +201,7 @@ fn frames_of_the_gait_are_pushed_apart() {
     let mut gait: Value =
         serde_json::from_str(&std::fs::read_to_string(gait).expect("a motion")).expect("JSON");
     if !all {
-        let frames = gait["frames"].as_array().expect("frames")[46..49].to_vec();
+        let frames = gait["frames"].as_array().expect("frames")[34..38].to_vec();
         gait["frames"] = frames.into();
     }
     workshop.write("gait.json", gait.to_string());
@@ -223,7 +220,7 @@ fn frames_of_the_gait_are_pushed_apart() {
         after - before
     });
     let rounds = worst(&|frame| frame["rounds"].as_f64().unwrap());
-    let which = if all { "gait" } else { "deepest frames of the gait" };
+    let which = if all { "gait" } else { "four frames of the gait" };
     println!("measured: {which}: deepest overlap left [mm] | {deepest:.3} | 0.1");
     println!("measured: {which}: overlaps that are new | {new} | 0");
     println!("measured: {which}: change of a muscle's volume [%] | {:.2} | 1", 100.0 * volume);

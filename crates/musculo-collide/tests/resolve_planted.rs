@@ -4,7 +4,9 @@
 use fixtures::Mesh;
 use fixtures::shapes;
 use musculo_collide::glam::DVec3;
-use musculo_collide::{BodyId, BodyKind, CheckParams, Resolution, ResolveParams, Resolver, Scene};
+use musculo_collide::{
+    BodyId, BodyKind, CheckParams, Obstacle, Resolution, ResolveParams, Resolver, Scene,
+};
 
 const PARAMS: ResolveParams = ResolveParams::MILLIMETRES;
 
@@ -108,4 +110,35 @@ fn displacements_of_bodies_with_other_vertices_are_not_taken() {
     let (mut carried, mut fresh) = (spheres(3), spheres(3));
     let with = resolver.resolve(&mut carried).expect("a resolution");
     assert_eq!(with, fresh.resolve(&PARAMS).expect("a resolution"));
+}
+
+/// A disc of tissue 4 thick, and two bones that leave it a gap.
+fn between_bones(gap: f64) -> Scene {
+    let bone = shapes::plate(DVec3::new(60.0, 60.0, 6.0), [12, 12]);
+    let muscle = shapes::ellipsoid(DVec3::new(12.0, 12.0, 2.0), 4);
+    let mut scene = Scene::new();
+    let up = DVec3::Z * (3.0 + gap / 2.0);
+    for (name, kind, mesh) in [
+        ("below", BodyKind::Rigid, bone.clone().translated(-up)),
+        ("above", BodyKind::Rigid, bone.translated(up)),
+        ("muscle", BodyKind::Deformable, muscle),
+    ] {
+        scene.add(name, kind, mesh.surface(), mesh.positions).expect("a body of the scene");
+    }
+    scene
+}
+
+#[test]
+fn tissue_without_room_is_named_with_the_reason() {
+    let mut scene = between_bones(0.01);
+    let resolution = scene.resolve(&PARAMS).expect("a resolution");
+    assert!(!resolution.resolved);
+    let muscle = scene.find("muscle").expect("the muscle");
+    assert_eq!(resolution.remaining[0].b, muscle);
+    assert_eq!(resolution.remaining[0].obstacle, Obstacle::Stuck, "{:?}", resolution.rounds);
+
+    let hasty = ResolveParams { max_rounds: 1, ..PARAMS };
+    let resolution = between_bones(0.01).resolve(&hasty).expect("a resolution");
+    assert_eq!(resolution.remaining[0].obstacle, Obstacle::Rounds);
+    assert_eq!(resolution.rounds.len(), 2);
 }

@@ -408,9 +408,11 @@ impl<'a> Run<'a> {
             self.go_back()?;
         }
         let carried = carry::take(self.scene, &self.tissues);
+        let stuck = self.is_stuck();
         let Self { scene, params, near, tissues, before, now, rounds, .. } = self;
         let after = scene.check(&near)?;
-        let resolution = Resolution::new(scene, &params, &tissues, [before, after], &now, rounds);
+        let ended = (rounds, stuck);
+        let resolution = Resolution::new(scene, &params, &tissues, [before, after], &now, ended);
         Ok((resolution, carried))
     }
 }

@@ -62,10 +62,13 @@ pub enum Obstacle {
     /// Neither body may move.
     #[error("both are rigid")]
     BothRigid,
-    /// There was no room or no time to part them.
+    /// No push made anything better any more.
     #[error(
-        "still yielding when the rounds were over: there is no room to yield to, or more rounds are needed"
+        "no push helped any more: there is no room to yield to, or the way there is too far at once"
     )]
+    Stuck,
+    /// The rounds were over before they were apart.
+    #[error("still yielding when the rounds were over: more may part them")]
     Rounds,
 }
 
@@ -151,14 +154,14 @@ impl Resolution {
         tissues: &[Tissue],
         [before, after]: [Vec<PairReport>; 2],
         now: &Sight,
-        rounds: Vec<Round>,
+        (rounds, stuck): (Vec<Round>, bool),
     ) -> Self {
         let mut remaining: Vec<Remaining> = now
             .pairs
             .iter()
             .zip(&now.edges)
             .filter(|(pair, _)| pair.overlaps)
-            .map(|(pair, edges)| Remaining::new(scene, pair, edges, &before))
+            .map(|(pair, edges)| Remaining::new(scene, pair, edges, &before, stuck))
             .collect();
         remaining.sort_by(|p, q| q.depth.total_cmp(&p.depth));
         // Edges that cross too steeply for a depth to be told are not within any tolerance.
@@ -174,10 +177,19 @@ impl Resolution {
 }
 
 impl Remaining {
-    fn new(scene: &Scene, pair: &PairReport, edges: &[Contact], before: &[PairReport]) -> Self {
+    fn new(
+        scene: &Scene,
+        pair: &PairReport,
+        edges: &[Contact],
+        before: &[PairReport],
+        stuck: bool,
+    ) -> Self {
         let rigid = |id: BodyId| scene.body(id).kind() == BodyKind::Rigid;
-        let obstacle =
-            if rigid(pair.a) && rigid(pair.b) { Obstacle::BothRigid } else { Obstacle::Rounds };
+        let obstacle = match stuck {
+            _ if rigid(pair.a) && rigid(pair.b) => Obstacle::BothRigid,
+            true => Obstacle::Stuck,
+            false => Obstacle::Rounds,
+        };
         Self {
             a: pair.a,
             b: pair.b,

@@ -1,0 +1,94 @@
+//! A real thigh at rest, pushed apart: what is left, looked at anew, and what it
+//! cost in shape.
+//!
+//! Needs the folder that `MUSCULO_DATA` names. With `MUSCULO_ALL_STEPS` set, the
+//! thigh at full resolution is taken too.
+
+use std::collections::BTreeSet;
+use std::time::Instant;
+
+use fixtures::data;
+use musculo_collide::{BodyId, BodyKind, CheckParams, PairReport, ResolveParams, Scene};
+
+const OVERLAP: CheckParams = CheckParams { reach: 0.0 };
+
+/// Bones are told by their names.
+fn scene(folder: &std::path::Path) -> Scene {
+    let mut scene = Scene::new();
+    for path in data::bodies(folder) {
+        let mesh = data::mesh(&path);
+        let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
+        let rigid = name.starts_with("bone");
+        let kind = if rigid { BodyKind::Rigid } else { BodyKind::Deformable };
+        scene.add(name, kind, mesh.surface(), mesh.positions).expect("a body");
+    }
+    scene
+}
+
+/// Vertices that are inside another body, or corners of faces that cross one.
+fn touched(scene: &Scene, pairs: &[PairReport]) -> BTreeSet<(BodyId, u32)> {
+    let mut touched = BTreeSet::new();
+    for pair in pairs {
+        for (side, id, report) in [(0, pair.a, &pair.a_against_b), (1, pair.b, &pair.b_against_a)] {
+            let inside = report.near.iter().filter(|near| near.gap < 0.0);
+            touched.extend(inside.map(|near| (id, near.vertex)));
+            let faces = scene.body(id).surface().faces();
+            let crossing = pair.crossing_faces.iter().map(|faces| faces[side] as usize);
+            touched.extend(crossing.flat_map(|face| faces[face]).map(|vertex| (id, vertex)));
+        }
+    }
+    touched
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+#[expect(clippy::print_stdout, reason = "a measured test says what it saw")]
+fn comes_apart(folder: &std::path::Path, set: &str) {
+    let mut scene = scene(&folder.join(set));
+    let before = scene.check(&OVERLAP).expect("a check");
+    let touched = touched(&scene, &before);
+    let start = Instant::now();
+    let resolution = scene.resolve(&ResolveParams::MILLIMETRES).expect("a resolution");
+    let seconds = start.elapsed().as_secs_f64();
+    let after = scene.check(&OVERLAP).expect("a check");
+
+    let deepest = after.iter().map(|pair| pair.max_depth).fold(0.0, f64::max);
+    let crossing: usize = after.iter().map(|pair| pair.crossing_faces.len()).sum();
+    let bodies = || resolution.bodies.iter();
+    let volumes = bodies().filter_map(|change| Some((change.volume_ratio? - 1.0).abs()));
+    let volume = 100.0 * volumes.fold(0.0, f64::max);
+    let flipped: usize = bodies().map(|change| change.flipped_faces).sum();
+    let [crossed, crosses]: [usize; 2] =
+        [0, 1].map(|when| bodies().map(|change| change.self_crossings[when]).sum());
+    let soft = bodies().filter(|change| scene.body(change.body).kind() != BodyKind::Rigid);
+    let untouched = soft.flat_map(|change| {
+        let lengths = (0..).zip(&change.displacements).map(|(v, u)| ((change.body, v), u.length()));
+        lengths.filter(|(vertex, _)| !touched.contains(vertex)).map(|(_, length)| length)
+    });
+    let untouched = median(untouched.collect());
+    let rounds = resolution.rounds.len() - 1;
+
+    println!("measured: {set}: deepest overlap left [mm] | {deepest:.4} | 0.05");
+    println!("measured: {set}: crossing pairs of faces left | {crossing} | 0");
+    println!("measured: {set}: change of a muscle's volume [%] | {volume:.3} | 1");
+    println!("measured: {set}: faces turned over | {flipped} | 0");
+    println!("measured: {set}: self-crossings, {crossed} at first | {crosses} | 0");
+    println!("measured: {set}: median displacement of untouched vertices [mm] | {untouched} | 0");
+    println!("measured: {set}: rounds | {rounds} | 60");
+    println!("measured: {set}: pushed apart, tests' optimisation [s] | {seconds:.1} | 120");
+    assert!(resolution.resolved && crossing == 0, "{:?}", resolution.remaining);
+    assert!(deepest <= 0.05 && volume <= 1.0 && untouched == 0.0);
+    assert_eq!((flipped, crossed, crosses), (0, 0, 0));
+}
+
+#[test]
+fn a_thigh_at_rest_comes_apart() {
+    let Some(folder) = data::anatomy("a_thigh_at_rest_comes_apart") else { return };
+    comes_apart(&folder, "vhf_left_thigh_lo");
+    if std::env::var_os("MUSCULO_ALL_STEPS").is_some() {
+        comes_apart(&folder, "vhf_left_thigh");
+    }
+}
