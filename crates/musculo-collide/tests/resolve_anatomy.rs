@@ -80,8 +80,9 @@ fn comes_apart(folder: &std::path::Path, set: &str) {
     println!("measured: {set}: rounds | {rounds} | 60");
     println!("measured: {set}: pushed apart, tests' optimisation [s] | {seconds:.1} | 120");
     assert!(resolution.resolved && crossing == 0, "{:?}", resolution.remaining);
-    assert!(deepest <= 0.05 && volume <= 1.0 && untouched == 0.0);
-    assert_eq!((flipped, crossed, crosses), (0, 0, 0));
+    let sound = deepest <= 0.05 && volume <= 1.0 && untouched == 0.0;
+    assert!(sound, "{deepest} deep, volume by {volume} %, untouched by {untouched}");
+    assert_eq!((flipped, crossed, crosses), (0, 0, 0), "turned over, and crossing before, after");
 }
 
 #[test]
