@@ -27,7 +27,13 @@ fn a_bone_becomes_a_field_a_picture_and_figures() {
     let arguments = ["bone.obj", "--out", "f.nrrd", "--picture", "f.png", "--json", "f.json"];
     let run = workshop.run("field", &arguments);
     assert_eq!(run.status, 0, "{}", run.stderr);
-    for told in ["4 vertices, 4 faces", "51 x 51 x 51, 132,651 nodes 1 apart", "wrote f.nrrd"] {
+    for told in [
+        "4 vertices, 4 faces",
+        "51 x 51 x 51, 132,651 nodes 1 apart",
+        "wrote f.nrrd",
+        " s: prepare ",
+        " s, compare ",
+    ] {
         assert!(run.stdout.contains(told), "{told}: {}", run.stdout);
     }
     let record = json(&workshop, "f.json");
@@ -156,6 +162,9 @@ fn bad_input_is_named_and_nothing_is_written() {
         (&["good.nrrd", "--step", "-2"], "good.nrrd: storage step is -2"),
         (&["good.nrrd", "--step", "0.0001"], "good.nrrd: a storage step of 0.0001 reaches"),
         (&["good.nrrd", "--spacing", "2"], "good.nrrd: is a field already"),
+        (&["good.nrrd", "--padding", "2"], "good.nrrd: is a field already"),
+        (&["good.nrrd", "--method", "band"], "good.nrrd: is a field already"),
+        (&["good.nrrd", "--truncate", "5"], "good.nrrd: is a field already"),
     ];
     for &(arguments, expected) in cases {
         let arguments = [arguments, &["--json", "f.json", "--picture", "f.png"]].concat();
