@@ -164,6 +164,11 @@ fn s11_summed_corrections_gain_energy_and_projected_ones_do_not() {
     }
 }
 
+/// Averaging what contacts ask of each particle by their count leaves 17 to
+/// 18 % of the approach on such a patch, and loses momentum where counts
+/// differ. Here a contact sees of a particle that n rows share one nth of its
+/// mass, which keeps the momentum: its effective mass is smaller, each row
+/// gives less in one pass, and 28 and 35 % are left; more passes take the rest.
 #[test]
 fn s12_one_averaged_pass_leaves_some_approach() {
     for (count, known) in [(20, 0.278), (80, 0.348)] {

@@ -167,9 +167,12 @@ fn summary(document: &ResolvedDocument, seconds: &[f64]) -> String {
     let deepest =
         |of: fn(&ResolvedFrame) -> f64| length(frames().map(of).fold(0.0, f64::max), document.unit);
     let unresolved = frames().filter(|frame| !frame.resolved).count();
-    let slowest = seconds.iter().copied().fold(0.0, f64::max);
+    let mut sorted = seconds.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let middle = sorted.get(sorted.len() / 2).copied().unwrap_or_default();
+    let slowest = sorted.last().copied().unwrap_or_default();
     format!(
-        "{}, {} not resolved: deepest {} {symbol} before, {} {symbol} after; {:.2} s, at most {slowest:.2} s a frame.",
+        "{}, {} not resolved: deepest {} {symbol} before, {} {symbol} after; {:.2} s, at most {slowest:.2} s a frame, in the middle {middle:.2} s.",
         counted(document.frames.len(), "frame"),
         grouped(unresolved),
         deepest(|frame| frame.before.deepest),

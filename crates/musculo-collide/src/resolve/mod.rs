@@ -234,9 +234,7 @@ impl<'a> Run<'a> {
         let law = ContactLaw::new(Margins::new(self.params.clearance, step)?, 0.0)?;
         let mut rows = ContactRows::new(self.inverse_masses.len());
         for contact in &self.contacts() {
-            if self.moves(contact) {
-                rows.push(&Contact { gap: contact.gap.max(-step), ..*contact }, law)?;
-            }
+            rows.push(&Contact { gap: contact.gap.max(-step), ..*contact }, law)?;
         }
         Ok(rows)
     }
@@ -306,11 +304,6 @@ impl<'a> Run<'a> {
         let kept = pairs.into_iter().map(|(pair, _, memory)| ((pair.a, pair.b), memory));
         memories.extend(kept);
         contacts.into_iter().flatten().collect()
-    }
-
-    fn moves(&self, contact: &Contact) -> bool {
-        let inverse_mass = |particle: u32| self.inverse_masses[particle as usize];
-        contact.stencil.terms().iter().any(|term| inverse_mass(term.particle) > 0.0)
     }
 
     fn spread(&mut self, u: &mut [DVec3]) {

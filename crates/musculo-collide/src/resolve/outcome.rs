@@ -164,10 +164,7 @@ impl Resolution {
             .map(|(pair, edges)| Remaining::new(scene, pair, edges, &before, stuck))
             .collect();
         remaining.sort_by(|p, q| q.depth.total_cmp(&p.depth));
-        // Edges that cross too steeply for a depth to be told are not within any tolerance.
-        let told = |pair: &Remaining| pair.depth > 0.0;
-        let fine = |pair: &Remaining| told(pair) && pair.depth <= params.tolerance && pair.at_first;
-        let resolved = remaining.iter().all(fine);
+        let resolved = remaining.iter().all(|pair| pair.is_within(params.tolerance));
         let bodies: Vec<_> = scene.ids().zip(tissues).collect();
         let bodies = parallel::map_with(&bodies, Workspace::default, |traversal, &(id, tissue)| {
             BodyChange::new(id, scene.body(id), tissue, traversal)
@@ -198,6 +195,13 @@ impl Remaining {
             at_first: overlapped(pair, before),
             obstacle,
         }
+    }
+
+    /// Whether a pair may be left as it is. One that did not overlap at first
+    /// may not, nor one of which the edges cross too steeply for a depth to be
+    /// told: that is not within any tolerance.
+    fn is_within(&self, tolerance: f64) -> bool {
+        self.at_first && self.depth > 0.0 && self.depth <= tolerance
     }
 }
 
@@ -231,4 +235,28 @@ fn depth(pair: &PairReport, edges: &[Contact]) -> f64 {
 
 fn overlapped(pair: &PairReport, before: &[PairReport]) -> bool {
     before.iter().any(|first| first.overlaps && (first.a, first.b) == (pair.a, pair.b))
+}
+
+#[cfg(test)]
+mod tests {
+    use fixtures::shapes;
+
+    use super::*;
+
+    #[test]
+    fn what_may_be_left() {
+        let mut scene = Scene::new();
+        let [a, b] = ["a", "b"].map(|name| {
+            let cube = shapes::cube(1.0);
+            scene.add(name, BodyKind::Deformable, cube.surface(), cube.positions).expect("a cube")
+        });
+        let (crossing_faces, obstacle) = (2, Obstacle::Rounds);
+        let left = |depth, at_first| {
+            Remaining { a, b, depth, crossing_faces, at_first, obstacle }.is_within(0.05)
+        };
+        assert!(left(0.05, true));
+        assert!(!left(0.06, true), "too deep");
+        assert!(!left(0.01, false), "was not there at first");
+        assert!(!left(0.0, true), "crosses, how deep cannot be told");
+    }
 }
