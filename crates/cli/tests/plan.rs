@@ -27,7 +27,7 @@ fn a_plan_names_methods_reasons_and_what_a_frame_takes() {
         "bone    muscle  by the field",
         "1 of 1 pairs overlap",
         "depths differ by 0.",
-        "0 overlapping pairs are not seen",
+        "0 overlaps are not seen",
     ];
     for told in told {
         assert!(run.stdout.contains(told), "{told}: {}", run.stdout);

@@ -5,7 +5,9 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use musculo_collide::distance_field::Pose;
-use musculo_collide::{BodyId, CheckParams, Detection, PairReport, Plan, PlanError, SceneError};
+use musculo_collide::{
+    BodyId, CheckParams, Detection, PairPlan, PairReport, Plan, PlanError, SceneError,
+};
 
 use super::Failure;
 use crate::motion::Replay;
@@ -42,8 +44,9 @@ struct Compared {
     /// The largest difference of two depths, and where.
     worst: f64,
     place: String,
-    /// Overlapping pairs that were not seen.
-    missed: usize,
+    /// Overlaps that were not seen, and the deepest of them.
+    unseen: usize,
+    deepest_unseen: f64,
 }
 
 impl<'a> Frames<'a> {
@@ -113,13 +116,14 @@ fn go(scene: &mut Scene, states: &[(BodyId, State)]) -> Result<(), SceneError> {
 impl Measured {
     pub(super) fn to_text(&self) -> String {
         let planned = format!("a frame takes {}", spread(&self.planned));
-        let Some(Compared { exact, worst, place, missed }) = &self.compared else {
+        let Some(compared) = &self.compared else {
             return format!("{planned}\n");
         };
+        let Compared { exact, worst, place, unseen, deepest_unseen } = compared;
         format!(
             "{planned}; exact detection takes {}\n\
              depths differ by {worst:.4} at most ({place}); \
-             {missed} overlapping pairs are not seen\n",
+             {unseen} overlaps are not seen, {deepest_unseen:.4} deep at most\n",
             spread(exact)
         )
     }
@@ -143,7 +147,7 @@ impl Compared {
         let exact = scene.check(&CheckParams { reach: 0.0 })?;
         self.exact.push(start.elapsed());
         for pair in plan.pairs() {
-            self.add_pair(scene, (pair.a, pair.b), &exact, detection);
+            self.add_pair(scene, pair, &exact, detection);
         }
         Ok(())
     }
@@ -151,20 +155,31 @@ impl Compared {
     fn add_pair(
         &mut self,
         scene: &Scene,
-        pair: (BodyId, BodyId),
+        pair: &PairPlan,
         exact: &[PairReport],
         detection: &Detection,
     ) {
-        let exact = exact.iter().find(|report| (report.a, report.b) == pair);
-        let found = detection.pairs().iter().find(|found| (found.a, found.b) == pair);
-        let [right, seen] =
-            [exact.map_or(0.0, |e| e.max_depth), found.map_or(0.0, |f| f.max_depth)];
+        let exact = exact.iter().find(|exact| (exact.a, exact.b) == (pair.a, pair.b));
+        let found = detection.pairs().iter().find(|found| (found.a, found.b) == (pair.a, pair.b));
+        let right = exact.map_or(0.0, |exact| depth(exact, pair.bone()));
+        let seen = found.map_or(0.0, |found| found.max_depth);
+        let names = || [pair.a, pair.b].map(|id| scene.body(id).name()).join(" and ");
         if (right - seen).abs() >= self.worst {
             self.worst = (right - seen).abs();
-            let [a, b] = [pair.0, pair.1].map(|id| scene.body(id).name());
-            self.place = format!("{a} and {b}, {seen:.4} for {right:.4}");
+            self.place = format!("{}, {seen:.4} for {right:.4}", names());
         }
-        let overlaps = [exact.is_some_and(|e| e.overlaps), found.is_some_and(|f| f.overlaps)];
-        self.missed += usize::from(overlaps[0] && !overlaps[1]);
+        if exact.is_some_and(|exact| exact.overlaps) && !found.is_some_and(|found| found.overlaps) {
+            self.unseen += 1;
+            self.deepest_unseen = self.deepest_unseen.max(right);
+        }
     }
+}
+
+/// Depth of the deepest vertex that a plan looks at: of both bodies, or of the one
+/// that is not the bone whose field is asked.
+fn depth(exact: &PairReport, bone: Option<BodyId>) -> f64 {
+    let sides = [(exact.a, &exact.a_against_b), (exact.b, &exact.b_against_a)];
+    let looked_at = sides.into_iter().filter(|&(id, _)| Some(id) != bone);
+    let gaps = looked_at.flat_map(|(_, side)| &side.near).map(|near| near.gap);
+    -gaps.fold(0.0, f64::min)
 }

@@ -27,7 +27,8 @@ pub struct PairDetection {
     pub b: BodyId,
     /// Whether they overlap, by what the plan knows of them.
     pub overlaps: bool,
-    /// Depth of the deepest vertex, `>= 0`; 0 where none is inside.
+    /// Depth of the deepest vertex, `>= 0`; 0 where none is inside. By a bone's
+    /// field, of the other body's vertices in the bone; by surfaces, of both.
     pub max_depth: f64,
     /// Smallest gap of a contact; `None` where there is no contact.
     pub min_gap: Option<f64>,

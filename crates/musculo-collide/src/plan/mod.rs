@@ -104,6 +104,13 @@ pub struct PairPlan {
 }
 
 impl PairPlan {
+    /// The rigid body whose field is asked, where that is the method: then only
+    /// the other body's vertices and edges are looked at.
+    #[must_use]
+    pub fn bone(&self) -> Option<BodyId> {
+        (self.method == Method::Field).then_some(self.bone)
+    }
+
     /// The body that the field of the rigid one is asked about.
     fn other(&self) -> BodyId {
         if self.bone == self.a { self.b } else { self.a }
