@@ -24,11 +24,16 @@ const DEFORMATION: &str = "
 ## Following deformation
 
 Root mean square of the same distance after the surface has been deformed: at rest, with the centres carried along and radii as they were, and
-with radii refitted. Stretched and shortened muscles keep their volume.
+with centres and radii refitted; beside each, the larger of the two bounds. Stretched and shortened muscles keep their volume.
 ";
 
 const DETECTION: &str = "
 ## Detection
 
-Neighbouring muscles, pushed 3 mm into each other.
+Neighbouring muscles that touch at rest, pushed 1 and 3 mm into each other. *surfaces* projects the vertices of one on the faces of the other
+that may be within 1 mm, which is not yet to tell which are inside; *vertices × balls* finds the vertices inside with their depths, for the
+exact foot and for that on the bare face; *balls × balls* finds all pairs of primitives that overlap. Counted are tests of four bounds of nine
+directions each, tests of single directions, and leaves: distances of a point from a face, or of a point or a primitive from a primitive.
+Depths are compared with exact ones, and vertices missed are those inside that are not inside of the balls: with the bound on the distance
+from surface to balls as reach, none is.
 ";
