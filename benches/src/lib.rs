@@ -6,3 +6,4 @@ pub mod ccd;
 pub mod chart;
 pub mod ratio;
 pub mod response;
+pub mod soak;

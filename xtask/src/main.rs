@@ -51,6 +51,7 @@ usage: cargo xtask TASK
   verify          tests, golden files, layout and timing checks, and one table of them
   ratios [CRATE]  every speed and cost that is claimed, beside what it is compared with
   chart [PICTURE] draw the pictures of docs/chart, and write the numbers behind them
+  soak            10,000 frames of a small scene, and whether memory grows
   fixtures        write the generated files of the package `fixtures` anew
   tidy            layout rules: layers, module headers, file size, wording";
 
@@ -63,6 +64,10 @@ fn main() -> ExitCode {
         ["ratios", name] => ratios::run(&root(), Some(name)),
         ["chart"] => chart::run(&root(), None),
         ["chart", name] => chart::run(&root(), Some(name)),
+        ["soak"] => process::cargo(
+            &root(),
+            &["run", "--quiet", "--release", "--locked", "-p", "benches", "--bin", "soak"],
+        ),
         ["fixtures"] => fixtures::run(&root()),
         ["tidy"] => tidy::run(&root()),
         _ => Err(USAGE.to_owned()),

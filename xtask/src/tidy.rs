@@ -24,6 +24,8 @@ const LAYERS: &[(&str, &[&str])] = &[
     ),
     ("crates/cli", &["musculo-collide"]),
     ("fixtures", &["surface"]),
+    ("fuzz-targets", &["kdop", "ccd", "distance-field", "cli"]),
+    ("fuzz", &["fuzz-targets"]),
     ("xtask", &[]),
 ];
 

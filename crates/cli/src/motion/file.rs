@@ -53,7 +53,7 @@ pub(super) fn read(path: &Path) -> Result<Motion, Problem> {
     parse(&text)
 }
 
-pub(super) fn parse(text: &str) -> Result<Motion, Problem> {
+pub(crate) fn parse(text: &str) -> Result<Motion, Problem> {
     let file: MotionFile =
         serde_json::from_str(text).map_err(|error| Problem::Syntax(error.to_string()))?;
     if file.frames.len() < 2 {

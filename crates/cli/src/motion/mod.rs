@@ -17,6 +17,7 @@ use glam::{DMat4, DQuat, DVec3};
 use musculo_collide::distance_field::Pose;
 use musculo_collide::{Body, BodyKind, Scene};
 
+pub(crate) use self::file::parse;
 use self::skin::Skin;
 
 /// Why a motion cannot be replayed.

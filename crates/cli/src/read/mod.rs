@@ -46,7 +46,7 @@ enum Format {
     Vtp,
 }
 
-fn parse(bytes: &[u8], path: &Path) -> Result<Mesh, MeshError> {
+pub(crate) fn parse(bytes: &[u8], path: &Path) -> Result<Mesh, MeshError> {
     if bytes.is_empty() {
         return Err(MeshError::Empty);
     }

@@ -67,7 +67,7 @@ pub(super) fn read(path: &Path) -> Result<Scene, SceneError> {
 }
 
 /// Reads the text of the scene file at `path`.
-pub(super) fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
+pub(crate) fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
     let file: SceneFile = toml::from_str(text).map_err(|error| SceneError::Syntax {
         path: path.to_owned(),
         problem: error.to_string().trim_end().to_owned(),

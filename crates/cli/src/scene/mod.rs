@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 use musculo_collide::BodyKind;
 
 pub(crate) use self::error::SceneError;
+pub(crate) use self::file::parse;
 pub(crate) use self::size::{Bounds, unit_warnings};
 pub(crate) use self::unit::Unit;
 

@@ -1,0 +1,114 @@
+//! Geometry of arbitrary numbers.
+
+use ccd::{CcdError, Certainty, Contact, Params};
+use distance_field::{DistanceField, Grid, Interpolation, Storage};
+use glam::DVec3;
+use kdop::{Leaves, Tree, Workspace};
+
+use crate::bytes::Bytes;
+
+type Query = fn([DVec3; 4], [DVec3; 4], &Params) -> Result<Option<Contact>, CcdError>;
+
+/// Continuous queries: intervals lie in the step; what exact arithmetic finds is
+/// never missed, nor found late.
+///
+/// # Panics
+///
+/// Where one of these does not hold.
+pub fn ccd(bytes: &[u8]) {
+    let mut bytes = Bytes::new(bytes);
+    let query: Query =
+        if bytes.byte().is_multiple_of(2) { ccd::vertex_face } else { ccd::edge_edge };
+    let separation = if bytes.byte().is_multiple_of(2) { 0.0 } else { bytes.coordinate().abs() };
+    let (x0, x1) = (bytes.points(), bytes.points());
+    let params = Params { max_directions: 50, ..Params::DEFAULT };
+    let Ok(found) = query(x0, x1, &params) else { return };
+    let exact = query(x0, x1, &Params { max_directions: 50, ..Params::EXACT });
+    let exact = exact.expect("what is refused does not depend on how it is decided");
+    for contact in found.iter().chain(&exact) {
+        let Contact { lo, hi, .. } = *contact;
+        assert!((0.0..=1.0).contains(&lo) && lo <= hi && hi <= 1.0, "{lo} {hi}: {x0:?} {x1:?}");
+    }
+    let certain = exact.filter(|exact| exact.certainty == Certainty::Certain);
+    if let Some(exact) = certain {
+        let lo = found.map_or(f64::INFINITY, |found| found.lo);
+        assert!(lo <= exact.hi, "missed or late: {lo} after {}: {x0:?} {x1:?}", exact.hi);
+    }
+    let apart = Params { min_separation: separation, ..params };
+    if let Ok(kept) = query(x0, x1, &apart) {
+        let is_kept = certain.is_none() || kept.is_some();
+        assert!(is_kept, "missed by a separation of {separation}: {x0:?} {x1:?}");
+    }
+}
+
+/// Trees over triangles: valid, and no pair lost that boxes show to meet.
+///
+/// # Panics
+///
+/// Where one of these does not hold.
+pub fn kdop(bytes: &[u8]) {
+    let mut bytes = Bytes::new(bytes);
+    let count = usize::from(bytes.byte() % 40);
+    let points: Vec<DVec3> = (0..3 + count).map(|_| bytes.point()).collect();
+    let moved: Vec<DVec3> = points.iter().map(|p| *p + bytes.point()).collect();
+    let corner = |bytes: &mut Bytes<'_>| u32::from(bytes.byte()) % 43;
+    let faces: Vec<[u32; 3]> =
+        (0..count).map(|_| std::array::from_fn(|_| corner(&mut bytes))).collect();
+    let Ok(mut tree) = Tree::build(Leaves::Triangles(&faces), &points) else { return };
+    tree.validate().expect("a tree that was built");
+    let same = tree.clone();
+    meets_what_it_shares(&tree, &same, &faces);
+    if tree.refit(&moved).is_ok() {
+        tree.validate().expect("a tree that was refitted");
+    }
+    if tree.refit_swept(&points, &moved).is_ok() {
+        tree.validate().expect("a tree that was swept");
+        meets_what_it_shares(&tree, &same, &faces);
+    }
+}
+
+/// Faces that have a vertex in common share a point.
+fn meets_what_it_shares(tree: &Tree, other: &Tree, faces: &[[u32; 3]]) {
+    let mut found = Vec::new();
+    tree.pairs(other, 0.0, &mut Workspace::default(), |a, b| found.push((a, b)));
+    found.sort_unstable();
+    for (i, f) in (0..).zip(faces) {
+        for (j, g) in (0..).zip(faces) {
+            let shares = f.iter().any(|corner| g.contains(corner));
+            assert!(!shares || found.binary_search(&(i, j)).is_ok(), "{i} and {j} of {faces:?}");
+        }
+    }
+}
+
+/// Fields of arbitrary values: what is told lies between the least and the
+/// greatest of them.
+///
+/// # Panics
+///
+/// Where it does not.
+pub fn field(bytes: &[u8]) {
+    let mut bytes = Bytes::new(bytes);
+    let dims: [usize; 3] = std::array::from_fn(|_| usize::from(bytes.byte() % 6));
+    let spacing = bytes.coordinate();
+    let Ok(grid) = Grid::new(bytes.point(), spacing, dims) else { return };
+    #[expect(clippy::cast_possible_truncation, reason = "fields keep single precision")]
+    let values: Vec<f32> = (0..grid.node_count()).map(|_| bytes.coordinate() as f32).collect();
+    let storage = match bytes.byte() % 3 {
+        0 => Storage::Dense,
+        1 => Storage::Steps { step: bytes.coordinate() },
+        _ => Storage::Bricks { step: bytes.coordinate() },
+    };
+    let least = values.iter().copied().fold(f32::INFINITY, f32::min);
+    let most = values.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    let Ok(field) = DistanceField::from_values(grid, values, storage) else { return };
+    let slack = field.storage_rounding() + 1e-6 * f64::from(most.abs().max(least.abs()));
+    for _ in 0..8 {
+        let p = bytes.point();
+        if let Some(sample) = field.sample(p, Interpolation::Trilinear) {
+            let told = sample.distance;
+            let low = f64::from(least) - slack;
+            assert!(low <= told && told <= f64::from(most) + slack, "{told} at {p}");
+        }
+        let _ = field.sample(p, Interpolation::Smooth);
+    }
+}

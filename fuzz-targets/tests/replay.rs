@@ -1,0 +1,120 @@
+//! The corpus of the fuzzer, every file as it is and in many mutations.
+#![expect(clippy::print_stdout, reason = "what was tried is told")]
+
+use std::path::{Path, PathBuf};
+
+use fuzz_targets::{TARGETS, Target};
+
+/// Mutations of each target, all files together: some seconds in all.
+const MUTATIONS: usize = 50_000;
+
+/// The most that a mutated file may grow to.
+const MOST_BYTES: usize = 8192;
+
+#[test]
+fn no_target_panics() {
+    for (name, target) in TARGETS {
+        let corpus = corpus(name);
+        assert!(corpus.len() >= 2, "{name} has a corpus of {}", corpus.len());
+        for bytes in &corpus {
+            target(bytes);
+        }
+        let mut random = Random(0x5851_f42d_4c95_7f2d);
+        for round in 0..MUTATIONS {
+            let mut bytes = corpus[round % corpus.len()].clone();
+            for _ in 0..=random.below(6) {
+                mutate(&mut bytes, &corpus, &mut random);
+            }
+            run(name, target, &bytes, round);
+        }
+        println!("{name}: {} files, {MUTATIONS} mutations", corpus.len());
+    }
+}
+
+/// A file of the corpus is what it is there for: else, its mutations test nothing.
+#[test]
+fn files_of_the_corpus_are_read() {
+    for bytes in corpus("mesh") {
+        let extension = ["ply", "obj", "stl", "vtp", ""][usize::from(bytes[0]) % 5];
+        assert!(cli::fuzz::mesh_file(&bytes[1..], extension), "{extension}");
+    }
+    for bytes in corpus("scene") {
+        let text = String::from_utf8(bytes).expect("text");
+        assert!(cli::fuzz::scene_file(&text) || cli::fuzz::motion_file(&text), "{text}");
+    }
+}
+
+/// Says what to replay when a target panics.
+fn run(name: &str, target: Target, bytes: &[u8], round: usize) {
+    let result = std::panic::catch_unwind(|| target(bytes));
+    assert!(
+        result.is_ok(),
+        "{name} panics in round {round} on {:?}",
+        bytes.escape_ascii().to_string()
+    );
+}
+
+fn corpus(name: &str) -> Vec<Vec<u8>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus").join(name);
+    let entries = std::fs::read_dir(&folder).expect("a folder for each target");
+    let mut paths: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+    paths.sort();
+    paths.iter().map(|path| std::fs::read(path).expect("a file of the corpus")).collect()
+}
+
+fn mutate(bytes: &mut Vec<u8>, corpus: &[Vec<u8>], random: &mut Random) {
+    const TELLING: [&[u8]; 12] = [
+        b"0",
+        b"-1",
+        b"1e999",
+        b"nan",
+        b"4294967296",
+        b"99999999999999999999",
+        b"\n",
+        b"\0\0\0\0",
+        b"\xff\xff\xff\xff",
+        b"\0\0\xc0\x7f",
+        b" ",
+        b"\"",
+    ];
+    let at = random.below(bytes.len() + 1);
+    let end = (at + random.below(9)).min(bytes.len());
+    match random.below(6) {
+        0 if at < bytes.len() => bytes[at] ^= 1 << random.below(8),
+        1 if at < bytes.len() => bytes[at] = random.byte(),
+        2 => drop(bytes.drain(at..end)),
+        3 => bytes.truncate(at),
+        4 => {
+            let telling = TELLING[random.below(TELLING.len())];
+            bytes.splice(at..end, telling.iter().copied());
+        }
+        _ => {
+            let other = &corpus[random.below(corpus.len())];
+            let from = random.below(other.len() + 1);
+            let to = (from + random.below(64)).min(other.len());
+            bytes.splice(at..end, other[from..to].iter().copied());
+        }
+    }
+    bytes.truncate(MOST_BYTES);
+}
+
+/// A sequence without visible order (Steele et al., `SplitMix64`).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    fn below(&mut self, count: usize) -> usize {
+        let count = u64::try_from(count).expect("a count");
+        usize::try_from(self.next() % count.max(1)).expect("less than a count")
+    }
+
+    fn byte(&mut self) -> u8 {
+        self.next().to_le_bytes()[0]
+    }
+}
