@@ -354,6 +354,38 @@ impl FieldScratch {
     }
 }
 
+impl FieldScratch {
+    /// Adds the deepest of the vertices that the body looked at stands for, where it
+    /// is deeper than what was found: `whole` has them, `tied` names those of a face.
+    pub(crate) fn look_closer<'a>(
+        &mut self,
+        (detector, state): (&FieldDetector<'_>, &RigidState),
+        body: Party<'_>,
+        whole: Party<'_>,
+        tied: impl Fn(u32) -> &'a [u32],
+    ) {
+        let Self { faces, vertices, points, samples, heights, contacts, .. } = self;
+        let is_inside = |face: &u32| {
+            let corners = body.shape.surface().faces()[*face as usize];
+            corners.iter().any(|&corner| heights[corner as usize] < 0.0)
+        };
+        vertices.clear();
+        vertices.extend(faces.iter().filter(|face| is_inside(face)).flat_map(|&face| tied(face)));
+        points.clear();
+        points.extend(vertices.iter().map(|&vertex| whole.shape.positions()[vertex as usize]));
+        let query = Query { pose: state.pose, ..Query::default() };
+        detector.field.ask_all(points, &query, samples);
+        let asked = samples.distance.iter().zip(&*vertices);
+        let deepest = asked.min_by(|p, q| p.0.total_cmp(q.0).then(p.1.cmp(q.1)));
+        let known = contacts.iter().map(|found| found.contact.gap).fold(f64::INFINITY, f64::min);
+        if let Some((&height, &vertex)) = deepest
+            && height < known
+        {
+            contacts.extend(Near { detector, state, body: whole }.vertex(vertex));
+        }
+    }
+}
+
 /// Lists numbers below `count`, each once, in the order of their first mention.
 fn list_once(
     numbers: impl Iterator<Item = u32>,

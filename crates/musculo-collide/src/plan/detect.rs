@@ -28,7 +28,8 @@ pub struct PairDetection {
     /// Whether they overlap, by what the plan knows of them.
     pub overlaps: bool,
     /// Depth of the deepest vertex, `>= 0`; 0 where none is inside. By a bone's
-    /// field, of the other body's vertices in the bone; by surfaces, of both.
+    /// field, of all of the other body's vertices in the bone; by surfaces, of those
+    /// of both that are looked at.
     pub max_depth: f64,
     /// Smallest gap of a contact; `None` where there is no contact.
     pub min_gap: Option<f64>,
@@ -162,7 +163,13 @@ impl PairWork {
         let Some((detector, state)) = structures.detector(bone, reach)? else {
             return Ok(());
         };
-        self.field.look(&detector, &state, structures.party(scene, pair.other()));
+        let body = structures.party(scene, pair.other());
+        self.field.look(&detector, &state, body);
+        if let Some(level) = structures.level(pair.other()) {
+            // A deepest vertex may be one that the level has not kept.
+            let whole = Party::of(scene.body(pair.other()));
+            self.field.look_closer((&detector, &state), body, whole, |face| level.tied_to(face));
+        }
         let found = &self.field.contacts;
         self.contacts.extend(found.iter().map(|found| found.contact));
         self.overlaps = found.iter().any(|found| found.contact.gap < 0.0);

@@ -17,6 +17,10 @@ pub(super) struct Level {
     pub(super) kept: Vec<u32>,
     /// Where each of the body's vertices was on the coarser surface, by vertex.
     ties: Vec<Tie>,
+    /// The body's vertices face after face of the coarser surface, and where the
+    /// vertices of each face begin.
+    tied: Vec<u32>,
+    starts: Vec<u32>,
     /// No point of either surface was farther from the other, when it was built.
     pub(super) deviation: f64,
 }
@@ -48,7 +52,14 @@ impl Level {
         let mut shape = Shape::new(body.kind(), surface, positions);
         shape.bound_state().map_err(DecimateError::from)?;
         let ties = ties(&shape, all);
-        Ok(Some(Self { shape, kept, ties, deviation: deviation.largest() }))
+        let (tied, starts) = by_face(&ties, shape.surface().faces().len());
+        Ok(Some(Self { shape, kept, ties, tied, starts, deviation: deviation.largest() }))
+    }
+
+    /// The body's vertices that were nearest to a face of the coarser surface.
+    pub(super) fn tied_to(&self, face: u32) -> &[u32] {
+        let [from, to] = [face, face + 1].map(|face| self.starts[face as usize] as usize);
+        &self.tied[from..to]
     }
 
     /// Goes where the body is.
@@ -62,7 +73,8 @@ impl Level {
 
     /// Bytes it holds.
     pub(super) fn bytes(&self) -> usize {
-        self.shape.bytes() + size_of_val(&self.kept[..]) + size_of_val(&self.ties[..])
+        let by_face = size_of_val(&self.tied[..]) + size_of_val(&self.starts[..]);
+        self.shape.bytes() + size_of_val(&self.kept[..]) + size_of_val(&self.ties[..]) + by_face
     }
 
     /// Carries displacements of the kept vertices, among `moved` of all
@@ -80,6 +92,16 @@ impl Level {
 fn ties(shape: &Shape, points: &[DVec3]) -> Vec<Tie> {
     let mut traversal = Workspace::default();
     points.iter().map(|&point| tie(shape, point, &mut traversal)).collect()
+}
+
+/// Vertices by the faces they are tied to, and where those of each face begin.
+fn by_face(ties: &[Tie], faces: usize) -> (Vec<u32>, Vec<u32>) {
+    let mut tied: Vec<u32> = (0..).take(ties.len()).collect();
+    tied.sort_by_key(|&vertex| ties[vertex as usize].face);
+    let begin = |face: u32| tied.partition_point(|&vertex| ties[vertex as usize].face < face);
+    let starts = (0..).take(faces + 1).map(|face| u32::try_from(begin(face)).unwrap_or(u32::MAX));
+    let starts = starts.collect();
+    (tied, starts)
 }
 
 fn tie(shape: &Shape, point: DVec3, traversal: &mut Workspace) -> Tie {

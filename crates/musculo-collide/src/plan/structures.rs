@@ -39,15 +39,20 @@ impl Structures {
     /// A body as one side of contacts: by its level where it has one.
     pub(super) fn party<'a>(&'a self, scene: &'a Scene, id: BodyId) -> Party<'a> {
         let whole = Party::of(scene.body(id));
-        match &self.levels[id.index()] {
+        match self.level(id) {
             None => whole,
             Some(level) => Party { shape: &level.shape, kept: Some(&level.kept), ..whole },
         }
     }
 
+    /// The coarser surface that stands for a body, if one does.
+    pub(super) fn level(&self, id: BodyId) -> Option<&Level> {
+        self.levels[id.index()].as_ref()
+    }
+
     /// How far a body's side of contacts may be from its surface.
     pub(super) fn deviation(&self, id: BodyId) -> f64 {
-        self.levels[id.index()].as_ref().map_or(0.0, |level| level.deviation)
+        self.level(id).map_or(0.0, |level| level.deviation)
     }
 
     /// The detector of a bone, and where the bone is.
