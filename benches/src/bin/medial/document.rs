@@ -35,5 +35,5 @@ that may be within 1 mm, which is not yet to tell which are inside; *vertices ×
 exact foot and for that on the bare face; *balls × balls* finds all pairs of primitives that overlap. Counted are tests of four bounds of nine
 directions each, tests of single directions, and leaves: distances of a point from a face, or of a point or a primitive from a primitive.
 Depths are compared with exact ones, and vertices missed are those inside that are not inside of the balls: with the bound on the distance
-from surface to balls as reach, none is.
+from surface to balls as reach, none is, unless the union has a void there.
 ";
