@@ -29,7 +29,7 @@ use super::sheet::{Cell, Sheet};
 pub fn run(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
     let mut written = draw_scene("detection", &Moving::fixture(), None, folder)?;
     if let Some(data) = fixtures::data::anatomy("detection in real anatomy") {
-        let moving = Moving::anatomy(&data.join("vhf_left_thigh"));
+        let moving = Moving::anatomy(&data.join("vhf_left_thigh_lo"));
         written.extend(draw_scene("detection-anatomy", &moving, Some(ATTRIBUTION), folder)?);
     }
     Ok(written)

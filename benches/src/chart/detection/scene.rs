@@ -55,7 +55,7 @@ impl Moving {
         let read = |name: &str| bodies::read(&folder.join(format!("{name}.ply")));
         let mut all = vec![("femur".to_owned(), read("bone_femur"))];
         all.extend(muscles.map(|name| (name.to_owned(), read(&format!("muscle_{name}")))));
-        Self::new("thigh of the Visible Human Female", all)
+        Self::new("thigh of the Visible Human Female, simplified", all)
     }
 
     fn new(title: &str, all: Vec<(String, Body)>) -> Self {

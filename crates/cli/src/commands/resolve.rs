@@ -39,7 +39,7 @@ pub(crate) struct ResolveArguments {
     out: PathBuf,
 
     /// Keep this body where it is, as rigid ones are; may be given more than once
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, visible_alias = "rigid", value_name = "NAME")]
     fixed: Vec<String>,
 
     #[command(flatten)]
