@@ -24,6 +24,27 @@ impl Body {
         self.x.iter().sum::<DVec3>() / amount(self.x.len())
     }
 
+    /// Lowest and highest corner of the box around it.
+    #[must_use]
+    pub fn bounds(&self) -> [DVec3; 2] {
+        let empty = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        self.x.iter().fold(empty, |[low, high], p| [low.min(*p), high.max(*p)])
+    }
+
+    /// Diagonal of that box.
+    #[must_use]
+    pub fn extent(&self) -> f64 {
+        let [low, high] = self.bounds();
+        low.distance(high)
+    }
+
+    /// The same body elsewhere.
+    #[must_use]
+    pub fn moved(&self, by: DVec3) -> Self {
+        let x = self.x.iter().map(|p| *p + by).collect();
+        Self { surface: self.surface.clone(), x }
+    }
+
     /// Corners of a face.
     #[must_use]
     pub fn corners(&self, face: u32) -> [DVec3; 3] {

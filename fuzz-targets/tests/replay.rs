@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
+use fixtures::random::Random;
 use fuzz_targets::{TARGETS, Target};
 
 /// Mutations of each target, all files together: some seconds in all.
@@ -96,25 +97,4 @@ fn mutate(bytes: &mut Vec<u8>, corpus: &[Vec<u8>], random: &mut Random) {
         }
     }
     bytes.truncate(MOST_BYTES);
-}
-
-/// A sequence without visible order (Steele et al., `SplitMix64`).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, count: usize) -> usize {
-        let count = u64::try_from(count).expect("a count");
-        usize::try_from(self.next() % count.max(1)).expect("less than a count")
-    }
-
-    fn byte(&mut self) -> u8 {
-        self.next().to_le_bytes()[0]
-    }
 }

@@ -1,6 +1,7 @@
 //! What cannot be checked is refused with exit status 2, by name and place, and
 //! nothing is written.
 
+#[expect(dead_code, reason = "shared with the tests of other commands")]
 mod support;
 
 use support::{Workshop, tetrahedron};

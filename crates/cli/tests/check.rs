@@ -1,5 +1,6 @@
 //! Scenes that can be checked: exit status, table, and every output.
 
+#[expect(dead_code, reason = "shared with the tests of other commands")]
 mod support;
 
 use std::fs;

@@ -1,5 +1,6 @@
 //! Scenes that are pushed apart: what is written is apart, looked at anew.
 
+#[expect(dead_code, reason = "shared with the tests of other commands")]
 mod support;
 
 use std::fs;

@@ -112,6 +112,9 @@ fn vertices_agree_with_the_exact_check() {
     assert!(inside <= pair.a_against_b.inside_count.unwrap(), "{inside}");
 }
 
+/// Turns of three seconds in which a busy machine may find enough cases.
+const MOST_TURNS: u32 = 10;
+
 /// A sliver of a tetrahedron with one long edge from `a` to `b`; the rest is
 /// farther from the origin.
 fn needle(a: DVec3, b: DVec3) -> Mesh {
@@ -131,39 +134,43 @@ fn planted_dips_are_found_and_no_others() {
     let detector = FieldDetector::new(&field, 0.0).unwrap();
     let tolerance = detector.edge_tolerance();
     let (mut found, mut free, mut worst) = (0, 0, 0.0_f64);
-    arbtest(|u| {
-        let direction = (vector(u, 1.0)? + DVec3::splat(1e-3)).normalize();
-        let scale = DVec3::new(9.0, 7.0, 5.0);
-        let normal = (direction / scale).normalize();
-        let p = direction * scale + normal * number(u, -1.0, 0.7)?;
-        let along = normal.any_orthonormal_vector();
-        let along = DQuat::from_axis_angle(normal, number(u, 0.0, 3.0)?) * along;
-        let [a, b] = [-number(u, 9.0, 40.0)?, number(u, 9.0, 40.0)?].map(|t| p + t * along);
-        let lowest = (-120..=120)
-            .map(|step| exact(p + 0.05 * f64::from(step) * along, &bone))
-            .fold(f64::INFINITY, f64::min);
-        let (mut scene, id) = scene_of(&needle(a, b));
-        let contacts = scene
-            .field_contacts(id, &detector, &RigidState::at(Pose::IDENTITY))
-            .expect("a detector answers");
-        assert_sound(&contacts, &scene);
-        let edge = scene.body(id).surface().edges().iter().position(|&ends| ends == [0, 1]);
-        let edge = FieldFeature::Edge(u32::try_from(edge.expect("the edge")).expect("few edges"));
-        match contacts.iter().find(|contact| contact.feature == edge) {
-            Some(FieldContact { contact, .. }) => {
-                assert!(lowest <= bound + tolerance, "found at {lowest}");
-                worst = worst.max((contact.gap - lowest).abs());
-                found += 1;
+    let mut turns = 0..MOST_TURNS;
+    while (found <= 10 || free <= 10) && turns.next().is_some() {
+        arbtest(|u| {
+            let direction = (vector(u, 1.0)? + DVec3::splat(1e-3)).normalize();
+            let scale = DVec3::new(9.0, 7.0, 5.0);
+            let normal = (direction / scale).normalize();
+            let p = direction * scale + normal * number(u, -1.0, 0.7)?;
+            let along = normal.any_orthonormal_vector();
+            let along = DQuat::from_axis_angle(normal, number(u, 0.0, 3.0)?) * along;
+            let [a, b] = [-number(u, 9.0, 40.0)?, number(u, 9.0, 40.0)?].map(|t| p + t * along);
+            let lowest = (-120..=120)
+                .map(|step| exact(p + 0.05 * f64::from(step) * along, &bone))
+                .fold(f64::INFINITY, f64::min);
+            let (mut scene, id) = scene_of(&needle(a, b));
+            let contacts = scene
+                .field_contacts(id, &detector, &RigidState::at(Pose::IDENTITY))
+                .expect("a detector answers");
+            assert_sound(&contacts, &scene);
+            let edge = scene.body(id).surface().edges().iter().position(|&ends| ends == [0, 1]);
+            let edge =
+                FieldFeature::Edge(u32::try_from(edge.expect("the edge")).expect("few edges"));
+            match contacts.iter().find(|contact| contact.feature == edge) {
+                Some(FieldContact { contact, .. }) => {
+                    assert!(lowest <= bound + tolerance, "found at {lowest}");
+                    worst = worst.max((contact.gap - lowest).abs());
+                    found += 1;
+                }
+                None => {
+                    assert!(lowest > -bound, "an edge that dips to {lowest} is lost");
+                    free += 1;
+                }
             }
-            None => {
-                assert!(lowest > -bound, "an edge that dips to {lowest} is lost");
-                free += 1;
-            }
-        }
-        Ok(())
-    })
-    .budget_ms(3000);
-    assert!(found > 3 && free > 3, "{found} found, {free} free");
+            Ok(())
+        })
+        .budget_ms(3000);
+    }
+    assert!(found > 10 && free > 10, "{found} found, {free} free");
     // The samples of the slow twin are 0.05 apart, over faces that slope by a third.
     assert!(worst <= bound + tolerance + 0.01, "{worst} beyond {bound}");
 }
@@ -224,41 +231,47 @@ fn nothing_is_left_out() {
     let field = field_of(&bone());
     let detector = FieldDetector::new(&field, 0.1).unwrap();
     let (mut vertices, mut edges) = (0, 0);
-    arbtest(|u| {
-        let mesh = shapes::ellipsoid(DVec3::new(4.0, 30.0, 4.0), u.int_in_range(0..=2)?);
-        let mesh = mesh.rotated(DVec3::Z, number(u, 0.0, 1.0)?).translated(vector(u, 9.0)?);
-        let state = RigidState::at(pose(u)?);
-        let mesh = mesh.mapped(|p| to_world(&state.pose, p));
-        let (mut scene, id) = scene_of(&mesh);
-        let contacts = scene.field_contacts(id, &detector, &state).expect("an answer");
-        assert_sound(&contacts, &scene);
-        let height = |p: DVec3| {
-            let sample = field.sample(state.pose.into_body(p), Default::default());
-            sample.map_or(f64::INFINITY, |sample| sample.distance)
-        };
-        let heights: Vec<f64> = mesh.positions.iter().map(|&p| height(p)).collect();
-        let has = |feature| contacts.iter().any(|contact| contact.feature == feature);
-        for (vertex, &height) in (0..).zip(&heights) {
-            assert_eq!(has(FieldFeature::Vertex(vertex)), height <= 0.1, "{vertex}: {height}");
-            vertices += usize::from(height <= 0.1);
-        }
-        for (edge, &[a, b]) in (0..).zip(scene.body(id).surface().edges()) {
-            let ([a, b], outside) = (
-                [a, b].map(|end| mesh.positions[end as usize]),
-                [a, b].iter().all(|&end| heights[end as usize] > 0.1),
-            );
-            let points = (0..=1000).map(|step| height(a.lerp(b, f64::from(step) / 1000.0)));
-            let lowest = points.fold(f64::INFINITY, f64::min);
-            if outside && lowest <= 0.1 {
-                assert!(has(FieldFeature::Edge(edge)), "edge {edge} at {lowest} is lost");
-                edges += 1;
+    let mut turns = 0..MOST_TURNS;
+    while (vertices <= 20 || edges <= 20) && turns.next().is_some() {
+        arbtest(|u| {
+            let mesh = shapes::ellipsoid(DVec3::new(4.0, 30.0, 4.0), u.int_in_range(0..=2)?);
+            let mesh = mesh.rotated(DVec3::Z, number(u, 0.0, 1.0)?).translated(vector(u, 9.0)?);
+            let state = RigidState::at(pose(u)?);
+            let mesh = mesh.mapped(|p| to_world(&state.pose, p));
+            let (mut scene, id) = scene_of(&mesh);
+            let contacts = scene.field_contacts(id, &detector, &state).expect("an answer");
+            assert_sound(&contacts, &scene);
+            let height = |p: DVec3| {
+                let sample = field.sample(state.pose.into_body(p), Default::default());
+                sample.map_or(f64::INFINITY, |sample| sample.distance)
+            };
+            let heights: Vec<f64> = mesh.positions.iter().map(|&p| height(p)).collect();
+            let has = |feature| contacts.iter().any(|contact| contact.feature == feature);
+            for (vertex, &height) in (0..).zip(&heights) {
+                assert_eq!(has(FieldFeature::Vertex(vertex)), height <= 0.1, "{vertex}: {height}");
+                vertices += usize::from(height <= 0.1);
             }
-            assert!(outside || !has(FieldFeature::Edge(edge)), "edge {edge} has a vertex inside");
-        }
-        Ok(())
-    })
-    .budget_ms(3000);
-    assert!(vertices > 5 && edges > 5, "{vertices} vertices, {edges} edges");
+            for (edge, &[a, b]) in (0..).zip(scene.body(id).surface().edges()) {
+                let ([a, b], outside) = (
+                    [a, b].map(|end| mesh.positions[end as usize]),
+                    [a, b].iter().all(|&end| heights[end as usize] > 0.1),
+                );
+                let points = (0..=1000).map(|step| height(a.lerp(b, f64::from(step) / 1000.0)));
+                let lowest = points.fold(f64::INFINITY, f64::min);
+                if outside && lowest <= 0.1 {
+                    assert!(has(FieldFeature::Edge(edge)), "edge {edge} at {lowest} is lost");
+                    edges += 1;
+                }
+                assert!(
+                    outside || !has(FieldFeature::Edge(edge)),
+                    "edge {edge} has a vertex inside"
+                );
+            }
+            Ok(())
+        })
+        .budget_ms(3000);
+    }
+    assert!(vertices > 20 && edges > 20, "{vertices} vertices, {edges} edges");
 }
 
 /// A bone and a body that move as one have the same contacts, turned.

@@ -1,8 +1,8 @@
 //! Builds of a femur's field: in all, by phase, by threads, and what they hold.
 
-use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
+use benches::clock::running;
 use benches::ratio::{Ratio, Report, amount};
 use distance_field::{BuildOptions, DistanceField};
 use fixtures::Mesh;
@@ -45,15 +45,6 @@ impl Times {
             self.phases.iter().map(|(phase, time)| format!("{phase} {time:.1}")).collect();
         println!("{name}: {:.1} ms = {}", self.total, phases.join(" + "));
     }
-}
-
-/// Time that this thread has been running, whoever else wants the processor; wall time where the
-/// system does not tell.
-pub(crate) fn running() -> Duration {
-    static START: OnceLock<Instant> = OnceLock::new();
-    let statistics = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
-    let running = statistics.and_then(|line| line.split(' ').next()?.parse().ok());
-    running.map_or_else(|| START.get_or_init(Instant::now).elapsed(), Duration::from_nanos)
 }
 
 fn milliseconds(time: Duration) -> f64 {

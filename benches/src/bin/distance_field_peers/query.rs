@@ -10,7 +10,7 @@ use parry3d::math::Vector;
 use parry3d::query::PointQuery;
 use parry3d::shape::{TriMesh, TriMeshFlags};
 
-use crate::build::running;
+use benches::clock::running;
 
 /// Points that are asked at once.
 const POINTS: usize = 400_000;

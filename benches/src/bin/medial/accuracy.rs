@@ -4,12 +4,14 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
+use benches::bodies::{Body, Depth};
+use benches::clock::running;
 use benches::ratio::{Ratio, Report, amount};
 use medial::{Generated, Params, Progress, Step, Topology, generate, generate_each};
 use rayon::prelude::*;
 
-use crate::data::{Body, muscle, processor_seconds};
-use crate::sampling::{Depth, fresh};
+use crate::data::muscle;
+use crate::sampling::fresh;
 
 /// Numbers of balls, with the error \[mm rms\] that is aimed at.
 const SIZES: [(usize, Option<f64>); 5] =
@@ -77,7 +79,7 @@ fn rows(name: &str, body: &Body) -> Vec<Row> {
             rms: deviation.rms,
             p95: deviation.p95,
             bounds: [deviation.surface_to_medial.at_most, deviation.medial_to_surface.at_most],
-            fresh: fresh(&depth, &made.medial),
+            fresh: fresh(body, &depth, &made.medial),
             topology: (topology != inside).then_some(topology),
             seconds,
             alone: (balls == 100).then(|| alone(body, balls)),
@@ -89,9 +91,9 @@ fn rows(name: &str, body: &Body) -> Vec<Row> {
 /// Time of the processor to make a medial surface \[s\].
 pub(crate) fn alone(body: &Body, balls: usize) -> f64 {
     let x = body.surface.positions(&body.x).expect("finite positions");
-    let start = processor_seconds();
+    let start = running().as_secs_f64();
     generate(&body.surface, x, &Params::balls(balls), |_| {}).expect("a closed muscle");
-    processor_seconds() - start
+    running().as_secs_f64() - start
 }
 
 /// Where the time of a run for several sizes goes.
@@ -108,7 +110,7 @@ struct Clock {
 
 impl Clock {
     fn tick(&mut self, progress: Progress) {
-        let now = processor_seconds();
+        let now = running().as_secs_f64();
         self.stop(now);
         let is_common = matches!(progress.step, Step::Inspect | Step::Shrink);
         let merging = progress.step == Step::Collapse;
@@ -127,7 +129,7 @@ impl Clock {
     }
 
     fn seconds(mut self, sizes: &[usize]) -> Vec<f64> {
-        self.stop(processor_seconds());
+        self.stop(running().as_secs_f64());
         let seconds = |&size: &usize| {
             self.common + self.own[&size] + self.collapse.range(size..).map(|(_, s)| s).sum::<f64>()
         };

@@ -3,10 +3,11 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use benches::bodies::Body;
 use glam::{DMat3, DVec3};
 use medial::{Deviation, Links, MedialSurface, Params, REFIT_PASSES, generate};
 
-use crate::data::{Body, muscle};
+use crate::data::muscle;
 
 /// A table of the error for each way to deform two muscles along their longest axis.
 pub(crate) fn run(folder: &Path) -> String {

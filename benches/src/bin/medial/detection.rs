@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Duration;
 
+use benches::bodies::Body;
 use benches::ratio::{Ratio, Report, Timing, amount, interleave};
 use kdop::{Leaves, Tree, Workspace};
 use medial::{
@@ -14,8 +15,8 @@ use medial::{
 };
 use surface::closest_on_triangle;
 
-use crate::data::{Body, muscle};
-use crate::sampling::Depth;
+use crate::data::muscle;
+use crate::sampling::inside;
 
 /// How far a vertex may be from the face it is projected on \[mm\]. Deeper ones
 /// need more, on top of telling which vertices are inside.
@@ -109,7 +110,7 @@ impl<'a> Scene<'a> {
         };
         let tree = Tree::build(Leaves::Points, &points.x).expect("finite positions");
         let faces = [points, other].map(leaves);
-        Self { title, points, other, faces, tree, truth: Depth::new(other).inside(points) }
+        Self { title, points, other, faces, tree, truth: inside(points, other) }
     }
 
     /// Faces of one against faces of the other, and their vertices against these.

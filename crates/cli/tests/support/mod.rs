@@ -54,6 +54,18 @@ impl Workshop {
             .expect("the program runs");
         Run::from(output)
     }
+
+    /// Runs a command on each of some cases, with further arguments that name outputs: all
+    /// have to be refused with the words that stand by them, and nothing may be written.
+    pub(crate) fn refuses(&self, command: &str, cases: &[(&[&str], &str)], outputs: &[&str]) {
+        let before = self.listing();
+        for &(arguments, expected) in cases {
+            let run = self.run(command, &[arguments, outputs].concat());
+            assert_eq!(run.status, 2, "{arguments:?}: {}", run.stdout);
+            assert!(run.stderr.contains(expected), "{arguments:?}: {}", run.stderr);
+            assert_eq!(self.listing(), before, "{arguments:?}");
+        }
+    }
 }
 
 impl From<Output> for Run {

@@ -47,6 +47,13 @@ pub(super) struct PairWork {
     min_gap: Option<f64>,
 }
 
+/// What all pairs of a frame are looked at with.
+struct Frame<'a> {
+    scene: &'a Scene,
+    structures: &'a Structures,
+    reach: f64,
+}
+
 impl Detection {
     /// All contacts, pair after pair, with particles numbered by
     /// [`Body::particles`](crate::Body::particles). Rigid bodies are anchors, at
@@ -107,9 +114,8 @@ impl Plan {
         self.structures.follow(scene)?;
         let scene = &*scene;
         let Self { pairs, work, structures, need, .. } = self;
-        parallel::try_each_mut(work, |number, work| {
-            work.look(&pairs[number], scene, structures, need.reach)
-        })?;
+        let frame = Frame { scene, structures, reach: need.reach };
+        parallel::try_each_mut(work, |number, work| work.look(&pairs[number], &frame))?;
         out.clear();
         for (pair, work) in self.pairs.iter().zip(&self.work) {
             out.add(pair, work);
@@ -133,32 +139,21 @@ impl Plan {
 }
 
 impl PairWork {
-    fn look(
-        &mut self,
-        pair: &PairPlan,
-        scene: &Scene,
-        structures: &Structures,
-        reach: f64,
-    ) -> Result<(), PlanError> {
+    fn look(&mut self, pair: &PairPlan, frame: &Frame<'_>) -> Result<(), PlanError> {
         self.contacts.clear();
         (self.overlaps, self.min_gap) = (false, None);
         match pair.method {
-            Method::Field => self.ask_field(pair, scene, structures, reach),
+            Method::Field => self.ask_field(pair, frame),
             Method::Surfaces => {
-                let [a, b] = [pair.a, pair.b].map(|id| structures.party(scene, id));
-                self.compare_surfaces(a, b, reach);
+                let [a, b] = [pair.a, pair.b].map(|id| frame.structures.party(frame.scene, id));
+                self.compare_surfaces(a, b, frame.reach);
                 Ok(())
             }
         }
     }
 
-    fn ask_field(
-        &mut self,
-        pair: &PairPlan,
-        scene: &Scene,
-        structures: &Structures,
-        reach: f64,
-    ) -> Result<(), PlanError> {
+    fn ask_field(&mut self, pair: &PairPlan, frame: &Frame<'_>) -> Result<(), PlanError> {
+        let Frame { scene, structures, reach } = *frame;
         let bone = (pair.bone, scene.body(pair.bone));
         let Some((detector, state)) = structures.detector(bone, reach)? else {
             return Ok(());

@@ -89,6 +89,30 @@ pub(super) fn self_crossings(body: &Body, x: &[DVec3], traversal: &mut Workspace
     crossing
 }
 
+/// How many faces are turned by a right angle and more.
+pub(super) fn flipped(surface: &TriangleSurface, tissue: &Tissue, x: &[DVec3]) -> usize {
+    leaning(surface, tissue, x, 0.0).len()
+}
+
+/// Makes the corners of faces that are turning over move as one, as far as the
+/// farthest of them has to: smoothing alone would be undone by the next push.
+pub(super) fn stiffen(surface: &TriangleSurface, tissue: &Tissue, x: &mut [DVec3]) {
+    for _ in 0..STIFFENINGS {
+        let turned = leaning(surface, tissue, x, OVER);
+        if turned.is_empty() {
+            return;
+        }
+        for face in turned {
+            let corners = surface.faces()[face as usize].map(|v| v as usize);
+            let u = corners.map(|v| x[v] - tissue.rest[v]);
+            let mean = u.iter().sum::<DVec3>() / 3.0;
+            let way = mean.normalize_or_zero();
+            let beyond = u.iter().map(|u| (*u - mean).dot(way)).fold(0.0, f64::max);
+            corners.into_iter().for_each(|v| x[v] = tissue.rest[v] + mean + beyond * way);
+        }
+    }
+}
+
 /// Ends of edges that are stretched or turned too far.
 fn torn(surface: &TriangleSurface, tissue: &Tissue, x: &[DVec3], limit: f64) -> Vec<u32> {
     let is_torn = |&&[p, q]: &&[u32; 2]| {
@@ -116,30 +140,6 @@ fn pressed(tissue: &Tissue, x: &[DVec3], limit: f64) -> Vec<u32> {
         }
     }
     pressed
-}
-
-/// How many faces are turned by a right angle and more.
-pub(super) fn flipped(surface: &TriangleSurface, tissue: &Tissue, x: &[DVec3]) -> usize {
-    leaning(surface, tissue, x, 0.0).len()
-}
-
-/// Makes the corners of faces that are turning over move as one, as far as the
-/// farthest of them has to: smoothing alone would be undone by the next push.
-pub(super) fn stiffen(surface: &TriangleSurface, tissue: &Tissue, x: &mut [DVec3]) {
-    for _ in 0..STIFFENINGS {
-        let turned = leaning(surface, tissue, x, OVER);
-        if turned.is_empty() {
-            return;
-        }
-        for face in turned {
-            let corners = surface.faces()[face as usize].map(|v| v as usize);
-            let u = corners.map(|v| x[v] - tissue.rest[v]);
-            let mean = u.iter().sum::<DVec3>() / 3.0;
-            let way = mean.normalize_or_zero();
-            let beyond = u.iter().map(|u| (*u - mean).dot(way)).fold(0.0, f64::max);
-            corners.into_iter().for_each(|v| x[v] = tissue.rest[v] + mean + beyond * way);
-        }
-    }
 }
 
 /// Faces whose normal has turned so far that the cosine is at most `limit`.

@@ -3,8 +3,9 @@
 //! Round by round: contact is found anew; what is inside another body, or
 //! about to be, is projected out of it, all contacts together (projected
 //! Gauss–Seidel on displacements, particles weighted by inverse mass); the push
-//! spreads to the tissue around and through it; lost volume is given back where
-//! nothing is in the way. Rigid bodies stay. Deep overlaps take several rounds,
+//! spreads to the tissue around and through it; bringing tissue back into shape and
+//! pushing it out again take turns; lost volume is given back where nothing is in
+//! the way. Rigid bodies stay. Deep overlaps take several rounds,
 //! since no round moves a vertex farther than its surroundings can follow.
 
 mod carry;
