@@ -39,6 +39,12 @@ impl ContactLaw {
         Ok(Self { margins, friction: check::not_negative("friction coefficient", friction)? })
     }
 
+    /// The same distances kept, without friction.
+    #[must_use]
+    pub fn without_friction(self) -> Self {
+        Self { friction: 0.0, ..self }
+    }
+
     /// Distances kept.
     #[must_use]
     pub fn margins(&self) -> Margins {

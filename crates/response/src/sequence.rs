@@ -143,6 +143,8 @@ fn correct_positions(
     params: &SequenceParams,
 ) -> Result<SolveReport, ResponseError> {
     let mut moved = vec![DVec3::ZERO; x.len()];
+    // Velocities take off the slip; taken back here too, it would count twice.
+    let params = &SequenceParams { law: params.law.without_friction(), ..*params };
     let (report, _) = solve(Level::Position, &mut moved, inverse_mass, contacts, params, None)?;
     x.iter_mut().zip(moved).for_each(|(x, moved)| *x += moved);
     Ok(report)

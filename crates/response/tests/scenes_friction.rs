@@ -4,7 +4,8 @@
 mod common;
 
 use common::{
-    contact, law, momentum_residual, number, on_plane, over_plane, rows, term, unit, vector,
+    contact, law, momentum_residual, number, on_plane, over_plane, rows, solve, term, thorough,
+    unit, vector,
 };
 use glam::DVec3;
 use response::{
@@ -58,6 +59,29 @@ fn s14_share_friction_creeps_down_any_slope() {
     }
 }
 
+#[test]
+fn s14_share_friction_creeps_as_fast_by_displacements() {
+    let ([normal, down], mu) = (slope(20.0), 0.5);
+    let margins = Margins::new(0.0, 1.0).unwrap();
+    let reaction = Reaction { friction: Friction::share(mu).unwrap() };
+    for (h, known) in [(1e-3, 3.355e-3), (1e-2, 33.55e-3)] {
+        let (mut x, mut v) = ([DVec3::ZERO], DVec3::ZERO);
+        for _ in 0..200 {
+            let before = x[0];
+            v.z -= GRAVITY * h;
+            x[0] += h * v;
+            let state = over_plane(x[0], v, normal, margins);
+            // P̄ is on the fixed plane, so P_c changes by what P moves back.
+            let change = reaction.position(&state, before - x[0]).unwrap();
+            distribute(&[term(0, -1.0)], &[1.0], change, &mut x).unwrap();
+            v = (x[0] - before) / h;
+        }
+        let speed = v.dot(down);
+        assert!((speed / known - 1.0).abs() < 1e-3, "h {h}: {speed}, not {known}");
+        assert!(x[0].dot(normal).abs() < 1e-12, "stays on the slope: {}", x[0]);
+    }
+}
+
 fn coulomb_slide(degrees: f64, mu: f64, h: f64, seconds: f64) -> [f64; 2] {
     let [normal, _] = slope(degrees);
     slide(degrees, h, seconds, |x, v| {
@@ -92,6 +116,37 @@ fn s15_coulomb_sticks_up_to_the_angle_and_then_slides() {
     }
     let [above, _] = coulomb_slide(angle + 0.01, mu, h, 2.0);
     assert!(above > 0.0, "slides just above the angle");
+}
+
+/// As [`coulomb_slide`], by displacements: contacts found before the move hold
+/// the whole step's back.
+fn displaced_slide(degrees: f64, mu: f64, h: f64, steps: u32) -> [f64; 2] {
+    let [normal, down] = slope(degrees);
+    let (mut x, mut v) = (DVec3::ZERO, DVec3::ZERO);
+    for _ in 0..steps {
+        v.z -= GRAVITY * h;
+        let mut moved = [h * v];
+        let contacts = [on_plane(0, x, normal)];
+        let report = solve(Level::Position, &mut moved, &[1.0], &contacts, law(mu), &thorough());
+        assert!(report.converged, "{report:?}");
+        x += moved[0];
+        v = moved[0] / h;
+    }
+    [v.dot(down), x.dot(down)]
+}
+
+#[test]
+fn s15_coulomb_holds_displacements_as_it_does_velocities() {
+    let (mu, h) = (0.5, 1e-3);
+    for degrees in [5.0, 20.0, f64::atan(mu).to_degrees() - 0.01] {
+        let [speed, way] = displaced_slide(degrees, mu, h, 2000);
+        assert!(speed.abs() < 1e-12 && way.abs() < 1e-13, "{degrees}°: {speed} {way}");
+    }
+    for (degrees, a) in [(27.0, 0.0833), (30.0, 0.6571), (45.0, 3.4684)] {
+        let [speed, way] = displaced_slide(degrees, mu, h, 2000);
+        assert!((speed - 2.0 * a).abs() < 2e-4, "{degrees}°: {speed}, not {}", 2.0 * a);
+        assert!((way - 2.0 * a).abs() < 0.004, "{degrees}°: {way}");
+    }
 }
 
 #[test]

@@ -87,8 +87,8 @@ impl Default for SolverParams {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Level {
-    /// Displacements since the contacts were found: no depth is left. Without
-    /// friction.
+    /// Displacements since the contacts were found: no depth is left, and slip
+    /// is taken back within Coulomb's disc. Rigid objects count as at rest.
     Position,
     /// Velocities: the approach is cancelled, λ of it.
     Velocity,
@@ -187,7 +187,9 @@ impl ContactSystem {
     ///
     /// `impulses`, one a row, hold where to start and are replaced by what was
     /// reached: keep them for the next step ([`carry_over`]). Displacements
-    /// are since the contacts were found, and so start at 0.
+    /// are since the contacts were found: 0 where they were found at the end of
+    /// a step, the whole step's where at its start. Friction takes back the
+    /// slip of the second, and of the first that of other contacts' pushes.
     ///
     /// Not reaching the tolerance is no error: see [`SolveReport`].
     ///

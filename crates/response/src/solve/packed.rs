@@ -124,7 +124,7 @@ impl Packed {
     /// Copies `q` and applies the impulses to start from.
     pub(super) fn start(&self, level: Level, q: &[DVec3], impulses: &[Impulse]) -> Work {
         let bias = self.bias(level, q);
-        let rubs = level != Level::Position && self.rows.iter().any(|row| row.friction > 0.0);
+        let rubs = self.rows.iter().any(|row| row.friction > 0.0);
         let mut warm: Vec<Impulse> =
             self.origins.iter().map(|origin| impulses[origin.row as usize]).collect();
         let mut q = q.to_vec();
