@@ -18,14 +18,15 @@ const BATCH: usize = 4096;
 pub(crate) struct Asked<'a, N> {
     nodes: &'a N,
     dims: [usize; 3],
-    frame: Frame,
+    frame: &'a Frame,
     query: &'a Query,
 }
 
 impl<'a, N: Nodes> Asked<'a, N> {
+    /// `frame` is that of the grid in the pose of the query.
     #[inline]
-    pub(crate) fn new(nodes: &'a N, grid: &Grid, query: &'a Query) -> Self {
-        Self { nodes, dims: grid.dims(), frame: Frame::new(grid, &query.pose), query }
+    pub(crate) fn new(nodes: &'a N, grid: &Grid, frame: &'a Frame, query: &'a Query) -> Self {
+        Self { nodes, dims: grid.dims(), frame, query }
     }
 
     /// The answer at one point; none outside the grid.

@@ -243,7 +243,7 @@ impl Build<'_> {
 
     fn compared(self, store: Store, inverted: bool) -> Result<DistanceField, FieldError> {
         let Self { surface, x, options, grid, report } = self;
-        let mut field = DistanceField { grid, store, report };
+        let mut field = DistanceField::new(grid, store, report);
         if options.samples > 0 {
             let limit = options.truncate.unwrap_or(f64::INFINITY);
             let inward = if inverted { 1.0 } else { -1.0 };

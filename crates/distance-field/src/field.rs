@@ -1,7 +1,8 @@
 //! A signed distance field over a grid.
 
+use crate::frame::Frame;
 use crate::store::Store;
-use crate::{BuildReport, FieldError, Grid, Storage};
+use crate::{BuildReport, FieldError, Grid, Pose, Storage};
 
 /// Signed distances at the nodes of a grid, negative inside, and what lies
 /// between them by interpolation.
@@ -12,6 +13,8 @@ use crate::{BuildReport, FieldError, Grid, Storage};
 #[derive(Clone, Debug)]
 pub struct DistanceField {
     pub(crate) grid: Grid,
+    /// Where the grid is in the field's own frame.
+    pub(crate) frame: Frame,
     pub(crate) store: Store,
     pub(crate) report: BuildReport,
 }
@@ -33,7 +36,12 @@ impl DistanceField {
             return Err(FieldError::NotFinite { node });
         }
         let store = Store::new(values, &grid, storage)?;
-        Ok(Self { grid, store, report: BuildReport::default() })
+        Ok(Self::new(grid, store, BuildReport::default()))
+    }
+
+    pub(crate) fn new(grid: Grid, store: Store, report: BuildReport) -> Self {
+        let frame = Frame::new(&grid, &Pose::IDENTITY);
+        Self { grid, frame, store, report }
     }
 
     /// The grid that the field is kept on.

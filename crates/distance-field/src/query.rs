@@ -4,6 +4,7 @@ use glam::{DMat3, DQuat, DVec3};
 
 use crate::ask::Asked;
 use crate::field::DistanceField;
+use crate::frame::Frame;
 use crate::store::Store;
 
 /// How a value is found between nodes.
@@ -131,26 +132,32 @@ impl DistanceField {
     #[must_use]
     pub fn sample(&self, p: DVec3, interpolation: Interpolation) -> Option<Sample> {
         let query = Query { interpolation, ..Query::default() };
-        self.ask(p, &query)
+        self.ask_in(&self.frame, p, &query)
     }
 
     /// The field at one point of the world; none outside the grid.
     #[must_use]
     pub fn ask(&self, p: DVec3, query: &Query) -> Option<Sample> {
+        self.ask_in(&Frame::new(&self.grid, &query.pose), p, query)
+    }
+
+    #[inline]
+    fn ask_in(&self, frame: &Frame, p: DVec3, query: &Query) -> Option<Sample> {
         match &self.store {
-            Store::Floats(nodes) => Asked::new(nodes, &self.grid, query).at(p),
-            Store::Steps(nodes) => Asked::new(nodes, &self.grid, query).at(p),
-            Store::Bricks(nodes) => Asked::new(nodes, &self.grid, query).at(p),
+            Store::Floats(nodes) => Asked::new(nodes, &self.grid, frame, query).at(p),
+            Store::Steps(nodes) => Asked::new(nodes, &self.grid, frame, query).at(p),
+            Store::Bricks(nodes) => Asked::new(nodes, &self.grid, frame, query).at(p),
         }
     }
 
     /// The field at many points of the world, in their order; what `out` held
     /// is lost, its memory is used again.
     pub fn ask_all(&self, points: &[DVec3], query: &Query, out: &mut Samples) {
+        let frame = &Frame::new(&self.grid, &query.pose);
         match &self.store {
-            Store::Floats(nodes) => Asked::new(nodes, &self.grid, query).all(points, out),
-            Store::Steps(nodes) => Asked::new(nodes, &self.grid, query).all(points, out),
-            Store::Bricks(nodes) => Asked::new(nodes, &self.grid, query).all(points, out),
+            Store::Floats(nodes) => Asked::new(nodes, &self.grid, frame, query).all(points, out),
+            Store::Steps(nodes) => Asked::new(nodes, &self.grid, frame, query).all(points, out),
+            Store::Bricks(nodes) => Asked::new(nodes, &self.grid, frame, query).all(points, out),
         }
     }
 }

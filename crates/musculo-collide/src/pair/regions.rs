@@ -5,7 +5,8 @@
 //! form regions, and counting the crossings of one ray tells where a whole
 //! region is. This is exact where the predicates are: faces that touch or
 //! cross the other surface join nothing, and vertices that only such faces
-//! have are counted one by one.
+//! have are counted one by one. A region that is inside is walked through from
+//! its rim; of one outside, which may be most of a surface, the rim alone.
 
 use glam::DVec3;
 use kdop::{Axis, Dop18, Workspace};
@@ -16,14 +17,19 @@ use crate::shape::Shape;
 /// Memory for the regions of one surface at a time.
 #[derive(Debug, Default)]
 pub(super) struct Regions {
-    /// Faces that come near the other surface, in the order of the tree.
-    faces: Vec<u32>,
     is_cut: Vec<bool>,
-    parents: Vec<u32>,
-    /// By vertex: whether it may be inside.
-    is_near: Vec<bool>,
-    /// By the smallest vertex of each region: whether it is inside.
-    sides: Vec<Option<bool>>,
+    known: Vec<Known>,
+    /// Vertices whose faces are still to be looked at.
+    rest: Vec<u32>,
+}
+
+/// What is known of a vertex.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Known {
+    Nothing,
+    /// That it is a corner of a face that is cut.
+    Rim,
+    Side,
 }
 
 impl Regions {
@@ -44,33 +50,43 @@ impl Regions {
         {
             return;
         }
-        self.join_near(a, cut_faces, b, traversal);
-        let Self { parents, is_near, sides, .. } = self;
-        for vertex in (0..).zip(&*is_near).filter_map(|(vertex, near)| near.then_some(vertex)) {
-            let side = &mut sides[root(parents, vertex) as usize];
-            if *side.get_or_insert_with(|| is_inside(b, x[vertex as usize], traversal)) {
-                out.push(vertex);
+        let corners = |face: &u32| a.surface().faces()[*face as usize];
+        refill(&mut self.is_cut, a.surface().faces().len(), false);
+        refill(&mut self.known, a.surface().vertex_count(), Known::Nothing);
+        for face in cut_faces {
+            self.is_cut[*face as usize] = true;
+            corners(face).iter().for_each(|&corner| self.known[corner as usize] = Known::Rim);
+        }
+        for start in cut_faces.iter().flat_map(corners).chain(a.parts()) {
+            if self.known[start as usize] != Known::Side {
+                let is_inside = is_inside(b, x[start as usize], traversal);
+                self.spread(a.surface(), start, is_inside, out);
             }
         }
+        out.sort_unstable();
     }
 
-    /// Joins what is on one side: faces that are not cut, by common corners. Only
-    /// within the bounds of `b`, since what is inside has all its faces there.
-    fn join_near(&mut self, a: &Shape, cut_faces: &[u32], b: &Shape, traversal: &mut Workspace) {
-        let Self { faces, is_cut, parents, is_near, sides } = self;
-        let (surface, vertices) = (a.surface(), a.surface().vertex_count());
-        faces.clear();
-        a.tree().query(&b.tree().root(), traversal, |face| faces.push(face));
-        refill(is_cut, surface.faces().len(), false);
-        cut_faces.iter().for_each(|&face| is_cut[face as usize] = true);
-        refill(is_near, vertices, false);
-        refill(sides, vertices, None);
-        each_alone(parents, vertices);
-        for &face in &*faces {
-            let corners = surface.faces()[face as usize];
-            corners.iter().for_each(|&corner| is_near[corner as usize] = true);
-            if !is_cut[face as usize] {
-                join_all(parents, corners);
+    /// Tells the side of a vertex to those joined to it by faces that are not cut:
+    /// to all of them inside; outside, to those along the rim, since others are
+    /// joined to no vertex whose side is still to be found.
+    fn spread(&mut self, a: &TriangleSurface, start: u32, is_inside: bool, out: &mut Vec<u32>) {
+        let Self { is_cut, known, rest } = self;
+        let mut tell = |vertex: u32, rest: &mut Vec<u32>| {
+            let before = std::mem::replace(&mut known[vertex as usize], Known::Side);
+            if before == Known::Side {
+                return;
+            }
+            if is_inside {
+                out.push(vertex);
+            }
+            if is_inside || before == Known::Rim {
+                rest.push(vertex);
+            }
+        };
+        tell(start, rest);
+        while let Some(vertex) = rest.pop() {
+            for &face in a.vertex_faces(vertex).iter().filter(|&&face| !is_cut[face as usize]) {
+                a.faces()[face as usize].iter().for_each(|&corner| tell(corner, rest));
             }
         }
     }
