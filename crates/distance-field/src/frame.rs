@@ -55,7 +55,7 @@ impl Frame {
     /// The cell that holds `p`; none outside, or when `p` is not a number.
     #[inline]
     pub(crate) fn locate(&self, p: DVec3) -> Option<Located> {
-        let u = self.turned.map_or_else(|| self.straight(p), |turned| turned.units(p));
+        let u = self.units(p);
         let [x, y, z] = [0, 1, 2].map(|axis| self.along(u[axis], axis));
         let place = DVec3::new(x.1, y.1, z.1);
         (!place.is_nan()).then(|| Located { cell: DVec3::new(x.0, y.0, z.0), place })
@@ -80,6 +80,27 @@ impl Frame {
                 (*cell, *place) = self.along(*place, axis);
             }
         }
+    }
+
+    /// A point of the world in units of the grid.
+    #[inline]
+    pub(crate) fn units(&self, p: DVec3) -> DVec3 {
+        self.turned.map_or_else(|| self.straight(p), |turned| turned.units(p))
+    }
+
+    /// The last node in units of the grid.
+    pub(crate) fn last(&self) -> DVec3 {
+        self.last
+    }
+
+    /// The cell that holds a point given in units of the grid, or the nearest.
+    pub(crate) fn cell(&self, u: DVec3) -> DVec3 {
+        u.floor().clamp(DVec3::ZERO, self.last_cell)
+    }
+
+    /// Whether there is a cell with this lowest node.
+    pub(crate) fn has_cell(&self, cell: DVec3) -> bool {
+        cell.cmpge(DVec3::ZERO).all() && cell.cmple(self.last_cell).all()
     }
 
     /// A slope in units of the grid, in the world.

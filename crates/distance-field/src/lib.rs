@@ -48,6 +48,7 @@
 //! musculoskeletal system from MRI", PhD thesis, University of Geneva, 2007,
 //! section 4.7.2, for the seed method and its use; the modules name theirs.
 
+mod along;
 mod ask;
 mod band;
 mod bricks;
@@ -80,6 +81,7 @@ mod transform;
 mod units;
 mod winding;
 
+pub use crate::along::Lowest;
 pub use crate::error::FieldError;
 pub use crate::field::DistanceField;
 pub use crate::grid::{Cell, Grid};

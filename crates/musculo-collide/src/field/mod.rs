@@ -2,16 +2,14 @@
 //!
 //! The body's tree leaves the faces that the field may have within reach; their
 //! vertices cost one look at the field each. An edge between two vertices
-//! outside may still dip into the bone: the lowest point of its span is searched
-//! for with the field (`edge`), so that no offset has to be guessed that keeps
-//! edges out.
+//! outside may still dip into the bone: the field tells the lowest point of its
+//! span, so that no offset has to be guessed that keeps edges out.
 //!
 //! Source: B. Gilles, *Anatomical and kinematical modelling of the
 //! musculoskeletal system using MRI*, PhD thesis, 2007, section 4.7.2: rigid
 //! bodies as distance maps, contacts as linear combinations of particles. There,
 //! vertices alone are tested, kept away by an offset for the sake of edges.
 
-mod edge;
 mod scratch;
 pub(crate) mod volume;
 
@@ -114,13 +112,6 @@ impl<'a> FieldDetector<'a> {
         Self { field, reach, volume }
     }
 
-    /// The most that an edge's gap may be above the field's lowest value along
-    /// it: a thousandth of the spacing.
-    #[must_use]
-    pub fn edge_tolerance(&self) -> f64 {
-        self.field.grid().spacing() / 1000.0
-    }
-
     /// Values of at most this are contacts.
     pub(crate) fn reach(&self) -> f64 {
         self.reach
@@ -211,11 +202,9 @@ impl Scene {
     /// within reach, ascending, then edges that come within reach between two
     /// ends that don't, ascending.
     ///
-    /// The field is taken as it is: no vertex or edge that it has within reach is
-    /// missed, and an edge whose lowest value is above the reach by less than
-    /// [`FieldDetector::edge_tolerance`] may be reported. A bone that pokes
-    /// through a face without touching its edges is not seen. Outside the
-    /// field's grid nothing touches.
+    /// The field is taken as it is: the vertices and edges that it has within reach
+    /// are reported, and no others. A bone that pokes through a face without
+    /// touching its edges is not seen. Outside the field's grid nothing touches.
     ///
     /// ```
     /// use musculo_collide::distance_field::{BuildOptions, DistanceField, Pose};

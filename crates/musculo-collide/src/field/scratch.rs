@@ -4,12 +4,12 @@
 //! sink to the reach within it. Vertices are asked all at once; edges that may come
 //! lower than their ends, judged by these and by their middles, are searched.
 
-use distance_field::{Query, Samples};
+use distance_field::{Lowest, Query, Samples};
 use glam::DVec3;
 use kdop::Workspace;
 use surface::{NO_EDGE, Stencil, Term, TriangleSurface};
 
-use super::{FieldContact, FieldDetector, FieldFeature, RigidState, edge};
+use super::{FieldContact, FieldDetector, FieldFeature, RigidState};
 use crate::pair::Party;
 
 /// What of a body is near a bone, in memory that is used again.
@@ -197,10 +197,9 @@ impl Near<'_> {
     /// The lowest point of an edge whose ends are both out of reach.
     fn edge(&self, edge: u32) -> Option<FieldContact> {
         let (ends, x) = (self.ends(edge), self.span(edge));
-        let FieldDetector { field, volume, reach } = self.detector;
+        let FieldDetector { field, reach, .. } = self.detector;
         let in_field = x.map(|end| self.state.pose.into_body(end));
-        let tolerance = self.detector.edge_tolerance();
-        let share = edge::lowest(field, volume, in_field, *reach, tolerance)?;
+        let Lowest { share, .. } = field.lowest_between(in_field, *reach)?;
         let stencil = Stencil::new(&[self.term(ends[0], 1.0 - share), self.term(ends[1], share)])?;
         let at = x[0].lerp(x[1], share);
         self.detector.contact(self.state, (at, stencil, FieldFeature::Edge(edge)))

@@ -10,7 +10,7 @@ pub(crate) struct Volume {
     /// Lowest and highest corner; the lowest is above where nothing is in reach.
     range: [DVec3; 2],
     /// Most that a trilinear value changes over a unit of length.
-    pub(super) slope: f64,
+    slope: f64,
     /// Values of at most this are in reach.
     reach: f64,
     /// The largest value: one that is not less may be truncated.
@@ -92,23 +92,5 @@ impl Volume {
     /// The nearest point of the box.
     pub(super) fn clamp(&self, p: DVec3) -> DVec3 {
         p.max(self.range[0]).min(self.range[1])
-    }
-
-    /// From where to where, in shares, a segment is in the box.
-    pub(super) fn clip(&self, [a, b]: [DVec3; 2]) -> Option<[f64; 2]> {
-        let along = b - a;
-        let (mut from, mut to) = (0.0_f64, 1.0_f64);
-        for axis in 0..3 {
-            let [lo, hi] = self.range.map(|corner| corner[axis] - a[axis]);
-            if along[axis] == 0.0 {
-                if lo > 0.0 || hi < 0.0 {
-                    return None;
-                }
-                continue;
-            }
-            let [s, t] = [lo / along[axis], hi / along[axis]];
-            (from, to) = (from.max(s.min(t)), to.min(s.max(t)));
-        }
-        (from <= to).then_some([from, to])
     }
 }
