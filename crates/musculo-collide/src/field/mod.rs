@@ -11,7 +11,10 @@
 //! vertices alone are tested, kept away by an offset for the sake of edges.
 
 mod scratch;
+mod slopes;
 pub(crate) mod volume;
+
+use std::borrow::Cow;
 
 use distance_field::{DistanceField, Interpolation, Pose, Query, Sample};
 use glam::DVec3;
@@ -28,7 +31,7 @@ use crate::{BodyId, Scene, SceneError};
 pub struct FieldDetector<'a> {
     field: &'a DistanceField,
     reach: f64,
-    volume: Volume,
+    volume: Cow<'a, Volume>,
 }
 
 /// Where a rigid body is, and how it moves there.
@@ -104,12 +107,12 @@ impl<'a> FieldDetector<'a> {
         if !(reach.is_finite() && reach >= 0.0) {
             return Err(SceneError::Reach { reach });
         }
-        Ok(Self { field, reach, volume: Volume::of(field, reach) })
+        Ok(Self { field, reach, volume: Cow::Owned(Volume::of(field, reach)) })
     }
 
     /// A detector whose field has been looked at before, with the same reach.
-    pub(crate) fn with_volume(field: &'a DistanceField, reach: f64, volume: Volume) -> Self {
-        Self { field, reach, volume }
+    pub(crate) fn with_volume(field: &'a DistanceField, reach: f64, volume: &'a Volume) -> Self {
+        Self { field, reach, volume: Cow::Borrowed(volume) }
     }
 
     /// Values of at most this are contacts.
@@ -168,7 +171,7 @@ impl<'a> FieldDetector<'a> {
             return false;
         }
         let sample = self.field.sample(nearest, Interpolation::Trilinear);
-        sample.is_none_or(|found| self.volume.descent(found.distance) <= radius)
+        sample.is_none_or(|found| self.volume.may_sink((p, radius), found.distance))
     }
 
     /// A height for a point outside the grid: that of the nearest point of the box,

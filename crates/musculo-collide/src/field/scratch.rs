@@ -170,6 +170,10 @@ impl Near<'_> {
         self.ends(edge).map(|end| self.body.shape.positions()[end as usize])
     }
 
+    fn span_in_field(&self, edge: u32) -> [DVec3; 2] {
+        self.span(edge).map(|end| self.state.pose.into_body(end))
+    }
+
     fn middle(&self, edge: u32) -> DVec3 {
         let [a, b] = self.span(edge);
         a.midpoint(b)
@@ -179,14 +183,20 @@ impl Near<'_> {
     fn may_dip(&self, edge: u32, heights: &[f64]) -> bool {
         let ends = self.ends(edge).map(|end| heights[end as usize]);
         let FieldDetector { volume, reach, .. } = self.detector;
-        ends.iter().all(|height| height > reach) && !volume.stays_out(ends, self.length(edge))
+        ends.iter().all(|height| height > reach)
+            && !volume.stays_out(ends, self.length(edge))
+            && !volume.stays_out_between(self.span_in_field(edge), ends)
     }
 
     /// Whether either half of an edge may, given the height of its middle.
     fn may_half_dip(&self, edge: u32, heights: &[f64], middle: f64) -> bool {
-        let (volume, half) = (&self.detector.volume, 0.5 * self.length(edge));
-        let stays_out = |end| volume.stays_out([heights[end as usize], middle], half);
-        !self.ends(edge).into_iter().all(stays_out)
+        let [a, b] = self.span_in_field(edge);
+        let stays_out = |end: DVec3, vertex: u32| {
+            let heights = [heights[vertex as usize], middle];
+            self.detector.volume.stays_out_between([end, a.midpoint(b)], heights)
+        };
+        let [from, to] = self.ends(edge);
+        !(stays_out(a, from) && stays_out(b, to))
     }
 
     fn length(&self, edge: u32) -> f64 {
@@ -198,8 +208,7 @@ impl Near<'_> {
     fn edge(&self, edge: u32) -> Option<FieldContact> {
         let (ends, x) = (self.ends(edge), self.span(edge));
         let FieldDetector { field, reach, .. } = self.detector;
-        let in_field = x.map(|end| self.state.pose.into_body(end));
-        let Lowest { share, .. } = field.lowest_between(in_field, *reach)?;
+        let Lowest { share, .. } = field.lowest_between(self.span_in_field(edge), *reach)?;
         let stencil = Stencil::new(&[self.term(ends[0], 1.0 - share), self.term(ends[1], share)])?;
         let at = x[0].lerp(x[1], share);
         self.detector.contact(self.state, (at, stencil, FieldFeature::Edge(edge)))

@@ -1,16 +1,17 @@
 //! What one look at all nodes of a field tells: a box around all that is within
-//! reach, and how fast values can change.
+//! reach, and how fast values can change where.
 
 use distance_field::DistanceField;
 use glam::DVec3;
 
+use super::slopes::Slopes;
+
 /// Bounds of a field; the box is of its own frame.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Volume {
     /// Lowest and highest corner; the lowest is above where nothing is in reach.
     range: [DVec3; 2],
-    /// Most that a trilinear value changes over a unit of length.
-    slope: f64,
+    slopes: Slopes,
     /// Values of at most this are in reach.
     reach: f64,
     /// The largest value: one that is not less may be truncated.
@@ -23,13 +24,11 @@ const HAIR: f64 = 1e-9;
 
 impl Volume {
     /// Every point with a trilinear value of at most `reach` has a node of at
-    /// most that within a spacing along each axis. The gradient is bounded along
-    /// each axis by the steepest step between two nodes.
+    /// most that within a spacing along each axis.
     pub(crate) fn of(field: &DistanceField, reach: f64) -> Self {
         let (grid, values) = (field.grid(), field.values());
         let [nx, ny, nz] = grid.dims();
         let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let mut steepest = [0.0_f32; 3];
         let mut highest = f32::NEG_INFINITY;
         for k in 0..nz {
             for j in 0..ny {
@@ -41,23 +40,15 @@ impl Volume {
                         let p = grid.position([i, j, k]);
                         (lo, hi) = (lo.min(p), hi.max(p));
                     }
-                    let steps = [(i, nx, 1), (j, ny, nx), (k, nz, nx * ny)];
-                    for (most, (at, count, stride)) in steepest.iter_mut().zip(steps) {
-                        if at + 1 < count {
-                            *most = most.max((values[row + i + stride] - value).abs());
-                        }
-                    }
                 }
             }
         }
         let h = grid.spacing();
         let first = grid.origin() + HAIR * h;
         let last = grid.position([nx - 1, ny - 1, nz - 1]) - HAIR * h;
-        // The differences were rounded once, to 24 bits.
-        let slope = DVec3::from_array(steepest.map(f64::from)).length() / h * (1.0 + 1e-6);
         Self {
             range: [(lo - h).max(first), (hi + h).min(last)],
-            slope,
+            slopes: Slopes::of(grid, &values),
             reach,
             highest: f64::from(highest),
         }
@@ -73,16 +64,36 @@ impl Volume {
         lo.cmple(hi).all().then(|| std::array::from_fn(corner))
     }
 
-    /// No straight way within the grid from a point of this height down to the reach
-    /// is shorter. 0 for infinity, which stands for points outside the grid.
-    pub(super) fn descent(&self, height: f64) -> f64 {
-        if height == f64::INFINITY { 0.0 } else { (height - self.reach) / self.slope }
+    /// Whether a value within reach may be in a ball, given the height of the point of
+    /// the box that is nearest to its middle.
+    pub(super) fn may_sink(&self, (centre, radius): (DVec3, f64), height: f64) -> bool {
+        let (fall, corners) = (self.fall(height), [centre - radius, centre + radius]);
+        let may = |slope: f64| fall <= slope * radius;
+        may(self.slopes.anywhere) && may(self.slopes.between(corners.map(|p| self.clamp(p))))
     }
 
     /// Whether no straight way of this length between points of these heights comes
     /// within reach.
     pub(super) fn stays_out(&self, [a, b]: [f64; 2], length: f64) -> bool {
-        self.descent(a) + self.descent(b) > length
+        self.fall(a) + self.fall(b) > self.slopes.anywhere * length
+    }
+
+    /// The same for the way between two points of the field's frame, by the slopes
+    /// there. Of what is outside the box, the nearest points of the box count.
+    pub(super) fn stays_out_between(&self, ends: [DVec3; 2], [a, b]: [f64; 2]) -> bool {
+        let slope = self.slopes.between(ends.map(|end| self.clamp(end)));
+        self.fall(a) + self.fall(b) > slope * ends[0].distance(ends[1])
+    }
+
+    /// How far it is down to the reach; 0 for infinity, which stands for points outside
+    /// the grid.
+    fn fall(&self, height: f64) -> f64 {
+        if height == f64::INFINITY { 0.0 } else { height - self.reach }
+    }
+
+    /// Bytes it holds.
+    pub(crate) fn bytes(&self) -> usize {
+        self.slopes.bytes()
     }
 
     pub(super) fn middle(&self) -> DVec3 {

@@ -66,7 +66,7 @@ impl Structures {
         };
         let no_pose = || PlanError::NoPose { name: bone.name().to_owned() };
         let pose = bone.pose().ok_or_else(no_pose)?;
-        let detector = FieldDetector::with_volume(field, reach, *volume);
+        let detector = FieldDetector::with_volume(field, reach, volume);
         Ok(Some((detector, RigidState::at(pose))))
     }
 
@@ -92,10 +92,10 @@ impl Structures {
                 plain(StructureKind::Reduced, faces, level.deviation, level.bytes())
             });
             let field =
-                self.fields[number].as_ref().map(|BoneField { field, error_bound, .. }| {
+                self.fields[number].as_ref().map(|BoneField { field, volume, error_bound }| {
                     let nodes = field.grid().node_count();
                     let spacing = Some(field.grid().spacing());
-                    let bytes = field.bytes();
+                    let bytes = field.bytes() + volume.bytes();
                     Structure { spacing, ..plain(StructureKind::Field, nodes, *error_bound, bytes) }
                 });
             [tree, level, field].into_iter().flatten()
