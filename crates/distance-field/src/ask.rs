@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
+use crate::field::DistanceField;
 use crate::frame::{Frame, Located};
-use crate::grid::Grid;
-use crate::interpolate::{Block, cubic, smooth, trilinear};
+use crate::interpolate::{Block, cubic, outer_weight, smooth, trilinear};
 use crate::lanes::trilinear_all;
 use crate::num::whole_index;
 use crate::par;
@@ -18,6 +18,8 @@ const BATCH: usize = 4096;
 pub(crate) struct Asked<'a, N> {
     nodes: &'a N,
     dims: [usize; 3],
+    /// Of the cubic.
+    outer: f64,
     frame: &'a Frame,
     query: &'a Query,
 }
@@ -25,8 +27,14 @@ pub(crate) struct Asked<'a, N> {
 impl<'a, N: Nodes> Asked<'a, N> {
     /// `frame` is that of the grid in the pose of the query.
     #[inline]
-    pub(crate) fn new(nodes: &'a N, grid: &Grid, frame: &'a Frame, query: &'a Query) -> Self {
-        Self { nodes, dims: grid.dims(), frame, query }
+    pub(crate) fn new(
+        nodes: &'a N,
+        field: &DistanceField,
+        frame: &'a Frame,
+        query: &'a Query,
+    ) -> Self {
+        let outer = outer_weight(field.nodes());
+        Self { nodes, dims: field.grid().dims(), outer, frame, query }
     }
 
     /// The answer at one point; none outside the grid.
@@ -39,7 +47,7 @@ impl<'a, N: Nodes> Asked<'a, N> {
                 trilinear(low, high, place)
             }
             Interpolation::Smooth => smooth(&self.block(cell), place),
-            Interpolation::Cubic => cubic(&self.block(cell), place),
+            Interpolation::Cubic => cubic(&self.block(cell), place, self.outer),
         };
         let step = self.nodes.step();
         let gradient = self.frame.slope_to_world(step * slope);

@@ -13,8 +13,9 @@ use crate::inside::Inside;
 use crate::measure::measure;
 use crate::memory::zeroed;
 use crate::num::{coordinate, single};
-use crate::options::{BuildOptions, Conversion, Method, SignRule, Storage, Transform};
+use crate::options::{BuildOptions, Conversion, Method, NodeValues, SignRule, Storage, Transform};
 use crate::par;
+use crate::quasi::{MOST, quasi_interpolate};
 use crate::report::{BuildReport, Phase, Warning};
 use crate::sign::{Barrier, sign};
 use crate::spread::MAX_REACH;
@@ -135,9 +136,9 @@ struct Build<'a> {
 
 impl Build<'_> {
     fn run(mut self) -> Result<DistanceField, FieldError> {
-        let BuildOptions { method, sign: rule, storage, truncate, .. } = *self.options;
+        let BuildOptions { method, sign: rule, storage, .. } = *self.options;
         let (mut values, voxels) = match method {
-            Method::ExactBand { band, relax } => (self.exact_band(band, relax)?, None),
+            Method::ExactBand { band, relax, .. } => (self.exact_band(band, relax)?, None),
             Method::Seed { conversion, transform } => {
                 let (values, voxels) = self.seed(conversion, transform)?;
                 (values, Some(voxels))
@@ -146,7 +147,13 @@ impl Build<'_> {
         let (surface, x, grid) = (self.surface, self.x, self.grid);
         let barrier = voxels.as_deref().map_or(Barrier::Surface(&values), Barrier::Voxels);
         let signed = self.report.time(Phase::Sign, || sign(rule, surface, x, &grid, barrier))?;
-        self.report.time(Phase::Compose, || compose(&mut values, &signed.inside, &grid, truncate));
+        let limit = self.limit();
+        self.report.time(Phase::Compose, || compose(&mut values, &signed.inside, &grid, limit));
+        if let Method::ExactBand { band, nodes: NodeValues::QuasiInterpolating, .. } = method {
+            // Beyond the band, what two faces that compete leave would be made more.
+            let within = limit.min(single(band * grid.spacing()));
+            self.report.time(Phase::Adjust, || quasi_interpolate(&mut values, &grid, within));
+        }
         self.warn_about_size();
         self.warn_about_sign(&signed.inside, signed.winding.as_ref(), voxels.as_deref());
         drop(voxels);
@@ -157,13 +164,25 @@ impl Build<'_> {
         self.compared(store, inverted)
     }
 
+    /// The largest distance that is told apart.
+    fn limit(&self) -> f32 {
+        // What no face was found for is as far as can be on the grid.
+        let grid = &self.grid;
+        let farthest = grid.position(grid.dims()).distance(grid.origin());
+        single(self.options.truncate.unwrap_or(farthest))
+    }
+
     /// As [`BuildReport::certain`].
     fn certain(&self, is_closed: bool, store: &Store) -> Option<f64> {
         let is_exact = is_closed && matches!(self.options.method, Method::ExactBand { .. });
         let spacing = self.grid.spacing();
         // Squares and roots in single precision, at the width of the band and a cell.
         let rounding = ROUNDING * spacing + store.rounding();
-        is_exact.then(|| 0.5 * 3.0_f64.sqrt() * spacing + rounding)
+        let given = match self.options.method.nodes() {
+            NodeValues::Interpolating => 0.0,
+            NodeValues::QuasiInterpolating => MOST * spacing,
+        };
+        is_exact.then(|| 0.5 * 3.0_f64.sqrt() * spacing + given + rounding)
     }
 
     /// Squared distances, in spacings, from the exact band.
@@ -243,7 +262,7 @@ impl Build<'_> {
 
     fn compared(self, store: Store, inverted: bool) -> Result<DistanceField, FieldError> {
         let Self { surface, x, options, grid, report } = self;
-        let mut field = DistanceField::new(grid, store, report);
+        let mut field = DistanceField::new(grid, store, report).with_nodes(options.method.nodes());
         if options.samples > 0 {
             let limit = options.truncate.unwrap_or(f64::INFINITY);
             let inward = if inverted { 1.0 } else { -1.0 };
@@ -269,12 +288,9 @@ fn square_as_float(squared: u32) -> f32 {
     if squared == FAR { f32::INFINITY } else { squared as f32 }
 }
 
-/// Squared distances in spacings to signed, truncated distances.
-fn compose(values: &mut [f32], inside: &Inside, grid: &Grid, truncate: Option<f64>) {
-    let nx = grid.dims()[0];
-    // What no face was found for is as far as can be on the grid.
-    let farthest = grid.position(grid.dims()).distance(grid.origin());
-    let (spacing, limit) = (single(grid.spacing()), single(truncate.unwrap_or(farthest)));
+/// Squared distances in spacings to signed distances of at most `limit`.
+fn compose(values: &mut [f32], inside: &Inside, grid: &Grid, limit: f32) {
+    let (nx, spacing) = (grid.dims()[0], single(grid.spacing()));
     par::for_each(values.chunks_mut(nx).collect(), |r, row| {
         for value in row.iter_mut() {
             *value = (value.sqrt() * spacing).min(limit);

@@ -2,7 +2,7 @@
 
 use crate::frame::Frame;
 use crate::store::Store;
-use crate::{BuildReport, FieldError, Grid, Pose, Storage};
+use crate::{BuildReport, FieldError, Grid, NodeValues, Pose, Storage};
 
 /// Signed distances at the nodes of a grid, negative inside, and what lies
 /// between them by interpolation.
@@ -16,6 +16,7 @@ pub struct DistanceField {
     /// Where the grid is in the field's own frame.
     pub(crate) frame: Frame,
     pub(crate) store: Store,
+    pub(crate) nodes: NodeValues,
     pub(crate) report: BuildReport,
 }
 
@@ -39,9 +40,18 @@ impl DistanceField {
         Ok(Self::new(grid, store, BuildReport::default()))
     }
 
+    /// With nodes that hold distances.
     pub(crate) fn new(grid: Grid, store: Store, report: BuildReport) -> Self {
         let frame = Frame::new(&grid, &Pose::IDENTITY);
-        Self { grid, frame, store, report }
+        Self { grid, frame, store, nodes: NodeValues::Interpolating, report }
+    }
+
+    /// The same values, said to be right for what is given: a file may know that they
+    /// are of a quasi-interpolation. Of values alone, [`Self::from_values`] takes it that
+    /// they are the distances at nodes.
+    #[must_use]
+    pub fn with_nodes(self, nodes: NodeValues) -> Self {
+        Self { nodes, ..self }
     }
 
     /// The grid that the field is kept on.
@@ -76,6 +86,12 @@ impl DistanceField {
         let nodes =
             (0..nz).flat_map(|k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])));
         nodes.map(|node| crate::num::single(self.node(node))).collect()
+    }
+
+    /// What the values are right for.
+    #[must_use]
+    pub fn nodes(&self) -> NodeValues {
+        self.nodes
     }
 
     /// What the values are kept as.

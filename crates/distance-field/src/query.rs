@@ -17,8 +17,10 @@ pub enum Interpolation {
     Trilinear,
     /// The same value, with interpolated central differences: no jumps.
     Smooth,
-    /// Catmull–Rom through 4³ nodes: value and gradient that belong together, no
-    /// jumps, and less than half the error near smooth parts of a surface.
+    /// A cubic of 4³ nodes: value and gradient that belong together, no jumps, and
+    /// the least error near smooth parts of a surface. Catmull–Rom through
+    /// interpolating nodes; for those of a quasi-interpolation its mean with the
+    /// cubic B-spline, which takes back what they gave way.
     Cubic,
 }
 
@@ -144,9 +146,9 @@ impl DistanceField {
     #[inline]
     fn ask_in(&self, frame: &Frame, p: DVec3, query: &Query) -> Option<Sample> {
         match &self.store {
-            Store::Floats(nodes) => Asked::new(nodes, &self.grid, frame, query).at(p),
-            Store::Steps(nodes) => Asked::new(nodes, &self.grid, frame, query).at(p),
-            Store::Bricks(nodes) => Asked::new(nodes, &self.grid, frame, query).at(p),
+            Store::Floats(nodes) => Asked::new(nodes, self, frame, query).at(p),
+            Store::Steps(nodes) => Asked::new(nodes, self, frame, query).at(p),
+            Store::Bricks(nodes) => Asked::new(nodes, self, frame, query).at(p),
         }
     }
 
@@ -155,9 +157,9 @@ impl DistanceField {
     pub fn ask_all(&self, points: &[DVec3], query: &Query, out: &mut Samples) {
         let frame = &Frame::new(&self.grid, &query.pose);
         match &self.store {
-            Store::Floats(nodes) => Asked::new(nodes, &self.grid, frame, query).all(points, out),
-            Store::Steps(nodes) => Asked::new(nodes, &self.grid, frame, query).all(points, out),
-            Store::Bricks(nodes) => Asked::new(nodes, &self.grid, frame, query).all(points, out),
+            Store::Floats(nodes) => Asked::new(nodes, self, frame, query).all(points, out),
+            Store::Steps(nodes) => Asked::new(nodes, self, frame, query).all(points, out),
+            Store::Bricks(nodes) => Asked::new(nodes, self, frame, query).all(points, out),
         }
     }
 }

@@ -24,6 +24,8 @@ pub enum Phase {
     Sign,
     /// Roots, signs and truncation.
     Compose,
+    /// Nodes made to give way to what lies between them.
+    Adjust,
     /// Into the storage asked for.
     Store,
     /// Compared with exact distances.
@@ -95,9 +97,10 @@ pub struct BuildReport {
     ///
     /// Distances to a closed surface change no faster than the way, and all
     /// corners of such a point's cell are exact: its value is then within their
-    /// mean distance from the point, at most √3/2 spacings, plus rounding. A spike
-    /// between nodes comes close to that; smooth bones stay at a tenth or so, as
-    /// [`Self::comparison`] measures. None for the seed method, and for open
+    /// mean distance from the point, at most √3/2 spacings, plus rounding, plus the
+    /// eighth of a spacing that the nodes of a quasi-interpolation may give way. A
+    /// spike between nodes comes close to that; smooth bones stay at a tenth or so,
+    /// as [`Self::comparison`] measures. None for the seed method, and for open
     /// surfaces, whose sign also turns where no surface is.
     pub certain: Option<f64>,
     /// Volume of the cells around inside nodes, in the cube of the length unit.

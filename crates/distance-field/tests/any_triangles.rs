@@ -41,17 +41,24 @@ fn exact(mesh: &Mesh, p: DVec3) -> f64 {
     feet.map(|foot| foot.distance(p)).fold(f64::INFINITY, f64::min)
 }
 
-/// Values of all nodes within the band, and signs of all nodes.
+/// Values of all nodes within the band, and signs of all nodes; and that nodes which may
+/// give way do so by little, and not to the other side.
 fn check(mesh: &Mesh, surface: &TriangleSurface, options: &BuildOptions) {
     let Method::ExactBand { band, .. } = options.method else {
         unreachable!("the band is what is checked")
     };
     let x = surface.positions(&mesh.positions).expect("finite");
     let field = DistanceField::build(surface, x, options).expect("small");
+    let giving = BuildOptions { method: Method::EXACT_BAND, ..*options };
+    let giving = DistanceField::build(surface, x, &giving).expect("small");
     let inverted = field.report().warnings.contains(&Warning::Inverted);
     for node in nodes(&field) {
         let p = field.grid().position(node);
         let (value, distance) = (field.node(node), exact(mesh, p));
+        let given = giving.node(node);
+        assert_eq!(given < 0.0, value < 0.0, "{node:?} {value} {given} {mesh:?}");
+        let most = options.spacing / 8.0 + 1e-6;
+        assert!((given - value).abs() <= most, "{node:?} {value} {given} {mesh:?}");
         if distance < band * options.spacing - 1e-5 {
             assert!((value.abs() - distance).abs() < 2e-6, "{node:?} {value} {distance} {mesh:?}");
         } else {
@@ -69,7 +76,8 @@ fn check(mesh: &Mesh, surface: &TriangleSurface, options: &BuildOptions) {
 
 #[test]
 fn band_is_exact_and_signs_are_winding_numbers() {
-    let options = BuildOptions { padding: 2.0, samples: 0, ..BuildOptions::default() };
+    let method = common::INTERPOLATING;
+    let options = BuildOptions { method, padding: 2.0, samples: 0, ..BuildOptions::default() };
     let property = |u: &mut Unstructured<'_>| {
         let mesh = triangles(u)?;
         let spacing = if u.ratio(1, 2)? { 1.0 } else { 0.7 };

@@ -5,7 +5,8 @@ mod common;
 use arbtest::arbtest;
 use common::build;
 use distance_field::{
-    BuildOptions, DistanceField, Grid, Interpolation, Pose, Query, Sample, Samples, Storage,
+    BuildOptions, DistanceField, Grid, Interpolation, NodeValues, Pose, Query, Sample, Samples,
+    Storage,
 };
 use fixtures::shapes;
 use surface::glam::{DQuat, DVec3};
@@ -67,6 +68,23 @@ fn gradients_are_the_slopes_of_values() {
         }
         Ok(())
     });
+}
+
+/// Of nodes that gave way, the cubic still gives back squares: it puts back what they
+/// took off.
+#[test]
+fn the_cubic_knows_what_nodes_hold() {
+    let square = |p: DVec3| p.x * p.x - 2.0 * p.y * p.z + p.z * p.z;
+    // A twelfth of the second differences along x and z, nodes 0.5 apart.
+    let field = sampled(|p| square(p) - 0.25 * (2.0 + 2.0) / 12.0);
+    let field = field.with_nodes(NodeValues::QuasiInterpolating);
+    for n in 0..500 {
+        let p = DVec3::new(-2.5, 1.5, 2.5) + common::spread(n) * DVec3::new(4.5, 3.5, 4.0);
+        let Sample { distance, gradient } = field.sample(p, Interpolation::Cubic).unwrap();
+        let slope = DVec3::new(2.0 * p.x, -2.0 * p.z, 2.0 * (p.z - p.y));
+        assert!((distance - square(p)).abs() < 1e-5, "{p}: {distance}");
+        assert!(gradient.distance(slope) < 1e-4, "{p}: {gradient}");
+    }
 }
 
 /// The same answer as by moving the point into the body's frame by hand.

@@ -6,7 +6,7 @@ mod common;
 
 use common::build;
 use distance_field::{
-    BuildOptions, Conversion, Method, Query, Samples, SignRule, Storage, Transform,
+    BuildOptions, Conversion, Method, NodeValues, Query, Samples, SignRule, Storage, Transform,
 };
 use fixtures::femur::femur;
 
@@ -30,7 +30,7 @@ fn one_two_and_seven_threads_agree_to_the_bit() {
         ..BuildOptions::default()
     };
     let exact = |relax, truncate| BuildOptions {
-        method: Method::ExactBand { band: 2.5, relax },
+        method: Method::ExactBand { band: 2.5, relax, nodes: NodeValues::QuasiInterpolating },
         truncate,
         spacing: 2.0,
         ..BuildOptions::default()

@@ -6,7 +6,7 @@ mod common;
 
 use arbtest::arbtest;
 use common::build;
-use distance_field::{BuildOptions, Method};
+use distance_field::{BuildOptions, Method, NodeValues};
 use fixtures::Mesh;
 use surface::glam::DVec3;
 
@@ -25,7 +25,7 @@ fn all_nodes_within_the_truncation_know_a_lone_point() {
         let small = |p: DVec3| [p, p + 1e-3 * DVec3::X, p + 1e-3 * DVec3::Y];
         let mesh =
             Mesh { positions: [small(at), small(far)].concat(), faces: vec![[0, 1, 2], [3, 4, 5]] };
-        let method = Method::ExactBand { band, relax: false };
+        let method = Method::ExactBand { band, relax: false, nodes: NodeValues::Interpolating };
         let options = BuildOptions {
             truncate: Some(truncate),
             padding: 14.0,

@@ -4,7 +4,7 @@
 use arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
 use fixtures::{Mesh, shapes};
-use musculo_collide::distance_field::{BuildOptions, DistanceField, Method, Pose};
+use musculo_collide::distance_field::{BuildOptions, DistanceField, Method, NodeValues, Pose};
 use musculo_collide::glam::{DQuat, DVec3};
 use musculo_collide::medial::{Ball, MedialError, MedialSurface, Params, pair_foot, slab_foot};
 use musculo_collide::surface::SurfaceError;
@@ -217,7 +217,8 @@ fn ball_field(radius: f64, padding: f64, truncate: Option<f64>) -> DistanceField
     let mesh = shapes::icosphere(radius, 4);
     let surface = mesh.surface();
     // Exact as far out as the balls' centres are.
-    let method = Method::ExactBand { band: 20.0, relax: false };
+    let nodes = NodeValues::QuasiInterpolating;
+    let method = Method::ExactBand { band: 20.0, relax: false, nodes };
     let options = BuildOptions { spacing: 0.5, padding, method, truncate, ..Default::default() };
     let x = surface.positions(&mesh.positions).expect("finite");
     DistanceField::build(&surface, x, &options).expect("a field")

@@ -2,7 +2,7 @@
 
 #![allow(dead_code, reason = "each test binary uses a part")]
 
-use distance_field::{BuildOptions, DistanceField, FieldError};
+use distance_field::{BuildOptions, DistanceField, FieldError, Method, NodeValues};
 use fixtures::Mesh;
 use kdop::{Leaves, Tree, Workspace};
 use surface::closest_on_triangle;
@@ -14,6 +14,10 @@ pub(crate) fn build(mesh: &Mesh, options: &BuildOptions) -> Result<DistanceField
     let x = surface.positions(&mesh.positions).expect("generated positions are finite");
     DistanceField::build(&surface, x, options)
 }
+
+/// The exact band of 3 with nodes that hold exact distances.
+pub(crate) const INTERPOLATING: Method =
+    Method::ExactBand { band: 3.0, relax: false, nodes: NodeValues::Interpolating };
 
 /// Exact closest points by a tree of boxes.
 pub(crate) struct Exact<'a> {
