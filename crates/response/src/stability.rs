@@ -9,9 +9,10 @@ use glam::DVec3;
 use surface::{Anchor, Contact, Stencil, Term};
 
 use crate::{
-    Accelerations, ContactLaw, ContactRows, ExplicitEuler, Hold, Implicit, ImplicitEuler,
-    ImplicitMidpoint, Integrator, LinearParams, Margins, NormalForce, Reference, RelativeMotion,
-    RelativeState, ResponseError, SoftContacts, SoftLaw, SymplecticEuler, Taylor, TimeStep,
+    Accelerations, ContactLaw, ContactRows, ExplicitEuler, Friction, Hold, Implicit, ImplicitEuler,
+    ImplicitMidpoint, Integrator, LinearParams, Margins, NormalForce, Reaction, Reference,
+    RelativeMotion, RelativeState, ResponseError, SoftContacts, SoftLaw, Spring, SymplecticEuler,
+    Taylor, TimeStep,
 };
 
 /// A matrix of two rows that maps (position, velocity).
@@ -54,6 +55,26 @@ pub enum Holding {
         /// How many copies.
         gain: f64,
     },
+    /// `gain` times a row that alters the state before each move.
+    Hard {
+        /// Which row.
+        row: HardRow,
+        /// How many copies.
+        gain: f64,
+    },
+}
+
+/// A row of the table of corrections that alters velocities or positions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum HardRow {
+    /// The spring's velocity, ΔP_c / h.
+    Spring,
+    /// The spring's velocity that also stops, ΔP_c / h − V_c.
+    SpringToTarget,
+    /// The reaction's velocity. Held from one side only: what leaves is let go.
+    Reaction,
+    /// The reference's position and velocity.
+    Reference,
 }
 
 impl Scheme {
@@ -89,7 +110,8 @@ pub struct Case {
 }
 
 impl Case {
-    /// Spectral radius of a step: at most 1 where stable.
+    /// Spectral radius of a step: at most 1 where stable. Of a holding that is
+    /// no linear map, that within contact and approaching.
     ///
     /// ```
     /// use response::stability::{Case, Holding, Scheme};
@@ -104,8 +126,8 @@ impl Case {
     ///
     /// As [`Self::step`].
     pub fn radius(&self) -> Result<f64, ResponseError> {
-        let [a, b] = [self.step([1.0, 0.0])?, self.step([0.0, 1.0])?];
-        Ok(spectral_radius([[a[0], b[0]], [a[1], b[1]]]))
+        let [a, b] = [self.step([-1.0, 0.0])?, self.step([0.0, -1.0])?];
+        Ok(spectral_radius([[-a[0], -b[0]], [-a[1], -b[1]]]))
     }
 
     /// Position and velocity after one step.
@@ -176,6 +198,7 @@ fn explicit<I: Integrator>(holding: Holding, state: [f64; 2]) -> Result<[f64; 2]
             a.values_mut()[0] = gain * own_acceleration(step, holding, state)?;
             a
         }
+        Holding::Hard { row, gain } => return hard(step, (row, gain), state),
     };
     advance(a, state)
 }
@@ -200,19 +223,44 @@ fn implicit<I: Implicit>(holding: Holding, state: [f64; 2]) -> Result<[f64; 2], 
             let by_velocity = gain * own_acceleration(step, holding, [0.0, 1.0])?.z;
             solve(force, &Gains { by_position, by_velocity })?
         }
+        Holding::Hard { row, gain } => return hard(step, (row, gain), state),
     };
     advance(a, state)
+}
+
+/// Corrects position and velocity, and moves without any force.
+fn hard<I: Integrator>(
+    step: TimeStep<I>,
+    (row, gain): (HardRow, f64),
+    state: [f64; 2],
+) -> Result<[f64; 2], ResponseError> {
+    let h = step.length();
+    let relative = relative(state)?;
+    let none = DVec3::ZERO;
+    let [position, velocity] = match row {
+        HardRow::Spring => [none, Spring::TwoSided.velocity(&relative, h)],
+        HardRow::SpringToTarget => [none, Spring::TwoSided.velocity_to_target(&relative, h)],
+        HardRow::Reaction => [none, Reaction { friction: Friction::NONE }.velocity(&relative)],
+        HardRow::Reference => {
+            let held = Reference::height(&relative, 0.0, Hold::Sticking)?;
+            [held.position(&relative), held.velocity(&relative)]
+        }
+    };
+    let corrected = |q: f64, change: DVec3| {
+        let mut q = [along(q)];
+        crate::distribute(&HELD, &[1.0], gain * change, &mut q).map(|_| q[0].z)
+    };
+    let state = [corrected(state[0], position)?, corrected(state[1], velocity)?];
+    advance(step.accelerations(vec![none])?, state)
 }
 
 /// Acceleration of the particle by one copy of the spring row.
 fn own_acceleration<I: Integrator>(
     step: TimeStep<I>,
     holding: Holding,
-    [x, v]: [f64; 2],
+    state: [f64; 2],
 ) -> Result<DVec3, ResponseError> {
-    let motion =
-        RelativeMotion { position: along(-x), velocity: along(-v), acceleration: DVec3::ZERO };
-    let state = RelativeState::new(motion, DVec3::Z, 0.0, Margins::new(0.0, 1.0)?)?;
+    let state = relative(state)?;
     let held = Reference::height(&state, 0.0, Hold::Sliding)?;
     let (position, velocity) = (held.position(&state), held.velocity(&state));
     let change = if let Holding::SecondOrder { .. } = holding {
@@ -224,6 +272,13 @@ fn own_acceleration<I: Integrator>(
     let mut q = [DVec3::ZERO];
     crate::distribute(&HELD, &[1.0], change, &mut q)?;
     Ok(q[0])
+}
+
+/// The particle against what it is held by, everything within proximity.
+fn relative([x, v]: [f64; 2]) -> Result<RelativeState, ResponseError> {
+    let motion =
+        RelativeMotion { position: along(-x), velocity: along(-v), acceleration: DVec3::ZERO };
+    RelativeState::new(motion, DVec3::Z, 0.0, Margins::new(0.0, 1.0)?)
 }
 
 struct Gains {

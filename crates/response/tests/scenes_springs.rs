@@ -5,7 +5,7 @@ mod common;
 
 use common::{law, on_plane, over_plane, rows, term, tower};
 use glam::DVec3;
-use response::stability::{Case, Holding, Scheme, limit};
+use response::stability::{Case, HardRow, Holding, Scheme, limit};
 use response::{
     ContactRows, Hold, ImplicitEuler, Integrator, LinearForces, LinearParams, Margins, NormalForce,
     Reference, SoftContacts, SoftLaw, SymplecticEuler, Taylor, TimeStep,
@@ -252,6 +252,46 @@ fn s7_second_order_spring_stops_dead_and_copies_blow_up() {
         for gain in [0.5, 1.0, 2.0, 3.0, 80.0] {
             let radius = Case { scheme, holding: Holding::SecondOrder { gain } }.radius().unwrap();
             assert!(radius < 1.0, "{scheme:?} × {gain}: {radius}");
+        }
+    }
+}
+
+/// Growth a step by so many copies of a row.
+type Growth = fn(f64) -> f64;
+
+/// That of a spring that also stops: x' = x + v', v' = (1 − n) v − n x, of which
+/// trace / 2 and determinant both are 1 − n.
+fn stops(n: f64) -> f64 {
+    let left = 1.0 - n;
+    let root = left * left - left;
+    if root < 0.0 { left.abs().sqrt() } else { left.abs() + root.sqrt() }
+}
+
+#[test]
+fn copies_of_hard_rows_have_limits_that_no_integrator_changes() {
+    // With the most copies that hold.
+    let rows: [(HardRow, f64, Growth); 3] = [
+        (HardRow::Spring, 4.0, |_| 1.0),
+        (HardRow::SpringToTarget, 4.0 / 3.0, stops),
+        (HardRow::Reference, 2.0, |n| (1.0 - n).abs()),
+    ];
+    for scheme in Scheme::ALL {
+        for (row, most, growth) in rows {
+            for gain in [0.5, 1.0, 1.3] {
+                let case = Case { scheme, holding: Holding::Hard { row, gain } };
+                let (radius, known) = (case.radius().unwrap(), growth(gain));
+                assert!((radius - known).abs() < 1e-6, "{case:?}: {radius}, not {known}");
+            }
+            let found = limit_of(scheme, |gain| Holding::Hard { row, gain }, 6.0).unwrap();
+            assert!((found / most - 1.0).abs() < 1e-3, "{scheme:?}, {row:?}: {found}, not {most}");
+        }
+        for gain in [0.5, 1.0, 1.5, 3.0] {
+            let holding = Holding::Hard { row: HardRow::Reaction, gain };
+            let [x, v] = Case { scheme, holding }.step([-0.5, -1.0]).unwrap();
+            // v' = (1 − n) v, and the depth stays.
+            assert!((v + 1.0 - gain).abs() < 1e-15 && (x + 0.5 - v).abs() < 1e-15, "{x} {v}");
+            let away = Case { scheme, holding }.step([-0.5, 1.0]).unwrap();
+            assert!((away[1] - 1.0).abs() < 1e-15, "what leaves is let go: {away:?}");
         }
     }
 }

@@ -5,17 +5,17 @@ use std::error::Error;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use response::stability::Scheme;
+use response::stability::{Holding, Scheme};
 
 use super::map::{Axis, Map, Scale};
-use super::{GAIN, Gain, STACK, Stability, ZETA, limits};
+use super::{ACCELERATIONS, ALTERATIONS, Copies, GAIN, Gain, STACK, Stability, ZETA, limits};
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Drawn = Result<(), Box<dyn Error>>;
 
-const SIZE: (u32, u32) = (1500, 1220);
+const SIZE: (u32, u32) = (1500, 1790);
 const HEAD: u32 = 60;
-const FOOT: u32 = 150;
+const FOOT: u32 = 190;
 
 /// Upper ends of bands of growth in a step or a bounce, with what they mean.
 const BANDS: [(f64, RGBColor, &str); 5] = [
@@ -27,7 +27,13 @@ const BANDS: [(f64, RGBColor, &str); 5] = [
 ];
 const BEYOND: RGBColor = RGBColor(0xb0, 0x2f, 0x3a);
 const LINE: RGBColor = BLACK;
-const ORDERS: [RGBColor; 2] = [RGBColor(0xb0, 0x2f, 0x3a), RGBColor(0x1f, 0x5f, 0x8b)];
+/// Of responses whose copies are added up, in their order.
+const COLOURS: [RGBColor; 4] = [
+    RGBColor(0xb0, 0x2f, 0x3a),
+    RGBColor(0x1f, 0x5f, 0x8b),
+    RGBColor(0xd9, 0x8a, 0x1f),
+    RGBColor(0x3c, 0x8d, 0x4f),
+];
 
 /// Draws the picture as SVG.
 pub(super) fn draw(
@@ -40,7 +46,7 @@ pub(super) fn draw(
     let (head, rest) = area.split_vertically(HEAD);
     let (body, foot) = rest.split_vertically(SIZE.1 - HEAD - FOOT);
     heading(&head)?;
-    let panels = body.split_evenly((4, Scheme::ALL.len()));
+    let panels = body.split_evenly((6, Scheme::ALL.len()));
     for (number, panel) in panels.iter().enumerate() {
         let column = number % Scheme::ALL.len();
         let (bounce, growth) = ("bounce: speed after / before", "contact spring: growth a step");
@@ -48,7 +54,15 @@ pub(super) fn draw(
             0 => springs(panel, &numbers.springs[column])?,
             1 => over_damping(panel, &numbers.damped_springs[column], growth)?,
             2 => over_damping(panel, &numbers.bounces[column], bounce)?,
-            _ => gains(panel, &numbers.gains[column])?,
+            3 => {
+                let title = "springs as accelerations: growth a step";
+                gains(panel, &numbers.gains[column], title, &ACCELERATIONS)?;
+            }
+            4 => {
+                let title = "altered before the move: growth a step";
+                gains(panel, &numbers.alterations[column], title, &ALTERATIONS)?;
+            }
+            _ => reactions(panel, &numbers.reactions[column])?,
         }
     }
     legend(&foot, settings)?;
@@ -164,11 +178,18 @@ fn label(axis: Axis, place: f64) -> String {
     }
 }
 
-/// Growth over the number of copies, of springs of first and of second order.
-fn gains(area: &Area<'_>, gain: &Gain) -> Drawn {
+/// A map over speed and gravity, with the limit of a reaction.
+fn reactions(area: &Area<'_>, map: &Map) -> Drawn {
+    let line = |gravity: f64| limits::reaction(map.scheme, gravity).map(|limit| (gravity, limit));
+    let line: Vec<(f64, f64)> = samples(map.axes[1]).filter_map(line).collect();
+    panel(area, map, "reaction: deepest point / d_max", &[(line, false)])
+}
+
+/// Growth over the number of copies, and how many hold.
+fn gains(area: &Area<'_>, gain: &Gain, title: &str, responses: &[Copies]) -> Drawn {
     let highest = 3.0;
     let mut chart = ChartBuilder::on(area)
-        .caption("springs as accelerations: growth a step", ("sans-serif", 13))
+        .caption(title, ("sans-serif", 13))
         .margin(6)
         .x_label_area_size(34)
         .y_label_area_size(48)
@@ -185,14 +206,16 @@ fn gains(area: &Area<'_>, gain: &Gain) -> Drawn {
     chart.draw_series([holds])?;
     chart
         .draw_series(LineSeries::new([(GAIN.low, 1.0), (GAIN.high, 1.0)], LINE.stroke_width(2)))?;
-    let limit = [(limits::SECOND_ORDER_GAIN, 0.0), (limits::SECOND_ORDER_GAIN, highest)];
-    if limits::spring(gain.scheme, ZETA).is_some() {
-        chart.draw_series(DashedLineSeries::new(limit, 6, 4, LINE.stroke_width(2)))?;
-    }
-    for (order, colour) in (1..).zip(ORDERS) {
-        let points = gain.radii.iter().map(|radii| (radii[0], radii[order]));
+    for (number, (response, colour)) in responses.iter().zip(COLOURS).enumerate() {
+        let points = gain.radii.iter().map(|(copies, radii)| (*copies, radii[number]));
         let shown = points.take_while(|&(_, radius)| radius <= highest);
         chart.draw_series(LineSeries::new(shown, colour.stroke_width(3)))?;
+        let is_soft = !matches!((response.holding)(1.0), Holding::Hard { .. });
+        let is_limited = !is_soft || limits::spring(gain.scheme, ZETA).is_some();
+        if let (Some(most), true) = (response.most, is_limited) {
+            let limit = [(most, 0.0), (most, highest)];
+            chart.draw_series(DashedLineSeries::new(limit, 6, 4, LINE.stroke_width(2)))?;
+        }
     }
     Ok(())
 }
@@ -209,15 +232,18 @@ fn legend(area: &Area<'_>, settings: &[(&'static str, String)]) -> Drawn {
         area.draw_text(name, &text, (x + 32, 10))?;
         x += 120;
     }
-    for (colour, name) in ORDERS.into_iter().zip(["first order", "second order"]) {
-        area.draw(&PathElement::new([(x, 16), (x + 26, 16)], colour.stroke_width(3)))?;
-        area.draw_text(name, &text, (x + 32, 10))?;
-        x += 140;
-    }
     area.draw(&PathElement::new([(x, 16), (x + 26, 16)], LINE.stroke_width(2)))?;
     area.draw_text("known limit", &text, (x + 32, 10))?;
+    x = 40;
+    for responses in [&ACCELERATIONS[..], &ALTERATIONS] {
+        for (response, colour) in responses.iter().zip(COLOURS) {
+            area.draw(&PathElement::new([(x, 40), (x + 26, 40)], colour.stroke_width(3)))?;
+            area.draw_text(response.name, &text, (x + 32, 34))?;
+            x += 200;
+        }
+    }
     for (line, (what, value)) in (0..).zip(settings) {
-        area.draw_text(&format!("{what}: {value}"), &text, (40, 38 + 20 * line))?;
+        area.draw_text(&format!("{what}: {value}"), &text, (40, 62 + 20 * line))?;
     }
     Ok(())
 }

@@ -36,6 +36,31 @@ pub fn stack(scheme: Scheme, zeta: f64, masses: u32) -> Option<f64> {
     spring(scheme, zeta * faster).map(|omega_h| omega_h / faster)
 }
 
+/// Largest v h / `d_max` at which a reaction of velocity and acceleration stops
+/// a particle shot from the rim, under g h² / `d_max`; `None` where none is.
+///
+/// At the share s of the region's width a step takes s (u + σ g) of it, where u
+/// is the speed before the reaction and σ the integrator's share, and leaves
+/// the speed s (u + g): it crosses where u + σ g > 1.
+#[must_use]
+pub fn reaction(scheme: Scheme, gravity: f64) -> Option<f64> {
+    let share = match scheme {
+        Scheme::ExplicitEuler => 0.0,
+        Scheme::Taylor | Scheme::ImplicitMidpoint => 0.5,
+        Scheme::SymplecticEuler | Scheme::ImplicitEuler => 1.0,
+    };
+    let stops = |approach: f64| {
+        let (mut s, mut u) = (1.0, approach);
+        (0..super::reaction::STEPS).all(|_| {
+            let covered = u + share * gravity;
+            u = s * (u + gravity);
+            s *= 1.0 - covered;
+            covered <= 1.0
+        })
+    };
+    response::stability::limit(0.0, 2.0, 1e-9, |approach| Ok::<_, ()>(stops(approach))).ok()?
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

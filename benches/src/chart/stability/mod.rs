@@ -9,12 +9,13 @@ pub mod bounce;
 mod draw;
 pub mod limits;
 pub mod map;
+pub mod reaction;
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use response::ResponseError;
-use response::stability::{Case, Holding, Scheme};
+use response::stability::{Case, HardRow, Holding, Scheme};
 
 use self::map::{Axis, Map, Scale};
 use super::sheet::{Cell, Sheet};
@@ -37,7 +38,54 @@ const OMEGA_H: Axis =
 const DAMPING: Axis =
     Axis { label: "damping ratio ζ", scale: Scale::Linear, low: 0.0, high: 2.5, cells: 20 };
 const GAIN: Axis =
-    Axis { label: "copies added up", scale: Scale::Linear, low: 0.0, high: 4.0, cells: 40 };
+    Axis { label: "copies added up", scale: Scale::Linear, low: 0.0, high: 5.0, cells: 50 };
+const APPROACH: Axis =
+    Axis { label: "v h / d_max", scale: Scale::Linear, low: 0.0, high: 2.0, cells: 40 };
+const GRAVITY: Axis =
+    Axis { label: "g h² / d_max", scale: Scale::Linear, low: 0.0, high: 0.5, cells: 20 };
+
+/// A response whose copies are added up.
+#[derive(Clone, Copy, Debug)]
+struct Copies {
+    name: &'static str,
+    holding: fn(f64) -> Holding,
+    /// How many hold under an explicit integrator; `None` where as many as one likes, or none.
+    most: Option<f64>,
+}
+
+/// Springs as accelerations.
+const ACCELERATIONS: [Copies; 2] = [
+    Copies { name: "first order", holding: |gain| Holding::FirstOrder { gain }, most: None },
+    Copies {
+        name: "second order",
+        holding: |gain| Holding::SecondOrder { gain },
+        most: Some(limits::SECOND_ORDER_GAIN),
+    },
+];
+
+/// Rows that alter positions and velocities, the same under every integrator.
+const ALTERATIONS: [Copies; 4] = [
+    Copies {
+        name: "spring ΔV",
+        holding: |gain| Holding::Hard { row: HardRow::Spring, gain },
+        most: Some(4.0),
+    },
+    Copies {
+        name: "spring ΔV that stops",
+        holding: |gain| Holding::Hard { row: HardRow::SpringToTarget, gain },
+        most: Some(limits::SECOND_ORDER_GAIN),
+    },
+    Copies {
+        name: "reaction ΔV",
+        holding: |gain| Holding::Hard { row: HardRow::Reaction, gain },
+        most: Some(2.0),
+    },
+    Copies {
+        name: "reference ΔP, ΔV",
+        holding: |gain| Holding::Hard { row: HardRow::Reference, gain },
+        most: Some(2.0),
+    },
+];
 
 /// All numbers of the picture.
 #[derive(Clone, Debug)]
@@ -50,16 +98,20 @@ pub struct Stability {
     pub bounces: Vec<Map>,
     /// Spectral radius over gain, of first- and of second-order springs.
     pub gains: Vec<Gain>,
+    /// The same of rows that alter positions and velocities.
+    pub alterations: Vec<Gain>,
+    /// Way into the proximity region over its width, against a reaction, over
+    /// speed and gravity.
+    pub reactions: Vec<Map>,
 }
 
-/// Springs as accelerations under one integrator.
+/// Copies of responses under one integrator.
 #[derive(Clone, Debug)]
 pub struct Gain {
     /// The integrator.
     pub scheme: Scheme,
-    /// How many copies, with the spectral radius of springs of first order and
-    /// of second order.
-    pub radii: Vec<[f64; 3]>,
+    /// How many copies, with the spectral radius of each response.
+    pub radii: Vec<(f64, Vec<f64>)>,
 }
 
 /// Draws the picture and writes the numbers behind it.
@@ -95,6 +147,16 @@ fn settings() -> Vec<(&'static str, String)> {
             "copies of one contact that are added up, of first and second order; dashed: 4 / 3"
                 .to_owned(),
         ),
+        (
+            "altered before the move",
+            "copies of one contact that are added up; the integrator makes no difference; dashed: as many as hold"
+                .to_owned(),
+        ),
+        (
+            "reaction",
+            "of velocity and acceleration, shot at a wall from the rim of the region, gravity behind it; deepest point over d_max: beyond 1 it crosses"
+                .to_owned(),
+        ),
     ]
 }
 
@@ -113,6 +175,8 @@ impl Stability {
             damped_springs: Vec::new(),
             bounces: Vec::new(),
             gains: Vec::new(),
+            alterations: Vec::new(),
+            reactions: Vec::new(),
         };
         for scheme in Scheme::ALL {
             numbers.springs.push(Map::new(scheme, [STIFFNESS, STEP], |k, h| {
@@ -124,7 +188,11 @@ impl Stability {
             numbers.bounces.push(Map::new(scheme, [OMEGA_H, DAMPING], |omega_h, zeta| {
                 bounce::worst_restitution(scheme, omega_h, zeta, PHASES)
             })?);
-            numbers.gains.push(Gain::new(scheme)?);
+            numbers.gains.push(Gain::new(scheme, &ACCELERATIONS)?);
+            numbers.alterations.push(Gain::new(scheme, &ALTERATIONS)?);
+            numbers.reactions.push(Map::new(scheme, [APPROACH, GRAVITY], |approach, gravity| {
+                reaction::deepest(scheme, approach, gravity)
+            })?);
         }
         Ok(numbers)
     }
@@ -135,6 +203,7 @@ impl Stability {
             ("spring over k h", &self.springs),
             ("spring over ωh ζ", &self.damped_springs),
             ("bounce over ωh ζ", &self.bounces),
+            ("reaction over vh/d gh²/d", &self.reactions),
         ];
         let mut rows = Vec::new();
         let mut add = |response: &str, scheme: Scheme, values: [f64; 3]| {
@@ -146,11 +215,17 @@ impl Stability {
                 map.cells().for_each(|[x, y, value]| add(response, map.scheme, [x, y, value]));
             }
         }
-        for gain in &self.gains {
-            for &[copies, first, second] in &gain.radii {
-                let response = "acceleration over copies order";
-                add(response, gain.scheme, [copies, 1.0, first]);
-                add(response, gain.scheme, [copies, 2.0, second]);
+        let gains = [
+            ("acceleration over copies order", &self.gains),
+            ("alteration over copies row", &self.alterations),
+        ];
+        for (response, gains) in gains {
+            for gain in gains {
+                for (copies, radii) in &gain.radii {
+                    for (number, &radius) in (1_u32..).zip(radii) {
+                        add(response, gain.scheme, [*copies, f64::from(number), radius]);
+                    }
+                }
             }
         }
         (columns, rows)
@@ -158,11 +233,12 @@ impl Stability {
 }
 
 impl Gain {
-    fn new(scheme: Scheme) -> Result<Self, ResponseError> {
+    fn new(scheme: Scheme, responses: &[Copies]) -> Result<Self, ResponseError> {
         let at = |gain: f64| {
-            let radius = |holding| Case { scheme, holding }.radius();
-            let first = radius(Holding::FirstOrder { gain })?;
-            Ok([gain, first, radius(Holding::SecondOrder { gain })?])
+            let radii = responses
+                .iter()
+                .map(|response| Case { scheme, holding: (response.holding)(gain) }.radius());
+            Ok((gain, radii.collect::<Result<_, ResponseError>>()?))
         };
         let radii = (0..GAIN.cells).map(|cell| at(GAIN.value(GAIN.centre(cell))));
         Ok(Self { scheme, radii: radii.collect::<Result<_, ResponseError>>()? })
@@ -196,6 +272,26 @@ mod tests {
         for map in &numbers.springs {
             let omega_h = limits::spring(map.scheme, ZETA);
             border_is_on_the_line(map, |_, h| omega_h.map(|limit| (limit / h).powi(2)));
+        }
+        for map in &numbers.reactions {
+            let line = |gravity| limits::reaction(map.scheme, gravity).unwrap_or(0.0);
+            border_is_on_the_line(map, |_, gravity| Some(line(gravity)));
+        }
+        let explicit = [Scheme::ExplicitEuler, Scheme::Taylor, Scheme::SymplecticEuler];
+        let gains = || numbers.gains.iter().filter(|gain| explicit.contains(&gain.scheme));
+        gains().for_each(|gain| copies_hold_up_to_the_most(gain, &ACCELERATIONS));
+        for gain in &numbers.alterations {
+            copies_hold_up_to_the_most(gain, &ALTERATIONS);
+        }
+    }
+
+    fn copies_hold_up_to_the_most(gain: &Gain, responses: &[Copies]) {
+        for (number, Copies { name, most, .. }) in responses.iter().enumerate() {
+            let Some(most) = most else { continue };
+            for (copies, radii) in &gain.radii {
+                let holds = radii[number] <= 1.0 + limits::ROUNDING;
+                assert_eq!(holds, copies < most, "{name}, {:?}: {copies}", gain.scheme);
+            }
         }
     }
 
