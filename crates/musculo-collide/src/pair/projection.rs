@@ -31,12 +31,15 @@ pub struct NearVertex {
     pub normal: DVec3,
 }
 
-/// Vertices of one surface whose faces come near the other, each with a face of
-/// the other that is near it.
+/// Vertices of one surface whose faces come near the other, each with the
+/// nearest of the faces that do.
+///
+/// Of all faces at a vertex the first stands for it: what is within reach of a
+/// vertex is within reach of each of them.
 #[derive(Debug, Default)]
 pub(super) struct Candidates {
     vertices: Vec<u32>,
-    hints: Vec<u32>,
+    nearest: Vec<(f64, u32)>,
 }
 
 /// No face is known to be near.
@@ -51,14 +54,14 @@ pub(super) fn find_candidates(
 ) {
     of_a.clear(a);
     of_b.clear(b);
-    let mut insert = |fa, fb| {
-        of_a.insert(a.surface().faces()[fa as usize], fb);
-        of_b.insert(b.surface().faces()[fb as usize], fa);
+    let mut offer = |fa, fb| {
+        of_a.offer((a, fa), (b, fb));
+        of_b.offer((b, fb), (a, fa));
     };
     if reach > 0.0 {
-        a.tree().pairs(b.tree(), reach, traversal, insert);
+        a.tree().pairs(b.tree(), reach, traversal, offer);
     } else {
-        meeting.iter().for_each(|&[fa, fb]| insert(fa, fb));
+        meeting.iter().for_each(|&[fa, fb]| offer(fa, fb));
     }
 }
 
@@ -73,25 +76,33 @@ pub(super) fn project(
     out: &mut Vec<NearVertex>,
 ) {
     candidates.add_inside(inside);
-    let Candidates { vertices, hints } = candidates;
+    let Candidates { vertices, nearest: known } = candidates;
     let mut inside = inside.iter().peekable();
     let near = |&vertex: &u32| {
         let is_inside = inside.next_if_eq(&&vertex).is_some();
         let limit = if is_inside { f64::INFINITY } else { reach };
         let position = a.positions()[vertex as usize];
-        let (face, foot) = nearest(b, position, limit, hints[vertex as usize], traversal)?;
-        pass_on(a.surface(), vertex, face, hints);
+        let (distance, face) = known[vertex as usize];
+        let (face, foot) = if reach > 0.0 && distance <= reach {
+            (face, closest_on_triangle(position, b.corners(face)))
+        } else if reach > 0.0 && !is_inside {
+            return None;
+        } else {
+            nearest(b, position, limit, face, traversal)?
+        };
+        pass_on(a.surface(), vertex, face, known);
         Some(near_vertex(b, vertex, position, is_inside, face, &foot))
     };
     out.clear();
     out.extend(vertices.iter().filter_map(near));
 }
 
-/// Makes the face found for a vertex the hint of those next to it that have none.
-fn pass_on(surface: &TriangleSurface, vertex: u32, found: u32, hints: &mut [u32]) {
+/// Makes the face found for a vertex one to look at first from those next to it
+/// that know none.
+fn pass_on(surface: &TriangleSurface, vertex: u32, found: u32, known: &mut [(f64, u32)]) {
     for &face in surface.vertex_faces(vertex) {
         for corner in surface.faces()[face as usize] {
-            let hint = &mut hints[corner as usize];
+            let (_, hint) = &mut known[corner as usize];
             if *hint == NO_HINT {
                 *hint = found;
             }
@@ -149,15 +160,25 @@ fn near_vertex(
 impl Candidates {
     fn clear(&mut self, body: &Shape) {
         self.vertices.clear();
-        self.hints.clear();
-        self.hints.resize(body.surface().vertex_count(), NO_HINT);
+        self.nearest.clear();
+        self.nearest.resize(body.surface().vertex_count(), (f64::INFINITY, NO_HINT));
     }
 
-    fn insert(&mut self, vertices: [u32; 3], hint: u32) {
-        for vertex in vertices {
-            if self.hints[vertex as usize] == NO_HINT {
-                self.hints[vertex as usize] = hint;
+    /// Offers a face to the vertices that another face stands for.
+    fn offer(&mut self, (p, of_p): (&Shape, u32), (q, of_q): (&Shape, u32)) {
+        for vertex in p.surface().faces()[of_p as usize] {
+            if p.surface().vertex_faces(vertex).first() != Some(&of_p) {
+                continue;
+            }
+            let position = p.positions()[vertex as usize];
+            let foot = closest_on_triangle(position, q.corners(of_q));
+            let offered = (foot.point.distance(position), of_q);
+            let known = &mut self.nearest[vertex as usize];
+            if known.1 == NO_HINT {
                 self.vertices.push(vertex);
+            }
+            if offered < *known {
+                *known = offered;
             }
         }
     }

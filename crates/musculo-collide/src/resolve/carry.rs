@@ -14,7 +14,7 @@ use crate::{BodyKind, Scene};
 /// Share of a displacement that is handed on. What is still needed is pushed
 /// again, and by the more rounds the less is kept; what is needed no more
 /// fades by this share a frame, and so the later the more is kept.
-const KEPT: f64 = 0.95;
+const KEPT: f64 = 0.98;
 
 /// Displacement below which a vertex is put back where it was, as a share of
 /// the body's largest.

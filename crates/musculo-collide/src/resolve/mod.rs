@@ -66,6 +66,14 @@ const SLOPE: f64 = 0.5;
 /// Turns a round in which tissue is brought into shape and pushed out again.
 const TURNS: u32 = 2;
 
+/// Rounds in which tissue keeps to the limits on strain, by how much these widen
+/// in each round after, and at most. Tissue that slides through a narrow place
+/// needs more rounds the later they widen; much sooner or faster, it is dragged
+/// into folds that take as many.
+const FIRM_ROUNDS: usize = 3;
+const WIDENING: f64 = 0.3;
+const LOOSEST: f64 = 3.0;
+
 /// Sweeps of the solver over all contacts, for the first push of a round and
 /// after each turn.
 const SWEEPS: [u32; 2] = [30, 6];
@@ -412,10 +420,10 @@ impl<'a> Run<'a> {
 }
 
 /// How far the limits on strain are widened: tissue gives way by and by where
-/// a dozen rounds have found no gentler way.
+/// the first rounds have found no gentler way.
 fn looseness(rounds: usize) -> f64 {
-    let over = u32::try_from(rounds.saturating_sub(12)).unwrap_or(u32::MAX);
-    (1.0 + 0.1 * f64::from(over)).min(3.0)
+    let over = u32::try_from(rounds.saturating_sub(FIRM_ROUNDS)).unwrap_or(u32::MAX);
+    (1.0 + WIDENING * f64::from(over)).min(LOOSEST)
 }
 
 /// The soft bodies of a scene, each with one of `items` and its part of `u`.
