@@ -20,6 +20,7 @@
 //! clipping rows of nodes against the sides of a region instead of scan
 //! converting polyhedra.
 
+use std::cmp::Reverse;
 use std::ops::Range;
 
 use glam::DVec3;
@@ -56,7 +57,10 @@ pub(crate) fn fill(units: &Units<'_>, dims: [usize; 3], band: f64, nearest: &mut
     let plane = dims[0] * dims[1];
     let bins = Bins::new(units, dims[2], band);
     let slabs = nearest.squared.chunks_mut(plane * SLAB).zip(nearest.face.chunks_mut(plane * SLAB));
-    par::for_each(slabs.collect(), |s, (squared, face)| {
+    let mut slabs: Vec<_> = slabs.enumerate().collect();
+    // The most work first, so that no thread is left with it at the end.
+    slabs.sort_by_key(|(s, _)| Reverse(bins.load(*s)));
+    par::for_each(slabs, |_, (s, (squared, face))| {
         let planes = s * SLAB..s * SLAB + squared.len() / plane;
         let mut slab = Slab { dims, planes, band, squared, face, sides: Sides::default() };
         for &f in &bins.faces[s] {
@@ -88,6 +92,11 @@ impl Bins {
         .into_iter();
         let mut next = || kinds.next().unwrap_or_default();
         Self { faces: next(), edges: next(), vertices: next() }
+    }
+
+    /// Elements near a slab.
+    fn load(&self, slab: usize) -> usize {
+        self.faces[slab].len() + self.edges[slab].len() + self.vertices[slab].len()
     }
 }
 

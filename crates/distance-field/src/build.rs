@@ -290,11 +290,13 @@ fn square_as_float(squared: u32) -> f32 {
 
 /// Squared distances in spacings to signed distances of at most `limit`.
 fn compose(values: &mut [f32], inside: &Inside, grid: &Grid, limit: f32) {
-    let (nx, spacing) = (grid.dims()[0], single(grid.spacing()));
-    par::for_each(values.chunks_mut(nx).collect(), |r, row| {
-        for value in row.iter_mut() {
-            *value = (value.sqrt() * spacing).min(limit);
+    let ([nx, ny, _], spacing) = (grid.dims(), single(grid.spacing()));
+    par::for_each(values.chunks_mut(nx * ny).collect(), |k, plane| {
+        for (j, row) in plane.chunks_mut(nx).enumerate() {
+            for value in row.iter_mut() {
+                *value = (value.sqrt() * spacing).min(limit);
+            }
+            inside.sign(k * ny + j, row);
         }
-        inside.sign(r, row);
     });
 }

@@ -14,6 +14,7 @@ use robust::{Coord, Coord3D, orient2d, orient3d};
 
 use crate::grid::Grid;
 use crate::num::{floor_index, nodes_within};
+use crate::par;
 
 /// A row passes through a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -102,7 +103,7 @@ pub(crate) fn side(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
 
 /// Crossings sorted by row and node.
 pub(crate) fn sorted(mut crossings: Vec<Crossing>) -> Vec<Crossing> {
-    crossings.sort_unstable();
+    par::sort(&mut crossings);
     crossings
 }
 
