@@ -35,6 +35,26 @@ fn a_plan_names_methods_reasons_and_what_a_frame_takes() {
 }
 
 #[test]
+fn a_method_can_be_forced_and_is_refused_where_it_cannot_serve() {
+    let workshop = workshop();
+    let base = ["bone.obj", "muscle.obj", "--rigid", "bone", "--tolerance", "3", "--force"];
+    let run = |force: &str| workshop.run("plan", &[&base[..], &[force]].concat());
+    let surfaces = run("muscle,bone,surfaces");
+    assert_eq!(surfaces.status, 1, "{}", surfaces.stderr);
+    assert!(surfaces.stdout.contains("bone    muscle  by surfaces"), "{}", surfaces.stdout);
+    for (force, told) in [
+        ("muscle,bone", "expected two names and a method"),
+        ("muscle,bone,wishes", "no method is called \"wishes\""),
+        ("muscle,bane,field", "no body is called \"bane\""),
+        ("muscle,bone,balls", "cannot be told apart by balls"),
+    ] {
+        let refused = run(force);
+        assert_eq!(refused.status, 2, "{force}: {}", refused.stdout);
+        assert!(refused.stderr.contains(told), "{told}: {}", refused.stderr);
+    }
+}
+
+#[test]
 fn bodies_that_stay_apart_need_nothing() {
     let workshop = workshop();
     workshop.write("far.obj", tetrahedron(500.0, 30.0));

@@ -12,6 +12,11 @@ use musculo_collide::{
 /// Two soft balls and a bone, of radius 30, and how deep each pair overlaps:
 /// the bone and the first by 2, the balls by 3, the bone and the second not.
 fn three() -> (Scene, [BodyId; 3]) {
+    three_of(4)
+}
+
+/// The same, each of so many halvings of an icosahedron's edges.
+fn three_of(halvings: u32) -> (Scene, [BodyId; 3]) {
     let mut scene = Scene::new();
     let bodies = [
         ("bone", BodyKind::Rigid, DVec3::ZERO),
@@ -19,9 +24,9 @@ fn three() -> (Scene, [BodyId; 3]) {
         ("second", BodyKind::Deformable, DVec3::X * 115.0),
     ];
     let ids = bodies.map(|(name, kind, at)| {
-        let Mesh { positions, .. } = &icosphere(30.0, 4);
+        let Mesh { positions, .. } = &icosphere(30.0, halvings);
         let x = positions.iter().map(|p| *p + at).collect();
-        scene.add(name, kind, icosphere(30.0, 4).surface(), x).expect("a body")
+        scene.add(name, kind, icosphere(30.0, halvings).surface(), x).expect("a body")
     });
     (scene, ids)
 }
@@ -166,6 +171,43 @@ fn methods_can_be_forced_where_they_can_serve() {
     let refused = Plan::with_forced(&mut scene, &need, &[(first, second, Method::Field)]);
     let error = refused.expect_err("no bone");
     assert!(error.to_string().contains("\"first\" and \"second\""), "{error}");
+}
+
+#[test]
+fn balls_serve_where_they_are_forced() {
+    let (mut scene, [bone, first, second]) = three_of(2);
+    let forced = [(bone, first, Method::Medial), (second, first, Method::Medial)];
+    let need = Need::within(1.5);
+    let mut plan = Plan::with_forced(&mut scene, &need, &forced).expect("a plan");
+    let built = |body: BodyId| {
+        let of_body = plan.structures().iter().filter(|built| built.body == body);
+        of_body.map(|built| built.kind).collect::<Vec<_>>()
+    };
+    // The bone has its tree for the balls and its field for the second ball.
+    assert_eq!(built(bone), [StructureKind::Tree, StructureKind::Field]);
+    assert_eq!(built(first), [StructureKind::Tree, StructureKind::Medial]);
+    let mut detection = Detection::default();
+    for shift in [DVec3::ZERO, DVec3::X] {
+        for id in [first, second] {
+            let x: Vec<_> = scene.body(id).positions().iter().map(|p| *p - shift).collect();
+            scene.move_body(id, &x).expect("a move");
+        }
+        plan.detect(&mut scene, &mut detection).expect("a detection");
+        for pair in plan.pairs().iter().filter(|pair| pair.method == Method::Medial) {
+            assert!(pair.error_bound > 0.0 && pair.error_bound <= need.tolerance, "{pair:?}");
+            let true_depth = if pair.a == bone { 2.0 + shift.x } else { 3.0 };
+            let error = (depth(&detection, pair.a, pair.b) - true_depth).abs();
+            // Faces of this sphere are 0.5 inside of it, and vertices are apart.
+            assert!(error <= pair.error_bound + 0.5, "{error}: {pair:?}");
+        }
+    }
+
+    let (mut scene, [bone, ..]) = three();
+    let mesh = icosphere(5.0, 2);
+    let other = scene.add("other", BodyKind::Rigid, mesh.surface(), mesh.positions);
+    let both = [(bone, other.expect("a body"), Method::Medial)];
+    let error = Plan::with_forced(&mut scene, &need, &both).expect_err("no balls");
+    assert!(error.to_string().contains("both are rigid"), "{error}");
 }
 
 #[test]

@@ -2,10 +2,11 @@
 
 use std::io::Write;
 use std::path::PathBuf;
+use std::str::FromStr;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use musculo_collide::{Detection, Need, Plan};
+use musculo_collide::{BodyId, Detection, Method, Need, Plan};
 
 use super::plan_frames::Frames;
 use super::{Failure, Outcome, in_threads};
@@ -53,6 +54,11 @@ pub(crate) struct PlanArguments {
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     budget: Option<f64>,
 
+    /// Look at this pair by this method, whatever it costs: field, surfaces or balls; may be given
+    /// more than once
+    #[arg(long, value_name = "A,B,METHOD")]
+    force: Vec<Forced>,
+
     /// Compare what the plan finds with exact detection
     #[arg(long)]
     compare: bool,
@@ -60,6 +66,33 @@ pub(crate) struct PlanArguments {
     /// Threads to use; the answer is the same for any number [default: one a processor]
     #[arg(long, value_name = "N")]
     threads: Option<std::num::NonZeroUsize>,
+}
+
+/// A method that was chosen for a pair.
+#[derive(Clone, Debug)]
+struct Forced {
+    bodies: [String; 2],
+    method: Method,
+}
+
+impl FromStr for Forced {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts: Vec<&str> = text.split(',').collect();
+        let [a, b, method] = parts[..] else {
+            return Err("expected two names and a method, with commas between".to_owned());
+        };
+        let method = match method {
+            "field" => Method::Field,
+            "surfaces" => Method::Surfaces,
+            "balls" => Method::Medial,
+            other => {
+                return Err(format!("no method is called {other:?}: field, surfaces or balls"));
+            }
+        };
+        Ok(Self { bodies: [a, b].map(str::to_owned), method })
+    }
 }
 
 pub(super) fn run(arguments: &PlanArguments) -> Result<Outcome, Failure> {
@@ -77,7 +110,8 @@ fn plan(arguments: &PlanArguments) -> Result<Outcome, Failure> {
     let start = Instant::now();
     let mut plan = {
         let _progress = Progress::start("planning and building", 1);
-        Plan::new(&mut scene, &need)?
+        let forced = forced(&scene, &arguments.force)?;
+        Plan::with_forced(&mut scene, &need, &forced)?
     };
     let built = start.elapsed();
     let replay = motion.as_ref().map(|motion| motion.bind(&scene)).transpose()?;
@@ -99,6 +133,18 @@ fn plan(arguments: &PlanArguments) -> Result<Outcome, Failure> {
     let _ = std::io::stdout().lock().write_all(text.as_bytes());
     let overlaps = detection.pairs().iter().any(|pair| pair.overlaps);
     Ok(if overlaps { Outcome::Overlaps } else { Outcome::Clean })
+}
+
+fn forced(
+    scene: &musculo_collide::Scene,
+    forced: &[Forced],
+) -> Result<Vec<(BodyId, BodyId, Method)>, Failure> {
+    let find = |name: &String| {
+        let unknown = || Failure::new(vec![format!("--force: no body is called {name:?}")]);
+        scene.find(name).ok_or_else(unknown)
+    };
+    let of_pair = |Forced { bodies: [a, b], method }: &Forced| Ok((find(a)?, find(b)?, *method));
+    forced.iter().map(of_pair).collect()
 }
 
 fn need(arguments: &PlanArguments) -> Result<Need, Failure> {

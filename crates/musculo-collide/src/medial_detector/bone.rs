@@ -18,7 +18,7 @@ use medial::Ball;
 use surface::Anchor;
 
 use super::hold::Hold;
-use super::{MedialContact, MedialDetector, MedialFeature, PrimitiveBall, Scratch};
+use super::{MedialContact, MedialDetector, MedialFeature, MedialScratch, PrimitiveBall};
 use crate::scene::Body;
 use crate::{FieldDetector, RigidState, SceneError};
 
@@ -33,7 +33,7 @@ pub(super) fn contacts(
     (detector, body): (&MedialDetector, &Body),
     field: &FieldDetector<'_>,
     state: &RigidState,
-    scratch: &mut Scratch,
+    scratch: &mut MedialScratch,
 ) -> Result<Vec<MedialContact>, SceneError> {
     let Some(bounds) = field.bounds(state) else {
         return Ok(Vec::new());

@@ -90,7 +90,7 @@ pub struct PrimitiveBall {
 
 /// Memory that a thread reuses from pair to pair.
 #[derive(Debug, Default)]
-struct Scratch {
+pub(crate) struct MedialScratch {
     workspace: Workspace,
     pairs: Vec<(u32, u32)>,
     points: Vec<PointContact>,
@@ -192,6 +192,23 @@ impl MedialDetector {
     #[must_use]
     pub fn deviation(&self) -> &Deviation {
         &self.deviation
+    }
+
+    /// Contacts of a body's vertices with the balls where these are. The trees of
+    /// both bodies must be up to date.
+    pub(crate) fn contacts(
+        &self,
+        scene: &Scene,
+        body: BodyId,
+        scratch: &mut MedialScratch,
+    ) -> Vec<MedialContact> {
+        points::contacts(scene.body(body), (self, scene.body(self.body)), scratch)
+    }
+
+    /// Bytes of its balls and of their ties to the body's vertices.
+    pub(crate) fn bytes(&self) -> usize {
+        let balls = size_of_val(self.medial.balls()) + size_of_val(self.medial.primitives());
+        balls + size_of_val(self.links.links()) + size_of_val(&self.at[..])
     }
 
     /// Moves the balls to where the body is now; linear in its vertices, and
@@ -301,8 +318,8 @@ impl Scene {
         self.bound_states()?;
         detector.follow(self)?;
         let (scene, detector) = (&*self, &*detector);
-        Ok(parallel::map_with(bodies, Scratch::default, |scratch, &body| {
-            points::contacts(scene.body(body), (detector, scene.body(detector.body)), scratch)
+        Ok(parallel::map_with(bodies, MedialScratch::default, |scratch, &body| {
+            detector.contacts(scene, body, scratch)
         }))
     }
 
@@ -328,7 +345,7 @@ impl Scene {
         a.follow(self)?;
         b.follow(self)?;
         let [of_a, of_b] = [a.body, b.body].map(|body| self.body(body));
-        Ok(pairs::contacts((a, of_a), (b, of_b), &mut Scratch::default()))
+        Ok(pairs::contacts((a, of_a), (b, of_b), &mut MedialScratch::default()))
     }
 
     /// Contacts of a body that is known by its balls with a bone that is known by
@@ -356,7 +373,7 @@ impl Scene {
         self.bound_states()?;
         detector.follow(self)?;
         let body = self.body(detector.body);
-        bone::contacts((detector, body), field, state, &mut Scratch::default())
+        bone::contacts((detector, body), field, state, &mut MedialScratch::default())
     }
 
     fn checked_body(&self, body: BodyId) -> Result<&Body, SceneError> {

@@ -4,7 +4,7 @@ use glam::DVec3;
 use medial::{Ball, PrimitiveContact, primitive_contacts_among};
 
 use super::hold::Hold;
-use super::{MedialContact, MedialDetector, MedialFeature, PrimitiveBall, Scratch};
+use super::{MedialContact, MedialDetector, MedialFeature, MedialScratch, PrimitiveBall};
 use crate::scene::Body;
 
 /// Contacts of the balls of two detectors, given with their bodies. Trees must be
@@ -12,9 +12,9 @@ use crate::scene::Body;
 pub(super) fn contacts(
     (a, of_a): (&MedialDetector, &Body),
     (b, of_b): (&MedialDetector, &Body),
-    scratch: &mut Scratch,
+    scratch: &mut MedialScratch,
 ) -> Vec<MedialContact> {
-    let Scratch { workspace, pairs, primitives, .. } = scratch;
+    let MedialScratch { workspace, pairs, primitives, .. } = scratch;
     pairs.clear();
     a.tree.tree().pairs(b.tree.tree(), a.reach, workspace, |i, j| pairs.push((i, j)));
     primitive_contacts_among(pairs, &a.medial, &b.medial, a.reach, primitives);

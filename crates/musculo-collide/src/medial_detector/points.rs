@@ -3,7 +3,7 @@
 use medial::{Ball, FootRule, PointContact, Reach, contacts_among};
 
 use super::hold::Hold;
-use super::{MedialContact, MedialDetector, MedialFeature, PrimitiveBall, Scratch};
+use super::{MedialContact, MedialDetector, MedialFeature, MedialScratch, PrimitiveBall};
 use crate::scene::Body;
 
 /// Contacts of the vertices of `body` with the detector's balls, which are those
@@ -11,9 +11,9 @@ use crate::scene::Body;
 pub(super) fn contacts(
     body: &Body,
     (detector, of): (&MedialDetector, &Body),
-    scratch: &mut Scratch,
+    scratch: &mut MedialScratch,
 ) -> Vec<MedialContact> {
-    let Scratch { workspace, pairs, points, .. } = scratch;
+    let MedialScratch { workspace, pairs, points, .. } = scratch;
     pairs.clear();
     detector.tree.tree().pairs(body.tree(), detector.reach, workspace, |primitive, face| {
         let own = body.surface().faces()[face as usize].into_iter();

@@ -19,6 +19,10 @@ pub(super) mod seconds {
     pub(crate) const REGION_FACE: f64 = 14e-9;
     /// To find the foot of one vertex on another surface, or that it has none.
     pub(crate) const SURFACE_VERTEX: f64 = 700e-9;
+    /// To bring balls to where one vertex is that is tied to them.
+    pub(crate) const TIED_VERTEX: f64 = 100e-9;
+    /// To ask balls about one vertex.
+    pub(crate) const BALLS_VERTEX: f64 = 500e-9;
     /// To ask a field about one vertex, edges included.
     pub(crate) const FIELD_VERTEX: f64 = 150e-9;
 }

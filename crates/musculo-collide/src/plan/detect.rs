@@ -7,6 +7,7 @@ use surface::Contact;
 use super::structures::Structures;
 use super::{PairPlan, Plan};
 use crate::field::FieldScratch;
+use crate::medial_detector::MedialScratch;
 use crate::pair::{self, Party, Scratch};
 use crate::{BodyId, FieldFeature, Method, NotBuilt, PlanError, Scene, parallel};
 
@@ -42,6 +43,7 @@ pub struct PairDetection {
 pub(super) struct PairWork {
     surfaces: Scratch,
     field: FieldScratch,
+    medial: MedialScratch,
     contacts: Vec<Contact>,
     overlaps: bool,
     min_gap: Option<f64>,
@@ -102,7 +104,7 @@ impl Detection {
 impl Plan {
     /// Looks at every planned pair in the scene's present state. Once the memory
     /// of a few frames has been taken, nothing is allocated, but for a short list
-    /// where one body has thousands of vertices near a bone.
+    /// where one body has thousands of vertices near a bone, and what balls find.
     ///
     /// # Errors
     ///
@@ -149,7 +151,22 @@ impl PairWork {
                 self.compare_surfaces(a, b, frame.reach);
                 Ok(())
             }
+            Method::Medial => {
+                self.ask_balls([pair.a, pair.b], frame);
+                Ok(())
+            }
         }
+    }
+
+    fn ask_balls(&mut self, [a, b]: [BodyId; 2], frame: &Frame<'_>) {
+        let Frame { scene, structures, .. } = *frame;
+        for [asked, of] in [[a, b], [b, a]] {
+            let Some(balls) = &structures.medials[of.index()] else { continue };
+            let found = balls.contacts(scene, asked, &mut self.medial);
+            self.contacts.extend(found.iter().map(|found| found.contact));
+        }
+        self.min_gap = self.contacts.iter().map(|contact| contact.gap).min_by(f64::total_cmp);
+        self.overlaps = self.min_gap.is_some_and(|gap| gap < 0.0);
     }
 
     fn ask_field(&mut self, pair: &PairPlan, frame: &Frame<'_>) -> Result<(), PlanError> {

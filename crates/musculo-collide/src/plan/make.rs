@@ -12,7 +12,10 @@ use super::level::Level;
 use super::structures::Structures;
 use super::{LeftOut, Need, PairPlan, count};
 use crate::scene::Body;
-use crate::{BodyId, BodyKind, Method, NotBuilt, PlanError, Scene, StructureKind, parallel};
+use crate::{
+    BodyId, BodyKind, MedialDetector, Method, NotBuilt, PlanError, Scene, SceneError,
+    StructureKind, parallel,
+};
 
 /// Share of the tolerance that each body of a pair may deviate by.
 const SHARE: f64 = 0.5;
@@ -53,6 +56,7 @@ impl<'a> Maker<'a> {
         self.check_forced(&pairs)?;
         self.build_fields(SHARE * tolerance, &mut pairs, &mut structures, &mut not_built)?;
         self.build_levels(SHARE * tolerance, &pairs, &mut structures, &mut not_built);
+        self.build_medials(tolerance, &pairs, &mut structures)?;
         self.note_trees(&pairs, &mut structures, &mut not_built);
         let boxes = boxes(self.scene);
         for pair in &mut pairs {
@@ -63,6 +67,9 @@ impl<'a> Maker<'a> {
                     field + structures.deviation(pair.other())
                 }
                 Method::Surfaces => structures.deviation(pair.a) + structures.deviation(pair.b),
+                Method::Medial => {
+                    structures.medial_deviation(pair.a).max(structures.medial_deviation(pair.b))
+                }
             };
             pair.cost = self.slowness * self.pair_cost(pair, &structures, &boxes);
         }
@@ -125,8 +132,12 @@ impl<'a> Maker<'a> {
 
     fn check_forced(&self, pairs: &[PairPlan]) -> Result<(), PlanError> {
         for pair in pairs {
+            let is_rigid = |id: BodyId| self.scene.body(id).kind() == BodyKind::Rigid;
             if pair.method == Method::Field && pair.instead_of.is_some() {
                 return Err(self.refuse(pair, NotBuilt::NoBone));
+            }
+            if pair.method == Method::Medial && is_rigid(pair.a) && is_rigid(pair.b) {
+                return Err(self.refuse(pair, NotBuilt::BothRigid));
             }
         }
         Ok(())
@@ -180,9 +191,10 @@ impl<'a> Maker<'a> {
         structures: &mut Structures,
         not_built: &mut Vec<(BodyId, StructureKind, NotBuilt)>,
     ) {
-        let bodies = ascending(pairs.iter().flat_map(|pair| match pair.method {
-            Method::Field => [pair.other(); 2],
-            Method::Surfaces => [pair.a, pair.b],
+        let of_surfaces = pairs.iter().filter(|pair| pair.method != Method::Medial);
+        let bodies = ascending(of_surfaces.flat_map(|pair| match pair.bone() {
+            Some(_) => [pair.other(); 2],
+            None => [pair.a, pair.b],
         }));
         self.decimate(&bodies);
         let decimations = &self.decimations;
@@ -205,6 +217,31 @@ impl<'a> Maker<'a> {
             };
             not_built.push((id, StructureKind::Reduced, reason));
         }
+    }
+
+    /// Builds the balls of what is not a bone, with as few as the tolerance allows.
+    fn build_medials(
+        &self,
+        tolerance: f64,
+        pairs: &[PairPlan],
+        structures: &mut Structures,
+    ) -> Result<(), PlanError> {
+        for pair in pairs.iter().filter(|pair| pair.method == Method::Medial) {
+            let yields = |id: &BodyId| self.scene.body(*id).kind() != BodyKind::Rigid;
+            for id in [pair.a, pair.b].into_iter().filter(yields) {
+                let built = &mut structures.medials[id.index()];
+                if built.is_some() {
+                    continue;
+                }
+                let params = medial::Params::tolerance(tolerance);
+                let made = MedialDetector::new(self.scene, id, self.need.reach, &params, |_| {});
+                let refuse = |error: SceneError| {
+                    self.refuse(pair, NotBuilt::Medial { reason: error.to_string() })
+                };
+                *built = Some(made.map_err(refuse)?);
+            }
+        }
+        Ok(())
     }
 
     /// Finds the orders of collapse that are not known yet.
@@ -234,9 +271,11 @@ impl<'a> Maker<'a> {
         for pair in pairs {
             for id in [pair.a, pair.b] {
                 let number = id.index();
-                let is_known_by_field = pair.method == Method::Field && id == pair.bone;
-                structures.trees[number] |=
-                    !is_known_by_field && structures.levels[number].is_none();
+                structures.trees[number] |= match pair.method {
+                    Method::Field if id == pair.bone => false,
+                    Method::Field | Method::Surfaces => structures.levels[number].is_none(),
+                    Method::Medial => true,
+                };
             }
         }
         for id in self.scene.ids().filter(|id| !structures.trees[id.index()]) {
@@ -252,7 +291,9 @@ impl<'a> Maker<'a> {
         let own: f64 = self.scene.bodies().iter().zip(&structures.trees).map(own).sum();
         let levels = structures.levels.iter().flatten();
         let coarse: f64 = levels.map(|level| count(level.shape.surface().faces().len())).sum();
-        seconds::REFIT_FACE * (own + coarse)
+        let with_balls = self.scene.ids().filter(|id| structures.medials[id.index()].is_some());
+        let tied: f64 = with_balls.map(|id| count(self.scene.body(id).positions().len())).sum();
+        seconds::REFIT_FACE * (own + coarse) + seconds::TIED_VERTEX * tied
     }
 
     fn pair_cost(&self, pair: &PairPlan, structures: &Structures, boxes: &[Dop18]) -> f64 {
@@ -272,6 +313,14 @@ impl<'a> Maker<'a> {
                 let near = within(a.positions(), &reached(pair.b))
                     + within(b.positions(), &reached(pair.a));
                 seconds::REGION_FACE * faces + seconds::SURFACE_VERTEX * near
+            }
+            Method::Medial => {
+                let near = |asked: BodyId, of: BodyId| {
+                    let is_asked = structures.medials[of.index()].is_some();
+                    let points = self.scene.body(asked).positions();
+                    if is_asked { within(points, &reached(of)) } else { 0.0 }
+                };
+                seconds::BALLS_VERTEX * (near(pair.a, pair.b) + near(pair.b, pair.a))
             }
         }
     }

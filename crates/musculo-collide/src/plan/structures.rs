@@ -5,7 +5,9 @@ use crate::pair::Party;
 use crate::plan::bone::BoneField;
 use crate::plan::level::Level;
 use crate::scene::Body;
-use crate::{BodyId, PlanError, Scene, SceneError, Structure, StructureKind, parallel};
+use crate::{
+    BodyId, MedialDetector, PlanError, Scene, SceneError, Structure, StructureKind, parallel,
+};
 
 /// By the numbers of the bodies.
 #[derive(Debug)]
@@ -14,16 +16,17 @@ pub(super) struct Structures {
     pub(super) trees: Vec<bool>,
     pub(super) levels: Vec<Option<Level>>,
     pub(super) fields: Vec<Option<BoneField>>,
+    pub(super) medials: Vec<Option<MedialDetector>>,
 }
 
 impl Structures {
     /// Nothing, for so many bodies.
     pub(super) fn none(bodies: usize) -> Self {
         let trees = vec![false; bodies];
-        Self { trees, levels: bare(bodies), fields: bare(bodies) }
+        Self { trees, levels: bare(bodies), fields: bare(bodies), medials: bare(bodies) }
     }
 
-    /// Brings trees and levels to where the bodies are.
+    /// Brings trees, levels and balls to where the bodies are.
     pub(super) fn follow(&mut self, scene: &mut Scene) -> Result<(), SceneError> {
         scene.bound_some(&self.trees)?;
         let scene = &*scene;
@@ -33,6 +36,9 @@ impl Structures {
                 let body = &scene.bodies()[number];
                 level.follow(body).map_err(|source| body.tree_error(source))
             }
+        })?;
+        parallel::try_each_mut(&mut self.medials, |_, medial| {
+            medial.as_mut().map_or(Ok(()), |medial| medial.follow(scene))
         })
     }
 
@@ -53,6 +59,12 @@ impl Structures {
     /// How far a body's side of contacts may be from its surface.
     pub(super) fn deviation(&self, id: BodyId) -> f64 {
         self.level(id).map_or(0.0, |level| level.deviation)
+    }
+
+    /// How far a body's balls may be from its surface; 0 where it has none.
+    pub(super) fn medial_deviation(&self, id: BodyId) -> f64 {
+        let medial = self.medials[id.index()].as_ref();
+        medial.map_or(0.0, |medial| medial.deviation().largest())
     }
 
     /// The detector of a bone, and where the bone is.
@@ -98,7 +110,11 @@ impl Structures {
                     let bytes = field.bytes() + volume.bytes();
                     Structure { spacing, ..plain(StructureKind::Field, nodes, *error_bound, bytes) }
                 });
-            [tree, level, field].into_iter().flatten()
+            let medial = self.medials[number].as_ref().map(|medial| {
+                let (balls, deviation) = (medial.medial().balls().len(), medial.deviation());
+                plain(StructureKind::Medial, balls, deviation.largest(), medial.bytes())
+            });
+            [tree, level, field, medial].into_iter().flatten()
         };
         scene.ids().flat_map(of_body).collect()
     }
