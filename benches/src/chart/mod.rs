@@ -1,6 +1,6 @@
 //! Pictures of what methods can and cannot do, with the numbers behind them.
 //!
-//! A picture is a module with a function `run` that is given the folder to
+//! A picture, or a table of numbers alone, is a module with a function `run` that is given the folder to
 //! write to and returns the files it wrote; [`PICTURES`] names them all.
 
 pub mod ccd;
@@ -16,5 +16,9 @@ use std::path::{Path, PathBuf};
 pub type Draw = fn(&Path) -> Result<Vec<PathBuf>, Box<dyn Error>>;
 
 /// Every picture, by its name.
-pub const PICTURES: [(&str, Draw); 3] =
-    [("detection", detection::run), ("stability", stability::run), ("ccd", ccd::run)];
+pub const PICTURES: [(&str, Draw); 4] = [
+    ("detection", detection::run),
+    ("costs", detection::costs::run),
+    ("stability", stability::run),
+    ("ccd", ccd::run),
+];

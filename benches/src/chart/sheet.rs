@@ -18,8 +18,8 @@ pub enum Cell {
 pub struct Sheet {
     /// Name of its files.
     pub name: &'static str,
-    /// The picture.
-    pub svg: String,
+    /// The picture, if there is one.
+    pub svg: Option<String>,
     /// What was held fixed: name and value with unit, as the caption tells.
     pub settings: Vec<(&'static str, String)>,
     /// Names of the columns, units in brackets.
@@ -36,12 +36,13 @@ impl Sheet {
     /// When a file cannot be written.
     pub fn write(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
         fs::create_dir_all(folder)?;
-        let contents = [("svg", self.svg.clone()), ("json", self.json()), ("csv", self.csv())];
-        let write = |(extension, content): (&str, String)| {
+        let contents =
+            [("svg", self.svg.clone()), ("json", Some(self.json())), ("csv", Some(self.csv()))];
+        let write = |(extension, content): (&str, Option<String>)| {
             let path = folder.join(format!("{}.{extension}", self.name));
-            fs::write(&path, content).map(|()| path)
+            content.map(|content| fs::write(&path, content).map(|()| path))
         };
-        contents.into_iter().map(write).collect()
+        contents.into_iter().filter_map(write).collect()
     }
 
     fn csv(&self) -> String {
@@ -133,7 +134,7 @@ mod tests {
     fn numbers_stand_in_both_files() {
         let sheet = Sheet {
             name: "a",
-            svg: String::new(),
+            svg: None,
             settings: vec![("spring \"soft\"", "1 N".to_owned())],
             columns: vec!["name", "value [mm]"],
             rows: vec![

@@ -60,7 +60,7 @@ pub use crate::medial_detector::{MedialContact, MedialDetector, MedialFeature, P
 pub use crate::pair::{ContactPatch, NearVertex, PairReport, Region, Side, VertexReport};
 pub use crate::plan::{
     Detection, LeftOut, Method, Need, NotBuilt, PairDetection, PairPlan, Plan, PlanError,
-    RespondParams, Structure, StructureKind,
+    RespondParams, Structure, StructureKind, Work,
 };
 pub use crate::resolve::{
     BodyChange, Obstacle, Remaining, Resolution, ResolveParams, Resolver, Round,

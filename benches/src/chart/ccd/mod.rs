@@ -159,7 +159,7 @@ fn draw_sets(
     let settings = settings(&measured, &titles, attribution);
     let svg = draw::draw(&measured, &titles, &settings)?;
     let (columns, rows) = table(&measured, &titles);
-    Ok(Sheet { name, svg, settings, columns, rows }.write(folder)?)
+    Ok(Sheet { name, svg: Some(svg), settings, columns, rows }.write(folder)?)
 }
 
 fn measure(set: usize, both: &[QuerySet; 2]) -> Vec<Measured> {

@@ -4,6 +4,7 @@
 //! which vertices are how deep in the other body, at several settings. Errors are taken against
 //! exact detection between the surfaces, times on one thread, in turns.
 
+pub mod costs;
 mod draw;
 mod measure;
 mod methods;
@@ -49,7 +50,7 @@ fn draw_scene(
     settings.extend(refused.into_iter().map(|refusal| ("refused", refusal)));
     let svg = draw::draw(&measured, &settings)?;
     let (columns, rows) = table(&measured);
-    Ok(Sheet { name, svg, settings, columns, rows }.write(folder)?)
+    Ok(Sheet { name, svg: Some(svg), settings, columns, rows }.write(folder)?)
 }
 
 fn settings(moving: &Moving, attribution: Option<&str>) -> Vec<(&'static str, String)> {

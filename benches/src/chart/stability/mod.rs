@@ -124,7 +124,7 @@ pub fn run(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
     let settings = settings();
     let svg = draw::draw(&numbers, &settings)?;
     let (columns, rows) = numbers.table();
-    Ok(Sheet { name: "stability", svg, settings, columns, rows }.write(folder)?)
+    Ok(Sheet { name: "stability", svg: Some(svg), settings, columns, rows }.write(folder)?)
 }
 
 fn settings() -> Vec<(&'static str, String)> {

@@ -6,43 +6,86 @@
 //! no choice between methods; only what is compared with a time budget.
 
 use std::hint::black_box;
+use std::ops::Add;
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use surface::closest_on_triangle;
 
-/// Seconds on the machine of [`REFERENCE`].
-pub(super) mod seconds {
-    /// To bring the bounds over one face up to date.
-    pub(crate) const REFIT_FACE: f64 = 12e-9;
-    /// To sort one face of two surfaces into regions on one side.
-    pub(crate) const REGION_FACE: f64 = 14e-9;
-    /// To find the foot of one vertex on another surface, or that it has none.
-    pub(crate) const SURFACE_VERTEX: f64 = 700e-9;
-    /// To bring balls to where one vertex is that is tied to them.
-    pub(crate) const TIED_VERTEX: f64 = 100e-9;
-    /// To ask balls about one vertex.
-    pub(crate) const BALLS_VERTEX: f64 = 500e-9;
-    /// To ask a field about one vertex, edges included.
-    pub(crate) const FIELD_VERTEX: f64 = 150e-9;
+/// What a frame of detection has to do, counted; and how long each of it takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Work {
+    /// Faces whose bounds are brought up to date.
+    pub refit_faces: f64,
+    /// Faces of two surfaces that are compared with each other.
+    pub compared_faces: f64,
+    /// Vertices that a field is asked about, with their edges.
+    pub field_vertices: f64,
+    /// Vertices that balls are tied to and follow.
+    pub tied_vertices: f64,
+    /// Vertices that balls are asked about.
+    pub ball_vertices: f64,
 }
 
 /// Seconds that one closest point of a triangle takes on the machine that the
 /// constants are of.
 const REFERENCE: f64 = 12e-9;
 
-/// How many times slower than the reference machine this one is just now.
-pub(super) fn slowness() -> f64 {
-    let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
-    let mut point = DVec3::new(0.3, 0.3, 1.0);
-    let (start, mut done) = (Instant::now(), 0_u32);
-    while start.elapsed() < Duration::from_millis(1) {
-        for _ in 0..1000 {
-            let foot = closest_on_triangle(point, corners).point;
-            point = DVec3::new(foot.y, 0.9 * foot.x + 0.1, 1.0);
-        }
-        done += 1000;
+impl Work {
+    /// Seconds that one of each takes on a machine of slowness 1, as
+    /// `cargo xtask chart costs` measures them.
+    pub const SECONDS: Self = Self {
+        refit_faces: 3e-9,
+        compared_faces: 30e-9,
+        field_vertices: 400e-9,
+        tied_vertices: 226e-9,
+        ball_vertices: 1430e-9,
+    };
+
+    /// In the order of the fields.
+    #[must_use]
+    pub const fn to_array(self) -> [f64; 5] {
+        let Self { refit_faces, compared_faces, field_vertices, tied_vertices, ball_vertices } =
+            self;
+        [refit_faces, compared_faces, field_vertices, tied_vertices, ball_vertices]
     }
-    black_box(point);
-    start.elapsed().as_secs_f64() / f64::from(done) / REFERENCE
+
+    /// Seconds on a machine of slowness 1.
+    #[must_use]
+    pub fn seconds(self) -> f64 {
+        self.to_array().iter().zip(Self::SECONDS.to_array()).map(|(count, each)| count * each).sum()
+    }
+
+    /// How many times slower than the machine of [`Self::SECONDS`] this one is just
+    /// now; takes a millisecond.
+    #[must_use]
+    pub fn slowness() -> f64 {
+        let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
+        let mut point = DVec3::new(0.3, 0.3, 1.0);
+        let (start, mut done) = (Instant::now(), 0_u32);
+        while start.elapsed() < Duration::from_millis(1) {
+            for _ in 0..1000 {
+                let foot = closest_on_triangle(point, corners).point;
+                point = DVec3::new(foot.y, 0.9 * foot.x + 0.1, 1.0);
+            }
+            done += 1000;
+        }
+        black_box(point);
+        start.elapsed().as_secs_f64() / f64::from(done) / REFERENCE
+    }
+}
+
+impl Add for Work {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            refit_faces: self.refit_faces + other.refit_faces,
+            compared_faces: self.compared_faces + other.compared_faces,
+            field_vertices: self.field_vertices + other.field_vertices,
+            tied_vertices: self.tied_vertices + other.tied_vertices,
+            ball_vertices: self.ball_vertices + other.ball_vertices,
+        }
+    }
 }

@@ -7,7 +7,7 @@ use glam::DVec3;
 use kdop::Dop18;
 
 use super::bone::BoneField;
-use super::cost::{self, seconds};
+use super::cost::Work;
 use super::level::Level;
 use super::structures::Structures;
 use super::{LeftOut, Need, PairPlan, count};
@@ -26,8 +26,9 @@ pub(super) struct Made {
     pub(super) structures: Structures,
     pub(super) far: Vec<LeftOut>,
     pub(super) not_built: Vec<(BodyId, StructureKind, NotBuilt)>,
-    /// Seconds for all bodies to be followed.
-    pub(super) follow_cost: f64,
+    /// To follow all bodies.
+    pub(super) follow: Work,
+    pub(super) slowness: f64,
 }
 
 /// Makes plans for one scene; what does not depend on the tolerance is kept.
@@ -45,7 +46,7 @@ impl<'a> Maker<'a> {
         need: &'a Need,
         forced: &'a [(BodyId, BodyId, Method)],
     ) -> Self {
-        Self { scene, need, forced, slowness: cost::slowness(), decimations: BTreeMap::new() }
+        Self { scene, need, forced, slowness: Work::slowness(), decimations: BTreeMap::new() }
     }
 
     /// A plan for a tolerance.
@@ -71,10 +72,11 @@ impl<'a> Maker<'a> {
                     structures.medial_deviation(pair.a).max(structures.medial_deviation(pair.b))
                 }
             };
-            pair.cost = self.slowness * self.pair_cost(pair, &structures, &boxes);
+            pair.work = self.pair_work(pair, &structures, &boxes);
+            pair.cost = self.slowness * pair.work.seconds();
         }
-        let follow_cost = self.slowness * self.follow_cost(&structures);
-        Ok(Made { pairs, structures, far, not_built, follow_cost })
+        let follow = self.follow_work(&structures);
+        Ok(Made { pairs, structures, far, not_built, follow, slowness: self.slowness })
     }
 
     /// Pairs to look at with the method that is best if it can be had, and those
@@ -121,6 +123,7 @@ impl<'a> Maker<'a> {
             bone,
             instead_of,
             error_bound: 0.0,
+            work: Work::default(),
             cost: 0.0,
         }
     }
@@ -284,7 +287,8 @@ impl<'a> Maker<'a> {
         not_built.sort_by_key(|&(id, ..)| id);
     }
 
-    fn follow_cost(&self, structures: &Structures) -> f64 {
+    /// To follow the bodies.
+    fn follow_work(&self, structures: &Structures) -> Work {
         let own = |(body, wanted): (&Body, &bool)| {
             if *wanted { count(body.surface().faces().len()) } else { 0.0 }
         };
@@ -292,35 +296,34 @@ impl<'a> Maker<'a> {
         let levels = structures.levels.iter().flatten();
         let coarse: f64 = levels.map(|level| count(level.shape.surface().faces().len())).sum();
         let with_balls = self.scene.ids().filter(|id| structures.medials[id.index()].is_some());
-        let tied: f64 = with_balls.map(|id| count(self.scene.body(id).positions().len())).sum();
-        seconds::REFIT_FACE * (own + coarse) + seconds::TIED_VERTEX * tied
+        let tied_vertices = with_balls.map(|id| count(self.scene.body(id).positions().len())).sum();
+        Work { refit_faces: own + coarse, tied_vertices, ..Work::default() }
     }
 
-    fn pair_cost(&self, pair: &PairPlan, structures: &Structures, boxes: &[Dop18]) -> f64 {
-        let reached = |id: BodyId| boxes[id.index()].inflated(self.need.reach);
-        let within = |points: &[DVec3], bounds: &Dop18| {
+    fn pair_work(&self, pair: &PairPlan, structures: &Structures, boxes: &[Dop18]) -> Work {
+        let within = |points: &[DVec3], of: BodyId| {
+            let bounds = boxes[of.index()].inflated(self.need.reach);
             let inside = |&&p: &&DVec3| bounds.overlaps(&Dop18::from_points(&[p]));
             count(points.iter().filter(inside).count())
         };
         match pair.method {
             Method::Field => {
                 let points = structures.party(self.scene, pair.other()).shape.positions();
-                seconds::FIELD_VERTEX * within(points, &reached(pair.bone))
+                Work { field_vertices: within(points, pair.bone), ..Work::default() }
             }
             Method::Surfaces => {
                 let [a, b] = [pair.a, pair.b].map(|id| structures.party(self.scene, id).shape);
-                let faces = count(a.surface().faces().len() + b.surface().faces().len());
-                let near = within(a.positions(), &reached(pair.b))
-                    + within(b.positions(), &reached(pair.a));
-                seconds::REGION_FACE * faces + seconds::SURFACE_VERTEX * near
+                let compared_faces = count(a.surface().faces().len() + b.surface().faces().len());
+                Work { compared_faces, ..Work::default() }
             }
             Method::Medial => {
                 let near = |asked: BodyId, of: BodyId| {
                     let is_asked = structures.medials[of.index()].is_some();
                     let points = self.scene.body(asked).positions();
-                    if is_asked { within(points, &reached(of)) } else { 0.0 }
+                    if is_asked { within(points, of) } else { 0.0 }
                 };
-                seconds::BALLS_VERTEX * (near(pair.a, pair.b) + near(pair.b, pair.a))
+                let ball_vertices = near(pair.a, pair.b) + near(pair.b, pair.a);
+                Work { ball_vertices, ..Work::default() }
             }
         }
     }

@@ -24,6 +24,7 @@ mod respond;
 mod structures;
 mod table;
 
+pub use self::cost::Work;
 pub use self::detect::{Detection, PairDetection};
 pub use self::error::PlanError;
 pub use self::method::{Method, NotBuilt, Structure, StructureKind};
@@ -79,7 +80,8 @@ pub struct Plan {
     listed: Vec<Structure>,
     left_out: Vec<LeftOut>,
     not_built: Vec<(BodyId, StructureKind, NotBuilt)>,
-    follow_cost: f64,
+    follow: Work,
+    slowness: f64,
     bodies: Vec<Planned>,
 }
 
@@ -99,6 +101,8 @@ pub struct PairPlan {
     /// The gap of a contact is wrong by this at most, in the length unit, as
     /// measured on what was built for the positions it was built at.
     pub error_bound: f64,
+    /// What a frame has to do for it.
+    pub work: Work,
     /// Predicted seconds a frame, of one thread.
     pub cost: f64,
 }
@@ -188,7 +192,7 @@ impl Plan {
     }
 
     fn from(scene: &Scene, need: &Need, tolerance: f64, made: Made) -> Self {
-        let Made { pairs, structures, far, not_built, follow_cost } = made;
+        let Made { pairs, structures, far, not_built, follow, slowness } = made;
         let planned = |body: &Body| {
             let positions = body.positions();
             let start = [
@@ -206,7 +210,8 @@ impl Plan {
             structures,
             left_out: far,
             not_built,
-            follow_cost,
+            follow,
+            slowness,
             bodies: scene.bodies().iter().map(planned).collect(),
         }
     }
@@ -245,8 +250,13 @@ impl Plan {
     /// Predicted time of a frame on the threads there are.
     #[must_use]
     pub fn predicted(&self) -> Duration {
-        let pairs: f64 = self.pairs.iter().map(|pair| pair.cost).sum();
-        Duration::from_secs_f64((pairs + self.follow_cost) / parallel::threads())
+        Duration::from_secs_f64(self.slowness * self.work().seconds() / parallel::threads())
+    }
+
+    /// What a frame has to do, counted where the bodies were when it was planned.
+    #[must_use]
+    pub fn work(&self) -> Work {
+        self.pairs.iter().fold(self.follow, |sum, pair| sum + pair.work)
     }
 
     /// Whether the plan is predicted to keep to the budget, if there is one.
