@@ -90,6 +90,31 @@ fn any_number_of_threads_gives_the_same_bits() {
 }
 
 #[test]
+fn the_unit_makes_no_difference() {
+    // By a power of two nothing is rounded otherwise, so that all must be the same to the bit.
+    let scale = 1.0 / 1024.0;
+    let ResolveParams { tolerance, clearance, smoothing, max_rounds } = ResolveParams::MILLIMETRES;
+    let scaled = ResolveParams {
+        tolerance: scale * tolerance,
+        clearance: scale * clearance,
+        smoothing: scale * smoothing,
+        max_rounds,
+    };
+    let (mut one, mut other) = (planted(), planted());
+    let ids: Vec<_> = other.ids().collect();
+    for id in ids {
+        let x: Vec<DVec3> = other.body(id).positions().iter().map(|&x| scale * x).collect();
+        other.move_body(id, &x).expect("finite positions");
+    }
+    let rounds = resolve(&mut one).rounds.len();
+    assert!(rounds > 3, "{rounds} rounds");
+    assert_eq!(other.resolve(&scaled).expect("a resolution").rounds.len(), rounds);
+    for (p, q) in one.particle_positions().into_iter().zip(other.particle_positions()) {
+        assert_eq!(scale * p, q);
+    }
+}
+
+#[test]
 fn rigid_bodies_stay_and_are_named() {
     let cube = shapes::cube(10.0);
     let mut scene = Scene::new();

@@ -128,6 +128,25 @@ fn between_bones(gap: f64) -> Scene {
     scene
 }
 
+/// What is pushed on both faces and free nowhere has no way to give the volume
+/// back; the answer tells how much is lost.
+#[test]
+#[expect(clippy::print_stdout, reason = "a measured test says what it saw")]
+fn a_disc_pressed_over_all_of_its_faces_loses_volume_and_says_so() {
+    let mut scene = between_bones(3.0);
+    let resolution = scene.resolve(&PARAMS).expect("a resolution");
+    let [.., last] = resolution.rounds[..] else { panic!("no rounds") };
+    let lost = 1.0 - resolution.bodies[2].volume_ratio.expect("closed");
+    println!(
+        "measured: disc pressed to 3/4 of its thickness: volume lost [%] | {:.1} | 10",
+        100.0 * lost
+    );
+    assert!(resolution.resolved, "{:?}", resolution.remaining);
+    assert!((0.09..0.1).contains(&lost), "{lost} of the volume: less would be better");
+    assert!((last.volume_change - lost).abs() < 1e-12, "{last:?}");
+    assert!(!resolution.rounds.is_empty() && last.flipped_faces == 0);
+}
+
 #[test]
 fn tissue_without_room_is_named_with_the_reason() {
     let mut scene = between_bones(0.01);

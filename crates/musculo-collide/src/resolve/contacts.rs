@@ -160,3 +160,34 @@ fn contact(
     let stencil = Stencil::new(&terms).expect("a vertex over a face or two edges: four at most");
     Contact { stencil, anchor, normal, offset: 0.0, gap: -height, time: None }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two faces whose edges cross at right angles, the second `height` too low.
+    fn crossed(height: f64) -> [[DVec3; 3]; 2] {
+        let below = [DVec3::new(-1.0, 0.0, 0.0), DVec3::new(1.0, 0.0, 0.0), DVec3::Z * -5.0];
+        let above = [DVec3::new(0.0, -1.0, 0.0), DVec3::new(0.0, 1.0, 0.0), DVec3::Z * 5.0];
+        [below, above.map(|corner| corner - height * DVec3::Z)]
+    }
+
+    #[test]
+    fn edges_that_cross_meet_at_their_height() {
+        let [below, above] = crossed(0.25);
+        let meeting = highest([above, below], DVec3::Z).expect("they cross");
+        assert!((meeting.height - 0.25).abs() < 1e-12, "{}", meeting.height);
+        let [p, q] = [point(above, meeting.weights[0]), point(below, meeting.weights[1])];
+        assert!((q - p - 0.25 * DVec3::Z).length() < 1e-12, "{p} {q}");
+        assert!(p.truncate().length() < 1e-12, "where the edges cross: {p}");
+    }
+
+    #[test]
+    fn edges_that_are_apart_or_seen_from_the_side_do_not_meet() {
+        let [below, above] = crossed(-0.25);
+        assert!(highest([above, below], DVec3::Z).is_none(), "one is over the other");
+        // Each face is 5.1 long; what passes by more than half of that is another part.
+        let [below, above] = crossed(2.7);
+        assert!(highest([above, below], DVec3::Z).is_none(), "too deep for these two");
+    }
+}

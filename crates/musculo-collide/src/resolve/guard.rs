@@ -171,3 +171,90 @@ fn smooth(tissue: &Tissue, vertices: &[u32], x: &mut [DVec3]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use fixtures::{Mesh, shapes};
+
+    use super::*;
+    use crate::{BodyKind, Scene};
+
+    /// A scene of one body, with its tree, and that body's tissue.
+    fn planted(mesh: Mesh) -> (Scene, Tissue) {
+        let mut scene = Scene::new();
+        let surface = mesh.surface();
+        scene.add("muscle", BodyKind::Deformable, surface, mesh.positions).expect("a body");
+        scene.bound_states().expect("a tree");
+        let tissue = Tissue::new(&scene.bodies()[0]);
+        (scene, tissue)
+    }
+
+    /// The largest difference between the displacements of two ends of an edge,
+    /// in lengths of the edge.
+    fn stretch(body: &Body, tissue: &Tissue, x: &[DVec3]) -> f64 {
+        let u = |v: u32| x[v as usize] - tissue.rest[v as usize];
+        let length = |p: u32, q: u32| tissue.rest[p as usize].distance(tissue.rest[q as usize]);
+        let edges = body.surface().edges().iter();
+        edges.map(|&[p, q]| u(p).distance(u(q)) / length(p, q)).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn a_vertex_torn_out_is_brought_back_until_no_edge_turns_round() {
+        let (scene, tissue) = planted(shapes::icosphere(10.0, 3));
+        let body = &scene.bodies()[0];
+        let mut x = tissue.rest.clone();
+        x[40] += 4.0 * tissue.normals[40];
+        assert!(stretch(body, &tissue, &x) > 2.0, "torn out by more than two edges");
+        unfold(body.surface(), &tissue, 1.0, &mut x);
+        let left = stretch(body, &tissue, &x);
+        assert!(left <= 1.0, "{left} lengths of an edge");
+        let mut loose = tissue.rest.clone();
+        loose[40] += 4.0 * tissue.normals[40];
+        unfold(body.surface(), &tissue, 2.0, &mut loose);
+        let looser = stretch(body, &tissue, &loose);
+        assert!(looser > left, "the limit is wider: {looser}, not {left}");
+    }
+
+    /// A flat grid of quarters of millimetres by millimetres, with a vertex lifted and
+    /// pushed across its long edges: faces turn over, no edge is torn.
+    fn turned_over() -> (Scene, Tissue, Vec<DVec3>) {
+        let plate = shapes::plate(DVec3::new(12.0, 3.0, 4.0), [12, 12]);
+        let (scene, tissue) = planted(plate);
+        let body = &scene.bodies()[0];
+        let vertex =
+            (0..).zip(&tissue.rest).find(|(_, x)| x.z > 1.9 && x.x.abs() < 0.1 && x.y.abs() < 0.1);
+        let (vertex, _): (usize, _) = vertex.expect("the middle of the upper side");
+        let mut x = tissue.rest.clone();
+        x[vertex] += DVec3::new(0.0, 0.3, 0.05);
+        assert!(flipped(body.surface(), &tissue, &x) > 0, "turned over");
+        (scene, tissue, x)
+    }
+
+    #[test]
+    fn faces_that_turned_over_are_brought_back_though_no_edge_is_torn() {
+        let (scene, tissue, mut x) = turned_over();
+        let body = &scene.bodies()[0];
+        unfold(body.surface(), &tissue, 10.0, &mut x);
+        assert_eq!(flipped(body.surface(), &tissue, &x), 0);
+        let leans = leaning(body.surface(), &tissue, &x, 0.15);
+        assert!(leans.is_empty(), "nor does one stand on its edge: {leans:?}");
+    }
+
+    #[test]
+    fn a_sheet_pressed_through_itself_is_uncrossed() {
+        let (scene, tissue) = planted(shapes::ellipsoid(DVec3::new(12.0, 12.0, 2.0), 3));
+        let body = &scene.bodies()[0];
+        let traversal = &mut Workspace::default();
+        let mut x = tissue.rest.clone();
+        for (x, rest) in x.iter_mut().zip(&tissue.rest) {
+            if rest.z > 0.0 && rest.truncate().length() < 3.0 {
+                x.z -= 4.5;
+            }
+        }
+        let before = self_crossings(body, &x, traversal).len();
+        assert!(before > 0, "its upper side is below its lower one");
+        uncross(body, &tissue, &mut x, traversal);
+        let after = self_crossings(body, &x, traversal).len();
+        assert_eq!(after, 0, "of {before}");
+    }
+}

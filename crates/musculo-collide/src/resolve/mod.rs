@@ -78,6 +78,9 @@ const LOOSEST: f64 = 3.0;
 /// after each turn.
 const SWEEPS: [u32; 2] = [30, 6];
 
+/// Share of the tolerated depth below which the solver stops.
+const SOLVED: f64 = 2e-3;
+
 impl Scene {
     /// Pushes apart what overlaps, and leaves the bodies where they then are.
     ///
@@ -124,7 +127,7 @@ impl<'a> Run<'a> {
     ) -> Result<Self, SceneError> {
         let before = scene.check(&near)?;
         let tissues = tissue::tissues(scene);
-        let inverse_masses = tissue::inverse_masses(scene, &tissues);
+        let inverse_masses = tissue::inverse_masses(scene, &tissues, params.smoothing);
         let now = Sight::first(scene, near.reach)?;
         let count = tissues.len();
         let mut run = Self {
@@ -206,9 +209,9 @@ impl<'a> Run<'a> {
         let step = STEP * self.params.smoothing;
         let rows = self.rows(step)?;
         let system = ContactSystem::new(&rows, &self.inverse_masses, Order::Coloured)?;
+        let tolerance = SOLVED * self.params.tolerance;
         let part = |u: &mut [DVec3], max_iterations: u32| -> Result<(), SceneError> {
-            let solver =
-                SolverParams { method: Method::GaussSeidel, max_iterations, tolerance: 1e-4 };
+            let solver = SolverParams { method: Method::GaussSeidel, max_iterations, tolerance };
             system.solve(Level::Position, u, &mut system.no_impulses(), &solver)?;
             u.iter_mut().for_each(|u| *u = u.clamp_length_max(step));
             Ok(())
@@ -356,7 +359,8 @@ impl<'a> Run<'a> {
         };
         self.spoilt = shapes.into_iter().zip(self.crossed.iter().copied()).map(spoilt).collect();
         self.rounds.push(round);
-        if self.best.as_ref().is_none_or(|(best, _)| round.is_better_than(best)) {
+        let tolerance = self.params.tolerance;
+        if self.best.as_ref().is_none_or(|(best, _)| round.is_better_than(best, tolerance)) {
             self.best = Some((round, self.scene.particle_positions()));
             self.stalled = 0;
         } else {

@@ -133,15 +133,19 @@ impl Round {
         (self.volume_change - ALLOWED_VOLUME_CHANGE).max(0.0)
     }
 
-    /// Whether bodies overlap less deep, or fewer of them, weighing both.
-    pub(super) fn is_better_than(&self, other: &Self) -> bool {
+    /// Whether bodies overlap less deep, measured in what is tolerated, or fewer
+    /// of them, weighing both.
+    pub(super) fn is_better_than(&self, other: &Self, tolerance: f64) -> bool {
         let badness = |round: &Self| {
             let pairs = round.overlapping_pairs + 2 * round.new_pairs;
-            // A face that was turned over counts as ten that cross, and so do two of a body.
+            // A face that was turned over counts as ten that cross, and so do two of a body;
+            // a fiftieth of what is tolerated, in one pair, as one.
             let crossings =
                 round.crossing_faces + 10 * (round.self_crossings + round.flipped_faces);
             let count = |n: usize| f64::from(u32::try_from(n).unwrap_or(u32::MAX));
-            round.max_depth * count(pairs) + 1e-3 * count(crossings) + round.excess_volume()
+            round.max_depth / (20.0 * tolerance) * count(pairs)
+                + 1e-3 * count(crossings)
+                + round.excess_volume()
         };
         badness(self) < badness(other)
     }

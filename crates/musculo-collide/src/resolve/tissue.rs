@@ -12,6 +12,9 @@ use crate::{BodyKind, Scene, parallel};
 /// the push has faded before it comes out.
 const DEEPEST_STRUT: f64 = 3.0;
 
+/// Thickness that an open surface is taken to have, in lengths of smoothing.
+const SHEET: f64 = 1.0 / 6.0;
+
 /// The opposite side of a body, seen from a vertex through the tissue.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Strut {
@@ -87,14 +90,14 @@ impl Tissue {
 
 /// Inverse masses of all particles: area times mean thickness, so that bulky
 /// muscles move slim ones; 0 for what is fixed.
-pub(super) fn inverse_masses(scene: &Scene, tissues: &[Tissue]) -> Vec<f64> {
+pub(super) fn inverse_masses(scene: &Scene, tissues: &[Tissue], smoothing: f64) -> Vec<f64> {
     let of_body = |(body, tissue): (&Body, &Tissue)| -> Vec<f64> {
         if body.kind() == BodyKind::Rigid {
             return vec![0.0; tissue.rest.len()];
         }
         let area: f64 = tissue.areas.iter().sum();
         let closed = body.has_inside().is_ok() && tissue.volume != 0.0;
-        let thickness = if closed { tissue.volume.abs() / area } else { 1.0 };
+        let thickness = if closed { tissue.volume.abs() / area } else { SHEET * smoothing };
         let inverse = |&share: &f64| {
             let mass = share * thickness;
             if mass > 0.0 { mass.recip() } else { 0.0 }

@@ -11,6 +11,9 @@ use crate::{BodyId, BodyKind, PairReport, VertexReport};
 /// back would move vertices for nothing that can be measured.
 const TOLERATED: f64 = 0.002;
 
+/// Most that a vertex is moved in a round, in what it has moved before.
+const MOST: f64 = 0.5;
+
 /// Moves free vertices of a body along their normals until its volume is the
 /// one it had. Free are those that have moved and were not near another body.
 pub(super) fn restore(
@@ -32,8 +35,7 @@ pub(super) fn restore(
     let area: f64 = weights.iter().zip(&tissue.areas).map(|(weight, area)| weight * area).sum();
     if area > 0.0 {
         let normals = vertex_normals(body.surface(), x);
-        let limit = weights.iter().fold(0.0, |most: f64, &weight| most.max(weight));
-        let rate = (missing / area).clamp(-0.5 * limit, 0.5 * limit);
+        let rate = (missing / area).clamp(-MOST, MOST);
         for ((x, weight), normal) in x.iter_mut().zip(weights).zip(normals) {
             *x += rate * weight * normal;
         }
