@@ -119,11 +119,10 @@ impl Frame {
     #[inline]
     fn along(&self, u: f64, axis: usize) -> (f64, f64) {
         // Written as selections, which need no branch and take what is not a number for 0.
-        let at_least = if u > 0.0 { u } else { 0.0 };
-        let down = floor(if at_least < self.last[axis] { at_least } else { self.last[axis] });
+        let is_inside = (u >= 0.0) & (u <= self.last[axis]);
+        let down = floor(if is_inside { u } else { 0.0 });
         let cell = if down < self.last_cell[axis] { down } else { self.last_cell[axis] };
         let place = if u - cell < 1.0 { u - cell } else { 1.0 };
-        let is_inside = (u >= 0.0) & (u <= self.last[axis]);
         (cell, if is_inside { place } else { f64::NAN })
     }
 }

@@ -24,7 +24,8 @@ type Lanes = [f64; LANES];
 struct Work<T> {
     cell: [Lanes; 3],
     place: [Lanes; 3],
-    corners: [[T; LANES]; 8],
+    /// The two ends of each cell's edges along x.
+    edges: [[[T; 2]; LANES]; 4],
     value: Lanes,
     slope: [Lanes; 3],
 }
@@ -52,8 +53,8 @@ pub(crate) fn trilinear_all<N: Nodes>(
 impl<T: Copy + Default + Into<f64>> Work<T> {
     fn new() -> Self {
         let (none, zero) = ([0.0; LANES], [[0.0; LANES]; 3]);
-        let corners = [[T::default(); LANES]; 8];
-        Self { cell: zero, place: zero, corners, value: none, slope: zero }
+        let edges = [[[T::default(); 2]; LANES]; 4];
+        Self { cell: zero, place: zero, edges, value: none, slope: zero }
     }
 
     #[inline]
@@ -61,18 +62,21 @@ impl<T: Copy + Default + Into<f64>> Work<T> {
         let [x, y, z] = &self.cell;
         for lane in 0..LANES {
             let [low, high] = nodes.cell(DVec3::new(x[lane], y[lane], z[lane]));
-            for (list, corner) in self.corners.iter_mut().zip(low.into_iter().chain(high)) {
-                list[lane] = corner;
+            let edges =
+                [[low[0], low[1]], [low[2], low[3]], [high[0], high[1]], [high[2], high[3]]];
+            for (list, edge) in self.edges.iter_mut().zip(edges) {
+                list[lane] = edge;
             }
         }
     }
 
     #[inline]
     fn interpolate(&mut self) {
-        let Self { place: [x, y, z], corners: c, value, slope: [dx, dy, dz], .. } = self;
+        let Self { place: [x, y, z], edges: e, value, slope: [dx, dy, dz], .. } = self;
         for lane in 0..LANES {
-            let low = [c[0][lane], c[1][lane], c[2][lane], c[3][lane]];
-            let high = [c[4][lane], c[5][lane], c[6][lane], c[7][lane]];
+            let [[a, b], [c, d]] = [e[0][lane], e[1][lane]];
+            let (low, [[p, q], [r, s]]) = ([a, b, c, d], [e[2][lane], e[3][lane]]);
+            let high = [p, q, r, s];
             let at = DVec3::new(x[lane], y[lane], z[lane]);
             let (between, rise) = trilinear(low, high, at);
             value[lane] = between;
