@@ -197,14 +197,7 @@ fn frames_of_the_gait_are_pushed_apart() {
     };
     let workshop = Workshop::new();
     let all = std::env::var_os("MUSCULO_ALL_STEPS").is_some();
-    let gait = data.join("anatomy/motions/gait_walk.json");
-    let mut gait: Value =
-        serde_json::from_str(&std::fs::read_to_string(gait).expect("a motion")).expect("JSON");
-    if !all {
-        let frames = gait["frames"].as_array().expect("frames")[34..38].to_vec();
-        gait["frames"] = frames.into();
-    }
-    workshop.write("gait.json", gait.to_string());
+    workshop.write("gait.json", gait(&data, if all { 0..73 } else { 34..38 }));
     workshop.write("scene.toml", thigh_scene(&data));
     let arguments = ["scene.toml", "--motion", "gait.json", "--resolve", "apart"];
     let run = workshop.run("motion", &[&arguments[..], &["--json", "m.json"]].concat());
@@ -229,6 +222,38 @@ fn frames_of_the_gait_are_pushed_apart() {
     println!("measured: {which}: rounds, of a frame | {rounds} | 60");
     let sound = new == 0.0 && flipped == 0.0 && crossed == 0.0;
     assert!(deepest <= 0.1 && volume <= 0.01 && sound, "{}", run.stdout);
+}
+
+/// Begun with muscles 12 mm deep between femur and pelvis, with no frame before
+/// that leads there, what is not parted is named with the reason.
+#[test]
+#[expect(clippy::print_stdout, reason = "a skipped test says so")]
+fn a_motion_that_begins_too_deep_says_what_is_left() {
+    let Some(data) = std::env::var_os("MUSCULO_DATA").map(PathBuf::from) else {
+        println!("skipped: MUSCULO_DATA names no folder of anatomy");
+        return;
+    };
+    let workshop = Workshop::new();
+    workshop.write("gait.json", gait(&data, 53..55));
+    workshop.write("scene.toml", thigh_scene(&data));
+    let arguments = ["scene.toml", "--motion", "gait.json", "--resolve", "apart", "--rounds", "15"];
+    let run = workshop.run("motion", &arguments);
+    assert_eq!(run.status, 1, "{}", run.stdout);
+    let told = "bone_pelvis and muscle_adductor_magnus";
+    assert!(run.stdout.contains(told), "{}", run.stdout);
+    let reason = "still yielding when the rounds were over: more may part them";
+    assert!(run.stdout.contains(reason), "{}", run.stdout);
+    assert!(!run.stdout.contains(" 0 not resolved"), "{}", run.stdout);
+}
+
+/// A motion file of some frames of the gait.
+fn gait(data: &std::path::Path, frames: std::ops::Range<usize>) -> String {
+    let path = data.join("anatomy/motions/gait_walk.json");
+    let text = std::fs::read_to_string(path).expect("a motion");
+    let mut gait: Value = serde_json::from_str(&text).expect("JSON");
+    let frames = gait["frames"].as_array().expect("frames")[frames].to_vec();
+    gait["frames"] = frames.into();
+    gait.to_string()
 }
 
 /// A scene file of the decimated thigh; bones are told by their names.
