@@ -256,7 +256,7 @@ fn nearest_corner(distance: &SurfaceDistance<'_>, face: u32, p: DVec3) -> u32 {
 
 /// The slabs and the other cones that faces become when their corners end in
 /// `final_ball`.
-fn joints(faces: &[[u32; 3]], final_ball: &[u32]) -> (Vec<[u32; 2]>, Vec<[u32; 3]>) {
+pub(super) fn joints(faces: &[[u32; 3]], final_ball: &[u32]) -> (Vec<[u32; 2]>, Vec<[u32; 3]>) {
     let mut slabs = BTreeSet::new();
     let mut edges = BTreeSet::new();
     for corners in faces {

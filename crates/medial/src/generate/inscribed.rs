@@ -58,9 +58,10 @@ struct Entered {
 }
 
 impl Inscribed {
-    /// None, if they are of no importance.
-    pub(super) fn new(medial: &MedialSurface, importance_of_all: f64) -> Self {
-        let points = if importance_of_all > 0.0 { points(medial) } else { Vec::new() };
+    /// None, if they are of no importance. `beside` tells a face for each primitive,
+    /// from where the search is short if it is near.
+    pub(super) fn new(medial: &MedialSurface, importance_of_all: f64, beside: &[u32]) -> Self {
+        let points = if importance_of_all > 0.0 { points(medial, beside) } else { Vec::new() };
         let importance = importance_of_all / crate::real(points.len().max(1));
         Self { entered: vec![None; points.len()], points, importance }
     }
@@ -155,7 +156,7 @@ fn reaching_out(point: &Point, ball: Ball, entered: Entered, importance: f64) ->
 
 /// Points at regular weights of every primitive; those on a shared ball or edge
 /// once.
-fn points(medial: &MedialSurface) -> Vec<Point> {
+fn points(medial: &MedialSurface, beside: &[u32]) -> Vec<Point> {
     let mut seen = BTreeSet::new();
     let mut points = Vec::new();
     for (primitive, &[a, b, c]) in (0_u32..).zip(medial.primitives()) {
@@ -167,8 +168,8 @@ fn points(medial: &MedialSurface) -> Vec<Point> {
                 key.sort_unstable();
                 if seen.insert(key) {
                     let weights = parts.map(|(_, part)| f64::from(part) / f64::from(DIVISIONS));
-                    let center = DVec3::INFINITY;
-                    points.push(Point { primitive, weights, center, face: 0, list: None });
+                    let (center, face) = (DVec3::INFINITY, beside[primitive as usize]);
+                    points.push(Point { primitive, weights, center, face, list: None });
                 }
             }
         }

@@ -3,8 +3,9 @@
 //! 1. [Shrink](shrink): the maximal ball at each vertex, by closest points.
 //! 2. [Collapse](collapse): balls merge, the cheapest pair first, along edges
 //!    and across the sheet; the surface's triangles become slabs and cones.
-//! 3. [Refit](refit): the balls that are left move until the union fits the
-//!    surface best from both sides.
+//! 3. [Refit](refit): the balls that are left, still too many, move until the union
+//!    fits the surface best from both sides; those that are [missed the least](thin)
+//!    by the surface itself go, a few at a time, and the others are fitted again.
 //!
 //! No Delaunay triangulation is needed: every triangle of the surface lies in
 //! the hull of its corners' balls, so the surface is covered before the first
@@ -17,6 +18,7 @@ mod quadric;
 mod refit;
 mod seeds;
 mod shrink;
+mod thin;
 mod tracking;
 
 use std::cell::OnceCell;
@@ -49,7 +51,8 @@ pub enum Size {
 pub struct Params {
     /// How large it is.
     pub size: Size,
-    /// Steps of the fit at most; each costs as much as the others.
+    /// Steps of the last fit at most, once as few balls are left as asked for; each
+    /// costs as much as the others.
     pub fit_steps: u32,
     /// What balls that reach out of the surface count for in the fit beside
     /// samples of the surface, `>= 0`.
@@ -316,7 +319,7 @@ impl<'a> Generator<'a> {
             let seeds = Seeds::sparse(distance.surface, distance.x);
             Start { maximal: shrink::maximal_balls(distance, &seeds), seeds }
         });
-        if distance.surface.vertex_count() > DENSE * count {
+        if distance.surface.vertex_count() > DENSE * refit::balls_at_first(distance, count) {
             return sparse;
         }
         self.dense.get_or_init(|| Start {
@@ -334,9 +337,10 @@ impl<'a> Generator<'a> {
     ) -> Result<Generated, MedialError> {
         let mut at = |step, share| progress(Progress { step, balls: count, share });
         at(Step::Collapse, 0.0);
-        collapse.run(count);
+        collapse.run(refit::balls_at_first(self.distance, count));
         let mut medial = collapse.medial_surface()?;
         let params = RefitParams {
+            balls: count,
             steps: self.params.fit_steps,
             inscribed_weight: self.params.inscribed_weight,
         };

@@ -1,5 +1,5 @@
-//! Moving balls of fixed connectivity so that the union fits the surface best,
-//! on both sides of it.
+//! Moving balls so that the union fits the surface best, on both sides of it, and
+//! [taking away](super::thin) those that are missed the least in between.
 //!
 //! Two kinds of residuals are made small in the least-squares sense by the
 //! method of Levenberg and Marquardt:
@@ -16,6 +16,7 @@ use glam::DVec3;
 
 use super::inscribed::Inscribed;
 use super::normal_equations::{NormalEquations, Residual};
+use super::thin::Thinning;
 use super::tracking::Tracking;
 use crate::surface_distance::SurfaceDistance;
 use crate::{Ball, MedialError, MedialSurface, NearestPrimitive, real};
@@ -23,13 +24,16 @@ use crate::{Ball, MedialError, MedialSurface, NearestPrimitive, real};
 /// How a fit is run.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RefitParams {
+    /// How many are to be left.
+    pub(super) balls: usize,
     pub(super) steps: u32,
     pub(super) inscribed_weight: f64,
 }
 
-/// Damping of the first step, relative to the diagonal. No step has less. With less, balls slide along flat parts of the sheet
-/// until the feet of samples are other ones than the step was solved for, and it
-/// has to be tried again; with ten times more the fit creeps.
+/// Damping of the first step, relative to the diagonal. No step has less. With less,
+/// balls slide along flat parts of the sheet until the feet of samples are other ones
+/// than the step was solved for, and it has to be tried again; with ten times more the
+/// fit creeps.
 const LEAST_DAMPING: f64 = 1e-2;
 
 /// Damping at which no step lowers the cost: rounding is reached.
@@ -39,29 +43,92 @@ const LAST_DAMPING: f64 = 1e6;
 /// root mean square error.
 const LEAST_GAIN: f64 = 2e-3;
 
-/// Samples for each ball, beyond which more do not improve the fit but only
-/// slow it.
-const SAMPLES_PER_BALL: usize = 60;
+/// Samples for each ball that is to be left, beyond which more hardly improve the
+/// fit. With 60 the balls follow the samples, and what is between them is off by a
+/// twentieth more.
+const SAMPLES_PER_BALL: usize = 160;
 
 /// Samples that are always taken, if the surface has them.
 const LEAST_SAMPLES: usize = 5_000;
 
+/// Samples of which one is taken while there still are too many balls, on a surface
+/// that has fewer samples than are wanted in the end.
+const THINNED_OUT: usize = 2;
+
 /// Accepted steps between searches of all primitives for the feet of samples.
 const SEARCH_EVERY: u32 = 4;
 
-/// Moves and resizes the balls of `medial`; calls `progress` with the share done.
+/// Steps of the fit between the removal of some balls and of the next.
+const STEPS_BETWEEN: u32 = 2;
+
+/// Steps before the first.
+const STEPS_BEFORE: u32 = 6;
+
+/// Balls to start from, for `count` to be left: more by three quarters from
+/// [`MANY_BALLS`] on and by a lesser share for fewer, which would take long on a large
+/// surface; and only as far as the surface has the samples to tell which balls are
+/// missed the least. With half as many more, two hundred balls are off by a hundredth
+/// more; with twice as many the fit takes half as long again.
+pub(super) fn balls_at_first(distance: &SurfaceDistance<'_>, count: usize) -> usize {
+    let wanted = SAMPLES_PER_BALL.saturating_mul(count).max(1);
+    let more = count.saturating_mul(count.min(MANY_BALLS)) * 3 / (4 * MANY_BALLS);
+    count + more.saturating_mul(sample_count(distance).min(wanted)) / wanted
+}
+
+/// Numbers from here on start from three quarters more.
+const MANY_BALLS: usize = 200;
+
+/// Balls that go at a time. Half as many take twice as long.
+fn at_a_time(balls: usize) -> usize {
+    10.max(balls / 20)
+}
+
+/// Moves and resizes the balls of `medial`, and takes away those that are missed the
+/// least until as few are left as asked for; calls `progress` with the share done.
 pub(super) fn refit(
     medial: &mut MedialSurface,
     distance: &SurfaceDistance<'_>,
     params: RefitParams,
     mut progress: impl FnMut(f64),
 ) -> Result<(), MedialError> {
-    let mut fit = Fit::new(medial, distance, params)?;
+    let wanted = LEAST_SAMPLES.max(SAMPLES_PER_BALL * params.balls);
+    let all = sample_count(distance);
+    let fewer = if all < wanted { LEAST_SAMPLES.max(all / THINNED_OUT) } else { wanted };
+    let at_first = medial.balls().len();
+    let mut steps = STEPS_BEFORE;
+    progress(0.0);
+    while medial.balls().len() > params.balls {
+        let left = medial.balls().len() - params.balls;
+        progress(0.5 - 0.5 * real(left) / real(at_first - params.balls));
+        let fit = settle(medial, distance, params.inscribed_weight, steps, fewer)?;
+        let thinning = Thinning {
+            medial,
+            points: fit.tracking.points(),
+            importance: &fit.importance,
+            feet: &fit.feet,
+        };
+        let Some(thinned) = thinning.thinned(left.min(at_a_time(params.balls)))? else { break };
+        *medial = thinned;
+        steps = STEPS_BETWEEN;
+    }
+    progress(0.5);
+    settle(medial, distance, params.inscribed_weight, params.steps, wanted)?;
+    Ok(())
+}
+
+/// Moves and resizes the balls in up to so many steps.
+fn settle(
+    medial: &mut MedialSurface,
+    distance: &SurfaceDistance<'_>,
+    inscribed_weight: f64,
+    steps: u32,
+    wanted: usize,
+) -> Result<Fit, MedialError> {
+    let mut fit = Fit::new(medial, distance, inscribed_weight, wanted)?;
     let primitives = medial.primitives().to_vec();
     let mut equations = NormalEquations::new(medial.balls().len(), &primitives);
     let mut damping = LEAST_DAMPING;
-    for step in 0..params.steps {
-        progress(f64::from(step) / f64::from(params.steps));
+    for _ in 0..steps {
         let residuals = fit.residuals(medial);
         equations.clear();
         residuals.iter().for_each(|residual| equations.add(residual));
@@ -72,7 +139,7 @@ pub(super) fn refit(
         }
         fit.search(medial, distance)?;
     }
-    Ok(())
+    Ok(fit)
 }
 
 /// What the residuals are taken at.
@@ -90,12 +157,18 @@ impl Fit {
     fn new(
         medial: &MedialSurface,
         distance: &SurfaceDistance<'_>,
-        params: RefitParams,
+        inscribed_weight: f64,
+        wanted: usize,
     ) -> Result<Self, MedialError> {
-        let (points, importance) = samples(distance, medial.balls().len());
+        let Samples { points, faces, importance } = Samples::of(distance, wanted);
         let mut tracking = Tracking::new(medial, points)?;
         let feet = tracking.feet(medial, &vec![0.0; medial.balls().len()])?;
-        let mut inscribed = Inscribed::new(medial, params.inscribed_weight * real(feet.len()));
+        let mut beside = vec![0; medial.primitives().len()];
+        for (foot, face) in feet.iter().zip(faces) {
+            beside[foot.primitive as usize] = face;
+        }
+        let of_all = inscribed_weight * real(feet.len());
+        let mut inscribed = Inscribed::new(medial, of_all, &beside);
         inscribed.search(medial, distance);
         Ok(Self { tracking, feet, importance, inscribed, searches: 0 })
     }
@@ -170,27 +243,49 @@ fn total(residuals: &[Residual]) -> f64 {
     residuals.iter().map(|r| r.importance * r.value * r.value).sum()
 }
 
-/// Vertices and face centres, thinned out evenly in their order, with shares
-/// of the area in units of the mean share.
-fn samples(distance: &SurfaceDistance<'_>, balls: usize) -> (Vec<DVec3>, Vec<f64>) {
-    let faces = distance.surface.faces();
-    let mut vertex_area = vec![0.0; distance.surface.vertex_count()];
-    let mut samples = Vec::with_capacity(faces.len() + vertex_area.len());
-    for (face, corners) in (0_u32..).zip(faces) {
-        let [a, b, c] = distance.corners(face);
-        let area = 0.5 * (b - a).cross(c - a).length();
-        // Half of a face's area to its centre, half to its corners.
-        samples.push(((a + b + c) / 3.0, 0.5 * area));
-        for &corner in corners {
-            vertex_area[corner as usize] += area / 6.0;
+fn sample_count(distance: &SurfaceDistance<'_>) -> usize {
+    distance.surface.faces().len() + distance.surface.vertex_count()
+}
+
+/// Vertices and face centres, thinned out evenly in their order.
+struct Samples {
+    points: Vec<DVec3>,
+    /// A face that each is on.
+    faces: Vec<u32>,
+    /// Shares of the area, in units of the mean share.
+    importance: Vec<f64>,
+}
+
+impl Samples {
+    /// As many as `wanted`, up to twice; all that there are, if these are fewer.
+    fn of(distance: &SurfaceDistance<'_>, wanted: usize) -> Self {
+        let faces = distance.surface.faces();
+        let mut at_vertices: Vec<(DVec3, u32, f64)> =
+            distance.x.as_slice().iter().map(|&p| (p, 0, 0.0)).collect();
+        let mut samples = Vec::with_capacity(faces.len() + at_vertices.len());
+        for (face, corners) in (0_u32..).zip(faces) {
+            let [a, b, c] = distance.corners(face);
+            let area = 0.5 * (b - a).cross(c - a).length();
+            // Half of a face's area to its centre, half to its corners.
+            samples.push(((a + b + c) / 3.0, face, 0.5 * area));
+            for &corner in corners {
+                let (_, of_vertex, share) = &mut at_vertices[corner as usize];
+                *of_vertex = face;
+                *share += area / 6.0;
+            }
         }
+        samples.append(&mut at_vertices);
+        let every = (samples.len() / wanted).max(1);
+        let mut chosen = Self { points: Vec::new(), faces: Vec::new(), importance: Vec::new() };
+        for (point, face, area) in samples.into_iter().step_by(every) {
+            chosen.points.push(point);
+            chosen.faces.push(face);
+            chosen.importance.push(area);
+        }
+        let mean = chosen.importance.iter().sum::<f64>() / real(chosen.importance.len());
+        chosen.importance.iter_mut().for_each(|area| *area /= mean);
+        chosen
     }
-    samples.extend(distance.x.as_slice().iter().copied().zip(vertex_area));
-    let wanted = LEAST_SAMPLES.max(SAMPLES_PER_BALL * balls);
-    let every = (samples.len() / wanted).max(1);
-    let (points, areas): (Vec<DVec3>, Vec<f64>) = samples.into_iter().step_by(every).unzip();
-    let mean = areas.iter().sum::<f64>() / real(areas.len());
-    (points, areas.into_iter().map(|area| area / mean).collect())
 }
 
 fn at_sample(nearest: &NearestPrimitive, p: DVec3, importance: f64) -> Residual {

@@ -63,10 +63,13 @@ impl Tracking {
         self.tree.refit(medial)?;
         let travelled = self.travelled_around(None);
         let (tree, points, lists) = (&self.tree, &self.points, &self.lists);
-        let guess = |i: usize| lists.get(i).map_or(0, |list: &List| list.primitives[0]);
-        let found = parallel::map(points.len(), Workspace::default, |workspace, i| {
+        // Samples next to each other in the list mostly are so on the surface.
+        let start = || (0, Workspace::default());
+        let found = parallel::map(points.len(), start, |(last, workspace), i| {
             let p = points[i];
-            let nearest = tree.nearest_from(medial, p, guess(i), workspace);
+            let guess = lists.get(i).map_or(*last, |list: &List| list.primitives[0]);
+            let nearest = tree.nearest_from(medial, p, guess, workspace);
+            *last = nearest.primitive;
             let others = nearest.foot.distance + self.list_reach;
             let mut primitives = vec![nearest.primitive];
             tree.within(medial, p, others, workspace, |primitive| {
