@@ -321,11 +321,15 @@ fn balls_follow_the_body() {
         scene.move_body(id, &moved).unwrap();
     }
     let moved = scene.medial_contacts(a, &mut medial).unwrap();
-    assert_eq!(at_rest.len(), moved.len());
-    for (before, after) in at_rest.iter().zip(&moved) {
-        assert_eq!(before.feature, after.feature);
-        // Refits go on from what the last left.
-        assert!((before.contact.gap - after.contact.gap).abs() < 0.2, "{before:?} {after:?}");
+    // Refits go on from what the last left, which may be a contact at the rim of the reach.
+    for (one, other) in [(&at_rest, &moved), (&moved, &at_rest)] {
+        for before in one.iter().filter(|found| found.contact.gap < 0.3) {
+            let found = other.iter().any(|after| {
+                let change = (before.contact.gap - after.contact.gap).abs();
+                before.feature == after.feature && change < 0.2
+            });
+            assert!(found, "{before:?}");
+        }
     }
 
     let short: Vec<DVec3> = scene
