@@ -127,6 +127,7 @@ fn what_makes_a_field_unreliable_is_told() {
     let cases = [
         (["open.obj", "--spacing", "1"], "the surface is open, with 3 edges of boundary"),
         (["bone.obj", "--spacing", "12"], "the surface spans 2.50 cells"),
+        (["bone.obj", "--spacing", "12"], "89 % of the surface bounds parts thinner than 18.00"),
     ];
     for (arguments, expected) in cases {
         let run = workshop.run("field", &arguments);
