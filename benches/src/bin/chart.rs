@@ -12,7 +12,8 @@ use benches::chart::PICTURES;
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
-    let Some(folder) = arguments.next().map(PathBuf::from) else {
+    let folder = arguments.next().filter(|argument| !argument.starts_with('-'));
+    let Some(folder) = folder.map(PathBuf::from) else {
         eprintln!("usage: chart FOLDER [PICTURE…], where a picture is one of {}", known());
         return ExitCode::from(2);
     };

@@ -6,6 +6,7 @@
 pub mod ccd;
 pub mod curves;
 pub mod detection;
+pub mod medial;
 pub mod sheet;
 pub mod stability;
 
@@ -16,9 +17,10 @@ use std::path::{Path, PathBuf};
 pub type Draw = fn(&Path) -> Result<Vec<PathBuf>, Box<dyn Error>>;
 
 /// Every picture, by its name.
-pub const PICTURES: [(&str, Draw); 4] = [
+pub const PICTURES: [(&str, Draw); 5] = [
     ("detection", detection::run),
     ("costs", detection::costs::run),
     ("stability", stability::run),
     ("ccd", ccd::run),
+    ("medial", medial::run),
 ];

@@ -13,6 +13,10 @@ Written by `cargo run --release -p benches --bin medial docs/accuracy-medial.md`
 
 ## By number of balls
 
+![Error of medial surfaces over their number of balls](chart/medial.svg)
+
+`cargo xtask chart medial` draws this from the table.
+
 *rms* and *95 %* are of the signed distance of the union of balls over the surface, at its vertices by their areas. *surface to balls* and
 *balls to surface* are the bounds that `Deviation` gives: no point of the surface is farther outside of the balls, and no ball reaches farther
 out of the surface; beside each, the most that 100,000 samples apart from those of the fit and of the bound showed. Parts and holes are

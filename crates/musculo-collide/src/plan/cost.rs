@@ -37,10 +37,10 @@ impl Work {
     /// `cargo xtask chart costs` measures them.
     pub const SECONDS: Self = Self {
         refit_faces: 3e-9,
-        compared_faces: 30e-9,
-        field_vertices: 400e-9,
-        tied_vertices: 226e-9,
-        ball_vertices: 1430e-9,
+        compared_faces: 26e-9,
+        field_vertices: 380e-9,
+        tied_vertices: 200e-9,
+        ball_vertices: 1000e-9,
     };
 
     /// In the order of the fields.
