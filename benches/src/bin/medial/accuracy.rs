@@ -56,13 +56,15 @@ pub(crate) fn run(folder: &Path, names: &[String], report: &mut Report) -> Vec<R
     let worker = || {
         let one = ThreadPoolBuilder::new().num_threads(1).build().expect("one thread");
         let mut done = Vec::new();
-        while let Some((k, name)) = at(names, next.fetch_add(1, Ordering::Relaxed)) {
+        loop {
+            let k = next.fetch_add(1, Ordering::Relaxed);
+            let Some(name) = names.get(k) else { return done };
             done.push((k, one.install(|| of_muscle(name))));
         }
-        done
     };
     let mut of_muscles = std::thread::scope(|scope| {
-        let workers = [0; 2].map(|_| scope.spawn(worker));
+        let workers: Vec<_> =
+            (0..rayon::current_num_threads()).map(|_| scope.spawn(worker)).collect();
         workers.into_iter().flat_map(|w| w.join().expect("no panic")).collect::<Vec<_>>()
     });
     of_muscles.sort_by_key(|&(k, _)| k);
@@ -71,10 +73,6 @@ pub(crate) fn run(folder: &Path, names: &[String], report: &mut Report) -> Vec<R
         row.report(report);
     }
     rows
-}
-
-fn at(names: &[String], k: usize) -> Option<(usize, &String)> {
-    Some((k, names.get(k)?))
 }
 
 fn rows(name: &str, body: &Body) -> Vec<Row> {

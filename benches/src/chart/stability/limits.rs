@@ -14,6 +14,13 @@ pub const ROUNDING: f64 = 1e-9;
 /// copies of one contact may be added up.
 pub const SECOND_ORDER_GAIN: f64 = 4.0 / 3.0;
 
+/// The same of the spring's velocity ΔP / h: the step v ← v − g x / h, x ← x + h v
+/// has trace 2 − g and determinant 1.
+pub const SPRING_GAIN: f64 = 4.0;
+
+/// The same of what stops a motion in one step: g copies leave 1 − g of it.
+pub const STOPPING_GAIN: f64 = 2.0;
+
 /// Largest ω h at which a contact spring of damping ratio ζ is stable, 0 where
 /// none is; `None` where all are.
 #[must_use]

@@ -53,39 +53,41 @@ struct Copies {
     most: Option<f64>,
 }
 
+impl Copies {
+    const fn new(name: &'static str, holding: fn(f64) -> Holding, most: Option<f64>) -> Self {
+        Self { name, holding, most }
+    }
+}
+
 /// Springs as accelerations.
 const ACCELERATIONS: [Copies; 2] = [
-    Copies { name: "first order", holding: |gain| Holding::FirstOrder { gain }, most: None },
-    Copies {
-        name: "second order",
-        holding: |gain| Holding::SecondOrder { gain },
-        most: Some(limits::SECOND_ORDER_GAIN),
-    },
+    Copies::new("first order", |gain| Holding::FirstOrder { gain }, None),
+    Copies::new(
+        "second order",
+        |gain| Holding::SecondOrder { gain },
+        Some(limits::SECOND_ORDER_GAIN),
+    ),
 ];
 
 /// Rows that alter positions and velocities, the same under every integrator.
 const ALTERATIONS: [Copies; 4] = [
-    Copies {
-        name: "spring ΔV",
-        holding: |gain| Holding::Hard { row: HardRow::Spring, gain },
-        most: Some(4.0),
-    },
-    Copies {
-        name: "spring ΔV that stops",
-        holding: |gain| Holding::Hard { row: HardRow::SpringToTarget, gain },
-        most: Some(limits::SECOND_ORDER_GAIN),
-    },
-    Copies {
-        name: "reaction ΔV",
-        holding: |gain| Holding::Hard { row: HardRow::Reaction, gain },
-        most: Some(2.0),
-    },
-    Copies {
-        name: "reference ΔP, ΔV",
-        holding: |gain| Holding::Hard { row: HardRow::Reference, gain },
-        most: Some(2.0),
-    },
+    Copies::new("spring ΔV", |gain| hard(HardRow::Spring, gain), Some(limits::SPRING_GAIN)),
+    Copies::new(
+        "spring ΔV that stops",
+        |gain| hard(HardRow::SpringToTarget, gain),
+        Some(limits::SECOND_ORDER_GAIN),
+    ),
+    Copies::new("reaction ΔV", |gain| hard(HardRow::Reaction, gain), Some(limits::STOPPING_GAIN)),
+    Copies::new(
+        "reference ΔP, ΔV",
+        |gain| hard(HardRow::Reference, gain),
+        Some(limits::STOPPING_GAIN),
+    ),
 ];
+
+const fn hard(row: HardRow, gain: f64) -> Holding {
+    Holding::Hard { row, gain }
+}
 
 /// All numbers of the picture.
 #[derive(Clone, Debug)]

@@ -50,23 +50,10 @@ impl Slopes {
                 }
             }
         }
-        let blocks_per_unit = 1.0 / (count(BLOCK) * grid.spacing());
-        let mut slopes = Self {
-            origin: grid.origin(),
-            spacing: grid.spacing(),
-            blocks_per_unit,
-            dims,
-            squared,
-            anywhere: 0.0,
-        };
-        slopes.anywhere = slopes.of_rise(slopes.squared.iter().copied().fold(0.0, f32::max));
-        slopes
-    }
-
-    /// The slope where the square of the rise over a spacing is this.
-    fn of_rise(&self, squared: f32) -> f64 {
-        // The differences and their squares were rounded to 24 bits.
-        f64::from(squared).sqrt() / self.spacing * (1.0 + 1e-6)
+        let (origin, spacing) = (grid.origin(), grid.spacing());
+        let blocks_per_unit = 1.0 / (count(BLOCK) * spacing);
+        let anywhere = slope(squared.iter().copied().fold(0.0, f32::max), spacing);
+        Self { origin, spacing, blocks_per_unit, dims, squared, anywhere }
     }
 
     /// Most that a value changes over a unit of length anywhere in the box of two
@@ -90,13 +77,19 @@ impl Slopes {
                 steepest = blocks.iter().copied().fold(steepest, f32::max);
             }
         }
-        self.of_rise(steepest)
+        slope(steepest, self.spacing)
     }
 
     /// Bytes it holds.
     pub(super) fn bytes(&self) -> usize {
         size_of_val(&self.squared[..])
     }
+}
+
+/// The slope where the square of the rise over a spacing is this.
+fn slope(squared: f32, spacing: f64) -> f64 {
+    // The differences and their squares were rounded to 24 bits.
+    f64::from(squared).sqrt() / spacing * (1.0 + 1e-6)
 }
 
 /// The largest whole number at or below `x`; 0 for what is below that.

@@ -80,15 +80,15 @@ pub(super) fn project(
     let mut inside = inside.iter().peekable();
     let near = |&vertex: &u32| {
         let is_inside = inside.next_if_eq(&&vertex).is_some();
-        let limit = if is_inside { f64::INFINITY } else { reach };
         let position = a.positions()[vertex as usize];
         let (distance, face) = known[vertex as usize];
-        let (face, foot) = if reach > 0.0 && distance <= reach {
-            (face, closest_on_triangle(position, b.corners(face)))
-        } else if reach > 0.0 && !is_inside {
-            return None;
-        } else {
-            nearest(b, position, limit, face, traversal)?
+        // Without any reach, the faces that were offered are not all that are near.
+        let is_known = reach > 0.0 && distance <= reach;
+        let (face, foot) = match (is_known, is_inside) {
+            (true, _) => (face, closest_on_triangle(position, b.corners(face))),
+            (false, true) => nearest(b, position, f64::INFINITY, face, traversal)?,
+            (false, false) if reach > 0.0 => return None,
+            (false, false) => nearest(b, position, reach, face, traversal)?,
         };
         pass_on(a.surface(), vertex, face, known);
         Some(near_vertex(b, vertex, position, is_inside, face, &foot))

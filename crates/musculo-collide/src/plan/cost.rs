@@ -51,6 +51,13 @@ impl Work {
         [refit_faces, compared_faces, field_vertices, tied_vertices, ball_vertices]
     }
 
+    /// From values in the order of the fields.
+    #[must_use]
+    pub const fn from_array(values: [f64; 5]) -> Self {
+        let [refit_faces, compared_faces, field_vertices, tied_vertices, ball_vertices] = values;
+        Self { refit_faces, compared_faces, field_vertices, tied_vertices, ball_vertices }
+    }
+
     /// Seconds on a machine of slowness 1.
     #[must_use]
     pub fn seconds(self) -> f64 {
@@ -80,12 +87,7 @@ impl Add for Work {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
-        Self {
-            refit_faces: self.refit_faces + other.refit_faces,
-            compared_faces: self.compared_faces + other.compared_faces,
-            field_vertices: self.field_vertices + other.field_vertices,
-            tied_vertices: self.tied_vertices + other.tied_vertices,
-            ball_vertices: self.ball_vertices + other.ball_vertices,
-        }
+        let [a, b] = [self, other].map(Self::to_array);
+        Self::from_array(std::array::from_fn(|kind| a[kind] + b[kind]))
     }
 }
