@@ -78,17 +78,25 @@ impl<'a> Depth<'a> {
     /// Depth of a point, negative outside; `-within` where the surface is not nearer than that.
     #[must_use]
     pub fn at(&self, p: DVec3, within: f64, workspace: &mut Workspace) -> f64 {
-        let mut best = (within, -within);
+        self.foot(p, within, workspace).map_or(-within, |(_, depth)| depth)
+    }
+
+    /// The closest point of the surface, and the depth below it; none where the surface is not
+    /// nearer than `within`.
+    #[must_use]
+    pub fn foot(&self, p: DVec3, within: f64, workspace: &mut Workspace) -> Option<(DVec3, f64)> {
+        let (mut nearest, mut best) = (within, None);
         self.tree.nearest(p, within, workspace, |face, _| {
             let foot = closest_on_triangle(p, self.body.corners(face));
             let distance = foot.point.distance(p);
-            if distance < best.0 {
-                let signed = self.normals.signed_distance(&self.body.surface, p, face, &foot);
-                best = (distance, -signed);
+            if distance < nearest {
+                (nearest, best) = (distance, Some((face, foot)));
             }
-            best.0
+            nearest
         });
-        best.1
+        let (face, foot) = best?;
+        let height = self.normals.signed_distance(&self.body.surface, p, face, &foot);
+        Some((foot.point, -height))
     }
 }
 

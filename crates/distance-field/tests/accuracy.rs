@@ -13,14 +13,13 @@
 
 mod common;
 
-use std::f64::consts::FRAC_PI_2;
-
-use common::{Exact, INTERPOLATING, build, points_near};
+use common::{Exact, INTERPOLATING, build};
 use distance_field::{
     BuildOptions, Conversion, DistanceField, Interpolation, Method, NodeValues, Query, Samples,
     Storage, Transform,
 };
 use fixtures::femur::{femur, height};
+use fixtures::sampling::{Errors, Truth, points_near};
 use fixtures::{Mesh, data};
 use surface::glam::DVec3;
 
@@ -38,35 +37,14 @@ fn smooth_femur(cell: f64) -> Mesh {
     femur(cell).mapped(|p| newton(newton(newton(p))))
 }
 
-/// Errors over a set of points: distances in millimetres, directions in degrees.
-#[derive(Clone, Copy, Debug)]
-struct Errors {
-    rms: f64,
-    worst: f64,
-    direction: f64,
-}
-
-/// A point, and the exact signed distance and direction there.
-struct Truth {
-    point: DVec3,
-    distance: f64,
-    direction: DVec3,
-}
-
 /// Truth within 2 mm of the surface; signs are those of the finest field.
 fn truths(mesh: &Mesh, count: u32) -> Vec<Truth> {
     let mut exact = Exact::new(mesh);
     let options = BuildOptions { spacing: 1.0, samples: 0, ..BuildOptions::default() };
     let field = build(mesh, &options).expect("a bone fits");
     let truth = |point: DVec3| {
-        let foot = exact.closest(point);
-        let sampled = field.sample(point, Interpolation::Cubic)?;
-        let distance = foot.distance(point).copysign(sampled.distance);
-        // Nearer than this, neither the sign nor the direction can be told.
-        (distance.abs() > 0.1).then(|| {
-            let direction = (point - foot) / distance;
-            Truth { point, distance, direction }
-        })
+        let side = field.sample(point, Interpolation::Cubic)?.distance;
+        Truth::new(point, exact.closest(point), side)
     };
     points_near(mesh, count, 2.0).into_iter().filter_map(truth).collect()
 }
@@ -75,22 +53,7 @@ fn errors(field: &DistanceField, truths: &[Truth], interpolation: Interpolation)
     let points: Vec<DVec3> = truths.iter().map(|truth| truth.point).collect();
     let mut samples = Samples::default();
     field.ask_all(&points, &Query { interpolation, ..Query::default() }, &mut samples);
-    let (mut squares, mut worst, mut angles) = (0.0, 0.0_f64, 0.0);
-    for ((truth, distance), gradient) in truths.iter().zip(samples.distance).zip(samples.gradient) {
-        let error = (distance - truth.distance).abs();
-        squares += error * error;
-        worst = worst.max(error);
-        // No direction at all is as wrong as one along the surface.
-        let angle = if gradient == DVec3::ZERO {
-            FRAC_PI_2
-        } else {
-            gradient.angle_between(truth.direction)
-        };
-        angles += angle * angle;
-    }
-    let count = truths.len() as f64;
-    let direction = (angles / count).sqrt().to_degrees();
-    Errors { rms: (squares / count).sqrt(), worst, direction }
+    Errors::new(truths, samples.distance.into_iter().zip(samples.gradient))
 }
 
 fn band(band: f64, relax: bool) -> BuildOptions {

@@ -10,6 +10,7 @@
 
 mod common;
 
+use fixtures::sampling::spread;
 use std::time::{Duration, Instant};
 
 use common::build;
@@ -171,7 +172,7 @@ fn plate_found(thickness: f64, options: &BuildOptions) -> (f64, DistanceField) {
     // Asked between the nodes, well away from the rim.
     let (mut found, mut all) = (0.0, 0.0);
     for n in 0..4000 {
-        let at = (common::spread(n) - 0.5) * DVec3::new(30.0, 30.0, thickness);
+        let at = (spread(n) - 0.5) * DVec3::new(30.0, 30.0, thickness);
         let value = field.sample(middle + tilt * at, Interpolation::Trilinear).unwrap();
         all += 1.0;
         found += if value.distance < 0.0 { 1.0 } else { 0.0 };

@@ -8,6 +8,7 @@ use distance_field::{
     BuildOptions, DistanceField, Grid, Interpolation, NodeValues, Pose, Query, Sample, Samples,
     Storage,
 };
+use fixtures::sampling::spread;
 use fixtures::shapes;
 use surface::glam::{DQuat, DVec3};
 
@@ -79,7 +80,7 @@ fn the_cubic_knows_what_nodes_hold() {
     let field = sampled(|p| square(p) - 0.25 * (2.0 + 2.0) / 12.0);
     let field = field.with_nodes(NodeValues::QuasiInterpolating);
     for n in 0..500 {
-        let p = DVec3::new(-2.5, 1.5, 2.5) + common::spread(n) * DVec3::new(4.5, 3.5, 4.0);
+        let p = DVec3::new(-2.5, 1.5, 2.5) + spread(n) * DVec3::new(4.5, 3.5, 4.0);
         let Sample { distance, gradient } = field.sample(p, Interpolation::Cubic).unwrap();
         let slope = DVec3::new(2.0 * p.x, -2.0 * p.z, 2.0 * (p.z - p.y));
         assert!((distance - square(p)).abs() < 1e-5, "{p}: {distance}");
@@ -96,7 +97,7 @@ fn poses_turn_points_in_and_gradients_out() {
     // Not normalised: a pose takes care of that.
     let pose = Pose::new(rotation * 3.0, translation);
     for n in 0..500 {
-        let local = (common::spread(n) - 0.5) * DVec3::new(60.0, 60.0, 24.0);
+        let local = (spread(n) - 0.5) * DVec3::new(60.0, 60.0, 24.0);
         let world = rotation * local + translation;
         for interpolation in ALL {
             let query = Query { interpolation, offset: 0.25, pose };
@@ -117,7 +118,7 @@ fn batches_are_single_answers_and_outside_is_infinite() {
     for storage in [Storage::Dense, Storage::Steps { step: 0.001 }, Storage::Bricks { step: 0.001 }]
     {
         let field = build(&ball, &BuildOptions { storage, ..BuildOptions::default() }).unwrap();
-        let points: Vec<DVec3> = (0..9001).map(|n| (common::spread(n) - 0.5) * 48.0).collect();
+        let points: Vec<DVec3> = (0..9001).map(|n| (spread(n) - 0.5) * 48.0).collect();
         for query in [Query::default(), Query { pose, offset: 0.3, ..Query::default() }] {
             let mut samples = Samples::default();
             field.ask_all(&points, &query, &mut samples);
@@ -175,7 +176,7 @@ fn storage_keeps_what_it_states() {
     assert_eq!(steps.bytes() * 2, dense.bytes());
     assert!(bricks.bytes() < steps.bytes() * 9 / 10, "{} {}", bricks.bytes(), steps.bytes());
     for n in 0..3000 {
-        let p = (common::spread(n) - 0.5) * DVec3::new(110.0, 110.0, 30.0);
+        let p = (spread(n) - 0.5) * DVec3::new(110.0, 110.0, 30.0);
         for interpolation in ALL {
             assert_eq!(steps.sample(p, interpolation), bricks.sample(p, interpolation), "{p}");
         }

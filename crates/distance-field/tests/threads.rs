@@ -9,6 +9,7 @@ use distance_field::{
     BuildOptions, Conversion, Method, NodeValues, Query, Samples, SignRule, Storage, Transform,
 };
 use fixtures::femur::femur;
+use fixtures::sampling::points_near;
 
 fn with_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -43,7 +44,7 @@ fn one_two_and_seven_threads_agree_to_the_bit() {
         seed(Conversion::Conservative, Transform::Meijster),
     ] {
         let one = with_threads(1, || build(&mesh, &options)).expect("a bone fits");
-        let points = common::points_near(&mesh, 20_000, 9.0);
+        let points = points_near(&mesh, 20_000, 9.0);
         let ask = |threads| {
             let mut samples = Samples::default();
             with_threads(threads, || one.ask_all(&points, &Query::default(), &mut samples));

@@ -1,4 +1,4 @@
-//! What the tests share: exact distances, a stream of numbers.
+//! What the tests share: fields and exact distances.
 
 #![allow(dead_code, reason = "each test binary uses a part")]
 
@@ -49,34 +49,4 @@ impl<'a> Exact<'a> {
     pub(crate) fn distance(&mut self, p: DVec3) -> f64 {
         self.closest(p).distance(p)
     }
-}
-
-/// The `n`th of points that fill the unit cube evenly (Roberts 2018).
-pub(crate) fn spread(n: u32) -> DVec3 {
-    let g = 1.220_744_084_605_76;
-    (DVec3::new(1.0 / g, 1.0 / (g * g), 1.0 / (g * g * g)) * (f64::from(n) + 0.5)).fract()
-}
-
-/// Points spread evenly over the area of a mesh, at heights spread evenly over
-/// `-reach..=reach`; with the corners of the face each is over.
-pub(crate) fn points_near(mesh: &Mesh, count: u32, reach: f64) -> Vec<DVec3> {
-    let area = |face: usize| {
-        let [a, b, c] = mesh.corners(face);
-        (b - a).cross(c - a)
-    };
-    let total: f64 = (0..mesh.faces.len()).map(|face| area(face).length()).sum();
-    let mut points = Vec::new();
-    let (mut passed, mut next) = (0.0, 0);
-    for face in 0..mesh.faces.len() {
-        passed += area(face).length();
-        while next < count && passed > total * (f64::from(next) + 0.5) / f64::from(count) {
-            let s = spread(next);
-            let [a, b, c] = mesh.corners(face);
-            let (u, v) = if s.x + s.y > 1.0 { (1.0 - s.x, 1.0 - s.y) } else { (s.x, s.y) };
-            let on = a + u * (b - a) + v * (c - a);
-            points.push(on + (2.0 * s.z - 1.0) * reach * area(face).normalize());
-            next += 1;
-        }
-    }
-    points
 }
