@@ -88,6 +88,7 @@ fn steps_are_kept_from_file_to_file() {
     let apart = (least("a.json") - least("floats.json")).abs();
     assert!(apart > 0.0 && apart < 0.035 + 1e-6, "{apart}");
     assert_eq!(json(&workshop, "c.json")["storage"]["Steps"]["step"].as_f64(), Some(0.07));
+    assert_eq!(json(&workshop, "c.json")["nodes"], "QuasiInterpolating");
 }
 
 #[test]

@@ -161,9 +161,10 @@ fn read_field(
     let _progress = Progress::start("reading", 1);
     let mut field = format.read(path).map_err(|error| named(path, error))?;
     if let Some(step) = arguments.step {
-        let storage = Storage::Steps { step };
+        let (storage, nodes) = (Storage::Steps { step }, field.nodes());
         field = DistanceField::from_values(*field.grid(), field.values(), storage)
-            .map_err(|error| named(path, error))?;
+            .map_err(|error| named(path, error))?
+            .with_nodes(nodes);
     }
     let record = FieldRecord::new(path.display().to_string(), &field, None);
     Ok((field, record))

@@ -1,7 +1,7 @@
 //! What is told of a distance field: its grid, its error, its warnings.
 
 use musculo_collide::distance_field::{
-    BuildOptions, BuildReport, Comparison, DistanceField, Storage, Warning,
+    BuildOptions, BuildReport, Comparison, DistanceField, NodeValues, Storage, Warning,
 };
 use serde::Serialize;
 
@@ -17,6 +17,7 @@ pub(crate) struct FieldRecord {
     pub(crate) least: f32,
     pub(crate) greatest: f32,
     pub(crate) storage: Storage,
+    pub(crate) nodes: NodeValues,
     /// Only what was built here has the rest.
     pub(crate) built: Option<BuiltRecord>,
 }
@@ -41,8 +42,8 @@ impl FieldRecord {
         let (least, greatest) =
             values.iter().fold(ends, |(lo, hi), &value| (lo.min(value), hi.max(value)));
         let (spacing, origin, dims) = (grid.spacing(), grid.origin().to_array(), grid.dims());
-        let storage = field.storage();
-        Self { file, spacing, origin, dims, least, greatest, storage, built }
+        let (storage, nodes) = (field.storage(), field.nodes());
+        Self { file, spacing, origin, dims, least, greatest, storage, nodes, built }
     }
 }
 

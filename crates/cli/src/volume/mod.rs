@@ -4,8 +4,12 @@
 //! Both hold one number a node, x running fastest, in the frame of the mesh that
 //! the field was built from, so that a viewer shows the field over its mesh: a
 //! 32-bit float in the mesh's length unit, or, of a field that is kept in steps, the
-//! 16-bit number of these, and beside them the length of one. NRRD names that frame left–posterior–superior, which
-//! is how 3D Slicer takes mesh files that name none.
+//! 16-bit number of these, and beside them the length of one. NRRD names that frame
+//! left–posterior–superior, which is how 3D Slicer takes mesh files that name none.
+//!
+//! Beside the numbers stands what they are right for, on which cubic interpolation
+//! rests: the nodes themselves, or all that lies between them ([`NodeValues`]). Of a
+//! file that does not say, they are taken to be distances at nodes.
 //!
 //! The data are raw. Nothing else of a field is kept: what is read back has its
 //! grid and its values to the bit, and no build report.
@@ -19,7 +23,7 @@ mod vti;
 use std::path::Path;
 
 use glam::DVec3;
-use musculo_collide::distance_field::{DistanceField, Grid, Storage};
+use musculo_collide::distance_field::{DistanceField, Grid, NodeValues, Storage};
 
 pub(crate) use self::error::VolumeError;
 
@@ -103,6 +107,7 @@ fn whole_steps(value: f32, step: f64) -> i16 {
 fn field(
     (origin, spacing, dims): (DVec3, f64, [usize; 3]),
     values: Values,
+    nodes: NodeValues,
 ) -> Result<DistanceField, VolumeError> {
     let grid = Grid::new(origin, spacing, dims)?;
     let (values, storage) = match values {
@@ -112,7 +117,7 @@ fn field(
             (lengths, Storage::Steps { step })
         }
     };
-    Ok(DistanceField::from_values(grid, values, storage)?)
+    Ok(DistanceField::from_values(grid, values, storage)?.with_nodes(nodes))
 }
 
 /// How many values a grid has, unless no memory could hold them.

@@ -3,7 +3,7 @@
 //! Source: G. Kindlmann, "Definition of NRRD file format", Teem, version 5.
 
 use glam::DVec3;
-use musculo_collide::distance_field::DistanceField;
+use musculo_collide::distance_field::{DistanceField, NodeValues};
 
 use super::{Values, VolumeError, count, field, single};
 
@@ -11,6 +11,9 @@ const FORMAT: &str = "NRRD";
 
 /// Key of the length of a step, where values are whole steps.
 const STEP: &str = "distance step";
+
+/// Key of what values are right for.
+const NODES: &str = "distance nodes";
 
 /// A field as a file with its header attached.
 pub(super) fn encode(field: &DistanceField) -> Vec<u8> {
@@ -27,6 +30,7 @@ pub(super) fn header(field: &DistanceField, values: &Values) -> String {
         Values::Floats(_) => ("", "float", String::new()),
         Values::Steps(_, step) => (" in steps", "short", format!("{STEP}:={step}\n")),
     };
+    let nodes = name(field.nodes());
     format!(
         "NRRD0004
 # Nodes of a signed distance field, in the frame and the length unit of its mesh.
@@ -40,9 +44,18 @@ kinds: domain domain domain
 endian: little
 encoding: raw
 space origin: ({x},{y},{z})
+{NODES}:={nodes}
 {key}
 "
     )
+}
+
+/// What values are right for, by name.
+fn name(nodes: NodeValues) -> &'static str {
+    match nodes {
+        NodeValues::Interpolating => "interpolating",
+        NodeValues::QuasiInterpolating => "quasi-interpolating",
+    }
 }
 
 /// Reads raw floats, doubles or 16-bit steps on a grid along the axes, of one spacing.
@@ -52,7 +65,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<DistanceField, VolumeError> {
     let dims = header.sizes()?;
     let (origin, spacing) = (header.origin()?, header.spacing()?);
     let values = header.values(data, dims)?;
-    field((origin, spacing, dims), values)
+    field((origin, spacing, dims), values, header.nodes()?)
 }
 
 /// What a header says, by name.
@@ -182,11 +195,27 @@ impl<'a> Header<'a> {
 
     /// Length of a step.
     fn step(&self) -> Result<f64, VolumeError> {
-        let Some((_, text)) = self.keys.iter().find(|(key, _)| *key == STEP) else {
+        let Some(text) = self.key(STEP) else {
             let problem = format!("values of 16 bits need a line '{STEP}:=' and the length of one");
             return Err(malformed("header", problem));
         };
-        text.trim().parse().map_err(|_| malformed(STEP, format!("'{text}' is not a length")))
+        text.parse().map_err(|_| malformed(STEP, format!("'{text}' is not a length")))
+    }
+
+    /// What values are right for.
+    fn nodes(&self) -> Result<NodeValues, VolumeError> {
+        let Some(text) = self.key(NODES) else {
+            return Ok(NodeValues::Interpolating);
+        };
+        let known = [NodeValues::Interpolating, NodeValues::QuasiInterpolating];
+        known.into_iter().find(|&nodes| name(nodes) == text).ok_or_else(|| {
+            let [one, other] = known.map(name);
+            malformed(NODES, format!("'{text}' is neither '{one}' nor '{other}'"))
+        })
+    }
+
+    fn key(&self, key: &str) -> Option<&'a str> {
+        self.keys.iter().find(|(known, _)| *known == key).map(|(_, value)| value.trim())
     }
 }
 

@@ -1,5 +1,7 @@
 //! NRRD and VTI volumes written and read back, and files that are none.
 
+use musculo_collide::distance_field::Interpolation;
+
 use super::*;
 
 /// A field of awkward numbers: unequal axes, a spacing and an origin that no
@@ -21,7 +23,8 @@ fn sample_in_steps() -> DistanceField {
 const BOTH: [VolumeFormat; 2] = [VolumeFormat::Nrrd, VolumeFormat::Vti];
 
 fn same(a: &DistanceField, b: &DistanceField) -> bool {
-    a.grid() == b.grid() && a.values() == b.values() && a.storage() == b.storage()
+    let told = |field: &DistanceField| (*field.grid(), field.storage(), field.nodes());
+    told(a) == told(b) && a.values() == b.values()
 }
 
 /// `bytes` with the first `from` in their header replaced.
@@ -37,6 +40,70 @@ fn what_is_written_reads_back_to_the_bit() {
         let again = format.decode(&format.encode(&field)).unwrap();
         assert!(same(&again, &field), "{format:?}");
         assert_eq!(format.encode(&again), format.encode(&field));
+    }
+}
+
+/// The cubic rests on what nodes are right for: it answers with the same bits.
+#[test]
+fn what_nodes_are_right_for_is_kept() {
+    let p = DVec3::new(-0.28, 0.13, 250.29);
+    let cubic = |field: &DistanceField| {
+        let sample = field.sample(p, Interpolation::Cubic).unwrap();
+        (sample.distance.to_bits(), sample.gradient.to_array().map(f64::to_bits))
+    };
+    for field in [sample(), sample_in_steps()] {
+        let quasi = field.clone().with_nodes(NodeValues::QuasiInterpolating);
+        assert_ne!(cubic(&field), cubic(&quasi));
+        for (format, field) in BOTH.into_iter().flat_map(|f| [(f, &field), (f, &quasi)]) {
+            let again = format.decode(&format.encode(field)).unwrap();
+            assert!(same(&again, field), "{format:?} {:?}", again.nodes());
+            assert_eq!(cubic(&again), cubic(field), "{format:?} {:?}", field.nodes());
+        }
+    }
+}
+
+/// Files of other programs do not say: their values are taken as distances at nodes.
+#[test]
+fn nodes_that_nothing_is_said_of_are_distances() {
+    let quasi = sample().with_nodes(NodeValues::QuasiInterpolating);
+    let [nrrd, vti] = BOTH.map(|format| format.encode(&quasi));
+    let without = [
+        (VolumeFormat::Nrrd, with(&nrrd, "distance nodes:=quasi-interpolating\n", "")),
+        (VolumeFormat::Vti, with(&vti, "quasi_interpolating_nodes", "anything_else")),
+    ];
+    for (format, file) in without {
+        assert!(same(&format.decode(&file).unwrap(), &sample()), "{format:?}");
+    }
+}
+
+#[test]
+fn nodes_of_an_unknown_kind_are_refused() {
+    let [nrrd, vti] = BOTH.map(|format| format.encode(&sample()));
+    let cases = [
+        (
+            VolumeFormat::Nrrd,
+            with(&nrrd, "nodes:=interpolating", "nodes:=guessed"),
+            "distance nodes: 'guessed' is neither 'interpolating' nor 'quasi-interpolating'",
+        ),
+        (
+            VolumeFormat::Vti,
+            with(&vti, ">0</", ">2</"),
+            "the array 'quasi_interpolating_nodes' is 2, neither 0 nor 1",
+        ),
+        (
+            VolumeFormat::Vti,
+            with(&vti, ">0</", ">0 1</"),
+            "the array 'quasi_interpolating_nodes' holds 2 numbers, not one",
+        ),
+        (
+            VolumeFormat::Vti,
+            with(&vti, ">0</", ">no</"),
+            "array 'quasi_interpolating_nodes': 'no' is not a number",
+        ),
+    ];
+    for (format, file, expected) in cases {
+        let error = format.decode(&file).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}, not {expected}");
     }
 }
 

@@ -6,8 +6,10 @@
 //!
 //! Source: "VTK XML File Formats", the VTK documentation.
 
+use std::fmt::Display;
+
 use glam::DVec3;
-use musculo_collide::distance_field::DistanceField;
+use musculo_collide::distance_field::{DistanceField, NodeValues};
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
@@ -25,6 +27,10 @@ const NAME: &str = "signed_distance";
 const NAME_IN_STEPS: &str = "signed_distance_in_steps";
 const STEP: &str = "distance_step";
 
+/// Name of the array there that says what values are right for: 0 for the nodes
+/// themselves, 1 for all that lies between them.
+const NODES: &str = "quasi_interpolating_nodes";
+
 /// A field as a file.
 pub(super) fn encode(field: &DistanceField) -> Vec<u8> {
     let values = Values::of(field);
@@ -39,15 +45,22 @@ pub(super) fn encode(field: &DistanceField) -> Vec<u8> {
 pub(super) fn header(field: &DistanceField, values: &Values) -> String {
     let (DVec3 { x, y, z }, h) = (field.grid().origin(), field.grid().spacing());
     let [i, j, k] = field.grid().dims().map(|n| n - 1);
-    let (number, name, field_data) = match values {
+    let (number, name, step) = match values {
         Values::Floats(_) => ("Float32", NAME, String::new()),
-        Values::Steps(_, step) => ("Int16", NAME_IN_STEPS, step_array(*step)),
+        Values::Steps(_, step) => ("Int16", NAME_IN_STEPS, number_array("Float64", STEP, *step)),
     };
+    let nodes = match field.nodes() {
+        NodeValues::Interpolating => 0,
+        NodeValues::QuasiInterpolating => 1,
+    };
+    let nodes = number_array("Int32", NODES, nodes);
     format!(
         r#"<?xml version="1.0"?>
 <VTKFile type="ImageData" version="1.0" byte_order="LittleEndian" header_type="UInt64">
 <ImageData WholeExtent="0 {i} 0 {j} 0 {k}" Origin="{x} {y} {z}" Spacing="{h} {h} {h}" Direction="1 0 0 0 1 0 0 0 1">
-{field_data}<Piece Extent="0 {i} 0 {j} 0 {k}">
+<FieldData>
+{nodes}{step}</FieldData>
+<Piece Extent="0 {i} 0 {j} 0 {k}">
 <PointData Scalars="{name}">
 <DataArray type="{number}" Name="{name}" NumberOfComponents="1" format="appended" offset="0"/>
 </PointData>
@@ -58,11 +71,10 @@ _"#
     )
 }
 
-fn step_array(step: f64) -> String {
+/// An array of the field data that holds one number.
+fn number_array(number_type: &str, name: &str, number: impl Display) -> String {
     format!(
-        r#"<FieldData>
-<DataArray type="Float64" Name="{STEP}" NumberOfTuples="1" format="ascii">{step}</DataArray>
-</FieldData>
+        r#"<DataArray type="{number_type}" Name="{name}" NumberOfTuples="1" format="ascii">{number}</DataArray>
 "#
     )
 }
@@ -91,7 +103,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<DistanceField, VolumeError> {
     };
     let first = document.whole.map_or([0; 3], |extent| extent.0.map(|[first, _]| first));
     let origin = document.origin + document.spacing * DVec3::from_array(first.map(f64::from));
-    field((origin, document.spacing, dims), values)
+    field((origin, document.spacing, dims), values, document.nodes(appended)?)
 }
 
 /// One value a node.
@@ -144,8 +156,9 @@ struct Document {
     active: Option<String>,
     place: Place,
     arrays: Vec<Array>,
-    /// The array with the length of a step.
+    /// The array with the length of a step, and that with what values are right for.
     step: Option<Array>,
+    nodes: Option<Array>,
 }
 
 impl Document {
@@ -231,6 +244,7 @@ impl Document {
         match self.place {
             Place::Points => self.arrays.push(array),
             Place::Field if array.name == STEP => self.step = Some(array),
+            Place::Field if array.name == NODES => self.nodes = Some(array),
             _ => {}
         }
         Ok(())
@@ -242,11 +256,18 @@ impl Document {
             let problem = format!("values of 16 bits need an array '{STEP}' in the field data");
             return Err(malformed(problem));
         };
-        match array.floats(&self.conventions, appended)?[..] {
-            [step] => Ok(step),
-            ref more => {
-                Err(malformed(format!("the array '{STEP}' holds {} numbers, not one", more.len())))
-            }
+        only(array, &array.floats(&self.conventions, appended)?)
+    }
+
+    /// What values are right for.
+    fn nodes(&self, appended: Option<Appended<'_>>) -> Result<NodeValues, VolumeError> {
+        let Some(array) = &self.nodes else {
+            return Ok(NodeValues::Interpolating);
+        };
+        match only(array, &array.integers(&self.conventions, appended)?)? {
+            0 => Ok(NodeValues::Interpolating),
+            1 => Ok(NodeValues::QuasiInterpolating),
+            other => Err(malformed(format!("the array '{NODES}' is {other}, neither 0 nor 1"))),
         }
     }
 
@@ -263,6 +284,17 @@ impl Document {
                 let count = self.arrays.len();
                 malformed(format!("none of {count} arrays at its points is '{NAME}' or active"))
             })
+    }
+}
+
+/// The one number of an array.
+fn only<T: Copy>(array: &Array, numbers: &[T]) -> Result<T, VolumeError> {
+    match *numbers {
+        [number] => Ok(number),
+        _ => {
+            let (name, count) = (&array.name, numbers.len());
+            Err(malformed(format!("the array '{name}' holds {count} numbers, not one")))
+        }
     }
 }
 
