@@ -133,8 +133,8 @@ fn check(bone: &str, mesh: &Mesh, rows: &[Row]) {
         };
         let Errors { rms, worst, direction } = errors(&field, &truths, *interpolation);
         println!("| {name} | {spacing} | {rms:.4} | {worst:.3} | {direction:.2} |");
-        if (*spacing, name.contains("default") || name.contains("cubic")) == (1.0, true) {
-            let told = if name.contains("cubic") { "cubic" } else { "trilinear" };
+        if options == (BuildOptions { spacing: 1.0, ..band(3.0, false) }) {
+            let told = format!("{interpolation:?}").to_lowercase();
             let line = |what, value, allowed| {
                 println!("measured: {bone}, 1 mm, {told}: {what} | {value} | {allowed}");
             };
