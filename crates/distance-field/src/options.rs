@@ -6,8 +6,8 @@
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BuildOptions {
-    /// Distance between nodes, `> 0`. Halving it takes 8 times the memory and
-    /// quarters the error.
+    /// Distance between nodes, `> 0`. Halving it takes 8 times the memory; in the
+    /// band, which then is half as wide, two fifths of the error are left.
     pub spacing: f64,
     /// Room around the surface's box, `>= 0`: how far outside a point is still
     /// answered.
