@@ -66,22 +66,27 @@ struct Row<'a> {
     distance: &'a mut [u32],
 }
 
-fn everywhere(face: &mut [u32], distance: &mut [u32], [nx, ny, nz]: [usize; 3]) {
+fn everywhere(face: &mut [u32], distance: &mut [u32], [nx, ny, _]: [usize; 3]) {
     let planes = face.chunks_mut(nx * ny).zip(distance.chunks_mut(nx * ny)).collect();
     par::for_each(planes, |_, (face, distance)| {
-        let rows = face.chunks_mut(nx).zip(distance.chunks_mut(nx));
-        let mut rows: Vec<Row<'_>> = rows.map(|(face, distance)| Row { face, distance }).collect();
+        let mut rows: Vec<Row<'_>> = rows(face, distance, nx).collect();
         let mut column = Column::default();
         for row in &mut rows {
             column.along(row);
         }
         column.across(&mut rows);
     });
-    let mut walls: Vec<Vec<Row<'_>>> = (0..ny).map(|_| Vec::with_capacity(nz)).collect();
-    for (r, (face, distance)) in face.chunks_mut(nx).zip(distance.chunks_mut(nx)).enumerate() {
-        walls[r % ny].push(Row { face, distance });
-    }
-    par::for_each(walls, |_, mut rows| Column::default().across(&mut rows));
+    let rows = rows(face, distance, nx);
+    par::for_each(par::walls(rows, ny), |_, mut rows| Column::default().across(&mut rows));
+}
+
+fn rows<'a>(
+    face: &'a mut [u32],
+    distance: &'a mut [u32],
+    nx: usize,
+) -> impl Iterator<Item = Row<'a>> {
+    let rows = face.chunks_mut(nx).zip(distance.chunks_mut(nx));
+    rows.map(|(face, distance)| Row { face, distance })
 }
 
 #[derive(Default)]

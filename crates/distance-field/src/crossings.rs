@@ -120,14 +120,3 @@ pub(crate) fn by_row(
         these
     })
 }
-
-/// Volume enclosed by triangles, each counted `times`, about `center`.
-pub(crate) fn signed_volume(
-    triangles: impl Iterator<Item = ([DVec3; 3], i32)>,
-    center: DVec3,
-) -> f64 {
-    let six_fold = |([a, b, c], times): ([DVec3; 3], i32)| {
-        f64::from(times) * (a - center).dot((b - center).cross(c - center))
-    };
-    triangles.map(six_fold).sum::<f64>() / 6.0
-}

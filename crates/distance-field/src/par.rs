@@ -34,6 +34,15 @@ pub(crate) fn map<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync + Send
     (0..count).map(work).collect()
 }
 
+/// The rows of a grid, each one's place along y by its number: one list for each plane across y.
+pub(crate) fn walls<T>(rows: impl Iterator<Item = T>, ny: usize) -> Vec<Vec<T>> {
+    let mut walls: Vec<Vec<T>> = (0..ny).map(|_| Vec::new()).collect();
+    for (r, row) in rows.enumerate() {
+        walls[r % ny].push(row);
+    }
+    walls
+}
+
 /// Sorts; which of two equals comes first is not told.
 pub(crate) fn sort<T: Ord + Send>(list: &mut [T]) {
     #[cfg(feature = "rayon")]

@@ -37,25 +37,29 @@ struct Row<'a> {
 pub(crate) fn spread(
     face: &mut [u32],
     closeness: &mut [i16],
-    [nx, ny, nz]: [usize; 3],
+    [nx, ny, _]: [usize; 3],
     reach: usize,
 ) {
     debug_assert!(reach <= MAX_REACH, "closeness overflows beyond {MAX_REACH}, got {reach}");
     let planes = face.chunks_mut(nx * ny).zip(closeness.chunks_mut(nx * ny)).collect();
     par::for_each(planes, |_, (face, closeness)| {
-        let rows = face.chunks_mut(nx).zip(closeness.chunks_mut(nx));
-        let mut rows: Vec<Row<'_>> =
-            rows.map(|(face, closeness)| Row { face, closeness }).collect();
+        let mut rows: Vec<Row<'_>> = rows(face, closeness, nx).collect();
         for row in &mut rows {
             along_row(row, reach);
         }
         across_rows(&mut rows, reach);
     });
-    let mut walls: Vec<Vec<Row<'_>>> = (0..ny).map(|_| Vec::with_capacity(nz)).collect();
-    for (r, (face, closeness)) in face.chunks_mut(nx).zip(closeness.chunks_mut(nx)).enumerate() {
-        walls[r % ny].push(Row { face, closeness });
-    }
-    par::for_each(walls, |_, mut rows| across_rows(&mut rows, reach));
+    let rows = rows(face, closeness, nx);
+    par::for_each(par::walls(rows, ny), |_, mut rows| across_rows(&mut rows, reach));
+}
+
+fn rows<'a>(
+    face: &'a mut [u32],
+    closeness: &'a mut [i16],
+    nx: usize,
+) -> impl Iterator<Item = Row<'a>> {
+    let rows = face.chunks_mut(nx).zip(closeness.chunks_mut(nx));
+    rows.map(|(face, closeness)| Row { face, closeness })
 }
 
 /// What a seed's closeness is: its distance is 0.

@@ -12,7 +12,7 @@ use crate::par;
 /// where there is none.
 pub(crate) fn transform(
     seeds: &[bool],
-    [nx, ny, nz]: [usize; 3],
+    [nx, ny, _]: [usize; 3],
     transform: Transform,
     squared: &mut [u32],
 ) {
@@ -23,11 +23,9 @@ pub(crate) fn transform(
         }
         across(&mut squared.chunks_mut(nx).collect::<Vec<_>>(), transform);
     });
-    let mut walls: Vec<Vec<&mut [u32]>> = (0..ny).map(|_| Vec::with_capacity(nz)).collect();
-    for (r, row) in squared.chunks_mut(nx).enumerate() {
-        walls[r % ny].push(row);
-    }
-    par::for_each(walls, |_, mut rows| across(&mut rows, transform));
+    par::for_each(par::walls(squared.chunks_mut(nx), ny), |_, mut rows| {
+        across(&mut rows, transform);
+    });
 }
 
 fn along_row(seeds: &[bool], row: &mut [u32]) {

@@ -26,7 +26,7 @@ use glam::DVec3;
 use surface::{Positions, TriangleSurface};
 
 use crate::chain::{Cap, Chain};
-use crate::crossings::{self, Crossing, by_row, cross, side, signed_volume};
+use crate::crossings::{self, Crossing, by_row, cross, side};
 use crate::grid::{Grid, bounds};
 use crate::inside::Inside;
 use crate::par;
@@ -74,6 +74,14 @@ fn volume(surface: &TriangleSurface, x: Positions<'_>, caps: &[Cap]) -> f64 {
     let faces = surface.faces().iter().map(|&face| (x.corners(face), 1));
     let covers = caps.iter().flat_map(|cap| cap.triangles.iter().copied());
     signed_volume(faces.chain(covers), 0.5 * (lo + hi))
+}
+
+/// Volume enclosed by triangles, each counted `times`, about `center`.
+fn signed_volume(triangles: impl Iterator<Item = ([DVec3; 3], i32)>, center: DVec3) -> f64 {
+    let six_fold = |([a, b, c], times): ([DVec3; 3], i32)| {
+        f64::from(times) * (a - center).dot((b - center).cross(c - center))
+    };
+    triangles.map(six_fold).sum::<f64>() / 6.0
 }
 
 /// Crossings of the faces alone, sorted.
