@@ -26,7 +26,8 @@ pub(crate) enum Carried {
 
 impl Carried {
     /// Whether a node lies beyond the band and has a face.
-    fn is_carried(&self, node: usize) -> bool {
+    #[inline]
+    pub(crate) fn is_carried(&self, node: usize) -> bool {
         match self {
             Self::Bounded { closeness, seed } => closeness[node] > 0 && closeness[node] != *seed,
             Self::Everywhere { distance } => distance[node] > 0,

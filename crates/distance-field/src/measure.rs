@@ -26,25 +26,7 @@ pub(crate) fn measure(
     units: &Units<'_>,
     nearest: &mut Nearest,
     carried: &Carried,
-    dims: [usize; 3],
-) {
-    match carried {
-        Carried::Bounded { closeness, seed } => {
-            each_plane(units, nearest, dims, |node| {
-                closeness[node] > 0 && closeness[node] != *seed
-            });
-        }
-        Carried::Everywhere { distance } => {
-            each_plane(units, nearest, dims, |node| distance[node] > 0);
-        }
-    }
-}
-
-fn each_plane(
-    units: &Units<'_>,
-    nearest: &mut Nearest,
     [nx, ny, _]: [usize; 3],
-    is_carried: impl Fn(usize) -> bool + Sync,
 ) {
     let plane = nx * ny;
     let planes = nearest.squared.chunks_mut(plane).zip(nearest.face.chunks(plane)).collect();
@@ -55,7 +37,7 @@ fn each_plane(
                 let node = row + i;
                 if face[node] == 0 {
                     squared[node] = f32::INFINITY;
-                } else if is_carried(k * plane + node) {
+                } else if carried.is_carried(k * plane + node) {
                     let p = DVec3::new(coordinate(i), coordinate(j), coordinate(k));
                     work.add(node, p, face[node] - 1, squared);
                 }
