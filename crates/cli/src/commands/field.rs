@@ -34,8 +34,9 @@ Examples:
 
 NRRD opens in 3D Slicer, VTI in ParaView, in the place of the mesh: both hold 32-bit
 floats in the mesh's own frame and unit, or with --step whole steps in 16 bits, beside
-which they say how long a step is. NRRD calls the frame left-posterior-superior, as
-3D Slicer does with meshes that name none.
+which they say how long a step is. They also say whether nodes hold distances or, as by
+default, values up to an eighth of a spacing off, between which interpolation is right.
+NRRD calls the frame left-posterior-superior, as 3D Slicer does with meshes that name none.
 
 Exit status: 0 it worked, 2 bad input or usage.")]
 pub(crate) struct FieldArguments {
