@@ -9,20 +9,23 @@ use medial::{
     pair_foot, primitive_contacts,
 };
 
-fn coordinate(u: &mut Unstructured<'_>) -> Result<f64> {
-    Ok(f64::from(u.int_in_range(-1000_i32..=1000)?) / 50.0)
+/// Coordinates of points that radii of up to three are far apart among.
+const WIDE: f64 = 20.0;
+
+fn coordinate(u: &mut Unstructured<'_>, size: f64) -> Result<f64> {
+    Ok(size * f64::from(u.int_in_range(-1000_i32..=1000)?) / 1000.0)
 }
 
-fn point(u: &mut Unstructured<'_>) -> Result<DVec3> {
-    Ok(DVec3::new(coordinate(u)?, coordinate(u)?, coordinate(u)?))
+fn point(u: &mut Unstructured<'_>, size: f64) -> Result<DVec3> {
+    Ok(DVec3::new(coordinate(u, size)?, coordinate(u, size)?, coordinate(u, size)?))
 }
 
 /// A few slabs, cones and isolated balls.
-fn medial(u: &mut Unstructured<'_>) -> Result<MedialSurface> {
+fn medial(u: &mut Unstructured<'_>, size: f64) -> Result<MedialSurface> {
     let count = u.int_in_range(3..=14_u32)?;
     let mut balls = Vec::new();
     for _ in 0..count {
-        balls.push(Ball::new(point(u)?, f64::from(u.int_in_range(0_u16..=300)?) / 100.0));
+        balls.push(Ball::new(point(u, size)?, f64::from(u.int_in_range(0_u16..=300)?) / 100.0));
     }
     let mut slabs = Vec::new();
     let mut cones = Vec::new();
@@ -41,10 +44,12 @@ fn medial(u: &mut Unstructured<'_>) -> Result<MedialSurface> {
 #[test]
 fn points_and_balls_meet_what_brute_force_meets() {
     arbtest(|u| {
-        let medial = medial(u)?;
+        // Far apart, or most points in several primitives at once.
+        let size = if u.arbitrary()? { WIDE } else { 4.0 };
+        let medial = medial(u, size)?;
         let mut points = Vec::new();
         for _ in 0..u.int_in_range(1..=20)? {
-            points.push(point(u)?);
+            points.push(point(u, size)?);
         }
         let radii: Vec<f64> = points.iter().map(|p| p.x.abs() / 10.0).collect();
         let radii: Option<&[f64]> = if u.arbitrary()? { Some(&radii) } else { None };
@@ -88,13 +93,14 @@ fn points_and_balls_meet_what_brute_force_meets() {
             }
         }
         Ok(())
-    });
+    })
+    .budget_ms(1500);
 }
 
 #[test]
 fn primitives_meet_what_brute_force_meets() {
     arbtest(|u| {
-        let (a, b) = (medial(u)?, medial(u)?);
+        let (a, b) = (medial(u, WIDE)?, medial(u, WIDE)?);
         let reach = f64::from(u.int_in_range(0_u8..=20)?) / 10.0;
         let trees = [&a, &b].map(|medial| PrimitiveTree::new(medial).unwrap());
         let workspace = &mut Workspace::default();
@@ -131,16 +137,16 @@ fn primitives_meet_what_brute_force_meets() {
 #[test]
 fn a_refitted_tree_finds_moved_balls() {
     arbtest(|u| {
-        let mut medial = medial(u)?;
+        let mut medial = medial(u, WIDE)?;
         let mut tree = PrimitiveTree::new(&medial).unwrap();
         let mut moved = Vec::new();
         for ball in medial.balls() {
-            moved.push(Ball::new(point(u)?, ball.radius * 1.5));
+            moved.push(Ball::new(point(u, WIDE)?, ball.radius * 1.5));
         }
         medial.set_balls(&moved).unwrap();
         tree.refit(&medial).unwrap();
         tree.tree().validate().unwrap();
-        let p = point(u)?;
+        let p = point(u, WIDE)?;
         let slow = (0..u32::try_from(medial.primitives().len()).unwrap())
             .map(|i| medial.foot(p, i, FootRule::Exact).distance)
             .fold(f64::INFINITY, f64::min);

@@ -8,7 +8,7 @@ use glam::DVec3;
 use kdop::{Leaves, Tree, Workspace};
 use medial::{
     Ball, Deviation, FootRule, MedialSurface, Params, Particles, PrimitiveTree, Probes, Reach,
-    Sides, contacts, foot, generate, pair_foot, primitive_contacts, slab_foot,
+    Sides, contacts, contacts_among, foot, generate, pair_foot, primitive_contacts, slab_foot,
 };
 use surface::Contact;
 
@@ -218,6 +218,29 @@ fn m5_a_memory_of_sides_keeps_the_normal() {
         let share = f64::from(wrong) / f64::from(phases);
         assert!((share - (1.0 - r / s).max(0.0)).abs() < 0.01, "s = {s}: {share}");
         assert_eq!(wrong_with_memory, 0, "s = {s}");
+    }
+}
+
+/// A point that went all the way through is out of reach, and deep in contact.
+#[test]
+fn a_point_beyond_the_other_side_stays_in_contact() {
+    let medial = sheet(2.0);
+    let reach = Reach::new(1.0);
+    for most in 1..=3 {
+        let mut sides = Sides::new(1);
+        let seen_at = |z: f64, sides: &mut Sides| {
+            let mut pairs = (0..u32::try_from(medial.primitives().len()).unwrap())
+                .map(|primitive| (0, primitive))
+                .collect();
+            let ball = |_| Ball::new(DVec3::new(1.0, 2.0, z), 0.0);
+            let mut found = Vec::new();
+            let reach = Reach { most, ..reach };
+            contacts_among(&mut pairs, ball, &medial, &reach, Some(sides), &mut found);
+            found.first().map(|contact| contact.gap)
+        };
+        assert_eq!(seen_at(-4.0, &mut Sides::new(1)), None);
+        assert_eq!(seen_at(2.5, &mut sides), Some(0.5));
+        assert_eq!(seen_at(-4.0, &mut sides), Some(-6.0));
     }
 }
 

@@ -19,6 +19,7 @@
 //!   since it was last seen, is told by the normal it was last seen under.
 
 mod primitives;
+mod probe;
 mod sieve;
 
 use glam::DVec3;
@@ -26,16 +27,12 @@ use kdop::{Tree, Workspace};
 use surface::{Contact, Stencil};
 
 pub use self::primitives::{PrimitiveContact, primitive_contacts, primitive_contacts_among};
+use self::probe::Probe;
 use self::sieve::Sieve;
 use crate::{Ball, Foot, FootRule, MedialSurface, PrimitiveTree};
 
 /// Contacts that a point keeps at most: what a groove with three sides needs.
 pub const MOST_CONTACTS: usize = 3;
-
-/// Cosine of the angle within which two normals count as one: 30°. At 10° one
-/// rounded side gives several contacts; at 60° the sides of a shallow groove
-/// become one.
-const DISTINCT_COSINE: f64 = 0.866_025_403_784_438_6;
 
 /// What counts as a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -201,90 +198,6 @@ pub fn contacts_among(
     Counts { bound_tests: 0, sieve_tests: sieve.tests, leaf_tests: sieve.leaf_tests }
 }
 
-/// A point, and the normal it was last seen under, or zero.
-struct Probe {
-    ball: Ball,
-    side: DVec3,
-}
-
-impl Probe {
-    /// Its contacts with all of the primitives, kept in `out`.
-    fn all(
-        &self,
-        pairs: &[(u32, u32)],
-        medial: &MedialSurface,
-        reach: &Reach,
-        sieve: &mut Sieve,
-        out: &mut Vec<PointContact>,
-    ) {
-        let first = out.len();
-        for &pair in pairs {
-            let balls = medial.primitive_balls(pair.1);
-            let p = self.ball.center;
-            let limit = reach.reach + self.ball.radius + sieve::rounding(p, &balls);
-            // On the other side than it was last seen, it may be far and in contact.
-            if self.side == DVec3::ZERO && sieve.away(p, &balls) > limit {
-                continue;
-            }
-            let touch = self.touch(pair, medial, reach.rule, sieve);
-            if touch.gap <= reach.reach {
-                keep(out, first, touch, reach.most);
-            }
-        }
-    }
-
-    /// Its deepest contact. The primitive that it may be deepest in is asked first,
-    /// and parts it from most others. No contact is lost by rounding.
-    fn deepest(
-        &self,
-        pairs: &[(u32, u32)],
-        medial: &MedialSurface,
-        reach: &Reach,
-        sieve: &mut Sieve,
-    ) -> Option<PointContact> {
-        let Ball { center: p, radius } = self.ball;
-        let mut bounds = std::mem::take(&mut sieve.bounds);
-        bounds.clear();
-        bounds.extend(pairs.iter().map(|pair| sieve.away(p, &medial.primitive_balls(pair.1))));
-        let likely = bounds.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
-        let likely = likely.map(|(k, _)| k);
-        let mut least: Option<PointContact> = None;
-        let others = (0..pairs.len()).filter(|&k| Some(k) != likely);
-        for k in likely.into_iter().chain(others) {
-            let balls = medial.primitive_balls(pairs[k].1);
-            let rounding = sieve::rounding(p, &balls);
-            // Of several that are the deepest up to rounding, one is enough.
-            let limit = match least {
-                Some(least) if least.gap <= reach.reach => least.gap - 2.0 * rounding,
-                _ => reach.reach + rounding,
-            } + radius;
-            let parted = bounds[k] > limit
-                || least.is_some_and(|least| sieve.along(least.normal, p, &balls) > limit)
-                || sieve.across(p, &balls) > limit;
-            if parted {
-                continue;
-            }
-            let touch = self.touch(pairs[k], medial, reach.rule, sieve);
-            if least.is_none_or(|least| touch.gap < least.gap) {
-                least = Some(touch);
-            }
-        }
-        sieve.bounds = bounds;
-        least.filter(|least| least.gap <= reach.reach)
-    }
-
-    fn touch(
-        &self,
-        pair: (u32, u32),
-        medial: &MedialSurface,
-        rule: FootRule,
-        sieve: &mut Sieve,
-    ) -> PointContact {
-        sieve.leaf_tests += 1;
-        PointContact::of(pair, self.ball, medial, rule, self.side)
-    }
-}
-
 /// Numbers of the first point and the first ball among the caller's particles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Particles {
@@ -352,25 +265,4 @@ fn normal(p: DVec3, foot: &Foot, balls: &[Ball; 3], side: DVec3) -> DVec3 {
         None if sheet != DVec3::ZERO => sheet,
         None => (b - a).try_normalize().map_or(DVec3::Z, DVec3::any_orthonormal_vector),
     }
-}
-
-/// Keeps `touch` beside those of the same point, from `first` on, that have
-/// distinct normals, or in the place of one that it is deeper than; the least gap
-/// first.
-fn keep(out: &mut Vec<PointContact>, first: usize, touch: PointContact, most: usize) {
-    let alike = |other: &PointContact| other.normal.dot(touch.normal) > DISTINCT_COSINE;
-    if out[first..].iter().any(|other| alike(other) && other.gap <= touch.gap) {
-        return;
-    }
-    let mut end = first;
-    for k in first..out.len() {
-        if !alike(&out[k]) {
-            out[end] = out[k];
-            end += 1;
-        }
-    }
-    out.truncate(end);
-    let place = first + out[first..].partition_point(|other| other.gap <= touch.gap);
-    out.insert(place, touch);
-    out.truncate(first + most);
 }

@@ -4,11 +4,14 @@
 //! For a unit vector u, no ball of a primitive reaches beyond its support
 //! `h(u) = max (u·c + r)` over its three balls, since it is their hull. So a point p
 //! is not nearer to it, and not less deep in it, than `u·p − h(u)`; which costs a
-//! tenth of the exact distance, and is often all that is needed.
+//! tenth of the exact distance, and is often all that is needed. The best direction is
+//! that away from the nearest ball; one near it is found in half the time of that ball.
 
 use glam::DVec3;
 
+use super::probe::Rival;
 use crate::Ball;
+use crate::distance::Touching;
 
 /// How much work a sieve was, and left.
 #[derive(Debug, Default)]
@@ -17,8 +20,8 @@ pub(super) struct Sieve {
     pub(super) tests: u64,
     /// Distances asked for.
     pub(super) leaf_tests: u64,
-    /// Memory for bounds.
-    pub(super) bounds: Vec<f64>,
+    /// Memory for primitives that a point may be the deepest in.
+    pub(super) rivals: Vec<Rival>,
 }
 
 /// Share of the coordinates' size by which rounding may raise a bound: a few
@@ -32,10 +35,25 @@ impl Sieve {
         self.along((p - middle(balls)).normalize_or_zero(), p, balls)
     }
 
-    /// Lower bound of the distance of `p` from a primitive, up to [`rounding`], in the
-    /// direction of its sheet's normal to the side of `p`.
-    pub(super) fn across(&mut self, p: DVec3, balls: &[Ball; 3]) -> f64 {
-        self.along(towards(p - balls[0].center, normal(balls)), p, balls)
+    /// Lower and upper bound of the distance of `p` from a primitive, the lower one up
+    /// to [`rounding`], and a direction that shows the lower one, or nearly.
+    ///
+    /// Of a slab, by the plane that touches its balls and, unless that is farther than
+    /// `limit`, by a ball near the one that `p` is nearest to. Of others nothing is told.
+    pub(super) fn between(&mut self, p: DVec3, balls: &[Ball; 3], limit: f64) -> ([f64; 2], DVec3) {
+        let Some(touching) = Touching::of(p, balls) else {
+            return ([f64::NEG_INFINITY, f64::INFINITY], DVec3::ZERO);
+        };
+        let height = self.along(touching.outward, p, balls);
+        if height > limit {
+            return ([height, f64::INFINITY], touching.outward);
+        }
+        let foot = touching.near_foot(p, balls);
+        if touching.is_above() {
+            return ([height, foot.distance], touching.outward);
+        }
+        let outward = foot.normal(p).unwrap_or(touching.outward);
+        ([height.max(self.along(outward, p, balls)), foot.distance], outward)
     }
 
     /// Lower bound of the distance of `p` from a primitive, up to [`rounding`], in a

@@ -7,18 +7,18 @@ use super::Foot;
 use super::cone::cone_parameter;
 use crate::Ball;
 
-/// Sine of the angle between two sides of a slab's face of centres below which
-/// the slab is handled by its three cones alone.
+/// Sine, squared, of the angle between two sides of a slab's face of centres below
+/// which the slab is handled by its three cones alone.
 ///
-/// Below the root of the machine epsilon the in-plane solve has lost all its
-/// digits, while the cones are within `1e-8` of a side of every ball of the
-/// slab. Relative to the sides, so it holds at any scale.
-const SLIVER_SINE: f64 = 1e-8;
+/// Below it the in-plane solve has lost all its digits, while the cones are within
+/// `1e-8` of a side of every ball of the slab. Relative to the sides, so it holds at
+/// any scale.
+const SLIVER: f64 = 1e-16;
 
-/// Sine below which the cones are looked at even when the stationary point is
-/// inside: the solve then has fewer than half its digits, and a border may be
+/// Sine, squared, below which the cones are looked at even when the stationary point
+/// is inside: the solve then has fewer than half its digits, and a border may be
 /// nearer by rounding.
-const DOUBTFUL_SINE: f64 = 1e-4;
+const DOUBTFUL: f64 = 1e-8;
 
 /// The ball between three balls with the least signed distance to `p`, exactly.
 ///
@@ -39,12 +39,10 @@ const DOUBTFUL_SINE: f64 = 1e-4;
 /// ```
 #[must_use]
 pub fn slab_foot(p: DVec3, balls: &[Ball; 3]) -> Foot {
-    match Plane::of(balls) {
-        Some(plane) => match plane.stationary(p, balls) {
-            Some(weights) if plane.sine > DOUBTFUL_SINE => Foot::at(p, balls, weights),
-            Some(weights) => Foot::at(p, balls, weights).nearer(border_foot(p, balls)),
-            None => border_foot(p, balls),
-        },
+    let Some(plane) = Plane::of(balls) else { return border_foot(p, balls) };
+    match plane.stationary(p, balls).filter(|weights| inside(*weights)) {
+        Some(weights) if plane.sine_squared > DOUBTFUL => Foot::at(p, balls, weights),
+        Some(weights) => Foot::at(p, balls, weights).nearer(border_foot(p, balls)),
         None => border_foot(p, balls),
     }
 }
@@ -57,19 +55,51 @@ pub fn bare_face_foot(p: DVec3, balls: &[Ball; 3]) -> Foot {
     Foot::at(p, balls, closest.barycentric)
 }
 
+/// What the plane that touches a slab's balls tells of a point, without a look at the
+/// slab's border.
+pub(crate) struct Touching {
+    /// Unit normal of the plane, on the side of the point.
+    pub(crate) outward: DVec3,
+    /// Weights of the ball that the plane touches below the point; it is the nearest one
+    /// where none is negative.
+    weights: [f64; 3],
+}
+
+impl Touching {
+    /// `None` where the centres lie on a line, or no plane touches all three balls.
+    pub(crate) fn of(p: DVec3, balls: &[Ball; 3]) -> Option<Self> {
+        let plane = Plane::of(balls)?;
+        let weights = plane.stationary(p, balls)?;
+        Some(Self { outward: plane.outward(p - balls[0].center), weights })
+    }
+
+    /// Whether the point is above the slab, and so its distance that from the plane.
+    pub(crate) fn is_above(&self) -> bool {
+        inside(self.weights)
+    }
+
+    /// A ball of the slab near the one that the point is nearest to: that below it,
+    /// without what has negative weights.
+    pub(crate) fn near_foot(&self, p: DVec3, balls: &[Ball; 3]) -> Foot {
+        let kept = self.weights.map(|weight| weight.max(0.0));
+        let sum: f64 = kept.iter().sum();
+        Foot::at(p, balls, kept.map(|weight| weight / sum))
+    }
+}
+
 /// The plane of a slab's centres with the slope of the radius in it.
 struct Plane {
-    /// Sides from the first centre to the second and the third.
-    sides: [DVec3; 2],
-    normal: DVec3,
+    /// Product of the sides from the first centre to the second and the third, and its
+    /// squared length.
+    cross: DVec3,
+    cross_squared: f64,
     /// Of the angle between the sides.
-    sine: f64,
-    /// Inverse of the sides' Gram matrix: xx, xy, yy.
-    inverse: [f64; 3],
-    /// Gradient of the radius in weights of the second and the third ball.
-    slope: [f64; 2],
-    /// Its squared length, without unit.
-    slope_squared: f64,
+    sine_squared: f64,
+    /// Their dual basis: what a way in the plane changes the weights of the second and
+    /// the third ball by.
+    duals: [DVec3; 2],
+    /// Gradient of the radius.
+    slope: DVec3,
 }
 
 impl Plane {
@@ -77,42 +107,45 @@ impl Plane {
     fn of(balls: &[Ball; 3]) -> Option<Self> {
         let [a, b, c] = balls;
         let (e1, e2) = (b.center - a.center, c.center - a.center);
-        let (g11, g12, g22) = (e1.length_squared(), e1.dot(e2), e2.length_squared());
         let cross = e1.cross(e2);
-        let area = cross.length();
-        let sine = area / (g11 * g22).sqrt();
+        let cross_squared = cross.length_squared();
+        let sine_squared = cross_squared / (e1.length_squared() * e2.length_squared());
         // A NaN, from centres that coincide, is no plane either.
-        if sine.is_nan() || sine <= SLIVER_SINE {
+        if sine_squared.is_nan() || sine_squared <= SLIVER {
             return None;
         }
-        let determinant = area * area;
-        let inverse = [g22 / determinant, -g12 / determinant, g11 / determinant];
-        let growth = [b.radius - a.radius, c.radius - a.radius];
-        let slope = apply(inverse, growth);
-        let slope_squared = slope[0] * growth[0] + slope[1] * growth[1];
-        Some(Self { sides: [e1, e2], normal: cross / area, sine, inverse, slope, slope_squared })
+        let duals = [e2.cross(cross) / cross_squared, cross.cross(e1) / cross_squared];
+        let slope = duals[0] * (b.radius - a.radius) + duals[1] * (c.radius - a.radius);
+        Some(Self { cross, cross_squared, sine_squared, duals, slope })
     }
 
-    /// Weights of the stationary ball, if it lies inside the slab.
+    /// Weights of the stationary ball, which lies inside the slab where none is
+    /// negative. `None` where the radius grows as fast as the way.
     ///
     /// With G the gradient of the radius in the plane and y the height of P
     /// over it, f is stationary at the foot of the perpendicular moved by
     /// `G y / √(1 − |G|²)`.
     fn stationary(&self, p: DVec3, balls: &[Ball; 3]) -> Option<[f64; 3]> {
-        if self.slope_squared >= 1.0 {
+        let rest = 1.0 - self.slope.length_squared();
+        if rest <= 0.0 {
             return None;
         }
         let w = p - balls[0].center;
-        let [foot_b, foot_c] = apply(self.inverse, self.sides.map(|side| side.dot(w)));
-        let lead = w.dot(self.normal).abs() / (1.0 - self.slope_squared).sqrt();
-        let (b, c) = (foot_b + lead * self.slope[0], foot_c + lead * self.slope[1]);
-        let a = 1.0 - b - c;
-        (a >= 0.0 && b >= 0.0 && c >= 0.0).then_some([a, b, c])
+        let lead = w.dot(self.cross).abs() / (self.cross_squared * rest).sqrt();
+        let [b, c] = self.duals.map(|dual| dual.dot(w + lead * self.slope));
+        Some([1.0 - b - c, b, c])
+    }
+
+    /// Unit normal of the plane that touches the three balls, on the side of `w`.
+    fn outward(&self, w: DVec3) -> DVec3 {
+        let rest = (1.0 - self.slope.length_squared()) / self.cross_squared;
+        let up = rest.max(0.0).sqrt().copysign(w.dot(self.cross));
+        (up * self.cross - self.slope).normalize_or_zero()
     }
 }
 
-fn apply([xx, xy, yy]: [f64; 3], [x, y]: [f64; 2]) -> [f64; 2] {
-    [xx * x + xy * y, xy * x + yy * y]
+fn inside(weights: [f64; 3]) -> bool {
+    weights.iter().all(|&weight| weight >= 0.0)
 }
 
 /// The best foot on the three cones at the slab's border.
