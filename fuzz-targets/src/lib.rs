@@ -9,12 +9,18 @@ mod bytes;
 mod files;
 mod geometry;
 
-pub use self::files::{mesh, scene};
+pub use self::files::{mesh, scene, volume};
 pub use self::geometry::{ccd, field, kdop};
 
 /// A target.
 pub type Target = fn(&[u8]);
 
 /// All targets, by the names of their folders in `fuzz/corpus`.
-pub const TARGETS: [(&str, Target); 5] =
-    [("mesh", mesh), ("scene", scene), ("ccd", ccd), ("kdop", kdop), ("field", field)];
+pub const TARGETS: [(&str, Target); 6] = [
+    ("mesh", mesh),
+    ("volume", volume),
+    ("scene", scene),
+    ("ccd", ccd),
+    ("kdop", kdop),
+    ("field", field),
+];

@@ -39,6 +39,10 @@ fn files_of_the_corpus_are_read() {
         let extension = ["ply", "obj", "stl", "vtp", ""][usize::from(bytes[0]) % 5];
         assert!(cli::fuzz::mesh_file(&bytes[1..], extension), "{extension}");
     }
+    for bytes in corpus("volume") {
+        let extension = ["nrrd", "vti"][usize::from(bytes[0]) % 2];
+        assert!(cli::fuzz::volume_file(&bytes[1..], extension), "{extension}");
+    }
     for bytes in corpus("scene") {
         let text = String::from_utf8(bytes).expect("text");
         assert!(cli::fuzz::scene_file(&text) || cli::fuzz::motion_file(&text), "{text}");

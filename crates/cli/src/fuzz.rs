@@ -5,8 +5,10 @@
 
 use std::path::Path;
 
+use musculo_collide::distance_field::Interpolation;
 use musculo_collide::surface::{TriangleSurface, inspect};
 
+use crate::volume::VolumeFormat;
 use crate::{motion, read, scene};
 
 /// A mesh file, recognised by its content or by the extension that it would have.
@@ -23,6 +25,30 @@ pub fn mesh_file(bytes: &[u8], extension: &str) -> bool {
     let surface = TriangleSurface::new(mesh.positions.len(), mesh.faces).expect("valid corners");
     let x = surface.positions(&mesh.positions).expect("finite positions");
     let _ = inspect(&surface, x);
+    true
+}
+
+/// A file of a distance field, recognised by the extension that it would have.
+///
+/// # Panics
+///
+/// Where a field that was read is not the same when it is written and read again, or
+/// has no answer at its first node.
+#[must_use]
+pub fn volume_file(bytes: &[u8], extension: &str) -> bool {
+    let Some(format) = VolumeFormat::of(&Path::new("field").with_extension(extension)) else {
+        return false;
+    };
+    let Ok(field) = format.decode(bytes) else { return false };
+    let file = format.encode(&field);
+    let again = format.decode(&file).expect("a file of our own");
+    assert_eq!((again.grid(), again.nodes()), (field.grid(), field.nodes()));
+    assert!(format.encode(&again) == file, "other values are read back");
+    let node = field.grid().position([0; 3]);
+    for interpolation in [Interpolation::Trilinear, Interpolation::Cubic] {
+        let told = field.sample(node, interpolation).map(|sample| sample.distance);
+        assert!(told.is_some_and(f64::is_finite), "{told:?} at {node}");
+    }
     true
 }
 
