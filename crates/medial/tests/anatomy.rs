@@ -40,6 +40,7 @@ fn rows_do_not_get_worse() {
         ("vastus_lateralis", 50, 0.66),
         ("vastus_lateralis", 200, 0.268),
         ("gluteus_medius", 100, 0.379),
+        ("vastus_intermedius", 400, 0.145),
     ];
     for (name, balls, most) in rows {
         let mesh = data::mesh(&folder.join(format!("vhf_left_thigh_lo/muscle_{name}.ply")));

@@ -66,6 +66,10 @@ fn slab_foot_is_the_least_over_all_balls() {
             .fold(f64::INFINITY, f64::min);
         assert!(exact.distance <= sampled + 1e-12, "{exact:?} above {sampled}");
         assert!(exact.distance >= sampled - grid_error(&balls), "{exact:?} below {sampled}");
+        for [i, j] in [[0, 1], [1, 2], [2, 0]] {
+            let side = cone_foot(p, balls[i], balls[j]).distance;
+            assert!(exact.distance <= side + 1e-12, "{exact:?} above {side} of {i}, {j}");
+        }
         let attained = Ball::interpolate(&balls, exact.weights).distance(p);
         assert!((attained - exact.distance).abs() < 1e-12, "{exact:?} is not attained");
         Ok(())

@@ -93,6 +93,14 @@ fn what_the_surface_misses_least_goes() {
     assert!(rms < 0.0545, "{rms}");
 }
 
+/// Of more than two hundred, as many go as are added where the surface is missed.
+#[test]
+fn many_balls_are_exchanged() {
+    let made = made(&shapes::muscle(), &Params::balls(240)).unwrap();
+    assert_eq!(made.medial.balls().len(), 240);
+    assert!(made.deviation.rms < 0.0302, "{:?}", made.deviation);
+}
+
 /// A capsule needs two balls, up to the facets of its surface.
 #[test]
 fn a_capsule_is_a_cone() {

@@ -45,9 +45,14 @@ pub(crate) struct Row {
 
 /// Measures every muscle, two at a time, and reports what is beyond its bound or
 /// its aim.
-pub(crate) fn run(folder: &Path, names: &[String], report: &mut Report) -> Vec<Row> {
+pub(crate) fn run(
+    folder: &Path,
+    names: &[String],
+    sizes: &[usize],
+    report: &mut Report,
+) -> Vec<Row> {
     let of_muscle = |name: &String| {
-        let rows = rows(name, &muscle(folder, name));
+        let rows = rows(name, &muscle(folder, name), sizes);
         println!("{}", rows.iter().map(Row::line).collect::<String>());
         rows
     };
@@ -75,13 +80,17 @@ pub(crate) fn run(folder: &Path, names: &[String], report: &mut Report) -> Vec<R
     rows
 }
 
-fn rows(name: &str, body: &Body) -> Vec<Row> {
+/// Numbers of balls of the tables.
+pub(crate) fn sizes() -> Vec<usize> {
+    SIZES.iter().map(|&(balls, _)| balls).collect()
+}
+
+fn rows(name: &str, body: &Body, sizes: &[usize]) -> Vec<Row> {
     let x = body.surface.positions(&body.x).expect("finite positions");
-    let sizes = SIZES.map(|(balls, _)| balls);
     let mut clock = Clock::default();
-    let made = generate_each(&body.surface, x, &sizes, &Params::balls(1), |at| clock.tick(at));
+    let made = generate_each(&body.surface, x, sizes, &Params::balls(1), |at| clock.tick(at));
     let made = made.expect("a closed muscle");
-    let seconds = clock.seconds(&sizes);
+    let seconds = clock.seconds(sizes);
     let inside = Topology::of_inside(&body.surface, x).expect("closed");
     let depth = Depth::new(body);
     let row = |(made, seconds): (Generated, f64)| {

@@ -1,7 +1,7 @@
 //! Medial surfaces of real muscles: accuracy, bounds against fresh samples,
 //! topology and time by number of balls; deformation; detection beside surfaces.
 //!
-//! usage: medial \[FILE.md | detection | MUSCLE…\]
+//! usage: medial \[FILE.md | detection | MUSCLE…\] \[--sizes BALLS,…\]
 //!
 //! Reads the meshes below the folder in `MUSCULO_DATA`. With a file, all muscles, and
 //! the tables are written into it; without arguments, four of the hip. Times are of
@@ -23,7 +23,8 @@ const HIP: [&str; 4] = ["gluteus_medius", "gluteus_maximus", "iliacus", "psoas_m
 
 fn main() -> ExitCode {
     let Some(folder) = data::folder() else { return ExitCode::SUCCESS };
-    let named: Vec<String> = std::env::args().skip(1).collect();
+    let mut named: Vec<String> = std::env::args().skip(1).collect();
+    let sizes = sizes(&mut named);
     if named == ["deformation"] {
         println!("{}", deformation::run(&folder));
         return ExitCode::SUCCESS;
@@ -38,7 +39,7 @@ fn main() -> ExitCode {
     };
     let whole = file.is_some() || named.is_empty();
     let mut report = Report::default();
-    let accuracy = accuracy::document(&accuracy::run(&folder, &names, &mut report));
+    let accuracy = accuracy::document(&accuracy::run(&folder, &names, &sizes, &mut report));
     let deformed = if whole { deformation::run(&folder) } else { String::new() };
     let detected =
         if whole || detection_alone { detection::run(&folder, &mut report) } else { String::new() };
@@ -48,4 +49,13 @@ fn main() -> ExitCode {
         None => println!("{text}"),
     }
     report.finish()
+}
+
+/// Takes the numbers of balls out of the arguments: those of the tables, if none are named.
+fn sizes(named: &mut Vec<String>) -> Vec<usize> {
+    let Some(at) = named.iter().position(|name| name == "--sizes") else {
+        return accuracy::sizes();
+    };
+    let numbers: String = named.drain(at..).skip(1).take(1).collect();
+    numbers.split(',').map(|number| number.parse().expect("a number of balls")).collect()
 }

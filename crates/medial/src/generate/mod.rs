@@ -5,7 +5,9 @@
 //!    and across the sheet; the surface's triangles become slabs and cones.
 //! 3. [Refit](refit): the balls that are left, still too many, move until the union
 //!    fits the surface best from both sides; those that are [missed the least](thin)
-//!    by the surface itself go, a few at a time, and the others are fitted again.
+//!    by the surface itself go, a few at a time, and the others are fitted again. Of
+//!    more than two hundred, [neighbours move](replacement) into their places, and some
+//!    are added [where the surface is missed](split) in exchange for others.
 //!
 //! No Delaunay triangulation is needed: every triangle of the surface lies in
 //! the hull of its corners' balls, so the surface is covered before the first
@@ -16,8 +18,10 @@ mod inscribed;
 mod normal_equations;
 mod quadric;
 mod refit;
+mod replacement;
 mod seeds;
 mod shrink;
+mod split;
 mod thin;
 mod tracking;
 
@@ -59,7 +63,7 @@ pub struct Params {
     ///
     /// Without it (0) a slab may leave the shape by many times the error that
     /// the surface's samples see; at 1 the fit shrinks away from the surface to
-    /// avoid the least excess.
+    /// avoid the least excess. Of more than two hundred balls, those count for less.
     pub inscribed_weight: f64,
 }
 

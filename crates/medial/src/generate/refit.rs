@@ -1,5 +1,6 @@
 //! Moving balls so that the union fits the surface best, on both sides of it, and
-//! [taking away](super::thin) those that are missed the least in between.
+//! [taking away](super::thin) those that are missed the least in between. Of many, some
+//! are then [added](super::split) where the surface is missed the most, and as many go.
 //!
 //! Two kinds of residuals are made small in the least-squares sense by the
 //! method of Levenberg and Marquardt:
@@ -16,6 +17,7 @@ use glam::DVec3;
 
 use super::inscribed::Inscribed;
 use super::normal_equations::{NormalEquations, Residual};
+use super::split::split;
 use super::thin::Thinning;
 use super::tracking::Tracking;
 use crate::surface_distance::SurfaceDistance;
@@ -34,14 +36,14 @@ pub(super) struct RefitParams {
 /// balls slide along flat parts of the sheet until the feet of samples are other ones
 /// than the step was solved for, and it has to be tried again; with ten times more the
 /// fit creeps.
-const LEAST_DAMPING: f64 = 1e-2;
+pub(super) const LEAST_DAMPING: f64 = 1e-2;
 
 /// Damping at which no step lowers the cost: rounding is reached.
 const LAST_DAMPING: f64 = 1e6;
 
-/// Share of the cost whose gain ends the fit: 0.2 % of the cost is 0.1 % of the
-/// root mean square error.
-const LEAST_GAIN: f64 = 2e-3;
+/// Share of the cost whose gain ends the fit, of up to [`MANY_BALLS`] and of more: 0.2 %
+/// of the cost is 0.1 % of the root mean square error.
+const LEAST_GAINS: [f64; 2] = [2e-3, 5e-4];
 
 /// Samples for each ball that is to be left, beyond which more hardly improve the
 /// fit. With 60 the balls follow the samples, and what is between them is off by a
@@ -51,36 +53,77 @@ const SAMPLES_PER_BALL: usize = 160;
 /// Samples that are always taken, if the surface has them.
 const LEAST_SAMPLES: usize = 5_000;
 
-/// Samples of which one is taken while there still are too many balls, on a surface
-/// that has fewer samples than are wanted in the end.
+/// Samples of which one is taken while there still are too many balls, where up to
+/// [`MANY_BALLS`] are to be left on a surface that has fewer samples than are wanted in
+/// the end. More balls than that are off by a hundredth less if all are taken.
 const THINNED_OUT: usize = 2;
 
 /// Accepted steps between searches of all primitives for the feet of samples.
 const SEARCH_EVERY: u32 = 4;
 
-/// Steps of the fit between the removal of some balls and of the next.
-const STEPS_BETWEEN: u32 = 2;
+/// Steps of the fit between the removal of some balls and of the next, of up to
+/// [`MANY_BALLS`] and of more: after a careful removal, a second one is of little use.
+const STEPS_BETWEEN: [u32; 2] = [2, 1];
 
 /// Steps before the first.
 const STEPS_BEFORE: u32 = 6;
 
-/// Balls to start from, for `count` to be left: more by three quarters from
-/// [`MANY_BALLS`] on and by a lesser share for fewer, which would take long on a large
-/// surface; and only as far as the surface has the samples to tell which balls are
-/// missed the least. With half as many more, two hundred balls are off by a hundredth
-/// more; with twice as many the fit takes half as long again.
+/// Balls to start from, for `count` to be left: more by three quarters at
+/// [`MANY_BALLS`], up to twice as many for more, and by a lesser share for fewer, which
+/// would take long on a large surface; and only as far as the surface has the samples to
+/// tell which balls are missed the least.
 pub(super) fn balls_at_first(distance: &SurfaceDistance<'_>, count: usize) -> usize {
     let wanted = SAMPLES_PER_BALL.saturating_mul(count).max(1);
-    let more = count.saturating_mul(count.min(MANY_BALLS)) * 3 / (4 * MANY_BALLS);
+    let share = count.saturating_mul(3).min(4 * MANY_BALLS);
+    let more = count.saturating_mul(share) / (4 * MANY_BALLS);
     count + more.saturating_mul(sample_count(distance).min(wanted)) / wanted
 }
 
-/// Numbers from here on start from three quarters more.
+/// Balls of which two hundred and fewer are found quickly; more are worth more time.
 const MANY_BALLS: usize = 200;
+
+/// Rounds in which as many balls as go at a time are added where the surface is missed
+/// the most, and as many go, if there are more than [`MANY_BALLS`]. Each takes a
+/// fourhundredth off the error.
+const EXCHANGES: u32 = 10;
 
 /// Balls that go at a time. Half as many take twice as long.
 fn at_a_time(balls: usize) -> usize {
     10.max(balls / 20)
+}
+
+impl RefitParams {
+    fn are_many(&self) -> bool {
+        self.balls > MANY_BALLS
+    }
+
+    /// What balls that reach out count for. Slabs between many balls are small, and
+    /// leave the shape by little between samples.
+    fn importance_of_reach(&self) -> f64 {
+        self.inscribed_weight * (real(MANY_BALLS) / real(self.balls)).min(1.0).powi(2)
+    }
+
+    fn least_gain(&self) -> f64 {
+        LEAST_GAINS[usize::from(self.are_many())]
+    }
+
+    fn steps_between(&self) -> u32 {
+        STEPS_BETWEEN[usize::from(self.are_many())]
+    }
+
+    /// Samples for the last fit.
+    fn samples(&self) -> usize {
+        LEAST_SAMPLES.max(SAMPLES_PER_BALL * self.balls)
+    }
+
+    /// Samples while there still are too many balls, of this many that the surface has.
+    fn samples_before(&self, all: usize) -> usize {
+        if all < self.samples() && !self.are_many() {
+            LEAST_SAMPLES.max(all / THINNED_OUT)
+        } else {
+            self.samples()
+        }
+    }
 }
 
 /// Moves and resizes the balls of `medial`, and takes away those that are missed the
@@ -91,40 +134,62 @@ pub(super) fn refit(
     params: RefitParams,
     mut progress: impl FnMut(f64),
 ) -> Result<(), MedialError> {
-    let wanted = LEAST_SAMPLES.max(SAMPLES_PER_BALL * params.balls);
-    let all = sample_count(distance);
-    let fewer = if all < wanted { LEAST_SAMPLES.max(all / THINNED_OUT) } else { wanted };
-    let at_first = medial.balls().len();
-    let mut steps = STEPS_BEFORE;
     progress(0.0);
-    while medial.balls().len() > params.balls {
-        let left = medial.balls().len() - params.balls;
-        progress(0.5 - 0.5 * real(left) / real(at_first - params.balls));
-        let fit = settle(medial, distance, params.inscribed_weight, steps, fewer)?;
-        let thinning = Thinning {
-            medial,
-            points: fit.tracking.points(),
-            importance: &fit.importance,
-            feet: &fit.feet,
-        };
-        let Some(thinned) = thinning.thinned(left.min(at_a_time(params.balls)))? else { break };
-        *medial = thinned;
-        steps = STEPS_BETWEEN;
+    let at_first = medial.balls().len();
+    let done = |left: usize| 0.5 - 0.5 * real(left) / real(at_first - params.balls);
+    thin_out(medial, distance, params, STEPS_BEFORE, |left| progress(done(left)))?;
+    let all_went = medial.balls().len() == params.balls;
+    let rounds = if all_went && params.are_many() { EXCHANGES } else { 0 };
+    for round in 0..rounds {
+        progress(0.5 + 0.25 * f64::from(round) / f64::from(rounds));
+        let samples = params.samples_before(sample_count(distance));
+        let fit = settle(medial, distance, params, params.steps_between(), samples)?;
+        *medial = split(medial, &fit.squares(medial), at_a_time(params.balls))?;
+        thin_out(medial, distance, params, params.steps_between(), |_| {})?;
     }
-    progress(0.5);
-    settle(medial, distance, params.inscribed_weight, params.steps, wanted)?;
+    progress(0.75);
+    settle(medial, distance, params, params.steps, params.samples())?;
     Ok(())
 }
 
-/// Moves and resizes the balls in up to so many steps.
+/// Fits the balls, in so many steps at first, and takes away those that are missed the
+/// least, until as few are left as asked for or none can go; tells how many are still to
+/// go.
+fn thin_out(
+    medial: &mut MedialSurface,
+    distance: &SurfaceDistance<'_>,
+    params: RefitParams,
+    mut steps: u32,
+    mut tell: impl FnMut(usize),
+) -> Result<(), MedialError> {
+    let samples = params.samples_before(sample_count(distance));
+    while medial.balls().len() > params.balls {
+        let left = medial.balls().len() - params.balls;
+        tell(left);
+        let fit = settle(medial, distance, params, steps, samples)?;
+        let thinning = Thinning {
+            medial,
+            tracking: &fit.tracking,
+            importance: &fit.importance,
+            feet: &fit.feet,
+            careful: params.are_many(),
+        };
+        let Some(thinned) = thinning.thinned(left.min(at_a_time(params.balls)))? else { break };
+        *medial = thinned;
+        steps = params.steps_between();
+    }
+    Ok(())
+}
+
+/// Moves and resizes the balls in up to so many steps, to up to so many samples.
 fn settle(
     medial: &mut MedialSurface,
     distance: &SurfaceDistance<'_>,
-    inscribed_weight: f64,
+    params: RefitParams,
     steps: u32,
-    wanted: usize,
+    samples: usize,
 ) -> Result<Fit, MedialError> {
-    let mut fit = Fit::new(medial, distance, inscribed_weight, wanted)?;
+    let mut fit = Fit::new(medial, distance, params.importance_of_reach(), samples)?;
     let primitives = medial.primitives().to_vec();
     let mut equations = NormalEquations::new(medial.balls().len(), &primitives);
     let mut damping = LEAST_DAMPING;
@@ -134,7 +199,7 @@ fn settle(
         residuals.iter().for_each(|residual| equations.add(residual));
         let before = total(&residuals);
         let Some(after) = fit.step(medial, &equations, before, &mut damping)? else { break };
-        if before - after < LEAST_GAIN * before {
+        if before - after < params.least_gain() * before {
             break;
         }
         fit.search(medial, distance)?;
@@ -157,7 +222,7 @@ impl Fit {
     fn new(
         medial: &MedialSurface,
         distance: &SurfaceDistance<'_>,
-        inscribed_weight: f64,
+        importance_of_reach: f64,
         wanted: usize,
     ) -> Result<Self, MedialError> {
         let Samples { points, faces, importance } = Samples::of(distance, wanted);
@@ -167,10 +232,19 @@ impl Fit {
         for (foot, face) in feet.iter().zip(faces) {
             beside[foot.primitive as usize] = face;
         }
-        let of_all = inscribed_weight * real(feet.len());
+        let of_all = importance_of_reach * real(feet.len());
         let mut inscribed = Inscribed::new(medial, of_all, &beside);
         inscribed.search(medial, distance);
         Ok(Self { tracking, feet, importance, inscribed, searches: 0 })
+    }
+
+    /// Squares of the samples' distances, by the primitives they are nearest to.
+    fn squares(&self, medial: &MedialSurface) -> Vec<f64> {
+        let mut squares = vec![0.0; medial.primitives().len()];
+        for (nearest, importance) in self.feet.iter().zip(&self.importance) {
+            squares[nearest.primitive as usize] += importance * nearest.foot.distance.powi(2);
+        }
+        squares
     }
 
     /// Searches anew for what touches what, after a step.

@@ -58,6 +58,12 @@ impl Tracking {
         &self.points
     }
 
+    /// The primitives that may be nearest to a point, and some that are not much
+    /// farther.
+    pub(super) fn near(&self, point: u32) -> &[u32] {
+        &self.lists[point as usize].primitives
+    }
+
     /// Makes every list anew.
     pub(super) fn search(&mut self, medial: &MedialSurface) -> Result<(), MedialError> {
         self.tree.refit(medial)?;
