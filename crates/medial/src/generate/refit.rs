@@ -43,7 +43,7 @@ const LAST_DAMPING: f64 = 1e6;
 
 /// Share of the cost whose gain ends the fit, of up to [`MANY_BALLS`] and of more: 0.2 %
 /// of the cost is 0.1 % of the root mean square error.
-const LEAST_GAINS: [f64; 2] = [2e-3, 5e-4];
+const LEAST_GAINS: [f64; 2] = [2e-3, 2e-4];
 
 /// Samples for each ball that is to be left, beyond which more hardly improve the
 /// fit. With 60 the balls follow the samples, and what is between them is off by a
@@ -100,7 +100,7 @@ impl RefitParams {
     /// What balls that reach out count for. Slabs between many balls are small, and
     /// leave the shape by little between samples.
     fn importance_of_reach(&self) -> f64 {
-        self.inscribed_weight * (real(MANY_BALLS) / real(self.balls)).min(1.0).powi(2)
+        self.inscribed_weight * (real(MANY_BALLS) / real(self.balls)).min(1.0).powi(3)
     }
 
     fn least_gain(&self) -> f64 {
