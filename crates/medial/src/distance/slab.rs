@@ -20,6 +20,9 @@ const SLIVER: f64 = 1e-16;
 /// nearer by rounding.
 const DOUBTFUL: f64 = 1e-8;
 
+/// Sine, squared, from which on the signs of weights tell which borders to look at.
+const SLANTED: f64 = 1e-4;
+
 /// The ball between three balls with the least signed distance to `p`, exactly.
 ///
 /// Balls may coincide, lie on a line, or swallow each other.
@@ -40,10 +43,14 @@ const DOUBTFUL: f64 = 1e-8;
 #[must_use]
 pub fn slab_foot(p: DVec3, balls: &[Ball; 3]) -> Foot {
     let Some(plane) = Plane::of(balls) else { return border_foot(p, balls) };
-    match plane.stationary(p, balls).filter(|weights| inside(*weights)) {
-        Some(weights) if plane.sine_squared > DOUBTFUL => Foot::at(p, balls, weights),
-        Some(weights) => Foot::at(p, balls, weights).nearer(border_foot(p, balls)),
-        None => border_foot(p, balls),
+    match plane.stationary(p, balls) {
+        Some(weights) if inside(weights) => {
+            let foot = Foot::at(p, balls, weights);
+            let is_sure = plane.sine_squared > DOUBTFUL;
+            if is_sure { foot } else { foot.nearer(border_foot(p, balls)) }
+        }
+        Some(weights) if plane.sine_squared > SLANTED => foot_beyond(p, balls, weights),
+        _ => border_foot(p, balls),
     }
 }
 
@@ -150,12 +157,23 @@ fn inside(weights: [f64; 3]) -> bool {
 
 /// The best foot on the three cones at the slab's border.
 fn border_foot(p: DVec3, balls: &[Ball; 3]) -> Foot {
-    let [a, b, c] = *balls;
-    let t = cone_parameter(p, a, b);
-    let ab = Foot::at(p, balls, [1.0 - t, t, 0.0]);
-    let t = cone_parameter(p, b, c);
-    let bc = Foot::at(p, balls, [0.0, 1.0 - t, t]);
-    let t = cone_parameter(p, c, a);
-    let ca = Foot::at(p, balls, [t, 0.0, 1.0 - t]);
+    let [ab, bc, ca] = [2, 0, 1].map(|opposite| foot_on_side(p, balls, opposite));
     ab.nearer(bc).nearer(ca)
+}
+
+/// The best foot where the stationary ball is outside of the slab, with some weights
+/// negative: on the cones that it lies beyond. On the way to it from any ball of the
+/// slab f falls, since f is convex, and that way leaves through one of them.
+fn foot_beyond(p: DVec3, balls: &[Ball; 3], weights: [f64; 3]) -> Foot {
+    let feet = (0..3).filter(|&k| weights[k] < 0.0).map(|k| foot_on_side(p, balls, k));
+    feet.reduce(Foot::nearer).unwrap_or_else(|| border_foot(p, balls))
+}
+
+/// The best foot on the cone opposite to a ball.
+fn foot_on_side(p: DVec3, balls: &[Ball; 3], opposite: usize) -> Foot {
+    let [from, to] = [(opposite + 1) % 3, (opposite + 2) % 3];
+    let t = cone_parameter(p, balls[from], balls[to]);
+    let mut weights = [0.0; 3];
+    (weights[from], weights[to]) = (1.0 - t, t);
+    Foot::at(p, balls, weights)
 }
