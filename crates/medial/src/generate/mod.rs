@@ -42,7 +42,8 @@ use crate::{Deviation, MedialError, MedialSurface};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Size {
-    /// So many balls. There may be more where no two are left that could merge.
+    /// So many balls. There may be more where no two are left that could merge. More than
+    /// 200 are fitted with more care, which takes several times as long.
     Balls(usize),
     /// As few balls as bring both bounds of the deviation within this length,
     /// found by doubling and halving: within a tenth of the least number.
