@@ -145,12 +145,12 @@ fn coulomb_stays_in_its_cone_turns_no_slip_and_gains_no_energy() {
         let reaction = Reaction { friction: Friction::coulomb(mu).expect("in range") };
         let change = planted.turn.inverse() * reaction.velocity(&planted.state);
         let after = planted.v + change;
-        // What turning there and back adds, relative to the speed.
-        let (speed, rounding) = (planted.v.length(), 1e-14);
-        assert!(change.truncate().length() <= mu * change.z.abs() + rounding * speed);
-        let slip_kept = after.truncate().dot(planted.v.truncate());
-        assert!(slip_kept >= -rounding * speed * speed, "slip is not reversed");
-        assert!(after.length() <= speed * (1.0 + rounding));
+        assert!(change.truncate().length() <= mu * change.z.abs() * (1.0 + 1e-12) + 1e-15);
+        // Of turning there and back, relative to the speed.
+        let rounding = 8.0 * f64::EPSILON * planted.v.length_squared();
+        let kept = after.truncate().dot(planted.v.truncate());
+        assert!(kept >= -rounding, "slip is not reversed");
+        assert!(after.length_squared() <= planted.v.length_squared() + 1e-14);
         Ok(())
     });
 }

@@ -38,6 +38,7 @@ Neighbouring muscles that touch at rest, pushed 1 and 3 mm into each other. *sur
 that may be within 1 mm, which is not yet to tell which are inside; *vertices × balls* finds the vertices inside with their depths, for the
 exact foot and for that on the bare face; *balls × balls* finds all pairs of primitives that overlap. Counted are tests of four bounds of nine
 directions each, tests of single directions, and leaves: distances of a point from a face, or of a point or a primitive from a primitive.
-A direction costs a tenth of a leaf; that of the plane which touches a slab's balls, asked for some of the vertices, a half. Depths are compared with exact ones, and vertices missed are those inside that are not inside of the balls: with the bound on the distance
-from surface to balls as reach, none is, unless the union has a void there.
+Directions are cheaper than leaves, that of the plane which touches a slab's balls less so than others. Depths are compared with exact ones,
+and vertices missed are those inside that are not inside of the balls: with the bound on the distance from surface to balls as reach, none is,
+unless the union has a void there.
 ";

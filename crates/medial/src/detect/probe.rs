@@ -95,7 +95,7 @@ impl Probe {
         rivals.clear();
         let p = self.ball.center;
         let mut known = f64::INFINITY;
-        // A direction that parted it from others, until it is seen in one itself.
+        // Away from what it is likely to be the deepest in, or else from what it is parted from.
         let mut facing: Option<DVec3> = None;
         for &pair in pairs {
             let balls = medial.primitive_balls(pair.1);

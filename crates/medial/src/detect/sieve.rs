@@ -5,7 +5,7 @@
 //! `h(u) = max (u·c + r)` over its three balls, since it is their hull. So a point p
 //! is not nearer to it, and not less deep in it, than `u·p − h(u)`; which costs a
 //! tenth of the exact distance, and is often all that is needed. The best direction is
-//! that away from the nearest ball; one near it is found in half the time of that ball.
+//! that away from the nearest ball; one near it is found without a look at borders.
 
 use glam::DVec3;
 

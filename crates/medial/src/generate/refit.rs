@@ -83,8 +83,8 @@ pub(super) fn balls_at_first(distance: &SurfaceDistance<'_>, count: usize) -> us
 const MANY_BALLS: usize = 200;
 
 /// Rounds in which as many balls as go at a time are added where the surface is missed
-/// the most, and as many go, if there are more than [`MANY_BALLS`]. Each takes a
-/// fourhundredth off the error.
+/// the most, and as many go, if there are more than [`MANY_BALLS`]. All together take
+/// about a hundredth off the error.
 const EXCHANGES: u32 = 10;
 
 /// Balls that go at a time. Half as many take twice as long.
