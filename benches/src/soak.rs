@@ -9,7 +9,7 @@ use ccd::Params;
 use fixtures::shapes::icosphere;
 use glam::{DQuat, DVec3};
 use musculo_collide::distance_field::Pose;
-use musculo_collide::{BodyId, BodyKind, Detection, Need, Plan, RespondParams, Scene};
+use musculo_collide::{BodyId, BodyKind, Detection, Plan, PlanParams, RespondParams, Scene};
 
 /// Frames until every path was taken, after which memory is watched.
 pub const WARM_UP: u32 = 100;
@@ -76,7 +76,7 @@ impl Sway {
         for (name, x) in ["first", "second"].into_iter().zip(&rest) {
             ids.push(scene.add(name, BodyKind::Deformable, ball.surface(), x.clone())?);
         }
-        let plan = Plan::new(&mut scene, &Need::within(0.5))?;
+        let plan = Plan::new(&mut scene, &PlanParams::with_tolerance(0.5))?;
         Ok(Self { scene, ids, rest, plan, detection: Detection::default(), next: Vec::new() })
     }
 

@@ -20,7 +20,7 @@ fn a_plan_names_methods_reasons_and_what_a_frame_takes() {
     let run = workshop.run("plan", &arguments);
     assert_eq!(run.status, 1, "{}", run.stderr);
     let told = [
-        "tolerance 0.5; reach 0;",
+        "tolerance 0.5; margin 0;",
         "bone    distance field",
         "muscle  tree",
         "muscle  no reduced surface:",
@@ -70,9 +70,9 @@ fn bodies_that_stay_apart_need_nothing() {
 fn needs_that_mean_nothing_are_refused_by_name() {
     let workshop = workshop();
     for (option, value, told) in [
-        ("--tolerance", "0", "a tolerance of 0 cannot be planned for"),
-        ("--reach", "-1", "a reach of -1 cannot be planned for"),
-        ("--travel", "-1", "a travel of -1 cannot be planned for"),
+        ("--tolerance", "0", "tolerance is 0, but must be finite and above 0"),
+        ("--reach", "-1", "margin is -1, but must be finite and at least 0"),
+        ("--travel", "-1", "max_displacement is -1, but must be at least 0"),
         ("--budget", "-1", "a budget of -1 ms cannot be kept to"),
     ] {
         let mut arguments = vec!["bone.obj", "muscle.obj", option, value];

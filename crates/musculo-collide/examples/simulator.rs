@@ -15,7 +15,9 @@ use std::time::{Duration, Instant};
 use fixtures::thigh::thigh;
 use musculo_collide::distance_field::Pose;
 use musculo_collide::glam::{DQuat, DVec3};
-use musculo_collide::{BodyId, BodyKind, CheckParams, Detection, Need, Plan, RespondParams, Scene};
+use musculo_collide::{
+    BodyId, BodyKind, CheckParams, Detection, Plan, PlanParams, RespondParams, Scene,
+};
 
 /// How wrong the depth of a contact may be \[mm\].
 const TOLERANCE: f64 = 0.2;
@@ -94,7 +96,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut muscles: Vec<Muscle> = ids[1..].iter().map(|&id| Muscle::new(id, &scene)).collect();
 
     // Once: how each pair is looked at, and what that needs.
-    let mut plan = Plan::new(&mut scene, &Need::within(TOLERANCE))?;
+    let mut plan = Plan::new(&mut scene, &PlanParams::with_tolerance(TOLERANCE))?;
     println!("{plan}");
     let mut detection = Detection::default();
 
@@ -136,6 +138,6 @@ fn deepest(detection: &Detection) -> f64 {
 
 /// What overlap is left, exactly; no simulator needs this in every step.
 fn exact_depth(scene: &mut Scene) -> Result<f64, Box<dyn Error>> {
-    let reports = scene.check(&CheckParams { reach: 0.0 })?;
+    let reports = scene.check(&CheckParams { margin: 0.0 })?;
     Ok(reports.iter().map(|report| report.max_depth).fold(0.0, f64::max))
 }

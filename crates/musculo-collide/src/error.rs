@@ -115,11 +115,11 @@ pub enum SceneError {
     /// Contacts could not be solved.
     #[error("{0}")]
     Response(#[from] ResponseError),
-    /// A reach that is negative, infinite or not a number.
-    #[error("the reach is {reach}, but must be finite and at least 0")]
-    Reach {
+    /// A margin that is negative, infinite or not a number.
+    #[error("the margin is {margin}, but must be finite and at least 0")]
+    Margin {
         /// The value given.
-        reach: f64,
+        margin: f64,
     },
 }
 

@@ -2,7 +2,7 @@
 //!
 //! A [`Scene`] holds bodies: rigid, deformable or open surfaces, each with a
 //! name. [`Scene::check`] answers, for every pair of bodies that come within
-//! reach of each other, whether they overlap, how deep, where, and how far
+//! the margin of each other, whether they overlap, how deep, where, and how far
 //! apart they are elsewhere.
 //!
 //! Bodies may overlap at rest, deeply or only by their edges; both are found:
@@ -29,7 +29,7 @@
 //! let bone = scene.add("bone", BodyKind::Rigid, TriangleSurface::new(4, faces.clone())?, corners.to_vec())?;
 //! let muscle = scene.add("muscle", BodyKind::Deformable, TriangleSurface::new(4, faces)?, shifted.to_vec())?;
 //!
-//! let reports = scene.check(&CheckParams { reach: 1.0 })?;
+//! let reports = scene.check(&CheckParams { margin: 1.0 })?;
 //! let [pair] = &reports[..] else { panic!("one pair") };
 //! assert_eq!((pair.a, pair.b), (bone, muscle));
 //! assert!(pair.overlaps);
@@ -59,15 +59,15 @@ pub use crate::field::{FieldContact, FieldDetector, FieldFeature, RigidState};
 pub use crate::medial_detector::{MedialContact, MedialDetector, MedialFeature, PrimitiveBall};
 pub use crate::pair::{ContactPatch, NearVertex, PairReport, Region, Side, VertexReport};
 pub use crate::plan::{
-    Detection, LeftOut, Method, Need, NotBuilt, PairDetection, PairPlan, Plan, PlanError,
-    RespondParams, Structure, StructureKind, Work,
+    Detection, DetectionMethod, ExcludedPair, ExclusionReason, OperationCounts, PairDetection,
+    PairPlan, Plan, PlanError, PlanParams, RespondParams, Structure, StructureKind, machine_factor,
 };
 pub use crate::resolve::{
     BodyChange, Obstacle, Remaining, Resolution, ResolveParams, Resolver, Round,
 };
 pub use crate::scene::{Body, BodyId, BodyKind, Scene};
 pub use crate::sweep::{ContactKind, PairSweep, SweepReport, SweptContact};
-pub use crate::unseen::Unseen;
+pub use crate::unseen::PassThrough;
 
 /// Holds the README's example to what the library does.
 #[cfg(doctest)]

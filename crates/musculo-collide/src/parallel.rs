@@ -69,15 +69,3 @@ pub(crate) fn try_each_mut<T: Send, E: Send>(
 ) -> Result<(), E> {
     items.iter_mut().enumerate().try_for_each(|(number, item)| f(number, item))
 }
-
-/// Threads that share the work.
-#[cfg(feature = "rayon")]
-pub(crate) fn threads() -> f64 {
-    crate::plan::count(rayon::current_num_threads())
-}
-
-/// Threads that share the work.
-#[cfg(not(feature = "rayon"))]
-pub(crate) fn threads() -> f64 {
-    1.0
-}

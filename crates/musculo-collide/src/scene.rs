@@ -205,11 +205,11 @@ impl Scene {
         parallel::map_mut(&mut self.bodies, bound).into_iter().collect()
     }
 
-    /// Pairs of bodies whose bounds come within `reach` of each other and that
+    /// Pairs of bodies whose bounds come within `margin` of each other and that
     /// are not ignored, in the order of their ids. Trees must be built.
-    pub(crate) fn pairs_within(&self, reach: f64) -> Vec<(BodyId, BodyId)> {
+    pub(crate) fn pairs_within(&self, margin: f64) -> Vec<(BodyId, BodyId)> {
         let reached: Vec<Dop18> =
-            self.bodies.iter().map(|body| body.tree().root().inflated(reach)).collect();
+            self.bodies.iter().map(|body| body.tree().root().inflated(margin)).collect();
         let touch = |a: BodyId, b: BodyId| reached[a.index()].overlaps(&self.body(b).tree().root());
         self.ids()
             .flat_map(|a| self.ids().skip(a.index() + 1).map(move |b| (a, b)))

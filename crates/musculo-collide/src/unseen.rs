@@ -7,7 +7,7 @@ use crate::{BodyId, ContactKind, PairReport, PairSweep, Scene, SweepReport, Vert
 /// Contacts of a step between two bodies that neither the state before it nor
 /// the one after it shows.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Unseen {
+pub struct PassThrough {
     /// The first body.
     pub a: BodyId,
     /// The second body, of the higher number.
@@ -24,17 +24,17 @@ impl SweepReport {
     /// it, for pairs in the order of the bodies; pairs without anything unseen
     /// are left out.
     #[must_use]
-    pub fn unseen(
+    pub fn pass_throughs(
         &self,
         scene: &Scene,
         before: &[PairReport],
         after: &[PairReport],
-    ) -> Vec<Unseen> {
+    ) -> Vec<PassThrough> {
         let found = |sweep: &PairSweep| {
             let states = [before, after].map(|reports| find(reports, sweep));
-            unseen(scene, sweep, &states)
+            pass_through(scene, sweep, &states)
         };
-        let shows = |unseen: &Unseen| unseen.pair || !unseen.particles.is_empty();
+        let shows = |unseen: &PassThrough| unseen.pair || !unseen.particles.is_empty();
         self.pairs.iter().map(found).filter(shows).collect()
     }
 }
@@ -43,7 +43,11 @@ fn find<'a>(reports: &'a [PairReport], sweep: &PairSweep) -> Option<&'a PairRepo
     reports.iter().find(|report| (report.a, report.b) == (sweep.a, sweep.b))
 }
 
-fn unseen(scene: &Scene, sweep: &PairSweep, states: &[Option<&PairReport>; 2]) -> Unseen {
+fn pass_through(
+    scene: &Scene,
+    sweep: &PairSweep,
+    states: &[Option<&PairReport>; 2],
+) -> PassThrough {
     let inside: BTreeSet<u32> =
         states.iter().flatten().flat_map(|report| particles_inside(scene, report)).collect();
     let met = sweep.contacts.iter().filter(|contact| {
@@ -51,7 +55,7 @@ fn unseen(scene: &Scene, sweep: &PairSweep, states: &[Option<&PairReport>; 2]) -
     });
     let vertices: BTreeSet<u32> =
         met.map(|contact| contact.contact.stencil.terms()[0].particle).collect();
-    Unseen {
+    PassThrough {
         a: sweep.a,
         b: sweep.b,
         pair: !states.iter().flatten().any(|report| report.overlaps),

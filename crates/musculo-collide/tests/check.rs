@@ -99,7 +99,7 @@ fn inside(report: &VertexReport) -> Vec<u32> {
     report.near.iter().filter(|near| near.gap < -1e-9).map(|near| near.vertex).collect()
 }
 
-fn agrees(report: &PairReport, slow: &Slow, reach: f64) {
+fn agrees(report: &PairReport, slow: &Slow, margin: f64) {
     assert_eq!(report.crossing_faces, slow.crossing, "crossing faces");
     assert_eq!(inside(&report.a_against_b), slow.a_inside, "vertices of a inside b");
     assert_eq!(inside(&report.b_against_a), slow.b_inside, "vertices of b inside a");
@@ -109,7 +109,7 @@ fn agrees(report: &PairReport, slow: &Slow, reach: f64) {
             let expected = distances[near.vertex as usize];
             assert!((near.gap.abs() - expected).abs() < 1e-12, "{near:?}, not {expected}");
         }
-        let within = (0_u32..).zip(distances).filter(|(_, d)| **d < reach - 1e-9);
+        let within = (0_u32..).zip(distances).filter(|(_, d)| **d < margin - 1e-9);
         for (vertex, distance) in within {
             let found = side.near.iter().any(|near| near.vertex == vertex);
             assert!(found, "vertex {vertex} at {distance} is missing");
@@ -119,7 +119,7 @@ fn agrees(report: &PairReport, slow: &Slow, reach: f64) {
         Some(distance) => {
             assert!((distance - slow.distance).abs() < 1e-12, "{distance}, not {}", slow.distance);
         }
-        None => assert!(slow.distance >= reach - 1e-9, "{} is within reach", slow.distance),
+        None => assert!(slow.distance >= margin - 1e-9, "{} is within the margin", slow.distance),
     }
 }
 
@@ -129,21 +129,21 @@ fn agrees_with_brute_force() {
     arbtest(|u| {
         let (a, b) = (shape(u)?, shape(u)?);
         let b = if u.ratio(1, 3)? { shrunk_into(u, b, &a)? } else { b };
-        let reach = share(u, 0.0, 3.0)?;
+        let margin = share(u, 0.0, 3.0)?;
         let (mut scene, ids) = scene_of(&[&a, &b]);
-        let reports = scene.check(&CheckParams { reach }).unwrap();
+        let reports = scene.check(&CheckParams { margin }).unwrap();
         let slow = slow(&a, &b);
         let any_inside = !(slow.a_inside.is_empty() && slow.b_inside.is_empty());
         match &reports[..] {
             [report] => {
                 assert_eq!((report.a, report.b), (ids[0], ids[1]));
-                agrees(report, &slow, reach);
+                agrees(report, &slow, margin);
                 let overlaps = any_inside || !slow.crossing.is_empty();
                 assert!(report.overlaps || !overlaps);
                 assert!(overlaps || report.max_depth < 1e-9);
             }
             [] => {
-                assert!(slow.distance > reach - 1e-9 && !any_inside, "{} lost", slow.distance);
+                assert!(slow.distance > margin - 1e-9 && !any_inside, "{} lost", slow.distance);
             }
             _ => unreachable!("two bodies are one pair"),
         }
@@ -162,7 +162,7 @@ fn a_moved_scene_answers_as_a_new_one() {
     arbtest(|u| {
         let (a, b) = (shape(u)?, shape(u)?);
         let moved = b.clone().translated(vector(u, 4.0)?).rotated(DVec3::Y, share(u, 0.0, 1.0)?);
-        let params = CheckParams { reach: 1.0 };
+        let params = CheckParams { margin: 1.0 };
         let (mut scene, ids) = scene_of(&[&a, &b]);
         scene.check(&params).unwrap();
         scene.move_body(ids[1], &moved.positions).unwrap();
@@ -186,7 +186,7 @@ fn contacts_satisfy_their_identity() {
         for (mesh, (name, kind)) in [&bone, &muscle].iter().zip(["a", "b"].iter().zip(kinds)) {
             scene.add(*name, kind, mesh.surface(), mesh.positions.clone()).unwrap();
         }
-        let reports = scene.check(&CheckParams { reach: 1.0 }).unwrap();
+        let reports = scene.check(&CheckParams { margin: 1.0 }).unwrap();
         let contacts = reports[0].contacts(&scene);
         let x = scene.particle_positions();
         assert!(contacts.len() > 20 && contacts.iter().any(|contact| contact.gap < 0.0));
@@ -205,7 +205,7 @@ fn finds_overlap_of_edges_only() {
     let a = beam(DVec3::new(10.0, 1.0, 1.0));
     let b = beam(DVec3::new(1.0, 10.0, 1.0)).rotated(DVec3::Y, 0.125);
     let (mut scene, _) = scene_of(&[&a, &b]);
-    let reports = scene.check(&CheckParams { reach: 0.5 }).unwrap();
+    let reports = scene.check(&CheckParams { margin: 0.5 }).unwrap();
     assert!(reports[0].overlaps && !reports[0].crossing_faces.is_empty());
     let inside = |side: &VertexReport| side.inside_count;
     assert_eq!([inside(&reports[0].a_against_b), inside(&reports[0].b_against_a)], [Ok(0); 2]);
@@ -217,7 +217,7 @@ fn a_body_within_another_overlaps_it() {
     let outer = shapes::icosphere(10.0, 2);
     let inner = shapes::octasphere(2.0, 1).translated(DVec3::X * 3.0);
     let (mut scene, _) = scene_of(&[&outer, &inner]);
-    let report = &scene.check(&CheckParams { reach: 1.0 }).unwrap()[0];
+    let report = &scene.check(&CheckParams { margin: 1.0 }).unwrap()[0];
     assert!(report.overlaps && report.crossing_faces.is_empty());
     assert_eq!(report.b_against_a.inside_count, Ok(inner.positions.len()));
     assert_eq!(report.a_against_b.inside_count, Ok(0));
@@ -233,7 +233,7 @@ fn a_vertex_on_the_wall_hides_no_neighbour() {
     let mesh = shapes::tetrahedron(1.0);
     let guest = Mesh { positions: positions.map(DVec3::from).to_vec(), ..mesh };
     let (mut scene, _) = scene_of(&[&room, &guest]);
-    let report = &scene.check(&CheckParams { reach: 0.0 }).unwrap()[0];
+    let report = &scene.check(&CheckParams { margin: 0.0 }).unwrap()[0];
     assert_eq!(report.b_against_a.inside_count, Ok(3));
     assert!(report.overlaps && report.crossing_faces.is_empty());
     assert_eq!(report.distance, Some(0.0));
@@ -244,7 +244,7 @@ fn touching_is_not_overlap() {
     let a = shapes::cube(2.0);
     let b = shapes::cube(2.0).translated(DVec3::X * 2.0);
     let (mut scene, _) = scene_of(&[&a, &b]);
-    let report = &scene.check(&CheckParams { reach: 0.5 }).unwrap()[0];
+    let report = &scene.check(&CheckParams { margin: 0.5 }).unwrap()[0];
     assert!(!report.overlaps, "{report:?}");
     assert_eq!((report.distance, report.min_gap, report.max_depth), (Some(0.0), Some(0.0), 0.0));
 }
@@ -255,7 +255,7 @@ fn says_what_has_no_inside() {
     holed.faces.swap_remove(17);
     let ball = shapes::octasphere(2.0, 1).translated(DVec3::X * 9.5);
     let (mut scene, ids) = scene_of(&[&holed, &ball]);
-    let report = &scene.check(&CheckParams { reach: 1.0 }).unwrap()[0];
+    let report = &scene.check(&CheckParams { margin: 1.0 }).unwrap()[0];
     assert!(report.overlaps && !report.crossing_faces.is_empty());
     let refused = report.b_against_a.inside_count;
     assert!(matches!(refused, Err(NoInside::OddEdges { count: 3, faces: 1, .. })), "{refused:?}");
@@ -281,9 +281,9 @@ fn refuses_bad_scenes() {
     broken.positions[3].y = f64::NAN;
     let message = add(&mut scene, "broken", &broken).unwrap_err().to_string();
     assert!(message.contains("\"broken\": vertex 3 is at"), "{message}");
-    for reach in [-1.0, f64::NAN, f64::INFINITY] {
-        let refused = scene.check(&CheckParams { reach });
-        assert!(matches!(refused, Err(SceneError::Reach { .. })), "{refused:?}");
+    for margin in [-1.0, f64::NAN, f64::INFINITY] {
+        let refused = scene.check(&CheckParams { margin });
+        assert!(matches!(refused, Err(SceneError::Margin { .. })), "{refused:?}");
     }
 }
 
@@ -292,7 +292,7 @@ fn ignored_pairs_are_left_out() {
     let ball = shapes::octasphere(2.0, 1);
     let (mut scene, ids) = scene_of(&[&ball, &ball, &ball]);
     scene.ignore(ids[2], ids[0]);
-    let reports = scene.check(&CheckParams { reach: 0.0 }).unwrap();
+    let reports = scene.check(&CheckParams { margin: 0.0 }).unwrap();
     let pairs: Vec<_> = reports.iter().map(|report| (report.a.index(), report.b.index())).collect();
     assert_eq!(pairs, [(0, 1), (1, 2)]);
 }
@@ -309,7 +309,7 @@ fn threads_change_no_bit() {
     let bodies: Vec<&Mesh> = bodies.iter().collect();
     let check = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        pool.install(|| scene_of(&bodies).0.check(&CheckParams { reach: 2.0 }).unwrap())
+        pool.install(|| scene_of(&bodies).0.check(&CheckParams { margin: 2.0 }).unwrap())
     };
     let one = check(1);
     assert!(one.len() > 7);

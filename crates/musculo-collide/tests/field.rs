@@ -83,9 +83,9 @@ fn vertices_agree_with_the_exact_check() {
     let (bone, muscle) = (bone(), shapes::ellipsoid(DVec3::new(6.0, 8.0, 6.0), 4));
     let muscle = muscle.translated(DVec3::new(8.0, 3.0, 4.0));
     let field = field_of(&bone);
-    let (bound, reach) = (stated(&field), 1.0);
+    let (bound, margin) = (stated(&field), 1.0);
     let (mut scene, id) = scene_of(&muscle);
-    let detector = FieldDetector::new(&field, reach).unwrap();
+    let detector = FieldDetector::new(&field, margin).unwrap();
     let contacts = scene.field_contacts(id, &detector, &RigidState::at(Pose::IDENTITY)).unwrap();
     assert_sound(&contacts, &scene);
     let by_field = |vertex: u32| {
@@ -93,12 +93,12 @@ fn vertices_agree_with_the_exact_check() {
     };
 
     scene.add("bone", BodyKind::Rigid, bone.surface(), bone.positions.clone()).unwrap();
-    let reports = scene.check(&CheckParams { reach: reach + 0.5 }).unwrap();
+    let reports = scene.check(&CheckParams { margin: margin + 0.5 }).unwrap();
     let [pair] = &reports[..] else { panic!("one pair") };
     let (mut worst, mut turned, mut count) = (0.0_f64, 0.0_f64, 0);
     for near in pair.a_against_b.near.iter().filter(|near| near.gap > -2.0 * SPACING) {
         let Some(FieldContact { contact, .. }) = by_field(near.vertex) else {
-            assert!(near.gap > reach - bound, "vertex {} at {} is lost", near.vertex, near.gap);
+            assert!(near.gap > margin - bound, "vertex {} at {} is lost", near.vertex, near.gap);
             continue;
         };
         worst = worst.max((contact.gap - near.gap).abs());
@@ -327,7 +327,7 @@ fn anchors_move_with_the_bone() {
 #[test]
 fn what_is_far_or_wrong_is_answered() {
     let field = field_of(&bone());
-    assert_eq!(FieldDetector::new(&field, -1.0).unwrap_err(), SceneError::Reach { reach: -1.0 });
+    assert_eq!(FieldDetector::new(&field, -1.0).unwrap_err(), SceneError::Margin { margin: -1.0 });
     assert!(FieldDetector::new(&field, f64::NAN).is_err());
     let (mut scene, id) = scene_of(&shapes::icosphere(3.0, 1));
     let detector = FieldDetector::new(&field, 0.0).unwrap();

@@ -29,8 +29,8 @@ fn add(scene: &mut Scene, name: &str, kind: BodyKind, mesh: &Mesh) -> BodyId {
     scene.add(name, kind, mesh.surface(), mesh.positions.clone()).expect("a body")
 }
 
-fn detector(scene: &Scene, body: BodyId, balls: usize, reach: f64) -> MedialDetector {
-    MedialDetector::new(scene, body, reach, &Params::balls(balls), |_| {}).expect("a closed body")
+fn detector(scene: &Scene, body: BodyId, balls: usize, margin: f64) -> MedialDetector {
+    MedialDetector::new(scene, body, margin, &Params::balls(balls), |_| {}).expect("a closed body")
 }
 
 /// Two bodies that overlap, and a third elsewhere, so that particles are numbered
@@ -104,7 +104,7 @@ fn vertices_meet_what_brute_force_meets() {
 }
 
 /// Beside exact detection, gaps outside and near the border are off by no more
-/// than the two bounds, and with a reach of the bound no vertex inside is missed.
+/// than the two bounds, and with a margin of the bound no vertex inside is missed.
 #[test]
 fn gaps_agree_with_the_exact_check() {
     let (mut scene, a, b) = overlapping(DVec3::new(3.0, 2.0, 13.0));
@@ -114,7 +114,7 @@ fn gaps_agree_with_the_exact_check() {
     assert!(largest < 0.8, "{largest}");
     medial = MedialDetector::from_surface(&scene, b, bound, medial.medial().clone()).unwrap();
     let contacts = scene.medial_contacts(a, &mut medial).unwrap();
-    let reports = scene.check(&CheckParams { reach: 1.0 }).unwrap();
+    let reports = scene.check(&CheckParams { margin: 1.0 }).unwrap();
     let [pair] = &reports[..] else { panic!("one pair") };
     let (mut worst, mut turned, mut inside) = (0.0_f64, 0.0_f64, 0);
     for near in &pair.a_against_b.near {
@@ -228,13 +228,13 @@ fn ball_field(radius: f64, padding: f64, truncate: Option<f64>) -> DistanceField
 /// sampling of every primitive.
 #[test]
 fn bones_meet_what_brute_force_meets() {
-    let (bone, reach) = (6.0, 0.3);
+    let (bone, margin) = (6.0, 0.3);
     let field = ball_field(bone, 9.0, None);
     let mut scene = Scene::new();
     add(&mut scene, "elsewhere", BodyKind::Rigid, &shapes::cube(1.0).translated(DVec3::X * 900.0));
     let id = add(&mut scene, "muscle", BodyKind::Deformable, &muscle());
     let mut medial = detector(&scene, id, 24, 0.0);
-    let touch = FieldDetector::new(&field, reach).unwrap();
+    let touch = FieldDetector::new(&field, margin).unwrap();
     // Of the field's values, and of the round bone's faces.
     let tolerance = 0.05 + touch.ball_tolerance();
     let (mut balls, mut between) = (0, 0);
@@ -261,16 +261,16 @@ fn bones_meet_what_brute_force_meets() {
                     assert!(is_tip || found.contact.normal.dot(away) > 0.99, "{away} {found:?}");
                     balls += 1;
                 }
-                None => assert!(gap(ball) > reach - tolerance, "ball {number} {}", gap(ball)),
+                None => assert!(gap(ball) > margin - tolerance, "ball {number} {}", gap(ball)),
             }
         }
         for (number, corners) in (0_u32..).zip(medial.primitives()) {
             let corners = corners.map(|ball| medial.balls()[ball as usize]);
-            let is_out = corners.iter().all(|&ball| gap(ball) > reach + tolerance);
+            let is_out = corners.iter().all(|&ball| gap(ball) > margin + tolerance);
             let lowest = weights().map(|w| gap(Ball::interpolate(&corners, w)));
             let lowest = lowest.fold(f64::INFINITY, f64::min);
             let found = contacts.iter().find(|found| found.ball.primitive == number);
-            if is_out && lowest < reach - tolerance {
+            if is_out && lowest < margin - tolerance {
                 let found = found.unwrap_or_else(|| panic!("primitive {number} at {lowest}"));
                 assert!(found.contact.gap <= lowest + tolerance, "{lowest} {found:?}");
                 between += 1;
@@ -409,10 +409,10 @@ fn grooves_have_two_sides() {
 fn what_is_wrong_is_named() {
     let (mut scene, a, b) = overlapping(DVec3::Z);
     let params = Params::balls(20);
-    let new = |scene: &Scene, body, reach, params: &Params| {
-        MedialDetector::new(scene, body, reach, params, |_| {})
+    let new = |scene: &Scene, body, margin, params: &Params| {
+        MedialDetector::new(scene, body, margin, params, |_| {})
     };
-    assert_eq!(new(&scene, a, -1.0, &params).unwrap_err(), SceneError::Reach { reach: -1.0 });
+    assert_eq!(new(&scene, a, -1.0, &params).unwrap_err(), SceneError::Margin { margin: -1.0 });
     assert!(new(&scene, a, f64::NAN, &params).is_err());
     let none = new(&Scene::new(), a, 0.0, &params).unwrap_err();
     assert_eq!(none, SceneError::NoSuchBody { index: 1, count: 0 });

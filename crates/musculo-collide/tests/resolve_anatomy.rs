@@ -10,7 +10,7 @@ use std::time::Instant;
 use fixtures::data;
 use musculo_collide::{BodyId, BodyKind, CheckParams, PairReport, ResolveParams, Scene};
 
-const OVERLAP: CheckParams = CheckParams { reach: 0.0 };
+const OVERLAP: CheckParams = CheckParams { margin: 0.0 };
 
 /// Bones are told by their names.
 fn scene(folder: &std::path::Path) -> Scene {

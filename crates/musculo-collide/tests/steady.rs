@@ -3,7 +3,7 @@
 use fixtures::shapes::icosphere;
 use musculo_collide::distance_field::Pose;
 use musculo_collide::glam::{DQuat, DVec3};
-use musculo_collide::{BodyKind, Detection, Need, Plan, Scene};
+use musculo_collide::{BodyKind, Detection, Plan, PlanParams, Scene};
 
 /// Turns the bone and sways the muscles, as far in every fourth frame again.
 fn pose(scene: &mut Scene, frame: u32, x: &mut [Vec<DVec3>; 2]) {
@@ -28,7 +28,7 @@ fn no_frame_after_the_first_few_allocates() {
     for (name, x) in ["first", "second"].into_iter().zip(&x) {
         scene.add(name, BodyKind::Deformable, ball.surface(), x.clone()).expect("a muscle");
     }
-    let mut plan = Plan::new(&mut scene, &Need::within(0.5)).expect("a plan");
+    let mut plan = Plan::new(&mut scene, &PlanParams::with_tolerance(0.5)).expect("a plan");
     let mut detection = Detection::default();
 
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");

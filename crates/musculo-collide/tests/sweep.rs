@@ -93,7 +93,7 @@ fn free_step_is_free() {
     arbtest(|u| {
         let [a, b, a1, b1] = two_bodies(u)?;
         let (mut scene, ids) = scene_of(&[&a, &b]);
-        let params = CheckParams { reach: 0.0 };
+        let params = CheckParams { margin: 0.0 };
         if scene.check(&params).unwrap().iter().any(|pair| pair.overlaps) {
             return Ok(());
         }
@@ -121,14 +121,14 @@ fn passing_through_is_seen() {
     let ball = shapes::octasphere(3.0, 2).translated(DVec3::new(1.3, 0.7, 20.0));
     let beyond = ball.clone().translated(DVec3::Z * -40.0);
     let (mut scene, ids) = scene_of(&[&plate, &ball]);
-    let params = CheckParams { reach: 1.0 };
+    let params = CheckParams { margin: 1.0 };
     let before = scene.check(&params).unwrap();
     assert!(before.is_empty(), "apart at the start");
     let report = scene.sweep(&[(ids[1], &beyond.positions)], &ccd::Params::EXACT).unwrap();
     scene.move_body(ids[1], &beyond.positions).unwrap();
     let after = scene.check(&params).unwrap();
     assert!(after.is_empty(), "apart at the end");
-    let unseen = report.unseen(&scene, &before, &after);
+    let unseen = report.pass_throughs(&scene, &before, &after);
     assert!(unseen[0].pair);
     let through = scene.body(ids[1]).particles();
     let ball_particles = unseen[0].particles.iter().filter(|&particle| through.contains(particle));
@@ -151,13 +151,13 @@ fn staying_inside_is_not_unseen() {
     let ball = shapes::octasphere(1.0, 1).translated(DVec3::new(1.3, 0.7, top.z + 2.0));
     let within = ball.clone().translated(DVec3::Z * -5.0);
     let (mut scene, ids) = scene_of(&[&plate, &ball]);
-    let params = CheckParams { reach: 0.0 };
+    let params = CheckParams { margin: 0.0 };
     let before = scene.check(&params).unwrap();
     let report = scene.sweep(&[(ids[1], &within.positions)], &ccd::Params::EXACT).unwrap();
     scene.move_body(ids[1], &within.positions).unwrap();
     let after = scene.check(&params).unwrap();
     assert!(report.largest_free_step < 1.0 && after[0].overlaps);
-    assert_eq!(report.unseen(&scene, &before, &after), []);
+    assert_eq!(report.pass_throughs(&scene, &before, &after), []);
 }
 
 #[test]

@@ -10,14 +10,16 @@ use std::time::Instant;
 
 use distance_field::Pose;
 use glam::{DQuat, DVec3};
-use musculo_collide::{BodyId, Detection, Method, Need, Plan, Scene, Work};
+use musculo_collide::{
+    BodyId, Detection, DetectionMethod, OperationCounts, Plan, PlanParams, Scene, machine_factor,
+};
 
 use super::question::{Pairs, Question};
 use super::scene::{FRAMES, Moving};
 use crate::chart::curves::machine;
 use crate::chart::sheet::{Cell, Sheet};
 
-/// Names of the kinds of work, in the order of [`Work::to_array`].
+/// Names of the kinds of work, in the order of [`OperationCounts::to_array`].
 const KINDS: [&str; 5] = [
     "face refitted",
     "face compared with another body's",
@@ -39,7 +41,7 @@ const PRESSED: usize = FRAMES as usize / 2;
 const ROUNDS: u32 = 25;
 const AWAY: DVec3 = DVec3::new(1e4, 0.0, 0.0);
 
-/// What a plan had to do in a frame, and how long that took on a machine of slowness 1.
+/// What a plan had to do in a frame, and how long that took on the reference machine.
 struct Timed {
     plan: String,
     work: [f64; 5],
@@ -56,11 +58,13 @@ pub fn run(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
     let timed = pool.install(|| measure().map_err(|error| error.to_string()))?;
     let seconds = explain(&timed);
     let mut rows: Vec<Vec<Cell>> = Vec::new();
-    for (kind, (found, used)) in KINDS.iter().zip(seconds.iter().zip(Work::SECONDS.to_array())) {
+    for (kind, (found, used)) in
+        KINDS.iter().zip(seconds.iter().zip(OperationCounts::SECONDS.to_array()))
+    {
         rows.push(vec![Cell::text(kind), Cell::Number(1e9 * found), Cell::Number(1e9 * used)]);
     }
     for Timed { plan, work, seconds } in &timed {
-        let used = product(work, &Work::SECONDS.to_array());
+        let used = product(work, &OperationCounts::SECONDS.to_array());
         rows.push(vec![Cell::text(plan), Cell::Number(1e9 * seconds), Cell::Number(1e9 * used)]);
     }
     let settings = vec![("time", TIME.to_owned()), ("machine", machine())];
@@ -68,16 +72,16 @@ pub fn run(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
     Ok(Sheet { name: "costs", svg: None, settings, columns, rows }.write(folder)?)
 }
 
-const TIME: &str = "least of several frames, over the slowness of the machine in the same moment; of the kinds of work, what explains the frames of all plans best";
+const TIME: &str = "least of several frames, over the machine factor of the same moment; of the kinds of work, what explains the frames of all plans best";
 
 fn measure() -> Result<Vec<Timed>, Box<dyn Error>> {
     let moving = Moving::fixture();
     let mut timed = Vec::new();
     for (of, method, count) in [
-        (Pairs::Bone, Method::Field, WITH_FIELDS),
-        (Pairs::Bone, Method::Surfaces, TOLERANCES.len()),
-        (Pairs::Muscles, Method::Surfaces, TOLERANCES.len()),
-        (Pairs::Muscles, Method::Medial, WITH_BALLS),
+        (Pairs::Bone, DetectionMethod::Field, WITH_FIELDS),
+        (Pairs::Bone, DetectionMethod::Surfaces, TOLERANCES.len()),
+        (Pairs::Muscles, DetectionMethod::Surfaces, TOLERANCES.len()),
+        (Pairs::Muscles, DetectionMethod::Medial, WITH_BALLS),
     ] {
         let question = Question::new(&moving, of)?;
         for tolerance in &TOLERANCES[..count] {
@@ -90,18 +94,19 @@ fn measure() -> Result<Vec<Timed>, Box<dyn Error>> {
 /// Times of a plan's frames, near and away.
 fn frames(
     question: &Question<'_>,
-    method: Method,
+    method: DetectionMethod,
     tolerance: f64,
 ) -> Result<[Timed; 2], Box<dyn Error>> {
     let (mut scene, ids) = question.scene()?;
     for muscle in question.muscles() {
         scene.move_body(ids[muscle], &question.moving.frames[PRESSED][muscle])?;
     }
-    let forced: Vec<(BodyId, BodyId, Method)> =
+    let forced: Vec<(BodyId, BodyId, DetectionMethod)> =
         question.pairs.iter().map(|&[a, b]| (ids[a], ids[b], method)).collect();
-    let mut plan = Plan::with_forced(&mut scene, &Need::within(tolerance), &forced)?;
+    let mut plan = Plan::with_forced(&mut scene, &PlanParams::with_tolerance(tolerance), &forced)?;
     let title = |place: &str| format!("plan {method} within {tolerance} mm, {place}");
-    let of_pairs = plan.pairs().iter().fold(Work::default(), |sum, pair| sum + pair.work);
+    let of_pairs =
+        plan.pairs().iter().fold(OperationCounts::default(), |sum, pair| sum + pair.work);
     let all = plan.work().to_array();
     let follow = std::array::from_fn(|kind| all[kind] - of_pairs.to_array()[kind]);
     let mut of = |shift| least(&mut plan, &mut scene, question, &ids, shift);
@@ -111,7 +116,7 @@ fn frames(
     ])
 }
 
-/// The least time of a frame, over the slowness of the machine.
+/// Returns the shortest time of a frame, over the machine factor.
 fn least(
     plan: &mut Plan,
     scene: &mut Scene,
@@ -120,7 +125,7 @@ fn least(
     shift: DVec3,
 ) -> Result<f64, Box<dyn Error>> {
     let mut detection = Detection::default();
-    let (mut least, mut slowness) = (f64::INFINITY, f64::INFINITY);
+    let (mut least, mut factor) = (f64::INFINITY, f64::INFINITY);
     for round in 0..ROUNDS {
         // Back and forth by next to nothing, so that all has to follow.
         let next = f64::from(1 + round % 2) * 1e-6;
@@ -134,9 +139,9 @@ fn least(
         let start = Instant::now();
         plan.detect(scene, &mut detection)?;
         least = least.min(start.elapsed().as_secs_f64());
-        slowness = slowness.min(Work::slowness());
+        factor = factor.min(machine_factor(|| start.elapsed()));
     }
-    Ok(least / slowness)
+    Ok(least / factor)
 }
 
 /// The times of single pieces of work, none negative, whose sums are nearest to what was measured,
@@ -165,12 +170,12 @@ fn product(a: &[f64; 5], b: &[f64; 5]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Where this fails after the numbers were measured anew, [`Work::SECONDS`] is to follow them.
+    /// Where this fails after the numbers were measured anew, [`OperationCounts::SECONDS`] is to follow them.
     /// They vary by a fifth from one run to the next.
     #[test]
     fn plans_predict_by_the_numbers_that_were_measured() {
         let numbers = include_str!("../../../../docs/chart/costs.csv");
-        for (kind, used) in KINDS.iter().zip(Work::SECONDS.to_array()) {
+        for (kind, used) in KINDS.iter().zip(OperationCounts::SECONDS.to_array()) {
             let row = numbers.lines().find(|line| line.trim_matches('"').starts_with(kind));
             let mut values = row.expect("a row a kind").rsplit(',').map(str::parse);
             let [_, measured]: [f64; 2] =

@@ -113,7 +113,7 @@ fn truth(
         scene.move_body(id, x)?;
     }
     let mut truth = Truth::default();
-    for report in scene.check(&CheckParams { reach: REACH })? {
+    for report in scene.check(&CheckParams { margin: REACH })? {
         let PairReport { a, b, overlaps, a_against_b, b_against_a, crossing_faces, .. } = report;
         let pair = [a.index(), b.index()];
         truth.gaps.insert(pair, gaps(&a_against_b));

@@ -94,7 +94,7 @@ fn check(arguments: &CheckArguments) -> Result<Outcome, Failure> {
     let (mut scene, bodies) = build_scene(&description, meshes)?;
     times.end_of("inspect");
 
-    let params = CheckParams { reach: description.reach };
+    let params = CheckParams { margin: description.reach };
     let reports = {
         let _progress = Progress::start("looking for contact", 1);
         scene.check(&params)?

@@ -140,7 +140,7 @@ struct Walk<'a> {
 }
 
 /// Only overlap is asked of the single frames.
-const OVERLAP: CheckParams = CheckParams { reach: 0.0 };
+const OVERLAP: CheckParams = CheckParams { margin: 0.0 };
 
 impl<'a> Walk<'a> {
     fn start(

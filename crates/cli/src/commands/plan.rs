@@ -6,7 +6,7 @@ use std::str::FromStr;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use musculo_collide::{BodyId, Detection, Method, Need, Plan};
+use musculo_collide::{BodyId, Detection, DetectionMethod, Plan, PlanParams, machine_factor};
 
 use super::plan_frames::Frames;
 use super::{Failure, Outcome, in_threads};
@@ -72,7 +72,7 @@ pub(crate) struct PlanArguments {
 #[derive(Clone, Debug)]
 struct Forced {
     bodies: [String; 2],
-    method: Method,
+    method: DetectionMethod,
 }
 
 impl FromStr for Forced {
@@ -84,9 +84,9 @@ impl FromStr for Forced {
             return Err("expected two names and a method, with commas between".to_owned());
         };
         let method = match method {
-            "field" => Method::Field,
-            "surfaces" => Method::Surfaces,
-            "balls" => Method::Medial,
+            "field" => DetectionMethod::Field,
+            "surfaces" => DetectionMethod::Surfaces,
+            "balls" => DetectionMethod::Medial,
             other => {
                 return Err(format!("no method is called {other:?}: field, surfaces or balls"));
             }
@@ -138,7 +138,7 @@ fn plan(arguments: &PlanArguments) -> Result<Outcome, Failure> {
 fn forced(
     scene: &musculo_collide::Scene,
     forced: &[Forced],
-) -> Result<Vec<(BodyId, BodyId, Method)>, Failure> {
+) -> Result<Vec<(BodyId, BodyId, DetectionMethod)>, Failure> {
     let find = |name: &String| {
         let unknown = || Failure::new(vec![format!("--force: no body is called {name:?}")]);
         scene.find(name).ok_or_else(unknown)
@@ -147,7 +147,7 @@ fn forced(
     forced.iter().map(of_pair).collect()
 }
 
-fn need(arguments: &PlanArguments) -> Result<Need, Failure> {
+fn need(arguments: &PlanArguments) -> Result<PlanParams, Failure> {
     let budget = match arguments.budget {
         None => None,
         Some(milliseconds) => {
@@ -157,10 +157,13 @@ fn need(arguments: &PlanArguments) -> Result<Need, Failure> {
             })?)
         }
     };
-    Ok(Need {
-        reach: arguments.reach,
-        travel: arguments.travel.unwrap_or(f64::INFINITY),
+    let start = Instant::now();
+    Ok(PlanParams {
+        margin: arguments.reach,
+        max_displacement: arguments.travel.unwrap_or(f64::INFINITY),
         budget,
-        ..Need::within(arguments.tolerance)
+        machine_factor: machine_factor(|| start.elapsed()),
+        threads: rayon::current_num_threads(),
+        ..PlanParams::with_tolerance(arguments.tolerance)
     })
 }

@@ -96,7 +96,7 @@ impl ResolveArguments {
         if self.no_report {
             return Ok(None);
         }
-        let reports = scene.check(&CheckParams { reach: description.reach })?;
+        let reports = scene.check(&CheckParams { margin: description.reach })?;
         let document = document(description, bodies, scene, &reports)?;
         let title = format!("Contact {when} bodies were pushed apart");
         Ok(Some((when, page(&title, &document, scene, &reports)?)))

@@ -46,7 +46,7 @@ fn place(scene: &mut Scene, positions: &[Vec<DVec3>]) {
 type Crossings = BTreeSet<(BodyId, BodyId, [u32; 2])>;
 
 fn crossings(scene: &mut Scene) -> Crossings {
-    let reports = scene.check(&CheckParams { reach: 0.0 }).expect("a check");
+    let reports = scene.check(&CheckParams { margin: 0.0 }).expect("a check");
     let of_pair = |report: &musculo_collide::PairReport| -> Vec<_> {
         report.crossing_faces.iter().map(|&faces| (report.a, report.b, faces)).collect()
     };

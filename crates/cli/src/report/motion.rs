@@ -1,6 +1,6 @@
 //! What a motion showed, step by step, and its table.
 
-use musculo_collide::{BodyId, PairReport, PairSweep, SweepReport, Unseen};
+use musculo_collide::{BodyId, PairReport, PairSweep, PassThrough, SweepReport};
 use serde::Serialize;
 
 use super::text::{Align, TextTable, counted, grouped, length};
@@ -76,7 +76,7 @@ impl StepRecord {
         [before, after]: [&[PairReport]; 2],
     ) -> Self {
         let contacts = || sweep.pairs.iter().flat_map(|pair| &pair.contacts);
-        let unseen = sweep.unseen(scene, before, after);
+        let unseen = sweep.pass_throughs(scene, before, after);
         let first_contact = sweep.pairs.iter().filter_map(PairSweep::first_time);
         Self {
             frame,
@@ -107,7 +107,7 @@ impl StepRecord {
 }
 
 impl MeetingRecord {
-    fn new(scene: &musculo_collide::Scene, pair: &PairSweep, unseen: &[Unseen]) -> Self {
+    fn new(scene: &musculo_collide::Scene, pair: &PairSweep, unseen: &[PassThrough]) -> Self {
         let unseen = unseen.iter().find(|unseen| (unseen.a, unseen.b) == (pair.a, pair.b));
         Self {
             a: name(scene, pair.a),

@@ -1,6 +1,6 @@
 //! A bone by its distance field against the vertices and edges of a body.
 //!
-//! The body's tree leaves the faces that the field may have within reach; their
+//! The body's tree leaves the faces that the field may have within the margin; their
 //! vertices cost one look at the field each. An edge between two vertices
 //! outside may still dip into the bone: the field tells the lowest point of its
 //! span, so that no offset has to be guessed that keeps edges out.
@@ -30,7 +30,7 @@ use crate::{BodyId, Scene, SceneError};
 #[derive(Debug)]
 pub struct FieldDetector<'a> {
     field: &'a DistanceField,
-    reach: f64,
+    margin: f64,
     volume: Cow<'a, Volume>,
 }
 
@@ -70,7 +70,7 @@ pub enum FieldFeature {
     /// A vertex, by its number in the body.
     Vertex(u32),
     /// The span of an edge, by its number in the body's surface, whose ends are
-    /// both out of reach.
+    /// both outside the margin.
     Edge(u32),
 }
 
@@ -96,28 +96,28 @@ impl RigidState {
 impl<'a> FieldDetector<'a> {
     /// Looks once at every node, for what bounds the bone and its slopes.
     ///
-    /// Values of at most `reach` are contacts: 0 reports what is inside by the
+    /// Values of at most `margin` are contacts: 0 reports what is inside by the
     /// field; the error of the field, of which its report has a measure, reports
     /// also what may be.
     ///
     /// # Errors
     ///
-    /// [`SceneError::Reach`] when the reach is negative or not finite.
-    pub fn new(field: &'a DistanceField, reach: f64) -> Result<Self, SceneError> {
-        if !(reach.is_finite() && reach >= 0.0) {
-            return Err(SceneError::Reach { reach });
+    /// [`SceneError::Margin`] when the margin is negative or not finite.
+    pub fn new(field: &'a DistanceField, margin: f64) -> Result<Self, SceneError> {
+        if !(margin.is_finite() && margin >= 0.0) {
+            return Err(SceneError::Margin { margin });
         }
-        Ok(Self { field, reach, volume: Cow::Owned(Volume::of(field, reach)) })
+        Ok(Self { field, margin, volume: Cow::Owned(Volume::of(field, margin)) })
     }
 
-    /// A detector whose field has been looked at before, with the same reach.
-    pub(crate) fn with_volume(field: &'a DistanceField, reach: f64, volume: &'a Volume) -> Self {
-        Self { field, reach, volume: Cow::Borrowed(volume) }
+    /// A detector whose field has been looked at before, with the same margin.
+    pub(crate) fn with_volume(field: &'a DistanceField, margin: f64, volume: &'a Volume) -> Self {
+        Self { field, margin, volume: Cow::Borrowed(volume) }
     }
 
     /// Values of at most this are contacts.
-    pub(crate) fn reach(&self) -> f64 {
-        self.reach
+    pub(crate) fn margin(&self) -> f64 {
+        self.margin
     }
 
     /// The most that a ball between others may be above the lowest of them: a
@@ -134,10 +134,10 @@ impl<'a> FieldDetector<'a> {
         match self.field.ask(p, &query) {
             Some(sample) if sample.distance < self.volume.highest => Ok(sample),
             Some(_) => Err(self.volume.highest),
-            // What is within reach is in the box.
+            // What is within the margin is in the box.
             None => {
                 let p = state.pose.into_body(p);
-                Err(self.reach + p.distance(self.volume.clamp(p)))
+                Err(self.margin + p.distance(self.volume.clamp(p)))
             }
         }
     }
@@ -150,7 +150,7 @@ impl<'a> FieldDetector<'a> {
         normal.unwrap_or(DVec3::Z)
     }
 
-    /// Bounds in the world of all that may be within reach; none where nothing is.
+    /// Bounds in the world of all that may be within the margin; none where nothing is.
     pub(crate) fn bounds(&self, state: &RigidState) -> Option<Dop18> {
         let corners = self.volume.corners()?.map(|corner| state.to_world(corner));
         // Turning a point in and back may move it by rounding.
@@ -158,7 +158,7 @@ impl<'a> FieldDetector<'a> {
         Some(Dop18::from_points(&corners).inflated(rounding))
     }
 
-    /// Whether a value within reach may be in a box of the world, given by its
+    /// Whether a value within the margin may be in a box of the world, given by its
     /// lowest and highest corner: none is where the value in the middle is too
     /// high for the steepest slope to come down from.
     fn may_reach(&self, state: &RigidState, [lo, hi]: [DVec3; 2]) -> bool {
@@ -175,12 +175,12 @@ impl<'a> FieldDetector<'a> {
     }
 
     /// A height for a point outside the grid: that of the nearest point of the box,
-    /// which is no farther from whatever is in reach. Infinite where that is in reach.
+    /// which is no farther from whatever is within the margin. Infinite where that is within the margin.
     fn height_outside(&self, state: &RigidState, p: DVec3) -> f64 {
         let nearest = self.volume.clamp(state.pose.into_body(p));
         let sample = self.field.sample(nearest, Interpolation::Trilinear);
         let height = sample.map_or(f64::INFINITY, |sample| sample.distance);
-        if height > self.reach { height } else { f64::INFINITY }
+        if height > self.margin { height } else { f64::INFINITY }
     }
 
     fn contact(
@@ -202,10 +202,10 @@ impl<'a> FieldDetector<'a> {
 
 impl Scene {
     /// Contacts of a body with a bone that is known by its field: vertices
-    /// within reach, ascending, then edges that come within reach between two
+    /// within the margin, ascending, then edges that come within the margin between two
     /// ends that don't, ascending.
     ///
-    /// The field is taken as it is: the vertices and edges that it has within reach
+    /// The field is taken as it is: the vertices and edges that it has within the margin
     /// are reported, and no others. A bone that pokes through a face without
     /// touching its edges is not seen. Outside the field's grid nothing touches.
     ///

@@ -1,7 +1,7 @@
 //! One look at a body near a bone.
 //!
 //! The body's tree is descended where the field's value in the middle of a box may
-//! sink to the reach within it. Vertices are asked all at once; edges that may come
+//! sink to the margin within it. Vertices are asked all at once; edges that may come
 //! lower than their ends, judged by these and by their middles, are searched.
 
 use distance_field::{Lowest, Query, Samples};
@@ -109,7 +109,7 @@ impl FieldScratch {
         }
     }
 
-    /// Leaves the edges that may come within reach between ends that don't: by
+    /// Leaves the edges that may come within the margin between ends that don't: by
     /// their ends' heights and then, all at once, by those of their middles.
     fn keep_dipping(&mut self, near: &Near<'_>) {
         let Self { edges, points, samples, heights, .. } = self;
@@ -127,8 +127,8 @@ impl FieldScratch {
 
     fn find_contacts(&mut self, near: &Near<'_>) {
         let Self { vertices, edges, heights, contacts, .. } = self;
-        let reach = near.detector.reach;
-        let touching = vertices.iter().filter(|&&vertex| heights[vertex as usize] <= reach);
+        let margin = near.detector.margin;
+        let touching = vertices.iter().filter(|&&vertex| heights[vertex as usize] <= margin);
         contacts.extend(touching.filter_map(|&vertex| near.vertex(vertex)));
         contacts.extend(edges.iter().filter_map(|&edge| near.edge(edge)));
         contacts.sort_unstable_by_key(|contact| contact.feature);
@@ -179,11 +179,11 @@ impl Near<'_> {
         a.midpoint(b)
     }
 
-    /// Whether an edge may come within reach between two ends that don't.
+    /// Whether an edge may come within the margin between two ends that don't.
     fn may_dip(&self, edge: u32, heights: &[f64]) -> bool {
         let ends = self.ends(edge).map(|end| heights[end as usize]);
-        let FieldDetector { volume, reach, .. } = self.detector;
-        ends.iter().all(|height| height > reach)
+        let FieldDetector { volume, margin, .. } = self.detector;
+        ends.iter().all(|height| height > margin)
             && !volume.stays_out(ends, self.length(edge))
             && !volume.stays_out_between(self.span_in_field(edge), ends)
     }
@@ -204,11 +204,11 @@ impl Near<'_> {
         a.distance(b)
     }
 
-    /// The lowest point of an edge whose ends are both out of reach.
+    /// The lowest point of an edge whose ends are both outside the margin.
     fn edge(&self, edge: u32) -> Option<FieldContact> {
         let (ends, x) = (self.ends(edge), self.span(edge));
-        let FieldDetector { field, reach, .. } = self.detector;
-        let Lowest { share, .. } = field.lowest_between(self.span_in_field(edge), *reach)?;
+        let FieldDetector { field, margin, .. } = self.detector;
+        let Lowest { share, .. } = field.lowest_between(self.span_in_field(edge), *margin)?;
         let stencil = Stencil::new(&[self.term(ends[0], 1.0 - share), self.term(ends[1], share)])?;
         let at = x[0].lerp(x[1], share);
         self.detector.contact(self.state, (at, stencil, FieldFeature::Edge(edge)))

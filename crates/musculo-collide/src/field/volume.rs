@@ -1,5 +1,5 @@
 //! What one look at all nodes of a field tells: a box around all that is within
-//! reach, and how fast values can change where.
+//! margin, and how fast values can change where.
 
 use distance_field::DistanceField;
 use glam::DVec3;
@@ -9,11 +9,11 @@ use super::slopes::Slopes;
 /// Bounds of a field; the box is of its own frame.
 #[derive(Clone, Debug)]
 pub(crate) struct Volume {
-    /// Lowest and highest corner; the lowest is above where nothing is in reach.
+    /// Lowest and highest corner; the lowest is above where nothing is within the margin.
     range: [DVec3; 2],
     slopes: Slopes,
-    /// Values of at most this are in reach.
-    reach: f64,
+    /// Values of at most this are within the margin.
+    margin: f64,
     /// The largest value: one that is not less may be truncated.
     pub(super) highest: f64,
 }
@@ -23,9 +23,9 @@ pub(crate) struct Volume {
 const HAIR: f64 = 1e-9;
 
 impl Volume {
-    /// Every point with a trilinear value of at most `reach` has a node of at
+    /// Every point with a trilinear value of at most `margin` has a node of at
     /// most that within a spacing along each axis.
-    pub(crate) fn of(field: &DistanceField, reach: f64) -> Self {
+    pub(crate) fn of(field: &DistanceField, margin: f64) -> Self {
         let (grid, values) = (field.grid(), field.values());
         let [nx, ny, nz] = grid.dims();
         let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -36,7 +36,7 @@ impl Volume {
                 for i in 0..nx {
                     let value = values[row + i];
                     highest = highest.max(value);
-                    if f64::from(value) <= reach {
+                    if f64::from(value) <= margin {
                         let p = grid.position([i, j, k]);
                         (lo, hi) = (lo.min(p), hi.max(p));
                     }
@@ -49,12 +49,12 @@ impl Volume {
         Self {
             range: [(lo - h).max(first), (hi + h).min(last)],
             slopes: Slopes::of(grid, &values),
-            reach,
+            margin,
             highest: f64::from(highest),
         }
     }
 
-    /// The box's eight corners; none where nothing is within reach.
+    /// The box's eight corners; none where nothing is within the margin.
     pub(super) fn corners(&self) -> Option<[DVec3; 8]> {
         let [lo, hi] = self.range;
         let corner = |k: usize| {
@@ -64,7 +64,7 @@ impl Volume {
         lo.cmple(hi).all().then(|| std::array::from_fn(corner))
     }
 
-    /// Whether a value within reach may be in a ball, given the height of the point of
+    /// Whether a value within the margin may be in a ball, given the height of the point of
     /// the box that is nearest to its middle.
     pub(super) fn may_sink(&self, (centre, radius): (DVec3, f64), height: f64) -> bool {
         let (fall, corners) = (self.fall(height), [centre - radius, centre + radius]);
@@ -73,7 +73,7 @@ impl Volume {
     }
 
     /// Whether no straight way of this length between points of these heights comes
-    /// within reach.
+    /// within the margin.
     pub(super) fn stays_out(&self, [a, b]: [f64; 2], length: f64) -> bool {
         self.fall(a) + self.fall(b) > self.slopes.anywhere * length
     }
@@ -85,10 +85,10 @@ impl Volume {
         self.fall(a) + self.fall(b) > slope * ends[0].distance(ends[1])
     }
 
-    /// How far it is down to the reach; 0 for infinity, which stands for points outside
+    /// How far it is down to the margin; 0 for infinity, which stands for points outside
     /// the grid.
     fn fall(&self, height: f64) -> f64 {
-        if height == f64::INFINITY { 0.0 } else { height - self.reach }
+        if height == f64::INFINITY { 0.0 } else { height - self.margin }
     }
 
     /// Bytes it holds.

@@ -77,7 +77,7 @@ struct Place {
 type Piece = [([f64; 3], Place); 3];
 
 impl Bone<'_> {
-    /// Balls of the primitives within reach, then the lowest of other primitives.
+    /// Balls of the primitives within the margin, then the lowest of other primitives.
     fn lowest_places(
         &self,
         detector: &MedialDetector,
@@ -95,7 +95,7 @@ impl Bone<'_> {
                     Some(place) => place,
                     None => {
                         let place = self.place(medial.balls()[ball as usize])?;
-                        if place.gap <= self.field.reach() {
+                        if place.gap <= self.field.margin() {
                             touching.push((ball, PrimitiveBall { primitive, weights }, place));
                         }
                         *places[ball as usize].insert(place)
@@ -104,7 +104,7 @@ impl Bone<'_> {
                 corners[k] = Some((weights, place));
             }
             if let [Some(a), Some(b), Some(c)] = corners
-                && [a, b, c].iter().all(|(_, place)| place.gap > self.field.reach())
+                && [a, b, c].iter().all(|(_, place)| place.gap > self.field.margin())
                 && let Some((weights, place)) =
                     self.dip(&medial.primitive_balls(primitive), [a, b, c])?
             {
@@ -123,23 +123,23 @@ impl Bone<'_> {
                 let normal = self.field.normal(self.state, center, gradient);
                 Ok(Place { ball, gap: distance - radius, normal })
             }
-            Err(at_least) if at_least - radius > self.field.reach() => {
+            Err(at_least) if at_least - radius > self.field.margin() => {
                 Ok(Place { ball, gap: at_least - radius, normal: DVec3::Z })
             }
             Err(known) => {
-                let needed = radius + self.field.reach();
+                let needed = radius + self.field.margin();
                 Err(SceneError::FieldRange { name: self.name.to_owned(), known, needed })
             }
         }
     }
 
-    /// The lowest ball between three that are out of reach, if it is not.
+    /// The lowest ball between three that are outside the margin, if it is not.
     fn dip(
         &self,
         balls: &[Ball; 3],
         whole: Piece,
     ) -> Result<Option<([f64; 3], Place)>, SceneError> {
-        let (reach, tolerance) = (self.field.reach(), self.field.ball_tolerance());
+        let (margin, tolerance) = (self.field.margin(), self.field.ball_tolerance());
         let lower =
             |a: ([f64; 3], Place), b: ([f64; 3], Place)| if b.1.gap < a.1.gap { b } else { a };
         let [a, b, c] = whole;
@@ -148,7 +148,7 @@ impl Bone<'_> {
         let mut count = 0;
         while let Some(piece) = pieces.pop() {
             let bound = bound(&piece);
-            if bound > reach || bound >= lowest.1.gap - tolerance {
+            if bound > margin || bound >= lowest.1.gap - tolerance {
                 continue;
             }
             if count == MOST_PIECES {
@@ -165,7 +165,7 @@ impl Bone<'_> {
             lowest = [ab, bc, ca].into_iter().fold(lowest, lower);
             pieces.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
         }
-        Ok((lowest.1.gap - tolerance <= reach).then_some(lowest))
+        Ok((lowest.1.gap - tolerance <= margin).then_some(lowest))
     }
 }
 

@@ -41,7 +41,7 @@ use crate::{BodyId, FieldDetector, RigidState, Scene, SceneError, parallel};
 #[derive(Debug)]
 pub struct MedialDetector {
     body: BodyId,
-    reach: f64,
+    margin: f64,
     most: usize,
     medial: MedialSurface,
     tree: PrimitiveTree,
@@ -100,26 +100,26 @@ pub(crate) struct MedialScratch {
 impl MedialDetector {
     /// Generates a medial surface of a body where it is now, its state at rest.
     ///
-    /// A gap of at most `reach` is a contact: 0 reports what is inside by the
+    /// A gap of at most `margin` is a contact: 0 reports what is inside by the
     /// balls; the bounds of the [deviation](Self::deviation), added to what is
     /// wanted, report also what may be.
     ///
     /// # Errors
     ///
-    /// - [`SceneError::Reach`] when the reach is negative or not finite.
+    /// - [`SceneError::Margin`] when the margin is negative or not finite.
     /// - [`SceneError::NoSuchBody`] when `body` is of another scene.
     /// - [`SceneError::NoInside`] for a body that is declared open.
     /// - [`SceneError::Medial`] for what [`medial::generate`] refuses.
     pub fn new(
         scene: &Scene,
         body: BodyId,
-        reach: f64,
+        margin: f64,
         params: &Params,
         progress: impl FnMut(Progress),
     ) -> Result<Self, SceneError> {
         let owner = closed_body(scene, body)?;
         let made = in_body(owner, |x| generate(owner.surface(), x, params, progress))?;
-        Self::with(owner, body, reach, made.medial, made.deviation)
+        Self::with(owner, body, margin, made.medial, made.deviation)
     }
 
     /// Takes a medial surface that was made of a body where it is now, and measures
@@ -132,23 +132,23 @@ impl MedialDetector {
     pub fn from_surface(
         scene: &Scene,
         body: BodyId,
-        reach: f64,
+        margin: f64,
         medial: MedialSurface,
     ) -> Result<Self, SceneError> {
         let owner = closed_body(scene, body)?;
         let deviation = in_body(owner, |x| Deviation::measure(&medial, owner.surface(), x))?;
-        Self::with(owner, body, reach, medial, deviation)
+        Self::with(owner, body, margin, medial, deviation)
     }
 
     fn with(
         owner: &Body,
         body: BodyId,
-        reach: f64,
+        margin: f64,
         medial: MedialSurface,
         deviation: Deviation,
     ) -> Result<Self, SceneError> {
-        if !(reach.is_finite() && reach >= 0.0) {
-            return Err(SceneError::Reach { reach });
+        if !(margin.is_finite() && margin >= 0.0) {
+            return Err(SceneError::Margin { margin });
         }
         let (tree, links) = in_body(owner, |x| {
             Ok((PrimitiveTree::new(&medial)?, Links::new(&medial, owner.surface(), x)?))
@@ -156,7 +156,7 @@ impl MedialDetector {
         let hints = Hints::new(&medial, owner.surface(), &links);
         let at = owner.positions().to_vec();
         let memory = FollowMemory::default();
-        Ok(Self { body, reach, most: 1, medial, tree, links, hints, memory, deviation, at })
+        Ok(Self { body, margin, most: 1, medial, tree, links, hints, memory, deviation, at })
     }
 
     /// Keeps up to `most` contacts of a vertex, `1..=`[`medial::MOST_CONTACTS`],
@@ -254,9 +254,9 @@ impl Scene {
     /// Contacts of a body's vertices with another one that is known by its balls,
     /// in ascending order of the vertices.
     ///
-    /// The balls are taken as they are: no vertex that they have within reach is
+    /// The balls are taken as they are: no vertex that they have within the margin is
     /// missed. So outside of the body, none whose distance from it is less than the
-    /// reach by the deviation's bound; with a reach of that bound, none that is
+    /// margin by the deviation's bound; with a margin of that bound, none that is
     /// inside, unless the union of balls has a void there.
     /// A ball that pokes through a face without reaching its corners is not seen;
     /// [`Self::medial_pair_contacts`] sees it.
@@ -324,9 +324,9 @@ impl Scene {
     }
 
     /// Contacts between two bodies that are both known by their balls: pairs of
-    /// primitives whose unions come within reach of each other, each at the vertex
+    /// primitives whose unions come within the margin of each other, each at the vertex
     /// of the first body that is nearest to where they do, the deepest of those at
-    /// one vertex; in ascending order of these vertices. The reach is the first
+    /// one vertex; in ascending order of these vertices. The margin is the first
     /// detector's.
     ///
     /// The depth is the exact one of the balls, wherever they meet: nothing is lost
@@ -349,9 +349,9 @@ impl Scene {
     }
 
     /// Contacts of a body that is known by its balls with a bone that is known by
-    /// its field: balls within reach, ascending, then cones and slabs that come
-    /// within reach between balls that don't, ascending, at their lowest place. The
-    /// reach is the field detector's.
+    /// its field: balls within the margin, ascending, then cones and slabs that come
+    /// within the margin between balls that don't, ascending, at their lowest place. The
+    /// margin is the field detector's.
     ///
     /// The field has to tell distances at the balls' centres, which lie as deep in
     /// the body as it is thick: it needs that much padding, no truncation below it,

@@ -16,8 +16,8 @@ pub(super) fn contacts(
 ) -> Vec<MedialContact> {
     let MedialScratch { workspace, pairs, primitives, .. } = scratch;
     pairs.clear();
-    a.tree.tree().pairs(b.tree.tree(), a.reach, workspace, |i, j| pairs.push((i, j)));
-    primitive_contacts_among(pairs, &a.medial, &b.medial, a.reach, primitives);
+    a.tree.tree().pairs(b.tree.tree(), a.margin, workspace, |i, j| pairs.push((i, j)));
+    primitive_contacts_among(pairs, &a.medial, &b.medial, a.margin, primitives);
     let mut found: Vec<(u32, &PrimitiveContact)> = Vec::with_capacity(primitives.len());
     for contact in &*primitives {
         let border = border(a, contact, 0, -contact.normal);

@@ -15,11 +15,11 @@ pub(super) fn contacts(
 ) -> Vec<MedialContact> {
     let MedialScratch { workspace, pairs, points, .. } = scratch;
     pairs.clear();
-    detector.tree.tree().pairs(body.tree(), detector.reach, workspace, |primitive, face| {
+    detector.tree.tree().pairs(body.tree(), detector.margin, workspace, |primitive, face| {
         let own = body.surface().faces()[face as usize].into_iter();
         pairs.extend(own.filter(|&v| is_first(body, v, face)).map(|vertex| (vertex, primitive)));
     });
-    let reach = Reach { reach: detector.reach, rule: FootRule::Exact, most: detector.most };
+    let reach = Reach { reach: detector.margin, rule: FootRule::Exact, most: detector.most };
     let ball = |vertex: u32| Ball::new(body.positions()[vertex as usize], 0.0);
     contacts_among(pairs, ball, &detector.medial, &reach, None, points);
     let contact = |found: &PointContact| {

@@ -20,7 +20,7 @@ pub(crate) struct Party<'a> {
 }
 
 impl PairReport {
-    /// One contact for each vertex that is inside or within reach, those of `a`
+    /// One contact for each vertex that is inside or within the margin, those of `a`
     /// first, with particles numbered by [`Body::particles`].
     ///
     /// A rigid body is the anchor of its contacts, at rest; where it holds the

@@ -44,10 +44,10 @@ pub struct PairReport {
     /// is, even when faces cross.
     pub max_depth: f64,
     /// Smallest signed distance of a vertex to the other surface, negative
-    /// inside; `None` where no vertex is within reach or inside.
+    /// inside; `None` where no vertex is within the margin or inside.
     pub min_gap: Option<f64>,
     /// Distance between the surfaces, their edges and faces included: 0 where
-    /// they cross or touch, `None` where they are farther apart than the reach.
+    /// they cross or touch, `None` where they are farther apart than the margin.
     pub distance: Option<f64>,
     /// Pairs of faces (of `a`, of `b`) that properly cross, ascending.
     pub crossing_faces: Vec<[u32; 2]>,
@@ -65,7 +65,7 @@ pub struct PairReport {
 pub struct VertexReport {
     /// How many vertices are inside the other body, or why that means nothing.
     pub inside_count: Result<usize, NoInside>,
-    /// Vertices that are inside or within reach, ascending.
+    /// Vertices that are inside or within the margin, ascending.
     pub near: Vec<NearVertex>,
 }
 
@@ -91,11 +91,11 @@ pub(crate) struct Half {
 
 impl Scratch {
     /// Looks at one pair, in place of what was found before.
-    pub(crate) fn look(&mut self, a: &Shape, b: &Shape, reach: f64) {
+    pub(crate) fn look(&mut self, a: &Shape, b: &Shape, margin: f64) {
         let Self { traversal, regions, cut, a: of_a, b: of_b } = self;
         cut.find(a, b, traversal);
         let both = [(a, &mut of_a.candidates), (b, &mut of_b.candidates)];
-        projection::find_candidates(both, (reach, &cut.meeting), traversal);
+        projection::find_candidates(both, (margin, &cut.meeting), traversal);
         for (half, p, cut_faces, q) in
             [(of_a, a, &cut.faces_of_a, b), (of_b, b, &cut.faces_of_b, a)]
         {
@@ -105,7 +105,7 @@ impl Scratch {
                 regions.inside((p, cut_faces), q, traversal, &mut half.inside);
             }
             let Half { candidates, inside, near, .. } = half;
-            projection::project((p, inside), q, reach, candidates, traversal, near);
+            projection::project((p, inside), q, margin, candidates, traversal, near);
         }
     }
 
@@ -126,7 +126,7 @@ impl Scratch {
         near.map(|vertex| vertex.gap).min_by(f64::total_cmp)
     }
 
-    /// Whether anything overlaps or a vertex is within reach.
+    /// Whether anything overlaps or a vertex is within the margin.
     fn has_contact(&self) -> bool {
         self.overlaps() || self.min_gap().is_some()
     }
@@ -148,13 +148,13 @@ impl Scratch {
         }
     }
 
-    /// Distance between the surfaces, edges included, if it is within reach.
-    fn distance(&mut self, a: &Shape, b: &Shape, reach: f64) -> Option<f64> {
+    /// Distance between the surfaces, edges included, if it is within the margin.
+    fn distance(&mut self, a: &Shape, b: &Shape, margin: f64) -> Option<f64> {
         if !self.cut.faces_of_a.is_empty() {
             return Some(0.0);
         }
         let near = self.a.near.iter().chain(&self.b.near);
-        let within = near.map(|vertex| vertex.gap.abs()).fold(reach, f64::min);
+        let within = near.map(|vertex| vertex.gap.abs()).fold(margin, f64::min);
         distance::between(a, b, within, &mut self.traversal)
     }
 }
@@ -169,15 +169,15 @@ impl Half {
 /// A body with its number.
 pub(crate) type Numbered<'a> = (BodyId, &'a Body);
 
-/// Looks at one pair; `None` where nothing is within reach.
+/// Looks at one pair; `None` where nothing is within the margin.
 pub(crate) fn examine(
     (a_id, a): Numbered<'_>,
     (b_id, b): Numbered<'_>,
-    reach: f64,
+    margin: f64,
     scratch: &mut Scratch,
 ) -> Option<PairReport> {
-    scratch.look(a.shape(), b.shape(), reach);
-    let distance = scratch.distance(a.shape(), b.shape(), reach);
+    scratch.look(a.shape(), b.shape(), margin);
+    let distance = scratch.distance(a.shape(), b.shape(), margin);
     if distance.is_none() && !scratch.has_contact() {
         return None;
     }
@@ -186,14 +186,14 @@ pub(crate) fn examine(
 }
 
 /// Looks at one pair, and leaves out the distance between the surfaces and the
-/// patches; `None` where no vertex is within reach and nothing overlaps.
+/// patches; `None` where no vertex is within the margin and nothing overlaps.
 pub(crate) fn glance(
     (a_id, a): Numbered<'_>,
     (b_id, b): Numbered<'_>,
-    reach: f64,
+    margin: f64,
     scratch: &mut Scratch,
 ) -> Option<PairReport> {
-    scratch.look(a.shape(), b.shape(), reach);
+    scratch.look(a.shape(), b.shape(), margin);
     scratch.has_contact().then(|| scratch.report(a_id, b_id))
 }
 

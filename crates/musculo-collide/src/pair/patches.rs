@@ -9,7 +9,7 @@ use crate::shape::Shape;
 
 /// A connected part of one body's surface that is in contact with the other
 /// body: faces that share a point with it, or that have a corner inside or
-/// within reach. Faces are connected by a common vertex.
+/// within the margin. Faces are connected by a common vertex.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ContactPatch {
@@ -18,7 +18,7 @@ pub struct ContactPatch {
     /// Sum of their areas, in the square of the length unit.
     pub area: f64,
     /// Smallest signed distance of a vertex of the patch, negative inside;
-    /// `None` where no corner is inside or within reach.
+    /// `None` where no corner is inside or within the margin.
     pub min_gap: Option<f64>,
     /// Area-weighted mean of the faces' centres.
     pub centre: DVec3,

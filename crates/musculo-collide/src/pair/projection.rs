@@ -7,7 +7,7 @@ use surface::{Barycentric, ClosestOnTriangle, TriangleSurface, closest_on_triang
 use super::direction_or;
 use crate::shape::Shape;
 
-/// A vertex that is inside the other body or within reach of its surface, and
+/// A vertex that is inside the other body or within the margin of its surface, and
 /// the nearest point of that surface, its foot.
 ///
 /// `position = foot + gap * normal`, up to rounding.
@@ -34,8 +34,8 @@ pub struct NearVertex {
 /// Vertices of one surface whose faces come near the other, each with the
 /// nearest of the faces that do.
 ///
-/// Of all faces at a vertex the first stands for it: what is within reach of a
-/// vertex is within reach of each of them.
+/// Of all faces at a vertex the first stands for it: what is within the margin of a
+/// vertex is within the margin of each of them.
 #[derive(Debug, Default)]
 pub(super) struct Candidates {
     vertices: Vec<u32>,
@@ -45,11 +45,11 @@ pub(super) struct Candidates {
 /// No face is known to be near.
 pub(crate) const NO_HINT: u32 = u32::MAX;
 
-/// Gathers the vertices of both surfaces that may be outside but within reach;
-/// without any reach, these are of the faces that meet.
+/// Gathers the vertices of both surfaces that may be outside but within the margin;
+/// without any margin, these are of the faces that meet.
 pub(super) fn find_candidates(
     [(a, of_a), (b, of_b)]: [(&Shape, &mut Candidates); 2],
-    (reach, meeting): (f64, &[[u32; 2]]),
+    (margin, meeting): (f64, &[[u32; 2]]),
     traversal: &mut Workspace,
 ) {
     of_a.clear(a);
@@ -58,19 +58,19 @@ pub(super) fn find_candidates(
         of_a.offer((a, fa), (b, fb));
         of_b.offer((b, fb), (a, fa));
     };
-    if reach > 0.0 {
-        a.tree().pairs(b.tree(), reach, traversal, offer);
+    if margin > 0.0 {
+        a.tree().pairs(b.tree(), margin, traversal, offer);
     } else {
         meeting.iter().for_each(|&[fa, fb]| offer(fa, fb));
     }
 }
 
 /// Projects the vertices of `a` that are inside `b` (ascending), and the
-/// candidates within `reach`, to the surface of `b`.
+/// candidates within `margin`, to the surface of `b`.
 pub(super) fn project(
     (a, inside): (&Shape, &[u32]),
     b: &Shape,
-    reach: f64,
+    margin: f64,
     candidates: &mut Candidates,
     traversal: &mut Workspace,
     out: &mut Vec<NearVertex>,
@@ -82,13 +82,13 @@ pub(super) fn project(
         let is_inside = inside.next_if_eq(&&vertex).is_some();
         let position = a.positions()[vertex as usize];
         let (distance, face) = known[vertex as usize];
-        // Without any reach, the faces that were offered are not all that are near.
-        let is_known = reach > 0.0 && distance <= reach;
+        // Without any margin, the faces that were offered are not all that are near.
+        let is_known = margin > 0.0 && distance <= margin;
         let (face, foot) = match (is_known, is_inside) {
             (true, _) => (face, closest_on_triangle(position, b.corners(face))),
             (false, true) => nearest(b, position, f64::INFINITY, face, traversal)?,
-            (false, false) if reach > 0.0 => return None,
-            (false, false) => nearest(b, position, reach, face, traversal)?,
+            (false, false) if margin > 0.0 => return None,
+            (false, false) => nearest(b, position, margin, face, traversal)?,
         };
         pass_on(a.surface(), vertex, face, known);
         Some(near_vertex(b, vertex, position, is_inside, face, &foot))

@@ -2,7 +2,7 @@
 
 use distance_field::{BuildOptions, DistanceField, FieldError};
 
-use crate::NotBuilt;
+use crate::ExclusionReason;
 use crate::field::volume::Volume;
 use crate::scene::Body;
 
@@ -27,15 +27,15 @@ const MOST_BYTES: u64 = 1 << 28;
 
 impl BoneField {
     /// Builds the field of a rigid body where it was added.
-    pub(super) fn build(body: &Body, tolerance: f64, reach: f64) -> Result<Self, NotBuilt> {
-        let reference = body.reference().ok_or(NotBuilt::NotRigid)?;
+    pub(super) fn build(body: &Body, tolerance: f64, margin: f64) -> Result<Self, ExclusionReason> {
+        let reference = body.reference().ok_or(ExclusionReason::NotRigid)?;
         let surface = body.surface();
-        let x = surface.positions(reference).map_err(|_| NotBuilt::NotRigid)?;
+        let x = surface.positions(reference).map_err(|_| ExclusionReason::NotRigid)?;
         let mut spacing = SPACING * tolerance;
         for _ in 0..ATTEMPTS {
             let options = BuildOptions {
                 spacing,
-                padding: reach + tolerance + 2.0 * spacing,
+                padding: margin + tolerance + 2.0 * spacing,
                 truncate: None,
                 max_bytes: MOST_BYTES,
                 ..BuildOptions::default()
@@ -43,18 +43,18 @@ impl BoneField {
             let field = match DistanceField::build(surface, x, &options) {
                 Ok(field) => field,
                 Err(FieldError::TooLarge { .. } | FieldError::TooLong { .. }) => {
-                    return Err(NotBuilt::FieldTooLarge { spacing });
+                    return Err(ExclusionReason::FieldTooLarge { spacing });
                 }
-                Err(source) => return Err(NotBuilt::Field { reason: source.to_string() }),
+                Err(source) => return Err(ExclusionReason::Field { reason: source.to_string() }),
             };
             let error_bound = field.report().comparison.map_or(f64::INFINITY, |c| c.worst);
             if error_bound <= tolerance {
-                let volume = Volume::of(&field, reach);
+                let volume = Volume::of(&field, margin);
                 return Ok(Self { field, volume, error_bound });
             }
             // Less than in proportion, since rims are not sampled where they are worst.
             spacing *= (0.8 * tolerance / error_bound).min(0.7);
         }
-        Err(NotBuilt::FieldTooWrong { spacing })
+        Err(ExclusionReason::FieldTooWrong { spacing })
     }
 }

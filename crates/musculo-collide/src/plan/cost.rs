@@ -1,13 +1,13 @@
 //! What detection will take, predicted.
 //!
-//! Times are sums of counts by constants, which are of one machine; a
-//! millisecond of the work they were measured on says how much slower or faster
-//! this one is. The same factor is on every method's cost, so that it changes
-//! no choice between methods; only what is compared with a time budget.
+//! Times are sums of counts by constants, which are of one reference machine, times a
+//! factor for the machine at hand that the caller passes. The same factor is on every
+//! method's cost: it changes no choice between methods, only what is compared with a
+//! time budget.
 
 use std::hint::black_box;
 use std::ops::Add;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use glam::DVec3;
 use surface::closest_on_triangle;
@@ -15,7 +15,7 @@ use surface::closest_on_triangle;
 /// What a frame of detection has to do, counted; and how long each of it takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Work {
+pub struct OperationCounts {
     /// Faces whose bounds are brought up to date.
     pub refit_faces: f64,
     /// Faces of two surfaces that are compared with each other.
@@ -30,10 +30,10 @@ pub struct Work {
 
 /// Seconds that one closest point of a triangle takes on the machine that the
 /// constants are of.
-const REFERENCE: f64 = 12e-9;
+const REFERENCE_QUERY_SECONDS: f64 = 12e-9;
 
-impl Work {
-    /// Seconds that one of each takes on a machine of slowness 1, as
+impl OperationCounts {
+    /// Seconds that one of each takes on the reference machine, as
     /// `cargo xtask chart costs` measures them.
     pub const SECONDS: Self = Self {
         refit_faces: 3e-9,
@@ -58,32 +58,49 @@ impl Work {
         Self { refit_faces, compared_faces, field_vertices, tied_vertices, ball_vertices }
     }
 
-    /// Seconds on a machine of slowness 1.
+    /// Returns the seconds that these operations take on the reference machine.
     #[must_use]
     pub fn seconds(self) -> f64 {
         self.to_array().iter().zip(Self::SECONDS.to_array()).map(|(count, each)| count * each).sum()
     }
-
-    /// How many times slower than the machine of [`Self::SECONDS`] this one is just
-    /// now; takes a millisecond.
-    #[must_use]
-    pub fn slowness() -> f64 {
-        let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
-        let mut point = DVec3::new(0.3, 0.3, 1.0);
-        let (start, mut done) = (Instant::now(), 0_u32);
-        while start.elapsed() < Duration::from_millis(1) {
-            for _ in 0..1000 {
-                let foot = closest_on_triangle(point, corners).point;
-                point = DVec3::new(foot.y, 0.9 * foot.x + 0.1, 1.0);
-            }
-            done += 1000;
-        }
-        black_box(point);
-        start.elapsed().as_secs_f64() / f64::from(done) / REFERENCE
-    }
 }
 
-impl Add for Work {
+/// Measures how much slower than the reference machine this one is, over a
+/// millisecond of closest-point queries.
+///
+/// `now` returns the time since any fixed moment: the library has no clock of its
+/// own.
+///
+/// ```
+/// use musculo_collide::{PlanParams, machine_factor};
+///
+/// let start = std::time::Instant::now();
+/// let machine_factor = machine_factor(|| start.elapsed());
+/// let params = PlanParams { machine_factor, ..PlanParams::with_tolerance(0.5) };
+/// # assert!(params.validate().is_ok());
+/// ```
+pub fn machine_factor(now: impl Fn() -> Duration) -> f64 {
+    const BATCH: u32 = 1000;
+    let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
+    let mut point = DVec3::new(0.3, 0.3, 1.0);
+    let mut queries = 0;
+
+    // Each query depends on the last one, so that none can be left out.
+    let start = now();
+    let mut elapsed = Duration::ZERO;
+    while elapsed < Duration::from_millis(1) {
+        for _ in 0..BATCH {
+            let foot = closest_on_triangle(point, corners).point;
+            point = DVec3::new(foot.y, 0.9 * foot.x + 0.1, 1.0);
+        }
+        queries += BATCH;
+        elapsed = now().saturating_sub(start);
+    }
+    black_box(point);
+    elapsed.as_secs_f64() / f64::from(queries) / REFERENCE_QUERY_SECONDS
+}
+
+impl Add for OperationCounts {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {

@@ -9,14 +9,14 @@ use super::{PairPlan, Plan};
 use crate::field::FieldScratch;
 use crate::medial_detector::MedialScratch;
 use crate::pair::{self, Party, Scratch};
-use crate::{BodyId, FieldFeature, Method, NotBuilt, PlanError, Scene, parallel};
+use crate::{BodyId, DetectionMethod, ExclusionReason, FieldFeature, PlanError, Scene, parallel};
 
 /// What was found in one frame; its memory is used again for the next.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Detection {
     contacts: Vec<Contact>,
     pairs: Vec<PairDetection>,
-    strayed: Vec<BodyId>,
+    out_of_range: Vec<BodyId>,
 }
 
 /// What was found between two bodies.
@@ -53,7 +53,7 @@ pub(super) struct PairWork {
 struct Frame<'a> {
     scene: &'a Scene,
     structures: &'a Structures,
-    reach: f64,
+    margin: f64,
 }
 
 impl Detection {
@@ -74,14 +74,14 @@ impl Detection {
     /// Bodies that went farther than the plan allows for: contacts of theirs
     /// with bodies that were left out as far apart may be missing.
     #[must_use]
-    pub fn strayed(&self) -> &[BodyId] {
-        &self.strayed
+    pub fn out_of_range(&self) -> &[BodyId] {
+        &self.out_of_range
     }
 
     fn clear(&mut self) {
         self.contacts.clear();
         self.pairs.clear();
-        self.strayed.clear();
+        self.out_of_range.clear();
     }
 
     fn add(&mut self, pair: &PairPlan, work: &PairWork) {
@@ -115,25 +115,25 @@ impl Plan {
         self.check_scene(scene)?;
         self.structures.follow(scene)?;
         let scene = &*scene;
-        let Self { pairs, work, structures, need, .. } = self;
-        let frame = Frame { scene, structures, reach: need.reach };
+        let Self { pairs, work, structures, params, .. } = self;
+        let frame = Frame { scene, structures, margin: params.margin };
         parallel::try_each_mut(work, |number, work| work.look(&pairs[number], &frame))?;
         out.clear();
         for (pair, work) in self.pairs.iter().zip(&self.work) {
             out.add(pair, work);
         }
-        out.strayed.extend(scene.ids().filter(|&id| self.has_strayed(scene, id)));
+        out.out_of_range.extend(scene.ids().filter(|&id| self.is_out_of_range(scene, id)));
         Ok(())
     }
 
     /// Whether a body has left the room that keeps it from pairs left out.
-    fn has_strayed(&self, scene: &Scene, id: BodyId) -> bool {
-        let is_far = |reason: &NotBuilt| matches!(reason, NotBuilt::FarApart { .. });
-        let of_body = self.left_out.iter().filter(|pair| pair.a == id || pair.b == id);
+    fn is_out_of_range(&self, scene: &Scene, id: BodyId) -> bool {
+        let is_far = |reason: &ExclusionReason| matches!(reason, ExclusionReason::FarApart { .. });
+        let of_body = self.excluded_pairs.iter().filter(|pair| pair.a == id || pair.b == id);
         let mut far = of_body.filter(|pair| is_far(&pair.reason));
         far.next().is_some() && {
             let [lo, hi] = self.bodies[id.index()].start;
-            let (lo, hi) = (lo - self.need.travel, hi + self.need.travel);
+            let (lo, hi) = (lo - self.params.max_displacement, hi + self.params.max_displacement);
             let outside = |p: &glam::DVec3| p.cmplt(lo).any() || p.cmpgt(hi).any();
             scene.body(id).positions().iter().any(outside)
         }
@@ -145,13 +145,13 @@ impl PairWork {
         self.contacts.clear();
         (self.overlaps, self.min_gap) = (false, None);
         match pair.method {
-            Method::Field => self.ask_field(pair, frame),
-            Method::Surfaces => {
+            DetectionMethod::Field => self.ask_field(pair, frame),
+            DetectionMethod::Surfaces => {
                 let [a, b] = [pair.a, pair.b].map(|id| frame.structures.party(frame.scene, id));
-                self.compare_surfaces(a, b, frame.reach);
+                self.compare_surfaces(a, b, frame.margin);
                 Ok(())
             }
-            Method::Medial => {
+            DetectionMethod::Medial => {
                 self.ask_balls([pair.a, pair.b], frame);
                 Ok(())
             }
@@ -170,9 +170,9 @@ impl PairWork {
     }
 
     fn ask_field(&mut self, pair: &PairPlan, frame: &Frame<'_>) -> Result<(), PlanError> {
-        let Frame { scene, structures, reach } = *frame;
+        let Frame { scene, structures, margin } = *frame;
         let bone = (pair.bone, scene.body(pair.bone));
-        let Some((detector, state)) = structures.detector(bone, reach)? else {
+        let Some((detector, state)) = structures.detector(bone, margin)? else {
             return Ok(());
         };
         let body = structures.party(scene, pair.other());
@@ -191,12 +191,12 @@ impl PairWork {
         Ok(())
     }
 
-    fn compare_surfaces(&mut self, a: Party<'_>, b: Party<'_>, reach: f64) {
-        let bounds = a.shape.tree().root().inflated(reach);
+    fn compare_surfaces(&mut self, a: Party<'_>, b: Party<'_>, margin: f64) {
+        let bounds = a.shape.tree().root().inflated(margin);
         if !bounds.overlaps(&b.shape.tree().root()) {
             return;
         }
-        self.surfaces.look(a.shape, b.shape, reach);
+        self.surfaces.look(a.shape, b.shape, margin);
         let [of_a, of_b] = self.surfaces.halves();
         self.contacts.extend(of_a.near.iter().map(|near| pair::contact(a, b, near)));
         self.contacts.extend(of_b.near.iter().map(|near| pair::contact(b, a, near)));

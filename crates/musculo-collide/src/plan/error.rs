@@ -1,18 +1,20 @@
 //! Why a plan cannot be made or followed.
 
-use crate::{NotBuilt, SceneError};
+use crate::{ExclusionReason, SceneError};
 
 /// What a plan refuses, naming the bodies concerned.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlanError {
-    /// A value that no plan can serve.
-    #[error("a {name} of {value} cannot be planned for")]
-    Need {
-        /// Which value.
+    /// A parameter outside its range.
+    #[error("{name} is {value}, but must be {range}")]
+    Parameter {
+        /// Name of the parameter.
         name: &'static str,
-        /// As given.
+        /// Value as given.
         value: f64,
+        /// Accepted values, in words.
+        range: &'static str,
     },
     /// A method was forced on a pair that it cannot serve.
     #[error("{a:?} and {b:?} cannot be told apart {method}: {reason}")]
@@ -24,7 +26,7 @@ pub enum PlanError {
         /// The method, in words.
         method: String,
         /// Why not.
-        reason: NotBuilt,
+        reason: ExclusionReason,
     },
     /// The scene is not the one that was planned for: it has other bodies.
     #[error("the plan was made for another scene")]

@@ -7,14 +7,14 @@ use glam::DVec3;
 use kdop::Dop18;
 
 use super::bone::BoneField;
-use super::cost::Work;
+use super::cost::OperationCounts;
 use super::level::Level;
 use super::structures::Structures;
-use super::{LeftOut, Need, PairPlan, count};
+use super::{ExcludedPair, PairPlan, PlanParams, count};
 use crate::scene::Body;
 use crate::{
-    BodyId, BodyKind, MedialDetector, Method, NotBuilt, PlanError, Scene, SceneError,
-    StructureKind, parallel,
+    BodyId, BodyKind, DetectionMethod, ExclusionReason, MedialDetector, PlanError, Scene,
+    SceneError, StructureKind, parallel,
 };
 
 /// Share of the tolerance that each body of a pair may deviate by.
@@ -24,29 +24,27 @@ const SHARE: f64 = 0.5;
 pub(super) struct Made {
     pub(super) pairs: Vec<PairPlan>,
     pub(super) structures: Structures,
-    pub(super) far: Vec<LeftOut>,
-    pub(super) not_built: Vec<(BodyId, StructureKind, NotBuilt)>,
+    pub(super) far: Vec<ExcludedPair>,
+    pub(super) not_built: Vec<(BodyId, StructureKind, ExclusionReason)>,
     /// To follow all bodies.
-    pub(super) follow: Work,
-    pub(super) slowness: f64,
+    pub(super) follow: OperationCounts,
 }
 
 /// Makes plans for one scene; what does not depend on the tolerance is kept.
 pub(super) struct Maker<'a> {
     scene: &'a Scene,
-    need: &'a Need,
-    forced: &'a [(BodyId, BodyId, Method)],
-    slowness: f64,
+    params: &'a PlanParams,
+    forced: &'a [(BodyId, BodyId, DetectionMethod)],
     decimations: BTreeMap<BodyId, Result<Decimation, DecimateError>>,
 }
 
 impl<'a> Maker<'a> {
     pub(super) fn new(
         scene: &'a Scene,
-        need: &'a Need,
-        forced: &'a [(BodyId, BodyId, Method)],
+        params: &'a PlanParams,
+        forced: &'a [(BodyId, BodyId, DetectionMethod)],
     ) -> Self {
-        Self { scene, need, forced, slowness: Work::slowness(), decimations: BTreeMap::new() }
+        Self { scene, params, forced, decimations: BTreeMap::new() }
     }
 
     /// A plan for a tolerance.
@@ -62,42 +60,44 @@ impl<'a> Maker<'a> {
         let boxes = boxes(self.scene);
         for pair in &mut pairs {
             pair.error_bound = match pair.method {
-                Method::Field => {
+                DetectionMethod::Field => {
                     let field = structures.fields[pair.bone.index()].as_ref();
                     let field = field.map_or(0.0, |field| field.error_bound);
                     field + structures.deviation(pair.other())
                 }
-                Method::Surfaces => structures.deviation(pair.a) + structures.deviation(pair.b),
-                Method::Medial => {
+                DetectionMethod::Surfaces => {
+                    structures.deviation(pair.a) + structures.deviation(pair.b)
+                }
+                DetectionMethod::Medial => {
                     structures.medial_deviation(pair.a).max(structures.medial_deviation(pair.b))
                 }
             };
             pair.work = self.pair_work(pair, &structures, &boxes);
-            pair.cost = self.slowness * pair.work.seconds();
+            pair.cost = self.params.machine_factor * pair.work.seconds();
         }
         let follow = self.follow_work(&structures);
-        Ok(Made { pairs, structures, far, not_built, follow, slowness: self.slowness })
+        Ok(Made { pairs, structures, far, not_built, follow })
     }
 
     /// Pairs to look at with the method that is best if it can be had, and those
     /// that are left out.
-    fn candidates(&self) -> (Vec<PairPlan>, Vec<LeftOut>) {
+    fn candidates(&self) -> (Vec<PairPlan>, Vec<ExcludedPair>) {
         let (scene, boxes) = (self.scene, boxes(self.scene));
-        let room = self.need.reach + 2.0 * self.need.travel;
+        let room = self.params.margin + 2.0 * self.params.max_displacement;
         let (mut pairs, mut far) = (Vec::new(), Vec::new());
         for a in scene.ids() {
             for b in scene.ids().skip(a.index() + 1) {
                 let kinds = [a, b].map(|id| scene.body(id).kind());
                 let distance = separation(&boxes[a.index()], &boxes[b.index()]);
                 let reason = if scene.is_ignored(a, b) {
-                    Some(NotBuilt::Ignored)
+                    Some(ExclusionReason::Ignored)
                 } else if kinds == [BodyKind::Rigid; 2] && self.forced(a, b).is_none() {
-                    Some(NotBuilt::BothRigid)
+                    Some(ExclusionReason::BothRigid)
                 } else {
-                    (distance > room).then_some(NotBuilt::FarApart { distance })
+                    (distance > room).then_some(ExclusionReason::FarApart { distance })
                 };
                 match reason {
-                    Some(reason) => far.push(LeftOut { a, b, reason }),
+                    Some(reason) => far.push(ExcludedPair { a, b, reason }),
                     None => pairs.push(self.first_choice(a, b)),
                 }
             }
@@ -111,42 +111,48 @@ impl<'a> Maker<'a> {
             body.kind() == BodyKind::Rigid && body.has_inside().is_ok()
         };
         let method = self.forced(a, b);
-        let default = if is_bone(a) || is_bone(b) { Method::Field } else { Method::Surfaces };
+        let default = if is_bone(a) || is_bone(b) {
+            DetectionMethod::Field
+        } else {
+            DetectionMethod::Surfaces
+        };
         let bone = if is_bone(a) { a } else { b };
         let is_open = |id: BodyId| self.scene.body(id).has_inside().is_err();
-        let reason = if is_open(a) || is_open(b) { NotBuilt::Open } else { NotBuilt::NoBone };
-        let instead_of = (default == Method::Surfaces).then_some(reason);
+        let reason =
+            if is_open(a) || is_open(b) { ExclusionReason::Open } else { ExclusionReason::NoBone };
+        let fallback_reason = (default == DetectionMethod::Surfaces).then_some(reason);
         PairPlan {
             a,
             b,
             method: method.unwrap_or(default),
             bone,
-            instead_of,
+            fallback_reason,
             error_bound: 0.0,
-            work: Work::default(),
+            work: OperationCounts::default(),
             cost: 0.0,
         }
     }
 
-    fn forced(&self, a: BodyId, b: BodyId) -> Option<Method> {
-        let is_pair = |&&(p, q, _): &&(BodyId, BodyId, Method)| (p.min(q), p.max(q)) == (a, b);
+    fn forced(&self, a: BodyId, b: BodyId) -> Option<DetectionMethod> {
+        let is_pair =
+            |&&(p, q, _): &&(BodyId, BodyId, DetectionMethod)| (p.min(q), p.max(q)) == (a, b);
         self.forced.iter().find(is_pair).map(|&(.., method)| method)
     }
 
     fn check_forced(&self, pairs: &[PairPlan]) -> Result<(), PlanError> {
         for pair in pairs {
             let is_rigid = |id: BodyId| self.scene.body(id).kind() == BodyKind::Rigid;
-            if pair.method == Method::Field && pair.instead_of.is_some() {
-                return Err(self.refuse(pair, NotBuilt::NoBone));
+            if pair.method == DetectionMethod::Field && pair.fallback_reason.is_some() {
+                return Err(self.refuse(pair, ExclusionReason::NoBone));
             }
-            if pair.method == Method::Medial && is_rigid(pair.a) && is_rigid(pair.b) {
-                return Err(self.refuse(pair, NotBuilt::BothRigid));
+            if pair.method == DetectionMethod::Medial && is_rigid(pair.a) && is_rigid(pair.b) {
+                return Err(self.refuse(pair, ExclusionReason::BothRigid));
             }
         }
         Ok(())
     }
 
-    fn refuse(&self, pair: &PairPlan, reason: NotBuilt) -> PlanError {
+    fn refuse(&self, pair: &PairPlan, reason: ExclusionReason) -> PlanError {
         let [a, b] = [pair.a, pair.b].map(|id| self.scene.body(id).name().to_owned());
         PlanError::Forced { a, b, method: pair.method.to_string(), reason }
     }
@@ -158,27 +164,28 @@ impl<'a> Maker<'a> {
         tolerance: f64,
         pairs: &mut [PairPlan],
         structures: &mut Structures,
-        not_built: &mut Vec<(BodyId, StructureKind, NotBuilt)>,
+        not_built: &mut Vec<(BodyId, StructureKind, ExclusionReason)>,
     ) -> Result<(), PlanError> {
-        let of_field = pairs.iter().filter(|pair| pair.method == Method::Field);
+        let of_field = pairs.iter().filter(|pair| pair.method == DetectionMethod::Field);
         let bones = ascending(of_field.map(|pair| pair.bone));
         let built = parallel::map_with(
             &bones,
             || (),
-            |(), &bone| BoneField::build(self.scene.body(bone), tolerance, self.need.reach),
+            |(), &bone| BoneField::build(self.scene.body(bone), tolerance, self.params.margin),
         );
         for (&bone, built) in bones.iter().zip(built) {
             match built {
                 Ok(field) => structures.fields[bone.index()] = Some(field),
                 Err(reason) => {
-                    let of_bone =
-                        |pair: &&mut PairPlan| pair.method == Method::Field && pair.bone == bone;
+                    let of_bone = |pair: &&mut PairPlan| {
+                        pair.method == DetectionMethod::Field && pair.bone == bone
+                    };
                     for pair in pairs.iter_mut().filter(of_bone) {
                         if self.forced(pair.a, pair.b).is_some() {
                             return Err(self.refuse(pair, reason));
                         }
-                        pair.method = Method::Surfaces;
-                        pair.instead_of = Some(reason.clone());
+                        pair.method = DetectionMethod::Surfaces;
+                        pair.fallback_reason = Some(reason.clone());
                     }
                     not_built.push((bone, StructureKind::Field, reason));
                 }
@@ -192,9 +199,9 @@ impl<'a> Maker<'a> {
         deviation: f64,
         pairs: &[PairPlan],
         structures: &mut Structures,
-        not_built: &mut Vec<(BodyId, StructureKind, NotBuilt)>,
+        not_built: &mut Vec<(BodyId, StructureKind, ExclusionReason)>,
     ) {
-        let of_surfaces = pairs.iter().filter(|pair| pair.method != Method::Medial);
+        let of_surfaces = pairs.iter().filter(|pair| pair.method != DetectionMethod::Medial);
         let bodies = ascending(of_surfaces.flat_map(|pair| match pair.bone() {
             Some(_) => [pair.other(); 2],
             None => [pair.a, pair.b],
@@ -215,8 +222,8 @@ impl<'a> Maker<'a> {
                     structures.levels[id.index()] = Some(level);
                     continue;
                 }
-                Ok(None) => NotBuilt::SavesLittle,
-                Err(error) => NotBuilt::Decimation { reason: error.to_string() },
+                Ok(None) => ExclusionReason::SavesLittle,
+                Err(error) => ExclusionReason::Decimation { reason: error.to_string() },
             };
             not_built.push((id, StructureKind::Reduced, reason));
         }
@@ -229,7 +236,7 @@ impl<'a> Maker<'a> {
         pairs: &[PairPlan],
         structures: &mut Structures,
     ) -> Result<(), PlanError> {
-        for pair in pairs.iter().filter(|pair| pair.method == Method::Medial) {
+        for pair in pairs.iter().filter(|pair| pair.method == DetectionMethod::Medial) {
             let yields = |id: &BodyId| self.scene.body(*id).kind() != BodyKind::Rigid;
             for id in [pair.a, pair.b].into_iter().filter(yields) {
                 let built = &mut structures.medials[id.index()];
@@ -237,9 +244,9 @@ impl<'a> Maker<'a> {
                     continue;
                 }
                 let params = medial::Params::tolerance(tolerance);
-                let made = MedialDetector::new(self.scene, id, self.need.reach, &params, |_| {});
+                let made = MedialDetector::new(self.scene, id, self.params.margin, &params, |_| {});
                 let refuse = |error: SceneError| {
-                    self.refuse(pair, NotBuilt::Medial { reason: error.to_string() })
+                    self.refuse(pair, ExclusionReason::Medial { reason: error.to_string() })
                 };
                 *built = Some(made.map_err(refuse)?);
             }
@@ -269,26 +276,28 @@ impl<'a> Maker<'a> {
         &self,
         pairs: &[PairPlan],
         structures: &mut Structures,
-        not_built: &mut Vec<(BodyId, StructureKind, NotBuilt)>,
+        not_built: &mut Vec<(BodyId, StructureKind, ExclusionReason)>,
     ) {
         for pair in pairs {
             for id in [pair.a, pair.b] {
                 let number = id.index();
                 structures.trees[number] |= match pair.method {
-                    Method::Field if id == pair.bone => false,
-                    Method::Field | Method::Surfaces => structures.levels[number].is_none(),
-                    Method::Medial => true,
+                    DetectionMethod::Field if id == pair.bone => false,
+                    DetectionMethod::Field | DetectionMethod::Surfaces => {
+                        structures.levels[number].is_none()
+                    }
+                    DetectionMethod::Medial => true,
                 };
             }
         }
         for id in self.scene.ids().filter(|id| !structures.trees[id.index()]) {
-            not_built.push((id, StructureKind::Tree, NotBuilt::NotNeeded));
+            not_built.push((id, StructureKind::Tree, ExclusionReason::NotNeeded));
         }
         not_built.sort_by_key(|&(id, ..)| id);
     }
 
     /// To follow the bodies.
-    fn follow_work(&self, structures: &Structures) -> Work {
+    fn follow_work(&self, structures: &Structures) -> OperationCounts {
         let own = |(body, wanted): (&Body, &bool)| {
             if *wanted { count(body.surface().faces().len()) } else { 0.0 }
         };
@@ -297,33 +306,41 @@ impl<'a> Maker<'a> {
         let coarse: f64 = levels.map(|level| count(level.shape.surface().faces().len())).sum();
         let with_balls = self.scene.ids().filter(|id| structures.medials[id.index()].is_some());
         let tied_vertices = with_balls.map(|id| count(self.scene.body(id).positions().len())).sum();
-        Work { refit_faces: own + coarse, tied_vertices, ..Work::default() }
+        OperationCounts { refit_faces: own + coarse, tied_vertices, ..OperationCounts::default() }
     }
 
-    fn pair_work(&self, pair: &PairPlan, structures: &Structures, boxes: &[Dop18]) -> Work {
+    fn pair_work(
+        &self,
+        pair: &PairPlan,
+        structures: &Structures,
+        boxes: &[Dop18],
+    ) -> OperationCounts {
         let within = |points: &[DVec3], of: BodyId| {
-            let bounds = boxes[of.index()].inflated(self.need.reach);
+            let bounds = boxes[of.index()].inflated(self.params.margin);
             let inside = |&&p: &&DVec3| bounds.overlaps(&Dop18::from_points(&[p]));
             count(points.iter().filter(inside).count())
         };
         match pair.method {
-            Method::Field => {
+            DetectionMethod::Field => {
                 let points = structures.party(self.scene, pair.other()).shape.positions();
-                Work { field_vertices: within(points, pair.bone), ..Work::default() }
+                OperationCounts {
+                    field_vertices: within(points, pair.bone),
+                    ..OperationCounts::default()
+                }
             }
-            Method::Surfaces => {
+            DetectionMethod::Surfaces => {
                 let [a, b] = [pair.a, pair.b].map(|id| structures.party(self.scene, id).shape);
                 let compared_faces = count(a.surface().faces().len() + b.surface().faces().len());
-                Work { compared_faces, ..Work::default() }
+                OperationCounts { compared_faces, ..OperationCounts::default() }
             }
-            Method::Medial => {
+            DetectionMethod::Medial => {
                 let near = |asked: BodyId, of: BodyId| {
                     let is_asked = structures.medials[of.index()].is_some();
                     let points = self.scene.body(asked).positions();
                     if is_asked { within(points, of) } else { 0.0 }
                 };
                 let ball_vertices = near(pair.a, pair.b) + near(pair.b, pair.a);
-                Work { ball_vertices, ..Work::default() }
+                OperationCounts { ball_vertices, ..OperationCounts::default() }
             }
         }
     }

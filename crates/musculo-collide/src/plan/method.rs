@@ -8,7 +8,7 @@ use crate::BodyId;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
-pub enum Method {
+pub enum DetectionMethod {
     /// Vertices and edges of one body, with as few vertices as the tolerance
     /// allows, against the distance field of the other, which is rigid. The gap
     /// is wrong by the field's error and what the first body's surface deviates.
@@ -43,7 +43,7 @@ pub enum StructureKind {
 /// Why something was not built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum NotBuilt {
+pub enum ExclusionReason {
     /// No pair that is looked at needs it.
     #[error("no pair needs it")]
     NotNeeded,
@@ -56,7 +56,7 @@ pub enum NotBuilt {
     /// The caller wants nothing said about the pair.
     #[error("the pair is ignored")]
     Ignored,
-    /// The pair cannot come within reach.
+    /// The pair cannot come within the margin.
     #[error("they are at least {distance:.3} apart, farther than they can go")]
     FarApart {
         /// A lower bound of their distance along one direction.
@@ -120,7 +120,7 @@ pub struct Structure {
     pub bytes: usize,
 }
 
-impl fmt::Display for Method {
+impl fmt::Display for DetectionMethod {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
             Self::Field => "by the field",

@@ -19,16 +19,16 @@ mod error;
 mod level;
 mod make;
 mod method;
-mod need;
+mod params;
 mod respond;
 mod structures;
 mod table;
 
-pub use self::cost::Work;
+pub use self::cost::{OperationCounts, machine_factor};
 pub use self::detect::{Detection, PairDetection};
 pub use self::error::PlanError;
-pub use self::method::{Method, NotBuilt, Structure, StructureKind};
-pub use self::need::Need;
+pub use self::method::{DetectionMethod, ExclusionReason, Structure, StructureKind};
+pub use self::params::PlanParams;
 pub use self::respond::RespondParams;
 
 use std::time::Duration;
@@ -38,7 +38,7 @@ use self::make::{Made, Maker};
 use self::structures::Structures;
 use glam::DVec3;
 
-use crate::{Body, BodyId, Scene, SweepReport, parallel};
+use crate::{Body, BodyId, Scene, SweepReport};
 
 /// How each pair of a scene is looked at, with what was built for that.
 ///
@@ -46,7 +46,7 @@ use crate::{Body, BodyId, Scene, SweepReport, parallel};
 /// use musculo_collide::distance_field::Pose;
 /// use musculo_collide::glam::{DQuat, DVec3};
 /// use musculo_collide::surface::TriangleSurface;
-/// use musculo_collide::{BodyKind, Detection, Method, Need, Plan, RespondParams, Scene};
+/// use musculo_collide::{BodyKind, Detection, DetectionMethod, PlanParams, Plan, RespondParams, Scene};
 ///
 /// let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
 /// let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|corner| 30.0 * corner);
@@ -56,8 +56,8 @@ use crate::{Body, BodyId, Scene, SweepReport, parallel};
 /// let muscle = TriangleSurface::new(4, faces)?;
 /// let muscle = scene.add("muscle", BodyKind::Deformable, muscle, corners.to_vec())?;
 ///
-/// let mut plan = Plan::new(&mut scene, &Need::within(0.5))?;
-/// assert_eq!(plan.pairs()[0].method, Method::Field);
+/// let mut plan = Plan::new(&mut scene, &PlanParams::with_tolerance(0.5))?;
+/// assert_eq!(plan.pairs()[0].method, DetectionMethod::Field);
 /// println!("{plan}");
 ///
 /// // The bone has moved, so that one corner of the muscle is 3 over its base.
@@ -72,16 +72,15 @@ use crate::{Body, BodyId, Scene, SweepReport, parallel};
 /// ```
 #[derive(Debug)]
 pub struct Plan {
-    need: Need,
+    params: PlanParams,
     tolerance: f64,
     pairs: Vec<PairPlan>,
     work: Vec<PairWork>,
     structures: Structures,
     listed: Vec<Structure>,
-    left_out: Vec<LeftOut>,
-    not_built: Vec<(BodyId, StructureKind, NotBuilt)>,
-    follow: Work,
-    slowness: f64,
+    excluded_pairs: Vec<ExcludedPair>,
+    not_built: Vec<(BodyId, StructureKind, ExclusionReason)>,
+    follow: OperationCounts,
     bodies: Vec<Planned>,
 }
 
@@ -93,16 +92,16 @@ pub struct PairPlan {
     /// The second body, of the higher number.
     pub b: BodyId,
     /// The method.
-    pub method: Method,
+    pub method: DetectionMethod,
     /// The rigid body whose field is asked, where the method is that.
     bone: BodyId,
     /// Why not by a field, where the method is another.
-    pub instead_of: Option<NotBuilt>,
+    pub fallback_reason: Option<ExclusionReason>,
     /// The gap of a contact is wrong by this at most, in the length unit, as
     /// measured on what was built for the positions it was built at.
     pub error_bound: f64,
     /// What a frame has to do for it.
-    pub work: Work,
+    pub work: OperationCounts,
     /// Predicted seconds a frame, of one thread.
     pub cost: f64,
 }
@@ -112,7 +111,7 @@ impl PairPlan {
     /// the other body's vertices and edges are looked at.
     #[must_use]
     pub fn bone(&self) -> Option<BodyId> {
-        (self.method == Method::Field).then_some(self.bone)
+        (self.method == DetectionMethod::Field).then_some(self.bone)
     }
 
     /// The body that the field of the rigid one is asked about.
@@ -123,13 +122,13 @@ impl PairPlan {
 
 /// A pair that is not looked at.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LeftOut {
+pub struct ExcludedPair {
     /// The first body.
     pub a: BodyId,
     /// The second body, of the higher number.
     pub b: BodyId,
     /// Why not.
-    pub reason: NotBuilt,
+    pub reason: ExclusionReason,
 }
 
 /// What a plan remembers of a body.
@@ -157,10 +156,10 @@ impl Plan {
     ///
     /// # Errors
     ///
-    /// [`PlanError::Need`], and [`PlanError::Scene`] when a body is too large to
+    /// [`PlanError::Parameter`], and [`PlanError::Scene`] when a body is too large to
     /// build bounds for.
-    pub fn new(scene: &mut Scene, need: &Need) -> Result<Self, PlanError> {
-        Self::with_forced(scene, need, &[])
+    pub fn new(scene: &mut Scene, params: &PlanParams) -> Result<Self, PlanError> {
+        Self::with_forced(scene, params, &[])
     }
 
     /// As [`Self::new`], with methods that the caller has chosen for some pairs.
@@ -172,27 +171,27 @@ impl Plan {
     /// serve its pair.
     pub fn with_forced(
         scene: &mut Scene,
-        need: &Need,
-        forced: &[(BodyId, BodyId, Method)],
+        params: &PlanParams,
+        forced: &[(BodyId, BodyId, DetectionMethod)],
     ) -> Result<Self, PlanError> {
-        need.check()?;
-        let mut maker = Maker::new(scene, need, forced);
-        let mut tolerance = need.tolerance;
-        let mut plan = Self::from(scene, need, tolerance, maker.make(tolerance)?);
+        params.validate()?;
+        let mut maker = Maker::new(scene, params, forced);
+        let mut tolerance = params.tolerance;
+        let mut plan = Self::from(scene, params, tolerance, maker.make(tolerance)?);
         for _ in 0..TRIES {
             if plan.keeps_budget() {
                 break;
             }
             tolerance *= COARSER;
-            plan = Self::from(scene, need, tolerance, maker.make(tolerance)?);
+            plan = Self::from(scene, params, tolerance, maker.make(tolerance)?);
         }
         scene.bound_some(&plan.structures.trees)?;
         plan.listed = plan.structures.list(scene);
         Ok(plan)
     }
 
-    fn from(scene: &Scene, need: &Need, tolerance: f64, made: Made) -> Self {
-        let Made { pairs, structures, far, not_built, follow, slowness } = made;
+    fn from(scene: &Scene, params: &PlanParams, tolerance: f64, made: Made) -> Self {
+        let Made { pairs, structures, far, not_built, follow } = made;
         let planned = |body: &Body| {
             let positions = body.positions();
             let start = [
@@ -202,16 +201,15 @@ impl Plan {
             Planned { name: body.name().to_owned(), vertices: positions.len(), start }
         };
         Self {
-            need: *need,
+            params: *params,
             tolerance,
             work: pairs.iter().map(|_| PairWork::default()).collect(),
             listed: Vec::new(),
             pairs,
             structures,
-            left_out: far,
+            excluded_pairs: far,
             not_built,
             follow,
-            slowness,
             bodies: scene.bodies().iter().map(planned).collect(),
         }
     }
@@ -224,8 +222,8 @@ impl Plan {
 
     /// The pairs that are not, with the reasons.
     #[must_use]
-    pub fn left_out(&self) -> &[LeftOut] {
-        &self.left_out
+    pub fn excluded_pairs(&self) -> &[ExcludedPair] {
+        &self.excluded_pairs
     }
 
     /// What was built, in the order of the bodies.
@@ -236,7 +234,7 @@ impl Plan {
 
     /// What was not built though it might have been, with the reasons.
     #[must_use]
-    pub fn not_built(&self) -> &[(BodyId, StructureKind, NotBuilt)] {
+    pub fn not_built(&self) -> &[(BodyId, StructureKind, ExclusionReason)] {
         &self.not_built
     }
 
@@ -247,22 +245,24 @@ impl Plan {
         self.tolerance
     }
 
-    /// Predicted time of a frame on the threads there are.
+    /// Returns the predicted time of a frame, on the threads and the machine of the
+    /// parameters.
     #[must_use]
     pub fn predicted(&self) -> Duration {
-        Duration::from_secs_f64(self.slowness * self.work().seconds() / parallel::threads())
+        let PlanParams { machine_factor, threads, .. } = self.params;
+        Duration::from_secs_f64(machine_factor * self.work().seconds() / count(threads))
     }
 
     /// What a frame has to do, counted where the bodies were when it was planned.
     #[must_use]
-    pub fn work(&self) -> Work {
+    pub fn work(&self) -> OperationCounts {
         self.pairs.iter().fold(self.follow, |sum, pair| sum + pair.work)
     }
 
     /// Whether the plan is predicted to keep to the budget, if there is one.
     #[must_use]
     pub fn keeps_budget(&self) -> bool {
-        self.need.budget.is_none_or(|budget| self.predicted() <= budget)
+        self.params.budget.is_none_or(|budget| self.predicted() <= budget)
     }
 
     /// Finds who of the pairs that are looked at meets while bodies go to new

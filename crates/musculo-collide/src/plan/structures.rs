@@ -71,14 +71,14 @@ impl Structures {
     pub(super) fn detector(
         &self,
         (id, bone): (BodyId, &Body),
-        reach: f64,
+        margin: f64,
     ) -> Result<Option<(FieldDetector<'_>, RigidState)>, PlanError> {
         let Some(BoneField { field, volume, .. }) = &self.fields[id.index()] else {
             return Ok(None);
         };
         let no_pose = || PlanError::NoPose { name: bone.name().to_owned() };
         let pose = bone.pose().ok_or_else(no_pose)?;
-        let detector = FieldDetector::with_volume(field, reach, volume);
+        let detector = FieldDetector::with_volume(field, margin, volume);
         Ok(Some((detector, RigidState::at(pose))))
     }
 

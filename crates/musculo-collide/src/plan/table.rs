@@ -20,10 +20,10 @@ impl Plan {
     fn write_head(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let milliseconds = 1e3 * self.predicted().as_secs_f64();
         write!(f, "tolerance {}", self.tolerance)?;
-        if self.tolerance > self.need.tolerance {
-            write!(f, ", given up for the budget: {}", self.need.tolerance)?;
+        if self.tolerance > self.params.tolerance {
+            write!(f, ", given up for the budget: {}", self.params.tolerance)?;
         }
-        write!(f, "; reach {}; {milliseconds:.1} ms a frame predicted", self.need.reach)?;
+        write!(f, "; margin {}; {milliseconds:.1} ms a frame predicted", self.params.margin)?;
         if !self.keeps_budget() {
             write!(f, ", over the budget")?;
         }
@@ -66,8 +66,10 @@ impl Plan {
             "a", "b", "looked at", "error", "µs"
         )?;
         for pair in &self.pairs {
-            let why =
-                pair.instead_of.as_ref().map_or(String::new(), |why| format!("  no field: {why}"));
+            let why = pair
+                .fallback_reason
+                .as_ref()
+                .map_or(String::new(), |why| format!("  no field: {why}"));
             writeln!(
                 f,
                 "{:<width$}  {:<width$}  {:<12} {:>9.4} {:>9.1}{why}",
@@ -83,7 +85,7 @@ impl Plan {
 
     fn write_left_out(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let width = self.name_width();
-        for pair in &self.left_out {
+        for pair in &self.excluded_pairs {
             let [a, b] = [pair.a, pair.b].map(|id| self.name(id));
             writeln!(f, "{a:<width$}  {b:<width$}  not looked at: {}", pair.reason)?;
         }

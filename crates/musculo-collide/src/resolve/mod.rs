@@ -128,7 +128,7 @@ impl<'a> Run<'a> {
         let before = scene.check(&near)?;
         let tissues = tissue::tissues(scene);
         let inverse_masses = tissue::inverse_masses(scene, &tissues, params.smoothing);
-        let now = Sight::first(scene, near.reach)?;
+        let now = Sight::first(scene, near.margin)?;
         let count = tissues.len();
         let mut run = Self {
             scene,
@@ -194,7 +194,7 @@ impl<'a> Run<'a> {
 
     fn see(&mut self, moved: &[bool]) -> Result<(), SceneError> {
         let now = std::mem::take(&mut self.now);
-        self.now = now.again(self.scene, self.near.reach, moved)?;
+        self.now = now.again(self.scene, self.near.margin, moved)?;
         Ok(())
     }
 

@@ -93,9 +93,9 @@ pub struct Remaining {
 /// What a resolution did.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Resolution {
-    /// Every pair within reach at first.
+    /// Every pair within the margin at first.
     pub before: Vec<PairReport>,
-    /// Every pair within reach now.
+    /// Every pair within the margin now.
     pub after: Vec<PairReport>,
     /// How things stood at first and after each round.
     pub rounds: Vec<Round>,

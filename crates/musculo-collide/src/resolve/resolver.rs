@@ -58,7 +58,7 @@ impl Resolver {
     /// Those of [`Scene::check`].
     pub fn resolve(&mut self, scene: &mut Scene) -> Result<Resolution, SceneError> {
         let step = STEP * self.params.smoothing;
-        let near = CheckParams { reach: 4.0 * self.params.clearance + SIGHT * step };
+        let near = CheckParams { margin: 4.0 * self.params.clearance + SIGHT * step };
         let fits = carry::fit(&self.carried, scene);
         let mut run = Run::start(scene, self.params, near)?;
         if fits && run.goes_on() {

@@ -68,7 +68,7 @@ pub(super) fn farthest(body: &Body, tissue: &Tissue, pushes: &[DVec3]) -> f64 {
     pushed.map(|((x, rest), push)| (*x + *push).distance(*rest)).fold(0.0, f64::max)
 }
 
-/// Vertices that are not pushed themselves, within reach of pushed ones along
+/// Vertices that are not pushed themselves, within the margin of pushed ones along
 /// the surface or through the tissue.
 fn around(
     body: &Body,

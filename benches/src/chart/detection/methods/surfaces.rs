@@ -22,7 +22,7 @@ pub(super) struct Exact<'a> {
 
 pub(super) fn exact<'a>(question: &'a Question<'a>) -> Result<Exact<'a>, Failure> {
     let (mut scene, ids) = question.scene()?;
-    let reports = scene.check(&CheckParams { reach: 0.0 })?;
+    let reports = scene.check(&CheckParams { margin: 0.0 })?;
     Ok(Exact { question, scene, ids, muscles: question.muscles(), reports })
 }
 
@@ -31,7 +31,7 @@ impl Detector for Exact<'_> {
         for &muscle in &self.muscles {
             self.scene.move_body(self.ids[muscle], &self.question.moving.frames[frame][muscle])?;
         }
-        self.reports = self.scene.check(&CheckParams { reach: 0.0 })?;
+        self.reports = self.scene.check(&CheckParams { margin: 0.0 })?;
         Ok(())
     }
 
@@ -78,7 +78,7 @@ pub(super) fn reduced<'a>(question: &'a Question<'a>, within: f64) -> Result<Few
         reduced.push(coarse);
     }
     ignore_others(&mut scene, &ids, &question.pairs);
-    scene.check(&CheckParams { reach: 0.0 })?;
+    scene.check(&CheckParams { margin: 0.0 })?;
     Ok(Fewer { question, scene, ids, muscles, reduced, x, frame: 0 })
 }
 
@@ -88,7 +88,7 @@ impl Detector for Fewer<'_> {
             self.reduced[muscle].gather(&self.question.moving.frames[frame][muscle], &mut self.x);
             self.scene.move_body(self.ids[muscle], &self.x)?;
         }
-        self.scene.check(&CheckParams { reach: 0.0 })?;
+        self.scene.check(&CheckParams { margin: 0.0 })?;
         self.frame = frame;
         Ok(())
     }
