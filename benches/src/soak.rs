@@ -5,7 +5,7 @@
 
 use std::error::Error;
 
-use ccd::Params;
+use ccd::CcdParams;
 use fixtures::shapes::icosphere;
 use glam::{DQuat, DVec3};
 use musculo_collide::distance_field::Pose;
@@ -97,7 +97,7 @@ impl Sway {
         plan.respond(scene, detection, &RespondParams::default())?;
         if frame.is_multiple_of(10) {
             self.place(0, frame + 1);
-            self.plan.sweep(&mut self.scene, &[(self.ids[1], &self.next)], &Params::DEFAULT)?;
+            self.plan.sweep(&mut self.scene, &[(self.ids[1], &self.next)], &CcdParams::DEFAULT)?;
         }
         Ok(())
     }

@@ -1,13 +1,13 @@
 //! Geometry of arbitrary numbers.
 
-use ccd::{CcdError, Certainty, Contact, Params};
+use ccd::{CcdContact, CcdError, CcdParams, Certainty};
 use distance_field::{DistanceField, Grid, Interpolation, Storage};
 use glam::DVec3;
 use kdop::{Leaves, Tree, Workspace};
 
 use crate::bytes::Bytes;
 
-type Query = fn([DVec3; 4], [DVec3; 4], &Params) -> Result<Option<Contact>, CcdError>;
+type Query = fn([DVec3; 4], [DVec3; 4], &CcdParams) -> Result<Option<CcdContact>, CcdError>;
 
 /// Continuous queries: intervals lie in the step; what exact arithmetic finds is
 /// never missed, nor found late.
@@ -21,12 +21,12 @@ pub fn ccd(bytes: &[u8]) {
         if bytes.byte().is_multiple_of(2) { ccd::vertex_face } else { ccd::edge_edge };
     let separation = if bytes.byte().is_multiple_of(2) { 0.0 } else { bytes.coordinate().abs() };
     let (x0, x1) = (bytes.points(), bytes.points());
-    let params = Params { max_directions: 50, ..Params::DEFAULT };
+    let params = CcdParams { max_directions: 50, ..CcdParams::DEFAULT };
     let Ok(found) = query(x0, x1, &params) else { return };
-    let exact = query(x0, x1, &Params { max_directions: 50, ..Params::EXACT });
+    let exact = query(x0, x1, &CcdParams { max_directions: 50, ..CcdParams::EXACT });
     let exact = exact.expect("what is refused does not depend on how it is decided");
     for contact in found.iter().chain(&exact) {
-        let Contact { lo, hi, .. } = *contact;
+        let CcdContact { lo, hi, .. } = *contact;
         assert!((0.0..=1.0).contains(&lo) && lo <= hi && hi <= 1.0, "{lo} {hi}: {x0:?} {x1:?}");
     }
     let certain = exact.filter(|exact| exact.certainty == Certainty::Certain);
@@ -34,7 +34,7 @@ pub fn ccd(bytes: &[u8]) {
         let lo = found.map_or(f64::INFINITY, |found| found.lo);
         assert!(lo <= exact.hi, "missed or late: {lo} after {}: {x0:?} {x1:?}", exact.hi);
     }
-    let apart = Params { min_separation: separation, ..params };
+    let apart = CcdParams { min_separation: separation, ..params };
     if let Ok(kept) = query(x0, x1, &apart) {
         let is_kept = certain.is_none() || kept.is_some();
         assert!(is_kept, "missed by a separation of {separation}: {x0:?} {x1:?}");

@@ -13,7 +13,7 @@ use std::process::ExitCode;
 use benches::ccd::measure::{Answers, as_f64, mean_times, nanoseconds, worst_time};
 use benches::ccd::methods::{certified, del_geo, interval_subdivision, plain_cubic};
 use benches::ccd::queries::{Kind, Query, QuerySet, made, read};
-use ccd::{Motion, Params};
+use ccd::{CcdParams, MovingPoints};
 
 fn main() -> io::Result<ExitCode> {
     let mut table = Table::default();
@@ -91,8 +91,8 @@ fn number(value: f64) -> String {
 
 fn compare(set: &QuerySet, limits: &Limits, table: &mut Table) {
     let name = set.name.trim_start_matches("full/");
-    let ours = |query: &Query| certified(set.kind, query, &Params::DEFAULT);
-    let exact = |query: &Query| certified(set.kind, query, &Params::EXACT);
+    let ours = |query: &Query| certified(set.kind, query, &CcdParams::DEFAULT);
+    let exact = |query: &Query| certified(set.kind, query, &CcdParams::EXACT);
     compare_times(set, limits, table, name);
     compare_batches(set, limits, table, name);
     for (method, label) in [(&ours as &dyn Fn(&Query) -> _, "worst"), (&exact, "worst, exact")] {
@@ -109,9 +109,9 @@ const ROUNDS: usize = 15;
 
 fn compare_times(set: &QuerySet, limits: &Limits, table: &mut Table, name: &str) {
     let kind = set.kind;
-    let ours = |query: &Query| certified(kind, query, &Params::DEFAULT);
-    let exact = |query: &Query| certified(kind, query, &Params::EXACT);
-    let apart = Params { min_separation: separation(&set.queries), ..Params::DEFAULT };
+    let ours = |query: &Query| certified(kind, query, &CcdParams::DEFAULT);
+    let exact = |query: &Query| certified(kind, query, &CcdParams::EXACT);
+    let apart = CcdParams { min_separation: separation(&set.queries), ..CcdParams::DEFAULT };
     let apart = |query: &Query| certified(kind, query, &apart);
     let peer = |query: &Query| del_geo(kind, query);
     let plain = |query: &Query| plain_cubic(kind, query);
@@ -139,19 +139,19 @@ fn separation(queries: &[Query]) -> f64 {
 
 fn compare_batches(set: &QuerySet, limits: &Limits, table: &mut Table, name: &str) {
     let ([x0, x1], candidates) = set.as_motion();
-    let Ok(motion) = Motion::new(&x0, &x1) else { return };
+    let Ok(motion) = MovingPoints::new(&x0, &x1) else { return };
     let least = |work: &dyn Fn()| {
         let best = (0..ROUNDS).map(|_| nanoseconds(work)).fold(f64::INFINITY, f64::min);
         best / as_f64(candidates.len())
     };
-    let params = Params::DEFAULT;
+    let params = CcdParams::DEFAULT;
     let filter = match set.kind {
-        Kind::VertexFace => Motion::filter_vertex_faces,
-        Kind::EdgeEdge => Motion::filter_edge_edges,
+        Kind::VertexFace => MovingPoints::filter_vertex_faces,
+        Kind::EdgeEdge => MovingPoints::filter_edge_edges,
     };
     let find = match set.kind {
-        Kind::VertexFace => Motion::vertex_faces,
-        Kind::EdgeEdge => Motion::edge_edges,
+        Kind::VertexFace => MovingPoints::vertex_face_contacts,
+        Kind::EdgeEdge => MovingPoints::edge_edge_contacts,
     };
     let filtered = least(&|| drop(filter(&motion, &candidates, &params)));
     let found = least(&|| drop(find(&motion, &candidates, &params)));
@@ -165,8 +165,8 @@ type Method<'a> = &'a dyn Fn(&Query) -> Option<f64>;
 
 fn compare_answers(set: &QuerySet, limits: &Limits, table: &mut Table, name: &str) {
     let kind = set.kind;
-    let ours = |query: &Query| certified(kind, query, &Params::DEFAULT);
-    let exact = |query: &Query| certified(kind, query, &Params::EXACT);
+    let ours = |query: &Query| certified(kind, query, &CcdParams::DEFAULT);
+    let exact = |query: &Query| certified(kind, query, &CcdParams::EXACT);
     let peer = |query: &Query| del_geo(kind, query);
     let plain = |query: &Query| plain_cubic(kind, query);
     let methods: [(&str, Method<'_>); 4] =

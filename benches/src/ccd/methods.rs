@@ -1,7 +1,7 @@
 //! The ways to answer a query that are compared: each takes a query and
 //! returns the time it would give for the first contact.
 
-use ccd::{Params, cubic};
+use ccd::{CcdParams, cubic};
 use del_geo_core::ccd3::{EdgeEdge, FaceVertex, intersecting_time_ee, intersecting_time_fv};
 use glam::DVec3;
 
@@ -9,7 +9,7 @@ use super::queries::{Kind, Query};
 
 /// The crate `ccd`, reporting what rounding leaves open.
 #[must_use]
-pub fn certified(kind: Kind, query: &Query, params: &Params) -> Option<f64> {
+pub fn certified(kind: Kind, query: &Query, params: &CcdParams) -> Option<f64> {
     let contact = match kind {
         Kind::VertexFace => ccd::vertex_face(query.x0, query.x1, params),
         Kind::EdgeEdge => ccd::edge_edge(query.x0, query.x1, params),

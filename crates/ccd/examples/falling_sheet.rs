@@ -2,7 +2,7 @@
 //! and what the filters left to search.
 #![expect(clippy::print_stdout, reason = "an example that shows its results")]
 
-use ccd::{CcdError, FirstContact, Motion, Params};
+use ccd::{CcdError, CcdParams, FirstContact, MovingPoints};
 use glam::DVec3;
 
 /// Vertices along a side of the sheet.
@@ -22,11 +22,11 @@ fn main() -> Result<(), CcdError> {
     let along = (0..SIDE).flat_map(|y| (0..SIDE - 1).map(move |x| y * SIDE + x));
     let edges: Vec<[u32; 4]> = along.map(|i| [i, i + 1, from, to]).collect();
 
-    let motion = Motion::new(&x0, &x1)?;
-    let params = Params::DEFAULT;
+    let motion = MovingPoints::new(&x0, &x1)?;
+    let params = CcdParams::DEFAULT;
     println!("{} candidates", edges.len());
     println!("{} left by the filters", motion.filter_edge_edges(&edges, &params)?.len());
-    let contacts = motion.edge_edges(&edges, &params)?;
+    let contacts = motion.edge_edge_contacts(&edges, &params)?;
     let certain = contacts.iter().filter(|c| c.contact.is_certain()).count();
     println!("{} contacts, {certain} of them certain", contacts.len());
     if let Some(FirstContact::EdgeEdge(first)) = motion.first_contact(&[], &edges, &params)? {

@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use crate::contact::{Contact, Params};
+use crate::contact::{CcdContact, CcdParams};
 use crate::error::{CcdError, StepEnd};
 use crate::lanes::{self, LANES, LaneCorners, Vectors};
 use crate::polygon::{Corners, Shape, check_finite};
@@ -16,7 +16,7 @@ use crate::search::first_contact;
 /// Positions of all points at the start and the end of a step, known to be
 /// finite and equally many.
 #[derive(Clone, Copy, Debug)]
-pub struct Motion<'a> {
+pub struct MovingPoints<'a> {
     pub(crate) x0: &'a [DVec3],
     pub(crate) x1: &'a [DVec3],
 }
@@ -28,7 +28,7 @@ pub struct CandidateContact {
     /// Place of the candidate in its list.
     pub candidate: usize,
     /// Its first contact.
-    pub contact: Contact,
+    pub contact: CcdContact,
 }
 
 /// The first contact of all.
@@ -44,14 +44,14 @@ pub enum FirstContact {
 impl FirstContact {
     /// The contact, whichever kind.
     #[must_use]
-    pub fn contact(&self) -> &Contact {
+    pub fn contact(&self) -> &CcdContact {
         match self {
             Self::VertexFace(found) | Self::EdgeEdge(found) => &found.contact,
         }
     }
 }
 
-impl<'a> Motion<'a> {
+impl<'a> MovingPoints<'a> {
     /// Checks positions at the start and the end of a step (both `|V|`).
     ///
     /// # Errors
@@ -83,10 +83,10 @@ impl<'a> Motion<'a> {
     ///
     /// When a parameter is out of range, or a candidate refers to a point that
     /// does not exist.
-    pub fn vertex_faces(
+    pub fn vertex_face_contacts(
         &self,
         candidates: &[[u32; 4]],
-        params: &Params,
+        params: &CcdParams,
     ) -> Result<Vec<CandidateContact>, CcdError> {
         self.contacts::<3>(candidates, params)
     }
@@ -96,11 +96,11 @@ impl<'a> Motion<'a> {
     ///
     /// # Errors
     ///
-    /// As [`Motion::vertex_faces`].
-    pub fn edge_edges(
+    /// As [`MovingPoints::vertex_face_contacts`].
+    pub fn edge_edge_contacts(
         &self,
         candidates: &[[u32; 4]],
-        params: &Params,
+        params: &CcdParams,
     ) -> Result<Vec<CandidateContact>, CcdError> {
         self.contacts::<4>(candidates, params)
     }
@@ -114,16 +114,16 @@ impl<'a> Motion<'a> {
     ///
     /// # Errors
     ///
-    /// As [`Motion::vertex_faces`].
+    /// As [`MovingPoints::vertex_face_contacts`].
     pub fn first_contact(
         &self,
         vertex_faces: &[[u32; 4]],
         edge_edges: &[[u32; 4]],
-        params: &Params,
+        params: &CcdParams,
     ) -> Result<Option<FirstContact>, CcdError> {
         let first = self.first_of::<3>(vertex_faces, params)?;
         let t_max = first.map_or(params.t_max, |found| found.contact.lo);
-        let second = self.first_of::<4>(edge_edges, &Params { t_max, ..*params })?;
+        let second = self.first_of::<4>(edge_edges, &CcdParams { t_max, ..*params })?;
         let second =
             second.filter(|second| first.is_none_or(|first| second.contact.lo < first.contact.lo));
         Ok(second.map(FirstContact::EdgeEdge).or(first.map(FirstContact::VertexFace)))
@@ -134,11 +134,11 @@ impl<'a> Motion<'a> {
     ///
     /// # Errors
     ///
-    /// As [`Motion::vertex_faces`].
+    /// As [`MovingPoints::vertex_face_contacts`].
     pub fn filter_vertex_faces(
         &self,
         candidates: &[[u32; 4]],
-        params: &Params,
+        params: &CcdParams,
     ) -> Result<Vec<usize>, CcdError> {
         self.filter::<3>(candidates, params)
     }
@@ -147,11 +147,11 @@ impl<'a> Motion<'a> {
     ///
     /// # Errors
     ///
-    /// As [`Motion::vertex_faces`].
+    /// As [`MovingPoints::vertex_face_contacts`].
     pub fn filter_edge_edges(
         &self,
         candidates: &[[u32; 4]],
-        params: &Params,
+        params: &CcdParams,
     ) -> Result<Vec<usize>, CcdError> {
         self.filter::<4>(candidates, params)
     }
@@ -159,7 +159,7 @@ impl<'a> Motion<'a> {
     fn contacts<const N: usize>(
         &self,
         candidates: &[[u32; 4]],
-        params: &Params,
+        params: &CcdParams,
     ) -> Result<Vec<CandidateContact>, CcdError>
     where
         Shape<N>: Corners<N>,
@@ -180,7 +180,7 @@ impl<'a> Motion<'a> {
     fn filter<const N: usize>(
         &self,
         candidates: &[[u32; 4]],
-        params: &Params,
+        params: &CcdParams,
     ) -> Result<Vec<usize>, CcdError>
     where
         Shape<N>: LaneCorners,
@@ -203,7 +203,7 @@ impl<'a> Motion<'a> {
     fn first_of<const N: usize>(
         &self,
         candidates: &[[u32; 4]],
-        params: &Params,
+        params: &CcdParams,
     ) -> Result<Option<CandidateContact>, CcdError>
     where
         Shape<N>: Corners<N>,
@@ -213,7 +213,7 @@ impl<'a> Motion<'a> {
         let mut first: Option<CandidateContact> = None;
         for (round, candidates) in candidates.chunks(ROUND).enumerate() {
             let t_max = first.map_or(params.t_max, |found| found.contact.lo);
-            let params = Params { t_max, ..*params };
+            let params = CcdParams { t_max, ..*params };
             let chunks = map_chunks(candidates, |from, chunk| {
                 self.first_of_chunk::<N>(round * ROUND + from, chunk, params)
             });
@@ -228,7 +228,7 @@ impl<'a> Motion<'a> {
         &self,
         from: usize,
         chunk: &[[u32; 4]],
-        params: Params,
+        params: CcdParams,
     ) -> Result<Option<CandidateContact>, CcdError>
     where
         Shape<N>: Corners<N>,
@@ -248,7 +248,7 @@ impl<'a> Motion<'a> {
         &self,
         from: usize,
         chunk: &[[u32; 4]],
-        mut params: Params,
+        mut params: CcdParams,
         mut found: impl FnMut(CandidateContact, &mut f64),
     ) -> Result<(), CcdError>
     where
@@ -269,7 +269,7 @@ impl<'a> Motion<'a> {
 
     /// One bit for each of up to `LANES` candidates that the filters cannot drop.
     #[inline]
-    fn left_over<const N: usize>(&self, points: &[[u32; 4]], params: &Params) -> u32
+    fn left_over<const N: usize>(&self, points: &[[u32; 4]], params: &CcdParams) -> u32
     where
         Shape<N>: LaneCorners,
     {
@@ -283,8 +283,8 @@ impl<'a> Motion<'a> {
             & ((2 << last) - 1)
     }
 
-    fn check(&self, candidates: &[[u32; 4]], params: &Params) -> Result<(), CcdError> {
-        params.check()?;
+    fn check(&self, candidates: &[[u32; 4]], params: &CcdParams) -> Result<(), CcdError> {
+        params.validate()?;
         for (candidate, points) in candidates.iter().enumerate() {
             self.check_points(candidate, points)?;
         }

@@ -7,11 +7,11 @@ use crate::error::CcdError;
 /// How close is a contact, up to when, and how hard to try.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Params {
+pub struct CcdParams {
     /// Euclidean distance \[length unit of the points\] that counts as contact,
     /// `>= 0`. With 0 the primitives must meet. Nothing that comes closer is
     /// missed; what stays further than this by 1e-9 of it, and by more than
-    /// rounding, is reported only where [`Params::max_directions`] are used up.
+    /// rounding, is reported only where [`CcdParams::max_directions`] are used up.
     pub min_separation: f64,
     /// Last time of interest, in `0.0..=1.0` of the step: contacts after it may
     /// be left out.
@@ -28,12 +28,12 @@ pub struct Params {
     pub undecided: Undecided,
 }
 
-impl Params {
+impl CcdParams {
     /// Touching, during the whole step, conservatively.
     pub const DEFAULT: Self =
         Self { min_separation: 0.0, t_max: 1.0, max_directions: 400, undecided: Undecided::Report };
 
-    /// As [`Params::DEFAULT`], but what rounding leaves open is decided in
+    /// As [`CcdParams::DEFAULT`], but what rounding leaves open is decided in
     /// exact arithmetic.
     #[cfg(feature = "exact")]
     pub const EXACT: Self = Self { undecided: Undecided::DecideExactly, ..Self::DEFAULT };
@@ -43,7 +43,7 @@ impl Params {
     /// # Errors
     ///
     /// [`CcdError::MinSeparation`] and [`CcdError::TimeMax`].
-    pub fn check(&self) -> Result<(), CcdError> {
+    pub fn validate(&self) -> Result<(), CcdError> {
         if !(self.min_separation >= 0.0 && self.min_separation.is_finite()) {
             return Err(CcdError::MinSeparation(self.min_separation));
         }
@@ -54,7 +54,7 @@ impl Params {
     }
 }
 
-impl Default for Params {
+impl Default for CcdParams {
     fn default() -> Self {
         Self::DEFAULT
     }
@@ -92,9 +92,9 @@ pub enum Certainty {
 /// `|sum weights_i x_i| <= min_separation`, up to rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Contact {
+pub struct CcdContact {
     /// Start of the interval of the contact, in `0.0..=1.0` of the step: never
-    /// after the first contact, whatever [`Contact::certainty`] says.
+    /// after the first contact, whatever [`CcdContact::certainty`] says.
     pub lo: f64,
     /// End of the interval, `>= lo`.
     pub hi: f64,
@@ -112,7 +112,7 @@ pub struct Contact {
     pub normal: DVec3,
 }
 
-impl Contact {
+impl CcdContact {
     /// Whether the contact is proven.
     #[must_use]
     pub fn is_certain(&self) -> bool {

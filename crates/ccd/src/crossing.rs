@@ -19,8 +19,8 @@ use std::ops::Add;
 
 use glam::DVec3;
 
-use crate::batch::Motion;
-use crate::contact::Params;
+use crate::batch::MovingPoints;
+use crate::contact::CcdParams;
 use crate::cubic::RootKind;
 use crate::error::{CcdError, StepEnd};
 use crate::polygon::check_finite;
@@ -92,11 +92,11 @@ pub fn vertex_face_crossings(x0: [DVec3; 4], x1: [DVec3; 4]) -> Result<Crossings
         }
         passes
     };
-    let passes = Search::unless_filtered(&x0, &x1, &Params::DEFAULT, count)?;
+    let passes = Search::unless_filtered(&x0, &x1, &CcdParams::DEFAULT, count)?;
     Ok(passes.unwrap_or_default())
 }
 
-impl Motion<'_> {
+impl MovingPoints<'_> {
     /// Counts how often a vertex passes through faces during the step.
     ///
     /// Over all faces of a closed surface that the vertex does not belong to,
@@ -143,7 +143,7 @@ pub fn ray_crossings(origin: DVec3, direction: DVec3, face: [DVec3; 3]) -> Cross
 }
 
 /// Whether a point is inside a closed surface: the static limit of
-/// [`Motion::crossings`], by rays in one direction after another until all
+/// [`MovingPoints::crossings`], by rays in one direction after another until all
 /// passes of one are decided. `None` if none is, as for a point on the surface.
 ///
 /// # Errors
@@ -156,7 +156,7 @@ pub fn is_inside(
 ) -> Result<Option<bool>, CcdError> {
     check_finite(positions, StepEnd::Start)?;
     check_finite(&[point], StepEnd::Start)?;
-    let motion = Motion { x0: positions, x1: positions };
+    let motion = MovingPoints { x0: positions, x1: positions };
     for direction in DIRECTIONS {
         let mut all = Crossings::default();
         for (candidate, &[a, b, c]) in faces.iter().enumerate() {

@@ -6,7 +6,7 @@
 //!
 //! - **no contact is missed**, whatever rounding does: `None` is returned only
 //!   where a certificate holds for every time of the step;
-//! - **no time is late**: [`Contact::lo`] is never after the first contact;
+//! - **no time is late**: [`CcdContact::lo`] is never after the first contact;
 //! - [`Certainty::Certain`] says that there is a contact in `lo..=hi`. What
 //!   rounding cannot tell from a near miss is [`Certainty::Possible`], or, with
 //!   the feature `exact` and [`Undecided::DecideExactly`], decided in integers.
@@ -18,8 +18,8 @@
 //! changes no bit of an answer, and only differences of coordinates count, so
 //! the scene may be far from the origin.
 //!
-//! [`Motion`] answers many candidates by index into shared positions, filters
-//! them in SIMD lanes, and finds the first contact of all. [`Motion::crossings`]
+//! [`MovingPoints`] answers many candidates by index into shared positions, filters
+//! them in SIMD lanes, and finds the first contact of all. [`MovingPoints::crossings`]
 //! tells by parity on which side of a closed surface a vertex ends.
 //! [`cubic`] is the root isolation by itself.
 //!
@@ -47,13 +47,13 @@
 //! # Example
 //!
 //! ```
-//! use ccd::{Params, vertex_face};
+//! use ccd::{CcdParams, vertex_face};
 //! use glam::DVec3;
 //!
 //! // A vertex falls from 1 above a face to 1 below it.
 //! let face = [DVec3::ZERO, DVec3::X, DVec3::Y];
 //! let at = |height: f64| [DVec3::new(0.2, 0.3, height), face[0], face[1], face[2]];
-//! let contact = vertex_face(at(1.0), at(-1.0), &Params::DEFAULT)?.expect("it falls through");
+//! let contact = vertex_face(at(1.0), at(-1.0), &CcdParams::DEFAULT)?.expect("it falls through");
 //!
 //! assert!(contact.is_certain() && contact.lo <= 0.5 && 0.5 <= contact.hi);
 //! assert!(contact.hi - contact.lo < 1e-12);
@@ -79,8 +79,8 @@ mod rounding;
 mod rounding_bounds;
 mod search;
 
-pub use batch::{CandidateContact, FirstContact, Motion};
-pub use contact::{Certainty, Contact, Params, Undecided};
+pub use batch::{CandidateContact, FirstContact, MovingPoints};
+pub use contact::{CcdContact, CcdParams, Certainty, Undecided};
 pub use crossing::{Crossings, is_inside, ray_crossings, vertex_face_crossings};
 pub use error::{CcdError, StepEnd};
 
@@ -90,7 +90,7 @@ use glam::DVec3;
 ///
 /// `x0` and `x1` hold the vertex, then the corners of the face, at the start
 /// and the end of the step. `None` means that they certainly do not meet until
-/// [`Params::t_max`].
+/// [`CcdParams::t_max`].
 ///
 /// # Errors
 ///
@@ -98,9 +98,9 @@ use glam::DVec3;
 pub fn vertex_face(
     x0: [DVec3; 4],
     x1: [DVec3; 4],
-    params: &Params,
-) -> Result<Option<Contact>, CcdError> {
-    params.check()?;
+    params: &CcdParams,
+) -> Result<Option<CcdContact>, CcdError> {
+    params.validate()?;
     search::first_contact::<3>(&x0, &x1, params)
 }
 
@@ -116,13 +116,13 @@ pub fn vertex_face(
 /// # Example
 ///
 /// ```
-/// use ccd::{Params, edge_edge};
+/// use ccd::{CcdParams, edge_edge};
 /// use glam::DVec3;
 ///
 /// let crossed = |gap: f64| {
 ///     [DVec3::new(-1.0, 0.0, gap), DVec3::new(1.0, 0.0, gap), DVec3::NEG_Y, DVec3::Y]
 /// };
-/// let near = Params { min_separation: 0.1, ..Params::DEFAULT };
+/// let near = CcdParams { min_separation: 0.1, ..CcdParams::DEFAULT };
 /// assert_eq!(edge_edge(crossed(1.0), crossed(0.2), &near)?, None);
 /// let contact = edge_edge(crossed(1.0), crossed(0.0), &near)?.expect("within 0.1 at 0.9");
 /// assert!(contact.lo <= 0.9 && contact.lo > 0.9 - 1e-6);
@@ -131,8 +131,8 @@ pub fn vertex_face(
 pub fn edge_edge(
     x0: [DVec3; 4],
     x1: [DVec3; 4],
-    params: &Params,
-) -> Result<Option<Contact>, CcdError> {
-    params.check()?;
+    params: &CcdParams,
+) -> Result<Option<CcdContact>, CcdError> {
+    params.validate()?;
     search::first_contact::<4>(&x0, &x1, params)
 }

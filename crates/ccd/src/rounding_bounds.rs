@@ -6,7 +6,7 @@ use glam::DVec3;
 use num_bigint::BigInt;
 use num_rational::BigRational;
 
-use crate::contact::Params;
+use crate::contact::CcdParams;
 use crate::coplanarity::Coplanarity;
 use crate::cubic::Cubic;
 use crate::polygon::{Corners, MovingPolygon, Outline, Shape, mix, projections};
@@ -236,7 +236,7 @@ where
             }
         }
     };
-    Search::unless_filtered(&x0, &x1, &Params::DEFAULT, test).expect("the points are finite");
+    Search::unless_filtered(&x0, &x1, &CcdParams::DEFAULT, test).expect("the points are finite");
     Ok(())
 }
 

@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use crate::contact::{Certainty, Contact, Params};
+use crate::contact::{CcdContact, CcdParams, Certainty};
 use crate::coplanarity::Coplanarity;
 use crate::cubic::{Cubic, RootInterval, RootKind, Roots};
 use crate::error::CcdError;
@@ -24,7 +24,7 @@ pub(crate) struct Search<'a, const N: usize> {
     pub(crate) cubic: Cubic,
     /// How far from zero the cubic has to be.
     margin: f64,
-    pub(crate) params: &'a Params,
+    pub(crate) params: &'a CcdParams,
     /// The points that the outline was made of, at both ends of the step.
     pub(crate) points: [&'a [DVec3; 4]; 2],
     /// Minimum separation in the polygon's scaled unit.
@@ -49,8 +49,8 @@ pub(crate) struct Place<const N: usize> {
 pub(crate) fn first_contact<const N: usize>(
     x0: &[DVec3; 4],
     x1: &[DVec3; 4],
-    params: &Params,
-) -> Result<Option<Contact>, CcdError>
+    params: &CcdParams,
+) -> Result<Option<CcdContact>, CcdError>
 where
     Shape<N>: Corners<N>,
 {
@@ -71,7 +71,7 @@ where
     pub(crate) fn unless_filtered<R>(
         x0: &[DVec3; 4],
         x1: &[DVec3; 4],
-        params: &Params,
+        params: &CcdParams,
         run: impl FnOnce(&Search<'_, N>) -> R,
     ) -> Result<Option<R>, CcdError> {
         let outline = Outline::new::<N>(x0, x1)?;
@@ -105,7 +105,7 @@ where
 {
     /// The first contact in an interval, or none if it can be excluded there.
     #[inline]
-    pub(crate) fn examine(&self, interval: &RootInterval) -> Option<Contact> {
+    pub(crate) fn examine(&self, interval: &RootInterval) -> Option<CcdContact> {
         let place = self.place(interval);
         if self.separation == 0.0 && place.is_inside {
             match interval.kind {
@@ -173,12 +173,12 @@ where
     /// The contact at a certain crossing, in which the origin passes to the
     /// given side of the plane.
     #[inline]
-    fn crossing(&self, interval: &RootInterval, place: &Place<N>, side: f64) -> Contact {
+    fn crossing(&self, interval: &RootInterval, place: &Place<N>, side: f64) -> CcdContact {
         let long = interval.hi - interval.lo > SHORT;
         let ends = [interval.lo, interval.hi];
         let later = if long { self.advance(&self.polygon(), ends, true) } else { None };
         let weights = Shape::<N>::corner_weights(place.edge_functions);
-        Contact {
+        CcdContact {
             lo: later.unwrap_or(interval.lo),
             hi: interval.hi,
             certainty: Certainty::Certain,
@@ -190,7 +190,7 @@ where
 
     /// Searches an interval piece by piece, by directions.
     #[inline(never)]
-    fn search(&self, interval: &RootInterval) -> Option<Contact> {
+    fn search(&self, interval: &RootInterval) -> Option<CcdContact> {
         let polygon = self.polygon();
         let (lo, hi) = (interval.lo, interval.hi);
         let within = self.time_within_separation(&polygon, interval);
@@ -214,13 +214,13 @@ where
 
     /// What becomes of an interval at whose start no direction holds.
     #[cfg(not(feature = "exact"))]
-    fn undecided(&self, interval: RootInterval) -> Option<Contact> {
+    fn undecided(&self, interval: RootInterval) -> Option<CcdContact> {
         Some(self.reported(&interval, Certainty::Possible))
     }
 
     /// What becomes of an interval at whose start no direction holds.
     #[cfg(feature = "exact")]
-    fn undecided(&self, interval: RootInterval) -> Option<Contact> {
+    fn undecided(&self, interval: RootInterval) -> Option<CcdContact> {
         use crate::exact::{Decision, decide};
 
         let possible = self.reported(&interval, Certainty::Possible);
@@ -232,7 +232,7 @@ where
             Decision::Free => None,
             Decision::Contact { lo, hi, at_start } => {
                 let certainty = Certainty::Certain;
-                Some(Contact { lo, hi, at_start, certainty, ..possible })
+                Some(CcdContact { lo, hi, at_start, certainty, ..possible })
             }
             Decision::Open => Some(possible),
         }
@@ -245,10 +245,10 @@ where
     }
 
     /// The contact to report where no crossing is certain.
-    fn reported(&self, interval: &RootInterval, certainty: Certainty) -> Contact {
+    fn reported(&self, interval: &RootInterval, certainty: Certainty) -> CcdContact {
         let (lo, hi) = (interval.lo, interval.hi);
         let nearest = self.polygon().closest(lo);
-        Contact {
+        CcdContact {
             lo,
             hi,
             certainty,

@@ -2,7 +2,7 @@
 
 use arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
-use ccd::{CandidateContact, CcdError, FirstContact, Motion, Params, is_inside};
+use ccd::{CandidateContact, CcdError, CcdParams, FirstContact, MovingPoints, is_inside};
 use fixtures::{Mesh, shapes::octasphere};
 use glam::DVec3;
 
@@ -32,7 +32,7 @@ fn scene(u: &mut Unstructured<'_>, count: usize) -> Result<Scene> {
     Ok(Scene { x0, x1, candidates })
 }
 
-fn alone(scene: &Scene, params: &Params, edges: bool) -> Vec<CandidateContact> {
+fn alone(scene: &Scene, params: &CcdParams, edges: bool) -> Vec<CandidateContact> {
     let gather = |x: &[DVec3], points: &[u32; 4]| points.map(|point| x[point as usize]);
     let query = if edges { ccd::edge_edge } else { ccd::vertex_face };
     let each = scene.candidates.iter().enumerate().filter_map(|(candidate, points)| {
@@ -46,12 +46,12 @@ fn alone(scene: &Scene, params: &Params, edges: bool) -> Vec<CandidateContact> {
 fn batches_answer_as_single_queries_do() {
     arbtest(|u| {
         let scene = scene(u, 37)?;
-        let motion = Motion::new(&scene.x0, &scene.x1).expect("valid");
+        let motion = MovingPoints::new(&scene.x0, &scene.x1).expect("valid");
         for (min_separation, t_max) in [(0.0, 1.0), (0.01, 1.0), (0.0, 0.3)] {
-            let params = Params { min_separation, t_max, ..Params::DEFAULT };
-            let found = motion.vertex_faces(&scene.candidates, &params).expect("valid");
+            let params = CcdParams { min_separation, t_max, ..CcdParams::DEFAULT };
+            let found = motion.vertex_face_contacts(&scene.candidates, &params).expect("valid");
             assert_eq!(found, alone(&scene, &params, false));
-            let found = motion.edge_edges(&scene.candidates, &params).expect("valid");
+            let found = motion.edge_edge_contacts(&scene.candidates, &params).expect("valid");
             assert_eq!(found, alone(&scene, &params, true));
         }
         Ok(())
@@ -63,8 +63,8 @@ fn batches_answer_as_single_queries_do() {
 fn filters_keep_every_candidate_with_a_contact() {
     arbtest(|u| {
         let scene = scene(u, 37)?;
-        let motion = Motion::new(&scene.x0, &scene.x1).expect("valid");
-        let params = Params::DEFAULT;
+        let motion = MovingPoints::new(&scene.x0, &scene.x1).expect("valid");
+        let params = CcdParams::DEFAULT;
         let kept = motion.filter_vertex_faces(&scene.candidates, &params).expect("valid");
         assert!(alone(&scene, &params, false).iter().all(|c| kept.contains(&c.candidate)));
         let kept = motion.filter_edge_edges(&scene.candidates, &params).expect("valid");
@@ -78,8 +78,8 @@ fn filters_keep_every_candidate_with_a_contact() {
 fn the_first_contact_is_the_earliest_of_all() {
     arbtest(|u| {
         let (faces, edges) = (scene(u, 30)?, scene(u, 30)?.candidates);
-        let motion = Motion::new(&faces.x0, &faces.x1).expect("valid");
-        let params = Params::DEFAULT;
+        let motion = MovingPoints::new(&faces.x0, &faces.x1).expect("valid");
+        let params = CcdParams::DEFAULT;
         let first = motion.first_contact(&faces.candidates, &edges, &params).expect("valid");
         let by_time =
             |a: &CandidateContact, b: &CandidateContact| a.contact.lo.total_cmp(&b.contact.lo);
@@ -97,10 +97,10 @@ fn the_first_contact_is_the_earliest_of_all() {
 #[test]
 fn candidates_out_of_range_are_refused() {
     let x = [DVec3::ZERO; 4];
-    let motion = Motion::new(&x, &x).unwrap();
-    let refused = motion.edge_edges(&[[0, 1, 2, 3], [0, 1, 9, 3]], &Params::DEFAULT);
+    let motion = MovingPoints::new(&x, &x).unwrap();
+    let refused = motion.edge_edge_contacts(&[[0, 1, 2, 3], [0, 1, 9, 3]], &CcdParams::DEFAULT);
     assert_eq!(refused, Err(CcdError::PointOutOfRange { candidate: 1, point: 9, count: 4 }));
-    let uneven = Motion::new(&x, &x[1..]).map(|_| ());
+    let uneven = MovingPoints::new(&x, &x[1..]).map(|_| ());
     assert_eq!(uneven, Err(CcdError::PositionCount { start: 4, end: 3 }));
 }
 
@@ -118,7 +118,7 @@ fn crossings_tell_the_side_after_a_step() {
         x0.push(start);
         let mut x1: Vec<DVec3> = corners.iter().map(|c| c * 0.5 + shift).collect();
         x1.push(0.5 * end + shift);
-        let motion = Motion::new(&x0, &x1).expect("valid");
+        let motion = MovingPoints::new(&x0, &x1).expect("valid");
         let crossings = motion.crossings(6, &faces).expect("valid");
         if let Some(changed) = crossings.changes_side() {
             let (before, after) = (is_in_octahedron(start), is_in_octahedron(end));
@@ -157,13 +157,13 @@ fn threads_change_no_bit() {
     };
     let bytes: Vec<u8> = (0..40_000).map(|_| byte()).collect();
     let scene = scene(&mut Unstructured::new(&bytes), 5000).expect("enough bytes");
-    let motion = Motion::new(&scene.x0, &scene.x1).expect("valid");
+    let motion = MovingPoints::new(&scene.x0, &scene.x1).expect("valid");
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        let params = Params::DEFAULT;
+        let params = CcdParams::DEFAULT;
         pool.install(|| {
             let first = motion.first_contact(&scene.candidates, &scene.candidates, &params);
-            (motion.vertex_faces(&scene.candidates, &params), first)
+            (motion.vertex_face_contacts(&scene.candidates, &params), first)
         })
     };
     let one = run(1);

@@ -4,14 +4,15 @@
 
 use arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
-use ccd::{CcdError, Certainty, Contact, Params, StepEnd, edge_edge, vertex_face};
+use ccd::{CcdContact, CcdError, CcdParams, Certainty, StepEnd, edge_edge, vertex_face};
 use glam::DVec3;
 
-type Query = fn([DVec3; 4], [DVec3; 4], &Params) -> std::result::Result<Option<Contact>, CcdError>;
+type Query =
+    fn([DVec3; 4], [DVec3; 4], &CcdParams) -> std::result::Result<Option<CcdContact>, CcdError>;
 type Integers = [[i64; 3]; 4];
 
-fn ask(query: Query, x0: [DVec3; 4], x1: [DVec3; 4]) -> Option<Contact> {
-    query(x0, x1, &Params::DEFAULT).expect("the points are finite")
+fn ask(query: Query, x0: [DVec3; 4], x1: [DVec3; 4]) -> Option<CcdContact> {
+    query(x0, x1, &CcdParams::DEFAULT).expect("the points are finite")
 }
 
 fn reals(x: &Integers) -> [DVec3; 4] {
@@ -88,7 +89,7 @@ fn never_missed_or_late(query: Query, edges: bool) {
 }
 
 /// `|sum weights_i x_i|` in the middle of the interval of contact.
-fn gap(contact: &Contact, x0: &[DVec3; 4], x1: &[DVec3; 4]) -> f64 {
+fn gap(contact: &CcdContact, x0: &[DVec3; 4], x1: &[DVec3; 4]) -> f64 {
     let t = 0.5 * (contact.lo + contact.hi);
     assert!(contact.weights.iter().sum::<f64>().abs() < 1e-12, "{contact:?}");
     (0..4).map(|i| contact.weights[i] * (x0[i] * (1.0 - t) + x1[i] * t)).sum::<DVec3>().length()
@@ -213,7 +214,7 @@ fn a_contact_that_is_there_at_the_start_is_said_to_be() {
 
 #[test]
 fn contacts_after_t_max_are_left_out() {
-    let early = |t_max| Params { t_max, ..Params::DEFAULT };
+    let early = |t_max| CcdParams { t_max, ..CcdParams::DEFAULT };
     let ask = |t_max| vertex_face(over_face(1.0), over_face(-1.0), &early(t_max)).unwrap();
     assert_eq!(ask(0.499), None);
     assert!(ask(0.501).expect("0.5 is before").is_certain());
@@ -223,7 +224,7 @@ fn contacts_after_t_max_are_left_out() {
 #[test]
 fn a_separation_is_reached_when_it_should_be() {
     for d in [1e-2, 1e-3, 1e-6] {
-        let params = Params { min_separation: d, ..Params::DEFAULT };
+        let params = CcdParams { min_separation: d, ..CcdParams::DEFAULT };
         let miss = vertex_face(over_face(1.0), over_face(d * (1.0 + 1e-9)), &params).unwrap();
         assert_eq!(miss, None, "{d} is not reached");
         let contact = vertex_face(over_face(1.0), over_face(-1.0), &params).unwrap().unwrap();
@@ -277,7 +278,7 @@ fn other_labels_give_the_same_certain_answer() {
         for (query, (y0, y1)) in pairs {
             let (a, b) = (ask(query, x0, x1), ask(query, y0, y1));
             for (one, other) in [(a, b), (b, a)] {
-                if let Some(one) = one.filter(Contact::is_certain) {
+                if let Some(one) = one.filter(CcdContact::is_certain) {
                     let other = other.expect("a certain contact has no other answer");
                     assert!(other.lo <= one.hi, "{one:?} against {other:?}");
                 }
@@ -292,13 +293,13 @@ fn other_labels_give_the_same_certain_answer() {
 fn what_is_not_finite_is_refused() {
     let mut x = over_face(-1.0);
     x[2].y = f64::NAN;
-    let refused = vertex_face(over_face(1.0), x, &Params::DEFAULT);
+    let refused = vertex_face(over_face(1.0), x, &CcdParams::DEFAULT);
     assert!(
         matches!(refused, Err(CcdError::NotFinite { point: 2, end: StepEnd::Finish, value }) if value.is_nan()),
         "{refused:?}"
     );
     x[2].y = f64::NEG_INFINITY;
-    let error = edge_edge(x, over_face(1.0), &Params::DEFAULT).unwrap_err();
+    let error = edge_edge(x, over_face(1.0), &CcdParams::DEFAULT).unwrap_err();
     let expected = CcdError::NotFinite { point: 2, end: StepEnd::Start, value: f64::NEG_INFINITY };
     assert_eq!(error, expected);
     assert_eq!(error.to_string(), "point 2 at the start of the step is not finite: -inf");
@@ -307,9 +308,9 @@ fn what_is_not_finite_is_refused() {
 #[test]
 fn parameters_out_of_range_are_refused() {
     let with = |params| vertex_face(over_face(1.0), over_face(0.0), &params).unwrap_err();
-    let d = Params { min_separation: -1.0, ..Params::DEFAULT };
+    let d = CcdParams { min_separation: -1.0, ..CcdParams::DEFAULT };
     assert_eq!(with(d), CcdError::MinSeparation(-1.0));
-    assert_eq!(with(Params { t_max: 1.5, ..Params::DEFAULT }), CcdError::TimeMax(1.5));
+    assert_eq!(with(CcdParams { t_max: 1.5, ..CcdParams::DEFAULT }), CcdError::TimeMax(1.5));
 }
 
 /// The largest and the smallest numbers there are.

@@ -7,7 +7,7 @@ mod support;
 
 use std::collections::BTreeMap;
 
-use ccd::{Contact, Params};
+use ccd::{CcdContact, CcdParams};
 use support::{Labelled, read};
 
 /// A file, without its ending, and the false alarms allowed without exact arithmetic.
@@ -41,7 +41,7 @@ struct Tally {
 }
 
 impl Tally {
-    fn of(queries: &[Labelled], answer: impl Fn(&Labelled) -> Option<Contact>) -> Self {
+    fn of(queries: &[Labelled], answer: impl Fn(&Labelled) -> Option<CcdContact>) -> Self {
         let mut tally = Self::default();
         for query in queries {
             tally.add(query, answer(query));
@@ -50,7 +50,7 @@ impl Tally {
         tally
     }
 
-    fn add(&mut self, query: &Labelled, answer: Option<Contact>) {
+    fn add(&mut self, query: &Labelled, answer: Option<CcdContact>) {
         let meets = query.time.is_finite();
         let Some(contact) = answer else {
             self.missed += usize::from(meets);
@@ -81,7 +81,7 @@ impl Tally {
     }
 }
 
-fn for_each_file(params: &Params, check: impl Fn(&str, usize, &Tally)) {
+fn for_each_file(params: &CcdParams, check: impl Fn(&str, usize, &Tally)) {
     let Some(folder) = support::folder() else { return };
     for (name, allowed) in FILES {
         let (kind, queries) = read(&folder.join(name).with_extension("ccdq"));
@@ -102,7 +102,7 @@ fn for_each_file(params: &Params, check: impl Fn(&str, usize, &Tally)) {
 
 #[test]
 fn no_contact_is_missed_or_late() {
-    for_each_file(&Params::DEFAULT, |name, allowed, tally| {
+    for_each_file(&CcdParams::DEFAULT, |name, allowed, tally| {
         let false_alarms: usize = tally.false_alarms.values().sum();
         assert!(false_alarms <= allowed, "{name}: {false_alarms} false alarms");
         if name.contains("sim") {
@@ -115,7 +115,7 @@ fn no_contact_is_missed_or_late() {
 #[cfg(feature = "exact")]
 #[test]
 fn exact_arithmetic_leaves_no_false_alarm() {
-    for_each_file(&Params::EXACT, |name, _, tally| {
+    for_each_file(&CcdParams::EXACT, |name, _, tally| {
         assert_eq!((tally.false_alarms.len(), tally.possible), (0, 0), "{name}");
     });
 }

@@ -4,7 +4,7 @@ mod support;
 
 use arbtest::arbitrary::{self, Unstructured};
 use arbtest::arbtest;
-use ccd::Params;
+use ccd::CcdParams;
 use glam::DVec3;
 use support::{Kind, Labelled, read};
 
@@ -53,7 +53,7 @@ fn least(kind: Kind, query: &Labelled, from: f64, to: f64) -> f64 {
 const FALSE_ALARM: f64 = 1e-9;
 
 fn check(kind: Kind, query: &Labelled, d: f64) {
-    let params = Params { min_separation: d, ..Params::DEFAULT };
+    let params = CcdParams { min_separation: d, ..CcdParams::DEFAULT };
     let contact = kind.query(query.x0, query.x1, &params).expect("the points are finite");
     // Nothing may come within the separation before the contact.
     let free_until = contact.map_or(1.0, |contact| contact.lo);

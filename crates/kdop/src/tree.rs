@@ -209,7 +209,7 @@ impl<const S: usize> DopTree<S> {
     /// pays within a second of frames. It can run on another thread, from a copy of the points,
     /// while this tree is still refitted.
     #[must_use]
-    pub fn quality(&self) -> f64 {
+    pub fn looseness(&self) -> f64 {
         if self.built_size > 0.0 { self.size() / self.built_size } else { 1.0 }
     }
 

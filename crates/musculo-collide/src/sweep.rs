@@ -9,7 +9,7 @@
 //! Deformable Models using Representative-Triangles", I3D 2008, section 4, for
 //! the assignment of features to faces.
 
-use ccd::{CandidateContact, Motion};
+use ccd::{CandidateContact, MovingPoints};
 use glam::DVec3;
 use kdop::Workspace;
 use surface::{Contact, Stencil, Term, TriangleSurface};
@@ -86,7 +86,7 @@ impl Scene {
     pub fn sweep(
         &mut self,
         moves: &[(BodyId, &[DVec3])],
-        params: &ccd::Params,
+        params: &ccd::CcdParams,
     ) -> Result<SweepReport, SceneError> {
         self.sweep_among(moves, params, |_, _| true)
     }
@@ -95,13 +95,13 @@ impl Scene {
     pub(crate) fn sweep_among(
         &mut self,
         moves: &[(BodyId, &[DVec3])],
-        params: &ccd::Params,
+        params: &ccd::CcdParams,
         is_wanted: impl Fn(BodyId, BodyId) -> bool,
     ) -> Result<SweepReport, SceneError> {
-        params.check().map_err(|source| SceneError::Ccd { source })?;
+        params.validate().map_err(|source| SceneError::Ccd { source })?;
         let x0 = self.particle_positions();
         let x1 = self.moved_positions(moves, &x0)?;
-        let motion = Motion::new(&x0, &x1).map_err(|source| SceneError::Ccd { source })?;
+        let motion = MovingPoints::new(&x0, &x1).map_err(|source| SceneError::Ccd { source })?;
         self.bound_sweeps(&x1)?;
         let scene = &*self;
         let mut pairs = scene.pairs_within(params.min_separation);
@@ -150,8 +150,8 @@ type Numbered<'a> = (BodyId, &'a Body);
 fn sweep_pair(
     (a_id, a): Numbered<'_>,
     (b_id, b): Numbered<'_>,
-    motion: &Motion<'_>,
-    params: &ccd::Params,
+    motion: &MovingPoints<'_>,
+    params: &ccd::CcdParams,
     workspace: &mut Workspace,
 ) -> Result<(PairSweep, usize), ccd::CcdError> {
     let mut questions = Questions::new(motion, params);
@@ -200,8 +200,8 @@ impl<'a> Features<'a> {
 
 /// Questions gathered until there are enough for a batch.
 struct Questions<'a> {
-    motion: &'a Motion<'a>,
-    params: &'a ccd::Params,
+    motion: &'a MovingPoints<'a>,
+    params: &'a ccd::CcdParams,
     vertex_faces: Vec<[u32; 4]>,
     edge_edges: Vec<[u32; 4]>,
     asked: usize,
@@ -214,7 +214,7 @@ impl<'a> Questions<'a> {
     /// stay in the cache and no number of candidates exhausts the memory.
     const BATCH: usize = 1 << 15;
 
-    fn new(motion: &'a Motion<'a>, params: &'a ccd::Params) -> Self {
+    fn new(motion: &'a MovingPoints<'a>, params: &'a ccd::CcdParams) -> Self {
         Self {
             motion,
             params,
@@ -246,10 +246,10 @@ impl<'a> Questions<'a> {
 
     fn answer(&mut self) {
         self.asked += self.vertex_faces.len() + self.edge_edges.len();
-        let answers = self.motion.vertex_faces(&self.vertex_faces, self.params);
+        let answers = self.motion.vertex_face_contacts(&self.vertex_faces, self.params);
         let vertex_faces = std::mem::take(&mut self.vertex_faces);
         self.keep(ContactKind::VertexFace, &vertex_faces, answers);
-        let answers = self.motion.edge_edges(&self.edge_edges, self.params);
+        let answers = self.motion.edge_edge_contacts(&self.edge_edges, self.params);
         let edge_edges = std::mem::take(&mut self.edge_edges);
         self.keep(ContactKind::EdgeEdge, &edge_edges, answers);
         self.vertex_faces = emptied(vertex_faces);
@@ -277,7 +277,7 @@ impl<'a> Questions<'a> {
         &self,
         kind: ContactKind,
         particles: &[u32; 4],
-        found: &ccd::Contact,
+        found: &ccd::CcdContact,
     ) -> SweptContact {
         let terms: [Term; 4] =
             std::array::from_fn(|k| Term { particle: particles[k], weight: found.weights[k] });

@@ -35,7 +35,7 @@ fn slow_contacts([a, b, a1, b1]: &[Mesh; 4]) -> Vec<([u32; 4], f64)> {
     let mut found = Vec::new();
     let mut vertex_face = |vertex: u32, [p, q, r]: [u32; 3]| {
         let points = [vertex, p, q, r];
-        let answer = ccd::vertex_face(at(&x0, points), at(&x1, points), &ccd::Params::EXACT);
+        let answer = ccd::vertex_face(at(&x0, points), at(&x1, points), &ccd::CcdParams::EXACT);
         found.extend(answer.expect("finite").map(|contact| (points, contact.lo)));
     };
     for vertex in 0..offset {
@@ -47,7 +47,7 @@ fn slow_contacts([a, b, a1, b1]: &[Mesh; 4]) -> Vec<([u32; 4], f64)> {
     for &[p, q] in a.surface().edges() {
         for edge in b.surface().edges() {
             let points = [p, q, edge[0] + offset, edge[1] + offset];
-            let answer = ccd::edge_edge(at(&x0, points), at(&x1, points), &ccd::Params::EXACT);
+            let answer = ccd::edge_edge(at(&x0, points), at(&x1, points), &ccd::CcdParams::EXACT);
             found.extend(answer.expect("finite").map(|contact| (points, contact.lo)));
         }
     }
@@ -67,7 +67,7 @@ fn finds_what_asking_everything_finds() {
         let meshes = two_bodies(u)?;
         let (mut scene, ids) = scene_of(&[&meshes[0], &meshes[1]]);
         let moves = [(ids[0], &meshes[2].positions[..]), (ids[1], &meshes[3].positions)];
-        let report = scene.sweep(&moves, &ccd::Params::EXACT).unwrap();
+        let report = scene.sweep(&moves, &ccd::CcdParams::EXACT).unwrap();
         let mut found: Vec<_> = report
             .pairs
             .iter()
@@ -98,7 +98,7 @@ fn free_step_is_free() {
             return Ok(());
         }
         let moves = [(ids[0], &a1.positions[..]), (ids[1], &b1.positions)];
-        let free = scene.sweep(&moves, &ccd::Params::EXACT).unwrap().largest_free_step;
+        let free = scene.sweep(&moves, &ccd::CcdParams::EXACT).unwrap().largest_free_step;
         for part in [0.25, 0.5, 0.999] {
             for (id, (from, to)) in ids.iter().zip([(&a, &a1), (&b, &b1)]) {
                 let between = from.positions.iter().zip(&to.positions);
@@ -124,7 +124,7 @@ fn passing_through_is_seen() {
     let params = CheckParams { margin: 1.0 };
     let before = scene.check(&params).unwrap();
     assert!(before.is_empty(), "apart at the start");
-    let report = scene.sweep(&[(ids[1], &beyond.positions)], &ccd::Params::EXACT).unwrap();
+    let report = scene.sweep(&[(ids[1], &beyond.positions)], &ccd::CcdParams::EXACT).unwrap();
     scene.move_body(ids[1], &beyond.positions).unwrap();
     let after = scene.check(&params).unwrap();
     assert!(after.is_empty(), "apart at the end");
@@ -153,7 +153,7 @@ fn staying_inside_is_not_unseen() {
     let (mut scene, ids) = scene_of(&[&plate, &ball]);
     let params = CheckParams { margin: 0.0 };
     let before = scene.check(&params).unwrap();
-    let report = scene.sweep(&[(ids[1], &within.positions)], &ccd::Params::EXACT).unwrap();
+    let report = scene.sweep(&[(ids[1], &within.positions)], &ccd::CcdParams::EXACT).unwrap();
     scene.move_body(ids[1], &within.positions).unwrap();
     let after = scene.check(&params).unwrap();
     assert!(report.largest_free_step < 1.0 && after[0].overlaps);
@@ -166,7 +166,7 @@ fn contacts_satisfy_their_identity() {
         let [a, b, a1, b1] = two_bodies(u)?;
         let (mut scene, ids) = scene_of(&[&a, &b]);
         let moves = [(ids[0], &a1.positions[..]), (ids[1], &b1.positions)];
-        let report = scene.sweep(&moves, &ccd::Params::EXACT).unwrap();
+        let report = scene.sweep(&moves, &ccd::CcdParams::EXACT).unwrap();
         let x0 = [&a.positions[..], &b.positions].concat();
         let x1 = [&a1.positions[..], &b1.positions].concat();
         for SweptContact { contact, .. } in report.pairs.iter().flat_map(|pair| &pair.contacts) {
@@ -185,9 +185,9 @@ fn contacts_satisfy_their_identity() {
 fn refuses_what_cannot_be_swept() {
     let ball = shapes::octasphere(3.0, 1);
     let (mut scene, ids) = scene_of(&[&ball]);
-    let short = scene.sweep(&[(ids[0], &ball.positions[1..])], &ccd::Params::EXACT);
+    let short = scene.sweep(&[(ids[0], &ball.positions[1..])], &ccd::CcdParams::EXACT);
     assert!(matches!(short, Err(SceneError::Surface { .. })), "{short:?}");
-    let params = ccd::Params { min_separation: -1.0, ..ccd::Params::EXACT };
+    let params = ccd::CcdParams { min_separation: -1.0, ..ccd::CcdParams::EXACT };
     let negative = scene.sweep(&[], &params);
     assert!(matches!(negative, Err(SceneError::Ccd { .. })), "{negative:?}");
 }

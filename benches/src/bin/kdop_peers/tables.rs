@@ -219,14 +219,14 @@ fn cone_line(name: &str, triangles: &[[u32; 3]], points: &[DVec3]) {
 }
 
 /// A thousand frames of a muscle that twists by a third of a turn and back beside a still one:
-/// quality, and the cost of a traversal beside that of a tree built anew.
+/// looseness, and the cost of a traversal beside that of a tree built anew.
 pub(crate) fn motion() {
     const FRAMES: u32 = 1000;
     let scene = scene(6500, Lie::Aligned);
     let (mut tree, still): (Tree, Tree) = (build(&scene.a), build(&scene.b));
     let (leaves, rest) = (Leaves::Triangles(&scene.a.triangles), &scene.a.states[0]);
     let (mut workspace, mut other) = (Workspace::new(), Workspace::new());
-    println!("frame  twist deg  quality  pairs us, refit / built anew  candidates of both");
+    println!("frame  twist deg  looseness  pairs us, refit / built anew  candidates of both");
     for frame in 0..=FRAMES {
         let way = f64::from(frame) / f64::from(FRAMES);
         let turns = (1.0 - (2.0 * way - 1.0).abs()) / 3.0;
@@ -243,10 +243,10 @@ pub(crate) fn motion() {
             }],
         );
         let counts = [&tree, &anew].map(|tree| pairs(tree, &still, &mut workspace));
-        let (degrees, quality) = (360.0 * turns, tree.quality());
+        let (degrees, looseness) = (360.0 * turns, tree.looseness());
         let (refit, built) = (refit.least * 1e-3, built.least * 1e-3);
         println!(
-            "{frame:>5}  {degrees:>9.0}  {quality:>7.3}  {refit:>9.1} / {built:<9.1} {counts:?}"
+            "{frame:>5}  {degrees:>9.0}  {looseness:>9.3}  {refit:>9.1} / {built:<9.1} {counts:?}"
         );
     }
 }

@@ -10,7 +10,7 @@ mod draw;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-use ccd::Params;
+use ccd::CcdParams;
 
 use super::curves::{machine, number};
 use super::sheet::{Cell, Sheet};
@@ -66,8 +66,8 @@ const ATTRIBUTION: &str = "queries of B. Wang et al., ACM TOG 40(5), 2021 (MIT) 
 fn labelled(mut set: QuerySet) -> QuerySet {
     for query in &mut set.queries {
         let contact = match set.kind {
-            Kind::VertexFace => ccd::vertex_face(query.x0, query.x1, &Params::EXACT),
-            Kind::EdgeEdge => ccd::edge_edge(query.x0, query.x1, &Params::EXACT),
+            Kind::VertexFace => ccd::vertex_face(query.x0, query.x1, &CcdParams::EXACT),
+            Kind::EdgeEdge => ccd::edge_edge(query.x0, query.x1, &CcdParams::EXACT),
         };
         query.time = contact.ok().flatten().map_or(f64::INFINITY, |contact| contact.hi);
     }
@@ -170,20 +170,20 @@ fn measure(set: usize, both: &[QuerySet; 2]) -> Vec<Measured> {
     let count: usize = taken.iter().map(Vec::len).sum();
     let contacts = taken.iter().flatten().filter(|query| query.time.is_finite()).count();
     let extent = mean_extent(&taken);
-    let mut ways: Vec<(Way, String, Option<Params>)> = vec![
+    let mut ways: Vec<(Way, String, Option<CcdParams>)> = vec![
         (Way::DelGeo, String::new(), None),
         (Way::Plain, String::new(), None),
-        (Way::Certified, String::new(), Some(Params::DEFAULT)),
-        (Way::Exact, String::new(), Some(Params::EXACT)),
+        (Way::Certified, String::new(), Some(CcdParams::DEFAULT)),
+        (Way::Exact, String::new(), Some(CcdParams::EXACT)),
     ];
     for separation in SEPARATIONS {
-        let params = Params { min_separation: separation * extent, ..Params::DEFAULT };
+        let params = CcdParams { min_separation: separation * extent, ..CcdParams::DEFAULT };
         ways.push((Way::Separated, format!("{separation:e}"), Some(params)));
     }
     let mut times = vec![0.0; ways.len()];
     let mut answers = vec![Answers::default(); ways.len()];
     for (of_kind, queries) in both.iter().zip(&taken) {
-        let answer = |(way, _, params): &(Way, String, Option<Params>)| {
+        let answer = |(way, _, params): &(Way, String, Option<CcdParams>)| {
             let (way, params, kind) = (*way, *params, of_kind.kind);
             move |query: &Query| ask(way, kind, query, params.as_ref())
         };
@@ -226,7 +226,7 @@ fn subdivided(set: usize, both: &[QuerySet; 2], taken: &[Vec<Query>]) -> Measure
     Measured { set, method, setting, time, queries: count, contacts, answers }
 }
 
-fn ask(way: Way, kind: Kind, query: &Query, params: Option<&Params>) -> Option<f64> {
+fn ask(way: Way, kind: Kind, query: &Query, params: Option<&CcdParams>) -> Option<f64> {
     match (way, params) {
         (Way::DelGeo, _) => del_geo(kind, query),
         (Way::Plain, _) => plain_cubic(kind, query),

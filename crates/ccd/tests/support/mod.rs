@@ -4,7 +4,7 @@
 
 use std::path::PathBuf;
 
-use ccd::{CcdError, Contact, Params};
+use ccd::{CcdContact, CcdError, CcdParams};
 use glam::DVec3;
 
 /// What is tested against what.
@@ -19,8 +19,8 @@ impl Kind {
         self,
         x0: [DVec3; 4],
         x1: [DVec3; 4],
-        params: &Params,
-    ) -> Result<Option<Contact>, CcdError> {
+        params: &CcdParams,
+    ) -> Result<Option<CcdContact>, CcdError> {
         match self {
             Self::VertexFace => ccd::vertex_face(x0, x1, params),
             Self::EdgeEdge => ccd::edge_edge(x0, x1, params),

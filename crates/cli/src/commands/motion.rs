@@ -167,7 +167,7 @@ impl<'a> Walk<'a> {
         let ids = self.ids();
         let moves: Vec<_> = ids.iter().zip(&positions).map(|(&id, x)| (id, &x[..])).collect();
         let start = Instant::now();
-        let sweep = self.scene.sweep(&moves, &ccd::Params::EXACT)?;
+        let sweep = self.scene.sweep(&moves, &ccd::CcdParams::EXACT)?;
         self.sweeping += start.elapsed();
         let start = Instant::now();
         for (id, x) in moves {

@@ -108,7 +108,7 @@ fn no_crossing_of_a_state_in_between_is_missed() {
         place(&mut scene, &x0);
         let ids: Vec<BodyId> = scene.ids().collect();
         let moves: Vec<_> = ids.iter().zip(&x1).map(|(&id, x)| (id, &x[..])).collect();
-        let times = times(&scene.sweep(&moves, &ccd::Params::EXACT).unwrap());
+        let times = times(&scene.sweep(&moves, &ccd::CcdParams::EXACT).unwrap());
         let at_start = crossings(&mut scene);
         let mut known = at_start;
         for k in 1..=SUBDIVISIONS {

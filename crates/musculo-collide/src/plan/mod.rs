@@ -276,7 +276,7 @@ impl Plan {
         &self,
         scene: &mut Scene,
         moves: &[(BodyId, &[DVec3])],
-        params: &ccd::Params,
+        params: &ccd::CcdParams,
     ) -> Result<SweepReport, PlanError> {
         self.check_scene(scene)?;
         let is_planned = |a, b| self.pairs.iter().any(|pair| (pair.a, pair.b) == (a, b));
