@@ -9,8 +9,8 @@ use fixtures::Mesh;
 use glam::DVec3;
 use kdop::{Leaves, Tree, Workspace};
 use medial::{
-    FootRule, MedialSurface, Params, Particles, PrimitiveTree, Probes, Reach, contacts, generate,
-    primitive_contacts,
+    FootRule, MedialContactParams, MedialParams, MedialSurface, ParticleOffsets, PrimitiveTree,
+    QueryPoints, generate, point_contacts, primitive_contacts,
 };
 use surface::closest_on_triangle;
 
@@ -42,7 +42,7 @@ fn making(mesh: &Mesh, seconds: f64, report: &mut Report) -> MedialSurface {
     let surface = mesh.surface();
     let x = surface.positions(&mesh.positions).expect("finite");
     let start = Instant::now();
-    let made = generate(&surface, x, &Params::balls(100), |_| {}).expect("closed");
+    let made = generate(&surface, x, &MedialParams::balls(100), |_| {}).expect("closed");
     let took = start.elapsed().as_secs_f64();
     let faces = mesh.faces.len();
     report.add(&Ratio::new(&format!("100 balls of {faces} faces [s]"), took, seconds, "s", 1.0));
@@ -79,13 +79,17 @@ fn detecting(meshes: [&Mesh; 2], medials: [&MedialSurface; 2], report: &mut Repo
     let bound_tests = workspace.counters().quad_tests;
 
     let points = Tree::build(Leaves::Points, &a.positions).expect("finite positions");
-    let probes = Probes { tree: &points, points: &a.positions, radii: None };
+    let probes = QueryPoints { tree: &points, points: &a.positions, radii: None };
     let [on_a, on_b] = medials.map(|medial| PrimitiveTree::new(medial).expect("finite balls"));
-    let reach = Reach { rule: FootRule::Exact, most: 1, ..Reach::new(0.0) };
+    let reach = MedialContactParams {
+        rule: FootRule::Exact,
+        max_contacts: 1,
+        ..MedialContactParams::new(0.0)
+    };
     let mut memory = [Workspace::default(), Workspace::default(), Workspace::default()];
     let [m0, m1, m2] = &mut memory;
     let mut vertices =
-        || contacts(&probes, medials[1], &on_b, &reach, Particles::default(), None, m0);
+        || point_contacts(&probes, medials[1], &on_b, &reach, ParticleOffsets::default(), None, m0);
     let mut balls = || primitive_contacts((medials[0], &on_a), (medials[1], &on_b), 0.0, m1);
     let counts = [("vertices × balls", vertices().1), ("balls × balls", balls().1)];
     for ((method, counts), of_bounds) in counts.into_iter().zip([0.4, 0.25]) {

@@ -3,7 +3,7 @@
 //! Take faces of a surface that look the same way as a triangle R, and project them
 //! into its plane. Each point of R is covered by some number of them, which can only
 //! change where an edge passes that is not shared by two of them. So where no such
-//! edge passes through R, and its centre is covered, all of it is: over every point
+//! edge passes through R, and its center is covered, all of it is: over every point
 //! there is a point of the surface, no farther than its height. The heights of a face
 //! are greatest at the corners of the part that lies over R.
 //!
@@ -57,7 +57,7 @@ impl Cover {
             if !faces_plane(projected) {
                 return None;
             }
-            covers |= contains(projected, plane.centre);
+            covers |= contains(projected, plane.center);
             height = self.height_over(&plane, projected, height);
             if height >= useful {
                 return None;
@@ -113,7 +113,7 @@ struct Plane {
     origin: DVec3,
     axes: [DVec3; 3],
     corners: [DVec2; 3],
-    centre: DVec2,
+    center: DVec2,
     /// Inward unit normals of the sides from each corner to the next.
     inward: [DVec2; 3],
     /// What rounding may move a projected point by.
@@ -135,9 +135,9 @@ impl Plane {
         let inward = [side(0)?, side(1)?, side(2)?].map(DVec2::perp);
         let scale = a.abs().max_element() + a.distance(b).max(a.distance(c));
         let margin = ROUNDINGS * f64::EPSILON * scale;
-        let centre = (flat[0] + flat[1] + flat[2]) / 3.0;
-        let known = (0..3).all(|k| inward[k].dot(centre - flat[k]) > 2.0 * margin);
-        known.then_some(Self { origin: a, axes, corners: flat, centre, inward, margin })
+        let center = (flat[0] + flat[1] + flat[2]) / 3.0;
+        let known = (0..3).all(|k| inward[k].dot(center - flat[k]) > 2.0 * margin);
+        known.then_some(Self { origin: a, axes, corners: flat, center, inward, margin })
     }
 
     /// Two coordinates in the plane, and the height over it.
@@ -186,12 +186,12 @@ impl Plane {
 ///
 /// Smaller, and rounding decides which way a face looks; larger, and sides of creases
 /// that are no steeper count as holes.
-const LEAST_COSINE: f64 = 0.05;
+const MIN_COSINE: f64 = 0.05;
 
 /// Whether a face looks the way that the plane does.
 fn faces_plane([a, b, c]: [DVec3; 3]) -> bool {
     let normal = (b - a).cross(c - a);
-    normal.z > LEAST_COSINE * normal.length()
+    normal.z > MIN_COSINE * normal.length()
 }
 
 fn contains(triangle: [DVec3; 3], p: DVec2) -> bool {

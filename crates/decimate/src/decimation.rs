@@ -4,13 +4,13 @@ use glam::DVec3;
 use kdop::Tree;
 use surface::{Positions, TriangleSurface};
 
-use crate::deviation::{LEAST_SLACK, MOST_SPLITS};
+use crate::deviation::{MAX_SPLITS, MIN_SLACK};
 use crate::measure::Measure;
 use crate::one_sided::Aim;
 use crate::order::{Collapse, collapses};
 use crate::prefix::Prefix;
 use crate::triangles::{Target, Triangles};
-use crate::{DecimateError, Deviation, Reduced};
+use crate::{DecimateError, Deviation, ReducedSurface};
 
 /// Edge collapses of a surface into its own vertices, in order of cost: every prefix
 /// is a coarser surface.
@@ -86,7 +86,7 @@ impl Decimation {
     ///
     /// - [`DecimateError::Parameter`] for a deviation out of range.
     /// - [`DecimateError::Tree`] where bounds cannot be stored.
-    pub fn within(&self, deviation: f64) -> Result<Reduced, DecimateError> {
+    pub fn within(&self, deviation: f64) -> Result<ReducedSurface, DecimateError> {
         if !deviation.is_finite() || deviation <= 0.0 {
             let range = "positive and finite";
             return Err(DecimateError::Parameter { name: "deviation", value: deviation, range });
@@ -130,7 +130,7 @@ impl Decimation {
     ///
     /// - [`DecimateError::TooFewFaces`] when topology and shape allow none.
     /// - [`DecimateError::Tree`] where bounds cannot be stored.
-    pub fn with_faces(&self, at_most: usize) -> Result<Reduced, DecimateError> {
+    pub fn with_faces(&self, at_most: usize) -> Result<ReducedSurface, DecimateError> {
         let count = self.face_count().saturating_sub(at_most).div_ceil(2);
         if count > self.collapses.len() {
             let fewest = self.faces_after(self.collapses.len());
@@ -172,17 +172,17 @@ impl Decimation {
 
     /// The surface after some collapses; its deviation is infinite if it is more than
     /// `at_most`.
-    fn reduced(&self, collapses: usize, at_most: f64) -> Result<Reduced, DecimateError> {
+    fn reduced(&self, collapses: usize, at_most: f64) -> Result<ReducedSurface, DecimateError> {
         let prefix = self.prefix(collapses);
         let deviation = if collapses == 0 {
             Deviation::NONE // what rounding shows of equal surfaces is not theirs
         } else {
-            let slack = LEAST_SLACK * self.target().triangles.size();
-            let aim = Aim { slack, at_most, splits: MOST_SPLITS };
+            let slack = MIN_SLACK * self.target().triangles.size();
+            let aim = Aim { slack, at_most, splits: MAX_SPLITS };
             Measure::new(self.target(), &prefix)?.deviation(aim)
         };
         let surface = TriangleSurface::new(prefix.kept.len(), prefix.faces)?;
-        Ok(Reduced { surface, kept: prefix.kept, deviation })
+        Ok(ReducedSurface { surface, kept: prefix.kept, deviation })
     }
 }
 

@@ -36,10 +36,10 @@ impl Deviation {
 
 /// Slack of a bound relative to the size of what it is measured on, for deviations
 /// that are hardly there: a micrometre on a muscle.
-pub(crate) const LEAST_SLACK: f64 = 1e-5;
+pub(crate) const MIN_SLACK: f64 = 1e-5;
 
 /// Splits before a measurement ends anyway: half a second of work.
-pub(crate) const MOST_SPLITS: usize = 20_000;
+pub(crate) const MAX_SPLITS: usize = 20_000;
 
 /// Measures a surface against another: a reduced one at the positions that it has
 /// gathered after a deformation, for instance.
@@ -74,8 +74,8 @@ pub fn deviation(
     if full.faces().is_empty() || reduced.faces().is_empty() {
         return Err(DecimateError::TooSmall { faces: 0 });
     }
-    let slack = LEAST_SLACK * full.size();
-    let aim = Aim { slack, at_most: f64::INFINITY, splits: MOST_SPLITS };
+    let slack = MIN_SLACK * full.size();
+    let aim = Aim { slack, at_most: f64::INFINITY, splits: MAX_SPLITS };
     Ok(Deviation {
         full_to_reduced: without_hints(&full, &reduced, aim)?,
         reduced_to_full: without_hints(&reduced, &full, aim)?,

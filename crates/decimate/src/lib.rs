@@ -2,9 +2,9 @@
 //!
 //! A closed surface of tens of thousands of faces, asked for contacts within half a
 //! millimetre, is served as well by a few thousand. [`Decimation`] finds them by edge
-//! collapses that move a vertex into one of its neighbours. No vertex is ever placed
-//! anew, so a [`Reduced`] surface follows any deformation of the full one for free: its
-//! positions are [gathered](Reduced::gather).
+//! collapses that move a vertex into one of its neighbors. No vertex is ever placed
+//! anew, so a [`ReducedSurface`] surface follows any deformation of the full one for free: its
+//! positions are [gathered](ReducedSurface::gather).
 //!
 //! How far the two are from each other is bounded both ways ([`Deviation`]): no point of
 //! either surface is farther from the other, up to rounding. The bound holds at the
@@ -40,5 +40,5 @@ mod triangles;
 pub use crate::decimation::Decimation;
 pub use crate::deviation::{Deviation, deviation};
 pub use crate::error::DecimateError;
-pub use crate::reduced::Reduced;
+pub use crate::reduced::ReducedSurface;
 pub use surface::OneSidedDistance;

@@ -6,14 +6,14 @@ use glam::DVec3;
 ///
 /// Larger, and coarse surfaces keep faces that only the curvature asks for to be
 /// turned; smaller, and faces fold over step by step.
-const LEAST_COSINE: f64 = 0.4;
+const MIN_COSINE: f64 = 0.4;
 
 /// Least shape of a face that a collapse may make, where one is 1 for an equal-sided
 /// triangle and 0 for a needle.
 ///
 /// Smaller, and needles appear whose normals mean nothing; larger, and flat parts
 /// keep vertices that they do not need.
-const LEAST_SHAPE: f64 = 0.06;
+const MIN_SHAPE: f64 = 0.06;
 
 /// Faces that vertices vanish from, and which of them meet at each vertex.
 pub(crate) struct Mesh<'a> {
@@ -37,18 +37,18 @@ impl<'a> Mesh<'a> {
     }
 
     /// Vertices that share an edge with `v`, each once, into `out`.
-    pub(crate) fn neighbours(&self, v: u32, out: &mut Vec<u32>) {
+    pub(crate) fn neighbors(&self, v: u32, out: &mut Vec<u32>) {
         out.clear();
         out.extend(self.stars[v as usize].iter().map(|f| after(self.faces[*f as usize], v)));
     }
 
-    /// Whether `v` may move into its neighbour `u`: the surface stays a closed
+    /// Whether `v` may move into its neighbor `u`: the surface stays a closed
     /// manifold, and no face turns over or becomes a needle.
     pub(crate) fn may_collapse(&mut self, v: u32, u: u32) -> bool {
         self.keeps_topology(v, u) && self.keeps_shape(v, u)
     }
 
-    /// The link condition: the ends of the edge have the two neighbours in common
+    /// The link condition: the ends of the edge have the two neighbors in common
     /// that its faces show, and are not half of a tetrahedron.
     ///
     /// Source: T. K. Dey, H. Edelsbrunner, S. Guha and D. V. Nekhayev, "Topology
@@ -78,12 +78,12 @@ impl<'a> Mesh<'a> {
             let new = corners.map(|w| if w == v { to } else { self.x[w as usize] });
             let (before, after) = (normal(old), normal(new));
             let length = (before.length_squared() * after.length_squared()).sqrt();
-            before.dot(after) >= LEAST_COSINE * length
-                && shape(new, after) >= LEAST_SHAPE.min(shape(old, before))
+            before.dot(after) >= MIN_COSINE * length
+                && shape(new, after) >= MIN_SHAPE.min(shape(old, before))
         })
     }
 
-    /// Moves `v` into its neighbour `u`: the two faces at their edge vanish.
+    /// Moves `v` into its neighbor `u`: the two faces at their edge vanish.
     pub(crate) fn collapse(&mut self, v: u32, u: u32) {
         let star = std::mem::take(&mut self.stars[v as usize]);
         for face in star {

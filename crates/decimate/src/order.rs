@@ -1,6 +1,6 @@
 //! Which edge collapses next.
 //!
-//! Every vertex waits in a heap with the cheapest neighbour that it may move into.
+//! Every vertex waits in a heap with the cheapest neighbor that it may move into.
 //! A collapse changes what the vertices around it cost; they are offered anew, and
 //! older offers are known by their version.
 
@@ -68,7 +68,7 @@ struct Order<'a> {
     offers: BinaryHeap<Offer>,
     /// For each vertex the number of its last offer.
     versions: Vec<u32>,
-    neighbours: Vec<u32>,
+    neighbors: Vec<u32>,
     choices: Vec<(f64, u32)>,
 }
 
@@ -81,7 +81,7 @@ impl<'a> Order<'a> {
             origin,
             offers: BinaryHeap::with_capacity(x.len()),
             versions: vec![0; x.len()],
-            neighbours: Vec::new(),
+            neighbors: Vec::new(),
             choices: Vec::new(),
         };
         for (vertex, _) in (0_u32..).zip(x) {
@@ -112,7 +112,7 @@ impl<'a> Order<'a> {
         self.quadrics[into as usize] += moved;
         self.versions[vertex as usize] += 1;
         let mut around = Vec::new();
-        self.mesh.neighbours(into, &mut around);
+        self.mesh.neighbors(into, &mut around);
         self.offer(into);
         for vertex in around {
             self.offer(vertex);
@@ -122,9 +122,9 @@ impl<'a> Order<'a> {
     /// Replaces what a vertex waits with by the cheapest collapse it may make now.
     fn offer(&mut self, vertex: u32) {
         self.versions[vertex as usize] += 1;
-        self.mesh.neighbours(vertex, &mut self.neighbours);
+        self.mesh.neighbors(vertex, &mut self.neighbors);
         self.choices.clear();
-        for &into in &self.neighbours {
+        for &into in &self.neighbors {
             self.choices.push((self.cost(vertex, into), into));
         }
         self.choices.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -139,7 +139,7 @@ impl<'a> Order<'a> {
     /// vertex has stood for, by their areas.
     ///
     /// The mean, since what counts in the end is a distance, not a volume; and without
-    /// the planes that the neighbour stands for, which keep their vertex. On muscles and
+    /// the planes that the neighbor stands for, which keep their vertex. On muscles and
     /// a femur that took a fifth fewer faces for the same deviation of 0.5 to 1 mm than
     /// the sum over both, and about as many below.
     fn cost(&self, vertex: u32, into: u32) -> f64 {

@@ -7,7 +7,7 @@ use crate::Deviation;
 
 /// A coarser surface on some of the vertices of a full one.
 #[derive(Clone, Debug)]
-pub struct Reduced {
+pub struct ReducedSurface {
     /// Its connectivity, in its own numbers: closed, manifold and oriented, of the
     /// same genus.
     pub surface: TriangleSurface,
@@ -17,7 +17,7 @@ pub struct Reduced {
     pub deviation: Deviation,
 }
 
-impl Reduced {
+impl ReducedSurface {
     /// Positions of its vertices from those of the full surface, into `out`, which is
     /// cleared; nothing is allocated where its capacity suffices.
     ///

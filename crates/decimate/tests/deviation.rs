@@ -31,16 +31,16 @@ fn samples(mesh: &Mesh, count: u32) -> impl Iterator<Item = DVec3> {
 fn farthest(points: impl Iterator<Item = DVec3>, mesh: &Mesh) -> f64 {
     let spheres: Vec<(DVec3, f64)> = (0..mesh.faces.len())
         .map(|face| {
-            let (centre, corners) = (mesh.centroid(face), mesh.corners(face));
-            (centre, corners.iter().map(|p| p.distance(centre)).fold(0.0, f64::max))
+            let (center, corners) = (mesh.centroid(face), mesh.corners(face));
+            (center, corners.iter().map(|p| p.distance(center)).fold(0.0, f64::max))
         })
         .collect();
     let mut nearest = 0;
     let distance = |p: DVec3| {
         let to = |face: usize| closest_on_triangle(p, mesh.corners(face)).point.distance(p);
         let mut best = to(nearest); // of the point before: near where points follow faces
-        for (face, (centre, radius)) in spheres.iter().enumerate() {
-            if centre.distance_squared(p) < (best + radius).powi(2) && to(face) < best {
+        for (face, (center, radius)) in spheres.iter().enumerate() {
+            if center.distance_squared(p) < (best + radius).powi(2) && to(face) < best {
                 (best, nearest) = (to(face), face);
             }
         }

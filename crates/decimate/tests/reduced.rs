@@ -1,7 +1,7 @@
 //! What a reduced surface keeps of the full one: topology, vertices, shape; and what
 //! is refused.
 
-use decimate::{DecimateError, Decimation, Reduced};
+use decimate::{DecimateError, Decimation, ReducedSurface};
 use fixtures::{Mesh, damage, femur, shapes};
 use glam::DVec3;
 use surface::{SurfaceError, TriangleSurface, inspect};
@@ -12,7 +12,7 @@ fn decimation(mesh: &Mesh) -> Decimation {
     Decimation::new(&surface, x).expect("a closed surface")
 }
 
-fn gathered(mesh: &Mesh, reduced: &Reduced) -> Mesh {
+fn gathered(mesh: &Mesh, reduced: &ReducedSurface) -> Mesh {
     let mut positions = Vec::new();
     reduced.gather(&mesh.positions, &mut positions);
     Mesh { positions, faces: reduced.surface.faces().to_vec() }

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 
 use fixtures::shapes::ellipsoid;
 use glam::DVec3;
-use medial::{MedialSurface, Params, Topology, generate};
+use medial::{MedialParams, MedialSurface, Topology, generate};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args().nth(1).map_or_else(std::env::temp_dir, PathBuf::from);
@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("balls  slabs    rms  surface to medial  medial to surface  topology");
     let mut last = None;
     for balls in [10, 25, 50, 100] {
-        let made = generate(&surface, x, &Params::balls(balls), |_| {})?;
+        let made = generate(&surface, x, &MedialParams::balls(balls), |_| {})?;
         let deviation = made.deviation;
         println!(
             "{balls:5}  {:5}  {:.3}  {:17.3}  {:17.3}  {:?}",
@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Surface edges in grey, balls as circles, the sheet between them in blue; seen
+/// Surface edges in gray, balls as circles, the sheet between them in blue; seen
 /// along y.
 fn drawn(muscle: &fixtures::Mesh, medial: &MedialSurface) -> String {
     let [low, high] = medial.bounds();
@@ -55,10 +55,10 @@ fn drawn(muscle: &fixtures::Mesh, medial: &MedialSurface) -> String {
         r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="{} {} {} {}" stroke-width="0.15" fill="none">"#,
         low.x, -high.z, size.x, size.z
     );
-    let mut line = |from: DVec3, to: DVec3, colour: &str| {
+    let mut line = |from: DVec3, to: DVec3, color: &str| {
         let ((x1, y1), (x2, y2)) = (place(from), place(to));
         // Writing into a string cannot fail.
-        let _ = write!(svg, r#"<path d="M{x1} {y1} L{x2} {y2}" stroke="{colour}"/>"#);
+        let _ = write!(svg, r#"<path d="M{x1} {y1} L{x2} {y2}" stroke="{color}"/>"#);
     };
     for &[a, b] in muscle.surface().edges() {
         line(muscle.positions[a as usize], muscle.positions[b as usize], "#ddd");

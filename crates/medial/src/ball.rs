@@ -6,7 +6,7 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Ball {
-    /// Centre, in the caller's length unit.
+    /// Center, in the caller's length unit.
     pub center: DVec3,
     /// Radius, `>= 0`, in the same unit.
     pub radius: f64,
@@ -25,7 +25,7 @@ impl Ball {
         p.distance(self.center) - self.radius
     }
 
-    /// The ball with weights `weights` of `balls`, centre and radius alike.
+    /// The ball with weights `weights` of `balls`, center and radius alike.
     #[must_use]
     pub fn interpolate(balls: &[Self; 3], weights: [f64; 3]) -> Self {
         let [a, b, c] = balls;

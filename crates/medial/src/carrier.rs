@@ -1,8 +1,8 @@
 //! Medial surfaces carried by 2-simplex surfaces.
 //!
 //! A medial sheet may be given as a simplex surface with a radius at each
-//! vertex. Its polygons become slabs about their centres, whose balls are the
-//! means of the polygon's; what acts on a centre's ball goes to the polygon's
+//! vertex. Its polygons become slabs about their centers, whose balls are the
+//! means of the polygon's; what acts on a center's ball goes to the polygon's
 //! vertices in equal shares, as [`SimplexSurface::spread`] does.
 
 use glam::DVec3;

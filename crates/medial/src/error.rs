@@ -7,16 +7,16 @@ use surface::SurfaceError;
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MedialError {
-    /// A ball's centre is not finite, or its radius not finite or negative.
+    /// A ball's center is not finite, or its radius not finite or negative.
     #[error("ball {ball} at ({x}, {y}, {z}) with radius {radius} is not a ball")]
     NotABall {
         /// The first such ball.
         ball: usize,
-        /// Its centre's first coordinate, as given.
+        /// Its center's first coordinate, as given.
         x: f64,
-        /// Its centre's second coordinate, as given.
+        /// Its center's second coordinate, as given.
         y: f64,
-        /// Its centre's third coordinate, as given.
+        /// Its center's third coordinate, as given.
         z: f64,
         /// Its radius, as given.
         radius: f64,

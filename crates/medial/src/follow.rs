@@ -2,17 +2,17 @@
 //!
 //! Each vertex of the surface is linked to its foot on the medial surface at
 //! rest: a primitive, the weights there, and the side of the sheet. Each ball is
-//! carried by the vertices linked to it: its centre is an affine combination of
-//! them, exact under every affine motion of the surface; then centre and radius are
+//! carried by the vertices linked to it: its center is an affine combination of
+//! them, exact under every affine motion of the surface; then center and radius are
 //! refitted so that the union passes through the vertices again. Where these are
-//! too few, or too much in one plane, to tell where the centre is, those of
-//! neighbouring balls help.
+//! too few, or too much in one plane, to tell where the center is, those of
+//! neighboring balls help.
 //!
 //! Source: B. Gilles, *Anatomical and kinematical modelling of the
 //! musculoskeletal system using MRI*, PhD thesis, 2007: radii as means of the
 //! distances of the linked surface points, by their weights. Here it is the error
-//! left at the exact foot, so that passes converge; the centres are combinations of
-//! the same points; and least squares of a ball's errors move its centre too, which
+//! left at the exact foot, so that passes converge; the centers are combinations of
+//! the same points; and least squares of a ball's errors move its center too, which
 //! a mean cannot: a shortened muscle is off by a quarter less then.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -33,7 +33,7 @@ pub struct Link {
     /// Weights of its balls at the vertex's foot at rest.
     pub weights: [f64; 3],
     /// On which side of the slab the vertex lies: 1 where the normal of its
-    /// balls' centres, counter-clockwise, points to it, else −1; 0 for a cone or
+    /// balls' centers, counter-clockwise, points to it, else −1; 0 for a cone or
     /// a ball, which have no sides.
     pub side: i8,
 }
@@ -41,13 +41,13 @@ pub struct Link {
 /// What ties a medial surface to a surface.
 ///
 /// ```
-/// use medial::{Links, Params, generate};
+/// use medial::{Links, MedialParams, generate};
 /// use surface::glam::DVec3;
 ///
 /// let rest = fixtures::shapes::ellipsoid(DVec3::new(60.0, 20.0, 10.0), 3);
 /// let surface = rest.surface();
 /// let x = surface.positions(&rest.positions)?;
-/// let mut medial = generate(&surface, x, &Params::balls(20), |_| {})?.medial;
+/// let mut medial = generate(&surface, x, &MedialParams::balls(20), |_| {})?.medial;
 /// let links = Links::new(&medial, &surface, x)?;
 ///
 /// // The muscle shortens by a quarter and thickens.
@@ -70,7 +70,7 @@ pub const REFIT_PASSES: u32 = 4;
 
 /// What following takes and gives back.
 #[derive(Clone, Debug, Default)]
-pub struct FollowMemory {
+pub struct FollowScratch {
     balls: Vec<Ball>,
     touched: Vec<Touched>,
 }
@@ -86,7 +86,7 @@ struct Touched {
     pull: DVec4,
 }
 
-/// Share of the weights that holds a centre where it was carried, in every
+/// Share of the weights that holds a center where it was carried, in every
 /// direction. Less lets balls slide along the sheet, more leaves errors that differ
 /// between its sides.
 const HELD: f64 = 0.05;
@@ -114,7 +114,7 @@ impl Touched {
 }
 
 /// Share of the spread of a ball's vertices that is added to their moments in
-/// every direction. Without it, vertices in a plane leave the centre's offset
+/// every direction. Without it, vertices in a plane leave the center's offset
 /// from them undetermined; a hundred times larger and affine motions are no
 /// longer followed to a thousandth.
 const STIFFENING: f64 = 1e-5;
@@ -143,11 +143,11 @@ impl Links {
                 }
             }
         }
-        let neighbours = neighbours(medial);
+        let neighbors = neighbors(medial);
         let mut carriers = Vec::new();
         let mut starts = vec![0];
         for ball in 0..medial.balls().len() {
-            carriers.extend(carrier(medial.balls()[ball], ball, &touching, &neighbours, x));
+            carriers.extend(carrier(medial.balls()[ball], ball, &touching, &neighbors, x));
             starts.push(carriers.len());
         }
         Ok(Self { links, carriers, starts })
@@ -159,8 +159,8 @@ impl Links {
         &self.links
     }
 
-    /// The vertices that carry a ball's centre, with weights that sum to one: a
-    /// force on the centre goes to them by the same weights. Empty for a ball
+    /// The vertices that carry a ball's center, with weights that sum to one: a
+    /// force on the center goes to them by the same weights. Empty for a ball
     /// from which no vertex can be reached along primitives.
     ///
     /// # Panics
@@ -172,18 +172,18 @@ impl Links {
         &self.carriers[self.starts[ball]..self.starts[ball + 1]]
     }
 
-    /// Moves the balls with the surface: carries the centres, then refits balls.
+    /// Moves the balls with the surface: carries the centers, then refits balls.
     ///
-    /// A ball that no vertex touches keeps its radius; where no neighbour has one
+    /// A ball that no vertex touches keeps its radius; where no neighbor has one
     /// either, it stays. The work is linear in the vertices.
     ///
     /// # Errors
     ///
     /// [`MedialError::BallCount`] when the links are of another medial surface,
-    /// and [`MedialError::NotABall`] when positions are so large that a centre
+    /// and [`MedialError::NotABall`] when positions are so large that a center
     /// is not finite; `medial` is then unchanged.
     pub fn follow(&self, medial: &mut MedialSurface, x: Positions<'_>) -> Result<(), MedialError> {
-        self.follow_in(medial, x, &mut FollowMemory::default())
+        self.follow_in(medial, x, &mut FollowScratch::default())
     }
 
     /// As [`Self::follow`], with memory that is the caller's: with the same, no step
@@ -196,14 +196,14 @@ impl Links {
         &self,
         medial: &mut MedialSurface,
         x: Positions<'_>,
-        memory: &mut FollowMemory,
+        memory: &mut FollowScratch,
     ) -> Result<(), MedialError> {
         self.carry(medial, x, memory)?;
         self.refit_in(medial, x, REFIT_PASSES, memory);
         Ok(())
     }
 
-    /// Moves the centres with the surface and keeps the radii.
+    /// Moves the centers with the surface and keeps the radii.
     ///
     /// # Errors
     ///
@@ -213,14 +213,14 @@ impl Links {
         medial: &mut MedialSurface,
         x: Positions<'_>,
     ) -> Result<(), MedialError> {
-        self.carry(medial, x, &mut FollowMemory::default())
+        self.carry(medial, x, &mut FollowScratch::default())
     }
 
     fn carry(
         &self,
         medial: &mut MedialSurface,
         x: Positions<'_>,
-        FollowMemory { balls, .. }: &mut FollowMemory,
+        FollowScratch { balls, .. }: &mut FollowScratch,
     ) -> Result<(), MedialError> {
         self.check(medial)?;
         let carried = |(ball, now): (u32, &Ball)| {
@@ -248,7 +248,7 @@ impl Links {
         passes: u32,
     ) -> Result<(), MedialError> {
         self.check(medial)?;
-        self.refit_in(medial, x, passes, &mut FollowMemory::default());
+        self.refit_in(medial, x, passes, &mut FollowScratch::default());
         Ok(())
     }
 
@@ -257,7 +257,7 @@ impl Links {
         medial: &mut MedialSurface,
         x: Positions<'_>,
         passes: u32,
-        FollowMemory { touched, .. }: &mut FollowMemory,
+        FollowScratch { touched, .. }: &mut FollowScratch,
     ) {
         for _ in 0..passes {
             touched.clear();
@@ -291,39 +291,39 @@ fn link(medial: &MedialSurface, tree: &PrimitiveTree, p: DVec3, workspace: &mut 
 }
 
 /// Balls that share a primitive with each ball.
-fn neighbours(medial: &MedialSurface) -> Vec<Vec<usize>> {
-    let mut neighbours = vec![Vec::new(); medial.balls().len()];
+fn neighbors(medial: &MedialSurface) -> Vec<Vec<usize>> {
+    let mut neighbors = vec![Vec::new(); medial.balls().len()];
     for primitive in medial.primitives() {
         for a in primitive.map(|ball| ball as usize) {
             let others = primitive.iter().map(|&ball| ball as usize).filter(|&b| b != a);
-            neighbours[a].extend(others);
+            neighbors[a].extend(others);
         }
     }
-    for of_ball in &mut neighbours {
+    for of_ball in &mut neighbors {
         of_ball.sort_unstable();
         of_ball.dedup();
     }
-    neighbours
+    neighbors
 }
 
-/// How far from a ball's centre, in its radii, its carriers may put it at rest.
+/// How far from a ball's center, in its radii, its carriers may put it at rest.
 const MISPLACED: f64 = 1e-3;
 
 /// The most that the magnitudes of a ball's weights may sum to: what noise of
 /// the vertices is multiplied by. Vertices on one side of a ball, nearly in a
-/// plane, tell where its centre is by differences that amount to hundreds.
+/// plane, tell where its center is by differences that amount to hundreds.
 const AMPLIFIED: f64 = 8.0;
 
-/// What vertices that touch a neighbour of a ball count for beside its own.
+/// What vertices that touch a neighbor of a ball count for beside its own.
 const NEIGHBOURS_SHARE: f64 = 0.1;
 
 /// The carriers of a ball: the vertices that touch it, and those that touch its
-/// neighbours, and theirs, as far as it takes to tell where the centre is.
+/// neighbors, and theirs, as far as it takes to tell where the center is.
 fn carrier(
     Ball { center, radius }: Ball,
     ball: usize,
     touching: &[Vec<Term>],
-    neighbours: &[Vec<usize>],
+    neighbors: &[Vec<usize>],
     x: Positions<'_>,
 ) -> Vec<Term> {
     let (mut ring, mut reached) = (vec![ball], BTreeSet::from([ball]));
@@ -347,7 +347,7 @@ fn carrier(
         if !carriers.is_empty() && least <= 1.0 {
             break;
         }
-        let next = ring.iter().flat_map(|&ball| &neighbours[ball]).copied();
+        let next = ring.iter().flat_map(|&ball| &neighbors[ball]).copied();
         ring = next.filter(|&ball| reached.insert(ball)).collect();
         share *= NEIGHBOURS_SHARE;
     }
@@ -356,7 +356,7 @@ fn carrier(
 
 /// Weights of vertices that reproduce `center` from their positions at rest, and
 /// its image under every affine map of them: the weighted mean, and the least
-/// change of the weights that moves it to the centre.
+/// change of the weights that moves it to the center.
 fn combination(center: DVec3, touching: &[Term], x: Positions<'_>) -> Vec<Term> {
     let total: f64 = touching.iter().map(|term| term.weight).sum();
     if total <= 0.0 {

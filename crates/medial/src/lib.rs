@@ -12,10 +12,10 @@
 //!   [`MedialSurface::from_sheet`] takes one that is given as a 2-simplex surface,
 //!   [`MedialSurface::from_ma`] one in text. [`Topology`] tells whether the union
 //!   of balls is still one piece without holes.
-//! - [`Links`] let it follow the surface as that deforms: centres are carried,
+//! - [`Links`] let it follow the surface as that deforms: centers are carried,
 //!   balls refitted. Or the balls are what is simulated: see
 //!   [`MedialSurface::set_centers`].
-//! - [`contacts`] finds points or balls of another object in it or near it,
+//! - [`point_contacts`] finds points or balls of another object in it or near it,
 //!   [`primitive_contacts`] pairs of primitives of two medial surfaces, on a
 //!   [`PrimitiveTree`] each, which [refits](PrimitiveTree::refit) to moved balls.
 //! - [`foot`], [`slab_foot`], [`cone_foot`] and [`pair_foot`] are the exact
@@ -38,21 +38,21 @@
 //!
 //! ```
 //! use kdop::{Leaves, Tree, Workspace};
-//! use medial::{Particles, Params, PrimitiveTree, Probes, Reach, contacts, generate};
+//! use medial::{ParticleOffsets, MedialParams, PrimitiveTree, QueryPoints, MedialContactParams, point_contacts, generate};
 //! use surface::glam::DVec3;
 //!
 //! let muscle = fixtures::shapes::ellipsoid(DVec3::new(60.0, 20.0, 10.0), 3);
 //! let surface = muscle.surface();
-//! let medial = generate(&surface, surface.positions(&muscle.positions)?, &Params::balls(40), |_| {})?
+//! let medial = generate(&surface, surface.positions(&muscle.positions)?, &MedialParams::balls(40), |_| {})?
 //!     .medial;
 //!
 //! // A point 2 deep under the flat side, and one far away.
 //! let points = [DVec3::new(0.0, 0.0, 8.0), DVec3::new(0.0, 0.0, 50.0)];
-//! let probes = Probes { tree: &Tree::build(Leaves::Points, &points)?, points: &points, radii: None };
+//! let probes = QueryPoints { tree: &Tree::build(Leaves::Points, &points)?, points: &points, radii: None };
 //! let tree = PrimitiveTree::new(&medial)?;
 //! let workspace = &mut Workspace::default();
-//! let (found, _) = contacts(
-//!     &probes, &medial, &tree, &Reach::new(0.0), Particles { first_point: 0, first_ball: 2 }, None, workspace,
+//! let (found, _) = point_contacts(
+//!     &probes, &medial, &tree, &MedialContactParams::new(0.0), ParticleOffsets { first_point: 0, first_ball: 2 }, None, workspace,
 //! );
 //! assert_eq!(found[0].stencil.terms()[0].particle, 0);
 //! assert!((found[0].gap + 2.0).abs() < 0.5 && found[0].normal.z > 0.9, "{found:?}");
@@ -76,16 +76,19 @@ mod topology;
 
 pub use crate::ball::Ball;
 pub use crate::detect::{
-    Counts, MOST_CONTACTS, Particles, PointContact, PrimitiveContact, Probes, Reach, Sides,
-    contacts, contacts_among, primitive_contacts, primitive_contacts_among,
+    MAX_CONTACTS, MedialContactParams, ParticleOffsets, PointContact, PreviousNormals,
+    PrimitiveContact, QueryPoints, TestCounts, point_contacts, point_contacts_among,
+    primitive_contacts, primitive_contacts_among,
 };
 pub use crate::deviation::Deviation;
 pub use crate::distance::{
     Foot, FootRule, PairFoot, bare_face_foot, cone_foot, foot, pair_foot, slab_foot,
 };
 pub use crate::error::MedialError;
-pub use crate::follow::{FollowMemory, Link, Links, REFIT_PASSES};
-pub use crate::generate::{Generated, Params, Progress, Size, Step, generate, generate_each};
+pub use crate::follow::{FollowScratch, Link, Links, REFIT_PASSES};
+pub use crate::generate::{
+    Generated, MedialParams, MedialSize, Progress, Step, generate, generate_each,
+};
 pub use crate::medial_surface::MedialSurface;
 pub use crate::primitive_tree::{NearestPrimitive, PrimitiveTree};
 pub use crate::topology::Topology;

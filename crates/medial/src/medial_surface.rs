@@ -130,7 +130,7 @@ impl MedialSurface {
         Ok(())
     }
 
-    /// Moves all centres and keeps the radii: the medial surface as the
+    /// Moves all centers and keeps the radii: the medial surface as the
     /// simulated object itself.
     ///
     /// # Errors

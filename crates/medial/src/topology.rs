@@ -27,7 +27,7 @@ pub struct Topology {
 }
 
 /// Grid points at most: a bit of memory each, and seconds of work.
-const MOST_POINTS: usize = 1 << 28;
+const MAX_POINTS: usize = 1 << 28;
 
 impl Topology {
     /// The topology of a medial surface's union of balls, on a grid with this
@@ -78,9 +78,9 @@ impl Grid {
     fn around([low, high]: [DVec3; 2], spacing: f64) -> Result<Self, MedialError> {
         let cells = ((high - low) / spacing).ceil() + 3.0;
         let points = cells.x * cells.y * cells.z;
-        if points > crate::real(MOST_POINTS) {
+        if points > crate::real(MAX_POINTS) {
             let (what, count) = ("grid points", whole(points));
-            return Err(MedialError::TooMany { what, count, limit: MOST_POINTS });
+            return Err(MedialError::TooMany { what, count, limit: MAX_POINTS });
         }
         let size = cells.to_array().map(whole);
         let inside = vec![false; size[0] * size[1] * size[2]];

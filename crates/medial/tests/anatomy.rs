@@ -5,7 +5,7 @@
 
 use fixtures::data;
 use kdop::Workspace;
-use medial::{Params, PrimitiveTree, Topology, generate};
+use medial::{MedialParams, PrimitiveTree, Topology, generate};
 
 #[test]
 fn a_hundred_balls_are_a_psoas() {
@@ -15,7 +15,7 @@ fn a_hundred_balls_are_a_psoas() {
     let mesh = data::mesh(&folder.join("vhf_left_thigh_lo/muscle_psoas_major.ply"));
     let surface = mesh.surface();
     let x = surface.positions(&mesh.positions).unwrap();
-    let made = generate(&surface, x, &Params::balls(100), |_| {}).unwrap();
+    let made = generate(&surface, x, &MedialParams::balls(100), |_| {}).unwrap();
     assert!(made.deviation.rms < 0.4, "{:?}", made.deviation);
     let tree = PrimitiveTree::new(&made.medial).unwrap();
     let workspace = &mut Workspace::default();
@@ -46,7 +46,7 @@ fn rows_do_not_get_worse() {
         let mesh = data::mesh(&folder.join(format!("vhf_left_thigh_lo/muscle_{name}.ply")));
         let surface = mesh.surface();
         let x = surface.positions(&mesh.positions).unwrap();
-        let made = generate(&surface, x, &Params::balls(balls), |_| {}).unwrap();
+        let made = generate(&surface, x, &MedialParams::balls(balls), |_| {}).unwrap();
         let rms = made.deviation.rms;
         println!("measured: {balls} balls of a coarse {name}, mm rms | {rms:.3} | {most}");
         assert!(rms < most, "{name}, {balls} balls: {rms}");

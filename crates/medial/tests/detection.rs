@@ -5,8 +5,8 @@ use arbtest::arbtest;
 use glam::DVec3;
 use kdop::{Extents, Leaves, Tree, Workspace};
 use medial::{
-    Ball, FootRule, MedialSurface, Particles, PrimitiveTree, Probes, Reach, contacts, foot,
-    pair_foot, primitive_contacts,
+    Ball, FootRule, MedialContactParams, MedialSurface, ParticleOffsets, PrimitiveTree,
+    QueryPoints, foot, pair_foot, point_contacts, primitive_contacts,
 };
 
 /// Coordinates of points that radii of up to three are far apart among.
@@ -59,12 +59,17 @@ fn points_and_balls_meet_what_brute_force_meets() {
             Some(radii) => Tree::build_from(Leaves::Points, Extents::balls(&points, radii)),
             None => Tree::build(Leaves::Points, &points),
         };
-        let probes = Probes { tree: &tree.unwrap(), points: &points, radii };
+        let probes = QueryPoints { tree: &tree.unwrap(), points: &points, radii };
         let on = PrimitiveTree::new(&medial).unwrap();
-        let particles = Particles { first_point: 100, first_ball: 200 };
-        let reach_of = Reach { rule, most: u.int_in_range(1..=3)?, ..Reach::new(reach) };
+        let particles = ParticleOffsets { first_point: 100, first_ball: 200 };
+        let reach_of = MedialContactParams {
+            rule,
+            max_contacts: u.int_in_range(1..=3)?,
+            ..MedialContactParams::new(reach)
+        };
         let workspace = &mut Workspace::default();
-        let (found, _) = contacts(&probes, &medial, &on, &reach_of, particles, None, workspace);
+        let (found, _) =
+            point_contacts(&probes, &medial, &on, &reach_of, particles, None, workspace);
         let at = |k: u32| match k.checked_sub(200) {
             Some(ball) => medial.balls()[ball as usize].center,
             None => points[k as usize - 100],
@@ -83,7 +88,7 @@ fn points_and_balls_meet_what_brute_force_meets() {
                 - radius;
             let of_point: Vec<_> =
                 found.iter().filter(|c| c.stencil.terms()[0].particle == k).collect();
-            assert!(of_point.len() <= reach_of.most);
+            assert!(of_point.len() <= reach_of.max_contacts);
             assert!(of_point.is_sorted_by(|a, b| a.gap <= b.gap), "{of_point:?}");
             match of_point.first() {
                 Some(contact) => {
@@ -118,7 +123,7 @@ fn primitives_meet_what_brute_force_meets() {
         assert_eq!(found.iter().map(|c| c.primitives).collect::<Vec<_>>(), expected);
         assert!(usize::try_from(counts.leaf_tests).unwrap() >= found.len());
         for contact in &found {
-            let particles = Particles { first_point: 0, first_ball: 100 };
+            let particles = ParticleOffsets { first_point: 0, first_ball: 100 };
             let terms = contact.terms(&a, &b, particles);
             let separation: DVec3 = terms
                 .iter()

@@ -43,7 +43,7 @@ fn grid() -> impl Iterator<Item = [f64; 3]> {
     })
 }
 
-/// The most that f can fall between neighbouring grid weights.
+/// The most that f can fall between neighboring grid weights.
 fn grid_error(balls: &[Ball; 3]) -> f64 {
     let side = |i: usize, j: usize| {
         balls[i].center.distance(balls[j].center) + (balls[i].radius - balls[j].radius).abs()

@@ -7,7 +7,8 @@ use std::f64::consts::FRAC_PI_2;
 
 use glam::{DMat3, DVec3};
 use medial::{
-    Deviation, FollowMemory, Links, MedialError, MedialSurface, Params, REFIT_PASSES, generate,
+    Deviation, FollowScratch, Links, MedialError, MedialParams, MedialSurface, REFIT_PASSES,
+    generate,
 };
 
 /// The muscle, its medial surface and what ties them.
@@ -15,13 +16,13 @@ fn linked(balls: usize) -> (fixtures::Mesh, MedialSurface, Links) {
     let mesh = shapes::muscle();
     let surface = mesh.surface();
     let x = surface.positions(&mesh.positions).expect("finite");
-    let medial = generate(&surface, x, &Params::balls(balls), |_| {}).expect("closed").medial;
+    let medial = generate(&surface, x, &MedialParams::balls(balls), |_| {}).expect("closed").medial;
     let links = Links::new(&medial, &surface, x).expect("finite");
     (mesh, medial, links)
 }
 
 #[test]
-fn centres_follow_affine_motions_exactly() {
+fn centers_follow_affine_motions_exactly() {
     let (mesh, medial, links) = linked(30);
     let turn = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, 2.0) / 3.0, 1.0);
     let stretch = DMat3::from_diagonal(DVec3::new(1.3, 0.9, 0.85));
@@ -50,7 +51,7 @@ fn balls_that_few_vertices_touch_follow_too() {
     let (medial, links) = {
         let surface = mesh.surface();
         let x = surface.positions(&mesh.positions).expect("finite");
-        let params = Params::balls(mesh.positions.len() / 3);
+        let params = MedialParams::balls(mesh.positions.len() / 3);
         let medial = generate(&surface, x, &params, |_| {}).expect("closed").medial;
         let links = Links::new(&medial, &surface, x).expect("finite");
         (medial, links)
@@ -141,7 +142,7 @@ fn following_takes_no_memory_after_the_first_step() {
     let (mesh, mut medial, links) = linked(30);
     let surface = mesh.surface();
     let moved = deformed(&mesh).map(|(_, moved)| moved);
-    let mut memory = FollowMemory::default();
+    let mut memory = FollowScratch::default();
     for (step, moved) in moved.iter().cycle().take(12).enumerate() {
         let x = surface.positions(&moved.positions).unwrap();
         let taken = allocation_counter::measure(|| {

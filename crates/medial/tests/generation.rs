@@ -7,8 +7,8 @@ use glam::DVec3;
 use kdop::Workspace;
 use medial::Step::{Collapse, Fit, Inspect, Measure, Shrink};
 use medial::{
-    Ball, Deviation, Generated, MedialError, Params, PrimitiveTree, Size, Topology, generate,
-    generate_each,
+    Ball, Deviation, Generated, MedialError, MedialParams, MedialSize, PrimitiveTree, Topology,
+    generate, generate_each,
 };
 use surface::{SurfaceError, TriangleSurface, closest_on_triangle};
 
@@ -27,7 +27,7 @@ fn weights(steps: u32) -> impl Iterator<Item = [f64; 3]> {
     })
 }
 
-fn made(mesh: &fixtures::Mesh, params: &Params) -> Result<Generated, MedialError> {
+fn made(mesh: &fixtures::Mesh, params: &MedialParams) -> Result<Generated, MedialError> {
     let surface = mesh.surface();
     generate(&surface, surface.positions(&mesh.positions)?, params, |_| {})
 }
@@ -44,7 +44,7 @@ fn slow_distance(mesh: &fixtures::Mesh, p: DVec3) -> f64 {
 #[test]
 fn bounds_hold_at_fresh_samples() {
     for (name, mesh) in all() {
-        let generated = made(&mesh, &Params::balls(30)).unwrap();
+        let generated = made(&mesh, &MedialParams::balls(30)).unwrap();
         let Deviation { surface_to_medial, medial_to_surface, .. } = generated.deviation;
         let medial = &generated.medial;
         let tree = PrimitiveTree::new(medial).unwrap();
@@ -81,7 +81,7 @@ fn bounds_hold_at_fresh_samples() {
 #[test]
 fn more_balls_come_nearer() {
     let mesh = shapes::muscle();
-    let rms = [12, 25, 50].map(|n| made(&mesh, &Params::balls(n)).unwrap().deviation.rms);
+    let rms = [12, 25, 50].map(|n| made(&mesh, &MedialParams::balls(n)).unwrap().deviation.rms);
     assert!(rms[0] < 1.2 && rms[1] < 0.6 * rms[0] && rms[2] < 0.7 * rms[1], "{rms:?}");
 }
 
@@ -89,14 +89,14 @@ fn more_balls_come_nearer() {
 /// comes nearer than merging alone, which leaves 0.0555 mm.
 #[test]
 fn what_the_surface_misses_least_goes() {
-    let rms = made(&shapes::muscle(), &Params::balls(120)).unwrap().deviation.rms;
+    let rms = made(&shapes::muscle(), &MedialParams::balls(120)).unwrap().deviation.rms;
     assert!(rms < 0.0545, "{rms}");
 }
 
 /// Of more than two hundred, as many go as are added where the surface is missed.
 #[test]
 fn many_balls_are_exchanged() {
-    let made = made(&shapes::muscle(), &Params::balls(240)).unwrap();
+    let made = made(&shapes::muscle(), &MedialParams::balls(240)).unwrap();
     assert_eq!(made.medial.balls().len(), 240);
     assert!(made.deviation.rms < 0.0302, "{:?}", made.deviation);
 }
@@ -105,7 +105,7 @@ fn many_balls_are_exchanged() {
 #[test]
 fn a_capsule_is_a_cone() {
     let mesh = fixtures::shapes::capsule(10.0, 60.0, 32);
-    let generated = made(&mesh, &Params::balls(2)).unwrap();
+    let generated = made(&mesh, &MedialParams::balls(2)).unwrap();
     assert_eq!(generated.medial.cones().len(), 1);
     assert!(generated.deviation.largest() < 0.2, "{:?}", generated.deviation);
     for ball in generated.medial.balls() {
@@ -117,7 +117,7 @@ fn a_capsule_is_a_cone() {
 /// 2 N slabs less those at its rim, two layers of it would have 2 N − 4.
 #[test]
 fn the_sheet_is_one() {
-    let made = made(&shapes::muscle(), &Params::balls(60)).unwrap();
+    let made = made(&shapes::muscle(), &MedialParams::balls(60)).unwrap();
     let slabs = made.medial.slabs().len();
     assert!((60..105).contains(&slabs), "{slabs} slabs");
 }
@@ -125,17 +125,17 @@ fn the_sheet_is_one() {
 #[test]
 fn a_tolerance_is_met_or_said_to_be_out_of_reach() {
     let mesh = shapes::muscle();
-    let params = Params::tolerance(1.0);
+    let params = MedialParams::tolerance(1.0);
     let generated = made(&mesh, &params).unwrap();
     assert!(generated.deviation.largest() <= 1.0, "{:?}", generated.deviation);
     let fewer = generated.medial.balls().len() / 2;
-    let coarser = made(&mesh, &Params { size: Size::Balls(fewer), ..params }).unwrap();
+    let coarser = made(&mesh, &MedialParams { size: MedialSize::Balls(fewer), ..params }).unwrap();
     assert!(coarser.deviation.largest() > 1.0, "half as many balls would have done");
     // Just out of reach of the fewest that are tried: one or two more will do.
-    let fewest = made(&mesh, &Params::balls(8)).unwrap().deviation.largest();
-    let next = made(&mesh, &Params::tolerance(0.99 * fewest)).unwrap();
+    let fewest = made(&mesh, &MedialParams::balls(8)).unwrap().deviation.largest();
+    let next = made(&mesh, &MedialParams::tolerance(0.99 * fewest)).unwrap();
     assert!(next.deviation.largest() < fewest && next.medial.balls().len() <= 16);
-    let hopeless = made(&mesh, &Params::tolerance(1e-6));
+    let hopeless = made(&mesh, &MedialParams::tolerance(1e-6));
     assert!(matches!(hopeless, Err(MedialError::ToleranceNotReached { .. })), "{hopeless:?}");
 }
 
@@ -145,7 +145,7 @@ fn the_union_has_the_topology_of_the_surface() {
         let surface = mesh.surface();
         let x = surface.positions(&mesh.positions).unwrap();
         let inside = Topology::of_inside(&surface, x).unwrap();
-        let generated = made(&mesh, &Params::balls(60)).unwrap();
+        let generated = made(&mesh, &MedialParams::balls(60)).unwrap();
         assert_eq!(Topology::of_union(&generated.medial, 1.5).unwrap(), inside, "{name}");
     }
     let far_apart = "2 0 0\nv 0 0 0 2\nv 9 0 0 2\n";
@@ -159,7 +159,7 @@ fn the_union_has_the_topology_of_the_surface() {
 #[test]
 fn refuses_by_name() {
     let mesh = shapes::muscle();
-    let balls = Params::balls(20);
+    let balls = MedialParams::balls(20);
     let surface = mesh.surface();
 
     let mut open = mesh.clone();
@@ -188,8 +188,10 @@ fn refuses_by_name() {
 
     let vertices = mesh.positions.len();
     let many = MedialError::TooManyBalls { asked: vertices + 1, vertices };
-    assert_eq!(made(&mesh, &Params::balls(vertices + 1)), Err(many));
-    for params in [Params::balls(0), Params::tolerance(f64::NAN), Params::tolerance(-1.0)] {
+    assert_eq!(made(&mesh, &MedialParams::balls(vertices + 1)), Err(many));
+    for params in
+        [MedialParams::balls(0), MedialParams::tolerance(f64::NAN), MedialParams::tolerance(-1.0)]
+    {
         let error = made(&mesh, &params).unwrap_err();
         assert!(matches!(error, MedialError::Parameter { .. }), "{error}");
     }
@@ -204,14 +206,14 @@ fn refuses_by_name() {
 #[test]
 fn thin_cartilage_is_served() {
     let mesh = fixtures::shapes::plate(DVec3::new(20.0, 20.0, 1.0), [22, 22]);
-    let generated = made(&mesh, &Params::balls(80)).unwrap();
+    let generated = made(&mesh, &MedialParams::balls(80)).unwrap();
     assert!(generated.deviation.rms < 0.1, "{:?}", generated.deviation);
 }
 
 #[test]
 fn the_same_to_the_bit() {
     let mesh = shapes::muscle();
-    let [first, second] = [0; 2].map(|_| made(&mesh, &Params::balls(25)).unwrap());
+    let [first, second] = [0; 2].map(|_| made(&mesh, &MedialParams::balls(25)).unwrap());
     assert_eq!(first, second);
 }
 
@@ -229,7 +231,7 @@ fn tips_that_hang_over_are_points() {
         mesh.positions[top] += DVec3::new(14.0, 0.0, 3.0);
     }
     let mesh = mesh.translated(DVec3::new(425.0, 438.0, 794.0));
-    let generated = made(&mesh, &Params::balls(12)).unwrap();
+    let generated = made(&mesh, &MedialParams::balls(12)).unwrap();
     assert!(generated.medial.balls().iter().all(|ball| ball.center.is_finite()));
     assert!(generated.deviation.largest() < 12.0, "{:?}", generated.deviation);
 }
@@ -241,14 +243,14 @@ fn each_of_several_is_as_alone() {
     let surface = mesh.surface();
     let x = surface.positions(&mesh.positions).unwrap();
     let counts = [20, 40, 30];
-    let each = generate_each(&surface, x, &counts, &Params::balls(1), |_| {}).unwrap();
+    let each = generate_each(&surface, x, &counts, &MedialParams::balls(1), |_| {}).unwrap();
     for (count, of_several) in counts.into_iter().zip(each) {
-        assert_eq!(of_several, made(&mesh, &Params::balls(count)).unwrap(), "{count}");
+        assert_eq!(of_several, made(&mesh, &MedialParams::balls(count)).unwrap(), "{count}");
     }
-    assert_eq!(generate_each(&surface, x, &[], &Params::balls(1), |_| {}), Ok(Vec::new()));
+    assert_eq!(generate_each(&surface, x, &[], &MedialParams::balls(1), |_| {}), Ok(Vec::new()));
     let vertices = mesh.positions.len();
     let many = MedialError::TooManyBalls { asked: vertices + 1, vertices };
-    let refused = generate_each(&surface, x, &[20, vertices + 1], &Params::balls(1), |_| {});
+    let refused = generate_each(&surface, x, &[20, vertices + 1], &MedialParams::balls(1), |_| {});
     assert_eq!(refused, Err(many));
 }
 
@@ -258,7 +260,7 @@ fn progress_runs_through_every_step() {
     let surface: TriangleSurface = mesh.surface();
     let x = surface.positions(&mesh.positions).unwrap();
     let mut steps = Vec::new();
-    generate(&surface, x, &Params::balls(20), |at| {
+    generate(&surface, x, &MedialParams::balls(20), |at| {
         assert!((0.0..=1.0).contains(&at.share));
         if steps.last() != Some(&at.step) {
             steps.push(at.step);

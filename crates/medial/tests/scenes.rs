@@ -7,8 +7,9 @@ use std::f64::consts::SQRT_2;
 use glam::DVec3;
 use kdop::{Leaves, Tree, Workspace};
 use medial::{
-    Ball, Deviation, FootRule, MedialSurface, Params, Particles, PrimitiveTree, Probes, Reach,
-    Sides, contacts, contacts_among, foot, generate, pair_foot, primitive_contacts, slab_foot,
+    Ball, Deviation, FootRule, MedialContactParams, MedialParams, MedialSurface, ParticleOffsets,
+    PreviousNormals, PrimitiveTree, QueryPoints, foot, generate, pair_foot, point_contacts,
+    point_contacts_among, primitive_contacts, slab_foot,
 };
 use surface::Contact;
 
@@ -31,14 +32,14 @@ fn sheet(r: f64) -> MedialSurface {
 fn touching(
     points: &[DVec3],
     medial: &MedialSurface,
-    reach: Reach,
-    sides: Option<&mut Sides>,
+    reach: MedialContactParams,
+    sides: Option<&mut PreviousNormals>,
 ) -> Vec<Contact> {
     let tree = Tree::build(Leaves::Points, points).expect("finite points");
-    let probes = Probes { tree: &tree, points, radii: None };
+    let probes = QueryPoints { tree: &tree, points, radii: None };
     let on = PrimitiveTree::new(medial).expect("finite balls");
-    let particles = Particles { first_point: 0, first_ball: 1000 };
-    contacts(&probes, medial, &on, &reach, particles, sides, &mut Workspace::default()).0
+    let particles = ParticleOffsets { first_point: 0, first_ball: 1000 };
+    point_contacts(&probes, medial, &on, &reach, particles, sides, &mut Workspace::default()).0
 }
 
 /// M1: two balls on a diagonal. Bounds without the norm of the direction part
@@ -151,7 +152,12 @@ fn projections(phi: f64, most: usize) -> usize {
     let medial = surface_of(balls, vec![], vec![[0, 1, 2], [3, 4, 5]]);
     let mut p = DVec3::new(0.3, 0.0, -1.0);
     for step in 0..2000 {
-        let found = touching(&[p], &medial, Reach { most, ..Reach::new(0.0) }, None);
+        let found = touching(
+            &[p],
+            &medial,
+            MedialContactParams { max_contacts: most, ..MedialContactParams::new(0.0) },
+            None,
+        );
         if found.iter().all(|contact| contact.gap > -1e-6) {
             return step;
         }
@@ -204,11 +210,11 @@ fn m5_a_memory_of_sides_keeps_the_normal() {
             // The last place outside, and the first inside or beyond.
             let above = r + s * (f64::from(phase) + 0.5) / f64::from(phases);
             let [before, after] = [above, above - s].map(|z| DVec3::new(1.0, 2.0, z));
-            let seen = touching(&[after], &medial, Reach::new(0.0), None);
+            let seen = touching(&[after], &medial, MedialContactParams::new(0.0), None);
             wrong += i32::from(!seen.first().is_some_and(|c| c.normal.z > 0.0));
-            let mut sides = Sides::new(1);
-            touching(&[before], &medial, Reach::new(s), Some(&mut sides));
-            let told = touching(&[after], &medial, Reach::new(0.0), Some(&mut sides));
+            let mut sides = PreviousNormals::new(1);
+            touching(&[before], &medial, MedialContactParams::new(s), Some(&mut sides));
+            let told = touching(&[after], &medial, MedialContactParams::new(0.0), Some(&mut sides));
             let right = told.first().is_some_and(|c| c.normal.z > 0.0);
             wrong_with_memory += i32::from(!right);
             if let Some(contact) = told.first() {
@@ -225,20 +231,20 @@ fn m5_a_memory_of_sides_keeps_the_normal() {
 #[test]
 fn a_point_beyond_the_other_side_stays_in_contact() {
     let medial = sheet(2.0);
-    let reach = Reach::new(1.0);
+    let reach = MedialContactParams::new(1.0);
     for most in 1..=3 {
-        let mut sides = Sides::new(1);
-        let seen_at = |z: f64, sides: &mut Sides| {
+        let mut sides = PreviousNormals::new(1);
+        let seen_at = |z: f64, sides: &mut PreviousNormals| {
             let mut pairs = (0..u32::try_from(medial.primitives().len()).unwrap())
                 .map(|primitive| (0, primitive))
                 .collect();
             let ball = |_| Ball::new(DVec3::new(1.0, 2.0, z), 0.0);
             let mut found = Vec::new();
-            let reach = Reach { most, ..reach };
-            contacts_among(&mut pairs, ball, &medial, &reach, Some(sides), &mut found);
+            let reach = MedialContactParams { max_contacts: most, ..reach };
+            point_contacts_among(&mut pairs, ball, &medial, &reach, Some(sides), &mut found);
             found.first().map(|contact| contact.gap)
         };
-        assert_eq!(seen_at(-4.0, &mut Sides::new(1)), None);
+        assert_eq!(seen_at(-4.0, &mut PreviousNormals::new(1)), None);
         assert_eq!(seen_at(2.5, &mut sides), Some(0.5));
         assert_eq!(seen_at(-4.0, &mut sides), Some(-6.0));
     }
@@ -251,24 +257,25 @@ fn a_point_in_the_middle_has_a_normal() {
     let medial = sheet(2.0);
     let middle = DVec3::new(3.0, -4.0, 0.0);
     for z in [2.5, -2.5] {
-        let mut sides = Sides::new(1);
+        let mut sides = PreviousNormals::new(1);
         let above = middle + DVec3::Z * z;
-        touching(&[above], &medial, Reach::new(1.0), Some(&mut sides));
-        let found = touching(&[middle], &medial, Reach::new(0.0), Some(&mut sides));
+        touching(&[above], &medial, MedialContactParams::new(1.0), Some(&mut sides));
+        let found = touching(&[middle], &medial, MedialContactParams::new(0.0), Some(&mut sides));
         assert!((found[0].normal - DVec3::Z * z.signum()).length() < 1e-12, "{found:?}");
         assert!((found[0].gap + 2.0).abs() < 1e-12);
     }
 }
 
 /// M6: of the balls of a muscle that hold a point, the one with the closest
-/// centre is another one than that which reaches deepest: its depth is wrong.
+/// center is another one than that which reaches deepest: its depth is wrong.
 #[test]
 fn m6_the_deepest_contact_is_kept_not_the_closest() {
     let mesh = shapes::muscle();
     let surface = mesh.surface();
     let x = surface.positions(&mesh.positions).unwrap();
-    let medial = generate(&surface, x, &Params::balls(40), |_| {}).unwrap().medial;
-    let reach = Reach { most: 1, ..Reach::new(f64::MAX.sqrt()) };
+    let medial = generate(&surface, x, &MedialParams::balls(40), |_| {}).unwrap().medial;
+    let reach =
+        MedialContactParams { max_contacts: 1, ..MedialContactParams::new(f64::MAX.sqrt()) };
     let kept = touching(&mesh.positions, &medial, reach, None);
     let mut squares = [0.0; 2];
     for (contact, &p) in kept.iter().zip(&mesh.positions) {
@@ -341,10 +348,10 @@ fn m9_a_one_sided_fit_reaches_out() {
     let surface = mesh.surface();
     let x = surface.positions(&mesh.positions).unwrap();
     let fit = |inscribed_weight: f64| {
-        let params = Params { inscribed_weight, ..Params::balls(24) };
+        let params = MedialParams { inscribed_weight, ..MedialParams::balls(24) };
         generate(&surface, x, &params, |_| {}).unwrap().deviation
     };
-    let (one_sided, two_sided) = (fit(0.0), fit(Params::balls(1).inscribed_weight));
+    let (one_sided, two_sided) = (fit(0.0), fit(MedialParams::balls(1).inscribed_weight));
     let over = |d: &Deviation| d.medial_to_surface.at_most;
     assert!(over(&one_sided) > 1.5 * over(&two_sided), "{one_sided:?} {two_sided:?}");
     assert!(two_sided.rms < 1.3 * one_sided.rms, "{one_sided:?} {two_sided:?}");
@@ -356,7 +363,7 @@ fn m9_a_one_sided_fit_reaches_out() {
 fn m10_friction_belongs_to_the_surface() {
     let r = 2.0;
     let p = DVec3::new(3.0, 4.0, r);
-    let contact = touching(&[p], &sheet(r), Reach::new(0.1), None)[0];
+    let contact = touching(&[p], &sheet(r), MedialContactParams::new(0.1), None)[0];
     let j = DVec3::X * 5.0;
     let medial = sheet(r);
     let at = |k: u32| if k == 0 { p } else { medial.balls()[k as usize - 1000].center };

@@ -4,8 +4,8 @@
 use glam::DVec3;
 use kdop::{Leaves, Tree, Workspace};
 use medial::{
-    Ball, MedialError, MedialSurface, Particles, PrimitiveTree, Probes, Reach, contacts,
-    primitive_contacts,
+    Ball, MedialContactParams, MedialError, MedialSurface, ParticleOffsets, PrimitiveTree,
+    QueryPoints, point_contacts, primitive_contacts,
 };
 use surface::SimplexSurface;
 
@@ -147,11 +147,11 @@ fn a_simplex_sheet_goes_through_everything() {
     // A point 1 under the outside of the shell, and one in the hollow.
     let points = [DVec3::new(0.0, 100.0, 20.6), DVec3::new(0.0, 100.0, 0.0)];
     let tree = Tree::build(Leaves::Points, &points).unwrap();
-    let probes = Probes { tree: &tree, points: &points, radii: None };
-    let particles = Particles { first_point: 0, first_ball: 2 };
+    let probes = QueryPoints { tree: &tree, points: &points, radii: None };
+    let particles = ParticleOffsets { first_point: 0, first_ball: 2 };
     let workspace = &mut Workspace::default();
-    let reach = Reach::new(0.0);
-    let (found, _) = contacts(&probes, &shell, &on, &reach, particles, None, workspace);
+    let reach = MedialContactParams::new(0.0);
+    let (found, _) = point_contacts(&probes, &shell, &on, &reach, particles, None, workspace);
     assert!(found.iter().all(|contact| contact.stencil.terms()[0].particle == 0), "{found:?}");
     let deepest = found[0];
     assert!((-2.0..-0.5).contains(&deepest.gap) && deepest.normal.z > 0.98, "{deepest:?}");

@@ -4,14 +4,14 @@
 
 mod shapes;
 
-use medial::{Deviation, Generated, Links, Params, generate_each};
+use medial::{Deviation, Generated, Links, MedialParams, generate_each};
 
 /// Two sizes, and what one of them is after the belly has shortened.
 fn everything() -> (Vec<Generated>, Deviation) {
     let mesh = shapes::muscle();
     let surface = mesh.surface();
     let x = surface.positions(&mesh.positions).expect("finite");
-    let params = Params::balls(1);
+    let params = MedialParams::balls(1);
     let made = generate_each(&surface, x, &[20, 40], &params, |_| {}).expect("closed");
     let links = Links::new(&made[1].medial, &surface, x).expect("finite");
     let short = mesh.clone().scaled(glam::DVec3::new(0.75, 1.15, 1.15));

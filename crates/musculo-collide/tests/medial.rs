@@ -6,7 +6,9 @@ use arbtest::arbtest;
 use fixtures::{Mesh, shapes};
 use musculo_collide::distance_field::{BuildOptions, DistanceField, Method, NodeValues, Pose};
 use musculo_collide::glam::{DQuat, DVec3};
-use musculo_collide::medial::{Ball, MedialError, MedialSurface, Params, pair_foot, slab_foot};
+use musculo_collide::medial::{
+    Ball, MedialError, MedialParams, MedialSurface, pair_foot, slab_foot,
+};
 use musculo_collide::surface::SurfaceError;
 use musculo_collide::{
     BodyId, BodyKind, CheckParams, FieldDetector, MedialContact, MedialDetector, MedialFeature,
@@ -30,7 +32,8 @@ fn add(scene: &mut Scene, name: &str, kind: BodyKind, mesh: &Mesh) -> BodyId {
 }
 
 fn detector(scene: &Scene, body: BodyId, balls: usize, margin: f64) -> MedialDetector {
-    MedialDetector::new(scene, body, margin, &Params::balls(balls), |_| {}).expect("a closed body")
+    MedialDetector::new(scene, body, margin, &MedialParams::balls(balls), |_| {})
+        .expect("a closed body")
 }
 
 /// Two bodies that overlap, and a third elsewhere, so that particles are numbered
@@ -216,7 +219,7 @@ fn what_vertices_miss_balls_meet() {
 fn ball_field(radius: f64, padding: f64, truncate: Option<f64>) -> DistanceField {
     let mesh = shapes::icosphere(radius, 4);
     let surface = mesh.surface();
-    // Exact as far out as the balls' centres are.
+    // Exact as far out as the balls' centers are.
     let nodes = NodeValues::QuasiInterpolating;
     let method = Method::ExactBand { band: 20.0, relax: false, nodes };
     let options = BuildOptions { spacing: 0.5, padding, method, truncate, ..Default::default() };
@@ -392,7 +395,7 @@ fn grooves_have_two_sides() {
     let pin = pin.translated(DVec3::new(0.0, 0.0, 2.9) - top);
     let pin = add(&mut scene, "pin", kind, &pin);
     let one = MedialDetector::from_surface(&scene, body, 0.0, medial).unwrap();
-    let mut two = one.keeping(2);
+    let mut two = one.with_max_contacts(2);
     let mut contacts = scene.medial_contacts(pin, &mut two).unwrap();
     let tip = |p: &DVec3| p.distance(DVec3::new(0.0, 0.0, 2.9)) < 1e-9;
     let lowest = scene.body(pin).positions().iter().position(tip).unwrap();
@@ -400,7 +403,7 @@ fn grooves_have_two_sides() {
     contacts.retain(|contact| contact.feature == lowest);
     let [left, right] = &contacts[..] else { panic!("{contacts:?}") };
     assert!(left.contact.normal.x * right.contact.normal.x < 0.0, "{contacts:?}");
-    let mut one = two.keeping(1);
+    let mut one = two.with_max_contacts(1);
     let contacts = scene.medial_contacts(pin, &mut one).unwrap();
     assert_eq!(contacts.iter().filter(|contact| contact.feature == lowest).count(), 1);
 }
@@ -408,15 +411,15 @@ fn grooves_have_two_sides() {
 #[test]
 fn what_is_wrong_is_named() {
     let (mut scene, a, b) = overlapping(DVec3::Z);
-    let params = Params::balls(20);
-    let new = |scene: &Scene, body, margin, params: &Params| {
+    let params = MedialParams::balls(20);
+    let new = |scene: &Scene, body, margin, params: &MedialParams| {
         MedialDetector::new(scene, body, margin, params, |_| {})
     };
     assert_eq!(new(&scene, a, -1.0, &params).unwrap_err(), SceneError::Margin { margin: -1.0 });
     assert!(new(&scene, a, f64::NAN, &params).is_err());
     let none = new(&Scene::new(), a, 0.0, &params).unwrap_err();
     assert_eq!(none, SceneError::NoSuchBody { index: 1, count: 0 });
-    let many = new(&scene, a, 0.0, &Params::balls(100_000)).unwrap_err();
+    let many = new(&scene, a, 0.0, &MedialParams::balls(100_000)).unwrap_err();
     let SceneError::Medial { name, source } = &many else { panic!("{many}") };
     assert!(name == "a" && matches!(source, MedialError::TooManyBalls { .. }), "{many}");
 

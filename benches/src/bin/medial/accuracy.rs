@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use benches::bodies::{Body, Depth};
 use benches::clock::running;
 use benches::ratio::{Ratio, Report, amount};
-use medial::{Generated, Params, Progress, Step, Topology, generate, generate_each};
+use medial::{Generated, MedialParams, Progress, Step, Topology, generate, generate_each};
 use rayon::ThreadPoolBuilder;
 
 use crate::data::muscle;
@@ -88,7 +88,7 @@ pub(crate) fn sizes() -> Vec<usize> {
 fn rows(name: &str, body: &Body, sizes: &[usize]) -> Vec<Row> {
     let x = body.surface.positions(&body.x).expect("finite positions");
     let mut clock = Clock::default();
-    let made = generate_each(&body.surface, x, sizes, &Params::balls(1), |at| clock.tick(at));
+    let made = generate_each(&body.surface, x, sizes, &MedialParams::balls(1), |at| clock.tick(at));
     let made = made.expect("a closed muscle");
     let seconds = clock.seconds(sizes);
     let inside = Topology::of_inside(&body.surface, x).expect("closed");
@@ -118,7 +118,7 @@ fn rows(name: &str, body: &Body, sizes: &[usize]) -> Vec<Row> {
 pub(crate) fn alone(body: &Body, balls: usize) -> f64 {
     let x = body.surface.positions(&body.x).expect("finite positions");
     let start = running().as_secs_f64();
-    generate(&body.surface, x, &Params::balls(balls), |_| {}).expect("a closed muscle");
+    generate(&body.surface, x, &MedialParams::balls(balls), |_| {}).expect("a closed muscle");
     running().as_secs_f64() - start
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use benches::bodies::Body;
 use glam::{DMat3, DVec3};
-use medial::{Deviation, Links, MedialSurface, Params, REFIT_PASSES, generate};
+use medial::{Deviation, Links, MedialParams, MedialSurface, REFIT_PASSES, generate};
 
 use crate::data::muscle;
 
@@ -17,7 +17,7 @@ pub(crate) fn run(folder: &Path) -> String {
     for (name, balls) in [("gluteus_medius", 100), ("psoas_major", 200)] {
         let body = muscle(folder, name);
         let x = body.surface.positions(&body.x).expect("finite positions");
-        let made = generate(&body.surface, x, &Params::balls(balls), |_| {}).expect("closed");
+        let made = generate(&body.surface, x, &MedialParams::balls(balls), |_| {}).expect("closed");
         let links = Links::new(&made.medial, &body.surface, x).expect("finite balls");
         for (what, moved) in deformed(&body) {
             let x = body.surface.positions(&moved).expect("finite positions");

@@ -10,8 +10,8 @@ use benches::bodies::Body;
 use benches::ratio::{Ratio, Report, Timing, amount, interleave};
 use kdop::{Leaves, Tree, Workspace};
 use medial::{
-    Counts, FootRule, MedialSurface, Params, Particles, PrimitiveTree, Probes, Reach, contacts,
-    generate_each, primitive_contacts,
+    FootRule, MedialContactParams, MedialParams, MedialSurface, ParticleOffsets, PrimitiveTree,
+    QueryPoints, TestCounts, generate_each, point_contacts, primitive_contacts,
 };
 use surface::closest_on_triangle;
 
@@ -75,7 +75,7 @@ pub(crate) fn run(folder: &Path, report: &mut Report) -> String {
 fn sizes(body: &Body, all: bool) -> BTreeMap<usize, MedialSurface> {
     let x = body.surface.positions(&body.x).expect("finite positions");
     let sizes = if all { SIZES.to_vec() } else { vec![100] };
-    let made = generate_each(&body.surface, x, &sizes, &Params::balls(1), |_| {});
+    let made = generate_each(&body.surface, x, &sizes, &MedialParams::balls(1), |_| {});
     let made = made.expect("a closed muscle").into_iter().map(|made| made.medial);
     sizes.into_iter().zip(made).collect()
 }
@@ -159,14 +159,16 @@ impl<'a> Scene<'a> {
         report: &mut Report,
         text: &mut String,
     ) {
-        let probes = Probes { tree: &self.tree, points: &self.points.x, radii: None };
+        let probes = QueryPoints { tree: &self.tree, points: &self.points.x, radii: None };
         let on = PrimitiveTree::new(medial).expect("finite balls");
         let workspace = &mut Workspace::default();
         let mut other_workspace = Workspace::default();
         for (rule, name) in [(FootRule::Exact, "exact"), (FootRule::BareFace, "bare face")] {
-            let reach = Reach { rule, most: 1, ..Reach::new(0.0) };
-            let particles = Particles::default();
-            let mut detect = || contacts(&probes, medial, &on, &reach, particles, None, workspace);
+            let reach =
+                MedialContactParams { rule, max_contacts: 1, ..MedialContactParams::new(0.0) };
+            let particles = ParticleOffsets::default();
+            let mut detect =
+                || point_contacts(&probes, medial, &on, &reach, particles, None, workspace);
             let (found, counts) = detect();
             let [ours, theirs] = interleave(
                 BUDGET,
@@ -178,7 +180,7 @@ impl<'a> Scene<'a> {
                 text,
                 "| {row} | vertices × balls, {name} | {balls} | {} | {} | {} | {:.0} | {} |",
                 counts.bound_tests,
-                counts.sieve_tests,
+                counts.direction_tests,
                 counts.leaf_tests,
                 ours.least * 1e-3,
                 self.errors(&depths),
@@ -231,7 +233,7 @@ impl<'a> Scene<'a> {
             text,
             "| {row} | balls × balls | {balls} | {} | {} | {} | {:.0} | | | |",
             counts.bound_tests,
-            counts.sieve_tests,
+            counts.direction_tests,
             counts.leaf_tests,
             ours.least * 1e-3
         );
@@ -243,7 +245,7 @@ impl<'a> Scene<'a> {
     fn report(
         &self,
         method: &str,
-        counts: &Counts,
+        counts: &TestCounts,
         surfaces: &Surfaces,
         [ours, theirs]: [Timing; 2],
         report: &mut Report,

@@ -10,7 +10,7 @@ use clap::Args;
 use glam::DVec3;
 use musculo_collide::kdop::Workspace;
 use musculo_collide::medial::{
-    Generated, MedialError, MedialSurface, Params, PrimitiveTree, Step, Topology, generate,
+    Generated, MedialError, MedialParams, MedialSurface, PrimitiveTree, Step, Topology, generate,
 };
 use musculo_collide::surface::TriangleSurface;
 use rayon::prelude::*;
@@ -109,10 +109,10 @@ fn medial(arguments: &MedialArguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Clean)
 }
 
-fn params(arguments: &MedialArguments) -> Params {
+fn params(arguments: &MedialArguments) -> MedialParams {
     match arguments.tolerance {
-        Some(tolerance) => Params::tolerance(tolerance),
-        None => Params::balls(arguments.balls.unwrap_or(DEFAULT_BALLS)),
+        Some(tolerance) => MedialParams::tolerance(tolerance),
+        None => MedialParams::balls(arguments.balls.unwrap_or(DEFAULT_BALLS)),
     }
 }
 
@@ -123,7 +123,7 @@ fn read_mesh(path: &Path) -> Result<Mesh, Failure> {
     Ok(Mesh { surface: surface.map_err(|error| named(path, error))?, positions: mesh.positions })
 }
 
-fn make(mesh: &Mesh, params: &Params) -> Result<Generated, MedialError> {
+fn make(mesh: &Mesh, params: &MedialParams) -> Result<Generated, MedialError> {
     let x = mesh.surface.positions(&mesh.positions)?;
     let progress = Progress::start("fitting balls", FIT_STEPS);
     let done = Cell::new(0);

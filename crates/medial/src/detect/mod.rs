@@ -12,10 +12,10 @@
 //! - what is within the reach, not only inside, is a contact; one tree is widened
 //!   by it;
 //! - of several contacts of a point those with the least gap stay, not the one
-//!   with the closest centre, and up to three with distinct normals: in a groove
+//!   with the closest center, and up to three with distinct normals: in a groove
 //!   one is not enough;
 //! - the foot on a slab is the exact one, unless the bare face is asked for;
-//! - a point at the very centre of a ball, or that passed the middle of the sheet
+//! - a point at the very center of a ball, or that passed the middle of the sheet
 //!   since it was last seen, is told by the normal it was last seen under.
 
 mod primitives;
@@ -27,29 +27,29 @@ use kdop::{Tree, Workspace};
 use surface::{Contact, Stencil};
 
 pub use self::primitives::{PrimitiveContact, primitive_contacts, primitive_contacts_among};
-use self::probe::Probe;
-use self::sieve::Sieve;
+use self::probe::PointQuery;
+use self::sieve::SeparatingDirections;
 use crate::{Ball, Foot, FootRule, MedialSurface, PrimitiveTree};
 
 /// Contacts that a point keeps at most: what a groove with three sides needs.
-pub const MOST_CONTACTS: usize = 3;
+pub const MAX_CONTACTS: usize = 3;
 
 /// What counts as a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reach {
+pub struct MedialContactParams {
     /// Gap up to which a contact is reported, `>= 0`.
-    pub reach: f64,
+    pub margin: f64,
     /// Which ball of a primitive is compared.
     pub rule: FootRule,
-    /// Contacts kept for each point, `1..=`[`MOST_CONTACTS`].
-    pub most: usize,
+    /// Contacts kept for each point, `1..=`[`MAX_CONTACTS`].
+    pub max_contacts: usize,
 }
 
-impl Reach {
-    /// Exact feet and up to [`MOST_CONTACTS`] contacts a point.
+impl MedialContactParams {
+    /// Exact feet and up to [`MAX_CONTACTS`] contacts a point.
     #[must_use]
-    pub const fn new(reach: f64) -> Self {
-        Self { reach, rule: FootRule::Exact, most: MOST_CONTACTS }
+    pub const fn new(margin: f64) -> Self {
+        Self { margin, rule: FootRule::Exact, max_contacts: MAX_CONTACTS }
     }
 }
 
@@ -59,10 +59,10 @@ impl Reach {
 /// Kept from one step to the next, it tells a point that passed the middle of
 /// the other object's sheet from one that came from the other side.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Sides(Vec<DVec3>);
+pub struct PreviousNormals(Vec<DVec3>);
 
-impl Sides {
-    /// Sides of `points` points, none known yet.
+impl PreviousNormals {
+    /// PreviousNormals of `points` points, none known yet.
     #[must_use]
     pub fn new(points: usize) -> Self {
         Self(vec![DVec3::ZERO; points])
@@ -81,7 +81,7 @@ impl Sides {
 
 /// Points of one object, or balls: what is compared with a medial surface.
 #[derive(Clone, Copy, Debug)]
-pub struct Probes<'a> {
+pub struct QueryPoints<'a> {
     /// Tree over them, one leaf each, in their order.
     pub tree: &'a Tree,
     /// Their positions.
@@ -90,7 +90,7 @@ pub struct Probes<'a> {
     pub radii: Option<&'a [f64]>,
 }
 
-impl Probes<'_> {
+impl QueryPoints<'_> {
     fn ball(&self, point: u32) -> Ball {
         let radius = self.radii.map_or(0.0, |radii| radii[point as usize]);
         Ball::new(self.points[point as usize], radius)
@@ -99,11 +99,11 @@ impl Probes<'_> {
 
 /// How much work the last detection was.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
+pub struct TestCounts {
     /// Tests of four bounds against others, in the trees.
     pub bound_tests: u64,
     /// Tests of a direction that may part a point or a primitive from a primitive.
-    pub sieve_tests: u64,
+    pub direction_tests: u64,
     /// Tests of a point, a ball or a primitive against a primitive: their distance.
     pub leaf_tests: u64,
 }
@@ -118,11 +118,11 @@ pub struct PointContact {
     pub primitive: u32,
     /// The primitive's ball and its weights.
     pub foot: Foot,
-    /// Unit vector from that ball's centre to the point; see [`Sides`].
+    /// Unit vector from that ball's center to the point; see [`PreviousNormals`].
     pub normal: DVec3,
     /// Sum of the radii of that ball and the point's own.
     pub offset: f64,
-    /// Height of the point over the ball's centre less the offset.
+    /// Height of the point over the ball's center less the offset.
     pub gap: f64,
 }
 
@@ -139,28 +139,34 @@ pub struct PointContact {
 /// # Panics
 ///
 /// When the trees, radii or sides are of other points or primitives.
-pub fn contacts(
-    probes: &Probes<'_>,
+pub fn point_contacts(
+    probes: &QueryPoints<'_>,
     medial: &MedialSurface,
     tree: &PrimitiveTree,
-    reach: &Reach,
-    particles: Particles,
-    sides: Option<&mut Sides>,
+    params: &MedialContactParams,
+    particles: ParticleOffsets,
+    sides: Option<&mut PreviousNormals>,
     workspace: &mut Workspace,
-) -> (Vec<Contact>, Counts) {
+) -> (Vec<Contact>, TestCounts) {
     let mut pairs = Vec::new();
-    tree.tree().pairs(probes.tree, reach.reach, workspace, |primitive, point| {
+    tree.tree().pairs(probes.tree, params.margin, workspace, |primitive, point| {
         pairs.push((point, primitive));
     });
     let bound_tests = workspace.counters().quad_tests;
     let mut found = Vec::new();
-    let counts =
-        contacts_among(&mut pairs, |point| probes.ball(point), medial, reach, sides, &mut found);
+    let counts = point_contacts_among(
+        &mut pairs,
+        |point| probes.ball(point),
+        medial,
+        params,
+        sides,
+        &mut found,
+    );
     let contacts = found.iter().map(|found| found.contact(medial, particles)).collect();
-    (contacts, Counts { bound_tests, ..counts })
+    (contacts, TestCounts { bound_tests, ..counts })
 }
 
-/// As [`contacts`], among pairs of a point and a primitive that the caller found,
+/// As [`point_contacts`], among pairs of a point and a primitive that the caller found,
 /// and with memory that is the caller's: `pairs` is sorted, and what `out` held is
 /// lost. `ball` tells a point's position, and its radius or 0. The bounds that were
 /// tested are not counted.
@@ -168,39 +174,39 @@ pub fn contacts(
 /// # Panics
 ///
 /// When there is no such primitive, or the sides are of fewer points.
-pub fn contacts_among(
+pub fn point_contacts_among(
     pairs: &mut Vec<(u32, u32)>,
     ball: impl Fn(u32) -> Ball,
     medial: &MedialSurface,
-    reach: &Reach,
-    mut sides: Option<&mut Sides>,
+    params: &MedialContactParams,
+    mut sides: Option<&mut PreviousNormals>,
     out: &mut Vec<PointContact>,
-) -> Counts {
+) -> TestCounts {
     pairs.sort_unstable();
     pairs.dedup();
     out.clear();
-    let mut sieve = Sieve::default();
+    let mut sieve = SeparatingDirections::default();
     for of_point in pairs.chunk_by(|(a, _), (b, _)| a == b) {
         let (point, first) = (of_point[0].0, out.len());
-        let probe = Probe {
+        let probe = PointQuery {
             ball: ball(point),
             side: sides.as_ref().map_or(DVec3::ZERO, |sides| sides.of(point)),
         };
-        if reach.most == 1 && probe.side == DVec3::ZERO {
-            out.extend(probe.deepest(of_point, medial, reach, &mut sieve));
+        if params.max_contacts == 1 && probe.side == DVec3::ZERO {
+            out.extend(probe.deepest(of_point, medial, params, &mut sieve));
         } else {
-            probe.all(of_point, medial, reach, &mut sieve, out);
+            probe.all(of_point, medial, params, &mut sieve, out);
         }
         if let (Some(sides), Some(nearest)) = (sides.as_deref_mut(), out.get(first)) {
             sides.0[point as usize] = nearest.normal;
         }
     }
-    Counts { bound_tests: 0, sieve_tests: sieve.tests, leaf_tests: sieve.leaf_tests }
+    TestCounts { bound_tests: 0, direction_tests: sieve.tests, leaf_tests: sieve.leaf_tests }
 }
 
 /// Numbers of the first point and the first ball among the caller's particles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Particles {
+pub struct ParticleOffsets {
     /// Added to the numbers of points.
     pub first_point: u32,
     /// Added to the numbers of balls.
@@ -231,7 +237,7 @@ impl PointContact {
     ///
     /// When `medial` has no such primitive.
     #[must_use]
-    pub fn contact(&self, medial: &MedialSurface, particles: Particles) -> Contact {
+    pub fn contact(&self, medial: &MedialSurface, particles: ParticleOffsets) -> Contact {
         let face =
             medial.primitives()[self.primitive as usize].map(|ball| ball + particles.first_ball);
         let point = self.point + particles.first_point;

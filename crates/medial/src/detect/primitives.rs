@@ -4,8 +4,8 @@ use glam::DVec3;
 use kdop::Workspace;
 use surface::Term;
 
-use super::sieve::Sieve;
-use super::{Counts, Particles, normal};
+use super::sieve::SeparatingDirections;
+use super::{ParticleOffsets, TestCounts, normal};
 use crate::{Foot, MedialSurface, PrimitiveTree, pair_foot};
 
 /// Two primitives that come within reach of each other.
@@ -15,7 +15,7 @@ pub struct PrimitiveContact {
     pub primitives: [u32; 2],
     /// Weights of the balls of each.
     pub weights: [[f64; 3]; 2],
-    /// Unit vector from the second's ball to the first's; where their centres
+    /// Unit vector from the second's ball to the first's; where their centers
     /// coincide, a normal of the second.
     pub normal: DVec3,
     /// Sum of the radii.
@@ -42,7 +42,12 @@ impl PrimitiveContact {
     /// medial surface (numbered from `particles.first_point`) sum to −1, those
     /// of the second (from `particles.first_ball`) to 1. At most six.
     #[must_use]
-    pub fn terms(&self, a: &MedialSurface, b: &MedialSurface, particles: Particles) -> Vec<Term> {
+    pub fn terms(
+        &self,
+        a: &MedialSurface,
+        b: &MedialSurface,
+        particles: ParticleOffsets,
+    ) -> Vec<Term> {
         let side = |medial: &MedialSurface, k: usize, first: u32, sign: f64| {
             let balls = medial.primitives()[self.primitives[k] as usize];
             let terms = balls.into_iter().zip(self.weights[k]).filter(|&(_, w)| w > 0.0);
@@ -68,13 +73,13 @@ pub fn primitive_contacts(
     b: (&MedialSurface, &PrimitiveTree),
     reach: f64,
     workspace: &mut Workspace,
-) -> (Vec<PrimitiveContact>, Counts) {
+) -> (Vec<PrimitiveContact>, TestCounts) {
     let mut pairs = Vec::new();
     a.1.tree().pairs(b.1.tree(), reach, workspace, |i, j| pairs.push((i, j)));
     let bound_tests = workspace.counters().quad_tests;
     let mut found = Vec::new();
     let counts = primitive_contacts_among(&mut pairs, a.0, b.0, reach, &mut found);
-    (found, Counts { bound_tests, ..counts })
+    (found, TestCounts { bound_tests, ..counts })
 }
 
 /// As [`primitive_contacts`], among pairs of primitives that the caller found, and
@@ -90,10 +95,10 @@ pub fn primitive_contacts_among(
     b: &MedialSurface,
     reach: f64,
     out: &mut Vec<PrimitiveContact>,
-) -> Counts {
+) -> TestCounts {
     pairs.sort_unstable();
     out.clear();
-    let mut sieve = Sieve::default();
+    let mut sieve = SeparatingDirections::default();
     for &(i, j) in &*pairs {
         if sieve.parts(&a.primitive_balls(i), &b.primitive_balls(j), reach) {
             continue;
@@ -104,5 +109,5 @@ pub fn primitive_contacts_among(
             out.push(contact);
         }
     }
-    Counts { bound_tests: 0, sieve_tests: sieve.tests, leaf_tests: sieve.leaf_tests }
+    TestCounts { bound_tests: 0, direction_tests: sieve.tests, leaf_tests: sieve.leaf_tests }
 }

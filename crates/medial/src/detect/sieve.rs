@@ -9,26 +9,26 @@
 
 use glam::DVec3;
 
-use super::probe::Rival;
+use super::probe::Candidate;
 use crate::Ball;
 use crate::distance::Touching;
 
 /// How much work a sieve was, and left.
 #[derive(Debug, Default)]
-pub(super) struct Sieve {
+pub(super) struct SeparatingDirections {
     /// Directions tried.
     pub(super) tests: u64,
     /// Distances asked for.
     pub(super) leaf_tests: u64,
     /// Memory for primitives that a point may be the deepest in.
-    pub(super) rivals: Vec<Rival>,
+    pub(super) rivals: Vec<Candidate>,
 }
 
 /// Share of the coordinates' size by which rounding may raise a bound: a few
 /// operations on unit vectors, with a factor to spare.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-impl Sieve {
+impl SeparatingDirections {
     /// Lower bound of the distance of `p` from a primitive, up to [`rounding`], in
     /// the direction away from its middle.
     pub(super) fn away(&mut self, p: DVec3, balls: &[Ball; 3]) -> f64 {

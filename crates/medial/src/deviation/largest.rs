@@ -13,10 +13,10 @@ const SLACK: f64 = 0.05;
 
 /// The same relative to the size of the medial surface, for deviations that
 /// are hardly there: a micrometre on a muscle.
-const LEAST_SLACK: f64 = 1e-5;
+const MIN_SLACK: f64 = 1e-5;
 
 /// Pieces looked at before splitting ends anyway: seconds of work.
-const MOST_PIECES: usize = 400_000;
+const MAX_PIECES: usize = 400_000;
 
 /// Something with a bound, the largest first.
 struct Piece<T> {
@@ -77,7 +77,7 @@ impl<T> Largest<T> {
     /// Splits what may be largest until the rest hardly matters.
     pub(super) fn run(mut self, mut split: impl FnMut(&mut Self, T)) -> OneSidedDistance {
         // What `add` leaves out is bounded by what was enough then, which only grows.
-        while self.number < MOST_PIECES {
+        while self.number < MAX_PIECES {
             let Some(top) = self.pieces.pop() else { break };
             if top.bound <= self.enough() {
                 break;
@@ -92,5 +92,5 @@ impl<T> Largest<T> {
 /// What is as good as no deviation on a medial surface of this size.
 pub(super) fn least_slack(medial: &MedialSurface) -> f64 {
     let [low, high] = medial.bounds();
-    LEAST_SLACK * low.distance(high)
+    MIN_SLACK * low.distance(high)
 }

@@ -1,9 +1,9 @@
 //! How far balls reach out of a surface: the largest `r − D(c)` over all balls of
-//! the union, with D the depth of a centre. No point of a ball is farther outside
+//! the union, with D the depth of a center. No point of a ball is farther outside
 //! than that.
 //!
 //! Two bounds on a patch of balls. The slope of D is 1. And D is the least distance
-//! to any face, each of which is convex in c, so that its tangent at one centre
+//! to any face, each of which is convex in c, so that its tangent at one center
 //! bounds it at the others; of these, only faces matter that can be nearest anywhere
 //! on the patch, and from which a ball could reach out farther than is known to
 //! happen elsewhere. A patch hands them on to its quarters.
@@ -21,7 +21,7 @@ use crate::{Ball, MedialSurface};
 /// Balls between three.
 struct Patch {
     balls: [Ball; 3],
-    /// Depth of the centre in the middle.
+    /// Depth of the center in the middle.
     depth: f64,
     /// The faces that matter, where they are known.
     faces: Option<Rc<[u32]>>,
@@ -125,7 +125,7 @@ fn farthest(balls: &[Ball; 3], middle: Ball) -> f64 {
     at(&balls[0]).max(at(&balls[1])).max(at(&balls[2]))
 }
 
-/// The ball in the middle of three, and the distance that their centres keep to it.
+/// The ball in the middle of three, and the distance that their centers keep to it.
 fn around(balls: &[Ball; 3]) -> (Ball, f64) {
     let middle = Ball::interpolate(balls, [1.0 / 3.0; 3]);
     let spread = balls.iter().map(|b| b.center.distance(middle.center)).fold(0.0, f64::max);

@@ -8,7 +8,7 @@ use crate::Ball;
 /// The ball between `a` and `b` with the least signed distance to `p`, exactly.
 ///
 /// The third weight of the foot is zero. Where one ball swallows the other
-/// (their radii differ by at least the distance between their centres), the
+/// (their radii differ by at least the distance between their centers), the
 /// cone is the bigger ball.
 ///
 /// ```

@@ -36,7 +36,7 @@ pub enum FootRule {
     /// The ball that comes nearest or reaches deepest: the distance is exact.
     #[default]
     Exact,
-    /// The ball at the closest point of the bare face of centres, as the source
+    /// The ball at the closest point of the bare face of centers, as the source
     /// has it.
     ///
     /// Its distance is never smaller than the exact one, so a contact may be
@@ -69,7 +69,7 @@ impl Foot {
         if other.distance < self.distance { other } else { self }
     }
 
-    /// Unit vector from the ball's centre to `p`, or `None` where they coincide
+    /// Unit vector from the ball's center to `p`, or `None` where they coincide
     /// up to rounding and no direction is left.
     #[must_use]
     pub fn normal(&self, p: DVec3) -> Option<DVec3> {

@@ -7,7 +7,7 @@
 //!
 //! - a ball at a corner of one against the whole other slab;
 //! - a stationary pair of one edge each;
-//! - where centres coincide, the crossing of an edge with the other's face.
+//! - where centers coincide, the crossing of an edge with the other's face.
 //!
 //! Elsewhere (an edge against a face's inside, or both insides) stationarity
 //! asks more of the direction `n = (a − b)/|a − b|` than it has freedom for.
@@ -45,7 +45,7 @@ impl PairFoot {
         Self { weights_a, weights_b, a: ball_a, b: ball_b, distance }
     }
 
-    /// Unit vector from the second ball's centre to the first's, or `None`
+    /// Unit vector from the second ball's center to the first's, or `None`
     /// where they coincide.
     #[must_use]
     pub fn normal(&self) -> Option<DVec3> {
@@ -142,7 +142,7 @@ fn stationary_on_edges(a: [Ball; 2], b: [Ball; 2]) -> Option<(f64, f64)> {
     (on(s) && on(-minus_t)).then_some((s, -minus_t))
 }
 
-/// Where an edge of centres pierces a face of centres: its parameter, and the
+/// Where an edge of centers pierces a face of centers: its parameter, and the
 /// weights on the face.
 fn crossing(edge: [Ball; 2], face: &[Ball; 3]) -> Option<(f64, [f64; 3])> {
     let [a, b, c] = face.map(|ball| ball.center);

@@ -7,7 +7,7 @@ use super::Foot;
 use super::cone::cone_parameter;
 use crate::Ball;
 
-/// Sine, squared, of the angle between two sides of a slab's face of centres below
+/// Sine, squared, of the angle between two sides of a slab's face of centers below
 /// which the slab is handled by its three cones alone.
 ///
 /// Below it the in-plane solve has lost all its digits, while the cones are within
@@ -54,7 +54,7 @@ pub fn slab_foot(p: DVec3, balls: &[Ball; 3]) -> Foot {
     }
 }
 
-/// The ball at the point of the bare face of centres that is closest to `p`:
+/// The ball at the point of the bare face of centers that is closest to `p`:
 /// the source's rule, see [`FootRule::BareFace`](crate::FootRule::BareFace).
 #[must_use]
 pub fn bare_face_foot(p: DVec3, balls: &[Ball; 3]) -> Foot {
@@ -73,7 +73,7 @@ pub(crate) struct Touching {
 }
 
 impl Touching {
-    /// `None` where the centres lie on a line, or no plane touches all three balls.
+    /// `None` where the centers lie on a line, or no plane touches all three balls.
     pub(crate) fn of(p: DVec3, balls: &[Ball; 3]) -> Option<Self> {
         let plane = Plane::of(balls)?;
         let weights = plane.stationary(p, balls)?;
@@ -94,9 +94,9 @@ impl Touching {
     }
 }
 
-/// The plane of a slab's centres with the slope of the radius in it.
+/// The plane of a slab's centers with the slope of the radius in it.
 struct Plane {
-    /// Product of the sides from the first centre to the second and the third, and its
+    /// Product of the sides from the first center to the second and the third, and its
     /// squared length.
     cross: DVec3,
     cross_squared: f64,
@@ -110,14 +110,14 @@ struct Plane {
 }
 
 impl Plane {
-    /// `None` where the centres lie on a line.
+    /// `None` where the centers lie on a line.
     fn of(balls: &[Ball; 3]) -> Option<Self> {
         let [a, b, c] = balls;
         let (e1, e2) = (b.center - a.center, c.center - a.center);
         let cross = e1.cross(e2);
         let cross_squared = cross.length_squared();
         let sine_squared = cross_squared / (e1.length_squared() * e2.length_squared());
-        // A NaN, from centres that coincide, is no plane either.
+        // A NaN, from centers that coincide, is no plane either.
         if sine_squared.is_nan() || sine_squared <= SLIVER {
             return None;
         }

@@ -213,7 +213,7 @@ fn quadrics(
     quadrics
 }
 
-/// Neighbours along edges and across the sheet.
+/// Neighbors along edges and across the sheet.
 fn neighbors(
     distance: &SurfaceDistance<'_>,
     owners: &[u32],

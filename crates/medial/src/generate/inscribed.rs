@@ -50,7 +50,7 @@ struct List {
 }
 
 /// A surface point in the ball at a point, with the side of the surface that the
-/// ball's centre was on: 1 inside, −1 outside.
+/// ball's center was on: 1 inside, −1 outside.
 #[derive(Clone, Copy)]
 struct Entered {
     point: DVec3,
@@ -114,7 +114,7 @@ impl Point {
 }
 
 impl List {
-    /// Lists the faces around a centre at this `depth` that `moved` so far, if that
+    /// Lists the faces around a center at this `depth` that `moved` so far, if that
     /// is not far.
     fn around(
         distance: &SurfaceDistance<'_>,

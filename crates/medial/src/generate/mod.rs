@@ -6,7 +6,7 @@
 //! 3. [Refit](refit): the balls that are left, still too many, move until the union
 //!    fits the surface best from both sides; those that are [missed the least](thin)
 //!    by the surface itself go, a few at a time, and the others are fitted again. Of
-//!    more than two hundred, [neighbours move](replacement) into their places, and some
+//!    more than two hundred, [neighbors move](replacement) into their places, and some
 //!    are added [where the surface is missed](split) in exchange for others.
 //!
 //! No Delaunay triangulation is needed: every triangle of the surface lies in
@@ -41,7 +41,7 @@ use crate::{Deviation, MedialError, MedialSurface};
 /// How large a medial surface is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Size {
+pub enum MedialSize {
     /// So many balls. There may be more where no two are left that could merge. More than
     /// 200 are fitted with more care, which takes several times as long.
     Balls(usize),
@@ -53,9 +53,9 @@ pub enum Size {
 /// How a medial surface is generated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Params {
+pub struct MedialParams {
     /// How large it is.
-    pub size: Size,
+    pub size: MedialSize,
     /// Steps of the last fit at most, once as few balls are left as asked for; each
     /// costs as much as the others.
     pub fit_steps: u32,
@@ -68,17 +68,17 @@ pub struct Params {
     pub inscribed_weight: f64,
 }
 
-impl Params {
+impl MedialParams {
     /// A fit that has settled, for this many balls.
     #[must_use]
     pub const fn balls(count: usize) -> Self {
-        Self { size: Size::Balls(count), fit_steps: 15, inscribed_weight: 0.2 }
+        Self { size: MedialSize::Balls(count), fit_steps: 15, inscribed_weight: 0.2 }
     }
 
     /// A fit that has settled, for as many balls as this tolerance needs.
     #[must_use]
     pub const fn tolerance(tolerance: f64) -> Self {
-        Self { size: Size::Tolerance(tolerance), ..Self::balls(1) }
+        Self { size: MedialSize::Tolerance(tolerance), ..Self::balls(1) }
     }
 }
 
@@ -123,12 +123,12 @@ pub struct Generated {
 /// thickness. The result is the same to the bit for any number of threads.
 ///
 /// ```
-/// use medial::{Params, generate};
+/// use medial::{MedialParams, generate};
 ///
 /// let muscle = fixtures::shapes::ellipsoid(surface::glam::DVec3::new(60.0, 20.0, 10.0), 4);
 /// let surface = muscle.surface();
 /// let x = surface.positions(&muscle.positions)?;
-/// let generated = generate(&surface, x, &Params::balls(20), |_| {})?;
+/// let generated = generate(&surface, x, &MedialParams::balls(20), |_| {})?;
 /// assert_eq!(generated.medial.balls().len(), 20);
 /// assert!(generated.deviation.rms < 0.3, "of 20 balls on 120 × 40 × 20");
 /// # Ok::<(), medial::MedialError>(())
@@ -148,7 +148,7 @@ pub struct Generated {
 pub fn generate(
     surface: &TriangleSurface,
     x: Positions<'_>,
-    params: &Params,
+    params: &MedialParams,
     mut progress: impl FnMut(Progress),
 ) -> Result<Generated, MedialError> {
     check_params(surface, params)?;
@@ -158,8 +158,8 @@ pub fn generate(
     distance.check_crossings()?;
     let generator = Generator::new(&distance, &inspection, params);
     match params.size {
-        Size::Balls(count) => generator.with_balls(count, &mut progress),
-        Size::Tolerance(tolerance) => generator.within(tolerance, &mut progress),
+        MedialSize::Balls(count) => generator.with_balls(count, &mut progress),
+        MedialSize::Tolerance(tolerance) => generator.within(tolerance, &mut progress),
     }
 }
 
@@ -171,12 +171,12 @@ pub fn generate(
 /// their result may be another one.
 ///
 /// ```
-/// use medial::{Params, generate_each};
+/// use medial::{MedialParams, generate_each};
 ///
 /// let muscle = fixtures::shapes::ellipsoid(surface::glam::DVec3::new(60.0, 20.0, 10.0), 4);
 /// let surface = muscle.surface();
 /// let x = surface.positions(&muscle.positions)?;
-/// let made = generate_each(&surface, x, &[10, 20, 40], &Params::balls(1), |_| {})?;
+/// let made = generate_each(&surface, x, &[10, 20, 40], &MedialParams::balls(1), |_| {})?;
 /// assert!(made[0].deviation.rms > 2.0 * made[2].deviation.rms);
 /// # Ok::<(), medial::MedialError>(())
 /// ```
@@ -188,11 +188,11 @@ pub fn generate_each(
     surface: &TriangleSurface,
     x: Positions<'_>,
     balls: &[usize],
-    params: &Params,
+    params: &MedialParams,
     mut progress: impl FnMut(Progress),
 ) -> Result<Vec<Generated>, MedialError> {
     for &count in balls {
-        check_params(surface, &Params { size: Size::Balls(count), ..*params })?;
+        check_params(surface, &MedialParams { size: MedialSize::Balls(count), ..*params })?;
     }
     progress(Progress { step: Step::Inspect, balls: 0, share: 0.0 });
     let inspection = check_surface(surface, x)?;
@@ -207,30 +207,30 @@ const DENSE: usize = 80;
 
 /// Share of the vertices that a tolerance may take as balls: beyond it the
 /// balls follow the vertices' noise.
-const MOST_BALLS: usize = 8;
+const MAX_BALLS: usize = 8;
 
 /// Thickness of a sheet, in mean edges, below which it is refused. At half an
-/// edge the balls of neighbours still overlap into a sheet; at a tenth they are
+/// edge the balls of neighbors still overlap into a sheet; at a tenth they are
 /// beads, and which vertex faces which is chance.
 const THINNEST: f64 = 0.5;
 
 /// Balls that the search for a tolerance starts from.
 const FEWEST_BALLS: usize = 8;
 
-fn check_params(surface: &TriangleSurface, params: &Params) -> Result<(), MedialError> {
+fn check_params(surface: &TriangleSurface, params: &MedialParams) -> Result<(), MedialError> {
     let vertices = surface.vertex_count();
     match params.size {
-        Size::Balls(asked) if asked > vertices => {
+        MedialSize::Balls(asked) if asked > vertices => {
             return Err(MedialError::TooManyBalls { asked, vertices });
         }
-        Size::Balls(0) => {
+        MedialSize::Balls(0) => {
             return Err(MedialError::Parameter { name: "size", value: 0.0, range: "at least 1" });
         }
-        Size::Tolerance(value) if !value.is_finite() || value <= 0.0 => {
+        MedialSize::Tolerance(value) if !value.is_finite() || value <= 0.0 => {
             let range = "positive and finite";
             return Err(MedialError::Parameter { name: "tolerance", value, range });
         }
-        Size::Balls(_) | Size::Tolerance(_) => {}
+        MedialSize::Balls(_) | MedialSize::Tolerance(_) => {}
     }
     let value = params.inscribed_weight;
     if !value.is_finite() || value < 0.0 {
@@ -258,7 +258,7 @@ fn check_surface(surface: &TriangleSurface, x: Positions<'_>) -> Result<Inspecti
 struct Generator<'a> {
     distance: &'a SurfaceDistance<'a>,
     inspection: &'a Inspection,
-    params: &'a Params,
+    params: &'a MedialParams,
     sparse: OnceCell<Start>,
     dense: OnceCell<Start>,
 }
@@ -274,7 +274,7 @@ impl<'a> Generator<'a> {
     const fn new(
         distance: &'a SurfaceDistance<'a>,
         inspection: &'a Inspection,
-        params: &'a Params,
+        params: &'a MedialParams,
     ) -> Self {
         Self { distance, inspection, params, sparse: OnceCell::new(), dense: OnceCell::new() }
     }
@@ -362,7 +362,7 @@ impl<'a> Generator<'a> {
         tolerance: f64,
         progress: &mut impl FnMut(Progress),
     ) -> Result<Generated, MedialError> {
-        let most = (self.distance.surface.vertex_count() / MOST_BALLS).max(FEWEST_BALLS);
+        let most = (self.distance.surface.vertex_count() / MAX_BALLS).max(FEWEST_BALLS);
         let (mut low, mut high) = (0, FEWEST_BALLS);
         let mut best = self.with_balls(high, progress)?;
         while best.deviation.largest() > tolerance {

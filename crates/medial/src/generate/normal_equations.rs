@@ -35,7 +35,7 @@ pub(super) struct NormalEquations<'a> {
 const DIAGONAL: [usize; 4] = [0, 4, 7, 9];
 
 /// Relative length of the residual at which conjugate gradients end: the step
-/// is one of several, each of which is linearised anew.
+/// is one of several, each of which is linearized anew.
 const CG_TOLERANCE: f64 = 1e-3;
 
 /// Iterations before conjugate gradients end anyway.

@@ -1,4 +1,4 @@
-//! How far a ball is from touching a set of planes: a quadratic in its centre
+//! How far a ball is from touching a set of planes: a quadratic in its center
 //! and radius.
 //!
 //! Source: J.-M. Thiery, É. Guy and T. Boubekeur, "Sphere-Meshes: Shape
@@ -8,7 +8,7 @@ use glam::{DVec3, DVec4, Vec4Swizzles as _};
 
 use crate::Ball;
 
-/// `sᵀ A s − 2 bᵀ s + c` over `s = (centre, radius)`.
+/// `sᵀ A s − 2 bᵀ s + c` over `s = (center, radius)`.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Quadric {
     /// Upper triangle of A, row by row.
@@ -18,7 +18,7 @@ pub(super) struct Quadric {
 }
 
 impl Quadric {
-    /// `weight (n·(p − centre) − radius)²`: how far the ball is from touching
+    /// `weight (n·(p − center) − radius)²`: how far the ball is from touching
     /// the plane through `p` with outward normal `n`, from inside.
     pub(super) fn plane(p: DVec3, n: DVec3, weight: f64) -> Self {
         let v = n.extend(1.0);

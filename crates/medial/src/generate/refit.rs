@@ -6,11 +6,11 @@
 //! method of Levenberg and Marquardt:
 //!
 //! - at samples p of the surface, the signed distance φ(p) of the union. With b
-//!   the weights of p's foot and u the unit vector from its centre to p, φ
+//!   the weights of p's foot and u the unit vector from its center to p, φ
 //!   changes by `−b_k u·dc_k − b_k dr_k` when the balls do: the foot's own shift
 //!   does not count, since φ is least there;
 //! - at points of the primitives, how far their ball reaches out of the
-//!   surface: `max(0, r − D)`, with D the depth of its centre. Samples of the
+//!   surface: `max(0, r − D)`, with D the depth of its center. Samples of the
 //!   surface alone do not see a slab that leaves the shape between them.
 
 use glam::DVec3;
@@ -36,14 +36,14 @@ pub(super) struct RefitParams {
 /// balls slide along flat parts of the sheet until the feet of samples are other ones
 /// than the step was solved for, and it has to be tried again; with ten times more the
 /// fit creeps.
-pub(super) const LEAST_DAMPING: f64 = 1e-2;
+pub(super) const MIN_DAMPING: f64 = 1e-2;
 
 /// Damping at which no step lowers the cost: rounding is reached.
 const LAST_DAMPING: f64 = 1e6;
 
 /// Share of the cost whose gain ends the fit, of up to [`MANY_BALLS`] and of more: 0.2 %
 /// of the cost is 0.1 % of the root mean square error.
-const LEAST_GAINS: [f64; 2] = [2e-3, 2e-4];
+const MIN_GAINS: [f64; 2] = [2e-3, 2e-4];
 
 /// Samples for each ball that is to be left, beyond which more hardly improve the
 /// fit. With 60 the balls follow the samples, and what is between them is off by a
@@ -51,7 +51,7 @@ const LEAST_GAINS: [f64; 2] = [2e-3, 2e-4];
 const SAMPLES_PER_BALL: usize = 160;
 
 /// Samples that are always taken, if the surface has them.
-const LEAST_SAMPLES: usize = 5_000;
+const MIN_SAMPLES: usize = 5_000;
 
 /// Samples of which one is taken while there still are too many balls, where up to
 /// [`MANY_BALLS`] are to be left on a surface that has fewer samples than are wanted in
@@ -104,7 +104,7 @@ impl RefitParams {
     }
 
     fn least_gain(&self) -> f64 {
-        LEAST_GAINS[usize::from(self.are_many())]
+        MIN_GAINS[usize::from(self.are_many())]
     }
 
     fn steps_between(&self) -> u32 {
@@ -113,13 +113,13 @@ impl RefitParams {
 
     /// Samples for the last fit.
     fn samples(&self) -> usize {
-        LEAST_SAMPLES.max(SAMPLES_PER_BALL * self.balls)
+        MIN_SAMPLES.max(SAMPLES_PER_BALL * self.balls)
     }
 
     /// Samples while there still are too many balls, of this many that the surface has.
     fn samples_before(&self, all: usize) -> usize {
         if all < self.samples() && !self.are_many() {
-            LEAST_SAMPLES.max(all / THINNED_OUT)
+            MIN_SAMPLES.max(all / THINNED_OUT)
         } else {
             self.samples()
         }
@@ -192,7 +192,7 @@ fn settle(
     let mut fit = Fit::new(medial, distance, params.importance_of_reach(), samples)?;
     let primitives = medial.primitives().to_vec();
     let mut equations = NormalEquations::new(medial.balls().len(), &primitives);
-    let mut damping = LEAST_DAMPING;
+    let mut damping = MIN_DAMPING;
     for _ in 0..steps {
         let residuals = fit.residuals(medial);
         equations.clear();
@@ -282,7 +282,7 @@ impl Fit {
             if found < cost {
                 self.tracking.moved(&travelled);
                 *medial = trial;
-                *damping = (*damping * 0.2).max(LEAST_DAMPING);
+                *damping = (*damping * 0.2).max(MIN_DAMPING);
                 return Ok(Some(found));
             }
             self.feet = feet;
@@ -321,7 +321,7 @@ fn sample_count(distance: &SurfaceDistance<'_>) -> usize {
     distance.surface.faces().len() + distance.surface.vertex_count()
 }
 
-/// Vertices and face centres, thinned out evenly in their order.
+/// Vertices and face centers, thinned out evenly in their order.
 struct Samples {
     points: Vec<DVec3>,
     /// A face that each is on.
@@ -340,7 +340,7 @@ impl Samples {
         for (face, corners) in (0_u32..).zip(faces) {
             let [a, b, c] = distance.corners(face);
             let area = 0.5 * (b - a).cross(c - a).length();
-            // Half of a face's area to its centre, half to its corners.
+            // Half of a face's area to its center, half to its corners.
             samples.push(((a + b + c) / 3.0, face, 0.5 * area));
             for &corner in corners {
                 let (_, of_vertex, share) = &mut at_vertices[corner as usize];

@@ -1,7 +1,7 @@
-//! A ball's neighbour in its place, moved to where the surface misses the ball the
+//! A ball's neighbor in its place, moved to where the surface misses the ball the
 //! least.
 //!
-//! All primitives at either of the two then are at the neighbour alone. How far it
+//! All primitives at either of the two then are at the neighbor alone. How far it
 //! should move is a small fit of its own: of one ball, to the samples whose foot was
 //! at one of them, while all other balls stay.
 
@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use glam::{DVec3, DVec4};
 
 use super::quadric::{outer, solve};
-use super::refit::LEAST_DAMPING;
+use super::refit::MIN_DAMPING;
 use super::thin::{Places, Thinning};
 use crate::{Ball, Foot, FootRule, foot, real};
 
@@ -21,11 +21,11 @@ const LOOKED_AT: usize = 150;
 /// Steps of the fit.
 const STEPS: u32 = 3;
 
-/// What is to stand in for a ball and one of its neighbours.
+/// What is to stand in for a ball and one of its neighbors.
 pub(super) struct Replacement<'a> {
     thinning: &'a Thinning<'a>,
     neighbor: u32,
-    /// Primitives that move with the neighbour.
+    /// Primitives that move with the neighbor.
     moving: Vec<[u32; 3]>,
     seen: Vec<Seen>,
     /// Samples for each that is looked at.
@@ -41,7 +41,7 @@ struct Seen {
     staying: f64,
 }
 
-/// Where the neighbour could be, and what that adds to the squares of the errors.
+/// Where the neighbor could be, and what that adds to the squares of the errors.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placed {
     pub(super) ball: Ball,
@@ -70,7 +70,7 @@ impl<'a> Replacement<'a> {
         Self { thinning, neighbor, moving, seen, every }
     }
 
-    /// The neighbour where it is missed the least.
+    /// The neighbor where it is missed the least.
     pub(super) fn fitted(&self) -> Placed {
         let start = self.thinning.medial.balls()[self.neighbor as usize];
         let (mut best, mut step) = self.at(start);
@@ -87,7 +87,7 @@ impl<'a> Replacement<'a> {
         best
     }
 
-    /// The squares with the neighbour at `place`, and the step from there that would
+    /// The squares with the neighbor at `place`, and the step from there that would
     /// make them the least if feet stayed where they are.
     fn at(&self, place: Ball) -> (Placed, Option<DVec4>) {
         let primitives: Vec<[Ball; 3]> =
@@ -105,7 +105,7 @@ impl<'a> Replacement<'a> {
             }
         }
         for k in [0, 4, 7, 9] {
-            matrix[k] *= 1.0 + LEAST_DAMPING;
+            matrix[k] *= 1.0 + MIN_DAMPING;
         }
         let cost = cost * real(self.every);
         (Placed { ball: place, cost }, solve(&matrix, right_side))
@@ -117,7 +117,7 @@ impl<'a> Replacement<'a> {
         primitive.map(at)
     }
 
-    /// How a sample's distance changes with the neighbour's centre and radius.
+    /// How a sample's distance changes with the neighbor's center and radius.
     fn gradient(&self, p: DVec3, primitive: [u32; 3], foot: &Foot) -> DVec4 {
         let weights = primitive.iter().zip(foot.weights);
         let weight: f64 = weights.filter(|(b, _)| **b == self.neighbor).map(|(_, w)| w).sum();

@@ -22,8 +22,8 @@ impl Seeds {
         Self { owners: vertices.clone(), vertices }
     }
 
-    /// A largest set of vertices without neighbours in it, in their order; the
-    /// others join the nearest neighbour that is in it.
+    /// A largest set of vertices without neighbors in it, in their order; the
+    /// others join the nearest neighbor that is in it.
     pub(super) fn sparse(surface: &TriangleSurface, x: Positions<'_>) -> Self {
         let faces = surface.faces();
         let ring = |vertex: u32| {

@@ -32,10 +32,10 @@ pub(super) struct MaximalBall {
 
 /// Share of the radius by which a ball may still be entered when it counts as
 /// empty: 1 µm for a ball of 1 cm. Ten times smaller costs another query a
-/// vertex and moves no centre visibly.
+/// vertex and moves no center visibly.
 const EMPTY: f64 = 1e-4;
 
-/// Cosine of the angle, seen from the centre, within which surface points are
+/// Cosine of the angle, seen from the center, within which surface points are
 /// taken for noise beside the vertex: 20°. At 10° ripples of the mesh make balls
 /// of their own, which never join into a sheet; at 40° balls outgrow ends and
 /// rims that have no second point to stop them.
@@ -141,7 +141,7 @@ fn shrink(
 /// The closest surface point inside the ball that is not noise beside `p`, where
 /// the surface's normal is `normal`.
 ///
-/// A point of the other side is none, however small its angle: the centre of a
+/// A point of the other side is none, however small its angle: the center of a
 /// ball that is still too large may be beyond it.
 fn entering(
     distance: &SurfaceDistance<'_>,

@@ -3,10 +3,10 @@
 //!
 //! The quadrics of the [collapse](super::collapse) only know the planes that a ball
 //! should touch. Once more balls than are wanted have been fitted, the samples of the
-//! fit tell more: what becomes of the error where a ball's neighbour takes its place.
-//! With care, it is sought [where that neighbour should go](super::replacement), for the
+//! fit tell more: what becomes of the error where a ball's neighbor takes its place.
+//! With care, it is sought [where that neighbor should go](super::replacement), for the
 //! balls that are missed the least if it stays where it is. Balls of which no two are
-//! neighbours go at once; then the others are fitted again.
+//! neighbors go at once; then the others are fitted again.
 
 use std::collections::BTreeSet;
 
@@ -22,11 +22,11 @@ pub(super) struct Thinning<'a> {
     /// What each sample's error counts for.
     pub(super) importance: &'a [f64],
     pub(super) feet: &'a [NearestPrimitive],
-    /// Whether it is sought where neighbours should go, or they stay where they are.
+    /// Whether it is sought where neighbors should go, or they stay where they are.
     pub(super) careful: bool,
 }
 
-/// A ball, the neighbour that may take its place, where that one goes, and the squares
+/// A ball, the neighbor that may take its place, where that one goes, and the squares
 /// of the errors that this adds.
 #[derive(Clone, Copy, Debug)]
 struct Removal {
@@ -36,7 +36,7 @@ struct Removal {
     place: Ball,
 }
 
-/// Balls for each that is to go, for which the best place of a neighbour is sought.
+/// Balls for each that is to go, for which the best place of a neighbor is sought.
 const SHORTLIST: usize = 5;
 
 /// Of so many samples, one is looked at.
@@ -86,7 +86,7 @@ impl Thinning<'_> {
         removals
     }
 
-    /// The neighbour that is missed the least in the place of a ball, if one can be
+    /// The neighbor that is missed the least in the place of a ball, if one can be
     /// there.
     fn removal(&self, ball: u32, places: &Places) -> Option<Removal> {
         let at_ball = &places.at_ball[ball as usize];
@@ -103,7 +103,7 @@ impl Thinning<'_> {
         least
     }
 
-    /// The same, of neighbours that go to where they are missed the least.
+    /// The same, of neighbors that go to where they are missed the least.
     fn careful_removal(&self, ball: u32, places: &Places) -> Option<Removal> {
         let removals = places.replacing(self.medial, ball).map(|into| {
             let placed = Replacement::new(self, places, [ball, into]).fitted();
@@ -137,7 +137,7 @@ impl Thinning<'_> {
         feet.map(|foot| foot.distance).fold(f64::INFINITY, f64::min)
     }
 
-    /// The primitives at a ball with a neighbour in its place; those that had both
+    /// The primitives at a ball with a neighbor in its place; those that had both
     /// are gone.
     fn replaced(&self, at_ball: &[u32], ball: u32, into: u32) -> Vec<[Ball; 3]> {
         let primitives = at_ball.iter().map(|&p| self.medial.primitives()[p as usize]);
@@ -187,13 +187,13 @@ impl Places {
         at_ball.flat_map(|&primitive| medial.primitives()[primitive as usize]).collect()
     }
 
-    /// The neighbours of a ball that can take its place.
+    /// The neighbors of a ball that can take its place.
     fn replacing(&self, medial: &MedialSurface, ball: u32) -> impl Iterator<Item = u32> {
         let around = self.around(medial, ball).into_iter();
         around.filter(move |&other| other != ball && self.closes(medial, [ball, other]))
     }
 
-    /// Whether two neighbours may merge without a change of the sheet's topology:
+    /// Whether two neighbors may merge without a change of the sheet's topology:
     /// every ball beside both is on a slab with both.
     fn closes(&self, medial: &MedialSurface, [a, b]: [u32; 2]) -> bool {
         let at_a = self.at_ball[a as usize].iter().map(|&p| medial.primitives()[p as usize]);

@@ -1,6 +1,6 @@
 //! Balls, cones and slabs against the field of a bone.
 //!
-//! A ball's distance is the field's value at its centre less its radius. Between
+//! A ball's distance is the field's value at its center less its radius. Between
 //! balls, the lowest place is found by branch and bound. For the bone's point q
 //! that is nearest to a ball between those of a piece, `|q − c| − r` is convex, and
 //! bends by no more than the inverse of the distance: so it is below its least
@@ -17,15 +17,15 @@ use glam::DVec3;
 use medial::Ball;
 use surface::Anchor;
 
-use super::hold::Hold;
+use super::hold::SurfacePoint;
 use super::{MedialContact, MedialDetector, MedialFeature, MedialScratch, PrimitiveBall};
 use crate::scene::Body;
 use crate::{FieldDetector, RigidState, SceneError};
 
 /// Pieces of a primitive that are looked at before the lowest place seen counts as
-/// the lowest: only a primitive whose balls' centres are in the bone needs more
+/// the lowest: only a primitive whose balls' centers are in the bone needs more
 /// than some hundred.
-const MOST_PIECES: usize = 4096;
+const MAX_PIECES: usize = 4096;
 
 /// Contacts of the detector's balls, which are those of `body`, with a bone. Trees
 /// must be built.
@@ -46,7 +46,7 @@ pub(super) fn contacts(
     let contact = |(ball, place): (PrimitiveBall, Place)| {
         let hint = detector.hints.of(&detector.medial, ball.primitive, -place.normal);
         let border = place.ball.center - place.ball.radius * place.normal;
-        let hold = Hold::nearest(body, border, hint, &mut scratch.workspace)?;
+        let hold = SurfacePoint::nearest(body, border, hint, &mut scratch.workspace)?;
         let point = place.ball.center - (place.gap + place.ball.radius) * place.normal;
         let anchor = Anchor { point, velocity: state.velocity(point), acceleration: DVec3::ZERO };
         let contact = hold.anchored(anchor, place.normal, place.gap);
@@ -151,7 +151,7 @@ impl Bone<'_> {
             if bound > margin || bound >= lowest.1.gap - tolerance {
                 continue;
             }
-            if count == MOST_PIECES {
+            if count == MAX_PIECES {
                 return Ok(Some(lowest));
             }
             count += 1;

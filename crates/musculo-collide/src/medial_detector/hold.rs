@@ -11,14 +11,14 @@ use crate::scene::Body;
 
 /// A point of a body's surface, by the particles that carry it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Hold<'a> {
+pub(super) struct SurfacePoint<'a> {
     body: &'a Body,
     pub(super) point: DVec3,
     particles: [u32; 3],
     weights: [f64; 3],
 }
 
-impl<'a> Hold<'a> {
+impl<'a> SurfacePoint<'a> {
     pub(super) fn vertex(body: &'a Body, vertex: u32) -> Self {
         let particles = [body.particles().start + vertex; 3];
         let point = body.positions()[vertex as usize];

@@ -25,7 +25,7 @@ mod points;
 use glam::DVec3;
 use kdop::Workspace;
 use medial::{
-    Deviation, FollowMemory, Links, MedialError, MedialSurface, Params, PointContact,
+    Deviation, FollowScratch, Links, MedialError, MedialParams, MedialSurface, PointContact,
     PrimitiveContact, PrimitiveTree, Progress, generate,
 };
 use surface::{Contact, Positions};
@@ -47,7 +47,7 @@ pub struct MedialDetector {
     tree: PrimitiveTree,
     links: Links,
     hints: Hints,
-    memory: FollowMemory,
+    memory: FollowScratch,
     deviation: Deviation,
     /// Positions of the body that the balls are at.
     at: Vec<DVec3>,
@@ -114,7 +114,7 @@ impl MedialDetector {
         scene: &Scene,
         body: BodyId,
         margin: f64,
-        params: &Params,
+        params: &MedialParams,
         progress: impl FnMut(Progress),
     ) -> Result<Self, SceneError> {
         let owner = closed_body(scene, body)?;
@@ -155,18 +155,18 @@ impl MedialDetector {
         })?;
         let hints = Hints::new(&medial, owner.surface(), &links);
         let at = owner.positions().to_vec();
-        let memory = FollowMemory::default();
+        let memory = FollowScratch::default();
         Ok(Self { body, margin, most: 1, medial, tree, links, hints, memory, deviation, at })
     }
 
-    /// Keeps up to `most` contacts of a vertex, `1..=`[`medial::MOST_CONTACTS`],
+    /// Keeps up to `most` contacts of a vertex, `1..=`[`medial::MAX_CONTACTS`],
     /// whose normals are 30° apart or more; else, only the deepest.
     ///
     /// More than one help a vertex in the edge of a groove. But slabs overlap in
     /// the midst of a body, where no border is, and their rims count as well.
     #[must_use]
-    pub fn keeping(self, most: usize) -> Self {
-        Self { most: most.clamp(1, medial::MOST_CONTACTS), ..self }
+    pub fn with_max_contacts(self, most: usize) -> Self {
+        Self { most: most.clamp(1, medial::MAX_CONTACTS), ..self }
     }
 
     /// The body.
@@ -272,7 +272,7 @@ impl Scene {
     /// let muscle = scene.add("muscle", kind, muscle.surface(), muscle.positions)?;
     /// let pin = scene.add("pin", kind, pin.surface(), pin.positions)?;
     ///
-    /// let params = medial::Params::balls(60);
+    /// let params = medial::MedialParams::balls(60);
     /// let mut detector = MedialDetector::new(&scene, muscle, 0.0, &params, |_| {})?;
     /// let contacts = scene.medial_contacts(pin, &mut detector)?;
     /// assert!(contacts.len() == 2 && contacts[0].contact.normal.z > 0.9);
@@ -353,14 +353,14 @@ impl Scene {
     /// within the margin between balls that don't, ascending, at their lowest place. The
     /// margin is the field detector's.
     ///
-    /// The field has to tell distances at the balls' centres, which lie as deep in
+    /// The field has to tell distances at the balls' centers, which lie as deep in
     /// the body as it is thick: it needs that much padding, no truncation below it,
     /// and a band of exact distances as wide. Beyond its band, a field's distances
     /// are up to a fifth of its spacing too large, and so are these gaps.
     ///
     /// # Errors
     ///
-    /// - [`SceneError::FieldRange`] where a ball may touch the bone, but its centre
+    /// - [`SceneError::FieldRange`] where a ball may touch the bone, but its center
     ///   is where the field tells no distance.
     /// - As [`Self::medial_contacts`].
     pub fn medial_field_contacts(

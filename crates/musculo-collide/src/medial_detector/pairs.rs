@@ -3,7 +3,7 @@
 use glam::DVec3;
 use medial::{Ball, PrimitiveContact, primitive_contacts_among};
 
-use super::hold::Hold;
+use super::hold::SurfacePoint;
 use super::{MedialContact, MedialDetector, MedialFeature, MedialScratch, PrimitiveBall};
 use crate::scene::Body;
 
@@ -22,7 +22,7 @@ pub(super) fn contacts(
     for contact in &*primitives {
         let border = border(a, contact, 0, -contact.normal);
         let hint = a.hints.of(&a.medial, contact.primitives[0], -contact.normal);
-        if let Some(hold) = Hold::nearest(of_a, border, hint, workspace) {
+        if let Some(hold) = SurfacePoint::nearest(of_a, border, hint, workspace) {
             found.push((hold.corner(), contact));
         }
     }
@@ -31,12 +31,12 @@ pub(super) fn contacts(
     found.dedup_by_key(|(vertex, _)| *vertex);
     let contact = |(vertex, found): (u32, &PrimitiveContact)| {
         let normal = found.normal;
-        let hold = Hold::vertex(of_a, vertex);
+        let hold = SurfacePoint::vertex(of_a, vertex);
         // Under the vertex, which is a little beside the place of least distance.
         let beside = hold.point - border(a, found, 0, -normal);
         let under = border(b, found, 1, normal) + beside - beside.dot(normal) * normal;
         let hint = b.hints.of(&b.medial, found.primitives[1], normal);
-        let on = Hold::nearest(of_b, under, hint, workspace)?;
+        let on = SurfacePoint::nearest(of_b, under, hint, workspace)?;
         let ball =
             |k: usize| PrimitiveBall { primitive: found.primitives[k], weights: found.weights[k] };
         Some(MedialContact {

@@ -1,8 +1,8 @@
 //! Vertices of a body against balls.
 
-use medial::{Ball, FootRule, PointContact, Reach, contacts_among};
+use medial::{Ball, FootRule, MedialContactParams, PointContact, point_contacts_among};
 
-use super::hold::Hold;
+use super::hold::SurfacePoint;
 use super::{MedialContact, MedialDetector, MedialFeature, MedialScratch, PrimitiveBall};
 use crate::scene::Body;
 
@@ -19,16 +19,20 @@ pub(super) fn contacts(
         let own = body.surface().faces()[face as usize].into_iter();
         pairs.extend(own.filter(|&v| is_first(body, v, face)).map(|vertex| (vertex, primitive)));
     });
-    let reach = Reach { reach: detector.margin, rule: FootRule::Exact, most: detector.most };
+    let reach = MedialContactParams {
+        margin: detector.margin,
+        rule: FootRule::Exact,
+        max_contacts: detector.most,
+    };
     let ball = |vertex: u32| Ball::new(body.positions()[vertex as usize], 0.0);
-    contacts_among(pairs, ball, &detector.medial, &reach, None, points);
+    point_contacts_among(pairs, ball, &detector.medial, &reach, None, points);
     let contact = |found: &PointContact| {
         let PointContact { point: vertex, primitive, foot, normal, .. } = *found;
         let border = foot.ball.center + foot.ball.radius * normal;
         let hint = detector.hints.of(&detector.medial, primitive, normal);
-        let on = Hold::nearest(of, border, hint, workspace)?;
+        let on = SurfacePoint::nearest(of, border, hint, workspace)?;
         Some(MedialContact {
-            contact: Hold::vertex(body, vertex).contact(&on, normal, found.gap),
+            contact: SurfacePoint::vertex(body, vertex).contact(&on, normal, found.gap),
             ball: PrimitiveBall { primitive, weights: foot.weights },
             feature: MedialFeature::Vertex(vertex),
         })

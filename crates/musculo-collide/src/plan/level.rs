@@ -1,6 +1,6 @@
 //! A body with as few of its vertices as a tolerance allows.
 
-use decimate::{DecimateError, Decimation, Reduced};
+use decimate::{DecimateError, Decimation, ReducedSurface};
 use glam::DVec3;
 use kdop::{TreeError, Workspace};
 use surface::{Barycentric, closest_on_triangle};
@@ -43,7 +43,7 @@ impl Level {
         decimation: &Decimation,
         deviation: f64,
     ) -> Result<Option<Self>, DecimateError> {
-        let Reduced { surface, kept, deviation } = decimation.within(deviation)?;
+        let ReducedSurface { surface, kept, deviation } = decimation.within(deviation)?;
         let all = body.positions();
         if count(kept.len()) > WORTHWHILE * count(all.len()) {
             return Ok(None);

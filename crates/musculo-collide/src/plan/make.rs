@@ -243,7 +243,7 @@ impl<'a> Maker<'a> {
                 if built.is_some() {
                     continue;
                 }
-                let params = medial::Params::tolerance(tolerance);
+                let params = medial::MedialParams::tolerance(tolerance);
                 let made = MedialDetector::new(self.scene, id, self.params.margin, &params, |_| {});
                 let refuse = |error: SceneError| {
                     self.refuse(pair, ExclusionReason::Medial { reason: error.to_string() })

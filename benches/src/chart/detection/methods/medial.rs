@@ -10,8 +10,8 @@ use std::time::Instant;
 use glam::DVec3;
 use kdop::{Leaves, Tree, Workspace};
 use medial::{
-    Ball, FootRule, Links, MedialSurface, Params, PointContact, PrimitiveTree, Reach,
-    contacts_among, generate,
+    Ball, FootRule, Links, MedialContactParams, MedialParams, MedialSurface, PointContact,
+    PrimitiveTree, generate, point_contacts_among,
 };
 use surface::TriangleSurface;
 
@@ -27,7 +27,7 @@ pub(in super::super) type Generated = RefCell<BTreeMap<(usize, usize), (MedialSu
 /// Trees over the bodies' vertices, and the balls of muscles.
 pub(super) struct ByBalls<'a> {
     question: &'a Question<'a>,
-    reach: Reach,
+    reach: MedialContactParams,
     points: Vec<Tree>,
     balls: Vec<Option<Balls<'a>>>,
     ways: Vec<(Way, Vec<PointContact>)>,
@@ -63,7 +63,7 @@ pub(super) fn detector<'a>(
     let built_before = all.iter().flatten().map(|balls| balls.built_before).sum();
     Ok(ByBalls {
         question,
-        reach: Reach { reach: 0.0, rule, most: 1 },
+        reach: MedialContactParams { margin: 0.0, rule, max_contacts: 1 },
         points: points.collect::<Result<_, _>>()?,
         balls: all,
         built_before,
@@ -86,7 +86,7 @@ impl<'a> Balls<'a> {
             Some(known) => known,
             None => {
                 let start = Instant::now();
-                let medial = generate(surface, x, &Params::balls(balls), |_| {})?.medial;
+                let medial = generate(surface, x, &MedialParams::balls(balls), |_| {})?.medial;
                 let took = start.elapsed().as_secs_f64() * 1e3;
                 generated.borrow_mut().insert((number, balls), (medial.clone(), took));
                 (medial, 0.0)
@@ -128,7 +128,7 @@ impl Detector for ByBalls<'_> {
                 pairs.push((point, primitive));
             });
             let ball = |point: u32| Ball::new(x[point as usize], 0.0);
-            contacts_among(pairs, ball, &balls.medial, reach, None, found);
+            point_contacts_among(pairs, ball, &balls.medial, reach, None, found);
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! Surfaces against surfaces: exactly, as they are or on fewer of their vertices.
 
-use decimate::{Decimation, Reduced};
+use decimate::{Decimation, ReducedSurface};
 use glam::DVec3;
 use kdop::{Leaves, Tree, Workspace};
 use musculo_collide::{BodyId, BodyKind, CheckParams, PairReport, Scene};
@@ -59,7 +59,7 @@ pub(super) struct Fewer<'a> {
     scene: Scene,
     ids: Vec<BodyId>,
     muscles: Vec<usize>,
-    reduced: Vec<Reduced>,
+    reduced: Vec<ReducedSurface>,
     x: Vec<DVec3>,
     frame: usize,
 }
