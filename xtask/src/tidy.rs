@@ -17,7 +17,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("crates/medial", &["surface", "kdop"]),
     ("crates/decimate", &["surface", "kdop"]),
     ("crates/response", &["surface"]),
-    ("crates/survey", &["surface", "kdop"]),
+    ("crates/baselines", &["surface", "kdop"]),
     (
         "crates/musculo-collide",
         &["surface", "kdop", "ccd", "decimate", "distance-field", "medial", "response"],

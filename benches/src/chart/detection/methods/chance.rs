@@ -1,6 +1,6 @@
 //! Methods that go by chance: trees with counts of filled cells, and pairs drawn at random.
 
-use survey::{Findings, average_case, selected_pairs};
+use baselines::{PairFindings, average_case, selected_pairs};
 
 use super::super::question::Question;
 use super::super::score::Told;
@@ -10,29 +10,30 @@ use super::{Detector, Failure};
 /// Trees of boxes: the bone's is kept, a muscle's is good for one frame.
 pub(super) struct Chances<'a> {
     question: &'a Question<'a>,
-    params: average_case::Params,
-    bone: average_case::Tree,
+    params: average_case::AverageCaseParams,
+    bone: average_case::AverageCaseTree,
     muscles: Vec<usize>,
-    found: Vec<Findings>,
+    found: Vec<PairFindings>,
 }
 
 pub(super) fn average_case<'a>(
     question: &'a Question<'a>,
     acceptance: f64,
 ) -> Result<Chances<'a>, Failure> {
-    let params = average_case::Params { acceptance, ..average_case::Params::DEFAULT };
-    let bone = average_case::Tree::new(body_at(question, 0, 0)?, &params)?;
+    let params =
+        average_case::AverageCaseParams { acceptance, ..average_case::AverageCaseParams::DEFAULT };
+    let bone = average_case::AverageCaseTree::new(body_at(question, 0, 0)?, &params)?;
     Ok(Chances { question, params, bone, muscles: question.muscles(), found: Vec::new() })
 }
 
 impl Detector for Chances<'_> {
     fn step(&mut self, frame: usize) -> Result<(), Failure> {
         let Self { question, params, bone, muscles, found } = self;
-        let mut trees: Vec<Option<average_case::Tree>> = Vec::new();
+        let mut trees: Vec<Option<average_case::AverageCaseTree>> = Vec::new();
         trees.resize_with(question.moving.bodies.len(), || None);
         for &muscle in &*muscles {
             let body = body_at(question, frame, muscle)?;
-            trees[muscle] = Some(average_case::Tree::new(body, params)?);
+            trees[muscle] = Some(average_case::AverageCaseTree::new(body, params)?);
         }
         found.clear();
         for &[a, b] in &question.pairs {
@@ -54,16 +55,19 @@ impl Detector for Chances<'_> {
 /// Pairs of faces that are kept from frame to frame.
 pub(super) struct Drawn<'a> {
     question: &'a Question<'a>,
-    params: selected_pairs::Params,
+    params: selected_pairs::SelectedPairsParams,
     pairs: Vec<selected_pairs::SelectedPairs>,
-    found: Vec<Findings>,
+    found: Vec<PairFindings>,
 }
 
 pub(super) fn selected_pairs<'a>(
     question: &'a Question<'a>,
-    most_tests: u64,
+    max_tests: u64,
 ) -> Result<Drawn<'a>, Failure> {
-    let params = selected_pairs::Params { most_tests, ..selected_pairs::Params::DEFAULT };
+    let params = selected_pairs::SelectedPairsParams {
+        max_tests,
+        ..selected_pairs::SelectedPairsParams::DEFAULT
+    };
     let pairs = (1..).take(question.pairs.len()).map(selected_pairs::SelectedPairs::new).collect();
     Ok(Drawn { question, params, pairs, found: Vec::new() })
 }
@@ -79,7 +83,7 @@ impl Detector for Drawn<'_> {
     }
 
     fn told(&self) -> Told {
-        let told = |(pair, found): (&[usize; 2], &Findings)| {
+        let told = |(pair, found): (&[usize; 2], &PairFindings)| {
             (*pair, found.crossing_faces.clone().unwrap_or_default())
         };
         Told::Crossings(self.question.pairs.iter().zip(&self.found).map(told).collect())

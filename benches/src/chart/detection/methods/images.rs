@@ -1,6 +1,6 @@
 //! Spatial hashing and layered depth images: all is made anew in every frame.
 
-use survey::{Body, Findings, SurveyError, layered_depth, spatial_hash};
+use baselines::{BaselineError, PairFindings, PlacedSurface, layered_depth, spatial_hash};
 
 use super::super::question::{Question, Way};
 use super::super::score::Told;
@@ -9,20 +9,22 @@ use crate::bodies;
 use crate::ratio::amount;
 
 /// A way to look at two bodies that keeps nothing from frame to frame.
-type Look = Box<dyn Fn(Body<'_>, Body<'_>) -> Result<Findings, SurveyError>>;
+type Look =
+    Box<dyn Fn(PlacedSurface<'_>, PlacedSurface<'_>) -> Result<PairFindings, BaselineError>>;
 
 /// The pairs, looked at one by one.
 pub(super) struct Anew<'a> {
     question: &'a Question<'a>,
     look: Look,
-    found: Vec<Findings>,
+    found: Vec<PairFindings>,
 }
 
 /// Faces that cross, by cells of so many mean edges.
 pub(super) fn hash<'a>(question: &'a Question<'a>, edges: f64) -> Result<Anew<'a>, Failure> {
     let lengths: f64 = question.moving.bodies.iter().map(mean_edge).sum();
     let cell_size = edges * lengths / amount(question.moving.bodies.len());
-    let params = spatial_hash::Params { cell_size, ..spatial_hash::Params::DEFAULT };
+    let params =
+        spatial_hash::SpatialHashParams { cell_size, ..spatial_hash::SpatialHashParams::DEFAULT };
     let look: Look = Box::new(move |a, b| spatial_hash::detect(a, b, &params));
     Ok(Anew { question, look, found: Vec::new() })
 }
@@ -32,7 +34,7 @@ pub(super) fn layered<'a>(
     question: &'a Question<'a>,
     resolution: u32,
 ) -> Result<Anew<'a>, Failure> {
-    let params = layered_depth::Params { resolution, axis: None };
+    let params = layered_depth::LayeredDepthParams { resolution, axis: None };
     let look: Look = Box::new(move |a, b| layered_depth::detect(a, b, &params));
     Ok(Anew { question, look, found: Vec::new() })
 }
@@ -51,9 +53,9 @@ pub(super) fn body_at<'a>(
     question: &'a Question<'a>,
     frame: usize,
     body: usize,
-) -> Result<Body<'a>, Failure> {
+) -> Result<PlacedSurface<'a>, Failure> {
     let surface = &question.moving.bodies[body].surface;
-    Ok(Body { surface, x: surface.positions(&question.moving.frames[frame][body])? })
+    Ok(PlacedSurface { surface, x: surface.positions(&question.moving.frames[frame][body])? })
 }
 
 impl Detector for Anew<'_> {
@@ -67,7 +69,7 @@ impl Detector for Anew<'_> {
     }
 
     fn told(&self) -> Told {
-        let told = |(&[a, b], found): (&[usize; 2], &Findings)| -> Vec<(Way, Vec<(u32, f64)>)> {
+        let told = |(&[a, b], found): (&[usize; 2], &PairFindings)| -> Vec<(Way, Vec<(u32, f64)>)> {
             let of = |half: usize| {
                 let inside = found.inside.iter().flat_map(|inside| &inside[half]);
                 inside.map(|inside| (inside.vertex, inside.depth)).collect()

@@ -5,14 +5,14 @@ use surface::{Positions, TriangleSurface};
 
 /// A surface and where its vertices are.
 #[derive(Clone, Copy, Debug)]
-pub struct Body<'a> {
+pub struct PlacedSurface<'a> {
     /// Its faces.
     pub surface: &'a TriangleSurface,
     /// Its vertices \[length unit\].
     pub x: Positions<'a>,
 }
 
-impl Body<'_> {
+impl PlacedSurface<'_> {
     /// Corners of a face.
     pub(crate) fn corners(&self, face: u32) -> [DVec3; 3] {
         self.x.corners(self.surface.faces()[face as usize])
@@ -35,7 +35,7 @@ pub struct VertexInside {
 
 /// What a method says of two bodies; `None` stands for what it does not look for.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Findings {
+pub struct PairFindings {
     /// Whether the bodies overlap, as far as the method can tell.
     pub overlap: bool,
     /// How likely it takes that to be, in `0.0..=1.0`, where it goes by chance.
@@ -52,7 +52,7 @@ pub struct Findings {
     pub tests: u64,
 }
 
-impl Findings {
+impl PairFindings {
     /// The greatest depth of a vertex; `None` where no vertex is found inside.
     #[must_use]
     pub fn depth(&self) -> Option<f64> {

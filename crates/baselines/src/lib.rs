@@ -5,7 +5,6 @@
 //! file with its paper:
 //!
 //! - [`spatial_hash`]: faces that cross, found in the cells of a hash table;
-//! - [`tetrahedra`]: vertices inside the tetrahedra of a volume mesh, the same way;
 //! - [`layered_depth`]: overlap, volume and vertices inside, from sorted layers
 //!   along parallel rays;
 //! - [`average_case`]: whether two bodies overlap, by the chance that cells of
@@ -13,7 +12,7 @@
 //! - [`selected_pairs`]: pairs of faces drawn at random, led to where they come
 //!   closest, within a budget.
 //!
-//! All that compare two [`Body`]s answer with [`Findings`], so that a chart can
+//! All that compare two [`PlacedSurface`]s answer with [`PairFindings`], so that a chart can
 //! set them beside each other: what was found, and the elementary tests it took.
 //! Lengths are in the one unit of the positions. Same input, same bits out: what
 //! is random comes from a seed.
@@ -23,16 +22,16 @@
 //! ```
 //! use glam::DVec3;
 //! use surface::TriangleSurface;
-//! use survey::{Body, spatial_hash};
+//! use baselines::{PlacedSurface, spatial_hash};
 //!
 //! // Two tetrahedra; a corner of the second is in the first.
 //! let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
 //! let surface = TriangleSurface::new(4, faces)?;
 //! let first = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
 //! let second = first.map(|x| x + DVec3::splat(0.2));
-//! let body = |x| Ok::<_, surface::SurfaceError>(Body { surface: &surface, x: surface.positions(x)? });
+//! let body = |x| Ok::<_, surface::SurfaceError>(PlacedSurface { surface: &surface, x: surface.positions(x)? });
 //!
-//! let params = spatial_hash::Params { cell_size: 0.5, ..spatial_hash::Params::DEFAULT };
+//! let params = spatial_hash::SpatialHashParams { cell_size: 0.5, ..spatial_hash::SpatialHashParams::DEFAULT };
 //! let found = spatial_hash::detect(body(&first)?, body(&second)?, &params)?;
 //! assert!(found.overlap);
 //! let [_, of_second] = found.inside.expect("hashing finds vertices inside");
@@ -50,7 +49,6 @@ pub mod layered_depth;
 mod propagation;
 pub mod selected_pairs;
 pub mod spatial_hash;
-pub mod tetrahedra;
 
-pub use crate::error::SurveyError;
-pub use crate::findings::{Body, Findings, VertexInside};
+pub use crate::error::BaselineError;
+pub use crate::findings::{PairFindings, PlacedSurface, VertexInside};

@@ -1,11 +1,11 @@
-//! Why a survey's method refuses its input.
+//! Why a baselines's method refuses its input.
 
 use surface::SurfaceError;
 
 /// What a method refuses, and the value that it refuses.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum SurveyError {
+pub enum BaselineError {
     /// A body lacks a property that the method needs.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
@@ -50,34 +50,18 @@ pub enum SurveyError {
         /// Entries there may be.
         limit: usize,
     },
-    /// A tetrahedron refers to a point that does not exist.
-    #[error("tetrahedron {tetrahedron} refers to point {point}, but there are {points} points")]
-    PointOutOfRange {
-        /// Place of the tetrahedron in its list.
-        tetrahedron: usize,
-        /// The index it holds.
-        point: u32,
-        /// Points there are.
-        points: usize,
-    },
-    /// A point is infinite or not a number.
-    #[error("point {point} is not finite")]
-    NotFinite {
-        /// The first such point.
-        point: usize,
-    },
 }
 
 /// Refuses a count that is 0 or above its limit.
-pub(crate) fn check_count(name: &'static str, value: u64, limit: u64) -> Result<(), SurveyError> {
+pub(crate) fn check_count(name: &'static str, value: u64, limit: u64) -> Result<(), BaselineError> {
     if (1..=limit).contains(&value) {
         Ok(())
     } else {
-        Err(SurveyError::Count { name, value, limit })
+        Err(BaselineError::Count { name, value, limit })
     }
 }
 
 /// Refuses a share that is not in `0.0..=1.0` or is 0.
-pub(crate) fn check_share(name: &'static str, value: f64) -> Result<(), SurveyError> {
-    if value > 0.0 && value <= 1.0 { Ok(()) } else { Err(SurveyError::Share { name, value }) }
+pub(crate) fn check_share(name: &'static str, value: f64) -> Result<(), BaselineError> {
+    if value > 0.0 && value <= 1.0 { Ok(()) } else { Err(BaselineError::Share { name, value }) }
 }

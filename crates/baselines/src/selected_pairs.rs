@@ -19,16 +19,16 @@
 //! ```
 //! use glam::DVec3;
 //! use surface::TriangleSurface;
-//! use survey::{Body, selected_pairs::{Params, SelectedPairs}};
+//! use baselines::{PlacedSurface, selected_pairs::{SelectedPairsParams, SelectedPairs}};
 //!
 //! let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
 //! let surface = TriangleSurface::new(4, faces)?;
 //! let first = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
 //! let second = first.map(|x| x + DVec3::splat(0.2));
 //! let (x, y) = (surface.positions(&first)?, surface.positions(&second)?);
-//! let (a, b) = (Body { surface: &surface, x }, Body { surface: &surface, x: y });
+//! let (a, b) = (PlacedSurface { surface: &surface, x }, PlacedSurface { surface: &surface, x: y });
 //! let mut pairs = SelectedPairs::new(1);
-//! let found = pairs.step(a, b, &Params { draws: 3, reach: 1.0, ..Params::DEFAULT })?;
+//! let found = pairs.step(a, b, &SelectedPairsParams { draws: 3, margin: 1.0, ..SelectedPairsParams::DEFAULT })?;
 //! assert!(found.overlap, "any pair of so few leads to the crossing");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -37,38 +37,38 @@ use std::collections::BTreeSet;
 
 use surface::{Meeting, closest_between_triangles, triangles_meet};
 
-use crate::error::{SurveyError, check_count};
-use crate::findings::{Body, Findings};
+use crate::error::{BaselineError, check_count};
+use crate::findings::{PairFindings, PlacedSurface};
 use crate::generator::Generator;
 
 /// How many pairs are drawn, and how far they are followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Params {
+pub struct SelectedPairsParams {
     /// Pairs drawn in a step, in `1..=2^32`; more than there are draws all.
     pub draws: u64,
     /// Moves of a pair to a closer one in a step, at most.
     pub hops: u32,
     /// Distance up to which a pair is kept for the next step \[length unit\], `>= 0`.
-    pub reach: f64,
+    pub margin: f64,
     /// Pairs tested in a step, at most: the budget. Pairs that
     /// were kept come first, then those drawn.
-    pub most_tests: u64,
+    pub max_tests: u64,
 }
 
-impl Params {
+impl SelectedPairsParams {
     /// 200 pairs, 20 moves, 5 (millimetres) of reach, no limit.
-    pub const DEFAULT: Self = Self { draws: 200, hops: 20, reach: 5.0, most_tests: u64::MAX };
+    pub const DEFAULT: Self = Self { draws: 200, hops: 20, margin: 5.0, max_tests: u64::MAX };
 
-    fn check(&self) -> Result<(), SurveyError> {
+    fn check(&self) -> Result<(), BaselineError> {
         check_count("draws", self.draws, 1 << 32)?;
-        if !(self.reach >= 0.0 && self.reach.is_finite()) {
-            return Err(SurveyError::Distance { name: "reach", value: self.reach });
+        if !(self.margin >= 0.0 && self.margin.is_finite()) {
+            return Err(BaselineError::Distance { name: "margin", value: self.margin });
         }
         Ok(())
     }
 }
 
-impl Default for Params {
+impl Default for SelectedPairsParams {
     fn default() -> Self {
         Self::DEFAULT
     }
@@ -110,10 +110,10 @@ impl SelectedPairs {
     /// When a parameter is out of range.
     pub fn step(
         &mut self,
-        a: Body<'_>,
-        b: Body<'_>,
-        params: &Params,
-    ) -> Result<Findings, SurveyError> {
+        a: PlacedSurface<'_>,
+        b: PlacedSurface<'_>,
+        params: &SelectedPairsParams,
+    ) -> Result<PairFindings, BaselineError> {
         params.check()?;
         let counts = [a.face_count(), b.face_count()];
         let drawn = Draws::new(counts, params.draws, &mut self.generator);
@@ -126,18 +126,18 @@ impl SelectedPairs {
                 break;
             }
             let (pair, distance) = walk.descend(pair);
-            if distance <= params.reach {
+            if distance <= params.margin {
                 self.kept.insert(pair);
             }
             if distance <= 0.0 {
                 walk.trace(pair, &mut crossing);
             }
         }
-        Ok(Findings {
+        Ok(PairFindings {
             overlap: !crossing.is_empty(),
             crossing_faces: Some(crossing.into_iter().collect()),
             tests: walk.tests,
-            ..Findings::default()
+            ..PairFindings::default()
         })
     }
 }
@@ -188,15 +188,15 @@ fn divisor(a: u64, b: u64) -> u64 {
 
 /// Moves over the pairs of two bodies, and the tests that they took.
 struct Walk<'a> {
-    a: Body<'a>,
-    b: Body<'a>,
-    params: &'a Params,
+    a: PlacedSurface<'a>,
+    b: PlacedSurface<'a>,
+    params: &'a SelectedPairsParams,
     tests: u64,
 }
 
 impl Walk<'_> {
     fn is_spent(&self) -> bool {
-        self.tests >= self.params.most_tests
+        self.tests >= self.params.max_tests
     }
 
     /// Moves a pair to neighbouring ones as long as their distance falls.
@@ -251,13 +251,17 @@ impl Walk<'_> {
 }
 
 /// Pairs in which one of the faces is exchanged for one that shares a vertex.
-fn neighbours(a: Body<'_>, b: Body<'_>, [f, g]: [u32; 2]) -> impl Iterator<Item = [u32; 2]> {
+fn neighbours(
+    a: PlacedSurface<'_>,
+    b: PlacedSurface<'_>,
+    [f, g]: [u32; 2],
+) -> impl Iterator<Item = [u32; 2]> {
     let of_a = around(a, f).map(move |f| [f, g]);
     of_a.chain(around(b, g).map(move |g| [f, g]))
 }
 
 /// The faces that share a vertex with one; those that share an edge come twice.
-fn around(body: Body<'_>, face: u32) -> impl Iterator<Item = u32> {
+fn around(body: PlacedSurface<'_>, face: u32) -> impl Iterator<Item = u32> {
     let corners = body.surface.faces()[face as usize];
     let faces = corners.into_iter().flat_map(move |v| body.surface.vertex_faces(v).iter().copied());
     faces.filter(move |other| *other != face)

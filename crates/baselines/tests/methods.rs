@@ -1,11 +1,11 @@
 //! Each method against brute force or a known answer.
 
+use baselines::{BaselineError, PairFindings, PlacedSurface, VertexInside};
+use baselines::{average_case, layered_depth, selected_pairs, spatial_hash};
 use fixtures::shapes::{capsule, cube, octasphere, plate};
 use fixtures::{Mesh, twins};
 use glam::DVec3;
 use surface::TriangleSurface;
-use survey::{Body, Findings, SurveyError, VertexInside};
-use survey::{average_case, layered_depth, selected_pairs, spatial_hash, tetrahedra};
 
 /// A mesh with its connectivity.
 struct Shape {
@@ -19,9 +19,9 @@ impl Shape {
         Self { mesh, surface }
     }
 
-    fn body(&self) -> Body<'_> {
+    fn body(&self) -> PlacedSurface<'_> {
         let x = self.surface.positions(&self.mesh.positions).expect("fixtures are finite");
-        Body { surface: &self.surface, x }
+        PlacedSurface { surface: &self.surface, x }
     }
 }
 
@@ -36,7 +36,7 @@ fn vertices(inside: &[VertexInside]) -> Vec<u32> {
     inside.iter().map(|vertex| vertex.vertex).collect()
 }
 
-fn inside_of(found: &Findings) -> &[Vec<VertexInside>; 2] {
+fn inside_of(found: &PairFindings) -> &[Vec<VertexInside>; 2] {
     found.inside.as_ref().expect("the method finds vertices inside")
 }
 
@@ -59,7 +59,7 @@ fn hashing_finds_every_crossing_whatever_the_cells() {
         let expected = twins::crossing_faces(&a.mesh, &b.mesh);
         crossings += expected.len();
         for (cell_size, slots) in [(0.7, 4001), (3.0, 4001), (3.0, 1), (100.0, 17)] {
-            let params = spatial_hash::Params { cell_size, slots };
+            let params = spatial_hash::SpatialHashParams { cell_size, slots };
             let found = spatial_hash::detect(a.body(), b.body(), &params).unwrap();
             assert_eq!(found.crossing_faces.as_ref(), Some(&expected), "cells of {cell_size}");
             assert_eq!(found.overlap, !expected.is_empty());
@@ -70,7 +70,7 @@ fn hashing_finds_every_crossing_whatever_the_cells() {
 
 #[test]
 fn vertices_inside_spread_from_crossings() {
-    let params = spatial_hash::Params { cell_size: 3.0, slots: 4001 };
+    let params = spatial_hash::SpatialHashParams { cell_size: 3.0, slots: 4001 };
     for [a, b] in scenes() {
         let found = spatial_hash::detect(a.body(), b.body(), &params).unwrap();
         let [of_a, of_b] = inside_of(&found);
@@ -83,7 +83,7 @@ fn vertices_inside_spread_from_crossings() {
 /// rim where surfaces meet at a slant makes that more.
 #[test]
 fn depths_spread_from_crossings_are_near_the_true_ones() {
-    let params = spatial_hash::Params { cell_size: 3.0, slots: 4001 };
+    let params = spatial_hash::SpatialHashParams { cell_size: 3.0, slots: 4001 };
     let [a, b] = spheres(15.0);
     let found = spatial_hash::detect(a.body(), b.body(), &params).unwrap();
     let deepest = twins::deepest_vertex(&a.mesh, &b.mesh).expect("they overlap").distance;
@@ -101,8 +101,8 @@ fn lens(radius: f64, apart: f64) -> f64 {
 fn volumes_of_boxes_are_exact_where_pixels_fit() {
     let a = Shape::new(cube(8.0));
     let b = Shape::new(cube(8.0).translated(DVec3::new(4.0, 4.0, 4.0)));
-    for axis in [layered_depth::Axis::X, layered_depth::Axis::Y, layered_depth::Axis::Z] {
-        let params = layered_depth::Params { resolution: 16, axis: Some(axis) };
+    for axis in [layered_depth::RayAxis::X, layered_depth::RayAxis::Y, layered_depth::RayAxis::Z] {
+        let params = layered_depth::LayeredDepthParams { resolution: 16, axis: Some(axis) };
         let found = layered_depth::detect(a.body(), b.body(), &params).unwrap();
         let volume = found.volume.expect("images give volumes");
         assert!((volume - 64.0).abs() < 1e-9, "{volume} along {axis:?}");
@@ -116,8 +116,8 @@ fn rays_pass_the_middles_of_pixels() {
     let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
     let positions = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
     let (corner, all) = (Shape::new(Mesh { positions, faces }), Shape::new(cube(4.0)));
-    for axis in [layered_depth::Axis::X, layered_depth::Axis::Y, layered_depth::Axis::Z] {
-        let params = layered_depth::Params { resolution: 16, axis: Some(axis) };
+    for axis in [layered_depth::RayAxis::X, layered_depth::RayAxis::Y, layered_depth::RayAxis::Z] {
+        let params = layered_depth::LayeredDepthParams { resolution: 16, axis: Some(axis) };
         let found = layered_depth::detect(corner.body(), all.body(), &params).unwrap();
         let volume = found.volume.expect("images give volumes");
         assert!((volume - 42.5 / 256.0).abs() < 1e-12, "{volume} along {axis:?}");
@@ -130,7 +130,10 @@ fn volumes_of_spheres_converge() {
     let (a, b) = (sphere(0.0), sphere(12.0));
     let expected = lens(10.0, 12.0);
     for (resolution, worst) in [(16, 0.04), (64, 0.015), (256, 0.01)] {
-        let params = layered_depth::Params { resolution, ..layered_depth::Params::DEFAULT };
+        let params = layered_depth::LayeredDepthParams {
+            resolution,
+            ..layered_depth::LayeredDepthParams::DEFAULT
+        };
         let found = layered_depth::detect(a.body(), b.body(), &params).unwrap();
         let error = found.volume.expect("images give volumes") / expected - 1.0;
         assert!(error.abs() < worst, "off by {error} at {resolution}");
@@ -141,7 +144,7 @@ fn volumes_of_spheres_converge() {
 #[test]
 fn images_place_vertices_up_to_a_pixel() {
     let [a, b] = spheres(12.0);
-    let params = layered_depth::Params { resolution: 256, axis: None };
+    let params = layered_depth::LayeredDepthParams { resolution: 256, axis: None };
     let found = layered_depth::detect(a.body(), b.body(), &params).unwrap();
     for (inside, mesh, other) in
         [(&inside_of(&found)[0], &a.mesh, &b.mesh), (&inside_of(&found)[1], &b.mesh, &a.mesh)]
@@ -166,20 +169,26 @@ fn images_place_vertices_up_to_a_pixel() {
 #[test]
 fn a_body_within_another_is_seen_in_images() {
     let (a, b) = (Shape::new(cube(10.0)), Shape::new(cube(2.0)));
-    let found = layered_depth::detect(a.body(), b.body(), &layered_depth::Params::DEFAULT).unwrap();
+    let found =
+        layered_depth::detect(a.body(), b.body(), &layered_depth::LayeredDepthParams::DEFAULT)
+            .unwrap();
     assert!((found.volume.expect("images give volumes") - 8.0).abs() < 1e-9);
     assert_eq!(inside_of(&found)[1].len(), b.mesh.positions.len());
     assert!((found.depth().expect("it is inside") - 4.0).abs() < 1e-9);
 }
 
-fn average_case(a: &Shape, b: &Shape, params: &average_case::Params) -> Findings {
-    let trees = [a, b].map(|shape| average_case::Tree::new(shape.body(), params).expect("valid"));
+fn average_case(a: &Shape, b: &Shape, params: &average_case::AverageCaseParams) -> PairFindings {
+    let trees = [a, b]
+        .map(|shape| average_case::AverageCaseTree::new(shape.body(), params).expect("valid"));
     trees[0].detect(a.body(), &trees[1], b.body(), params).expect("valid")
 }
 
 #[test]
 fn trees_that_accept_nothing_less_are_exact() {
-    let params = average_case::Params { acceptance: 1.0, ..average_case::Params::DEFAULT };
+    let params = average_case::AverageCaseParams {
+        acceptance: 1.0,
+        ..average_case::AverageCaseParams::DEFAULT
+    };
     for [a, b] in scenes() {
         let expected = !twins::crossing_faces(&a.mesh, &b.mesh).is_empty();
         let found = average_case(&a, &b, &params);
@@ -192,7 +201,10 @@ fn trees_that_accept_nothing_less_are_exact() {
 #[test]
 fn trees_trade_certainty_for_tests() {
     let tests = |acceptance: f64| {
-        let params = average_case::Params { acceptance, ..average_case::Params::DEFAULT };
+        let params = average_case::AverageCaseParams {
+            acceptance,
+            ..average_case::AverageCaseParams::DEFAULT
+        };
         let found = (0..12).map(|i| {
             let [a, b] = spheres(22.0 - f64::from(i));
             average_case(&a, &b, &params).tests
@@ -201,10 +213,13 @@ fn trees_trade_certainty_for_tests() {
     };
     assert!(tests(0.1) < tests(1.0), "{} and {}", tests(0.1), tests(1.0));
     let [a, b] = spheres(60.0);
-    assert!(!average_case(&a, &b, &average_case::Params::DEFAULT).overlap);
+    assert!(!average_case(&a, &b, &average_case::AverageCaseParams::DEFAULT).overlap);
     let [a, b] = spheres(10.0);
-    let spent =
-        average_case::Params { most_tests: 1, acceptance: 1.0, ..average_case::Params::DEFAULT };
+    let spent = average_case::AverageCaseParams {
+        max_tests: 1,
+        acceptance: 1.0,
+        ..average_case::AverageCaseParams::DEFAULT
+    };
     let found = average_case(&a, &b, &spent);
     assert!(!found.overlap && found.probability > Some(0.0), "{found:?}");
 }
@@ -213,7 +228,11 @@ fn trees_trade_certainty_for_tests() {
 fn recall(draws: u64, hops: u32) -> f64 {
     let [a, b] = spheres(17.0);
     let expected = twins::crossing_faces(&a.mesh, &b.mesh);
-    let params = selected_pairs::Params { draws, hops, ..selected_pairs::Params::DEFAULT };
+    let params = selected_pairs::SelectedPairsParams {
+        draws,
+        hops,
+        ..selected_pairs::SelectedPairsParams::DEFAULT
+    };
     let found = (0..8).map(|seed| {
         let mut pairs = selected_pairs::SelectedPairs::new(seed);
         let found = pairs.step(a.body(), b.body(), &params).expect("valid").crossing_faces;
@@ -238,15 +257,18 @@ fn recall_grows_with_the_budget_to_all() {
 #[test]
 fn pairs_are_followed_from_step_to_step() {
     let [a, b] = spheres(17.0);
-    let params = selected_pairs::Params { draws: 300, ..selected_pairs::Params::DEFAULT };
+    let params = selected_pairs::SelectedPairsParams {
+        draws: 300,
+        ..selected_pairs::SelectedPairsParams::DEFAULT
+    };
     let mut pairs = selected_pairs::SelectedPairs::new(7);
     for _ in 0..20 {
         pairs.step(a.body(), b.body(), &params).unwrap();
     }
-    let followed = selected_pairs::Params { draws: 1, ..params };
+    let followed = selected_pairs::SelectedPairsParams { draws: 1, ..params };
     let found = pairs.step(a.body(), b.body(), &followed).unwrap();
     assert!(found.overlap && !pairs.is_empty(), "{found:?}");
-    let spent = selected_pairs::Params { most_tests: 50, ..params };
+    let spent = selected_pairs::SelectedPairsParams { max_tests: 50, ..params };
     let found = pairs.step(a.body(), b.body(), &spent).unwrap();
     assert!(found.tests < 150, "{} tests", found.tests);
 }
@@ -256,7 +278,10 @@ fn the_same_seed_gives_the_same_bits() {
     let [a, b] = spheres(17.0);
     let run = |seed: u64| {
         let mut pairs = selected_pairs::SelectedPairs::new(seed);
-        let params = selected_pairs::Params { draws: 50, ..selected_pairs::Params::DEFAULT };
+        let params = selected_pairs::SelectedPairsParams {
+            draws: 50,
+            ..selected_pairs::SelectedPairsParams::DEFAULT
+        };
         let found = (0..3).map(|_| pairs.step(a.body(), b.body(), &params).unwrap());
         found.collect::<Vec<_>>()
     };
@@ -264,68 +289,42 @@ fn the_same_seed_gives_the_same_bits() {
     assert_ne!(run(5), run(6));
 }
 
-/// A cube cut into five tetrahedra, and points in a lattice.
-#[test]
-fn tetrahedra_of_a_cube_hold_what_the_cube_does() {
-    let corner =
-        |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * 4.0;
-    let corners: Vec<DVec3> = (0..8).map(corner).collect();
-    let tetrahedra = [[0, 1, 2, 4], [3, 1, 7, 2], [5, 1, 4, 7], [6, 2, 7, 4], [1, 2, 4, 7]];
-    let at = |i: u32| 0.37 * f64::from(i) - 0.81;
-    let points: Vec<DVec3> =
-        (0..15 * 15 * 15).map(|i| DVec3::new(at(i % 15), at(i / 15 % 15), at(i / 225))).collect();
-    let expected: Vec<u32> = (0u32..)
-        .zip(&points)
-        .filter(|(_, p)| p.min_element() >= 0.0 && p.max_element() <= 4.0)
-        .map(|(i, _)| i)
-        .collect();
-    for cell_size in [0.3, 1.0, 50.0] {
-        let params = spatial_hash::Params { cell_size, slots: 997 };
-        let found = tetrahedra::detect(&points, &corners, &tetrahedra, &params).unwrap();
-        let mut inside: Vec<u32> = found.inside.iter().map(|inside| inside.point).collect();
-        for inside in &found.inside {
-            let of = tetrahedra[inside.tetrahedron as usize].map(|corner| corners[corner as usize]);
-            assert!(inside.weights.iter().all(|weight| *weight >= 0.0), "{inside:?}");
-            let back: DVec3 = of.iter().zip(inside.weights).map(|(x, w)| *x * w).sum();
-            assert!(back.distance(points[inside.point as usize]) < 1e-12, "{inside:?}");
-        }
-        inside.dedup();
-        assert_eq!(inside, expected, "cells of {cell_size}");
-    }
-}
-
 #[test]
 fn what_means_nothing_or_fits_nowhere_is_refused() {
     let (a, b) = (Shape::new(cube(8.0)), Shape::new(cube(6.0)));
     let hash = |cell_size, slots| {
-        spatial_hash::detect(a.body(), b.body(), &spatial_hash::Params { cell_size, slots })
+        spatial_hash::detect(
+            a.body(),
+            b.body(),
+            &spatial_hash::SpatialHashParams { cell_size, slots },
+        )
     };
-    assert_eq!(hash(0.0, 100), Err(SurveyError::CellSize(0.0)));
-    assert!(matches!(hash(1.0, 0), Err(SurveyError::Count { name: "slots", value: 0, .. })));
+    assert_eq!(hash(0.0, 100), Err(BaselineError::CellSize(0.0)));
+    assert!(matches!(hash(1.0, 0), Err(BaselineError::Count { name: "slots", value: 0, .. })));
     assert!(
-        matches!(hash(1e-4, 100), Err(SurveyError::TooManyCells { .. })),
+        matches!(hash(1e-4, 100), Err(BaselineError::TooManyCells { .. })),
         "{:?}",
         hash(1e-4, 100)
     );
-    assert!(matches!(hash(1e-300, 100), Err(SurveyError::TooManyCells { .. })));
+    assert!(matches!(hash(1e-300, 100), Err(BaselineError::TooManyCells { .. })));
 
     let open = Shape::new(fixtures::damage::hole(octasphere(5.0, 2), DVec3::X * 5.0, 2.0));
-    let image = |resolution| layered_depth::Params { resolution, axis: None };
+    let image = |resolution| layered_depth::LayeredDepthParams { resolution, axis: None };
     let refused = layered_depth::detect(a.body(), open.body(), &image(64)).unwrap_err();
     assert!(refused.to_string().starts_with("the surface is open"), "{refused}");
     let refused = layered_depth::detect(a.body(), b.body(), &image(10_000)).unwrap_err();
     assert_eq!(refused.to_string(), "resolution is 10000, but must be in 1..=8192");
 
-    let params = average_case::Params { acceptance: 0.0, ..average_case::Params::DEFAULT };
-    let refused = average_case::Tree::new(a.body(), &params).map(|_| ());
-    assert_eq!(refused, Err(SurveyError::Share { name: "acceptance", value: 0.0 }));
-    let params = selected_pairs::Params { reach: -1.0, ..selected_pairs::Params::DEFAULT };
+    let params = average_case::AverageCaseParams {
+        acceptance: 0.0,
+        ..average_case::AverageCaseParams::DEFAULT
+    };
+    let refused = average_case::AverageCaseTree::new(a.body(), &params).map(|_| ());
+    assert_eq!(refused, Err(BaselineError::Share { name: "acceptance", value: 0.0 }));
+    let params = selected_pairs::SelectedPairsParams {
+        margin: -1.0,
+        ..selected_pairs::SelectedPairsParams::DEFAULT
+    };
     let refused = selected_pairs::SelectedPairs::new(0).step(a.body(), b.body(), &params);
-    assert_eq!(refused, Err(SurveyError::Distance { name: "reach", value: -1.0 }));
-
-    let params = spatial_hash::Params::DEFAULT;
-    let refused = tetrahedra::detect(&[], &[DVec3::ZERO], &[[0, 0, 0, 1]], &params).unwrap_err();
-    assert_eq!(refused, SurveyError::PointOutOfRange { tetrahedron: 0, point: 1, points: 1 });
-    let refused = tetrahedra::detect(&[DVec3::NAN], &[], &[], &params).unwrap_err();
-    assert_eq!(refused, SurveyError::NotFinite { point: 0 });
+    assert_eq!(refused, Err(BaselineError::Distance { name: "margin", value: -1.0 }));
 }

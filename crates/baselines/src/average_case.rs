@@ -20,16 +20,16 @@
 //! ```
 //! use glam::DVec3;
 //! use surface::TriangleSurface;
-//! use survey::{Body, average_case::{Params, Tree}};
+//! use baselines::{PlacedSurface, average_case::{AverageCaseParams, AverageCaseTree}};
 //!
 //! let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
 //! let surface = TriangleSurface::new(4, faces)?;
 //! let first = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
 //! let second = first.map(|x| x + DVec3::splat(0.2));
 //! let (x, y) = (surface.positions(&first)?, surface.positions(&second)?);
-//! let (a, b) = (Body { surface: &surface, x }, Body { surface: &surface, x: y });
-//! let params = Params { acceptance: 1.0, ..Params::DEFAULT };
-//! let (tree_a, tree_b) = (Tree::new(a, &params)?, Tree::new(b, &params)?);
+//! let (a, b) = (PlacedSurface { surface: &surface, x }, PlacedSurface { surface: &surface, x: y });
+//! let params = AverageCaseParams { acceptance: 1.0, ..AverageCaseParams::DEFAULT };
+//! let (tree_a, tree_b) = (AverageCaseTree::new(a, &params)?, AverageCaseTree::new(b, &params)?);
 //! assert!(tree_a.detect(a, &tree_b, b, &params)?.overlap);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -41,12 +41,12 @@ use glam::DVec3;
 use surface::{Meeting, triangles_meet};
 
 use crate::boxes::Bounds;
-use crate::error::{SurveyError, check_count, check_share};
-use crate::findings::{Body, Findings, index};
+use crate::error::{BaselineError, check_count, check_share};
+use crate::findings::{PairFindings, PlacedSurface, index};
 
 /// How trees are made, and when the search is content.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Params {
+pub struct AverageCaseParams {
     /// Cells along each side of a node's box, in `1..=16`.
     pub cells: u32,
     /// Share of a cell's largest cross-section that surface must cover for the
@@ -56,23 +56,23 @@ pub struct Params {
     /// not 0. With 1, only faces that cross are one.
     pub acceptance: f64,
     /// Pairs of nodes and of faces tested, at most. When they are spent, no
-    /// collision is reported, and [`Findings::probability`] is that of the
+    /// collision is reported, and [`PairFindings::probability`] is that of the
     /// likeliest pair left.
-    pub most_tests: u64,
+    pub max_tests: u64,
 }
 
-impl Params {
+impl AverageCaseParams {
     /// 8 cells a side, half filled, nine in ten.
-    pub const DEFAULT: Self = Self { cells: 8, filled: 0.5, acceptance: 0.9, most_tests: u64::MAX };
+    pub const DEFAULT: Self = Self { cells: 8, filled: 0.5, acceptance: 0.9, max_tests: u64::MAX };
 
-    fn check(&self) -> Result<(), SurveyError> {
+    fn check(&self) -> Result<(), BaselineError> {
         check_count("cells", self.cells.into(), 16)?;
         check_share("filled", self.filled)?;
         check_share("acceptance", self.acceptance)
     }
 }
 
-impl Default for Params {
+impl Default for AverageCaseParams {
     fn default() -> Self {
         Self::DEFAULT
     }
@@ -83,7 +83,7 @@ const LEAF: usize = 4;
 
 /// A binary tree of boxes over a body's faces, with counts of filled cells.
 #[derive(Clone, Debug)]
-pub struct Tree {
+pub struct AverageCaseTree {
     nodes: Vec<Node>,
     /// Faces in the order of the leaves.
     faces: Vec<u32>,
@@ -105,13 +105,13 @@ enum Below {
     Faces([u32; 2]),
 }
 
-impl Tree {
+impl AverageCaseTree {
     /// Builds the tree of a body; it is good for this state of it alone.
     ///
     /// # Errors
     ///
     /// When a parameter is out of range.
-    pub fn new(body: Body<'_>, params: &Params) -> Result<Self, SurveyError> {
+    pub fn new(body: PlacedSurface<'_>, params: &AverageCaseParams) -> Result<Self, BaselineError> {
         params.check()?;
         let mut tree = Self { nodes: Vec::new(), faces: (0..body.face_count()).collect() };
         if !tree.faces.is_empty() {
@@ -127,7 +127,12 @@ impl Tree {
     }
 
     /// Builds the node over part of the faces, and all below; gives its number.
-    fn build(&mut self, body: Body<'_>, params: &Params, part: std::ops::Range<usize>) -> u32 {
+    fn build(
+        &mut self,
+        body: PlacedSurface<'_>,
+        params: &AverageCaseParams,
+        part: std::ops::Range<usize>,
+    ) -> u32 {
         let faces = &mut self.faces[part.clone()];
         let bounds =
             faces.iter().fold(Bounds::EMPTY, |b, &f| b.union(Bounds::of(&body.corners(f))));
@@ -152,17 +157,17 @@ impl Tree {
     /// When a parameter is out of range.
     pub fn detect(
         &self,
-        body: Body<'_>,
+        body: PlacedSurface<'_>,
         other: &Self,
-        other_body: Body<'_>,
-        params: &Params,
-    ) -> Result<Findings, SurveyError> {
+        other_body: PlacedSurface<'_>,
+        params: &AverageCaseParams,
+    ) -> Result<PairFindings, BaselineError> {
         params.check()?;
         let mut search = Search { trees: [self, other], params, open: BinaryHeap::new(), tests: 0 };
         if !(self.nodes.is_empty() || other.nodes.is_empty()) {
             search.open([0, 0]);
         }
-        let mut found = Findings::default();
+        let mut found = PairFindings::default();
         let mut likeliest = 0.0;
         while let Some(pair) = search.open.pop() {
             likeliest = pair.probability;
@@ -170,7 +175,7 @@ impl Tree {
                 found.overlap = true;
                 break;
             }
-            if search.tests >= params.most_tests {
+            if search.tests >= params.max_tests {
                 break;
             }
             if search.expand(&pair, [body, other_body]) {
@@ -179,12 +184,12 @@ impl Tree {
             }
             likeliest = 0.0;
         }
-        Ok(Findings { probability: Some(likeliest), tests: search.tests, ..found })
+        Ok(PairFindings { probability: Some(likeliest), tests: search.tests, ..found })
     }
 }
 
 /// Sorts faces so that each half is on one side, along the longest side of the box.
-fn halve(body: Body<'_>, faces: &mut [u32], bounds: Bounds) {
+fn halve(body: PlacedSurface<'_>, faces: &mut [u32], bounds: Bounds) {
     let sides = bounds.sides().to_array();
     let axis = (0..3).max_by(|&i, &j| sides[i].total_cmp(&sides[j])).unwrap_or(0);
     let middle = |face: u32| body.corners(face).iter().map(|p| p[axis]).sum::<f64>();
@@ -197,7 +202,12 @@ fn halve(body: Body<'_>, faces: &mut [u32], bounds: Bounds) {
 const MOST_PIECES: u32 = 16;
 
 /// Share of a box's cells in which faces fill a good part of a cross-section.
-fn filled_share(body: Body<'_>, faces: &[u32], bounds: Bounds, params: &Params) -> f64 {
+fn filled_share(
+    body: PlacedSurface<'_>,
+    faces: &[u32],
+    bounds: Bounds,
+    params: &AverageCaseParams,
+) -> f64 {
     let n = params.cells;
     let cell = bounds.sides() / f64::from(n);
     let mut area = vec![0.0; (n * n * n) as usize];
@@ -274,8 +284,8 @@ impl Eq for Pair {}
 
 /// The pairs still open, the likeliest first.
 struct Search<'a> {
-    trees: [&'a Tree; 2],
-    params: &'a Params,
+    trees: [&'a AverageCaseTree; 2],
+    params: &'a AverageCaseParams,
     open: BinaryHeap<Pair>,
     tests: u64,
 }
@@ -292,7 +302,7 @@ impl Search<'_> {
     }
 
     /// Opens what is below a pair; says whether faces in it cross.
-    fn expand(&mut self, pair: &Pair, bodies: [Body<'_>; 2]) -> bool {
+    fn expand(&mut self, pair: &Pair, bodies: [PlacedSurface<'_>; 2]) -> bool {
         let below = [0, 1].map(|i| self.trees[i].nodes[pair.nodes[i] as usize].below);
         match below {
             [Below::Nodes(a), Below::Nodes(b)] => {
@@ -313,7 +323,7 @@ impl Search<'_> {
         }
     }
 
-    fn faces_cross(&mut self, parts: [[u32; 2]; 2], bodies: [Body<'_>; 2]) -> bool {
+    fn faces_cross(&mut self, parts: [[u32; 2]; 2], bodies: [PlacedSurface<'_>; 2]) -> bool {
         let [a, b] = [0, 1].map(|i| {
             let [from, to] = parts[i];
             &self.trees[i].faces[from as usize..to as usize]
@@ -351,15 +361,16 @@ fn probability(a: &Node, b: &Node, cells: u32) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Below, Body, Params, Tree};
+    use super::{AverageCaseParams, AverageCaseTree, Below, PlacedSurface};
 
     #[test]
     fn each_face_is_in_one_leaf_and_its_boxes() {
         let mesh = fixtures::shapes::octasphere(1.0, 3);
         let surface = mesh.surface();
         let x = surface.positions(&mesh.positions).expect("finite");
-        let body = Body { surface: &surface, x };
-        let tree = Tree::new(body, &Params::DEFAULT).expect("valid parameters");
+        let body = PlacedSurface { surface: &surface, x };
+        let tree =
+            AverageCaseTree::new(body, &AverageCaseParams::DEFAULT).expect("valid parameters");
         let mut found = Vec::new();
         for node in &tree.nodes {
             if let Below::Faces([from, to]) = node.below {

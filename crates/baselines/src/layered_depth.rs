@@ -22,15 +22,15 @@
 //! ```
 //! use glam::DVec3;
 //! use surface::TriangleSurface;
-//! use survey::{Body, layered_depth};
+//! use baselines::{PlacedSurface, layered_depth};
 //!
 //! let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
 //! let surface = TriangleSurface::new(4, faces)?;
 //! let first = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
 //! let second = first.map(|x| 0.5 * x + DVec3::splat(0.1));
 //! let (x, y) = (surface.positions(&first)?, surface.positions(&second)?);
-//! let params = layered_depth::Params { resolution: 200, ..layered_depth::Params::DEFAULT };
-//! let (a, b) = (Body { surface: &surface, x }, Body { surface: &surface, x: y });
+//! let params = layered_depth::LayeredDepthParams { resolution: 200, ..layered_depth::LayeredDepthParams::DEFAULT };
+//! let (a, b) = (PlacedSurface { surface: &surface, x }, PlacedSurface { surface: &surface, x: y });
 //! let volume = layered_depth::detect(a, b, &params)?.volume.expect("images give volumes");
 //! // Half as large, and its corner at 0.1 three times: it is inside.
 //! assert!((volume - 0.125 / 6.0).abs() < 1e-3);
@@ -41,25 +41,25 @@ use glam::DVec3;
 use surface::ray_crosses_triangle;
 
 use crate::boxes::Bounds;
-use crate::error::{SurveyError, check_count};
-use crate::findings::{Body, Findings, VertexInside, index};
+use crate::error::{BaselineError, check_count};
+use crate::findings::{PairFindings, PlacedSurface, VertexInside, index};
 
 /// Along what, and how finely, rays are laid.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Params {
+pub struct LayeredDepthParams {
     /// Pixels along the longer side of the image, in `1..=8192`.
     pub resolution: u32,
     /// Which coordinate rays run along; `None` for that in which the overlap
     /// of the boxes is shortest.
-    pub axis: Option<Axis>,
+    pub axis: Option<RayAxis>,
 }
 
-impl Params {
+impl LayeredDepthParams {
     /// 64 pixels, the middle of what the papers use.
     pub const DEFAULT: Self = Self { resolution: 64, axis: None };
 }
 
-impl Default for Params {
+impl Default for LayeredDepthParams {
     fn default() -> Self {
         Self::DEFAULT
     }
@@ -67,7 +67,7 @@ impl Default for Params {
 
 /// A coordinate axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Axis {
+pub enum RayAxis {
     /// The first.
     X,
     /// The second.
@@ -76,7 +76,7 @@ pub enum Axis {
     Z,
 }
 
-impl Axis {
+impl RayAxis {
     const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
     /// Turns the axis to the first, keeping orientations.
@@ -97,31 +97,35 @@ const MOST_PIXELS_A_SIDE: u64 = 8192;
 /// # Errors
 ///
 /// When a parameter is out of range or a surface is open.
-pub fn detect(a: Body<'_>, b: Body<'_>, params: &Params) -> Result<Findings, SurveyError> {
+pub fn detect(
+    a: PlacedSurface<'_>,
+    b: PlacedSurface<'_>,
+    params: &LayeredDepthParams,
+) -> Result<PairFindings, BaselineError> {
     check_count("resolution", params.resolution.into(), MOST_PIXELS_A_SIDE)?;
     a.surface.require_closed()?;
     b.surface.require_closed()?;
     let shared = Bounds::of(a.x.as_slice()).intersection(Bounds::of(b.x.as_slice()));
     if shared.is_empty() {
         let inside = Some([Vec::new(), Vec::new()]);
-        return Ok(Findings { inside, volume: Some(0.0), ..Findings::default() });
+        return Ok(PairFindings { inside, volume: Some(0.0), ..PairFindings::default() });
     }
     let screen = Screen::new(shared, params);
     let (image_a, image_b) = (Image::new(&screen, a), Image::new(&screen, b));
     let volume = screen.pixel_area() * shared_length(&image_a, &image_b);
     let inside = [image_b.vertices_inside(&screen, a), image_a.vertices_inside(&screen, b)];
-    Ok(Findings {
+    Ok(PairFindings {
         overlap: volume > 0.0,
         inside: Some(inside),
         volume: Some(volume),
         tests: image_a.tests + image_b.tests,
-        ..Findings::default()
+        ..PairFindings::default()
     })
 }
 
 /// The rays: a grid of pixels across the axis, which is turned to x.
 struct Screen {
-    axis: Axis,
+    axis: RayAxis,
     /// The overlap of the boxes.
     bounds: Bounds,
     /// Pixels along y and z.
@@ -131,10 +135,10 @@ struct Screen {
 }
 
 impl Screen {
-    fn new(shared: Bounds, params: &Params) -> Self {
-        let length = |axis: Axis| axis.to_front(shared.sides()).x;
-        let shortest = || Axis::ALL.into_iter().min_by(|a, b| length(*a).total_cmp(&length(*b)));
-        let axis = params.axis.or_else(shortest).unwrap_or(Axis::X);
+    fn new(shared: Bounds, params: &LayeredDepthParams) -> Self {
+        let length = |axis: RayAxis| axis.to_front(shared.sides()).x;
+        let shortest = || RayAxis::ALL.into_iter().min_by(|a, b| length(*a).total_cmp(&length(*b)));
+        let axis = params.axis.or_else(shortest).unwrap_or(RayAxis::X);
         let bounds = Bounds { low: axis.to_front(shared.low), high: axis.to_front(shared.high) };
         let across = [bounds.sides().y, bounds.sides().z];
         let longer = across[0].max(across[1]);
@@ -194,7 +198,7 @@ struct Layer {
 }
 
 impl Image {
-    fn new(screen: &Screen, body: Body<'_>) -> Self {
+    fn new(screen: &Screen, body: PlacedSurface<'_>) -> Self {
         let (mut layers, tests) = layers(screen, body);
         layers.sort_by(|a, b| a.pixel.cmp(&b.pixel).then(a.depth.total_cmp(&b.depth)));
         let (mut starts, mut stretches) = (vec![0], Vec::new());
@@ -213,7 +217,7 @@ impl Image {
     }
 
     /// Vertices of another body in the stretches of this one.
-    fn vertices_inside(&self, screen: &Screen, other: Body<'_>) -> Vec<VertexInside> {
+    fn vertices_inside(&self, screen: &Screen, other: PlacedSurface<'_>) -> Vec<VertexInside> {
         let depth = |p: DVec3| {
             let stretches = self.of_pixel(screen.number(screen.pixel(p)));
             let of = stretches.iter().find(|[from, to]| *from <= p.x && p.x <= *to)?;
@@ -227,7 +231,7 @@ impl Image {
 }
 
 /// All layers of a body, and the rays tested against faces.
-fn layers(screen: &Screen, body: Body<'_>) -> (Vec<Layer>, u64) {
+fn layers(screen: &Screen, body: PlacedSurface<'_>) -> (Vec<Layer>, u64) {
     let (mut layers, mut tests) = (Vec::new(), 0);
     for face in 0..body.face_count() {
         let corners = body.corners(face).map(|p| screen.axis.to_front(p));

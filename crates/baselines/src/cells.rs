@@ -9,7 +9,7 @@
 use glam::DVec3;
 
 use crate::boxes::Bounds;
-use crate::error::SurveyError;
+use crate::error::BaselineError;
 
 /// Entries that a table may have: 2^27 take 2 gigabytes.
 pub(crate) const MOST_ENTRIES: usize = 1 << 27;
@@ -36,11 +36,11 @@ pub(crate) struct CellTable {
 }
 
 impl Grid {
-    pub(crate) fn new(size: f64) -> Result<Self, SurveyError> {
+    pub(crate) fn new(size: f64) -> Result<Self, BaselineError> {
         if size > 0.0 && size.is_finite() {
             Ok(Self { size })
         } else {
-            Err(SurveyError::CellSize(size))
+            Err(BaselineError::CellSize(size))
         }
     }
 
@@ -62,7 +62,7 @@ impl Grid {
 
     /// Refuses boxes that reach into more cells than a table can hold, or into
     /// cells that cannot be numbered.
-    pub(crate) fn check(self, boxes: impl Iterator<Item = Bounds>) -> Result<usize, SurveyError> {
+    pub(crate) fn check(self, boxes: impl Iterator<Item = Bounds>) -> Result<usize, BaselineError> {
         let mut cells = 0.0;
         for bounds in boxes {
             let (low, high) = (self.place(bounds.low), self.place(bounds.high));
@@ -72,7 +72,7 @@ impl Grid {
         #[expect(clippy::cast_precision_loss, reason = "a power of two")]
         let limit = MOST_ENTRIES as f64;
         if cells > limit {
-            return Err(SurveyError::TooManyCells {
+            return Err(BaselineError::TooManyCells {
                 cell_size: self.size,
                 cells,
                 limit: MOST_ENTRIES,
@@ -94,7 +94,7 @@ impl CellTable {
         grid: Grid,
         slots: u32,
         items: &[(u32, Bounds)],
-    ) -> Result<Self, SurveyError> {
+    ) -> Result<Self, BaselineError> {
         let count = grid.check(items.iter().map(|item| item.1))?;
         let all =
             || items.iter().flat_map(|&(item, b)| grid.cells(b).map(move |cell| (cell, item)));

@@ -10,9 +10,9 @@
 //! "Optimized spatial hashing for collision detection of deformable objects",
 //! VMV 2003; B. Heidelberger, M. Teschner, R. Keiser, M. Müller and M. Gross,
 //! "Consistent penetration depth estimation for deformable collision response",
-//! VMV 2004 (depths). The paper hashes vertices against tetrahedra
-//! ([`crate::tetrahedra`]); here faces are hashed against faces, which finds
-//! every crossing, edges through faces included.
+//! VMV 2004 (depths). The paper hashes vertices against tetrahedra;
+//! here faces are hashed against faces, which finds every crossing, edges
+//! through faces included.
 //!
 //! See the crate's example for how to use it.
 
@@ -20,13 +20,13 @@ use surface::{Meeting, triangles_meet};
 
 use crate::boxes::Bounds;
 use crate::cells::{CellTable, Grid};
-use crate::error::{SurveyError, check_count};
-use crate::findings::{Body, Findings};
+use crate::error::{BaselineError, check_count};
+use crate::findings::{PairFindings, PlacedSurface};
 use crate::propagation;
 
 /// How fine the cells are.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Params {
+pub struct SpatialHashParams {
     /// Edge of a cell \[length unit\], `> 0`. Twice the mean length of the
     /// faces' edges is fastest; larger cells hold more pairs to test, smaller
     /// ones more entries.
@@ -35,18 +35,18 @@ pub struct Params {
     pub slots: u32,
 }
 
-impl Params {
+impl SpatialHashParams {
     /// Cells of 10 (millimetres, for a body of the size of a thigh), and a
     /// prime number of slots.
     pub const DEFAULT: Self = Self { cell_size: 10.0, slots: 65_521 };
 
-    fn grid(&self) -> Result<Grid, SurveyError> {
+    fn grid(&self) -> Result<Grid, BaselineError> {
         check_count("slots", self.slots.into(), MOST_SLOTS)?;
         Grid::new(self.cell_size)
     }
 }
 
-impl Default for Params {
+impl Default for SpatialHashParams {
     fn default() -> Self {
         Self::DEFAULT
     }
@@ -65,27 +65,31 @@ pub(crate) const MOST_SLOTS: u64 = 1 << 26;
 ///
 /// When a parameter is out of range, or the cells are so small that the table
 /// would not fit.
-pub fn detect(a: Body<'_>, b: Body<'_>, params: &Params) -> Result<Findings, SurveyError> {
+pub fn detect(
+    a: PlacedSurface<'_>,
+    b: PlacedSurface<'_>,
+    params: &SpatialHashParams,
+) -> Result<PairFindings, BaselineError> {
     let (crossing, tests) = crossing_faces(a, b, params)?;
     let inside = propagation::inside(a, b, &crossing);
-    Ok(Findings {
+    Ok(PairFindings {
         overlap: !crossing.is_empty(),
         inside: Some(inside),
         crossing_faces: Some(crossing),
         tests,
-        ..Findings::default()
+        ..PairFindings::default()
     })
 }
 
 /// Pairs of faces that cross, ascending, and the tests that it took.
 fn crossing_faces(
-    a: Body<'_>,
-    b: Body<'_>,
-    params: &Params,
-) -> Result<(Vec<[u32; 2]>, u64), SurveyError> {
+    a: PlacedSurface<'_>,
+    b: PlacedSurface<'_>,
+    params: &SpatialHashParams,
+) -> Result<(Vec<[u32; 2]>, u64), BaselineError> {
     let grid = params.grid()?;
     let shared = Bounds::of(a.x.as_slice()).intersection(Bounds::of(b.x.as_slice()));
-    let boxes = |body: Body<'_>| -> Vec<(u32, Bounds)> {
+    let boxes = |body: PlacedSurface<'_>| -> Vec<(u32, Bounds)> {
         let each = (0..body.face_count()).map(|face| (face, Bounds::of(&body.corners(face))));
         each.filter(|(_, bounds)| bounds.overlaps(shared)).collect()
     };

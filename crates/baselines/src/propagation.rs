@@ -16,10 +16,14 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use surface::{Meeting, segment_meets_triangle};
 
-use crate::findings::{Body, VertexInside, index};
+use crate::findings::{PlacedSurface, VertexInside, index};
 
 /// Vertices of each body inside the other, for the faces that cross.
-pub(crate) fn inside(a: Body<'_>, b: Body<'_>, crossing: &[[u32; 2]]) -> [Vec<VertexInside>; 2] {
+pub(crate) fn inside(
+    a: PlacedSurface<'_>,
+    b: PlacedSurface<'_>,
+    crossing: &[[u32; 2]],
+) -> [Vec<VertexInside>; 2] {
     let turned: Vec<[u32; 2]> = crossing.iter().map(|&[f, g]| [g, f]).collect();
     [inside_one(a, b, crossing), inside_one(b, a, &turned)]
 }
@@ -37,7 +41,11 @@ struct Deep {
     out: DVec3,
 }
 
-fn inside_one(body: Body<'_>, other: Body<'_>, crossing: &[[u32; 2]]) -> Vec<VertexInside> {
+fn inside_one(
+    body: PlacedSurface<'_>,
+    other: PlacedSurface<'_>,
+    crossing: &[[u32; 2]],
+) -> Vec<VertexInside> {
     let passages = passages(body, other, crossing);
     let mut known: BTreeMap<u32, Deep> = border(body, &passages);
     let mut layer: Vec<u32> = known.keys().copied().collect();
@@ -65,7 +73,11 @@ fn inside_one(body: Body<'_>, other: Body<'_>, crossing: &[[u32; 2]]) -> Vec<Ver
 }
 
 /// Where the edges of faces that cross pass through the others, by edge.
-fn passages(body: Body<'_>, other: Body<'_>, crossing: &[[u32; 2]]) -> BTreeMap<u32, Vec<Passage>> {
+fn passages(
+    body: PlacedSurface<'_>,
+    other: PlacedSurface<'_>,
+    crossing: &[[u32; 2]],
+) -> BTreeMap<u32, Vec<Passage>> {
     let mut pairs: Vec<[u32; 2]> = crossing
         .iter()
         .flat_map(|&[f, g]| body.surface.face_edges()[f as usize].map(|edge| [edge, g]))
@@ -87,7 +99,7 @@ fn passages(body: Body<'_>, other: Body<'_>, crossing: &[[u32; 2]]) -> BTreeMap<
 }
 
 /// The vertices that edges tell to be inside, with means over these.
-fn border(body: Body<'_>, passages: &BTreeMap<u32, Vec<Passage>>) -> BTreeMap<u32, Deep> {
+fn border(body: PlacedSurface<'_>, passages: &BTreeMap<u32, Vec<Passage>>) -> BTreeMap<u32, Deep> {
     let mut sums: BTreeMap<u32, (f64, Deep)> = BTreeMap::new();
     for (&edge, through) in passages {
         let [p, q] = body.surface.edges()[edge as usize];
@@ -117,7 +129,7 @@ fn border(body: Body<'_>, passages: &BTreeMap<u32, Vec<Passage>>) -> BTreeMap<u3
 
 /// The depth of a vertex from those of its neighbours that are known.
 fn spread(
-    body: Body<'_>,
+    body: PlacedSurface<'_>,
     vertex: u32,
     neighbours: &[(u32, u32)],
     known: &BTreeMap<u32, Deep>,
@@ -135,7 +147,7 @@ fn spread(
 }
 
 /// The edges of each vertex and where they lead.
-fn neighbours(body: Body<'_>) -> Vec<Vec<(u32, u32)>> {
+fn neighbours(body: PlacedSurface<'_>) -> Vec<Vec<(u32, u32)>> {
     let mut neighbours = vec![Vec::new(); body.surface.vertex_count()];
     for (edge, &[p, q]) in body.surface.edges().iter().enumerate() {
         neighbours[p as usize].push((index(edge), q));
