@@ -49,7 +49,7 @@ fn making(mesh: &Mesh, seconds: f64, report: &mut Report) -> MedialSurface {
     let [out, over] = [made.deviation.surface_to_medial, made.deviation.medial_to_surface];
     for (way, bound) in [("surface to balls", out), ("balls to surface", over)] {
         let title = format!("{faces} faces, {way}, bound over seen");
-        report.add(&Ratio::new(&title, bound.at_most, bound.seen, "mm", 1.06));
+        report.add(&Ratio::new(&title, bound.upper, bound.lower, "mm", 1.06));
     }
     made.medial
 }

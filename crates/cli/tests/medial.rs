@@ -87,8 +87,8 @@ fn a_muscle_becomes_balls_a_picture_and_figures() {
     let rms = deviation["rms"].as_f64().unwrap();
     assert!(0.0 < rms && rms < 0.4, "{rms}");
     for side in ["surface_to_medial", "medial_to_surface"] {
-        let bound = deviation[side]["at_most"].as_f64().unwrap();
-        assert!(deviation[side]["seen"].as_f64().unwrap() <= bound && bound < 3.0, "{bound}");
+        let bound = deviation[side]["upper"].as_f64().unwrap();
+        assert!(deviation[side]["lower"].as_f64().unwrap() <= bound && bound < 3.0, "{bound}");
     }
     assert_eq!(record["union"]["components"], 1);
 
@@ -117,7 +117,7 @@ fn a_tolerance_is_kept() {
         assert_eq!(run.status, 0, "{}", run.stderr);
         let record = json(&workshop, "m.json");
         for side in ["surface_to_medial", "medial_to_surface"] {
-            let bound = record["deviation"][side]["at_most"].as_f64().unwrap();
+            let bound = record["deviation"][side]["upper"].as_f64().unwrap();
             assert!(bound <= tolerance.parse().unwrap(), "{bound} of {tolerance}");
         }
         record["balls"].as_u64().unwrap()

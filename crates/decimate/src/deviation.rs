@@ -1,7 +1,7 @@
 //! How far two surfaces are from each other, both ways, with certified bounds.
 
 use kdop::Workspace;
-use surface::{OneSidedDistance, Positions, TriangleSurface};
+use surface::{DirectedHausdorff, Positions, TriangleSurface};
 
 use crate::DecimateError;
 use crate::one_sided::{Aim, largest};
@@ -14,9 +14,9 @@ use crate::triangles::{Target, Triangles};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Deviation {
     /// How far points of the full surface are from the reduced one.
-    pub full_to_reduced: OneSidedDistance,
+    pub full_to_reduced: DirectedHausdorff,
     /// How far points of the reduced surface are from the full one.
-    pub reduced_to_full: OneSidedDistance,
+    pub reduced_to_full: DirectedHausdorff,
 }
 
 impl Deviation {
@@ -24,12 +24,12 @@ impl Deviation {
     /// far from the other.
     #[must_use]
     pub const fn largest(&self) -> f64 {
-        self.full_to_reduced.at_most.max(self.reduced_to_full.at_most)
+        self.full_to_reduced.upper.max(self.reduced_to_full.upper)
     }
 
     /// That of a surface from itself.
     pub(crate) const NONE: Self = {
-        let none = OneSidedDistance { seen: 0.0, at_most: 0.0 };
+        let none = DirectedHausdorff { lower: 0.0, upper: 0.0 };
         Self { full_to_reduced: none, reduced_to_full: none }
     };
 }
@@ -54,8 +54,8 @@ pub(crate) const MAX_SPLITS: usize = 20_000;
 /// let (low, high) = (tetrahedron.positions(&low)?, tetrahedron.positions(&high)?);
 ///
 /// let deviation = decimate::deviation(&tetrahedron, low, &tetrahedron, high)?;
-/// assert_eq!(deviation.reduced_to_full.seen, 0.5);
-/// assert!(deviation.full_to_reduced.at_most < 0.3 && deviation.largest() < 0.53);
+/// assert_eq!(deviation.reduced_to_full.lower, 0.5);
+/// assert!(deviation.full_to_reduced.upper < 0.3 && deviation.largest() < 0.53);
 /// # Ok::<(), decimate::DecimateError>(())
 /// ```
 ///
@@ -86,7 +86,7 @@ fn without_hints(
     from: &Triangles<'_>,
     to: &Triangles<'_>,
     aim: Aim,
-) -> Result<OneSidedDistance, DecimateError> {
+) -> Result<DirectedHausdorff, DecimateError> {
     let (tree, across) = (to.tree()?, to.across());
     let target = Target { triangles: *to, tree: &tree, across: &across };
     let (mut workspace, mut guess) = (Workspace::default(), 0);

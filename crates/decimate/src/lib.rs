@@ -41,4 +41,4 @@ pub use crate::decimation::Decimation;
 pub use crate::deviation::{Deviation, deviation};
 pub use crate::error::DecimateError;
 pub use crate::reduced::ReducedSurface;
-pub use surface::OneSidedDistance;
+pub use surface::DirectedHausdorff;

@@ -56,7 +56,7 @@ impl<'a> Measure<'a> {
         let (full, reduced) = (self.full.triangles, self.reduced());
         let hints = |face: usize| full.faces()[face].map(|v| self.near[v as usize].0);
         let full_to_reduced = largest(&full, &reduced, hints, aim);
-        if full_to_reduced.at_most > aim.at_most {
+        if full_to_reduced.upper > aim.at_most {
             return Deviation { full_to_reduced, reduced_to_full: full_to_reduced };
         }
         let hints = |face: usize| [self.prefix.sources[face]; 3];

@@ -10,7 +10,7 @@ use std::collections::BinaryHeap;
 
 use glam::DVec3;
 use kdop::Workspace;
-use surface::OneSidedDistance;
+use surface::DirectedHausdorff;
 
 use crate::cover::Cover;
 use crate::triangles::{Target, Triangles};
@@ -37,7 +37,7 @@ pub(crate) fn largest(
     target: &Target<'_>,
     hints: impl Fn(usize) -> [u32; 3],
     aim: Aim,
-) -> OneSidedDistance {
+) -> DirectedHausdorff {
     let mut search = Search::new(*target, aim);
     for (face, vertices) in from.faces().iter().enumerate() {
         let patch = Patch { corners: vertices.map(|v| from.x[v as usize]), near: hints(face) };
@@ -149,7 +149,7 @@ impl<'a> Search<'a> {
     }
 
     /// Looks closer at what may be largest until the rest hardly matters.
-    fn run(mut self) -> OneSidedDistance {
+    fn run(mut self) -> DirectedHausdorff {
         let mut splits = 0;
         while let Some(&piece) = self.pieces.peek() {
             if piece.bound <= self.enough() || splits == self.aim.splits {
@@ -165,11 +165,11 @@ impl<'a> Search<'a> {
                 }
             }
             if self.seen > self.aim.at_most {
-                return OneSidedDistance { seen: self.seen, at_most: f64::INFINITY };
+                return DirectedHausdorff { lower: self.seen, upper: f64::INFINITY };
             }
         }
         let rest = self.pieces.peek().map_or(0.0, |piece| piece.bound);
-        OneSidedDistance { seen: self.seen, at_most: rest.max(self.left_out).max(self.seen) }
+        DirectedHausdorff { lower: self.seen, upper: rest.max(self.left_out).max(self.seen) }
     }
 
     /// Looks at what covers a patch: around its corners, or over its middle.

@@ -35,7 +35,7 @@ fn muscles_within_five_deviations() {
             let bound = reduced.deviation.largest();
             assert!(bound <= deviation, "{name}: {bound} within {deviation}");
             for side in [reduced.deviation.full_to_reduced, reduced.deviation.reduced_to_full] {
-                slack = slack.max(side.at_most / side.seen.max(1e-9));
+                slack = slack.max(side.upper / side.lower.max(1e-9));
             }
             faces.push(reduced.surface.faces().len());
         }

@@ -1,6 +1,6 @@
 //! The bounds hold, and are near the truth: against dense samples by brute force.
 
-use decimate::{Decimation, OneSidedDistance, deviation};
+use decimate::{Decimation, DirectedHausdorff, deviation};
 use fixtures::{Mesh, arithmetic, femur, shapes, twins};
 use glam::DVec3;
 use surface::{TriangleSurface, closest_on_triangle};
@@ -61,11 +61,11 @@ fn both(mesh: &Mesh, deviation: f64) -> (Mesh, decimate::Deviation) {
 
 /// That no sample is farther than the bound, and that what was seen is in reach of
 /// samples: within a fifth.
-fn hold(name: &str, side: OneSidedDistance, from: &Mesh, to: &Mesh, count: u32) {
+fn hold(name: &str, side: DirectedHausdorff, from: &Mesh, to: &Mesh, count: u32) {
     let farthest = farthest(samples(from, count), to);
-    assert!(farthest <= side.at_most * (1.0 + 1e-12), "{name}: {farthest} exceeds {side:?}");
-    assert!(side.seen <= side.at_most && side.at_most <= 1.06 * side.seen, "{name}: {side:?}");
-    assert!(farthest >= 0.8 * side.seen, "{name}: {farthest} at most of {side:?}");
+    assert!(farthest <= side.upper * (1.0 + 1e-12), "{name}: {farthest} exceeds {side:?}");
+    assert!(side.lower <= side.upper && side.upper <= 1.06 * side.lower, "{name}: {side:?}");
+    assert!(farthest >= 0.8 * side.lower, "{name}: {farthest} at most of {side:?}");
 }
 
 #[test]
@@ -91,7 +91,7 @@ fn measured_anew_it_is_the_same_within_slack() {
         (known.full_to_reduced, anew.full_to_reduced),
         (known.reduced_to_full, anew.reduced_to_full),
     ] {
-        assert!(anew.seen <= known.at_most && known.seen <= anew.at_most, "{known:?} {anew:?}");
+        assert!(anew.lower <= known.upper && known.lower <= anew.upper, "{known:?} {anew:?}");
     }
 }
 
@@ -116,10 +116,10 @@ fn each_side_is_measured() {
         .expect("a vertex in the middle of the upper side");
     bump.positions[apex].z += 30.0;
     let deviation = measured(&bump, &flat);
-    assert!((deviation.full_to_reduced.seen - 30.0).abs() < 1e-9, "{deviation:?}");
-    assert!(deviation.reduced_to_full.at_most < 6.0, "{deviation:?}");
+    assert!((deviation.full_to_reduced.lower - 30.0).abs() < 1e-9, "{deviation:?}");
+    assert!(deviation.reduced_to_full.upper < 6.0, "{deviation:?}");
     let turned = measured(&flat, &bump);
-    assert!((turned.reduced_to_full.seen - 30.0).abs() < 1e-9, "{turned:?}");
+    assert!((turned.reduced_to_full.lower - 30.0).abs() < 1e-9, "{turned:?}");
     assert!(turned.largest() >= 30.0);
 }
 
@@ -140,7 +140,7 @@ fn any_two_surfaces() {
                 .filter_map(|p| twins::closest(to, p))
                 .map(|closest| closest.distance)
                 .fold(0.0, f64::max);
-            assert!(farthest <= side.at_most + 1e-12 * (size + farthest), "{farthest} {side:?}");
+            assert!(farthest <= side.upper + 1e-12 * (size + farthest), "{farthest} {side:?}");
         }
         Ok(())
     })

@@ -31,8 +31,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             "{balls:5}  {:5}  {:.3}  {:17.3}  {:17.3}  {:?}",
             made.medial.slabs().len(),
             deviation.rms,
-            deviation.surface_to_medial.at_most,
-            deviation.medial_to_surface.at_most,
+            deviation.surface_to_medial.upper,
+            deviation.medial_to_surface.upper,
             Topology::of_union(&made.medial, 1.0)?,
         );
         last = Some(made.medial);

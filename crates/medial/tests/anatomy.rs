@@ -22,7 +22,7 @@ fn a_hundred_balls_are_a_psoas() {
     for corners in surface.faces() {
         let [a, b, c] = x.corners(*corners);
         let found = tree.nearest(&made.medial, (a + b + c) / 3.0, workspace);
-        assert!(found.foot.distance <= made.deviation.surface_to_medial.at_most);
+        assert!(found.foot.distance <= made.deviation.surface_to_medial.upper);
     }
     let inside = Topology::of_inside(&surface, x).unwrap();
     assert_eq!(Topology::of_union(&made.medial, 1.0).unwrap(), inside);

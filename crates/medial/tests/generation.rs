@@ -57,8 +57,11 @@ fn bounds_hold_at_fresh_samples() {
                 out = out.max(tree.nearest(medial, p, workspace).foot.distance);
             }
         }
-        assert!(out <= surface_to_medial.at_most, "{name}: {out} {surface_to_medial:?}");
-        assert!(surface_to_medial.seen <= out + 0.05 * out + 1e-2, "{name}: {surface_to_medial:?}");
+        assert!(out <= surface_to_medial.upper, "{name}: {out} {surface_to_medial:?}");
+        assert!(
+            surface_to_medial.lower <= out + 0.05 * out + 1e-2,
+            "{name}: {surface_to_medial:?}"
+        );
         let mut over = 0.0_f64;
         for primitive in 0..u32::try_from(medial.primitives().len()).unwrap() {
             let balls = medial.primitive_balls(primitive);
@@ -73,8 +76,8 @@ fn bounds_hold_at_fresh_samples() {
                 over = over.max(ball.radius - if inside { distance } else { -distance });
             }
         }
-        assert!(over <= medial_to_surface.at_most, "{name}: {over} {medial_to_surface:?}");
-        assert!(medial_to_surface.at_most <= 1.06 * medial_to_surface.seen + 1e-2, "{name}");
+        assert!(over <= medial_to_surface.upper, "{name}: {over} {medial_to_surface:?}");
+        assert!(medial_to_surface.upper <= 1.06 * medial_to_surface.lower + 1e-2, "{name}");
     }
 }
 

@@ -352,7 +352,7 @@ fn m9_a_one_sided_fit_reaches_out() {
         generate(&surface, x, &params, |_| {}).unwrap().deviation
     };
     let (one_sided, two_sided) = (fit(0.0), fit(MedialParams::balls(1).inscribed_weight));
-    let over = |d: &Deviation| d.medial_to_surface.at_most;
+    let over = |d: &Deviation| d.medial_to_surface.upper;
     assert!(over(&one_sided) > 1.5 * over(&two_sided), "{one_sided:?} {two_sided:?}");
     assert!(two_sided.rms < 1.3 * one_sided.rms, "{one_sided:?} {two_sided:?}");
 }

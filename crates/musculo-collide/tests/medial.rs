@@ -74,7 +74,7 @@ fn brute(medial: &MedialSurface, p: DVec3) -> f64 {
 fn vertices_meet_what_brute_force_meets() {
     let (mut scene, a, b) = overlapping(DVec3::ZERO);
     let mut medial = detector(&scene, b, 40, 0.6);
-    let narrower = medial.deviation().surface_to_medial.at_most;
+    let narrower = medial.deviation().surface_to_medial.upper;
     let mut met = 0;
     arbtest(|u| {
         let turned = muscle().rotated(DVec3::new(1.0, 0.3, 0.0), number(u, 0.0, 0.5)?);
@@ -112,7 +112,7 @@ fn vertices_meet_what_brute_force_meets() {
 fn gaps_agree_with_the_exact_check() {
     let (mut scene, a, b) = overlapping(DVec3::new(3.0, 2.0, 13.0));
     let mut medial = detector(&scene, b, 60, 0.0);
-    let bound = medial.deviation().surface_to_medial.at_most;
+    let bound = medial.deviation().surface_to_medial.upper;
     let largest = medial.deviation().largest();
     assert!(largest < 0.8, "{largest}");
     medial = MedialDetector::from_surface(&scene, b, bound, medial.medial().clone()).unwrap();

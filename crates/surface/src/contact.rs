@@ -49,6 +49,23 @@ pub struct Anchor {
     pub acceleration: DVec3,
 }
 
+/// Carrier of the point of one side of a contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ContactSide<'a> {
+    /// A rigid object, by its state at the point.
+    Rigid(Anchor),
+    /// Particles, by their weights in the point, which sum to 1.
+    Particles(&'a [Term]),
+}
+
+impl ContactSide<'_> {
+    /// Returns a point of a rigid object at rest.
+    #[must_use]
+    pub fn at_rest(point: DVec3) -> Self {
+        Self::Rigid(Anchor { point, ..Anchor::default() })
+    }
+}
+
 /// A point P of one object near or in another one, and its projection P̄.
 ///
 /// # Identity
@@ -127,6 +144,19 @@ impl Stencil {
         Some(Self { terms: padded, len })
     }
 
+    /// Returns the terms of P̄ minus those of P, those of P first; `None` unless they are
+    /// one to four.
+    fn difference(on: &[Term], p: &[Term]) -> Option<Self> {
+        let len = u8::try_from(p.len() + on.len()).ok().filter(|len| (1..=4).contains(len))?;
+        let negated = p.iter().map(|term| Term { weight: -term.weight, ..*term });
+
+        let mut terms = [NO_TERM; 4];
+        for (slot, term) in terms.iter_mut().zip(negated.chain(on.iter().copied())) {
+            *slot = term;
+        }
+        Some(Self { terms, len })
+    }
+
     /// The terms, those of P first.
     #[must_use]
     pub fn terms(&self) -> &[Term] {
@@ -141,6 +171,39 @@ impl Stencil {
 }
 
 impl Contact {
+    /// Builds the contact of a point P of one side with its projection P̄ on the other;
+    /// `normal` points out of the latter. The offset is 0.
+    ///
+    /// Where only P̄ is carried by particles, these become the point that the contact moves:
+    /// the rigid object at P is the anchor, and the normal is reversed.
+    ///
+    /// ```
+    /// use surface::{Contact, ContactSide, Term, glam::DVec3};
+    ///
+    /// let bone = ContactSide::at_rest(DVec3::ZERO);
+    /// let tissue = [Term { particle: 7, weight: 1.0 }];
+    /// let contact = Contact::between(bone, ContactSide::Particles(&tissue), DVec3::Z, -0.5);
+    /// assert_eq!(contact.stencil.terms(), [Term { particle: 7, weight: -1.0 }]);
+    /// assert_eq!(contact.normal, -DVec3::Z);
+    /// ```
+    ///
+    /// # Panics
+    ///
+    /// When there are no particles, or more than four.
+    #[must_use]
+    pub fn between(p: ContactSide<'_>, on: ContactSide<'_>, normal: DVec3, gap: f64) -> Self {
+        use ContactSide::{Particles, Rigid};
+
+        let (stencil, anchor, normal) = match (p, on) {
+            (Particles(p), Particles(on)) => (Stencil::difference(on, p), None, normal),
+            (Particles(p), Rigid(anchor)) => (Stencil::difference(&[], p), Some(anchor), normal),
+            (Rigid(anchor), Particles(on)) => (Stencil::difference(&[], on), Some(anchor), -normal),
+            (Rigid(_), Rigid(_)) => (None, None, normal),
+        };
+        let stencil = stencil.expect("one to four particles carry a contact");
+        Self { stencil, anchor, normal, offset: 0.0, gap, time: None }
+    }
+
     /// P_c = P̄ − P for particles at `x`.
     #[must_use]
     pub fn separation(&self, x: impl FnMut(u32) -> DVec3) -> DVec3 {
@@ -176,6 +239,26 @@ mod tests {
         assert!(contact.identity_error(at) < 1e-15);
         let wrong = Contact { gap: 0.5, ..contact };
         assert!(wrong.identity_error(at) > 0.9, "a sign error must show");
+    }
+
+    #[test]
+    fn a_rigid_side_is_the_anchor() {
+        let term = |particle, weight| Term { particle, weight };
+        let (p, on) = ([term(0, 1.0)], [term(1, 0.5), term(2, 0.2), term(3, 0.3)]);
+        let (p, on) = (ContactSide::Particles(&p), ContactSide::Particles(&on));
+        let rigid = ContactSide::at_rest(DVec3::X);
+
+        let soft = Contact::between(p, on, DVec3::Z, -1.0);
+        assert_eq!(soft.stencil, Stencil::vertex_face(0, [1, 2, 3], [0.5, 0.2, 0.3]));
+        assert_eq!((soft.anchor, soft.normal, soft.gap), (None, DVec3::Z, -1.0));
+
+        let on_bone = Contact::between(p, rigid, DVec3::Z, -1.0);
+        assert_eq!(on_bone.stencil, Stencil::single(term(0, -1.0)));
+        assert_eq!(on_bone.anchor.map(|anchor| anchor.point), Some(DVec3::X));
+
+        let by_bone = Contact::between(rigid, on, DVec3::Z, -1.0);
+        assert_eq!(by_bone.stencil, Stencil::face([1, 2, 3], [-0.5, -0.2, -0.3]));
+        assert_eq!(by_bone.normal, -DVec3::Z);
     }
 
     #[test]

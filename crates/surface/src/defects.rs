@@ -4,7 +4,7 @@
 //! Each search yields its offenders in ascending order, so that the first is
 //! the same on every run and can be found in the file the mesh came from.
 
-use crate::{NO_EDGE, SurfaceError, TriangleSurface};
+use crate::{NO_EDGE, SurfaceError, TriangleSurface, UnionFind};
 
 impl TriangleSurface {
     /// Whether no edge has one face only.
@@ -159,15 +159,16 @@ impl TriangleSurface {
         fewest.into_iter().flatten().take_while(|other| **other < face).any(is_twin)
     }
 
-    /// Number of connected parts; vertices without a face are none.
-    pub(crate) fn component_count(&self) -> usize {
-        let mut parents: Vec<u32> = self.vertices().collect();
+    /// Returns the smallest vertex of each connected component, ascending.
+    ///
+    /// Vertices without a face belong to no component.
+    pub fn component_roots(&self) -> impl Iterator<Item = u32> {
+        let mut sets = UnionFind::new(self.vertex_count());
         for &[a, b, c] in self.faces() {
-            join(&mut parents, a, b);
-            join(&mut parents, a, c);
+            sets.join(a, b);
+            sets.join(a, c);
         }
-        let is_root = |v: &u32| parents[*v as usize] == *v && !self.vertex_faces(*v).is_empty();
-        self.vertices().filter(is_root).count()
+        self.vertices().filter(move |v| sets.is_root(*v) && !self.vertex_faces(*v).is_empty())
     }
 
     pub(crate) fn vertices(&self) -> impl Iterator<Item = u32> + use<> {
@@ -208,19 +209,4 @@ impl Walk {
             self.reached.push(face);
         }
     }
-}
-
-fn join(parents: &mut [u32], a: u32, b: u32) {
-    let (a, b) = (root(parents, a), root(parents, b));
-    parents[a.max(b) as usize] = a.min(b);
-}
-
-/// The part's smallest vertex, halving the way there for the next search.
-fn root(parents: &mut [u32], mut v: u32) -> u32 {
-    while parents[v as usize] != v {
-        let parent = parents[v as usize];
-        parents[v as usize] = parents[parent as usize];
-        v = parent;
-    }
-    v
 }

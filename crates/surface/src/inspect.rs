@@ -11,7 +11,7 @@ use std::fmt;
 use glam::DVec3;
 
 use crate::predicates::projection_axis;
-use crate::{Positions, TriangleSurface};
+use crate::{Aabb, Positions, TriangleSurface, mean_edge, triangle};
 
 /// A kind of defect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -91,7 +91,7 @@ pub struct Inspection {
     /// Sum of the faces' areas.
     pub area: f64,
     /// Lower and upper corner of the box around the vertices; `None` without any.
-    pub bounds: Option<[DVec3; 2]>,
+    pub bounds: Option<Aabb>,
     /// Mean length of the edges; 0 without any.
     pub mean_edge: f64,
 }
@@ -116,8 +116,9 @@ pub struct Inspection {
 /// When `x` was checked against a surface with fewer vertices.
 #[must_use]
 pub fn inspect(surface: &TriangleSurface, x: Positions<'_>) -> Inspection {
-    let bounds = bounds(x.as_slice());
-    let centre = bounds.map_or(DVec3::ZERO, |[lower, upper]| lower.midpoint(upper));
+    let bounds = Aabb::of_points(x.as_slice().iter().copied());
+    let bounds = (!bounds.is_empty()).then_some(bounds);
+    let centre = bounds.map_or(DVec3::ZERO, Aabb::center);
     let (volume, area) = volume_and_area(surface, x, centre);
     let [vertices, edges, faces] =
         [surface.vertex_count(), surface.edges().len(), surface.faces().len()];
@@ -126,7 +127,7 @@ pub fn inspect(surface: &TriangleSurface, x: Positions<'_>) -> Inspection {
         edges,
         faces,
         findings: findings(surface, x),
-        components: surface.component_count(),
+        components: surface.component_roots().count(),
         euler: signed(vertices) - signed(edges) + signed(faces),
         volume,
         area,
@@ -245,30 +246,13 @@ fn faces_without_area(surface: &TriangleSurface, x: Positions<'_>) -> impl Itera
     })
 }
 
-fn bounds(x: &[DVec3]) -> Option<[DVec3; 2]> {
-    let first = *x.first()?;
-    let widen = |[lower, upper]: [DVec3; 2], p: &DVec3| [lower.min(*p), upper.max(*p)];
-    Some(x.iter().fold([first; 2], widen))
-}
-
 fn volume_and_area(surface: &TriangleSurface, x: Positions<'_>, centre: DVec3) -> (f64, f64) {
     let (volume, area) = surface.faces().iter().fold((0.0, 0.0), |(volume, area), face| {
         let [a, b, c] = x.corners(*face);
-        let normal = (b - a).cross(c - a);
+        let normal = triangle::normal([a, b, c]);
         (volume + (a - centre).dot(normal), area + normal.length())
     });
     (volume / 6.0, area / 2.0)
-}
-
-fn mean_edge(surface: &TriangleSurface, x: Positions<'_>) -> f64 {
-    let lengths = surface.edges().iter().map(|&[from, to]| x.at(from).distance(x.at(to)));
-    let count = surface.edges().len();
-    if count == 0 { 0.0 } else { lengths.sum::<f64>() / as_f64(count) }
-}
-
-#[expect(clippy::cast_precision_loss, reason = "there are fewer than 2^33 edges")]
-fn as_f64(count: usize) -> f64 {
-    count as f64
 }
 
 #[expect(clippy::cast_possible_wrap, reason = "there are fewer than 2^33 elements")]

@@ -10,36 +10,45 @@
 //! This crate holds vocabulary and primitives only: no search structure, no
 //! solver, no input or output.
 
+mod aabb;
 mod closest;
 mod contact;
 mod crossing;
 mod defects;
 mod error;
 mod fan;
+mod hausdorff;
 mod inspect;
-mod one_sided;
+mod measures;
+pub mod parallel;
 mod positions;
 mod predicates;
+pub mod progress;
 mod pseudonormal;
 mod rows;
 mod simplex;
+pub mod triangle;
 mod triangle_surface;
+mod union_find;
 mod winding;
 
 pub use glam;
 
+pub use crate::aabb::Aabb;
 pub use crate::closest::{
     Barycentric, ClosestBetweenSegments, ClosestBetweenTriangles, ClosestOnSegment,
     ClosestOnTriangle, TriangleFeature, closest_between_segments, closest_between_triangles,
     closest_on_segment, closest_on_triangle,
 };
-pub use crate::contact::{Anchor, Contact, Stencil, Term};
+pub use crate::contact::{Anchor, Contact, ContactSide, Stencil, Term};
 pub use crate::crossing::{Meeting, crossing_segment, segment_meets_triangle, triangles_meet};
 pub use crate::error::{SimplexError, SurfaceError};
+pub use crate::hausdorff::{DirectedHausdorff, HausdorffBounds};
 pub use crate::inspect::{Defect, Element, Finding, Inspection, inspect};
-pub use crate::one_sided::OneSidedDistance;
+pub use crate::measures::{mean_edge, vertex_areas, vertex_normals};
 pub use crate::positions::{Motion, Positions};
 pub use crate::pseudonormal::Pseudonormals;
 pub use crate::simplex::{NO_NEIGHBOUR, SimplexSurface};
 pub use crate::triangle_surface::{NO_EDGE, TriangleSurface};
+pub use crate::union_find::UnionFind;
 pub use crate::winding::{ray_crosses_triangle, solid_angle, winding_number};

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use arbtest::arbtest;
 use surface::glam::DVec3;
-use surface::{Defect, Element, Inspection, SurfaceError, TriangleSurface, inspect};
+use surface::{Aabb, Defect, Element, Inspection, SurfaceError, TriangleSurface, inspect};
 
 mod support;
 
@@ -32,7 +32,7 @@ fn a_tetrahedron_has_no_defect() {
     assert!((report.volume - 1.0 / 6.0).abs() < 1e-15);
     assert!((report.area - (1.5 + 0.75_f64.sqrt())).abs() < 1e-15);
     assert!((report.mean_edge - (3.0 + 3.0 * 2.0_f64.sqrt()) / 6.0).abs() < 1e-15);
-    assert_eq!(report.bounds, Some([DVec3::ZERO, DVec3::ONE]));
+    assert_eq!(report.bounds, Some(Aabb { min: DVec3::ZERO, max: DVec3::ONE }));
 }
 
 #[test]

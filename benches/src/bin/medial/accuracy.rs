@@ -104,7 +104,7 @@ fn rows(name: &str, body: &Body, sizes: &[usize]) -> Vec<Row> {
             slabs: made.medial.slabs().len(),
             rms: deviation.rms,
             p95: deviation.p95,
-            bounds: [deviation.surface_to_medial.at_most, deviation.medial_to_surface.at_most],
+            bounds: [deviation.surface_to_medial.upper, deviation.medial_to_surface.upper],
             fresh: fresh(body, &depth, &made.medial),
             topology: (topology != inside).then_some(topology),
             seconds,

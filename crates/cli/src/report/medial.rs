@@ -70,13 +70,13 @@ pub(crate) fn medial_table(record: &MedialRecord) -> String {
     );
     text += &format!(
         "  surface    nowhere more than {} outside the balls ({} seen)\n",
-        measure(outside.at_most),
-        measure(outside.seen)
+        measure(outside.upper),
+        measure(outside.lower)
     );
     text += &format!(
         "  balls      nowhere more than {} outside the surface ({} seen)\n",
-        measure(over.at_most),
-        measure(over.seen)
+        measure(over.upper),
+        measure(over.lower)
     );
     text += &format!("  topology   {}\n", topology(record));
     text

@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use surface::OneSidedDistance;
+use surface::DirectedHausdorff;
 
 use crate::MedialSurface;
 
@@ -75,7 +75,7 @@ impl<T> Largest<T> {
     }
 
     /// Splits what may be largest until the rest hardly matters.
-    pub(super) fn run(mut self, mut split: impl FnMut(&mut Self, T)) -> OneSidedDistance {
+    pub(super) fn run(mut self, mut split: impl FnMut(&mut Self, T)) -> DirectedHausdorff {
         // What `add` leaves out is bounded by what was enough then, which only grows.
         while self.number < MAX_PIECES {
             let Some(top) = self.pieces.pop() else { break };
@@ -85,7 +85,7 @@ impl<T> Largest<T> {
             split(&mut self, top.content);
         }
         let rest = self.pieces.peek().map_or(0.0, |piece| piece.bound);
-        OneSidedDistance { seen: self.seen, at_most: rest.max(self.enough()) }
+        DirectedHausdorff { lower: self.seen, upper: rest.max(self.enough()) }
     }
 }
 

@@ -12,7 +12,7 @@ use std::rc::Rc;
 
 use glam::DVec3;
 use kdop::Workspace;
-use surface::OneSidedDistance;
+use surface::DirectedHausdorff;
 
 use super::largest::{Largest, least_slack};
 use crate::surface_distance::SurfaceDistance;
@@ -30,7 +30,7 @@ struct Patch {
 pub(super) fn medial_to_surface(
     medial: &MedialSurface,
     distance: &SurfaceDistance<'_>,
-) -> OneSidedDistance {
+) -> DirectedHausdorff {
     let mut bounding = Bounding { distance, facing: Vec::new(), workspace: Workspace::default() };
     let mut search = Largest::new(least_slack(medial));
     for (primitive, _) in (0_u32..).zip(medial.primitives()) {

@@ -9,7 +9,7 @@ mod medial_to_surface;
 mod surface_to_medial;
 
 use kdop::Workspace;
-use surface::{OneSidedDistance, Positions, TriangleSurface};
+use surface::{DirectedHausdorff, Positions, TriangleSurface};
 
 use self::medial_to_surface::medial_to_surface;
 use self::surface_to_medial::surface_to_medial;
@@ -23,9 +23,9 @@ use crate::{MedialError, MedialSurface, NearestPrimitive, PrimitiveTree, paralle
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Deviation {
     /// How far points of the surface are outside the union of balls.
-    pub surface_to_medial: OneSidedDistance,
+    pub surface_to_medial: DirectedHausdorff,
     /// How far balls reach out of the surface.
-    pub medial_to_surface: OneSidedDistance,
+    pub medial_to_surface: DirectedHausdorff,
     /// Root of the mean square of the union's signed distance over the surface,
     /// at its vertices by their areas.
     pub rms: f64,
@@ -76,7 +76,7 @@ impl Deviation {
     /// The larger of the two bounds.
     #[must_use]
     pub fn largest(&self) -> f64 {
-        self.surface_to_medial.at_most.max(self.medial_to_surface.at_most)
+        self.surface_to_medial.upper.max(self.medial_to_surface.upper)
     }
 }
 

@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 use kdop::Workspace;
-use surface::OneSidedDistance;
+use surface::DirectedHausdorff;
 
 use super::largest::{Largest, least_slack};
 use crate::surface_distance::SurfaceDistance;
@@ -21,7 +21,7 @@ pub(super) fn surface_to_medial(
     tree: &PrimitiveTree,
     distance: &SurfaceDistance<'_>,
     nearest: &[NearestPrimitive],
-) -> OneSidedDistance {
+) -> DirectedHausdorff {
     let mut workspace = Workspace::default();
     let mut search = Largest::new(least_slack(medial));
     let add = |search: &mut Largest<Patch>, patch: Patch| {

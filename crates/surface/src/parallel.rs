@@ -1,0 +1,162 @@
+//! Loops that run on the caller's thread pool with the feature `rayon`, and on the calling
+//! thread without it.
+//!
+//! Results stand in the order of the items and each depends on its item alone, so the bits
+//! are the same for any number of threads and without the feature.
+
+#[cfg(feature = "rayon")]
+use rayon::prelude::*;
+
+/// Pieces that a parallel loop is cut into.
+///
+/// Fewer leave threads waiting for the one that holds the expensive items: by default rayon
+/// cuts a loop in four for two threads. More create more scratch values, one per piece.
+#[cfg(feature = "rayon")]
+const PIECES: usize = 64;
+
+/// Returns the largest number of items per piece of a loop over `count` items.
+#[cfg(feature = "rayon")]
+fn piece(count: usize) -> usize {
+    count.div_ceil(PIECES).max(1)
+}
+
+/// Maps the numbers `0..count`, in order.
+pub fn map<R: Send>(count: usize, f: impl Fn(usize) -> R + Sync + Send) -> Vec<R> {
+    map_with(count, || (), |(), i| f(i))
+}
+
+/// Maps the numbers `0..count`, in order, with a scratch value that is reused.
+///
+/// Results must not depend on what earlier items left in the scratch value.
+pub fn map_with<S, R: Send>(
+    count: usize,
+    scratch: impl Fn() -> S + Sync + Send,
+    f: impl Fn(&mut S, usize) -> R + Sync + Send,
+) -> Vec<R> {
+    #[cfg(feature = "rayon")]
+    {
+        let numbers = (0..count).into_par_iter().with_max_len(piece(count));
+        numbers.map_init(scratch, f).collect()
+    }
+    #[cfg(not(feature = "rayon"))]
+    {
+        let mut scratch = scratch();
+        (0..count).map(|i| f(&mut scratch, i)).collect()
+    }
+}
+
+/// Maps the items of a slice, in order, with a scratch value that is reused.
+///
+/// Results must not depend on what earlier items left in the scratch value.
+pub fn map_slice_with<T: Sync, S, R: Send>(
+    items: &[T],
+    scratch: impl Fn() -> S + Sync + Send,
+    f: impl Fn(&mut S, &T) -> R + Sync + Send,
+) -> Vec<R> {
+    map_with(items.len(), scratch, |scratch, i| f(scratch, &items[i]))
+}
+
+/// Maps the items of a slice, in order, by a function that changes them.
+pub fn map_mut<T: Send, R: Send>(items: &mut [T], f: impl Fn(&mut T) -> R + Sync + Send) -> Vec<R> {
+    #[cfg(feature = "rayon")]
+    {
+        let piece = piece(items.len());
+        items.par_iter_mut().with_max_len(piece).map(f).collect()
+    }
+    #[cfg(not(feature = "rayon"))]
+    items.iter_mut().map(f).collect()
+}
+
+/// Calls `f` on every item with its number: disjoint parts of an array, for instance.
+pub fn for_each<T: Send>(items: Vec<T>, f: impl Fn(usize, T) + Sync + Send) {
+    #[cfg(feature = "rayon")]
+    {
+        let piece = piece(items.len());
+        let numbered = items.into_par_iter().enumerate().with_max_len(piece);
+        numbered.for_each(|(i, item)| f(i, item));
+    }
+    #[cfg(not(feature = "rayon"))]
+    items.into_iter().enumerate().for_each(|(i, item)| f(i, item));
+}
+
+/// Calls `f` on every item with its number. Allocates nothing.
+///
+/// # Errors
+///
+/// The error of the first item that has one. Items after it may have been changed or not.
+pub fn try_for_each_mut<T: Send, E: Send>(
+    items: &mut [T],
+    f: impl Fn(usize, &mut T) -> Result<(), E> + Sync + Send,
+) -> Result<(), E> {
+    #[cfg(feature = "rayon")]
+    {
+        let piece = piece(items.len());
+        let numbered = items.par_iter_mut().enumerate().with_max_len(piece);
+        let failed = numbered.filter_map(|(i, item)| f(i, item).err().map(|error| (i, error)));
+        let first = failed.reduce_with(|p, q| if q.0 < p.0 { q } else { p });
+        first.map_or(Ok(()), |(_, error)| Err(error))
+    }
+    #[cfg(not(feature = "rayon"))]
+    items.iter_mut().enumerate().try_for_each(|(i, item)| f(i, item))
+}
+
+/// Sorts a list; the order of equal items is unspecified.
+pub fn sort_unstable<T: Ord + Send>(list: &mut [T]) {
+    #[cfg(feature = "rayon")]
+    list.par_sort_unstable();
+    #[cfg(not(feature = "rayon"))]
+    list.sort_unstable();
+}
+
+/// Returns the number of threads that share a loop.
+#[must_use]
+pub fn threads() -> usize {
+    #[cfg(feature = "rayon")]
+    return rayon::current_num_threads();
+    #[cfg(not(feature = "rayon"))]
+    1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_stand_in_the_order_of_the_items() {
+        for count in [0, 1, 7, 64, 1000] {
+            let squares: Vec<usize> = (0..count).map(|i| i * i).collect();
+            let mut items: Vec<usize> = (0..count).collect();
+            assert_eq!(map(count, |i| i * i), squares);
+            assert_eq!(map_slice_with(&items, || (), |(), &i| i * i), squares);
+            assert_eq!(map_mut(&mut items, |i| *i * *i), squares);
+        }
+    }
+
+    #[test]
+    fn every_part_is_visited_once_with_its_number() {
+        let mut values = vec![0; 1000];
+        for_each(values.chunks_mut(3).collect(), |i, part| part.iter_mut().for_each(|v| *v += i));
+        assert!(values.iter().enumerate().all(|(i, value)| *value == i / 3));
+    }
+
+    #[test]
+    fn the_error_of_the_first_item_is_returned() {
+        let mut items = vec![0; 500];
+        let fail_from = |first: usize| {
+            move |i: usize, item: &mut i32| {
+                *item += 1;
+                if i < first { Ok(()) } else { Err(i) }
+            }
+        };
+        assert_eq!(try_for_each_mut(&mut items, fail_from(123)), Err(123));
+        assert_eq!(try_for_each_mut(&mut items, fail_from(500)), Ok(()));
+    }
+
+    #[test]
+    fn sorts() {
+        let mut list: Vec<u32> = (0..5000).map(|i| i * 7919 % 5003).collect();
+        sort_unstable(&mut list);
+        assert!(list.is_sorted());
+        assert!(threads() >= 1);
+    }
+}
