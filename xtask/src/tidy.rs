@@ -13,9 +13,10 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("crates/surface", &[]),
     ("crates/kdop", &[]),
     ("crates/ccd", &[]),
-    ("crates/distance-field", &["surface"]),
-    ("crates/medial", &["surface", "kdop"]),
-    ("crates/decimate", &["surface", "kdop"]),
+    ("crates/proximity", &["surface", "kdop", "ccd"]),
+    ("crates/distance-field", &["surface", "kdop", "proximity"]),
+    ("crates/medial", &["surface", "kdop", "proximity"]),
+    ("crates/decimate", &["surface", "kdop", "proximity"]),
     ("crates/response", &["surface"]),
     ("crates/baselines", &["surface", "kdop"]),
     (

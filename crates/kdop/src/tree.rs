@@ -82,6 +82,21 @@ impl Child {
     }
 }
 
+impl<const S: usize> Default for DopTree<S> {
+    /// Returns a tree without leaves, which overlaps nothing.
+    fn default() -> Self {
+        Self {
+            nodes: Vec::new(),
+            clusters: Vec::new(),
+            cluster_points: Vec::new(),
+            leaves: Vec::new(),
+            rows: Rows::new(),
+            built_size: 0.0,
+            neighbours: OnceLock::new(),
+        }
+    }
+}
+
 impl<const S: usize> DopTree<S> {
     /// Builds a tree over leaves on points at rest (|P|).
     ///
@@ -104,15 +119,7 @@ impl<const S: usize> DopTree<S> {
     pub fn build_from(leaves: Leaves<'_>, extents: Extents<'_>) -> Result<Self, TreeError> {
         let count = leaves.check(extents.len())?;
         extents.check()?;
-        let mut tree = Self {
-            nodes: Vec::new(),
-            clusters: Vec::new(),
-            cluster_points: Vec::new(),
-            leaves: Vec::new(),
-            rows: Rows::new(),
-            built_size: 0.0,
-            neighbours: OnceLock::new(),
-        };
+        let mut tree = Self::default();
         tree.rows.fill(&extents);
         crate::build::arrange(&mut tree, leaves, count);
         tree.sweep();

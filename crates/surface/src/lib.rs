@@ -46,7 +46,7 @@ pub use crate::error::{SimplexError, SurfaceError};
 pub use crate::hausdorff::{DirectedHausdorff, HausdorffBounds};
 pub use crate::inspect::{Defect, Element, Finding, Inspection, inspect};
 pub use crate::measures::{mean_edge, vertex_areas, vertex_normals};
-pub use crate::positions::{Motion, Positions};
+pub use crate::positions::{Motion, PositionBuffer, Positions};
 pub use crate::pseudonormal::Pseudonormals;
 pub use crate::simplex::{NO_NEIGHBOUR, SimplexSurface};
 pub use crate::triangle_surface::{NO_EDGE, TriangleSurface};

@@ -15,6 +15,12 @@ use crate::{SurfaceError, TriangleSurface};
 #[derive(Clone, Copy, Debug)]
 pub struct Positions<'a>(&'a [DVec3]);
 
+/// Owned [`Positions`]: |V| finite positions of one surface's vertices.
+///
+/// Made by [`TriangleSurface::own_positions`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct PositionBuffer(Vec<DVec3>);
+
 /// Two successive states of one surface: |V| finite positions at the start and
 /// at the end of a step, between which each vertex moves on a straight line.
 ///
@@ -66,6 +72,43 @@ impl<'a> Positions<'a> {
     }
 }
 
+impl PositionBuffer {
+    /// Returns the positions, with the proof that they are finite.
+    #[must_use]
+    pub fn as_positions(&self) -> Positions<'_> {
+        Positions(&self.0)
+    }
+
+    /// Replaces all positions.
+    ///
+    /// The iterator is run twice: values are checked before the first is written.
+    ///
+    /// # Errors
+    ///
+    /// As [`TriangleSurface::positions`]; the old positions are then kept.
+    pub fn overwrite(
+        &mut self,
+        x: impl Iterator<Item = DVec3> + Clone,
+    ) -> Result<(), SurfaceError> {
+        let (expected, mut got) = (self.0.len(), 0);
+        for p in x.clone() {
+            if !p.is_finite() {
+                let DVec3 { x, y, z } = p;
+                return Err(SurfaceError::NotFinite { vertex: got, x, y, z });
+            }
+            got += 1;
+        }
+        if got != expected {
+            return Err(SurfaceError::PositionCount { expected, got });
+        }
+
+        for (old, new) in self.0.iter_mut().zip(x) {
+            *old = new;
+        }
+        Ok(())
+    }
+}
+
 impl<'a> Motion<'a> {
     /// Positions at the start of the step.
     #[must_use]
@@ -89,6 +132,16 @@ impl TriangleSurface {
     /// - [`SurfaceError::NotFinite`] with the first vertex that is not finite.
     pub fn positions<'a>(&self, x: &'a [DVec3]) -> Result<Positions<'a>, SurfaceError> {
         Positions::check(self.vertex_count(), x)
+    }
+
+    /// Takes over positions, checked as [`Self::positions`] does.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::positions`].
+    pub fn own_positions(&self, x: Vec<DVec3>) -> Result<PositionBuffer, SurfaceError> {
+        self.positions(&x)?;
+        Ok(PositionBuffer(x))
     }
 
     /// Checks both ends of a step as [`Self::positions`] does.

@@ -1,0 +1,78 @@
+//! Closest points of a surface, and crossings of it with itself.
+
+use glam::DVec3;
+use kdop::Workspace;
+use surface::{ClosestOnTriangle, Meeting, closest_on_triangle, triangles_meet};
+
+use crate::SurfaceTree;
+
+/// Closest point of a surface to a query point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClosestPoint {
+    /// Face that holds the point; where several do, the one of the lowest number.
+    pub face: u32,
+    /// The point on that face.
+    pub foot: ClosestOnTriangle,
+    /// Distance to the query point.
+    pub distance: f64,
+}
+
+impl ClosestPoint {
+    /// Returns true if this point is nearer, or as near and on a face of a lower number.
+    fn is_before(&self, other: &Self) -> bool {
+        (self.distance, self.face) < (other.distance, other.face)
+    }
+}
+
+impl SurfaceTree {
+    /// Finds the closest point of the surface within `max_distance` (may be infinite).
+    ///
+    /// A `hint` is a face that is likely near: it makes the search faster, and never changes its
+    /// result.
+    #[must_use]
+    pub fn closest_point(
+        &self,
+        point: DVec3,
+        max_distance: f64,
+        hint: Option<u32>,
+        workspace: &mut Workspace,
+    ) -> Option<ClosestPoint> {
+        let hinted = hint.map(|face| self.closest_on_face(point, face));
+        let mut best = hinted.filter(|found| found.distance <= max_distance);
+        let limit = best.map_or(max_distance, |found| found.distance);
+
+        self.tree().nearest(point, limit, workspace, |face, _| {
+            let found = self.closest_on_face(point, face);
+            if found.distance <= max_distance && best.is_none_or(|best| found.is_before(&best)) {
+                best = Some(found);
+            }
+            best.map_or(max_distance, |best| best.distance)
+        });
+        best
+    }
+
+    /// Computes the closest point of one face.
+    ///
+    /// # Panics
+    ///
+    /// When `face` is not below the surface's face count.
+    #[must_use]
+    #[inline]
+    pub fn closest_on_face(&self, point: DVec3, face: u32) -> ClosestPoint {
+        let foot = closest_on_triangle(point, self.corners(face));
+        ClosestPoint { face, foot, distance: foot.point.distance(point) }
+    }
+
+    /// Finds pairs of faces without a common corner that cross, ascending.
+    #[must_use]
+    pub fn self_crossings(&self, workspace: &mut Workspace) -> Vec<[u32; 2]> {
+        let mut crossing = Vec::new();
+        self.tree().self_pairs(0.0, workspace, |a, b| {
+            if triangles_meet(self.corners(a), self.corners(b)) == Meeting::Crossing {
+                crossing.push([a.min(b), a.max(b)]);
+            }
+        });
+        crossing.sort_unstable();
+        crossing
+    }
+}

@@ -1,0 +1,108 @@
+//! Contact records from vertices and their closest points.
+
+use glam::DVec3;
+use surface::{Anchor, Contact, Positions, Stencil, Term, TriangleSurface};
+
+use crate::NearVertex;
+
+/// Numbers of a surface's vertices among all particles of a system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ParticleNumbers<'a> {
+    /// Number of the first vertex.
+    pub first: u32,
+    /// For a surface that represents a finer one: the vertices of that one which it has kept,
+    /// ascending. Those are numbered from `first`.
+    pub kept: Option<&'a [u32]>,
+}
+
+/// Surface as one side of a contact.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactSide<'a> {
+    /// The surface.
+    pub surface: &'a TriangleSurface,
+    /// Positions of its vertices.
+    pub positions: Positions<'a>,
+    /// Numbers of its vertices.
+    pub particles: ParticleNumbers<'a>,
+    /// Whether it does not yield: it is then an anchor, at rest, and none of its vertices is in
+    /// a stencil.
+    pub is_rigid: bool,
+}
+
+impl ParticleNumbers<'_> {
+    /// Numbers vertices from `first`.
+    #[must_use]
+    pub fn from(first: u32) -> Self {
+        Self { first, kept: None }
+    }
+
+    /// Returns the particle that a vertex is.
+    ///
+    /// # Panics
+    ///
+    /// When the surface has kept fewer vertices.
+    #[must_use]
+    #[inline]
+    pub fn particle(&self, vertex: u32) -> u32 {
+        self.first + self.kept.map_or(vertex, |kept| kept[vertex as usize])
+    }
+
+    /// Returns the vertex that a particle is, if it is one of `count` vertices.
+    fn vertex(&self, particle: u32, count: usize) -> Option<u32> {
+        let number = particle.checked_sub(self.first)?;
+        let vertex = match self.kept {
+            None => number,
+            Some(kept) => u32::try_from(kept.binary_search(&number).ok()?).ok()?,
+        };
+        ((vertex as usize) < count).then_some(vertex)
+    }
+}
+
+impl ContactSide<'_> {
+    /// Returns the position of a particle, if it is one of this side.
+    fn position(&self, particle: u32) -> Option<DVec3> {
+        let vertex = self.particles.vertex(particle, self.surface.vertex_count())?;
+        Some(self.positions.at(vertex))
+    }
+}
+
+/// Makes the contact of a vertex of `p` with the face of `q` that holds its closest point.
+///
+/// A rigid side is the anchor. Where `p` is rigid, the closest point becomes the colliding one
+/// and the normal is reversed.
+///
+/// # Panics
+///
+/// When `near` is of other surfaces.
+#[must_use]
+pub fn contact(p: &ContactSide<'_>, q: &ContactSide<'_>, near: &NearVertex) -> Contact {
+    let vertex = p.particles.particle(near.vertex);
+    let corners = q.surface.faces()[near.face as usize];
+    let face = corners.map(|corner| q.particles.particle(corner));
+
+    let (stencil, anchor, normal) = if q.is_rigid {
+        let stencil = Stencil::single(Term { particle: vertex, weight: -1.0 });
+        (stencil, Some(near.foot), near.normal)
+    } else if p.is_rigid {
+        let weights = near.barycentric.map(|weight| -weight);
+        (Stencil::face(face, weights), Some(p.positions.at(near.vertex)), -near.normal)
+    } else {
+        (Stencil::vertex_face(vertex, face, near.barycentric), None, near.normal)
+    };
+    let anchor = anchor.map(|point| Anchor { point, ..Anchor::default() });
+    let contact = Contact { stencil, anchor, normal, offset: 0.0, gap: near.gap, time: None };
+    debug_assert!(satisfies_identity(&contact, p, q), "{contact:?}");
+    contact
+}
+
+/// Returns true if a contact's fields fit each other, up to rounding.
+fn satisfies_identity(contact: &Contact, p: &ContactSide<'_>, q: &ContactSide<'_>) -> bool {
+    let position = |particle: u32| p.position(particle).or_else(|| q.position(particle));
+    let mut scale = contact.gap.abs();
+    for term in contact.stencil.terms() {
+        let Some(x) = position(term.particle) else { return false };
+        scale = scale.max(x.abs().max_element());
+    }
+    let error = contact.identity_error(|particle| position(particle).unwrap_or(DVec3::NAN));
+    error <= 64.0 * f64::EPSILON * scale
+}

@@ -1,0 +1,45 @@
+//! Faces of two surfaces that cross or touch, by exact predicates.
+
+use kdop::Workspace;
+use surface::{Meeting, triangles_meet};
+
+use crate::SurfaceTree;
+
+/// Intersection of two surfaces, face by face.
+#[derive(Debug, Default)]
+pub(crate) struct Crossings {
+    /// Pairs of faces that share at least one point.
+    pub(crate) meeting: Vec<[u32; 2]>,
+    /// Pairs of faces that properly cross, ascending.
+    pub(crate) crossing: Vec<[u32; 2]>,
+    /// Faces of `a` that share at least one point with `b`, ascending.
+    pub(crate) cut_faces_of_a: Vec<u32>,
+    /// Faces of `b` that share at least one point with `a`, ascending.
+    pub(crate) cut_faces_of_b: Vec<u32>,
+}
+
+impl Crossings {
+    /// Finds the faces of `a` and `b` that meet, in place of earlier ones.
+    pub(crate) fn find(&mut self, a: &SurfaceTree, b: &SurfaceTree, workspace: &mut Workspace) {
+        let Self { meeting, crossing, cut_faces_of_a, cut_faces_of_b } = self;
+        meeting.clear();
+        crossing.clear();
+
+        a.tree().pairs(b.tree(), 0.0, workspace, |face_a, face_b| {
+            match triangles_meet(a.corners(face_a), b.corners(face_b)) {
+                Meeting::Disjoint => return,
+                Meeting::Touching => {}
+                Meeting::Crossing => crossing.push([face_a, face_b]),
+            }
+            meeting.push([face_a, face_b]);
+        });
+        crossing.sort_unstable();
+
+        for (faces, side) in [(cut_faces_of_a, 0), (cut_faces_of_b, 1)] {
+            faces.clear();
+            faces.extend(meeting.iter().map(|pair| pair[side]));
+            faces.sort_unstable();
+            faces.dedup();
+        }
+    }
+}

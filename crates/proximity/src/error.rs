@@ -1,0 +1,53 @@
+//! Reasons why a surface has no tree, or no inside.
+
+use kdop::TreeError;
+use surface::{SurfaceError, TriangleSurface};
+
+/// Error of building a tree over a surface, or of moving it.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ProximityError {
+    /// The positions do not fit the surface, or are not finite.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
+    /// The surface has more faces or vertices than a tree can hold.
+    #[error(transparent)]
+    Tree(#[from] TreeError),
+}
+
+/// Reason why "inside" is undefined for a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum NoInside {
+    /// The surface was declared open.
+    #[error("declared open, so nothing is inside it")]
+    DeclaredOpen,
+    /// The parity of ray crossings is undefined.
+    #[error(
+        "no inside: {count} edges have an odd number of faces, the first, between vertices {from} and {to}, has {faces}"
+    )]
+    OddEdges {
+        /// Edges with an odd number of faces.
+        count: usize,
+        /// First end of the first of them.
+        from: u32,
+        /// Its second end.
+        to: u32,
+        /// Its number of faces.
+        faces: usize,
+    },
+}
+
+impl NoInside {
+    /// Returns the reason why ray parity is undefined for a surface, if it is.
+    pub(crate) fn find(surface: &TriangleSurface) -> Option<Self> {
+        let mut odd = (0_u32..)
+            .zip(surface.edges())
+            .map(|(edge, ends)| (ends, surface.edge_faces(edge).len()))
+            .filter(|(_, faces)| faces % 2 == 1);
+
+        let (&[from, to], faces) = odd.next()?;
+        Some(Self::OddEdges { count: 1 + odd.count(), from, to, faces })
+    }
+}

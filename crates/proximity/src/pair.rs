@@ -1,0 +1,173 @@
+//! Static proximity of two surfaces.
+//!
+//! The trees of both give candidate faces; exact predicates decide which of them cross; the rest
+//! of each surface falls into regions that lie wholly on one side of the other, so that one ray
+//! decides for a whole region; vertices that are inside or near are projected to the other
+//! surface.
+
+use kdop::Workspace;
+
+use crate::crossings::Crossings;
+use crate::distance::distance_between;
+use crate::inside::InsideVertices;
+use crate::patches::{self, ContactPatch};
+use crate::projection::Candidates;
+use crate::{NearVertex, NoInside, SurfaceTree};
+
+/// Proximity of two surfaces in one state, in memory that is reused from pair to pair.
+///
+/// Exact: which faces cross, and which vertices are inside. Right up to rounding: distances.
+#[derive(Debug, Default)]
+pub struct PairProximity {
+    workspace: Workspace,
+    inside: InsideVertices,
+    crossings: Crossings,
+    a: PairSide,
+    b: PairSide,
+}
+
+/// Vertices of one surface against the other one of a pair.
+#[derive(Debug, Default)]
+pub struct PairSide {
+    candidates: Candidates,
+    inside: Vec<u32>,
+    /// Reason why the other surface has no inside.
+    no_inside: Option<NoInside>,
+    near: Vec<NearVertex>,
+}
+
+impl PairProximity {
+    /// Computes the proximity of `a` and `b`, in place of an earlier pair's.
+    ///
+    /// Vertices outside are reported within `margin` (`>= 0`) of the other surface.
+    pub fn compute(&mut self, a: &SurfaceTree, b: &SurfaceTree, margin: f64) {
+        self.crossings.find(a, b, &mut self.workspace);
+        self.find_candidates(a, b, margin);
+
+        let Self { workspace, inside, crossings, a: of_a, b: of_b } = self;
+        of_a.compute(a, &crossings.cut_faces_of_a, b, margin, inside, workspace);
+        of_b.compute(b, &crossings.cut_faces_of_b, a, margin, inside, workspace);
+    }
+
+    /// Gathers the vertices of both surfaces that may be outside but within the margin; without
+    /// a margin, these are corners of faces that meet.
+    fn find_candidates(&mut self, a: &SurfaceTree, b: &SurfaceTree, margin: f64) {
+        let Self { workspace, crossings, a: of_a, b: of_b, .. } = self;
+        of_a.candidates.reset(a.surface());
+        of_b.candidates.reset(b.surface());
+
+        let mut offer = |face_a, face_b| {
+            of_a.candidates.offer(a, face_a, b, face_b);
+            of_b.candidates.offer(b, face_b, a, face_a);
+        };
+        if margin > 0.0 {
+            a.tree().pairs(b.tree(), margin, workspace, offer);
+        } else {
+            for &[face_a, face_b] in &crossings.meeting {
+                offer(face_a, face_b);
+            }
+        }
+    }
+
+    /// Returns the vertices of the first surface against the second, and of the second against
+    /// the first.
+    #[must_use]
+    pub fn sides(&self) -> [&PairSide; 2] {
+        [&self.a, &self.b]
+    }
+
+    /// Returns the pairs of faces (of the first, of the second) that properly cross, ascending.
+    #[must_use]
+    pub fn crossing_faces(&self) -> &[[u32; 2]] {
+        &self.crossings.crossing
+    }
+
+    /// Returns true if faces cross or a vertex of one is inside the other. Surfaces that only
+    /// touch do not overlap.
+    #[must_use]
+    pub fn overlaps(&self) -> bool {
+        let Self { crossings, a, b, .. } = self;
+        !(crossings.crossing.is_empty() && a.inside.is_empty() && b.inside.is_empty())
+    }
+
+    /// Returns the smallest signed distance of a vertex to the other surface; `None` where no
+    /// vertex is inside or within the margin.
+    #[must_use]
+    pub fn min_gap(&self) -> Option<f64> {
+        let near = self.a.near.iter().chain(&self.b.near);
+        near.map(|vertex| vertex.gap).min_by(f64::total_cmp)
+    }
+
+    /// Returns the depth of the deepest vertex, `>= 0`: 0 where none is inside, even when faces
+    /// cross.
+    #[must_use]
+    pub fn max_depth(&self) -> f64 {
+        self.min_gap().map_or(0.0, |gap| (-gap).max(0.0))
+    }
+
+    /// Returns true if the surfaces overlap, or a vertex is within the margin.
+    #[must_use]
+    pub fn has_contact(&self) -> bool {
+        self.overlaps() || self.min_gap().is_some()
+    }
+
+    /// Computes the distance between the surfaces, edges included: 0 where they meet, `None`
+    /// where it exceeds the margin.
+    ///
+    /// Surfaces and margin are those of the last [`compute`](Self::compute).
+    pub fn distance(&mut self, a: &SurfaceTree, b: &SurfaceTree, margin: f64) -> Option<f64> {
+        if !self.crossings.cut_faces_of_a.is_empty() {
+            return Some(0.0);
+        }
+        let near = self.a.near.iter().chain(&self.b.near);
+        let bound = near.map(|vertex| vertex.gap.abs()).fold(margin, f64::min);
+        distance_between(a, b, bound, &mut self.workspace)
+    }
+
+    /// Finds the patches of `a`, the first surface of the last [`compute`](Self::compute), that
+    /// are in contact: largest area first, then by first face.
+    #[must_use]
+    pub fn patches(&self, a: &SurfaceTree) -> Vec<ContactPatch> {
+        patches::find(a, &self.crossings.cut_faces_of_a, &self.a.near)
+    }
+}
+
+impl PairSide {
+    fn compute(
+        &mut self,
+        p: &SurfaceTree,
+        cut_faces: &[u32],
+        q: &SurfaceTree,
+        margin: f64,
+        inside: &mut InsideVertices,
+        workspace: &mut Workspace,
+    ) {
+        self.no_inside = q.has_inside().err();
+        self.inside.clear();
+        if self.no_inside.is_none() {
+            inside.find(p, cut_faces, q, workspace, &mut self.inside);
+        }
+        self.candidates.project(p, &self.inside, q, margin, workspace, &mut self.near);
+    }
+
+    /// Returns the vertices inside the other surface, ascending; none where that has no inside.
+    #[must_use]
+    pub fn inside_vertices(&self) -> &[u32] {
+        &self.inside
+    }
+
+    /// Returns the number of vertices inside the other surface.
+    ///
+    /// # Errors
+    ///
+    /// The reason why the other surface has no inside.
+    pub fn inside_count(&self) -> Result<usize, NoInside> {
+        self.no_inside.map_or(Ok(self.inside.len()), Err)
+    }
+
+    /// Returns the vertices that are inside the other surface or within the margin, ascending.
+    #[must_use]
+    pub fn near(&self) -> &[NearVertex] {
+        &self.near
+    }
+}

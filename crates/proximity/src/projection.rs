@@ -1,0 +1,187 @@
+//! Vertices projected to the closest point of another surface.
+
+use glam::DVec3;
+use kdop::Workspace;
+use surface::{Barycentric, TriangleSurface};
+
+use crate::{ClosestPoint, SurfaceTree};
+
+/// Vertex that is inside another surface or within the margin of it, and its closest point
+/// there, the foot.
+///
+/// `position = foot + gap * normal`, up to rounding.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct NearVertex {
+    /// The vertex.
+    pub vertex: u32,
+    /// Signed distance to the other surface, negative inside. Positive throughout where the
+    /// other surface has no inside.
+    pub gap: f64,
+    /// The closest point.
+    pub foot: DVec3,
+    /// Face of the other surface that holds the foot; where several do, the one of the lowest
+    /// number.
+    pub face: u32,
+    /// The foot in weights of that face's corners.
+    pub barycentric: Barycentric,
+    /// Unit normal; points out of the other surface at the foot, or to the vertex where that has
+    /// no inside.
+    pub normal: DVec3,
+}
+
+/// Vertices of one surface whose faces come near the other, each with the nearest of the faces
+/// that do.
+///
+/// Of all faces at a vertex the first represents it: what is within the margin of a vertex is
+/// within the margin of each of them.
+#[derive(Debug, Default)]
+pub(crate) struct Candidates {
+    vertices: Vec<u32>,
+    /// Per vertex, distance and number of the nearest face so far.
+    nearest: Vec<Nearest>,
+}
+
+/// Nearest of some faces.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+struct Nearest {
+    distance: f64,
+    face: u32,
+}
+
+impl Nearest {
+    const NONE: Self = Self { distance: f64::INFINITY, face: u32::MAX };
+
+    fn hint(self) -> Option<u32> {
+        (self != Self::NONE).then_some(self.face)
+    }
+}
+
+impl Candidates {
+    /// Drops all candidates, and makes room for the vertices of another surface.
+    pub(crate) fn reset(&mut self, surface: &TriangleSurface) {
+        self.vertices.clear();
+        self.nearest.clear();
+        self.nearest.resize(surface.vertex_count(), Nearest::NONE);
+    }
+
+    /// Offers `face_q` of `q` to the vertices that `face_p` of `p` represents.
+    pub(crate) fn offer(&mut self, p: &SurfaceTree, face_p: u32, q: &SurfaceTree, face_q: u32) {
+        let surface = p.surface();
+        for vertex in surface.faces()[face_p as usize] {
+            if surface.vertex_faces(vertex).first() != Some(&face_p) {
+                continue;
+            }
+            let found = q.closest_on_face(p.position(vertex), face_q);
+            let offered = Nearest { distance: found.distance, face: face_q };
+            let nearest = &mut self.nearest[vertex as usize];
+            if nearest.hint().is_none() {
+                self.vertices.push(vertex);
+            }
+            if offered < *nearest {
+                *nearest = offered;
+            }
+        }
+    }
+
+    /// Projects the vertices of `p` that are inside `q` (ascending), and the candidates within
+    /// `margin`, to the surface of `q`.
+    pub(crate) fn project(
+        &mut self,
+        p: &SurfaceTree,
+        inside: &[u32],
+        q: &SurfaceTree,
+        margin: f64,
+        workspace: &mut Workspace,
+        out: &mut Vec<NearVertex>,
+    ) {
+        self.vertices.extend_from_slice(inside);
+        self.vertices.sort_unstable();
+        self.vertices.dedup();
+
+        out.clear();
+        let mut inside = inside.iter().peekable();
+        for i in 0..self.vertices.len() {
+            let vertex = self.vertices[i];
+            let is_inside = inside.next_if_eq(&&vertex).is_some();
+            let position = p.position(vertex);
+            if let Some(found) = self.closest(vertex, position, is_inside, q, margin, workspace) {
+                self.spread_hint(p.surface(), vertex, found.face);
+                out.push(NearVertex::new(vertex, position, is_inside, q, &found));
+            }
+        }
+    }
+
+    /// Finds the closest point of one candidate: of an inside vertex however far, of others
+    /// within the margin.
+    fn closest(
+        &self,
+        vertex: u32,
+        position: DVec3,
+        is_inside: bool,
+        q: &SurfaceTree,
+        margin: f64,
+        workspace: &mut Workspace,
+    ) -> Option<ClosestPoint> {
+        let nearest = self.nearest[vertex as usize];
+
+        // With a margin all faces within it were offered; without one, only those that meet.
+        if margin > 0.0 && nearest.distance <= margin {
+            return Some(q.closest_on_face(position, nearest.face));
+        }
+        if margin > 0.0 && !is_inside {
+            return None;
+        }
+        let max_distance = if is_inside { f64::INFINITY } else { margin };
+        q.closest_point(position, max_distance, nearest.hint(), workspace)
+    }
+
+    /// Makes the face found for a vertex the hint of the adjacent ones that have none.
+    fn spread_hint(&mut self, surface: &TriangleSurface, vertex: u32, found: u32) {
+        for &face in surface.vertex_faces(vertex) {
+            for corner in surface.faces()[face as usize] {
+                let nearest = &mut self.nearest[corner as usize];
+                if nearest.hint().is_none() {
+                    nearest.face = found;
+                }
+            }
+        }
+    }
+}
+
+impl NearVertex {
+    fn new(
+        vertex: u32,
+        position: DVec3,
+        is_inside: bool,
+        q: &SurfaceTree,
+        found: &ClosestPoint,
+    ) -> Self {
+        let foot = found.foot.point;
+        let side = if is_inside { -1.0 } else { 1.0 };
+        let offset = position - foot;
+
+        let [a, b, c] = q.corners(found.face);
+        let face_normal = (b - a).cross(c - a).normalize_or(DVec3::Z);
+        let scale = position.abs().max(foot.abs()).max_element();
+        Self {
+            vertex,
+            gap: side * offset.length(),
+            foot,
+            face: found.face,
+            barycentric: found.foot.barycentric,
+            normal: direction_or(side * offset, scale, face_normal),
+        }
+    }
+}
+
+/// Returns the unit vector along `v`, or `fallback` where `v` is lost in the rounding of
+/// coordinates of size `scale`.
+fn direction_or(v: DVec3, scale: f64, fallback: DVec3) -> DVec3 {
+    /// Multiple of the rounding of one coordinate below which the difference of two points has
+    /// no reliable direction: the foot is computed with some ten roundings. Smaller would return
+    /// noise as a normal; larger would replace good directions of tiny gaps by face normals.
+    const ROUNDINGS: f64 = 64.0;
+    let length = v.length();
+    if length > ROUNDINGS * f64::EPSILON * scale { v / length } else { fallback }
+}

@@ -1,0 +1,254 @@
+//! A surface at finite positions, with a bounding volume tree over its faces.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use kdop::{Leaves, Tree, TreeError};
+use surface::{PositionBuffer, Positions, SurfaceError, TriangleSurface};
+
+use crate::inside::components;
+use crate::{NoInside, ProximityError};
+
+/// A triangle surface at finite positions, with a bounding volume tree over its faces.
+///
+/// Surface, positions and tree always fit each other.
+#[derive(Clone, Debug)]
+pub struct SurfaceTree {
+    surface: Arc<TriangleSurface>,
+    positions: PositionBuffer,
+    tree: Tree,
+    no_inside: Option<NoInside>,
+    /// The first vertex of each connected component.
+    components: Vec<u32>,
+}
+
+/// A [`SurfaceTree`] whose tree is built at the first use and refit after moves.
+///
+/// For surfaces that move often and are queried seldom: [`fit`](Self::fit) does the work that is
+/// left, and does nothing where the tree is up to date. Positions are held once.
+#[derive(Clone, Debug)]
+pub struct LazySurfaceTree {
+    inner: SurfaceTree,
+    fit: Fit,
+}
+
+/// State of a lazy tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Fit {
+    Unbuilt,
+    /// The tree bounds earlier positions.
+    Stale,
+    Current,
+}
+
+impl SurfaceTree {
+    /// Builds a tree over a surface at `positions` (|V|).
+    ///
+    /// # Errors
+    ///
+    /// [`ProximityError::Surface`] where the positions do not fit the surface or are not finite,
+    /// and [`ProximityError::Tree`] for 2³⁰ faces and more.
+    pub fn new(
+        surface: impl Into<Arc<TriangleSurface>>,
+        positions: Vec<DVec3>,
+    ) -> Result<Self, ProximityError> {
+        let mut lazy = LazySurfaceTree::new(surface, positions)?;
+        lazy.fit()?;
+        Ok(lazy.inner)
+    }
+
+    /// Declares the surface open: nothing is inside it, whatever its edges say.
+    #[must_use]
+    pub fn declared_open(self) -> Self {
+        Self { no_inside: Some(NoInside::DeclaredOpen), ..self }
+    }
+
+    /// Moves all vertices, and refits the tree.
+    ///
+    /// # Errors
+    ///
+    /// [`ProximityError::Surface`] where the positions do not fit the surface or are not finite;
+    /// nothing has then changed.
+    pub fn set_positions(&mut self, positions: &[DVec3]) -> Result<(), ProximityError> {
+        let x = self.surface.positions(positions)?;
+        self.tree.refit(x.as_slice())?;
+        self.positions.overwrite(positions.iter().copied())?;
+        Ok(())
+    }
+
+    /// Returns the surface.
+    #[must_use]
+    pub fn surface(&self) -> &TriangleSurface {
+        &self.surface
+    }
+
+    /// Returns the surface, shared.
+    #[must_use]
+    pub fn shared_surface(&self) -> Arc<TriangleSurface> {
+        Arc::clone(&self.surface)
+    }
+
+    /// Returns the positions of the vertices.
+    #[must_use]
+    #[inline]
+    pub fn positions(&self) -> Positions<'_> {
+        self.positions.as_positions()
+    }
+
+    /// Returns the position of one vertex.
+    ///
+    /// # Panics
+    ///
+    /// When `vertex` is not below the surface's vertex count.
+    #[must_use]
+    #[inline]
+    pub fn position(&self, vertex: u32) -> DVec3 {
+        self.positions().at(vertex)
+    }
+
+    /// Returns the corners of one face.
+    ///
+    /// # Panics
+    ///
+    /// When `face` is not below the surface's face count.
+    #[must_use]
+    #[inline]
+    pub fn corners(&self, face: u32) -> [DVec3; 3] {
+        self.positions().corners(self.surface.faces()[face as usize])
+    }
+
+    /// Returns the tree over the faces.
+    #[must_use]
+    #[inline]
+    pub fn tree(&self) -> &Tree {
+        &self.tree
+    }
+
+    /// Checks that "inside" is defined.
+    ///
+    /// Ray parity is defined for any surface whose edges all have an even number of faces, of
+    /// whatever orientation.
+    ///
+    /// # Errors
+    ///
+    /// [`NoInside`] where the surface was declared open, or has an edge with an odd number of
+    /// faces.
+    pub fn has_inside(&self) -> Result<(), NoInside> {
+        self.no_inside.map_or(Ok(()), Err)
+    }
+
+    /// Returns the first vertex of each connected component, vertices without a face left out.
+    #[must_use]
+    pub fn components(&self) -> &[u32] {
+        &self.components
+    }
+
+    /// Returns the memory of positions, faces and tree, in bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.positions().as_slice())
+            + size_of_val(self.surface.faces())
+            + self.tree.bytes()
+    }
+}
+
+impl LazySurfaceTree {
+    /// Takes a surface at `positions` (|V|). Nothing is built.
+    ///
+    /// # Errors
+    ///
+    /// [`SurfaceError`] where the positions do not fit the surface or are not finite.
+    pub fn new(
+        surface: impl Into<Arc<TriangleSurface>>,
+        positions: Vec<DVec3>,
+    ) -> Result<Self, SurfaceError> {
+        let surface = surface.into();
+        let inner = SurfaceTree {
+            positions: surface.own_positions(positions)?,
+            no_inside: NoInside::find(&surface),
+            tree: Tree::default(),
+            components: Vec::new(),
+            surface,
+        };
+        Ok(Self { inner, fit: Fit::Unbuilt })
+    }
+
+    /// Declares the surface open: nothing is inside it, whatever its edges say.
+    #[must_use]
+    pub fn declared_open(self) -> Self {
+        Self { inner: self.inner.declared_open(), ..self }
+    }
+
+    /// Moves all vertices. The tree follows at the next [`fit`](Self::fit).
+    ///
+    /// The iterator is run twice: values are checked before the first is written.
+    ///
+    /// # Errors
+    ///
+    /// [`SurfaceError`] where the positions do not fit the surface or are not finite; nothing has
+    /// then changed.
+    pub fn set_positions(
+        &mut self,
+        positions: impl Iterator<Item = DVec3> + Clone,
+    ) -> Result<(), SurfaceError> {
+        self.inner.positions.overwrite(positions)?;
+        if self.fit == Fit::Current {
+            self.fit = Fit::Stale;
+        }
+        Ok(())
+    }
+
+    /// Returns the surface tree, built or refit where it is not up to date.
+    ///
+    /// # Errors
+    ///
+    /// [`TreeError`] for 2³⁰ faces and more.
+    pub fn fit(&mut self) -> Result<&SurfaceTree, TreeError> {
+        let SurfaceTree { surface, positions, tree, components: parts, .. } = &mut self.inner;
+        let x = positions.as_positions().as_slice();
+        match self.fit {
+            Fit::Current => {}
+            Fit::Stale => tree.refit(x)?,
+            Fit::Unbuilt => {
+                *tree = Tree::build(Leaves::Triangles(surface.faces()), x)?;
+                *parts = components(surface);
+            }
+        }
+        self.fit = Fit::Current;
+        Ok(&self.inner)
+    }
+
+    /// Returns the surface tree where it is up to date; `None` before the first
+    /// [`fit`](Self::fit), and after a move.
+    #[must_use]
+    pub fn fitted(&self) -> Option<&SurfaceTree> {
+        (self.fit == Fit::Current).then_some(&self.inner)
+    }
+
+    /// Returns the surface.
+    #[must_use]
+    pub fn surface(&self) -> &TriangleSurface {
+        self.inner.surface()
+    }
+
+    /// Returns the positions of the vertices.
+    #[must_use]
+    pub fn positions(&self) -> Positions<'_> {
+        self.inner.positions()
+    }
+
+    /// Checks that "inside" is defined, as [`SurfaceTree::has_inside`].
+    ///
+    /// # Errors
+    ///
+    /// As [`SurfaceTree::has_inside`].
+    pub fn has_inside(&self) -> Result<(), NoInside> {
+        self.inner.has_inside()
+    }
+
+    /// Returns the memory of the tree, in bytes: 0 before it is built.
+    #[must_use]
+    pub fn tree_bytes(&self) -> usize {
+        self.inner.tree.bytes()
+    }
+}
