@@ -146,9 +146,8 @@ pub(crate) fn components(surface: &TriangleSurface) -> Vec<u32> {
     for &face in surface.faces() {
         sets.join_all(face);
     }
-    let is_first = |&vertex: &u32| {
-        sets.root(vertex) == vertex && !surface.vertex_faces(vertex).is_empty()
-    };
+    let is_first =
+        |&vertex: &u32| sets.root(vertex) == vertex && !surface.vertex_faces(vertex).is_empty();
     (0..).take(surface.vertex_count()).filter(is_first).collect()
 }
 

@@ -69,6 +69,4 @@ pub use crate::patches::ContactPatch;
 pub use crate::projection::NearVertex;
 pub use crate::regions::{Region, Side, regions};
 pub use crate::surface_tree::{LazySurfaceTree, SurfaceTree};
-pub use crate::swept::{
-    ContactKind, StepBounds, SweptContact, SweptQuery, SweptSide, SweptTree,
-};
+pub use crate::swept::{ContactKind, StepBounds, SweptContact, SweptQuery, SweptSide, SweptTree};

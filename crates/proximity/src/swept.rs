@@ -7,7 +7,7 @@
 //! Source: S. Curtis, R. Tamstorf and D. Manocha, "Fast Collision Detection for Deformable Models
 //! using Representative-Triangles", I3D 2008, section 4, for the assignment of features to faces.
 
-use ccd::{CandidateContact, CcdError, Motion};
+use ccd::{CandidateContact, CcdError, MovingPoints};
 use kdop::{Dop18, Tree, TreeError, Workspace};
 use surface::{Contact, Positions, Stencil, Term, TriangleSurface};
 
@@ -132,8 +132,8 @@ impl SweptSide<'_> {
 /// First contacts of two surfaces during a step, with queries gathered into batches.
 #[derive(Debug)]
 pub struct SweptQuery<'a> {
-    motion: &'a Motion<'a>,
-    params: &'a ccd::Params,
+    motion: &'a MovingPoints<'a>,
+    params: &'a ccd::CcdParams,
     vertex_faces: Vec<[u32; 4]>,
     edge_edges: Vec<[u32; 4]>,
     candidates: usize,
@@ -148,7 +148,7 @@ impl<'a> SweptQuery<'a> {
 
     /// Prepares queries about particles on their way.
     #[must_use]
-    pub fn new(motion: &'a Motion<'a>, params: &'a ccd::Params) -> Self {
+    pub fn new(motion: &'a MovingPoints<'a>, params: &'a ccd::CcdParams) -> Self {
         Self {
             motion,
             params,
@@ -207,9 +207,9 @@ impl<'a> SweptQuery<'a> {
     fn flush(&mut self) {
         self.candidates += self.vertex_faces.len() + self.edge_edges.len();
 
-        let found = self.motion.vertex_faces(&self.vertex_faces, self.params);
+        let found = self.motion.vertex_face_contacts(&self.vertex_faces, self.params);
         self.keep(ContactKind::VertexFace, found);
-        let found = self.motion.edge_edges(&self.edge_edges, self.params);
+        let found = self.motion.edge_edge_contacts(&self.edge_edges, self.params);
         self.keep(ContactKind::EdgeEdge, found);
 
         self.vertex_faces.clear();
@@ -235,7 +235,7 @@ impl<'a> SweptQuery<'a> {
         &self,
         kind: ContactKind,
         particles: [u32; 4],
-        found: &ccd::Contact,
+        found: &ccd::CcdContact,
     ) -> SweptContact {
         let terms: [Term; 4] =
             std::array::from_fn(|k| Term { particle: particles[k], weight: found.weights[k] });
