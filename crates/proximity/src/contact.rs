@@ -1,7 +1,7 @@
 //! Contact records from vertices and their closest points.
 
 use glam::DVec3;
-use surface::{Anchor, Contact, Positions, Stencil, Term, TriangleSurface};
+use surface::{Contact, ContactSide, Positions, Term, TriangleSurface};
 
 use crate::NearVertex;
 
@@ -17,7 +17,7 @@ pub struct ParticleNumbers<'a> {
 
 /// Surface as one side of a contact.
 #[derive(Clone, Copy, Debug)]
-pub struct ContactSide<'a> {
+pub struct ContactSurface<'a> {
     /// The surface.
     pub surface: &'a TriangleSurface,
     /// Positions of its vertices.
@@ -58,7 +58,7 @@ impl ParticleNumbers<'_> {
     }
 }
 
-impl ContactSide<'_> {
+impl ContactSurface<'_> {
     /// Returns the position of a particle, if it is one of this side.
     fn position(&self, particle: u32) -> Option<DVec3> {
         let vertex = self.particles.vertex(particle, self.surface.vertex_count())?;
@@ -75,28 +75,29 @@ impl ContactSide<'_> {
 ///
 /// When `near` is of other surfaces.
 #[must_use]
-pub fn contact(p: &ContactSide<'_>, q: &ContactSide<'_>, near: &NearVertex) -> Contact {
-    let vertex = p.particles.particle(near.vertex);
+pub fn contact(p: &ContactSurface<'_>, q: &ContactSurface<'_>, near: &NearVertex) -> Contact {
+    let vertex = [Term { particle: p.particles.particle(near.vertex), weight: 1.0 }];
     let corners = q.surface.faces()[near.face as usize];
-    let face = corners.map(|corner| q.particles.particle(corner));
+    let face: [Term; 3] = std::array::from_fn(|k| Term {
+        particle: q.particles.particle(corners[k]),
+        weight: near.barycentric[k],
+    });
 
-    let (stencil, anchor, normal) = if q.is_rigid {
-        let stencil = Stencil::single(Term { particle: vertex, weight: -1.0 });
-        (stencil, Some(near.foot), near.normal)
-    } else if p.is_rigid {
-        let weights = near.barycentric.map(|weight| -weight);
-        (Stencil::face(face, weights), Some(p.positions.at(near.vertex)), -near.normal)
+    // Of two rigid surfaces, the second is the anchor.
+    let of_p = if p.is_rigid && !q.is_rigid {
+        ContactSide::at_rest(p.positions.at(near.vertex))
     } else {
-        (Stencil::vertex_face(vertex, face, near.barycentric), None, near.normal)
+        ContactSide::Particles(&vertex)
     };
-    let anchor = anchor.map(|point| Anchor { point, ..Anchor::default() });
-    let contact = Contact { stencil, anchor, normal, offset: 0.0, gap: near.gap, time: None };
+    let of_q =
+        if q.is_rigid { ContactSide::at_rest(near.foot) } else { ContactSide::Particles(&face) };
+    let contact = Contact::between(of_p, of_q, near.normal, near.gap);
     debug_assert!(satisfies_identity(&contact, p, q), "{contact:?}");
     contact
 }
 
 /// Returns true if a contact's fields fit each other, up to rounding.
-fn satisfies_identity(contact: &Contact, p: &ContactSide<'_>, q: &ContactSide<'_>) -> bool {
+fn satisfies_identity(contact: &Contact, p: &ContactSurface<'_>, q: &ContactSurface<'_>) -> bool {
     let position = |particle: u32| p.position(particle).or_else(|| q.position(particle));
     let mut scale = contact.gap.abs();
     for term in contact.stencil.terms() {

@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 use kdop::{Axis, Dop18, Workspace};
-use surface::{TriangleSurface, ray_crosses_triangle, triangles_meet};
+use surface::{TriangleSurface, UnionFind, ray_crosses_triangle, triangles_meet};
 
 use crate::SurfaceTree;
 
@@ -142,43 +142,11 @@ fn refill<T: Clone>(values: &mut Vec<T>, count: usize, value: T) {
 
 /// Finds the first vertex of each connected component, vertices without a face left out.
 pub(crate) fn components(surface: &TriangleSurface) -> Vec<u32> {
-    let mut sets = DisjointSets::new(surface.vertex_count());
-    for &face in surface.faces() {
-        sets.join_all(face);
+    let mut sets = UnionFind::new(surface.vertex_count());
+    for &[a, b, c] in surface.faces() {
+        sets.join(a, b);
+        sets.join(b, c);
     }
-    let is_first =
-        |&vertex: &u32| sets.root(vertex) == vertex && !surface.vertex_faces(vertex).is_empty();
+    let is_first = |&vertex: &u32| sets.is_root(vertex) && !surface.vertex_faces(vertex).is_empty();
     (0..).take(surface.vertex_count()).filter(is_first).collect()
-}
-
-/// Union-find over vertices, with the smallest of each set as its root.
-#[derive(Debug)]
-pub(crate) struct DisjointSets {
-    parents: Vec<u32>,
-}
-
-impl DisjointSets {
-    pub(crate) fn new(count: usize) -> Self {
-        Self { parents: (0..).take(count).collect() }
-    }
-
-    pub(crate) fn join_all(&mut self, [a, b, c]: [u32; 3]) {
-        self.join(a, b);
-        self.join(b, c);
-    }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.parents[a.max(b) as usize] = a.min(b);
-    }
-
-    /// Returns the smallest vertex of a set, halving the path to it.
-    pub(crate) fn root(&mut self, mut vertex: u32) -> u32 {
-        while self.parents[vertex as usize] != vertex {
-            let parent = self.parents[vertex as usize];
-            self.parents[vertex as usize] = self.parents[parent as usize];
-            vertex = self.parents[vertex as usize];
-        }
-        vertex
-    }
 }

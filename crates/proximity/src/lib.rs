@@ -62,7 +62,7 @@ mod swept;
 pub use glam;
 
 pub use crate::closest::ClosestPoint;
-pub use crate::contact::{ContactSide, ParticleNumbers, contact};
+pub use crate::contact::{ContactSurface, ParticleNumbers, contact};
 pub use crate::error::{NoInside, ProximityError};
 pub use crate::pair::{PairProximity, PairSide};
 pub use crate::patches::ContactPatch;

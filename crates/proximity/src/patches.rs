@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
+use surface::triangle;
 
 use crate::{NearVertex, SurfaceTree};
 
@@ -84,10 +85,10 @@ fn measure(a: &SurfaceTree, faces: Vec<u32>, gaps: &BTreeMap<u32, f64>) -> Conta
     let (mut area, mut moment) = (0.0, DVec3::ZERO);
     let mut min_gap: Option<f64> = None;
     for &face in &faces {
-        let [p, q, r] = a.corners(face);
-        let face_area = 0.5 * (q - p).cross(r - p).length();
+        let corners = a.corners(face);
+        let face_area = triangle::area(corners);
         area += face_area;
-        moment += face_area / 3.0 * (p + q + r);
+        moment += face_area / 3.0 * (corners[0] + corners[1] + corners[2]);
 
         let corners = a.surface().faces()[face as usize];
         let gaps = corners.iter().filter_map(|vertex| gaps.get(vertex).copied());

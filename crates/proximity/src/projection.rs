@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use kdop::Workspace;
-use surface::{Barycentric, TriangleSurface};
+use surface::{Barycentric, TriangleSurface, triangle};
 
 use crate::{ClosestPoint, SurfaceTree};
 
@@ -161,8 +161,7 @@ impl NearVertex {
         let side = if is_inside { -1.0 } else { 1.0 };
         let offset = position - foot;
 
-        let [a, b, c] = q.corners(found.face);
-        let face_normal = (b - a).cross(c - a).normalize_or(DVec3::Z);
+        let face_normal = triangle::normal(q.corners(found.face)).normalize_or(DVec3::Z);
         let scale = position.abs().max(foot.abs()).max_element();
         Self {
             vertex,

@@ -10,11 +10,10 @@
 //! an inside.
 
 use kdop::Workspace;
-use surface::{NO_EDGE, Pseudonormals, TriangleFeature, TriangleSurface};
+use surface::{NO_EDGE, Pseudonormals, TriangleFeature, TriangleSurface, UnionFind, triangle};
 
 use crate::SurfaceTree;
 use crate::crossings::Crossings;
-use crate::inside::DisjointSets;
 
 /// Connected region of a surface that does not meet another one.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,7 +88,7 @@ struct Segmentation<'a> {
     /// Faces of `a` that meet `by`, ascending.
     cut_faces: Vec<u32>,
     /// Vertices joined by faces that are not cut.
-    sets: DisjointSets,
+    sets: UnionFind,
     workspace: Workspace,
 }
 
@@ -99,9 +98,11 @@ impl<'a> Segmentation<'a> {
         crossings.find(a, by, &mut workspace);
         let cut_faces = crossings.cut_faces_of_a;
 
-        let mut sets = DisjointSets::new(a.surface().vertex_count());
+        let mut sets = UnionFind::new(a.surface().vertex_count());
         for face in whole_faces(a, &cut_faces) {
-            sets.join_all(a.surface().faces()[face as usize]);
+            let [p, q, r] = a.surface().faces()[face as usize];
+            sets.join(p, q);
+            sets.join(q, r);
         }
         Self { a, by, cut_faces, sets, workspace }
     }
@@ -111,7 +112,7 @@ impl<'a> Segmentation<'a> {
         let mut faces: Vec<Vec<u32>> = vec![Vec::new(); sides.len()];
         for face in whole_faces(self.a, &self.cut_faces) {
             let corner = self.a.surface().faces()[face as usize][0];
-            faces[self.sets.root(corner) as usize].push(face);
+            faces[self.sets.find(corner) as usize].push(face);
         }
 
         let mut regions = Vec::new();
@@ -128,7 +129,7 @@ impl<'a> Segmentation<'a> {
     fn sides_of_closed(&mut self) -> Vec<Side> {
         let mut sides = vec![Side::Outside; self.a.surface().vertex_count()];
         for (vertex, side) in (0..).zip(&mut sides) {
-            let is_root = self.sets.root(vertex) == vertex;
+            let is_root = self.sets.is_root(vertex);
             if is_root && self.by.contains(self.a.position(vertex), &mut self.workspace) {
                 *side = Side::Inside;
             }
@@ -144,7 +145,7 @@ impl<'a> Segmentation<'a> {
         for i in 0..self.cut_faces.len() {
             for vertex in self.a.surface().faces()[self.cut_faces[i] as usize] {
                 if let Some(side) = self.side_of_open(vertex, &normals) {
-                    let region = &mut sides[self.sets.root(vertex) as usize];
+                    let region = &mut sides[self.sets.find(vertex) as usize];
                     let is_first = *region == Side::Apart;
                     *region = if is_first || *region == side { side } else { Side::Around };
                 }
@@ -191,10 +192,5 @@ fn is_on_border(surface: &TriangleSurface, face: u32, feature: TriangleFeature) 
 }
 
 fn area(a: &SurfaceTree, faces: &[u32]) -> f64 {
-    let mut area = 0.0;
-    for &face in faces {
-        let [p, q, r] = a.corners(face);
-        area += 0.5 * (q - p).cross(r - p).length();
-    }
-    area
+    faces.iter().map(|&face| triangle::area(a.corners(face))).sum()
 }
