@@ -1,7 +1,7 @@
 //! Geometry of arbitrary numbers.
 
 use ccd::{CcdContact, CcdError, CcdParams, Certainty};
-use distance_field::{DistanceField, Grid, Interpolation, Storage};
+use distance_field::{DistanceField, FieldGrid, Interpolation, Storage};
 use glam::DVec3;
 use kdop::{Leaves, Tree, Workspace};
 
@@ -90,13 +90,13 @@ pub fn field(bytes: &[u8]) {
     let mut bytes = Bytes::new(bytes);
     let dims: [usize; 3] = std::array::from_fn(|_| usize::from(bytes.byte() % 6));
     let spacing = bytes.coordinate();
-    let Ok(grid) = Grid::new(bytes.point(), spacing, dims) else { return };
+    let Ok(grid) = FieldGrid::new(bytes.point(), spacing, dims) else { return };
     #[expect(clippy::cast_possible_truncation, reason = "fields keep single precision")]
     let values: Vec<f32> = (0..grid.node_count()).map(|_| bytes.coordinate() as f32).collect();
-    let storage = match bytes.byte() % 3 {
-        0 => Storage::Dense,
-        1 => Storage::Steps { step: bytes.coordinate() },
-        _ => Storage::Bricks { step: bytes.coordinate() },
+    let storage = if bytes.byte().is_multiple_of(2) {
+        Storage::Float
+    } else {
+        Storage::Quantized { step: bytes.coordinate() }
     };
     let least = values.iter().copied().fold(f32::INFINITY, f32::min);
     let most = values.iter().copied().fold(f32::NEG_INFINITY, f32::max);
@@ -104,11 +104,11 @@ pub fn field(bytes: &[u8]) {
     let slack = field.storage_rounding() + 1e-6 * f64::from(most.abs().max(least.abs()));
     for _ in 0..8 {
         let p = bytes.point();
-        if let Some(sample) = field.sample(p, Interpolation::Trilinear) {
+        if let Some(sample) = field.evaluate(p, Interpolation::Trilinear) {
             let told = sample.distance;
             let low = f64::from(least) - slack;
             assert!(low <= told && told <= f64::from(most) + slack, "{told} at {p}");
         }
-        let _ = field.sample(p, Interpolation::Smooth);
+        let _ = field.evaluate(p, Interpolation::Smooth);
     }
 }

@@ -43,11 +43,11 @@ pub fn volume_file(bytes: &[u8], extension: &str) -> bool {
     let file = format.encode(&field);
     let again = format.decode(&file).expect("a file of our own");
     assert!(again.grid() == field.grid(), "another grid is read back");
-    assert!(again.nodes() == field.nodes(), "another kind of nodes is read back");
+    assert!(again.node_values() == field.node_values(), "another kind of nodes is read back");
     assert!(format.encode(&again) == file, "other values are read back");
     let node = field.grid().position([0; 3]);
     for interpolation in [Interpolation::Trilinear, Interpolation::Cubic] {
-        let told = field.sample(node, interpolation).map(|sample| sample.distance);
+        let told = field.evaluate(node, interpolation).map(|sample| sample.distance);
         assert!(told.is_some_and(f64::is_finite), "{told:?} at {node}");
     }
     true

@@ -103,7 +103,7 @@ fn options_reach_the_build() {
     let coarse = built(&["--spacing", "2", "--padding", "4"]);
     assert_eq!(coarse["dims"], serde_json::json!([20, 20, 20]));
     let rms = |record: &Value| record["built"]["error"]["rms"].as_f64().unwrap();
-    assert!(rms(&built(&["--method", "seed"])) > 1.8 * rms(&built(&["--method", "band"])));
+    assert!(rms(&built(&["--method", "voxel"])) > 1.8 * rms(&built(&["--method", "band"])));
     assert!(built(&["--truncate", "0"])["greatest"].as_f64().unwrap() > 16.0);
     assert!((built(&["--truncate", "3.5"])["greatest"].as_f64().unwrap() - 3.5).abs() < 1e-6);
 }
@@ -154,7 +154,7 @@ fn bad_input_is_named_and_nothing_is_written() {
         (&["bone.obj", "--spacing", "nan"], "bone.obj: spacing is NaN"),
         (&["bone.obj", "--padding", "-2"], "bone.obj: padding is -2"),
         (&["bone.obj", "--spacing", "0.0001"], "bone.obj: a grid of 1.250e17 nodes needs"),
-        (&["open.obj", "--method", "seed"], "open.obj: sign by"),
+        (&["open.obj", "--method", "voxel"], "open.obj: the voxel method"),
         (
             &["bone.obj", "--step", "0"],
             "bone.obj: storage step is 0, but must be finite and positive",

@@ -8,7 +8,7 @@
 
 use std::error::Error;
 
-use distance_field::{BuildOptions, DistanceField, Interpolation, Pose, Query};
+use distance_field::{DistanceField, FieldParams, Interpolation, MeasuredError, Pose, QueryParams};
 use surface::glam::{DQuat, DVec3};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let field = DistanceField::build(
         &surface,
         surface.positions(&bone.positions)?,
-        &BuildOptions::default(),
+        &FieldParams::new(1.0),
     )?;
 
     let report = field.report();
@@ -27,12 +27,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         field.grid().dims(),
         field.bytes()
     );
-    for (phase, time) in &report.phases {
-        println!("  {phase:?}: {time:.1?}");
-    }
-    if let Some(comparison) = report.comparison {
-        let (rms, worst) = (comparison.rms, comparison.worst);
-        println!("beside exact distances: rms {rms:.4} mm, worst {worst:.3} mm");
+    if let Some(MeasuredError { rms, max, .. }) = report.measured_error {
+        println!("error: rms {rms:.4} mm, max {max:.3} mm");
     }
     for warning in &report.warnings {
         println!("warning: {warning:?}");
@@ -40,10 +36,10 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // The bone has moved; the way is in the world, from outside to the marrow.
     let pose = Pose::new(DQuat::from_rotation_z(0.4), DVec3::new(100.0, 0.0, 900.0));
-    let query = Query { interpolation: Interpolation::Cubic, offset: 0.5, pose };
+    let query = QueryParams { interpolation: Interpolation::Cubic, offset: 0.5, pose };
     for millimetres in [30.0, 20.0, 15.0, 10.0, 5.0, 0.0] {
         let p = DVec3::new(100.0 + millimetres, 5.0, 900.0);
-        match field.ask(p, &query) {
+        match field.query(p, &query) {
             None => println!("{p}: outside the grid"),
             Some(sample) => match sample.direction(0.5) {
                 Some(n) => println!("{p}: {:+.3} mm, away along {n:.3}", sample.distance),

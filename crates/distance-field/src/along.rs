@@ -16,9 +16,9 @@ use crate::store::{Nodes, Store};
 
 /// Where on a way a field is lowest.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lowest {
-    /// Share of the way, `0.0..=1.0`.
-    pub share: f64,
+pub struct SegmentMinimum {
+    /// Place along the segment, from 0 at its start to 1 at its end.
+    pub t: f64,
     /// The trilinear value there, in the length unit.
     pub distance: f64,
 }
@@ -30,35 +30,39 @@ impl DistanceField {
     /// the grid.
     ///
     /// ```
-    /// use distance_field::{DistanceField, Grid, Storage};
+    /// use distance_field::{DistanceField, FieldGrid, Storage};
     /// use glam::DVec3;
     ///
     /// // A value that is 2 at the ends of the cell's diagonal, and 9 / 8 in its middle.
-    /// let grid = Grid::new(DVec3::ZERO, 1.0, [2, 2, 2])?;
+    /// let grid = FieldGrid::new(DVec3::ZERO, 1.0, [2, 2, 2])?;
     /// let values = vec![2.0, 1.0, 1.0, 0.5, 0.5, 1.0, 1.0, 2.0];
-    /// let field = DistanceField::from_values(grid, values, Storage::Dense)?;
-    /// let lowest = field.lowest_between([DVec3::ZERO, DVec3::ONE], 1.5).expect("it is below 1.5");
-    /// assert!(lowest.distance < 1.13 && (0.4..0.6).contains(&lowest.share));
-    /// assert_eq!(field.lowest_between([DVec3::ZERO, DVec3::ONE], 0.5), None);
+    /// let field = DistanceField::from_values(grid, values, Storage::Float)?;
+    /// let lowest = field.min_along_segment([DVec3::ZERO, DVec3::ONE], 1.5).expect("it is below 1.5");
+    /// assert!(lowest.distance < 1.13 && (0.4..0.6).contains(&lowest.t));
+    /// assert_eq!(field.min_along_segment([DVec3::ZERO, DVec3::ONE], 0.5), None);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     #[must_use]
-    pub fn lowest_between(&self, ends: [DVec3; 2], at_most: f64) -> Option<Lowest> {
+    pub fn min_along_segment(&self, ends: [DVec3; 2], at_most: f64) -> Option<SegmentMinimum> {
         let frame = &self.frame;
         match &self.store {
             Store::Floats(nodes) => lowest(nodes, frame, ends, at_most),
             Store::Steps(nodes) => lowest(nodes, frame, ends, at_most),
-            Store::Bricks(nodes) => lowest(nodes, frame, ends, at_most),
         }
     }
 }
 
-fn lowest<N: Nodes>(nodes: &N, frame: &Frame, ends: [DVec3; 2], at_most: f64) -> Option<Lowest> {
+fn lowest<N: Nodes>(
+    nodes: &N,
+    frame: &Frame,
+    ends: [DVec3; 2],
+    at_most: f64,
+) -> Option<SegmentMinimum> {
     let [a, b] = ends.map(|end| frame.units(end));
     let [mut from, to] = clip([a, b], frame.last())?;
     let mut way = Way::new([a, b], frame.cell(a.lerp(b, from)));
     let step = nodes.step();
-    let mut best: Option<Lowest> = None;
+    let mut best: Option<SegmentMinimum> = None;
     loop {
         let exit = way.exit();
         let upto = exit.share.min(to);
@@ -68,7 +72,7 @@ fn lowest<N: Nodes>(nodes: &N, frame: &Frame, ends: [DVec3; 2], at_most: f64) ->
             let [enter, leave] = [from, upto].map(|share| a.lerp(b, share) - way.cell);
             let (place, distance) = Cubic::between(corners, enter, leave - enter).lowest();
             if distance < bound || (best.is_none() && distance <= bound) {
-                best = Some(Lowest { share: from + place * (upto - from), distance });
+                best = Some(SegmentMinimum { t: from + place * (upto - from), distance });
             }
         }
         way.cross(&exit);

@@ -8,7 +8,7 @@ use crate::interpolate::{Block, cubic, outer_weight, smooth, trilinear};
 use crate::lanes::trilinear_all;
 use crate::num::whole_index;
 use crate::par;
-use crate::query::{Interpolation, Query, Sample, Samples};
+use crate::query::{Interpolation, QueryParams, Sample, SampleBatch};
 use crate::store::Nodes;
 
 /// Points that one thread takes at a time; fewer are not worth sharing out.
@@ -21,7 +21,7 @@ pub(crate) struct Asked<'a, N> {
     /// Of the cubic.
     outer: f64,
     frame: &'a Frame,
-    query: &'a Query,
+    query: &'a QueryParams,
 }
 
 impl<'a, N: Nodes> Asked<'a, N> {
@@ -31,9 +31,9 @@ impl<'a, N: Nodes> Asked<'a, N> {
         nodes: &'a N,
         field: &DistanceField,
         frame: &'a Frame,
-        query: &'a Query,
+        query: &'a QueryParams,
     ) -> Self {
-        let outer = outer_weight(field.nodes());
+        let outer = outer_weight(field.node_values());
         Self { nodes, dims: field.grid().dims(), outer, frame, query }
     }
 
@@ -55,7 +55,7 @@ impl<'a, N: Nodes> Asked<'a, N> {
     }
 
     /// The answers at many points; to the bit those at each.
-    pub(crate) fn all(&self, points: &[DVec3], out: &mut Samples) {
+    pub(crate) fn all(&self, points: &[DVec3], out: &mut SampleBatch) {
         out.distance.resize(points.len(), 0.0);
         out.gradient.resize(points.len(), DVec3::ZERO);
         if points.len() <= BATCH {

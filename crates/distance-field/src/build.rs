@@ -1,6 +1,6 @@
 //! From a surface to its field: the phases of a build, in order.
 
-use surface::{Positions, TriangleSurface};
+use surface::{Positions, SurfaceError, TriangleSurface};
 
 use crate::band::{self, Nearest};
 use crate::carry;
@@ -8,25 +8,21 @@ use crate::compare::{THIN, compare};
 use crate::convert::convert;
 use crate::envelope::FAR;
 use crate::field::DistanceField;
-use crate::grid::{Grid, bounds, check_positive};
+use crate::grid::{FieldGrid, bounds};
 use crate::inside::Inside;
 use crate::measure::measure;
 use crate::memory::zeroed;
 use crate::num::{coordinate, single};
-use crate::options::{BuildOptions, Conversion, Method, NodeValues, SignRule, Storage, Transform};
 use crate::par;
+use crate::params::{FieldMethod, FieldParams, NodeValues, Storage, Voxelization};
 use crate::quasi::{MOST, quasi_interpolate};
-use crate::report::{BuildReport, Phase, Warning};
-use crate::sign::{Barrier, sign};
+use crate::report::{FieldReport, FieldWarning};
 use crate::spread::MAX_REACH;
 use crate::store::Store;
 use crate::transform::transform;
 use crate::units::Units;
-use crate::{FieldError, winding::Winding};
-
-/// Narrowest band whose nodes surround every cell that the surface crosses:
-/// the diagonal of a cell, √3, and a little.
-const LEAST_BAND: f64 = 1.75;
+use crate::winding::{Winding, winding};
+use crate::{FieldError, flood};
 
 /// What single precision and the band's widening may take off a node's distance
 /// \[spacings\].
@@ -49,15 +45,15 @@ impl DistanceField {
     /// The result is the same to the bit whatever the number of threads.
     ///
     /// ```
-    /// use distance_field::{BuildOptions, DistanceField, Interpolation};
+    /// use distance_field::{FieldParams, DistanceField, Interpolation};
     /// use surface::{TriangleSurface, glam::DVec3};
     ///
     /// let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
     /// let x = [DVec3::ZERO, DVec3::X * 30.0, DVec3::Y * 30.0, DVec3::Z * 30.0];
     /// let tetrahedron = TriangleSurface::new(4, faces)?;
     ///
-    /// let field = DistanceField::build(&tetrahedron, tetrahedron.positions(&x)?, &BuildOptions::default())?;
-    /// let sample = field.sample(DVec3::new(8.0, 8.0, -2.0), Interpolation::Trilinear).unwrap();
+    /// let field = DistanceField::build(&tetrahedron, tetrahedron.positions(&x)?, &FieldParams::new(1.0))?;
+    /// let sample = field.evaluate(DVec3::new(8.0, 8.0, -2.0), Interpolation::Trilinear).unwrap();
     /// assert!((sample.distance - 2.0).abs() < 1e-5);
     /// assert!((sample.gradient + DVec3::Z).length() < 1e-5);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -66,9 +62,9 @@ impl DistanceField {
     /// # Errors
     ///
     /// - [`FieldError::Empty`] when there are no faces.
-    /// - [`FieldError::Option`] with the first length that makes no sense.
+    /// - [`FieldError::InvalidParam`] with the first length that makes no sense.
     /// - [`FieldError::TooLarge`], before anything is allocated, when grid and
-    ///   scratch exceed the budget, [`FieldError::TooLong`] when an axis has too
+    ///   scratch exceed the budget, [`FieldError::AxisTooLong`] when an axis has too
     ///   many nodes to count distances over; [`FieldError::OutOfMemory`] when the system
     ///   grants less.
     /// - [`FieldError::Sign`] when the sign rule needs a closed surface.
@@ -76,51 +72,36 @@ impl DistanceField {
     pub fn build(
         surface: &TriangleSurface,
         x: Positions<'_>,
-        options: &BuildOptions,
+        params: &FieldParams,
     ) -> Result<Self, FieldError> {
         if surface.faces().is_empty() {
             return Err(FieldError::Empty);
         }
-        check(options)?;
-        let bytes_per_node = bytes_per_node(options);
-        let lengths = [options.spacing, options.padding];
-        let grid = Grid::around(x.as_slice(), lengths, bytes_per_node, options.max_bytes)?;
-        let report = BuildReport {
+        params.validate()?;
+        let bytes_per_node = bytes_per_node(params);
+        let lengths = [params.spacing, params.padding];
+        let grid = FieldGrid::around(x.as_slice(), lengths, bytes_per_node, params.max_bytes)?;
+        let report = FieldReport {
             peak_bytes: crate::num::floor_count(bytes_per_node * coordinate(grid.node_count())),
-            ..BuildReport::default()
+            ..FieldReport::default()
         };
-        Build { surface, x, options, grid, report }.run()
-    }
-}
-
-fn check(options: &BuildOptions) -> Result<(), FieldError> {
-    if let Some(truncate) = options.truncate {
-        check_positive("truncation", truncate)?;
-    }
-    match options.method {
-        Method::ExactBand { band, .. } if !(band.is_finite() && band >= LEAST_BAND) => {
-            let expected = "1.75 spacings or more, and finite";
-            Err(FieldError::Option { name: "band", value: band, expected })
-        }
-        _ => Ok(()),
+        Build { surface, x, params, grid, report }.run()
     }
 }
 
 /// Bytes that are held at once, a node.
-fn bytes_per_node(options: &BuildOptions) -> f64 {
-    let is_short = |limit: f64| limit <= coordinate(MAX_REACH) * options.spacing;
-    let distances = match options.method {
+fn bytes_per_node(params: &FieldParams) -> f64 {
+    let is_short = |limit: f64| limit <= coordinate(MAX_REACH) * params.spacing;
+    let distances = match params.method {
         // Values, faces, and how near they came from.
-        Method::ExactBand { .. } if options.truncate.is_some_and(is_short) => 4 + 4 + 2,
-        Method::ExactBand { .. } => 4 + 4 + 4,
+        FieldMethod::ExactBand { .. } if params.truncation.is_some_and(is_short) => 4 + 4 + 2,
+        FieldMethod::ExactBand { .. } => 4 + 4 + 4,
         // Voxels, squares, and the flood.
-        Method::Seed { .. } => 1 + 4 + 1,
+        FieldMethod::Voxel { .. } => 1 + 4 + 1,
     };
-    let stored = match options.storage {
-        Storage::Dense => 4,
-        Storage::Steps { .. } => 4 + 2,
-        // All steps, and bricks of at most 729 / 512 as many.
-        Storage::Bricks { .. } => 4 + 2 + 3,
+    let stored = match params.storage {
+        Storage::Float => 4,
+        Storage::Quantized { .. } => 4 + 2,
     };
     f64::from(distances.max(stored))
 }
@@ -129,39 +110,34 @@ fn bytes_per_node(options: &BuildOptions) -> f64 {
 struct Build<'a> {
     surface: &'a TriangleSurface,
     x: Positions<'a>,
-    options: &'a BuildOptions,
-    grid: Grid,
-    report: BuildReport,
+    params: &'a FieldParams,
+    grid: FieldGrid,
+    report: FieldReport,
 }
 
 impl Build<'_> {
     fn run(mut self) -> Result<DistanceField, FieldError> {
-        let BuildOptions { method, sign: rule, storage, .. } = *self.options;
-        let (mut values, voxels) = match method {
-            Method::ExactBand { band, relax, .. } => (self.exact_band(band, relax)?, None),
-            Method::Seed { conversion, transform } => {
-                let (values, voxels) = self.seed(conversion, transform)?;
-                (values, Some(voxels))
+        let FieldParams { method, storage, .. } = *self.params;
+        let (mut values, signed) = match method {
+            FieldMethod::ExactBand { band, relax, .. } => {
+                (self.exact_band(band, relax)?, self.signed())
             }
+            FieldMethod::Voxel { voxelization } => self.voxel(voxelization)?,
         };
-        let (surface, x, grid) = (self.surface, self.x, self.grid);
-        let barrier = voxels.as_deref().map_or(Barrier::Surface(&values), Barrier::Voxels);
-        let signed = self.report.time(Phase::Sign, || sign(rule, surface, x, &grid, barrier))?;
+        let grid = self.grid;
         let limit = self.limit();
-        self.report.time(Phase::Compose, || compose(&mut values, &signed.inside, &grid, limit));
-        if let Method::ExactBand { band, nodes: NodeValues::QuasiInterpolating, .. } = method {
+        compose(&mut values, &signed.inside, &grid, limit);
+        if let FieldMethod::ExactBand { band, node_values, .. } = method
+            && node_values == NodeValues::QuasiInterpolating
+        {
             // Beyond the band, what two faces that compete leave would be made more.
             let within = limit.min(single(band * grid.spacing()));
-            self.report.time(Phase::Adjust, || quasi_interpolate(&mut values, &grid, within));
+            quasi_interpolate(&mut values, &grid, within);
         }
         self.warn_about_size();
-        self.warn_about_sign(&signed.inside, signed.winding.as_ref(), voxels.as_deref());
-        drop(voxels);
-        let store = self.report.time(Phase::Store, || Store::new(values, &grid, storage))?;
-        let is_closed = signed.winding.as_ref().is_none_or(|winding| winding.chain == 0);
-        self.report.certain = self.certain(is_closed, &store);
-        let inverted = signed.winding.is_some_and(|winding| winding.inverted);
-        self.compared(store, inverted)
+        let store = Store::new(values, &grid, storage)?;
+        self.report.error_bound = self.error_bound(signed.is_closed, &store);
+        Ok(self.compared(store, signed.is_inverted))
     }
 
     /// The largest distance that is told apart.
@@ -169,16 +145,16 @@ impl Build<'_> {
         // What no face was found for is as far as can be on the grid.
         let grid = &self.grid;
         let farthest = grid.position(grid.dims()).distance(grid.origin());
-        single(self.options.truncate.unwrap_or(farthest))
+        single(self.params.truncation.unwrap_or(farthest))
     }
 
-    /// As [`BuildReport::certain`].
-    fn certain(&self, is_closed: bool, store: &Store) -> Option<f64> {
-        let is_exact = is_closed && matches!(self.options.method, Method::ExactBand { .. });
+    /// As [`FieldReport::error_bound`].
+    fn error_bound(&self, is_closed: bool, store: &Store) -> Option<f64> {
+        let is_exact = is_closed && matches!(self.params.method, FieldMethod::ExactBand { .. });
         let spacing = self.grid.spacing();
         // Squares and roots in single precision, at the width of the band and a cell.
         let rounding = ROUNDING * spacing + store.rounding();
-        let given = match self.options.method.nodes() {
+        let given = match self.params.method.node_values() {
             NodeValues::Interpolating => 0.0,
             NodeValues::QuasiInterpolating => MOST * spacing,
         };
@@ -186,101 +162,113 @@ impl Build<'_> {
     }
 
     /// Squared distances, in spacings, from the exact band.
-    fn exact_band(&mut self, band: f64, relax: bool) -> Result<Vec<f32>, FieldError> {
-        let (surface, x, grid) = (self.surface, self.x, self.grid);
+    fn exact_band(&self, band: f64, relax: bool) -> Result<Vec<f32>, FieldError> {
+        let grid = self.grid;
         let dims = grid.dims();
-        let limit = self.options.truncate.map(|limit| limit / grid.spacing());
-        let report = &mut self.report;
-        let (units, mut nearest) = report.time(Phase::Prepare, || {
-            let units = Units::new(surface, x, &grid);
-            let squared = zeroed(grid.node_count())?;
-            let face = zeroed(grid.node_count())?;
-            Ok((units, Nearest { squared, face }))
-        })?;
-        report.time(Phase::Band, || band::fill(&units, dims, band, &mut nearest));
-        let carried =
-            report.time(Phase::Carry, || carry::carry(&mut nearest, dims, band, limit))?;
-        report.time(Phase::Measure, || measure(&units, &mut nearest, &carried, dims));
+        let limit = self.params.truncation.map(|limit| limit / grid.spacing());
+        let units = Units::new(self.surface, self.x, &grid);
+        let squared = zeroed(grid.node_count())?;
+        let mut nearest = Nearest { squared, face: zeroed(grid.node_count())? };
+
+        band::fill(&units, dims, band, &mut nearest);
+        let carried = carry::carry(&mut nearest, dims, band, limit)?;
+        measure(&units, &mut nearest, &carried, dims);
         if relax {
-            report.time(Phase::Relax, || carry::relax(&units, &mut nearest, &carried, dims));
+            carry::relax(&units, &mut nearest, &carried, dims);
         }
         Ok(nearest.squared)
     }
 
-    /// Squared distances, in spacings, to the nearest voxel that is switched on,
-    /// and these voxels.
-    fn seed(
-        &mut self,
-        conversion: Conversion,
-        by: Transform,
-    ) -> Result<(Vec<f32>, Vec<bool>), FieldError> {
-        let (surface, x, grid) = (self.surface, self.x, self.grid);
-        let dims = grid.dims();
-        let units = self.report.time(Phase::Prepare, || Units::new(surface, x, &grid));
+    /// Inside by winding number, with what it says of the surface.
+    fn signed(&mut self) -> Signed {
+        let Winding { inside, inverted, chain } = winding(self.surface, self.x, &self.grid);
+        self.report.inside_volume = self.volume(inside.count(self.grid.dims()[0]));
+        if inverted {
+            self.report.warnings.push(FieldWarning::Inverted);
+        }
+        if chain > 0 {
+            self.report.warnings.push(FieldWarning::Open { edges: chain });
+        }
+        Signed { inside, is_inverted: inverted, is_closed: chain == 0 }
+    }
+
+    /// Squared distances, in spacings, to the nearest voxel that is switched on, and
+    /// what a flood does not reach.
+    fn voxel(&mut self, voxelization: Voxelization) -> Result<(Vec<f32>, Signed), FieldError> {
+        check_closed(self.surface)?;
+        let grid = self.grid;
+        let units = Units::new(self.surface, self.x, &grid);
         let mut voxels = zeroed(grid.node_count())?;
-        self.report.time(Phase::Convert, || convert(&units, dims, conversion, &mut voxels));
+        convert(&units, grid.dims(), voxelization, &mut voxels);
         let mut squared = zeroed(grid.node_count())?;
-        self.report.time(Phase::Transform, || transform(&voxels, dims, by, &mut squared));
-        Ok((squared.into_iter().map(square_as_float).collect(), voxels))
+        transform(&voxels, grid.dims(), &mut squared);
+        let squared = squared.into_iter().map(square_as_float).collect();
+
+        let mask = flood::behind_voxels(&voxels, grid.dims());
+        let inside = Inside::from_mask(&mask, grid.dims()[0]);
+        self.report.inside_volume = self.volume(inside.count(grid.dims()[0]));
+        let on_surface = voxels.iter().filter(|on| **on).count();
+        // A voxel of the surface is half inside.
+        let found = self.report.inside_volume + 0.5 * self.volume(on_surface);
+        let enclosed = crate::winding::enclosed_volume(self.surface, self.x).abs();
+        let fraction = 1.0 - found.min(enclosed) / enclosed;
+        if fraction > LOST_SHARE {
+            self.report.warnings.push(FieldWarning::InteriorLost { fraction });
+        }
+        Ok((squared, Signed { inside, is_inverted: false, is_closed: true }))
+    }
+
+    fn volume(&self, nodes: usize) -> f64 {
+        coordinate(nodes) * self.grid.spacing().powi(3)
     }
 
     fn warn_about_size(&mut self) {
         let (lo, hi) = bounds(self.x.as_slice());
         let cells = (hi - lo).max_element() / self.grid.spacing();
         if cells < FEW_CELLS {
-            self.report.warnings.push(Warning::SpansFewCells { cells });
+            self.report.warnings.push(FieldWarning::SpansFewCells { cells });
         }
     }
 
-    fn warn_about_sign(
-        &mut self,
-        inside: &Inside,
-        winding: Option<&Winding>,
-        voxels: Option<&[bool]>,
-    ) {
-        let nx = self.grid.dims()[0];
-        let cell = self.grid.spacing().powi(3);
-        let volume = |nodes: usize| coordinate(nodes) * cell;
-        self.report.inside_volume = volume(inside.count(nx));
-        if winding.is_some_and(|winding| winding.inverted) {
-            self.report.warnings.push(Warning::Inverted);
-        }
-        if let Some(&Winding { chain: edges @ 1.., .. }) = winding {
-            self.report.warnings.push(Warning::Open { edges });
-        }
-        if self.options.sign == SignRule::Flood {
-            let on_surface = voxels.map_or(0, |voxels| voxels.iter().filter(|on| **on).count());
-            // A voxel of the surface is half inside.
-            let found = self.report.inside_volume + 0.5 * volume(on_surface);
-            let enclosed = crate::winding::enclosed_volume(self.surface, self.x).abs();
-            let share = 1.0 - found.min(enclosed) / enclosed;
-            if share > LOST_SHARE {
-                self.report.warnings.push(Warning::InteriorLost { share });
-            }
-        }
-    }
-
-    fn compared(self, store: Store, inverted: bool) -> Result<DistanceField, FieldError> {
-        let Self { surface, x, options, grid, report } = self;
-        let mut field = DistanceField::new(grid, store, report).with_nodes(options.method.nodes());
-        if options.samples > 0 {
-            let limit = options.truncate.unwrap_or(f64::INFINITY);
+    fn compared(self, store: Store, inverted: bool) -> DistanceField {
+        let Self { surface, x, params, grid, report } = self;
+        let node_values = params.method.node_values();
+        let mut field = DistanceField::new(grid, store, report).with_node_values(node_values);
+        if params.samples > 0 {
+            let limit = params.truncation.unwrap_or(f64::INFINITY);
             let inward = if inverted { 1.0 } else { -1.0 };
-            let mut report = std::mem::take(&mut field.report);
-            let compared = report.time(Phase::Compare, || {
-                compare(&field, (surface, x), options.samples, limit, inward)
-            });
-            if let Some(compared) = compared {
-                report.comparison = Some(compared.comparison);
+            if let Some(compared) = compare(&field, (surface, x), params.samples, limit, inward) {
+                field.report.measured_error = Some(compared.error);
                 if compared.thin > THIN_SHARE {
-                    let limit = THIN * grid.spacing();
-                    report.warnings.push(Warning::ThinnerThanGrid { share: compared.thin, limit });
+                    let (fraction, thickness) = (compared.thin, THIN * grid.spacing());
+                    let warning = FieldWarning::ThinnerThanGrid { fraction, thickness };
+                    field.report.warnings.push(warning);
                 }
             }
-            field.report = report;
         }
-        Ok(field)
+        field
     }
+}
+
+/// Inside, and what it is worth.
+struct Signed {
+    inside: Inside,
+    is_inverted: bool,
+    is_closed: bool,
+}
+
+/// Checks that every edge has an even number of faces, so that nothing leads around the
+/// surface.
+fn check_closed(surface: &TriangleSurface) -> Result<(), FieldError> {
+    let is_open = |edge: &u32| surface.edge_faces(*edge).len() % 2 == 1;
+    let mut open = (0..).take(surface.edges().len()).filter(is_open);
+    let Some(first) = open.next() else {
+        return Ok(());
+    };
+    let [from, to] = surface.edges()[first as usize];
+    let face = surface.edge_faces(first)[0];
+    let source = SurfaceError::Open { count: 1 + open.count(), from, to, face };
+    Err(FieldError::NotClosed { source })
 }
 
 #[expect(clippy::cast_precision_loss, reason = "24 bits hold squares up to 4096 spacings")]
@@ -289,7 +277,7 @@ fn square_as_float(squared: u32) -> f32 {
 }
 
 /// Squared distances in spacings to signed distances of at most `limit`.
-fn compose(values: &mut [f32], inside: &Inside, grid: &Grid, limit: f32) {
+fn compose(values: &mut [f32], inside: &Inside, grid: &FieldGrid, limit: f32) {
     let ([nx, ny, _], spacing) = (grid.dims(), single(grid.spacing()));
     par::for_each(values.chunks_mut(nx * ny).collect(), |k, plane| {
         for (j, row) in plane.chunks_mut(nx).enumerate() {

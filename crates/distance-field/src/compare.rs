@@ -9,11 +9,11 @@ use glam::DVec3;
 use surface::{Positions, TriangleSurface, closest_on_triangle};
 
 use crate::field::DistanceField;
-use crate::grid::Grid;
+use crate::grid::FieldGrid;
 use crate::num::{coordinate, floor_index};
 use crate::par;
 use crate::query::Interpolation;
-use crate::report::Comparison;
+use crate::report::MeasuredError;
 
 /// Heights over the surface that are compared, in spacings.
 const REACH: f64 = 2.0;
@@ -24,7 +24,7 @@ pub(crate) const THIN: f64 = 1.5;
 
 /// What the places told.
 pub(crate) struct Compared {
-    pub(crate) comparison: Comparison,
+    pub(crate) error: MeasuredError,
     /// Share of the places under which the solid is thinner than [`THIN`].
     pub(crate) thin: f64,
 }
@@ -67,7 +67,7 @@ const BATCH: usize = 4096;
 fn meetings(
     places: &[Place],
     (surface, x): (&TriangleSurface, Positions<'_>),
-    grid: &Grid,
+    grid: &FieldGrid,
 ) -> Vec<(usize, usize)> {
     let near = Near::new(places, grid);
     let faces = surface.faces();
@@ -89,7 +89,7 @@ fn meetings(
 
 /// Which places have part of their box in which block of cells.
 struct Near<'a> {
-    grid: &'a Grid,
+    grid: &'a FieldGrid,
     dims: [usize; 3],
     per_block: f64,
     /// Block `b` has `list[starts[b]..starts[b + 1]]`.
@@ -101,7 +101,7 @@ struct Near<'a> {
 const BLOCK: f64 = 4.0;
 
 impl<'a> Near<'a> {
-    fn new(places: &[Place], grid: &'a Grid) -> Self {
+    fn new(places: &[Place], grid: &'a FieldGrid) -> Self {
         let dims = grid.dims().map(|n| floor_index(coordinate(n) / BLOCK) + 1);
         let per_block = 1.0 / (BLOCK * grid.spacing());
         let mut near = Self { grid, dims, per_block, starts: Vec::new(), list: Vec::new() };
@@ -151,7 +151,7 @@ impl<'a> Near<'a> {
 fn summary(field: &DistanceField, places: &[Place], limit: f64) -> Option<Compared> {
     let (mut squares, mut worst, mut count) = (0.0, 0.0_f64, 0);
     for place in places {
-        if let Some(sample) = field.sample(place.point, Interpolation::Trilinear) {
+        if let Some(sample) = field.evaluate(place.point, Interpolation::Trilinear) {
             let error = (sample.distance.abs() - place.distance.min(limit)).abs();
             squares += error * error;
             worst = worst.max(error);
@@ -160,8 +160,8 @@ fn summary(field: &DistanceField, places: &[Place], limit: f64) -> Option<Compar
     }
     let thin = coordinate(places.iter().filter(|place| place.is_thin).count());
     let rms = (squares / coordinate(count)).sqrt();
-    let comparison = Comparison { points: count, rms, worst };
-    (count > 0).then(|| Compared { comparison, thin: thin / coordinate(places.len()) })
+    let error = MeasuredError { points: count, rms, max: worst };
+    (count > 0).then(|| Compared { error, thin: thin / coordinate(places.len()) })
 }
 
 fn places(

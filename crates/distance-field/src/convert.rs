@@ -16,7 +16,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use crate::Conversion;
+use crate::Voxelization;
 use crate::num::{coordinate, nearest, nodes_within};
 use crate::par;
 use crate::units::Units;
@@ -28,7 +28,7 @@ const SLAB: usize = 32;
 pub(crate) fn convert(
     units: &Units<'_>,
     dims: [usize; 3],
-    conversion: Conversion,
+    conversion: Voxelization,
     voxels: &mut [bool],
 ) {
     let plane = dims[0] * dims[1];
@@ -56,11 +56,11 @@ struct Slab<'a> {
 }
 
 impl Slab<'_> {
-    fn face(&mut self, corners: [DVec3; 3], normal: DVec3, conversion: Conversion) {
+    fn face(&mut self, corners: [DVec3; 3], normal: DVec3, conversion: Voxelization) {
         match conversion {
-            Conversion::Bresenham => self.thin(corners, normal),
-            Conversion::SixSeparating => self.thick(corners, normal, DVec3::max_element),
-            Conversion::Conservative => self.thick(corners, normal, DVec3::element_sum),
+            Voxelization::Bresenham => self.thin(corners, normal),
+            Voxelization::SixSeparating => self.thick(corners, normal, DVec3::max_element),
+            Voxelization::Conservative => self.thick(corners, normal, DVec3::element_sum),
         }
     }
 

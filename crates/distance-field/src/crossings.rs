@@ -12,7 +12,7 @@
 use glam::DVec3;
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
-use crate::grid::Grid;
+use crate::grid::FieldGrid;
 use crate::num::{floor_index, nodes_within};
 use crate::par;
 
@@ -28,7 +28,7 @@ pub(crate) struct Crossing {
 }
 
 /// Appends the crossings of all rows with one triangle, counted `times`.
-pub(crate) fn cross(grid: &Grid, triangle: [DVec3; 3], times: i32, out: &mut Vec<Crossing>) {
+pub(crate) fn cross(grid: &FieldGrid, triangle: [DVec3; 3], times: i32, out: &mut Vec<Crossing>) {
     let [nx, ny, nz] = grid.dims();
     let [a, b, c] = triangle.map(|p| grid.to_units(p));
     let (lo, hi) = (a.min(b).min(c), a.max(b).max(c));

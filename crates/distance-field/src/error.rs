@@ -11,7 +11,7 @@ pub enum FieldError {
     Empty,
     /// A length of the options is not finite, or on the wrong side of zero.
     #[error("{name} is {value}, but must be {expected}")]
-    Option {
+    InvalidParam {
         /// Which field of the options.
         name: &'static str,
         /// What it holds.
@@ -35,7 +35,7 @@ pub enum FieldError {
     #[error(
         "a grid of {nodes:.3e} nodes along one axis is longer than the {limit} that distances are counted over"
     )]
-    TooLong {
+    AxisTooLong {
         /// Nodes along the longest axis.
         nodes: f64,
         /// Most that are possible.
@@ -47,12 +47,10 @@ pub enum FieldError {
         /// Bytes asked for at once.
         bytes: usize,
     },
-    /// The surface lacks a property that the chosen sign rule needs.
-    #[error("sign by {rule}: {source}; sign by winding number needs no closed surface")]
-    Sign {
-        /// The rule.
-        rule: &'static str,
-        /// What the surface lacks.
+    /// The surface is not closed, as the flood fill of the voxel method needs.
+    #[error("the voxel method: {source}; the exact band needs no closed surface")]
+    NotClosed {
+        /// The first open edge.
         source: SurfaceError,
     },
     /// A 16-bit storage step cannot reach the largest stored distance.

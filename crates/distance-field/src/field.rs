@@ -2,22 +2,22 @@
 
 use crate::frame::Frame;
 use crate::store::Store;
-use crate::{BuildReport, FieldError, Grid, NodeValues, Pose, Storage};
+use crate::{FieldError, FieldGrid, FieldReport, NodeValues, Pose, Storage};
 
 /// Signed distances at the nodes of a grid, negative inside, and what lies
 /// between them by interpolation.
 ///
 /// Built by [`DistanceField::build`] or read back by
-/// [`DistanceField::from_values`]; asked by [`DistanceField::sample`],
-/// [`DistanceField::ask`] and [`DistanceField::ask_all`].
+/// [`DistanceField::from_values`]; asked by [`DistanceField::evaluate`],
+/// [`DistanceField::query`] and [`DistanceField::query_batch`].
 #[derive(Clone, Debug)]
 pub struct DistanceField {
-    pub(crate) grid: Grid,
+    pub(crate) grid: FieldGrid,
     /// Where the grid is in the field's own frame.
     pub(crate) frame: Frame,
     pub(crate) store: Store,
     pub(crate) nodes: NodeValues,
-    pub(crate) report: BuildReport,
+    pub(crate) report: FieldReport,
 }
 
 impl DistanceField {
@@ -27,9 +27,13 @@ impl DistanceField {
     ///
     /// - [`FieldError::ValueCount`] when there is not one value a node.
     /// - [`FieldError::NotFinite`] with the first node whose value is not.
-    /// - [`FieldError::StepTooSmall`] and [`FieldError::Option`] as the storage
+    /// - [`FieldError::StepTooSmall`] and [`FieldError::InvalidParam`] as the storage
     ///   requires.
-    pub fn from_values(grid: Grid, values: Vec<f32>, storage: Storage) -> Result<Self, FieldError> {
+    pub fn from_values(
+        grid: FieldGrid,
+        values: Vec<f32>,
+        storage: Storage,
+    ) -> Result<Self, FieldError> {
         if values.len() != grid.node_count() {
             return Err(FieldError::ValueCount { expected: grid.node_count(), got: values.len() });
         }
@@ -37,11 +41,11 @@ impl DistanceField {
             return Err(FieldError::NotFinite { node });
         }
         let store = Store::new(values, &grid, storage)?;
-        Ok(Self::new(grid, store, BuildReport::default()))
+        Ok(Self::new(grid, store, FieldReport::default()))
     }
 
     /// With nodes that hold distances.
-    pub(crate) fn new(grid: Grid, store: Store, report: BuildReport) -> Self {
+    pub(crate) fn new(grid: FieldGrid, store: Store, report: FieldReport) -> Self {
         let frame = Frame::new(&grid, &Pose::IDENTITY);
         Self { grid, frame, store, nodes: NodeValues::Interpolating, report }
     }
@@ -50,19 +54,19 @@ impl DistanceField {
     /// are of a quasi-interpolation. Of values alone, [`Self::from_values`] takes it that
     /// they are the distances at nodes.
     #[must_use]
-    pub fn with_nodes(self, nodes: NodeValues) -> Self {
+    pub fn with_node_values(self, nodes: NodeValues) -> Self {
         Self { nodes, ..self }
     }
 
     /// The grid that the field is kept on.
     #[must_use]
-    pub fn grid(&self) -> &Grid {
+    pub fn grid(&self) -> &FieldGrid {
         &self.grid
     }
 
     /// What the build found, and what it cost.
     #[must_use]
-    pub fn report(&self) -> &BuildReport {
+    pub fn report(&self) -> &FieldReport {
         &self.report
     }
 
@@ -90,7 +94,7 @@ impl DistanceField {
 
     /// What the values are right for.
     #[must_use]
-    pub fn nodes(&self) -> NodeValues {
+    pub fn node_values(&self) -> NodeValues {
         self.nodes
     }
 

@@ -6,15 +6,6 @@
 
 use std::ops::Range;
 
-use glam::DVec3;
-use surface::{Positions, TriangleSurface};
-
-use crate::FieldError;
-use crate::crossings::{Crossing, cross};
-use crate::grid::Grid;
-use crate::memory::zeroed;
-
-// Bits 0 to 2 of a node: its link to the node below it along x, y or z is crossed.
 /// Bit of a node that the flood has reached.
 const REACHED: u8 = 8;
 /// Bit of a node that the flood may not enter.
@@ -25,62 +16,6 @@ pub(crate) fn behind_voxels(voxels: &[bool], dims: [usize; 3]) -> Vec<bool> {
     let mut state: Vec<u8> = voxels.iter().map(|&on| if on { WALL } else { 0 }).collect();
     flood(&mut state, dims);
     state.into_iter().map(is_free).collect()
-}
-
-/// Distance at which a node counts as on the surface \[spacings\].
-///
-/// Links in different directions may disagree on which side such a node is, and
-/// a flood could pass through it. Single precision leaves 1e-7.
-const ON_SURFACE: f32 = 1e-6;
-
-/// Nodes that the flood does not reach where no link crosses the surface;
-/// `squared` are their squared distances in spacings.
-pub(crate) fn behind_links(
-    surface: &TriangleSurface,
-    x: Positions<'_>,
-    grid: &Grid,
-    squared: &[f32],
-) -> Result<Vec<bool>, FieldError> {
-    let mut state: Vec<u8> = zeroed(grid.node_count())?;
-    for (bits, squared) in state.iter_mut().zip(squared) {
-        if *squared <= ON_SURFACE * ON_SURFACE {
-            *bits = WALL;
-        }
-    }
-    for axis in 0..3 {
-        let turned = turned(grid, axis)?;
-        let mut crossings = Vec::new();
-        for &face in surface.faces() {
-            let corners = x.corners(face).map(|p| turn(p, axis));
-            cross(&turned, corners, 1, &mut crossings);
-        }
-        for crossing in crossings {
-            block(&mut state, grid, axis, &crossing);
-        }
-    }
-    flood(&mut state, grid.dims());
-    Ok(state.into_iter().map(is_free).collect())
-}
-
-/// The frame turned so that `axis` comes first.
-fn turn(p: DVec3, axis: usize) -> DVec3 {
-    DVec3::new(p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3])
-}
-
-fn turned(grid: &Grid, axis: usize) -> Result<Grid, FieldError> {
-    let n = grid.dims();
-    let dims = [n[axis], n[(axis + 1) % 3], n[(axis + 2) % 3]];
-    Grid::new(turn(grid.origin(), axis), grid.spacing(), dims)
-}
-
-/// Marks the link that ends, along `axis`, at the node of a crossing.
-fn block(state: &mut [u8], grid: &Grid, axis: usize, crossing: &Crossing) {
-    let across = grid.dims()[(axis + 1) % 3];
-    let mut node = [0; 3];
-    node[axis] = crossing.node;
-    node[(axis + 1) % 3] = crossing.row % across;
-    node[(axis + 2) % 3] = crossing.row / across;
-    state[grid.index(node)] |= 1 << axis;
 }
 
 /// Reaches what it can, a run of nodes along x at a time.

@@ -6,7 +6,7 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::grid::Grid;
+use crate::grid::FieldGrid;
 use crate::num::floor;
 use crate::query::Pose;
 
@@ -38,7 +38,7 @@ struct Turned {
 }
 
 impl Frame {
-    pub(crate) fn new(grid: &Grid, pose: &Pose) -> Self {
+    pub(crate) fn new(grid: &FieldGrid, pose: &Pose) -> Self {
         let (origin, per_spacing) = (grid.origin(), 1.0 / grid.spacing());
         let last_node = grid.position(grid.dims().map(|n| n - 1));
         let into = pose.rotation().transpose() * per_spacing;

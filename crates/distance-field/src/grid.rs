@@ -13,7 +13,7 @@ const LONGEST_AXIS: usize = 37_000;
 /// Nodes at `origin + spacing · (i, j, k)`, `i` running fastest in memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Grid {
+pub struct FieldGrid {
     origin: DVec3,
     spacing: f64,
     dims: [usize; 3],
@@ -21,30 +21,34 @@ pub struct Grid {
 
 /// The cell that holds a point: its lowest node, and the point's place in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cell {
+pub struct GridCell {
     /// Lowest node, each number at most the count of nodes minus 2.
     pub node: [usize; 3],
     /// Place along each axis, `0.0..=1.0`.
     pub place: DVec3,
 }
 
-impl Grid {
+impl FieldGrid {
     /// A grid of `dims` nodes, at least two along each axis.
     ///
     /// # Errors
     ///
-    /// - [`FieldError::Option`] when `spacing` is not positive and finite, the
+    /// - [`FieldError::InvalidParam`] when `spacing` is not positive and finite, the
     ///   origin is not finite or an axis has fewer than two nodes.
     /// - [`FieldError::TooLarge`] when the nodes cannot be numbered.
     pub fn new(origin: DVec3, spacing: f64, dims: [usize; 3]) -> Result<Self, FieldError> {
         check_positive("spacing", spacing)?;
         if !origin.is_finite() {
             let value = origin.x + origin.y + origin.z;
-            return Err(FieldError::Option { name: "origin", value, expected: "finite" });
+            return Err(FieldError::InvalidParam { name: "origin", value, expected: "finite" });
         }
         if let Some(&few) = dims.iter().find(|&&n| n < 2) {
             let value = coordinate(few);
-            return Err(FieldError::Option { name: "nodes an axis", value, expected: "2 or more" });
+            return Err(FieldError::InvalidParam {
+                name: "nodes an axis",
+                value,
+                expected: "2 or more",
+            });
         }
         if dims.iter().try_fold(1_usize, |product, &n| product.checked_mul(n)).is_none() {
             let nodes = dims.iter().map(|&n| coordinate(n)).product();
@@ -66,7 +70,7 @@ impl Grid {
         check_positive("spacing", spacing)?;
         if !(padding.is_finite() && padding >= 0.0) {
             let expected = "finite and not negative";
-            return Err(FieldError::Option { name: "padding", value: padding, expected });
+            return Err(FieldError::InvalidParam { name: "padding", value: padding, expected });
         }
         let (lo, hi) = bounds(x);
         let origin = lo - padding;
@@ -78,7 +82,7 @@ impl Grid {
         }
         let longest = cells.max_element() + 1.0;
         if longest > coordinate(LONGEST_AXIS) {
-            return Err(FieldError::TooLong { nodes: longest, limit: LONGEST_AXIS });
+            return Err(FieldError::AxisTooLong { nodes: longest, limit: LONGEST_AXIS });
         }
         Self::new(origin, spacing, cells.to_array().map(|n| floor_index(n) + 1))
     }
@@ -122,9 +126,9 @@ impl Grid {
     /// The cell that holds `p`; none outside, or when `p` is not a number.
     /// The last node of an axis belongs to the last cell.
     #[must_use]
-    pub fn locate(&self, p: DVec3) -> Option<Cell> {
+    pub fn locate(&self, p: DVec3) -> Option<GridCell> {
         let Located { cell, place } = Frame::new(self, &Pose::IDENTITY).locate(p)?;
-        Some(Cell { node: cell.to_array().map(whole_index), place })
+        Some(GridCell { node: cell.to_array().map(whole_index), place })
     }
 
     /// `p` in units of the spacing, from the origin.
@@ -142,7 +146,7 @@ pub(crate) fn check_positive(name: &'static str, value: f64) -> Result<(), Field
     if value.is_finite() && value > 0.0 {
         return Ok(());
     }
-    Err(FieldError::Option { name, value, expected: "finite and positive" })
+    Err(FieldError::InvalidParam { name, value, expected: "finite and positive" })
 }
 
 #[expect(clippy::cast_precision_loss, reason = "a budget is not exact to the byte")]

@@ -7,11 +7,11 @@
 //!
 //! # Two ways to build
 //!
-//! - [`Method::Seed`]: faces switch voxels on, and a Euclidean distance
+//! - [`FieldMethod::Voxel`]: faces switch voxels on, and a Euclidean distance
 //!   transform measures how far the nearest of these is. Quick and simple, and
 //!   half a voxel wrong everywhere: 0.2 mm and 20° of direction at 1 mm, and the
 //!   direction does not get better on finer grids.
-//! - [`Method::ExactBand`], the default: exact distances to the surface in a
+//! - [`FieldMethod::ExactBand`], the default: exact distances to the surface in a
 //!   band of three voxels, and beyond it exact distances to the face that the
 //!   nearest node of the band is closest to. Nodes of the band give way a little
 //!   to what lies between them ([`NodeValues::QuasiInterpolating`]). On the same
@@ -23,7 +23,7 @@
 //! # Inside and outside
 //!
 //! Real bones have holes, faces the wrong way round and parts that overlap. By
-//! default ([`SignRule::Winding`]) a node is inside where the generalized winding
+//! default a node is inside where the generalized winding
 //! number of the surface is above one half: exact on every closed surface, and
 //! on others what a person would say. It costs no more than a parity of
 //! crossings, except close to holes.
@@ -31,15 +31,15 @@
 //! # What to expect
 //!
 //! - Values near a closed surface are within what the build calls certain
-//!   ([`BuildReport::certain`], one spacing), and on bones nearly everywhere
+//!   ([`FieldReport::error_bound`], one spacing), and on bones nearly everywhere
 //!   within a tenth of that, as the build measures at sample points
-//!   ([`BuildReport::comparison`]). Interpolation, not the nodes, makes nearly all
+//!   ([`FieldReport::measured_error`]). Interpolation, not the nodes, makes nearly all
 //!   of the error.
 //! - Beyond the band a value may be too long, never too short, where two parts of
 //!   the surface compete: by hundredths of a spacing over a bone, by up to a fifth
 //!   around what is no larger than the band.
 //! - A solid thinner than 1.5 spacings loses part of its inside between nodes; the
-//!   build says so ([`Warning::ThinnerThanGrid`]).
+//!   build says so ([`FieldWarning::ThinnerThanGrid`]).
 //! - Where several parts of the surface are equally near, no direction is right;
 //!   the gradient is then short ([`Sample::direction`]).
 //! - The same surface and options give the same bits, whatever the number of
@@ -52,7 +52,6 @@
 mod along;
 mod ask;
 mod band;
-mod bricks;
 mod build;
 mod carry;
 mod chain;
@@ -71,24 +70,21 @@ mod lanes;
 mod measure;
 mod memory;
 mod num;
-mod options;
 mod par;
+mod params;
 mod quasi;
 mod query;
 mod report;
-mod sign;
 mod spread;
 mod store;
 mod transform;
 mod units;
 mod winding;
 
-pub use crate::along::Lowest;
+pub use crate::along::SegmentMinimum;
 pub use crate::error::FieldError;
 pub use crate::field::DistanceField;
-pub use crate::grid::{Cell, Grid};
-pub use crate::options::{
-    BuildOptions, Conversion, Method, NodeValues, SignRule, Storage, Transform,
-};
-pub use crate::query::{Interpolation, Pose, Query, Sample, Samples};
-pub use crate::report::{BuildReport, Comparison, Phase, Warning};
+pub use crate::grid::{FieldGrid, GridCell};
+pub use crate::params::{FieldMethod, FieldParams, NodeValues, Storage, Voxelization};
+pub use crate::query::{Interpolation, Pose, QueryParams, Sample, SampleBatch};
+pub use crate::report::{FieldReport, FieldWarning, MeasuredError};

@@ -16,7 +16,7 @@
 //! Processing, 2005, for the filter of linear splines. Differs in taking its terms
 //! axis by axis, which reads 7 nodes rather than 27, and in its bounds.
 
-use crate::grid::Grid;
+use crate::grid::FieldGrid;
 use crate::num::single;
 use crate::par;
 
@@ -28,7 +28,7 @@ const SLAB: usize = 32;
 
 /// Replaces signed distances by the values of a quasi-interpolation, where they and all
 /// that it needs are nearer than `limit`.
-pub(crate) fn quasi_interpolate(values: &mut [f32], grid: &Grid, limit: f32) {
+pub(crate) fn quasi_interpolate(values: &mut [f32], grid: &FieldGrid, limit: f32) {
     let [nx, ny, _] = grid.dims();
     let plane = nx * ny;
     let row = Row { nx, most: single(MOST * grid.spacing()), limit };
@@ -135,8 +135,8 @@ mod tests {
     use super::*;
     use crate::num::coordinate;
 
-    fn grid(dims: [usize; 3]) -> Grid {
-        Grid::new(glam::DVec3::ZERO, 1.0, dims).expect("a small grid")
+    fn grid(dims: [usize; 3]) -> FieldGrid {
+        FieldGrid::new(glam::DVec3::ZERO, 1.0, dims).expect("a small grid")
     }
 
     /// What one node becomes, straight from all nodes as they were.

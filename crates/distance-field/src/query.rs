@@ -76,7 +76,7 @@ impl Pose {
 
 /// What is asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Query {
+pub struct QueryParams {
     /// How values are found between nodes.
     pub interpolation: Interpolation,
     /// Taken off every distance, in the length unit. A positive offset lets
@@ -86,7 +86,7 @@ pub struct Query {
     pub pose: Pose,
 }
 
-impl Default for Query {
+impl Default for QueryParams {
     fn default() -> Self {
         Self { interpolation: Interpolation::Trilinear, offset: 0.0, pose: Pose::IDENTITY }
     }
@@ -119,9 +119,9 @@ impl Sample {
     }
 }
 
-/// Samples at many points: one list for each quantity.
+/// SampleBatch at many points: one list for each quantity.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Samples {
+pub struct SampleBatch {
     /// As [`Sample::distance`]; infinite outside the grid.
     pub distance: Vec<f64>,
     /// As [`Sample::gradient`]; zero outside the grid.
@@ -132,34 +132,32 @@ impl DistanceField {
     /// The field at one point of its own frame; none outside the grid, never a
     /// value carried over from its border.
     #[must_use]
-    pub fn sample(&self, p: DVec3, interpolation: Interpolation) -> Option<Sample> {
-        let query = Query { interpolation, ..Query::default() };
-        self.ask_in(&self.frame, p, &query)
+    pub fn evaluate(&self, p: DVec3, interpolation: Interpolation) -> Option<Sample> {
+        let query = QueryParams { interpolation, ..QueryParams::default() };
+        self.query_in(&self.frame, p, &query)
     }
 
     /// The field at one point of the world; none outside the grid.
     #[must_use]
-    pub fn ask(&self, p: DVec3, query: &Query) -> Option<Sample> {
-        self.ask_in(&Frame::new(&self.grid, &query.pose), p, query)
+    pub fn query(&self, p: DVec3, query: &QueryParams) -> Option<Sample> {
+        self.query_in(&Frame::new(&self.grid, &query.pose), p, query)
     }
 
     #[inline]
-    fn ask_in(&self, frame: &Frame, p: DVec3, query: &Query) -> Option<Sample> {
+    fn query_in(&self, frame: &Frame, p: DVec3, query: &QueryParams) -> Option<Sample> {
         match &self.store {
             Store::Floats(nodes) => Asked::new(nodes, self, frame, query).at(p),
             Store::Steps(nodes) => Asked::new(nodes, self, frame, query).at(p),
-            Store::Bricks(nodes) => Asked::new(nodes, self, frame, query).at(p),
         }
     }
 
     /// The field at many points of the world, in their order; what `out` held
     /// is lost, its memory is used again.
-    pub fn ask_all(&self, points: &[DVec3], query: &Query, out: &mut Samples) {
+    pub fn query_batch(&self, points: &[DVec3], query: &QueryParams, out: &mut SampleBatch) {
         let frame = &Frame::new(&self.grid, &query.pose);
         match &self.store {
             Store::Floats(nodes) => Asked::new(nodes, self, frame, query).all(points, out),
             Store::Steps(nodes) => Asked::new(nodes, self, frame, query).all(points, out),
-            Store::Bricks(nodes) => Asked::new(nodes, self, frame, query).all(points, out),
         }
     }
 }

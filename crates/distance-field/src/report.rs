@@ -1,42 +1,10 @@
 //! What a build found, and what it cost.
 
-use std::time::{Duration, Instant};
-
-/// One step of a build.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Phase {
-    /// Positions in units of the grid, normals, memory.
-    Prepare,
-    /// Exact distances in the band.
-    Band,
-    /// Faces carried beyond the band.
-    Carry,
-    /// Distances to carried faces.
-    Measure,
-    /// Faces of neighbours tried.
-    Relax,
-    /// Voxels switched on.
-    Convert,
-    /// Distances between voxels.
-    Transform,
-    /// Inside told from outside.
-    Sign,
-    /// Roots, signs and truncation.
-    Compose,
-    /// Nodes made to give way to what lies between them.
-    Adjust,
-    /// Into the storage asked for.
-    Store,
-    /// Compared with exact distances.
-    Compare,
-}
-
 /// Something a caller should know before relying on a field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
-pub enum Warning {
+pub enum FieldWarning {
     /// The surface encloses a negative volume: its faces were taken the other
     /// way round.
     Inverted,
@@ -49,16 +17,16 @@ pub enum Warning {
     /// Part of the solid is thinner than 1.5 spacings, so nodes may miss its
     /// inside.
     ThinnerThanGrid {
-        /// Share of the sampled area, `0..=1`.
-        share: f64,
+        /// Fraction of the sampled area, `0..=1`.
+        fraction: f64,
         /// The thickness in question, in the length unit.
-        limit: f64,
+        thickness: f64,
     },
     /// Voxels inside account for much less than the volume that the surface
     /// encloses: the flood leaked, or the solid is thinner than its voxels.
     InteriorLost {
-        /// Share of the enclosed volume that is not inside, `0..=1`.
-        share: f64,
+        /// Fraction of the enclosed volume that is not inside, `0..=1`.
+        fraction: f64,
     },
     /// The surface is not closed; inside is where its winding number passes one half.
     Open {
@@ -70,28 +38,26 @@ pub enum Warning {
 /// The field beside exact distances, at points within two spacings of the surface.
 ///
 /// A measure, not a bound: what lies between the points may be further off. Where
-/// that matters, [`BuildReport::certain`] holds everywhere.
+/// that matters, [`FieldReport::error_bound`] holds everywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Comparison {
+pub struct MeasuredError {
     /// Points compared.
     pub points: usize,
     /// Root mean square of value − exact, in the length unit.
     pub rms: f64,
     /// Largest magnitude of value − exact at these points, in the length unit.
-    pub worst: f64,
+    pub max: f64,
 }
 
 /// What a build found, and what it cost.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct BuildReport {
-    /// Steps in order, with their wall time.
-    pub phases: Vec<(Phase, Duration)>,
+pub struct FieldReport {
     /// What to know before relying on the field.
-    pub warnings: Vec<Warning>,
+    pub warnings: Vec<FieldWarning>,
     /// Errors of trilinear values at sample points; none when nothing was compared.
-    pub comparison: Option<Comparison>,
+    pub measured_error: Option<MeasuredError>,
     /// Most that a trilinear value can be off at any point from which the surface
     /// is at most the band less √3 spacings away, in the length unit.
     ///
@@ -100,27 +66,11 @@ pub struct BuildReport {
     /// mean distance from the point, at most √3/2 spacings, plus rounding, plus the
     /// eighth of a spacing that the nodes of a quasi-interpolation may give way. A
     /// spike between nodes comes close to that; smooth bones stay at a tenth or so,
-    /// as [`Self::comparison`] measures. None for the seed method, and for open
+    /// as [`Self::measured_error`] measures. None for the seed method, and for open
     /// surfaces, whose sign also turns where no surface is.
-    pub certain: Option<f64>,
+    pub error_bound: Option<f64>,
     /// Volume of the cells around inside nodes, in the cube of the length unit.
     pub inside_volume: f64,
     /// Most bytes that the build held at once, besides the surface.
     pub peak_bytes: usize,
-}
-
-impl BuildReport {
-    /// Wall time of all phases.
-    #[must_use]
-    pub fn total(&self) -> Duration {
-        self.phases.iter().map(|(_, time)| *time).sum()
-    }
-
-    /// Runs and times a phase.
-    pub(crate) fn time<T>(&mut self, phase: Phase, work: impl FnOnce() -> T) -> T {
-        let start = Instant::now();
-        let result = work();
-        self.phases.push((phase, start.elapsed()));
-        result
-    }
 }

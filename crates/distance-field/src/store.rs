@@ -2,8 +2,7 @@
 
 use glam::DVec3;
 
-use crate::bricks::Bricks;
-use crate::grid::{Grid, check_positive};
+use crate::grid::{FieldGrid, check_positive};
 use crate::num::{coordinate, nearest, whole_index};
 use crate::{FieldError, Storage};
 
@@ -12,7 +11,6 @@ use crate::{FieldError, Storage};
 pub(crate) enum Store {
     Floats(Whole<f32>),
     Steps(Whole<i16>),
-    Bricks(Bricks),
 }
 
 /// Where values are read, one way for each store; all in steps.
@@ -38,14 +36,15 @@ pub(crate) trait Nodes: Sync {
 
 impl Store {
     /// Keeps `values` as `storage` says.
-    pub(crate) fn new(values: Vec<f32>, grid: &Grid, storage: Storage) -> Result<Self, FieldError> {
+    pub(crate) fn new(
+        values: Vec<f32>,
+        grid: &FieldGrid,
+        storage: Storage,
+    ) -> Result<Self, FieldError> {
         Ok(match storage {
-            Storage::Dense => Self::Floats(Whole::new(values, 1.0, grid)),
-            Storage::Steps { step } => {
+            Storage::Float => Self::Floats(Whole::new(values, 1.0, grid)),
+            Storage::Quantized { step } => {
                 Self::Steps(Whole::new(in_steps(&values, step)?, step, grid))
-            }
-            Storage::Bricks { step } => {
-                Self::Bricks(Bricks::new(&in_steps(&values, step)?, grid, step))
             }
         })
     }
@@ -53,9 +52,8 @@ impl Store {
     /// What the values are kept as.
     pub(crate) fn storage(&self) -> Storage {
         match self {
-            Self::Floats(_) => Storage::Dense,
-            Self::Steps(nodes) => Storage::Steps { step: nodes.step() },
-            Self::Bricks(nodes) => Storage::Bricks { step: nodes.step() },
+            Self::Floats(_) => Storage::Float,
+            Self::Steps(nodes) => Storage::Quantized { step: nodes.step() },
         }
     }
 
@@ -64,7 +62,6 @@ impl Store {
         match self {
             Self::Floats(nodes) => size_of_val(&nodes.values[..]),
             Self::Steps(nodes) => size_of_val(&nodes.values[..]),
-            Self::Bricks(nodes) => nodes.bytes(),
         }
     }
 
@@ -73,7 +70,6 @@ impl Store {
         match self {
             Self::Floats(_) => 0.0,
             Self::Steps(nodes) => 0.5 * nodes.step(),
-            Self::Bricks(nodes) => 0.5 * nodes.step(),
         }
     }
 
@@ -82,7 +78,6 @@ impl Store {
         match self {
             Self::Floats(nodes) => nodes.node(node).into(),
             Self::Steps(nodes) => nodes.step() * f64::from(nodes.node(node)),
-            Self::Bricks(nodes) => nodes.step() * f64::from(nodes.node(node)),
         }
     }
 }
@@ -113,7 +108,7 @@ pub(crate) struct Whole<T> {
 }
 
 impl<T> Whole<T> {
-    pub(crate) fn new(values: Vec<T>, step: f64, grid: &Grid) -> Self {
+    pub(crate) fn new(values: Vec<T>, step: f64, grid: &FieldGrid) -> Self {
         let [nx, ny, _] = grid.dims();
         let strides = [nx, nx * ny];
         let weights = DVec3::new(1.0, coordinate(nx), coordinate(nx * ny));

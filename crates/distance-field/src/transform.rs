@@ -4,27 +4,21 @@
 //! transformation of an n-dimensional digitized picture with applications",
 //! Pattern Recognition 27(11), 1994; for the other way see [`crate::envelope`].
 
-use crate::Transform;
 use crate::envelope::{Envelope, FAR, square};
 use crate::par;
 
 /// Squared distance of every node to the nearest seed, in spacings; [`FAR`]
 /// where there is none.
-pub(crate) fn transform(
-    seeds: &[bool],
-    [nx, ny, _]: [usize; 3],
-    transform: Transform,
-    squared: &mut [u32],
-) {
+pub(crate) fn transform(seeds: &[bool], [nx, ny, _]: [usize; 3], squared: &mut [u32]) {
     let planes = squared.chunks_mut(nx * ny).zip(seeds.chunks(nx * ny)).collect();
     par::for_each(planes, |_, (squared, seeds): (&mut [u32], &[bool])| {
         for (row, seeds) in squared.chunks_mut(nx).zip(seeds.chunks(nx)) {
             along_row(seeds, row);
         }
-        across(&mut squared.chunks_mut(nx).collect::<Vec<_>>(), transform);
+        across(&mut squared.chunks_mut(nx).collect::<Vec<_>>());
     });
     par::for_each(par::walls(squared.chunks_mut(nx), ny), |_, mut rows| {
-        across(&mut rows, transform);
+        across(&mut rows);
     });
 }
 
@@ -44,7 +38,7 @@ fn along_row(seeds: &[bool], row: &mut [u32]) {
 /// Columns that are taken out together, so that each line of memory is read once.
 const COLUMNS: usize = 16;
 
-fn across(rows: &mut [&mut [u32]], transform: Transform) {
+fn across(rows: &mut [&mut [u32]]) {
     let mut envelope = Envelope::default();
     let length = rows.len();
     let mut columns = vec![0; COLUMNS * length];
@@ -57,10 +51,10 @@ fn across(rows: &mut [&mut [u32]], transform: Transform) {
             }
         }
         for column in columns.chunks_mut(length).take(count) {
-            match transform {
-                Transform::Saito => saito(column, &mut result),
-                Transform::Meijster => meijster(&mut envelope, column, &mut result),
-            }
+            envelope.height.clear();
+            envelope.height.extend_from_slice(column);
+            result.fill(FAR);
+            envelope.minima(|i, _, squared| result[i] = squared);
             column.copy_from_slice(&result);
         }
         for (r, row) in rows.iter_mut().enumerate() {
@@ -68,48 +62,6 @@ fn across(rows: &mut [&mut [u32]], transform: Transform) {
                 *value = columns[c * length + r];
             }
         }
-    }
-}
-
-fn meijster(envelope: &mut Envelope, column: &[u32], result: &mut [u32]) {
-    envelope.height.clear();
-    envelope.height.extend_from_slice(column);
-    result.fill(FAR);
-    envelope.minima(|i, _, squared| result[i] = squared);
-}
-
-/// Two scans. Wherever the height rises from one place to the next by more than
-/// one step's worth, the lower place is offered to those after it, as far as it
-/// can still win: until the scan meets the rise's half, or a place that is lower.
-fn saito(column: &[u32], result: &mut [u32]) {
-    result.copy_from_slice(column);
-    scan(column.len(), |i| i, column, result);
-    scan(column.len(), |i| column.len() - 1 - i, column, result);
-}
-
-#[inline]
-fn scan(count: usize, at: impl Fn(usize) -> usize, column: &[u32], result: &mut [u32]) {
-    // Offers up to here were made from an earlier, lower place.
-    let mut made = 0_usize;
-    for i in 1..count {
-        let (before, here) = (column[at(i - 1)], column[at(i)]);
-        made = made.saturating_sub(1);
-        if before == FAR || here <= before {
-            made = 0;
-            continue;
-        }
-        // From so many steps on, `here` offers less than `before`.
-        let most = ((here - before - 1) / 2) as usize;
-        let most = most.min(count - 1 - i);
-        for n in made..=most {
-            let offer = before + square(n + 1);
-            if column[at(i + n)] <= offer {
-                break;
-            }
-            let place = &mut result[at(i + n)];
-            *place = offer.min(*place);
-        }
-        made = most;
     }
 }
 
@@ -129,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn both_transforms_agree_with_the_slow_one() {
+    fn squares_are_those_of_the_nearest_seed() {
         arbtest::arbtest(|u| {
             let mut dims = [0; 3];
             for n in &mut dims {
@@ -141,11 +93,9 @@ mod tests {
                 seeds[node] = true;
             }
             let expected = slow(&seeds, dims);
-            for way in [Transform::Saito, Transform::Meijster] {
-                let mut squared = vec![0; seeds.len()];
-                transform(&seeds, dims, way, &mut squared);
-                assert_eq!(squared, expected, "{way:?} {dims:?}");
-            }
+            let mut squared = vec![0; seeds.len()];
+            transform(&seeds, dims, &mut squared);
+            assert_eq!(squared, expected, "{dims:?}");
             Ok(())
         });
     }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use surface::{Positions, TriangleSurface, closest_on_triangle};
 
-use crate::grid::Grid;
+use crate::grid::FieldGrid;
 use crate::par;
 
 /// Sine of a face's angle below which it has no usable normal.
@@ -24,7 +24,7 @@ pub(crate) struct Units<'a> {
 }
 
 impl<'a> Units<'a> {
-    pub(crate) fn new(surface: &'a TriangleSurface, x: Positions<'_>, grid: &Grid) -> Self {
+    pub(crate) fn new(surface: &'a TriangleSurface, x: Positions<'_>, grid: &FieldGrid) -> Self {
         let x: Vec<DVec3> = x.as_slice().iter().map(|&p| grid.to_units(p)).collect();
         let faces = surface.faces();
         let normals = par::map(faces.len(), |f| normal(faces[f].map(|v| x[v as usize])));

@@ -27,7 +27,7 @@ use surface::{Positions, TriangleSurface};
 
 use crate::chain::{Cap, Chain};
 use crate::crossings::{self, Crossing, by_row, cross, side};
-use crate::grid::{Grid, bounds};
+use crate::grid::{FieldGrid, bounds};
 use crate::inside::Inside;
 use crate::par;
 
@@ -54,7 +54,7 @@ pub(crate) struct Winding {
     pub(crate) chain: usize,
 }
 
-pub(crate) fn winding(surface: &TriangleSurface, x: Positions<'_>, grid: &Grid) -> Winding {
+pub(crate) fn winding(surface: &TriangleSurface, x: Positions<'_>, grid: &FieldGrid) -> Winding {
     let chain = Chain::new(surface, x);
     let caps = chain.caps(x);
     let inverted = volume(surface, x, &caps) < 0.0;
@@ -88,7 +88,7 @@ fn signed_volume(triangles: impl Iterator<Item = ([DVec3; 3], i32)>, center: DVe
 pub(crate) fn face_crossings(
     surface: &TriangleSurface,
     x: Positions<'_>,
-    grid: &Grid,
+    grid: &FieldGrid,
 ) -> Vec<Crossing> {
     let batches: Vec<&[[u32; 3]]> = surface.faces().chunks(BATCH).collect();
     let found = par::map(batches.len(), |b| {
@@ -104,7 +104,7 @@ pub(crate) fn face_crossings(
 fn all_crossings(
     surface: &TriangleSurface,
     x: Positions<'_>,
-    grid: &Grid,
+    grid: &FieldGrid,
     caps: &[Cap],
 ) -> Vec<Crossing> {
     let mut all = face_crossings(surface, x, grid);
@@ -116,7 +116,7 @@ fn all_crossings(
 
 /// A whole number a node, and the caps that take some of it away.
 struct Count<'a> {
-    grid: &'a Grid,
+    grid: &'a FieldGrid,
     crossings: &'a [Crossing],
     caps: &'a [Cap],
     inverted: bool,

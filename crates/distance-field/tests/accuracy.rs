@@ -15,8 +15,8 @@ mod common;
 
 use common::{Exact, INTERPOLATING, build};
 use distance_field::{
-    BuildOptions, Conversion, DistanceField, Interpolation, Method, NodeValues, Query, Samples,
-    Storage, Transform,
+    DistanceField, FieldMethod, FieldParams, Interpolation, NodeValues, QueryParams, SampleBatch,
+    Storage, Voxelization,
 };
 use fixtures::femur::{femur, height};
 use fixtures::sampling::{Errors, Truth, points_near};
@@ -40,10 +40,10 @@ fn smooth_femur(cell: f64) -> Mesh {
 /// Truth within 2 mm of the surface; signs are those of the finest field.
 fn truths(mesh: &Mesh, count: u32) -> Vec<Truth> {
     let mut exact = Exact::new(mesh);
-    let options = BuildOptions { spacing: 1.0, samples: 0, ..BuildOptions::default() };
+    let options = FieldParams { spacing: 1.0, samples: 0, ..FieldParams::new(1.0) };
     let field = build(mesh, &options).expect("a bone fits");
     let truth = |point: DVec3| {
-        let side = field.sample(point, Interpolation::Cubic)?.distance;
+        let side = field.evaluate(point, Interpolation::Cubic)?.distance;
         Truth::new(point, exact.closest(point), side)
     };
     points_near(mesh, count, 2.0).into_iter().filter_map(truth).collect()
@@ -51,24 +51,29 @@ fn truths(mesh: &Mesh, count: u32) -> Vec<Truth> {
 
 fn errors(field: &DistanceField, truths: &[Truth], interpolation: Interpolation) -> Errors {
     let points: Vec<DVec3> = truths.iter().map(|truth| truth.point).collect();
-    let mut samples = Samples::default();
-    field.ask_all(&points, &Query { interpolation, ..Query::default() }, &mut samples);
+    let mut samples = SampleBatch::default();
+    field.query_batch(
+        &points,
+        &QueryParams { interpolation, ..QueryParams::default() },
+        &mut samples,
+    );
     Errors::new(truths, samples.distance.into_iter().zip(samples.gradient))
 }
 
-fn band(band: f64, relax: bool) -> BuildOptions {
-    let method = Method::ExactBand { band, relax, nodes: NodeValues::QuasiInterpolating };
-    BuildOptions { method, samples: 0, ..BuildOptions::default() }
+fn band(band: f64, relax: bool) -> FieldParams {
+    let method =
+        FieldMethod::ExactBand { band, relax, node_values: NodeValues::QuasiInterpolating };
+    FieldParams { method, samples: 0, ..FieldParams::new(1.0) }
 }
 
-fn seed(conversion: Conversion) -> BuildOptions {
-    let method = Method::Seed { conversion, transform: Transform::Meijster };
-    BuildOptions { method, samples: 0, ..BuildOptions::seed() }
+fn voxel(voxelization: Voxelization) -> FieldParams {
+    let method = FieldMethod::Voxel { voxelization };
+    FieldParams { method, samples: 0, ..FieldParams::voxel(1.0) }
 }
 
 /// One line of the table: spacing, name, options, interpolation, and what it
 /// may be off by at most: rms and worst [mm], rms of directions [degrees].
-type Row = (f64, &'static str, BuildOptions, Interpolation, [f64; 3]);
+type Row = (f64, &'static str, FieldParams, Interpolation, [f64; 3]);
 
 /// The default with exact distances put in place of its own at every node near a
 /// point, signed as it is: what is left is the interpolation's own error.
@@ -91,12 +96,12 @@ fn exact_at_nodes(field: &DistanceField, mesh: &Mesh, truths: &[Truth]) -> Dista
             }
         }
     }
-    DistanceField::from_values(grid, values, Storage::Dense).expect("finite values")
+    DistanceField::from_values(grid, values, Storage::Float).expect("finite values")
 }
 
 /// What no exact values at nodes 1 mm apart could better, printed below a table.
 fn print_floor(mesh: &Mesh, truths: &[Truth]) {
-    let field = build(mesh, &BuildOptions { method: INTERPOLATING, ..band(3.0, false) })
+    let field = build(mesh, &FieldParams { method: INTERPOLATING, ..band(3.0, false) })
         .expect("a bone fits");
     let exact = exact_at_nodes(&field, mesh, truths);
     for (name, interpolation) in [
@@ -123,17 +128,17 @@ fn check(bone: &str, mesh: &Mesh, rows: &[Row]) {
         "\n| {bone}, 2 mm around the surface | spacing [mm] | rms [mm] | worst [mm] | direction rms [°] |"
     );
     println!("|---|--:|--:|--:|--:|");
-    let mut last: Option<(BuildOptions, DistanceField)> = None;
+    let mut last: Option<(FieldParams, DistanceField)> = None;
     let mut short = Vec::new();
     for (spacing, name, options, interpolation, allowed) in rows {
-        let options = BuildOptions { spacing: *spacing, ..*options };
+        let options = FieldParams { spacing: *spacing, ..*options };
         let field = match last.take() {
             Some((built, field)) if built == options => field,
             _ => build(mesh, &options).expect("a bone fits"),
         };
         let Errors { rms, worst, direction } = errors(&field, &truths, *interpolation);
         println!("| {name} | {spacing} | {rms:.4} | {worst:.3} | {direction:.2} |");
-        if options == (BuildOptions { spacing: 1.0, ..band(3.0, false) }) {
+        if options == (FieldParams { spacing: 1.0, ..band(3.0, false) }) {
             let told = format!("{interpolation:?}").to_lowercase();
             let line = |what, value, allowed| {
                 println!("measured: {bone}, 1 mm, {told}: {what} | {value} | {allowed}");
@@ -156,27 +161,33 @@ const TRILINEAR: Interpolation = Interpolation::Trilinear;
 #[test]
 fn table_of_the_femur() {
     let exact = band(3.0, false);
-    let fixed = BuildOptions { method: INTERPOLATING, ..exact };
-    let steps = BuildOptions { storage: Storage::Bricks { step: 0.001 }, ..exact };
+    let fixed = FieldParams { method: INTERPOLATING, ..exact };
+    let steps = FieldParams { storage: Storage::Quantized { step: 0.001 }, ..exact };
     check(
         "Femur of 83,000 vertices",
         &smooth_femur(2.0),
         &[
-            (2.0, "seed, Bresenham", seed(Conversion::Bresenham), TRILINEAR, [0.5, 1.5, 28.0]),
+            (2.0, "voxels, Bresenham", voxel(Voxelization::Bresenham), TRILINEAR, [0.5, 1.5, 28.0]),
             (2.0, "exact band of 3", exact, TRILINEAR, [0.012, 0.07, 2.5]),
             (2.0, "the same, cubic", exact, Interpolation::Cubic, [0.007, 0.04, 1.5]),
-            (1.0, "seed, Bresenham", seed(Conversion::Bresenham), TRILINEAR, [0.23, 0.8, 22.0]),
             (
                 1.0,
-                "seed, six-separating",
-                seed(Conversion::SixSeparating),
+                "voxels, Bresenham",
+                voxel(Voxelization::Bresenham),
+                TRILINEAR,
+                [0.23, 0.8, 22.0],
+            ),
+            (
+                1.0,
+                "voxels, six-separating",
+                voxel(Voxelization::SixSeparating),
                 TRILINEAR,
                 [0.19, 0.6, 19.0],
             ),
             (
                 1.0,
-                "seed, conservative",
-                seed(Conversion::Conservative),
+                "voxels, conservative",
+                voxel(Voxelization::Conservative),
                 TRILINEAR,
                 [0.3, 0.8, 23.0],
             ),
@@ -187,7 +198,7 @@ fn table_of_the_femur() {
             (1.0, "exact band of 3 (default)", exact, TRILINEAR, [0.005, 0.03, 1.7]),
             (1.0, "the same, smooth gradient", exact, Interpolation::Smooth, [0.005, 0.03, 1.5]),
             (1.0, "the same, cubic", exact, Interpolation::Cubic, [0.004, 0.03, 1.4]),
-            (1.0, "the same, bricks of 1 µm steps", steps, TRILINEAR, [0.005, 0.03, 1.7]),
+            (1.0, "the same, 16-bit steps of 1 µm", steps, TRILINEAR, [0.005, 0.03, 1.7]),
             (0.5, "exact band of 3 (default)", exact, TRILINEAR, [0.005, 0.07, 1.5]),
             (0.5, "the same, cubic", exact, Interpolation::Cubic, [0.006, 0.07, 1.6]),
             (0.5, "exact band of 5", band(5.0, false), TRILINEAR, [0.005, 0.07, 1.5]),
@@ -201,12 +212,24 @@ fn table_of_real_bones() {
         return;
     };
     let exact = band(3.0, false);
-    let fixed = BuildOptions { method: INTERPOLATING, ..exact };
+    let fixed = FieldParams { method: INTERPOLATING, ..exact };
     let rows = |limits: [[f64; 3]; 3]| -> [Row; 7] {
         [
             // Leaks on the femur, whose faces span three voxels.
-            (1.0, "seed, Bresenham", seed(Conversion::Bresenham), TRILINEAR, [9.0, 9.0, 180.0]),
-            (1.0, "seed, six-separating", seed(Conversion::SixSeparating), TRILINEAR, limits[0]),
+            (
+                1.0,
+                "voxels, Bresenham",
+                voxel(Voxelization::Bresenham),
+                TRILINEAR,
+                [9.0, 9.0, 180.0],
+            ),
+            (
+                1.0,
+                "voxels, six-separating",
+                voxel(Voxelization::SixSeparating),
+                TRILINEAR,
+                limits[0],
+            ),
             (1.0, "exact band of 3, interpolating", fixed, TRILINEAR, [0.025, 0.45, 5.0]),
             (1.0, "the same, cubic", fixed, Interpolation::Cubic, limits[2]),
             (1.0, "exact band of 3 (default)", exact, TRILINEAR, limits[1]),
@@ -227,8 +250,8 @@ fn table_of_real_bones() {
 #[test]
 fn nothing_jumps_along_a_way() {
     let mesh = smooth_femur(4.0);
-    let field = build(&mesh, &BuildOptions::default()).expect("a bone fits");
-    let stated = field.report().comparison.expect("compared by default").worst;
+    let field = build(&mesh, &FieldParams::new(1.0)).expect("a bone fits");
+    let stated = field.report().measured_error.expect("compared by default").max;
     let (step, length) = (0.01, 40_000);
     // Along the shaft and around it, within 5 mm of its surface.
     let way = |n: i32| {
@@ -243,7 +266,7 @@ fn nothing_jumps_along_a_way() {
         let mut before: Option<(DVec3, distance_field::Sample)> = None;
         for n in 0..length {
             let p = way(n);
-            let Some(here) = field.sample(p, interpolation) else { break };
+            let Some(here) = field.evaluate(p, interpolation) else { break };
             if let Some((last, before)) = before {
                 let moved = p.distance(last);
                 jump = jump.max((here.distance - before.distance).abs() - moved);

@@ -5,7 +5,7 @@ mod common;
 
 use arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
-use distance_field::{BuildOptions, DistanceField, Method, Warning};
+use distance_field::{DistanceField, FieldMethod, FieldParams, FieldWarning};
 use fixtures::Mesh;
 use surface::glam::DVec3;
 use surface::{TriangleSurface, closest_on_triangle, winding_number};
@@ -43,15 +43,15 @@ fn exact(mesh: &Mesh, p: DVec3) -> f64 {
 
 /// Values of all nodes within the band, and signs of all nodes; and that nodes which may
 /// give way do so by little, and not to the other side.
-fn check(mesh: &Mesh, surface: &TriangleSurface, options: &BuildOptions) {
-    let Method::ExactBand { band, .. } = options.method else {
+fn check(mesh: &Mesh, surface: &TriangleSurface, options: &FieldParams) {
+    let FieldMethod::ExactBand { band, .. } = options.method else {
         unreachable!("the band is what is checked")
     };
     let x = surface.positions(&mesh.positions).expect("finite");
     let field = DistanceField::build(surface, x, options).expect("small");
-    let giving = BuildOptions { method: Method::EXACT_BAND, ..*options };
+    let giving = FieldParams { method: FieldMethod::EXACT_BAND, ..*options };
     let giving = DistanceField::build(surface, x, &giving).expect("small");
-    let inverted = field.report().warnings.contains(&Warning::Inverted);
+    let inverted = field.report().warnings.contains(&FieldWarning::Inverted);
     for node in nodes(&field) {
         let p = field.grid().position(node);
         let (value, distance) = (field.node(node), exact(mesh, p));
@@ -77,12 +77,12 @@ fn check(mesh: &Mesh, surface: &TriangleSurface, options: &BuildOptions) {
 #[test]
 fn band_is_exact_and_signs_are_winding_numbers() {
     let method = common::INTERPOLATING;
-    let options = BuildOptions { method, padding: 2.0, samples: 0, ..BuildOptions::default() };
+    let options = FieldParams { method, padding: 2.0, samples: 0, ..FieldParams::new(1.0) };
     let property = |u: &mut Unstructured<'_>| {
         let mesh = triangles(u)?;
         let spacing = if u.ratio(1, 2)? { 1.0 } else { 0.7 };
-        let truncate = if u.ratio(1, 2)? { Some(15.0) } else { None };
-        check(&mesh, &mesh.surface(), &BuildOptions { spacing, truncate, ..options });
+        let truncation = if u.ratio(1, 2)? { Some(15.0) } else { None };
+        check(&mesh, &mesh.surface(), &FieldParams { spacing, truncation, ..options });
         Ok(())
     };
     arbtest(property).budget_ms(3000);

@@ -15,23 +15,23 @@ use std::time::{Duration, Instant};
 
 use common::build;
 use distance_field::{
-    BuildOptions, Conversion, DistanceField, FieldError, Grid, Interpolation, Method, NodeValues,
-    SignRule, Storage, Transform, Warning,
+    DistanceField, FieldError, FieldGrid, FieldMethod, FieldParams, FieldWarning, Interpolation,
+    NodeValues, Storage, Voxelization,
 };
 use fixtures::{Mesh, femur::femur, shapes};
 use surface::glam::{DQuat, DVec3};
 use surface::{SurfaceError, TriangleSurface};
 
-fn defaults() -> BuildOptions {
-    BuildOptions { padding: 4.0, ..BuildOptions::default() }
+fn defaults() -> FieldParams {
+    FieldParams { padding: 4.0, ..FieldParams::new(1.0) }
 }
 
-fn seed(conversion: Conversion) -> BuildOptions {
-    let method = Method::Seed { conversion, transform: Transform::Meijster };
-    BuildOptions { method, padding: 4.0, ..BuildOptions::seed() }
+fn voxel(voxelization: Voxelization) -> FieldParams {
+    let method = FieldMethod::Voxel { voxelization };
+    FieldParams { method, padding: 4.0, ..FieldParams::voxel(1.0) }
 }
 
-fn nodes(grid: &Grid) -> impl Iterator<Item = [usize; 3]> {
+fn nodes(grid: &FieldGrid) -> impl Iterator<Item = [usize; 3]> {
     let [nx, ny, nz] = grid.dims();
     (0..nz).flat_map(move |k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])))
 }
@@ -63,24 +63,28 @@ fn refuses_what_is_not_a_surface() {
 #[test]
 fn refuses_lengths_that_make_no_sense() {
     let ball = shapes::octasphere(10.0, 2);
-    let band = |band| Method::ExactBand { band, relax: false, nodes: NodeValues::Interpolating };
+    let band = |band| FieldMethod::ExactBand {
+        band,
+        relax: false,
+        node_values: NodeValues::Interpolating,
+    };
     let cases = [
-        (BuildOptions { spacing: 0.0, ..defaults() }, "spacing"),
-        (BuildOptions { spacing: f64::NAN, ..defaults() }, "spacing"),
-        (BuildOptions { padding: -1.0, ..defaults() }, "padding"),
-        (BuildOptions { truncate: Some(0.0), ..defaults() }, "truncation"),
-        (BuildOptions { method: band(1.0), ..defaults() }, "band"),
-        (BuildOptions { method: band(f64::INFINITY), ..defaults() }, "band"),
-        (BuildOptions { storage: Storage::Steps { step: -1.0 }, ..defaults() }, "storage step"),
+        (FieldParams { spacing: 0.0, ..defaults() }, "spacing"),
+        (FieldParams { spacing: f64::NAN, ..defaults() }, "spacing"),
+        (FieldParams { padding: -1.0, ..defaults() }, "padding"),
+        (FieldParams { truncation: Some(0.0), ..defaults() }, "truncation"),
+        (FieldParams { method: band(1.0), ..defaults() }, "band"),
+        (FieldParams { method: band(f64::INFINITY), ..defaults() }, "band"),
+        (FieldParams { storage: Storage::Quantized { step: -1.0 }, ..defaults() }, "storage step"),
     ];
     for (options, expected) in cases {
         match build(&ball, &options) {
-            Err(FieldError::Option { name, .. }) => assert_eq!(name, expected),
+            Err(FieldError::InvalidParam { name, .. }) => assert_eq!(name, expected),
             other => panic!("{expected}: {other:?}"),
         }
     }
-    let storage = Storage::Steps { step: 1e-5 };
-    let refused = build(&ball, &BuildOptions { storage, ..defaults() }).unwrap_err();
+    let storage = Storage::Quantized { step: 1e-5 };
+    let refused = build(&ball, &FieldParams { storage, ..defaults() }).unwrap_err();
     assert!(matches!(refused, FieldError::StepTooSmall { .. }), "{refused}");
 }
 
@@ -89,12 +93,12 @@ fn refuses_lengths_that_make_no_sense() {
 fn refuses_a_grid_beyond_its_budget_at_once() {
     let bone = femur(9.0);
     let start = Instant::now();
-    let refused = build(&bone, &BuildOptions { spacing: 0.025, ..defaults() }).unwrap_err();
+    let refused = build(&bone, &FieldParams { spacing: 0.025, ..defaults() }).unwrap_err();
     assert!(start.elapsed() < Duration::from_millis(50));
     let FieldError::TooLarge { nodes, bytes, max_bytes } = refused else { panic!("{refused}") };
     assert!(nodes > 1e11 && bytes >= 10.0 * nodes && max_bytes == 4 << 30, "{refused}");
     // Overflow of any count on the way is the same error.
-    let refused = build(&bone, &BuildOptions { spacing: 1e-300, ..defaults() }).unwrap_err();
+    let refused = build(&bone, &FieldParams { spacing: 1e-300, ..defaults() }).unwrap_err();
     assert!(matches!(refused, FieldError::TooLarge { .. }), "{refused}");
 }
 
@@ -102,16 +106,17 @@ fn refuses_a_grid_beyond_its_budget_at_once() {
 #[test]
 fn refuses_an_axis_that_is_too_long() {
     let needle = shapes::cube(1.0).scaled(DVec3::new(100_000.0, 1.0, 1.0));
-    let options = BuildOptions { padding: 1.0, ..defaults() };
+    let options = FieldParams { padding: 1.0, ..defaults() };
     let refused = build(&needle, &options).unwrap_err();
-    assert!(matches!(refused, FieldError::TooLong { nodes, .. } if nodes > 1e5), "{refused}");
+    assert!(matches!(refused, FieldError::AxisTooLong { nodes, .. } if nodes > 1e5), "{refused}");
 }
 
 #[test]
 fn warns_of_a_unit_mistake() {
     // A ball of 10 mm given in metres.
     let field = build(&shapes::octasphere(0.01, 2), &defaults()).unwrap();
-    let is_few = |w: &Warning| matches!(w, Warning::SpansFewCells { cells } if *cells < 0.03);
+    let is_few =
+        |w: &FieldWarning| matches!(w, FieldWarning::SpansFewCells { cells } if *cells < 0.03);
     assert!(field.report().warnings.iter().any(is_few), "{:?}", field.report().warnings);
 }
 
@@ -121,7 +126,7 @@ fn turns_an_inverted_surface_around_and_says_so() {
     let right = build(&ball, &defaults()).unwrap();
     let inverted = build(&ball.clone().flipped(), &defaults()).unwrap();
     assert_eq!(right.values(), inverted.values());
-    assert_eq!(inverted.report().warnings, [Warning::Inverted]);
+    assert_eq!(inverted.report().warnings, [FieldWarning::Inverted]);
     assert_eq!(right.report().warnings, []);
 }
 
@@ -134,21 +139,19 @@ fn open_surfaces_flood_never_and_wind_well() {
         let middle = face.map(|v| ball.positions[v as usize]).into_iter().sum::<DVec3>() / 3.0;
         middle.distance(DVec3::X * 20.0) > 6.0
     });
-    for rule in [SignRule::Flood, SignRule::Parity] {
-        let refused = build(&open, &BuildOptions { sign: rule, ..defaults() }).unwrap_err();
-        let FieldError::Sign { source: SurfaceError::Open { count, .. }, .. } = refused else {
-            panic!("{refused}")
-        };
-        assert!(count > 10, "{refused}");
-        assert!(refused.to_string().contains("needs no closed surface"));
-    }
+    let refused = build(&open, &voxel(Voxelization::Conservative)).unwrap_err();
+    let FieldError::NotClosed { source: SurfaceError::Open { count, .. } } = refused else {
+        panic!("{refused}")
+    };
+    assert!(count > 10, "{refused}");
+    assert!(refused.to_string().contains("needs no closed surface"));
     let field = build(&open, &defaults()).unwrap();
     let far_from_hole = |p: DVec3| p.distance(DVec3::X * 20.0) > 8.0;
     let inside = |p: DVec3| p.length() < 19.8 && far_from_hole(p);
     assert!(share_found(&field, inside) == 1.0);
     let outside = |p: DVec3| p.length() > 20.0 && far_from_hole(p);
     assert!(share_found(&field, outside) == 0.0);
-    assert!(matches!(field.report().warnings[..], [Warning::Open { edges }] if edges > 10));
+    assert!(matches!(field.report().warnings[..], [FieldWarning::Open { edges }] if edges > 10));
 }
 
 /// A triangle has two sides and no inside.
@@ -162,7 +165,7 @@ fn a_single_triangle_encloses_nothing() {
 
 /// A tilted plate, as thick as `thickness` spacings: how much of its inside the
 /// grid has below zero.
-fn plate_found(thickness: f64, options: &BuildOptions) -> (f64, DistanceField) {
+fn plate_found(thickness: f64, options: &FieldParams) -> (f64, DistanceField) {
     let size = DVec3::new(40.0, 40.0, thickness);
     let tilt = DQuat::from_axis_angle(DVec3::new(0.6, 0.8, 0.0), 0.41);
     let shift = DVec3::new(0.31, 0.17, 0.23);
@@ -173,7 +176,7 @@ fn plate_found(thickness: f64, options: &BuildOptions) -> (f64, DistanceField) {
     let (mut found, mut all) = (0.0, 0.0);
     for n in 0..4000 {
         let at = (spread(n) - 0.5) * DVec3::new(30.0, 30.0, thickness);
-        let value = field.sample(middle + tilt * at, Interpolation::Trilinear).unwrap();
+        let value = field.evaluate(middle + tilt * at, Interpolation::Trilinear).unwrap();
         all += 1.0;
         found += if value.distance < 0.0 { 1.0 } else { 0.0 };
     }
@@ -195,14 +198,14 @@ fn thin_plates_keep_what_is_expected() {
         println!("t = {thickness} h: exact {found:.3}");
         assert!((exact[0]..=exact[1]).contains(&found), "{thickness}: {found}");
         let warned = field.report().warnings.iter().find_map(|warning| match warning {
-            Warning::ThinnerThanGrid { share, limit } => Some((*share, *limit)),
+            FieldWarning::ThinnerThanGrid { fraction, thickness } => Some((*fraction, *thickness)),
             _ => None,
         });
         // At the very limit rounding decides.
         assert!(warned.is_some() || thickness >= 1.5, "{thickness}: {warned:?}");
         assert!(warned.is_none() || thickness <= 1.5, "{thickness}: {warned:?}");
         for (conversion, [least, most]) in
-            [(Conversion::SixSeparating, six), (Conversion::Conservative, conservative)]
+            [(Voxelization::SixSeparating, six), (Voxelization::Conservative, conservative)]
         {
             let (found, _) = plate_found(thickness, &seed(conversion));
             println!("t = {thickness} h: {conversion:?} {found:.3}");
@@ -217,11 +220,12 @@ fn thin_plates_keep_what_is_expected() {
 fn thin_conversion_leaks() {
     let ball = shapes::icosphere(30.0, 2).rotated(DVec3::new(0.36, 0.48, 0.8), 0.13);
     let inside = |p: DVec3| p.length() < 26.0;
-    let field = build(&ball, &seed(Conversion::Bresenham)).unwrap();
+    let field = build(&ball, &voxel(Voxelization::Bresenham)).unwrap();
     assert!(share_found(&field, inside) < 0.01);
-    let is_lost = |w: &Warning| matches!(w, Warning::InteriorLost { share } if *share > 0.9);
+    let is_lost =
+        |w: &FieldWarning| matches!(w, FieldWarning::InteriorLost { fraction } if *fraction > 0.9);
     assert!(field.report().warnings.iter().any(is_lost), "{:?}", field.report().warnings);
-    for conversion in [Conversion::SixSeparating, Conversion::Conservative] {
+    for conversion in [Voxelization::SixSeparating, Voxelization::Conservative] {
         let field = build(&ball, &seed(conversion)).unwrap();
         assert!(share_found(&field, inside) == 1.0, "{conversion:?}");
         assert_eq!(field.report().warnings, []);
@@ -237,7 +241,7 @@ fn gradient_is_short_on_the_medial_axis_only() {
     let field = build(&plate, &defaults()).unwrap();
     let at = |height: f64| {
         let p = middle + DVec3::new(0.3, -0.2, height);
-        field.sample(p, Interpolation::Smooth).unwrap()
+        field.evaluate(p, Interpolation::Smooth).unwrap()
     };
     assert!(at(0.0).gradient.length() < 0.5, "{:?}", at(0.0));
     assert_eq!(at(0.0).direction(0.5), None);
@@ -251,12 +255,12 @@ fn gradient_is_short_on_the_medial_axis_only() {
 
 #[test]
 fn answers_on_nodes_faces_and_the_last_node_and_nowhere_else() {
-    let options = BuildOptions { method: common::INTERPOLATING, ..defaults() };
+    let options = FieldParams { method: common::INTERPOLATING, ..defaults() };
     let field = build(&shapes::octasphere(5.0, 3), &options).unwrap();
     let grid = *field.grid();
     let [nx, ny, nz] = grid.dims();
     for interpolation in [Interpolation::Trilinear, Interpolation::Smooth, Interpolation::Cubic] {
-        let at = |p: DVec3| field.sample(p, interpolation).map(|sample| sample.distance);
+        let at = |p: DVec3| field.evaluate(p, interpolation).map(|sample| sample.distance);
         for node in nodes(&grid) {
             let value = at(grid.position(node)).unwrap();
             assert!((value - field.node(node)).abs() < 1e-6, "{interpolation:?} {node:?}");
@@ -277,13 +281,13 @@ fn answers_on_nodes_faces_and_the_last_node_and_nowhere_else() {
 fn values_come_back_from_a_file_or_are_refused() {
     let field = build(&shapes::octasphere(5.0, 3), &defaults()).unwrap();
     let grid = *field.grid();
-    let again = DistanceField::from_values(grid, field.values(), Storage::Dense).unwrap();
+    let again = DistanceField::from_values(grid, field.values(), Storage::Float).unwrap();
     assert_eq!(again.values(), field.values());
-    let few = DistanceField::from_values(grid, vec![0.0; 3], Storage::Dense).unwrap_err();
+    let few = DistanceField::from_values(grid, vec![0.0; 3], Storage::Float).unwrap_err();
     assert_eq!(few, FieldError::ValueCount { expected: grid.node_count(), got: 3 });
     let mut values = field.values();
     values[7] = f32::NAN;
-    let refused = DistanceField::from_values(grid, values, Storage::Dense).unwrap_err();
+    let refused = DistanceField::from_values(grid, values, Storage::Float).unwrap_err();
     assert_eq!(refused, FieldError::NotFinite { node: 7 });
 }
 
@@ -295,18 +299,19 @@ fn what_is_certain_holds_at_the_tip_of_a_needle() {
     let base = [[-0.5, -0.5], [0.5, -0.5], [0.0, 0.5]].map(|[y, z]| DVec3::new(0.0, y, z));
     let positions = vec![base[0], base[1], base[2], tip];
     let needle = Mesh { positions, faces: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]] };
-    let steps = Storage::Steps { step: 0.01 };
+    let steps = Storage::Quantized { step: 0.01 };
     for (storage, nodes, given) in [
-        (Storage::Dense, NodeValues::Interpolating, 0.0),
+        (Storage::Float, NodeValues::Interpolating, 0.0),
         (steps, NodeValues::Interpolating, 0.0),
-        (Storage::Dense, NodeValues::QuasiInterpolating, 0.125),
+        (Storage::Float, NodeValues::QuasiInterpolating, 0.125),
         (steps, NodeValues::QuasiInterpolating, 0.125),
     ] {
-        let method = Method::ExactBand { band: 3.0, relax: false, nodes };
-        let field = build(&needle, &BuildOptions { storage, method, ..defaults() }).unwrap();
-        let certain = field.report().certain.expect("a closed surface in an exact band") - given;
+        let method = FieldMethod::ExactBand { band: 3.0, relax: false, node_values: nodes };
+        let field = build(&needle, &FieldParams { storage, method, ..defaults() }).unwrap();
+        let certain =
+            field.report().error_bound.expect("a closed surface in an exact band") - given;
         assert!((0.866..0.88).contains(&certain), "{certain}");
-        let at_tip = field.sample(tip, Interpolation::Trilinear).unwrap().distance;
+        let at_tip = field.evaluate(tip, Interpolation::Trilinear).unwrap().distance;
         // A tip bends what is around it, so that nodes give way there by all they may.
         assert!((0.85 * certain - given..=certain).contains(&at_tip), "{at_tip} of {certain}");
         assert!(given == 0.0 || at_tip < 0.85 * certain, "{at_tip} of {certain}");
@@ -314,10 +319,13 @@ fn what_is_certain_holds_at_the_tip_of_a_needle() {
     // Neither method nor surface allows more to be said.
     let ball = shapes::icosphere(10.0, 3);
     let mut open = ball.clone();
-    open.faces.truncate(open.faces.len() - 1);
-    assert_eq!(build(&open, &defaults()).unwrap().report().certain, None);
-    assert_eq!(build(&ball, &seed(Conversion::Conservative)).unwrap().report().certain, None);
-    let worst = build(&ball, &defaults()).unwrap().report().comparison.unwrap().worst;
+    open.faces.truncation(open.faces.len() - 1);
+    assert_eq!(build(&open, &defaults()).unwrap().report().error_bound, None);
+    assert_eq!(
+        build(&ball, &voxel(Voxelization::Conservative)).unwrap().report().error_bound,
+        None
+    );
+    let worst = build(&ball, &defaults()).unwrap().report().measured_error.unwrap().max;
     assert!(worst < 0.866, "{worst}");
 }
 
@@ -327,9 +335,9 @@ fn what_is_certain_holds_at_the_tip_of_a_needle() {
 fn truncation_takes_nothing_that_is_nearer() {
     let ball = shapes::icosphere(3.0, 3).translated(DVec3::new(0.31, 0.17, 0.23));
     for limit in [6.2, 9.0, 15.0] {
-        let options = BuildOptions { padding: 16.0, samples: 0, ..BuildOptions::default() };
-        let whole = build(&ball, &BuildOptions { truncate: None, ..options }).unwrap();
-        let cut = build(&ball, &BuildOptions { truncate: Some(limit), ..options }).unwrap();
+        let options = FieldParams { padding: 16.0, samples: 0, ..FieldParams::new(1.0) };
+        let whole = build(&ball, &FieldParams { truncation: None, ..options }).unwrap();
+        let cut = build(&ball, &FieldParams { truncation: Some(limit), ..options }).unwrap();
         for (whole, cut) in whole.values().into_iter().zip(cut.values()) {
             let expected = f64::from(whole).min(limit);
             // Where two seeds are as near, each may take another face.
@@ -338,14 +346,14 @@ fn truncation_takes_nothing_that_is_nearer() {
     }
 }
 
-/// Comparison looks two spacings to either side: no farther, for then it would
+/// MeasuredError looks two spacings to either side: no farther, for then it would
 /// leave a grid of that padding, and no less.
 #[test]
 fn comparison_is_within_two_spacings() {
     let points = |padding: f64| {
-        let options = BuildOptions { padding, samples: 512, ..BuildOptions::default() };
+        let options = FieldParams { padding, samples: 512, ..FieldParams::new(1.0) };
         let field = build(&shapes::cube(12.0), &options).unwrap();
-        field.report().comparison.unwrap().points
+        field.report().measured_error.unwrap().points
     };
     assert_eq!(points(2.0), 512);
     // An eighth of the points is over the last half of a spacing outside.
@@ -359,15 +367,15 @@ fn a_band_beyond_the_grid_is_cut_off() {
     let surface = mesh.surface();
     let x = surface.positions(&mesh.positions).unwrap();
     let nodes = NodeValues::QuasiInterpolating;
-    let method = Method::ExactBand { band: 20.0, relax: false, nodes };
+    let method = FieldMethod::ExactBand { band: 20.0, relax: false, node_values: nodes };
     let built = |padding: f64| {
-        let options = BuildOptions { method, padding, spacing: 0.5, ..BuildOptions::default() };
+        let options = FieldParams { method, padding, spacing: 0.5, ..FieldParams::new(1.0) };
         DistanceField::build(&surface, x, &options).unwrap()
     };
     let (narrow, wide) = (built(0.0), built(10.0));
     for p in [DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.5, 5.5, 0.5)] {
         let [a, b] =
-            [&narrow, &wide].map(|field| field.sample(p, Interpolation::Trilinear).unwrap());
+            [&narrow, &wide].map(|field| field.evaluate(p, Interpolation::Trilinear).unwrap());
         assert!((a.distance - b.distance).abs() < 0.05, "{p}: {a:?} {b:?}");
     }
 }

@@ -6,7 +6,7 @@ mod common;
 
 use common::build;
 use distance_field::{
-    BuildOptions, Conversion, Method, NodeValues, Query, Samples, SignRule, Storage, Transform,
+    FieldMethod, FieldParams, NodeValues, QueryParams, SampleBatch, Storage, Voxelization,
 };
 use fixtures::femur::femur;
 use fixtures::sampling::points_near;
@@ -24,37 +24,35 @@ fn one_two_and_seven_threads_agree_to_the_bit() {
     for face in (0..mesh.faces.len()).step_by(31) {
         mesh.faces[face].swap(0, 1);
     }
-    let seed = |conversion, transform| BuildOptions {
-        method: Method::Seed { conversion, transform },
-        sign: SignRule::Winding,
+    let exact = |relax, truncation| FieldParams {
+        method: FieldMethod::ExactBand {
+            band: 2.5,
+            relax,
+            node_values: NodeValues::QuasiInterpolating,
+        },
+        truncation,
         spacing: 2.0,
-        ..BuildOptions::default()
-    };
-    let exact = |relax, truncate| BuildOptions {
-        method: Method::ExactBand { band: 2.5, relax, nodes: NodeValues::QuasiInterpolating },
-        truncate,
-        spacing: 2.0,
-        ..BuildOptions::default()
+        ..FieldParams::new(1.0)
     };
     for options in [
         exact(false, Some(15.0)),
         exact(true, None),
-        BuildOptions { storage: Storage::Bricks { step: 0.001 }, ..exact(true, Some(10.0)) },
-        seed(Conversion::Bresenham, Transform::Saito),
-        seed(Conversion::Conservative, Transform::Meijster),
+        FieldParams { storage: Storage::Quantized { step: 0.001 }, ..exact(true, Some(10.0)) },
     ] {
         let one = with_threads(1, || build(&mesh, &options)).expect("a bone fits");
         let points = points_near(&mesh, 20_000, 9.0);
         let ask = |threads| {
-            let mut samples = Samples::default();
-            with_threads(threads, || one.ask_all(&points, &Query::default(), &mut samples));
+            let mut samples = SampleBatch::default();
+            with_threads(threads, || {
+                one.query_batch(&points, &QueryParams::default(), &mut samples)
+            });
             samples
         };
         for threads in [2, 7] {
             let other = with_threads(threads, || build(&mesh, &options)).expect("a bone fits");
             let bits = |values: Vec<f32>| values.into_iter().map(f32::to_bits).collect::<Vec<_>>();
             assert!(bits(one.values()) == bits(other.values()), "{threads} threads: {options:?}");
-            assert_eq!(one.report().comparison, other.report().comparison);
+            assert_eq!(one.report().measured_error, other.report().measured_error);
             assert!(ask(1) == ask(threads), "{threads} threads: {options:?}");
         }
     }

@@ -6,7 +6,7 @@ mod common;
 
 use arbtest::arbtest;
 use common::build;
-use distance_field::{BuildOptions, Method, NodeValues};
+use distance_field::{FieldMethod, FieldParams, NodeValues};
 use fixtures::Mesh;
 use surface::glam::DVec3;
 
@@ -18,24 +18,25 @@ fn all_nodes_within_the_truncation_know_a_lone_point() {
     let mut told = 0;
     arbtest(|u| {
         let mut tenth = |from: u32, to: u32| Ok(f64::from(u.int_in_range(from..=to)?) / 10.0);
-        let (truncate, band) = (tenth(40, 130)?, tenth(18, 35)?);
+        let (truncation, band) = (tenth(40, 130)?, tenth(18, 35)?);
         let at = DVec3::new(tenth(0, 9)?, tenth(0, 9)?, tenth(0, 9)?);
         // The far corner of the box keeps its lowest corner, and so the grid, at 0.
         let far = DVec3::splat(-60.0);
         let small = |p: DVec3| [p, p + 1e-3 * DVec3::X, p + 1e-3 * DVec3::Y];
         let mesh =
             Mesh { positions: [small(at), small(far)].concat(), faces: vec![[0, 1, 2], [3, 4, 5]] };
-        let method = Method::ExactBand { band, relax: false, nodes: NodeValues::Interpolating };
-        let options = BuildOptions {
-            truncate: Some(truncate),
+        let method =
+            FieldMethod::ExactBand { band, relax: false, node_values: NodeValues::Interpolating };
+        let options = FieldParams {
+            truncation: Some(truncation),
             padding: 14.0,
             method,
             samples: 0,
-            ..BuildOptions::default()
+            ..FieldParams::new(1.0)
         };
         let field = build(&mesh, &options).expect("two faces fit");
         let grid = field.grid();
-        let [first, last] = [at - truncate, at + truncate].map(|p| p - grid.origin());
+        let [first, last] = [at - truncation, at + truncation].map(|p| p - grid.origin());
         let nodes = |axis: usize| {
             let within = |&n: &usize| {
                 let n = n as f64;
@@ -46,11 +47,11 @@ fn all_nodes_within_the_truncation_know_a_lone_point() {
         for (k, j) in nodes(2).into_iter().flat_map(|k| nodes(1).into_iter().map(move |j| (k, j))) {
             for i in nodes(0) {
                 let distance = grid.position([i, j, k]).distance(at);
-                if distance < truncate {
+                if distance < truncation {
                     let value = field.node([i, j, k]);
                     assert!(
                         (value - distance).abs() < 2e-3,
-                        "{value}, not {distance} of {truncate}"
+                        "{value}, not {distance} of {truncation}"
                     );
                     told += 1;
                 }

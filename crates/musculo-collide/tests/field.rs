@@ -3,7 +3,7 @@
 use arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
 use fixtures::{Mesh, shapes};
-use musculo_collide::distance_field::{BuildOptions, DistanceField, Grid, Pose, Storage};
+use musculo_collide::distance_field::{DistanceField, FieldGrid, FieldParams, Pose, Storage};
 use musculo_collide::glam::{DQuat, DVec3};
 use musculo_collide::surface::{closest_on_triangle, winding_number};
 use musculo_collide::{
@@ -19,15 +19,15 @@ fn bone() -> Mesh {
 
 fn field_of(mesh: &Mesh) -> DistanceField {
     let (surface, samples) = (mesh.surface(), 8192);
-    let options =
-        BuildOptions { spacing: SPACING, padding: 4.0, samples, ..BuildOptions::default() };
+    let params =
+        FieldParams { padding: 4.0, truncation: Some(15.0), samples, ..FieldParams::new(SPACING) };
     let x = surface.positions(&mesh.positions).expect("finite");
-    DistanceField::build(&surface, x, &options).expect("a field")
+    DistanceField::build(&surface, x, &params).expect("a field")
 }
 
 /// The field's worst error by its own report.
 fn stated(field: &DistanceField) -> f64 {
-    field.report().comparison.expect("a comparison").worst
+    field.report().measured_error.expect("a comparison").max
 }
 
 fn scene_of(mesh: &Mesh) -> (Scene, BodyId) {
@@ -177,12 +177,12 @@ fn planted_dips_are_found_and_no_others() {
 /// A slab between two parallel planes, whose field rises by 1 along each axis: √3
 /// along its normal, as steeply as its nodes allow.
 fn steep_slab() -> DistanceField {
-    let grid = Grid::new(DVec3::splat(-12.0), SPACING, [49; 3]).expect("a grid");
+    let grid = FieldGrid::new(DVec3::splat(-12.0), SPACING, [49; 3]).expect("a grid");
     let along = |n: u8| f32::from(n) * 0.5 - 12.0;
     let value = |[i, j, k]: [u8; 3]| (along(i) + along(j) + along(k)).abs() - 0.75;
     let rows = (0..49).flat_map(|k| (0..49).map(move |j| (j, k)));
     let values = rows.flat_map(|(j, k)| (0..49).map(move |i| value([i, j, k]))).collect();
-    DistanceField::from_values(grid, values, Storage::Dense).expect("finite values")
+    DistanceField::from_values(grid, values, Storage::Float).expect("finite values")
 }
 
 /// Edges through the slab, that dip into it anywhere along their way, wherever it is.
@@ -241,7 +241,7 @@ fn nothing_is_left_out() {
             let contacts = scene.field_contacts(id, &detector, &state).expect("an answer");
             assert_sound(&contacts, &scene);
             let height = |p: DVec3| {
-                let sample = field.sample(state.pose.into_body(p), Default::default());
+                let sample = field.evaluate(state.pose.into_body(p), Default::default());
                 sample.map_or(f64::INFINITY, |sample| sample.distance)
             };
             let heights: Vec<f64> = mesh.positions.iter().map(|&p| height(p)).collect();

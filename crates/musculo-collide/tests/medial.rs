@@ -4,7 +4,7 @@
 use arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
 use fixtures::{Mesh, shapes};
-use musculo_collide::distance_field::{BuildOptions, DistanceField, Method, NodeValues, Pose};
+use musculo_collide::distance_field::{DistanceField, FieldMethod, FieldParams, NodeValues, Pose};
 use musculo_collide::glam::{DQuat, DVec3};
 use musculo_collide::medial::{
     Ball, MedialError, MedialParams, MedialSurface, pair_foot, slab_foot,
@@ -216,15 +216,15 @@ fn what_vertices_miss_balls_meet() {
     }
 }
 
-fn ball_field(radius: f64, padding: f64, truncate: Option<f64>) -> DistanceField {
+fn ball_field(radius: f64, padding: f64, truncation: Option<f64>) -> DistanceField {
     let mesh = shapes::icosphere(radius, 4);
     let surface = mesh.surface();
     // Exact as far out as the balls' centers are.
-    let nodes = NodeValues::QuasiInterpolating;
-    let method = Method::ExactBand { band: 20.0, relax: false, nodes };
-    let options = BuildOptions { spacing: 0.5, padding, method, truncate, ..Default::default() };
+    let node_values = NodeValues::QuasiInterpolating;
+    let method = FieldMethod::ExactBand { band: 20.0, relax: false, node_values };
+    let params = FieldParams { padding, method, truncation, ..FieldParams::new(0.5) };
     let x = surface.positions(&mesh.positions).expect("finite");
-    DistanceField::build(&surface, x, &options).expect("a field")
+    DistanceField::build(&surface, x, &params).expect("a field")
 }
 
 /// Balls and slabs over a round bone, of which the distance is known, beside dense

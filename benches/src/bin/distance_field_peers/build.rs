@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use benches::clock::running;
 use benches::ratio::{Ratio, Report, amount};
-use distance_field::{BuildOptions, DistanceField};
+use distance_field::{DistanceField, FieldParams};
 use fixtures::Mesh;
 use glam::DVec3;
 use surface::TriangleSurface;
@@ -17,35 +17,6 @@ const ROOM: f64 = 18.0;
 
 /// Passes over memory that are timed together.
 const PASSES: usize = 30;
-
-/// Builds, in running time, and their phases, in wall time: the least of each \[ms\].
-struct Times {
-    total: f64,
-    phases: Vec<(String, f64)>,
-}
-
-impl Times {
-    const fn new() -> Self {
-        Self { total: f64::INFINITY, phases: Vec::new() }
-    }
-
-    fn add(&mut self, field: &DistanceField, elapsed: Duration) {
-        self.total = self.total.min(milliseconds(elapsed));
-        for (i, (phase, time)) in field.report().phases.iter().enumerate() {
-            let time = milliseconds(*time);
-            match self.phases.get_mut(i) {
-                Some((_, least)) => *least = least.min(time),
-                None => self.phases.push((format!("{phase:?}"), time)),
-            }
-        }
-    }
-
-    fn print(&self, name: &str) {
-        let phases: Vec<String> =
-            self.phases.iter().map(|(phase, time)| format!("{phase} {time:.1}")).collect();
-        println!("{name}: {:.1} ms = {}", self.total, phases.join(" + "));
-    }
-}
 
 fn milliseconds(time: Duration) -> f64 {
     time.as_secs_f64() * 1e3
@@ -62,9 +33,9 @@ impl<'a> Bone<'a> {
         Self { surface: mesh.surface(), positions: &mesh.positions }
     }
 
-    fn build(&self, options: &BuildOptions) -> DistanceField {
+    fn build(&self, params: &FieldParams) -> DistanceField {
         let x = self.surface.positions(self.positions).expect("a generated bone is finite");
-        DistanceField::build(&self.surface, x, options).expect("a bone fits")
+        DistanceField::build(&self.surface, x, params).expect("a bone fits")
     }
 }
 
@@ -72,22 +43,21 @@ fn pool(threads: usize) -> rayon::ThreadPool {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start")
 }
 
-/// The default and the seed method in turns with a pass over memory of the same size.
+/// The default and the voxel method in turns with a pass over memory of the same size.
 pub(crate) fn one_thread(mesh: &Mesh, report: &mut Report) {
-    let defaults = BuildOptions::default();
-    let untruncated = BuildOptions { truncate: None, ..defaults };
-    let roomy = BuildOptions { padding: ROOM, ..defaults };
-    let seed = BuildOptions { samples: 0, ..BuildOptions::seed() };
+    let defaults = FieldParams::new(1.0);
+    let untruncated = FieldParams { truncation: None, ..defaults };
+    let roomy = FieldParams { padding: ROOM, ..defaults };
+    let voxel = FieldParams { samples: 0, ..FieldParams::voxel(1.0) };
     let bone = Bone::new(mesh);
-    let build = |options: &BuildOptions| {
+    let time = |params: &FieldParams| {
         let start = running();
-        let field = bone.build(options);
-        (field, running() - start)
+        std::hint::black_box(bone.build(params));
+        milliseconds(running() - start)
     };
-    let [mut exact, mut large, mut whole, mut voxels] = [const { Times::new() }; 4];
-    let mut pass = f64::INFINITY;
+    let [mut exact, mut voxels, mut large, mut whole, mut pass] = [f64::INFINITY; 5];
     pool(1).install(|| {
-        let mut values = build(&defaults).0.values();
+        let mut values = bone.build(&defaults).values();
         for _ in 0..TURNS {
             // Often enough for the clock, which ticks in milliseconds.
             let start = running();
@@ -96,32 +66,22 @@ pub(crate) fn one_thread(mesh: &Mesh, report: &mut Report) {
                 std::hint::black_box(&mut values);
             }
             pass = pass.min(milliseconds(running() - start) / amount(PASSES));
-            let (field, time) = build(&defaults);
-            exact.add(&field, time);
-            let (field, time) = build(&seed);
-            voxels.add(&field, time);
-            let (field, time) = build(&roomy);
-            large.add(&field, time);
-            let (field, time) = build(&untruncated);
-            whole.add(&field, time);
+            exact = exact.min(time(&defaults));
+            voxels = voxels.min(time(&voxel));
+            large = large.min(time(&roomy));
+            whole = whole.min(time(&untruncated));
         }
         println!("{} voxels of 1 mm", values.len());
     });
-    exact.print("exact band of 3, truncated at 15 mm");
-    large.print("the same on 6.4 million voxels");
-    whole.print("exact band of 3, not truncated");
-    voxels.print("seed, Bresenham and Saito");
+    println!("exact band of 3, not truncated: {whole:.1} ms");
     let mut add = |name: &str, ours: f64, theirs: f64, allowed: f64| {
         report.add(&Ratio::new(name, ours, theirs, "ms", allowed));
     };
-    add("exact band at 1 mm / 300 ms", exact.total, 300.0, 1.0);
-    add("exact band, 6.4 million voxels / 300 ms", large.total, 300.0, 1.0);
-    add("seed at 1 mm / 250 ms", voxels.total, 250.0, 1.0);
-    add("exact band / seed", exact.total, voxels.total, 2.5);
-    println!(
-        "a pass over its bytes: {pass:.2} ms, the exact band {:.0} times that",
-        exact.total / pass
-    );
+    add("exact band at 1 mm / 300 ms", exact, 300.0, 1.0);
+    add("exact band, 6.4 million voxels / 300 ms", large, 300.0, 1.0);
+    add("voxel method at 1 mm / 250 ms", voxels, 250.0, 1.0);
+    add("exact band / voxel method", exact, voxels, 2.5);
+    println!("a pass over its bytes: {pass:.2} ms, the exact band {:.0} times that", exact / pass);
 }
 
 /// One thread and two, in turns. What is held to its bound is how long the busier of the two
@@ -129,45 +89,39 @@ pub(crate) fn one_thread(mesh: &Mesh, report: &mut Report) {
 /// others use. Wall times are told beside it, and what two builds at once, each of one thread,
 /// take from each other: more than that no two threads can gain.
 pub(crate) fn threads(mesh: &Mesh, report: &mut Report) {
-    let options = BuildOptions::default();
+    let params = FieldParams::new(1.0);
     let (bone, pools, other) = (Bone::new(mesh), [pool(1), pool(2)], pool(1));
-    let mut walls = [const { Times::new() }; 2];
+    let mut walls = [f64::INFINITY; 2];
     let mut busier = [f64::INFINITY; 2];
     let mut at_once = f64::INFINITY;
     for _ in 0..TURNS {
-        for ((pool, walls), busier) in pools.iter().zip(&mut walls).zip(&mut busier) {
+        for ((pool, wall), busier) in pools.iter().zip(&mut walls).zip(&mut busier) {
             let start = Instant::now();
-            let (field, time) = build_in(pool, &bone, &options);
-            walls.add(&field, start.elapsed());
+            let time = build_in(pool, &bone, &params);
+            *wall = wall.min(milliseconds(start.elapsed()));
             *busier = busier.min(time);
         }
         let both = std::thread::scope(|scope| {
-            let beside = scope.spawn(|| build_in(&other, &bone, &options).1);
-            let here = build_in(&pools[0], &bone, &options).1;
+            let beside = scope.spawn(|| build_in(&other, &bone, &params));
+            let here = build_in(&pools[0], &bone, &params);
             here + beside.join().expect("the other build ends")
         });
         at_once = at_once.min(0.5 * both);
     }
     let [one, two] = walls;
-    one.print("one thread, wall");
-    two.print("two threads, wall");
-    println!("wall time of two threads: one's over {:.2}", one.total / two.total);
+    println!("wall time of one thread: {one:.1} ms, of two {two:.1} ms");
     let possible = 2.0 * busier[0] / at_once;
     println!("two builds at once: {at_once:.1} ms each, so that {possible:.2} is possible");
     report.add(&Ratio::new("busier of two threads / one", busier[1], busier[0], "ms", 1.0 / 1.7));
 }
 
-/// A field, and how long the busiest thread of a pool ran for it \[ms\].
-fn build_in(
-    pool: &rayon::ThreadPool,
-    bone: &Bone<'_>,
-    options: &BuildOptions,
-) -> (DistanceField, f64) {
+/// Builds a field, and returns how long the busiest thread of a pool ran for it \[ms\].
+fn build_in(pool: &rayon::ThreadPool, bone: &Bone<'_>, params: &FieldParams) -> f64 {
     let before = pool.broadcast(|_| running());
-    let field = pool.install(|| bone.build(options));
+    pool.install(|| std::hint::black_box(bone.build(params)));
     let after = pool.broadcast(|_| running());
     let each = after.iter().zip(before).map(|(after, before)| milliseconds(*after - before));
-    (field, each.fold(0.0, f64::max))
+    each.fold(0.0, f64::max)
 }
 
 /// What a build at 0.5 mm adds to the memory of the process at its highest, over its grid.
@@ -177,8 +131,8 @@ pub(crate) fn memory(mesh: &Mesh, report: &mut Report) {
         println!("no /proc/self/status here: memory is not measured");
         return;
     };
-    let options = BuildOptions { spacing: 0.5, padding: ROOM, ..BuildOptions::default() };
-    let field = bone.build(&options);
+    let params = FieldParams { padding: ROOM, truncation: Some(15.0), ..FieldParams::new(0.5) };
+    let field = bone.build(&params);
     let added = highest_memory().unwrap_or(before) - before;
     let grid = amount(field.bytes()) / 1e6;
     println!("{} voxels of 0.5 mm", field.grid().node_count());

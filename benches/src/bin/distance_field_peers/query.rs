@@ -3,7 +3,9 @@
 use std::time::Duration;
 
 use benches::ratio::{Ratio, Report, amount, interleave};
-use distance_field::{BuildOptions, DistanceField, Interpolation, Query, Samples, Storage};
+use distance_field::{
+    DistanceField, FieldParams, Interpolation, QueryParams, SampleBatch, Storage,
+};
 use fixtures::Mesh;
 use glam::DVec3;
 use parry3d::math::Vector;
@@ -27,47 +29,47 @@ pub(crate) fn beside_projection(mesh: &Mesh, report: &mut Report) {
     let surface = mesh.surface();
     let x = surface.positions(&mesh.positions).expect("a generated bone is finite");
     let field = |storage| {
-        let options = BuildOptions { storage, samples: 0, ..BuildOptions::default() };
-        DistanceField::build(&surface, x, &options).expect("a bone fits")
+        let params = FieldParams { storage, samples: 0, ..FieldParams::new(1.0) };
+        DistanceField::build(&surface, x, &params).expect("a bone fits")
     };
-    let dense = field(Storage::Dense);
-    let bricks = field(Storage::Bricks { step: 0.001 });
-    println!("dense {} bytes, bricks {} bytes", dense.bytes(), bricks.bytes());
+    let floats = field(Storage::Float);
+    let steps = field(Storage::Quantized { step: 0.001 });
+    println!("floats {} bytes, steps {} bytes", floats.bytes(), steps.bytes());
     let coherent = points(mesh);
     let random = shuffled(&coherent);
 
     let trilinear = Interpolation::Trilinear;
     for (order, points, allowed) in [("coherent", &coherent, 20.0), ("random", &random, 45.0)] {
-        let [ours, alone] = beside_memory(&dense, points);
+        let [ours, alone] = beside_memory(&floats, points);
         let name = format!("trilinear, {order} / {allowed:.0} ns");
         report.add(&Ratio::new(&name, ours, allowed, "ns", 1.0));
         println!("trilinear, {order}: {ours:.1} ns, its memory alone {alone:.1} ns");
     }
     let few: Vec<DVec3> = (0..POINTS).map(|n| coherent[n % FEW]).collect();
-    let [ours, alone] = beside_memory(&dense, &few);
+    let [ours, alone] = beside_memory(&floats, &few);
     println!(
         "trilinear, {FEW} points again and again: {ours:.1} ns, its memory alone {alone:.1} ns"
     );
     for (name, field, interpolation) in [
-        ("bricks, trilinear", &bricks, trilinear),
-        ("smooth", &dense, Interpolation::Smooth),
-        ("cubic", &dense, Interpolation::Cubic),
+        ("steps, trilinear", &steps, trilinear),
+        ("smooth", &floats, Interpolation::Smooth),
+        ("cubic", &floats, Interpolation::Cubic),
     ] {
         let [near, far] =
             [&coherent, &random].map(|points| nanoseconds(field, points, interpolation));
         println!("{name}: coherent {near:.1} ns, random {far:.1} ns");
     }
-    beside_parry(mesh, &dense, &random, report);
+    beside_parry(mesh, &floats, &random, report);
 }
 
 fn nanoseconds(field: &DistanceField, points: &[DVec3], interpolation: Interpolation) -> f64 {
-    let query = Query { interpolation, ..Query::default() };
-    let mut samples = Samples::default();
+    let query = QueryParams { interpolation, ..QueryParams::default() };
+    let mut samples = SampleBatch::default();
     let mut least = f64::INFINITY;
     for _ in 0..TURNS {
         let start = running();
         for _ in 0..ROUNDS {
-            field.ask_all(points, &query, &mut samples);
+            field.query_batch(points, &query, &mut samples);
         }
         least = least.min((running() - start).as_secs_f64() * 1e9);
     }
@@ -83,14 +85,14 @@ fn beside_memory(field: &DistanceField, points: &[DVec3]) -> [f64; 2] {
     let first = |&p: &DVec3| grid.index(grid.locate(p).expect("within the padding").node);
     let firsts: Vec<usize> = points.iter().map(first).collect();
     let [mut asked, mut read] =
-        [const { Samples { distance: Vec::new(), gradient: Vec::new() } }; 2];
+        [const { SampleBatch { distance: Vec::new(), gradient: Vec::new() } }; 2];
     read.distance.resize(points.len(), 0.0);
     read.gradient.resize(points.len(), DVec3::ZERO);
     let times = interleave(
         BUDGET,
         [
             &mut || {
-                field.ask_all(points, &Query::default(), &mut asked);
+                field.query_batch(points, &QueryParams::default(), &mut asked);
                 asked.distance.len()
             },
             &mut || {
@@ -118,12 +120,12 @@ fn beside_parry(mesh: &Mesh, field: &DistanceField, points: &[DVec3], report: &m
         .expect("a closed bone");
     let some = &points[..PROJECTED];
     let projected: Vec<Vector> = some.iter().map(|&p| single(p)).collect();
-    let mut samples = Samples::default();
+    let mut samples = SampleBatch::default();
     let [ours, theirs] = interleave(
         BUDGET,
         [
             &mut || {
-                field.ask_all(some, &Query::default(), &mut samples);
+                field.query_batch(some, &QueryParams::default(), &mut samples);
                 samples.distance.iter().filter(|distance| **distance < 0.0).count()
             },
             &mut || {

@@ -3,11 +3,10 @@
 use std::io::Write;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use musculo_collide::distance_field::{
-    BuildOptions, DistanceField, Method, Phase, SignRule, Storage,
-};
+use musculo_collide::distance_field::{DistanceField, FieldMethod, FieldParams, Storage};
 use musculo_collide::surface::TriangleSurface;
 
 use super::{Failure, Outcome, in_threads};
@@ -94,25 +93,30 @@ enum MethodName {
     /// Exact distances in a band, and beyond it to the nearest band node's face
     Band,
     /// Voxels and a distance transform: half a spacing wrong; closed meshes only
-    Seed,
+    Voxel,
 }
 
+/// Distance between nodes where none is asked for: a bone in millimeters.
+const SPACING: f64 = 1.0;
+
+/// Room around a mesh where none is asked for, as much at every spacing.
+const PADDING: f64 = 10.0;
+
+/// Largest distance that is kept where none is asked for, as much at every spacing.
+const TRUNCATION: f64 = 15.0;
+
 impl BuildArguments {
-    fn options(&self) -> BuildOptions {
-        let band = BuildOptions::default();
+    fn params(&self) -> FieldParams {
         let method = match self.method {
-            Some(MethodName::Seed) => {
-                BuildOptions { method: Method::SEED, sign: SignRule::Flood, ..band }
-            }
-            Some(MethodName::Band) | None => band,
+            Some(MethodName::Voxel) => FieldMethod::VOXEL,
+            Some(MethodName::Band) | None => FieldMethod::EXACT_BAND,
         };
-        BuildOptions {
-            spacing: self.spacing.unwrap_or(method.spacing),
-            padding: self.padding.unwrap_or(method.padding),
-            truncate: self
-                .truncate
-                .map_or(method.truncate, |limit| (limit != 0.0).then_some(limit)),
-            ..method
+        let truncation = self.truncate.unwrap_or(TRUNCATION);
+        FieldParams {
+            padding: self.padding.unwrap_or(PADDING),
+            method,
+            truncation: (truncation != 0.0).then_some(truncation),
+            ..FieldParams::new(self.spacing.unwrap_or(SPACING))
         }
     }
 
@@ -128,17 +132,21 @@ pub(super) fn run(arguments: &FieldArguments) -> Result<Outcome, Failure> {
 
 fn field(arguments: &FieldArguments) -> Result<Outcome, Failure> {
     let out = arguments.out.as_deref().map(with_format).transpose()?;
+    let start = Instant::now();
     let (field, record) = match VolumeFormat::of(&arguments.input) {
         Some(format) => read_field(arguments, format)?,
         None => build_field(arguments)?,
     };
+    let seconds = start.elapsed().as_secs_f64();
     let written = write(arguments, out, &field, &record)?;
 
     let mut text = field_table(&record);
     for path in written {
         text += &format!("wrote {}\n", path.display());
     }
-    text += &times_line(&field);
+    if record.built.is_some() {
+        text += &format!("{seconds:.2} s to build\n");
+    }
     // Whoever closed standard output has read enough; the exit status tells.
     let _ = std::io::stdout().lock().write_all(text.as_bytes());
     Ok(Outcome::Clean)
@@ -162,10 +170,10 @@ fn read_field(
     let _progress = Progress::start("reading", 1);
     let mut field = format.read(path).map_err(|error| named(path, error))?;
     if let Some(step) = arguments.step {
-        let (storage, nodes) = (Storage::Steps { step }, field.nodes());
+        let (storage, nodes) = (Storage::Quantized { step }, field.node_values());
         field = DistanceField::from_values(*field.grid(), field.values(), storage)
             .map_err(|error| named(path, error))?
-            .with_nodes(nodes);
+            .with_node_values(nodes);
     }
     let record = FieldRecord::new(path.display().to_string(), &field, None);
     Ok((field, record))
@@ -182,12 +190,12 @@ fn build_field(arguments: &FieldArguments) -> Result<(DistanceField, FieldRecord
     let surface = TriangleSurface::new(mesh.positions.len(), mesh.faces);
     let surface = surface.map_err(|error| named(path, error))?;
     let x = surface.positions(&mesh.positions).map_err(|error| named(path, error))?;
-    let mut options = arguments.build.options();
+    let mut params = arguments.build.params();
     if let Some(step) = arguments.step {
-        options.storage = Storage::Steps { step };
+        params.storage = Storage::Quantized { step };
     }
-    let field = DistanceField::build(&surface, x, &options).map_err(|error| named(path, error))?;
-    let built = BuiltRecord::new(sizes, options, field.report());
+    let field = DistanceField::build(&surface, x, &params).map_err(|error| named(path, error))?;
+    let built = BuiltRecord::new(sizes, params, field.report());
     let record = FieldRecord::new(path.display().to_string(), &field, Some(built));
     Ok((field, record))
 }
@@ -216,17 +224,4 @@ fn write(
         outputs.stage(path, json.as_bytes())?;
     }
     Ok(outputs.commit()?)
-}
-
-/// Empty for a field that was not built here.
-fn times_line(field: &DistanceField) -> String {
-    let report = field.report();
-    if report.phases.is_empty() {
-        return String::new();
-    }
-    let phase = |(phase, time): &(Phase, std::time::Duration)| {
-        format!("{} {:.2} s", format!("{phase:?}").to_lowercase(), time.as_secs_f64())
-    };
-    let phases: Vec<String> = report.phases.iter().map(phase).collect();
-    format!("{:.2} s: {}\n", report.total().as_secs_f64(), phases.join(", "))
 }

@@ -88,7 +88,7 @@ fn slice(field: &DistanceField, [right, up, _]: [usize; 3], scale: &Scale) -> Im
             let mut p = scale.centre;
             p[right] = grid.origin()[right] + (float(column) + 0.5) * scale.pixel;
             p[up] = grid.origin()[up] + (float(height - row) - 0.5) * scale.pixel;
-            if let Some(sample) = field.sample(p, Interpolation::Trilinear) {
+            if let Some(sample) = field.evaluate(p, Interpolation::Trilinear) {
                 image.samples_mut()[row * (width + MARGIN) + column] =
                     scale.colour(sample.distance);
             }
@@ -99,7 +99,7 @@ fn slice(field: &DistanceField, [right, up, _]: [usize; 3], scale: &Scale) -> Im
 
 #[cfg(test)]
 mod tests {
-    use musculo_collide::distance_field::{Grid, Storage};
+    use musculo_collide::distance_field::{FieldGrid, Storage};
 
     use super::*;
 
@@ -113,9 +113,9 @@ mod tests {
     /// Distances from the plane x = 4.2 over a grid that is longer along x.
     #[test]
     fn a_plane_is_a_black_line_between_colour_and_grey() {
-        let grid = Grid::new(DVec3::ZERO, 1.0, [9, 3, 5]).unwrap();
+        let grid = FieldGrid::new(DVec3::ZERO, 1.0, [9, 3, 5]).unwrap();
         let values = (0_u8..135).map(|node| f32::from(node % 9) - 4.2).collect();
-        let field = DistanceField::from_values(grid, values, Storage::Dense).unwrap();
+        let field = DistanceField::from_values(grid, values, Storage::Float).unwrap();
         let scale = Scale::of(&field);
         assert!((scale.pixel - 0.01).abs() < 1e-15);
         let mut image = slice(&field, [0, 2, 1], &scale);

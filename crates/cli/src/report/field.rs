@@ -1,7 +1,7 @@
 //! What is told of a distance field: its grid, its error, its warnings.
 
 use musculo_collide::distance_field::{
-    BuildOptions, BuildReport, Comparison, DistanceField, NodeValues, Storage, Warning,
+    DistanceField, FieldParams, FieldReport, FieldWarning, MeasuredError, NodeValues, Storage,
 };
 use serde::Serialize;
 
@@ -27,12 +27,12 @@ pub(crate) struct FieldRecord {
 pub(crate) struct BuiltRecord {
     pub(crate) vertices: usize,
     pub(crate) faces: usize,
-    pub(crate) options: BuildOptions,
-    pub(crate) error: Option<Comparison>,
+    pub(crate) params: FieldParams,
+    pub(crate) error: Option<MeasuredError>,
     pub(crate) certain: Option<f64>,
     pub(crate) inside_volume: f64,
     pub(crate) peak_bytes: usize,
-    pub(crate) warnings: Vec<Warning>,
+    pub(crate) warnings: Vec<FieldWarning>,
 }
 
 impl FieldRecord {
@@ -42,7 +42,7 @@ impl FieldRecord {
         let (least, greatest) =
             values.iter().fold(ends, |(lo, hi), &value| (lo.min(value), hi.max(value)));
         let (spacing, origin, dims) = (grid.spacing(), grid.origin().to_array(), grid.dims());
-        let (storage, nodes) = (field.storage(), field.nodes());
+        let (storage, nodes) = (field.storage(), field.node_values());
         Self { file, spacing, origin, dims, least, greatest, storage, nodes, built }
     }
 }
@@ -50,15 +50,15 @@ impl FieldRecord {
 impl BuiltRecord {
     pub(crate) fn new(
         [vertices, faces]: [usize; 2],
-        options: BuildOptions,
-        report: &BuildReport,
+        params: FieldParams,
+        report: &FieldReport,
     ) -> Self {
         Self {
             vertices,
             faces,
-            options,
-            error: report.comparison,
-            certain: report.certain,
+            params,
+            error: report.measured_error,
+            certain: report.error_bound,
             inside_volume: report.inside_volume,
             peak_bytes: report.peak_bytes,
             warnings: report.warnings.clone(),
@@ -85,7 +85,7 @@ pub(crate) fn field_table(record: &FieldRecord) -> String {
     );
     let (least, greatest) = (f64::from(record.least), f64::from(record.greatest));
     text += &format!("  distances  {} to {}\n", measure(least), measure(greatest));
-    if let Storage::Steps { step } | Storage::Bricks { step } = record.storage {
+    if let Storage::Quantized { step } = record.storage {
         text += &format!("  kept       in steps of {step}, 16 bits each\n");
     }
     if let Some(built) = &record.built {
@@ -96,10 +96,10 @@ pub(crate) fn field_table(record: &FieldRecord) -> String {
 
 fn built_lines(built: &BuiltRecord) -> String {
     let mut text = match &built.error {
-        Some(Comparison { points, rms, worst }) => format!(
+        Some(MeasuredError { points, rms, max }) => format!(
             "  measured   error {} rms, {} worst, at {} within two spacings of the surface\n",
             measure(*rms),
-            measure(*worst),
+            measure(*max),
             counted(*points, "point"),
         ),
         None => "  error      not measured\n".to_owned(),
@@ -117,24 +117,24 @@ fn built_lines(built: &BuiltRecord) -> String {
     text
 }
 
-fn words(warning: &Warning) -> String {
+fn words(warning: &FieldWarning) -> String {
     match *warning {
-        Warning::Inverted => {
+        FieldWarning::Inverted => {
             "the surface encloses a negative volume: its faces were taken the other way round"
                 .to_owned()
         }
-        Warning::SpansFewCells { cells } => {
+        FieldWarning::SpansFewCells { cells } => {
             format!("the surface spans {cells:.2} cells: another unit, or too coarse a grid?")
         }
-        Warning::ThinnerThanGrid { share, limit } => format!(
+        FieldWarning::ThinnerThanGrid { fraction, thickness } => format!(
             "{:.0} % of the surface bounds parts thinner than {}, of which nodes may miss the inside",
-            100.0 * share,
-            measure(limit)
+            100.0 * fraction,
+            measure(thickness)
         ),
-        Warning::InteriorLost { share } => {
-            format!("{:.0} % of the enclosed volume is not inside the field", 100.0 * share)
+        FieldWarning::InteriorLost { fraction } => {
+            format!("{:.0} % of the enclosed volume is not inside the field", 100.0 * fraction)
         }
-        Warning::Open { edges } => format!(
+        FieldWarning::Open { edges } => format!(
             "the surface is open, with {} of boundary: inside is where its winding number passes one half",
             counted(edges, "edge")
         ),

@@ -23,7 +23,7 @@ mod vti;
 use std::path::Path;
 
 use glam::DVec3;
-use musculo_collide::distance_field::{DistanceField, Grid, NodeValues, Storage};
+use musculo_collide::distance_field::{DistanceField, FieldGrid, NodeValues, Storage};
 
 pub(crate) use self::error::VolumeError;
 
@@ -78,8 +78,8 @@ enum Values {
 impl Values {
     fn of(field: &DistanceField) -> Self {
         match field.storage() {
-            Storage::Dense => Self::Floats(field.values()),
-            Storage::Steps { step } | Storage::Bricks { step } => {
+            Storage::Float => Self::Floats(field.values()),
+            Storage::Quantized { step } => {
                 let steps = field.values().iter().map(|&value| whole_steps(value, step)).collect();
                 Self::Steps(steps, step)
             }
@@ -109,15 +109,15 @@ fn field(
     values: Values,
     nodes: NodeValues,
 ) -> Result<DistanceField, VolumeError> {
-    let grid = Grid::new(origin, spacing, dims)?;
+    let grid = FieldGrid::new(origin, spacing, dims)?;
     let (values, storage) = match values {
-        Values::Floats(values) => (values, Storage::Dense),
+        Values::Floats(values) => (values, Storage::Float),
         Values::Steps(values, step) => {
             let lengths = values.iter().map(|&steps| single(step * f64::from(steps))).collect();
-            (lengths, Storage::Steps { step })
+            (lengths, Storage::Quantized { step })
         }
     };
-    Ok(DistanceField::from_values(grid, values, storage)?.with_nodes(nodes))
+    Ok(DistanceField::from_values(grid, values, storage)?.with_node_values(nodes))
 }
 
 /// How many values a grid has, unless no memory could hold them.

@@ -30,7 +30,7 @@ pub(super) fn header(field: &DistanceField, values: &Values) -> String {
         Values::Floats(_) => ("", "float", String::new()),
         Values::Steps(_, step) => (" in steps", "short", format!("{STEP}:={step}\n")),
     };
-    let nodes = name(field.nodes());
+    let nodes = name(field.node_values());
     format!(
         "NRRD0004
 # Nodes of a signed distance field, in the frame and the length unit of its mesh.

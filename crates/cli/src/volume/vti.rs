@@ -49,7 +49,7 @@ pub(super) fn header(field: &DistanceField, values: &Values) -> String {
         Values::Floats(_) => ("Float32", NAME, String::new()),
         Values::Steps(_, step) => ("Int16", NAME_IN_STEPS, number_array("Float64", STEP, *step)),
     };
-    let nodes = match field.nodes() {
+    let nodes = match field.node_values() {
         NodeValues::Interpolating => 0,
         NodeValues::QuasiInterpolating => 1,
     };

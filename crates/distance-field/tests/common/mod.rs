@@ -2,22 +2,22 @@
 
 #![allow(dead_code, reason = "each test binary uses a part")]
 
-use distance_field::{BuildOptions, DistanceField, FieldError, Method, NodeValues};
+use distance_field::{DistanceField, FieldError, FieldMethod, FieldParams, NodeValues};
 use fixtures::Mesh;
 use kdop::{Leaves, Tree, Workspace};
 use surface::closest_on_triangle;
 use surface::glam::DVec3;
 
 /// Builds the field of a mesh.
-pub(crate) fn build(mesh: &Mesh, options: &BuildOptions) -> Result<DistanceField, FieldError> {
+pub(crate) fn build(mesh: &Mesh, options: &FieldParams) -> Result<DistanceField, FieldError> {
     let surface = mesh.surface();
     let x = surface.positions(&mesh.positions).expect("generated positions are finite");
     DistanceField::build(&surface, x, options)
 }
 
 /// The exact band of 3 with nodes that hold exact distances.
-pub(crate) const INTERPOLATING: Method =
-    Method::ExactBand { band: 3.0, relax: false, nodes: NodeValues::Interpolating };
+pub(crate) const INTERPOLATING: FieldMethod =
+    FieldMethod::ExactBand { band: 3.0, relax: false, node_values: NodeValues::Interpolating };
 
 /// Exact closest points by a tree of boxes.
 pub(crate) struct Exact<'a> {

@@ -16,7 +16,7 @@ pub(crate) mod volume;
 
 use std::borrow::Cow;
 
-use distance_field::{DistanceField, Interpolation, Pose, Query, Sample};
+use distance_field::{DistanceField, Interpolation, Pose, QueryParams, Sample};
 use glam::DVec3;
 use kdop::Dop18;
 use surface::{Anchor, Contact, Stencil};
@@ -130,8 +130,9 @@ impl<'a> FieldDetector<'a> {
     /// The distance at a point of the world, or a bound below where the field does
     /// not tell it: outside of its grid, or where it is truncated.
     pub(crate) fn tell(&self, state: &RigidState, p: DVec3) -> Result<Sample, f64> {
-        let query = Query { interpolation: Interpolation::Smooth, offset: 0.0, pose: state.pose };
-        match self.field.ask(p, &query) {
+        let query =
+            QueryParams { interpolation: Interpolation::Smooth, offset: 0.0, pose: state.pose };
+        match self.field.query(p, &query) {
             Some(sample) if sample.distance < self.volume.highest => Ok(sample),
             Some(_) => Err(self.volume.highest),
             // What is within the margin is in the box.
@@ -170,7 +171,7 @@ impl<'a> FieldDetector<'a> {
         if p.distance(nearest) > radius {
             return false;
         }
-        let sample = self.field.sample(nearest, Interpolation::Trilinear);
+        let sample = self.field.evaluate(nearest, Interpolation::Trilinear);
         sample.is_none_or(|found| self.volume.may_sink((p, radius), found.distance))
     }
 
@@ -178,7 +179,7 @@ impl<'a> FieldDetector<'a> {
     /// which is no farther from whatever is within the margin. Infinite where that is within the margin.
     fn height_outside(&self, state: &RigidState, p: DVec3) -> f64 {
         let nearest = self.volume.clamp(state.pose.into_body(p));
-        let sample = self.field.sample(nearest, Interpolation::Trilinear);
+        let sample = self.field.evaluate(nearest, Interpolation::Trilinear);
         let height = sample.map_or(f64::INFINITY, |sample| sample.distance);
         if height > self.margin { height } else { f64::INFINITY }
     }
@@ -188,8 +189,9 @@ impl<'a> FieldDetector<'a> {
         state: &RigidState,
         (p, stencil, feature): (DVec3, Stencil, FieldFeature),
     ) -> Option<FieldContact> {
-        let query = Query { interpolation: Interpolation::Smooth, offset: 0.0, pose: state.pose };
-        let Sample { distance: gap, gradient } = self.field.ask(p, &query)?;
+        let query =
+            QueryParams { interpolation: Interpolation::Smooth, offset: 0.0, pose: state.pose };
+        let Sample { distance: gap, gradient } = self.field.query(p, &query)?;
         let steepness = gradient.length();
         let normal = self.normal(state, p, gradient);
         let point = p - gap * normal;
@@ -210,7 +212,7 @@ impl Scene {
     /// touching its edges is not seen. Outside the field's grid nothing touches.
     ///
     /// ```
-    /// use musculo_collide::distance_field::{BuildOptions, DistanceField, Pose};
+    /// use musculo_collide::distance_field::{FieldParams, DistanceField, Pose};
     /// use musculo_collide::glam::{DQuat, DVec3};
     /// use musculo_collide::surface::TriangleSurface;
     /// use musculo_collide::{BodyKind, FieldDetector, FieldFeature, RigidState, Scene};
@@ -218,7 +220,7 @@ impl Scene {
     /// let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
     /// let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|corner| 30.0 * corner);
     /// let bone = TriangleSurface::new(4, faces.clone())?;
-    /// let field = DistanceField::build(&bone, bone.positions(&corners)?, &BuildOptions::default())?;
+    /// let field = DistanceField::build(&bone, bone.positions(&corners)?, &FieldParams::new(1.0))?;
     ///
     /// let mut scene = Scene::new();
     /// let muscle = TriangleSurface::new(4, faces)?;

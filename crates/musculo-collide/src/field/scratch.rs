@@ -4,7 +4,7 @@
 //! sink to the margin within it. Vertices are asked all at once; edges that may come
 //! lower than their ends, judged by these and by their middles, are searched.
 
-use distance_field::{Lowest, Query, Samples};
+use distance_field::{QueryParams, SampleBatch, SegmentMinimum};
 use glam::DVec3;
 use kdop::Workspace;
 use surface::{NO_EDGE, Stencil, Term, TriangleSurface};
@@ -23,7 +23,7 @@ pub(crate) struct FieldScratch {
     /// By vertex, and by edge: whether it is in the list.
     listed: [Vec<bool>; 2],
     points: Vec<DVec3>,
-    samples: Samples,
+    samples: SampleBatch,
     /// By vertex; outside the grid, a height that is as good for the edges there.
     heights: Vec<f64>,
     pub(crate) contacts: Vec<FieldContact>,
@@ -71,8 +71,8 @@ impl FieldScratch {
         vertices.extend(faces.iter().filter(|face| is_inside(face)).flat_map(|&face| tied(face)));
         points.clear();
         points.extend(vertices.iter().map(|&vertex| whole.shape.positions()[vertex as usize]));
-        let query = Query { pose: state.pose, ..Query::default() };
-        detector.field.ask_all(points, &query, samples);
+        let query = QueryParams { pose: state.pose, ..QueryParams::default() };
+        detector.field.query_batch(points, &query, samples);
         let asked = samples.distance.iter().zip(&*vertices);
         let deepest = asked.min_by(|p, q| p.0.total_cmp(q.0).then(p.1.cmp(q.1)));
         let known = contacts.iter().map(|found| found.contact.gap).fold(f64::INFINITY, f64::min);
@@ -97,8 +97,8 @@ impl FieldScratch {
         let Self { vertices, points, samples, heights, .. } = self;
         points.clear();
         points.extend(vertices.iter().map(|&vertex| x[vertex as usize]));
-        let query = Query { pose: state.pose, ..Query::default() };
-        detector.field.ask_all(points, &query, samples);
+        let query = QueryParams { pose: state.pose, ..QueryParams::default() };
+        detector.field.query_batch(points, &query, samples);
         heights.clear();
         heights.resize(x.len(), f64::INFINITY);
         for (&vertex, &height) in vertices.iter().zip(&samples.distance) {
@@ -116,8 +116,8 @@ impl FieldScratch {
         edges.retain(|&edge| near.may_dip(edge, heights));
         points.clear();
         points.extend(edges.iter().map(|&edge| near.middle(edge)));
-        let query = Query { pose: near.state.pose, ..Query::default() };
-        near.detector.field.ask_all(points, &query, samples);
+        let query = QueryParams { pose: near.state.pose, ..QueryParams::default() };
+        near.detector.field.query_batch(points, &query, samples);
         let mut middles = samples.distance.iter();
         edges.retain(|&edge| {
             let middle = middles.next().copied().unwrap_or(f64::INFINITY);
@@ -208,7 +208,8 @@ impl Near<'_> {
     fn edge(&self, edge: u32) -> Option<FieldContact> {
         let (ends, x) = (self.ends(edge), self.span(edge));
         let FieldDetector { field, margin, .. } = self.detector;
-        let Lowest { share, .. } = field.lowest_between(self.span_in_field(edge), *margin)?;
+        let SegmentMinimum { t: share, .. } =
+            field.min_along_segment(self.span_in_field(edge), *margin)?;
         let stencil = Stencil::new(&[self.term(ends[0], 1.0 - share), self.term(ends[1], share)])?;
         let at = x[0].lerp(x[1], share);
         self.detector.contact(self.state, (at, stencil, FieldFeature::Edge(edge)))

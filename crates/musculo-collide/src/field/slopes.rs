@@ -5,7 +5,7 @@
 //! do they jump by more, and one such place would make the bound for a whole field
 //! useless.
 
-use distance_field::Grid;
+use distance_field::FieldGrid;
 use glam::DVec3;
 
 use crate::plan::count;
@@ -33,7 +33,7 @@ pub(super) struct Slopes {
 impl Slopes {
     /// Looks at every cell. A trilinear value's gradient is bounded along each axis by
     /// the steepest of the cell's four edges along it.
-    pub(super) fn of(grid: &Grid, values: &[f32]) -> Self {
+    pub(super) fn of(grid: &FieldGrid, values: &[f32]) -> Self {
         let [nx, ny, nz] = grid.dims();
         let dims = grid.dims().map(|n| (n - 1).div_ceil(BLOCK));
         let mut squared = vec![0.0_f32; dims.iter().product()];

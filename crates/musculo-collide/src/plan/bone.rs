@@ -1,6 +1,6 @@
 //! A bone's field, as fine as a tolerance asks.
 
-use distance_field::{BuildOptions, DistanceField, FieldError};
+use distance_field::{DistanceField, FieldError, FieldParams};
 
 use crate::ExclusionReason;
 use crate::field::volume::Volume;
@@ -33,21 +33,21 @@ impl BoneField {
         let x = surface.positions(reference).map_err(|_| ExclusionReason::NotRigid)?;
         let mut spacing = SPACING * tolerance;
         for _ in 0..ATTEMPTS {
-            let options = BuildOptions {
-                spacing,
+            let params = FieldParams {
                 padding: margin + tolerance + 2.0 * spacing,
-                truncate: None,
+                truncation: None,
                 max_bytes: MOST_BYTES,
-                ..BuildOptions::default()
+                ..FieldParams::new(spacing)
             };
-            let field = match DistanceField::build(surface, x, &options) {
+            let field = match DistanceField::build(surface, x, &params) {
                 Ok(field) => field,
-                Err(FieldError::TooLarge { .. } | FieldError::TooLong { .. }) => {
+                Err(FieldError::TooLarge { .. } | FieldError::AxisTooLong { .. }) => {
                     return Err(ExclusionReason::FieldTooLarge { spacing });
                 }
                 Err(source) => return Err(ExclusionReason::Field { reason: source.to_string() }),
             };
-            let error_bound = field.report().comparison.map_or(f64::INFINITY, |c| c.worst);
+            let error_bound =
+                field.report().measured_error.map_or(f64::INFINITY, |error| error.max);
             if error_bound <= tolerance {
                 let volume = Volume::of(&field, margin);
                 return Ok(Self { field, volume, error_bound });

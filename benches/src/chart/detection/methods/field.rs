@@ -2,7 +2,7 @@
 
 use std::cell::OnceCell;
 
-use distance_field::{BuildOptions, Conversion, DistanceField, Pose, Transform};
+use distance_field::{DistanceField, FieldMethod, FieldParams, Pose, Voxelization};
 use musculo_collide::{BodyId, FieldContact, FieldDetector, FieldFeature, RigidState, Scene};
 
 use super::super::question::Question;
@@ -27,20 +27,15 @@ pub(super) fn detector<'a>(
     spacing: f64,
     kept: &'a OnceCell<DistanceField>,
 ) -> Result<ByField<'a>, Failure> {
-    let options = match method {
+    let params = FieldParams { padding: PADDING, samples: 0, ..FieldParams::new(spacing) };
+    let method = match method {
         // The source's lines leave holes in coarse faces, through which its flood leaks.
-        Method::SeedField => BuildOptions {
-            method: distance_field::Method::Seed {
-                conversion: Conversion::SixSeparating,
-                transform: Transform::Saito,
-            },
-            ..BuildOptions::seed()
-        },
-        _ => BuildOptions { truncate: None, ..BuildOptions::default() },
+        Method::SeedField => FieldMethod::Voxel { voxelization: Voxelization::SixSeparating },
+        _ => params.method,
     };
-    let options = BuildOptions { spacing, padding: PADDING, samples: 0, ..options };
+    let params = FieldParams { method, truncation: None, ..params };
     let bone = &question.moving.bodies[0];
-    let field = DistanceField::build(&bone.surface, bone.surface.positions(&bone.x)?, &options)?;
+    let field = DistanceField::build(&bone.surface, bone.surface.positions(&bone.x)?, &params)?;
     let detector = FieldDetector::new(kept.get_or_init(|| field), 0.0)?;
     let (scene, ids) = question.scene()?;
     let contacts = question.muscles().into_iter().map(|muscle| (muscle, Vec::new())).collect();
