@@ -204,12 +204,12 @@ fn thin_plates_keep_what_is_expected() {
         // At the very limit rounding decides.
         assert!(warned.is_some() || thickness >= 1.5, "{thickness}: {warned:?}");
         assert!(warned.is_none() || thickness <= 1.5, "{thickness}: {warned:?}");
-        for (conversion, [least, most]) in
+        for (voxelization, [least, most]) in
             [(Voxelization::SixSeparating, six), (Voxelization::Conservative, conservative)]
         {
-            let (found, _) = plate_found(thickness, &seed(conversion));
-            println!("t = {thickness} h: {conversion:?} {found:.3}");
-            assert!((least..=most).contains(&found), "{thickness} {conversion:?}: {found}");
+            let (found, _) = plate_found(thickness, &voxel(voxelization));
+            println!("t = {thickness} h: {voxelization:?} {found:.3}");
+            assert!((least..=most).contains(&found), "{thickness} {voxelization:?}: {found}");
         }
     }
 }
@@ -225,9 +225,9 @@ fn thin_conversion_leaks() {
     let is_lost =
         |w: &FieldWarning| matches!(w, FieldWarning::InteriorLost { fraction } if *fraction > 0.9);
     assert!(field.report().warnings.iter().any(is_lost), "{:?}", field.report().warnings);
-    for conversion in [Voxelization::SixSeparating, Voxelization::Conservative] {
-        let field = build(&ball, &seed(conversion)).unwrap();
-        assert!(share_found(&field, inside) == 1.0, "{conversion:?}");
+    for voxelization in [Voxelization::SixSeparating, Voxelization::Conservative] {
+        let field = build(&ball, &voxel(voxelization)).unwrap();
+        assert!(share_found(&field, inside) == 1.0, "{voxelization:?}");
         assert_eq!(field.report().warnings, []);
     }
 }
@@ -319,7 +319,7 @@ fn what_is_certain_holds_at_the_tip_of_a_needle() {
     // Neither method nor surface allows more to be said.
     let ball = shapes::icosphere(10.0, 3);
     let mut open = ball.clone();
-    open.faces.truncation(open.faces.len() - 1);
+    open.faces.truncate(open.faces.len() - 1);
     assert_eq!(build(&open, &defaults()).unwrap().report().error_bound, None);
     assert_eq!(
         build(&ball, &voxel(Voxelization::Conservative)).unwrap().report().error_bound,

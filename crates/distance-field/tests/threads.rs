@@ -5,9 +5,7 @@
 mod common;
 
 use common::build;
-use distance_field::{
-    FieldMethod, FieldParams, NodeValues, QueryParams, SampleBatch, Storage, Voxelization,
-};
+use distance_field::{FieldMethod, FieldParams, NodeValues, QueryParams, SampleBatch, Storage};
 use fixtures::femur::femur;
 use fixtures::sampling::points_near;
 
