@@ -2,11 +2,11 @@
 #![allow(missing_docs, reason = "criterion's macros emit undocumented items")]
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use fixtures::muscle::{Lie, scene};
+use fixtures::muscle::{Placement, scene};
 use kdop::{Leaves, Tree, Workspace};
 
 fn muscles(c: &mut Criterion) {
-    let scene = scene(6500, Lie::Oblique);
+    let scene = scene(6500, Placement::Oblique);
     let build = |muscle: &fixtures::muscle::Muscle| {
         Tree::build(Leaves::Triangles(&muscle.triangles), &muscle.states[0]).expect("a valid mesh")
     };

@@ -13,8 +13,9 @@ use benches::response::scenes::Sheets;
 use glam::DVec3;
 use kdop::{Leaves, Tree, Workspace};
 use response::{
-    Carrier, ContactLaw, ContactRows, ContactSystem, Impulse, Level, LinearForces, Margins,
-    Measure, NormalForce, Order, PermanentContacts, SoftContacts, SoftLaw, SolverParams,
+    ContactLaw, ContactRows, ContactSystem, GapMeasure, Impulse, LinearForces, Margins,
+    NormalForce, PermanentContacts, SoftContacts, SoftLaw, SolveLevel, SolverParams,
+    SurfaceCarrier, SweepOrder,
 };
 use surface::closest_on_triangle;
 
@@ -41,7 +42,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
 /// beside 5 ms; returns both times of one sweep of a contact \[ns\].
 fn sweeps(sheets: &Sheets, report: &mut Report) -> Result<[f64; 2], Box<dyn Error>> {
     let rows = sheets.rows()?;
-    let system = ContactSystem::new(&rows, &sheets.inverse_mass, Order::Coloured)?;
+    let system = ContactSystem::new(&rows, &sheets.inverse_mass, SweepOrder::Colored)?;
     let mut v = sheets.v.clone();
     let mut impulses = system.no_impulses();
     let mut failed = 0;
@@ -56,7 +57,7 @@ fn sweeps(sheets: &Sheets, report: &mut Report) -> Result<[f64; 2], Box<dyn Erro
                 v.copy_from_slice(&sheets.v);
                 impulses.fill(Impulse::default());
                 let params = SolverParams::default();
-                let solved = system.solve(Level::Velocity, &mut v, &mut impulses, &params);
+                let solved = system.solve(SolveLevel::Velocity, &mut v, &mut impulses, &params);
                 failed += usize::from(solved.is_err());
                 failed
             },
@@ -81,21 +82,21 @@ fn sweeps(sheets: &Sheets, report: &mut Report) -> Result<[f64; 2], Box<dyn Erro
 /// Rows and system from contacts, beside ten sweeps of them.
 fn preparation(sheets: &Sheets, report: &mut Report) -> Result<(), Box<dyn Error>> {
     let rows = sheets.rows()?;
-    let system = ContactSystem::new(&rows, &sheets.inverse_mass, Order::Coloured)?;
+    let system = ContactSystem::new(&rows, &sheets.inverse_mass, SweepOrder::Colored)?;
     let mut v = sheets.v.clone();
     let [prepared, solved] = interleave(
         BUDGET,
         [
             &mut || {
                 let Ok(rows) = sheets.rows() else { return 0 };
-                let system = ContactSystem::new(&rows, &sheets.inverse_mass, Order::Coloured);
+                let system = ContactSystem::new(&rows, &sheets.inverse_mass, SweepOrder::Colored);
                 system.map_or(0, |system| system.batch_count())
             },
             &mut || {
                 v.copy_from_slice(&sheets.v);
                 let mut impulses = system.no_impulses();
                 let params = SolverParams::default();
-                let solved = system.solve(Level::Velocity, &mut v, &mut impulses, &params);
+                let solved = system.solve(SolveLevel::Velocity, &mut v, &mut impulses, &params);
                 usize::from(solved.is_ok())
             },
         ],
@@ -107,13 +108,13 @@ fn preparation(sheets: &Sheets, report: &mut Report) -> Result<(), Box<dyn Error
 /// Sweeps to the same residual from the impulses of the step before.
 fn warm_start(sheets: &Sheets, report: &mut Report) -> Result<(), Box<dyn Error>> {
     let rows = sheets.rows()?;
-    let system = ContactSystem::new(&rows, &sheets.inverse_mass, Order::Coloured)?;
+    let system = ContactSystem::new(&rows, &sheets.inverse_mass, SweepOrder::Colored)?;
     let params = SolverParams { max_iterations: 1000, tolerance: 1e-9, ..Default::default() };
     let mut impulses = system.no_impulses();
-    let cold = system.solve(Level::Velocity, &mut sheets.v.clone(), &mut impulses, &params)?;
+    let cold = system.solve(SolveLevel::Velocity, &mut sheets.v.clone(), &mut impulses, &params)?;
     // The next step asks for almost the same: 1 % more of everything.
     let mut next: Vec<DVec3> = sheets.v.iter().map(|v| 1.01 * *v).collect();
-    let warm = system.solve(Level::Velocity, &mut next, &mut impulses, &params)?;
+    let warm = system.solve(SolveLevel::Velocity, &mut next, &mut impulses, &params)?;
     let [warm, cold] = [warm, cold].map(|report| f64::from(report.iterations));
     report.add(&Ratio::new("sweeps to 1e-9, warm / cold", warm, cold, "sweeps", 1.0));
     Ok(())
@@ -152,7 +153,7 @@ fn products(sheets: &Sheets, report: &mut Report) -> Result<(), Box<dyn Error>> 
 fn carrying(mut sheets: Sheets, report: &mut Report) -> Result<(), Box<dyn Error>> {
     let margins = Margins::new(0.0, 1.0)?;
     let keep = |sheets: &Sheets| {
-        PermanentContacts::new(&sheets.contacts, &sheets.x, Measure::AlongNormal, margins)
+        PermanentContacts::new(&sheets.contacts, &sheets.x, GapMeasure::AlongNormal, margins)
     };
     let (mut sticking, mut sliding) = (keep(&sheets)?, keep(&sheets)?);
     // The upper sheet has slipped by a third of an edge.
@@ -163,7 +164,7 @@ fn carrying(mut sheets: Sheets, report: &mut Report) -> Result<(), Box<dyn Error
     let (upper, lower) = sheets.x.split_at(first);
     let on = sheets.lower.positions(lower)?;
     let mut tree = Tree::build(Leaves::Triangles(sheets.lower.faces()), lower)?;
-    let carrier = Carrier::Particles { first: sheets.first_lower };
+    let carrier = SurfaceCarrier::Particles { first: sheets.first_lower };
     let mut workspace = Workspace::<9>::default();
     let [stuck, slid, found] = interleave(
         BUDGET,

@@ -1,3 +1,3 @@
-//! Contact responses beside plain memory sweeps and slow twins.
+//! Contact responses beside plain memory sweeps and reference implementations.
 
 pub mod scenes;

@@ -3,7 +3,7 @@
 use baselines::{BaselineError, PairFindings, PlacedSurface, VertexInside};
 use baselines::{average_case, layered_depth, selected_pairs, spatial_hash};
 use fixtures::shapes::{capsule, cube, octasphere, plate};
-use fixtures::{Mesh, twins};
+use fixtures::{Mesh, reference};
 use glam::DVec3;
 use surface::TriangleSurface;
 
@@ -56,7 +56,7 @@ fn scenes() -> Vec<[Shape; 2]> {
 fn hashing_finds_every_crossing_whatever_the_cells() {
     let mut crossings = 0;
     for [a, b] in scenes() {
-        let expected = twins::crossing_faces(&a.mesh, &b.mesh);
+        let expected = reference::crossing_faces(&a.mesh, &b.mesh);
         crossings += expected.len();
         for (cell_size, slots) in [(0.7, 4001), (3.0, 4001), (3.0, 1), (100.0, 17)] {
             let params = spatial_hash::SpatialHashParams { cell_size, slots };
@@ -74,8 +74,8 @@ fn vertices_inside_spread_from_crossings() {
     for [a, b] in scenes() {
         let found = spatial_hash::detect(a.body(), b.body(), &params).unwrap();
         let [of_a, of_b] = inside_of(&found);
-        assert_eq!(vertices(of_a), twins::vertices_inside(&a.mesh, &b.mesh));
-        assert_eq!(vertices(of_b), twins::vertices_inside(&b.mesh, &a.mesh));
+        assert_eq!(vertices(of_a), reference::vertices_inside(&a.mesh, &b.mesh));
+        assert_eq!(vertices(of_b), reference::vertices_inside(&b.mesh, &a.mesh));
     }
 }
 
@@ -86,7 +86,7 @@ fn depths_spread_from_crossings_are_near_the_true_ones() {
     let params = spatial_hash::SpatialHashParams { cell_size: 3.0, slots: 4001 };
     let [a, b] = spheres(15.0);
     let found = spatial_hash::detect(a.body(), b.body(), &params).unwrap();
-    let deepest = twins::deepest_vertex(&a.mesh, &b.mesh).expect("they overlap").distance;
+    let deepest = reference::deepest_vertex(&a.mesh, &b.mesh).expect("they overlap").distance;
     let depth = found.depth().expect("they overlap");
     assert!((0.9..1.3).contains(&(depth / deepest)), "{depth} for {deepest}");
 }
@@ -149,18 +149,18 @@ fn images_place_vertices_up_to_a_pixel() {
     for (inside, mesh, other) in
         [(&inside_of(&found)[0], &a.mesh, &b.mesh), (&inside_of(&found)[1], &b.mesh, &a.mesh)]
     {
-        let (found, expected) = (vertices(inside), twins::vertices_inside(mesh, other));
+        let (found, expected) = (vertices(inside), reference::vertices_inside(mesh, other));
         assert!(expected.len() > 20, "many are inside");
         let wrong = (0..u32::try_from(mesh.positions.len()).unwrap())
             .filter(|v| found.contains(v) != expected.contains(v));
         for vertex in wrong {
             let x = mesh.positions[vertex as usize];
-            let distance = twins::closest(other, x).expect("it has faces").distance;
+            let distance = reference::closest(other, x).expect("it has faces").distance;
             assert!(distance < 0.04, "vertex {vertex} is {distance} from the surface");
         }
         for VertexInside { vertex, depth } in inside {
             let x = mesh.positions[*vertex as usize];
-            let distance = twins::closest(other, x).expect("it has faces").distance;
+            let distance = reference::closest(other, x).expect("it has faces").distance;
             assert!(*depth >= distance - 0.1, "{depth} along a ray, {distance} at least");
         }
     }
@@ -190,7 +190,7 @@ fn trees_that_accept_nothing_less_are_exact() {
         ..average_case::AverageCaseParams::DEFAULT
     };
     for [a, b] in scenes() {
-        let expected = !twins::crossing_faces(&a.mesh, &b.mesh).is_empty();
+        let expected = !reference::crossing_faces(&a.mesh, &b.mesh).is_empty();
         let found = average_case(&a, &b, &params);
         assert_eq!((found.overlap, found.probability), (expected, Some(f64::from(expected))));
     }
@@ -227,7 +227,7 @@ fn trees_trade_certainty_for_tests() {
 /// Share of the crossings found in one step, in the mean over some seeds.
 fn recall(draws: u64, hops: u32) -> f64 {
     let [a, b] = spheres(17.0);
-    let expected = twins::crossing_faces(&a.mesh, &b.mesh);
+    let expected = reference::crossing_faces(&a.mesh, &b.mesh);
     let params = selected_pairs::SelectedPairsParams {
         draws,
         hops,

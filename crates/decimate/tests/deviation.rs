@@ -1,7 +1,7 @@
 //! The bounds hold, and are near the truth: against dense samples by brute force.
 
 use decimate::{Decimation, DirectedHausdorff, deviation};
-use fixtures::{Mesh, arithmetic, femur, shapes, twins};
+use fixtures::{Mesh, arithmetic, femur, reference, shapes};
 use glam::DVec3;
 use surface::{TriangleSurface, closest_on_triangle};
 
@@ -137,7 +137,7 @@ fn any_two_surfaces() {
             let farthest = (0..60)
                 .map(|i| sample(from.corners(i as usize % from.faces.len()), i))
                 .chain(from.positions.iter().copied())
-                .filter_map(|p| twins::closest(to, p))
+                .filter_map(|p| reference::closest(to, p))
                 .map(|closest| closest.distance)
                 .fold(0.0, f64::max);
             assert!(farthest <= side.upper + 1e-12 * (size + farthest), "{farthest} {side:?}");

@@ -19,7 +19,7 @@ use distance_field::{
     Storage, Voxelization,
 };
 use fixtures::femur::{femur, height};
-use fixtures::sampling::{Errors, Truth, points_near};
+use fixtures::sampling::{Errors, PointTruth, points_near};
 use fixtures::{Mesh, data};
 use surface::glam::DVec3;
 
@@ -38,18 +38,18 @@ fn smooth_femur(cell: f64) -> Mesh {
 }
 
 /// Truth within 2 mm of the surface; signs are those of the finest field.
-fn truths(mesh: &Mesh, count: u32) -> Vec<Truth> {
+fn truths(mesh: &Mesh, count: u32) -> Vec<PointTruth> {
     let mut exact = Exact::new(mesh);
     let options = FieldParams { spacing: 1.0, samples: 0, ..FieldParams::new(1.0) };
     let field = build(mesh, &options).expect("a bone fits");
     let truth = |point: DVec3| {
         let side = field.evaluate(point, Interpolation::Cubic)?.distance;
-        Truth::new(point, exact.closest(point), side)
+        PointTruth::new(point, exact.closest(point), side)
     };
     points_near(mesh, count, 2.0).into_iter().filter_map(truth).collect()
 }
 
-fn errors(field: &DistanceField, truths: &[Truth], interpolation: Interpolation) -> Errors {
+fn errors(field: &DistanceField, truths: &[PointTruth], interpolation: Interpolation) -> Errors {
     let points: Vec<DVec3> = truths.iter().map(|truth| truth.point).collect();
     let mut samples = SampleBatch::default();
     field.query_batch(
@@ -77,7 +77,7 @@ type Row = (f64, &'static str, FieldParams, Interpolation, [f64; 3]);
 
 /// The default with exact distances put in place of its own at every node near a
 /// point, signed as it is: what is left is the interpolation's own error.
-fn exact_at_nodes(field: &DistanceField, mesh: &Mesh, truths: &[Truth]) -> DistanceField {
+fn exact_at_nodes(field: &DistanceField, mesh: &Mesh, truths: &[PointTruth]) -> DistanceField {
     let (grid, mut values) = (*field.grid(), field.values());
     let mut exact = Exact::new(mesh);
     let mut is_done = vec![false; values.len()];
@@ -100,7 +100,7 @@ fn exact_at_nodes(field: &DistanceField, mesh: &Mesh, truths: &[Truth]) -> Dista
 }
 
 /// What no exact values at nodes 1 mm apart could better, printed below a table.
-fn print_floor(mesh: &Mesh, truths: &[Truth]) {
+fn print_floor(mesh: &Mesh, truths: &[PointTruth]) {
     let field = build(mesh, &FieldParams { method: INTERPOLATING, ..band(3.0, false) })
         .expect("a bone fits");
     let exact = exact_at_nodes(&field, mesh, truths);

@@ -11,7 +11,8 @@
 
 use glam::DVec3;
 use response::{
-    ContactLaw, ContactRows, ContactSystem, Level, Margins, Order, ResponseError, SolverParams,
+    ContactLaw, ContactRows, ContactSystem, Margins, ResponseError, SolveLevel, SolverParams,
+    SweepOrder,
 };
 use surface::{Anchor, Contact, Stencil, Term};
 
@@ -44,11 +45,11 @@ fn main() -> Result<(), ResponseError> {
     let mut rows = ContactRows::new(sunk.len());
     rows.extend(&contacts(&sunk), law)?;
     let inverse_mass = vec![1.0; sunk.len()];
-    let system = ContactSystem::new(&rows, &inverse_mass, Order::Given)?;
+    let system = ContactSystem::new(&rows, &inverse_mass, SweepOrder::Given)?;
     for max_iterations in [0, 1, 10, 100, 1000] {
         let (mut moved, mut impulses) = (vec![DVec3::ZERO; sunk.len()], system.no_impulses());
         let solver = SolverParams { max_iterations, ..SolverParams::default() };
-        let report = system.solve(Level::Position, &mut moved, &mut impulses, &solver)?;
+        let report = system.solve(SolveLevel::Position, &mut moved, &mut impulses, &solver)?;
         let x: Vec<DVec3> = sunk.iter().zip(&moved).map(|(x, by)| *x + *by).collect();
         let gaps: Vec<String> = contacts(&x).iter().map(|c| format!("{:.3}", c.gap)).collect();
         println!("{:>4} rounds, gaps from the floor up: {}", report.iterations, gaps.join(" "));

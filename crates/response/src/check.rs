@@ -8,7 +8,7 @@ use crate::ResponseError;
 /// Allowed deviation of a normal from unit length, a plain number.
 ///
 /// A normal from a file or from 32-bit storage is off by 1e-7; one that was
-/// never normalised, by much more. Within it the normal is scaled to length 1.
+/// never normalized, by much more. Within it the normal is scaled to length 1.
 const UNIT_TOLERANCE: f64 = 1e-6;
 
 /// A number within a range, or the error that names it.

@@ -26,7 +26,7 @@ use crate::{ResponseError, check};
 /// use glam::DVec3;
 /// use surface::Stencil;
 ///
-/// // A vertex over the centre of a face, four equal masses.
+/// // A vertex over the center of a face, four equal masses.
 /// let contact = Stencil::vertex_face(0, [1, 2, 3], [1.0 / 3.0; 3]);
 /// let mut x = [DVec3::ZERO; 4];
 /// response::distribute(contact.terms(), &[1.0; 4], DVec3::Z, &mut x)?;

@@ -18,8 +18,8 @@
 //! | [second order](TimeStep::second_order_spring) | | | ΔP_c / h² − 2 V_c / h − σ ΔV_c / h − A_c |
 //! | [`Reaction`], [`Friction::share`] | −λ ((D · n)₊ n + µ D_t) | −λ (V_c,n + µ V_c,t) if V_c · n > 0 | same with A_c |
 //! | [`Reaction`], [`Friction::coulomb`] | −j n − min(1, µ j / \|D_t\|) D_t, j = λ (D · n)₊ | same with V_c | same with A_c |
-//! | [`Reference`], [`Hold::Sticking`] | P_ref − P_c | −V_c | −A_c |
-//! | [`Reference`], [`Hold::Sliding`] | (P_ref − P_c)_n | −V_c,n | −A_c,n |
+//! | [`Reference`], [`Restraint::Sticking`] | P_ref − P_c | −V_c | −A_c |
+//! | [`Reference`], [`Restraint::Sliding`] | (P_ref − P_c)_n | −V_c,n | −A_c,n |
 //!
 //! D is the last displacement of P_c, σ the integrator's
 //! [`POSITION_SHARE`](Integrator::POSITION_SHARE). The table of the source is
@@ -28,16 +28,16 @@
 //! # From one contact to many
 //!
 //! Corrections of contacts that share particles must not be added up: a
-//! [`ContactSystem`] solves them together, at one [`Level`];
+//! [`ContactSystem`] solves them together, at one [`SolveLevel`];
 //! [`correct_in_sequence`] does so for positions, velocities and accelerations
 //! in turn. [`SoftContacts`] are forces with derivatives instead.
 //! [`PermanentContacts`] carry a list of contacts from frame to frame, and
-//! [`carry_over`] their impulses. [`stability`] finds where a step holds.
+//! [`warm_start`] their impulses. [`stability`] finds where a step holds.
 //!
 //! # Units and promises
 //!
 //! Lengths, times and masses are in the caller's units, which must fit
-//! together: in millimetres, gravity is 9810. Every entry point checks what it
+//! together: in millimeters, gravity is 9810. Every entry point checks what it
 //! is given; input that is not finite is an error that names the contact or
 //! the particle, and no result holds a value that is not finite. Momentum is
 //! kept to rounding, a hard correction is met to the residual it reports, and
@@ -54,42 +54,46 @@
 #![expect(clippy::doc_markdown, reason = "formulas keep the source's letters, as in P_ref")]
 
 mod check;
+mod contact_rows;
 mod distribute;
 mod error;
 mod implicit;
-mod lever;
-mod memory;
+mod impulse_cache;
 mod permanent;
 mod reaction;
 mod reference;
 mod relative;
-mod rows;
 mod sequence;
 mod soft;
 mod solve;
 mod spring;
 pub mod stability;
 mod step;
+mod torque_arm;
 mod walk;
 
+pub use crate::contact_rows::{ContactLaw, ContactRow, ContactRows, Spread};
 pub use crate::distribute::distribute;
 pub use crate::error::ResponseError;
 pub use crate::implicit::{LinearParams, LinearReport};
-pub use crate::lever::{Lever, Side};
-pub use crate::memory::{ContactMemory, carry_over};
-pub use crate::permanent::{Carrier, ContactState, Measure, PermanentContacts, RigidMotion};
-pub use crate::reaction::{Friction, Reaction};
-pub use crate::reference::{FaceFrame, Hold, Reference};
-pub use crate::relative::{Margins, RelativeMotion, RelativeState};
-pub use crate::rows::{ContactLaw, ContactRows, Row, Spread};
-pub use crate::sequence::{
-    Particles, SequenceParams, SequenceReport, Thresholds, correct_in_sequence,
+pub use crate::impulse_cache::{ImpulseCache, warm_start};
+pub use crate::permanent::{
+    ContactState, GapMeasure, PermanentContacts, RigidMotion, SurfaceCarrier,
 };
-pub use crate::soft::{Block, LinearForces, NormalForce, SoftContacts, SoftLaw};
-pub use crate::solve::{ContactSystem, Impulse, Level, Method, Order, SolveReport, SolverParams};
+pub use crate::reaction::{Friction, Reaction};
+pub use crate::reference::{FaceFrame, Reference, Restraint};
+pub use crate::relative::{Margins, RelativeMotion, RelativeState};
+pub use crate::sequence::{
+    ParticleStates, SequenceParams, SequenceReport, Thresholds, correct_in_sequence,
+};
+pub use crate::soft::{LinearForces, MatrixBlock, NormalForce, SoftContacts, SoftLaw};
+pub use crate::solve::{
+    ContactSystem, Impulse, SolveLevel, SolveReport, SolverMethod, SolverParams, SweepOrder,
+};
 pub use crate::spring::Spring;
 pub use crate::step::{
     Acceleration, Accelerations, ExplicitEuler, Implicit, ImplicitEuler, ImplicitMidpoint,
     Integrator, StepLength, SymplecticEuler, Taylor, TimeStep,
 };
-pub use crate::walk::{Foot, walk_to_foot};
+pub use crate::torque_arm::{ArmSide, TorqueArm};
+pub use crate::walk::{SurfaceFoot, walk_to_foot};

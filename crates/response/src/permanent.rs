@@ -11,7 +11,7 @@ use surface::{
     Anchor, Contact, Positions, Stencil, Term, TriangleSurface, closest_between_segments,
 };
 
-use crate::{FaceFrame, Foot, Margins, ResponseError, check, walk_to_foot};
+use crate::{FaceFrame, Margins, ResponseError, SurfaceFoot, check, walk_to_foot};
 
 /// Where a contact stands between its distances kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -42,7 +42,7 @@ impl ContactState {
 /// What a gap is measured by when weights are kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Measure {
+pub enum GapMeasure {
     /// By P_c along the normal, which turns with the face or the edges.
     AlongNormal,
     /// By the length of P_c: for medial contacts.
@@ -51,7 +51,7 @@ pub enum Measure {
 
 /// What carries the faces that contacts slide on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Carrier {
+pub enum SurfaceCarrier {
     /// Particles: the surface's vertices are numbered from `first`.
     Particles {
         /// Particle of vertex 0.
@@ -96,7 +96,7 @@ impl RigidMotion {
 ///
 /// ```
 /// use glam::DVec3;
-/// use response::{ContactState, Margins, Measure, PermanentContacts};
+/// use response::{ContactState, Margins, GapMeasure, PermanentContacts};
 /// use surface::{Contact, Stencil};
 ///
 /// // Particle 0 at 0.1 over the face of particles 1, 2, 3.
@@ -106,7 +106,7 @@ impl RigidMotion {
 ///     anchor: None, normal: DVec3::Z, offset: 0.0, gap: 0.1, time: None,
 /// };
 /// let margins = Margins::new(0.0, 1.0)?;
-/// let mut permanent = PermanentContacts::new(&[contact], &x, Measure::AlongNormal, margins)?;
+/// let mut permanent = PermanentContacts::new(&[contact], &x, GapMeasure::AlongNormal, margins)?;
 /// x[0].z = -0.3;
 /// permanent.stick(&x)?;
 /// assert_eq!(permanent.states(), [ContactState::Collision]);
@@ -121,7 +121,7 @@ pub struct PermanentContacts {
     local_normals: Vec<Option<DVec3>>,
     /// Face that each contact slid to last.
     faces: Vec<Option<u32>>,
-    measure: Measure,
+    measure: GapMeasure,
     margins: Margins,
 }
 
@@ -134,7 +134,7 @@ impl PermanentContacts {
     pub fn new(
         contacts: &[Contact],
         x: &[DVec3],
-        measure: Measure,
+        measure: GapMeasure,
         margins: Margins,
     ) -> Result<Self, ResponseError> {
         check::particles("position", x.len(), x)?;
@@ -213,7 +213,7 @@ impl PermanentContacts {
         x: &[DVec3],
         surface: &TriangleSurface,
         on: Positions<'_>,
-        carrier: Carrier,
+        carrier: SurfaceCarrier,
     ) -> Result<(), ResponseError> {
         check::particles("position", x.len(), x)?;
         for number in 0..self.contacts.len() {
@@ -250,7 +250,7 @@ impl PermanentContacts {
             contact.normal = frame.to_world(local);
         }
         let separation = contact.separation(|k| x[k as usize]);
-        if self.measure == Measure::Length {
+        if self.measure == GapMeasure::Length {
             contact.normal = (-separation).try_normalize().unwrap_or(contact.normal);
         }
         contact.gap = -separation.dot(contact.normal) - contact.offset;
@@ -277,10 +277,12 @@ impl PermanentContacts {
         Stencil::new(&terms).unwrap_or(stencil)
     }
 
-    fn start_face(&self, number: usize, surface: &TriangleSurface, carrier: Carrier) -> u32 {
+    fn start_face(&self, number: usize, surface: &TriangleSurface, carrier: SurfaceCarrier) -> u32 {
         let from_stencil = || match carrier {
-            Carrier::Particles { first } => face_of(&self.contacts[number].stencil, surface, first),
-            Carrier::Rigid(_) => None,
+            SurfaceCarrier::Particles { first } => {
+                face_of(&self.contacts[number].stencil, surface, first)
+            }
+            SurfaceCarrier::Rigid(_) => None,
         };
         self.faces[number].or_else(from_stencil).unwrap_or(0)
     }
@@ -289,14 +291,14 @@ impl PermanentContacts {
         &mut self,
         number: usize,
         surface: &TriangleSurface,
-        foot: &Foot,
-        carrier: Carrier,
+        foot: &SurfaceFoot,
+        carrier: SurfaceCarrier,
     ) -> Result<(), ResponseError> {
         let mut terms = point_terms(&self.contacts[number].stencil);
         let contact = &mut self.contacts[number];
         match carrier {
-            Carrier::Rigid(motion) => contact.anchor = Some(motion.at(foot.point)),
-            Carrier::Particles { first } => {
+            SurfaceCarrier::Rigid(motion) => contact.anchor = Some(motion.at(foot.point)),
+            SurfaceCarrier::Particles { first } => {
                 let corners = surface.faces()[foot.face as usize];
                 let of_corner = |(&corner, &weight)| Term { particle: first + corner, weight };
                 terms.extend(corners.iter().zip(&foot.barycentric).map(of_corner));

@@ -39,7 +39,7 @@ impl FaceFrame {
 /// Which part of the motion a reference holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Hold {
+pub enum Restraint {
     /// All of it.
     Sticking,
     /// The part along the normal.
@@ -50,21 +50,21 @@ pub enum Hold {
 ///
 /// ```
 /// use glam::DVec3;
-/// use response::{Hold, Margins, Reference, RelativeMotion, RelativeState};
+/// use response::{Restraint, Margins, Reference, RelativeMotion, RelativeState};
 ///
 /// let motion = RelativeMotion { position: DVec3::new(0.1, 0.0, -0.5), ..Default::default() };
 /// let state = RelativeState::new(motion, DVec3::Z, 0.0, Margins::new(0.0, 1.0)?)?;
 /// // It was 0.8 above the surface.
-/// let sliding = Reference::height(&state, 0.8, Hold::Sliding)?;
+/// let sliding = Reference::height(&state, 0.8, Restraint::Sliding)?;
 /// assert!((sliding.position(&state) - DVec3::Z * -0.3).length() < 1e-15);
-/// let sticking = Reference::height(&state, 0.8, Hold::Sticking)?;
+/// let sticking = Reference::height(&state, 0.8, Restraint::Sticking)?;
 /// assert!((sticking.position(&state) - DVec3::new(-0.1, 0.0, -0.3)).length() < 1e-15);
 /// # Ok::<(), response::ResponseError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reference {
     target: DVec3,
-    hold: Hold,
+    hold: Restraint,
 }
 
 impl Reference {
@@ -73,7 +73,11 @@ impl Reference {
     /// # Errors
     ///
     /// [`ResponseError::Parameter`] when the height is not finite.
-    pub fn height(state: &RelativeState, height: f64, hold: Hold) -> Result<Self, ResponseError> {
+    pub fn height(
+        state: &RelativeState,
+        height: f64,
+        hold: Restraint,
+    ) -> Result<Self, ResponseError> {
         let height = check::parameter("reference height", height, "finite", true)?;
         Ok(Self { target: -height * state.normal(), hold })
     }
@@ -84,7 +88,11 @@ impl Reference {
     /// # Errors
     ///
     /// [`ResponseError::ContactNotFinite`] when the vector is not.
-    pub fn in_frame(frame: &FaceFrame, local: DVec3, hold: Hold) -> Result<Self, ResponseError> {
+    pub fn in_frame(
+        frame: &FaceFrame,
+        local: DVec3,
+        hold: Restraint,
+    ) -> Result<Self, ResponseError> {
         let local = check::contact_vector(0, "reference vector", local)?;
         Ok(Self { target: frame.to_world(local), hold })
     }
@@ -112,8 +120,8 @@ impl Reference {
 
     fn held(&self, state: &RelativeState, change: DVec3) -> DVec3 {
         match self.hold {
-            Hold::Sticking => change,
-            Hold::Sliding => state.normal_part(change),
+            Restraint::Sticking => change,
+            Restraint::Sliding => state.normal_part(change),
         }
     }
 }

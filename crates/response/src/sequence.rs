@@ -9,13 +9,13 @@ use glam::DVec3;
 use surface::Contact;
 
 use crate::{
-    ContactLaw, ContactMemory, ContactRows, ContactSystem, Impulse, Level, Order, ResponseError,
-    SolveReport, SolverParams, check,
+    ContactLaw, ContactRows, ContactSystem, Impulse, ImpulseCache, ResponseError, SolveLevel,
+    SolveReport, SolverParams, SweepOrder, check,
 };
 
 /// States of all particles, to be corrected.
 #[derive(Debug)]
-pub struct Particles<'a> {
+pub struct ParticleStates<'a> {
     /// Positions.
     pub x: &'a mut [DVec3],
     /// Velocities.
@@ -49,7 +49,7 @@ pub struct SequenceParams {
     /// How contacts are solved together.
     pub solver: SolverParams,
     /// Which rows are solved first.
-    pub order: Order,
+    pub order: SweepOrder,
     /// Corrections of positions at most, with contacts refreshed after each.
     pub max_rounds: u32,
 }
@@ -78,7 +78,7 @@ pub struct SequenceReport {
 /// ```
 /// use glam::DVec3;
 /// use response::{
-///     ContactLaw, ContactMemory, Margins, Order, Particles, ResponseError, SequenceParams,
+///     ContactLaw, ImpulseCache, Margins, SweepOrder, ParticleStates, ResponseError, SequenceParams,
 ///     SolverParams, Thresholds, correct_in_sequence,
 /// };
 /// use surface::{Anchor, Contact, Stencil, Term};
@@ -96,13 +96,13 @@ pub struct SequenceReport {
 /// let params = SequenceParams {
 ///     law: ContactLaw::new(Margins::new(0.0, 0.1)?, 0.0)?,
 ///     thresholds: Thresholds { depth: Some(0.0), approach: Some(0.0), push: Some(0.0) },
-///     solver: SolverParams::default(), order: Order::Coloured, max_rounds: 4,
+///     solver: SolverParams::default(), order: SweepOrder::Colored, max_rounds: 4,
 /// };
 /// let (mut x, mut v, mut a) = ([DVec3::Z * -0.2], [DVec3::Z * -1.0], [DVec3::Z * -9.81]);
-/// let particles = Particles { x: &mut x, v: &mut v, a: &mut a, inverse_mass: &[1.0] };
+/// let particles = ParticleStates { x: &mut x, v: &mut v, a: &mut a, inverse_mass: &[1.0] };
 /// let mut contacts = Vec::new();
 /// detect(particles.x, &mut contacts)?;
-/// correct_in_sequence(particles, &mut contacts, detect, &params, &mut ContactMemory::default())?;
+/// correct_in_sequence(particles, &mut contacts, detect, &params, &mut ImpulseCache::default())?;
 /// assert_eq!((x[0].z, v[0].z, a[0].z), (0.0, 0.0, 0.0));
 /// # Ok::<(), ResponseError>(())
 /// ```
@@ -112,13 +112,13 @@ pub struct SequenceReport {
 /// Those of [`ContactRows::push`] and [`ContactSystem::solve`], and those of
 /// `refresh`. Corrections made before the error stay.
 pub fn correct_in_sequence<E: From<ResponseError>>(
-    particles: Particles<'_>,
+    particles: ParticleStates<'_>,
     contacts: &mut Vec<Contact>,
     mut refresh: impl FnMut(&[DVec3], &mut Vec<Contact>) -> Result<(), E>,
     params: &SequenceParams,
-    memory: &mut ContactMemory,
+    memory: &mut ImpulseCache,
 ) -> Result<SequenceReport, E> {
-    let Particles { x, v, a, inverse_mass } = particles;
+    let ParticleStates { x, v, a, inverse_mass } = particles;
     check_lengths(x.len(), v, a, inverse_mass)?;
     check_thresholds(&params.thresholds)?;
     let (mut rounds, mut positions) = (0, None);
@@ -145,7 +145,8 @@ fn correct_positions(
     let mut moved = vec![DVec3::ZERO; x.len()];
     // Velocities take off the slip; taken back here too, it would count twice.
     let params = &SequenceParams { law: params.law.without_friction(), ..*params };
-    let (report, _) = solve(Level::Position, &mut moved, inverse_mass, contacts, params, None)?;
+    let (report, _) =
+        solve(SolveLevel::Position, &mut moved, inverse_mass, contacts, params, None)?;
     x.iter_mut().zip(moved).for_each(|(x, moved)| *x += moved);
     Ok(report)
 }
@@ -155,7 +156,7 @@ fn correct_velocities(
     inverse_mass: &[f64],
     contacts: &[Contact],
     params: &SequenceParams,
-    memory: &mut ContactMemory,
+    memory: &mut ImpulseCache,
 ) -> Result<Option<SolveReport>, ResponseError> {
     let Some(threshold) = params.thresholds.approach else { return Ok(None) };
     let approach = |contact: &Contact| approach(contact, params, v, |anchor| anchor.velocity);
@@ -165,7 +166,7 @@ fn correct_velocities(
     }
     let start = memory.recall(contacts)?;
     let (report, impulses) =
-        solve(Level::Velocity, v, inverse_mass, contacts, params, Some(start))?;
+        solve(SolveLevel::Velocity, v, inverse_mass, contacts, params, Some(start))?;
     memory.remember(contacts, impulses)?;
     Ok(Some(report))
 }
@@ -188,12 +189,12 @@ fn correct_accelerations(
     if !exceeds(staying.iter().map(push), threshold) {
         return Ok(None);
     }
-    let (report, _) = solve(Level::Acceleration, a, inverse_mass, &staying, params, None)?;
+    let (report, _) = solve(SolveLevel::Acceleration, a, inverse_mass, &staying, params, None)?;
     Ok(Some(report))
 }
 
 fn solve(
-    level: Level,
+    level: SolveLevel,
     q: &mut [DVec3],
     inverse_mass: &[f64],
     contacts: &[Contact],

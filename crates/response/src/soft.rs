@@ -19,7 +19,7 @@
 use glam::{DMat3, DVec3};
 use surface::Term;
 
-use crate::rows::Row;
+use crate::contact_rows::ContactRow;
 use crate::{ContactRows, ResponseError, StepLength, check};
 
 /// Normal force over depth.
@@ -105,7 +105,7 @@ impl SoftLaw {
 
 /// A 3 × 3 block of a sparse matrix over particles.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Block {
+pub struct MatrixBlock {
     /// Particle whose force it gives.
     pub row: u32,
     /// Particle whose motion it takes.
@@ -198,21 +198,21 @@ impl<'a> SoftContacts<'a> {
     }
 
     /// Blocks of K, row by row of the contacts; entries of one place add up.
-    pub fn stiffness_blocks(&self) -> impl Iterator<Item = Block> {
+    pub fn stiffness_blocks(&self) -> impl Iterator<Item = MatrixBlock> {
         self.blocks(|of_row| of_row.by_position)
     }
 
     /// Blocks of C, likewise.
-    pub fn damping_blocks(&self) -> impl Iterator<Item = Block> {
+    pub fn damping_blocks(&self) -> impl Iterator<Item = MatrixBlock> {
         self.blocks(|of_row| of_row.by_velocity)
     }
 
-    fn blocks(&self, of: impl Fn(&RowForce) -> DMat3) -> impl Iterator<Item = Block> {
+    fn blocks(&self, of: impl Fn(&RowForce) -> DMat3) -> impl Iterator<Item = MatrixBlock> {
         let pairs = self.rows.iter().zip(self.forces.iter().map(of));
         pairs.filter(|(_, derivative)| *derivative != DMat3::ZERO).flat_map(|(row, derivative)| {
             let terms = row.terms;
             terms.iter().flat_map(move |i| {
-                terms.iter().map(move |j| Block {
+                terms.iter().map(move |j| MatrixBlock {
                     row: i.particle,
                     column: j.particle,
                     value: derivative * (i.weight * j.weight),
@@ -243,7 +243,12 @@ impl LinearForces for SoftContacts<'_> {
 }
 
 impl RowForce {
-    fn new(number: usize, row: &Row<'_>, v: &[DVec3], law: SoftLaw) -> Result<Self, ResponseError> {
+    fn new(
+        number: usize,
+        row: &ContactRow<'_>,
+        v: &[DVec3],
+        law: SoftLaw,
+    ) -> Result<Self, ResponseError> {
         let moving: DVec3 = row.terms.iter().map(|t| t.weight * v[t.particle as usize]).sum();
         let velocity = row.anchor.velocity + moving;
         let normal = Normal::new(number, law.normal, row.depth, velocity.dot(row.normal))?;
@@ -310,7 +315,7 @@ impl Normal {
 }
 
 /// Friction on the side of P̄ and its derivative by V_c.
-fn friction(row: &Row<'_>, velocity: DVec3, normal: f64, slip_speed: f64) -> (DVec3, DMat3) {
+fn friction(row: &ContactRow<'_>, velocity: DVec3, normal: f64, slip_speed: f64) -> (DVec3, DMat3) {
     let limit = row.law.friction() * normal;
     if limit <= 0.0 {
         return (DVec3::ZERO, DMat3::ZERO);

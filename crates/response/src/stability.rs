@@ -2,17 +2,17 @@
 //!
 //! One particle on one spring makes a step a linear map of (position,
 //! velocity); it is stable when the spectral radius of that map is at most 1.
-//! [`Case::step`] takes the step with this crate's own forces and integrators,
+//! [`StabilityCase::step`] takes the step with this crate's own forces and integrators,
 //! and nothing here knows the limits beforehand.
 
 use glam::DVec3;
 use surface::{Anchor, Contact, Stencil, Term};
 
 use crate::{
-    Accelerations, ContactLaw, ContactRows, ExplicitEuler, Friction, Hold, Implicit, ImplicitEuler,
+    Accelerations, ContactLaw, ContactRows, ExplicitEuler, Friction, Implicit, ImplicitEuler,
     ImplicitMidpoint, Integrator, LinearParams, Margins, NormalForce, Reaction, Reference,
-    RelativeMotion, RelativeState, ResponseError, SoftContacts, SoftLaw, Spring, SymplecticEuler,
-    Taylor, TimeStep,
+    RelativeMotion, RelativeState, ResponseError, Restraint, SoftContacts, SoftLaw, Spring,
+    SymplecticEuler, Taylor, TimeStep,
 };
 
 /// A matrix of two rows that maps (position, velocity).
@@ -102,22 +102,22 @@ impl Scheme {
 
 /// One particle of mass 1 held at the origin, in steps of length 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Case {
+pub struct StabilityCase {
     /// What the step is taken with.
     pub scheme: Scheme,
     /// What holds the particle.
     pub holding: Holding,
 }
 
-impl Case {
+impl StabilityCase {
     /// Spectral radius of a step: at most 1 where stable. Of a holding that is
     /// no linear map, that within contact and approaching.
     ///
     /// ```
-    /// use response::stability::{Case, Holding, Scheme};
+    /// use response::stability::{StabilityCase, Holding, Scheme};
     ///
     /// let holding = Holding::SecondOrder { gain: 1.0 };
-    /// let case = Case { scheme: Scheme::SymplecticEuler, holding };
+    /// let case = StabilityCase { scheme: Scheme::SymplecticEuler, holding };
     /// assert!(case.radius()? < 1e-6); // at rest after two steps
     /// # Ok::<(), response::ResponseError>(())
     /// ```
@@ -242,7 +242,7 @@ fn hard<I: Integrator>(
         HardRow::SpringToTarget => [none, Spring::TwoSided.velocity_to_target(&relative, h)],
         HardRow::Reaction => [none, Reaction { friction: Friction::NONE }.velocity(&relative)],
         HardRow::Reference => {
-            let held = Reference::height(&relative, 0.0, Hold::Sticking)?;
+            let held = Reference::height(&relative, 0.0, Restraint::Sticking)?;
             [held.position(&relative), held.velocity(&relative)]
         }
     };
@@ -261,7 +261,7 @@ fn own_acceleration<I: Integrator>(
     state: [f64; 2],
 ) -> Result<DVec3, ResponseError> {
     let state = relative(state)?;
-    let held = Reference::height(&state, 0.0, Hold::Sliding)?;
+    let held = Reference::height(&state, 0.0, Restraint::Sliding)?;
     let (position, velocity) = (held.position(&state), held.velocity(&state));
     let change = if let Holding::SecondOrder { .. } = holding {
         step.second_order_spring(&state, position, velocity)?.change()

@@ -10,7 +10,7 @@ const AT_SURFACE: f64 = 1e-9;
 
 /// Where a point stands over a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Foot {
+pub struct SurfaceFoot {
     /// Face that holds the foot.
     pub face: u32,
     /// The foot in weights of the face's corners.
@@ -25,7 +25,7 @@ pub struct Foot {
     pub visited: u32,
 }
 
-/// Walks from `start` to the foot of `p`: always to the neighbouring face that
+/// Walks from `start` to the foot of `p`: always to the neighboring face that
 /// comes closest, until none comes closer.
 ///
 /// The foot is closest among all faces that share a corner with its own. A part of the surface beyond a ridge, or one that lies against another,
@@ -53,14 +53,14 @@ pub fn walk_to_foot(
     x: Positions<'_>,
     start: u32,
     p: DVec3,
-) -> Option<Foot> {
+) -> Option<SurfaceFoot> {
     surface.faces().get(start as usize)?;
     let look = |face: u32| Seen::new(surface, x, face, p);
     let mut best = look(start);
     let mut visited = 1;
     loop {
         let mut closer = best;
-        best.for_each_neighbour(surface, |face| {
+        best.for_each_neighbor(surface, |face| {
             visited += 1;
             let seen = look(face);
             if seen.distance_squared < closer.distance_squared {
@@ -98,7 +98,7 @@ impl Seen {
 
     /// Faces that share a corner with this one. Those at the foot alone would
     /// not do: under a ridge, each side has a foot inside a face.
-    fn for_each_neighbour(&self, surface: &TriangleSurface, mut visit: impl FnMut(u32)) {
+    fn for_each_neighbor(&self, surface: &TriangleSurface, mut visit: impl FnMut(u32)) {
         let faces = surface.faces();
         let corners = faces[self.face as usize];
         for (k, &corner) in corners.iter().enumerate() {
@@ -111,7 +111,13 @@ impl Seen {
         }
     }
 
-    fn foot(&self, surface: &TriangleSurface, x: Positions<'_>, p: DVec3, visited: u32) -> Foot {
+    fn foot(
+        &self,
+        surface: &TriangleSurface,
+        x: Positions<'_>,
+        p: DVec3,
+        visited: u32,
+    ) -> SurfaceFoot {
         let outward = self.pseudonormal(surface, x);
         let away = p - self.point;
         let side = if away.dot(outward) < 0.0 { -1.0 } else { 1.0 };
@@ -122,7 +128,7 @@ impl Seen {
         } else {
             outward
         };
-        Foot {
+        SurfaceFoot {
             face: self.face,
             barycentric: self.barycentric,
             point: self.point,

@@ -6,15 +6,15 @@ mod common;
 use common::{contact, law, on_plane, term};
 use glam::DVec3;
 use response::{
-    ContactLaw, ContactMemory, ContactRows, ContactSystem, Friction, Impulse, Level, LinearParams,
-    Margins, Method, NormalForce, Order, Particles, RelativeMotion, RelativeState, ResponseError,
-    SequenceParams, SoftContacts, SoftLaw, SolverParams, Spread, StepLength, SymplecticEuler,
-    Thresholds, TimeStep, carry_over, correct_in_sequence,
+    ContactLaw, ContactRows, ContactSystem, Friction, Impulse, ImpulseCache, LinearParams, Margins,
+    NormalForce, ParticleStates, RelativeMotion, RelativeState, ResponseError, SequenceParams,
+    SoftContacts, SoftLaw, SolveLevel, SolverMethod, SolverParams, Spread, StepLength, SweepOrder,
+    SymplecticEuler, Thresholds, TimeStep, correct_in_sequence, warm_start,
 };
 use surface::{Anchor, Contact, Stencil};
 
-const METHODS: [Method; 3] =
-    [Method::GaussSeidel, Method::AveragedJacobi, Method::ConjugateGradient];
+const METHODS: [SolverMethod; 3] =
+    [SolverMethod::GaussSeidel, SolverMethod::AveragedJacobi, SolverMethod::ConjugateGradient];
 
 fn parameter_of<T>(result: Result<T, ResponseError>) -> Option<&'static str> {
     match result {
@@ -122,16 +122,16 @@ fn contacts_that_are_refused() {
 fn states_that_are_refused_leave_all_as_it_was() {
     let rows = common::rows(2, &[on_plane(0, DVec3::ZERO, DVec3::Z)], law(0.5));
     for bad in [f64::NAN, -1.0, f64::INFINITY] {
-        let refused = ContactSystem::new(&rows, &[1.0, bad], Order::Given).map(|_| ());
+        let refused = ContactSystem::new(&rows, &[1.0, bad], SweepOrder::Given).map(|_| ());
         assert!(matches!(refused, Err(ResponseError::InverseMass { particle: 1, .. })));
     }
-    let system = ContactSystem::new(&rows, &[1.0, 1.0], Order::Given).unwrap();
+    let system = ContactSystem::new(&rows, &[1.0, 1.0], SweepOrder::Given).unwrap();
     for method in METHODS {
         let params = SolverParams { method, ..SolverParams::default() };
         let start = [-DVec3::Z, DVec3::new(0.0, f64::NAN, 0.0)];
         let mut v = start;
         let mut impulses = system.no_impulses();
-        let refused = system.solve(Level::Velocity, &mut v, &mut impulses, &params);
+        let refused = system.solve(SolveLevel::Velocity, &mut v, &mut impulses, &params);
         assert!(
             matches!(
                 refused,
@@ -143,25 +143,30 @@ fn states_that_are_refused_leave_all_as_it_was() {
         // Finite, but not what comes of it.
         let mut v = [DVec3::Z * -1e308, DVec3::ZERO];
         let mut huge = [Impulse { normal: 1e308, tangent: DVec3::X * 1e308 }];
-        match system.solve(Level::Velocity, &mut v, &mut huge, &params) {
+        match system.solve(SolveLevel::Velocity, &mut v, &mut huge, &params) {
             Ok(_) => assert!(v.iter().all(|v| v.is_finite()), "{method:?}: {v:?}"),
             Err(_) => assert_eq!(v[0], DVec3::Z * -1e308),
         }
         let mut nan = [Impulse { normal: f64::NAN, tangent: DVec3::ZERO }];
-        let refused = system.solve(Level::Velocity, &mut v, &mut nan, &params);
+        let refused = system.solve(SolveLevel::Velocity, &mut v, &mut nan, &params);
         assert!(matches!(
             refused,
             Err(ResponseError::ContactNotFinite { contact: 0, what: "impulse", .. })
         ));
         let negative = SolverParams { tolerance: -1.0, ..params };
-        let refused = system.solve(Level::Velocity, &mut v, &mut impulses, &negative);
+        let refused = system.solve(SolveLevel::Velocity, &mut v, &mut impulses, &negative);
         assert_eq!(parameter_of(refused), Some("tolerance"));
     }
     assert!(matches!(
-        system.solve(Level::Velocity, &mut [DVec3::ZERO; 2], &mut [], &SolverParams::default()),
+        system.solve(
+            SolveLevel::Velocity,
+            &mut [DVec3::ZERO; 2],
+            &mut [],
+            &SolverParams::default()
+        ),
         Err(ResponseError::Count { expected: 1, got: 0, .. })
     ));
-    assert!(carry_over(&[], &[Impulse::default()], &[]).is_err());
+    assert!(warm_start(&[], &[Impulse::default()], &[]).is_err());
 }
 
 #[test]
@@ -169,13 +174,14 @@ fn rows_without_a_free_particle_are_counted_and_left() {
     let stencil = Stencil::new(&[term(0, -1.0), term(1, 1.0)]).unwrap();
     let contacts = [contact(stencil, DVec3::Z, -0.5), on_plane(2, -DVec3::Z, DVec3::Z)];
     let rows = common::rows(3, &contacts, law(0.5));
-    for order in [Order::Given, Order::Coloured] {
+    for order in [SweepOrder::Given, SweepOrder::Colored] {
         let system = ContactSystem::new(&rows, &[0.0, 0.0, 1.0], order).unwrap();
         for method in METHODS {
             let mut moved = [DVec3::ZERO; 3];
             let params = SolverParams { method, ..SolverParams::default() };
             let mut impulses = system.no_impulses();
-            let report = system.solve(Level::Position, &mut moved, &mut impulses, &params).unwrap();
+            let report =
+                system.solve(SolveLevel::Position, &mut moved, &mut impulses, &params).unwrap();
             assert_eq!((report.immovable, report.converged), (1, true), "{method:?}");
             assert_eq!(moved, [DVec3::ZERO, DVec3::ZERO, DVec3::Z]);
             assert_eq!(impulses[0], Impulse::default());
@@ -185,10 +191,10 @@ fn rows_without_a_free_particle_are_counted_and_left() {
 
 #[test]
 fn nothing_is_solved_for_nothing() {
-    let system = ContactSystem::new(&ContactRows::new(0), &[], Order::Coloured).unwrap();
+    let system = ContactSystem::new(&ContactRows::new(0), &[], SweepOrder::Colored).unwrap();
     for method in METHODS {
         let params = SolverParams { method, ..SolverParams::default() };
-        let report = system.solve(Level::Velocity, &mut [], &mut [], &params).unwrap();
+        let report = system.solve(SolveLevel::Velocity, &mut [], &mut [], &params).unwrap();
         assert!(report.converged && report.immovable == 0 && report.residual == 0.0);
     }
 }
@@ -246,14 +252,14 @@ fn a_sequence_names_what_it_cannot_take() {
         law: law(0.5),
         thresholds: Thresholds { depth: Some(0.0), approach: Some(0.0), push: Some(0.0) },
         solver: SolverParams::default(),
-        order: Order::Coloured,
+        order: SweepOrder::Colored,
         max_rounds: 3,
     };
     let attempt = |contact: Contact, velocity: DVec3, params: &SequenceParams| {
         let (mut x, mut v, mut a) = ([DVec3::ZERO], [velocity], [DVec3::ZERO]);
-        let particles = Particles { x: &mut x, v: &mut v, a: &mut a, inverse_mass: &[1.0] };
+        let particles = ParticleStates { x: &mut x, v: &mut v, a: &mut a, inverse_mass: &[1.0] };
         let keep = |_: &[DVec3], _: &mut Vec<Contact>| Ok::<(), ResponseError>(());
-        let memory = &mut ContactMemory::default();
+        let memory = &mut ImpulseCache::default();
         correct_in_sequence(particles, &mut vec![contact], keep, params, memory)
     };
     let good = on_plane(0, DVec3::ZERO, DVec3::Z);

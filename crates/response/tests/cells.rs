@@ -6,9 +6,9 @@ mod common;
 use common::{number, vector};
 use glam::{DQuat, DVec3};
 use response::{
-    ExplicitEuler, FaceFrame, Friction, Hold, ImplicitEuler, ImplicitMidpoint, Integrator, Margins,
-    Reaction, Reference, RelativeMotion, RelativeState, Spring, StepLength, SymplecticEuler,
-    Taylor, TimeStep, distribute,
+    ExplicitEuler, FaceFrame, Friction, ImplicitEuler, ImplicitMidpoint, Integrator, Margins,
+    Reaction, Reference, RelativeMotion, RelativeState, Restraint, Spring, StepLength,
+    SymplecticEuler, Taylor, TimeStep, distribute,
 };
 
 /// A state with its numbers in the frame whose third axis is the normal.
@@ -161,8 +161,8 @@ fn references() {
         let planted = planted(u)?;
         let height = number(u, -1.0, 1.0)?;
         let state = &planted.state;
-        let sticking = Reference::height(state, height, Hold::Sticking).expect("finite");
-        let sliding = Reference::height(state, height, Hold::Sliding).expect("finite");
+        let sticking = Reference::height(state, height, Restraint::Sticking).expect("finite");
+        let sliding = Reference::height(state, height, Restraint::Sliding).expect("finite");
         let target = DVec3::Z * -height;
         planted.check(sticking.position(state), target - planted.p);
         planted.check(sticking.velocity(state), -planted.v);
@@ -183,7 +183,7 @@ fn a_reference_in_the_face_frame_turns_with_the_face() {
         let stored = FaceFrame::new(face).expect("has area").to_local(planted.p);
         let moved = face.map(|corner| planted.turn * corner + DVec3::ONE);
         let frame = FaceFrame::new(moved).expect("has area");
-        let reference = Reference::in_frame(&frame, stored, Hold::Sticking).expect("finite");
+        let reference = Reference::in_frame(&frame, stored, Restraint::Sticking).expect("finite");
         // The whole contact has turned: nothing to restore.
         assert!(reference.position(&planted.state).length() < 1e-12);
         Ok(())

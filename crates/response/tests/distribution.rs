@@ -108,7 +108,7 @@ fn is_the_least_change_by_kinetic_norm() {
 
 #[test]
 fn a_particle_on_both_sides_counts_once() {
-    // Self-contact: particle 1 is P's neighbour and a corner of the face.
+    // Self-contact: particle 1 is P's neighbor and a corner of the face.
     let twice = [term(0, -1.0), term(1, 0.5), term(2, 0.3), term(1, 0.2)];
     let merged = [term(0, -1.0), term(1, 0.7), term(2, 0.3)];
     let w = [1.0, 2.0, 3.0];

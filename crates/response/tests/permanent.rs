@@ -8,8 +8,8 @@ mod common;
 use common::{contact, number, on_plane, term, vector};
 use glam::{DQuat, DVec3};
 use response::{
-    Carrier, ContactState, Margins, Measure, PermanentContacts, ResponseError, RigidMotion,
-    walk_to_foot,
+    ContactState, GapMeasure, Margins, PermanentContacts, ResponseError, RigidMotion,
+    SurfaceCarrier, walk_to_foot,
 };
 use surface::{Contact, Stencil, TriangleSurface, closest_on_triangle};
 
@@ -86,14 +86,14 @@ fn a_particle_that_slides_round_a_ball_is_followed_inside_and_out() {
     let anchored =
         Contact { anchor: Some(surface::Anchor::default()), ..on_plane(0, p[0], DVec3::X) };
     let mut permanent =
-        PermanentContacts::new(&[anchored], &p, Measure::AlongNormal, margins).unwrap();
+        PermanentContacts::new(&[anchored], &p, GapMeasure::AlongNormal, margins).unwrap();
     let motion = RigidMotion { spin: DVec3::Z, ..RigidMotion::default() };
     for step in 0..400 {
         let turn = 0.03 * f64::from(step);
         let distance = 10.0 + 0.9 * (0.7 * turn).sin();
         p[0] =
             DQuat::from_rotation_z(turn) * DQuat::from_rotation_y(0.4 * turn) * DVec3::X * distance;
-        permanent.slide(&p, &surface, on, Carrier::Rigid(motion)).unwrap();
+        permanent.slide(&p, &surface, on, SurfaceCarrier::Rigid(motion)).unwrap();
         let contact = permanent.contacts()[0];
         let closest = by_brute_force(&surface, &x, p[0]);
         assert!(
@@ -126,12 +126,12 @@ fn sliding_over_particles_writes_their_stencil() {
     let start = contact(Stencil::vertex_face(0, corners, [1.0, 0.0, 0.0]), DVec3::Z, 0.5);
     let margins = Margins::new(0.1, 1.0).unwrap();
     let mut permanent =
-        PermanentContacts::new(&[start], &x, Measure::AlongNormal, margins).unwrap();
+        PermanentContacts::new(&[start], &x, GapMeasure::AlongNormal, margins).unwrap();
     for step in 1..60 {
         let turn = 0.05 * f64::from(step);
         x[0] = 10.2 * DVec3::new(turn.sin(), 0.0, turn.cos());
         let on = surface.positions(&x[2..]).unwrap();
-        permanent.slide(&x, &surface, on, Carrier::Particles { first }).unwrap();
+        permanent.slide(&x, &surface, on, SurfaceCarrier::Particles { first }).unwrap();
         let contact = permanent.contacts()[0];
         assert!(contact.identity_error(|k| x[k as usize]) < 1e-12);
         let closest = by_brute_force(&surface, &lower, x[0]);
@@ -141,7 +141,7 @@ fn sliding_over_particles_writes_their_stencil() {
     assert_eq!(permanent.states(), [ContactState::Proximity]);
     x[0] *= 2.0;
     let on = surface.positions(&x[2..]).unwrap();
-    permanent.slide(&x, &surface, on, Carrier::Particles { first }).unwrap();
+    permanent.slide(&x, &surface, on, SurfaceCarrier::Particles { first }).unwrap();
     assert_eq!(permanent.states(), [ContactState::Left]);
     assert_eq!(permanent.drop_left(), 1);
     assert!(permanent.contacts().is_empty());
@@ -165,7 +165,7 @@ fn sticking_contacts_turn_with_what_carries_them() {
         let on_edge = contact(edges, DVec3::Z, 0.5);
         let margins = Margins::new(0.0, 1.0).expect("in range");
         let mut permanent =
-            PermanentContacts::new(&[on_face, on_edge], &x, Measure::AlongNormal, margins)
+            PermanentContacts::new(&[on_face, on_edge], &x, GapMeasure::AlongNormal, margins)
                 .expect("valid");
         let turn = DQuat::from_rotation_x(number(u, -3.0, 3.0)?)
             * DQuat::from_rotation_z(number(u, -3.0, 3.0)?);
@@ -195,7 +195,7 @@ fn medial_contacts_go_by_the_length() {
     let stencil = Stencil::new(&[term(0, -1.0), term(1, 1.0)]).unwrap();
     let medial = Contact { offset: 5.0, ..contact(stencil, DVec3::Z, 2.0) };
     let margins = Margins::new(0.0, 3.0).unwrap();
-    let mut permanent = PermanentContacts::new(&[medial], &x, Measure::Length, margins).unwrap();
+    let mut permanent = PermanentContacts::new(&[medial], &x, GapMeasure::Length, margins).unwrap();
     assert_eq!(permanent.states(), [ContactState::Proximity]);
     x[0] = DVec3::new(0.0, 4.0, 0.0);
     permanent.stick(&x).unwrap();
@@ -221,13 +221,13 @@ fn edges_that_slide_keep_to_their_closest_points() {
     let edges = contact(Stencil::edge_edge([0, 1], 0.5, [2, 3], 0.5), DVec3::Z, 1.0);
     let margins = Margins::new(0.0, 3.0).unwrap();
     let mut permanent =
-        PermanentContacts::new(&[edges], &x, Measure::AlongNormal, margins).unwrap();
+        PermanentContacts::new(&[edges], &x, GapMeasure::AlongNormal, margins).unwrap();
     let (surface, on) = ball();
     for (shift, gap) in [(0.5, 1.0), (1.5, -0.2)] {
         x[0] = DVec3::new(shift - 2.0, shift / 2.0, gap - 1.0);
         x[1] = DVec3::new(shift + 2.0, shift / 2.0, gap - 1.0);
         let on = surface.positions(&on).unwrap();
-        permanent.slide(&x, &surface, on, Carrier::Particles { first: 0 }).unwrap();
+        permanent.slide(&x, &surface, on, SurfaceCarrier::Particles { first: 0 }).unwrap();
         let contact = permanent.contacts()[0];
         assert!((contact.gap - gap).abs() < 1e-12, "{}", contact.gap);
         assert!((contact.normal - DVec3::Z).length() < 1e-12);
@@ -243,7 +243,7 @@ fn anchors_move_as_told_and_bad_ones_are_named() {
     let margins = Margins::new(0.0, 1.0).unwrap();
     let start = on_plane(0, x[0], DVec3::Z);
     let mut permanent =
-        PermanentContacts::new(&[start], &x, Measure::AlongNormal, margins).unwrap();
+        PermanentContacts::new(&[start], &x, GapMeasure::AlongNormal, margins).unwrap();
     permanent.move_anchors(|_, anchor, _| anchor.point.z += 0.75);
     permanent.stick(&x).unwrap();
     assert_eq!(permanent.contacts()[0].gap, -0.25);
@@ -255,6 +255,6 @@ fn anchors_move_as_told_and_bad_ones_are_named() {
         Err(ResponseError::Normal { .. } | ResponseError::ParticleOutOfRange { .. })
     ));
     let nan = [DVec3::NAN];
-    let refused = PermanentContacts::new(&[start], &nan, Measure::Length, margins).map(|_| ());
+    let refused = PermanentContacts::new(&[start], &nan, GapMeasure::Length, margins).map(|_| ());
     assert!(matches!(refused, Err(ResponseError::ParticleNotFinite { particle: 0, .. })));
 }

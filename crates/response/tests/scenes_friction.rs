@@ -9,9 +9,9 @@ use common::{
 };
 use glam::DVec3;
 use response::{
-    ContactLaw, ContactRows, ContactSystem, Friction, ImplicitEuler, Level, Lever, LinearParams,
-    Margins, NormalForce, Order, Reaction, ResponseError, Side, SoftContacts, SoftLaw,
-    SolverParams, TimeStep, distribute,
+    ArmSide, ContactLaw, ContactRows, ContactSystem, Friction, ImplicitEuler, LinearParams,
+    Margins, NormalForce, Reaction, ResponseError, SoftContacts, SoftLaw, SolveLevel, SolverParams,
+    SweepOrder, TimeStep, TorqueArm, distribute,
 };
 use surface::{Contact, Stencil};
 
@@ -86,10 +86,10 @@ fn coulomb_slide(degrees: f64, mu: f64, h: f64, seconds: f64) -> [f64; 2] {
     let [normal, _] = slope(degrees);
     slide(degrees, h, seconds, |x, v| {
         let rows = rows(1, &[on_plane(0, x, normal)], law(mu));
-        let system = ContactSystem::new(&rows, &[1.0], Order::Given).expect("valid");
+        let system = ContactSystem::new(&rows, &[1.0], SweepOrder::Given).expect("valid");
         let mut impulses = system.no_impulses();
         let params = SolverParams::default();
-        let report = system.solve(Level::Velocity, v, &mut impulses, &params).expect("valid");
+        let report = system.solve(SolveLevel::Velocity, v, &mut impulses, &params).expect("valid");
         assert!(report.residual < 1e-12, "{report:?}");
     })
 }
@@ -127,7 +127,8 @@ fn displaced_slide(degrees: f64, mu: f64, h: f64, steps: u32) -> [f64; 2] {
         v.z -= GRAVITY * h;
         let mut moved = [h * v];
         let contacts = [on_plane(0, x, normal)];
-        let report = solve(Level::Position, &mut moved, &[1.0], &contacts, law(mu), &thorough());
+        let report =
+            solve(SolveLevel::Position, &mut moved, &[1.0], &contacts, law(mu), &thorough());
         assert!(report.converged, "{report:?}");
         x += moved[0];
         v = moved[0] / h;
@@ -223,7 +224,7 @@ fn angular_change(x: &[DVec3], w: &[f64], before: &[DVec3], after: &[DVec3]) -> 
     (0..x.len()).map(|k| x[k].cross(after[k] - before[k]) / w[k]).sum()
 }
 
-/// A ball's centre against a slab with radius, and friction between them.
+/// A ball's center against a slab with radius, and friction between them.
 struct Medial {
     x: Vec<DVec3>,
     w: Vec<f64>,
@@ -251,13 +252,13 @@ fn medial(u: &mut arbitrary::Unstructured<'_>) -> arbitrary::Result<Medial> {
     Ok(Medial { x, w, contact })
 }
 
-fn rub(scene: &Medial, levers: &[Lever], v: &mut [DVec3]) -> response::Impulse {
+fn rub(scene: &Medial, levers: &[TorqueArm], v: &mut [DVec3]) -> response::Impulse {
     let mut rows = ContactRows::new(4);
-    rows.push_with_levers(&scene.contact, levers, &scene.x, law(0.4)).expect("valid");
-    let system = ContactSystem::new(&rows, &scene.w, Order::Given).expect("valid");
+    rows.push_with_torque_arms(&scene.contact, levers, &scene.x, law(0.4)).expect("valid");
+    let system = ContactSystem::new(&rows, &scene.w, SweepOrder::Given).expect("valid");
     let mut impulses = system.no_impulses();
     let params = SolverParams { max_iterations: 2000, tolerance: 1e-13, ..Default::default() };
-    let report = system.solve(Level::Velocity, v, &mut impulses, &params).expect("valid");
+    let report = system.solve(SolveLevel::Velocity, v, &mut impulses, &params).expect("valid");
     assert!(report.converged, "{report:?}");
     impulses[0]
 }
@@ -271,7 +272,7 @@ fn medial_friction_acts_at_the_surface() {
             v.push(vector(u, 1.0)?);
         }
         let arm = scene.contact.offset * scene.contact.normal;
-        let lever = Lever { side: Side::Projection, particles: [1, 2, 3], arm };
+        let lever = TorqueArm { side: ArmSide::Projection, particles: [1, 2, 3], arm };
         let scale: f64 =
             (0..4).map(|k| scene.x[k].length() * (v[k].length() + 4.0) / scene.w[k]).sum();
 
@@ -283,7 +284,7 @@ fn medial_friction_acts_at_the_surface() {
 
         let mut at_surface = v.clone();
         let impulse = rub(&scene, &[lever], &mut at_surface);
-        assert!(impulse.tangent.length() > 0.0, "it rubs");
+        assert!(impulse.tangent.length() > 0.0, "it has_friction");
         let lost = angular_change(&scene.x, &scene.w, &v, &at_surface);
         assert!(lost.length() < 1e-12 * scale, "{lost}");
         assert!(momentum_residual(&scene.w, &v, &at_surface) < 1e-12);
@@ -304,14 +305,14 @@ fn a_lever_on_either_side_is_its_mirror() {
             ..scene.contact
         };
         let arm = scene.contact.offset * scene.contact.normal;
-        let lever = |side| Lever { side, particles: [1, 2, 3], arm };
+        let lever = |side| TorqueArm { side, particles: [1, 2, 3], arm };
         let mut v = vec![-3.0 * scene.contact.normal];
         for _ in 0..3 {
             v.push(vector(u, 1.0)?);
         }
         let (mut one, mut other) = (v.clone(), v);
-        rub(&scene, &[lever(Side::Projection)], &mut one);
-        rub(&Medial { contact: mirrored, ..scene }, &[lever(Side::Point)], &mut other);
+        rub(&scene, &[lever(ArmSide::Projection)], &mut one);
+        rub(&Medial { contact: mirrored, ..scene }, &[lever(ArmSide::Point)], &mut other);
         for (one, other) in one.iter().zip(&other) {
             assert!((*one - *other).length() < 1e-11, "{one} {other}");
         }
@@ -335,7 +336,7 @@ fn a_spinning_slab_rubs_where_its_surface_moves() {
     let stencil = Stencil::vertex_face(0, [1, 2, 3], [1.0 / 3.0; 3]);
     let contact = Contact { offset: 10.0, ..contact(stencil, DVec3::Z, 0.0) };
     let scene = Medial { x, w: vec![1e-6, 1.0, 1.0, 1.0], contact };
-    let lever = Lever { side: Side::Projection, particles: [1, 2, 3], arm: DVec3::Z * 10.0 };
+    let lever = TorqueArm { side: ArmSide::Projection, particles: [1, 2, 3], arm: DVec3::Z * 10.0 };
     let impulse = rub(&scene, &[lever], &mut v);
     let surface_speed = spin.cross(DVec3::Z * 10.0);
     assert!(impulse.tangent.dot(surface_speed) > 0.0, "P is dragged along: {impulse:?}");
@@ -346,11 +347,11 @@ fn collinear_carriers_are_refused() {
     let x = [DVec3::Z, DVec3::ZERO, DVec3::X, DVec3::X * 2.0];
     let stencil = Stencil::vertex_face(0, [1, 2, 3], [0.2, 0.3, 0.5]);
     let contact = Contact { offset: 1.0, ..contact(stencil, DVec3::Z, 0.0) };
-    let lever = Lever { side: Side::Projection, particles: [1, 2, 3], arm: DVec3::Z };
+    let lever = TorqueArm { side: ArmSide::Projection, particles: [1, 2, 3], arm: DVec3::Z };
     let margins = Margins::new(0.0, 1.0).unwrap();
     let mut rows = ContactRows::new(4);
     let refused =
-        rows.push_with_levers(&contact, &[lever], &x, ContactLaw::new(margins, 0.5).unwrap());
+        rows.push_with_torque_arms(&contact, &[lever], &x, ContactLaw::new(margins, 0.5).unwrap());
     assert_eq!(refused, Err(ResponseError::Collinear { contact: 0 }));
     assert!(rows.is_empty(), "nothing is kept of a contact that is refused");
 }

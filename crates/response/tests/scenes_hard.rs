@@ -9,7 +9,8 @@ use common::{
 };
 use glam::DVec3;
 use response::{
-    ContactSystem, Friction, Level, Margins, Method, Order, Reaction, SolverParams, distribute,
+    ContactSystem, Friction, Margins, Reaction, SolveLevel, SolverMethod, SolverParams, SweepOrder,
+    distribute,
 };
 use surface::Stencil;
 
@@ -25,7 +26,7 @@ fn rest(position: bool, velocity: bool, seconds: u32) -> (f64, f64, f64) {
         v[0].z -= GRAVITY * h;
         if velocity && x[0].z <= 0.0 {
             let contacts = [on_plane(0, x[0], DVec3::Z)];
-            solve(Level::Velocity, &mut v, &[1.0], &contacts, law(0.0), &thorough());
+            solve(SolveLevel::Velocity, &mut v, &[1.0], &contacts, law(0.0), &thorough());
         }
         x[0] += h * v[0];
         if x[0].z < 0.0 {
@@ -33,7 +34,7 @@ fn rest(position: bool, velocity: bool, seconds: u32) -> (f64, f64, f64) {
             if position {
                 let mut moved = [DVec3::ZERO];
                 let contacts = [on_plane(0, x[0], DVec3::Z)];
-                solve(Level::Position, &mut moved, &[1.0], &contacts, law(0.0), &thorough());
+                solve(SolveLevel::Position, &mut moved, &[1.0], &contacts, law(0.0), &thorough());
                 x[0] += moved[0];
             }
         }
@@ -138,7 +139,7 @@ fn s11_summed_corrections_gain_energy_and_projected_ones_do_not() {
         let after = summed(&v, &[1.0], &single);
         // n copies on one particle: v' = (1 − n) v.
         assert!((after[0].z + 1.0 - f64::from(n)).abs() < 1e-12, "{n}: {after:?}");
-        solve(Level::Velocity, &mut v, &[1.0], &contacts, law(0.0), &thorough());
+        solve(SolveLevel::Velocity, &mut v, &[1.0], &contacts, law(0.0), &thorough());
         assert!(v[0].length() < 1e-15, "{n}: {v:?}");
     }
     for (count, gains) in [(5, 0.70), (20, 3.78), (80, 70.51)] {
@@ -151,7 +152,7 @@ fn s11_summed_corrections_gain_energy_and_projected_ones_do_not() {
                 let mut solved = v.clone();
                 let params = SolverParams { max_iterations: 4000, ..thorough() };
                 let law = law(friction);
-                let report = solve(Level::Velocity, &mut solved, &w, &contacts, law, &params);
+                let report = solve(SolveLevel::Velocity, &mut solved, &w, &contacts, law, &params);
                 let left = approach_left(&v, &solved, &contacts);
                 // Without friction the solution is that of a convex problem.
                 assert!(left < if friction > 0.0 { 1e-3 } else { 1e-7 }, "{seed}: {report:?}");
@@ -202,15 +203,18 @@ fn s12_one_averaged_pass_leaves_some_approach() {
         let mut left = Vec::new();
         for seed in 0..21 {
             let (v, w, contacts) = patch(count, seed);
-            let once =
-                SolverParams { method: Method::AveragedJacobi, max_iterations: 1, tolerance: 0.0 };
+            let once = SolverParams {
+                method: SolverMethod::AveragedJacobi,
+                max_iterations: 1,
+                tolerance: 0.0,
+            };
             let mut solved = v.clone();
-            solve(Level::Velocity, &mut solved, &w, &contacts, law(0.0), &once);
+            solve(SolveLevel::Velocity, &mut solved, &w, &contacts, law(0.0), &once);
             left.push(approach_left(&v, &solved, &contacts));
             assert!(kinetic_energy(&w, &solved) <= kinetic_energy(&w, &v), "averaging gains none");
             assert!(momentum_residual(&w, &v, &solved) < 1e-12);
             let many = SolverParams { max_iterations: 20_000, tolerance: 1e-12, ..once };
-            let report = solve(Level::Velocity, &mut solved, &w, &contacts, law(0.0), &many);
+            let report = solve(SolveLevel::Velocity, &mut solved, &w, &contacts, law(0.0), &many);
             assert!(report.converged, "{count} contacts, seed {seed}: {report:?}");
         }
         let left = median(left);
@@ -236,7 +240,7 @@ fn tower_sinks(iterations: u32, bottom_first: bool, steps: u32) -> f64 {
             contacts.reverse();
         }
         let mut moved = vec![DVec3::ZERO; 10];
-        solve(Level::Position, &mut moved, &[1.0; 10], &contacts, law(0.0), &params);
+        solve(SolveLevel::Position, &mut moved, &[1.0; 10], &contacts, law(0.0), &params);
         for k in 0..10 {
             x[k] += moved[k];
             v[k] = (x[k] - before[k]) / h;
@@ -272,7 +276,8 @@ fn groove_rate(angle: f64) -> f64 {
     let contacts = normals.map(|n| on_plane(0, x, n));
     let left = |sweeps: u32| {
         let params = SolverParams { max_iterations: sweeps, ..SolverParams::default() };
-        solve(Level::Position, &mut [DVec3::ZERO], &[1.0], &contacts, law(0.0), &params).residual
+        solve(SolveLevel::Position, &mut [DVec3::ZERO], &[1.0], &contacts, law(0.0), &params)
+            .residual
     };
     left(7) / left(6)
 }
@@ -290,7 +295,7 @@ fn groove_converges_by_the_square_of_the_cosine() {
             [DVec3::new(1.0, 0.0, 1.0).normalize(), DVec3::new(-1.0, 0.0, 1.0).normalize()];
         let contacts = normals.map(|n| on_plane(0, DVec3::Z * -0.3, n));
         let once = SolverParams { max_iterations: 1, ..SolverParams::default() };
-        solve(Level::Position, &mut [DVec3::ZERO], &[1.0], &contacts, law(0.0), &once).residual
+        solve(SolveLevel::Position, &mut [DVec3::ZERO], &[1.0], &contacts, law(0.0), &once).residual
     };
     assert!(right < 1e-15, "two projections do where the planes are at right angles: {right}");
 }
@@ -302,10 +307,12 @@ fn contradictory_contacts_get_an_answer() {
         contact(Stencil::new(&[term(0, -1.0), term(1, 1.0)]).unwrap(), DVec3::Z, -0.1),
         contact(Stencil::new(&[term(0, -1.0), term(1, 1.0)]).unwrap(), -DVec3::Z, -0.3),
     ];
-    for method in [Method::GaussSeidel, Method::AveragedJacobi, Method::ConjugateGradient] {
+    for method in
+        [SolverMethod::GaussSeidel, SolverMethod::AveragedJacobi, SolverMethod::ConjugateGradient]
+    {
         let params = SolverParams { method, max_iterations: 50, tolerance: 1e-9 };
         let mut moved = [DVec3::ZERO; 2];
-        let report = solve(Level::Position, &mut moved, &[1.0, 3.0], &both, law(0.0), &params);
+        let report = solve(SolveLevel::Position, &mut moved, &[1.0, 3.0], &both, law(0.0), &params);
         assert!(!report.converged, "{method:?}: {report:?}");
         assert!(report.residual >= 0.2 - 1e-9, "{method:?}: {report:?}");
         assert!(moved.iter().all(|q| q.is_finite() && q.length() < 1.0), "{method:?}: {moved:?}");
@@ -317,13 +324,15 @@ fn mass_ratios_of_a_million_keep_the_momentum() {
     let mut w = vec![1.0; 10];
     w[9] = 1e-6;
     let x: Vec<DVec3> = (0..10).map(|k| DVec3::Z * f64::from(k)).collect();
-    for method in [Method::GaussSeidel, Method::AveragedJacobi, Method::ConjugateGradient] {
+    for method in
+        [SolverMethod::GaussSeidel, SolverMethod::AveragedJacobi, SolverMethod::ConjugateGradient]
+    {
         let mut v = vec![DVec3::Z; 10];
         v[9] = -DVec3::Z;
         let before = v.clone();
         let params = SolverParams { method, max_iterations: 100_000, tolerance: 1e-9 };
         let contacts = &tower(&x)[1..];
-        let report = solve(Level::Velocity, &mut v, &w, contacts, law(0.0), &params);
+        let report = solve(SolveLevel::Velocity, &mut v, &w, contacts, law(0.0), &params);
         assert!(report.converged, "{method:?}: {report:?}");
         let residual = momentum_residual(&w, &before, &v);
         assert!(residual < 1e-12, "{method:?}: {residual:e}");
@@ -334,13 +343,15 @@ fn mass_ratios_of_a_million_keep_the_momentum() {
 fn all_methods_agree_where_all_contacts_hold() {
     // A tower that falls: every contact is in use and no impulse is negative.
     let x: Vec<DVec3> = (0..6).map(|k| DVec3::Z * f64::from(k)).collect();
-    for method in [Method::GaussSeidel, Method::AveragedJacobi, Method::ConjugateGradient] {
+    for method in
+        [SolverMethod::GaussSeidel, SolverMethod::AveragedJacobi, SolverMethod::ConjugateGradient]
+    {
         let rows = rows(6, &tower(&x), law(0.3));
-        let system = ContactSystem::new(&rows, &[1.0; 6], Order::Coloured).unwrap();
+        let system = ContactSystem::new(&rows, &[1.0; 6], SweepOrder::Colored).unwrap();
         let mut impulses = system.no_impulses();
         let mut v = vec![DVec3::Z * -2.0; 6];
         let params = SolverParams { method, max_iterations: 5000, tolerance: 1e-12 };
-        let report = system.solve(Level::Velocity, &mut v, &mut impulses, &params).unwrap();
+        let report = system.solve(SolveLevel::Velocity, &mut v, &mut impulses, &params).unwrap();
         assert!(report.converged && v.iter().all(|v| v.length() < 1e-10), "{method:?}: {v:?}");
         for (k, impulse) in impulses.iter().enumerate() {
             let carried = 2.0 * (6.0 - f64::from(u32::try_from(k).unwrap()));

@@ -6,10 +6,10 @@ mod common;
 use common::{contact, law, momentum_residual, patch, rows, solve, thorough};
 use glam::DVec3;
 use response::{
-    ContactLaw, ContactRows, ExplicitEuler, Friction, Hold, Implicit, ImplicitEuler,
-    ImplicitMidpoint, Integrator, Level, LinearParams, Margins, Method, NormalForce, Reaction,
-    Reference, RelativeMotion, RelativeState, SoftContacts, SoftLaw, SolverParams, Spring,
-    StepLength, SymplecticEuler, Taylor, TimeStep, distribute,
+    ContactLaw, ContactRows, ExplicitEuler, Friction, Implicit, ImplicitEuler, ImplicitMidpoint,
+    Integrator, LinearParams, Margins, NormalForce, Reaction, Reference, RelativeMotion,
+    RelativeState, Restraint, SoftContacts, SoftLaw, SolveLevel, SolverMethod, SolverParams,
+    Spring, StepLength, SymplecticEuler, Taylor, TimeStep, distribute,
 };
 use surface::{Contact, Stencil};
 
@@ -97,7 +97,7 @@ impl Free {
 
     fn second_order<I: Integrator>(&mut self, everywhere: DVec3) {
         let state = self.state();
-        let held = Reference::height(&state, 0.0, Hold::Sliding).expect("finite");
+        let held = Reference::height(&state, 0.0, Restraint::Sliding).expect("finite");
         let correction = TimeStep::<I>::new(H)
             .and_then(|step| {
                 step.second_order_spring(&state, held.position(&state), held.velocity(&state))
@@ -108,13 +108,13 @@ impl Free {
 
     /// Solved together at a level, with friction; positions by the step's
     /// displacements.
-    fn hard(&mut self, level: Level, params: &SolverParams) {
+    fn hard(&mut self, level: SolveLevel, params: &SolverParams) {
         let contacts = self.contacts();
-        if level == Level::Velocity {
+        if level == SolveLevel::Velocity {
             solve(level, &mut self.v, &self.w, &contacts, law(0.5), params);
         }
         let mut moved: Vec<DVec3> = self.v.iter().map(|v| H * *v).collect();
-        if level == Level::Position {
+        if level == SolveLevel::Position {
             solve(level, &mut moved, &self.w, &contacts, law(0.5), params);
             self.v = moved.iter().map(|u| *u / H).collect();
         }
@@ -159,16 +159,16 @@ const SCENES: [Scene; 25] = [
     ("S7, Taylor", -0.2, DVec3::ZERO, |s| s.second_order::<Taylor>(DVec3::ZERO)),
     ("S7, explicit", -0.2, DVec3::ZERO, |s| s.second_order::<ExplicitEuler>(DVec3::ZERO)),
     ("S8", -0.2, FALL, |s| s.second_order::<SymplecticEuler>(FALL)),
-    ("S9, positions", 0.02, DVec3::ZERO, |s| s.hard(Level::Position, &thorough())),
-    ("S9, velocities", 0.02, DVec3::ZERO, |s| s.hard(Level::Velocity, &thorough())),
+    ("S9, positions", 0.02, DVec3::ZERO, |s| s.hard(SolveLevel::Position, &thorough())),
+    ("S9, velocities", 0.02, DVec3::ZERO, |s| s.hard(SolveLevel::Velocity, &thorough())),
     ("S10", 0.5, DVec3::ZERO, |s| s.react(Friction::NONE)),
     ("S11, conjugate gradients", 0.02, DVec3::ZERO, |s| {
-        let params = SolverParams { method: Method::ConjugateGradient, ..thorough() };
-        s.hard(Level::Velocity, &params);
+        let params = SolverParams { method: SolverMethod::ConjugateGradient, ..thorough() };
+        s.hard(SolveLevel::Velocity, &params);
     }),
     ("S12", 0.02, DVec3::ZERO, |s| {
-        let params = SolverParams { method: Method::AveragedJacobi, ..thorough() };
-        s.hard(Level::Velocity, &params);
+        let params = SolverParams { method: SolverMethod::AveragedJacobi, ..thorough() };
+        s.hard(SolveLevel::Velocity, &params);
     }),
     ("S14", 0.0, DVec3::ZERO, |s| s.react(Friction::share(0.5).expect("in range"))),
     ("S14, positions", 0.0, DVec3::ZERO, |s| {
@@ -183,13 +183,13 @@ const SCENES: [Scene; 25] = [
     ("S18, positions", -0.2, DVec3::ZERO, |s| {
         let change = Spring::OneSided.position(&s.state());
         distribute(Free::stencil().terms(), &s.w, change, &mut s.x).expect("finite");
-        s.hard(Level::Velocity, &thorough());
+        s.hard(SolveLevel::Velocity, &thorough());
     }),
     ("S18, velocities", -0.2, DVec3::ZERO, |s| {
         let h = StepLength::new(H).expect("in range");
         let change = Spring::OneSided.velocity_to_target(&s.state(), h);
         distribute(Free::stencil().terms(), &s.w, change, &mut s.v).expect("finite");
-        s.hard(Level::Velocity, &thorough());
+        s.hard(SolveLevel::Velocity, &thorough());
     }),
 ];
 
@@ -215,7 +215,7 @@ fn scenes_of_one_contact_keep_their_momentum() {
             scale = scale.max(size);
             let off = momentum(&scene.w, &scene.v) - momentum(&scene.w, &falling);
             assert!(off.length() < 1e-12 * scale, "{name}, step {k}: {off} of {scale}");
-            // Nor do displacements shift the centre of mass off its way.
+            // Nor do displacements shift the center of mass off its way.
             if fall == DVec3::ZERO {
                 let off = momentum(&scene.w, &scene.x)
                     - momentum(&scene.w, &x)
@@ -259,7 +259,7 @@ fn s3_and_s13_stacks_without_a_floor_keep_their_momentum() {
     for max_iterations in [1, 4, 16, 64] {
         let params = SolverParams { max_iterations, ..SolverParams::default() };
         let mut moved = vec![DVec3::ZERO; 10];
-        solve(Level::Position, &mut moved, &w, &stack(&x), law(0.0), &params);
+        solve(SolveLevel::Position, &mut moved, &w, &stack(&x), law(0.0), &params);
         let residual = momentum_residual(&w, &[DVec3::ZERO; 10], &moved);
         assert!(residual < 1e-12, "S13, {max_iterations} sweeps: {residual:e}");
     }
@@ -267,11 +267,13 @@ fn s3_and_s13_stacks_without_a_floor_keep_their_momentum() {
 
 #[test]
 fn s11_and_s12_patches_keep_their_momentum_by_every_method() {
-    for method in [Method::GaussSeidel, Method::AveragedJacobi, Method::ConjugateGradient] {
+    for method in
+        [SolverMethod::GaussSeidel, SolverMethod::AveragedJacobi, SolverMethod::ConjugateGradient]
+    {
         for count in [20, 80] {
             let (v, w, contacts) = patch(count, 3);
             let params = SolverParams { method, max_iterations: 50, tolerance: 0.0 };
-            for level in [Level::Position, Level::Velocity, Level::Acceleration] {
+            for level in [SolveLevel::Position, SolveLevel::Velocity, SolveLevel::Acceleration] {
                 let mut q = v.clone();
                 solve(level, &mut q, &w, &contacts, law(0.5), &params);
                 let residual = momentum_residual(&w, &v, &q);

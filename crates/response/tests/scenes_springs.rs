@@ -5,10 +5,10 @@ mod common;
 
 use common::{law, on_plane, over_plane, rows, term, tower};
 use glam::DVec3;
-use response::stability::{Case, HardRow, Holding, Scheme, limit};
+use response::stability::{HardRow, Holding, Scheme, StabilityCase, limit};
 use response::{
-    ContactRows, Hold, ImplicitEuler, Integrator, LinearForces, LinearParams, Margins, NormalForce,
-    Reference, SoftContacts, SoftLaw, SymplecticEuler, Taylor, TimeStep,
+    ContactRows, ImplicitEuler, Integrator, LinearForces, LinearParams, Margins, NormalForce,
+    Reference, Restraint, SoftContacts, SoftLaw, SymplecticEuler, Taylor, TimeStep,
 };
 
 /// Radius over 1 that is rounding: an undamped spring has exactly 1.
@@ -16,7 +16,9 @@ const ROUNDING: f64 = 1e-9;
 
 fn limit_of(scheme: Scheme, holding: impl Fn(f64) -> Holding, high: f64) -> Option<f64> {
     let stable = |at: f64| {
-        Case { scheme, holding: holding(at) }.radius().map(|radius| radius <= 1.0 + ROUNDING)
+        StabilityCase { scheme, holding: holding(at) }
+            .radius()
+            .map(|radius| radius <= 1.0 + ROUNDING)
     };
     limit(1e-4, high, 1e-4, stable).expect("parameters in range")
 }
@@ -51,7 +53,7 @@ fn s2_penalty_under_explicit_euler() {
 fn implicit_penalties_have_no_limit() {
     for scheme in [Scheme::ImplicitEuler, Scheme::ImplicitMidpoint] {
         for omega_h in [0.01, 1.0, 2.5, 1e3] {
-            let case = Case { scheme, holding: penalty(0.0)(omega_h) };
+            let case = StabilityCase { scheme, holding: penalty(0.0)(omega_h) };
             let radius = case.radius().unwrap();
             assert!(radius <= 1.0 + ROUNDING, "{scheme:?} at {omega_h}: {radius}");
         }
@@ -224,7 +226,8 @@ fn s6_first_order_spring_rings_or_blows_up() {
         (Scheme::ImplicitEuler, 0.5_f64.sqrt()),
     ];
     for (scheme, known) in known {
-        let radius = Case { scheme, holding: Holding::FirstOrder { gain: 1.0 } }.radius().unwrap();
+        let radius =
+            StabilityCase { scheme, holding: Holding::FirstOrder { gain: 1.0 } }.radius().unwrap();
         assert!((radius - known).abs() < 1e-6, "{scheme:?}: {radius}, not {known}");
     }
 }
@@ -241,7 +244,8 @@ fn s7_second_order_spring_stops_dead_and_copies_blow_up() {
             (3.0, 4.449),
         ];
         for (gain, known) in known {
-            let radius = Case { scheme, holding: Holding::SecondOrder { gain } }.radius().unwrap();
+            let radius =
+                StabilityCase { scheme, holding: Holding::SecondOrder { gain } }.radius().unwrap();
             // A double eigenvalue 0 is found to the root of rounding.
             assert!((radius - known).abs() < 1e-3, "{scheme:?} × {gain}: {radius}, not {known}");
         }
@@ -250,7 +254,8 @@ fn s7_second_order_spring_stops_dead_and_copies_blow_up() {
     }
     for scheme in [Scheme::ImplicitEuler, Scheme::ImplicitMidpoint] {
         for gain in [0.5, 1.0, 2.0, 3.0, 80.0] {
-            let radius = Case { scheme, holding: Holding::SecondOrder { gain } }.radius().unwrap();
+            let radius =
+                StabilityCase { scheme, holding: Holding::SecondOrder { gain } }.radius().unwrap();
             assert!(radius < 1.0, "{scheme:?} × {gain}: {radius}");
         }
     }
@@ -278,7 +283,7 @@ fn copies_of_hard_rows_have_limits_that_no_integrator_changes() {
     for scheme in Scheme::ALL {
         for (row, most, growth) in rows {
             for gain in [0.5, 1.0, 1.3] {
-                let case = Case { scheme, holding: Holding::Hard { row, gain } };
+                let case = StabilityCase { scheme, holding: Holding::Hard { row, gain } };
                 let (radius, known) = (case.radius().unwrap(), growth(gain));
                 assert!((radius - known).abs() < 1e-6, "{case:?}: {radius}, not {known}");
             }
@@ -287,10 +292,10 @@ fn copies_of_hard_rows_have_limits_that_no_integrator_changes() {
         }
         for gain in [0.5, 1.0, 1.5, 3.0] {
             let holding = Holding::Hard { row: HardRow::Reaction, gain };
-            let [x, v] = Case { scheme, holding }.step([-0.5, -1.0]).unwrap();
+            let [x, v] = StabilityCase { scheme, holding }.step([-0.5, -1.0]).unwrap();
             // v' = (1 − n) v, and the depth stays.
             assert!((v + 1.0 - gain).abs() < 1e-15 && (x + 0.5 - v).abs() < 1e-15, "{x} {v}");
-            let away = Case { scheme, holding }.step([-0.5, 1.0]).unwrap();
+            let away = StabilityCase { scheme, holding }.step([-0.5, 1.0]).unwrap();
             assert!((away[1] - 1.0).abs() < 1e-15, "what leaves is let go: {away:?}");
         }
     }
@@ -311,7 +316,7 @@ fn after_steps<C: Integrator, M: Integrator>(gravity: f64, tell: bool, steps: us
             motion.acceleration = DVec3::Z * gravity;
             state = response::RelativeState::new(motion, DVec3::Z, 0.0, margins).expect("valid");
         }
-        let held = Reference::height(&state, 0.0, Hold::Sliding).expect("valid");
+        let held = Reference::height(&state, 0.0, Restraint::Sliding).expect("valid");
         let correction = made
             .second_order_spring(&state, held.position(&state), held.velocity(&state))
             .expect("valid");

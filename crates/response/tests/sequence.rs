@@ -7,8 +7,8 @@ mod common;
 use common::{law, momentum_residual, stacked, tower};
 use glam::DVec3;
 use response::{
-    ContactMemory, Order, Particles, ResponseError, SequenceParams, SequenceReport, SolverParams,
-    Thresholds, correct_in_sequence,
+    ImpulseCache, ParticleStates, ResponseError, SequenceParams, SequenceReport, SolverParams,
+    SweepOrder, Thresholds, correct_in_sequence,
 };
 use surface::Contact;
 
@@ -17,7 +17,7 @@ fn params() -> SequenceParams {
         law: law(0.5),
         thresholds: Thresholds { depth: Some(1e-9), approach: Some(1e-9), push: Some(1e-9) },
         solver: SolverParams { max_iterations: 2000, tolerance: 1e-11, ..Default::default() },
-        order: Order::Coloured,
+        order: SweepOrder::Colored,
         max_rounds: 10,
     }
 }
@@ -29,7 +29,7 @@ struct World {
 }
 
 impl World {
-    fn correct(&mut self, params: &SequenceParams, memory: &mut ContactMemory) -> SequenceReport {
+    fn correct(&mut self, params: &SequenceParams, memory: &mut ImpulseCache) -> SequenceReport {
         let w = vec![1.0; self.x.len()];
         let mut contacts = tower(&self.x);
         let refresh = |x: &[DVec3], contacts: &mut Vec<Contact>| {
@@ -37,7 +37,7 @@ impl World {
             Ok::<(), ResponseError>(())
         };
         let particles =
-            Particles { x: &mut self.x, v: &mut self.v, a: &mut self.a, inverse_mass: &w };
+            ParticleStates { x: &mut self.x, v: &mut self.v, a: &mut self.a, inverse_mass: &w };
         correct_in_sequence(particles, &mut contacts, refresh, params, memory).expect("valid")
     }
 }
@@ -50,7 +50,7 @@ fn a_pressed_tower_is_freed_stopped_and_carried() {
         v: vec![DVec3::new(0.0, 0.0, -3.0); 4],
         a: vec![DVec3::Z * -9.81; 4],
     };
-    let mut memory = ContactMemory::default();
+    let mut memory = ImpulseCache::default();
     let report = world.correct(&params(), &mut memory);
     assert!(report.depth < 1e-9 && report.rounds >= 1, "{report:?}");
     for (k, x) in world.x.iter().enumerate().skip(1) {
@@ -68,12 +68,12 @@ fn thresholds_leave_alone_what_is_within_them() {
         World { x: vec![DVec3::Z * -0.01], v: vec![DVec3::Z * -0.5], a: vec![DVec3::Z * -9.81] };
     let wide = Thresholds { depth: Some(0.02), approach: Some(1.0), push: Some(10.0) };
     let report = world
-        .correct(&SequenceParams { thresholds: wide, ..params() }, &mut ContactMemory::default());
+        .correct(&SequenceParams { thresholds: wide, ..params() }, &mut ImpulseCache::default());
     assert_eq!((report.rounds, report.velocities, report.accelerations), (0, None, None));
     assert_eq!(world.x[0].z, -0.01);
     let off = Thresholds { depth: None, approach: Some(0.0), push: None };
     let report = world
-        .correct(&SequenceParams { thresholds: off, ..params() }, &mut ContactMemory::default());
+        .correct(&SequenceParams { thresholds: off, ..params() }, &mut ImpulseCache::default());
     assert!(report.velocities.is_some() && report.positions.is_none());
     assert_eq!((world.x[0].z, world.v[0].z, world.a[0].z), (-0.01, 0.0, -9.81));
 }
@@ -81,7 +81,7 @@ fn thresholds_leave_alone_what_is_within_them() {
 #[test]
 fn what_leaves_is_not_pushed() {
     let mut world = World { x: vec![DVec3::ZERO], v: vec![DVec3::Z], a: vec![DVec3::Z * -9.81] };
-    let report = world.correct(&params(), &mut ContactMemory::default());
+    let report = world.correct(&params(), &mut ImpulseCache::default());
     assert_eq!(report.accelerations, None, "thrown up, it still falls back");
     assert_eq!(world.a[0].z, -9.81);
 }
@@ -99,8 +99,8 @@ fn a_tower_without_a_floor_keeps_its_momentum() {
     };
     let mut contacts = Vec::new();
     detect(&x, &mut contacts).unwrap();
-    let particles = Particles { x: &mut x, v: &mut v, a: &mut a, inverse_mass: &w };
-    let memory = &mut ContactMemory::default();
+    let particles = ParticleStates { x: &mut x, v: &mut v, a: &mut a, inverse_mass: &w };
+    let memory = &mut ImpulseCache::default();
     correct_in_sequence(particles, &mut contacts, detect, &params(), memory).unwrap();
     assert!(momentum_residual(&w, &before.0, &x) < 1e-12);
     assert!(momentum_residual(&w, &before.1, &v) < 1e-12);
@@ -115,7 +115,7 @@ fn the_memory_saves_sweeps_from_step_to_step() {
         v: vec![DVec3::ZERO; 10],
         a: vec![DVec3::ZERO; 10],
     };
-    let mut memory = ContactMemory::default();
+    let mut memory = ImpulseCache::default();
     let mut sweeps = Vec::new();
     for _ in 0..5 {
         for v in &mut world.v {

@@ -6,7 +6,8 @@ mod common;
 use common::{law, momentum_residual, on_plane, patch, rows, term, tower, unit, vector};
 use glam::DVec3;
 use response::{
-    ContactRows, ContactSystem, Impulse, Level, Method, Order, SolverParams, Spread, carry_over,
+    ContactRows, ContactSystem, Impulse, SolveLevel, SolverMethod, SolverParams, Spread,
+    SweepOrder, warm_start,
 };
 use surface::{Contact, Stencil, Term};
 
@@ -66,7 +67,7 @@ fn sweeps_are_those_of_the_dense_matrix() {
         w[15] = 0.0;
         let mut fast = v.clone();
         let params = SolverParams { max_iterations: 7, ..SolverParams::default() };
-        common::solve(Level::Velocity, &mut fast, &w, &contacts, law(0.6), &params);
+        common::solve(SolveLevel::Velocity, &mut fast, &w, &contacts, law(0.6), &params);
         let slow = dense_sweeps(&v, &w, &contacts, 0.6, 7);
         for (fast, slow) in fast.iter().zip(&slow) {
             assert!((*fast - *slow).length() < 1e-12, "{count} contacts: {fast} {slow}");
@@ -77,21 +78,22 @@ fn sweeps_are_those_of_the_dense_matrix() {
 #[test]
 fn a_hundred_contacts_on_24_particles_are_solved_in_any_order() {
     let (v, w, contacts) = patch(100, 5);
-    let solved = |order: Order| {
+    let solved = |order: SweepOrder| {
         let rows = rows(24, &contacts, law(0.0));
         let system = ContactSystem::new(&rows, &w, order).unwrap();
         let mut after = v.clone();
         let params = SolverParams { max_iterations: 50_000, tolerance: 1e-9, ..Default::default() };
         let mut impulses = system.no_impulses();
-        let report = system.solve(Level::Velocity, &mut after, &mut impulses, &params).unwrap();
+        let report =
+            system.solve(SolveLevel::Velocity, &mut after, &mut impulses, &params).unwrap();
         assert!(report.converged, "{order:?}: {report:?}");
         assert!(momentum_residual(&w, &v, &after) < 1e-12);
         (after, system.batch_count())
     };
-    let ((given, one), (coloured, many)) = (solved(Order::Given), solved(Order::Coloured));
-    assert!(one == 1 && many > 20, "{many} colours");
+    let ((given, one), (colored, many)) = (solved(SweepOrder::Given), solved(SweepOrder::Colored));
+    assert!(one == 1 && many > 20, "{many} colors");
     // The motion is unique even where the impulses are not.
-    for (a, b) in given.iter().zip(&coloured) {
+    for (a, b) in given.iter().zip(&colored) {
         assert!((*a - *b).length() < 1e-6, "{a} {b}");
     }
 }
@@ -116,9 +118,11 @@ fn strip_bits() -> u64 {
     }
     let w: Vec<f64> = (0..count).map(|k| if k % 17 == 0 { 0.0 } else { 1.0 }).collect();
     let rows = rows(v.len(), &contacts, law(0.4));
-    let system = ContactSystem::new(&rows, &w, Order::Coloured).expect("valid");
+    let system = ContactSystem::new(&rows, &w, SweepOrder::Colored).expect("valid");
     let mut impulses = system.no_impulses();
-    system.solve(Level::Velocity, &mut v, &mut impulses, &SolverParams::default()).expect("valid");
+    system
+        .solve(SolveLevel::Velocity, &mut v, &mut impulses, &SolverParams::default())
+        .expect("valid");
     let numbers = v.iter().flat_map(|v| v.to_array());
     let of_impulses = impulses.iter().flat_map(|i| [i.normal, i.tangent.x, i.tangent.y]);
     numbers.chain(of_impulses).fold(0xcbf2_9ce4_8422_2325, |hash, number| {
@@ -145,13 +149,13 @@ fn bits_do_not_depend_on_threads() {
 
 #[test]
 fn a_spread_row_moves_the_polygon_as_its_centre_would() {
-    // A hexagon of particles 1..=6 with its centre, point 7, lifted by 0.1; the
-    // contact is on the fan triangle of particles 2, 3 and the centre.
+    // A hexagon of particles 1..=6 with its center, point 7, lifted by 0.1; the
+    // contact is on the fan triangle of particles 2, 3 and the center.
     let mut spread = Spread::new(7);
     let shares: Vec<Term> = (1..=6).map(|k| term(k, 1.0 / 6.0)).collect();
-    let centre = spread.push(&shares).unwrap();
-    assert_eq!(centre, 7);
-    let stencil = Stencil::vertex_face(0, [2, 3, centre], [0.2, 0.3, 0.5]);
+    let center = spread.push(&shares).unwrap();
+    assert_eq!(center, 7);
+    let stencil = Stencil::vertex_face(0, [2, 3, center], [0.2, 0.3, 0.5]);
     let contact = common::contact(stencil, DVec3::Z, -0.4);
     let mut rows = ContactRows::new(7);
     rows.push_spread(&contact, &spread, law(0.0)).unwrap();
@@ -161,12 +165,12 @@ fn a_spread_row_moves_the_polygon_as_its_centre_would() {
     assert!((weight(2) - 0.2 - 0.5 / 6.0).abs() < 1e-15 && (weight(5) - 0.5 / 6.0).abs() < 1e-15);
 
     let w = [1.0; 7];
-    let system = ContactSystem::new(&rows, &w, Order::Coloured).unwrap();
+    let system = ContactSystem::new(&rows, &w, SweepOrder::Colored).unwrap();
     let mut moved = [DVec3::ZERO; 7];
     let params = SolverParams::default();
-    system.solve(Level::Position, &mut moved, &mut system.no_impulses(), &params).unwrap();
+    system.solve(SolveLevel::Position, &mut moved, &mut system.no_impulses(), &params).unwrap();
     let centre_moved: DVec3 = moved[1..].iter().sum::<DVec3>() / 6.0;
-    let at = |k: u32| if k == centre { centre_moved } else { moved[k as usize] };
+    let at = |k: u32| if k == center { centre_moved } else { moved[k as usize] };
     // The depth of 0.4 is gone, whatever the lift: only changes count.
     assert!((stencil.combine(at).z + 0.4).abs() < 1e-15);
     assert!(moved.iter().sum::<DVec3>().length() < 1e-15);
@@ -177,15 +181,15 @@ fn a_warm_start_from_the_same_contacts_needs_one_sweep() {
     let x: Vec<DVec3> = (0..12).map(|k| DVec3::Z * f64::from(k)).collect();
     let contacts = tower(&x);
     let rows = rows(12, &contacts, law(0.3));
-    let system = ContactSystem::new(&rows, &[1.0; 12], Order::Given).unwrap();
+    let system = ContactSystem::new(&rows, &[1.0; 12], SweepOrder::Given).unwrap();
     let params = SolverParams { max_iterations: 5000, tolerance: 1e-10, ..Default::default() };
     let mut impulses = system.no_impulses();
     let fall = |impulses: &mut Vec<Impulse>| {
         let mut v = vec![DVec3::Z * -0.1; 12];
-        system.solve(Level::Velocity, &mut v, impulses, &params).unwrap().iterations
+        system.solve(SolveLevel::Velocity, &mut v, impulses, &params).unwrap().iterations
     };
     let cold = fall(&mut impulses);
-    let mut warm = carry_over(&contacts, &impulses, &contacts).unwrap();
+    let mut warm = warm_start(&contacts, &impulses, &contacts).unwrap();
     let again = fall(&mut warm);
     assert!(cold > 100 && again <= 2, "{cold} sweeps cold, {again} warm");
 }
@@ -202,11 +206,11 @@ fn impulses_are_carried_by_particle_and_normal() {
     // The two contacts of particle 0 have changed their order and their faces.
     let turned = DVec3::new(1.0, 0.0, 0.2).normalize();
     let new = [at([5, 6, 7], turned), at([2, 3, 8], DVec3::Z)];
-    assert_eq!(carry_over(&old, &impulses, &new).unwrap(), [push(2.0), push(1.0)]);
+    assert_eq!(warm_start(&old, &impulses, &new).unwrap(), [push(2.0), push(1.0)]);
     // Turned by more than 30°, or twice the same: not handed on.
     let off = DVec3::new(0.7, 0.0, 0.8).normalize();
     let new = [at([1, 2, 3], off), at([1, 2, 3], DVec3::Z), at([1, 2, 3], DVec3::Z)];
-    let carried = carry_over(&old, &impulses, &new).unwrap();
+    let carried = warm_start(&old, &impulses, &new).unwrap();
     assert_eq!(carried, [push(0.0), push(1.0), push(0.0)]);
 }
 
@@ -216,17 +220,17 @@ fn results_are_inside_the_cone_whatever_the_start() {
         let seed = u.int_in_range(0..=200)?;
         let (v, w, contacts) = patch(30, seed);
         let rows = rows(24, &contacts, law(0.7));
-        let system = ContactSystem::new(&rows, &w, Order::Coloured).unwrap();
+        let system = ContactSystem::new(&rows, &w, SweepOrder::Colored).unwrap();
         let mut impulses = system.no_impulses();
         for impulse in &mut impulses {
             // Not admissible: it may pull, and points anywhere.
             *impulse = Impulse { normal: vector(u, 2.0)?.x, tangent: unit(u)? };
         }
-        for method in [Method::GaussSeidel, Method::AveragedJacobi] {
+        for method in [SolverMethod::GaussSeidel, SolverMethod::AveragedJacobi] {
             let mut after = v.clone();
             let mut impulses = impulses.clone();
             let params = SolverParams { method, max_iterations: 3, tolerance: 0.0 };
-            system.solve(Level::Velocity, &mut after, &mut impulses, &params).unwrap();
+            system.solve(SolveLevel::Velocity, &mut after, &mut impulses, &params).unwrap();
             for (impulse, contact) in impulses.iter().zip(&contacts) {
                 assert!(impulse.normal >= 0.0);
                 assert!(impulse.tangent.length() <= 0.7 * impulse.normal * (1.0 + 1e-12) + 1e-15);
@@ -261,7 +265,7 @@ fn fixed_particles_and_moving_rigid_objects_give_what_they_do() {
     for contact in [on_lift, on_fixed] {
         let mut v = [DVec3::ZERO, DVec3::new(0.2, 0.0, 1.0)];
         let w = [2.0, 0.0];
-        common::solve(Level::Velocity, &mut v, &w, &[contact], law(1.0), &common::thorough());
+        common::solve(SolveLevel::Velocity, &mut v, &w, &[contact], law(1.0), &common::thorough());
         assert!((v[0] - DVec3::new(0.2, 0.0, 1.0)).length() < 1e-14, "{v:?}");
         assert_eq!(v[1], DVec3::new(0.2, 0.0, 1.0));
     }

@@ -49,7 +49,7 @@ impl Meeting {
 /// - [`Touching`](Meeting::Touching): any other shared point. A corner or edge
 ///   against the other without passing its plane; two edges that meet in the
 ///   one point the triangles share; triangles of one plane, however far they
-///   overlap. Neighbours in a mesh touch at least.
+///   overlap. Neighbors in a mesh touch at least.
 /// - A triangle without area never crosses; it touches or is apart.
 ///
 /// ```

@@ -84,7 +84,7 @@ pub enum SurfaceError {
         /// The first of them.
         vertex: u32,
     },
-    /// Neighbouring faces disagree about which side is out.
+    /// Neighboring faces disagree about which side is out.
     #[error(
         "the surface is not oriented: {count} edges are run along by more than one face in the same direction, the first from vertex {from} to {to}"
     )]

@@ -22,7 +22,7 @@ pub enum Defect {
     BoundaryEdge,
     /// An edge with more than two faces.
     NonManifoldEdge,
-    /// A direction of an edge that more than one face runs along: neighbours
+    /// A direction of an edge that more than one face runs along: neighbors
     /// that disagree about which side is out.
     MisorientedEdge,
     /// A vertex whose faces do not all hang together by edges at it.
@@ -64,7 +64,7 @@ pub struct Finding {
     pub count: usize,
     /// The first element with it, in ascending order.
     pub first: Element,
-    /// Where that is: the vertex, or the centre of the edge or face.
+    /// Where that is: the vertex, or the center of the edge or face.
     pub at: DVec3,
 }
 
@@ -86,7 +86,7 @@ pub struct Inspection {
     /// without handles.
     pub euler: i64,
     /// Enclosed volume, positive where the faces look outward. For a surface
-    /// that is not closed: that of the cone over it from its box's centre.
+    /// that is not closed: that of the cone over it from its box's center.
     pub volume: f64,
     /// Sum of the faces' areas.
     pub area: f64,
@@ -118,8 +118,8 @@ pub struct Inspection {
 pub fn inspect(surface: &TriangleSurface, x: Positions<'_>) -> Inspection {
     let bounds = Aabb::of_points(x.as_slice().iter().copied());
     let bounds = (!bounds.is_empty()).then_some(bounds);
-    let centre = bounds.map_or(DVec3::ZERO, Aabb::center);
-    let (volume, area) = volume_and_area(surface, x, centre);
+    let center = bounds.map_or(DVec3::ZERO, Aabb::center);
+    let (volume, area) = volume_and_area(surface, x, center);
     let [vertices, edges, faces] =
         [surface.vertex_count(), surface.edges().len(), surface.faces().len()];
     Inspection {
@@ -156,7 +156,7 @@ impl Inspection {
         self.count(Defect::NonManifoldEdge) == 0 && self.count(Defect::NonManifoldVertex) == 0
     }
 
-    /// Whether neighbouring faces agree about which side is out.
+    /// Whether neighboring faces agree about which side is out.
     #[must_use]
     pub fn oriented(&self) -> bool {
         self.count(Defect::MisorientedEdge) == 0
@@ -246,11 +246,11 @@ fn faces_without_area(surface: &TriangleSurface, x: Positions<'_>) -> impl Itera
     })
 }
 
-fn volume_and_area(surface: &TriangleSurface, x: Positions<'_>, centre: DVec3) -> (f64, f64) {
+fn volume_and_area(surface: &TriangleSurface, x: Positions<'_>, center: DVec3) -> (f64, f64) {
     let (volume, area) = surface.faces().iter().fold((0.0, 0.0), |(volume, area), face| {
         let [a, b, c] = x.corners(*face);
         let normal = triangle::normal([a, b, c]);
-        (volume + (a - centre).dot(normal), area + normal.length())
+        (volume + (a - center).dot(normal), area + normal.length())
     });
     (volume / 6.0, area / 2.0)
 }

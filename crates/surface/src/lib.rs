@@ -48,7 +48,7 @@ pub use crate::inspect::{Defect, Element, Finding, Inspection, inspect};
 pub use crate::measures::{mean_edge, vertex_areas, vertex_normals};
 pub use crate::positions::{Motion, PositionBuffer, Positions};
 pub use crate::pseudonormal::Pseudonormals;
-pub use crate::simplex::{NO_NEIGHBOUR, SimplexSurface};
+pub use crate::simplex::{NO_NEIGHBOR, SimplexSurface};
 pub use crate::triangle_surface::{NO_EDGE, TriangleSurface};
 pub use crate::union_find::UnionFind;
 pub use crate::winding::{ray_crosses_triangle, solid_angle, winding_number};

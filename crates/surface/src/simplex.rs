@@ -1,7 +1,7 @@
-//! Simplex surfaces: every vertex has three neighbours.
+//! Simplex surfaces: every vertex has three neighbors.
 //!
 //! A simplex surface is the dual of a triangulation: a vertex for each triangle,
-//! a polygon for each vertex, and as many edges. Three neighbours give every
+//! a polygon for each vertex, and as many edges. Three neighbors give every
 //! vertex a frame and one curvature, which makes such surfaces convenient to
 //! deform.
 //!
@@ -13,8 +13,8 @@ use glam::DVec3;
 use crate::rows::Rows;
 use crate::{Positions, SimplexError, SurfaceError, TriangleSurface};
 
-/// Stands for a neighbour or a polygon that a vertex on the border lacks.
-pub const NO_NEIGHBOUR: u32 = u32::MAX;
+/// Stands for a neighbor or a polygon that a vertex on the border lacks.
+pub const NO_NEIGHBOR: u32 = u32::MAX;
 
 /// Vertices and oriented polygons of which at most three meet at a vertex: the
 /// connectivity, without positions.
@@ -32,12 +32,12 @@ pub const NO_NEIGHBOUR: u32 = u32::MAX;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SimplexSurface {
     polygons: Rows,
-    neighbours: Vec<[u32; 3]>,
+    neighbors: Vec<[u32; 3]>,
     vertex_polygons: Vec<[u32; 3]>,
 }
 
 impl SimplexSurface {
-    /// Finds the neighbours that polygons give to `vertex_count` vertices.
+    /// Finds the neighbors that polygons give to `vertex_count` vertices.
     ///
     /// Polygons run counter-clockwise seen from outside. At a vertex inside of
     /// the surface three of them meet, on the border two or one.
@@ -91,9 +91,9 @@ impl SimplexSurface {
     ///   polygons.
     /// - [`SimplexError::Surface`] as [`TriangleSurface::new`].
     pub fn dual(&self) -> Result<TriangleSurface, SimplexError> {
-        let lacks = |polygons: &[u32; 3]| polygons.contains(&NO_NEIGHBOUR);
+        let lacks = |polygons: &[u32; 3]| polygons.contains(&NO_NEIGHBOR);
         if let Some(vertex) = self.vertex_polygons.iter().position(lacks) {
-            let polygons = self.vertex_polygons[vertex].iter().filter(|p| **p != NO_NEIGHBOUR);
+            let polygons = self.vertex_polygons[vertex].iter().filter(|p| **p != NO_NEIGHBOR);
             return Err(SimplexError::Border { vertex, polygons: polygons.count() });
         }
         Ok(TriangleSurface::new(self.polygon_count(), self.vertex_polygons.clone())?)
@@ -111,7 +111,7 @@ impl SimplexSurface {
     /// |V|.
     #[must_use]
     pub fn vertex_count(&self) -> usize {
-        self.neighbours.len()
+        self.neighbors.len()
     }
 
     /// |P|.
@@ -130,16 +130,16 @@ impl SimplexSurface {
         self.polygons.row(polygon)
     }
 
-    /// Neighbours of the vertices, |V| × 3, counter-clockwise seen from outside;
-    /// [`NO_NEIGHBOUR`] last where a vertex on the border has two.
+    /// Neighbors of the vertices, |V| × 3, counter-clockwise seen from outside;
+    /// [`NO_NEIGHBOR`] last where a vertex on the border has two.
     #[must_use]
-    pub fn neighbours(&self) -> &[[u32; 3]] {
-        &self.neighbours
+    pub fn neighbors(&self) -> &[[u32; 3]] {
+        &self.neighbors
     }
 
     /// Polygons at the vertices, |V| × 3: the `k`th lies between the `k`th
-    /// neighbour and the next. The smallest first inside of the surface, and
-    /// [`NO_NEIGHBOUR`] last on the border.
+    /// neighbor and the next. The smallest first inside of the surface, and
+    /// [`NO_NEIGHBOR`] last on the border.
     #[must_use]
     pub fn vertex_polygons(&self) -> &[[u32; 3]] {
         &self.vertex_polygons
@@ -158,15 +158,15 @@ impl SimplexSurface {
                 sectors[vertex as usize].push(Sector { polygon: k, from: next, to: previous });
             }
         }
-        let mut neighbours = Vec::with_capacity(vertex_count);
+        let mut neighbors = Vec::with_capacity(vertex_count);
         let mut vertex_polygons = Vec::with_capacity(vertex_count);
         for (vertex, sectors) in sectors.iter().enumerate() {
             let not_simplex = SimplexError::NotSimplex { vertex, polygons: sectors.count };
             let (around, within) = sectors.in_order().ok_or(not_simplex)?;
-            neighbours.push(around);
+            neighbors.push(around);
             vertex_polygons.push(within);
         }
-        Ok(Self { polygons, neighbours, vertex_polygons })
+        Ok(Self { polygons, neighbors, vertex_polygons })
     }
 }
 
@@ -194,7 +194,7 @@ impl Sectors {
         self.count += 1;
     }
 
-    /// Neighbours and polygons counter-clockwise; `None` unless three sectors
+    /// Neighbors and polygons counter-clockwise; `None` unless three sectors
     /// close a ring, or two or one are open.
     fn in_order(&self) -> Option<([u32; 3], [u32; 3])> {
         let given = || self.first.into_iter().flatten();
@@ -213,8 +213,8 @@ impl Sectors {
             2 => second.is_some() && third.is_none(),
             _ => second.is_none(),
         };
-        let to = |sector: Option<Sector>| sector.map_or(NO_NEIGHBOUR, |s| s.to);
-        let polygon = |sector: Option<Sector>| sector.map_or(NO_NEIGHBOUR, |s| s.polygon);
+        let to = |sector: Option<Sector>| sector.map_or(NO_NEIGHBOR, |s| s.to);
+        let polygon = |sector: Option<Sector>| sector.map_or(NO_NEIGHBOR, |s| s.polygon);
         whole.then_some((
             [first.from, first.to, to(second)],
             [first.polygon, polygon(second), polygon(third)],

@@ -4,7 +4,7 @@
 use arbtest::arbtest;
 use surface::glam::DVec3;
 use surface::{
-    NO_NEIGHBOUR, SimplexError, SimplexSurface, Stencil, SurfaceError, Term, TriangleSurface,
+    NO_NEIGHBOR, SimplexError, SimplexSurface, Stencil, SurfaceError, Term, TriangleSurface,
     closest_on_triangle, inspect,
 };
 
@@ -33,17 +33,16 @@ fn assert_round_trip(surface: &TriangleSurface) -> SimplexSurface {
     dual
 }
 
-/// Neighbours name each other, and each polygon runs between two of them.
+/// Neighbors name each other, and each polygon runs between two of them.
 fn assert_neighbours(dual: &SimplexSurface) {
-    for (vertex, (around, within)) in
-        (0..).zip(dual.neighbours().iter().zip(dual.vertex_polygons()))
+    for (vertex, (around, within)) in (0..).zip(dual.neighbors().iter().zip(dual.vertex_polygons()))
     {
         for k in 0..3 {
-            if around[k] == NO_NEIGHBOUR {
+            if around[k] == NO_NEIGHBOR {
                 continue;
             }
-            assert!(dual.neighbours()[around[k] as usize].contains(&vertex), "at {vertex}");
-            if within[k] != NO_NEIGHBOUR {
+            assert!(dual.neighbors()[around[k] as usize].contains(&vertex), "at {vertex}");
+            if within[k] != NO_NEIGHBOR {
                 let polygon = dual.polygon(within[k]);
                 let at = polygon.iter().position(|v| *v == vertex).expect("a corner");
                 let len = polygon.len();
@@ -93,12 +92,12 @@ fn patches_have_a_border() {
     let polygons = [vec![0, 1, 2, 3, 4, 5], vec![0, 5, 6, 7, 8, 9], vec![0, 9, 10, 11, 12, 1]];
     let patch = SimplexSurface::new(13, &polygons).unwrap();
     assert_neighbours(&patch);
-    assert_eq!(patch.neighbours()[0], [1, 5, 9]);
+    assert_eq!(patch.neighbors()[0], [1, 5, 9]);
     assert_eq!(patch.vertex_polygons()[0], [0, 1, 2]);
-    assert_eq!(patch.neighbours()[1], [2, 0, 12]);
-    assert_eq!(patch.vertex_polygons()[1], [0, 2, NO_NEIGHBOUR]);
-    assert_eq!(patch.neighbours()[3], [4, 2, NO_NEIGHBOUR]);
-    assert_eq!(patch.vertex_polygons()[3], [0, NO_NEIGHBOUR, NO_NEIGHBOUR]);
+    assert_eq!(patch.neighbors()[1], [2, 0, 12]);
+    assert_eq!(patch.vertex_polygons()[1], [0, 2, NO_NEIGHBOR]);
+    assert_eq!(patch.neighbors()[3], [4, 2, NO_NEIGHBOR]);
+    assert_eq!(patch.vertex_polygons()[3], [0, NO_NEIGHBOR, NO_NEIGHBOR]);
     assert_eq!(patch.dual(), Err(SimplexError::Border { vertex: 1, polygons: 2 }));
 }
 
@@ -152,8 +151,8 @@ fn fans_are_closed() {
     for polygon in 0..u32::try_from(dual.polygon_count()).unwrap() {
         let vertices = dual.polygon(polygon);
         let faces = dual.fan_faces(polygon).map(|f| fan.faces()[f as usize]);
-        for (j, [centre, from, to]) in faces.enumerate() {
-            assert_eq!(centre as usize, dual.vertex_count() + polygon as usize);
+        for (j, [center, from, to]) in faces.enumerate() {
+            assert_eq!(center as usize, dual.vertex_count() + polygon as usize);
             assert_eq!([from, to], [vertices[j], vertices[(j + 1) % vertices.len()]]);
         }
     }
@@ -189,10 +188,10 @@ fn spreading_keeps_the_combination() {
     .budget_ms(200);
 }
 
-/// On a sphere the lift takes the centres from inside onto it, outward or, seen
+/// On a sphere the lift takes the centers from inside onto it, outward or, seen
 /// from within, inward.
 #[test]
-fn lifted_centres_of_a_sphere_are_on_it() {
+fn lifted_centers_of_a_sphere_are_on_it() {
     let (surface, x) = octasphere(3);
     let dual = SimplexSurface::dual_of(&surface).unwrap();
     let x = barycentres(&surface, &x);

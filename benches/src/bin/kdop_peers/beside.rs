@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use benches::ratio::{Ratio, Report, Timing, amount, interleave};
-use fixtures::muscle::{Lie, Muscle, Scene, scene};
+use fixtures::muscle::{Muscle, MuscleScene, Placement, scene};
 use kdop::{Leaves, Tree, Workspace};
 
 use crate::peers::{double, single, sweep};
@@ -43,14 +43,14 @@ pub(crate) fn compare(report: &mut Report) {
         aligned: 1.3,
     };
     for (faces, name, allowed) in [(6500, "6.5k", small), (80_000, "80k", large)] {
-        let oblique = scene(faces, Lie::Oblique);
+        let oblique = scene(faces, Placement::Oblique);
         build(report, name, &oblique.a, allowed.build);
         refit(report, name, &oblique.a, &allowed);
         pairs(report, &format!("pairs, oblique {name}"), &oblique, allowed.pairs, Some(1.0 / 3.0));
         swept(report, name, &oblique, allowed.swept);
         own(report, &format!("self, straight {name}"), &oblique.a, allowed.own);
         own(report, &format!("self, bent {name}"), &oblique.u, allowed.own);
-        let aligned = scene(faces, Lie::Aligned);
+        let aligned = scene(faces, Placement::Aligned);
         pairs(report, &format!("pairs, aligned {name}"), &aligned, allowed.aligned, None);
     }
 }
@@ -123,7 +123,7 @@ fn refit(report: &mut Report, name: &str, muscle: &Muscle, allowed: &Allowed) {
     report.add(&Ratio::of_times(&format!("refit {name} / obvhs' bare sweep"), ours, bare, bound));
 }
 
-fn pairs(report: &mut Report, name: &str, scene: &Scene, allowed: f64, fewer: Option<f64>) {
+fn pairs(report: &mut Report, name: &str, scene: &MuscleScene, allowed: f64, fewer: Option<f64>) {
     let [mut a, mut b] = [tree(&scene.a), tree(&scene.b)];
     a.refit(&scene.a.states[1]).expect("finite");
     b.refit(&scene.b.states[1]).expect("finite");
@@ -136,7 +136,7 @@ fn pairs(report: &mut Report, name: &str, scene: &Scene, allowed: f64, fewer: Op
     time_pairs(report, name, [&a, &b], [&a32, &b32], [&a64, &b64], (allowed, fewer));
 }
 
-fn swept(report: &mut Report, name: &str, scene: &Scene, allowed: f64) {
+fn swept(report: &mut Report, name: &str, scene: &MuscleScene, allowed: f64) {
     let [mut a, mut b] = [tree(&scene.a), tree(&scene.b)];
     a.refit_swept(&scene.a.states[0], &scene.a.states[1]).expect("finite");
     b.refit_swept(&scene.b.states[0], &scene.b.states[1]).expect("finite");

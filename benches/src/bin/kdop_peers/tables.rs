@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use benches::ratio::{Ratio, Report, Timing, amount, interleave};
-use fixtures::muscle::{Lie, Muscle, muscle, scene, twisted};
+use fixtures::muscle::{Muscle, Placement, muscle, scene, twisted};
 use glam::DVec3;
 use kdop::{DopTree, Extents, Leaves, Tree, Workspace};
 use surface::{Meeting, triangles_meet};
@@ -30,23 +30,23 @@ fn pairs<const S: usize>(a: &DopTree<S>, b: &DopTree<S>, workspace: &mut Workspa
 pub(crate) fn volumes() {
     println!("k   faces  lie      bytes/face  refit us  pairs us  candidates  self candidates");
     for faces in [6500, 80_000] {
-        for lie in [Lie::Oblique, Lie::Aligned] {
-            volume::<3>(faces, lie);
-            volume::<7>(faces, lie);
-            volume::<9>(faces, lie);
-            volume::<13>(faces, lie);
+        for placement in [Placement::Oblique, Placement::Aligned] {
+            volume::<3>(faces, placement);
+            volume::<7>(faces, placement);
+            volume::<9>(faces, placement);
+            volume::<13>(faces, placement);
         }
     }
     println!("candidates of 18 planes over those of 6, contact turned in twelve ways:");
-    let shares: Vec<f64> = (0..12).map(|i| share_of_boxes(Lie::Turned(i))).collect();
+    let shares: Vec<f64> = (0..12).map(|i| share_of_boxes(Placement::Turned(i))).collect();
     let least = shares.iter().copied().fold(f64::INFINITY, f64::min);
     let most = shares.iter().copied().fold(0.0, f64::max);
     let mean = shares.iter().sum::<f64>() / amount(shares.len());
     println!("least {least:.2}, mean {mean:.2}, most {most:.2}");
 }
 
-fn volume<const S: usize>(faces: u32, lie: Lie) {
-    let scene = scene(faces, lie);
+fn volume<const S: usize>(faces: u32, placement: Placement) {
+    let scene = scene(faces, placement);
     let (mut a, mut b) = (build::<S>(&scene.a), build::<S>(&scene.b));
     let refit = time(|| a.refit(&scene.a.states[1]).map_or(0, |()| 1));
     b.refit(&scene.b.states[1]).expect("finite points");
@@ -57,14 +57,14 @@ fn volume<const S: usize>(faces: u32, lie: Lie) {
     a.self_pairs(0.0, &mut workspace, |_, _| own += 1);
     let bytes = amount(a.bytes()) / amount(a.leaf_count());
     let (k, refit, traversal) = (2 * S, refit.least * 1e-3, traversal.least * 1e-3);
-    let lie = format!("{lie:?}");
+    let placement = format!("{placement:?}");
     println!(
-        "{k:<3} {faces:>6} {lie:<8} {bytes:>10.1} {refit:>9.1} {traversal:>9.1} {found:>11} {own:>8}"
+        "{k:<3} {faces:>6} {placement:<8} {bytes:>10.1} {refit:>9.1} {traversal:>9.1} {found:>11} {own:>8}"
     );
 }
 
-fn share_of_boxes(lie: Lie) -> f64 {
-    let scene = scene(6500, lie);
+fn share_of_boxes(placement: Placement) -> f64 {
+    let scene = scene(6500, placement);
     let boxes = pairs(&build::<3>(&scene.a), &build(&scene.b), &mut Workspace::new());
     let dops = pairs(&build::<9>(&scene.a), &build(&scene.b), &mut Workspace::new());
     amount(dops) / amount(boxes)
@@ -73,7 +73,7 @@ fn share_of_boxes(lie: Lie) -> f64 {
 /// Bytes a face, and a refit beside a plain sweep over as many bytes.
 pub(crate) fn memory(report: &mut Report) {
     for (faces, name) in [(6500, "6.5k"), (80_000, "80k")] {
-        let muscle = scene(faces, Lie::Oblique).a;
+        let muscle = scene(faces, Placement::Oblique).a;
         let mut tree: Tree = build(&muscle);
         let leaves = amount(tree.leaf_count());
         let name_of = |what: &str| format!("{what} {name}");
@@ -133,7 +133,7 @@ fn slope(points: &[(f64, f64)]) -> f64 {
 
 /// Two threads beside one.
 pub(crate) fn threads() {
-    let scene = scene(80_000, Lie::Oblique);
+    let scene = scene(80_000, Placement::Oblique);
     let (mut a, b): (Tree, Tree) = (build(&scene.a), build(&scene.b));
     let mut plain = a.clone();
     let mut workspace = Workspace::new();
@@ -172,7 +172,7 @@ pub(crate) fn threads() {
 pub(crate) fn cones() {
     println!("muscle           faces  candidates, culled  crossings, missed  us, culled");
     for faces in [300, 1000, 6500, 80_000] {
-        let scene = scene(faces, Lie::Oblique);
+        let scene = scene(faces, Placement::Oblique);
         let rest = &scene.a.states[0];
         cone_line("straight", &scene.a.triangles, rest);
         cone_line("bent", &scene.u.triangles, &scene.u.states[1]);
@@ -222,7 +222,7 @@ fn cone_line(name: &str, triangles: &[[u32; 3]], points: &[DVec3]) {
 /// looseness, and the cost of a traversal beside that of a tree built anew.
 pub(crate) fn motion() {
     const FRAMES: u32 = 1000;
-    let scene = scene(6500, Lie::Aligned);
+    let scene = scene(6500, Placement::Aligned);
     let (mut tree, still): (Tree, Tree) = (build(&scene.a), build(&scene.b));
     let (leaves, rest) = (Leaves::Triangles(&scene.a.triangles), &scene.a.states[0]);
     let (mut workspace, mut other) = (Workspace::new(), Workspace::new());

@@ -35,7 +35,7 @@ impl Moving {
     pub(super) fn fixture() -> Self {
         let scene = thigh::thigh();
         let kept = scene.bodies.into_iter().filter(|body| body.name != "fascia_lata");
-        let body = |body: thigh::Body| {
+        let body = |body: thigh::ThighBody| {
             let surface = body.mesh.surface();
             (body.name.to_owned(), Body { surface, x: body.mesh.positions })
         };

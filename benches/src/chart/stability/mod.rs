@@ -15,7 +15,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use response::ResponseError;
-use response::stability::{Case, HardRow, Holding, Scheme};
+use response::stability::{HardRow, Holding, Scheme, StabilityCase};
 
 use self::map::{Axis, Map, Scale};
 use super::sheet::{Cell, Sheet};
@@ -170,7 +170,7 @@ impl Stability {
     /// None for the parameters of this picture.
     pub fn compute() -> Result<Self, ResponseError> {
         let radius = |scheme, omega_h, zeta| {
-            Case { scheme, holding: Holding::Penalty { omega_h, zeta } }.radius()
+            StabilityCase { scheme, holding: Holding::Penalty { omega_h, zeta } }.radius()
         };
         let mut numbers = Self {
             springs: Vec::new(),
@@ -237,9 +237,9 @@ impl Stability {
 impl Gain {
     fn new(scheme: Scheme, responses: &[Copies]) -> Result<Self, ResponseError> {
         let at = |gain: f64| {
-            let radii = responses
-                .iter()
-                .map(|response| Case { scheme, holding: (response.holding)(gain) }.radius());
+            let radii = responses.iter().map(|response| {
+                StabilityCase { scheme, holding: (response.holding)(gain) }.radius()
+            });
             Ok((gain, radii.collect::<Result<_, ResponseError>>()?))
         };
         let radii = (0..GAIN.cells).map(|cell| at(GAIN.value(GAIN.centre(cell))));

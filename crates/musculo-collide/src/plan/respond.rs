@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 use response::{
-    ContactLaw, ContactRows, ContactSystem, Level, Margins, Order, SolveReport, SolverParams,
+    ContactLaw, ContactRows, ContactSystem, Margins, SolveLevel, SolveReport, SolverParams,
+    SweepOrder,
 };
 
 use super::{Detection, Plan};
@@ -72,9 +73,9 @@ fn displacements(
     let law = ContactLaw::new(Margins::new(params.clearance, 1.0)?, 0.0)?;
     let mut rows = ContactRows::new(inverse_mass.len());
     rows.extend(detection.contacts(), law)?;
-    let system = ContactSystem::new(&rows, &inverse_mass, Order::Given)?;
+    let system = ContactSystem::new(&rows, &inverse_mass, SweepOrder::Given)?;
     let mut moved = vec![DVec3::ZERO; inverse_mass.len()];
     let mut impulses = system.no_impulses();
-    let report = system.solve(Level::Position, &mut moved, &mut impulses, &params.solver)?;
+    let report = system.solve(SolveLevel::Position, &mut moved, &mut impulses, &params.solver)?;
     Ok((moved, report))
 }

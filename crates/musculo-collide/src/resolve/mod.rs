@@ -25,7 +25,8 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use kdop::Workspace;
 use response::{
-    ContactLaw, ContactRows, ContactSystem, Level, Margins, Method, Order, SolverParams,
+    ContactLaw, ContactRows, ContactSystem, Margins, SolveLevel, SolverMethod, SolverParams,
+    SweepOrder,
 };
 use surface::Contact;
 
@@ -208,11 +209,12 @@ impl<'a> Run<'a> {
     fn push(&mut self) -> Result<Vec<DVec3>, SceneError> {
         let step = STEP * self.params.smoothing;
         let rows = self.rows(step)?;
-        let system = ContactSystem::new(&rows, &self.inverse_masses, Order::Coloured)?;
+        let system = ContactSystem::new(&rows, &self.inverse_masses, SweepOrder::Colored)?;
         let tolerance = SOLVED * self.params.tolerance;
         let part = |u: &mut [DVec3], max_iterations: u32| -> Result<(), SceneError> {
-            let solver = SolverParams { method: Method::GaussSeidel, max_iterations, tolerance };
-            system.solve(Level::Position, u, &mut system.no_impulses(), &solver)?;
+            let solver =
+                SolverParams { method: SolverMethod::GaussSeidel, max_iterations, tolerance };
+            system.solve(SolveLevel::Position, u, &mut system.no_impulses(), &solver)?;
             u.iter_mut().for_each(|u| *u = u.clamp_length_max(step));
             Ok(())
         };

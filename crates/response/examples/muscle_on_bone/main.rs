@@ -18,8 +18,8 @@ use std::fs;
 
 use glam::DVec3;
 use response::{
-    ContactLaw, ContactMemory, ImplicitEuler, LinearForces, LinearParams, Margins, Order,
-    Particles, ResponseError, SequenceParams, SolverParams, SymplecticEuler, Thresholds, TimeStep,
+    ContactLaw, ImplicitEuler, ImpulseCache, LinearForces, LinearParams, Margins, ParticleStates,
+    ResponseError, SequenceParams, SolverParams, SweepOrder, SymplecticEuler, Thresholds, TimeStep,
     correct_in_sequence,
 };
 use surface::{Anchor, Contact, Stencil, Term};
@@ -69,7 +69,7 @@ type Step = fn(&mut World, f64) -> Result<(), ResponseError>;
 struct World {
     muscle: Muscle,
     params: SequenceParams,
-    memory: ContactMemory,
+    memory: ImpulseCache,
 }
 
 impl World {
@@ -78,10 +78,10 @@ impl World {
             law: ContactLaw::new(Margins::new(0.0, REACH)?, FRICTION)?,
             thresholds: Thresholds { depth: Some(1e-6), approach: Some(0.0), push: None },
             solver: SolverParams { max_iterations: 50, tolerance: 1e-6, ..Default::default() },
-            order: Order::Coloured,
+            order: SweepOrder::Colored,
             max_rounds: 5,
         };
-        Ok(Self { muscle: Muscle::new()?, params, memory: ContactMemory::default() })
+        Ok(Self { muscle: Muscle::new()?, params, memory: ImpulseCache::default() })
     }
 
     /// One step with contacts; returns the depth left \[mm\].
@@ -91,7 +91,7 @@ impl World {
         let mut a = vec![DVec3::ZERO; x.len()];
         let mut contacts = Vec::new();
         detect(x, &mut contacts)?;
-        let particles = Particles { x, v, a: &mut a, inverse_mass };
+        let particles = ParticleStates { x, v, a: &mut a, inverse_mass };
         let memory = &mut self.memory;
         Ok(correct_in_sequence(particles, &mut contacts, detect, &self.params, memory)?.depth)
     }

@@ -57,7 +57,7 @@ impl Muscle {
         Ok(Self { x, v, inverse_mass, springs, surface })
     }
 
-    /// Centre of mass.
+    /// Center of mass.
     pub(crate) fn middle(&self) -> DVec3 {
         let moments: DVec3 = self.x.iter().zip(&self.inverse_mass).map(|(x, w)| *x / *w).sum();
         moments / (MASS[0] + MASS[1])

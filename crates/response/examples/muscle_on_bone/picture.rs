@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::muscle::Muscle;
 
-/// Width and height of a frame, in millimetres of the scene and in pixels.
+/// Width and height of a frame, in millimeters of the scene and in pixels.
 const FRAME: [f64; 2] = [74.0, 90.0];
 const SCALE: f64 = 3.0;
 /// Height of the bone's axis over the lower edge of a frame.

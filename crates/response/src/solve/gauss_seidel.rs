@@ -1,6 +1,6 @@
 //! Projected Gauss–Seidel: one row after the other, batch by batch.
 
-use super::colouring::Batch;
+use super::coloring::Batch;
 use super::packed::{Packed, PackedRow, Work, change};
 use super::slots::{Slot, cells};
 use super::{Impulse, SolverParams};
@@ -17,10 +17,10 @@ pub(super) fn solve(packed: &Packed, work: &mut Work, params: &SolverParams) -> 
     if packed.batches.iter().any(is_parallel) {
         return parallel::solve(packed, work, params);
     }
-    let Work { q, bias, impulses, rubs } = work;
+    let Work { q, bias, impulses, has_friction } = work;
     let slots = cells(q);
-    repeat(packed, impulses, bias, *rubs, slots, params, |batch, impulses| {
-        sweep_batch(packed, batch, impulses, bias, *rubs, slots)
+    repeat(packed, impulses, bias, *has_friction, slots, params, |batch, impulses| {
+        sweep_batch(packed, batch, impulses, bias, *has_friction, slots)
     })
 }
 
@@ -30,7 +30,7 @@ fn repeat<S: Slot>(
     packed: &Packed,
     impulses: &mut [Impulse],
     bias: &[DVec3],
-    rubs: bool,
+    has_friction: bool,
     slots: &[S],
     params: &SolverParams,
     sweep: impl Fn(&Batch, &mut [Impulse]) -> f64,
@@ -40,7 +40,7 @@ fn repeat<S: Slot>(
         for batch in &packed.batches {
             largest = largest.max(sweep(batch, &mut impulses[batch.start..batch.end]));
         }
-        let asked = || packed.residual(bias, impulses, rubs, slots);
+        let asked = || packed.residual(bias, impulses, has_friction, slots);
         if largest <= 0.0 || (largest <= params.tolerance && asked() <= params.tolerance) {
             return iteration;
         }
@@ -54,12 +54,12 @@ fn sweep_batch<S: Slot>(
     batch: &Batch,
     impulses: &mut [Impulse],
     bias: &[DVec3],
-    rubs: bool,
+    has_friction: bool,
     slots: &[S],
 ) -> f64 {
     let range = batch.start..batch.end;
     let rows = packed.rows[range.clone()].iter().zip(&bias[range]).zip(impulses);
-    rows.map(|((row, bias), impulse)| sweep(packed, row, *bias, impulse, rubs, slots))
+    rows.map(|((row, bias), impulse)| sweep(packed, row, *bias, impulse, has_friction, slots))
         .fold(0.0, f64::max)
 }
 
@@ -70,10 +70,10 @@ fn sweep<S: Slot>(
     row: &PackedRow,
     bias: DVec3,
     impulse: &mut Impulse,
-    rubs: bool,
+    has_friction: bool,
     q: &[S],
 ) -> f64 {
-    let asked = packed.relax(row, bias, *impulse, rubs, 1.0, q);
+    let asked = packed.relax(row, bias, *impulse, has_friction, 1.0, q);
     let from = std::mem::replace(impulse, asked);
     let tangent = asked.tangent - from.tangent;
     packed.give(row, (asked.normal - from.normal) * row.normal, tangent, q);
@@ -95,17 +95,19 @@ mod parallel {
     };
 
     pub(super) fn solve(packed: &Packed, work: &mut Work, params: &SolverParams) -> u32 {
-        let Work { q, bias, impulses, rubs } = work;
+        let Work { q, bias, impulses, has_friction } = work;
         let slots: Vec<AtomicSlot> = q.iter().map(|&q| AtomicSlot::new(q)).collect();
         let iterations =
-            repeat(packed, impulses, bias, *rubs, &slots, params, |batch, impulses| {
+            repeat(packed, impulses, bias, *has_friction, &slots, params, |batch, impulses| {
                 if !is_parallel(batch) {
-                    return sweep_batch(packed, batch, impulses, bias, *rubs, &slots);
+                    return sweep_batch(packed, batch, impulses, bias, *has_friction, &slots);
                 }
                 let range = batch.start..batch.end;
                 let rows = packed.rows[range.clone()].par_iter().zip(&bias[range]).zip(impulses);
                 rows.with_min_len(PARALLEL_ROWS)
-                    .map(|((row, bias), impulse)| sweep(packed, row, *bias, impulse, *rubs, &slots))
+                    .map(|((row, bias), impulse)| {
+                        sweep(packed, row, *bias, impulse, *has_friction, &slots)
+                    })
                     .reduce(|| 0.0, f64::max)
             });
         for (q, slot) in q.iter_mut().zip(&slots) {

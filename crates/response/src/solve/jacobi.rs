@@ -20,16 +20,16 @@ pub(super) fn solve(packed: &Packed, work: &mut Work, params: &SolverParams) -> 
 }
 
 fn asked(packed: &Packed, work: &mut Work) -> f64 {
-    packed.residual(&work.bias, &work.impulses, work.rubs, cells(&mut work.q))
+    packed.residual(&work.bias, &work.impulses, work.has_friction, cells(&mut work.q))
 }
 
 fn pass(packed: &Packed, work: &mut Work, shares: &[f64]) -> f64 {
-    let Work { q, bias, impulses, rubs } = work;
+    let Work { q, bias, impulses, has_friction } = work;
     let slots = cells(q);
     let rows = packed.rows.iter().zip(&*bias).zip(&*impulses).zip(shares);
     let asked: Vec<Impulse> = rows
         .map(|(((row, bias), impulse), share)| {
-            packed.relax(row, *bias, *impulse, *rubs, *share, slots)
+            packed.relax(row, *bias, *impulse, *has_friction, *share, slots)
         })
         .collect();
     let mut largest = 0.0_f64;

@@ -24,7 +24,7 @@
 //! p >= 0, j ⟂ n its accumulated impulses, all three change the particles by
 //! q_k −= β_k (p n + j) / m_k, which keeps the momentum to rounding.
 
-mod colouring;
+mod coloring;
 mod conjugate_gradient;
 mod gauss_seidel;
 mod jacobi;
@@ -39,12 +39,12 @@ use crate::{ContactRows, ResponseError, check};
 /// Which rows of a Gauss–Seidel sweep come first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Order {
+pub enum SweepOrder {
     /// In batches that share no particle, each in the order given. Run in
     /// parallel with the feature `rayon`, in the caller's pool; the result has
     /// the same bits without it and for any number of threads.
     #[default]
-    Coloured,
+    Colored,
     /// As given: from the support upward, a stack settles faster.
     Given,
 }
@@ -52,7 +52,7 @@ pub enum Order {
 /// How contacts are solved together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Method {
+pub enum SolverMethod {
     /// Projected Gauss–Seidel.
     #[default]
     GaussSeidel,
@@ -67,7 +67,7 @@ pub enum Method {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SolverParams {
     /// How contacts are solved together.
-    pub method: Method,
+    pub method: SolverMethod,
     /// Sweeps or steps at most.
     pub max_iterations: u32,
     /// Ends when no row is changed by more than this, in the unit of what is
@@ -79,18 +79,18 @@ impl Default for SolverParams {
     /// Ten sweeps of Gauss–Seidel: what a warm start makes enough for contacts
     /// that persist. A tolerance of 0 ends earlier only where nothing changes.
     fn default() -> Self {
-        Self { method: Method::GaussSeidel, max_iterations: 10, tolerance: 0.0 }
+        Self { method: SolverMethod::GaussSeidel, max_iterations: 10, tolerance: 0.0 }
     }
 }
 
 /// What is corrected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Level {
+pub enum SolveLevel {
     /// Displacements since the contacts were found: no depth is left, and slip
     /// is taken back within Coulomb's disc. Rigid objects count as at rest.
     Position,
-    /// Velocities: the approach is cancelled, λ of it.
+    /// Velocities: the approach is canceled, λ of it.
     Velocity,
     /// Accelerations: likewise.
     Acceleration,
@@ -128,7 +128,7 @@ pub struct SolveReport {
 /// ```
 /// use glam::DVec3;
 /// use response::{
-///     ContactLaw, ContactRows, ContactSystem, Level, Margins, Order, SolverParams,
+///     ContactLaw, ContactRows, ContactSystem, SolveLevel, Margins, SweepOrder, SolverParams,
 /// };
 /// use surface::{Anchor, Contact, Stencil, Term};
 ///
@@ -142,10 +142,10 @@ pub struct SolveReport {
 ///
 /// let mut rows = ContactRows::new(2);
 /// rows.extend(&contacts, ContactLaw::new(Margins::new(0.0, 1.0)?, 0.3)?)?;
-/// let system = ContactSystem::new(&rows, &[1.0, 1.0], Order::Given)?;
+/// let system = ContactSystem::new(&rows, &[1.0, 1.0], SweepOrder::Given)?;
 /// let mut v = vec![DVec3::Z * -2.0; 2];
 /// let params = SolverParams { max_iterations: 100, tolerance: 1e-12, ..Default::default() };
-/// let report = system.solve(Level::Velocity, &mut v, &mut system.no_impulses(), &params)?;
+/// let report = system.solve(SolveLevel::Velocity, &mut v, &mut system.no_impulses(), &params)?;
 /// assert!(report.converged && v.iter().all(|v| v.length() < 1e-11));
 /// # Ok::<(), response::ResponseError>(())
 /// ```
@@ -164,13 +164,13 @@ impl ContactSystem {
     pub fn new(
         rows: &ContactRows,
         inverse_mass: &[f64],
-        order: Order,
+        order: SweepOrder,
     ) -> Result<Self, ResponseError> {
         check::inverse_masses(rows.particle_count(), inverse_mass)?;
         Ok(Self { packed: Packed::new(rows, inverse_mass, order) })
     }
 
-    /// Batches of rows that share no particle; 1 for [`Order::Given`].
+    /// Batches of rows that share no particle; 1 for [`SweepOrder::Given`].
     #[must_use]
     pub fn batch_count(&self) -> usize {
         self.packed.batches.len()
@@ -186,7 +186,7 @@ impl ContactSystem {
     /// particles.
     ///
     /// `impulses`, one a row, hold where to start and are replaced by what was
-    /// reached: keep them for the next step ([`carry_over`]). Displacements
+    /// reached: keep them for the next step ([`warm_start`]). Displacements
     /// are since the contacts were found: 0 where they were found at the end of
     /// a step, the whole step's where at its start. Friction takes back the
     /// slip of the second, and of the first that of other contacts' pushes.
@@ -201,10 +201,10 @@ impl ContactSystem {
     /// - [`ResponseError::ContactNotFinite`] for an impulse;
     /// - [`ResponseError::Parameter`] for a negative tolerance.
     ///
-    /// [`carry_over`]: crate::carry_over
+    /// [`warm_start`]: crate::warm_start
     pub fn solve(
         &self,
-        level: Level,
+        level: SolveLevel,
         q: &mut [DVec3],
         impulses: &mut [Impulse],
         params: &SolverParams,
@@ -216,12 +216,12 @@ impl ContactSystem {
         check_impulses(impulses)?;
         let mut work = packed.start(level, q, impulses);
         let iterations = match params.method {
-            Method::GaussSeidel => gauss_seidel::solve(packed, &mut work, params),
-            Method::AveragedJacobi => jacobi::solve(packed, &mut work, params),
-            Method::ConjugateGradient => conjugate_gradient::solve(packed, &mut work, params),
+            SolverMethod::GaussSeidel => gauss_seidel::solve(packed, &mut work, params),
+            SolverMethod::AveragedJacobi => jacobi::solve(packed, &mut work, params),
+            SolverMethod::ConjugateGradient => conjugate_gradient::solve(packed, &mut work, params),
         };
         let slots = slots::cells(&mut work.q);
-        let residual = packed.residual(&work.bias, &work.impulses, work.rubs, slots);
+        let residual = packed.residual(&work.bias, &work.impulses, work.has_friction, slots);
         check::particles(level.name(), packed.particle_count, &work.q)?;
         packed.finish(&work, q, impulses);
         let converged = residual <= params.tolerance;
@@ -229,7 +229,7 @@ impl ContactSystem {
     }
 }
 
-impl Level {
+impl SolveLevel {
     fn name(self) -> &'static str {
         match self {
             Self::Position => "displacement",

@@ -6,11 +6,11 @@ use std::ops::Range;
 use glam::DVec3;
 use surface::Term;
 
-use super::colouring::{Batch, Colouring, colour, uncoloured};
+use super::coloring::{Batch, Coloring, color, uncolored};
 use super::slots::Slot;
-use super::{Impulse, Level, Order};
-use crate::lever::LeverRow;
-use crate::rows::Row;
+use super::{Impulse, SolveLevel, SweepOrder};
+use crate::contact_rows::ContactRow;
+use crate::torque_arm::TorqueArmRow;
 use crate::{ContactLaw, ContactRows};
 
 /// See the module.
@@ -24,7 +24,7 @@ pub(super) struct Packed {
     pub(super) batches: Vec<Batch>,
     /// Inverse mass of each particle.
     pub(super) inverse_mass: Vec<f64>,
-    levers: Vec<PackedLever>,
+    levers: Vec<PackedTorqueArm>,
     origins: Vec<Origin>,
     /// Terms of particles that cannot move.
     fixed: Vec<Term>,
@@ -54,8 +54,8 @@ pub(super) struct PackedTerm {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct PackedLever {
-    lever: LeverRow,
+struct PackedTorqueArm {
+    lever: TorqueArmRow,
     inverse_mass: [f64; 3],
 }
 
@@ -78,18 +78,18 @@ pub(super) struct Work {
     pub(super) bias: Vec<DVec3>,
     pub(super) impulses: Vec<Impulse>,
     /// Whether friction acts.
-    pub(super) rubs: bool,
+    pub(super) has_friction: bool,
 }
 
 impl Packed {
-    pub(super) fn new(rows: &ContactRows, inverse_mass: &[f64], order: Order) -> Self {
-        let levers = LeversByRow::new(rows);
+    pub(super) fn new(rows: &ContactRows, inverse_mass: &[f64], order: SweepOrder) -> Self {
+        let levers = TorqueArmsByRow::new(rows);
         let movable: Vec<u32> = (0..)
             .zip(rows.iter())
             .filter(|(_, row)| row.terms.iter().any(|t| moves(t, inverse_mass)))
             .map(|(number, _)| number)
             .collect();
-        let Colouring { order, batches } = arrange(rows, &movable, &levers, inverse_mass, order);
+        let Coloring { order, batches } = arrange(rows, &movable, &levers, inverse_mass, order);
         let mut packed = Self {
             particle_count: rows.particle_count(),
             row_count: rows.len(),
@@ -122,18 +122,18 @@ impl Packed {
     }
 
     /// Copies `q` and applies the impulses to start from.
-    pub(super) fn start(&self, level: Level, q: &[DVec3], impulses: &[Impulse]) -> Work {
+    pub(super) fn start(&self, level: SolveLevel, q: &[DVec3], impulses: &[Impulse]) -> Work {
         let bias = self.bias(level, q);
-        let rubs = self.rows.iter().any(|row| row.friction > 0.0);
+        let has_friction = self.rows.iter().any(|row| row.friction > 0.0);
         let mut warm: Vec<Impulse> =
             self.origins.iter().map(|origin| impulses[origin.row as usize]).collect();
         let mut q = q.to_vec();
         let slots = super::slots::cells(&mut q);
         for (row, impulse) in self.rows.iter().zip(&mut warm) {
-            *impulse = admissible(row, *impulse, rubs);
+            *impulse = admissible(row, *impulse, has_friction);
             self.give(row, impulse.normal * row.normal, impulse.tangent, slots);
         }
-        Work { q, bias, impulses: warm, rubs }
+        Work { q, bias, impulses: warm, has_friction }
     }
 
     pub(super) fn finish(&self, work: &Work, q: &mut [DVec3], impulses: &mut [Impulse]) {
@@ -166,7 +166,7 @@ impl Packed {
             let slot = &q[term.particle as usize];
             slot.store(slot.load() - term.step * impulse);
         }
-        for PackedLever { lever, inverse_mass } in self.levers_of(row) {
+        for PackedTorqueArm { lever, inverse_mass } in self.levers_of(row) {
             let turns = lever.impulses(tangent);
             for ((k, turn), w) in lever.particles.into_iter().zip(turns).zip(inverse_mass) {
                 if *w > 0.0 {
@@ -182,12 +182,12 @@ impl Packed {
         &self,
         bias: &[DVec3],
         impulses: &[Impulse],
-        rubs: bool,
+        has_friction: bool,
         q: &[S],
     ) -> f64 {
         let rows = self.rows.iter().zip(bias).zip(impulses);
         rows.map(|((row, bias), impulse)| {
-            change(row, *impulse, self.relax(row, *bias, *impulse, rubs, 1.0, q))
+            change(row, *impulse, self.relax(row, *bias, *impulse, has_friction, 1.0, q))
         })
         .fold(0.0, f64::max)
     }
@@ -199,14 +199,14 @@ impl Packed {
         row: &PackedRow,
         bias: DVec3,
         impulse: Impulse,
-        rubs: bool,
+        has_friction: bool,
         share: f64,
         q: &[S],
     ) -> Impulse {
         let [at, at_surface] = self.relative(row, bias, q);
         let approach = at.dot(row.normal);
         let normal = (impulse.normal + share * row.normal_step * approach).max(0.0);
-        if !rubs || row.friction <= 0.0 {
+        if !has_friction || row.friction <= 0.0 {
             return Impulse { normal, tangent: DVec3::ZERO };
         }
         let slip = at_surface - at_surface.dot(row.normal) * row.normal;
@@ -214,24 +214,24 @@ impl Packed {
         Impulse { normal, tangent: within_disc(sticking, row.friction * normal) }
     }
 
-    fn levers_of(&self, row: &PackedRow) -> &[PackedLever] {
+    fn levers_of(&self, row: &PackedRow) -> &[PackedTorqueArm] {
         &self.levers[row.levers[0] as usize..row.levers[1] as usize]
     }
 
-    fn bias(&self, level: Level, q: &[DVec3]) -> Vec<DVec3> {
+    fn bias(&self, level: SolveLevel, q: &[DVec3]) -> Vec<DVec3> {
         let each = self.rows.iter().zip(&self.origins);
         each.map(|(row, origin)| self.bias_of(level, row, origin, q)).collect()
     }
 
     /// b: the part of Q_c that the solution does not change, less the approach
     /// that the proximity factor leaves.
-    fn bias_of(&self, level: Level, row: &PackedRow, origin: &Origin, q: &[DVec3]) -> DVec3 {
+    fn bias_of(&self, level: SolveLevel, row: &PackedRow, origin: &Origin, q: &[DVec3]) -> DVec3 {
         let terms = &self.fixed[origin.fixed[0] as usize..origin.fixed[1] as usize];
         let fixed: DVec3 = terms.iter().map(|t| t.weight * q[t.particle as usize]).sum();
         let given = match level {
-            Level::Position => return fixed + origin.depth * row.normal,
-            Level::Velocity => fixed + origin.anchor[0],
-            Level::Acceleration => fixed + origin.anchor[1],
+            SolveLevel::Position => return fixed + origin.depth * row.normal,
+            SolveLevel::Velocity => fixed + origin.anchor[0],
+            SolveLevel::Acceleration => fixed + origin.anchor[1],
         };
         let moving: DVec3 =
             self.terms_of(row).iter().map(|t| t.weight * q[t.particle as usize]).sum();
@@ -240,7 +240,7 @@ impl Packed {
         given - (1.0 - factor) * approach * row.normal
     }
 
-    fn push(&mut self, number: u32, row: &Row<'_>, levers: &[LeverRow]) {
+    fn push(&mut self, number: u32, row: &ContactRow<'_>, levers: &[TorqueArmRow]) {
         let starts = [self.terms.len(), self.levers.len(), self.fixed.len()].map(index);
         let mut compliance = 0.0;
         for &term in row.terms {
@@ -253,7 +253,7 @@ impl Packed {
                 self.fixed.push(term);
             }
         }
-        self.levers.extend(levers.iter().map(|&lever| PackedLever {
+        self.levers.extend(levers.iter().map(|&lever| PackedTorqueArm {
             lever,
             inverse_mass: lever.particles.map(|k| self.inverse_mass[k as usize]),
         }));
@@ -298,7 +298,7 @@ impl Packed {
         for term in self.terms_of(row) {
             add(term.particle, term.step * tangent);
         }
-        for PackedLever { lever, inverse_mass } in self.levers_of(row) {
+        for PackedTorqueArm { lever, inverse_mass } in self.levers_of(row) {
             let turns = lever.impulses(tangent);
             for ((k, turn), w) in lever.particles.into_iter().zip(turns).zip(inverse_mass) {
                 add(k, *w * turn);
@@ -319,14 +319,14 @@ pub(super) fn change(row: &PackedRow, from: Impulse, to: Impulse) -> f64 {
 }
 
 /// Levers in order of rows, found by row.
-struct LeversByRow<'a>(&'a [LeverRow]);
+struct TorqueArmsByRow<'a>(&'a [TorqueArmRow]);
 
-impl<'a> LeversByRow<'a> {
+impl<'a> TorqueArmsByRow<'a> {
     fn new(rows: &'a ContactRows) -> Self {
         Self(rows.levers())
     }
 
-    fn of(&self, row: u32) -> &'a [LeverRow] {
+    fn of(&self, row: u32) -> &'a [TorqueArmRow] {
         let Range { start, end } =
             self.0.partition_point(|l| l.row < row)..self.0.partition_point(|l| l.row <= row);
         &self.0[start..end]
@@ -336,15 +336,15 @@ impl<'a> LeversByRow<'a> {
 fn arrange(
     rows: &ContactRows,
     movable: &[u32],
-    levers: &LeversByRow<'_>,
+    levers: &TorqueArmsByRow<'_>,
     inverse_mass: &[f64],
-    order: Order,
-) -> Colouring {
+    order: SweepOrder,
+) -> Coloring {
     let count = index(movable.len());
-    if order == Order::Given {
-        return uncoloured(count);
+    if order == SweepOrder::Given {
+        return uncolored(count);
     }
-    colour(count, rows.particle_count(), |place, visit| {
+    color(count, rows.particle_count(), |place, visit| {
         let number = movable[place as usize];
         let terms = rows.row(number as usize).terms;
         let of_levers = levers.of(number).iter().flat_map(|lever| lever.particles);
@@ -358,9 +358,9 @@ fn moves(term: &Term, inverse_mass: &[f64]) -> bool {
 }
 
 /// The nearest impulse that does not pull and is within the disc.
-fn admissible(row: &PackedRow, impulse: Impulse, rubs: bool) -> Impulse {
+fn admissible(row: &PackedRow, impulse: Impulse, has_friction: bool) -> Impulse {
     let normal = impulse.normal.max(0.0);
-    if !rubs {
+    if !has_friction {
         return Impulse { normal, tangent: DVec3::ZERO };
     }
     let in_plane = impulse.tangent - impulse.tangent.dot(row.normal) * row.normal;

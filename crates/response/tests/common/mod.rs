@@ -5,8 +5,8 @@
 use arbitrary::Unstructured;
 use glam::DVec3;
 use response::{
-    ContactLaw, ContactRows, ContactSystem, Level, Margins, Order, RelativeMotion, RelativeState,
-    SolveReport, SolverParams,
+    ContactLaw, ContactRows, ContactSystem, Margins, RelativeMotion, RelativeState, SolveLevel,
+    SolveReport, SolverParams, SweepOrder,
 };
 use surface::{Anchor, Contact, Stencil, Term};
 
@@ -55,7 +55,7 @@ pub(crate) fn rows(count: usize, contacts: &[Contact], law: ContactLaw) -> Conta
 
 /// Solves `contacts` for `q` from a cold start, in the order given.
 pub(crate) fn solve(
-    level: Level,
+    level: SolveLevel,
     q: &mut [DVec3],
     inverse_mass: &[f64],
     contacts: &[Contact],
@@ -63,7 +63,7 @@ pub(crate) fn solve(
     params: &SolverParams,
 ) -> SolveReport {
     let rows = rows(q.len(), contacts, law);
-    let system = ContactSystem::new(&rows, inverse_mass, Order::Given).expect("valid masses");
+    let system = ContactSystem::new(&rows, inverse_mass, SweepOrder::Given).expect("valid masses");
     let mut impulses = system.no_impulses();
     system.solve(level, q, &mut impulses, params).expect("valid states")
 }

@@ -1,19 +1,19 @@
 //! Constraint rows: contacts as the solvers and the soft forces take them.
 //!
 //! A contact combines at most four particles. A row combines any number: where
-//! a contact lies on the fan about the centre of a polygon, the centre's
+//! a contact lies on the fan about the center of a polygon, the center's
 //! weight is spread over the polygon's vertices ([`Spread`]). Rows are stored
 //! one after the other, as in a compressed sparse matrix.
 //!
 //! A row remembers how deep its contact was when found, and measures from
-//! there: a centre that is lifted off its polygon, or an offset by radii, is
+//! there: a center that is lifted off its polygon, or an offset by radii, is
 //! then no concern of the row's.
 
 use glam::DVec3;
 use surface::{Anchor, Contact, Term};
 
 use crate::distribute::merge_onto;
-use crate::lever::{Lever, LeverRow};
+use crate::torque_arm::{TorqueArm, TorqueArmRow};
 use crate::{Margins, ResponseError, check};
 
 /// Deviation of a sum of weights that is taken for rounding, a plain number.
@@ -59,12 +59,12 @@ impl ContactLaw {
 }
 
 /// Points that stand for weighted sums of particles, numbered after them: the
-/// centre of a polygon for the mean of its vertices.
+/// center of a polygon for the mean of its vertices.
 ///
 /// ```
 /// use surface::Term;
 ///
-/// // Particles 0..4; point 4 is the centre of the square that they form.
+/// // Particles 0..4; point 4 is the center of the square that they form.
 /// let corners: Vec<Term> = (0..4).map(|particle| Term { particle, weight: 0.25 }).collect();
 /// let mut spread = response::Spread::new(4);
 /// assert_eq!(spread.push(&corners)?, 4);
@@ -110,7 +110,7 @@ impl Spread {
 
 /// One row, as [`ContactRows::row`] shows it.
 #[derive(Clone, Copy, Debug)]
-pub struct Row<'a> {
+pub struct ContactRow<'a> {
     /// Particles and weights β, each particle once.
     pub terms: &'a [Term],
     /// n, of unit length.
@@ -153,7 +153,7 @@ pub struct ContactRows {
     depths: Vec<f64>,
     anchors: Vec<Anchor>,
     laws: Vec<ContactLaw>,
-    levers: Vec<LeverRow>,
+    levers: Vec<TorqueArmRow>,
 }
 
 impl ContactRows {
@@ -226,7 +226,7 @@ impl ContactRows {
     }
 
     /// Adds a row whose friction acts at a surface point beside P or P̄, which
-    /// three particles on that side carry: see [`Lever`].
+    /// three particles on that side carry: see [`TorqueArm`].
     ///
     /// `x` are the positions of all particles.
     ///
@@ -234,10 +234,10 @@ impl ContactRows {
     ///
     /// As [`Self::push`], and [`ResponseError::Collinear`] when the particles
     /// of a lever cannot carry a torque.
-    pub fn push_with_levers(
+    pub fn push_with_torque_arms(
         &mut self,
         contact: &Contact,
-        levers: &[Lever],
+        levers: &[TorqueArm],
         x: &[DVec3],
         law: ContactLaw,
     ) -> Result<(), ResponseError> {
@@ -245,7 +245,7 @@ impl ContactRows {
         check::particles("position", self.particle_count, x)?;
         let levers = levers
             .iter()
-            .map(|lever| LeverRow::new(row, number("contacts", row)?, lever, x))
+            .map(|lever| TorqueArmRow::new(row, number("contacts", row)?, lever, x))
             .collect::<Result<Vec<_>, _>>()?;
         self.push(contact, law)?;
         self.levers.extend(levers);
@@ -276,8 +276,8 @@ impl ContactRows {
     ///
     /// When there is no such row.
     #[must_use]
-    pub fn row(&self, row: usize) -> Row<'_> {
-        Row {
+    pub fn row(&self, row: usize) -> ContactRow<'_> {
+        ContactRow {
             terms: &self.terms[self.starts[row] as usize..self.starts[row + 1] as usize],
             normal: self.normals[row],
             depth: self.depths[row],
@@ -288,12 +288,12 @@ impl ContactRows {
 
     /// All rows, in order.
     #[must_use]
-    pub fn iter(&self) -> impl ExactSizeIterator<Item = Row<'_>> {
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = ContactRow<'_>> {
         (0..self.len()).map(|row| self.row(row))
     }
 
     /// Levers, in order of their rows.
-    pub(crate) fn levers(&self) -> &[LeverRow] {
+    pub(crate) fn levers(&self) -> &[TorqueArmRow] {
         &self.levers
     }
 

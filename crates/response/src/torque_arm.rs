@@ -7,7 +7,7 @@
 //!
 //! Here the surface point is carried by three particles (the corners of a
 //! slab) as a rigid body would carry it. With d_k their positions from their
-//! centre, I = Σ (|d_k|² − d_k d_kᵀ) and r the arm from P̄ to the surface point,
+//! center, I = Σ (|d_k|² − d_k d_kᵀ) and r the arm from P̄ to the surface point,
 //!
 //! ```text
 //! ω = I⁻¹ Σ d_k × q_k             surface point's q = q(P̄) + ω × r
@@ -29,7 +29,7 @@ const LINE_SHARE: f64 = 1e-6;
 /// Which side of a contact a lever is on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Side {
+pub enum ArmSide {
     /// That of P, whose weights are negative.
     Point,
     /// That of P̄.
@@ -43,9 +43,9 @@ pub enum Side {
 /// when the gap is not zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Lever {
+pub struct TorqueArm {
     /// On which side the point and its particles are.
-    pub side: Side,
+    pub side: ArmSide,
     /// Particles that carry it, not in a line.
     pub particles: [u32; 3],
     /// From P or P̄ to the surface point, in the caller's length unit.
@@ -54,55 +54,55 @@ pub struct Lever {
 
 /// A lever of one row, ready for use.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct LeverRow {
+pub(crate) struct TorqueArmRow {
     pub(crate) row: u32,
     pub(crate) particles: [u32; 3],
     sign: f64,
     arm: DVec3,
-    from_centre: [DVec3; 3],
+    from_center: [DVec3; 3],
     inverse_inertia: DMat3,
 }
 
-impl LeverRow {
+impl TorqueArmRow {
     pub(crate) fn new(
         contact: usize,
         row: u32,
-        lever: &Lever,
+        lever: &TorqueArm,
         x: &[DVec3],
     ) -> Result<Self, ResponseError> {
-        let Lever { side, particles, arm } = *lever;
+        let TorqueArm { side, particles, arm } = *lever;
         let particle_count = x.len();
         if let Some(&particle) = particles.iter().find(|&&k| k as usize >= particle_count) {
             return Err(ResponseError::ParticleOutOfRange { contact, particle, particle_count });
         }
         crate::check::contact_vector(contact, "arm", arm)?;
         let corners = particles.map(|k| x[k as usize]);
-        let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
-        let from_centre = corners.map(|x| x - centre);
+        let center = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let from_center = corners.map(|x| x - center);
         if is_line(corners) {
             return Err(ResponseError::Collinear { contact });
         }
-        let inverse_inertia = inertia(from_centre).inverse();
-        let sign = if side == Side::Point { -1.0 } else { 1.0 };
-        Ok(Self { row, particles, sign, arm, from_centre, inverse_inertia })
+        let inverse_inertia = inertia(from_center).inverse();
+        let sign = if side == ArmSide::Point { -1.0 } else { 1.0 };
+        Ok(Self { row, particles, sign, arm, from_center, inverse_inertia })
     }
 
     /// What the lever adds to Σ β_k q_k at the surface point.
     pub(crate) fn gather(&self, q: impl Fn(u32) -> DVec3) -> DVec3 {
         let spin: DVec3 =
-            self.from_centre.iter().zip(self.particles).map(|(d, k)| d.cross(q(k))).sum();
+            self.from_center.iter().zip(self.particles).map(|(d, k)| d.cross(q(k))).sum();
         self.sign * (self.inverse_inertia * spin).cross(self.arm)
     }
 
     /// Impulses on its particles that go with J at the surface point.
     pub(crate) fn impulses(&self, impulse: DVec3) -> [DVec3; 3] {
         let turn = self.inverse_inertia * self.arm.cross(self.sign * impulse);
-        self.from_centre.map(|d| turn.cross(d))
+        self.from_center.map(|d| turn.cross(d))
     }
 }
 
-fn inertia(from_centre: [DVec3; 3]) -> DMat3 {
-    from_centre.iter().fold(DMat3::ZERO, |sum, &d| {
+fn inertia(from_center: [DVec3; 3]) -> DMat3 {
+    from_center.iter().fold(DMat3::ZERO, |sum, &d| {
         let outer = DMat3::from_cols(d * d.x, d * d.y, d * d.z);
         sum + DMat3::from_diagonal(DVec3::splat(d.length_squared())) - outer
     })

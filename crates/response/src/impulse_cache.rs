@@ -20,7 +20,7 @@ const SAME_NORMAL: f64 = 0.866;
 ///
 /// ```
 /// use glam::DVec3;
-/// use response::{Impulse, carry_over};
+/// use response::{Impulse, warm_start};
 /// use surface::{Contact, Stencil};
 ///
 /// let contact = |vertex, face| Contact {
@@ -31,14 +31,14 @@ const SAME_NORMAL: f64 = 0.866;
 /// let push = Impulse { normal: 2.0, tangent: DVec3::ZERO };
 /// // The vertex has slid to the next face; another one is new.
 /// let new = [contact(8, [1, 2, 3]), contact(7, [2, 3, 4])];
-/// assert_eq!(carry_over(&old, &[push], &new)?, [Impulse::default(), push]);
+/// assert_eq!(warm_start(&old, &[push], &new)?, [Impulse::default(), push]);
 /// # Ok::<(), response::ResponseError>(())
 /// ```
 ///
 /// # Errors
 ///
 /// [`ResponseError::Count`] when there is not one impulse an old contact.
-pub fn carry_over(
+pub fn warm_start(
     old: &[Contact],
     impulses: &[Impulse],
     new: &[Contact],
@@ -67,19 +67,19 @@ pub fn carry_over(
 
 /// Contacts of the last step with the impulses they ended with.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct ContactMemory {
+pub struct ImpulseCache {
     contacts: Vec<Contact>,
     impulses: Vec<Impulse>,
 }
 
-impl ContactMemory {
-    /// Impulses for `contacts` to start from, as [`carry_over`] finds them.
+impl ImpulseCache {
+    /// Impulses for `contacts` to start from, as [`warm_start`] finds them.
     ///
     /// # Errors
     ///
     /// None that a memory filled by [`Self::remember`] can cause.
     pub fn recall(&self, contacts: &[Contact]) -> Result<Vec<Impulse>, ResponseError> {
-        carry_over(&self.contacts, &self.impulses, contacts)
+        warm_start(&self.contacts, &self.impulses, contacts)
     }
 
     /// Replaces what is kept.
