@@ -76,7 +76,7 @@ fn detecting(meshes: [&Mesh; 2], medials: [&MedialSurface; 2], report: &mut Repo
     };
     let mut workspace = Workspace::default();
     let (leaf_tests, _) = projected(&mut workspace);
-    let bound_tests = workspace.counters().quad_tests;
+    let bound_tests = workspace.counters().bound_tests;
 
     let points = Tree::build(Leaves::Points, &a.positions).expect("finite positions");
     let probes = QueryPoints { tree: &points, points: &a.positions, radii: None };

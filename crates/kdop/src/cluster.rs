@@ -1,97 +1,139 @@
-//! Clusters: up to eight neighbouring leaves, whose own bounds are computed when asked for.
+//! Clusters of up to eight neighboring leaves, whose own bounds are computed on demand.
 
-use crate::quad::Quad;
-use crate::rows::{Packed, Rows};
+use std::ops::Range;
 
-/// Leaves a cluster holds at most.
+use crate::dop4::Dop4;
+use crate::packed::PackedDop;
+use crate::projections::Projections;
+
+/// Maximum number of leaves per cluster.
 ///
-/// Twice as many halve the nodes again, but a traversal that touches a cluster computes the bounds
-/// of all its leaves; four make a refit read every point nearly twice as often.
-pub(crate) const CLUSTER: usize = 8;
-/// Quads that hold the bounds of a cluster's leaves.
-pub(crate) const QUADS: usize = CLUSTER / 4;
+/// Twice as many halve the nodes again, but a traversal that comes to a cluster computes the bounds
+/// of all its leaves. Half as many make a refit read every point nearly twice as often.
+pub(crate) const MAX_LEAVES: usize = 8;
 
-/// A run of leaves in tree order, and the points they use.
+/// Halves of a cluster: groups of four leaves, whose bounds are tested together.
+pub(crate) const HALVES: usize = MAX_LEAVES / 4;
+
+/// Run of leaves in tree order, and the points they use.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cluster {
     /// Position of its first leaf in tree order.
     pub(crate) first_leaf: u32,
-    /// Position of its first point in the list of points by cluster.
+    /// Position of its first point in the points of all clusters.
     pub(crate) first_point: u32,
     pub(crate) leaf_count: u8,
     pub(crate) point_count: u8,
-    /// Corners of each leaf, as positions among the cluster's points.
-    pub(crate) corners: [[u8; 3]; CLUSTER],
-}
-
-/// The leaves of a cluster, bounded: leaf `4 h + i` is lane `i` of quad `h`.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct LeafQuads<const S: usize> {
-    pub(crate) quads: [Quad<S>; QUADS],
-    /// The union of each quad, for a first test.
-    pub(crate) whole: [Packed; QUADS],
-}
-
-impl<const S: usize> LeafQuads<S> {
-    pub(crate) const EMPTY: Self =
-        Self { quads: [Quad::EMPTY; QUADS], whole: [Packed::EMPTY; QUADS] };
-
-    /// Moves all bounds outward.
-    pub(crate) fn widen(&mut self, margin: &[f32; S]) {
-        for (quad, whole) in self.quads.iter_mut().zip(&mut self.whole) {
-            *quad = quad.widened(margin);
-            *whole = quad.enclosing();
-        }
-    }
+    /// Corners of each leaf, as positions among the points of the cluster.
+    pub(crate) corners: [[u8; 3]; MAX_LEAVES],
 }
 
 impl Cluster {
-    /// The cluster's points, as numbers of the caller's.
+    /// Returns the positions of its leaves in tree order.
     #[inline(always)]
-    pub(crate) fn points<'a>(&self, cluster_points: &'a [u32]) -> &'a [u32] {
-        let first = self.first_point as usize;
-        &cluster_points[first..first + self.point_count as usize]
+    pub(crate) fn leaves(&self) -> Range<usize> {
+        let first = self.first_leaf as usize;
+        first..first + self.leaf_count as usize
     }
 
-    /// Bound of the whole cluster.
+    /// Returns the positions of its points among those of all clusters.
     #[inline(always)]
-    pub(crate) fn bound<const S: usize>(&self, cluster_points: &[u32], rows: &Rows<S>) -> Packed {
-        let (lo, hi) = (rows.lo(), rows.hi());
-        let mut bound = Packed::EMPTY;
-        for &point in self.points(cluster_points) {
+    pub(crate) fn points(&self) -> Range<usize> {
+        let first = self.first_point as usize;
+        first..first + self.point_count as usize
+    }
+}
+
+/// All clusters of a tree.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Clusters {
+    pub(crate) list: Vec<Cluster>,
+    /// Points of each cluster without repetition, as numbered by the caller.
+    pub(crate) points: Vec<u32>,
+}
+
+impl Clusters {
+    /// Returns a cluster by number.
+    #[inline(always)]
+    pub(crate) fn get(&self, cluster: u32) -> &Cluster {
+        &self.list[cluster as usize]
+    }
+
+    /// Returns the points of a cluster, as numbered by the caller.
+    #[inline(always)]
+    pub(crate) fn points_of(&self, cluster: &Cluster) -> &[u32] {
+        &self.points[cluster.points()]
+    }
+
+    /// Returns the points of one leaf of a cluster, as numbered by the caller.
+    #[inline(always)]
+    pub(crate) fn corners_of(&self, cluster: &Cluster, leaf: usize) -> [u32; 3] {
+        let points = self.points_of(cluster);
+        cluster.corners[leaf].map(|corner| points[corner as usize])
+    }
+
+    /// Returns the size on the heap in bytes.
+    pub(crate) const fn bytes(&self) -> usize {
+        self.list.capacity() * size_of::<Cluster>() + self.points.capacity() * size_of::<u32>()
+    }
+
+    /// Bounds a whole cluster.
+    #[inline(always)]
+    pub(crate) fn bound<const S: usize>(
+        &self,
+        cluster: u32,
+        projections: &Projections<S>,
+    ) -> PackedDop {
+        let (lo, hi) = (projections.lo(), projections.hi());
+        let mut bound = PackedDop::EMPTY;
+        for &point in self.points_of(self.get(cluster)) {
             bound.include(&lo[point as usize], &hi[point as usize]);
         }
         bound
     }
 
-    /// Bounds its leaves.
+    /// Bounds every leaf of a cluster.
     pub(crate) fn bound_leaves<const S: usize>(
         &self,
-        cluster_points: &[u32],
-        rows: &Rows<S>,
-        bounds: &mut LeafQuads<S>,
+        cluster: &Cluster,
+        projections: &Projections<S>,
+        bounds: &mut LeafDops<S>,
     ) {
-        let (lo, hi) = (rows.lo(), rows.hi());
-        let points = self.points(cluster_points);
-        for h in 0..QUADS {
-            let mut leaves = [Packed::EMPTY; 4];
-            let mut whole = Packed::EMPTY;
-            for (i, leaf) in (4 * h..self.leaf_count as usize).zip(&mut leaves) {
-                for corner in self.corners[i] {
+        let (lo, hi) = (projections.lo(), projections.hi());
+        let points = self.points_of(cluster);
+        for h in 0..HALVES {
+            let mut leaves = [PackedDop::EMPTY; 4];
+            let mut union = PackedDop::EMPTY;
+            for (i, leaf) in (4 * h..cluster.leaf_count as usize).zip(&mut leaves) {
+                for corner in cluster.corners[i] {
                     let point = points[corner as usize] as usize;
                     leaf.include(&lo[point], &hi[point]);
                 }
-                whole.merge::<S>(leaf);
+                union.merge::<S>(leaf);
             }
-            bounds.quads[h].set(&leaves);
-            bounds.whole[h] = whole;
+            bounds.halves[h].set(&leaves);
+            bounds.unions[h] = union;
         }
     }
+}
 
-    /// The caller's numbers of the points of one of its leaves.
-    #[inline(always)]
-    pub(crate) fn corner_points(&self, leaf: usize, cluster_points: &[u32]) -> [u32; 3] {
-        let points = self.points(cluster_points);
-        self.corners[leaf].map(|corner| points[corner as usize])
+/// Bounds of the leaves of a cluster: leaf `4 h + i` is lane `i` of half `h`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LeafDops<const S: usize> {
+    pub(crate) halves: [Dop4<S>; HALVES],
+    /// Union of each half, for a first test.
+    pub(crate) unions: [PackedDop; HALVES],
+}
+
+impl<const S: usize> LeafDops<S> {
+    pub(crate) const EMPTY: Self =
+        Self { halves: [Dop4::EMPTY; HALVES], unions: [PackedDop::EMPTY; HALVES] };
+
+    /// Moves all bounds outward.
+    pub(crate) fn widen(&mut self, margin: &[f32; S]) {
+        for (half, union) in self.halves.iter_mut().zip(&mut self.unions) {
+            *half = half.widened(margin);
+            *union = half.union();
+        }
     }
 }

@@ -1,6 +1,6 @@
-//! Why a tree is refused, or found damaged.
+//! Errors of building, refitting and validating a tree.
 
-/// What [`DopTree::build`](crate::DopTree::build) and the refits refuse, and where.
+/// Input that [`DopTree::build`](crate::DopTree::build) or a refit rejects.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TreeError {
@@ -9,79 +9,73 @@ pub enum TreeError {
     PointOutOfRange {
         /// Number of the leaf.
         leaf: usize,
-        /// The index it holds.
+        /// Index that the leaf holds.
         point: u32,
-        /// How many points there are.
+        /// Number of points.
         points: usize,
     },
     /// A coordinate is infinite or not a number.
-    #[error("point {point} is not finite")]
+    #[error("point {point} has a coordinate that is not finite")]
     NonFinite {
-        /// The first such point; for boxes, the first such box.
+        /// The first such point.
         point: usize,
     },
-    /// A radius, or the amount of an inflation, is negative, infinite or not a number.
-    #[error("the radius of point {point} is {radius}")]
+    /// A radius is negative, infinite or not a number.
+    #[error("the radius of point {point} is {radius}; it must be finite and at least 0")]
     BadRadius {
-        /// The first such point; 0 for an inflation.
+        /// The first such point.
         point: usize,
         /// Its radius.
         radius: f64,
     },
-    /// A box whose lower corner lies above its upper one.
-    #[error("box {point} has its lower corner above its upper one")]
-    InvertedBox {
-        /// The first such box.
-        point: usize,
-    },
     /// A list of points or radii is longer or shorter than the tree has points.
     #[error("{given} values for {expected} points")]
     WrongLength {
-        /// Points of the tree, or of the other list.
+        /// Number of points of the tree, or length of the other list.
         expected: usize,
         /// Length of the list.
         given: usize,
     },
-    /// More leaves or points than 32-bit numbers can tell apart.
+    /// There are more leaves or points than 32-bit references can hold.
     #[error("{count} leaves or points; a tree holds fewer than {limit}")]
     TooMany {
-        /// How many there are.
+        /// Number of leaves or points.
         count: usize,
-        /// What a tree can hold.
+        /// Upper limit, exclusive.
         limit: usize,
     },
 }
 
-/// What [`DopTree::validate`](crate::DopTree::validate) found wrong.
+/// Defect that [`DopTree::validate`](crate::DopTree::validate) found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum InvalidTree {
-    /// A node's stored bound of a child is not the union of what hangs below.
+    /// The stored bound of a child is not the union of what is below it.
     #[error("node {node} does not bound its child {child} tightly")]
     Bound {
         /// The node.
         node: usize,
-        /// Which of its four children.
+        /// Position of the child, 0 to 3.
         child: usize,
     },
-    /// A leaf hangs from no cluster or from more than one.
-    #[error("leaf {leaf} is referred to {times} times")]
+    /// A leaf is in no cluster or in more than one.
+    #[error("leaf {leaf} is in {times} clusters instead of one")]
     Leaf {
         /// Number of the leaf.
         leaf: usize,
-        /// Clusters that hold it.
+        /// Number of clusters that hold it.
         times: usize,
     },
-    /// A child stands before its parent, or two parents share it.
-    #[error("node {node} has a misplaced child {child}")]
+    /// A child precedes its parent, or two parents share it.
+    #[error("child {child} of node {node} precedes it or has another parent")]
     Child {
         /// The node.
         node: usize,
-        /// Which of its four children.
+        /// Position of the child, 0 to 3.
         child: usize,
     },
     /// A cluster refers to points or leaves that do not exist.
-    #[error("cluster {cluster} refers beyond the tree's points or leaves")]
+    #[error("cluster {cluster} refers to points or leaves that do not exist")]
     Cluster {
         /// The cluster.
         cluster: usize,

@@ -1,185 +1,153 @@
-//! What a tree's points are at the moment: positions, balls, boxes, still or moving.
+//! Geometry of a tree's points: at rest, swept over a step, or with radii.
 
 use glam::DVec3;
 
 use crate::directions::{is_monotone, norm, project};
 use crate::error::TreeError;
 
-/// Where a tree's numbered points are, and how far they reach.
+/// Where the numbered points of a tree are, and how far they extend.
+///
+/// Points and balls of leaf `k` are those that [`Leaves`](crate::Leaves) lists by number.
 ///
 /// ```
 /// use glam::DVec3;
 /// use kdop::{Extents, Leaves, Tree};
 ///
-/// let centres = [DVec3::ZERO, DVec3::X * 10.0];
-/// // A cone: the hull of two balls, and a millimetre around it.
-/// let cone = Extents::balls(&centres, &[1.0, 2.0]).inflated(1.0);
-/// let tree = Tree::build_from(Leaves::Edges(&[[0, 1]]), cone)?;
-/// assert_eq!(tree.root().interval(0), [-2.0, 13.0]);
+/// // A cone: the convex hull of two balls.
+/// let centers = [DVec3::ZERO, DVec3::X * 10.0];
+/// let balls = Extents::Balls { centers: &centers, radii: &[1.0, 2.0] };
+/// let tree = Tree::build_from(Leaves::Edges(&[[0, 1]]), balls)?;
+///
+/// assert_eq!(tree.root().interval(0), [-1.0, 12.0]);
 /// # Ok::<(), kdop::TreeError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct Extents<'a> {
-    shape: Shape<'a>,
-    inflation: f64,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Shape<'a> {
+#[non_exhaustive]
+pub enum Extents<'a> {
+    /// Points at rest (|P|).
     Points(&'a [DVec3]),
-    Swept(&'a [DVec3], &'a [DVec3]),
-    Balls(&'a [DVec3], &'a [f64]),
-    SweptBalls([&'a [DVec3]; 2], [&'a [f64]; 2]),
-    Boxes(&'a [[DVec3; 2]]),
+    /// Points that move on straight lines from `start` to `end` (|P| each).
+    Swept {
+        /// Positions at the start of the step.
+        start: &'a [DVec3],
+        /// Positions at its end.
+        end: &'a [DVec3],
+    },
+    /// Balls (|P|).
+    Balls {
+        /// Centers (|P|).
+        centers: &'a [DVec3],
+        /// Radii (|P|, `>= 0`).
+        radii: &'a [f64],
+    },
 }
 
 impl<'a> Extents<'a> {
-    /// Points at rest (|P|).
-    #[must_use]
-    pub const fn points(points: &'a [DVec3]) -> Self {
-        Self { shape: Shape::Points(points), inflation: 0.0 }
-    }
-
-    /// Points on their straight ways from `before` to `after` (|P| each).
-    #[must_use]
-    pub const fn swept(before: &'a [DVec3], after: &'a [DVec3]) -> Self {
-        Self { shape: Shape::Swept(before, after), inflation: 0.0 }
-    }
-
-    /// Balls about `centres` (|P|), of radius `radii` (|P|, `>= 0`).
-    #[must_use]
-    pub const fn balls(centres: &'a [DVec3], radii: &'a [f64]) -> Self {
-        Self { shape: Shape::Balls(centres, radii), inflation: 0.0 }
-    }
-
-    /// Balls whose centres and radii change linearly between two states (|P| each).
-    #[must_use]
-    pub const fn swept_balls(
-        before: (&'a [DVec3], &'a [f64]),
-        after: (&'a [DVec3], &'a [f64]),
-    ) -> Self {
-        let shape = Shape::SweptBalls([before.0, after.0], [before.1, after.1]);
-        Self { shape, inflation: 0.0 }
-    }
-
-    /// Boxes along the axes, each by its lower and its upper corner (|P| × 2); with
-    /// [`Leaves::Points`](crate::Leaves::Points) each is a leaf.
-    #[must_use]
-    pub const fn boxes(boxes: &'a [[DVec3; 2]]) -> Self {
-        Self { shape: Shape::Boxes(boxes), inflation: 0.0 }
-    }
-
-    /// The same with all radii larger by `by` (a length, `>= 0`); points become balls of that
-    /// radius: bounds move outward by `by · ‖n‖`.
-    #[must_use]
-    pub const fn inflated(self, by: f64) -> Self {
-        Self { shape: self.shape, inflation: self.inflation + by }
-    }
-
-    /// How many points, balls or boxes there are.
+    /// Returns the number of points or balls.
     #[must_use]
     pub const fn len(&self) -> usize {
-        match self.shape {
-            Shape::Points(p)
-            | Shape::Swept(p, _)
-            | Shape::Balls(p, _)
-            | Shape::SweptBalls([p, _], _) => p.len(),
-            Shape::Boxes(boxes) => boxes.len(),
+        match self {
+            Self::Points(points) => points.len(),
+            Self::Swept { start, .. } => start.len(),
+            Self::Balls { centers, .. } => centers.len(),
         }
     }
 
-    /// Whether there is nothing.
+    /// Returns true if there are no points.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Some of the points.
+    /// Returns the points with numbers in `range`.
     #[cfg(feature = "rayon")]
     pub(crate) fn part(&self, range: std::ops::Range<usize>) -> Self {
-        let r = || range.clone();
-        let shape = match self.shape {
-            Shape::Points(p) => Shape::Points(&p[r()]),
-            Shape::Swept(p, q) => Shape::Swept(&p[r()], &q[r()]),
-            Shape::Balls(p, radii) => Shape::Balls(&p[r()], &radii[r()]),
-            Shape::SweptBalls([p, q], [before, after]) => {
-                Shape::SweptBalls([&p[r()], &q[r()]], [&before[r()], &after[r()]])
+        match *self {
+            Self::Points(points) => Self::Points(&points[range]),
+            Self::Swept { start, end } => {
+                Self::Swept { start: &start[range.clone()], end: &end[range] }
             }
-            Shape::Boxes(boxes) => Shape::Boxes(&boxes[r()]),
-        };
-        Self { shape, inflation: self.inflation }
-    }
-
-    /// Checks lengths, finiteness and radii.
-    pub(crate) fn check(&self) -> Result<(), TreeError> {
-        check_radius(0, self.inflation)?;
-        let expected = self.len();
-        match self.shape {
-            Shape::Points(points) => check_finite(points),
-            Shape::Swept(before, after) => check_states([before, after], expected),
-            Shape::Balls(centres, radii) => {
-                check_finite(centres)?;
-                check_radii(radii, expected)
+            Self::Balls { centers, radii } => {
+                Self::Balls { centers: &centers[range.clone()], radii: &radii[range] }
             }
-            Shape::SweptBalls(centres, radii) => {
-                check_states(centres, expected)?;
-                radii.into_iter().try_for_each(|radii| check_radii(radii, expected))
-            }
-            Shape::Boxes(boxes) => check_boxes(boxes),
         }
     }
 
-    /// The one list of points whose projections are the bounds, where there is one.
+    /// Checks lengths, coordinates and radii.
+    pub(crate) fn validate(&self) -> Result<(), TreeError> {
+        match *self {
+            Self::Points(points) => check_finite(points),
+            Self::Swept { start, end } => {
+                check_length(end.len(), start.len())?;
+                check_finite(start)?;
+                check_finite(end)
+            }
+            Self::Balls { centers, radii } => {
+                check_finite(centers)?;
+                check_length(radii.len(), centers.len())?;
+                check_radii(radii)
+            }
+        }
+    }
+
+    /// Returns the points whose projections are the bounds, with no rounding to allow for.
     pub(crate) const fn exact_points<const S: usize>(&self) -> Option<&'a [DVec3]> {
-        match self.shape {
-            Shape::Points(points) if is_monotone::<S>() && self.inflation == 0.0 => Some(points),
+        match *self {
+            Self::Points(points) if is_monotone::<S>() => Some(points),
             _ => None,
         }
     }
 
-    /// Bounds of every point in turn, along every direction, in f64.
-    pub(crate) fn for_each<const S: usize>(&self, write: impl FnMut([f64; S], [f64; S])) {
-        let e = self.inflation;
-        match self.shape {
-            Shape::Points(points) => each(points.iter().map(|&p| ball(p, e)), write),
-            Shape::Swept(before, after) => {
-                let states = before.iter().zip(after);
-                each(states.map(|(&p, &q)| union(ball(p, e), ball(q, e))), write);
+    /// Calls `write` with the bounds of every point in turn.
+    pub(crate) fn for_each<const S: usize>(&self, mut write: impl FnMut(Intervals<S>)) {
+        match *self {
+            Self::Points(points) => points.iter().for_each(|&p| write(Intervals::ball(p, 0.0))),
+            Self::Swept { start, end } => {
+                for (&p, &q) in start.iter().zip(end) {
+                    write(Intervals::ball(p, 0.0).union(Intervals::ball(q, 0.0)));
+                }
             }
-            Shape::Balls(centres, radii) => {
-                each(centres.iter().zip(radii).map(|(&c, &r)| ball(c, r + e)), write);
+            Self::Balls { centers, radii } => {
+                for (&center, &radius) in centers.iter().zip(radii) {
+                    write(Intervals::ball(center, radius));
+                }
             }
-            Shape::SweptBalls([p, q], [r, s]) => {
-                let before = p.iter().zip(r).map(|(&c, &r)| ball(c, r + e));
-                let after = q.iter().zip(s).map(|(&c, &r)| ball(c, r + e));
-                each(before.zip(after).map(|(a, b)| union(a, b)), write);
-            }
-            Shape::Boxes(boxes) => each(boxes.iter().map(|&b| box_interval(b, e)), write),
         }
     }
 }
 
-type Interval<const S: usize> = ([f64; S], [f64; S]);
-
-fn each<const S: usize>(
-    intervals: impl Iterator<Item = Interval<S>>,
-    mut write: impl FnMut([f64; S], [f64; S]),
-) {
-    intervals.for_each(|(lo, hi)| write(lo, hi));
+/// Extent along each of `S` directions, before it is rounded to f32.
+pub(crate) struct Intervals<const S: usize> {
+    pub(crate) lower: [f64; S],
+    pub(crate) upper: [f64; S],
 }
 
-/// Bounds of a ball: `n·c ± r‖n‖`, widened by what f64 rounds where it rounds more than once.
-fn ball<const S: usize>(centre: DVec3, radius: f64) -> Interval<S> {
-    let at = project(centre);
-    if is_monotone::<S>() && radius == 0.0 {
-        return (at, at);
+impl<const S: usize> Intervals<S> {
+    /// Bounds a ball by `n·c ± r‖n‖`, widened by the rounding of f64 where more than one
+    /// operation rounds.
+    fn ball(center: DVec3, radius: f64) -> Self {
+        let at: [f64; S] = project(center);
+        if is_monotone::<S>() && radius == 0.0 {
+            return Self { lower: at, upper: at };
+        }
+
+        let slack = rounding_slack(center);
+        let extent: [f64; S] = std::array::from_fn(|k| ball_extent(radius, norm::<S>(k), slack));
+        Self {
+            lower: std::array::from_fn(|k| at[k] - extent[k]),
+            upper: std::array::from_fn(|k| at[k] + extent[k]),
+        }
     }
-    let slack = rounding_slack(centre);
-    let reach: [f64; S] = std::array::from_fn(|k| reach(radius, norm::<S>(k), slack));
-    (std::array::from_fn(|k| at[k] - reach[k]), std::array::from_fn(|k| at[k] + reach[k]))
+
+    fn union(self, other: Self) -> Self {
+        Self {
+            lower: std::array::from_fn(|k| self.lower[k].min(other.lower[k])),
+            upper: std::array::from_fn(|k| self.upper[k].max(other.upper[k])),
+        }
+    }
 }
 
-/// More than the rounding errors of a projection and of one addition to it.
+/// Returns more than the rounding error of a projection and of one addition to it.
 ///
 /// Three roundings of at most half an ulp of `|x| + |y| + |z|` each are below
 /// `2 ε (|x| + |y| + |z|)`; twice that also covers the summation of the absolute values.
@@ -188,36 +156,18 @@ fn rounding_slack(p: DVec3) -> f64 {
     4.0 * f64::EPSILON * (p.x + p.y + p.z)
 }
 
-/// `r‖n‖` and the slack, rounded up, kept finite so that no difference of infinities arises.
-fn reach(radius: f64, norm: f64, slack: f64) -> f64 {
+/// Returns `r‖n‖` plus the slack, rounded up; finite, so that no difference of infinities arises.
+fn ball_extent(radius: f64, norm: f64, slack: f64) -> f64 {
     (radius * norm * (1.0 + 4.0 * f64::EPSILON) + slack).min(f64::MAX)
 }
 
-fn union<const S: usize>(a: Interval<S>, b: Interval<S>) -> Interval<S> {
-    let lo = std::array::from_fn(|k| a.0[k].min(b.0[k]));
-    (lo, std::array::from_fn(|k| a.1[k].max(b.1[k])))
-}
-
-/// Bounds of a box: each direction takes the corner that lies furthest along it.
-fn box_interval<const S: usize>([lower, upper]: [DVec3; 2], inflation: f64) -> Interval<S> {
-    let corner = |i: usize| {
-        let pick = |axis: usize| if i & (1 << axis) == 0 { lower[axis] } else { upper[axis] };
-        ball(DVec3::new(pick(0), pick(1), pick(2)), inflation)
-    };
-    (1..8).map(corner).fold(corner(0), union)
-}
-
-fn check_states(states: [&[DVec3]; 2], expected: usize) -> Result<(), TreeError> {
-    states.into_iter().try_for_each(|points| {
-        check_length(points.len(), expected)?;
-        check_finite(points)
-    })
-}
-
-/// Multiplying by zero maps every finite number to zero and the others to NaN, so one sum over a
-/// block tells whether to look closer.
+/// Checks that all coordinates are finite.
+///
+/// Zero times a coordinate is zero for finite numbers and NaN for the others, so one sum per block
+/// shows whether its points need a closer check.
 fn check_finite(points: &[DVec3]) -> Result<(), TreeError> {
     const BLOCK: usize = 64;
+
     for (block, points) in points.chunks(BLOCK).enumerate() {
         let sum = points.iter().fold(DVec3::ZERO, |sum, &p| sum + p * 0.0);
         if sum.x + sum.y + sum.z == 0.0 {
@@ -230,30 +180,14 @@ fn check_finite(points: &[DVec3]) -> Result<(), TreeError> {
     Ok(())
 }
 
-fn check_radii(radii: &[f64], expected: usize) -> Result<(), TreeError> {
-    check_length(radii.len(), expected)?;
-    radii.iter().enumerate().try_for_each(|(point, &radius)| check_radius(point, radius))
-}
-
-fn check_radius(point: usize, radius: f64) -> Result<(), TreeError> {
-    if radius >= 0.0 && radius.is_finite() {
-        return Ok(());
+fn check_radii(radii: &[f64]) -> Result<(), TreeError> {
+    match radii.iter().position(|&radius| !(radius >= 0.0 && radius.is_finite())) {
+        Some(point) => Err(TreeError::BadRadius { point, radius: radii[point] }),
+        None => Ok(()),
     }
-    Err(TreeError::BadRadius { point, radius })
 }
 
-fn check_boxes(boxes: &[[DVec3; 2]]) -> Result<(), TreeError> {
-    for (point, [lower, upper]) in boxes.iter().enumerate() {
-        if !(lower.is_finite() && upper.is_finite()) {
-            return Err(TreeError::NonFinite { point });
-        }
-        if !lower.cmple(*upper).all() {
-            return Err(TreeError::InvertedBox { point });
-        }
-    }
-    Ok(())
-}
-
+/// Checks that a list holds one value per point.
 pub(crate) fn check_length(given: usize, expected: usize) -> Result<(), TreeError> {
     if given == expected { Ok(()) } else { Err(TreeError::WrongLength { expected, given }) }
 }

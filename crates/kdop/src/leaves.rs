@@ -1,4 +1,4 @@
-//! What a tree bounds: leaves, each the hull of one to three numbered points.
+//! Leaves of a tree: each the convex hull of one to three numbered points.
 
 use crate::error::TreeError;
 
@@ -9,7 +9,7 @@ use crate::error::TreeError;
 /// An index may occur twice in a leaf, so lists of mixed arity fit into the larger form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Leaves<'a> {
-    /// Every point, ball or box is a leaf of its own.
+    /// Every point or ball is a leaf of its own.
     Points,
     /// Segments (|E| × 2).
     Edges(&'a [[u32; 2]]),
@@ -17,12 +17,14 @@ pub enum Leaves<'a> {
     Triangles(&'a [[u32; 3]]),
 }
 
-/// Three corners for each of fewer leaves than this still have 32-bit positions, with room for the
-/// bit that tells clusters from nodes.
-pub(crate) const LIMIT: usize = 1 << 30;
+/// Upper limit of the numbers of leaves and of points, exclusive.
+///
+/// Positions of three corners per leaf then fit 32 bits, and so does a reference to a node or a
+/// cluster with the bit that distinguishes them.
+const LIMIT: usize = 1 << 30;
 
 impl Leaves<'_> {
-    /// How many leaves there are over `points` points.
+    /// Returns the number of leaves over `points` points.
     #[must_use]
     pub fn count(&self, points: usize) -> usize {
         match self {
@@ -32,7 +34,7 @@ impl Leaves<'_> {
         }
     }
 
-    /// Corners of leaf `leaf`; one with fewer than three repeats its last.
+    /// Returns the corners of a leaf; one with fewer than three repeats its last.
     pub(crate) fn corners(&self, leaf: u32) -> [u32; 3] {
         match self {
             Self::Points => [leaf; 3],
@@ -44,11 +46,10 @@ impl Leaves<'_> {
         }
     }
 
-    /// Checks every index and both counts; afterwards they fit 32 bits.
-    pub(crate) fn check(&self, points: usize) -> Result<u32, TreeError> {
-        let leaves = self.count(points);
-        fits(points)?;
-        let count = fits(leaves)?;
+    /// Checks every index and both counts, and returns the number of leaves.
+    pub(crate) fn validate(&self, points: usize) -> Result<u32, TreeError> {
+        check_count(points)?;
+        let count = check_count(self.count(points))?;
         for leaf in 0..count {
             let outside = self.corners(leaf).into_iter().find(|&p| p as usize >= points);
             if let Some(point) = outside {
@@ -59,7 +60,7 @@ impl Leaves<'_> {
     }
 }
 
-fn fits(count: usize) -> Result<u32, TreeError> {
+fn check_count(count: usize) -> Result<u32, TreeError> {
     match u32::try_from(count) {
         Ok(small) if count < LIMIT => Ok(small),
         _ => Err(TreeError::TooMany { count, limit: LIMIT }),

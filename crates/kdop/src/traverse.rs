@@ -1,34 +1,23 @@
-//! Traversals: who meets whom.
+//! Traversals: pairs of leaves, leaves that meet a bound or a ray, and nearest leaves.
 
-pub(crate) mod cones;
-pub(crate) mod nearest;
+mod nearest;
 mod pairs;
 #[cfg(feature = "rayon")]
 mod parallel;
 mod query;
 mod self_pairs;
 
-use std::convert::Infallible;
-use std::ops::ControlFlow;
-
 use crate::directions::norm;
 use crate::dop::rounding_loss;
-use crate::rows::to_nearest;
+use crate::projections::to_nearest;
 use crate::tree::DopTree;
 
-/// Ends a traversal that nothing can break.
-fn unbroken(flow: ControlFlow<Infallible>) {
-    match flow {
-        ControlFlow::Continue(()) => {}
-    }
-}
-
 impl<const S: usize> DopTree<S> {
-    /// How far to move this tree's bounds outward along every direction so that what lies within
-    /// `margin` of a leaf is found; `None` where there is no need.
+    /// Computes the distance by which to move the bounds of this tree outward along every
+    /// direction, such that everything within `margin` of a leaf is found. `None` stands for 0.
     ///
     /// A stored bound may have lost half an ulp in its rounding, so that is added, at the largest
-    /// magnitude in the tree. The other side needs nothing: its rounding is monotone.
+    /// magnitude in the tree. The other tree needs nothing: its rounding is monotone.
     fn widening(&self, margin: f64) -> Option<[f32; S]> {
         if margin.is_nan() || margin <= 0.0 {
             return None;

@@ -1,101 +1,43 @@
-//! The tree: quad nodes over clusters of leaves.
+//! 4-ary tree of k-DOPs (the source's quadtree): nodes over clusters of leaves.
 
 use std::sync::OnceLock;
 
 use glam::DVec3;
 
-use crate::cluster::{Cluster, LeafQuads};
+use crate::build::Arrangement;
+use crate::cluster::{Cluster, Clusters, LeafDops};
 use crate::dop::Dop;
 use crate::error::TreeError;
 use crate::extents::Extents;
-use crate::leaves::{LIMIT, Leaves};
-use crate::neighbours::Neighbours;
-use crate::quad::Quad;
-use crate::rows::Rows;
+use crate::leaves::Leaves;
+use crate::neighbors::Neighbors;
+use crate::node::{Child, ChildRef, Node};
+use crate::projections::Projections;
 
-/// A quadtree of k-DOPs (`k = 2 S`) over leaves that the caller numbers.
+/// 4-ary bounding volume hierarchy of k-DOPs (`k = 2 S`) over leaves that the caller numbers.
 ///
 /// Every node holds the bounds of its four children side by side. Below the nodes are clusters of
-/// up to eight leaves; a leaf's own bound is computed from the projected points when a traversal
-/// comes near it, so what is reported are always pairs of single leaves.
+/// up to eight leaves. The bounds of single leaves are computed from the projected points when a
+/// traversal comes to their cluster, so every reported pair is one of single leaves.
 ///
-/// A tree is shared freely between threads; traversals write to a [`Workspace`](crate::Workspace).
-#[derive(Clone, Debug)]
+/// A tree can be shared between threads; traversals write to a [`Workspace`](crate::Workspace).
+/// The default tree has no leaves and overlaps nothing.
+#[derive(Clone, Debug, Default)]
 pub struct DopTree<const S: usize> {
     /// Parents before children.
     pub(crate) nodes: Vec<Node<S>>,
-    pub(crate) clusters: Vec<Cluster>,
-    /// The points of each cluster, without repetition.
-    pub(crate) cluster_points: Vec<u32>,
-    /// The caller's number of every leaf in tree order.
+    pub(crate) clusters: Clusters,
+    /// Leaves in tree order, as numbered by the caller.
     pub(crate) leaves: Vec<u32>,
-    pub(crate) rows: Rows<S>,
-    /// Sum of the children's widths when the tree was built.
-    pub(crate) built_size: f64,
+    pub(crate) projections: Projections<S>,
+    /// Summed widths of all children when the tree was built.
+    built_size: f64,
     /// Found at the first traversal of the tree with itself.
-    neighbours: OnceLock<Neighbours>,
+    neighbors: OnceLock<Neighbors>,
 }
 
-/// A quadtree of 18-DOPs: the volume that pays best for muscles.
+/// 4-ary tree of 18-DOPs.
 pub type Tree = DopTree<9>;
-
-/// Four children and their bounds.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Node<const S: usize> {
-    pub(crate) quad: Quad<S>,
-    pub(crate) children: [Child; 4],
-}
-
-/// Where a child is: the number of a node, or of a cluster with the highest bit set.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Child(u32);
-
-/// What a [`Child`] says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Below {
-    Node(u32),
-    Cluster(u32),
-    Nothing,
-}
-
-impl Child {
-    pub(crate) const NOTHING: Self = Self(u32::MAX);
-    const CLUSTER: u32 = 1 << 31;
-
-    pub(crate) const fn node(node: u32) -> Self {
-        Self(node)
-    }
-
-    pub(crate) const fn cluster(cluster: u32) -> Self {
-        Self(cluster | Self::CLUSTER)
-    }
-
-    #[inline(always)]
-    pub(crate) const fn below(self) -> Below {
-        if self.0 & Self::CLUSTER == 0 {
-            Below::Node(self.0)
-        } else if self.0 == u32::MAX {
-            Below::Nothing
-        } else {
-            Below::Cluster(self.0 & !Self::CLUSTER)
-        }
-    }
-}
-
-impl<const S: usize> Default for DopTree<S> {
-    /// Returns a tree without leaves, which overlaps nothing.
-    fn default() -> Self {
-        Self {
-            nodes: Vec::new(),
-            clusters: Vec::new(),
-            cluster_points: Vec::new(),
-            leaves: Vec::new(),
-            rows: Rows::new(),
-            built_size: 0.0,
-            neighbours: OnceLock::new(),
-        }
-    }
-}
 
 impl<const S: usize> DopTree<S> {
     /// Builds a tree over leaves on points at rest (|P|).
@@ -105,49 +47,51 @@ impl<const S: usize> DopTree<S> {
     /// [`TreeError::PointOutOfRange`], [`TreeError::NonFinite`], or [`TreeError::TooMany`] before
     /// anything is allocated.
     pub fn build(leaves: Leaves<'_>, points: &[DVec3]) -> Result<Self, TreeError> {
-        Self::build_from(leaves, Extents::points(points))
+        Self::build_from(leaves, Extents::Points(points))
     }
 
-    /// Builds a tree over leaves on points, balls or boxes, at rest or moving.
+    /// Builds a tree over leaves on points at rest, swept points or balls.
     ///
-    /// No leaves make a valid tree that overlaps nothing. The work is `O(n log n)`.
+    /// A tree without leaves is valid and overlaps nothing. The work is `O(n log n)`.
     ///
     /// # Errors
     ///
-    /// Those of [`build`](Self::build), and [`TreeError::BadRadius`], [`TreeError::InvertedBox`] or
-    /// [`TreeError::WrongLength`].
+    /// Those of [`build`](Self::build), [`TreeError::BadRadius`] and [`TreeError::WrongLength`].
     pub fn build_from(leaves: Leaves<'_>, extents: Extents<'_>) -> Result<Self, TreeError> {
-        let count = leaves.check(extents.len())?;
-        extents.check()?;
-        let mut tree = Self::default();
-        tree.rows.fill(&extents);
-        crate::build::arrange(&mut tree, leaves, count);
-        tree.sweep();
+        let count = leaves.validate(extents.len())?;
+        extents.validate()?;
+
+        let projections = Projections::new(&extents);
+        let Arrangement { nodes, clusters, leaves } = Arrangement::new(leaves, count, &projections);
+        let neighbors = OnceLock::new();
+        let mut tree = Self { nodes, clusters, leaves, projections, built_size: 0.0, neighbors };
+        tree.set_bounds();
         tree.built_size = tree.size();
         Ok(tree)
     }
 
-    /// How many leaves it bounds.
+    /// Returns the number of leaves.
     #[must_use]
     pub const fn leaf_count(&self) -> usize {
         self.leaves.len()
     }
 
-    /// How many points its leaves are made of.
+    /// Returns the number of points.
     #[must_use]
     pub const fn point_count(&self) -> usize {
-        self.rows.len()
+        self.projections.len()
     }
 
-    /// The bound of everything; [`Dop::EMPTY`] without leaves.
+    /// Returns the bound of all leaves; [`Dop::EMPTY`] without leaves.
     #[must_use]
     pub fn root(&self) -> Dop<S> {
-        self.nodes.first().map_or(Dop::EMPTY, |root| root.quad.enclosing().to_dop())
+        self.nodes.first().map_or(Dop::EMPTY, |root| root.bounds.union().to_dop())
     }
 
-    /// The bounds of every level, from the root to the single leaves: for pictures and statistics.
+    /// Returns the bounds of every level, from the root to the single leaves, for pictures and
+    /// statistics.
     ///
-    /// Leaves that hang higher than others stand in the last level alone.
+    /// The last level holds all leaves, at whatever depth their clusters are.
     ///
     /// ```
     /// use glam::DVec3;
@@ -161,56 +105,60 @@ impl<const S: usize> DopTree<S> {
     /// ```
     #[must_use]
     pub fn levels(&self) -> Vec<Vec<Dop<S>>> {
+        if self.nodes.is_empty() {
+            return vec![];
+        }
+
         let mut levels = vec![];
-        let mut row: Vec<(Dop<S>, Child)> =
-            self.nodes.first().map(|_| (self.root(), Child::node(0))).into_iter().collect();
-        while !row.is_empty() {
-            levels.push(row.iter().map(|(bound, _)| *bound).collect());
-            row = row.into_iter().flat_map(|(_, child)| self.children(child)).collect();
+        let mut level = vec![(self.root(), ChildRef::node(0))];
+        while !level.is_empty() {
+            levels.push(level.iter().map(|(bound, _)| *bound).collect());
+            level = level.into_iter().flat_map(|(_, child)| self.children(child)).collect();
         }
-        if !self.clusters.is_empty() {
-            levels.push(self.leaf_bounds());
-        }
+        levels.push(self.leaf_bounds());
         levels
     }
 
-    /// The children of a node, and their bounds.
-    fn children(&self, child: Child) -> Vec<(Dop<S>, Child)> {
-        let Below::Node(node) = child.below() else { return vec![] };
+    /// Returns the children of a node with their bounds; nothing for a cluster.
+    fn children(&self, child: ChildRef) -> Vec<(Dop<S>, ChildRef)> {
+        let Child::Node(node) = child.get() else { return vec![] };
         let node = &self.nodes[node as usize];
         let children = node.children.into_iter().enumerate();
-        let present = children.filter(|(_, child)| *child != Child::NOTHING);
-        present.map(|(lane, child)| (node.quad.lane(lane), child)).collect()
+        let present = children.filter(|(_, child)| *child != ChildRef::NONE);
+        present.map(|(lane, child)| (node.bounds.lane(lane), child)).collect()
     }
 
-    /// Bounds of all leaves in tree order.
+    /// Bounds all leaves, in tree order.
     fn leaf_bounds(&self) -> Vec<Dop<S>> {
-        let mut quads = LeafQuads::EMPTY;
+        let mut leaf_dops = LeafDops::EMPTY;
         let mut bounds = Vec::with_capacity(self.leaves.len());
-        for cluster in &self.clusters {
-            cluster.bound_leaves(&self.cluster_points, &self.rows, &mut quads);
-            let lane = |i: usize| quads.quads[i / 4].lane(i % 4);
-            bounds.extend((0..cluster.leaf_count as usize).map(lane));
+        for cluster in &self.clusters.list {
+            self.clusters.bound_leaves(cluster, &self.projections, &mut leaf_dops);
+            for i in 0..cluster.leaf_count as usize {
+                bounds.push(leaf_dops.halves[i / 4].lane(i % 4));
+            }
         }
         bounds
     }
 
-    /// Bytes it occupies on the heap, without what the first traversal of the tree with itself adds:
-    /// which leaves share points, some ten bytes a leaf of a closed surface.
+    /// Returns the size on the heap in bytes.
+    ///
+    /// The first [`self_pairs`](Self::self_pairs) adds the adjacency of the leaves, some ten bytes
+    /// per leaf of a closed surface, which is not counted.
     #[must_use]
     pub const fn bytes(&self) -> usize {
         self.nodes.capacity() * size_of::<Node<S>>()
-            + self.clusters.capacity() * size_of::<Cluster>()
-            + (self.cluster_points.capacity() + self.leaves.capacity()) * size_of::<u32>()
-            + self.rows.bytes()
+            + self.clusters.bytes()
+            + self.leaves.capacity() * size_of::<u32>()
+            + self.projections.bytes()
     }
 
-    /// How loose the bounds have become: the summed widths of all nodes over those when built.
+    /// Returns the summed widths of all bounds, relative to those when the tree was built.
     ///
-    /// Widths are along the widest direction of each child, so 1 means as tight as then. Refits
-    /// keep the arrangement of the build; a large motion that brings distant leaves of one node
-    /// apart makes it grow. A muscle twisted by 120° reaches 1.02 and is traversed about as fast as
-    /// a tree built anew; a surface that tears or changes its topology goes far beyond.
+    /// Widths are along the widest direction of each bound, so 1 means as tight as at the build.
+    /// Refits keep the arrangement of the build, so a large motion that separates the leaves of
+    /// one node makes this grow. A muscle twisted by 120° reaches 1.02 and is traversed about as
+    /// fast as a rebuilt tree; a surface that tears goes far beyond.
     ///
     /// **Rebuild above 1.5**, a rule of thumb: a build takes as long as some thirty refits, so it
     /// pays within a second of frames. It can run on another thread, from a copy of the points,
@@ -220,17 +168,23 @@ impl<const S: usize> DopTree<S> {
         if self.built_size > 0.0 { self.size() / self.built_size } else { 1.0 }
     }
 
-    /// Which leaves share points.
-    pub(crate) fn neighbours(&self) -> &Neighbours {
-        self.neighbours.get_or_init(|| Neighbours::of(self))
-    }
-
-    /// Sum of the widths of all children of all nodes.
+    /// Sums the widths of all children of all nodes.
     fn size(&self) -> f64 {
-        let widths = |node: &Node<S>| (0..4).map(|lane| node.quad.lane(lane).width()).sum::<f64>();
+        let widths =
+            |node: &Node<S>| (0..4).map(|lane| node.bounds.lane(lane).width()).sum::<f64>();
         self.nodes.iter().map(widths).sum()
     }
 
-    /// Number of leaves and of points that a tree must stay below.
-    pub const LIMIT: usize = LIMIT;
+    /// Returns the adjacency of the clusters, found at the first call.
+    pub(crate) fn neighbors(&self) -> &Neighbors {
+        self.neighbors.get_or_init(|| Neighbors::find(&self.clusters, self.point_count()))
+    }
+
+    /// Returns the caller's number of leaf `i` of a cluster, if the cluster has one.
+    ///
+    /// A margin as large as the range of f32 makes empty lanes overlap, too.
+    #[inline(always)]
+    pub(crate) fn leaf(&self, cluster: &Cluster, i: usize) -> Option<u32> {
+        (i < cluster.leaf_count as usize).then(|| self.leaves[cluster.first_leaf as usize + i])
+    }
 }

@@ -36,7 +36,7 @@ impl PrimitiveTree {
     pub fn new(medial: &MedialSurface) -> Result<Self, MedialError> {
         let (centers, radii) = split(medial.balls());
         let leaves = Leaves::Triangles(medial.primitives());
-        let tree = Tree::build_from(leaves, Extents::balls(&centers, &radii))?;
+        let tree = Tree::build_from(leaves, Extents::Balls { centers: &centers, radii: &radii })?;
         Ok(Self { tree, centers, radii })
     }
 
@@ -51,7 +51,7 @@ impl PrimitiveTree {
         self.centers.extend(medial.balls().iter().map(|ball| ball.center));
         self.radii.clear();
         self.radii.extend(medial.balls().iter().map(|ball| ball.radius));
-        Ok(self.tree.refit_from(Extents::balls(&self.centers, &self.radii))?)
+        Ok(self.tree.refit_from(Extents::Balls { centers: &self.centers, radii: &self.radii })?)
     }
 
     /// The tree itself, whose leaves are the primitives by number.

@@ -56,7 +56,9 @@ fn points_and_balls_meet_what_brute_force_meets() {
         let reach = f64::from(u.int_in_range(0_u8..=20)?) / 10.0;
         let rule = if u.arbitrary()? { FootRule::Exact } else { FootRule::BareFace };
         let tree = match radii {
-            Some(radii) => Tree::build_from(Leaves::Points, Extents::balls(&points, radii)),
+            Some(radii) => {
+                Tree::build_from(Leaves::Points, Extents::Balls { centers: &points, radii })
+            }
             None => Tree::build(Leaves::Points, &points),
         };
         let probes = QueryPoints { tree: &tree.unwrap(), points: &points, radii };

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! cargo run --release -p benches --bin kdop_peers -- [ratios] [volumes] [memory] [growth]
-//!                                                    [threads] [cones] [motion] [sizes]
+//!                                                    [threads] [motion] [sizes]
 //! ```
 //!
 //! Without a word it prints all tables. Lines that begin with `ratio` hold name, ours, the other's,
@@ -36,9 +36,6 @@ fn main() -> ExitCode {
     }
     if wanted("threads") {
         tables::threads();
-    }
-    if wanted("cones") {
-        tables::cones();
     }
     if wanted("motion") {
         tables::motion();

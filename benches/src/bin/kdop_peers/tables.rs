@@ -4,9 +4,7 @@ use std::time::Duration;
 
 use benches::ratio::{Ratio, Report, Timing, amount, interleave};
 use fixtures::muscle::{Muscle, Placement, muscle, scene, twisted};
-use glam::DVec3;
 use kdop::{DopTree, Extents, Leaves, Tree, Workspace};
-use surface::{Meeting, triangles_meet};
 
 /// Time for each line.
 const BUDGET: Duration = Duration::from_millis(200);
@@ -142,7 +140,7 @@ pub(crate) fn threads() {
     let [one, two] = interleave(
         BUDGET * 4,
         [&mut || plain.refit(x).map_or(0, |()| 1), &mut || {
-            pool.install(|| a.par_refit_from(Extents::points(x))).map_or(0, |()| 1)
+            pool.install(|| a.par_refit_from(Extents::Points(x))).map_or(0, |()| 1)
         }],
     );
     println!("two threads over one, 80k: refit {:.2}", two.least / one.least);
@@ -166,56 +164,6 @@ pub(crate) fn threads() {
         ],
     );
     println!("two threads over one, 80k: self pairs {:.2}", two.least / one.least);
-}
-
-/// What culling by normals saves, and the crossings it misses, on smooth muscles and on coarse ones.
-pub(crate) fn cones() {
-    println!("muscle           faces  candidates, culled  crossings, missed  us, culled");
-    for faces in [300, 1000, 6500, 80_000] {
-        let scene = scene(faces, Placement::Oblique);
-        let rest = &scene.a.states[0];
-        cone_line("straight", &scene.a.triangles, rest);
-        cone_line("bent", &scene.u.triangles, &scene.u.states[1]);
-        cone_line("twisted 2 turns", &scene.a.triangles, &twisted(rest, 2.0));
-        cone_line("wrung 20 turns", &scene.a.triangles, &twisted(rest, 20.0));
-    }
-}
-
-fn cone_line(name: &str, triangles: &[[u32; 3]], points: &[DVec3]) {
-    let tree = Tree::build(Leaves::Triangles(triangles), points).expect("a valid mesh");
-    let mut workspace = Workspace::new();
-    let (mut all, mut culled) = (Vec::new(), Vec::new());
-    tree.self_pairs(0.0, &mut workspace, |i, j| all.push((i, j)));
-    let [plain, by_cones] = {
-        let (mut one, mut two) = (Workspace::new(), Workspace::new());
-        let mut own = || {
-            let mut count = 0;
-            tree.self_pairs(0.0, &mut one, |_, _| count += 1);
-            count
-        };
-        let mut flat = || {
-            let mut count = 0;
-            let visit = |_, _| count += 1;
-            tree.self_pairs_unless_flat(points, 0.0, &mut two, visit).expect("its own points");
-            count
-        };
-        interleave(BUDGET / 2, [&mut own, &mut flat])
-    };
-    let visit = |i, j| culled.push((i, j));
-    tree.self_pairs_unless_flat(points, 0.0, &mut workspace, visit).expect("its own points");
-    let corners = |i: u32| triangles[i as usize].map(|p| points[p as usize]);
-    let crosses =
-        |&&(i, j): &&(u32, u32)| triangles_meet(corners(i), corners(j)) == Meeting::Crossing;
-    let (before, after) =
-        (all.iter().filter(crosses).count(), culled.iter().filter(crosses).count());
-    let (plain, by_cones) = (plain.least * 1e-3, by_cones.least * 1e-3);
-    println!(
-        "{name:<15} {:>6}  {:>8} {:>8}  {before:>8} {:>6}  {plain:>8.1} {by_cones:>8.1}",
-        triangles.len(),
-        all.len(),
-        culled.len(),
-        before - after,
-    );
 }
 
 /// A thousand frames of a muscle that twists by a third of a turn and back beside a still one:

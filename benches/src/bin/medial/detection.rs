@@ -117,7 +117,7 @@ impl<'a> Scene<'a> {
     fn by_surfaces(&self, row: &str, text: &mut String) -> Surfaces {
         let workspace = &mut Workspace::default();
         let pairs = self.candidates(workspace).len();
-        let bound_tests = workspace.counters().quad_tests;
+        let bound_tests = workspace.counters().bound_tests;
         let [time] = interleave(BUDGET, [&mut || self.projected(workspace)]);
         let _ = writeln!(
             text,

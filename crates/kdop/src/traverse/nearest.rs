@@ -1,28 +1,28 @@
-//! Leaves in order of how near they may be.
+//! Leaves by increasing distance from a point.
 //!
 //! Source: G. R. Hjaltason and H. Samet, "Distance Browsing in Spatial Databases", ACM TODS 24(2),
-//! 1999: best first, with a queue of nodes and leaves by lower bounds of their distances.
-
-use std::cmp::Ordering;
+//! 1999: best-first search, with a priority queue of nodes and leaves by lower bounds of their
+//! distances.
 
 use glam::DVec3;
 
-use crate::cluster::LeafQuads;
+use crate::cluster::LeafDops;
 use crate::directions::{norm, project};
 use crate::dop::rounding_loss;
-use crate::quad::Quad;
-use crate::tree::{Below, Child, DopTree};
+use crate::dop4::Dop4;
+use crate::node::{Child, ChildRef};
+use crate::queue::{Queue, QueueEntry, QueueItem};
+use crate::tree::DopTree;
 use crate::workspace::{Counters, Workspace};
 
 impl<const S: usize> DopTree<S> {
     /// Visits leaves by increasing lower bound of their distance from `point`, until that bound
-    /// exceeds the least distance found.
+    /// exceeds the smallest distance found.
     ///
-    /// `within` is a distance beyond which nothing matters; it may be infinite. `visit` is given a
-    /// leaf and the bound of its distance, and returns the distance beyond which nothing matters
-    /// from then on: usually the least of what it returned before and the exact distance of the
-    /// leaf. A leaf at that very distance is still visited, so of equals the caller can choose the
-    /// lowest number.
+    /// `within` limits the distances of interest; it may be infinite. `visit` takes a leaf and the
+    /// lower bound of its distance, and returns the new limit: usually the smaller of the previous
+    /// one and the exact distance of the leaf. A leaf whose bound equals the limit is still
+    /// visited, so of equally near leaves the caller can choose the lowest number.
     ///
     /// ```
     /// use glam::DVec3;
@@ -45,157 +45,117 @@ impl<const S: usize> DopTree<S> {
     pub fn nearest(
         &self,
         point: DVec3,
-        within: f64,
-        workspace: &mut Workspace<S>,
-        visit: impl FnMut(u32, f64) -> f64,
-    ) {
-        self.nearest_to_hull(&[point], within, workspace, visit);
-    }
-
-    /// As [`nearest`](Self::nearest), with distances from the convex hull of `points` (finite, at
-    /// least one): a triangle's three corners, for instance.
-    pub fn nearest_to_hull(
-        &self,
-        points: &[DVec3],
-        within: f64,
+        mut within: f64,
         workspace: &mut Workspace<S>,
         mut visit: impl FnMut(u32, f64) -> f64,
     ) {
-        let Workspace { heap, counters, .. } = workspace;
+        let Workspace { queue, counters, .. } = workspace;
         *counters = Counters::default();
-        heap.clear();
+        queue.clear();
         if self.nodes.is_empty() {
             return;
         }
-        let target = Target::new(self, points);
-        let mut within = within;
-        heap.push(Entry { bound: 0.0, place: Place::Below(Child::node(0)) });
-        while let Some(Entry { bound, place }) = heap.pop() {
+
+        let distance = DistanceBound::new(self, point);
+        queue.push(QueueEntry { bound: 0.0, item: QueueItem::Child(ChildRef::node(0)) });
+        while let Some(QueueEntry { bound, item }) = queue.pop() {
             if bound > within {
                 break;
             }
-            let mut push = |bound: f64, place: Place| {
-                if bound <= within {
-                    heap.push(Entry { bound, place });
-                }
-            };
-            match place {
-                Place::Leaf(leaf) => {
+            match item {
+                QueueItem::Leaf(leaf) => {
                     counters.reported += 1;
                     within = visit(leaf, bound);
                 }
-                Place::Below(child) => match child.below() {
-                    Below::Node(node) => {
-                        let node = &self.nodes[node as usize];
-                        counters.quad_tests += 1;
-                        for (bound, child) in
-                            target.distances(&node.quad).into_iter().zip(node.children)
-                        {
-                            if child != Child::NOTHING {
-                                push(bound, Place::Below(child));
-                            }
-                        }
-                    }
-                    Below::Cluster(cluster) => {
-                        let cluster = &self.clusters[cluster as usize];
-                        let mut bounds = LeafQuads::EMPTY;
-                        cluster.bound_leaves(&self.cluster_points, &self.rows, &mut bounds);
-                        counters.clusters += 1;
-                        counters.quad_tests += bounds.quads.len() as u64;
-                        let bounds = bounds.quads.iter().flat_map(|quad| target.distances(quad));
-                        for (i, bound) in bounds.enumerate() {
-                            if let Some(leaf) = self.leaf(cluster, i) {
-                                push(bound, Place::Leaf(leaf));
-                            }
-                        }
-                    }
-                    Below::Nothing => {}
-                },
+                QueueItem::Child(child) => {
+                    self.push_below(child, &distance, within, queue, counters);
+                }
             }
         }
     }
-}
 
-/// Something to be visited, and how near it may be.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Entry {
-    bound: f64,
-    place: Place,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Place {
-    Below(Child),
-    Leaf(u32),
-}
-
-impl Ord for Entry {
-    /// The nearest is the greatest, since a heap gives its greatest first.
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.bound.total_cmp(&self.bound).then_with(|| other.place.cmp(&self.place))
-    }
-}
-
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Entry {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for Entry {}
-
-/// Distances are not told apart beyond this, so that their squares stay finite.
-const FARTHEST: f64 = 1e150;
-
-/// What distances are measured from.
-struct Target<const S: usize> {
-    lo: [f64; S],
-    hi: [f64; S],
-    /// What rounding may have added to a gap along each direction.
-    loss: [f64; S],
-}
-
-impl<const S: usize> Target<S> {
-    fn new(tree: &DopTree<S>, points: &[DVec3]) -> Self {
-        let (mut lo, mut hi) = ([f64::INFINITY; S], [f64::NEG_INFINITY; S]);
-        let mut magnitude = 0.0_f64;
-        for &point in points {
-            let at = project::<S>(point);
-            lo = std::array::from_fn(|k| lo[k].min(at[k]));
-            hi = std::array::from_fn(|k| hi[k].max(at[k]));
-            let size = point.abs();
-            magnitude = magnitude.max(size.x + size.y + size.z);
+    /// Pushes what is directly below a node or cluster, as far as it may be within the limit.
+    #[inline(always)]
+    fn push_below(
+        &self,
+        child: ChildRef,
+        distance: &DistanceBound<S>,
+        within: f64,
+        queue: &mut Queue,
+        counters: &mut Counters,
+    ) {
+        let mut push = |bound: f64, item: QueueItem| {
+            if bound <= within {
+                queue.push(QueueEntry { bound, item });
+            }
+        };
+        match child.get() {
+            Child::Node(node) => {
+                let node = &self.nodes[node as usize];
+                counters.bound_tests += 1;
+                for (bound, child) in distance.to(&node.bounds).into_iter().zip(node.children) {
+                    if child != ChildRef::NONE {
+                        push(bound, QueueItem::Child(child));
+                    }
+                }
+            }
+            Child::Cluster(cluster) => {
+                let cluster = self.clusters.get(cluster);
+                let mut bounds = LeafDops::EMPTY;
+                self.clusters.bound_leaves(cluster, &self.projections, &mut bounds);
+                counters.clusters += 1;
+                counters.bound_tests += bounds.halves.len() as u64;
+                for (i, bound) in
+                    bounds.halves.iter().flat_map(|half| distance.to(half)).enumerate()
+                {
+                    if let Some(leaf) = self.leaf(cluster, i) {
+                        push(bound, QueueItem::Leaf(leaf));
+                    }
+                }
+            }
+            Child::None => {}
         }
+    }
+}
+
+/// Distances are not distinguished beyond this, so that their squares stay finite.
+const MAX_DISTANCE: f64 = 1e150;
+
+/// Lower bound of the distance from a point to a k-DOP.
+struct DistanceBound<const S: usize> {
+    /// The point, projected.
+    at: [f64; S],
+    /// What rounding may have added to a gap along each direction.
+    rounding: [f64; S],
+}
+
+impl<const S: usize> DistanceBound<S> {
+    fn new(tree: &DopTree<S>, point: DVec3) -> Self {
+        let size = point.abs();
+        let magnitude = size.x + size.y + size.z;
         let root = tree.root();
-        let loss = std::array::from_fn(|k| {
+        let rounding = std::array::from_fn(|k| {
             let stored = f64::from(root.lo[k].abs().max(root.hi[k].abs()));
             rounding_loss(stored)
                 + 8.0 * f64::EPSILON * (magnitude + stored.min(f64::from(f32::MAX)))
         });
-        Self { lo, hi, loss }
+        Self { at: project(point), rounding }
     }
 
-    /// Lower bounds of the distances from four bounds: the distance from the box, or the widest
-    /// gap along another direction where that is more.
+    /// Computes the distance to the box, or the widest gap along another direction where that is
+    /// more, for each of four k-DOPs.
     #[inline(always)]
-    fn distances(&self, quad: &Quad<S>) -> [f64; 4] {
+    fn to(&self, bounds: &Dop4<S>) -> [f64; 4] {
         let mut in_box = [0.0; 4];
         let mut widest = [0.0_f64; 4];
         for k in 0..S {
             let per_length = 1.0 / norm::<S>(k).powi(2);
-            let [lo, hi] = quad.interval(k);
-            let (lo, hi) = (lo.to_array(), hi.to_array());
+            let (lo, hi) = (bounds.lower(k).to_array(), bounds.upper(k).to_array());
             for lane in 0..4 {
                 // A bound beyond the range of f32 may stand for the largest number within it.
-                let below = f64::from(lo[lane].min(f32::MAX)) - self.hi[k];
-                let above = self.lo[k] - f64::from(hi[lane].max(-f32::MAX));
-                let gap = (below.max(above) - self.loss[k]).clamp(0.0, FARTHEST);
+                let below = f64::from(lo[lane].min(f32::MAX)) - self.at[k];
+                let above = self.at[k] - f64::from(hi[lane].max(-f32::MAX));
+                let gap = (below.max(above) - self.rounding[k]).clamp(0.0, MAX_DISTANCE);
                 if k < 3 {
                     in_box[lane] += gap * gap;
                 } else {

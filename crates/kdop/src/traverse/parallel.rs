@@ -1,32 +1,30 @@
 //! Pairs on several threads, in the order of one.
 //!
-//! The descent is unrolled from the top into a list of tasks that stand in the order in which one
-//! thread would meet them; their results are then set one after the other.
-
-use std::convert::Infallible;
-use std::ops::ControlFlow;
+//! The descent is unrolled from the top into a list of tasks, in the order in which one thread would
+//! come to them. Their results are then concatenated.
 
 use rayon::prelude::*;
 
-use super::unbroken;
 use crate::tree::DopTree;
 use crate::workspace::Workspace;
 
-/// Tasks a traversal is cut into: enough that threads which finish early find more to do, few enough
-/// that each is worth a workspace.
+/// Number of tasks into which a traversal is divided.
+///
+/// With fewer, threads that finish early find nothing more to do; with more, a task is not worth
+/// its workspace.
 const TASKS: usize = 128;
 
-/// A part of a traversal.
+/// Part of a traversal.
 enum Task {
-    /// Two nodes, to be descended.
+    /// Two nodes to be descended.
     Nodes((u32, u32)),
-    /// Pairs of clusters, whose leaves are to be tested.
+    /// Pairs of clusters whose leaves are to be tested.
     Clusters(Vec<(u32, u32)>),
 }
 
 impl<const S: usize> DopTree<S> {
-    /// The pairs that [`pairs`](Self::pairs) visits, in the same order, found on the threads of the
-    /// current pool.
+    /// Returns the pairs that [`pairs`](Self::pairs) visits, in the same order, found on the
+    /// threads of the current pool.
     ///
     /// ```
     /// use glam::DVec3;
@@ -38,34 +36,31 @@ impl<const S: usize> DopTree<S> {
     /// ```
     #[must_use]
     pub fn par_pairs(&self, other: &Self, margin: f64) -> Vec<(u32, u32)> {
-        let widening = self.widening(margin);
-        let widening = widening.as_ref();
-        self.run_tasks(other, widening, |workspace, out| {
-            unbroken(self.visit_leaf_pairs(other, widening, workspace, push_to(out)));
+        let margin = self.widening(margin);
+        self.run_tasks(other, margin.as_ref(), |workspace, out| {
+            self.visit_leaf_pairs(other, margin.as_ref(), workspace, |a, b| out.push((a, b)));
         })
     }
 
-    /// The pairs that [`self_pairs`](Self::self_pairs) visits, in the same order, found on the
-    /// threads of the current pool.
+    /// Returns the pairs that [`self_pairs`](Self::self_pairs) visits, in the same order, found on
+    /// the threads of the current pool.
     #[must_use]
     pub fn par_self_pairs(&self, margin: f64) -> Vec<(u32, u32)> {
-        self.neighbours();
-        let widening = self.widening(margin);
-        let widening = widening.as_ref();
-        self.run_tasks(self, widening, |workspace, out| {
-            unbroken(self.visit_leaf_self_pairs(widening, workspace, push_to(out)));
+        self.neighbors();
+        let margin = self.widening(margin);
+        self.run_tasks(self, margin.as_ref(), |workspace, out| {
+            self.visit_leaf_self_pairs(margin.as_ref(), workspace, |a, b| out.push((a, b)));
         })
     }
 
+    /// Runs a traversal in parallel; `visit` tests the leaves of the clusters in a workspace.
     fn run_tasks(
         &self,
         other: &Self,
         margin: Option<&[f32; S]>,
         visit: impl Fn(&mut Workspace<S>, &mut Vec<(u32, u32)>) + Sync,
     ) -> Vec<(u32, u32)> {
-        let tasks = self.unrolled(other, margin);
         let run = |workspace: &mut Workspace<S>, task: Task| {
-            let mut out = Vec::new();
             workspace.cluster_pairs.clear();
             match task {
                 Task::Nodes(pair) => {
@@ -74,21 +69,27 @@ impl<const S: usize> DopTree<S> {
                 }
                 Task::Clusters(pairs) => workspace.cluster_pairs.extend(pairs),
             }
+            let mut out = Vec::new();
             visit(workspace, &mut out);
             out
         };
-        let parts: Vec<_> = tasks.into_par_iter().map_init(Workspace::new, run).collect();
+
+        let tasks = self.unrolled(other, margin).into_par_iter();
+        let parts: Vec<_> = tasks.map_init(Workspace::new, run).collect();
         parts.concat()
     }
 
-    /// The tasks of a traversal. A pair of nodes is replaced by the clusters found below it and
-    /// then, last first as on a stack, the nodes.
+    /// Divides a traversal into tasks.
+    ///
+    /// A pair of nodes is replaced by the clusters found below it and then, last first as on a
+    /// stack, the nodes.
     fn unrolled(&self, other: &Self, margin: Option<&[f32; S]>) -> Vec<Task> {
         let mut workspace = Workspace::new();
         let mut tasks = Vec::new();
         if !self.nodes.is_empty() && !other.nodes.is_empty() {
             tasks.push(Task::Nodes((0, 0)));
         }
+
         let has_nodes = |tasks: &[Task]| tasks.iter().any(|task| matches!(task, Task::Nodes(_)));
         while tasks.len() < TASKS && has_nodes(&tasks) {
             let mut next = Vec::new();
@@ -107,12 +108,5 @@ impl<const S: usize> DopTree<S> {
             tasks = next;
         }
         tasks
-    }
-}
-
-fn push_to(out: &mut Vec<(u32, u32)>) -> impl FnMut(u32, u32) -> ControlFlow<Infallible> {
-    |a, b| {
-        out.push((a, b));
-        ControlFlow::Continue(())
     }
 }

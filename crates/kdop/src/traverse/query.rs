@@ -1,17 +1,14 @@
-//! Leaves that one bound, or one ray along an axis, meets.
-
-use std::convert::Infallible;
-use std::ops::ControlFlow;
+//! Leaves that meet a bound, or a ray along an axis.
 
 use glam::DVec3;
 use wide::f32x4;
 
-use super::unbroken;
-use crate::cluster::LeafQuads;
-use crate::directions::Axis;
+use crate::cluster::LeafDops;
+use crate::directions::{Axis, direction};
 use crate::dop::Dop;
-use crate::quad::{Quad, Splat};
-use crate::tree::{Below, DopTree};
+use crate::dop4::{Dop4, SplatDop, set_bits};
+use crate::node::Child;
+use crate::tree::DopTree;
 use crate::workspace::{Counters, Workspace};
 
 impl<const S: usize> DopTree<S> {
@@ -22,35 +19,21 @@ impl<const S: usize> DopTree<S> {
     /// use kdop::{Dop18, Leaves, Tree, Workspace};
     ///
     /// let tree = Tree::build(Leaves::Points, &[DVec3::ZERO, DVec3::X * 3.0])?;
-    /// let mut met = Vec::new();
+    /// let mut near = Vec::new();
     /// let around = Dop18::from_points(&[DVec3::X * 2.0]).inflated(1.5);
-    /// tree.query(&around, &mut Workspace::default(), |leaf| met.push(leaf));
-    /// assert_eq!(met, [1]);
+    /// tree.query(&around, &mut Workspace::default(), |leaf| near.push(leaf));
+    /// assert_eq!(near, [1]);
     /// # Ok::<(), kdop::TreeError>(())
     /// ```
-    pub fn query(&self, bound: &Dop<S>, workspace: &mut Workspace<S>, mut visit: impl FnMut(u32)) {
-        unbroken(self.try_query(bound, workspace, |leaf| {
-            visit(leaf);
-            ControlFlow::<Infallible>::Continue(())
-        }));
+    pub fn query(&self, bound: &Dop<S>, workspace: &mut Workspace<S>, visit: impl FnMut(u32)) {
+        self.query_where(bound, |_| true, workspace, visit);
     }
 
-    /// As [`query`](Self::query), but ends as soon as a visit breaks.
-    pub fn try_query<B>(
-        &self,
-        bound: &Dop<S>,
-        workspace: &mut Workspace<S>,
-        visit: impl FnMut(u32) -> ControlFlow<B>,
-    ) -> ControlFlow<B> {
-        let bound = Splat::new(bound);
-        self.walk(|quad| quad.overlaps_one(&bound), |_| true, workspace, visit)
-    }
-
-    /// As [`query`](Self::query), but descends only where `wanted` holds of the axis-aligned box,
-    /// as its lowest and highest corner, around all that is below.
+    /// Visits the leaves that [`query`](Self::query) does, but descends only where `wanted` holds
+    /// for the lower and upper corner of the axis-aligned box around all that is below.
     ///
-    /// `wanted` has to hold of a box if it holds of any part of it. It is asked about groups of up
-    /// to eight leaves, not about single ones.
+    /// `wanted` has to hold for a box if it holds for any part of it. It is called for groups of
+    /// up to eight leaves, not for single ones.
     ///
     /// ```
     /// use glam::DVec3;
@@ -58,10 +41,10 @@ impl<const S: usize> DopTree<S> {
     ///
     /// let points: Vec<DVec3> = (0..100).map(|k| DVec3::X * f64::from(k)).collect();
     /// let tree = Tree::build(Leaves::Points, &points)?;
-    /// let mut met = Vec::new();
-    /// let left = |[lo, _]: [DVec3; 2]| lo.x < 30.0;
-    /// tree.query_where(&tree.root(), left, &mut Workspace::default(), |leaf| met.push(leaf));
-    /// assert!((0..30).all(|leaf| met.contains(&leaf)) && met.len() < 40);
+    /// let mut found = Vec::new();
+    /// let left = |[lower, _]: [DVec3; 2]| lower.x < 30.0;
+    /// tree.query_where(&tree.root(), left, &mut Workspace::default(), |leaf| found.push(leaf));
+    /// assert!((0..30).all(|leaf| found.contains(&leaf)) && found.len() < 40);
     /// # Ok::<(), kdop::TreeError>(())
     /// ```
     pub fn query_where(
@@ -69,24 +52,17 @@ impl<const S: usize> DopTree<S> {
         bound: &Dop<S>,
         wanted: impl FnMut([DVec3; 2]) -> bool,
         workspace: &mut Workspace<S>,
-        mut visit: impl FnMut(u32),
+        visit: impl FnMut(u32),
     ) {
-        let bound = Splat::new(bound);
-        unbroken(self.walk(
-            |quad| quad.overlaps_one(&bound),
-            wanted,
-            workspace,
-            |leaf| {
-                visit(leaf);
-                ControlFlow::<Infallible>::Continue(())
-            },
-        ));
+        let bound = SplatDop::new(bound);
+        self.visit_where(|bounds| bounds.overlaps_one(&bound), wanted, workspace, visit);
     }
 
-    /// Visits every leaf whose bound meets the half-infinite ray from `origin` along `axis`.
+    /// Visits every leaf whose bound meets the ray from `origin` along `axis`.
     ///
-    /// Counting the crossings among them tells whether `origin` is inside a closed surface. A ray
-    /// is unbounded ahead, so of the 18 comparisons with an 18-DOP only 13 are made.
+    /// The crossings of the ray with these leaves decide by their parity whether `origin` is inside
+    /// a closed surface. The ray is unbounded ahead, so 13 of the 18 comparisons with an 18-DOP are
+    /// needed.
     ///
     /// ```
     /// use glam::DVec3;
@@ -103,121 +79,129 @@ impl<const S: usize> DopTree<S> {
         origin: DVec3,
         axis: Axis,
         workspace: &mut Workspace<S>,
-        mut visit: impl FnMut(u32),
+        visit: impl FnMut(u32),
     ) {
-        let ray = Ray::new(&Dop::from_ray(origin, axis));
-        unbroken(self.walk(
-            |quad| ray.hits(quad),
-            |_| true,
-            workspace,
-            |leaf| {
-                visit(leaf);
-                ControlFlow::<Infallible>::Continue(())
-            },
-        ));
+        let ray = Ray::new(origin, axis);
+        self.visit_where(|bounds| ray.hits(bounds), |_| true, workspace, visit);
     }
 
-    /// Descends where `test` finds lanes to descend into whose boxes are wanted.
-    fn walk<B>(
+    /// Descends into the lanes that `test` returns and whose boxes are wanted.
+    fn visit_where(
         &self,
-        test: impl Fn(&Quad<S>) -> u32,
+        test: impl Fn(&Dop4<S>) -> u32,
         mut wanted: impl FnMut([DVec3; 2]) -> bool,
         workspace: &mut Workspace<S>,
-        mut visit: impl FnMut(u32) -> ControlFlow<B>,
-    ) -> ControlFlow<B> {
+        mut visit: impl FnMut(u32),
+    ) {
         let Workspace { nodes: stack, counters, .. } = workspace;
         *counters = Counters::default();
         stack.clear();
         stack.extend((!self.nodes.is_empty()).then_some(0));
         while let Some(node) = stack.pop() {
             let node = &self.nodes[node as usize];
-            counters.quad_tests += 1;
-            for lane in lanes(test(&node.quad)) {
-                if !wanted(node.quad.lane_box(lane)) {
+            counters.bound_tests += 1;
+            for lane in set_bits(test(&node.bounds)) {
+                if !wanted(node.bounds.lane_box(lane)) {
                     continue;
                 }
-                match node.children[lane].below() {
-                    Below::Node(below) => stack.push(below),
-                    Below::Cluster(below) => {
-                        self.walk_leaves(below, &test, counters, &mut visit)?;
+                match node.children[lane].get() {
+                    Child::Node(below) => stack.push(below),
+                    Child::Cluster(cluster) => {
+                        self.visit_leaves_where(cluster, &test, counters, &mut visit);
                     }
-                    Below::Nothing => {}
+                    Child::None => {}
                 }
             }
         }
-        ControlFlow::Continue(())
     }
 
-    fn walk_leaves<B>(
+    /// Visits the leaves of a cluster that `test` returns.
+    fn visit_leaves_where(
         &self,
         cluster: u32,
-        test: impl Fn(&Quad<S>) -> u32,
+        test: impl Fn(&Dop4<S>) -> u32,
         counters: &mut Counters,
-        visit: &mut impl FnMut(u32) -> ControlFlow<B>,
-    ) -> ControlFlow<B> {
-        let cluster = &self.clusters[cluster as usize];
-        let mut bounds = LeafQuads::EMPTY;
-        cluster.bound_leaves(&self.cluster_points, &self.rows, &mut bounds);
+        visit: &mut impl FnMut(u32),
+    ) {
+        let cluster = self.clusters.get(cluster);
+        let mut bounds = LeafDops::EMPTY;
+        self.clusters.bound_leaves(cluster, &self.projections, &mut bounds);
         counters.clusters += 1;
-        for (h, quad) in bounds.quads.iter().enumerate() {
-            counters.quad_tests += 1;
-            for lane in lanes(test(quad)) {
+
+        for (h, half) in bounds.halves.iter().enumerate() {
+            counters.bound_tests += 1;
+            for lane in set_bits(test(half)) {
                 if let Some(leaf) = self.leaf(cluster, 4 * h + lane) {
                     counters.reported += 1;
-                    visit(leaf)?;
+                    visit(leaf);
                 }
             }
         }
-        ControlFlow::Continue(())
     }
 }
 
-fn lanes(mut hits: u32) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let lane = (hits != 0).then(|| hits.trailing_zeros() as usize)?;
-        hits &= hits - 1;
-        Some(lane)
-    })
+/// Ray along an axis, as the comparisons with a k-DOP that can fail.
+struct Ray<const S: usize> {
+    lower_bounds: Comparisons<S>,
+    upper_bounds: Comparisons<S>,
 }
 
-/// A bound that is open on some sides, as the comparisons that can fail.
-struct Ray<const S: usize> {
-    /// `value <= hi` along a direction, for the first `uppers`.
-    upper: [(usize, f32x4); S],
-    uppers: usize,
-    /// `lo <= value` along a direction, for the first `lowers`.
-    lower: [(usize, f32x4); S],
-    lowers: usize,
+/// Values to compare with the bounds along some of the directions.
+#[derive(Clone, Copy)]
+struct Comparisons<const S: usize> {
+    list: [(usize, f32x4); S],
+    count: usize,
+}
+
+impl<const S: usize> Comparisons<S> {
+    const NONE: Self = Self { list: [(0, f32x4::ZERO); S], count: 0 };
+
+    fn push(&mut self, k: usize, value: f32) {
+        self.list[self.count] = (k, f32x4::splat(value));
+        self.count += 1;
+    }
 }
 
 impl<const S: usize> Ray<S> {
-    fn new(bound: &Dop<S>) -> Self {
-        let none = [(0, f32x4::splat(0.0)); S];
-        let mut ray = Self { upper: none, uppers: 0, lower: none, lowers: 0 };
+    fn new(origin: DVec3, axis: Axis) -> Self {
+        let start = Dop::<S>::from_points(&[origin]);
+        let mut ray = Self { lower_bounds: Comparisons::NONE, upper_bounds: Comparisons::NONE };
         for k in 0..S {
-            if bound.lo[k] > f32::NEG_INFINITY {
-                ray.upper[ray.uppers] = (k, f32x4::splat(bound.lo[k]));
-                ray.uppers += 1;
+            // Where the ray goes up along a direction, lower bounds may be anywhere.
+            let along = direction::<S>(k)[axis as usize];
+            if along <= 0.0 && start.hi[k] < f32::INFINITY {
+                ray.lower_bounds.push(k, start.hi[k]);
             }
-            if bound.hi[k] < f32::INFINITY {
-                ray.lower[ray.lowers] = (k, f32x4::splat(bound.hi[k]));
-                ray.lowers += 1;
+            if along >= 0.0 && start.lo[k] > f32::NEG_INFINITY {
+                ray.upper_bounds.push(k, start.lo[k]);
             }
         }
         ray
     }
 
-    fn hits(&self, quad: &Quad<S>) -> u32 {
+    /// Tests four bounds: bit `i` is set where lane `i` meets the ray.
+    fn hits(&self, bounds: &Dop4<S>) -> u32 {
         let mut hit = f32x4::splat(0.0).simd_le(f32x4::splat(0.0));
-        for &(k, value) in &self.lower[..self.lowers] {
-            hit &= quad.interval(k)[0].simd_le(value);
+        for &(k, value) in &self.lower_bounds.list[..self.lower_bounds.count] {
+            hit &= bounds.lower(k).simd_le(value);
         }
         if !hit.any() {
             return 0;
         }
-        for &(k, value) in &self.upper[..self.uppers] {
-            hit &= value.simd_le(quad.interval(k)[1]);
+        for &(k, value) in &self.upper_bounds.list[..self.upper_bounds.count] {
+            hit &= value.simd_le(bounds.upper(k));
         }
         hit.to_bitmask()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ray_leaves_thirteen_comparisons() {
+        let ray = Ray::<9>::new(DVec3::ZERO, Axis::X);
+        assert_eq!(ray.lower_bounds.count + ray.upper_bounds.count, 13);
     }
 }

@@ -152,7 +152,7 @@ pub fn point_contacts(
     tree.tree().pairs(probes.tree, params.margin, workspace, |primitive, point| {
         pairs.push((point, primitive));
     });
-    let bound_tests = workspace.counters().quad_tests;
+    let bound_tests = workspace.counters().bound_tests;
     let mut found = Vec::new();
     let counts = point_contacts_among(
         &mut pairs,

@@ -76,7 +76,7 @@ pub fn primitive_contacts(
 ) -> (Vec<PrimitiveContact>, TestCounts) {
     let mut pairs = Vec::new();
     a.1.tree().pairs(b.1.tree(), reach, workspace, |i, j| pairs.push((i, j)));
-    let bound_tests = workspace.counters().quad_tests;
+    let bound_tests = workspace.counters().bound_tests;
     let mut found = Vec::new();
     let counts = primitive_contacts_among(&mut pairs, a.0, b.0, reach, &mut found);
     (found, TestCounts { bound_tests, ..counts })

@@ -1,11 +1,11 @@
-//! A small scene, recorded: a change of the arrangement, the bounds or the order of visits shows.
+//! Golden file of a small scene: levels, root, and the order of visits.
 
 use std::fmt::Write;
 
 use glam::DVec3;
 use kdop::{Leaves, Tree, Workspace};
 
-/// A band of `n` cells along x that waves, as two triangles each; coordinates are exact binary
+/// Builds a wavy band of `n` cells along x, two triangles each, whose coordinates are exact binary
 /// fractions.
 fn band(n: u32, height: f64) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let wave = [0.0, 0.75, 1.0, 0.75, 0.0, -0.75, -1.0, -0.75];
@@ -19,7 +19,7 @@ fn band(n: u32, height: f64) -> (Vec<DVec3>, Vec<[u32; 3]>) {
 }
 
 #[test]
-fn a_band_and_another_across_it() {
+fn two_bands_that_cross() {
     let ((x, t), (y, u)) = (band(40, 0.0), band(12, 0.5));
     let turned: Vec<DVec3> = y.iter().map(|p| DVec3::new(6.0 - p.y, p.x - 3.0, p.z)).collect();
     let a = Tree::build(Leaves::Triangles(&t), &x).unwrap();

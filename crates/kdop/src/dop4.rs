@@ -1,41 +1,43 @@
-//! Four bounds side by side, one a lane, and how they are tested.
+//! Four k-DOPs side by side, one per SIMD lane, and their overlap tests.
 
 use glam::DVec3;
 use wide::f32x4;
 
 use crate::dop::Dop;
-use crate::rows::{MAX_GROUPS, Packed, group_start, groups};
+use crate::packed::{PackedDop, group_start, groups};
 
-/// The bounds of up to four children or leaves; lane `i` of every vector is child `i`. A lane
-/// without a child is [`Dop::EMPTY`].
+/// The bounds of up to four children or leaves: lane `i` of every vector is child `i`.
+///
+/// A lane without a child holds [`Dop::EMPTY`].
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Quad<const S: usize> {
+pub(crate) struct Dop4<const S: usize> {
     lo: [f32x4; S],
     hi: [f32x4; S],
 }
 
-/// One bound in all four lanes, to be tested against a [`Quad`].
+/// One bound in all four lanes, to be tested against a [`Dop4`].
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Splat<const S: usize> {
+pub(crate) struct SplatDop<const S: usize> {
     lo: [f32x4; S],
     hi: [f32x4; S],
 }
 
-impl<const S: usize> Splat<S> {
+impl<const S: usize> SplatDop<S> {
+    /// Copies a bound to all lanes.
     pub(crate) fn new(bound: &Dop<S>) -> Self {
         Self { lo: bound.lo.map(f32x4::splat), hi: bound.hi.map(f32x4::splat) }
     }
 }
 
-impl<const S: usize> Quad<S> {
+impl<const S: usize> Dop4<S> {
     pub(crate) const EMPTY: Self = Self {
         lo: [f32x4::new([f32::INFINITY; 4]); S],
         hi: [f32x4::new([f32::NEG_INFINITY; 4]); S],
     };
 
-    /// Sets bounds side by side.
+    /// Sets the bounds of all lanes.
     #[inline(always)]
-    pub(crate) fn set(&mut self, [a, b, c, d]: &[Packed; 4]) {
+    pub(crate) fn set(&mut self, [a, b, c, d]: &[PackedDop; 4]) {
         for g in 0..groups::<S>() {
             let start = group_start::<S>(g);
             let lo = f32x4::transpose([a.lo[g], b.lo[g], c.lo[g], d.lo[g]]);
@@ -51,10 +53,10 @@ impl<const S: usize> Quad<S> {
         }
     }
 
-    /// The union of the four, packed.
+    /// Returns the union of the four bounds.
     #[inline(always)]
-    pub(crate) fn enclosing(&self) -> Packed {
-        let mut all = Packed::EMPTY;
+    pub(crate) fn union(&self) -> PackedDop {
+        let mut all = PackedDop::EMPTY;
         for g in 0..groups::<S>() {
             let start = group_start::<S>(g);
             let [i, j, k, l] = [start, start + 1, start + 2, (start + 3).min(S - 1)];
@@ -66,7 +68,7 @@ impl<const S: usize> Quad<S> {
         all
     }
 
-    /// The bound in one lane.
+    /// Returns the bound in one lane.
     pub(crate) fn lane(&self, lane: usize) -> Dop<S> {
         Dop {
             lo: self.lo.map(|row| row.as_array()[lane]),
@@ -74,39 +76,48 @@ impl<const S: usize> Quad<S> {
         }
     }
 
-    /// Lowest and highest corner of the axis-aligned box in one lane.
+    /// Returns the lower and upper corner of the axis-aligned box in one lane.
     #[inline(always)]
     pub(crate) fn lane_box(&self, lane: usize) -> [DVec3; 2] {
         [self.lo, self.hi]
             .map(|rows| DVec3::from_array([0, 1, 2].map(|k| rows[k].as_array()[lane].into())))
     }
 
-    /// The bound in one lane, in all lanes.
+    /// Copies the bound in one lane to all lanes.
     #[inline(always)]
-    pub(crate) fn splat(&self, lane: usize) -> Splat<S> {
+    pub(crate) fn splat(&self, lane: usize) -> SplatDop<S> {
         let spread = |row: f32x4| f32x4::splat(row.as_array()[lane]);
-        Splat { lo: self.lo.map(spread), hi: self.hi.map(spread) }
+        SplatDop { lo: self.lo.map(spread), hi: self.hi.map(spread) }
     }
 
-    /// The lanes of lower and upper bounds along direction `k`.
+    /// Returns the lower bounds along direction `k`, one per lane.
     #[inline(always)]
-    pub(crate) fn interval(&self, k: usize) -> [f32x4; 2] {
-        [self.lo[k], self.hi[k]]
+    pub(crate) fn lower(&self, k: usize) -> f32x4 {
+        self.lo[k]
     }
 
-    /// All four bounds moved outward by `margin[k]` along direction `k`. One beyond the range of
-    /// f32 may stand for any larger number, so it counts as the largest.
+    /// Returns the upper bounds along direction `k`, one per lane.
+    #[inline(always)]
+    pub(crate) fn upper(&self, k: usize) -> f32x4 {
+        self.hi[k]
+    }
+
+    /// Returns all four bounds moved outward by `margin[k]` along direction `k`.
+    ///
+    /// A bound beyond the range of f32 may stand for any larger number, so it counts as the
+    /// largest.
     #[inline(always)]
     pub(crate) fn widened(&self, margin: &[f32; S]) -> Self {
-        let (least, greatest) = (f32x4::splat(-f32::MAX), f32x4::splat(f32::MAX));
-        let lo = |k: usize| self.lo[k].fast_min(greatest) - f32x4::splat(margin[k]);
-        let hi = |k: usize| self.hi[k].fast_max(least) + f32x4::splat(margin[k]);
-        Self { lo: std::array::from_fn(lo), hi: std::array::from_fn(hi) }
+        let (min, max) = (f32x4::splat(-f32::MAX), f32x4::splat(f32::MAX));
+        Self {
+            lo: std::array::from_fn(|k| self.lo[k].fast_min(max) - f32x4::splat(margin[k])),
+            hi: std::array::from_fn(|k| self.hi[k].fast_max(min) + f32x4::splat(margin[k])),
+        }
     }
 
-    /// Which lanes overlap one bound: bit `i` for lane `i`.
+    /// Tests four bounds against one: bit `i` is set where lane `i` overlaps it.
     #[inline(always)]
-    pub(crate) fn overlaps_one(&self, one: &Splat<S>) -> u32 {
+    pub(crate) fn overlaps_one(&self, one: &SplatDop<S>) -> u32 {
         let axis = |k: usize| self.lo[k].simd_le(one.hi[k]) & one.lo[k].simd_le(self.hi[k]);
         let mut hit = axis(0) & axis(1) & axis(2);
         if S > 3 && !hit.any() {
@@ -118,64 +129,61 @@ impl<const S: usize> Quad<S> {
         hit.to_bitmask()
     }
 
-    /// Which of the sixteen pairs overlap: bit `4 i + j` for lane `i` of this and `j` of the other.
-    ///
-    /// The axes are tested first: most quads that miss each other are apart along one of them.
+    /// Tests four bounds against four: bit `4 i + j` is set where lane `i` of this overlaps lane
+    /// `j` of the other.
     #[inline(always)]
     pub(crate) fn overlaps(&self, other: &Self) -> u32 {
-        let mut hits = [self.row_overlap(other, 0, 0); 4];
+        let mut hits = [self.lane_overlap(other, 0, 0); 4];
         for (i, hit) in hits.iter_mut().enumerate() {
-            *hit = self.row_overlap(other, i, 0)
-                & self.row_overlap(other, i, 1)
-                & self.row_overlap(other, i, 2);
+            *hit = self.lane_overlap(other, i, 0)
+                & self.lane_overlap(other, i, 1)
+                & self.lane_overlap(other, i, 2);
         }
+
+        // Most bounds that do not overlap are apart along one of the axes.
         if S > 3 {
             if !(hits[0] | hits[1] | hits[2] | hits[3]).any() {
                 return 0;
             }
             for k in 3..S {
                 for (i, hit) in hits.iter_mut().enumerate() {
-                    *hit &= self.row_overlap(other, i, k);
+                    *hit &= self.lane_overlap(other, i, k);
                 }
             }
         }
+
         let [a, b, c, d] = hits.map(|hit| hit.to_bitmask());
         a | b << 4 | c << 8 | d << 12
     }
 
-    /// Overlap of lane `i` with the other's four lanes along direction `k`.
+    /// Compares lane `i` with the other's four lanes along direction `k`.
     #[inline(always)]
-    fn row_overlap(&self, other: &Self, i: usize, k: usize) -> f32x4 {
+    fn lane_overlap(&self, other: &Self, i: usize, k: usize) -> f32x4 {
         let lo = f32x4::splat(self.lo[k].as_array()[i]);
         let hi = f32x4::splat(self.hi[k].as_array()[i]);
         lo.simd_le(other.hi[k]) & other.lo[k].simd_le(hi)
     }
 }
 
-/// The bits of [`Quad::overlaps`] with `i < j`, and those with `i <= j`.
-pub(crate) const BELOW_DIAGONAL: u32 = 0b0000_1000_1100_1110;
-/// See [`BELOW_DIAGONAL`].
-pub(crate) const BELOW_OR_ON_DIAGONAL: u32 = 0b1000_1100_1110_1111;
+/// The bits of [`Dop4::overlaps`] with `i < j`.
+pub(crate) const ABOVE_DIAGONAL: u32 = 0b0000_1000_1100_1110;
 
-impl Packed {
-    /// The packed bound as it is named outside.
-    pub(crate) fn to_dop<const S: usize>(self) -> Dop<S> {
-        const { assert!(S <= 4 * MAX_GROUPS, "a group for every direction") };
-        let at = |rows: &[f32x4; MAX_GROUPS], k: usize| {
-            let g = k / 4;
-            rows[g].as_array()[k - group_start::<S>(g)]
-        };
-        Dop {
-            lo: std::array::from_fn(|k| at(&self.lo, k)),
-            hi: std::array::from_fn(|k| at(&self.hi, k)),
-        }
-    }
+/// The bits of [`Dop4::overlaps`] with `i <= j`.
+pub(crate) const ON_OR_ABOVE_DIAGONAL: u32 = 0b1000_1100_1110_1111;
+
+/// Returns the positions of the bits that are set, ascending.
+#[inline(always)]
+pub(crate) fn set_bits(mut mask: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lowest = (mask != 0).then(|| mask.trailing_zeros() as usize)?;
+        mask &= mask - 1;
+        Some(lowest)
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec3;
 
     fn boxes<const S: usize>(seed: u32) -> [Dop<S>; 4] {
         std::array::from_fn(|i| {
@@ -186,43 +194,43 @@ mod tests {
         })
     }
 
-    fn quad<const S: usize>(dops: &[Dop<S>; 4]) -> Quad<S> {
-        let mut quad = Quad::EMPTY;
-        quad.set(&dops.map(|dop| {
-            let mut packed = Packed::EMPTY;
+    fn side_by_side<const S: usize>(dops: &[Dop<S>; 4]) -> Dop4<S> {
+        let mut four = Dop4::EMPTY;
+        four.set(&dops.map(|dop| {
+            let mut packed = PackedDop::EMPTY;
             packed.include(&dop.lo, &dop.hi);
             packed
         }));
-        quad
+        four
     }
 
-    /// The lanes against their slow twin, bound by bound.
-    fn agrees<const S: usize>() {
+    /// Compares the lanes with the reference implementation, bound by bound.
+    fn lanes_agree<const S: usize>() {
         for seed in 0..200 {
             let (a, b) = (boxes::<S>(seed), boxes::<S>(seed + 1000));
-            let (qa, qb) = (quad(&a), quad(&b));
-            let mask = qa.overlaps(&qb);
+            let (four_a, four_b) = (side_by_side(&a), side_by_side(&b));
+            let mask = four_a.overlaps(&four_b);
             for (i, one) in a.iter().enumerate() {
-                assert_eq!(qa.lane(i), *one, "lane {i}");
-                let row = qb.overlaps_one(&Splat::new(one));
+                assert_eq!(four_a.lane(i), *one, "lane {i}");
+                let row = four_b.overlaps_one(&SplatDop::new(one));
                 assert_eq!(row, mask >> (4 * i) & 15, "row {i}");
                 for (j, other) in b.iter().enumerate() {
                     assert_eq!(row >> j & 1 == 1, one.overlaps(other), "pair {i} {j}");
                 }
             }
             let union = a.iter().fold(Dop::EMPTY, |all, dop| all.union(dop));
-            assert_eq!(qa.enclosing().to_dop(), union, "union");
+            assert_eq!(four_a.union().to_dop(), union, "union");
             let other = b.iter().fold(Dop::EMPTY, |all, dop| all.union(dop));
-            let packed = qa.enclosing().overlaps::<S>(&qb.enclosing());
+            let packed = four_a.union().overlaps::<S>(&four_b.union());
             assert_eq!(packed, union.overlaps(&other), "packed");
         }
     }
 
     #[test]
     fn lanes_agree_with_single_bounds() {
-        agrees::<3>();
-        agrees::<7>();
-        agrees::<9>();
-        agrees::<13>();
+        lanes_agree::<3>();
+        lanes_agree::<7>();
+        lanes_agree::<9>();
+        lanes_agree::<13>();
     }
 }

@@ -1,10 +1,9 @@
-//! Parallel refits and traversals give what one thread gives, bit for bit and in order.
-#![cfg(feature = "rayon")]
+//! Parallel refits and traversals return the results of one thread, bit for bit and in order.
 
 use glam::DVec3;
 use kdop::{Extents, Leaves, Tree, Workspace};
 
-/// A crumpled sheet of `2 n²` triangles.
+/// Builds a crumpled sheet of `2 n²` triangles.
 fn sheet(n: u32, phase: f64) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let point = |i: u32, j: u32| {
         let (x, y) = (f64::from(i), f64::from(j));
@@ -18,6 +17,7 @@ fn sheet(n: u32, phase: f64) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     (points, (0..n).flat_map(|i| (0..n).flat_map(move |j| cell(i, j))).collect())
 }
 
+/// Runs a check on pools of one, two and seven threads.
 fn in_pools(run: impl Fn() + Sync) {
     for threads in [1, 2, 7] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -26,7 +26,7 @@ fn in_pools(run: impl Fn() + Sync) {
 }
 
 #[test]
-fn pairs_stand_in_the_sequential_order() {
+fn pairs_have_the_sequential_order() {
     let ((x, t), (y, u)) = (sheet(60, 0.0), sheet(45, 1.0));
     let (a, b) = (
         Tree::build(Leaves::Triangles(&t), &x).unwrap(),
@@ -54,10 +54,9 @@ fn refits_agree_to_the_bit() {
     let ((x, t), (y, _)) = (sheet(120, 0.0), sheet(120, 1.0));
     let radii = vec![0.25; x.len()];
     let cases = [
-        Extents::points(&y),
-        Extents::swept(&x, &y),
-        Extents::balls(&y, &radii),
-        Extents::swept_balls((&x, &radii), (&y, &radii)),
+        Extents::Points(&y),
+        Extents::Swept { start: &x, end: &y },
+        Extents::Balls { centers: &y, radii: &radii },
     ];
     let built = Tree::build(Leaves::Triangles(&t), &x).unwrap();
     for extents in cases {

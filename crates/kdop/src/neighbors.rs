@@ -1,0 +1,166 @@
+//! Clusters whose leaves share points: fixed by the topology, found once.
+
+use wide::u32x8;
+
+use crate::cluster::{Cluster, Clusters, HALVES, MAX_LEAVES};
+
+/// Adjacency of clusters in compressed sparse rows, with the leaves that share points.
+///
+/// The row of a cluster holds itself first, then later clusters.
+#[derive(Clone, Debug)]
+pub(crate) struct Neighbors {
+    /// Start of each row, and the end of the last.
+    first: Vec<u32>,
+    /// Neighbors of each cluster, then [`LANES`] numbers of no cluster.
+    clusters: Vec<u32>,
+    /// Leaves that share points, per neighbor.
+    shared: Vec<SharedPairs>,
+    /// Clusters with a point that more than [`MAX_LISTED`] clusters use.
+    crowded: Vec<bool>,
+}
+
+/// Maximum number of clusters at one point whose pairs are listed.
+///
+/// Pairs beyond it are compared when a traversal comes to them. A point of an ordinary mesh is used
+/// by two to five clusters. The list grows with the square of that number, so a fan of a million
+/// faces about one point must not be listed.
+const MAX_LISTED: usize = 64;
+
+/// Neighbors compared at a time. Most clusters have fewer, so the loop is predicted well.
+const LANES: usize = 8;
+
+/// Pairs of leaves of two clusters that share a point.
+///
+/// One word per pair of halves, with bits as in [`Dop4::overlaps`](crate::dop4::Dop4::overlaps).
+pub(crate) type SharedPairs = [u16; HALVES * HALVES];
+
+impl Neighbors {
+    /// Finds all neighbors of all clusters.
+    pub(crate) fn find(clusters: &Clusters, point_count: usize) -> Self {
+        let users = PointUsers::find(clusters, point_count);
+        let crowded = vec![false; clusters.list.len()];
+        let mut found = Self { first: vec![0], clusters: vec![], shared: vec![], crowded };
+
+        for (a, cluster) in (0..).zip(&clusters.list) {
+            let row = found.clusters.len();
+            found.neighbor(row, a);
+
+            for (place, &point) in (0_u8..).zip(clusters.points_of(cluster)) {
+                let users = users.of_point(point);
+                if users.len() > MAX_LISTED {
+                    found.crowded[a as usize] = true;
+                    continue;
+                }
+                let own = leaves_with(cluster, place);
+                for user in users.iter().filter(|user| user.cluster >= a) {
+                    let neighbor = found.neighbor(row, user.cluster);
+                    add_pairs(&mut found.shared[neighbor], own, user.leaves);
+                }
+            }
+
+            let end = u32::try_from(found.clusters.len());
+            found.first.push(end.expect("at most 64 neighbors for each of 2^26 clusters"));
+        }
+        found.clusters.extend([u32::MAX; LANES]);
+        found
+    }
+
+    /// Returns the position of a cluster in the last row, which begins at `row`; appends it if it
+    /// is new.
+    fn neighbor(&mut self, row: usize, cluster: u32) -> usize {
+        let present = self.clusters[row..].iter().position(|&neighbor| neighbor == cluster);
+        present.map_or_else(
+            || {
+                self.clusters.push(cluster);
+                self.shared.push([0; HALVES * HALVES]);
+                self.clusters.len() - 1
+            },
+            |i| row + i,
+        )
+    }
+
+    /// Returns the listed pairs of leaves of clusters `a <= b` that share a point.
+    #[inline(always)]
+    pub(crate) fn shared(&self, a: u32, b: u32) -> SharedPairs {
+        let end = self.first[a as usize + 1] as usize;
+        let mut start = self.first[a as usize] as usize;
+        while start < end {
+            let Some(clusters) = self.clusters[start..].first_chunk::<LANES>() else { break };
+            let in_row = (1_u32 << (end - start).min(LANES)) - 1;
+            let hits = u32x8::new(*clusters).simd_eq(u32x8::splat(b)).to_bitmask() & in_row;
+            if hits != 0 {
+                return self.shared[start + hits.trailing_zeros() as usize];
+            }
+            start += LANES;
+        }
+        [0; HALVES * HALVES]
+    }
+
+    /// Returns true if leaves of two clusters may share points that are not listed.
+    #[inline(always)]
+    pub(crate) fn are_crowded(&self, a: u32, b: u32) -> bool {
+        self.crowded[a as usize] && self.crowded[b as usize]
+    }
+}
+
+/// Clusters that use each point, in compressed sparse rows.
+struct PointUsers {
+    first: Vec<u32>,
+    users: Vec<PointUser>,
+}
+
+/// Cluster that uses a point, and those of its leaves that do, one bit per leaf.
+#[derive(Clone, Copy, Default)]
+struct PointUser {
+    cluster: u32,
+    leaves: u8,
+}
+
+impl PointUsers {
+    /// Sorts the points of all clusters by number (counting sort).
+    fn find(clusters: &Clusters, point_count: usize) -> Self {
+        let mut first = vec![0_u32; point_count + 1];
+        for &point in &clusters.points {
+            first[point as usize + 1] += 1;
+        }
+        for i in 1..first.len() {
+            first[i] += first[i - 1];
+        }
+
+        let mut next = first.clone();
+        let mut users = vec![PointUser::default(); clusters.points.len()];
+        for (id, cluster) in (0..).zip(&clusters.list) {
+            for (place, &point) in (0_u8..).zip(clusters.points_of(cluster)) {
+                let next = &mut next[point as usize];
+                users[*next as usize] =
+                    PointUser { cluster: id, leaves: leaves_with(cluster, place) };
+                *next += 1;
+            }
+        }
+        Self { first, users }
+    }
+
+    fn of_point(&self, point: u32) -> &[PointUser] {
+        let [start, end] = [point as usize, point as usize + 1].map(|i| self.first[i] as usize);
+        &self.users[start..end]
+    }
+}
+
+/// Returns the leaves of a cluster that use its point at `place`, one bit per leaf.
+fn leaves_with(cluster: &Cluster, place: u8) -> u8 {
+    const { assert!(MAX_LEAVES == 8, "a bit for each leaf") };
+    let mut bits = 0;
+    for (leaf, corners) in cluster.corners[..cluster.leaf_count as usize].iter().enumerate() {
+        bits |= u8::from(corners.contains(&place)) << leaf;
+    }
+    bits
+}
+
+/// Adds every pair of a leaf of one set and a leaf of the other.
+fn add_pairs(shared: &mut SharedPairs, a: u8, b: u8) {
+    for i in (0..MAX_LEAVES).filter(|i| a >> i & 1 == 1) {
+        for j in (0..MAX_LEAVES).filter(|j| b >> j & 1 == 1) {
+            shared[i / 4 * HALVES + j / 4] |= 1 << (i % 4 * 4 + j % 4);
+        }
+    }
+}

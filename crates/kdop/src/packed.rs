@@ -1,0 +1,87 @@
+//! Bounds with their directions packed into SIMD registers, four to a group.
+//!
+//! The last group overlaps the one before it when `S` is not a multiple of four, so that the rows
+//! of projections need no padding.
+
+use wide::f32x4;
+
+use crate::dop::Dop;
+
+/// Groups of four that cover 13 directions.
+const MAX_GROUPS: usize = 4;
+
+/// Returns the number of groups of four that cover `S` directions.
+pub(crate) const fn groups<const S: usize>() -> usize {
+    S.div_ceil(4)
+}
+
+/// Returns the direction in the first lane of group `g`.
+pub(crate) const fn group_start<const S: usize>(g: usize) -> usize {
+    if S < 4 {
+        0
+    } else if 4 * g + 4 > S {
+        S - 4
+    } else {
+        4 * g
+    }
+}
+
+/// Loads four directions of a row; with three directions the last is doubled.
+#[inline(always)]
+fn load<const S: usize>(row: &[f32; S], g: usize) -> f32x4 {
+    match row[group_start::<S>(g)..].first_chunk::<4>() {
+        Some(&four) => f32x4::new(four),
+        None => f32x4::new([row[0], row[1], row[2], row[2]]),
+    }
+}
+
+/// One bound, its directions in groups of four.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PackedDop {
+    pub(crate) lo: [f32x4; MAX_GROUPS],
+    pub(crate) hi: [f32x4; MAX_GROUPS],
+}
+
+impl PackedDop {
+    pub(crate) const EMPTY: Self = Self {
+        lo: [f32x4::new([f32::INFINITY; 4]); MAX_GROUPS],
+        hi: [f32x4::new([f32::NEG_INFINITY; 4]); MAX_GROUPS],
+    };
+
+    /// Grows to contain a bound given by its rows.
+    #[inline(always)]
+    pub(crate) fn include<const S: usize>(&mut self, lo: &[f32; S], hi: &[f32; S]) {
+        for g in 0..groups::<S>() {
+            self.lo[g] = self.lo[g].fast_min(load(lo, g));
+            self.hi[g] = self.hi[g].fast_max(load(hi, g));
+        }
+    }
+
+    /// Grows to contain another bound.
+    #[inline(always)]
+    pub(crate) fn merge<const S: usize>(&mut self, other: &Self) {
+        for g in 0..groups::<S>() {
+            self.lo[g] = self.lo[g].fast_min(other.lo[g]);
+            self.hi[g] = self.hi[g].fast_max(other.hi[g]);
+        }
+    }
+
+    /// Returns true if the bounds overlap along every direction. Bounds that touch overlap.
+    #[inline(always)]
+    pub(crate) fn overlaps<const S: usize>(&self, other: &Self) -> bool {
+        let mut hit = self.lo[0].simd_le(other.hi[0]) & other.lo[0].simd_le(self.hi[0]);
+        for g in 1..groups::<S>() {
+            hit &= self.lo[g].simd_le(other.hi[g]) & other.lo[g].simd_le(self.hi[g]);
+        }
+        hit.to_bitmask() == 0b1111
+    }
+
+    /// Unpacks the bound.
+    pub(crate) fn to_dop<const S: usize>(self) -> Dop<S> {
+        const { assert!(S <= 4 * MAX_GROUPS, "a group for every direction") };
+        Dop {
+            lo: std::array::from_fn(|k| self.lo[k / 4].as_array()[k - group_start::<S>(k / 4)]),
+            hi: std::array::from_fn(|k| self.hi[k / 4].as_array()[k - group_start::<S>(k / 4)]),
+        }
+    }
+}

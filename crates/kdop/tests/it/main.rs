@@ -1,0 +1,8 @@
+//! Tests of trees as a caller uses them.
+
+mod golden;
+mod no_pair_lost;
+#[cfg(feature = "rayon")]
+mod parallel;
+mod reference;
+mod rejected_input;

@@ -1,0 +1,296 @@
+//! No traversal loses a pair: trees against brute force in f64, over random, degenerate, nearly
+//! coincident, huge and tiny leaves, at rest, moving, with radii and with margins.
+
+use arbitrary::{Result, Unstructured};
+use glam::DVec3;
+use kdop::{Axis, Dop, DopTree, Extents, Leaves, Workspace};
+
+use crate::reference::{
+    Frame, Soup, bounds, bounds_at_rest, brute_force, check, frame, point, soup,
+};
+
+/// Random inputs per property.
+const INPUTS: u64 = 200;
+
+fn build<const S: usize>(soup: &Soup) -> DopTree<S> {
+    DopTree::build(Leaves::Triangles(&soup.leaves), &soup.points).expect("a valid soup")
+}
+
+fn pairs<const S: usize>(a: &DopTree<S>, b: &DopTree<S>, margin: f64) -> Vec<(u32, u32)> {
+    let mut found = Vec::new();
+    a.pairs(b, margin, &mut Workspace::new(), |i, j| found.push((i, j)));
+    sorted(found)
+}
+
+fn self_pairs(tree: &DopTree<9>, margin: f64) -> Vec<(u32, u32)> {
+    let mut found = Vec::new();
+    tree.self_pairs(margin, &mut Workspace::new(), |i, j| found.push((i, j)));
+    sorted(found)
+}
+
+/// Sorts what was reported, and checks that nothing was reported twice.
+fn sorted<T: Ord + std::fmt::Debug>(mut found: Vec<T>) -> Vec<T> {
+    let count = found.len();
+    found.sort_unstable();
+    found.dedup();
+    assert_eq!(found.len(), count, "reported twice: {found:?}");
+    found
+}
+
+fn assert_holds(found: &[(u32, u32)], wanted: &[(u32, u32)], scene: impl std::fmt::Debug) {
+    let lost = wanted.iter().find(|pair| found.binary_search(pair).is_err());
+    assert_eq!(lost, None, "lost, of {} in {scene:?}", wanted.len());
+}
+
+fn two_soups(u: &mut Unstructured<'_>) -> Result<(Frame, Soup, Soup)> {
+    let frame = frame(u)?;
+    Ok((frame, soup(u, frame)?, soup(u, frame)?))
+}
+
+fn pairs_at_rest<const S: usize>() {
+    check(INPUTS, |u| {
+        let (frame, a, b) = two_soups(u)?;
+        let (tree_a, tree_b) = (build::<S>(&a), build::<S>(&b));
+        tree_a.validate().expect("a valid tree");
+        let found = pairs(&tree_a, &tree_b, 0.0);
+        let wanted = brute_force(&bounds_at_rest::<S>(&a), &bounds_at_rest(&b), 0.0);
+        assert_holds(&found, &wanted, frame);
+
+        // Nor is much added: every reported pair overlaps when bounds are rounded to f32.
+        let dop = |soup: &Soup, leaf: u32| {
+            let corners = soup.leaves[leaf as usize].map(|p| soup.points[p as usize]);
+            Dop::<S>::from_points(&corners)
+        };
+        for &(i, j) in &found {
+            assert!(dop(&a, i).overlaps(&dop(&b, j)), "{i} {j} do not overlap");
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn pairs_at_rest_with_every_k() {
+    pairs_at_rest::<3>();
+    pairs_at_rest::<7>();
+    pairs_at_rest::<9>();
+    pairs_at_rest::<13>();
+}
+
+#[test]
+fn pairs_within_a_margin() {
+    check(INPUTS, |u| {
+        let (frame, a, b) = two_soups(u)?;
+        let margin = frame.unit * *u.choose(&[1e-9, 0.5, 1.0, 1.0 + 1e-15, 3.0, 1e6, 1e300])?;
+        let found = pairs(&build::<9>(&a), &build(&b), margin);
+        let wanted = brute_force(&bounds_at_rest::<9>(&a), &bounds_at_rest(&b), margin);
+        assert_holds(&found, &wanted, (frame, margin));
+        Ok(())
+    });
+}
+
+/// Draws moved points for a soup, and radii for them.
+fn motion(u: &mut Unstructured<'_>, frame: Frame, soup: &Soup) -> Result<(Soup, Vec<f64>)> {
+    let mut moved = soup.clone();
+    for p in &mut moved.points {
+        *p += point(u, frame.at_origin(), 2)?;
+    }
+    let radius = |u: &mut Unstructured<'_>| Ok(frame.unit * f64::from(u.int_in_range(0_u8..=3)?));
+    let radii = soup.points.iter().map(|_| radius(u)).collect::<Result<_>>()?;
+    Ok((moved, radii))
+}
+
+#[test]
+fn pairs_after_refits_in_any_order() {
+    check(INPUTS, |u| {
+        let (frame, a, b) = two_soups(u)?;
+        let mut tree = build::<9>(&a);
+        let tree_b = build(&b);
+        let bounds_b = bounds_at_rest(&b);
+        for _ in 0..u.int_in_range(1..=5)? {
+            let (moved, radii) = motion(u, frame, &a)?;
+            let (start, end) = (&a.points[..], &moved.points[..]);
+            let radii = &radii[..];
+            let (extents, states) = match u.int_in_range(0..=2)? {
+                0 => (Extents::Points(end), vec![(end, None)]),
+                1 => (Extents::Swept { start, end }, vec![(start, None), (end, None)]),
+                _ => (Extents::Balls { centers: end, radii }, vec![(end, Some(radii))]),
+            };
+            tree.refit_from(extents).expect("finite points");
+            tree.validate().expect("a valid tree");
+
+            let bounds: Vec<_> = a.leaves.iter().map(|&l| bounds::<9>(l, &states)).collect();
+            let wanted = brute_force(&bounds, &bounds_b, 0.0);
+            assert_holds(&pairs(&tree, &tree_b, 0.0), &wanted, (frame, extents));
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn a_refit_tree_has_the_bounds_of_a_built_one() {
+    check(INPUTS, |u| {
+        let frame = frame(u)?;
+        let a = soup(u, frame)?;
+        let (moved, _) = motion(u, frame, &a)?;
+        let mut tree = build::<9>(&a);
+        tree.refit(&moved.points).expect("finite points");
+        assert_eq!(tree.root(), build::<9>(&moved).root());
+        Ok(())
+    });
+}
+
+/// Finds by brute force the pairs of leaves that share no point.
+fn separate_pairs(soup: &Soup, margin: f64) -> Vec<(u32, u32)> {
+    let bounds = bounds_at_rest::<9>(soup);
+    let mut wanted = brute_force(&bounds, &bounds, margin);
+    wanted.retain(|&(i, j)| i < j && are_separate(soup, i, j));
+    wanted
+}
+
+fn are_separate(soup: &Soup, i: u32, j: u32) -> bool {
+    let (a, b) = (soup.leaves[i as usize], soup.leaves[j as usize]);
+    a.iter().all(|p| !b.contains(p))
+}
+
+#[test]
+fn self_pairs_share_no_point() {
+    check(INPUTS, |u| {
+        let frame = frame(u)?;
+        let a = soup(u, frame)?;
+        let margin = frame.unit * *u.choose(&[0.0, 0.0, 0.5, 1.0, 1e6])?;
+        let found = self_pairs(&build(&a), margin);
+        let allowed = |&(i, j): &(u32, u32)| i < j && are_separate(&a, i, j);
+        assert!(found.iter().all(allowed), "neighbors in {found:?}");
+        assert_holds(&found, &separate_pairs(&a, margin), (frame, margin));
+        Ok(())
+    });
+}
+
+/// Two fans of a thousand triangles each, about two hubs: too many leaves per point to be listed.
+#[test]
+fn self_pairs_of_fans() {
+    let rim =
+        |z: f64| (0..2000).map(move |i| DVec3::new(f64::from(i).cos(), f64::from(i).sin(), z));
+    let points: Vec<DVec3> = [DVec3::ZERO, DVec3::Z * 0.5].into_iter().chain(rim(1.0)).collect();
+    let fan = |hub: u32| (2..1001_u32).map(move |i| [hub, i + 1000 * hub - 1, i + 1000 * hub]);
+    let leaves: Vec<_> = fan(0).map(|[h, a, b]| [h, a.max(2), b]).chain(fan(1)).collect();
+    let soup = Soup { points, leaves };
+
+    let found = self_pairs(&build(&soup), 0.0);
+    assert!(found.iter().all(|&(i, j)| are_separate(&soup, i, j)), "pairs that share a hub");
+    assert_holds(&found, &separate_pairs(&soup, 0.0), "fans");
+}
+
+/// The exact middle of a segment, where projections of three terms round to either side of a
+/// boundary of f32.
+#[test]
+fn a_point_on_a_segment_whose_sums_round_apart() {
+    let e = f64::EPSILON / 2.0;
+    let x = 1.0 + f64::from(f32::EPSILON) / 2.0;
+    let point = [DVec3::new(x, e, e)];
+    let segment = [DVec3::new(x + 2.0 * e, 0.0, 0.0), DVec3::new(x - 2.0 * e, 2.0 * e, 2.0 * e)];
+    assert_eq!(segment[0] - point[0], point[0] - segment[1], "the exact middle");
+
+    fn meet<const S: usize>(point: &[DVec3], segment: &[DVec3]) -> Vec<(u32, u32)> {
+        let a = DopTree::<S>::build(Leaves::Points, point).unwrap();
+        let b = DopTree::build(Leaves::Edges(&[[0, 1]]), segment).unwrap();
+        pairs(&a, &b, 0.0)
+    }
+    assert_eq!(meet::<7>(&point, &segment), [(0, 0)]);
+    assert_eq!(meet::<9>(&point, &segment), [(0, 0)]);
+    assert_eq!(meet::<13>(&point, &segment), [(0, 0)]);
+}
+
+/// A deep tree beside a shallow one, with many leaves at the same place.
+#[test]
+fn pairs_of_trees_of_unequal_depth() {
+    check(INPUTS, |u| {
+        let (frame, small, mut large) = two_soups(u)?;
+        large.leaves = large.leaves.repeat(40);
+        let (a, b) = (build::<9>(&small), build(&large));
+        let wanted = brute_force(&bounds_at_rest::<9>(&small), &bounds_at_rest(&large), 0.0);
+        assert_holds(&pairs(&a, &b, 0.0), &wanted, frame);
+
+        let mut swapped: Vec<_> = pairs(&b, &a, 0.0).into_iter().map(|(i, j)| (j, i)).collect();
+        swapped.sort_unstable();
+        assert_holds(&swapped, &wanted, frame);
+        Ok(())
+    });
+}
+
+#[test]
+fn pairs_of_edges_and_points() {
+    check(INPUTS, |u| {
+        let frame = frame(u)?;
+        let a = soup(u, frame)?;
+        let edges: Vec<[u32; 2]> = a.leaves.iter().map(|l| [l[0], l[1]]).collect();
+        let edge_tree = DopTree::build(Leaves::Edges(&edges), &a.points).unwrap();
+        let point_tree = DopTree::<9>::build(Leaves::Points, &a.points).unwrap();
+
+        let of_leaf = |leaf: [u32; 3]| bounds::<9>(leaf, &[(&a.points, None)]);
+        let of_edges: Vec<_> = edges.iter().map(|e| of_leaf([e[0], e[1], e[1]])).collect();
+        let of_points: Vec<_> = (0..).zip(&a.points).map(|(i, _)| of_leaf([i; 3])).collect();
+        let wanted = brute_force(&of_edges, &of_points, 0.0);
+        assert_holds(&pairs(&edge_tree, &point_tree, 0.0), &wanted, frame);
+        Ok(())
+    });
+}
+
+#[test]
+fn queries_and_rays() {
+    check(INPUTS, |u| {
+        let frame = frame(u)?;
+        let a = soup(u, frame)?;
+        let tree = build::<9>(&a);
+        let leaf_bounds = bounds_at_rest::<9>(&a);
+        let origin = point(u, frame, 5)?;
+        let mut workspace = Workspace::new();
+        for axis in [Axis::X, Axis::Y, Axis::Z] {
+            let mut found = Vec::new();
+            tree.ray(origin, axis, &mut workspace, |leaf| found.push((0, leaf)));
+            // A ray that ends beyond everything.
+            let mut ahead = origin;
+            ahead[axis as usize] = f64::MAX;
+            let ray = bounds::<9>([0, 1, 1], &[(&[origin, ahead], None)]);
+            assert_holds(&sorted(found), &brute_force(&[ray], &leaf_bounds, 0.0), (frame, axis));
+        }
+
+        let mut found = Vec::new();
+        tree.query(&Dop::from_points(&[origin]), &mut workspace, |leaf| found.push((0, leaf)));
+        let at = bounds::<9>([0; 3], &[(&[origin], None)]);
+        assert_holds(&sorted(found), &brute_force(&[at], &leaf_bounds, 0.0), frame);
+        Ok(())
+    });
+}
+
+#[test]
+fn the_nearest_point_is_found() {
+    check(INPUTS, |u| {
+        let frame = frame(u)?;
+        let a = soup(u, frame)?;
+        let tree = DopTree::<9>::build(Leaves::Points, &a.points).expect("a valid soup");
+        let from = point(u, frame, 30)?;
+        // Scaled to a size whose square is a normal number.
+        let distance = |leaf: u32| {
+            let apart = a.points[leaf as usize] - from;
+            let scale = apart.abs().max_element();
+            if scale > 0.0 { (apart / scale).length() * scale } else { 0.0 }
+        };
+
+        let mut best = (f64::INFINITY, u32::MAX);
+        let mut last = 0.0;
+        tree.nearest(from, f64::INFINITY, &mut Workspace::new(), |leaf, bound| {
+            let exact = distance(leaf);
+            assert!(bound <= exact, "{bound:e} > {exact:e} in {frame:?}");
+            assert!(bound >= last, "{bound:e} after {last:e}");
+            last = bound;
+            best = if (exact, leaf) < best { (exact, leaf) } else { best };
+            best.0
+        });
+
+        let wanted = (0..).zip(&a.points).map(|(i, _)| (distance(i), i));
+        let wanted = wanted.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        assert_eq!(best, wanted.unwrap_or((f64::INFINITY, u32::MAX)), "{frame:?}");
+        Ok(())
+    });
+}
