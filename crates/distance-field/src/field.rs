@@ -2,7 +2,9 @@
 
 use crate::frame::Frame;
 use crate::store::Store;
-use crate::{FieldError, FieldGrid, FieldReport, NodeValues, Pose, Storage};
+use surface::Pose;
+
+use crate::{FieldError, FieldGrid, FieldReport, NodeValues, Storage};
 
 /// Signed distances at the nodes of a grid, negative inside, and what lies
 /// between them by interpolation.

@@ -5,10 +5,10 @@
 //! so that it works on many points at once.
 
 use glam::{DMat3, DVec3};
+use surface::Pose;
 
 use crate::grid::FieldGrid;
 use crate::num::floor;
-use crate::query::Pose;
 
 /// A cell, by the coordinates of its lowest node, and a place in it.
 #[derive(Clone, Copy, Debug)]

@@ -1,11 +1,11 @@
 //! A regular grid of nodes around a surface, and where points fall in it.
 
 use glam::DVec3;
+use surface::Pose;
 
 use crate::FieldError;
 use crate::frame::{Frame, Located};
 use crate::num::{coordinate, floor_index, whole_index};
-use crate::query::Pose;
 
 /// Most nodes along an axis: three squares of it fit 32 bits.
 const LONGEST_AXIS: usize = 37_000;

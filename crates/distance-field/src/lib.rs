@@ -86,5 +86,7 @@ pub use crate::error::FieldError;
 pub use crate::field::DistanceField;
 pub use crate::grid::{FieldGrid, GridCell};
 pub use crate::params::{FieldMethod, FieldParams, NodeValues, Storage, Voxelization};
-pub use crate::query::{Interpolation, Pose, QueryParams, Sample, SampleBatch};
+pub use surface::Pose;
+
+pub use crate::query::{Interpolation, QueryParams, Sample, SampleBatch};
 pub use crate::report::{FieldReport, FieldWarning, MeasuredError};

@@ -1,6 +1,7 @@
 //! Asking a field: at one point or at many, in its own frame or in a pose.
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::DVec3;
+use surface::Pose;
 
 use crate::ask::Asked;
 use crate::field::DistanceField;
@@ -22,56 +23,6 @@ pub enum Interpolation {
     /// interpolating nodes; for those of a quasi-interpolation its mean with the
     /// cubic B-spline, which takes back what they gave way.
     Cubic,
-}
-
-/// Where a rigid body is: `p ↦ rotation · p + translation`, from the frame its
-/// field was built in to the world.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pose {
-    rotation: DMat3,
-    translation: DVec3,
-}
-
-impl Pose {
-    /// The frame the field was built in.
-    pub const IDENTITY: Self = Self { rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
-
-    /// A rotation, which is normalised, then a translation.
-    #[must_use]
-    pub fn new(rotation: DQuat, translation: DVec3) -> Self {
-        Self { rotation: DMat3::from_quat(rotation.normalize()), translation }
-    }
-
-    pub(crate) fn rotation(&self) -> DMat3 {
-        self.rotation
-    }
-
-    pub(crate) fn translation(&self) -> DVec3 {
-        self.translation
-    }
-
-    /// From the world into the body's frame.
-    #[inline]
-    #[must_use]
-    pub fn into_body(&self, p: DVec3) -> DVec3 {
-        let p = p - self.translation;
-        let DMat3 { x_axis, y_axis, z_axis } = self.rotation;
-        DVec3::new(x_axis.dot(p), y_axis.dot(p), z_axis.dot(p))
-    }
-
-    /// From the body's frame into the world.
-    #[inline]
-    #[must_use]
-    pub fn to_world(&self, p: DVec3) -> DVec3 {
-        self.rotation * p + self.translation
-    }
-
-    /// A direction, from the body's frame into the world.
-    #[inline]
-    #[must_use]
-    pub fn direction_to_world(&self, v: DVec3) -> DVec3 {
-        self.rotation * v
-    }
 }
 
 /// What is asked.

@@ -53,9 +53,11 @@ mod unseen;
 
 pub use {ccd, distance_field, glam, kdop, medial, response, surface};
 
+pub use surface::RigidState;
+
 pub use crate::check::CheckParams;
 pub use crate::error::{NoInside, SceneError};
-pub use crate::field::{FieldContact, FieldDetector, FieldFeature, RigidState};
+pub use crate::field::{FieldContact, FieldDetector, FieldFeature};
 pub use crate::medial_detector::{MedialContact, MedialDetector, MedialFeature, PrimitiveBall};
 pub use crate::pair::{ContactPatch, NearVertex, PairReport, Region, Side, VertexReport};
 pub use crate::plan::{

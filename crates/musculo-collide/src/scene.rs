@@ -327,7 +327,7 @@ impl Body {
         let Some(frame) = &mut self.frame else {
             return Err(SceneError::NotRigid { name: self.name.clone() });
         };
-        let placed = frame.reference.iter().map(|&p| pose.to_world(p));
+        let placed = frame.reference.iter().map(|&p| pose.transform_point(p));
         if let Some((vertex, DVec3 { x, y, z })) =
             placed.clone().enumerate().find(|(_, p)| !p.is_finite())
         {

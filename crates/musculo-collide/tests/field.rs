@@ -62,7 +62,7 @@ fn pose(u: &mut Unstructured<'_>) -> Result<Pose> {
 }
 
 fn to_world(pose: &Pose, p: DVec3) -> DVec3 {
-    pose.direction_to_world(p - pose.into_body(DVec3::ZERO))
+    pose.transform_vector(p - pose.inverse_transform_point(DVec3::ZERO))
 }
 
 /// Every identity that a producer of contacts promises.
@@ -86,7 +86,8 @@ fn vertices_agree_with_the_exact_check() {
     let (bound, margin) = (stated(&field), 1.0);
     let (mut scene, id) = scene_of(&muscle);
     let detector = FieldDetector::new(&field, margin).unwrap();
-    let contacts = scene.field_contacts(id, &detector, &RigidState::at(Pose::IDENTITY)).unwrap();
+    let contacts =
+        scene.field_contacts(id, &detector, &RigidState::at_rest(Pose::IDENTITY)).unwrap();
     assert_sound(&contacts, &scene);
     let by_field = |vertex: u32| {
         contacts.iter().find(|contact| contact.feature == FieldFeature::Vertex(vertex))
@@ -148,7 +149,7 @@ fn planted_dips_are_found_and_no_others() {
                 .fold(f64::INFINITY, f64::min);
             let (mut scene, id) = scene_of(&needle(a, b));
             let contacts = scene
-                .field_contacts(id, &detector, &RigidState::at(Pose::IDENTITY))
+                .field_contacts(id, &detector, &RigidState::at_rest(Pose::IDENTITY))
                 .expect("a detector answers");
             assert_sound(&contacts, &scene);
             let edge = scene.body(id).surface().edges().iter().position(|&ends| ends == [0, 1]);
@@ -198,7 +199,7 @@ fn an_edge_that_falls_as_steeply_as_can_be_is_found() {
         let [a, b] = ends.map(|end| to_world(&pose, end));
         let (mut scene, id) = scene_of(&needle(a, b));
         assert_eq!(scene.body(id).surface().edges()[0], [0, 1]);
-        let contacts = scene.field_contacts(id, &detector, &RigidState::at(pose)).unwrap();
+        let contacts = scene.field_contacts(id, &detector, &RigidState::at_rest(pose)).unwrap();
         let found = contacts.iter().find(|contact| contact.feature == FieldFeature::Edge(0));
         let FieldContact { contact, .. } = found.unwrap_or_else(|| panic!("lost: {before}"));
         assert!((contact.gap + 0.75).abs() < 0.01, "{before}: {contact:?}");
@@ -215,7 +216,8 @@ fn without_a_gradient_the_normal_leads_away_from_the_middle() {
     let mesh = shapes::tetrahedron(1.0);
     let mesh = mesh.clone().translated(at - mesh.positions[0]);
     let (mut scene, id) = scene_of(&mesh);
-    let contacts = scene.field_contacts(id, &detector, &RigidState::at(Pose::IDENTITY)).unwrap();
+    let contacts =
+        scene.field_contacts(id, &detector, &RigidState::at_rest(Pose::IDENTITY)).unwrap();
     assert_sound(&contacts, &scene);
     let FieldContact { contact, feature, steepness } = contacts[0];
     assert_eq!(feature, FieldFeature::Vertex(0));
@@ -235,13 +237,14 @@ fn nothing_is_left_out() {
         arbtest(|u| {
             let mesh = shapes::ellipsoid(DVec3::new(4.0, 30.0, 4.0), u.int_in_range(0..=2)?);
             let mesh = mesh.rotated(DVec3::Z, number(u, 0.0, 1.0)?).translated(vector(u, 9.0)?);
-            let state = RigidState::at(pose(u)?);
+            let state = RigidState::at_rest(pose(u)?);
             let mesh = mesh.mapped(|p| to_world(&state.pose, p));
             let (mut scene, id) = scene_of(&mesh);
             let contacts = scene.field_contacts(id, &detector, &state).expect("an answer");
             assert_sound(&contacts, &scene);
             let height = |p: DVec3| {
-                let sample = field.evaluate(state.pose.into_body(p), Default::default());
+                let sample =
+                    field.evaluate(state.pose.inverse_transform_point(p), Default::default());
                 sample.map_or(f64::INFINITY, |sample| sample.distance)
             };
             let heights: Vec<f64> = mesh.positions.iter().map(|&p| height(p)).collect();
@@ -281,10 +284,11 @@ fn contacts_turn_with_the_pose() {
     let mesh =
         shapes::ellipsoid(DVec3::new(3.0, 25.0, 3.0), 1).translated(DVec3::new(9.0, 0.0, 1.3));
     let (mut scene, id) = scene_of(&mesh);
-    let at_rest = scene.field_contacts(id, &detector, &RigidState::at(Pose::IDENTITY)).unwrap();
+    let at_rest =
+        scene.field_contacts(id, &detector, &RigidState::at_rest(Pose::IDENTITY)).unwrap();
     assert!(at_rest.len() > 3, "{}", at_rest.len());
     arbtest(|u| {
-        let state = RigidState::at(pose(u)?);
+        let state = RigidState::at_rest(pose(u)?);
         let moved: Vec<DVec3> = mesh.positions.iter().map(|&p| to_world(&state.pose, p)).collect();
         scene.move_body(id, &moved).expect("finite");
         let contacts = scene.field_contacts(id, &detector, &state).expect("an answer");
@@ -292,7 +296,7 @@ fn contacts_turn_with_the_pose() {
         for (rest, now) in at_rest.iter().zip(&contacts) {
             assert_eq!(rest.feature, now.feature);
             assert!((rest.contact.gap - now.contact.gap).abs() < 1e-3, "{rest:?} {now:?}");
-            let turned = state.pose.direction_to_world(rest.contact.normal);
+            let turned = state.pose.transform_vector(rest.contact.normal);
             let is_vertex = matches!(now.feature, FieldFeature::Vertex(_));
             let tolerance = if is_vertex { 1e-9 } else { 0.1 };
             assert!((turned - now.contact.normal).length() < tolerance, "{rest:?} {now:?}");
@@ -310,7 +314,12 @@ fn anchors_move_with_the_bone() {
         scene_of(&shapes::icosphere(3.0, 1).translated(DVec3::new(9.0, 1.0, 0.0)));
     let (about, linear) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(-4.0, 5.0, 0.5));
     let angular = DVec3::new(0.3, -0.2, 0.9);
-    let state = RigidState { pose: Pose::IDENTITY, about, linear, angular };
+    let state = RigidState {
+        pose: Pose::IDENTITY,
+        center: about,
+        linear_velocity: linear,
+        angular_velocity: angular,
+    };
     let contacts = scene.field_contacts(id, &detector, &state).unwrap();
     assert!(!contacts.is_empty(), "they overlap");
     for FieldContact { contact, .. } in contacts {
@@ -331,12 +340,12 @@ fn what_is_far_or_wrong_is_answered() {
     assert!(FieldDetector::new(&field, f64::NAN).is_err());
     let (mut scene, id) = scene_of(&shapes::icosphere(3.0, 1));
     let detector = FieldDetector::new(&field, 0.0).unwrap();
-    let far = RigidState::at(Pose::new(DQuat::IDENTITY, DVec3::X * 1e6));
+    let far = RigidState::at_rest(Pose::new(DQuat::IDENTITY, DVec3::X * 1e6));
     assert_eq!(scene.field_contacts(id, &detector, &far), Ok(Vec::new()));
     let error = Scene::new().field_contacts(id, &detector, &far).unwrap_err();
     assert_eq!(error, SceneError::NoSuchBody { index: 1, count: 0 });
     // An edge of a size that no share can step through.
     let huge = needle(DVec3::new(-1e30, 6.0, 0.1), DVec3::new(1e30, 6.0, 0.1));
     let (mut scene, id) = scene_of(&huge);
-    scene.field_contacts(id, &detector, &RigidState::at(Pose::IDENTITY)).unwrap();
+    scene.field_contacts(id, &detector, &RigidState::at_rest(Pose::IDENTITY)).unwrap();
 }

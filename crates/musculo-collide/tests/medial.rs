@@ -244,7 +244,7 @@ fn bones_meet_what_brute_force_meets() {
     arbtest(|u| {
         let at = vector(u, 1.0)? * DVec3::new(40.0, 20.0, 16.0);
         let turn = DQuat::from_axis_angle(DVec3::Y, number(u, -1.0, 1.0)?);
-        let state = RigidState::at(Pose::new(turn, at));
+        let state = RigidState::at_rest(Pose::new(turn, at));
         let contacts = scene.medial_field_contacts(&mut medial, &touch, &state).expect("told");
         assert_sound(&contacts, &scene);
         let medial = medial.medial();
@@ -301,11 +301,11 @@ fn a_field_that_ends_too_early_is_refused() {
     for (padding, truncate) in [(2.0, None), (9.0, Some(4.0))] {
         let field = ball_field(6.0, padding, truncate);
         let touch = FieldDetector::new(&field, 0.0).unwrap();
-        let state = RigidState::at(Pose::new(DQuat::IDENTITY, DVec3::new(0.0, 0.0, 13.5)));
+        let state = RigidState::at_rest(Pose::new(DQuat::IDENTITY, DVec3::new(0.0, 0.0, 13.5)));
         let error = scene.medial_field_contacts(&mut medial, &touch, &state).unwrap_err();
         let SceneError::FieldRange { name, known, needed } = &error else { panic!("{error}") };
         assert!(name == "muscle" && known < needed, "{error}");
-        let far = RigidState::at(Pose::new(DQuat::IDENTITY, DVec3::new(0.0, 0.0, 40.0)));
+        let far = RigidState::at_rest(Pose::new(DQuat::IDENTITY, DVec3::new(0.0, 0.0, 40.0)));
         assert_eq!(scene.medial_field_contacts(&mut medial, &touch, &far), Ok(Vec::new()));
     }
 }

@@ -16,10 +16,10 @@ pub(crate) mod volume;
 
 use std::borrow::Cow;
 
-use distance_field::{DistanceField, Interpolation, Pose, QueryParams, Sample};
+use distance_field::{DistanceField, Interpolation, QueryParams, Sample};
 use glam::DVec3;
 use kdop::Dop18;
-use surface::{Anchor, Contact, Stencil};
+use surface::{Anchor, Contact, RigidState, Stencil};
 
 pub(crate) use self::scratch::FieldScratch;
 use self::volume::Volume;
@@ -32,19 +32,6 @@ pub struct FieldDetector<'a> {
     field: &'a DistanceField,
     margin: f64,
     volume: Cow<'a, Volume>,
-}
-
-/// Where a rigid body is, and how it moves there.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RigidState {
-    /// From the frame of its field to the world.
-    pub pose: Pose,
-    /// Point of the world that `linear` is the velocity of.
-    pub about: DVec3,
-    /// Velocity, in lengths per time.
-    pub linear: DVec3,
-    /// Angular velocity, in radians per time.
-    pub angular: DVec3,
 }
 
 /// A vertex or an edge of the body at the bone.
@@ -72,25 +59,6 @@ pub enum FieldFeature {
     /// The span of an edge, by its number in the body's surface, whose ends are
     /// both outside the margin.
     Edge(u32),
-}
-
-impl RigidState {
-    /// At rest.
-    #[must_use]
-    pub fn at(pose: Pose) -> Self {
-        Self { pose, about: DVec3::ZERO, linear: DVec3::ZERO, angular: DVec3::ZERO }
-    }
-
-    /// Velocity of the body's point that is at `p`.
-    #[must_use]
-    pub fn velocity(&self, p: DVec3) -> DVec3 {
-        self.linear + self.angular.cross(p - self.about)
-    }
-
-    /// From the body's frame into the world.
-    fn to_world(self, p: DVec3) -> DVec3 {
-        self.pose.direction_to_world(p - self.pose.into_body(DVec3::ZERO))
-    }
 }
 
 impl<'a> FieldDetector<'a> {
@@ -137,7 +105,7 @@ impl<'a> FieldDetector<'a> {
             Some(_) => Err(self.volume.highest),
             // What is within the margin is in the box.
             None => {
-                let p = state.pose.into_body(p);
+                let p = state.pose.inverse_transform_point(p);
                 Err(self.margin + p.distance(self.volume.clamp(p)))
             }
         }
@@ -146,14 +114,14 @@ impl<'a> FieldDetector<'a> {
     /// The direction of a gradient at a point of the world; where there is none,
     /// that away from the middle of the bone's box.
     pub(crate) fn normal(&self, state: &RigidState, p: DVec3, gradient: DVec3) -> DVec3 {
-        let away = || p - state.to_world(self.volume.middle());
+        let away = || p - state.pose.transform_point(self.volume.middle());
         let normal = gradient.try_normalize().or_else(|| away().try_normalize());
         normal.unwrap_or(DVec3::Z)
     }
 
     /// Bounds in the world of all that may be within the margin; none where nothing is.
     pub(crate) fn bounds(&self, state: &RigidState) -> Option<Dop18> {
-        let corners = self.volume.corners()?.map(|corner| state.to_world(corner));
+        let corners = self.volume.corners()?.map(|corner| state.pose.transform_point(corner));
         // Turning a point in and back may move it by rounding.
         let rounding = 1e-12 * corners.iter().fold(0.0, |most: f64, p| most.max(p.length()));
         Some(Dop18::from_points(&corners).inflated(rounding))
@@ -166,7 +134,7 @@ impl<'a> FieldDetector<'a> {
         let centre = 0.5 * (lo + hi);
         // Rounding may carry a point of the box outside the ball around it.
         let radius = 0.5 * lo.distance(hi) + 1e-12 * centre.length();
-        let p = state.pose.into_body(centre);
+        let p = state.pose.inverse_transform_point(centre);
         let nearest = self.volume.clamp(p);
         if p.distance(nearest) > radius {
             return false;
@@ -178,7 +146,7 @@ impl<'a> FieldDetector<'a> {
     /// A height for a point outside the grid: that of the nearest point of the box,
     /// which is no farther from whatever is within the margin. Infinite where that is within the margin.
     fn height_outside(&self, state: &RigidState, p: DVec3) -> f64 {
-        let nearest = self.volume.clamp(state.pose.into_body(p));
+        let nearest = self.volume.clamp(state.pose.inverse_transform_point(p));
         let sample = self.field.evaluate(nearest, Interpolation::Trilinear);
         let height = sample.map_or(f64::INFINITY, |sample| sample.distance);
         if height > self.margin { height } else { f64::INFINITY }
@@ -195,7 +163,7 @@ impl<'a> FieldDetector<'a> {
         let steepness = gradient.length();
         let normal = self.normal(state, p, gradient);
         let point = p - gap * normal;
-        let velocity = state.velocity(point);
+        let velocity = state.velocity_at(point);
         let anchor = Some(Anchor { point, velocity, acceleration: DVec3::ZERO });
         let contact = Contact { stencil, anchor, normal, offset: 0.0, gap, time: None };
         Some(FieldContact { contact, feature, steepness })
@@ -227,7 +195,7 @@ impl Scene {
     /// let muscle = scene.add("muscle", BodyKind::Deformable, muscle, corners.to_vec())?;
     ///
     /// // The bone has moved, so that one corner of the muscle is 3 over its base.
-    /// let state = RigidState::at(Pose::new(DQuat::IDENTITY, DVec3::new(-5.0, -8.0, -3.0)));
+    /// let state = RigidState::at_rest(Pose::new(DQuat::IDENTITY, DVec3::new(-5.0, -8.0, -3.0)));
     /// let detector = FieldDetector::new(&field, 0.0)?;
     /// let contacts = scene.field_contacts(muscle, &detector, &state)?;
     /// assert_eq!(contacts[0].feature, FieldFeature::Vertex(0));

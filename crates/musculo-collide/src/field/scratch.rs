@@ -7,9 +7,9 @@
 use distance_field::{QueryParams, SampleBatch, SegmentMinimum};
 use glam::DVec3;
 use kdop::Workspace;
-use surface::{NO_EDGE, Stencil, Term, TriangleSurface};
+use surface::{NO_EDGE, RigidState, Stencil, Term, TriangleSurface};
 
-use super::{FieldContact, FieldDetector, FieldFeature, RigidState};
+use super::{FieldContact, FieldDetector, FieldFeature};
 use crate::pair::Party;
 
 /// What of a body is near a bone, in memory that is used again.
@@ -171,7 +171,7 @@ impl Near<'_> {
     }
 
     fn span_in_field(&self, edge: u32) -> [DVec3; 2] {
-        self.span(edge).map(|end| self.state.pose.into_body(end))
+        self.span(edge).map(|end| self.state.pose.inverse_transform_point(end))
     }
 
     fn middle(&self, edge: u32) -> DVec3 {

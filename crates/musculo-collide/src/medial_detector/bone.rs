@@ -15,12 +15,12 @@
 use distance_field::Sample;
 use glam::DVec3;
 use medial::Ball;
-use surface::Anchor;
+use surface::{Anchor, RigidState};
 
 use super::hold::SurfacePoint;
 use super::{MedialContact, MedialDetector, MedialFeature, MedialScratch, PrimitiveBall};
 use crate::scene::Body;
-use crate::{FieldDetector, RigidState, SceneError};
+use crate::{FieldDetector, SceneError};
 
 /// Pieces of a primitive that are looked at before the lowest place seen counts as
 /// the lowest: only a primitive whose balls' centers are in the bone needs more
@@ -48,7 +48,8 @@ pub(super) fn contacts(
         let border = place.ball.center - place.ball.radius * place.normal;
         let hold = SurfacePoint::nearest(body, border, hint, &mut scratch.workspace)?;
         let point = place.ball.center - (place.gap + place.ball.radius) * place.normal;
-        let anchor = Anchor { point, velocity: state.velocity(point), acceleration: DVec3::ZERO };
+        let anchor =
+            Anchor { point, velocity: state.velocity_at(point), acceleration: DVec3::ZERO };
         let contact = hold.anchored(anchor, place.normal, place.gap);
         Some(MedialContact { contact, ball, feature: MedialFeature::Bone })
     };

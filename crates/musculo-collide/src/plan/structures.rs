@@ -1,6 +1,8 @@
 //! What a plan has built, body by body.
 
-use crate::field::{FieldDetector, RigidState};
+use surface::RigidState;
+
+use crate::field::FieldDetector;
 use crate::pair::Party;
 use crate::plan::bone::BoneField;
 use crate::plan::level::Level;
@@ -79,7 +81,7 @@ impl Structures {
         let no_pose = || PlanError::NoPose { name: bone.name().to_owned() };
         let pose = bone.pose().ok_or_else(no_pose)?;
         let detector = FieldDetector::with_volume(field, margin, volume);
-        Ok(Some((detector, RigidState::at(pose))))
+        Ok(Some((detector, RigidState::at_rest(pose))))
     }
 
     /// All of it, in the order of the bodies.

@@ -46,7 +46,7 @@ pub(super) fn detector<'a>(
 
 impl Detector for ByField<'_> {
     fn step(&mut self, frame: usize) -> Result<(), Failure> {
-        let state = RigidState::at(Pose::IDENTITY);
+        let state = RigidState::at_rest(Pose::IDENTITY);
         for (muscle, _) in &self.contacts {
             self.scene
                 .move_body(self.ids[*muscle], &self.question.moving.frames[frame][*muscle])?;
