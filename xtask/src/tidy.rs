@@ -14,6 +14,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("crates/kdop", &[]),
     ("crates/ccd", &[]),
     ("crates/proximity", &["surface", "kdop", "ccd"]),
+    ("crates/overlap", &["surface", "kdop", "proximity"]),
     ("crates/distance-field", &["surface", "kdop", "proximity"]),
     ("crates/medial", &["surface", "kdop", "proximity"]),
     ("crates/decimate", &["surface", "kdop", "proximity"]),

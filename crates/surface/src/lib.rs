@@ -16,11 +16,13 @@ mod contact;
 mod crossing;
 mod defects;
 mod error;
+mod expansion;
 mod fan;
 mod hausdorff;
 mod inspect;
 mod measures;
 pub mod parallel;
+mod perturbed;
 mod positions;
 mod predicates;
 pub mod progress;
@@ -47,10 +49,13 @@ pub use crate::error::{SimplexError, SurfaceError};
 pub use crate::hausdorff::{DirectedHausdorff, HausdorffBounds};
 pub use crate::inspect::{Defect, Element, Finding, Inspection, inspect};
 pub use crate::measures::{mean_edge, vertex_areas, vertex_normals};
+pub use crate::perturbed::{PerturbedMeeting, Stretch, StretchEnd, meet_perturbed, passing_share};
 pub use crate::positions::{Motion, PositionBuffer, Positions};
 pub use crate::pseudonormal::Pseudonormals;
 pub use crate::rigid::{Pose, RigidState};
 pub use crate::simplex::{NO_NEIGHBOR, SimplexSurface};
 pub use crate::triangle_surface::{NO_EDGE, TriangleSurface};
 pub use crate::union_find::UnionFind;
-pub use crate::winding::{ray_crosses_triangle, solid_angle, winding_number};
+pub use crate::winding::{
+    ray_crosses_triangle, ray_crosses_triangle_from_below, solid_angle, winding_number,
+};

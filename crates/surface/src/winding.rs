@@ -119,6 +119,38 @@ pub fn ray_crosses_triangle(p: DVec3, corners: [DVec3; 3]) -> Option<i32> {
     ahead.then_some(sign)
 }
 
+/// [`ray_crosses_triangle`] for a point that is moved down by the infinitesimal instead of up.
+///
+/// With both, the corners of two surfaces are told inside or outside of each other as if one of
+/// the surfaces were moved: the corners of the moved one by a point moved up, those of the other
+/// by a point moved down.
+///
+/// ```
+/// use surface::{glam::DVec3, ray_crosses_triangle, ray_crosses_triangle_from_below};
+///
+/// let wall = [DVec3::X, DVec3::new(1.0, 4.0, 0.0), DVec3::new(1.0, 0.0, 4.0)];
+/// let on_wall = DVec3::new(1.0, 1.0, 1.0);
+/// assert_eq!(ray_crosses_triangle(on_wall, wall), None);
+/// assert_eq!(ray_crosses_triangle_from_below(on_wall, wall), Some(1));
+/// ```
+#[inline]
+#[must_use]
+pub fn ray_crosses_triangle_from_below(p: DVec3, corners: [DVec3; 3]) -> Option<i32> {
+    // Half a turn about the ray takes the move down, across the ray, to a move up.
+    let half_turn = |v: DVec3| DVec3::new(v.x, -v.y, -v.z);
+    let (p, corners) = (half_turn(p), corners.map(half_turn));
+    if !(spans(corners.map(|c| c.y), p.y) && spans(corners.map(|c| c.z), p.z)) {
+        return None;
+    }
+    if corners.iter().all(|c| c.x < p.x) {
+        return None;
+    }
+    let sign = turns_about(p, corners)?;
+    // A point in the plane is moved back, so that the plane is ahead.
+    let ahead = corners.iter().all(|c| c.x > p.x) || side_of_plane(corners, p) != sign;
+    ahead.then_some(sign)
+}
+
 /// Whether a coordinate infinitesimally above `p` is within the corners' range.
 #[inline]
 fn spans(corners: [f64; 3], p: f64) -> bool {

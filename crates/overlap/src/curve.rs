@@ -1,0 +1,282 @@
+//! The curve in which two surfaces cross, as stretches between named passings.
+//!
+//! Each pair of faces that cross holds one stretch. Its ends are passings: points where an edge of
+//! one surface passes through a face of the other. Both faces at that edge find the same passing
+//! under the same name, so that the curve is connected by names and no tolerance decides.
+//!
+//! Positions come last and are computed once per passing, from the edge's lower-numbered end.
+
+use std::ops::Range;
+
+use proximity::SurfaceTree;
+use surface::{NO_EDGE, PerturbedMeeting, Stretch, StretchEnd, meet_perturbed, passing_share};
+
+/// Stands for no stretch.
+const NONE: u32 = u32::MAX;
+
+/// The crossing curve of two surfaces; its memory is reused from pair to pair.
+#[derive(Debug, Default)]
+pub(crate) struct Curve {
+    /// Stretches by their faces (of A, of B), ascending.
+    pub(crate) stretches: Vec<CurveStretch>,
+    /// Passings by their names, ascending.
+    pub(crate) passings: Vec<Passing>,
+    /// Edges that are passed, of A and of B, ascending.
+    pub(crate) cut_edges: [Vec<CutEdge>; 2],
+    /// Pairs of faces that lie in one plane, ascending.
+    pub(crate) coplanar: Vec<CoplanarPair>,
+    crossings: Vec<([u32; 2], Stretch)>,
+    ends: Vec<NamedEnd>,
+    visited: Vec<bool>,
+}
+
+/// The stretch in which a face of A and a face of B cross.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CurveStretch {
+    /// The face of A, then that of B.
+    pub(crate) faces: [u32; 2],
+    /// Passings at which it begins and ends, run with the inside of B on the left in A's face.
+    pub(crate) ends: [u32; 2],
+    /// True if the faces may only touch, and the infinitesimal move makes them cross.
+    pub(crate) is_tie: bool,
+}
+
+/// A point where an edge of one surface passes through a face of the other.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Passing {
+    pub(crate) name: PassingName,
+    /// True if the edge, run from its lower-numbered end, enters the other body here.
+    pub(crate) enters: bool,
+    /// Share of the way from the edge's lower-numbered end.
+    pub(crate) share: f64,
+    /// Stretches that meet here, [`NONE`] where there is one only: at the border of a surface.
+    stretches: [u32; 2],
+}
+
+/// Identity of a passing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct PassingName {
+    /// 0 if the edge is of A, 1 if it is of B.
+    pub(crate) side: u8,
+    /// The edge.
+    pub(crate) edge: u32,
+    /// The face of the other surface.
+    pub(crate) face: u32,
+}
+
+/// An edge with its passings.
+#[derive(Clone, Debug)]
+pub(crate) struct CutEdge {
+    pub(crate) edge: u32,
+    /// Its passings.
+    pub(crate) passings: Range<u32>,
+    /// Entering passings less leaving ones, along the edge from its lower-numbered end: the
+    /// difference of the winding numbers of its ends.
+    pub(crate) net: i32,
+}
+
+/// Two faces in one plane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct CoplanarPair {
+    /// The face of A, then that of B.
+    pub(crate) faces: [u32; 2],
+    /// True if both normals point the same way.
+    pub(crate) same_normal: bool,
+    /// True if the infinitesimal that settles ties moves A's face to the side of its normal.
+    pub(crate) a_moves_outward: bool,
+}
+
+/// One end of one stretch, before equal names are joined.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct NamedEnd {
+    name: PassingName,
+    stretch: u32,
+    /// 0 for the beginning, 1 for the end.
+    end: u8,
+    enters: bool,
+}
+
+/// A run of stretches from passing to passing.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Chain {
+    /// Passings in order; the first is not repeated where the chain is closed.
+    pub(crate) passings: Vec<u32>,
+    /// True for a loop, false for an arc that ends at the border of a surface.
+    pub(crate) is_closed: bool,
+}
+
+impl Curve {
+    /// Finds the curve among pairs of faces that may meet, in place of what was found before.
+    pub(crate) fn find(
+        &mut self,
+        bodies: [&SurfaceTree; 2],
+        candidates: impl IntoIterator<Item = [u32; 2]>,
+    ) {
+        self.find_stretches(bodies, candidates);
+        self.join_ends(bodies);
+        self.gather_edges();
+    }
+
+    /// Computes the exact stretch of each pair of faces.
+    fn find_stretches(
+        &mut self,
+        [a, b]: [&SurfaceTree; 2],
+        candidates: impl IntoIterator<Item = [u32; 2]>,
+    ) {
+        self.crossings.clear();
+        self.coplanar.clear();
+        for faces in candidates {
+            match meet_perturbed(a.corners(faces[0]), b.corners(faces[1])) {
+                PerturbedMeeting::Apart => {}
+                PerturbedMeeting::Crossing(stretch) => self.crossings.push((faces, stretch)),
+                PerturbedMeeting::Coplanar { same_normal, first_moves_outward } => {
+                    let a_moves_outward = first_moves_outward;
+                    self.coplanar.push(CoplanarPair { faces, same_normal, a_moves_outward });
+                }
+            }
+        }
+
+        // The order of the faces is that of all sums, whatever order the candidates came in.
+        self.crossings.sort_unstable_by_key(|(faces, _)| *faces);
+        self.coplanar.sort_unstable();
+
+        self.stretches.clear();
+        self.ends.clear();
+        for (stretch, &(faces, Stretch { begin, end, is_tie })) in (0..).zip(&self.crossings) {
+            self.stretches.push(CurveStretch { faces, ends: [NONE; 2], is_tie });
+            for (end, at) in [(0, begin), (1, end)] {
+                let (name, enters) = named(at, [a, b], faces);
+                self.ends.push(NamedEnd { name, stretch, end, enters });
+            }
+        }
+        self.ends.sort_unstable();
+    }
+
+    /// Makes one passing of the ends of equal names.
+    ///
+    /// If more than two faces share an edge, a name has more than two ends: a further passing
+    /// then takes the rest, so that each has two stretches at most.
+    fn join_ends(&mut self, bodies: [&SurfaceTree; 2]) {
+        self.passings.clear();
+
+        // Equal names stand beside each other.
+        for end in &self.ends {
+            let joins = self
+                .passings
+                .last()
+                .is_some_and(|last| last.name == end.name && last.stretches[1] == NONE);
+            if joins {
+                let last = self.passings.len() - 1;
+                self.passings[last].stretches[1] = end.stretch;
+            } else {
+                self.passings.push(Passing {
+                    name: end.name,
+                    enters: end.enters,
+                    share: share(end.name, bodies),
+                    stretches: [end.stretch, NONE],
+                });
+            }
+            let passing = index(self.passings.len() - 1);
+            self.stretches[end.stretch as usize].ends[usize::from(end.end)] = passing;
+        }
+    }
+
+    /// Gathers the passings of each edge, which stand beside each other.
+    fn gather_edges(&mut self) {
+        self.cut_edges.iter_mut().for_each(Vec::clear);
+
+        let same_edge =
+            |p: &Passing, q: &Passing| (p.name.side, p.name.edge) == (q.name.side, q.name.edge);
+        let mut start = 0;
+        for group in self.passings.chunk_by(same_edge) {
+            let end = start + index(group.len());
+            let PassingName { side, edge, .. } = group[0].name;
+            let cut = CutEdge { edge, passings: start..end, net: net_of(group) };
+            self.cut_edges[usize::from(side)].push(cut);
+            start = end;
+        }
+    }
+
+    /// Walks along the stretches: arcs first, from their ends, then loops.
+    pub(crate) fn chains(&mut self) -> Vec<Chain> {
+        self.visited.clear();
+        self.visited.resize(self.stretches.len(), false);
+
+        // Whatever is left once the arcs are walked is closed.
+        let mut chains = Vec::new();
+        for only_arcs in [true, false] {
+            for start in 0..self.passings.len() {
+                let [first, second] = self.passings[start].stretches;
+                if only_arcs && second != NONE {
+                    continue;
+                }
+                if !self.visited[first as usize] {
+                    chains.push(self.walk(index(start), first, !only_arcs));
+                }
+            }
+        }
+        chains
+    }
+
+    /// Follows stretches from a passing until there is none that was not visited.
+    fn walk(&mut self, start: u32, first: u32, is_closed: bool) -> Chain {
+        let mut passings = vec![start];
+        let (mut at, mut stretch) = (start, first);
+        loop {
+            self.visited[stretch as usize] = true;
+            let [begin, end] = self.stretches[stretch as usize].ends;
+            at = if begin == at { end } else { begin };
+            if at == start && is_closed {
+                break;
+            }
+            passings.push(at);
+
+            let onward = self.passings[at as usize].stretches;
+            let unvisited = |next: &&u32| **next != NONE && !self.visited[**next as usize];
+            match onward.iter().find(unvisited) {
+                Some(&next) => stretch = next,
+                None => break,
+            }
+        }
+        Chain { passings, is_closed }
+    }
+}
+
+/// Names an end of a stretch, with the sense in which the edge, run from its lower-numbered end,
+/// passes.
+fn named(end: StretchEnd, bodies: [&SurfaceTree; 2], faces: [u32; 2]) -> (PassingName, bool) {
+    let (of, other) = (end.triangle, 1 - end.triangle);
+    let surface = bodies[of].surface();
+    let face = faces[of] as usize;
+    let edge = surface.face_edges()[face][end.edge];
+    debug_assert_ne!(edge, NO_EDGE, "a face with area has three edges");
+
+    let corners = surface.faces()[face];
+    let is_upward = corners[end.edge] < corners[(end.edge + 1) % 3];
+    let side = u8::from(of == 1);
+    (PassingName { side, edge, face: faces[other] }, end.enters == is_upward)
+}
+
+/// Computes where an edge passes a face, as its share of the way from the edge's lower end.
+fn share(name: PassingName, bodies: [&SurfaceTree; 2]) -> f64 {
+    let of = usize::from(name.side);
+    let ends = bodies[of].surface().edges()[name.edge as usize];
+    let ends = ends.map(|vertex| bodies[of].position(vertex));
+    passing_share(ends, bodies[1 - of].corners(name.face))
+}
+
+/// Returns the passings of one edge that enter less those that leave, each name once.
+fn net_of(group: &[Passing]) -> i32 {
+    let mut net = 0;
+    for named in group.chunk_by(|p, q| p.name == q.name) {
+        net += if named[0].enters { 1 } else { -1 };
+    }
+    net
+}
+
+/// Converts a length to an index of 32 bits.
+#[expect(clippy::cast_possible_truncation, reason = "stretches are fewer than pairs of faces")]
+pub(crate) fn index(length: usize) -> u32 {
+    debug_assert!(u32::try_from(length).is_ok(), "{length} stretches");
+    length as u32
+}

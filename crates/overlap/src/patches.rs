@@ -1,0 +1,244 @@
+//! Faces of one body clipped to the inside of the other.
+//!
+//! The border of the part of a face inside the other body is a set of directed pieces between
+//! named nodes, with one piece that begins at each node. Following them from node to node yields
+//! the loops: outer ones counter-clockwise about the face's normal, holes clockwise.
+
+use std::collections::BTreeMap;
+
+use glam::{DVec2, DVec3};
+use proximity::SurfaceTree;
+use surface::triangle;
+
+use crate::curve::Curve;
+use crate::inside::Inside;
+use crate::regions::{Node, Regions};
+
+/// The part of a face inside the other body.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct ClippedFace {
+    /// The face.
+    pub face: u32,
+    /// Polygons that border the part: outer loops counter-clockwise seen from outside the body,
+    /// holes clockwise.
+    pub loops: Vec<Vec<DVec3>>,
+    /// One per loop and point: a face of the other body that holds the point, or is near it, where
+    /// it is known without a query.
+    pub(crate) near: Vec<Option<u32>>,
+}
+
+/// Input of the clipping of one body's faces.
+pub(crate) struct Clipper<'a> {
+    pub(crate) side: usize,
+    pub(crate) body: &'a SurfaceTree,
+    pub(crate) curve: &'a Curve,
+    pub(crate) inside: &'a Inside,
+    pub(crate) regions: &'a Regions,
+}
+
+/// The piece that begins at each node of a face's border.
+type Pieces = BTreeMap<Node, Node>;
+
+impl Clipper<'_> {
+    /// Clips every face that the curve passes, in ascending order.
+    pub(crate) fn cut_faces(&self) -> Vec<ClippedFace> {
+        let mut by_face: Vec<(u32, u32)> = Vec::with_capacity(self.curve.stretches.len());
+        for (number, stretch) in (0..).zip(&self.curve.stretches) {
+            by_face.push((stretch.faces[self.side], number));
+        }
+        by_face.sort_unstable();
+
+        // Each face's pieces: its stretches, then the inside parts of its own edges.
+        let mut pieces = Pieces::new();
+        let mut clipped = Vec::new();
+        for group in by_face.chunk_by(|p, q| p.0 == q.0) {
+            pieces.clear();
+            let face = group[0].0;
+            let mut near = Vec::with_capacity(group.len());
+            for &(_, number) in group {
+                let stretch = &self.curve.stretches[number as usize];
+                let [mut from, mut to] = stretch.ends.map(Node::Passing);
+                if self.side == 1 {
+                    std::mem::swap(&mut from, &mut to);
+                }
+                pieces.insert(from, to);
+                near.push(Some(stretch.faces[1 - self.side]));
+            }
+            self.add_edges(face, &mut pieces);
+            let loops = self.loops(&mut pieces);
+            clipped.push(ClippedFace { face, loops, near });
+        }
+        clipped
+    }
+
+    /// Returns the faces that are inside as a whole, in the order of the fill.
+    pub(crate) fn whole_faces(&self) -> Vec<u32> {
+        let surface = self.body.surface();
+        let mut whole = Vec::new();
+        for found in &self.inside.vertices {
+            for &face in surface.vertex_faces(found.vertex) {
+                let corners = surface.faces()[face as usize];
+                let edges = surface.face_edges()[face as usize];
+                let is_first = corners[0] == found.vertex;
+                let is_whole = corners.iter().all(|&corner| self.inside.place(corner).is_some())
+                    && edges.iter().all(|&edge| self.inside.cut(edge).is_none());
+                if is_first && is_whole {
+                    whole.push(face);
+                }
+            }
+        }
+        whole
+    }
+
+    /// Adds the inside parts of a face's edges, as the face runs along them.
+    fn add_edges(&self, face: u32, pieces: &mut Pieces) {
+        let surface = self.body.surface();
+        let corners = surface.faces()[face as usize];
+        for (k, edge) in surface.face_edges()[face as usize].into_iter().enumerate() {
+            let (from, to) = (corners[k], corners[(k + 1) % 3]);
+            let Some(cut) = self.inside.cut(edge) else {
+                if self.inside.place(from).is_some() && self.inside.place(to).is_some() {
+                    pieces.insert(Node::Vertex(from), Node::Vertex(to));
+                }
+                continue;
+            };
+            for part in self.regions.parts_of(self.side, cut) {
+                let [start, end] =
+                    if from < to { [part.from, part.to] } else { [part.to, part.from] };
+                pieces.insert(start, end);
+            }
+        }
+    }
+
+    /// Links pieces into loops; a piece that leads nowhere ends its loop.
+    fn loops(&self, pieces: &mut Pieces) -> Vec<Vec<DVec3>> {
+        let mut loops = Vec::new();
+        while let Some((start, mut at)) = pieces.pop_first() {
+            let mut points = vec![self.position(start)];
+            while at != start {
+                points.push(self.position(at));
+                match pieces.remove(&at) {
+                    Some(next) => at = next,
+                    None => break,
+                }
+            }
+            debug_assert_eq!(at, start, "the border of a clipped face closes");
+            if points.len() > 2 {
+                loops.push(points);
+            }
+        }
+        loops
+    }
+
+    fn position(&self, node: Node) -> DVec3 {
+        match node {
+            Node::Vertex(vertex) => self.body.position(vertex),
+            Node::Passing(passing) => self.regions.position(passing),
+        }
+    }
+}
+
+impl ClippedFace {
+    /// Splits the part into triangles, counter-clockwise like the loops.
+    ///
+    /// `normal` is the face's, of any length.
+    #[must_use]
+    pub fn triangles(&self, normal: DVec3) -> Vec<[DVec3; 3]> {
+        if let [corners] = &self.loops[..]
+            && let [a, b, c] = corners[..]
+        {
+            return vec![[a, b, c]];
+        }
+
+        // Loops with holes are cut open in the plane of the face.
+        let frame = Frame::new(normal);
+        let flat = |points: &[DVec3]| points.iter().map(|&p| frame.project(p)).collect::<Vec<_>>();
+        let flat_loops: Vec<Vec<DVec2>> = self.loops.iter().map(|points| flat(points)).collect();
+        let areas: Vec<f64> = flat_loops.iter().map(|points| signed_area(points)).collect();
+
+        // Each outer loop takes the holes that it is the smallest loop around.
+        let mut triangles = Vec::new();
+        for outer in (0..areas.len()).filter(|&i| areas[i] > 0.0) {
+            let is_hole_here = |&hole: &usize| {
+                areas[hole] < 0.0 && smallest_around(&flat_loops, &areas, hole) == Some(outer)
+            };
+            let mut order = vec![outer];
+            order.extend((0..areas.len()).filter(is_hole_here));
+            triangulate(&order, &self.loops, &flat_loops, &mut triangles);
+        }
+        triangles
+    }
+}
+
+/// Triangulates an outer loop with its holes.
+fn triangulate(
+    order: &[usize],
+    loops: &[Vec<DVec3>],
+    flat_loops: &[Vec<DVec2>],
+    out: &mut Vec<[DVec3; 3]>,
+) {
+    let mut hole_starts: Vec<u32> = Vec::new();
+    let mut points: Vec<DVec3> = Vec::new();
+    let mut flat: Vec<[f64; 2]> = Vec::new();
+    for (i, &number) in order.iter().enumerate() {
+        if i > 0 {
+            hole_starts.push(crate::curve::index(points.len()));
+        }
+        points.extend(&loops[number]);
+        flat.extend(flat_loops[number].iter().map(|p| p.to_array()));
+    }
+
+    let mut corners: Vec<u32> = Vec::new();
+    earcut::Earcut::new().earcut(flat, &hole_starts, &mut corners);
+    for triangle in corners.chunks_exact(3) {
+        let [a, b, c] = [0, 1, 2].map(|k| points[triangle[k] as usize]);
+        out.push([a, b, c]);
+    }
+}
+
+/// Returns the smallest outer loop that holds the first point of a hole.
+fn smallest_around(loops: &[Vec<DVec2>], areas: &[f64], hole: usize) -> Option<usize> {
+    let around = (0..areas.len()).filter(|&i| areas[i] > 0.0 && holds(&loops[i], loops[hole][0]));
+    around.min_by(|&i, &j| areas[i].total_cmp(&areas[j]))
+}
+
+/// Returns true if a point is inside a polygon, by the parity of crossings.
+fn holds(polygon: &[DVec2], p: DVec2) -> bool {
+    let mut inside = false;
+    for (i, a) in polygon.iter().enumerate() {
+        let b = polygon[(i + 1) % polygon.len()];
+        if (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x) {
+            inside = !inside;
+        }
+    }
+    inside
+}
+
+fn signed_area(polygon: &[DVec2]) -> f64 {
+    let origin = polygon[0];
+    let fan = polygon.windows(2).map(|ends| (ends[0] - origin).perp_dot(ends[1] - origin));
+    0.5 * fan.sum::<f64>()
+}
+
+/// Two axes across a normal.
+struct Frame {
+    x: DVec3,
+    y: DVec3,
+}
+
+impl Frame {
+    fn new(normal: DVec3) -> Self {
+        let (x, y) = normal.normalize_or(DVec3::Z).any_orthonormal_pair();
+        Self { x, y }
+    }
+
+    fn project(&self, p: DVec3) -> DVec2 {
+        DVec2::new(self.x.dot(p), self.y.dot(p))
+    }
+}
+
+/// Computes the normal of a body's face, not normalized.
+pub(crate) fn face_normal(body: &SurfaceTree, face: u32) -> DVec3 {
+    triangle::normal(body.corners(face))
+}

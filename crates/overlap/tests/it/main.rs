@@ -1,0 +1,5 @@
+//! The crate's tests, one binary.
+
+mod anatomy;
+mod planted;
+mod ties;

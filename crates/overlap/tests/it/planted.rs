@@ -1,0 +1,310 @@
+//! Scenes whose overlap is known in closed form.
+
+use fixtures::Mesh;
+use fixtures::shapes::{cube, icosphere};
+use glam::DVec3;
+use overlap::{Depth, DepthParams, Overlap, OverlapDetector};
+use proximity::SurfaceTree;
+
+/// What a scene is known to measure.
+#[derive(Clone, Copy, Debug, Default)]
+struct Known {
+    volume: f64,
+    /// Area of A inside B, and of B inside A.
+    areas: [f64; 2],
+    touching: f64,
+    flush: f64,
+    length: f64,
+    loops: usize,
+    /// Depth of A in B, and of B in A; 0 where nothing is inside.
+    depths: [f64; 2],
+}
+
+fn tree(mesh: &Mesh) -> SurfaceTree {
+    SurfaceTree::new(mesh.surface(), mesh.positions.clone()).expect("planted bodies are finite")
+}
+
+/// A box between two values on each axis.
+fn corners(x: [f64; 2], y: [f64; 2], z: [f64; 2]) -> Mesh {
+    let [lower, upper] = [0, 1].map(|k| DVec3::new(x[k], y[k], z[k]));
+    cube(1.0).scaled(upper - lower).translated(0.5 * (lower + upper))
+}
+
+/// A tetrahedron between two opposite edges, faces outward.
+fn between_edges([p, q]: [DVec3; 2], [r, s]: [DVec3; 2]) -> Mesh {
+    let mesh = Mesh {
+        positions: vec![p, q, r, s],
+        faces: vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]],
+    };
+    if mesh.volume() > 0.0 { mesh } else { mesh.flipped() }
+}
+
+/// Width of the brackets of depths: narrower ones take long where a whole ridge is equally deep.
+const WIDTH: f64 = 1e-4;
+
+fn measure(a: &Mesh, b: &Mesh) -> (Overlap, [Option<Depth>; 2]) {
+    let (a, b) = (tree(a), tree(b));
+    let mut detector = OverlapDetector::default();
+    let overlap = detector.measure(&a, &b);
+    let params = DepthParams { relative_tolerance: 0.0, tolerance: WIDTH, max_queries: 1_000_000 };
+    let depths = detector.depths([&a, &b], &params);
+    for depth in depths.iter().flatten() {
+        assert!(depth.is_narrow && depth.upper - depth.lower <= WIDTH, "{depth:?}");
+    }
+    (overlap, depths)
+}
+
+/// Compares a scene, and the same with the bodies swapped and with both turned.
+fn check(name: &str, a: &Mesh, b: &Mesh, known: Known) {
+    let cyclic = |mesh: &Mesh| mesh.clone().mapped(|p| DVec3::new(p.y, p.z, p.x));
+    let half_turn = |mesh: &Mesh| mesh.clone().mapped(|p| DVec3::new(-p.x, p.y, -p.z));
+    let swapped = Known {
+        areas: [known.areas[1], known.areas[0]],
+        depths: [known.depths[1], known.depths[0]],
+        ..known
+    };
+    check_once(name, a, b, known);
+    check_once(&format!("{name}, swapped"), b, a, swapped);
+    check_once(&format!("{name}, cyclic"), &cyclic(a), &cyclic(b), known);
+    check_once(&format!("{name}, half turn, swapped"), &half_turn(b), &half_turn(a), swapped);
+}
+
+fn check_once(name: &str, a: &Mesh, b: &Mesh, known: Known) {
+    let (overlap, depths) = measure(a, b);
+    let total = overlap.total;
+    let size = [a, b]
+        .iter()
+        .flat_map(|mesh| &mesh.positions)
+        .fold(1.0, |size: f64, p| size.max(p.abs().max_element()));
+    let near = |measured: f64, exact: f64, power: i32| {
+        (measured - exact).abs() <= 1e-14 * size.powi(power)
+    };
+    assert!(near(total.volume.expect("closed"), known.volume, 3), "{name}: {total:?}");
+    let areas =
+        [total.area_of_a_inside_b, total.area_of_b_inside_a].map(|area| area.expect("closed"));
+    for side in 0..2 {
+        assert!(near(areas[side], known.areas[side], 2), "{name}: {total:?}");
+        let [lower, upper] = depths[side].map_or([0.0; 2], |depth| [depth.lower, depth.upper]);
+        let holds = lower <= known.depths[side] + 1e-14 && known.depths[side] <= upper + 1e-14;
+        assert!(holds, "{name}: {} {depths:?}", known.depths[side]);
+    }
+    assert!(near(total.touching_area, known.touching, 2), "{name}: {total:?}");
+    assert!(near(total.flush_area, known.flush, 2), "{name}: {total:?}");
+    if !overlap.has_ties {
+        assert!(near(total.curve_length, known.length, 1), "{name}: {total:?}");
+        assert_eq!(total.curve_loops, known.loops, "{name}: {total:?}");
+    }
+    let sum: f64 = overlap.regions.iter().map(|region| region.volume.expect("closed")).sum();
+    assert!(near(sum, known.volume, 3), "{name}: {:?}", overlap.regions);
+}
+
+#[test]
+fn boxes_at_a_corner() {
+    let [a, b] = [
+        corners([0.0, 1.0], [0.0, 1.0], [0.0, 1.0]),
+        corners([0.5, 2.0], [0.25, 2.0], [0.75, 2.0]),
+    ];
+    let area = 0.5 * 0.75 + 0.75 * 0.25 + 0.5 * 0.25;
+    let known = Known {
+        volume: 0.5 * 0.75 * 0.25,
+        areas: [area; 2],
+        length: 3.0,
+        loops: 1,
+        depths: [0.25; 2],
+        ..Known::default()
+    };
+    check("boxes at a corner", &a, &b, known);
+}
+
+#[test]
+fn a_box_inside_a_box() {
+    let [a, b] = [
+        corners([-1.0, 4.0], [-1.0, 4.0], [-1.0, 4.0]),
+        corners([0.0, 1.0], [0.0, 1.0], [0.0, 1.0]),
+    ];
+    let known = Known { volume: 1.0, areas: [0.0, 6.0], depths: [0.0, 2.0], ..Known::default() };
+    check("box in box", &a, &b, known);
+}
+
+#[test]
+fn tetrahedra_that_overlap_by_their_edges_alone() {
+    let (l, h, d) = (4.0, 3.0, 0.125);
+    let a = between_edges(
+        [DVec3::new(-l, 0.0, d), DVec3::new(l, 0.0, d)],
+        [DVec3::new(0.0, -l, -h), DVec3::new(0.0, l, -h)],
+    );
+    let b = between_edges(
+        [DVec3::new(0.0, -l, -d), DVec3::new(0.0, l, -d)],
+        [DVec3::new(-l, 0.0, h), DVec3::new(l, 0.0, h)],
+    );
+    let (k, slope) = (2.0 * l * d / (d + h), l / (d + h));
+    let depth = 2.0 * d * slope / (1.0 + slope * slope).sqrt();
+    let known = Known {
+        volume: 16.0 * l * l * d.powi(3) / (3.0 * (d + h).powi(2)),
+        areas: [2.0 * k * (k * k + 4.0 * d * d).sqrt(); 2],
+        length: 4.0 * (2.0 * k * k + 4.0 * d * d).sqrt(),
+        loops: 1,
+        depths: [depth; 2],
+        ..Known::default()
+    };
+    check("tetrahedra by edges", &a, &b, known);
+}
+
+#[test]
+fn faces_that_touch() {
+    let cube = corners([0.0, 1.0], [0.0, 1.0], [0.0, 1.0]);
+    let beside = corners([1.0, 2.0], [0.0, 1.0], [0.0, 1.0]);
+    check("touching cubes", &cube, &beside, Known { touching: 1.0, ..Known::default() });
+    let smaller = corners([1.0, 2.0], [0.25, 0.75], [0.25, 0.75]);
+    check("a smaller one touching", &cube, &smaller, Known { touching: 0.25, ..Known::default() });
+}
+
+#[test]
+fn the_same_box_twice() {
+    let cube = corners([0.0, 1.0], [0.0, 1.0], [0.0, 1.0]);
+    let known = Known { volume: 1.0, flush: 6.0, ..Known::default() };
+    check("the same box twice", &cube, &cube, known);
+    let mut other = cube.clone();
+    for face in &mut other.faces {
+        face.rotate_left(1);
+    }
+    check("with its faces turned", &cube, &other, known);
+}
+
+#[test]
+fn a_box_flush_with_another_inside_it() {
+    let cube = corners([0.0, 1.0], [0.0, 1.0], [0.0, 1.0]);
+    let inner = corners([0.0, 0.5], [0.25, 0.75], [0.25, 0.75]);
+    let known = Known {
+        volume: 0.125,
+        areas: [0.0, 1.25],
+        flush: 0.25,
+        depths: [0.0, 0.5],
+        ..Known::default()
+    };
+    check("flush inside", &cube, &inner, known);
+}
+
+#[test]
+fn a_bar_through_a_slab_and_through_both_legs_of_a_ring() {
+    let slab = corners([-3.0, 3.0], [-3.0, 3.0], [-0.5, 0.5]);
+    let bar = corners([-1.0, 1.0], [-1.0, 1.0], [-5.0, 5.0]);
+    let known = Known {
+        volume: 4.0,
+        areas: [8.0; 2],
+        length: 16.0,
+        loops: 2,
+        depths: [1.0, 0.5],
+        ..Known::default()
+    };
+    check("bar through slab", &slab, &bar, known);
+
+    let legs = corners([0.0, 1.0], [0.0, 1.0], [0.0, 1.0]).joined(&corners(
+        [3.0, 4.0],
+        [0.0, 1.0],
+        [0.0, 1.0],
+    ));
+    let bar = corners([-1.0, 5.0], [0.25, 0.5], [0.25, 0.75]);
+    let known = Known {
+        volume: 0.25,
+        areas: [0.5, 3.0],
+        length: 6.0,
+        loops: 4,
+        depths: [0.125, 0.5],
+        ..Known::default()
+    };
+    check("bar through legs", &legs, &bar, known);
+    let (overlap, _) = measure(&legs, &bar);
+    assert_eq!(overlap.regions.len(), 2, "{:?}", overlap.regions);
+    assert!(overlap.regions.iter().all(|region| (region.volume.unwrap() - 0.125).abs() < 1e-15));
+}
+
+#[test]
+fn a_thin_sheet_through_a_box() {
+    let e = 2.0_f64.powi(-20);
+    let cube = corners([0.0, 1.0], [0.0, 1.0], [0.0, 1.0]);
+    let sheet = corners([-1.0, 2.0], [-1.0, 2.0], [0.5, 0.5 + e]);
+    let known = Known {
+        volume: e,
+        areas: [4.0 * e, 2.0],
+        length: 8.0,
+        loops: 2,
+        depths: [e / 2.0, 0.5],
+        ..Known::default()
+    };
+    check("thin sheet", &cube, &sheet, known);
+}
+
+#[test]
+fn a_hollow_box() {
+    let hollow = corners([-4.0, 4.0], [-4.0, 4.0], [-4.0, 4.0])
+        .joined(&corners([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0]).flipped());
+    let bar = corners([0.0, 2.0], [0.0, 0.5], [0.0, 0.5]);
+    let known = Known {
+        volume: 0.25,
+        areas: [0.25, 2.25],
+        length: 2.0,
+        loops: 1,
+        depths: [0.25, 1.0],
+        ..Known::default()
+    };
+    check("bar in the wall of a hollow box", &hollow, &bar, known);
+    let small = corners([-0.25, 0.25], [-0.25, 0.25], [-0.25, 0.25]);
+    check("a box in the hollow", &hollow, &small, Known::default());
+
+    // Its cavity belongs to the wall around it, whatever region finds it first.
+    let around = corners([-9.0, 9.0], [-9.0, 9.0], [-9.0, 9.0]);
+    let known = Known {
+        volume: 512.0 - 8.0,
+        areas: [384.0 + 24.0, 0.0],
+        depths: [8.0, 0.0],
+        ..Known::default()
+    };
+    check("a hollow box inside a box", &hollow, &around, known);
+    assert_eq!(measure(&hollow, &around).0.regions.len(), 1);
+}
+
+#[test]
+fn two_spheres_converge() {
+    let mut before = f64::INFINITY;
+    for level in 2..=5 {
+        let a = icosphere(1.0, level);
+        let b = a.clone().translated(DVec3::X);
+        let (overlap, _) = measure(&a, &b);
+        let error = (overlap.total.volume.unwrap() - 5.0 * std::f64::consts::PI / 12.0).abs();
+        assert!(error < 0.27 * before, "level {level}: {error}");
+        assert_eq!(overlap.total.curve_loops, 1);
+        before = error;
+    }
+}
+
+#[test]
+fn corners_and_edges_that_touch() {
+    let cube = corners([0.0, 1.0], [0.0, 1.0], [0.0, 1.0]);
+    let on_corner = corners([1.0, 2.0], [1.0, 2.0], [1.0, 2.0]);
+    check("corner on corner", &cube, &on_corner, Known::default());
+    let on_edge = corners([1.0, 2.0], [1.0, 2.0], [0.25, 0.75]);
+    check("edge along edge", &cube, &on_edge, Known::default());
+    let tip = between_edges(
+        [DVec3::new(0.25, 0.25, 1.0), DVec3::new(0.0, 0.0, 2.0)],
+        [DVec3::new(1.0, 0.0, 2.0), DVec3::new(0.0, 1.0, 2.0)],
+    );
+    check("corner on face", &cube, &tip, Known::default());
+    for (a, b) in [(&cube, &on_corner), (&cube, &on_edge), (&cube, &tip)] {
+        for (a, b) in [(a, b), (b, a)] {
+            let (overlap, _) = measure(a, b);
+            assert_eq!((overlap.total.curve_loops, overlap.total.curve_length), (0, 0.0));
+        }
+    }
+}
+
+#[test]
+fn a_doubled_body_is_named() {
+    let cube = corners([0.0, 4.0], [0.0, 4.0], [0.0, 4.0]);
+    let doubled = cube.clone().joined(&cube);
+    let small = corners([1.0, 2.0], [1.0, 2.0], [1.0, 2.0]);
+    let (overlap, depths) = measure(&doubled, &small);
+    assert!((overlap.total.volume.unwrap() - 2.0).abs() < 1e-14);
+    assert_eq!(overlap.covers_twice, [true, false]);
+    assert_eq!(depths[1], None);
+}
