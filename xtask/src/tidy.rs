@@ -24,10 +24,11 @@ const LAYERS: &[(&str, &[&str])] = &[
         "crates/musculo-collide",
         &["surface", "kdop", "ccd", "decimate", "distance-field", "medial", "response"],
     ),
-    ("crates/cli", &["musculo-collide"]),
+    ("crates/mesh-io", &["surface", "distance-field"]),
+    ("crates/cli", &["musculo-collide", "mesh-io"]),
     ("fixtures", &["surface"]),
-    ("fuzz-targets", &["kdop", "ccd", "distance-field", "cli"]),
-    ("fuzz", &["fuzz-targets"]),
+    ("fuzz/targets", &["surface", "kdop", "ccd", "distance-field", "mesh-io", "cli"]),
+    ("fuzz", &["targets"]),
     ("xtask", &[]),
 ];
 

@@ -12,10 +12,8 @@ mod motion;
 mod output;
 mod picture;
 mod progress;
-mod read;
 mod report;
 mod scene;
-mod volume;
 
 use std::io::Write;
 use std::process::ExitCode;

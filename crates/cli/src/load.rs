@@ -1,28 +1,27 @@
 //! From a description to bodies in a scene: every file read, every mesh
 //! inspected, in parallel.
 
-use std::path::PathBuf;
-
 use glam::DVec3;
+use mesh_io::Mesh;
 use musculo_collide::surface::{TriangleSurface, inspect};
 use musculo_collide::{BodyKind, SceneError};
 use rayon::prelude::*;
 
 use crate::commands::Failure;
 use crate::progress::Progress;
-use crate::read::{self, Mesh};
 use crate::report::{BodyRecord, BodySource};
 use crate::scene::{Bounds, Scene, Unit};
 
 /// Reads every file, and names each that cannot be.
 pub(crate) fn read_meshes(description: &Scene) -> Result<Vec<Mesh>, Failure> {
     let _progress = Progress::start("reading", 1);
-    let paths: Vec<PathBuf> = description.bodies.iter().map(|body| body.path.clone()).collect();
+    let bodies = description.bodies.par_iter();
+    let results: Vec<_> = bodies.map(|body| mesh_io::read_mesh(&body.path)).collect();
     let (mut meshes, mut problems) = (Vec::new(), Vec::new());
-    for (path, result) in paths.iter().zip(read::meshes(&paths)) {
+    for result in results {
         match result {
             Ok(mesh) => meshes.push(mesh),
-            Err(error) => problems.push(format!("{}: {error}", path.display())),
+            Err(error) => problems.push(error.to_string()),
         }
     }
     if problems.is_empty() { Ok(meshes) } else { Err(Failure::new(problems)) }

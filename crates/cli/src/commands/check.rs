@@ -13,7 +13,7 @@ use crate::output::Outputs;
 use crate::picture::Image;
 use crate::progress::Progress;
 use crate::report::{
-    BodyRecord, ContactField, Document, Gallery, PairRecord, divisions, html, table, vtp,
+    BodyRecord, ContactField, Document, Gallery, PairRecord, divisions, html, table,
 };
 use crate::scene::{Bounds, Scene, unit_warnings};
 
@@ -187,7 +187,7 @@ impl Checked<'_> {
         outputs.folder(folder)?;
         for (id, body) in self.scene.ids().zip(self.scene.bodies()) {
             let field = ContactField::new(id, self.scene, self.reports, self.document.reach);
-            let text = vtp(body.positions(), body.surface().faces(), &field);
+            let text = field.to_vtp(body.positions(), body.surface().faces());
             outputs.stage(&folder.join(format!("{}.vtp", body.name())), text.as_bytes())?;
         }
         Ok(())

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
+use mesh_io::FieldFormat;
 use musculo_collide::distance_field::{DistanceField, FieldMethod, FieldParams, Storage};
 use musculo_collide::surface::TriangleSurface;
 
@@ -13,9 +14,7 @@ use super::{Failure, Outcome, in_threads};
 use crate::output::Outputs;
 use crate::picture::slices;
 use crate::progress::Progress;
-use crate::read;
 use crate::report::{BuiltRecord, FieldRecord, field_table};
-use crate::volume::VolumeFormat;
 
 /// Build the signed distance field of a bone, and say how exact it is
 ///
@@ -133,8 +132,8 @@ pub(super) fn run(arguments: &FieldArguments) -> Result<Outcome, Failure> {
 fn field(arguments: &FieldArguments) -> Result<Outcome, Failure> {
     let out = arguments.out.as_deref().map(with_format).transpose()?;
     let start = Instant::now();
-    let (field, record) = match VolumeFormat::of(&arguments.input) {
-        Some(format) => read_field(arguments, format)?,
+    let (field, record) = match FieldFormat::of(&arguments.input) {
+        Some(_) => read_field(arguments)?,
         None => build_field(arguments)?,
     };
     let seconds = start.elapsed().as_secs_f64();
@@ -152,23 +151,20 @@ fn field(arguments: &FieldArguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Clean)
 }
 
-fn with_format(path: &Path) -> Result<(&Path, VolumeFormat), Failure> {
+fn with_format(path: &Path) -> Result<(&Path, FieldFormat), Failure> {
     let problem = "is of no format that a field is written in: expected .nrrd or .vti";
-    let format = VolumeFormat::of(path).ok_or_else(|| named(path, problem))?;
+    let format = FieldFormat::of(path).ok_or_else(|| named(path, problem))?;
     Ok((path, format))
 }
 
-fn read_field(
-    arguments: &FieldArguments,
-    format: VolumeFormat,
-) -> Result<(DistanceField, FieldRecord), Failure> {
+fn read_field(arguments: &FieldArguments) -> Result<(DistanceField, FieldRecord), Failure> {
     let path = &arguments.input;
     if arguments.build.are_given() {
         let problem = "is a field already: --spacing, --padding, --method and --truncate build one";
         return Err(named(path, problem));
     }
     let _progress = Progress::start("reading", 1);
-    let mut field = format.read(path).map_err(|error| named(path, error))?;
+    let mut field = mesh_io::read_field(path)?;
     if let Some(step) = arguments.step {
         let (storage, nodes) = (Storage::Quantized { step }, field.node_values());
         field = DistanceField::from_values(*field.grid(), field.values(), storage)
@@ -183,7 +179,7 @@ fn build_field(arguments: &FieldArguments) -> Result<(DistanceField, FieldRecord
     let path = &arguments.input;
     let mesh = {
         let _progress = Progress::start("reading", 1);
-        read::mesh(path).map_err(|error| named(path, error))?
+        mesh_io::read_mesh(path)?
     };
     let _progress = Progress::start("building the field", 1);
     let sizes = [mesh.positions.len(), mesh.faces.len()];
@@ -206,7 +202,7 @@ fn named(path: &Path, problem: impl std::fmt::Display) -> Failure {
 
 fn write(
     arguments: &FieldArguments,
-    out: Option<(&Path, VolumeFormat)>,
+    out: Option<(&Path, FieldFormat)>,
     field: &DistanceField,
     record: &FieldRecord,
 ) -> Result<Vec<PathBuf>, Failure> {

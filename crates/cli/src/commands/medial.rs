@@ -8,6 +8,7 @@ use std::time::Instant;
 
 use clap::Args;
 use glam::DVec3;
+use mesh_io::{PointValues, write_vtp};
 use musculo_collide::kdop::Workspace;
 use musculo_collide::medial::{
     Generated, MedialError, MedialParams, MedialSurface, PrimitiveTree, Step, Topology, generate,
@@ -19,8 +20,7 @@ use super::{Failure, Outcome, in_threads};
 use crate::output::Outputs;
 use crate::picture::balls_and_error;
 use crate::progress::Progress;
-use crate::read;
-use crate::report::{MedialRecord, deviation_vtp, medial_table};
+use crate::report::{MedialRecord, medial_table};
 
 /// Make a medial surface of a muscle: balls, and the cones and slabs between them
 ///
@@ -118,7 +118,7 @@ fn params(arguments: &MedialArguments) -> MedialParams {
 
 fn read_mesh(path: &Path) -> Result<Mesh, Failure> {
     let _progress = Progress::start("reading", 1);
-    let mesh = read::mesh(path).map_err(|error| named(path, error))?;
+    let mesh = mesh_io::read_mesh(path)?;
     let surface = TriangleSurface::new(mesh.positions.len(), mesh.faces);
     Ok(Mesh { surface: surface.map_err(|error| named(path, error))?, positions: mesh.positions })
 }
@@ -191,7 +191,8 @@ fn write(
         outputs.stage(path, &picture.to_png()?)?;
     }
     if let Some(path) = &arguments.vtp {
-        outputs.stage(path, deviation_vtp(x, faces, &distances).as_bytes())?;
+        let values = [PointValues::Scalars("medial_distance", &distances)];
+        outputs.stage(path, write_vtp(x, faces, &values).as_bytes())?;
     }
     if let Some(path) = &arguments.json {
         let mut json = serde_json::to_string_pretty(record)?;

@@ -88,6 +88,7 @@ macro_rules! failures {
 failures!(
     SceneError,
     MotionError,
+    mesh_io::FileError,
     OutputError,
     musculo_collide::PlanError,
     musculo_collide::SceneError,

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
+use mesh_io::write_ply;
 use musculo_collide::{BodyKind, CheckParams, Resolution};
 
 use super::check::{document, page};
@@ -14,7 +15,7 @@ use super::{Failure, Outcome, in_threads};
 use crate::load::{build_scene, read_meshes};
 use crate::output::Outputs;
 use crate::progress::Progress;
-use crate::report::{BodyRecord, displacement_vtp, ply, resolution_table};
+use crate::report::{BodyRecord, displacement_vtp, resolution_table};
 use crate::scene::Scene;
 
 /// Push bodies apart that overlap, and write where they then are
@@ -118,7 +119,7 @@ fn write(
     for (body, change) in scene.bodies().iter().zip(&resolution.bodies) {
         let (x, faces) = (body.positions(), body.surface().faces());
         let path = |extension: &str| folder.join(format!("{}.{extension}", body.name()));
-        outputs.stage(&path("ply"), &ply(x, faces))?;
+        outputs.stage(&path("ply"), &write_ply(x, faces))?;
         if body.kind() != BodyKind::Rigid {
             let map = displacement_vtp(x, faces, &change.displacements);
             outputs.stage(&path("vtp"), map.as_bytes())?;

@@ -5,7 +5,7 @@ mod file;
 mod skin;
 
 #[cfg(test)]
-mod gait;
+mod gait_tests;
 
 #[cfg(test)]
 mod tests;

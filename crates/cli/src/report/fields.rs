@@ -1,5 +1,7 @@
 //! Contact spread over the vertices and faces of one body.
 
+use glam::DVec3;
+use mesh_io::{PointValues, write_vtp};
 use musculo_collide::{BodyId, PairReport, Scene, VertexReport};
 
 /// One body's contact with some others.
@@ -42,6 +44,15 @@ impl ContactField {
         field
     }
 
+    /// Returns the body with its contact as a `.vtp` file.
+    pub(crate) fn to_vtp(&self, positions: &[DVec3], faces: &[[u32; 3]]) -> String {
+        let values = [
+            PointValues::Scalars("signed_gap", &self.signed_gaps),
+            PointValues::Scalars("penetration_depth", &self.depths),
+        ];
+        write_vtp(positions, faces, &values)
+    }
+
     fn add_vertices(&mut self, report: &VertexReport) {
         for near in &report.near {
             let vertex = near.vertex as usize;
@@ -49,4 +60,18 @@ impl ContactField {
             self.depths[vertex] = self.depths[vertex].max(-near.gap);
         }
     }
+}
+
+/// Returns a surface with the displacements of its vertices as a `.vtp` file.
+pub(crate) fn displacement_vtp(
+    positions: &[DVec3],
+    faces: &[[u32; 3]],
+    displacements: &[DVec3],
+) -> String {
+    let lengths: Vec<f64> = displacements.iter().map(|u| u.length()).collect();
+    let values = [
+        PointValues::Scalars("displacement_length", &lengths),
+        PointValues::Vectors("displacement", displacements),
+    ];
+    write_vtp(positions, faces, &values)
 }

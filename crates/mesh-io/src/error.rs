@@ -1,0 +1,156 @@
+//! Refusals of files: the reason, and the place in the file.
+
+use std::path::PathBuf;
+
+use distance_field::FieldError;
+use glam::DVec3;
+
+/// Refusal of a file, with its path.
+#[derive(Debug, thiserror::Error)]
+#[error("{path}: {reason}", path = .path.display())]
+pub struct FileError {
+    /// Path of the file, as the caller gave it.
+    pub path: PathBuf,
+    /// Reason of the refusal.
+    #[source]
+    pub reason: ReadError,
+}
+
+/// Reason why the content of a file is not a mesh or a distance field.
+///
+/// Vertices and faces are counted from 0, in the order of the file.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadError {
+    /// The operating system refuses to open or to read the file.
+    #[error("cannot be read: {0}")]
+    Unreadable(#[from] std::io::Error),
+    /// The file has no content.
+    #[error("is empty (0 bytes)")]
+    Empty,
+    /// Neither content nor extension belong to a known format.
+    #[error("unknown format: expected {expected}")]
+    UnknownFormat {
+        /// Names of the formats that are known here.
+        expected: &'static str,
+    },
+    /// The text or the bytes do not follow the format.
+    #[error("{format} file: {place}: {problem}")]
+    Malformed {
+        /// Name of the format.
+        format: &'static str,
+        /// Place of the first offense.
+        place: FilePlace,
+        /// Offense in words.
+        problem: String,
+    },
+    /// The format allows a feature that this crate does not support.
+    #[error("{format} file: {feature} cannot be read; {remedy}")]
+    Unsupported {
+        /// Name of the format.
+        format: &'static str,
+        /// Name of the feature.
+        feature: String,
+        /// Way to write the file without the feature.
+        remedy: &'static str,
+    },
+    /// The file has more or fewer bytes of values than its grid has nodes.
+    #[error(
+        "{format} file: a grid of {dims} nodes needs {expected} bytes of data, but the file has {found}",
+        dims = .dims.map(|n| n.to_string()).join(" x ")
+    )]
+    WrongSize {
+        /// Name of the format.
+        format: &'static str,
+        /// Number of nodes along each axis.
+        dims: [usize; 3],
+        /// Bytes that the grid needs.
+        expected: u128,
+        /// Bytes in the file.
+        found: usize,
+    },
+    /// The file has no faces.
+    #[error("has {vertices} vertices and no faces")]
+    NoFaces {
+        /// Number of vertices.
+        vertices: usize,
+    },
+    /// 32-bit indices cannot number all vertices.
+    #[error("has {0} vertices, but 32-bit indices allow at most 4294967296")]
+    TooManyVertices(usize),
+    /// A coordinate is infinite or not a number.
+    #[error("vertex {vertex} is at ({x}, {y}, {z}), which is not finite", x = .at.x, y = .at.y, z = .at.z)]
+    NotFinite {
+        /// Index of the vertex.
+        vertex: usize,
+        /// Position of the vertex.
+        at: DVec3,
+    },
+    /// A corner of a face is not a vertex.
+    #[error(
+        "face {face} refers to vertex {vertex}, but there are {vertex_count} vertices (counted from 0)"
+    )]
+    VertexOutOfRange {
+        /// Index of the face.
+        face: usize,
+        /// Index of the vertex.
+        vertex: i64,
+        /// Number of vertices.
+        vertex_count: usize,
+    },
+    /// A face is a point or an edge.
+    #[error("face {face} has {corners} corners, fewer than a triangle")]
+    TooFewCorners {
+        /// Index of the face.
+        face: usize,
+        /// Number of its corners.
+        corners: usize,
+    },
+    /// No fan about a corner covers the polygon without folding over.
+    #[error(
+        "face {face} is a polygon of {corners} corners, and its fan folds over about any of them: split it into triangles first"
+    )]
+    NotFannable {
+        /// Index of the face.
+        face: usize,
+        /// Number of its corners.
+        corners: usize,
+    },
+    /// Grid or values are not those of a distance field.
+    #[error(transparent)]
+    Field(#[from] FieldError),
+}
+
+/// Place in a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FilePlace {
+    /// The header of a PLY, STL or NRRD file.
+    Header,
+    /// A line of text, counted from 1.
+    Line(usize),
+    /// A byte, counted from 0.
+    Byte(u64),
+    /// An element of a PLY file or a tag of a VTK file, by its name.
+    Element(String),
+    /// A data array of a VTK file, by its name.
+    Array(String),
+    /// A field or key in the header of an NRRD file, by its name.
+    Field(&'static str),
+    /// A facet of a binary STL file, counted from 0.
+    Facet(usize),
+}
+
+impl std::fmt::Display for FilePlace {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Header => write!(f, "header"),
+            Self::Line(line) => write!(f, "line {line}"),
+            Self::Byte(byte) => write!(f, "byte {byte}"),
+            Self::Element(name) => write!(f, "element '{name}'"),
+            Self::Array(name) => write!(f, "array '{name}'"),
+            Self::Field(name) => write!(f, "field '{name}'"),
+            Self::Facet(facet) => write!(f, "facet {facet}"),
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! Triangle meshes from polygon lists, with every index and position checked.
+//!
+//! Polygons are fanned about the first corner from which no triangle of the fan is
+//! turned against the polygon. A convex polygon is fanned about its first corner. A
+//! polygon without such a corner is refused, since any fan of it would fold over.
+
+use glam::DVec3;
+
+use crate::ReadError;
+
+/// Triangle mesh of a file: every index is below the number of vertices, every
+/// coordinate is finite, and there is at least one face.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mesh {
+    /// |V| positions, in the unit of the file.
+    pub positions: Vec<DVec3>,
+    /// Corners of the faces, |F| × 3, in the order of the file.
+    pub faces: Vec<[u32; 3]>,
+    /// Number of faces in the file with more than three corners.
+    pub polygons_fanned: usize,
+}
+
+/// Unchecked polygons of a file, with any number of corners and any index.
+#[derive(Debug, Default)]
+pub(crate) struct Polygons {
+    corners: Vec<i64>,
+    ends: Vec<usize>,
+}
+
+impl Polygons {
+    pub(crate) fn push(&mut self, corners: impl IntoIterator<Item = i64>) {
+        self.corners.extend(corners);
+        self.ends.push(self.corners.len());
+    }
+}
+
+impl Mesh {
+    /// Checks the content of a file and fans its polygons into triangles.
+    pub(crate) fn assemble(positions: Vec<DVec3>, polygons: &Polygons) -> Result<Self, ReadError> {
+        if polygons.ends.is_empty() {
+            return Err(ReadError::NoFaces { vertices: positions.len() });
+        }
+        check_positions(&positions)?;
+
+        let faces = Vec::with_capacity(polygons.ends.len());
+        let mut mesh = Self { positions, faces, polygons_fanned: 0 };
+        let mut corners = Vec::new();
+        let mut start = 0;
+        for (face, &end) in polygons.ends.iter().enumerate() {
+            let listed = &polygons.corners[start..end];
+            check_corners(face, listed, mesh.positions.len(), &mut corners)?;
+            match corners[..] {
+                [a, b, c] => mesh.faces.push([a, b, c]),
+                _ => mesh.push_fan(face, &corners)?,
+            }
+            start = end;
+        }
+        Ok(mesh)
+    }
+
+    fn push_fan(&mut self, face: usize, corners: &[u32]) -> Result<(), ReadError> {
+        let apex = (0..corners.len())
+            .find(|&apex| fans_without_fold(corners, apex, &self.positions))
+            .ok_or(ReadError::NotFannable { face, corners: corners.len() })?;
+        self.faces.extend(fan(corners, apex));
+        self.polygons_fanned += 1;
+        Ok(())
+    }
+}
+
+fn check_positions(positions: &[DVec3]) -> Result<(), ReadError> {
+    if u32::try_from(positions.len()).is_err() {
+        return Err(ReadError::TooManyVertices(positions.len()));
+    }
+    match positions.iter().position(|p| !p.is_finite()) {
+        Some(vertex) => Err(ReadError::NotFinite { vertex, at: positions[vertex] }),
+        None => Ok(()),
+    }
+}
+
+/// Replaces the content of `corners` by the corners that the file lists.
+fn check_corners(
+    face: usize,
+    listed: &[i64],
+    vertex_count: usize,
+    corners: &mut Vec<u32>,
+) -> Result<(), ReadError> {
+    if listed.len() < 3 {
+        return Err(ReadError::TooFewCorners { face, corners: listed.len() });
+    }
+
+    corners.clear();
+    for &vertex in listed {
+        match u32::try_from(vertex) {
+            Ok(corner) if (corner as usize) < vertex_count => corners.push(corner),
+            _ => return Err(ReadError::VertexOutOfRange { face, vertex, vertex_count }),
+        }
+    }
+    Ok(())
+}
+
+/// Returns the triangles of a polygon's fan about its corner number `apex`.
+fn fan(corners: &[u32], apex: usize) -> impl Iterator<Item = [u32; 3]> {
+    let corner = move |k: usize| corners[(apex + k) % corners.len()];
+    (1..corners.len() - 1).map(move |k| [corner(0), corner(k), corner(k + 1)])
+}
+
+/// Returns true if no triangle of the fan is turned against the polygon's area vector.
+fn fans_without_fold(corners: &[u32], apex: usize, positions: &[DVec3]) -> bool {
+    let area_vector = |[a, b, c]: [u32; 3]| {
+        let [a, b, c] = [a, b, c].map(|vertex| positions[vertex as usize]);
+        (b - a).cross(c - a)
+    };
+    let whole: DVec3 = fan(corners, apex).map(area_vector).sum();
+    fan(corners, apex).all(|triangle| area_vector(triangle).dot(whole) >= 0.0)
+}

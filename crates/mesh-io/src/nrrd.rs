@@ -1,0 +1,281 @@
+//! NRRD, "nearly raw raster data": a header of text lines, an empty line, data.
+//!
+//! Source: G. Kindlmann, "Definition of NRRD file format", Teem, version 5.
+
+use distance_field::{DistanceField, FieldGrid, NodeValues};
+use glam::DVec3;
+
+use crate::field::{StoredValues, common_value, node_count, single};
+use crate::text::numbers;
+use crate::{FilePlace, ReadError};
+
+const FORMAT: &str = "NRRD";
+
+/// Key of the length of a step, where values are multiples of it.
+const STEP: &str = "distance step";
+
+/// Key of the kind of node values.
+const NODES: &str = "distance nodes";
+
+/// Kinds of node values, by their names in files.
+const KINDS: [(&str, NodeValues); 2] = [
+    ("interpolating", NodeValues::Interpolating),
+    ("quasi-interpolating", NodeValues::QuasiInterpolating),
+];
+
+/// Returns a field as a file with its header attached.
+pub(crate) fn encode(field: &DistanceField) -> Vec<u8> {
+    let values = StoredValues::of(field);
+    let mut bytes = header(field, &values).into_bytes();
+    bytes.extend(values.little_endian());
+    bytes
+}
+
+fn header(field: &DistanceField, values: &StoredValues) -> String {
+    let (DVec3 { x, y, z }, h) = (field.grid().origin(), field.grid().spacing());
+    let [nx, ny, nz] = field.grid().dims();
+    let (unit, number, key) = match values {
+        StoredValues::Distances(_) => ("", "float", String::new()),
+        StoredValues::Steps { step, .. } => (" in steps", "short", format!("{STEP}:={step}\n")),
+    };
+    let kind = KINDS.iter().find(|(_, nodes)| *nodes == field.node_values());
+    let kind = kind.map_or("", |(name, _)| name);
+    format!(
+        "NRRD0004
+# Nodes of a signed distance field, in the frame and the length unit of its mesh.
+content: signed distance{unit}, negative inside
+type: {number}
+dimension: 3
+space: left-posterior-superior
+sizes: {nx} {ny} {nz}
+space directions: ({h},0,0) (0,{h},0) (0,0,{h})
+kinds: domain domain domain
+endian: little
+encoding: raw
+space origin: ({x},{y},{z})
+{NODES}:={kind}
+{key}
+"
+    )
+}
+
+/// Reads raw floats, doubles or 16-bit steps on a grid along the axes, of one spacing.
+pub(crate) fn decode(bytes: &[u8]) -> Result<DistanceField, ReadError> {
+    let (header, data) = Header::cut(bytes)?;
+    header.check_supported()?;
+    let sizes = header.need("sizes")?;
+    let dims = numbers(sizes)
+        .ok_or_else(|| in_field("sizes", format!("'{sizes}' is not three counts")))?;
+    let (origin, spacing) = (header.origin()?, header.spacing()?);
+
+    // The data are as large as the grid says before memory is reserved for it.
+    let values = header.values(data, dims)?;
+    values.into_field(FieldGrid::new(origin, spacing, dims)?, header.node_kind()?)
+}
+
+/// Names and values in a header.
+struct Header<'a> {
+    fields: Vec<(&'a str, &'a str)>,
+    /// Keys and values of applications.
+    keys: Vec<(&'a str, &'a str)>,
+}
+
+impl<'a> Header<'a> {
+    /// Splits a file at the empty line behind its header.
+    fn cut(bytes: &'a [u8]) -> Result<(Self, &'a [u8]), ReadError> {
+        if !bytes.starts_with(b"NRRD000") {
+            return Err(on_line(1, "does not begin with NRRD000 and a digit".to_owned()));
+        }
+
+        let mut header = Self { fields: Vec::new(), keys: Vec::new() };
+        let mut rest = bytes;
+        for number in 1.. {
+            let Some(end) = rest.iter().position(|&byte| byte == b'\n') else {
+                return Err(on_line(number, "the file ends in its header".to_owned()));
+            };
+            let line = std::str::from_utf8(&rest[..end]);
+            let line = line.map_err(|_| on_line(number, "is not text".to_owned()))?.trim_end();
+            rest = &rest[end + 1..];
+
+            if line.is_empty() {
+                break;
+            }
+            if number == 1 || line.starts_with('#') {
+                continue;
+            }
+            let Some((name, value)) = line.split_once(':') else {
+                return Err(on_line(number, format!("'{line}' is not a field")));
+            };
+            match value.strip_prefix('=') {
+                Some(value) => header.keys.push((name, value.trim())),
+                None => header.fields.push((name.trim(), value.trim())),
+            }
+        }
+        Ok((header, rest))
+    }
+
+    fn get(&self, name: &str) -> Option<&'a str> {
+        let field = self.fields.iter().find(|(known, _)| known.eq_ignore_ascii_case(name))?;
+        Some(field.1)
+    }
+
+    fn need(&self, name: &'static str) -> Result<&'a str, ReadError> {
+        self.get(name).ok_or_else(|| in_field(name, "is missing".to_owned()))
+    }
+
+    fn key(&self, key: &str) -> Option<&'a str> {
+        let pair = self.keys.iter().find(|(known, _)| *known == key)?;
+        Some(pair.1)
+    }
+
+    fn check_supported(&self) -> Result<(), ReadError> {
+        for name in ["data file", "datafile", "line skip", "lineskip", "byte skip", "byteskip"] {
+            if self.get(name).is_some_and(|value| value != "0") {
+                return Err(unsupported(format!("data in another place ('{name}')")));
+            }
+        }
+
+        let encoding = self.need("encoding")?;
+        if encoding != "raw" {
+            return Err(unsupported(format!("data encoded as '{encoding}'")));
+        }
+        let dimension = self.need("dimension")?;
+        if dimension != "3" {
+            return Err(unsupported(format!("an array of dimension {dimension}")));
+        }
+        match self.get("space") {
+            None | Some("left-posterior-superior" | "LPS" | "3D-right-handed") => Ok(()),
+            Some(other) => Err(unsupported(format!("a grid in the space '{other}'"))),
+        }
+    }
+
+    /// Returns the position of the first node, 0 where the file does not say.
+    fn origin(&self) -> Result<DVec3, ReadError> {
+        let Some(text) = self.get("space origin") else {
+            return Ok(DVec3::ZERO);
+        };
+        match vectors(text).as_deref() {
+            Some(&[origin]) => Ok(origin),
+            _ => Err(in_field("space origin", format!("'{text}' is not a vector"))),
+        }
+    }
+
+    /// Returns the one spacing of all axes, from either field that may have it.
+    fn spacing(&self) -> Result<f64, ReadError> {
+        if let Some(text) = self.get("space directions") {
+            let Some(&[x, y, z]) = vectors(text).as_deref() else {
+                return Err(in_field("space directions", format!("'{text}' is not three vectors")));
+            };
+            let across = [x.with_x(0.0), y.with_y(0.0), z.with_z(0.0)];
+            let is_along_axes = across.iter().all(|&across| across == DVec3::ZERO);
+            return common_value([x.x, y.y, z.z])
+                .filter(|_| is_along_axes)
+                .ok_or_else(|| unsupported(format!("a grid along {text}")));
+        }
+
+        let text = self.need("spacings")?;
+        let spacings = numbers(text)
+            .ok_or_else(|| in_field("spacings", format!("'{text}' is not three lengths")))?;
+        common_value(spacings).ok_or_else(|| unsupported(format!("a grid of spacings {text}")))
+    }
+
+    fn values(&self, data: &[u8], dims: [usize; 3]) -> Result<StoredValues, ReadError> {
+        let is_big_endian = match self.need("endian")? {
+            "little" => false,
+            "big" => true,
+            other => {
+                return Err(in_field("endian", format!("'{other}' is neither little nor big")));
+            }
+        };
+        let data = RawData { bytes: data, dims, is_big_endian };
+        match self.need("type")? {
+            "float" => data.numbers(f32::from_le_bytes).map(StoredValues::Distances),
+            "double" => {
+                data.numbers(|bytes| single(f64::from_le_bytes(bytes))).map(StoredValues::Distances)
+            }
+            "short" | "short int" | "signed short" | "int16" | "int16_t" => {
+                let steps = data.numbers(i16::from_le_bytes)?;
+                Ok(StoredValues::Steps { steps, step: self.step()? })
+            }
+            other => Err(unsupported(format!("values of type '{other}'"))),
+        }
+    }
+
+    fn step(&self) -> Result<f64, ReadError> {
+        let Some(text) = self.key(STEP) else {
+            let problem = format!("values of 16 bits need a line '{STEP}:=' and the length of one");
+            return Err(malformed(FilePlace::Header, problem));
+        };
+        text.parse().map_err(|_| in_field(STEP, format!("'{text}' is not a length")))
+    }
+
+    /// Returns the kind of node values, interpolating where the file does not say.
+    fn node_kind(&self) -> Result<NodeValues, ReadError> {
+        let Some(text) = self.key(NODES) else {
+            return Ok(NodeValues::Interpolating);
+        };
+        let kind = KINDS.iter().find(|(name, _)| *name == text);
+        kind.map(|(_, nodes)| *nodes).ok_or_else(|| {
+            let [(one, _), (other, _)] = KINDS;
+            in_field(NODES, format!("'{text}' is neither '{one}' nor '{other}'"))
+        })
+    }
+}
+
+/// Data behind a header, with the grid that they should fill.
+struct RawData<'a> {
+    bytes: &'a [u8],
+    dims: [usize; 3],
+    is_big_endian: bool,
+}
+
+impl RawData<'_> {
+    /// Splits the data into numbers; `number` gets bytes in little-endian order.
+    fn numbers<const N: usize, T>(
+        &self,
+        number: impl Fn([u8; N]) -> T,
+    ) -> Result<Vec<T>, ReadError> {
+        let (dims, found) = (self.dims, self.bytes.len());
+        let expected = node_count(dims).saturating_mul(N as u128);
+        if expected != found as u128 {
+            return Err(ReadError::WrongSize { format: FORMAT, dims, expected, found });
+        }
+
+        let mut numbers = Vec::with_capacity(found / N);
+        for &(mut bytes) in self.bytes.as_chunks::<N>().0 {
+            if self.is_big_endian {
+                bytes.reverse();
+            }
+            numbers.push(number(bytes));
+        }
+        Ok(numbers)
+    }
+}
+
+/// Returns vectors that are written `(x,y,z)`, none for any other text.
+fn vectors(text: &str) -> Option<Vec<DVec3>> {
+    let mut vectors = Vec::new();
+    for part in text.split_terminator(')') {
+        let components = part.trim_start().strip_prefix('(')?.replace(',', " ");
+        vectors.push(DVec3::from_array(numbers(&components)?));
+    }
+    Some(vectors)
+}
+
+fn on_line(line: usize, problem: String) -> ReadError {
+    malformed(FilePlace::Line(line), problem)
+}
+
+fn in_field(name: &'static str, problem: String) -> ReadError {
+    malformed(FilePlace::Field(name), problem)
+}
+
+fn malformed(place: FilePlace, problem: String) -> ReadError {
+    ReadError::Malformed { format: FORMAT, place, problem }
+}
+
+fn unsupported(feature: String) -> ReadError {
+    let remedy = "save it as raw floats or steps behind their header, on a grid along the axes \
+                  with one spacing, left-posterior-superior";
+    ReadError::Unsupported { format: FORMAT, feature, remedy }
+}

@@ -1,0 +1,212 @@
+//! PLY, ASCII and binary in either byte order.
+//!
+//! The reader goes through the crate `ply-rs-bw`. It uses the properties `x`, `y`, `z`
+//! of the element `vertex` and the list `vertex_indices` (or `vertex_index`) of the
+//! element `face`; other elements and properties are skipped.
+
+use glam::DVec3;
+use ply_rs_bw::parser::{ParseError, Parser, Reader};
+use ply_rs_bw::ply::{
+    BeginList, ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult,
+};
+
+use crate::mesh::{Mesh, Polygons};
+use crate::{FilePlace, ReadError};
+
+/// Returns a surface as a binary `.ply` file.
+///
+/// Coordinates are doubles: in single precision, surfaces at a small distance could
+/// overlap.
+#[must_use]
+pub fn write_ply(positions: &[DVec3], faces: &[[u32; 3]]) -> Vec<u8> {
+    let mut file = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\n\
+         property double x\nproperty double y\nproperty double z\n\
+         element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+        positions.len(),
+        faces.len()
+    )
+    .into_bytes();
+    file.extend(positions.iter().flat_map(|p| p.to_array()).flat_map(f64::to_le_bytes));
+    for face in faces {
+        file.push(3);
+        file.extend(face.iter().flat_map(|corner| corner.to_le_bytes()));
+    }
+    file
+}
+
+/// Reads the vertices and faces of a PLY file.
+pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
+    let mut reader = Reader::new(bytes);
+    let header = Parser::<Skipped>::new()
+        .read_header(&mut reader)
+        .map_err(|error| malformed(FilePlace::Header, &error))?;
+    check_header(&header, bytes.len())?;
+
+    let (mut positions, mut polygons) = (Vec::new(), Polygons::default());
+    for element in header.elements.values() {
+        match element.name.as_str() {
+            "vertex" => {
+                let vertices: Vec<Vertex> = payload(&mut reader, element, &header)?;
+                positions = vertices.into_iter().map(|vertex| vertex.0).collect();
+            }
+            "face" => {
+                for Face { signed, unsigned } in payload(&mut reader, element, &header)? {
+                    let unsigned = unsigned.into_iter().map(i64::from);
+                    polygons.push(signed.into_iter().map(i64::from).chain(unsigned));
+                }
+            }
+            _ => drop(payload::<Skipped>(&mut reader, element, &header)?),
+        }
+    }
+    Mesh::assemble(positions, &polygons)
+}
+
+/// Position of a vertex, with the other properties left out.
+#[derive(Debug)]
+struct Vertex(DVec3);
+
+impl PropertyAccess for Vertex {
+    fn new() -> Self {
+        Self(DVec3::NAN)
+    }
+
+    fn set_property(&mut self, name: &str, value: Property) -> PropertyAccessResult {
+        let coordinate = match name {
+            "x" => &mut self.0.x,
+            "y" => &mut self.0.y,
+            "z" => &mut self.0.z,
+            _ => return PropertyAccessResult::Ignored,
+        };
+        let Some(value) = number(&value) else {
+            return PropertyAccessResult::UnsupportedType;
+        };
+        *coordinate = value;
+        PropertyAccessResult::Set
+    }
+}
+
+/// Returns a scalar property as a double.
+fn number(value: &Property) -> Option<f64> {
+    match *value {
+        Property::Char(v) => Some(v.into()),
+        Property::UChar(v) => Some(v.into()),
+        Property::Short(v) => Some(v.into()),
+        Property::UShort(v) => Some(v.into()),
+        Property::Int(v) => Some(v.into()),
+        Property::UInt(v) => Some(v.into()),
+        Property::Float(v) => Some(v.into()),
+        Property::Double(v) => Some(v),
+        _ => None,
+    }
+}
+
+/// Corners of a face, in the list that the file's type of index fills.
+#[derive(Debug)]
+struct Face {
+    signed: Vec<i32>,
+    unsigned: Vec<u32>,
+}
+
+impl PropertyAccess for Face {
+    fn new() -> Self {
+        Self { signed: Vec::new(), unsigned: Vec::new() }
+    }
+
+    fn begin_list_int(&mut self, name: &str, _: usize) -> BeginList<'_, i32> {
+        if is_corner_list(name) { BeginList::Fill(&mut self.signed) } else { BeginList::UseSetter }
+    }
+
+    fn begin_list_uint(&mut self, name: &str, _: usize) -> BeginList<'_, u32> {
+        if is_corner_list(name) {
+            BeginList::Fill(&mut self.unsigned)
+        } else {
+            BeginList::UseSetter
+        }
+    }
+
+    fn set_property(&mut self, name: &str, value: Property) -> PropertyAccessResult {
+        if !is_corner_list(name) {
+            return PropertyAccessResult::Ignored;
+        }
+        self.signed = match value {
+            Property::ListChar(list) => list.into_iter().map(i32::from).collect(),
+            Property::ListUChar(list) => list.into_iter().map(i32::from).collect(),
+            Property::ListShort(list) => list.into_iter().map(i32::from).collect(),
+            Property::ListUShort(list) => list.into_iter().map(i32::from).collect(),
+            _ => return PropertyAccessResult::UnsupportedType,
+        };
+        PropertyAccessResult::Set
+    }
+}
+
+fn is_corner_list(name: &str) -> bool {
+    matches!(name, "vertex_indices" | "vertex_index")
+}
+
+/// Element without use here, read past.
+#[derive(Debug)]
+struct Skipped;
+
+impl PropertyAccess for Skipped {
+    fn new() -> Self {
+        Self
+    }
+}
+
+/// Refuses headers without a mesh, and those that would make the parser build more
+/// elements than the file has bytes.
+fn check_header(header: &Header, bytes: usize) -> Result<(), ReadError> {
+    for ElementDef { name, count, .. } in header.elements.values() {
+        if *count > bytes {
+            return Err(in_header(format!("{count} of '{name}' do not fit in {bytes} bytes")));
+        }
+    }
+
+    let (vertex, face) = (element(header, "vertex")?, element(header, "face")?);
+    for coordinate in ["x", "y", "z"] {
+        if !vertex.properties.contains_key(coordinate) {
+            return Err(in_header(format!("element 'vertex' lacks the property '{coordinate}'")));
+        }
+    }
+    if !face.properties.keys().any(|name| is_corner_list(name)) {
+        return Err(in_header("element 'face' lacks the list 'vertex_indices'".to_owned()));
+    }
+    Ok(())
+}
+
+fn element<'a>(header: &'a Header, name: &str) -> Result<&'a ElementDef, ReadError> {
+    header.elements.get(name).ok_or_else(|| in_header(format!("there is no element '{name}'")))
+}
+
+fn in_header(problem: String) -> ReadError {
+    ReadError::Malformed { format: "PLY", place: FilePlace::Header, problem }
+}
+
+fn payload<E: PropertyAccess>(
+    reader: &mut Reader<&[u8]>,
+    element: &ElementDef,
+    header: &Header,
+) -> Result<Vec<E>, ReadError> {
+    Parser::new().read_payload_for_element(reader, element, header).map_err(|error| {
+        // The parser counts lines in binary payloads too, where they mean nothing.
+        let line = error.line().filter(|_| header.encoding == Encoding::Ascii);
+        let place = line.map_or_else(|| FilePlace::Element(element.name.clone()), FilePlace::Line);
+        malformed(place, &error)
+    })
+}
+
+/// Shortens the parser's message to its first line, without the line number, and the
+/// offending text.
+fn malformed(place: FilePlace, error: &ParseError) -> ReadError {
+    let message = error.to_string();
+    let prefix = error.line().map(|line| format!("Line {line}: "));
+    let message = prefix.and_then(|prefix| message.strip_prefix(&prefix)).unwrap_or(&message);
+
+    let mut lines = message.lines().map(str::trim);
+    let mut problem = lines.next().unwrap_or_default().trim_end_matches('.').to_owned();
+    if let Some(text) = lines.find_map(|line| line.strip_prefix("String: '")) {
+        problem += &format!(": '{}'", text.trim_end_matches('\'').trim());
+    }
+    ReadError::Malformed { format: "PLY", place, problem }
+}

@@ -1,0 +1,143 @@
+//! STL, ASCII and binary: separate triangles, whose corners are merged where all three
+//! coordinates are equal.
+//!
+//! This reader is not a crate's, because many binary files begin with the word that
+//! marks ASCII files, and ASCII coordinates deserve double precision. A file is binary
+//! if its length fits its number of facets, whatever its first word.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use crate::mesh::{Mesh, Polygons};
+use crate::text::{number, words};
+use crate::{FilePlace, ReadError};
+
+/// Size of the header: free text, then the number of facets.
+const HEADER: usize = 84;
+
+/// Size of a facet: normal, three corners, two bytes of attributes.
+const FACET: usize = 50;
+
+/// Returns true if the content fits STL, where no extension says so.
+pub(crate) fn is_likely(bytes: &[u8]) -> bool {
+    bytes.trim_ascii_start().starts_with(b"solid") || has_binary_length(bytes)
+}
+
+/// Reads the facets of an STL file.
+pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
+    let is_text = bytes.trim_ascii_start().starts_with(b"solid") && !bytes.contains(&0);
+    let merged = if is_text && !has_binary_length(bytes) {
+        parse_ascii(bytes)?
+    } else {
+        parse_binary(bytes)?
+    };
+    Mesh::assemble(merged.positions, &merged.polygons)
+}
+
+fn has_binary_length(bytes: &[u8]) -> bool {
+    declared_facets(bytes).is_some_and(|facets| bytes.len() == HEADER + FACET * facets)
+}
+
+fn declared_facets(bytes: &[u8]) -> Option<usize> {
+    Some(u32::from_le_bytes(*bytes.get(HEADER - 4..)?.first_chunk()?) as usize)
+}
+
+fn parse_binary(bytes: &[u8]) -> Result<Merged, ReadError> {
+    let Some(declared) = declared_facets(bytes) else {
+        let problem = format!("{HEADER} bytes expected, the file has {}", bytes.len());
+        return Err(malformed(FilePlace::Header, problem));
+    };
+    let (facets, _) = bytes[HEADER..].as_chunks::<FACET>();
+    if facets.len() < declared {
+        let problem = format!("the file ends here, but declares {declared} facets");
+        return Err(malformed(FilePlace::Facet(facets.len()), problem));
+    }
+
+    let mut merged = Merged::default();
+    for facet in &facets[..declared] {
+        let (numbers, _) = facet.as_chunks::<4>();
+        let coordinate = |at: usize| f64::from(f32::from_le_bytes(numbers[at]));
+        // The first three numbers are the normal.
+        merged.push_facet(
+            [3, 6, 9].map(|at| DVec3::new(coordinate(at), coordinate(at + 1), coordinate(at + 2))),
+        );
+    }
+    Ok(merged)
+}
+
+fn parse_ascii(bytes: &[u8]) -> Result<Merged, ReadError> {
+    let mut merged = Merged::default();
+    let mut facet = Vec::new();
+    let (mut ended, mut last_line) = (false, 0);
+    for (line, text) in (1..).zip(bytes.split(|&byte| byte == b'\n')) {
+        let mut words = words(text);
+        let keyword = words.next().map(<[u8]>::to_ascii_lowercase);
+        match keyword.as_deref() {
+            Some(b"vertex") => facet.push(corner(line, words)?),
+            Some(b"endfacet") => {
+                merged.push_facet(three_corners(line, &facet)?);
+                facet.clear();
+            }
+            Some(b"solid") => ended = false,
+            Some(b"endsolid") => ended = true,
+            None | Some(b"facet" | b"outer" | b"endloop") => {}
+            Some(word) => {
+                let problem = format!("unknown word '{}'", String::from_utf8_lossy(word));
+                return Err(malformed(FilePlace::Line(line), problem));
+            }
+        }
+        last_line = line;
+    }
+
+    if !ended || !facet.is_empty() {
+        let problem = "the file ends without 'endsolid'".to_owned();
+        return Err(malformed(FilePlace::Line(last_line), problem));
+    }
+    Ok(merged)
+}
+
+fn corner<'a>(line: usize, words: impl Iterator<Item = &'a [u8]>) -> Result<DVec3, ReadError> {
+    let numbers: Option<Vec<f64>> = words.map(number).collect();
+    let Some(&[x, y, z]) = numbers.as_deref() else {
+        let problem = "a vertex needs three coordinates".to_owned();
+        return Err(malformed(FilePlace::Line(line), problem));
+    };
+    Ok(DVec3::new(x, y, z))
+}
+
+fn three_corners(line: usize, facet: &[DVec3]) -> Result<[DVec3; 3], ReadError> {
+    facet.try_into().map_err(|_| {
+        let problem = format!("a facet has three vertices, this one has {}", facet.len());
+        malformed(FilePlace::Line(line), problem)
+    })
+}
+
+/// Merged corners, numbered in the order of their first appearance.
+#[derive(Debug, Default)]
+struct Merged {
+    numbers: HashMap<[u64; 3], i64>,
+    positions: Vec<DVec3>,
+    polygons: Polygons,
+}
+
+impl Merged {
+    fn push_facet(&mut self, corners: [DVec3; 3]) {
+        let corners = corners.map(|corner| self.number(corner));
+        self.polygons.push(corners);
+    }
+
+    fn number(&mut self, corner: DVec3) -> i64 {
+        // Adding 0 turns −0 into 0, so that equal coordinates have equal bits.
+        let bits = corner.to_array().map(|coordinate| (coordinate + 0.0).to_bits());
+        let next = i64::try_from(self.positions.len()).unwrap_or(i64::MAX);
+        *self.numbers.entry(bits).or_insert_with(|| {
+            self.positions.push(corner);
+            next
+        })
+    }
+}
+
+fn malformed(place: FilePlace, problem: String) -> ReadError {
+    ReadError::Malformed { format: "STL", place, problem }
+}

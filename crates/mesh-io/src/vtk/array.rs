@@ -1,0 +1,257 @@
+//! Data arrays of VTK XML files: ASCII, inline base64 or appended, of any number type
+//! and byte order, plain or compressed by zlib.
+//!
+//! Before its bytes an array has their number (a header of one integer) or, compressed,
+//! the sizes of its blocks. Writers encode header and content as one run of base64 or as
+//! two; decoding by whole runs accepts both.
+//!
+//! Source: "VTK XML File Formats", the VTK documentation, sections on data arrays and on
+//! the compressed header.
+
+use std::borrow::Cow;
+use std::io::Read;
+use std::str::FromStr;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use flate2::read::ZlibDecoder;
+
+use super::xml::Element;
+use super::{Appended, VtkFile};
+use crate::text::{number, words};
+use crate::{FilePlace, ReadError};
+
+/// Data array of a file.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct DataArray<'a> {
+    file: &'a VtkFile<'a>,
+    element: &'a Element,
+}
+
+impl<'a> DataArray<'a> {
+    pub(super) fn new(file: &'a VtkFile<'a>, element: &'a Element) -> Self {
+        Self { file, element }
+    }
+
+    pub(super) fn name(&self) -> &'a str {
+        self.element.attribute("Name").unwrap_or("Points")
+    }
+
+    pub(super) fn number_type(&self) -> &'a str {
+        self.element.attribute("type").unwrap_or_default()
+    }
+
+    fn encoding(&self) -> &'a str {
+        self.element.attribute("format").unwrap_or("ascii")
+    }
+
+    /// Returns the numbers of an array of coordinates or of values.
+    pub(super) fn floats(&self) -> Result<Vec<f64>, ReadError> {
+        if self.encoding() == "ascii" {
+            return self.ascii();
+        }
+        let bytes = self.bytes()?;
+        match self.number_type() {
+            "Float32" => Ok(self.decode(&bytes, |b| f32::from_le_bytes(b).into())),
+            "Float64" => Ok(self.decode(&bytes, f64::from_le_bytes)),
+            other => Err(self.malformed(format!("coordinates of type '{other}'"))),
+        }
+    }
+
+    /// Returns the numbers of an array of indices or of steps.
+    pub(super) fn integers(&self) -> Result<Vec<i64>, ReadError> {
+        if self.encoding() == "ascii" {
+            return self.ascii();
+        }
+        let bytes = self.bytes()?;
+        match self.number_type() {
+            "Int8" => Ok(self.decode(&bytes, |b| i8::from_le_bytes(b).into())),
+            "UInt8" => Ok(self.decode(&bytes, |b| u8::from_le_bytes(b).into())),
+            "Int16" => Ok(self.decode(&bytes, |b| i16::from_le_bytes(b).into())),
+            "UInt16" => Ok(self.decode(&bytes, |b| u16::from_le_bytes(b).into())),
+            "Int32" => Ok(self.decode(&bytes, |b| i32::from_le_bytes(b).into())),
+            "UInt32" => Ok(self.decode(&bytes, |b| u32::from_le_bytes(b).into())),
+            "Int64" => Ok(self.decode(&bytes, i64::from_le_bytes)),
+            // An index past the range of i64 stays one that no vertex has.
+            "UInt64" => {
+                Ok(self
+                    .decode(&bytes, |b| i64::try_from(u64::from_le_bytes(b)).unwrap_or(i64::MAX)))
+            }
+            other => Err(self.malformed(format!("indices of type '{other}'"))),
+        }
+    }
+
+    fn ascii<T: FromStr>(&self) -> Result<Vec<T>, ReadError> {
+        let mut numbers = Vec::new();
+        for word in words(&self.element.text) {
+            let number = number(word).ok_or_else(|| {
+                self.malformed(format!("'{}' is not a number here", String::from_utf8_lossy(word)))
+            })?;
+            numbers.push(number);
+        }
+        Ok(numbers)
+    }
+
+    /// Splits bytes into numbers; `number` gets them in little-endian order.
+    fn decode<const N: usize, T>(&self, bytes: &[u8], number: impl Fn([u8; N]) -> T) -> Vec<T> {
+        let mut numbers = Vec::with_capacity(bytes.len() / N);
+        for &(mut bytes) in bytes.as_chunks::<N>().0 {
+            if self.file.is_big_endian {
+                bytes.reverse();
+            }
+            numbers.push(number(bytes));
+        }
+        numbers
+    }
+
+    /// Returns the decoded, uncompressed bytes.
+    fn bytes(&self) -> Result<Vec<u8>, ReadError> {
+        let source = self.source()?;
+        match self.file.compressor.as_deref() {
+            None => self.plain(&source),
+            Some("vtkZLibDataCompressor") => self.inflate(&source),
+            Some(other) => {
+                Err(self.file.dialect.unsupported(format!("data compressed by {other}")))
+            }
+        }
+    }
+
+    fn source(&self) -> Result<Source<'a>, ReadError> {
+        match (self.encoding(), self.file.appended) {
+            ("binary", _) => {
+                let text = self.element.text.iter().copied();
+                let text = text.filter(|byte| !byte.is_ascii_whitespace()).collect();
+                Ok(Source { bytes: Cow::Owned(text), is_base64: true })
+            }
+            ("appended", Some(appended)) => {
+                let (bytes, is_base64) = match appended {
+                    Appended::Raw(bytes) => (bytes, false),
+                    Appended::Base64(bytes) => (bytes, true),
+                };
+                let offset = self.offset()?;
+                let rest = bytes.get(offset..).ok_or_else(|| {
+                    self.malformed(format!("its offset {offset} is behind the end of the file"))
+                })?;
+                Ok(Source { bytes: Cow::Borrowed(rest), is_base64 })
+            }
+            ("appended", None) => Err(self.malformed("its appended data are missing".to_owned())),
+            (other, _) => Err(self.malformed(format!("the format '{other}' is unknown"))),
+        }
+    }
+
+    fn offset(&self) -> Result<usize, ReadError> {
+        let text = self.element.attribute("offset").unwrap_or_default();
+        text.trim().parse().map_err(|_| self.malformed(format!("its offset '{text}' is no count")))
+    }
+
+    fn plain(&self, source: &Source<'_>) -> Result<Vec<u8>, ReadError> {
+        let [length] = self.header(source)?;
+        let header = self.file.header_bytes;
+        let mut bytes = self.first(source, header.saturating_add(length))?;
+        bytes.drain(..header);
+        Ok(bytes)
+    }
+
+    /// Decompresses blocks of equal size but the last, each compressed by itself.
+    fn inflate(&self, source: &Source<'_>) -> Result<Vec<u8>, ReadError> {
+        // The header has three integers, then the compressed size of each block.
+        let word = self.file.header_bytes;
+        let [blocks, block_size, last_size] = self.header(source)?;
+        let header = word.saturating_mul(blocks.saturating_add(3));
+        let sizes = self.first(source, header)?;
+        let sizes: Vec<usize> =
+            sizes[3 * word..].chunks_exact(word).map(|size| self.integer(size)).collect();
+
+        let total = sizes.iter().fold(header, |sum, size| sum.saturating_add(*size));
+        let bytes = self.first(source, total)?;
+        let (mut inflated, mut at) = (Vec::new(), header);
+        for (block, size) in sizes.iter().enumerate() {
+            let is_short = block + 1 == blocks && last_size > 0;
+            let expected = if is_short { last_size } else { block_size };
+            self.inflate_block(&bytes[at..at + size], expected, &mut inflated)?;
+            at += size;
+        }
+        Ok(inflated)
+    }
+
+    fn inflate_block(
+        &self,
+        block: &[u8],
+        expected: usize,
+        inflated: &mut Vec<u8>,
+    ) -> Result<(), ReadError> {
+        let before = inflated.len();
+        let limit = u64::try_from(expected).unwrap_or(u64::MAX).saturating_add(1);
+        ZlibDecoder::new(block)
+            .take(limit)
+            .read_to_end(inflated)
+            .map_err(|error| self.malformed(format!("a compressed block is damaged: {error}")))?;
+        if inflated.len() - before == expected {
+            return Ok(());
+        }
+        Err(self.malformed(format!("a compressed block does not have {expected} bytes")))
+    }
+
+    /// Returns the first `N` integers of the header.
+    fn header<const N: usize>(&self, source: &Source<'_>) -> Result<[usize; N], ReadError> {
+        let word = self.file.header_bytes;
+        let bytes = self.first(source, N * word)?;
+        Ok(std::array::from_fn(|i| self.integer(&bytes[i * word..(i + 1) * word])))
+    }
+
+    /// Returns an unsigned integer of the header.
+    ///
+    /// An integer beyond any memory becomes the largest one; then bytes are missing.
+    fn integer(&self, bytes: &[u8]) -> usize {
+        let join = |value: u64, byte: &u8| value << 8 | u64::from(*byte);
+        let value = if self.file.is_big_endian {
+            bytes.iter().fold(0, join)
+        } else {
+            bytes.iter().rev().fold(0, join)
+        };
+        usize::try_from(value).unwrap_or(usize::MAX)
+    }
+
+    /// Returns the first `count` bytes of the source, decoded.
+    fn first(&self, source: &Source<'_>, count: usize) -> Result<Vec<u8>, ReadError> {
+        let bytes = source.first(count).map_err(|error| self.malformed(error.to_string()))?;
+        if bytes.len() < count {
+            let found = bytes.len();
+            return Err(self.malformed(format!("it declares {count} bytes, but {found} are left")));
+        }
+        Ok(bytes)
+    }
+
+    pub(super) fn malformed(&self, problem: String) -> ReadError {
+        self.file.dialect.malformed(FilePlace::Array(self.name().to_owned()), problem)
+    }
+}
+
+/// Bytes of an array, which may continue into those of the next array.
+#[derive(Debug)]
+struct Source<'a> {
+    bytes: Cow<'a, [u8]>,
+    is_base64: bool,
+}
+
+impl Source<'_> {
+    /// Returns up to `count` decoded bytes, fewer where the source ends.
+    fn first(&self, count: usize) -> Result<Vec<u8>, base64::DecodeError> {
+        if !self.is_base64 {
+            return Ok(self.bytes[..count.min(self.bytes.len())].to_vec());
+        }
+
+        let (mut decoded, mut rest) = (Vec::new(), &self.bytes[..]);
+        while decoded.len() < count && !rest.is_empty() {
+            let groups = (count - decoded.len()).div_ceil(3);
+            let wanted = groups.saturating_mul(4).min(rest.len());
+            // Padding ends a run; a run of its own follows.
+            let padding = rest[..wanted].iter().position(|&byte| byte == b'=');
+            let run = padding.map_or(wanted, |at| (at / 4 + 1) * 4).min(rest.len());
+            STANDARD.decode_vec(&rest[..run], &mut decoded)?;
+            rest = &rest[run..];
+        }
+        decoded.truncate(count);
+        Ok(decoded)
+    }
+}

@@ -1,0 +1,120 @@
+//! VTK XML files: polygonal data (`.vtp`) and image data (`.vti`).
+//!
+//! A file is a tree of XML elements ([`xml`]), whose data arrays hold numbers in several
+//! encodings ([`array`]). Arrays may stand behind the tree, as appended data. These are
+//! not XML where they are raw, so the file is cut where they begin.
+//!
+//! Source: "VTK XML File Formats", the VTK documentation.
+
+mod array;
+mod vti;
+mod vtp;
+mod write;
+mod xml;
+
+pub(crate) use self::vti::{encode_vti, parse_vti};
+pub(crate) use self::vtp::parse_vtp;
+pub use self::write::{PointValues, write_vtp};
+use self::xml::Element;
+use crate::{FilePlace, ReadError};
+
+/// Kind of VTK XML file.
+#[derive(Debug)]
+struct Dialect {
+    /// Name in messages.
+    format: &'static str,
+    /// Type of the data, and name of the element that holds them.
+    dataset: &'static str,
+    /// Way to write a file that can be read here.
+    remedy: &'static str,
+}
+
+impl Dialect {
+    fn malformed(&self, place: FilePlace, problem: String) -> ReadError {
+        ReadError::Malformed { format: self.format, place, problem }
+    }
+
+    /// Returns a refusal at the place of an element.
+    fn malformed_at(&self, element: &Element, problem: String) -> ReadError {
+        self.malformed(FilePlace::Byte(element.at), problem)
+    }
+
+    fn unsupported(&self, feature: String) -> ReadError {
+        ReadError::Unsupported { format: self.format, feature, remedy: self.remedy }
+    }
+}
+
+/// Data behind the XML, to which arrays point by offset.
+#[derive(Clone, Copy, Debug)]
+enum Appended<'a> {
+    Raw(&'a [u8]),
+    Base64(&'a [u8]),
+}
+
+/// VTK XML file: the element of its data, and the encoding of its arrays.
+#[derive(Debug)]
+struct VtkFile<'a> {
+    dialect: &'static Dialect,
+    dataset: Element,
+    is_big_endian: bool,
+    /// Size of the integers before the bytes of an array.
+    header_bytes: usize,
+    /// VTK's name of the compressor; none where arrays are plain.
+    compressor: Option<String>,
+    appended: Option<Appended<'a>>,
+}
+
+impl<'a> VtkFile<'a> {
+    fn parse(bytes: &'a [u8], dialect: &'static Dialect) -> Result<Self, ReadError> {
+        let (xml, appended) = cut_appended(bytes, dialect)?;
+        let mut document = Element::parse(xml, appended.is_some())
+            .map_err(|error| dialect.malformed(FilePlace::Byte(error.at), error.problem))?;
+
+        let missing = |name: &str| {
+            dialect.malformed(FilePlace::Element(name.to_owned()), "is missing".to_owned())
+        };
+        let mut root = document.take("VTKFile").ok_or_else(|| missing("VTKFile"))?;
+        let kind = root.attribute("type").unwrap_or_default();
+        if kind != dialect.dataset {
+            return Err(dialect.unsupported(format!("data of type '{kind}'")));
+        }
+        let dataset = root.take(dialect.dataset).ok_or_else(|| missing(dialect.dataset))?;
+
+        // Attributes that are left out have VTK's defaults.
+        let compressor = root.attribute("compressor").filter(|name| !name.is_empty());
+        Ok(Self {
+            dialect,
+            dataset,
+            is_big_endian: root.attribute("byte_order") == Some("BigEndian"),
+            header_bytes: if root.attribute("header_type") == Some("UInt64") { 8 } else { 4 },
+            compressor: compressor.map(str::to_owned),
+            appended,
+        })
+    }
+}
+
+const APPENDED: &[u8] = b"<AppendedData";
+
+/// Splits a file at its appended data, which follow an underscore.
+fn cut_appended<'a>(
+    bytes: &'a [u8],
+    dialect: &Dialect,
+) -> Result<(&'a [u8], Option<Appended<'a>>), ReadError> {
+    let Some(at) = bytes.windows(APPENDED.len()).position(|window| window == APPENDED) else {
+        return Ok((bytes, None));
+    };
+    let (xml, rest) = bytes.split_at(at);
+
+    let tag_end = rest.iter().position(|&byte| byte == b'>');
+    let (tag, behind) = rest.split_at(tag_end.unwrap_or(rest.len()));
+    let Some(underscore) = behind.iter().position(|&byte| byte == b'_') else {
+        let place = FilePlace::Element("AppendedData".to_owned());
+        return Err(dialect.malformed(place, "the file ends in the tag".to_owned()));
+    };
+    let data = &behind[underscore + 1..];
+    if tag.windows(3).any(|window| window == b"raw") {
+        return Ok((xml, Some(Appended::Raw(data))));
+    }
+    let end = data.iter().position(|&byte| byte == b'<').unwrap_or(data.len());
+    Ok((xml, Some(Appended::Base64(&data[..end]))))
+}

@@ -1,0 +1,20 @@
+//! Readers against planted meshes and fields in every format, and against damage.
+
+mod fields;
+mod meshes;
+mod vtk;
+
+use fixtures::random::Random;
+
+/// Number of damaged files per test.
+const ROUNDS: usize = 20_000;
+
+/// Returns a file with one to four random bytes in random places.
+fn damaged(file: &[u8], random: &mut Random) -> Vec<u8> {
+    let mut file = file.to_vec();
+    for _ in 0..=random.below(4) {
+        let at = random.below(file.len());
+        file[at] = random.byte();
+    }
+    file
+}

@@ -1,0 +1,213 @@
+//! One planted tetrahedron in every way that VTK writes arrays: inline or
+//! appended, raw or base64, either byte order and width of header, plain or
+//! compressed in blocks.
+
+use std::io::Write;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
+use glam::DVec3;
+use mesh_io::{Mesh, PointValues, ReadError, parse_mesh, write_vtp};
+
+use crate::{ROUNDS, Random, damaged};
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Place {
+    Inline,
+    AppendedRaw,
+    AppendedBase64,
+}
+
+/// Encoding of the arrays of a file.
+#[derive(Clone, Copy, Debug)]
+struct Style {
+    place: Place,
+    wide_header: bool,
+    big_endian: bool,
+    compressed: bool,
+}
+
+const COORDINATES: [f64; 12] = [0.0, 0.0, 0.0, 1.5, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, -3.0];
+const CORNERS: [i32; 12] = [0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3];
+
+impl Style {
+    fn all() -> Vec<Self> {
+        let mut styles = Vec::new();
+        for place in [Place::Inline, Place::AppendedRaw, Place::AppendedBase64] {
+            for bits in 0_u8..8 {
+                let [wide_header, big_endian, compressed] = [1, 2, 4].map(|bit| bits & bit != 0);
+                styles.push(Self { place, wide_header, big_endian, compressed });
+            }
+        }
+        styles
+    }
+
+    /// Returns an integer of the header.
+    fn word(self, value: usize) -> Vec<u8> {
+        let mut bytes =
+            (value as u64).to_le_bytes()[..if self.wide_header { 8 } else { 4 }].to_vec();
+        if self.big_endian {
+            bytes.reverse();
+        }
+        bytes
+    }
+
+    fn number<const N: usize>(self, mut little_endian: [u8; N]) -> [u8; N] {
+        if self.big_endian {
+            little_endian.reverse();
+        }
+        little_endian
+    }
+
+    /// Returns an array with its header, as it stands in the file.
+    fn array(self, content: &[u8]) -> Vec<u8> {
+        let parts = if self.compressed { self.blocks(content) } else { self.plain(content) };
+        if self.place == Place::AppendedRaw {
+            return parts.concat();
+        }
+        // VTK encodes the header of compressed arrays by itself.
+        parts.into_iter().flat_map(|part| STANDARD.encode(part).into_bytes()).collect()
+    }
+
+    fn plain(self, content: &[u8]) -> Vec<Vec<u8>> {
+        vec![[self.word(content.len()), content.to_vec()].concat()]
+    }
+
+    fn blocks(self, content: &[u8]) -> Vec<Vec<u8>> {
+        const BLOCK: usize = 40; // so that the last is shorter, in most arrays
+        let blocks: Vec<Vec<u8>> = content.chunks(BLOCK).map(deflated).collect();
+        let header = [blocks.len(), BLOCK, content.len() % BLOCK]
+            .into_iter()
+            .chain(blocks.iter().map(Vec::len))
+            .flat_map(|value| self.word(value));
+        vec![header.collect(), blocks.concat()]
+    }
+
+    fn file(self) -> Vec<u8> {
+        let coordinates = COORDINATES.iter().flat_map(|x| self.number(x.to_le_bytes())).collect();
+        let corners = CORNERS.iter().flat_map(|v| self.number(v.to_le_bytes())).collect();
+        let ends =
+            [3_i64, 6, 9, 12].iter().flat_map(|end| self.number(end.to_le_bytes())).collect();
+        let contents: [Vec<u8>; 3] = [coordinates, corners, ends];
+        let arrays = contents.map(|content| self.array(&content));
+        let declared =
+            ["Float64\" Name=\"Points", "Int32\" Name=\"connectivity", "Int64\" Name=\"offsets"];
+        let mut offset = 0;
+        let mut tags = Vec::new();
+        for (array, declared) in arrays.iter().zip(declared) {
+            tags.push(if self.place == Place::Inline {
+                let text = std::str::from_utf8(array).expect("base64 is text");
+                format!("<DataArray type=\"{declared}\" format=\"binary\">\n {text}\n</DataArray>")
+            } else {
+                format!("<DataArray type=\"{declared}\" format=\"appended\" offset=\"{offset}\"/>")
+            });
+            offset += array.len();
+        }
+        let order = if self.big_endian { "BigEndian" } else { "LittleEndian" };
+        let header = if self.wide_header { "UInt64" } else { "UInt32" };
+        let compressor = if self.compressed { " compressor=\"vtkZLibDataCompressor\"" } else { "" };
+        let mut file = format!(
+            "<VTKFile type=\"PolyData\" byte_order=\"{order}\" header_type=\"{header}\"{compressor}>\
+            <PolyData><Piece NumberOfPoints=\"4\" NumberOfPolys=\"4\"><Points>{}</Points>\
+            <Polys>{}{}</Polys></Piece></PolyData>",
+            tags[0], tags[1], tags[2]
+        )
+        .into_bytes();
+        if self.place != Place::Inline {
+            let encoding = if self.place == Place::AppendedRaw { "raw" } else { "base64" };
+            file.extend(format!("<AppendedData encoding=\"{encoding}\">\n_").into_bytes());
+            file.extend(arrays.concat());
+            file.extend(b"\n</AppendedData>");
+        }
+        file.extend(b"</VTKFile>\n");
+        file
+    }
+}
+
+fn deflated(block: &[u8]) -> Vec<u8> {
+    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::fast());
+    encoder.write_all(block).expect("memory takes it");
+    encoder.finish().expect("memory takes it")
+}
+
+fn planted() -> Mesh {
+    let positions = COORDINATES.as_chunks::<3>().0.iter().map(|p| DVec3::from_array(*p)).collect();
+    let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+    Mesh { positions, faces, polygons_fanned: 0 }
+}
+
+fn read(bytes: &[u8]) -> Result<Mesh, ReadError> {
+    parse_mesh(bytes, "vtp")
+}
+
+#[test]
+fn every_way_of_writing_gives_the_planted_mesh() {
+    for style in Style::all() {
+        assert_eq!(read(&style.file()).unwrap(), planted(), "{style:?}");
+    }
+}
+
+#[test]
+fn a_written_surface_reads_back() {
+    let Mesh { positions, faces, .. } = planted();
+    let values = [PointValues::Scalars("height", &[0.0; 4])];
+    let file = write_vtp(&positions, &faces, &values);
+    assert_eq!(read(file.as_bytes()).unwrap(), planted());
+}
+
+#[test]
+fn deep_nesting_is_refused() {
+    let deep = format!("<VTKFile type=\"PolyData\">{}", "<a>".repeat(1_000_000));
+    let error = read(deep.as_bytes()).unwrap_err().to_string();
+    assert!(error.contains("elements nest more than 32 deep"), "{error}");
+}
+
+/// Cut anywhere before the last byte of the last array, a file is refused.
+#[test]
+fn cut_arrays_are_refused() {
+    for style in Style::all() {
+        let file = style.file();
+        let tail = file.len() - b"\n</AppendedData></VTKFile>\n".len();
+        for end in 0..tail {
+            assert!(read(&file[..end]).is_err(), "{style:?} cut at {end} of {}", file.len());
+        }
+    }
+}
+
+#[test]
+fn damaged_arrays_never_panic() {
+    let files: Vec<Vec<u8>> = Style::all().into_iter().map(Style::file).collect();
+    let mut random = Random(2);
+    for round in 0..ROUNDS {
+        let Ok(mesh) = read(&damaged(&files[round % files.len()], &mut random)) else { continue };
+        let in_range = |&vertex: &u32| (vertex as usize) < mesh.positions.len();
+        assert!(mesh.faces.iter().flatten().all(in_range), "round {round}");
+    }
+}
+
+#[test]
+fn pieces_are_joined() {
+    let piece = "<Piece NumberOfPoints=\"3\" NumberOfPolys=\"1\"><Points><DataArray type=\"Float32\" \
+        format=\"ascii\">0 0 0 1 0 0 0 1 0</DataArray></Points><Polys><DataArray type=\"Int32\" \
+        Name=\"connectivity\" format=\"ascii\">0 1 2</DataArray><DataArray type=\"Int32\" \
+        Name=\"offsets\" format=\"ascii\">3</DataArray></Polys></Piece>";
+    let file = format!("<VTKFile type=\"PolyData\"><PolyData>{piece}{piece}</PolyData></VTKFile>");
+    let mesh = read(file.as_bytes()).unwrap();
+    assert_eq!((mesh.positions.len(), mesh.faces), (6, vec![[0, 1, 2], [3, 4, 5]]));
+}
+
+#[test]
+fn unsupported_features_are_named() {
+    let lz4 =
+        Style { place: Place::Inline, wide_header: true, big_endian: false, compressed: true };
+    let text = String::from_utf8(lz4.file()).unwrap().replace("ZLib", "LZ4");
+    let error = read(text.as_bytes()).unwrap_err().to_string();
+    assert!(error.contains("vtkLZ4DataCompressor cannot be read"), "{error}");
+
+    let strips =
+        "<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfStrips=\"2\"/></PolyData></VTKFile>";
+    let error = read(strips.as_bytes()).unwrap_err().to_string();
+    assert!(error.contains("2 triangle strips cannot be read"), "{error}");
+}
