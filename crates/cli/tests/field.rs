@@ -148,7 +148,7 @@ fn bad_input_is_named_and_nothing_is_written() {
         (&["missing.obj"], "missing.obj: cannot be read"),
         (&["missing.vti"], "missing.vti: cannot be read"),
         (&["short.nrrd"], "short.nrrd: NRRD file: a grid of 51 x 51 x 51 nodes needs 530604 bytes"),
-        (&["empty.vti"], "empty.vti: VTI file: ImageData: the file has no ImageData"),
+        (&["empty.vti"], "empty.vti: VTI file: element 'VTKFile': is missing"),
         (&["bone.obj", "--out", "f.mha"], "f.mha: is of no format that a field is written in"),
         (&["bone.obj", "--spacing", "-1"], "bone.obj: spacing is -1"),
         (&["bone.obj", "--spacing", "nan"], "bone.obj: spacing is NaN"),
