@@ -28,6 +28,7 @@ pub(crate) struct Curve {
     crossings: Vec<([u32; 2], Stretch)>,
     ends: Vec<NamedEnd>,
     visited: Vec<bool>,
+    chain: Vec<u32>,
 }
 
 /// The stretch in which a face of A and a face of B cross.
@@ -94,15 +95,6 @@ struct NamedEnd {
     /// 0 for the beginning, 1 for the end.
     end: u8,
     enters: bool,
-}
-
-/// A run of stretches from passing to passing.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Chain {
-    /// Passings in order; the first is not repeated where the chain is closed.
-    pub(crate) passings: Vec<u32>,
-    /// True for a loop, false for an arc that ends at the border of a surface.
-    pub(crate) is_closed: bool,
 }
 
 impl Curve {
@@ -197,48 +189,46 @@ impl Curve {
         }
     }
 
-    /// Walks along the stretches: arcs first, from their ends, then loops.
-    pub(crate) fn chains(&mut self) -> Vec<Chain> {
+    /// Visits each connected chain of stretches: arcs first, from their ends, then loops.
+    ///
+    /// `visit` is given the passings in order, the first not repeated for a loop, and true for a
+    /// loop.
+    pub(crate) fn visit_chains(&mut self, mut visit: impl FnMut(&[u32], bool)) {
         self.visited.clear();
         self.visited.resize(self.stretches.len(), false);
 
-        // Whatever is left once the arcs are walked is closed.
-        let mut chains = Vec::new();
-        for only_arcs in [true, false] {
+        // Once the arcs are walked, whatever is left is closed.
+        for is_closed in [false, true] {
             for start in 0..self.passings.len() {
                 let [first, second] = self.passings[start].stretches;
-                if only_arcs && second != NONE {
-                    continue;
-                }
-                if !self.visited[first as usize] {
-                    chains.push(self.walk(index(start), first, !only_arcs));
+                let is_start = is_closed || second == NONE;
+                if is_start && !self.visited[first as usize] {
+                    self.walk(index(start), first, is_closed);
+                    visit(&self.chain, is_closed);
                 }
             }
         }
-        chains
     }
 
     /// Follows stretches from a passing until there is none that was not visited.
-    fn walk(&mut self, start: u32, first: u32, is_closed: bool) -> Chain {
-        let mut passings = vec![start];
+    fn walk(&mut self, start: u32, first: u32, is_closed: bool) {
+        self.chain.clear();
+        self.chain.push(start);
         let (mut at, mut stretch) = (start, first);
         loop {
             self.visited[stretch as usize] = true;
             let [begin, end] = self.stretches[stretch as usize].ends;
             at = if begin == at { end } else { begin };
             if at == start && is_closed {
-                break;
+                return;
             }
-            passings.push(at);
+            self.chain.push(at);
 
             let onward = self.passings[at as usize].stretches;
-            let unvisited = |next: &&u32| **next != NONE && !self.visited[**next as usize];
-            match onward.iter().find(unvisited) {
-                Some(&next) => stretch = next,
-                None => break,
-            }
+            let is_unvisited = |next: &&u32| **next != NONE && !self.visited[**next as usize];
+            let Some(&next) = onward.iter().find(is_unvisited) else { return };
+            stretch = next;
         }
-        Chain { passings, is_closed }
     }
 }
 

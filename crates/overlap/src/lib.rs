@@ -37,6 +37,7 @@ mod coplanar;
 mod curve;
 mod depth;
 mod inside;
+mod located;
 mod measures;
 mod overlap;
 mod patches;
@@ -45,7 +46,8 @@ mod regions;
 pub use glam;
 
 pub use crate::depth::{Depth, DepthParams};
-pub use crate::overlap::{CurveChain, Overlap, OverlapDetector, OverlapMeasures};
+pub use crate::located::OverlapMeasures;
+pub use crate::overlap::{CurveChain, Overlap, OverlapDetector};
 pub use crate::patches::ClippedFace;
 
 /// Compiles and runs the README's example.

@@ -37,6 +37,18 @@ pub enum NoInside {
         /// Its number of faces.
         faces: usize,
     },
+    /// Winding numbers are undefined; ray parity is not.
+    #[error(
+        "no winding number: along {count} edges two faces run in one direction, the first from vertex {from} to {to}; orient the faces alike"
+    )]
+    Misoriented {
+        /// Edges along which two faces run in one direction.
+        count: usize,
+        /// First end of the first of them, in that direction.
+        from: u32,
+        /// Its second end.
+        to: u32,
+    },
 }
 
 impl NoInside {
@@ -49,5 +61,16 @@ impl NoInside {
 
         let (&[from, to], faces) = odd.next()?;
         Some(Self::OddEdges { count: 1 + odd.count(), from, to, faces })
+    }
+
+    /// Returns the reason why winding numbers are undefined where ray parity is defined, if there is
+    /// one.
+    pub(crate) fn find_misoriented(surface: &TriangleSurface) -> Option<Self> {
+        match surface.require_oriented() {
+            Err(SurfaceError::Misoriented { count, from, to }) => {
+                Some(Self::Misoriented { count, from, to })
+            }
+            _ => None,
+        }
     }
 }

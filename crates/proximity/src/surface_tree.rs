@@ -18,6 +18,7 @@ pub struct SurfaceTree {
     positions: PositionBuffer,
     tree: Tree,
     no_inside: Option<NoInside>,
+    no_winding_number: Option<NoInside>,
     /// The first vertex of each connected component.
     components: Vec<u32>,
 }
@@ -60,7 +61,8 @@ impl SurfaceTree {
     /// Declares the surface open: nothing is inside it, whatever its edges say.
     #[must_use]
     pub fn declared_open(self) -> Self {
-        Self { no_inside: Some(NoInside::DeclaredOpen), ..self }
+        let reason = Some(NoInside::DeclaredOpen);
+        Self { no_inside: reason, no_winding_number: reason, ..self }
     }
 
     /// Moves all vertices, and refits the tree.
@@ -137,6 +139,16 @@ impl SurfaceTree {
         self.no_inside.map_or(Ok(()), Err)
     }
 
+    /// Checks that winding numbers are defined: as [`has_inside`](Self::has_inside), and that no two
+    /// faces run along an edge in the same direction.
+    ///
+    /// # Errors
+    ///
+    /// [`NoInside`] with the first edge that is open or misoriented.
+    pub fn has_winding_number(&self) -> Result<(), NoInside> {
+        self.no_winding_number.map_or(Ok(()), Err)
+    }
+
     /// Returns the first vertex of each connected component, vertices without a face left out.
     #[must_use]
     pub fn components(&self) -> &[u32] {
@@ -163,9 +175,11 @@ impl LazySurfaceTree {
         positions: Vec<DVec3>,
     ) -> Result<Self, SurfaceError> {
         let surface = surface.into();
+        let no_inside = NoInside::find(&surface);
         let inner = SurfaceTree {
             positions: surface.own_positions(positions)?,
-            no_inside: NoInside::find(&surface),
+            no_winding_number: no_inside.or_else(|| NoInside::find_misoriented(&surface)),
+            no_inside,
             tree: Tree::default(),
             components: Vec::new(),
             surface,

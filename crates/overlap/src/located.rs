@@ -1,0 +1,100 @@
+//! Measures of regions from their sums, and cavities as parts of what is around them.
+
+use glam::DVec3;
+
+use crate::measures::Sums;
+
+/// Measures of the intersection of two bodies A and B, or of one separate contact region of it.
+///
+/// Volume and centroid need an inside of both bodies, the area of one inside the other an inside
+/// of that other; what lacks it is `None`, and [`Overlap::no_inside`](crate::Overlap::no_inside) has the reason.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct OverlapMeasures {
+    /// Volume of the intersection.
+    pub volume: Option<f64>,
+    /// Center of mass of the intersection; `None` without volume.
+    pub centroid: Option<DVec3>,
+    /// Area of A's surface strictly inside B: coinciding faces are left out.
+    pub area_of_a_inside_b: Option<f64>,
+    /// Area of B's surface strictly inside A.
+    pub area_of_b_inside_a: Option<f64>,
+    /// Area in which faces of opposite normals coincide: the bodies touch from outside.
+    pub touching_area: f64,
+    /// Area in which faces of equal normals coincide.
+    pub flush_area: f64,
+    /// Length of the curve in which the surfaces cross.
+    pub curve_length: f64,
+    /// Closed loops of that curve.
+    pub curve_loops: usize,
+    /// Open arcs of that curve, which end at the border of an open surface.
+    pub curve_arcs: usize,
+    /// Area-weighted mean normal of A's surface inside B, of unit length; zero where the normals
+    /// cancel.
+    pub normal: DVec3,
+}
+
+/// Sums of a region, or of all, with the first moment about the scene's origin.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Located {
+    pub(crate) sums: Sums,
+    first_moment: DVec3,
+}
+
+impl Located {
+    /// Moves the moment of a region from its origin to the scene's.
+    pub(crate) fn new(sums: Sums, origin: DVec3) -> Self {
+        Self { sums, first_moment: sums.moment + sums.volume * origin }
+    }
+
+    /// Returns two regions together.
+    pub(crate) fn with(&self, other: &Self) -> Self {
+        Self {
+            sums: self.sums.with(&other.sums),
+            first_moment: self.first_moment + other.first_moment,
+        }
+    }
+
+    /// Returns the measures, each where the bodies with an inside define it.
+    pub(crate) fn measures(&self, has_inside: [bool; 2]) -> OverlapMeasures {
+        let Sums { areas, normal, volume, length, loops, arcs, touching, flush, .. } = self.sums;
+        let both = has_inside == [true; 2];
+        OverlapMeasures {
+            volume: both.then_some(volume),
+            centroid: (both && volume > 0.0).then(|| self.first_moment / volume),
+            area_of_a_inside_b: has_inside[1].then_some(areas[0]),
+            area_of_b_inside_a: has_inside[0].then_some(areas[1]),
+            touching_area: touching,
+            flush_area: flush,
+            curve_length: length,
+            curve_loops: loops,
+            curve_arcs: arcs,
+            normal: normal.normalize_or_zero(),
+        }
+    }
+}
+
+/// Joins each region of negative volume, the border of a cavity, to the smallest region around it.
+pub(crate) fn join_cavities(regions: &mut Vec<Located>) {
+    let mut next = 0;
+    while let Some(cavity) = regions.get(next).copied() {
+        let around =
+            if cavity.sums.volume < 0.0 { smallest_around(regions, &cavity) } else { None };
+        match around {
+            Some(solid) => {
+                regions[solid] = regions[solid].with(&cavity);
+                regions.remove(next);
+            }
+            None => next += 1,
+        }
+    }
+}
+
+/// Returns the region of least positive volume whose box holds that of a cavity.
+fn smallest_around(regions: &[Located], cavity: &Located) -> Option<usize> {
+    let volume = |i: &usize| regions[*i].sums.volume;
+    let around = (0..regions.len()).filter(|i| volume(i) > 0.0);
+    around
+        .filter(|&i| regions[i].sums.holds(&cavity.sums))
+        .min_by(|i, j| volume(i).total_cmp(&volume(j)))
+}
