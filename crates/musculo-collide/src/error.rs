@@ -3,7 +3,6 @@
 use ccd::CcdError;
 use kdop::TreeError;
 use medial::MedialError;
-use response::ResponseError;
 use surface::{SurfaceError, TriangleSurface};
 
 use crate::BodyKind;
@@ -104,17 +103,6 @@ pub enum SceneError {
         /// How many are possible.
         limit: usize,
     },
-    /// A parameter of a resolution outside its range.
-    #[error("the {name} is {value}, but must be finite and {}", if *.name == "clearance" { "at least 0" } else { "above 0" })]
-    Resolve {
-        /// Which one.
-        name: &'static str,
-        /// The value given.
-        value: f64,
-    },
-    /// Contacts could not be solved.
-    #[error("{0}")]
-    Response(#[from] ResponseError),
     /// A margin that is negative, infinite or not a number.
     #[error("the margin is {margin}, but must be finite and at least 0")]
     Margin {

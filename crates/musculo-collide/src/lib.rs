@@ -65,7 +65,8 @@ pub use crate::plan::{
     PairPlan, Plan, PlanError, PlanParams, RespondParams, Structure, StructureKind, machine_factor,
 };
 pub use crate::resolve::{
-    BodyChange, Obstacle, Remaining, Resolution, ResolveParams, Resolver, Round,
+    BodyChange, Obstacle, Remaining, Resolution, ResolveError, ResolveParams, Resolver, Round,
+    resolve,
 };
 pub use crate::scene::{Body, BodyId, BodyKind, Scene};
 pub use crate::sweep::{ContactKind, PairSweep, SweepReport, SweptContact};

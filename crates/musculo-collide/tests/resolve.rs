@@ -2,9 +2,12 @@
 
 use fixtures::{shapes, thigh::thigh};
 use musculo_collide::glam::{DQuat, DVec3};
+use musculo_collide::surface::progress::Progress;
 use musculo_collide::{
-    BodyKind, CheckParams, Obstacle, Resolution, ResolveParams, Resolver, Scene, SceneError,
+    BodyKind, CheckParams, Obstacle, Resolution, ResolveError, ResolveParams, Resolver, Scene,
 };
+
+const PARAMS: ResolveParams = ResolveParams::with_smoothing(6.0);
 
 fn planted() -> Scene {
     let mut scene = Scene::new();
@@ -17,7 +20,7 @@ fn planted() -> Scene {
 }
 
 fn resolve(scene: &mut Scene) -> Resolution {
-    scene.resolve(&ResolveParams::MILLIMETRES).expect("a resolution")
+    musculo_collide::resolve(scene, &PARAMS, Progress::none()).expect("a resolution")
 }
 
 #[test]
@@ -31,7 +34,7 @@ fn planted_overlaps_vanish() {
     // Looked at anew, not as the resolution tells.
     let after = scene.check(&CheckParams { margin: 0.0 }).expect("a check");
     let left: Vec<_> = after.iter().filter(|pair| pair.overlaps).collect();
-    let allowed = ResolveParams::MILLIMETRES.tolerance;
+    let allowed = PARAMS.tolerance;
     assert!(left.iter().all(|pair| pair.max_depth <= allowed), "{left:?}");
 
     for ((body, change), before) in scene.bodies().iter().zip(&resolution.bodies).zip(&before) {
@@ -93,7 +96,7 @@ fn any_number_of_threads_gives_the_same_bits() {
 fn the_unit_makes_no_difference() {
     // By a power of two nothing is rounded otherwise, so that all must be the same to the bit.
     let scale = 1.0 / 1024.0;
-    let ResolveParams { tolerance, clearance, smoothing, max_rounds } = ResolveParams::MILLIMETRES;
+    let ResolveParams { tolerance, clearance, smoothing, max_rounds } = PARAMS;
     let scaled = ResolveParams {
         tolerance: scale * tolerance,
         clearance: scale * clearance,
@@ -108,7 +111,8 @@ fn the_unit_makes_no_difference() {
     }
     let rounds = resolve(&mut one).rounds.len();
     assert!(rounds > 3, "{rounds} rounds");
-    assert_eq!(other.resolve(&scaled).expect("a resolution").rounds.len(), rounds);
+    let resolution = musculo_collide::resolve(&mut other, &scaled, Progress::none());
+    assert_eq!(resolution.expect("a resolution").rounds.len(), rounds);
     for (p, q) in one.particle_positions().into_iter().zip(other.particle_positions()) {
         assert_eq!(scale * p, q);
     }
@@ -132,11 +136,15 @@ fn rigid_bodies_stay_and_are_named() {
 #[test]
 fn parameters_out_of_range_are_named() {
     let mut scene = planted();
-    let params = ResolveParams { smoothing: -1.0, ..ResolveParams::MILLIMETRES };
-    let error = SceneError::Resolve { name: "smoothing", value: -1.0 };
-    assert_eq!(scene.resolve(&params), Err(error));
-    let params = ResolveParams { clearance: f64::NAN, ..ResolveParams::MILLIMETRES };
-    assert!(matches!(scene.resolve(&params), Err(SceneError::Resolve { name: "clearance", .. })));
+    for (expected, params) in [
+        ("tolerance", ResolveParams { tolerance: 0.0, ..PARAMS }),
+        ("smoothing", ResolveParams { smoothing: -1.0, ..PARAMS }),
+        ("clearance", ResolveParams { clearance: f64::NAN, ..PARAMS }),
+    ] {
+        let refused = musculo_collide::resolve(&mut scene, &params, Progress::none());
+        let Err(ResolveError::Parameter { name, .. }) = refused else { panic!("{refused:?}") };
+        assert_eq!(name, expected);
+    }
 }
 
 /// The planted scene with all bodies turned about an axis aslant.
@@ -153,10 +161,10 @@ fn turned(angle: f64) -> Scene {
 
 #[test]
 fn the_next_state_starts_from_the_last_in_the_frame_of_each_vertex() {
-    let mut resolver = Resolver::new(ResolveParams::MILLIMETRES).expect("a resolver");
-    let first = resolver.resolve(&mut planted()).expect("a resolution");
+    let mut resolver = Resolver::new(PARAMS).expect("a resolver");
+    let first = resolver.resolve(&mut planted(), Progress::none()).expect("a resolution");
     let (mut scene, mut anew) = (turned(1.2), turned(1.2));
-    let next = resolver.resolve(&mut scene).expect("a resolution");
+    let next = resolver.resolve(&mut scene, Progress::none()).expect("a resolution");
     assert!(first.resolved && next.resolved, "{:?}", next.remaining);
     // The state as it stands, then displaced as before: of each push a twentieth is left.
     let [stands, displaced, ..] = next.rounds[..] else { panic!("{:?}", next.rounds) };
@@ -169,7 +177,7 @@ fn the_next_state_starts_from_the_last_in_the_frame_of_each_vertex() {
 
 #[test]
 fn what_is_needed_no_more_fades() {
-    let mut resolver = Resolver::new(ResolveParams::MILLIMETRES).expect("a resolver");
+    let mut resolver = Resolver::new(PARAMS).expect("a resolver");
     let apart = |scene: &mut Scene| {
         let ids: Vec<_> = scene.ids().collect();
         for (k, id) in (0..).zip(ids) {
@@ -178,19 +186,19 @@ fn what_is_needed_no_more_fades() {
             scene.move_body(id, &x).expect("finite positions");
         }
     };
-    resolver.resolve(&mut planted()).expect("a resolution");
+    resolver.resolve(&mut planted(), Progress::none()).expect("a resolution");
     let mut scene = planted();
     apart(&mut scene);
     let before = scene.particle_positions();
-    let resolution = resolver.resolve(&mut scene).expect("a resolution");
+    let resolution = resolver.resolve(&mut scene, Progress::none()).expect("a resolution");
     assert!(resolution.resolved && resolution.rounds.len() == 1);
     assert_eq!(scene.particle_positions(), before, "nothing is pushed where nothing overlaps");
 }
 
 #[test]
 fn displacements_of_another_scene_are_not_taken() {
-    let mut resolver = Resolver::new(ResolveParams::MILLIMETRES).expect("a resolver");
-    resolver.resolve(&mut planted()).expect("a resolution");
+    let mut resolver = Resolver::new(PARAMS).expect("a resolver");
+    resolver.resolve(&mut planted(), Progress::none()).expect("a resolution");
     let cubes = || {
         let mut scene = Scene::new();
         for (name, kind, shift) in [
@@ -203,6 +211,6 @@ fn displacements_of_another_scene_are_not_taken() {
         scene
     };
     let (mut carried, mut fresh) = (cubes(), cubes());
-    let with = resolver.resolve(&mut carried).expect("a resolution");
+    let with = resolver.resolve(&mut carried, Progress::none()).expect("a resolution");
     assert_eq!(with, resolve(&mut fresh));
 }

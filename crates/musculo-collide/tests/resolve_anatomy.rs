@@ -8,7 +8,8 @@ use std::collections::BTreeSet;
 use std::time::Instant;
 
 use fixtures::data;
-use musculo_collide::{BodyId, BodyKind, CheckParams, PairReport, ResolveParams, Scene};
+use musculo_collide::surface::progress::Progress;
+use musculo_collide::{BodyId, BodyKind, CheckParams, PairReport, ResolveParams, Scene, resolve};
 
 const OVERLAP: CheckParams = CheckParams { margin: 0.0 };
 
@@ -51,7 +52,8 @@ fn comes_apart(folder: &std::path::Path, set: &str) {
     let before = scene.check(&OVERLAP).expect("a check");
     let touched = touched(&scene, &before);
     let start = Instant::now();
-    let resolution = scene.resolve(&ResolveParams::MILLIMETRES).expect("a resolution");
+    let resolution = resolve(&mut scene, &ResolveParams::with_smoothing(6.0), Progress::none())
+        .expect("a resolution");
     let seconds = start.elapsed().as_secs_f64();
     let after = scene.check(&OVERLAP).expect("a check");
 

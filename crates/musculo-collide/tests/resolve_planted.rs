@@ -4,11 +4,12 @@
 use fixtures::Mesh;
 use fixtures::shapes;
 use musculo_collide::glam::DVec3;
+use musculo_collide::surface::progress::Progress;
 use musculo_collide::{
-    BodyId, BodyKind, CheckParams, Obstacle, Resolution, ResolveParams, Resolver, Scene,
+    BodyId, BodyKind, CheckParams, Obstacle, Resolution, ResolveParams, Resolver, Scene, resolve,
 };
 
-const PARAMS: ResolveParams = ResolveParams::MILLIMETRES;
+const PARAMS: ResolveParams = ResolveParams::with_smoothing(6.0);
 
 fn scene(bone: Mesh, muscle: Mesh) -> (Scene, [BodyId; 2]) {
     let mut scene = Scene::new();
@@ -45,7 +46,7 @@ fn edges_that_cross_without_a_vertex_inside_come_apart() {
     let (mut scene, _) = scene(bone, muscle);
     let before = scene.check(&CheckParams { margin: 0.0 }).expect("a check");
     assert!(before[0].overlaps && before[0].max_depth == 0.0, "edges alone: {before:?}");
-    let resolution = scene.resolve(&PARAMS).expect("a resolution");
+    let resolution = resolve(&mut scene, &PARAMS, Progress::none()).expect("a resolution");
     assert!(resolution.rounds[0].max_depth > 0.2, "{:?}", resolution.rounds);
     assert!(resolution.resolved && resolution.remaining.is_empty(), "{:?}", resolution.remaining);
     let first = resolution.rounds[1].max_depth;
@@ -64,7 +65,7 @@ fn deep_tissue_leaves_a_thin_bone_by_the_side_it_entered() {
         scene.body(muscle).positions().iter().map(|x| x.z).fold(f64::INFINITY, f64::min)
     };
     assert!(lowest(&scene) < -1.1, "beyond the middle of the bone");
-    let resolution = scene.resolve(&PARAMS).expect("a resolution");
+    let resolution = resolve(&mut scene, &PARAMS, Progress::none()).expect("a resolution");
     is_sound(&mut scene, &resolution);
     assert!(lowest(&scene) > -PARAMS.tolerance, "{} is below the bone", lowest(&scene));
 }
@@ -74,7 +75,7 @@ fn a_spike_turns_no_face_over() {
     let spike = shapes::ellipsoid(DVec3::new(0.8, 0.8, 9.0), 2);
     let muscle = shapes::icosphere(14.0, 4).translated(DVec3::Z * 20.0);
     let (mut scene, _) = scene(spike, muscle);
-    let resolution = scene.resolve(&PARAMS).expect("a resolution");
+    let resolution = resolve(&mut scene, &PARAMS, Progress::none()).expect("a resolution");
     assert!(resolution.rounds[0].max_depth > 0.5 || resolution.rounds[0].overlapping_pairs > 0);
     is_sound(&mut scene, &resolution);
 }
@@ -86,12 +87,12 @@ fn displacements_that_make_it_worse_are_not_taken() {
     let (mut scene, [bone, muscle]) = scene(bone, muscle);
     let rest = [bone, muscle].map(|id| scene.body(id).positions().to_vec());
     let mut resolver = Resolver::new(PARAMS).expect("a resolver");
-    resolver.resolve(&mut scene).expect("a resolution");
+    resolver.resolve(&mut scene, Progress::none()).expect("a resolution");
     // The bone goes round to the other side, where tissue is as deep in it.
     let round: Vec<DVec3> = rest[0].iter().map(|x| *x + DVec3::X * 36.0).collect();
     scene.move_body(bone, &round).expect("finite");
     scene.move_body(muscle, &rest[1]).expect("finite");
-    let resolution = resolver.resolve(&mut scene).expect("a resolution");
+    let resolution = resolver.resolve(&mut scene, Progress::none()).expect("a resolution");
     assert!(resolution.resolved, "{:?}", resolution.remaining);
     let moved = scene.body(muscle).positions().iter().zip(&rest[1]);
     let far = moved.filter(|(x, _)| x.x < 12.0);
@@ -106,10 +107,10 @@ fn displacements_of_bodies_with_other_vertices_are_not_taken() {
         scene(shapes::icosphere(10.0, 2), muscle).0
     };
     let mut resolver = Resolver::new(PARAMS).expect("a resolver");
-    resolver.resolve(&mut spheres(2)).expect("a resolution");
+    resolver.resolve(&mut spheres(2), Progress::none()).expect("a resolution");
     let (mut carried, mut fresh) = (spheres(3), spheres(3));
-    let with = resolver.resolve(&mut carried).expect("a resolution");
-    assert_eq!(with, fresh.resolve(&PARAMS).expect("a resolution"));
+    let with = resolver.resolve(&mut carried, Progress::none()).expect("a resolution");
+    assert_eq!(with, resolve(&mut fresh, &PARAMS, Progress::none()).expect("a resolution"));
 }
 
 /// A disc of tissue 4 thick, and two bones that leave it a gap.
@@ -134,7 +135,7 @@ fn between_bones(gap: f64) -> Scene {
 #[expect(clippy::print_stdout, reason = "a measured test says what it saw")]
 fn a_disc_pressed_over_all_of_its_faces_loses_volume_and_says_so() {
     let mut scene = between_bones(3.0);
-    let resolution = scene.resolve(&PARAMS).expect("a resolution");
+    let resolution = resolve(&mut scene, &PARAMS, Progress::none()).expect("a resolution");
     let [.., last] = resolution.rounds[..] else { panic!("no rounds") };
     let lost = 1.0 - resolution.bodies[2].volume_ratio.expect("closed");
     println!(
@@ -150,14 +151,15 @@ fn a_disc_pressed_over_all_of_its_faces_loses_volume_and_says_so() {
 #[test]
 fn tissue_without_room_is_named_with_the_reason() {
     let mut scene = between_bones(0.01);
-    let resolution = scene.resolve(&PARAMS).expect("a resolution");
+    let resolution = resolve(&mut scene, &PARAMS, Progress::none()).expect("a resolution");
     assert!(!resolution.resolved);
     let muscle = scene.find("muscle").expect("the muscle");
     assert_eq!(resolution.remaining[0].b, muscle);
     assert_eq!(resolution.remaining[0].obstacle, Obstacle::Stuck, "{:?}", resolution.rounds);
 
     let hasty = ResolveParams { max_rounds: 1, ..PARAMS };
-    let resolution = between_bones(0.01).resolve(&hasty).expect("a resolution");
+    let resolution =
+        resolve(&mut between_bones(0.01), &hasty, Progress::none()).expect("a resolution");
     assert_eq!(resolution.remaining[0].obstacle, Obstacle::Rounds);
     assert_eq!(resolution.rounds.len(), 2);
 }

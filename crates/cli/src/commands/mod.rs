@@ -91,6 +91,7 @@ failures!(
     mesh_io::FileError,
     OutputError,
     musculo_collide::PlanError,
+    musculo_collide::ResolveError,
     musculo_collide::SceneError,
     std::io::Error,
     serde_json::Error,

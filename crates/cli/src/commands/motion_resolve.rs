@@ -38,7 +38,8 @@ pub(super) fn run(
     for (frame, &time) in job.times.iter().enumerate() {
         place(scene, &replay.positions(frame))?;
         let start = Instant::now();
-        let resolution = resolver.resolve(scene)?;
+        let resolution =
+            resolver.resolve(scene, musculo_collide::surface::progress::Progress::none())?;
         seconds.push(start.elapsed().as_secs_f64());
         stage(job.folder, frame, scene, &resolution, &mut outputs)?;
         frames.push(ResolvedFrame::new((frame, time), scene, &resolution));

@@ -67,7 +67,12 @@ fn resolve(arguments: &ResolveArguments) -> Result<Outcome, Failure> {
     let start = Instant::now();
     let resolution = {
         let _progress = Progress::start("pushing apart", 1);
-        scene.resolve(&arguments.lengths.params(description.unit))?
+        let params = arguments.lengths.params(description.unit);
+        musculo_collide::resolve(
+            &mut scene,
+            &params,
+            musculo_collide::surface::progress::Progress::none(),
+        )?
     };
     let seconds = start.elapsed().as_secs_f64();
     let after = arguments.page("after", &description, bodies, &mut scene)?;

@@ -5,6 +5,9 @@ use musculo_collide::ResolveParams;
 
 use crate::scene::Unit;
 
+/// Smoothing length where none is given \[mm\]: a few edges of a muscle's mesh.
+const SMOOTHING_MM: f64 = 6.0;
+
 /// Lengths are in the scene's unit.
 #[derive(Debug, Args)]
 pub(super) struct ResolveLengths {
@@ -21,14 +24,15 @@ pub(super) struct ResolveLengths {
     tolerance: Option<f64>,
 
     /// Rounds of detection and pushing at most
-    #[arg(long, value_name = "N", default_value_t = ResolveParams::MILLIMETRES.max_rounds)]
+    #[arg(long, value_name = "N", default_value_t = ResolveParams::with_smoothing(SMOOTHING_MM).max_rounds)]
     rounds: u32,
 }
 
 impl ResolveLengths {
     /// With what was not given as it is for millimetres.
     pub(super) fn params(&self, unit: Unit) -> ResolveParams {
-        let ResolveParams { tolerance, clearance, smoothing, .. } = ResolveParams::MILLIMETRES;
+        let ResolveParams { tolerance, clearance, smoothing, .. } =
+            ResolveParams::with_smoothing(SMOOTHING_MM);
         let or = |given: Option<f64>, mm: f64| given.unwrap_or_else(|| unit.of_millimetres(mm));
         ResolveParams {
             tolerance: or(self.tolerance, tolerance),

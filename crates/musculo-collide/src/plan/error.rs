@@ -1,5 +1,7 @@
 //! Why a plan cannot be made or followed.
 
+use response::ResponseError;
+
 use crate::{ExclusionReason, SceneError};
 
 /// What a plan refuses, naming the bodies concerned.
@@ -37,7 +39,10 @@ pub enum PlanError {
         /// The body's name.
         name: String,
     },
-    /// What the scene itself refuses.
+    /// A failure of the scene.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// A failure of the contact solver.
+    #[error(transparent)]
+    Response(#[from] ResponseError),
 }

@@ -7,7 +7,7 @@ use response::{
 };
 
 use super::{Detection, Plan};
-use crate::{BodyKind, PlanError, Scene, SceneError};
+use crate::{BodyKind, PlanError, Scene};
 
 /// How far apart bodies are moved, and how hard that is tried.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -24,12 +24,12 @@ impl Plan {
     /// What a reduced surface stands for goes where that goes.
     ///
     /// One call corrects positions once; contacts that this makes are found by
-    /// the next detection. [`Scene::resolve`] repeats both until nothing
+    /// the next detection. [`resolve`](crate::resolve()) repeats both until nothing
     /// overlaps, and keeps shapes and volumes.
     ///
     /// # Errors
     ///
-    /// [`PlanError::OtherScene`], and [`SceneError::Response`] for parameters out
+    /// [`PlanError::OtherScene`], and [`PlanError::Response`] for parameters out
     /// of range.
     pub fn respond(
         &self,
@@ -38,8 +38,7 @@ impl Plan {
         params: &RespondParams,
     ) -> Result<SolveReport, PlanError> {
         self.check_scene(scene)?;
-        let (moved, report) =
-            displacements(scene, detection, params).map_err(SceneError::Response)?;
+        let (moved, report) = displacements(scene, detection, params)?;
         for id in scene.ids() {
             let body = scene.body(id);
             if body.kind() == BodyKind::Rigid {

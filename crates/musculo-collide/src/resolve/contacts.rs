@@ -1,116 +1,144 @@
-//! What keeps bodies apart: a contact for every vertex that is inside another
-//! body or near it, and one for every pair of faces that cross although none
-//! of their vertices is inside.
+//! Contacts of faces that cross although none of their vertices is inside.
 //!
-//! Two faces that cross by their edges are taken apart along the normal
-//! between them: over the area in which they hide each other, seen along that
-//! normal, the height of one above the other is linear piece by piece, so its
-//! greatest value stands at a corner of that area, which is a vertex over a
-//! face or two edges over each other.
+//! Two faces that cross by their edges are separated along the normal between them. Over the
+//! area in which they cover each other, seen along that normal, the height of one over the
+//! other is piecewise linear. Its maximum is at a corner of that area: a vertex over a face,
+//! or two edges over each other.
 
 use glam::{DVec2, DVec3};
-use surface::{Anchor, Contact, Stencil, Term, TriangleSurface};
+use surface::{Contact, ContactSide, Term, vertex_normals};
 
 use crate::scene::Body;
 use crate::{BodyKind, PairReport, Scene, VertexReport};
 
-/// Unit normals of a body's vertices, weighted by the areas of their faces; 0
-/// for a vertex without area.
-pub(super) fn vertex_normals(surface: &TriangleSurface, x: &[DVec3]) -> Vec<DVec3> {
-    let mut normals = vec![DVec3::ZERO; x.len()];
-    for face in surface.faces() {
-        let [p, q, r] = face.map(|corner| x[corner as usize]);
-        let normal = (q - p).cross(r - p);
-        face.iter().for_each(|&corner| normals[corner as usize] += normal);
-    }
-    normals.into_iter().map(DVec3::normalize_or_zero).collect()
-}
-
-/// How far the edges of a pair's crossing faces pass beyond each other where no
-/// vertex is inside: contacts, of which the gaps are negative.
-pub(super) fn of_edges(scene: &Scene, pair: &PairReport) -> Vec<Contact> {
-    let (a, b) = (scene.body(pair.a), scene.body(pair.b));
+/// Finds the contacts of a pair's crossing faces without a vertex inside. Their gaps are
+/// negative.
+pub(super) fn edge_contacts(scene: &Scene, pair: &PairReport) -> Vec<Contact> {
     if pair.crossing_faces.is_empty() {
         return Vec::new();
     }
-    let inside = [inside(a, &pair.a_against_b), inside(b, &pair.b_against_a)];
-    let normals = [a, b].map(|body| vertex_normals(body.surface(), body.positions()));
-    let crossing = |&[fa, fb]: &[u32; 2]| {
-        let faces = [a.surface().faces()[fa as usize], b.surface().faces()[fb as usize]];
-        let holds_inside = |side: usize| faces[side].iter().any(|&v| inside[side][v as usize]);
-        if holds_inside(0) || holds_inside(1) {
-            return None;
-        }
-        let mean = |side: usize| faces[side].iter().map(|&v| normals[side][v as usize]).sum();
-        let [of_a, of_b]: [DVec3; 2] = [mean(0), mean(1)];
+    let [a, b] = [pair.a, pair.b].map(|id| scene.body(id));
+    let [a_is_rigid, b_is_rigid] = [a, b].map(|body| body.kind() == BodyKind::Rigid);
+    // A contact has one anchor at most: between two bones, the second is.
+    let a = CrossingSide::new(a, &pair.a_against_b, a_is_rigid && !b_is_rigid);
+    let b = CrossingSide::new(b, &pair.b_against_a, b_is_rigid);
+
+    let contact = |&[face_a, face_b]: &[u32; 2]| {
+        let [of_a, of_b] = [a.face_normal(face_a)?, b.face_normal(face_b)?];
         let normal = (of_b - of_a).try_normalize().or_else(|| of_b.try_normalize())?;
-        let corners = [a.corners(fa), b.corners(fb)];
-        let meeting = highest(corners, normal)?;
-        Some(contact([(a, faces[0]), (b, faces[1])], &meeting, normal, corners))
+        let meeting = highest([a.body.corners(face_a), b.body.corners(face_b)], normal)?;
+
+        let on_a = a.point(face_a, meeting.weights[0]);
+        let on_b = b.point(face_b, meeting.weights[1]);
+        Some(Contact::between(on_a.side(), on_b.side(), normal, -meeting.height))
     };
-    pair.crossing_faces.iter().filter_map(crossing).collect()
+    pair.crossing_faces.iter().filter_map(contact).collect()
 }
 
-fn inside(body: &Body, report: &VertexReport) -> Vec<bool> {
-    let mut inside = vec![false; body.positions().len()];
-    for near in report.near.iter().filter(|near| near.gap < 0.0) {
-        inside[near.vertex as usize] = true;
+/// One body of a pair whose faces cross.
+struct CrossingSide<'a> {
+    body: &'a Body,
+    /// Whether each vertex is inside the other body, |V|.
+    is_inside: Vec<bool>,
+    normals: Vec<DVec3>,
+    /// Whether the body is the anchor of contacts.
+    is_anchor: bool,
+}
+
+impl<'a> CrossingSide<'a> {
+    fn new(body: &'a Body, report: &VertexReport, is_anchor: bool) -> Self {
+        let mut is_inside = vec![false; body.positions().len()];
+        for near in report.near.iter().filter(|near| near.gap < 0.0) {
+            is_inside[near.vertex as usize] = true;
+        }
+        let normals = vertex_normals(body.surface().faces(), body.positions());
+        Self { body, is_inside, normals, is_anchor }
     }
-    inside
+
+    /// Sums the normals of a face's corners; `None` where one of them is inside.
+    fn face_normal(&self, face: u32) -> Option<DVec3> {
+        let corners = self.body.surface().faces()[face as usize].map(|vertex| vertex as usize);
+        let is_outside = !corners.iter().any(|&vertex| self.is_inside[vertex]);
+        is_outside.then(|| corners.iter().map(|&vertex| self.normals[vertex]).sum())
+    }
+
+    /// Returns the point of a face with these weights of its corners.
+    fn point(&self, face: u32, weights: [f64; 3]) -> FacePoint {
+        if self.is_anchor {
+            return FacePoint::Anchor(interpolate(self.body.corners(face), weights));
+        }
+        let first = self.body.particles().start;
+        let corners = self.body.surface().faces()[face as usize].into_iter().zip(weights);
+        let terms = corners.map(|(vertex, weight)| Term { particle: first + vertex, weight });
+        FacePoint::Particles(terms.filter(|term| term.weight != 0.0).collect())
+    }
 }
 
-/// Points of two faces one over the other, in weights of their corners, and how
-/// far the point of the second is above that of the first.
+/// Point of a face, by what carries it.
+enum FacePoint {
+    Anchor(DVec3),
+    Particles(Vec<Term>),
+}
+
+impl FacePoint {
+    /// Returns the point as one side of a contact; an anchor is at rest.
+    fn side(&self) -> ContactSide<'_> {
+        match self {
+            Self::Anchor(point) => ContactSide::at_rest(*point),
+            Self::Particles(terms) => ContactSide::Particles(terms),
+        }
+    }
+}
+
+/// Points of two faces over each other.
 struct Meeting {
+    /// Weights of the corners of either face.
     weights: [[f64; 3]; 2],
+    /// Height of the second point over the first.
     height: f64,
 }
 
-/// Where the second face is highest over the first, seen along `normal`.
+/// Finds where the second face is highest over the first, seen along `normal`.
+///
+/// `None` where it is nowhere over it, and where the height exceeds half the longest edge of a
+/// face: the faces then belong to parts that are seen from the side.
 fn highest([a, b]: [[DVec3; 3]; 2], normal: DVec3) -> Option<Meeting> {
     let (u, v) = normal.any_orthonormal_pair();
     let flat = |corners: [DVec3; 3]| corners.map(|p| DVec2::new(p.dot(u), p.dot(v)));
     let (flat_a, flat_b) = (flat(a), flat(b));
-    let mut best: Option<Meeting> = None;
-    let mut offer = |weights: [[f64; 3]; 2]| {
-        let height = (point(b, weights[1]) - point(a, weights[0])).dot(normal);
-        if best.as_ref().is_none_or(|best| height > best.height) {
-            best = Some(Meeting { weights, height });
-        }
-    };
+
+    // The corners of the area in which the faces cover each other.
+    let mut corners: Vec<[[f64; 3]; 2]> = Vec::new();
     for k in 0..3 {
-        if let Some(weights) = weights_within(flat_a[k], flat_b) {
-            offer([corner(k), weights]);
-        }
-        if let Some(weights) = weights_within(flat_b[k], flat_a) {
-            offer([weights, corner(k)]);
-        }
+        corners.extend(weights_within(flat_a[k], flat_b).map(|of_b| [along(k, 0.0), of_b]));
+        corners.extend(weights_within(flat_b[k], flat_a).map(|of_a| [of_a, along(k, 0.0)]));
     }
     for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
         let edge = |corners: [DVec2; 3], k: usize| [corners[k], corners[(k + 1) % 3]];
-        if let Some([s, t]) = segments_cross(edge(flat_a, i), edge(flat_b, j)) {
-            offer([along(i, s), along(j, t)]);
+        let crossing = segments_cross(edge(flat_a, i), edge(flat_b, j));
+        corners.extend(crossing.map(|[s, t]| [along(i, s), along(j, t)]));
+    }
+
+    let mut highest: Option<Meeting> = None;
+    for weights in corners {
+        let height = (interpolate(b, weights[1]) - interpolate(a, weights[0])).dot(normal);
+        if highest.as_ref().is_none_or(|highest| height > highest.height) {
+            highest = Some(Meeting { weights, height });
         }
     }
-    best.filter(|best| {
-        best.height > 0.0 && best.height < longest_edge(a).min(longest_edge(b)) / 2.0
-    })
+    let max_height = longest_edge(a).min(longest_edge(b)) / 2.0;
+    highest.filter(|highest| highest.height > 0.0 && highest.height < max_height)
 }
 
-/// Heights beyond half an edge are those of faces that are seen from the side.
 fn longest_edge([p, q, r]: [DVec3; 3]) -> f64 {
     p.distance(q).max(q.distance(r)).max(r.distance(p))
 }
 
-fn point(corners: [DVec3; 3], weights: [f64; 3]) -> DVec3 {
+fn interpolate(corners: [DVec3; 3], weights: [f64; 3]) -> DVec3 {
     corners.iter().zip(weights).map(|(&corner, weight)| weight * corner).sum()
 }
 
-fn corner(k: usize) -> [f64; 3] {
-    along(k, 0.0)
-}
-
-/// Weights of the point at share `s` of a face's edge `k`.
+/// Returns the weights of the point at the fraction `s` of a face's edge `k`.
 fn along(k: usize, s: f64) -> [f64; 3] {
     let mut weights = [0.0; 3];
     weights[k] = 1.0 - s;
@@ -118,6 +146,7 @@ fn along(k: usize, s: f64) -> [f64; 3] {
     weights
 }
 
+/// Computes the barycentric coordinates of a point in a triangle; `None` outside.
 fn weights_within(p: DVec2, [a, b, c]: [DVec2; 3]) -> Option<[f64; 3]> {
     let areas = [(b - p).perp_dot(c - p), (c - p).perp_dot(a - p), (a - p).perp_dot(b - p)];
     let whole: f64 = areas.iter().sum();
@@ -125,40 +154,12 @@ fn weights_within(p: DVec2, [a, b, c]: [DVec2; 3]) -> Option<[f64; 3]> {
     weights.iter().all(|weight| (0.0..=1.0).contains(weight)).then_some(weights)
 }
 
+/// Computes where two segments cross, as fractions of both.
 fn segments_cross([a0, a1]: [DVec2; 2], [b0, b1]: [DVec2; 2]) -> Option<[f64; 2]> {
     let (a, b) = (a1 - a0, b1 - b0);
     let turn = a.perp_dot(b);
-    let shares = [(b0 - a0).perp_dot(b) / turn, (b0 - a0).perp_dot(a) / turn];
-    shares.iter().all(|share| (0.0..=1.0).contains(share)).then_some(shares)
-}
-
-/// The contact of two faces: a rigid body is the anchor, at rest.
-fn contact(
-    [(a, face_a), (b, face_b)]: [(&Body, [u32; 3]); 2],
-    meeting: &Meeting,
-    normal: DVec3,
-    corners: [[DVec3; 3]; 2],
-) -> Contact {
-    let Meeting { weights, height } = *meeting;
-    let terms = |body: &Body, face: [u32; 3], weights: [f64; 3], sign: f64| -> Vec<Term> {
-        let first = body.particles().start;
-        let each = face.iter().zip(weights).filter(|&(_, weight)| weight != 0.0);
-        each.map(|(&v, weight)| Term { particle: first + v, weight: sign * weight }).collect()
-    };
-    let rigid = |body: &Body| body.kind() == BodyKind::Rigid;
-    let anchored = |side: usize| {
-        Some(Anchor { point: point(corners[side], weights[side]), ..Anchor::default() })
-    };
-    let (of_a, of_b) = (terms(a, face_a, weights[0], -1.0), terms(b, face_b, weights[1], 1.0));
-    let (terms, anchor, normal) = if rigid(b) {
-        (of_a, anchored(1), normal)
-    } else if rigid(a) {
-        (terms(b, face_b, weights[1], -1.0), anchored(0), -normal)
-    } else {
-        ([of_a, of_b].concat(), None, normal)
-    };
-    let stencil = Stencil::new(&terms).expect("a vertex over a face or two edges: four at most");
-    Contact { stencil, anchor, normal, offset: 0.0, gap: -height, time: None }
+    let fractions = [(b0 - a0).perp_dot(b) / turn, (b0 - a0).perp_dot(a) / turn];
+    fractions.iter().all(|fraction| (0.0..=1.0).contains(fraction)).then_some(fractions)
 }
 
 #[cfg(test)]
@@ -177,7 +178,8 @@ mod tests {
         let [below, above] = crossed(0.25);
         let meeting = highest([above, below], DVec3::Z).expect("they cross");
         assert!((meeting.height - 0.25).abs() < 1e-12, "{}", meeting.height);
-        let [p, q] = [point(above, meeting.weights[0]), point(below, meeting.weights[1])];
+        let [p, q] =
+            [(above, 0), (below, 1)].map(|(face, k)| interpolate(face, meeting.weights[k]));
         assert!((q - p - 0.25 * DVec3::Z).length() < 1e-12, "{p} {q}");
         assert!(p.truncate().length() < 1e-12, "where the edges cross: {p}");
     }

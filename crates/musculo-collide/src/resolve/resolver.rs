@@ -1,16 +1,35 @@
-//! Resolution of one state after another.
+//! Overlap removal of one state, or of one state after another.
 
-use super::carry::{self, Carried};
-use super::{Resolution, ResolveParams, Run, SIGHT, STEP};
-use crate::{CheckParams, Scene, SceneError};
+use surface::progress::Progress;
 
-/// Resolves the states of a moving scene one after the other, and starts each
-/// from how tissue was displaced in the last one, where that is better than to
-/// start from the state as it stands.
+use super::carry::{self, LocalDisplacements};
+use super::run::Run;
+use super::{Resolution, ResolveError, ResolveParams};
+use crate::Scene;
+
+/// Pushes apart the bodies of a scene that overlap.
+///
+/// Rigid bodies do not move. Soft ones yield, and share their overlaps with each other by
+/// mass. Vertices far from all pushes keep their positions to the bit.
+///
+/// # Errors
+///
+/// As [`Resolver::new`] and [`Resolver::resolve`].
+pub fn resolve(
+    scene: &mut Scene,
+    params: &ResolveParams,
+    progress: Progress<'_>,
+) -> Result<Resolution, ResolveError> {
+    Resolver::new(*params)?.resolve(scene, progress)
+}
+
+/// Overlap removal for the states of a moving scene, with warm starting: each state starts
+/// from the displacements of the last one, where that is better.
 ///
 /// ```
 /// use musculo_collide::glam::DVec3;
 /// use musculo_collide::surface::TriangleSurface;
+/// use musculo_collide::surface::progress::Progress;
 /// use musculo_collide::{BodyKind, ResolveParams, Resolver, Scene};
 ///
 /// // A bone that moves into a muscle, here two tetrahedra of 10 mm.
@@ -21,54 +40,56 @@ use crate::{CheckParams, Scene, SceneError};
 /// let id = scene.add("bone", BodyKind::Rigid, TriangleSurface::new(4, faces.clone())?, bone.to_vec())?;
 /// let soft = scene.add("muscle", BodyKind::Deformable, TriangleSurface::new(4, faces)?, muscle.to_vec())?;
 ///
-/// let mut resolver = Resolver::new(ResolveParams::MILLIMETRES)?;
+/// let mut resolver = Resolver::new(ResolveParams::with_smoothing(6.0))?;
 /// for up in [0.0, 1.0, 2.0] {
-///     // Every body is placed anew: what resolution did to the muscle is taken up by itself.
+///     // Both bodies are placed without any push; the resolver adds the last one by itself.
 ///     scene.move_body(id, &bone.map(|corner| corner + up * DVec3::Z))?;
 ///     scene.move_body(soft, &muscle)?;
-///     assert!(resolver.resolve(&mut scene)?.resolved);
+///     assert!(resolver.resolve(&mut scene, Progress::none())?.resolved);
 /// }
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Resolver {
     params: ResolveParams,
-    carried: Vec<Option<Carried>>,
+    carried: Vec<Option<LocalDisplacements>>,
 }
 
 impl Resolver {
-    /// A resolver that knows no state yet.
+    /// Returns a resolver without an earlier state.
     ///
     /// # Errors
     ///
-    /// [`SceneError::Resolve`] for a parameter out of range.
-    pub fn new(params: ResolveParams) -> Result<Self, SceneError> {
+    /// [`ResolveError::Parameter`] for a parameter out of range.
+    pub fn new(params: ResolveParams) -> Result<Self, ResolveError> {
         params.validate()?;
         Ok(Self { params, carried: Vec::new() })
     }
 
-    /// Pushes apart what overlaps in a scene, as [`Scene::resolve`] does.
+    /// Pushes apart the bodies of a scene that overlap, as [`resolve`] does.
     ///
-    /// The scene's positions are those without any push; displacements of the
-    /// last state are added to them first, unless the scene has other bodies
-    /// now or is worse off with them.
+    /// The scene's positions are those without any push. Displacements of the last state are
+    /// added first, unless the scene has other bodies now or is worse off with them.
     ///
     /// # Errors
     ///
-    /// Those of [`Scene::check`].
-    pub fn resolve(&mut self, scene: &mut Scene) -> Result<Resolution, SceneError> {
-        let step = STEP * self.params.smoothing;
-        let near = CheckParams { margin: 4.0 * self.params.clearance + SIGHT * step };
-        let fits = carry::fit(&self.carried, scene);
-        let mut run = Run::start(scene, self.params, near)?;
-        if fits && run.goes_on() {
-            run.displace(&self.carried)?;
+    /// With soft bodies back where they were:
+    /// - [`ResolveError::Interrupted`] when the handler of `progress` ends the call;
+    /// - [`ResolveError::Scene`] and [`ResolveError::Response`] for bodies that are too large,
+    ///   or too far from the origin to compute with.
+    pub fn resolve(
+        &mut self,
+        scene: &mut Scene,
+        progress: Progress<'_>,
+    ) -> Result<Resolution, ResolveError> {
+        let carried = carry::fitting(&self.carried, scene);
+        let mut run = Run::new(scene, self.params, progress)?;
+
+        let result = run.warm_start(carried).and_then(|()| run.complete());
+        match &result {
+            Ok(_) => self.carried = run.local_displacements(),
+            Err(_) => run.restore()?,
         }
-        while run.goes_on() {
-            run.round()?;
-        }
-        let (resolution, carried) = run.finish()?;
-        self.carried = carried;
-        Ok(resolution)
+        result
     }
 }

@@ -1,10 +1,9 @@
-//! A push at some vertices, handed on to the tissue around them.
+//! Spreading of a push from some vertices to the tissue around them.
 //!
-//! The displacement between pushed vertices is the one that a membrane on an
-//! elastic foundation takes: where it is not pushed, `Δu = u / ℓ²`, with ℓ the
-//! smoothing length, so that it fades along the surface and stays exactly 0 a
-//! few ℓ away. Struts through the tissue take part, and thin sheets thus move
-//! as one and keep their volume.
+//! Vertices that are not pushed take the displacement of a membrane on an elastic
+//! foundation, `Δu = u / ℓ²` with the smoothing length ℓ. It fades along the surface, and is
+//! cut to exactly 0 a few ℓ away. Struts take part, so that thin sheets move as one and keep
+//! their volume.
 
 use std::collections::VecDeque;
 
@@ -12,109 +11,90 @@ use glam::DVec3;
 use kdop::Workspace;
 
 use super::tissue::Tissue;
+use super::tuning;
 use crate::scene::Body;
 
-/// How far the push reaches, in smoothing lengths: it has faded to a twentieth
-/// there, and is cut.
-const REACH: f64 = 3.0;
-
-/// Share of the strongest push below which a vertex is left where it is.
-const FADED: f64 = 1e-3;
-
-/// Gauss–Seidel sweeps, to and fro. More give a smoother field and cost time;
-/// what a round leaves rough, the next ones smooth.
-const SWEEPS: usize = 8;
-
-/// Spreads a body's pushes, in place; vertices without any are those with 0.
+/// Spreads a body's pushes in place; vertices that are not pushed hold 0.
 pub(super) fn spread(
     body: &Body,
     tissue: &mut Tissue,
     pushes: &mut [DVec3],
     smoothing: f64,
-    traversal: &mut Workspace,
+    workspace: &mut Workspace,
 ) {
     let pushed: Vec<u32> =
         (0..).zip(&*pushes).filter(|(_, push)| **push != DVec3::ZERO).map(|(v, _)| v).collect();
     if pushed.is_empty() {
         return;
     }
-    let mut free = around(body, tissue, &pushed, smoothing, traversal);
-    free.sort_unstable();
-    let foundation = (smoothing * smoothing).recip();
-    for sweep in 0..SWEEPS {
-        let relax = |&v: &u32| {
-            if let Some(u) = balance(tissue, v, |next| pushes[next as usize], foundation) {
-                pushes[v as usize] = u;
-            }
-        };
-        if sweep % 2 == 0 {
-            free.iter().for_each(relax);
-        } else {
-            free.iter().rev().for_each(relax);
+
+    // The distance to spread over grows with the push, so that no tissue strains more.
+    let radius = smoothing.max(max_displacement(body, tissue, pushes) / tuning::MAX_SLOPE);
+    let free = vertices_around(body, tissue, &pushed, radius, workspace);
+    let foundation = (radius * radius).recip();
+    symmetric_sweeps(&free, tuning::SPREAD_SWEEPS, |&v| {
+        if let Some(u) = tissue.equilibrium(v, |next| pushes[next as usize], foundation) {
+            pushes[v as usize] = u;
         }
-    }
+    });
+
     let strongest = pushed.iter().map(|&v| pushes[v as usize].length()).fold(0.0, f64::max);
     for v in free {
-        if pushes[v as usize].length() < FADED * strongest {
+        if pushes[v as usize].length() < tuning::MIN_SPREAD * strongest {
             pushes[v as usize] = DVec3::ZERO;
         }
     }
 }
 
-/// How far the farthest vertex that is pushed comes to lie from its rest.
-pub(super) fn farthest(body: &Body, tissue: &Tissue, pushes: &[DVec3]) -> f64 {
+/// Relaxes all items `sweeps` times, forward and backward in turn (symmetric Gauss–Seidel).
+pub(super) fn symmetric_sweeps<T>(items: &[T], sweeps: usize, mut relax: impl FnMut(&T)) {
+    for sweep in 0..sweeps {
+        if sweep % 2 == 0 {
+            items.iter().for_each(&mut relax);
+        } else {
+            items.iter().rev().for_each(&mut relax);
+        }
+    }
+}
+
+/// Returns the largest distance from rest of a pushed vertex, with its push.
+fn max_displacement(body: &Body, tissue: &Tissue, pushes: &[DVec3]) -> f64 {
     let places = body.positions().iter().zip(&tissue.rest).zip(pushes);
     let pushed = places.filter(|(_, push)| **push != DVec3::ZERO);
     pushed.map(|((x, rest), push)| (*x + *push).distance(*rest)).fold(0.0, f64::max)
 }
 
-/// Vertices that are not pushed themselves, within the margin of pushed ones along
-/// the surface or through the tissue.
-fn around(
+/// Finds the vertices around pushed ones, along the surface or through the tissue, that are
+/// not pushed themselves, ascending.
+fn vertices_around(
     body: &Body,
     tissue: &mut Tissue,
     pushed: &[u32],
     smoothing: f64,
-    traversal: &mut Workspace,
+    workspace: &mut Workspace,
 ) -> Vec<u32> {
-    let mut seen = vec![false; tissue.rest.len()];
-    pushed.iter().for_each(|&v| seen[v as usize] = true);
-    let mut queue: VecDeque<(u32, u32)> = pushed.iter().map(|&v| (v, v)).collect();
+    let max_distance = tuning::SPREAD_RADIUS * smoothing;
+    let mut visited = vec![false; tissue.rest.len()];
+    let mut queue = VecDeque::new();
+    for &vertex in pushed {
+        visited[vertex as usize] = true;
+        queue.push_back((vertex, vertex));
+    }
+
     let mut free = Vec::new();
     while let Some((vertex, source)) = queue.pop_front() {
-        tissue.find_struts(body, &[vertex], smoothing, traversal);
-        let along = tissue.neighbours(vertex).iter().map(|&(next, _)| next);
+        tissue.find_strut(body, vertex, smoothing, workspace);
+        let along = tissue.links(vertex).iter().map(|link| link.neighbor);
         let through = tissue.strut(vertex).map_or([vertex; 3], |strut| strut.corners);
         for next in along.chain(through) {
             let distance = tissue.rest[next as usize].distance(tissue.rest[source as usize]);
-            if !seen[next as usize] && distance <= REACH * smoothing {
-                seen[next as usize] = true;
+            if !visited[next as usize] && distance <= max_distance {
+                visited[next as usize] = true;
                 free.push(next);
                 queue.push_back((next, source));
             }
         }
     }
+    free.sort_unstable();
     free
-}
-
-/// Where a vertex comes to rest between its neighbours and the other side, which
-/// are displaced by `u`; `None` where nothing holds it.
-pub(super) fn balance(
-    tissue: &Tissue,
-    vertex: u32,
-    u: impl Fn(u32) -> DVec3,
-    foundation: f64,
-) -> Option<DVec3> {
-    let (mut sum, mut stiffness) = (DVec3::ZERO, foundation);
-    for &(next, k) in tissue.neighbours(vertex) {
-        sum += k * u(next);
-        stiffness += k;
-    }
-    if let Some(strut) = tissue.strut(vertex) {
-        let across = strut.corners.iter().zip(strut.weights);
-        let across: DVec3 = across.map(|(&corner, weight)| weight * u(corner)).sum();
-        sum += strut.stiffness * across;
-        stiffness += strut.stiffness;
-    }
-    (stiffness > 0.0).then(|| sum / stiffness)
 }
