@@ -30,6 +30,7 @@ mod pseudonormal;
 mod rigid;
 mod rows;
 mod simplex;
+mod total;
 pub mod triangle;
 mod triangle_surface;
 mod union_find;
@@ -53,7 +54,9 @@ pub use crate::perturbed::{PerturbedMeeting, Stretch, StretchEnd, meet_perturbed
 pub use crate::positions::{Motion, PositionBuffer, Positions};
 pub use crate::pseudonormal::Pseudonormals;
 pub use crate::rigid::{Pose, RigidState};
+pub use crate::rows::Rows;
 pub use crate::simplex::{NO_NEIGHBOR, SimplexSurface};
+pub use crate::total::TotalF64;
 pub use crate::triangle_surface::{NO_EDGE, TriangleSurface};
 pub use crate::union_find::UnionFind;
 pub use crate::winding::{

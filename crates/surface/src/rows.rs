@@ -1,18 +1,32 @@
-//! Lists of numbers of different lengths, in two arrays.
+//! Compressed sparse rows (CSR).
 
 use std::ops::Range;
 
-/// Lists of numbers, one after the other: row `i` is `entries[starts[i]..starts[i + 1]]`.
+/// Variable-length lists of `u32` in compressed sparse rows: row `i` is
+/// `entries[starts[i]..starts[i + 1]]`.
+///
+/// ```
+/// use surface::Rows;
+///
+/// let rows = Rows::new(3, || [(2, 7), (0, 5), (2, 6)].into_iter());
+/// assert_eq!(rows.row(2), [7, 6]);
+/// assert!(rows.row(1).is_empty());
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Rows {
+pub struct Rows {
     starts: Vec<u32>,
     entries: Vec<u32>,
 }
 
 impl Rows {
-    /// Sorts pairs of (row, entry) into `rows` rows by counting; the order
-    /// within a row is that of the pairs.
-    pub(crate) fn new<I: Iterator<Item = (u32, u32)>>(rows: usize, pairs: impl Fn() -> I) -> Self {
+    /// Sorts pairs of (row, entry) into `rows` rows by counting; the order within a row is that
+    /// of the pairs.
+    ///
+    /// # Panics
+    ///
+    /// When a row is not below `rows`.
+    #[must_use]
+    pub fn new<I: Iterator<Item = (u32, u32)>>(rows: usize, pairs: impl Fn() -> I) -> Self {
         let mut starts = vec![0_u32; rows + 1];
         for (row, _) in pairs() {
             starts[row as usize + 1] += 1;
@@ -29,10 +43,14 @@ impl Rows {
         Self { starts, entries }
     }
 
+    /// Returns the entries of a row.
+    ///
     /// # Panics
     ///
     /// When there is no such row.
-    pub(crate) fn row(&self, row: u32) -> &[u32] {
+    #[must_use]
+    #[inline]
+    pub fn row(&self, row: u32) -> &[u32] {
         let row = row as usize;
         &self.entries[self.starts[row] as usize..self.starts[row + 1] as usize]
     }

@@ -1,0 +1,148 @@
+//! Largest value of a function, by branch and bound.
+//!
+//! The caller divides the domain into pieces, each with an upper bound on the function there.
+//! The piece with the largest bound is split until no bound on the rest exceeds the largest
+//! value that was evaluated by more than a small share.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use surface::{DirectedHausdorff, TotalF64};
+
+/// Excess of a bound over the largest evaluated value at which splitting ends, relative to that
+/// value.
+///
+/// Smaller bounds are tighter, and take many more splits where the function is flat.
+const RELATIVE_SLACK: f64 = 0.05;
+
+/// Branch and bound search for the largest value of a non-negative function over pieces.
+///
+/// Pieces leave the search in the order of their bounds, largest first; of equal bounds, in the
+/// order they were added.
+///
+/// ```
+/// use proximity::MaximumSearch;
+///
+/// // The largest value of x (1 − x) on 0.0..=1.0, whose slope is at most 1.
+/// let value = |x: f64| x * (1.0 - x);
+/// let mut search = MaximumSearch::new(1e-9, f64::INFINITY);
+/// search.add(1.0, || [0.0, 1.0]);
+/// while let Some((_, [from, to])) = search.next() {
+///     let middle = 0.5 * (from + to);
+///     search.evaluated(value(middle));
+///     for [from, to] in [[from, middle], [middle, to]] {
+///         search.add(value(from) + (to - from), || [from, to]);
+///     }
+/// }
+/// let bounds = search.bounds();
+/// assert!(bounds.lower <= 0.25 && 0.25 <= bounds.upper && bounds.upper < 0.27);
+/// ```
+#[derive(Debug)]
+pub struct MaximumSearch<T> {
+    pieces: BinaryHeap<Piece<T>>,
+    added: usize,
+    lower: f64,
+    /// Largest bound of the pieces that were left out.
+    left_out: f64,
+    min_slack: f64,
+    limit: f64,
+}
+
+/// Piece of the domain. Its number breaks ties, so that the order is fixed.
+#[derive(Debug)]
+struct Piece<T> {
+    priority: (TotalF64, Reverse<usize>),
+    content: T,
+}
+
+impl<T> MaximumSearch<T> {
+    /// Starts a search without pieces.
+    ///
+    /// A bound no more than `min_slack` above the largest evaluated value is tight enough.
+    /// Bounds up to `limit` are tight enough, too: pass infinity to find the maximum, or a
+    /// number to decide whether it is exceeded.
+    #[must_use]
+    pub const fn new(min_slack: f64, limit: f64) -> Self {
+        let pieces = BinaryHeap::new();
+        Self { pieces, added: 0, lower: 0.0, left_out: 0.0, min_slack, limit }
+    }
+
+    /// Records a value that the function takes.
+    #[inline]
+    pub fn evaluated(&mut self, value: f64) {
+        self.lower = self.lower.max(value);
+    }
+
+    /// Adds a piece with no value above `bound`; it is only made where that matters.
+    pub fn add(&mut self, bound: f64, piece: impl FnOnce() -> T) {
+        if bound <= self.sufficient() {
+            self.left_out = self.left_out.max(bound);
+        } else {
+            let priority = (TotalF64(bound), Reverse(self.added));
+            self.pieces.push(Piece { priority, content: piece() });
+            self.added += 1;
+        }
+    }
+
+    /// Takes out the piece with the largest bound; `None` where the bounds are tight enough.
+    #[expect(clippy::should_implement_trait, reason = "pieces are added between calls")]
+    pub fn next(&mut self) -> Option<(f64, T)> {
+        if self.remaining() <= self.sufficient() {
+            return None;
+        }
+        let Piece { priority: (bound, _), content } = self.pieces.pop()?;
+        Some((bound.0, content))
+    }
+
+    /// Returns the largest evaluated value; 0 without one.
+    #[must_use]
+    pub const fn lower(&self) -> f64 {
+        self.lower
+    }
+
+    /// Returns the number of pieces that were put aside for splitting.
+    #[must_use]
+    pub const fn added(&self) -> usize {
+        self.added
+    }
+
+    /// Returns the bound that is tight enough at present.
+    #[inline]
+    #[must_use]
+    pub fn sufficient(&self) -> f64 {
+        (self.lower + self.min_slack.max(RELATIVE_SLACK * self.lower)).min(self.limit)
+    }
+
+    /// Returns the largest bound of the pieces that are left; 0 without one.
+    #[must_use]
+    pub fn remaining(&self) -> f64 {
+        self.pieces.peek().map_or(0.0, |piece| piece.priority.0.0)
+    }
+
+    /// Returns bounds on the maximum.
+    #[must_use]
+    pub fn bounds(&self) -> DirectedHausdorff {
+        let upper = self.remaining().max(self.left_out).max(self.lower);
+        DirectedHausdorff { lower: self.lower, upper }
+    }
+}
+
+impl<T> Ord for Piece<T> {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.priority.cmp(&other.priority)
+    }
+}
+
+impl<T> PartialOrd for Piece<T> {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl<T> PartialEq for Piece<T> {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl<T> Eq for Piece<T> {}
