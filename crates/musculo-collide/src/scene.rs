@@ -328,10 +328,8 @@ impl Body {
             return Err(SceneError::NotRigid { name: self.name.clone() });
         };
         let placed = frame.reference.iter().map(|&p| pose.transform_point(p));
-        if let Some((vertex, DVec3 { x, y, z })) =
-            placed.clone().enumerate().find(|(_, p)| !p.is_finite())
-        {
-            let source = SurfaceError::NotFinite { vertex, x, y, z };
+        if let Some((vertex, at)) = placed.clone().enumerate().find(|(_, p)| !p.is_finite()) {
+            let source = SurfaceError::NotFinite { vertex, at };
             return Err(SceneError::Surface { name: self.name.clone(), source });
         }
         for (x, placed) in self.shape.positions_mut().iter_mut().zip(placed) {

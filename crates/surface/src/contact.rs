@@ -1,5 +1,5 @@
-//! A contact between two objects, as every detector reports it and every
-//! response takes it.
+//! Contact between two objects: the record that every detector returns and every
+//! response takes.
 //!
 //! Source: B. Gilles, *Anatomical and kinematical modelling of the
 //! musculoskeletal system using MRI*, PhD thesis, 2007, section 4.7.2: a
@@ -12,7 +12,7 @@
 
 use glam::DVec3;
 
-/// One particle's share in a contact.
+/// Weight of one particle in a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Term {
@@ -22,7 +22,7 @@ pub struct Term {
     pub weight: f64,
 }
 
-/// Which particles a contact combines, at most four.
+/// Linear combination of one to four particles.
 ///
 /// The weights on the side of P sum to −1. Those on the side of P̄ sum to 1
 /// where P̄ is carried by particles; where it is rigid there are none, and the
@@ -34,7 +34,7 @@ pub struct Stencil {
     len: u8,
 }
 
-/// Fills the places of a stencil that has fewer than four terms.
+/// Padding of a stencil with fewer than four terms.
 const NO_TERM: Term = Term { particle: 0, weight: 0.0 };
 
 /// State of a rigid object at P̄, in the caller's length and time units.
@@ -66,18 +66,18 @@ impl ContactSide<'_> {
     }
 }
 
-/// A point P of one object near or in another one, and its projection P̄.
+/// Contact of a point P of one object with its projection P̄ on another one.
 ///
 /// # Identity
 ///
-/// With P_c = [`separation`](Self::separation) at the positions the contact
-/// was found at,
+/// With P_c = [`separation`](Self::separation) at the positions that the contact was
+/// detected at,
 ///
 /// ```text
 /// gap = −P_c · normal − offset
 /// ```
 ///
-/// `−P_c · normal` is the signed height of P over P̄. Every producer asserts
+/// `−P_c · normal` is the signed height of P over P̄. Every detector asserts
 /// this by [`identity_error`](Self::identity_error).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -88,25 +88,25 @@ pub struct Contact {
     pub anchor: Option<Anchor>,
     /// Unit length; points out of the object that holds P̄.
     pub normal: DVec3,
-    /// Distance that the method keeps between P and P̄ when the objects just
-    /// touch, `>= 0`: the radii of a medial contact, else 0.
+    /// Distance between P and P̄ at which the objects just touch, `>= 0`: the radii
+    /// of a medial contact, else 0.
     pub offset: f64,
     /// Signed distance between the objects at the contact; negative inside.
     pub gap: f64,
-    /// Share of the step at which a swept contact began, in `0.0..=1.0`.
+    /// Time at which a swept contact began, in `0.0..=1.0` of the step.
     pub time: Option<f64>,
 }
 
 impl Stencil {
-    /// A vertex P against a face with weights `b` of its corners.
+    /// Returns the stencil of a vertex P against a face with weights `b` of its corners.
     #[must_use]
     pub fn vertex_face(vertex: u32, face: [u32; 3], b: [f64; 3]) -> Self {
         let [p, q, r] = std::array::from_fn(|k| Term { particle: face[k], weight: b[k] });
         Self { terms: [Term { particle: vertex, weight: -1.0 }, p, q, r], len: 4 }
     }
 
-    /// The point `(1 − s) a0 + s a1` of an edge as P against the point
-    /// `(1 − t) b0 + t b1` of another.
+    /// Returns the stencil of the point `(1 − s) a0 + s a1` of an edge as P against the
+    /// point `(1 − t) b0 + t b1` of another.
     #[must_use]
     pub fn edge_edge(a: [u32; 2], s: f64, b: [u32; 2], t: f64) -> Self {
         let term = |particle, weight| Term { particle, weight };
@@ -114,20 +114,20 @@ impl Stencil {
         Self { terms, len: 4 }
     }
 
-    /// One particle alone, against a rigid object.
+    /// Returns the stencil of one particle against a rigid object.
     #[must_use]
     pub fn single(term: Term) -> Self {
         Self { terms: [term, NO_TERM, NO_TERM, NO_TERM], len: 1 }
     }
 
-    /// The corners of a face alone, against a rigid object.
+    /// Returns the stencil of a face's corners against a rigid object.
     #[must_use]
     pub fn face(face: [u32; 3], weights: [f64; 3]) -> Self {
         let [p, q, r] = std::array::from_fn(|k| Term { particle: face[k], weight: weights[k] });
         Self { terms: [p, q, r, NO_TERM], len: 3 }
     }
 
-    /// Any one to four terms; `None` for another number.
+    /// Returns the stencil of one to four terms; `None` for another number.
     ///
     /// ```
     /// use surface::{Stencil, Term};
@@ -138,32 +138,30 @@ impl Stencil {
     /// ```
     #[must_use]
     pub fn new(terms: &[Term]) -> Option<Self> {
-        let len = u8::try_from(terms.len()).ok().filter(|len| (1..=4).contains(len))?;
-        let mut padded = [NO_TERM; 4];
-        padded[..terms.len()].copy_from_slice(terms);
-        Some(Self { terms: padded, len })
+        Self::difference(terms, &[])
     }
 
     /// Returns the terms of P̄ minus those of P, those of P first; `None` unless they are
     /// one to four.
     fn difference(on: &[Term], p: &[Term]) -> Option<Self> {
         let len = u8::try_from(p.len() + on.len()).ok().filter(|len| (1..=4).contains(len))?;
-        let negated = p.iter().map(|term| Term { weight: -term.weight, ..*term });
-
         let mut terms = [NO_TERM; 4];
-        for (slot, term) in terms.iter_mut().zip(negated.chain(on.iter().copied())) {
-            *slot = term;
+        let (of_p, of_on) = terms[..usize::from(len)].split_at_mut(p.len());
+        of_p.copy_from_slice(p);
+        of_on.copy_from_slice(on);
+        for term in of_p {
+            term.weight = -term.weight;
         }
         Some(Self { terms, len })
     }
 
-    /// The terms, those of P first.
+    /// Returns the terms, those of P first.
     #[must_use]
     pub fn terms(&self) -> &[Term] {
         &self.terms[..usize::from(self.len)]
     }
 
-    /// `Σ β_k x(k)` over the terms.
+    /// Computes `Σ β_k x(k)` over the terms.
     #[must_use]
     pub fn combine(&self, mut x: impl FnMut(u32) -> DVec3) -> DVec3 {
         self.terms().iter().map(|term| term.weight * x(term.particle)).sum()
@@ -204,15 +202,14 @@ impl Contact {
         Self { stencil, anchor, normal, offset: 0.0, gap, time: None }
     }
 
-    /// P_c = P̄ − P for particles at `x`.
+    /// Computes P_c = P̄ − P for particles at `x`.
     #[must_use]
     pub fn separation(&self, x: impl FnMut(u32) -> DVec3) -> DVec3 {
         self.anchor.map_or(DVec3::ZERO, |anchor| anchor.point) + self.stencil.combine(x)
     }
 
-    /// How far the fields are from the identity that ties them, in the
-    /// caller's length unit: rounding only, at the positions `x` the contact
-    /// was found at.
+    /// Computes the residual of the identity between the fields, in the caller's length
+    /// unit: rounding only, at the positions `x` that the contact was detected at.
     #[must_use]
     pub fn identity_error(&self, x: impl FnMut(u32) -> DVec3) -> f64 {
         (self.gap + self.offset + self.separation(x).dot(self.normal)).abs()

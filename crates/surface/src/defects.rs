@@ -1,5 +1,5 @@
-//! What a list of triangles lacks to be a closed, oriented manifold, by its
-//! connectivity alone.
+//! Topological defects: reasons why a list of triangles is not a closed, oriented
+//! manifold.
 //!
 //! Each search yields its offenders in ascending order, so that the first is
 //! the same on every run and can be found in the file the mesh came from.
@@ -7,29 +7,16 @@
 use crate::{NO_EDGE, SurfaceError, TriangleSurface, UnionFind};
 
 impl TriangleSurface {
-    /// Whether no edge has one face only.
+    /// Returns true if no edge has one face only.
     ///
     /// True of a surface without faces. An edge with three faces is no border
-    /// either: only a surface that is also manifold encloses a solid for sure.
+    /// either: only a surface that is also manifold is sure to enclose a solid.
     #[must_use]
     pub fn is_closed(&self) -> bool {
         self.boundary_edges().next().is_none()
     }
 
-    /// Whether no edge has more than two faces, and the faces at each vertex
-    /// hang together by edges.
-    #[must_use]
-    pub fn is_manifold(&self) -> bool {
-        self.non_manifold_edges().next().is_none() && self.non_manifold_vertices().next().is_none()
-    }
-
-    /// Whether no two faces run along an edge in the same direction.
-    #[must_use]
-    pub fn is_oriented(&self) -> bool {
-        self.repeated_half_edges().next().is_none()
-    }
-
-    /// Refuses a surface that [is not closed](Self::is_closed).
+    /// Checks that no edge has one face only.
     ///
     /// # Errors
     ///
@@ -41,7 +28,8 @@ impl TriangleSurface {
         Err(SurfaceError::Open { count, from, to, face })
     }
 
-    /// Refuses a surface that [is not manifold](Self::is_manifold).
+    /// Checks that no edge has more than two faces, and that the faces at each vertex are
+    /// connected by edges at it.
     ///
     /// # Errors
     ///
@@ -60,7 +48,7 @@ impl TriangleSurface {
         Ok(())
     }
 
-    /// Refuses a surface that [is not oriented](Self::is_oriented).
+    /// Checks that no two faces run along an edge in the same direction.
     ///
     /// # Errors
     ///
@@ -70,93 +58,6 @@ impl TriangleSurface {
         let Some([from, to]) = self.repeated_half_edges().next() else { return Ok(()) };
         let count = self.repeated_half_edges().count();
         Err(SurfaceError::Misoriented { count, from, to })
-    }
-
-    /// Edges with one face.
-    pub(crate) fn boundary_edges(&self) -> impl Iterator<Item = u32> {
-        self.edges_with(|faces| faces == 1)
-    }
-
-    /// Edges with more than two faces.
-    pub(crate) fn non_manifold_edges(&self) -> impl Iterator<Item = u32> {
-        self.edges_with(|faces| faces > 2)
-    }
-
-    fn edges_with(&self, wanted: impl Fn(usize) -> bool) -> impl Iterator<Item = u32> {
-        (0..)
-            .zip(self.edges())
-            .map(|(edge, _)| edge)
-            .filter(move |e| wanted(self.edge_faces(*e).len()))
-    }
-
-    /// Directions `[from, to]` in which more than one face runs along an edge.
-    pub(crate) fn repeated_half_edges(&self) -> impl Iterator<Item = [u32; 2]> {
-        (0..).zip(self.edges()).flat_map(|(edge, &[from, to])| {
-            let [there, back] = self.runs_along(edge);
-            let there = (there > 1).then_some([from, to]);
-            there.into_iter().chain((back > 1).then_some([to, from]))
-        })
-    }
-
-    /// How many times faces run from an edge's smaller vertex to its larger one,
-    /// and back.
-    fn runs_along(&self, edge: u32) -> [usize; 2] {
-        let [smaller, _] = self.edges()[edge as usize];
-        let faces = self.edge_faces(edge);
-        let mut runs = [0, 0];
-        for (i, &face) in faces.iter().enumerate() {
-            if i > 0 && faces[i - 1] == face {
-                continue; // a face that repeats a vertex runs along one edge twice
-            }
-            for k in (0..3).filter(|k| self.face_edges()[face as usize][*k] == edge) {
-                runs[usize::from(self.faces()[face as usize][k] != smaller)] += 1;
-            }
-        }
-        runs
-    }
-
-    /// Vertices whose faces do not all hang together by edges at the vertex.
-    pub(crate) fn non_manifold_vertices(&self) -> impl Iterator<Item = u32> {
-        let mut walk =
-            Walk { reached: Vec::new(), reached_for: vec![u32::MAX; self.faces().len()] };
-        self.vertices().filter(move |vertex| !walk.reaches_all_faces(self, *vertex))
-    }
-
-    fn ends_at(&self, edge: u32, vertex: u32) -> bool {
-        edge != NO_EDGE && self.edges()[edge as usize].contains(&vertex)
-    }
-
-    /// Vertices without a face.
-    pub(crate) fn isolated_vertices(&self) -> impl Iterator<Item = u32> {
-        self.vertices().filter(|vertex| self.vertex_faces(*vertex).is_empty())
-    }
-
-    /// Faces that refer to one vertex more than once.
-    pub(crate) fn faces_with_repeats(&self) -> impl Iterator<Item = u32> {
-        (0..).zip(self.face_edges()).filter(|(_, edges)| edges.contains(&NO_EDGE)).map(|(f, _)| f)
-    }
-
-    /// Faces with the three corners of an earlier one, in whatever order.
-    pub(crate) fn duplicate_faces(&self) -> impl Iterator<Item = u32> {
-        (0..).zip(self.face_edges()).filter_map(|(face, edges)| {
-            let whole = !edges.contains(&NO_EDGE);
-            (whole && self.has_earlier_twin(face, *edges)).then_some(face)
-        })
-    }
-
-    fn has_earlier_twin(&self, face: u32, edges: [u32; 3]) -> bool {
-        let corners = self.faces()[face as usize];
-        let is_twin = |other: &u32| {
-            let others = self.faces()[*other as usize];
-            corners.iter().all(|corner| others.contains(corner))
-        };
-        let first = self.edge_faces(edges[0]);
-        let fewest = if first.len() <= 2 {
-            Some(first)
-        } else {
-            edges.into_iter().map(|edge| self.edge_faces(edge)).min_by_key(|faces| faces.len())
-        };
-        fewest.into_iter().flatten().take_while(|other| **other < face).any(is_twin)
     }
 
     /// Returns the smallest vertex of each connected component, ascending.
@@ -171,33 +72,126 @@ impl TriangleSurface {
         self.vertices().filter(move |v| sets.is_root(*v) && !self.vertex_faces(*v).is_empty())
     }
 
+    /// Finds the edges with one face.
+    pub(crate) fn boundary_edges(&self) -> impl Iterator<Item = u32> {
+        self.edge_numbers().filter(|edge| self.edge_faces(*edge).len() == 1)
+    }
+
+    /// Finds the edges with more than two faces.
+    pub(crate) fn non_manifold_edges(&self) -> impl Iterator<Item = u32> {
+        self.edge_numbers().filter(|edge| self.edge_faces(*edge).len() > 2)
+    }
+
+    /// Finds the directions `[from, to]` in which more than one face runs along an edge.
+    pub(crate) fn repeated_half_edges(&self) -> impl Iterator<Item = [u32; 2]> {
+        self.edge_numbers().flat_map(|edge| {
+            let [from, to] = self.edges()[edge as usize];
+            let [forward, backward] = self.half_edge_counts(edge);
+            let forward = (forward > 1).then_some([from, to]);
+            forward.into_iter().chain((backward > 1).then_some([to, from]))
+        })
+    }
+
+    /// Counts the faces that run from an edge's smaller vertex to its larger one, and back.
+    fn half_edge_counts(&self, edge: u32) -> [usize; 2] {
+        let [smaller, _] = self.edges()[edge as usize];
+        let faces = self.edge_faces(edge);
+        let mut counts = [0, 0];
+
+        for (i, &face) in faces.iter().enumerate() {
+            if i > 0 && faces[i - 1] == face {
+                continue; // a face that repeats a vertex runs along one edge twice
+            }
+            for k in (0..3).filter(|k| self.face_edges()[face as usize][*k] == edge) {
+                counts[usize::from(self.faces()[face as usize][k] != smaller)] += 1;
+            }
+        }
+        counts
+    }
+
+    /// Finds the vertices whose faces are not all connected by edges at the vertex.
+    pub(crate) fn non_manifold_vertices(&self) -> impl Iterator<Item = u32> {
+        let mut search =
+            FaceSearch { reached: Vec::new(), reached_for: vec![u32::MAX; self.faces().len()] };
+        self.vertices().filter(move |vertex| !search.reaches_all_faces(self, *vertex))
+    }
+
+    /// Finds the vertices without a face.
+    pub(crate) fn isolated_vertices(&self) -> impl Iterator<Item = u32> {
+        self.vertices().filter(|vertex| self.vertex_faces(*vertex).is_empty())
+    }
+
+    /// Finds the faces that refer to one vertex more than once.
+    pub(crate) fn faces_with_repeats(&self) -> impl Iterator<Item = u32> {
+        self.face_numbers().filter(|face| self.face_edges()[*face as usize].contains(&NO_EDGE))
+    }
+
+    /// Finds the faces with the three corners of an earlier one, in whatever order.
+    pub(crate) fn duplicate_faces(&self) -> impl Iterator<Item = u32> {
+        self.face_numbers().filter(|face| self.is_duplicate(*face))
+    }
+
+    fn is_duplicate(&self, face: u32) -> bool {
+        let edges = self.face_edges()[face as usize];
+        if edges.contains(&NO_EDGE) {
+            return false;
+        }
+
+        // A duplicate is at all three edges: search the one with the fewest faces, which
+        // on a manifold is any.
+        let mut fewest = self.edge_faces(edges[0]);
+        for edge in &edges[1..] {
+            if fewest.len() > 2 && self.edge_faces(*edge).len() < fewest.len() {
+                fewest = self.edge_faces(*edge);
+            }
+        }
+        let [a, b, c] = self.faces()[face as usize];
+        fewest.iter().take_while(|other| **other < face).any(|other| {
+            let corners = self.faces()[*other as usize];
+            corners.contains(&a) && corners.contains(&b) && corners.contains(&c)
+        })
+    }
+
+    /// Returns the numbers of the faces; `new` refuses more than can be numbered.
+    pub(crate) fn face_numbers(&self) -> impl Iterator<Item = u32> + use<> {
+        (0..u32::MAX).take(self.faces().len())
+    }
+
+    fn edge_numbers(&self) -> impl Iterator<Item = u32> + use<> {
+        (0..u32::MAX).take(self.edges().len())
+    }
+
     pub(crate) fn vertices(&self) -> impl Iterator<Item = u32> + use<> {
-        let count = u32::try_from(self.vertex_count());
-        0..count.unwrap_or_default() // `new` refuses more than can be numbered
+        (0..u32::MAX).take(self.vertex_count())
     }
 }
 
-/// Scratch for walking about vertices.
-struct Walk {
-    /// Faces reached about the present vertex.
+/// Breadth-first search over the faces of one vertex, with reused memory.
+struct FaceSearch {
+    /// Faces of the present vertex, in the order reached.
     reached: Vec<u32>,
     /// For each face, the last vertex about which it was reached.
     reached_for: Vec<u32>,
 }
 
-impl Walk {
-    /// Whether all faces of a vertex are reached from its first across edges at
+impl FaceSearch {
+    /// Returns true if all faces of a vertex are reached from its first across edges at
     /// the vertex.
     fn reaches_all_faces(&mut self, surface: &TriangleSurface, vertex: u32) -> bool {
         let faces = surface.vertex_faces(vertex);
         self.reached.clear();
-        faces.first().into_iter().for_each(|face| self.reach(vertex, *face));
+        if let Some(&first) = faces.first() {
+            self.reach(vertex, first);
+        }
+
         let mut next = 0;
         while next < self.reached.len() && self.reached.len() < faces.len() {
             let edges = surface.face_edges()[self.reached[next] as usize];
             next += 1;
-            for edge in edges.into_iter().filter(|edge| surface.ends_at(*edge, vertex)) {
-                surface.edge_faces(edge).iter().for_each(|face| self.reach(vertex, *face));
+            for edge in edges.into_iter().filter(|edge| *edge != NO_EDGE) {
+                if surface.edges()[edge as usize].contains(&vertex) {
+                    surface.edge_faces(edge).iter().for_each(|face| self.reach(vertex, *face));
+                }
             }
         }
         self.reached.len() == faces.len()

@@ -1,7 +1,8 @@
-//! Why a list of faces or polygons is not a surface, or lacks a property asked
-//! of it.
+//! Errors of surfaces and simplex surfaces.
 
-/// What a surface or its positions were refused for, and where.
+use glam::DVec3;
+
+/// Error of a surface or its positions.
 ///
 /// Each variant names the first offender, so that a message can be matched
 /// with the file the mesh came from.
@@ -23,12 +24,12 @@ pub enum SurfaceError {
     TooMany {
         /// `"vertices"` or `"faces"`.
         what: &'static str,
-        /// How many were given.
+        /// Number given.
         count: usize,
-        /// How many are possible.
+        /// Maximum.
         limit: usize,
     },
-    /// The list of positions is of another length than the surface's vertices.
+    /// The list of positions differs in length from the surface's vertices.
     #[error("the surface has {expected} vertices, but {got} positions were given")]
     PositionCount {
         /// Vertices of the surface.
@@ -37,18 +38,14 @@ pub enum SurfaceError {
         got: usize,
     },
     /// A coordinate is infinite or not a number.
-    #[error("vertex {vertex} is at ({x}, {y}, {z}), which is not finite")]
+    #[error("vertex {vertex} is at ({}, {}, {}), which is not finite", .at.x, .at.y, .at.z)]
     NotFinite {
         /// The first such vertex.
         vertex: usize,
-        /// Its first coordinate, as given.
-        x: f64,
-        /// Its second coordinate, as given.
-        y: f64,
-        /// Its third coordinate, as given.
-        z: f64,
+        /// Its position, as given.
+        at: DVec3,
     },
-    /// The surface has a border, so it has no inside.
+    /// The surface has a border, so it has no interior.
     #[error(
         "the surface is open: {count} edges have one face only, the first between vertices {from} and {to} of face {face}"
     )]
@@ -74,7 +71,7 @@ pub enum SurfaceError {
         /// Its second end.
         to: u32,
     },
-    /// Faces that no edge joins meet at a vertex.
+    /// A vertex joins faces that no edge joins.
     #[error(
         "the surface is not manifold: {count} vertices join faces that no edge joins, the first is vertex {vertex}"
     )]
@@ -84,12 +81,12 @@ pub enum SurfaceError {
         /// The first of them.
         vertex: u32,
     },
-    /// Neighboring faces disagree about which side is out.
+    /// Neighboring faces have opposite orientations.
     #[error(
         "the surface is not oriented: {count} edges are run along by more than one face in the same direction, the first from vertex {from} to {to}"
     )]
     Misoriented {
-        /// Edges whose faces disagree.
+        /// Directed edges with more than one face.
         count: usize,
         /// First end of the first of them.
         from: u32,
@@ -98,7 +95,7 @@ pub enum SurfaceError {
     },
 }
 
-/// What a simplex surface was refused for, and where.
+/// Error of a simplex surface.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SimplexError {
@@ -116,31 +113,29 @@ pub enum SimplexError {
         vertex_count: usize,
     },
     /// A polygon has fewer than three vertices.
-    #[error("polygon {polygon} has {len} vertices; three are the fewest")]
+    #[error("polygon {polygon} has {len} vertices, but needs at least 3")]
     ShortPolygon {
         /// Position of the polygon in the list.
         polygon: usize,
-        /// How many vertices it has.
+        /// Number of its vertices.
         len: usize,
     },
-    /// The polygons at a vertex are none, more than three, or do not follow one
-    /// another about it.
+    /// The polygons at a vertex are none, more than three, or not consecutive.
     #[error(
-        "vertex {vertex} is met by {polygons} polygons, not by one to three that follow one another about it"
+        "vertex {vertex} has {polygons} polygons, but needs one to three that are consecutive around it"
     )]
     NotSimplex {
         /// The first such vertex.
         vertex: usize,
-        /// How often polygons refer to it.
+        /// Number of references by polygons.
         polygons: usize,
     },
-    /// A vertex on the border has fewer than three polygons, so it stands for no
-    /// triangle.
+    /// A vertex on the border has fewer than three polygons, so it has no dual triangle.
     #[error("vertex {vertex} is on the border: only {polygons} polygons meet there")]
     Border {
         /// The first such vertex.
         vertex: usize,
-        /// How many polygons it has.
+        /// Number of its polygons.
         polygons: usize,
     },
 }

@@ -1,8 +1,8 @@
-//! Everything worth knowing about a surface before it is used: its defects, each
-//! with the first offender's place, and its measures.
+//! Inspection report of a surface: its defects, each with the place of the first, and its
+//! measures.
 //!
-//! Nothing is mended and nothing is refused. What an operation needs is asked
-//! for by `require_closed`, `require_manifold` and `require_oriented` of
+//! Nothing is repaired and nothing is refused. An operation that needs a property checks
+//! it by `require_closed`, `require_manifold` and `require_oriented` of
 //! [`TriangleSurface`].
 
 use std::collections::HashSet;
@@ -13,7 +13,7 @@ use glam::DVec3;
 use crate::predicates::projection_axis;
 use crate::{Aabb, Positions, TriangleSurface, mean_edge, triangle};
 
-/// A kind of defect.
+/// Kind of defect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -22,24 +22,24 @@ pub enum Defect {
     BoundaryEdge,
     /// An edge with more than two faces.
     NonManifoldEdge,
-    /// A direction of an edge that more than one face runs along: neighbors
-    /// that disagree about which side is out.
+    /// A direction of an edge that more than one face runs along: neighbors with opposite
+    /// orientation.
     MisorientedEdge,
-    /// A vertex whose faces do not all hang together by edges at it.
+    /// A vertex whose faces are not all connected by edges at it.
     NonManifoldVertex,
     /// A vertex without a face.
     IsolatedVertex,
-    /// A vertex in the very place of an earlier one.
+    /// A vertex with exactly the position of an earlier one.
     DuplicateVertex,
     /// A face that refers to one vertex more than once.
     RepeatedCorner,
-    /// A face of three vertices whose positions are exactly on one line.
+    /// A face of three vertices whose positions are exactly collinear.
     ZeroArea,
     /// A face of the same three vertices as an earlier one, in any order.
     DuplicateFace,
 }
 
-/// A vertex, an edge by its ends, or a face.
+/// Element of a surface: a vertex, an edge by its ends, or a face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Element {
@@ -51,7 +51,7 @@ pub enum Element {
     Face(u32),
 }
 
-/// One kind of defect that a surface has.
+/// Occurrences of one kind of defect.
 ///
 /// Displays as, for example, `3 boundary edges, the first from vertex 4 to 7 at
 /// (1, 2, 0.5)`.
@@ -60,15 +60,15 @@ pub enum Element {
 pub struct Finding {
     /// The kind.
     pub defect: Defect,
-    /// How often it occurs, `>= 1`.
+    /// Number of occurrences, `>= 1`.
     pub count: usize,
     /// The first element with it, in ascending order.
     pub first: Element,
-    /// Where that is: the vertex, or the center of the edge or face.
+    /// Position of the vertex, or center of the edge or face.
     pub at: DVec3,
 }
 
-/// What [`inspect`] found, in the caller's length unit.
+/// Report of [`inspect`], in the caller's length unit.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Inspection {
@@ -80,23 +80,23 @@ pub struct Inspection {
     pub faces: usize,
     /// The kinds of defects that occur, in the order of [`Defect`].
     pub findings: Vec<Finding>,
-    /// Parts that share no vertex; vertices without a face are none.
+    /// Connected components; vertices without a face are none.
     pub components: usize,
-    /// |V| − |E| + |F|, isolated vertices included: 2 for each closed part
-    /// without handles.
+    /// Euler characteristic |V| − |E| + |F|, isolated vertices included: 2 for each closed
+    /// component without handles.
     pub euler: i64,
-    /// Enclosed volume, positive where the faces look outward. For a surface
-    /// that is not closed: that of the cone over it from its box's center.
+    /// Enclosed volume, positive where the faces point outward. For a surface that is not
+    /// closed: that of the cone over it from its box's center.
     pub volume: f64,
     /// Sum of the faces' areas.
     pub area: f64,
-    /// Lower and upper corner of the box around the vertices; `None` without any.
+    /// Box around the vertices; `None` without any.
     pub bounds: Option<Aabb>,
     /// Mean length of the edges; 0 without any.
     pub mean_edge: f64,
 }
 
-/// Looks a surface over.
+/// Computes a surface's defects and measures.
 ///
 /// ```
 /// use surface::{Defect, Element, TriangleSurface, glam::DVec3, inspect};
@@ -118,10 +118,10 @@ pub struct Inspection {
 pub fn inspect(surface: &TriangleSurface, x: Positions<'_>) -> Inspection {
     let bounds = Aabb::of_points(x.as_slice().iter().copied());
     let bounds = (!bounds.is_empty()).then_some(bounds);
-    let center = bounds.map_or(DVec3::ZERO, Aabb::center);
-    let (volume, area) = volume_and_area(surface, x, center);
-    let [vertices, edges, faces] =
-        [surface.vertex_count(), surface.edges().len(), surface.faces().len()];
+    let (volume, area) = volume_and_area(surface, x, bounds.map_or(DVec3::ZERO, Aabb::center));
+    let (vertices, edges) = (surface.vertex_count(), surface.edges().len());
+    let faces = surface.faces().len();
+
     Inspection {
         vertices,
         edges,
@@ -137,26 +137,26 @@ pub fn inspect(surface: &TriangleSurface, x: Positions<'_>) -> Inspection {
 }
 
 impl Inspection {
-    /// How often a kind of defect occurs.
+    /// Returns the number of occurrences of a kind of defect.
     #[must_use]
     pub fn count(&self, defect: Defect) -> usize {
         self.findings.iter().find(|finding| finding.defect == defect).map_or(0, |f| f.count)
     }
 
-    /// Whether no edge has one face only.
+    /// Returns true if no edge has one face only.
     #[must_use]
     pub fn closed(&self) -> bool {
         self.count(Defect::BoundaryEdge) == 0
     }
 
-    /// Whether no edge has more than two faces, and the faces at each vertex
-    /// hang together.
+    /// Returns true if no edge has more than two faces, and the faces at each vertex are
+    /// connected by edges.
     #[must_use]
     pub fn manifold(&self) -> bool {
         self.count(Defect::NonManifoldEdge) == 0 && self.count(Defect::NonManifoldVertex) == 0
     }
 
-    /// Whether neighboring faces agree about which side is out.
+    /// Returns true if neighboring faces have the same orientation.
     #[must_use]
     pub fn oriented(&self) -> bool {
         self.count(Defect::MisorientedEdge) == 0
@@ -164,7 +164,7 @@ impl Inspection {
 }
 
 impl Defect {
-    /// Its name in a sentence, for one or for many.
+    /// Returns the name in a sentence, in the singular or the plural.
     fn words(self, count: usize) -> &'static str {
         let (one, many) = match self {
             Self::BoundaryEdge => ("boundary edge", "boundary edges"),
@@ -196,30 +196,41 @@ impl fmt::Display for Finding {
 }
 
 fn findings(surface: &TriangleSurface, x: Positions<'_>) -> Vec<Finding> {
-    let ends = |edge: u32| Element::Edge(surface.edges()[edge as usize]);
-    [
-        finding(Defect::BoundaryEdge, surface.boundary_edges().map(ends)),
-        finding(Defect::NonManifoldEdge, surface.non_manifold_edges().map(ends)),
-        finding(Defect::MisorientedEdge, surface.repeated_half_edges().map(Element::Edge)),
-        finding(Defect::NonManifoldVertex, surface.non_manifold_vertices().map(Element::Vertex)),
-        finding(Defect::IsolatedVertex, surface.isolated_vertices().map(Element::Vertex)),
-        finding(Defect::DuplicateVertex, duplicate_vertices(x).map(Element::Vertex)),
-        finding(Defect::RepeatedCorner, surface.faces_with_repeats().map(Element::Face)),
-        finding(Defect::ZeroArea, faces_without_area(surface, x).map(Element::Face)),
-        finding(Defect::DuplicateFace, surface.duplicate_faces().map(Element::Face)),
-    ]
-    .into_iter()
-    .flatten()
-    .map(|finding| Finding { at: place(surface, x, finding.first), ..finding })
-    .collect()
+    use Element::{Edge, Face, Vertex};
+
+    let ends = |edge: u32| Edge(surface.edges()[edge as usize]);
+    let mut report = Report { surface, x, findings: Vec::new() };
+
+    report.add(Defect::BoundaryEdge, surface.boundary_edges().map(ends));
+    report.add(Defect::NonManifoldEdge, surface.non_manifold_edges().map(ends));
+    report.add(Defect::MisorientedEdge, surface.repeated_half_edges().map(Edge));
+    report.add(Defect::NonManifoldVertex, surface.non_manifold_vertices().map(Vertex));
+    report.add(Defect::IsolatedVertex, surface.isolated_vertices().map(Vertex));
+    report.add(Defect::DuplicateVertex, duplicate_vertices(surface, x).map(Vertex));
+    report.add(Defect::RepeatedCorner, surface.faces_with_repeats().map(Face));
+    report.add(Defect::ZeroArea, faces_without_area(surface, x).map(Face));
+    report.add(Defect::DuplicateFace, surface.duplicate_faces().map(Face));
+    report.findings
 }
 
-fn finding(defect: Defect, mut offenders: impl Iterator<Item = Element>) -> Option<Finding> {
-    let first = offenders.next()?;
-    Some(Finding { defect, count: 1 + offenders.count(), first, at: DVec3::ZERO })
+/// Findings on a surface, under construction.
+struct Report<'a> {
+    surface: &'a TriangleSurface,
+    x: Positions<'a>,
+    findings: Vec<Finding>,
 }
 
-fn place(surface: &TriangleSurface, x: Positions<'_>, element: Element) -> DVec3 {
+impl Report<'_> {
+    /// Adds a kind of defect, unless it has no offenders.
+    fn add(&mut self, defect: Defect, mut offenders: impl Iterator<Item = Element>) {
+        let Some(first) = offenders.next() else { return };
+        let (count, at) = (1 + offenders.count(), center(self.surface, self.x, first));
+        self.findings.push(Finding { defect, count, first, at });
+    }
+}
+
+/// Computes the center of an element.
+fn center(surface: &TriangleSurface, x: Positions<'_>, element: Element) -> DVec3 {
     match element {
         Element::Vertex(vertex) => x.at(vertex),
         Element::Edge([from, to]) => x.at(from).midpoint(x.at(to)),
@@ -229,29 +240,33 @@ fn place(surface: &TriangleSurface, x: Positions<'_>, element: Element) -> DVec3
     }
 }
 
-/// Vertices in the place of an earlier one. The order of the hash set does not
-/// reach the answer: it is only asked whether a place was seen.
-fn duplicate_vertices(x: Positions<'_>) -> impl Iterator<Item = u32> {
-    let mut seen = HashSet::with_capacity(x.as_slice().len());
-    (0..).zip(x.as_slice()).filter_map(move |(vertex, at)| {
-        let bits = (*at + DVec3::ZERO).to_array().map(f64::to_bits); // −0 is 0
-        (!seen.insert(bits)).then_some(vertex)
+/// Finds the vertices with the position of an earlier one.
+fn duplicate_vertices(surface: &TriangleSurface, x: Positions<'_>) -> impl Iterator<Item = u32> {
+    // The set only answers membership, so its order cannot reach the result.
+    let mut occupied = HashSet::with_capacity(x.as_slice().len());
+    surface.vertices().filter(move |vertex| {
+        let bits = (x.at(*vertex) + DVec3::ZERO).to_array().map(f64::to_bits); // −0 is 0
+        !occupied.insert(bits)
     })
 }
 
 fn faces_without_area(surface: &TriangleSurface, x: Positions<'_>) -> impl Iterator<Item = u32> {
-    (0..).zip(surface.faces()).filter_map(move |(face, &[a, b, c])| {
+    surface.face_numbers().filter(move |face| {
+        let [a, b, c] = surface.faces()[*face as usize];
         let whole = a != b && b != c && c != a;
-        (whole && projection_axis(x.corners([a, b, c])).is_none()).then_some(face)
+        whole && projection_axis(x.corners([a, b, c])).is_none()
     })
 }
 
+/// Computes the volume of the cone over the faces with apex `center`, and their area.
 fn volume_and_area(surface: &TriangleSurface, x: Positions<'_>, center: DVec3) -> (f64, f64) {
-    let (volume, area) = surface.faces().iter().fold((0.0, 0.0), |(volume, area), face| {
-        let [a, b, c] = x.corners(*face);
-        let normal = triangle::normal([a, b, c]);
-        (volume + (a - center).dot(normal), area + normal.length())
-    });
+    let (mut volume, mut area) = (0.0, 0.0);
+    for &face in surface.faces() {
+        let corners = x.corners(face);
+        let normal = triangle::normal(corners);
+        volume += (corners[0] - center).dot(normal);
+        area += normal.length();
+    }
     (volume / 6.0, area / 2.0)
 }
 

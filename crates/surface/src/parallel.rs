@@ -76,7 +76,9 @@ pub fn for_each<T: Send>(items: Vec<T>, f: impl Fn(usize, T) + Sync + Send) {
         numbered.for_each(|(i, item)| f(i, item));
     }
     #[cfg(not(feature = "rayon"))]
-    items.into_iter().enumerate().for_each(|(i, item)| f(i, item));
+    for (i, item) in items.into_iter().enumerate() {
+        f(i, item);
+    }
 }
 
 /// Calls `f` on every item with its number. Allocates nothing.
@@ -92,9 +94,8 @@ pub fn try_for_each_mut<T: Send, E: Send>(
     {
         let piece = piece(items.len());
         let numbered = items.par_iter_mut().enumerate().with_max_len(piece);
-        let failed = numbered.filter_map(|(i, item)| f(i, item).err().map(|error| (i, error)));
-        let first = failed.reduce_with(|p, q| if q.0 < p.0 { q } else { p });
-        first.map_or(Ok(()), |(_, error)| Err(error))
+        let failures = numbered.filter_map(|(i, item)| Some((i, f(i, item).err()?)));
+        failures.min_by_key(|failure| failure.0).map_or(Ok(()), |failure| Err(failure.1))
     }
     #[cfg(not(feature = "rayon"))]
     items.iter_mut().enumerate().try_for_each(|(i, item)| f(i, item))

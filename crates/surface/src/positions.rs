@@ -1,7 +1,7 @@
-//! Positions of a surface's vertices, checked once.
+//! Positions of a surface's vertices, with the proof that they are finite.
 //!
-//! Kernels take these instead of bare slices, so that they carry no checks and
-//! no value that is not a number can reach them.
+//! Kernels take these instead of bare slices, so that they need no checks and no value
+//! that is not a number can reach them.
 
 use glam::DVec3;
 
@@ -21,37 +21,19 @@ pub struct Positions<'a>(&'a [DVec3]);
 #[derive(Clone, Debug, PartialEq)]
 pub struct PositionBuffer(Vec<DVec3>);
 
-/// Two successive states of one surface: |V| finite positions at the start and
-/// at the end of a step, between which each vertex moves on a straight line.
-///
-/// Made by [`TriangleSurface::motion`].
-#[derive(Clone, Copy, Debug)]
-pub struct Motion<'a> {
-    x0: Positions<'a>,
-    x1: Positions<'a>,
-}
-
 impl<'a> Positions<'a> {
-    pub(crate) fn check(vertex_count: usize, x: &'a [DVec3]) -> Result<Self, SurfaceError> {
-        if x.len() != vertex_count {
-            return Err(SurfaceError::PositionCount { expected: vertex_count, got: x.len() });
-        }
-        match x.iter().position(|p| !p.is_finite()) {
-            Some(vertex) => {
-                let DVec3 { x, y, z } = x[vertex];
-                Err(SurfaceError::NotFinite { vertex, x, y, z })
-            }
-            None => Ok(Self(x)),
-        }
+    pub(crate) fn new(vertex_count: usize, x: &'a [DVec3]) -> Result<Self, SurfaceError> {
+        check(vertex_count, x.iter().copied())?;
+        Ok(Self(x))
     }
 
-    /// All positions, one a vertex.
+    /// Returns all positions, one per vertex.
     #[must_use]
     pub fn as_slice(self) -> &'a [DVec3] {
         self.0
     }
 
-    /// Position of one vertex.
+    /// Returns the position of one vertex.
     ///
     /// # Panics
     ///
@@ -61,7 +43,7 @@ impl<'a> Positions<'a> {
         self.0[vertex as usize]
     }
 
-    /// Positions of a face's three corners.
+    /// Returns the positions of a face's three corners.
     ///
     /// # Panics
     ///
@@ -90,18 +72,7 @@ impl PositionBuffer {
         &mut self,
         x: impl Iterator<Item = DVec3> + Clone,
     ) -> Result<(), SurfaceError> {
-        let (expected, mut got) = (self.0.len(), 0);
-        for p in x.clone() {
-            if !p.is_finite() {
-                let DVec3 { x, y, z } = p;
-                return Err(SurfaceError::NotFinite { vertex: got, x, y, z });
-            }
-            got += 1;
-        }
-        if got != expected {
-            return Err(SurfaceError::PositionCount { expected, got });
-        }
-
+        check(self.0.len(), x.clone())?;
         for (old, new) in self.0.iter_mut().zip(x) {
             *old = new;
         }
@@ -109,32 +80,18 @@ impl PositionBuffer {
     }
 }
 
-impl<'a> Motion<'a> {
-    /// Positions at the start of the step.
-    #[must_use]
-    pub fn start(self) -> Positions<'a> {
-        self.x0
-    }
-
-    /// Positions at the end of the step.
-    #[must_use]
-    pub fn end(self) -> Positions<'a> {
-        self.x1
-    }
-}
-
 impl TriangleSurface {
-    /// Checks that `x` holds one finite position for each vertex.
+    /// Checks that `x` holds one finite position per vertex.
     ///
     /// # Errors
     ///
-    /// - [`SurfaceError::PositionCount`] when the length is another.
+    /// - [`SurfaceError::PositionCount`] when the length differs.
     /// - [`SurfaceError::NotFinite`] with the first vertex that is not finite.
     pub fn positions<'a>(&self, x: &'a [DVec3]) -> Result<Positions<'a>, SurfaceError> {
-        Positions::check(self.vertex_count(), x)
+        Positions::new(self.vertex_count(), x)
     }
 
-    /// Takes over positions, checked as [`Self::positions`] does.
+    /// Takes ownership of positions, checked as by [`Self::positions`].
     ///
     /// # Errors
     ///
@@ -143,13 +100,16 @@ impl TriangleSurface {
         self.positions(&x)?;
         Ok(PositionBuffer(x))
     }
+}
 
-    /// Checks both ends of a step as [`Self::positions`] does.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::positions`], for whichever end fails first.
-    pub fn motion<'a>(&self, x0: &'a [DVec3], x1: &'a [DVec3]) -> Result<Motion<'a>, SurfaceError> {
-        Ok(Motion { x0: self.positions(x0)?, x1: self.positions(x1)? })
+/// Checks that there are `expected` positions, all finite.
+fn check(expected: usize, x: impl Iterator<Item = DVec3>) -> Result<(), SurfaceError> {
+    let mut got = 0;
+    for at in x {
+        if !at.is_finite() {
+            return Err(SurfaceError::NotFinite { vertex: got, at });
+        }
+        got += 1;
     }
+    if got == expected { Ok(()) } else { Err(SurfaceError::PositionCount { expected, got }) }
 }

@@ -1,71 +1,77 @@
-//! Signs that no rounding can turn: orientation in space, in a coordinate
-//! plane, and whether three points are on one line.
+//! Exact geometric predicates: orientation in space and in a coordinate plane, and
+//! collinearity of three points.
 //!
 //! Source: J. R. Shewchuk, "Adaptive Precision Floating-Point Arithmetic and
 //! Fast Robust Geometric Predicates", Discrete & Computational Geometry 18,
 //! 1997, by way of the `robust` crate.
 //!
-//! Exact where no partial product overflows or vanishes: coordinates that are
+//! Exact where no partial product overflows or underflows: coordinates that are
 //! zero or between 1e-90 and 1e90 in size.
 
 use glam::DVec3;
 use robust::{Coord, Coord3D};
 
-/// `−1`, `0` or `1`.
+/// Sign of a predicate: `−1`, `0` or `1`.
 pub(crate) type Sign = i32;
 
-/// On which side of the plane through `a`, `b`, `c` the point `p` lies: 1 where
+/// Returns the side of the plane through `a`, `b`, `c` that holds `p`: 1 where
 /// `(b − a) × (c − a)` points, 0 in the plane.
 pub(crate) fn side_of_plane([a, b, c]: [DVec3; 3], p: DVec3) -> Sign {
     let coord = |p: DVec3| Coord3D { x: p.x, y: p.y, z: p.z };
     -sign(robust::orient3d(coord(a), coord(b), coord(c), coord(p)))
 }
 
-/// On which sides of the plane of `corners` three points lie.
+/// Returns the sides of the plane of `corners` that hold three points.
 ///
-/// One normal serves the three, as far as a bound on its rounding allows; only
-/// where that cannot tell is the exact sign taken.
+/// One normal serves the three, as far as a bound on its rounding allows; the exact
+/// predicate is evaluated only within that bound.
 #[inline]
 pub(crate) fn sides_of_plane([a, b, c]: [DVec3; 3], points: [DVec3; 3]) -> [Sign; 3] {
     let (u, v) = (b - a, c - a);
     let normal = u.cross(v);
     let bound = PLANE_ROUNDING * size(u) * size(v);
-    let [p, q, r] = points;
-    let rough = |p: DVec3| {
+
+    // The rounded heights decide nearly always; 0 stands for "within rounding".
+    let rounded = |p: DVec3| {
         let r = p - a;
         let height = normal.dot(r);
         if height.abs() > bound * size(r) { sign(height) } else { 0 }
     };
-    let (sp, sq, sr) = (rough(p), rough(q), rough(r));
+    let [p, q, r] = points;
+    let (sp, sq, sr) = (rounded(p), rounded(q), rounded(r));
     if sp != 0 && sq != 0 && sr != 0 {
         return [sp, sq, sr];
     }
-    let sure = |rough: Sign, p: DVec3| if rough == 0 { side_of_plane([a, b, c], p) } else { rough };
-    [sure(sp, p), sure(sq, q), sure(sr, r)]
+
+    let exact = |sign: Sign, p: DVec3| if sign == 0 { side_of_plane([a, b, c], p) } else { sign };
+    [exact(sp, p), exact(sq, q), exact(sr, r)]
 }
 
-/// Bounds the rounding of `(u × v) · r` relative to the product of the largest
+/// Bound on the rounding of `(u × v) · r` relative to the product of the largest
 /// components of u, v and r: it is a sum of six products, each of three rounded
 /// differences that then pass at most five more roundings, 6 · 8 u = 24 ε, and a
 /// little for higher orders.
 const PLANE_ROUNDING: f64 = 25.0 * f64::EPSILON;
 
-/// Turning direction of `a`, `b`, `p` in a coordinate plane: 1 counter-clockwise.
+/// Returns the turning direction of `a`, `b`, `p` in a coordinate plane: 1
+/// counter-clockwise.
 pub(crate) fn turn(a: [f64; 2], b: [f64; 2], p: [f64; 2]) -> Sign {
     let coord = |[x, y]: [f64; 2]| Coord { x, y };
     sign(robust::orient2d(coord(a), coord(b), coord(p)))
 }
 
-/// The two coordinates left when `axis` is dropped, in cyclic order.
+/// Returns the two coordinates other than `axis`, in cyclic order.
 pub(crate) fn without(axis: usize, p: DVec3) -> [f64; 2] {
     [p[(axis + 1) % 3], p[(axis + 2) % 3]]
 }
 
-/// An axis along which three points project to a triangle with area; `None`
-/// where they are on one line.
+/// Finds an axis along which three points project to a triangle with area; `None`
+/// where they are collinear.
 pub(crate) fn projection_axis([a, b, c]: [DVec3; 3]) -> Option<usize> {
     let (u, v) = (b - a, c - a);
     let normal = u.cross(v).abs();
+
+    // Along the normal's largest component the projection is largest.
     let widest = if normal.x >= normal.y && normal.x >= normal.z {
         0
     } else if normal.y >= normal.z {
@@ -76,6 +82,7 @@ pub(crate) fn projection_axis([a, b, c]: [DVec3; 3]) -> Option<usize> {
     if normal[widest] > PLANE_ROUNDING * size(u) * size(v) {
         return Some(widest);
     }
+
     (0..3).find(|&axis| turn(without(axis, a), without(axis, b), without(axis, c)) != 0)
 }
 
@@ -85,7 +92,7 @@ fn size(v: DVec3) -> f64 {
 }
 
 #[inline]
-fn sign(x: f64) -> Sign {
+pub(crate) fn sign(x: f64) -> Sign {
     i32::from(x > 0.0) - i32::from(x < 0.0)
 }
 

@@ -1,13 +1,14 @@
-//! Normals by which the sign of a distance is right on faces, edges and corners.
+//! Angle-weighted pseudonormals, which give a distance the right sign on faces, edges
+//! and corners.
 //!
-//! At an edge or a vertex the closest point belongs to several faces, some of
-//! which see the query from the front and others from behind. The sum of their
-//! normals, each weighted by its face's angle there, points to the right side.
+//! At an edge or a vertex the closest point belongs to several faces; the query is in
+//! front of some and behind others. The sum of their normals, each weighted by its
+//! face's angle there, decides the side.
 //!
 //! Source: J. A. Bærentzen and H. Aanæs, "Signed Distance Computation Using the
 //! Angle Weighted Pseudonormal", IEEE Transactions on Visualization and Computer
-//! Graphics 11(3), 2005. Differs in taking any list of faces: a face without area
-//! has no say, and where all have none the normal is zero.
+//! Graphics 11(3), 2005. Differs in accepting any list of faces: a face without area
+//! does not count, and where no face has area the normal is zero.
 //!
 //! The side is right for a closed, manifold, oriented surface that does not cross
 //! itself, and a foot that is the closest point of the *whole* surface. Vertices
@@ -18,9 +19,9 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use crate::{ClosestOnTriangle, NO_EDGE, Positions, TriangleFeature, TriangleSurface};
+use crate::{ClosestOnTriangle, NO_EDGE, Positions, TriangleFeature, TriangleSurface, triangle};
 
-/// Unit normals of a surface's faces, edges and vertices, in one state.
+/// Angle-weighted pseudonormals of a surface's faces, edges and vertices, in one state.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Pseudonormals {
@@ -30,7 +31,7 @@ pub struct Pseudonormals {
 }
 
 impl Pseudonormals {
-    /// Normals of `surface` in the state `x`.
+    /// Computes the normals of `surface` at positions `x`.
     ///
     /// ```
     /// use surface::{Pseudonormals, TriangleFeature, TriangleSurface, closest_on_triangle, glam::DVec3};
@@ -41,7 +42,7 @@ impl Pseudonormals {
     /// let x = surface.positions(&x)?;
     /// let normals = Pseudonormals::new(&surface, x);
     ///
-    /// // Closest to a corner, where a face's own normal may say "inside".
+    /// // Closest to a corner, where the face's own normal may point away.
     /// let p = DVec3::new(-0.1, -0.2, 1.5);
     /// let foot = closest_on_triangle(p, x.corners(surface.faces()[1]));
     /// assert_eq!(foot.feature, TriangleFeature::Corner(2));
@@ -54,45 +55,45 @@ impl Pseudonormals {
     /// When `x` was checked against a surface with fewer vertices.
     #[must_use]
     pub fn new(surface: &TriangleSurface, x: Positions<'_>) -> Self {
-        let faces: Vec<DVec3> =
-            surface.faces().iter().map(|face| face_normal(x.corners(*face))).collect();
+        let mut faces = Vec::with_capacity(surface.faces().len());
         let mut edges = vec![DVec3::ZERO; surface.edges().len()];
         let mut vertices = vec![DVec3::ZERO; surface.vertex_count()];
-        for ((corners, along), normal) in
-            surface.faces().iter().zip(surface.face_edges()).zip(&faces)
-        {
-            for edge in along.iter().filter(|edge| **edge != NO_EDGE) {
-                edges[*edge as usize] += *normal;
+
+        for (&face, along) in surface.faces().iter().zip(surface.face_edges()) {
+            let normal = triangle::unit_normal(x.corners(face));
+            for &edge in along.iter().filter(|edge| **edge != NO_EDGE) {
+                edges[edge as usize] += normal;
             }
-            let angles = corner_angles(x.corners(*corners));
-            for (vertex, angle) in corners.iter().zip(angles) {
-                vertices[*vertex as usize] += angle * *normal;
+            for (vertex, angle) in face.into_iter().zip(corner_angles(x.corners(face))) {
+                vertices[vertex as usize] += angle * normal;
             }
+            faces.push(normal);
         }
+
         let unit = |sums: Vec<DVec3>| sums.into_iter().map(DVec3::normalize_or_zero).collect();
         Self { faces, edges: unit(edges), vertices: unit(vertices) }
     }
 
-    /// Normals of the faces, |F|: zero where a face has no area.
+    /// Returns the normals of the faces, |F|: zero where a face has no area.
     #[must_use]
     pub fn faces(&self) -> &[DVec3] {
         &self.faces
     }
 
-    /// Normals of the edges, |E|: of the sum over their faces.
+    /// Returns the normals of the edges, |E|: of the sum over their faces.
     #[must_use]
     pub fn edges(&self) -> &[DVec3] {
         &self.edges
     }
 
-    /// Normals of the vertices, |V|: of the sum over their faces, weighted by the
-    /// angles.
+    /// Returns the normals of the vertices, |V|: of the sum over their faces, weighted by
+    /// the angles.
     #[must_use]
     pub fn vertices(&self) -> &[DVec3] {
         &self.vertices
     }
 
-    /// The normal of a face, or of one of its edges or corners.
+    /// Returns the normal of a face, or of one of its edges or corners.
     ///
     /// # Panics
     ///
@@ -110,10 +111,10 @@ impl Pseudonormals {
         }
     }
 
-    /// Distance of `p` from its foot on a face, negative inside.
+    /// Computes the distance of `p` from its foot on a face, negative inside.
     ///
-    /// The foot must be the closest point of the whole surface. Where the normal
-    /// there does not tell, as on the surface itself, the sign is positive.
+    /// The foot must be the closest point of the whole surface. Where the normal there
+    /// does not decide, as on the surface itself, the sign is positive.
     ///
     /// # Panics
     ///
@@ -132,13 +133,9 @@ impl Pseudonormals {
     }
 }
 
-fn face_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
-    (b - a).cross(c - a).normalize_or_zero()
-}
-
-/// Angles of a triangle at its corners \[rad\], which sum to π.
+/// Computes the angles of a triangle at its corners \[rad\], which sum to π.
 fn corner_angles([a, b, c]: [DVec3; 3]) -> [f64; 3] {
-    let double_area = (b - a).cross(c - a).length();
+    let double_area = triangle::normal([a, b, c]).length();
     let at = |u: DVec3, v: DVec3| double_area.atan2(u.dot(v));
     let (of_a, of_b) = (at(b - a, c - a), at(c - b, a - b));
     [of_a, of_b, (PI - of_a - of_b).max(0.0)]

@@ -1,22 +1,22 @@
-//! Simplex surfaces: every vertex has three neighbors.
+//! Simplex surfaces (2-simplex meshes): every vertex has three neighbors.
 //!
-//! A simplex surface is the dual of a triangulation: a vertex for each triangle,
-//! a polygon for each vertex, and as many edges. Three neighbors give every
-//! vertex a frame and one curvature, which makes such surfaces convenient to
-//! deform.
+//! A simplex surface is the dual of a triangulation: one vertex per triangle, one
+//! polygon per vertex, and as many edges. Three neighbors give every vertex a frame
+//! and one curvature, which makes such surfaces convenient to deform.
 //!
 //! Source: H. Delingette, "General Object Reconstruction Based on Simplex
 //! Meshes", International Journal of Computer Vision 32(2), 1999, section 2.
 
 use glam::DVec3;
 
-use crate::rows::Rows;
+use crate::csr::Csr;
+use crate::triangle_surface::{MAX_COUNT, check_count};
 use crate::{Positions, SimplexError, SurfaceError, TriangleSurface};
 
-/// Stands for a neighbor or a polygon that a vertex on the border lacks.
+/// Placeholder for a neighbor or a polygon that a vertex on the border lacks.
 pub const NO_NEIGHBOR: u32 = u32::MAX;
 
-/// Vertices and oriented polygons of which at most three meet at a vertex: the
+/// Vertices and oriented polygons, of which at most three meet at a vertex: the
 /// connectivity, without positions.
 ///
 /// ```
@@ -31,16 +31,16 @@ pub const NO_NEIGHBOR: u32 = u32::MAX;
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SimplexSurface {
-    polygons: Rows,
+    polygons: Csr,
     neighbors: Vec<[u32; 3]>,
     vertex_polygons: Vec<[u32; 3]>,
 }
 
 impl SimplexSurface {
-    /// Finds the neighbors that polygons give to `vertex_count` vertices.
+    /// Finds the neighbors of `vertex_count` vertices in `polygons`.
     ///
-    /// Polygons run counter-clockwise seen from outside. At a vertex inside of
-    /// the surface three of them meet, on the border two or one.
+    /// Polygons run counter-clockwise from outside. Three of them meet at an interior
+    /// vertex, two or one on the border.
     ///
     /// # Errors
     ///
@@ -49,18 +49,17 @@ impl SimplexSurface {
     /// - [`SimplexError::ShortPolygon`] and [`SimplexError::VertexOutOfRange`]
     ///   with the first such polygon.
     /// - [`SimplexError::NotSimplex`] with the first vertex whose polygons are
-    ///   none, more than three, or do not follow one another about it.
+    ///   none, more than three, or not consecutive around it.
     pub fn new(vertex_count: usize, polygons: &[Vec<u32>]) -> Result<Self, SimplexError> {
-        check_counts(vertex_count, polygons)?;
+        let corners = polygons.iter().map(Vec::len).fold(0, usize::saturating_add);
+        check_count("vertices", vertex_count, MAX_COUNT)?;
+        check_count("corners of polygons", corners, MAX_COUNT)?;
         check_polygons(vertex_count, polygons)?;
-        let rows = Rows::new(polygons.len(), || {
-            (0..).zip(polygons).flat_map(|(k, polygon)| polygon.iter().map(move |v| (k, *v)))
-        });
-        Self::with_rows(vertex_count, rows)
+        Self::with_polygons(vertex_count, Csr::from_rows(polygons))
     }
 
-    /// The dual of a triangulation: vertex `k` stands for face `k`, polygon `k`
-    /// for vertex `k`, and begins with its first face.
+    /// Returns the dual of a triangulation: vertex `k` is dual to face `k`; polygon `k` is
+    /// dual to vertex `k`, and begins with its first face.
     ///
     /// # Errors
     ///
@@ -79,7 +78,7 @@ impl SimplexSurface {
         Self::new(surface.faces().len(), &rings)
     }
 
-    /// The triangulation whose dual this is: face `k` stands for vertex `k`, and
+    /// Returns the triangulation whose dual this is: face `k` is dual to vertex `k`, and
     /// begins with its smallest corner.
     ///
     /// Exactly the triangulation that [`dual_of`](Self::dual_of) was given, up to
@@ -91,36 +90,36 @@ impl SimplexSurface {
     ///   polygons.
     /// - [`SimplexError::Surface`] as [`TriangleSurface::new`].
     pub fn dual(&self) -> Result<TriangleSurface, SimplexError> {
-        let lacks = |polygons: &[u32; 3]| polygons.contains(&NO_NEIGHBOR);
-        if let Some(vertex) = self.vertex_polygons.iter().position(lacks) {
-            let polygons = self.vertex_polygons[vertex].iter().filter(|p| **p != NO_NEIGHBOR);
-            return Err(SimplexError::Border { vertex, polygons: polygons.count() });
+        for (vertex, polygons) in self.vertex_polygons.iter().enumerate() {
+            if let Some(polygons) = polygons.iter().position(|p| *p == NO_NEIGHBOR) {
+                return Err(SimplexError::Border { vertex, polygons });
+            }
         }
         Ok(TriangleSurface::new(self.polygon_count(), self.vertex_polygons.clone())?)
     }
 
-    /// Checks that `x` holds one finite position for each vertex.
+    /// Checks that `x` holds one finite position per vertex.
     ///
     /// # Errors
     ///
     /// As [`TriangleSurface::positions`].
     pub fn positions<'a>(&self, x: &'a [DVec3]) -> Result<Positions<'a>, SurfaceError> {
-        Positions::check(self.vertex_count(), x)
+        Positions::new(self.vertex_count(), x)
     }
 
-    /// |V|.
+    /// Returns |V|.
     #[must_use]
     pub fn vertex_count(&self) -> usize {
         self.neighbors.len()
     }
 
-    /// |P|.
+    /// Returns |P|, the number of polygons.
     #[must_use]
     pub fn polygon_count(&self) -> usize {
         self.polygons.iter().len()
     }
 
-    /// Vertices of a polygon, counter-clockwise seen from outside.
+    /// Returns the vertices of a polygon, counter-clockwise from outside.
     ///
     /// # Panics
     ///
@@ -130,27 +129,28 @@ impl SimplexSurface {
         self.polygons.row(polygon)
     }
 
-    /// Neighbors of the vertices, |V| × 3, counter-clockwise seen from outside;
+    /// Returns the neighbors of the vertices, |V| × 3, counter-clockwise from outside;
     /// [`NO_NEIGHBOR`] last where a vertex on the border has two.
     #[must_use]
     pub fn neighbors(&self) -> &[[u32; 3]] {
         &self.neighbors
     }
 
-    /// Polygons at the vertices, |V| × 3: the `k`th lies between the `k`th
-    /// neighbor and the next. The smallest first inside of the surface, and
+    /// Returns the polygons at the vertices, |V| × 3: the `k`th lies between the `k`th
+    /// neighbor and the next. The smallest is first at an interior vertex, and
     /// [`NO_NEIGHBOR`] last on the border.
     #[must_use]
     pub fn vertex_polygons(&self) -> &[[u32; 3]] {
         &self.vertex_polygons
     }
 
-    pub(crate) fn polygons(&self) -> &Rows {
+    pub(crate) fn polygons(&self) -> &Csr {
         &self.polygons
     }
 
-    fn with_rows(vertex_count: usize, polygons: Rows) -> Result<Self, SimplexError> {
-        let mut sectors = vec![Sectors::default(); vertex_count];
+    fn with_polygons(vertex_count: usize, polygons: Csr) -> Result<Self, SimplexError> {
+        // Each polygon is a sector about each of its vertices.
+        let mut sectors = vec![Sectors::NONE; vertex_count];
         for (k, polygon) in (0..).zip(polygons.iter()) {
             for (j, &vertex) in polygon.iter().enumerate() {
                 let next = polygon[(j + 1) % polygon.len()];
@@ -158,20 +158,22 @@ impl SimplexSurface {
                 sectors[vertex as usize].push(Sector { polygon: k, from: next, to: previous });
             }
         }
+
+        // Neighbors follow from the sectors in order.
         let mut neighbors = Vec::with_capacity(vertex_count);
         let mut vertex_polygons = Vec::with_capacity(vertex_count);
         for (vertex, sectors) in sectors.iter().enumerate() {
             let not_simplex = SimplexError::NotSimplex { vertex, polygons: sectors.count };
-            let (around, within) = sectors.in_order().ok_or(not_simplex)?;
-            neighbors.push(around);
-            vertex_polygons.push(within);
+            let [first, second, third] = sectors.in_order().ok_or(not_simplex)?;
+            neighbors.push([first.from, first.to, second.to]);
+            vertex_polygons.push([first.polygon, second.polygon, third.polygon]);
         }
         Ok(Self { polygons, neighbors, vertex_polygons })
     }
 }
 
-/// What a polygon covers about one of its vertices: counter-clockwise from the
-/// next vertex to the previous one.
+/// Sector of a polygon about one of its vertices: counter-clockwise from the next vertex
+/// to the previous one.
 #[derive(Clone, Copy, Debug)]
 struct Sector {
     polygon: u32,
@@ -179,75 +181,75 @@ struct Sector {
     to: u32,
 }
 
-/// Sectors about one vertex; of more than three, only the number is kept.
-#[derive(Clone, Copy, Debug, Default)]
+const NO_SECTOR: Sector = Sector { polygon: NO_NEIGHBOR, from: NO_NEIGHBOR, to: NO_NEIGHBOR };
+
+/// Sectors about one vertex; only the number is kept of more than three.
+#[derive(Clone, Copy, Debug)]
 struct Sectors {
-    first: [Option<Sector>; 3],
+    first: [Sector; 3],
     count: usize,
 }
 
 impl Sectors {
+    const NONE: Self = Self { first: [NO_SECTOR; 3], count: 0 };
+
     fn push(&mut self, sector: Sector) {
         if let Some(place) = self.first.get_mut(self.count) {
-            *place = Some(sector);
+            *place = sector;
         }
         self.count += 1;
     }
 
-    /// Neighbors and polygons counter-clockwise; `None` unless three sectors
-    /// close a ring, or two or one are open.
-    fn in_order(&self) -> Option<([u32; 3], [u32; 3])> {
-        let given = || self.first.into_iter().flatten();
-        let after = |sector: Sector| given().find(|s| s.from == sector.to);
-        let before = |sector: Sector| given().find(|s| s.to == sector.from);
-        let first = match self.count {
-            3 => given().next()?,
-            1 | 2 => given().find(|s| before(*s).is_none())?,
-            _ => return None,
-        };
-        let second = after(first);
-        let third = second.and_then(after);
-        let closes = third.is_some_and(|third| third.to == first.from);
-        let whole = match self.count {
-            3 => closes && second?.polygon != third?.polygon,
-            2 => second.is_some() && third.is_none(),
-            _ => second.is_none(),
-        };
-        let to = |sector: Option<Sector>| sector.map_or(NO_NEIGHBOR, |s| s.to);
-        let polygon = |sector: Option<Sector>| sector.map_or(NO_NEIGHBOR, |s| s.polygon);
-        whole.then_some((
-            [first.from, first.to, to(second)],
-            [first.polygon, polygon(second), polygon(third)],
-        ))
+    /// Returns the sectors counter-clockwise; `None` unless three close a ring, or two or
+    /// one are consecutive and open.
+    fn in_order(&self) -> Option<[Sector; 3]> {
+        let (mut order, count) = (self.first, self.count);
+        if !(1..=3).contains(&count) || order[..count].iter().any(|s| s.from == s.to) {
+            return None;
+        }
+
+        // A ring begins with the sector given first, an open chain with the one that
+        // follows no other.
+        if count == 2 && order[1].to == order[0].from {
+            order.swap(0, 1);
+        }
+        if count == 3 && order[1].from != order[0].to {
+            order.swap(1, 2);
+        }
+        let consecutive = order[..count].windows(2).all(|pair| pair[0].to == pair[1].from);
+
+        let closes = order[count - 1].to == order[0].from;
+        let whole = closes == (count == 3);
+        let repeats = count == 3 && order[1].polygon == order[2].polygon;
+        (consecutive && whole && !repeats).then_some(order)
     }
 }
 
-/// Faces about a vertex of a closed oriented manifold, counter-clockwise from
+/// Returns the faces about a vertex of a closed oriented manifold, counter-clockwise from
 /// the first; empty where there is none.
 fn ring(surface: &TriangleSurface, vertex: u32) -> Vec<u32> {
     let faces = surface.vertex_faces(vertex);
-    let mut ring = Vec::with_capacity(faces.len());
-    let mut next = faces.first().copied();
-    while let Some(face) =
-        next.filter(|face| ring.first() != Some(face) && ring.len() < faces.len())
-    {
-        ring.push(face);
-        let corner = surface.faces()[face as usize].iter().position(|v| *v == vertex);
-        let edge = corner.map(|k| surface.face_edges()[face as usize][(k + 2) % 3]);
-        next = edge.and_then(|e| surface.edge_faces(e).iter().copied().find(|f| *f != face));
-    }
-    ring
-}
+    let Some(&first) = faces.first() else { return Vec::new() };
+    let mut ring = vec![first];
 
-fn check_counts(vertex_count: usize, polygons: &[Vec<u32>]) -> Result<(), SurfaceError> {
-    let limit = u32::MAX as usize - 1;
-    let corners = polygons.iter().fold(0_usize, |sum, polygon| sum.saturating_add(polygon.len()));
-    for (what, count) in [("vertices", vertex_count), ("corners of polygons", corners)] {
-        if count > limit {
-            return Err(SurfaceError::TooMany { what, count, limit });
+    while ring.len() < faces.len() {
+        // The next face is across the edge that ends at the vertex.
+        let face = ring[ring.len() - 1];
+        let [a, b, _] = surface.faces()[face as usize];
+        let [ab, bc, ca] = surface.face_edges()[face as usize];
+        let edge = if a == vertex {
+            ca
+        } else if b == vertex {
+            ab
+        } else {
+            bc
+        };
+        match surface.edge_faces(edge).iter().find(|other| **other != face) {
+            Some(&next) if next != first => ring.push(next),
+            _ => break,
         }
     }
-    Ok(())
+    ring
 }
 
 fn check_polygons(vertex_count: usize, polygons: &[Vec<u32>]) -> Result<(), SimplexError> {

@@ -61,6 +61,7 @@ pub fn signed_volume(triangles: impl IntoIterator<Item = [DVec3; 3]>, origin: DV
 }
 
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "exact by construction")]
 mod tests {
     use super::*;
 

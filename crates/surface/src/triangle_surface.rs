@@ -1,19 +1,23 @@
-//! Connectivity of a triangle surface, whatever its defects.
+//! Triangle surface: connectivity of any list of triangles.
 //!
 //! Edges are found by a counting sort of half-edges over their smaller vertex,
 //! so that building is linear and the numbering depends on the faces alone.
 
 use crate::SurfaceError;
-use crate::rows::Rows;
+use crate::csr::Csr;
 
-/// Stands for the edge between a face's two equal corners, which is none.
+/// Placeholder for the missing edge between two equal corners of a face.
 pub const NO_EDGE: u32 = u32::MAX;
+
+/// Maximum number of vertices, or of corners: 32-bit indices with one to spare for
+/// [`NO_EDGE`].
+pub(crate) const MAX_COUNT: usize = u32::MAX as usize - 1;
 
 /// Vertices and oriented triangles: the connectivity, without positions.
 ///
 /// Any list of faces with valid indices is accepted. An edge may have one face
-/// (a border), two, or more; a face may repeat a vertex. What a list lacks to
-/// be a closed oriented manifold is found by [`inspect`](crate::inspect()).
+/// (a border), two, or more; a face may repeat a vertex. [`inspect`](crate::inspect())
+/// reports the defects.
 ///
 /// ```
 /// use surface::TriangleSurface;
@@ -29,8 +33,8 @@ pub struct TriangleSurface {
     faces: Vec<[u32; 3]>,
     edges: Vec<[u32; 2]>,
     face_edges: Vec<[u32; 3]>,
-    edge_faces: Rows,
-    vertex_faces: Rows,
+    edge_faces: Csr,
+    vertex_faces: Csr,
 }
 
 impl TriangleSurface {
@@ -43,40 +47,43 @@ impl TriangleSurface {
     /// - [`SurfaceError::VertexOutOfRange`] with the first face that refers to
     ///   a vertex that does not exist.
     pub fn new(vertex_count: usize, faces: Vec<[u32; 3]>) -> Result<Self, SurfaceError> {
-        check_counts(vertex_count, faces.len())?;
+        check_count("vertices", vertex_count, MAX_COUNT)?;
+        check_count("faces", faces.len(), MAX_COUNT / 3)?; // corners are numbered too
         check_indices(vertex_count, &faces)?;
+
         let vertex_faces = vertex_faces(vertex_count, &faces);
         let (edges, face_edges) = number_edges(vertex_count, &faces);
-        let edge_faces = Rows::new(edges.len(), || edge_face_entries(&face_edges));
+        let edge_faces = edge_faces(edges.len(), &face_edges);
         Ok(Self { vertex_count, faces, edges, face_edges, edge_faces, vertex_faces })
     }
 
-    /// |V|.
+    /// Returns |V|.
     #[must_use]
     pub fn vertex_count(&self) -> usize {
         self.vertex_count
     }
 
-    /// Corners of the faces, |F| × 3, counter-clockwise seen from outside.
+    /// Returns the corners of the faces, |F| × 3, counter-clockwise from outside.
     #[must_use]
     pub fn faces(&self) -> &[[u32; 3]] {
         &self.faces
     }
 
-    /// Ends of the edges, |E| × 2, the smaller first, in ascending order.
+    /// Returns the ends of the edges, |E| × 2, the smaller first, in ascending order.
     #[must_use]
     pub fn edges(&self) -> &[[u32; 2]] {
         &self.edges
     }
 
-    /// Edges of the faces, |F| × 3: the `k`th runs from corner `k` to the next.
+    /// Returns the edges of the faces, |F| × 3: the `k`th runs from corner `k` to the next.
     /// [`NO_EDGE`] where these are one vertex.
     #[must_use]
     pub fn face_edges(&self) -> &[[u32; 3]] {
         &self.face_edges
     }
 
-    /// Faces at an edge, ascending; a face that runs along it twice counts twice.
+    /// Returns the faces at an edge, ascending; a face that runs along it twice counts
+    /// twice.
     ///
     /// # Panics
     ///
@@ -86,7 +93,7 @@ impl TriangleSurface {
         self.edge_faces.row(edge)
     }
 
-    /// Faces at a vertex, ascending, each once.
+    /// Returns the faces at a vertex, ascending, each once.
     ///
     /// # Panics
     ///
@@ -97,16 +104,13 @@ impl TriangleSurface {
     }
 }
 
-fn check_counts(vertex_count: usize, face_count: usize) -> Result<(), SurfaceError> {
-    let limit = u32::MAX as usize - 1;
-    let face_limit = limit / 3; // corners are numbered too
-    if vertex_count > limit {
-        return Err(SurfaceError::TooMany { what: "vertices", count: vertex_count, limit });
-    }
-    if face_count > face_limit {
-        return Err(SurfaceError::TooMany { what: "faces", count: face_count, limit: face_limit });
-    }
-    Ok(())
+/// Checks that there are at most `limit` elements.
+pub(crate) fn check_count(
+    what: &'static str,
+    count: usize,
+    limit: usize,
+) -> Result<(), SurfaceError> {
+    if count <= limit { Ok(()) } else { Err(SurfaceError::TooMany { what, count, limit }) }
 }
 
 fn check_indices(vertex_count: usize, faces: &[[u32; 3]]) -> Result<(), SurfaceError> {
@@ -118,43 +122,55 @@ fn check_indices(vertex_count: usize, faces: &[[u32; 3]]) -> Result<(), SurfaceE
     Ok(())
 }
 
-fn vertex_faces(vertex_count: usize, faces: &[[u32; 3]]) -> Rows {
-    Rows::new(vertex_count, || {
-        (0_u32..).zip(faces).flat_map(|(face, &[a, b, c])| {
-            let second = (b != a).then_some((b, face));
-            let third = (c != a && c != b).then_some((c, face));
-            [Some((a, face)), second, third].into_iter().flatten()
-        })
-    })
+fn vertex_faces(vertex_count: usize, faces: &[[u32; 3]]) -> Csr {
+    let mut pairs = Vec::with_capacity(3 * faces.len());
+    for (face, &[a, b, c]) in (0..).zip(faces) {
+        pairs.push((a, face));
+        if b != a {
+            pairs.push((b, face));
+        }
+        if c != a && c != b {
+            pairs.push((c, face));
+        }
+    }
+    Csr::new(vertex_count, &pairs)
 }
 
-/// A half-edge seen from its smaller end: the larger end, and where it stands
-/// in the list of faces (`3 * face + k`).
-type HalfEdge = (u32, u32);
-
+/// Numbers the edges in ascending order of their ends; returns them, and those of each
+/// face.
 fn number_edges(vertex_count: usize, faces: &[[u32; 3]]) -> (Vec<[u32; 2]>, Vec<[u32; 3]>) {
-    let corners = || (0_u32..).zip(faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]));
-    let by_smaller =
-        Rows::new(vertex_count, || corners().map(|(corner, ends)| (ends[0].min(ends[1]), corner)));
+    // Half-edges, numbered `3 * face + k`, by their smaller end.
+    let mut by_smaller = Vec::with_capacity(3 * faces.len());
+    for (face, &[a, b, c]) in (0..).zip(faces) {
+        let (ab, bc, ca) = (3 * face, 3 * face + 1, 3 * face + 2);
+        by_smaller.extend([(a.min(b), ab), (b.min(c), bc), (c.min(a), ca)]);
+    }
+    let by_smaller = Csr::new(vertex_count, &by_smaller);
+
+    // Sorted by the larger end, equal ones are one edge.
     let mut edges: Vec<[u32; 2]> = Vec::with_capacity(faces.len() * 3 / 2);
     let mut face_edges = vec![[NO_EDGE; 3]; faces.len()];
-    let mut row: Vec<HalfEdge> = Vec::new();
-    for (smaller, corners) in (0_u32..).zip(by_smaller.iter()) {
-        row.clear();
-        row.extend(corners.iter().map(|&c| (larger_end(faces, c), c)));
-        row.sort_unstable();
-        for &(larger, corner) in row.iter().filter(|(larger, _)| *larger != smaller) {
+    let mut by_larger: Vec<(u32, u32)> = Vec::new();
+    for (smaller, half_edges) in (0_u32..).zip(by_smaller.iter()) {
+        by_larger.clear();
+        by_larger.extend(half_edges.iter().map(|&h| (larger_end(faces, h), h)));
+        by_larger.sort_unstable();
+        for &(larger, half_edge) in &by_larger {
+            if larger == smaller {
+                continue; // between two equal corners
+            }
             if edges.last() != Some(&[smaller, larger]) {
                 edges.push([smaller, larger]);
             }
-            face_edges[corner as usize / 3][corner as usize % 3] = last_index(&edges);
+            face_edges[half_edge as usize / 3][half_edge as usize % 3] = last_index(&edges);
         }
     }
     (edges, face_edges)
 }
 
-fn larger_end(faces: &[[u32; 3]], corner: u32) -> u32 {
-    let (face, k) = (corner as usize / 3, corner as usize % 3);
+/// Returns the larger end of half-edge `3 * face + k`.
+fn larger_end(faces: &[[u32; 3]], half_edge: u32) -> u32 {
+    let (face, k) = (half_edge as usize / 3, half_edge as usize % 3);
     faces[face][k].max(faces[face][(k + 1) % 3])
 }
 
@@ -163,11 +179,14 @@ fn last_index(edges: &[[u32; 2]]) -> u32 {
     (edges.len() - 1) as u32
 }
 
-fn edge_face_entries(face_edges: &[[u32; 3]]) -> impl Iterator<Item = (u32, u32)> {
-    (0_u32..)
-        .zip(face_edges)
-        .flat_map(|(face, edges)| edges.map(|edge| (edge, face)))
-        .filter(|(edge, _)| *edge != NO_EDGE)
+fn edge_faces(edge_count: usize, face_edges: &[[u32; 3]]) -> Csr {
+    let mut pairs = Vec::with_capacity(3 * face_edges.len());
+    for (face, edges) in (0..).zip(face_edges) {
+        for &edge in edges.iter().filter(|edge| **edge != NO_EDGE) {
+            pairs.push((edge, face));
+        }
+    }
+    Csr::new(edge_count, &pairs)
 }
 
 #[cfg(test)]

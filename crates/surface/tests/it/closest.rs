@@ -9,9 +9,7 @@ use surface::{
     closest_on_segment, closest_on_triangle,
 };
 
-mod support;
-
-use support::{Exact, between_segments, root, to_segment, to_triangle};
+use crate::support::{self, Exact, between_segments, root, to_segment, to_triangle};
 
 /// Half an ulp of one.
 const U: f64 = f64::EPSILON / 2.0;

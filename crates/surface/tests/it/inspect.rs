@@ -4,12 +4,11 @@
 use std::collections::BTreeMap;
 
 use arbtest::arbtest;
+use fixtures::data;
 use surface::glam::DVec3;
 use surface::{Aabb, Defect, Element, Inspection, SurfaceError, TriangleSurface, inspect};
 
-mod support;
-
-use support::anatomy;
+use crate::support::anatomy;
 
 const TETRAHEDRON: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
 
@@ -145,7 +144,8 @@ fn what_is_lacking_is_refused_with_its_place() {
     let bow_tie = surface(&[[0, 1, 2], [0, 3, 4]]);
     let vertex = SurfaceError::NonManifoldVertex { count: 1, vertex: 0 };
     assert_eq!(bow_tie.require_manifold(), Err(vertex));
-    assert!(!bow_tie.is_closed() && !bow_tie.is_manifold() && bow_tie.is_oriented());
+    assert!(!bow_tie.is_closed() && bow_tie.require_manifold().is_err());
+    assert_eq!(bow_tie.require_oriented(), Ok(()));
 }
 
 /// Half-edges counted one by one.
@@ -225,12 +225,12 @@ fn counts_of_any_list_equal_the_slow_ones() {
 
 #[test]
 fn real_meshes_have_the_defects_of_their_table() {
-    let Some(folder) = anatomy::folder("real_meshes_have_the_defects_of_their_table") else {
-        return;
-    };
+    let test = "real_meshes_have_the_defects_of_their_table";
+    let Some(folder) = data::anatomy(test) else { return };
     for row in anatomy::rows(folder.join("meshes.csv")) {
-        let (surface, x) = anatomy::read(folder.join(&row[0]).join(&row[1]));
-        let report = inspect(&surface, surface.positions(&x).unwrap());
+        let mesh = data::mesh(&folder.join(&row[0]).join(&row[1]));
+        let surface = mesh.surface();
+        let report = inspect(&surface, surface.positions(&mesh.positions).unwrap());
         let number = |column: usize| row[column].parse::<usize>().unwrap();
         let name = &row[1];
         assert_eq!([report.vertices, report.faces], [number(2), number(3)], "{name}");

@@ -1,7 +1,5 @@
 //! Plain data written and read back.
 
-#![cfg(feature = "serde")]
-
 use surface::glam::DVec3;
 use surface::{
     Contact, Inspection, Meeting, Pseudonormals, Stencil, Term, TriangleSurface,

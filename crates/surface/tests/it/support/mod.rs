@@ -1,7 +1,5 @@
 //! Rational arithmetic and generators that the property tests share.
 
-#![allow(dead_code, reason = "each test binary uses a part of it")]
-
 use arbitrary::{Result, Unstructured};
 use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive, Zero};
@@ -153,36 +151,4 @@ pub(crate) fn point_near(u: &mut Unstructured<'_>, [a, b, c]: [DVec3; 3]) -> Res
     }
     let away = point(u)? * thinness(u, 16)?;
     Ok(foot + away)
-}
-
-/// Faces and vertices of an octahedron whose faces are split in four so often,
-/// with its vertices on the unit sphere.
-pub(crate) fn octasphere(splits: u32) -> (Vec<[u32; 3]>, Vec<DVec3>) {
-    let mut faces = vec![
-        [0, 2, 4],
-        [2, 1, 4],
-        [1, 3, 4],
-        [3, 0, 4],
-        [2, 0, 5],
-        [1, 2, 5],
-        [3, 1, 5],
-        [0, 3, 5],
-    ];
-    let mut x = vec![DVec3::X, -DVec3::X, DVec3::Y, -DVec3::Y, DVec3::Z, -DVec3::Z];
-    for _ in 0..splits {
-        let mut middles = std::collections::BTreeMap::new();
-        let mut middle = |a: u32, b: u32| {
-            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
-                x.push((x[a as usize] + x[b as usize]).normalize());
-                u32::try_from(x.len() - 1).expect("few")
-            })
-        };
-        let mut split = Vec::new();
-        for [a, b, c] in faces {
-            let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
-            split.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
-        }
-        faces = split;
-    }
-    (faces, x)
 }

@@ -1,46 +1,57 @@
 //! Compressed sparse rows (CSR).
 
-use std::ops::Range;
-
 /// Variable-length lists of `u32` in compressed sparse rows: row `i` is
 /// `entries[starts[i]..starts[i + 1]]`.
 ///
 /// ```
-/// use surface::Rows;
+/// use surface::Csr;
 ///
-/// let rows = Rows::new(3, || [(2, 7), (0, 5), (2, 6)].into_iter());
+/// let rows = Csr::new(3, &[(2, 7), (0, 5), (2, 6)]);
 /// assert_eq!(rows.row(2), [7, 6]);
 /// assert!(rows.row(1).is_empty());
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Rows {
+pub struct Csr {
     starts: Vec<u32>,
     entries: Vec<u32>,
 }
 
-impl Rows {
-    /// Sorts pairs of (row, entry) into `rows` rows by counting; the order within a row is that
-    /// of the pairs.
+impl Csr {
+    /// Sorts pairs of (row, entry) into `rows` rows by counting; the order within a row is
+    /// that of the pairs.
     ///
     /// # Panics
     ///
     /// When a row is not below `rows`.
     #[must_use]
-    pub fn new<I: Iterator<Item = (u32, u32)>>(rows: usize, pairs: impl Fn() -> I) -> Self {
+    pub fn new(rows: usize, pairs: &[(u32, u32)]) -> Self {
+        // Count the entries of each row, and sum the counts to the rows' starts.
         let mut starts = vec![0_u32; rows + 1];
-        for (row, _) in pairs() {
+        for &(row, _) in pairs {
             starts[row as usize + 1] += 1;
         }
         for row in 0..rows {
             starts[row + 1] += starts[row];
         }
+
         let mut next = starts.clone();
-        let mut entries = vec![0; starts[rows] as usize];
-        for (row, entry) in pairs() {
+        let mut entries = vec![0; pairs.len()];
+        for &(row, entry) in pairs {
             entries[next[row as usize] as usize] = entry;
             next[row as usize] += 1;
         }
         Self { starts, entries }
+    }
+
+    /// Concatenates rows, of fewer than 2³² entries in all.
+    pub(crate) fn from_rows(rows: &[Vec<u32>]) -> Self {
+        let mut starts = vec![0];
+        let mut end = 0;
+        for row in rows {
+            end += u32::try_from(row.len()).unwrap_or(u32::MAX);
+            starts.push(end);
+        }
+        Self { starts, entries: rows.concat() }
     }
 
     /// Returns the entries of a row.
@@ -55,18 +66,8 @@ impl Rows {
         &self.entries[self.starts[row] as usize..self.starts[row + 1] as usize]
     }
 
-    /// Where a row stands among all entries.
-    ///
-    /// # Panics
-    ///
-    /// When there is no such row.
-    pub(crate) fn range(&self, row: u32) -> Range<u32> {
-        self.starts[row as usize]..self.starts[row as usize + 1]
-    }
-
-    /// All rows in order.
+    /// Returns all rows in order.
     pub(crate) fn iter(&self) -> impl ExactSizeIterator<Item = &[u32]> {
-        let slice = |ends: &[u32]| &self.entries[ends[0] as usize..ends[1] as usize];
-        self.starts.windows(2).map(slice)
+        self.starts.windows(2).map(|ends| &self.entries[ends[0] as usize..ends[1] as usize])
     }
 }

@@ -2,15 +2,14 @@
 //! keep a combination.
 
 use arbtest::arbtest;
+use fixtures::{data, shapes};
 use surface::glam::DVec3;
 use surface::{
     NO_NEIGHBOR, SimplexError, SimplexSurface, Stencil, SurfaceError, Term, TriangleSurface,
     closest_on_triangle, inspect,
 };
 
-mod support;
-
-use support::anatomy;
+use crate::support::{self, anatomy};
 
 /// The face from its smallest corner on.
 fn from_smallest([a, b, c]: [u32; 3]) -> [u32; 3] {
@@ -29,12 +28,12 @@ fn assert_round_trip(surface: &TriangleSurface) -> SimplexSurface {
     let faces: Vec<_> = surface.faces().iter().map(|face| from_smallest(*face)).collect();
     assert_eq!(back.faces(), faces, "the triangulation");
     assert_eq!(SimplexSurface::dual_of(&back).as_ref(), Ok(&dual), "the dual again");
-    assert_neighbours(&dual);
+    assert_neighbors(&dual);
     dual
 }
 
 /// Neighbors name each other, and each polygon runs between two of them.
-fn assert_neighbours(dual: &SimplexSurface) {
+fn assert_neighbors(dual: &SimplexSurface) {
     for (vertex, (around, within)) in (0..).zip(dual.neighbors().iter().zip(dual.vertex_polygons()))
     {
         for k in 0..3 {
@@ -54,12 +53,12 @@ fn assert_neighbours(dual: &SimplexSurface) {
 }
 
 fn octasphere(splits: u32) -> (TriangleSurface, Vec<DVec3>) {
-    let (faces, x) = support::octasphere(splits);
-    (TriangleSurface::new(x.len(), faces).expect("valid"), x)
+    let sphere = shapes::octasphere(1.0, splits);
+    (sphere.surface(), sphere.positions)
 }
 
-/// The dual's vertices: barycentres of the faces, here on the unit sphere.
-fn barycentres(surface: &TriangleSurface, x: &[DVec3]) -> Vec<DVec3> {
+/// The dual's vertices: barycenters of the faces, here on the unit sphere.
+fn barycenters(surface: &TriangleSurface, x: &[DVec3]) -> Vec<DVec3> {
     let sum = |face: &[u32; 3]| face.iter().map(|k| x[*k as usize]).sum::<DVec3>();
     surface.faces().iter().map(|face| sum(face).normalize()).collect()
 }
@@ -74,9 +73,9 @@ fn spheres_survive_the_dual_and_back() {
 
 #[test]
 fn real_meshes_survive_the_dual_and_back() {
-    let Some(folder) = anatomy::folder("real_meshes_survive_the_dual_and_back") else { return };
+    let Some(folder) = data::anatomy("real_meshes_survive_the_dual_and_back") else { return };
     for row in anatomy::rows(folder.join("meshes.csv")) {
-        let (surface, _) = anatomy::read(folder.join(&row[0]).join(&row[1]));
+        let surface = data::mesh(&folder.join(&row[0]).join(&row[1])).surface();
         if row[9] == "True" {
             assert_round_trip(&surface);
         } else {
@@ -91,7 +90,7 @@ fn patches_have_a_border() {
     // Three hexagons about vertex 0.
     let polygons = [vec![0, 1, 2, 3, 4, 5], vec![0, 5, 6, 7, 8, 9], vec![0, 9, 10, 11, 12, 1]];
     let patch = SimplexSurface::new(13, &polygons).unwrap();
-    assert_neighbours(&patch);
+    assert_neighbors(&patch);
     assert_eq!(patch.neighbors()[0], [1, 5, 9]);
     assert_eq!(patch.vertex_polygons()[0], [0, 1, 2]);
     assert_eq!(patch.neighbors()[1], [2, 0, 12]);
@@ -140,7 +139,7 @@ fn what_is_no_simplex_surface_is_refused() {
 fn fans_are_closed() {
     let (surface, x) = octasphere(2);
     let dual = SimplexSurface::dual_of(&surface).unwrap();
-    let x = barycentres(&surface, &x);
+    let x = barycenters(&surface, &x);
     let fan = dual.fan().unwrap();
     let mut particles = Vec::new();
     dual.fan_positions(dual.positions(&x).unwrap(), &mut particles);
@@ -148,12 +147,12 @@ fn fans_are_closed() {
     assert_eq!(report.findings, []);
     assert_eq!((report.faces, report.euler), (3 * dual.vertex_count(), 2));
     assert!(report.volume > 3.8, "{}", report.volume);
+    let mut faces = fan.faces().iter();
     for polygon in 0..u32::try_from(dual.polygon_count()).unwrap() {
         let vertices = dual.polygon(polygon);
-        let faces = dual.fan_faces(polygon).map(|f| fan.faces()[f as usize]);
-        for (j, [center, from, to]) in faces.enumerate() {
-            assert_eq!(center as usize, dual.vertex_count() + polygon as usize);
-            assert_eq!([from, to], [vertices[j], vertices[(j + 1) % vertices.len()]]);
+        for (j, [center, from, to]) in faces.by_ref().take(vertices.len()).enumerate() {
+            assert_eq!(*center as usize, dual.vertex_count() + polygon as usize);
+            assert_eq!([*from, *to], [vertices[j], vertices[(j + 1) % vertices.len()]]);
         }
     }
 }
@@ -163,7 +162,7 @@ fn fans_are_closed() {
 fn spreading_keeps_the_combination() {
     let (surface, x) = octasphere(1);
     let dual = SimplexSurface::dual_of(&surface).unwrap();
-    let x = barycentres(&surface, &x);
+    let x = barycenters(&surface, &x);
     let fan = dual.fan().unwrap();
     let mut particles = Vec::new();
     dual.fan_positions(dual.positions(&x).unwrap(), &mut particles);
@@ -186,32 +185,4 @@ fn spreading_keeps_the_combination() {
         Ok(())
     })
     .budget_ms(200);
-}
-
-/// On a sphere the lift takes the centers from inside onto it, outward or, seen
-/// from within, inward.
-#[test]
-fn lifted_centers_of_a_sphere_are_on_it() {
-    let (surface, x) = octasphere(3);
-    let dual = SimplexSurface::dual_of(&surface).unwrap();
-    let x = barycentres(&surface, &x);
-    let (mut flat, mut lifted) = (Vec::new(), Vec::new());
-    dual.fan_positions(dual.positions(&x).unwrap(), &mut flat);
-    dual.lifted_fan_positions(dual.positions(&x).unwrap(), &mut lifted);
-    let error = |particles: &[DVec3]| {
-        particles.iter().map(|p| (p.length() - 1.0).abs()).fold(0.0, f64::max)
-    };
-    assert!(error(&flat) > 5e-3 && error(&lifted) < 2e-4, "{} {}", error(&flat), error(&lifted));
-
-    let inside_out: Vec<DVec3> = x.iter().map(|p| -p).collect();
-    let lifts = dual.lifts(dual.positions(&inside_out).unwrap());
-    assert!(lifts.iter().all(|lift| *lift < 0.0), "a hollow sphere is lifted towards its middle");
-}
-
-#[test]
-fn flat_polygons_are_not_lifted() {
-    let polygons = [vec![0, 1, 2, 3, 4, 5], vec![0, 5, 6, 7, 8, 9], vec![0, 9, 10, 11, 12, 1]];
-    let patch = SimplexSurface::new(13, &polygons).unwrap();
-    let x: Vec<DVec3> = (0..13).map(|k| DVec3::new(f64::from(k), f64::from(k * k), 0.0)).collect();
-    assert!(patch.lifts(patch.positions(&x).unwrap()).iter().all(|lift| lift.abs() < 1e-15));
 }
