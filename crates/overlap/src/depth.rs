@@ -17,12 +17,9 @@
 //! Polygonal Models", ACM Transactions on Graphics 28(3), 2009, for the branch and bound. Differs in
 //! the bound by one face's convex distance, and in the restriction to the inside.
 
-use std::cmp::Ordering;
-use std::collections::BinaryHeap;
-
 use glam::DVec3;
 use kdop::Workspace;
-use proximity::SurfaceTree;
+use proximity::{MaximumSearch, SurfaceTree};
 use surface::closest_on_triangle;
 
 use crate::patches::{Clipper, face_normal};
@@ -68,33 +65,25 @@ impl DepthParams {
     }
 }
 
-/// Part of the surface whose depth is bounded.
+/// Triangle of the surface inside the other body.
 #[derive(Clone, Copy, Debug)]
-struct Candidate {
-    /// No point of the triangle is deeper.
-    upper: f64,
+struct Piece {
     corners: [DVec3; 3],
-    /// The face that holds the triangle.
+    /// The face that holds it.
     face: u32,
-    /// The face of the other surface that gave the bound.
+    /// The face of the other surface that gave its bound.
     near: u32,
-    /// Order in which candidates were made, by which equal bounds are taken.
-    number: u32,
 }
 
 /// The search for the deepest point of one side.
 struct Search<'a> {
     other: &'a SurfaceTree,
-    params: DepthParams,
     traversal: &'a mut Workspace,
-    heap: BinaryHeap<Candidate>,
-    best: Depth,
-    /// Greatest bound of what was dropped.
-    dropped: f64,
+    pieces: MaximumSearch<Piece>,
+    deepest: Depth,
     /// Bound on the rounding of a distance.
     rounding: f64,
     queries: u32,
-    made: u32,
 }
 
 /// Brackets the depth of one body's surface inside the other; `None` where nothing of it is inside.
@@ -104,46 +93,45 @@ pub(crate) fn depth(
     params: &DepthParams,
     traversal: &mut Workspace,
 ) -> Option<Depth> {
-    let mut search = Search::new(clipper.body, other, *params, traversal);
+    let mut search = Search::new(clipper.body, other, params, traversal);
     let nearest = search.query_vertices(clipper);
     search.add_whole_faces(clipper, &nearest);
     search.add_cut_faces(clipper, &nearest);
-    search.run()
+
+    while search.queries < params.max_queries {
+        let Some((bound, piece)) = search.pieces.next() else { break };
+        search.split(bound, &piece);
+    }
+    search.finish()
 }
 
 impl<'a> Search<'a> {
     fn new(
         body: &SurfaceTree,
         other: &'a SurfaceTree,
-        params: DepthParams,
+        params: &DepthParams,
         traversal: &'a mut Workspace,
     ) -> Self {
         /// Roundings of one coordinate that a distance between surfaces may be off by.
         const ROUNDINGS: f64 = 64.0;
 
-        let size = |tree: &SurfaceTree| {
-            tree.positions()
-                .as_slice()
-                .iter()
-                .fold(0.0, |size: f64, p| size.max(p.abs().max_element()))
+        let size = size(body).max(size(other));
+        let deepest = Depth {
+            lower: 0.0,
+            upper: 0.0,
+            point: DVec3::ZERO,
+            face: 0,
+            foot: DVec3::ZERO,
+            is_narrow: true,
         };
         Self {
             other,
-            params,
             traversal,
-            heap: BinaryHeap::new(),
-            best: Depth {
-                lower: f64::NEG_INFINITY,
-                upper: 0.0,
-                point: DVec3::ZERO,
-                face: 0,
-                foot: DVec3::ZERO,
-                is_narrow: true,
-            },
-            dropped: f64::NEG_INFINITY,
-            rounding: ROUNDINGS * f64::EPSILON * size(body).max(size(other)),
+            pieces: MaximumSearch::new(params.tolerance, f64::INFINITY)
+                .with_relative_slack(params.relative_tolerance),
+            deepest,
+            rounding: ROUNDINGS * f64::EPSILON * size,
             queries: 0,
-            made: 0,
         }
     }
 
@@ -162,7 +150,7 @@ impl<'a> Search<'a> {
             let point = clipper.body.position(vertex);
             let hint = (nearest[place] != UNKNOWN).then_some(nearest[place]);
             let is_shallow =
-                hint.is_some_and(|near| self.distance_to(near, point) <= self.best.lower);
+                hint.is_some_and(|near| self.distance_to(near, point) <= self.pieces.lower());
             if !is_shallow {
                 let face = surface.vertex_faces(vertex)[0];
                 nearest[place] = self.query(point, face, hint).0;
@@ -200,79 +188,50 @@ impl<'a> Search<'a> {
             let corners = clipper.body.surface().faces()[clipped.face as usize];
             let places = corners.iter().filter_map(|&corner| clipper.inside.place(corner));
             let of_corners = places.map(|place| nearest[place as usize]);
-            let near: Vec<u32> =
-                of_corners.chain(clipped.near.iter().flatten().copied()).take(MAX_NEAR).collect();
+            let crossing = clipped.crossed_by.iter().copied();
+            let near: Vec<u32> = of_corners.chain(crossing).take(MAX_NEAR).collect();
             for triangle in clipped.triangles(face_normal(clipper.body, clipped.face)) {
                 self.add(triangle, clipped.face, &near);
             }
         }
     }
 
-    /// Adds a triangle, bounded by the best of some faces; drops it where it cannot be deepest.
+    /// Adds a triangle, bounded by the best of some faces.
     fn add(&mut self, corners: [DVec3; 3], face: u32, near: &[u32]) {
-        let mut bound = (f64::INFINITY, near[0]);
+        let mut bound = f64::INFINITY;
+        let mut piece = Piece { corners, face, near: near[0] };
         for &near in near {
             let upper = self.upper_by(near, corners);
-            if upper < bound.0 {
-                bound = (upper, near);
+            if upper < bound {
+                (bound, piece.near) = (upper, near);
             }
         }
-        self.push(Candidate { upper: bound.0, corners, face, near: bound.1, number: 0 });
-    }
-
-    fn push(&mut self, candidate: Candidate) {
-        if candidate.upper <= self.best.lower + self.tolerance() {
-            self.dropped = self.dropped.max(candidate.upper);
-        } else {
-            self.made += 1;
-            self.heap.push(Candidate { number: self.made, ..candidate });
-        }
-    }
-
-    /// Takes triangles by falling bound until none can be deeper than the tolerance allows.
-    fn run(mut self) -> Option<Depth> {
-        let mut left = f64::NEG_INFINITY;
-        while let Some(candidate) = self.heap.pop() {
-            if candidate.upper <= self.best.lower + self.tolerance() {
-                left = candidate.upper;
-                break;
-            }
-            if self.queries >= self.params.max_queries {
-                left = candidate.upper;
-                self.best.is_narrow = false;
-                break;
-            }
-            self.refine(&candidate);
-        }
-
-        // Dropped triangles are bounded too: none is deeper than the tolerance allowed then.
-        let Depth { lower, .. } = self.best;
-        if lower == f64::NEG_INFINITY && left == f64::NEG_INFINITY && self.made == 0 {
-            return None;
-        }
-        let lower = lower.max(0.0);
-        Some(Depth { lower, upper: left.max(self.dropped).max(lower), ..self.best })
+        self.pieces.add(bound, || piece);
     }
 
     /// Computes the distance at a triangle's center, and splits the triangle in four.
-    fn refine(&mut self, candidate: &Candidate) {
+    fn split(&mut self, bound: f64, piece: &Piece) {
         // The center is inside, so that its distance is attained.
-        let [a, b, c] = candidate.corners;
+        let [a, b, c] = piece.corners;
         let center = (a + b + c) / 3.0;
-        let (near, distance) = self.query(center, candidate.face, Some(candidate.near));
-        let radius = candidate.corners.iter().fold(0.0, |r: f64, p| r.max(p.distance(center)));
+        let (near, distance) = self.query(center, piece.face, Some(piece.near));
+        let radius = piece.corners.iter().fold(0.0, |r: f64, p| r.max(p.distance(center)));
         let by_center = distance + radius + self.rounding;
 
         // The parts are bounded by the faces nearest to both centers.
         let [ab, bc, ca] = [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)];
         for corners in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-            let upper = self
-                .upper_by(near, corners)
-                .min(self.upper_by(candidate.near, corners))
-                .min(by_center)
-                .min(candidate.upper);
-            self.push(Candidate { upper, corners, near, ..*candidate });
+            let by_faces = self.upper_by(near, corners).min(self.upper_by(piece.near, corners));
+            let upper = by_faces.min(by_center).min(bound);
+            self.pieces.add(upper, || Piece { corners, near, ..*piece });
         }
+    }
+
+    fn finish(self) -> Option<Depth> {
+        let bounds = self.pieces.bounds();
+        let is_narrow = self.pieces.remaining() <= self.pieces.sufficient();
+        let (lower, upper) = (bounds.lower, bounds.upper);
+        (upper > 0.0).then_some(Depth { lower, upper, is_narrow, ..self.deepest })
     }
 
     /// Bounds the depth of a triangle by the distance of its corners from one face.
@@ -293,35 +252,20 @@ impl<'a> Search<'a> {
         self.queries += 1;
         let found = self.other.closest_point(point, f64::INFINITY, hint, self.traversal);
         let Some(found) = found else { return (0, 0.0) };
-        if found.distance > self.best.lower {
-            let (lower, foot) = (found.distance, found.foot.point);
-            self.best = Depth { lower, point, face, foot, ..self.best };
+        if found.distance >= self.pieces.lower() {
+            let foot = found.foot.point;
+            self.deepest = Depth { point, face, foot, ..self.deepest };
+            self.pieces.evaluated(found.distance);
         }
         (found.face, found.distance)
     }
-
-    /// Returns the width that the bracket may have now.
-    fn tolerance(&self) -> f64 {
-        (self.params.relative_tolerance * self.best.lower.max(0.0)).max(self.params.tolerance)
-    }
 }
 
-impl Ord for Candidate {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.upper.total_cmp(&other.upper).then(other.number.cmp(&self.number))
+/// Returns the largest coordinate of a body.
+fn size(body: &SurfaceTree) -> f64 {
+    let mut size: f64 = 0.0;
+    for position in body.positions().as_slice() {
+        size = size.max(position.abs().max_element());
     }
+    size
 }
-
-impl PartialOrd for Candidate {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Candidate {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Candidate {}

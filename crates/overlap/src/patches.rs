@@ -23,9 +23,8 @@ pub struct ClippedFace {
     /// Polygons that border the part: outer loops counter-clockwise seen from outside the body,
     /// holes clockwise.
     pub loops: Vec<Vec<DVec3>>,
-    /// One per loop and point: a face of the other body that holds the point, or is near it, where
-    /// it is known without a query.
-    pub(crate) near: Vec<Option<u32>>,
+    /// Faces of the other body that cross it.
+    pub(crate) crossed_by: Vec<u32>,
 }
 
 /// Input of the clipping of one body's faces.
@@ -55,7 +54,7 @@ impl Clipper<'_> {
         for group in by_face.chunk_by(|p, q| p.0 == q.0) {
             pieces.clear();
             let face = group[0].0;
-            let mut near = Vec::with_capacity(group.len());
+            let mut crossed_by = Vec::with_capacity(group.len());
             for &(_, number) in group {
                 let stretch = &self.curve.stretches[number as usize];
                 let [mut from, mut to] = stretch.ends.map(Node::Passing);
@@ -63,11 +62,11 @@ impl Clipper<'_> {
                     std::mem::swap(&mut from, &mut to);
                 }
                 pieces.insert(from, to);
-                near.push(Some(stretch.faces[1 - self.side]));
+                crossed_by.push(stretch.faces[1 - self.side]);
             }
             self.add_edges(face, &mut pieces);
             let loops = self.loops(&mut pieces);
-            clipped.push(ClippedFace { face, loops, near });
+            clipped.push(ClippedFace { face, loops, crossed_by });
         }
         clipped
     }

@@ -44,6 +44,7 @@ pub struct MaximumSearch<T> {
     lower: f64,
     /// Largest bound of the pieces that were left out.
     left_out: f64,
+    relative_slack: f64,
     min_slack: f64,
     limit: f64,
 }
@@ -64,7 +65,14 @@ impl<T> MaximumSearch<T> {
     #[must_use]
     pub const fn new(min_slack: f64, limit: f64) -> Self {
         let pieces = BinaryHeap::new();
-        Self { pieces, added: 0, lower: 0.0, left_out: 0.0, min_slack, limit }
+        let relative_slack = RELATIVE_SLACK;
+        Self { pieces, added: 0, lower: 0.0, left_out: 0.0, relative_slack, min_slack, limit }
+    }
+
+    /// Replaces the share of the largest value by which a bound may exceed it, 5 % otherwise.
+    #[must_use]
+    pub fn with_relative_slack(self, relative_slack: f64) -> Self {
+        Self { relative_slack, ..self }
     }
 
     /// Records a value that the function takes.
@@ -110,7 +118,7 @@ impl<T> MaximumSearch<T> {
     #[inline]
     #[must_use]
     pub fn sufficient(&self) -> f64 {
-        (self.lower + self.min_slack.max(RELATIVE_SLACK * self.lower)).min(self.limit)
+        (self.lower + self.min_slack.max(self.relative_slack * self.lower)).min(self.limit)
     }
 
     /// Returns the largest bound of the pieces that are left; 0 without one.
