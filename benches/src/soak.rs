@@ -1,9 +1,10 @@
-//! Many frames of a small moving scene, and whether memory grows.
+//! Endurance: many frames of a small moving scene, and the memory that they leave behind.
 //!
-//! Detection by a plan, the response to what it found, and every tenth frame the way to the next
-//! frame: what a simulation does for hours.
+//! Each frame is detection by a plan, and the response to its contacts; every tenth also sweeps
+//! the way to the next frame.
 
 use std::error::Error;
+use std::f64::consts::TAU;
 
 use ccd::CcdParams;
 use fixtures::shapes::icosphere;
@@ -11,103 +12,135 @@ use glam::{DQuat, DVec3};
 use musculo_collide::distance_field::Pose;
 use musculo_collide::{BodyId, BodyKind, Detection, Plan, PlanParams, RespondParams, Scene};
 
+use crate::measure::{Figure, Report, as_f64};
+
 /// Frames until every path was taken, after which memory is watched.
 pub const WARM_UP: u32 = 100;
 
-/// What happened in the frames after [`WARM_UP`].
+/// Counts over the frames after [`WARM_UP`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Soaked {
+pub struct Endurance {
     /// Frames.
     pub frames: u32,
     /// Contacts found in all of them.
     pub contacts: usize,
     /// Bytes held at the end beyond those at the start.
-    pub grown: i64,
-    /// Bytes taken at once within frames, at most.
-    pub peak: u64,
-    /// Frames in which detection took any memory.
-    pub detections_that_took: u32,
+    pub grown_bytes: i64,
+    /// Maximum of the bytes allocated at once within frames.
+    pub peak_bytes: u64,
+    /// Frames in which detection allocated.
+    pub allocating_detections: u32,
 }
 
-/// Runs so many frames after the warm-up, on one thread.
+/// Bytes that may stay: lists that happened to grow once more.
+const MAX_GROWN_BYTES: f64 = 4096.0;
+
+/// Runs a number of frames, and reports the memory that they left behind.
 ///
 /// # Errors
 ///
-/// When a frame cannot be looked at, which is a fault.
-pub fn soak(frames: u32) -> Result<Soaked, Box<dyn Error>> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
-    let done = pool.install(|| on_this_thread(frames).map_err(|error| error.to_string()));
-    Ok(done?)
+/// When detection or response fails, which is a fault.
+#[expect(clippy::cast_precision_loss, reason = "bytes far below 2^53")]
+pub fn run(frames: u32, report: &mut Report) -> Result<(), Box<dyn Error>> {
+    let endurance = soak(frames)?;
+    let mut add = |name: &str, ours: f64, unit, allowed| {
+        report.add(&Figure { name: name.to_owned(), ours, other: None, unit, allowed });
+    };
+    add("frames", f64::from(frames), "", f64::INFINITY);
+    add("contacts", as_f64(endurance.contacts), "", f64::INFINITY);
+    add("memory grown", endurance.grown_bytes as f64, "B", MAX_GROWN_BYTES);
+    add("peak of memory within frames", endurance.peak_bytes as f64, "B", f64::INFINITY);
+    let detections = f64::from(endurance.allocating_detections);
+    add("frames in which detection allocated", detections, "", f64::INFINITY);
+    Ok(())
 }
 
-fn on_this_thread(frames: u32) -> Result<Soaked, Box<dyn Error>> {
-    let mut sway = Sway::new()?;
-    let mut soaked = Soaked { frames, ..Soaked::default() };
+/// Runs a number of frames after the warm-up, on one thread.
+///
+/// # Errors
+///
+/// When detection or response fails, which is a fault.
+pub fn soak(frames: u32) -> Result<Endurance, Box<dyn Error>> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    let endurance = pool.install(|| soak_on_this_thread(frames).map_err(|error| error.to_string()));
+    Ok(endurance?)
+}
+
+fn soak_on_this_thread(frames: u32) -> Result<Endurance, Box<dyn Error>> {
+    let mut scene = SwayingScene::new()?;
     for frame in 0..WARM_UP {
-        sway.frame(frame, &mut Soaked::default())?;
+        scene.frame(frame, &mut Endurance::default())?;
     }
-    let mut failed = None;
-    let taken = allocation_counter::measure(|| {
+
+    let mut endurance = Endurance { frames, ..Endurance::default() };
+    let mut error = None;
+    let allocated = allocation_counter::measure(|| {
         let mut all = WARM_UP..WARM_UP + frames;
-        failed = all.find_map(|frame| sway.frame(frame, &mut soaked).err());
+        error = all.find_map(|frame| scene.frame(frame, &mut endurance).err());
     });
-    (soaked.grown, soaked.peak) = (taken.bytes_current, taken.bytes_max);
-    failed.map_or(Ok(soaked), Err)
+    endurance.grown_bytes = allocated.bytes_current;
+    endurance.peak_bytes = allocated.bytes_max;
+    error.map_or(Ok(endurance), Err)
 }
 
 /// A bone that turns, and two muscles that sway beside it, all of them balls.
-struct Sway {
+struct SwayingScene {
     scene: Scene,
-    ids: Vec<BodyId>,
+    bone: BodyId,
+    muscles: [BodyId; 2],
     rest: [Vec<DVec3>; 2],
     plan: Plan,
     detection: Detection,
     next: Vec<DVec3>,
 }
 
-impl Sway {
+impl SwayingScene {
     fn new() -> Result<Self, Box<dyn Error>> {
         let ball = icosphere(30.0, 3);
+        let shifted = |by: f64| ball.positions.iter().map(|p| *p + DVec3::X * by).collect();
+        let rest: [Vec<DVec3>; 2] = [shifted(58.0), shifted(115.0)];
+
         let mut scene = Scene::new();
-        let at = |along: f64| ball.positions.iter().map(|p| *p + DVec3::X * along).collect();
-        let rest: [Vec<DVec3>; 2] = [at(58.0), at(115.0)];
-        let mut ids =
-            vec![scene.add("bone", BodyKind::Rigid, ball.surface(), ball.positions.clone())?];
-        for (name, x) in ["first", "second"].into_iter().zip(&rest) {
-            ids.push(scene.add(name, BodyKind::Deformable, ball.surface(), x.clone())?);
-        }
+        let bone = scene.add("bone", BodyKind::Rigid, ball.surface(), ball.positions.clone())?;
+        let mut add =
+            |name, x: &Vec<DVec3>| scene.add(name, BodyKind::Deformable, ball.surface(), x.clone());
+        let muscles = [add("first", &rest[0])?, add("second", &rest[1])?];
         let plan = Plan::new(&mut scene, &PlanParams::with_tolerance(0.5))?;
-        Ok(Self { scene, ids, rest, plan, detection: Detection::default(), next: Vec::new() })
+        let (detection, next) = (Detection::default(), Vec::new());
+        Ok(Self { scene, bone, muscles, rest, plan, detection, next })
     }
 
-    fn frame(&mut self, frame: u32, soaked: &mut Soaked) -> Result<(), Box<dyn Error>> {
-        let turned = f64::from(frame % 64) / 64.0;
-        let turn = DQuat::from_rotation_z(std::f64::consts::TAU * turned);
-        self.scene.pose_body(self.ids[0], &Pose::new(turn, DVec3::ZERO))?;
+    fn frame(&mut self, frame: u32, endurance: &mut Endurance) -> Result<(), Box<dyn Error>> {
+        let turn = DQuat::from_rotation_z(TAU * f64::from(frame % 64) / 64.0);
+        self.scene.pose_body(self.bone, &Pose::new(turn, DVec3::ZERO))?;
         for muscle in 0..2 {
-            self.place(muscle, frame);
-            self.scene.move_body(self.ids[muscle + 1], &self.next)?;
+            self.sway(muscle, frame);
+            self.scene.move_body(self.muscles[muscle], &self.next)?;
         }
+
+        // Detection allocates nothing once every path was taken.
         let Self { scene, plan, detection, .. } = self;
-        let mut found = Ok(());
-        let taken = allocation_counter::measure(|| found = plan.detect(scene, detection));
-        found?;
-        soaked.detections_that_took += u32::from(taken.count_total > 0);
-        soaked.contacts += detection.contacts().len();
+        let mut detected = Ok(());
+        let allocated = allocation_counter::measure(|| detected = plan.detect(scene, detection));
+        detected?;
+        endurance.allocating_detections += u32::from(allocated.count_total > 0);
+        endurance.contacts += detection.contacts().len();
+
         plan.respond(scene, detection, &RespondParams::default())?;
         if frame.is_multiple_of(10) {
-            self.place(0, frame + 1);
-            self.plan.sweep(&mut self.scene, &[(self.ids[1], &self.next)], &CcdParams::DEFAULT)?;
+            self.sway(0, frame + 1);
+            let moved = [(self.muscles[0], self.next.as_slice())];
+            self.plan.sweep(&mut self.scene, &moved, &CcdParams::DEFAULT)?;
         }
         Ok(())
     }
 
-    /// Where a muscle is in a frame, as far as nothing pushes it.
-    fn place(&mut self, muscle: usize, frame: u32) {
-        let swing = (std::f64::consts::TAU * f64::from(frame % 40) / 40.0).sin();
-        let sway = DVec3::new(0.8, 0.5, 0.3) * swing;
+    /// Writes the undisturbed positions of a muscle in a frame to `next`.
+    fn sway(&mut self, muscle: usize, frame: u32) {
+        let swing = (TAU * f64::from(frame % 40) / 40.0).sin();
+        let offset = DVec3::new(0.8, 0.5, 0.3) * swing;
         self.next.clear();
-        self.next.extend(self.rest[muscle].iter().map(|p| *p + sway));
+        self.next.extend(self.rest[muscle].iter().map(|p| *p + offset));
     }
 }
 
@@ -116,12 +149,13 @@ mod tests {
     use super::*;
 
     #[test]
-    #[expect(clippy::print_stdout, reason = "a figure for the table of all that is measured")]
-    fn five_hundred_frames_take_no_memory_that_is_kept() {
-        let soaked = soak(500).unwrap();
-        println!("measured: memory grown in 500 frames [bytes] | {} | 4096", soaked.grown);
-        assert!(soaked.grown <= 4096, "{soaked:?}");
-        assert!(soaked.contacts > 500, "{soaked:?}");
-        assert_eq!(soaked.detections_that_took, 0, "{soaked:?}");
+    #[expect(clippy::print_stdout, reason = "a figure for the table of measured values")]
+    fn five_hundred_frames_leave_no_memory_behind() {
+        let endurance = soak(500).unwrap();
+        let grown = endurance.grown_bytes;
+        println!("measured: memory grown in 500 frames [bytes] | {grown} | 4096");
+        assert!(grown <= 4096, "{endurance:?}");
+        assert!(endurance.contacts > 500, "{endurance:?}");
+        assert_eq!(endurance.allocating_detections, 0, "{endurance:?}");
     }
 }

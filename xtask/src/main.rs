@@ -1,9 +1,6 @@
 //! Tasks that check, measure and write what this workspace claims.
 //!
-//! Each task is a module. None needs a dependency, so that this builds in a
-//! second and stands in nobody's way.
-//!
-//! # How a check reports a number
+//! # How a test reports a number
 //!
 //! A test prints a line of this form, which `verify` puts in its closing table:
 //!
@@ -11,29 +8,23 @@
 //! measured: depth on real anatomy [mm] | 0.0031 | 0.01
 //! ```
 //!
-//! that is, a name, the value, and what is allowed: at most so much, or at least
-//! with `>=` before the number. A unit belongs to the name; whatever follows a
-//! number is shown and not read.
+//! that is, a name, the value and its upper bound, or a lower bound with `>=` before the number. A
+//! unit belongs to the name; text after a number is shown and not read.
 //!
-//! A program of the package `benches` named `CRATE_ratios` or `CRATE_peers`
-//! prints a figure as `ratio`, name, ours, the other's, their ratio, what is
-//! allowed, and `ok` or `SHORT`, with tabs between (`benches::ratio`); or, in
-//! columns without units, as
+//! # How the program `benches` reports a figure
+//!
+//! One line of JSON: the crate, a name, our cost, the other cost or `null`, their unit, and the
+//! upper bound on the ratio of both (on our cost, without another) or `null`.
 //!
 //! ```text
-//! refit, 30,000 leaves [µs]      210.0      480.0       0.44      0.50  ok
+//! {"group":"kdop","name":"refit 80k / parry","ours":210.0,"other":480.0,"unit":"us","allowed":0.5}
 //! ```
-//!
-//! where `-` stands for an other's or an allowed that there is not. It is called
-//! with the word `ratios`.
 
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "programs that print")]
 
-mod chart;
-mod fixtures;
+mod figures;
 mod number;
 mod process;
-mod ratios;
 mod table;
 mod test_output;
 mod tidy;
@@ -42,37 +33,25 @@ mod verify;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// What a task ends with; the message says what to do about a failure.
+use crate::process::cargo;
+
+/// Outcome of a task; the message names the remedy of a failure.
 type TaskResult = Result<(), String>;
 
 const USAGE: &str = "\
 usage: cargo xtask TASK
 
-  verify          tests, golden files, layout and timing checks, and one table of them
-  ratios [CRATE]  every speed and cost that is claimed, beside what it is compared with
-  chart [PICTURE] draw the pictures of docs/chart, and write the numbers behind them
-  soak            10,000 frames of a small scene, and whether memory grows
-  fixtures        write the generated files of the package `fixtures` anew
-  tidy            layout rules: layers, module headers, file size, wording";
+  verify           tests, golden files, layout and figures, and one table of them
+  ratios [CRATE]   every claimed speed and cost, beside what it is compared with
+  chart [PICTURE]  the pictures of docs/chart, and the numbers behind them
+  soak             10,000 frames of a small scene, and the memory left behind
+  fixtures         the generated files of the package `fixtures`
+  tidy             layout rules: layers, module headers, file size, wording";
 
 fn main() -> ExitCode {
-    let args: Vec<String> = std::env::args().skip(1).collect();
-    let args: Vec<&str> = args.iter().map(String::as_str).collect();
-    let result = match args[..] {
-        ["verify"] => verify::run(&root()),
-        ["ratios"] => ratios::run(&root(), None),
-        ["ratios", name] => ratios::run(&root(), Some(name)),
-        ["chart"] => chart::run(&root(), None),
-        ["chart", name] => chart::run(&root(), Some(name)),
-        ["soak"] => process::cargo(
-            &root(),
-            &["run", "--quiet", "--release", "--locked", "-p", "benches", "--bin", "soak"],
-        ),
-        ["fixtures"] => fixtures::run(&root()),
-        ["tidy"] => tidy::run(&root()),
-        _ => Err(USAGE.to_owned()),
-    };
-    match result {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match run(&root(), &arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(message) => {
             eprintln!("{message}");
@@ -81,7 +60,27 @@ fn main() -> ExitCode {
     }
 }
 
-/// The workspace's folder.
+fn run(root: &Path, arguments: &[&str]) -> TaskResult {
+    match arguments {
+        ["verify"] => verify::run(root),
+        ["ratios", names @ ..] => figures::ratios(root, names),
+        ["chart", names @ ..] => charts(root, names),
+        ["soak"] => figures::soak(root),
+        ["fixtures"] => {
+            cargo(root, &["run", "--quiet", "--locked", "-p", "fixtures", "--example", "write"])
+        }
+        ["tidy"] => tidy::run(root),
+        _ => Err(USAGE.to_owned()),
+    }
+}
+
+/// Draws the named pictures, or all.
+fn charts(root: &Path, names: &[&str]) -> TaskResult {
+    let run = ["run", "--quiet", "--release", "--locked", "-p", "benches", "--"];
+    cargo(root, &[run.as_slice(), &["chart", "docs/chart"], names].concat())
+}
+
+/// Returns the folder of the workspace.
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().map_or_else(PathBuf::new, Path::to_path_buf)
 }

@@ -1,4 +1,4 @@
-//! Running cargo and programs it built.
+//! Child processes: cargo, and the programs it built.
 
 use std::io::{BufRead, BufReader, pipe};
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::process::{Command, ExitStatus};
 
 use crate::TaskResult;
 
-/// Runs cargo in `root`; what it prints is seen as it comes.
+/// Runs cargo in `root`, with its output passed on.
 pub(crate) fn cargo(root: &Path, args: &[&str]) -> TaskResult {
     let status = Command::new("cargo").args(args).current_dir(root).status();
     match status {
@@ -16,8 +16,8 @@ pub(crate) fn cargo(root: &Path, args: &[&str]) -> TaskResult {
     }
 }
 
-/// Runs a command, hands each line that it prints to `line` as it comes, both
-/// streams in the order of their writing, and returns how it ended.
+/// Runs a command, and passes each line that it prints to `line` as it comes, both streams in the
+/// order of their writing.
 pub(crate) fn read_lines(
     command: &mut Command,
     mut line: impl FnMut(&str),

@@ -1,17 +1,17 @@
-//! The closing table: what was checked, what was measured, what is allowed.
+//! Closing table: checks with measured values and bounds.
 
 use std::fmt;
 
-/// How a check came out.
+/// Outcome of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Verdict {
     Passed,
     Failed,
-    /// Measured, with nothing promised.
-    Told,
+    /// Measured without a bound.
+    Unbounded,
 }
 
-/// One line of the table.
+/// Line of the table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Row {
     pub(crate) name: String,
@@ -20,7 +20,7 @@ pub(crate) struct Row {
     pub(crate) verdict: Verdict,
 }
 
-/// Rows under a heading each.
+/// Rows under headings.
 #[derive(Default)]
 pub(crate) struct Table {
     parts: Vec<(&'static str, Vec<Row>)>,
@@ -33,7 +33,7 @@ impl Verdict {
 }
 
 impl Table {
-    /// Adds a part, left out where it has no rows.
+    /// Adds the rows of a part; without rows, nothing.
     pub(crate) fn add(&mut self, heading: &'static str, rows: Vec<Row>) {
         if !rows.is_empty() {
             self.parts.push((heading, rows));
@@ -55,7 +55,7 @@ impl fmt::Display for Table {
                 let mark = match row.verdict {
                     Verdict::Passed => "ok",
                     Verdict::Failed => "FAILED",
-                    Verdict::Told => "",
+                    Verdict::Unbounded => "",
                 };
                 let line = format!(
                     "{:name$}  {:>measured$}  {:>allowed$}  {mark}",

@@ -123,7 +123,7 @@ fn measured(text: &str) -> Option<Row> {
     };
     let verdict = match (leading(measured), Bound::read(allowed)) {
         (Some(value), Some(bound)) => Verdict::of(bound.holds(value)),
-        _ => Verdict::Told,
+        _ => Verdict::Unbounded,
     };
     Some(Row { name: name.into(), measured: measured.into(), allowed: allowed.into(), verdict })
 }
@@ -154,7 +154,7 @@ test result: ok. 4 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out
 
     #[test]
     fn counts_by_package_and_collects_numbers() {
-        use Verdict::{Failed, Passed, Told};
+        use Verdict::{Failed, Passed, Unbounded};
         let mut output = TestOutput::default();
         OUTPUT.lines().for_each(|line| output.read(line));
         let rows = output.package_rows();
@@ -164,6 +164,6 @@ test result: ok. 4 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out
         assert_eq!((output.counts(), output.skipped()), ((8, 1), 1));
         assert_eq!(output.failed(), ["kdop: tree::pairs"]);
         let verdicts: Vec<Verdict> = output.measured_rows().iter().map(|row| row.verdict).collect();
-        assert_eq!(verdicts, [Passed, Failed, Passed, Told]);
+        assert_eq!(verdicts, [Passed, Failed, Passed, Unbounded]);
     }
 }

@@ -10,7 +10,7 @@ use std::process::Command;
 use crate::process::read_lines;
 use crate::table::{Row, Table, Verdict};
 use crate::test_output::TestOutput;
-use crate::{TaskResult, ratios, tidy};
+use crate::{TaskResult, figures, tidy};
 
 /// All but those of `benches`, whose peers take longer to build than all else;
 /// its programs are run for their figures.
@@ -29,12 +29,12 @@ const TESTS: [&str; 9] = [
 pub(crate) fn run(root: &Path) -> TaskResult {
     let (tests, tests_ran) = run_tests(root)?;
     let layout = layout_rows(root);
-    let timing = ratios::generous(root)?;
+    let timing = figures::generous_rows(root)?;
     let (mut passed, mut failed) = tests.counts();
     // A build that failed, or a test that took its whole program down.
     failed += usize::from(failed == 0 && !tests_ran);
 
-    let rest = [("layout", layout), ("numbers", tests.measured_rows()), ("timing", timing)];
+    let rest = [("layout", layout), ("numbers", tests.measured_rows()), ("figures", timing)];
     let rows = || rest.iter().flat_map(|(_, rows)| rows);
     passed += rows().filter(|row| row.verdict == Verdict::Passed).count();
     failed += rows().filter(|row| row.verdict == Verdict::Failed).count();

@@ -1,5 +1,5 @@
-//! Continuous collision queries beside other ways to answer them.
+//! Continuous collision queries beside other methods to answer them.
 
-pub mod measure;
+pub mod answers;
 pub mod methods;
 pub mod queries;

@@ -1,4 +1,4 @@
-//! Panels of curves over logarithmic axes, with what nothing beats in both.
+//! Panels of curves over logarithmic axes, with their Pareto fronts, a legend and a caption.
 
 use std::error::Error;
 
@@ -6,138 +6,138 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::sheet::Cell;
-
 /// A part of a picture.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-/// Whether it could be drawn.
+
+/// Result of drawing.
 pub type Drawn = Result<(), Box<dyn Error>>;
 
-/// Behind what nothing is both further left and lower than.
+/// Color of the Pareto front behind the curves.
 pub const FRONT: RGBColor = RGBColor(0xf4, 0xd5, 0x6b);
 
-/// How a curve looks.
+/// Color and marks of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Look {
-    /// Of line and marks.
-    pub colour: RGBColor,
-    /// Whether marks are rings.
-    pub hollow: bool,
+pub struct CurveStyle {
+    /// Color of line and marks.
+    pub color: RGBColor,
+    /// True for rings as marks.
+    pub is_hollow: bool,
 }
 
-/// A method's points, with marks that grow from the first to the last.
+/// Points of one method, with marks that grow from the first to the last.
 #[derive(Clone, Debug)]
 pub struct Curve {
-    /// How it looks.
-    pub look: Look,
-    /// Values across and up, of which those up are above 0.
+    /// Color and marks.
+    pub style: CurveStyle,
+    /// Points `[x, y]`, both positive; smaller `x` than shown are drawn at the left border.
     pub points: Vec<[f64; 2]>,
 }
 
-/// A diagram.
+/// A diagram of curves.
 #[derive(Clone, Debug)]
 pub struct Panel {
-    /// What stands over it.
+    /// Title.
     pub title: String,
-    /// What goes across, with the unit in brackets.
-    pub across: String,
-    /// What goes up, with the unit in brackets.
-    pub up: String,
-    /// Decimal logarithms of the ends across: what is less is drawn at the
-    /// lower one, whose label is 0.
-    pub shown: [f64; 2],
-    /// What is shown.
+    /// Label of the horizontal axis, with the unit in brackets.
+    pub x_label: String,
+    /// Label of the vertical axis, with the unit in brackets.
+    pub y_label: String,
+    /// Decimal logarithms of the ends of the horizontal axis; the lower end is labeled 0.
+    pub x_range: [f64; 2],
+    /// The curves.
     pub curves: Vec<Curve>,
 }
 
-impl Look {
-    /// Filled marks.
+impl CurveStyle {
+    /// Returns a style with filled marks.
     #[must_use]
     pub const fn new(red: u8, green: u8, blue: u8) -> Self {
-        Self { colour: RGBColor(red, green, blue), hollow: false }
+        Self { color: RGBColor(red, green, blue), is_hollow: false }
     }
 
-    /// The same with rings for marks.
+    /// Returns the style with rings as marks.
     #[must_use]
     pub const fn hollow(self) -> Self {
-        Self { hollow: true, ..self }
+        Self { is_hollow: true, ..self }
     }
 
-    /// A short piece of line with a mark, for a legend.
+    /// Draws a short piece of line with a mark, for a legend.
     ///
     /// # Errors
     ///
     /// When it cannot be drawn.
     pub fn sample(self, area: &Area<'_>, [x, y]: [i32; 2]) -> Drawn {
-        area.draw(&PathElement::new([(x, y), (x + 30, y)], self.colour.stroke_width(2)))?;
+        area.draw(&PathElement::new([(x, y), (x + 30, y)], self.color.stroke_width(2)))?;
         area.draw(&Circle::new((x + 15, y), 5, self.fill().filled()))?;
-        area.draw(&Circle::new((x + 15, y), 5, self.colour.stroke_width(2)))?;
+        area.draw(&Circle::new((x + 15, y), 5, self.color.stroke_width(2)))?;
         Ok(())
     }
 
     const fn fill(self) -> RGBColor {
-        if self.hollow { WHITE } else { self.colour }
+        if self.is_hollow { WHITE } else { self.color }
     }
 }
 
 impl Panel {
-    /// Draws it over an area.
+    /// Draws the panel over an area.
     ///
     /// # Errors
     ///
     /// When it cannot be drawn.
     pub fn draw(&self, area: &Area<'_>) -> Drawn {
-        let [low, high] = self.shown;
-        let place = |[x, y]: &[f64; 2]| (x.log10().clamp(low, high), y.log10());
+        let [left, right] = self.x_range;
+        let place = |[x, y]: &[f64; 2]| (x.log10().clamp(left, right), y.log10());
         let all: Vec<(f64, f64)> =
             self.curves.iter().flat_map(|curve| curve.points.iter().map(place)).collect();
-        let least = all.iter().map(|p| p.1).fold(f64::INFINITY, f64::min);
-        let most = all.iter().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max);
-        let (least, most) = if all.is_empty() { (0.0, 1.0) } else { (least, most) };
+        let bottom = all.iter().map(|p| p.1).fold(f64::INFINITY, f64::min);
+        let top = all.iter().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max);
+        let (bottom, top) = if all.is_empty() { (0.0, 1.0) } else { (bottom, top) };
+
         let mut chart = ChartBuilder::on(area)
             .caption(&self.title, ("sans-serif", 16))
             .margin(8)
             .x_label_area_size(44)
             .y_label_area_size(64)
-            .build_cartesian_2d(low - 0.15..high + 0.15, least - 0.2..most + 0.2)?;
+            .build_cartesian_2d(left - 0.15..right + 0.15, bottom - 0.2..top + 0.2)?;
         chart
             .configure_mesh()
             .light_line_style(TRANSPARENT)
             .bold_line_style(RGBColor(0xe4, 0xe4, 0xe4))
             .x_labels(8)
             .y_labels(8)
-            .x_desc(&self.across)
-            .y_desc(&self.up)
+            .x_desc(&self.x_label)
+            .y_desc(&self.y_label)
             .label_style(("sans-serif", 14))
             .axis_desc_style(("sans-serif", 15))
-            .x_label_formatter(&|x| if *x <= low { "0".to_owned() } else { power(*x) })
+            .x_label_formatter(&|x| if *x <= left { "0".to_owned() } else { power(*x) })
             .y_label_formatter(&|y| power(*y))
             .draw()?;
-        chart.draw_series(LineSeries::new(front(&all), FRONT.stroke_width(9)))?;
-        for Curve { look, points } in &self.curves {
+
+        chart.draw_series(LineSeries::new(pareto_front(&all), FRONT.stroke_width(9)))?;
+        for Curve { style, points } in &self.curves {
             let points: Vec<(f64, f64)> = points.iter().map(place).collect();
-            let line = LineSeries::new(points.clone(), look.colour.stroke_width(2));
+            let line = LineSeries::new(points.clone(), style.color.stroke_width(2));
             chart.draw_series(line)?;
             for (size, point) in (3..).zip(points) {
-                chart.draw_series([Circle::new(point, size, look.fill().filled())])?;
-                chart.draw_series([Circle::new(point, size, look.colour.stroke_width(2))])?;
+                chart.draw_series([Circle::new(point, size, style.fill().filled())])?;
+                chart.draw_series([Circle::new(point, size, style.color.stroke_width(2))])?;
             }
         }
         Ok(())
     }
 }
 
-/// Points that none beats in both, from left to right.
-fn front(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    let beats =
+/// Returns the points that no other is below and left of, from left to right.
+fn pareto_front(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let dominates =
         |q: &(f64, f64), p: &(f64, f64)| q.0 <= p.0 && q.1 <= p.1 && (q.0 < p.0 || q.1 < p.1);
-    let is_best = |p: &&(f64, f64)| !points.iter().any(|q| beats(q, p));
+    let is_best = |p: &&(f64, f64)| !points.iter().any(|q| dominates(q, p));
     let mut best: Vec<(f64, f64)> = points.iter().filter(is_best).copied().collect();
     best.sort_by(|p, q| p.0.total_cmp(&q.0));
     best
 }
 
-/// A power of ten in digits, or as such where that is long; nothing between.
+/// Formats a whole power of ten; nothing between.
 fn power(exponent: f64) -> String {
     let whole = exponent.round();
     if (exponent - whole).abs() > 1e-9 {
@@ -146,71 +146,153 @@ fn power(exponent: f64) -> String {
     if whole < -4.0 { format!("1e{whole}") } else { format!("{}", 10.0_f64.powf(whole)) }
 }
 
-/// A title in the middle of an area.
-///
-/// # Errors
-///
-/// When it cannot be drawn.
-pub fn heading(area: &Area<'_>, text: &str) -> Drawn {
-    let (width, height) = area.dim_in_pixel();
-    let centred = Pos::new(HPos::Center, VPos::Center);
-    let style = ("sans-serif", 22).into_font().into_text_style(area).pos(centred);
-    area.draw_text(text, &style, (i32::try_from(width / 2)?, i32::try_from(height / 2)?))?;
-    Ok(())
-}
-
-/// A line of a table: the last column but the first two ends at each right edge.
+/// Rows of panels over a legend with figures and a caption.
 #[derive(Clone, Debug)]
-pub struct Line {
-    /// The method, with what its curve looks like.
-    pub name: (Option<Look>, String),
-    /// What its settings are.
-    pub settings: String,
-    /// What else is told.
-    pub values: Vec<String>,
+pub struct Poster {
+    /// Heading.
+    pub heading: &'static str,
+    /// Panels, row by row.
+    pub panels: Vec<Vec<Panel>>,
+    /// Height of a row of panels.
+    pub row_height: u32,
+    /// Head of the legend, then one row per method.
+    pub legend: Vec<LegendRow>,
+    /// Lines of the caption.
+    pub caption: Vec<String>,
 }
 
-impl Line {
-    /// Height of a line.
-    pub const HEIGHT: i32 = 21;
+/// Width of a poster, and height of its heading.
+const WIDTH: u32 = 1500;
+const HEADING: u32 = 44;
 
-    /// Draws it with its top at `y`; `right` are the right edges of the values.
+/// Top of the legend and height of its rows.
+const LEGEND_TOP: i32 = 24;
+const LEGEND_ROW: i32 = 21;
+
+/// Right edges of the legend's columns of values.
+const LEGEND_COLUMNS: [i32; 5] = [720, 900, 1080, 1250, 1440];
+
+impl Poster {
+    /// Draws the poster as SVG.
     ///
     /// # Errors
     ///
     /// When it cannot be drawn.
-    pub fn draw(&self, area: &Area<'_>, y: i32, right: &[i32]) -> Drawn {
+    pub fn draw(&self) -> Result<String, Box<dyn Error>> {
+        let rows = u32::try_from(self.panels.len())?;
+        let legend =
+            u32::try_from(LEGEND_TOP + LEGEND_ROW * i32::try_from(self.legend.len() + 2)?)?;
+        let caption = CAPTION_LINE * u32::try_from(self.caption.len())? + 16;
+        let height = HEADING + self.row_height * rows + legend + caption;
+
+        svg((WIDTH, height), |area| {
+            let (head, rest) = area.split_vertically(HEADING);
+            let (body, foot) = rest.split_vertically(self.row_height * rows);
+            draw_heading(&head, self.heading)?;
+            let columns = self.panels.first().map_or(1, Vec::len);
+            let areas = body.split_evenly((self.panels.len(), columns));
+            for (panel, area) in self.panels.iter().flatten().zip(&areas) {
+                panel.draw(area)?;
+            }
+
+            for (number, row) in (0..).zip(&self.legend) {
+                row.draw(&foot, LEGEND_TOP + LEGEND_ROW * number)?;
+            }
+            let y = LEGEND_TOP + LEGEND_ROW * i32::try_from(self.legend.len())?;
+            front_sample(&foot, y)?;
+            draw_caption(&foot, &self.caption, legend)
+        })
+    }
+}
+
+/// Draws a picture of a size on white, as SVG.
+///
+/// # Errors
+///
+/// When it cannot be drawn.
+pub fn svg(
+    size: (u32, u32),
+    draw: impl FnOnce(&Area<'_>) -> Drawn,
+) -> Result<String, Box<dyn Error>> {
+    let mut text = String::new();
+    let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
+    area.fill(&WHITE)?;
+    draw(&area)?;
+    area.present()?;
+    drop(area);
+    Ok(text)
+}
+
+/// Draws a title in the middle of an area.
+///
+/// # Errors
+///
+/// When it cannot be drawn.
+pub fn draw_heading(area: &Area<'_>, text: &str) -> Drawn {
+    let (width, height) = area.dim_in_pixel();
+    let centered = Pos::new(HPos::Center, VPos::Center);
+    let style = ("sans-serif", 22).into_font().into_text_style(area).pos(centered);
+    area.draw_text(text, &style, (i32::try_from(width / 2)?, i32::try_from(height / 2)?))?;
+    Ok(())
+}
+
+/// Row of a legend: a method with its settings and figures.
+#[derive(Clone, Debug)]
+pub struct LegendRow {
+    /// Style of the method's curve; `None` for the head.
+    pub style: Option<CurveStyle>,
+    /// Name of the method.
+    pub name: String,
+    /// Its settings.
+    pub settings: String,
+    /// Its figures, aligned right.
+    pub values: Vec<String>,
+}
+
+impl LegendRow {
+    /// Returns the head of a legend.
+    #[must_use]
+    pub fn head(name: impl Into<String>, settings: &str, columns: [&str; 5]) -> Self {
+        let values = columns.map(str::to_owned).into();
+        Self { style: None, name: name.into(), settings: settings.to_owned(), values }
+    }
+
+    fn draw(&self, area: &Area<'_>, y: i32) -> Drawn {
         let text = ("sans-serif", 14).into_font().into_text_style(area);
         let to_right = text.clone().pos(Pos::new(HPos::Right, VPos::Top));
-        let (look, name) = &self.name;
-        if let Some(look) = look {
-            look.sample(area, [40, y + 8])?;
+        if let Some(style) = self.style {
+            style.sample(area, [40, y + 8])?;
         }
-        area.draw_text(name, &text, (80, y))?;
+        area.draw_text(&self.name, &text, (80, y))?;
         area.draw_text(&self.settings, &text, (300, y))?;
-        for (value, &right) in self.values.iter().zip(right) {
+        for (value, right) in self.values.iter().zip(LEGEND_COLUMNS) {
             area.draw_text(value, &to_right, (right, y))?;
         }
         Ok(())
     }
 }
 
-/// Says what the broad line behind points means.
-///
-/// # Errors
-///
-/// When it cannot be drawn.
-pub fn front_sample(area: &Area<'_>, y: i32) -> Drawn {
+/// Draws the key of the Pareto front.
+fn front_sample(area: &Area<'_>, y: i32) -> Drawn {
     let text = ("sans-serif", 14).into_font().into_text_style(area);
     let line = PathElement::new([(40, y + 8), (70, y + 8)], FRONT.stroke_width(9));
     area.draw(&line)?;
-    area.draw_text("nothing is both quicker and more accurate", &text, (80, y))?;
+    area.draw_text("Pareto front: nothing is both quicker and more accurate", &text, (80, y))?;
     Ok(())
 }
 
-/// Two digits or three.
+/// Formats the first and the last of some values in two or three digits.
 #[must_use]
-pub fn short(value: f64) -> String {
+pub fn range(values: &[Option<f64>]) -> String {
+    let ends = [values.first(), values.last()].map(|end| end.copied().flatten().map(short));
+    match ends {
+        [Some(first), Some(last)] if first == last => first,
+        [Some(first), Some(last)] => format!("{first} … {last}"),
+        _ => "–".to_owned(),
+    }
+}
+
+fn short(value: f64) -> String {
     match value {
         0.0 => "0".to_owned(),
         v if v < 1e-3 => format!("{v:.0e}"),
@@ -220,19 +302,13 @@ pub fn short(value: f64) -> String {
     }
 }
 
-/// A value, or an entry left empty.
-#[must_use]
-pub fn number(value: Option<f64>) -> Cell {
-    Cell::Number(value.unwrap_or(f64::NAN))
-}
-
 /// Height of a line of a caption.
 pub const CAPTION_LINE: u32 = 19;
 
 /// Letters in a line of a caption.
 const LETTERS: usize = 205;
 
-/// Settings as lines of a caption.
+/// Wraps settings to lines of a caption.
 #[must_use]
 pub fn caption(settings: &[(&'static str, String)]) -> Vec<String> {
     let mut lines = Vec::new();
@@ -250,12 +326,12 @@ pub fn caption(settings: &[(&'static str, String)]) -> Vec<String> {
     lines
 }
 
-/// Writes lines of a caption, the first with its top at `y`.
+/// Draws the lines of a caption, the first with its top at `y`.
 ///
 /// # Errors
 ///
 /// When they cannot be drawn.
-pub fn write_caption(area: &Area<'_>, lines: &[String], y: u32) -> Drawn {
+pub fn draw_caption(area: &Area<'_>, lines: &[String], y: u32) -> Drawn {
     let text = ("sans-serif", 14).into_font().into_text_style(area);
     for (line, words) in (0..).zip(lines) {
         area.draw_text(words, &text, (40, i32::try_from(y + CAPTION_LINE * line)?))?;
@@ -263,18 +339,16 @@ pub fn write_caption(area: &Area<'_>, lines: &[String], y: u32) -> Drawn {
     Ok(())
 }
 
-/// The processor, for a caption.
+/// Returns the name of the processor, for a caption.
 #[must_use]
 pub fn machine() -> String {
-    let of_line = |line: &str| {
-        let (name, value) = line.split_once(':')?;
-        (name.trim() == "model name").then(|| value.trim().to_owned())
-    };
-    let processor = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let named = processor.lines().find_map(of_line);
-    let named =
-        named.unwrap_or_else(|| format!("{} {}", std::env::consts::ARCH, std::env::consts::OS));
-    format!("one thread of {named}")
+    let cpu_info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let fields = cpu_info.lines().filter_map(|line| line.split_once(':'));
+    let name = fields.into_iter().find(|(name, _)| name.trim() == "model name").map_or_else(
+        || format!("{} {}", std::env::consts::ARCH, std::env::consts::OS),
+        |(_, processor)| processor.trim().to_owned(),
+    );
+    format!("one thread of {name}")
 }
 
 #[cfg(test)]
@@ -282,9 +356,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_front_is_what_nothing_beats() {
+    fn no_point_dominates_the_front() {
         let points = [(1.0, 1.0), (0.5, 2.0), (0.5, 3.0), (2.0, 0.5), (2.0, 1.5)];
-        assert_eq!(front(&points), [(0.5, 2.0), (1.0, 1.0), (2.0, 0.5)]);
+        assert_eq!(pareto_front(&points), [(0.5, 2.0), (1.0, 1.0), (2.0, 0.5)]);
     }
 
     #[test]

@@ -1,7 +1,7 @@
-//! Pictures of what methods can and cannot do, with the numbers behind them.
+//! Charts of the accuracy and the cost of methods, with the numbers behind them.
 //!
-//! A picture, or a table of numbers alone, is a module with a function `run` that is given the folder to
-//! write to and returns the files it wrote; [`PICTURES`] names them all.
+//! A picture, or a table of numbers alone, is a module with a function `run` that writes its files
+//! into a folder and returns their paths; [`PICTURES`] lists them.
 
 pub mod ccd;
 pub mod curves;
@@ -13,10 +13,10 @@ pub mod stability;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-/// Draws a picture into a folder; returns the files it wrote.
+/// Function that draws a picture into a folder and returns the files it wrote.
 pub type Draw = fn(&Path) -> Result<Vec<PathBuf>, Box<dyn Error>>;
 
-/// Every picture, by its name.
+/// All pictures, by name.
 pub const PICTURES: [(&str, Draw); 5] = [
     ("detection", detection::run),
     ("costs", detection::costs::run),
@@ -24,3 +24,23 @@ pub const PICTURES: [(&str, Draw); 5] = [
     ("ccd", ccd::run),
     ("medial", medial::run),
 ];
+
+/// Draws the named pictures, or all without a name; returns the files it wrote.
+///
+/// # Errors
+///
+/// When there is no such picture, or one cannot be drawn.
+pub fn draw(folder: &Path, names: &[String]) -> Result<Vec<PathBuf>, Box<dyn Error>> {
+    if let Some(name) = names.iter().find(|name| PICTURES.iter().all(|(known, _)| known != name)) {
+        let known = PICTURES.map(|(name, _)| name).join(", ");
+        return Err(format!("there is no picture {name}: choose from {known}").into());
+    }
+
+    let mut written = Vec::new();
+    for (name, draw) in PICTURES {
+        if names.is_empty() || names.iter().any(|wanted| wanted == name) {
+            written.extend(draw(folder).map_err(|error| format!("{name}: {error}"))?);
+        }
+    }
+    Ok(written)
+}

@@ -1,30 +1,31 @@
 //! A picture and its numbers, as files of one name.
 
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
+
+use serde_json::Value;
 
 /// An entry of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cell {
     /// A name.
     Text(String),
-    /// A value; in files with five digits, and none where it is not finite.
+    /// A value; in files with five digits, and empty where it is not finite.
     Number(f64),
 }
 
-/// A picture with what it was made from.
+/// A picture with its settings and numbers.
 #[derive(Clone, Debug)]
 pub struct Sheet {
     /// Name of its files.
     pub name: &'static str,
     /// The picture, if there is one.
     pub svg: Option<String>,
-    /// What was held fixed: name and value with unit, as the caption tells.
+    /// Settings of the caption: name, and value with unit.
     pub settings: Vec<(&'static str, String)>,
     /// Names of the columns, units in brackets.
     pub columns: Vec<&'static str>,
-    /// One entry a column.
+    /// Rows with one entry per column.
     pub rows: Vec<Vec<Cell>>,
 }
 
@@ -36,18 +37,20 @@ impl Sheet {
     /// When a file cannot be written.
     pub fn write(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
         fs::create_dir_all(folder)?;
-        let contents =
-            [("svg", self.svg.clone()), ("json", Some(self.json())), ("csv", Some(self.csv()))];
-        let write = |(extension, content): (&str, Option<String>)| {
+        let mut contents = vec![("json", self.json()), ("csv", self.csv())];
+        contents.extend(self.svg.clone().map(|svg| ("svg", svg)));
+
+        let mut written = Vec::new();
+        for (extension, content) in contents {
             let path = folder.join(format!("{}.{extension}", self.name));
-            content.map(|content| fs::write(&path, content).map(|()| path))
-        };
-        contents.into_iter().filter_map(write).collect()
+            fs::write(&path, content)?;
+            written.push(path);
+        }
+        Ok(written)
     }
 
     fn csv(&self) -> String {
-        let mut text = self.columns.join(",");
-        text.push('\n');
+        let mut text = self.columns.join(",") + "\n";
         for row in &self.rows {
             let entries: Vec<String> = row.iter().map(Cell::plain).collect();
             text += &entries.join(",");
@@ -56,29 +59,28 @@ impl Sheet {
         text
     }
 
+    /// Formats one row per line, so that versions compare line by line.
     fn json(&self) -> String {
-        let settings: Vec<String> = self
-            .settings
-            .iter()
-            .map(|(name, value)| format!("    {}: {}", quoted(name), quoted(value)))
-            .collect();
+        let setting =
+            |(name, value): &(&str, String)| format!("{}: {}", quoted(name), quoted(value));
+        let settings: Vec<String> = self.settings.iter().map(setting).collect();
         let columns: Vec<String> = self.columns.iter().map(|column| quoted(column)).collect();
-        let row = |row: &Vec<Cell>| {
+        let mut rows = Vec::new();
+        for row in &self.rows {
             let entries: Vec<String> = row.iter().map(Cell::json).collect();
-            format!("    [{}]", entries.join(", "))
-        };
-        let rows: Vec<String> = self.rows.iter().map(row).collect();
+            rows.push(format!("[{}]", entries.join(", ")));
+        }
         format!(
-            "{{\n  \"settings\": {{\n{}\n  }},\n  \"columns\": [{}],\n  \"rows\": [\n{}\n  ]\n}}\n",
-            settings.join(",\n"),
+            "{{\n  \"settings\": {{\n    {}\n  }},\n  \"columns\": [{}],\n  \"rows\": [\n    {}\n  ]\n}}\n",
+            settings.join(",\n    "),
             columns.join(", "),
-            rows.join(",\n")
+            rows.join(",\n    ")
         )
     }
 }
 
 impl Cell {
-    /// A name as an entry.
+    /// Returns a name as an entry.
     #[must_use]
     pub fn text(text: &str) -> Self {
         Self::Text(text.to_owned())
@@ -104,26 +106,20 @@ impl Cell {
     }
 }
 
-/// Five digits, without idle zeros: a length of text that rounding of the last
-/// bits does not change.
+/// Returns a value as an entry, empty for `None`.
+#[must_use]
+pub fn number(value: Option<f64>) -> Cell {
+    Cell::Number(value.unwrap_or(f64::NAN))
+}
+
+/// Formats five digits without trailing zeros, which rounding of the last bits does not change.
 fn digits(value: f64) -> String {
     let rounded: f64 = format!("{value:.4e}").parse().unwrap_or(value);
     rounded.to_string()
 }
 
 fn quoted(text: &str) -> String {
-    let mut quoted = String::from("\"");
-    for character in text.chars() {
-        match character {
-            '"' | '\\' => quoted.extend(['\\', character]),
-            control if control.is_control() => {
-                let _ = write!(quoted, "\\u{:04x}", u32::from(control)); // never fails
-            }
-            other => quoted.push(other),
-        }
-    }
-    quoted.push('"');
-    quoted
+    Value::from(text).to_string()
 }
 
 #[cfg(test)]
@@ -147,5 +143,6 @@ mod tests {
         let json = sheet.json();
         assert!(json.contains("\"spring \\\"soft\\\"\": \"1 N\""), "{json}");
         assert!(json.contains("[\"x\", 0.12346],\n    [\"y\", null]"), "{json}");
+        assert!(serde_json::from_str::<Value>(&json).is_ok(), "{json}");
     }
 }

@@ -1,129 +1,98 @@
-//! The picture: a row for each set of queries, a column for each way to be wrong, and a table.
+//! Picture of the continuous queries: a row per set of queries, a column per kind of error.
 
 use std::error::Error;
 
-use plotters::prelude::*;
+use super::{CcdMethod, Measurement};
+use crate::chart::curves::{self, Curve, CurveStyle, LegendRow, Panel, Poster, range};
 
-use super::{Measured, Way};
-use crate::chart::curves::{
-    self, Area, CAPTION_LINE, Curve, Drawn, Line, Look, Panel, front_sample, short,
-};
+const ROW_HEIGHT: u32 = 360;
 
-const WIDTH: u32 = 1500;
-const HEAD: u32 = 44;
-const ROW: u32 = 360;
-const LEGEND: u32 = 216;
-
-/// A way to be wrong, and decimal logarithms of what is shown.
-struct Measure {
-    title: &'static str,
-    of: fn(&Measured) -> f64,
-    shown: [f64; 2],
+/// A kind of error, with decimal logarithms of the ends of its axis.
+struct ErrorMeasure {
+    label: &'static str,
+    of: fn(&Measurement) -> f64,
+    range: [f64; 2],
 }
 
-const MEASURES: [Measure; 3] = [
-    Measure { title: "false alarms [share]", of: Measured::false_alarms, shown: [-5.0, 0.0] },
-    Measure { title: "missed [share]", of: Measured::missed, shown: [-5.0, 0.0] },
-    Measure {
-        title: "earliness, 99 of 100 [share of the step]",
-        of: |m| m.answers.earliness(99).max(0.0),
-        shown: [-16.0, 0.0],
+const ERRORS: [ErrorMeasure; 3] = [
+    ErrorMeasure {
+        label: "false alarms [share]",
+        of: Measurement::false_alarms,
+        range: [-5.0, 0.0],
+    },
+    ErrorMeasure { label: "missed [share]", of: Measurement::missed, range: [-5.0, 0.0] },
+    ErrorMeasure {
+        label: "earliness, 99 of 100 [share of the step]",
+        of: Measurement::earliness,
+        range: [-16.0, 0.0],
     },
 ];
 
+/// Draws the picture as SVG. The legend has the figures of the last set, the hardest.
 pub(super) fn draw(
-    measured: &[Measured],
+    measured: &[Measurement],
     titles: &[&str],
     settings: &[(&'static str, String)],
 ) -> Result<String, Box<dyn Error>> {
-    let caption = curves::caption(settings);
-    let panels = ROW * u32::try_from(titles.len())?;
-    let foot = LEGEND + CAPTION_LINE * u32::try_from(caption.len())? + 16;
-    let mut svg = String::new();
-    let area = SVGBackend::with_string(&mut svg, (WIDTH, HEAD + panels + foot));
-    let area = area.into_drawing_area();
-    area.fill(&WHITE)?;
-    let (head, rest) = area.split_vertically(HEAD);
-    let (body, foot) = rest.split_vertically(panels);
-    curves::heading(&head, "When moving primitives meet: time of a query over what is wrong")?;
-    let panels = body.split_evenly((titles.len(), MEASURES.len()));
-    for (number, area) in panels.iter().enumerate() {
-        let set = number / MEASURES.len();
-        panel((set, titles[set]), &MEASURES[number % MEASURES.len()], measured).draw(area)?;
+    let of_set = |title: &str| measured.iter().filter(|m| m.title == title).collect::<Vec<_>>();
+    let mut panels = Vec::new();
+    for title in titles {
+        let rows = of_set(title);
+        panels.push(ERRORS.iter().map(|error| panel(title, error, &rows)).collect());
     }
-    table(&foot, measured, titles)?;
-    curves::write_caption(&foot, &caption, LEGEND)?;
-    area.present()?;
-    drop((head, foot, body, rest, panels));
-    drop(area);
-    Ok(svg)
+
+    let columns = ["time [ns]", "false alarms", "missed", "late", "99 % earliness"];
+    let last = titles.last().copied().unwrap_or("");
+    let hardest = of_set(last);
+    let mut legend = vec![LegendRow::head(format!("queries {last}"), "", columns)];
+    legend.extend(CcdMethod::ALL.map(|method| legend_row(method, &hardest)));
+    let poster = Poster {
+        heading: "First contacts of moving primitives: time per query over error",
+        panels,
+        row_height: ROW_HEIGHT,
+        legend,
+        caption: curves::caption(settings),
+    };
+    poster.draw()
 }
 
-fn panel((set, title): (usize, &str), measure: &Measure, measured: &[Measured]) -> Panel {
-    let curve = |method: Way| {
-        let shown = measured.iter().filter(|m| m.set == set && m.method == method);
-        Curve { look: look(method), points: shown.map(|m| [(measure.of)(m), m.time]).collect() }
+fn panel(title: &str, error: &ErrorMeasure, rows: &[&Measurement]) -> Panel {
+    let curve = |method: CcdMethod| {
+        let rows = rows.iter().filter(|m| m.method == method);
+        Curve { style: style(method), points: rows.map(|m| [(error.of)(m), m.time]).collect() }
     };
     Panel {
         title: title.to_owned(),
-        across: measure.title.to_owned(),
-        up: "time of a query [ns]".to_owned(),
-        shown: measure.shown,
-        curves: Way::ALL.map(curve).into(),
+        x_label: error.label.to_owned(),
+        y_label: "time per query [ns]".to_owned(),
+        x_range: error.range,
+        curves: CcdMethod::ALL.map(curve).into(),
     }
 }
 
-fn look(method: Way) -> Look {
+fn style(method: CcdMethod) -> CurveStyle {
     match method {
-        Way::DelGeo => Look::new(0xb5, 0x26, 0x2e),
-        Way::Plain => Look::new(0xe0, 0x7b, 0x00),
-        Way::Intervals => Look::new(0x80, 0x80, 0x80),
-        Way::Certified => Look::new(0x1f, 0x6f, 0xb4),
-        Way::Exact => Look::new(0, 0, 0),
-        Way::Separated => Look::new(0x2c, 0x8c, 0x3c).hollow(),
+        CcdMethod::DelGeo => CurveStyle::new(0xb5, 0x26, 0x2e),
+        CcdMethod::Plain => CurveStyle::new(0xe0, 0x7b, 0x00),
+        CcdMethod::Intervals => CurveStyle::new(0x80, 0x80, 0x80),
+        CcdMethod::Certified => CurveStyle::new(0x1f, 0x6f, 0xb4),
+        CcdMethod::Exact => CurveStyle::new(0, 0, 0),
+        CcdMethod::Separated => CurveStyle::new(0x2c, 0x8c, 0x3c).hollow(),
     }
 }
 
-/// Right edges of the columns of values.
-const COLUMNS: [i32; 5] = [720, 900, 1080, 1230, 1440];
-
-/// Figures of the first set and of the last, which is the hardest.
-fn table(area: &Area<'_>, measured: &[Measured], titles: &[&str]) -> Drawn {
-    let heads = ["time [ns]", "false alarms", "missed", "late", "99 % earliness"];
-    let heads = Line {
-        name: (None, format!("queries {}", titles.last().unwrap_or(&""))),
-        settings: String::new(),
-        values: heads.map(str::to_owned).into(),
+fn legend_row(method: CcdMethod, rows: &[&Measurement]) -> LegendRow {
+    let rows: Vec<&&Measurement> = rows.iter().filter(|m| m.method == method).collect();
+    let range_of = |value: fn(&Measurement) -> f64| {
+        range(&rows.iter().map(|m| Some(value(m))).collect::<Vec<_>>())
     };
-    heads.draw(area, 12, &COLUMNS)?;
-    for (number, method) in (0..).zip(Way::ALL) {
-        line(method, measured, titles.len() - 1).draw(
-            area,
-            36 + Line::HEIGHT * number,
-            &COLUMNS,
-        )?;
-    }
-    front_sample(area, 36 + Line::HEIGHT * i32::try_from(Way::ALL.len())?)
-}
-
-fn line(method: Way, measured: &[Measured], set: usize) -> Line {
-    let of = |m: &&Measured| m.method == method && m.set == set;
-    let ends = [measured.iter().find(of), measured.iter().rfind(of)];
-    let range = |value: fn(&Measured) -> f64| match ends.map(|end| end.map(value).map(short)) {
-        [Some(from), Some(to)] if from == to => from,
-        [Some(from), Some(to)] => format!("{from} … {to}"),
-        _ => "–".to_owned(),
-    };
-    let values = [
-        range(|m| m.time),
-        range(Measured::false_alarms),
-        range(Measured::missed),
-        range(Measured::late),
-        range(|m| m.answers.earliness(99).max(0.0)),
+    let values = vec![
+        range_of(|m| m.time),
+        range_of(Measurement::false_alarms),
+        range_of(Measurement::missed),
+        range_of(Measurement::late),
+        range_of(Measurement::earliness),
     ];
-    Line {
-        name: (Some(look(method)), method.name().to_owned()),
-        settings: method.settings().to_owned(),
-        values: values.into(),
-    }
+    let (name, settings) = (method.name().to_owned(), method.settings().to_owned());
+    LegendRow { style: Some(style(method)), name, settings, values }
 }

@@ -1,9 +1,9 @@
-//! Time of a continuous collision query against how right its answer is.
+//! Time of continuous collision queries over the errors of their answers.
 //!
 //! Vertices against faces and edges against edges, half of each: a peer's cubic, a plain one,
-//! subdivision by interval arithmetic, and the crate `ccd` as it is, with exact decisions, and with
-//! separations to be kept. An answer is wrong by a contact that is missed, by one told where none
-//! is, and by how much earlier than the contact its time is.
+//! interval subdivision, and the crate `ccd` with default parameters, with exact decisions, and
+//! with separations. An answer errs by a missed contact, by a false alarm, and by the earliness of
+//! its time.
 
 mod draw;
 
@@ -12,84 +12,84 @@ use std::path::{Path, PathBuf};
 
 use ccd::CcdParams;
 
-use super::curves::{machine, number};
-use super::sheet::{Cell, Sheet};
-use crate::ccd::measure::{Answers, Method, as_f64, mean_times};
+use super::curves::machine;
+use super::sheet::{Cell, Sheet, number};
+use crate::ccd::answers::{Answers, mean_times};
 use crate::ccd::methods::{certified, del_geo, interval_subdivision, plain_cubic};
-use crate::ccd::queries::{Kind, Query, QuerySet, made, made_on_lattice, read};
+use crate::ccd::queries::{CcdQuery, QueryKind, QuerySet, mean_extent, on_lattice, random, read};
+use crate::measure::as_f64;
 
-/// Queries made of each kind.
-const MADE: usize = 4000;
+/// Generated queries of each kind, and queries used of a file, about.
+const GENERATED: usize = 4000;
+const USED: usize = 4000;
 
-/// Queries taken of a file, about.
-const TAKEN: usize = 4000;
-
-/// Separations to be kept, over the mean extent of a query.
+/// Separations over the mean extent of a query.
 const SEPARATIONS: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 
-/// Rounds of which the least time of each block counts.
+/// Rounds, of which the minimum time of each block counts.
 const ROUNDS: usize = 9;
 
-/// Draws the pictures and writes the numbers behind them: of queries that are made, and of published
-/// ones where they are at hand.
+/// Queries of each kind that interval subdivision answers, which takes a thousand times as long.
+const SUBDIVIDED: usize = 80;
+
+const ATTRIBUTION: &str = "queries of B. Wang et al., ACM TOG 40(5), 2021 (MIT) and of D. Belgrod et al., 2023 (Apache-2.0); exact answers by integer and algebraic arithmetic";
+
+/// Draws the pictures of generated queries and, where they are available, of published ones.
 ///
 /// # Errors
 ///
 /// When a file cannot be written or read.
 pub fn run(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
-    let kinds = [Kind::VertexFace, Kind::EdgeEdge];
-    let made = [
-        ("at random", kinds.map(|kind| labelled(made(kind, MADE)))),
-        ("on a lattice, to be degenerate", kinds.map(|kind| labelled(made_on_lattice(kind, MADE)))),
+    let kinds = [QueryKind::VertexFace, QueryKind::EdgeEdge];
+    let generated = [
+        LabeledSet {
+            title: "at random",
+            by_kind: kinds.map(|kind| with_exact_answers(random(kind, GENERATED))),
+        },
+        LabeledSet {
+            title: "degenerate, on a lattice",
+            by_kind: kinds.map(|kind| with_exact_answers(on_lattice(kind, GENERATED))),
+        },
     ];
-    let mut written = draw_sets("ccd", &made, None, folder)?;
+    let mut written = draw_sets("ccd", &generated, None, folder)?;
+
     if let Some(data) = std::env::var_os("MUSCULO_DATA") {
-        let folder_of = PathBuf::from(data).join("ccd");
-        let sets = [
+        let queries = Path::new(&data).join("ccd");
+        let mut published = Vec::new();
+        for (title, name) in [
             ("candidates of simulations", "full/simbp"),
             ("contacts of simulations", "full/simhard"),
-            ("built to be degenerate", "handcrafted"),
-        ];
-        let mut published = Vec::new();
-        for (title, name) in sets {
-            let of = |kind: &str| read(&folder_of, &format!("{name}_{kind}"));
-            published.push((title, [of("vf")?, of("ee")?]));
+            ("degenerate by design", "handcrafted"),
+        ] {
+            let read = |kind: &str| read(&queries, &format!("{name}_{kind}"));
+            published.push(LabeledSet { title, by_kind: [read("vf")?, read("ee")?] });
         }
         written.extend(draw_sets("ccd-published", &published, Some(ATTRIBUTION), folder)?);
     }
     Ok(written)
 }
 
-const ATTRIBUTION: &str = "queries of B. Wang et al., ACM TOG 40(5), 2021 (MIT) and of D. Belgrod et al., 2023 (Apache-2.0); exact answers by integer and algebraic arithmetic";
+/// Queries of both kinds with exact answers.
+struct LabeledSet {
+    title: &'static str,
+    by_kind: [QuerySet; 2],
+}
 
-/// Queries with answers by exact arithmetic: of a contact, the end of the interval that it is in.
-fn labelled(mut set: QuerySet) -> QuerySet {
+/// Sets the times by exact arithmetic: the end of the interval that the contact is in.
+fn with_exact_answers(mut set: QuerySet) -> QuerySet {
     for query in &mut set.queries {
         let contact = match set.kind {
-            Kind::VertexFace => ccd::vertex_face(query.x0, query.x1, &CcdParams::EXACT),
-            Kind::EdgeEdge => ccd::edge_edge(query.x0, query.x1, &CcdParams::EXACT),
+            QueryKind::VertexFace => ccd::vertex_face(query.x0, query.x1, &CcdParams::EXACT),
+            QueryKind::EdgeEdge => ccd::edge_edge(query.x0, query.x1, &CcdParams::EXACT),
         };
         query.time = contact.ok().flatten().map_or(f64::INFINITY, |contact| contact.hi);
     }
     set
 }
 
-/// What one method does with some queries.
-#[derive(Clone, Debug)]
-struct Measured {
-    set: usize,
-    method: Way,
-    setting: String,
-    /// Of a query \[ns\].
-    time: f64,
-    queries: usize,
-    contacts: usize,
-    answers: Answers,
-}
-
-/// Ways to answer, in the order of the legend.
+/// Methods in the order of the legend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Way {
+enum CcdMethod {
     DelGeo,
     Plain,
     Intervals,
@@ -98,7 +98,7 @@ enum Way {
     Separated,
 }
 
-impl Way {
+impl CcdMethod {
     const ALL: [Self; 6] =
         [Self::DelGeo, Self::Plain, Self::Intervals, Self::Certified, Self::Exact, Self::Separated];
 
@@ -118,179 +118,194 @@ impl Way {
             Self::DelGeo => "its cubic, f64",
             Self::Plain => "Provot 1997 in f64",
             Self::Intervals => "Snyder 1993, to 1e-6",
-            Self::Certified => "as it is",
-            Self::Exact => "what rounding leaves open",
+            Self::Certified => "default",
+            Self::Exact => "where rounding leaves it open",
             Self::Separated => "by 1e-2, … 1e-6 of the extent",
         }
     }
 }
 
-impl Measured {
-    /// Contacts told where none is, over the queries without one.
+/// Method with its parameters.
+struct Candidate {
+    method: CcdMethod,
+    /// Separation over the mean extent.
+    separation: Option<f64>,
+    params: CcdParams,
+}
+
+impl Candidate {
+    fn new(method: CcdMethod, params: CcdParams) -> Self {
+        Self { method, separation: None, params }
+    }
+
+    /// Returns all methods, with separations relative to an extent.
+    fn all(extent: f64) -> Vec<Self> {
+        let mut all = vec![
+            Self::new(CcdMethod::DelGeo, CcdParams::DEFAULT),
+            Self::new(CcdMethod::Plain, CcdParams::DEFAULT),
+            Self::new(CcdMethod::Certified, CcdParams::DEFAULT),
+            Self::new(CcdMethod::Exact, CcdParams::EXACT),
+        ];
+        for separation in SEPARATIONS {
+            let params = CcdParams { min_separation: separation * extent, ..CcdParams::DEFAULT };
+            let candidate = Self::new(CcdMethod::Separated, params);
+            all.push(Self { separation: Some(separation), ..candidate });
+        }
+        all.push(Self::new(CcdMethod::Intervals, CcdParams::DEFAULT));
+        all
+    }
+
+    fn answer(&self, kind: QueryKind, query: &CcdQuery) -> Option<f64> {
+        match self.method {
+            CcdMethod::DelGeo => del_geo(kind, query),
+            CcdMethod::Plain => plain_cubic(kind, query),
+            CcdMethod::Intervals => interval_subdivision(kind, query),
+            CcdMethod::Certified | CcdMethod::Exact | CcdMethod::Separated => {
+                certified(kind, query, &self.params)
+            }
+        }
+    }
+}
+
+/// Times and answers of one method over a set of queries.
+#[derive(Clone, Debug)]
+struct Measurement {
+    title: &'static str,
+    method: CcdMethod,
+    separation: Option<f64>,
+    /// Mean time per query \[ns\].
+    time: f64,
+    queries: usize,
+    contacts: usize,
+    answers: Answers,
+}
+
+impl Measurement {
+    /// Returns the share of false alarms among queries without contact.
     fn false_alarms(&self) -> f64 {
         share(self.answers.false_alarms, self.queries - self.contacts)
     }
 
-    /// Contacts not found, or told only after they happen, over all.
+    /// Returns the share of contacts that are not reported.
     fn missed(&self) -> f64 {
         share(self.answers.missed, self.contacts)
     }
 
+    /// Returns the share of contacts that are reported only after they happen.
     fn late(&self) -> f64 {
         share(self.answers.late, self.contacts)
     }
+
+    /// Returns the earliness of 99 of 100 contacts; 0 for late ones.
+    fn earliness(&self) -> f64 {
+        self.answers.earliness(99).max(0.0)
+    }
 }
 
-fn share(count: usize, of: usize) -> f64 {
-    as_f64(count) / as_f64(of.max(1))
+fn share(count: usize, total: usize) -> f64 {
+    as_f64(count) / as_f64(total.max(1))
 }
-
-type Sets = [(&'static str, [QuerySet; 2])];
 
 fn draw_sets(
     name: &'static str,
-    sets: &Sets,
+    sets: &[LabeledSet],
     attribution: Option<&str>,
     folder: &Path,
 ) -> Result<Vec<PathBuf>, Box<dyn Error>> {
-    let measured: Vec<Measured> =
-        sets.iter().enumerate().flat_map(|(number, (_, set))| measure(number, set)).collect();
-    let titles: Vec<&str> = sets.iter().map(|(title, _)| *title).collect();
-    let settings = settings(&measured, &titles, attribution);
-    let svg = draw::draw(&measured, &titles, &settings)?;
-    let (columns, rows) = table(&measured, &titles);
-    Ok(Sheet { name, svg: Some(svg), settings, columns, rows }.write(folder)?)
+    let measured: Vec<Measurement> = sets.iter().flat_map(measure).collect();
+    let titles: Vec<&str> = sets.iter().map(|set| set.title).collect();
+    let mut settings = settings(&measured, &titles);
+    settings.extend(attribution.map(|text| ("data", text.to_owned())));
+
+    let svg = Some(draw::draw(&measured, &titles, &settings)?);
+    let rows = measured.iter().map(row).collect();
+    Ok(Sheet { name, svg, settings, columns: COLUMNS.into(), rows }.write(folder)?)
 }
 
-fn measure(set: usize, both: &[QuerySet; 2]) -> Vec<Measured> {
-    let taken: Vec<Vec<Query>> = both
-        .iter()
-        .map(|of_kind| of_kind.thinned((of_kind.queries.len() / TAKEN).max(1)))
-        .collect();
-    let count: usize = taken.iter().map(Vec::len).sum();
-    let contacts = taken.iter().flatten().filter(|query| query.time.is_finite()).count();
-    let extent = mean_extent(&taken);
-    let mut ways: Vec<(Way, String, Option<CcdParams>)> = vec![
-        (Way::DelGeo, String::new(), None),
-        (Way::Plain, String::new(), None),
-        (Way::Certified, String::new(), Some(CcdParams::DEFAULT)),
-        (Way::Exact, String::new(), Some(CcdParams::EXACT)),
-    ];
-    for separation in SEPARATIONS {
-        let params = CcdParams { min_separation: separation * extent, ..CcdParams::DEFAULT };
-        ways.push((Way::Separated, format!("{separation:e}"), Some(params)));
-    }
-    let mut times = vec![0.0; ways.len()];
-    let mut answers = vec![Answers::default(); ways.len()];
-    for (of_kind, queries) in both.iter().zip(&taken) {
-        let answer = |(way, _, params): &(Way, String, Option<CcdParams>)| {
-            let (way, params, kind) = (*way, *params, of_kind.kind);
-            move |query: &Query| ask(way, kind, query, params.as_ref())
-        };
-        let asked: Vec<_> = ways.iter().map(answer).collect();
-        let methods: Vec<Method<'_>> = asked.iter().map(|method| method as Method<'_>).collect();
-        let least = mean_times(queries, ROUNDS, &methods);
-        for (k, method) in methods.iter().enumerate() {
-            times[k] += least[k] * as_f64(queries.len()) / as_f64(count);
-            answers[k].add(queries, method);
-        }
-    }
-    let of = |((method, setting, _), (time, answers))| Measured {
-        set,
-        method,
-        setting,
-        time,
-        queries: count,
-        contacts,
-        answers,
-    };
-    let mut measured: Vec<Measured> =
-        ways.into_iter().zip(times.into_iter().zip(answers)).map(of).collect();
-    measured.push(subdivided(set, both, &taken));
+/// Measures all methods over a set; the fast ones take turns.
+fn measure(set: &LabeledSet) -> Vec<Measurement> {
+    let used = set.by_kind.each_ref().map(|set| set.thinned((set.queries.len() / USED).max(1)));
+    let mut candidates = Candidate::all(mean_extent(used.iter().flatten()));
+    let few = used.each_ref().map(|queries| {
+        queries.iter().step_by(queries.len().div_ceil(SUBDIVIDED)).copied().collect()
+    });
+    let subdivision = candidates.split_off(candidates.len() - 1);
+
+    let mut measured = measure_candidates(set, &used, &candidates, ROUNDS);
+    measured.extend(measure_candidates(set, &few, &subdivision, 1));
     measured
 }
 
-/// Subdivision takes a thousand times as long: it is asked few.
-fn subdivided(set: usize, both: &[QuerySet; 2], taken: &[Vec<Query>]) -> Measured {
-    let (mut answers, mut time, mut count, mut contacts) = (Answers::default(), 0.0, 0, 0);
-    for (of_kind, queries) in both.iter().zip(taken) {
-        let few: Vec<Query> = queries.iter().step_by(queries.len().div_ceil(80)).copied().collect();
-        let method = |query: &Query| interval_subdivision(of_kind.kind, query);
-        time += mean_times(&few, 1, &[&method])[0] * as_f64(few.len());
-        answers.add(&few, &method);
-        count += few.len();
-        contacts += few.iter().filter(|query| query.time.is_finite()).count();
-    }
-    let time = time / as_f64(count);
-    let (method, setting) = (Way::Intervals, String::new());
-    Measured { set, method, setting, time, queries: count, contacts, answers }
-}
-
-fn ask(way: Way, kind: Kind, query: &Query, params: Option<&CcdParams>) -> Option<f64> {
-    match (way, params) {
-        (Way::DelGeo, _) => del_geo(kind, query),
-        (Way::Plain, _) => plain_cubic(kind, query),
-        (_, Some(params)) => certified(kind, query, params),
-        (_, None) => interval_subdivision(kind, query),
-    }
-}
-
-fn mean_extent(taken: &[Vec<Query>]) -> f64 {
-    let extent = |query: &Query| {
-        let from_first = query.x0.iter().map(|x| x.distance(query.x0[0]));
-        from_first.fold(0.0, f64::max)
+fn measure_candidates(
+    set: &LabeledSet,
+    used: &[Vec<CcdQuery>; 2],
+    candidates: &[Candidate],
+    rounds: usize,
+) -> Vec<Measurement> {
+    let queries = used.iter().map(Vec::len).sum();
+    let contacts = used.iter().flatten().filter(|query| query.time.is_finite()).count();
+    let empty = |candidate: &Candidate| Measurement {
+        title: set.title,
+        method: candidate.method,
+        separation: candidate.separation,
+        time: 0.0,
+        queries,
+        contacts,
+        answers: Answers::default(),
     };
-    let all = taken.iter().flatten();
-    all.clone().map(extent).sum::<f64>() / as_f64(all.count().max(1))
+    let mut measured: Vec<Measurement> = candidates.iter().map(empty).collect();
+
+    for (of_kind, used) in set.by_kind.iter().zip(used) {
+        let answer =
+            |candidate| move |query: &CcdQuery| Candidate::answer(candidate, of_kind.kind, query);
+        let answers: Vec<_> = candidates.iter().map(answer).collect();
+        let methods: Vec<_> =
+            answers.iter().map(|answer| answer as crate::ccd::answers::Method<'_>).collect();
+        let times = mean_times(used, rounds, &methods);
+        for ((measured, method), time) in measured.iter_mut().zip(methods).zip(times) {
+            measured.time += time * share(used.len(), queries);
+            measured.answers.add(used, method);
+        }
+    }
+    measured
 }
 
-fn settings(
-    measured: &[Measured],
-    titles: &[&str],
-    attribution: Option<&str>,
-) -> Vec<(&'static str, String)> {
-    let of_set = |(number, title): (usize, &&str)| {
-        let of = measured.iter().find(|m| m.set == number);
-        let (queries, contacts) = of.map_or((0, 0), |m| (m.queries, m.contacts));
-        format!("{title}: {queries}, {contacts} with a contact")
-    };
-    let counts: Vec<String> = titles.iter().enumerate().map(of_set).collect();
-    let mut settings = vec![
+const SHARES: &str = "false alarms of the queries without contact, missed of those with one; a contact kept apart is reported where bodies come within the separation, which counts as a false alarm here";
+const EARLINESS: &str = "exact time of contact less the one reported, in shares of the step: 99 of 100 are less; late contacts count as 0";
+const TIME: &str = "per query, minimum of several for each block, methods in turns; interval subdivision answers 160";
+
+fn settings(measured: &[Measurement], titles: &[&str]) -> Vec<(&'static str, String)> {
+    let mut counts = Vec::new();
+    for title in titles {
+        let first = measured.iter().find(|m| m.title == *title);
+        let (queries, contacts) = first.map_or((0, 0), |m| (m.queries, m.contacts));
+        counts.push(format!("{title}: {queries}, {contacts} with a contact"));
+    }
+    vec![
         ("queries, half vertex–face and half edge–edge", counts.join("; ")),
-        (
-            "shares",
-            "false alarms of the queries without contact, missed of those with one; a contact kept apart is told where bodies come within the separation, which counts as a false alarm here".to_owned(),
-        ),
-        (
-            "earliness",
-            "exact time of contact less the one told, in shares of the step: 99 of 100 are less; those told late count as 0".to_owned(),
-        ),
-        ("time", "of a query, least of several for each block, methods in turns; interval subdivision is asked 160".to_owned()),
+        ("shares", SHARES.to_owned()),
+        ("earliness", EARLINESS.to_owned()),
+        ("time", TIME.to_owned()),
         ("machine", machine()),
-    ];
-    settings.extend(attribution.map(|text| ("data", text.to_owned())));
-    settings
+    ]
 }
 
-fn table(measured: &[Measured], titles: &[&str]) -> (Vec<&'static str>, Vec<Vec<Cell>>) {
-    let columns = vec![
-        "queries",
-        "method",
-        "separation [extent]",
-        "time [ns]",
-        "false alarms [share]",
-        "missed [share]",
-        "late [share]",
-        "median earliness [step]",
-        "99 % earliness [step]",
-    ];
-    let row = |m: &Measured| {
-        let mut row = vec![Cell::text(titles[m.set]), Cell::text(m.method.name())];
-        row.push(number(m.setting.parse().ok()));
-        let answers = [m.answers.earliness(50), m.answers.earliness(99)];
-        let all = [m.time, m.false_alarms(), m.missed(), m.late()].into_iter().chain(answers);
-        row.extend(all.map(Cell::Number));
-        row
-    };
-    (columns, measured.iter().map(row).collect())
+const COLUMNS: [&str; 9] = [
+    "queries",
+    "method",
+    "separation [extent]",
+    "time [ns]",
+    "false alarms [share]",
+    "missed [share]",
+    "late [share]",
+    "median earliness [step]",
+    "99 % earliness [step]",
+];
+
+fn row(m: &Measurement) -> Vec<Cell> {
+    let mut row = vec![Cell::text(m.title), Cell::text(m.method.name()), number(m.separation)];
+    let earliness = [m.answers.earliness(50), m.answers.earliness(99)];
+    let values = [m.time, m.false_alarms(), m.missed(), m.late()].into_iter().chain(earliness);
+    row.extend(values.map(Cell::Number));
+    row
 }

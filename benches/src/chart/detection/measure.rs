@@ -1,125 +1,145 @@
-//! Accuracy, time and memory of all methods on one question.
+//! Accuracy, time and memory of all methods on one task.
 
 use std::time::{Duration, Instant};
 
-use super::methods::{self, Candidate, Detector, Failure, Kept, Method};
-use super::question::{Pairs, Question};
-use super::scene::Moving;
+use super::methods::{self, Candidate, ChartedMethod, Detector, Failure, SharedStructures};
+use super::scene::MovingBodies;
 use super::score::Score;
+use super::task::{PairGroup, Task};
+use crate::measure::as_f64;
 
-/// What one method does at one setting.
+/// Accuracy, time and memory of a method at one setting.
 #[derive(Clone, Debug)]
-pub(super) struct Measured {
-    /// Which pairs were looked at.
-    pub(super) of: Pairs,
+pub(super) struct Measurement {
+    /// Group of the pairs.
+    pub(super) group: PairGroup,
     /// The method.
-    pub(super) method: Method,
+    pub(super) method: ChartedMethod,
     /// Its setting.
     pub(super) setting: String,
-    /// How right it is.
+    /// Its errors.
     pub(super) score: Score,
-    /// To make its structures, once \[ms\].
+    /// Time to build its structures once \[ms\].
     pub(super) build: f64,
-    /// Bytes that these hold \[MB\].
+    /// Size of the structures \[MB\].
     pub(super) held: f64,
-    /// Bytes that a frame takes beyond that, at most \[MB\].
-    pub(super) taken: f64,
-    /// To follow the bodies to a frame and to look at all pairs there: least of several times, mean
-    /// over the frames \[ms\].
+    /// Maximum of the memory that a frame allocates beyond that \[MB\].
+    pub(super) allocated: f64,
+    /// Time to follow the bodies to a frame and to detect all pairs there: minimum over the
+    /// rounds, mean over the frames \[ms\].
     pub(super) frame: f64,
 }
 
 /// Time for all rounds of one method.
 const BUDGET: Duration = Duration::from_millis(600);
 
-/// Rounds over all frames, at least and at most.
-const ROUNDS: [u32; 2] = [3, 15];
+/// Minimum and maximum of the rounds over all frames.
+const MIN_ROUNDS: u32 = 3;
+const MAX_ROUNDS: u32 = 15;
 
-/// What was measured, and what was refused, in words.
-pub(super) type All = (Vec<Measured>, Vec<String>);
+/// Measurements, and the refusals for the caption.
+#[derive(Debug, Default)]
+pub(super) struct Measurements {
+    pub(super) rows: Vec<Measurement>,
+    pub(super) refusals: Vec<String>,
+}
 
-/// Measures all methods, on the bone with muscles and on these with each other, on one thread.
+/// Measures all methods on both groups of pairs, on one thread.
 ///
 /// # Errors
 ///
-/// What a method refuses.
-pub(super) fn all(moving: &Moving) -> Result<All, String> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-    let pool = pool.map_err(|error| error.to_string())?;
-    let on_this_thread = || {
-        let kept = Kept::default();
-        let (mut measured, mut refused) = (Vec::new(), Vec::new());
-        for of in [Pairs::Bone, Pairs::Muscles] {
-            let found = question(&Question::new(moving, of)?, &kept)?;
-            measured.extend(found.0);
-            refused.extend(found.1);
+/// When a method fails in a frame.
+pub(super) fn measure_all(moving: &MovingBodies) -> Result<Measurements, Failure> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    let measured = pool.install(|| {
+        let shared = SharedStructures::default();
+        let mut measurements = Measurements::default();
+        for group in [PairGroup::Bone, PairGroup::Muscles] {
+            let task = Task::new(moving, group).map_err(|error| error.to_string())?;
+            // Errors of methods cannot leave their thread, but their texts can.
+            measurements.add(&task, &shared).map_err(|error| error.to_string())?;
         }
-        Ok((measured, refused))
-    };
-    // Errors of methods need not be able to leave their thread; their words are.
-    pool.install(|| on_this_thread().map_err(|error: Failure| error.to_string()))
+        Ok::<_, String>(measurements)
+    });
+    Ok(measured?)
 }
 
-fn question(question: &Question<'_>, kept: &Kept) -> Result<All, Failure> {
-    let candidates = methods::all(question, kept);
-    let mut runs = Vec::new();
-    let mut refused = Vec::new();
-    for candidate in &candidates {
-        match Run::new(candidate, question) {
-            Ok(run) => runs.push(run),
-            Err(error) => refused.push(candidate.refusal(&*error)),
-        }
-    }
-    for round in 0..ROUNDS[1] {
-        for run in &mut runs {
-            if round < ROUNDS[0] || run.spent < BUDGET {
-                run.time()?;
+impl Measurements {
+    /// Adds all methods on one task, timed in turns.
+    fn add(&mut self, task: &Task<'_>, shared: &SharedStructures) -> Result<(), Failure> {
+        let mut runs = Vec::new();
+        for candidate in &methods::candidates(task, shared) {
+            match Run::new(candidate, task) {
+                Ok(run) => runs.push(run),
+                Err(error) => {
+                    let Candidate { method, setting, .. } = candidate;
+                    self.refusals.push(format!("{}, {setting}: {error}", method.name()));
+                }
             }
         }
+
+        for round in 0..MAX_ROUNDS {
+            for run in &mut runs {
+                if round < MIN_ROUNDS || run.spent < BUDGET {
+                    run.time_round()?;
+                }
+            }
+        }
+        self.rows.extend(runs.into_iter().map(Run::finish));
+        Ok(())
     }
-    Ok((runs.into_iter().map(Run::finish).collect(), refused))
 }
 
-/// A method at work.
+/// A detector with its times.
 struct Run<'a> {
-    measured: Measured,
+    measurement: Measurement,
     detector: Box<dyn Detector + 'a>,
-    /// By frame \[ms\].
+    /// Minimum time per frame \[ms\].
     least: Vec<f64>,
     spent: Duration,
 }
 
 impl<'a> Run<'a> {
-    fn new(candidate: &Candidate<'a>, question: &Question<'_>) -> Result<Self, Failure> {
+    /// Builds a detector and compares its answers with the exact ones.
+    fn new(candidate: &Candidate<'a>, task: &Task<'_>) -> Result<Self, Failure> {
         let mut detector = None;
         let start = Instant::now();
-        let of_build = allocation_counter::measure(|| detector = Some((candidate.build)()));
+        let build_memory = allocation_counter::measure(|| detector = Some((candidate.build)()));
         let build = milliseconds(start);
-        let mut detector = detector.ok_or("nothing was built")??;
-        let build = build + detector.built_before();
-        let frames = question.truth.len();
-        // Once around, for those that learn from the frames before.
+        let mut detector = detector.ok_or("the detector was not built")??;
+
+        // One round before, for methods that keep contacts from frame to frame.
+        let frames = task.truth.len();
         for frame in 0..frames {
             detector.step(frame)?;
         }
+
         let mut score = Score::default();
-        let mut taken = 0.0_f64;
-        for (frame, truth) in question.truth.iter().enumerate() {
-            let mut done = Ok(());
-            let of_frame = allocation_counter::measure(|| done = detector.step(frame));
-            done?;
-            taken = taken.max(megabytes(of_frame.bytes_max));
-            score.add(truth, &detector.told());
+        let mut allocated = 0.0_f64;
+        for (frame, truth) in task.truth.iter().enumerate() {
+            let mut outcome = Ok(());
+            let memory = allocation_counter::measure(|| outcome = detector.step(frame));
+            outcome?;
+            allocated = allocated.max(megabytes(memory.bytes_max));
+            score.add(truth, &detector.answer());
         }
-        let held = megabytes(u64::try_from(of_build.bytes_current).unwrap_or(0));
-        let Candidate { method, setting, .. } = candidate;
-        let (of, method, setting) = (question.of, *method, setting.clone());
-        let measured = Measured { of, method, setting, score, build, held, taken, frame: 0.0 };
-        Ok(Self { measured, detector, least: vec![f64::INFINITY; frames], spent: Duration::ZERO })
+
+        let measurement = Measurement {
+            group: task.group,
+            method: candidate.method,
+            setting: candidate.setting.clone(),
+            score,
+            build: build + detector.milliseconds_before(),
+            held: megabytes(u64::try_from(build_memory.bytes_current).unwrap_or(0)),
+            allocated,
+            frame: f64::NAN,
+        };
+        let least = vec![f64::INFINITY; frames];
+        Ok(Self { measurement, detector, least, spent: Duration::ZERO })
     }
 
-    /// Goes around once; first to the last frame, so that caches are warm for the first.
-    fn time(&mut self) -> Result<(), Failure> {
+    /// Times all frames once, after the last one, so that caches are warm for the first.
+    fn time_round(&mut self) -> Result<(), Failure> {
         self.detector.step(self.least.len() - 1)?;
         for (frame, least) in self.least.iter_mut().enumerate() {
             let start = Instant::now();
@@ -130,9 +150,9 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn finish(self) -> Measured {
-        let mean = self.least.iter().sum::<f64>() / crate::ratio::amount(self.least.len());
-        Measured { frame: mean, ..self.measured }
+    fn finish(self) -> Measurement {
+        let frame = self.least.iter().sum::<f64>() / as_f64(self.least.len());
+        Measurement { frame, ..self.measurement }
     }
 }
 

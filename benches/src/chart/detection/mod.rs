@@ -1,36 +1,35 @@
-//! Speed against accuracy of the ways to detect who is in whom.
+//! Speed against accuracy of the methods to detect vertices inside other bodies.
 //!
-//! Muscles are pressed on a bone and on each other, and shorten, frame by frame; each method tells
-//! which vertices are how deep in the other body, at several settings. Errors are taken against
-//! exact detection between the surfaces, times on one thread, in turns.
+//! Muscles are pressed on a bone and on each other, and shorten, frame by frame. Each method
+//! reports vertices inside with their depths, at several settings. Errors are taken against exact
+//! detection between the surfaces; times are of one thread, methods in turns.
 
 pub mod costs;
 mod draw;
 mod measure;
 mod methods;
-mod question;
 mod scene;
 mod score;
+mod task;
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-use self::measure::Measured;
-use self::question::Pairs;
-use self::scene::{FRAMES, Moving, PRESS, SHORTENING};
-use super::curves::{machine, number};
-use super::sheet::{Cell, Sheet};
+use self::measure::{Measurement, measure_all};
+use self::scene::{FRAMES, MovingBodies, PRESS, SHORTENING};
+use self::task::PairGroup;
+use super::curves::machine;
+use super::sheet::{Cell, Sheet, number};
 
-/// Draws the pictures and writes the numbers behind them: of the fixture scene, and of real
-/// anatomy where it is at hand.
+/// Draws the pictures of the fixture scene and, where it is available, of real anatomy.
 ///
 /// # Errors
 ///
-/// When a file cannot be written, or a method refuses a body.
+/// When a file cannot be written, or a method fails in a frame.
 pub fn run(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
-    let mut written = draw_scene("detection", &Moving::fixture(), None, folder)?;
+    let mut written = draw_scene("detection", &MovingBodies::fixture(), None, folder)?;
     if let Some(data) = fixtures::data::anatomy("detection in real anatomy") {
-        let moving = Moving::anatomy(&data.join("vhf_left_thigh_lo"));
+        let moving = MovingBodies::anatomy(&data.join("vhf_left_thigh_lo"));
         written.extend(draw_scene("detection-anatomy", &moving, Some(ATTRIBUTION), folder)?);
     }
     Ok(written)
@@ -40,75 +39,62 @@ const ATTRIBUTION: &str = "Surfaces of muscles: Univ. of Denver, Center for Orth
 
 fn draw_scene(
     name: &'static str,
-    moving: &Moving,
-    attribution: Option<&'static str>,
+    moving: &MovingBodies,
+    attribution: Option<&str>,
     folder: &Path,
 ) -> Result<Vec<PathBuf>, Box<dyn Error>> {
-    let (measured, mut refused) = measure::all(moving)?;
-    let mut settings = settings(moving, attribution);
-    refused.dedup();
-    settings.extend(refused.into_iter().map(|refusal| ("refused", refusal)));
-    let svg = draw::draw(&measured, &settings)?;
-    let (columns, rows) = table(&measured);
-    Ok(Sheet { name, svg: Some(svg), settings, columns, rows }.write(folder)?)
-}
-
-fn settings(moving: &Moving, attribution: Option<&str>) -> Vec<(&'static str, String)> {
-    let mut settings = vec![
-        ("scene", moving.title.clone()),
-        (
-            "motion",
-            format!(
-                "{FRAMES} frames; muscles shortened by up to {:.0} % at constant volume and pressed up to {PRESS} mm towards the bone",
-                100.0 * SHORTENING
-            ),
-        ),
-        (
-            "error",
-            "of the depth at each vertex that is inside, or told to be, beside exact detection; with a field, muscle vertices in the bone; with balls, vertices in muscles; else both. A vertex that a reduced surface left out stands at its nearest point there".to_owned(),
-        ),
-        (
-            "missed or invented",
-            "of the vertices inside; average-case trees: of overlapping pairs, selected pairs: of crossing faces".to_owned(),
-        ),
-        (
-            "time",
-            "of a frame: bodies followed and all pairs looked at; least of several, mean over frames, methods in turns; average-case trees of muscles are built in each".to_owned(),
-        ),
-        ("machine", machine()),
-    ];
+    let mut measured = measure_all(moving)?;
+    let mut settings = settings(moving);
     settings.extend(attribution.map(|text| ("data", text.to_owned())));
-    settings
+    measured.refusals.dedup();
+    settings.extend(measured.refusals.into_iter().map(|refusal| ("refused", refusal)));
+
+    let svg = Some(draw::draw(&measured.rows, &settings)?);
+    let rows = measured.rows.iter().map(row).collect();
+    Ok(Sheet { name, svg, settings, columns: COLUMNS.into(), rows }.write(folder)?)
 }
 
-fn table(measured: &[Measured]) -> (Vec<&'static str>, Vec<Vec<Cell>>) {
-    let columns = vec![
-        "pairs",
-        "method",
-        "setting",
-        "worst error [mm]",
-        "rms error [mm]",
-        "missed [share]",
-        "invented [share]",
-        "frame [ms]",
-        "build [ms]",
-        "held [MB]",
-        "taken in a frame [MB]",
-    ];
-    let row = |m: &Measured| {
-        let mut row = vec![Cell::text(pairs(m.of)), Cell::text(m.method.name())];
-        row.push(Cell::text(&m.setting));
-        row.extend([m.score.worst(), m.score.rms()].map(number));
-        let rest = [m.score.missed(), m.score.invented(), m.frame, m.build, m.held, m.taken];
-        row.extend(rest.map(Cell::Number));
-        row
+fn settings(moving: &MovingBodies) -> Vec<(&'static str, String)> {
+    let shortening = 100.0 * SHORTENING;
+    let motion = format!(
+        "{FRAMES} frames; muscles shortened by up to {shortening:.0} % at constant volume and pressed up to {PRESS} mm toward the bone"
+    );
+    vec![
+        ("scene", moving.title.clone()),
+        ("motion", motion),
+        ("error", ERROR.to_owned()),
+        ("missed or invented", MISSED.to_owned()),
+        ("time", TIME.to_owned()),
+        ("machine", machine()),
+    ]
+}
+
+const ERROR: &str = "of the depth at each vertex that is inside, or reported to be, against exact detection; fields: muscle vertices in the bone; balls: vertices in muscles; else both. A vertex that a reduced surface left out is placed at its closest point there";
+const MISSED: &str = "of the vertices inside; average-case trees: of overlapping pairs, selected pairs: of crossing faces";
+const TIME: &str = "per frame: bodies followed and all pairs detected; minimum of several, mean over frames, methods in turns; average-case trees of muscles are built in each";
+
+const COLUMNS: [&str; 11] = [
+    "pairs",
+    "method",
+    "setting",
+    "max error [mm]",
+    "rms error [mm]",
+    "missed [share]",
+    "invented [share]",
+    "frame [ms]",
+    "build [ms]",
+    "held [MB]",
+    "allocated in a frame [MB]",
+];
+
+fn row(m: &Measurement) -> Vec<Cell> {
+    let pairs = match m.group {
+        PairGroup::Bone => "bone and muscles",
+        PairGroup::Muscles => "muscles",
     };
-    (columns, measured.iter().map(row).collect())
-}
-
-const fn pairs(of: Pairs) -> &'static str {
-    match of {
-        Pairs::Bone => "bone and muscles",
-        Pairs::Muscles => "muscles",
-    }
+    let mut row = [pairs, m.method.name(), &m.setting].map(Cell::text).to_vec();
+    row.extend([m.score.max(), m.score.rms()].map(number));
+    let rest = [m.score.missed(), m.score.invented(), m.frame, m.build, m.held, m.allocated];
+    row.extend(rest.map(Cell::Number));
+    row
 }

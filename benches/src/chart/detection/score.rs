@@ -1,15 +1,15 @@
-//! How far answers are from the truth.
+//! Errors of answers beside the exact ones.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::question::{REACH, Truth, Way};
+use super::task::{Direction, FrameTruth, TRUTH_MARGIN};
 
-/// What a method tells of one frame.
+/// Answer of a method in one frame.
 #[derive(Clone, Debug)]
-pub(super) enum Told {
-    /// Vertices inside with their depths \[mm\], for each way that the method looks.
-    Vertices(Vec<(Way, Vec<(u32, f64)>)>),
-    /// Faces that cross, for each pair.
+pub(super) enum Answer {
+    /// Vertices inside with their depths \[mm\], per direction that the method detects.
+    Vertices(Vec<(Direction, Vec<(u32, f64)>)>),
+    /// Faces that cross, per pair.
     Crossings(Vec<([usize; 2], Vec<[u32; 2]>)>),
     /// Pairs that overlap.
     Overlaps(BTreeSet<[usize; 2]>),
@@ -18,84 +18,81 @@ pub(super) enum Told {
 /// Errors over some frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Score {
-    /// Largest error of a depth \[mm\].
-    worst: f64,
+    /// Maximum error of a depth \[mm\].
+    max: f64,
     squares: f64,
     depths: u32,
-    true_ones: u32,
+    expected: u32,
     found: u32,
     invented: u32,
 }
 
 impl Score {
-    /// Adds what was told of a frame.
-    pub(super) fn add(&mut self, truth: &Truth, told: &Told) {
-        match told {
-            Told::Vertices(ways) => {
-                let nothing = BTreeMap::new();
-                for (way, depths) in ways {
-                    let gaps = truth.gaps.get(way).unwrap_or(&nothing);
-                    let depths = depths.iter().copied().collect();
-                    self.add_depths(gaps, &depths);
+    /// Adds the answer in a frame.
+    pub(super) fn add(&mut self, truth: &FrameTruth, answer: &Answer) {
+        match answer {
+            Answer::Vertices(directions) => {
+                for (direction, depths) in directions {
+                    let gaps = truth.gaps.get(direction).cloned().unwrap_or_default();
+                    self.add_depths(&gaps, &depths.iter().copied().collect());
                 }
             }
-            Told::Crossings(pairs) => {
-                let nothing = BTreeSet::new();
+            Answer::Crossings(pairs) => {
                 for (pair, crossings) in pairs {
-                    let is = truth.crossings.get(pair).unwrap_or(&nothing);
-                    self.count(is, &crossings.iter().copied().collect());
+                    let expected = truth.crossings.get(pair).cloned().unwrap_or_default();
+                    self.count(&expected, &crossings.iter().copied().collect());
                 }
             }
-            Told::Overlaps(pairs) => self.count(&truth.overlaps, pairs),
+            Answer::Overlaps(pairs) => self.count(&truth.overlaps, pairs),
         }
     }
 
-    /// Largest error of a depth \[mm\]; `None` where no depth was told.
+    /// Returns the maximum error of a depth \[mm\]; `None` without depths.
     #[must_use]
-    pub(super) fn worst(&self) -> Option<f64> {
-        (self.depths > 0).then_some(self.worst)
+    pub(super) fn max(&self) -> Option<f64> {
+        (self.depths > 0).then_some(self.max)
     }
 
-    /// Root of the mean squared error of depths \[mm\]; `None` where none was told.
+    /// Returns the root of the mean squared error of depths \[mm\]; `None` without depths.
     #[must_use]
     pub(super) fn rms(&self) -> Option<f64> {
         (self.depths > 0).then(|| (self.squares / f64::from(self.depths)).sqrt())
     }
 
-    /// Share of the true vertices, crossings or overlaps that was missed.
+    /// Returns the share of the true vertices, crossings or overlaps that was not found.
     #[must_use]
     pub(super) fn missed(&self) -> f64 {
-        f64::from(self.true_ones - self.found) / f64::from(self.true_ones.max(1))
+        f64::from(self.expected - self.found) / f64::from(self.expected.max(1))
     }
 
-    /// Those that were told and are not, over the number of true ones.
+    /// Returns the number of false vertices, crossings or overlaps over that of true ones.
     #[must_use]
     pub(super) fn invented(&self) -> f64 {
-        f64::from(self.invented) / f64::from(self.true_ones.max(1))
+        f64::from(self.invented) / f64::from(self.expected.max(1))
     }
 
-    /// Every vertex that is inside or was told to be.
-    fn add_depths(&mut self, gaps: &BTreeMap<u32, f64>, told: &BTreeMap<u32, f64>) {
+    /// Adds every vertex that is inside or reported to be.
+    fn add_depths(&mut self, gaps: &BTreeMap<u32, f64>, reported: &BTreeMap<u32, f64>) {
         let inside: BTreeSet<u32> =
             gaps.iter().filter(|(_, gap)| **gap < 0.0).map(|(vertex, _)| *vertex).collect();
-        let told_inside: BTreeSet<u32> = told.keys().copied().collect();
-        for vertex in inside.union(&told_inside) {
-            let depth = told.get(vertex).copied().unwrap_or(0.0);
-            let is = -gaps.get(vertex).copied().unwrap_or(REACH);
-            let error = (depth - is).abs();
-            self.worst = self.worst.max(error);
+        let reported_inside: BTreeSet<u32> = reported.keys().copied().collect();
+        for vertex in inside.union(&reported_inside) {
+            let depth = reported.get(vertex).copied().unwrap_or(0.0);
+            let exact = -gaps.get(vertex).copied().unwrap_or(TRUTH_MARGIN);
+            let error = (depth - exact).abs();
+            self.max = self.max.max(error);
             self.squares += error * error;
             self.depths += 1;
         }
-        self.count(&inside, &told_inside);
+        self.count(&inside, &reported_inside);
     }
 
-    fn count<T: Ord>(&mut self, is: &BTreeSet<T>, told: &BTreeSet<T>) {
+    fn count<T: Ord>(&mut self, expected: &BTreeSet<T>, reported: &BTreeSet<T>) {
         let number = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
-        let found = number(is.intersection(told).count());
-        self.true_ones += number(is.len());
+        let found = number(expected.intersection(reported).count());
+        self.expected += number(expected.len());
         self.found += found;
-        self.invented += number(told.len()) - found;
+        self.invented += number(reported.len()) - found;
     }
 }
 
@@ -103,16 +100,19 @@ impl Score {
 mod tests {
     use super::*;
 
-    /// Of three vertices inside one is told 0.3 too deep and one not at all; one outside by 0.2
-    /// is told to be inside by 0.1.
+    /// Of three vertices inside, one is reported 0.3 too deep and one not at all; one that is 0.2
+    /// outside is reported 0.1 deep.
     #[test]
     fn errors_misses_and_inventions_are_counted() {
-        let mut truth = Truth::default();
+        let mut truth = FrameTruth::default();
         let gaps = [(1, -1.0), (2, -0.5), (3, -2.0), (4, 0.2)];
-        truth.gaps.insert([0, 1], gaps.into_iter().collect());
+        let direction = Direction { vertices: 0, against: 1 };
+        truth.gaps.insert(direction, gaps.into_iter().collect());
         let mut score = Score::default();
-        score.add(&truth, &Told::Vertices(vec![([0, 1], vec![(1, 1.3), (3, 2.0), (4, 0.1)])]));
-        assert!((score.worst().unwrap() - 0.5).abs() < 1e-12);
+        let depths = vec![(1, 1.3), (3, 2.0), (4, 0.1)];
+        score.add(&truth, &Answer::Vertices(vec![(direction, depths)]));
+
+        assert!((score.max().unwrap() - 0.5).abs() < 1e-12);
         let squares: f64 = 0.3 * 0.3 + 0.5 * 0.5 + 0.3 * 0.3;
         assert!((score.rms().unwrap() - (squares / 4.0).sqrt()).abs() < 1e-12);
         assert!((score.missed() - 1.0 / 3.0).abs() < 1e-12);
@@ -120,12 +120,12 @@ mod tests {
     }
 
     #[test]
-    fn what_tells_no_depth_is_counted_only() {
+    fn answers_without_depth_are_only_counted() {
         let overlaps = [[0, 1], [0, 2]].into_iter().collect();
-        let truth = Truth { overlaps, ..Truth::default() };
+        let truth = FrameTruth { overlaps, ..FrameTruth::default() };
         let mut score = Score::default();
-        score.add(&truth, &Told::Overlaps([[0, 1], [0, 3]].into_iter().collect()));
-        assert_eq!((score.worst(), score.rms()), (None, None));
+        score.add(&truth, &Answer::Overlaps([[0, 1], [0, 3]].into_iter().collect()));
+        assert_eq!((score.max(), score.rms()), (None, None));
         assert_eq!((score.missed(), score.invented()), (0.5, 0.5));
     }
 }

@@ -1,55 +1,63 @@
-//! The vertices and edges of muscles against the distance field of the bone.
+//! Vertices and edges of muscles against the distance field of the bone.
 
 use std::cell::OnceCell;
 
 use distance_field::{DistanceField, FieldMethod, FieldParams, Pose, Voxelization};
 use musculo_collide::{BodyId, FieldContact, FieldDetector, FieldFeature, RigidState, Scene};
 
-use super::super::question::Question;
-use super::super::score::Told;
-use super::{Detector, Failure, Method};
+use super::super::score::Answer;
+use super::super::task::{Direction, Task};
+use super::{ChartedMethod, Detector, Failure};
 
-/// Room around the bone in which the field is known \[mm\].
+/// Padding of the field around the bone \[mm\].
 const PADDING: f64 = 5.0;
 
-/// A field and the bodies that are asked about it.
-pub(super) struct ByField<'a> {
-    question: &'a Question<'a>,
+/// Detection of muscles in the field of the bone.
+pub(super) struct FieldDetection<'a> {
+    task: &'a Task<'a>,
     scene: Scene,
     ids: Vec<BodyId>,
     detector: FieldDetector<'a>,
+    /// Muscles with their contacts.
     contacts: Vec<(usize, Vec<FieldContact>)>,
 }
 
+/// Builds the field, which is stored in `field`.
+///
+/// # Errors
+///
+/// When the field cannot be built, or the scene refuses a body.
 pub(super) fn detector<'a>(
-    question: &'a Question<'a>,
-    method: Method,
+    task: &'a Task<'a>,
+    method: ChartedMethod,
     spacing: f64,
-    kept: &'a OnceCell<DistanceField>,
-) -> Result<ByField<'a>, Failure> {
+    field: &'a OnceCell<DistanceField>,
+) -> Result<FieldDetection<'a>, Failure> {
     let params = FieldParams { padding: PADDING, samples: 0, ..FieldParams::new(spacing) };
     let method = match method {
-        // The source's lines leave holes in coarse faces, through which its flood leaks.
-        Method::SeedField => FieldMethod::Voxel { voxelization: Voxelization::SixSeparating },
+        // The source's lines leave holes in coarse faces, through which its flood fill leaks.
+        ChartedMethod::VoxelField => {
+            FieldMethod::Voxel { voxelization: Voxelization::SixSeparating }
+        }
         _ => params.method,
     };
     let params = FieldParams { method, truncation: None, ..params };
-    let bone = &question.moving.bodies[0];
-    let field = DistanceField::build(&bone.surface, bone.surface.positions(&bone.x)?, &params)?;
-    let detector = FieldDetector::new(kept.get_or_init(|| field), 0.0)?;
-    let (scene, ids) = question.scene()?;
-    let contacts = question.muscles().into_iter().map(|muscle| (muscle, Vec::new())).collect();
-    let mut built = ByField { question, scene, ids, detector, contacts };
-    built.step(0)?;
-    Ok(built)
+    let bone = &task.moving.bodies[0];
+    let built = DistanceField::build(bone.surface(), bone.positions(), &params)?;
+
+    let detector = FieldDetector::new(field.get_or_init(|| built), 0.0)?;
+    let (scene, ids) = task.scene()?;
+    let contacts = task.muscles().into_iter().map(|muscle| (muscle, Vec::new())).collect();
+    let mut detection = FieldDetection { task, scene, ids, detector, contacts };
+    detection.step(0)?;
+    Ok(detection)
 }
 
-impl Detector for ByField<'_> {
+impl Detector for FieldDetection<'_> {
     fn step(&mut self, frame: usize) -> Result<(), Failure> {
         let state = RigidState::at_rest(Pose::IDENTITY);
         for (muscle, _) in &self.contacts {
-            self.scene
-                .move_body(self.ids[*muscle], &self.question.moving.frames[frame][*muscle])?;
+            self.scene.move_body(self.ids[*muscle], self.task.positions(frame, *muscle))?;
         }
         for (muscle, contacts) in &mut self.contacts {
             *contacts = self.scene.field_contacts(self.ids[*muscle], &self.detector, &state)?;
@@ -57,16 +65,22 @@ impl Detector for ByField<'_> {
         Ok(())
     }
 
-    fn told(&self) -> Told {
-        let inside = |found: &FieldContact| match found.feature {
-            FieldFeature::Vertex(vertex) if found.contact.gap < 0.0 => {
-                Some((vertex, -found.contact.gap))
-            }
-            _ => None,
-        };
-        let told = |(muscle, contacts): &(usize, Vec<FieldContact>)| {
-            ([*muscle, 0], contacts.iter().filter_map(inside).collect())
-        };
-        Told::Vertices(self.contacts.iter().map(told).collect())
+    fn answer(&self) -> Answer {
+        let mut directions = Vec::new();
+        for (muscle, contacts) in &self.contacts {
+            let inside = contacts.iter().filter_map(vertex_depth).collect();
+            directions.push((Direction { vertices: *muscle, against: 0 }, inside));
+        }
+        Answer::Vertices(directions)
+    }
+}
+
+/// Returns a vertex that is inside with its depth; `None` for an edge or a face.
+fn vertex_depth(found: &FieldContact) -> Option<(u32, f64)> {
+    match found.feature {
+        FieldFeature::Vertex(vertex) if found.contact.gap < 0.0 => {
+            Some((vertex, -found.contact.gap))
+        }
+        _ => None,
     }
 }

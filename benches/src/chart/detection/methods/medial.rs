@@ -1,7 +1,7 @@
 //! Vertices against muscles as balls, cones and slabs, which follow the muscles.
 //!
-//! With the bone, its vertices are asked about the muscles' balls; of two muscles, the vertices of
-//! each about the balls of the other.
+//! With the bone, its vertices are detected in the muscles' balls; with two muscles, the vertices
+//! of each in the balls of the other.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -13,88 +13,104 @@ use medial::{
     Ball, FootRule, Links, MedialContactParams, MedialParams, MedialSurface, PointContact,
     PrimitiveTree, generate, point_contacts_among,
 };
+use proximity::SurfaceTree;
 use surface::TriangleSurface;
 
-use super::super::question::{Question, Way};
-use super::super::score::Told;
+use super::super::score::Answer;
+use super::super::task::{Direction, Task, both_directions};
 use super::{Detector, Failure};
-use crate::bodies::Body;
 
-/// Medial surfaces that were generated, by body and number of balls, with the time that took \[ms\]:
-/// both rules, and both questions, are about the same ones.
-pub(in super::super) type Generated = RefCell<BTreeMap<(usize, usize), (MedialSurface, f64)>>;
+/// Generated medial surfaces by body and number of balls, which both rules and both tasks share.
+pub(in super::super) type GeneratedBalls = RefCell<BTreeMap<(usize, usize), Generation>>;
 
-/// Trees over the bodies' vertices, and the balls of muscles.
-pub(super) struct ByBalls<'a> {
-    question: &'a Question<'a>,
-    reach: MedialContactParams,
-    points: Vec<Tree>,
-    balls: Vec<Option<Balls<'a>>>,
-    ways: Vec<(Way, Vec<PointContact>)>,
-    workspace: Workspace,
-    pairs: Vec<(u32, u32)>,
-    built_before: f64,
+/// A medial surface, and the time to generate it \[ms\].
+#[derive(Clone, Debug)]
+pub(in super::super) struct Generation {
+    medial: MedialSurface,
+    milliseconds: f64,
 }
 
-struct Balls<'a> {
+/// Detection of vertices in the balls of muscles.
+pub(super) struct MedialDetection<'a> {
+    task: &'a Task<'a>,
+    params: MedialContactParams,
+    /// Trees over the vertices of each body.
+    vertices: Vec<Tree>,
+    /// Balls of the muscles in pairs.
+    balls: Vec<Option<FollowingBalls<'a>>>,
+    contacts: Vec<(Direction, Vec<PointContact>)>,
+    workspace: Workspace,
+    pairs: Vec<(u32, u32)>,
+}
+
+/// Balls that follow a muscle.
+struct FollowingBalls<'a> {
     surface: &'a TriangleSurface,
     medial: MedialSurface,
     tree: PrimitiveTree,
     links: Links,
-    /// Time that its surface took when it was generated \[ms\], if that was before.
-    built_before: f64,
+    /// Time to generate the balls \[ms\], if that was for another detector.
+    milliseconds_before: f64,
 }
 
+/// Sets up balls for the muscles of a task, generated unless another detector already did.
+///
+/// # Errors
+///
+/// When a muscle has no medial surface of this size.
 pub(super) fn detector<'a>(
-    question: &'a Question<'a>,
-    (balls, rule): (usize, FootRule),
-    generated: &Generated,
-) -> Result<ByBalls<'a>, Failure> {
-    let bodies = &question.moving.bodies;
-    let both = question.pairs.iter().flat_map(|&[a, b]| [[a, b], [b, a]]);
-    let ways: Vec<Way> = both.filter(|way| way[1] > 0).collect();
-    let points = bodies.iter().map(|body| Tree::build(Leaves::Points, &body.x));
-    let needed = |body: usize| ways.iter().any(|way| way[1] == body);
-    let of_body = |body: usize| {
-        let build = || Balls::new((body, &bodies[body]), balls, generated);
-        needed(body).then(build).transpose()
-    };
-    let all = (0..bodies.len()).map(of_body).collect::<Result<Vec<_>, _>>()?;
-    let built_before = all.iter().flatten().map(|balls| balls.built_before).sum();
-    Ok(ByBalls {
-        question,
-        reach: MedialContactParams { margin: 0.0, rule, max_contacts: 1 },
-        points: points.collect::<Result<_, _>>()?,
-        balls: all,
-        built_before,
-        ways: ways.into_iter().map(|way| (way, Vec::new())).collect(),
+    task: &'a Task<'a>,
+    count: usize,
+    rule: FootRule,
+    generated: &GeneratedBalls,
+) -> Result<MedialDetection<'a>, Failure> {
+    let all_directions = task.pairs.iter().flat_map(|pair| both_directions(*pair));
+    let contacts: Vec<(Direction, Vec<PointContact>)> = all_directions
+        .filter(|direction| direction.against > 0)
+        .map(|direction| (direction, Vec::new()))
+        .collect();
+
+    let (mut vertices, mut balls) = (Vec::new(), Vec::new());
+    for (number, body) in task.moving.bodies.iter().enumerate() {
+        vertices.push(Tree::build(Leaves::Points, body.positions().as_slice())?);
+        let is_needed = contacts.iter().any(|(direction, _)| direction.against == number);
+        let build = || FollowingBalls::new(body, (number, count), generated);
+        balls.push(is_needed.then(build).transpose()?);
+    }
+    Ok(MedialDetection {
+        task,
+        params: MedialContactParams { margin: 0.0, rule, max_contacts: 1 },
+        vertices,
+        balls,
+        contacts,
         workspace: Workspace::default(),
         pairs: Vec::new(),
     })
 }
 
-impl<'a> Balls<'a> {
+impl<'a> FollowingBalls<'a> {
     fn new(
-        (number, body): (usize, &'a Body),
-        balls: usize,
-        generated: &Generated,
+        body: &'a SurfaceTree,
+        key: (usize, usize),
+        generated: &GeneratedBalls,
     ) -> Result<Self, Failure> {
-        let surface = &body.surface;
-        let x = surface.positions(&body.x)?;
-        let known = generated.borrow().get(&(number, balls)).cloned();
-        let (medial, built_before) = match known {
-            Some(known) => known,
+        let (surface, x) = (body.surface(), body.positions());
+        let before = generated.borrow().get(&key).cloned();
+        let milliseconds_before = before.as_ref().map_or(0.0, |before| before.milliseconds);
+        let medial = match before {
+            Some(before) => before.medial,
             None => {
                 let start = Instant::now();
-                let medial = generate(surface, x, &MedialParams::balls(balls), |_| {})?.medial;
-                let took = start.elapsed().as_secs_f64() * 1e3;
-                generated.borrow_mut().insert((number, balls), (medial.clone(), took));
-                (medial, 0.0)
+                let medial = generate(surface, x, &MedialParams::balls(key.1), |_| {})?.medial;
+                let milliseconds = start.elapsed().as_secs_f64() * 1e3;
+                let generation = Generation { medial: medial.clone(), milliseconds };
+                generated.borrow_mut().insert(key, generation);
+                medial
             }
         };
         let tree = PrimitiveTree::new(&medial)?;
         let links = Links::new(&medial, surface, x)?;
-        Ok(Self { surface, medial, tree, links, built_before })
+        Ok(Self { surface, medial, tree, links, milliseconds_before })
     }
 
     fn follow(&mut self, x: &[DVec3]) -> Result<(), Failure> {
@@ -103,41 +119,44 @@ impl<'a> Balls<'a> {
     }
 }
 
-impl Detector for ByBalls<'_> {
-    fn built_before(&self) -> f64 {
-        self.built_before
+impl Detector for MedialDetection<'_> {
+    fn milliseconds_before(&self) -> f64 {
+        self.balls.iter().flatten().map(|balls| balls.milliseconds_before).sum()
     }
 
     fn step(&mut self, frame: usize) -> Result<(), Failure> {
-        let Self { question, reach, points, balls, ways, workspace, pairs, .. } = self;
-        let frame = &question.moving.frames[frame];
-        for (body, balls) in balls.iter_mut().enumerate() {
+        let Self { task, params, vertices, balls, contacts, workspace, pairs } = self;
+        let frame = &task.moving.frames[frame];
+
+        // The bone stays, and has no balls.
+        for (balls, x) in balls.iter_mut().zip(frame) {
             if let Some(balls) = balls {
-                balls.follow(&frame[body])?;
+                balls.follow(x)?;
             }
         }
-        // The bone stays; it has no balls. Of muscles, each is asked about some other's.
-        for (tree, x) in points.iter_mut().zip(frame).skip(1) {
+        for (tree, x) in vertices.iter_mut().zip(frame).skip(1) {
             tree.refit(x)?;
         }
-        for ([asked, of], found) in ways {
-            let Some(balls) = &balls[*of] else { continue };
+
+        for (direction, found) in contacts {
+            let Some(balls) = &balls[direction.against] else { continue };
+            let (tree, x) = (&vertices[direction.vertices], &frame[direction.vertices]);
             pairs.clear();
-            let (tree, x) = (&points[*asked], &frame[*asked]);
             balls.tree.tree().pairs(tree, 0.0, workspace, |primitive, point| {
                 pairs.push((point, primitive));
             });
             let ball = |point: u32| Ball::new(x[point as usize], 0.0);
-            point_contacts_among(pairs, ball, &balls.medial, reach, None, found);
+            point_contacts_among(pairs, ball, &balls.medial, params, None, found);
         }
         Ok(())
     }
 
-    fn told(&self) -> Told {
-        let told = |(way, found): &(Way, Vec<PointContact>)| {
+    fn answer(&self) -> Answer {
+        let mut directions = Vec::new();
+        for (direction, found) in &self.contacts {
             let inside = found.iter().filter(|found| found.gap < 0.0);
-            (*way, inside.map(|found| (found.point, -found.gap)).collect())
-        };
-        Told::Vertices(self.ways.iter().map(told).collect())
+            directions.push((*direction, inside.map(|found| (found.point, -found.gap)).collect()));
+        }
+        Answer::Vertices(directions)
     }
 }

@@ -1,8 +1,7 @@
-//! The methods that are charted, at several settings each.
+//! Charted methods, at several settings each.
 
-mod chance;
+mod baselines;
 mod field;
-mod images;
 pub(super) mod medial;
 mod surfaces;
 
@@ -12,82 +11,75 @@ use std::error::Error;
 use ::medial::FootRule;
 use distance_field::DistanceField;
 
-use super::question::{Pairs, Question};
-use super::score::Told;
+use super::score::Answer;
+use super::task::{PairGroup, Task};
 
-/// Why a method could not do it.
+/// Error of any method.
 pub(super) type Failure = Box<dyn Error>;
 
 /// A method with its structures, which follows the bodies from frame to frame.
 pub(super) trait Detector {
-    /// Goes to a frame and detects there.
+    /// Moves the bodies to a frame and detects there.
     ///
     /// # Errors
     ///
-    /// What the method refuses.
+    /// When the method refuses a body.
     fn step(&mut self, frame: usize) -> Result<(), Failure>;
 
-    /// Time that structures took which were made for another detector \[ms\].
-    fn built_before(&self) -> f64 {
+    /// Returns the time to build structures that another detector built already \[ms\].
+    fn milliseconds_before(&self) -> f64 {
         0.0
     }
 
-    /// What the last step found.
-    fn told(&self) -> Told;
+    /// Returns what the last step found.
+    fn answer(&self) -> Answer;
 }
 
-/// Makes a detector where the bodies are at rest.
-pub(super) type Build<'a> = Box<dyn Fn() -> Result<Box<dyn Detector + 'a>, Failure> + 'a>;
+/// Builds a detector for the bodies at rest.
+type Build<'a> = Box<dyn Fn() -> Result<Box<dyn Detector + 'a>, Failure> + 'a>;
 
 /// A method at one setting.
 pub(super) struct Candidate<'a> {
-    /// Name of the method.
-    pub(super) method: Method,
+    /// The method.
+    pub(super) method: ChartedMethod,
     /// The setting.
     pub(super) setting: String,
-    /// Makes its structures.
+    /// Builds its structures.
     pub(super) build: Build<'a>,
 }
 
-impl Candidate<'_> {
-    /// In words, for the caption.
-    pub(super) fn refusal(&self, error: &dyn Error) -> String {
-        format!("{}, {}: {error}", self.method.name(), self.setting)
-    }
-}
-
-/// The methods, in the order of the legend.
+/// Methods in the order of the legend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Method {
-    /// Surfaces as they are.
+pub(super) enum ChartedMethod {
+    /// Full surfaces.
     Surfaces,
     /// Surfaces on fewer of their own vertices.
     Reduced,
-    /// Fields with exact distances near the surface.
+    /// Distance fields with an exact band.
     Field,
-    /// Fields of distances between voxels.
-    SeedField,
+    /// Distance fields between voxels.
+    VoxelField,
     /// Balls, cones and slabs.
     Medial,
-    /// The same, with balls of the bare faces.
+    /// The same, with feet on the bare faces.
     MedialBareFace,
-    /// Faces in the cells of a hash table.
+    /// Spatial hashing of faces.
     Hash,
     /// Layered depth images.
     Images,
-    /// Trees of boxes with chances.
+    /// Average-case trees.
     AverageCase,
-    /// Pairs of faces drawn at random.
+    /// Random pairs of faces.
     SelectedPairs,
 }
 
-impl Method {
-    /// All of them.
+impl ChartedMethod {
+    /// All methods.
     pub(super) const ALL: [Self; 10] = [
         Self::Surfaces,
         Self::Reduced,
         Self::Field,
-        Self::SeedField,
+        Self::VoxelField,
         Self::Medial,
         Self::MedialBareFace,
         Self::Hash,
@@ -96,14 +88,14 @@ impl Method {
         Self::SelectedPairs,
     ];
 
-    /// Name for the legend.
+    /// Returns the name for the legend.
     #[must_use]
     pub(super) const fn name(self) -> &'static str {
         match self {
             Self::Surfaces => "exact surfaces",
             Self::Reduced => "reduced surfaces",
             Self::Field => "distance field (exact band)",
-            Self::SeedField => "distance field (voxels)",
+            Self::VoxelField => "distance field (voxels)",
             Self::Medial => "medial (exact feet)",
             Self::MedialBareFace => "medial (bare faces)",
             Self::Hash => "spatial hash",
@@ -113,83 +105,95 @@ impl Method {
         }
     }
 
-    /// What the settings are.
+    /// Returns the settings for the legend.
     #[must_use]
     pub(super) const fn settings(self) -> &'static str {
         match self {
-            Self::Surfaces => "as they are",
+            Self::Surfaces => "full",
             Self::Reduced => "within 2, 1, 0.5, 0.2 mm",
-            Self::Field | Self::SeedField => "spacing 4, 2, 1, 0.5 mm",
+            Self::Field | Self::VoxelField => "spacing 4, 2, 1, 0.5 mm",
             Self::Medial | Self::MedialBareFace => "25, 50, 100, 200, 400 balls",
             Self::Hash => "cells of 8, 4, 2, 1, 0.5 edges",
             Self::Images => "16, 32, 64, 128, 256 pixels",
             Self::AverageCase => "accepted from 0.5, 0.9, 0.99, 1 on",
-            Self::SelectedPairs => "100, 1000, 10,000, 100,000 tests a step",
+            Self::SelectedPairs => "100, 1000, 10,000, 100,000 tests per step",
         }
     }
 }
 
-/// Spacings of fields \[mm\].
-const SPACINGS: [f64; 4] = [4.0, 2.0, 1.0, 0.5];
-
-/// What is kept for several detectors.
+/// Structures that several detectors share.
 #[derive(Debug, Default)]
-pub(super) struct Kept {
-    /// Fields of the bone, which detectors refer to.
-    fields: [OnceCell<DistanceField>; 8],
-    medial: medial::Generated,
+pub(super) struct SharedStructures {
+    /// Fields of the bone, exact then voxel, which detectors refer to.
+    fields: [[OnceCell<DistanceField>; 4]; 2],
+    medial: medial::GeneratedBalls,
 }
 
-/// All candidates for a question. Fields are of the bone, so they cannot tell how muscles meet.
+/// Returns all candidates for a task.
+///
+/// Fields are of the bone, so they cannot detect contacts between muscles.
 #[must_use]
-pub(super) fn all<'a>(question: &'a Question<'a>, kept: &'a Kept) -> Vec<Candidate<'a>> {
-    let mut all = vec![candidate(Method::Surfaces, "exact", || surfaces::exact(question))];
-    for within in [2.0, 1.0, 0.5, 0.2] {
-        let setting = format!("within {within} mm");
-        all.push(candidate(Method::Reduced, setting, move || surfaces::reduced(question, within)));
+pub(super) fn candidates<'a>(
+    task: &'a Task<'a>,
+    shared: &'a SharedStructures,
+) -> Vec<Candidate<'a>> {
+    let mut list = CandidateList(Vec::new());
+
+    list.add(ChartedMethod::Surfaces, "exact", || surfaces::exact(task));
+    for deviation in [2.0, 1.0, 0.5, 0.2] {
+        let setting = format!("within {deviation} mm");
+        list.add(ChartedMethod::Reduced, setting, move || surfaces::reduced(task, deviation));
     }
-    if question.of == Pairs::Bone {
-        let (exact, voxels) = kept.fields.split_at(SPACINGS.len());
-        for (method, cells) in [(Method::Field, exact), (Method::SeedField, voxels)] {
-            for (spacing, cell) in SPACINGS.into_iter().zip(cells) {
-                let build = move || field::detector(question, method, spacing, cell);
-                all.push(candidate(method, format!("{spacing} mm"), build));
+
+    if task.group == PairGroup::Bone {
+        for (method, fields) in
+            [ChartedMethod::Field, ChartedMethod::VoxelField].into_iter().zip(&shared.fields)
+        {
+            for (spacing, field) in [4.0, 2.0, 1.0, 0.5].into_iter().zip(fields) {
+                let build = move || field::detector(task, method, spacing, field);
+                list.add(method, format!("{spacing} mm"), build);
             }
         }
     }
-    for (method, rule) in
-        [(Method::Medial, FootRule::Exact), (Method::MedialBareFace, FootRule::BareFace)]
-    {
+    for (method, rule) in [
+        (ChartedMethod::Medial, FootRule::Exact),
+        (ChartedMethod::MedialBareFace, FootRule::BareFace),
+    ] {
         for balls in [25, 50, 100, 200, 400] {
-            let build = move || medial::detector(question, (balls, rule), &kept.medial);
-            all.push(candidate(method, format!("{balls} balls"), build));
+            let build = move || medial::detector(task, balls, rule, &shared.medial);
+            list.add(method, format!("{balls} balls"), build);
         }
     }
+
     for edges in [8.0, 4.0, 2.0, 1.0, 0.5] {
-        let setting = format!("cells of {edges} edges");
-        all.push(candidate(Method::Hash, setting, move || images::hash(question, edges)));
+        let build = move || Ok(baselines::spatial_hash(task, edges));
+        list.add(ChartedMethod::Hash, format!("cells of {edges} edges"), build);
     }
     for resolution in [16, 32, 64, 128, 256] {
-        let build = move || images::layered(question, resolution);
-        all.push(candidate(Method::Images, format!("{resolution} pixels"), build));
+        let build = move || Ok(baselines::layered_depth(task, resolution));
+        list.add(ChartedMethod::Images, format!("{resolution} pixels"), build);
     }
     for acceptance in [0.5, 0.9, 0.99, 1.0] {
-        let build = move || chance::average_case(question, acceptance);
-        all.push(candidate(Method::AverageCase, format!("from {acceptance} on"), build));
+        let build = move || baselines::average_case(task, acceptance);
+        list.add(ChartedMethod::AverageCase, format!("from {acceptance} on"), build);
     }
-    for most_tests in [100, 1000, 10_000, 100_000] {
-        let build = move || chance::selected_pairs(question, most_tests);
-        all.push(candidate(Method::SelectedPairs, format!("{most_tests} tests"), build));
+    for max_tests in [100, 1000, 10_000, 100_000] {
+        let build = move || Ok(baselines::selected_pairs(task, max_tests));
+        list.add(ChartedMethod::SelectedPairs, format!("{max_tests} tests"), build);
     }
-    all
+    list.0
 }
 
-fn candidate<'a, D: Detector + 'a>(
-    method: Method,
-    setting: impl Into<String>,
-    build: impl Fn() -> Result<D, Failure> + 'a,
-) -> Candidate<'a> {
-    let build: Build<'a> =
-        Box::new(move || build().map(|detector| Box::new(detector) as Box<dyn Detector + 'a>));
-    Candidate { method, setting: setting.into(), build }
+struct CandidateList<'a>(Vec<Candidate<'a>>);
+
+impl<'a> CandidateList<'a> {
+    fn add<D: Detector + 'a>(
+        &mut self,
+        method: ChartedMethod,
+        setting: impl Into<String>,
+        build: impl Fn() -> Result<D, Failure> + 'a,
+    ) {
+        let build: Build<'a> = Box::new(move || Ok(Box::new(build()?)));
+        self.0.push(Candidate { method, setting: setting.into(), build });
+    }
 }

@@ -1,157 +1,149 @@
-//! Surfaces against surfaces: exactly, as they are or on fewer of their vertices.
+//! Surfaces against surfaces: exactly, or on fewer of their vertices.
 
 use decimate::{Decimation, ReducedSurface};
 use glam::DVec3;
-use kdop::{Leaves, Tree, Workspace};
-use musculo_collide::{BodyId, BodyKind, CheckParams, PairReport, Scene};
-use surface::{Barycentric, closest_on_triangle};
+use kdop::Workspace;
+use musculo_collide::{BodyId, CheckParams, PairReport, Scene, VertexReport};
+use proximity::{ClosestPoint, SurfaceTree};
 
-use super::super::question::{Question, Way, ignore_others};
-use super::super::score::Told;
+use super::super::score::Answer;
+use super::super::task::{Direction, Task, both_directions, ignore_other_pairs, kind};
 use super::{Detector, Failure};
-use crate::bodies::{Body, Depth};
+use crate::bodies::points_inside;
 
-/// Surfaces as they are.
-pub(super) struct Exact<'a> {
-    question: &'a Question<'a>,
+const CHECK: CheckParams = CheckParams { margin: 0.0 };
+
+/// Exact detection between full surfaces.
+pub(super) struct ExactSurfaces<'a> {
+    task: &'a Task<'a>,
     scene: Scene,
     ids: Vec<BodyId>,
     muscles: Vec<usize>,
     reports: Vec<PairReport>,
 }
 
-pub(super) fn exact<'a>(question: &'a Question<'a>) -> Result<Exact<'a>, Failure> {
-    let (mut scene, ids) = question.scene()?;
-    let reports = scene.check(&CheckParams { margin: 0.0 })?;
-    Ok(Exact { question, scene, ids, muscles: question.muscles(), reports })
+/// Sets up a scene of full surfaces.
+///
+/// # Errors
+///
+/// When the scene refuses a body.
+pub(super) fn exact<'a>(task: &'a Task<'a>) -> Result<ExactSurfaces<'a>, Failure> {
+    let (mut scene, ids) = task.scene()?;
+    let reports = scene.check(&CHECK)?;
+    Ok(ExactSurfaces { task, scene, ids, muscles: task.muscles(), reports })
 }
 
-impl Detector for Exact<'_> {
+impl Detector for ExactSurfaces<'_> {
     fn step(&mut self, frame: usize) -> Result<(), Failure> {
         for &muscle in &self.muscles {
-            self.scene.move_body(self.ids[muscle], &self.question.moving.frames[frame][muscle])?;
+            self.scene.move_body(self.ids[muscle], self.task.positions(frame, muscle))?;
         }
-        self.reports = self.scene.check(&CheckParams { margin: 0.0 })?;
+        self.reports = self.scene.check(&CHECK)?;
         Ok(())
     }
 
-    fn told(&self) -> Told {
-        let told = |[a, b]: &[usize; 2]| {
-            let of_pair =
-                |report: &&PairReport| [report.a, report.b] == [self.ids[*a], self.ids[*b]];
-            let report = self.reports.iter().find(of_pair);
-            let of = |half: Option<&musculo_collide::VertexReport>| {
-                let near = half.into_iter().flat_map(|half| &half.near);
-                near.filter(|near| near.gap < 0.0).map(|near| (near.vertex, -near.gap)).collect()
-            };
-            [
-                ([*a, *b], of(report.map(|report| &report.a_against_b))),
-                ([*b, *a], of(report.map(|report| &report.b_against_a))),
-            ]
-        };
-        Told::Vertices(self.question.pairs.iter().flat_map(told).collect())
+    fn answer(&self) -> Answer {
+        let mut directions = Vec::new();
+        for &pair in &self.task.pairs {
+            let ids = pair.map(|body| self.ids[body]);
+            let report = self.reports.iter().find(|report| [report.a, report.b] == ids);
+            let [forward, backward] = both_directions(pair);
+            directions.push((forward, report.map_or_else(Vec::new, |r| depths(&r.a_against_b))));
+            directions.push((backward, report.map_or_else(Vec::new, |r| depths(&r.b_against_a))));
+        }
+        Answer::Vertices(directions)
     }
 }
 
-/// Surfaces on some of their vertices.
-pub(super) struct Fewer<'a> {
-    question: &'a Question<'a>,
+fn depths(report: &VertexReport) -> Vec<(u32, f64)> {
+    let inside = report.near.iter().filter(|near| near.gap < 0.0);
+    inside.map(|near| (near.vertex, -near.gap)).collect()
+}
+
+/// Exact detection between reduced surfaces.
+pub(super) struct ReducedSurfaces<'a> {
+    task: &'a Task<'a>,
     scene: Scene,
     ids: Vec<BodyId>,
     muscles: Vec<usize>,
     reduced: Vec<ReducedSurface>,
+    /// Positions of the body that moves.
     x: Vec<DVec3>,
     frame: usize,
 }
 
-pub(super) fn reduced<'a>(question: &'a Question<'a>, within: f64) -> Result<Fewer<'a>, Failure> {
+/// Reduces all surfaces within a deviation.
+///
+/// # Errors
+///
+/// When a surface cannot be reduced, or the scene refuses it.
+pub(super) fn reduced<'a>(
+    task: &'a Task<'a>,
+    deviation: f64,
+) -> Result<ReducedSurfaces<'a>, Failure> {
     let mut scene = Scene::new();
-    let (mut reduced, mut ids) = (Vec::new(), Vec::new());
-    let (mut x, muscles) = (Vec::new(), question.muscles());
-    for (number, body) in question.moving.bodies.iter().enumerate() {
-        let at = body.surface.positions(&body.x)?;
-        let coarse = Decimation::new(&body.surface, at)?.within(within)?;
-        coarse.gather(&body.x, &mut x);
-        let kind = if number == 0 { BodyKind::Rigid } else { BodyKind::Deformable };
-        let name = &question.moving.names[number];
-        ids.push(scene.add(name, kind, coarse.surface.clone(), x.clone())?);
+    let (mut reduced, mut ids, mut x) = (Vec::new(), Vec::new(), Vec::new());
+    for (number, body) in task.moving.bodies.iter().enumerate() {
+        let coarse = Decimation::new(body.surface(), body.positions())?.within(deviation)?;
+        coarse.gather(body.positions().as_slice(), &mut x);
+        let name = &task.moving.names[number];
+        ids.push(scene.add(name, kind(number), coarse.surface.clone(), x.clone())?);
         reduced.push(coarse);
     }
-    ignore_others(&mut scene, &ids, &question.pairs);
-    scene.check(&CheckParams { margin: 0.0 })?;
-    Ok(Fewer { question, scene, ids, muscles, reduced, x, frame: 0 })
+    ignore_other_pairs(&mut scene, &ids, &task.pairs);
+    scene.check(&CHECK)?;
+    Ok(ReducedSurfaces { task, scene, ids, muscles: task.muscles(), reduced, x, frame: 0 })
 }
 
-impl Detector for Fewer<'_> {
+impl Detector for ReducedSurfaces<'_> {
     fn step(&mut self, frame: usize) -> Result<(), Failure> {
         for &muscle in &self.muscles {
-            self.reduced[muscle].gather(&self.question.moving.frames[frame][muscle], &mut self.x);
+            self.reduced[muscle].gather(self.task.positions(frame, muscle), &mut self.x);
             self.scene.move_body(self.ids[muscle], &self.x)?;
         }
-        self.scene.check(&CheckParams { margin: 0.0 })?;
+        self.scene.check(&CHECK)?;
         self.frame = frame;
         Ok(())
     }
 
-    /// A vertex stands where its nearest point of the reduced surface went, and is as deep as that
-    /// is in the other reduced surface.
-    fn told(&self) -> Told {
-        let bodies: Vec<Body> = (0..self.reduced.len()).map(|body| self.now(body)).collect();
-        let depths: Vec<Depth<'_>> = bodies.iter().map(Depth::new).collect();
-        let ways = self.question.pairs.iter().flat_map(|&[a, b]| [[a, b], [b, a]]);
-        let told = |way: Way| (way, self.inside(way, &bodies, &depths[way[1]]));
-        Told::Vertices(ways.map(told).collect())
+    /// Returns the depths of all vertices: each is placed at its closest point of the reduced
+    /// surface at rest, and is as deep as that point is in the other reduced surface.
+    fn answer(&self) -> Answer {
+        let mut directions = Vec::new();
+        for direction in self.task.pairs.iter().flat_map(|pair| both_directions(*pair)) {
+            directions.push((direction, self.inside(direction).into_iter().collect()));
+        }
+        Answer::Vertices(directions)
     }
 }
 
-impl Fewer<'_> {
-    fn now(&self, body: usize) -> Body {
-        let mut x = Vec::new();
-        self.reduced[body].gather(&self.question.moving.frames[self.frame][body], &mut x);
-        Body { surface: self.reduced[body].surface.clone(), x }
+impl ReducedSurfaces<'_> {
+    fn inside(&self, Direction { vertices, against }: Direction) -> Vec<(u32, f64)> {
+        let full = &self.task.moving.bodies[vertices];
+        let rest = self.tree(vertices, full.positions().as_slice());
+        let now = self.tree(vertices, self.task.positions(self.frame, vertices));
+        let other = self.tree(against, self.task.positions(self.frame, against));
+        let (Ok(rest), Ok(now), Ok(other)) = (rest, now, other) else { return Vec::new() };
+
+        let workspace = &mut Workspace::default();
+        let mut placed = Vec::new();
+        for &p in full.positions().as_slice() {
+            let closest = rest.closest_point(p, f64::INFINITY, None, workspace);
+            placed.push(closest.map_or(p, |closest| moved(&closest, &now)));
+        }
+        points_inside(&placed, &other).into_iter().collect()
     }
 
-    fn inside(&self, [a, b]: Way, bodies: &[Body], depth: &Depth<'_>) -> Vec<(u32, f64)> {
-        let mut workspace = Workspace::default();
-        let ties = self.ties(a);
-        let (low, high) = box_of(&bodies[b]);
-        let place = |(face, weights): &(u32, Barycentric)| {
-            let corners = bodies[a].corners(*face);
-            (0..3).map(|k| weights[k] * corners[k]).sum::<DVec3>()
-        };
-        let placed = (0..).zip(ties.iter().map(place));
-        let near = placed.filter(|(_, p)| p.cmpge(low).all() && p.cmple(high).all());
-        let depths = near.map(|(vertex, p)| (vertex, depth.at(p, f64::INFINITY, &mut workspace)));
-        depths.filter(|(_, depth)| *depth > 0.0).collect()
-    }
-
-    /// For each vertex of a full surface, the nearest point of the reduced one at rest.
-    fn ties(&self, body: usize) -> Vec<(u32, Barycentric)> {
-        let full = &self.question.moving.bodies[body];
+    /// Returns a reduced surface at positions of the full one.
+    fn tree(&self, body: usize, full_positions: &[DVec3]) -> Result<SurfaceTree, Failure> {
         let mut x = Vec::new();
-        self.reduced[body].gather(&full.x, &mut x);
-        let coarse = Body { surface: self.reduced[body].surface.clone(), x };
-        let leaves = Leaves::Triangles(coarse.surface.faces());
-        let Ok(tree) = Tree::build(leaves, &coarse.x) else { return Vec::new() };
-        let mut workspace = Workspace::default();
-        let tie = |p: &DVec3| {
-            let mut best = (f64::INFINITY, (0, [1.0, 0.0, 0.0]));
-            tree.nearest(*p, f64::INFINITY, &mut workspace, |face, _| {
-                let foot = closest_on_triangle(*p, coarse.corners(face));
-                let distance = foot.point.distance(*p);
-                if distance < best.0 {
-                    best = (distance, (face, foot.barycentric));
-                }
-                best.0
-            });
-            best.1
-        };
-        full.x.iter().map(tie).collect()
+        self.reduced[body].gather(full_positions, &mut x);
+        Ok(SurfaceTree::new(self.reduced[body].surface.clone(), x)?)
     }
 }
 
-fn box_of(body: &Body) -> (DVec3, DVec3) {
-    let low = body.x.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-    let high = body.x.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
-    (low, high)
+/// Returns where a point of a surface is after the surface has moved.
+fn moved(closest: &ClosestPoint, now: &SurfaceTree) -> DVec3 {
+    let corners = now.corners(closest.face);
+    (0..3).map(|k| closest.foot.barycentric[k] * corners[k]).sum()
 }

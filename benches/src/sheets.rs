@@ -1,4 +1,4 @@
-//! Two sheets pressed together, of any size.
+//! Contact scene of two sheets pressed together, of any size.
 
 use glam::DVec3;
 use response::{ContactLaw, ContactRows, Margins, ResponseError};
@@ -7,16 +7,16 @@ use surface::{Contact, Stencil, SurfaceError, TriangleSurface};
 /// Height of the upper sheet's vertices over the lower one.
 const GAP: f64 = 0.01;
 
-/// An upper sheet whose every vertex is in contact with a face of the lower.
+/// Two sheets: every vertex of the upper one is in contact with a face of the lower one.
 #[derive(Debug)]
 pub struct Sheets {
     /// Positions of the upper sheet's vertices, then of the lower one's.
     pub x: Vec<DVec3>,
-    /// Velocities: toward each other, with slip, uneven.
+    /// Velocities: uneven, toward each other, with slip.
     pub v: Vec<DVec3>,
     /// Inverse masses.
     pub inverse_mass: Vec<f64>,
-    /// One contact an upper vertex.
+    /// One contact per upper vertex.
     pub contacts: Vec<Contact>,
     /// The lower sheet, whose vertex 0 is particle `side * side`.
     pub lower: TriangleSurface,
@@ -25,11 +25,11 @@ pub struct Sheets {
 }
 
 impl Sheets {
-    /// Sheets of `side` × `side` vertices.
+    /// Makes sheets of `side` × `side` vertices.
     ///
     /// # Errors
     ///
-    /// When they are too many to number.
+    /// When there are too many vertices to number.
     pub fn new(side: u32) -> Result<Self, SurfaceError> {
         let count = side * side;
         let mut x = sheet(side, GAP);
@@ -45,11 +45,11 @@ impl Sheets {
         Ok(Self { x, v, inverse_mass, contacts, lower, first_lower: count })
     }
 
-    /// The contacts as rows with friction.
+    /// Returns the contacts as rows with friction.
     ///
     /// # Errors
     ///
-    /// None for the sheets made here.
+    /// Never for the sheets made here.
     pub fn rows(&self) -> Result<ContactRows, ResponseError> {
         let mut rows = ContactRows::new(self.x.len());
         rows.extend(&self.contacts, ContactLaw::new(Margins::new(GAP, 1.0)?, 0.3)?)?;

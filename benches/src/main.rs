@@ -1,0 +1,68 @@
+//! Runs figures, tables, charts and endurance tests.
+#![expect(clippy::print_stdout, clippy::print_stderr, reason = "a program that prints")]
+
+use std::error::Error;
+use std::path::Path;
+use std::process::ExitCode;
+
+use benches::measure::Report;
+use benches::{medial_report, ratios, volumes};
+
+const USAGE: &str = "\
+usage: benches TASK
+
+  ratios [--quick] [CRATE…]    figures beside what they are compared with, one line of JSON each
+  volumes                      table of bounding volumes of 6, 14, 18 and 26 planes
+  medial FILE.md | MUSCLE…     accuracy of medial surfaces: the document, or a table of muscles
+  chart FOLDER [PICTURE…]      charts with their numbers (feature `charts`)
+  soak [FRAMES]                many frames of a small scene, and memory left behind (feature `charts`)";
+
+/// Share of the budgets of `ratios --quick`.
+const QUICK: f64 = 0.25;
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match run(&arguments) {
+        Ok(shortfalls) if shortfalls.is_empty() => ExitCode::SUCCESS,
+        Ok(shortfalls) => {
+            eprintln!("beyond their bounds: {}", shortfalls.join(", "));
+            ExitCode::FAILURE
+        }
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Runs a task; returns the names of figures beyond their bounds.
+fn run(arguments: &[String]) -> Result<Vec<String>, Box<dyn Error>> {
+    let (task, rest) = arguments.split_first().ok_or(USAGE)?;
+    let mut report = Report::new(1.0);
+    match (task.as_str(), rest) {
+        ("ratios", [flag, names @ ..]) if flag == "--quick" => {
+            report = Report::new(QUICK);
+            ratios::run(names, &mut report)?;
+        }
+        ("ratios", names) => ratios::run(names, &mut report)?,
+        ("volumes", []) => print!("{}", volumes::table()),
+        ("medial", [file]) if file.ends_with(".md") => {
+            medial_report::write(Path::new(file), &mut report)?;
+        }
+        ("medial", [_, ..]) => println!("{}", medial_report::accuracy_of(rest, &mut report)),
+        #[cfg(feature = "charts")]
+        ("chart", [folder, names @ ..]) => {
+            for path in benches::chart::draw(Path::new(folder), names)? {
+                println!("wrote {}", path.display());
+            }
+        }
+        #[cfg(feature = "charts")]
+        ("soak", [] | [_]) => {
+            let frames = rest.first().map_or(Ok(10_000), |frames| frames.parse())?;
+            report.begin("soak");
+            benches::soak::run(frames, &mut report)?;
+        }
+        _ => return Err(USAGE.into()),
+    }
+    Ok(report.shortfalls().to_vec())
+}

@@ -1,0 +1,189 @@
+//! Contact of two bodies by medial surfaces, beside the projection of vertices on faces.
+
+use kdop::{Leaves, Tree, Workspace};
+use medial::{
+    FootRule, MedialContactParams, MedialSurface, ParticleOffsets, PrimitiveTree, QueryPoints,
+    TestCounts, point_contacts, primitive_contacts,
+};
+use proximity::SurfaceTree;
+use surface::Contact;
+
+use crate::measure::Report;
+
+/// Maximum distance of a vertex from the face that it is projected on \[mm\].
+///
+/// Deeper vertices need more, and whether they are inside is not part of the work.
+const MARGIN: f64 = 1.0;
+
+/// Two bodies in contact: vertices of one against faces or balls of the other.
+#[derive(Debug)]
+pub struct ContactScene<'a> {
+    points: &'a SurfaceTree,
+    other: &'a SurfaceTree,
+    point_tree: Tree,
+}
+
+/// Medial surface with its tree.
+#[derive(Debug)]
+pub struct Balls {
+    medial: MedialSurface,
+    tree: PrimitiveTree,
+}
+
+impl Balls {
+    /// Builds the tree of a medial surface.
+    ///
+    /// # Panics
+    ///
+    /// When its balls are not finite.
+    #[must_use]
+    pub fn new(medial: MedialSurface) -> Self {
+        let tree = PrimitiveTree::new(&medial).expect("finite balls");
+        Self { medial, tree }
+    }
+
+    /// Returns the balls moved by a vector.
+    ///
+    /// # Panics
+    ///
+    /// When the vector is not finite.
+    #[must_use]
+    pub fn moved(&self, by: glam::DVec3) -> Self {
+        let mut medial = self.medial.clone();
+        let centers: Vec<_> = medial.balls().iter().map(|ball| ball.center + by).collect();
+        medial.set_centers(&centers).expect("as many balls");
+        Self::new(medial)
+    }
+}
+
+/// Contacts that a method found, with its work.
+#[derive(Clone, Debug)]
+pub struct MethodWork {
+    /// Contacts of vertices; empty for a method that reports none.
+    pub contacts: Vec<Contact>,
+    /// Elementary tests.
+    pub counts: TestCounts,
+    /// Minimum time \[ns\], and that of the projection on faces in the same turns.
+    pub times: [f64; 2],
+}
+
+impl<'a> ContactScene<'a> {
+    /// Sets up the vertices of the first body against the second.
+    ///
+    /// # Panics
+    ///
+    /// Never: the positions are finite.
+    #[must_use]
+    pub fn new(points: &'a SurfaceTree, other: &'a SurfaceTree) -> Self {
+        let x = points.positions().as_slice();
+        let point_tree = Tree::build(Leaves::Points, x).expect("finite positions");
+        Self { points, other, point_tree }
+    }
+
+    /// Projects vertices on faces: tests of bounds, of vertices against faces, and time.
+    #[must_use]
+    pub fn projection(&self, budget: u64, report: &Report) -> MethodWork {
+        let mut workspace = Workspace::default();
+        let leaf_tests = self.candidates(&mut workspace).len() as u64;
+        let bound_tests = workspace.counters().bound_tests;
+        let counts = TestCounts { bound_tests, direction_tests: 0, leaf_tests };
+
+        let [time] = report.interleave(budget, [&mut || self.project(&mut workspace)]);
+        MethodWork { contacts: Vec::new(), counts, times: [time, time] }
+    }
+
+    /// Returns vertices of one body's faces with faces of the other whose bounds are within
+    /// [`MARGIN`], each pair once.
+    fn candidates(&self, workspace: &mut Workspace) -> Vec<(u32, u32)> {
+        let faces = self.points.surface().faces();
+        let mut pairs = Vec::new();
+        self.points.tree().pairs(self.other.tree(), MARGIN, workspace, |a, b| {
+            pairs.extend(faces[a as usize].map(|vertex| (vertex, b)));
+        });
+        pairs.sort_unstable();
+        pairs.dedup();
+        pairs
+    }
+
+    /// Returns the number of projections on faces within [`MARGIN`].
+    fn project(&self, workspace: &mut Workspace) -> usize {
+        let is_near = |&(vertex, face): &(u32, u32)| {
+            self.other.closest_on_face(self.points.position(vertex), face).distance < MARGIN
+        };
+        self.candidates(workspace).iter().filter(|pair| is_near(pair)).count()
+    }
+
+    /// Detects the vertices in the balls of the other body.
+    #[must_use]
+    pub fn vertices_in_balls(
+        &self,
+        balls: &Balls,
+        rule: FootRule,
+        budget: u64,
+        report: &Report,
+    ) -> MethodWork {
+        let points = self.points.positions().as_slice();
+        let query = QueryPoints { tree: &self.point_tree, points, radii: None };
+        let params = MedialContactParams { rule, max_contacts: 1, ..MedialContactParams::new(0.0) };
+        let offsets = ParticleOffsets::default();
+        let mut workspace = Workspace::default();
+        let mut detect = || {
+            let Balls { medial, tree } = balls;
+            point_contacts(&query, medial, tree, &params, offsets, None, &mut workspace)
+        };
+        let (contacts, counts) = detect();
+
+        let mut other_workspace = Workspace::default();
+        let sides: [&mut dyn FnMut() -> usize; 2] =
+            [&mut || detect().0.len(), &mut || self.project(&mut other_workspace)];
+        MethodWork { contacts, counts, times: report.interleave(budget, sides) }
+    }
+
+    /// Detects pairs of overlapping balls, cones and slabs.
+    #[must_use]
+    pub fn balls_in_balls(&self, [a, b]: [&Balls; 2], budget: u64, report: &Report) -> MethodWork {
+        let mut workspace = Workspace::default();
+        let mut detect =
+            || primitive_contacts((&a.medial, &a.tree), (&b.medial, &b.tree), 0.0, &mut workspace);
+        let (_, counts) = detect();
+
+        let mut other_workspace = Workspace::default();
+        let sides: [&mut dyn FnMut() -> usize; 2] =
+            [&mut || detect().0.len(), &mut || self.project(&mut other_workspace)];
+        MethodWork { contacts: Vec::new(), counts, times: report.interleave(budget, sides) }
+    }
+}
+
+/// Bounds on a method's work over that of the projection on faces.
+#[derive(Clone, Copy, Debug)]
+pub struct WorkLimits {
+    /// Tests of bounds.
+    pub bounds: f64,
+    /// Tests of leaves.
+    pub leaves: f64,
+    /// Time.
+    pub time: f64,
+}
+
+impl MethodWork {
+    /// Reports the work over that of the projection on faces.
+    pub fn report(
+        &self,
+        name: &str,
+        projection: &TestCounts,
+        limits: WorkLimits,
+        report: &mut Report,
+    ) {
+        let bounds = [&self.counts, projection].map(|counts| to_f64(counts.bound_tests));
+        report.ratio(format!("{name}, tests of bounds"), bounds, "", limits.bounds);
+        let leaves = [&self.counts, projection].map(|counts| to_f64(counts.leaf_tests));
+        report.ratio(format!("{name}, tests of leaves"), leaves, "", limits.leaves);
+        let [ours, projected] = self.times;
+        report.times(format!("{name}, time"), ours, projected, limits.time);
+    }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts stay far below 2^53")]
+fn to_f64(count: u64) -> f64 {
+    count as f64
+}

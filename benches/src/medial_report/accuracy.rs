@@ -1,0 +1,237 @@
+//! Accuracy of medial surfaces by number of balls.
+
+use std::fmt::Write as _;
+use std::thread;
+
+use medial::{Generated, MedialParams, Topology, generate, generate_each};
+use proximity::SurfaceTree;
+use rayon::ThreadPoolBuilder;
+
+use super::Muscles;
+use super::sampling::{SampledDistances, sampled_distances};
+use crate::bodies::bounds;
+use crate::measure::{Report, as_f64, thread_time};
+
+/// A number of balls, with the target of the error \[mm rms\].
+#[derive(Clone, Copy)]
+struct Size {
+    balls: usize,
+    target: Option<f64>,
+}
+
+const SIZES: [Size; 5] = [
+    Size { balls: 25, target: None },
+    Size { balls: 50, target: None },
+    Size { balls: 100, target: Some(0.4) },
+    Size { balls: 200, target: Some(0.2) },
+    Size { balls: 400, target: Some(0.12) },
+];
+
+/// Number of balls whose time is bounded, and the bound \[s\].
+const TIMED_BALLS: usize = 100;
+const MAX_SECONDS: f64 = 6.0;
+
+/// Spacing of the grid on which parts and holes are counted \[mm\].
+const GRID: f64 = 1.0;
+
+/// Returns the numbers of balls of the table.
+pub(super) fn sizes() -> Vec<usize> {
+    SIZES.iter().map(|size| size.balls).collect()
+}
+
+/// A muscle by a number of balls; lengths in mm.
+pub(super) struct Row {
+    name: String,
+    faces: usize,
+    /// Diagonal of the bounding box.
+    extent: f64,
+    balls: usize,
+    slabs: usize,
+    rms: f64,
+    p95: f64,
+    /// Bounds on the deviation in both directions.
+    bounds: SampledDistances,
+    sampled: SampledDistances,
+    /// Topology of the union, where it is not that of the muscle.
+    other_topology: Option<Topology>,
+    /// Processor time to generate this number of balls alone \[s\].
+    seconds: f64,
+}
+
+/// Measures muscles, as many at a time as there are threads, and reports bounds and targets.
+pub(super) fn rows(
+    muscles: &Muscles,
+    names: &[String],
+    sizes: &[usize],
+    report: &mut Report,
+) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for names in names.chunks(rayon::current_num_threads()) {
+        rows.extend(thread::scope(|scope| {
+            let measure = |name: &String| muscle_rows(name, &muscles.read(name), sizes);
+            let running: Vec<_> =
+                names.iter().map(|name| scope.spawn(move || measure(name))).collect();
+            let rows = running.into_iter().flat_map(|muscle| muscle.join().expect("no panic"));
+            rows.collect::<Vec<_>>()
+        }));
+    }
+    for row in &rows {
+        row.report(report);
+    }
+    rows
+}
+
+/// Measures one muscle on one thread, whose clock includes all of the work.
+fn muscle_rows(name: &str, body: &SurfaceTree, sizes: &[usize]) -> Vec<Row> {
+    let one_thread = ThreadPoolBuilder::new().num_threads(1).build().expect("a thread starts");
+    one_thread.install(|| {
+        let (surface, x) = (body.surface(), body.positions());
+        let all = generate_each(surface, x, sizes, &MedialParams::balls(1), |_| {});
+        let topology = Topology::of_inside(surface, x).expect("a closed muscle");
+        let row = |generated| Row::new(name, body, generated, topology);
+        all.expect("a closed muscle").iter().map(row).collect()
+    })
+}
+
+/// Returns the processor time to generate a medial surface \[s\].
+fn generation_seconds(body: &SurfaceTree, balls: usize) -> f64 {
+    let start = thread_time();
+    let params = MedialParams::balls(balls);
+    generate(body.surface(), body.positions(), &params, |_| {}).expect("a closed muscle");
+    (thread_time() - start).as_secs_f64()
+}
+
+impl Row {
+    fn new(name: &str, body: &SurfaceTree, generated: &Generated, topology: Topology) -> Self {
+        let Generated { medial, deviation } = generated;
+        let union = Topology::of_union(medial, GRID).expect("the grid fits");
+        let balls = medial.balls().len();
+        Self {
+            name: name.replace('_', " "),
+            faces: body.surface().faces().len(),
+            extent: bounds(body).diagonal(),
+            balls,
+            slabs: medial.slabs().len(),
+            rms: deviation.rms,
+            p95: deviation.p95,
+            bounds: SampledDistances {
+                surface_to_balls: deviation.surface_to_medial.upper,
+                balls_to_surface: deviation.medial_to_surface.upper,
+            },
+            sampled: sampled_distances(body, medial),
+            other_topology: (union != topology).then_some(union),
+            seconds: generation_seconds(body, balls),
+        }
+    }
+
+    fn target(&self) -> Option<f64> {
+        SIZES.iter().find(|size| size.balls == self.balls)?.target
+    }
+
+    fn misses_target(&self) -> bool {
+        self.target().is_some_and(|target| self.rms > target)
+    }
+
+    fn report(&self, report: &mut Report) {
+        let name = |what: &str| format!("{} {} balls, {what}", self.name, self.balls);
+        if let Some(target) = self.target() {
+            report.ratio(name("rms"), [self.rms * 1e3, target * 1e3], "um", 1.0);
+        }
+        if self.balls == TIMED_BALLS {
+            report.ratio(name("time"), [self.seconds, MAX_SECONDS], "s", 1.0);
+        }
+        let Self { sampled, bounds, .. } = self;
+        let outward = [sampled.surface_to_balls, bounds.surface_to_balls];
+        report.ratio(name("surface to balls, sampled / bound"), outward, "mm", 1.0);
+        let inward = [sampled.balls_to_surface, bounds.balls_to_surface];
+        report.ratio(name("balls to surface, sampled / bound"), inward, "mm", 1.0);
+    }
+
+    fn line(&self) -> String {
+        let rms = format!("{:.3}", self.rms);
+        let rms = if self.misses_target() { format!("**{rms}**") } else { rms };
+        let topology = self.other_topology.map_or_else(
+            || "as the muscle".to_owned(),
+            |t| format!("{} parts, {} tunnels, {} cavities", t.components, t.tunnels, t.cavities),
+        );
+        let Self { name, faces, extent, balls, slabs, p95, bounds, sampled, seconds, .. } = self;
+        format!(
+            "| {name} | {faces} | {extent:.0} | {balls} | {slabs} | {rms} | {p95:.3} \
+             | {:.2} | {:.2} | {:.2} | {:.2} | {topology} | {seconds:.1} |\n",
+            bounds.surface_to_balls,
+            sampled.surface_to_balls,
+            bounds.balls_to_surface,
+            sampled.balls_to_surface,
+        )
+    }
+}
+
+/// Formats the rows as a table, with a summary.
+pub(super) fn table(rows: &[Row]) -> String {
+    let mut text = String::from(
+        "| muscle | faces | extent | balls | slabs | rms | 95 % | surface to balls | sampled | balls to surface | sampled | parts and holes | s |\n\
+         |---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|---|--:|\n",
+    );
+    text.extend(rows.iter().map(Row::line));
+    text += &size_table(rows);
+    text += &trends(rows);
+    text += &missed_targets(rows);
+    text
+}
+
+/// Formats the median and the maximum error per number of balls.
+fn size_table(rows: &[Row]) -> String {
+    let mut text = String::from(
+        "\n| balls | rms, median muscle | rms, max | target | muscles within |\n|--:|--:|--:|--:|--:|\n",
+    );
+    for Size { balls, target } in SIZES {
+        let mut errors: Vec<f64> =
+            rows.iter().filter(|row| row.balls == balls).map(|row| row.rms).collect();
+        errors.sort_by(f64::total_cmp);
+        let Some(max) = errors.last() else { continue };
+
+        let median = errors[errors.len() / 2];
+        let (target, within) = target.map_or_else(Default::default, |target| {
+            let within = errors.iter().filter(|rms| **rms <= target).count();
+            (target.to_string(), format!("{within} of {}", errors.len()))
+        });
+        // Writing into a string cannot fail.
+        let _ = writeln!(text, "| {balls} | {median:.3} | {max:.3} | {target} | {within} |");
+    }
+    text
+}
+
+/// Formats the powers by which error and time grow.
+fn trends(rows: &[Row]) -> String {
+    let timed: Vec<&Row> = rows.iter().filter(|row| row.balls == TIMED_BALLS).collect();
+    let max_seconds = timed.iter().map(|row| row.seconds).fold(0.0, f64::max);
+    let error = power(rows.iter().map(|row| [as_f64(row.balls), row.rms]));
+    let relative = power(rows.iter().map(|row| [as_f64(row.balls), row.rms / row.extent]));
+    let time = power(timed.iter().map(|row| [as_f64(row.faces), row.seconds]));
+    format!(
+        "\nThe error falls with the number of balls to the power of {error:.2} ({relative:.2} relative to the muscles' extent).\n\
+         The time for {TIMED_BALLS} balls alone grows with the number of faces to the power of {time:.2}; the maximum is {max_seconds:.1} s.\n"
+    )
+}
+
+fn missed_targets(rows: &[Row]) -> String {
+    let mut text = String::new();
+    for row in rows.iter().filter(|row| row.misses_target()) {
+        if text.is_empty() {
+            text += "\nBeyond the target (bold):\n";
+        }
+        let Row { name, balls, rms, extent, .. } = row;
+        let _ = writeln!(text, "- {name}, {balls} balls: {rms:.3} mm, extent {extent:.0} mm.");
+    }
+    text
+}
+
+/// Fits `y ∝ x^p` to pairs, by least squares of their logarithms; returns `p`.
+fn power(pairs: impl Iterator<Item = [f64; 2]>) -> f64 {
+    let logarithms: Vec<[f64; 2]> = pairs.map(|pair| pair.map(f64::ln)).collect();
+    let mean =
+        |k: usize| logarithms.iter().map(|pair| pair[k]).sum::<f64>() / as_f64(logarithms.len());
+    let [x, y] = [0, 1].map(mean);
+    let covariance: f64 = logarithms.iter().map(|pair| (pair[0] - x) * (pair[1] - y)).sum();
+    covariance / logarithms.iter().map(|pair| (pair[0] - x).powi(2)).sum::<f64>()
+}

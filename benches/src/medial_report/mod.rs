@@ -1,0 +1,65 @@
+//! Report on medial surfaces of real muscles: accuracy, bounds beside fresh samples, topology and
+//! time by number of balls; deformation; detection beside surfaces.
+
+mod accuracy;
+mod deformation;
+mod detection;
+mod document;
+mod sampling;
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+
+use proximity::SurfaceTree;
+
+use crate::bodies;
+use crate::measure::Report;
+
+/// Folder of the muscles of the left thigh.
+struct Muscles {
+    folder: PathBuf,
+}
+
+impl Muscles {
+    fn read(&self, name: &str) -> SurfaceTree {
+        bodies::read(&self.folder.join(format!("muscle_{name}.ply")))
+    }
+
+    /// Returns the names of all muscles, in order.
+    fn names(&self) -> Vec<String> {
+        let paths = fixtures::data::bodies(&self.folder);
+        let stems = paths.iter().filter_map(|path| path.file_stem()?.to_str());
+        stems.filter_map(|stem| Some(stem.strip_prefix("muscle_")?.to_owned())).collect()
+    }
+}
+
+/// Writes the document of all muscles into a file, and reports figures beyond their bounds.
+///
+/// Does nothing where `MUSCULO_DATA` is not set.
+///
+/// # Errors
+///
+/// When the file cannot be written.
+pub fn write(file: &Path, report: &mut Report) -> Result<(), Box<dyn Error>> {
+    let Some(muscles) = muscles() else { return Ok(()) };
+    let rows = accuracy::rows(&muscles, &muscles.names(), &accuracy::sizes(), report);
+    let text = document::text(
+        &accuracy::table(&rows),
+        &deformation::table(&muscles),
+        &detection::table(&muscles, report),
+    );
+    Ok(std::fs::write(file, text)?)
+}
+
+/// Returns the table of accuracy of the named muscles; empty where `MUSCULO_DATA` is not set.
+#[must_use]
+pub fn accuracy_of(names: &[String], report: &mut Report) -> String {
+    muscles().map_or_else(String::new, |muscles| {
+        accuracy::table(&accuracy::rows(&muscles, names, &accuracy::sizes(), report))
+    })
+}
+
+fn muscles() -> Option<Muscles> {
+    let folder = fixtures::data::anatomy("medial surfaces of muscles")?.join("vhf_left_thigh");
+    Some(Muscles { folder })
+}

@@ -1,0 +1,182 @@
+//! Distance fields of a femur: builds, their memory and threads, and queries near the surface
+//! beside exact projection by `parry3d`.
+
+use std::error::Error;
+
+use distance_field::{DistanceField, FieldParams, QueryParams, SampleBatch};
+use fixtures::Mesh;
+use fixtures::femur::femur;
+use glam::DVec3;
+use parry3d::query::PointQuery;
+use parry3d::shape::{TriMesh, TriMeshFlags};
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use surface::TriangleSurface;
+
+use super::kdop_peers::parry_points;
+use crate::measure::{Report, as_f64, thread_time};
+
+/// Builds that are timed at full effort; the minimum time counts.
+const BUILDS: usize = 9;
+
+/// Padding of the femur \[mm\] that makes its grid one of 6.4 million voxels at 1 mm, and of 51
+/// million at 0.5 mm.
+const WIDE_PADDING: f64 = 18.0;
+
+/// Budget of each comparison of queries \[ms\].
+const BUDGET: u64 = 1500;
+
+/// Points of a batch query.
+const POINTS: usize = 400_000;
+
+/// Points that are projected, which takes `parry3d` microseconds each.
+const PROJECTED: usize = 2_000;
+
+/// Compares builds and queries of the field of a generated femur.
+pub(super) fn run(report: &mut Report) -> Result<(), Box<dyn Error>> {
+    let mesh = femur(2.0);
+    let bone = Bone { surface: mesh.surface(), positions: &mesh.positions };
+    let one_thread = pool(1)?;
+    one_thread.install(|| {
+        memory(&bone, report);
+        builds(&bone, report);
+        queries(&mesh, &bone, report);
+    });
+    threads(&bone, [one_thread, pool(2)?], report);
+    Ok(())
+}
+
+/// A bone of which fields are built.
+struct Bone<'a> {
+    surface: TriangleSurface,
+    positions: &'a [DVec3],
+}
+
+impl Bone<'_> {
+    fn build(&self, params: &FieldParams) -> DistanceField {
+        let x = self.surface.positions(self.positions).expect("a generated bone is finite");
+        DistanceField::build(&self.surface, x, params).expect("a bone fits")
+    }
+
+    /// Returns the processor time of one build \[ms\].
+    fn build_time(&self, params: &FieldParams) -> f64 {
+        let start = thread_time();
+        std::hint::black_box(self.build(params));
+        (thread_time() - start).as_secs_f64() * 1e3
+    }
+}
+
+fn pool(threads: usize) -> Result<ThreadPool, rayon::ThreadPoolBuildError> {
+    ThreadPoolBuilder::new().num_threads(threads).build()
+}
+
+/// Compares the peak of memory during a build at 0.5 mm with the bytes of its grid.
+fn memory(bone: &Bone<'_>, report: &mut Report) {
+    let params =
+        FieldParams { padding: WIDE_PADDING, truncation: Some(15.0), ..FieldParams::new(0.5) };
+    let mut bytes = 0;
+    let allocated = allocation_counter::measure(|| bytes = bone.build(&params).bytes());
+    let peak = usize::try_from(allocated.bytes_max).unwrap_or(usize::MAX);
+    let megabytes = [peak, bytes].map(|bytes| as_f64(bytes) / 1e6);
+    report.ratio("memory to build at 0.5 mm / grid", megabytes, "MB", 3.0);
+}
+
+/// Compares builds on one thread with fixed times, and both methods with each other.
+fn builds(bone: &Bone<'_>, report: &mut Report) {
+    let exact = FieldParams::new(1.0);
+    let wide = FieldParams { padding: WIDE_PADDING, ..exact };
+    let voxel = FieldParams { samples: 0, ..FieldParams::voxel(1.0) };
+
+    let mut least = [f64::INFINITY; 3];
+    for _ in 0..report.rounds(BUILDS) {
+        for (params, least) in [exact, wide, voxel].iter().zip(&mut least) {
+            *least = least.min(bone.build_time(params));
+        }
+    }
+    let [exact, wide, voxel] = least;
+    report.ratio("exact band at 1 mm / 300 ms", [exact, 300.0], "ms", 1.0);
+    report.ratio("exact band, 6.4 million voxels / 300 ms", [wide, 300.0], "ms", 1.0);
+    report.ratio("voxel method at 1 mm / 250 ms", [voxel, 250.0], "ms", 1.0);
+    report.ratio("exact band / voxel method", [exact, voxel], "ms", 2.5);
+}
+
+/// Compares the processor time of the busier of two threads with that of one.
+///
+/// Everything that only one thread can do is part of it, but not the wait for a processor that
+/// other programs use.
+fn threads(bone: &Bone<'_>, pools: [ThreadPool; 2], report: &mut Report) {
+    let params = FieldParams::new(1.0);
+    let mut busiest = [f64::INFINITY; 2];
+    for _ in 0..report.rounds(BUILDS) {
+        for (pool, busiest) in pools.iter().zip(&mut busiest) {
+            let before = pool.broadcast(|_| thread_time());
+            pool.install(|| std::hint::black_box(bone.build(&params)));
+            let after = pool.broadcast(|_| thread_time());
+            let times = after.iter().zip(before).map(|(after, before)| *after - before);
+            *busiest = busiest.min(times.max().unwrap_or_default().as_secs_f64() * 1e3);
+        }
+    }
+    let [one, two] = busiest;
+    report.ratio("busier of two threads / one", [two, one], "ms", 1.0 / 1.7);
+}
+
+/// Compares queries with fixed times per point, and with exact projection.
+fn queries(mesh: &Mesh, bone: &Bone<'_>, report: &mut Report) {
+    let field = bone.build(&FieldParams { samples: 0, ..FieldParams::new(1.0) });
+    let coherent = points_near(mesh);
+    let random = shuffled(&coherent);
+
+    // Batches in the order of the faces, and in an order without neighbors.
+    let query = QueryParams::default();
+    let [mut samples, mut random_samples] = [SampleBatch::default(), SampleBatch::default()];
+    let times = report.interleave(
+        BUDGET,
+        [
+            &mut || {
+                field.query_batch(&coherent, &query, &mut samples);
+                samples.distance.len()
+            },
+            &mut || {
+                field.query_batch(&random, &query, &mut random_samples);
+                random_samples.distance.len()
+            },
+        ],
+    );
+    let [ordered, unordered] = times.map(|time| time / as_f64(POINTS));
+    report.ratio("trilinear, coherent / 20 ns", [ordered, 20.0], "ns", 1.0);
+    report.ratio("trilinear, random / 45 ns", [unordered, 45.0], "ns", 1.0);
+
+    // Distance and side of a few points, beside projection on the triangles.
+    let vertices = parry_points(&mesh.positions);
+    let solid = TriMesh::with_flags(vertices, mesh.faces.clone(), TriMeshFlags::ORIENTED)
+        .expect("a closed bone");
+    let few = &random[..PROJECTED];
+    let projected = parry_points(few);
+    let [ours, parry] = report.interleave(
+        BUDGET,
+        [
+            &mut || {
+                field.query_batch(few, &query, &mut samples);
+                samples.distance.iter().filter(|distance| **distance < 0.0).count()
+            },
+            &mut || {
+                projected.iter().filter(|&&p| solid.project_local_point(p, false).is_inside).count()
+            },
+        ],
+    );
+    report.times("2000 points / parry project_point", ours, parry, 0.01);
+}
+
+/// Returns points within 9 mm of the surface, in the order of the faces.
+fn points_near(mesh: &Mesh) -> Vec<DVec3> {
+    let point = |n: usize| {
+        let face = n * mesh.faces.len() / POINTS;
+        let height = 18.0 * (as_f64(n) * 0.618_033_988_75).fract() - 9.0;
+        mesh.centroid(face) + height * mesh.normal(face)
+    };
+    (0..POINTS).map(point).collect()
+}
+
+/// Returns the points in an order without neighbors: in steps of a prime.
+fn shuffled(points: &[DVec3]) -> Vec<DVec3> {
+    (0..points.len()).map(|n| points[n * 104_729 % points.len()]).collect()
+}

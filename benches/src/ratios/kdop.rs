@@ -1,0 +1,201 @@
+//! Trees of k-DOPs: build, refit, pairs, swept pairs and self pairs beside trees of boxes, and
+//! their memory.
+
+use std::error::Error;
+
+use fixtures::muscle::{Muscle, MuscleScene, Placement, scene};
+use kdop::{Leaves, Tree, Workspace};
+use parry3d::math::Vector;
+
+use super::kdop_peers::{ParryTree, SweepTree, parry_points, sweep_points};
+use crate::measure::{Report, as_f64};
+
+/// Budget of each comparison \[ms\].
+const BUDGET: u64 = 700;
+
+/// Bounds on the ratios at one number of faces.
+struct Allowed {
+    build: f64,
+    refit: f64,
+    /// Refit over that of a bare sweep.
+    sweep: f64,
+    pairs: f64,
+    swept: f64,
+    self_pairs: f64,
+    /// Pairs of muscles along the axes, where boxes fit best.
+    aligned: f64,
+}
+
+const SMALL: Allowed = Allowed {
+    build: 0.8,
+    refit: 0.45,
+    sweep: f64::INFINITY,
+    pairs: 1.0,
+    swept: 1.1,
+    self_pairs: 0.45,
+    aligned: 1.3,
+};
+
+const LARGE: Allowed = Allowed {
+    build: 0.8,
+    refit: 0.40,
+    sweep: 0.75,
+    pairs: 0.35,
+    swept: 0.60,
+    self_pairs: 0.70,
+    aligned: 1.3,
+};
+
+/// Compares muscles of two sizes.
+pub(super) fn run(report: &mut Report) -> Result<(), Box<dyn Error>> {
+    for (faces, size, allowed) in [(6500, "6.5k", SMALL), (80_000, "80k", LARGE)] {
+        let oblique = scene(faces, Placement::Oblique);
+        build(report, size, &oblique.a, allowed.build);
+        refit(report, size, &oblique.a, &allowed);
+
+        let limits = PairLimits { time: allowed.pairs, candidates: 1.0 / 3.0 };
+        pairs(report, &format!("pairs, oblique {size}"), &oblique, limits);
+        let limits = PairLimits { time: allowed.swept, candidates: 1.0 };
+        swept_pairs(report, &format!("swept pairs {size}"), &oblique, limits);
+        self_pairs(report, &format!("self, straight {size}"), &oblique.a, allowed.self_pairs);
+        self_pairs(report, &format!("self, bent {size}"), &oblique.u, allowed.self_pairs);
+
+        let aligned = scene(faces, Placement::Aligned);
+        let limits = PairLimits { time: allowed.aligned, candidates: 1.0 };
+        pairs(report, &format!("pairs, aligned {size}"), &aligned, limits);
+        memory(report, size, &oblique.a);
+    }
+    Ok(())
+}
+
+/// A muscle's tree and that of `parry3d`, with the muscle's states in its precision.
+struct Trees {
+    ours: Tree,
+    parry: ParryTree,
+    states: [Vec<Vector>; 2],
+}
+
+impl Trees {
+    fn new(muscle: &Muscle) -> Self {
+        let states = [0, 1].map(|i| parry_points(&muscle.states[i]));
+        let parry = ParryTree::build(&muscle.triangles, &states[0]);
+        Self { ours: tree(muscle), parry, states }
+    }
+
+    /// Builds both trees and refits them to the second state.
+    fn moved(muscle: &Muscle) -> Self {
+        let mut trees = Self::new(muscle);
+        trees.ours.refit(&muscle.states[1]).expect("finite");
+        trees.parry.refit(&trees.states[1]);
+        trees
+    }
+
+    /// Builds both trees and refits them to the way between the states.
+    fn swept(muscle: &Muscle) -> Self {
+        let mut trees = Self::new(muscle);
+        trees.ours.refit_swept(&muscle.states[0], &muscle.states[1]).expect("finite");
+        trees.parry.refit_swept([&trees.states[0], &trees.states[1]]);
+        trees
+    }
+}
+
+fn tree(muscle: &Muscle) -> Tree {
+    Tree::build(Leaves::Triangles(&muscle.triangles), &muscle.states[0]).expect("a valid mesh")
+}
+
+fn build(report: &mut Report, size: &str, muscle: &Muscle, allowed: f64) {
+    let x = parry_points(&muscle.states[0]);
+    let [ours, parry] = report.interleave(
+        BUDGET,
+        [&mut || tree(muscle).leaf_count(), &mut || {
+            ParryTree::build(&muscle.triangles, &x).leaf_count()
+        }],
+    );
+    report.times(format!("build {size} / parry"), ours, parry, allowed);
+}
+
+fn refit(report: &mut Report, size: &str, muscle: &Muscle, allowed: &Allowed) {
+    let Trees { mut ours, parry: mut in_place, states } = Trees::new(muscle);
+    let mut ordered = Trees::new(muscle).parry;
+    let bare_states = [0, 1].map(|i| sweep_points(&muscle.states[i]));
+    let mut bare = SweepTree::build(&muscle.triangles, &bare_states[0]);
+
+    // Each side alternates between the two states.
+    let mut turns = [0_usize; 4];
+    let [a, b, c, d] = &mut turns;
+    let [ours, in_place, ordered, bare] = report.interleave(
+        BUDGET,
+        [
+            &mut || ours.refit(&muscle.states[flip(a)]).map_or(0, |()| 1),
+            &mut || in_place.refit_in_place(&states[flip(b)]),
+            &mut || ordered.refit(&states[flip(c)]),
+            &mut || bare.refit(&bare_states[flip(d)]),
+        ],
+    );
+    report.times(format!("refit {size} / parry"), ours, in_place.min(ordered), allowed.refit);
+    report.times(format!("refit {size} / obvhs' bare sweep"), ours, bare, allowed.sweep);
+}
+
+const fn flip(turn: &mut usize) -> usize {
+    *turn ^= 1;
+    *turn
+}
+
+/// Bounds on a traversal beside that of `parry3d`.
+struct PairLimits {
+    time: f64,
+    candidates: f64,
+}
+
+fn pairs(report: &mut Report, name: &str, scene: &MuscleScene, limits: PairLimits) {
+    time_pairs(report, name, [&scene.a, &scene.b].map(Trees::moved), limits);
+}
+
+fn swept_pairs(report: &mut Report, name: &str, scene: &MuscleScene, limits: PairLimits) {
+    time_pairs(report, name, [&scene.a, &scene.b].map(Trees::swept), limits);
+}
+
+fn time_pairs(report: &mut Report, name: &str, [a, b]: [Trees; 2], limits: PairLimits) {
+    let mut workspace = Workspace::new();
+    let (mut out, mut parry_out) = (vec![], vec![]);
+    let [ours, parry] = report.interleave(
+        BUDGET,
+        [
+            &mut || {
+                out.clear();
+                a.ours.pairs(&b.ours, 0.0, &mut workspace, |i, j| out.push((i, j)));
+                out.len()
+            },
+            &mut || a.parry.pairs(&b.parry, &mut parry_out),
+        ],
+    );
+    report.times(format!("{name} / parry"), ours, parry, limits.time);
+    let counts = [out.len(), parry_out.len()].map(as_f64);
+    report.ratio(format!("{name}, candidates"), counts, "", limits.candidates);
+}
+
+fn self_pairs(report: &mut Report, name: &str, muscle: &Muscle, allowed: f64) {
+    let Trees { ours, mut parry, .. } = Trees::moved(muscle);
+    let mut workspace = Workspace::new();
+    let (mut out, mut parry_out) = (vec![], vec![]);
+    let [time, parry_time] = report.interleave(
+        BUDGET,
+        [
+            &mut || {
+                out.clear();
+                ours.self_pairs(0.0, &mut workspace, |i, j| out.push((i, j)));
+                out.len()
+            },
+            &mut || parry.self_pairs(&mut parry_out),
+        ],
+    );
+    report.times(format!("{name} / parry"), time, parry_time, allowed);
+    let counts = [out.len(), parry_out.len()].map(as_f64);
+    report.ratio(format!("{name}, candidates"), counts, "", 1.0);
+}
+
+fn memory(report: &mut Report, size: &str, muscle: &Muscle) {
+    let tree = tree(muscle);
+    let bytes = as_f64(tree.bytes()) / as_f64(tree.leaf_count());
+    report.ratio(format!("bytes per face {size}"), [bytes, 50.0], "B", 1.0);
+}

@@ -1,0 +1,201 @@
+//! Contact responses: sweeps of the solver beside plain memory and from few contacts to many, and
+//! permanent contacts beside new detection.
+
+use std::error::Error;
+use std::hint::black_box;
+
+use ::response::{
+    ContactLaw, ContactRows, ContactSystem, GapMeasure, Impulse, LinearForces, Margins,
+    NormalForce, PermanentContacts, SoftContacts, SoftLaw, SolveLevel, SolverParams,
+    SurfaceCarrier, SweepOrder,
+};
+use glam::DVec3;
+use kdop::Workspace;
+use proximity::SurfaceTree;
+
+use crate::measure::{Report, as_f64};
+use crate::sheets::Sheets;
+
+/// Budget of each comparison \[ms\].
+const BUDGET: u64 = 1500;
+
+/// Vertices along the sides of the sheets; contacts are their squares.
+const SIDES: [u32; 4] = [32, 100, 316, 1000];
+
+/// Sweeps per solution with default parameters.
+const SWEEPS: usize = 10;
+
+type Outcome = Result<(), Box<dyn Error>>;
+
+/// Compares solutions of sheets pressed together.
+pub(super) fn run(report: &mut Report) -> Outcome {
+    let mut sweep_times = Vec::new();
+    for side in SIDES {
+        sweep_times.push(sweeps(&Sheets::new(side)?, report)?);
+    }
+    let [few, .., many] = sweep_times[..] else { return Ok(()) };
+    let growth = [many.solver / few.solver, many.memory / few.memory];
+    report.ratio("growth from 1k to 1M contacts / plain", growth, "x", 1.5);
+
+    let sheets = Sheets::new(100)?;
+    preparation(&sheets, report)?;
+    warm_start(&sheets, report)?;
+    products(&sheets, report)?;
+    permanent(sheets, report)
+}
+
+/// Time of one sweep per contact \[ns\], and that to read and write as many bytes.
+#[derive(Clone, Copy)]
+struct SweepTime {
+    solver: f64,
+    memory: f64,
+}
+
+/// Compares ten sweeps with the memory that they read and write, and ten sweeps of 10,000
+/// contacts with 5 ms.
+fn sweeps(sheets: &Sheets, report: &mut Report) -> Result<SweepTime, Box<dyn Error>> {
+    let rows = sheets.rows()?;
+    let system = ContactSystem::new(&rows, &sheets.inverse_mass, SweepOrder::Colored)?;
+    let mut v = sheets.v.clone();
+    let mut impulses = system.no_impulses();
+
+    // A contact's row, bias and impulse, its four terms, and their particles read and written.
+    let words = (64 + 24 + 2 * 32 + 4 * 24 + 4 * 2 * 24) / 8;
+    let mut memory = vec![1.0_f64; words * rows.len()];
+    let [ours, plain] = report.interleave(
+        BUDGET,
+        [
+            &mut || {
+                v.copy_from_slice(&sheets.v);
+                impulses.fill(Impulse::default());
+                let params = SolverParams::default();
+                let solved = system.solve(SolveLevel::Velocity, &mut v, &mut impulses, &params);
+                usize::from(solved.expect("sheets are valid").converged)
+            },
+            &mut || {
+                for _ in 0..SWEEPS {
+                    black_box(&mut memory).iter_mut().for_each(|word| *word += 1.0);
+                }
+                memory.len()
+            },
+        ],
+    );
+
+    let count = rows.len();
+    report.times(format!("10 sweeps, {count} contacts / plain"), ours, plain, 6.0);
+    if count == 10_000 {
+        report.times("10 sweeps, 10000 contacts / 5 ms", ours, 5e6, 1.0);
+    }
+    let per_contact = 1.0 / as_f64(SWEEPS * count);
+    Ok(SweepTime { solver: ours * per_contact, memory: plain * per_contact })
+}
+
+/// Compares rows and system from contacts with ten sweeps of them.
+fn preparation(sheets: &Sheets, report: &mut Report) -> Outcome {
+    let rows = sheets.rows()?;
+    let system = ContactSystem::new(&rows, &sheets.inverse_mass, SweepOrder::Colored)?;
+    let mut v = sheets.v.clone();
+    let [prepared, solved] = report.interleave(
+        BUDGET,
+        [
+            &mut || {
+                let Ok(rows) = sheets.rows() else { return 0 };
+                let system = ContactSystem::new(&rows, &sheets.inverse_mass, SweepOrder::Colored);
+                system.map_or(0, |system| system.batch_count())
+            },
+            &mut || {
+                v.copy_from_slice(&sheets.v);
+                let mut impulses = system.no_impulses();
+                let params = SolverParams::default();
+                let solved = system.solve(SolveLevel::Velocity, &mut v, &mut impulses, &params);
+                usize::from(solved.is_ok())
+            },
+        ],
+    );
+    report.times("preparing 10k contacts / 10 sweeps", prepared, solved, 2.0);
+    Ok(())
+}
+
+/// Compares sweeps to the same residual, warm started from the step before and cold.
+fn warm_start(sheets: &Sheets, report: &mut Report) -> Outcome {
+    let rows = sheets.rows()?;
+    let system = ContactSystem::new(&rows, &sheets.inverse_mass, SweepOrder::Colored)?;
+    let params = SolverParams { max_iterations: 1000, tolerance: 1e-9, ..Default::default() };
+    let mut impulses = system.no_impulses();
+    let cold = system.solve(SolveLevel::Velocity, &mut sheets.v.clone(), &mut impulses, &params)?;
+
+    // In the next step all velocities are 1 % larger.
+    let mut next: Vec<DVec3> = sheets.v.iter().map(|v| 1.01 * *v).collect();
+    let warm = system.solve(SolveLevel::Velocity, &mut next, &mut impulses, &params)?;
+    let sweeps = [warm, cold].map(|report| f64::from(report.iterations));
+    report.ratio("sweeps to 1e-9, warm / cold", sweeps, "sweeps", 1.0);
+    Ok(())
+}
+
+/// Compares K dx without a matrix with stored blocks that are multiplied.
+fn products(sheets: &Sheets, report: &mut Report) -> Outcome {
+    let mut rows = ContactRows::new(sheets.x.len());
+    rows.extend(&sheets.contacts, ContactLaw::new(Margins::new(0.1, 1.0)?, 0.0)?)?;
+    let law = SoftLaw::new(NormalForce::Penalty { stiffness: 10.0, damping: 0.0 }, 1.0)?;
+    let soft = SoftContacts::new(&rows, &sheets.v, law)?;
+    let blocks: Vec<_> = soft.stiffness_blocks().collect();
+
+    let mut free = vec![DVec3::ZERO; sheets.x.len()];
+    let mut stored = free.clone();
+    let [ours, from_blocks] = report.interleave(
+        BUDGET,
+        [
+            &mut || {
+                soft.add_stiffness(&sheets.v, &mut free);
+                free.len()
+            },
+            &mut || {
+                for block in &blocks {
+                    stored[block.row as usize] += block.value * sheets.v[block.column as usize];
+                }
+                stored.len()
+            },
+        ],
+    );
+    report.times("K dx without a matrix / from blocks", ours, from_blocks, 1.0);
+    Ok(())
+}
+
+/// Compares sticking and sliding of permanent contacts with new detection of each in a tree that
+/// is refitted.
+fn permanent(mut sheets: Sheets, report: &mut Report) -> Outcome {
+    let margins = Margins::new(0.0, 1.0)?;
+    let keep = |sheets: &Sheets| {
+        PermanentContacts::new(&sheets.contacts, &sheets.x, GapMeasure::AlongNormal, margins)
+    };
+    let (mut sticking, mut sliding) = (keep(&sheets)?, keep(&sheets)?);
+
+    // The upper sheet has slipped by a third of an edge.
+    let first = sheets.first_lower as usize;
+    for x in &mut sheets.x[..first] {
+        *x += DVec3::new(-0.33, 0.2, 0.0);
+    }
+    let (upper, lower) = sheets.x.split_at(first);
+    let on = sheets.lower.positions(lower)?;
+    let carrier = SurfaceCarrier::Particles { first: sheets.first_lower };
+    let mut tree = SurfaceTree::new(sheets.lower.clone(), lower.to_vec())?;
+    let mut workspace = Workspace::default();
+    let [stuck, slid, found] = report.interleave(
+        BUDGET,
+        [
+            &mut || usize::from(sticking.stick(&sheets.x).is_ok()),
+            &mut || usize::from(sliding.slide(&sheets.x, &sheets.lower, on, carrier).is_ok()),
+            &mut || {
+                let mut faces = usize::from(tree.set_positions(lower).is_ok());
+                for &p in upper {
+                    let closest = tree.closest_point(p, f64::INFINITY, None, &mut workspace);
+                    faces += closest.map_or(0, |closest| closest.face as usize);
+                }
+                faces
+            },
+        ],
+    );
+    report.times("10k contacts stick / found anew", stuck, found, 0.2);
+    report.times("10k contacts slide / found anew", slid, found, 1.0);
+    Ok(())
+}

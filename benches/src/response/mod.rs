@@ -1,3 +1,0 @@
-//! Contact responses beside plain memory sweeps and reference implementations.
-
-pub mod scenes;
