@@ -186,7 +186,7 @@ fn permanent(mut sheets: Sheets, report: &mut Report) -> Outcome {
             &mut || usize::from(sticking.stick(&sheets.x).is_ok()),
             &mut || usize::from(sliding.slide(&sheets.x, &sheets.lower, on, carrier).is_ok()),
             &mut || {
-                let mut faces = usize::from(tree.set_positions(lower).is_ok());
+                let mut faces = usize::from(tree.set_positions(lower.iter().copied()).is_ok());
                 for &p in upper {
                     let closest = tree.closest_point(p, f64::INFINITY, None, &mut workspace);
                     faces += closest.map_or(0, |closest| closest.face as usize);

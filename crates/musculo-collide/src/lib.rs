@@ -38,39 +38,27 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod check;
-mod error;
-mod field;
-mod medial_detector;
-mod pair;
-mod parallel;
-mod plan;
-mod resolve;
-mod scene;
-mod shape;
-mod sweep;
-mod unseen;
-
-pub use {ccd, distance_field, glam, kdop, medial, response, surface};
-
-pub use surface::RigidState;
-
-pub use crate::check::CheckParams;
-pub use crate::error::{NoInside, SceneError};
-pub use crate::field::{FieldContact, FieldDetector, FieldFeature};
-pub use crate::medial_detector::{MedialContact, MedialDetector, MedialFeature, PrimitiveBall};
-pub use crate::pair::{ContactPatch, NearVertex, PairReport, Region, Side, VertexReport};
-pub use crate::plan::{
-    Detection, DetectionMethod, ExcludedPair, ExclusionReason, OperationCounts, PairDetection,
-    PairPlan, Plan, PlanError, PlanParams, RespondParams, Structure, StructureKind, machine_factor,
+pub use ::{
+    ccd, decimate, distance_field, glam, kdop, medial, overlap, plan, proximity, resolve, response,
+    scene, surface,
 };
-pub use crate::resolve::{
+
+pub use ::resolve::{
     BodyChange, Obstacle, Remaining, Resolution, ResolveError, ResolveParams, Resolver, Round,
     resolve,
 };
-pub use crate::scene::{Body, BodyId, BodyKind, Scene};
-pub use crate::sweep::{ContactKind, PairSweep, SweepReport, SweptContact};
-pub use crate::unseen::PassThrough;
+pub use plan::{
+    Detection, DetectionMethod, ExcludedPair, ExclusionReason, OperationCounts, PairDetection,
+    PairPlan, Plan, PlanError, PlanParams, RespondParams, Structure, StructureKind, machine_factor,
+};
+pub use surface::RigidState;
+
+pub use scene::{
+    Body, BodyId, BodyKind, CheckParams, ContactKind, ContactPatch, FieldContact, FieldDetector,
+    FieldFeature, MedialContact, MedialDetector, MedialFeature, NearVertex, NoInside, PairReport,
+    PairSweep, PassThrough, PrimitiveBall, Region, Scene, SceneError, Side, SweepReport,
+    SweptContact, VertexReport,
+};
 
 /// Holds the README's example to what the library does.
 #[cfg(doctest)]

@@ -7,7 +7,7 @@ use kdop::{Leaves, Tree, TreeError};
 use surface::{PositionBuffer, Positions, SurfaceError, TriangleSurface};
 
 use crate::inside::components;
-use crate::{NoInside, ProximityError};
+use crate::{NoInside, ProximityError, SweptTree};
 
 /// A triangle surface at finite positions, with a bounding volume tree over its faces.
 ///
@@ -31,6 +31,8 @@ pub struct SurfaceTree {
 pub struct LazySurfaceTree {
     inner: SurfaceTree,
     fit: Fit,
+    /// Bounds over a step, of the last one that was fitted.
+    swept: Option<SweptTree>,
 }
 
 /// State of a lazy tree.
@@ -65,16 +67,21 @@ impl SurfaceTree {
         Self { no_inside: reason, no_winding_number: reason, ..self }
     }
 
-    /// Moves all vertices, and refits the tree.
+    /// Moves all vertices, and refits the tree. Allocates nothing.
+    ///
+    /// The iterator is run twice: values are checked before the first is written.
     ///
     /// # Errors
     ///
     /// [`ProximityError::Surface`] where the positions do not fit the surface or are not finite;
     /// nothing has then changed.
-    pub fn set_positions(&mut self, positions: &[DVec3]) -> Result<(), ProximityError> {
-        let x = self.surface.positions(positions)?;
-        self.tree.refit(x.as_slice())?;
-        self.positions.overwrite(positions.iter().copied())?;
+    pub fn set_positions(
+        &mut self,
+        positions: impl Iterator<Item = DVec3> + Clone,
+    ) -> Result<(), ProximityError> {
+        self.positions.overwrite(positions)?;
+        // Positions that the buffer has taken are ones that the tree takes.
+        self.tree.refit(self.positions.as_positions().as_slice())?;
         Ok(())
     }
 
@@ -184,7 +191,7 @@ impl LazySurfaceTree {
             components: Vec::new(),
             surface,
         };
-        Ok(Self { inner, fit: Fit::Unbuilt })
+        Ok(Self { inner, fit: Fit::Unbuilt, swept: None })
     }
 
     /// Declares the surface open: nothing is inside it, whatever its edges say.
@@ -230,6 +237,27 @@ impl LazySurfaceTree {
         }
         self.fit = Fit::Current;
         Ok(&self.inner)
+    }
+
+    /// Bounds the faces on their way from the present positions to `end`. The tree itself stays
+    /// as it is, but for one that is not yet built.
+    ///
+    /// # Errors
+    ///
+    /// As [`fit`](Self::fit), and [`TreeError::WrongLength`] where `end` is of another surface.
+    pub fn fit_step(&mut self, end: Positions<'_>) -> Result<(), TreeError> {
+        if self.fit == Fit::Unbuilt {
+            self.fit()?;
+        }
+        let SurfaceTree { positions, tree, .. } = &self.inner;
+        let swept = self.swept.get_or_insert_with(|| SweptTree::like(tree));
+        swept.refit(positions.as_positions(), end)
+    }
+
+    /// Returns the bounds over the last step that was [fitted](Self::fit_step), if there is one.
+    #[must_use]
+    pub fn swept(&self) -> Option<&SweptTree> {
+        self.swept.as_ref()
     }
 
     /// Returns the surface tree where it is up to date; `None` before the first

@@ -69,24 +69,17 @@ pub enum ContactKind {
 }
 
 impl SweptTree {
-    /// Bounds the faces of `at_start` on their way to `end` (|V|), every vertex on a straight
-    /// line.
-    ///
-    /// # Errors
-    ///
-    /// [`TreeError::WrongLength`] where `end` is of another surface.
-    pub fn new(at_start: &SurfaceTree, end: Positions<'_>) -> Result<Self, TreeError> {
-        let mut swept = Self { tree: at_start.tree().clone() };
-        swept.refit(at_start.positions(), end)?;
-        Ok(swept)
+    /// Returns a tree over the same faces as another, with bounds that are yet to be fitted.
+    pub(crate) fn like(tree: &Tree) -> Self {
+        Self { tree: tree.clone() }
     }
 
-    /// Bounds the faces of the same surface over another step.
-    ///
-    /// # Errors
-    ///
-    /// [`TreeError::WrongLength`] where the positions are of another surface.
-    pub fn refit(&mut self, start: Positions<'_>, end: Positions<'_>) -> Result<(), TreeError> {
+    /// Bounds the faces over a step, every vertex on a straight line.
+    pub(crate) fn refit(
+        &mut self,
+        start: Positions<'_>,
+        end: Positions<'_>,
+    ) -> Result<(), TreeError> {
         self.tree.refit_swept(start.as_slice(), end.as_slice())
     }
 }

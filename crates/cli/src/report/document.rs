@@ -212,7 +212,7 @@ impl PatchRecord {
             faces: patch.faces.len(),
             area: patch.area,
             min_gap: patch.min_gap,
-            centre: patch.centre.to_array(),
+            centre: patch.center.to_array(),
         }
     }
 }

@@ -1,0 +1,240 @@
+//! Results of overlap removal.
+
+use glam::DVec3;
+use kdop::Workspace;
+
+use super::near_pairs::NearPairs;
+use super::tissue::{Tissue, volume};
+use super::{guard, tuning};
+use scene::Body;
+use scene::{BodyId, BodyKind, PairReport, Scene};
+use surface::parallel;
+
+/// State of a scene at the start or after a round.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Round {
+    /// Number of pairs that overlap.
+    pub overlapping_pairs: usize,
+    /// Number of crossing pairs of faces, over all pairs of bodies.
+    pub crossing_faces: usize,
+    /// Depth of the deepest overlap, of vertices or of edges.
+    pub max_depth: f64,
+    /// Number of pairs that overlap and did not at the start.
+    pub new_pairs: usize,
+    /// Number of crossing pairs of faces of one body that did not cross at the start; counted
+    /// once no overlap exceeds the tolerance.
+    pub self_crossings: usize,
+    /// Number of faces turned by a right angle or more.
+    pub flipped_faces: usize,
+    /// Largest relative change of a soft body's volume.
+    pub volume_change: f64,
+}
+
+/// Displacement and deformation of one body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyChange {
+    /// The body.
+    pub body: BodyId,
+    /// Displacement of each vertex from its position at the start, |V|.
+    pub displacements: Vec<DVec3>,
+    /// Number of vertices that moved at all.
+    pub moved: usize,
+    /// Length of the longest displacement.
+    pub max_displacement: f64,
+    /// Volume over the volume at the start; `None` where the body has no inside.
+    pub volume_ratio: Option<f64>,
+    /// Number of faces turned by a right angle or more.
+    pub flipped_faces: usize,
+    /// Number of crossing pairs of the body's own faces, at the start and now.
+    pub self_crossings: [usize; 2],
+}
+
+/// Reason why a pair still overlaps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Obstacle {
+    /// Neither body may move.
+    #[error("both are rigid")]
+    BothRigid,
+    /// Rounds no longer improved anything.
+    #[error("no push improved it any more: there is no room to yield, or too far at once")]
+    Stuck,
+    /// The maximum number of rounds was reached while rounds still improved.
+    #[error("the maximum number of rounds was reached: more may separate them")]
+    Rounds,
+}
+
+/// Pair that still overlaps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Remaining {
+    /// The first body.
+    pub a: BodyId,
+    /// The second body.
+    pub b: BodyId,
+    /// Depth of vertices or of edges; 0 where only edges cross, too steeply for a depth.
+    pub depth: f64,
+    /// Number of crossing pairs of faces.
+    pub crossing_faces: usize,
+    /// Whether the pair overlapped at the start.
+    pub at_first: bool,
+    /// Reason why the pair still overlaps.
+    pub obstacle: Obstacle,
+}
+
+/// Result of overlap removal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Resolution {
+    /// Pairs of bodies within the detection margin at the start.
+    pub before: Vec<PairReport>,
+    /// Pairs of bodies within the detection margin now.
+    pub after: Vec<PairReport>,
+    /// State at the start and after each round.
+    pub rounds: Vec<Round>,
+    /// Changes of all bodies, in their order.
+    pub bodies: Vec<BodyChange>,
+    /// Pairs that still overlap, the deepest first, including those within the tolerance.
+    pub remaining: Vec<Remaining>,
+    /// Whether no pair overlaps by more than the tolerance, and none that did not overlap at
+    /// the start.
+    pub resolved: bool,
+}
+
+impl Round {
+    /// Summarizes the overlaps of a scene; what concerns single bodies is 0.
+    pub(super) fn of_overlaps(near: &NearPairs, before: &[PairReport]) -> Self {
+        let mut round = Self::default();
+        for pair in near.overlapping() {
+            round.overlapping_pairs += 1;
+            round.crossing_faces += pair.report.crossing_faces.len();
+            round.max_depth = round.max_depth.max(pair.depth());
+            round.new_pairs += usize::from(!pair.overlaps_in(before));
+        }
+        round
+    }
+
+    /// Returns true if nothing overlaps and no shape is spoilt.
+    pub(super) fn is_clean(&self) -> bool {
+        let spoilt_faces = self.self_crossings + self.flipped_faces;
+        self.overlapping_pairs + spoilt_faces == 0 && self.excess_volume() <= 0.0
+    }
+
+    /// Returns true if no overlap exceeds the tolerance and none is new.
+    pub(super) fn is_within(&self, tolerance: f64) -> bool {
+        self.max_depth <= tolerance && self.new_pairs == 0
+    }
+
+    /// Returns true if this round has left less than another one.
+    pub(super) fn is_better_than(&self, other: &Self, tolerance: f64) -> bool {
+        self.score(tolerance) < other.score(tolerance)
+    }
+
+    /// Computes a weighted sum of overlaps and spoilt shapes; 0 where there are none.
+    fn score(&self, tolerance: f64) -> f64 {
+        let count = |n: usize| f64::from(u32::try_from(n).unwrap_or(u32::MAX));
+        let pairs = self.overlapping_pairs + tuning::NEW_PAIR_SCORE * self.new_pairs;
+        let spoilt_faces = self.self_crossings + self.flipped_faces;
+        let crossings = self.crossing_faces + tuning::SPOILT_FACE_SCORE * spoilt_faces;
+
+        self.max_depth / (tuning::SCORED_DEPTH * tolerance) * count(pairs)
+            + tuning::CROSSING_SCORE * count(crossings)
+            + self.excess_volume()
+    }
+
+    fn excess_volume(&self) -> f64 {
+        (self.volume_change - tuning::MAX_VOLUME_CHANGE).max(0.0)
+    }
+}
+
+impl Remaining {
+    /// Lists the pairs that still overlap, the deepest first.
+    pub(super) fn list(
+        scene: &Scene,
+        near: &NearPairs,
+        before: &[PairReport],
+        stuck: bool,
+    ) -> Vec<Self> {
+        let is_rigid = |id: BodyId| scene.body(id).kind() == BodyKind::Rigid;
+        let mut remaining = Vec::new();
+        for pair in near.overlapping() {
+            let PairReport { a, b, crossing_faces, .. } = &pair.report;
+            let obstacle = if is_rigid(*a) && is_rigid(*b) {
+                Obstacle::BothRigid
+            } else if stuck {
+                Obstacle::Stuck
+            } else {
+                Obstacle::Rounds
+            };
+            remaining.push(Self {
+                a: *a,
+                b: *b,
+                depth: pair.depth(),
+                crossing_faces: crossing_faces.len(),
+                at_first: pair.overlaps_in(before),
+                obstacle,
+            });
+        }
+        remaining.sort_by(|p, q| q.depth.total_cmp(&p.depth));
+        remaining
+    }
+
+    /// Returns true if the pair may be left as it is.
+    ///
+    /// A pair that did not overlap at the start may not. Nor may one whose edges cross too
+    /// steeply for a depth: that is within no tolerance.
+    pub(super) fn is_within(&self, tolerance: f64) -> bool {
+        self.at_first && self.depth > 0.0 && self.depth <= tolerance
+    }
+}
+
+impl BodyChange {
+    /// Compares all bodies of a scene with their tissues at rest.
+    pub(super) fn list(scene: &Scene, tissues: &[Tissue]) -> Vec<Self> {
+        let bodies: Vec<_> = scene.ids().zip(tissues).collect();
+        parallel::map_slice_with(&bodies, Workspace::default, |workspace, &(id, tissue)| {
+            Self::new(id, scene.body(id), tissue, workspace)
+        })
+    }
+
+    fn new(id: BodyId, body: &Body, tissue: &Tissue, workspace: &mut Workspace) -> Self {
+        let (surface, x) = (body.surface(), body.positions());
+        let displacements: Vec<DVec3> =
+            x.iter().zip(&tissue.rest).map(|(x, rest)| *x - *rest).collect();
+        let has_inside = body.has_inside().is_ok();
+        let mut count_crossings = |x: &[DVec3]| guard::self_crossings(body, x, workspace).len();
+        Self {
+            body: id,
+            moved: displacements.iter().filter(|u| **u != DVec3::ZERO).count(),
+            max_displacement: displacements.iter().map(|u| u.length()).fold(0.0, f64::max),
+            volume_ratio: has_inside.then(|| volume(surface.faces(), x) / tissue.volume),
+            flipped_faces: guard::count_flipped(surface, tissue, x),
+            self_crossings: [count_crossings(&tissue.rest), count_crossings(x)],
+            displacements,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fixtures::shapes;
+
+    use super::*;
+
+    #[test]
+    fn pairs_within_the_tolerance_may_remain() {
+        let mut scene = Scene::new();
+        let [a, b] = ["a", "b"].map(|name| {
+            let cube = shapes::cube(1.0);
+            scene.add(name, BodyKind::Deformable, cube.surface(), cube.positions).expect("a cube")
+        });
+        let (crossing_faces, obstacle) = (2, Obstacle::Rounds);
+        let left = |depth, at_first| {
+            Remaining { a, b, depth, crossing_faces, at_first, obstacle }.is_within(0.05)
+        };
+        assert!(left(0.05, true));
+        assert!(!left(0.06, true), "too deep");
+        assert!(!left(0.01, false), "was not there at first");
+        assert!(!left(0.0, true), "crosses, how deep cannot be told");
+    }
+}

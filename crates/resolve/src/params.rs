@@ -1,0 +1,89 @@
+//! Parameters of overlap removal, and its errors.
+
+use response::ResponseError;
+use surface::progress::Interrupted;
+
+use scene::SceneError;
+
+/// Parameters of overlap removal. Lengths are in the scene's unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct ResolveParams {
+    /// Largest depth of an overlap that may remain, `> 0`.
+    pub tolerance: f64,
+    /// Gap to which contacts are pushed apart, `>= 0`. More keeps the edges of curved surfaces
+    /// apart where vertices alone would let them cross; less moves tissue less.
+    pub clearance: f64,
+    /// Length along a surface over which a displacement falls to a third, `> 0`. More keeps
+    /// shape better; less moves fewer vertices.
+    pub smoothing: f64,
+    /// Largest number of rounds of detection and pushing.
+    pub max_rounds: u32,
+}
+
+impl ResolveParams {
+    /// Returns parameters for a smoothing length, of which the tolerance is 1/120 and the
+    /// clearance 1/300, and 60 rounds.
+    ///
+    /// A few edge lengths of the soft bodies are a good smoothing length.
+    #[must_use]
+    pub const fn with_smoothing(smoothing: f64) -> Self {
+        Self {
+            tolerance: smoothing / 120.0,
+            clearance: smoothing / 300.0,
+            smoothing,
+            max_rounds: 60,
+        }
+    }
+
+    /// Checks that all parameters are in their ranges.
+    ///
+    /// # Errors
+    ///
+    /// [`ResolveError::Parameter`] for the first one that is not.
+    pub fn validate(&self) -> Result<(), ResolveError> {
+        const POSITIVE: &str = "finite and above 0";
+        let Self { tolerance, clearance, smoothing, .. } = *self;
+        let is_positive = |value: f64| value.is_finite() && value > 0.0;
+
+        let ranges = [
+            ("tolerance", tolerance, is_positive(tolerance), POSITIVE),
+            (
+                "clearance",
+                clearance,
+                clearance == 0.0 || is_positive(clearance),
+                "finite and at least 0",
+            ),
+            ("smoothing", smoothing, is_positive(smoothing), POSITIVE),
+        ];
+        match ranges.into_iter().find(|&(_, _, is_valid, _)| !is_valid) {
+            Some((name, value, _, range)) => Err(ResolveError::Parameter { name, value, range }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Failure of overlap removal.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ResolveError {
+    /// A parameter outside its range.
+    #[error("{name} is {value}, but must be {range}")]
+    Parameter {
+        /// Name of the parameter.
+        name: &'static str,
+        /// Value as given.
+        value: f64,
+        /// Accepted values, in words.
+        range: &'static str,
+    },
+    /// A failure of detection.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A failure of the contact solver.
+    #[error(transparent)]
+    Response(#[from] ResponseError),
+    /// The caller interrupted the call.
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
+}

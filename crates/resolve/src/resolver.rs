@@ -1,0 +1,96 @@
+//! Overlap removal of one state, or of one state after another.
+
+use surface::progress::Progress;
+
+use super::carry::{self, LocalDisplacements};
+use super::run::Run;
+use super::{Resolution, ResolveError, ResolveParams};
+use scene::Scene;
+
+/// Pushes apart the bodies of a scene that overlap.
+///
+/// Rigid bodies do not move. Soft ones yield, and share their overlaps with each other by
+/// mass. Vertices far from all pushes keep their positions to the bit.
+///
+/// # Errors
+///
+/// As [`Resolver::new`] and [`Resolver::resolve`].
+pub fn resolve(
+    scene: &mut Scene,
+    params: &ResolveParams,
+    progress: Progress<'_>,
+) -> Result<Resolution, ResolveError> {
+    Resolver::new(*params)?.resolve(scene, progress)
+}
+
+/// Overlap removal for the states of a moving scene, with warm starting: each state starts
+/// from the displacements of the last one, where that is better.
+///
+/// ```
+/// use scene::glam::DVec3;
+/// use surface::TriangleSurface;
+/// use surface::progress::Progress;
+/// use resolve::{ResolveParams, Resolver};
+/// use scene::{BodyKind, Scene};
+///
+/// // A bone that moves into a muscle, here two tetrahedra of 10 mm.
+/// let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+/// let bone = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|corner| 10.0 * corner);
+/// let muscle = bone.map(|corner| corner + DVec3::new(1.0, 1.0, 10.5));
+/// let mut scene = Scene::new();
+/// let id = scene.add("bone", BodyKind::Rigid, TriangleSurface::new(4, faces.clone())?, bone.to_vec())?;
+/// let soft = scene.add("muscle", BodyKind::Deformable, TriangleSurface::new(4, faces)?, muscle.to_vec())?;
+///
+/// let mut resolver = Resolver::new(ResolveParams::with_smoothing(6.0))?;
+/// for up in [0.0, 1.0, 2.0] {
+///     // Both bodies are placed without any push; the resolver adds the last one by itself.
+///     scene.move_body(id, &bone.map(|corner| corner + up * DVec3::Z))?;
+///     scene.move_body(soft, &muscle)?;
+///     assert!(resolver.resolve(&mut scene, Progress::none())?.resolved);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Resolver {
+    params: ResolveParams,
+    carried: Vec<Option<LocalDisplacements>>,
+}
+
+impl Resolver {
+    /// Returns a resolver without an earlier state.
+    ///
+    /// # Errors
+    ///
+    /// [`ResolveError::Parameter`] for a parameter out of range.
+    pub fn new(params: ResolveParams) -> Result<Self, ResolveError> {
+        params.validate()?;
+        Ok(Self { params, carried: Vec::new() })
+    }
+
+    /// Pushes apart the bodies of a scene that overlap, as [`resolve`] does.
+    ///
+    /// The scene's positions are those without any push. Displacements of the last state are
+    /// added first, unless the scene has other bodies now or is worse off with them.
+    ///
+    /// # Errors
+    ///
+    /// With soft bodies back where they were:
+    /// - [`ResolveError::Interrupted`] when the handler of `progress` ends the call;
+    /// - [`ResolveError::Scene`] and [`ResolveError::Response`] for bodies that are too large,
+    ///   or too far from the origin to compute with.
+    pub fn resolve(
+        &mut self,
+        scene: &mut Scene,
+        progress: Progress<'_>,
+    ) -> Result<Resolution, ResolveError> {
+        let carried = carry::fitting(&self.carried, scene);
+        let mut run = Run::new(scene, self.params, progress)?;
+
+        let result = run.warm_start(carried).and_then(|()| run.complete());
+        match &result {
+            Ok(_) => self.carried = run.local_displacements(),
+            Err(_) => run.restore()?,
+        }
+        result
+    }
+}

@@ -1,0 +1,265 @@
+//! Bodies of a scene, and their motion.
+
+use std::ops::Range;
+
+use glam::DVec3;
+use proximity::{
+    ContactSurface, LazySurfaceTree, NoInside, ParticleNumbers, StepBounds, SurfaceTree, SweptSide,
+};
+use surface::{Aabb, Pose, Positions, SurfaceError, TriangleSurface};
+
+use crate::SceneError;
+
+/// Number of a body in its scene, in the order they were added.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct BodyId(pub(crate) u32);
+
+/// Kind of motion of a body, and whether it is meant to have an inside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
+pub enum BodyKind {
+    /// Moves as one: a bone.
+    Rigid,
+    /// Every vertex moves by itself: a muscle.
+    Deformable,
+    /// A sheet without an inside: nothing is ever inside it.
+    Open,
+}
+
+/// One surface of a scene.
+#[derive(Debug)]
+pub struct Body {
+    name: String,
+    kind: BodyKind,
+    first_particle: u32,
+    surface: LazySurfaceTree,
+    /// Box around the positions, once computed.
+    bounds: Option<Aabb>,
+    frame: Frame,
+}
+
+/// Motion of a rigid body since it was added.
+#[derive(Debug)]
+struct Frame {
+    /// Positions that it was added with, once it has left them.
+    reference: Option<Vec<DVec3>>,
+    /// From the reference; unknown for soft bodies, and once vertices were moved one by one.
+    pose: Option<Pose>,
+}
+
+impl BodyId {
+    /// Returns the number itself, from 0.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+impl Body {
+    pub(crate) fn new(
+        name: String,
+        kind: BodyKind,
+        first_particle: u32,
+        surface: TriangleSurface,
+        positions: Vec<DVec3>,
+    ) -> Result<Self, SceneError> {
+        if surface.faces().is_empty() {
+            return Err(SceneError::NoFaces { name });
+        }
+        let mut surface = match LazySurfaceTree::new(surface, positions) {
+            Ok(surface) => surface,
+            Err(source) => return Err(SceneError::Surface { name, source }),
+        };
+        if kind == BodyKind::Open {
+            surface = surface.declared_open();
+        }
+        let pose = (kind == BodyKind::Rigid).then_some(Pose::IDENTITY);
+        let frame = Frame { reference: None, pose };
+        Ok(Self { name, kind, first_particle, surface, bounds: None, frame })
+    }
+
+    /// Returns the name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Returns the kind.
+    #[must_use]
+    pub fn kind(&self) -> BodyKind {
+        self.kind
+    }
+
+    /// Returns true if the body moves as one.
+    #[must_use]
+    pub fn is_rigid(&self) -> bool {
+        self.kind == BodyKind::Rigid
+    }
+
+    /// Returns the connectivity.
+    #[must_use]
+    pub fn surface(&self) -> &TriangleSurface {
+        self.surface.surface()
+    }
+
+    /// Returns the positions of the vertices.
+    #[must_use]
+    pub fn positions(&self) -> &[DVec3] {
+        self.checked_positions().as_slice()
+    }
+
+    /// Returns the positions of the vertices, with the proof that they fit the surface.
+    #[must_use]
+    pub fn checked_positions(&self) -> Positions<'_> {
+        self.surface.positions()
+    }
+
+    /// Returns the corners of one face.
+    ///
+    /// # Panics
+    ///
+    /// When `face` is not below the surface's face count.
+    #[must_use]
+    pub fn corners(&self, face: u32) -> [DVec3; 3] {
+        self.checked_positions().corners(self.surface().faces()[face as usize])
+    }
+
+    /// Returns the positions that a body was added with, if it is rigid.
+    #[must_use]
+    pub fn reference(&self) -> Option<&[DVec3]> {
+        let positions = self.frame.reference.as_deref().unwrap_or(self.positions());
+        self.is_rigid().then_some(positions)
+    }
+
+    /// Returns the numbers of the vertices among all particles of the scene, in which the
+    /// stencils of contacts are written.
+    #[must_use]
+    pub fn particles(&self) -> Range<u32> {
+        let count = u32::try_from(self.positions().len()).unwrap_or(u32::MAX);
+        self.first_particle..self.first_particle.saturating_add(count)
+    }
+
+    /// Returns the numbers of the vertices, as detectors take them.
+    #[must_use]
+    pub fn particle_numbers(&self) -> ParticleNumbers<'_> {
+        ParticleNumbers::from(self.first_particle)
+    }
+
+    /// Returns the body as one side of a contact.
+    #[must_use]
+    pub fn contact_surface(&self) -> ContactSurface<'_> {
+        ContactSurface {
+            surface: self.surface(),
+            positions: self.checked_positions(),
+            particles: self.particle_numbers(),
+            is_rigid: self.is_rigid(),
+        }
+    }
+
+    /// Checks that "inside" is defined for this body.
+    ///
+    /// # Errors
+    ///
+    /// [`NoInside`] where the body was declared open, or has an edge with an odd number of faces.
+    pub fn has_inside(&self) -> Result<(), NoInside> {
+        self.surface.has_inside()
+    }
+
+    /// Returns the pose of a rigid body, from where it was added; `None` for other bodies, and
+    /// for a rigid one whose vertices were [moved](crate::Scene::move_body) one by one.
+    #[must_use]
+    pub fn pose(&self) -> Option<Pose> {
+        self.frame.pose
+    }
+
+    /// Returns the surface with its tree, where that is up to date: `None` unless the scene has
+    /// [fitted](crate::Scene::fit) it since the body last moved.
+    #[must_use]
+    pub fn tree(&self) -> Option<&SurfaceTree> {
+        self.surface.fitted()
+    }
+
+    /// Returns the memory of the tree, in bytes: 0 before it is built.
+    #[must_use]
+    pub fn tree_bytes(&self) -> usize {
+        self.surface.tree_bytes()
+    }
+
+    /// Returns the box around the positions.
+    pub(crate) fn bounds(&mut self) -> Aabb {
+        let positions = self.surface.positions().as_slice();
+        *self.bounds.get_or_insert_with(|| Aabb::of_points(positions.iter().copied()))
+    }
+
+    /// Builds or refits the tree where it is not up to date.
+    pub(crate) fn fit(&mut self) -> Result<&SurfaceTree, SceneError> {
+        let Self { name, surface, .. } = self;
+        surface.fit().map_err(|source| SceneError::Tree { name: name.clone(), source })
+    }
+
+    /// Bounds the way to `end`.
+    pub(crate) fn fit_step(&mut self, end: Positions<'_>) -> Result<(), SceneError> {
+        let Self { name, surface, .. } = self;
+        let fitted = surface.fit_step(end);
+        fitted.map_err(|source| SceneError::Tree { name: name.clone(), source })
+    }
+
+    /// Returns the body as one side of a swept query, where its bounds are up to date.
+    pub(crate) fn swept_side(&self, is_moving: bool) -> Option<SweptSide<'_>> {
+        let bounds = if is_moving {
+            StepBounds::Moving(self.surface.swept()?)
+        } else {
+            StepBounds::Resting(self.surface.fitted()?)
+        };
+        let first_particle = self.first_particle;
+        Some(SweptSide { surface: self.surface(), bounds, first_particle })
+    }
+
+    /// Checks that the body can take these positions.
+    pub(crate) fn check_positions<'a>(
+        &self,
+        positions: &'a [DVec3],
+    ) -> Result<Positions<'a>, SceneError> {
+        let checked = self.surface().positions(positions);
+        checked.map_err(|source| self.surface_error(source))
+    }
+
+    /// Moves the vertices one by one.
+    pub(crate) fn set_positions(&mut self, positions: &[DVec3]) -> Result<(), SceneError> {
+        let checked = self.check_positions(positions)?;
+        self.keep_reference();
+        let moved = self.surface.set_positions(checked.as_slice().iter().copied());
+        moved.map_err(|source| self.surface_error(source))?;
+        self.bounds = None;
+        self.frame.pose = None;
+        Ok(())
+    }
+
+    /// Places a rigid body.
+    pub(crate) fn set_pose(&mut self, pose: &Pose) -> Result<(), SceneError> {
+        if !self.is_rigid() {
+            return Err(SceneError::NotRigid { name: self.name.clone() });
+        }
+        self.keep_reference();
+        let Self { surface, frame, .. } = self;
+        let reference = frame.reference.as_deref().unwrap_or_default();
+        let moved = surface.set_positions(reference.iter().map(|&p| pose.transform_point(p)));
+        moved.map_err(|source| self.surface_error(source))?;
+        self.bounds = None;
+        self.frame.pose = Some(*pose);
+        Ok(())
+    }
+
+    /// Keeps the positions that a rigid body was added with, before it leaves them.
+    fn keep_reference(&mut self) {
+        if self.is_rigid() && self.frame.reference.is_none() {
+            self.frame.reference = Some(self.positions().to_vec());
+        }
+    }
+
+    fn surface_error(&self, source: SurfaceError) -> SceneError {
+        SceneError::Surface { name: self.name.clone(), source }
+    }
+}

@@ -1,0 +1,111 @@
+//! What a scene refuses, naming the body concerned.
+
+use ccd::CcdError;
+use kdop::TreeError;
+use medial::MedialError;
+use proximity::NoInside;
+use surface::SurfaceError;
+
+/// Why a scene did not take a body or a question.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// Two bodies of one name could not be told apart in a report.
+    #[error("two bodies are named {name:?}")]
+    DuplicateName {
+        /// The name.
+        name: String,
+    },
+    /// A body without faces touches nothing.
+    #[error("body {name:?} has no faces")]
+    NoFaces {
+        /// The body's name.
+        name: String,
+    },
+    /// The body's positions do not fit its surface.
+    #[error("body {name:?}: {source}")]
+    Surface {
+        /// The body's name.
+        name: String,
+        /// What is wrong with it.
+        source: SurfaceError,
+    },
+    /// No tree of bounds could be built over the body.
+    #[error("body {name:?}: {source}")]
+    Tree {
+        /// The body's name.
+        name: String,
+        /// What is wrong with it.
+        source: TreeError,
+    },
+    /// A body has no medial surface like this one.
+    #[error("body {name:?}: {source}")]
+    Medial {
+        /// The body's name.
+        name: String,
+        /// What is wrong with it.
+        source: MedialError,
+    },
+    /// A body without an inside was asked for balls in it.
+    #[error("body {name:?}: {source}")]
+    NoInside {
+        /// The body's name.
+        name: String,
+        /// Why it has none.
+        source: NoInside,
+    },
+    /// A body was asked for its contacts with itself.
+    #[error("body {name:?} was asked for contacts with itself")]
+    Itself {
+        /// The body's name.
+        name: String,
+    },
+    /// A field does not tell distances as far out as a body is thick.
+    #[error(
+        "body {name:?}: a ball may touch the bone whose field tells distances up to {known}, but {needed} is needed: build it with more padding and without truncation"
+    )]
+    FieldRange {
+        /// The body's name.
+        name: String,
+        /// The distance that the field tells at the ball's centre, at least.
+        known: f64,
+        /// The distance that has to be told.
+        needed: f64,
+    },
+    /// The parameters of swept detection mean nothing.
+    #[error("{source}")]
+    Ccd {
+        /// What is wrong with them.
+        source: CcdError,
+    },
+    /// A body that the scene does not have.
+    #[error("the scene has {count} bodies, not a body number {index}")]
+    NoSuchBody {
+        /// The number asked for.
+        index: usize,
+        /// Bodies of the scene.
+        count: usize,
+    },
+    /// A body that moves vertex by vertex has no pose.
+    #[error("body {name:?} is not rigid: it has no pose")]
+    NotRigid {
+        /// The body's name.
+        name: String,
+    },
+    /// All bodies together have more vertices than 32-bit indices can number.
+    #[error("body {name:?} would bring the scene to {count} vertices, more than {limit}")]
+    TooManyParticles {
+        /// The body's name.
+        name: String,
+        /// Vertices with it.
+        count: usize,
+        /// How many are possible.
+        limit: usize,
+    },
+    /// A margin that is negative, infinite or not a number.
+    #[error("the margin is {margin}, but must be finite and at least 0")]
+    Margin {
+        /// The value given.
+        margin: f64,
+    },
+}

@@ -1,0 +1,66 @@
+//! Named bodies, with static and swept collision detection between all of them.
+//!
+//! A [`Scene`] holds bodies: rigid, deformable or open surfaces, each with a name.
+//! [`Scene::check`] reports, for every pair of bodies within a margin of each other, whether they
+//! overlap, how deep and where, and how far apart they are. [`Scene::sweep`] finds the first
+//! contacts while bodies move to new positions, and [`SweepReport::pass_throughs`] those that
+//! neither state shows.
+//!
+//! Candidate pairs come from a broad phase (sweep and prune). Trees are built and refit only for
+//! bodies that may meet another one.
+//!
+//! # Example
+//!
+//! Two tetrahedra, one poked a tenth of a unit into the other.
+//!
+//! ```
+//! use scene::glam::DVec3;
+//! use scene::{BodyKind, CheckParams, Scene};
+//! use surface::TriangleSurface;
+//!
+//! let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+//! let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|corner| 10.0 * corner);
+//! let shifted = corners.map(|corner| corner + DVec3::new(1.0, 1.0, 9.9 - 2.0));
+//!
+//! let mut scene = Scene::new();
+//! let surface = TriangleSurface::new(4, faces)?;
+//! let bone = scene.add("bone", BodyKind::Rigid, surface.clone(), corners.to_vec())?;
+//! let muscle = scene.add("muscle", BodyKind::Deformable, surface, shifted.to_vec())?;
+//!
+//! let reports = scene.check(&CheckParams { margin: 1.0 })?;
+//! assert_eq!((reports[0].a, reports[0].b), (bone, muscle));
+//! assert!(reports[0].overlaps);
+//! assert_eq!(reports[0].b_against_a.inside_count, Ok(1));
+//! assert!((reports[0].max_depth - 0.1 / 3.0_f64.sqrt()).abs() < 1e-12);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Features
+//!
+//! - `rayon`: pairs are examined on the threads of the current pool; results are the same to the
+//!   bit.
+//! - `serde`: results implement `Serialize` and `Deserialize`.
+
+mod body;
+mod broad_phase;
+mod check;
+mod error;
+pub mod field;
+pub mod medial_detector;
+mod pass_through;
+mod report;
+mod scene;
+mod sweep;
+
+pub use glam;
+pub use proximity::{ContactKind, ContactPatch, NearVertex, NoInside, Region, Side, SweptContact};
+
+pub use crate::body::{Body, BodyId, BodyKind};
+pub use crate::check::CheckParams;
+pub use crate::error::SceneError;
+pub use crate::field::{FieldContact, FieldDetector, FieldFeature};
+pub use crate::medial_detector::{MedialContact, MedialDetector, MedialFeature, PrimitiveBall};
+pub use crate::pass_through::PassThrough;
+pub use crate::report::{PairReport, VertexReport};
+pub use crate::scene::Scene;
+pub use crate::sweep::{PairSweep, SweepReport};

@@ -1,0 +1,204 @@
+//! Scenes: bodies by name, and pairs that are ignored.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::DVec3;
+use surface::{Pose, TriangleSurface, parallel};
+
+use crate::broad_phase::overlapping_pairs;
+use crate::{Body, BodyId, BodyKind, SceneError};
+
+/// Bodies that may touch each other.
+#[derive(Debug, Default)]
+pub struct Scene {
+    pub(crate) bodies: Vec<Body>,
+    numbers: BTreeMap<String, BodyId>,
+    /// Pairs that are left out, the smaller number first.
+    ignored: BTreeSet<(BodyId, BodyId)>,
+}
+
+impl Scene {
+    /// Returns a scene without bodies.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a body at `positions` (|V|), in the length unit that all bodies share.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::DuplicateName`], [`SceneError::NoFaces`], [`SceneError::TooManyParticles`],
+    /// and [`SceneError::Surface`] where the positions do not fit the surface or are not finite.
+    pub fn add(
+        &mut self,
+        name: impl Into<String>,
+        kind: BodyKind,
+        surface: TriangleSurface,
+        positions: Vec<DVec3>,
+    ) -> Result<BodyId, SceneError> {
+        let name = name.into();
+        if self.numbers.contains_key(&name) {
+            return Err(SceneError::DuplicateName { name });
+        }
+        let first_particle = self.first_free_particle(&name, positions.len())?;
+        let body = Body::new(name.clone(), kind, first_particle, surface, positions)?;
+
+        let id = self.next_id();
+        self.bodies.push(body);
+        self.numbers.insert(name, id);
+        Ok(id)
+    }
+
+    /// Leaves a pair out of every result, in whichever order it is named.
+    pub fn ignore(&mut self, a: BodyId, b: BodyId) {
+        self.ignored.insert((a.min(b), a.max(b)));
+    }
+
+    /// Returns true if a pair is left out of every result.
+    #[must_use]
+    pub fn is_ignored(&self, a: BodyId, b: BodyId) -> bool {
+        self.ignored.contains(&(a.min(b), a.max(b)))
+    }
+
+    /// Returns the bodies, in the order they were added.
+    #[must_use]
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// Returns one body.
+    ///
+    /// # Panics
+    ///
+    /// When `id` is of another scene with more bodies.
+    #[must_use]
+    pub fn body(&self, id: BodyId) -> &Body {
+        &self.bodies[id.index()]
+    }
+
+    /// Returns one body, if it is in this scene.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::NoSuchBody`] when `id` is of another scene with more bodies.
+    pub fn get(&self, id: BodyId) -> Result<&Body, SceneError> {
+        self.bodies.get(id.index()).ok_or_else(|| self.no_such_body(id))
+    }
+
+    /// Finds the body of a name.
+    #[must_use]
+    pub fn find(&self, name: &str) -> Option<BodyId> {
+        self.numbers.get(name).copied()
+    }
+
+    /// Returns all ids, ascending.
+    pub fn ids(&self) -> impl Iterator<Item = BodyId> + use<> {
+        (0..self.next_id().0).map(BodyId)
+    }
+
+    /// Moves a body's vertices. Its tree follows when it is next needed.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::NoSuchBody`], and [`SceneError::Surface`] where the positions do not fit;
+    /// the body then stays where it was.
+    pub fn move_body(&mut self, id: BodyId, positions: &[DVec3]) -> Result<(), SceneError> {
+        self.get_mut(id)?.set_positions(positions)
+    }
+
+    /// Places a rigid body by its pose, which maps the positions that it was added with to the
+    /// world.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::NoSuchBody`], [`SceneError::NotRigid`], and [`SceneError::Surface`] for a
+    /// pose that is not finite; the body then stays where it was.
+    pub fn pose_body(&mut self, id: BodyId, pose: &Pose) -> Result<(), SceneError> {
+        self.get_mut(id)?.set_pose(pose)
+    }
+
+    /// Returns the positions of all particles, body after body.
+    #[must_use]
+    pub fn particle_positions(&self) -> Vec<DVec3> {
+        self.bodies.iter().flat_map(|body| body.positions().iter().copied()).collect()
+    }
+
+    /// Brings the trees of some bodies, by their numbers, to their present state. Allocates
+    /// nothing once they are built.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::Tree`] when a body is too large to build bounds for.
+    ///
+    /// # Panics
+    ///
+    /// When `is_wanted` is shorter than the list of bodies.
+    pub fn fit(&mut self, is_wanted: &[bool]) -> Result<(), SceneError> {
+        parallel::try_for_each_mut(&mut self.bodies, |number, body| {
+            if is_wanted[number] { body.fit().map(|_| ()) } else { Ok(()) }
+        })
+    }
+
+    /// Brings the trees of all bodies to their present state.
+    ///
+    /// # Errors
+    ///
+    /// As [`fit`](Self::fit).
+    pub fn fit_all(&mut self) -> Result<(), SceneError> {
+        parallel::try_for_each_mut(&mut self.bodies, |_, body| body.fit().map(|_| ()))
+    }
+
+    /// Finds the pairs of bodies whose bounds come within `margin` of each other, in the order of
+    /// their ids, without the ignored ones. Trees of these bodies are brought to their present
+    /// state; no others are touched.
+    ///
+    /// # Errors
+    ///
+    /// As [`fit`](Self::fit).
+    pub fn close_pairs(&mut self, margin: f64) -> Result<Vec<(BodyId, BodyId)>, SceneError> {
+        let boxes = parallel::map_mut(&mut self.bodies, Body::bounds);
+        let mut pairs = overlapping_pairs(&boxes, margin);
+        pairs.retain(|&(a, b)| !self.is_ignored(a, b));
+
+        let mut is_wanted = vec![false; self.bodies.len()];
+        for (a, b) in &pairs {
+            is_wanted[a.index()] = true;
+            is_wanted[b.index()] = true;
+        }
+        self.fit(&is_wanted)?;
+
+        // The bounds of a tree are tighter than boxes.
+        let root = |id: BodyId| self.body(id).tree().map(|tree| tree.tree().root());
+        let is_close = |&(a, b): &(BodyId, BodyId)| match (root(a), root(b)) {
+            (Some(a), Some(b)) => a.inflated(margin).overlaps(&b),
+            _ => false,
+        };
+        pairs.retain(is_close);
+        Ok(pairs)
+    }
+
+    pub(crate) fn get_mut(&mut self, id: BodyId) -> Result<&mut Body, SceneError> {
+        let error = self.no_such_body(id);
+        self.bodies.get_mut(id.index()).ok_or(error)
+    }
+
+    fn no_such_body(&self, id: BodyId) -> SceneError {
+        SceneError::NoSuchBody { index: id.index(), count: self.bodies.len() }
+    }
+
+    fn next_id(&self) -> BodyId {
+        // Each body has a vertex at least, and those are numbered in 32 bits.
+        BodyId(u32::try_from(self.bodies.len()).unwrap_or(u32::MAX))
+    }
+
+    fn first_free_particle(&self, name: &str, more: usize) -> Result<u32, SceneError> {
+        let first = self.bodies.last().map_or(0, |body| body.particles().end);
+        let count = first as usize + more;
+        let limit = u32::MAX as usize - 1;
+        if count > limit {
+            return Err(SceneError::TooManyParticles { name: name.to_owned(), count, limit });
+        }
+        Ok(first)
+    }
+}

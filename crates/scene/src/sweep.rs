@@ -1,0 +1,190 @@
+//! Swept detection over a whole scene: first contacts between two successive states.
+
+use ccd::{CcdError, CcdParams, MovingPoints};
+use glam::DVec3;
+use kdop::Workspace;
+use proximity::{StepBounds, SweptContact, SweptQuery, SweptSide};
+use surface::{Aabb, Positions, parallel};
+
+use crate::broad_phase::overlapping_pairs;
+use crate::{Body, BodyId, Scene, SceneError};
+
+/// First contacts of a step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SweepReport {
+    /// Pairs that met, in the order of the bodies.
+    pub pairs: Vec<PairSweep>,
+    /// Share of the step, in `0.0..=1.0`, before which no contact begins: 1
+    /// where nothing meets. Never after the first contact.
+    pub largest_free_step: f64,
+    /// Pairs of primitives that were queried, over all pairs of bodies.
+    pub candidates: usize,
+}
+
+/// First contacts of two bodies during a step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PairSweep {
+    /// The first body.
+    pub a: BodyId,
+    /// The second body, of the higher number.
+    pub b: BodyId,
+    /// First contacts of their vertices, edges and faces, by time, with particles
+    /// numbered by [`Body::particles`]; never empty.
+    pub contacts: Vec<SweptContact>,
+}
+
+impl Scene {
+    /// Finds the first contacts while each body named in `moves` goes to its new positions, every
+    /// vertex on a straight line; other bodies rest.
+    ///
+    /// The bodies are not moved: [`move_body`](Self::move_body) does that. No contact is missed,
+    /// and no time is after the true one.
+    ///
+    /// # Errors
+    ///
+    /// - [`SceneError::NoSuchBody`] and [`SceneError::Surface`] for moves that do not fit their
+    ///   bodies.
+    /// - [`SceneError::Ccd`] for parameters out of range.
+    /// - [`SceneError::Tree`] when a body is too large to build bounds for.
+    pub fn sweep(
+        &mut self,
+        moves: &[(BodyId, &[DVec3])],
+        params: &CcdParams,
+    ) -> Result<SweepReport, SceneError> {
+        self.sweep_among(moves, params, |_, _| true)
+    }
+
+    /// As [`Self::sweep`], for the pairs that are wanted.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::sweep`].
+    pub fn sweep_among(
+        &mut self,
+        moves: &[(BodyId, &[DVec3])],
+        params: &CcdParams,
+        is_wanted: impl Fn(BodyId, BodyId) -> bool,
+    ) -> Result<SweepReport, SceneError> {
+        params.validate()?;
+        let ends = self.check_moves(moves)?;
+        let pairs = self.candidates_of_step(&ends, params.min_separation, is_wanted)?;
+        let pairs = self.close_in_step(&pairs, &ends, params.min_separation);
+
+        // All particles at both ends of the step.
+        let start = self.particle_positions();
+        let mut end = start.clone();
+        for (body, x) in self.bodies.iter().zip(&ends) {
+            if let Some(x) = x {
+                let particles = body.particles();
+                end[particles.start as usize..particles.end as usize].copy_from_slice(x.as_slice());
+            }
+        }
+        let motion = MovingPoints::new(&start, &end)?;
+
+        let swept = parallel::map_slice_with(&pairs, Workspace::default, |workspace, pair| {
+            SweptQuery::new(&motion, params).run(&pair.sides[0], &pair.sides[1], workspace)
+        });
+        let mut report = SweepReport { pairs: Vec::new(), largest_free_step: 1.0, candidates: 0 };
+        for (pair, found) in pairs.iter().zip(swept) {
+            let (contacts, candidates) = found?;
+            report.add(PairSweep { a: pair.a, b: pair.b, contacts }, candidates);
+        }
+        Ok(report)
+    }
+
+    /// Returns the end positions of each body, by its number; `None` where it rests.
+    fn check_moves<'a>(
+        &self,
+        moves: &[(BodyId, &'a [DVec3])],
+    ) -> Result<Vec<Option<Positions<'a>>>, SceneError> {
+        let mut ends = vec![None; self.bodies.len()];
+        for &(id, positions) in moves {
+            let checked = self.get(id)?.check_positions(positions)?;
+            ends[id.index()] = Some(checked);
+        }
+        Ok(ends)
+    }
+
+    /// Finds the pairs of bodies whose boxes over the step come within `margin` of each other, and
+    /// brings the bounds of these bodies up to date; no others are touched.
+    fn candidates_of_step(
+        &mut self,
+        ends: &[Option<Positions<'_>>],
+        margin: f64,
+        is_wanted: impl Fn(BodyId, BodyId) -> bool,
+    ) -> Result<Vec<(BodyId, BodyId)>, SceneError> {
+        let mut boxes = parallel::map_mut(&mut self.bodies, Body::bounds);
+        for (bounds, end) in boxes.iter_mut().zip(ends) {
+            if let Some(x) = end {
+                *bounds = bounds.union(Aabb::of_points(x.as_slice().iter().copied()));
+            }
+        }
+        let mut pairs = overlapping_pairs(&boxes, margin);
+        pairs.retain(|&(a, b)| !self.is_ignored(a, b) && is_wanted(a, b));
+
+        // Bodies at rest need no bounds over the step.
+        let mut is_candidate = vec![false; self.bodies.len()];
+        for (a, b) in &pairs {
+            is_candidate[a.index()] = true;
+            is_candidate[b.index()] = true;
+        }
+        parallel::try_for_each_mut(&mut self.bodies, |number, body| match ends[number] {
+            _ if !is_candidate[number] => Ok(()),
+            Some(end) => body.fit_step(end),
+            None => body.fit().map(|_| ()),
+        })?;
+        Ok(pairs)
+    }
+
+    /// Returns the pairs whose bounds over the step come within `margin` of each other.
+    fn close_in_step(
+        &self,
+        pairs: &[(BodyId, BodyId)],
+        ends: &[Option<Positions<'_>>],
+        margin: f64,
+    ) -> Vec<StepPair<'_>> {
+        let side = |id: BodyId| self.body(id).swept_side(ends[id.index()].is_some());
+        let mut close = Vec::new();
+        for &(a, b) in pairs {
+            let Some(sides) = side(a).zip(side(b)) else { continue };
+            let [of_a, of_b] = [sides.0.bounds, sides.1.bounds].map(StepBounds::root);
+            if of_a.inflated(margin).overlaps(&of_b) {
+                close.push(StepPair { a, b, sides: [sides.0, sides.1] });
+            }
+        }
+        close
+    }
+}
+
+/// Two bodies that may meet during a step.
+struct StepPair<'a> {
+    a: BodyId,
+    b: BodyId,
+    sides: [SweptSide<'a>; 2],
+}
+
+impl SweepReport {
+    fn add(&mut self, pair: PairSweep, candidates: usize) {
+        self.candidates += candidates;
+        if let Some(time) = pair.first_time() {
+            self.largest_free_step = self.largest_free_step.min(time);
+        }
+        if !pair.contacts.is_empty() {
+            self.pairs.push(pair);
+        }
+    }
+}
+
+impl PairSweep {
+    /// Returns the earliest time of a contact.
+    #[must_use]
+    pub fn first_time(&self) -> Option<f64> {
+        self.contacts.first().and_then(|first| first.contact.time)
+    }
+}
+
+impl From<CcdError> for SceneError {
+    fn from(source: CcdError) -> Self {
+        Self::Ccd { source }
+    }
+}
