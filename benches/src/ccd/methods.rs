@@ -2,10 +2,11 @@
 //!
 //! Each takes a query and returns its time of the first contact.
 
-use ccd::{CcdParams, cubic};
+use ccd::CcdParams;
 use del_geo_core::ccd3::{EdgeEdge, FaceVertex, intersecting_time_ee, intersecting_time_fv};
 use glam::DVec3;
 
+use super::plain_roots::roots;
 use super::queries::{CcdQuery, QueryKind};
 
 /// Answers by the crate `ccd`, which reports what rounding leaves open.
@@ -38,7 +39,7 @@ pub fn del_geo(kind: QueryKind, query: &CcdQuery) -> Option<f64> {
     }
 }
 
-/// Answers by the cubic of Provot 1997 in plain arithmetic: each root of [`cubic::roots`] is
+/// Answers by the cubic of Provot 1997 in plain arithmetic: each root of [`roots`] is
 /// tested with barycentric coordinates.
 #[must_use]
 pub fn plain_cubic(kind: QueryKind, query: &CcdQuery) -> Option<f64> {
@@ -51,7 +52,7 @@ pub fn plain_cubic(kind: QueryKind, query: &CcdQuery) -> Option<f64> {
         (start.corner.dot(n1) + end.corner.dot(mixed)) / 3.0,
         end.corner.dot(n1),
     ];
-    cubic::roots(bernstein).iter().copied().find(|&t| start.lerp(&end, t).holds_origin(kind))
+    roots(bernstein).iter().copied().find(|&t| start.lerp(&end, t).holds_origin(kind))
 }
 
 /// Polygon of the differences between points of both primitives: a triangle for a vertex and a

@@ -2,4 +2,5 @@
 
 pub mod answers;
 pub mod methods;
+pub mod plain_roots;
 pub mod queries;

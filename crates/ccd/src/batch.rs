@@ -1,48 +1,57 @@
-//! Many candidates at once, by index into shared positions.
+//! Batches of candidates, by index into shared positions.
 //!
-//! Candidates come from a broad phase, which passes on mostly pairs that do not
-//! meet. They are filtered in groups, and what is left is searched one by one.
-//! Answers are those of the single queries, in the order of the candidates, and
-//! the same to the bit for any number of threads.
+//! Candidates come from a broad phase, and most of them do not meet. They are filtered in groups,
+//! and the remaining ones are searched one by one. Answers are those of the single queries, in the
+//! order of the candidates, and the same to the bit for any number of threads.
 
 use glam::DVec3;
 
 use crate::contact::{CcdContact, CcdParams};
 use crate::error::{CcdError, StepEnd};
-use crate::lanes::{self, LANES, LaneCorners, Vectors};
-use crate::polygon::{Corners, Shape, check_finite};
+use crate::lanes::{LANES, LaneCorners, Vectors, not_excluded};
+use crate::outline::check_finite;
 use crate::search::first_contact;
+use crate::shape::{Corners, PolygonShape};
 
-/// Positions of all points at the start and the end of a step, known to be
-/// finite and equally many.
+/// Number of candidates per task: at tens of nanoseconds each, far more than handing it to a thread
+/// costs.
+const CHUNK: usize = 1024;
+
+/// Number of candidates per round of [`MovingPoints::first_contact`].
+///
+/// The contacts of a round limit the time of the next. With fewer candidates threads would wait,
+/// with more they would search for contacts that are too late to matter.
+const ROUND: usize = 16 * CHUNK;
+
+/// Points that move on straight lines during a step, with finite positions.
 #[derive(Clone, Copy, Debug)]
 pub struct MovingPoints<'a> {
-    pub(crate) x0: &'a [DVec3],
-    pub(crate) x1: &'a [DVec3],
+    x0: &'a [DVec3],
+    x1: &'a [DVec3],
 }
 
-/// A contact of one candidate of a list.
+/// Contact of one candidate of a list.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CandidateContact {
-    /// Place of the candidate in its list.
+    /// Position of the candidate in its list.
     pub candidate: usize,
-    /// Its first contact.
+    /// First contact of the candidate.
     pub contact: CcdContact,
 }
 
-/// The first contact of all.
+/// First contact among all candidates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum FirstContact {
-    /// A vertex meets a face; the place is one in the list of these.
+    /// Contact of a vertex and a face, with the position in their list.
     VertexFace(CandidateContact),
-    /// Two edges meet; the place is one in the list of these.
+    /// Contact of two edges, with the position in their list.
     EdgeEdge(CandidateContact),
 }
 
 impl FirstContact {
-    /// The contact, whichever kind.
+    /// Returns the contact of either kind.
     #[must_use]
     pub fn contact(&self) -> &CcdContact {
         match self {
@@ -52,7 +61,7 @@ impl FirstContact {
 }
 
 impl<'a> MovingPoints<'a> {
-    /// Checks positions at the start and the end of a step (both `|V|`).
+    /// Checks and holds positions at the start and the end of a step (`|V|` each).
     ///
     /// # Errors
     ///
@@ -66,7 +75,7 @@ impl<'a> MovingPoints<'a> {
         Ok(Self { x0, x1 })
     }
 
-    /// Position of one point at a time in `0.0..=1.0` of the step.
+    /// Returns the position of one point at a time in `0.0..=1.0` of the step.
     ///
     /// # Panics
     ///
@@ -76,13 +85,14 @@ impl<'a> MovingPoints<'a> {
         self.x0[point as usize].lerp(self.x1[point as usize], time)
     }
 
-    /// First contacts of vertices with faces, each candidate a vertex and the
-    /// corners of a face. Only candidates with a contact are listed.
+    /// Finds the first contacts of vertices with faces, each candidate a vertex and the corners of a
+    /// face.
+    ///
+    /// Candidates without a contact are not listed.
     ///
     /// # Errors
     ///
-    /// When a parameter is out of range, or a candidate refers to a point that
-    /// does not exist.
+    /// When a parameter is out of range, or a candidate refers to a point that does not exist.
     pub fn vertex_face_contacts(
         &self,
         candidates: &[[u32; 4]],
@@ -91,12 +101,14 @@ impl<'a> MovingPoints<'a> {
         self.contacts::<3>(candidates, params)
     }
 
-    /// First contacts of edges with edges, each candidate the ends of one and
-    /// of the other. Only candidates with a contact are listed.
+    /// Finds the first contacts of edges with edges, each candidate the ends of one and of the
+    /// other.
+    ///
+    /// Candidates without a contact are not listed.
     ///
     /// # Errors
     ///
-    /// As [`MovingPoints::vertex_face_contacts`].
+    /// Those of [`MovingPoints::vertex_face_contacts`].
     pub fn edge_edge_contacts(
         &self,
         candidates: &[[u32; 4]],
@@ -105,36 +117,40 @@ impl<'a> MovingPoints<'a> {
         self.contacts::<4>(candidates, params)
     }
 
-    /// The first contact among all candidates: up to its `lo`, everything is
-    /// free to move. Of contacts with the same `lo` it is the first listed,
-    /// vertices and faces before edges.
+    /// Finds the first contact among all candidates: up to its `lo`, all points are free to move.
     ///
-    /// Cheaper than listing all contacts, since none that is later than one
-    /// already found has to be looked for.
+    /// Of contacts with the same `lo` it is the first listed, vertices and faces before edges. This
+    /// is cheaper than listing all contacts, since none that is later than one already found is
+    /// searched for.
     ///
     /// # Errors
     ///
-    /// As [`MovingPoints::vertex_face_contacts`].
+    /// Those of [`MovingPoints::vertex_face_contacts`].
     pub fn first_contact(
         &self,
         vertex_faces: &[[u32; 4]],
         edge_edges: &[[u32; 4]],
         params: &CcdParams,
     ) -> Result<Option<FirstContact>, CcdError> {
-        let first = self.first_of::<3>(vertex_faces, params)?;
-        let t_max = first.map_or(params.t_max, |found| found.contact.lo);
-        let second = self.first_of::<4>(edge_edges, &CcdParams { t_max, ..*params })?;
-        let second =
-            second.filter(|second| first.is_none_or(|first| second.contact.lo < first.contact.lo));
-        Ok(second.map(FirstContact::EdgeEdge).or(first.map(FirstContact::VertexFace)))
+        let face = self.first_of::<3>(vertex_faces, params)?;
+        let t_max = face.map_or(params.t_max, |found| found.contact.lo);
+        let edge = self.first_of::<4>(edge_edges, &CcdParams { t_max, ..*params })?;
+        Ok(match (face, edge) {
+            (Some(face), Some(edge)) if face.contact.lo <= edge.contact.lo => {
+                Some(FirstContact::VertexFace(face))
+            }
+            (face, None) => face.map(FirstContact::VertexFace),
+            (_, Some(edge)) => Some(FirstContact::EdgeEdge(edge)),
+        })
     }
 
-    /// Places of the vertex-face candidates that the filters cannot drop:
-    /// certainly all with a contact until `params.t_max`, and a few without.
+    /// Returns the positions of the vertex-face candidates that the filters cannot drop.
+    ///
+    /// These are all with a contact until `params.t_max`, and a few without.
     ///
     /// # Errors
     ///
-    /// As [`MovingPoints::vertex_face_contacts`].
+    /// Those of [`MovingPoints::vertex_face_contacts`].
     pub fn filter_vertex_faces(
         &self,
         candidates: &[[u32; 4]],
@@ -143,11 +159,11 @@ impl<'a> MovingPoints<'a> {
         self.filter::<3>(candidates, params)
     }
 
-    /// Places of the edge-edge candidates that the filters cannot drop.
+    /// Returns the positions of the edge-edge candidates that the filters cannot drop.
     ///
     /// # Errors
     ///
-    /// As [`MovingPoints::vertex_face_contacts`].
+    /// Those of [`MovingPoints::vertex_face_contacts`].
     pub fn filter_edge_edges(
         &self,
         candidates: &[[u32; 4]],
@@ -162,19 +178,15 @@ impl<'a> MovingPoints<'a> {
         params: &CcdParams,
     ) -> Result<Vec<CandidateContact>, CcdError>
     where
-        Shape<N>: Corners<N>,
-        Shape<N>: LaneCorners,
+        PolygonShape<N>: Corners<N> + LaneCorners,
     {
-        self.check(candidates, params)?;
-        let chunks = map_chunks(candidates, |from, chunk| {
+        self.validate(candidates, params)?;
+        let chunks = map_chunks(candidates, |start, chunk| {
             let mut found = Vec::new();
-            self.visit::<N>(from, chunk, *params, |contact, _| found.push(contact))?;
+            self.visit::<N>(start, chunk, *params, |contact, _| found.push(contact))?;
             Ok(found)
         });
-        chunks.into_iter().try_fold(Vec::new(), |mut all, chunk| {
-            all.append(&mut chunk?);
-            Ok(all)
-        })
+        Ok(chunks.into_iter().collect::<Result<Vec<_>, _>>()?.concat())
     }
 
     fn filter<const N: usize>(
@@ -183,39 +195,38 @@ impl<'a> MovingPoints<'a> {
         params: &CcdParams,
     ) -> Result<Vec<usize>, CcdError>
     where
-        Shape<N>: LaneCorners,
+        PolygonShape<N>: LaneCorners,
     {
-        self.check(candidates, params)?;
-        let chunks = map_chunks(candidates, |from, chunk| {
-            let mut left = Vec::new();
+        self.validate(candidates, params)?;
+        let chunks = map_chunks(candidates, |start, chunk| {
+            let mut kept = Vec::new();
             for (group, points) in chunk.chunks(LANES).enumerate() {
-                let lanes = self.left_over::<N>(points, params);
-                left.extend(bits(lanes).map(|lane| from + group * LANES + lane));
+                let lanes = set_bits(self.kept_lanes::<N>(points, params));
+                kept.extend(lanes.map(|lane| start + group * LANES + lane));
             }
-            left
+            kept
         });
         Ok(chunks.concat())
     }
 
-    /// The first contact of a list. The list is worked off in rounds of fixed
-    /// size, and what a round has found limits the next, so that the answer
-    /// does not depend on how the chunks of a round are scheduled.
+    /// Finds the first contact of a list, in rounds of fixed size.
     fn first_of<const N: usize>(
         &self,
         candidates: &[[u32; 4]],
         params: &CcdParams,
     ) -> Result<Option<CandidateContact>, CcdError>
     where
-        Shape<N>: Corners<N>,
-        Shape<N>: LaneCorners,
+        PolygonShape<N>: Corners<N> + LaneCorners,
     {
-        self.check(candidates, params)?;
+        self.validate(candidates, params)?;
         let mut first: Option<CandidateContact> = None;
         for (round, candidates) in candidates.chunks(ROUND).enumerate() {
+            // Whole rounds limit the time of the next, so that the answer does not depend on how
+            // the chunks of a round are scheduled.
             let t_max = first.map_or(params.t_max, |found| found.contact.lo);
             let params = CcdParams { t_max, ..*params };
-            let chunks = map_chunks(candidates, |from, chunk| {
-                self.first_of_chunk::<N>(round * ROUND + from, chunk, params)
+            let chunks = map_chunks(candidates, |start, chunk| {
+                self.first_of_chunk::<N>(round * ROUND + start, chunk, params)
             });
             for found in chunks {
                 first = earlier(first, found?);
@@ -226,40 +237,40 @@ impl<'a> MovingPoints<'a> {
 
     fn first_of_chunk<const N: usize>(
         &self,
-        from: usize,
+        start: usize,
         chunk: &[[u32; 4]],
         params: CcdParams,
     ) -> Result<Option<CandidateContact>, CcdError>
     where
-        Shape<N>: Corners<N>,
-        Shape<N>: LaneCorners,
+        PolygonShape<N>: Corners<N> + LaneCorners,
     {
         let mut first = None;
-        self.visit::<N>(from, chunk, params, |contact, t_max| {
+        self.visit::<N>(start, chunk, params, |contact, t_max| {
             first = earlier(first, Some(contact));
             *t_max = t_max.min(contact.contact.lo);
         })?;
         Ok(first)
     }
 
-    /// Calls `found` for each candidate of a chunk with a contact. It may
-    /// lower the last time of interest for those that follow.
+    /// Calls `found` for each candidate of a chunk with a contact.
+    ///
+    /// It may lower the last time of interest for those that follow.
     fn visit<const N: usize>(
         &self,
-        from: usize,
+        start: usize,
         chunk: &[[u32; 4]],
         mut params: CcdParams,
         mut found: impl FnMut(CandidateContact, &mut f64),
     ) -> Result<(), CcdError>
     where
-        Shape<N>: Corners<N>,
-        Shape<N>: LaneCorners,
+        PolygonShape<N>: Corners<N> + LaneCorners,
     {
         for (group, points) in chunk.chunks(LANES).enumerate() {
-            for lane in bits(self.left_over::<N>(points, &params)) {
-                let [x0, x1] = self.gather(&points[lane]);
+            for lane in set_bits(self.kept_lanes::<N>(points, &params)) {
+                let [x0, x1] =
+                    [self.x0, self.x1].map(|x| points[lane].map(|point| x[point as usize]));
                 if let Some(contact) = first_contact::<N>(&x0, &x1, &params)? {
-                    let candidate = from + group * LANES + lane;
+                    let candidate = start + group * LANES + lane;
                     found(CandidateContact { candidate, contact }, &mut params.t_max);
                 }
             }
@@ -267,86 +278,55 @@ impl<'a> MovingPoints<'a> {
         Ok(())
     }
 
-    /// One bit for each of up to `LANES` candidates that the filters cannot drop.
+    /// Filters up to `LANES` candidates: the bit of each that the filters cannot drop is set.
     #[inline]
-    fn left_over<const N: usize>(&self, points: &[[u32; 4]], params: &CcdParams) -> u32
+    fn kept_lanes<const N: usize>(&self, candidates: &[[u32; 4]], params: &CcdParams) -> u32
     where
-        Shape<N>: LaneCorners,
+        PolygonShape<N>: LaneCorners,
     {
-        let last = points.len() - 1;
-        let lanes: [[u32; 4]; LANES] = std::array::from_fn(|lane| points[lane.min(last)]);
+        // Spare lanes repeat the last candidate.
+        let last = candidates.len() - 1;
+        let lanes: [[u32; 4]; LANES] = std::array::from_fn(|lane| candidates[lane.min(last)]);
         let gather = |x: &[DVec3]| -> [Vectors; 4] {
             std::array::from_fn(|i| Vectors::gather(lanes.map(|lane| x[lane[i] as usize])))
         };
         let (x0, x1) = (gather(self.x0), gather(self.x1));
-        lanes::left_over::<Shape<N>>(&x0, &x1, params.t_max, params.min_separation)
+        not_excluded::<PolygonShape<N>>(&x0, &x1, params.t_max, params.min_separation)
             & ((2 << last) - 1)
     }
 
-    fn check(&self, candidates: &[[u32; 4]], params: &CcdParams) -> Result<(), CcdError> {
+    /// Checks the parameters, and that all candidates refer to points that exist.
+    fn validate(&self, candidates: &[[u32; 4]], params: &CcdParams) -> Result<(), CcdError> {
         params.validate()?;
+        let count = self.x0.len();
         for (candidate, points) in candidates.iter().enumerate() {
-            self.check_points(candidate, points)?;
+            if let Some(&point) = points.iter().find(|&&point| point as usize >= count) {
+                return Err(CcdError::PointOutOfRange { candidate, point, count });
+            }
         }
         Ok(())
     }
-
-    #[inline]
-    fn check_points(&self, candidate: usize, points: &[u32; 4]) -> Result<(), CcdError> {
-        let count = self.x0.len();
-        match points.iter().find(|&&point| point as usize >= count) {
-            None => Ok(()),
-            Some(&point) => Err(CcdError::PointOutOfRange { candidate, point, count }),
-        }
-    }
-
-    /// Positions of points at both ends of the step, if they exist.
-    pub(crate) fn points(
-        &self,
-        candidate: usize,
-        points: &[u32; 4],
-    ) -> Result<[[DVec3; 4]; 2], CcdError> {
-        self.check_points(candidate, points)?;
-        Ok(self.gather(points))
-    }
-
-    #[inline]
-    fn gather(&self, points: &[u32; 4]) -> [[DVec3; 4]; 2] {
-        [self.x0, self.x1].map(|x| points.map(|point| x[point as usize]))
-    }
 }
 
-/// Candidates that are worked off as one task: at tens of nanoseconds each, far
-/// more than handing it to a thread costs.
-const CHUNK: usize = 1024;
-
-/// Candidates worked off before what they have found limits the time for the
-/// rest. Fewer would leave threads waiting, more would look for contacts that
-/// are too late to matter.
-const ROUND: usize = 16 * CHUNK;
-
-/// Calls `f` with each chunk of a list and its place, in order or in parallel,
-/// and returns what it returned, in order.
-#[cfg(not(feature = "rayon"))]
-fn map_chunks<R>(candidates: &[[u32; 4]], f: impl Fn(usize, &[[u32; 4]]) -> R + Sync) -> Vec<R> {
-    candidates.chunks(CHUNK).enumerate().map(|(i, chunk)| f(i * CHUNK, chunk)).collect()
-}
-
-/// Calls `f` with each chunk of a list and its place, in order or in parallel,
-/// and returns what it returned, in order.
-#[cfg(feature = "rayon")]
+/// Calls `f` with each chunk of a list and its position, on one thread or several, and returns the
+/// results in order.
 fn map_chunks<R: Send>(
     candidates: &[[u32; 4]],
     f: impl Fn(usize, &[[u32; 4]]) -> R + Sync,
 ) -> Vec<R> {
-    use rayon::prelude::*;
-
-    candidates.par_chunks(CHUNK).enumerate().map(|(i, chunk)| f(i * CHUNK, chunk)).collect()
+    let at_chunk = |(i, chunk): (usize, &[[u32; 4]])| f(i * CHUNK, chunk);
+    #[cfg(feature = "rayon")]
+    {
+        use rayon::prelude::*;
+        candidates.par_chunks(CHUNK).enumerate().map(at_chunk).collect()
+    }
+    #[cfg(not(feature = "rayon"))]
+    candidates.chunks(CHUNK).enumerate().map(at_chunk).collect()
 }
 
-/// Places of the bits that are set, ascending.
+/// Returns the positions of the bits that are set, ascending.
 #[inline]
-fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
+fn set_bits(mut mask: u32) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let lowest = mask.trailing_zeros();
         mask &= mask.wrapping_sub(1);
@@ -354,10 +334,9 @@ fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
     })
 }
 
-/// The earlier of two contacts, the first one if they are equally early.
+/// Returns the earlier of two contacts, the first one if they are equally early.
 fn earlier(a: Option<CandidateContact>, b: Option<CandidateContact>) -> Option<CandidateContact> {
-    match (a, b) {
-        (Some(a), Some(b)) => Some(if b.contact.lo < a.contact.lo { b } else { a }),
-        (a, b) => a.or(b),
-    }
+    let by_time =
+        |a: &CandidateContact, b: &CandidateContact| a.contact.lo.total_cmp(&b.contact.lo);
+    a.into_iter().chain(b).min_by(by_time)
 }

@@ -1,15 +1,16 @@
-//! The point of a polygon closest to the origin, and its weights.
+//! Point of a moving polygon closest to the origin, and its weights.
 //!
-//! Only hints come from here: directions to certify, and the weights of a
-//! contact that rounding cannot tell from a near miss.
+//! Only hints come from here: directions to certify, and the weights of a contact that rounding
+//! cannot distinguish from a near miss.
 
 use glam::DVec3;
 
-use crate::polygon::{Corners, MovingPolygon, Shape, mix_points};
+use crate::polygon::MovingPolygon;
+use crate::shape::{Corners, PolygonShape};
 
-/// A point of a polygon.
+/// Point of a polygon closest to the origin.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Closest<const N: usize> {
+pub(crate) struct ClosestToOrigin<const N: usize> {
     pub(crate) point: DVec3,
     /// Weights of the corners.
     pub(crate) weights: [f64; N],
@@ -17,52 +18,59 @@ pub(crate) struct Closest<const N: usize> {
 
 impl<const N: usize> MovingPolygon<'_, N>
 where
-    Shape<N>: Corners<N>,
+    PolygonShape<N>: Corners<N>,
 {
-    /// The point closest to the origin at time `t`.
+    /// Finds the point closest to the origin at time `t`.
     #[inline]
-    pub(crate) fn closest(&self, t: f64) -> Closest<N> {
+    pub(crate) fn closest(&self, t: f64) -> ClosestToOrigin<N> {
         let [first, last] = self.outline.edges(t);
-        let corner = mix_points(self.outline.corner[0], self.outline.corner[1], t);
+        let corner = self.outline.corner_at(t);
         let area = first.cross(last);
         let squared = area.length_squared();
+
+        // Where the origin projects into the polygon, the projection is the closest point.
         if squared > 0.0 {
             let turned = area.cross(corner);
-            let inside = Shape::<N>::edge_functions(turned.dot(first), -turned.dot(last), squared);
+            let inside =
+                PolygonShape::<N>::edge_functions(turned.dot(first), -turned.dot(last), squared);
             if inside.iter().all(|&w| w >= 0.0) {
                 let point = area * (area.dot(corner) / squared);
-                return Closest { point, weights: Shape::<N>::corner_weights(inside) };
+                let weights = PolygonShape::<N>::corner_weights(inside);
+                return ClosestToOrigin { point, weights };
             }
         }
         closest_on_edges(&self.corners(t))
     }
 }
 
-fn closest_on_edges<const N: usize>(corners: &[DVec3; N]) -> Closest<N> {
-    let mut best = (f64::INFINITY, 0, 0.0, DVec3::ZERO);
+/// Finds the point of the edges closest to the origin.
+fn closest_on_edges<const N: usize>(corners: &[DVec3; N]) -> ClosestToOrigin<N> {
+    let (mut edge, mut share, mut point) = (0, 0.0, DVec3::ZERO);
+    let mut min_squared = f64::INFINITY;
     for i in 0..N {
         let (a, b) = (corners[i], corners[(i + 1) % N]);
-        let share = closest_share(a, b);
-        let point = if share >= 1.0 { b } else { a + share * (b - a) };
-        let squared = point.length_squared();
-        if squared < best.0 {
-            best = (squared, i, share, point);
+        let share_i = closest_share(a, b);
+        let point_i = if share_i >= 1.0 { b } else { a + share_i * (b - a) };
+        let squared = point_i.length_squared();
+        if squared < min_squared {
+            (min_squared, edge, share, point) = (squared, i, share_i, point_i);
         }
     }
-    let (_, i, share, mut point) = best;
+
+    // Rounding is large beside a point near the origin, but as a direction the point must be
+    // perpendicular to the edge.
     if 0.0 < share && share < 1.0 {
-        // Rounding is large beside a point near the origin, but as a direction
-        // it must be perpendicular to the edge.
-        let edge = corners[(i + 1) % N] - corners[i];
-        point -= edge * (point.dot(edge) / edge.length_squared());
+        let along = corners[(edge + 1) % N] - corners[edge];
+        point -= along * (point.dot(along) / along.length_squared());
     }
+
     let mut weights = [0.0; N];
-    weights[i] = 1.0 - share;
-    weights[(i + 1) % N] = share;
-    Closest { point, weights }
+    weights[edge] = 1.0 - share;
+    weights[(edge + 1) % N] = share;
+    ClosestToOrigin { point, weights }
 }
 
-/// Share of `b` in the point of segment `ab` closest to the origin.
+/// Returns the share of `b` in the point of segment `ab` closest to the origin.
 fn closest_share(a: DVec3, b: DVec3) -> f64 {
     let ab = b - a;
     let squared = ab.length_squared();

@@ -1,16 +1,14 @@
-//! What rounding leaves open, decided in integers.
+//! Exact integer arithmetic for contacts that rounding leaves open.
 //!
-//! Coordinates are binary fractions, so a power of two makes integers of them,
-//! and everything a contact depends on is the sign of a polynomial with integer
-//! coefficients at a root of another one. The cubic's roots are isolated, and
-//! at each the origin is tested against the polygon: all edge functions on the
-//! side of the area vector; or, where the polygon has collapsed, on one of its
-//! edges. If the cubic vanishes altogether, contact can only begin where the
-//! origin crosses an edge, or enters one along its line, and those times are
-//! roots of further polynomials.
+//! Coordinates are binary fractions, so a power of two makes them integers. Everything that a
+//! contact depends on is the sign of a polynomial with integer coefficients at a root of another
+//! one. The roots of the cubic are isolated, and at each the origin is tested against the polygon:
+//! all edge functions on the side of the area vector or, where the polygon has collapsed, on one of
+//! its edges. If the cubic is zero throughout, contact can only begin where the origin crosses an
+//! edge, or enters one along its line, and those times are roots of further polynomials.
 //!
-//! Work is bounded: coordinates that span too many binary digits, and roots
-//! closer together than 2^-120 of the step, are not decided.
+//! Work is bounded: coordinates that span too many binary digits, and roots closer together than
+//! 2^-120 of the step, are not decided.
 
 mod polynomial;
 mod root;
@@ -18,91 +16,98 @@ mod root;
 use glam::DVec3;
 use num_bigint::BigInt;
 
-use crate::polygon::{Corners, Shape};
+use crate::contact::{CcdContact, Certainty};
+use crate::shape::{Corners, PolygonShape};
 use polynomial::{Polynomial, Sign};
 use root::{Root, Undecidable, isolate, sign_at};
 
-/// What exact arithmetic finds in an interval of time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Decision {
-    /// No contact.
-    Free,
-    /// The first contact is between these times.
-    Contact {
-        lo: f64,
-        hi: f64,
-        /// Whether it is at time 0.
-        at_start: bool,
-    },
-    /// More work than is allowed.
-    Open,
-}
+/// Maximum number of binary digits that coordinates may span.
+///
+/// The polynomials that are compared have about ten times as many, and at this limit take about
+/// 0.1 ms. Lengths may then differ by 2^200 and still be decided.
+const MAX_DIGITS: i32 = 256;
 
-/// Binary digits that coordinates may span. The polynomials that are compared
-/// have about ten times as many, and at this limit take about 0.1 ms; lengths
-/// may then differ by 2^200 and still be decided.
-const MOST_DIGITS: i32 = 256;
-
-/// Decides whether the polygon of a query holds the origin during `lo..=hi`.
-pub(crate) fn decide<const N: usize>(x0: &[DVec3; 4], x1: &[DVec3; 4], lo: f64, hi: f64) -> Decision
+/// Decides a possible contact: returns it with certain times, or `None` where there is none.
+///
+/// A contact whose decision would exceed the bound of the work is returned unchanged.
+pub(crate) fn decide<const N: usize>(
+    x0: &[DVec3; 4],
+    x1: &[DVec3; 4],
+    possible: CcdContact,
+) -> Option<CcdContact>
 where
-    Shape<N>: Corners<N>,
+    PolygonShape<N>: Corners<N>,
 {
-    let Some(points) = integers(x0, x1) else { return Decision::Open };
-    let polygon = Polygon::<N>::new(points);
-    match polygon.first_contact(root::floor(lo), root::ceil(hi)) {
-        Err(Undecidable) => Decision::Open,
-        Ok(None) => Decision::Free,
+    let Some(points) = integers(x0, x1) else { return Some(possible) };
+    let polygon = ExactPolygon::<N>::new(points);
+    match polygon.first_contact(root::floor(possible.lo), root::ceil(possible.hi)) {
+        Err(Undecidable) => Some(possible),
+        Ok(None) => None,
         Ok(Some(root)) => {
             let (lo, hi) = root.bounds();
-            Decision::Contact { lo, hi, at_start: root.is_start() }
+            let (at_start, certainty) = (root.is_start(), Certainty::Certain);
+            Some(CcdContact { lo, hi, at_start, certainty, ..possible })
         }
     }
 }
 
 type Vector<T> = [T; 3];
 
-/// Coordinates times a common power of two, by point: start, then end.
+/// Multiplies all coordinates by a common power of two that makes them integers: at the start, then
+/// at the end; `None` if they span too many digits.
 fn integers(x0: &[DVec3; 4], x1: &[DVec3; 4]) -> Option<[[Vector<BigInt>; 4]; 2]> {
-    let parts = [x0, x1].map(|x| x.map(|x| x.to_array().map(mantissa_and_exponent)));
-    let used = || parts.iter().flatten().flatten().filter(|(mantissa, _)| *mantissa != 0);
-    let least = used().map(|part| part.1).min().unwrap_or(0);
-    let most = used().map(|part| part.1 + 53).max().unwrap_or(0);
-    if most - least > MOST_DIGITS {
+    let parts = [x0, x1].map(|x| x.map(|x| x.to_array().map(BinaryFraction::new)));
+    let nonzero = parts.iter().flatten().flatten().filter(|part| part.mantissa != 0);
+    let (mut min, mut max) = (i32::MAX, i32::MIN);
+    for part in nonzero {
+        min = min.min(part.exponent);
+        max = max.max(part.exponent + 53);
+    }
+    if max.saturating_sub(min) > MAX_DIGITS {
         return None;
     }
-    let integer = |(mantissa, exponent): (i64, i32)| {
-        BigInt::from(mantissa) << (exponent - least).clamp(0, MOST_DIGITS)
-    };
-    Some(parts.map(|points| points.map(|point| point.map(integer))))
+    Some(parts.map(|points| points.map(|point| point.map(|part| part.shifted(min)))))
 }
 
-/// `x` as an odd integer (or 0) times a power of two.
-fn mantissa_and_exponent(x: f64) -> (i64, i32) {
-    let bits = x.to_bits();
-    let biased = i32::try_from(bits >> 52 & 0x7ff).unwrap_or(0);
-    let fraction = i64::try_from(bits & ((1 << 52) - 1)).unwrap_or(0);
-    let whole = if biased == 0 { fraction } else { fraction | 1 << 52 };
-    if whole == 0 {
-        return (0, 0);
+/// A number as an odd integer (or 0) times a power of two.
+struct BinaryFraction {
+    mantissa: i64,
+    exponent: i32,
+}
+
+impl BinaryFraction {
+    fn new(x: f64) -> Self {
+        let bits = x.to_bits();
+        let biased = i32::try_from(bits >> 52 & 0x7ff).unwrap_or(0);
+        let fraction = i64::try_from(bits & ((1 << 52) - 1)).unwrap_or(0);
+        let whole = if biased == 0 { fraction } else { fraction | 1 << 52 };
+        if whole == 0 {
+            return Self { mantissa: 0, exponent: 0 };
+        }
+        let zeros = whole.trailing_zeros();
+        let odd = whole >> zeros;
+        let exponent = biased.max(1) - 1075 + zeros.cast_signed();
+        Self { mantissa: if x < 0.0 { -odd } else { odd }, exponent }
     }
-    let zeros = whole.trailing_zeros();
-    let odd = whole >> zeros;
-    (if x < 0.0 { -odd } else { odd }, biased.max(1) - 1075 + zeros.cast_signed())
+
+    /// Returns the number times `2^-exponent`.
+    fn shifted(self, exponent: i32) -> BigInt {
+        BigInt::from(self.mantissa) << self.exponent.saturating_sub(exponent).clamp(0, MAX_DIGITS)
+    }
 }
 
-/// The moving polygon with coordinates that are polynomials in time.
-struct Polygon<const N: usize> {
+/// Moving polygon with coordinates that are polynomials in time.
+struct ExactPolygon<const N: usize> {
     corners: [Vector<Polynomial>; N],
     area: Vector<Polynomial>,
 }
 
-impl<const N: usize> Polygon<N>
+impl<const N: usize> ExactPolygon<N>
 where
-    Shape<N>: Corners<N>,
+    PolygonShape<N>: Corners<N>,
 {
     fn new([start, end]: [[Vector<BigInt>; 4]; 2]) -> Self {
-        let corners = Shape::<N>::PAIRS.map(|(to, from)| {
+        let corners = PolygonShape::<N>::PAIRS.map(|(to, from)| {
             std::array::from_fn(|k| {
                 let (at_0, at_1) = (&start[to][k] - &start[from][k], &end[to][k] - &end[from][k]);
                 Polynomial::linear(at_0, &at_1)
@@ -114,12 +119,15 @@ where
         Self { corners, area }
     }
 
+    /// Finds the first time at which the polygon contains the origin.
     fn first_contact(&self, lo: u128, hi: u128) -> Result<Option<Root>, Undecidable> {
         let volume = dot(&self.corners[0], &self.area);
         if !volume.is_zero() {
             return self.first_among(&volume, lo, hi);
         }
-        if self.holds_origin(&mut Root::at(lo))? {
+
+        // The plane contains the origin throughout: contact at the start, or across an edge.
+        if self.contains_origin(&mut Root::at(lo))? {
             return Ok(Some(Root::at(lo)));
         }
         let mut first: Option<Root> = None;
@@ -134,7 +142,7 @@ where
         Ok(first)
     }
 
-    /// The first root of a polynomial at which the origin is in the polygon.
+    /// Finds the first root of a polynomial at which the origin is in the polygon.
     fn first_among(
         &self,
         polynomial: &Polynomial,
@@ -142,7 +150,7 @@ where
         hi: u128,
     ) -> Result<Option<Root>, Undecidable> {
         for mut root in isolate(polynomial, lo, hi)? {
-            if self.holds_origin(&mut root)? {
+            if self.contains_origin(&mut root)? {
                 root.narrow();
                 return Ok(Some(root));
             }
@@ -150,22 +158,26 @@ where
         Ok(None)
     }
 
-    /// For a polygon whose plane always holds the origin: a polynomial for each
-    /// edge, among whose roots is every time at which the origin comes onto it.
+    /// Returns a polynomial per edge, among whose roots is every time at which the origin comes onto
+    /// the edge, for a polygon whose plane always contains the origin.
     ///
-    /// Then the edge's ends and the origin are in line, so that one component
-    /// of their cross product will do; where all vanish, the origin enters the
-    /// edge along its line.
+    /// At such a time the ends of the edge and the origin are in line, so one component of their
+    /// cross product is enough. Where all are zero, the origin enters the edge along its line.
     fn boundary_polynomials(&self) -> impl Iterator<Item = Polynomial> {
         (0..N).filter_map(|i| {
-            let (a, b) = (&self.corners[i], &self.corners[(i + 1) % N]);
+            let (a, b) = self.edge(i);
             let components = (0..3).map(|k| cross_component(a, b, k));
             components.chain(std::iter::once_with(|| dot(a, b))).find(|p| !p.is_zero())
         })
     }
 
-    /// Whether the origin is in the polygon at a root of its volume.
-    fn holds_origin(&self, root: &mut Root) -> Result<bool, Undecidable> {
+    /// Returns the ends of edge `i`.
+    fn edge(&self, i: usize) -> (&Vector<Polynomial>, &Vector<Polynomial>) {
+        (&self.corners[i], &self.corners[(i + 1) % N])
+    }
+
+    /// Returns true if the origin is in the polygon at a root of its volume.
+    fn contains_origin(&self, root: &mut Root) -> Result<bool, Undecidable> {
         for k in 0..3 {
             let side = sign_at(&self.area[k], root)?;
             if side != Sign::NoSign {
@@ -175,11 +187,11 @@ where
         self.on_an_edge(root)
     }
 
-    /// Whether all edge functions, seen along axis `k`, are zero or have `side`.
+    /// Returns true if all edge functions, projected along axis `k`, are zero or have `side`.
     fn inside_all_edges(&self, root: &mut Root, k: usize, side: Sign) -> Result<bool, Undecidable> {
         for i in 0..N {
-            let edge_function = cross_component(&self.corners[i], &self.corners[(i + 1) % N], k);
-            let sign = sign_at(&edge_function, root)?;
+            let (a, b) = self.edge(i);
+            let sign = sign_at(&cross_component(a, b, k), root)?;
             if sign != Sign::NoSign && sign != side {
                 return Ok(false);
             }
@@ -187,10 +199,10 @@ where
         Ok(true)
     }
 
-    /// Whether the origin is on an edge of a polygon without area.
+    /// Returns true if the origin is on an edge of a polygon without area.
     fn on_an_edge(&self, root: &mut Root) -> Result<bool, Undecidable> {
         for i in 0..N {
-            let (a, b) = (&self.corners[i], &self.corners[(i + 1) % N]);
+            let (a, b) = self.edge(i);
             let mut on_line = true;
             for k in 0..3 {
                 on_line = on_line && sign_at(&cross_component(a, b, k), root)? == Sign::NoSign;

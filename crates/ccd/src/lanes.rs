@@ -1,12 +1,12 @@
-//! Queries side by side: the filters of the search in SIMD lanes.
+//! Filters of the search in SIMD lanes: several queries side by side.
 //!
-//! A register holds a lane a query: two with SSE2 or NEON, four where the
-//! compiler may use AVX. More lanes than a register holds would only spill (on
-//! SSE2, four lanes took 41 ns a query, two take 15).
+//! A register holds one lane per query: two with SSE2 or NEON, four where the compiler may use AVX.
+//! More lanes than a register holds would only spill (on SSE2, four lanes took 41 ns per query, two
+//! take 15).
 //!
-//! The arithmetic is that of the single query, operation by operation, so that
-//! a lane is dropped exactly where the single query would be dropped by the
-//! same filters: axes, area vectors of both ends, signs of the cubic.
+//! The arithmetic is that of the single query, operation by operation. So a lane is dropped exactly
+//! where the same filters drop the single query: axes, area vectors of both ends, signs of the
+//! cubic.
 
 use glam::DVec3;
 #[cfg(not(target_feature = "avx"))]
@@ -14,16 +14,16 @@ use wide::f64x2 as Wide;
 #[cfg(target_feature = "avx")]
 use wide::f64x4 as Wide;
 
-use crate::polygon::Shape;
 use crate::rounding::{AREA_DIRECTION, COPLANARITY, LARGE, LENGTH_UP, NORMAL, SMALL, UNDERFLOW};
+use crate::shape::{Differences, PolygonShape};
 
-/// Queries that are filtered together.
+/// Number of queries that are filtered together.
 pub(crate) const LANES: usize = size_of::<Wide>() / size_of::<f64>();
 
-/// Which lanes a test holds in: all bits set where it does.
+/// Result of a test: all bits of a lane are set where it holds.
 type Mask = Wide;
 
-/// A vector a lane.
+/// One vector per lane.
 #[derive(Clone, Copy)]
 pub(crate) struct Vectors {
     x: Wide,
@@ -31,83 +31,93 @@ pub(crate) struct Vectors {
     z: Wide,
 }
 
-/// Corner 0 and its two edges, smallest and largest coordinates, at one time.
-type Differences = [Vectors; 5];
-
-/// What depends on the number of corners: [`Corners`](crate::polygon::Corners)
-/// in lanes.
+/// Formulas that depend on the number of corners: [`Corners`](crate::shape::Corners) in lanes.
 pub(crate) trait LaneCorners {
-    fn differences(x: &[Vectors; 4]) -> Differences;
-    fn least_rise(a: Wide, b: Wide) -> Wide;
+    /// Computes the differences at one time.
+    fn differences(x: &[Vectors; 4]) -> Differences<Vectors>;
+
+    /// Returns the minimum that corners add to the height of corner 0.
+    fn min_rise(a: Wide, b: Wide) -> Wide;
 }
 
-impl LaneCorners for Shape<3> {
+impl LaneCorners for PolygonShape<3> {
     #[inline]
-    fn differences(&[p, a, b, c]: &[Vectors; 4]) -> Differences {
-        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-        [a.minus(p), b.minus(a), c.minus(a), low.minus(p), high.minus(p)]
+    fn differences(&[p, a, b, c]: &[Vectors; 4]) -> Differences<Vectors> {
+        Differences {
+            corner: a.minus(p),
+            first_edge: b.minus(a),
+            last_edge: c.minus(a),
+            lower: a.min(b).min(c).minus(p),
+            upper: a.max(b).max(c).minus(p),
+        }
     }
 
     #[inline]
-    fn least_rise(a: Wide, b: Wide) -> Wide {
+    fn min_rise(a: Wide, b: Wide) -> Wide {
         a.fast_min(b).fast_min(Wide::splat(0.0))
     }
 }
 
-impl LaneCorners for Shape<4> {
+impl LaneCorners for PolygonShape<4> {
     #[inline]
-    fn differences(&[a0, a1, b0, b1]: &[Vectors; 4]) -> Differences {
-        let (low, high) = (b0.min(b1).minus(a0.max(a1)), b0.max(b1).minus(a0.min(a1)));
-        [b0.minus(a0), b1.minus(b0), a0.minus(a1), low, high]
+    fn differences(&[a0, a1, b0, b1]: &[Vectors; 4]) -> Differences<Vectors> {
+        Differences {
+            corner: b0.minus(a0),
+            first_edge: b1.minus(b0),
+            last_edge: a0.minus(a1),
+            lower: b0.min(b1).minus(a0.max(a1)),
+            upper: b0.max(b1).minus(a0.min(a1)),
+        }
     }
 
     #[inline]
-    fn least_rise(a: Wide, b: Wide) -> Wide {
+    fn min_rise(a: Wide, b: Wide) -> Wide {
         a.fast_min(Wide::splat(0.0)) + b.fast_min(Wide::splat(0.0))
     }
 }
 
-/// One bit for each query that the filters cannot drop.
+/// Filters queries: the bit of every query that the filters cannot drop is set.
 #[inline]
-pub(crate) fn left_over<P: LaneCorners>(
+pub(crate) fn not_excluded<P: LaneCorners>(
     x0: &[Vectors; 4],
     x1: &[Vectors; 4],
     end: f64,
     separation: f64,
 ) -> u32 {
-    let [c0, e0, f0, low_0, high_0] = P::differences(x0);
-    let [c1, e1, f1, low_1, high_1] = P::differences(x1);
-    let extent = Extent { low: low_0.min(low_1), high: high_0.max(high_1) };
-    let usual = extent.is_usual();
-    let mut dropped = usual & extent.axis_separates(separation);
+    let (start, finish) = (P::differences(x0), P::differences(x1));
+    let bounds =
+        AxisBounds { lower: start.lower.min(finish.lower), upper: start.upper.max(finish.upper) };
+
+    // Each filter is more expensive than the one before, and runs while a lane is left.
+    let usual = bounds.are_usual();
+    let mut dropped = usual & bounds.axis_separates(separation);
     if !dropped.all() {
-        let edges = [[e0, e1], [f0, f1]];
-        let filter = Filter::new([c0, c1], edges, extent.reach(), separation);
+        let filter = LaneFilter::new(&start, &finish, bounds.max_abs(), separation);
         dropped |= usual & filter.areas_separate::<P>(end);
         if !dropped.all() {
-            dropped |= usual & filter.cubic_is_one_signed();
+            dropped |= usual & filter.cubic_excludes_zero();
         }
     }
     !dropped.to_bitmask() & ((1 << LANES) - 1)
 }
 
 /// Smallest and largest coordinates of a polygon over a step.
-struct Extent {
-    low: Vectors,
-    high: Vectors,
+struct AxisBounds {
+    lower: Vectors,
+    upper: Vectors,
 }
 
-impl Extent {
+impl AxisBounds {
     #[inline]
-    fn reach(&self) -> Vectors {
-        self.low.negated().max(self.high)
+    fn max_abs(&self) -> Vectors {
+        self.lower.negated().max(self.upper)
     }
 
-    /// Whether a query needs no scaling.
+    /// Tests which queries need no scaling.
     #[inline]
-    fn is_usual(&self) -> Mask {
-        let reach = self.reach();
-        let size = reach.x.fast_max(reach.y).fast_max(reach.z);
+    fn are_usual(&self) -> Mask {
+        let max = self.max_abs();
+        let size = max.x.fast_max(max.y).fast_max(max.z);
         size.simd_ge(Wide::splat(SMALL)) & size.simd_le(Wide::splat(LARGE))
     }
 
@@ -115,17 +125,17 @@ impl Extent {
     fn axis_separates(&self, separation: f64) -> Mask {
         let over = Wide::splat(separation * LENGTH_UP);
         let under = Wide::splat(-separation * LENGTH_UP);
-        let (low, high) = (self.low, self.high);
-        (low.x.simd_gt(over) | low.y.simd_gt(over) | low.z.simd_gt(over))
-            | (high.x.simd_lt(under) | high.y.simd_lt(under) | high.z.simd_lt(under))
+        let (lower, upper) = (self.lower, self.upper);
+        (lower.x.simd_gt(over) | lower.y.simd_gt(over) | lower.z.simd_gt(over))
+            | (upper.x.simd_lt(under) | upper.y.simd_lt(under) | upper.z.simd_lt(under))
     }
 }
 
-/// The filters beyond the axes: [`Coplanarity`](crate::coplanarity::Coplanarity)
-/// in lanes.
-struct Filter {
+/// Filters beyond the axes: [`Coplanarity`](crate::coplanarity::Coplanarity) in lanes.
+struct LaneFilter {
     corner: [Vectors; 2],
-    edges: [[Vectors; 2]; 2],
+    first_edge: [Vectors; 2],
+    last_edge: [Vectors; 2],
     areas: [Vectors; 2],
     permanent: Vectors,
     heights: [[Wide; 2]; 2],
@@ -133,22 +143,24 @@ struct Filter {
     separation: f64,
 }
 
-impl Filter {
+impl LaneFilter {
     #[inline]
     fn new(
-        corner: [Vectors; 2],
-        edges: [[Vectors; 2]; 2],
-        reach: Vectors,
+        start: &Differences<Vectors>,
+        finish: &Differences<Vectors>,
+        max_abs: Vectors,
         separation: f64,
     ) -> Self {
-        let [[e0, e1], [f0, f1]] = edges;
+        let corner = [start.corner, finish.corner];
+        let first_edge @ [e0, e1] = [start.first_edge, finish.first_edge];
+        let last_edge @ [f0, f1] = [start.last_edge, finish.last_edge];
         let (x, y) = (e0.abs().max(e1.abs()), f0.abs().max(f1.abs()));
         let permanent = x.permanent(y);
         let areas = [e0.cross(f0), e1.cross(f1)];
         let heights = areas.map(|n| corner.map(|a| n.dot(a)));
-        let area_bound = Wide::splat(AREA_DIRECTION) * permanent.dot(reach.plus(x).plus(y))
+        let area_bound = Wide::splat(AREA_DIRECTION) * permanent.dot(max_abs.plus(x).plus(y))
             + Wide::splat(UNDERFLOW);
-        Self { corner, edges, areas, permanent, heights, area_bound, separation }
+        Self { corner, first_edge, last_edge, areas, permanent, heights, area_bound, separation }
     }
 
     #[inline]
@@ -159,19 +171,19 @@ impl Filter {
     #[inline]
     fn area_separates<P: LaneCorners>(&self, own: usize, end: f64) -> Mask {
         let (n, other) = (self.areas[own], 1 - own);
-        let (e, f) = (self.edges[0][other], self.edges[1][other]);
+        let (e, f) = (self.first_edge[other], self.last_edge[other]);
         let side = one_with_sign_of(self.heights[own][0]);
-        let rise = P::least_rise(side * n.dot(e), side * n.dot(f));
-        let mut least = self.heights[own].map(|height| side * height);
-        least[other] += rise;
-        let bound = self.area_bound + self.allowance(n);
-        let at_end = Wide::splat(1.0 - end) * least[0] + Wide::splat(end) * least[1];
-        least[0].simd_gt(bound) & at_end.simd_gt(bound)
+        let rise = P::min_rise(side * n.dot(e), side * n.dot(f));
+        let mut lowest = self.heights[own].map(|height| side * height);
+        lowest[other] += rise;
+        let bound = self.area_bound + self.separation_bound(n);
+        let at_end = Wide::splat(1.0 - end) * lowest[0] + Wide::splat(end) * lowest[1];
+        lowest[0].simd_gt(bound) & at_end.simd_gt(bound)
     }
 
     #[inline]
-    fn cubic_is_one_signed(&self) -> Mask {
-        let [[e0, e1], [f0, f1]] = self.edges;
+    fn cubic_excludes_zero(&self) -> Mask {
+        let ([e0, e1], [f0, f1]) = (self.first_edge, self.last_edge);
         let [a0, a1] = self.corner;
         let mixed = e0.cross(f1).plus(e1.cross(f0));
         let third = Wide::splat(1.0 / 3.0);
@@ -179,23 +191,23 @@ impl Filter {
         let (b1, b2) = ((h01 + a0.dot(mixed)) * third, (h10 + a1.dot(mixed)) * third);
         let error = Wide::splat(COPLANARITY) * a0.abs().max(a1.abs()).dot(self.permanent)
             + Wide::splat(UNDERFLOW);
-        one_signed([b0, b1, b2, b3], error + self.margin(mixed))
+        all_beyond([b0, b1, b2, b3], error + self.margin(mixed))
     }
 
-    /// What the separation adds to a bound on projections onto `n`.
+    /// Returns what the separation adds to a bound on projections onto `n`.
     #[inline]
-    fn allowance(&self, n: Vectors) -> Wide {
+    fn separation_bound(&self, n: Vectors) -> Wide {
         if self.separation > 0.0 {
             let squared = n.dot(n);
-            let known = squared.simd_gt(Wide::splat(UNDERFLOW));
-            let length = known.bitselect(squared.sqrt(), Wide::splat(f64::INFINITY));
+            let is_normal = squared.simd_gt(Wide::splat(UNDERFLOW));
+            let length = is_normal.bitselect(squared.sqrt(), Wide::splat(f64::INFINITY));
             Wide::splat(self.separation) * length * Wide::splat(LENGTH_UP)
         } else {
             Wide::splat(0.0)
         }
     }
 
-    /// What the separation adds to the bound of the cubic.
+    /// Returns what the separation adds to the bound of the cubic.
     #[inline]
     fn margin(&self, mixed: Vectors) -> Wide {
         if self.separation > 0.0 {
@@ -212,15 +224,16 @@ impl Filter {
     }
 }
 
+/// Tests whether all coefficients are on one side of zero, farther than `bound`.
 #[inline]
-fn one_signed([b0, b1, b2, b3]: [Wide; 4], limit: Wide) -> Mask {
-    let least = b0.fast_min(b1).fast_min(b2.fast_min(b3));
-    let most = b0.fast_max(b1).fast_max(b2.fast_max(b3));
-    least.simd_gt(limit) | most.simd_lt(Wide::splat(0.0) - limit)
+fn all_beyond([b0, b1, b2, b3]: [Wide; 4], bound: Wide) -> Mask {
+    let min = b0.fast_min(b1).fast_min(b2.fast_min(b3));
+    let max = b0.fast_max(b1).fast_max(b2.fast_max(b3));
+    min.simd_gt(bound) | max.simd_lt(Wide::splat(0.0) - bound)
 }
 
 impl Vectors {
-    /// The same point of neighbouring queries.
+    /// Gathers the same point of neighboring queries.
     #[inline]
     pub(crate) fn gather(points: [DVec3; LANES]) -> Self {
         Self {
@@ -280,7 +293,7 @@ impl Vectors {
         }
     }
 
-    /// Sums where [`Vectors::cross`] has differences.
+    /// Computes sums where [`Vectors::cross`] has differences.
     #[inline]
     fn permanent(self, other: Self) -> Self {
         Self {
@@ -291,7 +304,7 @@ impl Vectors {
     }
 }
 
-/// 1 with the sign of each lane.
+/// Returns 1 with the sign of each lane.
 #[inline]
 fn one_with_sign_of(x: Wide) -> Wide {
     (x & Wide::splat(-0.0)) | Wide::splat(1.0)

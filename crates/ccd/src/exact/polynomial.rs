@@ -1,11 +1,11 @@
-//! Polynomials with integer coefficients.
+//! Polynomials with integer coefficients, their greatest common divisors and Bernstein form.
 
 use std::ops::{Add, Mul, Sub};
 
 use num_bigint::BigInt;
 pub(crate) use num_bigint::Sign;
 
-/// Coefficients from the constant one up, without leading zeros.
+/// Polynomial: coefficients from the constant one up, without leading zeros.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Polynomial(Vec<BigInt>);
 
@@ -17,7 +17,7 @@ impl Polynomial {
         Self(coefficients)
     }
 
-    /// The polynomial of degree 1 with these values at 0 and 1.
+    /// Creates the polynomial of degree 1 with these values at 0 and 1.
     pub(crate) fn linear(at_0: BigInt, at_1: &BigInt) -> Self {
         let slope = at_1 - &at_0;
         Self::new(vec![at_0, slope])
@@ -35,16 +35,19 @@ impl Polynomial {
         Self(self.0.iter().enumerate().skip(1).map(|(i, c)| c * i).collect())
     }
 
-    /// Bernstein coefficients on `lo..=hi`, fractions of `2^shift`, up to a
-    /// positive factor. The degree must be 3 or less.
+    /// Computes the Bernstein coefficients on `lo..=hi`, fractions of `2^shift`, up to a positive
+    /// factor.
+    ///
+    /// The degree must be 3 or less.
     pub(crate) fn bernstein(&self, lo: u128, hi: u128, shift: u32) -> Vec<BigInt> {
         // Ends that are short fractions keep the numbers short.
         let spare = (lo | hi).trailing_zeros().min(shift);
         let (lo, hi, shift) = (lo >> spare, hi >> spare, shift - spare);
+
+        // q(s) = p((lo + s (hi - lo)) / 2^shift) 2^(shift degree): the argument is shifted by
+        // synthetic division, then each coefficient takes a power of the width.
         let mut c = self.0.clone();
         let degree = c.len().saturating_sub(1);
-        // q(s) = p((lo + s (hi - lo)) / 2^shift) 2^(shift degree): a shift of the
-        // argument by synthetic division, then a power of the width each.
         for (i, c) in c.iter_mut().enumerate() {
             *c <<= shift as usize * (degree - i);
         }
@@ -62,13 +65,13 @@ impl Polynomial {
         without_common_twos(bernstein_of_powers(&c))
     }
 
-    /// The part of the polynomial that has each root once.
+    /// Returns the square-free part, which has each root once.
     pub(crate) fn square_free(&self) -> Self {
         let repeated = self.common_divisor(&self.derivative());
         if repeated.is_constant() { self.clone() } else { self.divided_by(&repeated) }
     }
 
-    /// Greatest common divisor, up to a factor.
+    /// Computes the greatest common divisor by Euclid's algorithm, up to a factor.
     pub(crate) fn common_divisor(&self, other: &Self) -> Self {
         let (mut a, mut b) = (self.clone(), other.clone());
         if a.0.len() < b.0.len() {
@@ -82,7 +85,7 @@ impl Polynomial {
         a
     }
 
-    /// `self` modulo `divisor`, up to a factor.
+    /// Computes `self` modulo `divisor`, up to a factor.
     fn remainder(&self, divisor: &Self) -> Self {
         let mut rest = self.clone();
         while rest.0.len() >= divisor.0.len() {
@@ -91,45 +94,46 @@ impl Polynomial {
         rest
     }
 
-    /// `self` divided by one of its divisors, up to a factor.
+    /// Divides by a divisor of the polynomial, up to a factor.
     fn divided_by(&self, divisor: &Self) -> Self {
         let mut rest = self.clone();
         let mut quotient = vec![BigInt::ZERO; self.0.len() + 1 - divisor.0.len()];
         while rest.0.len() >= divisor.0.len() {
-            let place = rest.0.len() - divisor.0.len();
+            let degree = rest.0.len() - divisor.0.len();
             let leading = rest.0[rest.0.len() - 1].clone();
             for q in &mut quotient {
                 *q *= &divisor.0[divisor.0.len() - 1];
             }
-            quotient[place] += leading;
+            quotient[degree] += leading;
             rest.cancel_leading(divisor);
         }
         Self::new(quotient).shortened()
     }
 
-    /// Multiplies with the leading coefficient of `divisor` and subtracts the
-    /// multiple of it that cancels the leading term.
+    /// Multiplies by the leading coefficient of `divisor` and subtracts the multiple of it that
+    /// cancels the leading term.
     fn cancel_leading(&mut self, divisor: &Self) {
-        let place = self.0.len() - divisor.0.len();
+        let degree = self.0.len() - divisor.0.len();
         let Some(leading) = self.0.pop() else { return };
         let factor = &divisor.0[divisor.0.len() - 1];
         for c in &mut self.0 {
             *c *= factor;
         }
-        for (c, d) in self.0[place..].iter_mut().zip(&divisor.0) {
+        for (c, d) in self.0[degree..].iter_mut().zip(&divisor.0) {
             *c -= &leading * d;
         }
         *self = Self::new(std::mem::take(&mut self.0));
     }
 
-    /// Without the power of two that all coefficients have in common. Their
-    /// greatest common divisor would cost more than the digits it saves.
+    /// Divides all coefficients by their largest common power of two.
+    ///
+    /// Their greatest common divisor would cost more than the digits it saves.
     fn shortened(self) -> Self {
         Self(without_common_twos(self.0))
     }
 }
 
-/// Bernstein coefficients on `0..=1` from powers, times 1, 1, 2 or 3.
+/// Converts powers to Bernstein coefficients on `0..=1`, times 1, 1, 2 or 3.
 fn bernstein_of_powers(c: &[BigInt]) -> Vec<BigInt> {
     match c {
         [c0, c1] => vec![c0.clone(), c0 + c1],
@@ -141,7 +145,7 @@ fn bernstein_of_powers(c: &[BigInt]) -> Vec<BigInt> {
     }
 }
 
-/// Divides by the largest power of two that divides all.
+/// Divides all values by their largest common power of two.
 fn without_common_twos(mut values: Vec<BigInt>) -> Vec<BigInt> {
     let twos = values.iter().filter_map(BigInt::trailing_zeros).min().unwrap_or(0);
     for value in &mut values {

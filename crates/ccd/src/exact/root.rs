@@ -1,8 +1,8 @@
-//! Roots of polynomials as isolating intervals, and signs at them.
+//! Isolating intervals of the roots of polynomials, and signs of polynomials at them.
 //!
-//! Times are integers over `2^120`. A root is either such a time or alone in an
-//! open interval between two of them, told by the sign changes of Bernstein
-//! coefficients (Descartes' rule: none means no root, one means one root).
+//! Times are integers over `2^120`. A root is either such a time or the only one in an open interval
+//! between two of them, by the sign changes of Bernstein coefficients (Descartes' rule of signs: no
+//! change means no root, one change means one root).
 
 use num_bigint::{BigInt, Sign};
 
@@ -12,36 +12,43 @@ use super::polynomial::Polynomial;
 const RESOLUTION: u32 = 120;
 const ONE: u128 = 1 << RESOLUTION;
 
-/// Width to which the root of a contact is narrowed: an ulp of times above
-/// 1/256.
+/// Width to which the root of a contact is narrowed: an ulp of times above 1/256.
 const NARROW: u128 = 1 << (RESOLUTION - 60);
 
-/// Two roots, or a root and a time, are closer than times are resolved.
+/// Maximum number of digits by which an interval is narrowed at once, so that a part of it can be
+/// found in floating point.
+const MAX_DIGITS_AT_ONCE: u32 = 40;
+
+/// Digits of values that are compared: with as many digits of the parts, their product fits.
+const LEADING_DIGITS: u64 = 60;
+
+/// Binary digits by which a root is narrowed before a sign is evaluated again.
+const DIGITS_PER_SIGN: u32 = 12;
+
+/// Error: two roots, or a root and a time, are closer than times are resolved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Undecidable;
 
-/// A root of a polynomial in an interval of time.
+/// Root of a polynomial in an interval of time.
 #[derive(Clone, Debug)]
 pub(crate) struct Root {
-    /// The polynomial, with each root once; none for a time that is given.
+    /// The square-free polynomial; none for a given time.
     polynomial: Option<Polynomial>,
     interval: Interval,
 }
 
-/// Ends of an interval, and Bernstein coefficients of a polynomial on it.
+/// Open interval, or a single time, with the Bernstein coefficients of a polynomial on it.
 #[derive(Clone, Debug)]
 struct Interval {
     lo: u128,
-    /// The interval is open, but closed if it is one time.
     hi: u128,
     bernstein: Vec<BigInt>,
 }
 
 impl Root {
-    /// A given time.
+    /// Returns a given time as a root.
     pub(crate) fn at(time: u128) -> Self {
-        let interval = Interval { lo: time, hi: time, bernstein: Vec::new() };
-        Self { polynomial: None, interval }
+        Self { polynomial: None, interval: Interval::time(time) }
     }
 
     pub(crate) fn start(&self) -> u128 {
@@ -52,13 +59,14 @@ impl Root {
         self.interval.hi
     }
 
+    /// Returns true if the root is at time 0.
     pub(crate) fn is_start(&self) -> bool {
         self.interval.hi == 0
     }
 
-    /// The interval in floating point, rounded outward.
+    /// Returns the interval in floating point, rounded outward.
     pub(crate) fn bounds(&self) -> (f64, f64) {
-        (round_down(self.interval.lo), -round_down_negated(self.interval.hi))
+        (round_down(self.interval.lo), round_up(self.interval.hi))
     }
 
     /// Narrows the interval to about an ulp.
@@ -66,17 +74,18 @@ impl Root {
         self.narrow_to(NARROW);
     }
 
-    /// Narrows the interval to a width: to the part in which a straight line
-    /// between the ends is zero, twice as many digits shorter each time that
-    /// the root is there, and by halves when it is not.
+    /// Narrows the interval to a width by quadratic interval refinement.
+    ///
+    /// It moves to the part in which a straight line between the ends is zero. That part is twice as
+    /// many digits shorter each time that the root is in it; otherwise the interval is halved.
     ///
     /// Source: J. Abbott, "Quadratic interval refinement for real roots", ACM
     /// Communications in Computer Algebra 48, 2014.
     fn narrow_to(&mut self, width: u128) {
         let mut digits = 2;
         while self.interval.width() > width {
-            let most = (self.interval.width() / width).ilog2().min(MOST_DIGITS_AT_ONCE);
-            if self.jump(most.min(digits)) {
+            let max = (self.interval.width() / width).ilog2().min(MAX_DIGITS_AT_ONCE);
+            if self.jump(max.min(digits)) {
                 digits *= 2;
             } else {
                 self.interval.halve();
@@ -85,15 +94,15 @@ impl Root {
         }
     }
 
-    /// Moves to the part that is `2^digits` times shorter and holds the zero of
-    /// the line between the ends, if the root is there.
+    /// Moves to the part that is `2^digits` times shorter and contains the zero of the line between
+    /// the ends, and returns true, if the root is there.
     fn jump(&mut self, digits: u32) -> bool {
         let Some(polynomial) = &self.polynomial else { return false };
         let Interval { lo, hi, bernstein } = &self.interval;
         let part = (hi - lo) >> digits;
         let from = lo + part * zero_of_line(bernstein, digits);
         let to = from + part;
-        let shorter = Interval::of(polynomial, from, to);
+        let shorter = Interval::new(polynomial, from, to);
         if from > *lo && shorter.starts_at_root() {
             self.interval = Interval::time(from);
         } else if shorter.sign_changes() % 2 == 1 {
@@ -105,12 +114,8 @@ impl Root {
     }
 }
 
-/// Digits by which an interval is narrowed at once, so that a part of it is
-/// found in floating point.
-const MOST_DIGITS_AT_ONCE: u32 = 40;
-
-/// Which of `2^digits` parts holds the zero of the line between the first and
-/// the last value, which differ in sign or are zero.
+/// Finds which of `2^digits` parts contains the zero of the line between the first and the last
+/// value, which differ in sign or are zero.
 fn zero_of_line(values: &[BigInt], digits: u32) -> u128 {
     let (first, last) = (&values[0], &values[values.len() - 1]);
     let spare = first.bits().max(last.bits()).saturating_sub(LEADING_DIGITS);
@@ -120,15 +125,12 @@ fn zero_of_line(values: &[BigInt], digits: u32) -> u128 {
     ((first * parts) / (first + last).max(1)).min(parts - 1)
 }
 
-/// Digits of values that are compared: with as many digits of the parts, their
-/// product fits.
-const LEADING_DIGITS: u64 = 60;
-
 impl Interval {
-    fn of(polynomial: &Polynomial, lo: u128, hi: u128) -> Self {
+    fn new(polynomial: &Polynomial, lo: u128, hi: u128) -> Self {
         Self { lo, hi, bernstein: polynomial.bernstein(lo, hi, RESOLUTION) }
     }
 
+    /// Returns a single time.
     fn time(at: u128) -> Self {
         Self { lo: at, hi: at, bernstein: Vec::new() }
     }
@@ -145,22 +147,22 @@ impl Interval {
         self.bernstein.last().is_some_and(|b| b.sign() == Sign::NoSign)
     }
 
-    /// Sign changes of the coefficients, zeros left out.
+    /// Counts the sign changes of the coefficients, without zeros.
     fn sign_changes(&self) -> usize {
-        let mut signs = self.bernstein.iter().map(BigInt::sign).filter(|&s| s != Sign::NoSign);
-        let mut last = signs.next();
-        signs.filter(|&sign| last.replace(sign) != Some(sign)).count()
+        let mut changes = 0;
+        let mut last = Sign::NoSign;
+        for sign in self.bernstein.iter().map(BigInt::sign).filter(|&s| s != Sign::NoSign) {
+            changes += usize::from(last != Sign::NoSign && sign != last);
+            last = sign;
+        }
+        changes
     }
 
     fn is_time(&self) -> bool {
         self.lo == self.hi
     }
 
-    fn middle(&self) -> u128 {
-        self.lo + (self.hi - self.lo) / 2
-    }
-
-    /// Both halves, by de Casteljau's scheme; needs an even width.
+    /// Splits the interval in the middle by de Casteljau's scheme; its width must be even.
     fn halves(&self) -> (Self, Self) {
         let mut row = self.bernstein.clone();
         let degree = row.len() - 1;
@@ -173,14 +175,12 @@ impl Interval {
             }
         }
         right.reverse();
-        let middle = self.middle();
-        (
-            Self { lo: self.lo, hi: middle, bernstein: left },
-            Self { lo: middle, hi: self.hi, bernstein: right },
-        )
+        let middle = self.lo + self.width() / 2;
+        let left = Self { lo: self.lo, hi: middle, bernstein: left };
+        (left, Self { lo: middle, hi: self.hi, bernstein: right })
     }
 
-    /// Moves one end of the interval of a single root to the middle, or both.
+    /// Moves one end of the interval of a single root to the middle, or both if the root is there.
     fn halve(&mut self) {
         if self.is_time() {
             return;
@@ -196,7 +196,7 @@ impl Interval {
     }
 }
 
-/// Roots of a polynomial that is not zero, in `lo..=hi`, ascending.
+/// Isolates the roots in `lo..=hi` of a polynomial that is not zero, in ascending order.
 pub(crate) fn isolate(
     polynomial: &Polynomial,
     lo: u128,
@@ -204,28 +204,28 @@ pub(crate) fn isolate(
 ) -> Result<Vec<Root>, Undecidable> {
     let (lo, hi) = with_even_halves(lo, hi);
     let mut polynomial = polynomial.clone();
-    let mut whole = Interval::of(&polynomial, lo, hi);
+    let mut whole = Interval::new(&polynomial, lo, hi);
     if whole.sign_changes() > 1 {
         polynomial = polynomial.square_free();
-        whole = Interval::of(&polynomial, lo, hi);
+        whole = Interval::new(&polynomial, lo, hi);
     }
-    let mut roots = Vec::new();
-    let mut push = |interval| {
-        roots.push(Root { polynomial: Some(polynomial.clone()), interval });
-    };
+
+    let mut isolated = Vec::new();
     if whole.starts_at_root() {
-        push(Interval::time(lo));
+        isolated.push(Interval::time(lo));
     }
     let ends_at_root = whole.ends_at_root();
+
+    // Halve intervals, the earliest on top of the stack, until each holds at most one root.
     let mut open = vec![whole];
     while let Some(interval) = open.pop() {
         if interval.is_time() {
-            push(interval);
+            isolated.push(interval);
             continue;
         }
         match interval.sign_changes() {
             0 => {}
-            1 => push(interval),
+            1 => isolated.push(interval),
             _ if interval.width() < 2 => return Err(Undecidable),
             _ => {
                 let (left, right) = interval.halves();
@@ -237,13 +237,15 @@ pub(crate) fn isolate(
         }
     }
     if ends_at_root && lo < hi {
-        push(Interval::time(hi));
+        isolated.push(Interval::time(hi));
     }
-    Ok(roots)
+
+    let root = |interval| Root { polynomial: Some(polynomial.clone()), interval };
+    Ok(isolated.into_iter().map(root).collect())
 }
 
-/// Widens an interval to a width that is a power of two, so that it can be
-/// halved down to the resolution, and keeps it in `0..=1`.
+/// Widens an interval to a width that is a power of two, so that it can be halved down to the
+/// resolution, and keeps it in `0..=1`.
 fn with_even_halves(lo: u128, hi: u128) -> (u128, u128) {
     if lo == hi {
         return (lo, hi);
@@ -253,8 +255,8 @@ fn with_even_halves(lo: u128, hi: u128) -> (u128, u128) {
     (lo, lo + width)
 }
 
-/// Sign of a polynomial at a root of another one. The root's interval is
-/// narrowed as far as that needs.
+/// Evaluates the sign of a polynomial at a root of another one, and narrows the interval of the root
+/// as far as necessary.
 pub(crate) fn sign_at(polynomial: &Polynomial, root: &mut Root) -> Result<Sign, Undecidable> {
     if polynomial.is_zero() {
         return Ok(Sign::NoSign);
@@ -266,6 +268,8 @@ pub(crate) fn sign_at(polynomial: &Polynomial, root: &mut Root) -> Result<Sign, 
         if let Some(sign) = common_sign(&values) {
             return Ok(sign);
         }
+
+        // Without a common sign the root is one of both polynomials, or its interval is too wide.
         if interval.is_time() || may_be_shared && root.is_shared_with(polynomial) {
             return Ok(Sign::NoSign);
         }
@@ -274,38 +278,37 @@ pub(crate) fn sign_at(polynomial: &Polynomial, root: &mut Root) -> Result<Sign, 
         if width < 2 {
             return Err(Undecidable);
         }
-        root.narrow_to((width >> DIGITS_BETWEEN_LOOKS).max(1));
+        root.narrow_to((width >> DIGITS_PER_SIGN).max(1));
     }
 }
 
-/// Binary digits by which a root is narrowed between two looks at a sign.
-const DIGITS_BETWEEN_LOOKS: u32 = 12;
-
-/// The sign that all values have, if they have one.
+/// Returns the sign that all values have, if they have one.
 fn common_sign(values: &[BigInt]) -> Option<Sign> {
     let first = values[0].sign();
     (first != Sign::NoSign && values.iter().all(|v| v.sign() == first)).then_some(first)
 }
 
 impl Root {
-    /// Whether the root is one of `other` too: then it is one of the common
-    /// divisor, which has no other root in the interval and none twice.
+    /// Returns true if the root is one of `other` too.
+    ///
+    /// Then it is one of the common divisor, which has no other root in the interval and no double
+    /// root.
     fn is_shared_with(&self, other: &Polynomial) -> bool {
         let Some(polynomial) = &self.polynomial else { return false };
         let common = polynomial.common_divisor(other);
         if common.is_constant() {
             return false;
         }
-        Interval::of(&common, self.interval.lo, self.interval.hi).sign_changes() % 2 == 1
+        Interval::new(&common, self.interval.lo, self.interval.hi).sign_changes() % 2 == 1
     }
 }
 
-/// `time` in fractions of the resolution, rounded down.
+/// Converts a time to fractions of the resolution, rounded down.
 pub(crate) fn floor(time: f64) -> u128 {
     scaled(time)
 }
 
-/// `time` in fractions of the resolution, rounded up.
+/// Converts a time to fractions of the resolution, rounded up.
 pub(crate) fn ceil(time: f64) -> u128 {
     (scaled(time) + 1).min(ONE)
 }
@@ -321,14 +324,19 @@ fn scaled(time: f64) -> u128 {
 
 const TWO_TO_RESOLUTION: f64 = crate::rounding::power_of_two(120);
 
-#[expect(clippy::cast_precision_loss, reason = "compared with what was rounded")]
+/// Converts fractions of the resolution to a time, rounded down.
 fn round_down(time: u128) -> f64 {
-    let near = time as f64 / TWO_TO_RESOLUTION;
+    let near = rounded(time);
     if scaled(near) > time { near.next_down() } else { near }
 }
 
-#[expect(clippy::cast_precision_loss, reason = "compared with what was rounded")]
-fn round_down_negated(time: u128) -> f64 {
-    let near = time as f64 / TWO_TO_RESOLUTION;
-    if scaled(near) < time { -near.next_up() } else { -near }
+/// Converts fractions of the resolution to a time, rounded up.
+fn round_up(time: u128) -> f64 {
+    let near = rounded(time);
+    if scaled(near) < time { near.next_up() } else { near }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "the caller compares the result with the time")]
+fn rounded(time: u128) -> f64 {
+    time as f64 / TWO_TO_RESOLUTION
 }

@@ -1,6 +1,4 @@
-//! Plain roots of a cubic, without certificates.
-
-use super::isolate::quadratic_roots;
+//! Roots of a cubic in plain arithmetic, without certificates.
 
 /// Roots found by [`roots`], ascending.
 #[derive(Clone, Copy, Debug)]
@@ -17,24 +15,14 @@ impl std::ops::Deref for PlainRoots {
     }
 }
 
-/// Solves a cubic given by its Bernstein coefficients on `0..=1` in plain
-/// arithmetic: sign changes between its critical points, each narrowed by
-/// Newton steps within a bracket.
+/// Solves a cubic given by its Bernstein coefficients on `0..=1`: sign changes between its critical
+/// points, each narrowed by Newton steps within a bracket.
 ///
-/// Nothing is certified: a double root, a root at an end and one of a
-/// polynomial that rounding has flattened may be missed, and a time may be on
-/// either side of the exact one. It is what an uncertified method would use,
-/// and stands here to be compared with [`Cubic::isolate`](super::Cubic::isolate).
+/// Nothing is certified. A double root, a root at an end and one of a polynomial that rounding has
+/// flattened may be missed, and a time may be on either side of the exact one.
 ///
-/// Source: C. Yuksel, "High-performance polynomial root finding for graphics",
-/// Proc. ACM CGIT 5(3), 2022.
-///
-/// ```
-/// // 8 (t - 1/4) (t - 1/2) (t - 3/4)
-/// let found = ccd::cubic::roots([-0.75, 13.0 / 12.0, -13.0 / 12.0, 0.75]);
-/// assert_eq!(found.len(), 3);
-/// assert!((found[0] - 0.25).abs() < 1e-15);
-/// ```
+/// Source: C. Yuksel, "High-performance polynomial root finding for graphics", Proc. ACM CGIT 5(3),
+/// 2022.
 #[must_use]
 pub fn roots([b0, b1, b2, b3]: [f64; 4]) -> PlainRoots {
     let powers = [b0, 3.0 * (b1 - b0), 3.0 * (b2 - 2.0 * b1 + b0), b3 - b0 - 3.0 * (b2 - b1)];
@@ -51,13 +39,22 @@ pub fn roots([b0, b1, b2, b3]: [f64; 4]) -> PlainRoots {
     found
 }
 
-/// The crossing of a cubic that is monotone on `lo..=hi`, if its ends differ in sign.
+/// Solves `c + b t + a t^2 = 0`; the roots are ascending, and NaN or infinite where there is none.
+fn quadratic_roots(c: f64, b: f64, a: f64) -> [f64; 2] {
+    let q = -0.5 * (b + (b * b - 4.0 * a * c).sqrt().copysign(b));
+    let (x, y) = (q / a, c / q);
+    if x < y { [x, y] } else { [y, x] }
+}
+
+/// Finds the crossing of a cubic that is monotone on `lo..=hi`, if its ends differ in sign.
 fn crossing([c0, c1, c2, c3]: [f64; 4], mut lo: f64, mut hi: f64) -> Option<f64> {
     let value = |t: f64| ((c3 * t + c2) * t + c1) * t + c0;
     let (at_lo, at_hi) = (value(lo), value(hi));
     if at_lo * at_hi > 0.0 || at_lo.abs() + at_hi.abs() <= 0.0 {
         return None;
     }
+
+    // Newton steps from the zero of the secant, bisections where they leave the bracket.
     let mut t = lo + (hi - lo) * (at_lo / (at_lo - at_hi));
     for _ in 0..60 {
         let f = value(t);
@@ -75,4 +72,19 @@ fn crossing([c0, c1, c2, c3]: [f64; 4], mut lo: f64, mut hi: f64) -> Option<f64>
         }
     }
     Some(t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn three_roots_are_found() {
+        // 8 (t - 1/4) (t - 1/2) (t - 3/4)
+        let found = roots([-0.75, 13.0 / 12.0, -13.0 / 12.0, 0.75]);
+        assert_eq!(found.len(), 3);
+        for (t, root) in found.iter().zip([0.25, 0.5, 0.75]) {
+            assert!((t - root).abs() < 1e-15, "{t} instead of {root}");
+        }
+    }
 }

@@ -1,23 +1,19 @@
-//! Batches against single queries, and crossings of a closed surface.
+//! Batches of candidates, compared with single queries.
 
 use arbitrary::{Result, Unstructured};
-use arbtest::arbtest;
-use ccd::{CandidateContact, CcdError, CcdParams, FirstContact, MovingPoints, is_inside};
-use fixtures::{Mesh, shapes::octasphere};
+use ccd::{CandidateContact, CcdError, CcdParams, FirstContact, MovingPoints};
 use glam::DVec3;
 
-fn point(u: &mut Unstructured<'_>, size: f64) -> Result<DVec3> {
-    let mut coordinate = || Ok(size * (f64::from(u.arbitrary::<i16>()?) / 32768.0));
-    Ok(DVec3::new(coordinate()?, coordinate()?, coordinate()?))
-}
+use crate::random::{check, point};
 
-/// Moving points and random candidates among them, each of four different ones.
+/// Moving points, and candidates of four different ones each.
 struct Scene {
     x0: Vec<DVec3>,
     x1: Vec<DVec3>,
     candidates: Vec<[u32; 4]>,
 }
 
+/// Draws 24 moving points and `count` candidates.
 fn scene(u: &mut Unstructured<'_>, count: usize) -> Result<Scene> {
     let (mut x0, mut x1, mut candidates) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..24 {
@@ -32,7 +28,8 @@ fn scene(u: &mut Unstructured<'_>, count: usize) -> Result<Scene> {
     Ok(Scene { x0, x1, candidates })
 }
 
-fn alone(scene: &Scene, params: &CcdParams, edges: bool) -> Vec<CandidateContact> {
+/// Finds the contacts of a scene by single queries.
+fn single_queries(scene: &Scene, params: &CcdParams, edges: bool) -> Vec<CandidateContact> {
     let gather = |x: &[DVec3], points: &[u32; 4]| points.map(|point| x[point as usize]);
     let query = if edges { ccd::edge_edge } else { ccd::vertex_face };
     let each = scene.candidates.iter().enumerate().filter_map(|(candidate, points)| {
@@ -43,55 +40,52 @@ fn alone(scene: &Scene, params: &CcdParams, edges: bool) -> Vec<CandidateContact
 }
 
 #[test]
-fn batches_answer_as_single_queries_do() {
-    arbtest(|u| {
+fn batches_equal_single_queries() {
+    check(2000, |u| {
         let scene = scene(u, 37)?;
         let motion = MovingPoints::new(&scene.x0, &scene.x1).expect("valid");
         for (min_separation, t_max) in [(0.0, 1.0), (0.01, 1.0), (0.0, 0.3)] {
             let params = CcdParams { min_separation, t_max, ..CcdParams::DEFAULT };
             let found = motion.vertex_face_contacts(&scene.candidates, &params).expect("valid");
-            assert_eq!(found, alone(&scene, &params, false));
+            assert_eq!(found, single_queries(&scene, &params, false));
             let found = motion.edge_edge_contacts(&scene.candidates, &params).expect("valid");
-            assert_eq!(found, alone(&scene, &params, true));
+            assert_eq!(found, single_queries(&scene, &params, true));
         }
         Ok(())
-    })
-    .budget_ms(1500);
+    });
 }
 
 #[test]
 fn filters_keep_every_candidate_with_a_contact() {
-    arbtest(|u| {
+    check(2000, |u| {
         let scene = scene(u, 37)?;
         let motion = MovingPoints::new(&scene.x0, &scene.x1).expect("valid");
         let params = CcdParams::DEFAULT;
         let kept = motion.filter_vertex_faces(&scene.candidates, &params).expect("valid");
-        assert!(alone(&scene, &params, false).iter().all(|c| kept.contains(&c.candidate)));
+        assert!(single_queries(&scene, &params, false).iter().all(|c| kept.contains(&c.candidate)));
         let kept = motion.filter_edge_edges(&scene.candidates, &params).expect("valid");
-        assert!(alone(&scene, &params, true).iter().all(|c| kept.contains(&c.candidate)));
+        assert!(single_queries(&scene, &params, true).iter().all(|c| kept.contains(&c.candidate)));
         Ok(())
-    })
-    .budget_ms(1000);
+    });
 }
 
 #[test]
 fn the_first_contact_is_the_earliest_of_all() {
-    arbtest(|u| {
+    check(2000, |u| {
         let (faces, edges) = (scene(u, 30)?, scene(u, 30)?.candidates);
         let motion = MovingPoints::new(&faces.x0, &faces.x1).expect("valid");
         let params = CcdParams::DEFAULT;
         let first = motion.first_contact(&faces.candidates, &edges, &params).expect("valid");
         let by_time =
             |a: &CandidateContact, b: &CandidateContact| a.contact.lo.total_cmp(&b.contact.lo);
-        let face = alone(&faces, &params, false).into_iter().min_by(by_time);
-        let edge = alone(&Scene { candidates: edges, ..faces }, &params, true);
+        let face = single_queries(&faces, &params, false).into_iter().min_by(by_time);
+        let edge = single_queries(&Scene { candidates: edges, ..faces }, &params, true);
         let edge = edge.into_iter().min_by(by_time);
         let edge = edge.filter(|e| face.is_none_or(|f| e.contact.lo < f.contact.lo));
         let expected = edge.map(FirstContact::EdgeEdge).or(face.map(FirstContact::VertexFace));
         assert_eq!(first, expected);
         Ok(())
-    })
-    .budget_ms(1000);
+    });
 }
 
 #[test]
@@ -104,52 +98,9 @@ fn candidates_out_of_range_are_refused() {
     assert_eq!(uneven, Err(CcdError::PositionCount { start: 4, end: 3 }));
 }
 
-/// Whether a point is in the octahedron with corners 1 from the origin.
-fn is_in_octahedron(p: DVec3) -> bool {
-    p.abs().element_sum() < 1.0
-}
-
-#[test]
-fn crossings_tell_the_side_after_a_step() {
-    let Mesh { positions: corners, faces } = octasphere(1.0, 0);
-    arbtest(|u| {
-        let (start, end, shift) = (point(u, 1.3)?, point(u, 1.3)?, point(u, 2.0)?);
-        let mut x0 = corners.clone();
-        x0.push(start);
-        let mut x1: Vec<DVec3> = corners.iter().map(|c| c * 0.5 + shift).collect();
-        x1.push(0.5 * end + shift);
-        let motion = MovingPoints::new(&x0, &x1).expect("valid");
-        let crossings = motion.crossings(6, &faces).expect("valid");
-        if let Some(changed) = crossings.changes_side() {
-            let (before, after) = (is_in_octahedron(start), is_in_octahedron(end));
-            assert_eq!(changed, before != after, "{start} to {end}: {crossings:?}");
-            let balance = i64::from(crossings.inward) - i64::from(crossings.outward);
-            assert_eq!(balance, i64::from(after) - i64::from(before), "{crossings:?}");
-        }
-        Ok(())
-    })
-    .budget_ms(1000);
-}
-
-#[test]
-fn rays_tell_whether_a_point_is_inside() {
-    let Mesh { positions: corners, faces } = octasphere(1.0, 0);
-    arbtest(|u| {
-        let p = point(u, 1.2)?;
-        if (p.abs().element_sum() - 1.0).abs() > 1e-9 {
-            let inside = is_inside(p, &corners, &faces).expect("valid");
-            assert_eq!(inside, Some(is_in_octahedron(p)), "{p}");
-        }
-        Ok(())
-    })
-    .budget_ms(500);
-    assert_eq!(is_inside(DVec3::ZERO, &corners, &faces), Ok(Some(true)));
-    assert_eq!(is_inside(DVec3::X, &corners, &faces), Ok(None), "a corner has no side");
-}
-
 #[cfg(feature = "rayon")]
 #[test]
-fn threads_change_no_bit() {
+fn results_are_the_same_for_any_number_of_threads() {
     let mut state = 1_u64;
     let mut byte = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);

@@ -1,16 +1,15 @@
-//! Published and adversarial queries with exact answers: none is missed, none
-//! is late, and false alarms stay within their limits.
+//! Published and adversarial queries with exact answers: none is missed, none is late, and false
+//! alarms stay within their limits.
 
-#![expect(clippy::print_stdout, reason = "figures of each file, and what was skipped")]
-
-mod support;
+#![expect(clippy::print_stdout, reason = "figures of each file")]
 
 use std::collections::BTreeMap;
 
 use ccd::{CcdContact, CcdParams};
-use support::{Labelled, read};
 
-/// A file, without its ending, and the false alarms allowed without exact arithmetic.
+use crate::query_files::{self, LabeledQuery, read};
+
+/// Files without their ending, and the false alarms allowed without exact arithmetic.
 const FILES: [(&str, usize); 14] = [
     ("handcrafted_vf", 50),
     ("handcrafted_ee", 83),
@@ -28,20 +27,20 @@ const FILES: [(&str, usize); 14] = [
     ("full/simhard_ee", 0),
 ];
 
-/// Wrong answers in a file, and how early the right ones are.
+/// Counts of wrong answers in a file, and earliness of the right ones.
 #[derive(Debug, Default)]
 struct Tally {
     missed: usize,
     late: usize,
     wrongly_certain: usize,
     possible: usize,
-    /// By family.
+    /// Counted by family.
     false_alarms: BTreeMap<u8, usize>,
     earliness: Vec<f64>,
 }
 
 impl Tally {
-    fn of(queries: &[Labelled], answer: impl Fn(&Labelled) -> Option<CcdContact>) -> Self {
+    fn of(queries: &[LabeledQuery], answer: impl Fn(&LabeledQuery) -> Option<CcdContact>) -> Self {
         let mut tally = Self::default();
         for query in queries {
             tally.add(query, answer(query));
@@ -50,7 +49,7 @@ impl Tally {
         tally
     }
 
-    fn add(&mut self, query: &Labelled, answer: Option<CcdContact>) {
+    fn add(&mut self, query: &LabeledQuery, answer: Option<CcdContact>) {
         let meets = query.time.is_finite();
         let Some(contact) = answer else {
             self.missed += usize::from(meets);
@@ -67,6 +66,7 @@ impl Tally {
         }
     }
 
+    /// Returns a percentile of the earliness.
     fn earliness(&self, percent: usize) -> f64 {
         self.earliness
             .get(self.earliness.len().saturating_sub(1) * percent / 100)
@@ -74,15 +74,16 @@ impl Tally {
             .unwrap_or(0.0)
     }
 
-    /// What holds of every file.
+    /// Checks what holds for every file.
     fn assert_safe(&self, name: &str) {
         let wrong = (self.missed, self.late, self.wrongly_certain);
         assert_eq!(wrong, (0, 0, 0), "{name}: missed, late, wrongly certain");
     }
 }
 
+/// Runs the queries of every file, and checks their tally.
 fn for_each_file(params: &CcdParams, check: impl Fn(&str, usize, &Tally)) {
-    let Some(folder) = support::folder() else { return };
+    let Some(folder) = query_files::folder() else { return };
     for (name, allowed) in FILES {
         let (kind, queries) = read(&folder.join(name).with_extension("ccdq"));
         let tally = Tally::of(&queries, |query| {

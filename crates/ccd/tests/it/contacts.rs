@@ -1,17 +1,19 @@
-//! Single queries against planted impacts, an integer twin and closed forms.
+//! Single queries, compared with planted impacts, integer arithmetic and closed forms.
 
 #![expect(clippy::panic, reason = "a miss says what was missed")]
 
 use arbitrary::{Result, Unstructured};
-use arbtest::arbtest;
 use ccd::{CcdContact, CcdError, CcdParams, Certainty, StepEnd, edge_edge, vertex_face};
 use glam::DVec3;
+
+use crate::random::check;
 
 type Query =
     fn([DVec3; 4], [DVec3; 4], &CcdParams) -> std::result::Result<Option<CcdContact>, CcdError>;
 type Integers = [[i64; 3]; 4];
 
-fn ask(query: Query, x0: [DVec3; 4], x1: [DVec3; 4]) -> Option<CcdContact> {
+/// Runs a query on finite points.
+fn run(query: Query, x0: [DVec3; 4], x1: [DVec3; 4]) -> Option<CcdContact> {
     query(x0, x1, &CcdParams::DEFAULT).expect("the points are finite")
 }
 
@@ -28,7 +30,7 @@ fn lattice_point(u: &mut Unstructured<'_>, size: i64) -> Result<[i64; 3]> {
     ])
 }
 
-/// Points that touch, in `(corner 0) + r/8 edge + s/8 edge` of a polygon.
+/// Draws points that touch, in `(corner 0) + r/8 edge + s/8 edge` of a polygon.
 fn touching(u: &mut Unstructured<'_>, edges: bool) -> Result<Integers> {
     let (a, b, c) = (lattice_point(u, 6)?, lattice_point(u, 6)?, lattice_point(u, 6)?);
     let r = u.int_in_range(0_i64..=8)?;
@@ -53,7 +55,7 @@ fn touching(u: &mut Unstructured<'_>, edges: bool) -> Result<Integers> {
     Ok(x)
 }
 
-/// A step on which a touch is planted at time `n / 4`, exactly.
+/// Draws a step on which a touch is planted at time `n / 4`, exactly.
 fn planted(u: &mut Unstructured<'_>, edges: bool) -> Result<([DVec3; 4], [DVec3; 4], f64)> {
     let x = touching(u, edges)?;
     let n = u.int_in_range(0_i64..=4)?;
@@ -69,26 +71,26 @@ fn planted(u: &mut Unstructured<'_>, edges: bool) -> Result<([DVec3; 4], [DVec3;
     Ok((reals(&x0), reals(&x1), n as f64 / 4.0))
 }
 
-fn never_missed_or_late(query: Query, edges: bool) {
-    arbtest(|u| {
+/// Checks that planted touches are neither missed nor reported late.
+fn planted_impacts_are_found(query: Query, edges: bool) {
+    check(100_000, |u| {
         let (x0, x1, time) = planted(u, edges)?;
         let contact =
-            ask(query, x0, x1).unwrap_or_else(|| panic!("missed {x0:?} {x1:?} at {time}"));
+            run(query, x0, x1).unwrap_or_else(|| panic!("missed {x0:?} {x1:?} at {time}"));
         assert!(contact.lo <= time, "{} is after {time}: {x0:?} {x1:?}", contact.lo);
         assert!(contact.lo <= contact.hi, "{contact:?}");
         assert!(contact.lo > 0.0 || contact.at_start, "apart at the start: {contact:?}");
         if contact.is_certain() {
             // Points are within 200 of each other; a triple root has a long interval.
-            let most = 1e-9 + 400.0 * (contact.hi - contact.lo);
-            assert!(gap(&contact, &x0, &x1) < most, "weights do not meet: {contact:?}");
+            let max = 1e-9 + 400.0 * (contact.hi - contact.lo);
+            assert!(gap(&contact, &x0, &x1) < max, "weights do not meet: {contact:?}");
         }
         assert!((contact.normal.length() - 1.0).abs() < 1e-12, "{contact:?}");
         Ok(())
-    })
-    .budget_ms(2000);
+    });
 }
 
-/// `|sum weights_i x_i|` in the middle of the interval of contact.
+/// Computes `|sum weights_i x_i|` in the middle of the interval of contact.
 fn gap(contact: &CcdContact, x0: &[DVec3; 4], x1: &[DVec3; 4]) -> f64 {
     let t = 0.5 * (contact.lo + contact.hi);
     assert!(contact.weights.iter().sum::<f64>().abs() < 1e-12, "{contact:?}");
@@ -97,16 +99,16 @@ fn gap(contact: &CcdContact, x0: &[DVec3; 4], x1: &[DVec3; 4]) -> f64 {
 
 #[test]
 fn planted_vertex_face_impacts_are_found_in_time() {
-    never_missed_or_late(vertex_face, false);
+    planted_impacts_are_found(vertex_face, false);
 }
 
 #[test]
 fn planted_edge_edge_impacts_are_found_in_time() {
-    never_missed_or_late(edge_edge, true);
+    planted_impacts_are_found(edge_edge, true);
 }
 
-/// The slow twin: whether the polygon of differences holds the origin, in
-/// integers, for points that do not move.
+/// Returns true if the polygon of differences contains the origin: the reference implementation in
+/// integers, for points at rest.
 fn touch(x: &[[i128; 3]; 4], edges: bool) -> bool {
     let minus = |a: [i128; 3], b: [i128; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
     let cross = |a: [i128; 3], b: [i128; 3]| {
@@ -127,8 +129,9 @@ fn touch(x: &[[i128; 3]; 4], edges: bool) -> bool {
     dot(area, corners[0]) == 0 && pairs().all(|(a, b)| dot(area, cross(a, b)) >= 0)
 }
 
-fn agrees_with_the_twin(query: Query, edges: bool) {
-    arbtest(|u| {
+/// Checks that contacts at multiples of 1/24 of the step are found.
+fn integer_contacts_are_found(query: Query, edges: bool) {
+    check(100_000, |u| {
         let [x0, x1]: [Integers; 2] = [
             [
                 lattice_point(u, 3)?,
@@ -148,54 +151,24 @@ fn agrees_with_the_twin(query: Query, edges: bool) {
             touch(&std::array::from_fn(|i| std::array::from_fn(|k| at(i, k))), edges)
         });
         if let Some(n) = first {
-            let contact = ask(query, reals(&x0), reals(&x1));
+            let contact = run(query, reals(&x0), reals(&x1));
             #[expect(clippy::cast_precision_loss, reason = "0 to 24")]
             let time = n as f64 / 24.0;
             let lo = contact.unwrap_or_else(|| panic!("missed {x0:?} {x1:?} at {time}")).lo;
             assert!(lo <= time, "{lo} is after {time}: {x0:?} {x1:?}");
         }
         Ok(())
-    })
-    .budget_ms(2000);
+    });
 }
 
 #[test]
-fn vertex_face_contacts_of_the_integer_twin_are_found() {
-    agrees_with_the_twin(vertex_face, false);
+fn vertex_face_contacts_in_integers_are_found() {
+    integer_contacts_are_found(vertex_face, false);
 }
 
 #[test]
-fn edge_edge_contacts_of_the_integer_twin_are_found() {
-    agrees_with_the_twin(edge_edge, true);
-}
-
-/// A vertex that meets the plane of a turning face three times, each time
-/// inside: the first must be reported.
-#[test]
-fn the_first_of_three_roots_is_reported() {
-    let cubic = |t: f64| (t - 0.2) * (t - 0.5) * (t - 0.8);
-    let powers = [-0.08, 0.66, -1.5, 1.0];
-    let found = ccd::cubic::Cubic::from_powers(powers, 0.0).isolate(0.0);
-    assert_eq!(found.len(), 3, "{:?}", &*found);
-    for (interval, root) in found.iter().zip([0.2, 0.5, 0.8]) {
-        assert!(interval.lo <= root && root <= interval.hi, "{interval:?} without {root}");
-        assert!(interval.hi - interval.lo < 1e-12, "{interval:?} is long");
-        assert!(cubic(interval.lo) * cubic(interval.hi) < 0.0, "{interval:?} crosses nothing");
-    }
-    let plain = ccd::cubic::roots(ccd::cubic::Cubic::from_powers(powers, 0.0).bernstein());
-    assert_eq!(plain.len(), 3, "{:?}", &*plain);
-}
-
-#[test]
-fn grazing_and_vanishing_cubics_are_named() {
-    use ccd::cubic::{Cubic, RootKind};
-
-    let graze = Cubic::from_powers([0.25, -1.0, 1.0, 0.0], 0.0).isolate(0.0);
-    assert!(graze.iter().any(|r| r.kind == RootKind::Grazing && r.lo <= 0.5 && 0.5 <= r.hi));
-    let zero = Cubic::new([0.0; 4], 1e-20).isolate(0.0);
-    assert_eq!(zero[0].kind, RootKind::Vanishing);
-    assert_eq!((zero[0].lo, zero[0].hi), (0.0, 1.0));
-    assert!(Cubic::from_powers([0.26, -1.0, 1.0, 0.0], 0.0).isolate(0.0).is_empty());
+fn edge_edge_contacts_in_integers_are_found() {
+    integer_contacts_are_found(edge_edge, true);
 }
 
 const FACE: [DVec3; 3] = [DVec3::new(-2.0, -1.0, 0.0), DVec3::new(2.0, -1.0, 0.0), DVec3::Y];
@@ -205,10 +178,10 @@ fn over_face(height: f64) -> [DVec3; 4] {
 }
 
 #[test]
-fn a_contact_that_is_there_at_the_start_is_said_to_be() {
-    let contact = ask(vertex_face, over_face(0.0), over_face(1.0)).expect("it starts on the face");
+fn a_contact_at_the_start_is_marked() {
+    let contact = run(vertex_face, over_face(0.0), over_face(1.0)).expect("it starts on the face");
     assert_eq!((contact.lo, contact.at_start), (0.0, true));
-    let contact = ask(vertex_face, over_face(1e-9), over_face(-1.0)).expect("it falls through");
+    let contact = run(vertex_face, over_face(1e-9), over_face(-1.0)).expect("it falls through");
     assert!(!contact.at_start && contact.lo <= 1e-9, "{contact:?}");
 }
 
@@ -220,9 +193,9 @@ fn contacts_after_t_max_are_left_out() {
     assert!(ask(0.501).expect("0.5 is before").is_certain());
 }
 
-/// Above a face the separation is reached at a time in closed form, for any of them.
+/// A vertex that falls onto a face reaches the separation at a time in closed form.
 #[test]
-fn a_separation_is_reached_when_it_should_be() {
+fn a_separation_is_reached_on_time() {
     for d in [1e-2, 1e-3, 1e-6] {
         let params = CcdParams { min_separation: d, ..CcdParams::DEFAULT };
         let miss = vertex_face(over_face(1.0), over_face(d * (1.0 + 1e-9)), &params).unwrap();
@@ -236,47 +209,45 @@ fn a_separation_is_reached_when_it_should_be() {
 }
 
 #[test]
-fn powers_of_two_change_no_bit() {
-    arbtest(|u| {
+fn scaling_by_powers_of_two_changes_no_bit() {
+    check(20_000, |u| {
         let (x0, x1, _) = planted(u, true)?;
         for query in [vertex_face as Query, edge_edge] {
-            let plain = ask(query, x0, x1);
+            let plain = run(query, x0, x1);
             for exponent in [-900, -40, 30, 900] {
                 let by = |x: [DVec3; 4]| x.map(|p| p * 2_f64.powi(exponent));
-                assert_eq!(ask(query, by(x0), by(x1)), plain, "times 2^{exponent}: {x0:?} {x1:?}");
+                assert_eq!(run(query, by(x0), by(x1)), plain, "times 2^{exponent}: {x0:?} {x1:?}");
             }
         }
         Ok(())
-    })
-    .budget_ms(1500);
+    });
 }
 
 #[test]
 fn an_offset_of_a_million_edges_misses_nothing() {
-    arbtest(|u| {
+    check(20_000, |u| {
         for edges in [false, true] {
             let (x0, x1, time) = planted(u, edges)?;
             let by = |x: [DVec3; 4]| x.map(|p| p + DVec3::new(3e6, -1e7, 5e6));
             let query: Query = if edges { edge_edge } else { vertex_face };
-            let contact = ask(query, by(x0), by(x1)).expect("integers are moved exactly");
+            let contact = run(query, by(x0), by(x1)).expect("integers are moved exactly");
             assert!(contact.lo <= time, "{contact:?} is after {time}");
         }
         Ok(())
-    })
-    .budget_ms(1000);
+    });
 }
 
-/// Turning a face's corners, or exchanging ends of edges, changes no certain answer.
+/// Rotating the corners of a face, or exchanging the ends of an edge, changes no certain answer.
 #[test]
-fn other_labels_give_the_same_certain_answer() {
-    arbtest(|u| {
+fn the_order_of_corners_changes_no_certain_answer() {
+    check(20_000, |u| {
         let (x0, x1, _) = planted(u, false)?;
         let turned = |x: [DVec3; 4]| [x[0], x[2], x[3], x[1]];
         let swapped = |x: [DVec3; 4]| [x[1], x[0], x[2], x[3]];
         let pairs: [(Query, _); 2] =
             [(vertex_face, (turned(x0), turned(x1))), (edge_edge, (swapped(x0), swapped(x1)))];
         for (query, (y0, y1)) in pairs {
-            let (a, b) = (ask(query, x0, x1), ask(query, y0, y1));
+            let (a, b) = (run(query, x0, x1), run(query, y0, y1));
             for (one, other) in [(a, b), (b, a)] {
                 if let Some(one) = one.filter(CcdContact::is_certain) {
                     let other = other.expect("a certain contact has no other answer");
@@ -285,18 +256,17 @@ fn other_labels_give_the_same_certain_answer() {
             }
         }
         Ok(())
-    })
-    .budget_ms(1000);
+    });
 }
 
 #[test]
-fn what_is_not_finite_is_refused() {
+fn coordinates_that_are_not_finite_are_rejected() {
     let mut x = over_face(-1.0);
     x[2].y = f64::NAN;
-    let refused = vertex_face(over_face(1.0), x, &CcdParams::DEFAULT);
+    let rejected = vertex_face(over_face(1.0), x, &CcdParams::DEFAULT);
     assert!(
-        matches!(refused, Err(CcdError::NotFinite { point: 2, end: StepEnd::Finish, value }) if value.is_nan()),
-        "{refused:?}"
+        matches!(rejected, Err(CcdError::NotFinite { point: 2, end: StepEnd::Finish, value }) if value.is_nan()),
+        "{rejected:?}"
     );
     x[2].y = f64::NEG_INFINITY;
     let error = edge_edge(x, over_face(1.0), &CcdParams::DEFAULT).unwrap_err();
@@ -306,21 +276,21 @@ fn what_is_not_finite_is_refused() {
 }
 
 #[test]
-fn parameters_out_of_range_are_refused() {
+fn parameters_out_of_range_are_rejected() {
     let with = |params| vertex_face(over_face(1.0), over_face(0.0), &params).unwrap_err();
     let d = CcdParams { min_separation: -1.0, ..CcdParams::DEFAULT };
     assert_eq!(with(d), CcdError::MinSeparation(-1.0));
     assert_eq!(with(CcdParams { t_max: 1.5, ..CcdParams::DEFAULT }), CcdError::TimeMax(1.5));
 }
 
-/// The largest and the smallest numbers there are.
+/// Queries of the largest and the smallest numbers of f64.
 #[test]
 fn no_size_overflows_or_underflows() {
     for size in [f64::MAX, f64::MAX / 8.0, 1e-300, f64::MIN_POSITIVE, 64.0 * 5e-324] {
         let by = |x: [DVec3; 4]| x.map(|p| p * (0.5 * size));
-        let contact = ask(vertex_face, by(over_face(1.0)), by(over_face(-1.0)));
+        let contact = run(vertex_face, by(over_face(1.0)), by(over_face(-1.0)));
         let contact = contact.unwrap_or_else(|| panic!("missed at size {size:e}"));
         assert!((contact.lo..=contact.hi).contains(&0.5), "size {size:e}: {contact:?}");
-        assert_eq!(ask(vertex_face, by(over_face(1.0)), by(over_face(0.25))), None, "{size:e}");
+        assert_eq!(run(vertex_face, by(over_face(1.0)), by(over_face(0.25))), None, "{size:e}");
     }
 }

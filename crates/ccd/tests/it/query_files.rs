@@ -1,13 +1,13 @@
-//! Reading of the query files that the environment variable `MUSCULO_DATA` leads to.
+//! Query files in the folder `ccd` of the environment variable `MUSCULO_DATA`.
 
-#![expect(clippy::print_stdout, reason = "a skipped test says so")]
+#![expect(clippy::print_stdout, reason = "a skipped test prints a line")]
 
 use std::path::PathBuf;
 
 use ccd::{CcdContact, CcdError, CcdParams};
 use glam::DVec3;
 
-/// What is tested against what.
+/// Kind of a query.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     VertexFace,
@@ -15,6 +15,7 @@ pub(crate) enum Kind {
 }
 
 impl Kind {
+    /// Runs the query of this kind.
     pub(crate) fn query(
         self,
         x0: [DVec3; 4],
@@ -28,19 +29,18 @@ impl Kind {
     }
 }
 
-/// A query with its exact answer.
-#[allow(dead_code, reason = "not every test looks at the answer")]
+/// Query with its exact answer.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Labelled {
+pub(crate) struct LabeledQuery {
     pub(crate) x0: [DVec3; 4],
     pub(crate) x1: [DVec3; 4],
     /// Exact time of the first contact, rounded down; infinite where there is none.
     pub(crate) time: f64,
-    /// Family the query belongs to.
+    /// Family of the query.
     pub(crate) group: u8,
 }
 
-/// The folder with the query files, or a printed line that it was skipped.
+/// Returns the folder with the query files; prints a line if there is none.
 pub(crate) fn folder() -> Option<PathBuf> {
     let folder = std::env::var_os("MUSCULO_DATA").map(|data| PathBuf::from(data).join("ccd"));
     if folder.is_none() {
@@ -50,7 +50,7 @@ pub(crate) fn folder() -> Option<PathBuf> {
 }
 
 /// Reads all queries of a file.
-pub(crate) fn read(path: &std::path::Path) -> (Kind, Vec<Labelled>) {
+pub(crate) fn read(path: &std::path::Path) -> (Kind, Vec<LabeledQuery>) {
     let bytes = std::fs::read(path).expect("the query file can be read");
     assert_eq!(&bytes[..8], b"CCDQ0001", "{} is a query file", path.display());
     let kind = if bytes[8] == 0 { Kind::VertexFace } else { Kind::EdgeEdge };
@@ -59,7 +59,7 @@ pub(crate) fn read(path: &std::path::Path) -> (Kind, Vec<Labelled>) {
     let number = |i: usize| f64::from_le_bytes(word(32 + 8 * i));
     let point = |i: usize| DVec3::new(number(3 * i), number(3 * i + 1), number(3 * i + 2));
     let groups = 32 + 8 * (24 * count + count) + count;
-    let query = |i: usize| Labelled {
+    let query = |i: usize| LabeledQuery {
         x0: std::array::from_fn(|k| point(8 * i + k)),
         x1: std::array::from_fn(|k| point(8 * i + 4 + k)),
         time: number(24 * count + i),

@@ -1,0 +1,8 @@
+//! Tests of queries and batches as a caller uses them.
+
+mod batch;
+mod contacts;
+mod published;
+mod query_files;
+mod random;
+mod separation;
