@@ -1,118 +1,72 @@
-//! `cargo xtask tidy`: layout rules that no lint knows.
+//! `cargo xtask tidy`: layout rules beyond lints.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::TaskResult;
 
-/// Which packages of this workspace each may depend on, lowest layer first.
-/// Adding an edge is a design decision: it is made here, in the open.
-///
-/// Tests may use more; they make no edge.
-const LAYERS: &[(&str, &[&str])] = &[
-    ("crates/surface", &[]),
-    ("crates/kdop", &[]),
-    ("crates/ccd", &[]),
-    ("crates/proximity", &["surface", "kdop", "ccd"]),
-    ("crates/overlap", &["surface", "kdop", "proximity"]),
-    ("crates/distance-field", &["surface", "kdop", "proximity"]),
-    ("crates/medial", &["surface", "kdop", "proximity"]),
-    ("crates/decimate", &["surface", "kdop", "proximity"]),
-    ("crates/response", &["surface"]),
-    ("crates/baselines", &["surface", "kdop"]),
-    ("crates/scene", &["surface", "kdop", "ccd", "proximity", "distance-field", "medial"]),
-    (
-        "crates/plan",
-        &[
-            "surface",
-            "kdop",
-            "ccd",
-            "proximity",
-            "decimate",
-            "distance-field",
-            "medial",
-            "response",
-            "scene",
-        ],
-    ),
-    ("crates/resolve", &["surface", "kdop", "proximity", "response", "scene"]),
-    (
-        "crates/musculo-collide",
-        &[
-            "surface",
-            "kdop",
-            "ccd",
-            "proximity",
-            "decimate",
-            "distance-field",
-            "medial",
-            "overlap",
-            "response",
-            "scene",
-            "plan",
-            "resolve",
-        ],
-    ),
-    ("crates/mesh-io", &["surface", "distance-field"]),
-    ("crates/cli", &["musculo-collide", "mesh-io"]),
-    ("fixtures", &["surface"]),
-    ("fuzz/targets", &["surface", "kdop", "ccd", "distance-field", "mesh-io", "cli"]),
-    ("fuzz", &["targets"]),
-    ("xtask", &[]),
-];
+/// File with the map of packages and the edges between them.
+const ARCHITECTURE: &str = "ARCHITECTURE.md";
 
-/// What no package but `benches` may depend on, not even for tests: peers, and
-/// what times code.
-const FOR_BENCHES_ONLY: &[&str] = &["criterion", "parry3d", "parry3d-f64", "obvhs", "del-geo-core"];
+/// Line of [`ARCHITECTURE`] before the block of edges.
+const EDGES: &str = "Who may depend on whom";
 
-/// What only the program and the tasks may depend on: whatever reads or writes
-/// files, prints, or shows progress.
+/// Peers, which only `benches` may depend on, not even for tests.
+const FOR_BENCHES_ONLY: &[&str] = &["parry3d", "obvhs", "del-geo-core"];
+
+/// Dependencies of programs only: for command lines, progress and pictures.
 const FOR_PROGRAMS_ONLY: &[&str] = &["clap", "indicatif", "plotters", "anyhow"];
 
 /// Lines after which a file has grown a second subject.
 const MAX_LINES: usize = 500;
 
-/// Files that are longer, each with the reason why it is one subject.
+/// Longer files, each with the reason why it is one subject.
 const LONGER: &[(&str, &str)] = &[];
 
-/// Words that speak of something a reader of this project does not have.
+/// Words about things that a reader of this project does not have.
 const FOREIGN: &[&str] = &["/home/", "/root/", "/tmp/", "prototype"];
 
-/// Where `FOREIGN` is written down, and what sets up a machine.
+/// File that defines [`FOREIGN`], and those that set up a machine.
 const MAY_BE_FOREIGN: &[&str] = &["xtask/src/tidy.rs", ".ci/run"];
+
+/// Words that ask instead of naming an item or the result of a function.
+const ASKING: &[&str] =
+    &["What", "How", "Whether", "Who", "Whose", "Which", "Where", "When", "Why"];
 
 /// A text file of the workspace.
 struct File {
-    /// Its path from the root, with `/`.
+    /// Path from the root, with `/`.
     path: String,
     text: String,
 }
 
-/// What breaks one rule, a line each.
+/// Breaches of one rule, one line each.
 type Problems = Vec<String>;
 
-/// Prints all problems; fails when there are any.
+/// Prints all breaches; fails when there are any.
 pub(crate) fn run(root: &Path) -> TaskResult {
     let all: Problems = problems(root).into_iter().flat_map(|(_, problems)| problems).collect();
     if all.is_empty() { Ok(()) } else { Err(all.join("\n")) }
 }
 
-/// Each rule, and what breaks it.
+/// Returns the breaches of each rule.
 pub(crate) fn problems(root: &Path) -> Vec<(&'static str, Problems)> {
     let mut files = Vec::new();
     collect(root, root, &mut files);
     files.sort_by(|a, b| a.path.cmp(&b.path));
     vec![
         ("layers of packages", layers(&files)),
-        ("dependencies in their place", places_of_dependencies(&files)),
-        ("module headers", headers(&files)),
-        ("one subject a file", lengths(&files)),
-        ("no trailing blanks", blanks(&files)),
-        ("speaks of itself alone", wording(&files)),
+        ("dependencies in their place", misplaced_dependencies(&files)),
+        ("module headers", missing_headers(&files)),
+        ("one subject per file", long_files(&files)),
+        ("no trailing blanks", trailing_blanks(&files)),
+        ("nothing foreign", foreign_words(&files)),
+        ("documentation names, it does not ask", asking_docs(&files)),
     ]
 }
 
-/// Text files below a folder, but for what is built or hidden.
+/// Collects text files below a folder, except built and hidden ones.
 fn collect(root: &Path, folder: &Path, files: &mut Vec<File>) {
     let Ok(entries) = folder.read_dir() else { return };
     for path in entries.flatten().map(|entry| entry.path()) {
@@ -139,35 +93,73 @@ fn from_root(root: &Path, path: &Path) -> String {
     below.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/")
 }
 
+/// Compares the dependencies of all packages with the edges in [`ARCHITECTURE`].
+///
+/// Tests may use more; they make no edge.
 fn layers(files: &[File]) -> Problems {
-    let packages: Vec<&str> = LAYERS.iter().map(|(folder, _)| name_of(folder)).collect();
+    let Some(architecture) = files.iter().find(|file| file.path == ARCHITECTURE) else {
+        return vec![format!("{ARCHITECTURE}: missing")];
+    };
+    let edges = edges(&architecture.text);
+    let packages: BTreeSet<&str> = manifests(files).map(|(folder, _)| name_of(folder)).collect();
+
     let mut problems = Vec::new();
-    for (folder, file) in manifests(files).filter(|(folder, _)| *folder != "benches") {
-        let Some((_, allowed)) = LAYERS.iter().find(|(known, _)| *known == folder) else {
-            problems.push(format!("{}: not in LAYERS of xtask/src/tidy.rs", file.path));
-            continue;
-        };
-        let used = dependencies(&file.text, "[dependencies]");
-        for other in used.into_iter().filter(|d| packages.contains(d) && !allowed.contains(d)) {
-            problems.push(format!(
-                "{}: {other} is not below it in LAYERS of xtask/src/tidy.rs",
-                file.path
-            ));
+    for (folder, file) in manifests(files) {
+        let package = name_of(folder);
+        if !architecture.text.contains(&format!("{package}/")) {
+            problems.push(format!("{}: not on the map of {ARCHITECTURE}", file.path));
         }
+        let below = below(package, &edges);
+        for other in dependencies(&file.text, "[dependencies]") {
+            if packages.contains(other) && !below.contains(other) {
+                let path = &file.path;
+                problems.push(format!("{path}: {other} is not below {package} in {ARCHITECTURE}"));
+            }
+        }
+    }
+    let named: BTreeSet<&str> = edges.keys().chain(edges.values().flatten()).copied().collect();
+    for package in named.difference(&packages) {
+        problems.push(format!("{ARCHITECTURE}: there is no package {package}"));
     }
     problems
 }
 
-fn places_of_dependencies(files: &[File]) -> Problems {
+/// Reads the block of edges: lines `a, b ─▶ c, d`.
+fn edges(architecture: &str) -> BTreeMap<&str, Vec<&str>> {
+    let mut edges = BTreeMap::new();
+    let lines = architecture.lines().skip_while(|line| !line.starts_with(EDGES));
+    let block = lines.skip_while(|line| *line != "```").skip(1).take_while(|line| *line != "```");
+    for (upper, lower) in block.filter_map(|line| line.split_once("─▶")) {
+        for package in upper.split(',').map(str::trim) {
+            let lower = lower.split(',').map(str::trim).filter(|name| !name.is_empty());
+            edges.insert(package, lower.collect());
+        }
+    }
+    edges
+}
+
+/// Returns all packages below one, along any number of edges.
+fn below<'a>(package: &str, edges: &BTreeMap<&str, Vec<&'a str>>) -> BTreeSet<&'a str> {
+    let mut below = BTreeSet::new();
+    let mut open = edges.get(package).cloned().unwrap_or_default();
+    while let Some(package) = open.pop() {
+        if below.insert(package) {
+            open.extend(edges.get(package).into_iter().flatten());
+        }
+    }
+    below
+}
+
+fn misplaced_dependencies(files: &[File]) -> Problems {
     let mut problems = Vec::new();
     for (folder, file) in manifests(files).filter(|(folder, _)| *folder != "benches") {
-        let program = folder == "crates/cli" || folder == "xtask";
+        let is_program = folder == "crates/cli" || folder == "xtask";
         let of_tests = dependencies(&file.text, "[dev-dependencies]");
         for name in dependencies(&file.text, "[dependencies]").into_iter().chain(of_tests) {
             if FOR_BENCHES_ONLY.contains(&name) {
                 problems.push(format!("{}: {name} belongs into benches", file.path));
             }
-            if FOR_PROGRAMS_ONLY.contains(&name) && !program {
+            if FOR_PROGRAMS_ONLY.contains(&name) && !is_program {
                 problems.push(format!("{}: {name} belongs into the program", file.path));
             }
         }
@@ -175,55 +167,72 @@ fn places_of_dependencies(files: &[File]) -> Problems {
     problems
 }
 
-fn headers(files: &[File]) -> Problems {
+fn missing_headers(files: &[File]) -> Problems {
     let without = rust(files).filter(|file| !file.text.starts_with("//! "));
-    without
-        .map(|file| format!("{}: starts without a `//!` line that says what it is", file.path))
-        .collect()
+    without.map(|file| format!("{}: starts without a `//!` line", file.path)).collect()
 }
 
-fn lengths(files: &[File]) -> Problems {
+fn long_files(files: &[File]) -> Problems {
     let mut problems = Vec::new();
-    for file in rust(files) {
-        let lines = file.text.lines().count();
-        let listed = LONGER.iter().any(|(path, _)| *path == file.path);
-        if lines > MAX_LINES && !listed {
-            problems.push(format!(
-                "{}: {lines} lines, over {MAX_LINES}: split it by subject",
-                file.path
-            ));
-        } else if lines <= MAX_LINES && listed {
-            problems.push(format!(
-                "{}: no longer over {MAX_LINES} lines: strike it from LONGER",
-                file.path
-            ));
+    for File { path, text } in rust(files) {
+        let lines = text.lines().count();
+        let is_listed = LONGER.iter().any(|(longer, _)| longer == path);
+        if lines > MAX_LINES && !is_listed {
+            problems.push(format!("{path}: {lines} lines, over {MAX_LINES}: split it by subject"));
+        } else if lines <= MAX_LINES && is_listed {
+            problems
+                .push(format!("{path}: no longer over {MAX_LINES} lines: strike it from LONGER"));
         }
     }
     problems
 }
 
-fn blanks(files: &[File]) -> Problems {
-    let trailing =
-        |(number, line): (usize, &str)| line.ends_with([' ', '\t']).then_some(number + 1);
-    let first = |file: &File| file.text.lines().enumerate().find_map(trailing);
-    let places = files.iter().filter_map(|file| Some((file, first(file)?)));
-    places.map(|(file, line)| format!("{}:{line}: ends in a blank", file.path)).collect()
+fn trailing_blanks(files: &[File]) -> Problems {
+    breaches(files.iter(), |line| line.ends_with([' ', '\t']).then(|| "ends in a blank".to_owned()))
 }
 
-fn wording(files: &[File]) -> Problems {
+fn foreign_words(files: &[File]) -> Problems {
+    let files = files.iter().filter(|file| !MAY_BE_FOREIGN.contains(&file.path.as_str()));
+    breaches(files, |line| {
+        let line = line.to_lowercase();
+        let word = FOREIGN.iter().find(|word| line.contains(**word))?;
+        Some(format!("`{word}` means nothing here"))
+    })
+}
+
+/// Finds documentation that begins with a word of [`ASKING`].
+fn asking_docs(files: &[File]) -> Problems {
     let mut problems = Vec::new();
-    for file in files.iter().filter(|file| !MAY_BE_FOREIGN.contains(&file.path.as_str())) {
-        for (number, line) in file.text.lines().enumerate() {
-            let line = line.to_lowercase();
-            for word in FOREIGN.iter().filter(|word| line.contains(**word)) {
-                problems.push(format!("{}:{}: `{word}` means nothing here", file.path, number + 1));
+    for File { path, text } in rust(files).filter(|file| file.path.contains("src/")) {
+        let mut is_inside = false;
+        for (number, line) in (1..).zip(text.lines()) {
+            let line = line.trim_start();
+            let doc = line.strip_prefix("///").or_else(|| line.strip_prefix("//!"));
+            let first = doc.and_then(|doc| doc.split_whitespace().next());
+            if !is_inside && first.is_some_and(|word| ASKING.contains(&word)) {
+                problems.push(format!("{path}:{number}: begin with a noun or a verb: {line}"));
             }
+            is_inside = doc.is_some();
         }
     }
     problems
 }
 
-/// Folders of packages, with their manifests.
+/// Applies a rule to every line.
+fn breaches<'a>(
+    files: impl Iterator<Item = &'a File>,
+    rule: impl Fn(&str) -> Option<String>,
+) -> Problems {
+    let mut problems = Vec::new();
+    for File { path, text } in files {
+        for (number, line) in (1..).zip(text.lines()) {
+            problems.extend(rule(line).map(|problem| format!("{path}:{number}: {problem}")));
+        }
+    }
+    problems
+}
+
+/// Returns the folders of packages with their manifests.
 fn manifests(files: &[File]) -> impl Iterator<Item = (&str, &File)> {
     files.iter().filter_map(|file| Some((file.path.strip_suffix("/Cargo.toml")?, file)))
 }
@@ -236,7 +245,7 @@ fn name_of(folder: &str) -> &str {
     folder.rsplit('/').next().unwrap_or(folder)
 }
 
-/// Names in a section of a manifest.
+/// Returns the names in a section of a manifest.
 fn dependencies<'a>(manifest: &'a str, section: &str) -> Vec<&'a str> {
     let after = manifest.lines().skip_while(|line| line.trim() != section).skip(1);
     let entries = after.take_while(|line| !line.starts_with('['));
@@ -253,41 +262,51 @@ mod tests {
     }
 
     #[test]
-    fn finds_an_edge_upwards_and_a_package_without_a_place() {
-        let upwards = "[dependencies]\nglam.workspace = true\nsurface = { path = \"\" }\n";
-        let for_tests = "[dependencies]\n[dev-dependencies]\nfixtures.workspace = true\n";
+    fn edges_upward_and_packages_off_the_map_are_found() {
+        let map = "kdop/\nmedial/\nsurface/\nccd/\nWho may depend on whom:\n\n```\n\
+                   medial ─▶ kdop\nkdop, ccd ─▶ surface\n```\n";
+        let upward = "[dependencies]\nglam.workspace = true\nmedial = { path = \"\" }\n";
+        let downward = "[dependencies]\nkdop.workspace = true\nsurface.workspace = true\n";
+        let for_tests = "[dependencies]\n[dev-dependencies]\nmedial.workspace = true\n";
         let files = [
-            file("crates/kdop/Cargo.toml", upwards),
-            file("crates/medial/Cargo.toml", upwards),
+            file(ARCHITECTURE, map),
             file("crates/ccd/Cargo.toml", for_tests),
+            file("crates/kdop/Cargo.toml", upward),
+            file("crates/medial/Cargo.toml", downward),
             file("crates/new/Cargo.toml", ""),
+            file("crates/surface/Cargo.toml", ""),
         ];
         let problems = layers(&files);
         assert_eq!(problems.len(), 2, "{problems:?}");
         assert!(problems[0].starts_with("crates/kdop") && problems[1].starts_with("crates/new"));
+        assert_eq!(layers(&files[..4]).len(), 2, "surface is named and missing");
     }
 
     #[test]
-    fn finds_dependencies_out_of_place() {
+    fn dependencies_out_of_place_are_found() {
         let peers = "[dependencies]\nclap = \"4\"\n[dev-dependencies]\nobvhs = \"0.2\"\n";
         let of = |folder: &str| {
-            places_of_dependencies(&[file(&format!("{folder}/Cargo.toml"), peers)]).len()
+            misplaced_dependencies(&[file(&format!("{folder}/Cargo.toml"), peers)]).len()
         };
         assert_eq!((of("crates/kdop"), of("crates/cli"), of("benches")), (2, 1, 0));
     }
 
     #[test]
-    fn finds_what_reads_badly() {
+    fn files_that_read_badly_are_found() {
         let long = "//! x\n".repeat(MAX_LINES + 1);
         let files = [
-            file("a.rs", "//! A module.\n"),
-            file("b.rs", "use std::fs; \n"),
-            file("c.rs", &long),
+            file(
+                "src/a.rs",
+                "//! A module.\n\n/// Whether it is.\n/// What follows is no start.\n",
+            ),
+            file("src/b.rs", "use std::fs; \n"),
+            file("src/c.rs", &long),
             file("d.md", "As the Prototype showed.\n"),
         ];
-        assert_eq!(headers(&files).len(), 1);
-        assert_eq!(blanks(&files), ["b.rs:1: ends in a blank"]);
-        assert_eq!(lengths(&files).len(), 1);
-        assert_eq!(wording(&files).len(), 1);
+        assert_eq!(missing_headers(&files).len(), 1);
+        assert_eq!(trailing_blanks(&files), ["src/b.rs:1: ends in a blank"]);
+        assert_eq!(long_files(&files).len(), 1);
+        assert_eq!(foreign_words(&files).len(), 1);
+        assert_eq!(asking_docs(&files).len(), 1);
     }
 }
