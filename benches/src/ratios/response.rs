@@ -138,7 +138,7 @@ fn products(sheets: &Sheets, report: &mut Report) -> Outcome {
     rows.extend(&sheets.contacts, ContactLaw::new(Margins::new(0.1, 1.0)?, 0.0)?)?;
     let law = SoftLaw::new(NormalForce::Penalty { stiffness: 10.0, damping: 0.0 }, 1.0)?;
     let soft = SoftContacts::new(&rows, &sheets.v, law)?;
-    let blocks: Vec<_> = soft.stiffness_blocks().collect();
+    let blocks = soft.stiffness_blocks();
 
     let mut free = vec![DVec3::ZERO; sheets.x.len()];
     let mut stored = free.clone();

@@ -1,5 +1,4 @@
-//! Checks where data enters, so that nothing behind them meets a value that is
-//! not finite.
+//! Checks of input data: code behind them meets only finite values.
 
 use glam::DVec3;
 
@@ -11,7 +10,7 @@ use crate::ResponseError;
 /// never normalized, by much more. Within it the normal is scaled to length 1.
 const UNIT_TOLERANCE: f64 = 1e-6;
 
-/// A number within a range, or the error that names it.
+/// Returns a parameter if it `holds` and is finite, or the error that names it.
 pub(crate) fn parameter(
     name: &'static str,
     value: f64,
@@ -25,36 +24,43 @@ pub(crate) fn parameter(
     }
 }
 
-/// A number `> 0`.
+/// Returns a parameter if it is `> 0`.
 pub(crate) fn positive(name: &'static str, value: f64) -> Result<f64, ResponseError> {
     parameter(name, value, "finite and > 0", value > 0.0)
 }
 
-/// A number `>= 0`.
+/// Returns a parameter if it is `>= 0`.
 pub(crate) fn not_negative(name: &'static str, value: f64) -> Result<f64, ResponseError> {
     parameter(name, value, "finite and >= 0", value >= 0.0)
 }
 
+/// Returns a count as a 32-bit index.
+pub(crate) fn index(what: &'static str, count: usize) -> Result<u32, ResponseError> {
+    let limit = u32::MAX as usize - 1;
+    match u32::try_from(count) {
+        Ok(index) if count <= limit => Ok(index),
+        _ => Err(ResponseError::TooMany { what, count, limit }),
+    }
+}
+
+/// Checks the length of a list.
 pub(crate) fn count(what: &'static str, expected: usize, got: usize) -> Result<(), ResponseError> {
     if expected == got { Ok(()) } else { Err(ResponseError::Count { what, expected, got }) }
 }
 
-/// One finite vector for each of `expected` particles.
+/// Checks that there is one finite vector per particle.
 pub(crate) fn particles(
     what: &'static str,
     expected: usize,
     values: &[DVec3],
 ) -> Result<(), ResponseError> {
     count("particle states", expected, values.len())?;
-    match values.iter().position(|value| !value.is_finite()) {
-        None => Ok(()),
-        Some(particle) => {
-            let value = first_not_finite(values[particle]);
-            Err(ResponseError::ParticleNotFinite { what, particle, value })
-        }
-    }
+    let Some(particle) = values.iter().position(|value| !value.is_finite()) else { return Ok(()) };
+    let value = first_not_finite(values[particle]);
+    Err(ResponseError::ParticleNotFinite { what, particle, value })
 }
 
+/// Checks that there is one finite inverse mass `>= 0` per particle.
 pub(crate) fn inverse_masses(expected: usize, values: &[f64]) -> Result<(), ResponseError> {
     count("inverse masses", expected, values.len())?;
     match values.iter().position(|w| !(w.is_finite() && *w >= 0.0)) {
@@ -63,6 +69,21 @@ pub(crate) fn inverse_masses(expected: usize, values: &[f64]) -> Result<(), Resp
     }
 }
 
+/// Checks that a contact refers to existing particles only.
+pub(crate) fn particle_range(
+    contact: usize,
+    particles: impl IntoIterator<Item = u32>,
+    particle_count: usize,
+) -> Result<(), ResponseError> {
+    match particles.into_iter().find(|particle| *particle as usize >= particle_count) {
+        None => Ok(()),
+        Some(particle) => {
+            Err(ResponseError::ParticleOutOfRange { contact, particle, particle_count })
+        }
+    }
+}
+
+/// Returns a vector of a contact if it is finite.
 pub(crate) fn contact_vector(
     contact: usize,
     what: &'static str,
@@ -74,6 +95,7 @@ pub(crate) fn contact_vector(
     Err(ResponseError::ContactNotFinite { contact, what, value: first_not_finite(value) })
 }
 
+/// Returns a number of a contact if it is finite.
 pub(crate) fn contact_number(
     contact: usize,
     what: &'static str,
@@ -85,7 +107,7 @@ pub(crate) fn contact_number(
     Err(ResponseError::ContactNotFinite { contact, what, value })
 }
 
-/// A normal of exactly unit length, to rounding.
+/// Returns a normal scaled to unit length, if it has that length within the tolerance.
 pub(crate) fn normal(contact: usize, normal: DVec3) -> Result<DVec3, ResponseError> {
     let length = contact_vector(contact, "normal", normal)?.length();
     if (length - 1.0).abs() <= UNIT_TOLERANCE {

@@ -1,6 +1,6 @@
 //! Distribution of one contact's correction onto its particles.
 //!
-//! Among the changes dq_k with Σ β_k dq_k = ΔQ_c, the one of least kinetic
+//! Among the changes dq_k with Σ β_k dq_k = ΔQ_c, the one of minimal kinetic
 //! norm Σ m_k |dq_k|² is
 //!
 //! ```text
@@ -53,20 +53,28 @@ pub fn distribute(
     for term in terms {
         check_term(term, inverse_mass)?;
     }
-    let mut merged = Vec::with_capacity(terms.len());
-    merge_onto(&mut merged, terms);
-    let compliance: f64 =
-        merged.iter().map(|t| t.weight * t.weight * mass_of(t, inverse_mass)).sum();
+
+    // Steps β_k / m_k of the particles, and the impulse that makes them sum to the correction.
+    let mut steps = Vec::with_capacity(terms.len());
+    merge_onto(&mut steps, terms);
+    let mut compliance = 0.0;
+    for Term { particle, weight } in &mut steps {
+        let w = inverse_mass[*particle as usize];
+        compliance += *weight * *weight * w;
+        *weight *= w;
+    }
     if compliance <= 0.0 {
         return Err(ResponseError::NoFreeParticle { contact: 0 });
     }
     let impulse = check::contact_vector(0, "impulse", correction / compliance)?;
-    for term in &merged {
-        let value = q[term.particle as usize] + step_of(term, inverse_mass, impulse);
+
+    // Check all values before the first is changed.
+    for step in &steps {
+        let value = q[step.particle as usize] + step.weight * impulse;
         check::contact_vector(0, "corrected value", value)?;
     }
-    for term in &merged {
-        q[term.particle as usize] += step_of(term, inverse_mass, impulse);
+    for step in &steps {
+        q[step.particle as usize] += step.weight * impulse;
     }
     Ok(impulse)
 }
@@ -85,22 +93,11 @@ pub(crate) fn merge_onto(merged: &mut Vec<Term>, terms: &[Term]) {
 
 fn check_term(term: &Term, inverse_mass: &[f64]) -> Result<(), ResponseError> {
     check::contact_number(0, "weight", term.weight)?;
-    let particle = term.particle as usize;
-    let particle_count = inverse_mass.len();
-    match inverse_mass.get(particle) {
-        Some(w) if w.is_finite() && *w >= 0.0 => Ok(()),
-        Some(&value) => Err(ResponseError::InverseMass { particle, value }),
-        None => {
-            let particle = term.particle;
-            Err(ResponseError::ParticleOutOfRange { contact: 0, particle, particle_count })
-        }
+    check::particle_range(0, [term.particle], inverse_mass.len())?;
+    let (particle, value) = (term.particle as usize, inverse_mass[term.particle as usize]);
+    if value.is_finite() && value >= 0.0 {
+        Ok(())
+    } else {
+        Err(ResponseError::InverseMass { particle, value })
     }
-}
-
-fn mass_of(term: &Term, inverse_mass: &[f64]) -> f64 {
-    inverse_mass[term.particle as usize]
-}
-
-fn step_of(term: &Term, inverse_mass: &[f64], impulse: DVec3) -> DVec3 {
-    term.weight * mass_of(term, inverse_mass) * impulse
 }

@@ -1,28 +1,28 @@
-//! What a response refuses, and where.
+//! Errors of responses.
 
-/// Why a contact, a particle or a parameter was refused.
+/// Error of a contact, a particle or a parameter.
 ///
-/// Each variant names the first offender. `contact` is its position in the
-/// list that was given, 0 where a single one was.
+/// Each variant names the first offender. `contact` is its position in the given list, 0
+/// for a single one.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ResponseError {
     /// A parameter is outside its range.
     #[error("{name} is {value}, but must be {range}")]
     Parameter {
-        /// What it is called.
+        /// Name of the parameter.
         name: &'static str,
         /// As given.
         value: f64,
-        /// What is allowed.
+        /// Allowed range.
         range: &'static str,
     },
-    /// A list is of another length than the one it goes with.
+    /// A list has the wrong length.
     #[error("{expected} {what} are needed, but {got} were given")]
     Count {
-        /// What the list holds.
+        /// Content of the list.
         what: &'static str,
-        /// Length needed.
+        /// Required length.
         expected: usize,
         /// Length given.
         got: usize,
@@ -30,11 +30,11 @@ pub enum ResponseError {
     /// More than 32-bit indices can number.
     #[error("{count} {what} are more than the {limit} that can be numbered")]
     TooMany {
-        /// What there are too many of.
+        /// Name of the elements.
         what: &'static str,
-        /// How many were given.
+        /// Number given.
         count: usize,
-        /// How many are possible.
+        /// Maximum.
         limit: usize,
     },
     /// A particle's state is infinite or not a number.
@@ -58,9 +58,9 @@ pub enum ResponseError {
     /// A field of a contact is infinite or not a number.
     #[error("{what} of contact {contact} is {value}, which is not finite")]
     ContactNotFinite {
-        /// Which contact.
+        /// Number of the contact.
         contact: usize,
-        /// Which field.
+        /// Name of the field.
         what: &'static str,
         /// Its first value that is not finite.
         value: f64,
@@ -68,7 +68,7 @@ pub enum ResponseError {
     /// A contact's normal is not of unit length.
     #[error("the normal of contact {contact} has length {length}, but must have length 1")]
     Normal {
-        /// Which contact.
+        /// Number of the contact.
         contact: usize,
         /// Length of its normal.
         length: f64,
@@ -76,49 +76,49 @@ pub enum ResponseError {
     /// A contact refers to a particle that does not exist.
     #[error("contact {contact} refers to particle {particle}, but there are {particle_count}")]
     ParticleOutOfRange {
-        /// Which contact.
+        /// Number of the contact.
         contact: usize,
         /// The index it holds.
         particle: u32,
-        /// Particles there are.
+        /// Number of particles.
         particle_count: usize,
     },
-    /// A contact's weights do not add up, so momentum would not be kept.
+    /// A contact's weights have the wrong sum, so momentum would not be kept.
     #[error("the weights of contact {contact} sum to {sum}, but must sum to {expected}")]
     Weights {
-        /// Which contact.
+        /// Number of the contact.
         contact: usize,
         /// Their sum.
         sum: f64,
         /// 0; −1 where P̄ is carried by a rigid object.
         expected: f64,
     },
-    /// No particle of a contact can move, so nothing can correct it.
-    #[error("contact {contact} has no particle that can move")]
+    /// No particle of a contact can move, so it cannot be corrected.
+    #[error("contact {contact} has no particle that can move: give one an inverse mass > 0")]
     NoFreeParticle {
-        /// Which contact.
+        /// Number of the contact.
         contact: usize,
     },
-    /// Three particles in a line cannot carry the torque of friction.
-    #[error("the particles that carry the surface point of contact {contact} are in a line")]
+    /// Three collinear particles cannot carry the torque of friction.
+    #[error("the particles that carry the surface point of contact {contact} are collinear")]
     Collinear {
-        /// Which contact.
+        /// Number of the contact.
         contact: usize,
     },
-    /// A barrier can keep objects apart, but not part them.
+    /// A barrier keeps objects apart, but does not separate objects that overlap.
     #[error("contact {contact} has gap {gap} at the start, but a barrier needs a gap above 0")]
     Overlapped {
-        /// Which contact.
+        /// Number of the contact.
         contact: usize,
         /// Its gap over the clearance.
         gap: f64,
     },
-    /// A correction was made for another step length than it was applied to.
+    /// A correction was applied to a step of another length.
     #[error("a correction for steps of {made_for} was applied to a step of {applied_to}")]
     StepLength {
         /// Step length the correction was computed with.
         made_for: f64,
-        /// Step length it met.
+        /// Step length it was applied to.
         applied_to: f64,
     },
 }

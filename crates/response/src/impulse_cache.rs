@@ -1,71 +1,35 @@
-//! Impulses kept from one step to the next.
+//! Warm starting: impulses kept from one step to the next.
 
 use glam::DVec3;
 use surface::Contact;
 
 use crate::{Impulse, ResponseError, check};
 
-/// Cosine of the largest turn of a normal at which a contact is still the same
-/// one: 30°. Contacts of one particle with two objects, or with the two sides
-/// of a groove, lie further apart; a normal that slides over a ridge turns
-/// less in a step.
-const SAME_NORMAL: f64 = 0.866;
+/// Cosine of the largest rotation of a normal at which a contact persists: 30°.
+/// Contacts of one particle with two objects, or with the two sides of a groove, lie
+/// further apart; a normal that slides over a ridge turns less in a step.
+const SAME_NORMAL_COSINE: f64 = 0.866;
 
-/// Impulses for `new` contacts to start from: those that the `old` ones ended
-/// with, where they persist, else zero.
-///
-/// A contact persists where the particles on the side of P are the same and
-/// the normal has turned by less than 30°; the nearest normal counts. Each old
-/// impulse is handed on once.
+/// Contacts of the last step with the impulses they ended with.
 ///
 /// ```
 /// use glam::DVec3;
-/// use response::{Impulse, warm_start};
+/// use response::{Impulse, ImpulseCache};
 /// use surface::{Contact, Stencil};
 ///
 /// let contact = |vertex, face| Contact {
 ///     stencil: Stencil::vertex_face(vertex, face, [0.2, 0.3, 0.5]),
 ///     anchor: None, normal: DVec3::Z, offset: 0.0, gap: 0.0, time: None,
 /// };
-/// let old = [contact(7, [1, 2, 3])];
 /// let push = Impulse { normal: 2.0, tangent: DVec3::ZERO };
+/// let mut cache = ImpulseCache::default();
+/// cache.store(&[contact(7, [1, 2, 3])], vec![push])?;
+///
 /// // The vertex has slid to the next face; another one is new.
-/// let new = [contact(8, [1, 2, 3]), contact(7, [2, 3, 4])];
-/// assert_eq!(warm_start(&old, &[push], &new)?, [Impulse::default(), push]);
+/// let contacts = [contact(8, [1, 2, 3]), contact(7, [2, 3, 4])];
+/// assert_eq!(cache.warm_start(&contacts), [Impulse::default(), push]);
 /// # Ok::<(), response::ResponseError>(())
 /// ```
-///
-/// # Errors
-///
-/// [`ResponseError::Count`] when there is not one impulse an old contact.
-pub fn warm_start(
-    old: &[Contact],
-    impulses: &[Impulse],
-    new: &[Contact],
-) -> Result<Vec<Impulse>, ResponseError> {
-    check::count("impulses", old.len(), impulses.len())?;
-    let mut by_key: Vec<(Key, usize)> =
-        old.iter().enumerate().map(|(number, contact)| (key(contact), number)).collect();
-    by_key.sort_unstable();
-    let mut handed_on = vec![false; old.len()];
-    let mut carried = vec![Impulse::default(); new.len()];
-    for (contact, carried) in new.iter().zip(&mut carried) {
-        let key = key(contact);
-        let first = by_key.partition_point(|entry| entry.0 < key);
-        let same = by_key[first..].iter().take_while(|entry| entry.0 == key).map(|entry| entry.1);
-        let turn = |number: usize| old[number].normal.dot(contact.normal);
-        let best = same
-            .filter(|&number| !handed_on[number] && turn(number) > SAME_NORMAL)
-            .max_by(|&a, &b| turn(a).total_cmp(&turn(b)));
-        if let Some(number) = best {
-            handed_on[number] = true;
-            *carried = impulses[number];
-        }
-    }
-    Ok(carried)
-}
-
-/// Contacts of the last step with the impulses they ended with.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImpulseCache {
     contacts: Vec<Contact>,
@@ -73,21 +37,46 @@ pub struct ImpulseCache {
 }
 
 impl ImpulseCache {
-    /// Impulses for `contacts` to start from, as [`warm_start`] finds them.
+    /// Returns impulses for `contacts` to start from: the stored ones where a contact
+    /// persists, else zero.
     ///
-    /// # Errors
-    ///
-    /// None that a memory filled by [`Self::remember`] can cause.
-    pub fn recall(&self, contacts: &[Contact]) -> Result<Vec<Impulse>, ResponseError> {
-        warm_start(&self.contacts, &self.impulses, contacts)
+    /// A contact persists where the particles on the side of P are the same and
+    /// the normal has turned by less than 30°; the nearest normal counts. Each stored
+    /// impulse is used once.
+    #[must_use]
+    pub fn warm_start(&self, contacts: &[Contact]) -> Vec<Impulse> {
+        let mut by_key: Vec<(Key, usize)> = self.contacts.iter().map(key).zip(0..).collect();
+        by_key.sort_unstable();
+        let mut used = vec![false; self.contacts.len()];
+
+        let mut start = Vec::with_capacity(contacts.len());
+        for contact in contacts {
+            let key = key(contact);
+            let first = by_key.partition_point(|entry| entry.0 < key);
+            let same_key = by_key[first..].iter().take_while(|entry| entry.0 == key);
+
+            // The nearest normal; the later one of equally near normals.
+            let (mut cosine, mut best) = (SAME_NORMAL_COSINE, None);
+            for &(_, number) in same_key.filter(|entry| !used[entry.1]) {
+                let turn = self.contacts[number].normal.dot(contact.normal);
+                if turn > SAME_NORMAL_COSINE && turn >= cosine {
+                    (cosine, best) = (turn, Some(number));
+                }
+            }
+            start.push(best.map_or_else(Impulse::default, |number| self.impulses[number]));
+            if let Some(number) = best {
+                used[number] = true;
+            }
+        }
+        start
     }
 
-    /// Replaces what is kept.
+    /// Replaces the stored contacts and impulses.
     ///
     /// # Errors
     ///
-    /// [`ResponseError::Count`] when there is not one impulse a contact.
-    pub fn remember(
+    /// [`ResponseError::Count`] unless there is one impulse per contact.
+    pub fn store(
         &mut self,
         contacts: &[Contact],
         impulses: Vec<Impulse>,
@@ -99,14 +88,17 @@ impl ImpulseCache {
         Ok(())
     }
 
-    /// Sum of the impulses that rigid objects were given: each contact's own
-    /// is this one's opposite on P.
+    /// Computes the sum of the stored impulses on rigid objects, which are opposite to
+    /// those on P.
     #[must_use]
-    pub fn given_to_rigid(&self) -> DVec3 {
-        let each = self.contacts.iter().zip(&self.impulses);
-        each.filter(|(contact, _)| contact.anchor.is_some())
-            .map(|(contact, impulse)| -(impulse.normal * contact.normal + impulse.tangent))
-            .sum()
+    pub fn impulse_on_rigid(&self) -> DVec3 {
+        let mut sum = DVec3::ZERO;
+        for (contact, impulse) in self.contacts.iter().zip(&self.impulses) {
+            if contact.anchor.is_some() {
+                sum += -(impulse.normal * contact.normal + impulse.tangent);
+            }
+        }
+        sum
     }
 }
 

@@ -1,4 +1,4 @@
-//! What a contact does to particles: corrections, impulses and soft forces.
+//! Contact response: corrections, impulses and soft forces on particles.
 //!
 //! A contact combines particle states: P_c = P̄ − P = Σ β_k P_k, and likewise
 //! V_c and A_c ([`RelativeState`]). A response changes that combination, and a
@@ -23,7 +23,7 @@
 //!
 //! D is the last displacement of P_c, σ the integrator's
 //! [`POSITION_SHARE`](Integrator::POSITION_SHARE). The table of the source is
-//! derived anew from its definitions; where those leave a choice, each is a row.
+//! derived again from its definitions; where those leave a choice, each is a row.
 //!
 //! # From one contact to many
 //!
@@ -31,15 +31,15 @@
 //! [`ContactSystem`] solves them together, at one [`SolveLevel`];
 //! [`correct_in_sequence`] does so for positions, velocities and accelerations
 //! in turn. [`SoftContacts`] are forces with derivatives instead.
-//! [`PermanentContacts`] carry a list of contacts from frame to frame, and
-//! [`warm_start`] their impulses. [`stability`] finds where a step holds.
+//! [`PermanentContacts`] carry a list of contacts from frame to frame, and an
+//! [`ImpulseCache`] their impulses. [`stability`] computes the limits of stable steps.
 //!
 //! # Units and promises
 //!
 //! Lengths, times and masses are in the caller's units, which must fit
-//! together: in millimeters, gravity is 9810. Every entry point checks what it
-//! is given; input that is not finite is an error that names the contact or
-//! the particle, and no result holds a value that is not finite. Momentum is
+//! together: in millimeters, gravity is 9810. Every entry point checks its
+//! arguments; input that is not finite is an error that names the contact or
+//! the particle, and no result contains a value that is not finite. Momentum is
 //! kept to rounding, a hard correction is met to the residual it reports, and
 //! friction stays within its cone. Results have the same bits with and without
 //! the feature `rayon`, for any number of threads.
@@ -72,20 +72,18 @@ mod step;
 mod torque_arm;
 mod walk;
 
-pub use crate::contact_rows::{ContactLaw, ContactRow, ContactRows, Spread};
+pub use crate::contact_rows::{ContactLaw, ContactRow, ContactRows};
 pub use crate::distribute::distribute;
 pub use crate::error::ResponseError;
 pub use crate::implicit::{LinearParams, LinearReport};
-pub use crate::impulse_cache::{ImpulseCache, warm_start};
+pub use crate::impulse_cache::ImpulseCache;
 pub use crate::permanent::{
     ContactState, GapMeasure, PermanentContacts, RigidMotion, SurfaceCarrier,
 };
 pub use crate::reaction::{Friction, Reaction};
 pub use crate::reference::{FaceFrame, Reference, Restraint};
 pub use crate::relative::{Margins, RelativeMotion, RelativeState};
-pub use crate::sequence::{
-    ParticleStates, SequenceParams, SequenceReport, Thresholds, correct_in_sequence,
-};
+pub use crate::sequence::{ParticleStates, SequenceParams, SequenceReport, correct_in_sequence};
 pub use crate::soft::{LinearForces, MatrixBlock, NormalForce, SoftContacts, SoftLaw};
 pub use crate::solve::{
     ContactSystem, Impulse, SolveLevel, SolveReport, SolverMethod, SolverParams, SweepOrder,

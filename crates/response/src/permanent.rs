@@ -1,5 +1,5 @@
 //! Permanent contact: a list of contacts carried from frame to frame instead
-//! of detected anew.
+//! of being detected again.
 //!
 //! Source: B. Gilles, PhD thesis, 2007, section 4.7.2: P_c is recomputed with
 //! the same weights (sticking), or the contact's parameters are recomputed
@@ -13,7 +13,7 @@ use surface::{
 
 use crate::{FaceFrame, Margins, ResponseError, SurfaceFoot, check, walk_to_foot};
 
-/// Where a contact stands between its distances kept.
+/// State of a contact relative to the distances kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ContactState {
@@ -21,12 +21,12 @@ pub enum ContactState {
     Collision,
     /// Within the proximity distance of it.
     Proximity,
-    /// Farther: to be dropped, or to be found by detection again.
+    /// Farther: to be dropped, or to be detected again.
     Left,
 }
 
 impl ContactState {
-    /// State of a contact with this gap, in the caller's length unit.
+    /// Returns the state of a contact with this gap, in the caller's length unit.
     #[must_use]
     pub fn of(gap: f64, margins: Margins) -> Self {
         if gap < margins.clearance() {
@@ -39,17 +39,17 @@ impl ContactState {
     }
 }
 
-/// What a gap is measured by when weights are kept.
+/// Measure of a gap when weights are kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum GapMeasure {
-    /// By P_c along the normal, which turns with the face or the edges.
+    /// P_c along the normal, which turns with the face or the edges.
     AlongNormal,
-    /// By the length of P_c: for medial contacts.
+    /// Length of P_c: for medial contacts.
     Length,
 }
 
-/// What carries the faces that contacts slide on.
+/// Carrier of the faces that contacts slide on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SurfaceCarrier {
     /// Particles: the surface's vertices are numbered from `first`.
@@ -64,7 +64,7 @@ pub enum SurfaceCarrier {
 /// Motion of a rigid object.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RigidMotion {
-    /// A point of it, and the other fields are its state there.
+    /// Point of the object at which the other fields hold.
     pub about: DVec3,
     /// Velocity.
     pub velocity: DVec3,
@@ -77,18 +77,15 @@ pub struct RigidMotion {
 }
 
 impl RigidMotion {
-    /// State of the object at `point`.
+    /// Computes the state of the object at `point`.
     #[must_use]
     pub fn at(&self, point: DVec3) -> Anchor {
         let arm = point - self.about;
         let turning = self.spin.cross(arm);
-        Anchor {
-            point,
-            velocity: self.velocity + turning,
-            acceleration: self.acceleration
-                + self.spin_change.cross(arm)
-                + self.spin.cross(turning),
-        }
+        let velocity = self.velocity + turning;
+        let acceleration =
+            self.acceleration + self.spin_change.cross(arm) + self.spin.cross(turning);
+        Anchor { point, velocity, acceleration }
     }
 }
 
@@ -117,16 +114,22 @@ impl RigidMotion {
 pub struct PermanentContacts {
     contacts: Vec<Contact>,
     states: Vec<ContactState>,
-    /// Each normal in the frame that carries it, where there is one.
-    local_normals: Vec<Option<DVec3>>,
-    /// Face that each contact slid to last.
-    faces: Vec<Option<u32>>,
+    tracks: Vec<Track>,
     measure: GapMeasure,
     margins: Margins,
 }
 
+/// Data that carries one contact to the next frame.
+#[derive(Clone, Copy, Debug)]
+struct Track {
+    /// Its normal in the frame that carries it, where there is one.
+    local_normal: Option<DVec3>,
+    /// Face that it slid to last.
+    face: Option<u32>,
+}
+
 impl PermanentContacts {
-    /// Keeps `contacts`, found at positions `x` of all particles.
+    /// Keeps `contacts`, detected at positions `x` of all particles.
     ///
     /// # Errors
     ///
@@ -138,37 +141,32 @@ impl PermanentContacts {
         margins: Margins,
     ) -> Result<Self, ResponseError> {
         check::particles("position", x.len(), x)?;
+        let mut tracks = Vec::with_capacity(contacts.len());
         for (number, contact) in contacts.iter().enumerate() {
             check_contact(number, contact, x.len())?;
+            let frame = carrying_frame(&contact.stencil, x);
+            let local_normal = frame.map(|frame| frame.to_local(contact.normal));
+            tracks.push(Track { local_normal, face: None });
         }
-        let local = |contact: &Contact| {
-            carrying_frame(&contact.stencil, x).map(|frame| frame.to_local(contact.normal))
-        };
-        Ok(Self {
-            contacts: contacts.to_vec(),
-            states: contacts.iter().map(|c| ContactState::of(c.gap, margins)).collect(),
-            local_normals: contacts.iter().map(local).collect(),
-            faces: vec![None; contacts.len()],
-            measure,
-            margins,
-        })
+        let states = contacts.iter().map(|c| ContactState::of(c.gap, margins)).collect();
+        Ok(Self { contacts: contacts.to_vec(), states, tracks, measure, margins })
     }
 
-    /// The contacts, in the order given.
+    /// Returns the contacts, in the order given.
     #[must_use]
     pub fn contacts(&self) -> &[Contact] {
         &self.contacts
     }
 
-    /// State of each contact.
+    /// Returns the state of each contact.
     #[must_use]
     pub fn states(&self) -> &[ContactState] {
         &self.states
     }
 
-    /// Says where each contact's rigid object is now: `update` is given the
-    /// contact's number, its anchor and its normal, to be changed together.
-    /// Effective at the next [`Self::stick`].
+    /// Moves each contact's rigid object: `update` receives the contact's number, its
+    /// anchor and its normal, to be changed together. Effective at the next
+    /// [`Self::stick`].
     pub fn move_anchors(&mut self, mut update: impl FnMut(usize, &mut Anchor, &mut DVec3)) {
         for (number, contact) in self.contacts.iter_mut().enumerate() {
             if let Some(anchor) = &mut contact.anchor {
@@ -185,7 +183,7 @@ impl PermanentContacts {
     /// - [`ResponseError::ParticleOutOfRange`] when there are fewer than at
     ///   first;
     /// - [`ResponseError::Normal`] or [`ResponseError::ContactNotFinite`] when
-    ///   an anchor or a normal was moved to what is none.
+    ///   an anchor or a normal was moved to an invalid value.
     pub fn stick(&mut self, x: &[DVec3]) -> Result<(), ResponseError> {
         check::particles("position", x.len(), x)?;
         for number in 0..self.contacts.len() {
@@ -196,7 +194,7 @@ impl PermanentContacts {
     }
 
     /// Recomputes each contact by walking over `surface`, whose vertices are at
-    /// `on` and move with `carrier`, from where it was.
+    /// `on` and move with `carrier`, from its last face.
     ///
     /// A contact that has slid before starts from the face it slid to, one
     /// whose stencil holds a face of the surface from that one, and any other
@@ -206,8 +204,7 @@ impl PermanentContacts {
     /// # Errors
     ///
     /// As [`Self::stick`], and [`ResponseError::Count`] when P is a combination
-    /// of several particles and slides onto particles: those are more than a
-    /// contact holds.
+    /// of several particles and slides onto particles: more than a contact holds.
     pub fn slide(
         &mut self,
         x: &[DVec3],
@@ -222,7 +219,7 @@ impl PermanentContacts {
                 self.slide_along_edges(number, x);
                 continue;
             }
-            let point = -self.point_side(number).combine(|k| x[k as usize]);
+            let point = self.point(number, x);
             let start = self.start_face(number, surface, carrier);
             if let Some(foot) = walk_to_foot(surface, on, start, point) {
                 self.stand_on(number, surface, &foot, carrier)?;
@@ -231,22 +228,28 @@ impl PermanentContacts {
         Ok(())
     }
 
-    /// Drops the contacts that were left, and returns how many they were.
+    /// Drops the contacts that were left, and returns their number.
     pub fn drop_left(&mut self) -> usize {
-        let kept: Vec<usize> =
-            (0..self.states.len()).filter(|&i| self.states[i] != ContactState::Left).collect();
-        let left = self.states.len() - kept.len();
-        self.contacts = kept.iter().map(|&i| self.contacts[i]).collect();
-        self.local_normals = kept.iter().map(|&i| self.local_normals[i]).collect();
-        self.faces = kept.iter().map(|&i| self.faces[i]).collect();
-        self.states = kept.iter().map(|&i| self.states[i]).collect();
+        let mut kept = 0;
+        for number in 0..self.states.len() {
+            if self.states[number] != ContactState::Left {
+                self.contacts[kept] = self.contacts[number];
+                self.states[kept] = self.states[number];
+                self.tracks[kept] = self.tracks[number];
+                kept += 1;
+            }
+        }
+        let left = self.states.len() - kept;
+        self.contacts.truncate(kept);
+        self.states.truncate(kept);
+        self.tracks.truncate(kept);
         left
     }
 
     fn stick_one(&mut self, number: usize, x: &[DVec3]) {
         let contact = &mut self.contacts[number];
         let frame = carrying_frame(&contact.stencil, x);
-        if let (Some(frame), Some(local)) = (frame, self.local_normals[number]) {
+        if let (Some(frame), Some(local)) = (frame, self.tracks[number].local_normal) {
             contact.normal = frame.to_world(local);
         }
         let separation = contact.separation(|k| x[k as usize]);
@@ -270,23 +273,23 @@ impl PermanentContacts {
         self.states[number] = ContactState::of(contact.gap, self.margins);
     }
 
-    /// Terms of P, whose weights sum to −1.
-    fn point_side(&self, number: usize) -> Stencil {
-        let stencil = self.contacts[number].stencil;
-        let terms = point_terms(&stencil);
-        Stencil::new(&terms).unwrap_or(stencil)
+    /// Computes P, whose weights sum to −1.
+    fn point(&self, number: usize, x: &[DVec3]) -> DVec3 {
+        let terms = point_terms(&self.contacts[number].stencil);
+        -terms.iter().map(|term| term.weight * x[term.particle as usize]).sum::<DVec3>()
     }
 
     fn start_face(&self, number: usize, surface: &TriangleSurface, carrier: SurfaceCarrier) -> u32 {
-        let from_stencil = || match carrier {
+        let of_stencil = match carrier {
             SurfaceCarrier::Particles { first } => {
                 face_of(&self.contacts[number].stencil, surface, first)
             }
             SurfaceCarrier::Rigid(_) => None,
         };
-        self.faces[number].or_else(from_stencil).unwrap_or(0)
+        self.tracks[number].face.or(of_stencil).unwrap_or(0)
     }
 
+    /// Moves P̄ of a contact to a foot on the surface.
     fn stand_on(
         &mut self,
         number: usize,
@@ -294,31 +297,34 @@ impl PermanentContacts {
         foot: &SurfaceFoot,
         carrier: SurfaceCarrier,
     ) -> Result<(), ResponseError> {
-        let mut terms = point_terms(&self.contacts[number].stencil);
         let contact = &mut self.contacts[number];
+        let mut terms = point_terms(&contact.stencil).to_vec();
+        let too_many = ResponseError::Count {
+            what: "particles on the side of P",
+            expected: 1,
+            got: terms.len(),
+        };
         match carrier {
             SurfaceCarrier::Rigid(motion) => contact.anchor = Some(motion.at(foot.point)),
             SurfaceCarrier::Particles { first } => {
                 let corners = surface.faces()[foot.face as usize];
-                let of_corner = |(&corner, &weight)| Term { particle: first + corner, weight };
-                terms.extend(corners.iter().zip(&foot.barycentric).map(of_corner));
+                for (corner, weight) in corners.into_iter().zip(foot.barycentric) {
+                    terms.push(Term { particle: first + corner, weight });
+                }
                 contact.anchor = None;
             }
         }
-        let of_p = point_terms(&contact.stencil).len();
-        let too_many =
-            ResponseError::Count { what: "particles on the side of P", expected: 1, got: of_p };
         contact.stencil = Stencil::new(&terms).ok_or(too_many)?;
         contact.normal = foot.normal;
         contact.gap = foot.height - contact.offset;
-        self.faces[number] = Some(foot.face);
+        self.tracks[number].face = Some(foot.face);
         self.states[number] = ContactState::of(contact.gap, self.margins);
         Ok(())
     }
 }
 
-/// Axes that turn with what carries a contact's normal: three particles of a
-/// face, or two and two of edges.
+/// Computes the frame that carries a contact's normal: of the three particles of a face,
+/// or of two and two of edges.
 fn carrying_frame(stencil: &Stencil, x: &[DVec3]) -> Option<FaceFrame> {
     let at = |term: &Term| x[term.particle as usize];
     match stencil.terms() {
@@ -328,29 +334,30 @@ fn carrying_frame(stencil: &Stencil, x: &[DVec3]) -> Option<FaceFrame> {
     }
 }
 
-/// Whether both P and P̄ are points of edges. The sign of a weight tells its
+/// Returns true if both P and P̄ are points of edges. The sign of a weight decides its
 /// side, also that of a zero.
 fn is_of_edges(stencil: &Stencil) -> bool {
     matches!(stencil.terms(), [_, second, _, _] if second.weight.is_sign_negative())
 }
 
-/// Terms on the side of P.
-fn point_terms(stencil: &Stencil) -> Vec<Term> {
-    let terms = stencil.terms().iter();
-    terms.take_while(|term| term.weight.is_sign_negative()).copied().collect()
+/// Returns the terms on the side of P.
+fn point_terms(stencil: &Stencil) -> &[Term] {
+    let terms = stencil.terms();
+    let count = terms.iter().take_while(|term| term.weight.is_sign_negative()).count();
+    &terms[..count]
 }
 
-/// The face of the surface that holds all corners of the side of P̄.
+/// Finds the face of the surface with all corners of the side of P̄.
 fn face_of(stencil: &Stencil, surface: &TriangleSurface, first: u32) -> Option<u32> {
-    let of_p = point_terms(stencil).len();
-    let corners: Vec<u32> = stencil.terms()[of_p..]
-        .iter()
-        .filter_map(|term| term.particle.checked_sub(first))
-        .filter(|&vertex| (vertex as usize) < surface.vertex_count())
-        .collect();
+    let mut corners = Vec::new();
+    for term in &stencil.terms()[point_terms(stencil).len()..] {
+        let vertex = term.particle.checked_sub(first);
+        corners.extend(vertex.filter(|v| (*v as usize) < surface.vertex_count()));
+    }
     let around = surface.vertex_faces(*corners.first()?);
-    let holds = |face: &u32| corners.iter().all(|c| surface.faces()[*face as usize].contains(c));
-    around.iter().copied().find(holds).or_else(|| around.first().copied())
+    let holds_all =
+        |face: &&u32| corners.iter().all(|c| surface.faces()[**face as usize].contains(c));
+    around.iter().find(holds_all).or_else(|| around.first()).copied()
 }
 
 fn check_contact(
@@ -358,19 +365,11 @@ fn check_contact(
     contact: &Contact,
     particle_count: usize,
 ) -> Result<(), ResponseError> {
-    let anchor = contact.anchor.unwrap_or_default();
-    check::contact_vector(number, "anchor", anchor.point)?;
+    check::contact_vector(number, "anchor", contact.anchor.unwrap_or_default().point)?;
     check::normal(number, contact.normal)?;
     for term in contact.stencil.terms() {
         check::contact_number(number, "weight", term.weight)?;
-        if term.particle as usize >= particle_count {
-            let particle = term.particle;
-            return Err(ResponseError::ParticleOutOfRange {
-                contact: number,
-                particle,
-                particle_count,
-            });
-        }
+        check::particle_range(number, [term.particle], particle_count)?;
     }
     Ok(())
 }

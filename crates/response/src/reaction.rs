@@ -1,15 +1,15 @@
-//! Reaction row of the table of corrections: cancel the approach, rub the slip.
+//! Reaction row of the table of corrections: cancels the approach and reduces the slip.
 //!
 //! Source: B. Gilles, PhD thesis, 2007, section 4.7.2, for the reaction and its
-//! friction 0 ≤ µ ≤ 1, which takes that share off the slip. It creeps down any
-//! slope; [`Friction::coulomb`] sticks on slopes up to atan µ, and is the one
+//! friction 0 ≤ µ ≤ 1, which removes that share of the slip. It creeps down any
+//! slope; [`Friction::coulomb`] sticks on slopes up to atan µ, and is the law
 //! that the solvers use.
 
 use glam::DVec3;
 
 use crate::{RelativeState, ResponseError, check};
 
-/// What takes off slip, and by how much.
+/// Friction law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Friction(Rule);
@@ -25,7 +25,7 @@ impl Friction {
     /// No friction.
     pub const NONE: Self = Self(Rule::Coulomb(0.0));
 
-    /// The source's: takes the share µ, in `0.0..=1.0`, off the slip.
+    /// Returns the source's law, which removes the share µ, in `0.0..=1.0`, of the slip.
     ///
     /// # Errors
     ///
@@ -35,8 +35,8 @@ impl Friction {
         Ok(Self(Rule::Share(check::parameter("friction share", mu, "in 0..=1", within)?)))
     }
 
-    /// Coulomb's: takes off at most µ times what the normal part gives,
-    /// `mu >= 0`, and never turns the slip around.
+    /// Returns Coulomb's law, which removes at most µ `>= 0` times the normal part's
+    /// change, and never reverses the slip.
     ///
     /// # Errors
     ///
@@ -45,9 +45,9 @@ impl Friction {
         Ok(Self(Rule::Coulomb(check::not_negative("friction coefficient", mu)?)))
     }
 
-    /// What to take off the slip `slip`, where the normal part cancels
-    /// `approach` and both are scaled by λ.
-    fn take_off(self, slip: DVec3, approach: f64, lambda: f64) -> DVec3 {
+    /// Computes the part of `slip` to remove, where the normal part cancels `approach` and
+    /// both are scaled by λ.
+    fn reduction(self, slip: DVec3, approach: f64, lambda: f64) -> DVec3 {
         match self.0 {
             Rule::Share(mu) => lambda * mu * slip,
             Rule::Coulomb(mu) => slip.clamp_length_max(mu * lambda * approach),
@@ -55,7 +55,7 @@ impl Friction {
     }
 }
 
-/// Cancels the part of a motion that leads into collision, λ of it.
+/// Reaction: cancels the approaching part of a motion, scaled by λ.
 ///
 /// ```
 /// use glam::DVec3;
@@ -72,15 +72,15 @@ impl Friction {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Reaction {
-    /// What takes off slip.
+    /// Friction law.
     pub friction: Friction,
 }
 
 impl Reaction {
-    /// ΔP_c: takes back the last displacement D = P_c(t) − P_c(t − h).
+    /// Computes ΔP_c, which takes back the last displacement D = P_c(t) − P_c(t − h).
     ///
     /// The source's share of the slip is taken back whether or not D
-    /// approaches; Coulomb's needs an approach.
+    /// approaches; Coulomb's law needs an approach.
     ///
     /// # Errors
     ///
@@ -90,13 +90,13 @@ impl Reaction {
         Ok(self.cancel(state, last))
     }
 
-    /// ΔV_c: nothing unless V_c · n > 0, that is, approaching.
+    /// Computes ΔV_c: zero unless V_c · n > 0, that is, approaching.
     #[must_use]
     pub fn velocity(&self, state: &RelativeState) -> DVec3 {
         self.cancel_approaching(state, state.motion().velocity)
     }
 
-    /// ΔA_c: nothing unless A_c · n > 0.
+    /// Computes ΔA_c: zero unless A_c · n > 0.
     #[must_use]
     pub fn acceleration(&self, state: &RelativeState) -> DVec3 {
         self.cancel_approaching(state, state.motion().acceleration)
@@ -109,7 +109,7 @@ impl Reaction {
     fn cancel(&self, state: &RelativeState, u: DVec3) -> DVec3 {
         let lambda = state.proximity_factor();
         let approach = u.dot(state.normal()).max(0.0);
-        let rubbed = self.friction.take_off(state.tangential_part(u), approach, lambda);
-        -(lambda * approach * state.normal() + rubbed)
+        let slip = self.friction.reduction(state.tangential_part(u), approach, lambda);
+        -(lambda * approach * state.normal() + slip)
     }
 }

@@ -1,52 +1,52 @@
-//! Reference row of the table of corrections: restore a stored P_c.
+//! Reference row of the table of corrections: restores a stored P_c.
 //!
 //! Source: B. Gilles, PhD thesis, 2007, section 4.7.2: from a reference
 //! configuration where point-to-face information was stored. The weights are
-//! stored in the contact's stencil; what P_c should be is stored here, as a
+//! stored in the contact's stencil; the target of P_c is stored here, as a
 //! distance along the normal or as a vector in the frame of the face.
 
 use glam::{DMat3, DVec3};
+use surface::triangle;
 
 use crate::{RelativeState, ResponseError, check};
 
-/// Axes that turn with a face: the first along its first edge, the third along
-/// its normal.
+/// Frame of a face: the first axis along its first edge, the third along its normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaceFrame(DMat3);
 
 impl FaceFrame {
-    /// Axes of the face `corners`; `None` where it has no area.
+    /// Computes the frame of a face; `None` where it has no area.
     #[must_use]
     pub fn new([a, b, c]: [DVec3; 3]) -> Option<Self> {
         let along = (b - a).try_normalize()?;
-        let normal = (b - a).cross(c - a).try_normalize()?;
+        let normal = triangle::normal([a, b, c]).try_normalize()?;
         Some(Self(DMat3::from_cols(along, normal.cross(along), normal)))
     }
 
-    /// Coordinates in this frame of a vector.
+    /// Returns a vector's coordinates in this frame.
     #[must_use]
     pub fn to_local(&self, vector: DVec3) -> DVec3 {
         self.0.transpose() * vector
     }
 
-    /// The vector with these coordinates in this frame.
+    /// Returns the vector with these coordinates in this frame.
     #[must_use]
     pub fn to_world(&self, local: DVec3) -> DVec3 {
         self.0 * local
     }
 }
 
-/// Which part of the motion a reference holds.
+/// Part of the motion that a reference restrains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Restraint {
-    /// All of it.
+    /// The whole motion.
     Sticking,
     /// The part along the normal.
     Sliding,
 }
 
-/// The P_c that a contact should have, and which part of it is held.
+/// Reference: the target of a contact's P_c, and the part of it that is restrained.
 ///
 /// ```
 /// use glam::DVec3;
@@ -64,11 +64,12 @@ pub enum Restraint {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reference {
     target: DVec3,
-    hold: Restraint,
+    restraint: Restraint,
 }
 
 impl Reference {
-    /// P straight over P̄ at the signed height `height`, along the normal.
+    /// Returns the reference of P straight over P̄ at the signed height `height`, along the
+    /// normal.
     ///
     /// # Errors
     ///
@@ -76,14 +77,14 @@ impl Reference {
     pub fn height(
         state: &RelativeState,
         height: f64,
-        hold: Restraint,
+        restraint: Restraint,
     ) -> Result<Self, ResponseError> {
         let height = check::parameter("reference height", height, "finite", true)?;
-        Ok(Self { target: -height * state.normal(), hold })
+        Ok(Self { target: -height * state.normal(), restraint })
     }
 
-    /// P_c as it was stored in the frame of the face, `local`, in today's
-    /// frame.
+    /// Returns the reference of P_c as stored in the frame of the face, `local`, in the
+    /// present frame.
     ///
     /// # Errors
     ///
@@ -91,35 +92,35 @@ impl Reference {
     pub fn in_frame(
         frame: &FaceFrame,
         local: DVec3,
-        hold: Restraint,
+        restraint: Restraint,
     ) -> Result<Self, ResponseError> {
         let local = check::contact_vector(0, "reference vector", local)?;
-        Ok(Self { target: frame.to_world(local), hold })
+        Ok(Self { target: frame.to_world(local), restraint })
     }
 
-    /// ΔP_c = P_ref − P_c.
+    /// Computes ΔP_c = P_ref − P_c.
     #[must_use]
     pub fn position(&self, state: &RelativeState) -> DVec3 {
-        self.held(state, self.target - state.motion().position)
+        self.restrained(state, self.target - state.motion().position)
     }
 
-    /// ΔV_c = −V_c.
+    /// Computes ΔV_c = −V_c.
     #[must_use]
     pub fn velocity(&self, state: &RelativeState) -> DVec3 {
-        self.held(state, -state.motion().velocity)
+        self.restrained(state, -state.motion().velocity)
     }
 
-    /// ΔA_c = −A_c. With [`TimeStep::second_order_spring`], the two above are
-    /// reached two steps later instead.
+    /// Computes ΔA_c = −A_c. [`TimeStep::second_order_spring`] instead reaches the target
+    /// position and velocity two steps later.
     ///
     /// [`TimeStep::second_order_spring`]: crate::TimeStep::second_order_spring
     #[must_use]
     pub fn acceleration(&self, state: &RelativeState) -> DVec3 {
-        self.held(state, -state.motion().acceleration)
+        self.restrained(state, -state.motion().acceleration)
     }
 
-    fn held(&self, state: &RelativeState, change: DVec3) -> DVec3 {
-        match self.hold {
+    fn restrained(&self, state: &RelativeState, change: DVec3) -> DVec3 {
+        match self.restraint {
             Restraint::Sticking => change,
             Restraint::Sliding => state.normal_part(change),
         }

@@ -1,5 +1,5 @@
-//! State of one contact: P̄ relative to P, and how far into the proximity
-//! region it is.
+//! Relative state of one contact: the motion of P̄ relative to P, and the depth in the
+//! proximity region.
 //!
 //! Source: B. Gilles, PhD thesis, 2007, section 4.7.2, "Collision response".
 //! Names there and here: P_c, V_c, A_c are [`RelativeMotion`]'s fields; g is
@@ -11,7 +11,7 @@ use surface::Contact;
 
 use crate::{ResponseError, check};
 
-/// Distances a response keeps, in the caller's length unit.
+/// Distances that a response keeps, in the caller's length unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Margins {
@@ -20,9 +20,9 @@ pub struct Margins {
 }
 
 impl Margins {
-    /// `clearance >= 0` is kept free beyond the contact's own offset;
-    /// `proximity > 0`, the source's d_max, is how far outside that the
-    /// response sets in.
+    /// Returns margins of `clearance >= 0`, kept free beyond the contact's own offset, and
+    /// `proximity > 0`, the source's d_max: the distance outside of the clearance at which
+    /// the response sets in.
     ///
     /// # Errors
     ///
@@ -34,20 +34,28 @@ impl Margins {
         })
     }
 
-    /// Distance kept free beyond the contact's own offset.
+    /// Returns the distance kept free beyond the contact's own offset.
     #[must_use]
     pub fn clearance(&self) -> f64 {
         self.clearance
     }
 
-    /// The source's d_max.
+    /// Returns the proximity distance, the source's d_max.
     #[must_use]
     pub fn proximity(&self) -> f64 {
         self.proximity
     }
+
+    /// Computes λ at a depth, in `0.0..=1.0`: 1 in collision, falling to 0 at the rim of
+    /// the proximity region.
+    #[inline]
+    pub(crate) fn proximity_factor(&self, depth: f64) -> f64 {
+        (1.0 + depth / self.proximity).clamp(0.0, 1.0)
+    }
 }
 
-/// P_c, V_c and A_c: position, velocity and acceleration of P̄ less those of P.
+/// Relative motion P_c, V_c and A_c: position, velocity and acceleration of P̄ minus those
+/// of P.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RelativeMotion {
@@ -85,12 +93,13 @@ pub struct RelativeMotion {
 pub struct RelativeState {
     motion: RelativeMotion,
     normal: DVec3,
-    kept: f64,
-    proximity: f64,
+    /// Offset of the contact.
+    offset: f64,
+    margins: Margins,
 }
 
 impl RelativeState {
-    /// State of a contact with the given motion; `normal` is of unit length
+    /// Returns the state of a contact with the given motion; `normal` is of unit length
     /// within 1e-6, `offset >= 0` the contact's own (radii of a medial one).
     ///
     /// # Errors
@@ -106,11 +115,11 @@ impl RelativeState {
         check::contact_vector(0, "relative position", motion.position)?;
         check::contact_vector(0, "relative velocity", motion.velocity)?;
         check::contact_vector(0, "relative acceleration", motion.acceleration)?;
-        let kept = check::not_negative("offset", offset)? + margins.clearance;
-        Ok(Self { motion, normal: check::normal(0, normal)?, kept, proximity: margins.proximity })
+        check::not_negative("offset", offset)?;
+        Ok(Self { motion, normal: check::normal(0, normal)?, offset, margins })
     }
 
-    /// State of `contact` for particles with positions, velocities and
+    /// Computes the state of `contact` for particles with positions, velocities and
     /// accelerations `x`, `v`, `a`.
     ///
     /// # Errors
@@ -123,11 +132,9 @@ impl RelativeState {
         margins: Margins,
     ) -> Result<Self, ResponseError> {
         let particle_count = x.len().min(v.len()).min(a.len());
-        let missing =
-            contact.stencil.terms().iter().find(|t| t.particle as usize >= particle_count);
-        if let Some(&surface::Term { particle, .. }) = missing {
-            return Err(ResponseError::ParticleOutOfRange { contact: 0, particle, particle_count });
-        }
+        let particles = contact.stencil.terms().iter().map(|term| term.particle);
+        check::particle_range(0, particles, particle_count)?;
+
         let anchor = contact.anchor.unwrap_or_default();
         let combine = |q: &[DVec3]| contact.stencil.combine(|k| q[k as usize]);
         let motion = RelativeMotion {
@@ -138,50 +145,50 @@ impl RelativeState {
         Self::new(motion, contact.normal, contact.offset, margins)
     }
 
-    /// P_c, V_c and A_c.
+    /// Returns P_c, V_c and A_c.
     #[must_use]
     pub fn motion(&self) -> RelativeMotion {
         self.motion
     }
 
-    /// n, of unit length; points out of the object that holds P̄.
+    /// Returns n, of unit length; it points out of the object that holds P̄.
     #[must_use]
     pub fn normal(&self) -> DVec3 {
         self.normal
     }
 
-    /// The source's g: offset and clearance.
+    /// Returns the distance kept, the source's g: offset and clearance.
     #[must_use]
     pub fn kept(&self) -> f64 {
-        self.kept
+        self.offset + self.margins.clearance
     }
 
-    /// The source's d_max.
+    /// Returns the proximity distance, the source's d_max.
     #[must_use]
     pub fn proximity(&self) -> f64 {
-        self.proximity
+        self.margins.proximity
     }
 
-    /// δ = P_c · n + g.
+    /// Computes the depth δ = P_c · n + g.
     #[must_use]
     pub fn depth(&self) -> f64 {
-        self.motion.position.dot(self.normal) + self.kept
+        self.motion.position.dot(self.normal) + self.kept()
     }
 
-    /// λ, in `0.0..=1.0`: 1 in collision, falling to 0 at the rim of the
+    /// Computes λ, in `0.0..=1.0`: 1 in collision, falling to 0 at the rim of the
     /// proximity region.
     #[must_use]
     pub fn proximity_factor(&self) -> f64 {
-        (1.0 + self.depth() / self.proximity).clamp(0.0, 1.0)
+        self.margins.proximity_factor(self.depth())
     }
 
-    /// `(u · n) n`.
+    /// Computes the normal part `(u · n) n`.
     #[must_use]
     pub fn normal_part(&self, u: DVec3) -> DVec3 {
         u.dot(self.normal) * self.normal
     }
 
-    /// `u − (u · n) n`.
+    /// Computes the tangential part `u − (u · n) n`.
     #[must_use]
     pub fn tangential_part(&self, u: DVec3) -> DVec3 {
         u - self.normal_part(u)

@@ -1,20 +1,20 @@
 //! Soft contacts: forces with their derivatives, for an explicit step or the
 //! system of an implicit one.
 //!
-//! A row with depth δ and relative motion P_c, V_c gets the force F on the side
-//! of P̄ (β_k F on each particle), made of a normal part −N n and of friction.
-//! The derivatives take the normal, and for friction N, as they are now:
+//! A row with depth δ and relative motion P_c, V_c has the force F on the side
+//! of P̄ (β_k F on each particle): a normal part −N n and friction.
+//! The derivatives hold the normal, and for friction N, constant:
 //!
 //! ```text
 //! D_P = ∂F/∂P_c    D_V = ∂F/∂V_c    K = Σ Bᵀ D_P B    C = Σ Bᵀ D_V B
 //! ```
 //!
-//! with B the row's weights, so K and C are symmetric and not positive.
+//! with B the row's weights, so K and C are symmetric and negative semidefinite.
 //!
 //! Sources: B. Gilles, PhD thesis, 2007, section 4.7.2 (soft constraints as
 //! weighted forces); M. Li et al., "Incremental potential contact", ACM TOG
 //! 39(4), 2020, sections 4 and 5, for the barrier and for friction that is
-//! smooth in the slip; there it creeps at a share of the slip speed.
+//! smooth in the slip; it creeps at a fraction of the slip speed.
 
 use glam::{DMat3, DVec3};
 use surface::Term;
@@ -22,11 +22,11 @@ use surface::Term;
 use crate::contact_rows::ContactRow;
 use crate::{ContactRows, ResponseError, StepLength, check};
 
-/// Normal force over depth.
+/// Normal force as a function of the depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum NormalForce {
-    /// N = k δ + c V_c · n while δ > 0, never pulling. `stiffness` k `>= 0`
+    /// Penalty: N = k δ + c V_c · n while δ > 0, never pulling. `stiffness` k `>= 0`
     /// \[force / length\], `damping` c `>= 0` \[force / speed\].
     Penalty {
         /// k.
@@ -34,15 +34,15 @@ pub enum NormalForce {
         /// c.
         damping: f64,
     },
-    /// The same at every depth, pulling too: holds a permanent contact.
+    /// The same at every depth, pulling too: restrains a permanent contact.
     TwoSided {
         /// k.
         stiffness: f64,
         /// c.
         damping: f64,
     },
-    /// N = −κ b'(d) with b(d) = −(d − r)² ln(d / r) where the gap d = −δ is
-    /// below the range r, else nothing. `stiffness` κ `>= 0` \[force / length\],
+    /// Log barrier: N = −κ b'(d) with b(d) = −(d − r)² ln(d / r) where the gap d = −δ is
+    /// below the range r, else zero. `stiffness` κ `>= 0` \[force / length\],
     /// `range` r `> 0` \[length\]. Needs every gap above 0.
     Barrier {
         /// κ.
@@ -52,7 +52,7 @@ pub enum NormalForce {
     },
 }
 
-/// A contact force that a step can be taken with.
+/// Contact force: a normal force and smooth Coulomb friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SoftLaw {
@@ -61,10 +61,12 @@ pub struct SoftLaw {
 }
 
 impl SoftLaw {
-    /// A normal force, and the slip speed `> 0` at which friction reaches
-    /// µ N (µ is the rows'). Below it friction is µ N (2 y − y²), with y the
-    /// share of that speed: what should stick creeps by
-    /// `slip_speed (1 − √(1 − T / (µ N)))` under a tangential load T.
+    /// Returns the law of a normal force and the slip speed `> 0` at which friction
+    /// reaches µ N (µ is the rows').
+    ///
+    /// Below it friction is µ N (2 y − y²), with y the slip relative to that speed: a
+    /// sticking contact creeps by `slip_speed (1 − √(1 − T / (µ N)))` under a tangential
+    /// load T.
     ///
     /// # Errors
     ///
@@ -84,7 +86,7 @@ impl SoftLaw {
         Ok(Self { normal, slip_speed: check::positive("slip speed", slip_speed)? })
     }
 
-    /// The spring row of the table as a force: a share `alpha > 0` of the
+    /// Returns the spring row of the table as a force: the fraction `alpha > 0` of the
     /// correction per step of length `h` for a contact of effective mass
     /// `mass > 0`, so k = α m / h².
     ///
@@ -103,18 +105,18 @@ impl SoftLaw {
     }
 }
 
-/// A 3 × 3 block of a sparse matrix over particles.
+/// Block of 3 × 3 entries of a sparse matrix over particles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MatrixBlock {
-    /// Particle whose force it gives.
+    /// Particle of the force.
     pub row: u32,
-    /// Particle whose motion it takes.
+    /// Particle of the motion.
     pub column: u32,
     /// The block.
     pub value: DMat3,
 }
 
-/// Products with the derivatives of forces, as an implicit step needs them.
+/// Products with the derivatives of forces, for implicit steps.
 pub trait LinearForces {
     /// Adds K `dx` to `out`, where K = ∂f/∂x.
     fn add_stiffness(&self, dx: &[DVec3], out: &mut [DVec3]);
@@ -161,8 +163,8 @@ struct RowForce {
 }
 
 impl<'a> SoftContacts<'a> {
-    /// Forces at the positions the rows' contacts were found at and at the
-    /// velocities `v`.
+    /// Computes the forces at the positions at which the rows' contacts were detected and
+    /// at the velocities `v`.
     ///
     /// # Errors
     ///
@@ -171,8 +173,10 @@ impl<'a> SoftContacts<'a> {
     /// - [`ResponseError::ContactNotFinite`] when a force would not be finite.
     pub fn new(rows: &'a ContactRows, v: &[DVec3], law: SoftLaw) -> Result<Self, ResponseError> {
         check::particles("velocity", rows.particle_count(), v)?;
-        let of_row = |(number, row)| RowForce::new(number, &row, v, law);
-        let forces = rows.iter().enumerate().map(of_row).collect::<Result<_, _>>()?;
+        let mut forces = Vec::with_capacity(rows.len());
+        for (number, row) in rows.iter().enumerate() {
+            forces.push(RowForce::new(number, &row, v, law)?);
+        }
         Ok(Self { rows, forces })
     }
 
@@ -180,65 +184,70 @@ impl<'a> SoftContacts<'a> {
     ///
     /// # Errors
     ///
-    /// [`ResponseError::Count`] when there is not one entry a particle.
+    /// [`ResponseError::Count`] unless there is one entry per particle.
     pub fn add_forces(&self, out: &mut [DVec3]) -> Result<(), ResponseError> {
         check::count("forces", self.rows.particle_count(), out.len())?;
         for (row, of_row) in self.rows.iter().zip(&self.forces) {
-            for term in row.terms {
-                out[term.particle as usize] += term.weight * of_row.force;
-            }
+            add_to_terms(row.terms, of_row.force, out);
         }
         Ok(())
     }
 
-    /// Force F on the side of P̄ of each row; −F acts on the side of P.
+    /// Returns the force F on the side of P̄ of each row; −F acts on the side of P.
     #[must_use]
     pub fn row_forces(&self) -> impl ExactSizeIterator<Item = DVec3> {
         self.forces.iter().map(|of_row| of_row.force)
     }
 
-    /// Blocks of K, row by row of the contacts; entries of one place add up.
-    pub fn stiffness_blocks(&self) -> impl Iterator<Item = MatrixBlock> {
+    /// Returns the blocks of K, row by row of the contacts; blocks of one place add up.
+    #[must_use]
+    pub fn stiffness_blocks(&self) -> Vec<MatrixBlock> {
         self.blocks(|of_row| of_row.by_position)
     }
 
-    /// Blocks of C, likewise.
-    pub fn damping_blocks(&self) -> impl Iterator<Item = MatrixBlock> {
+    /// Returns the blocks of C, likewise.
+    #[must_use]
+    pub fn damping_blocks(&self) -> Vec<MatrixBlock> {
         self.blocks(|of_row| of_row.by_velocity)
     }
 
-    fn blocks(&self, of: impl Fn(&RowForce) -> DMat3) -> impl Iterator<Item = MatrixBlock> {
-        let pairs = self.rows.iter().zip(self.forces.iter().map(of));
-        pairs.filter(|(_, derivative)| *derivative != DMat3::ZERO).flat_map(|(row, derivative)| {
-            let terms = row.terms;
-            terms.iter().flat_map(move |i| {
-                terms.iter().map(move |j| MatrixBlock {
-                    row: i.particle,
-                    column: j.particle,
-                    value: derivative * (i.weight * j.weight),
-                })
-            })
-        })
-    }
-
-    fn add_product(&self, of: impl Fn(&RowForce) -> DMat3, q: &[DVec3], out: &mut [DVec3]) {
+    fn blocks(&self, derivative: impl Fn(&RowForce) -> DMat3) -> Vec<MatrixBlock> {
+        let mut blocks = Vec::new();
         for (row, of_row) in self.rows.iter().zip(&self.forces) {
-            let at: DVec3 = row.terms.iter().map(|t| t.weight * q[t.particle as usize]).sum();
-            let change = of(of_row) * at;
-            for &Term { particle, weight } in row.terms {
-                out[particle as usize] += weight * change;
+            let derivative = derivative(of_row);
+            if derivative == DMat3::ZERO {
+                continue;
+            }
+            for i in row.terms {
+                for j in row.terms {
+                    let value = derivative * (i.weight * j.weight);
+                    blocks.push(MatrixBlock { row: i.particle, column: j.particle, value });
+                }
             }
         }
+        blocks
     }
 }
 
 impl LinearForces for SoftContacts<'_> {
     fn add_stiffness(&self, dx: &[DVec3], out: &mut [DVec3]) {
-        self.add_product(|of_row| of_row.by_position, dx, out);
+        for (row, of_row) in self.rows.iter().zip(&self.forces) {
+            add_to_terms(row.terms, of_row.by_position * row.combine(dx), out);
+        }
     }
 
     fn add_damping(&self, dv: &[DVec3], out: &mut [DVec3]) {
-        self.add_product(|of_row| of_row.by_velocity, dv, out);
+        for (row, of_row) in self.rows.iter().zip(&self.forces) {
+            add_to_terms(row.terms, of_row.by_velocity * row.combine(dv), out);
+        }
+    }
+}
+
+/// Adds β_k times a vector to each particle of a row.
+#[inline]
+fn add_to_terms(terms: &[Term], vector: DVec3, out: &mut [DVec3]) {
+    for &Term { particle, weight } in terms {
+        out[particle as usize] += weight * vector;
     }
 }
 
@@ -249,11 +258,12 @@ impl RowForce {
         v: &[DVec3],
         law: SoftLaw,
     ) -> Result<Self, ResponseError> {
-        let moving: DVec3 = row.terms.iter().map(|t| t.weight * v[t.particle as usize]).sum();
-        let velocity = row.anchor.velocity + moving;
-        let normal = Normal::new(number, law.normal, row.depth, velocity.dot(row.normal))?;
-        let along = outer(row.normal, row.normal);
+        let velocity = row.anchor.velocity + row.combine(v);
+        let approach = velocity.dot(row.normal);
+        let normal = NormalResponse::new(number, law.normal, row.depth, approach)?;
         let (friction, by_slip) = friction(row, velocity, normal.force.max(0.0), law.slip_speed);
+
+        let along = outer(row.normal, row.normal);
         let force = friction - normal.force * row.normal;
         check::contact_vector(number, "force", force)?;
         Ok(Self {
@@ -264,14 +274,14 @@ impl RowForce {
     }
 }
 
-/// N and its derivatives.
-struct Normal {
+/// Normal force N and its derivatives.
+struct NormalResponse {
     force: f64,
     by_depth: f64,
     by_approach: f64,
 }
 
-impl Normal {
+impl NormalResponse {
     const NONE: Self = Self { force: 0.0, by_depth: 0.0, by_approach: 0.0 };
 
     fn new(
@@ -314,7 +324,7 @@ impl Normal {
     }
 }
 
-/// Friction on the side of P̄ and its derivative by V_c.
+/// Computes the friction on the side of P̄ and its derivative by V_c.
 fn friction(row: &ContactRow<'_>, velocity: DVec3, normal: f64, slip_speed: f64) -> (DVec3, DMat3) {
     let limit = row.law.friction() * normal;
     if limit <= 0.0 {
@@ -324,7 +334,8 @@ fn friction(row: &ContactRow<'_>, velocity: DVec3, normal: f64, slip_speed: f64)
     let speed = slip.length();
     let plane = DMat3::IDENTITY - outer(row.normal, row.normal);
     let y = speed / slip_speed;
-    // Force over speed, and what its derivative adds along the slip.
+
+    // Force over speed, and the additional derivative along the slip.
     let (secant, bend) = if y < 1.0 {
         ((2.0 - y) / slip_speed, -y / slip_speed)
     } else {

@@ -1,4 +1,4 @@
-//! Spring row of the table of corrections: push P back to the distance kept.
+//! Spring row of the table of corrections: pushes P back to the distance kept.
 //!
 //! Source: B. Gilles, PhD thesis, 2007, section 4.7.2. The text of its table is
 //! not reproduced here: the corrections are derived from its definitions of
@@ -8,23 +8,23 @@ use glam::DVec3;
 
 use crate::{RelativeState, StepLength};
 
-/// How far a spring pushes, with δ the depth, λ the proximity factor and d_max
+/// Displacement law of a spring, with δ the depth, λ the proximity factor and d_max
 /// the proximity distance (see [`RelativeState`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Spring {
-    /// By max(δ, 0): to the distance kept, once that is broken.
+    /// Pushes by max(δ, 0): to the distance kept, once it is violated.
     OneSided,
-    /// By λ d_max: to the rim of the proximity region while within it, and by
+    /// Pushes by λ d_max: to the rim of the proximity region while within it, and by
     /// at most d_max.
     Gradual,
-    /// By λ δ: to the distance kept from either side, weaker toward the rim.
-    /// Holds permanent contacts that slide.
+    /// Pushes or pulls by λ δ: to the distance kept from either side, weaker toward the
+    /// rim. Restrains permanent contacts that slide.
     TwoSided,
 }
 
 impl Spring {
-    /// ΔP_c, in the caller's length unit.
+    /// Computes ΔP_c, in the caller's length unit.
     ///
     /// ```
     /// use glam::DVec3;
@@ -40,23 +40,23 @@ impl Spring {
         -self.push(state) * state.normal()
     }
 
-    /// ΔV_c = ΔP_c / h, which reaches the target in one step from rest.
+    /// Computes ΔV_c = ΔP_c / h, which reaches the target in one step from rest.
     #[must_use]
     pub fn velocity(self, state: &RelativeState, h: StepLength) -> DVec3 {
         self.position(state) / h.get()
     }
 
-    /// ΔV_c = ΔP_c / h − V_c,n, which reaches the target in one step whatever
-    /// the speed of approach. V_c,n counts with the weight of the push, so
-    /// that nothing jumps at the rim.
+    /// Computes ΔV_c = ΔP_c / h − V_c,n, which reaches the target in one step at any
+    /// speed of approach. V_c,n counts with the weight of the push, so that the
+    /// correction is continuous at the rim.
     #[must_use]
     pub fn velocity_to_target(self, state: &RelativeState, h: StepLength) -> DVec3 {
-        let present = state.normal_part(state.motion().velocity);
-        self.velocity(state, h) - self.weight(state) * present
+        let approach = state.normal_part(state.motion().velocity);
+        self.velocity(state, h) - self.weight(state) * approach
     }
 
-    /// ΔA_c = ΔP_c / h². Undamped: see [`TimeStep::second_order_spring`] for
-    /// one that also stops.
+    /// Computes ΔA_c = ΔP_c / h². Undamped: [`TimeStep::second_order_spring`] also
+    /// stops.
     ///
     /// [`TimeStep::second_order_spring`]: crate::TimeStep::second_order_spring
     #[must_use]

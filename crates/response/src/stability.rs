@@ -1,12 +1,12 @@
-//! Where a step is stable: its amplification and the limits found with it.
+//! Linear stability of a time step: its amplification matrix and the limits found with it.
 //!
 //! One particle on one spring makes a step a linear map of (position,
 //! velocity); it is stable when the spectral radius of that map is at most 1.
-//! [`StabilityCase::step`] takes the step with this crate's own forces and integrators,
-//! and nothing here knows the limits beforehand.
+//! [`StabilityCase::step`] takes the step with this crate's own forces and integrators;
+//! no limit is built in.
 
 use glam::DVec3;
-use surface::{Anchor, Contact, Stencil, Term};
+use surface::{Contact, ContactSide, Term};
 
 use crate::{
     Accelerations, ContactLaw, ContactRows, ExplicitEuler, Friction, Implicit, ImplicitEuler,
@@ -15,10 +15,10 @@ use crate::{
     SymplecticEuler, Taylor, TimeStep,
 };
 
-/// A matrix of two rows that maps (position, velocity).
+/// Amplification matrix: two rows that map (position, velocity).
 pub type Amplification = [[f64; 2]; 2];
 
-/// What a step is taken with.
+/// Integration scheme of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Scheme {
     /// [`ExplicitEuler`].
@@ -33,52 +33,52 @@ pub enum Scheme {
     ImplicitMidpoint,
 }
 
-/// What holds the particle, with ω² = k / m, ζ the damping ratio and h the
-/// step.
+/// Force or correction that holds the particle, with ω² = k / m, ζ the damping ratio and
+/// h the step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Holding {
-    /// A two-sided contact spring with the given ω h and ζ, both `>= 0`.
+    /// Two-sided contact spring with the given ω h and ζ, both `>= 0`.
     Penalty {
         /// Frequency times step.
         omega_h: f64,
         /// Damping ratio, 1 where critical.
         zeta: f64,
     },
-    /// `gain` times the spring row as an acceleration, ΔP_c / h²: as many
-    /// copies of one contact that are added up.
+    /// Spring row as an acceleration, ΔP_c / h², times `gain`: as many copies of one
+    /// contact that are added up.
     FirstOrder {
-        /// How many copies.
+        /// Number of copies.
         gain: f64,
     },
-    /// `gain` times the second-order spring of the scheme's own coefficients.
+    /// Second-order spring of the scheme's own coefficients, times `gain`.
     SecondOrder {
-        /// How many copies.
+        /// Number of copies.
         gain: f64,
     },
-    /// `gain` times a row that alters the state before each move.
+    /// Row that alters the state before each move, times `gain`.
     Hard {
-        /// Which row.
+        /// Row of the table of corrections.
         row: HardRow,
-        /// How many copies.
+        /// Number of copies.
         gain: f64,
     },
 }
 
-/// A row of the table of corrections that alters velocities or positions.
+/// Row of the table of corrections that alters velocities or positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum HardRow {
     /// The spring's velocity, ΔP_c / h.
     Spring,
     /// The spring's velocity that also stops, ΔP_c / h − V_c.
     SpringToTarget,
-    /// The reaction's velocity. Held from one side only: what leaves is let go.
+    /// The reaction's velocity. One-sided: motion that separates is not changed.
     Reaction,
     /// The reference's position and velocity.
     Reference,
 }
 
 impl Scheme {
-    /// All of them.
+    /// All schemes.
     pub const ALL: [Self; 5] = [
         Self::ExplicitEuler,
         Self::Taylor,
@@ -87,7 +87,7 @@ impl Scheme {
         Self::ImplicitMidpoint,
     ];
 
-    /// As in charts.
+    /// Returns the name in charts.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -103,15 +103,15 @@ impl Scheme {
 /// One particle of mass 1 held at the origin, in steps of length 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StabilityCase {
-    /// What the step is taken with.
+    /// Integration scheme.
     pub scheme: Scheme,
-    /// What holds the particle.
+    /// Force or correction that holds the particle.
     pub holding: Holding,
 }
 
 impl StabilityCase {
-    /// Spectral radius of a step: at most 1 where stable. Of a holding that is
-    /// no linear map, that within contact and approaching.
+    /// Computes the spectral radius of a step: at most 1 where stable. For a holding that
+    /// is no linear map: the radius in contact and approaching.
     ///
     /// ```
     /// use response::stability::{StabilityCase, Holding, Scheme};
@@ -130,7 +130,7 @@ impl StabilityCase {
         Ok(spectral_radius([[-a[0], -b[0]], [-a[1], -b[1]]]))
     }
 
-    /// Position and velocity after one step.
+    /// Computes position and velocity after one step.
     ///
     /// # Errors
     ///
@@ -147,7 +147,7 @@ impl StabilityCase {
     }
 }
 
-/// Largest magnitude of the eigenvalues.
+/// Computes the spectral radius: the largest magnitude of the eigenvalues.
 #[must_use]
 pub fn spectral_radius([[a, b], [c, d]]: Amplification) -> f64 {
     let (half_trace, determinant) = (0.5 * (a + d), a * d - b * c);
@@ -155,9 +155,9 @@ pub fn spectral_radius([[a, b], [c, d]]: Amplification) -> f64 {
     if discriminant < 0.0 { determinant.sqrt() } else { half_trace.abs() + discriminant.sqrt() }
 }
 
-/// Largest value up to which `is_stable` holds, by bisection between a stable
-/// `low` and an unstable `high`, to `share` of itself; `None` when the ends are
-/// not so.
+/// Finds the largest value up to which `is_stable` holds, by bisection between a stable
+/// `low` and an unstable `high`, to the relative `precision`; `None` unless the ends are
+/// so.
 ///
 /// # Errors
 ///
@@ -165,18 +165,22 @@ pub fn spectral_radius([[a, b], [c, d]]: Amplification) -> f64 {
 pub fn limit<E>(
     mut low: f64,
     mut high: f64,
-    share: f64,
+    precision: f64,
     mut is_stable: impl FnMut(f64) -> Result<bool, E>,
 ) -> Result<Option<f64>, E> {
     if !is_stable(low)? || is_stable(high)? {
         return Ok(None);
     }
-    while high - low > share * high {
+    while high - low > precision * high {
         let middle = 0.5 * (low + high);
         if middle <= low || middle >= high {
             break;
         }
-        *(if is_stable(middle)? { &mut low } else { &mut high }) = middle;
+        if is_stable(middle)? {
+            low = middle;
+        } else {
+            high = middle;
+        }
     }
     Ok(Some(low))
 }
@@ -191,39 +195,36 @@ fn explicit<I: Integrator>(holding: Holding, state: [f64; 2]) -> Result<[f64; 2]
             let soft = SoftContacts::new(&rows, &[along(state[1])], penalty(omega_h, zeta)?)?;
             let mut force = vec![DVec3::ZERO];
             soft.add_forces(&mut force)?;
-            step.accelerations(force)?
+            force
         }
         Holding::FirstOrder { gain } | Holding::SecondOrder { gain } => {
-            let mut a = step.accelerations(vec![DVec3::ZERO])?;
-            a.values_mut()[0] = gain * own_acceleration(step, holding, state)?;
-            a
+            vec![gain * spring_acceleration(step, holding, state)?]
         }
-        Holding::Hard { row, gain } => return hard(step, (row, gain), state),
+        Holding::Hard { row, gain } => return hard(step, row, gain, state),
     };
-    advance(a, state)
+    advance(step.accelerations(a)?, state)
 }
 
 fn implicit<I: Implicit>(holding: Holding, state: [f64; 2]) -> Result<[f64; 2], ResponseError> {
     let step = TimeStep::<I>::new(1.0)?;
-    let v = [along(state[1])];
-    let solve = |force: DVec3, forces: &Gains| {
-        step.implicit_accelerations(&[1.0], &[force], forces, &v, &LinearParams::default())
-    };
+    let (v, params) = ([along(state[1])], LinearParams::default());
     let (a, _) = match holding {
         Holding::Penalty { omega_h, zeta } => {
             let rows = held_row(state[0])?;
             let soft = SoftContacts::new(&rows, &v, penalty(omega_h, zeta)?)?;
             let mut force = vec![DVec3::ZERO];
             soft.add_forces(&mut force)?;
-            step.implicit_accelerations(&[1.0], &force, &soft, &v, &LinearParams::default())?
+            step.implicit_accelerations(&[1.0], &force, &soft, &v, &params)?
         }
         Holding::FirstOrder { gain } | Holding::SecondOrder { gain } => {
-            let force = gain * own_acceleration(step, holding, state)?;
-            let by_position = gain * own_acceleration(step, holding, [1.0, 0.0])?.z;
-            let by_velocity = gain * own_acceleration(step, holding, [0.0, 1.0])?.z;
-            solve(force, &Gains { by_position, by_velocity })?
+            let force = [gain * spring_acceleration(step, holding, state)?];
+            let gains = Gains {
+                by_position: gain * spring_acceleration(step, holding, [1.0, 0.0])?.z,
+                by_velocity: gain * spring_acceleration(step, holding, [0.0, 1.0])?.z,
+            };
+            step.implicit_accelerations(&[1.0], &force, &gains, &v, &params)?
         }
-        Holding::Hard { row, gain } => return hard(step, (row, gain), state),
+        Holding::Hard { row, gain } => return hard(step, row, gain, state),
     };
     advance(a, state)
 }
@@ -231,50 +232,52 @@ fn implicit<I: Implicit>(holding: Holding, state: [f64; 2]) -> Result<[f64; 2], 
 /// Corrects position and velocity, and moves without any force.
 fn hard<I: Integrator>(
     step: TimeStep<I>,
-    (row, gain): (HardRow, f64),
-    state: [f64; 2],
+    row: HardRow,
+    gain: f64,
+    [x, v]: [f64; 2],
 ) -> Result<[f64; 2], ResponseError> {
     let h = step.length();
-    let relative = relative(state)?;
+    let relative = relative([x, v])?;
     let none = DVec3::ZERO;
     let [position, velocity] = match row {
         HardRow::Spring => [none, Spring::TwoSided.velocity(&relative, h)],
         HardRow::SpringToTarget => [none, Spring::TwoSided.velocity_to_target(&relative, h)],
         HardRow::Reaction => [none, Reaction { friction: Friction::NONE }.velocity(&relative)],
         HardRow::Reference => {
-            let held = Reference::height(&relative, 0.0, Restraint::Sticking)?;
-            [held.position(&relative), held.velocity(&relative)]
+            let reference = Reference::height(&relative, 0.0, Restraint::Sticking)?;
+            [reference.position(&relative), reference.velocity(&relative)]
         }
     };
-    let corrected = |q: f64, change: DVec3| {
-        let mut q = [along(q)];
-        crate::distribute(&HELD, &[1.0], gain * change, &mut q).map(|_| q[0].z)
-    };
-    let state = [corrected(state[0], position)?, corrected(state[1], velocity)?];
+    let state = [distributed(x, gain * position)?.z, distributed(v, gain * velocity)?.z];
     advance(step.accelerations(vec![none])?, state)
 }
 
-/// Acceleration of the particle by one copy of the spring row.
-fn own_acceleration<I: Integrator>(
+/// Computes the particle's acceleration by one copy of the spring row.
+fn spring_acceleration<I: Integrator>(
     step: TimeStep<I>,
     holding: Holding,
     state: [f64; 2],
 ) -> Result<DVec3, ResponseError> {
     let state = relative(state)?;
-    let held = Reference::height(&state, 0.0, Restraint::Sliding)?;
-    let (position, velocity) = (held.position(&state), held.velocity(&state));
+    let reference = Reference::height(&state, 0.0, Restraint::Sliding)?;
+    let (position, velocity) = (reference.position(&state), reference.velocity(&state));
     let change = if let Holding::SecondOrder { .. } = holding {
         step.second_order_spring(&state, position, velocity)?.change()
     } else {
         let h = step.length().get();
         position / (h * h)
     };
-    let mut q = [DVec3::ZERO];
-    crate::distribute(&HELD, &[1.0], change, &mut q)?;
+    distributed(0.0, change)
+}
+
+/// Computes the particle's value along the axis after a correction of its contact.
+fn distributed(value: f64, correction: DVec3) -> Result<DVec3, ResponseError> {
+    let mut q = [along(value)];
+    crate::distribute(&HELD, &[1.0], correction, &mut q)?;
     Ok(q[0])
 }
 
-/// The particle against what it is held by, everything within proximity.
+/// Returns the state of the particle's contact, always within proximity.
 fn relative([x, v]: [f64; 2]) -> Result<RelativeState, ResponseError> {
     let motion =
         RelativeMotion { position: along(-x), velocity: along(-v), acceleration: DVec3::ZERO };
@@ -302,15 +305,11 @@ fn advance<I: Integrator>(a: Accelerations<I>, state: [f64; 2]) -> Result<[f64; 
     Ok([x[0].z, v[0].z])
 }
 
+/// Returns the row of the particle's contact with the origin at gap `x`.
 fn held_row(x: f64) -> Result<ContactRows, ResponseError> {
-    let contact = Contact {
-        stencil: Stencil::single(HELD[0]),
-        anchor: Some(Anchor::default()),
-        normal: DVec3::Z,
-        offset: 0.0,
-        gap: x,
-        time: None,
-    };
+    let (particle, origin) =
+        ([Term { particle: 0, weight: 1.0 }], ContactSide::at_rest(DVec3::ZERO));
+    let contact = Contact::between(ContactSide::Particles(&particle), origin, DVec3::Z, x);
     let mut rows = ContactRows::new(1);
     rows.push(&contact, ContactLaw::new(Margins::new(0.0, 1.0)?, 0.0)?)?;
     Ok(rows)

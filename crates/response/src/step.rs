@@ -1,4 +1,4 @@
-//! Integrators, and the second-order spring whose coefficients are theirs.
+//! Time integrators, and the second-order spring with their coefficients.
 //!
 //! Source: P. Volino and N. Magnenat-Thalmann, "Implementing fast cloth
 //! simulation with collision response", Computer Graphics International, 2000,
@@ -18,9 +18,9 @@
 //! a₁ = Δx / h² − 2 v / h − σ Δv / h
 //! ```
 //!
-//! A spring with another integrator's σ rings for ever or blows up, so the
+//! A spring with another integrator's σ oscillates forever or diverges, so the
 //! integrator is a type: the correction, the accelerations it is added to and
-//! the step that uses them up all carry it.
+//! the step that consumes them all carry it.
 
 use std::fmt::Debug;
 use std::marker::PhantomData;
@@ -35,7 +35,7 @@ use crate::{RelativeState, ResponseError, check, distribute};
 pub struct StepLength(f64);
 
 impl StepLength {
-    /// Checks the length.
+    /// Returns a step length, if it is valid.
     ///
     /// # Errors
     ///
@@ -47,24 +47,24 @@ impl StepLength {
         Ok(Self(check::parameter("step length", h, "> 0 with a finite inverse square", holds)?))
     }
 
-    /// As a number.
+    /// Returns the length as a number.
     #[must_use]
     pub fn get(self) -> f64 {
         self.0
     }
 }
 
-/// How accelerations become motion; what says so also gives the second-order
-/// spring its coefficients.
+/// Time integrator: the update of a motion by accelerations, which also defines the
+/// coefficients of the second-order spring.
 pub trait Integrator: Copy + Debug + Send + Sync + 'static {
-    /// σ: share of a h² by which a step's acceleration moves the position.
+    /// σ: factor of a h² in a step's change of position.
     const POSITION_SHARE: f64;
-    /// As in charts and reports.
+    /// Name in charts and reports.
     const NAME: &'static str;
 }
 
-/// An integrator whose accelerations are those at its end or its middle, and
-/// so come from solving ([`TimeStep::implicit_accelerations`]).
+/// Integrator whose accelerations are those at the end or the middle of the step, the
+/// solution of a linear system ([`TimeStep::implicit_accelerations`]).
 ///
 /// [`TimeStep::implicit_accelerations`]: crate::TimeStep::implicit_accelerations
 pub trait Implicit: Integrator {}
@@ -104,7 +104,7 @@ integrator!(
 impl Implicit for ImplicitEuler {}
 impl Implicit for ImplicitMidpoint {}
 
-/// One step of an integrator `I`.
+/// Time step of an integrator `I`.
 ///
 /// ```
 /// use glam::DVec3;
@@ -141,14 +141,14 @@ pub struct TimeStep<I> {
     integrator: PhantomData<I>,
 }
 
-/// A ΔA_c made for steps of the integrator `I`.
+/// Correction ΔA_c for steps of the integrator `I`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Acceleration<I> {
     step: TimeStep<I>,
     change: DVec3,
 }
 
-/// Accelerations of all particles, to be used up by one step of `I`.
+/// Accelerations of all particles, consumed by one step of `I`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Accelerations<I> {
     step: TimeStep<I>,
@@ -156,7 +156,7 @@ pub struct Accelerations<I> {
 }
 
 impl<I: Integrator> TimeStep<I> {
-    /// A step of length `h > 0`.
+    /// Returns a step of length `h > 0`.
     ///
     /// # Errors
     ///
@@ -165,19 +165,19 @@ impl<I: Integrator> TimeStep<I> {
         Ok(Self { h: StepLength::new(h)?, integrator: PhantomData })
     }
 
-    /// Its length.
+    /// Returns the step length.
     #[must_use]
     pub fn length(self) -> StepLength {
         self.h
     }
 
-    /// ΔA_c such that two steps on P_c has changed by `position` and V_c by
+    /// Computes ΔA_c such that two steps later P_c has changed by `position` and V_c by
     /// `velocity`, if the second step is corrected likewise and nothing else
     /// acts. They are ΔP_c of the spring (or reference) row and ΔV_c of the
     /// reaction (or reference) row.
     ///
-    /// A_c of `state` must hold all other accelerations, or what is missing
-    /// leaves a sag of a h². Applied to a contact once: two copies diverge.
+    /// A_c of `state` must include all other accelerations: each missing one
+    /// leaves a sag of a h². Apply it to a contact once: two copies diverge.
     ///
     /// # Errors
     ///
@@ -196,7 +196,7 @@ impl<I: Integrator> TimeStep<I> {
         Ok(Acceleration { step: self, change: check::contact_vector(0, "acceleration", change)? })
     }
 
-    /// Takes the accelerations of all particles before contact.
+    /// Takes ownership of the accelerations of all particles before contact.
     ///
     /// # Errors
     ///
@@ -208,7 +208,7 @@ impl<I: Integrator> TimeStep<I> {
 }
 
 impl<I> Acceleration<I> {
-    /// ΔA_c as a vector.
+    /// Returns ΔA_c as a vector.
     #[must_use]
     pub fn change(&self) -> DVec3 {
         self.change
@@ -216,13 +216,13 @@ impl<I> Acceleration<I> {
 }
 
 impl<I: Integrator> Accelerations<I> {
-    /// One a particle.
+    /// Returns the accelerations, one per particle.
     #[must_use]
     pub fn values(&self) -> &[DVec3] {
         &self.values
     }
 
-    /// The same, to be corrected; [`Self::advance`] checks them.
+    /// Returns the accelerations, to be corrected; [`Self::advance`] checks them.
     #[must_use]
     pub fn values_mut(&mut self) -> &mut [DVec3] {
         &mut self.values
@@ -259,6 +259,7 @@ impl<I: Integrator> Accelerations<I> {
         check::particles("position", self.values.len(), x)?;
         check::particles("velocity", self.values.len(), v)?;
         check::particles("acceleration", self.values.len(), &self.values)?;
+
         let h = self.step.h.get();
         for ((x, v), a) in x.iter_mut().zip(v).zip(&self.values) {
             *x += *v * h + I::POSITION_SHARE * h * h * *a;

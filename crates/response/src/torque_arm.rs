@@ -17,26 +17,27 @@
 //! The impulses θ × d_k sum to zero and have the moment r × J.
 
 use glam::{DMat3, DVec3};
+use surface::triangle;
 
-use crate::ResponseError;
+use crate::{ResponseError, check};
 
-/// Height of a triangle over its longest edge, as a share of that edge, below
-/// which it is taken for a line. Its impulses grow as one over the share: at
-/// 1e-6 they still keep the angular momentum to 1e-10, and a slab that thin
-/// has no width to roll on.
-const LINE_SHARE: f64 = 1e-6;
+/// Height of a triangle over its longest edge, relative to that edge, below which the
+/// triangle counts as a line. Its impulses grow as the inverse of this ratio: at 1e-6
+/// they still keep the angular momentum to 1e-10, and a slab that thin has no width to
+/// roll on.
+const LINE_RATIO: f64 = 1e-6;
 
-/// Which side of a contact a lever is on.
+/// Side of a contact that a torque arm belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ArmSide {
-    /// That of P, whose weights are negative.
+    /// The side of P, whose weights are negative.
     Point,
-    /// That of P̄.
+    /// The side of P̄.
     Projection,
 }
 
-/// A surface point at `arm` from P or P̄, carried by three particles there.
+/// Torque arm: a surface point at `arm` from P or P̄, carried by three particles there.
 ///
 /// For a medial contact of normal n with radius r at P̄ the arm is r n; with
 /// −P_c instead, friction acts exactly at P and no angular momentum is lost
@@ -44,15 +45,15 @@ pub enum ArmSide {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TorqueArm {
-    /// On which side the point and its particles are.
+    /// Side of the point and its particles.
     pub side: ArmSide,
     /// Particles that carry it, not in a line.
     pub particles: [u32; 3],
-    /// From P or P̄ to the surface point, in the caller's length unit.
+    /// Vector from P or P̄ to the surface point, in the caller's length unit.
     pub arm: DVec3,
 }
 
-/// A lever of one row, ready for use.
+/// Torque arm of one row, with the inverse inertia of its particles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TorqueArmRow {
     pub(crate) row: u32,
@@ -64,37 +65,33 @@ pub(crate) struct TorqueArmRow {
 }
 
 impl TorqueArmRow {
-    pub(crate) fn new(
-        contact: usize,
-        row: u32,
-        lever: &TorqueArm,
-        x: &[DVec3],
-    ) -> Result<Self, ResponseError> {
-        let TorqueArm { side, particles, arm } = *lever;
-        let particle_count = x.len();
-        if let Some(&particle) = particles.iter().find(|&&k| k as usize >= particle_count) {
-            return Err(ResponseError::ParticleOutOfRange { contact, particle, particle_count });
-        }
-        crate::check::contact_vector(contact, "arm", arm)?;
+    pub(crate) fn new(row: u32, arm: &TorqueArm, x: &[DVec3]) -> Result<Self, ResponseError> {
+        let contact = row as usize;
+        let TorqueArm { side, particles, arm } = *arm;
+        check::particle_range(contact, particles, x.len())?;
+        check::contact_vector(contact, "arm", arm)?;
+
         let corners = particles.map(|k| x[k as usize]);
-        let center = (corners[0] + corners[1] + corners[2]) / 3.0;
-        let from_center = corners.map(|x| x - center);
         if is_line(corners) {
             return Err(ResponseError::Collinear { contact });
         }
+        let center = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let from_center = corners.map(|x| x - center);
         let inverse_inertia = inertia(from_center).inverse();
         let sign = if side == ArmSide::Point { -1.0 } else { 1.0 };
         Ok(Self { row, particles, sign, arm, from_center, inverse_inertia })
     }
 
-    /// What the lever adds to Σ β_k q_k at the surface point.
+    /// Computes the torque arm's part of Σ β_k q_k at the surface point.
     pub(crate) fn gather(&self, q: impl Fn(u32) -> DVec3) -> DVec3 {
-        let spin: DVec3 =
-            self.from_center.iter().zip(self.particles).map(|(d, k)| d.cross(q(k))).sum();
+        let [a, b, c] = self.particles.map(q);
+        let [da, db, dc] = self.from_center;
+        let spin: DVec3 = [da.cross(a), db.cross(b), dc.cross(c)].into_iter().sum();
         self.sign * (self.inverse_inertia * spin).cross(self.arm)
     }
 
-    /// Impulses on its particles that go with J at the surface point.
+    /// Computes the impulses on the particles that belong to the impulse J at the surface
+    /// point.
     pub(crate) fn impulses(&self, impulse: DVec3) -> [DVec3; 3] {
         let turn = self.inverse_inertia * self.arm.cross(self.sign * impulse);
         self.from_center.map(|d| turn.cross(d))
@@ -102,14 +99,16 @@ impl TorqueArmRow {
 }
 
 fn inertia(from_center: [DVec3; 3]) -> DMat3 {
-    from_center.iter().fold(DMat3::ZERO, |sum, &d| {
+    let mut sum = DMat3::ZERO;
+    for d in from_center {
         let outer = DMat3::from_cols(d * d.x, d * d.y, d * d.z);
-        sum + DMat3::from_diagonal(DVec3::splat(d.length_squared())) - outer
-    })
+        sum = sum + DMat3::from_diagonal(DVec3::splat(d.length_squared())) - outer;
+    }
+    sum
 }
 
 fn is_line([a, b, c]: [DVec3; 3]) -> bool {
     let longest =
         (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
-    (b - a).cross(c - a).length() <= LINE_SHARE * longest
+    triangle::normal([a, b, c]).length() <= LINE_RATIO * longest
 }

@@ -1,19 +1,21 @@
-//! Feet on a surface, found from where they were by walking over its faces.
+//! Closest-point walking: feet on a surface, followed from face to face.
 
 use glam::DVec3;
-use surface::{Positions, TriangleFeature, TriangleSurface, closest_on_triangle};
+use surface::{
+    ClosestOnTriangle, Positions, Pseudonormals, TriangleSurface, closest_on_triangle, triangle,
+};
 
-/// Distance, as a share of the face's extent, below which the direction from
-/// the foot is rounding and the surface's own normal is taken. At 1e-9 the
+/// Distance, relative to the face's extent, below which the direction from
+/// the foot is rounding and the surface's own normal is used. At 1e-9 the
 /// direction is still good to 1e-6.
 const AT_SURFACE: f64 = 1e-9;
 
-/// Where a point stands over a surface.
+/// Foot of a point on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceFoot {
     /// Face that holds the foot.
     pub face: u32,
-    /// The foot in weights of the face's corners.
+    /// Barycentric coordinates of the foot.
     pub barycentric: [f64; 3],
     /// The foot itself, in the caller's length unit.
     pub point: DVec3,
@@ -21,17 +23,18 @@ pub struct SurfaceFoot {
     pub normal: DVec3,
     /// Signed distance of the point, negative inside.
     pub height: f64,
-    /// Faces looked at.
+    /// Number of faces visited.
     pub visited: u32,
 }
 
 /// Walks from `start` to the foot of `p`: always to the neighboring face that
 /// comes closest, until none comes closer.
 ///
-/// The foot is closest among all faces that share a corner with its own. A part of the surface beyond a ridge, or one that lies against another,
-/// may be closer still, and a walk that starts on the far side of a closed
-/// surface may stay there: only a detection finds these. A point that moves by
-/// less than the surface's features is followed right.
+/// The foot is closest among all faces that share a corner with its own. A part of the
+/// surface beyond a ridge, or one that lies against another, may be closer still, and a
+/// walk that starts on the far side of a closed surface may stay there: only a detection
+/// finds these. A point that moves by less than the surface's features is followed
+/// correctly.
 ///
 /// `None` where there is no face `start`.
 ///
@@ -55,123 +58,73 @@ pub fn walk_to_foot(
     p: DVec3,
 ) -> Option<SurfaceFoot> {
     surface.faces().get(start as usize)?;
-    let look = |face: u32| Seen::new(surface, x, face, p);
-    let mut best = look(start);
+    let mut best = FaceFoot::new(surface, x, start, p);
     let mut visited = 1;
     loop {
         let mut closer = best;
-        best.for_each_neighbor(surface, |face| {
+        for face in neighbors(surface, best.face) {
             visited += 1;
-            let seen = look(face);
-            if seen.distance_squared < closer.distance_squared {
-                closer = seen;
+            let foot = FaceFoot::new(surface, x, face, p);
+            if foot.distance_squared < closer.distance_squared {
+                closer = foot;
             }
-        });
+        }
         if closer.face == best.face {
-            return Some(best.foot(surface, x, p, visited));
+            return Some(best.surface_foot(surface, x, p, visited));
         }
         best = closer;
     }
 }
 
-/// The closest point on one face.
+/// Closest point of one face.
 #[derive(Clone, Copy)]
-struct Seen {
+struct FaceFoot {
     face: u32,
-    barycentric: [f64; 3],
-    point: DVec3,
-    feature: TriangleFeature,
+    closest: ClosestOnTriangle,
     distance_squared: f64,
 }
 
-impl Seen {
+impl FaceFoot {
     fn new(surface: &TriangleSurface, x: Positions<'_>, face: u32, p: DVec3) -> Self {
         let closest = closest_on_triangle(p, x.corners(surface.faces()[face as usize]));
-        Self {
-            face,
-            barycentric: closest.barycentric,
-            point: closest.point,
-            feature: closest.feature,
-            distance_squared: closest.point.distance_squared(p),
-        }
+        Self { face, closest, distance_squared: closest.point.distance_squared(p) }
     }
 
-    /// Faces that share a corner with this one. Those at the foot alone would
-    /// not do: under a ridge, each side has a foot inside a face.
-    fn for_each_neighbor(&self, surface: &TriangleSurface, mut visit: impl FnMut(u32)) {
-        let faces = surface.faces();
-        let corners = faces[self.face as usize];
-        for (k, &corner) in corners.iter().enumerate() {
-            for &face in surface.vertex_faces(corner) {
-                let shared_before = corners[..k].iter().any(|c| faces[face as usize].contains(c));
-                if face != self.face && !shared_before {
-                    visit(face);
-                }
-            }
-        }
-    }
-
-    fn foot(
+    fn surface_foot(
         &self,
         surface: &TriangleSurface,
         x: Positions<'_>,
         p: DVec3,
         visited: u32,
     ) -> SurfaceFoot {
-        let outward = self.pseudonormal(surface, x);
-        let away = p - self.point;
-        let side = if away.dot(outward) < 0.0 { -1.0 } else { 1.0 };
+        let ClosestOnTriangle { point, barycentric, feature } = self.closest;
         let [a, b, c] = x.corners(surface.faces()[self.face as usize]);
-        let extent = (b - a).length().max((c - a).length());
-        let normal = if away.length() > AT_SURFACE * extent {
-            side * away.normalize_or(outward)
-        } else {
-            outward
-        };
-        SurfaceFoot {
-            face: self.face,
-            barycentric: self.barycentric,
-            point: self.point,
-            normal,
-            height: away.dot(normal),
-            visited,
+
+        // Outward at the foot; the face's own normal where the faces around it cancel.
+        let mut outward = Pseudonormals::of_feature(surface, x, self.face, feature);
+        if outward == DVec3::ZERO {
+            outward = triangle::normal([a, b, c]).normalize_or(DVec3::Z);
         }
-    }
 
-    /// Unit normal that tells inside from outside at the foot. Source: J. A.
-    /// Bærentzen and H. Aanæs, "Signed distance computation using the angle
-    /// weighted pseudonormal", IEEE TVCG 11(3), 2005.
-    fn pseudonormal(&self, surface: &TriangleSurface, x: Positions<'_>) -> DVec3 {
-        let normal = |face: u32| {
-            let [a, b, c] = x.corners(surface.faces()[face as usize]);
-            (b - a).cross(c - a).normalize_or_zero()
-        };
-        let sum: DVec3 = match self.feature {
-            TriangleFeature::Face => normal(self.face),
-            TriangleFeature::Edge(k) => {
-                edge_faces(surface, self.face, k).iter().map(|&face| normal(face)).sum()
-            }
-            TriangleFeature::Corner(k) => {
-                let vertex = surface.faces()[self.face as usize][k];
-                let faces = surface.vertex_faces(vertex).iter();
-                faces.map(|&face| angle_at(surface, x, face, vertex) * normal(face)).sum()
-            }
-        };
-        sum.try_normalize().or_else(|| normal(self.face).try_normalize()).unwrap_or(DVec3::Z)
+        let away = p - point;
+        let side = if away.dot(outward) < 0.0 { -1.0 } else { 1.0 };
+        let extent = (b - a).length().max((c - a).length());
+        let is_off_surface = away.length() > AT_SURFACE * extent;
+        let normal = if is_off_surface { side * away.normalize_or(outward) } else { outward };
+        let (face, height) = (self.face, away.dot(normal));
+        SurfaceFoot { face, barycentric, point, normal, height, visited }
     }
 }
 
-fn edge_faces(surface: &TriangleSurface, face: u32, k: usize) -> &[u32] {
-    match surface.face_edges()[face as usize][k] {
-        surface::NO_EDGE => &[],
-        edge => surface.edge_faces(edge),
-    }
-}
-
-fn angle_at(surface: &TriangleSurface, x: Positions<'_>, face: u32, vertex: u32) -> f64 {
+/// Returns the faces that share a corner with a face, each once. Those at the foot alone
+/// would not suffice: under a ridge, each side has a foot inside a face.
+fn neighbors(surface: &TriangleSurface, face: u32) -> impl Iterator<Item = u32> {
     let corners = surface.faces()[face as usize];
-    let k = corners.iter().position(|&corner| corner == vertex).unwrap_or(0);
-    let at = |j: usize| x.at(corners[(k + j) % 3]);
-    let (u, v) = (at(1) - at(0), at(2) - at(0));
-    u.cross(v).length().atan2(u.dot(v))
+    (0..3).flat_map(move |k| {
+        let is_new = move |other: &u32| {
+            let others = surface.faces()[*other as usize];
+            *other != face && !corners[..k].iter().any(|corner| others.contains(corner))
+        };
+        surface.vertex_faces(corners[k]).iter().copied().filter(is_new)
+    })
 }

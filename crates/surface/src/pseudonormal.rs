@@ -74,6 +74,45 @@ impl Pseudonormals {
         Self { faces, edges: unit(edges), vertices: unit(vertices) }
     }
 
+    /// Computes the normal of one face, edge or corner without those of all others.
+    ///
+    /// # Panics
+    ///
+    /// When there is no such face, or `x` was checked against a surface with fewer
+    /// vertices.
+    #[must_use]
+    pub fn of_feature(
+        surface: &TriangleSurface,
+        x: Positions<'_>,
+        face: u32,
+        feature: TriangleFeature,
+    ) -> DVec3 {
+        let (corners, edges) =
+            (surface.faces()[face as usize], surface.face_edges()[face as usize]);
+        match feature {
+            TriangleFeature::Face => triangle::unit_normal(x.corners(corners)),
+            TriangleFeature::Edge(k) if edges[k] == NO_EDGE => DVec3::ZERO,
+            TriangleFeature::Edge(k) => {
+                let faces =
+                    surface.edge_faces(edges[k]).iter().map(|&f| surface.faces()[f as usize]);
+                let normals = faces.map(|face| triangle::unit_normal(x.corners(face)));
+                normals.sum::<DVec3>().normalize_or_zero()
+            }
+            TriangleFeature::Corner(k) => {
+                let mut sum = DVec3::ZERO;
+                for &face in surface.vertex_faces(corners[k]) {
+                    let face = surface.faces()[face as usize];
+                    let (normal, angles) =
+                        (triangle::unit_normal(x.corners(face)), corner_angles(x.corners(face)));
+                    for (_, angle) in face.iter().zip(angles).filter(|at| *at.0 == corners[k]) {
+                        sum += angle * normal;
+                    }
+                }
+                sum.normalize_or_zero()
+            }
+        }
+    }
+
     /// Returns the normals of the faces, |F|: zero where a face has no area.
     #[must_use]
     pub fn faces(&self) -> &[DVec3] {

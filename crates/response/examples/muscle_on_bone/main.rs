@@ -19,7 +19,7 @@ use std::fs;
 use glam::DVec3;
 use response::{
     ContactLaw, ImplicitEuler, ImpulseCache, LinearForces, LinearParams, Margins, ParticleStates,
-    ResponseError, SequenceParams, SolverParams, SweepOrder, SymplecticEuler, Thresholds, TimeStep,
+    ResponseError, SequenceParams, SolverParams, SweepOrder, SymplecticEuler, TimeStep,
     correct_in_sequence,
 };
 use surface::{Anchor, Contact, Stencil, Term};
@@ -69,19 +69,21 @@ type Step = fn(&mut World, f64) -> Result<(), ResponseError>;
 struct World {
     muscle: Muscle,
     params: SequenceParams,
-    memory: ImpulseCache,
+    cache: ImpulseCache,
 }
 
 impl World {
     fn new() -> Result<Self, Box<dyn Error>> {
         let params = SequenceParams {
             law: ContactLaw::new(Margins::new(0.0, REACH)?, FRICTION)?,
-            thresholds: Thresholds { depth: Some(1e-6), approach: Some(0.0), push: None },
+            depth_tolerance: Some(1e-6),
+            approach_tolerance: Some(0.0),
+            push_tolerance: None,
             solver: SolverParams { max_iterations: 50, tolerance: 1e-6, ..Default::default() },
             order: SweepOrder::Colored,
             max_rounds: 5,
         };
-        Ok(Self { muscle: Muscle::new()?, params, memory: ImpulseCache::default() })
+        Ok(Self { muscle: Muscle::new()?, params, cache: ImpulseCache::default() })
     }
 
     /// One step with contacts; returns the depth left \[mm\].
@@ -92,8 +94,8 @@ impl World {
         let mut contacts = Vec::new();
         detect(x, &mut contacts)?;
         let particles = ParticleStates { x, v, a: &mut a, inverse_mass };
-        let memory = &mut self.memory;
-        Ok(correct_in_sequence(particles, &mut contacts, detect, &self.params, memory)?.depth)
+        let cache = &mut self.cache;
+        Ok(correct_in_sequence(particles, &mut contacts, detect, &self.params, cache)?.depth)
     }
 }
 

@@ -1,6 +1,6 @@
-//! Batches of rows of which no two write to the same particle.
+//! Graph coloring: batches of rows of which no two write to the same particle.
 
-/// Rows sorted by batch, and where each batch ends.
+/// Rows sorted by batch, and the range of each batch.
 pub(super) struct Coloring {
     pub(super) order: Vec<u32>,
     pub(super) batches: Vec<Batch>,
@@ -11,69 +11,81 @@ pub(super) struct Coloring {
 pub(super) struct Batch {
     pub(super) start: usize,
     pub(super) end: usize,
-    /// Whether no two of its rows share a particle that can move.
+    /// True if no two of its rows share a particle that can move.
     pub(super) independent: bool,
 }
 
-/// Colors that a row may have. A particle in more contacts than that sends
-/// the rest of them to one last batch, which is swept in sequence; a muscle's
-/// vertices have a handful.
+/// Maximum number of colors. A particle in more contacts sends the rest of them to one
+/// last batch, which is swept in sequence; a muscle's vertices have a handful.
 const COLORS: u32 = u64::BITS;
 
-/// Gives each row in turn the lowest color that none of its particles has.
-pub(super) fn color(
-    row_count: u32,
-    particle_count: usize,
-    particles_of: impl Fn(u32, &mut dyn FnMut(u32)),
-) -> Coloring {
-    let mut used = vec![0_u64; particle_count];
-    let mut colors = Vec::with_capacity(row_count as usize);
-    for row in 0..row_count {
-        let mut taken = 0;
-        particles_of(row, &mut |k| taken |= used[k as usize]);
-        let color = taken.trailing_ones();
-        if color < COLORS {
-            particles_of(row, &mut |k| used[k as usize] |= 1 << color);
-        }
-        colors.push(color);
-    }
-    sort_by_color(&colors)
+/// Greedy coloring: each row in turn gets the lowest color that none of its particles has.
+pub(super) struct Colors {
+    /// Bit set of the colors at each particle.
+    used: Vec<u64>,
+    of_rows: Vec<u32>,
 }
 
-/// One batch of all rows, in the order given.
+impl Colors {
+    pub(super) fn new(row_count: usize, particle_count: usize) -> Self {
+        Self { used: vec![0; particle_count], of_rows: Vec::with_capacity(row_count) }
+    }
+
+    /// Colors the next row, which writes to `particles`.
+    pub(super) fn add_row(&mut self, particles: &[u32]) {
+        let taken = particles.iter().fold(0, |taken, k| taken | self.used[*k as usize]);
+        let color = taken.trailing_ones();
+        if color < COLORS {
+            for &k in particles {
+                self.used[k as usize] |= 1 << color;
+            }
+        }
+        self.of_rows.push(color);
+    }
+
+    /// Sorts the rows by color; rows of one color stay in the order given.
+    pub(super) fn sort(self) -> Coloring {
+        // Counting sort: the end of one color is the start of the next.
+        let mut counts = vec![0_usize; COLORS as usize + 1];
+        for &color in &self.of_rows {
+            counts[color as usize] += 1;
+        }
+        let mut batches = Vec::new();
+        let mut next = Vec::with_capacity(counts.len());
+        let mut start = 0;
+        for (color, count) in counts.into_iter().enumerate() {
+            let end = start + count;
+            if count > 0 {
+                batches.push(Batch { start, end, independent: color < COLORS as usize });
+            }
+            next.push(start);
+            start = end;
+        }
+
+        let mut order = vec![0; self.of_rows.len()];
+        for (row, &color) in (0..).zip(&self.of_rows) {
+            order[next[color as usize]] = row;
+            next[color as usize] += 1;
+        }
+        Coloring { order, batches }
+    }
+}
+
+/// Returns one batch of all rows, in the order given.
 pub(super) fn uncolored(row_count: u32) -> Coloring {
     let all = Batch { start: 0, end: row_count as usize, independent: row_count <= 1 };
     Coloring { order: (0..row_count).collect(), batches: vec![all] }
 }
 
-/// Sorts by counting, so that rows of a color stay in the order given.
-fn sort_by_color(colors: &[u32]) -> Coloring {
-    let mut counts = vec![0_usize; COLORS as usize + 1];
-    for &color in colors {
-        counts[color as usize] += 1;
-    }
-    let mut batches = Vec::new();
-    let mut next = Vec::with_capacity(counts.len());
-    let mut start = 0;
-    for (color, count) in counts.into_iter().enumerate() {
-        let end = start + count;
-        if count > 0 {
-            batches.push(Batch { start, end, independent: color < COLORS as usize });
-        }
-        next.push(start);
-        start = end;
-    }
-    let mut order = vec![0; colors.len()];
-    for (row, &color) in (0..).zip(colors) {
-        order[next[color as usize]] = row;
-        next[color as usize] += 1;
-    }
-    Coloring { order, batches }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn color(rows: &[Vec<u32>], particle_count: usize) -> Coloring {
+        let mut colors = Colors::new(rows.len(), particle_count);
+        rows.iter().for_each(|particles| colors.add_row(particles));
+        colors.sort()
+    }
 
     #[test]
     fn batches_hold_every_row_once_and_share_no_particle() {
@@ -88,14 +100,10 @@ mod tests {
                         .collect::<Result<_, _>>()?,
                 );
             }
-            let count = u32::try_from(rows.len()).unwrap();
-            let each = |row: u32, visit: &mut dyn FnMut(u32)| {
-                rows[row as usize].iter().for_each(|&k| visit(k));
-            };
-            let coloring = color(count, particle_count as usize, each);
+            let coloring = color(&rows, particle_count as usize);
             let mut sorted = coloring.order.clone();
             sorted.sort_unstable();
-            assert_eq!(sorted, (0..count).collect::<Vec<_>>());
+            assert!(sorted.iter().copied().eq((0..).take(rows.len())));
             let ends: Vec<_> = coloring.batches.iter().map(|b| (b.start, b.end)).collect();
             assert!(ends.windows(2).all(|w| w[0].1 == w[1].0), "{ends:?}");
             for batch in coloring.batches.iter().filter(|b| b.independent) {
@@ -115,7 +123,7 @@ mod tests {
 
     #[test]
     fn a_crowded_particle_fills_the_last_batch() {
-        let coloring = color(100, 1, |_, visit| visit(0));
+        let coloring = color(&vec![vec![0]; 100], 1);
         let last = coloring.batches.last().unwrap();
         assert_eq!((last.end - last.start, last.independent), (36, false));
     }

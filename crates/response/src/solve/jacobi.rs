@@ -1,74 +1,70 @@
-//! Averaged Jacobi: all rows from the same state, each with its share of the
-//! masses that several rows use.
+//! Averaged Jacobi (mass splitting): all rows from the same state, each with its part of
+//! the masses that several rows use.
 
-use super::packed::{Packed, PackedRow, Work, change};
+use super::packed::{PackedRow, PackedSystem, SolverState, change};
 use super::slots::cells;
 use super::{Impulse, SolverParams};
 
-/// Repeats until no row changes by more than the tolerance.
-pub(super) fn solve(packed: &Packed, work: &mut Work, params: &SolverParams) -> u32 {
-    let shares = shares(packed);
-    for iteration in 0..params.max_iterations {
-        let largest = pass(packed, work, &shares);
-        if largest <= 0.0
-            || (largest <= params.tolerance && asked(packed, work) <= params.tolerance)
-        {
-            return iteration + 1;
+/// Repeats until no row changes by more than the tolerance; returns the iterations.
+pub(super) fn solve(system: &PackedSystem, state: &mut SolverState, params: &SolverParams) -> u32 {
+    let factors = step_factors(system);
+    for iteration in 1..=params.max_iterations {
+        let largest = iterate(system, state, &factors);
+        let converged = largest <= 0.0
+            || (largest <= params.tolerance && system.residual(state) <= params.tolerance);
+        if converged {
+            return iteration;
         }
     }
     params.max_iterations
 }
 
-fn asked(packed: &Packed, work: &mut Work) -> f64 {
-    packed.residual(&work.bias, &work.impulses, work.has_friction, cells(&mut work.q))
-}
-
-fn pass(packed: &Packed, work: &mut Work, shares: &[f64]) -> f64 {
-    let Work { q, bias, impulses, has_friction } = work;
+/// Relaxes all rows from the same state; returns the largest change.
+fn iterate(system: &PackedSystem, state: &mut SolverState, factors: &[f64]) -> f64 {
+    let SolverState { q, bias, impulses } = state;
     let slots = cells(q);
-    let rows = packed.rows.iter().zip(&*bias).zip(&*impulses).zip(shares);
-    let asked: Vec<Impulse> = rows
-        .map(|(((row, bias), impulse), share)| {
-            packed.relax(row, *bias, *impulse, *has_friction, *share, slots)
-        })
-        .collect();
+
+    let mut relaxed: Vec<Impulse> = Vec::with_capacity(system.rows.len());
+    for (number, row) in system.rows.iter().enumerate() {
+        let (bias, impulse, factor) = (bias[number], impulses[number], factors[number]);
+        relaxed.push(system.relax(row, bias, impulse, factor, slots));
+    }
+
     let mut largest = 0.0_f64;
-    let each = packed.rows.iter().zip(impulses).zip(asked).zip(shares);
-    for (((row, impulse), asked), share) in each {
-        let from = std::mem::replace(impulse, asked);
-        let tangent = asked.tangent - from.tangent;
-        packed.give(row, (asked.normal - from.normal) * row.normal, tangent, slots);
-        // At least what the row alone would ask for.
-        largest = largest.max(change(row, from, asked) / share);
+    for (number, (row, to)) in system.rows.iter().zip(relaxed).enumerate() {
+        let from = std::mem::replace(&mut impulses[number], to);
+        let tangent = to.tangent - from.tangent;
+        system.apply(row, (to.normal - from.normal) * row.normal, tangent, slots);
+        // At least the change that the row alone requires.
+        largest = largest.max(change(row, from, to) / factors[number]);
     }
     largest
 }
 
-/// By how much a row's steps shrink when each of its particles counts 1/n of
-/// its mass, n being the rows that use it.
-fn shares(packed: &Packed) -> Vec<f64> {
-    let mut users = vec![0.0_f64; packed.particle_count];
-    for row in &packed.rows {
-        for term in packed.terms_of(row) {
+/// Computes the factor of each row's steps when each of its particles counts 1/n of its
+/// mass, n being the number of rows that use it.
+fn step_factors(system: &PackedSystem) -> Vec<f64> {
+    let mut users = vec![0.0_f64; system.particle_count];
+    for row in &system.rows {
+        for term in system.terms_of(row) {
             users[term.particle as usize] += 1.0;
         }
-        for particle in packed.lever_particles(row) {
+        for particle in system.arm_particles(row) {
             users[particle as usize] += 1.0;
         }
     }
-    packed.rows.iter().map(|row| share(packed, row, &users)).collect()
+    system.rows.iter().map(|row| step_factor(system, row, &users)).collect()
 }
 
-fn share(packed: &Packed, row: &PackedRow, users: &[f64]) -> f64 {
-    let mut levers = packed.lever_particles(row).peekable();
-    if levers.peek().is_some() {
-        let own = packed.terms_of(row).iter().map(|term| term.particle);
-        return own.chain(levers).map(|k| users[k as usize]).fold(1.0, f64::max).recip();
+fn step_factor(system: &PackedSystem, row: &PackedRow, users: &[f64]) -> f64 {
+    let terms = system.terms_of(row);
+    let mut arm_particles = system.arm_particles(row).peekable();
+    if arm_particles.peek().is_none() {
+        let split = terms.iter().map(|t| t.weight * t.step * users[t.particle as usize]);
+        return (split.sum::<f64>() * row.normal_step).recip();
     }
-    let split: f64 = packed
-        .terms_of(row)
-        .iter()
-        .map(|term| term.weight * term.step * users[term.particle as usize])
-        .sum();
-    (split * row.normal_step).recip()
+
+    // With torque arms, the most used particle bounds the compliance.
+    let particles = terms.iter().map(|term| term.particle).chain(arm_particles);
+    particles.map(|k| users[k as usize]).fold(1.0, f64::max).recip()
 }

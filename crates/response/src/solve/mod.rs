@@ -1,7 +1,7 @@
-//! Several contacts at once.
+//! Coupled contacts: solvers for rows that share particles.
 //!
 //! Corrections of contacts that share particles add up: on a patch of 80
-//! contacts over 24 particles, the sum of what each asks for alone raises the
+//! contacts over 24 particles, the sum of the single corrections raises the
 //! kinetic energy many times over. A [`ContactSystem`] corrects them together,
 //! by one of three methods:
 //!
@@ -9,8 +9,8 @@
 //!   row after the other; a normal impulse never pulls, and friction stays
 //!   within Coulomb's disc. Source: the sequential impulses of game physics,
 //!   and M. Jean, "The non-smooth contact dynamics method", CMAME 177, 1999.
-//! - **Averaged Jacobi**: all rows at once, each seeing of a particle that n
-//!   rows share one nth of its mass. Source: R. Tonge, F. Benevolenski and
+//! - **Averaged Jacobi** (mass splitting): all rows at once, each with 1/n of the mass of
+//!   a particle that n rows share. Source: R. Tonge, F. Benevolenski and
 //!   A. Voroshilov, "Mass splitting for jitter-free parallel rigid body
 //!   simulation", ACM TOG 31(4), 2012. Unlike averaging the corrections of each
 //!   particle, this keeps the momentum.
@@ -33,10 +33,10 @@ mod slots;
 
 use glam::DVec3;
 
-use self::packed::Packed;
+use self::packed::PackedSystem;
 use crate::{ContactRows, ResponseError, check};
 
-/// Which rows of a Gauss–Seidel sweep come first.
+/// Order of the rows in a Gauss–Seidel sweep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum SweepOrder {
@@ -49,7 +49,7 @@ pub enum SweepOrder {
     Given,
 }
 
-/// How contacts are solved together.
+/// Method that solves contacts together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum SolverMethod {
@@ -62,42 +62,42 @@ pub enum SolverMethod {
     ConjugateGradient,
 }
 
-/// How hard a solver tries.
+/// Settings of a solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SolverParams {
-    /// How contacts are solved together.
+    /// Method that solves contacts together.
     pub method: SolverMethod,
-    /// Sweeps or steps at most.
+    /// Maximum number of sweeps or steps.
     pub max_iterations: u32,
-    /// Ends when no row is changed by more than this, in the unit of what is
-    /// solved for, `>= 0`.
+    /// Largest change of a row at which a solver ends, in the unit of the unknowns,
+    /// `>= 0`.
     pub tolerance: f64,
 }
 
 impl Default for SolverParams {
-    /// Ten sweeps of Gauss–Seidel: what a warm start makes enough for contacts
-    /// that persist. A tolerance of 0 ends earlier only where nothing changes.
+    /// Returns ten sweeps of Gauss–Seidel: enough for persistent contacts with a warm
+    /// start. A tolerance of 0 ends earlier only where nothing changes.
     fn default() -> Self {
         Self { method: SolverMethod::GaussSeidel, max_iterations: 10, tolerance: 0.0 }
     }
 }
 
-/// What is corrected.
+/// Quantity that a solver corrects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum SolveLevel {
-    /// Displacements since the contacts were found: no depth is left, and slip
+    /// Displacements since the contacts were detected: no depth is left, and slip
     /// is taken back within Coulomb's disc. Rigid objects count as at rest.
     Position,
-    /// Velocities: the approach is canceled, λ of it.
+    /// Velocities: the approach times λ is canceled.
     Velocity,
     /// Accelerations: likewise.
     Acceleration,
 }
 
-/// Accumulated impulses of one row: what P was given, and P̄ with the opposite
-/// sign. Mass times the unit of what was solved for.
+/// Accumulated impulses of one row on P; those on P̄ are opposite. In mass times the unit
+/// of the unknowns.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Impulse {
@@ -107,23 +107,22 @@ pub struct Impulse {
     pub tangent: DVec3,
 }
 
-/// How a solution went.
+/// Report of a solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SolveReport {
-    /// Sweeps or steps done.
+    /// Number of sweeps or steps.
     pub iterations: u32,
-    /// Largest change that one row alone would still ask for, in the unit of
-    /// what was solved for: what is left of an approach, of a forbidden slip,
-    /// or of a push that is not needed.
+    /// Largest change that one row alone still requires, in the unit of the unknowns: a
+    /// remaining approach, a forbidden slip, or a push that is not needed.
     pub residual: f64,
-    /// Whether the residual is within the tolerance.
+    /// True if the residual is within the tolerance.
     pub converged: bool,
-    /// Rows left out because none of their particles can move.
+    /// Number of rows left out because none of their particles can move.
     pub immovable: usize,
 }
 
-/// Contact rows and the masses they act on, ready to be solved.
+/// Contact rows and inverse masses, prepared for solving.
 ///
 /// ```
 /// use glam::DVec3;
@@ -151,7 +150,7 @@ pub struct SolveReport {
 /// ```
 #[derive(Clone, Debug)]
 pub struct ContactSystem {
-    packed: Packed,
+    system: PackedSystem,
 }
 
 impl ContactSystem {
@@ -167,31 +166,32 @@ impl ContactSystem {
         order: SweepOrder,
     ) -> Result<Self, ResponseError> {
         check::inverse_masses(rows.particle_count(), inverse_mass)?;
-        Ok(Self { packed: Packed::new(rows, inverse_mass, order) })
+        Ok(Self { system: PackedSystem::new(rows, inverse_mass, order) })
     }
 
-    /// Batches of rows that share no particle; 1 for [`SweepOrder::Given`].
+    /// Returns the number of batches of rows that share no particle; 1 for
+    /// [`SweepOrder::Given`].
     #[must_use]
     pub fn batch_count(&self) -> usize {
-        self.packed.batches.len()
+        self.system.batches.len()
     }
 
-    /// One zero impulse a row: a cold start.
+    /// Returns one zero impulse per row: a cold start.
     #[must_use]
     pub fn no_impulses(&self) -> Vec<Impulse> {
-        vec![Impulse::default(); self.packed.row_count]
+        vec![Impulse::default(); self.system.row_count]
     }
 
     /// Corrects `q`: displacements, velocities or accelerations of all
     /// particles.
     ///
-    /// `impulses`, one a row, hold where to start and are replaced by what was
-    /// reached: keep them for the next step ([`warm_start`]). Displacements
-    /// are since the contacts were found: 0 where they were found at the end of
-    /// a step, the whole step's where at its start. Friction takes back the
-    /// slip of the second, and of the first that of other contacts' pushes.
+    /// `impulses`, one per row, hold the start and are replaced by the result: keep them
+    /// for the next step ([`ImpulseCache`]). Displacements are measured from the state in
+    /// which the contacts were detected: 0 where that is the end of a step, the whole
+    /// step's where it is the start. Friction takes back the slip of the latter, and of
+    /// the former the slip by other contacts' pushes.
     ///
-    /// Not reaching the tolerance is no error: see [`SolveReport`].
+    /// Exceeding the tolerance is no error: see [`SolveReport`].
     ///
     /// # Errors
     ///
@@ -201,7 +201,7 @@ impl ContactSystem {
     /// - [`ResponseError::ContactNotFinite`] for an impulse;
     /// - [`ResponseError::Parameter`] for a negative tolerance.
     ///
-    /// [`warm_start`]: crate::warm_start
+    /// [`ImpulseCache`]: crate::ImpulseCache
     pub fn solve(
         &self,
         level: SolveLevel,
@@ -209,23 +209,26 @@ impl ContactSystem {
         impulses: &mut [Impulse],
         params: &SolverParams,
     ) -> Result<SolveReport, ResponseError> {
-        let packed = &self.packed;
-        check::particles(level.name(), packed.particle_count, q)?;
-        check::count("impulses", packed.row_count, impulses.len())?;
+        let system = &self.system;
+        check::particles(level.name(), system.particle_count, q)?;
+        check::count("impulses", system.row_count, impulses.len())?;
         check::not_negative("tolerance", params.tolerance)?;
         check_impulses(impulses)?;
-        let mut work = packed.start(level, q, impulses);
+
+        let mut state = system.start(level, q, impulses);
         let iterations = match params.method {
-            SolverMethod::GaussSeidel => gauss_seidel::solve(packed, &mut work, params),
-            SolverMethod::AveragedJacobi => jacobi::solve(packed, &mut work, params),
-            SolverMethod::ConjugateGradient => conjugate_gradient::solve(packed, &mut work, params),
+            SolverMethod::GaussSeidel => gauss_seidel::solve(system, &mut state, params),
+            SolverMethod::AveragedJacobi => jacobi::solve(system, &mut state, params),
+            SolverMethod::ConjugateGradient => {
+                conjugate_gradient::solve(system, &mut state, params)
+            }
         };
-        let slots = slots::cells(&mut work.q);
-        let residual = packed.residual(&work.bias, &work.impulses, work.has_friction, slots);
-        check::particles(level.name(), packed.particle_count, &work.q)?;
-        packed.finish(&work, q, impulses);
+        let residual = system.residual(&mut state);
+
+        check::particles(level.name(), system.particle_count, &state.q)?;
+        system.finish(&state, q, impulses);
         let converged = residual <= params.tolerance;
-        Ok(SolveReport { iterations, residual, converged, immovable: packed.immovable() })
+        Ok(SolveReport { iterations, residual, converged, immovable: system.immovable() })
     }
 }
 
@@ -240,9 +243,9 @@ impl SolveLevel {
 }
 
 fn check_impulses(impulses: &[Impulse]) -> Result<(), ResponseError> {
-    impulses.iter().enumerate().try_for_each(|(row, impulse)| {
+    for (row, impulse) in impulses.iter().enumerate() {
         check::contact_number(row, "impulse", impulse.normal)?;
         check::contact_vector(row, "impulse", impulse.tangent)?;
-        Ok(())
-    })
+    }
+    Ok(())
 }

@@ -1,49 +1,47 @@
-//! Rows as the solvers sweep them: in order of batches, without the particles
-//! that cannot move.
-
-use std::ops::Range;
+//! Packed rows: constraint rows in the order in which solvers sweep them, without the
+//! particles that cannot move.
 
 use glam::DVec3;
 use surface::Term;
 
-use super::coloring::{Batch, Coloring, color, uncolored};
-use super::slots::Slot;
+use super::coloring::{Batch, Coloring, Colors, uncolored};
+use super::slots::{Slot, cells};
 use super::{Impulse, SolveLevel, SweepOrder};
 use crate::contact_rows::ContactRow;
 use crate::torque_arm::TorqueArmRow;
 use crate::{ContactLaw, ContactRows};
 
-/// See the module.
+/// Constraint rows and inverse masses, packed for sweeping.
 #[derive(Clone, Debug)]
-pub(super) struct Packed {
+pub(super) struct PackedSystem {
     pub(super) particle_count: usize,
-    /// Rows given, of which `rows` holds those that can move a particle.
+    /// Number of rows given, of which `rows` holds those that can move a particle.
     pub(super) row_count: usize,
     pub(super) rows: Vec<PackedRow>,
     pub(super) terms: Vec<PackedTerm>,
     pub(super) batches: Vec<Batch>,
     /// Inverse mass of each particle.
     pub(super) inverse_mass: Vec<f64>,
-    levers: Vec<PackedTorqueArm>,
-    origins: Vec<Origin>,
+    arms: Vec<PackedTorqueArm>,
+    sources: Vec<RowSource>,
     /// Terms of particles that cannot move.
     fixed: Vec<Term>,
 }
 
-/// What a sweep reads of a row; one cache line.
+/// Data of a row that a sweep reads; one cache line.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PackedRow {
     pub(super) normal: DVec3,
     /// 1 / Σ β² / m.
     pub(super) normal_step: f64,
-    /// The same for the tangents; smaller where there is a lever.
+    /// The same for the tangents; smaller where there is a torque arm.
     pub(super) tangent_step: f64,
     pub(super) friction: f64,
-    pub(super) terms: [u32; 2],
-    levers: [u32; 2],
+    terms: [u32; 2],
+    arms: [u32; 2],
 }
 
-/// One particle that can move, and what it does.
+/// Term of a particle that can move.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PackedTerm {
     pub(super) particle: u32,
@@ -55,41 +53,53 @@ pub(super) struct PackedTerm {
 
 #[derive(Clone, Copy, Debug)]
 struct PackedTorqueArm {
-    lever: TorqueArmRow,
+    arm: TorqueArmRow,
     inverse_mass: [f64; 3],
 }
 
-/// What a solution's start needs of a row.
+impl PackedTorqueArm {
+    /// Computes the change of each particle's q by an impulse at the surface point.
+    #[inline]
+    fn steps(&self, impulse: DVec3) -> [(u32, DVec3); 3] {
+        let (turns, w) = (self.arm.impulses(impulse), self.inverse_mass);
+        [0, 1, 2].map(|k| (self.arm.particles[k], w[k] * turns[k]))
+    }
+}
+
+/// Data of a row that a solution reads once, at its start.
 #[derive(Clone, Copy, Debug)]
-struct Origin {
+struct RowSource {
     row: u32,
     depth: f64,
     law: ContactLaw,
-    /// Velocity and acceleration of the rigid object.
-    anchor: [DVec3; 2],
-    /// Where its fixed terms are.
+    anchor_velocity: DVec3,
+    anchor_acceleration: DVec3,
+    /// Range of its fixed terms.
     fixed: [u32; 2],
 }
 
-/// One solution under way, rows in order of batches.
-pub(super) struct Work {
+/// State of a solution, rows in order of batches.
+pub(super) struct SolverState {
     pub(super) q: Vec<DVec3>,
     /// b in Q_c = Σ β q + b over the terms that can move.
     pub(super) bias: Vec<DVec3>,
     pub(super) impulses: Vec<Impulse>,
-    /// Whether friction acts.
-    pub(super) has_friction: bool,
 }
 
-impl Packed {
+impl PackedSystem {
     pub(super) fn new(rows: &ContactRows, inverse_mass: &[f64], order: SweepOrder) -> Self {
-        let levers = TorqueArmsByRow::new(rows);
-        let movable: Vec<u32> = (0..)
-            .zip(rows.iter())
-            .filter(|(_, row)| row.terms.iter().any(|t| moves(t, inverse_mass)))
-            .map(|(number, _)| number)
-            .collect();
-        let Coloring { order, batches } = arrange(rows, &movable, &levers, inverse_mass, order);
+        let arms = TorqueArmsByRow(rows.torque_arms());
+        let mut movable: Vec<u32> = Vec::with_capacity(rows.len());
+        for (number, row) in (0..).zip(rows.iter()) {
+            if row.terms.iter().any(|term| moves(term, inverse_mass)) {
+                movable.push(number);
+            }
+        }
+        let Coloring { order, batches } = match order {
+            SweepOrder::Given => uncolored(index(movable.len())),
+            SweepOrder::Colored => color(rows, &movable, &arms, inverse_mass),
+        };
+
         let mut packed = Self {
             particle_count: rows.particle_count(),
             row_count: rows.len(),
@@ -97,13 +107,13 @@ impl Packed {
             terms: Vec::with_capacity(4 * order.len()),
             batches,
             inverse_mass: inverse_mass.to_vec(),
-            levers: Vec::new(),
-            origins: Vec::with_capacity(order.len()),
+            arms: Vec::new(),
+            sources: Vec::with_capacity(order.len()),
             fixed: Vec::new(),
         };
         for place in order {
             let number = movable[place as usize];
-            packed.push(number, &rows.row(number as usize), levers.of(number));
+            packed.push(number, &rows.row(number as usize), arms.of(number));
         }
         packed
     }
@@ -116,35 +126,42 @@ impl Packed {
         &self.terms[row.terms[0] as usize..row.terms[1] as usize]
     }
 
-    /// Particles that a row writes to through its levers.
-    pub(super) fn lever_particles(&self, row: &PackedRow) -> impl Iterator<Item = u32> {
-        self.levers_of(row).iter().flat_map(|lever| lever.lever.particles)
+    /// Returns the particles that a row writes to through its torque arms.
+    pub(super) fn arm_particles(&self, row: &PackedRow) -> impl Iterator<Item = u32> {
+        self.arms_of(row).iter().flat_map(|arm| arm.arm.particles)
     }
 
     /// Copies `q` and applies the impulses to start from.
-    pub(super) fn start(&self, level: SolveLevel, q: &[DVec3], impulses: &[Impulse]) -> Work {
-        let bias = self.bias(level, q);
-        let has_friction = self.rows.iter().any(|row| row.friction > 0.0);
-        let mut warm: Vec<Impulse> =
-            self.origins.iter().map(|origin| impulses[origin.row as usize]).collect();
+    pub(super) fn start(
+        &self,
+        level: SolveLevel,
+        q: &[DVec3],
+        impulses: &[Impulse],
+    ) -> SolverState {
+        let rows = self.rows.iter().zip(&self.sources);
+        let bias = rows.map(|(row, source)| self.bias(level, row, source, q)).collect();
+
         let mut q = q.to_vec();
-        let slots = super::slots::cells(&mut q);
-        for (row, impulse) in self.rows.iter().zip(&mut warm) {
-            *impulse = admissible(row, *impulse, has_friction);
-            self.give(row, impulse.normal * row.normal, impulse.tangent, slots);
+        let slots = cells(&mut q);
+        let mut warm = Vec::with_capacity(self.rows.len());
+        for (row, source) in self.rows.iter().zip(&self.sources) {
+            let impulse = admissible(row, impulses[source.row as usize]);
+            self.apply(row, impulse.normal * row.normal, impulse.tangent, slots);
+            warm.push(impulse);
         }
-        Work { q, bias, impulses: warm, has_friction }
+        SolverState { q, bias, impulses: warm }
     }
 
-    pub(super) fn finish(&self, work: &Work, q: &mut [DVec3], impulses: &mut [Impulse]) {
-        q.copy_from_slice(&work.q);
+    /// Copies a solution to the caller's lists.
+    pub(super) fn finish(&self, state: &SolverState, q: &mut [DVec3], impulses: &mut [Impulse]) {
+        q.copy_from_slice(&state.q);
         impulses.fill(Impulse::default());
-        for (origin, impulse) in self.origins.iter().zip(&work.impulses) {
-            impulses[origin.row as usize] = *impulse;
+        for (source, impulse) in self.sources.iter().zip(&state.impulses) {
+            impulses[source.row as usize] = *impulse;
         }
     }
 
-    /// Q_c of a row; at the surface point for the tangents.
+    /// Computes Q_c of a row, and Q_c at the surface point for the tangents.
     #[inline]
     pub(super) fn relative<S: Slot>(&self, row: &PackedRow, bias: DVec3, q: &[S]) -> [DVec3; 2] {
         let mut at = bias;
@@ -152,96 +169,99 @@ impl Packed {
             at += term.weight * q[term.particle as usize].load();
         }
         let mut at_surface = at;
-        for lever in self.levers_of(row) {
-            at_surface += lever.lever.gather(|k| q[k as usize].load());
+        for arm in self.arms_of(row) {
+            at_surface += arm.arm.gather(|k| q[k as usize].load());
         }
         [at, at_surface]
     }
 
-    /// Gives P the impulse `normal + tangent`, and P̄ the opposite one.
+    /// Applies the impulse `normal + tangent` to P, and the opposite one to P̄.
     #[inline]
-    pub(super) fn give<S: Slot>(&self, row: &PackedRow, normal: DVec3, tangent: DVec3, q: &[S]) {
+    pub(super) fn apply<S: Slot>(&self, row: &PackedRow, normal: DVec3, tangent: DVec3, q: &[S]) {
         let impulse = normal + tangent;
         for term in self.terms_of(row) {
             let slot = &q[term.particle as usize];
             slot.store(slot.load() - term.step * impulse);
         }
-        for PackedTorqueArm { lever, inverse_mass } in self.levers_of(row) {
-            let turns = lever.impulses(tangent);
-            for ((k, turn), w) in lever.particles.into_iter().zip(turns).zip(inverse_mass) {
-                if *w > 0.0 {
-                    let slot = &q[k as usize];
-                    slot.store(slot.load() - *w * turn);
+        for arm in self.arms_of(row) {
+            for ((particle, step), w) in arm.steps(tangent).into_iter().zip(arm.inverse_mass) {
+                if w > 0.0 {
+                    let slot = &q[particle as usize];
+                    slot.store(slot.load() - step);
                 }
             }
         }
     }
 
-    /// Largest change any row alone would still ask for.
-    pub(super) fn residual<S: Slot>(
+    /// Computes the largest change that any row alone still requires.
+    pub(super) fn residual(&self, state: &mut SolverState) -> f64 {
+        let SolverState { q, bias, impulses } = state;
+        self.largest_change(bias, impulses, cells(q))
+    }
+
+    /// Computes the largest change that any row alone still requires.
+    pub(super) fn largest_change<S: Slot>(
         &self,
         bias: &[DVec3],
         impulses: &[Impulse],
-        has_friction: bool,
         q: &[S],
     ) -> f64 {
-        let rows = self.rows.iter().zip(bias).zip(impulses);
-        rows.map(|((row, bias), impulse)| {
-            change(row, *impulse, self.relax(row, *bias, *impulse, has_friction, 1.0, q))
-        })
-        .fold(0.0, f64::max)
+        let mut largest = 0.0_f64;
+        for ((row, bias), impulse) in self.rows.iter().zip(bias).zip(impulses) {
+            let relaxed = self.relax(row, *bias, *impulse, 1.0, q);
+            largest = largest.max(change(row, *impulse, relaxed));
+        }
+        largest
     }
 
-    /// The impulse that a row alone would have, with `share` of its steps.
+    /// Computes the impulse that a row alone would have, with `factor` of its steps.
     #[inline]
     pub(super) fn relax<S: Slot>(
         &self,
         row: &PackedRow,
         bias: DVec3,
         impulse: Impulse,
-        has_friction: bool,
-        share: f64,
+        factor: f64,
         q: &[S],
     ) -> Impulse {
         let [at, at_surface] = self.relative(row, bias, q);
         let approach = at.dot(row.normal);
-        let normal = (impulse.normal + share * row.normal_step * approach).max(0.0);
-        if !has_friction || row.friction <= 0.0 {
+        let normal = (impulse.normal + factor * row.normal_step * approach).max(0.0);
+        if row.friction <= 0.0 {
             return Impulse { normal, tangent: DVec3::ZERO };
         }
+
         let slip = at_surface - at_surface.dot(row.normal) * row.normal;
-        let sticking = impulse.tangent + share * row.tangent_step * slip;
+        let sticking = impulse.tangent + factor * row.tangent_step * slip;
         Impulse { normal, tangent: within_disc(sticking, row.friction * normal) }
     }
 
-    fn levers_of(&self, row: &PackedRow) -> &[PackedTorqueArm] {
-        &self.levers[row.levers[0] as usize..row.levers[1] as usize]
+    fn arms_of(&self, row: &PackedRow) -> &[PackedTorqueArm] {
+        &self.arms[row.arms[0] as usize..row.arms[1] as usize]
     }
 
-    fn bias(&self, level: SolveLevel, q: &[DVec3]) -> Vec<DVec3> {
-        let each = self.rows.iter().zip(&self.origins);
-        each.map(|(row, origin)| self.bias_of(level, row, origin, q)).collect()
-    }
-
-    /// b: the part of Q_c that the solution does not change, less the approach
-    /// that the proximity factor leaves.
-    fn bias_of(&self, level: SolveLevel, row: &PackedRow, origin: &Origin, q: &[DVec3]) -> DVec3 {
-        let terms = &self.fixed[origin.fixed[0] as usize..origin.fixed[1] as usize];
+    /// Computes b: the part of Q_c that the solution does not change, minus the approach
+    /// that the proximity factor permits.
+    fn bias(&self, level: SolveLevel, row: &PackedRow, source: &RowSource, q: &[DVec3]) -> DVec3 {
+        let terms = &self.fixed[source.fixed[0] as usize..source.fixed[1] as usize];
         let fixed: DVec3 = terms.iter().map(|t| t.weight * q[t.particle as usize]).sum();
         let given = match level {
-            SolveLevel::Position => return fixed + origin.depth * row.normal,
-            SolveLevel::Velocity => fixed + origin.anchor[0],
-            SolveLevel::Acceleration => fixed + origin.anchor[1],
+            SolveLevel::Position => return fixed + source.depth * row.normal,
+            SolveLevel::Velocity => fixed + source.anchor_velocity,
+            SolveLevel::Acceleration => fixed + source.anchor_acceleration,
         };
-        let moving: DVec3 =
-            self.terms_of(row).iter().map(|t| t.weight * q[t.particle as usize]).sum();
+
+        let terms = self.terms_of(row);
+        let moving: DVec3 = terms.iter().map(|t| t.weight * q[t.particle as usize]).sum();
         let approach = (given + moving).dot(row.normal).max(0.0);
-        let factor = (1.0 + origin.depth / origin.law.margins().proximity()).clamp(0.0, 1.0);
+        let factor = source.law.margins().proximity_factor(source.depth);
         given - (1.0 - factor) * approach * row.normal
     }
 
-    fn push(&mut self, number: u32, row: &ContactRow<'_>, levers: &[TorqueArmRow]) {
-        let starts = [self.terms.len(), self.levers.len(), self.fixed.len()].map(index);
+    fn push(&mut self, number: u32, row: &ContactRow<'_>, arms: &[TorqueArmRow]) {
+        let starts = [self.terms.len(), self.arms.len(), self.fixed.len()].map(index);
+
+        // Terms that can move, and those that cannot.
         let mut compliance = 0.0;
         for &term in row.terms {
             let Term { particle, weight } = term;
@@ -253,64 +273,80 @@ impl Packed {
                 self.fixed.push(term);
             }
         }
-        self.levers.extend(levers.iter().map(|&lever| PackedTorqueArm {
-            lever,
-            inverse_mass: lever.particles.map(|k| self.inverse_mass[k as usize]),
-        }));
+        for &arm in arms {
+            let inverse_mass = arm.particles.map(|k| self.inverse_mass[k as usize]);
+            self.arms.push(PackedTorqueArm { arm, inverse_mass });
+        }
+
         let mut packed = PackedRow {
             normal: row.normal,
             normal_step: compliance.recip(),
             tangent_step: compliance.recip(),
             friction: row.law.friction(),
             terms: [starts[0], index(self.terms.len())],
-            levers: [starts[1], index(self.levers.len())],
+            arms: [starts[1], index(self.arms.len())],
         };
-        if !levers.is_empty() {
+        if !arms.is_empty() {
             packed.tangent_step = self.tangent_compliance(&packed).recip();
         }
         self.rows.push(packed);
-        self.origins.push(Origin {
+        self.sources.push(RowSource {
             row: number,
             depth: row.depth,
             law: row.law,
-            anchor: [row.anchor.velocity, row.anchor.acceleration],
+            anchor_velocity: row.anchor.velocity,
+            anchor_acceleration: row.anchor.acceleration,
             fixed: [starts[2], index(self.fixed.len())],
         });
     }
 
-    /// Largest slip that a unit impulse in the tangent plane gives, along
-    /// itself.
+    /// Computes the largest slip along a unit impulse in the tangent plane: the larger
+    /// eigenvalue of the compliance there.
     fn tangent_compliance(&self, row: &PackedRow) -> f64 {
-        let tangents = row.normal.any_orthonormal_pair();
-        let [along, across] = [tangents.0, tangents.1].map(|tangent| self.response(row, tangent));
-        let (a, d) = (along.dot(tangents.0), across.dot(tangents.1));
-        let b = along.dot(tangents.1);
+        let (u, v) = row.normal.any_orthonormal_pair();
+        let (by_u, by_v) = (self.response(row, u), self.response(row, v));
+        let (a, b, d) = (by_u.dot(u), by_u.dot(v), by_v.dot(v));
         0.5 * (a + d) + (0.25 * (a - d) * (a - d) + b * b).sqrt()
     }
 
-    /// Q_c at the surface point when P̄ is given a unit impulse along `tangent`.
+    /// Computes Q_c at the surface point when P̄ receives a unit impulse along `tangent`.
     fn response(&self, row: &PackedRow, tangent: DVec3) -> DVec3 {
-        let mut local: Vec<(u32, DVec3)> = Vec::new();
-        let mut add = |k: u32, by: DVec3| match local.iter_mut().find(|(other, _)| *other == k) {
-            Some((_, q)) => *q += by,
-            None => local.push((k, by)),
-        };
+        let mut q = LocalVectors::default();
         for term in self.terms_of(row) {
-            add(term.particle, term.step * tangent);
+            q.add(term.particle, term.step * tangent);
         }
-        for PackedTorqueArm { lever, inverse_mass } in self.levers_of(row) {
-            let turns = lever.impulses(tangent);
-            for ((k, turn), w) in lever.particles.into_iter().zip(turns).zip(inverse_mass) {
-                add(k, *w * turn);
+        for arm in self.arms_of(row) {
+            for (particle, step) in arm.steps(tangent) {
+                q.add(particle, step);
             }
         }
-        let q = |k: u32| local.iter().find(|(other, _)| *other == k).map_or(DVec3::ZERO, |e| e.1);
-        let at: DVec3 = self.terms_of(row).iter().map(|t| t.weight * q(t.particle)).sum();
-        self.levers_of(row).iter().fold(at, |at, lever| at + lever.lever.gather(q))
+
+        let mut at: DVec3 = self.terms_of(row).iter().map(|t| t.weight * q.at(t.particle)).sum();
+        for arm in self.arms_of(row) {
+            at += arm.arm.gather(|k| q.at(k));
+        }
+        at
     }
 }
 
-/// Change of Q_c that goes with a change of impulse.
+/// Vectors of the few particles of one row.
+#[derive(Default)]
+struct LocalVectors(Vec<(u32, DVec3)>);
+
+impl LocalVectors {
+    fn add(&mut self, particle: u32, by: DVec3) {
+        match self.0.iter_mut().find(|(other, _)| *other == particle) {
+            Some((_, q)) => *q += by,
+            None => self.0.push((particle, by)),
+        }
+    }
+
+    fn at(&self, particle: u32) -> DVec3 {
+        self.0.iter().find(|(other, _)| *other == particle).map_or(DVec3::ZERO, |entry| entry.1)
+    }
+}
+
+/// Computes the change of Q_c that belongs to a change of impulse.
 #[inline]
 pub(super) fn change(row: &PackedRow, from: Impulse, to: Impulse) -> f64 {
     let normal = (to.normal - from.normal).abs() / row.normal_step;
@@ -318,49 +354,44 @@ pub(super) fn change(row: &PackedRow, from: Impulse, to: Impulse) -> f64 {
     normal.max(tangent)
 }
 
-/// Levers in order of rows, found by row.
+/// Torque arms in order of rows.
 struct TorqueArmsByRow<'a>(&'a [TorqueArmRow]);
 
 impl<'a> TorqueArmsByRow<'a> {
-    fn new(rows: &'a ContactRows) -> Self {
-        Self(rows.levers())
-    }
-
     fn of(&self, row: u32) -> &'a [TorqueArmRow] {
-        let Range { start, end } =
-            self.0.partition_point(|l| l.row < row)..self.0.partition_point(|l| l.row <= row);
+        let start = self.0.partition_point(|arm| arm.row < row);
+        let end = self.0.partition_point(|arm| arm.row <= row);
         &self.0[start..end]
     }
 }
 
-fn arrange(
+/// Colors the movable rows such that rows of one color write to different particles.
+fn color(
     rows: &ContactRows,
     movable: &[u32],
-    levers: &TorqueArmsByRow<'_>,
+    arms: &TorqueArmsByRow<'_>,
     inverse_mass: &[f64],
-    order: SweepOrder,
 ) -> Coloring {
-    let count = index(movable.len());
-    if order == SweepOrder::Given {
-        return uncolored(count);
+    let mut colors = Colors::new(movable.len(), rows.particle_count());
+    let mut particles = Vec::new();
+    for &number in movable {
+        particles.clear();
+        particles.extend(rows.row(number as usize).terms.iter().map(|term| term.particle));
+        particles.extend(arms.of(number).iter().flat_map(|arm| arm.particles));
+        particles.retain(|particle| inverse_mass[*particle as usize] > 0.0);
+        colors.add_row(&particles);
     }
-    color(count, rows.particle_count(), |place, visit| {
-        let number = movable[place as usize];
-        let terms = rows.row(number as usize).terms;
-        let of_levers = levers.of(number).iter().flat_map(|lever| lever.particles);
-        let all = terms.iter().map(|term| term.particle).chain(of_levers);
-        all.filter(|&k| inverse_mass[k as usize] > 0.0).for_each(visit);
-    })
+    colors.sort()
 }
 
 fn moves(term: &Term, inverse_mass: &[f64]) -> bool {
     term.weight * term.weight * inverse_mass[term.particle as usize] > 0.0
 }
 
-/// The nearest impulse that does not pull and is within the disc.
-fn admissible(row: &PackedRow, impulse: Impulse, has_friction: bool) -> Impulse {
+/// Returns the nearest impulse that does not pull and is within the friction disc.
+fn admissible(row: &PackedRow, impulse: Impulse) -> Impulse {
     let normal = impulse.normal.max(0.0);
-    if !has_friction {
+    if row.friction <= 0.0 {
         return Impulse { normal, tangent: DVec3::ZERO };
     }
     let in_plane = impulse.tangent - impulse.tangent.dot(row.normal) * row.normal;

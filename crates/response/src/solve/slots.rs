@@ -1,16 +1,15 @@
-//! Where sweeps keep what they solve for.
+//! Shared storage of the unknowns during a sweep: cells or atomics.
 //!
-//! Rows that share no particle may be swept at once, though all see the whole
-//! list. A list of cells allows that on one thread, a list of atomics on many;
-//! loads and stores are relaxed, which costs no more than plain ones, since the
-//! batches are told apart by the end of the parallel loop. The arithmetic is
-//! one and the same.
+//! Rows that share no particle may be swept at once, though all have access to the whole
+//! list. A list of cells permits that on one thread, a list of atomics on many;
+//! loads and stores are relaxed, which costs no more than plain ones, since the end of
+//! the parallel loop separates the batches. The arithmetic is the same.
 
 use std::cell::Cell;
 
 use glam::DVec3;
 
-/// A vector that can be changed through a shared reference.
+/// Vector that can be changed through a shared reference.
 pub(super) trait Slot {
     fn load(&self) -> DVec3;
     fn store(&self, value: DVec3);
@@ -28,7 +27,7 @@ impl Slot for Cell<DVec3> {
     }
 }
 
-/// A list as cells.
+/// Returns a list as cells.
 pub(super) fn cells(q: &mut [DVec3]) -> &[Cell<DVec3>] {
     Cell::from_mut(q).as_slice_of_cells()
 }
@@ -42,8 +41,8 @@ mod atomic {
 
     use glam::DVec3;
 
-    /// A vector of three atomics. A reader sees its own thread's last store,
-    /// or what was there before the parallel loop; nothing else is relied on.
+    /// Vector of three atomics. A load returns its own thread's last store, or the value
+    /// before the parallel loop; nothing else is relied on.
     pub(in crate::solve) struct AtomicSlot([AtomicU64; 3]);
 
     impl AtomicSlot {
@@ -55,9 +54,9 @@ mod atomic {
     impl super::Slot for AtomicSlot {
         #[inline]
         fn load(&self) -> DVec3 {
-            let [x, y, z] = &self.0;
-            let of = |component: &AtomicU64| f64::from_bits(component.load(Relaxed));
-            DVec3::new(of(x), of(y), of(z))
+            DVec3::from_array(
+                self.0.each_ref().map(|component| f64::from_bits(component.load(Relaxed))),
+            )
         }
 
         #[inline]

@@ -1,15 +1,14 @@
 //! Soft forces: derivatives against differences of the forces, products
 //! against blocks, implicit steps against a dense solution.
 
-mod common;
-
-use common::{contact, number, term, unit, vector};
 use glam::DVec3;
 use response::{
     ContactLaw, ContactRows, ImplicitEuler, ImplicitMidpoint, LinearForces, LinearParams, Margins,
     NormalForce, SoftContacts, SoftLaw, TimeStep,
 };
 use surface::{Contact, Stencil};
+
+use crate::common::{self, contact, number, term, unit, vector};
 
 struct Scene {
     x: Vec<DVec3>,
@@ -99,10 +98,9 @@ fn products_are_derivatives_and_blocks_are_products() {
             soft.add_damping(&direction, &mut product);
             check_difference(&up, &down, &product, epsilon);
         }
-        for (blocks, by_position) in [
-            (soft.stiffness_blocks().collect::<Vec<_>>(), true),
-            (soft.damping_blocks().collect::<Vec<_>>(), false),
-        ] {
+        for (blocks, by_position) in
+            [(soft.stiffness_blocks(), true), (soft.damping_blocks(), false)]
+        {
             let mut product = vec![DVec3::ZERO; 7];
             if by_position {
                 soft.add_stiffness(&direction, &mut product);

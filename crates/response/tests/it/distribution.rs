@@ -1,11 +1,10 @@
 //! Distribution of a correction over particles of any masses.
 
-mod common;
-
-use common::{momentum_residual, number, term, vector};
 use glam::DVec3;
 use response::{ResponseError, distribute};
 use surface::{Stencil, Term};
+
+use crate::common::{momentum_residual, number, term, vector};
 
 /// Weights of a vertex and a face, or of two edges, and inverse masses of which
 /// some are 0 or far apart.
@@ -66,7 +65,7 @@ fn largest(q: &[DVec3]) -> f64 {
 }
 
 /// The least change by the equations of a minimum with a multiplier, solved
-/// densely by elimination: the slow twin.
+/// densely by elimination: the reference implementation.
 fn least_change(terms: &[Term], w: &[f64], correction: f64) -> Vec<f64> {
     let n = terms.len();
     let mut a = vec![vec![0.0; n + 2]; n + 1];

@@ -1,7 +1,5 @@
 //! Contacts and sums that the tests share.
 
-#![allow(dead_code, reason = "each test binary uses its part")]
-
 use arbitrary::Unstructured;
 use glam::DVec3;
 use response::{

@@ -1,18 +1,19 @@
-//! Solvers against a dense twin, orders and threads against each other, spread
+//! Solvers against a dense reference implementation, orders and threads against each other, spread
 //! rows against contacts, and warm starts.
 
-mod common;
-
-use common::{law, momentum_residual, on_plane, patch, rows, term, tower, unit, vector};
 use glam::DVec3;
 use response::{
-    ContactRows, ContactSystem, Impulse, SolveLevel, SolverMethod, SolverParams, Spread,
-    SweepOrder, warm_start,
+    ContactRows, ContactSystem, Impulse, ImpulseCache, SolveLevel, SolverMethod, SolverParams,
+    SweepOrder,
 };
-use surface::{Contact, Stencil, Term};
+use surface::{Contact, Stencil};
 
-/// Projected Gauss–Seidel over a dense matrix of all rows against all: the slow
-/// twin. Normals and tangents of a row in turn, as the solver does.
+use crate::common::{
+    self, law, momentum_residual, on_plane, patch, rows, term, tower, unit, vector,
+};
+
+/// Projected Gauss–Seidel over a dense matrix of all rows against all: the reference
+/// implementation. Normals and tangents of a row in turn, as the solver does.
 fn dense_sweeps(
     v: &[DVec3],
     w: &[f64],
@@ -148,17 +149,16 @@ fn bits_do_not_depend_on_threads() {
 }
 
 #[test]
-fn a_spread_row_moves_the_polygon_as_its_centre_would() {
+fn a_spread_row_moves_the_polygon_as_its_center_would() {
     // A hexagon of particles 1..=6 with its center, point 7, lifted by 0.1; the
     // contact is on the fan triangle of particles 2, 3 and the center.
-    let mut spread = Spread::new(7);
-    let shares: Vec<Term> = (1..=6).map(|k| term(k, 1.0 / 6.0)).collect();
-    let center = spread.push(&shares).unwrap();
-    assert_eq!(center, 7);
+    let center = 7;
     let stencil = Stencil::vertex_face(0, [2, 3, center], [0.2, 0.3, 0.5]);
     let contact = common::contact(stencil, DVec3::Z, -0.4);
+    let mut terms = stencil.terms()[..3].to_vec();
+    terms.extend((1..=6).map(|k| term(k, 0.5 / 6.0)));
     let mut rows = ContactRows::new(7);
-    rows.push_spread(&contact, &spread, law(0.0)).unwrap();
+    rows.push_terms(&contact, &terms, law(0.0)).unwrap();
     let row = rows.row(0);
     assert_eq!(row.terms.len(), 7, "each particle once: {:?}", row.terms);
     let weight = |k: u32| row.terms.iter().find(|t| t.particle == k).unwrap().weight;
@@ -169,8 +169,8 @@ fn a_spread_row_moves_the_polygon_as_its_centre_would() {
     let mut moved = [DVec3::ZERO; 7];
     let params = SolverParams::default();
     system.solve(SolveLevel::Position, &mut moved, &mut system.no_impulses(), &params).unwrap();
-    let centre_moved: DVec3 = moved[1..].iter().sum::<DVec3>() / 6.0;
-    let at = |k: u32| if k == center { centre_moved } else { moved[k as usize] };
+    let center_moved: DVec3 = moved[1..].iter().sum::<DVec3>() / 6.0;
+    let at = |k: u32| if k == center { center_moved } else { moved[k as usize] };
     // The depth of 0.4 is gone, whatever the lift: only changes count.
     assert!((stencil.combine(at).z + 0.4).abs() < 1e-15);
     assert!(moved.iter().sum::<DVec3>().length() < 1e-15);
@@ -189,7 +189,9 @@ fn a_warm_start_from_the_same_contacts_needs_one_sweep() {
         system.solve(SolveLevel::Velocity, &mut v, impulses, &params).unwrap().iterations
     };
     let cold = fall(&mut impulses);
-    let mut warm = warm_start(&contacts, &impulses, &contacts).unwrap();
+    let mut cache = ImpulseCache::default();
+    cache.store(&contacts, impulses).unwrap();
+    let mut warm = cache.warm_start(&contacts);
     let again = fall(&mut warm);
     assert!(cold > 100 && again <= 2, "{cold} sweeps cold, {again} warm");
 }
@@ -202,16 +204,17 @@ fn impulses_are_carried_by_particle_and_normal() {
     let push = |normal| Impulse { normal, tangent: DVec3::ZERO };
     let side = DVec3::X;
     let old = [at([1, 2, 3], DVec3::Z), at([4, 5, 6], side)];
-    let impulses = [push(1.0), push(2.0)];
+    let impulses = vec![push(1.0), push(2.0)];
     // The two contacts of particle 0 have changed their order and their faces.
     let turned = DVec3::new(1.0, 0.0, 0.2).normalize();
     let new = [at([5, 6, 7], turned), at([2, 3, 8], DVec3::Z)];
-    assert_eq!(warm_start(&old, &impulses, &new).unwrap(), [push(2.0), push(1.0)]);
+    let mut cache = ImpulseCache::default();
+    cache.store(&old, impulses).unwrap();
+    assert_eq!(cache.warm_start(&new), [push(2.0), push(1.0)]);
     // Turned by more than 30°, or twice the same: not handed on.
     let off = DVec3::new(0.7, 0.0, 0.8).normalize();
     let new = [at([1, 2, 3], off), at([1, 2, 3], DVec3::Z), at([1, 2, 3], DVec3::Z)];
-    let carried = warm_start(&old, &impulses, &new).unwrap();
-    assert_eq!(carried, [push(0.0), push(1.0), push(0.0)]);
+    assert_eq!(cache.warm_start(&new), [push(0.0), push(1.0), push(0.0)]);
 }
 
 #[test]
@@ -238,15 +241,15 @@ fn results_are_inside_the_cone_whatever_the_start() {
             }
             assert!(momentum_residual(&w, &v, &after) < 1e-12);
             // What the impulses say is what the particles got.
-            let mut told = v.clone();
+            let mut expected = v.clone();
             for (impulse, contact) in impulses.iter().zip(&contacts) {
                 for t in contact.stencil.terms() {
                     let k = t.particle as usize;
                     let given = impulse.normal * contact.normal + impulse.tangent;
-                    told[k] -= t.weight * w[k] * given;
+                    expected[k] -= t.weight * w[k] * given;
                 }
             }
-            for (a, b) in told.iter().zip(&after) {
+            for (a, b) in expected.iter().zip(&after) {
                 assert!((*a - *b).length() < 1e-11, "{a} {b}");
             }
         }

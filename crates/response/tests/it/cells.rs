@@ -1,15 +1,14 @@
 //! Every cell of the table of corrections, against the formula written out in
 //! the coordinates of a contact whose normal is an axis, then turned.
 
-mod common;
-
-use common::{number, vector};
 use glam::{DQuat, DVec3};
 use response::{
     ExplicitEuler, FaceFrame, Friction, ImplicitEuler, ImplicitMidpoint, Integrator, Margins,
     Reaction, Reference, RelativeMotion, RelativeState, Restraint, Spring, StepLength,
     SymplecticEuler, Taylor, TimeStep, distribute,
 };
+
+use crate::common::{self, number, vector};
 
 /// A state with its numbers in the frame whose third axis is the normal.
 struct Planted {

@@ -1,15 +1,14 @@
-//! Springs, soft and hard, where each integrator holds and where it fails:
-//! scenes S1 to S8 with the answers in closed form.
+//! Springs, soft and hard, within and beyond the limits of each integrator, with the
+//! answers in closed form.
 
-mod common;
-
-use common::{law, on_plane, over_plane, rows, term, tower};
 use glam::DVec3;
 use response::stability::{HardRow, Holding, Scheme, StabilityCase, limit};
 use response::{
     ContactRows, ImplicitEuler, Integrator, LinearForces, LinearParams, Margins, NormalForce,
     Reference, Restraint, SoftContacts, SoftLaw, SymplecticEuler, Taylor, TimeStep,
 };
+
+use crate::common::{self, law, on_plane, over_plane, rows, term, tower};
 
 /// Radius over 1 that is rounding: an undamped spring has exactly 1.
 const ROUNDING: f64 = 1e-9;
@@ -28,7 +27,7 @@ fn penalty(zeta: f64) -> impl Fn(f64) -> Holding {
 }
 
 #[test]
-fn s1_penalty_under_symplectic_euler() {
+fn limit_of_a_penalty_under_symplectic_euler() {
     for (zeta, known) in [(0.0, 2.0), (0.1, 1.810), (0.7, 1.041), (1.0, 0.828), (2.0, 0.472)] {
         let found = limit_of(Scheme::SymplecticEuler, penalty(zeta), 10.0).unwrap();
         let formula = 2.0 * (f64::sqrt(1.0 + zeta * zeta) - zeta);
@@ -38,7 +37,7 @@ fn s1_penalty_under_symplectic_euler() {
 }
 
 #[test]
-fn s2_penalty_under_explicit_euler() {
+fn limit_of_a_penalty_under_explicit_euler() {
     assert_eq!(limit_of(Scheme::ExplicitEuler, penalty(0.0), 10.0), None, "no step is stable");
     for zeta in [0.1, 0.5, 1.0, 2.0_f64] {
         let under = 2.0 * zeta;
@@ -118,7 +117,7 @@ fn tower_is_stable(mode: &[DVec3], h: f64) -> bool {
 }
 
 #[test]
-fn s3_stack_lowers_the_limit_to_one() {
+fn a_stack_lowers_the_limit_to_one() {
     for (count, known) in [(1, 2.0), (2, 1.236), (5, 1.042), (10, 1.011), (50, 1.0005)] {
         let mode = fastest_mode(count);
         let stable = |h: f64| Ok::<_, ()>(tower_is_stable(&mode, h));
@@ -128,7 +127,7 @@ fn s3_stack_lowers_the_limit_to_one() {
 }
 
 #[test]
-fn s3_stack_sinks_by_its_weight() {
+fn a_stack_sinks_by_its_weight() {
     let (count, stiffness, gravity) = (10, 1000.0, 9.81);
     let mut x = resting(count);
     let mut v = vec![DVec3::ZERO; count];
@@ -176,7 +175,7 @@ fn bounce(omega_h: f64, extra: f64) -> f64 {
 }
 
 #[test]
-fn s4_one_sided_penalty_gains_energy_below_its_limit() {
+fn a_one_sided_penalty_gains_energy_below_its_limit() {
     let spread = |omega_h: f64| {
         let phases = (0..200).map(|phase| f64::from(phase) / 200.0 * 4.43e-3);
         phases
@@ -192,7 +191,7 @@ fn s4_one_sided_penalty_gains_energy_below_its_limit() {
 }
 
 #[test]
-fn s5_implicit_euler_deadens_an_impact() {
+fn implicit_euler_damps_an_impact() {
     let known =
         [(0.05, 0.924), (0.2, 0.731), (0.5, 0.456), (1.0, 0.250), (2.0, 0.088), (10.0, 0.0003)];
     for (omega_h, restitution) in known {
@@ -218,7 +217,7 @@ fn s5_implicit_euler_deadens_an_impact() {
 }
 
 #[test]
-fn s6_first_order_spring_rings_or_blows_up() {
+fn a_first_order_spring_oscillates_or_diverges() {
     let known = [
         (Scheme::SymplecticEuler, 1.0),
         (Scheme::Taylor, 1.5_f64.sqrt()),
@@ -233,7 +232,7 @@ fn s6_first_order_spring_rings_or_blows_up() {
 }
 
 #[test]
-fn s7_second_order_spring_stops_dead_and_copies_blow_up() {
+fn a_second_order_spring_stops_at_once_and_copies_diverge() {
     let explicit = [Scheme::ExplicitEuler, Scheme::Taylor, Scheme::SymplecticEuler];
     for scheme in explicit {
         let known = [
@@ -303,7 +302,11 @@ fn copies_of_hard_rows_have_limits_that_no_integrator_changes() {
 
 /// Held by the second-order spring of `C` while moved by `M`; the types keep
 /// these apart, so the change is carried over by hand.
-fn after_steps<C: Integrator, M: Integrator>(gravity: f64, tell: bool, steps: usize) -> (f64, f64) {
+fn after_steps<C: Integrator, M: Integrator>(
+    gravity: f64,
+    includes_gravity: bool,
+    steps: usize,
+) -> (f64, f64) {
     let h = 0.01;
     let (made, moved) =
         (TimeStep::<C>::new(h).expect("valid"), TimeStep::<M>::new(h).expect("valid"));
@@ -311,7 +314,7 @@ fn after_steps<C: Integrator, M: Integrator>(gravity: f64, tell: bool, steps: us
     let (mut x, mut v) = ([DVec3::Z * 0.002], [DVec3::Z * 0.3]);
     for _ in 0..steps {
         let mut state = over_plane(x[0], v[0], DVec3::Z, margins);
-        if tell {
+        if includes_gravity {
             let mut motion = state.motion();
             motion.acceleration = DVec3::Z * gravity;
             state = response::RelativeState::new(motion, DVec3::Z, 0.0, margins).expect("valid");
@@ -328,7 +331,7 @@ fn after_steps<C: Integrator, M: Integrator>(gravity: f64, tell: bool, steps: us
 }
 
 #[test]
-fn s7_mismatched_coefficients_never_settle() {
+fn coefficients_of_another_integrator_never_settle() {
     let (x, v) = after_steps::<Taylor, SymplecticEuler>(0.0, true, 2000);
     assert!(x.abs() + 0.01 * v.abs() > 1e-4, "still ringing: {x} {v}");
     for (x, v) in [
@@ -341,11 +344,11 @@ fn s7_mismatched_coefficients_never_settle() {
 }
 
 #[test]
-fn s8_sag_without_the_other_accelerations() {
+fn a_second_order_spring_sags_without_the_other_accelerations() {
     let (x, v) = after_steps::<SymplecticEuler, SymplecticEuler>(9.81, false, 50);
     assert!((x + 9.81e-4).abs() < 1e-12 && v.abs() < 1e-9, "sags by g h²: {x} {v}");
     let (x, _) = after_steps::<Taylor, Taylor>(9.81, false, 50);
     assert!((x + 9.81e-4).abs() < 1e-12, "sags by g h²: {x}");
     let (x, _) = after_steps::<Taylor, Taylor>(9.81, true, 50);
-    assert!(x.abs() < 1e-12, "no sag when told: {x}");
+    assert!(x.abs() < 1e-12, "no sag with gravity in A_c: {x}");
 }

@@ -1,18 +1,17 @@
-//! Hard corrections of one contact and of many: scenes S9 to S13, the groove,
+//! Hard corrections of one contact and of many: drops, shots, stacks, patches and a groove,
 //! and the momentum in all of them.
 
-mod common;
-
-use common::{
-    contact, kinetic_energy, law, momentum_residual, on_plane, over_plane, patch, rows, solve,
-    term, thorough, tower,
-};
 use glam::DVec3;
 use response::{
     ContactSystem, Friction, Margins, Reaction, SolveLevel, SolverMethod, SolverParams, SweepOrder,
     distribute,
 };
 use surface::Stencil;
+
+use crate::common::{
+    contact, kinetic_energy, law, momentum_residual, on_plane, over_plane, patch, rows, solve,
+    term, thorough, tower,
+};
 
 const GRAVITY: f64 = 9.81;
 
@@ -43,7 +42,7 @@ fn rest(position: bool, velocity: bool, seconds: u32) -> (f64, f64, f64) {
 }
 
 #[test]
-fn s9_each_correction_alone_is_not_enough() {
+fn one_level_of_correction_alone_is_not_enough() {
     let (x, v, _) = rest(true, false, 2);
     assert!(x.abs() < 1e-15, "{x}");
     assert!((v + GRAVITY * 2.0).abs() < 1e-9, "the speed of a free fall is kept: {v}");
@@ -71,7 +70,7 @@ fn shot(speed: f64, h: f64, proximity: f64) -> Option<f64> {
 }
 
 #[test]
-fn s10_reaction_stops_what_is_slower_than_the_region_is_wide() {
+fn a_reaction_stops_a_particle_slower_than_the_region_is_wide() {
     let (h, proximity) = (0.01, 1.0);
     for share in [0.1, 0.5, 0.9, 1.0] {
         assert_eq!(shot(share * proximity / h, h, proximity), None, "v h = {share} d_max");
@@ -83,7 +82,7 @@ fn s10_reaction_stops_what_is_slower_than_the_region_is_wide() {
 }
 
 #[test]
-fn s10_settling_decays_by_the_step_of_gravity() {
+fn settling_decays_by_the_step_of_gravity() {
     let (h, proximity) = (0.1, 1.0);
     let margins = Margins::new(0.0, proximity).expect("valid");
     let reaction = Reaction { friction: Friction::NONE };
@@ -131,7 +130,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 #[test]
-fn s11_summed_corrections_gain_energy_and_projected_ones_do_not() {
+fn summed_corrections_gain_energy_and_projected_ones_do_not() {
     for n in [1_u32, 2, 5] {
         let contacts = vec![on_plane(0, DVec3::ZERO, DVec3::Z); n as usize];
         let mut v = [-DVec3::Z];
@@ -178,7 +177,7 @@ fn averaged(v: &[DVec3], inverse_mass: &[f64], contacts: &[surface::Contact]) ->
 }
 
 #[test]
-fn s12_averaging_by_count_leaves_some_approach_and_loses_momentum() {
+fn averaging_by_count_leaves_some_approach_and_loses_momentum() {
     for (count, known) in [(20, 0.178), (80, 0.226)] {
         let of_seed = |seed| {
             let (v, w, contacts) = patch(count, seed);
@@ -198,7 +197,7 @@ fn s12_averaging_by_count_leaves_some_approach_and_loses_momentum() {
 /// each row gives less in one pass, and 28 and 35 % are left; more passes take
 /// the rest.
 #[test]
-fn s12_one_averaged_pass_leaves_some_approach() {
+fn one_averaged_pass_leaves_some_approach() {
     for (count, known) in [(20, 0.278), (80, 0.348)] {
         let mut left = Vec::new();
         for seed in 0..21 {
@@ -250,7 +249,7 @@ fn tower_sinks(iterations: u32, bottom_first: bool, steps: u32) -> f64 {
 }
 
 #[test]
-fn s13_projected_stack_sinks_less_with_more_sweeps() {
+fn a_projected_stack_sinks_less_with_more_sweeps() {
     // Millimetres; from 4 sweeps on a tower of ten loses a factor of 4.6 to 8
     // each time the sweeps are four times as many. With one sweep it rests
     // 45 g h² lower, n (n − 1) / 2 of them, or 54, n (n + 1) / 2 − 1, and still

@@ -1,17 +1,14 @@
-//! Contacts carried from frame to frame: walking against looking at every
+//! Contacts carried from frame to frame: walking against a search of every
 //! face, sticking against detection, states.
 
-#![expect(clippy::float_cmp, reason = "what is not touched, or is exact in binary, must stay so")]
-
-mod common;
-
-use common::{contact, number, on_plane, term, vector};
 use glam::{DQuat, DVec3};
 use response::{
     ContactState, GapMeasure, Margins, PermanentContacts, ResponseError, RigidMotion,
     SurfaceCarrier, walk_to_foot,
 };
 use surface::{Contact, Stencil, TriangleSurface, closest_on_triangle};
+
+use crate::common::{self, contact, number, on_plane, term, vector};
 
 /// A sphere of radius 10 as a surface of latitudes and longitudes.
 fn ball() -> (TriangleSurface, Vec<DVec3>) {
@@ -238,7 +235,7 @@ fn edges_that_slide_keep_to_their_closest_points() {
 }
 
 #[test]
-fn anchors_move_as_told_and_bad_ones_are_named() {
+fn anchors_move_as_given_and_bad_ones_are_named() {
     let x = [DVec3::Z * 0.5];
     let margins = Margins::new(0.0, 1.0).unwrap();
     let start = on_plane(0, x[0], DVec3::Z);

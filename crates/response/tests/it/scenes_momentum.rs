@@ -1,9 +1,6 @@
-//! Momentum in every scene: each of S1 to S18 with what was fixed set free, so
-//! that all the momentum there is stays in the scene.
+//! Momentum in every scene of springs, hard corrections and friction, with the fixed
+//! objects set free, so that all momentum stays in the scene.
 
-mod common;
-
-use common::{contact, law, momentum_residual, patch, rows, solve, thorough};
 use glam::DVec3;
 use response::{
     ContactLaw, ContactRows, ExplicitEuler, Friction, Implicit, ImplicitEuler, ImplicitMidpoint,
@@ -12,6 +9,8 @@ use response::{
     Spring, StepLength, SymplecticEuler, Taylor, TimeStep, distribute,
 };
 use surface::{Contact, Stencil};
+
+use crate::common::{self, contact, law, momentum_residual, patch, rows, solve, thorough};
 
 const H: f64 = 0.01;
 const STEPS: u32 = 40;
@@ -147,45 +146,47 @@ const FALL: DVec3 = DVec3::new(0.0, 0.0, -9.81);
 type Scene = (&'static str, f64, DVec3, fn(&mut Free));
 
 const SCENES: [Scene; 25] = [
-    ("S1", -0.2, DVec3::ZERO, |s| s.soft::<SymplecticEuler>(SPRING)),
-    ("S2", -0.2, DVec3::ZERO, |s| s.soft::<ExplicitEuler>(SPRING)),
-    ("S4", 0.05, DVec3::ZERO, |s| s.soft::<SymplecticEuler>(PENALTY)),
-    ("S5", 0.05, DVec3::ZERO, |s| s.soft_implicit::<ImplicitEuler>(PENALTY)),
-    ("S5, midpoint", 0.05, DVec3::ZERO, |s| s.soft_implicit::<ImplicitMidpoint>(PENALTY)),
-    ("S6, symplectic", -0.2, DVec3::ZERO, first_order::<SymplecticEuler>),
-    ("S6, Taylor", -0.2, DVec3::ZERO, first_order::<Taylor>),
-    ("S6, explicit", -0.2, DVec3::ZERO, first_order::<ExplicitEuler>),
-    ("S7, symplectic", -0.2, DVec3::ZERO, |s| s.second_order::<SymplecticEuler>(DVec3::ZERO)),
-    ("S7, Taylor", -0.2, DVec3::ZERO, |s| s.second_order::<Taylor>(DVec3::ZERO)),
-    ("S7, explicit", -0.2, DVec3::ZERO, |s| s.second_order::<ExplicitEuler>(DVec3::ZERO)),
-    ("S8", -0.2, FALL, |s| s.second_order::<SymplecticEuler>(FALL)),
-    ("S9, positions", 0.02, DVec3::ZERO, |s| s.hard(SolveLevel::Position, &thorough())),
-    ("S9, velocities", 0.02, DVec3::ZERO, |s| s.hard(SolveLevel::Velocity, &thorough())),
-    ("S10", 0.5, DVec3::ZERO, |s| s.react(Friction::NONE)),
-    ("S11, conjugate gradients", 0.02, DVec3::ZERO, |s| {
+    ("penalty, symplectic", -0.2, DVec3::ZERO, |s| s.soft::<SymplecticEuler>(SPRING)),
+    ("penalty, explicit", -0.2, DVec3::ZERO, |s| s.soft::<ExplicitEuler>(SPRING)),
+    ("one-sided penalty", 0.05, DVec3::ZERO, |s| s.soft::<SymplecticEuler>(PENALTY)),
+    ("impact, implicit", 0.05, DVec3::ZERO, |s| s.soft_implicit::<ImplicitEuler>(PENALTY)),
+    ("impact, midpoint", 0.05, DVec3::ZERO, |s| s.soft_implicit::<ImplicitMidpoint>(PENALTY)),
+    ("first order, symplectic", -0.2, DVec3::ZERO, first_order::<SymplecticEuler>),
+    ("first order, Taylor", -0.2, DVec3::ZERO, first_order::<Taylor>),
+    ("first order, explicit", -0.2, DVec3::ZERO, first_order::<ExplicitEuler>),
+    ("second order, symplectic", -0.2, DVec3::ZERO, |s| {
+        s.second_order::<SymplecticEuler>(DVec3::ZERO);
+    }),
+    ("second order, Taylor", -0.2, DVec3::ZERO, |s| s.second_order::<Taylor>(DVec3::ZERO)),
+    ("second order, explicit", -0.2, DVec3::ZERO, |s| s.second_order::<ExplicitEuler>(DVec3::ZERO)),
+    ("second order under gravity", -0.2, FALL, |s| s.second_order::<SymplecticEuler>(FALL)),
+    ("hard, positions", 0.02, DVec3::ZERO, |s| s.hard(SolveLevel::Position, &thorough())),
+    ("hard, velocities", 0.02, DVec3::ZERO, |s| s.hard(SolveLevel::Velocity, &thorough())),
+    ("reaction", 0.5, DVec3::ZERO, |s| s.react(Friction::NONE)),
+    ("hard, conjugate gradients", 0.02, DVec3::ZERO, |s| {
         let params = SolverParams { method: SolverMethod::ConjugateGradient, ..thorough() };
         s.hard(SolveLevel::Velocity, &params);
     }),
-    ("S12", 0.02, DVec3::ZERO, |s| {
+    ("hard, averaged Jacobi", 0.02, DVec3::ZERO, |s| {
         let params = SolverParams { method: SolverMethod::AveragedJacobi, ..thorough() };
         s.hard(SolveLevel::Velocity, &params);
     }),
-    ("S14", 0.0, DVec3::ZERO, |s| s.react(Friction::share(0.5).expect("in range"))),
-    ("S14, positions", 0.0, DVec3::ZERO, |s| {
+    ("friction by share", 0.0, DVec3::ZERO, |s| s.react(Friction::share(0.5).expect("in range"))),
+    ("friction by share, positions", 0.0, DVec3::ZERO, |s| {
         s.react_by_position(Friction::share(0.5).expect("in range"));
     }),
-    ("S15", 0.0, DVec3::ZERO, |s| s.react(Friction::coulomb(0.5).expect("in range"))),
-    ("S15, positions", 0.0, DVec3::ZERO, |s| {
+    ("Coulomb", 0.0, DVec3::ZERO, |s| s.react(Friction::coulomb(0.5).expect("in range"))),
+    ("Coulomb, positions", 0.0, DVec3::ZERO, |s| {
         s.react_by_position(Friction::coulomb(0.5).expect("in range"));
     }),
-    ("S16", -0.1, DVec3::ZERO, |s| s.soft_implicit::<ImplicitEuler>(SPRING)),
-    ("S17", 0.4, DVec3::ZERO, |s| s.soft_implicit::<ImplicitEuler>(BARRIER)),
-    ("S18, positions", -0.2, DVec3::ZERO, |s| {
+    ("smooth friction", -0.1, DVec3::ZERO, |s| s.soft_implicit::<ImplicitEuler>(SPRING)),
+    ("barrier", 0.4, DVec3::ZERO, |s| s.soft_implicit::<ImplicitEuler>(BARRIER)),
+    ("distributed, positions", -0.2, DVec3::ZERO, |s| {
         let change = Spring::OneSided.position(&s.state());
         distribute(Free::stencil().terms(), &s.w, change, &mut s.x).expect("finite");
         s.hard(SolveLevel::Velocity, &thorough());
     }),
-    ("S18, velocities", -0.2, DVec3::ZERO, |s| {
+    ("distributed, velocities", -0.2, DVec3::ZERO, |s| {
         let h = StepLength::new(H).expect("in range");
         let change = Spring::OneSided.velocity_to_target(&s.state(), h);
         distribute(Free::stencil().terms(), &s.w, change, &mut s.v).expect("finite");
@@ -239,7 +240,7 @@ fn stack(x: &[DVec3]) -> Vec<Contact> {
 }
 
 #[test]
-fn s3_and_s13_stacks_without_a_floor_keep_their_momentum() {
+fn stacks_without_a_floor_keep_their_momentum() {
     let w: Vec<f64> = (0..10).map(|k| 1.0 / (1.0 + f64::from(k))).collect();
     let x: Vec<DVec3> = (0..10).map(|k| DVec3::Z * 0.9 * f64::from(k)).collect();
     let spring = SoftLaw::new(NormalForce::TwoSided { stiffness: 100.0, damping: 1.0 }, 1.0);
@@ -254,19 +255,19 @@ fn s3_and_s13_stacks_without_a_floor_keep_their_momentum() {
         step.accelerations(a).expect("finite").advance(&mut at, &mut v).expect("finite");
     }
     assert!(v.iter().any(|v| v.length() > 0.1), "it springs apart: {v:?}");
-    assert!(momentum_residual(&w, &[DVec3::ZERO; 10], &v) < 1e-12, "S3");
+    assert!(momentum_residual(&w, &[DVec3::ZERO; 10], &v) < 1e-12, "stack of springs");
 
     for max_iterations in [1, 4, 16, 64] {
         let params = SolverParams { max_iterations, ..SolverParams::default() };
         let mut moved = vec![DVec3::ZERO; 10];
         solve(SolveLevel::Position, &mut moved, &w, &stack(&x), law(0.0), &params);
         let residual = momentum_residual(&w, &[DVec3::ZERO; 10], &moved);
-        assert!(residual < 1e-12, "S13, {max_iterations} sweeps: {residual:e}");
+        assert!(residual < 1e-12, "stack, {max_iterations} sweeps: {residual:e}");
     }
 }
 
 #[test]
-fn s11_and_s12_patches_keep_their_momentum_by_every_method() {
+fn patches_keep_their_momentum_by_every_method() {
     for method in
         [SolverMethod::GaussSeidel, SolverMethod::AveragedJacobi, SolverMethod::ConjugateGradient]
     {
@@ -284,7 +285,7 @@ fn s11_and_s12_patches_keep_their_momentum_by_every_method() {
 }
 
 #[test]
-fn s18_half_and_half_is_not_momentum_neutral() {
+fn half_weights_do_not_keep_the_momentum() {
     let scene = Free::new(-0.2);
     let mut half = vec![DVec3::ZERO; 4];
     for term in Free::stencil().terms() {

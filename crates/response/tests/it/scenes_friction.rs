@@ -1,12 +1,6 @@
-//! Friction and barriers: scenes S14 to S18, and friction at the surface of a
-//! medial contact.
+//! Friction and barriers on slopes and floors, and friction at the surface of a medial
+//! contact.
 
-mod common;
-
-use common::{
-    contact, law, momentum_residual, number, on_plane, over_plane, rows, solve, term, thorough,
-    unit, vector,
-};
 use glam::DVec3;
 use response::{
     ArmSide, ContactLaw, ContactRows, ContactSystem, Friction, ImplicitEuler, LinearParams,
@@ -14,6 +8,11 @@ use response::{
     SweepOrder, TimeStep, TorqueArm, distribute,
 };
 use surface::{Contact, Stencil};
+
+use crate::common::{
+    contact, law, momentum_residual, number, on_plane, over_plane, rows, solve, term, thorough,
+    unit, vector,
+};
 
 const GRAVITY: f64 = 9.81;
 
@@ -44,7 +43,7 @@ fn slide(
 }
 
 #[test]
-fn s14_share_friction_creeps_down_any_slope() {
+fn friction_by_share_creeps_down_any_slope() {
     let (normal, mu) = (slope(20.0)[0], 0.5);
     let margins = Margins::new(0.0, 1.0).unwrap();
     for (h, known) in [(1e-3, 3.355e-3), (1e-2, 33.55e-3)] {
@@ -60,7 +59,7 @@ fn s14_share_friction_creeps_down_any_slope() {
 }
 
 #[test]
-fn s14_share_friction_creeps_as_fast_by_displacements() {
+fn friction_by_share_creeps_as_fast_by_displacements() {
     let ([normal, down], mu) = (slope(20.0), 0.5);
     let margins = Margins::new(0.0, 1.0).unwrap();
     let reaction = Reaction { friction: Friction::share(mu).unwrap() };
@@ -95,7 +94,7 @@ fn coulomb_slide(degrees: f64, mu: f64, h: f64, seconds: f64) -> [f64; 2] {
 }
 
 #[test]
-fn s15_coulomb_sticks_up_to_the_angle_and_then_slides() {
+fn coulomb_sticks_up_to_the_angle_and_then_slides() {
     let (mu, h) = (0.5, 1e-3);
     let angle = f64::atan(mu).to_degrees();
     for degrees in [5.0, 20.0, angle - 0.01] {
@@ -137,7 +136,7 @@ fn displaced_slide(degrees: f64, mu: f64, h: f64, steps: u32) -> [f64; 2] {
 }
 
 #[test]
-fn s15_coulomb_holds_displacements_as_it_does_velocities() {
+fn coulomb_holds_displacements_as_velocities() {
     let (mu, h) = (0.5, 1e-3);
     for degrees in [5.0, 20.0, f64::atan(mu).to_degrees() - 0.01] {
         let [speed, way] = displaced_slide(degrees, mu, h, 2000);
@@ -151,7 +150,7 @@ fn s15_coulomb_holds_displacements_as_it_does_velocities() {
 }
 
 #[test]
-fn s16_smooth_friction_creeps_at_a_share_of_its_slip_speed() {
+fn smooth_friction_creeps_at_a_fraction_of_its_slip_speed() {
     let (mu, slip_speed, h) = (0.5, 1e-3, 1e-2);
     let [normal, down] = slope(20.0);
     // Pressed on by a spring that carries the weight exactly.
@@ -177,7 +176,7 @@ fn s16_smooth_friction_creeps_at_a_share_of_its_slip_speed() {
 }
 
 #[test]
-fn s17_barrier_rests_where_its_force_carries_the_weight() {
+fn a_barrier_rests_where_its_force_carries_the_weight() {
     // Millimetres, kilograms, seconds.
     let gravity = 9810.0;
     let step = TimeStep::<ImplicitEuler>::new(1e-3).unwrap();
@@ -205,7 +204,7 @@ fn s17_barrier_rests_where_its_force_carries_the_weight() {
 }
 
 #[test]
-fn s18_half_and_half_reaches_two_thirds_and_the_rule_all() {
+fn half_weights_reach_two_thirds_and_masses_the_whole() {
     let stencil = Stencil::vertex_face(0, [1, 2, 3], [1.0 / 3.0; 3]);
     let mut half = [DVec3::ZERO; 4];
     for term in stencil.terms() {
@@ -284,7 +283,7 @@ fn medial_friction_acts_at_the_surface() {
 
         let mut at_surface = v.clone();
         let impulse = rub(&scene, &[lever], &mut at_surface);
-        assert!(impulse.tangent.length() > 0.0, "it has_friction");
+        assert!(impulse.tangent.length() > 0.0, "friction acts");
         let lost = angular_change(&scene.x, &scene.w, &v, &at_surface);
         assert!(lost.length() < 1e-12 * scale, "{lost}");
         assert!(momentum_residual(&scene.w, &v, &at_surface) < 1e-12);
@@ -296,7 +295,7 @@ fn medial_friction_acts_at_the_surface() {
 fn a_lever_on_either_side_is_its_mirror() {
     arbtest::arbtest(|u| {
         let scene = medial(u)?;
-        // The same pair told the other way round: the face holds P, the ball P̄.
+        // The same pair in reverse: the face holds P, the ball P̄.
         let terms: Vec<_> =
             scene.contact.stencil.terms().iter().map(|t| term(t.particle, -t.weight)).collect();
         let mirrored = Contact {

@@ -1,21 +1,20 @@
 //! Positions, velocities and accelerations corrected in sequence.
 
-#![expect(clippy::float_cmp, reason = "what is not touched, or is exact in binary, must stay so")]
-
-mod common;
-
-use common::{law, momentum_residual, stacked, tower};
 use glam::DVec3;
 use response::{
     ImpulseCache, ParticleStates, ResponseError, SequenceParams, SequenceReport, SolverParams,
-    SweepOrder, Thresholds, correct_in_sequence,
+    SweepOrder, correct_in_sequence,
 };
 use surface::Contact;
+
+use crate::common::{law, momentum_residual, stacked, tower};
 
 fn params() -> SequenceParams {
     SequenceParams {
         law: law(0.5),
-        thresholds: Thresholds { depth: Some(1e-9), approach: Some(1e-9), push: Some(1e-9) },
+        depth_tolerance: Some(1e-9),
+        approach_tolerance: Some(1e-9),
+        push_tolerance: Some(1e-9),
         solver: SolverParams { max_iterations: 2000, tolerance: 1e-11, ..Default::default() },
         order: SweepOrder::Colored,
         max_rounds: 10,
@@ -29,7 +28,7 @@ struct World {
 }
 
 impl World {
-    fn correct(&mut self, params: &SequenceParams, memory: &mut ImpulseCache) -> SequenceReport {
+    fn correct(&mut self, params: &SequenceParams, cache: &mut ImpulseCache) -> SequenceReport {
         let w = vec![1.0; self.x.len()];
         let mut contacts = tower(&self.x);
         let refresh = |x: &[DVec3], contacts: &mut Vec<Contact>| {
@@ -38,7 +37,7 @@ impl World {
         };
         let particles =
             ParticleStates { x: &mut self.x, v: &mut self.v, a: &mut self.a, inverse_mass: &w };
-        correct_in_sequence(particles, &mut contacts, refresh, params, memory).expect("valid")
+        correct_in_sequence(particles, &mut contacts, refresh, params, cache).expect("valid")
     }
 }
 
@@ -50,8 +49,8 @@ fn a_pressed_tower_is_freed_stopped_and_carried() {
         v: vec![DVec3::new(0.0, 0.0, -3.0); 4],
         a: vec![DVec3::Z * -9.81; 4],
     };
-    let mut memory = ImpulseCache::default();
-    let report = world.correct(&params(), &mut memory);
+    let mut cache = ImpulseCache::default();
+    let report = world.correct(&params(), &mut cache);
     assert!(report.depth < 1e-9 && report.rounds >= 1, "{report:?}");
     for (k, x) in world.x.iter().enumerate().skip(1) {
         assert!(x.z - world.x[k - 1].z > 1.0 - 1e-8, "{:?}", world.x);
@@ -59,27 +58,35 @@ fn a_pressed_tower_is_freed_stopped_and_carried() {
     assert!(world.v.iter().all(|v| v.length() < 1e-7), "{:?}", world.v);
     assert!(world.a.iter().all(|a| a.length() < 1e-7), "{:?}", world.a);
     // The floor is given the momentum that the tower had.
-    assert!((memory.given_to_rigid() - DVec3::Z * -12.0).length() < 1e-7);
+    assert!((cache.impulse_on_rigid() - DVec3::Z * -12.0).length() < 1e-7);
 }
 
 #[test]
-fn thresholds_leave_alone_what_is_within_them() {
+fn states_within_the_tolerances_are_not_changed() {
     let mut world =
         World { x: vec![DVec3::Z * -0.01], v: vec![DVec3::Z * -0.5], a: vec![DVec3::Z * -9.81] };
-    let wide = Thresholds { depth: Some(0.02), approach: Some(1.0), push: Some(10.0) };
-    let report = world
-        .correct(&SequenceParams { thresholds: wide, ..params() }, &mut ImpulseCache::default());
+    let wide = SequenceParams {
+        depth_tolerance: Some(0.02),
+        approach_tolerance: Some(1.0),
+        push_tolerance: Some(10.0),
+        ..params()
+    };
+    let report = world.correct(&wide, &mut ImpulseCache::default());
     assert_eq!((report.rounds, report.velocities, report.accelerations), (0, None, None));
     assert_eq!(world.x[0].z, -0.01);
-    let off = Thresholds { depth: None, approach: Some(0.0), push: None };
-    let report = world
-        .correct(&SequenceParams { thresholds: off, ..params() }, &mut ImpulseCache::default());
+    let velocities = SequenceParams {
+        depth_tolerance: None,
+        approach_tolerance: Some(0.0),
+        push_tolerance: None,
+        ..params()
+    };
+    let report = world.correct(&velocities, &mut ImpulseCache::default());
     assert!(report.velocities.is_some() && report.positions.is_none());
     assert_eq!((world.x[0].z, world.v[0].z, world.a[0].z), (-0.01, 0.0, -9.81));
 }
 
 #[test]
-fn what_leaves_is_not_pushed() {
+fn separating_contacts_are_not_pushed() {
     let mut world = World { x: vec![DVec3::ZERO], v: vec![DVec3::Z], a: vec![DVec3::Z * -9.81] };
     let report = world.correct(&params(), &mut ImpulseCache::default());
     assert_eq!(report.accelerations, None, "thrown up, it still falls back");
@@ -100,8 +107,8 @@ fn a_tower_without_a_floor_keeps_its_momentum() {
     let mut contacts = Vec::new();
     detect(&x, &mut contacts).unwrap();
     let particles = ParticleStates { x: &mut x, v: &mut v, a: &mut a, inverse_mass: &w };
-    let memory = &mut ImpulseCache::default();
-    correct_in_sequence(particles, &mut contacts, detect, &params(), memory).unwrap();
+    let cache = &mut ImpulseCache::default();
+    correct_in_sequence(particles, &mut contacts, detect, &params(), cache).unwrap();
     assert!(momentum_residual(&w, &before.0, &x) < 1e-12);
     assert!(momentum_residual(&w, &before.1, &v) < 1e-12);
     assert!(momentum_residual(&w, &before.2, &a) < 1e-12);
@@ -109,19 +116,19 @@ fn a_tower_without_a_floor_keeps_its_momentum() {
 }
 
 #[test]
-fn the_memory_saves_sweeps_from_step_to_step() {
+fn the_cache_saves_sweeps_from_step_to_step() {
     let mut world = World {
         x: (0..10).map(|k| DVec3::Z * f64::from(k)).collect(),
         v: vec![DVec3::ZERO; 10],
         a: vec![DVec3::ZERO; 10],
     };
-    let mut memory = ImpulseCache::default();
+    let mut cache = ImpulseCache::default();
     let mut sweeps = Vec::new();
     for _ in 0..5 {
         for v in &mut world.v {
             v.z -= 9.81e-2;
         }
-        let report = world.correct(&params(), &mut memory);
+        let report = world.correct(&params(), &mut cache);
         sweeps.push(report.velocities.expect("it fell").iterations);
     }
     assert!(sweeps[1..].iter().all(|s| 20 * s < sweeps[0]), "{sweeps:?}");

@@ -1,0 +1,17 @@
+//! Tests of the public interface: every cell of the table of corrections, scenes with
+//! answers in closed form, and solvers against reference implementations.
+
+#![expect(clippy::float_cmp, reason = "what is not touched, or is exact in binary, must stay so")]
+
+mod bad_input;
+mod cells;
+mod common;
+mod distribution;
+mod permanent;
+mod scenes_friction;
+mod scenes_hard;
+mod scenes_momentum;
+mod scenes_springs;
+mod sequence;
+mod soft;
+mod solving;
