@@ -19,7 +19,7 @@
 //! ```
 //! use musculo_collide::glam::DVec3;
 //! use musculo_collide::surface::TriangleSurface;
-//! use musculo_collide::{BodyKind, CheckParams, Scene};
+//! use musculo_collide::{BodyKind, CheckParams, PairId, Scene};
 //!
 //! let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
 //! let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|corner| 10.0 * corner);
@@ -31,7 +31,7 @@
 //!
 //! let reports = scene.check(&CheckParams { margin: 1.0 })?;
 //! let [pair] = &reports[..] else { panic!("one pair") };
-//! assert_eq!((pair.a, pair.b), (bone, muscle));
+//! assert_eq!(pair.pair, PairId::new(bone, muscle));
 //! assert!(pair.overlaps);
 //! assert_eq!(pair.b_against_a.inside_count, Ok(1));
 //! assert!((pair.max_depth - 0.1 / 3.0_f64.sqrt()).abs() < 1e-12);
@@ -55,9 +55,9 @@ pub use surface::RigidState;
 
 pub use scene::{
     Body, BodyId, BodyKind, CheckParams, ContactKind, ContactPatch, FieldContact, FieldDetector,
-    FieldFeature, MedialContact, MedialDetector, MedialFeature, NearVertex, NoInside, PairReport,
-    PairSweep, PassThrough, PrimitiveBall, Region, Scene, SceneError, Side, SweepReport,
-    SweptContact, VertexReport,
+    FieldFeature, MedialContact, MedialDetector, MedialFeature, NearVertex, NoInside, PairId,
+    PairReport, PairSweep, PassThrough, PrimitiveBall, Region, Scene, SceneError, Side,
+    SweepReport, SweptContact, VertexReport,
 };
 
 /// Holds the README's example to what the library does.

@@ -136,7 +136,7 @@ fn agrees_with_brute_force() {
         let any_inside = !(slow.a_inside.is_empty() && slow.b_inside.is_empty());
         match &reports[..] {
             [report] => {
-                assert_eq!((report.a, report.b), (ids[0], ids[1]));
+                assert_eq!(report.pair.bodies(), [ids[0], ids[1]]);
                 agrees(report, &slow, margin);
                 let overlaps = any_inside || !slow.crossing.is_empty();
                 assert!(report.overlaps || !overlaps);
@@ -293,7 +293,8 @@ fn ignored_pairs_are_left_out() {
     let (mut scene, ids) = scene_of(&[&ball, &ball, &ball]);
     scene.ignore(ids[2], ids[0]);
     let reports = scene.check(&CheckParams { margin: 0.0 }).unwrap();
-    let pairs: Vec<_> = reports.iter().map(|report| (report.a.index(), report.b.index())).collect();
+    let pairs: Vec<_> =
+        reports.iter().map(|report| (report.pair.a.index(), report.pair.b.index())).collect();
     assert_eq!(pairs, [(0, 1), (1, 2)]);
 }
 

@@ -50,7 +50,7 @@ fn depths_are_within_every_tolerance() {
         let exact = scene.check(&CheckParams { margin: 0.0 }).expect("a check");
         let mut compared = 0;
         for report in &exact {
-            let found = depth(&detection, report.a, report.b);
+            let found = depth(&detection, report.pair.a, report.pair.b);
             let error = (found - report.max_depth).abs();
             assert!(error <= tolerance, "{tolerance}: {found} for {}", report.max_depth);
             compared += 1;

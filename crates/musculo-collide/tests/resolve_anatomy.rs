@@ -30,7 +30,9 @@ fn scene(folder: &std::path::Path) -> Scene {
 fn touched(scene: &Scene, pairs: &[PairReport]) -> BTreeSet<(BodyId, u32)> {
     let mut touched = BTreeSet::new();
     for pair in pairs {
-        for (side, id, report) in [(0, pair.a, &pair.a_against_b), (1, pair.b, &pair.b_against_a)] {
+        for (side, id, report) in
+            [(0, pair.pair.a, &pair.a_against_b), (1, pair.pair.b, &pair.b_against_a)]
+        {
             let inside = report.near.iter().filter(|near| near.gap < 0.0);
             touched.extend(inside.map(|near| (id, near.vertex)));
             let faces = scene.body(id).surface().faces();

@@ -129,7 +129,7 @@ fn passing_through_is_seen() {
     let after = scene.check(&params).unwrap();
     assert!(after.is_empty(), "apart at the end");
     let unseen = report.pass_throughs(&scene, &before, &after);
-    assert!(unseen[0].pair);
+    assert!(unseen[0].overlaps_in_neither);
     let through = scene.body(ids[1]).particles();
     let ball_particles = unseen[0].particles.iter().filter(|&particle| through.contains(particle));
     assert_eq!(ball_particles.count(), ball.positions.len(), "every vertex went through");

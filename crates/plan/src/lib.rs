@@ -38,7 +38,7 @@ use self::make::{Made, Maker};
 use self::structures::Structures;
 use glam::DVec3;
 
-use scene::{Body, BodyId, Scene, SweepReport};
+use scene::{Body, BodyId, PairId, Scene, SweepReport};
 
 /// How each pair of a scene is looked at, with what was built for that.
 ///
@@ -280,7 +280,7 @@ impl Plan {
         params: &ccd::CcdParams,
     ) -> Result<SweepReport, PlanError> {
         self.check_scene(scene)?;
-        let is_planned = |a, b| self.pairs.iter().any(|pair| (pair.a, pair.b) == (a, b));
+        let is_planned = |id| self.pairs.iter().any(|pair| PairId::new(pair.a, pair.b) == id);
         Ok(scene.sweep_among(moves, params, is_planned)?)
     }
 

@@ -13,7 +13,7 @@ use super::structures::Structures;
 use super::{ExcludedPair, PairPlan, PlanParams, count};
 use crate::{DetectionMethod, ExclusionReason, PlanError, StructureKind};
 use scene::Body;
-use scene::{BodyId, BodyKind, MedialDetector, Scene, SceneError};
+use scene::{BodyId, BodyKind, MedialDetector, PairId, Scene, SceneError};
 use surface::parallel;
 
 /// Share of the tolerance that each body of a pair may deviate by.
@@ -88,7 +88,7 @@ impl<'a> Maker<'a> {
             for b in scene.ids().skip(a.index() + 1) {
                 let kinds = [a, b].map(|id| scene.body(id).kind());
                 let distance = separation(&boxes[a.index()], &boxes[b.index()]);
-                let reason = if scene.is_ignored(a, b) {
+                let reason = if scene.is_ignored(PairId::new(a, b)) {
                     Some(ExclusionReason::Ignored)
                 } else if kinds == [BodyKind::Rigid; 2] && self.forced(a, b).is_none() {
                     Some(ExclusionReason::BothRigid)

@@ -19,7 +19,8 @@ pub struct ClosestPoint {
 
 impl ClosestPoint {
     /// Returns true if this point is nearer, or as near and on a face of a lower number.
-    fn is_before(&self, other: &Self) -> bool {
+    #[must_use]
+    pub fn is_before(&self, other: &Self) -> bool {
         (self.distance, self.face) < (other.distance, other.face)
     }
 }

@@ -17,7 +17,7 @@ pub(super) fn edge_contacts(scene: &Scene, pair: &PairReport) -> Vec<Contact> {
     if pair.crossing_faces.is_empty() {
         return Vec::new();
     }
-    let [a, b] = [pair.a, pair.b].map(|id| scene.body(id));
+    let [a, b] = pair.pair.bodies().map(|id| scene.body(id));
     let [a_is_rigid, b_is_rigid] = [a, b].map(|body| body.kind() == BodyKind::Rigid);
     // A contact has one anchor at most: between two bones, the second is.
     let a = CrossingSide::new(a, &pair.a_against_b, a_is_rigid && !b_is_rigid);

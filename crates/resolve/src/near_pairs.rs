@@ -6,7 +6,7 @@ use surface::progress::{Interrupted, Progress};
 use super::ResolveError;
 use super::contacts::edge_contacts;
 use proximity::PairProximity;
-use scene::{BodyId, PairReport, Scene};
+use scene::{PairId, PairReport, Scene};
 use surface::parallel;
 
 /// Pairs of bodies within the detection margin, in the order of the bodies.
@@ -32,8 +32,7 @@ impl NearPair {
 
     /// Returns true if the pair overlaps in one of these reports.
     pub(super) fn overlaps_in(&self, reports: &[PairReport]) -> bool {
-        let ids = (self.report.a, self.report.b);
-        reports.iter().any(|report| report.overlaps && (report.a, report.b) == ids)
+        reports.iter().any(|report| report.overlaps && report.pair == self.report.pair)
     }
 }
 
@@ -56,27 +55,27 @@ impl NearPairs {
         moved: &[bool],
         progress: Progress<'_>,
     ) -> Result<(), ResolveError> {
-        let has_moved = |a: BodyId, b: BodyId| moved[a.index()] || moved[b.index()];
-        self.pairs.retain(|pair| !has_moved(pair.report.a, pair.report.b));
+        let has_moved = |pair: PairId| moved[pair.a.index()] || moved[pair.b.index()];
+        self.pairs.retain(|pair| !has_moved(pair.report.pair));
 
         scene.fit_all()?;
         let mut stale = scene.close_pairs(margin)?;
         let scene = &*scene;
-        stale.retain(|&(a, b)| has_moved(a, b));
-        let detect = |found: &mut PairProximity, &(a, b): &(BodyId, BodyId)| {
+        stale.retain(|&pair| has_moved(pair));
+        let detect = |found: &mut PairProximity, &pair: &PairId| {
             progress.report(0.0)?;
-            let Some(trees) = scene.body(a).tree().zip(scene.body(b).tree()) else {
+            let Some(trees) = scene.body(pair.a).tree().zip(scene.body(pair.b).tree()) else {
                 return Ok(None);
             };
             found.compute(trees.0, trees.1, margin);
-            let report = found.has_contact().then(|| PairReport::new(a, b, found));
+            let report = found.has_contact().then(|| PairReport::new(pair, found));
             Ok(report.map(|report| NearPair { edges: edge_contacts(scene, &report), report }))
         };
         let detected = parallel::map_slice_with(&stale, PairProximity::default, detect);
 
         let detected: Result<Vec<_>, Interrupted> = detected.into_iter().collect();
         self.pairs.extend(detected?.into_iter().flatten());
-        self.pairs.sort_unstable_by_key(|pair| (pair.report.a, pair.report.b));
+        self.pairs.sort_unstable_by_key(|pair| pair.report.pair);
         Ok(())
     }
 }

@@ -7,7 +7,7 @@ use super::near_pairs::NearPairs;
 use super::tissue::{Tissue, volume};
 use super::{guard, tuning};
 use scene::Body;
-use scene::{BodyId, BodyKind, PairReport, Scene};
+use scene::{BodyId, BodyKind, PairId, PairReport, Scene};
 use surface::parallel;
 
 /// State of a scene at the start or after a round.
@@ -158,7 +158,7 @@ impl Remaining {
         let is_rigid = |id: BodyId| scene.body(id).kind() == BodyKind::Rigid;
         let mut remaining = Vec::new();
         for pair in near.overlapping() {
-            let PairReport { a, b, crossing_faces, .. } = &pair.report;
+            let PairReport { pair: PairId { a, b, .. }, crossing_faces, .. } = &pair.report;
             let obstacle = if is_rigid(*a) && is_rigid(*b) {
                 Obstacle::BothRigid
             } else if stuck {

@@ -85,7 +85,7 @@ impl Run<'_> {
         let sides = ExitSides::new(scene, &self.tissues, smoothing);
         let mut pairs: Vec<(&NearPair, [ExitMemory; 2])> = Vec::new();
         for pair in self.near.iter() {
-            let ids = (pair.report.a, pair.report.b);
+            let ids = pair.report.pair;
             pairs.push((pair, self.exit_memories.remove(&ids).unwrap_or_default()));
         }
 
@@ -99,7 +99,7 @@ impl Run<'_> {
         });
 
         for (pair, memory) in pairs {
-            self.exit_memories.insert((pair.report.a, pair.report.b), memory);
+            self.exit_memories.insert(pair.report.pair, memory);
         }
         contacts.concat()
     }

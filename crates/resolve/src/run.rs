@@ -11,7 +11,7 @@ use super::outcome::{BodyChange, Remaining, Resolution, Round};
 use super::sides::ExitMemory;
 use super::tissue::{self, Tissue};
 use super::{ResolveError, ResolveParams, guard, tuning, volume};
-use scene::{BodyId, BodyKind, CheckParams, PairReport, Scene};
+use scene::{BodyKind, CheckParams, PairId, PairReport, Scene};
 use surface::parallel;
 
 /// State of one overlap removal.
@@ -30,7 +30,7 @@ pub(super) struct Run<'a> {
     best_positions: Vec<DVec3>,
     /// Rounds since the best one.
     stalled_rounds: u32,
-    pub(super) exit_memories: BTreeMap<(BodyId, BodyId), [ExitMemory; 2]>,
+    pub(super) exit_memories: BTreeMap<PairId, [ExitMemory; 2]>,
     /// Damage to each body.
     pub(super) damage: Vec<Damage>,
 }

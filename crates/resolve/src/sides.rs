@@ -52,7 +52,8 @@ impl<'a> ExitSides<'a> {
         report: &PairReport,
         [of_a, of_b]: &mut [ExitMemory; 2],
     ) -> PairReport {
-        let (a, b) = (self.side(report.a, report.b), self.side(report.b, report.a));
+        let [a, b] = report.pair.bodies();
+        let (a, b) = (self.side(a, b), self.side(b, a));
         PairReport {
             a_against_b: a.correct(&report.a_against_b, of_a),
             b_against_a: b.correct(&report.b_against_a, of_b),

@@ -46,7 +46,9 @@ fn free_displacements(tissue: &Tissue, x: &[DVec3], near: &NearPairs, id: BodyId
     let mut free: Vec<f64> = tissue.rest.iter().zip(x).map(|(rest, x)| rest.distance(*x)).collect();
     for pair in near.iter() {
         let report = &pair.report;
-        for (body, vertices) in [(report.a, &report.a_against_b), (report.b, &report.b_against_a)] {
+        for (body, vertices) in
+            [(report.pair.a, &report.a_against_b), (report.pair.b, &report.b_against_a)]
+        {
             if body == id {
                 vertices.near.iter().for_each(|near| free[near.vertex as usize] = 0.0);
             }

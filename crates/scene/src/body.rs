@@ -15,6 +15,17 @@ use crate::SceneError;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BodyId(pub(crate) u32);
 
+/// Pair of bodies, the one of the lower number first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct PairId {
+    /// The body of the lower number.
+    pub a: BodyId,
+    /// The body of the higher number.
+    pub b: BodyId,
+}
+
 /// Kind of motion of a body, and whether it is meant to have an inside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -54,6 +65,26 @@ impl BodyId {
     #[must_use]
     pub fn index(self) -> usize {
         self.0 as usize
+    }
+}
+
+impl PairId {
+    /// Returns the pair of two bodies, named in whichever order.
+    #[must_use]
+    pub fn new(a: BodyId, b: BodyId) -> Self {
+        Self { a: a.min(b), b: a.max(b) }
+    }
+
+    /// Returns both bodies, the one of the lower number first.
+    #[must_use]
+    pub fn bodies(self) -> [BodyId; 2] {
+        [self.a, self.b]
+    }
+
+    /// Returns true if the body is one of the pair.
+    #[must_use]
+    pub fn contains(self, id: BodyId) -> bool {
+        self.a == id || self.b == id
     }
 }
 

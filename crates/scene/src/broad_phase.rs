@@ -7,11 +7,11 @@
 use glam::DVec3;
 use surface::Aabb;
 
-use crate::BodyId;
+use crate::{BodyId, PairId};
 
 /// Finds the pairs of boxes, by number, that come within `margin` of each other, in ascending
 /// order. No pair is missed through rounding; empty boxes meet none.
-pub(crate) fn overlapping_pairs(boxes: &[Aabb], margin: f64) -> Vec<(BodyId, BodyId)> {
+pub(crate) fn overlapping_pairs(boxes: &[Aabb], margin: f64) -> Vec<PairId> {
     let boxes: Vec<Aabb> = boxes.iter().map(|&bounds| inflate(bounds, margin)).collect();
     let axis = axis_of_spread(&boxes);
     let mut order: Vec<u32> = (0..).take(boxes.len()).collect();
@@ -29,7 +29,7 @@ pub(crate) fn overlapping_pairs(boxes: &[Aabb], margin: f64) -> Vec<(BodyId, Bod
         active.retain(|&other| boxes[other as usize].max[axis] >= bounds.min[axis]);
         for &other in &active {
             if bounds.overlaps(boxes[other as usize]) {
-                pairs.push((BodyId(number.min(other)), BodyId(number.max(other))));
+                pairs.push(PairId::new(BodyId(number), BodyId(other)));
             }
         }
         active.push(number);
@@ -90,7 +90,7 @@ mod tests {
             for (i, a) in (0..).zip(&boxes) {
                 for (j, b) in (0..i).zip(&boxes) {
                     if a.inflate(margin).overlaps(*b) {
-                        slow.push((BodyId(j), BodyId(i)));
+                        slow.push(PairId::new(BodyId(i), BodyId(j)));
                     }
                 }
             }

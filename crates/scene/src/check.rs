@@ -3,7 +3,7 @@
 use proximity::{PairProximity, Region, regions};
 use surface::parallel;
 
-use crate::{BodyId, PairReport, Scene, SceneError};
+use crate::{BodyId, PairId, PairReport, Scene, SceneError};
 
 /// Parameters of static detection.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,28 +40,22 @@ impl Scene {
     pub fn check(&mut self, params: &CheckParams) -> Result<Vec<PairReport>, SceneError> {
         params.validate()?;
         let pairs = self.close_pairs(params.margin)?;
-        let reports = parallel::map_slice_with(&pairs, PairProximity::default, |found, &(a, b)| {
-            self.examine(a, b, params.margin, found)
+        let reports = parallel::map_slice_with(&pairs, PairProximity::default, |found, &pair| {
+            self.examine(pair, params.margin, found)
         });
         Ok(reports.into_iter().flatten().collect())
     }
 
     /// Examines one pair; `None` where nothing is within the margin. Trees must be fitted.
-    fn examine(
-        &self,
-        a: BodyId,
-        b: BodyId,
-        margin: f64,
-        found: &mut PairProximity,
-    ) -> Option<PairReport> {
-        let (of_a, of_b) = (self.body(a).tree()?, self.body(b).tree()?);
-        found.compute(of_a, of_b, margin);
-        let distance = found.distance(of_a, of_b, margin);
+    fn examine(&self, pair: PairId, margin: f64, found: &mut PairProximity) -> Option<PairReport> {
+        let (a, b) = (self.body(pair.a).tree()?, self.body(pair.b).tree()?);
+        found.compute(a, b, margin);
+        let distance = found.distance(a, b, margin);
         if distance.is_none() && !found.has_contact() {
             return None;
         }
-        let patches = found.patches(of_a);
-        Some(PairReport { distance, patches, ..PairReport::new(a, b, found) })
+        let patches = found.patches(a);
+        Some(PairReport { distance, patches, ..PairReport::new(pair, found) })
     }
 
     /// Cuts `body` by `by` in their present state: finds the regions of `body` that do not meet

@@ -15,7 +15,7 @@
 //!
 //! ```
 //! use scene::glam::DVec3;
-//! use scene::{BodyKind, CheckParams, Scene};
+//! use scene::{BodyKind, CheckParams, PairId, Scene};
 //! use surface::TriangleSurface;
 //!
 //! let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
@@ -28,7 +28,7 @@
 //! let muscle = scene.add("muscle", BodyKind::Deformable, surface, shifted.to_vec())?;
 //!
 //! let reports = scene.check(&CheckParams { margin: 1.0 })?;
-//! assert_eq!((reports[0].a, reports[0].b), (bone, muscle));
+//! assert_eq!(reports[0].pair, PairId::new(bone, muscle));
 //! assert!(reports[0].overlaps);
 //! assert_eq!(reports[0].b_against_a.inside_count, Ok(1));
 //! assert!((reports[0].max_depth - 0.1 / 3.0_f64.sqrt()).abs() < 1e-12);
@@ -55,7 +55,7 @@ mod sweep;
 pub use glam;
 pub use proximity::{ContactKind, ContactPatch, NearVertex, NoInside, Region, Side, SweptContact};
 
-pub use crate::body::{Body, BodyId, BodyKind};
+pub use crate::body::{Body, BodyId, BodyKind, PairId};
 pub use crate::check::CheckParams;
 pub use crate::error::SceneError;
 pub use crate::field::{FieldContact, FieldDetector, FieldFeature};

@@ -1,28 +1,25 @@
-//! What a look at single states does not show: contacts between them.
+//! Contacts that static detection misses between two states (tunnelling).
 
 use std::collections::BTreeSet;
 
-use crate::{BodyId, ContactKind, PairReport, PairSweep, Scene, SweepReport, VertexReport};
+use crate::{BodyId, ContactKind, PairId, PairReport, PairSweep, Scene, SweepReport, VertexReport};
 
 /// Contacts of a step between two bodies that neither the state before it nor
 /// the one after it shows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PassThrough {
-    /// The first body.
-    pub a: BodyId,
-    /// The second body, of the higher number.
-    pub b: BodyId,
+    /// The two bodies.
+    pub pair: PairId,
     /// Whether the two overlap in neither state, though they met on the way.
-    pub pair: bool,
+    pub overlaps_in_neither: bool,
     /// Particles, ascending, whose path certainly met the other body's surface
     /// though they are inside it in neither state: they went in and out again.
     pub particles: Vec<u32>,
 }
 
 impl SweepReport {
-    /// Compares a step with static detection [before](Scene::check) and after
-    /// it, for pairs in the order of the bodies; pairs without anything unseen
-    /// are left out.
+    /// Compares a step with static detection [before](Scene::check) and after it, for pairs in
+    /// the order of the bodies; pairs of which a state shows everything are left out.
     #[must_use]
     pub fn pass_throughs(
         &self,
@@ -30,46 +27,47 @@ impl SweepReport {
         before: &[PairReport],
         after: &[PairReport],
     ) -> Vec<PassThrough> {
-        let found = |sweep: &PairSweep| {
-            let states = [before, after].map(|reports| find(reports, sweep));
-            pass_through(scene, sweep, &states)
-        };
-        let shows = |unseen: &PassThrough| unseen.pair || !unseen.particles.is_empty();
-        self.pairs.iter().map(found).filter(shows).collect()
+        let mut found = Vec::new();
+        for sweep in &self.pairs {
+            let states = [before, after].map(|reports| find(reports, sweep.pair));
+            let pass = PassThrough::new(scene, sweep, &states);
+            if pass.overlaps_in_neither || !pass.particles.is_empty() {
+                found.push(pass);
+            }
+        }
+        found
     }
 }
 
-fn find<'a>(reports: &'a [PairReport], sweep: &PairSweep) -> Option<&'a PairReport> {
-    reports.iter().find(|report| (report.a, report.b) == (sweep.a, sweep.b))
+fn find(reports: &[PairReport], pair: PairId) -> Option<&PairReport> {
+    reports.iter().find(|report| report.pair == pair)
 }
 
-fn pass_through(
-    scene: &Scene,
-    sweep: &PairSweep,
-    states: &[Option<&PairReport>; 2],
-) -> PassThrough {
-    let inside: BTreeSet<u32> =
-        states.iter().flatten().flat_map(|report| particles_inside(scene, report)).collect();
-    let met = sweep.contacts.iter().filter(|contact| {
-        contact.kind == ContactKind::VertexFace && contact.certain && !contact.at_start
-    });
-    let vertices: BTreeSet<u32> =
-        met.map(|contact| contact.contact.stencil.terms()[0].particle).collect();
-    PassThrough {
-        a: sweep.a,
-        b: sweep.b,
-        pair: !states.iter().flatten().any(|report| report.overlaps),
-        particles: vertices.difference(&inside).copied().collect(),
+impl PassThrough {
+    fn new(scene: &Scene, sweep: &PairSweep, states: &[Option<&PairReport>; 2]) -> Self {
+        let mut overlaps = false;
+        let mut inside = BTreeSet::new();
+        for report in states.iter().flatten() {
+            overlaps |= report.overlaps;
+            add_inside(scene, report.pair.a, &report.a_against_b, &mut inside);
+            add_inside(scene, report.pair.b, &report.b_against_a, &mut inside);
+        }
+
+        // Vertices that certainly met the other surface on the way.
+        let mut met = BTreeSet::new();
+        for found in &sweep.contacts {
+            if found.kind == ContactKind::VertexFace && found.certain && !found.at_start {
+                met.insert(found.contact.stencil.terms()[0].particle);
+            }
+        }
+        let particles = met.difference(&inside).copied().collect();
+        Self { pair: sweep.pair, overlaps_in_neither: !overlaps, particles }
     }
 }
 
-fn particles_inside<'a>(
-    scene: &'a Scene,
-    report: &'a PairReport,
-) -> impl Iterator<Item = u32> + use<'a> {
-    let of_side = |body: BodyId, side: &'a VertexReport| {
-        let first = scene.body(body).particles().start;
-        side.near.iter().filter(|near| near.gap < 0.0).map(move |near| first + near.vertex)
-    };
-    of_side(report.a, &report.a_against_b).chain(of_side(report.b, &report.b_against_a))
+/// Adds the particles of one body that are inside the other.
+fn add_inside(scene: &Scene, body: BodyId, report: &VertexReport, inside: &mut BTreeSet<u32>) {
+    let first = scene.body(body).particles().start;
+    let deep = report.near.iter().filter(|near| near.gap < 0.0);
+    inside.extend(deep.map(|near| first + near.vertex));
 }

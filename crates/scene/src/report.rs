@@ -3,15 +3,13 @@
 use proximity::{ContactPatch, NearVertex, NoInside, PairProximity, PairSide, contact};
 use surface::Contact;
 
-use crate::{BodyId, Scene};
+use crate::{PairId, Scene};
 
 /// Proximity of two bodies in one state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PairReport {
-    /// The first body.
-    pub a: BodyId,
-    /// The second body, of the higher number.
-    pub b: BodyId,
+    /// The two bodies.
+    pub pair: PairId,
     /// Whether faces cross or a vertex of one is inside the other. Surfaces
     /// that only touch do not overlap.
     pub overlaps: bool,
@@ -47,11 +45,10 @@ pub struct VertexReport {
 impl PairReport {
     /// Copies what was computed for two bodies, without distance and patches.
     #[must_use]
-    pub fn new(a: BodyId, b: BodyId, found: &PairProximity) -> Self {
+    pub fn new(pair: PairId, found: &PairProximity) -> Self {
         let [a_against_b, b_against_a] = found.sides().map(VertexReport::new);
         Self {
-            a,
-            b,
+            pair,
             overlaps: found.overlaps(),
             max_depth: found.max_depth(),
             min_gap: found.min_gap(),
@@ -74,7 +71,7 @@ impl PairReport {
     /// When the report is of another scene.
     #[must_use]
     pub fn contacts(&self, scene: &Scene) -> Vec<Contact> {
-        let [a, b] = [self.a, self.b].map(|id| scene.body(id).contact_surface());
+        let [a, b] = self.pair.bodies().map(|id| scene.body(id).contact_surface());
         let of_a = self.a_against_b.near.iter().map(|near| contact(&a, &b, near));
         let of_b = self.b_against_a.near.iter().map(|near| contact(&b, &a, near));
         of_a.chain(of_b).collect()

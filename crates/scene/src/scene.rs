@@ -6,15 +6,14 @@ use glam::DVec3;
 use surface::{Pose, TriangleSurface, parallel};
 
 use crate::broad_phase::overlapping_pairs;
-use crate::{Body, BodyId, BodyKind, SceneError};
+use crate::{Body, BodyId, BodyKind, PairId, SceneError};
 
 /// Bodies that may touch each other.
 #[derive(Debug, Default)]
 pub struct Scene {
     pub(crate) bodies: Vec<Body>,
     numbers: BTreeMap<String, BodyId>,
-    /// Pairs that are left out, the smaller number first.
-    ignored: BTreeSet<(BodyId, BodyId)>,
+    ignored: BTreeSet<PairId>,
 }
 
 impl Scene {
@@ -52,13 +51,13 @@ impl Scene {
 
     /// Leaves a pair out of every result, in whichever order it is named.
     pub fn ignore(&mut self, a: BodyId, b: BodyId) {
-        self.ignored.insert((a.min(b), a.max(b)));
+        self.ignored.insert(PairId::new(a, b));
     }
 
     /// Returns true if a pair is left out of every result.
     #[must_use]
-    pub fn is_ignored(&self, a: BodyId, b: BodyId) -> bool {
-        self.ignored.contains(&(a.min(b), a.max(b)))
+    pub fn is_ignored(&self, pair: PairId) -> bool {
+        self.ignored.contains(&pair)
     }
 
     /// Returns the bodies, in the order they were added.
@@ -156,25 +155,23 @@ impl Scene {
     /// # Errors
     ///
     /// As [`fit`](Self::fit).
-    pub fn close_pairs(&mut self, margin: f64) -> Result<Vec<(BodyId, BodyId)>, SceneError> {
+    pub fn close_pairs(&mut self, margin: f64) -> Result<Vec<PairId>, SceneError> {
         let boxes = parallel::map_mut(&mut self.bodies, Body::bounds);
         let mut pairs = overlapping_pairs(&boxes, margin);
-        pairs.retain(|&(a, b)| !self.is_ignored(a, b));
+        pairs.retain(|&pair| !self.is_ignored(pair));
 
         let mut is_wanted = vec![false; self.bodies.len()];
-        for (a, b) in &pairs {
-            is_wanted[a.index()] = true;
-            is_wanted[b.index()] = true;
+        for id in pairs.iter().flat_map(|pair| pair.bodies()) {
+            is_wanted[id.index()] = true;
         }
         self.fit(&is_wanted)?;
 
         // The bounds of a tree are tighter than boxes.
         let root = |id: BodyId| self.body(id).tree().map(|tree| tree.tree().root());
-        let is_close = |&(a, b): &(BodyId, BodyId)| match (root(a), root(b)) {
-            (Some(a), Some(b)) => a.inflated(margin).overlaps(&b),
-            _ => false,
-        };
-        pairs.retain(is_close);
+        pairs.retain(|pair| {
+            let roots = root(pair.a).zip(root(pair.b));
+            roots.is_some_and(|(a, b)| a.inflated(margin).overlaps(&b))
+        });
         Ok(pairs)
     }
 

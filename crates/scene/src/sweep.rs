@@ -7,7 +7,7 @@ use proximity::{StepBounds, SweptContact, SweptQuery, SweptSide};
 use surface::{Aabb, Positions, parallel};
 
 use crate::broad_phase::overlapping_pairs;
-use crate::{Body, BodyId, Scene, SceneError};
+use crate::{Body, BodyId, PairId, Scene, SceneError};
 
 /// First contacts of a step.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,10 +24,8 @@ pub struct SweepReport {
 /// First contacts of two bodies during a step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PairSweep {
-    /// The first body.
-    pub a: BodyId,
-    /// The second body, of the higher number.
-    pub b: BodyId,
+    /// The two bodies.
+    pub pair: PairId,
     /// First contacts of their vertices, edges and faces, by time, with particles
     /// numbered by [`Body::particles`]; never empty.
     pub contacts: Vec<SweptContact>,
@@ -51,7 +49,7 @@ impl Scene {
         moves: &[(BodyId, &[DVec3])],
         params: &CcdParams,
     ) -> Result<SweepReport, SceneError> {
-        self.sweep_among(moves, params, |_, _| true)
+        self.sweep_among(moves, params, |_| true)
     }
 
     /// As [`Self::sweep`], for the pairs that are wanted.
@@ -63,7 +61,7 @@ impl Scene {
         &mut self,
         moves: &[(BodyId, &[DVec3])],
         params: &CcdParams,
-        is_wanted: impl Fn(BodyId, BodyId) -> bool,
+        is_wanted: impl Fn(PairId) -> bool,
     ) -> Result<SweepReport, SceneError> {
         params.validate()?;
         let ends = self.check_moves(moves)?;
@@ -87,7 +85,7 @@ impl Scene {
         let mut report = SweepReport { pairs: Vec::new(), largest_free_step: 1.0, candidates: 0 };
         for (pair, found) in pairs.iter().zip(swept) {
             let (contacts, candidates) = found?;
-            report.add(PairSweep { a: pair.a, b: pair.b, contacts }, candidates);
+            report.add(PairSweep { pair: pair.id, contacts }, candidates);
         }
         Ok(report)
     }
@@ -111,8 +109,8 @@ impl Scene {
         &mut self,
         ends: &[Option<Positions<'_>>],
         margin: f64,
-        is_wanted: impl Fn(BodyId, BodyId) -> bool,
-    ) -> Result<Vec<(BodyId, BodyId)>, SceneError> {
+        is_wanted: impl Fn(PairId) -> bool,
+    ) -> Result<Vec<PairId>, SceneError> {
         let mut boxes = parallel::map_mut(&mut self.bodies, Body::bounds);
         for (bounds, end) in boxes.iter_mut().zip(ends) {
             if let Some(x) = end {
@@ -120,13 +118,12 @@ impl Scene {
             }
         }
         let mut pairs = overlapping_pairs(&boxes, margin);
-        pairs.retain(|&(a, b)| !self.is_ignored(a, b) && is_wanted(a, b));
+        pairs.retain(|&pair| !self.is_ignored(pair) && is_wanted(pair));
 
         // Bodies at rest need no bounds over the step.
         let mut is_candidate = vec![false; self.bodies.len()];
-        for (a, b) in &pairs {
-            is_candidate[a.index()] = true;
-            is_candidate[b.index()] = true;
+        for id in pairs.iter().flat_map(|pair| pair.bodies()) {
+            is_candidate[id.index()] = true;
         }
         parallel::try_for_each_mut(&mut self.bodies, |number, body| match ends[number] {
             _ if !is_candidate[number] => Ok(()),
@@ -139,17 +136,17 @@ impl Scene {
     /// Returns the pairs whose bounds over the step come within `margin` of each other.
     fn close_in_step(
         &self,
-        pairs: &[(BodyId, BodyId)],
+        pairs: &[PairId],
         ends: &[Option<Positions<'_>>],
         margin: f64,
     ) -> Vec<StepPair<'_>> {
         let side = |id: BodyId| self.body(id).swept_side(ends[id.index()].is_some());
         let mut close = Vec::new();
-        for &(a, b) in pairs {
-            let Some(sides) = side(a).zip(side(b)) else { continue };
+        for &id in pairs {
+            let Some(sides) = side(id.a).zip(side(id.b)) else { continue };
             let [of_a, of_b] = [sides.0.bounds, sides.1.bounds].map(StepBounds::root);
             if of_a.inflated(margin).overlaps(&of_b) {
-                close.push(StepPair { a, b, sides: [sides.0, sides.1] });
+                close.push(StepPair { id, sides: [sides.0, sides.1] });
             }
         }
         close
@@ -158,8 +155,7 @@ impl Scene {
 
 /// Two bodies that may meet during a step.
 struct StepPair<'a> {
-    a: BodyId,
-    b: BodyId,
+    id: PairId,
     sides: [SweptSide<'a>; 2],
 }
 

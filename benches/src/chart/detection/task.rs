@@ -140,9 +140,9 @@ impl FrameTruth {
 
         let mut truth = Self::default();
         for report in scene.check(&CheckParams { margin: TRUTH_MARGIN })? {
-            let PairReport { a, b, overlaps, a_against_b, b_against_a, crossing_faces, .. } =
+            let PairReport { pair, overlaps, a_against_b, b_against_a, crossing_faces, .. } =
                 report;
-            let pair = [a.index(), b.index()];
+            let pair = pair.bodies().map(|id| id.index());
             let [forward, backward] = both_directions(pair);
             truth.gaps.insert(forward, gaps(&a_against_b));
             truth.gaps.insert(backward, gaps(&b_against_a));

@@ -159,7 +159,7 @@ impl Compared {
         exact: &[PairReport],
         detection: &Detection,
     ) {
-        let exact = exact.iter().find(|exact| (exact.a, exact.b) == (pair.a, pair.b));
+        let exact = exact.iter().find(|exact| exact.pair.bodies() == [pair.a, pair.b]);
         let found = detection.pairs().iter().find(|found| (found.a, found.b) == (pair.a, pair.b));
         let right = exact.map_or(0.0, |exact| depth(exact, pair.bone()));
         let seen = found.map_or(0.0, |found| found.max_depth);
@@ -178,7 +178,7 @@ impl Compared {
 /// Depth of the deepest vertex that a plan looks at: of both bodies, or of the one
 /// that is not the bone whose field is asked.
 fn depth(exact: &PairReport, bone: Option<BodyId>) -> f64 {
-    let sides = [(exact.a, &exact.a_against_b), (exact.b, &exact.b_against_a)];
+    let sides = [(exact.pair.a, &exact.a_against_b), (exact.pair.b, &exact.b_against_a)];
     let looked_at = sides.into_iter().filter(|&(id, _)| Some(id) != bone);
     let gaps = looked_at.flat_map(|(_, side)| &side.near).map(|near| near.gap);
     -gaps.fold(0.0, f64::min)

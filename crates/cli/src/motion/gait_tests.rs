@@ -47,7 +47,7 @@ type Crossings = BTreeSet<(BodyId, BodyId, [u32; 2])>;
 fn crossings(scene: &mut Scene) -> Crossings {
     let reports = scene.check(&CheckParams { margin: 0.0 }).expect("a check");
     let of_pair = |report: &musculo_collide::PairReport| -> Vec<_> {
-        report.crossing_faces.iter().map(|&faces| (report.a, report.b, faces)).collect()
+        report.crossing_faces.iter().map(|&faces| (report.pair.a, report.pair.b, faces)).collect()
     };
     reports.iter().flat_map(of_pair).collect()
 }

@@ -31,7 +31,10 @@ pub(crate) fn divisions(
     reports: &[PairReport],
 ) -> Result<Vec<DivisionRecord>, SceneError> {
     let crossing = reports.iter().filter(|report| !report.crossing_faces.is_empty());
-    let both = crossing.flat_map(|report| [(report.a, report.b), (report.b, report.a)]);
+    let both = crossing.flat_map(|report| {
+        let [a, b] = report.pair.bodies();
+        [(a, b), (b, a)]
+    });
     let is_open = |&(body, _): &(BodyId, BodyId)| scene.body(body).has_inside().is_err();
     let cuts: Vec<(BodyId, BodyId)> = both.filter(is_open).collect();
     let divide = |(body, by): (BodyId, BodyId)| {

@@ -178,7 +178,7 @@ impl DefectRecord {
 
 impl PairRecord {
     pub(crate) fn new(report: &PairReport, scene: &musculo_collide::Scene) -> Self {
-        let (a, b) = (scene.body(report.a), scene.body(report.b));
+        let (a, b) = (scene.body(report.pair.a), scene.body(report.pair.b));
         let refusal = |inside: &VertexReport, body: &musculo_collide::Body| {
             let reason = inside.inside_count.err()?;
             Some(format!("what is inside '{}' is unknown: {reason}", body.name()))
@@ -218,7 +218,7 @@ impl PatchRecord {
 }
 
 fn nearest_vertex(report: &PairReport, scene: &musculo_collide::Scene) -> Option<VertexRecord> {
-    let sides = [(report.a, &report.a_against_b), (report.b, &report.b_against_a)];
+    let sides = [(report.pair.a, &report.a_against_b), (report.pair.b, &report.b_against_a)];
     let (id, near) = sides
         .into_iter()
         .flat_map(|(id, side)| side.near.iter().map(move |near| (id, near)))

@@ -31,10 +31,10 @@ impl ContactField {
             crossing: Vec::new(),
         };
         for report in reports {
-            if report.a == body {
+            if report.pair.a == body {
                 field.add_vertices(&report.a_against_b);
                 field.crossing.extend(report.crossing_faces.iter().map(|[face, _]| face));
-            } else if report.b == body {
+            } else if report.pair.b == body {
                 field.add_vertices(&report.b_against_a);
                 field.crossing.extend(report.crossing_faces.iter().map(|[_, face]| face));
             }

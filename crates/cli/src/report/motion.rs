@@ -108,13 +108,13 @@ impl StepRecord {
 
 impl MeetingRecord {
     fn new(scene: &musculo_collide::Scene, pair: &PairSweep, unseen: &[PassThrough]) -> Self {
-        let unseen = unseen.iter().find(|unseen| (unseen.a, unseen.b) == (pair.a, pair.b));
+        let unseen = unseen.iter().find(|unseen| unseen.pair == pair.pair);
         Self {
-            a: name(scene, pair.a),
-            b: name(scene, pair.b),
+            a: name(scene, pair.pair.a),
+            b: name(scene, pair.pair.b),
             contacts: pair.contacts.len(),
             first_contact: pair.first_time(),
-            unseen_pair: unseen.is_some_and(|unseen| unseen.pair),
+            unseen_pair: unseen.is_some_and(|unseen| unseen.overlaps_in_neither),
             unseen_vertices: unseen.map_or(0, |unseen| unseen.particles.len()),
         }
     }
@@ -127,13 +127,16 @@ fn name(scene: &musculo_collide::Scene, id: BodyId) -> String {
 fn deepest(scene: &musculo_collide::Scene, reports: &[PairReport]) -> Option<DepthRecord> {
     let overlapping = reports.iter().filter(|pair| pair.overlaps);
     let pair = overlapping.max_by(|p, q| p.max_depth.total_cmp(&q.max_depth))?;
-    Some(DepthRecord { a: name(scene, pair.a), b: name(scene, pair.b), depth: pair.max_depth })
+    Some(DepthRecord {
+        a: name(scene, pair.pair.a),
+        b: name(scene, pair.pair.b),
+        depth: pair.max_depth,
+    })
 }
 
 fn free_step_of_free_pairs(sweep: &SweepReport, before: &[PairReport]) -> f64 {
-    let overlapped = |pair: &&PairSweep| {
-        before.iter().any(|report| report.overlaps && (report.a, report.b) == (pair.a, pair.b))
-    };
+    let overlapped =
+        |pair: &&PairSweep| before.iter().any(|report| report.overlaps && report.pair == pair.pair);
     let free = sweep.pairs.iter().filter(|pair| !overlapped(pair));
     free.filter_map(PairSweep::first_time).fold(1.0, f64::min)
 }

@@ -53,9 +53,8 @@ impl<'a> Gallery<'a> {
 
     /// The scene from three sides; `done` is called after each.
     pub(crate) fn overview(&self, done: impl Fn() + Sync) -> Vec<Sight> {
-        let overlapping = |id: BodyId| {
-            self.reports.iter().any(|pair| pair.overlaps && (pair.a == id || pair.b == id))
-        };
+        let overlapping =
+            |id: BodyId| self.reports.iter().any(|pair| pair.overlaps && pair.pair.contains(id));
         let nothing_overlaps = !self.scene.ids().any(overlapping);
         let shown: Vec<(BodyId, Appearance)> = self
             .scene
@@ -95,14 +94,14 @@ impl<'a> Gallery<'a> {
 
     fn close_up(&self, pair: &PairReport) -> Sight {
         let contact = Entry::of(pair, self.scene);
-        let shown = [(pair.a, Appearance::Solid), (pair.b, Appearance::Solid)];
+        let shown = pair.pair.bodies().map(|id| (id, Appearance::Solid));
         let fields = self.fields(&shown, [pair]);
         let subjects = self.subjects(&shown, &fields);
         let camera = contact.camera();
         let title = format!(
             "{} × {}, seen from within {}",
-            self.scene.body(pair.a).name(),
-            self.scene.body(pair.b).name(),
+            self.scene.body(pair.pair.a).name(),
+            self.scene.body(pair.pair.b).name(),
             self.scene.body(contact.entered).name(),
         );
         Sight::draw(title, &subjects, &camera, pair.max_depth)
@@ -214,9 +213,9 @@ impl Entry {
         };
         let a_enters = deepest(&pair.a_against_b) <= deepest(&pair.b_against_a);
         let (entering, entered, report) = if a_enters {
-            (pair.a, pair.b, &pair.a_against_b)
+            (pair.pair.a, pair.pair.b, &pair.a_against_b)
         } else {
-            (pair.b, pair.a, &pair.b_against_a)
+            (pair.pair.b, pair.pair.a, &pair.b_against_a)
         };
         let body = scene.body(entering);
         let crossing = || {

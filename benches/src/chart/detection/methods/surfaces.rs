@@ -46,7 +46,7 @@ impl Detector for ExactSurfaces<'_> {
         let mut directions = Vec::new();
         for &pair in &self.task.pairs {
             let ids = pair.map(|body| self.ids[body]);
-            let report = self.reports.iter().find(|report| [report.a, report.b] == ids);
+            let report = self.reports.iter().find(|report| report.pair.bodies() == ids);
             let [forward, backward] = both_directions(pair);
             directions.push((forward, report.map_or_else(Vec::new, |r| depths(&r.a_against_b))));
             directions.push((backward, report.map_or_else(Vec::new, |r| depths(&r.b_against_a))));
