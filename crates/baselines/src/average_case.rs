@@ -1,33 +1,32 @@
-//! Average-case collision detection: how likely do two trees of boxes meet?
+//! Average-case collision detection: probability of an overlap, from trees of boxes.
 //!
-//! Each node of a tree of boxes keeps in how many cells of its box the surface
-//! fills a good part. Where two boxes overlap, these counts say how many cells
-//! of the overlap each surface is expected to fill, and, had chance dealt
-//! them, how likely some cell is filled by both. The likeliest pair is opened
-//! first; the search ends when a pair is likely enough, when none is left, or
-//! when the budget is spent.
+//! Each node of a tree of boxes keeps the share of the cells of its box that the surface fills.
+//! Where two boxes overlap, these shares give the expected number of filled cells in the overlap
+//! for each surface, and, if filled cells are distributed at random, the probability that both
+//! fill some cell. The most probable pair is expanded first (best-first search). The search ends
+//! when a pair is probable enough, when no pair is left, or when the budget is spent.
 //!
-//! Source: J. Klein and G. Zachmann, "ADB-Trees: controlling the error of
-//! time-critical collision detection", VMV 2003, and "Time-critical collision
-//! detection using an average-case approach", VRST 2003. Differs in that
-//! leaves are tested exactly, so that an acceptance of 1 and no limit give the
+//! Source: J. Klein and G. Zachmann, "ADB-Trees: controlling the error of time-critical collision
+//! detection", VMV 2003, and "Time-critical collision detection using an average-case approach",
+//! VRST 2003. Here leaves are tested exactly, so that an acceptance of 1 without a budget gives the
 //! exact answer.
 //!
-//! It says whether there is a collision, not where: no vertices, no depth.
+//! The method reports an overlap, but neither vertices nor depths.
 //!
 //! # Example
 //!
 //! ```
-//! use glam::DVec3;
+//! use baselines::average_case::{AverageCaseParams, AverageCaseTree};
+//! use baselines::{PlacedSurface, glam::DVec3};
 //! use surface::TriangleSurface;
-//! use baselines::{PlacedSurface, average_case::{AverageCaseParams, AverageCaseTree}};
 //!
 //! let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
 //! let surface = TriangleSurface::new(4, faces)?;
 //! let first = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
 //! let second = first.map(|x| x + DVec3::splat(0.2));
-//! let (x, y) = (surface.positions(&first)?, surface.positions(&second)?);
-//! let (a, b) = (PlacedSurface { surface: &surface, x }, PlacedSurface { surface: &surface, x: y });
+//! let a = PlacedSurface { surface: &surface, x: surface.positions(&first)? };
+//! let b = PlacedSurface { surface: &surface, x: surface.positions(&second)? };
+//!
 //! let params = AverageCaseParams { acceptance: 1.0, ..AverageCaseParams::DEFAULT };
 //! let (tree_a, tree_b) = (AverageCaseTree::new(a, &params)?, AverageCaseTree::new(b, &params)?);
 //! assert!(tree_a.detect(a, &tree_b, b, &params)?.overlap);
@@ -36,36 +35,40 @@
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
+use std::ops::Range;
 
 use glam::DVec3;
-use surface::{Meeting, triangles_meet};
+use surface::{Aabb, Meeting, triangle, triangles_meet};
 
-use crate::boxes::Bounds;
 use crate::error::{BaselineError, check_count, check_share};
-use crate::findings::{PairFindings, PlacedSurface, index};
+use crate::findings::{PairFindings, PlacedSurface, clamp_cell, clamp_count, index};
 
-/// How trees are made, and when the search is content.
+/// Parameters of the trees and of the search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AverageCaseParams {
     /// Cells along each side of a node's box, in `1..=16`.
     pub cells: u32,
-    /// Share of a cell's largest cross-section that surface must cover for the
-    /// cell to count as filled, in `0.0..=1.0` and not 0.
+    /// Share of a cell's largest cross-section that the surface must cover for the cell to count
+    /// as filled, above 0 and at most 1.
     pub filled: f64,
-    /// Probability from which on a collision is reported, in `0.0..=1.0` and
-    /// not 0. With 1, only faces that cross are one.
+    /// Probability from which on an overlap is reported, above 0 and at most 1. With 1, only
+    /// crossing faces count.
     pub acceptance: f64,
-    /// Pairs of nodes and of faces tested, at most. When they are spent, no
-    /// collision is reported, and [`PairFindings::probability`] is that of the
-    /// likeliest pair left.
+    /// Maximum number of tests of nodes and of faces. When they are spent, no overlap is reported,
+    /// and [`PairFindings::probability`] is that of the most probable pair left.
     pub max_tests: u64,
 }
 
 impl AverageCaseParams {
-    /// 8 cells a side, half filled, nine in ten.
+    /// 8 cells per side, half filled, probability 0.9.
     pub const DEFAULT: Self = Self { cells: 8, filled: 0.5, acceptance: 0.9, max_tests: u64::MAX };
 
-    fn check(&self) -> Result<(), BaselineError> {
+    /// Checks that all parameters are in range.
+    ///
+    /// # Errors
+    ///
+    /// Names the first parameter out of range.
+    pub fn validate(&self) -> Result<(), BaselineError> {
         check_count("cells", self.cells.into(), 16)?;
         check_share("filled", self.filled)?;
         check_share("acceptance", self.acceptance)
@@ -78,10 +81,10 @@ impl Default for AverageCaseParams {
     }
 }
 
-/// Faces in a leaf, at most.
+/// Maximum number of faces in a leaf.
 const LEAF: usize = 4;
 
-/// A binary tree of boxes over a body's faces, with counts of filled cells.
+/// Binary tree of boxes over the faces of a surface, with shares of filled cells.
 #[derive(Clone, Debug)]
 pub struct AverageCaseTree {
     nodes: Vec<Node>,
@@ -91,28 +94,28 @@ pub struct AverageCaseTree {
 
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    bounds: Bounds,
+    bounds: Aabb,
     /// Share of the cells of the box that are filled.
     filled: f64,
-    below: Below,
+    children: Children,
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Below {
+enum Children {
     /// Numbers of two nodes.
     Nodes([u32; 2]),
-    /// From where to where in the list of faces.
+    /// Start and end of a range in the list of faces.
     Faces([u32; 2]),
 }
 
 impl AverageCaseTree {
-    /// Builds the tree of a body; it is good for this state of it alone.
+    /// Builds the tree of a surface; it is valid for these positions only.
     ///
     /// # Errors
     ///
     /// When a parameter is out of range.
     pub fn new(body: PlacedSurface<'_>, params: &AverageCaseParams) -> Result<Self, BaselineError> {
-        params.check()?;
+        params.validate()?;
         let mut tree = Self { nodes: Vec::new(), faces: (0..body.face_count()).collect() };
         if !tree.faces.is_empty() {
             tree.build(body, params, 0..body.surface.faces().len());
@@ -120,37 +123,32 @@ impl AverageCaseTree {
         Ok(tree)
     }
 
-    /// Bytes that the tree takes.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        self.nodes.capacity() * size_of::<Node>() + self.faces.capacity() * size_of::<u32>()
-    }
-
-    /// Builds the node over part of the faces, and all below; gives its number.
+    /// Builds the node over a range of the faces, with all nodes below; returns its number.
     fn build(
         &mut self,
         body: PlacedSurface<'_>,
         params: &AverageCaseParams,
-        part: std::ops::Range<usize>,
+        range: Range<usize>,
     ) -> u32 {
-        let faces = &mut self.faces[part.clone()];
+        let faces = &mut self.faces[range.clone()];
         let bounds =
-            faces.iter().fold(Bounds::EMPTY, |b, &f| b.union(Bounds::of(&body.corners(f))));
-        let node = self.nodes.len();
+            faces.iter().fold(Aabb::EMPTY, |bounds, &face| bounds.union(body.face_bounds(face)));
         let filled = filled_share(body, faces, bounds, params);
-        let below = Below::Faces([index(part.start), index(part.end)]);
-        self.nodes.push(Node { bounds, filled, below });
-        if part.len() > LEAF {
-            halve(body, faces, bounds);
-            let middle = part.start + part.len() / 2;
-            let children =
-                [part.start..middle, middle..part.end].map(|half| self.build(body, params, half));
-            self.nodes[node].below = Below::Nodes(children);
+        let node = self.nodes.len();
+        let children = Children::Faces([index(range.start), index(range.end)]);
+        self.nodes.push(Node { bounds, filled, children });
+
+        if range.len() > LEAF {
+            partition_at_median(body, faces, bounds);
+            let middle = range.start + range.len() / 2;
+            let first = self.build(body, params, range.start..middle);
+            let second = self.build(body, params, middle..range.end);
+            self.nodes[node].children = Children::Nodes([first, second]);
         }
         index(node)
     }
 
-    /// Tells whether two bodies collide, by their trees.
+    /// Detects an overlap of two surfaces by their trees.
     ///
     /// # Errors
     ///
@@ -162,206 +160,213 @@ impl AverageCaseTree {
         other_body: PlacedSurface<'_>,
         params: &AverageCaseParams,
     ) -> Result<PairFindings, BaselineError> {
-        params.check()?;
-        let mut search = Search { trees: [self, other], params, open: BinaryHeap::new(), tests: 0 };
+        params.validate()?;
+        let mut search = Search {
+            trees: [self, other],
+            bodies: [body, other_body],
+            params,
+            open: BinaryHeap::new(),
+            tests: 0,
+        };
         if !(self.nodes.is_empty() || other.nodes.is_empty()) {
             search.open([0, 0]);
         }
-        let mut found = PairFindings::default();
-        let mut likeliest = 0.0;
-        while let Some(pair) = search.open.pop() {
-            likeliest = pair.probability;
-            if params.acceptance < 1.0 && pair.probability >= params.acceptance {
-                found.overlap = true;
-                break;
-            }
-            if search.tests >= params.max_tests {
-                break;
-            }
-            if search.expand(&pair, [body, other_body]) {
-                (found.overlap, likeliest) = (true, 1.0);
-                break;
-            }
-            likeliest = 0.0;
-        }
-        Ok(PairFindings { probability: Some(likeliest), tests: search.tests, ..found })
+        let (overlap, probability) = search.run();
+        let tests = search.tests;
+        Ok(PairFindings { overlap, probability: Some(probability), tests, ..Default::default() })
     }
 }
 
-/// Sorts faces so that each half is on one side, along the longest side of the box.
-fn halve(body: PlacedSurface<'_>, faces: &mut [u32], bounds: Bounds) {
+/// Partitions faces at the median along the longest side of their box.
+fn partition_at_median(body: PlacedSurface<'_>, faces: &mut [u32], bounds: Aabb) {
     let sides = bounds.sides().to_array();
     let axis = (0..3).max_by(|&i, &j| sides[i].total_cmp(&sides[j])).unwrap_or(0);
-    let middle = |face: u32| body.corners(face).iter().map(|p| p[axis]).sum::<f64>();
+    let center = |face: u32| body.corners(face).iter().map(|p| p[axis]).sum::<f64>();
     faces.select_nth_unstable_by(faces.len() / 2, |&f, &g| {
-        middle(f).total_cmp(&middle(g)).then(f.cmp(&g))
+        center(f).total_cmp(&center(g)).then(f.cmp(&g))
     });
 }
 
-/// Pieces along a face's edges, at most, of which each counts where its middle is.
-const MOST_PIECES: u32 = 16;
+/// Maximum number of pieces along a face's edges, which are assigned to cells by their centers.
+const MAX_PIECES: u32 = 16;
 
-/// Share of a box's cells in which faces fill a good part of a cross-section.
+/// Computes the share of a box's cells that faces fill.
 fn filled_share(
     body: PlacedSurface<'_>,
     faces: &[u32],
-    bounds: Bounds,
+    bounds: Aabb,
     params: &AverageCaseParams,
 ) -> f64 {
     let n = params.cells;
     let cell = bounds.sides() / f64::from(n);
-    let mut area = vec![0.0; (n * n * n) as usize];
+
+    // Area per cell: faces are cut into pieces about as large as a cell.
+    let mut areas = vec![0.0; (n * n * n) as usize];
     for &face in faces {
-        let [a, b, c] = body.corners(face);
+        let corners = body.corners(face);
+        let [a, b, c] = corners;
         let extent = (b - a).abs().max((c - a).abs()).max((c - b).abs());
-        let wanted =
-            (extent / cell).to_array().into_iter().filter(|x| x.is_finite()).fold(1.0, f64::max);
-        let pieces = place(wanted.ceil(), MOST_PIECES);
-        let share = 0.5 * (b - a).cross(c - a).length() / f64::from(pieces * pieces);
+        let in_cells = (extent / cell).to_array().into_iter().filter(|x| x.is_finite());
+        let pieces = clamp_count(in_cells.fold(1.0, f64::max).ceil(), MAX_PIECES);
+        let area = triangle::area(corners) / f64::from(pieces * pieces);
         for_each_piece(pieces, |s, t| {
-            let from = (a + (b - a) * s + (c - a) * t - bounds.low) / cell;
-            let [i, j, k] = from.to_array().map(|x| place(x.floor() + 1.0, n) - 1);
-            area[((i * n + j) * n + k) as usize] += share;
+            let from_corner = (a + (b - a) * s + (c - a) * t - bounds.min) / cell;
+            let [i, j, k] = from_corner.to_array().map(|x| clamp_cell(x, n));
+            areas[((i * n + j) * n + k) as usize] += area;
         });
     }
+
     let enough = params.filled * largest_section(cell);
-    let filled = area.iter().filter(|area| **area > 0.0 && **area >= enough).count();
+    let filled = areas.iter().filter(|area| **area > 0.0 && **area >= enough).count();
     f64::from(index(filled)) / f64::from(n * n * n)
 }
 
-/// Area of the plane through two opposite long edges of a box.
+/// Computes the area of the plane through two opposite long edges of a box.
 fn largest_section(sides: DVec3) -> f64 {
     let longest = sides.max_element();
     let squared = sides.length_squared() - longest * longest;
     longest * squared.max(0.0).sqrt()
 }
 
-/// Visits the middles of the pieces of a triangle cut `n` times along its
-/// edges, by their weights of the second and the third corner.
+/// Visits the centers of the pieces of a triangle cut `n` times along its edges, by their weights
+/// of the second and the third corner.
 fn for_each_piece(n: u32, mut visit: impl FnMut(f64, f64)) {
-    let at = |i: u32, third: f64| (f64::from(i) + third) / f64::from(n);
+    let weight = |i: u32, third: f64| (f64::from(i) + third) / f64::from(n);
     for i in 0..n {
         for j in 0..n - i {
-            visit(at(i, 1.0 / 3.0), at(j, 1.0 / 3.0));
+            visit(weight(i, 1.0 / 3.0), weight(j, 1.0 / 3.0));
             if i + j + 1 < n {
-                visit(at(i, 2.0 / 3.0), at(j, 2.0 / 3.0));
+                visit(weight(i, 2.0 / 3.0), weight(j, 2.0 / 3.0));
             }
         }
     }
 }
 
-/// A whole number brought into `1..=most`; 1 for what is not a number.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the range")]
-fn place(x: f64, most: u32) -> u32 {
-    x.max(1.0).min(f64::from(most)) as u32
-}
-
-/// A pair of nodes that overlap, and how likely surfaces collide in them.
-struct Pair {
+/// Two nodes that overlap, ordered by the probability of an overlap of their surfaces.
+struct NodePair {
     probability: f64,
     nodes: [u32; 2],
 }
 
-impl Ord for Pair {
+impl Ord for NodePair {
     fn cmp(&self, other: &Self) -> Ordering {
         self.probability.total_cmp(&other.probability).then(other.nodes.cmp(&self.nodes))
     }
 }
 
-impl PartialOrd for Pair {
+impl PartialOrd for NodePair {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl PartialEq for Pair {
+impl PartialEq for NodePair {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other) == Ordering::Equal
     }
 }
 
-impl Eq for Pair {}
+impl Eq for NodePair {}
 
-/// The pairs still open, the likeliest first.
+/// Best-first search over pairs of nodes.
 struct Search<'a> {
     trees: [&'a AverageCaseTree; 2],
+    bodies: [PlacedSurface<'a>; 2],
     params: &'a AverageCaseParams,
-    open: BinaryHeap<Pair>,
+    open: BinaryHeap<NodePair>,
     tests: u64,
 }
 
 impl Search<'_> {
-    /// Tests the boxes of two nodes and keeps the pair if they overlap.
+    /// Searches for an overlap; returns it with its probability.
+    fn run(&mut self) -> (bool, f64) {
+        let AverageCaseParams { acceptance, max_tests, .. } = *self.params;
+        while let Some(pair) = self.open.pop() {
+            let is_accepted = acceptance < 1.0 && pair.probability >= acceptance;
+            if is_accepted || self.tests >= max_tests {
+                return (is_accepted, pair.probability);
+            }
+            if self.expand(&pair) {
+                return (true, 1.0);
+            }
+        }
+        (false, 0.0)
+    }
+
+    /// Tests the boxes of two nodes, and keeps the pair if they overlap.
     fn open(&mut self, nodes: [u32; 2]) {
         self.tests += 1;
         let [a, b] = [0, 1].map(|i| &self.trees[i].nodes[nodes[i] as usize]);
         if a.bounds.overlaps(b.bounds) {
             let probability = probability(a, b, self.params.cells);
-            self.open.push(Pair { probability, nodes });
+            self.open.push(NodePair { probability, nodes });
         }
     }
 
-    /// Opens what is below a pair; says whether faces in it cross.
-    fn expand(&mut self, pair: &Pair, bodies: [PlacedSurface<'_>; 2]) -> bool {
-        let below = [0, 1].map(|i| self.trees[i].nodes[pair.nodes[i] as usize].below);
-        match below {
-            [Below::Nodes(a), Below::Nodes(b)] => {
-                for (a, b) in a.into_iter().flat_map(|a| b.map(|b| (a, b))) {
-                    self.open([a, b]);
+    /// Opens the children of a pair; returns true if faces in it cross.
+    fn expand(&mut self, pair: &NodePair) -> bool {
+        let [first, second] = pair.nodes;
+        let children = [0, 1].map(|i| self.trees[i].nodes[pair.nodes[i] as usize].children);
+        let (firsts, seconds) = match children {
+            [Children::Faces(a), Children::Faces(b)] => return self.faces_cross([a, b]),
+            [Children::Nodes(a), Children::Nodes(b)] => (a.to_vec(), b.to_vec()),
+            [Children::Nodes(a), Children::Faces(_)] => (a.to_vec(), vec![second]),
+            [Children::Faces(_), Children::Nodes(b)] => (vec![first], b.to_vec()),
+        };
+        for a in firsts {
+            for &b in &seconds {
+                self.open([a, b]);
+            }
+        }
+        false
+    }
+
+    fn faces_cross(&mut self, ranges: [[u32; 2]; 2]) -> bool {
+        let faces_of = |i: usize| {
+            let [start, end] = ranges[i];
+            &self.trees[i].faces[start as usize..end as usize]
+        };
+        for &f in faces_of(0) {
+            for &g in faces_of(1) {
+                self.tests += 1;
+                let corners = [self.bodies[0].corners(f), self.bodies[1].corners(g)];
+                if triangles_meet(corners[0], corners[1]) == Meeting::Crossing {
+                    return true;
                 }
-                false
             }
-            [Below::Nodes(a), Below::Faces(_)] => {
-                a.into_iter().for_each(|a| self.open([a, pair.nodes[1]]));
-                false
-            }
-            [Below::Faces(_), Below::Nodes(b)] => {
-                b.into_iter().for_each(|b| self.open([pair.nodes[0], b]));
-                false
-            }
-            [Below::Faces(a), Below::Faces(b)] => self.faces_cross([a, b], bodies),
         }
-    }
-
-    fn faces_cross(&mut self, parts: [[u32; 2]; 2], bodies: [PlacedSurface<'_>; 2]) -> bool {
-        let [a, b] = [0, 1].map(|i| {
-            let [from, to] = parts[i];
-            &self.trees[i].faces[from as usize..to as usize]
-        });
-        let mut pairs = a.iter().flat_map(|f| b.iter().map(move |g| (*f, *g)));
-        pairs.any(|(f, g)| {
-            self.tests += 1;
-            triangles_meet(bodies[0].corners(f), bodies[1].corners(g)) == Meeting::Crossing
-        })
+        false
     }
 }
 
-/// How likely a cell in the overlap of two boxes is filled by both, if filled
-/// cells are dealt by chance: one less the chance that `s_B` cells out of `s`
-/// miss all `s_A` others, which is hypergeometric.
+/// Computes the probability that both surfaces fill a cell in the overlap of two boxes, if filled
+/// cells are distributed at random.
+///
+/// It is 1 less the probability that `s_B` of `s` cells are none of `s_A` others, which is
+/// hypergeometric.
 fn probability(a: &Node, b: &Node, cells: u32) -> f64 {
-    let overlap = a.bounds.intersection(b.bounds).sides();
     // Cells of the overlap, of the size of those of the smaller box.
+    let overlap = a.bounds.intersection(b.bounds).sides();
     let cell = a.bounds.sides().min(b.bounds.sides()) / f64::from(cells);
-    let along = (overlap / cell).to_array().map(|x| f64::from(place(x.round(), cells)));
-    let s: f64 = along.iter().product();
+    let counts = (overlap / cell).to_array().map(|x| f64::from(clamp_count(x.round(), cells)));
+    let s: f64 = counts.iter().product();
+
     let (s_a, s_b) = ((a.filled * s).round(), (b.filled * s).round());
     if s_a + s_b > s {
         return 1.0;
     }
     let (few, many) = (s_a.min(s_b), s_a.max(s_b));
-    let mut miss = 1.0;
-    let mut dealt = 0.0;
-    while dealt < few {
-        miss *= (s - many - dealt) / (s - dealt);
-        dealt += 1.0;
+    let (mut none_common, mut drawn) = (1.0, 0.0);
+    while drawn < few {
+        none_common *= (s - many - drawn) / (s - drawn);
+        drawn += 1.0;
     }
-    1.0 - miss
+    1.0 - none_common
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{AverageCaseParams, AverageCaseTree, Below, PlacedSurface};
+    use super::{Aabb, AverageCaseParams, AverageCaseTree, Children, PlacedSurface};
 
     #[test]
     fn each_face_is_in_one_leaf_and_its_boxes() {
@@ -369,24 +374,22 @@ mod tests {
         let surface = mesh.surface();
         let x = surface.positions(&mesh.positions).expect("finite");
         let body = PlacedSurface { surface: &surface, x };
-        let tree =
-            AverageCaseTree::new(body, &AverageCaseParams::DEFAULT).expect("valid parameters");
+        let tree = AverageCaseTree::new(body, &AverageCaseParams::DEFAULT).expect("valid");
+
         let mut found = Vec::new();
         for node in &tree.nodes {
-            if let Below::Faces([from, to]) = node.below {
-                found.extend_from_slice(&tree.faces[from as usize..to as usize]);
-            }
-            let inner = match node.below {
-                Below::Nodes(nodes) => nodes.map(|n| tree.nodes[n as usize].bounds).to_vec(),
-                Below::Faces([from, to]) => tree.faces[from as usize..to as usize]
-                    .iter()
-                    .map(|f| crate::boxes::Bounds::of(&body.corners(*f)))
-                    .collect(),
+            let inner: Vec<Aabb> = match node.children {
+                Children::Nodes(nodes) => {
+                    nodes.iter().map(|n| tree.nodes[*n as usize].bounds).collect()
+                }
+                Children::Faces([start, end]) => {
+                    let faces = &tree.faces[start as usize..end as usize];
+                    found.extend_from_slice(faces);
+                    faces.iter().map(|face| body.face_bounds(*face)).collect()
+                }
             };
-            assert!(
-                inner.iter().all(|b| b.union(node.bounds) == node.bounds),
-                "a box is too small"
-            );
+            let is_outer = inner.iter().all(|bounds| bounds.union(node.bounds) == node.bounds);
+            assert!(is_outer, "a box is too small");
             assert!((0.0..=1.0).contains(&node.filled), "a share");
         }
         found.sort_unstable();

@@ -1,62 +1,71 @@
-//! Layered depth images: where parallel rays enter and leave two bodies.
+//! Layered depth images: layers at which parallel rays enter and leave two bodies.
 //!
-//! Over the overlap of two boxes a grid of rays is laid along one axis. Each
-//! ray keeps, in order, where it passes the faces of a closed surface; between
-//! entering and leaving it is inside. Two such images merge to the volume that
-//! the bodies share, and tell for a vertex whether it is inside and how far it
-//! is from the surface along its ray.
+//! A grid of rays is laid along one axis over the intersection of the bounding boxes. Each ray
+//! keeps, in order, the layers at which it passes the faces of a closed surface; between entering
+//! and leaving it is inside. Two such images merge to the volume of the intersection. A vertex is
+//! inside if the ray of its pixel is inside at its height, and its depth is the distance to the
+//! surface along the ray.
 //!
-//! Sources: B. Heidelberger, M. Teschner and M. Gross, "Real-time volumetric
-//! intersections of deforming objects", VMV 2003, and "Detection of collisions
-//! and self-collisions using image-space techniques", WSCG 2004. Those render
-//! the layers on graphics hardware; here rays are cast exactly, so that one
-//! through an edge passes one of its faces, and images have no holes.
+//! Sources: B. Heidelberger, M. Teschner and M. Gross, "Real-time volumetric intersections of
+//! deforming objects", VMV 2003, and "Detection of collisions and self-collisions using
+//! image-space techniques", WSCG 2004. Those render the layers on graphics hardware; here rays are
+//! cast exactly, so that one through an edge passes one of its faces, and images have no holes.
 //!
-//! What is thinner than a pixel is missed. A vertex is judged by the ray in the
-//! middle of its pixel: it is placed wrongly if the surface passes between the
-//! two. The volume is off by what the pixels at the rim hold; it converges with
-//! the resolution.
+//! Geometry thinner than a pixel is missed. A vertex is classified wrongly if the surface passes
+//! between it and the ray of its pixel. The error of the volume is in the pixels at the rim; it
+//! converges with the resolution.
 //!
 //! # Example
 //!
 //! ```
-//! use glam::DVec3;
+//! use baselines::layered_depth::{self, LayeredDepthParams};
+//! use baselines::{PlacedSurface, glam::DVec3};
 //! use surface::TriangleSurface;
-//! use baselines::{PlacedSurface, layered_depth};
 //!
 //! let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
 //! let surface = TriangleSurface::new(4, faces)?;
 //! let first = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
 //! let second = first.map(|x| 0.5 * x + DVec3::splat(0.1));
-//! let (x, y) = (surface.positions(&first)?, surface.positions(&second)?);
-//! let params = layered_depth::LayeredDepthParams { resolution: 200, ..layered_depth::LayeredDepthParams::DEFAULT };
-//! let (a, b) = (PlacedSurface { surface: &surface, x }, PlacedSurface { surface: &surface, x: y });
+//! let a = PlacedSurface { surface: &surface, x: surface.positions(&first)? };
+//! let b = PlacedSurface { surface: &surface, x: surface.positions(&second)? };
+//!
+//! let params = LayeredDepthParams { resolution: 200, ..LayeredDepthParams::DEFAULT };
 //! let volume = layered_depth::detect(a, b, &params)?.volume.expect("images give volumes");
-//! // Half as large, and its corner at 0.1 three times: it is inside.
+//! // Half as large, with its corner at (0.1, 0.1, 0.1): inside.
 //! assert!((volume - 0.125 / 6.0).abs() < 1e-3);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 use glam::DVec3;
-use surface::ray_crosses_triangle;
+use surface::{Aabb, ray_crosses_triangle, triangle};
 
-use crate::boxes::Bounds;
 use crate::error::{BaselineError, check_count};
-use crate::findings::{PairFindings, PlacedSurface, VertexInside, index};
+use crate::findings::{PairFindings, PlacedSurface, VertexInside, clamp_cell, clamp_count, index};
 
-/// Along what, and how finely, rays are laid.
+/// Parameters of layered depth images.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LayeredDepthParams {
     /// Pixels along the longer side of the image, in `1..=8192`.
     pub resolution: u32,
-    /// Which coordinate rays run along; `None` for that in which the overlap
-    /// of the boxes is shortest.
+    /// Axis of the rays; `None` for that along which the intersection of the boxes is shortest.
     pub axis: Option<RayAxis>,
 }
 
+/// Maximum number of pixels along a side.
+const MAX_RESOLUTION: u64 = 8192;
+
 impl LayeredDepthParams {
-    /// 64 pixels, the middle of what the papers use.
+    /// 64 pixels, the middle of the papers' resolutions.
     pub const DEFAULT: Self = Self { resolution: 64, axis: None };
+
+    /// Checks that all parameters are in range.
+    ///
+    /// # Errors
+    ///
+    /// Names the first parameter out of range.
+    pub fn validate(&self) -> Result<(), BaselineError> {
+        check_count("resolution", self.resolution.into(), MAX_RESOLUTION)
+    }
 }
 
 impl Default for LayeredDepthParams {
@@ -65,21 +74,21 @@ impl Default for LayeredDepthParams {
     }
 }
 
-/// A coordinate axis.
+/// Coordinate axis of rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayAxis {
-    /// The first.
+    /// The first axis.
     X,
-    /// The second.
+    /// The second axis.
     Y,
-    /// The third.
+    /// The third axis.
     Z,
 }
 
 impl RayAxis {
     const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
-    /// Turns the axis to the first, keeping orientations.
+    /// Rotates the axis to the first, which keeps orientations.
     fn to_front(self, p: DVec3) -> DVec3 {
         match self {
             Self::X => p,
@@ -89,10 +98,8 @@ impl RayAxis {
     }
 }
 
-const MOST_PIXELS_A_SIDE: u64 = 8192;
-
-/// Finds the volume that two closed bodies share, and the vertices of each
-/// inside the other, as far as the pixels tell.
+/// Computes the volume of the intersection of two closed surfaces, and the vertices of each inside
+/// the other, at the resolution of the images.
 ///
 /// # Errors
 ///
@@ -102,16 +109,17 @@ pub fn detect(
     b: PlacedSurface<'_>,
     params: &LayeredDepthParams,
 ) -> Result<PairFindings, BaselineError> {
-    check_count("resolution", params.resolution.into(), MOST_PIXELS_A_SIDE)?;
+    params.validate()?;
     a.surface.require_closed()?;
     b.surface.require_closed()?;
-    let shared = Bounds::of(a.x.as_slice()).intersection(Bounds::of(b.x.as_slice()));
+    let shared = a.bounds().intersection(b.bounds());
     if shared.is_empty() {
         let inside = Some([Vec::new(), Vec::new()]);
         return Ok(PairFindings { inside, volume: Some(0.0), ..PairFindings::default() });
     }
+
     let screen = Screen::new(shared, params);
-    let (image_a, image_b) = (Image::new(&screen, a), Image::new(&screen, b));
+    let (image_a, image_b) = (LayeredImage::new(&screen, a), LayeredImage::new(&screen, b));
     let volume = screen.pixel_area() * shared_length(&image_a, &image_b);
     let inside = [image_b.vertices_inside(&screen, a), image_a.vertices_inside(&screen, b)];
     Ok(PairFindings {
@@ -123,27 +131,29 @@ pub fn detect(
     })
 }
 
-/// The rays: a grid of pixels across the axis, which is turned to x.
+/// Grid of rays, one per pixel; the axis of the rays is rotated to x.
 struct Screen {
     axis: RayAxis,
-    /// The overlap of the boxes.
-    bounds: Bounds,
+    /// Rotated intersection of the bounding boxes.
+    bounds: Aabb,
     /// Pixels along y and z.
     pixels: [u32; 2],
-    /// Sides of a pixel, along y and z.
+    /// Sides of a pixel along y and z.
     sides: [f64; 2],
 }
 
 impl Screen {
-    fn new(shared: Bounds, params: &LayeredDepthParams) -> Self {
+    fn new(shared: Aabb, params: &LayeredDepthParams) -> Self {
         let length = |axis: RayAxis| axis.to_front(shared.sides()).x;
         let shortest = || RayAxis::ALL.into_iter().min_by(|a, b| length(*a).total_cmp(&length(*b)));
         let axis = params.axis.or_else(shortest).unwrap_or(RayAxis::X);
-        let bounds = Bounds { low: axis.to_front(shared.low), high: axis.to_front(shared.high) };
+
+        let bounds = Aabb { min: axis.to_front(shared.min), max: axis.to_front(shared.max) };
         let across = [bounds.sides().y, bounds.sides().z];
         let longer = across[0].max(across[1]);
-        let most = f64::from(params.resolution);
-        let pixels = across.map(|side| whole((most * side / longer).ceil(), params.resolution));
+        let resolution = f64::from(params.resolution);
+        let pixels =
+            across.map(|side| clamp_count((resolution * side / longer).ceil(), params.resolution));
         let sides = [across[0] / f64::from(pixels[0]), across[1] / f64::from(pixels[1])];
         Self { axis, bounds, pixels, sides }
     }
@@ -152,104 +162,112 @@ impl Screen {
         self.sides[0] * self.sides[1]
     }
 
-    fn count(&self) -> usize {
+    fn pixel_count(&self) -> usize {
         self.pixels[0] as usize * self.pixels[1] as usize
     }
 
-    /// Where the ray of a pixel is.
+    /// Returns the start of the ray of a pixel.
     fn ray(&self, [i, j]: [u32; 2]) -> DVec3 {
-        let low = self.bounds.low;
-        let at = |place: u32, side: f64| (f64::from(place) + 0.5) * side;
-        DVec3::new(f64::MIN, low.y + at(i, self.sides[0]), low.z + at(j, self.sides[1]))
+        let from_border = |place: u32, side: f64| (f64::from(place) + 0.5) * side;
+        let y = self.bounds.min.y + from_border(i, self.sides[0]);
+        let z = self.bounds.min.z + from_border(j, self.sides[1]);
+        DVec3::new(f64::MIN, y, z)
     }
 
     fn number(&self, [i, j]: [u32; 2]) -> usize {
         i as usize * self.pixels[1] as usize + j as usize
     }
 
-    /// Pixel that holds a point of the overlap, which is turned already.
+    /// Returns the pixel that holds a rotated point.
     fn pixel(&self, p: DVec3) -> [u32; 2] {
-        let from = p - self.bounds.low;
-        let place = |x: f64, k: usize| whole((x / self.sides[k]).floor() + 1.0, self.pixels[k]) - 1;
-        [place(from.y, 0), place(from.z, 1)]
+        let from_border = p - self.bounds.min;
+        let place = |x: f64, k: usize| clamp_cell(x / self.sides[k], self.pixels[k]);
+        [place(from_border.y, 0), place(from_border.z, 1)]
     }
 }
 
-/// A whole number brought into `1..=most`; 1 for what is not a number.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the range")]
-fn whole(x: f64, most: u32) -> u32 {
-    x.max(1.0).min(f64::from(most)) as u32
+/// Part of a ray inside a body.
+#[derive(Clone, Copy)]
+struct Stretch {
+    start: f64,
+    end: f64,
 }
 
-/// The layers of one body: stretches of each ray that are inside.
-struct Image {
-    /// Where the stretches of each pixel start, and one more.
-    starts: Vec<usize>,
-    stretches: Vec<[f64; 2]>,
+/// Layered depth image of one body.
+struct LayeredImage {
+    /// Offsets of the pixels' stretches, and the number of stretches.
+    offsets: Vec<usize>,
+    stretches: Vec<Stretch>,
     tests: u64,
 }
 
-/// Where a ray passes a face of a pixel.
+/// Point where the ray of a pixel passes a face.
 struct Layer {
     pixel: usize,
     depth: f64,
-    /// 1 where it enters, -1 where it leaves.
+    /// 1 where it enters, −1 where it leaves.
     turn: i32,
 }
 
-impl Image {
+impl LayeredImage {
     fn new(screen: &Screen, body: PlacedSurface<'_>) -> Self {
         let (mut layers, tests) = layers(screen, body);
         layers.sort_by(|a, b| a.pixel.cmp(&b.pixel).then(a.depth.total_cmp(&b.depth)));
-        let (mut starts, mut stretches) = (vec![0], Vec::new());
+
+        let (mut offsets, mut stretches) = (vec![0], Vec::new());
         let mut rest = layers.as_slice();
-        for pixel in 0..screen.count() {
+        for pixel in 0..screen.pixel_count() {
             let count = rest.partition_point(|layer| layer.pixel <= pixel);
             push_stretches(&rest[..count], &mut stretches);
             rest = &rest[count..];
-            starts.push(stretches.len());
+            offsets.push(stretches.len());
         }
-        Self { starts, stretches, tests }
+        Self { offsets, stretches, tests }
     }
 
-    fn of_pixel(&self, pixel: usize) -> &[[f64; 2]] {
-        &self.stretches[self.starts[pixel]..self.starts[pixel + 1]]
+    fn of_pixel(&self, pixel: usize) -> &[Stretch] {
+        &self.stretches[self.offsets[pixel]..self.offsets[pixel + 1]]
     }
 
-    /// Vertices of another body in the stretches of this one.
+    /// Finds the vertices of another body in the stretches of this one.
     fn vertices_inside(&self, screen: &Screen, other: PlacedSurface<'_>) -> Vec<VertexInside> {
-        let depth = |p: DVec3| {
+        let mut inside = Vec::new();
+        for (vertex, p) in other.x.as_slice().iter().enumerate() {
+            let p = screen.axis.to_front(*p);
+            if !screen.bounds.contains(p) {
+                continue;
+            }
             let stretches = self.of_pixel(screen.number(screen.pixel(p)));
-            let of = stretches.iter().find(|[from, to]| *from <= p.x && p.x <= *to)?;
-            Some((p.x - of[0]).min(of[1] - p.x))
-        };
-        let each = other.x.as_slice().iter().map(|p| screen.axis.to_front(*p)).enumerate();
-        each.filter(|(_, p)| screen.bounds.holds(*p))
-            .filter_map(|(v, p)| Some(VertexInside { vertex: index(v), depth: depth(p)? }))
-            .collect()
+            if let Some(holding) = stretches.iter().find(|s| s.start <= p.x && p.x <= s.end) {
+                let depth = (p.x - holding.start).min(holding.end - p.x);
+                inside.push(VertexInside { vertex: index(vertex), depth });
+            }
+        }
+        inside
     }
 }
 
-/// All layers of a body, and the rays tested against faces.
+/// Casts all rays; returns their layers, and the number of tests of rays against faces.
 fn layers(screen: &Screen, body: PlacedSurface<'_>) -> (Vec<Layer>, u64) {
     let (mut layers, mut tests) = (Vec::new(), 0);
+    let (min, max) = (screen.bounds.min, screen.bounds.max);
     for face in 0..body.face_count() {
         let corners = body.corners(face).map(|p| screen.axis.to_front(p));
-        let bounds = Bounds::of(&corners);
-        let (low, high) = (screen.bounds.low, screen.bounds.high);
-        if bounds.high.y < low.y
-            || bounds.high.z < low.z
-            || bounds.low.y > high.y
-            || bounds.low.z > high.z
-        {
+        let bounds = Aabb::of_points(corners);
+        let is_beside = bounds.max.y < min.y
+            || bounds.max.z < min.z
+            || bounds.min.y > max.y
+            || bounds.min.z > max.z;
+        if is_beside {
             continue;
         }
-        let ([i0, j0], [i1, j1]) = (screen.pixel(bounds.low), screen.pixel(bounds.high));
+
+        let ([i0, j0], [i1, j1]) = (screen.pixel(bounds.min), screen.pixel(bounds.max));
         for pixel in (i0..=i1).flat_map(|i| (j0..=j1).map(move |j| [i, j])) {
             tests += 1;
             let ray = screen.ray(pixel);
             if let Some(sign) = ray_crosses_triangle(ray, corners) {
-                let depth = depth_of(ray, corners);
+                let depth = depth_on_face(ray, corners);
                 layers.push(Layer { pixel: screen.number(pixel), depth, turn: -sign });
             }
         }
@@ -257,35 +275,37 @@ fn layers(screen: &Screen, body: PlacedSurface<'_>) -> (Vec<Layer>, u64) {
     (layers, tests)
 }
 
-/// Where a ray along x passes the plane of a face, kept within the face's extent.
-fn depth_of(ray: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
-    let normal = (b - a).cross(c - a);
-    let off = normal.y * (ray.y - a.y) + normal.z * (ray.z - a.z);
-    let depth = a.x - off / normal.x;
+/// Computes where a ray along x passes the plane of a face, clamped to the extent of the face.
+fn depth_on_face(ray: DVec3, corners: [DVec3; 3]) -> f64 {
+    let [a, b, c] = corners;
+    let normal = triangle::normal(corners);
+    let offset = normal.y * (ray.y - a.y) + normal.z * (ray.z - a.z);
+    let depth = a.x - offset / normal.x;
     depth.max(a.x.min(b.x).min(c.x)).min(a.x.max(b.x).max(c.x))
 }
 
-/// Where the layers of one pixel, in order, are inside.
-fn push_stretches(layers: &[Layer], stretches: &mut Vec<[f64; 2]>) {
-    let (mut depth_of_nesting, mut entered) = (0, 0.0);
+/// Appends the stretches inside, from the layers of one pixel in order.
+fn push_stretches(layers: &[Layer], stretches: &mut Vec<Stretch>) {
+    let (mut nesting, mut start) = (0, 0.0);
     for layer in layers {
-        let before = depth_of_nesting;
-        depth_of_nesting += layer.turn;
-        if before <= 0 && depth_of_nesting > 0 {
-            entered = layer.depth;
-        } else if before > 0 && depth_of_nesting <= 0 {
-            stretches.push([entered, layer.depth]);
+        let before = nesting;
+        nesting += layer.turn;
+        if before <= 0 && nesting > 0 {
+            start = layer.depth;
+        } else if before > 0 && nesting <= 0 {
+            stretches.push(Stretch { start, end: layer.depth });
         }
     }
 }
 
-/// Length of rays that is inside both, over all pixels.
-fn shared_length(a: &Image, b: &Image) -> f64 {
+/// Sums the length of rays inside both images, over all pixels.
+fn shared_length(a: &LayeredImage, b: &LayeredImage) -> f64 {
     let mut length = 0.0;
-    for pixel in 0..a.starts.len() - 1 {
-        for [from, to] in a.of_pixel(pixel) {
-            let with = |[low, high]: &[f64; 2]| (to.min(*high) - from.max(*low)).max(0.0);
-            length += b.of_pixel(pixel).iter().map(with).sum::<f64>();
+    for pixel in 0..a.offsets.len() - 1 {
+        for of_a in a.of_pixel(pixel) {
+            let shared =
+                |of_b: &Stretch| (of_a.end.min(of_b.end) - of_a.start.max(of_b.start)).max(0.0);
+            length += b.of_pixel(pixel).iter().map(shared).sum::<f64>();
         }
     }
     length

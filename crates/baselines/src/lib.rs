@@ -1,46 +1,46 @@
-//! Other ways to detect collisions: hashing, layered depth images, chance.
+//! Collision detection methods to compare with: spatial hashing, layered depth images,
+//! average-case trees and random pairs.
 //!
-//! Fields, trees of bounds and medial surfaces are what this workspace builds
-//! on. Here is what they are weighed against, each method small and in one
-//! file with its paper:
+//! Each method is small and stands in one file with its paper:
 //!
-//! - [`spatial_hash`]: faces that cross, found in the cells of a hash table;
-//! - [`layered_depth`]: overlap, volume and vertices inside, from sorted layers
-//!   along parallel rays;
-//! - [`average_case`]: whether two bodies overlap, by the chance that cells of
-//!   two trees of boxes hold surface of both;
-//! - [`selected_pairs`]: pairs of faces drawn at random, led to where they come
-//!   closest, within a budget.
+//! - [`spatial_hash`]: crossing faces by the cells of a hash table, vertices inside by
+//!   propagation from the crossings;
+//! - [`layered_depth`]: volume and vertices inside, from sorted layers along parallel rays;
+//! - [`average_case`]: probability of an overlap, from counts of filled cells in trees of boxes;
+//! - [`selected_pairs`]: random pairs of faces that walk to local minima of their distance,
+//!   within a budget.
 //!
-//! All that compare two [`PlacedSurface`]s answer with [`PairFindings`], so that a chart can
-//! set them beside each other: what was found, and the elementary tests it took.
-//! Lengths are in the one unit of the positions. Same input, same bits out: what
-//! is random comes from a seed.
+//! All take two [`PlacedSurface`]s and return [`PairFindings`]. Lengths are in the unit of the
+//! positions. Same input, same bits out: random numbers come from a seed.
 //!
 //! # Example
 //!
 //! ```
-//! use glam::DVec3;
+//! use baselines::glam::DVec3;
+//! use baselines::spatial_hash::{self, SpatialHashParams};
+//! use baselines::{PlacedSurface, VertexInside};
 //! use surface::TriangleSurface;
-//! use baselines::{PlacedSurface, spatial_hash};
 //!
 //! // Two tetrahedra; a corner of the second is in the first.
 //! let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
 //! let surface = TriangleSurface::new(4, faces)?;
 //! let first = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
 //! let second = first.map(|x| x + DVec3::splat(0.2));
-//! let body = |x| Ok::<_, surface::SurfaceError>(PlacedSurface { surface: &surface, x: surface.positions(x)? });
+//! let a = PlacedSurface { surface: &surface, x: surface.positions(&first)? };
+//! let b = PlacedSurface { surface: &surface, x: surface.positions(&second)? };
 //!
-//! let params = spatial_hash::SpatialHashParams { cell_size: 0.5, ..spatial_hash::SpatialHashParams::DEFAULT };
-//! let found = spatial_hash::detect(body(&first)?, body(&second)?, &params)?;
+//! let found = spatial_hash::detect(a, b, &SpatialHashParams::new(0.5))?;
 //! assert!(found.overlap);
 //! let [_, of_second] = found.inside.expect("hashing finds vertices inside");
-//! assert_eq!(of_second.iter().map(|v| v.vertex).collect::<Vec<_>>(), [0]);
+//! assert_eq!(of_second.iter().map(|v: &VertexInside| v.vertex).collect::<Vec<_>>(), [0]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! # Features
+//!
+//! None.
 
 pub mod average_case;
-mod boxes;
 mod cells;
 mod error;
 mod findings;
@@ -50,5 +50,12 @@ mod propagation;
 pub mod selected_pairs;
 pub mod spatial_hash;
 
+pub use glam;
+
 pub use crate::error::BaselineError;
 pub use crate::findings::{PairFindings, PlacedSurface, VertexInside};
+
+/// Compiles and runs the README's example.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,78 +1,104 @@
-//! Vertices inside, and how deep, from where edges pass through faces.
+//! Propagation of penetration depths from the edges that pass through faces.
 //!
-//! The inner end of an edge that leaves the other body is inside, and its depth
-//! is a mean of the heights below the faces its edges pass, the closer the
-//! heavier. From there both spread along edges that pass through nothing,
-//! layer by layer: the depth of a vertex is what its neighbours' is, and the
-//! way to them along their direction out. Where surfaces meet at a slant, as at
-//! the rim of a lens, depths come out too large by a fourth or so.
+//! The inner end of an edge that leaves the other surface is inside. Its depth is the mean of its
+//! heights below the faces that its edges pass, weighted by inverse squared distance. From these
+//! border vertices, depths spread layer by layer along edges that pass through nothing: the depth
+//! of a vertex is the mean of its neighbors' depths plus the way to them along their direction
+//! out. Where surfaces meet at a slant, as at the rim of a lens, depths are a fourth too large.
 //!
-//! Source: B. Heidelberger, M. Teschner, R. Keiser, M. Müller and M. Gross,
-//! "Consistent penetration depth estimation for deformable collision response",
-//! VMV 2004, section 4.
+//! Source: B. Heidelberger, M. Teschner, R. Keiser, M. Müller and M. Gross, "Consistent
+//! penetration depth estimation for deformable collision response", VMV 2004, section 4.
 
 use std::collections::BTreeMap;
 
 use glam::DVec3;
+use surface::triangle::unit_normal;
 use surface::{Meeting, segment_meets_triangle};
 
 use crate::findings::{PlacedSurface, VertexInside, index};
 
-/// Vertices of each body inside the other, for the faces that cross.
-pub(crate) fn inside(
+/// Finds the vertices of each surface inside the other, from the faces that cross.
+pub(crate) fn vertices_inside(
     a: PlacedSurface<'_>,
     b: PlacedSurface<'_>,
     crossing: &[[u32; 2]],
 ) -> [Vec<VertexInside>; 2] {
-    let turned: Vec<[u32; 2]> = crossing.iter().map(|&[f, g]| [g, f]).collect();
-    [inside_one(a, b, crossing), inside_one(b, a, &turned)]
+    let reversed: Vec<[u32; 2]> = crossing.iter().map(|&[f, g]| [g, f]).collect();
+    [of_one_surface(a, b, crossing), of_one_surface(b, a, &reversed)]
 }
 
-/// A passage of an edge through a face.
+/// Point where an edge passes through a face.
 struct Passage {
     point: DVec3,
+    /// Unit normal of the face.
     normal: DVec3,
 }
 
-/// What is known of a vertex: its depth, and the direction out.
+/// Depth of a vertex, and the direction out.
 #[derive(Clone, Copy)]
-struct Deep {
+struct Penetration {
     depth: f64,
     out: DVec3,
 }
 
-fn inside_one(
+/// Weighted mean of penetrations.
+#[derive(Clone, Copy, Default)]
+struct WeightedMean {
+    weight: f64,
+    depth: f64,
+    out: DVec3,
+}
+
+impl WeightedMean {
+    /// Adds a penetration at a vector, weighted by the inverse square of its length.
+    fn add(&mut self, arm: DVec3, depth: f64, out: DVec3) {
+        let weight = 1.0 / arm.length_squared().max(f64::MIN_POSITIVE);
+        self.weight += weight;
+        self.depth += weight * depth;
+        self.out += weight * out;
+    }
+
+    fn finish(self) -> Penetration {
+        Penetration { depth: self.depth / self.weight, out: self.out.normalize_or_zero() }
+    }
+}
+
+fn of_one_surface(
     body: PlacedSurface<'_>,
     other: PlacedSurface<'_>,
     crossing: &[[u32; 2]],
 ) -> Vec<VertexInside> {
     let passages = passages(body, other, crossing);
-    let mut known: BTreeMap<u32, Deep> = border(body, &passages);
+    let neighbors = neighbors(body);
+    let mut known = border(body, &passages);
     let mut layer: Vec<u32> = known.keys().copied().collect();
-    let neighbours = neighbours(body);
+
     while !layer.is_empty() {
+        // The next layer lies behind edges that pass through nothing.
         let mut next: Vec<u32> = Vec::new();
         for &vertex in &layer {
-            let free =
-                neighbours[vertex as usize].iter().filter(|(edge, _)| !passages.contains_key(edge));
-            next.extend(free.map(|(_, to)| *to).filter(|to| !known.contains_key(to)));
+            for (edge, to) in &neighbors[vertex as usize] {
+                if !passages.contains_key(edge) && !known.contains_key(to) {
+                    next.push(*to);
+                }
+            }
         }
         next.sort_unstable();
         next.dedup();
-        let found: Vec<(u32, Deep)> = next
-            .iter()
-            .map(|&vertex| (vertex, spread(body, vertex, &neighbours[vertex as usize], &known)))
-            .collect();
+
+        let spread = |&vertex: &u32| {
+            (vertex, spread_from(body, vertex, &neighbors[vertex as usize], &known))
+        };
+        let found: Vec<(u32, Penetration)> = next.iter().map(spread).collect();
         known.extend(found);
         layer = next;
     }
-    known
-        .into_iter()
-        .map(|(vertex, deep)| VertexInside { vertex, depth: deep.depth.max(0.0) })
-        .collect()
+
+    let inside = known.into_iter();
+    inside.map(|(vertex, found)| VertexInside { vertex, depth: found.depth.max(0.0) }).collect()
 }
 
-/// Where the edges of faces that cross pass through the others, by edge.
+/// Finds the passages of the edges of crossing faces through the other faces, by edge.
 fn passages(
     body: PlacedSurface<'_>,
     other: PlacedSurface<'_>,
@@ -84,13 +110,14 @@ fn passages(
         .collect();
     pairs.sort_unstable();
     pairs.dedup();
+
     let mut passages: BTreeMap<u32, Vec<Passage>> = BTreeMap::new();
     for [edge, face] in pairs {
         let [p, q] = body.surface.edges()[edge as usize].map(|vertex| body.x.at(vertex));
-        let [c0, c1, c2] = other.corners(face);
-        if segment_meets_triangle([p, q], [c0, c1, c2]) == Meeting::Crossing {
-            let normal = (c1 - c0).cross(c2 - c0).normalize_or_zero();
-            let share = normal.dot(c0 - p) / normal.dot(q - p);
+        let corners = other.corners(face);
+        if segment_meets_triangle([p, q], corners) == Meeting::Crossing {
+            let normal = unit_normal(corners);
+            let share = normal.dot(corners[0] - p) / normal.dot(q - p);
             let point = p.lerp(q, share.clamp(0.0, 1.0));
             passages.entry(edge).or_default().push(Passage { point, normal });
         }
@@ -98,60 +125,52 @@ fn passages(
     passages
 }
 
-/// The vertices that edges tell to be inside, with means over these.
-fn border(body: PlacedSurface<'_>, passages: &BTreeMap<u32, Vec<Passage>>) -> BTreeMap<u32, Deep> {
-    let mut sums: BTreeMap<u32, (f64, Deep)> = BTreeMap::new();
-    for (&edge, through) in passages {
+/// Finds the vertices at the inner ends of edges, with means over their passages.
+fn border(
+    body: PlacedSurface<'_>,
+    passages: &BTreeMap<u32, Vec<Passage>>,
+) -> BTreeMap<u32, Penetration> {
+    let mut means: BTreeMap<u32, WeightedMean> = BTreeMap::new();
+    for (&edge, passages) in passages {
         let [p, q] = body.surface.edges()[edge as usize];
         for (vertex, far) in [(p, q), (q, p)] {
             let (from, to) = (body.x.at(vertex), body.x.at(far));
-            let first = through.iter().min_by(|x, y| {
-                from.distance_squared(x.point).total_cmp(&from.distance_squared(y.point))
-            });
-            let Some(first) = first.filter(|passage| passage.normal.dot(to - from) > 0.0) else {
-                continue;
-            };
-            let way = first.point - from;
-            let weight = 1.0 / way.length_squared().max(f64::MIN_POSITIVE);
-            let none = (0.0, Deep { depth: 0.0, out: DVec3::ZERO });
-            let (weights, sum) = sums.entry(vertex).or_insert(none);
-            *weights += weight;
-            sum.depth += weight * way.dot(first.normal);
-            sum.out += weight * first.normal;
+            let squared = |passage: &Passage| from.distance_squared(passage.point);
+            let first = passages.iter().min_by(|x, y| squared(x).total_cmp(&squared(y)));
+
+            // Inside, if the edge leaves the other surface at the first passage.
+            if let Some(first) = first.filter(|passage| passage.normal.dot(to - from) > 0.0) {
+                let arm = first.point - from;
+                means.entry(vertex).or_default().add(arm, arm.dot(first.normal), first.normal);
+            }
         }
     }
-    let mean = |(weights, sum): (f64, Deep)| Deep {
-        depth: sum.depth / weights,
-        out: sum.out.normalize_or_zero(),
-    };
-    sums.into_iter().map(|(vertex, sum)| (vertex, mean(sum))).collect()
+    means.into_iter().map(|(vertex, mean)| (vertex, mean.finish())).collect()
 }
 
-/// The depth of a vertex from those of its neighbours that are known.
-fn spread(
+/// Computes the penetration of a vertex from its neighbors with one.
+fn spread_from(
     body: PlacedSurface<'_>,
     vertex: u32,
-    neighbours: &[(u32, u32)],
-    known: &BTreeMap<u32, Deep>,
-) -> Deep {
-    let at = body.x.at(vertex);
-    let (mut weights, mut depth, mut out) = (0.0, 0.0, DVec3::ZERO);
-    for (to, deep) in neighbours.iter().filter_map(|(_, to)| Some((*to, known.get(to)?))) {
-        let way = body.x.at(to) - at;
-        let weight = 1.0 / way.length_squared().max(f64::MIN_POSITIVE);
-        weights += weight;
-        depth += weight * (way.dot(deep.out) + deep.depth);
-        out += weight * deep.out;
+    neighbors: &[(u32, u32)],
+    known: &BTreeMap<u32, Penetration>,
+) -> Penetration {
+    let mut mean = WeightedMean::default();
+    for (_, to) in neighbors {
+        if let Some(Penetration { depth, out }) = known.get(to) {
+            let arm = body.x.at(*to) - body.x.at(vertex);
+            mean.add(arm, arm.dot(*out) + depth, *out);
+        }
     }
-    Deep { depth: depth / weights, out: out.normalize_or_zero() }
+    mean.finish()
 }
 
-/// The edges of each vertex and where they lead.
-fn neighbours(body: PlacedSurface<'_>) -> Vec<Vec<(u32, u32)>> {
-    let mut neighbours = vec![Vec::new(); body.surface.vertex_count()];
+/// Returns the edges of each vertex with the vertices at their other ends.
+fn neighbors(body: PlacedSurface<'_>) -> Vec<Vec<(u32, u32)>> {
+    let mut neighbors = vec![Vec::new(); body.surface.vertex_count()];
     for (edge, &[p, q]) in body.surface.edges().iter().enumerate() {
-        neighbours[p as usize].push((index(edge), q));
-        neighbours[q as usize].push((index(edge), p));
+        neighbors[p as usize].push((index(edge), q));
+        neighbors[q as usize].push((index(edge), p));
     }
-    neighbours
+    neighbors
 }

@@ -1,34 +1,33 @@
-//! Selected pairs: faces drawn at random, led to where they come closest.
+//! Selected pairs: random pairs of faces that walk to local minima of their distance.
 //!
-//! In every step some pairs of faces are drawn and walk, face by neighbouring
-//! face on either body, to where their distance is least nearby. Pairs within
-//! reach are kept and walk again in the next step, so that what was found is
-//! followed as bodies move. From a pair that crosses, the crossing is traced
-//! to neighbouring pairs. A contact that no pair has walked to is missed; the
-//! longer bodies stay in contact, the less likely that is.
+//! In every step some pairs of faces are drawn, and walk over neighboring faces of either surface
+//! to a local minimum of their distance. Pairs within a margin are kept and walk again in the next
+//! step, so that contacts are followed as bodies move. A crossing is traced from a crossing pair
+//! to its neighbors. A contact that no pair walks to is missed; the longer bodies stay in contact,
+//! the less likely that is.
 //!
-//! Sources: S. Guy and G. Debunne, "Monte-Carlo collision detection", INRIA
-//! research report 5136, 2004; L. Raghupathi, L. Grisoni, F. Faure, D. Marchal,
-//! M.-P. Cani and C. Chaillou, "An intestinal surgery simulator: real-time
-//! collision processing and visualization", IEEE TVCG 10(6), 2004 (walks and
-//! tracing). Pairs are drawn without repetition, in steps through all of them:
-//! with a budget for all, none is left out.
+//! Sources: S. Guy and G. Debunne, "Monte-Carlo collision detection", INRIA research report 5136,
+//! 2004; L. Raghupathi, L. Grisoni, F. Faure, D. Marchal, M.-P. Cani and C. Chaillou, "An
+//! intestinal surgery simulator: real-time collision processing and visualization", IEEE TVCG
+//! 10(6), 2004 (walks and tracing). Pairs are drawn without repetition, in strides through all of
+//! them: with a budget for all, none is left out.
 //!
 //! # Example
 //!
 //! ```
-//! use glam::DVec3;
+//! use baselines::selected_pairs::{SelectedPairs, SelectedPairsParams};
+//! use baselines::{PlacedSurface, glam::DVec3};
 //! use surface::TriangleSurface;
-//! use baselines::{PlacedSurface, selected_pairs::{SelectedPairsParams, SelectedPairs}};
 //!
 //! let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
 //! let surface = TriangleSurface::new(4, faces)?;
 //! let first = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
 //! let second = first.map(|x| x + DVec3::splat(0.2));
-//! let (x, y) = (surface.positions(&first)?, surface.positions(&second)?);
-//! let (a, b) = (PlacedSurface { surface: &surface, x }, PlacedSurface { surface: &surface, x: y });
+//! let a = PlacedSurface { surface: &surface, x: surface.positions(&first)? };
+//! let b = PlacedSurface { surface: &surface, x: surface.positions(&second)? };
+//!
 //! let mut pairs = SelectedPairs::new(1);
-//! let found = pairs.step(a, b, &SelectedPairsParams { draws: 3, margin: 1.0, ..SelectedPairsParams::DEFAULT })?;
+//! let found = pairs.step(a, b, &SelectedPairsParams { draws: 3, ..SelectedPairsParams::new(1.0) })?;
 //! assert!(found.overlap, "any pair of so few leads to the crossing");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -37,73 +36,75 @@ use std::collections::BTreeSet;
 
 use surface::{Meeting, closest_between_triangles, triangles_meet};
 
-use crate::error::{BaselineError, check_count};
+use crate::error::{BaselineError, check_count, check_distance};
 use crate::findings::{PairFindings, PlacedSurface};
-use crate::generator::Generator;
+use crate::generator::SplitMix64;
 
-/// How many pairs are drawn, and how far they are followed.
+/// A face of the first and one of the second surface.
+type FacePair = [u32; 2];
+
+/// Parameters of the pairs and of their walks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SelectedPairsParams {
-    /// Pairs drawn in a step, in `1..=2^32`; more than there are draws all.
+    /// Pairs drawn per step, in `1..=2^32`; more than there are draws all.
     pub draws: u64,
-    /// Moves of a pair to a closer one in a step, at most.
-    pub hops: u32,
+    /// Maximum number of moves of a pair per step.
+    pub max_moves: u32,
     /// Distance up to which a pair is kept for the next step \[length unit\], `>= 0`.
     pub margin: f64,
-    /// Pairs tested in a step, at most: the budget. Pairs that
-    /// were kept come first, then those drawn.
+    /// Maximum number of pairs tested per step: the budget. Kept pairs come first, then those
+    /// drawn.
     pub max_tests: u64,
 }
 
 impl SelectedPairsParams {
-    /// 200 pairs, 20 moves, 5 (millimetres) of reach, no limit.
-    pub const DEFAULT: Self = Self { draws: 200, hops: 20, margin: 5.0, max_tests: u64::MAX };
-
-    fn check(&self) -> Result<(), BaselineError> {
-        check_count("draws", self.draws, 1 << 32)?;
-        if !(self.margin >= 0.0 && self.margin.is_finite()) {
-            return Err(BaselineError::Distance { name: "margin", value: self.margin });
-        }
-        Ok(())
+    /// Returns parameters with a margin: 200 pairs, 20 moves, no budget.
+    #[must_use]
+    pub const fn new(margin: f64) -> Self {
+        Self { draws: 200, max_moves: 20, margin, max_tests: u64::MAX }
     }
-}
 
-impl Default for SelectedPairsParams {
-    fn default() -> Self {
-        Self::DEFAULT
+    /// Checks that all parameters are in range.
+    ///
+    /// # Errors
+    ///
+    /// Names the first parameter out of range.
+    pub fn validate(&self) -> Result<(), BaselineError> {
+        check_count("draws", self.draws, 1 << 32)?;
+        check_distance("margin", self.margin)
     }
 }
 
 /// Pairs of faces that are followed from step to step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SelectedPairs {
-    kept: BTreeSet<[u32; 2]>,
-    generator: Generator,
+    kept: BTreeSet<FacePair>,
+    generator: SplitMix64,
 }
 
 impl SelectedPairs {
-    /// No pairs yet. What is drawn depends on the seed alone.
+    /// Starts without pairs. Draws depend on the seed only.
     #[must_use]
     pub fn new(seed: u64) -> Self {
-        Self { kept: BTreeSet::new(), generator: Generator::new(seed) }
+        Self { kept: BTreeSet::new(), generator: SplitMix64(seed) }
     }
 
-    /// Pairs that were within reach at the end of the last step.
+    /// Returns the number of pairs within the margin after the last step.
     #[must_use]
     pub fn len(&self) -> usize {
         self.kept.len()
     }
 
-    /// Whether no pair was within reach.
+    /// Returns true if no pair is within the margin.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.kept.is_empty()
     }
 
-    /// Moves all pairs on, draws new ones, and traces what crosses.
+    /// Moves all pairs, draws new ones, and traces crossings.
     ///
-    /// The crossings found do cross; others may be missed. The bodies must have
-    /// the same faces in each step.
+    /// The crossings found are exact; others may be missed. The surfaces must have the same faces
+    /// in each step.
     ///
     /// # Errors
     ///
@@ -114,11 +115,12 @@ impl SelectedPairs {
         b: PlacedSurface<'_>,
         params: &SelectedPairsParams,
     ) -> Result<PairFindings, BaselineError> {
-        params.check()?;
+        params.validate()?;
         let counts = [a.face_count(), b.face_count()];
         let drawn = Draws::new(counts, params.draws, &mut self.generator);
         let kept = std::mem::take(&mut self.kept);
-        let in_range = |pair: &[u32; 2]| pair[0] < counts[0] && pair[1] < counts[1];
+        let in_range = |pair: &FacePair| pair[0] < counts[0] && pair[1] < counts[1];
+
         let mut walk = Walk { a, b, params, tests: 0 };
         let mut crossing = BTreeSet::new();
         for pair in kept.into_iter().filter(in_range).chain(drawn) {
@@ -142,51 +144,54 @@ impl SelectedPairs {
     }
 }
 
-/// Pairs of faces drawn without repetition: by a stride that is prime to the
-/// number of all.
+/// Pairs of faces drawn without repetition, by a stride that is coprime to the number of all.
 struct Draws {
     counts: [u32; 2],
-    at: u64,
+    next: u64,
     stride: u64,
     left: u64,
 }
 
 impl Draws {
-    fn new(counts: [u32; 2], draws: u64, generator: &mut Generator) -> Self {
+    fn new(counts: [u32; 2], draws: u64, generator: &mut SplitMix64) -> Self {
         let all = u64::from(counts[0]) * u64::from(counts[1]);
-        let (mut at, mut stride) = (generator.next(), generator.next());
+        let (mut next, mut stride) = (generator.next(), generator.next());
         if all > 0 {
-            at %= all;
+            next %= all;
             stride = stride % all + 1;
-            while divisor(stride, all) != 1 {
+            while greatest_common_divisor(stride, all) != 1 {
                 stride = stride % all + 1;
             }
         }
-        Self { counts, at, stride, left: draws.min(all) }
+        Self { counts, next, stride, left: draws.min(all) }
     }
 }
 
 impl Iterator for Draws {
-    type Item = [u32; 2];
+    type Item = FacePair;
 
-    #[expect(clippy::cast_possible_truncation, reason = "remainders and shares of 32-bit counts")]
-    fn next(&mut self) -> Option<[u32; 2]> {
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "remainders and quotients of 32-bit counts"
+    )]
+    fn next(&mut self) -> Option<FacePair> {
         self.left = self.left.checked_sub(1)?;
-        let second = u64::from(self.counts[1]);
-        let pair = [(self.at / second) as u32, (self.at % second) as u32];
-        // A sum of two numbers of 64 bits may not fit one.
-        let all = u64::from(self.counts[0]) * second;
-        self.at = ((u128::from(self.at) + u128::from(self.stride)) % u128::from(all)) as u64;
+        let columns = u64::from(self.counts[1]);
+        let pair = [(self.next / columns) as u32, (self.next % columns) as u32];
+
+        // The sum of two numbers of 64 bits may overflow.
+        let all = u64::from(self.counts[0]) * columns;
+        let sum = u128::from(self.next) + u128::from(self.stride);
+        self.next = (sum % u128::from(all)) as u64;
         Some(pair)
     }
 }
 
-/// Greatest common divisor.
-fn divisor(a: u64, b: u64) -> u64 {
-    if b == 0 { a } else { divisor(b, a % b) }
+fn greatest_common_divisor(a: u64, b: u64) -> u64 {
+    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }
 
-/// Moves over the pairs of two bodies, and the tests that they took.
+/// Moves over pairs of faces, and the number of their tests.
 struct Walk<'a> {
     a: PlacedSurface<'a>,
     b: PlacedSurface<'a>,
@@ -199,43 +204,43 @@ impl Walk<'_> {
         self.tests >= self.params.max_tests
     }
 
-    /// Moves a pair to neighbouring ones as long as their distance falls.
-    fn descend(&mut self, mut pair: [u32; 2]) -> ([u32; 2], f64) {
+    /// Moves a pair to neighbors as long as its distance falls; returns it with its distance.
+    fn descend(&mut self, mut pair: FacePair) -> (FacePair, f64) {
         let mut distance = self.distance(pair);
-        for _ in 0..self.params.hops {
-            let mut best = (distance, pair);
-            for next in neighbours(self.a, self.b, pair) {
+        for _ in 0..self.params.max_moves {
+            let (mut best, mut best_distance) = (pair, distance);
+            for next in neighbors(self.a, self.b, pair) {
                 if distance <= 0.0 || self.is_spent() {
                     break;
                 }
-                let nearer = self.distance(next);
-                if nearer < best.0 {
-                    best = (nearer, next);
+                let next_distance = self.distance(next);
+                if next_distance < best_distance {
+                    (best, best_distance) = (next, next_distance);
                 }
             }
-            if best.0 >= distance {
+            if best_distance >= distance {
                 break;
             }
-            (distance, pair) = best;
+            (pair, distance) = (best, best_distance);
         }
         (pair, distance)
     }
 
-    /// Distance of a pair: 0 if it crosses.
-    fn distance(&mut self, [f, g]: [u32; 2]) -> f64 {
+    /// Computes the distance of a pair, 0 if it crosses.
+    fn distance(&mut self, [f, g]: FacePair) -> f64 {
         if self.crosses([f, g]) {
             return 0.0;
         }
         closest_between_triangles(self.a.corners(f), self.b.corners(g)).distance()
     }
 
-    fn crosses(&mut self, [f, g]: [u32; 2]) -> bool {
+    fn crosses(&mut self, [f, g]: FacePair) -> bool {
         self.tests += 1;
         triangles_meet(self.a.corners(f), self.b.corners(g)) == Meeting::Crossing
     }
 
-    /// Follows a crossing from pair to neighbouring pair.
-    fn trace(&mut self, pair: [u32; 2], crossing: &mut BTreeSet<[u32; 2]>) {
+    /// Collects the crossing pairs that neighbors connect with a pair.
+    fn trace(&mut self, pair: FacePair, crossing: &mut BTreeSet<FacePair>) {
         let mut open = vec![pair];
         while let Some(pair) = open.pop() {
             if self.is_spent() {
@@ -243,25 +248,25 @@ impl Walk<'_> {
             }
             if !crossing.contains(&pair) && self.crosses(pair) {
                 crossing.insert(pair);
-                let next = neighbours(self.a, self.b, pair);
+                let next = neighbors(self.a, self.b, pair);
                 open.extend(next.filter(|next| !crossing.contains(next)));
             }
         }
     }
 }
 
-/// Pairs in which one of the faces is exchanged for one that shares a vertex.
-fn neighbours(
+/// Returns the pairs in which one of the faces is replaced by one that shares a vertex.
+fn neighbors(
     a: PlacedSurface<'_>,
     b: PlacedSurface<'_>,
-    [f, g]: [u32; 2],
-) -> impl Iterator<Item = [u32; 2]> {
-    let of_a = around(a, f).map(move |f| [f, g]);
-    of_a.chain(around(b, g).map(move |g| [f, g]))
+    [f, g]: FacePair,
+) -> impl Iterator<Item = FacePair> {
+    let of_a = adjacent_faces(a, f).map(move |f| [f, g]);
+    of_a.chain(adjacent_faces(b, g).map(move |g| [f, g]))
 }
 
-/// The faces that share a vertex with one; those that share an edge come twice.
-fn around(body: PlacedSurface<'_>, face: u32) -> impl Iterator<Item = u32> {
+/// Returns the faces that share a vertex with a face; those that share an edge come twice.
+fn adjacent_faces(body: PlacedSurface<'_>, face: u32) -> impl Iterator<Item = u32> {
     let corners = body.surface.faces()[face as usize];
     let faces = corners.into_iter().flat_map(move |v| body.surface.vertex_faces(v).iter().copied());
     faces.filter(move |other| *other != face)
@@ -271,12 +276,12 @@ fn around(body: PlacedSurface<'_>, face: u32) -> impl Iterator<Item = u32> {
 mod tests {
     use std::collections::BTreeSet;
 
-    use super::{Draws, Generator};
+    use super::{Draws, SplitMix64};
 
     #[test]
     fn each_pair_is_drawn_once() {
         for seed in 0..50 {
-            let drawn = Draws::new([12, 10], 1000, &mut Generator::new(seed));
+            let drawn = Draws::new([12, 10], 1000, &mut SplitMix64(seed));
             let drawn: Vec<[u32; 2]> = drawn.collect();
             assert_eq!(drawn.len(), 120);
             assert_eq!(drawn.iter().collect::<BTreeSet<_>>().len(), 120, "seed {seed}");

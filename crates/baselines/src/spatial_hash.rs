@@ -1,105 +1,99 @@
-//! Spatial hashing of surfaces: faces that cross, by the cells they reach into.
+//! Spatial hashing of surfaces: crossing faces by the cells that they cover.
 //!
-//! The faces of the second body are entered into a hash table of cells, those
-//! of the first looked up in it; of faces that share a cell, boxes and then
-//! triangles are tested, exactly. Each pair is tested in one cell only. From
-//! the edges that cross, vertices inside and their depths spread over both
-//! surfaces; a body wholly inside the other crosses nothing and is not found.
+//! The faces of the second surface are entered into a hash table of cells, and those of the first
+//! are looked up in it. Faces that share a cell are tested, first their boxes, then the triangles,
+//! exactly, each pair in one cell only. Vertices inside and their depths spread from the crossing
+//! edges over both surfaces. A surface wholly inside the other crosses nothing and is not found.
 //!
-//! Sources: M. Teschner, B. Heidelberger, M. Müller, D. Pomeranets and M. Gross,
-//! "Optimized spatial hashing for collision detection of deformable objects",
-//! VMV 2003; B. Heidelberger, M. Teschner, R. Keiser, M. Müller and M. Gross,
-//! "Consistent penetration depth estimation for deformable collision response",
-//! VMV 2004 (depths). The paper hashes vertices against tetrahedra;
-//! here faces are hashed against faces, which finds every crossing, edges
-//! through faces included.
+//! Sources: M. Teschner, B. Heidelberger, M. Müller, D. Pomeranets and M. Gross, "Optimized
+//! spatial hashing for collision detection of deformable objects", VMV 2003; B. Heidelberger,
+//! M. Teschner, R. Keiser, M. Müller and M. Gross, "Consistent penetration depth estimation for
+//! deformable collision response", VMV 2004 (depths). The paper hashes vertices against
+//! tetrahedra; here faces are hashed against faces, which finds every crossing, edges through
+//! faces included.
 //!
-//! See the crate's example for how to use it.
+//! The front page of the crate has an example.
 
-use surface::{Meeting, triangles_meet};
+use surface::{Aabb, Meeting, triangles_meet};
 
-use crate::boxes::Bounds;
-use crate::cells::{CellTable, Grid};
+use crate::cells::{BoxedItem, CellGrid, CellTable};
 use crate::error::{BaselineError, check_count};
 use crate::findings::{PairFindings, PlacedSurface};
 use crate::propagation;
 
-/// How fine the cells are.
+/// Parameters of spatial hashing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpatialHashParams {
-    /// Edge of a cell \[length unit\], `> 0`. Twice the mean length of the
-    /// faces' edges is fastest; larger cells hold more pairs to test, smaller
-    /// ones more entries.
+    /// Edge of a cell \[length unit\], `> 0`. Twice the mean edge of the faces is fastest; larger
+    /// cells hold more pairs to test, smaller ones more entries.
     pub cell_size: f64,
     /// Slots of the table, in `1..=2^26`: about as many as there are faces.
     pub slots: u32,
 }
 
+/// Maximum number of slots: 2^26 take half a gigabyte.
+const MAX_SLOTS: u64 = 1 << 26;
+
 impl SpatialHashParams {
-    /// Cells of 10 (millimetres, for a body of the size of a thigh), and a
-    /// prime number of slots.
-    pub const DEFAULT: Self = Self { cell_size: 10.0, slots: 65_521 };
+    /// Returns parameters with cells of a size, and a prime number of slots.
+    #[must_use]
+    pub const fn new(cell_size: f64) -> Self {
+        Self { cell_size, slots: 65_521 }
+    }
 
-    fn grid(&self) -> Result<Grid, BaselineError> {
-        check_count("slots", self.slots.into(), MOST_SLOTS)?;
-        Grid::new(self.cell_size)
+    /// Checks that all parameters are in range.
+    ///
+    /// # Errors
+    ///
+    /// Names the first parameter out of range.
+    pub fn validate(&self) -> Result<(), BaselineError> {
+        check_count("slots", self.slots.into(), MAX_SLOTS)?;
+        CellGrid::new(self.cell_size).map(|_| ())
     }
 }
 
-impl Default for SpatialHashParams {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
-/// Slots a table may have: 2^26 take half a gigabyte.
-pub(crate) const MOST_SLOTS: u64 = 1 << 26;
-
-/// Finds the faces of two bodies that cross, and the vertices inside that the
-/// crossings tell of. Exact in the crossings, whatever the cells.
+/// Finds the faces of two surfaces that cross, and the vertices inside that follow from the
+/// crossings. The crossings are exact, whatever the cells.
 ///
-/// Vertices inside are right for closed, outward surfaces, but for those of
-/// parts that cross nothing.
+/// Vertices inside are right for closed, outward surfaces, except those of parts that cross
+/// nothing.
 ///
 /// # Errors
 ///
-/// When a parameter is out of range, or the cells are so small that the table
-/// would not fit.
+/// When a parameter is out of range, or the cells are so small that the table does not fit.
 pub fn detect(
     a: PlacedSurface<'_>,
     b: PlacedSurface<'_>,
     params: &SpatialHashParams,
 ) -> Result<PairFindings, BaselineError> {
+    params.validate()?;
     let (crossing, tests) = crossing_faces(a, b, params)?;
-    let inside = propagation::inside(a, b, &crossing);
     Ok(PairFindings {
         overlap: !crossing.is_empty(),
-        inside: Some(inside),
+        inside: Some(propagation::vertices_inside(a, b, &crossing)),
         crossing_faces: Some(crossing),
         tests,
         ..PairFindings::default()
     })
 }
 
-/// Pairs of faces that cross, ascending, and the tests that it took.
+/// Finds the pairs of faces that cross, ascending; returns them with the number of tests.
 fn crossing_faces(
     a: PlacedSurface<'_>,
     b: PlacedSurface<'_>,
     params: &SpatialHashParams,
 ) -> Result<(Vec<[u32; 2]>, u64), BaselineError> {
-    let grid = params.grid()?;
-    let shared = Bounds::of(a.x.as_slice()).intersection(Bounds::of(b.x.as_slice()));
-    let boxes = |body: PlacedSurface<'_>| -> Vec<(u32, Bounds)> {
-        let each = (0..body.face_count()).map(|face| (face, Bounds::of(&body.corners(face))));
-        each.filter(|(_, bounds)| bounds.overlaps(shared)).collect()
-    };
-    let (of_a, of_b) = (boxes(a), boxes(b));
-    grid.check(of_a.iter().map(|item| item.1))?;
+    // Only faces in the intersection of both boxes can cross.
+    let shared = a.bounds().intersection(b.bounds());
+    let (of_a, of_b) = (faces_in(a, shared), faces_in(b, shared));
+    let grid = CellGrid::new(params.cell_size)?;
+    grid.count_cells(of_a.iter().map(|item| item.bounds))?;
     let table = CellTable::new(grid, params.slots, &of_b)?;
-    let bounds_of = |face: u32| Bounds::of(&b.corners(face));
+
+    let bounds_of = |face: u32| b.face_bounds(face);
     let (mut crossing, mut tests) = (Vec::new(), 0);
-    for &(face, bounds) in &of_a {
-        table.near(bounds, bounds_of, |other| {
+    for &BoxedItem { item: face, bounds } in &of_a {
+        table.for_each_near(bounds, bounds_of, |other| {
             tests += 1;
             if bounds.overlaps(bounds_of(other)) {
                 tests += 1;
@@ -111,4 +105,11 @@ fn crossing_faces(
     }
     crossing.sort_unstable();
     Ok((crossing, tests))
+}
+
+/// Returns the faces whose boxes overlap a box.
+fn faces_in(body: PlacedSurface<'_>, region: Aabb) -> Vec<BoxedItem> {
+    let boxed =
+        (0..body.face_count()).map(|face| BoxedItem { item: face, bounds: body.face_bounds(face) });
+    boxed.filter(|item| item.bounds.overlaps(region)).collect()
 }

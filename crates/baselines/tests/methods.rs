@@ -1,7 +1,10 @@
-//! Each method against brute force or a known answer.
+//! Methods against brute force and known answers.
 
+use baselines::average_case::{AverageCaseParams, AverageCaseTree};
+use baselines::layered_depth::{self, LayeredDepthParams, RayAxis};
+use baselines::selected_pairs::{SelectedPairs, SelectedPairsParams};
+use baselines::spatial_hash::{self, SpatialHashParams};
 use baselines::{BaselineError, PairFindings, PlacedSurface, VertexInside};
-use baselines::{average_case, layered_depth, selected_pairs, spatial_hash};
 use fixtures::shapes::{capsule, cube, octasphere, plate};
 use fixtures::{Mesh, reference};
 use glam::DVec3;
@@ -25,7 +28,7 @@ impl Shape {
     }
 }
 
-/// Two spheres of radius 10 whose middles are `apart`, slightly turned.
+/// Returns two spheres of radius 10 with centers at a distance, slightly rotated.
 fn spheres(apart: f64) -> [Shape; 2] {
     let direction = DVec3::new(0.6, 0.48, 0.64);
     let other = octasphere(10.0, 3).rotated(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.13);
@@ -40,7 +43,7 @@ fn inside_of(found: &PairFindings) -> &[Vec<VertexInside>; 2] {
     found.inside.as_ref().expect("the method finds vertices inside")
 }
 
-/// Pairs of shapes in several lies, most with crossings.
+/// Returns pairs of shapes in several poses, most with crossings.
 fn scenes() -> Vec<[Shape; 2]> {
     let stick = capsule(3.0, 30.0, 24).rotated(DVec3::Y, 0.11);
     let turned = cube(12.0).rotated(DVec3::new(1.0, 1.0, 0.2).normalize(), 0.07);
@@ -59,7 +62,7 @@ fn hashing_finds_every_crossing_whatever_the_cells() {
         let expected = reference::crossing_faces(&a.mesh, &b.mesh);
         crossings += expected.len();
         for (cell_size, slots) in [(0.7, 4001), (3.0, 4001), (3.0, 1), (100.0, 17)] {
-            let params = spatial_hash::SpatialHashParams { cell_size, slots };
+            let params = SpatialHashParams { cell_size, slots };
             let found = spatial_hash::detect(a.body(), b.body(), &params).unwrap();
             assert_eq!(found.crossing_faces.as_ref(), Some(&expected), "cells of {cell_size}");
             assert_eq!(found.overlap, !expected.is_empty());
@@ -70,7 +73,7 @@ fn hashing_finds_every_crossing_whatever_the_cells() {
 
 #[test]
 fn vertices_inside_spread_from_crossings() {
-    let params = spatial_hash::SpatialHashParams { cell_size: 3.0, slots: 4001 };
+    let params = SpatialHashParams { cell_size: 3.0, slots: 4001 };
     for [a, b] in scenes() {
         let found = spatial_hash::detect(a.body(), b.body(), &params).unwrap();
         let [of_a, of_b] = inside_of(&found);
@@ -83,7 +86,7 @@ fn vertices_inside_spread_from_crossings() {
 /// rim where surfaces meet at a slant makes that more.
 #[test]
 fn depths_spread_from_crossings_are_near_the_true_ones() {
-    let params = spatial_hash::SpatialHashParams { cell_size: 3.0, slots: 4001 };
+    let params = SpatialHashParams { cell_size: 3.0, slots: 4001 };
     let [a, b] = spheres(15.0);
     let found = spatial_hash::detect(a.body(), b.body(), &params).unwrap();
     let deepest = reference::deepest_vertex(&a.mesh, &b.mesh).expect("they overlap").distance;
@@ -101,8 +104,8 @@ fn lens(radius: f64, apart: f64) -> f64 {
 fn volumes_of_boxes_are_exact_where_pixels_fit() {
     let a = Shape::new(cube(8.0));
     let b = Shape::new(cube(8.0).translated(DVec3::new(4.0, 4.0, 4.0)));
-    for axis in [layered_depth::RayAxis::X, layered_depth::RayAxis::Y, layered_depth::RayAxis::Z] {
-        let params = layered_depth::LayeredDepthParams { resolution: 16, axis: Some(axis) };
+    for axis in [RayAxis::X, RayAxis::Y, RayAxis::Z] {
+        let params = LayeredDepthParams { resolution: 16, axis: Some(axis) };
         let found = layered_depth::detect(a.body(), b.body(), &params).unwrap();
         let volume = found.volume.expect("images give volumes");
         assert!((volume - 64.0).abs() < 1e-9, "{volume} along {axis:?}");
@@ -116,8 +119,8 @@ fn rays_pass_the_middles_of_pixels() {
     let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
     let positions = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
     let (corner, all) = (Shape::new(Mesh { positions, faces }), Shape::new(cube(4.0)));
-    for axis in [layered_depth::RayAxis::X, layered_depth::RayAxis::Y, layered_depth::RayAxis::Z] {
-        let params = layered_depth::LayeredDepthParams { resolution: 16, axis: Some(axis) };
+    for axis in [RayAxis::X, RayAxis::Y, RayAxis::Z] {
+        let params = LayeredDepthParams { resolution: 16, axis: Some(axis) };
         let found = layered_depth::detect(corner.body(), all.body(), &params).unwrap();
         let volume = found.volume.expect("images give volumes");
         assert!((volume - 42.5 / 256.0).abs() < 1e-12, "{volume} along {axis:?}");
@@ -130,10 +133,7 @@ fn volumes_of_spheres_converge() {
     let (a, b) = (sphere(0.0), sphere(12.0));
     let expected = lens(10.0, 12.0);
     for (resolution, worst) in [(16, 0.04), (64, 0.015), (256, 0.01)] {
-        let params = layered_depth::LayeredDepthParams {
-            resolution,
-            ..layered_depth::LayeredDepthParams::DEFAULT
-        };
+        let params = LayeredDepthParams { resolution, ..LayeredDepthParams::DEFAULT };
         let found = layered_depth::detect(a.body(), b.body(), &params).unwrap();
         let error = found.volume.expect("images give volumes") / expected - 1.0;
         assert!(error.abs() < worst, "off by {error} at {resolution}");
@@ -144,7 +144,7 @@ fn volumes_of_spheres_converge() {
 #[test]
 fn images_place_vertices_up_to_a_pixel() {
     let [a, b] = spheres(12.0);
-    let params = layered_depth::LayeredDepthParams { resolution: 256, axis: None };
+    let params = LayeredDepthParams { resolution: 256, axis: None };
     let found = layered_depth::detect(a.body(), b.body(), &params).unwrap();
     for (inside, mesh, other) in
         [(&inside_of(&found)[0], &a.mesh, &b.mesh), (&inside_of(&found)[1], &b.mesh, &a.mesh)]
@@ -167,28 +167,22 @@ fn images_place_vertices_up_to_a_pixel() {
 }
 
 #[test]
-fn a_body_within_another_is_seen_in_images() {
+fn images_find_a_body_within_another() {
     let (a, b) = (Shape::new(cube(10.0)), Shape::new(cube(2.0)));
-    let found =
-        layered_depth::detect(a.body(), b.body(), &layered_depth::LayeredDepthParams::DEFAULT)
-            .unwrap();
+    let found = layered_depth::detect(a.body(), b.body(), &LayeredDepthParams::DEFAULT).unwrap();
     assert!((found.volume.expect("images give volumes") - 8.0).abs() < 1e-9);
     assert_eq!(inside_of(&found)[1].len(), b.mesh.positions.len());
     assert!((found.depth().expect("it is inside") - 4.0).abs() < 1e-9);
 }
 
-fn average_case(a: &Shape, b: &Shape, params: &average_case::AverageCaseParams) -> PairFindings {
-    let trees = [a, b]
-        .map(|shape| average_case::AverageCaseTree::new(shape.body(), params).expect("valid"));
+fn average_case(a: &Shape, b: &Shape, params: &AverageCaseParams) -> PairFindings {
+    let trees = [a, b].map(|shape| AverageCaseTree::new(shape.body(), params).expect("valid"));
     trees[0].detect(a.body(), &trees[1], b.body(), params).expect("valid")
 }
 
 #[test]
-fn trees_that_accept_nothing_less_are_exact() {
-    let params = average_case::AverageCaseParams {
-        acceptance: 1.0,
-        ..average_case::AverageCaseParams::DEFAULT
-    };
+fn trees_with_acceptance_one_are_exact() {
+    let params = AverageCaseParams { acceptance: 1.0, ..AverageCaseParams::DEFAULT };
     for [a, b] in scenes() {
         let expected = !reference::crossing_faces(&a.mesh, &b.mesh).is_empty();
         let found = average_case(&a, &b, &params);
@@ -196,15 +190,12 @@ fn trees_that_accept_nothing_less_are_exact() {
     }
 }
 
-/// With spheres in a row, from apart to deep, a likelier collision is demanded
-/// at the price of more tests, and never found where boxes are apart.
+/// Over spheres from apart to deep, a higher acceptance costs more tests. No overlap is reported
+/// where boxes are apart.
 #[test]
 fn trees_trade_certainty_for_tests() {
     let tests = |acceptance: f64| {
-        let params = average_case::AverageCaseParams {
-            acceptance,
-            ..average_case::AverageCaseParams::DEFAULT
-        };
+        let params = AverageCaseParams { acceptance, ..AverageCaseParams::DEFAULT };
         let found = (0..12).map(|i| {
             let [a, b] = spheres(22.0 - f64::from(i));
             average_case(&a, &b, &params).tests
@@ -213,30 +204,22 @@ fn trees_trade_certainty_for_tests() {
     };
     assert!(tests(0.1) < tests(1.0), "{} and {}", tests(0.1), tests(1.0));
     let [a, b] = spheres(60.0);
-    assert!(!average_case(&a, &b, &average_case::AverageCaseParams::DEFAULT).overlap);
+    assert!(!average_case(&a, &b, &AverageCaseParams::DEFAULT).overlap);
     let [a, b] = spheres(10.0);
-    let spent = average_case::AverageCaseParams {
-        max_tests: 1,
-        acceptance: 1.0,
-        ..average_case::AverageCaseParams::DEFAULT
-    };
+    let spent = AverageCaseParams { max_tests: 1, acceptance: 1.0, ..AverageCaseParams::DEFAULT };
     let found = average_case(&a, &b, &spent);
     assert!(!found.overlap && found.probability > Some(0.0), "{found:?}");
 }
 
-/// Share of the crossings found in one step, in the mean over some seeds.
-fn recall(draws: u64, hops: u32) -> f64 {
+/// Returns the mean share of the crossings found in one step, over some seeds.
+fn recall(draws: u64, max_moves: u32) -> f64 {
     let [a, b] = spheres(17.0);
     let expected = reference::crossing_faces(&a.mesh, &b.mesh);
-    let params = selected_pairs::SelectedPairsParams {
-        draws,
-        hops,
-        ..selected_pairs::SelectedPairsParams::DEFAULT
-    };
+    let params = SelectedPairsParams { draws, max_moves, ..SelectedPairsParams::new(5.0) };
     let found = (0..8).map(|seed| {
-        let mut pairs = selected_pairs::SelectedPairs::new(seed);
+        let mut pairs = SelectedPairs::new(seed);
         let found = pairs.step(a.body(), b.body(), &params).expect("valid").crossing_faces;
-        let found = found.expect("pairs tell of crossings");
+        let found = found.expect("pairs report crossings");
         assert!(found.iter().all(|pair| expected.contains(pair)), "no crossing is made up");
         let count = |pairs: &[[u32; 2]]| u32::try_from(pairs.len()).expect("few");
         f64::from(count(&found)) / f64::from(count(&expected))
@@ -257,18 +240,15 @@ fn recall_grows_with_the_budget_to_all() {
 #[test]
 fn pairs_are_followed_from_step_to_step() {
     let [a, b] = spheres(17.0);
-    let params = selected_pairs::SelectedPairsParams {
-        draws: 300,
-        ..selected_pairs::SelectedPairsParams::DEFAULT
-    };
-    let mut pairs = selected_pairs::SelectedPairs::new(7);
+    let params = SelectedPairsParams { draws: 300, ..SelectedPairsParams::new(5.0) };
+    let mut pairs = SelectedPairs::new(7);
     for _ in 0..20 {
         pairs.step(a.body(), b.body(), &params).unwrap();
     }
-    let followed = selected_pairs::SelectedPairsParams { draws: 1, ..params };
+    let followed = SelectedPairsParams { draws: 1, ..params };
     let found = pairs.step(a.body(), b.body(), &followed).unwrap();
     assert!(found.overlap && !pairs.is_empty(), "{found:?}");
-    let spent = selected_pairs::SelectedPairsParams { max_tests: 50, ..params };
+    let spent = SelectedPairsParams { max_tests: 50, ..params };
     let found = pairs.step(a.body(), b.body(), &spent).unwrap();
     assert!(found.tests < 150, "{} tests", found.tests);
 }
@@ -277,11 +257,8 @@ fn pairs_are_followed_from_step_to_step() {
 fn the_same_seed_gives_the_same_bits() {
     let [a, b] = spheres(17.0);
     let run = |seed: u64| {
-        let mut pairs = selected_pairs::SelectedPairs::new(seed);
-        let params = selected_pairs::SelectedPairsParams {
-            draws: 50,
-            ..selected_pairs::SelectedPairsParams::DEFAULT
-        };
+        let mut pairs = SelectedPairs::new(seed);
+        let params = SelectedPairsParams { draws: 50, ..SelectedPairsParams::new(5.0) };
         let found = (0..3).map(|_| pairs.step(a.body(), b.body(), &params).unwrap());
         found.collect::<Vec<_>>()
     };
@@ -290,14 +267,10 @@ fn the_same_seed_gives_the_same_bits() {
 }
 
 #[test]
-fn what_means_nothing_or_fits_nowhere_is_refused() {
+fn parameters_out_of_range_and_open_surfaces_are_refused() {
     let (a, b) = (Shape::new(cube(8.0)), Shape::new(cube(6.0)));
     let hash = |cell_size, slots| {
-        spatial_hash::detect(
-            a.body(),
-            b.body(),
-            &spatial_hash::SpatialHashParams { cell_size, slots },
-        )
+        spatial_hash::detect(a.body(), b.body(), &SpatialHashParams { cell_size, slots })
     };
     assert_eq!(hash(0.0, 100), Err(BaselineError::CellSize(0.0)));
     assert!(matches!(hash(1.0, 0), Err(BaselineError::Count { name: "slots", value: 0, .. })));
@@ -309,22 +282,16 @@ fn what_means_nothing_or_fits_nowhere_is_refused() {
     assert!(matches!(hash(1e-300, 100), Err(BaselineError::TooManyCells { .. })));
 
     let open = Shape::new(fixtures::damage::hole(octasphere(5.0, 2), DVec3::X * 5.0, 2.0));
-    let image = |resolution| layered_depth::LayeredDepthParams { resolution, axis: None };
+    let image = |resolution| LayeredDepthParams { resolution, axis: None };
     let refused = layered_depth::detect(a.body(), open.body(), &image(64)).unwrap_err();
     assert!(refused.to_string().starts_with("the surface is open"), "{refused}");
     let refused = layered_depth::detect(a.body(), b.body(), &image(10_000)).unwrap_err();
     assert_eq!(refused.to_string(), "resolution is 10000, but must be in 1..=8192");
 
-    let params = average_case::AverageCaseParams {
-        acceptance: 0.0,
-        ..average_case::AverageCaseParams::DEFAULT
-    };
-    let refused = average_case::AverageCaseTree::new(a.body(), &params).map(|_| ());
+    let params = AverageCaseParams { acceptance: 0.0, ..AverageCaseParams::DEFAULT };
+    let refused = AverageCaseTree::new(a.body(), &params).map(|_| ());
     assert_eq!(refused, Err(BaselineError::Share { name: "acceptance", value: 0.0 }));
-    let params = selected_pairs::SelectedPairsParams {
-        margin: -1.0,
-        ..selected_pairs::SelectedPairsParams::DEFAULT
-    };
-    let refused = selected_pairs::SelectedPairs::new(0).step(a.body(), b.body(), &params);
+    let params = SelectedPairsParams { margin: -1.0, ..SelectedPairsParams::new(5.0) };
+    let refused = SelectedPairs::new(0).step(a.body(), b.body(), &params);
     assert_eq!(refused, Err(BaselineError::Distance { name: "margin", value: -1.0 }));
 }

@@ -1,7 +1,7 @@
-//! A particle that meets a one-sided contact spring and leaves it again.
+//! Bounce of a particle on a one-sided contact spring.
 //!
-//! The spring acts in whole steps, so the work done on the way in and out
-//! differs, and by how much depends on when within a step they first touch.
+//! The spring acts in whole steps, so the work done on the way in and out differs. The difference
+//! depends on the time of first touch within a step.
 
 use glam::DVec3;
 use response::stability::Scheme;
@@ -12,48 +12,48 @@ use response::{
 };
 use surface::{Anchor, Contact, Stencil, Term};
 
-/// Speed, in speeds of arrival, from where a bounce counts as an explosion.
-const EXPLODED: f64 = 1e3;
+/// Speed over that on arrival, from which on a bounce counts as an explosion.
+const EXPLOSION: f64 = 1e3;
 
-/// Steps after which a particle counts as caught, at the speed that is left:
-/// twice those of the slowest undamped bounce of the picture.
-const LONGEST: u32 = 1000;
+/// Steps after which a particle counts as caught: twice those of the slowest undamped bounce of
+/// the picture.
+const MAX_STEPS: u32 = 1000;
 
-/// Speed on leaving over speed on arrival, at most over `phases` times of first
-/// touch within a step. What never leaves has that of the energy left in it.
+/// Computes the maximum speed on leaving over that on arrival, over `phases` times of first touch
+/// within a step. The speed of a particle that never leaves is that of the energy left in it.
 ///
 /// # Errors
 ///
 /// [`ResponseError::Parameter`] when ω h or ζ is negative or not finite.
-pub fn worst_restitution(
+pub fn max_restitution(
     scheme: Scheme,
     omega_h: f64,
     zeta: f64,
     phases: u32,
 ) -> Result<f64, ResponseError> {
-    let mut worst: f64 = 0.0;
+    let mut max: f64 = 0.0;
     for phase in 0..phases {
         let height = (f64::from(phase) + 0.5) / f64::from(phases);
-        worst = worst.max(restitution(scheme, omega_h, zeta, height)?);
+        max = max.max(restitution(scheme, omega_h, zeta, height)?);
     }
-    Ok(worst)
+    Ok(max)
 }
 
-/// The same for one bounce: mass, step and speed of arrival are 1, and the
-/// particle starts at `height`.
+/// Simulates one bounce: mass, step and speed of arrival are 1, and the particle starts at `height`.
 fn restitution(scheme: Scheme, omega_h: f64, zeta: f64, height: f64) -> Result<f64, ResponseError> {
     let stiffness = omega_h * omega_h;
     let normal = NormalForce::Penalty { stiffness, damping: 2.0 * zeta * omega_h };
     let law = SoftLaw::new(normal, 1.0)?;
     let (mut x, mut v) = ([DVec3::Z * height], [-DVec3::Z]);
-    let mut touched = false;
-    for _ in 0..LONGEST {
+    let mut has_touched = false;
+    for _ in 0..MAX_STEPS {
         step(scheme, law, &mut x, &mut v)?;
-        touched |= x[0].z < 0.0;
-        if (touched && x[0].z >= 0.0 && v[0].z > 0.0) || v[0].z.abs() > EXPLODED {
+        has_touched |= x[0].z < 0.0;
+        if (has_touched && x[0].z >= 0.0 && v[0].z > 0.0) || v[0].z.abs() > EXPLOSION {
             return Ok(v[0].z.abs());
         }
     }
+
     let depth = (-x[0].z).max(0.0);
     Ok((v[0].z * v[0].z + stiffness * depth * depth).sqrt())
 }
@@ -98,7 +98,7 @@ fn implicit<I: Implicit>(
     a.advance(x, v)
 }
 
-/// The particle over the fixed plane z = 0.
+/// Returns the contact of the particle with the fixed plane z = 0.
 fn rows(x: DVec3) -> Result<ContactRows, ResponseError> {
     let contact = Contact {
         stencil: Stencil::single(Term { particle: 0, weight: -1.0 }),
@@ -118,14 +118,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn gains_below_the_linear_limit_and_deadens_when_implicit() {
-        let worst = |scheme, omega_h| worst_restitution(scheme, omega_h, 0.0, 200).unwrap();
-        // Under symplectic Euler energy grows up to 1.05, 1.56 and 6.8 times.
+    fn symplectic_bounces_gain_energy_and_implicit_ones_lose_it() {
+        let max = |scheme, omega_h| max_restitution(scheme, omega_h, 0.0, 200).unwrap();
+        // Under symplectic Euler, energy grows up to 1.05, 1.56 and 6.8 times.
         for (omega_h, energy) in [(0.5, 1.05_f64), (1.5, 1.56), (1.9, 6.8)] {
-            let found = worst(Scheme::SymplecticEuler, omega_h);
+            let found = max(Scheme::SymplecticEuler, omega_h);
             assert!((found / energy.sqrt() - 1.0).abs() < 0.02, "ω h {omega_h}: {found}");
         }
-        assert!(worst(Scheme::ImplicitEuler, 1.0) < 0.5);
-        assert!(worst(Scheme::ExplicitEuler, 0.5) > 1.2);
+        assert!(max(Scheme::ImplicitEuler, 1.0) < 0.5);
+        assert!(max(Scheme::ExplicitEuler, 0.5) > 1.2);
     }
 }

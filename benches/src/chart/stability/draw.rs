@@ -1,83 +1,89 @@
-//! The picture: a column an integrator, a row a response.
+//! Picture of stability: a column per integrator, a row per response.
 
 use std::error::Error;
 
-use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use response::stability::{Holding, Scheme};
 
-use super::map::{Axis, Map, Scale};
-use super::{ACCELERATIONS, ALTERATIONS, Copies, GAIN, Gain, STACK, Stability, ZETA, limits};
-
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Drawn = Result<(), Box<dyn Error>>;
+use super::map::{CellMap, GridAxis, Scale};
+use super::{
+    ACCELERATIONS, ALTERATIONS, GAIN, GAIN_ROWS, Gain, GainRow, Limit, MAP_ROWS, MapRow, Stability,
+    ZETA, limits,
+};
+use crate::chart::curves::{Area, Drawn, svg};
 
 const SIZE: (u32, u32) = (1500, 1790);
 const HEAD: u32 = 60;
 const FOOT: u32 = 190;
 
-/// Upper ends of bands of growth in a step or a bounce, with what they mean.
-const BANDS: [(f64, RGBColor, &str); 5] = [
-    (0.5, RGBColor(0x1f, 0x5f, 0x8b), "up to 0.5"),
-    (0.9, RGBColor(0x6a, 0xa9, 0xcf), "0.9"),
-    (1.0 + limits::ROUNDING, RGBColor(0xcf, 0xe3, 0xef), "1: it holds"),
-    (1.1, RGBColor(0xf6, 0xcf, 0xa6), "1.1"),
-    (2.0, RGBColor(0xe6, 0x86, 0x5c), "2"),
+/// Band of growth in a step or a bounce, up to a value.
+struct Band {
+    end: f64,
+    color: RGBColor,
+    name: &'static str,
+}
+
+const BANDS: [Band; 6] = [
+    Band { end: 0.5, color: RGBColor(0x1f, 0x5f, 0x8b), name: "up to 0.5" },
+    Band { end: 0.9, color: RGBColor(0x6a, 0xa9, 0xcf), name: "0.9" },
+    Band { end: 1.0 + limits::ROUNDING, color: STABLE, name: "1: stable" },
+    Band { end: 1.1, color: RGBColor(0xf6, 0xcf, 0xa6), name: "1.1" },
+    Band { end: 2.0, color: RGBColor(0xe6, 0x86, 0x5c), name: "2" },
+    Band { end: f64::INFINITY, color: UNSTABLE, name: "more" },
 ];
-const BEYOND: RGBColor = RGBColor(0xb0, 0x2f, 0x3a);
+const STABLE: RGBColor = RGBColor(0xcf, 0xe3, 0xef);
+const UNSTABLE: RGBColor = RGBColor(0xb0, 0x2f, 0x3a);
 const LINE: RGBColor = BLACK;
-/// Of responses whose copies are added up, in their order.
-const COLOURS: [RGBColor; 4] = [
+
+/// Colors of responses whose copies are added up, in their order.
+const COLORS: [RGBColor; 4] = [
     RGBColor(0xb0, 0x2f, 0x3a),
     RGBColor(0x1f, 0x5f, 0x8b),
     RGBColor(0xd9, 0x8a, 0x1f),
     RGBColor(0x3c, 0x8d, 0x4f),
 ];
 
+/// Largest spectral radius shown over gains.
+const MAX_RADIUS: f64 = 3.0;
+
 /// Draws the picture as SVG.
 pub(super) fn draw(
     numbers: &Stability,
     settings: &[(&'static str, String)],
 ) -> Result<String, Box<dyn Error>> {
-    let mut svg = String::new();
-    let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-    area.fill(&WHITE)?;
-    let (head, rest) = area.split_vertically(HEAD);
-    let (body, foot) = rest.split_vertically(SIZE.1 - HEAD - FOOT);
-    heading(&head)?;
-    let panels = body.split_evenly((6, Scheme::ALL.len()));
-    for (number, panel) in panels.iter().enumerate() {
-        let column = number % Scheme::ALL.len();
-        let (bounce, growth) = ("bounce: speed after / before", "contact spring: growth a step");
-        match number / Scheme::ALL.len() {
-            0 => springs(panel, &numbers.springs[column])?,
-            1 => over_damping(panel, &numbers.damped_springs[column], growth)?,
-            2 => over_damping(panel, &numbers.bounces[column], bounce)?,
-            3 => {
-                let title = "springs as accelerations: growth a step";
-                gains(panel, &numbers.gains[column], title, &ACCELERATIONS)?;
-            }
-            4 => {
-                let title = "altered before the move: growth a step";
-                gains(panel, &numbers.alterations[column], title, &ALTERATIONS)?;
-            }
-            _ => reactions(panel, &numbers.reactions[column])?,
+    svg(SIZE, |area| {
+        let (head, rest) = area.split_vertically(HEAD);
+        let (body, foot) = rest.split_vertically(SIZE.1 - HEAD - FOOT);
+        heading(&head)?;
+        legend(&foot, settings)?;
+
+        // Maps of springs and bounces, then gains, then the map of reactions.
+        let panels = body.split_evenly((MAP_ROWS.len() + GAIN_ROWS.len(), Scheme::ALL.len()));
+        let mut rows = panels.chunks(Scheme::ALL.len());
+        let mut maps = MAP_ROWS.iter().zip(&numbers.maps);
+        for (row, maps) in maps.by_ref().take(3) {
+            map_row(rows.next().unwrap_or_default(), row, maps)?;
         }
-    }
-    legend(&foot, settings)?;
-    area.present()?;
-    drop((head, foot, body, rest, panels));
-    drop(area);
-    Ok(svg)
+        for (row, gains) in GAIN_ROWS.iter().zip(&numbers.gains) {
+            for (area, gain) in rows.next().unwrap_or_default().iter().zip(gains) {
+                gain_panel(area, row, gain)?;
+            }
+        }
+        for (row, maps) in maps {
+            map_row(rows.next().unwrap_or_default(), row, maps)?;
+        }
+        Ok(())
+    })
 }
 
 fn heading(area: &Area<'_>) -> Drawn {
-    let centred = Pos::new(HPos::Center, VPos::Center);
-    let title = ("sans-serif", 22).into_font().into_text_style(area).pos(centred);
+    let centered = Pos::new(HPos::Center, VPos::Center);
+    let title = ("sans-serif", 22).into_font().into_text_style(area).pos(centered);
     let middle = i32::try_from(SIZE.0 / 2)?;
-    area.draw_text("Where contact responses hold, by integrator", &title, (middle, 18))?;
-    let name = ("sans-serif", 17).into_font().into_text_style(area).pos(centred);
+    area.draw_text("Stability of contact responses, by integrator", &title, (middle, 18))?;
+
+    let name = ("sans-serif", 17).into_font().into_text_style(area).pos(centered);
     let width = SIZE.0 / u32::try_from(Scheme::ALL.len())?;
     for (column, scheme) in (0..).zip(Scheme::ALL) {
         let x = i32::try_from(width * column + width / 2 + 20)?;
@@ -86,91 +92,77 @@ fn heading(area: &Area<'_>) -> Drawn {
     Ok(())
 }
 
-/// A map over stiffness and step, with the limits of one spring and of a stack.
-fn springs(area: &Area<'_>, map: &Map) -> Drawn {
-    let of = |limit: Option<f64>| limit.map(|omega_h| move |h: f64| (h, (omega_h / h).powi(2)));
-    let lines = [
-        (of(limits::spring(map.scheme, ZETA)), 1.0),
-        (of(limits::stack(map.scheme, ZETA, STACK)), 0.5),
-    ];
-    let lines = lines.into_iter().filter_map(|(line, width)| Some((line?, width)));
-    let lines: Vec<(Vec<(f64, f64)>, bool)> = lines
-        .map(|(line, width)| (samples(map.axes[1]).map(line).collect(), width < 1.0))
-        .collect();
-    panel(area, map, &format!("contact spring, ζ = {ZETA}"), &lines)
+fn map_row(areas: &[Area<'_>], row: &MapRow, maps: &[CellMap]) -> Drawn {
+    for (area, map) in areas.iter().zip(maps) {
+        map_panel(area, row, map)?;
+    }
+    Ok(())
 }
 
-/// A map over ω h and ζ, with the limit of one spring.
-fn over_damping(area: &Area<'_>, map: &Map, title: &str) -> Drawn {
-    let line = |zeta: f64| limits::spring(map.scheme, zeta).map(|omega_h| (zeta, omega_h));
-    let line: Vec<(f64, f64)> = samples(map.axes[1]).filter_map(line).collect();
-    panel(area, map, title, &[(line, false)])
-}
-
-/// Many values along an axis.
-fn samples(axis: Axis) -> impl Iterator<Item = f64> {
-    let at = move |k: u32| axis.low + (axis.high - axis.low) * f64::from(k) / 200.0;
-    (1..=200).map(move |k| axis.value(at(k)))
-}
-
-/// A map in colours, with lines of (value up, value across), dashed or not.
-fn panel(area: &Area<'_>, map: &Map, title: &str, lines: &[(Vec<(f64, f64)>, bool)]) -> Drawn {
-    let [across, up] = map.axes;
+/// Draws a map in colors, with its known limits.
+fn map_panel(area: &Area<'_>, row: &MapRow, map: &CellMap) -> Drawn {
+    let [horizontal, vertical] = map.axes;
     let mut chart = ChartBuilder::on(area)
-        .caption(title, ("sans-serif", 13))
+        .caption(row.title, ("sans-serif", 13))
         .margin(6)
         .x_label_area_size(34)
         .y_label_area_size(48)
-        .build_cartesian_2d(across.low..across.high, up.low..up.high)?;
+        .build_cartesian_2d(horizontal.low..horizontal.high, vertical.low..vertical.high)?;
     chart
         .configure_mesh()
         .disable_mesh()
         .x_labels(7)
         .y_labels(6)
-        .x_desc(across.label)
-        .y_desc(up.label)
-        .x_label_formatter(&|place| label(across, *place))
-        .y_label_formatter(&|place| label(up, *place))
+        .x_desc(horizontal.label)
+        .y_desc(vertical.label)
+        .x_label_formatter(&|place| label(horizontal, *place))
+        .y_label_formatter(&|place| label(vertical, *place))
         .draw()?;
-    chart.draw_series(bands(map))?;
-    for (line, dashed) in lines {
-        let places = line.iter().map(|&(y, x)| (across.place(x), up.place(y)));
-        let inside = places.filter(|&(x, y)| {
-            (across.low..=across.high).contains(&x) && (up.low..=up.high).contains(&y)
-        });
-        let style = LINE.stroke_width(2);
-        if *dashed {
-            chart.draw_series(DashedLineSeries::new(inside, 6, 4, style))?;
-        } else {
-            chart.draw_series(LineSeries::new(inside, style))?;
-        }
+
+    chart.draw_series(bars(map))?;
+    let style = LINE.stroke_width(2);
+    chart.draw_series(LineSeries::new(limit_line(map, row.limit), style))?;
+    if let Some(other) = row.other_limit {
+        chart.draw_series(DashedLineSeries::new(limit_line(map, other), 6, 4, style))?;
     }
     Ok(())
 }
 
-/// Cells of one row and one band, joined.
-fn bands(map: &Map) -> Vec<Rectangle<(f64, f64)>> {
-    let [across, up] = map.axes;
+/// Returns the places of a limit within a map.
+fn limit_line(map: &CellMap, limit: Limit) -> impl Iterator<Item = (f64, f64)> + Clone {
+    let [horizontal, vertical] = map.axes;
+    let scheme = map.scheme;
+    let places = (1..=200)
+        .map(move |k| vertical.low + (vertical.high - vertical.low) * f64::from(k) / 200.0);
+    let line =
+        places.filter_map(move |y| Some((horizontal.place(limit(scheme, vertical.value(y))?), y)));
+    line.filter(move |(x, _)| (horizontal.low..=horizontal.high).contains(x))
+}
+
+/// Joins cells of one row and one band to bars.
+fn bars(map: &CellMap) -> Vec<Rectangle<(f64, f64)>> {
+    let [horizontal, vertical] = map.axes;
     let mut bars = Vec::new();
-    for j in 0..up.cells {
-        let mut from = 0;
-        for i in 1..=across.cells {
-            let colour = band(map.value(from, j));
-            if i == across.cells || band(map.value(i, j)) != colour {
-                let corners = [(across.edge(from), up.edge(j)), (across.edge(i), up.edge(j + 1))];
-                bars.push(Rectangle::new(corners, colour.filled()));
-                from = i;
+    for j in 0..vertical.cells {
+        let mut start = 0;
+        for end in 1..=horizontal.cells {
+            let color = band_color(map.value(start, j));
+            if end == horizontal.cells || band_color(map.value(end, j)) != color {
+                let lower = (horizontal.edge(start), vertical.edge(j));
+                let upper = (horizontal.edge(end), vertical.edge(j + 1));
+                bars.push(Rectangle::new([lower, upper], color.filled()));
+                start = end;
             }
         }
     }
     bars
 }
 
-fn band(value: f64) -> RGBColor {
-    BANDS.iter().find(|(end, ..)| value <= *end).map_or(BEYOND, |(_, colour, _)| *colour)
+fn band_color(value: f64) -> RGBColor {
+    BANDS.iter().find(|band| value <= band.end).map_or(UNSTABLE, |band| band.color)
 }
 
-fn label(axis: Axis, place: f64) -> String {
+fn label(axis: GridAxis, place: f64) -> String {
     match axis.scale {
         Scale::Linear => format!("{place:.1}"),
         Scale::Logarithmic if (place - place.round()).abs() > 1e-9 => String::new(),
@@ -178,22 +170,14 @@ fn label(axis: Axis, place: f64) -> String {
     }
 }
 
-/// A map over speed and gravity, with the limit of a reaction.
-fn reactions(area: &Area<'_>, map: &Map) -> Drawn {
-    let line = |gravity: f64| limits::reaction(map.scheme, gravity).map(|limit| (gravity, limit));
-    let line: Vec<(f64, f64)> = samples(map.axes[1]).filter_map(line).collect();
-    panel(area, map, "reaction: deepest point / d_max", &[(line, false)])
-}
-
-/// Growth over the number of copies, and how many hold.
-fn gains(area: &Area<'_>, gain: &Gain, title: &str, responses: &[Copies]) -> Drawn {
-    let highest = 3.0;
+/// Draws growth over the number of copies, with the largest stable numbers.
+fn gain_panel(area: &Area<'_>, row: &GainRow, gain: &Gain) -> Drawn {
     let mut chart = ChartBuilder::on(area)
-        .caption(title, ("sans-serif", 13))
+        .caption(row.title, ("sans-serif", 13))
         .margin(6)
         .x_label_area_size(34)
         .y_label_area_size(48)
-        .build_cartesian_2d(GAIN.low..GAIN.high, 0.0..highest)?;
+        .build_cartesian_2d(GAIN.low..GAIN.high, 0.0..MAX_RADIUS)?;
     chart
         .configure_mesh()
         .disable_mesh()
@@ -202,48 +186,51 @@ fn gains(area: &Area<'_>, gain: &Gain, title: &str, responses: &[Copies]) -> Dra
         .x_desc(GAIN.label)
         .y_desc("spectral radius")
         .draw()?;
-    let holds = Rectangle::new([(GAIN.low, 0.0), (GAIN.high, 1.0)], BANDS[2].1.filled());
-    chart.draw_series([holds])?;
-    chart
-        .draw_series(LineSeries::new([(GAIN.low, 1.0), (GAIN.high, 1.0)], LINE.stroke_width(2)))?;
-    for (number, (response, colour)) in responses.iter().zip(COLOURS).enumerate() {
+    let stable = Rectangle::new([(GAIN.low, 0.0), (GAIN.high, 1.0)], STABLE.filled());
+    chart.draw_series([stable])?;
+    let border = [(GAIN.low, 1.0), (GAIN.high, 1.0)];
+    chart.draw_series(LineSeries::new(border, LINE.stroke_width(2)))?;
+
+    for (number, (response, color)) in row.responses.iter().zip(COLORS).enumerate() {
         let points = gain.radii.iter().map(|(copies, radii)| (*copies, radii[number]));
-        let shown = points.take_while(|&(_, radius)| radius <= highest);
-        chart.draw_series(LineSeries::new(shown, colour.stroke_width(3)))?;
+        let shown = points.take_while(|&(_, radius)| radius <= MAX_RADIUS);
+        chart.draw_series(LineSeries::new(shown, color.stroke_width(3)))?;
+
+        // Implicit integrators have no limit for soft responses.
         let is_soft = !matches!((response.holding)(1.0), Holding::Hard { .. });
         let is_limited = !is_soft || limits::spring(gain.scheme, ZETA).is_some();
-        if let (Some(most), true) = (response.most, is_limited) {
-            let limit = [(most, 0.0), (most, highest)];
+        if let Some(max) = response.max.filter(|_| is_limited) {
+            let limit = [(max, 0.0), (max, MAX_RADIUS)];
             chart.draw_series(DashedLineSeries::new(limit, 6, 4, LINE.stroke_width(2)))?;
         }
     }
     Ok(())
 }
 
-/// What colours and lines mean, and what was held fixed.
+/// Draws the keys of colors and lines, and the settings.
 fn legend(area: &Area<'_>, settings: &[(&'static str, String)]) -> Drawn {
     let text = ("sans-serif", 14).into_font().into_text_style(area);
     let mut x = 40;
     area.draw_text("growth", &text, (x, 10))?;
     x += 70;
-    let names = BANDS.iter().map(|&(_, colour, name)| (colour, name)).chain([(BEYOND, "more")]);
-    for (colour, name) in names {
-        area.draw(&Rectangle::new([(x, 8), (x + 26, 24)], colour.filled()))?;
+    for Band { color, name, .. } in BANDS {
+        area.draw(&Rectangle::new([(x, 8), (x + 26, 24)], color.filled()))?;
         area.draw_text(name, &text, (x + 32, 10))?;
         x += 120;
     }
     area.draw(&PathElement::new([(x, 16), (x + 26, 16)], LINE.stroke_width(2)))?;
     area.draw_text("known limit", &text, (x + 32, 10))?;
+
     x = 40;
     for responses in [&ACCELERATIONS[..], &ALTERATIONS] {
-        for (response, colour) in responses.iter().zip(COLOURS) {
-            area.draw(&PathElement::new([(x, 40), (x + 26, 40)], colour.stroke_width(3)))?;
+        for (response, color) in responses.iter().zip(COLORS) {
+            area.draw(&PathElement::new([(x, 40), (x + 26, 40)], color.stroke_width(3)))?;
             area.draw_text(response.name, &text, (x + 32, 34))?;
             x += 200;
         }
     }
-    for (line, (what, value)) in (0..).zip(settings) {
-        area.draw_text(&format!("{what}: {value}"), &text, (40, 62 + 20 * line))?;
+    for (line, (name, value)) in (0..).zip(settings) {
+        area.draw_text(&format!("{name}: {value}"), &text, (40, 62 + 20 * line))?;
     }
     Ok(())
 }

@@ -1,28 +1,27 @@
 //! Known limits of stability, in closed form.
 //!
-//! A contact spring with ω² = k / m and damping ratio ζ makes a step a map of
-//! (x, v) with trace T and determinant D; it is stable where |T| ≤ 1 + D and
-//! D ≤ 1 (the Jury conditions). Writing these out for each integrator gives
-//! the limits below, as ω h.
+//! With a contact spring of ω² = k / m and damping ratio ζ, a step is a linear map of (x, v) with
+//! trace T and determinant D. It is stable where |T| ≤ 1 + D and D ≤ 1 (the Jury conditions). For
+//! each integrator these give the limits below, as ω h.
 
 use response::stability::Scheme;
 
-/// Spectral radius over 1 that is rounding: an undamped spring has exactly 1.
+/// Rounding of a spectral radius of 1, as an undamped spring has.
 pub const ROUNDING: f64 = 1e-9;
 
-/// Largest gain of second-order springs under an explicit integrator: so many
-/// copies of one contact may be added up.
+/// Largest gain of second-order springs under an explicit integrator: the number of copies of one
+/// contact that may be added up.
 pub const SECOND_ORDER_GAIN: f64 = 4.0 / 3.0;
 
-/// The same of the spring's velocity ΔP / h: the step v ← v − g x / h, x ← x + h v
-/// has trace 2 − g and determinant 1.
+/// Largest gain of the spring's velocity ΔP / h: the step v ← v − g x / h, x ← x + h v has trace
+/// 2 − g and determinant 1.
 pub const SPRING_GAIN: f64 = 4.0;
 
-/// The same of what stops a motion in one step: g copies leave 1 − g of it.
+/// Largest gain of a response that stops a motion in one step: g copies leave 1 − g of it.
 pub const STOPPING_GAIN: f64 = 2.0;
 
-/// Largest ω h at which a contact spring of damping ratio ζ is stable, 0 where
-/// none is; `None` where all are.
+/// Returns the largest ω h at which a contact spring of damping ratio ζ is stable: 0 if none is,
+/// `None` if all are.
 #[must_use]
 pub fn spring(scheme: Scheme, zeta: f64) -> Option<f64> {
     match scheme {
@@ -34,21 +33,20 @@ pub fn spring(scheme: Scheme, zeta: f64) -> Option<f64> {
     }
 }
 
-/// The same for a stack of equal masses on equal springs, with ω and ζ of one:
-/// its fastest mode is faster, and damped more, by the factor
-/// 2 cos(π / (2 n + 1)).
+/// Returns the largest stable ω h for a stack of equal masses on equal springs, with ω and ζ of
+/// one: its fastest mode is faster, and damped more, by the factor 2 cos(π / (2 n + 1)).
 #[must_use]
 pub fn stack(scheme: Scheme, zeta: f64, masses: u32) -> Option<f64> {
     let faster = 2.0 * (std::f64::consts::PI / (2.0 * f64::from(masses) + 1.0)).cos();
     spring(scheme, zeta * faster).map(|omega_h| omega_h / faster)
 }
 
-/// Largest v h / `d_max` at which a reaction of velocity and acceleration stops
-/// a particle shot from the rim, under g h² / `d_max`; `None` where none is.
+/// Computes the largest v h / `d_max` at which a reaction of velocity and acceleration stops a
+/// particle shot from the rim, under g h² / `d_max`.
 ///
-/// At the share s of the region's width a step takes s (u + σ g) of it, where u
-/// is the speed before the reaction and σ the integrator's share, and leaves
-/// the speed s (u + g): it crosses where u + σ g > 1.
+/// At the share s of the region's width a step covers s (u + σ g) of it, where u is the speed
+/// before the reaction and σ the integrator's share, and leaves the speed s (u + g). The particle
+/// crosses where u + σ g > 1.
 #[must_use]
 pub fn reaction(scheme: Scheme, gravity: f64) -> Option<f64> {
     let share = match scheme {

@@ -1,52 +1,51 @@
-//! Values over two axes of equal cells.
+//! Values over a grid of cells.
 
 use response::stability::Scheme;
 
-/// How an axis is divided.
+/// Division of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// By the value.
+    /// By value.
     Linear,
-    /// By its decimal logarithm.
+    /// By decimal logarithm.
     Logarithmic,
 }
 
-/// One axis: `cells` of equal width from `low` to `high`, which are values or
-/// their logarithms.
+/// An axis of cells of equal width from `low` to `high`, which are values or their logarithms.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Axis {
+pub struct GridAxis {
     /// Name, with the unit in brackets.
     pub label: &'static str,
-    /// How it is divided.
+    /// Division.
     pub scale: Scale,
-    /// Where it begins.
+    /// Start of the first cell.
     pub low: f64,
-    /// Where it ends.
+    /// End of the last cell.
     pub high: f64,
-    /// How many cells.
+    /// Number of cells.
     pub cells: u32,
 }
 
-impl Axis {
-    /// Where a cell begins on the axis; where the last ends, for `cells`.
+impl GridAxis {
+    /// Returns the start of a cell on the axis; for `cells`, the end of the last one.
     #[must_use]
     pub fn edge(&self, cell: u32) -> f64 {
         self.low + f64::from(cell) * self.width()
     }
 
-    /// Where its middle is.
-    #[must_use]
-    pub fn centre(&self, cell: u32) -> f64 {
-        self.low + (f64::from(cell) + 0.5) * self.width()
-    }
-
-    /// Of a cell.
+    /// Returns the width of a cell on the axis.
     #[must_use]
     pub fn width(&self) -> f64 {
         (self.high - self.low) / f64::from(self.cells)
     }
 
-    /// The value at a place of the axis.
+    /// Returns the value at the center of a cell.
+    #[must_use]
+    pub fn center(&self, cell: u32) -> f64 {
+        self.value(self.low + (f64::from(cell) + 0.5) * self.width())
+    }
+
+    /// Returns the value at a place on the axis.
     #[must_use]
     pub fn value(&self, place: f64) -> f64 {
         match self.scale {
@@ -55,7 +54,7 @@ impl Axis {
         }
     }
 
-    /// The place of a value on the axis.
+    /// Returns the place of a value on the axis.
     #[must_use]
     pub fn place(&self, value: f64) -> f64 {
         match self.scale {
@@ -65,49 +64,49 @@ impl Axis {
     }
 }
 
-/// A value in the middle of every cell.
+/// Values at the centers of all cells, for one integrator.
 #[derive(Clone, Debug)]
-pub struct Map {
+pub struct CellMap {
     /// The integrator.
     pub scheme: Scheme,
-    /// Across and up.
-    pub axes: [Axis; 2],
+    /// Horizontal and vertical axis.
+    pub axes: [GridAxis; 2],
     /// Row by row, the lowest first.
     values: Vec<f64>,
 }
 
-impl Map {
-    /// Asks for the value of each cell.
+impl CellMap {
+    /// Evaluates a function at the center of each cell.
     ///
     /// # Errors
     ///
-    /// The first that `value` returns.
+    /// The first error of `value`.
     pub fn new<E>(
         scheme: Scheme,
-        axes: [Axis; 2],
+        axes: [GridAxis; 2],
         value: impl Fn(f64, f64) -> Result<f64, E>,
     ) -> Result<Self, E> {
-        let [across, up] = axes;
-        let cells = (0..up.cells).flat_map(|j| (0..across.cells).map(move |i| (i, j)));
-        let values = cells
-            .map(|(i, j)| value(across.value(across.centre(i)), up.value(up.centre(j))))
-            .collect::<Result<_, E>>()?;
+        let [horizontal, vertical] = axes;
+        let mut values = Vec::new();
+        for j in 0..vertical.cells {
+            for i in 0..horizontal.cells {
+                values.push(value(horizontal.center(i), vertical.center(j))?);
+            }
+        }
         Ok(Self { scheme, axes, values })
     }
 
-    /// The value of a cell.
+    /// Returns the value of a cell.
     #[must_use]
     pub fn value(&self, i: u32, j: u32) -> f64 {
         self.values[(j * self.axes[0].cells + i) as usize]
     }
 
-    /// Middles of cells with their values, row by row.
+    /// Returns the centers of cells with their values, row by row.
     pub fn cells(&self) -> impl Iterator<Item = [f64; 3]> {
-        let [across, up] = self.axes;
-        let cells = (0..up.cells).flat_map(move |j| (0..across.cells).map(move |i| (i, j)));
-        cells.map(move |(i, j)| {
-            let at = [across.value(across.centre(i)), up.value(up.centre(j))];
-            [at[0], at[1], self.value(i, j)]
-        })
+        let [horizontal, vertical] = self.axes;
+        let cells =
+            (0..vertical.cells).flat_map(move |j| (0..horizontal.cells).map(move |i| [i, j]));
+        cells.map(move |[i, j]| [horizontal.center(i), vertical.center(j), self.value(i, j)])
     }
 }

@@ -12,6 +12,9 @@ use super::super::task::{Task, both_directions};
 use super::{Detector, Failure};
 use crate::measure::as_f64;
 
+/// Distance up to which random pairs are followed \[mm\].
+const MARGIN: f64 = 5.0;
+
 /// A pair of surfaces in a frame.
 struct PlacedPair<'a> {
     frame: usize,
@@ -44,7 +47,7 @@ pub(super) fn spatial_hash<'a>(task: &'a Task<'a>, edges: f64) -> PairByPair<'a>
     let bodies = &task.moving.bodies;
     let edge_lengths = bodies.iter().map(|body| mean_edge(body.surface(), body.positions()));
     let cell_size = edges * edge_lengths.sum::<f64>() / as_f64(bodies.len());
-    let params = SpatialHashParams { cell_size, ..SpatialHashParams::DEFAULT };
+    let params = SpatialHashParams::new(cell_size);
     PairByPair::new(task, move |pair| {
         let [a, b] = pair.surfaces;
         Ok(spatial_hash::detect(a, b, &params)?)
@@ -62,7 +65,7 @@ pub(super) fn layered_depth<'a>(task: &'a Task<'a>, resolution: u32) -> PairByPa
 
 /// Sets up random pairs of faces with a budget of tests per step, kept from frame to frame.
 pub(super) fn selected_pairs<'a>(task: &'a Task<'a>, max_tests: u64) -> PairByPair<'a> {
-    let params = SelectedPairsParams { max_tests, ..SelectedPairsParams::DEFAULT };
+    let params = SelectedPairsParams { max_tests, ..SelectedPairsParams::new(MARGIN) };
     let mut followed: Vec<SelectedPairs> =
         (1..).take(task.pairs.len()).map(SelectedPairs::new).collect();
     PairByPair::new(task, move |pair| {
