@@ -23,6 +23,8 @@ pub(crate) struct Curve {
     pub(crate) passings: Vec<Passing>,
     /// Edges that are passed, of A and of B, ascending.
     pub(crate) cut_edges: [Vec<CutEdge>; 2],
+    /// Faces that are cut, of A and of B, ascending.
+    pub(crate) cut_faces: [Vec<u32>; 2],
     /// Pairs of faces that lie in one plane, ascending.
     pub(crate) coplanar: Vec<CoplanarPair>,
     crossings: Vec<([u32; 2], Stretch)>,
@@ -131,6 +133,13 @@ impl Curve {
         // The order of the faces is that of all sums, whatever order the candidates came in.
         self.crossings.sort_unstable_by_key(|(faces, _)| *faces);
         self.coplanar.sort_unstable();
+
+        for (side, cut_faces) in self.cut_faces.iter_mut().enumerate() {
+            cut_faces.clear();
+            cut_faces.extend(self.crossings.iter().map(|(faces, _)| faces[side]));
+            cut_faces.sort_unstable();
+            cut_faces.dedup();
+        }
 
         self.stretches.clear();
         self.ends.clear();

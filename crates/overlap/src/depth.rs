@@ -171,6 +171,7 @@ impl<'a> Search<'a> {
         nearest
     }
 
+    /// Adds the faces that are inside as a whole, each bounded by the faces near its corners.
     fn add_whole_faces(&mut self, clipper: &Clipper<'_>, nearest: &[u32]) {
         for face in clipper.whole_faces() {
             let corners = clipper.body.surface().faces()[face as usize];
@@ -180,33 +181,54 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// Adds the inside parts of the faces that the curve cuts.
+    ///
+    /// Most of these faces are shallow as a whole: they are not clipped.
     fn add_cut_faces(&mut self, clipper: &Clipper<'_>, nearest: &[u32]) {
         /// Faces of the other body that a triangle is bounded by, to begin with.
         const MAX_NEAR: usize = 6;
 
-        for clipped in clipper.cut_faces() {
-            let corners = clipper.body.surface().faces()[clipped.face as usize];
+        let stretches = clipper.stretches_by_face();
+        let mut near: Vec<u32> = Vec::new();
+        for group in stretches.chunk_by(|p, q| p.face == q.face) {
+            let face = group[0].face;
+            let corners = clipper.body.surface().faces()[face as usize];
             let places = corners.iter().filter_map(|&corner| clipper.inside.place(corner));
-            let of_corners = places.map(|place| nearest[place as usize]);
-            let crossing = clipped.crossed_by.iter().copied();
-            let near: Vec<u32> = of_corners.chain(crossing).take(MAX_NEAR).collect();
-            for triangle in clipped.triangles(face_normal(clipper.body, clipped.face)) {
-                self.add(triangle, clipped.face, &near);
+            near.clear();
+            near.extend(places.map(|place| nearest[place as usize]));
+            near.extend(group.iter().map(|stretch| stretch.crossed_by));
+            near.truncate(MAX_NEAR);
+
+            let (bound, _) = self.bound(clipper.body.corners(face), &near);
+            if bound <= self.pieces.sufficient() {
+                self.pieces.leave_out(bound);
+                continue;
+            }
+            for triangle in clipper.clip(group).triangles(face_normal(clipper.body, face)) {
+                self.add(triangle, face, &near);
             }
         }
     }
 
     /// Adds a triangle, bounded by the best of some faces.
     fn add(&mut self, corners: [DVec3; 3], face: u32, near: &[u32]) {
-        let mut bound = f64::INFINITY;
-        let mut piece = Piece { corners, face, near: near[0] };
+        let (bound, near) = self.bound(corners, near);
+        self.pieces.add(bound, || Piece { corners, face, near });
+    }
+
+    /// Bounds the depth of a triangle by the best of some faces, or the first that is good enough.
+    fn bound(&self, corners: [DVec3; 3], near: &[u32]) -> (f64, u32) {
+        let mut best = (f64::INFINITY, near[0]);
         for &near in near {
             let upper = self.upper_by(near, corners);
-            if upper < bound {
-                (bound, piece.near) = (upper, near);
+            if upper < best.0 {
+                best = (upper, near);
+            }
+            if upper <= self.pieces.sufficient() {
+                break;
             }
         }
-        self.pieces.add(bound, || piece);
+        best
     }
 
     /// Computes the distance at a triangle's center, and splits the triangle in four.

@@ -2,8 +2,8 @@
 //!
 //! An edge whose passings sum to a net of `+1` runs from outside to inside: its upper end is
 //! inside without any ray. From such ends a flood fill over edges with a net of zero visits the
-//! inside vertices and no others. A ray checks each region that was filled, and each connected
-//! part of the surface that no cut edge settles.
+//! inside vertices and no others. A ray checks each fill, and each connected part of the surface
+//! that no cut edge settles.
 //!
 //! If that check finds another winding number than 1, the other surface covers a place twice or
 //! the wrong way round; the whole part is then labeled by winding numbers.
@@ -12,32 +12,46 @@ use kdop::{Axis, Workspace};
 use proximity::SurfaceTree;
 use surface::{NO_EDGE, ray_crosses_triangle, ray_crosses_triangle_from_below};
 
-use crate::curve::{Curve, CutEdge};
+use crate::curve::{Curve, CutEdge, index};
 
 /// Vertices of one surface inside the other.
 #[derive(Debug, Default)]
 pub(crate) struct Inside {
-    /// The vertices in the order of the fill, region after region, with the winding number of the
-    /// other surface about each, which is not zero.
+    /// The vertices in the order of the fill, cluster after cluster.
     pub(crate) vertices: Vec<InsideVertex>,
+    /// One per cluster: the vertex that its fill began at.
+    pub(crate) cluster_starts: Vec<u32>,
     /// True if some winding number is not 1.
     pub(crate) covers_twice: bool,
     /// One per vertex: 1 + its place in `vertices`, or 0.
     places: Vec<u32>,
     /// One per edge: 1 + its place among the cut edges, or 0.
     cuts: Vec<u32>,
+    /// One per vertex: true for ends of cut edges.
+    is_rim: Vec<bool>,
     /// One per vertex: true once a fill by winding numbers has visited it.
     visited: Vec<bool>,
     stack: Vec<InsideVertex>,
-    edges: Vec<u32>,
+    /// Inside ends of cut edges, still to be filled from.
+    pending: Vec<u32>,
+    neighbors: Vec<Neighbor>,
 }
 
 /// A vertex inside the other body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct InsideVertex {
     pub(crate) vertex: u32,
-    /// Winding number of the other surface.
+    /// Winding number of the other surface about it, not zero.
     pub(crate) winding: i32,
+    /// Cluster of vertices that edges without a passing connect.
+    pub(crate) cluster: u32,
+}
+
+/// A vertex and an edge that leads to it.
+#[derive(Clone, Copy, Debug)]
+struct Neighbor {
+    vertex: u32,
+    edge: u32,
 }
 
 impl Inside {
@@ -54,6 +68,9 @@ impl Inside {
         let cut_edges = &curve.cut_edges[side];
         for (place, cut) in (1..).zip(cut_edges) {
             self.cuts[cut.edge as usize] = place;
+            for end in own.surface().edges()[cut.edge as usize] {
+                self.is_rim[end as usize] = true;
+            }
         }
 
         let is_simple = self.fill_from_cuts(side, bodies, cut_edges, traversal);
@@ -77,11 +94,32 @@ impl Inside {
     }
 
     /// Returns the place of a vertex among those inside.
+    #[inline]
     pub(crate) fn place(&self, vertex: u32) -> Option<u32> {
         self.places[vertex as usize].checked_sub(1)
     }
 
+    /// Returns a vertex if it is inside.
+    #[inline]
+    pub(crate) fn vertex(&self, vertex: u32) -> Option<InsideVertex> {
+        self.place(vertex).map(|place| self.vertices[place as usize])
+    }
+
+    /// Returns true if all corners of a face are in one cluster.
+    #[inline]
+    pub(crate) fn holds_face(&self, [a, b, c]: [u32; 3]) -> bool {
+        let key = |vertex| self.vertex(vertex).map(|found| (found.cluster, found.winding));
+        let first = key(a);
+        first.is_some() && key(b) == first && key(c) == first
+    }
+
+    /// Returns the cluster of a vertex, if it is inside.
+    pub(crate) fn cluster(&self, vertex: u32) -> Option<u32> {
+        self.place(vertex).map(|place| self.vertices[place as usize].cluster)
+    }
+
     /// Returns the place of an edge among the cut edges.
+    #[inline]
     pub(crate) fn cut(&self, edge: u32) -> Option<usize> {
         self.cuts[edge as usize].checked_sub(1).map(|place| place as usize)
     }
@@ -93,12 +131,15 @@ impl Inside {
         // Cut edges of the query before are not at hand: the array is cleared as a whole.
         self.cuts.clear();
         self.cuts.resize(own.surface().edges().len(), 0);
+        self.is_rim.clear();
+        self.is_rim.resize(own.surface().vertex_count(), false);
     }
 
     fn clear_vertices(&mut self) {
         for inside in self.vertices.drain(..) {
             self.places[inside.vertex as usize] = 0;
         }
+        self.cluster_starts.clear();
         self.covers_twice = false;
     }
 
@@ -111,7 +152,7 @@ impl Inside {
         cut_edges: &[CutEdge],
         traversal: &mut Workspace,
     ) -> bool {
-        // A net of ±1 has its inside end; each region is checked by one ray.
+        // A net of ±1 has its inside end; each fill is checked by one ray.
         let own = bodies[side];
         for cut in cut_edges {
             let [low, high] = own.surface().edges()[cut.edge as usize];
@@ -127,9 +168,7 @@ impl Inside {
             if winding_about(side, bodies, start, traversal) != 1 {
                 return false;
             }
-            if !self.fill(own, start, cut_edges) {
-                return false;
-            }
+            self.fill(own, start, cut_edges);
         }
 
         // An end that is outside must not have been filled.
@@ -147,39 +186,51 @@ impl Inside {
             }
             match winding_about(side, bodies, vertex, traversal) {
                 0 => {}
-                1 => {
-                    if !self.fill(own, vertex, cut_edges) {
-                        return false;
-                    }
-                }
+                1 => self.fill(own, vertex, cut_edges),
                 _ => return false,
             }
         }
         true
     }
 
-    /// Fills a region of winding number 1 over edges with a net of zero. Returns false where an
-    /// edge leads to a winding number of 2.
-    fn fill(&mut self, own: &SurfaceTree, start: u32, cut_edges: &[CutEdge]) -> bool {
-        self.label(InsideVertex { vertex: start, winding: 1 });
-        self.stack.push(InsideVertex { vertex: start, winding: 1 });
+    /// Labels the vertices of winding number 1 that edges with a net of zero connect to `start`.
+    ///
+    /// A cut edge with a net of zero leads to another cluster: the edge leaves the inside between
+    /// its ends.
+    fn fill(&mut self, own: &SurfaceTree, start: u32, cut_edges: &[CutEdge]) {
+        self.pending.push(start);
+        while let Some(start) = self.pending.pop() {
+            if self.places[start as usize] == 0 {
+                self.fill_cluster(own, start, cut_edges);
+            }
+        }
+    }
 
-        while let Some(InsideVertex { vertex, .. }) = self.stack.pop() {
-            self.collect_edges(own, vertex);
-            for i in 0..self.edges.len() {
-                let edge = self.edges[i];
-                if self.net(edge, cut_edges) != 0 {
+    fn fill_cluster(&mut self, own: &SurfaceTree, start: u32, cut_edges: &[CutEdge]) {
+        let cluster = self.begin_cluster(start);
+        let first = InsideVertex { vertex: start, winding: 1, cluster };
+        self.label(first);
+        self.stack.push(first);
+
+        while let Some(at) = self.stack.pop() {
+            self.collect_neighbors(own, at.vertex);
+            for i in 0..self.neighbors.len() {
+                let Neighbor { vertex, edge } = self.neighbors[i];
+                if self.places[vertex as usize] != 0 {
                     continue;
                 }
-                let next = other_end(own, edge, vertex);
-                if self.places[next as usize] == 0 {
-                    let reached = InsideVertex { vertex: next, winding: 1 };
-                    self.label(reached);
-                    self.stack.push(reached);
+                let cut = if self.is_rim[vertex as usize] { self.cut(edge) } else { None };
+                match cut {
+                    None => {
+                        let reached = InsideVertex { vertex, ..at };
+                        self.label(reached);
+                        self.stack.push(reached);
+                    }
+                    Some(cut) if cut_edges[cut].net == 0 => self.pending.push(vertex),
+                    Some(_) => {}
                 }
             }
         }
-        self.stack.is_empty()
     }
 
     /// Labels every part of the surface by winding numbers, from one ray each.
@@ -197,55 +248,63 @@ impl Inside {
 
         for &start in own.components() {
             let winding = winding_about(side, bodies, start, traversal);
+            let cluster = self.begin_cluster(start);
             self.visited[start as usize] = true;
-            self.stack.push(InsideVertex { vertex: start, winding });
+            self.stack.push(InsideVertex { vertex: start, winding, cluster });
 
             while let Some(at) = self.stack.pop() {
                 if at.winding != 0 {
                     self.label(at);
                 }
-                self.collect_edges(own, at.vertex);
-                for i in 0..self.edges.len() {
-                    let edge = self.edges[i];
-                    let next = other_end(own, edge, at.vertex);
-                    if std::mem::replace(&mut self.visited[next as usize], true) {
+                self.collect_neighbors(own, at.vertex);
+                for i in 0..self.neighbors.len() {
+                    let Neighbor { vertex, edge } = self.neighbors[i];
+                    if std::mem::replace(&mut self.visited[vertex as usize], true) {
                         continue;
                     }
-                    let net = self.net(edge, cut_edges);
-                    let upward = own.surface().edges()[edge as usize][0] == at.vertex;
-                    let winding = if upward { at.winding + net } else { at.winding - net };
-                    self.stack.push(InsideVertex { vertex: next, winding });
+                    let net = self.cut(edge).map_or(0, |cut| cut_edges[cut].net);
+                    let change = if at.vertex < vertex { net } else { -net };
+                    self.stack.push(InsideVertex { vertex, winding: at.winding + change, cluster });
                 }
             }
         }
+    }
+
+    fn begin_cluster(&mut self, start: u32) -> u32 {
+        self.cluster_starts.push(start);
+        index(self.cluster_starts.len() - 1)
     }
 
     fn label(&mut self, inside: InsideVertex) {
         self.vertices.push(inside);
-        self.places[inside.vertex as usize] = crate::curve::index(self.vertices.len());
+        self.places[inside.vertex as usize] = index(self.vertices.len());
     }
 
-    /// Returns the difference of the winding numbers along an edge, from its lower-numbered end.
-    fn net(&self, edge: u32, cut_edges: &[CutEdge]) -> i32 {
-        self.cut(edge).map_or(0, |place| cut_edges[place].net)
-    }
-
-    /// Collects the edges at a vertex, some of them twice.
-    fn collect_edges(&mut self, own: &SurfaceTree, vertex: u32) {
-        self.edges.clear();
-        for &face in own.surface().vertex_faces(vertex) {
-            for edge in own.surface().face_edges()[face as usize] {
-                if edge != NO_EDGE && own.surface().edges()[edge as usize].contains(&vertex) {
-                    self.edges.push(edge);
-                }
+    /// Collects the neighbors of a vertex.
+    ///
+    /// On a closed oriented surface each neighbor ends the edge that one face runs along from the
+    /// vertex; elsewhere the edges that lead to the vertex are taken, too.
+    fn collect_neighbors(&mut self, own: &SurfaceTree, vertex: u32) {
+        let surface = own.surface();
+        let is_one_way = own.has_winding_number().is_ok();
+        self.neighbors.clear();
+        for &face in surface.vertex_faces(vertex) {
+            let corners = surface.faces()[face as usize];
+            let edges = surface.face_edges()[face as usize];
+            let k = if corners[0] == vertex { 0 } else { 2 - usize::from(corners[1] == vertex) };
+            let (next, before) = ((k + 1) % 3, (k + 2) % 3);
+            self.push_neighbor(corners[next], edges[k]);
+            if !is_one_way {
+                self.push_neighbor(corners[before], edges[before]);
             }
         }
     }
-}
 
-fn other_end(own: &SurfaceTree, edge: u32, vertex: u32) -> u32 {
-    let [low, high] = own.surface().edges()[edge as usize];
-    if low == vertex { high } else { low }
+    fn push_neighbor(&mut self, vertex: u32, edge: u32) {
+        if edge != NO_EDGE {
+            self.neighbors.push(Neighbor { vertex, edge });
+        }
+    }
 }
 
 /// Computes the winding number of the other surface about a vertex of body `side`.

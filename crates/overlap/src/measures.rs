@@ -76,7 +76,8 @@ pub(crate) fn sum_regions(parts: Parts<'_>, out: &mut Vec<Sums>) {
 
     add_stretches(parts, out);
     for side in 0..2 {
-        add_inside_corners(parts, side, out);
+        add_whole_faces(parts, side, out);
+        add_corners_of_cut_faces(parts, side, out);
     }
     subtract_coplanar(parts, out);
 }
@@ -124,23 +125,43 @@ fn behind(body: &SurfaceTree, face: u32, passing: &Passing) -> (DVec3, f64) {
     (body.position(to), if enters { 1.0 } else { -1.0 })
 }
 
-/// Adds `in(u) w(u→v)` for the edges of every face with corners inside.
-fn add_inside_corners(parts: Parts<'_>, side: usize, out: &mut [Sums]) {
+/// Adds the faces whose corners are all inside and in one cluster, each from its first corner.
+fn add_whole_faces(parts: Parts<'_>, side: usize, out: &mut [Sums]) {
     let Parts { bodies, inside, regions, .. } = parts;
     let (body, inside) = (bodies[side], &inside[side]);
-    for (place, found) in (0..).zip(&inside.vertices) {
-        let region = regions.of_place(side, place);
+    for found in &inside.vertices {
+        let region = regions.of_cluster(side, found.cluster);
         let origin = regions.origins[region];
-        out[region].cover(body.position(found.vertex));
+        let sums = &mut out[region];
+        sums.cover(body.position(found.vertex));
 
         for &face in body.surface().vertex_faces(found.vertex) {
             let corners = body.surface().faces()[face as usize];
-            let Some(plane) = Plane::of(side, body, face, origin) else { continue };
-            for k in (0..3).filter(|&k| corners[k] == found.vertex) {
-                let ends = [corners[k], corners[(k + 1) % 3]];
-                let [from, to] = ends.map(|v| body.position(v) - origin);
-                out[region].add_piece(&plane, from, to, f64::from(found.winding));
+            if corners[0] == found.vertex && inside.holds_face(corners) {
+                let corners = corners.map(|corner| body.position(corner) - origin);
+                sums.add_face(side, corners, f64::from(found.winding));
             }
+        }
+    }
+}
+
+/// Adds `in(u) w(u→v)` for the edges of the faces that the curve cuts: whatever other face has a
+/// corner inside is inside as a whole.
+fn add_corners_of_cut_faces(parts: Parts<'_>, side: usize, out: &mut [Sums]) {
+    let Parts { bodies, curve, inside, regions } = parts;
+    let (body, inside) = (bodies[side], &inside[side]);
+    for &face in &curve.cut_faces[side] {
+        let corners = body.surface().faces()[face as usize];
+        if inside.holds_face(corners) {
+            continue;
+        }
+        for (k, &corner) in corners.iter().enumerate() {
+            let Some(found) = inside.vertex(corner) else { continue };
+            let region = regions.of_cluster(side, found.cluster);
+            let origin = regions.origins[region];
+            let Some(plane) = Plane::of(side, body, face, origin) else { continue };
+            let [from, to] = [corner, corners[(k + 1) % 3]].map(|v| body.position(v) - origin);
+            out[region].add_piece(&plane, from, to, f64::from(found.winding));
         }
     }
 }
@@ -209,8 +230,8 @@ impl<'a> FaceRegions<'a> {
             return Some(regions.of_passing(stretch.ends[0]));
         }
         let corners = bodies[side].surface().faces()[face as usize];
-        let place = corners.iter().find_map(|&corner| inside[side].place(corner))?;
-        Some(regions.of_place(side, place))
+        let cluster = corners.iter().find_map(|&corner| inside[side].cluster(corner))?;
+        Some(regions.of_cluster(side, cluster))
     }
 }
 
@@ -236,6 +257,20 @@ impl Sums {
         self.moment += height / 4.0 * (w / 3.0 * (p + q) + w * plane.origin);
         if plane.side == 0 {
             self.normal += w * plane.normal;
+        }
+    }
+
+    /// Adds a whole face, from the region's origin.
+    #[inline]
+    fn add_face(&mut self, side: usize, [a, b, c]: [DVec3; 3], factor: f64) {
+        let area_vector = 0.5 * factor * (b - a).cross(c - a);
+        let volume = area_vector.dot(a) / 3.0;
+
+        self.areas[side] += factor.signum() * area_vector.length();
+        self.volume += volume;
+        self.moment += 0.25 * volume * (a + b + c);
+        if side == 0 {
+            self.normal += area_vector;
         }
     }
 

@@ -23,8 +23,16 @@ pub struct ClippedFace {
     /// Polygons that border the part: outer loops counter-clockwise seen from outside the body,
     /// holes clockwise.
     pub loops: Vec<Vec<DVec3>>,
-    /// Faces of the other body that cross it.
-    pub(crate) crossed_by: Vec<u32>,
+}
+
+/// A stretch as a face of one side has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct FaceStretch {
+    pub(crate) face: u32,
+    /// Its place on the curve.
+    number: u32,
+    /// The face of the other body.
+    pub(crate) crossed_by: u32,
 }
 
 /// Input of the clipping of one body's faces.
@@ -42,33 +50,36 @@ type Pieces = BTreeMap<Node, Node>;
 impl Clipper<'_> {
     /// Clips every face that the curve passes, in ascending order.
     pub(crate) fn cut_faces(&self) -> Vec<ClippedFace> {
-        let mut by_face: Vec<(u32, u32)> = Vec::with_capacity(self.curve.stretches.len());
-        for (number, stretch) in (0..).zip(&self.curve.stretches) {
-            by_face.push((stretch.faces[self.side], number));
-        }
-        by_face.sort_unstable();
-
-        // Each face's pieces: its stretches, then the inside parts of its own edges.
-        let mut pieces = Pieces::new();
+        let stretches = self.stretches_by_face();
         let mut clipped = Vec::new();
-        for group in by_face.chunk_by(|p, q| p.0 == q.0) {
-            pieces.clear();
-            let face = group[0].0;
-            let mut crossed_by = Vec::with_capacity(group.len());
-            for &(_, number) in group {
-                let stretch = &self.curve.stretches[number as usize];
-                let [mut from, mut to] = stretch.ends.map(Node::Passing);
-                if self.side == 1 {
-                    std::mem::swap(&mut from, &mut to);
-                }
-                pieces.insert(from, to);
-                crossed_by.push(stretch.faces[1 - self.side]);
-            }
-            self.add_edges(face, &mut pieces);
-            let loops = self.loops(&mut pieces);
-            clipped.push(ClippedFace { face, loops, crossed_by });
+        for group in stretches.chunk_by(|p, q| p.face == q.face) {
+            clipped.push(self.clip(group));
         }
         clipped
+    }
+
+    /// Returns the stretches by the faces of this side, ascending.
+    pub(crate) fn stretches_by_face(&self) -> Vec<FaceStretch> {
+        let mut by_face = Vec::with_capacity(self.curve.stretches.len());
+        for (number, stretch) in (0..).zip(&self.curve.stretches) {
+            let (face, crossed_by) = (stretch.faces[self.side], stretch.faces[1 - self.side]);
+            by_face.push(FaceStretch { face, number, crossed_by });
+        }
+        by_face.sort_unstable();
+        by_face
+    }
+
+    /// Clips the face of some stretches, which are all that it has.
+    pub(crate) fn clip(&self, stretches: &[FaceStretch]) -> ClippedFace {
+        let mut pieces = Pieces::new();
+        for stretch in stretches {
+            let [begin, end] = self.curve.stretches[stretch.number as usize].ends;
+            let [from, to] = if self.side == 0 { [begin, end] } else { [end, begin] };
+            pieces.insert(Node::Passing(from), Node::Passing(to));
+        }
+        let face = stretches[0].face;
+        self.add_edges(face, &mut pieces);
+        ClippedFace { face, loops: self.loops(&mut pieces) }
     }
 
     /// Returns the faces that are inside as a whole, in the order of the fill.

@@ -1,7 +1,7 @@
 //! Separate contact regions: connected parts of the border of what two bodies share.
 //!
-//! Passings and inside vertices are joined along stretches of the curve, along the parts of edges
-//! that lie inside, and over the faces of the fill. Each region has an origin of its own near it,
+//! Passings are joined along stretches of the curve, and along the parts of edges that lie inside, to
+//! each other and to the clusters of inside vertices. Each region has an origin of its own near it,
 //! so that its measures have the rounding of its own size and not of its place.
 
 use glam::DVec3;
@@ -22,10 +22,10 @@ pub(crate) struct Regions {
     pub(crate) origins: Vec<DVec3>,
     /// One per passing: its position from its region's origin.
     pub(crate) points: Vec<DVec3>,
-    /// One per node: passings, then inside vertices of A, then of B.
+    /// One per node: passings, then clusters of inside vertices of A, then of B.
     region_of: Vec<u32>,
-    /// Number of the first inside vertex of A, and of B, among the nodes.
-    first_vertex: [usize; 2],
+    /// Number of the first cluster of A, and of B, among the nodes.
+    first_cluster: [usize; 2],
     sets: UnionFind,
     entering: Vec<(f64, Node)>,
     leaving: Vec<(f64, Node)>,
@@ -51,8 +51,8 @@ impl Regions {
     /// Joins everything into regions, in place of those found before.
     pub(crate) fn find(&mut self, bodies: [&SurfaceTree; 2], curve: &Curve, inside: &[Inside; 2]) {
         let passings = curve.passings.len();
-        self.first_vertex = [passings, passings + inside[0].vertices.len()];
-        let nodes = self.first_vertex[1] + inside[1].vertices.len();
+        self.first_cluster = [passings, passings + inside[0].cluster_starts.len()];
+        let nodes = self.first_cluster[1] + inside[1].cluster_starts.len();
         self.sets.reset(nodes);
 
         // The curve joins its passings, edges join these to the vertices they lead to.
@@ -68,7 +68,6 @@ impl Regions {
                 self.join_along_edge(side, cut, ends, curve, &inside[side]);
                 self.part_starts[side].push(index(self.edge_parts[side].len()));
             }
-            self.join_inside(side, bodies[side], &inside[side]);
         }
 
         self.number_regions(nodes, bodies, curve, inside);
@@ -80,9 +79,9 @@ impl Regions {
         self.region_of[passing as usize] as usize
     }
 
-    /// Returns the region of an inside vertex, by its place among those of its body.
-    pub(crate) fn of_place(&self, side: usize, place: u32) -> usize {
-        self.region_of[self.first_vertex[side] + place as usize] as usize
+    /// Returns the region of a cluster of inside vertices.
+    pub(crate) fn of_cluster(&self, side: usize, cluster: u32) -> usize {
+        self.region_of[self.first_cluster[side] + cluster as usize] as usize
     }
 
     /// Returns the position of a passing.
@@ -133,31 +132,11 @@ impl Regions {
         }
     }
 
-    /// Joins inside vertices along edges that are not cut.
-    fn join_inside(&mut self, side: usize, body: &SurfaceTree, inside: &Inside) {
-        let surface = body.surface();
-        for (place, found) in (0..).zip(&inside.vertices) {
-            for &face in surface.vertex_faces(found.vertex) {
-                let corners = surface.faces()[face as usize];
-                for (k, edge) in surface.face_edges()[face as usize].into_iter().enumerate() {
-                    let (from, to) = (corners[k], corners[(k + 1) % 3]);
-                    if from != found.vertex || inside.cut(edge).is_some() {
-                        continue;
-                    }
-                    if let Some(other) = inside.place(to) {
-                        let first = index(self.first_vertex[side]);
-                        self.sets.join(first + place, first + other);
-                    }
-                }
-            }
-        }
-    }
-
     fn number(&self, side: usize, node: Node, inside: &Inside) -> u32 {
         match node {
             Node::Passing(passing) => passing,
             Node::Vertex(vertex) => {
-                index(self.first_vertex[side]) + inside.place(vertex).unwrap_or(0)
+                index(self.first_cluster[side]) + inside.cluster(vertex).unwrap_or(0)
             }
         }
     }
@@ -193,14 +172,14 @@ impl Regions {
         curve: &Curve,
         inside: &[Inside; 2],
     ) -> DVec3 {
-        if node < self.first_vertex[0] {
+        if node < self.first_cluster[0] {
             let name = curve.passings[node].name;
             let body = bodies[usize::from(name.side)];
             let [low, _] = body.surface().edges()[name.edge as usize];
             return body.position(low);
         }
-        let side = usize::from(node >= self.first_vertex[1]);
-        let vertex = inside[side].vertices[node - self.first_vertex[side]].vertex;
+        let side = usize::from(node >= self.first_cluster[1]);
+        let vertex = inside[side].cluster_starts[node - self.first_cluster[side]];
         bodies[side].position(vertex)
     }
 

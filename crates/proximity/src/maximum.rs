@@ -92,6 +92,11 @@ impl<T> MaximumSearch<T> {
         }
     }
 
+    /// Records the bound of a piece that is left out, since its bound is tight enough.
+    pub fn leave_out(&mut self, bound: f64) {
+        self.left_out = self.left_out.max(bound);
+    }
+
     /// Takes out the piece with the largest bound; `None` where the bounds are tight enough.
     #[expect(clippy::should_implement_trait, reason = "pieces are added between calls")]
     pub fn next(&mut self) -> Option<(f64, T)> {

@@ -28,6 +28,7 @@ impl<'a> Positions<'a> {
     }
 
     /// Returns all positions, one per vertex.
+    #[inline]
     #[must_use]
     pub fn as_slice(self) -> &'a [DVec3] {
         self.0
@@ -38,6 +39,7 @@ impl<'a> Positions<'a> {
     /// # Panics
     ///
     /// When `vertex` is not below the surface's vertex count.
+    #[inline]
     #[must_use]
     pub fn at(self, vertex: u32) -> DVec3 {
         self.0[vertex as usize]
@@ -48,6 +50,7 @@ impl<'a> Positions<'a> {
     /// # Panics
     ///
     /// When an index is not below the surface's vertex count.
+    #[inline]
     #[must_use]
     pub fn corners(self, face: [u32; 3]) -> [DVec3; 3] {
         face.map(|vertex| self.at(vertex))

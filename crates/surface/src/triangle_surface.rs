@@ -58,18 +58,21 @@ impl TriangleSurface {
     }
 
     /// Returns |V|.
+    #[inline]
     #[must_use]
     pub fn vertex_count(&self) -> usize {
         self.vertex_count
     }
 
     /// Returns the corners of the faces, |F| × 3, counter-clockwise from outside.
+    #[inline]
     #[must_use]
     pub fn faces(&self) -> &[[u32; 3]] {
         &self.faces
     }
 
     /// Returns the ends of the edges, |E| × 2, the smaller first, in ascending order.
+    #[inline]
     #[must_use]
     pub fn edges(&self) -> &[[u32; 2]] {
         &self.edges
@@ -77,6 +80,7 @@ impl TriangleSurface {
 
     /// Returns the edges of the faces, |F| × 3: the `k`th runs from corner `k` to the next.
     /// [`NO_EDGE`] where these are one vertex.
+    #[inline]
     #[must_use]
     pub fn face_edges(&self) -> &[[u32; 3]] {
         &self.face_edges
@@ -88,6 +92,7 @@ impl TriangleSurface {
     /// # Panics
     ///
     /// When there is no such edge.
+    #[inline]
     #[must_use]
     pub fn edge_faces(&self, edge: u32) -> &[u32] {
         self.edge_faces.row(edge)
@@ -98,6 +103,7 @@ impl TriangleSurface {
     /// # Panics
     ///
     /// When there is no such vertex.
+    #[inline]
     #[must_use]
     pub fn vertex_faces(&self, vertex: u32) -> &[u32] {
         self.vertex_faces.row(vertex)
