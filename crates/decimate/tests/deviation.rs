@@ -133,7 +133,7 @@ fn any_two_surfaces() {
         for (side, from, to) in
             [(deviation.full_to_reduced, &a, &b), (deviation.reduced_to_full, &b, &a)]
         {
-            let size = from.bounds()[0].distance(from.bounds()[1]);
+            let size = from.bounds().diagonal();
             let farthest = (0..60)
                 .map(|i| sample(from.corners(i as usize % from.faces.len()), i))
                 .chain(from.positions.iter().copied())

@@ -89,7 +89,8 @@ fn links_of_another_medial_surface_are_refused() {
 /// The belly stretched and shortened along x with its volume kept, bent by a
 /// quarter circle and twisted by 60°.
 fn deformed(mesh: &fixtures::Mesh) -> [(&'static str, fixtures::Mesh); 4] {
-    let [low, high] = mesh.bounds();
+    let bounds = mesh.bounds();
+    let (low, high) = (bounds.min, bounds.max);
     let length = high.x - low.x;
     let along = |s: f64| mesh.clone().scaled(DVec3::new(s, s.powf(-0.5), s.powf(-0.5)));
     let radius = length / FRAC_PI_2;

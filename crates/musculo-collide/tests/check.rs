@@ -37,7 +37,7 @@ fn shape(u: &mut Unstructured<'_>) -> Result<Mesh> {
 
 /// A shape a fifth as large, somewhere near the middle of another.
 fn shrunk_into(u: &mut Unstructured<'_>, mesh: Mesh, other: &Mesh) -> Result<Mesh> {
-    let middle = |mesh: &Mesh| mesh.bounds().into_iter().sum::<DVec3>() / 2.0;
+    let middle = |mesh: &Mesh| mesh.bounds().center();
     let to = middle(other) + vector(u, 3.0)?;
     let shift = -middle(&mesh);
     Ok(mesh.translated(shift).scaled(DVec3::splat(0.2)).translated(to))

@@ -194,7 +194,8 @@ fn what_vertices_miss_balls_meet() {
     };
     let mut scene = Scene::new();
     let mesh = shapes::capsule(5.0, 60.0, 24);
-    let [low, high] = mesh.bounds();
+    let bounds = mesh.bounds();
+    let (low, high) = (bounds.min, bounds.max);
     let axis = ((high - low) / (high - low).max_element()).round();
     let mesh = mesh.translated(-low.midpoint(high));
     let across = if axis == DVec3::X { DVec3::Y } else { DVec3::X };

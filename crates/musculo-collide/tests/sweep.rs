@@ -134,7 +134,7 @@ fn passing_through_is_seen() {
     let ball_particles = unseen[0].particles.iter().filter(|&particle| through.contains(particle));
     assert_eq!(ball_particles.count(), ball.positions.len(), "every vertex went through");
     // The ball's lowest vertex is at 17, the plate's upper side at 1 (or 2, if it stands on 0).
-    let [_, top] = plate.bounds();
+    let top = plate.bounds().max;
     let expected = (17.0 - top.z) / 40.0;
     assert!((report.largest_free_step - expected).abs() < 1e-9, "{}", report.largest_free_step);
     for contact in &report.pairs[0].contacts {
@@ -147,7 +147,7 @@ fn passing_through_is_seen() {
 #[test]
 fn staying_inside_is_not_unseen() {
     let plate = shapes::plate(DVec3::new(60.0, 60.0, 9.0), [6, 6]);
-    let [_, top] = plate.bounds();
+    let top = plate.bounds().max;
     let ball = shapes::octasphere(1.0, 1).translated(DVec3::new(1.3, 0.7, top.z + 2.0));
     let within = ball.clone().translated(DVec3::Z * -5.0);
     let (mut scene, ids) = scene_of(&[&plate, &ball]);
