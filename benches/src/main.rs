@@ -13,7 +13,7 @@ usage: benches TASK
 
   ratios [--quick] [CRATE…]    figures beside what they are compared with, one line of JSON each
   volumes                      table of bounding volumes of 6, 14, 18 and 26 planes
-  medial FILE.md | MUSCLE…     accuracy of medial surfaces: the document, or a table of muscles
+  medial FILE                  document on the accuracy of medial surfaces
   chart FOLDER [PICTURE…]      charts with their numbers (feature `charts`)
   soak [FRAMES]                many frames of a small scene, and memory left behind (feature `charts`)";
 
@@ -46,10 +46,7 @@ fn run(arguments: &[String]) -> Result<Vec<String>, Box<dyn Error>> {
         }
         ("ratios", names) => ratios::run(names, &mut report)?,
         ("volumes", []) => print!("{}", volumes::table()),
-        ("medial", [file]) if file.ends_with(".md") => {
-            medial_report::write(Path::new(file), &mut report)?;
-        }
-        ("medial", [_, ..]) => println!("{}", medial_report::accuracy_of(rest, &mut report)),
+        ("medial", [file]) => medial_report::write(Path::new(file), &mut report)?,
         #[cfg(feature = "charts")]
         ("chart", [folder, names @ ..]) => {
             for path in benches::chart::draw(Path::new(folder), names)? {

@@ -1,6 +1,5 @@
 //! Table of bounding volumes of 6, 14, 18 and 26 planes: memory, refits, pairs and candidates.
 
-use std::fmt::Write as _;
 use std::time::Duration;
 
 use fixtures::muscle::{Muscle, Placement, scene};
@@ -11,8 +10,7 @@ use crate::measure::{as_f64, interleave};
 /// Budget of each measurement.
 const BUDGET: Duration = Duration::from_millis(200);
 
-/// Returns the table, for two muscles in contact at an angle and along the axes, and the share of
-/// candidates that 18 planes leave of those of boxes.
+/// Returns the table, for two muscles in contact at an angle and along the axes.
 #[must_use]
 pub fn table() -> String {
     let mut table = String::from(
@@ -26,17 +24,6 @@ pub fn table() -> String {
             table += &row::<13>(faces, placement);
         }
     }
-
-    let shares: Vec<f64> = (0..12).map(|turn| share_of_boxes(Placement::Turned(turn))).collect();
-    let min = shares.iter().copied().fold(f64::INFINITY, f64::min);
-    let max = shares.iter().copied().fold(0.0, f64::max);
-    let mean = shares.iter().sum::<f64>() / as_f64(shares.len());
-    // Writing into a string cannot fail.
-    let _ = writeln!(
-        table,
-        "candidates of 18 planes over those of 6, contact turned in twelve ways:\n\
-         min {min:.2}, mean {mean:.2}, max {max:.2}"
-    );
     table
 }
 
@@ -59,13 +46,6 @@ fn row<const S: usize>(faces: u32, placement: Placement) -> String {
     format!(
         "{k:<3} {faces:>6} {placement:<8} {bytes:>10.1} {refit:>9.1} {traversal:>9.1} {candidates:>11} {self_candidates:>8}\n"
     )
-}
-
-fn share_of_boxes(placement: Placement) -> f64 {
-    let scene = scene(6500, placement);
-    let boxes = pair_count(&build::<3>(&scene.a), &build(&scene.b), &mut Workspace::new());
-    let dops = pair_count(&build::<9>(&scene.a), &build(&scene.b), &mut Workspace::new());
-    as_f64(dops) / as_f64(boxes)
 }
 
 fn build<const S: usize>(muscle: &Muscle) -> DopTree<S> {

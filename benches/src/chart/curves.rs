@@ -1,4 +1,4 @@
-//! Panels of curves over logarithmic axes, with their Pareto fronts, a legend and a caption.
+//! Panels of curves over logarithmic axes with their Pareto fronts, headings and captions.
 
 use std::error::Error;
 
@@ -49,9 +49,10 @@ pub struct Panel {
 }
 
 impl CurveStyle {
-    /// Returns a style with filled marks.
+    /// Returns a style with filled marks, of a color as in `0x1f_6f_b4`.
     #[must_use]
-    pub const fn new(red: u8, green: u8, blue: u8) -> Self {
+    pub const fn new(color: u32) -> Self {
+        let [_, red, green, blue] = color.to_be_bytes();
         Self { color: RGBColor(red, green, blue), is_hollow: false }
     }
 
@@ -146,65 +147,6 @@ fn power(exponent: f64) -> String {
     if whole < -4.0 { format!("1e{whole}") } else { format!("{}", 10.0_f64.powf(whole)) }
 }
 
-/// Rows of panels over a legend with figures and a caption.
-#[derive(Clone, Debug)]
-pub struct Poster {
-    /// Heading.
-    pub heading: &'static str,
-    /// Panels, row by row.
-    pub panels: Vec<Vec<Panel>>,
-    /// Height of a row of panels.
-    pub row_height: u32,
-    /// Head of the legend, then one row per method.
-    pub legend: Vec<LegendRow>,
-    /// Lines of the caption.
-    pub caption: Vec<String>,
-}
-
-/// Width of a poster, and height of its heading.
-const WIDTH: u32 = 1500;
-const HEADING: u32 = 44;
-
-/// Top of the legend and height of its rows.
-const LEGEND_TOP: i32 = 24;
-const LEGEND_ROW: i32 = 21;
-
-/// Right edges of the legend's columns of values.
-const LEGEND_COLUMNS: [i32; 5] = [720, 900, 1080, 1250, 1440];
-
-impl Poster {
-    /// Draws the poster as SVG.
-    ///
-    /// # Errors
-    ///
-    /// When it cannot be drawn.
-    pub fn draw(&self) -> Result<String, Box<dyn Error>> {
-        let rows = u32::try_from(self.panels.len())?;
-        let legend =
-            u32::try_from(LEGEND_TOP + LEGEND_ROW * i32::try_from(self.legend.len() + 2)?)?;
-        let caption = CAPTION_LINE * u32::try_from(self.caption.len())? + 16;
-        let height = HEADING + self.row_height * rows + legend + caption;
-
-        svg((WIDTH, height), |area| {
-            let (head, rest) = area.split_vertically(HEADING);
-            let (body, foot) = rest.split_vertically(self.row_height * rows);
-            draw_heading(&head, self.heading)?;
-            let columns = self.panels.first().map_or(1, Vec::len);
-            let areas = body.split_evenly((self.panels.len(), columns));
-            for (panel, area) in self.panels.iter().flatten().zip(&areas) {
-                panel.draw(area)?;
-            }
-
-            for (number, row) in (0..).zip(&self.legend) {
-                row.draw(&foot, LEGEND_TOP + LEGEND_ROW * number)?;
-            }
-            let y = LEGEND_TOP + LEGEND_ROW * i32::try_from(self.legend.len())?;
-            front_sample(&foot, y)?;
-            draw_caption(&foot, &self.caption, legend)
-        })
-    }
-}
-
 /// Draws a picture of a size on white, as SVG.
 ///
 /// # Errors
@@ -234,72 +176,6 @@ pub fn draw_heading(area: &Area<'_>, text: &str) -> Drawn {
     let style = ("sans-serif", 22).into_font().into_text_style(area).pos(centered);
     area.draw_text(text, &style, (i32::try_from(width / 2)?, i32::try_from(height / 2)?))?;
     Ok(())
-}
-
-/// Row of a legend: a method with its settings and figures.
-#[derive(Clone, Debug)]
-pub struct LegendRow {
-    /// Style of the method's curve; `None` for the head.
-    pub style: Option<CurveStyle>,
-    /// Name of the method.
-    pub name: String,
-    /// Its settings.
-    pub settings: String,
-    /// Its figures, aligned right.
-    pub values: Vec<String>,
-}
-
-impl LegendRow {
-    /// Returns the head of a legend.
-    #[must_use]
-    pub fn head(name: impl Into<String>, settings: &str, columns: [&str; 5]) -> Self {
-        let values = columns.map(str::to_owned).into();
-        Self { style: None, name: name.into(), settings: settings.to_owned(), values }
-    }
-
-    fn draw(&self, area: &Area<'_>, y: i32) -> Drawn {
-        let text = ("sans-serif", 14).into_font().into_text_style(area);
-        let to_right = text.clone().pos(Pos::new(HPos::Right, VPos::Top));
-        if let Some(style) = self.style {
-            style.sample(area, [40, y + 8])?;
-        }
-        area.draw_text(&self.name, &text, (80, y))?;
-        area.draw_text(&self.settings, &text, (300, y))?;
-        for (value, right) in self.values.iter().zip(LEGEND_COLUMNS) {
-            area.draw_text(value, &to_right, (right, y))?;
-        }
-        Ok(())
-    }
-}
-
-/// Draws the key of the Pareto front.
-fn front_sample(area: &Area<'_>, y: i32) -> Drawn {
-    let text = ("sans-serif", 14).into_font().into_text_style(area);
-    let line = PathElement::new([(40, y + 8), (70, y + 8)], FRONT.stroke_width(9));
-    area.draw(&line)?;
-    area.draw_text("Pareto front: nothing is both quicker and more accurate", &text, (80, y))?;
-    Ok(())
-}
-
-/// Formats the first and the last of some values in two or three digits.
-#[must_use]
-pub fn range(values: &[Option<f64>]) -> String {
-    let ends = [values.first(), values.last()].map(|end| end.copied().flatten().map(short));
-    match ends {
-        [Some(first), Some(last)] if first == last => first,
-        [Some(first), Some(last)] => format!("{first} … {last}"),
-        _ => "–".to_owned(),
-    }
-}
-
-fn short(value: f64) -> String {
-    match value {
-        0.0 => "0".to_owned(),
-        v if v < 1e-3 => format!("{v:.0e}"),
-        v if v < 0.1 => format!("{v:.3}"),
-        v if v < 10.0 => format!("{v:.2}"),
-        v => format!("{v:.0}"),
-    }
 }
 
 /// Height of a line of a caption.

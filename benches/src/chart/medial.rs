@@ -17,12 +17,12 @@ const LEGEND: u32 = 60;
 
 /// Muscles with a color of their own.
 const NAMED: [(&str, CurveStyle); 4] = [
-    ("gluteus medius", CurveStyle::new(0x1f, 0x6f, 0xb4)),
-    ("gluteus maximus", CurveStyle::new(0x2c, 0x8c, 0x3c)),
-    ("iliacus", CurveStyle::new(0xe0, 0x7b, 0x00)),
-    ("psoas major", CurveStyle::new(0xb5, 0x26, 0x2e)),
+    ("gluteus medius", CurveStyle::new(0x1f_6f_b4)),
+    ("gluteus maximus", CurveStyle::new(0x2c_8c_3c)),
+    ("iliacus", CurveStyle::new(0xe0_7b_00)),
+    ("psoas major", CurveStyle::new(0xb5_26_2e)),
 ];
-const OTHERS: CurveStyle = CurveStyle::new(0xc0, 0xc0, 0xc0).hollow();
+const OTHERS: CurveStyle = CurveStyle::new(0xc0_c0_c0).hollow();
 
 /// Numbers of balls in the table.
 const BALLS: [f64; 5] = [25.0, 50.0, 100.0, 200.0, 400.0];
@@ -73,7 +73,7 @@ fn read(text: &str) -> Table {
         if cells.len() != 13 {
             continue;
         }
-        let number = |column: usize| cells[column].trim_matches('*').parse::<f64>().ok();
+        let number = |column: usize| cells[column].parse::<f64>().ok();
         if let [Some(balls), Some(rms), Some(outward), Some(inward)] = [3, 5, 7, 9].map(number) {
             let errors = BallErrors { balls, rms, bound: outward.max(inward) };
             table.entry(cells[0].to_owned()).or_default().push(errors);
@@ -145,7 +145,7 @@ mod tests {
 | muscle | faces | extent | balls | slabs | rms | 95 % | s to b | sampled | b to s | sampled | parts and holes | s |
 |---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|---|--:|
 | iliacus | 22330 | 253 | 25 | 29 | 0.737 | 1.419 | 4.05 | 3.79 | 3.97 | 3.88 | as the muscle | 0.7 |
-| iliacus | 22330 | 253 | 400 | 780 | **0.125** | 0.150 | 0.65 | 0.42 | 0.87 | 0.38 | 1 parts, 1 tunnels | 7.7 |
+| iliacus | 22330 | 253 | 400 | 780 | 0.125 | 0.150 | 0.65 | 0.42 | 0.87 | 0.38 | 1 parts, 1 tunnels | 7.7 |
 | iliacus | at rest | 0.3 |
 ";
         let table = read(text);

@@ -7,6 +7,7 @@ pub mod ccd;
 pub mod curves;
 pub mod detection;
 pub mod medial;
+pub mod poster;
 pub mod sheet;
 pub mod stability;
 

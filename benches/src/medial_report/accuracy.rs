@@ -34,11 +34,6 @@ const MAX_SECONDS: f64 = 6.0;
 /// Spacing of the grid on which parts and holes are counted \[mm\].
 const GRID: f64 = 1.0;
 
-/// Returns the numbers of balls of the table.
-pub(super) fn sizes() -> Vec<usize> {
-    SIZES.iter().map(|size| size.balls).collect()
-}
-
 /// A muscle by a number of balls; lengths in mm.
 pub(super) struct Row {
     name: String,
@@ -59,16 +54,11 @@ pub(super) struct Row {
 }
 
 /// Measures muscles, as many at a time as there are threads, and reports bounds and targets.
-pub(super) fn rows(
-    muscles: &Muscles,
-    names: &[String],
-    sizes: &[usize],
-    report: &mut Report,
-) -> Vec<Row> {
+pub(super) fn rows(muscles: &Muscles, report: &mut Report) -> Vec<Row> {
     let mut rows = Vec::new();
-    for names in names.chunks(rayon::current_num_threads()) {
+    for names in muscles.names().chunks(rayon::current_num_threads()) {
         rows.extend(thread::scope(|scope| {
-            let measure = |name: &String| muscle_rows(name, &muscles.read(name), sizes);
+            let measure = |name: &String| muscle_rows(name, &muscles.read(name));
             let running: Vec<_> =
                 names.iter().map(|name| scope.spawn(move || measure(name))).collect();
             let rows = running.into_iter().flat_map(|muscle| muscle.join().expect("no panic"));
@@ -82,11 +72,12 @@ pub(super) fn rows(
 }
 
 /// Measures one muscle on one thread, whose clock includes all of the work.
-fn muscle_rows(name: &str, body: &SurfaceTree, sizes: &[usize]) -> Vec<Row> {
+fn muscle_rows(name: &str, body: &SurfaceTree) -> Vec<Row> {
     let one_thread = ThreadPoolBuilder::new().num_threads(1).build().expect("a thread starts");
     one_thread.install(|| {
         let (surface, x) = (body.surface(), body.positions());
-        let all = generate_each(surface, x, sizes, &MedialParams::balls(1), |_| {});
+        let sizes = SIZES.map(|size| size.balls);
+        let all = generate_each(surface, x, &sizes, &MedialParams::balls(1), |_| {});
         let topology = Topology::of_inside(surface, x).expect("a closed muscle");
         let row = |generated| Row::new(name, body, generated, topology);
         all.expect("a closed muscle").iter().map(row).collect()
@@ -128,10 +119,6 @@ impl Row {
         SIZES.iter().find(|size| size.balls == self.balls)?.target
     }
 
-    fn misses_target(&self) -> bool {
-        self.target().is_some_and(|target| self.rms > target)
-    }
-
     fn report(&self, report: &mut Report) {
         let name = |what: &str| format!("{} {} balls, {what}", self.name, self.balls);
         if let Some(target) = self.target() {
@@ -148,15 +135,14 @@ impl Row {
     }
 
     fn line(&self) -> String {
-        let rms = format!("{:.3}", self.rms);
-        let rms = if self.misses_target() { format!("**{rms}**") } else { rms };
         let topology = self.other_topology.map_or_else(
             || "as the muscle".to_owned(),
             |t| format!("{} parts, {} tunnels, {} cavities", t.components, t.tunnels, t.cavities),
         );
-        let Self { name, faces, extent, balls, slabs, p95, bounds, sampled, seconds, .. } = self;
+        let Self { name, faces, extent, balls, slabs, rms, p95, bounds, sampled, seconds, .. } =
+            self;
         format!(
-            "| {name} | {faces} | {extent:.0} | {balls} | {slabs} | {rms} | {p95:.3} \
+            "| {name} | {faces} | {extent:.0} | {balls} | {slabs} | {rms:.3} | {p95:.3} \
              | {:.2} | {:.2} | {:.2} | {:.2} | {topology} | {seconds:.1} |\n",
             bounds.surface_to_balls,
             sampled.surface_to_balls,
@@ -175,7 +161,6 @@ pub(super) fn table(rows: &[Row]) -> String {
     text.extend(rows.iter().map(Row::line));
     text += &size_table(rows);
     text += &trends(rows);
-    text += &missed_targets(rows);
     text
 }
 
@@ -212,18 +197,6 @@ fn trends(rows: &[Row]) -> String {
         "\nThe error falls with the number of balls to the power of {error:.2} ({relative:.2} relative to the muscles' extent).\n\
          The time for {TIMED_BALLS} balls alone grows with the number of faces to the power of {time:.2}; the maximum is {max_seconds:.1} s.\n"
     )
-}
-
-fn missed_targets(rows: &[Row]) -> String {
-    let mut text = String::new();
-    for row in rows.iter().filter(|row| row.misses_target()) {
-        if text.is_empty() {
-            text += "\nBeyond the target (bold):\n";
-        }
-        let Row { name, balls, rms, extent, .. } = row;
-        let _ = writeln!(text, "- {name}, {balls} balls: {rms:.3} mm, extent {extent:.0} mm.");
-    }
-    text
 }
 
 /// Fits `y ∝ x^p` to pairs, by least squares of their logarithms; returns `p`.

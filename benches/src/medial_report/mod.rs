@@ -41,25 +41,15 @@ impl Muscles {
 ///
 /// When the file cannot be written.
 pub fn write(file: &Path, report: &mut Report) -> Result<(), Box<dyn Error>> {
-    let Some(muscles) = muscles() else { return Ok(()) };
-    let rows = accuracy::rows(&muscles, &muscles.names(), &accuracy::sizes(), report);
+    let Some(anatomy) = fixtures::data::anatomy("medial surfaces of muscles") else {
+        return Ok(());
+    };
+    let muscles = Muscles { folder: anatomy.join("vhf_left_thigh") };
+    let rows = accuracy::rows(&muscles, report);
     let text = document::text(
         &accuracy::table(&rows),
         &deformation::table(&muscles),
         &detection::table(&muscles, report),
     );
     Ok(std::fs::write(file, text)?)
-}
-
-/// Returns the table of accuracy of the named muscles; empty where `MUSCULO_DATA` is not set.
-#[must_use]
-pub fn accuracy_of(names: &[String], report: &mut Report) -> String {
-    muscles().map_or_else(String::new, |muscles| {
-        accuracy::table(&accuracy::rows(&muscles, names, &accuracy::sizes(), report))
-    })
-}
-
-fn muscles() -> Option<Muscles> {
-    let folder = fixtures::data::anatomy("medial surfaces of muscles")?.join("vhf_left_thigh");
-    Some(Muscles { folder })
 }

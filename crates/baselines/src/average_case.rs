@@ -33,14 +33,14 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use std::cmp::Ordering;
+use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::ops::Range;
 
 use glam::DVec3;
-use surface::{Aabb, Meeting, triangle, triangles_meet};
+use surface::{Aabb, Meeting, TotalF64, triangle, triangles_meet};
 
-use crate::error::{BaselineError, check_count, check_share};
+use crate::error::{BaselineError, check, check_share};
 use crate::findings::{PairFindings, PlacedSurface, clamp_cell, clamp_count, index};
 
 /// Parameters of the trees and of the search.
@@ -69,15 +69,9 @@ impl AverageCaseParams {
     ///
     /// Names the first parameter out of range.
     pub fn validate(&self) -> Result<(), BaselineError> {
-        check_count("cells", self.cells.into(), 16)?;
+        check("cells", self.cells.into(), (1..=16).contains(&self.cells), "in 1..=16")?;
         check_share("filled", self.filled)?;
         check_share("acceptance", self.acceptance)
-    }
-}
-
-impl Default for AverageCaseParams {
-    fn default() -> Self {
-        Self::DEFAULT
     }
 }
 
@@ -138,6 +132,7 @@ impl AverageCaseTree {
         let children = Children::Faces([index(range.start), index(range.end)]);
         self.nodes.push(Node { bounds, filled, children });
 
+        // Half of the faces below each child.
         if range.len() > LEAF {
             partition_at_median(body, faces, bounds);
             let middle = range.start + range.len() / 2;
@@ -200,7 +195,7 @@ fn filled_share(
     let n = params.cells;
     let cell = bounds.sides() / f64::from(n);
 
-    // Area per cell: faces are cut into pieces about as large as a cell.
+    // Area per cell, by faces cut into pieces about as large as a cell.
     let mut areas = vec![0.0; (n * n * n) as usize];
     for &face in faces {
         let corners = body.corners(face);
@@ -216,6 +211,7 @@ fn filled_share(
         });
     }
 
+    // A cell is filled if its area is a good part of its largest cross-section.
     let enough = params.filled * largest_section(cell);
     let filled = areas.iter().filter(|area| **area > 0.0 && **area >= enough).count();
     f64::from(index(filled)) / f64::from(n * n * n)
@@ -243,30 +239,11 @@ fn for_each_piece(n: u32, mut visit: impl FnMut(f64, f64)) {
 }
 
 /// Two nodes that overlap, ordered by the probability of an overlap of their surfaces.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
 struct NodePair {
-    probability: f64,
-    nodes: [u32; 2],
+    probability: TotalF64,
+    nodes: Reverse<[u32; 2]>,
 }
-
-impl Ord for NodePair {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.probability.total_cmp(&other.probability).then(other.nodes.cmp(&self.nodes))
-    }
-}
-
-impl PartialOrd for NodePair {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for NodePair {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for NodePair {}
 
 /// Best-first search over pairs of nodes.
 struct Search<'a> {
@@ -281,12 +258,12 @@ impl Search<'_> {
     /// Searches for an overlap; returns it with its probability.
     fn run(&mut self) -> (bool, f64) {
         let AverageCaseParams { acceptance, max_tests, .. } = *self.params;
-        while let Some(pair) = self.open.pop() {
-            let is_accepted = acceptance < 1.0 && pair.probability >= acceptance;
+        while let Some(NodePair { probability, nodes }) = self.open.pop() {
+            let is_accepted = acceptance < 1.0 && probability.0 >= acceptance;
             if is_accepted || self.tests >= max_tests {
-                return (is_accepted, pair.probability);
+                return (is_accepted, probability.0);
             }
-            if self.expand(&pair) {
+            if self.expand(nodes.0) {
                 return (true, 1.0);
             }
         }
@@ -298,15 +275,15 @@ impl Search<'_> {
         self.tests += 1;
         let [a, b] = [0, 1].map(|i| &self.trees[i].nodes[nodes[i] as usize]);
         if a.bounds.overlaps(b.bounds) {
-            let probability = probability(a, b, self.params.cells);
-            self.open.push(NodePair { probability, nodes });
+            let probability = TotalF64(probability(a, b, self.params.cells));
+            self.open.push(NodePair { probability, nodes: Reverse(nodes) });
         }
     }
 
     /// Opens the children of a pair; returns true if faces in it cross.
-    fn expand(&mut self, pair: &NodePair) -> bool {
-        let [first, second] = pair.nodes;
-        let children = [0, 1].map(|i| self.trees[i].nodes[pair.nodes[i] as usize].children);
+    fn expand(&mut self, nodes: [u32; 2]) -> bool {
+        let [first, second] = nodes;
+        let children = [0, 1].map(|i| self.trees[i].nodes[nodes[i] as usize].children);
         let (firsts, seconds) = match children {
             [Children::Faces(a), Children::Faces(b)] => return self.faces_cross([a, b]),
             [Children::Nodes(a), Children::Nodes(b)] => (a.to_vec(), b.to_vec()),
@@ -355,6 +332,7 @@ fn probability(a: &Node, b: &Node, cells: u32) -> f64 {
     if s_a + s_b > s {
         return 1.0;
     }
+    // The product of the probabilities that each drawn cell is none of the others.
     let (few, many) = (s_a.min(s_b), s_a.max(s_b));
     let (mut none_common, mut drawn) = (1.0, 0.0);
     while drawn < few {

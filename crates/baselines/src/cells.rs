@@ -27,12 +27,8 @@ pub(crate) struct CellGrid {
 }
 
 impl CellGrid {
-    pub(crate) fn new(size: f64) -> Result<Self, BaselineError> {
-        if size > 0.0 && size.is_finite() {
-            Ok(Self { size })
-        } else {
-            Err(BaselineError::CellSize(size))
-        }
+    pub(crate) const fn new(size: f64) -> Self {
+        Self { size }
     }
 
     fn coordinates(self, p: DVec3) -> DVec3 {
@@ -58,6 +54,7 @@ impl CellGrid {
         self,
         boxes: impl Iterator<Item = Aabb>,
     ) -> Result<usize, BaselineError> {
+        // In floating point, which neither wraps nor ends.
         let mut cells = 0.0;
         for bounds in boxes {
             let (min, max) = (self.coordinates(bounds.min), self.coordinates(bounds.max));
@@ -105,24 +102,25 @@ impl CellTable {
         items: &[BoxedItem],
     ) -> Result<Self, BaselineError> {
         let count = grid.count_cells(items.iter().map(|item| item.bounds))?;
-        let all = || {
-            items.iter().flat_map(|item| grid.cells(item.bounds).map(move |cell| (cell, item.item)))
-        };
 
-        // Counting sort by slot.
+        // Counting sort: first the number of entries per slot, then their offsets.
         let mut offsets = vec![0; slots as usize + 1];
-        for (cell, _) in all() {
+        for cell in items.iter().flat_map(|item| grid.cells(item.bounds)) {
             offsets[slot_of(cell, slots) + 1] += 1;
         }
         for slot in 0..slots as usize {
             offsets[slot + 1] += offsets[slot];
         }
+
+        // Each entry goes to the next free place of its slot.
         let mut next = offsets.clone();
         let mut entries = vec![([0; 3], 0); count];
-        for (cell, item) in all() {
-            let place = &mut next[slot_of(cell, slots)];
-            entries[*place] = (cell, item);
-            *place += 1;
+        for item in items {
+            for cell in grid.cells(item.bounds) {
+                let place = &mut next[slot_of(cell, slots)];
+                entries[*place] = (cell, item.item);
+                *place += 1;
+            }
         }
         Ok(Self { grid, offsets, entries })
     }

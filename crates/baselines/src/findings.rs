@@ -60,15 +60,6 @@ pub struct PairFindings {
     pub tests: u64,
 }
 
-impl PairFindings {
-    /// Returns the maximum depth of a vertex; `None` without a vertex inside.
-    #[must_use]
-    pub fn depth(&self) -> Option<f64> {
-        let all = self.inside.as_ref()?.iter().flatten();
-        all.map(|vertex| vertex.depth).max_by(f64::total_cmp)
-    }
-}
-
 /// Converts a list index of a surface, which numbers items with 32 bits.
 #[expect(clippy::cast_possible_truncation, reason = "a surface has fewer than 2^32 of each")]
 pub(crate) fn index(place: usize) -> u32 {

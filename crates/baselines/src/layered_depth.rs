@@ -29,7 +29,7 @@
 //! let a = PlacedSurface { surface: &surface, x: surface.positions(&first)? };
 //! let b = PlacedSurface { surface: &surface, x: surface.positions(&second)? };
 //!
-//! let params = LayeredDepthParams { resolution: 200, ..LayeredDepthParams::DEFAULT };
+//! let params = LayeredDepthParams { resolution: 200 };
 //! let volume = layered_depth::detect(a, b, &params)?.volume.expect("images give volumes");
 //! // Half as large, with its corner at (0.1, 0.1, 0.1): inside.
 //! assert!((volume - 0.125 / 6.0).abs() < 1e-3);
@@ -39,7 +39,7 @@
 use glam::DVec3;
 use surface::{Aabb, ray_crosses_triangle, triangle};
 
-use crate::error::{BaselineError, check_count};
+use crate::error::{BaselineError, check};
 use crate::findings::{PairFindings, PlacedSurface, VertexInside, clamp_cell, clamp_count, index};
 
 /// Parameters of layered depth images.
@@ -47,16 +47,14 @@ use crate::findings::{PairFindings, PlacedSurface, VertexInside, clamp_cell, cla
 pub struct LayeredDepthParams {
     /// Pixels along the longer side of the image, in `1..=8192`.
     pub resolution: u32,
-    /// Axis of the rays; `None` for that along which the intersection of the boxes is shortest.
-    pub axis: Option<RayAxis>,
 }
 
 /// Maximum number of pixels along a side.
-const MAX_RESOLUTION: u64 = 8192;
+const MAX_RESOLUTION: u32 = 8192;
 
 impl LayeredDepthParams {
     /// 64 pixels, the middle of the papers' resolutions.
-    pub const DEFAULT: Self = Self { resolution: 64, axis: None };
+    pub const DEFAULT: Self = Self { resolution: 64 };
 
     /// Checks that all parameters are in range.
     ///
@@ -64,37 +62,9 @@ impl LayeredDepthParams {
     ///
     /// Names the first parameter out of range.
     pub fn validate(&self) -> Result<(), BaselineError> {
-        check_count("resolution", self.resolution.into(), MAX_RESOLUTION)
-    }
-}
-
-impl Default for LayeredDepthParams {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
-/// Coordinate axis of rays.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RayAxis {
-    /// The first axis.
-    X,
-    /// The second axis.
-    Y,
-    /// The third axis.
-    Z,
-}
-
-impl RayAxis {
-    const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
-
-    /// Rotates the axis to the first, which keeps orientations.
-    fn to_front(self, p: DVec3) -> DVec3 {
-        match self {
-            Self::X => p,
-            Self::Y => DVec3::new(p.y, p.z, p.x),
-            Self::Z => DVec3::new(p.z, p.x, p.y),
-        }
+        let Self { resolution } = *self;
+        let is_in_range = (1..=MAX_RESOLUTION).contains(&resolution);
+        check("resolution", resolution.into(), is_in_range, "in 1..=8192")
     }
 }
 
@@ -118,6 +88,7 @@ pub fn detect(
         return Ok(PairFindings { inside, volume: Some(0.0), ..PairFindings::default() });
     }
 
+    // One image per body, on the same rays.
     let screen = Screen::new(shared, params);
     let (image_a, image_b) = (LayeredImage::new(&screen, a), LayeredImage::new(&screen, b));
     let volume = screen.pixel_area() * shared_length(&image_a, &image_b);
@@ -131,9 +102,10 @@ pub fn detect(
     })
 }
 
-/// Grid of rays, one per pixel; the axis of the rays is rotated to x.
+/// Grid of rays, one per pixel, along the axis of the shortest side; it is rotated to x.
 struct Screen {
-    axis: RayAxis,
+    /// Axis of the rays.
+    axis: usize,
     /// Rotated intersection of the bounding boxes.
     bounds: Aabb,
     /// Pixels along y and z.
@@ -144,11 +116,11 @@ struct Screen {
 
 impl Screen {
     fn new(shared: Aabb, params: &LayeredDepthParams) -> Self {
-        let length = |axis: RayAxis| axis.to_front(shared.sides()).x;
-        let shortest = || RayAxis::ALL.into_iter().min_by(|a, b| length(*a).total_cmp(&length(*b)));
-        let axis = params.axis.or_else(shortest).unwrap_or(RayAxis::X);
+        let sides = shared.sides().to_array();
+        let axis = (0..3).min_by(|&i, &j| sides[i].total_cmp(&sides[j])).unwrap_or(0);
+        let bounds = Aabb { min: rotated(shared.min, axis), max: rotated(shared.max, axis) };
 
-        let bounds = Aabb { min: axis.to_front(shared.min), max: axis.to_front(shared.max) };
+        // Square pixels, as nearly as whole numbers of them allow.
         let across = [bounds.sides().y, bounds.sides().z];
         let longer = across[0].max(across[1]);
         let resolution = f64::from(params.resolution);
@@ -156,6 +128,10 @@ impl Screen {
             across.map(|side| clamp_count((resolution * side / longer).ceil(), params.resolution));
         let sides = [across[0] / f64::from(pixels[0]), across[1] / f64::from(pixels[1])];
         Self { axis, bounds, pixels, sides }
+    }
+
+    fn to_front(&self, p: DVec3) -> DVec3 {
+        rotated(p, self.axis)
     }
 
     fn pixel_area(&self) -> f64 {
@@ -186,6 +162,11 @@ impl Screen {
     }
 }
 
+/// Rotates an axis to the first, which keeps orientations.
+fn rotated(p: DVec3, axis: usize) -> DVec3 {
+    DVec3::new(p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3])
+}
+
 /// Part of a ray inside a body.
 #[derive(Clone, Copy)]
 struct Stretch {
@@ -214,6 +195,7 @@ impl LayeredImage {
         let (mut layers, tests) = layers(screen, body);
         layers.sort_by(|a, b| a.pixel.cmp(&b.pixel).then(a.depth.total_cmp(&b.depth)));
 
+        // Layers are in the order of the pixels: each takes its own from the front.
         let (mut offsets, mut stretches) = (vec![0], Vec::new());
         let mut rest = layers.as_slice();
         for pixel in 0..screen.pixel_count() {
@@ -233,7 +215,7 @@ impl LayeredImage {
     fn vertices_inside(&self, screen: &Screen, other: PlacedSurface<'_>) -> Vec<VertexInside> {
         let mut inside = Vec::new();
         for (vertex, p) in other.x.as_slice().iter().enumerate() {
-            let p = screen.axis.to_front(*p);
+            let p = screen.to_front(*p);
             if !screen.bounds.contains(p) {
                 continue;
             }
@@ -250,18 +232,17 @@ impl LayeredImage {
 /// Casts all rays; returns their layers, and the number of tests of rays against faces.
 fn layers(screen: &Screen, body: PlacedSurface<'_>) -> (Vec<Layer>, u64) {
     let (mut layers, mut tests) = (Vec::new(), 0);
-    let (min, max) = (screen.bounds.min, screen.bounds.max);
+    let min = DVec3 { x: f64::NEG_INFINITY, ..screen.bounds.min };
+    let max = DVec3 { x: f64::INFINITY, ..screen.bounds.max };
+    let all_rays = Aabb { min, max };
     for face in 0..body.face_count() {
-        let corners = body.corners(face).map(|p| screen.axis.to_front(p));
+        let corners = body.corners(face).map(|p| screen.to_front(p));
         let bounds = Aabb::of_points(corners);
-        let is_beside = bounds.max.y < min.y
-            || bounds.max.z < min.z
-            || bounds.min.y > max.y
-            || bounds.min.z > max.z;
-        if is_beside {
+        if !bounds.overlaps(all_rays) {
             continue;
         }
 
+        // All pixels in the box of the face.
         let ([i0, j0], [i1, j1]) = (screen.pixel(bounds.min), screen.pixel(bounds.max));
         for pixel in (i0..=i1).flat_map(|i| (j0..=j1).map(move |j| [i, j])) {
             tests += 1;

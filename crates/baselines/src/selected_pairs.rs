@@ -36,7 +36,7 @@ use std::collections::BTreeSet;
 
 use surface::{Meeting, closest_between_triangles, triangles_meet};
 
-use crate::error::{BaselineError, check_count, check_distance};
+use crate::error::{BaselineError, check};
 use crate::findings::{PairFindings, PlacedSurface};
 use crate::generator::SplitMix64;
 
@@ -46,8 +46,8 @@ type FacePair = [u32; 2];
 /// Parameters of the pairs and of their walks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SelectedPairsParams {
-    /// Pairs drawn per step, in `1..=2^32`; more than there are draws all.
-    pub draws: u64,
+    /// Pairs drawn per step, `>= 1`; more than there are draws all.
+    pub draws: u32,
     /// Maximum number of moves of a pair per step.
     pub max_moves: u32,
     /// Distance up to which a pair is kept for the next step \[length unit\], `>= 0`.
@@ -70,8 +70,10 @@ impl SelectedPairsParams {
     ///
     /// Names the first parameter out of range.
     pub fn validate(&self) -> Result<(), BaselineError> {
-        check_count("draws", self.draws, 1 << 32)?;
-        check_distance("margin", self.margin)
+        let Self { draws, margin, .. } = *self;
+        check("draws", draws.into(), draws > 0, "at least 1")?;
+        let is_length = margin >= 0.0 && margin.is_finite();
+        check("margin", margin, is_length, "a finite length of at least 0")
     }
 }
 
@@ -87,18 +89,6 @@ impl SelectedPairs {
     #[must_use]
     pub fn new(seed: u64) -> Self {
         Self { kept: BTreeSet::new(), generator: SplitMix64(seed) }
-    }
-
-    /// Returns the number of pairs within the margin after the last step.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.kept.len()
-    }
-
-    /// Returns true if no pair is within the margin.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.kept.is_empty()
     }
 
     /// Moves all pairs, draws new ones, and traces crossings.
@@ -121,6 +111,7 @@ impl SelectedPairs {
         let kept = std::mem::take(&mut self.kept);
         let in_range = |pair: &FacePair| pair[0] < counts[0] && pair[1] < counts[1];
 
+        // Kept pairs first, within the budget.
         let mut walk = Walk { a, b, params, tests: 0 };
         let mut crossing = BTreeSet::new();
         for pair in kept.into_iter().filter(in_range).chain(drawn) {
@@ -153,7 +144,7 @@ struct Draws {
 }
 
 impl Draws {
-    fn new(counts: [u32; 2], draws: u64, generator: &mut SplitMix64) -> Self {
+    fn new(counts: [u32; 2], draws: u32, generator: &mut SplitMix64) -> Self {
         let all = u64::from(counts[0]) * u64::from(counts[1]);
         let (mut next, mut stride) = (generator.next(), generator.next());
         if all > 0 {
@@ -163,7 +154,7 @@ impl Draws {
                 stride = stride % all + 1;
             }
         }
-        Self { counts, next, stride, left: draws.min(all) }
+        Self { counts, next, stride, left: u64::from(draws).min(all) }
     }
 }
 
@@ -208,6 +199,7 @@ impl Walk<'_> {
     fn descend(&mut self, mut pair: FacePair) -> (FacePair, f64) {
         let mut distance = self.distance(pair);
         for _ in 0..self.params.max_moves {
+            // The nearest of all neighbors, by faces of either surface.
             let (mut best, mut best_distance) = (pair, distance);
             for next in neighbors(self.a, self.b, pair) {
                 if distance <= 0.0 || self.is_spent() {

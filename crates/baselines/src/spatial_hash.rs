@@ -17,7 +17,7 @@
 use surface::{Aabb, Meeting, triangles_meet};
 
 use crate::cells::{BoxedItem, CellGrid, CellTable};
-use crate::error::{BaselineError, check_count};
+use crate::error::{BaselineError, check};
 use crate::findings::{PairFindings, PlacedSurface};
 use crate::propagation;
 
@@ -32,7 +32,7 @@ pub struct SpatialHashParams {
 }
 
 /// Maximum number of slots: 2^26 take half a gigabyte.
-const MAX_SLOTS: u64 = 1 << 26;
+const MAX_SLOTS: u32 = 1 << 26;
 
 impl SpatialHashParams {
     /// Returns parameters with cells of a size, and a prime number of slots.
@@ -47,8 +47,10 @@ impl SpatialHashParams {
     ///
     /// Names the first parameter out of range.
     pub fn validate(&self) -> Result<(), BaselineError> {
-        check_count("slots", self.slots.into(), MAX_SLOTS)?;
-        CellGrid::new(self.cell_size).map(|_| ())
+        let Self { cell_size, slots } = *self;
+        check("slots", slots.into(), (1..=MAX_SLOTS).contains(&slots), "in 1..=2^26")?;
+        let is_length = cell_size > 0.0 && cell_size.is_finite();
+        check("cell size", cell_size, is_length, "a finite length above 0")
     }
 }
 
@@ -86,10 +88,11 @@ fn crossing_faces(
     // Only faces in the intersection of both boxes can cross.
     let shared = a.bounds().intersection(b.bounds());
     let (of_a, of_b) = (faces_in(a, shared), faces_in(b, shared));
-    let grid = CellGrid::new(params.cell_size)?;
+    let grid = CellGrid::new(params.cell_size);
     grid.count_cells(of_a.iter().map(|item| item.bounds))?;
     let table = CellTable::new(grid, params.slots, &of_b)?;
 
+    // Boxes first, then the exact predicate.
     let bounds_of = |face: u32| b.face_bounds(face);
     let (mut crossing, mut tests) = (Vec::new(), 0);
     for &BoxedItem { item: face, bounds } in &of_a {

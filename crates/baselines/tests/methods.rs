@@ -1,7 +1,7 @@
 //! Methods against brute force and known answers.
 
 use baselines::average_case::{AverageCaseParams, AverageCaseTree};
-use baselines::layered_depth::{self, LayeredDepthParams, RayAxis};
+use baselines::layered_depth::{self, LayeredDepthParams};
 use baselines::selected_pairs::{SelectedPairs, SelectedPairsParams};
 use baselines::spatial_hash::{self, SpatialHashParams};
 use baselines::{BaselineError, PairFindings, PlacedSurface, VertexInside};
@@ -90,11 +90,15 @@ fn depths_spread_from_crossings_are_near_the_true_ones() {
     let [a, b] = spheres(15.0);
     let found = spatial_hash::detect(a.body(), b.body(), &params).unwrap();
     let deepest = reference::deepest_vertex(&a.mesh, &b.mesh).expect("they overlap").distance;
-    let depth = found.depth().expect("they overlap");
+    let depth = max_depth(&found);
     assert!((0.9..1.3).contains(&(depth / deepest)), "{depth} for {deepest}");
 }
 
-/// The volume that two spheres share, from the height of their caps.
+fn max_depth(found: &PairFindings) -> f64 {
+    inside_of(found).iter().flatten().map(|inside| inside.depth).fold(0.0, f64::max)
+}
+
+/// Returns the volume that two spheres share, from the height of their caps.
 fn lens(radius: f64, apart: f64) -> f64 {
     let height = radius - 0.5 * apart;
     2.0 * std::f64::consts::PI * height * height * (radius - height / 3.0)
@@ -103,27 +107,28 @@ fn lens(radius: f64, apart: f64) -> f64 {
 #[test]
 fn volumes_of_boxes_are_exact_where_pixels_fit() {
     let a = Shape::new(cube(8.0));
-    let b = Shape::new(cube(8.0).translated(DVec3::new(4.0, 4.0, 4.0)));
-    for axis in [RayAxis::X, RayAxis::Y, RayAxis::Z] {
-        let params = LayeredDepthParams { resolution: 16, axis: Some(axis) };
+    for axis in DVec3::AXES {
+        let b = Shape::new(cube(8.0).translated(DVec3::splat(4.0) + axis));
+        let params = LayeredDepthParams { resolution: 16 };
         let found = layered_depth::detect(a.body(), b.body(), &params).unwrap();
         let volume = found.volume.expect("images give volumes");
-        assert!((volume - 64.0).abs() < 1e-9, "{volume} along {axis:?}");
+        assert!((volume - 48.0).abs() < 1e-9, "{volume} along {axis}");
     }
 }
 
-/// The corner cut off a cube: the sum over the middles of 16 x 16 pixels is
-/// 42.5 / 256 in closed form, along each axis.
+/// The corner of a cube of half the height along the rays: the sum over the centers of 16 x 16
+/// pixels is half of 42.5 / 256 in closed form, along each axis.
 #[test]
-fn rays_pass_the_middles_of_pixels() {
-    let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
-    let positions = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
-    let (corner, all) = (Shape::new(Mesh { positions, faces }), Shape::new(cube(4.0)));
-    for axis in [RayAxis::X, RayAxis::Y, RayAxis::Z] {
-        let params = LayeredDepthParams { resolution: 16, axis: Some(axis) };
+fn rays_pass_the_centers_of_pixels() {
+    let all = Shape::new(cube(4.0));
+    for axis in DVec3::AXES {
+        let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+        let positions = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+        let corner = Shape::new(Mesh { positions, faces }.scaled(DVec3::ONE - 0.5 * axis));
+        let params = LayeredDepthParams { resolution: 16 };
         let found = layered_depth::detect(corner.body(), all.body(), &params).unwrap();
         let volume = found.volume.expect("images give volumes");
-        assert!((volume - 42.5 / 256.0).abs() < 1e-12, "{volume} along {axis:?}");
+        assert!((volume - 21.25 / 256.0).abs() < 1e-12, "{volume} along {axis}");
     }
 }
 
@@ -133,7 +138,7 @@ fn volumes_of_spheres_converge() {
     let (a, b) = (sphere(0.0), sphere(12.0));
     let expected = lens(10.0, 12.0);
     for (resolution, worst) in [(16, 0.04), (64, 0.015), (256, 0.01)] {
-        let params = LayeredDepthParams { resolution, ..LayeredDepthParams::DEFAULT };
+        let params = LayeredDepthParams { resolution };
         let found = layered_depth::detect(a.body(), b.body(), &params).unwrap();
         let error = found.volume.expect("images give volumes") / expected - 1.0;
         assert!(error.abs() < worst, "off by {error} at {resolution}");
@@ -144,7 +149,7 @@ fn volumes_of_spheres_converge() {
 #[test]
 fn images_place_vertices_up_to_a_pixel() {
     let [a, b] = spheres(12.0);
-    let params = LayeredDepthParams { resolution: 256, axis: None };
+    let params = LayeredDepthParams { resolution: 256 };
     let found = layered_depth::detect(a.body(), b.body(), &params).unwrap();
     for (inside, mesh, other) in
         [(&inside_of(&found)[0], &a.mesh, &b.mesh), (&inside_of(&found)[1], &b.mesh, &a.mesh)]
@@ -172,7 +177,7 @@ fn images_find_a_body_within_another() {
     let found = layered_depth::detect(a.body(), b.body(), &LayeredDepthParams::DEFAULT).unwrap();
     assert!((found.volume.expect("images give volumes") - 8.0).abs() < 1e-9);
     assert_eq!(inside_of(&found)[1].len(), b.mesh.positions.len());
-    assert!((found.depth().expect("it is inside") - 4.0).abs() < 1e-9);
+    assert!((max_depth(&found) - 4.0).abs() < 1e-9);
 }
 
 fn average_case(a: &Shape, b: &Shape, params: &AverageCaseParams) -> PairFindings {
@@ -212,7 +217,7 @@ fn trees_trade_certainty_for_tests() {
 }
 
 /// Returns the mean share of the crossings found in one step, over some seeds.
-fn recall(draws: u64, max_moves: u32) -> f64 {
+fn recall(draws: u32, max_moves: u32) -> f64 {
     let [a, b] = spheres(17.0);
     let expected = reference::crossing_faces(&a.mesh, &b.mesh);
     let params = SelectedPairsParams { draws, max_moves, ..SelectedPairsParams::new(5.0) };
@@ -234,7 +239,7 @@ fn recall_grows_with_the_budget_to_all() {
     let many = recall(2_000, 40);
     assert!(few <= some && some <= many, "{few} {some} {many}");
     assert!(few < 0.5 && many > 0.9, "{few} {some} {many}");
-    assert!(recall(u64::from(u32::MAX), 0) >= 1.0, "all pairs are drawn");
+    assert!(recall(u32::MAX, 0) >= 1.0, "all pairs are drawn");
 }
 
 #[test]
@@ -247,7 +252,7 @@ fn pairs_are_followed_from_step_to_step() {
     }
     let followed = SelectedPairsParams { draws: 1, ..params };
     let found = pairs.step(a.body(), b.body(), &followed).unwrap();
-    assert!(found.overlap && !pairs.is_empty(), "{found:?}");
+    assert!(found.overlap, "{found:?}");
     let spent = SelectedPairsParams { max_tests: 50, ..params };
     let found = pairs.step(a.body(), b.body(), &spent).unwrap();
     assert!(found.tests < 150, "{} tests", found.tests);
@@ -272,8 +277,9 @@ fn parameters_out_of_range_and_open_surfaces_are_refused() {
     let hash = |cell_size, slots| {
         spatial_hash::detect(a.body(), b.body(), &SpatialHashParams { cell_size, slots })
     };
-    assert_eq!(hash(0.0, 100), Err(BaselineError::CellSize(0.0)));
-    assert!(matches!(hash(1.0, 0), Err(BaselineError::Count { name: "slots", value: 0, .. })));
+    let refused = |result: Result<PairFindings, BaselineError>| result.unwrap_err().to_string();
+    assert_eq!(refused(hash(0.0, 100)), "cell size is 0, but must be a finite length above 0");
+    assert_eq!(refused(hash(1.0, 0)), "slots is 0, but must be in 1..=2^26");
     assert!(
         matches!(hash(1e-4, 100), Err(BaselineError::TooManyCells { .. })),
         "{:?}",
@@ -282,16 +288,16 @@ fn parameters_out_of_range_and_open_surfaces_are_refused() {
     assert!(matches!(hash(1e-300, 100), Err(BaselineError::TooManyCells { .. })));
 
     let open = Shape::new(fixtures::damage::hole(octasphere(5.0, 2), DVec3::X * 5.0, 2.0));
-    let image = |resolution| LayeredDepthParams { resolution, axis: None };
-    let refused = layered_depth::detect(a.body(), open.body(), &image(64)).unwrap_err();
-    assert!(refused.to_string().starts_with("the surface is open"), "{refused}");
-    let refused = layered_depth::detect(a.body(), b.body(), &image(10_000)).unwrap_err();
-    assert_eq!(refused.to_string(), "resolution is 10000, but must be in 1..=8192");
+    let image = |resolution| LayeredDepthParams { resolution };
+    let error = refused(layered_depth::detect(a.body(), open.body(), &image(64)));
+    assert!(error.starts_with("the surface is open"), "{error}");
+    let error = refused(layered_depth::detect(a.body(), b.body(), &image(10_000)));
+    assert_eq!(error, "resolution is 10000, but must be in 1..=8192");
 
     let params = AverageCaseParams { acceptance: 0.0, ..AverageCaseParams::DEFAULT };
-    let refused = AverageCaseTree::new(a.body(), &params).map(|_| ());
-    assert_eq!(refused, Err(BaselineError::Share { name: "acceptance", value: 0.0 }));
+    let error = AverageCaseTree::new(a.body(), &params).unwrap_err().to_string();
+    assert_eq!(error, "acceptance is 0, but must be above 0 and at most 1");
     let params = SelectedPairsParams { margin: -1.0, ..SelectedPairsParams::new(5.0) };
-    let refused = SelectedPairs::new(0).step(a.body(), b.body(), &params);
-    assert_eq!(refused, Err(BaselineError::Distance { name: "margin", value: -1.0 }));
+    let error = refused(SelectedPairs::new(0).step(a.body(), b.body(), &params));
+    assert_eq!(error, "margin is -1, but must be a finite length of at least 0");
 }

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use ccd::CcdParams;
 
 use super::curves::machine;
+use super::poster::MethodKey;
 use super::sheet::{Cell, Sheet, number};
 use crate::ccd::answers::{Answers, mean_times};
 use crate::ccd::methods::{certified, del_geo, interval_subdivision, plain_cubic};
@@ -102,25 +103,22 @@ impl CcdMethod {
     const ALL: [Self; 6] =
         [Self::DelGeo, Self::Plain, Self::Intervals, Self::Certified, Self::Exact, Self::Separated];
 
-    const fn name(self) -> &'static str {
+    /// Returns the legend entry.
+    const fn key(self) -> MethodKey {
         match self {
-            Self::DelGeo => "del-geo-core",
-            Self::Plain => "plain cubic",
-            Self::Intervals => "interval subdivision",
-            Self::Certified => "ccd",
-            Self::Exact => "ccd (decided exactly)",
-            Self::Separated => "ccd (kept apart)",
-        }
-    }
-
-    const fn settings(self) -> &'static str {
-        match self {
-            Self::DelGeo => "its cubic, f64",
-            Self::Plain => "Provot 1997 in f64",
-            Self::Intervals => "Snyder 1993, to 1e-6",
-            Self::Certified => "default",
-            Self::Exact => "where rounding leaves it open",
-            Self::Separated => "by 1e-2, … 1e-6 of the extent",
+            Self::DelGeo => MethodKey::new("del-geo-core", "its cubic, f64", 0xb5_26_2e),
+            Self::Plain => MethodKey::new("plain cubic", "Provot 1997 in f64", 0xe0_7b_00),
+            Self::Intervals => {
+                MethodKey::new("interval subdivision", "Snyder 1993, to 1e-6", 0x80_80_80)
+            }
+            Self::Certified => MethodKey::new("ccd", "default", 0x1f_6f_b4),
+            Self::Exact => {
+                MethodKey::new("ccd (decided exactly)", "where rounding leaves it open", 0)
+            }
+            Self::Separated => {
+                MethodKey::new("ccd (kept apart)", "by 1e-2, … 1e-6 of the extent", 0x2c_8c_3c)
+                    .hollow()
+            }
         }
     }
 }
@@ -303,7 +301,7 @@ const COLUMNS: [&str; 9] = [
 ];
 
 fn row(m: &Measurement) -> Vec<Cell> {
-    let mut row = vec![Cell::text(m.title), Cell::text(m.method.name()), number(m.separation)];
+    let mut row = vec![Cell::text(m.title), Cell::text(m.method.key().name), number(m.separation)];
     let earliness = [m.answers.earliness(50), m.answers.earliness(99)];
     let values = [m.time, m.false_alarms(), m.missed(), m.late()].into_iter().chain(earliness);
     row.extend(values.map(Cell::Number));

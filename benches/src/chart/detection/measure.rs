@@ -73,7 +73,7 @@ impl Measurements {
                 Ok(run) => runs.push(run),
                 Err(error) => {
                     let Candidate { method, setting, .. } = candidate;
-                    self.refusals.push(format!("{}, {setting}: {error}", method.name()));
+                    self.refusals.push(format!("{}, {setting}: {error}", method.key().name));
                 }
             }
         }

@@ -92,7 +92,7 @@ fn row(m: &Measurement) -> Vec<Cell> {
         PairGroup::Bone => "bone and muscles",
         PairGroup::Muscles => "muscles",
     };
-    let mut row = [pairs, m.method.name(), &m.setting].map(Cell::text).to_vec();
+    let mut row = [pairs, m.method.key().name, &m.setting].map(Cell::text).to_vec();
     row.extend([m.score.max(), m.score.rms()].map(number));
     let rest = [m.score.missed(), m.score.invented(), m.frame, m.build, m.held, m.allocated];
     row.extend(rest.map(Cell::Number));

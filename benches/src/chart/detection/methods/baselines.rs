@@ -56,7 +56,7 @@ pub(super) fn spatial_hash<'a>(task: &'a Task<'a>, edges: f64) -> PairByPair<'a>
 
 /// Sets up layered depth images with a number of pixels along the longer side.
 pub(super) fn layered_depth<'a>(task: &'a Task<'a>, resolution: u32) -> PairByPair<'a> {
-    let params = LayeredDepthParams { resolution, axis: None };
+    let params = LayeredDepthParams { resolution };
     PairByPair::new(task, move |pair| {
         let [a, b] = pair.surfaces;
         Ok(layered_depth::detect(a, b, &params)?)

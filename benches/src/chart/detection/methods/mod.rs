@@ -13,6 +13,7 @@ use distance_field::DistanceField;
 
 use super::score::Answer;
 use super::task::{PairGroup, Task};
+use crate::chart::poster::MethodKey;
 
 /// Error of any method.
 pub(super) type Failure = Box<dyn Error>;
@@ -88,38 +89,32 @@ impl ChartedMethod {
         Self::SelectedPairs,
     ];
 
-    /// Returns the name for the legend.
+    /// Returns the legend entry; rings mark methods of the source that are improved on.
     #[must_use]
-    pub(super) const fn name(self) -> &'static str {
-        match self {
-            Self::Surfaces => "exact surfaces",
-            Self::Reduced => "reduced surfaces",
-            Self::Field => "distance field (exact band)",
-            Self::VoxelField => "distance field (voxels)",
-            Self::Medial => "medial (exact feet)",
-            Self::MedialBareFace => "medial (bare faces)",
-            Self::Hash => "spatial hash",
-            Self::Images => "layered depth images",
-            Self::AverageCase => "average-case trees",
-            Self::SelectedPairs => "selected pairs",
-        }
-    }
-
-    /// Returns the settings for the legend.
-    #[must_use]
-    pub(super) const fn settings(self) -> &'static str {
-        match self {
-            Self::Surfaces => "full",
-            Self::Reduced => "within 2, 1, 0.5, 0.2 mm",
-            Self::Field | Self::VoxelField => "spacing 4, 2, 1, 0.5 mm",
-            Self::Medial | Self::MedialBareFace => "25, 50, 100, 200, 400 balls",
-            Self::Hash => "cells of 8, 4, 2, 1, 0.5 edges",
-            Self::Images => "16, 32, 64, 128, 256 pixels",
-            Self::AverageCase => "accepted from 0.5, 0.9, 0.99, 1 on",
-            Self::SelectedPairs => "100, 1000, 10,000, 100,000 tests per step",
-        }
+    pub(super) const fn key(self) -> MethodKey {
+        let (name, settings, color) = match self {
+            Self::Surfaces => ("exact surfaces", "full", 0),
+            Self::Reduced => ("reduced surfaces", "within 2, 1, 0.5, 0.2 mm", 0x80_80_80),
+            Self::Field => ("distance field (exact band)", SPACINGS, 0x1f_6f_b4),
+            Self::VoxelField => ("distance field (voxels)", SPACINGS, 0x1f_6f_b4),
+            Self::Medial => ("medial (exact feet)", BALLS, 0x2c_8c_3c),
+            Self::MedialBareFace => ("medial (bare faces)", BALLS, 0x2c_8c_3c),
+            Self::Hash => ("spatial hash", "cells of 8, 4, 2, 1, 0.5 edges", 0xe0_7b_00),
+            Self::Images => ("layered depth images", "16, 32, 64, 128, 256 pixels", 0xb5_26_2e),
+            Self::AverageCase => {
+                ("average-case trees", "accepted from 0.5, 0.9, 0.99, 1 on", 0x7a_4f_b0)
+            }
+            Self::SelectedPairs => {
+                ("selected pairs", "100, 1000, 10,000, 100,000 tests per step", 0xd0_4f_a6)
+            }
+        };
+        let key = MethodKey::new(name, settings, color);
+        if matches!(self, Self::VoxelField | Self::MedialBareFace) { key.hollow() } else { key }
     }
 }
+
+const SPACINGS: &str = "spacing 4, 2, 1, 0.5 mm";
+const BALLS: &str = "25, 50, 100, 200, 400 balls";
 
 /// Structures that several detectors share.
 #[derive(Debug, Default)]
