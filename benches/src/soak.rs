@@ -130,7 +130,12 @@ impl SwayingScene {
         if frame.is_multiple_of(10) {
             self.sway(0, frame + 1);
             let moved = [(self.muscles[0], self.next.as_slice())];
-            self.plan.sweep(&mut self.scene, &moved, &CcdParams::DEFAULT)?;
+            self.plan.sweep(
+                &mut self.scene,
+                &moved,
+                &CcdParams::DEFAULT,
+                musculo_collide::Progress::none(),
+            )?;
         }
         Ok(())
     }

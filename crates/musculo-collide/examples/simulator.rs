@@ -13,6 +13,7 @@ use std::error::Error;
 use std::time::{Duration, Instant};
 
 use fixtures::thigh::thigh;
+use musculo_collide::Progress;
 use musculo_collide::distance_field::Pose;
 use musculo_collide::glam::{DQuat, DVec3};
 use musculo_collide::{
@@ -138,6 +139,6 @@ fn deepest(detection: &Detection) -> f64 {
 
 /// What overlap is left, exactly; no simulator needs this in every step.
 fn exact_depth(scene: &mut Scene) -> Result<f64, Box<dyn Error>> {
-    let reports = scene.check(&CheckParams { margin: 0.0 })?;
+    let reports = scene.check(&CheckParams { margin: 0.0 }, Progress::none())?;
     Ok(reports.iter().map(|report| report.max_depth).fold(0.0, f64::max))
 }

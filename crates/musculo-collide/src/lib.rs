@@ -19,7 +19,7 @@
 //! ```
 //! use musculo_collide::glam::DVec3;
 //! use musculo_collide::surface::TriangleSurface;
-//! use musculo_collide::{BodyKind, CheckParams, PairId, Scene};
+//! use musculo_collide::{BodyKind, CheckParams, PairId, Progress, Scene};
 //!
 //! let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
 //! let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|corner| 10.0 * corner);
@@ -29,7 +29,7 @@
 //! let bone = scene.add("bone", BodyKind::Rigid, TriangleSurface::new(4, faces.clone())?, corners.to_vec())?;
 //! let muscle = scene.add("muscle", BodyKind::Deformable, TriangleSurface::new(4, faces)?, shifted.to_vec())?;
 //!
-//! let reports = scene.check(&CheckParams { margin: 1.0 })?;
+//! let reports = scene.check(&CheckParams { margin: 1.0 }, Progress::none())?;
 //! let [pair] = &reports[..] else { panic!("one pair") };
 //! assert_eq!(pair.pair, PairId::new(bone, muscle));
 //! assert!(pair.overlaps);
@@ -52,6 +52,7 @@ pub use plan::{
     PairPlan, Plan, PlanError, PlanParams, RespondParams, Structure, StructureKind, machine_factor,
 };
 pub use surface::RigidState;
+pub use surface::progress::{Interrupted, Progress};
 
 pub use scene::{
     Body, BodyId, BodyKind, CheckParams, ContactKind, ContactPatch, FieldContact, FieldDetector,

@@ -5,6 +5,7 @@ mod support;
 use arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
 use fixtures::{Mesh, shapes};
+use musculo_collide::Progress;
 use musculo_collide::glam::DVec3;
 use musculo_collide::surface::{
     Meeting, closest_between_triangles, closest_on_triangle, triangles_meet, winding_number,
@@ -131,7 +132,7 @@ fn agrees_with_brute_force() {
         let b = if u.ratio(1, 3)? { shrunk_into(u, b, &a)? } else { b };
         let margin = share(u, 0.0, 3.0)?;
         let (mut scene, ids) = scene_of(&[&a, &b]);
-        let reports = scene.check(&CheckParams { margin }).unwrap();
+        let reports = scene.check(&CheckParams { margin }, Progress::none()).unwrap();
         let slow = slow(&a, &b);
         let any_inside = !(slow.a_inside.is_empty() && slow.b_inside.is_empty());
         match &reports[..] {
@@ -164,10 +165,10 @@ fn a_moved_scene_answers_as_a_new_one() {
         let moved = b.clone().translated(vector(u, 4.0)?).rotated(DVec3::Y, share(u, 0.0, 1.0)?);
         let params = CheckParams { margin: 1.0 };
         let (mut scene, ids) = scene_of(&[&a, &b]);
-        scene.check(&params).unwrap();
+        scene.check(&params, Progress::none()).unwrap();
         scene.move_body(ids[1], &moved.positions).unwrap();
         let (mut new, _) = scene_of(&[&a, &moved]);
-        assert_eq!(scene.check(&params), new.check(&params));
+        assert_eq!(scene.check(&params, Progress::none()), new.check(&params, Progress::none()));
         Ok(())
     })
     .budget_ms(1500);
@@ -186,7 +187,7 @@ fn contacts_satisfy_their_identity() {
         for (mesh, (name, kind)) in [&bone, &muscle].iter().zip(["a", "b"].iter().zip(kinds)) {
             scene.add(*name, kind, mesh.surface(), mesh.positions.clone()).unwrap();
         }
-        let reports = scene.check(&CheckParams { margin: 1.0 }).unwrap();
+        let reports = scene.check(&CheckParams { margin: 1.0 }, Progress::none()).unwrap();
         let contacts = reports[0].contacts(&scene);
         let x = scene.particle_positions();
         assert!(contacts.len() > 20 && contacts.iter().any(|contact| contact.gap < 0.0));
@@ -205,7 +206,7 @@ fn finds_overlap_of_edges_only() {
     let a = beam(DVec3::new(10.0, 1.0, 1.0));
     let b = beam(DVec3::new(1.0, 10.0, 1.0)).rotated(DVec3::Y, 0.125);
     let (mut scene, _) = scene_of(&[&a, &b]);
-    let reports = scene.check(&CheckParams { margin: 0.5 }).unwrap();
+    let reports = scene.check(&CheckParams { margin: 0.5 }, Progress::none()).unwrap();
     assert!(reports[0].overlaps && !reports[0].crossing_faces.is_empty());
     let inside = |side: &VertexReport| side.inside_count;
     assert_eq!([inside(&reports[0].a_against_b), inside(&reports[0].b_against_a)], [Ok(0); 2]);
@@ -217,7 +218,7 @@ fn a_body_within_another_overlaps_it() {
     let outer = shapes::icosphere(10.0, 2);
     let inner = shapes::octasphere(2.0, 1).translated(DVec3::X * 3.0);
     let (mut scene, _) = scene_of(&[&outer, &inner]);
-    let report = &scene.check(&CheckParams { margin: 1.0 }).unwrap()[0];
+    let report = &scene.check(&CheckParams { margin: 1.0 }, Progress::none()).unwrap()[0];
     assert!(report.overlaps && report.crossing_faces.is_empty());
     assert_eq!(report.b_against_a.inside_count, Ok(inner.positions.len()));
     assert_eq!(report.a_against_b.inside_count, Ok(0));
@@ -233,7 +234,7 @@ fn a_vertex_on_the_wall_hides_no_neighbour() {
     let mesh = shapes::tetrahedron(1.0);
     let guest = Mesh { positions: positions.map(DVec3::from).to_vec(), ..mesh };
     let (mut scene, _) = scene_of(&[&room, &guest]);
-    let report = &scene.check(&CheckParams { margin: 0.0 }).unwrap()[0];
+    let report = &scene.check(&CheckParams { margin: 0.0 }, Progress::none()).unwrap()[0];
     assert_eq!(report.b_against_a.inside_count, Ok(3));
     assert!(report.overlaps && report.crossing_faces.is_empty());
     assert_eq!(report.distance, Some(0.0));
@@ -244,7 +245,7 @@ fn touching_is_not_overlap() {
     let a = shapes::cube(2.0);
     let b = shapes::cube(2.0).translated(DVec3::X * 2.0);
     let (mut scene, _) = scene_of(&[&a, &b]);
-    let report = &scene.check(&CheckParams { margin: 0.5 }).unwrap()[0];
+    let report = &scene.check(&CheckParams { margin: 0.5 }, Progress::none()).unwrap()[0];
     assert!(!report.overlaps, "{report:?}");
     assert_eq!((report.distance, report.min_gap, report.max_depth), (Some(0.0), Some(0.0), 0.0));
 }
@@ -255,7 +256,7 @@ fn says_what_has_no_inside() {
     holed.faces.swap_remove(17);
     let ball = shapes::octasphere(2.0, 1).translated(DVec3::X * 9.5);
     let (mut scene, ids) = scene_of(&[&holed, &ball]);
-    let report = &scene.check(&CheckParams { margin: 1.0 }).unwrap()[0];
+    let report = &scene.check(&CheckParams { margin: 1.0 }, Progress::none()).unwrap()[0];
     assert!(report.overlaps && !report.crossing_faces.is_empty());
     let refused = report.b_against_a.inside_count;
     assert!(matches!(refused, Err(NoInside::OddEdges { count: 3, faces: 1, .. })), "{refused:?}");
@@ -282,7 +283,7 @@ fn refuses_bad_scenes() {
     let message = add(&mut scene, "broken", &broken).unwrap_err().to_string();
     assert!(message.contains("\"broken\": vertex 3 is at"), "{message}");
     for margin in [-1.0, f64::NAN, f64::INFINITY] {
-        let refused = scene.check(&CheckParams { margin });
+        let refused = scene.check(&CheckParams { margin }, Progress::none());
         assert!(matches!(refused, Err(SceneError::Margin { .. })), "{refused:?}");
     }
 }
@@ -292,7 +293,7 @@ fn ignored_pairs_are_left_out() {
     let ball = shapes::octasphere(2.0, 1);
     let (mut scene, ids) = scene_of(&[&ball, &ball, &ball]);
     scene.ignore(ids[2], ids[0]);
-    let reports = scene.check(&CheckParams { margin: 0.0 }).unwrap();
+    let reports = scene.check(&CheckParams { margin: 0.0 }, Progress::none()).unwrap();
     let pairs: Vec<_> =
         reports.iter().map(|report| (report.pair.a.index(), report.pair.b.index())).collect();
     assert_eq!(pairs, [(0, 1), (1, 2)]);
@@ -310,7 +311,9 @@ fn threads_change_no_bit() {
     let bodies: Vec<&Mesh> = bodies.iter().collect();
     let check = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        pool.install(|| scene_of(&bodies).0.check(&CheckParams { margin: 2.0 }).unwrap())
+        pool.install(|| {
+            scene_of(&bodies).0.check(&CheckParams { margin: 2.0 }, Progress::none()).unwrap()
+        })
     };
     let one = check(1);
     assert!(one.len() > 7);

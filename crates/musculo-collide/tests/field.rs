@@ -3,6 +3,7 @@
 use arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
 use fixtures::{Mesh, shapes};
+use musculo_collide::Progress;
 use musculo_collide::distance_field::{DistanceField, FieldGrid, FieldParams, Pose, Storage};
 use musculo_collide::glam::{DQuat, DVec3};
 use musculo_collide::surface::{closest_on_triangle, winding_number};
@@ -94,7 +95,7 @@ fn vertices_agree_with_the_exact_check() {
     };
 
     scene.add("bone", BodyKind::Rigid, bone.surface(), bone.positions.clone()).unwrap();
-    let reports = scene.check(&CheckParams { margin: margin + 0.5 }).unwrap();
+    let reports = scene.check(&CheckParams { margin: margin + 0.5 }, Progress::none()).unwrap();
     let [pair] = &reports[..] else { panic!("one pair") };
     let (mut worst, mut turned, mut count) = (0.0_f64, 0.0_f64, 0);
     for near in pair.a_against_b.near.iter().filter(|near| near.gap > -2.0 * SPACING) {

@@ -4,6 +4,7 @@
 use arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
 use fixtures::{Mesh, shapes};
+use musculo_collide::Progress;
 use musculo_collide::distance_field::{DistanceField, FieldMethod, FieldParams, NodeValues, Pose};
 use musculo_collide::glam::{DQuat, DVec3};
 use musculo_collide::medial::{
@@ -117,7 +118,7 @@ fn gaps_agree_with_the_exact_check() {
     assert!(largest < 0.8, "{largest}");
     medial = MedialDetector::from_surface(&scene, b, bound, medial.medial().clone()).unwrap();
     let contacts = scene.medial_contacts(a, &mut medial).unwrap();
-    let reports = scene.check(&CheckParams { margin: 1.0 }).unwrap();
+    let reports = scene.check(&CheckParams { margin: 1.0 }, Progress::none()).unwrap();
     let [pair] = &reports[..] else { panic!("one pair") };
     let (mut worst, mut turned, mut inside) = (0.0_f64, 0.0_f64, 0);
     for near in &pair.a_against_b.near {

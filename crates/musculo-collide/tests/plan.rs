@@ -2,6 +2,7 @@
 
 use fixtures::Mesh;
 use fixtures::shapes::icosphere;
+use musculo_collide::Progress;
 use musculo_collide::distance_field::Pose;
 use musculo_collide::glam::{DQuat, DVec3};
 use musculo_collide::{
@@ -47,7 +48,7 @@ fn depths_are_within_every_tolerance() {
         for pair in plan.pairs() {
             assert!(pair.error_bound <= tolerance, "{tolerance}: {pair:?}");
         }
-        let exact = scene.check(&CheckParams { margin: 0.0 }).expect("a check");
+        let exact = scene.check(&CheckParams { margin: 0.0 }, Progress::none()).expect("a check");
         let mut compared = 0;
         for report in &exact {
             let found = depth(&detection, report.pair.a, report.pair.b);

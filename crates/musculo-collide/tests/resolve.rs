@@ -32,7 +32,7 @@ fn planted_overlaps_vanish() {
     assert!(resolution.resolved, "{:?}", resolution.remaining);
 
     // Looked at anew, not as the resolution tells.
-    let after = scene.check(&CheckParams { margin: 0.0 }).expect("a check");
+    let after = scene.check(&CheckParams { margin: 0.0 }, Progress::none()).expect("a check");
     let left: Vec<_> = after.iter().filter(|pair| pair.overlaps).collect();
     let allowed = PARAMS.tolerance;
     assert!(left.iter().all(|pair| pair.max_depth <= allowed), "{left:?}");

@@ -51,13 +51,13 @@ fn median(mut values: Vec<f64>) -> f64 {
 #[expect(clippy::print_stdout, reason = "a measured test says what it saw")]
 fn comes_apart(folder: &std::path::Path, set: &str) {
     let mut scene = scene(&folder.join(set));
-    let before = scene.check(&OVERLAP).expect("a check");
+    let before = scene.check(&OVERLAP, Progress::none()).expect("a check");
     let touched = touched(&scene, &before);
     let start = Instant::now();
     let resolution = resolve(&mut scene, &ResolveParams::with_smoothing(6.0), Progress::none())
         .expect("a resolution");
     let seconds = start.elapsed().as_secs_f64();
-    let after = scene.check(&OVERLAP).expect("a check");
+    let after = scene.check(&OVERLAP, Progress::none()).expect("a check");
 
     let deepest = after.iter().map(|pair| pair.max_depth).fold(0.0, f64::max);
     let crossing: usize = after.iter().map(|pair| pair.crossing_faces.len()).sum();

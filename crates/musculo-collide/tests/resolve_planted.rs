@@ -24,7 +24,7 @@ fn scene(bone: Mesh, muscle: Mesh) -> (Scene, [BodyId; 2]) {
 /// That nothing is left, looked at anew, and that tissue kept its shape.
 fn is_sound(scene: &mut Scene, resolution: &Resolution) {
     assert!(resolution.resolved, "{:?}", resolution.remaining);
-    let pairs = scene.check(&CheckParams { margin: 0.0 }).expect("a check");
+    let pairs = scene.check(&CheckParams { margin: 0.0 }, Progress::none()).expect("a check");
     let deepest = pairs.iter().map(|pair| pair.max_depth).fold(0.0, f64::max);
     assert!(deepest <= PARAMS.tolerance, "{deepest} left");
     for change in &resolution.bodies {
@@ -44,14 +44,14 @@ fn edges_that_cross_without_a_vertex_inside_come_apart() {
     let muscle = turned.translated(DVec3::Z * (2.0 * edge - 0.3));
     let bone = bone.rotated(DVec3::Y, 0.125);
     let (mut scene, _) = scene(bone, muscle);
-    let before = scene.check(&CheckParams { margin: 0.0 }).expect("a check");
+    let before = scene.check(&CheckParams { margin: 0.0 }, Progress::none()).expect("a check");
     assert!(before[0].overlaps && before[0].max_depth == 0.0, "edges alone: {before:?}");
     let resolution = resolve(&mut scene, &PARAMS, Progress::none()).expect("a resolution");
     assert!(resolution.rounds[0].max_depth > 0.2, "{:?}", resolution.rounds);
     assert!(resolution.resolved && resolution.remaining.is_empty(), "{:?}", resolution.remaining);
     let first = resolution.rounds[1].max_depth;
     assert!(first < 0.01, "pushed at once, not when all else fails: {first} left by one round");
-    let after = scene.check(&CheckParams { margin: 0.0 }).expect("a check");
+    let after = scene.check(&CheckParams { margin: 0.0 }, Progress::none()).expect("a check");
     assert!(after.iter().all(|pair| !pair.overlaps), "{after:?}");
 }
 

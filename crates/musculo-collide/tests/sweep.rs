@@ -6,6 +6,7 @@ mod support;
 use arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
 use fixtures::{Mesh, shapes};
+use musculo_collide::Progress;
 use musculo_collide::ccd;
 use musculo_collide::glam::DVec3;
 use musculo_collide::{CheckParams, SceneError, SweptContact};
@@ -67,7 +68,7 @@ fn finds_what_asking_everything_finds() {
         let meshes = two_bodies(u)?;
         let (mut scene, ids) = scene_of(&[&meshes[0], &meshes[1]]);
         let moves = [(ids[0], &meshes[2].positions[..]), (ids[1], &meshes[3].positions)];
-        let report = scene.sweep(&moves, &ccd::CcdParams::EXACT).unwrap();
+        let report = scene.sweep(&moves, &ccd::CcdParams::EXACT, Progress::none()).unwrap();
         let mut found: Vec<_> = report
             .pairs
             .iter()
@@ -94,18 +95,22 @@ fn free_step_is_free() {
         let [a, b, a1, b1] = two_bodies(u)?;
         let (mut scene, ids) = scene_of(&[&a, &b]);
         let params = CheckParams { margin: 0.0 };
-        if scene.check(&params).unwrap().iter().any(|pair| pair.overlaps) {
+        if scene.check(&params, Progress::none()).unwrap().iter().any(|pair| pair.overlaps) {
             return Ok(());
         }
         let moves = [(ids[0], &a1.positions[..]), (ids[1], &b1.positions)];
-        let free = scene.sweep(&moves, &ccd::CcdParams::EXACT).unwrap().largest_free_step;
+        let free = scene
+            .sweep(&moves, &ccd::CcdParams::EXACT, Progress::none())
+            .unwrap()
+            .largest_free_step;
         for part in [0.25, 0.5, 0.999] {
             for (id, (from, to)) in ids.iter().zip([(&a, &a1), (&b, &b1)]) {
                 let between = from.positions.iter().zip(&to.positions);
                 let x: Vec<DVec3> = between.map(|(p, q)| p.lerp(*q, part * free)).collect();
                 scene.move_body(*id, &x).unwrap();
             }
-            let overlaps = scene.check(&params).unwrap().iter().any(|pair| pair.overlaps);
+            let overlaps =
+                scene.check(&params, Progress::none()).unwrap().iter().any(|pair| pair.overlaps);
             assert!(!overlaps, "overlap at {part} of the free step {free}");
         }
         Ok(())
@@ -122,11 +127,13 @@ fn passing_through_is_seen() {
     let beyond = ball.clone().translated(DVec3::Z * -40.0);
     let (mut scene, ids) = scene_of(&[&plate, &ball]);
     let params = CheckParams { margin: 1.0 };
-    let before = scene.check(&params).unwrap();
+    let before = scene.check(&params, Progress::none()).unwrap();
     assert!(before.is_empty(), "apart at the start");
-    let report = scene.sweep(&[(ids[1], &beyond.positions)], &ccd::CcdParams::EXACT).unwrap();
+    let report = scene
+        .sweep(&[(ids[1], &beyond.positions)], &ccd::CcdParams::EXACT, Progress::none())
+        .unwrap();
     scene.move_body(ids[1], &beyond.positions).unwrap();
-    let after = scene.check(&params).unwrap();
+    let after = scene.check(&params, Progress::none()).unwrap();
     assert!(after.is_empty(), "apart at the end");
     let unseen = report.pass_throughs(&scene, &before, &after);
     assert!(unseen[0].overlaps_in_neither);
@@ -152,10 +159,12 @@ fn staying_inside_is_not_unseen() {
     let within = ball.clone().translated(DVec3::Z * -5.0);
     let (mut scene, ids) = scene_of(&[&plate, &ball]);
     let params = CheckParams { margin: 0.0 };
-    let before = scene.check(&params).unwrap();
-    let report = scene.sweep(&[(ids[1], &within.positions)], &ccd::CcdParams::EXACT).unwrap();
+    let before = scene.check(&params, Progress::none()).unwrap();
+    let report = scene
+        .sweep(&[(ids[1], &within.positions)], &ccd::CcdParams::EXACT, Progress::none())
+        .unwrap();
     scene.move_body(ids[1], &within.positions).unwrap();
-    let after = scene.check(&params).unwrap();
+    let after = scene.check(&params, Progress::none()).unwrap();
     assert!(report.largest_free_step < 1.0 && after[0].overlaps);
     assert_eq!(report.pass_throughs(&scene, &before, &after), []);
 }
@@ -166,7 +175,7 @@ fn contacts_satisfy_their_identity() {
         let [a, b, a1, b1] = two_bodies(u)?;
         let (mut scene, ids) = scene_of(&[&a, &b]);
         let moves = [(ids[0], &a1.positions[..]), (ids[1], &b1.positions)];
-        let report = scene.sweep(&moves, &ccd::CcdParams::EXACT).unwrap();
+        let report = scene.sweep(&moves, &ccd::CcdParams::EXACT, Progress::none()).unwrap();
         let x0 = [&a.positions[..], &b.positions].concat();
         let x1 = [&a1.positions[..], &b1.positions].concat();
         for SweptContact { contact, .. } in report.pairs.iter().flat_map(|pair| &pair.contacts) {
@@ -185,9 +194,10 @@ fn contacts_satisfy_their_identity() {
 fn refuses_what_cannot_be_swept() {
     let ball = shapes::octasphere(3.0, 1);
     let (mut scene, ids) = scene_of(&[&ball]);
-    let short = scene.sweep(&[(ids[0], &ball.positions[1..])], &ccd::CcdParams::EXACT);
+    let short =
+        scene.sweep(&[(ids[0], &ball.positions[1..])], &ccd::CcdParams::EXACT, Progress::none());
     assert!(matches!(short, Err(SceneError::Surface { .. })), "{short:?}");
     let params = ccd::CcdParams { min_separation: -1.0, ..ccd::CcdParams::EXACT };
-    let negative = scene.sweep(&[], &params);
-    assert!(matches!(negative, Err(SceneError::Ccd { .. })), "{negative:?}");
+    let negative = scene.sweep(&[], &params, Progress::none());
+    assert!(matches!(negative, Err(SceneError::Ccd(_))), "{negative:?}");
 }

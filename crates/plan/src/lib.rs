@@ -38,7 +38,7 @@ use self::make::{Made, Maker};
 use self::structures::Structures;
 use glam::DVec3;
 
-use scene::{Body, BodyId, PairId, Scene, SweepReport};
+use scene::{Body, BodyId, PairId, Progress, Scene, SweepReport};
 
 /// How each pair of a scene is looked at, with what was built for that.
 ///
@@ -278,10 +278,11 @@ impl Plan {
         scene: &mut Scene,
         moves: &[(BodyId, &[DVec3])],
         params: &ccd::CcdParams,
+        progress: Progress<'_>,
     ) -> Result<SweepReport, PlanError> {
         self.check_scene(scene)?;
         let is_planned = |id| self.pairs.iter().any(|pair| PairId::new(pair.a, pair.b) == id);
-        Ok(scene.sweep_among(moves, params, is_planned)?)
+        Ok(scene.sweep_among(moves, params, is_planned, progress)?)
     }
 
     fn check_scene(&self, scene: &Scene) -> Result<(), PlanError> {

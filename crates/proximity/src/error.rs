@@ -1,6 +1,8 @@
-//! Reasons why a surface has no tree, or no inside.
+//! Errors, and reasons why a surface has no inside.
 
+use ccd::CcdError;
 use kdop::TreeError;
+use surface::progress::Interrupted;
 use surface::{SurfaceError, TriangleSurface};
 
 /// Error of building a tree over a surface, or of moving it.
@@ -13,6 +15,17 @@ pub enum ProximityError {
     /// The surface has more faces or vertices than a tree can hold.
     #[error(transparent)]
     Tree(#[from] TreeError),
+}
+
+/// Error of a swept query.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SweptError {
+    /// The parameters are out of range.
+    #[error(transparent)]
+    Ccd(#[from] CcdError),
+    /// The caller interrupted the call.
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
 }
 
 /// Reason why "inside" is undefined for a surface.

@@ -64,11 +64,13 @@ pub use glam;
 
 pub use crate::closest::ClosestPoint;
 pub use crate::contact::{ContactSurface, ParticleNumbers, contact};
-pub use crate::error::{NoInside, ProximityError};
+pub use crate::error::{NoInside, ProximityError, SweptError};
 pub use crate::maximum::MaximumSearch;
 pub use crate::pair::{PairProximity, PairSide};
 pub use crate::patches::ContactPatch;
 pub use crate::projection::NearVertex;
 pub use crate::regions::{Region, Side, regions};
 pub use crate::surface_tree::{LazySurfaceTree, SurfaceTree};
-pub use crate::swept::{ContactKind, StepBounds, SweptContact, SweptQuery, SweptSide, SweptTree};
+pub use crate::swept::{
+    ContactKind, StepBounds, SweptContact, SweptContacts, SweptQuery, SweptSide, SweptTree,
+};

@@ -7,11 +7,12 @@
 //! Source: S. Curtis, R. Tamstorf and D. Manocha, "Fast Collision Detection for Deformable Models
 //! using Representative-Triangles", I3D 2008, section 4, for the assignment of features to faces.
 
-use ccd::{CandidateContact, CcdError, MovingPoints};
+use ccd::MovingPoints;
 use kdop::{Dop18, Tree, TreeError, Workspace};
+use surface::progress::Progress;
 use surface::{Contact, Positions, Stencil, Term, TriangleSurface};
 
-use crate::SurfaceTree;
+use crate::{SurfaceTree, SweptError};
 
 /// Bounding volume tree over the faces of a surface during a step.
 #[derive(Clone, Debug)]
@@ -55,6 +56,16 @@ pub struct SweptContact {
     pub certain: bool,
     /// Whether it may have been there at the start of the step.
     pub at_start: bool,
+}
+
+/// First contacts of two surfaces during a step.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SweptContacts {
+    /// First contacts of vertices, edges and faces, by time.
+    pub contacts: Vec<SweptContact>,
+    /// Pairs of primitives that were queried.
+    pub candidates: usize,
 }
 
 /// Kind of two primitives that meet.
@@ -131,7 +142,6 @@ pub struct SweptQuery<'a> {
     edge_edges: Vec<[u32; 4]>,
     candidates: usize,
     contacts: Vec<SweptContact>,
-    error: Option<CcdError>,
 }
 
 impl<'a> SweptQuery<'a> {
@@ -149,79 +159,80 @@ impl<'a> SweptQuery<'a> {
             edge_edges: Vec::new(),
             candidates: 0,
             contacts: Vec::new(),
-            error: None,
         }
     }
 
-    /// Finds the first contacts of all vertices, edges and faces of two surfaces, by time, and
-    /// the number of pairs of primitives that were queried.
+    /// Finds the first contacts of all vertices, edges and faces of two surfaces.
     ///
     /// No contact is missed, and no time is after the true one.
     ///
     /// # Errors
     ///
-    /// [`CcdError`] for parameters out of range.
+    /// [`SweptError::Ccd`] for parameters out of range, and
+    /// [`SweptError::Interrupted`] when `progress` ends the call.
     pub fn run(
         mut self,
         a: &SweptSide<'_>,
         b: &SweptSide<'_>,
         workspace: &mut Workspace,
-    ) -> Result<(Vec<SweptContact>, usize), CcdError> {
+        progress: Progress<'_>,
+    ) -> Result<SweptContacts, SweptError> {
         let margin = self.params.min_separation;
+        let mut state = Ok(());
         a.bounds.tree().pairs(b.bounds.tree(), margin, workspace, |face_a, face_b| {
-            self.add_faces(a, face_a, b, face_b);
+            if state.is_ok() {
+                state = self.add_faces(a, face_a, b, face_b, progress);
+            }
         });
-        self.flush();
-        if let Some(error) = self.error {
-            return Err(error);
-        }
+        state?;
+        self.flush()?;
 
         let time = |found: &SweptContact| found.contact.time.unwrap_or(1.0);
         // Stable: contacts at one time stay in the order of the traversal.
         self.contacts.sort_by(|p, q| time(p).total_cmp(&time(q)));
-        Ok((self.contacts, self.candidates))
+        Ok(SweptContacts { contacts: self.contacts, candidates: self.candidates })
     }
 
-    /// Adds the queries that a pair of faces represents.
-    fn add_faces(&mut self, a: &SweptSide<'_>, face_a: u32, b: &SweptSide<'_>, face_b: u32) {
+    /// Adds the queries that a pair of faces represents, and runs those that fill a batch.
+    fn add_faces(
+        &mut self,
+        a: &SweptSide<'_>,
+        face_a: u32,
+        b: &SweptSide<'_>,
+        face_b: u32,
+        progress: Progress<'_>,
+    ) -> Result<(), SweptError> {
         let ([a0, a1, a2], [b0, b1, b2]) = (a.particles(face_a), b.particles(face_b));
         self.vertex_faces.extend(a.own_vertices(face_a).map(|vertex| [vertex, b0, b1, b2]));
         self.vertex_faces.extend(b.own_vertices(face_b).map(|vertex| [vertex, a0, a1, a2]));
         for [p, q] in a.own_edges(face_a) {
             self.edge_edges.extend(b.own_edges(face_b).map(|[r, s]| [p, q, r, s]));
         }
-
-        if self.vertex_faces.len() + self.edge_edges.len() >= Self::BATCH {
-            self.flush();
+        if self.vertex_faces.len() + self.edge_edges.len() < Self::BATCH {
+            return Ok(());
         }
+        progress.report(0.0)?;
+        self.flush()
     }
 
     /// Runs the queries gathered so far.
-    fn flush(&mut self) {
+    fn flush(&mut self) -> Result<(), SweptError> {
         self.candidates += self.vertex_faces.len() + self.edge_edges.len();
 
-        let found = self.motion.vertex_face_contacts(&self.vertex_faces, self.params);
-        self.keep(ContactKind::VertexFace, found);
-        let found = self.motion.edge_edge_contacts(&self.edge_edges, self.params);
-        self.keep(ContactKind::EdgeEdge, found);
+        let kind = ContactKind::VertexFace;
+        for found in self.motion.vertex_face_contacts(&self.vertex_faces, self.params)? {
+            let particles = self.vertex_faces[found.candidate];
+            self.contacts.push(self.swept_contact(kind, particles, &found.contact));
+        }
+        let kind = ContactKind::EdgeEdge;
+        for found in self.motion.edge_edge_contacts(&self.edge_edges, self.params)? {
+            let particles = self.edge_edges[found.candidate];
+            self.contacts.push(self.swept_contact(kind, particles, &found.contact));
+        }
 
         self.vertex_faces.clear();
         self.edge_edges.clear();
-    }
-
-    fn keep(&mut self, kind: ContactKind, found: Result<Vec<CandidateContact>, CcdError>) {
-        match found {
-            Err(error) => self.error = self.error.or(Some(error)),
-            Ok(found) => {
-                for CandidateContact { candidate, contact } in found {
-                    let particles = match kind {
-                        ContactKind::VertexFace => self.vertex_faces[candidate],
-                        ContactKind::EdgeEdge => self.edge_edges[candidate],
-                    };
-                    self.contacts.push(self.swept_contact(kind, particles, &contact));
-                }
-            }
-        }
+        Ok(())
     }
 
     fn swept_contact(

@@ -61,7 +61,7 @@ impl<'a> Run<'a> {
         progress: Progress<'a>,
     ) -> Result<Self, ResolveError> {
         let margin = detection_margin(&params);
-        let before = scene.check(&CheckParams { margin })?;
+        let before = scene.check(&CheckParams { margin }, Progress::none())?;
         let tissues = tissue::tissues(scene);
         let mut near = NearPairs::default();
         near.update(scene, margin, &vec![true; tissues.len()], progress.part(0.0, 0.0))?;
@@ -117,7 +117,9 @@ impl<'a> Run<'a> {
             self.revert_to_best()?;
         }
 
-        let after = self.scene.check(&CheckParams { margin: detection_margin(&self.params) })?;
+        let after = self
+            .scene
+            .check(&CheckParams { margin: detection_margin(&self.params) }, Progress::none())?;
         self.scene.fit_all()?;
         let stuck = self.is_stuck();
         let remaining = Remaining::list(self.scene, &self.near, &self.before, stuck);

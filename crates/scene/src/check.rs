@@ -2,6 +2,7 @@
 
 use proximity::{PairProximity, Region, regions};
 use surface::parallel;
+use surface::progress::{Interrupted, Progress};
 
 use crate::{BodyId, PairId, PairReport, Scene, SceneError};
 
@@ -37,13 +38,23 @@ impl Scene {
     ///
     /// - [`SceneError::Margin`] when the margin is negative or not finite.
     /// - [`SceneError::Tree`] when a body is too large to build bounds for.
-    pub fn check(&mut self, params: &CheckParams) -> Result<Vec<PairReport>, SceneError> {
+    /// - [`SceneError::Interrupted`] when `progress` ends the call.
+    pub fn check(
+        &mut self,
+        params: &CheckParams,
+        progress: Progress<'_>,
+    ) -> Result<Vec<PairReport>, SceneError> {
         params.validate()?;
         let pairs = self.close_pairs(params.margin)?;
-        let reports = parallel::map_slice_with(&pairs, PairProximity::default, |found, &pair| {
-            self.examine(pair, params.margin, found)
-        });
-        Ok(reports.into_iter().flatten().collect())
+        let steps = progress.steps(pairs.len());
+        let examine = |found: &mut PairProximity, &pair: &PairId| {
+            let report = self.examine(pair, params.margin, found);
+            steps.advance(1)?;
+            Ok(report)
+        };
+        let reports = parallel::map_slice_with(&pairs, PairProximity::default, examine);
+        let reports: Result<Vec<_>, Interrupted> = reports.into_iter().collect();
+        Ok(reports?.into_iter().flatten().collect())
     }
 
     /// Examines one pair; `None` where nothing is within the margin. Trees must be fitted.

@@ -3,8 +3,9 @@
 use ccd::CcdError;
 use kdop::TreeError;
 use medial::MedialError;
-use proximity::NoInside;
+use proximity::{NoInside, SweptError};
 use surface::SurfaceError;
+use surface::progress::Interrupted;
 
 /// Why a scene did not take a body or a question.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -72,12 +73,12 @@ pub enum SceneError {
         /// The distance that has to be told.
         needed: f64,
     },
-    /// The parameters of swept detection mean nothing.
-    #[error("{source}")]
-    Ccd {
-        /// What is wrong with them.
-        source: CcdError,
-    },
+    /// The parameters of swept detection are out of range.
+    #[error(transparent)]
+    Ccd(#[from] CcdError),
+    /// The caller interrupted the call.
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
     /// A body that the scene does not have.
     #[error("the scene has {count} bodies, not a body number {index}")]
     NoSuchBody {
@@ -108,4 +109,13 @@ pub enum SceneError {
         /// The value given.
         margin: f64,
     },
+}
+
+impl From<SweptError> for SceneError {
+    fn from(error: SweptError) -> Self {
+        match error {
+            SweptError::Ccd(error) => Self::Ccd(error),
+            SweptError::Interrupted(error) => Self::Interrupted(error),
+        }
+    }
 }

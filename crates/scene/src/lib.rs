@@ -15,7 +15,7 @@
 //!
 //! ```
 //! use scene::glam::DVec3;
-//! use scene::{BodyKind, CheckParams, PairId, Scene};
+//! use scene::{BodyKind, CheckParams, PairId, Progress, Scene};
 //! use surface::TriangleSurface;
 //!
 //! let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
@@ -27,7 +27,7 @@
 //! let bone = scene.add("bone", BodyKind::Rigid, surface.clone(), corners.to_vec())?;
 //! let muscle = scene.add("muscle", BodyKind::Deformable, surface, shifted.to_vec())?;
 //!
-//! let reports = scene.check(&CheckParams { margin: 1.0 })?;
+//! let reports = scene.check(&CheckParams { margin: 1.0 }, Progress::none())?;
 //! assert_eq!(reports[0].pair, PairId::new(bone, muscle));
 //! assert!(reports[0].overlaps);
 //! assert_eq!(reports[0].b_against_a.inside_count, Ok(1));
@@ -54,6 +54,8 @@ mod sweep;
 
 pub use glam;
 pub use proximity::{ContactKind, ContactPatch, NearVertex, NoInside, Region, Side, SweptContact};
+
+pub use surface::progress::{Interrupted, Progress};
 
 pub use crate::body::{Body, BodyId, BodyKind, PairId};
 pub use crate::check::CheckParams;

@@ -1,9 +1,10 @@
 //! Swept detection over a whole scene: first contacts between two successive states.
 
-use ccd::{CcdError, CcdParams, MovingPoints};
+use ccd::{CcdParams, MovingPoints};
 use glam::DVec3;
 use kdop::Workspace;
-use proximity::{StepBounds, SweptContact, SweptQuery, SweptSide};
+use proximity::{StepBounds, SweptContact, SweptContacts, SweptError, SweptQuery, SweptSide};
+use surface::progress::Progress;
 use surface::{Aabb, Positions, parallel};
 
 use crate::broad_phase::overlapping_pairs;
@@ -44,12 +45,14 @@ impl Scene {
     ///   bodies.
     /// - [`SceneError::Ccd`] for parameters out of range.
     /// - [`SceneError::Tree`] when a body is too large to build bounds for.
+    /// - [`SceneError::Interrupted`] when `progress` ends the call.
     pub fn sweep(
         &mut self,
         moves: &[(BodyId, &[DVec3])],
         params: &CcdParams,
+        progress: Progress<'_>,
     ) -> Result<SweepReport, SceneError> {
-        self.sweep_among(moves, params, |_| true)
+        self.sweep_among(moves, params, |_| true, progress)
     }
 
     /// As [`Self::sweep`], for the pairs that are wanted.
@@ -62,6 +65,7 @@ impl Scene {
         moves: &[(BodyId, &[DVec3])],
         params: &CcdParams,
         is_wanted: impl Fn(PairId) -> bool,
+        progress: Progress<'_>,
     ) -> Result<SweepReport, SceneError> {
         params.validate()?;
         let ends = self.check_moves(moves)?;
@@ -79,12 +83,16 @@ impl Scene {
         }
         let motion = MovingPoints::new(&start, &end)?;
 
+        let steps = progress.steps(pairs.len());
         let swept = parallel::map_slice_with(&pairs, Workspace::default, |workspace, pair| {
-            SweptQuery::new(&motion, params).run(&pair.sides[0], &pair.sides[1], workspace)
+            let [a, b] = &pair.sides;
+            let found = SweptQuery::new(&motion, params).run(a, b, workspace, progress)?;
+            steps.advance(1)?;
+            Ok::<_, SweptError>(found)
         });
         let mut report = SweepReport { pairs: Vec::new(), largest_free_step: 1.0, candidates: 0 };
         for (pair, found) in pairs.iter().zip(swept) {
-            let (contacts, candidates) = found?;
+            let SweptContacts { contacts, candidates } = found?;
             report.add(PairSweep { pair: pair.id, contacts }, candidates);
         }
         Ok(report)
@@ -176,11 +184,5 @@ impl PairSweep {
     #[must_use]
     pub fn first_time(&self) -> Option<f64> {
         self.contacts.first().and_then(|first| first.contact.time)
-    }
-}
-
-impl From<CcdError> for SceneError {
-    fn from(source: CcdError) -> Self {
-        Self::Ccd { source }
     }
 }

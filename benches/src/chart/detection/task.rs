@@ -139,7 +139,9 @@ impl FrameTruth {
         }
 
         let mut truth = Self::default();
-        for report in scene.check(&CheckParams { margin: TRUTH_MARGIN })? {
+        for report in
+            scene.check(&CheckParams { margin: TRUTH_MARGIN }, musculo_collide::Progress::none())?
+        {
             let PairReport { pair, overlaps, a_against_b, b_against_a, crossing_faces, .. } =
                 report;
             let pair = pair.bodies().map(|id| id.index());

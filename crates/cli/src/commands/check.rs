@@ -97,7 +97,7 @@ fn check(arguments: &CheckArguments) -> Result<Outcome, Failure> {
     let params = CheckParams { margin: description.reach };
     let reports = {
         let _progress = Progress::start("looking for contact", 1);
-        scene.check(&params)?
+        scene.check(&params, musculo_collide::Progress::none())?
     };
     times.end_of("detect");
 

@@ -153,7 +153,7 @@ impl<'a> Walk<'a> {
         for (id, x) in walk.ids().into_iter().zip(&positions) {
             walk.scene.move_body(id, x)?;
         }
-        walk.before = walk.scene.check(&OVERLAP)?;
+        walk.before = walk.scene.check(&OVERLAP, musculo_collide::Progress::none())?;
         Ok(walk)
     }
 
@@ -167,13 +167,14 @@ impl<'a> Walk<'a> {
         let ids = self.ids();
         let moves: Vec<_> = ids.iter().zip(&positions).map(|(&id, x)| (id, &x[..])).collect();
         let start = Instant::now();
-        let sweep = self.scene.sweep(&moves, &ccd::CcdParams::EXACT)?;
+        let sweep =
+            self.scene.sweep(&moves, &ccd::CcdParams::EXACT, musculo_collide::Progress::none())?;
         self.sweeping += start.elapsed();
         let start = Instant::now();
         for (id, x) in moves {
             self.scene.move_body(id, x)?;
         }
-        let after = self.scene.check(&OVERLAP)?;
+        let after = self.scene.check(&OVERLAP, musculo_collide::Progress::none())?;
         self.checking += start.elapsed();
         let record = StepRecord::new((frame, time), self.scene, &sweep, [&self.before, &after]);
         self.before = after;

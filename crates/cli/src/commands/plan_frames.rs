@@ -144,7 +144,7 @@ impl Compared {
         detection: &Detection,
     ) -> Result<(), PlanError> {
         let start = Instant::now();
-        let exact = scene.check(&CheckParams { margin: 0.0 })?;
+        let exact = scene.check(&CheckParams { margin: 0.0 }, musculo_collide::Progress::none())?;
         self.exact.push(start.elapsed());
         for pair in plan.pairs() {
             self.add_pair(scene, pair, &exact, detection);

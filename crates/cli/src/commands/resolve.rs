@@ -102,7 +102,8 @@ impl ResolveArguments {
         if self.no_report {
             return Ok(None);
         }
-        let reports = scene.check(&CheckParams { margin: description.reach })?;
+        let reports = scene
+            .check(&CheckParams { margin: description.reach }, musculo_collide::Progress::none())?;
         let document = document(description, bodies, scene, &reports)?;
         let title = format!("Contact {when} bodies were pushed apart");
         Ok(Some((when, page(&title, &document, scene, &reports)?)))

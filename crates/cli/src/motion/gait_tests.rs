@@ -45,7 +45,9 @@ fn place(scene: &mut Scene, positions: &[Vec<DVec3>]) {
 type Crossings = BTreeSet<(BodyId, BodyId, [u32; 2])>;
 
 fn crossings(scene: &mut Scene) -> Crossings {
-    let reports = scene.check(&CheckParams { margin: 0.0 }).expect("a check");
+    let reports = scene
+        .check(&CheckParams { margin: 0.0 }, musculo_collide::Progress::none())
+        .expect("a check");
     let of_pair = |report: &musculo_collide::PairReport| -> Vec<_> {
         report.crossing_faces.iter().map(|&faces| (report.pair.a, report.pair.b, faces)).collect()
     };
@@ -107,7 +109,11 @@ fn no_crossing_of_a_state_in_between_is_missed() {
         place(&mut scene, &x0);
         let ids: Vec<BodyId> = scene.ids().collect();
         let moves: Vec<_> = ids.iter().zip(&x1).map(|(&id, x)| (id, &x[..])).collect();
-        let times = times(&scene.sweep(&moves, &ccd::CcdParams::EXACT).unwrap());
+        let times = times(
+            &scene
+                .sweep(&moves, &ccd::CcdParams::EXACT, musculo_collide::Progress::none())
+                .unwrap(),
+        );
         let at_start = crossings(&mut scene);
         let mut known = at_start;
         for k in 1..=SUBDIVISIONS {

@@ -29,7 +29,7 @@ pub(super) struct ExactSurfaces<'a> {
 /// When the scene refuses a body.
 pub(super) fn exact<'a>(task: &'a Task<'a>) -> Result<ExactSurfaces<'a>, Failure> {
     let (mut scene, ids) = task.scene()?;
-    let reports = scene.check(&CHECK)?;
+    let reports = scene.check(&CHECK, musculo_collide::Progress::none())?;
     Ok(ExactSurfaces { task, scene, ids, muscles: task.muscles(), reports })
 }
 
@@ -38,7 +38,7 @@ impl Detector for ExactSurfaces<'_> {
         for &muscle in &self.muscles {
             self.scene.move_body(self.ids[muscle], self.task.positions(frame, muscle))?;
         }
-        self.reports = self.scene.check(&CHECK)?;
+        self.reports = self.scene.check(&CHECK, musculo_collide::Progress::none())?;
         Ok(())
     }
 
@@ -91,7 +91,7 @@ pub(super) fn reduced<'a>(
         reduced.push(coarse);
     }
     ignore_other_pairs(&mut scene, &ids, &task.pairs);
-    scene.check(&CHECK)?;
+    scene.check(&CHECK, musculo_collide::Progress::none())?;
     Ok(ReducedSurfaces { task, scene, ids, muscles: task.muscles(), reduced, x, frame: 0 })
 }
 
@@ -101,7 +101,7 @@ impl Detector for ReducedSurfaces<'_> {
             self.reduced[muscle].gather(self.task.positions(frame, muscle), &mut self.x);
             self.scene.move_body(self.ids[muscle], &self.x)?;
         }
-        self.scene.check(&CHECK)?;
+        self.scene.check(&CHECK, musculo_collide::Progress::none())?;
         self.frame = frame;
         Ok(())
     }
