@@ -132,6 +132,7 @@ impl<'a> MovingPoints<'a> {
         edge_edges: &[[u32; 4]],
         params: &CcdParams,
     ) -> Result<Option<FirstContact>, CcdError> {
+        // Of edges, only contacts before that of a face matter.
         let face = self.first_of::<3>(vertex_faces, params)?;
         let t_max = face.map_or(params.t_max, |found| found.contact.lo);
         let edge = self.first_of::<4>(edge_edges, &CcdParams { t_max, ..*params })?;
@@ -265,6 +266,7 @@ impl<'a> MovingPoints<'a> {
     where
         PolygonShape<N>: Corners<N> + LaneCorners,
     {
+        // Filter a group in lanes, then search the queries that are left.
         for (group, points) in chunk.chunks(LANES).enumerate() {
             for lane in set_bits(self.kept_lanes::<N>(points, &params)) {
                 let [x0, x1] =

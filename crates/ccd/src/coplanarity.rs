@@ -63,12 +63,14 @@ impl<'a> Coplanarity<'a> {
     where
         PolygonShape<N>: Corners<N>,
     {
+        // Corner 0 must stay on one side.
         let (n, other) = (self.areas[own], 1 - own);
         let (e, f) = (self.outline.first_edge[other], self.outline.last_edge[other]);
         if self.heights[own][0] * self.heights[own][1] <= 0.0 {
             return false;
         }
 
+        // Measure heights on that side, and find the lowest corner at each end.
         let [at_0, at_1] = self.heights[own];
         let side = 1.0_f64.copysign(at_0);
         let mut lowest = [side * at_0, side * at_1];
@@ -92,6 +94,7 @@ impl<'a> Coplanarity<'a> {
         let third = 1.0 / 3.0;
         let b1 = (h01 + a0.dot(mixed)) * third;
         let b2 = (h10 + a1.dot(mixed)) * third;
+
         let permanent = max_each(a0.abs(), a1.abs()).dot(self.permanent);
         BernsteinCubic::new([b0, b1, b2, b3], COPLANARITY * permanent + UNDERFLOW)
     }

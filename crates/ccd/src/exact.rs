@@ -57,6 +57,8 @@ type Vector<T> = [T; 3];
 /// at the end; `None` if they span too many digits.
 fn integers(x0: &[DVec3; 4], x1: &[DVec3; 4]) -> Option<[[Vector<BigInt>; 4]; 2]> {
     let parts = [x0, x1].map(|x| x.map(|x| x.to_array().map(BinaryFraction::new)));
+
+    // Digits in use, from the lowest to the highest of any coordinate.
     let nonzero = parts.iter().flatten().flatten().filter(|part| part.mantissa != 0);
     let (mut min, mut max) = (i32::MAX, i32::MIN);
     for part in nonzero {
@@ -66,6 +68,7 @@ fn integers(x0: &[DVec3; 4], x1: &[DVec3; 4]) -> Option<[[Vector<BigInt>; 4]; 2]
     if max.saturating_sub(min) > MAX_DIGITS {
         return None;
     }
+
     Some(parts.map(|points| points.map(|point| point.map(|part| part.shifted(min)))))
 }
 
@@ -77,6 +80,7 @@ struct BinaryFraction {
 
 impl BinaryFraction {
     fn new(x: f64) -> Self {
+        // Subnormal numbers have no implicit digit, and the exponent of the smallest normal one.
         let bits = x.to_bits();
         let biased = i32::try_from(bits >> 52 & 0x7ff).unwrap_or(0);
         let fraction = i64::try_from(bits & ((1 << 52) - 1)).unwrap_or(0);
@@ -84,6 +88,7 @@ impl BinaryFraction {
         if whole == 0 {
             return Self { mantissa: 0, exponent: 0 };
         }
+
         let zeros = whole.trailing_zeros();
         let odd = whole >> zeros;
         let exponent = biased.max(1) - 1075 + zeros.cast_signed();
@@ -130,6 +135,8 @@ where
         if self.contains_origin(&mut Root::at(lo))? {
             return Ok(Some(Root::at(lo)));
         }
+
+        // Of each edge, only times before the first contact so far matter.
         let mut first: Option<Root> = None;
         for polynomial in self.boundary_polynomials() {
             let until = first.as_ref().map_or(hi, Root::end);
@@ -178,6 +185,7 @@ where
 
     /// Returns true if the origin is in the polygon at a root of its volume.
     fn contains_origin(&self, root: &mut Root) -> Result<bool, Undecidable> {
+        // Project along an axis in which the area is not zero.
         for k in 0..3 {
             let side = sign_at(&self.area[k], root)?;
             if side != Sign::NoSign {
@@ -207,6 +215,7 @@ where
             for k in 0..3 {
                 on_line = on_line && sign_at(&cross_component(a, b, k), root)? == Sign::NoSign;
             }
+            // On its line, the origin is between the ends of the edge unless both are on one side.
             if on_line && sign_at(&dot(a, b), root)? != Sign::Plus {
                 return Ok(true);
             }

@@ -4,9 +4,8 @@
 //! More lanes than a register holds would only spill (on SSE2, four lanes took 41 ns per query, two
 //! take 15).
 //!
-//! The arithmetic is that of the single query, operation by operation. So a lane is dropped exactly
-//! where the same filters drop the single query: axes, area vectors of both ends, signs of the
-//! cubic.
+//! The certificates are those of the single query: axes, area vectors of both ends, signs of the
+//! cubic. Their arithmetic is the same, operation by operation, and so are their bounds.
 
 use glam::DVec3;
 #[cfg(not(target_feature = "avx"))]
@@ -170,12 +169,14 @@ impl LaneFilter {
 
     #[inline]
     fn area_separates<P: LaneCorners>(&self, own: usize, end: f64) -> Mask {
+        // Heights are measured on the side of corner 0; the lowest corner counts.
         let (n, other) = (self.areas[own], 1 - own);
         let (e, f) = (self.first_edge[other], self.last_edge[other]);
         let side = one_with_sign_of(self.heights[own][0]);
         let rise = P::min_rise(side * n.dot(e), side * n.dot(f));
         let mut lowest = self.heights[own].map(|height| side * height);
         lowest[other] += rise;
+
         let bound = self.area_bound + self.separation_bound(n);
         let at_end = Wide::splat(1.0 - end) * lowest[0] + Wide::splat(end) * lowest[1];
         lowest[0].simd_gt(bound) & at_end.simd_gt(bound)
@@ -189,6 +190,7 @@ impl LaneFilter {
         let third = Wide::splat(1.0 / 3.0);
         let [[b0, h01], [h10, b3]] = self.heights;
         let (b1, b2) = ((h01 + a0.dot(mixed)) * third, (h10 + a1.dot(mixed)) * third);
+
         let error = Wide::splat(COPLANARITY) * a0.abs().max(a1.abs()).dot(self.permanent)
             + Wide::splat(UNDERFLOW);
         all_beyond([b0, b1, b2, b3], error + self.margin(mixed))
@@ -198,6 +200,7 @@ impl LaneFilter {
     #[inline]
     fn separation_bound(&self, n: Vectors) -> Wide {
         if self.separation > 0.0 {
+            // Where the length would underflow, no projection is large enough.
             let squared = n.dot(n);
             let is_normal = squared.simd_gt(Wide::splat(UNDERFLOW));
             let length = is_normal.bitselect(squared.sqrt(), Wide::splat(f64::INFINITY));
@@ -211,6 +214,7 @@ impl LaneFilter {
     #[inline]
     fn margin(&self, mixed: Vectors) -> Wide {
         if self.separation > 0.0 {
+            // The area vector is at most the largest of its Bernstein coefficients.
             let [n0, n1] = self.areas;
             let middle = Wide::splat(0.5) * mixed.dot(mixed).sqrt();
             let area = n0.dot(n0).sqrt().fast_max(n1.dot(n1).sqrt()).fast_max(middle);

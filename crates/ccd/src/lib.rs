@@ -138,3 +138,7 @@ pub fn edge_edge(
     params.validate()?;
     search::first_contact::<4>(&x0, &x1, params)
 }
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -78,6 +78,7 @@ impl<const N: usize> MovingPolygon<'_, N> {
     /// than `separation` from the origin during `lo..=hi`.
     #[inline]
     pub(crate) fn direction_separates(&self, m: DVec3, lo: f64, hi: f64, separation: f64) -> bool {
+        // Projections are linear in time, so those at both ends bound all.
         let (mut min, mut max) = (f64::INFINITY, f64::NEG_INFINITY);
         for i in 0..N {
             let (s0, s1) = (m.dot(self.start[i]), m.dot(self.end[i]));
@@ -132,6 +133,8 @@ impl<const N: usize> MovingPolygon<'_, N> {
         for i in 0..N {
             let q = [lo, hi].map(|t| mix_points(self.start[i], self.end[i], t));
             let [at_lo, between, at_hi] = projections(m, q);
+
+            // Coefficients above their bounds certify the corner.
             let above = [at_lo - bound_lo, between - middle, at_hi - bound_hi];
             if fast_min(above[0], fast_min(above[1], above[2])) <= 0.0 {
                 share = fast_min(share, first_zero(above));

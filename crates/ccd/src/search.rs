@@ -76,6 +76,7 @@ where
         points: [&'a [DVec3; 4]; 2],
         params: &'a CcdParams,
     ) -> Option<Self> {
+        // From the cheapest certificate to the most expensive.
         let separation = outline.scaling.length(params.min_separation);
         if outline.axis_separates(separation) {
             return None;
@@ -97,6 +98,7 @@ where
     /// Finds the first contact in an interval; `None` if contact is excluded there.
     #[inline]
     fn examine(&self, interval: &RootInterval) -> Option<CcdContact> {
+        // A sign change with the origin inside all edges is a certain contact.
         let position = self.origin_position(interval);
         if self.separation == 0.0 && position.is_inside {
             match interval.kind {
@@ -122,9 +124,12 @@ where
         let t = interval.middle();
         let [first, last] = self.outline.edges(t);
         let area = first.cross(last);
+
+        // Two edge functions are computed; the area gives the others.
         let turned = area.cross(self.outline.corner_at(t));
         let edge_functions =
             PolygonShape::<N>::edge_functions(turned.dot(first), -turned.dot(last), area.dot(area));
+
         let bound = self.edge_function_bound(area, interval.hi - interval.lo);
         let is_inside = edge_functions.iter().all(|&w| w > bound);
         OriginPosition { edges: [first, last], area, edge_functions, is_inside }
@@ -200,6 +205,7 @@ where
             }
         }
 
+        // Else advance to the first time at which no direction separates.
         let lo = self.advance(&polygon, lo, hi, within.is_some())?;
         match within {
             Some(hi) => {
@@ -257,6 +263,7 @@ where
     /// Returns the unit direction away from the closest point if rounding allows it, else the normal
     /// of the plane; an axis if neither has a direction.
     fn normal(&self, interval: &RootInterval, closest: DVec3) -> DVec3 {
+        // The sign of the volume is the side of the plane on which the second primitive is.
         let area = self.outline.area_vector(interval.lo);
         let plane = if self.cubic.value(interval.lo) > 0.0 { -area } else { area };
         let is_apart = closest.length() > 16.0 * self.rounding();

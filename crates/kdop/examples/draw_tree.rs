@@ -5,7 +5,7 @@
 //! ```
 //!
 //! Every panel shows the bounds of one level of the tree, seen along z: the octagons that the
-//! directions x, y and x ± y cut out, over the outline of the surface.
+//! directions x, y and x ± y cut out.
 #![expect(clippy::print_stdout, reason = "a program that writes a picture")]
 
 use glam::{DVec2, DVec3};
@@ -22,6 +22,8 @@ fn main() {
         Ok(tree) => tree,
         Err(error) => return println!("<!-- {error} -->"),
     };
+
+    // Two panels per row.
     let levels = tree.levels();
     let height = PANEL[1] * f64::from(u32::try_from(levels.len().div_ceil(2)).unwrap_or(1));
     println!(
@@ -29,29 +31,34 @@ fn main() {
         2.0 * PANEL[0]
     );
     println!(r##"<rect width="100%" height="100%" fill="#ffffff"/>"##);
-    for (level, bounds) in levels.iter().enumerate() {
-        let at = u32::try_from(level).unwrap_or(0);
-        let corner = [f64::from(at % 2) * PANEL[0], f64::from(at / 2) * PANEL[1]];
-        println!(r#"<g transform="translate({} {})">"#, corner[0] + 115.0, corner[1] + 75.0);
-        let fill = FILLS[level % FILLS.len()];
-        for bound in bounds {
-            println!(
-                r#"<polygon points="{}" fill="{fill}" fill-opacity="0.18" stroke="{fill}" stroke-width="0.3"/>"#,
-                outline(bound)
-            );
-        }
-        println!(
-            r##"<text x="-110" y="-64" font-size="6" fill="#333333">level {level}: {} bounds</text></g>"##,
-            bounds.len()
-        );
+    for (level, bounds) in (0..).zip(&levels) {
+        draw_level(level, bounds);
     }
     println!("</svg>");
 }
 
-/// The octagon of a bound seen along z: the planes x, x+y, y and x−y in turn.
+/// Prints the panel of one level.
+fn draw_level(level: u32, bounds: &[Dop18]) {
+    let corner = [f64::from(level % 2) * PANEL[0], f64::from(level / 2) * PANEL[1]];
+    println!(r#"<g transform="translate({} {})">"#, corner[0] + 115.0, corner[1] + 75.0);
+    let fill = FILLS[level as usize % FILLS.len()];
+    for bound in bounds {
+        println!(
+            r#"<polygon points="{}" fill="{fill}" fill-opacity="0.18" stroke="{fill}" stroke-width="0.3"/>"#,
+            outline(bound)
+        );
+    }
+    println!(
+        r##"<text x="-110" y="-64" font-size="6" fill="#333333">level {level}: {} bounds</text></g>"##,
+        bounds.len()
+    );
+}
+
+/// Returns the octagon of a bound seen along z: the planes x, x+y, y and x−y in turn.
 fn outline(bound: &Dop18) -> String {
     let [x, y, s, d] = [0, 1, 3, 4].map(|k| bound.interval(k).map(f64::from));
-    // Corners between neighbouring planes, anticlockwise from the right.
+
+    // Corners between neighboring planes, counterclockwise from the right.
     let corners = [
         [x[1], x[1] - d[1]],
         [x[1], s[1] - x[1]],
@@ -65,7 +72,7 @@ fn outline(bound: &Dop18) -> String {
     corners.map(|[x, y]| format!("{x:.2},{:.2}", -y)).join(" ")
 }
 
-/// A closed spindle 200 mm long, bent to an arc, of `rings` rings of `around` vertices.
+/// Builds a closed spindle 200 mm long, bent to an arc, of `rings` rings of `around` vertices.
 fn bent_spindle(rings: u32, around: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let on_axis = |s: f64| {
         let angle = 2.4 * (s - 0.5);
@@ -83,6 +90,8 @@ fn bent_spindle(rings: u32, around: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     for i in 1..=rings {
         points.extend((0..around).map(|j| at(share(i, rings + 1), share(j, around))));
     }
+
+    // Two poles, then the rings.
     let vertex = |i: u32, j: u32| 2 + i * around + j % around;
     let mut triangles = Vec::new();
     for j in 0..around {

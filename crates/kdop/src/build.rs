@@ -25,9 +25,11 @@ pub(crate) struct Arrangement<const S: usize> {
 impl<const S: usize> Arrangement<S> {
     /// Arranges the first `count` leaves by their projected centroids.
     pub(crate) fn new(leaves: Leaves<'_>, count: u32, projections: &Projections<S>) -> Self {
-        let n = count as usize;
         let centroids =
             (0..count).map(|leaf| centroid(projections, leaves.corners(leaf))).collect();
+
+        // Nearly all clusters are full.
+        let n = count as usize;
         let mut clusters = Clusters::default();
         clusters.list.reserve(n / MAX_LEAVES + n / (8 * MAX_LEAVES));
 
@@ -38,6 +40,7 @@ impl<const S: usize> Arrangement<S> {
             builder.add_node(0..n);
         }
 
+        // The tree is kept for long, so spare capacity is returned.
         let Builder { mut nodes, mut clusters, order, .. } = builder;
         nodes.shrink_to_fit();
         clusters.list.shrink_to_fit();
@@ -68,6 +71,7 @@ impl<const S: usize> Builder<'_, S> {
         let id = as_u32(self.nodes.len());
         self.nodes.push(Node::EMPTY);
 
+        // Halve twice for up to four children.
         let full = full_subtree(range.len() - 1);
         let mut used = 0;
         for half in self.halves(range) {
@@ -100,6 +104,7 @@ impl<const S: usize> Builder<'_, S> {
     /// Reorders a range such that the leaves before `middle` lie before those after it, along the
     /// direction in which the range is widest. Ties are broken by number.
     fn split(&mut self, range: Range<usize>, middle: usize) {
+        // Keys compare by position along the direction, then by number.
         let k = self.widest_direction(range.clone());
         let order = &mut self.order[range.clone()];
 
@@ -126,10 +131,12 @@ impl<const S: usize> Builder<'_, S> {
 
     /// Adds a cluster over at most [`MAX_LEAVES`] leaves.
     fn add_cluster(&mut self, range: Range<usize>) -> ChildRef {
+        // Four leaves are bounded together, so they should lie together.
         if range.len() > 4 {
             self.split(range.clone(), range.start + 4);
         }
 
+        // List every point once, and refer to it by its position in that list.
         let points = &mut self.clusters.points;
         let first_point = points.len();
         let mut corners = [[0; 3]; MAX_LEAVES];
@@ -153,11 +160,11 @@ impl<const S: usize> Builder<'_, S> {
 /// Returns the position of a point among those of the cluster that began at `first`; appends it
 /// if it is new.
 fn local_point(points: &mut Vec<u32>, first: usize, point: u32) -> u8 {
-    let present = points[first..].iter().position(|&p| p == point);
-    as_u8(present.unwrap_or_else(|| {
-        points.push(point);
-        points.len() - 1 - first
-    }))
+    if let Some(position) = points[first..].iter().position(|&p| p == point) {
+        return as_u8(position);
+    }
+    points.push(point);
+    as_u8(points.len() - 1 - first)
 }
 
 /// Computes six times the centroid of a leaf's bounds, projected.
@@ -188,6 +195,7 @@ const fn full_subtree(n: usize) -> usize {
 
 /// Maps floats to integers of the same order.
 fn ascending_bits(x: f32) -> u32 {
+    // Bits of positive floats ascend, those of negative ones descend.
     let bits = x.to_bits();
     if bits >> 31 == 0 { bits | 1 << 31 } else { !bits }
 }

@@ -85,6 +85,7 @@ impl Clusters {
         projections: &Projections<S>,
     ) -> PackedDop {
         let (lo, hi) = (projections.lo(), projections.hi());
+        // A point that several leaves share is read once.
         let mut bound = PackedDop::EMPTY;
         for &point in self.points_of(self.get(cluster)) {
             bound.include(&lo[point as usize], &hi[point as usize]);
@@ -102,6 +103,7 @@ impl Clusters {
         let (lo, hi) = (projections.lo(), projections.hi());
         let points = self.points_of(cluster);
         for h in 0..HALVES {
+            // Lanes without a leaf stay empty, and overlap nothing.
             let mut leaves = [PackedDop::EMPTY; 4];
             let mut union = PackedDop::EMPTY;
             for (i, leaf) in (4 * h..cluster.leaf_count as usize).zip(&mut leaves) {

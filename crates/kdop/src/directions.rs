@@ -68,6 +68,7 @@ pub fn direction<const S: usize>(k: usize) -> DVec3 {
 /// When `k >= S`.
 #[must_use]
 pub fn norm<const S: usize>(k: usize) -> f64 {
+    // Squared lengths are exact.
     match direction::<S>(k).length_squared() {
         1.0 => 1.0,
         2.0 => SQRT_2_UP,
@@ -83,6 +84,7 @@ pub(crate) const fn is_monotone<const S: usize>() -> bool {
 /// Computes `n_k · p` for every direction.
 #[inline(always)]
 pub(crate) fn project<const S: usize>(p: DVec3) -> [f64; S] {
+    // Sums of x and y are shared between directions; `S` is constant, so unused ones vanish.
     let DVec3 { x, y, z } = p;
     let (s, d) = (x + y, x - y);
     let all = match S {

@@ -86,6 +86,7 @@ impl<const S: usize> Dop<S> {
     /// The bound of any set within `by` of this one's overlaps the result.
     #[must_use]
     pub fn inflated(&self, by: f64) -> Self {
+        // Bounds at infinity mark the empty set, and must stay there.
         if self.is_empty() || by == 0.0 {
             return *self;
         }

@@ -59,6 +59,7 @@ impl<const S: usize> Dop4<S> {
         let mut all = PackedDop::EMPTY;
         for g in 0..groups::<S>() {
             let start = group_start::<S>(g);
+            // Transposed, registers hold one child each, and their minimum is the union.
             let [i, j, k, l] = [start, start + 1, start + 2, (start + 3).min(S - 1)];
             let lo = f32x4::transpose([self.lo[i], self.lo[j], self.lo[k], self.lo[l]]);
             let hi = f32x4::transpose([self.hi[i], self.hi[j], self.hi[k], self.hi[l]]);
@@ -119,6 +120,7 @@ impl<const S: usize> Dop4<S> {
     #[inline(always)]
     pub(crate) fn overlaps_one(&self, one: &SplatDop<S>) -> u32 {
         let axis = |k: usize| self.lo[k].simd_le(one.hi[k]) & one.lo[k].simd_le(self.hi[k]);
+        // Most bounds that do not overlap are apart along one of the axes.
         let mut hit = axis(0) & axis(1) & axis(2);
         if S > 3 && !hit.any() {
             return 0;

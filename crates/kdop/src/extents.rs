@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::directions::{is_monotone, norm, project};
 use crate::error::TreeError;
 
-/// Where the numbered points of a tree are, and how far they extend.
+/// Positions and radii of the numbered points of a tree.
 ///
 /// Points and balls of leaf `k` are those that [`Leaves`](crate::Leaves) lists by number.
 ///
@@ -126,6 +126,7 @@ impl<const S: usize> Intervals<S> {
     /// Bounds a ball by `n·c ± r‖n‖`, widened by the rounding of f64 where more than one
     /// operation rounds.
     fn ball(center: DVec3, radius: f64) -> Self {
+        // A single rounding is monotone, so the projection of a point is its own bound.
         let at: [f64; S] = project(center);
         if is_monotone::<S>() && radius == 0.0 {
             return Self { lower: at, upper: at };

@@ -94,3 +94,7 @@ pub use crate::extents::Extents;
 pub use crate::leaves::Leaves;
 pub use crate::tree::{DopTree, Tree};
 pub use crate::workspace::{Counters, Workspace};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -42,9 +42,11 @@ impl Neighbors {
         let mut found = Self { first: vec![0], clusters: vec![], shared: vec![], crowded };
 
         for (a, cluster) in (0..).zip(&clusters.list) {
+            // The row of a cluster begins with itself.
             let row = found.clusters.len();
             found.neighbor(row, a);
 
+            // Every later cluster with a common point is a neighbor, unless too many have it.
             for (place, &point) in (0_u8..).zip(clusters.points_of(cluster)) {
                 let users = users.of_point(point);
                 if users.len() > MAX_LISTED {
@@ -59,8 +61,10 @@ impl Neighbors {
             }
 
             let end = u32::try_from(found.clusters.len());
-            found.first.push(end.expect("at most 64 neighbors for each of 2^26 clusters"));
+            found.first.push(end.expect("fewer than 2^32 pairs of clusters with a common point"));
         }
+
+        // Rows are read in whole registers, also the last.
         found.clusters.extend([u32::MAX; LANES]);
         found
     }
@@ -68,15 +72,12 @@ impl Neighbors {
     /// Returns the position of a cluster in the last row, which begins at `row`; appends it if it
     /// is new.
     fn neighbor(&mut self, row: usize, cluster: u32) -> usize {
-        let present = self.clusters[row..].iter().position(|&neighbor| neighbor == cluster);
-        present.map_or_else(
-            || {
-                self.clusters.push(cluster);
-                self.shared.push([0; HALVES * HALVES]);
-                self.clusters.len() - 1
-            },
-            |i| row + i,
-        )
+        if let Some(i) = self.clusters[row..].iter().position(|&neighbor| neighbor == cluster) {
+            return row + i;
+        }
+        self.clusters.push(cluster);
+        self.shared.push([0; HALVES * HALVES]);
+        self.clusters.len() - 1
     }
 
     /// Returns the listed pairs of leaves of clusters `a <= b` that share a point.
@@ -86,6 +87,7 @@ impl Neighbors {
         let mut start = self.first[a as usize] as usize;
         while start < end {
             let Some(clusters) = self.clusters[start..].first_chunk::<LANES>() else { break };
+            // A register may extend into the next row, whose hits do not count.
             let in_row = (1_u32 << (end - start).min(LANES)) - 1;
             let hits = u32x8::new(*clusters).simd_eq(u32x8::splat(b)).to_bitmask() & in_row;
             if hits != 0 {
@@ -119,6 +121,7 @@ struct PointUser {
 impl PointUsers {
     /// Sorts the points of all clusters by number (counting sort).
     fn find(clusters: &Clusters, point_count: usize) -> Self {
+        // Count the users of every point, then accumulate the counts to starts of rows.
         let mut first = vec![0_u32; point_count + 1];
         for &point in &clusters.points {
             first[point as usize + 1] += 1;
@@ -127,6 +130,7 @@ impl PointUsers {
             first[i] += first[i - 1];
         }
 
+        // Fill the rows in the order of the clusters.
         let mut next = first.clone();
         let mut users = vec![PointUser::default(); clusters.points.len()];
         for (id, cluster) in (0..).zip(&clusters.list) {
@@ -141,8 +145,8 @@ impl PointUsers {
     }
 
     fn of_point(&self, point: u32) -> &[PointUser] {
-        let [start, end] = [point as usize, point as usize + 1].map(|i| self.first[i] as usize);
-        &self.users[start..end]
+        let (start, end) = (self.first[point as usize], self.first[point as usize + 1]);
+        &self.users[start as usize..end as usize]
     }
 }
 

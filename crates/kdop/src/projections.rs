@@ -74,6 +74,7 @@ impl<const S: usize> Projections<S> {
 
 /// Writes the rows of some points; upper rows only where they differ from the lower ones.
 fn fill_rows<const S: usize>(extents: &Extents<'_>, lo: &mut [[f32; S]], hi: &mut [[f32; S]]) {
+    // Lower and upper bounds of points at rest are the same.
     if let Some(points) = extents.exact_points::<S>() {
         for (row, &point) in lo.iter_mut().zip(points) {
             *row = rounded(project(point));

@@ -59,6 +59,7 @@ impl<const S: usize> DopTree<S> {
     /// [`TreeError::WrongLength`], [`TreeError::NonFinite`] or [`TreeError::BadRadius`]; the tree
     /// is then unchanged.
     pub fn refit_from(&mut self, extents: Extents<'_>) -> Result<(), TreeError> {
+        // Nothing is changed before all input is checked.
         check_length(extents.len(), self.point_count())?;
         extents.validate()?;
         self.projections.fill(&extents);
@@ -118,6 +119,7 @@ impl<const S: usize> Sweep<'_, S> {
             return self.set_all(nodes, first);
         }
 
+        // Split the branches off from the last to the first.
         let mut branches = Vec::with_capacity(4);
         let children = nodes[0].children;
         let mut rest = &mut *nodes;
@@ -130,6 +132,7 @@ impl<const S: usize> Sweep<'_, S> {
         }
         branches.into_par_iter().for_each(|(branch, first)| self.par_set_all(branch, first));
 
+        // The first node holds all branches.
         self.set(nodes, 0, first);
     }
 

@@ -24,6 +24,7 @@ impl<const S: usize> DopTree<S> {
         }
         let root = self.root();
         Some(std::array::from_fn(|k| {
+            // The half ulp is that of the stored bound; the last factor rounds the result up.
             let magnitude = f64::from(root.lo[k].abs().max(root.hi[k].abs()));
             let exact = margin * norm::<S>(k) * (1.0 + 4.0 * f64::EPSILON);
             to_nearest((exact + 2.0 * rounding_loss(magnitude)) * (1.0 + f64::from(f32::EPSILON)))

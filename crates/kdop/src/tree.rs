@@ -58,9 +58,11 @@ impl<const S: usize> DopTree<S> {
     ///
     /// Those of [`build`](Self::build), [`TreeError::BadRadius`] and [`TreeError::WrongLength`].
     pub fn build_from(leaves: Leaves<'_>, extents: Extents<'_>) -> Result<Self, TreeError> {
+        // Nothing is allocated before all input is checked.
         let count = leaves.validate(extents.len())?;
         extents.validate()?;
 
+        // Arrange the leaves, then bound them as in a refit.
         let projections = Projections::new(&extents);
         let Arrangement { nodes, clusters, leaves } = Arrangement::new(leaves, count, &projections);
         let neighbors = OnceLock::new();
@@ -109,6 +111,7 @@ impl<const S: usize> DopTree<S> {
             return vec![];
         }
 
+        // Clusters have no children, so the last level of nodes ends the loop.
         let mut levels = vec![];
         let mut level = vec![(self.root(), ChildRef::node(0))];
         while !level.is_empty() {
@@ -123,9 +126,13 @@ impl<const S: usize> DopTree<S> {
     fn children(&self, child: ChildRef) -> Vec<(Dop<S>, ChildRef)> {
         let Child::Node(node) = child.get() else { return vec![] };
         let node = &self.nodes[node as usize];
-        let children = node.children.into_iter().enumerate();
-        let present = children.filter(|(_, child)| *child != ChildRef::NONE);
-        present.map(|(lane, child)| (node.bounds.lane(lane), child)).collect()
+        let mut children = Vec::with_capacity(4);
+        for (lane, child) in node.children.into_iter().enumerate() {
+            if child != ChildRef::NONE {
+                children.push((node.bounds.lane(lane), child));
+            }
+        }
+        children
     }
 
     /// Bounds all leaves, in tree order.
@@ -170,9 +177,12 @@ impl<const S: usize> DopTree<S> {
 
     /// Sums the widths of all children of all nodes.
     fn size(&self) -> f64 {
-        let widths =
-            |node: &Node<S>| (0..4).map(|lane| node.bounds.lane(lane).width()).sum::<f64>();
-        self.nodes.iter().map(widths).sum()
+        let mut size = 0.0;
+        for node in &self.nodes {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|lane| node.bounds.lane(lane).width());
+            size += a + b + c + d;
+        }
+        size
     }
 
     /// Returns the adjacency of the clusters, found at the first call.

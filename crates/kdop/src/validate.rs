@@ -29,6 +29,7 @@ impl<const S: usize> DopTree<S> {
     fn check_clusters(&self) -> Result<(), InvalidTree> {
         let mut times = vec![0_usize; self.leaves.len()];
         for (cluster, content) in self.clusters.list.iter().enumerate() {
+            // All positions must be within the lists that they refer to.
             let broken = InvalidTree::Cluster { cluster };
             let points = self.clusters.points.get(content.points()).ok_or(broken)?;
             let corners = content.corners[..content.leaf_count as usize].as_flattened();
@@ -38,6 +39,7 @@ impl<const S: usize> DopTree<S> {
                 return Err(broken);
             }
 
+            // Count how often every leaf occurs.
             for &leaf in self.leaves.get(content.leaves()).ok_or(broken)? {
                 *times.get_mut(leaf as usize).ok_or(broken)? += 1;
             }
@@ -51,6 +53,7 @@ impl<const S: usize> DopTree<S> {
 
     /// Checks that every node but the root, and every cluster, is a child of one earlier node.
     fn check_children(&self) -> Result<(), InvalidTree> {
+        // Nodes and clusters are numbered together, nodes first.
         let count = self.nodes.len() + self.clusters.list.len();
         let mut is_child = vec![false; count];
         for (node, content) in self.nodes.iter().enumerate() {
@@ -69,6 +72,7 @@ impl<const S: usize> DopTree<S> {
             }
         }
 
+        // Only the root, node 0, has no parent.
         let orphaned = is_child.iter().skip(1).any(|&is_child| !is_child);
         if orphaned { Err(InvalidTree::Child { node: 0, child: 0 }) } else { Ok(()) }
     }

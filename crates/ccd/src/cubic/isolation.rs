@@ -145,6 +145,7 @@ impl<R, F: FnMut(&RootInterval) -> Option<R>> Isolation<'_, F> {
     /// next part may touch it.
     #[inline]
     fn push(&mut self, part: &Part, mut interval: RootInterval) -> Option<R> {
+        // An interval that touches the open one extends it.
         let mut found = None;
         if let Some(last) = self.open {
             if last.hi >= interval.lo {
@@ -154,6 +155,8 @@ impl<R, F: FnMut(&RootInterval) -> Option<R>> Isolation<'_, F> {
             }
         }
         self.open = Some(interval);
+
+        // At the end of the part, the interval stays open for the next part.
         if found.is_some() || interval.hi >= part.hi { found } else { self.close() }
     }
 
@@ -168,6 +171,8 @@ impl<R, F: FnMut(&RootInterval) -> Option<R>> Isolation<'_, F> {
     fn bracket(&mut self, part: &Part, direction: f64) -> Option<R> {
         let far = self.margin + MONOTONE_SLACK * self.cubic.evaluation_error;
         let rising = part.b.map(|b| direction * b);
+
+        // Certify values far enough from zero before and after the root.
         let from_below = rising[0] < -far;
         let to_above = rising[3] > far;
         let (before, after) = self.hints(rising, far);
@@ -214,6 +219,7 @@ impl<R, F: FnMut(&RootInterval) -> Option<R>> Isolation<'_, F> {
     /// beyond `target`; `None` if there is none within the part.
     #[inline]
     fn widen(&self, part: &Part, hint: Hint, target: f64, direction: f64) -> Option<f64> {
+        // From the hint outward, in steps that grow.
         let length = part.hi - part.lo;
         let root = part.lo + hint.t * length;
         let mut step = (hint.share * length + 2.0 * f64::EPSILON * part.hi).copysign(target);
@@ -259,6 +265,8 @@ fn solve([b0, b1, b2, b3]: [f64; 4], value: f64, start: f64) -> Solution {
         let f = ((c3 * t + c2) * t + c1) * t + c0;
         slope = (3.0 * c3 * t + 2.0 * c2) * t + c1;
         let half_curvature = 3.0 * c3 * t + c2;
+
+        // The cubic rises, so the sign of the value narrows the bracket.
         if f <= 0.0 {
             lo = fast_max(lo, t);
         } else {

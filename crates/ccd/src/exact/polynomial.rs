@@ -77,6 +77,8 @@ impl Polynomial {
         if a.0.len() < b.0.len() {
             std::mem::swap(&mut a, &mut b);
         }
+
+        // A common divisor of both is one of the remainder, which has a lower degree.
         while !b.is_zero() {
             let remainder = a.remainder(&b);
             a = b;
@@ -101,6 +103,7 @@ impl Polynomial {
         while rest.0.len() >= divisor.0.len() {
             let degree = rest.0.len() - divisor.0.len();
             let leading = rest.0[rest.0.len() - 1].clone();
+            // The rest is scaled as its leading term is cancelled, so the quotient is, too.
             for q in &mut quotient {
                 *q *= &divisor.0[divisor.0.len() - 1];
             }

@@ -98,10 +98,13 @@ impl Root {
     /// the ends, and returns true, if the root is there.
     fn jump(&mut self, digits: u32) -> bool {
         let Some(polynomial) = &self.polynomial else { return false };
+
         let Interval { lo, hi, bernstein } = &self.interval;
         let part = (hi - lo) >> digits;
         let from = lo + part * zero_of_line(bernstein, digits);
         let to = from + part;
+
+        // An odd number of sign changes proves that the only root is in the part.
         let shorter = Interval::new(polynomial, from, to);
         if from > *lo && shorter.starts_at_root() {
             self.interval = Interval::time(from);
@@ -112,12 +115,26 @@ impl Root {
         }
         true
     }
+
+    /// Returns true if the root is one of `other` too.
+    ///
+    /// Then it is one of the common divisor, which has no other root in the interval and no double
+    /// root.
+    fn is_shared_with(&self, other: &Polynomial) -> bool {
+        let Some(polynomial) = &self.polynomial else { return false };
+        let common = polynomial.common_divisor(other);
+        if common.is_constant() {
+            return false;
+        }
+        Interval::new(&common, self.interval.lo, self.interval.hi).sign_changes() % 2 == 1
+    }
 }
 
 /// Finds which of `2^digits` parts contains the zero of the line between the first and the last
 /// value, which differ in sign or are zero.
 fn zero_of_line(values: &[BigInt], digits: u32) -> u128 {
     let (first, last) = (&values[0], &values[values.len() - 1]);
+    // The leading digits are enough for a hint.
     let spare = first.bits().max(last.bits()).saturating_sub(LEADING_DIGITS);
     let leading = |x: &BigInt| i64::try_from(x >> spare).unwrap_or(0).unsigned_abs();
     let (first, last) = (u128::from(leading(first)), u128::from(leading(last)));
@@ -167,6 +184,8 @@ impl Interval {
         let mut row = self.bernstein.clone();
         let degree = row.len() - 1;
         let (mut left, mut right) = (Vec::new(), Vec::new());
+
+        // Sums stand for means, so each row is scaled by another power of two.
         for k in 0..=degree {
             left.push(&row[0] << (degree - k));
             right.push(&row[degree - k] << (degree - k));
@@ -175,6 +194,7 @@ impl Interval {
             }
         }
         right.reverse();
+
         let middle = self.lo + self.width() / 2;
         let left = Self { lo: self.lo, hi: middle, bernstein: left };
         (left, Self { lo: middle, hi: self.hi, bernstein: right })
@@ -203,6 +223,8 @@ pub(crate) fn isolate(
     hi: u128,
 ) -> Result<Vec<Root>, Undecidable> {
     let (lo, hi) = with_even_halves(lo, hi);
+
+    // Intervals around a multiple root would be halved without end.
     let mut polynomial = polynomial.clone();
     let mut whole = Interval::new(&polynomial, lo, hi);
     if whole.sign_changes() > 1 {
@@ -215,8 +237,18 @@ pub(crate) fn isolate(
         isolated.push(Interval::time(lo));
     }
     let ends_at_root = whole.ends_at_root();
+    isolate_inside(whole, &mut isolated)?;
+    if ends_at_root && lo < hi {
+        isolated.push(Interval::time(hi));
+    }
 
-    // Halve intervals, the earliest on top of the stack, until each holds at most one root.
+    let root = |interval| Root { polynomial: Some(polynomial.clone()), interval };
+    Ok(isolated.into_iter().map(root).collect())
+}
+
+/// Halves an open interval until each part has at most one root, and appends those with one.
+fn isolate_inside(whole: Interval, isolated: &mut Vec<Interval>) -> Result<(), Undecidable> {
+    // The earliest part is on top of the stack.
     let mut open = vec![whole];
     while let Some(interval) = open.pop() {
         if interval.is_time() {
@@ -236,12 +268,7 @@ pub(crate) fn isolate(
             }
         }
     }
-    if ends_at_root && lo < hi {
-        isolated.push(Interval::time(hi));
-    }
-
-    let root = |interval| Root { polynomial: Some(polynomial.clone()), interval };
-    Ok(isolated.into_iter().map(root).collect())
+    Ok(())
 }
 
 /// Widens an interval to a width that is a power of two, so that it can be halved down to the
@@ -274,6 +301,7 @@ pub(crate) fn sign_at(polynomial: &Polynomial, root: &mut Root) -> Result<Sign, 
             return Ok(Sign::NoSign);
         }
         may_be_shared = false;
+
         let width = root.interval.width();
         if width < 2 {
             return Err(Undecidable);
@@ -286,21 +314,6 @@ pub(crate) fn sign_at(polynomial: &Polynomial, root: &mut Root) -> Result<Sign, 
 fn common_sign(values: &[BigInt]) -> Option<Sign> {
     let first = values[0].sign();
     (first != Sign::NoSign && values.iter().all(|v| v.sign() == first)).then_some(first)
-}
-
-impl Root {
-    /// Returns true if the root is one of `other` too.
-    ///
-    /// Then it is one of the common divisor, which has no other root in the interval and no double
-    /// root.
-    fn is_shared_with(&self, other: &Polynomial) -> bool {
-        let Some(polynomial) = &self.polynomial else { return false };
-        let common = polynomial.common_divisor(other);
-        if common.is_constant() {
-            return false;
-        }
-        Interval::new(&common, self.interval.lo, self.interval.hi).sign_changes() % 2 == 1
-    }
 }
 
 /// Converts a time to fractions of the resolution, rounded down.

@@ -59,6 +59,7 @@ impl<const S: usize> DopTree<S> {
         let distance = DistanceBound::new(self, point);
         queue.push(QueueEntry { bound: 0.0, item: QueueItem::Child(ChildRef::node(0)) });
         while let Some(QueueEntry { bound, item }) = queue.pop() {
+            // Bounds ascend, so no later entry is within the limit either.
             if bound > within {
                 break;
             }
@@ -105,11 +106,11 @@ impl<const S: usize> DopTree<S> {
                 self.clusters.bound_leaves(cluster, &self.projections, &mut bounds);
                 counters.clusters += 1;
                 counters.bound_tests += bounds.halves.len() as u64;
-                for (i, bound) in
-                    bounds.halves.iter().flat_map(|half| distance.to(half)).enumerate()
-                {
-                    if let Some(leaf) = self.leaf(cluster, i) {
-                        push(bound, QueueItem::Leaf(leaf));
+                for (h, half) in bounds.halves.iter().enumerate() {
+                    for (lane, bound) in distance.to(half).into_iter().enumerate() {
+                        if let Some(leaf) = self.leaf(cluster, 4 * h + lane) {
+                            push(bound, QueueItem::Leaf(leaf));
+                        }
                     }
                 }
             }
@@ -125,7 +126,7 @@ const MAX_DISTANCE: f64 = 1e150;
 struct DistanceBound<const S: usize> {
     /// The point, projected.
     at: [f64; S],
-    /// What rounding may have added to a gap along each direction.
+    /// Bound on the rounding error of a gap along each direction.
     rounding: [f64; S],
 }
 

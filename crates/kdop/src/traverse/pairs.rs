@@ -84,6 +84,7 @@ impl<const S: usize> DopTree<S> {
         workspace: &mut Workspace<S>,
     ) {
         let Workspace { node_pairs, nodes, cluster_pairs, counters, .. } = workspace;
+        // The margin widens the bounds of this tree only.
         let (a, b) = (&self.nodes[i as usize], &other.nodes[j as usize]);
         let widened;
         let bounds = match margin {
@@ -106,6 +107,7 @@ impl<const S: usize> DopTree<S> {
             match (a.children[lane_a].get(), b.children[lane_b].get()) {
                 (Child::Node(x), Child::Node(y)) => node_pairs.push((x, y)),
                 (Child::Cluster(x), Child::Cluster(y)) => cluster_pairs.push((x, y)),
+                // One side has no more nodes: descend the other alone.
                 (Child::Cluster(x), Child::Node(y)) => {
                     let bound = bounds.splat(lane_a);
                     let found = |y| cluster_pairs.push((x, y));

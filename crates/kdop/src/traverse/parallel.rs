@@ -46,6 +46,7 @@ impl<const S: usize> DopTree<S> {
     /// the threads of the current pool.
     #[must_use]
     pub fn par_self_pairs(&self, margin: f64) -> Vec<(u32, u32)> {
+        // The adjacency is found once, before the tasks need it.
         self.neighbors();
         let margin = self.widening(margin);
         self.run_tasks(self, margin.as_ref(), |workspace, out| {
@@ -74,6 +75,7 @@ impl<const S: usize> DopTree<S> {
             out
         };
 
+        // Results are collected in the order of the tasks, whichever thread runs them.
         let tasks = self.unrolled(other, margin).into_par_iter();
         let parts: Vec<_> = tasks.map_init(Workspace::new, run).collect();
         parts.concat()
@@ -90,6 +92,7 @@ impl<const S: usize> DopTree<S> {
             tasks.push(Task::Nodes((0, 0)));
         }
 
+        // Descend all pairs of nodes by one level until there are enough tasks.
         let has_nodes = |tasks: &[Task]| tasks.iter().any(|task| matches!(task, Task::Nodes(_)));
         while tasks.len() < TASKS && has_nodes(&tasks) {
             let mut next = Vec::new();

@@ -181,6 +181,7 @@ impl<const S: usize> Ray<S> {
 
     /// Tests four bounds: bit `i` is set where lane `i` meets the ray.
     fn hits(&self, bounds: &Dop4<S>) -> u32 {
+        // All lanes hit until a comparison fails.
         let mut hit = f32x4::splat(0.0).simd_le(f32x4::splat(0.0));
         for &(k, value) in &self.lower_bounds.list[..self.lower_bounds.count] {
             hit &= bounds.lower(k).simd_le(value);

@@ -55,12 +55,15 @@ impl<const S: usize> DopTree<S> {
             let shared = neighbors.shared(a, b);
             let (cluster_a, cluster_b) = (self.clusters.get(a), self.clusters.get(b));
 
+            // Of a cluster and itself, every pair of halves is tested in one order only.
             let mut halves = overlapping_halves(bounds_a, bounds_b, &shared);
             if a == b {
                 halves &= !SECOND_WITH_FIRST;
             }
             for h in set_bits(halves) {
                 let (half_a, half_b) = (h / HALVES, h % HALVES);
+
+                // Leaves that share a point are neighbors, not candidates.
                 let hits = bounds_a.halves[half_a].overlaps(&bounds_b.halves[half_b]);
                 counters.bound_tests += 1;
                 let mut hits = hits & !u32::from(shared[h]);
@@ -70,6 +73,7 @@ impl<const S: usize> DopTree<S> {
 
                 for bit in set_bits(hits) {
                     let (i, j) = (4 * half_a + bit / 4, 4 * half_b + bit % 4);
+                    // Neighbors at a crowded point are not listed.
                     if crowded && self.share_a_point(cluster_a, i, cluster_b, j) {
                         continue;
                     }
