@@ -45,33 +45,33 @@ where
 
 /// Finds the point of the edges closest to the origin.
 fn closest_on_edges<const N: usize>(corners: &[DVec3; N]) -> ClosestToOrigin<N> {
-    let (mut edge, mut share, mut point) = (0, 0.0, DVec3::ZERO);
+    let (mut edge, mut fraction, mut point) = (0, 0.0, DVec3::ZERO);
     let mut min_squared = f64::INFINITY;
     for i in 0..N {
         let (a, b) = (corners[i], corners[(i + 1) % N]);
-        let share_i = closest_share(a, b);
-        let point_i = if share_i >= 1.0 { b } else { a + share_i * (b - a) };
+        let fraction_i = closest_fraction(a, b);
+        let point_i = if fraction_i >= 1.0 { b } else { a + fraction_i * (b - a) };
         let squared = point_i.length_squared();
         if squared < min_squared {
-            (min_squared, edge, share, point) = (squared, i, share_i, point_i);
+            (min_squared, edge, fraction, point) = (squared, i, fraction_i, point_i);
         }
     }
 
     // Rounding is large beside a point near the origin, but as a direction the point must be
     // perpendicular to the edge.
-    if 0.0 < share && share < 1.0 {
+    if 0.0 < fraction && fraction < 1.0 {
         let along = corners[(edge + 1) % N] - corners[edge];
         point -= along * (point.dot(along) / along.length_squared());
     }
 
     let mut weights = [0.0; N];
-    weights[edge] = 1.0 - share;
-    weights[(edge + 1) % N] = share;
+    weights[edge] = 1.0 - fraction;
+    weights[(edge + 1) % N] = fraction;
     ClosestToOrigin { point, weights }
 }
 
-/// Returns the share of `b` in the point of segment `ab` closest to the origin.
-fn closest_share(a: DVec3, b: DVec3) -> f64 {
+/// Returns the parameter of the point of segment `ab` closest to the origin: 0 at `a`, 1 at `b`.
+fn closest_fraction(a: DVec3, b: DVec3) -> f64 {
     let ab = b - a;
     let squared = ab.length_squared();
     if squared > 0.0 { (-a.dot(ab) / squared).clamp(0.0, 1.0) } else { 0.0 }

@@ -77,7 +77,7 @@ impl Outline {
         Ok(outline)
     }
 
-    /// Computes the outline as it is, and returns true with it if all coordinates are finite.
+    /// Computes the outline without scaling; the flag is true if all coordinates are finite.
     #[inline]
     fn unscaled<const N: usize>(x0: &[DVec3; 4], x1: &[DVec3; 4]) -> (Self, bool)
     where

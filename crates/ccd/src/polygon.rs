@@ -103,33 +103,34 @@ impl<const N: usize> MovingPolygon<'_, N> {
         hi: f64,
         separation: f64,
     ) -> Option<f64> {
-        let share = self.clear_share(m, lo, hi, separation);
-        if share >= 1.0 {
+        let fraction = self.clear_fraction(m, lo, hi, separation);
+        if fraction >= 1.0 {
             return Some(hi);
         }
-        if share <= 0.0 {
+        if fraction <= 0.0 {
             return None;
         }
 
-        // The share is a hint: it is rounded down, then certified.
-        for share in [share * (1.0 - 1e-9), share * 0.99] {
-            let t = lo + share * (hi - lo);
-            let part = TurningDirection { start: m.start, end: mix_points(m.start, m.end, share) };
-            if t > lo && self.clear_share(part, lo, t, separation) >= 1.0 {
+        // The fraction is a hint: it is rounded down, then certified.
+        for fraction in [fraction * (1.0 - 1e-9), fraction * 0.99] {
+            let t = lo + fraction * (hi - lo);
+            let part =
+                TurningDirection { start: m.start, end: mix_points(m.start, m.end, fraction) };
+            if t > lo && self.clear_fraction(part, lo, t, separation) >= 1.0 {
                 return Some(t);
             }
         }
         Some(lo)
     }
 
-    /// Evaluates the certificate of a turning direction: a share of at least 1 means that the
+    /// Evaluates the certificate of a turning direction: a fraction of at least 1 means that the
     /// direction separates during all of `lo..=hi`.
     ///
-    /// A smaller share is an estimate of where it stops to.
-    fn clear_share(&self, m: TurningDirection, lo: f64, hi: f64, separation: f64) -> f64 {
+    /// A smaller fraction is an estimate of where it stops to separate.
+    fn clear_fraction(&self, m: TurningDirection, lo: f64, hi: f64, separation: f64) -> f64 {
         let [bound_lo, bound_hi] = self.turning_bounds(m, separation);
         let middle = 0.5 * (bound_lo + bound_hi);
-        let mut share = 1.0;
+        let mut fraction = 1.0;
         for i in 0..N {
             let q = [lo, hi].map(|t| mix_points(self.start[i], self.end[i], t));
             let [at_lo, between, at_hi] = projections(m, q);
@@ -137,10 +138,10 @@ impl<const N: usize> MovingPolygon<'_, N> {
             // Coefficients above their bounds certify the corner.
             let above = [at_lo - bound_lo, between - middle, at_hi - bound_hi];
             if fast_min(above[0], fast_min(above[1], above[2])) <= 0.0 {
-                share = fast_min(share, first_zero(above));
+                fraction = fast_min(fraction, first_zero(above));
             }
         }
-        share
+        fraction
     }
 
     /// Returns what the first and the last coefficient of projections onto a turning direction must

@@ -196,23 +196,23 @@ impl<R, F: FnMut(&RootInterval) -> Option<R>> Isolation<'_, F> {
     fn hints(&self, rising: [f64; 4], far: f64) -> (Hint, Hint) {
         let secant = |value: f64| (value - rising[0]) / (rising[3] - rising[0]);
         if rising[0] >= -far || rising[3] <= far {
-            let at = |value: f64| Hint { t: solve(rising, value, secant(value)).t, share: 0.0 };
+            let at = |value: f64| Hint { t: solve(rising, value, secant(value)).t, fraction: 0.0 };
             return (at(-far), at(far));
         }
 
         // The slope at the root leads to both sides of it.
         let root = solve(rising, 0.0, secant(0.0));
-        let share = far / root.slope;
-        let share = if share <= 1.0 { share } else { 0.0 };
+        let fraction = far / root.slope;
+        let fraction = if fraction <= 1.0 { fraction } else { 0.0 };
         if self.margin == 0.0 {
-            let hint = Hint { t: root.t, share: 1.25 * share };
+            let hint = Hint { t: root.t, fraction: 1.25 * fraction };
             return (hint, hint);
         }
         let from = |value: f64, start: f64| Hint {
             t: solve(rising, value, start.clamp(0.0, 1.0)).t,
-            share: 0.0,
+            fraction: 0.0,
         };
-        (from(-far, root.t - share), from(far, root.t + share))
+        (from(-far, root.t - fraction), from(far, root.t + fraction))
     }
 
     /// Finds the first point on the side of `target` of a hint at which the cubic is verified to be
@@ -222,7 +222,7 @@ impl<R, F: FnMut(&RootInterval) -> Option<R>> Isolation<'_, F> {
         // From the hint outward, in steps that grow.
         let length = part.hi - part.lo;
         let root = part.lo + hint.t * length;
-        let mut step = (hint.share * length + 2.0 * f64::EPSILON * part.hi).copysign(target);
+        let mut step = (hint.fraction * length + 2.0 * f64::EPSILON * part.hi).copysign(target);
         for _ in 0..MAX_WIDENINGS {
             let t = root + step;
             if !(part.lo < t && t < part.hi) {
@@ -238,12 +238,12 @@ impl<R, F: FnMut(&RootInterval) -> Option<R>> Isolation<'_, F> {
     }
 }
 
-/// Estimate of where a cubic is beyond a value: a time `t` of the part, and a share of the part
+/// Estimate of where a cubic is beyond a value: a time `t` of the part, and a fraction of the part
 /// beyond it.
 #[derive(Clone, Copy)]
 struct Hint {
     t: f64,
-    share: f64,
+    fraction: f64,
 }
 
 /// Time at which a rising cubic has a value, and its slope there.
