@@ -29,6 +29,8 @@ impl Bound {
 /// Reads the number that a text begins with; commas between digits are skipped.
 pub(crate) fn leading(text: &str) -> Option<f64> {
     let text = text.trim_start().replace(',', "");
+
+    // The longest beginning that is a number.
     let longest = text.find(|c: char| !(c.is_ascii_digit() || "+-.eE".contains(c)));
     let candidate = &text[..longest.unwrap_or(text.len())];
     (1..=candidate.len()).rev().find_map(|end| candidate[..end].parse().ok())

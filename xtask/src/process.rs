@@ -24,11 +24,15 @@ pub(crate) fn read_lines(
 ) -> Result<ExitStatus, String> {
     let name = command.get_program().display().to_string();
     let failed = |error: std::io::Error| format!("{name} cannot be run: {error}");
+
+    // Both streams write into one pipe.
     let (reader, writer) = pipe().map_err(failed)?;
     let both = writer.try_clone().map_err(failed)?;
     let mut child = command.stdout(writer).stderr(both).spawn().map_err(failed)?;
+
     // The command holds the pipe's other ends until it is given new ones.
     command.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null());
+
     for bytes in BufReader::new(reader).split(b'\n') {
         line(String::from_utf8_lossy(&bytes.map_err(failed)?).trim_end_matches('\r'));
     }

@@ -43,12 +43,14 @@ impl Table {
 
 impl fmt::Display for Table {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Columns are as wide as their widest entries.
         let rows = || self.parts.iter().flat_map(|(_, rows)| rows);
         let width = |text: fn(&Row) -> &str| rows().map(|row| text(row).chars().count()).max();
         let name = width(|row| &row.name).unwrap_or(0);
         let measured = width(|row| &row.measured).unwrap_or(0).max("measured".len());
         let allowed = width(|row| &row.allowed).unwrap_or(0).max("allowed".len());
         writeln!(f, "{:name$}  {:>measured$}  {:>allowed$}", "checked", "measured", "allowed")?;
+
         for (heading, rows) in &self.parts {
             writeln!(f, "\n{heading}")?;
             for row in rows {
@@ -57,6 +59,7 @@ impl fmt::Display for Table {
                     Verdict::Failed => "FAILED",
                     Verdict::Unbounded => "",
                 };
+
                 let line = format!(
                     "{:name$}  {:>measured$}  {:>allowed$}  {mark}",
                     row.name, row.measured, row.allowed

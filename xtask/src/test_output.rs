@@ -1,18 +1,20 @@
-//! What `cargo test` prints, read line by line.
+//! Output of `cargo test`, read line by line.
 
 use crate::number::{Bound, leading};
 use crate::table::{Row, Verdict};
 
-/// Tests of one package, the numbers that they printed, and which failed.
+/// Tests by package, the numbers that they printed, and the names of failed tests.
 #[derive(Debug, Default)]
 pub(crate) struct TestOutput {
     packages: Vec<Package>,
+    /// Number of the package whose tests run.
+    current: usize,
     measured: Vec<Row>,
     failed: Vec<String>,
     skipped: usize,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Package {
     name: String,
     passed: usize,
@@ -20,72 +22,76 @@ struct Package {
 }
 
 impl TestOutput {
-    /// Takes the next line.
+    /// Reads the next line.
     pub(crate) fn read(&mut self, line: &str) {
         let text = line.trim();
         if let Some(name) = package_of(text) {
             self.begin(name);
-        } else if let Some(rest) = text.strip_prefix("test result: ") {
-            self.count(rest);
-        } else if let Some(name) =
-            text.strip_prefix("test ").and_then(|t| t.strip_suffix("... FAILED"))
+        } else if let Some(result) = text.strip_prefix("test result: ") {
+            self.count(result);
+        } else if let Some(test) = text.strip_prefix("test ")
+            && let Some(name) = test.strip_suffix("... FAILED")
         {
-            let package = self.packages.last().map_or("", |package| &package.name);
+            let package = self.packages.get(self.current).map_or("", |package| &package.name);
             self.failed.push(format!("{package}: {}", name.trim()));
         } else if let Some(row) = text.strip_prefix("measured: ").and_then(measured) {
-            self.measured.push(row);
-        } else if text.ends_with("skipped, MUSCULO_DATA is not set")
-            || text.contains("skipped: MUSCULO_DATA")
-        {
+            // A helper that several tests call prints its numbers several times.
+            if !self.measured.contains(&row) {
+                self.measured.push(row);
+            }
+        } else if text.contains("skipped") && text.contains("MUSCULO_DATA") {
             self.skipped += 1;
         }
     }
 
-    /// A row for each package that has tests.
+    /// Returns a row per package that has tests.
     pub(crate) fn package_rows(&self) -> Vec<Row> {
-        let tested = self.packages.iter().filter(|package| package.passed + package.failed > 0);
-        let row = |package: &Package| Row {
-            name: package.name.clone(),
-            measured: format!("{} of {}", package.passed, package.passed + package.failed),
-            allowed: "all".to_owned(),
-            verdict: Verdict::of(package.failed == 0),
-        };
-        tested.map(row).collect()
-    }
-
-    /// The numbers that tests printed, each once.
-    pub(crate) fn measured_rows(&self) -> Vec<Row> {
-        let mut rows: Vec<Row> = Vec::new();
-        for row in &self.measured {
-            if !rows.contains(row) {
-                rows.push(row.clone());
+        let mut rows = Vec::new();
+        for Package { name, passed, failed } in &self.packages {
+            let count = passed + failed;
+            if count > 0 {
+                rows.push(Row {
+                    name: name.clone(),
+                    measured: format!("{passed} of {count}"),
+                    allowed: "all".to_owned(),
+                    verdict: Verdict::of(*failed == 0),
+                });
             }
         }
         rows
     }
 
-    /// Tests that failed, as `package: test`.
+    /// Returns the numbers that tests printed.
+    pub(crate) fn measured_rows(&self) -> Vec<Row> {
+        self.measured.clone()
+    }
+
+    /// Returns the failed tests, as `package: test`.
     pub(crate) fn failed(&self) -> &[String] {
         &self.failed
     }
 
-    /// How many tests passed and failed.
+    /// Returns the numbers of passed and failed tests.
     pub(crate) fn counts(&self) -> (usize, usize) {
-        let sum = |count: fn(&Package) -> usize| self.packages.iter().map(count).sum();
-        (sum(|package| package.passed), sum(|package| package.failed))
+        let (mut passed, mut failed) = (0, 0);
+        for package in &self.packages {
+            passed += package.passed;
+            failed += package.failed;
+        }
+        (passed, failed)
     }
 
-    /// How many tests said that they need the data folder and found none.
+    /// Returns the number of tests that need the data folder and found none.
     pub(crate) fn skipped(&self) -> usize {
         self.skipped
     }
 
+    /// Makes a package the current one, and adds it if it is new.
     fn begin(&mut self, name: String) {
-        if self.packages.iter().all(|package| package.name != name) {
-            self.packages.push(Package { name, passed: 0, failed: 0 });
-        } else if let Some(at) = self.packages.iter().position(|package| package.name == name) {
-            let package = self.packages.remove(at);
-            self.packages.push(package);
+        let known = self.packages.iter().position(|package| package.name == name);
+        self.current = known.unwrap_or(self.packages.len());
+        if known.is_none() {
+            self.packages.push(Package { name, ..Package::default() });
         }
     }
 
@@ -94,20 +100,14 @@ impl TestOutput {
         if self.packages.is_empty() {
             self.begin("tests".to_owned());
         }
-        let number = |word: &str| {
-            let before = result.split(word).next()?.trim_end();
-            before.rsplit(' ').next()?.parse::<usize>().ok()
-        };
-        if let Some(package) = self.packages.last_mut() {
-            package.passed += number(" passed").unwrap_or(0);
-            package.failed += number(" failed").unwrap_or(0);
-        }
+        let package = &mut self.packages[self.current];
+        package.passed += number_before(result, " passed");
+        package.failed += number_before(result, " failed");
     }
 }
 
-/// The package that a line opens: by the unit tests that cargo runs first in
-/// each, or by its documentation's tests. Integration tests follow the unit
-/// tests of their package.
+/// Returns the package that a line opens: by the unit tests that cargo runs first in each, or by
+/// its documentation's tests. Integration tests follow the unit tests of their package.
 fn package_of(line: &str) -> Option<String> {
     if let Some(name) = line.strip_prefix("Doc-tests ") {
         return Some(name.replace('_', "-"));
@@ -117,6 +117,13 @@ fn package_of(line: &str) -> Option<String> {
     Some(name.rsplit_once('-').map_or(name, |(name, _)| name).replace('_', "-"))
 }
 
+/// Reads the number before a word, 0 without one.
+fn number_before(text: &str, word: &str) -> usize {
+    let before = text.split(word).next().unwrap_or("").trim_end();
+    before.rsplit(' ').next().and_then(|number| number.parse().ok()).unwrap_or(0)
+}
+
+/// Reads `name | value | bound`.
 fn measured(text: &str) -> Option<Row> {
     let [name, measured, allowed] = text.split('|').map(str::trim).collect::<Vec<_>>()[..] else {
         return None;

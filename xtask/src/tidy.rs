@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::TaskResult;
 
@@ -46,7 +46,10 @@ type Problems = Vec<String>;
 
 /// Prints all breaches; fails when there are any.
 pub(crate) fn run(root: &Path) -> TaskResult {
-    let all: Problems = problems(root).into_iter().flat_map(|(_, problems)| problems).collect();
+    let mut all = Problems::new();
+    for (_, problems) in problems(root) {
+        all.extend(problems);
+    }
     if all.is_empty() { Ok(()) } else { Err(all.join("\n")) }
 }
 
@@ -69,7 +72,9 @@ pub(crate) fn problems(root: &Path) -> Vec<(&'static str, Problems)> {
 /// Collects text files below a folder, except built and hidden ones.
 fn collect(root: &Path, folder: &Path, files: &mut Vec<File>) {
     let Ok(entries) = folder.read_dir() else { return };
-    for path in entries.flatten().map(|entry| entry.path()) {
+
+    for entry in entries.flatten() {
+        let path = entry.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         if path.is_dir() {
             if name != "target" && (!name.starts_with('.') || name == ".ci" || name == ".cargo") {
@@ -89,8 +94,8 @@ fn is_text(path: &Path) -> bool {
 }
 
 fn from_root(root: &Path, path: &Path) -> String {
-    let below: PathBuf = path.strip_prefix(root).unwrap_or(path).to_path_buf();
-    below.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/")
+    let below = path.strip_prefix(root).unwrap_or(path);
+    below.display().to_string().replace(std::path::MAIN_SEPARATOR, "/")
 }
 
 /// Compares the dependencies of all packages with the edges in [`ARCHITECTURE`].
@@ -103,12 +108,14 @@ fn layers(files: &[File]) -> Problems {
     let edges = edges(&architecture.text);
     let packages: BTreeSet<&str> = manifests(files).map(|(folder, _)| name_of(folder)).collect();
 
+    // Packages off the map, and edges that do not go down.
     let mut problems = Vec::new();
     for (folder, file) in manifests(files) {
         let package = name_of(folder);
         if !architecture.text.contains(&format!("{package}/")) {
             problems.push(format!("{}: not on the map of {ARCHITECTURE}", file.path));
         }
+
         let below = below(package, &edges);
         for other in dependencies(&file.text, "[dependencies]") {
             if packages.contains(other) && !below.contains(other) {
@@ -117,6 +124,7 @@ fn layers(files: &[File]) -> Problems {
             }
         }
     }
+    // Packages that are on the map only.
     let named: BTreeSet<&str> = edges.keys().chain(edges.values().flatten()).copied().collect();
     for package in named.difference(&packages) {
         problems.push(format!("{ARCHITECTURE}: there is no package {package}"));
@@ -127,12 +135,15 @@ fn layers(files: &[File]) -> Problems {
 /// Reads the block of edges: lines `a, b ─▶ c, d`.
 fn edges(architecture: &str) -> BTreeMap<&str, Vec<&str>> {
     let mut edges = BTreeMap::new();
-    let lines = architecture.lines().skip_while(|line| !line.starts_with(EDGES));
-    let block = lines.skip_while(|line| *line != "```").skip(1).take_while(|line| *line != "```");
-    for (upper, lower) in block.filter_map(|line| line.split_once("─▶")) {
-        for package in upper.split(',').map(str::trim) {
-            let lower = lower.split(',').map(str::trim).filter(|name| !name.is_empty());
-            edges.insert(package, lower.collect());
+
+    // The first fenced block after the line.
+    let after = architecture.split_once(EDGES).map_or("", |(_, after)| after);
+    let block = after.split("```").nth(1).unwrap_or("");
+    for line in block.lines() {
+        let Some((upper, lower)) = line.split_once("─▶") else { continue };
+        let lower: Vec<&str> = lower.split(',').map(str::trim).collect();
+        for package in upper.split(',') {
+            edges.insert(package.trim(), lower.clone());
         }
     }
     edges
@@ -152,15 +163,22 @@ fn below<'a>(package: &str, edges: &BTreeMap<&str, Vec<&'a str>>) -> BTreeSet<&'
 
 fn misplaced_dependencies(files: &[File]) -> Problems {
     let mut problems = Vec::new();
-    for (folder, file) in manifests(files).filter(|(folder, _)| *folder != "benches") {
+    for (folder, File { path, text }) in manifests(files) {
+        if folder == "benches" {
+            continue;
+        }
+
+        // Tests count here, since they build too.
         let is_program = folder == "crates/cli" || folder == "xtask";
-        let of_tests = dependencies(&file.text, "[dev-dependencies]");
-        for name in dependencies(&file.text, "[dependencies]").into_iter().chain(of_tests) {
+        let mut names = dependencies(text, "[dependencies]");
+        names.extend(dependencies(text, "[dev-dependencies]"));
+
+        for name in names {
             if FOR_BENCHES_ONLY.contains(&name) {
-                problems.push(format!("{}: {name} belongs into benches", file.path));
+                problems.push(format!("{path}: {name} belongs into benches"));
             }
             if FOR_PROGRAMS_ONLY.contains(&name) && !is_program {
-                problems.push(format!("{}: {name} belongs into the program", file.path));
+                problems.push(format!("{path}: {name} belongs into the program"));
             }
         }
     }
@@ -168,8 +186,13 @@ fn misplaced_dependencies(files: &[File]) -> Problems {
 }
 
 fn missing_headers(files: &[File]) -> Problems {
-    let without = rust(files).filter(|file| !file.text.starts_with("//! "));
-    without.map(|file| format!("{}: starts without a `//!` line", file.path)).collect()
+    let mut problems = Vec::new();
+    for File { path, text } in rust(files) {
+        if !text.starts_with("//! ") {
+            problems.push(format!("{path}: starts without a `//!` line"));
+        }
+    }
+    problems
 }
 
 fn long_files(files: &[File]) -> Problems {
@@ -177,6 +200,8 @@ fn long_files(files: &[File]) -> Problems {
     for File { path, text } in rust(files) {
         let lines = text.lines().count();
         let is_listed = LONGER.iter().any(|(longer, _)| longer == path);
+
+        // An exception that is no longer needed is a breach, too.
         if lines > MAX_LINES && !is_listed {
             problems.push(format!("{path}: {lines} lines, over {MAX_LINES}: split it by subject"));
         } else if lines <= MAX_LINES && is_listed {
@@ -188,11 +213,10 @@ fn long_files(files: &[File]) -> Problems {
 }
 
 fn trailing_blanks(files: &[File]) -> Problems {
-    breaches(files.iter(), |line| line.ends_with([' ', '\t']).then(|| "ends in a blank".to_owned()))
+    breaches(files, |line| line.ends_with([' ', '\t']).then(|| "ends in a blank".to_owned()))
 }
 
 fn foreign_words(files: &[File]) -> Problems {
-    let files = files.iter().filter(|file| !MAY_BE_FOREIGN.contains(&file.path.as_str()));
     breaches(files, |line| {
         let line = line.to_lowercase();
         let word = FOREIGN.iter().find(|word| line.contains(**word))?;
@@ -204,6 +228,7 @@ fn foreign_words(files: &[File]) -> Problems {
 fn asking_docs(files: &[File]) -> Problems {
     let mut problems = Vec::new();
     for File { path, text } in rust(files).filter(|file| file.path.contains("src/")) {
+        // Only the first line of a block of documentation counts.
         let mut is_inside = false;
         for (number, line) in (1..).zip(text.lines()) {
             let line = line.trim_start();
@@ -218,15 +243,16 @@ fn asking_docs(files: &[File]) -> Problems {
     problems
 }
 
-/// Applies a rule to every line.
-fn breaches<'a>(
-    files: impl Iterator<Item = &'a File>,
-    rule: impl Fn(&str) -> Option<String>,
-) -> Problems {
+/// Applies a rule to every line, but not to those that define the rules.
+fn breaches(files: &[File], rule: impl Fn(&str) -> Option<String>) -> Problems {
     let mut problems = Vec::new();
     for File { path, text } in files {
         for (number, line) in (1..).zip(text.lines()) {
-            problems.extend(rule(line).map(|problem| format!("{path}:{number}: {problem}")));
+            if let Some(problem) = rule(line)
+                && !MAY_BE_FOREIGN.contains(&path.as_str())
+            {
+                problems.push(format!("{path}:{number}: {problem}"));
+            }
         }
     }
     problems
@@ -247,10 +273,16 @@ fn name_of(folder: &str) -> &str {
 
 /// Returns the names in a section of a manifest.
 fn dependencies<'a>(manifest: &'a str, section: &str) -> Vec<&'a str> {
-    let after = manifest.lines().skip_while(|line| line.trim() != section).skip(1);
-    let entries = after.take_while(|line| !line.starts_with('['));
-    let key = |line: &'a str| line.split(['=', '.', ' ']).next().unwrap_or(line);
-    entries.map(key).filter(|key| !key.is_empty() && !key.starts_with('#')).collect()
+    let mut names = Vec::new();
+    let mut is_inside = false;
+    for line in manifest.lines() {
+        if line.starts_with('[') {
+            is_inside = line.trim() == section;
+        } else if is_inside && line.starts_with(|c: char| c.is_ascii_alphabetic()) {
+            names.extend(line.split(['=', '.', ' ']).next());
+        }
+    }
+    names
 }
 
 #[cfg(test)]

@@ -1,8 +1,7 @@
-//! `cargo xtask verify`: everything that is claimed, checked once.
+//! `cargo xtask verify`: all claims, checked once.
 //!
-//! Tests run in the development profile: with debug assertions and checks for
-//! overflow, which are part of what they test, and with dependencies optimised.
-//! Golden files are compared by the tests and never rewritten here.
+//! Tests run in the development profile, with debug assertions and overflow checks, which are part
+//! of the tests. Golden files are compared by the tests and never rewritten here.
 
 use std::path::Path;
 use std::process::Command;
@@ -12,8 +11,8 @@ use crate::table::{Row, Table, Verdict};
 use crate::test_output::TestOutput;
 use crate::{TaskResult, figures, tidy};
 
-/// All but those of `benches`, whose peers take longer to build than all else;
-/// its programs are run for their figures.
+/// Arguments of cargo for all tests but those of `benches`, whose peers take long to build; its
+/// program is run for the figures.
 const TESTS: [&str; 9] = [
     "test",
     "--workspace",
@@ -27,31 +26,39 @@ const TESTS: [&str; 9] = [
 ];
 
 pub(crate) fn run(root: &Path) -> TaskResult {
+    // Tests first: figures mean nothing where they fail to build.
     let (tests, tests_ran) = run_tests(root)?;
-    let layout = layout_rows(root);
-    let timing = figures::generous_rows(root)?;
+    let mut rows = layout_rows(root);
+    let mut table = Table::default();
+    table.add("tests", tests.package_rows());
+    table.add("layout", rows.clone());
+    for (heading, more) in
+        [("numbers", tests.measured_rows()), ("figures", figures::generous_rows(root)?)]
+    {
+        rows.extend(more.clone());
+        table.add(heading, more);
+    }
+    println!("\n{table}");
+
+    // The result counts tests, and rows with a bound.
     let (mut passed, mut failed) = tests.counts();
+    passed += rows.iter().filter(|row| row.verdict == Verdict::Passed).count();
+    failed += rows.iter().filter(|row| row.verdict == Verdict::Failed).count();
+
     // A build that failed, or a test that took its whole program down.
     failed += usize::from(failed == 0 && !tests_ran);
 
-    let rest = [("layout", layout), ("numbers", tests.measured_rows()), ("figures", timing)];
-    let rows = || rest.iter().flat_map(|(_, rows)| rows);
-    passed += rows().filter(|row| row.verdict == Verdict::Passed).count();
-    failed += rows().filter(|row| row.verdict == Verdict::Failed).count();
-
-    let mut table = Table::default();
-    table.add("tests", tests.package_rows());
-    rest.into_iter().for_each(|(heading, rows)| table.add(heading, rows));
-    println!("\n{table}");
     report_tests(&tests, tests_ran);
     println!("{passed} passed, {failed} failed");
     if failed == 0 { Ok(()) } else { Err("not everything that is claimed holds".to_owned()) }
 }
 
 fn run_tests(root: &Path) -> Result<(TestOutput, bool), String> {
-    let mut output = TestOutput::default();
+    // Golden files are only compared.
     let mut command = Command::new("cargo");
     command.args(TESTS).current_dir(root).env("INSTA_UPDATE", "no").env_remove("INSTA_FORCE_PASS");
+
+    let mut output = TestOutput::default();
     let status = read_lines(&mut command, |line| {
         println!("{line}");
         output.read(line);
@@ -59,15 +66,21 @@ fn run_tests(root: &Path) -> Result<(TestOutput, bool), String> {
     Ok((output, status.success()))
 }
 
-/// One row a rule of the layout, however many places break it.
+/// Returns one row per layout rule.
 fn layout_rows(root: &Path) -> Vec<Row> {
-    let row = |(rule, problems): (&str, Vec<String>)| {
-        problems.iter().for_each(|problem| println!("{problem}"));
-        let measured = format!("{} breaks", problems.len());
-        let verdict = Verdict::of(problems.is_empty());
-        Row { name: rule.to_owned(), measured, allowed: "none".to_owned(), verdict }
-    };
-    tidy::problems(root).into_iter().map(row).collect()
+    let mut rows = Vec::new();
+    for (rule, problems) in tidy::problems(root) {
+        for problem in &problems {
+            println!("{problem}");
+        }
+        rows.push(Row {
+            name: rule.to_owned(),
+            measured: format!("{} breaches", problems.len()),
+            allowed: "none".to_owned(),
+            verdict: Verdict::of(problems.is_empty()),
+        });
+    }
+    rows
 }
 
 fn report_tests(tests: &TestOutput, ran: bool) {
