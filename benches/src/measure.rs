@@ -31,6 +31,7 @@ pub fn interleave<const N: usize>(budget: Duration, mut sides: [Side<'_>; N]) ->
         black_box(side());
     }
 
+    // Full turns only, so that every side has the same number of calls.
     let start = Instant::now();
     let mut turns = 0;
     while turns < MIN_TURNS || start.elapsed() < budget {
@@ -58,6 +59,7 @@ pub fn nanoseconds(work: impl FnOnce() -> usize) -> f64 {
 pub fn thread_time() -> Duration {
     static START: OnceLock<Instant> = OnceLock::new();
 
+    // Nanoseconds on the processor, then on its run queue, then time slices.
     let statistics = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
     let running = statistics.and_then(|line| line.split(' ').next()?.parse().ok());
     running.map_or_else(|| START.get_or_init(Instant::now).elapsed(), Duration::from_nanos)

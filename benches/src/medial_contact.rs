@@ -100,6 +100,8 @@ impl<'a> ContactScene<'a> {
         self.points.tree().pairs(self.other.tree(), MARGIN, workspace, |a, b| {
             pairs.extend(faces[a as usize].map(|vertex| (vertex, b)));
         });
+
+        // Faces share vertices.
         pairs.sort_unstable();
         pairs.dedup();
         pairs
@@ -133,6 +135,7 @@ impl<'a> ContactScene<'a> {
         };
         let (contacts, counts) = detect();
 
+        // In turns with the projection on faces.
         let mut other_workspace = Workspace::default();
         let sides: [&mut dyn FnMut() -> usize; 2] =
             [&mut || detect().0.len(), &mut || self.project(&mut other_workspace)];
@@ -147,6 +150,7 @@ impl<'a> ContactScene<'a> {
             || primitive_contacts((&a.medial, &a.tree), (&b.medial, &b.tree), 0.0, &mut workspace);
         let (_, counts) = detect();
 
+        // In turns with the projection on faces.
         let mut other_workspace = Workspace::default();
         let sides: [&mut dyn FnMut() -> usize; 2] =
             [&mut || detect().0.len(), &mut || self.project(&mut other_workspace)];

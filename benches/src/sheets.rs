@@ -34,6 +34,8 @@ impl Sheets {
         let count = side * side;
         let mut x = sheet(side, GAP);
         x.extend(sheet(side, 0.0));
+
+        // Every square of vertices is two faces.
         let v = (0..2 * count).map(|k| velocity(k, k < count)).collect();
         let faces: Vec<[u32; 3]> = (0..side - 1)
             .flat_map(|row| (0..side - 1).map(move |column| row * side + column))
@@ -73,6 +75,8 @@ fn contact(k: u32, side: u32, faces: &[[u32; 3]], x: &[DVec3]) -> Contact {
     let (column, row) = ((k % side).min(side - 2), (k / side).min(side - 2));
     let face = faces[2 * (row * (side - 1) + column) as usize];
     let corners = face.map(|corner| corner + side * side);
+
+    // The contact is at the closest point of the face below.
     let at = corners.map(|corner| x[corner as usize]);
     let closest = surface::closest_on_triangle(x[k as usize], at);
     let away = x[k as usize] - closest.point;

@@ -67,6 +67,7 @@ pub fn soak(frames: u32) -> Result<Endurance, Box<dyn Error>> {
 }
 
 fn soak_on_this_thread(frames: u32) -> Result<Endurance, Box<dyn Error>> {
+    // Every path is taken once before memory is watched.
     let mut scene = SwayingScene::new()?;
     for frame in 0..WARM_UP {
         scene.frame(frame, &mut Endurance::default())?;
@@ -96,6 +97,7 @@ struct SwayingScene {
 
 impl SwayingScene {
     fn new() -> Result<Self, Box<dyn Error>> {
+        // Overlaps of one to two millimeters, which grow and shrink as the muscles sway.
         let ball = icosphere(30.0, 3);
         let shifted = |by: f64| ball.positions.iter().map(|p| *p + DVec3::X * by).collect();
         let rest: [Vec<DVec3>; 2] = [shifted(58.0), shifted(115.0)];
@@ -111,6 +113,7 @@ impl SwayingScene {
     }
 
     fn frame(&mut self, frame: u32, endurance: &mut Endurance) -> Result<(), Box<dyn Error>> {
+        // The bone turns, the muscles sway.
         let turn = DQuat::from_rotation_z(TAU * f64::from(frame % 64) / 64.0);
         self.scene.pose_body(self.bone, &Pose::new(turn, DVec3::ZERO))?;
         for muscle in 0..2 {
@@ -126,6 +129,7 @@ impl SwayingScene {
         endurance.allocating_detections += u32::from(allocated.count_total > 0);
         endurance.contacts += detection.contacts().len();
 
+        // The response, and at times a sweep to the next frame.
         plan.respond(scene, detection, &RespondParams::default())?;
         if frame.is_multiple_of(10) {
             self.sway(0, frame + 1);

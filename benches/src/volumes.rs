@@ -29,11 +29,13 @@ pub fn table() -> String {
 
 /// Measures volumes of `2 S` planes.
 fn row<const S: usize>(faces: u32, placement: Placement) -> String {
+    // Built at rest, refitted to contact.
     let scene = scene(faces, placement);
     let (mut a, mut b) = (build::<S>(&scene.a), build::<S>(&scene.b));
     let [refit] = interleave(BUDGET, [&mut || a.refit(&scene.a.states[1]).map_or(0, |()| 1)]);
     b.refit(&scene.b.states[1]).expect("finite points");
 
+    // Candidates of the pair, and of one muscle with itself.
     let mut workspace = Workspace::new();
     let [traversal] = interleave(BUDGET, [&mut || pair_count(&a, &b, &mut workspace)]);
     let candidates = pair_count(&a, &b, &mut workspace);

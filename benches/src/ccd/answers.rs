@@ -18,6 +18,7 @@ const BLOCK: usize = 256;
 /// that other load on the machine falls on no method.
 #[must_use]
 pub fn mean_times(queries: &[CcdQuery], rounds: usize, methods: &[Method<'_>]) -> Vec<f64> {
+    // The minimum over the rounds is per block, so that one interruption spoils one block only.
     let mut totals = vec![0.0; methods.len()];
     for block in queries.chunks(BLOCK) {
         let mut least = vec![f64::INFINITY; methods.len()];

@@ -46,6 +46,8 @@ pub fn plain_cubic(kind: QueryKind, query: &CcdQuery) -> Option<f64> {
     let (start, end) = (Differences::new(kind, &query.x0), Differences::new(kind, &query.x1));
     let (n0, n1) = (start.first.cross(start.last), end.first.cross(end.last));
     let mixed = start.first.cross(end.last) + end.first.cross(start.last);
+
+    // The triple product of the differences, a cubic in time, in Bernstein form.
     let bernstein = [
         start.corner.dot(n0),
         (end.corner.dot(n0) + start.corner.dot(mixed)) / 3.0,
@@ -87,6 +89,7 @@ impl Differences {
 
     fn holds_origin(&self, kind: QueryKind) -> bool {
         let Self { corner, first, last } = *self;
+        // Barycentric coordinates of the origin.
         let area = first.cross(last);
         let squared = area.length_squared();
         let r = area.dot(last.cross(corner)) / squared;
@@ -132,6 +135,7 @@ pub fn interval_subdivision(kind: QueryKind, query: &CcdQuery) -> Option<f64> {
             continue;
         }
 
+        // A cell small enough is a contact.
         let lengths = cell.map(|side| side.upper - side.lower);
         let longest = (0..3).max_by(|&i, &j| lengths[i].total_cmp(&lengths[j])).unwrap_or(0);
         if lengths[longest] <= SUBDIVISION_TOLERANCE || tested > MAX_BOXES {
@@ -157,6 +161,7 @@ fn is_clear_of_origin(
     cell: &[Interval; 3],
     rounding: f64,
 ) -> bool {
+    // The image of a cell is within the box of its corners' images.
     let (mut lower, mut upper) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for corner in 0..8 {
         let pick = |i: usize| if corner >> i & 1 == 0 { cell[i].lower } else { cell[i].upper };

@@ -60,6 +60,7 @@ pub fn read(folder: &Path, name: &str) -> io::Result<QuerySet> {
         return Err(invalid());
     }
 
+    // The header, then all numbers of the rest.
     let kind = if header[8] == 0 { QueryKind::VertexFace } else { QueryKind::EdgeEdge };
     let count = u64::from_le_bytes(array::from_fn(|i| header[16 + i]));
     let numbers: Vec<f64> = numbers
@@ -71,6 +72,7 @@ pub fn read(folder: &Path, name: &str) -> io::Result<QuerySet> {
         return Err(invalid());
     }
 
+    // Positions of all queries, then their times.
     let (positions, times) = numbers.split_at(NUMBERS * count);
     let query = |(x, &time): (&[f64], &f64)| {
         let point = |i: usize| DVec3::from_slice(&x[3 * i..]);

@@ -86,6 +86,7 @@ impl Panel {
     ///
     /// When it cannot be drawn.
     pub fn draw(&self, area: &Area<'_>) -> Drawn {
+        // Places on logarithmic axes; values below the range are at the left border.
         let [left, right] = self.x_range;
         let place = |[x, y]: &[f64; 2]| (x.log10().clamp(left, right), y.log10());
         let all: Vec<(f64, f64)> =
@@ -94,6 +95,7 @@ impl Panel {
         let top = all.iter().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max);
         let (bottom, top) = if all.is_empty() { (0.0, 1.0) } else { (bottom, top) };
 
+        // A mesh of whole powers of ten.
         let mut chart = ChartBuilder::on(area)
             .caption(&self.title, ("sans-serif", 16))
             .margin(8)
@@ -114,6 +116,7 @@ impl Panel {
             .y_label_formatter(&|y| power(*y))
             .draw()?;
 
+        // The Pareto front behind all curves.
         chart.draw_series(LineSeries::new(pareto_front(&all), FRONT.stroke_width(9)))?;
         for Curve { style, points } in &self.curves {
             let points: Vec<(f64, f64)> = points.iter().map(place).collect();

@@ -73,6 +73,7 @@ fn read(text: &str) -> Table {
         if cells.len() != 13 {
             continue;
         }
+        // Number of balls, error, and both bounds.
         let number = |column: usize| cells[column].parse::<f64>().ok();
         if let [Some(balls), Some(rms), Some(outward), Some(inward)] = [3, 5, 7, 9].map(number) {
             let errors = BallErrors { balls, rms, bound: outward.max(inward) };

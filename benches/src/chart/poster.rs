@@ -107,6 +107,7 @@ impl<T: Charted> Poster<'_, T> {
     ///
     /// When it cannot be drawn.
     pub fn draw(&self) -> Result<String, Box<dyn std::error::Error>> {
+        // Panels, legend and caption below each other.
         let panels = self.row_height * u32::try_from(self.groups.len())?;
         let legend_rows = i32::try_from(self.methods.len() + 3)?;
         let legend = u32::try_from(LEGEND_TOP + LEGEND_ROW * legend_rows)?;

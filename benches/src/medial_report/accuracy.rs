@@ -55,6 +55,7 @@ pub(super) struct Row {
 
 /// Measures muscles, as many at a time as there are threads, and reports bounds and targets.
 pub(super) fn rows(muscles: &Muscles, report: &mut Report) -> Vec<Row> {
+    // One thread per muscle; rows stay in the order of the names.
     let mut rows = Vec::new();
     for names in muscles.names().chunks(rayon::current_num_threads()) {
         rows.extend(thread::scope(|scope| {
@@ -75,6 +76,7 @@ pub(super) fn rows(muscles: &Muscles, report: &mut Report) -> Vec<Row> {
 fn muscle_rows(name: &str, body: &SurfaceTree) -> Vec<Row> {
     let one_thread = ThreadPoolBuilder::new().num_threads(1).build().expect("a thread starts");
     one_thread.install(|| {
+        // All sizes at once, with the same start.
         let (surface, x) = (body.surface(), body.positions());
         let sizes = SIZES.map(|size| size.balls);
         let all = generate_each(surface, x, &sizes, &MedialParams::balls(1), |_| {});
@@ -127,6 +129,8 @@ impl Row {
         if self.balls == TIMED_BALLS {
             report.ratio(name("time"), [self.seconds, MAX_SECONDS], "s", 1.0);
         }
+
+        // No sample may be farther than the bound.
         let Self { sampled, bounds, .. } = self;
         let outward = [sampled.surface_to_balls, bounds.surface_to_balls];
         report.ratio(name("surface to balls, sampled / bound"), outward, "mm", 1.0);
@@ -170,6 +174,7 @@ fn size_table(rows: &[Row]) -> String {
         "\n| balls | rms, median muscle | rms, max | target | muscles within |\n|--:|--:|--:|--:|--:|\n",
     );
     for Size { balls, target } in SIZES {
+        // Sorted, so that the median is in the middle and the maximum at the end.
         let mut errors: Vec<f64> =
             rows.iter().filter(|row| row.balls == balls).map(|row| row.rms).collect();
         errors.sort_by(f64::total_cmp);
@@ -188,6 +193,7 @@ fn size_table(rows: &[Row]) -> String {
 
 /// Formats the powers by which error and time grow.
 fn trends(rows: &[Row]) -> String {
+    // Times of one number of balls; errors of all.
     let timed: Vec<&Row> = rows.iter().filter(|row| row.balls == TIMED_BALLS).collect();
     let max_seconds = timed.iter().map(|row| row.seconds).fold(0.0, f64::max);
     let error = power(rows.iter().map(|row| [as_f64(row.balls), row.rms]));
@@ -204,6 +210,8 @@ fn power(pairs: impl Iterator<Item = [f64; 2]>) -> f64 {
     let logarithms: Vec<[f64; 2]> = pairs.map(|pair| pair.map(f64::ln)).collect();
     let mean =
         |k: usize| logarithms.iter().map(|pair| pair[k]).sum::<f64>() / as_f64(logarithms.len());
+
+    // The slope of the line through the logarithms.
     let [x, y] = [0, 1].map(mean);
     let covariance: f64 = logarithms.iter().map(|pair| (pair[0] - x) * (pair[1] - y)).sum();
     covariance / logarithms.iter().map(|pair| (pair[0] - x).powi(2)).sum::<f64>()

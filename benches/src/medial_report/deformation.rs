@@ -21,6 +21,7 @@ pub(super) fn table(muscles: &Muscles) -> String {
         let links = Links::new(&rest.medial, surface, x).expect("finite balls");
 
         for (deformation, moved) in deformed(&body) {
+            // The same balls, with moved centers, then refitted.
             let x = surface.positions(&moved).expect("finite positions");
             let mut medial = rest.medial.clone();
             links.move_centers(&mut medial, x).expect("its own links");

@@ -52,6 +52,7 @@ pub(super) fn table(muscles: &Muscles, report: &mut Report) -> String {
         let centers = [&rest, &other_body].map(|body| mean(body.positions().as_slice()));
         let toward = (centers[1] - centers[0]).normalize();
 
+        // Both the surface and its balls are pushed.
         for push in PUSHES {
             let pushed = moved(&rest, push * toward);
             let title = format!("{first} in {other}").replace('_', " ");
@@ -142,6 +143,8 @@ impl<'a> PushedScene<'a> {
     fn errors(&self, contacts: &[Contact]) -> String {
         let found: BTreeMap<u32, f64> =
             contacts.iter().map(|c| (c.stencil.terms()[0].particle, -c.gap)).collect();
+
+        // Depths of vertices that are found, and how deep those are that are not.
         let (mut squares, mut count, mut missed, mut deepest) = (0.0, 0, 0, 0.0_f64);
         for (vertex, depth) in &self.truth {
             if let Some(found) = found.get(vertex) {

@@ -26,6 +26,7 @@ pub(super) fn sampled_distances(body: &SurfaceTree, medial: &MedialSurface) -> S
     let workspace = &mut Workspace::default();
     let mut random = Random(1);
 
+    // Points of the surface, outside of the balls.
     let mut surface_to_balls = 0.0_f64;
     let faces = body.surface().faces();
     for _ in 0..SAMPLES {
@@ -37,6 +38,7 @@ pub(super) fn sampled_distances(body: &SurfaceTree, medial: &MedialSurface) -> S
         surface_to_balls = surface_to_balls.max(nearest.foot.distance);
     }
 
+    // Balls anywhere in cones and slabs, outside of the surface.
     let mut balls_to_surface = 0.0_f64;
     for _ in 0..SAMPLES {
         let primitive = random.below(medial.primitives().len());

@@ -73,6 +73,7 @@ fn sets() -> io::Result<Vec<(QuerySet, Limits)>> {
         ("vertextouch", DEGENERATE),
     ];
 
+    // Two files per set: vertices against faces, and edges against edges.
     let folder = Path::new(&data).join("ccd");
     let mut sets = Vec::new();
     for (name, limits) in files {
@@ -107,6 +108,7 @@ impl Comparison<'_> {
 
     fn times(&mut self) {
         let (kind, queries) = (self.set.kind, &self.set.queries);
+        // A thousandth of the extent, enough to absorb the rounding of positions.
         let apart = CcdParams { min_separation: 1e-3 * mean_extent(queries), ..CcdParams::DEFAULT };
         let methods: [Method<'_>; 3] = [
             &|query| certified(kind, query, &CcdParams::DEFAULT),
@@ -127,6 +129,7 @@ impl Comparison<'_> {
             QueryKind::VertexFace => MovingPoints::filter_vertex_faces,
             QueryKind::EdgeEdge => MovingPoints::filter_edge_edges,
         };
+
         let mut least = f64::INFINITY;
         for _ in 0..self.report.rounds(ROUNDS) {
             let batch = || filter(&points, &candidates, &CcdParams::DEFAULT).map_or(0, |c| c.len());

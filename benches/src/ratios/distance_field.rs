@@ -35,6 +35,7 @@ const PROJECTED: usize = 2_000;
 pub(super) fn run(report: &mut Report) -> Result<(), Box<dyn Error>> {
     let mesh = femur(2.0);
     let bone = Bone { surface: mesh.surface(), positions: &mesh.positions };
+    // Everything but the comparison of threads is on one.
     let one_thread = pool(1)?;
     one_thread.install(|| {
         memory(&bone, report);
@@ -86,6 +87,7 @@ fn builds(bone: &Bone<'_>, report: &mut Report) {
     let wide = FieldParams { padding: WIDE_PADDING, ..exact };
     let voxel = FieldParams { samples: 0, ..FieldParams::voxel(1.0) };
 
+    // In turns; the minimum counts, since other load only adds time.
     let mut least = [f64::INFINITY; 3];
     for _ in 0..report.rounds(BUILDS) {
         for (params, least) in [exact, wide, voxel].iter().zip(&mut least) {
@@ -104,6 +106,7 @@ fn builds(bone: &Bone<'_>, report: &mut Report) {
 /// Everything that only one thread can do is part of it, but not the wait for a processor that
 /// other programs use.
 fn threads(bone: &Bone<'_>, pools: [ThreadPool; 2], report: &mut Report) {
+    // In turns, by the clocks of the pools' threads before and after.
     let params = FieldParams::new(1.0);
     let mut busiest = [f64::INFINITY; 2];
     for _ in 0..report.rounds(BUILDS) {

@@ -49,6 +49,7 @@ const LARGE: Allowed = Allowed {
 /// Compares muscles of two sizes.
 pub(super) fn run(report: &mut Report) -> Result<(), Box<dyn Error>> {
     for (faces, size, allowed) in [(6500, "6.5k", SMALL), (80_000, "80k", LARGE)] {
+        // Muscles at an angle to the axes, in contact.
         let oblique = scene(faces, Placement::Oblique);
         build(report, size, &oblique.a, allowed.build);
         refit(report, size, &oblique.a, &allowed);
@@ -60,6 +61,7 @@ pub(super) fn run(report: &mut Report) -> Result<(), Box<dyn Error>> {
         self_pairs(report, &format!("self, straight {size}"), &oblique.a, allowed.self_pairs);
         self_pairs(report, &format!("self, bent {size}"), &oblique.u, allowed.self_pairs);
 
+        // Muscles along the axes: there, candidates of boxes are few.
         let aligned = scene(faces, Placement::Aligned);
         let limits = PairLimits { time: allowed.aligned, candidates: 1.0 };
         pairs(report, &format!("pairs, aligned {size}"), &aligned, limits);
@@ -115,6 +117,7 @@ fn build(report: &mut Report, size: &str, muscle: &Muscle, allowed: f64) {
 }
 
 fn refit(report: &mut Report, size: &str, muscle: &Muscle, allowed: &Allowed) {
+    // Two ways of parry's to refit, of which the faster counts, and a bare sweep.
     let Trees { mut ours, parry: mut in_place, states } = Trees::new(muscle);
     let mut ordered = Trees::new(muscle).parry;
     let bare_states = [0, 1].map(|i| sweep_points(&muscle.states[i]));
@@ -175,6 +178,7 @@ fn time_pairs(report: &mut Report, name: &str, [a, b]: [Trees; 2], limits: PairL
 }
 
 fn self_pairs(report: &mut Report, name: &str, muscle: &Muscle, allowed: f64) {
+    // Pairs that share no vertex, on both sides.
     let Trees { ours, mut parry, .. } = Trees::moved(muscle);
     let mut workspace = Workspace::new();
     let (mut out, mut parry_out) = (vec![], vec![]);

@@ -17,6 +17,7 @@ const BUDGET: u64 = 400;
 
 /// Reports generation and detection with a hundred balls.
 pub(super) fn run(report: &mut Report) -> Result<(), Box<dyn Error>> {
+    // Four times as many faces: the time is to grow with them.
     let [small, large] = [4, 5].map(belly);
     generation(&small, 1.0, report)?;
     let balls = generation(&large, 6.0, report)?;
@@ -25,6 +26,8 @@ pub(super) fn run(report: &mut Report) -> Result<(), Box<dyn Error>> {
     let by = DVec3::new(11.0, 6.0, 23.0);
     let other = body(large);
     let first = moved(&other, by);
+
+    // Balls against vertices and against balls, beside vertices projected on faces.
     let scene = ContactScene::new(&first, &other);
     let projection = scene.projection(BUDGET, report).counts;
 
@@ -53,6 +56,7 @@ fn generation(mesh: &Mesh, seconds: f64, report: &mut Report) -> Result<Balls, B
 
     let faces = mesh.faces.len();
     report.ratio(format!("100 balls of {faces} faces"), [time, seconds], "s", 1.0);
+    // Bounds on the deviation are tight: the upper ones are close to the lower ones.
     let deviation = &generated.deviation;
     for (direction, hausdorff) in [
         ("surface to balls", deviation.surface_to_medial),

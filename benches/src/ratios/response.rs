@@ -29,6 +29,7 @@ type Outcome = Result<(), Box<dyn Error>>;
 
 /// Compares solutions of sheets pressed together.
 pub(super) fn run(report: &mut Report) -> Outcome {
+    // From a thousand contacts to a million.
     let mut sweep_times = Vec::new();
     for side in SIDES {
         sweep_times.push(sweeps(&Sheets::new(side)?, report)?);
@@ -37,6 +38,7 @@ pub(super) fn run(report: &mut Report) -> Outcome {
     let growth = [many.solver / few.solver, many.memory / few.memory];
     report.ratio("growth from 1k to 1M contacts / plain", growth, "x", 1.5);
 
+    // The rest with ten thousand contacts.
     let sheets = Sheets::new(100)?;
     preparation(&sheets, report)?;
     warm_start(&sheets, report)?;
@@ -95,6 +97,7 @@ fn preparation(sheets: &Sheets, report: &mut Report) -> Outcome {
     let rows = sheets.rows()?;
     let system = ContactSystem::new(&rows, &sheets.inverse_mass, SweepOrder::Colored)?;
     let mut v = sheets.v.clone();
+
     let [prepared, solved] = report.interleave(
         BUDGET,
         [
@@ -177,6 +180,8 @@ fn permanent(mut sheets: Sheets, report: &mut Report) -> Outcome {
     }
     let (upper, lower) = sheets.x.split_at(first);
     let on = sheets.lower.positions(lower)?;
+
+    // New detection refits a tree, and finds the closest face of each vertex.
     let carrier = SurfaceCarrier::Particles { first: sheets.first_lower };
     let mut tree = SurfaceTree::new(sheets.lower.clone(), lower.to_vec())?;
     let mut workspace = Workspace::default();

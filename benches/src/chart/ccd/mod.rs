@@ -210,6 +210,7 @@ fn draw_sets(
     attribution: Option<&str>,
     folder: &Path,
 ) -> Result<Vec<PathBuf>, Box<dyn Error>> {
+    // The caption has the counts of queries, so that it follows the measurements.
     let measured: Vec<Measurement> = sets.iter().flat_map(measure).collect();
     let titles: Vec<&str> = sets.iter().map(|set| set.title).collect();
     let mut settings = settings(&measured, &titles);
@@ -222,6 +223,7 @@ fn draw_sets(
 
 /// Measures all methods over a set; the fast ones take turns.
 fn measure(set: &LabeledSet) -> Vec<Measurement> {
+    // A share of the queries, evenly over the file; of these few for subdivision.
     let used = set.by_kind.each_ref().map(|set| set.thinned((set.queries.len() / USED).max(1)));
     let mut candidates = Candidate::all(mean_extent(used.iter().flatten()));
     let few = used.each_ref().map(|queries| {
@@ -253,6 +255,7 @@ fn measure_candidates(
     };
     let mut measured: Vec<Measurement> = candidates.iter().map(empty).collect();
 
+    // Both kinds of queries count by their numbers.
     for (of_kind, used) in set.by_kind.iter().zip(used) {
         let answer =
             |candidate| move |query: &CcdQuery| Candidate::answer(candidate, of_kind.kind, query);

@@ -83,6 +83,7 @@ pub fn run(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
     let frames = pool.install(|| timed_frames().map_err(|error| error.to_string()))?;
     let fitted = fit(&frames);
 
+    // The kinds of operations first, then the plans.
     let in_use = OperationCounts::SECONDS.to_array();
     let mut rows = Vec::new();
     for (kind, (fitted, in_use)) in KINDS.iter().zip(fitted.iter().zip(in_use)) {
@@ -126,6 +127,7 @@ fn timed_plan(
         task.pairs.iter().map(|&[a, b]| (ids[a], ids[b], method)).collect();
     let mut plan = Plan::with_forced(&mut scene, &PlanParams::with_tolerance(tolerance), &forced)?;
 
+    // Apart, the only operations are those of no pair.
     let all = plan.work().to_array();
     let of_pairs =
         plan.pairs().iter().fold(OperationCounts::default(), |sum, pair| sum + pair.work);
@@ -175,6 +177,7 @@ fn fit(frames: &[TimedFrame]) -> [f64; 5] {
 
     let rows: Vec<[f64; 5]> =
         frames.iter().map(|frame| frame.counts.map(|count| count / frame.seconds)).collect();
+    // Each sweep minimizes over one kind after the other.
     let mut seconds = [0.0; 5];
     for _ in 0..SWEEPS {
         for kind in 0..5 {

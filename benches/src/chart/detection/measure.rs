@@ -67,6 +67,7 @@ pub(super) fn measure_all(moving: &MovingBodies) -> Result<Measurements, Failure
 impl Measurements {
     /// Adds all methods on one task, timed in turns.
     fn add(&mut self, task: &Task<'_>, shared: &SharedStructures) -> Result<(), Failure> {
+        // A method that refuses a body is named in the caption.
         let mut runs = Vec::new();
         for candidate in &methods::candidates(task, shared) {
             match Run::new(candidate, task) {
@@ -78,6 +79,7 @@ impl Measurements {
             }
         }
 
+        // Slow methods end after fewer rounds.
         for round in 0..MAX_ROUNDS {
             for run in &mut runs {
                 if round < MIN_ROUNDS || run.spent < BUDGET {
@@ -102,6 +104,7 @@ struct Run<'a> {
 impl<'a> Run<'a> {
     /// Builds a detector and compares its answers with the exact ones.
     fn new(candidate: &Candidate<'a>, task: &Task<'_>) -> Result<Self, Failure> {
+        // Memory that is left after the build is that of the structures.
         let mut detector = None;
         let start = Instant::now();
         let build_memory = allocation_counter::measure(|| detector = Some((candidate.build)()));
@@ -114,6 +117,7 @@ impl<'a> Run<'a> {
             detector.step(frame)?;
         }
 
+        // Memory and errors of each frame.
         let mut score = Score::default();
         let mut allocated = 0.0_f64;
         for (frame, truth) in task.truth.iter().enumerate() {

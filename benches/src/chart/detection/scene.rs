@@ -66,12 +66,14 @@ impl MovingBodies {
 
 /// Returns the positions of all bodies in a frame.
 fn state(bodies: &[SurfaceTree], frame: u32) -> Vec<Vec<DVec3>> {
+    // Back and forth, as the cosine of the frame.
     let turned = arithmetic::circle(f64::from(frame) / f64::from(FRAMES));
     let progress = 0.5 * (1.0 - turned.x);
     let length = 1.0 - SHORTENING * progress;
     let bone = bodies[0].positions().as_slice();
     let bone_axis = long_axis(&bodies[0]);
 
+    // Muscles shorten along the bone, thicken across, and are pressed toward it.
     let mut positions = vec![bone.to_vec()];
     for muscle in &bodies[1..] {
         let muscle = muscle.positions().as_slice();

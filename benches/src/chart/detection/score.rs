@@ -76,6 +76,8 @@ impl Score {
         let inside: BTreeSet<u32> =
             gaps.iter().filter(|(_, gap)| **gap < 0.0).map(|(vertex, _)| *vertex).collect();
         let reported_inside: BTreeSet<u32> = reported.keys().copied().collect();
+
+        // A vertex that is not reported has depth 0, and one far outside the gap of the margin.
         for vertex in inside.union(&reported_inside) {
             let depth = reported.get(vertex).copied().unwrap_or(0.0);
             let exact = -gaps.get(vertex).copied().unwrap_or(TRUTH_MARGIN);

@@ -70,6 +70,7 @@ impl<'a> Task<'a> {
         let is_in_group = |pair: &[usize; 2]| (pair[0] == 0) == (group == PairGroup::Bone);
         let mut pairs: Vec<[usize; 2]> = pairs.filter(is_in_group).collect();
 
+        // Pairs without an overlap in any frame are left out.
         let (mut scene, ids) = scene_of(moving, &pairs)?;
         let mut truth = Vec::new();
         for frame in &moving.frames {
@@ -138,6 +139,7 @@ impl FrameTruth {
             scene.move_body(id, x)?;
         }
 
+        // Gaps in both directions, crossings and overlaps of each pair.
         let mut truth = Self::default();
         for report in
             scene.check(&CheckParams { margin: TRUTH_MARGIN }, musculo_collide::Progress::none())?

@@ -41,6 +41,7 @@ pub fn max_restitution(
 
 /// Simulates one bounce: mass, step and speed of arrival are 1, and the particle starts at `height`.
 fn restitution(scheme: Scheme, omega_h: f64, zeta: f64, height: f64) -> Result<f64, ResponseError> {
+    // Until it leaves, explodes, or counts as caught.
     let stiffness = omega_h * omega_h;
     let normal = NormalForce::Penalty { stiffness, damping: 2.0 * zeta * omega_h };
     let law = SoftLaw::new(normal, 1.0)?;

@@ -101,6 +101,7 @@ fn map_row(areas: &[Area<'_>], row: &MapRow, maps: &[CellMap]) -> Drawn {
 
 /// Draws a map in colors, with its known limits.
 fn map_panel(area: &Area<'_>, row: &MapRow, map: &CellMap) -> Drawn {
+    // Cells in colors, with the known limits on top.
     let [horizontal, vertical] = map.axes;
     let mut chart = ChartBuilder::on(area)
         .caption(row.title, ("sans-serif", 13))
@@ -144,6 +145,7 @@ fn bars(map: &CellMap) -> Vec<Rectangle<(f64, f64)>> {
     let [horizontal, vertical] = map.axes;
     let mut bars = Vec::new();
     for j in 0..vertical.cells {
+        // A bar ends where the color changes, or at the end of the row.
         let mut start = 0;
         for end in 1..=horizontal.cells {
             let color = band_color(map.value(start, j));
@@ -186,6 +188,8 @@ fn gain_panel(area: &Area<'_>, row: &GainRow, gain: &Gain) -> Drawn {
         .x_desc(GAIN.label)
         .y_desc("spectral radius")
         .draw()?;
+
+    // Stable below a radius of 1.
     let stable = Rectangle::new([(GAIN.low, 0.0), (GAIN.high, 1.0)], STABLE.filled());
     chart.draw_series([stable])?;
     let border = [(GAIN.low, 1.0), (GAIN.high, 1.0)];
@@ -210,6 +214,7 @@ fn gain_panel(area: &Area<'_>, row: &GainRow, gain: &Gain) -> Drawn {
 /// Draws the keys of colors and lines, and the settings.
 fn legend(area: &Area<'_>, settings: &[(&'static str, String)]) -> Drawn {
     let text = ("sans-serif", 14).into_font().into_text_style(area);
+    // Bands and the line of known limits.
     let mut x = 40;
     area.draw_text("growth", &text, (x, 10))?;
     x += 70;
@@ -221,6 +226,7 @@ fn legend(area: &Area<'_>, settings: &[(&'static str, String)]) -> Drawn {
     area.draw(&PathElement::new([(x, 16), (x + 26, 16)], LINE.stroke_width(2)))?;
     area.draw_text("known limit", &text, (x + 32, 10))?;
 
+    // Responses whose copies are added up.
     x = 40;
     for responses in [&ACCELERATIONS[..], &ALTERATIONS] {
         for (response, color) in responses.iter().zip(COLORS) {

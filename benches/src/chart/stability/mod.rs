@@ -241,6 +241,7 @@ impl Stability {
 
     /// Returns the rows of the table.
     fn rows(&self) -> Vec<Vec<Cell>> {
+        // Maps cell by cell, then gains by the number of the response.
         let mut rows = Vec::new();
         let mut add = |response: &str, scheme: Scheme, values: [f64; 3]| {
             let names = [response, scheme.name()].map(Cell::text);

@@ -102,6 +102,7 @@ struct AverageCase<'a> {
 
 impl AverageCase<'_> {
     fn detect(&mut self, pair: &PlacedPair<'_>) -> Result<PairFindings, Failure> {
+        // Trees of muscles are built once per frame.
         if self.frame != Some(pair.frame) {
             self.frame = Some(pair.frame);
             for muscle in self.task.muscles() {
@@ -137,6 +138,7 @@ impl Detector for PairByPair<'_> {
 
     /// Returns vertices where the method finds them, else crossings, else overlaps.
     fn answer(&self) -> Answer {
+        // A method computes one of the three for all pairs.
         let (mut vertices, mut crossings) = (Vec::new(), Vec::new());
         let mut overlaps = std::collections::BTreeSet::new();
         for (&pair, found) in self.task.pairs.iter().zip(&self.found) {

@@ -70,6 +70,7 @@ pub(super) fn detector<'a>(
         .map(|direction| (direction, Vec::new()))
         .collect();
 
+    // Only bodies that vertices are detected in need balls.
     let (mut vertices, mut balls) = (Vec::new(), Vec::new());
     for (number, body) in task.moving.bodies.iter().enumerate() {
         vertices.push(Tree::build(Leaves::Points, body.positions().as_slice())?);
@@ -95,6 +96,7 @@ impl<'a> FollowingBalls<'a> {
         generated: &GeneratedBalls,
     ) -> Result<Self, Failure> {
         let (surface, x) = (body.surface(), body.positions());
+        // Generation is slow, so that all detectors share it; each counts its time.
         let before = generated.borrow().get(&key).cloned();
         let milliseconds_before = before.as_ref().map_or(0.0, |before| before.milliseconds);
         let medial = match before {
@@ -138,6 +140,7 @@ impl Detector for MedialDetection<'_> {
             tree.refit(x)?;
         }
 
+        // Vertices in the bounds of cones and slabs, then in these.
         for (direction, found) in contacts {
             let Some(balls) = &balls[direction.against] else { continue };
             let (tree, x) = (&vertices[direction.vertices], &frame[direction.vertices]);

@@ -134,12 +134,14 @@ pub(super) fn candidates<'a>(
 ) -> Vec<Candidate<'a>> {
     let mut list = CandidateList(Vec::new());
 
+    // Surfaces, full and reduced.
     list.add(ChartedMethod::Surfaces, "exact", || surfaces::exact(task));
     for deviation in [2.0, 1.0, 0.5, 0.2] {
         let setting = format!("within {deviation} mm");
         list.add(ChartedMethod::Reduced, setting, move || surfaces::reduced(task, deviation));
     }
 
+    // Fields of the bone, and balls of the muscles.
     if task.group == PairGroup::Bone {
         for (method, fields) in
             [ChartedMethod::Field, ChartedMethod::VoxelField].into_iter().zip(&shared.fields)
@@ -160,6 +162,7 @@ pub(super) fn candidates<'a>(
         }
     }
 
+    // Methods to compare with.
     for edges in [8.0, 4.0, 2.0, 1.0, 0.5] {
         let build = move || Ok(baselines::spatial_hash(task, edges));
         list.add(ChartedMethod::Hash, format!("cells of {edges} edges"), build);

@@ -119,12 +119,14 @@ impl Detector for ReducedSurfaces<'_> {
 
 impl ReducedSurfaces<'_> {
     fn inside(&self, Direction { vertices, against }: Direction) -> Vec<(u32, f64)> {
+        // Three surfaces: at rest, where vertices are placed, and both bodies in this frame.
         let full = &self.task.moving.bodies[vertices];
         let rest = self.tree(vertices, full.positions().as_slice());
         let now = self.tree(vertices, self.task.positions(self.frame, vertices));
         let other = self.tree(against, self.task.positions(self.frame, against));
         let (Ok(rest), Ok(now), Ok(other)) = (rest, now, other) else { return Vec::new() };
 
+        // Each vertex moves with its closest point.
         let workspace = &mut Workspace::default();
         let mut placed = Vec::new();
         for &p in full.positions().as_slice() {
