@@ -1,93 +1,101 @@
-//! How high a surface lies over a triangle that it covers.
+//! Height of a surface over a triangle that it covers.
 //!
-//! Take faces of a surface that look the same way as a triangle R, and project them
-//! into its plane. Each point of R is covered by some number of them, which can only
-//! change where an edge passes that is not shared by two of them. So where no such
-//! edge passes through R, and its center is covered, all of it is: over every point
-//! there is a point of the surface, no farther than its height. The heights of a face
-//! are greatest at the corners of the part that lies over R.
+//! Take faces of a surface that face the same way as a triangle R, and project them into its
+//! plane. The number of them that cover a point of R changes only across edges that are not
+//! shared by two of them. So where no such edge passes through R, and its center is covered,
+//! all of it is: over every point there is a point of the surface, no farther than its height.
+//! The heights of a face are largest at the corners of the part that lies over R.
 //!
-//! The faces are found by going on across every edge that passes through R. Where R
-//! ends at a crease, edges without a face that looks the same way run along its border.
-//! They are let pass, up to rounding: what is covered is closed, so the border is as
-//! well.
+//! The faces are found by continuing across every edge that passes through R. Where R ends at
+//! a crease, edges without a face that faces the same way run along its border. They are
+//! accepted, up to rounding: what is covered is closed, so the border is covered as well.
 
 use glam::{DVec2, DVec3};
+use surface::triangle;
 
-use crate::triangles::{NOTHING, Target};
+use crate::target::{NO_FACE, Target};
 
-/// Room for one question after the other.
+/// Reusable memory of height queries.
+#[derive(Default)]
 pub(crate) struct Cover {
-    /// For each target face the last question in which it was met.
-    met: Vec<u32>,
-    question: u32,
-    waiting: Vec<u32>,
+    /// Per target face, the stamp of the last query that visited it.
+    visited: Vec<u32>,
+    stamp: u32,
+    /// Faces that the query has yet to project.
+    pending: Vec<u32>,
     polygon: Vec<DVec3>,
     clipped: Vec<DVec3>,
 }
 
 impl Cover {
     pub(crate) fn new(faces: usize) -> Self {
-        let [polygon, clipped] = [vec![], vec![]];
-        Self { met: vec![0; faces], question: 0, waiting: vec![], polygon, clipped }
+        Self { visited: vec![0; faces], ..Self::default() }
     }
 
-    /// A distance from the target that no point of the triangle exceeds, from faces
-    /// around those it starts at; `None` where they do not cover it for certain, or
-    /// from no nearer than `useful`.
-    pub(crate) fn bound(
+    /// Computes a distance from the target that no point of the triangle exceeds, from the
+    /// faces around `start`.
+    ///
+    /// Returns `None` where those do not certainly cover it, or are not nearer than `limit`.
+    pub(crate) fn height(
         &mut self,
         target: &Target<'_>,
         corners: [DVec3; 3],
         start: [u32; 3],
-        useful: f64,
+        limit: f64,
     ) -> Option<f64> {
+        // Start from the faces that meet the triangle.
         let plane = Plane::of(corners)?;
-        self.question += 1;
-        self.waiting.clear();
+        self.stamp += 1;
+        self.pending.clear();
         for face in start {
-            let projected = target.triangles.corners(face).map(|p| plane.project(p));
-            if faces_plane(projected) && plane.may_meet(projected) {
-                self.meet(face);
+            let projected = plane.project(target.tree.corners(face));
+            if is_upward(projected) && plane.may_meet(projected) {
+                self.visit(face);
             }
         }
-        let (mut height, mut covers) = (0.0_f64, false);
-        while let Some(face) = self.waiting.pop() {
-            let projected = target.triangles.corners(face).map(|p| plane.project(p));
-            if !faces_plane(projected) {
+
+        let (mut height, mut covers_center) = (0.0_f64, false);
+        while let Some(face) = self.pending.pop() {
+            let projected = plane.project(target.tree.corners(face));
+            if !is_upward(projected) {
                 return None;
             }
-            covers |= contains(projected, plane.center);
+            covers_center |= contains(projected, plane.center);
             height = self.height_over(&plane, projected, height);
-            if height >= useful {
+            if height >= limit {
                 return None;
             }
+
+            // Continue across edges that may pass through the triangle.
             for k in 0..3 {
                 if plane.edge_may_pass(projected[k], projected[(k + 1) % 3]) {
-                    match target.across[face as usize][k] {
-                        NOTHING => return None,
-                        next => self.meet(next),
+                    match target.adjacent[face as usize][k] {
+                        NO_FACE => return None,
+                        next => self.visit(next),
                     }
                 }
             }
         }
-        covers.then_some(height)
+        covers_center.then_some(height)
     }
 
-    fn meet(&mut self, face: u32) {
-        let met = &mut self.met[face as usize];
-        if *met != self.question {
-            *met = self.question;
-            self.waiting.push(face);
+    /// Puts a face on the list, once.
+    fn visit(&mut self, face: u32) {
+        let visited = &mut self.visited[face as usize];
+        if *visited != self.stamp {
+            *visited = self.stamp;
+            self.pending.push(face);
         }
     }
 
-    /// The greatest height of a face over the triangle, or `known` if that is more.
-    fn height_over(&mut self, plane: &Plane, projected: [DVec3; 3], known: f64) -> f64 {
-        let highest = |polygon: &[DVec3]| polygon.iter().map(|p| p.z.abs()).fold(0.0, f64::max);
-        if highest(&projected) <= known {
-            return known;
+    /// Returns the largest height of a face over the triangle, or `floor` where that is
+    /// larger.
+    fn height_over(&mut self, plane: &Plane, projected: [DVec3; 3], floor: f64) -> f64 {
+        if max_height(&projected) <= floor {
+            return floor;
         }
+
+        // Clip the face at the lines of the triangle's sides (Sutherland and Hodgman).
         self.polygon.clear();
         self.polygon.extend(projected);
         for side in 0..3 {
@@ -104,11 +112,16 @@ impl Cover {
             }
             std::mem::swap(&mut self.polygon, &mut self.clipped);
         }
-        highest(&self.polygon).max(known)
+        max_height(&self.polygon).max(floor)
     }
 }
 
-/// A triangle's plane: its corners counter-clockwise in two coordinates.
+/// Returns the largest distance of projected points from the plane; 0 without points.
+fn max_height(projected: &[DVec3]) -> f64 {
+    projected.iter().map(|p| p.z.abs()).fold(0.0, f64::max)
+}
+
+/// Plane of a triangle, with its corners counter-clockwise in two coordinates.
 struct Plane {
     origin: DVec3,
     axes: [DVec3; 3],
@@ -116,87 +129,105 @@ struct Plane {
     center: DVec2,
     /// Inward unit normals of the sides from each corner to the next.
     inward: [DVec2; 3],
-    /// What rounding may move a projected point by.
-    margin: f64,
+    /// Distance by which rounding may move a projected point.
+    rounding: f64,
 }
 
-/// Roundings between a position and its coordinate in a plane, with room to spare.
+/// Number of roundings between a position and its coordinate in a plane, with a safety factor.
 const ROUNDINGS: f64 = 64.0;
 
 impl Plane {
-    /// The plane of a triangle with area.
+    /// Returns the plane of a triangle; `None` without an area well above rounding.
     fn of(corners: [DVec3; 3]) -> Option<Self> {
         let [a, b, c] = corners;
-        let normal = (b - a).cross(c - a).try_normalize()?;
+        let normal = triangle::normal(corners).try_normalize()?;
         let along = (b - a).try_normalize()?;
         let axes = [along, normal.cross(along), normal];
         let flat = corners.map(|p| DVec2::new(axes[0].dot(p - a), axes[1].dot(p - a)));
-        let side = |k: usize| (flat[(k + 1) % 3] - flat[k]).try_normalize();
-        let inward = [side(0)?, side(1)?, side(2)?].map(DVec2::perp);
+        let [p, q, r] = flat;
+        let [along_a, along_b, along_c] = [q - p, r - q, p - r].map(DVec2::try_normalize);
+        let inward = [along_a?, along_b?, along_c?].map(DVec2::perp);
+
+        // The center must be inside beyond doubt.
         let scale = a.abs().max_element() + a.distance(b).max(a.distance(c));
-        let margin = ROUNDINGS * f64::EPSILON * scale;
-        let center = (flat[0] + flat[1] + flat[2]) / 3.0;
-        let known = (0..3).all(|k| inward[k].dot(center - flat[k]) > 2.0 * margin);
-        known.then_some(Self { origin: a, axes, corners: flat, center, inward, margin })
+        let rounding = ROUNDINGS * f64::EPSILON * scale;
+        let center = (p + q + r) / 3.0;
+        let is_wide = (0..3).all(|k| inward[k].dot(center - flat[k]) > 2.0 * rounding);
+        is_wide.then_some(Self { origin: a, axes, corners: flat, center, inward, rounding })
     }
 
-    /// Two coordinates in the plane, and the height over it.
-    fn project(&self, p: DVec3) -> DVec3 {
-        DVec3::from(self.axes.map(|axis| axis.dot(p - self.origin)))
+    /// Computes, per point, two coordinates in the plane and the height over it.
+    fn project(&self, points: [DVec3; 3]) -> [DVec3; 3] {
+        let [u, v, normal] = self.axes;
+        points.map(|p| p - self.origin).map(|d| DVec3::new(u.dot(d), v.dot(d), normal.dot(d)))
     }
 
-    /// Distance inside of a side's line.
+    /// Returns the distance of a projected point from a side's line, positive inside.
     fn inside(&self, side: usize, p: DVec3) -> f64 {
         self.inward[side].dot(p.truncate() - self.corners[side])
     }
 
-    /// Whether no point is farther inside of one side than `margin`.
-    fn beside(&self, points: &[DVec3], margin: f64) -> bool {
+    /// Returns true if all points are less than `margin` inside of one side.
+    fn is_beside(&self, points: &[DVec3], margin: f64) -> bool {
         (0..3).any(|side| points.iter().all(|p| self.inside(side, *p) < margin))
     }
 
-    /// Whether a triangle may touch this one.
+    /// Returns true if a projected triangle may touch this one, by separating sides.
     fn may_meet(&self, triangle: [DVec3; 3]) -> bool {
-        let beyond = |k: usize| {
-            let [_, most, length] = self.sides_of(triangle[k], triangle[(k + 1) % 3]);
-            most < -self.margin * length
-        };
-        !self.beside(&triangle, -self.margin) && !(0..3).any(beyond)
+        if self.is_beside(&triangle, -self.rounding) {
+            return false;
+        }
+        let [a, b, c] = triangle;
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            let left = self.left_of(from, to);
+            if left.max < -self.rounding * left.length {
+                return false;
+            }
+        }
+        true
     }
 
-    /// Whether an edge may pass through the inside of this triangle.
+    /// Returns true if a projected edge may pass through the interior of this triangle.
     fn edge_may_pass(&self, from: DVec3, to: DVec3) -> bool {
-        let [least, most, length] = self.sides_of(from, to);
-        let margin = self.margin * length;
-        least < -margin && most > margin && !self.beside(&[from, to], self.margin)
+        let left = self.left_of(from, to);
+        let rounding = self.rounding * left.length;
+        let has_both_sides = left.min < -rounding && left.max > rounding;
+        has_both_sides && !self.is_beside(&[from, to], self.rounding)
     }
 
-    /// Least and greatest distance of the corners to the left of a line, times a
-    /// length, which is the third.
-    fn sides_of(&self, from: DVec3, to: DVec3) -> [f64; 3] {
+    /// Computes the distances of the corners to the left of a line, scaled by a length.
+    fn left_of(&self, from: DVec3, to: DVec3) -> LeftOf {
         let from = from.truncate();
         let left = (to.truncate() - from).perp();
         let [a, b, c] = self.corners.map(|corner| left.dot(corner - from));
         // The sum is at least the length: a little more counts as touching.
-        [a.min(b).min(c), a.max(b).max(c), left.x.abs() + left.y.abs()]
+        let length = left.x.abs() + left.y.abs();
+        LeftOf { min: a.min(b).min(c), max: a.max(b).max(c), length }
     }
 }
 
-/// Least cosine between a face and the plane that it is projected into: 87°.
+/// Smallest and largest distance of corners to the left of a line, times `length`.
+struct LeftOf {
+    min: f64,
+    max: f64,
+    length: f64,
+}
+
+/// Smallest cosine between a face and the plane that it is projected into: 87°.
 ///
-/// Smaller, and rounding decides which way a face looks; larger, and sides of creases
-/// that are no steeper count as holes.
+/// Smaller, and rounding decides which way a face points; larger, and sides of creases that
+/// are less steep count as holes.
 const MIN_COSINE: f64 = 0.05;
 
-/// Whether a face looks the way that the plane does.
-fn faces_plane([a, b, c]: [DVec3; 3]) -> bool {
-    let normal = (b - a).cross(c - a);
+/// Returns true if a projected face points the same way as the plane.
+fn is_upward(corners: [DVec3; 3]) -> bool {
+    let normal = triangle::normal(corners);
     normal.z > MIN_COSINE * normal.length()
 }
 
+/// Returns true if a projected counter-clockwise triangle contains a point of the plane.
 fn contains(triangle: [DVec3; 3], p: DVec2) -> bool {
-    (0..3).all(|k| {
-        let (from, to) = (triangle[k].truncate(), triangle[(k + 1) % 3].truncate());
-        (to - from).perp_dot(p - from) >= 0.0
-    })
+    let [a, b, c] = triangle.map(DVec3::truncate);
+    let is_left_of = |from: DVec2, to: DVec2| (to - from).perp_dot(p - from) >= 0.0;
+    is_left_of(a, b) && is_left_of(b, c) && is_left_of(c, a)
 }

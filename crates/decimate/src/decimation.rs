@@ -1,191 +1,178 @@
-//! The sequence of coarser surfaces, and the choice among them.
+//! Sequence of coarser surfaces, and the choice among them.
 
-use glam::DVec3;
-use kdop::Tree;
-use surface::{Positions, TriangleSurface};
+use proximity::SurfaceTree;
+use surface::progress::Progress;
+use surface::{HausdorffBounds, TriangleSurface};
 
-use crate::deviation::{MAX_SPLITS, MIN_SLACK};
+use crate::collapsed::Collapsed;
+use crate::directed::Accuracy;
+use crate::hausdorff::certified;
 use crate::measure::Measure;
-use crate::one_sided::Aim;
 use crate::order::{Collapse, collapses};
-use crate::prefix::Prefix;
-use crate::triangles::{Target, Triangles};
-use crate::{DecimateError, Deviation, ReducedSurface};
+use crate::target::{Target, adjacent_faces};
+use crate::{DecimateError, ReducedSurface};
 
-/// Edge collapses of a surface into its own vertices, in order of cost: every prefix
-/// is a coarser surface.
-///
-/// ```
-/// use decimate::Decimation;
-///
-/// let ball = fixtures::shapes::icosphere(30.0, 4);
-/// let (surface, x) = (ball.surface(), ball.positions);
-/// let decimation = Decimation::new(&surface, surface.positions(&x)?)?;
-///
-/// let reduced = decimation.within(0.5)?;
-/// assert!(reduced.deviation.largest() <= 0.5);
-/// assert!(reduced.surface.faces().len() < surface.faces().len() / 5);
-///
-/// // It follows whatever the full surface does.
-/// let squeezed: Vec<_> = x.iter().map(|p| *p * 0.9).collect();
-/// let mut follows = Vec::new();
-/// reduced.gather(&squeezed, &mut follows);
-/// assert_eq!(follows[7], squeezed[reduced.kept[7] as usize]);
-/// # Ok::<(), decimate::DecimateError>(())
-/// ```
+/// Edge collapses of a surface into its own vertices, in order of cost: every prefix of the
+/// sequence is a coarser surface.
 #[derive(Clone, Debug)]
 pub struct Decimation {
-    surface: TriangleSurface,
-    x: Vec<DVec3>,
-    tree: Tree,
-    across: Vec<[u32; 3]>,
+    full: SurfaceTree,
+    adjacent: Vec<[u32; 3]>,
     collapses: Vec<Collapse>,
 }
 
-/// Share of the faces by which surfaces that are tried differ.
+/// Share of the faces by which successive candidates differ.
 ///
-/// Smaller takes more tries for the last few faces; larger leaves more of them.
-const STEP: f64 = 0.02;
+/// Smaller takes more candidates for the last few faces; larger leaves more of them.
+const CANDIDATE_STEP: f64 = 0.02;
 
-/// Largest distance of a vertex, relative to the deviation asked for, at which the rest
-/// of the surface is taken to be near enough while searching.
+/// Largest distance of a vertex, relative to the requested deviation, at which the rest of the
+/// surface is presumed near enough during the search.
 ///
-/// Smaller measures surfaces that are far finer than needed; larger, and the search ends
-/// at surfaces that deviate more, from which it steps back one by one.
+/// Smaller measures surfaces that are far finer than needed; larger, and the search ends at
+/// surfaces that deviate more, from which it steps back one by one.
 const PRESUMED: f64 = 0.3;
 
-/// Splits before a surface that is tried is passed over.
-const SPLITS_OF_A_TRY: usize = 5_000;
+/// Splits before a candidate is given up during the search.
+const MAX_SEARCH_SPLITS: usize = 5_000;
 
 impl Decimation {
-    /// Collapses as far as topology and shape allow.
+    /// Collapses edges as far as topology and shape allow.
     ///
     /// # Errors
     ///
-    /// - [`DecimateError::Surface`] for a surface that is not closed, manifold and
-    ///   oriented.
+    /// - [`DecimateError::Surface`] for a surface that is not closed, manifold and oriented.
     /// - [`DecimateError::RepeatedVertex`] or [`DecimateError::TooSmall`] for one that
     ///   encloses nothing.
-    /// - [`DecimateError::Tree`] where bounds cannot be stored.
-    pub fn new(surface: &TriangleSurface, x: Positions<'_>) -> Result<Self, DecimateError> {
-        let x = surface.positions(x.as_slice())?.as_slice();
-        check(surface)?;
-        let triangles = Triangles { surface, x };
-        let (tree, across) = (triangles.tree()?, triangles.across());
-        let collapses = collapses(surface.faces(), x);
-        Ok(Self { surface: surface.clone(), x: x.to_vec(), tree, across, collapses })
+    /// - [`DecimateError::Interrupted`] when the progress handler ends the call.
+    pub fn new(full: SurfaceTree, progress: Progress<'_>) -> Result<Self, DecimateError> {
+        check(full.surface())?;
+        let adjacent = adjacent_faces(full.surface());
+        let x = full.positions().as_slice();
+        let collapses = collapses(full.surface().faces(), x, progress)?;
+        Ok(Self { full, adjacent, collapses })
     }
 
-    /// The coarsest surface of the sequence found whose deviation bound is at most
-    /// `deviation` (length units, `> 0`, finite).
+    /// Returns the full surface.
+    #[must_use]
+    pub fn full(&self) -> &SurfaceTree {
+        &self.full
+    }
+
+    /// Finds the coarsest surface of the sequence whose Hausdorff distance from the full one
+    /// is certified to be at most `max_deviation` (length, `> 0`, finite).
     ///
-    /// It is the full surface, with bound 0, where already the first that is coarser
-    /// deviates more. A larger `deviation` never has more faces.
+    /// Returns the full surface, with bound 0, where already the first coarser one deviates
+    /// more. A larger `max_deviation` never results in more faces.
     ///
     /// # Errors
     ///
-    /// - [`DecimateError::Parameter`] for a deviation out of range.
-    /// - [`DecimateError::Tree`] where bounds cannot be stored.
-    pub fn within(&self, deviation: f64) -> Result<ReducedSurface, DecimateError> {
-        if !deviation.is_finite() || deviation <= 0.0 {
-            let range = "positive and finite";
-            return Err(DecimateError::Parameter { name: "deviation", value: deviation, range });
+    /// - [`DecimateError::MaxDeviation`] for a deviation out of range.
+    /// - [`DecimateError::Interrupted`] when the progress handler ends the call.
+    pub fn within(
+        &self,
+        max_deviation: f64,
+        progress: Progress<'_>,
+    ) -> Result<ReducedSurface, DecimateError> {
+        if !max_deviation.is_finite() || max_deviation <= 0.0 {
+            return Err(DecimateError::MaxDeviation { value: max_deviation });
         }
-        let tries = self.tries();
-        // Bisects between what passed and what did not; the full surface passes.
-        let (mut passed, mut failed) = (0, tries.len());
+
+        // Bisect between a candidate that passed and one that failed; the full surface passes.
+        let candidates = self.candidates();
+        let (mut passed, mut failed) = (0, candidates.len());
+        let mut done = 0.0;
         while failed - passed > 1 {
             let middle = usize::midpoint(passed, failed);
-            if self.may_be_within(tries[middle], deviation)? {
+            let part = progress.part(done, 0.5 + 0.5 * done);
+            done = 0.5 + 0.5 * done;
+            if self.may_be_within(candidates[middle], max_deviation, part)? {
                 passed = middle;
             } else {
                 failed = middle;
             }
         }
+
+        // Certify, stepping back where the presumption was wrong.
         loop {
-            let reduced = self.reduced(tries[passed], deviation)?;
-            if reduced.deviation.largest() <= deviation {
+            let part = progress.part(done, 1.0);
+            let reduced = self.reduced(candidates[passed], max_deviation, part)?;
+            if reduced.deviation.upper() <= max_deviation {
                 return Ok(reduced);
             }
             passed -= 1;
         }
     }
 
-    /// Whether the surface after some collapses is likely to deviate by no more than
-    /// this: certain where it matters.
-    fn may_be_within(&self, collapses: usize, deviation: f64) -> Result<bool, DecimateError> {
-        let prefix = self.prefix(collapses);
-        let measure = Measure::new(self.target(), &prefix)?;
-        let farthest = measure.farthest_vertex();
-        if farthest > deviation || farthest <= PRESUMED * deviation {
-            return Ok(farthest <= deviation);
+    /// Returns true if the surface after some collapses probably deviates by no more than
+    /// `max_deviation`.
+    fn may_be_within(
+        &self,
+        collapses: usize,
+        max_deviation: f64,
+        progress: Progress<'_>,
+    ) -> Result<bool, DecimateError> {
+        progress.report(0.0)?;
+        let measure = Measure::new(self.target(), self.collapsed(collapses))?;
+
+        // Most candidates are decided by their vertices alone.
+        let distance = measure.max_vertex_distance();
+        if distance > max_deviation || distance <= PRESUMED * max_deviation {
+            return Ok(distance <= max_deviation);
         }
-        let aim = Aim { slack: deviation, at_most: deviation, splits: SPLITS_OF_A_TRY };
-        Ok(measure.deviation(aim).largest() <= deviation)
+
+        let (min_slack, limit) = (max_deviation, max_deviation);
+        let accuracy = Accuracy { min_slack, limit, max_splits: MAX_SEARCH_SPLITS };
+        Ok(measure.deviation(accuracy, progress)?.upper() <= max_deviation)
     }
 
-    /// The finest surface of the sequence with at most this many faces.
+    /// Returns the numbers of collapses that are tried, ascending from none to all.
     ///
-    /// # Errors
-    ///
-    /// - [`DecimateError::TooFewFaces`] when topology and shape allow none.
-    /// - [`DecimateError::Tree`] where bounds cannot be stored.
-    pub fn with_faces(&self, at_most: usize) -> Result<ReducedSurface, DecimateError> {
-        let count = self.face_count().saturating_sub(at_most).div_ceil(2);
-        if count > self.collapses.len() {
-            let fewest = self.faces_after(self.collapses.len());
-            return Err(DecimateError::TooFewFaces { asked: at_most, fewest });
-        }
-        self.reduced(count, f64::INFINITY)
-    }
-
-    fn face_count(&self) -> usize {
-        self.surface.faces().len()
-    }
-
-    /// Each collapse takes the two faces at its edge.
-    fn faces_after(&self, collapses: usize) -> usize {
-        self.face_count() - 2 * collapses
-    }
-
-    /// Numbers of collapses that are tried, ascending from none to all: the same for
-    /// every deviation, so that a larger one ends at the same or farther on.
-    fn tries(&self) -> Vec<usize> {
+    /// They are the same for every deviation, so that a larger one ends at the same or a later
+    /// one.
+    fn candidates(&self) -> Vec<usize> {
         let last = self.collapses.len();
-        let mut tries = vec![0];
+        let mut candidates = vec![0];
         let mut at = 0;
         while at < last {
-            at = (at + step(self.faces_after(at))).min(last);
-            tries.push(at);
+            at = (at + step(self.adjacent.len() - 2 * at)).min(last);
+            candidates.push(at);
         }
-        tries
+        candidates
     }
 
-    fn prefix(&self, collapses: usize) -> Prefix {
-        Prefix::new(self.x.len(), self.surface.faces(), &self.collapses[..collapses])
+    /// Returns the surface after the first collapses.
+    fn collapsed(&self, collapses: usize) -> Collapsed {
+        let surface = self.full.surface();
+        Collapsed::new(surface.vertex_count(), surface.faces(), &self.collapses[..collapses])
     }
 
+    /// Returns the full surface as the target of distances.
     fn target(&self) -> Target<'_> {
-        let triangles = Triangles { surface: &self.surface, x: &self.x };
-        Target { triangles, tree: &self.tree, across: &self.across }
+        Target { tree: &self.full, adjacent: &self.adjacent }
     }
 
-    /// The surface after some collapses; its deviation is infinite if it is more than
-    /// `at_most`.
-    fn reduced(&self, collapses: usize, at_most: f64) -> Result<ReducedSurface, DecimateError> {
-        let prefix = self.prefix(collapses);
+    /// Returns the surface after some collapses with its certified deviation, which is
+    /// infinite where it exceeds `limit`.
+    fn reduced(
+        &self,
+        collapses: usize,
+        limit: f64,
+        progress: Progress<'_>,
+    ) -> Result<ReducedSurface, DecimateError> {
+        let collapsed = self.collapsed(collapses);
+        let kept = collapsed.kept.clone();
+        let measure = Measure::new(self.target(), collapsed)?;
         let deviation = if collapses == 0 {
-            Deviation::NONE // what rounding shows of equal surfaces is not theirs
+            HausdorffBounds::default() // equal surfaces do not deviate by rounding errors
         } else {
-            let slack = MIN_SLACK * self.target().triangles.size();
-            let aim = Aim { slack, at_most, splits: MAX_SPLITS };
-            Measure::new(self.target(), &prefix)?.deviation(aim)
+            measure.deviation(certified(&self.full, limit), progress)?
         };
-        let surface = TriangleSurface::new(prefix.kept.len(), prefix.faces)?;
-        Ok(ReducedSurface { surface, kept: prefix.kept, deviation })
+        Ok(ReducedSurface { surface: measure.surface(), kept, deviation })
     }
 }
 
+/// Returns the number of collapses from a candidate with so many faces to the next one.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -193,14 +180,15 @@ impl Decimation {
     reason = "a share of a count"
 )]
 fn step(faces: usize) -> usize {
-    // Two faces a collapse, and one collapse at least.
-    ((STEP * 0.5 * faces as f64) as usize).max(1)
+    // A collapse removes two faces.
+    ((CANDIDATE_STEP * 0.5 * faces as f64) as usize).max(1)
 }
 
+/// Checks that a surface is closed, manifold and oriented, and encloses something.
 fn check(surface: &TriangleSurface) -> Result<(), DecimateError> {
     for (face, &[a, b, c]) in surface.faces().iter().enumerate() {
         if a == b || b == c || c == a {
-            let vertex = if a == b || c == a { a } else { b };
+            let vertex = if b == c { b } else { a };
             return Err(DecimateError::RepeatedVertex { face, vertex });
         }
     }

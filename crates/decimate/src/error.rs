@@ -1,47 +1,40 @@
-//! Why a surface cannot be decimated, or a coarser one not be had.
+//! Errors of decimation.
 
+use proximity::ProximityError;
 use surface::SurfaceError;
+use surface::progress::Interrupted;
 
-/// What is wrong with a surface or with what was asked of it, and where.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+/// Error of decimating a surface, or of measuring a reduced one.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DecimateError {
-    /// The surface is open, not manifold or not oriented, or its positions are wrong.
+    /// The surface is open, not manifold or not oriented.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
-    /// A tree over it cannot be built.
+    /// A tree over the reduced surface could not be built.
     #[error(transparent)]
-    Tree(#[from] kdop::TreeError),
+    Proximity(#[from] ProximityError),
+    /// The progress handler ended the call.
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
     /// A face uses one vertex twice, so that it is an edge.
-    #[error("face {face} uses vertex {vertex} more than once")]
+    #[error("face {face} uses vertex {vertex} more than once: remove it")]
     RepeatedVertex {
         /// The first such face.
         face: usize,
         /// The vertex it repeats.
         vertex: u32,
     },
-    /// A closed surface has at least the four faces of a tetrahedron.
+    /// The surface has fewer faces than a tetrahedron.
     #[error("the surface has {faces} faces; a closed one has at least 4")]
     TooSmall {
-        /// How many it has.
+        /// Number of its faces.
         faces: usize,
     },
-    /// A parameter is outside its range.
-    #[error("{name} is {value}, but must be {range}")]
-    Parameter {
-        /// Name of the parameter.
-        name: &'static str,
-        /// Its value.
+    /// The largest deviation allowed is not positive, or not finite.
+    #[error("max_deviation is {value}, but must be positive and finite")]
+    MaxDeviation {
+        /// The value given.
         value: f64,
-        /// What it may be.
-        range: &'static str,
-    },
-    /// Fewer faces were asked for than shape and topology allow.
-    #[error("{asked} faces were asked for, but shape and topology allow no fewer than {fewest}")]
-    TooFewFaces {
-        /// Faces asked for.
-        asked: usize,
-        /// Faces of the coarsest surface.
-        fewest: usize,
     },
 }

@@ -1,18 +1,20 @@
-//! Coarser surfaces on a subset of a surface's own vertices, with certified deviation.
+//! Mesh decimation onto a surface's own vertices, with certified Hausdorff bounds.
 //!
-//! A closed surface of tens of thousands of faces, asked for contacts within half a
-//! millimetre, is served as well by a few thousand. [`Decimation`] finds them by edge
-//! collapses that move a vertex into one of its neighbors. No vertex is ever placed
-//! anew, so a [`ReducedSurface`] surface follows any deformation of the full one for free: its
-//! positions are [gathered](ReducedSurface::gather).
+//! A closed surface of tens of thousands of faces is represented within half a millimeter by
+//! a few thousand. [`Decimation`] finds them by edge collapses that move a vertex into one of
+//! its neighbors (half-edge collapse). No vertex gets a new position, so a [`ReducedSurface`]
+//! follows any deformation of the full one for free: its positions are
+//! [gathered](ReducedSurface::gather). A [`CoarseSurface`] does so with a tree for collision
+//! queries, and carries displacements back to the full surface.
 //!
-//! How far the two are from each other is bounded both ways ([`Deviation`]): no point of
-//! either surface is farther from the other, up to rounding. The bound holds at the
-//! positions that it was measured at; [`deviation()`] measures at others.
+//! The two-sided Hausdorff distance between both is bounded from above, up to rounding
+//! ([`HausdorffBounds`](surface::HausdorffBounds)). The bound holds at the positions that it
+//! was computed at; [`hausdorff_bounds`] computes it at others.
 //!
-//! What may happen: a reduced surface can cross itself where the full one comes closer to
-//! itself than the deviation, since only its topology and the turn of its faces are
-//! guarded.
+//! # Limits
+//!
+//! A reduced surface may cross itself where the full one comes closer to itself than the
+//! deviation: only its topology and the rotation of its faces are guarded.
 //!
 //! # Sources
 //!
@@ -21,24 +23,61 @@
 //! - T. K. Dey, H. Edelsbrunner, S. Guha and D. V. Nekhayev, "Topology Preserving Edge
 //!   Contraction", Publications de l'Institut Mathématique 66, 1999: the link condition.
 //! - M. Guthe, P. Borodin and R. Klein, "Fast and Accurate Hausdorff Distance Calculation
-//!   between Meshes", Journal of WSCG 13, 2005: branch and bound over faces. Differs in
-//!   the bounds, which also use what covers a face.
+//!   between Meshes", Journal of WSCG 13, 2005: branch and bound over faces. Differs in the
+//!   bounds, which also use the faces that cover a patch.
+//!
+//! # Features
+//!
+//! - `rayon`: vertices are attached on the threads of the current pool; results are the same to
+//!   the bit.
+//! - `serde`: Hausdorff bounds implement `Serialize` and `Deserialize`.
+//!
+//! # Example
+//!
+//! ```
+//! use decimate::Decimation;
+//! use proximity::SurfaceTree;
+//! use surface::progress::Progress;
+//!
+//! let ball = fixtures::shapes::icosphere(30.0, 4);
+//! let full = SurfaceTree::new(ball.surface(), ball.positions.clone())?;
+//! let decimation = Decimation::new(full, Progress::none())?;
+//!
+//! let reduced = decimation.within(0.5, Progress::none())?;
+//! assert!(reduced.deviation.upper() <= 0.5);
+//! assert!(reduced.surface.faces().len() < ball.faces.len() / 5);
+//!
+//! // It follows whatever the full surface does.
+//! let squeezed: Vec<_> = ball.positions.iter().map(|p| *p * 0.9).collect();
+//! let mut positions = Vec::new();
+//! reduced.gather(&squeezed, &mut positions);
+//! assert_eq!(positions[7], squeezed[reduced.kept[7] as usize]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
+mod coarse_surface;
+mod collapsed;
 mod cover;
 mod decimation;
-mod deviation;
+mod directed;
 mod error;
+mod hausdorff;
 mod measure;
 mod mesh;
-mod one_sided;
 mod order;
-mod prefix;
 mod quadric;
 mod reduced;
-mod triangles;
+mod target;
 
+pub use glam;
+
+pub use crate::coarse_surface::CoarseSurface;
 pub use crate::decimation::Decimation;
-pub use crate::deviation::{Deviation, deviation};
 pub use crate::error::DecimateError;
+pub use crate::hausdorff::hausdorff_bounds;
 pub use crate::reduced::ReducedSurface;
-pub use surface::DirectedHausdorff;
+
+/// Compiles the README's example.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,114 +1,148 @@
-//! A surface after some collapses, measured against the full one.
+//! Deviation of a collapsed surface from the full one.
 //!
-//! The collapses tell where to look. A vertex that has gone is near the faces around
-//! the vertex that it has moved into, or around a next one; and many faces of the
-//! coarser surface are still what they were.
+//! The collapses provide the hints of the search: a vertex that has moved is near the faces
+//! around the vertex that it has moved into, or around a neighbor of that one; and many faces
+//! of the coarser surface are unchanged.
+
+use std::sync::Arc;
 
 use glam::DVec3;
-use kdop::{Tree, Workspace};
-use surface::{TriangleSurface, closest_on_triangle};
+use kdop::Workspace;
+use proximity::{ClosestPoint, SurfaceTree};
+use surface::progress::{Interrupted, Progress};
+use surface::{DirectedHausdorff, HausdorffBounds, TriangleSurface};
 
-use crate::one_sided::{Aim, largest};
-use crate::prefix::Prefix;
-use crate::triangles::{Target, Triangles};
-use crate::{DecimateError, Deviation};
+use crate::DecimateError;
+use crate::collapsed::Collapsed;
+use crate::directed::{Accuracy, directed_distance};
+use crate::target::{Target, adjacent_faces};
 
-/// Both surfaces with what distances between them need.
+/// A full surface and a collapsed one.
 pub(crate) struct Measure<'a> {
     full: Target<'a>,
-    prefix: &'a Prefix,
-    reduced: TriangleSurface,
-    x_reduced: Vec<DVec3>,
-    /// Of the reduced surface.
-    tree: Tree,
-    across: Vec<[u32; 3]>,
-    /// For each vertex of the full surface a face of the reduced one that is near,
-    /// and its distance.
-    near: Vec<(u32, f64)>,
+    /// Per face of the collapsed surface, its number in the full surface.
+    sources: Vec<u32>,
+    reduced: SurfaceTree,
+    /// [Adjacent faces](adjacent_faces) of the collapsed surface.
+    adjacent: Vec<[u32; 3]>,
+    /// Per vertex of the full surface, a point of the collapsed one that is near; `None`
+    /// where no face uses the vertex.
+    near: Vec<Option<ClosestPoint>>,
 }
 
 impl<'a> Measure<'a> {
-    pub(crate) fn new(full: Target<'a>, prefix: &'a Prefix) -> Result<Self, DecimateError> {
-        let reduced = TriangleSurface::new(prefix.kept.len(), prefix.faces.clone())?;
-        let x_reduced: Vec<DVec3> =
-            prefix.kept.iter().map(|v| full.triangles.x[*v as usize]).collect();
-        let triangles = Triangles { surface: &reduced, x: &x_reduced };
-        let (tree, across) = (triangles.tree()?, triangles.across());
-        let mut measure = Self { full, prefix, reduced, x_reduced, tree, across, near: vec![] };
-        measure.near = measure.near_vertices();
-        Ok(measure)
+    pub(crate) fn new(full: Target<'a>, collapsed: Collapsed) -> Result<Self, DecimateError> {
+        let Collapsed { moved_into, kept, faces, sources } = collapsed;
+        let x = kept.iter().map(|&vertex| full.tree.position(vertex)).collect();
+        let reduced = SurfaceTree::new(TriangleSurface::new(kept.len(), faces)?, x)?;
+        let adjacent = adjacent_faces(reduced.surface());
+        let near = near_vertices(full.tree, &reduced, &moved_into, &kept);
+        Ok(Self { full, sources, reduced, adjacent, near })
     }
 
-    /// The largest distance of a vertex of the full surface from the reduced one.
-    pub(crate) fn farthest_vertex(&self) -> f64 {
-        let (target, mut workspace) = (self.reduced(), Workspace::default());
-        let mut farthest = 0.0;
-        for (p, &(face, distance)) in self.full.triangles.x.iter().zip(&self.near) {
-            if distance > farthest {
-                farthest = target.nearest(*p, face, &mut workspace).1.max(farthest);
+    /// Returns the collapsed surface.
+    pub(crate) fn surface(&self) -> Arc<TriangleSurface> {
+        self.reduced.shared_surface()
+    }
+
+    /// Computes the largest distance of a vertex of the full surface from the collapsed one.
+    pub(crate) fn max_vertex_distance(&self) -> f64 {
+        let (target, mut workspace) = (self.target(), Workspace::default());
+        let mut max_distance = 0.0;
+        for (&p, near) in self.full.tree.positions().as_slice().iter().zip(&self.near) {
+            // The distance of the near point is an upper bound.
+            if let Some(near) = near
+                && near.distance > max_distance
+            {
+                let (_, distance) = target.nearest(p, near.face, &mut workspace);
+                max_distance = distance.max(max_distance);
             }
         }
-        farthest
+        max_distance
     }
 
-    /// The deviation as well as `aim` wants it; infinite where it is larger.
-    pub(crate) fn deviation(&self, aim: Aim) -> Deviation {
-        let (full, reduced) = (self.full.triangles, self.reduced());
-        let hints = |face: usize| full.faces()[face].map(|v| self.near[v as usize].0);
-        let full_to_reduced = largest(&full, &reduced, hints, aim);
-        if full_to_reduced.upper > aim.at_most {
-            return Deviation { full_to_reduced, reduced_to_full: full_to_reduced };
+    /// Bounds the deviation; from above by infinity where it exceeds the accuracy's limit.
+    pub(crate) fn deviation(
+        &self,
+        accuracy: Accuracy,
+        progress: Progress<'_>,
+    ) -> Result<HausdorffBounds, Interrupted> {
+        // A face of the full surface is near the points that are near its corners.
+        let faces = self.full.tree.surface().faces();
+        let hints = |face: u32| faces[face as usize].map(|vertex| self.near_face(vertex));
+        let part = progress.part(0.0, 0.5);
+        let forward = directed_distance(self.full.tree, self.target(), hints, accuracy, part)?;
+        if forward.upper > accuracy.limit {
+            let backward = DirectedHausdorff { lower: 0.0, upper: f64::INFINITY };
+            return Ok(HausdorffBounds { forward, backward });
         }
-        let hints = |face: usize| [self.prefix.sources[face]; 3];
-        let reduced_to_full = largest(&reduced.triangles, &self.full, hints, aim);
-        Deviation { full_to_reduced, reduced_to_full }
+
+        // A face of the collapsed surface is near the one that it was.
+        let hints = |face: u32| [self.sources[face as usize]; 3];
+        let part = progress.part(0.5, 1.0);
+        let backward = directed_distance(&self.reduced, self.full, hints, accuracy, part)?;
+        Ok(HausdorffBounds { forward, backward })
     }
 
-    fn reduced(&self) -> Target<'_> {
-        let triangles = Triangles { surface: &self.reduced, x: &self.x_reduced };
-        Target { triangles, tree: &self.tree, across: &self.across }
+    /// Returns a face of the collapsed surface near a vertex of the full one.
+    fn near_face(&self, vertex: u32) -> u32 {
+        self.near[vertex as usize].map_or(0, |near| near.face)
     }
 
-    fn near_vertices(&self) -> Vec<(u32, f64)> {
-        let mut places = vec![u32::MAX; self.prefix.moved_into.len()];
-        for (place, &vertex) in (0_u32..).zip(&self.prefix.kept) {
-            places[vertex as usize] = place;
-        }
-        let triangles = self.reduced().triangles;
-        let near = |(p, into): (&DVec3, &u32)| match places[*into as usize] {
-            u32::MAX => (0, 0.0), // no face uses it
-            place => near(&triangles, *p, place),
-        };
-        self.full.triangles.x.iter().zip(&self.prefix.moved_into).map(near).collect()
+    /// Returns the collapsed surface as the target of distances.
+    fn target(&self) -> Target<'_> {
+        Target { tree: &self.reduced, adjacent: &self.adjacent }
     }
 }
 
-/// The nearest face around a vertex, or around the next while that brings it nearer;
-/// and its distance from `p`.
-fn near(triangles: &Triangles<'_>, p: DVec3, vertex: u32) -> (u32, f64) {
-    let mut best = (f64::INFINITY, 0, vertex);
+/// Finds a near point of the collapsed surface for each vertex of the full one.
+fn near_vertices(
+    full: &SurfaceTree,
+    reduced: &SurfaceTree,
+    moved_into: &[u32],
+    kept: &[u32],
+) -> Vec<Option<ClosestPoint>> {
+    let mut numbers = vec![None; moved_into.len()];
+    for (number, &vertex) in (0_u32..).zip(kept) {
+        numbers[vertex as usize] = Some(number);
+    }
+
+    let mut near = Vec::with_capacity(moved_into.len());
+    for (&p, &into) in full.positions().as_slice().iter().zip(moved_into) {
+        let start = numbers[into as usize];
+        near.push(start.and_then(|start| descend(reduced, p, start)));
+    }
+    near
+}
+
+/// Walks from a vertex to the nearest face around it, then around that face's nearest corner,
+/// while the distance decreases.
+fn descend(reduced: &SurfaceTree, p: DVec3, start: u32) -> Option<ClosestPoint> {
+    let mut vertex = start;
+    let mut best: Option<ClosestPoint> = None;
     loop {
-        let (known, _, around) = best;
-        for &face in triangles.surface.vertex_faces(around) {
-            let foot = closest_on_triangle(p, triangles.corners(face));
-            let distance = foot.point.distance_squared(p);
-            if distance < best.0 {
-                let corner = greatest(foot.barycentric);
-                best = (distance, face, triangles.faces()[face as usize][corner]);
+        let before = best.map_or(f64::INFINITY, |best| best.distance);
+        for &face in reduced.surface().vertex_faces(vertex) {
+            let found = reduced.closest_on_face(p, face);
+            if best.is_none_or(|best| found.distance < best.distance) {
+                best = Some(found);
             }
         }
-        if best.2 == around || best.0 >= known || best.0 <= 0.0 {
-            return (best.1, best.0.sqrt());
+
+        let ClosestPoint { face, foot, distance } = best?;
+        let corner = reduced.surface().faces()[face as usize][largest(foot.barycentric)];
+        if corner == vertex || distance >= before || distance <= 0.0 {
+            return best;
         }
+        vertex = corner;
     }
 }
 
-fn greatest([x, y, z]: [f64; 3]) -> usize {
-    if x >= y && x >= z {
-        0
-    } else if y >= z {
-        1
-    } else {
-        2
+/// Returns the index of the largest weight, the first of equals.
+fn largest([x, y, z]: [f64; 3]) -> usize {
+    match (x >= y && x >= z, y >= z) {
+        (true, _) => 0,
+        (false, true) => 1,
+        (false, false) => 2,
     }
 }

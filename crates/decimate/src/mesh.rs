@@ -1,28 +1,29 @@
-//! A closed surface while its edges collapse.
+//! Closed surface under edge collapses.
 
 use glam::DVec3;
+use surface::triangle;
 
-/// Cosine of the most that a face may turn in one collapse: 66°.
+/// Cosine of the largest angle by which a collapse may rotate a face: 66°.
 ///
-/// Larger, and coarse surfaces keep faces that only the curvature asks for to be
-/// turned; smaller, and faces fold over step by step.
+/// Larger, and coarse surfaces keep faces whose rotation the curvature requires; smaller, and
+/// faces fold over step by step.
 const MIN_COSINE: f64 = 0.4;
 
-/// Least shape of a face that a collapse may make, where one is 1 for an equal-sided
-/// triangle and 0 for a needle.
+/// Smallest [`shape`] of a face that a collapse may make.
 ///
-/// Smaller, and needles appear whose normals mean nothing; larger, and flat parts
-/// keep vertices that they do not need.
+/// Smaller, and needles appear whose normals are meaningless; larger, and flat parts keep
+/// vertices that they do not need.
 const MIN_SHAPE: f64 = 0.06;
 
-/// Faces that vertices vanish from, and which of them meet at each vertex.
+/// Faces that lose vertices, with the star of each vertex.
 pub(crate) struct Mesh<'a> {
-    pub(crate) x: &'a [DVec3],
-    pub(crate) faces: Vec<[u32; 3]>,
+    x: &'a [DVec3],
+    faces: Vec<[u32; 3]>,
+    /// Faces at each vertex.
     stars: Vec<Vec<u32>>,
-    /// For each vertex the last question in which it was marked.
+    /// Stamp of the last query that marked a vertex.
     marks: Vec<u32>,
-    question: u32,
+    stamp: u32,
 }
 
 impl<'a> Mesh<'a> {
@@ -33,63 +34,74 @@ impl<'a> Mesh<'a> {
                 stars[vertex as usize].push(face);
             }
         }
-        Self { x, faces: faces.to_vec(), stars, marks: vec![0; x.len()], question: 0 }
+        Self { x, faces: faces.to_vec(), stars, marks: vec![0; x.len()], stamp: 0 }
     }
 
-    /// Vertices that share an edge with `v`, each once, into `out`.
-    pub(crate) fn neighbors(&self, v: u32, out: &mut Vec<u32>) {
-        out.clear();
-        out.extend(self.stars[v as usize].iter().map(|f| after(self.faces[*f as usize], v)));
+    /// Returns the vertices that share an edge with `v`, each once.
+    pub(crate) fn neighbors(&self, v: u32) -> impl Iterator<Item = u32> {
+        self.stars[v as usize].iter().map(move |&face| self.after(face, v))
     }
 
-    /// Whether `v` may move into its neighbor `u`: the surface stays a closed
+    /// Returns true if `v` may move into its neighbor `u`: the surface stays a closed
     /// manifold, and no face turns over or becomes a needle.
     pub(crate) fn may_collapse(&mut self, v: u32, u: u32) -> bool {
         self.keeps_topology(v, u) && self.keeps_shape(v, u)
     }
 
-    /// The link condition: the ends of the edge have the two neighbors in common
-    /// that its faces show, and are not half of a tetrahedron.
+    /// Checks the link condition: the ends of the edge have exactly two common neighbors, and
+    /// are not part of a tetrahedron.
     ///
-    /// Source: T. K. Dey, H. Edelsbrunner, S. Guha and D. V. Nekhayev, "Topology
-    /// Preserving Edge Contraction", Publ. Inst. Math. 66, 1999.
+    /// Source: T. K. Dey, H. Edelsbrunner, S. Guha and D. V. Nekhayev, "Topology Preserving
+    /// Edge Contraction", Publ. Inst. Math. 66, 1999.
     fn keeps_topology(&mut self, v: u32, u: u32) -> bool {
         let (star_v, star_u) = (&self.stars[v as usize], &self.stars[u as usize]);
         if star_v.len() == 3 && star_u.len() == 3 {
             return false;
         }
-        self.question += 1;
+
+        // Mark the neighbors of one end, and count the marks around the other.
+        self.stamp += 1;
         for &face in star_v {
-            self.marks[after(self.faces[face as usize], v) as usize] = self.question;
+            let neighbor = self.after(face, v);
+            self.marks[neighbor as usize] = self.stamp;
         }
-        let is_common =
-            |f: &u32| self.marks[after(self.faces[*f as usize], u) as usize] == self.question;
-        star_u.iter().filter(|f| is_common(f)).count() == 2
+        let mut common = 0;
+        for neighbor in self.neighbors(u) {
+            common += usize::from(self.marks[neighbor as usize] == self.stamp);
+        }
+        common == 2
     }
 
+    /// Checks that no face at `v` turns over or becomes a needle when `v` moves to `u`.
     fn keeps_shape(&self, v: u32, u: u32) -> bool {
         let to = self.x[u as usize];
-        self.stars[v as usize].iter().all(|&face| {
+        for &face in &self.stars[v as usize] {
             let corners = self.faces[face as usize];
             if corners.contains(&u) {
-                return true; // it vanishes
+                continue; // it vanishes
             }
+            // Compare the face before and after the move.
             let old = corners.map(|w| self.x[w as usize]);
             let new = corners.map(|w| if w == v { to } else { self.x[w as usize] });
-            let (before, after) = (normal(old), normal(new));
+            let (before, after) = (triangle::normal(old), triangle::normal(new));
             let length = (before.length_squared() * after.length_squared()).sqrt();
-            before.dot(after) >= MIN_COSINE * length
-                && shape(new, after) >= MIN_SHAPE.min(shape(old, before))
-        })
+
+            let is_turned = before.dot(after) < MIN_COSINE * length;
+            let is_needle = shape(new, after) < MIN_SHAPE.min(shape(old, before));
+            if is_turned || is_needle {
+                return false;
+            }
+        }
+        true
     }
 
-    /// Moves `v` into its neighbor `u`: the two faces at their edge vanish.
+    /// Moves `v` into its neighbor `u`. The two faces at their edge vanish.
     pub(crate) fn collapse(&mut self, v: u32, u: u32) {
         let star = std::mem::take(&mut self.stars[v as usize]);
         for face in star {
             let corners = self.faces[face as usize];
             if corners.contains(&u) {
-                for w in corners.into_iter().filter(|w| *w != v) {
+                for w in corners {
                     self.stars[w as usize].retain(|f| *f != face);
                 }
             } else {
@@ -98,27 +110,21 @@ impl<'a> Mesh<'a> {
             }
         }
     }
-}
 
-/// The corner that follows `v` around a face that has it.
-fn after([a, b, c]: [u32; 3], v: u32) -> u32 {
-    if a == v {
-        b
-    } else if b == v {
-        c
-    } else {
-        a
+    /// Returns the corner that follows `v` around a face that has it.
+    fn after(&self, face: u32, v: u32) -> u32 {
+        match self.faces[face as usize] {
+            [a, b, _] if a == v => b,
+            [_, b, c] if b == v => c,
+            [a, ..] => a,
+        }
     }
 }
 
-/// Twice the area, outward.
-fn normal([a, b, c]: [DVec3; 3]) -> DVec3 {
-    (b - a).cross(c - a)
-}
-
-/// Area over the sum of the edges' squares, 1 for equal sides; 0 without edges.
+/// Computes the ratio of area to the sum of the squared edges: 1 for an equilateral triangle,
+/// 0 for a needle or a point.
 fn shape([a, b, c]: [DVec3; 3], normal: DVec3) -> f64 {
     let squares = a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a);
-    let equal_sided = 2.0 * 3.0_f64.sqrt();
-    if squares > 0.0 { equal_sided * normal.length() / squares } else { 0.0 }
+    let equilateral = 2.0 * 3.0_f64.sqrt();
+    if squares > 0.0 { equilateral * normal.length() / squares } else { 0.0 }
 }

@@ -1,15 +1,16 @@
-//! Squared distances from planes, summed.
+//! Quadric error metric: a weighted sum of squared distances from planes.
 //!
-//! Source: M. Garland and P. S. Heckbert, "Surface Simplification Using Quadric
-//! Error Metrics", SIGGRAPH 1997.
+//! Source: M. Garland and P. S. Heckbert, "Surface Simplification Using Quadric Error
+//! Metrics", SIGGRAPH 1997.
 
 use std::ops::AddAssign;
 
 use glam::{DMat3, DVec3};
+use surface::triangle;
 
-/// A sum of weighted squared distances from planes, as a function of a point:
-/// `(x − o)·A (x − o) + 2 b·(x − o) + c` for one origin `o` of all; and of the weights.
-#[derive(Clone, Copy, Debug, Default)]
+/// Quadric `(x − o)·A (x − o) + 2 b·(x − o) + c` about an origin o that all quadrics share,
+/// with the sum of the weights in it.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Quadric {
     a: DMat3,
     b: DVec3,
@@ -20,21 +21,21 @@ pub(crate) struct Quadric {
 impl Quadric {
     pub(crate) const ZERO: Self = Self { a: DMat3::ZERO, b: DVec3::ZERO, c: 0.0, weight: 0.0 };
 
-    /// The squared distance from the plane of a triangle, by its area; zero for a
-    /// triangle without one.
-    pub(crate) fn of_triangle([a, b, c]: [DVec3; 3]) -> Self {
-        let normal = (b - a).cross(c - a);
+    /// Returns the squared distance from the plane of a triangle, weighted by its area; zero
+    /// for a triangle without area.
+    pub(crate) fn of_triangle(corners: [DVec3; 3]) -> Self {
+        let normal = triangle::normal(corners);
         let length = normal.length();
         if length <= 0.0 {
             return Self::ZERO;
         }
         let (weight, n) = (0.5 * length, normal / length);
-        let d = -n.dot(a);
+        let d = -n.dot(corners[0]);
         let outer = DMat3::from_cols(n * n.x, n * n.y, n * n.z);
         Self { a: outer * weight, b: n * (weight * d), c: weight * d * d, weight }
     }
 
-    /// The mean at a point given relative to the origin; 0 of no planes.
+    /// Returns the weighted mean at a point given relative to the origin; 0 without planes.
     pub(crate) fn mean(&self, x: DVec3) -> f64 {
         let sum = x.dot(self.a * x) + 2.0 * self.b.dot(x) + self.c;
         if self.weight > 0.0 { sum.max(0.0) / self.weight } else { 0.0 }

@@ -1,31 +1,32 @@
-//! A coarser surface, and its positions.
+//! A coarser surface on vertices of a full one.
+
+use std::sync::Arc;
 
 use glam::DVec3;
-use surface::TriangleSurface;
+use surface::{HausdorffBounds, TriangleSurface};
 
-use crate::Deviation;
-
-/// A coarser surface on some of the vertices of a full one.
+/// Coarser surface on some of the vertices of a full one.
 #[derive(Clone, Debug)]
 pub struct ReducedSurface {
-    /// Its connectivity, in its own numbers: closed, manifold and oriented, of the
-    /// same genus.
-    pub surface: TriangleSurface,
-    /// For each vertex of `surface`, its number in the full surface, ascending.
+    /// Its connectivity, in its own vertex numbers: closed, manifold and oriented, of the
+    /// same genus as the full surface.
+    pub surface: Arc<TriangleSurface>,
+    /// Per vertex of `surface`, its number in the full surface, ascending.
     pub kept: Vec<u32>,
-    /// How far it is from the full surface, at the positions it was made for.
-    pub deviation: Deviation,
+    /// Hausdorff distance between the full surface (`forward`) and this one, at the
+    /// positions it was decimated at.
+    pub deviation: HausdorffBounds,
 }
 
 impl ReducedSurface {
-    /// Positions of its vertices from those of the full surface, into `out`, which is
-    /// cleared; nothing is allocated where its capacity suffices.
+    /// Writes the positions of its vertices into `out`, which is cleared, from those of the
+    /// full surface. Allocates nothing where the capacity suffices.
     ///
     /// # Panics
     ///
     /// When `x` has fewer positions than the full surface has vertices.
     pub fn gather(&self, x: &[DVec3], out: &mut Vec<DVec3>) {
         out.clear();
-        out.extend(self.kept.iter().map(|vertex| x[*vertex as usize]));
+        out.extend(self.kept.iter().map(|&vertex| x[vertex as usize]));
     }
 }

@@ -213,7 +213,7 @@ impl<'a> Search<'a> {
     /// Adds a triangle, bounded by the best of some faces.
     fn add(&mut self, corners: [DVec3; 3], face: u32, near: &[u32]) {
         let (bound, near) = self.bound(corners, near);
-        self.pieces.add(bound, || Piece { corners, face, near });
+        self.pieces.add(bound, Piece { corners, face, near });
     }
 
     /// Bounds the depth of a triangle by the best of some faces, or the first that is good enough.
@@ -245,7 +245,7 @@ impl<'a> Search<'a> {
         for corners in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
             let by_faces = self.upper_by(near, corners).min(self.upper_by(piece.near, corners));
             let upper = by_faces.min(by_center).min(bound);
-            self.pieces.add(upper, || Piece { corners, near, ..*piece });
+            self.pieces.add(upper, Piece { corners, near, ..*piece });
         }
     }
 

@@ -182,7 +182,8 @@ impl PairWork {
         if let Some(level) = structures.level(other) {
             // A deepest vertex may be one that the level has not kept.
             let whole = scene.body(other).contact_surface();
-            self.field.look_closer((&detector, &state), tree, whole, |face| level.tied_to(face));
+            self.field
+                .look_closer((&detector, &state), tree, whole, |face| level.attached_to(face));
         }
         let found = &self.field.contacts;
         self.contacts.extend(found.iter().map(|found| found.contact));

@@ -16,7 +16,6 @@ mod bone;
 mod cost;
 mod detect;
 mod error;
-mod level;
 mod make;
 mod method;
 mod params;

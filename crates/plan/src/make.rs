@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use decimate::{DecimateError, Decimation};
+use decimate::{CoarseSurface, DecimateError, Decimation};
 use glam::DVec3;
 use kdop::Dop18;
+use proximity::SurfaceTree;
+use surface::progress::Progress;
 
 use super::bone::BoneField;
 use super::cost::OperationCounts;
-use super::level::Level;
 use super::structures::Structures;
 use super::{ExcludedPair, PairPlan, PlanParams, count};
 use crate::{DetectionMethod, ExclusionReason, PlanError, StructureKind};
@@ -211,8 +212,8 @@ impl<'a> Maker<'a> {
             &bodies,
             || (),
             |(), id| match &decimations[id] {
-                Err(error) => Err(*error),
-                Ok(decimation) => Level::of(self.scene.body(*id), decimation, deviation),
+                Err(error) => Err(error.clone()),
+                Ok(decimation) => coarse_surface(decimation, deviation),
             },
         );
         for (&id, built) in bodies.iter().zip(built) {
@@ -262,8 +263,10 @@ impl<'a> Maker<'a> {
             || (),
             |(), &id| {
                 let body = self.scene.body(id);
-                let x = body.surface().positions(body.positions())?;
-                Decimation::new(body.surface(), x)
+                let full = SurfaceTree::new(body.surface().clone(), body.positions().to_vec())?;
+                let is_open = body.kind() == BodyKind::Open;
+                let full = if is_open { full.declared_open() } else { full };
+                Decimation::new(full, Progress::none())
             },
         );
         self.decimations.extend(missing.into_iter().zip(found));
@@ -302,7 +305,7 @@ impl<'a> Maker<'a> {
         };
         let own: f64 = self.scene.bodies().iter().zip(&structures.trees).map(own).sum();
         let levels = structures.levels.iter().flatten();
-        let coarse: f64 = levels.map(|level| count(level.shape.surface().faces().len())).sum();
+        let coarse: f64 = levels.map(|level| count(level.tree().surface().faces().len())).sum();
         let with_balls = self.scene.ids().filter(|id| structures.medials[id.index()].is_some());
         let tied_vertices = with_balls.map(|id| count(self.scene.body(id).positions().len())).sum();
         OperationCounts { refit_faces: own + coarse, tied_vertices, ..OperationCounts::default() }
@@ -344,6 +347,22 @@ impl<'a> Maker<'a> {
             }
         }
     }
+}
+
+/// Share of its vertices above which a body is used as it is.
+const WORTHWHILE: f64 = 0.7;
+
+/// Builds the coarsest surface within a deviation; `None` where that would save little.
+fn coarse_surface(
+    decimation: &Decimation,
+    max_deviation: f64,
+) -> Result<Option<CoarseSurface>, DecimateError> {
+    let reduced = decimation.within(max_deviation, Progress::none())?;
+    let vertices = decimation.full().surface().vertex_count();
+    if count(reduced.kept.len()) > WORTHWHILE * count(vertices) {
+        return Ok(None);
+    }
+    CoarseSurface::new(reduced, decimation.full()).map(Some)
 }
 
 fn boxes(scene: &Scene) -> Vec<Dop18> {

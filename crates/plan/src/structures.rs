@@ -1,8 +1,8 @@
 //! What a plan has built, body by body.
 
 use crate::bone::BoneField;
-use crate::level::Level;
 use crate::{PlanError, Structure, StructureKind};
+use decimate::CoarseSurface;
 use proximity::{ContactSurface, ParticleNumbers, SurfaceTree};
 use scene::Body;
 use scene::field::FieldDetector;
@@ -14,7 +14,7 @@ use surface::{RigidState, parallel};
 pub(super) struct Structures {
     /// Whether a body's own tree is kept up to date.
     pub(super) trees: Vec<bool>,
-    pub(super) levels: Vec<Option<Level>>,
+    pub(super) levels: Vec<Option<CoarseSurface>>,
     pub(super) fields: Vec<Option<BoneField>>,
     pub(super) medials: Vec<Option<MedialDetector>>,
 }
@@ -34,7 +34,7 @@ impl Structures {
             None => Ok(()),
             Some(level) => {
                 let body = &scene.bodies()[number];
-                level.follow(body).map_err(PlanError::from)
+                level.follow(body.positions()).map_err(PlanError::from)
             }
         })?;
         parallel::try_for_each_mut(&mut self.medials, |_, medial| {
@@ -44,7 +44,7 @@ impl Structures {
 
     /// Returns the tree over a body's side of contacts: that of its level where it has one.
     pub(super) fn tree<'a>(&'a self, scene: &'a Scene, id: BodyId) -> Option<&'a SurfaceTree> {
-        self.level(id).map_or_else(|| scene.body(id).tree(), |level| Some(&level.shape))
+        self.level(id).map_or_else(|| scene.body(id).tree(), |level| Some(level.tree()))
     }
 
     /// Returns a body as one side of contacts: by its level where it has one.
@@ -57,22 +57,22 @@ impl Structures {
         match self.level(id) {
             None => whole,
             Some(level) => ContactSurface {
-                surface: level.shape.surface(),
-                positions: level.shape.positions(),
-                particles: ParticleNumbers { kept: Some(&level.kept), ..whole.particles },
+                surface: level.tree().surface(),
+                positions: level.tree().positions(),
+                particles: ParticleNumbers { kept: Some(&level.reduced().kept), ..whole.particles },
                 ..whole
             },
         }
     }
 
     /// The coarser surface that stands for a body, if one does.
-    pub(super) fn level(&self, id: BodyId) -> Option<&Level> {
+    pub(super) fn level(&self, id: BodyId) -> Option<&CoarseSurface> {
         self.levels[id.index()].as_ref()
     }
 
     /// How far a body's side of contacts may be from its surface.
     pub(super) fn deviation(&self, id: BodyId) -> f64 {
-        self.level(id).map_or(0.0, |level| level.deviation)
+        self.level(id).map_or(0.0, |level| level.reduced().deviation.upper())
     }
 
     /// How far a body's balls may be from its surface; 0 where it has none.
@@ -114,8 +114,9 @@ impl Structures {
                 plain(StructureKind::Tree, faces, 0.0, bytes)
             });
             let level = self.levels[number].as_ref().map(|level| {
-                let faces = level.shape.surface().faces().len();
-                plain(StructureKind::Reduced, faces, level.deviation, level.bytes())
+                let faces = level.tree().surface().faces().len();
+                let deviation = level.reduced().deviation.upper();
+                plain(StructureKind::Reduced, faces, deviation, level.bytes())
             });
             let field =
                 self.fields[number].as_ref().map(|BoneField { field, volume, error_bound }| {

@@ -26,12 +26,12 @@ const RELATIVE_SLACK: f64 = 0.05;
 /// // The largest value of x (1 − x) on 0.0..=1.0, whose slope is at most 1.
 /// let value = |x: f64| x * (1.0 - x);
 /// let mut search = MaximumSearch::new(1e-9, f64::INFINITY);
-/// search.add(1.0, || [0.0, 1.0]);
+/// search.add(1.0, [0.0, 1.0]);
 /// while let Some((_, [from, to])) = search.next() {
 ///     let middle = 0.5 * (from + to);
 ///     search.evaluated(value(middle));
 ///     for [from, to] in [[from, middle], [middle, to]] {
-///         search.add(value(from) + (to - from), || [from, to]);
+///         search.add(value(from) + (to - from), [from, to]);
 ///     }
 /// }
 /// let bounds = search.bounds();
@@ -81,13 +81,13 @@ impl<T> MaximumSearch<T> {
         self.lower = self.lower.max(value);
     }
 
-    /// Adds a piece with no value above `bound`; it is only made where that matters.
-    pub fn add(&mut self, bound: f64, piece: impl FnOnce() -> T) {
+    /// Adds a piece with no value above `bound`.
+    pub fn add(&mut self, bound: f64, piece: T) {
         if bound <= self.sufficient() {
             self.left_out = self.left_out.max(bound);
         } else {
             let priority = (TotalF64(bound), Reverse(self.added));
-            self.pieces.push(Piece { priority, content: piece() });
+            self.pieces.push(Piece { priority, content: piece });
             self.added += 1;
         }
     }

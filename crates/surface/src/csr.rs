@@ -66,6 +66,12 @@ impl Csr {
         &self.entries[self.starts[row] as usize..self.starts[row + 1] as usize]
     }
 
+    /// Returns its memory, in bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.starts[..]) + size_of_val(&self.entries[..])
+    }
+
     /// Returns all rows in order.
     pub(crate) fn iter(&self) -> impl ExactSizeIterator<Item = &[u32]> {
         self.starts.windows(2).map(|ends| &self.entries[ends[0] as usize..ends[1] as usize])

@@ -5,6 +5,7 @@ use glam::DVec3;
 use kdop::Workspace;
 use musculo_collide::{BodyId, CheckParams, PairReport, Scene, VertexReport};
 use proximity::{ClosestPoint, SurfaceTree};
+use surface::progress::Progress;
 
 use super::super::score::Answer;
 use super::super::task::{Direction, Task, both_directions, ignore_other_pairs, kind};
@@ -29,7 +30,7 @@ pub(super) struct ExactSurfaces<'a> {
 /// When the scene refuses a body.
 pub(super) fn exact<'a>(task: &'a Task<'a>) -> Result<ExactSurfaces<'a>, Failure> {
     let (mut scene, ids) = task.scene()?;
-    let reports = scene.check(&CHECK, musculo_collide::Progress::none())?;
+    let reports = scene.check(&CHECK, Progress::none())?;
     Ok(ExactSurfaces { task, scene, ids, muscles: task.muscles(), reports })
 }
 
@@ -38,7 +39,7 @@ impl Detector for ExactSurfaces<'_> {
         for &muscle in &self.muscles {
             self.scene.move_body(self.ids[muscle], self.task.positions(frame, muscle))?;
         }
-        self.reports = self.scene.check(&CHECK, musculo_collide::Progress::none())?;
+        self.reports = self.scene.check(&CHECK, Progress::none())?;
         Ok(())
     }
 
@@ -84,14 +85,15 @@ pub(super) fn reduced<'a>(
     let mut scene = Scene::new();
     let (mut reduced, mut ids, mut x) = (Vec::new(), Vec::new(), Vec::new());
     for (number, body) in task.moving.bodies.iter().enumerate() {
-        let coarse = Decimation::new(body.surface(), body.positions())?.within(deviation)?;
+        let coarse =
+            Decimation::new(body.clone(), Progress::none())?.within(deviation, Progress::none())?;
         coarse.gather(body.positions().as_slice(), &mut x);
         let name = &task.moving.names[number];
-        ids.push(scene.add(name, kind(number), coarse.surface.clone(), x.clone())?);
+        ids.push(scene.add(name, kind(number), (*coarse.surface).clone(), x.clone())?);
         reduced.push(coarse);
     }
     ignore_other_pairs(&mut scene, &ids, &task.pairs);
-    scene.check(&CHECK, musculo_collide::Progress::none())?;
+    scene.check(&CHECK, Progress::none())?;
     Ok(ReducedSurfaces { task, scene, ids, muscles: task.muscles(), reduced, x, frame: 0 })
 }
 
@@ -101,7 +103,7 @@ impl Detector for ReducedSurfaces<'_> {
             self.reduced[muscle].gather(self.task.positions(frame, muscle), &mut self.x);
             self.scene.move_body(self.ids[muscle], &self.x)?;
         }
-        self.scene.check(&CHECK, musculo_collide::Progress::none())?;
+        self.scene.check(&CHECK, Progress::none())?;
         self.frame = frame;
         Ok(())
     }

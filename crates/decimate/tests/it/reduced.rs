@@ -1,24 +1,14 @@
-//! What a reduced surface keeps of the full one: topology, vertices, shape; and what
-//! is refused.
+//! Properties that a reduced surface keeps: topology, vertices, shape; and rejected input.
 
-use decimate::{DecimateError, Decimation, ReducedSurface};
+use decimate::DecimateError;
 use fixtures::{Mesh, damage, femur, shapes};
 use glam::DVec3;
+use surface::progress::Progress;
 use surface::{SurfaceError, TriangleSurface, inspect};
 
-fn decimation(mesh: &Mesh) -> Decimation {
-    let surface = mesh.surface();
-    let x = surface.positions(&mesh.positions).expect("finite positions");
-    Decimation::new(&surface, x).expect("a closed surface")
-}
+use crate::{bodies, decimation, gathered, reduced};
 
-fn gathered(mesh: &Mesh, reduced: &ReducedSurface) -> Mesh {
-    let mut positions = Vec::new();
-    reduced.gather(&mesh.positions, &mut positions);
-    Mesh { positions, faces: reduced.surface.faces().to_vec() }
-}
-
-/// A box of `n × n` squares a side, all of them flat.
+/// Returns a box of `n × n` squares per side.
 fn grid_cube(edge: f64, n: u32) -> Mesh {
     let share = |i: u32| f64::from(i) / f64::from(n) - 0.5;
     let mut mesh = Mesh::default();
@@ -44,61 +34,44 @@ fn grid_cube(edge: f64, n: u32) -> Mesh {
     mesh
 }
 
-fn bodies() -> [(&'static str, Mesh); 3] {
-    [
-        ("sphere", shapes::icosphere(40.0, 4)),
-        ("torus", shapes::torus(40.0, 12.0, [72, 32])),
-        ("femur", femur::femur(6.0)),
-    ]
-}
-
 #[test]
-fn stays_a_closed_surface_of_the_same_kind() {
+fn it_stays_a_closed_surface_of_the_same_genus() {
     for (name, mesh) in bodies() {
-        let (surface, decimation) = (mesh.surface(), decimation(&mesh));
+        let (surface, decimation) = (mesh.surface(), decimation(&mesh).unwrap());
         let euler = |surface: &TriangleSurface, x: &[DVec3]| {
             inspect(surface, surface.positions(x).unwrap()).euler
         };
-        let volume = mesh.volume();
-        for share in [2, 5, 20] {
-            let reduced = decimation.with_faces(surface.faces().len() / share).unwrap();
-            let faces = reduced.surface.faces().len();
-            assert!(faces <= surface.faces().len() / share, "{name}: {faces} faces");
+        for (max_deviation, max_change) in [(0.1, 0.02), (0.5, 0.05), (2.0, 0.2)] {
+            let reduced = decimation.within(max_deviation, Progress::none()).unwrap();
             reduced.surface.require_closed().unwrap();
             reduced.surface.require_manifold().unwrap();
             reduced.surface.require_oriented().unwrap();
-            let less = gathered(&mesh, &reduced);
-            let change = (less.volume() / volume - 1.0).abs();
-            let kept = euler(&reduced.surface, &less.positions);
-            assert_eq!(kept, euler(&surface, &mesh.positions), "{name}");
-            assert!(
-                change < 0.01 * f64::from(u32::try_from(share).unwrap()),
-                "{name}: volume by {change}"
-            );
+
+            let coarse = gathered(&mesh, &reduced);
+            let found = euler(&reduced.surface, &coarse.positions);
+            assert_eq!(found, euler(&surface, &mesh.positions), "{name}");
+            let change = (coarse.volume() / mesh.volume() - 1.0).abs();
+            assert!(change < max_change, "{name}: volume changed by {change}");
         }
     }
 }
 
 #[test]
-fn as_far_as_it_goes_it_is_still_closed() {
+fn the_coarsest_surface_is_still_closed() {
     for (name, mesh) in bodies() {
-        let Err(DecimateError::TooFewFaces { asked: 0, fewest }) = decimation(&mesh).with_faces(0)
-        else {
-            panic!("{name} has vanished")
-        };
-        let last = decimation(&mesh).with_faces(fewest).unwrap();
-        assert_eq!(last.surface.faces().len(), fewest, "{name}");
-        last.surface.require_closed().unwrap();
-        last.surface.require_manifold().unwrap();
-        last.surface.require_oriented().unwrap();
-        assert!(fewest < mesh.faces.len() / 20, "{name} keeps {fewest} faces");
+        let coarsest = reduced(&mesh, 1e6);
+        coarsest.surface.require_closed().unwrap();
+        coarsest.surface.require_manifold().unwrap();
+        coarsest.surface.require_oriented().unwrap();
+        let faces = coarsest.surface.faces().len();
+        assert!(faces < mesh.faces.len() / 20, "{name} keeps {faces} faces");
     }
 }
 
 #[test]
-fn keeps_vertices_where_they_are() {
+fn vertices_keep_their_positions() {
     for (name, mesh) in bodies() {
-        let reduced = decimation(&mesh).within(0.5).unwrap();
+        let reduced = reduced(&mesh, 0.5);
         assert!(reduced.kept.is_sorted_by(|a, b| a < b), "{name}");
         let less = gathered(&mesh, &reduced);
         assert_eq!(less.positions.len(), reduced.surface.vertex_count(), "{name}");
@@ -111,12 +84,12 @@ fn keeps_vertices_where_they_are() {
 #[test]
 fn a_larger_deviation_has_no_more_faces() {
     for (name, mesh) in bodies() {
-        let decimation = decimation(&mesh);
+        let decimation = decimation(&mesh).unwrap();
         let mut last = mesh.faces.len() + 1;
         for deviation in [0.01, 0.05, 0.2, 0.5, 2.0] {
-            let reduced = decimation.within(deviation).unwrap();
+            let reduced = decimation.within(deviation, Progress::none()).unwrap();
             let faces = reduced.surface.faces().len();
-            assert!(reduced.deviation.largest() <= deviation, "{name}: {:?}", reduced.deviation);
+            assert!(reduced.deviation.upper() <= deviation, "{name}: {:?}", reduced.deviation);
             assert!(faces <= last, "{name}: {faces} faces within {deviation}, {last} within less");
             last = faces;
         }
@@ -127,26 +100,26 @@ fn a_larger_deviation_has_no_more_faces() {
 #[test]
 fn the_full_surface_deviates_by_nothing() {
     let mesh = shapes::icosphere(40.0, 3);
-    let reduced = decimation(&mesh).within(1e-9).unwrap();
-    assert_eq!(reduced.surface, mesh.surface());
-    assert!(reduced.deviation.largest() <= 0.0, "{:?}", reduced.deviation);
+    let reduced = reduced(&mesh, 1e-9);
+    assert_eq!(*reduced.surface, mesh.surface());
+    assert!(reduced.deviation.upper() <= 0.0, "{:?}", reduced.deviation);
 }
 
 #[test]
 fn flat_sides_need_two_faces_each() {
     let mesh = grid_cube(20.0, 9);
-    let reduced = decimation(&mesh).within(1e-6).unwrap();
+    let reduced = reduced(&mesh, 1e-6);
     assert_eq!(reduced.surface.faces().len(), 12);
-    assert!(reduced.deviation.largest() < 1e-9, "{:?}", reduced.deviation);
+    assert!(reduced.deviation.upper() < 1e-9, "{:?}", reduced.deviation);
 }
 
 #[test]
 fn a_spike_is_kept() {
     let mut mesh = shapes::icosphere(40.0, 4);
     mesh.positions[1234] *= 1.1;
-    let decimation = decimation(&mesh);
+    let decimation = decimation(&mesh).unwrap();
     for deviation in [0.3, 1.0, 2.0] {
-        let reduced = decimation.within(deviation).unwrap();
+        let reduced = decimation.within(deviation, Progress::none()).unwrap();
         assert!(reduced.kept.contains(&1234), "{deviation}");
     }
 }
@@ -154,7 +127,7 @@ fn a_spike_is_kept() {
 #[test]
 fn same_bits_every_time() {
     let mesh = femur::femur(7.0);
-    let [a, b] = [0, 1].map(|_| decimation(&mesh).within(0.4).unwrap());
+    let [a, b] = [0, 1].map(|_| reduced(&mesh, 0.4));
     assert_eq!((a.surface, a.kept), (b.surface, b.kept));
     assert_eq!(a.deviation, b.deviation);
 }
@@ -162,7 +135,7 @@ fn same_bits_every_time() {
 #[test]
 fn gathering_again_allocates_nothing() {
     let mesh = shapes::icosphere(40.0, 3);
-    let reduced = decimation(&mesh).with_faces(200).unwrap();
+    let reduced = reduced(&mesh, 1.0);
     let mut x = Vec::with_capacity(reduced.kept.len());
     let place = x.as_ptr();
     for _ in 0..3 {
@@ -175,28 +148,24 @@ fn gathering_again_allocates_nothing() {
 fn vertices_without_faces_are_left_out() {
     let mut mesh = shapes::icosphere(40.0, 3);
     mesh.positions.push(DVec3::splat(500.0));
-    let reduced = decimation(&mesh).within(0.5).unwrap();
+    let reduced = reduced(&mesh, 0.5);
     assert!(reduced.kept.iter().all(|v| (*v as usize) < mesh.positions.len() - 1));
-    assert!(reduced.deviation.largest() <= 0.5);
+    assert!(reduced.deviation.upper() <= 0.5);
 }
 
 #[test]
 fn parts_stay_apart() {
     let mesh =
         shapes::icosphere(20.0, 3).joined(&shapes::tetrahedron(9.0).translated(50.0 * DVec3::X));
-    let reduced = decimation(&mesh).within(1.0).unwrap();
+    let reduced = reduced(&mesh, 1.0);
     let x = gathered(&mesh, &reduced).positions;
     let inspection = inspect(&reduced.surface, reduced.surface.positions(&x).unwrap());
     assert_eq!((inspection.components, inspection.euler), (2, 4));
 }
 
 #[test]
-fn refuses_what_has_no_inside() {
-    let refused = |mesh: &Mesh| {
-        let surface = mesh.surface();
-        let x = surface.positions(&mesh.positions).unwrap();
-        Decimation::new(&surface, x).map(drop).unwrap_err()
-    };
+fn surfaces_that_enclose_nothing_are_refused() {
+    let refused = |mesh: &Mesh| decimation(mesh).map(drop).unwrap_err();
     let ball = || shapes::icosphere(10.0, 2);
     let mut open = ball();
     open.faces.pop();
@@ -222,31 +191,15 @@ fn refuses_what_has_no_inside() {
     assert_eq!(refused(&pillow), DecimateError::TooSmall { faces: 2 });
     let edge = Mesh { faces: vec![[0, 1, 2], [0, 2, 1], [1, 2, 2], [1, 1, 2]], ..pillow };
     assert_eq!(refused(&edge), DecimateError::RepeatedVertex { face: 2, vertex: 2 });
-    let nan = damage::not_a_number(ball(), 3);
-    let unplaced = nan.surface();
-    assert!(matches!(
-        unplaced.positions(&nan.positions).map(drop),
-        Err(SurfaceError::NotFinite { vertex: 3, .. })
-    ));
-    let other = shapes::tetrahedron(1.0);
-    let few = other.surface();
-    let few = Decimation::new(&ball().surface(), few.positions(&other.positions).unwrap());
-    assert!(matches!(
-        few.map(drop),
-        Err(DecimateError::Surface(SurfaceError::PositionCount { got: 4, .. }))
-    ));
 }
 
 #[test]
-fn refuses_a_deviation_that_is_none() {
-    let decimation = decimation(&shapes::icosphere(10.0, 2));
+fn deviations_out_of_range_are_refused() {
+    let decimation = decimation(&shapes::icosphere(10.0, 2)).unwrap();
     for value in [0.0, -1.0, f64::INFINITY] {
-        let range = "positive and finite";
-        let expected = DecimateError::Parameter { name: "deviation", value, range };
-        assert_eq!(decimation.within(value).map(drop), Err(expected));
+        let error = decimation.within(value, Progress::none()).map(drop);
+        assert_eq!(error, Err(DecimateError::MaxDeviation { value }));
     }
-    assert!(matches!(
-        decimation.within(f64::NAN).map(drop),
-        Err(DecimateError::Parameter { name: "deviation", .. })
-    ));
+    let error = decimation.within(f64::NAN, Progress::none()).map(drop);
+    assert!(matches!(error, Err(DecimateError::MaxDeviation { .. })));
 }
