@@ -56,9 +56,9 @@ pub use surface::progress::{Interrupted, Progress};
 
 pub use scene::{
     Body, BodyId, BodyKind, CheckParams, ContactKind, ContactPatch, FieldContact, FieldDetector,
-    FieldFeature, MedialContact, MedialDetector, MedialFeature, NearVertex, NoInside, PairId,
-    PairReport, PairSweep, PassThrough, PrimitiveBall, Region, Scene, SceneError, Side,
-    SweepReport, SweptContact, VertexReport,
+    FieldFeature, MedialContact, MedialDetector, MedialFeature, NearVertex, NoInside,
+    OverlapParams, PairId, PairOverlap, PairReport, PairSweep, PassThrough, PrimitiveBall, Region,
+    Scene, SceneError, Side, SweepReport, SweptContact, VertexReport,
 };
 
 /// Holds the README's example to what the library does.

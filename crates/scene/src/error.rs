@@ -103,6 +103,12 @@ pub enum SceneError {
         /// How many are possible.
         limit: usize,
     },
+    /// A tolerance of depths that is not finite or not above 0.
+    #[error("the depth tolerance is {tolerance}, but must be finite and above 0")]
+    DepthTolerance {
+        /// The value given.
+        tolerance: f64,
+    },
     /// A margin that is negative, infinite or not a number.
     #[error("the margin is {margin}, but must be finite and at least 0")]
     Margin {
