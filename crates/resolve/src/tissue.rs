@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 use kdop::{Dop18, Workspace};
-use surface::{triangle, vertex_normals};
+use surface::{triangle, vertex_areas, vertex_normals};
 
 use super::tuning;
 use scene::Body;
@@ -55,16 +55,11 @@ impl Tissue {
     /// Builds the tissue of a body at rest where it is.
     pub(super) fn new(body: &Body) -> Self {
         let (surface, x) = (body.surface(), body.positions());
-        let mut areas = vec![0.0; x.len()];
-        for face in surface.faces() {
-            let third = triangle::normal(face.map(|vertex| x[vertex as usize])).length() / 6.0;
-            face.iter().for_each(|&corner| areas[corner as usize] += third);
-        }
         let (links, first_links) = links(surface.edges(), x);
         Self {
             rest: x.to_vec(),
             normals: vertex_normals(surface.faces(), x),
-            areas,
+            areas: vertex_areas(surface.faces(), x),
             volume: volume(body.surface().faces(), x),
             links,
             first_links,

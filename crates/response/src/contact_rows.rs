@@ -165,6 +165,7 @@ impl ContactRows {
         terms: &[Term],
         law: ContactLaw,
     ) -> Result<(), ResponseError> {
+        // Check everything before the lists change.
         let row = self.len();
         let anchor = contact.anchor.unwrap_or_default();
         let normal = check::normal(row, contact.normal)?;

@@ -158,6 +158,7 @@ impl<F: LinearForces> System<'_, F> {
         let mut square = start;
         let mut iterations = 0;
 
+        // Step along the direction to the minimum of the quadratic form.
         while iterations < params.max_iterations && relative(square, start) > params.tolerance {
             self.product(&direction, &mut along);
             let curvature = dot(&direction, &along);
@@ -169,6 +170,7 @@ impl<F: LinearForces> System<'_, F> {
             add(&mut x, step, &direction);
             add(&mut residual, -step, &along);
 
+            // The next direction is conjugate to all earlier ones.
             let preconditioned = self.precondition(&residual);
             let next = dot(&residual, &preconditioned);
             let turn = next / square;

@@ -45,6 +45,7 @@ impl ImpulseCache {
     /// impulse is used once.
     #[must_use]
     pub fn warm_start(&self, contacts: &[Contact]) -> Vec<Impulse> {
+        // Stored contacts sorted by their particles, each used once.
         let mut by_key: Vec<(Key, usize)> = self.contacts.iter().map(key).zip(0..).collect();
         by_key.sort_unstable();
         let mut used = vec![false; self.contacts.len()];

@@ -219,6 +219,8 @@ impl PermanentContacts {
                 self.slide_along_edges(number, x);
                 continue;
             }
+
+            // A step moves little, so the last face is a good start of the walk.
             let point = self.point(number, x);
             let start = self.start_face(number, surface, carrier);
             if let Some(foot) = walk_to_foot(surface, on, start, point) {
@@ -230,6 +232,7 @@ impl PermanentContacts {
 
     /// Drops the contacts that were left, and returns their number.
     pub fn drop_left(&mut self) -> usize {
+        // Move the contacts that stay to the front, in order.
         let mut kept = 0;
         for number in 0..self.states.len() {
             if self.states[number] != ContactState::Left {
@@ -247,11 +250,14 @@ impl PermanentContacts {
     }
 
     fn stick_one(&mut self, number: usize, x: &[DVec3]) {
+        // The normal turns with its carrier; the weights stay.
         let contact = &mut self.contacts[number];
         let frame = carrying_frame(&contact.stencil, x);
         if let (Some(frame), Some(local)) = (frame, self.tracks[number].local_normal) {
             contact.normal = frame.to_world(local);
         }
+
+        // The gap along the normal, which for medial contacts follows P_c.
         let separation = contact.separation(|k| x[k as usize]);
         if self.measure == GapMeasure::Length {
             contact.normal = (-separation).try_normalize().unwrap_or(contact.normal);
@@ -266,6 +272,8 @@ impl PermanentContacts {
         let edge = |ends: [u32; 2]| ends.map(|k| x[k as usize]);
         let closest = closest_between_segments(edge([a0, a1]), edge([b0, b1]));
         contact.stencil = Stencil::edge_edge([a0, a1], closest.s, [b0, b1], closest.t);
+
+        // The normal keeps its side of the edges.
         let away = closest.points[0] - closest.points[1];
         let side = if away.dot(contact.normal) < 0.0 { -1.0 } else { 1.0 };
         contact.normal = (side * away).try_normalize().unwrap_or(contact.normal);
@@ -304,6 +312,8 @@ impl PermanentContacts {
             expected: 1,
             got: terms.len(),
         };
+
+        // The side of P stays; the foot replaces the side of P̄.
         match carrier {
             SurfaceCarrier::Rigid(motion) => contact.anchor = Some(motion.at(foot.point)),
             SurfaceCarrier::Particles { first } => {

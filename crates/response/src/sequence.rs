@@ -133,6 +133,7 @@ pub fn correct_in_sequence<E: From<ResponseError>>(
     params.validate()?;
     let sequence = Sequence { params, inverse_mass };
 
+    // Positions, with contacts detected again after each round.
     let (mut rounds, mut positions) = (0, None);
     while let Some(tolerance) = params.depth_tolerance {
         if sequence.largest_depth(contacts) <= tolerance || rounds == params.max_rounds {
@@ -143,6 +144,7 @@ pub fn correct_in_sequence<E: From<ResponseError>>(
         refresh(x, contacts)?;
     }
 
+    // Velocities and accelerations at the corrected positions.
     let velocities = sequence.correct_velocities(v, contacts, cache)?;
     let accelerations = sequence.correct_accelerations(v, a, contacts)?;
     let depth = sequence.largest_depth(contacts);

@@ -218,6 +218,8 @@ impl<'a> SoftContacts<'a> {
             if derivative == DMat3::ZERO {
                 continue;
             }
+
+            // Bᵀ D B: one block per pair of the row's particles.
             for i in row.terms {
                 for j in row.terms {
                     let value = derivative * (i.weight * j.weight);
@@ -258,11 +260,13 @@ impl RowForce {
         v: &[DVec3],
         law: SoftLaw,
     ) -> Result<Self, ResponseError> {
+        // Normal force and friction at the present state.
         let velocity = row.anchor.velocity + row.combine(v);
         let approach = velocity.dot(row.normal);
         let normal = NormalResponse::new(number, law.normal, row.depth, approach)?;
         let (friction, by_slip) = friction(row, velocity, normal.force.max(0.0), law.slip_speed);
 
+        // The normal force acts, and changes, along the normal only.
         let along = outer(row.normal, row.normal);
         let force = friction - normal.force * row.normal;
         check::contact_vector(number, "force", force)?;

@@ -171,10 +171,11 @@ pub fn limit<E>(
     if !is_stable(low)? || is_stable(high)? {
         return Ok(None);
     }
+
     while high - low > precision * high {
         let middle = 0.5 * (low + high);
         if middle <= low || middle >= high {
-            break;
+            break; // no number in between
         }
         if is_stable(middle)? {
             low = middle;
@@ -218,6 +219,7 @@ fn implicit<I: Implicit>(holding: Holding, state: [f64; 2]) -> Result<[f64; 2], 
         }
         Holding::FirstOrder { gain } | Holding::SecondOrder { gain } => {
             let force = [gain * spring_acceleration(step, holding, state)?];
+            // The spring is linear: its values at unit states are its derivatives.
             let gains = Gains {
                 by_position: gain * spring_acceleration(step, holding, [1.0, 0.0])?.z,
                 by_velocity: gain * spring_acceleration(step, holding, [0.0, 1.0])?.z,
@@ -238,6 +240,8 @@ fn hard<I: Integrator>(
 ) -> Result<[f64; 2], ResponseError> {
     let h = step.length();
     let relative = relative([x, v])?;
+
+    // ΔP_c and ΔV_c of the row.
     let none = DVec3::ZERO;
     let [position, velocity] = match row {
         HardRow::Spring => [none, Spring::TwoSided.velocity(&relative, h)],

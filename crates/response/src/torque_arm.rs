@@ -75,6 +75,8 @@ impl TorqueArmRow {
         if is_line(corners) {
             return Err(ResponseError::Collinear { contact });
         }
+
+        // Equal masses: only the distribution of the torque matters, not the inertia itself.
         let center = (corners[0] + corners[1] + corners[2]) / 3.0;
         let from_center = corners.map(|x| x - center);
         let inverse_inertia = inertia(from_center).inverse();

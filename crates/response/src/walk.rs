@@ -61,6 +61,7 @@ pub fn walk_to_foot(
     let mut best = FaceFoot::new(surface, x, start, p);
     let mut visited = 1;
     loop {
+        // Steepest descent: the closest of all neighbors.
         let mut closer = best;
         for face in neighbors(surface, best.face) {
             visited += 1;
@@ -106,6 +107,7 @@ impl FaceFoot {
             outward = triangle::normal([a, b, c]).normalize_or(DVec3::Z);
         }
 
+        // At the surface the direction from the foot is rounding.
         let away = p - point;
         let side = if away.dot(outward) < 0.0 { -1.0 } else { 1.0 };
         let extent = (b - a).length().max((c - a).length());

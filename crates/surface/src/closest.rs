@@ -22,6 +22,8 @@
 
 use glam::DVec3;
 
+use crate::triangle::edge;
+
 /// Weights of a triangle's corners: non-negative, with the sum 1.
 pub type Barycentric = [f64; 3];
 
@@ -205,8 +207,8 @@ pub fn closest_between_segments(a: [DVec3; 2], b: [DVec3; 2]) -> ClosestBetweenS
 /// ```
 #[must_use]
 pub fn closest_between_triangles(a: [DVec3; 3], b: [DVec3; 3]) -> ClosestBetweenTriangles {
+    // Two convex sets that do not cross are closest at a corner or between two edges.
     let mut nearest = NearestFeet::NONE;
-
     for k in 0..3 {
         let foot = closest_on_triangle(a[k], b);
         nearest.offer([a[k], foot.point], [on_edge(k, 0.0), foot.barycentric]);
@@ -364,6 +366,9 @@ fn closest_between_parallels(a: [DVec3; 2], b: [DVec3; 2]) -> ClosestBetweenSegm
     let (u, v, r) = (a[1] - a[0], b[1] - b[0], a[0] - b[0]);
     let normal = u.cross(v);
     let s = clamped_ratio(-r.cross(v).dot(normal), normal.length_squared());
+
+    // Where the lines are exactly parallel the first candidate is arbitrary, and an end's
+    // foot is as close.
     let candidates = [
         (s, closest_on_segment(along(a[0], a[1], s), b).t),
         (0.0, closest_on_segment(a[0], b).t),
@@ -372,6 +377,7 @@ fn closest_between_parallels(a: [DVec3; 2], b: [DVec3; 2]) -> ClosestBetweenSegm
         (closest_on_segment(b[1], a).t, 1.0),
     ];
 
+    // Distances as linear combinations: rounded differences of feet would cancel.
     let (mut best_squared, mut best) = (f64::INFINITY, (0.0, 0.0));
     for (s, t) in candidates {
         let distance_squared = (r + s * u - t * v).length_squared();
@@ -397,11 +403,6 @@ fn longest_edge([a, b, c]: [DVec3; 3]) -> usize {
         }
     }
     longest
-}
-
-#[inline]
-fn edge(corners: [DVec3; 3], k: usize) -> [DVec3; 2] {
-    [corners[k], corners[(k + 1) % 3]]
 }
 
 #[inline]

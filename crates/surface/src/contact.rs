@@ -101,7 +101,7 @@ impl Stencil {
     /// Returns the stencil of a vertex P against a face with weights `b` of its corners.
     #[must_use]
     pub fn vertex_face(vertex: u32, face: [u32; 3], b: [f64; 3]) -> Self {
-        let [p, q, r] = std::array::from_fn(|k| Term { particle: face[k], weight: b[k] });
+        let Self { terms: [p, q, r, _], .. } = Self::face(face, b);
         Self { terms: [Term { particle: vertex, weight: -1.0 }, p, q, r], len: 4 }
     }
 

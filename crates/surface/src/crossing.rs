@@ -67,6 +67,7 @@ impl Meeting {
 /// ```
 #[must_use]
 pub fn triangles_meet(a: [DVec3; 3], b: [DVec3; 3]) -> Meeting {
+    // Most pairs of a broad phase end at one of the two planes.
     let sides_of_b = sides_of_plane(b, a);
     if apart(sides_of_b) {
         return Meeting::Disjoint;
@@ -75,6 +76,9 @@ pub fn triangles_meet(a: [DVec3; 3], b: [DVec3; 3]) -> Meeting {
     if apart(sides_of_a) {
         return Meeting::Disjoint;
     }
+
+    // In general position two intervals on the common line decide; a corner or an edge in
+    // the other's plane is decided edge by edge.
     if straddles(sides_of_a) && straddles(sides_of_b) {
         return intervals_meet(a, sides_of_b, b, sides_of_a);
     }
@@ -128,7 +132,8 @@ fn touching_if(shares_a_point: bool) -> Meeting {
 }
 
 /// Returns true if all corners are strictly on one side of the plane.
-fn apart(sides: [Sign; 3]) -> bool {
+#[inline]
+pub(crate) fn apart(sides: [Sign; 3]) -> bool {
     sides[0] != 0 && sides[1] == sides[0] && sides[2] == sides[0]
 }
 
@@ -207,19 +212,21 @@ fn segment_touches_in_plane(axis: usize, segment: [DVec3; 2], corners: [DVec3; 3
 
 /// Returns true if two closed segments, which may be points, share a point.
 fn segments_touch(a: [DVec3; 2], b: [DVec3; 2]) -> bool {
-    let touch_along = |axis: usize| projected_segments_touch(project(axis, a), project(axis, b));
-
     // Three ends that are not collinear span the only plane in which they can touch.
     let [[a0, a1], [b0, b1]] = [a, b];
     for corners in [[a0, a1, b0], [a0, a1, b1], [b0, b1, a0], [b0, b1, a1]] {
         if let Some(axis) = projection_axis(corners) {
             let coplanar = [a0, a1, b0, b1].iter().all(|x| side_of_plane(corners, *x) == 0);
-            return coplanar && touch_along(axis);
+            return coplanar && projections_touch(axis, a, b);
         }
     }
 
     // All on one line: they share a point where all three projections do.
-    (0..3).all(touch_along)
+    (0..3).all(|axis| projections_touch(axis, a, b))
+}
+
+fn projections_touch(axis: usize, a: [DVec3; 2], b: [DVec3; 2]) -> bool {
+    projected_segments_touch(project(axis, a), project(axis, b))
 }
 
 /// Returns true if two closed segments in a coordinate plane share a point.

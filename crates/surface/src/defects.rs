@@ -178,19 +178,24 @@ impl FaceSearch {
     /// Returns true if all faces of a vertex are reached from its first across edges at
     /// the vertex.
     fn reaches_all_faces(&mut self, surface: &TriangleSurface, vertex: u32) -> bool {
+        // Start from the first face.
         let faces = surface.vertex_faces(vertex);
         self.reached.clear();
         if let Some(&first) = faces.first() {
             self.reach(vertex, first);
         }
 
+        // Cross the two edges at the vertex of each face reached.
         let mut next = 0;
         while next < self.reached.len() && self.reached.len() < faces.len() {
             let edges = surface.face_edges()[self.reached[next] as usize];
             next += 1;
-            for edge in edges.into_iter().filter(|edge| *edge != NO_EDGE) {
-                if surface.edges()[edge as usize].contains(&vertex) {
-                    surface.edge_faces(edge).iter().for_each(|face| self.reach(vertex, *face));
+            for edge in edges {
+                if edge == NO_EDGE || !surface.edges()[edge as usize].contains(&vertex) {
+                    continue;
+                }
+                for &face in surface.edge_faces(edge) {
+                    self.reach(vertex, face);
                 }
             }
         }

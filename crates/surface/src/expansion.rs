@@ -41,6 +41,7 @@ impl Expansion {
 
     /// Adds one number: Shewchuk's GROW-EXPANSION with the elimination of zeros.
     fn add(&mut self, number: f64) {
+        // Add to the smallest term first; what rounding leaves of each sum is a term.
         let mut carry = number;
         let mut kept = 0;
         for i in 0..self.count {

@@ -77,6 +77,8 @@ impl SimplexSurface {
                 add(out, Term { particle, weight });
                 continue;
             };
+
+            // A center is the mean of its polygon.
             let vertices = self.polygon(polygon);
             let weight = weight / as_f64(vertices.len());
             for &particle in vertices {

@@ -118,6 +118,8 @@ pub struct Inspection {
 pub fn inspect(surface: &TriangleSurface, x: Positions<'_>) -> Inspection {
     let bounds = Aabb::of_points(x.as_slice().iter().copied());
     let bounds = (!bounds.is_empty()).then_some(bounds);
+
+    // About the center of the box, the cone's volumes lose the fewest digits.
     let (volume, area) = volume_and_area(surface, x, bounds.map_or(DVec3::ZERO, Aabb::center));
     let (vertices, edges) = (surface.vertex_count(), surface.edges().len());
     let faces = surface.faces().len();

@@ -9,13 +9,13 @@ use crate::{Positions, TriangleSurface};
 ///
 /// # Panics
 ///
-/// When `x` was checked against a surface with fewer vertices.
+/// When a face refers to a vertex without a position.
 #[must_use]
-pub fn vertex_areas(surface: &TriangleSurface, x: Positions<'_>) -> Vec<f64> {
-    let mut areas = vec![0.0; surface.vertex_count()];
-    for &face in surface.faces() {
-        let third = triangle::normal(x.corners(face)).length() / 6.0;
-        for vertex in face {
+pub fn vertex_areas(faces: &[[u32; 3]], x: &[DVec3]) -> Vec<f64> {
+    let mut areas = vec![0.0; x.len()];
+    for face in faces {
+        let third = triangle::normal(face.map(|vertex| x[vertex as usize])).length() / 6.0;
+        for &vertex in face {
             areas[vertex as usize] += third;
         }
     }
@@ -40,7 +40,10 @@ pub fn vertex_normals(faces: &[[u32; 3]], x: &[DVec3]) -> Vec<DVec3> {
             normals[vertex as usize] += normal;
         }
     }
-    normals.into_iter().map(DVec3::normalize_or_zero).collect()
+    for normal in &mut normals {
+        *normal = normal.normalize_or_zero();
+    }
+    normals
 }
 
 /// Computes the mean length of the edges, 0 for a surface without edges.
@@ -64,8 +67,9 @@ fn as_f64(count: usize) -> f64 {
 }
 
 #[cfg(test)]
-#[expect(clippy::float_cmp, reason = "exact by construction")]
 mod tests {
+    #![expect(clippy::float_cmp, reason = "exact by construction")]
+
     use super::*;
 
     #[test]
@@ -73,7 +77,7 @@ mod tests {
         let surface = TriangleSurface::new(4, vec![[0, 1, 2]]).unwrap();
         let x = [DVec3::ZERO, DVec3::X * 3.0, DVec3::Y * 4.0, DVec3::ONE];
         let positions = surface.positions(&x).unwrap();
-        assert_eq!(vertex_areas(&surface, positions), [2.0, 2.0, 2.0, 0.0]);
+        assert_eq!(vertex_areas(surface.faces(), &x), [2.0, 2.0, 2.0, 0.0]);
         assert_eq!(mean_edge(&surface, positions), 4.0);
         let up = DVec3::Z;
         assert_eq!(vertex_normals(surface.faces(), &x), [up, up, up, DVec3::ZERO]);

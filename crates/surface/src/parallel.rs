@@ -93,12 +93,18 @@ pub fn try_for_each_mut<T: Send, E: Send>(
     #[cfg(feature = "rayon")]
     {
         let piece = piece(items.len());
+        // Threads fail in any order: the failure with the smallest number is returned.
         let numbered = items.par_iter_mut().enumerate().with_max_len(piece);
         let failures = numbered.filter_map(|(i, item)| Some((i, f(i, item).err()?)));
         failures.min_by_key(|failure| failure.0).map_or(Ok(()), |failure| Err(failure.1))
     }
     #[cfg(not(feature = "rayon"))]
-    items.iter_mut().enumerate().try_for_each(|(i, item)| f(i, item))
+    {
+        for (i, item) in items.iter_mut().enumerate() {
+            f(i, item)?;
+        }
+        Ok(())
+    }
 }
 
 /// Sorts a list; the order of equal items is unspecified.

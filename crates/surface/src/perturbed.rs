@@ -20,8 +20,10 @@
 
 use glam::DVec3;
 
+use crate::crossing::apart;
 use crate::expansion::sign_of_difference_cross;
-use crate::predicates::{Sign, side_of_plane, sides_of_plane, turn, without};
+use crate::predicates::{Sign, height_over_plane, side_of_plane, sides_of_plane, turn, without};
+use crate::triangle::edge;
 
 /// Relation between two triangles, the first of which is moved by an infinitesimal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,11 +92,11 @@ pub struct StretchEnd {
 #[must_use]
 pub fn meet_perturbed(a: [DVec3; 3], b: [DVec3; 3]) -> PerturbedMeeting {
     let sides_of_a = sides_of_plane(b, a);
-    if one_sided(sides_of_a) {
+    if apart(sides_of_a) {
         return PerturbedMeeting::Apart;
     }
     let sides_of_b = sides_of_plane(a, b);
-    if one_sided(sides_of_b) {
+    if apart(sides_of_b) {
         return PerturbedMeeting::Apart;
     }
     if sides_of_a.contains(&0) || sides_of_b.contains(&0) {
@@ -103,29 +105,26 @@ pub fn meet_perturbed(a: [DVec3; 3], b: [DVec3; 3]) -> PerturbedMeeting {
     crossing(a, sides_of_a, b, sides_of_b, false)
 }
 
-/// Computes where the edge from `u` to `v` passes the plane of a triangle, as its share of the way.
+/// Computes the parameter at which the edge from `u` to `v` crosses the plane of a triangle.
 ///
-/// The edge is taken to pass the plane; the share is in `0.0..=1.0` whatever rounding does.
+/// The edge must cross the plane; the parameter is in `0.0..=1.0` whatever rounding does.
 #[must_use]
 pub fn passing_share([u, v]: [DVec3; 2], corners: [DVec3; 3]) -> f64 {
-    let [from, to] = [u, v].map(|end| height_over_plane(corners, end).abs());
+    let (from, to) = (precise_height(corners, u).abs(), precise_height(corners, v).abs());
     let sum = from + to;
     if sum > 0.0 { (from / sum).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// Computes `((b − a) × (c − a)) · (p − a)`, with as many digits as its sign needs at least.
-fn height_over_plane([a, b, c]: [DVec3; 3], p: DVec3) -> f64 {
-    /// Share of the terms' size below which the quick sum has lost half of its digits.
-    const CANCELLED: f64 = 1e-8;
+/// Share of the terms' size below which a rounded triple product has lost half of its
+/// digits.
+const CANCELLATION: f64 = 1e-8;
 
+/// Computes `((b − a) × (c − a)) · (p − a)` with at least the digits that its sign needs.
+fn precise_height([a, b, c]: [DVec3; 3], p: DVec3) -> f64 {
     let (u, v, w) = (b - a, c - a, p - a);
-    let quick = u.cross(v).dot(w);
+    let rounded = u.cross(v).dot(w);
     let size = u.abs().max_element() * v.abs().max_element() * w.abs().max_element();
-    if quick.abs() > CANCELLED * size {
-        return quick;
-    }
-    let coord = |p: DVec3| robust::Coord3D { x: p.x, y: p.y, z: p.z };
-    -robust::orient3d(coord(a), coord(b), coord(c), coord(p))
+    if rounded.abs() > CANCELLATION * size { rounded } else { height_over_plane([a, b, c], p) }
 }
 
 /// Settles the signs that are zero, then as without ties.
@@ -140,17 +139,23 @@ fn meet_with_ties(
     if tie_of_a == 0 || tie_of_b == 0 {
         return PerturbedMeeting::Apart;
     }
+
+    // One plane: the move separates the triangles.
     if sides_of_a == [0; 3] {
         let same_normal = tie_of_a == -tie_of_b;
         return PerturbedMeeting::Coplanar { same_normal, first_moves_outward: tie_of_b < 0 };
     }
 
-    let settled = |sides: [Sign; 3], tie| sides.map(|side| if side == 0 { tie } else { side });
-    let (sides_of_a, sides_of_b) = (settled(sides_of_a, tie_of_a), settled(sides_of_b, tie_of_b));
-    if one_sided(sides_of_a) || one_sided(sides_of_b) {
+    let (sides_of_a, sides_of_b) = (settle(sides_of_a, tie_of_a), settle(sides_of_b, tie_of_b));
+    if apart(sides_of_a) || apart(sides_of_b) {
         return PerturbedMeeting::Apart;
     }
     crossing(a, sides_of_a, b, sides_of_b, true)
+}
+
+/// Replaces the sides that are zero.
+fn settle(sides: [Sign; 3], tie: Sign) -> [Sign; 3] {
+    sides.map(|side| if side == 0 { tie } else { side })
 }
 
 /// Finds the stretch of two triangles, each of which has corners on both sides of the other.
@@ -168,6 +173,8 @@ fn crossing(
 ) -> PerturbedMeeting {
     let (a_leaves, a_enters) = (edge_upward(sides_of_a), edge_downward(sides_of_a));
     let (b_leaves, b_enters) = (edge_upward(sides_of_b), edge_downward(sides_of_b));
+
+    // The intervals overlap where each begins before the other ends.
     let mut is_tie = corners_tie;
     let mut side = |i: usize, j: usize| {
         let (side, settled) = side_of_edge(edge(a, i), edge(b, j));
@@ -178,15 +185,20 @@ fn crossing(
         return PerturbedMeeting::Apart;
     }
 
+    // The stretch begins at the later beginning, and ends at the earlier end.
     let begins_on_b = side(a_leaves, b_enters) < 0;
     let ends_on_a = side(a_enters, b_leaves) < 0;
-    let of_a = |edge, enters| StretchEnd { triangle: 0, edge, enters };
-    let of_b = |edge, enters| StretchEnd { triangle: 1, edge, enters };
-    PerturbedMeeting::Crossing(Stretch {
-        begin: if begins_on_b { of_b(b_enters, true) } else { of_a(a_leaves, false) },
-        end: if ends_on_a { of_a(a_enters, true) } else { of_b(b_leaves, false) },
-        is_tie,
-    })
+    let begin = if begins_on_b {
+        StretchEnd { triangle: 1, edge: b_enters, enters: true }
+    } else {
+        StretchEnd { triangle: 0, edge: a_leaves, enters: false }
+    };
+    let end = if ends_on_a {
+        StretchEnd { triangle: 0, edge: a_enters, enters: true }
+    } else {
+        StretchEnd { triangle: 1, edge: b_leaves, enters: false }
+    };
+    PerturbedMeeting::Crossing(Stretch { begin, end, is_tie })
 }
 
 /// Returns the side on which the line of `rs` passes that of `pq`: the sign of
@@ -196,22 +208,27 @@ fn side_of_edge([p, q]: [DVec3; 2], [r, s]: [DVec3; 2]) -> (Sign, bool) {
     if side != 0 {
         return (side, false);
     }
-    let component = |axis| {
+
+    // The edges meet or are parallel: the derivative by the infinitesimal decides.
+    for axis in 0..3 {
         let [p, q, r, s] = [p, q, r, s].map(|x| without(axis, x));
-        sign_of_difference_cross([p, q], [r, s])
-    };
-    ((0..3).map(component).find(|sign| *sign != 0).unwrap_or(0), true)
+        let side = sign_of_difference_cross([p, q], [r, s]);
+        if side != 0 {
+            return (side, true);
+        }
+    }
+    (0, true)
 }
 
 /// Returns the sign of the first nonzero component of a triangle's normal; 0 without area.
-fn leading_normal_sign([a, b, c]: [DVec3; 3]) -> Sign {
-    let component = |axis| turn(without(axis, a), without(axis, b), without(axis, c));
-    (0..3).map(component).find(|sign| *sign != 0).unwrap_or(0)
-}
-
-#[inline]
-fn one_sided(sides: [Sign; 3]) -> bool {
-    sides[0] != 0 && sides[1] == sides[0] && sides[2] == sides[0]
+fn leading_normal_sign(corners: [DVec3; 3]) -> Sign {
+    for axis in 0..3 {
+        let [a, b, c] = corners.map(|corner| without(axis, corner));
+        if turn(a, b, c) != 0 {
+            return turn(a, b, c);
+        }
+    }
+    0
 }
 
 /// Returns the edge on which the sides rise from −1 to 1.
@@ -222,8 +239,4 @@ fn edge_upward(sides: [Sign; 3]) -> usize {
 /// Returns the edge on which the sides fall from 1 to −1.
 fn edge_downward(sides: [Sign; 3]) -> usize {
     (0..3).find(|&k| sides[k] > 0 && sides[(k + 1) % 3] < 0).unwrap_or(0)
-}
-
-fn edge(corners: [DVec3; 3], k: usize) -> [DVec3; 2] {
-    [corners[k], corners[(k + 1) % 3]]
 }

@@ -16,9 +16,14 @@ pub(crate) type Sign = i32;
 
 /// Returns the side of the plane through `a`, `b`, `c` that holds `p`: 1 where
 /// `(b − a) × (c − a)` points, 0 in the plane.
-pub(crate) fn side_of_plane([a, b, c]: [DVec3; 3], p: DVec3) -> Sign {
-    let coord = |p: DVec3| Coord3D { x: p.x, y: p.y, z: p.z };
-    -sign(robust::orient3d(coord(a), coord(b), coord(c), coord(p)))
+pub(crate) fn side_of_plane(corners: [DVec3; 3], p: DVec3) -> Sign {
+    sign(height_over_plane(corners, p))
+}
+
+/// Computes `((b − a) × (c − a)) · (p − a)` with an exact sign.
+pub(crate) fn height_over_plane([a, b, c]: [DVec3; 3], p: DVec3) -> f64 {
+    let [a, b, c, p] = [a, b, c, p].map(|DVec3 { x, y, z }| Coord3D { x, y, z });
+    -robust::orient3d(a, b, c, p)
 }
 
 /// Returns the sides of the plane of `corners` that hold three points.

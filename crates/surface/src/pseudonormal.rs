@@ -59,6 +59,7 @@ impl Pseudonormals {
         let mut edges = vec![DVec3::ZERO; surface.edges().len()];
         let mut vertices = vec![DVec3::ZERO; surface.vertex_count()];
 
+        // Each face adds its normal to its edges and, by its angles, to its corners.
         for (&face, along) in surface.faces().iter().zip(surface.face_edges()) {
             let normal = triangle::unit_normal(x.corners(face));
             for &edge in along.iter().filter(|edge| **edge != NO_EDGE) {
@@ -87,30 +88,30 @@ impl Pseudonormals {
         face: u32,
         feature: TriangleFeature,
     ) -> DVec3 {
-        let (corners, edges) =
-            (surface.faces()[face as usize], surface.face_edges()[face as usize]);
+        let corners = surface.faces()[face as usize];
+        let mut sum = DVec3::ZERO;
         match feature {
-            TriangleFeature::Face => triangle::unit_normal(x.corners(corners)),
-            TriangleFeature::Edge(k) if edges[k] == NO_EDGE => DVec3::ZERO,
+            TriangleFeature::Face => return triangle::unit_normal(x.corners(corners)),
+            // Plain sum: both faces subtend the same angle at an edge.
             TriangleFeature::Edge(k) => {
-                let faces =
-                    surface.edge_faces(edges[k]).iter().map(|&f| surface.faces()[f as usize]);
-                let normals = faces.map(|face| triangle::unit_normal(x.corners(face)));
-                normals.sum::<DVec3>().normalize_or_zero()
+                let edge = surface.face_edges()[face as usize][k];
+                let faces = if edge == NO_EDGE { &[] } else { surface.edge_faces(edge) };
+                for &face in faces {
+                    sum += triangle::unit_normal(x.corners(surface.faces()[face as usize]));
+                }
             }
             TriangleFeature::Corner(k) => {
-                let mut sum = DVec3::ZERO;
                 for &face in surface.vertex_faces(corners[k]) {
                     let face = surface.faces()[face as usize];
-                    let (normal, angles) =
-                        (triangle::unit_normal(x.corners(face)), corner_angles(x.corners(face)));
+                    let normal = triangle::unit_normal(x.corners(face));
+                    let angles = corner_angles(x.corners(face));
                     for (_, angle) in face.iter().zip(angles).filter(|at| *at.0 == corners[k]) {
                         sum += angle * normal;
                     }
                 }
-                sum.normalize_or_zero()
             }
         }
+        sum.normalize_or_zero()
     }
 
     /// Returns the normals of the faces, |F|: zero where a face has no area.

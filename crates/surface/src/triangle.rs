@@ -60,9 +60,16 @@ pub fn signed_volume(triangles: impl IntoIterator<Item = [DVec3; 3]>, origin: DV
     six_volumes.sum::<f64>() / 6.0
 }
 
+/// Returns the ends of edge `k`, from corner `k` to the next.
+#[inline]
+pub(crate) fn edge(corners: [DVec3; 3], k: usize) -> [DVec3; 2] {
+    [corners[k], corners[(k + 1) % 3]]
+}
+
 #[cfg(test)]
-#[expect(clippy::float_cmp, reason = "exact by construction")]
 mod tests {
+    #![expect(clippy::float_cmp, reason = "exact by construction")]
+
     use super::*;
 
     #[test]

@@ -62,6 +62,7 @@ impl Colors {
             start = end;
         }
 
+        // Place the rows in the order given.
         let mut order = vec![0; self.of_rows.len()];
         for (row, &color) in (0..).zip(&self.of_rows) {
             order[next[color as usize]] = row;

@@ -46,6 +46,7 @@ fn solve_rows(
     let mut scratch = vec![DVec3::ZERO; system.particle_count];
     let mut iterations = 0;
 
+    // The residual is Q_c · n of the rows: what their impulses still have to cancel.
     while iterations < max_iterations && largest(&residual) > params.tolerance {
         let product = product(system, rows, &direction, &mut scratch);
         let curvature = dot(&direction, &product);
@@ -55,6 +56,7 @@ fn solve_rows(
             break;
         }
 
+        // Step to the minimum along the direction, and keep the best impulses.
         let step = square / curvature;
         add(&mut impulses, step, &direction);
         add(&mut residual, -step, &product);
@@ -65,6 +67,7 @@ fn solve_rows(
             break;
         }
 
+        // The next direction is conjugate to all earlier ones.
         let turn = present * present / square;
         for (d, r) in direction.iter_mut().zip(&residual) {
             *d = r + turn * *d;

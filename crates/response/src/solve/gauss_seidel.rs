@@ -38,6 +38,7 @@ fn repeat<S: Slot>(
     sweep: impl Fn(&Batch, &mut [Impulse]) -> f64,
 ) -> u32 {
     for iteration in 1..=params.max_iterations {
+        // Batches in order: rows of a later one read what earlier ones wrote.
         let mut largest = 0.0_f64;
         for batch in &system.batches {
             largest = largest.max(sweep(batch, &mut impulses[batch.start..batch.end]));

@@ -24,6 +24,7 @@ fn iterate(system: &PackedSystem, state: &mut SolverState, factors: &[f64]) -> f
     let SolverState { q, bias, impulses } = state;
     let slots = cells(q);
 
+    // All rows read the same state before the first one writes.
     let mut relaxed: Vec<Impulse> = Vec::with_capacity(system.rows.len());
     for (number, row) in system.rows.iter().enumerate() {
         let (bias, impulse, factor) = (bias[number], impulses[number], factors[number]);

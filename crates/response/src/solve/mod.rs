@@ -215,6 +215,7 @@ impl ContactSystem {
         check::not_negative("tolerance", params.tolerance)?;
         check_impulses(impulses)?;
 
+        // Solve on copies, so that an error leaves the caller's lists unchanged.
         let mut state = system.start(level, q, impulses);
         let iterations = match params.method {
             SolverMethod::GaussSeidel => gauss_seidel::solve(system, &mut state, params),

@@ -88,6 +88,7 @@ pub(super) struct SolverState {
 
 impl PackedSystem {
     pub(super) fn new(rows: &ContactRows, inverse_mass: &[f64], order: SweepOrder) -> Self {
+        // Rows that can move a particle, in the order in which they are swept.
         let arms = TorqueArmsByRow(rows.torque_arms());
         let mut movable: Vec<u32> = Vec::with_capacity(rows.len());
         for (number, row) in (0..).zip(rows.iter()) {
@@ -100,6 +101,7 @@ impl PackedSystem {
             SweepOrder::Colored => color(rows, &movable, &arms, inverse_mass),
         };
 
+        // Rows next to each other in a sweep are next to each other in memory.
         let mut packed = Self {
             particle_count: rows.particle_count(),
             row_count: rows.len(),
@@ -138,6 +140,7 @@ impl PackedSystem {
         q: &[DVec3],
         impulses: &[Impulse],
     ) -> SolverState {
+        // The bias needs the state before impulses act.
         let rows = self.rows.iter().zip(&self.sources);
         let bias = rows.map(|(row, source)| self.bias(level, row, source, q)).collect();
 
@@ -168,6 +171,8 @@ impl PackedSystem {
         for term in self.terms_of(row) {
             at += term.weight * q[term.particle as usize].load();
         }
+
+        // The surface point moves with the rotation of the particles that carry it.
         let mut at_surface = at;
         for arm in self.arms_of(row) {
             at_surface += arm.arm.gather(|k| q[k as usize].load());
@@ -183,6 +188,8 @@ impl PackedSystem {
             let slot = &q[term.particle as usize];
             slot.store(slot.load() - term.step * impulse);
         }
+
+        // Friction at a surface point also turns the particles that carry it.
         for arm in self.arms_of(row) {
             for ((particle, step), w) in arm.steps(tangent).into_iter().zip(arm.inverse_mass) {
                 if w > 0.0 {
@@ -231,6 +238,7 @@ impl PackedSystem {
             return Impulse { normal, tangent: DVec3::ZERO };
         }
 
+        // Coulomb's law: the impulse that stops the slip, within the friction disc.
         let slip = at_surface - at_surface.dot(row.normal) * row.normal;
         let sticking = impulse.tangent + factor * row.tangent_step * slip;
         Impulse { normal, tangent: within_disc(sticking, row.friction * normal) }
@@ -251,6 +259,7 @@ impl PackedSystem {
             SolveLevel::Acceleration => fixed + source.anchor_acceleration,
         };
 
+        // Outside of collision only λ of the approach is canceled.
         let terms = self.terms_of(row);
         let moving: DVec3 = terms.iter().map(|t| t.weight * q[t.particle as usize]).sum();
         let approach = (given + moving).dot(row.normal).max(0.0);
@@ -278,6 +287,7 @@ impl PackedSystem {
             self.arms.push(PackedTorqueArm { arm, inverse_mass });
         }
 
+        // Steps that cancel Q_c of this row alone.
         let mut packed = PackedRow {
             normal: row.normal,
             normal_step: compliance.recip(),
@@ -311,6 +321,7 @@ impl PackedSystem {
 
     /// Computes Q_c at the surface point when P̄ receives a unit impulse along `tangent`.
     fn response(&self, row: &PackedRow, tangent: DVec3) -> DVec3 {
+        // Changes of the row's particles by the impulse.
         let mut q = LocalVectors::default();
         for term in self.terms_of(row) {
             q.add(term.particle, term.step * tangent);
@@ -321,6 +332,7 @@ impl PackedSystem {
             }
         }
 
+        // Their combination at the surface point.
         let mut at: DVec3 = self.terms_of(row).iter().map(|t| t.weight * q.at(t.particle)).sum();
         for arm in self.arms_of(row) {
             at += arm.arm.gather(|k| q.at(k));
