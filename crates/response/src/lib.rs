@@ -44,6 +44,36 @@
 //! friction stays within its cone. Results have the same bits with and without
 //! the feature `rayon`, for any number of threads.
 //!
+//! # Example
+//!
+//! ```
+//! use glam::DVec3;
+//! use response::{
+//!     ContactLaw, ContactRows, ContactSystem, Margins, SolveLevel, SolverParams, SweepOrder,
+//! };
+//! use surface::{Contact, ContactSide, Term};
+//!
+//! // A particle falls on a floor at rest.
+//! let particle = [Term { particle: 0, weight: 1.0 }];
+//! let floor = ContactSide::at_rest(DVec3::ZERO);
+//! let contact = Contact::between(ContactSide::Particles(&particle), floor, DVec3::Z, 0.0);
+//!
+//! let mut rows = ContactRows::new(1);
+//! rows.push(&contact, ContactLaw::new(Margins::new(0.0, 1.0)?, 0.3)?)?;
+//! let system = ContactSystem::new(&rows, &[1.0], SweepOrder::Colored)?;
+//! let mut v = [DVec3::Z * -2.0];
+//! system.solve(SolveLevel::Velocity, &mut v, &mut system.no_impulses(), &SolverParams::default())?;
+//! assert_eq!(v[0], DVec3::ZERO);
+//! # Ok::<(), response::ResponseError>(())
+//! ```
+//!
+//! # Features
+//!
+//! - `rayon`: sweeps large batches on the current thread pool.
+//! - `serde`: serializes plain data.
+//!
+//! None is on by default.
+//!
 //! # Sources
 //!
 //! - B. Gilles, *Anatomical and kinematical modelling of the musculoskeletal
@@ -72,6 +102,8 @@ mod step;
 mod torque_arm;
 mod walk;
 
+pub use glam;
+
 pub use crate::contact_rows::{ContactLaw, ContactRow, ContactRows};
 pub use crate::distribute::distribute;
 pub use crate::error::ResponseError;
@@ -95,3 +127,8 @@ pub use crate::step::{
 };
 pub use crate::torque_arm::{ArmSide, TorqueArm};
 pub use crate::walk::{SurfaceFoot, walk_to_foot};
+
+/// Compiles and runs the README's example.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

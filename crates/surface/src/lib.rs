@@ -1,14 +1,40 @@
-//! What collision handling between surfaces shares: triangle surfaces and
-//! their defects, exact primitives on bare points, and the contact record.
+//! Triangle surfaces, exact primitives on them, and the contact record of collision
+//! handling.
 //!
-//! Topology ([`TriangleSurface`]) is built once; positions are arguments,
-//! wrapped once into a proof that they fit ([`Positions`]). Any list of
-//! triangles with valid indices is a surface: being closed, manifold or
-//! oriented is a property it can be asked for, and an operation that needs one
-//! fails with the first offender's place.
+//! Topology ([`TriangleSurface`]) is built once; positions are arguments, wrapped once
+//! into a proof that they are finite and of the right number ([`Positions`]). Any list of
+//! triangles with valid indices is a surface: *closed*, *manifold* and *oriented* are
+//! properties that an operation checks, and its error names the first offender.
 //!
 //! This crate holds vocabulary and primitives only: no search structure, no
 //! solver, no input or output.
+//!
+//! - Surfaces: [`TriangleSurface`], [`SimplexSurface`], [`inspect`], [`Pseudonormals`].
+//! - Exact tests: [`triangles_meet`], [`segment_meets_triangle`], [`meet_perturbed`],
+//!   [`ray_crosses_triangle`].
+//! - Closest points: [`closest_on_triangle`], [`closest_between_triangles`] and others.
+//! - Geometry: [`triangle`], [`Aabb`], [`vertex_areas`], [`vertex_normals`], [`mean_edge`].
+//! - Contacts: [`Contact`], [`Stencil`], [`ContactSide`].
+//! - Rigid motion: [`Pose`], [`RigidState`].
+//! - Tools: [`parallel`], [`progress`], [`UnionFind`], [`Csr`], [`TotalF64`].
+//!
+//! # Example
+//!
+//! ```
+//! use surface::glam::DVec3;
+//! use surface::{Meeting, triangles_meet};
+//!
+//! let floor = [DVec3::ZERO, DVec3::X * 4.0, DVec3::Y * 4.0];
+//! let wall = [DVec3::new(1.0, 1.0, -1.0), DVec3::new(1.0, 1.0, 1.0), DVec3::new(1.0, 2.0, 1.0)];
+//! assert_eq!(triangles_meet(floor, wall), Meeting::Crossing);
+//! ```
+//!
+//! # Features
+//!
+//! - `rayon`: runs the loops of [`parallel`] on the current thread pool.
+//! - `serde`: serializes plain data.
+//!
+//! None is on by default.
 
 mod aabb;
 mod closest;
@@ -62,3 +88,8 @@ pub use crate::union_find::UnionFind;
 pub use crate::winding::{
     ray_crosses_triangle, ray_crosses_triangle_from_below, solid_angle, winding_number,
 };
+
+/// Compiles and runs the README's example.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
