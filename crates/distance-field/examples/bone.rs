@@ -10,6 +10,7 @@ use std::error::Error;
 
 use distance_field::{DistanceField, FieldParams, Interpolation, MeasuredError, Pose, QueryParams};
 use surface::glam::{DQuat, DVec3};
+use surface::progress::Progress;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let bone = fixtures::femur::femur(4.0);
@@ -18,6 +19,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         &surface,
         surface.positions(&bone.positions)?,
         &FieldParams::new(1.0),
+        Progress::none(),
     )?;
 
     let report = field.report();

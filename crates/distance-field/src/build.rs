@@ -1,58 +1,49 @@
-//! From a surface to its field: the phases of a build, in order.
+//! Build of a field from a surface.
 
-use surface::{Positions, SurfaceError, TriangleSurface};
+use surface::progress::Progress;
+use surface::{Aabb, Positions, TriangleSurface, parallel};
 
-use crate::band::{self, Nearest};
-use crate::carry;
-use crate::compare::{THIN, compare};
-use crate::convert::convert;
-use crate::envelope::FAR;
-use crate::field::DistanceField;
-use crate::grid::{FieldGrid, bounds};
-use crate::inside::Inside;
-use crate::measure::measure;
-use crate::memory::zeroed;
-use crate::num::{coordinate, single};
-use crate::par;
-use crate::params::{FieldMethod, FieldParams, NodeValues, Storage, Voxelization};
-use crate::quasi::{MOST, quasi_interpolate};
-use crate::report::{FieldReport, FieldWarning};
-use crate::spread::MAX_REACH;
-use crate::store::Store;
-use crate::transform::transform;
-use crate::units::Units;
-use crate::winding::{Winding, winding};
-use crate::{FieldError, flood};
+use crate::accuracy::{AccuracyParams, THIN, accuracy};
+use crate::band::{self, BandParams, MAX_CORRECTION, quasi_interpolate};
+use crate::num::{coordinate, floor_count, single};
+use crate::sign::{Inside, Winding, enclosed_volume, winding};
+use crate::store::NodeStore;
+use crate::units::GridSurface;
+use crate::voxel::{self, VoxelField};
+use crate::{
+    DistanceField, FieldError, FieldGrid, FieldMethod, FieldParams, FieldReport, FieldWarning,
+    NodeValues, Storage, Voxelization,
+};
 
-/// What single precision and the band's widening may take off a node's distance
+/// Rounding of a distance, by single precision and by the widening of the band
 /// \[spacings\].
 const ROUNDING: f64 = 1e-5;
 
-/// Cells that a surface should span along its longest axis.
-const FEW_CELLS: f64 = 4.0;
+/// Number of cells that a surface should span along its longest axis.
+const MIN_CELLS: f64 = 4.0;
 
-/// Share of thin places that is worth a warning: less than this, or so, is the
-/// edges of any solid.
-const THIN_SHARE: f64 = 0.01;
+/// Fraction of thin samples above which a warning is due: the edges of any solid are thin.
+const MAX_THIN: f64 = 0.01;
 
-/// Share of the enclosed volume that a flood may lose to its voxels without a
-/// warning.
-const LOST_SHARE: f64 = 0.5;
+/// Fraction of the enclosed volume that a flood may lose to its voxels without a warning.
+const MAX_LOST: f64 = 0.5;
 
 impl DistanceField {
     /// Builds the field of a surface at positions `x`.
     ///
-    /// The result is the same to the bit whatever the number of threads.
+    /// The same input gives the same bits, whatever the number of threads.
     ///
     /// ```
-    /// use distance_field::{FieldParams, DistanceField, Interpolation};
-    /// use surface::{TriangleSurface, glam::DVec3};
+    /// use distance_field::{DistanceField, FieldParams, Interpolation};
+    /// use surface::{TriangleSurface, glam::DVec3, progress::Progress};
     ///
     /// let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
     /// let x = [DVec3::ZERO, DVec3::X * 30.0, DVec3::Y * 30.0, DVec3::Z * 30.0];
     /// let tetrahedron = TriangleSurface::new(4, faces)?;
+    /// let x = tetrahedron.positions(&x)?;
     ///
-    /// let field = DistanceField::build(&tetrahedron, tetrahedron.positions(&x)?, &FieldParams::new(1.0))?;
+    /// let params = FieldParams::new(1.0);
+    /// let field = DistanceField::build(&tetrahedron, x, &params, Progress::none())?;
     /// let sample = field.evaluate(DVec3::new(8.0, 8.0, -2.0), Interpolation::Trilinear).unwrap();
     /// assert!((sample.distance - 2.0).abs() < 1e-5);
     /// assert!((sample.gradient + DVec3::Z).length() < 1e-5);
@@ -62,51 +53,61 @@ impl DistanceField {
     /// # Errors
     ///
     /// - [`FieldError::Empty`] when there are no faces.
-    /// - [`FieldError::InvalidParam`] with the first length that makes no sense.
-    /// - [`FieldError::TooLarge`], before anything is allocated, when grid and
-    ///   scratch exceed the budget, [`FieldError::AxisTooLong`] when an axis has too
-    ///   many nodes to count distances over; [`FieldError::OutOfMemory`] when the system
-    ///   grants less.
-    /// - [`FieldError::Sign`] when the sign rule needs a closed surface.
+    /// - [`FieldError::InvalidParam`] with the first parameter that is out of range.
+    /// - [`FieldError::TooLarge`], before anything is allocated, when grid and scratch
+    ///   memory exceed the budget; [`FieldError::AxisTooLong`] when squared distances along
+    ///   an axis overflow; [`FieldError::OutOfMemory`] when the system grants less.
+    /// - [`FieldError::NotClosed`] for an open surface and the voxel method.
     /// - [`FieldError::StepTooSmall`] when 16-bit steps do not reach.
+    /// - [`FieldError::Interrupted`] when the progress handler ends the build.
     pub fn build(
         surface: &TriangleSurface,
         x: Positions<'_>,
         params: &FieldParams,
+        progress: Progress<'_>,
     ) -> Result<Self, FieldError> {
         if surface.faces().is_empty() {
             return Err(FieldError::Empty);
         }
         params.validate()?;
-        let bytes_per_node = bytes_per_node(params);
-        let lengths = [params.spacing, params.padding];
-        let grid = FieldGrid::around(x.as_slice(), lengths, bytes_per_node, params.max_bytes)?;
-        let report = FieldReport {
-            peak_bytes: crate::num::floor_count(bytes_per_node * coordinate(grid.node_count())),
+        let bounds = Aabb::of_points(x.as_slice().iter().copied());
+        let (bytes, max_bytes) = (bytes_per_node(params), params.max_bytes);
+        let grid = FieldGrid::around(bounds, params.spacing, params.padding, bytes, max_bytes)?;
+
+        let mut report = FieldReport {
+            peak_bytes: floor_count(bytes * coordinate(grid.node_count())),
             ..FieldReport::default()
         };
-        Build { surface, x, params, grid, report }.run()
+        let cells = bounds.sides().max_element() / grid.spacing();
+        if cells < MIN_CELLS {
+            report.warnings.push(FieldWarning::SpansFewCells { cells });
+        }
+        Build { surface, x, params, grid, report }.run(progress)
     }
 }
 
-/// Bytes that are held at once, a node.
+/// Returns the bytes per node that a build holds at once.
 fn bytes_per_node(params: &FieldParams) -> f64 {
-    let is_short = |limit: f64| limit <= coordinate(MAX_REACH) * params.spacing;
     let distances = match params.method {
-        // Values, faces, and how near they came from.
-        FieldMethod::ExactBand { .. } if params.truncation.is_some_and(is_short) => 4 + 4 + 2,
-        FieldMethod::ExactBand { .. } => 4 + 4 + 4,
-        // Voxels, squares, and the flood.
-        FieldMethod::Voxel { .. } => 1 + 4 + 1,
+        FieldMethod::ExactBand { band, relax, .. } => {
+            band::bytes_per_node(band_params(params, band, relax))
+        }
+        FieldMethod::Voxel { .. } => voxel::BYTES_PER_NODE,
     };
     let stored = match params.storage {
-        Storage::Float => 4,
-        Storage::Quantized { .. } => 4 + 2,
+        Storage::Float => 4.0,
+        Storage::Quantized { .. } => 4.0 + 2.0,
     };
-    f64::from(distances.max(stored))
+    distances.max(stored)
 }
 
-/// A build under way.
+/// Returns the parameters of the exact band in spacings.
+fn band_params(params: &FieldParams, band: f64, relax: bool) -> BandParams {
+    let truncation = params.truncation.map(|truncation| truncation / params.spacing);
+    BandParams { band, relax, truncation }
+}
+
+/// State of a build.
 struct Build<'a> {
     surface: &'a TriangleSurface,
     x: Positions<'a>,
@@ -115,176 +116,155 @@ struct Build<'a> {
     report: FieldReport,
 }
 
+/// Distances without signs, with the set of inside nodes.
+struct Unsigned {
+    /// Squared distances in spacings.
+    squared: Vec<f32>,
+    inside: Inside,
+    is_closed: bool,
+    is_inverted: bool,
+}
+
 impl Build<'_> {
-    fn run(mut self) -> Result<DistanceField, FieldError> {
-        let FieldParams { method, storage, .. } = *self.params;
-        let (mut values, signed) = match method {
-            FieldMethod::ExactBand { band, relax, .. } => {
-                (self.exact_band(band, relax)?, self.signed())
-            }
-            FieldMethod::Voxel { voxelization } => self.voxel(voxelization)?,
+    fn run(mut self, progress: Progress<'_>) -> Result<DistanceField, FieldError> {
+        let (early, late) = (progress.part(0.0, 0.8), progress.part(0.8, 0.9));
+        let unsigned = match self.params.method {
+            FieldMethod::ExactBand { band, relax, .. } => self.exact_band(band, relax, early)?,
+            FieldMethod::Voxel { voxelization } => self.voxel(voxelization, early)?,
         };
-        let grid = self.grid;
+        self.report.error_bound = self.error_bound(&unsigned);
+
+        // From squares to signed values, and for the exact band on to coefficients.
+        let mut values = unsigned.squared;
         let limit = self.limit();
-        compose(&mut values, &signed.inside, &grid, limit);
-        if let FieldMethod::ExactBand { band, node_values, .. } = method
+        compose(&mut values, &unsigned.inside, &self.grid, limit);
+        if let FieldMethod::ExactBand { band, node_values, .. } = self.params.method
             && node_values == NodeValues::QuasiInterpolating
         {
-            // Beyond the band, what two faces that compete leave would be made more.
-            let within = limit.min(single(band * grid.spacing()));
-            quasi_interpolate(&mut values, &grid, within);
+            // Beyond the band, a correction would enlarge what competing faces leave.
+            let limit = limit.min(single(band * self.grid.spacing()));
+            quasi_interpolate(&mut values, &self.grid, limit, late)?;
         }
-        self.warn_about_size();
-        let store = Store::new(values, &grid, storage)?;
-        self.report.error_bound = self.error_bound(signed.is_closed, &store);
-        Ok(self.compared(store, signed.is_inverted))
-    }
 
-    /// The largest distance that is told apart.
-    fn limit(&self) -> f32 {
-        // What no face was found for is as far as can be on the grid.
-        let grid = &self.grid;
-        let farthest = grid.position(grid.dims()).distance(grid.origin());
-        single(self.params.truncation.unwrap_or(farthest))
-    }
-
-    /// As [`FieldReport::error_bound`].
-    fn error_bound(&self, is_closed: bool, store: &Store) -> Option<f64> {
-        let is_exact = is_closed && matches!(self.params.method, FieldMethod::ExactBand { .. });
-        let spacing = self.grid.spacing();
-        // Squares and roots in single precision, at the width of the band and a cell.
-        let rounding = ROUNDING * spacing + store.rounding();
-        let given = match self.params.method.node_values() {
-            NodeValues::Interpolating => 0.0,
-            NodeValues::QuasiInterpolating => MOST * spacing,
-        };
-        is_exact.then(|| 0.5 * 3.0_f64.sqrt() * spacing + given + rounding)
-    }
-
-    /// Squared distances, in spacings, from the exact band.
-    fn exact_band(&self, band: f64, relax: bool) -> Result<Vec<f32>, FieldError> {
-        let grid = self.grid;
-        let dims = grid.dims();
-        let limit = self.params.truncation.map(|limit| limit / grid.spacing());
-        let units = Units::new(self.surface, self.x, &grid);
-        let squared = zeroed(grid.node_count())?;
-        let mut nearest = Nearest { squared, face: zeroed(grid.node_count())? };
-
-        band::fill(&units, dims, band, &mut nearest);
-        let carried = carry::carry(&mut nearest, dims, band, limit)?;
-        measure(&units, &mut nearest, &carried, dims);
-        if relax {
-            carry::relax(&units, &mut nearest, &carried, dims);
+        let Self { surface, x, params, grid, report } = self;
+        let store = NodeStore::new(values, &grid, params.storage)?;
+        let field = DistanceField::new(grid, store, report);
+        let mut field = field.with_node_values(params.method.node_values());
+        if params.samples > 0 {
+            let truncation = params.truncation.unwrap_or(f64::INFINITY);
+            let is_inverted = unsigned.is_inverted;
+            let params = AccuracyParams { samples: params.samples, truncation, is_inverted };
+            field.measure_error(surface, x, params, progress.part(0.9, 1.0))?;
         }
-        Ok(nearest.squared)
+        Ok(field)
     }
 
-    /// Inside by winding number, with what it says of the surface.
-    fn signed(&mut self) -> Signed {
-        let Winding { inside, inverted, chain } = winding(self.surface, self.x, &self.grid);
-        self.report.inside_volume = self.volume(inside.count(self.grid.dims()[0]));
-        if inverted {
+    /// Computes exact distances, signed by winding number.
+    fn exact_band(
+        &mut self,
+        band: f64,
+        relax: bool,
+        progress: Progress<'_>,
+    ) -> Result<Unsigned, FieldError> {
+        let surface = GridSurface::new(self.surface, self.x, &self.grid);
+        let params = band_params(self.params, band, relax);
+        let dims = self.grid.dims();
+        let squared = band::squared_distances(&surface, dims, params, progress.part(0.0, 0.8))?;
+
+        let signs = winding(self.surface, self.x, &self.grid, progress.part(0.8, 1.0))?;
+        let Winding { inside, is_inverted, boundary_edges: edges } = signs;
+        self.report.inside_volume = self.volume(inside.count());
+        if is_inverted {
             self.report.warnings.push(FieldWarning::Inverted);
         }
-        if chain > 0 {
-            self.report.warnings.push(FieldWarning::Open { edges: chain });
+        if edges > 0 {
+            self.report.warnings.push(FieldWarning::Open { edges });
         }
-        Signed { inside, is_inverted: inverted, is_closed: chain == 0 }
+        Ok(Unsigned { squared, inside, is_closed: edges == 0, is_inverted })
     }
 
-    /// Squared distances, in spacings, to the nearest voxel that is switched on, and
-    /// what a flood does not reach.
-    fn voxel(&mut self, voxelization: Voxelization) -> Result<(Vec<f32>, Signed), FieldError> {
-        check_closed(self.surface)?;
-        let grid = self.grid;
-        let units = Units::new(self.surface, self.x, &grid);
-        let mut voxels = zeroed(grid.node_count())?;
-        convert(&units, grid.dims(), voxelization, &mut voxels);
-        let mut squared = zeroed(grid.node_count())?;
-        transform(&voxels, grid.dims(), &mut squared);
-        let squared = squared.into_iter().map(square_as_float).collect();
+    /// Computes distances from voxels, signed by flood fill.
+    fn voxel(
+        &mut self,
+        voxelization: Voxelization,
+        progress: Progress<'_>,
+    ) -> Result<Unsigned, FieldError> {
+        let surface = GridSurface::new(self.surface, self.x, &self.grid);
+        let field = VoxelField::new(&surface, self.grid.dims(), voxelization, progress)?;
+        let VoxelField { squared, inside, surface_voxels } = field;
 
-        let mask = flood::behind_voxels(&voxels, grid.dims());
-        let inside = Inside::from_mask(&mask, grid.dims()[0]);
-        self.report.inside_volume = self.volume(inside.count(grid.dims()[0]));
-        let on_surface = voxels.iter().filter(|on| **on).count();
-        // A voxel of the surface is half inside.
-        let found = self.report.inside_volume + 0.5 * self.volume(on_surface);
-        let enclosed = crate::winding::enclosed_volume(self.surface, self.x).abs();
+        // Half of each voxel of the surface is inside.
+        self.report.inside_volume = self.volume(inside.count());
+        let found = self.report.inside_volume + 0.5 * self.volume(surface_voxels);
+        let enclosed = enclosed_volume(self.surface, self.x).abs();
         let fraction = 1.0 - found.min(enclosed) / enclosed;
-        if fraction > LOST_SHARE {
+        if fraction > MAX_LOST {
             self.report.warnings.push(FieldWarning::InteriorLost { fraction });
         }
-        Ok((squared, Signed { inside, is_inverted: false, is_closed: true }))
+        Ok(Unsigned { squared, inside, is_closed: true, is_inverted: false })
     }
 
+    /// Returns the bound of [`FieldReport::error_bound`].
+    fn error_bound(&self, unsigned: &Unsigned) -> Option<f64> {
+        let is_exact = matches!(self.params.method, FieldMethod::ExactBand { .. });
+        let correction = match self.params.method.node_values() {
+            NodeValues::Interpolating => 0.0,
+            NodeValues::QuasiInterpolating => MAX_CORRECTION,
+        };
+        let storage = match self.params.storage {
+            Storage::Float => 0.0,
+            Storage::Quantized { step } => 0.5 * step,
+        };
+        let spacing = self.grid.spacing();
+        let rounding = ROUNDING * spacing + storage;
+        let bound = 0.5 * 3.0_f64.sqrt() * spacing + correction * spacing + rounding;
+        (is_exact && unsigned.is_closed).then_some(bound)
+    }
+
+    /// Returns the largest distance that is stored: at most the diagonal of the grid, which
+    /// nodes without a face take.
+    fn limit(&self) -> f32 {
+        let diagonal = self.grid.position(self.grid.dims()).distance(self.grid.origin());
+        single(self.params.truncation.unwrap_or(diagonal))
+    }
+
+    /// Returns the volume of the cells around some nodes.
     fn volume(&self, nodes: usize) -> f64 {
         coordinate(nodes) * self.grid.spacing().powi(3)
     }
+}
 
-    fn warn_about_size(&mut self) {
-        let (lo, hi) = bounds(self.x.as_slice());
-        let cells = (hi - lo).max_element() / self.grid.spacing();
-        if cells < FEW_CELLS {
-            self.report.warnings.push(FieldWarning::SpansFewCells { cells });
+impl DistanceField {
+    /// Measures the error of the field, and warns about thin parts.
+    fn measure_error(
+        &mut self,
+        surface: &TriangleSurface,
+        x: Positions<'_>,
+        params: AccuracyParams,
+        progress: Progress<'_>,
+    ) -> Result<(), FieldError> {
+        let Some(accuracy) = accuracy(self, surface, x, params, progress)? else {
+            return Ok(());
+        };
+        self.report.measured_error = Some(accuracy.error);
+        let fraction = accuracy.thin_fraction;
+        if fraction > MAX_THIN {
+            let thickness = THIN * self.grid.spacing();
+            self.report.warnings.push(FieldWarning::ThinnerThanGrid { fraction, thickness });
         }
-    }
-
-    fn compared(self, store: Store, inverted: bool) -> DistanceField {
-        let Self { surface, x, params, grid, report } = self;
-        let node_values = params.method.node_values();
-        let mut field = DistanceField::new(grid, store, report).with_node_values(node_values);
-        if params.samples > 0 {
-            let limit = params.truncation.unwrap_or(f64::INFINITY);
-            let inward = if inverted { 1.0 } else { -1.0 };
-            if let Some(compared) = compare(&field, (surface, x), params.samples, limit, inward) {
-                field.report.measured_error = Some(compared.error);
-                if compared.thin > THIN_SHARE {
-                    let (fraction, thickness) = (compared.thin, THIN * grid.spacing());
-                    let warning = FieldWarning::ThinnerThanGrid { fraction, thickness };
-                    field.report.warnings.push(warning);
-                }
-            }
-        }
-        field
+        Ok(())
     }
 }
 
-/// Inside, and what it is worth.
-struct Signed {
-    inside: Inside,
-    is_inverted: bool,
-    is_closed: bool,
-}
-
-/// Checks that every edge has an even number of faces, so that nothing leads around the
-/// surface.
-fn check_closed(surface: &TriangleSurface) -> Result<(), FieldError> {
-    let is_open = |edge: &u32| surface.edge_faces(*edge).len() % 2 == 1;
-    let mut open = (0..).take(surface.edges().len()).filter(is_open);
-    let Some(first) = open.next() else {
-        return Ok(());
-    };
-    let [from, to] = surface.edges()[first as usize];
-    let face = surface.edge_faces(first)[0];
-    let source = SurfaceError::Open { count: 1 + open.count(), from, to, face };
-    Err(FieldError::NotClosed { source })
-}
-
-#[expect(clippy::cast_precision_loss, reason = "24 bits hold squares up to 4096 spacings")]
-fn square_as_float(squared: u32) -> f32 {
-    if squared == FAR { f32::INFINITY } else { squared as f32 }
-}
-
-/// Squared distances in spacings to signed distances of at most `limit`.
+/// Converts squared distances in spacings to signed distances of at most `limit`.
 fn compose(values: &mut [f32], inside: &Inside, grid: &FieldGrid, limit: f32) {
     let ([nx, ny, _], spacing) = (grid.dims(), single(grid.spacing()));
-    par::for_each(values.chunks_mut(nx * ny).collect(), |k, plane| {
+    parallel::for_each(values.chunks_mut(nx * ny).collect(), |k, plane| {
         for (j, row) in plane.chunks_mut(nx).enumerate() {
             for value in row.iter_mut() {
                 *value = (value.sqrt() * spacing).min(limit);
             }
-            inside.sign(k * ny + j, row);
+            inside.negate(k * ny + j, row);
         }
     });
 }

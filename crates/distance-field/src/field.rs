@@ -1,34 +1,34 @@
-//! A signed distance field over a grid.
+//! Signed distance field on a regular grid.
 
-use crate::frame::Frame;
-use crate::store::Store;
 use surface::Pose;
 
+use crate::frame::Frame;
+use crate::store::NodeStore;
 use crate::{FieldError, FieldGrid, FieldReport, NodeValues, Storage};
 
-/// Signed distances at the nodes of a grid, negative inside, and what lies
-/// between them by interpolation.
+/// Signed distance field on a regular grid: distances at its nodes, negative inside, and
+/// values between them by interpolation.
 ///
-/// Built by [`DistanceField::build`] or read back by
-/// [`DistanceField::from_values`]; asked by [`DistanceField::evaluate`],
-/// [`DistanceField::query`] and [`DistanceField::query_batch`].
+/// Built by [`DistanceField::build`] or read back by [`DistanceField::from_values`]; queried
+/// by [`DistanceField::evaluate`], [`DistanceField::query`] and
+/// [`DistanceField::query_batch`].
 #[derive(Clone, Debug)]
 pub struct DistanceField {
     pub(crate) grid: FieldGrid,
-    /// Where the grid is in the field's own frame.
+    /// Map from the field's own frame to the grid.
     pub(crate) frame: Frame,
-    pub(crate) store: Store,
-    pub(crate) nodes: NodeValues,
+    pub(crate) store: NodeStore,
+    pub(crate) node_values: NodeValues,
     pub(crate) report: FieldReport,
 }
 
 impl DistanceField {
-    /// A field from one value a node, x running fastest, as a file holds them.
+    /// Returns a field of one value per node, x running fastest, as a file holds them.
     ///
     /// # Errors
     ///
-    /// - [`FieldError::ValueCount`] when there is not one value a node.
-    /// - [`FieldError::NotFinite`] with the first node whose value is not.
+    /// - [`FieldError::ValueCount`] unless there is one value per node.
+    /// - [`FieldError::NotFinite`] with the first node whose value is not finite.
     /// - [`FieldError::StepTooSmall`] and [`FieldError::InvalidParam`] as the storage
     ///   requires.
     pub fn from_values(
@@ -42,37 +42,36 @@ impl DistanceField {
         if let Some(node) = values.iter().position(|value| !value.is_finite()) {
             return Err(FieldError::NotFinite { node });
         }
-        let store = Store::new(values, &grid, storage)?;
+        let store = NodeStore::new(values, &grid, storage)?;
         Ok(Self::new(grid, store, FieldReport::default()))
     }
 
-    /// With nodes that hold distances.
-    pub(crate) fn new(grid: FieldGrid, store: Store, report: FieldReport) -> Self {
+    /// Returns a field whose nodes hold distances.
+    pub(crate) fn new(grid: FieldGrid, store: NodeStore, report: FieldReport) -> Self {
         let frame = Frame::new(&grid, &Pose::IDENTITY);
-        Self { grid, frame, store, nodes: NodeValues::Interpolating, report }
+        Self { grid, frame, store, node_values: NodeValues::Interpolating, report }
     }
 
-    /// The same values, said to be right for what is given: a file may know that they
-    /// are of a quasi-interpolation. Of values alone, [`Self::from_values`] takes it that
-    /// they are the distances at nodes.
+    /// Returns the same values with another meaning: those of a file may be coefficients of
+    /// a quasi-interpolation, while [`Self::from_values`] takes them for distances.
     #[must_use]
-    pub fn with_node_values(self, nodes: NodeValues) -> Self {
-        Self { nodes, ..self }
+    pub fn with_node_values(self, node_values: NodeValues) -> Self {
+        Self { node_values, ..self }
     }
 
-    /// The grid that the field is kept on.
+    /// Returns the grid.
     #[must_use]
     pub fn grid(&self) -> &FieldGrid {
         &self.grid
     }
 
-    /// What the build found, and what it cost.
+    /// Returns the report of the build.
     #[must_use]
     pub fn report(&self) -> &FieldReport {
         &self.report
     }
 
-    /// Value of a node, in the length unit.
+    /// Returns the value of a node, in the length unit.
     ///
     /// # Panics
     ///
@@ -82,37 +81,32 @@ impl DistanceField {
         self.store.node(node)
     }
 
-    /// Values of all nodes, x running fastest, as [`Self::from_values`] takes them.
+    /// Returns the values of all nodes, x running fastest, as [`Self::from_values`] takes
+    /// them.
     #[must_use]
     pub fn values(&self) -> Vec<f32> {
-        if let Store::Floats(nodes) = &self.store {
-            return nodes.values.clone();
-        }
-        let [nx, ny, nz] = self.grid.dims();
-        let nodes =
-            (0..nz).flat_map(|k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])));
-        nodes.map(|node| crate::num::single(self.node(node))).collect()
+        self.store.to_floats()
     }
 
-    /// What the values are right for.
+    /// Returns the meaning of the values at nodes.
     #[must_use]
     pub fn node_values(&self) -> NodeValues {
-        self.nodes
+        self.node_values
     }
 
-    /// What the values are kept as.
+    /// Returns the number format of the values.
     #[must_use]
     pub fn storage(&self) -> Storage {
         self.store.storage()
     }
 
-    /// Bytes that the values take.
+    /// Returns the memory of the values, in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.store.bytes()
     }
 
-    /// Most that storing the values changed one of them, in the length unit.
+    /// Returns the largest difference that storage made to a value, in the length unit.
     #[must_use]
     pub fn storage_rounding(&self) -> f64 {
         self.store.rounding()

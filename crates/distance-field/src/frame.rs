@@ -1,147 +1,158 @@
-//! From points of the world to cells of a grid, and from slopes there back.
+//! Affine map between the world and a grid.
 //!
-//! One affine map takes a point to units of the grid: pose, origin and spacing
-//! folded together. What follows is the same for every axis and has no branch,
-//! so that it works on many points at once.
+//! One map takes a point to units of the grid: pose, origin and spacing folded together.
+//! The steps after it are the same for every axis and have no branch, so that they
+//! vectorize over many points.
 
 use glam::{DMat3, DVec3};
 use surface::Pose;
 
-use crate::grid::FieldGrid;
-use crate::num::floor;
+use crate::num::{coordinate, floor, whole_index};
+use crate::{FieldGrid, GridCell};
 
-/// A cell, by the coordinates of its lowest node, and a place in it.
+/// Cell that contains a point, by the coordinates of its lowest node.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Located {
+pub(crate) struct Location {
     pub(crate) cell: DVec3,
-    pub(crate) place: DVec3,
+    /// Coordinates within the cell, `0.0..=1.0`.
+    pub(crate) local: DVec3,
 }
 
-/// Where a grid is in the world; made once for many points.
+/// Affine map between the world and a grid in a pose; made once for many points.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame {
     origin: DVec3,
     per_spacing: f64,
-    /// The last node in units of the grid, by the arithmetic that points take.
+    /// The last node in units of the grid, by the arithmetic that points undergo.
     last: DVec3,
     last_cell: DVec3,
-    /// Only where there is a pose: turning takes a fifth of the time.
-    turned: Option<Turned>,
+    /// `None` for the identity: rotations take a fifth of the time of a query.
+    posed: Option<PosedMap>,
 }
 
-/// A pose with the spacing folded in.
+/// Affine map of a pose, with the spacing folded in.
 #[derive(Clone, Copy, Debug)]
-struct Turned {
-    into: DMat3,
+struct PosedMap {
+    to_grid: DMat3,
     shift: DVec3,
-    out: DMat3,
+    to_world: DMat3,
 }
 
 impl Frame {
     pub(crate) fn new(grid: &FieldGrid, pose: &Pose) -> Self {
         let (origin, per_spacing) = (grid.origin(), 1.0 / grid.spacing());
-        let last_node = grid.position(grid.dims().map(|n| n - 1));
-        let into = pose.rotation().transpose() * per_spacing;
-        let turned = (*pose != Pose::IDENTITY).then(|| Turned {
-            into,
-            shift: -(into * pose.translation()) - origin * per_spacing,
-            out: pose.rotation() * per_spacing,
+        let to_grid = pose.rotation().transpose() * per_spacing;
+        let posed = (*pose != Pose::IDENTITY).then(|| PosedMap {
+            to_grid,
+            shift: -(to_grid * pose.translation()) - origin * per_spacing,
+            to_world: pose.rotation() * per_spacing,
         });
-        let last = (last_node - origin) * per_spacing;
-        let last_cell = DVec3::from_array(grid.dims().map(|n| crate::num::coordinate(n - 2)));
-        Self { origin, per_spacing, last, last_cell, turned }
+        let last = (grid.position(grid.dims().map(|n| n - 1)) - origin) * per_spacing;
+        let last_cell = DVec3::from_array(grid.dims().map(|n| coordinate(n - 2)));
+        Self { origin, per_spacing, last, last_cell, posed }
     }
 
-    /// The cell that holds `p`; none outside, or when `p` is not a number.
+    /// Finds the cell that contains `p`; `None` outside, or for NaN.
     #[inline]
-    pub(crate) fn locate(&self, p: DVec3) -> Option<Located> {
-        let u = self.units(p);
-        let [x, y, z] = [0, 1, 2].map(|axis| self.along(u[axis], axis));
-        let place = DVec3::new(x.1, y.1, z.1);
-        (!place.is_nan()).then(|| Located { cell: DVec3::new(x.0, y.0, z.0), place })
+    pub(crate) fn locate(&self, p: DVec3) -> Option<Location> {
+        let u = self.to_grid(p);
+        let [x, y, z] = [0, 1, 2].map(|axis| self.locate_along(u[axis], axis));
+        let local = DVec3::new(x.1, y.1, z.1);
+        (!local.is_nan()).then(|| Location { cell: DVec3::new(x.0, y.0, z.0), local })
     }
 
-    /// Cells and places of many points; at least one place is not a number where
-    /// a point is outside.
+    /// Finds the cells that contain many points; a local coordinate is NaN where a point is
+    /// outside.
     #[inline]
-    pub(crate) fn locate_all<const N: usize>(
+    pub(crate) fn locate_batch<const N: usize>(
         &self,
         points: &[DVec3],
         cell: &mut [[f64; N]; 3],
-        place: &mut [[f64; N]; 3],
+        local: &mut [[f64; N]; 3],
     ) {
-        // The coordinates pass through the places.
-        match &self.turned {
-            None => split(points, place, |p| self.straight(p)),
-            Some(turned) => split(points, place, |p| turned.units(p)),
+        // The coordinates pass through `local`.
+        match &self.posed {
+            None => split(points, local, |p| self.to_grid_unposed(p)),
+            Some(posed) => split(points, local, |p| posed.to_grid(p)),
         }
         for axis in 0..3 {
-            for (cell, place) in cell[axis].iter_mut().zip(&mut place[axis]) {
-                (*cell, *place) = self.along(*place, axis);
+            for (cell, local) in cell[axis].iter_mut().zip(&mut local[axis]) {
+                (*cell, *local) = self.locate_along(*local, axis);
             }
         }
     }
 
-    /// A point of the world in units of the grid.
+    /// Converts a point of the world to units of the grid.
     #[inline]
-    pub(crate) fn units(&self, p: DVec3) -> DVec3 {
-        self.turned.map_or_else(|| self.straight(p), |turned| turned.units(p))
+    pub(crate) fn to_grid(&self, p: DVec3) -> DVec3 {
+        self.posed.map_or_else(|| self.to_grid_unposed(p), |posed| posed.to_grid(p))
     }
 
-    /// The last node in units of the grid.
+    /// Returns the last node, in units of the grid.
     pub(crate) fn last(&self) -> DVec3 {
         self.last
     }
 
-    /// The cell that holds a point given in units of the grid, or the nearest.
-    pub(crate) fn cell(&self, u: DVec3) -> DVec3 {
+    /// Returns the cell that contains a point in units of the grid, or the nearest one.
+    pub(crate) fn nearest_cell(&self, u: DVec3) -> DVec3 {
         u.floor().clamp(DVec3::ZERO, self.last_cell)
     }
 
-    /// Whether there is a cell with this lowest node.
+    /// Returns true if the grid has a cell with this lowest node.
     pub(crate) fn has_cell(&self, cell: DVec3) -> bool {
         cell.cmpge(DVec3::ZERO).all() && cell.cmple(self.last_cell).all()
     }
 
-    /// A slope in units of the grid, in the world.
+    /// Converts a gradient from units of the grid to the world.
     #[inline]
-    pub(crate) fn slope_to_world(&self, slope: DVec3) -> DVec3 {
-        self.turned.map_or_else(|| slope * self.per_spacing, |turned| turned.out * slope)
+    pub(crate) fn gradient_to_world(&self, gradient: DVec3) -> DVec3 {
+        self.posed.map_or_else(|| gradient * self.per_spacing, |posed| posed.to_world * gradient)
     }
 
     #[inline]
-    fn straight(&self, p: DVec3) -> DVec3 {
+    fn to_grid_unposed(&self, p: DVec3) -> DVec3 {
         (p - self.origin) * self.per_spacing
     }
 
-    /// The cell and the place in it of a coordinate along an axis; the place is
-    /// not a number where the coordinate is outside.
+    /// Returns the cell and the place in it of a coordinate along an axis; the place is NaN
+    /// where the coordinate is outside.
     #[inline]
-    fn along(&self, u: f64, axis: usize) -> (f64, f64) {
-        // Written as selections, which need no branch and take what is not a number for 0.
+    fn locate_along(&self, u: f64, axis: usize) -> (f64, f64) {
+        // Selections, which need no branch, and take NaN for 0.
         let is_inside = (u >= 0.0) & (u <= self.last[axis]);
         let down = floor(if is_inside { u } else { 0.0 });
         let cell = if down < self.last_cell[axis] { down } else { self.last_cell[axis] };
-        let place = if u - cell < 1.0 { u - cell } else { 1.0 };
-        (cell, if is_inside { place } else { f64::NAN })
+        let local = if u - cell < 1.0 { u - cell } else { 1.0 };
+        (cell, if is_inside { local } else { f64::NAN })
     }
 }
 
-impl Turned {
+impl PosedMap {
     #[inline]
-    fn units(&self, p: DVec3) -> DVec3 {
-        self.into * p + self.shift
+    fn to_grid(&self, p: DVec3) -> DVec3 {
+        self.to_grid * p + self.shift
     }
 }
 
+/// Writes the coordinates of mapped points, one list per axis.
 #[inline]
 fn split<const N: usize>(
     points: &[DVec3],
     out: &mut [[f64; N]; 3],
-    units: impl Fn(DVec3) -> DVec3,
+    to_grid: impl Fn(DVec3) -> DVec3,
 ) {
     let [x, y, z] = out;
     for (((&p, x), y), z) in points.iter().zip(x).zip(y).zip(z) {
-        DVec3 { x: *x, y: *y, z: *z } = units(p);
+        DVec3 { x: *x, y: *y, z: *z } = to_grid(p);
+    }
+}
+
+impl FieldGrid {
+    /// Finds the cell that contains `p`; `None` outside, or for NaN. The last node of an
+    /// axis belongs to the last cell.
+    #[must_use]
+    pub fn locate(&self, p: DVec3) -> Option<GridCell> {
+        let Location { cell, local } = Frame::new(self, &Pose::IDENTITY).locate(p)?;
+        Some(GridCell { node: cell.to_array().map(whole_index), local })
     }
 }

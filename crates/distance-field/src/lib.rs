@@ -1,92 +1,109 @@
-//! Signed distance grids of rigid surfaces: built in a third of a second, asked
-//! millions of times.
+//! Signed distance fields of rigid surfaces on regular grids.
 //!
-//! A rigid bone gets a grid of signed distances once. From then on the height
-//! of any point over it, and the direction away from it, cost one look at eight
-//! numbers, however fine the bone's mesh.
+//! A rigid bone gets a grid of signed distances once. From then on the distance of any point
+//! from it, and the direction away from it, cost one interpolation between eight numbers,
+//! however fine the bone's mesh.
 //!
-//! # Two ways to build
+//! # Two methods
 //!
-//! - [`FieldMethod::Voxel`]: faces switch voxels on, and a Euclidean distance
-//!   transform measures how far the nearest of these is. Quick and simple, and
-//!   half a voxel wrong everywhere: 0.2 mm and 20° of direction at 1 mm, and the
-//!   direction does not get better on finer grids.
-//! - [`FieldMethod::ExactBand`], the default: exact distances to the surface in a
-//!   band of three voxels, and beyond it exact distances to the face that the
-//!   nearest node of the band is closest to. Nodes of the band give way a little
-//!   to what lies between them ([`NodeValues::QuasiInterpolating`]). On the same
-//!   grid 50 times as accurate in distance, 10 times in direction.
+//! - [`FieldMethod::ExactBand`], the default: exact distances in a band of three spacings
+//!   around the surface, and beyond it exact distances to the face that is closest to the
+//!   nearest node of the band. The nodes of the band hold coefficients of a
+//!   quasi-interpolation ([`NodeValues::QuasiInterpolating`]).
+//! - [`FieldMethod::Voxel`], the method of the source: faces switch voxels on, and a Euclidean
+//!   distance transform computes the distance from the nearest of these. It errs by half a
+//!   voxel everywhere: 0.2 mm and 20° of direction at 1 mm, and the direction does not
+//!   improve on finer grids. On the same grid the exact band is 50 times as accurate in
+//!   distance, 10 times in direction.
 //!
-//! `docs/accuracy-distance-field.md` holds the figures, written from what
-//! `tests/accuracy.rs` prints and holds.
+//! `docs/accuracy-distance-field.md` holds the figures, which `tests/accuracy.rs` prints and
+//! checks.
 //!
 //! # Inside and outside
 //!
-//! Real bones have holes, faces the wrong way round and parts that overlap. By
-//! default a node is inside where the generalized winding
-//! number of the surface is above one half: exact on every closed surface, and
-//! on others what a person would say. It costs no more than a parity of
-//! crossings, except close to holes.
+//! Real bones have holes, reversed faces and parts that overlap. In the exact band a node is
+//! inside where the generalized winding number of the surface exceeds one half: exact for
+//! every closed surface, and for others what a person would say. It costs as much as a parity
+//! of crossings, except close to holes.
 //!
-//! # What to expect
+//! # Accuracy
 //!
-//! - Values near a closed surface are within what the build calls certain
-//!   ([`FieldReport::error_bound`], one spacing), and on bones nearly everywhere
-//!   within a tenth of that, as the build measures at sample points
-//!   ([`FieldReport::measured_error`]). Interpolation, not the nodes, makes nearly all
-//!   of the error.
-//! - Beyond the band a value may be too long, never too short, where two parts of
-//!   the surface compete: by hundredths of a spacing over a bone, by up to a fifth
-//!   around what is no larger than the band.
-//! - A solid thinner than 1.5 spacings loses part of its inside between nodes; the
-//!   build says so ([`FieldWarning::ThinnerThanGrid`]).
-//! - Where several parts of the surface are equally near, no direction is right;
-//!   the gradient is then short ([`Sample::direction`]).
-//! - The same surface and options give the same bits, whatever the number of
-//!   threads (feature `rayon`).
+//! - Values near a closed surface are within [`FieldReport::error_bound`], which is proved:
+//!   one spacing. On bones the error is a tenth of that nearly everywhere, as every build
+//!   measures at sample points ([`FieldReport::measured_error`]). Nearly all of it comes from
+//!   interpolation.
+//! - Beyond the band, a value may be too large, never too small, where two parts of the
+//!   surface compete: by hundredths of a spacing over a bone, by up to a fifth around a body
+//!   no larger than the band.
+//! - A solid thinner than 1.5 spacings loses part of its inside between nodes; the build
+//!   warns about it ([`FieldWarning::ThinnerThanGrid`]).
+//! - Where several parts of the surface are equally near, no direction is right; the gradient
+//!   is then short ([`Sample::direction`]).
+//! - The same surface and parameters give the same bits, whatever the number of threads.
 //!
-//! Sources: B. Gilles, "Anatomical and kinematical modelling of the
-//! musculoskeletal system from MRI", PhD thesis, University of Geneva, 2007,
-//! section 4.7.2, for the seed method and its use; the modules name theirs.
+//! # Contacts
+//!
+//! [`FieldContacts`] finds the vertices and edges of a deformable surface within a margin of
+//! a rigid body, given by the [`FieldDetector`] of its field.
+//!
+//! # Example
+//!
+//! ```
+//! use distance_field::glam::DVec3;
+//! use distance_field::{DistanceField, FieldParams, Interpolation};
+//! use surface::{TriangleSurface, progress::Progress};
+//!
+//! let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+//! let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|corner| 30.0 * corner);
+//! let surface = TriangleSurface::new(4, faces)?;
+//! let x = surface.positions(&corners)?;
+//!
+//! let field = DistanceField::build(&surface, x, &FieldParams::new(1.0), Progress::none())?;
+//! let sample = field.evaluate(DVec3::new(8.0, 8.0, 2.0), Interpolation::Trilinear);
+//! let sample = sample.expect("the point is within the padding");
+//! assert!((sample.distance + 2.0).abs() < 1e-4);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Features
+//!
+//! - `rayon`: builds and batches of queries run on the threads of the current pool.
+//! - `serde`: parameters, reports, samples and contacts implement `Serialize` and
+//!   `Deserialize`.
+//!
+//! Source: B. Gilles, "Anatomical and kinematical modelling of the musculoskeletal system
+//! from MRI", PhD thesis, University of Geneva, 2007, section 4.7.2, for the voxel method and
+//! the use of fields; the modules name theirs.
 
-mod along;
-mod ask;
+mod accuracy;
 mod band;
 mod build;
-mod carry;
-mod chain;
-mod compare;
-mod convert;
-mod crossings;
-mod envelope;
+mod contacts;
 mod error;
 mod field;
-mod flood;
 mod frame;
 mod grid;
-mod inside;
-mod interpolate;
-mod lanes;
-mod measure;
 mod memory;
 mod num;
-mod par;
 mod params;
-mod quasi;
 mod query;
 mod report;
-mod spread;
+mod separable;
+mod sign;
 mod store;
 mod transform;
 mod units;
-mod winding;
+mod voxel;
 
-pub use crate::along::SegmentMinimum;
+pub use glam;
+pub use surface::Pose;
+
+pub use crate::contacts::{
+    FieldContact, FieldContacts, FieldDetector, FieldDistance, FieldFeature,
+};
 pub use crate::error::FieldError;
 pub use crate::field::DistanceField;
 pub use crate::grid::{FieldGrid, GridCell};
 pub use crate::params::{FieldMethod, FieldParams, NodeValues, Storage, Voxelization};
-pub use surface::Pose;
-
-pub use crate::query::{Interpolation, QueryParams, Sample, SampleBatch};
+pub use crate::query::{Interpolation, QueryParams, Sample, SampleBatch, SegmentMinimum};
 pub use crate::report::{FieldReport, FieldWarning, MeasuredError};

@@ -1,7 +1,7 @@
 //! Parameters of a build and of its storage.
 
 use crate::FieldError;
-use crate::grid::check_positive;
+use crate::error::{check_not_negative, check_positive};
 
 /// Parameters of [`DistanceField::build`](crate::DistanceField::build); lengths in the
 /// caller's unit.
@@ -157,10 +157,7 @@ impl FieldParams {
     /// [`FieldError::InvalidParam`] with the first that is out of range.
     pub fn validate(&self) -> Result<(), FieldError> {
         check_positive("spacing", self.spacing)?;
-        if !(self.padding.is_finite() && self.padding >= 0.0) {
-            let (name, value) = ("padding", self.padding);
-            return Err(FieldError::InvalidParam { name, value, expected: "finite and >= 0" });
-        }
+        check_not_negative("padding", self.padding)?;
         if let Some(truncation) = self.truncation {
             check_positive("truncation", truncation)?;
         }

@@ -1,76 +1,77 @@
-//! What a build found, and what it cost.
+//! Report of a build: warnings, measured errors and a proved bound.
 
-/// Something a caller should know before relying on a field.
+/// Property of a surface that makes its field unreliable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum FieldWarning {
-    /// The surface encloses a negative volume: its faces were taken the other
-    /// way round.
+    /// The surface encloses a negative volume: its faces were taken to be reversed.
     Inverted,
-    /// The whole surface spans fewer than four cells along every axis: a unit
-    /// mistake, or far too coarse a grid.
+    /// The surface spans fewer than four cells along every axis: a mistaken unit, or too
+    /// coarse a grid.
     SpansFewCells {
         /// Cells along its longest axis.
         cells: f64,
     },
-    /// Part of the solid is thinner than 1.5 spacings, so nodes may miss its
-    /// inside.
+    /// Part of the solid is thinner than 1.5 spacings, so that its inside may lie between
+    /// nodes.
     ThinnerThanGrid {
-        /// Fraction of the sampled area, `0..=1`.
+        /// Fraction of the sampled area that bounds such parts, `0..=1`.
         fraction: f64,
-        /// The thickness in question, in the length unit.
+        /// Thickness of 1.5 spacings, in the length unit.
         thickness: f64,
     },
-    /// Voxels inside account for much less than the volume that the surface
-    /// encloses: the flood leaked, or the solid is thinner than its voxels.
+    /// Inside voxels account for much less than the enclosed volume: the flood fill leaked,
+    /// or the solid is thinner than its voxels.
     InteriorLost {
         /// Fraction of the enclosed volume that is not inside, `0..=1`.
         fraction: f64,
     },
-    /// The surface is not closed; inside is where its winding number passes one half.
+    /// The surface is open; inside is where its winding number exceeds one half.
     Open {
-        /// Edges of its boundary.
+        /// Number of boundary edges.
         edges: usize,
     },
 }
 
-/// The field beside exact distances, at points within two spacings of the surface.
+/// Measured error of a field: its difference from exact distances at sample points within
+/// two spacings of the surface.
 ///
-/// A measure, not a bound: what lies between the points may be further off. Where
-/// that matters, [`FieldReport::error_bound`] holds everywhere.
+/// Between the samples the error may be larger; [`FieldReport::error_bound`] holds
+/// everywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MeasuredError {
-    /// Points compared.
+    /// Number of samples.
     pub points: usize,
-    /// Root mean square of value − exact, in the length unit.
+    /// Root mean square of the error, in the length unit.
     pub rms: f64,
-    /// Largest magnitude of value − exact at these points, in the length unit.
+    /// Largest magnitude of the error, in the length unit.
     pub max: f64,
 }
 
-/// What a build found, and what it cost.
+/// Report of a build.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FieldReport {
-    /// What to know before relying on the field.
+    /// Properties of the surface that make the field unreliable.
     pub warnings: Vec<FieldWarning>,
-    /// Errors of trilinear values at sample points; none when nothing was compared.
+    /// Measured error of trilinear values; `None` where no sample was asked for.
     pub measured_error: Option<MeasuredError>,
-    /// Most that a trilinear value can be off at any point from which the surface
-    /// is at most the band less √3 spacings away, in the length unit.
+    /// Proved bound on the error of a trilinear value, at any point whose distance from the
+    /// surface is at most the band less √3 spacings, in the length unit.
     ///
-    /// Distances to a closed surface change no faster than the way, and all
-    /// corners of such a point's cell are exact: its value is then within their
-    /// mean distance from the point, at most √3/2 spacings, plus rounding, plus the
-    /// eighth of a spacing that the nodes of a quasi-interpolation may give way. A
-    /// spike between nodes comes close to that; smooth bones stay at a tenth or so,
-    /// as [`Self::measured_error`] measures. None for the seed method, and for open
-    /// surfaces, whose sign also turns where no surface is.
+    /// The distance to a closed surface changes by at most the distance between two points,
+    /// and all corners of such a point's cell are exact. Its value is then within their mean
+    /// distance from the point, at most √3/2 spacings, plus rounding, plus the eighth of a
+    /// spacing by which a quasi-interpolation corrects nodes. A spike between nodes comes
+    /// close to that; smooth bones stay at a tenth, as [`Self::measured_error`] reports.
+    ///
+    /// `None` for the voxel method, and for open surfaces, whose sign also changes where no
+    /// surface is.
     pub error_bound: Option<f64>,
     /// Volume of the cells around inside nodes, in the cube of the length unit.
     pub inside_volume: f64,
-    /// Most bytes that the build held at once, besides the surface.
+    /// Maximum number of bytes that the build held at once, without the surface.
     pub peak_bytes: usize,
 }

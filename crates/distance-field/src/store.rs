@@ -1,63 +1,58 @@
-//! Values of nodes as they are kept: floats, 16-bit steps, or bricks of these.
+//! Node values in memory, as floats or as 16-bit steps.
 
 use glam::DVec3;
 
-use crate::grid::{FieldGrid, check_positive};
-use crate::num::{coordinate, nearest, whole_index};
-use crate::{FieldError, Storage};
+use crate::error::check_positive;
+use crate::num::{coordinate, nearest, single, whole_index};
+use crate::{FieldError, FieldGrid, Storage};
 
-/// The values of a grid's nodes.
+/// Values of a grid's nodes.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Store {
-    Floats(Whole<f32>),
-    Steps(Whole<i16>),
+pub(crate) enum NodeStore {
+    Floats(NodeArray<f32>),
+    Steps(NodeArray<i16>),
 }
 
-/// Where values are read, one way for each store; all in steps.
-pub(crate) trait Nodes: Sync {
-    /// What is kept for a node.
-    type Value: Copy + Default + Into<f64>;
-
-    /// Length of a step.
-    fn step(&self) -> f64;
-
-    /// The value of a node.
-    fn node(&self, node: [usize; 3]) -> Self::Value;
-
-    /// The values at the corners of the cell whose lowest node is given, x
-    /// running fastest: at the lower z, and above.
-    fn cell(&self, cell: DVec3) -> [[Self::Value; 4]; 2];
-
-    /// The values of four nodes along x.
-    fn four(&self, [i, j, k]: [usize; 3]) -> [Self::Value; 4] {
-        std::array::from_fn(|a| self.node([i + a, j, k]))
-    }
+/// Node values as multiples of a step, x running fastest.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct NodeArray<T> {
+    values: Vec<T>,
+    /// Length of a step; 1 for floats.
+    step: f64,
+    /// Distance in memory of neighbors along y and along z.
+    strides: [usize; 2],
+    /// Strides of all axes, as coordinates.
+    weights: DVec3,
 }
 
-impl Store {
-    /// Keeps `values` as `storage` says.
+/// Values at the corners of a cell: the four at the lower z, x running fastest, and the
+/// four above them.
+pub(crate) type Corners<T> = [[T; 4]; 2];
+
+impl NodeStore {
+    /// Stores values in the given format.
     pub(crate) fn new(
         values: Vec<f32>,
         grid: &FieldGrid,
         storage: Storage,
     ) -> Result<Self, FieldError> {
         Ok(match storage {
-            Storage::Float => Self::Floats(Whole::new(values, 1.0, grid)),
+            Storage::Float => Self::Floats(NodeArray::new(values, 1.0, grid)),
             Storage::Quantized { step } => {
-                Self::Steps(Whole::new(in_steps(&values, step)?, step, grid))
+                Self::Steps(NodeArray::new(quantize(&values, step)?, step, grid))
             }
         })
     }
 
-    /// What the values are kept as.
+    /// Returns the format.
     pub(crate) fn storage(&self) -> Storage {
         match self {
             Self::Floats(_) => Storage::Float,
-            Self::Steps(nodes) => Storage::Quantized { step: nodes.step() },
+            Self::Steps(nodes) => Storage::Quantized { step: nodes.step },
         }
     }
 
-    /// Bytes that the values take.
+    /// Returns the memory of the values, in bytes.
     pub(crate) fn bytes(&self) -> usize {
         match self {
             Self::Floats(nodes) => size_of_val(&nodes.values[..]),
@@ -65,54 +60,83 @@ impl Store {
         }
     }
 
-    /// Most that storing may have changed a value.
+    /// Returns the largest difference that rounding to the format makes.
     pub(crate) fn rounding(&self) -> f64 {
         match self {
             Self::Floats(_) => 0.0,
-            Self::Steps(nodes) => 0.5 * nodes.step(),
+            Self::Steps(nodes) => 0.5 * nodes.step,
         }
     }
 
-    /// Value of a node, in the length unit.
+    /// Returns the value of a node, in the length unit.
     pub(crate) fn node(&self, node: [usize; 3]) -> f64 {
         match self {
             Self::Floats(nodes) => nodes.node(node).into(),
-            Self::Steps(nodes) => nodes.step() * f64::from(nodes.node(node)),
+            Self::Steps(nodes) => nodes.step * f64::from(nodes.node(node)),
+        }
+    }
+
+    /// Returns all values, in the length unit.
+    pub(crate) fn to_floats(&self) -> Vec<f32> {
+        match self {
+            Self::Floats(nodes) => nodes.values.clone(),
+            Self::Steps(NodeArray { values, step, .. }) => {
+                values.iter().map(|&value| single(step * f64::from(value))).collect()
+            }
         }
     }
 }
 
-fn in_steps(values: &[f32], step: f64) -> Result<Vec<i16>, FieldError> {
+/// Rounds values to whole steps.
+fn quantize(values: &[f32], step: f64) -> Result<Vec<i16>, FieldError> {
     check_positive("storage step", step)?;
-    let needed = f64::from(values.iter().fold(0.0_f32, |most, value| most.max(value.abs())));
-    let reach = step * f64::from(i16::MAX);
-    // Rounded, since the largest that is stored may have been so as a float.
+    let needed = f64::from(values.iter().fold(0.0_f32, |max, value| max.max(value.abs())));
+    let range = step * f64::from(i16::MAX);
+    // Rounded, since the largest value may be a rounded multiple of the step itself.
     if nearest(needed / step) > i64::from(i16::MAX) {
-        return Err(FieldError::StepTooSmall { step, reach, needed });
+        return Err(FieldError::StepTooSmall { step, range, needed });
     }
-    let rounded = |&value: &f32| {
+
+    let round = |&value: &f32| {
         let steps = nearest(f64::from(value) / step);
         i16::try_from(steps).unwrap_or(if steps < 0 { -i16::MAX } else { i16::MAX })
     };
-    Ok(values.iter().map(rounded).collect())
+    Ok(values.iter().map(round).collect())
 }
 
-/// All nodes in one list.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Whole<T> {
-    pub(crate) values: Vec<T>,
-    step: f64,
-    /// Nodes from one row, and from one plane, to the next; also as coordinates.
-    strides: [usize; 2],
-    weights: DVec3,
-}
-
-impl<T> Whole<T> {
-    pub(crate) fn new(values: Vec<T>, step: f64, grid: &FieldGrid) -> Self {
+impl<T: Copy> NodeArray<T> {
+    fn new(values: Vec<T>, step: f64, grid: &FieldGrid) -> Self {
         let [nx, ny, _] = grid.dims();
         let strides = [nx, nx * ny];
         let weights = DVec3::new(1.0, coordinate(nx), coordinate(nx * ny));
         Self { values, step, strides, weights }
+    }
+
+    /// Returns the length of a step.
+    #[inline]
+    pub(crate) fn step(&self) -> f64 {
+        self.step
+    }
+
+    /// Returns the value of a node.
+    #[inline]
+    pub(crate) fn node(&self, node: [usize; 3]) -> T {
+        self.values[self.index(node)]
+    }
+
+    /// Returns the values at the corners of the cell with the given lowest node.
+    #[inline]
+    pub(crate) fn corners(&self, cell: DVec3) -> Corners<T> {
+        // Exact: these are whole numbers.
+        corners(&self.values, whole_index(self.weights.dot(cell)), self.strides)
+    }
+
+    /// Returns the values of four nodes along x.
+    #[inline]
+    pub(crate) fn row_of_four(&self, first: [usize; 3]) -> [T; 4] {
+        let first = self.index(first);
+        let row = &self.values[first..first + 4];
+        [row[0], row[1], row[2], row[3]]
     }
 
     #[inline]
@@ -121,42 +145,10 @@ impl<T> Whole<T> {
     }
 }
 
-impl<T: Copy + Default + Into<f64> + Sync> Nodes for Whole<T> {
-    type Value = T;
-
-    #[inline]
-    fn step(&self) -> f64 {
-        self.step
-    }
-
-    #[inline]
-    fn node(&self, node: [usize; 3]) -> T {
-        self.values[self.index(node)]
-    }
-
-    #[inline]
-    fn cell(&self, cell: DVec3) -> [[T; 4]; 2] {
-        // Exact: these are whole numbers.
-        corners(&self.values, whole_index(self.weights.dot(cell)), self.strides)
-    }
-
-    #[inline]
-    fn four(&self, node: [usize; 3]) -> [T; 4] {
-        let first = self.index(node);
-        let row = &self.values[first..first + 4];
-        [row[0], row[1], row[2], row[3]]
-    }
-}
-
-/// The corners of the cell that begins with value `first`: those at the lower z,
-/// and those above.
+/// Returns the values at the corners of the cell whose lowest node has index `first`.
 #[inline]
-pub(crate) fn corners<T: Copy>(
-    values: &[T],
-    first: usize,
-    [row, plane]: [usize; 2],
-) -> [[T; 4]; 2] {
-    // Checks the whole span once.
+pub(crate) fn corners<T: Copy>(values: &[T], first: usize, [row, plane]: [usize; 2]) -> Corners<T> {
+    // One bounds check for the whole span.
     let values = &values[first..first + row + plane + 2];
     let (low, high) = (&values[..row + 2], &values[plane..]);
     [[low[0], low[1], low[row], low[row + 1]], [high[0], high[1], high[row], high[row + 1]]]

@@ -6,6 +6,7 @@ use fixtures::{Mesh, shapes};
 use musculo_collide::Progress;
 use musculo_collide::distance_field::{DistanceField, FieldGrid, FieldParams, Pose, Storage};
 use musculo_collide::glam::{DQuat, DVec3};
+use musculo_collide::surface::progress::Progress;
 use musculo_collide::surface::{closest_on_triangle, winding_number};
 use musculo_collide::{
     BodyId, BodyKind, CheckParams, FieldContact, FieldDetector, FieldFeature, RigidState, Scene,
@@ -23,7 +24,7 @@ fn field_of(mesh: &Mesh) -> DistanceField {
     let params =
         FieldParams { padding: 4.0, truncation: Some(15.0), samples, ..FieldParams::new(SPACING) };
     let x = surface.positions(&mesh.positions).expect("finite");
-    DistanceField::build(&surface, x, &params).expect("a field")
+    DistanceField::build(&surface, x, &params, Progress::none()).expect("a field")
 }
 
 /// The field's worst error by its own report.

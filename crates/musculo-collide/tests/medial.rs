@@ -11,6 +11,7 @@ use musculo_collide::medial::{
     Ball, MedialError, MedialParams, MedialSurface, pair_foot, slab_foot,
 };
 use musculo_collide::surface::SurfaceError;
+use musculo_collide::surface::progress::Progress;
 use musculo_collide::{
     BodyId, BodyKind, CheckParams, FieldDetector, MedialContact, MedialDetector, MedialFeature,
     NoInside, RigidState, Scene, SceneError,
@@ -226,7 +227,7 @@ fn ball_field(radius: f64, padding: f64, truncation: Option<f64>) -> DistanceFie
     let method = FieldMethod::ExactBand { band: 20.0, relax: false, node_values };
     let params = FieldParams { padding, method, truncation, ..FieldParams::new(0.5) };
     let x = surface.positions(&mesh.positions).expect("finite");
-    DistanceField::build(&surface, x, &params).expect("a field")
+    DistanceField::build(&surface, x, &params, Progress::none()).expect("a field")
 }
 
 /// Balls and slabs over a round bone, of which the distance is known, beside dense

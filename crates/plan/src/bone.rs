@@ -1,5 +1,6 @@
 //! A bone's field, as fine as a tolerance asks.
 
+use surface::progress::Progress;
 use distance_field::{DistanceField, FieldError, FieldParams};
 
 use crate::ExclusionReason;
@@ -39,7 +40,7 @@ impl BoneField {
                 max_bytes: MOST_BYTES,
                 ..FieldParams::new(spacing)
             };
-            let field = match DistanceField::build(surface, x, &params) {
+            let field = match DistanceField::build(surface, x, &params, Progress::none()) {
                 Ok(field) => field,
                 Err(FieldError::TooLarge { .. } | FieldError::AxisTooLong { .. }) => {
                     return Err(ExclusionReason::FieldTooLarge { spacing });

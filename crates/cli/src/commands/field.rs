@@ -8,7 +8,7 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use mesh_io::FieldFormat;
 use musculo_collide::distance_field::{DistanceField, FieldMethod, FieldParams, Storage};
-use musculo_collide::surface::TriangleSurface;
+use musculo_collide::surface::{TriangleSurface, progress};
 
 use super::{Failure, Outcome, in_threads};
 use crate::output::Outputs;
@@ -190,7 +190,8 @@ fn build_field(arguments: &FieldArguments) -> Result<(DistanceField, FieldRecord
     if let Some(step) = arguments.step {
         params.storage = Storage::Quantized { step };
     }
-    let field = DistanceField::build(&surface, x, &params).map_err(|error| named(path, error))?;
+    let field = DistanceField::build(&surface, x, &params, progress::Progress::none());
+    let field = field.map_err(|error| named(path, error))?;
     let built = BuiltRecord::new(sizes, params, field.report());
     let record = FieldRecord::new(path.display().to_string(), &field, Some(built));
     Ok((field, record))

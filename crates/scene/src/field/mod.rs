@@ -182,13 +182,14 @@ impl Scene {
     /// ```
     /// use distance_field::{FieldParams, DistanceField, Pose};
     /// use scene::glam::{DQuat, DVec3};
-    /// use surface::{RigidState, TriangleSurface};
+    /// use surface::{RigidState, TriangleSurface, progress::Progress};
     /// use scene::{BodyKind, FieldDetector, FieldFeature, Scene};
     ///
     /// let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
     /// let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|corner| 30.0 * corner);
     /// let bone = TriangleSurface::new(4, faces.clone())?;
-    /// let field = DistanceField::build(&bone, bone.positions(&corners)?, &FieldParams::new(1.0))?;
+    /// let x = bone.positions(&corners)?;
+    /// let field = DistanceField::build(&bone, x, &FieldParams::new(1.0), Progress::none())?;
     ///
     /// let mut scene = Scene::new();
     /// let muscle = TriangleSurface::new(4, faces)?;

@@ -43,7 +43,7 @@ pub(super) fn detector<'a>(
     };
     let params = FieldParams { method, truncation: None, ..params };
     let bone = &task.moving.bodies[0];
-    let built = DistanceField::build(bone.surface(), bone.positions(), &params)?;
+    let built = DistanceField::build(bone.surface(), bone.positions(), &params, Progress::none())?;
 
     let detector = FieldDetector::new(field.get_or_init(|| built), 0.0)?;
     let (scene, ids) = task.scene()?;

@@ -1,0 +1,243 @@
+//! Measured error of a field, and the fraction of a solid that is thin beside its spacing.
+//!
+//! Samples are spread evenly over the area of the surface, and evenly up to two spacings to
+//! either side. Distances there are exact: a face can only be nearer than the sample's own if
+//! its box is, and few boxes are.
+
+use glam::DVec3;
+use surface::progress::{Interrupted, Progress};
+use surface::{Aabb, Csr, Positions, TriangleSurface, closest_on_triangle, parallel, triangle};
+
+use crate::num::{coordinate, floor_index};
+use crate::{DistanceField, FieldGrid, Interpolation, MeasuredError};
+
+/// Maximum height of a sample over the surface, in spacings.
+const MAX_HEIGHT: f64 = 2.0;
+
+/// Thickness, in spacings, below which nodes may miss the inside of a solid: a plate of this
+/// thickness keeps all of its inside, one of 1 spacing 95 %.
+pub(crate) const THIN: f64 = 1.5;
+
+/// Cells along each side of a block, about the size of a sample's box.
+const BLOCK: f64 = 4.0;
+
+/// Faces per task.
+const TASK: usize = 4096;
+
+/// Result of a comparison with exact distances.
+pub(crate) struct Accuracy {
+    pub(crate) error: MeasuredError,
+    /// Fraction of the samples below which the solid is thinner than [`THIN`].
+    pub(crate) thin_fraction: f64,
+}
+
+/// Parameters of a comparison.
+#[derive(Clone, Copy)]
+pub(crate) struct AccuracyParams {
+    /// Number of samples.
+    pub(crate) samples: usize,
+    /// Largest distance of the field.
+    pub(crate) truncation: f64,
+    /// Whether the normals of the surface point inward.
+    pub(crate) is_inverted: bool,
+}
+
+/// Compares a field with exact distances; `None` where there is nothing to compare.
+pub(crate) fn accuracy(
+    field: &DistanceField,
+    surface: &TriangleSurface,
+    x: Positions<'_>,
+    params: AccuracyParams,
+    progress: Progress<'_>,
+) -> Result<Option<Accuracy>, Interrupted> {
+    let spacing = field.grid().spacing();
+    let inward = if params.is_inverted { 1.0 } else { -1.0 };
+    let depth = inward * THIN * spacing;
+    let mut samples = samples(surface, x, params.samples, MAX_HEIGHT * spacing, depth);
+
+    for (sample, face) in near_faces(&samples, surface, x, field.grid(), progress)? {
+        samples[sample as usize].visit(x.corners(surface.faces()[face]), depth);
+    }
+    Ok(summary(field, &samples, params.truncation))
+}
+
+/// Returns the root mean square and the maximum of the errors.
+fn summary(field: &DistanceField, samples: &[ErrorSample], truncation: f64) -> Option<Accuracy> {
+    let (mut squares, mut max, mut points) = (0.0, 0.0_f64, 0);
+    for sample in samples {
+        if let Some(value) = field.evaluate(sample.point, Interpolation::Trilinear) {
+            let error = (value.distance.abs() - sample.distance.min(truncation)).abs();
+            squares += error * error;
+            max = max.max(error);
+            points += 1;
+        }
+    }
+
+    let rms = (squares / coordinate(points)).sqrt();
+    let thin = coordinate(samples.iter().filter(|sample| sample.is_thin).count());
+    let thin_fraction = thin / coordinate(samples.len());
+    (points > 0).then(|| Accuracy { error: MeasuredError { points, rms, max }, thin_fraction })
+}
+
+/// Point over the surface, at which the field is compared.
+struct ErrorSample {
+    /// Point of the surface below it.
+    foot: DVec3,
+    normal: DVec3,
+    point: DVec3,
+    /// Distance of the point from the faces that were visited.
+    distance: f64,
+    /// Box that every face touches that could change the sample.
+    bounds: Aabb,
+    /// Whether the solid below it is thin.
+    is_thin: bool,
+}
+
+/// Spreads samples over the area of a surface.
+fn samples(
+    surface: &TriangleSurface,
+    x: Positions<'_>,
+    count: usize,
+    max_height: f64,
+    depth: f64,
+) -> Vec<ErrorSample> {
+    let faces = surface.faces();
+    let normals = parallel::map(faces.len(), |f| triangle::normal(x.corners(faces[f])));
+    let step = normals.iter().map(|normal| normal.length()).sum::<f64>() / coordinate(count);
+
+    let mut samples = Vec::with_capacity(count);
+    let mut passed = 0.0;
+    for (&face, normal) in faces.iter().zip(normals) {
+        let doubled_area = normal.length();
+        passed += doubled_area;
+        while samples.len() < count && passed > (coordinate(samples.len()) + 0.5) * step {
+            let place = quasirandom(samples.len());
+            let (corners, normal) = (x.corners(face), normal / doubled_area);
+            samples.push(ErrorSample::new(corners, normal, place, max_height, depth));
+        }
+    }
+    samples
+}
+
+/// Returns the `n`th point of a sequence that fills the unit cube evenly.
+///
+/// Source: M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018:
+/// multiples of the powers of the root of g⁴ = g + 1.
+fn quasirandom(n: usize) -> DVec3 {
+    let g = 1.220_744_084_605_759_5_f64;
+    let powers = DVec3::new(1.0 / g, 1.0 / (g * g), 1.0 / (g * g * g));
+    (powers * (coordinate(n) + 0.5)).fract()
+}
+
+impl ErrorSample {
+    /// Returns the sample at a place of a face, two coordinates of which select the foot and
+    /// one the height.
+    fn new(
+        [a, b, c]: [DVec3; 3],
+        normal: DVec3,
+        place: DVec3,
+        max_height: f64,
+        depth: f64,
+    ) -> Self {
+        let (mut u, mut v) = (place.x, place.y);
+        if u + v > 1.0 {
+            (u, v) = (1.0 - u, 1.0 - v);
+        }
+        let foot = a + u * (b - a) + v * (c - a);
+        let height = (2.0 * place.z - 1.0) * max_height;
+        let (point, below) = (foot + height * normal, foot + depth * normal);
+
+        // The foot is on the surface: no face farther than it can change the sample.
+        let distance = point.distance(foot);
+        let ball = Aabb { min: point, max: point }.inflate(distance);
+        let bounds = ball.with_point(foot).with_point(below);
+        Self { foot, normal, point, distance, bounds, is_thin: false }
+    }
+
+    /// Updates distance and thickness by a face; `depth` along the normal leads inside.
+    fn visit(&mut self, corners: [DVec3; 3], depth: f64) {
+        let distance = closest_on_triangle(self.point, corners).point.distance(self.point);
+        self.distance = self.distance.min(distance);
+
+        // Faces on the other side of the solid face the other way.
+        let normal = triangle::normal(corners);
+        let slope = normal.dot(self.normal);
+        if slope < 0.0 && !self.is_thin {
+            let t = normal.dot(corners[0] - self.foot) / slope;
+            let hit = self.foot + t * self.normal;
+            let miss = closest_on_triangle(hit, corners).point.distance(hit);
+            self.is_thin = t * depth.signum() > 0.0
+                && t.abs() < depth.abs()
+                && miss <= f64::EPSILON.sqrt() * depth.abs();
+        }
+    }
+}
+
+/// Returns the faces that may change samples, each with its sample; a pair may occur twice.
+fn near_faces(
+    samples: &[ErrorSample],
+    surface: &TriangleSurface,
+    x: Positions<'_>,
+    grid: &FieldGrid,
+    progress: Progress<'_>,
+) -> Result<Vec<(u32, usize)>, Interrupted> {
+    let blocks = Blocks::new(grid);
+    let samples_in = blocks.samples(samples);
+    let faces = surface.faces();
+    let tasks = faces.len().div_ceil(TASK);
+    let steps = progress.steps(tasks);
+
+    let near = parallel::map(tasks, |task| {
+        steps.advance(1)?;
+        let mut near = Vec::new();
+        for face in task * TASK..faces.len().min((task + 1) * TASK) {
+            let bounds = Aabb::of_points(x.corners(faces[face]));
+            for sample in blocks.within(bounds).flat_map(|block| samples_in.row(block)) {
+                if samples[*sample as usize].bounds.overlaps(bounds) {
+                    near.push((*sample, face));
+                }
+            }
+        }
+        Ok(near)
+    });
+    Ok(near.into_iter().collect::<Result<Vec<_>, _>>()?.concat())
+}
+
+/// Blocks of cells of a grid.
+struct Blocks {
+    origin: DVec3,
+    density: f64,
+    /// Blocks along each axis.
+    dims: [usize; 3],
+}
+
+impl Blocks {
+    fn new(grid: &FieldGrid) -> Self {
+        let dims = grid.dims().map(|n| floor_index(coordinate(n) / BLOCK) + 1);
+        Self { origin: grid.origin(), density: 1.0 / (BLOCK * grid.spacing()), dims }
+    }
+
+    /// Lists the samples whose box touches each block.
+    fn samples(&self, samples: &[ErrorSample]) -> Csr {
+        let mut pairs = Vec::new();
+        for (n, sample) in (0..).zip(samples) {
+            pairs.extend(self.within(sample.bounds).map(|block| (block, n)));
+        }
+        Csr::new(self.dims.iter().product(), &pairs)
+    }
+
+    /// Returns the blocks that a box touches; what is beyond the grid belongs to its border.
+    fn within(&self, bounds: Aabb) -> impl Iterator<Item = u32> {
+        let [nx, ny, _] = self.dims;
+        let [min, max] = [bounds.min, bounds.max].map(|p| self.block(p));
+        let planes =
+            (min[2]..=max[2]).flat_map(move |k| (min[1]..=max[1]).map(move |j| j + ny * k));
+        let rows = planes.flat_map(move |row| (min[0]..=max[0]).map(move |i| i + nx * row));
+        rows.map(|block| u32::try_from(block).unwrap_or(u32::MAX))
+    }
+
+    fn block(&self, p: DVec3) -> [usize; 3] {
+        let u = (p - self.origin) * self.density;
+        [0, 1, 2].map(|axis| floor_index(u[axis]).min(self.dims[axis] - 1))
+    }
+}

@@ -1,0 +1,52 @@
+//! Exact band: exact distances near the surface, and beyond it exact distances to the face
+//! that is closest to the nearest node of the band.
+
+mod carry;
+mod measure;
+mod quasi;
+mod regions;
+mod spread;
+
+use surface::progress::Progress;
+
+pub(crate) use self::carry::bytes_per_node;
+pub(crate) use self::quasi::{MAX_CORRECTION, quasi_interpolate};
+use crate::FieldError;
+use crate::memory::zeroed;
+use crate::units::GridSurface;
+
+/// Parameters of the exact band, in spacings.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BandParams {
+    pub(crate) band: f64,
+    pub(crate) relax: bool,
+    pub(crate) truncation: Option<f64>,
+}
+
+/// Squared distances in spacings and faces, one per node.
+#[derive(Debug)]
+struct Nearest {
+    /// Squared distance; undefined where there is no face.
+    squared: Vec<f32>,
+    /// One more than the number of the nearest face; 0 where none is found.
+    face: Vec<u32>,
+}
+
+/// Computes the squared distances of all nodes, in spacings; infinite beyond the truncation.
+pub(crate) fn squared_distances(
+    surface: &GridSurface<'_>,
+    dims: [usize; 3],
+    params: BandParams,
+    progress: Progress<'_>,
+) -> Result<Vec<f32>, FieldError> {
+    let count = dims.iter().product();
+    let mut nearest = Nearest { squared: zeroed(count)?, face: zeroed(count)? };
+    regions::fill(surface, dims, params.band, &mut nearest, progress.part(0.0, 0.4))?;
+
+    let carried = carry::carry(&mut nearest, dims, params, progress.part(0.4, 0.7))?;
+    measure::measure(surface, &mut nearest, &carried, dims, progress.part(0.7, 0.9))?;
+    if params.relax {
+        carry::relax(surface, &mut nearest, &carried, dims, progress.part(0.9, 1.0))?;
+    }
+    Ok(nearest.squared)
+}

@@ -1,0 +1,248 @@
+//! Quasi-interpolation prefilter: node values between which linear interpolation is right on
+//! average.
+//!
+//! Between exact values, linear interpolation errs to one side: over a convex part of a
+//! surface each straight piece lies above the distance that it stands for, by a twelfth of
+//! the second difference on average along each axis. Here every node subtracts that. The
+//! interpolant is then too high at the nodes and too low between them, and right on average:
+//! the error of a curvature falls to two fifths.
+//!
+//! A correction is bounded, by [`MAX_CORRECTION`] and by half of the value itself, so that no
+//! node changes its sign. Only nodes whose neighbors are exact change: not those next to
+//! truncated values or beyond the band, nor those on the border.
+//!
+//! Source: L. Condat, T. Blu and M. Unser, "Beyond interpolation: optimal reconstruction by
+//! quasi-interpolation", IEEE International Conference on Image Processing, 2005, for the
+//! filter of linear splines. Differs in taking its terms axis by axis, which reads 7 nodes
+//! rather than 27, and in its bounds.
+
+use surface::parallel;
+use surface::progress::{Interrupted, Progress};
+
+use crate::FieldGrid;
+use crate::num::single;
+
+/// Maximum correction of a node \[spacings\]: that of a fold of 100°.
+pub(crate) const MAX_CORRECTION: f64 = 0.125;
+
+/// Planes of nodes per task.
+const SLAB: usize = 32;
+
+/// Replaces signed distances by the coefficients of a quasi-interpolation, where they and
+/// all their neighbors are below `limit`.
+pub(crate) fn quasi_interpolate(
+    values: &mut [f32],
+    grid: &FieldGrid,
+    limit: f32,
+    progress: Progress<'_>,
+) -> Result<(), Interrupted> {
+    let [nx, ny, _] = grid.dims();
+    let plane = nx * ny;
+    let filter = Filter { nx, plane, max: single(MAX_CORRECTION * grid.spacing()), limit };
+    let borders = borders(values, plane);
+    let mut slabs: Vec<_> = values.chunks_mut(plane * SLAB).collect();
+    let steps = progress.steps(slabs.len());
+    parallel::try_for_each_mut(&mut slabs, |s, slab| {
+        steps.advance(1)?;
+        let below = s.checked_sub(1).map(|s| &borders[s][..plane]);
+        let above = borders.get(s).map(|planes| &planes[plane..]);
+        filter.slab(slab, below, above);
+        Ok(())
+    })
+}
+
+/// Copies the planes on both sides of each border between slabs, before any changes.
+fn borders(values: &[f32], plane: usize) -> Vec<Vec<f32>> {
+    let slabs = (values.len() / plane).div_ceil(SLAB);
+    parallel::map(slabs.saturating_sub(1), |s| {
+        let above = (s + 1) * SLAB * plane;
+        values[above - plane..above + plane].to_vec()
+    })
+}
+
+/// Correction of nodes by their second differences.
+#[derive(Clone, Copy)]
+struct Filter {
+    /// Nodes per row and per plane.
+    nx: usize,
+    plane: usize,
+    /// Maximum correction, in the length unit.
+    max: f32,
+    limit: f32,
+}
+
+/// Neighbors of the nodes of a row in the rows beside it, as they were.
+#[derive(Clone, Copy)]
+struct BesideRow<'a> {
+    south: &'a [f32],
+    north: &'a [f32],
+    below: &'a [f32],
+    above: &'a [f32],
+}
+
+impl Filter {
+    /// Filters the planes of a slab in turn; `below` and `above` are the planes beside it.
+    fn slab(self, slab: &mut [f32], below: Option<&[f32]>, above: Option<&[f32]>) {
+        // Copies of the plane and the one below it, as they were.
+        let mut was_below = below.map_or_else(Vec::new, <[f32]>::to_vec);
+        let mut was = vec![0.0; self.plane];
+        let mut rest = slab;
+        while !rest.is_empty() {
+            let (here, higher) = rest.split_at_mut(self.plane);
+            was.copy_from_slice(here);
+            let next = if higher.is_empty() { above } else { Some(&higher[..self.plane]) };
+            if let Some(next) = next.filter(|_| !was_below.is_empty()) {
+                self.plane(here, &was_below, &was, next);
+            }
+
+            was_below.resize(self.plane, 0.0);
+            std::mem::swap(&mut was_below, &mut was);
+            rest = higher;
+        }
+    }
+
+    /// Filters the rows of a plane without its first and last.
+    fn plane(self, out: &mut [f32], below: &[f32], was: &[f32], above: &[f32]) {
+        let nx = self.nx;
+        for start in (nx..out.len() - nx).step_by(nx) {
+            let row = start..start + nx;
+            let beside = BesideRow {
+                south: &was[start - nx..start],
+                north: &was[row.end..row.end + nx],
+                below: &below[row.clone()],
+                above: &above[row.clone()],
+            };
+            self.row(&mut out[row.clone()], &was[row], beside);
+        }
+    }
+
+    /// Filters a row without its ends.
+    #[inline]
+    fn row(self, out: &mut [f32], was: &[f32], beside: BesideRow<'_>) {
+        let inner = 1..self.nx - 1;
+        let BesideRow { south, north, below, above } = beside;
+        let along = was[..self.nx - 2].iter().zip(&was[2..]).zip(&was[inner.clone()]);
+        let across = south[inner.clone()].iter().zip(&north[inner.clone()]);
+        let upward = below[inner.clone()].iter().zip(&above[inner.clone()]);
+        let nodes = along.zip(across).zip(upward);
+        for (out, ((((west, east), value), (south, north)), (below, above))) in
+            out[inner].iter_mut().zip(nodes)
+        {
+            *out = self.value(*value, [*west, *east, *south, *north, *below, *above]);
+        }
+    }
+
+    /// Filters a value. Selections without a branch, which vectorize.
+    #[inline]
+    fn value(self, value: f32, [west, east, south, north, below, above]: [f32; 6]) -> f32 {
+        let bend = (west + east) + (south + north) + (below + above) - 6.0 * value;
+        let allowed = min(self.max, 0.5 * value.abs());
+        let correction = max(min(bend / 12.0, allowed), -allowed);
+        let others = [east, south, north, below, above, value];
+        let largest =
+            others.into_iter().fold(west.abs(), |largest, value| max(largest, value.abs()));
+        // Not beyond what may be truncated.
+        let corrected = max(min(value - correction, self.limit), -self.limit);
+        if largest < self.limit { corrected } else { value }
+    }
+}
+
+#[inline]
+fn min(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+#[inline]
+fn max(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::coordinate;
+    use crate::{DistanceField, Interpolation, Storage};
+    use fixtures::generate::cases;
+    use glam::DVec3;
+
+    fn grid(dims: [usize; 3]) -> FieldGrid {
+        FieldGrid::new(DVec3::ZERO, 1.0, dims).expect("a small grid")
+    }
+
+    fn place(node: usize, dims: [usize; 3]) -> [usize; 3] {
+        [node % dims[0], node / dims[0] % dims[1], node / (dims[0] * dims[1])]
+    }
+
+    /// Reference implementation: one node from all nodes as they were.
+    fn reference(values: &[f32], dims: [usize; 3], node: [usize; 3], limit: f32) -> f32 {
+        let at = |[i, j, k]: [usize; 3]| values[i + dims[0] * (j + dims[1] * k)];
+        let here = at(node);
+        if (0..3).any(|axis| node[axis] == 0 || node[axis] + 1 == dims[axis]) {
+            return here;
+        }
+        let beside = |axis: usize, up: usize| {
+            let mut other = node;
+            other[axis] = other[axis] + 2 * up - 1;
+            at(other)
+        };
+        let pairs = [0, 1, 2].map(|axis| [beside(axis, 0), beside(axis, 1)]);
+        if pairs.as_flattened().iter().chain([&here]).any(|value| value.abs() >= limit) {
+            return here;
+        }
+        let bend: f32 = pairs.iter().map(|[a, b]| a + b).sum::<f32>() - 6.0 * here;
+        let allowed = single(MAX_CORRECTION).min(0.5 * here.abs());
+        (here - (bend / 12.0).clamp(-allowed, allowed)).clamp(-limit, limit)
+    }
+
+    /// On grids of one slab, of several, and without interior nodes.
+    #[test]
+    fn nodes_are_corrected_by_their_neighbors() {
+        cases(1, 200, |u| {
+            let dims = [u.int_in_range(2..=9)?, u.int_in_range(2..=6)?, u.int_in_range(2..=70)?];
+            let limit = 2.0;
+            // Mostly bent a little, some across the surface, some truncated.
+            let value = |_| Ok(f32::from(u.int_in_range(-36..=100_i8)?.clamp(-20, 20)) / 10.0);
+            let before: Result<Vec<f32>, _> = (0..dims.iter().product()).map(value).collect();
+            let before = before?;
+
+            let mut after = before.clone();
+            quasi_interpolate(&mut after, &grid(dims), limit, Progress::none()).unwrap();
+            for (n, value) in after.iter().enumerate() {
+                let node = place(n, dims);
+                let expected = reference(&before, dims, node, limit);
+                assert!((value - expected).abs() < 1e-6, "{node:?} of {dims:?}");
+                assert_eq!(value.is_sign_negative(), before[n].is_sign_negative(), "{node:?}");
+                assert!((value - before[n]).abs() <= single(MAX_CORRECTION) + 1e-6, "{node:?}");
+            }
+            Ok(())
+        });
+    }
+
+    /// Over a paraboloid, the mean error of linear interpolation vanishes.
+    #[test]
+    fn squares_are_right_on_average() {
+        let dims = [8, 7, 9];
+        let height = |p: DVec3| 20.0 + (p * p).dot(DVec3::new(1.0, -0.5, 2.0)) / 40.0;
+        let position = |node: usize| DVec3::from_array(place(node, dims).map(coordinate));
+        let heights = (0..dims.iter().product()).map(|node| single(height(position(node))));
+        let mut values: Vec<f32> = heights.collect();
+        let mean_error = |values: &[f32]| {
+            let field = DistanceField::from_values(grid(dims), values.to_vec(), Storage::Float);
+            let field = field.expect("finite values");
+            // The middles of 4³ parts of an inner cell.
+            let parts = (0..64).map(|part| [part % 4, part / 4 % 4, part / 16]);
+            let error = |part: [usize; 3]| {
+                let local = DVec3::from_array(part.map(coordinate)) / 4.0 + 0.125;
+                let p = DVec3::new(3.0, 2.0, 4.0) + local;
+                field.evaluate(p, Interpolation::Trilinear).expect("inside").distance - height(p)
+            };
+            parts.map(error).sum::<f64>() / 64.0
+        };
+
+        let before = mean_error(&values);
+        quasi_interpolate(&mut values, &grid(dims), 100.0, Progress::none()).unwrap();
+        let after = mean_error(&values);
+        // Over the middles of quarters, the mean of x (1 - x) is 5 / 32 rather than 1 / 6.
+        assert!(before > 0.009 && after.abs() < 0.07 * before, "{before} {after}");
+    }
+}

@@ -1,0 +1,369 @@
+//! Exact distances in the band, by the characteristics of faces, edges and vertices.
+//!
+//! A node's closest point lies in a face, on an edge or at a vertex, and then the node lies
+//! in the prism over that face, in the wedge between the normals of the edge's faces or in
+//! the cone between those of the vertex's. These regions hardly overlap: visiting the nodes
+//! of each costs little more than visiting the band once, where splatting the box of each
+//! face visits most nodes dozens of times.
+//!
+//! The regions need no closed or oriented surface. Whatever its faces, a node whose closest
+//! point is inside an edge is on the outer side of every face at that edge; leaving out a
+//! condition, or widening one against rounding, only makes a region larger, and every region
+//! measures true distances to its own element. So no node of the band is skipped, and none
+//! gets a distance that is too short by more than twice [`WIDENING`].
+//!
+//! Source: S. Mauch, "Efficient Algorithms for Solving Static Hamilton–Jacobi Equations",
+//! PhD thesis, California Institute of Technology, 2003, chapter on the closest point
+//! transform. Differs in taking any list of faces, and in clipping rows of nodes against the
+//! sides of a region instead of scan converting polyhedra.
+
+use std::cmp::Reverse;
+use std::ops::Range;
+
+use glam::DVec3;
+use surface::progress::{Interrupted, Progress};
+use surface::{Aabb, parallel};
+
+use super::Nearest;
+use crate::num::{coordinate, nodes_within, single};
+use crate::units::GridSurface;
+
+/// Distance by which a region is widened so that rounding loses no node \[spacings\].
+///
+/// Above the rounding of a plane through a sliver (1e-8 times a few spacings), far below
+/// storage precision at the size of a bone (3e-5).
+const WIDENING: f64 = 1e-6;
+
+/// Planes of nodes per task.
+const SLAB: usize = 32;
+
+/// Elements between two progress reports.
+const REPORT: usize = 1024;
+
+/// Minimum cosine of half a wedge's angle for which its box is narrowed.
+const MIN_COSINE: f64 = 0.3;
+
+/// Stands for 1 / 0: takes a row on the wrong side of a plane along x out of the grid, and
+/// leaves any other alone.
+const VERTICAL: f64 = 1e30;
+
+/// Computes squared distances and faces of every node within `band` spacings of the surface.
+///
+/// Among faces at the same distance the first wins, whatever the order of work.
+pub(super) fn fill(
+    surface: &GridSurface<'_>,
+    dims: [usize; 3],
+    band: f64,
+    nearest: &mut Nearest,
+    progress: Progress<'_>,
+) -> Result<(), Interrupted> {
+    let plane = dims[0] * dims[1];
+    let bins = Bins::new(surface, dims[2], band);
+    let slabs = nearest.squared.chunks_mut(plane * SLAB).zip(nearest.face.chunks_mut(plane * SLAB));
+    let slabs = slabs.enumerate().map(|(number, (squared, face))| {
+        let planes = number * SLAB..number * SLAB + squared.len() / plane;
+        Slab { number, dims, planes, band, squared, face, sides: Sides::default() }
+    });
+
+    // The most work first, so that no thread is left with it at the end.
+    let mut slabs: Vec<Slab<'_>> = slabs.collect();
+    slabs.sort_by_key(|slab| Reverse(bins.load(slab.number)));
+    let steps = progress.steps(slabs.iter().map(|slab| bins.load(slab.number)).sum());
+    parallel::try_for_each_mut(&mut slabs, |_, slab| {
+        let regions: [fn(&GridSurface<'_>, u32, &mut Slab<'_>); 3] = [prism, wedge, cone];
+        for (kind, region) in bins.kinds.iter().zip(regions) {
+            for elements in kind[slab.number].chunks(REPORT) {
+                steps.advance(elements.len())?;
+                elements.iter().for_each(|&element| region(surface, element, slab));
+            }
+        }
+        Ok(())
+    })
+}
+
+/// Elements near each slab.
+struct Bins {
+    /// Faces, edges and vertices: of each kind, one list per slab.
+    kinds: Vec<Vec<Vec<u32>>>,
+}
+
+impl Bins {
+    fn new(grid: &GridSurface<'_>, planes: usize, band: f64) -> Self {
+        let GridSurface { surface, x, .. } = grid;
+        let kinds = parallel::map(3, |kind| match kind {
+            0 => bin(surface.faces().iter().map(|face| heights(x, face)), planes, band),
+            1 => bin(surface.edges().iter().map(|edge| heights(x, edge)), planes, band),
+            _ => bin(x.iter().map(|p| [p.z, p.z]), planes, band),
+        });
+        Self { kinds }
+    }
+
+    /// Returns the number of elements near a slab.
+    fn load(&self, slab: usize) -> usize {
+        self.kinds.iter().map(|kind| kind[slab].len()).sum()
+    }
+}
+
+/// Returns the lowest and the highest z of some vertices.
+fn heights(x: &[DVec3], vertices: &[u32]) -> [f64; 2] {
+    let Aabb { min, max } = Aabb::of_points(vertices.iter().map(|&vertex| x[vertex as usize]));
+    [min.z, max.z]
+}
+
+/// Lists the elements that come within the band of each slab.
+fn bin(heights: impl Iterator<Item = [f64; 2]>, planes: usize, band: f64) -> Vec<Vec<u32>> {
+    let mut bins = vec![Vec::new(); planes.div_ceil(SLAB)];
+    for (element, [lower, upper]) in (0_u32..).zip(heights) {
+        let near = nodes_within(lower - band, upper + band, planes);
+        if !near.is_empty() {
+            for bin in &mut bins[near.start / SLAB..=(near.end - 1) / SLAB] {
+                bin.push(element);
+            }
+        }
+    }
+    bins
+}
+
+/// Planes of nodes that one task works on.
+struct Slab<'a> {
+    number: usize,
+    dims: [usize; 3],
+    planes: Range<usize>,
+    band: f64,
+    squared: &'a mut [f32],
+    face: &'a mut [u32],
+    /// Sides of the region that is visited, in memory that is reused.
+    sides: Sides,
+}
+
+/// Plane that bounds a region, as the end of a row: `x = at + per_y · y + per_z · z`.
+struct Side {
+    at: f64,
+    per_y: f64,
+    per_z: f64,
+}
+
+/// Planes that bound a region, by the end of a row that they cut off.
+#[derive(Default)]
+struct Sides {
+    lower: Vec<Side>,
+    upper: Vec<Side>,
+}
+
+impl Sides {
+    fn clear(&mut self) {
+        self.lower.clear();
+        self.upper.clear();
+    }
+
+    /// Adds the plane through `at` with the given inward normal, of any length, moved out by
+    /// [`WIDENING`] to twice that. A zero normal cuts nothing off.
+    #[inline]
+    fn add(&mut self, normal: DVec3, at: DVec3) {
+        self.add_shifted(normal, at, WIDENING * normal.abs().element_sum());
+    }
+
+    /// Adds the plane through `at`, moved out by `shift` times the normal's length.
+    #[inline]
+    fn add_shifted(&mut self, normal: DVec3, at: DVec3, shift: f64) {
+        let slope = if normal.x == 0.0 { -VERTICAL } else { -1.0 / normal.x };
+        let offset = shift - normal.dot(at);
+        let side = Side { at: offset * slope, per_y: normal.y * slope, per_z: normal.z * slope };
+        if normal.x < 0.0 { self.upper.push(side) } else { self.lower.push(side) }
+    }
+
+    /// Clips a row at `y` and `z`, given by its ends; empty when the first end is after the
+    /// second.
+    #[inline]
+    fn clip(&self, [mut from, mut to]: [f64; 2], y: f64, z: f64) -> [f64; 2] {
+        // Compared so that NaN cuts nothing off.
+        for side in &self.lower {
+            let x = side.x(y, z);
+            from = if x > from { x } else { from };
+        }
+        for side in &self.upper {
+            let x = side.x(y, z);
+            to = if x < to { x } else { to };
+        }
+        [from, to]
+    }
+}
+
+impl Side {
+    #[inline]
+    fn x(&self, y: f64, z: f64) -> f64 {
+        self.at + self.per_y * y + self.per_z * z
+    }
+}
+
+/// Visits the nodes straight above or below a face.
+fn prism(surface: &GridSurface<'_>, face: u32, slab: &mut Slab<'_>) {
+    let normal = surface.normals[face as usize];
+    if normal == DVec3::ZERO {
+        return;
+    }
+    let band = slab.band;
+    let [a, b, c] = surface.corners(face);
+    let reach = normal.abs() * band + WIDENING;
+    let region = Aabb { min: a.min(b).min(c) - reach, max: a.max(b).max(c) + reach };
+
+    let sides = |sides: &mut Sides| {
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            sides.add(normal.cross(to - from), from);
+        }
+        sides.add_shifted(normal, a, band);
+        sides.add_shifted(-normal, a, band);
+    };
+    slab.visit(region, sides, face, |p| {
+        let height = normal.dot(p - a);
+        height * height
+    });
+}
+
+/// Visits the nodes outside of both faces of an edge, between its ends.
+fn wedge(surface: &GridSurface<'_>, edge: u32, slab: &mut Slab<'_>) {
+    let faces = surface.surface.edge_faces(edge);
+    let [a, b] = surface.surface.edges()[edge as usize].map(|v| surface.x[v as usize]);
+    let length = (b - a).length();
+    if length <= WIDENING {
+        return; // its ends are vertices
+    }
+
+    let along = (b - a) / length;
+    let inward = |i: usize| match faces.get(i) {
+        Some(&face) => into_face(surface, face, a, along),
+        None => DVec3::ZERO,
+    };
+    let (m, n) = (inward(0), inward(1));
+    let Some(extent) = wedge_extent(surface, faces, [m, n], slab.band) else {
+        return;
+    };
+    let (min, max) = (a.min(b) + extent.min - WIDENING, a.max(b) + extent.max + WIDENING);
+
+    let sides = |sides: &mut Sides| {
+        sides.add(along, a);
+        sides.add(-along, b);
+        sides.add(-m, a);
+        sides.add(-n, a);
+    };
+    slab.visit(Aabb { min, max }, sides, faces[0], |p| {
+        let to = p - a;
+        let t = to.dot(along).clamp(0.0, length);
+        (to - t * along).length_squared()
+    });
+}
+
+/// Returns the unit vector in a face's plane, at right angles to its edge, which runs `along`
+/// from `a`, that leads into the face; zero for slivers.
+#[inline]
+fn into_face(surface: &GridSurface<'_>, face: u32, a: DVec3, along: DVec3) -> DVec3 {
+    let across = surface.normals[face as usize].cross(along);
+    let [p, q, r] = surface.corners(face);
+    let inward = across.dot(p + q + r - 3.0 * a);
+    if inward < 0.0 { -across } else { across }
+}
+
+/// Computes a box around the wedge of an edge, relative to the edge; `None` where the wedge
+/// is so thin that the prisms at its sides cover it.
+fn wedge_extent(
+    surface: &GridSurface<'_>,
+    faces: &[u32],
+    [m, n]: [DVec3; 2],
+    band: f64,
+) -> Option<Aabb> {
+    let ball = Some(Aabb { min: DVec3::splat(-band), max: DVec3::splat(band) });
+    let &[first, second] = faces else {
+        return ball;
+    };
+    let normals = [surface.normals[first as usize], surface.normals[second as usize]];
+    if normals.contains(&DVec3::ZERO) {
+        return ball;
+    }
+    let bend = [normals[0].dot(n), normals[1].dot(m)];
+    if bend[0].abs().max(bend[1].abs()) * band < WIDENING {
+        // Flat, or folded back on itself.
+        return if m.dot(n) < 0.0 { None } else { ball };
+    }
+
+    // The two directions at which the wedge meets its prisms.
+    let [g, h] = [-bend[0].signum() * normals[0], -bend[1].signum() * normals[1]];
+    let cosine = (g + h).length() / 2.0;
+    if cosine < MIN_COSINE {
+        return ball;
+    }
+    // A unit vector between g and h is a sum of at most 1 / cosine of them.
+    let (g, h) = (g * (band / cosine), h * (band / cosine));
+    Some(Aabb { min: g.min(h).min(DVec3::ZERO), max: g.max(h).max(DVec3::ZERO) })
+}
+
+/// Visits the nodes that are behind a vertex along each of its edges.
+fn cone(surface: &GridSurface<'_>, vertex: u32, slab: &mut Slab<'_>) {
+    let faces = surface.surface.vertex_faces(vertex);
+    let Some(&face) = faces.first() else {
+        return;
+    };
+    let at = surface.x[vertex as usize];
+    let region = Aabb { min: at - slab.band, max: at + slab.band };
+
+    let sides = |sides: &mut Sides| {
+        for &f in faces {
+            let corners = surface.surface.faces()[f as usize];
+            let next = corners[(1 + corners.iter().position(|&v| v == vertex).unwrap_or(0)) % 3];
+            sides.add(at - surface.x[next as usize], at);
+        }
+    };
+    slab.visit(region, sides, face, |p| p.distance_squared(at));
+}
+
+impl Slab<'_> {
+    /// Visits the nodes of a region, a box less what is beyond its sides: keeps the shorter
+    /// of their distance and `squared_distance`, which is that of `face`.
+    #[inline]
+    fn visit(
+        &mut self,
+        region: Aabb,
+        sides: impl FnOnce(&mut Sides),
+        face: u32,
+        squared_distance: impl Fn(DVec3) -> f64,
+    ) {
+        let max_squared = self.band * self.band;
+        let (first, last) = (coordinate(self.planes.start), coordinate(self.planes.end - 1));
+        let mut sides = Some(sides);
+        let Aabb { min, max } = region;
+        for k in nodes_within(min.z.max(first), max.z.min(last), self.dims[2]) {
+            for j in nodes_within(min.y, max.y, self.dims[1]) {
+                // Many regions lie between rows and never need their sides.
+                if let Some(sides) = sides.take() {
+                    self.sides.clear();
+                    sides(&mut self.sides);
+                }
+
+                // Of a region beyond the grid, the ends may lie there too.
+                let (y, z) = (coordinate(j), coordinate(k));
+                let [from, to] = self.sides.clip([min.x, max.x], y, z);
+                let nodes = nodes_within(from, to, self.dims[0]);
+                if nodes.is_empty() {
+                    continue;
+                }
+
+                let row = self.dims[0] * (j + self.dims[1] * (k - self.planes.start));
+                let run = row + nodes.start..row + nodes.end;
+                let known = self.squared[run.clone()].iter_mut().zip(&mut self.face[run]);
+                for (i, (best, id)) in nodes.zip(known) {
+                    let squared = squared_distance(DVec3::new(coordinate(i), y, z));
+                    if squared <= max_squared {
+                        keep_nearer(best, id, single(squared), face + 1);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Keeps the nearer of two faces, or the first of two as near.
+#[inline]
+fn keep_nearer(best: &mut f32, id: &mut u32, squared: f32, face: u32) {
+    if *id == 0 || (squared, face) < (*best, *id) {
+        (*best, *id) = (squared, face);
+    }
+}

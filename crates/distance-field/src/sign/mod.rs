@@ -1,0 +1,9 @@
+//! Inside and outside: which nodes a surface encloses.
+
+mod chain;
+mod crossings;
+mod inside;
+mod winding;
+
+pub(crate) use self::inside::Inside;
+pub(crate) use self::winding::{Winding, enclosed_volume, winding};

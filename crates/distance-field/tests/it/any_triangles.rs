@@ -1,0 +1,84 @@
+//! Any triangles at all: distances in the band and signs everywhere, against
+//! sums over all faces.
+
+use arbitrary::{Result, Unstructured};
+use distance_field::{DistanceField, FieldMethod, FieldParams, FieldWarning};
+use fixtures::Mesh;
+use fixtures::generate::cases;
+use surface::glam::DVec3;
+use surface::progress::Progress;
+use surface::{TriangleSurface, closest_on_triangle, winding_number};
+
+use crate::support::{INTERPOLATING, nodes};
+
+/// A coordinate that is often on a node's, or on another's: that is where ties are.
+fn coordinate(u: &mut Unstructured<'_>) -> Result<f64> {
+    let tenths = u.int_in_range(0..=60_i32)?;
+    Ok(if u.ratio(1, 2)? { f64::from(tenths / 10) } else { f64::from(tenths) / 10.0 })
+}
+
+/// A few triangles, each maybe repeated, turned over or sharing an edge.
+fn triangles(u: &mut Unstructured<'_>) -> Result<Mesh> {
+    let mut mesh = Mesh::default();
+    for _ in 0..u.int_in_range(3..=8)? {
+        let p = DVec3::new(coordinate(u)?, coordinate(u)?, coordinate(u)?);
+        mesh.positions.push(p);
+    }
+    let last = u32::try_from(mesh.positions.len() - 1).unwrap_or(0);
+    for _ in 0..u.int_in_range(1..=8)? {
+        let mut corner = || u.int_in_range(0..=last);
+        mesh.faces.push([corner()?, corner()?, corner()?]);
+    }
+    Ok(mesh)
+}
+
+fn exact(mesh: &Mesh, p: DVec3) -> f64 {
+    let feet = (0..mesh.faces.len()).map(|face| closest_on_triangle(p, mesh.corners(face)).point);
+    feet.map(|foot| foot.distance(p)).fold(f64::INFINITY, f64::min)
+}
+
+/// Values of all nodes within the band, and signs of all nodes; and that nodes which may
+/// give way do so by little, and not to the other side.
+fn check(mesh: &Mesh, surface: &TriangleSurface, params: &FieldParams) {
+    let FieldMethod::ExactBand { band, .. } = params.method else {
+        unreachable!("the band is what is checked")
+    };
+    let x = surface.positions(&mesh.positions).expect("finite");
+    let field = DistanceField::build(surface, x, params, Progress::none()).expect("small");
+    let corrected = FieldParams { method: FieldMethod::EXACT_BAND, ..*params };
+    let corrected = DistanceField::build(surface, x, &corrected, Progress::none()).expect("small");
+    let inverted = field.report().warnings.contains(&FieldWarning::Inverted);
+    for node in nodes(field.grid().dims()) {
+        let p = field.grid().position(node);
+        let (value, distance) = (field.node(node), exact(mesh, p));
+        let coefficient = corrected.node(node);
+        assert_eq!(coefficient < 0.0, value < 0.0, "{node:?} {value} {coefficient} {mesh:?}");
+        let most = params.spacing / 8.0 + 1e-6;
+        assert!((coefficient - value).abs() <= most, "{node:?} {value} {coefficient} {mesh:?}");
+        if distance < band * params.spacing - 1e-5 {
+            assert!((value.abs() - distance).abs() < 2e-6, "{node:?} {value} {distance} {mesh:?}");
+        } else {
+            // Beyond, it is the distance to some face: never too short.
+            assert!(value.abs() > distance - 2e-6, "{node:?} {value} {distance} {mesh:?}");
+        }
+        let winding = winding_number(surface, x, p);
+        let inside = if inverted { -winding > 0.5 } else { winding > 0.5 };
+        let is_tie = distance < 1e-9 || (winding.abs() - 0.5).abs() < 1e-9;
+        if !is_tie {
+            assert_eq!(value < 0.0, inside, "{node:?} {winding} {mesh:?}");
+        }
+    }
+}
+
+#[test]
+fn band_is_exact_and_signs_are_winding_numbers() {
+    let params =
+        FieldParams { method: INTERPOLATING, padding: 2.0, samples: 0, ..FieldParams::new(1.0) };
+    cases(1, 400, |u| {
+        let mesh = triangles(u)?;
+        let spacing = if u.ratio(1, 2)? { 1.0 } else { 0.7 };
+        let truncation = if u.ratio(1, 2)? { Some(15.0) } else { None };
+        check(&mesh, &mesh.surface(), &FieldParams { spacing, truncation, ..params });
+        Ok(())
+    });
+}
