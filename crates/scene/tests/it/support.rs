@@ -2,8 +2,8 @@
 
 use arbitrary::{Result, Unstructured};
 use fixtures::Mesh;
-use musculo_collide::glam::DVec3;
-use musculo_collide::{BodyId, BodyKind, Scene};
+use glam::DVec3;
+use scene::{BodyId, BodyKind, Scene};
 
 /// A scene of these meshes, all deformable, and their numbers.
 pub(crate) fn scene_of(meshes: &[&Mesh]) -> (Scene, Vec<BodyId>) {

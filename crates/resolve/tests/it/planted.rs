@@ -3,11 +3,10 @@
 
 use fixtures::Mesh;
 use fixtures::shapes;
-use musculo_collide::glam::DVec3;
-use musculo_collide::surface::progress::Progress;
-use musculo_collide::{
-    BodyId, BodyKind, CheckParams, Obstacle, Resolution, ResolveParams, Resolver, Scene, resolve,
-};
+use glam::DVec3;
+use resolve::{Obstacle, Resolution, ResolveParams, Resolver, resolve};
+use scene::Progress;
+use scene::{BodyId, BodyKind, CheckParams, Scene};
 
 const PARAMS: ResolveParams = ResolveParams::with_smoothing(6.0);
 

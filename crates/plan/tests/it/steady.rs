@@ -1,9 +1,10 @@
 //! Detection by a plan takes no memory once it has run for a few frames.
 
+use distance_field::Pose;
 use fixtures::shapes::icosphere;
-use musculo_collide::distance_field::Pose;
-use musculo_collide::glam::{DQuat, DVec3};
-use musculo_collide::{BodyKind, Detection, Plan, PlanParams, Scene};
+use glam::{DQuat, DVec3};
+use plan::{Detection, Plan, PlanParams};
+use scene::{BodyKind, Scene};
 
 /// Turns the bone and sways the muscles, as far in every fourth frame again.
 fn pose(scene: &mut Scene, frame: u32, x: &mut [Vec<DVec3>; 2]) {

@@ -2,16 +2,15 @@
 
 use arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
+use distance_field::{DistanceField, FieldGrid, FieldParams, Pose, Storage};
 use fixtures::{Mesh, shapes};
-use musculo_collide::Progress;
-use musculo_collide::distance_field::{DistanceField, FieldGrid, FieldParams, Pose, Storage};
-use musculo_collide::glam::{DQuat, DVec3};
-use musculo_collide::surface::progress::Progress;
-use musculo_collide::surface::{closest_on_triangle, winding_number};
-use musculo_collide::{
-    BodyId, BodyKind, CheckParams, FieldContact, FieldDetector, FieldFeature, RigidState, Scene,
-    SceneError,
+use glam::{DQuat, DVec3};
+use scene::Progress;
+use scene::{
+    BodyId, BodyKind, CheckParams, FieldContact, FieldDetector, FieldFeature, Scene, SceneError,
 };
+use surface::RigidState;
+use surface::{closest_on_triangle, winding_number};
 
 const SPACING: f64 = 0.5;
 

@@ -1,16 +1,13 @@
 //! Swept detection against every vertex, edge and face asked one by one, and
 //! against states in between.
 
-mod support;
-
+use crate::support::{scene_of, share, vector};
 use arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
 use fixtures::{Mesh, shapes};
-use musculo_collide::Progress;
-use musculo_collide::ccd;
-use musculo_collide::glam::DVec3;
-use musculo_collide::{CheckParams, SceneError, SweptContact};
-use support::{scene_of, share, vector};
+use glam::DVec3;
+use scene::Progress;
+use scene::{CheckParams, SceneError, SweptContact};
 
 /// Two bodies of a few dozen faces, and where they go.
 fn two_bodies(u: &mut Unstructured<'_>) -> Result<[Mesh; 4]> {

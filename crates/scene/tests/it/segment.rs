@@ -1,8 +1,8 @@
 //! Surfaces cut into regions by others, with planted answers.
 
 use fixtures::{Mesh, shapes};
-use musculo_collide::glam::DVec3;
-use musculo_collide::{BodyId, BodyKind, Scene, Side};
+use glam::DVec3;
+use scene::{BodyId, BodyKind, Scene, Side};
 
 /// A sheet of 40 × 40 in the plane z = 0, its normals upward, of 20 × 20 squares.
 fn sheet() -> Mesh {

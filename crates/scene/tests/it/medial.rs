@@ -3,19 +3,17 @@
 
 use arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
+use distance_field::{DistanceField, FieldMethod, FieldParams, NodeValues, Pose};
 use fixtures::{Mesh, shapes};
-use musculo_collide::Progress;
-use musculo_collide::distance_field::{DistanceField, FieldMethod, FieldParams, NodeValues, Pose};
-use musculo_collide::glam::{DQuat, DVec3};
-use musculo_collide::medial::{
-    Ball, MedialError, MedialParams, MedialSurface, pair_foot, slab_foot,
-};
-use musculo_collide::surface::SurfaceError;
-use musculo_collide::surface::progress::Progress;
-use musculo_collide::{
+use glam::{DQuat, DVec3};
+use medial::{Ball, MedialError, MedialParams, MedialSurface, pair_foot, slab_foot};
+use scene::Progress;
+use scene::{
     BodyId, BodyKind, CheckParams, FieldDetector, MedialContact, MedialDetector, MedialFeature,
-    NoInside, RigidState, Scene, SceneError,
+    NoInside, Scene, SceneError,
 };
+use surface::RigidState;
+use surface::SurfaceError;
 
 fn number(u: &mut Unstructured<'_>, from: f64, to: f64) -> Result<f64> {
     Ok(from + (to - from) * f64::from(u.int_in_range(0_u16..=u16::MAX)?) / 65535.0)
@@ -171,7 +169,7 @@ fn balls_meet_what_brute_force_meets() {
         let mut last = None;
         for MedialContact { contact, ball, feature } in &contacts {
             let MedialFeature::Ball(other) = feature else { panic!("{feature:?}") };
-            let at = |medial: &MedialSurface, on: &musculo_collide::PrimitiveBall| {
+            let at = |medial: &MedialSurface, on: &scene::PrimitiveBall| {
                 Ball::interpolate(&balls(medial, on.primitive as usize), on.weights)
             };
             let distance = at(mb, ball).distance(at(ma, other).center) - at(ma, other).radius;

@@ -8,8 +8,9 @@ use std::collections::BTreeSet;
 use std::time::Instant;
 
 use fixtures::data;
-use musculo_collide::surface::progress::Progress;
-use musculo_collide::{BodyId, BodyKind, CheckParams, PairReport, ResolveParams, Scene, resolve};
+use resolve::{ResolveParams, resolve};
+use scene::Progress;
+use scene::{BodyId, BodyKind, CheckParams, PairReport, Scene};
 
 const OVERLAP: CheckParams = CheckParams { margin: 0.0 };
 

@@ -1,11 +1,10 @@
 //! Planted overlaps are pushed apart, and nothing else is touched.
 
 use fixtures::{shapes, thigh::thigh};
-use musculo_collide::glam::{DQuat, DVec3};
-use musculo_collide::surface::progress::Progress;
-use musculo_collide::{
-    BodyKind, CheckParams, Obstacle, Resolution, ResolveError, ResolveParams, Resolver, Scene,
-};
+use glam::{DQuat, DVec3};
+use resolve::{Obstacle, Resolution, ResolveError, ResolveParams, Resolver};
+use scene::Progress;
+use scene::{BodyKind, CheckParams, Scene};
 
 const PARAMS: ResolveParams = ResolveParams::with_smoothing(6.0);
 
@@ -20,7 +19,7 @@ fn planted() -> Scene {
 }
 
 fn resolve(scene: &mut Scene) -> Resolution {
-    musculo_collide::resolve(scene, &PARAMS, Progress::none()).expect("a resolution")
+    resolve::resolve(scene, &PARAMS, Progress::none()).expect("a resolution")
 }
 
 #[test]
@@ -111,7 +110,7 @@ fn the_unit_makes_no_difference() {
     }
     let rounds = resolve(&mut one).rounds.len();
     assert!(rounds > 3, "{rounds} rounds");
-    let resolution = musculo_collide::resolve(&mut other, &scaled, Progress::none());
+    let resolution = resolve::resolve(&mut other, &scaled, Progress::none());
     assert_eq!(resolution.expect("a resolution").rounds.len(), rounds);
     for (p, q) in one.particle_positions().into_iter().zip(other.particle_positions()) {
         assert_eq!(scale * p, q);
@@ -141,7 +140,7 @@ fn parameters_out_of_range_are_named() {
         ("smoothing", ResolveParams { smoothing: -1.0, ..PARAMS }),
         ("clearance", ResolveParams { clearance: f64::NAN, ..PARAMS }),
     ] {
-        let refused = musculo_collide::resolve(&mut scene, &params, Progress::none());
+        let refused = resolve::resolve(&mut scene, &params, Progress::none());
         let Err(ResolveError::Parameter { name, .. }) = refused else { panic!("{refused:?}") };
         assert_eq!(name, expected);
     }

@@ -1,19 +1,15 @@
 //! Static detection against brute force and planted answers.
 
-mod support;
-
+use crate::support::{scene_of, share, vector};
 use arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
 use fixtures::{Mesh, shapes};
-use musculo_collide::Progress;
-use musculo_collide::glam::DVec3;
-use musculo_collide::surface::{
+use glam::DVec3;
+use scene::Progress;
+use scene::{BodyKind, CheckParams, NoInside, PairReport, Scene, SceneError, VertexReport};
+use surface::{
     Meeting, closest_between_triangles, closest_on_triangle, triangles_meet, winding_number,
 };
-use musculo_collide::{
-    BodyKind, CheckParams, NoInside, PairReport, Scene, SceneError, VertexReport,
-};
-use support::{scene_of, share, vector};
 
 /// One of several closed shapes of some 10 mm.
 fn shape(u: &mut Unstructured<'_>) -> Result<Mesh> {

@@ -1,14 +1,15 @@
 //! Plans: what is chosen and built, and whether its errors are as stated.
 
+use distance_field::Pose;
 use fixtures::Mesh;
 use fixtures::shapes::icosphere;
-use musculo_collide::Progress;
-use musculo_collide::distance_field::Pose;
-use musculo_collide::glam::{DQuat, DVec3};
-use musculo_collide::{
-    BodyId, BodyKind, CheckParams, Detection, DetectionMethod, ExclusionReason, Plan, PlanError,
-    PlanParams, RespondParams, Scene, StructureKind,
+use glam::{DQuat, DVec3};
+use plan::{
+    Detection, DetectionMethod, ExclusionReason, Plan, PlanError, PlanParams, RespondParams,
+    StructureKind,
 };
+use scene::Progress;
+use scene::{BodyId, BodyKind, CheckParams, Scene};
 
 /// Two soft balls and a bone, of radius 30, and how deep each pair overlaps:
 /// the bone and the first by 2, the balls by 3, the bone and the second not.

@@ -1,0 +1,4 @@
+//! Tests of plans.
+
+mod detect;
+mod steady;

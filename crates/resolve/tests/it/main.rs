@@ -1,0 +1,5 @@
+//! Tests of overlap removal.
+
+mod anatomy;
+mod planted;
+mod thigh;
