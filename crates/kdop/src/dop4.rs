@@ -80,8 +80,11 @@ impl<const S: usize> Dop4<S> {
     /// Returns the lower and upper corner of the axis-aligned box in one lane.
     #[inline(always)]
     pub(crate) fn lane_box(&self, lane: usize) -> [DVec3; 2] {
-        [self.lo, self.hi]
-            .map(|rows| DVec3::from_array([0, 1, 2].map(|k| rows[k].as_array()[lane].into())))
+        let corner = |rows: &[f32x4; S]| {
+            let [x, y, z] = [0, 1, 2].map(|k| f64::from(rows[k].as_array()[lane]));
+            DVec3::new(x, y, z)
+        };
+        [corner(&self.lo), corner(&self.hi)]
     }
 
     /// Copies the bound in one lane to all lanes.

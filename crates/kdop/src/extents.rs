@@ -59,20 +59,6 @@ impl<'a> Extents<'a> {
         self.len() == 0
     }
 
-    /// Returns the points with numbers in `range`.
-    #[cfg(feature = "rayon")]
-    pub(crate) fn part(&self, range: std::ops::Range<usize>) -> Self {
-        match *self {
-            Self::Points(points) => Self::Points(&points[range]),
-            Self::Swept { start, end } => {
-                Self::Swept { start: &start[range.clone()], end: &end[range] }
-            }
-            Self::Balls { centers, radii } => {
-                Self::Balls { centers: &centers[range.clone()], radii: &radii[range] }
-            }
-        }
-    }
-
     /// Checks lengths, coordinates and radii.
     pub(crate) fn validate(&self) -> Result<(), TreeError> {
         match *self {

@@ -62,9 +62,7 @@
 //!
 //! # Features
 //!
-//! - `rayon`: refits and traversals on several threads ([`DopTree::par_refit_from`],
-//!   [`DopTree::par_pairs`], [`DopTree::par_self_pairs`]), with the results of one thread. Off by
-//!   default.
+//! None.
 
 mod build;
 mod cluster;

@@ -47,24 +47,6 @@ impl<const S: usize> Projections<S> {
         fill_rows(extents, &mut self.lo, &mut self.hi);
     }
 
-    /// Replaces all rows as [`fill`](Self::fill) does, on the threads of the current pool.
-    #[cfg(feature = "rayon")]
-    pub(crate) fn par_fill(&mut self, extents: &Extents<'_>) {
-        use rayon::prelude::*;
-        /// Points per task: some ten microseconds of work.
-        const PART: usize = 4096;
-
-        self.resize(extents);
-        let part = |i: usize| extents.part(i * PART..extents.len().min((i + 1) * PART));
-        let lower = self.lo.par_chunks_mut(PART).enumerate();
-        if self.hi.is_empty() {
-            lower.for_each(|(i, lo)| fill_rows(&part(i), lo, &mut []));
-        } else {
-            let both = lower.zip(self.hi.par_chunks_mut(PART));
-            both.for_each(|((i, lo), hi)| fill_rows(&part(i), lo, hi));
-        }
-    }
-
     fn resize(&mut self, extents: &Extents<'_>) {
         let exact = extents.exact_points::<S>().is_some();
         self.lo.resize(extents.len(), [0.0; S]);

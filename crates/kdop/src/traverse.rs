@@ -2,8 +2,6 @@
 
 mod nearest;
 mod pairs;
-#[cfg(feature = "rayon")]
-mod parallel;
 mod query;
 mod self_pairs;
 

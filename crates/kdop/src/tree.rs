@@ -164,12 +164,25 @@ impl<const S: usize> DopTree<S> {
     ///
     /// Widths are along the widest direction of each bound, so 1 means as tight as at the build.
     /// Refits keep the arrangement of the build, so a large motion that separates the leaves of
-    /// one node makes this grow. A muscle twisted by 120° reaches 1.02 and is traversed about as
-    /// fast as a rebuilt tree; a surface that tears goes far beyond.
+    /// one node makes this grow.
     ///
-    /// **Rebuild above 1.5**, a rule of thumb: a build takes as long as some thirty refits, so it
-    /// pays within a second of frames. It can run on another thread, from a copy of the points,
-    /// while this tree is still refitted.
+    /// **Rebuild above 1.5**, a rule of thumb. A build can run on another thread, from a copy of the
+    /// points, while this tree is still refitted.
+    ///
+    /// ```
+    /// use glam::DVec3;
+    /// use kdop::{Leaves, Tree};
+    ///
+    /// // Twenty points on a line change places.
+    /// let line: Vec<DVec3> = (0..20).map(|i| DVec3::X * f64::from(i)).collect();
+    /// let shuffled: Vec<DVec3> = (0..20).map(|i| line[7 * i % 20]).collect();
+    /// let mut tree = Tree::build(Leaves::Points, &line)?;
+    /// assert_eq!(tree.looseness(), 1.0);
+    ///
+    /// tree.refit(&shuffled)?;
+    /// assert!(tree.looseness() > 1.5);
+    /// # Ok::<(), kdop::TreeError>(())
+    /// ```
     #[must_use]
     pub fn looseness(&self) -> f64 {
         if self.built_size > 0.0 { self.size() / self.built_size } else { 1.0 }

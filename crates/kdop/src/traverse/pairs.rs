@@ -38,12 +38,14 @@ impl<const S: usize> DopTree<S> {
         visit: impl FnMut(u32, u32),
     ) {
         let margin = self.widening(margin);
-        self.gather_from_roots(other, margin.as_ref(), workspace);
+        self.gather_cluster_pairs(other, margin.as_ref(), workspace);
         self.visit_leaf_pairs(other, margin.as_ref(), workspace, visit);
     }
 
-    /// Lists the pairs of clusters that meet, from the roots down.
-    pub(super) fn gather_from_roots(
+    /// Lists the pairs of clusters that overlap, by descent from the roots.
+    ///
+    /// For a tree and itself, each pair is listed once.
+    pub(super) fn gather_cluster_pairs(
         &self,
         other: &Self,
         margin: Option<&[f32; S]>,
@@ -55,18 +57,6 @@ impl<const S: usize> DopTree<S> {
         if !self.nodes.is_empty() && !other.nodes.is_empty() {
             workspace.node_pairs.push((0, 0));
         }
-        self.gather_cluster_pairs(other, margin, workspace);
-    }
-
-    /// Descends from the pairs of nodes on the stack to pairs of clusters.
-    ///
-    /// For a tree and itself, each pair is listed once.
-    pub(super) fn gather_cluster_pairs(
-        &self,
-        other: &Self,
-        margin: Option<&[f32; S]>,
-        workspace: &mut Workspace<S>,
-    ) {
         while let Some(pair) = workspace.node_pairs.pop() {
             self.descend(other, margin, pair, workspace);
         }
@@ -76,7 +66,7 @@ impl<const S: usize> DopTree<S> {
     ///
     /// Pairs of nodes that overlap go on the stack, pairs of clusters on the list.
     #[inline(always)]
-    pub(super) fn descend(
+    fn descend(
         &self,
         other: &Self,
         margin: Option<&[f32; S]>,
@@ -152,7 +142,7 @@ impl<const S: usize> DopTree<S> {
     }
 
     /// Tests the leaves of every pair of clusters listed.
-    pub(super) fn visit_leaf_pairs(
+    fn visit_leaf_pairs(
         &self,
         other: &Self,
         margin: Option<&[f32; S]>,

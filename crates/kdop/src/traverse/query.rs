@@ -26,7 +26,8 @@ impl<const S: usize> DopTree<S> {
     /// # Ok::<(), kdop::TreeError>(())
     /// ```
     pub fn query(&self, bound: &Dop<S>, workspace: &mut Workspace<S>, visit: impl FnMut(u32)) {
-        self.query_where(bound, |_| true, workspace, visit);
+        let bound = SplatDop::new(bound);
+        self.visit_where(|bounds| bounds.overlaps_one(&bound), |_, _| true, workspace, visit);
     }
 
     /// Visits the leaves that [`query`](Self::query) does, but descends only where `wanted` holds
@@ -50,11 +51,12 @@ impl<const S: usize> DopTree<S> {
     pub fn query_where(
         &self,
         bound: &Dop<S>,
-        wanted: impl FnMut([DVec3; 2]) -> bool,
+        mut wanted: impl FnMut([DVec3; 2]) -> bool,
         workspace: &mut Workspace<S>,
         visit: impl FnMut(u32),
     ) {
         let bound = SplatDop::new(bound);
+        let wanted = |bounds: &Dop4<S>, lane: usize| wanted(bounds.lane_box(lane));
         self.visit_where(|bounds| bounds.overlaps_one(&bound), wanted, workspace, visit);
     }
 
@@ -82,14 +84,14 @@ impl<const S: usize> DopTree<S> {
         visit: impl FnMut(u32),
     ) {
         let ray = Ray::new(origin, axis);
-        self.visit_where(|bounds| ray.hits(bounds), |_| true, workspace, visit);
+        self.visit_where(|bounds| ray.hits(bounds), |_, _| true, workspace, visit);
     }
 
-    /// Descends into the lanes that `test` returns and whose boxes are wanted.
+    /// Descends into the lanes that `test` returns and that are wanted.
     fn visit_where(
         &self,
         test: impl Fn(&Dop4<S>) -> u32,
-        mut wanted: impl FnMut([DVec3; 2]) -> bool,
+        mut wanted: impl FnMut(&Dop4<S>, usize) -> bool,
         workspace: &mut Workspace<S>,
         mut visit: impl FnMut(u32),
     ) {
@@ -101,7 +103,7 @@ impl<const S: usize> DopTree<S> {
             let node = &self.nodes[node as usize];
             counters.bound_tests += 1;
             for lane in set_bits(test(&node.bounds)) {
-                if !wanted(node.bounds.lane_box(lane)) {
+                if !wanted(&node.bounds, lane) {
                     continue;
                 }
                 match node.children[lane].get() {

@@ -31,12 +31,12 @@ impl<const S: usize> DopTree<S> {
         visit: impl FnMut(u32, u32),
     ) {
         let margin = self.widening(margin);
-        self.gather_from_roots(self, margin.as_ref(), workspace);
+        self.gather_cluster_pairs(self, margin.as_ref(), workspace);
         self.visit_leaf_self_pairs(margin.as_ref(), workspace, visit);
     }
 
     /// Tests the leaves of every pair of clusters listed.
-    pub(super) fn visit_leaf_self_pairs(
+    fn visit_leaf_self_pairs(
         &self,
         margin: Option<&[f32; S]>,
         workspace: &mut Workspace<S>,

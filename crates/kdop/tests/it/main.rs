@@ -2,7 +2,5 @@
 
 mod golden;
 mod no_pair_lost;
-#[cfg(feature = "rayon")]
-mod parallel;
 mod reference;
 mod rejected_input;
