@@ -11,6 +11,7 @@ use parry3d::query::PointQuery;
 use parry3d::shape::{TriMesh, TriMeshFlags};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use surface::TriangleSurface;
+use surface::progress::Progress;
 
 use super::kdop_peers::parry_points;
 use crate::measure::{Report, as_f64, thread_time};
@@ -55,7 +56,7 @@ struct Bone<'a> {
 impl Bone<'_> {
     fn build(&self, params: &FieldParams) -> DistanceField {
         let x = self.surface.positions(self.positions).expect("a generated bone is finite");
-        DistanceField::build(&self.surface, x, params).expect("a bone fits")
+        DistanceField::build(&self.surface, x, params, Progress::none()).expect("a bone fits")
     }
 
     /// Returns the processor time of one build \[ms\].

@@ -1,17 +1,15 @@
 //! A bone's field, as fine as a tolerance asks.
 
+use distance_field::{DistanceField, FieldDetector, FieldError, FieldParams};
 use surface::progress::Progress;
-use distance_field::{DistanceField, FieldError, FieldParams};
 
 use crate::ExclusionReason;
 use scene::Body;
-use scene::field::Volume;
 
 /// A field whose error near the surface is within what was asked.
 #[derive(Debug)]
 pub(super) struct BoneField {
-    pub(super) field: DistanceField,
-    pub(super) volume: Volume,
+    pub(super) detector: FieldDetector,
     /// No value near the surface is wronger.
     pub(super) error_bound: f64,
 }
@@ -50,8 +48,9 @@ impl BoneField {
             let error_bound =
                 field.report().measured_error.map_or(f64::INFINITY, |error| error.max);
             if error_bound <= tolerance {
-                let volume = Volume::of(&field, margin);
-                return Ok(Self { field, volume, error_bound });
+                let detector = FieldDetector::new(field, margin)
+                    .map_err(|source| ExclusionReason::Field { reason: source.to_string() })?;
+                return Ok(Self { detector, error_bound });
             }
             // Less than in proportion, since rims are not sampled where they are worst.
             spacing *= (0.8 * tolerance / error_bound).min(0.7);

@@ -2,13 +2,13 @@
 
 use std::ops::Range;
 
+use distance_field::FieldContacts;
 use surface::Contact;
 
 use super::structures::Structures;
 use super::{PairPlan, Plan};
 use crate::{DetectionMethod, ExclusionReason, PlanError};
 use proximity::{PairProximity, contact};
-use scene::field::FieldScratch;
 use scene::medial_detector::MedialScratch;
 use scene::{BodyId, FieldFeature, Scene};
 use surface::parallel;
@@ -44,7 +44,7 @@ pub struct PairDetection {
 #[derive(Debug, Default)]
 pub(super) struct PairWork {
     surfaces: PairProximity,
-    field: FieldScratch,
+    field: FieldContacts,
     medial: MedialScratch,
     contacts: Vec<Contact>,
     overlaps: bool,
@@ -171,21 +171,23 @@ impl PairWork {
     }
 
     fn ask_field(&mut self, pair: &PairPlan, frame: &Frame<'_>) -> Result<(), PlanError> {
-        let Frame { scene, structures, margin } = *frame;
+        let Frame { scene, structures, .. } = *frame;
         let bone = (pair.bone, scene.body(pair.bone));
-        let Some((detector, state)) = structures.detector(bone, margin)? else {
+        let Some((detector, state)) = structures.detector(bone)? else {
             return Ok(());
         };
         let other = pair.other();
         let Some(tree) = structures.tree(scene, other) else { return Ok(()) };
-        self.field.look(&detector, &state, tree, structures.contact_surface(scene, other));
+        let particles = structures.contact_surface(scene, other).particles;
+        self.field.compute(detector, &state, tree, particles);
         if let Some(level) = structures.level(other) {
             // A deepest vertex may be one that the level has not kept.
             let whole = scene.body(other).contact_surface();
-            self.field
-                .look_closer((&detector, &state), tree, whole, |face| level.attached_to(face));
+            let attached = |face| level.attached_to(face);
+            self.field.add_deepest(detector, &state, whole.positions, whole.particles, attached);
         }
-        let found = &self.field.contacts;
+
+        let found = self.field.contacts();
         self.contacts.extend(found.iter().map(|found| found.contact));
         self.overlaps = found.iter().any(|found| found.contact.gap < 0.0);
         let of_vertices =

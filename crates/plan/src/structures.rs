@@ -1,11 +1,12 @@
 //! What a plan has built, body by body.
 
+use distance_field::FieldDetector;
+
 use crate::bone::BoneField;
 use crate::{PlanError, Structure, StructureKind};
 use decimate::CoarseSurface;
 use proximity::{ContactSurface, ParticleNumbers, SurfaceTree};
 use scene::Body;
-use scene::field::FieldDetector;
 use scene::{BodyId, MedialDetector, Scene};
 use surface::{RigidState, parallel};
 
@@ -81,18 +82,16 @@ impl Structures {
         medial.map_or(0.0, |medial| medial.deviation().largest())
     }
 
-    /// The detector of a bone, and where the bone is.
+    /// Returns the detector of a bone with the state of the bone.
     pub(super) fn detector(
         &self,
         (id, bone): (BodyId, &Body),
-        margin: f64,
-    ) -> Result<Option<(FieldDetector<'_>, RigidState)>, PlanError> {
-        let Some(BoneField { field, volume, .. }) = &self.fields[id.index()] else {
+    ) -> Result<Option<(&FieldDetector, RigidState)>, PlanError> {
+        let Some(BoneField { detector, .. }) = &self.fields[id.index()] else {
             return Ok(None);
         };
         let no_pose = || PlanError::NoPose { name: bone.name().to_owned() };
         let pose = bone.pose().ok_or_else(no_pose)?;
-        let detector = FieldDetector::with_volume(field, margin, volume);
         Ok(Some((detector, RigidState::at_rest(pose))))
     }
 
@@ -118,13 +117,12 @@ impl Structures {
                 let deviation = level.reduced().deviation.upper();
                 plain(StructureKind::Reduced, faces, deviation, level.bytes())
             });
-            let field =
-                self.fields[number].as_ref().map(|BoneField { field, volume, error_bound }| {
-                    let nodes = field.grid().node_count();
-                    let spacing = Some(field.grid().spacing());
-                    let bytes = field.bytes() + volume.bytes();
-                    Structure { spacing, ..plain(StructureKind::Field, nodes, *error_bound, bytes) }
-                });
+            let field = self.fields[number].as_ref().map(|BoneField { detector, error_bound }| {
+                let grid = detector.field().grid();
+                let (nodes, spacing) = (grid.node_count(), Some(grid.spacing()));
+                let bytes = detector.bytes();
+                Structure { spacing, ..plain(StructureKind::Field, nodes, *error_bound, bytes) }
+            });
             let medial = self.medials[number].as_ref().map(|medial| {
                 let (balls, deviation) = (medial.medial().balls().len(), medial.deviation());
                 plain(StructureKind::Medial, balls, deviation.largest(), medial.bytes())

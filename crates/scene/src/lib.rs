@@ -45,7 +45,7 @@ mod body;
 mod broad_phase;
 mod check;
 mod error;
-pub mod field;
+mod field_contacts;
 pub mod medial_detector;
 mod overlap;
 mod pass_through;
@@ -53,6 +53,7 @@ mod report;
 mod scene;
 mod sweep;
 
+pub use distance_field::{FieldContact, FieldDetector, FieldFeature};
 pub use glam;
 pub use proximity::{ContactKind, ContactPatch, NearVertex, NoInside, Region, Side, SweptContact};
 
@@ -61,7 +62,6 @@ pub use surface::progress::{Interrupted, Progress};
 pub use crate::body::{Body, BodyId, BodyKind, PairId};
 pub use crate::check::CheckParams;
 pub use crate::error::SceneError;
-pub use crate::field::{FieldContact, FieldDetector, FieldFeature};
 pub use crate::medial_detector::{MedialContact, MedialDetector, MedialFeature, PrimitiveBall};
 pub use crate::overlap::{OverlapParams, PairOverlap};
 pub use crate::pass_through::PassThrough;

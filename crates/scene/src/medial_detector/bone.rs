@@ -12,7 +12,7 @@
 //! function", USSR Computational Mathematics and Mathematical Physics 12, 1972.
 //! Differs in bounding bends as well as slopes, on triangles.
 
-use distance_field::Sample;
+use distance_field::{FieldDetector, FieldDistance};
 use glam::DVec3;
 use medial::Ball;
 use surface::{Anchor, RigidState};
@@ -20,7 +20,7 @@ use surface::{Anchor, RigidState};
 use super::hold::SurfacePoint;
 use super::{MedialContact, MedialDetector, MedialFeature, MedialScratch, PrimitiveBall};
 use crate::Body;
-use crate::{FieldDetector, SceneError};
+use crate::SceneError;
 
 /// Pieces of a primitive that are looked at before the lowest place seen counts as
 /// the lowest: only a primitive whose balls' centers are in the bone needs more
@@ -31,11 +31,11 @@ const MAX_PIECES: usize = 4096;
 /// must be built.
 pub(super) fn contacts(
     (detector, body): (&MedialDetector, &Body),
-    field: &FieldDetector<'_>,
+    field: &FieldDetector,
     state: &RigidState,
     scratch: &mut MedialScratch,
 ) -> Result<Vec<MedialContact>, SceneError> {
-    let Some(bounds) = field.bounds(state) else {
+    let Some(bounds) = field.bounds(&state.pose) else {
         return Ok(Vec::new());
     };
     let mut near = Vec::new();
@@ -58,7 +58,7 @@ pub(super) fn contacts(
 
 /// A bone, for balls of the body of this name.
 struct Bone<'a> {
-    field: &'a FieldDetector<'a>,
+    field: &'a FieldDetector,
     state: &'a RigidState,
     name: &'a str,
 }
@@ -117,17 +117,22 @@ impl Bone<'_> {
         Ok(balls.chain(between).collect())
     }
 
+    /// Returns how far a ball between others may be above the lowest of them: a twentieth of the
+    /// spacing.
+    fn tolerance(&self) -> f64 {
+        self.field.field().grid().spacing() / 20.0
+    }
+
     fn place(&self, ball: Ball) -> Result<Place, SceneError> {
         let Ball { center, radius } = ball;
-        match self.field.tell(self.state, center) {
-            Ok(Sample { distance, gradient }) => {
-                let normal = self.field.normal(self.state, center, gradient);
+        match self.field.distance(&self.state.pose, center) {
+            FieldDistance::Value { distance, normal } => {
                 Ok(Place { ball, gap: distance - radius, normal })
             }
-            Err(at_least) if at_least - radius > self.field.margin() => {
-                Ok(Place { ball, gap: at_least - radius, normal: DVec3::Z })
+            FieldDistance::AtLeast(bound) if bound - radius > self.field.margin() => {
+                Ok(Place { ball, gap: bound - radius, normal: DVec3::Z })
             }
-            Err(known) => {
+            FieldDistance::AtLeast(known) => {
                 let needed = radius + self.field.margin();
                 Err(SceneError::FieldRange { name: self.name.to_owned(), known, needed })
             }
@@ -140,7 +145,7 @@ impl Bone<'_> {
         balls: &[Ball; 3],
         whole: Piece,
     ) -> Result<Option<([f64; 3], Place)>, SceneError> {
-        let (margin, tolerance) = (self.field.margin(), self.field.ball_tolerance());
+        let (margin, tolerance) = (self.field.margin(), self.tolerance());
         let lower =
             |a: ([f64; 3], Place), b: ([f64; 3], Place)| if b.1.gap < a.1.gap { b } else { a };
         let [a, b, c] = whole;

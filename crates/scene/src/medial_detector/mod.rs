@@ -369,7 +369,7 @@ impl Scene {
     pub fn medial_field_contacts(
         &mut self,
         detector: &mut MedialDetector,
-        field: &FieldDetector<'_>,
+        field: &FieldDetector,
         state: &RigidState,
     ) -> Result<Vec<MedialContact>, SceneError> {
         self.get(detector.body)?;

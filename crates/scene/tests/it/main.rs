@@ -1,7 +1,6 @@
 //! Tests of detection over whole scenes.
 
 mod check;
-mod field;
 mod medial;
 mod segment;
 mod support;

@@ -4,6 +4,7 @@ use std::cell::OnceCell;
 
 use distance_field::{DistanceField, FieldMethod, FieldParams, Pose, Voxelization};
 use musculo_collide::{BodyId, FieldContact, FieldDetector, FieldFeature, RigidState, Scene};
+use surface::progress::Progress;
 
 use super::super::score::Answer;
 use super::super::task::{Direction, Task};
@@ -17,12 +18,12 @@ pub(super) struct FieldDetection<'a> {
     task: &'a Task<'a>,
     scene: Scene,
     ids: Vec<BodyId>,
-    detector: FieldDetector<'a>,
+    detector: &'a FieldDetector,
     /// Muscles with their contacts.
     contacts: Vec<(usize, Vec<FieldContact>)>,
 }
 
-/// Builds the field, which is stored in `field`.
+/// Builds the field, which is stored in `detector`.
 ///
 /// # Errors
 ///
@@ -31,7 +32,7 @@ pub(super) fn detector<'a>(
     task: &'a Task<'a>,
     method: ChartedMethod,
     spacing: f64,
-    field: &'a OnceCell<DistanceField>,
+    detector: &'a OnceCell<FieldDetector>,
 ) -> Result<FieldDetection<'a>, Failure> {
     let params = FieldParams { padding: PADDING, samples: 0, ..FieldParams::new(spacing) };
     let method = match method {
@@ -45,7 +46,8 @@ pub(super) fn detector<'a>(
     let bone = &task.moving.bodies[0];
     let built = DistanceField::build(bone.surface(), bone.positions(), &params, Progress::none())?;
 
-    let detector = FieldDetector::new(field.get_or_init(|| built), 0.0)?;
+    let built = FieldDetector::new(built, 0.0)?;
+    let detector = detector.get_or_init(|| built);
     let (scene, ids) = task.scene()?;
     let contacts = task.muscles().into_iter().map(|muscle| (muscle, Vec::new())).collect();
     let mut detection = FieldDetection { task, scene, ids, detector, contacts };
@@ -60,7 +62,7 @@ impl Detector for FieldDetection<'_> {
             self.scene.move_body(self.ids[*muscle], self.task.positions(frame, *muscle))?;
         }
         for (muscle, contacts) in &mut self.contacts {
-            *contacts = self.scene.field_contacts(self.ids[*muscle], &self.detector, &state)?;
+            *contacts = self.scene.field_contacts(self.ids[*muscle], self.detector, &state)?;
         }
         Ok(())
     }

@@ -9,7 +9,7 @@ use std::cell::OnceCell;
 use std::error::Error;
 
 use ::medial::FootRule;
-use distance_field::DistanceField;
+use distance_field::FieldDetector;
 
 use super::score::Answer;
 use super::task::{PairGroup, Task};
@@ -120,7 +120,7 @@ const BALLS: &str = "25, 50, 100, 200, 400 balls";
 #[derive(Debug, Default)]
 pub(super) struct SharedStructures {
     /// Fields of the bone, exact then voxel, which detectors refer to.
-    fields: [[OnceCell<DistanceField>; 4]; 2],
+    fields: [[OnceCell<FieldDetector>; 4]; 2],
     medial: medial::GeneratedBalls,
 }
 
