@@ -10,7 +10,9 @@ use ccd::CcdParams;
 use fixtures::shapes::icosphere;
 use glam::{DQuat, DVec3};
 use musculo_collide::distance_field::Pose;
-use musculo_collide::{BodyId, BodyKind, Detection, Plan, PlanParams, RespondParams, Scene};
+use musculo_collide::{
+    BodyId, BodyKind, Detection, Plan, PlanParams, Progress, RespondParams, Scene,
+};
 
 use crate::measure::{Figure, Report, as_f64};
 
@@ -107,7 +109,7 @@ impl SwayingScene {
         let mut add =
             |name, x: &Vec<DVec3>| scene.add(name, BodyKind::Deformable, ball.surface(), x.clone());
         let muscles = [add("first", &rest[0])?, add("second", &rest[1])?];
-        let plan = Plan::new(&mut scene, &PlanParams::with_tolerance(0.5))?;
+        let plan = Plan::new(&mut scene, &PlanParams::with_tolerance(0.5), Progress::none())?;
         let (detection, next) = (Detection::default(), Vec::new());
         Ok(Self { scene, bone, muscles, rest, plan, detection, next })
     }
@@ -134,12 +136,7 @@ impl SwayingScene {
         if frame.is_multiple_of(10) {
             self.sway(0, frame + 1);
             let moved = [(self.muscles[0], self.next.as_slice())];
-            self.plan.sweep(
-                &mut self.scene,
-                &moved,
-                &CcdParams::DEFAULT,
-                musculo_collide::Progress::none(),
-            )?;
+            self.plan.sweep(&mut self.scene, &moved, &CcdParams::DEFAULT, Progress::none())?;
         }
         Ok(())
     }

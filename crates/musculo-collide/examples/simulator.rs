@@ -13,11 +13,10 @@ use std::error::Error;
 use std::time::{Duration, Instant};
 
 use fixtures::thigh::thigh;
-use musculo_collide::Progress;
 use musculo_collide::distance_field::Pose;
 use musculo_collide::glam::{DQuat, DVec3};
 use musculo_collide::{
-    BodyId, BodyKind, CheckParams, Detection, Plan, PlanParams, RespondParams, Scene,
+    BodyId, BodyKind, CheckParams, Detection, Plan, PlanParams, Progress, RespondParams, Scene,
 };
 
 /// How wrong the depth of a contact may be \[mm\].
@@ -97,7 +96,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut muscles: Vec<Muscle> = ids[1..].iter().map(|&id| Muscle::new(id, &scene)).collect();
 
     // Once: how each pair is looked at, and what that needs.
-    let mut plan = Plan::new(&mut scene, &PlanParams::with_tolerance(TOLERANCE))?;
+    let mut plan = Plan::new(&mut scene, &PlanParams::with_tolerance(TOLERANCE), Progress::none())?;
     println!("{plan}");
     let mut detection = Detection::default();
 

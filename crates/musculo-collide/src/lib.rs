@@ -48,11 +48,11 @@ pub use ::resolve::{
     resolve,
 };
 pub use plan::{
-    Detection, DetectionMethod, ExcludedPair, ExclusionReason, OperationCounts, PairDetection,
-    PairPlan, Plan, PlanError, PlanParams, RespondParams, Structure, StructureKind, machine_factor,
+    Detection, DetectionMethod, ExcludedPair, ExclusionReason, ForcedMethod, MissingStructure,
+    OperationCounts, PairDetection, PairPlan, Plan, PlanError, PlanParams, RespondParams,
+    Structure, StructureKind, machine_factor,
 };
 pub use surface::RigidState;
-pub use surface::progress::{Interrupted, Progress};
 
 pub use scene::{
     Body, BodyId, BodyKind, CheckParams, ContactKind, ContactPatch, FieldContact, FieldDetector,
@@ -60,6 +60,7 @@ pub use scene::{
     OverlapParams, PairId, PairOverlap, PairReport, PairSweep, PassThrough, PrimitiveBall, Region,
     Scene, SceneError, Side, SweepReport, SweptContact, VertexReport,
 };
+pub use surface::progress::{Interrupted, Progress};
 
 /// Holds the README's example to what the library does.
 #[cfg(doctest)]

@@ -1,9 +1,8 @@
-//! What detection will take, predicted.
+//! Cost model: operation counts, and their times on a reference machine.
 //!
-//! Times are sums of counts by constants, which are of one reference machine, times a
-//! factor for the machine at hand that the caller passes. The same factor is on every
-//! method's cost: it changes no choice between methods, only what is compared with a
-//! time budget.
+//! A predicted time is a sum of counts by constants, times a factor for the machine at hand that
+//! the caller passes. The factor is the same for every method: it changes no choice between
+//! methods, only what is compared with a time budget.
 
 use std::hint::black_box;
 use std::ops::Add;
@@ -12,29 +11,28 @@ use std::time::Duration;
 use glam::DVec3;
 use surface::closest_on_triangle;
 
-/// What a frame of detection has to do, counted; and how long each of it takes.
+/// Numbers of operations of a detection frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct OperationCounts {
-    /// Faces whose bounds are brought up to date.
+    /// Faces whose bounds are refit.
     pub refit_faces: f64,
     /// Faces of two surfaces that are compared with each other.
     pub compared_faces: f64,
-    /// Vertices that a field is asked about, with their edges.
+    /// Vertices at which a field is queried, with their edges.
     pub field_vertices: f64,
-    /// Vertices that balls are tied to and follow.
+    /// Vertices that are attached to balls, which follow them.
     pub tied_vertices: f64,
-    /// Vertices that balls are asked about.
+    /// Vertices that are compared with balls.
     pub ball_vertices: f64,
 }
 
-/// Seconds that one closest point of a triangle takes on the machine that the
-/// constants are of.
-const REFERENCE_QUERY_SECONDS: f64 = 12e-9;
+/// Time of one closest point of a triangle on the reference machine \[s\].
+const REFERENCE_QUERY_TIME: f64 = 12e-9;
 
 impl OperationCounts {
-    /// Seconds that one of each takes on the reference machine, as
-    /// `cargo xtask chart costs` measures them.
+    /// Times of single operations on the reference machine \[s\], as `cargo xtask chart costs`
+    /// measures them.
     pub const SECONDS: Self = Self {
         refit_faces: 3e-9,
         compared_faces: 26e-9,
@@ -43,33 +41,43 @@ impl OperationCounts {
         ball_vertices: 1000e-9,
     };
 
-    /// In the order of the fields.
+    /// Returns the counts in the order of the fields.
     #[must_use]
     pub const fn to_array(self) -> [f64; 5] {
-        let Self { refit_faces, compared_faces, field_vertices, tied_vertices, ball_vertices } =
-            self;
-        [refit_faces, compared_faces, field_vertices, tied_vertices, ball_vertices]
+        [
+            self.refit_faces,
+            self.compared_faces,
+            self.field_vertices,
+            self.tied_vertices,
+            self.ball_vertices,
+        ]
     }
 
-    /// From values in the order of the fields.
-    #[must_use]
-    pub const fn from_array(values: [f64; 5]) -> Self {
-        let [refit_faces, compared_faces, field_vertices, tied_vertices, ball_vertices] = values;
-        Self { refit_faces, compared_faces, field_vertices, tied_vertices, ball_vertices }
-    }
-
-    /// Returns the seconds that these operations take on the reference machine.
+    /// Returns the time of these operations on the reference machine \[s\].
     #[must_use]
     pub fn seconds(self) -> f64 {
         self.to_array().iter().zip(Self::SECONDS.to_array()).map(|(count, each)| count * each).sum()
     }
 }
 
-/// Measures how much slower than the reference machine this one is, over a
+impl Add for OperationCounts {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            refit_faces: self.refit_faces + other.refit_faces,
+            compared_faces: self.compared_faces + other.compared_faces,
+            field_vertices: self.field_vertices + other.field_vertices,
+            tied_vertices: self.tied_vertices + other.tied_vertices,
+            ball_vertices: self.ball_vertices + other.ball_vertices,
+        }
+    }
+}
+
+/// Measures the [machine factor](crate::PlanParams::machine_factor) of this machine, over a
 /// millisecond of closest-point queries.
 ///
-/// `now` returns the time since any fixed moment: the library has no clock of its
-/// own.
+/// `now` returns the time since any fixed moment: the library itself has no clock.
 ///
 /// ```
 /// use plan::{PlanParams, machine_factor};
@@ -97,14 +105,11 @@ pub fn machine_factor(now: impl Fn() -> Duration) -> f64 {
         elapsed = now().saturating_sub(start);
     }
     black_box(point);
-    elapsed.as_secs_f64() / f64::from(queries) / REFERENCE_QUERY_SECONDS
+    elapsed.as_secs_f64() / f64::from(queries) / REFERENCE_QUERY_TIME
 }
 
-impl Add for OperationCounts {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        let [a, b] = [self, other].map(Self::to_array);
-        Self::from_array(std::array::from_fn(|kind| a[kind] + b[kind]))
-    }
+/// Converts a count for sums of costs.
+#[expect(clippy::cast_precision_loss, reason = "no count here comes near 2^53")]
+pub(crate) fn count(n: usize) -> f64 {
+    n as f64
 }

@@ -1,11 +1,13 @@
-//! Why a plan cannot be made or followed.
+//! Errors of plans.
 
-use crate::ExclusionReason;
 use proximity::ProximityError;
 use response::ResponseError;
 use scene::SceneError;
+use surface::progress::Interrupted;
 
-/// What a plan refuses, naming the bodies concerned.
+use crate::{DetectionMethod, ExclusionReason};
+
+/// Failure to make or to follow a plan.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlanError {
@@ -19,34 +21,46 @@ pub enum PlanError {
         /// Accepted values, in words.
         range: &'static str,
     },
-    /// A method was forced on a pair that it cannot serve.
-    #[error("{a:?} and {b:?} cannot be told apart {method}: {reason}")]
+    /// A forced method that does not suit its pair.
+    #[error("method {method} does not suit {a:?} and {b:?}: {reason}")]
     Forced {
         /// Name of the first body.
         a: String,
         /// Name of the second body.
         b: String,
-        /// The method, in words.
-        method: String,
-        /// Why not.
+        /// The method.
+        method: DetectionMethod,
+        /// Reason why it does not suit them.
         reason: ExclusionReason,
     },
-    /// The scene is not the one that was planned for: it has other bodies.
-    #[error("the plan was made for another scene")]
+    /// A scene with other bodies than the plan was made for.
+    #[error("the scene has other bodies than the plan was made for: make a new plan")]
     OtherScene,
-    /// A rigid body whose field is to be asked was moved vertex by vertex.
-    #[error("where the field of {name:?} is, is not known: place rigid bodies by their pose")]
+    /// A rigid body with a field, whose vertices were moved one by one.
+    #[error("the pose of {name:?} is unknown: move rigid bodies with `Scene::pose_body`")]
     NoPose {
         /// The body's name.
         name: String,
     },
-    /// The coarser surface of a body could not follow it.
+    /// A reduced surface that cannot follow its body.
     #[error(transparent)]
     Proximity(#[from] ProximityError),
-    /// Contacts could not be solved.
+    /// A failure of the scene.
+    #[error(transparent)]
+    Scene(SceneError),
+    /// A failure of the contact solver.
     #[error(transparent)]
     Response(#[from] ResponseError),
-    /// What the scene itself refuses.
+    /// The caller interrupted the call.
     #[error(transparent)]
-    Scene(#[from] SceneError),
+    Interrupted(#[from] Interrupted),
+}
+
+impl From<SceneError> for PlanError {
+    fn from(error: SceneError) -> Self {
+        match error {
+            SceneError::Interrupted(interrupted) => Self::Interrupted(interrupted),
+            error => Self::Scene(error),
+        }
+    }
 }

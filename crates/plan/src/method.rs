@@ -1,131 +1,122 @@
-//! Ways to look at a pair of bodies, and reasons against them.
+//! Methods of detection, and reasons against them.
 
 use std::fmt;
 
-use scene::BodyId;
+use decimate::DecimateError;
+use distance_field::FieldError;
+use scene::SceneError;
 
-/// How a pair of bodies is looked at.
+/// Method by which a pair of bodies is detected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
 pub enum DetectionMethod {
-    /// Vertices and edges of one body, with as few vertices as the tolerance
-    /// allows, against the distance field of the other, which is rigid. The gap
-    /// is wrong by the field's error and what the first body's surface deviates.
+    /// Vertices and edges of one body, reduced as far as the tolerance allows, against the
+    /// distance field of the other, which is rigid. The error of a gap is that of the field plus
+    /// the deviation of the reduced surface.
     Field,
-    /// The vertices of both against the surface of the other, each body with as
-    /// few of its vertices as the tolerance allows. The gap is wrong by what
-    /// both surfaces deviate; 0 where both are as they are.
+    /// Vertices of each body against the surface of the other, both reduced as far as the
+    /// tolerance allows. The error of a gap is the deviation of both; 0 where neither is reduced.
     Surfaces,
-    /// The vertices of each against the medial surface of the other, with as few
-    /// balls as the tolerance allows; bones have none. The gap is wrong by what the
-    /// medial surfaces deviate. To follow balls costs more than surfaces that are as
-    /// accurate, so that this is never the cheapest and is taken where it is forced:
-    /// for depths across the whole of a thin muscle, with normals that do not jump.
+    /// Vertices of each body against the medial surface of the other, with as few balls as the
+    /// tolerance allows; rigid bodies have none. The error of a gap is the deviation of the
+    /// medial surface.
+    ///
+    /// Never the cheapest, so that it is used only where it is forced: following balls costs more
+    /// than surfaces of the same error. It serves depths across the whole of a thin muscle, with
+    /// normals that do not jump.
     Medial,
 }
 
-/// What a body may be given for detection.
+/// Structure that a body may be given for detection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
 pub enum StructureKind {
-    /// A tree of bounds over its own faces.
+    /// Bounding volume tree over the body's own faces.
     Tree,
-    /// A coarser surface on some of its vertices, with a tree.
+    /// Coarser surface on some of the body's vertices, with a tree.
     Reduced,
-    /// A distance field.
+    /// Distance field.
     Field,
-    /// Balls, cones and slabs that follow the body.
+    /// Medial surface that follows the body.
     Medial,
 }
 
-/// Why something was not built.
+/// Reason why a pair is not detected, or a structure is not built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExclusionReason {
-    /// No pair that is looked at needs it.
+    /// No detected pair uses the structure.
     #[error("no pair needs it")]
     NotNeeded,
-    /// Fields are of rigid bodies.
-    #[error("it is not rigid")]
+    /// Distance fields are of rigid bodies.
+    #[error("the body is not rigid")]
     NotRigid,
-    /// Neither of the two moves by itself, so that no contact changes anything.
-    #[error("both are rigid")]
+    /// Contacts between rigid bodies change nothing.
+    #[error("both bodies are rigid")]
     BothRigid,
-    /// The caller wants nothing said about the pair.
+    /// The scene ignores the pair.
     #[error("the pair is ignored")]
     Ignored,
     /// The pair cannot come within the margin.
-    #[error("they are at least {distance:.3} apart, farther than they can go")]
+    #[error("the bodies are at least {distance:.3} apart, farther than they may move")]
     FarApart {
-        /// A lower bound of their distance along one direction.
+        /// Lower bound of the distance.
         distance: f64,
     },
-    /// The grid that the tolerance asks for has too many nodes.
-    #[error("a field of spacing {spacing:.3} takes too much memory")]
-    FieldTooLarge {
-        /// The spacing that the tolerance asks for.
+    /// The field's error exceeds the tolerance at the finest spacing that was tried.
+    #[error(
+        "a field with spacing {spacing:.3} still exceeds the tolerance ({error:.3} > {tolerance:.3})"
+    )]
+    FieldInaccurate {
+        /// Finest spacing that was tried.
         spacing: f64,
+        /// Measured error at this spacing.
+        error: f64,
+        /// Largest accepted error of the field.
+        tolerance: f64,
     },
-    /// The field stays wronger than allowed, however fine.
-    #[error("a field of spacing {spacing:.3} is still wronger than allowed")]
-    FieldTooWrong {
-        /// The last spacing that was tried.
-        spacing: f64,
-    },
-    /// The field was refused.
-    #[error("{reason}")]
+    /// The field could not be built: it needs too much memory, for instance.
+    #[error("a field with spacing {spacing:.3} cannot be built: {source}")]
     Field {
-        /// By the crate that builds it.
-        reason: String,
+        /// Spacing that the tolerance asks for.
+        spacing: f64,
+        /// Reason.
+        source: FieldError,
     },
-    /// The medial surface was refused.
-    #[error("{reason}")]
-    Medial {
-        /// By the crate that generates it.
-        reason: String,
+    /// The medial surface could not be generated.
+    #[error(transparent)]
+    Medial(SceneError),
+    /// The surface could not be simplified.
+    #[error(transparent)]
+    Decimation(DecimateError),
+    /// The surface has too many vertices within the tolerance to be worth following.
+    #[error(
+        "a coarser surface within the tolerance keeps more than {percent:.0} % of the vertices"
+    )]
+    TooManyVertices {
+        /// Percentage of its vertices that a coarser surface may keep.
+        percent: f64,
     },
-    /// The body cannot be simplified.
-    #[error("{reason}")]
-    Decimation {
-        /// By the crate that simplifies.
-        reason: String,
-    },
-    /// A coarser surface within the tolerance would save little.
-    #[error("a coarser surface within the tolerance would save little")]
-    SavesLittle,
-    /// A body is open, so that depths mean nothing.
-    #[error("an open surface has no inside: sweep it, or segment it where it is crossed")]
+    /// An open surface has no inside, and so no depths.
+    #[error(
+        "an open surface has no inside: use `Scene::sweep`, or `Scene::segment` where it is crossed"
+    )]
     Open,
-    /// Neither body of a pair has a field.
-    #[error("neither is a rigid body that has an inside")]
+    /// Neither body of the pair can have a field.
+    #[error("neither body is rigid with an inside")]
     NoBone,
-}
-
-/// Something that was built for a body.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Structure {
-    /// The body.
-    pub body: BodyId,
-    /// What it was given.
-    pub kind: StructureKind,
-    /// Faces of a surface, nodes of a field, or balls.
-    pub size: usize,
-    /// Distance between nodes of a field.
-    pub spacing: Option<f64>,
-    /// How far it may be from the body's own surface, in the length unit.
-    pub error_bound: f64,
-    /// Bytes it holds.
-    pub bytes: usize,
 }
 
 impl fmt::Display for DetectionMethod {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
-            Self::Field => "by the field",
-            Self::Surfaces => "by surfaces",
-            Self::Medial => "by balls",
+            Self::Field => "field",
+            Self::Surfaces => "surfaces",
+            Self::Medial => "balls",
         })
     }
 }

@@ -2,7 +2,10 @@
 
 use std::time::Duration;
 
-use crate::PlanError;
+use scene::PairId;
+
+use crate::cost::count;
+use crate::{DetectionMethod, PlanError};
 
 /// Parameters of a [`Plan`](crate::Plan). Lengths are in the scene's unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,28 +15,38 @@ pub struct PlanParams {
     pub tolerance: f64,
     /// Largest gap that is still reported as a contact, `>= 0`.
     pub margin: f64,
-    /// Largest displacement of any vertex from its present position while the plan
-    /// serves, `>= 0`. Pairs that stay farther apart than the margin are excluded;
-    /// with infinity, none is.
+    /// Largest displacement of any vertex from its present position while the plan serves,
+    /// `>= 0`. Pairs that stay farther apart than the margin are excluded; with infinity, none
+    /// is.
     pub max_displacement: f64,
-    /// Largest accepted time of a detection frame. A plan that is predicted to take
-    /// longer is replaced by a coarser one, with a larger
-    /// [tolerance](crate::Plan::tolerance).
+    /// Largest accepted time of a detection frame. A plan that is predicted to take longer is
+    /// replaced by a coarser one, with a larger [tolerance](crate::Plan::tolerance).
     pub budget: Option<Duration>,
     /// Time of an operation over its time on the
-    /// [reference machine](crate::OperationCounts::SECONDS), `> 0`. It scales all
-    /// predicted times alike, and so changes a choice only under a budget.
-    /// [`machine_factor`](crate::machine_factor) measures it.
+    /// [reference machine](crate::OperationCounts::SECONDS), `> 0`. It scales all predicted times
+    /// alike, and so changes a choice only under a budget. [`machine_factor`] measures it.
+    ///
+    /// [`machine_factor`]: crate::machine_factor()
     pub machine_factor: f64,
     /// Number of threads that share a frame, `>= 1`; divides the predicted time.
     pub threads: usize,
 }
 
+/// Method that the caller has chosen for a pair, whatever its error and cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct ForcedMethod {
+    /// The two bodies.
+    pub pair: PairId,
+    /// The method.
+    pub method: DetectionMethod,
+}
+
 impl PlanParams {
-    /// Returns the parameters of a plan with this tolerance, for overlapping bodies
-    /// that may move anywhere.
+    /// Returns the parameters of a plan with this tolerance, for overlapping bodies that may move
+    /// anywhere.
     #[must_use]
-    pub fn with_tolerance(tolerance: f64) -> Self {
+    pub const fn with_tolerance(tolerance: f64) -> Self {
         Self {
             tolerance,
             margin: 0.0,
@@ -56,10 +69,10 @@ impl PlanParams {
 
         let ranges = [
             ("tolerance", tolerance, is_positive(tolerance), POSITIVE),
-            ("margin", margin, margin.is_finite() && margin >= 0.0, "finite and at least 0"),
+            ("margin", margin, margin == 0.0 || is_positive(margin), "finite and at least 0"),
             ("max_displacement", max_displacement, max_displacement >= 0.0, "at least 0"),
             ("machine_factor", machine_factor, is_positive(machine_factor), POSITIVE),
-            ("threads", super::count(threads), threads > 0, "at least 1"),
+            ("threads", count(threads), threads > 0, "at least 1"),
         ];
         match ranges.into_iter().find(|&(_, _, is_valid, _)| !is_valid) {
             Some((name, value, _, range)) => Err(PlanError::Parameter { name, value, range }),

@@ -1,37 +1,35 @@
-//! Contacts of a plan answered by moving what yields.
+//! Response to the contacts of a frame: soft bodies move apart.
 
 use glam::DVec3;
 use response::{
-    ContactLaw, ContactRows, ContactSystem, Margins, SolveLevel, SolveReport, SolverParams,
-    SweepOrder,
+    ContactLaw, ContactRows, ContactSystem, Margins, ResponseError, SolveLevel, SolveReport,
+    SolverParams, SweepOrder,
 };
+use scene::Scene;
 
-use super::{Detection, Plan};
-use crate::PlanError;
-use scene::{BodyKind, Scene};
+use crate::{Detection, Plan, PlanError};
 
-/// How far apart bodies are moved, and how hard that is tried.
+/// Parameters of a response.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RespondParams {
-    /// Gap that contacts are brought to, `>= 0`, in the length unit.
+    /// Gap to which contacts are pushed apart, `>= 0`, in the length unit.
     pub clearance: f64,
-    /// How contacts are solved together.
+    /// Parameters of the contact solver.
     pub solver: SolverParams,
 }
 
 impl Plan {
-    /// Moves the vertices of bodies that are not rigid so that the contacts of a
-    /// frame part: all contacts at once, each body's vertices yielding alike.
-    /// What a reduced surface stands for goes where that goes.
+    /// Moves the vertices of soft bodies so that the contacts of a frame separate: all contacts
+    /// at once, with equal masses. Vertices that a reduced surface has not kept follow it.
     ///
-    /// One call corrects positions once; contacts that this makes are found by
-    /// the next detection. Overlap removal repeats both until nothing
-    /// overlaps, and keeps shapes and volumes.
+    /// One call corrects positions once; the next detection finds the contacts that this makes.
+    /// Overlap removal (the crate `resolve`) repeats both until nothing overlaps, and keeps
+    /// shapes and volumes.
     ///
     /// # Errors
     ///
-    /// [`PlanError::OtherScene`], and [`PlanError::Response`] for parameters out
-    /// of range.
+    /// [`PlanError::OtherScene`], and [`PlanError::Response`] for parameters out of range.
     pub fn respond(
         &self,
         scene: &mut Scene,
@@ -39,43 +37,44 @@ impl Plan {
         params: &RespondParams,
     ) -> Result<SolveReport, PlanError> {
         self.check_scene(scene)?;
-        let (moved, report) = displacements(scene, detection, params)?;
+        let (displacements, report) = displacements(scene, detection, params)?;
         for id in scene.ids() {
             let body = scene.body(id);
-            if body.kind() == BodyKind::Rigid {
-                continue;
-            }
             let particles = body.particles();
-            let mut own = moved[particles.start as usize..particles.end as usize].to_vec();
-            if let Some(level) = &self.structures.levels[id.index()] {
-                level.spread(&mut own);
+            let mut u = displacements[particles.start as usize..particles.end as usize].to_vec();
+            if let Some(coarse) = self.structures.coarse(id) {
+                coarse.spread(&mut u);
             }
-            if own.iter().all(|&by| by == DVec3::ZERO) {
-                continue;
+            if !body.is_rigid() && u.iter().any(|&u| u != DVec3::ZERO) {
+                let x: Vec<DVec3> = body.positions().iter().zip(&u).map(|(x, u)| x + u).collect();
+                scene.move_body(id, &x)?;
             }
-            let x: Vec<DVec3> = body.positions().iter().zip(&own).map(|(x, by)| x + by).collect();
-            scene.move_body(id, &x)?;
         }
         Ok(report)
     }
 }
 
-/// What each particle of the scene must go by.
+/// Solves the contacts of a frame for the displacements of all particles.
 fn displacements(
     scene: &Scene,
     detection: &Detection,
     params: &RespondParams,
-) -> Result<(Vec<DVec3>, SolveReport), response::ResponseError> {
-    let yields = |body: &scene::Body| if body.kind() == BodyKind::Rigid { 0.0 } else { 1.0 };
-    let of_body = |body| std::iter::repeat_n(yields(body), body.positions().len());
-    let inverse_mass: Vec<f64> = scene.bodies().iter().flat_map(of_body).collect();
-    // Hard corrections know no proximity; a law must have one.
+) -> Result<(Vec<DVec3>, SolveReport), ResponseError> {
+    let mut inverse_masses = Vec::new();
+    for body in scene.bodies() {
+        let inverse_mass = if body.is_rigid() { 0.0 } else { 1.0 };
+        inverse_masses.resize(inverse_masses.len() + body.positions().len(), inverse_mass);
+    }
+
+    // Hard corrections have no proximity force, but a law must have a margin for one.
     let law = ContactLaw::new(Margins::new(params.clearance, 1.0)?, 0.0)?;
-    let mut rows = ContactRows::new(inverse_mass.len());
+    let mut rows = ContactRows::new(inverse_masses.len());
     rows.extend(detection.contacts(), law)?;
-    let system = ContactSystem::new(&rows, &inverse_mass, SweepOrder::Given)?;
-    let mut moved = vec![DVec3::ZERO; inverse_mass.len()];
+
+    let system = ContactSystem::new(&rows, &inverse_masses, SweepOrder::Given)?;
+    let mut displacements = vec![DVec3::ZERO; inverse_masses.len()];
     let mut impulses = system.no_impulses();
-    let report = system.solve(SolveLevel::Position, &mut moved, &mut impulses, &params.solver)?;
-    Ok((moved, report))
+    let report =
+        system.solve(SolveLevel::Position, &mut displacements, &mut impulses, &params.solver)?;
+    Ok((displacements, report))
 }

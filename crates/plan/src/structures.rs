@@ -1,138 +1,208 @@
-//! What a plan has built, body by body.
+//! Structures that a plan has built, body by body.
 
-use distance_field::FieldDetector;
-
-use crate::bone::BoneField;
-use crate::{PlanError, Structure, StructureKind};
 use decimate::CoarseSurface;
+use distance_field::FieldDetector;
 use proximity::{ContactSurface, ParticleNumbers, SurfaceTree};
-use scene::Body;
-use scene::{BodyId, MedialDetector, Scene};
+use scene::{Body, BodyId, MedialDetector, Scene};
 use surface::{RigidState, parallel};
 
-/// By the numbers of the bodies.
+use crate::bone_field::BoneField;
+use crate::{DetectionMethod, ExclusionReason, PairPlan, PlanError, StructureKind};
+
+/// Structure that was built for a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Structure {
+    /// The body.
+    pub body: BodyId,
+    /// The kind of structure.
+    pub kind: StructureKind,
+    /// Number of faces of a surface, nodes of a field, or balls.
+    pub size: usize,
+    /// Distance between the nodes of a field.
+    pub spacing: Option<f64>,
+    /// Measured distance between the structure and the body's own surface, in the length unit.
+    pub measured_error: f64,
+    /// Memory, in bytes.
+    pub bytes: usize,
+}
+
+/// Structure that might have been built for a body and was not.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MissingStructure {
+    /// The body.
+    pub body: BodyId,
+    /// The kind of structure.
+    pub kind: StructureKind,
+    /// Reason why it was not built.
+    pub reason: ExclusionReason,
+}
+
+/// Structures of all bodies of a scene, in their order.
 #[derive(Debug)]
-pub(super) struct Structures {
-    /// Whether a body's own tree is kept up to date.
-    pub(super) trees: Vec<bool>,
-    pub(super) levels: Vec<Option<CoarseSurface>>,
-    pub(super) fields: Vec<Option<BoneField>>,
-    pub(super) medials: Vec<Option<MedialDetector>>,
+pub(crate) struct Structures {
+    /// Whether the tree over each body's own faces is used.
+    pub(crate) uses_tree: Vec<bool>,
+    pub(crate) bodies: Vec<BodyStructures>,
+}
+
+/// Structures of one body.
+#[derive(Debug, Default)]
+pub(crate) struct BodyStructures {
+    pub(crate) coarse: Option<CoarseSurface>,
+    pub(crate) field: Option<BoneField>,
+    pub(crate) medial: Option<MedialDetector>,
 }
 
 impl Structures {
-    /// Nothing, for so many bodies.
-    pub(super) fn none(bodies: usize) -> Self {
-        let trees = vec![false; bodies];
-        Self { trees, levels: bare(bodies), fields: bare(bodies), medials: bare(bodies) }
+    /// Returns no structures, for a number of bodies.
+    pub(crate) fn new(count: usize) -> Self {
+        let bodies = std::iter::repeat_with(BodyStructures::default).take(count).collect();
+        Self { uses_tree: vec![false; count], bodies }
     }
 
-    /// Brings trees, levels and balls to where the bodies are.
-    pub(super) fn follow(&mut self, scene: &mut Scene) -> Result<(), PlanError> {
-        scene.fit(&self.trees)?;
+    /// Moves trees, reduced surfaces and balls to where the bodies are.
+    pub(crate) fn follow(&mut self, scene: &mut Scene) -> Result<(), PlanError> {
+        scene.fit(&self.uses_tree)?;
         let scene = &*scene;
-        parallel::try_for_each_mut(&mut self.levels, |number, level| match level {
-            None => Ok(()),
-            Some(level) => {
-                let body = &scene.bodies()[number];
-                level.follow(body.positions()).map_err(PlanError::from)
+        parallel::try_for_each_mut(&mut self.bodies, |number, structures| {
+            let body = &scene.bodies()[number];
+            if let Some(coarse) = &mut structures.coarse {
+                coarse.follow(body.positions())?;
             }
-        })?;
-        parallel::try_for_each_mut(&mut self.medials, |_, medial| {
-            medial.as_mut().map_or(Ok(()), |medial| medial.follow(scene)).map_err(PlanError::from)
+            if let Some(medial) = &mut structures.medial {
+                medial.follow(scene)?;
+            }
+            Ok(())
         })
     }
 
-    /// Returns the tree over a body's side of contacts: that of its level where it has one.
-    pub(super) fn tree<'a>(&'a self, scene: &'a Scene, id: BodyId) -> Option<&'a SurfaceTree> {
-        self.level(id).map_or_else(|| scene.body(id).tree(), |level| Some(level.tree()))
+    /// Returns the tree over a body as it is compared: that of its reduced surface, if it has one.
+    pub(crate) fn tree<'a>(&'a self, scene: &'a Scene, id: BodyId) -> Option<&'a SurfaceTree> {
+        self.coarse(id).map_or_else(|| scene.body(id).tree(), |coarse| Some(coarse.tree()))
     }
 
-    /// Returns a body as one side of contacts: by its level where it has one.
-    pub(super) fn contact_surface<'a>(
+    /// Returns a body as one side of contacts: by its reduced surface, if it has one.
+    pub(crate) fn contact_surface<'a>(
         &'a self,
         scene: &'a Scene,
         id: BodyId,
     ) -> ContactSurface<'a> {
         let whole = scene.body(id).contact_surface();
-        match self.level(id) {
+        match self.coarse(id) {
             None => whole,
-            Some(level) => ContactSurface {
-                surface: level.tree().surface(),
-                positions: level.tree().positions(),
-                particles: ParticleNumbers { kept: Some(&level.reduced().kept), ..whole.particles },
+            Some(coarse) => ContactSurface {
+                surface: coarse.tree().surface(),
+                positions: coarse.tree().positions(),
+                particles: ParticleNumbers {
+                    kept: Some(&coarse.reduced().kept),
+                    ..whole.particles
+                },
                 ..whole
             },
         }
     }
 
-    /// The coarser surface that stands for a body, if one does.
-    pub(super) fn level(&self, id: BodyId) -> Option<&CoarseSurface> {
-        self.levels[id.index()].as_ref()
+    /// Returns the reduced surface of a body, if it has one.
+    pub(crate) fn coarse(&self, id: BodyId) -> Option<&CoarseSurface> {
+        self.bodies[id.index()].coarse.as_ref()
     }
 
-    /// How far a body's side of contacts may be from its surface.
-    pub(super) fn deviation(&self, id: BodyId) -> f64 {
-        self.level(id).map_or(0.0, |level| level.reduced().deviation.upper())
-    }
-
-    /// How far a body's balls may be from its surface; 0 where it has none.
-    pub(super) fn medial_deviation(&self, id: BodyId) -> f64 {
-        let medial = self.medials[id.index()].as_ref();
-        medial.map_or(0.0, |medial| medial.deviation().largest())
-    }
-
-    /// Returns the detector of a bone with the state of the bone.
-    pub(super) fn detector(
+    /// Returns the detector of a rigid body's field, and the state of the body; `None` where it
+    /// has no field.
+    pub(crate) fn field_detector(
         &self,
-        (id, bone): (BodyId, &Body),
+        scene: &Scene,
+        id: BodyId,
     ) -> Result<Option<(&FieldDetector, RigidState)>, PlanError> {
-        let Some(BoneField { detector, .. }) = &self.fields[id.index()] else {
-            return Ok(None);
+        let Some(field) = &self.bodies[id.index()].field else { return Ok(None) };
+        let body = scene.body(id);
+        let Some(pose) = body.pose() else {
+            return Err(PlanError::NoPose { name: body.name().to_owned() });
         };
-        let no_pose = || PlanError::NoPose { name: bone.name().to_owned() };
-        let pose = bone.pose().ok_or_else(no_pose)?;
-        Ok(Some((detector, RigidState::at_rest(pose))))
+        Ok(Some((&field.detector, RigidState::at_rest(pose))))
     }
 
-    /// All of it, in the order of the bodies.
-    pub(super) fn list(&self, scene: &Scene) -> Vec<Structure> {
-        let of_body = |id: BodyId| {
-            let number = id.index();
-            let body = scene.body(id);
-            let plain = |kind, size, error_bound, bytes| Structure {
-                body: id,
-                kind,
-                size,
-                spacing: None,
-                error_bound,
-                bytes,
-            };
-            let tree = self.trees[number].then(|| {
-                let (faces, bytes) = (body.surface().faces().len(), body.tree_bytes());
-                plain(StructureKind::Tree, faces, 0.0, bytes)
-            });
-            let level = self.levels[number].as_ref().map(|level| {
-                let faces = level.tree().surface().faces().len();
-                let deviation = level.reduced().deviation.upper();
-                plain(StructureKind::Reduced, faces, deviation, level.bytes())
-            });
-            let field = self.fields[number].as_ref().map(|BoneField { detector, error_bound }| {
-                let grid = detector.field().grid();
-                let (nodes, spacing) = (grid.node_count(), Some(grid.spacing()));
-                let bytes = detector.bytes();
-                Structure { spacing, ..plain(StructureKind::Field, nodes, *error_bound, bytes) }
-            });
-            let medial = self.medials[number].as_ref().map(|medial| {
-                let (balls, deviation) = (medial.medial().balls().len(), medial.deviation());
-                plain(StructureKind::Medial, balls, deviation.largest(), medial.bytes())
-            });
-            [tree, level, field, medial].into_iter().flatten()
-        };
-        scene.ids().flat_map(of_body).collect()
+    /// Computes the measured error of a pair's gaps.
+    pub(crate) fn measured_error(&self, planned: &PairPlan) -> f64 {
+        let [a, b] = planned.pair.bodies().map(|id| &self.bodies[id.index()]);
+        match planned.method {
+            DetectionMethod::Field => planned.bone.map_or(0.0, |bone| {
+                let other = &self.bodies[planned.other(bone).index()];
+                self.bodies[bone.index()].field_error() + other.coarse_error()
+            }),
+            DetectionMethod::Surfaces => a.coarse_error() + b.coarse_error(),
+            DetectionMethod::Medial => a.medial_error().max(b.medial_error()),
+        }
+    }
+
+    /// Lists the structures, in the order of the bodies.
+    pub(crate) fn list(&self, scene: &Scene) -> Vec<Structure> {
+        let mut list = Vec::new();
+        for (id, structures) in scene.ids().zip(&self.bodies) {
+            if self.uses_tree[id.index()] {
+                list.push(tree_structure(id, scene.body(id)));
+            }
+            structures.list(id, &mut list);
+        }
+        list
     }
 }
 
-fn bare<T>(count: usize) -> Vec<Option<T>> {
-    std::iter::repeat_with(|| None).take(count).collect()
+impl BodyStructures {
+    fn coarse_error(&self) -> f64 {
+        self.coarse.as_ref().map_or(0.0, |coarse| coarse.reduced().deviation.upper())
+    }
+
+    fn field_error(&self) -> f64 {
+        self.field.as_ref().map_or(0.0, |field| field.measured_error)
+    }
+
+    fn medial_error(&self) -> f64 {
+        self.medial.as_ref().map_or(0.0, |medial| medial.deviation().largest())
+    }
+
+    fn list(&self, body: BodyId, list: &mut Vec<Structure>) {
+        if let Some(coarse) = &self.coarse {
+            list.push(Structure {
+                body,
+                kind: StructureKind::Reduced,
+                size: coarse.tree().surface().faces().len(),
+                spacing: None,
+                measured_error: self.coarse_error(),
+                bytes: coarse.bytes(),
+            });
+        }
+        if let Some(BoneField { detector, measured_error }) = &self.field {
+            let grid = detector.field().grid();
+            list.push(Structure {
+                body,
+                kind: StructureKind::Field,
+                size: grid.node_count(),
+                spacing: Some(grid.spacing()),
+                measured_error: *measured_error,
+                bytes: detector.bytes(),
+            });
+        }
+        if let Some(medial) = &self.medial {
+            list.push(Structure {
+                body,
+                kind: StructureKind::Medial,
+                size: medial.medial().balls().len(),
+                spacing: None,
+                measured_error: self.medial_error(),
+                bytes: medial.bytes(),
+            });
+        }
+    }
+}
+
+fn tree_structure(id: BodyId, body: &Body) -> Structure {
+    Structure {
+        body: id,
+        kind: StructureKind::Tree,
+        size: body.surface().faces().len(),
+        spacing: None,
+        measured_error: 0.0,
+        bytes: body.tree_bytes(),
+    }
 }

@@ -12,21 +12,25 @@
 //! Rigid bodies stay. No round moves a vertex farther than the tissue around it can follow:
 //! deep overlaps take several.
 
-mod carry;
-mod contacts;
-mod guard;
+mod edge_contacts;
+mod error;
+mod exit_sides;
 mod near_pairs;
-mod outcome;
 mod params;
 mod push;
+mod resolution;
 mod resolver;
 mod run;
-mod sides;
 mod spread;
+mod strain;
 mod tissue;
 mod tuning;
 mod volume;
+mod warm_start;
 
-pub use self::outcome::{BodyChange, Obstacle, Remaining, Resolution, Round};
-pub use self::params::{ResolveError, ResolveParams};
-pub use self::resolver::{Resolver, resolve};
+pub use glam;
+
+pub use crate::error::ResolveError;
+pub use crate::params::ResolveParams;
+pub use crate::resolution::{BodyChange, Obstacle, Remaining, Resolution, Round};
+pub use crate::resolver::{Resolver, resolve};

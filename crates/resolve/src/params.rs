@@ -1,9 +1,6 @@
-//! Parameters of overlap removal, and its errors.
+//! Parameters of overlap removal.
 
-use response::ResponseError;
-use surface::progress::Interrupted;
-
-use scene::SceneError;
+use crate::ResolveError;
 
 /// Parameters of overlap removal. Lengths are in the scene's unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,29 +58,4 @@ impl ResolveParams {
             None => Ok(()),
         }
     }
-}
-
-/// Failure of overlap removal.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ResolveError {
-    /// A parameter outside its range.
-    #[error("{name} is {value}, but must be {range}")]
-    Parameter {
-        /// Name of the parameter.
-        name: &'static str,
-        /// Value as given.
-        value: f64,
-        /// Accepted values, in words.
-        range: &'static str,
-    },
-    /// A failure of detection.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// A failure of the contact solver.
-    #[error(transparent)]
-    Response(#[from] ResponseError),
-    /// The caller interrupted the call.
-    #[error(transparent)]
-    Interrupted(#[from] Interrupted),
 }

@@ -2,25 +2,24 @@
 
 use glam::DVec3;
 use kdop::Workspace;
+use proximity::SurfaceTree;
 use response::{
     ContactLaw, ContactRows, ContactSystem, Margins, SolveLevel, SolverMethod, SolverParams,
     SweepOrder,
 };
-use surface::Contact;
+use scene::{BodyId, Scene};
+use surface::{Contact, parallel};
 
-use super::near_pairs::NearPair;
-use super::run::Run;
-use super::sides::{ExitMemory, ExitSides};
-use super::tissue::Tissue;
-use super::{ResolveError, guard, spread, tuning, volume};
-use scene::Body;
-use scene::{BodyId, BodyKind, Scene};
-use surface::parallel;
+use crate::exit_sides::{ExitMemory, ExitSides};
+use crate::near_pairs::NearPair;
+use crate::run::Run;
+use crate::tissue::{Tissue, fitted_tree};
+use crate::{ResolveError, spread, strain, tuning, volume};
 
 /// Soft body with its part of a vector over all particles.
 struct SoftPart<'a, T> {
     id: BodyId,
-    body: &'a Body,
+    tree: &'a SurfaceTree,
     tissue: T,
     u: &'a mut [DVec3],
 }
@@ -28,7 +27,7 @@ struct SoftPart<'a, T> {
 impl Run<'_> {
     /// Computes displacements that separate all contacts, or as far as one round goes, and
     /// that keep tissue in shape.
-    pub(super) fn push(&mut self) -> Result<Vec<DVec3>, ResolveError> {
+    pub(crate) fn push(&mut self) -> Result<Vec<DVec3>, ResolveError> {
         let max_step = tuning::MAX_STEP * self.params.smoothing;
         let looseness = looseness(self.rounds.len());
         let rows = self.contact_rows(max_step)?;
@@ -44,22 +43,20 @@ impl Run<'_> {
             self.separate(&system, &mut u, tuning::NEXT_SOLVER_SWEEPS)?;
         }
 
-        self.alter(&mut u, |part, x| guard::stiffen(part.body.surface(), part.tissue, x))?;
+        self.alter(&mut u, |part, x| strain::stiffen(part.tissue, x))?;
         clamp(&mut u, max_step);
-        self.alter(&mut u, |part, x| {
-            volume::restore(part.body, part.tissue, x, &self.near, part.id);
-        })?;
+        self.alter(&mut u, |part, x| volume::restore(part.tissue, x, &self.near, part.id))?;
         Ok(u)
     }
 
     /// Moves tissue, and returns for each body whether it moved.
-    pub(super) fn move_by(&mut self, u: &[DVec3]) -> Result<Vec<bool>, ResolveError> {
+    pub(crate) fn move_by(&mut self, u: &[DVec3]) -> Result<Vec<bool>, ResolveError> {
         let mut moved = vec![false; self.tissues.len()];
         for id in self.scene.ids() {
             let body = self.scene.body(id);
             let particles = body.particles();
             let part = &u[particles.start as usize..particles.end as usize];
-            if body.kind() != BodyKind::Rigid && part.iter().any(|&u| u != DVec3::ZERO) {
+            if !body.is_rigid() && part.iter().any(|&u| u != DVec3::ZERO) {
                 let x: Vec<DVec3> = body.positions().iter().zip(part).map(|(x, u)| x + u).collect();
                 self.scene.move_body(id, &x)?;
                 moved[id.index()] = true;
@@ -90,7 +87,7 @@ impl Run<'_> {
         }
 
         let contacts = parallel::map_mut(&mut pairs, |(pair, memory)| {
-            let mut contacts = sides.correct(&pair.report, memory).contacts(scene);
+            let mut contacts = sides.contacts(&pair.report, memory);
             // Edges come free with deep vertices, and until then mean little.
             if pair.report.max_depth <= tuning::MAX_DEPTH_WITH_EDGES * smoothing {
                 contacts.extend_from_slice(&pair.edges);
@@ -124,8 +121,8 @@ impl Run<'_> {
         self.poll()?;
         let smoothing = self.params.smoothing;
         let mut parts = soft_parts(self.scene, &mut self.tissues, u);
-        parallel::map_mut(&mut parts, |SoftPart { body, tissue, u, .. }| {
-            spread::spread(body, tissue, u, smoothing, &mut Workspace::default());
+        parallel::map_mut(&mut parts, |SoftPart { tree, tissue, u, .. }| {
+            spread::spread(tree, tissue, u, smoothing, &mut Workspace::default());
         });
         Ok(())
     }
@@ -133,14 +130,14 @@ impl Run<'_> {
     /// Restores the shape of one body.
     fn restore_shape(
         &self,
-        SoftPart { id, body, tissue, .. }: &SoftPart<'_, &Tissue>,
+        SoftPart { id, tree, tissue, .. }: &SoftPart<'_, &Tissue>,
         x: &mut [DVec3],
         looseness: f64,
         may_uncross: bool,
     ) {
-        guard::limit_strain(body.surface(), tissue, looseness, x);
+        strain::limit_strain(tissue, looseness, x);
         if may_uncross && self.damage[id.index()].self_crossings > 0 {
-            guard::uncross(body, tissue, x);
+            strain::uncross(tree, tissue, x);
         }
     }
 
@@ -159,7 +156,7 @@ impl Run<'_> {
         });
 
         parallel::map_mut(&mut parts, |part| {
-            let from = part.body.positions();
+            let from = part.tree.positions().as_slice();
             let x: Vec<DVec3> = from.iter().zip(&*part.u).map(|(&x, &u)| x + u).collect();
             let mut changed = x.clone();
             change(part, &mut changed);
@@ -198,8 +195,8 @@ fn soft_parts<'a, T>(
         let body = scene.body(id);
         let (part, rest) = u.split_at_mut(body.positions().len());
         u = rest;
-        if body.kind() != BodyKind::Rigid {
-            parts.push(SoftPart { id, body, tissue, u: part });
+        if !body.is_rigid() {
+            parts.push(SoftPart { id, tree: fitted_tree(body), tissue, u: part });
         }
     }
     parts

@@ -1,11 +1,11 @@
 //! Overlap removal of one state, or of one state after another.
 
+use scene::Scene;
 use surface::progress::Progress;
 
-use super::carry::{self, LocalDisplacements};
-use super::run::Run;
-use super::{Resolution, ResolveError, ResolveParams};
-use scene::Scene;
+use crate::run::Run;
+use crate::warm_start::{self, LocalDisplacements};
+use crate::{Resolution, ResolveError, ResolveParams};
 
 /// Pushes apart the bodies of a scene that overlap.
 ///
@@ -27,11 +27,11 @@ pub fn resolve(
 /// from the displacements of the last one, where that is better.
 ///
 /// ```
-/// use scene::glam::DVec3;
-/// use surface::TriangleSurface;
-/// use surface::progress::Progress;
+/// use resolve::glam::DVec3;
 /// use resolve::{ResolveParams, Resolver};
 /// use scene::{BodyKind, Scene};
+/// use surface::TriangleSurface;
+/// use surface::progress::Progress;
 ///
 /// // A bone that moves into a muscle, here two tetrahedra of 10 mm.
 /// let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
@@ -83,7 +83,7 @@ impl Resolver {
         scene: &mut Scene,
         progress: Progress<'_>,
     ) -> Result<Resolution, ResolveError> {
-        let carried = carry::fitting(&self.carried, scene);
+        let carried = warm_start::fitting(&self.carried, scene);
         let mut run = Run::new(scene, self.params, progress)?;
 
         let result = run.warm_start(carried).and_then(|()| run.complete());

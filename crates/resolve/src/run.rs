@@ -3,51 +3,51 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
+use scene::{CheckParams, PairId, PairReport, Scene};
+use surface::parallel;
 use surface::progress::{Interrupted, Progress};
 
-use super::carry::{LocalDisplacements, local_displacements};
-use super::near_pairs::NearPairs;
-use super::outcome::{BodyChange, Remaining, Resolution, Round};
-use super::sides::ExitMemory;
-use super::tissue::{self, Tissue};
-use super::{ResolveError, ResolveParams, guard, tuning, volume};
-use scene::{BodyKind, CheckParams, PairId, PairReport, Scene};
-use surface::parallel;
+use crate::exit_sides::ExitMemory;
+use crate::near_pairs::NearPairs;
+use crate::resolution::{BodyChange, Remaining, Resolution, Round};
+use crate::tissue::{self, Tissue, fitted_tree};
+use crate::warm_start::{LocalDisplacements, local_displacements};
+use crate::{ResolveError, ResolveParams, strain, tuning, volume};
 
 /// State of one overlap removal.
-pub(super) struct Run<'a> {
-    pub(super) scene: &'a mut Scene,
-    pub(super) params: ResolveParams,
+pub(crate) struct Run<'a> {
+    pub(crate) scene: &'a mut Scene,
+    pub(crate) params: ResolveParams,
     progress: Progress<'a>,
-    pub(super) tissues: Vec<Tissue>,
+    pub(crate) tissues: Vec<Tissue>,
     /// Inverse masses of all particles.
-    pub(super) inverse_masses: Vec<f64>,
+    pub(crate) inverse_masses: Vec<f64>,
     before: Vec<PairReport>,
-    pub(super) near: NearPairs,
-    pub(super) rounds: Vec<Round>,
+    pub(crate) near: NearPairs,
+    pub(crate) rounds: Vec<Round>,
     /// Number of the best round, and the positions of all particles after it.
     best: usize,
     best_positions: Vec<DVec3>,
     /// Rounds since the best one.
     stalled_rounds: u32,
-    pub(super) exit_memories: BTreeMap<PairId, [ExitMemory; 2]>,
+    pub(crate) exit_memories: BTreeMap<PairId, [ExitMemory; 2]>,
     /// Damage to each body.
-    pub(super) damage: Vec<Damage>,
+    pub(crate) damage: Vec<Damage>,
 }
 
 /// Damage that pushes did to the shape of a body.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Damage {
+pub(crate) struct Damage {
     flipped_faces: usize,
     /// Relative change of the volume.
     volume_change: f64,
     /// Pairs of the body's own faces that cross and did not at the start.
-    pub(super) self_crossings: usize,
+    pub(crate) self_crossings: usize,
 }
 
 impl Damage {
     /// Returns true if the body's shape has to be restored.
-    pub(super) fn is_spoilt(&self) -> bool {
+    pub(crate) fn is_spoilt(&self) -> bool {
         self.flipped_faces + self.self_crossings > 0
             || self.volume_change > tuning::MAX_VOLUME_CHANGE
     }
@@ -55,16 +55,18 @@ impl Damage {
 
 impl<'a> Run<'a> {
     /// Detects all overlaps at the start.
-    pub(super) fn new(
+    pub(crate) fn new(
         scene: &'a mut Scene,
         params: ResolveParams,
         progress: Progress<'a>,
     ) -> Result<Self, ResolveError> {
         let margin = detection_margin(&params);
-        let before = scene.check(&CheckParams { margin }, Progress::none())?;
-        let tissues = tissue::tissues(scene);
+        let start = progress.part(0.0, 0.0);
+        let before = scene.check(&CheckParams { margin }, start)?;
         let mut near = NearPairs::default();
-        near.update(scene, margin, &vec![true; tissues.len()], progress.part(0.0, 0.0))?;
+        let all = vec![true; scene.bodies().len()];
+        near.update(scene, margin, &all, start)?;
+        let tissues = tissue::tissues(scene);
 
         let mut run = Self {
             inverse_masses: tissue::inverse_masses(scene, &tissues, params.smoothing),
@@ -87,7 +89,7 @@ impl<'a> Run<'a> {
 
     /// Displaces tissue by `carried`, if there is any and that is better than the state as it
     /// stands.
-    pub(super) fn warm_start(
+    pub(crate) fn warm_start(
         &mut self,
         carried: &[Option<LocalDisplacements>],
     ) -> Result<(), ResolveError> {
@@ -106,7 +108,7 @@ impl<'a> Run<'a> {
     }
 
     /// Pushes bodies apart round by round, and takes the best round.
-    pub(super) fn complete(&mut self) -> Result<Resolution, ResolveError> {
+    pub(crate) fn complete(&mut self) -> Result<Resolution, ResolveError> {
         while self.continues() {
             let u = self.push()?;
             let moved = self.move_by(&u)?;
@@ -117,10 +119,8 @@ impl<'a> Run<'a> {
             self.revert_to_best()?;
         }
 
-        let after = self
-            .scene
-            .check(&CheckParams { margin: detection_margin(&self.params) }, Progress::none())?;
-        self.scene.fit_all()?;
+        let margin = detection_margin(&self.params);
+        let after = self.scene.check(&CheckParams { margin }, self.round_progress())?;
         let stuck = self.is_stuck();
         let remaining = Remaining::list(self.scene, &self.near, &self.before, stuck);
         Ok(Resolution {
@@ -134,14 +134,14 @@ impl<'a> Run<'a> {
     }
 
     /// Stores the displacements of soft bodies in local frames.
-    pub(super) fn local_displacements(&self) -> Vec<Option<LocalDisplacements>> {
+    pub(crate) fn local_displacements(&self) -> Vec<Option<LocalDisplacements>> {
         local_displacements(self.scene, &self.tissues)
     }
 
     /// Puts soft bodies back to where they were at the start.
-    pub(super) fn restore(&mut self) -> Result<(), ResolveError> {
+    pub(crate) fn restore(&mut self) -> Result<(), ResolveError> {
         for (id, tissue) in self.scene.ids().zip(&self.tissues) {
-            if self.scene.body(id).kind() != BodyKind::Rigid {
+            if !self.scene.body(id).is_rigid() {
                 self.scene.move_body(id, &tissue.rest)?;
             }
         }
@@ -149,7 +149,7 @@ impl<'a> Run<'a> {
     }
 
     /// Reports the completed share of the rounds, and polls for an interruption.
-    pub(super) fn poll(&self) -> Result<(), Interrupted> {
+    pub(crate) fn poll(&self) -> Result<(), Interrupted> {
         self.round_progress().report(0.0)
     }
 
@@ -176,7 +176,7 @@ impl<'a> Run<'a> {
 
     /// Returns for each body whether it is soft.
     fn soft(&self) -> Vec<bool> {
-        self.scene.bodies().iter().map(|body| body.kind() != BodyKind::Rigid).collect()
+        self.scene.bodies().iter().map(|body| !body.is_rigid()).collect()
     }
 
     /// Detects the contacts of moved bodies.
@@ -218,10 +218,13 @@ impl<'a> Run<'a> {
         let mut bodies: Vec<_> = bodies.zip(&mut self.damage).collect();
         parallel::try_for_each_mut(&mut bodies, |_, ((body, tissue), damage)| {
             progress.report(0.0)?;
-            damage.flipped_faces = guard::count_flipped(body.surface(), tissue, body.positions());
-            damage.volume_change = volume::relative_change(body, tissue);
+            let tree = fitted_tree(body);
+            damage.flipped_faces = strain::count_flipped(tissue, body.positions());
+            if !body.is_rigid() {
+                damage.volume_change = volume::relative_change(tissue, body.positions());
+            }
             if counts_crossings {
-                damage.self_crossings = guard::new_self_crossings(body, tissue);
+                damage.self_crossings = strain::count_new_self_crossings(tree, tissue);
             }
             Ok(())
         })

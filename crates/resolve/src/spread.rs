@@ -9,14 +9,14 @@ use std::collections::VecDeque;
 
 use glam::DVec3;
 use kdop::Workspace;
+use proximity::SurfaceTree;
 
-use super::tissue::Tissue;
-use super::tuning;
-use scene::Body;
+use crate::tissue::Tissue;
+use crate::tuning;
 
 /// Spreads a body's pushes in place; vertices that are not pushed hold 0.
-pub(super) fn spread(
-    body: &Body,
+pub(crate) fn spread(
+    tree: &SurfaceTree,
     tissue: &mut Tissue,
     pushes: &mut [DVec3],
     smoothing: f64,
@@ -29,8 +29,8 @@ pub(super) fn spread(
     }
 
     // The distance to spread over grows with the push, so that no tissue strains more.
-    let radius = smoothing.max(max_displacement(body, tissue, pushes) / tuning::MAX_SLOPE);
-    let free = vertices_around(body, tissue, &pushed, radius, workspace);
+    let radius = smoothing.max(max_displacement(tree, tissue, pushes) / tuning::MAX_SLOPE);
+    let free = vertices_around(tree, tissue, &pushed, radius, workspace);
     let foundation = (radius * radius).recip();
     symmetric_sweeps(&free, tuning::SPREAD_SWEEPS, |&v| {
         if let Some(u) = tissue.equilibrium(v, |next| pushes[next as usize], foundation) {
@@ -47,7 +47,7 @@ pub(super) fn spread(
 }
 
 /// Relaxes all items `sweeps` times, forward and backward in turn (symmetric Gauss–Seidel).
-pub(super) fn symmetric_sweeps<T>(items: &[T], sweeps: usize, mut relax: impl FnMut(&T)) {
+pub(crate) fn symmetric_sweeps<T>(items: &[T], sweeps: usize, mut relax: impl FnMut(&T)) {
     for sweep in 0..sweeps {
         if sweep % 2 == 0 {
             items.iter().for_each(&mut relax);
@@ -58,8 +58,8 @@ pub(super) fn symmetric_sweeps<T>(items: &[T], sweeps: usize, mut relax: impl Fn
 }
 
 /// Returns the largest distance from rest of a pushed vertex, with its push.
-fn max_displacement(body: &Body, tissue: &Tissue, pushes: &[DVec3]) -> f64 {
-    let places = body.positions().iter().zip(&tissue.rest).zip(pushes);
+fn max_displacement(tree: &SurfaceTree, tissue: &Tissue, pushes: &[DVec3]) -> f64 {
+    let places = tree.positions().as_slice().iter().zip(&tissue.rest).zip(pushes);
     let pushed = places.filter(|(_, push)| **push != DVec3::ZERO);
     pushed.map(|((x, rest), push)| (*x + *push).distance(*rest)).fold(0.0, f64::max)
 }
@@ -67,7 +67,7 @@ fn max_displacement(body: &Body, tissue: &Tissue, pushes: &[DVec3]) -> f64 {
 /// Finds the vertices around pushed ones, along the surface or through the tissue, that are
 /// not pushed themselves, ascending.
 fn vertices_around(
-    body: &Body,
+    tree: &SurfaceTree,
     tissue: &mut Tissue,
     pushed: &[u32],
     smoothing: f64,
@@ -83,7 +83,7 @@ fn vertices_around(
 
     let mut free = Vec::new();
     while let Some((vertex, source)) = queue.pop_front() {
-        tissue.find_strut(body, vertex, smoothing, workspace);
+        tissue.find_strut(tree, vertex, smoothing, workspace);
         let along = tissue.links(vertex).iter().map(|link| link.neighbor);
         let through = tissue.strut(vertex).map_or([vertex; 3], |strut| strut.corners);
         for next in along.chain(through) {

@@ -3,26 +3,28 @@
 //! Links are the edges of the surface and struts through the body, from a vertex to the
 //! opposite side.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use kdop::{Dop18, Workspace};
-use surface::{triangle, vertex_areas, vertex_normals};
+use proximity::SurfaceTree;
+use scene::{Body, Scene};
+use surface::{TriangleSurface, parallel, triangle, vertex_areas, vertex_normals};
 
-use super::tuning;
-use scene::Body;
-use scene::{BodyKind, Scene};
-use surface::parallel;
+use crate::tuning;
 
 /// Vertices of one body at rest, with the links between them.
 #[derive(Debug)]
-pub(super) struct Tissue {
+pub(crate) struct Tissue {
+    pub(crate) surface: Arc<TriangleSurface>,
     /// Positions at the start, |V|.
-    pub(super) rest: Vec<DVec3>,
+    pub(crate) rest: Vec<DVec3>,
     /// Unit normals at rest, |V|.
-    pub(super) normals: Vec<DVec3>,
+    pub(crate) normals: Vec<DVec3>,
     /// A third of the areas of each vertex's faces, |V|.
-    pub(super) areas: Vec<f64>,
-    /// Signed volume at rest.
-    pub(super) volume: f64,
+    pub(crate) areas: Vec<f64>,
+    /// Signed volume at rest; `None` where the body has no inside.
+    pub(crate) volume: Option<f64>,
     links: Vec<Link>,
     /// Where the links of each vertex begin, |V| + 1.
     first_links: Vec<usize>,
@@ -31,69 +33,81 @@ pub(super) struct Tissue {
 
 /// Elastic link from a vertex to a neighbor.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Link {
-    pub(super) neighbor: u32,
+pub(crate) struct Link {
+    pub(crate) neighbor: u32,
     stiffness: f64,
 }
 
 /// Elastic link from a vertex through the body, to a point of the opposite side.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Strut {
-    pub(super) corners: [u32; 3],
+pub(crate) struct Strut {
+    pub(crate) corners: [u32; 3],
     weights: [f64; 3],
     stiffness: f64,
 }
 
 impl Strut {
     /// Interpolates a value of the vertices at the opposite point.
-    pub(super) fn interpolate(&self, value: impl Fn(u32) -> DVec3) -> DVec3 {
+    pub(crate) fn interpolate(&self, value: impl Fn(u32) -> DVec3) -> DVec3 {
         self.corners.iter().zip(self.weights).map(|(&corner, weight)| weight * value(corner)).sum()
     }
 }
 
 impl Tissue {
     /// Builds the tissue of a body at rest where it is.
-    pub(super) fn new(body: &Body) -> Self {
-        let (surface, x) = (body.surface(), body.positions());
-        let (links, first_links) = links(surface.edges(), x);
-        Self {
-            rest: x.to_vec(),
-            normals: vertex_normals(surface.faces(), x),
-            areas: vertex_areas(surface.faces(), x),
-            volume: volume(body.surface().faces(), x),
+    pub(crate) fn new(tree: &SurfaceTree) -> Self {
+        let (surface, x) = (tree.shared_surface(), tree.positions());
+        let (links, first_links) = links(surface.edges(), x.as_slice());
+        let mut tissue = Self {
+            rest: x.as_slice().to_vec(),
+            normals: vertex_normals(surface.faces(), x.as_slice()),
+            areas: vertex_areas(surface.faces(), x.as_slice()),
+            volume: None,
             links,
             first_links,
-            struts: vec![None; x.len()],
-        }
+            struts: vec![None; x.as_slice().len()],
+            surface,
+        };
+        tissue.volume = tree.has_inside().is_ok().then(|| tissue.volume_at(&tissue.rest));
+        tissue
+    }
+
+    /// Computes the signed volume that the surface encloses at `x`.
+    pub(crate) fn volume_at(&self, x: &[DVec3]) -> f64 {
+        let corners = |face: &[u32; 3]| face.map(|vertex| x[vertex as usize]);
+        triangle::signed_volume(self.surface.faces().iter().map(corners), x[0])
+    }
+
+    /// Returns the corners of a face.
+    pub(crate) fn corners(&self, face: u32) -> [u32; 3] {
+        self.surface.faces()[face as usize]
     }
 
     /// Returns the links to the vertices that share an edge with `vertex`.
-    pub(super) fn links(&self, vertex: u32) -> &[Link] {
+    pub(crate) fn links(&self, vertex: u32) -> &[Link] {
         let [from, to] = [vertex as usize, vertex as usize + 1].map(|v| self.first_links[v]);
         &self.links[from..to]
     }
 
     /// Returns the strut of a vertex, where [`Self::find_strut`] found one.
-    pub(super) fn strut(&self, vertex: u32) -> Option<&Strut> {
+    pub(crate) fn strut(&self, vertex: u32) -> Option<&Strut> {
         self.struts[vertex as usize].as_ref()?.as_ref()
     }
 
     /// Finds the strut of a vertex, unless that was done before.
-    pub(super) fn find_strut(
+    pub(crate) fn find_strut(
         &mut self,
-        body: &Body,
+        tree: &SurfaceTree,
         vertex: u32,
         smoothing: f64,
         workspace: &mut Workspace,
     ) {
         let strut = &mut self.struts[vertex as usize];
         if strut.is_none() {
-            let ray = Ray {
-                origin: body.positions()[vertex as usize],
-                direction: -self.normals[vertex as usize],
-            };
+            let direction = -self.normals[vertex as usize];
+            let ray = Ray { origin: tree.position(vertex), direction };
             let max_length = tuning::MAX_STRUT_LENGTH * smoothing;
-            *strut = Some(ray.find_strut(body, vertex, max_length, workspace));
+            *strut = Some(ray.find_strut(tree, vertex, max_length, workspace));
         }
     }
 
@@ -101,7 +115,7 @@ impl Tissue {
     /// other ends are displaced by `u`; `None` where nothing holds it.
     ///
     /// A `foundation` is the stiffness of a link to the vertex's own place.
-    pub(super) fn equilibrium(
+    pub(crate) fn equilibrium(
         &self,
         vertex: u32,
         u: impl Fn(u32) -> DVec3,
@@ -120,37 +134,32 @@ impl Tissue {
     }
 }
 
+/// Returns the fitted tree of a body. Detection fits the trees of all bodies.
+pub(crate) fn fitted_tree(body: &Body) -> &SurfaceTree {
+    body.tree().expect("detection fits the trees of all bodies")
+}
+
 /// Builds the tissues of all bodies of a scene.
-pub(super) fn tissues(scene: &Scene) -> Vec<Tissue> {
-    parallel::map_slice_with(scene.bodies(), || (), |(), body| Tissue::new(body))
+pub(crate) fn tissues(scene: &Scene) -> Vec<Tissue> {
+    parallel::map_slice_with(scene.bodies(), || (), |(), body| Tissue::new(fitted_tree(body)))
 }
 
 /// Computes the inverse masses of all particles of a scene; 0 for those that do not move.
 ///
 /// A mass is area times the mean thickness of the body, so that bulky muscles move slim ones.
-pub(super) fn inverse_masses(scene: &Scene, tissues: &[Tissue], smoothing: f64) -> Vec<f64> {
+pub(crate) fn inverse_masses(scene: &Scene, tissues: &[Tissue], smoothing: f64) -> Vec<f64> {
     let mut inverse_masses = Vec::new();
     for (body, tissue) in scene.bodies().iter().zip(tissues) {
-        let thickness = mean_thickness(body, tissue, smoothing);
+        let thickness = match tissue.volume {
+            Some(volume) if volume != 0.0 => volume.abs() / tissue.areas.iter().sum::<f64>(),
+            _ => tuning::OPEN_THICKNESS * smoothing,
+        };
         inverse_masses.extend(tissue.areas.iter().map(|area| {
             let mass = area * thickness;
-            if mass > 0.0 && body.kind() != BodyKind::Rigid { mass.recip() } else { 0.0 }
+            if mass > 0.0 && !body.is_rigid() { mass.recip() } else { 0.0 }
         }));
     }
     inverse_masses
-}
-
-fn mean_thickness(body: &Body, tissue: &Tissue, smoothing: f64) -> f64 {
-    if body.has_inside().is_err() || tissue.volume == 0.0 {
-        return tuning::OPEN_THICKNESS * smoothing;
-    }
-    tissue.volume.abs() / tissue.areas.iter().sum::<f64>()
-}
-
-/// Computes the signed volume that a closed oriented surface encloses.
-pub(super) fn volume(faces: &[[u32; 3]], x: &[DVec3]) -> f64 {
-    let corners = |face: &[u32; 3]| face.map(|vertex| x[vertex as usize]);
-    triangle::signed_volume(faces.iter().map(corners), x[0])
 }
 
 /// Returns both links of each edge, by vertex, and where the links of each vertex begin.
@@ -190,7 +199,7 @@ impl Ray {
     /// `vertex` left out.
     fn find_strut(
         self,
-        body: &Body,
+        tree: &SurfaceTree,
         vertex: u32,
         max_length: f64,
         workspace: &mut Workspace,
@@ -198,18 +207,18 @@ impl Ray {
         let end = self.origin + max_length * self.direction;
         let bounds = Dop18::from_points(&[self.origin, end]);
         let mut nearest: Option<Exit> = None;
-        body.tree()?.tree().query(&bounds, workspace, |face| {
-            if body.surface().faces()[face as usize].contains(&vertex) {
+        tree.tree().query(&bounds, workspace, |face| {
+            if tree.surface().faces()[face as usize].contains(&vertex) {
                 return;
             }
-            let Some((distance, weights)) = self.exit(body.corners(face)) else { return };
+            let Some((distance, weights)) = self.exit(tree.corners(face)) else { return };
             let is_nearer = |other: &Exit| (distance, face) < (other.distance, other.face);
             if distance <= max_length && nearest.as_ref().is_none_or(is_nearer) {
                 nearest = Some(Exit { distance, face, weights });
             }
         });
         let Exit { distance, face, weights } = nearest?;
-        let corners = body.surface().faces()[face as usize];
+        let corners = tree.surface().faces()[face as usize];
         Some(Strut { corners, weights, stiffness: (distance * distance).recip() })
     }
 

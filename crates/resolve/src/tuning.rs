@@ -1,171 +1,171 @@
 //! Tuning constants of overlap removal.
 //!
 //! All were found by trial, on planted overlaps and on a thigh at rest. None is a length:
-//! \[ℓ\] is the [smoothing length](super::ResolveParams::smoothing), a step is
-//! [`MAX_STEP`], and the tolerance is [that of the parameters](super::ResolveParams::tolerance).
+//! \[ℓ\] is the [smoothing length](crate::ResolveParams::smoothing), a step is
+//! [`MAX_STEP`], and the tolerance is [that of the parameters](crate::ResolveParams::tolerance).
 
 // Rounds.
 
 /// Largest displacement of a vertex per round \[ℓ\]. Below, more rounds are needed; above,
 /// vertices pass by the contacts that were detected at the start of the round.
-pub(super) const MAX_STEP: f64 = 0.25;
+pub(crate) const MAX_STEP: f64 = 0.25;
 
 /// Margin of contact detection \[steps\]. Contacts within it hold tissue while its shape is
 /// restored. Below, restored tissue enters bodies that were not detected; above, detection
 /// takes longer.
-pub(super) const DETECTION_MARGIN: f64 = 0.6;
+pub(crate) const DETECTION_MARGIN: f64 = 0.6;
 
 /// What is added to the margin \[clearances\]. Below 1, bodies that are nearer than the
 /// clearance are not pushed apart; above, detection takes longer.
-pub(super) const CLEARANCE_MARGIN: f64 = 4.0;
+pub(crate) const CLEARANCE_MARGIN: f64 = 4.0;
 
 /// Rounds without improvement after which the rest is given up. Below, bodies that first
 /// have to slide are given up too early; above, hopeless scenes take longer.
-pub(super) const MAX_STALLED_ROUNDS: u32 = 20;
+pub(crate) const MAX_STALLED_ROUNDS: u32 = 20;
 
 /// The same once no overlap exceeds the tolerance, when only shape is left to improve.
-pub(super) const MAX_SETTLED_ROUNDS: u32 = 6;
+pub(crate) const MAX_SETTLED_ROUNDS: u32 = 6;
 
 /// Alternations of shape restoration and separation per round. Below, tissue ends folded or
 /// overlapping; above, rounds take longer and later rounds find little left to do.
-pub(super) const SHAPE_PASSES: u32 = 2;
+pub(crate) const SHAPE_PASSES: u32 = 2;
 
 /// Sweeps of the contact solver for the first push of a round. Below, stacked bodies are
 /// not separated in one round; above, rounds take longer.
-pub(super) const FIRST_SOLVER_SWEEPS: u32 = 30;
+pub(crate) const FIRST_SOLVER_SWEEPS: u32 = 30;
 
 /// Sweeps of the contact solver after each restoration, which starts near a solution.
-pub(super) const NEXT_SOLVER_SWEEPS: u32 = 6;
+pub(crate) const NEXT_SOLVER_SWEEPS: u32 = 6;
 
 /// Correction at which the contact solver stops \[tolerances\]. Below, sweeps change nothing
 /// that is measured; above, the sum of many small remainders exceeds the tolerance.
-pub(super) const SOLVER_TOLERANCE: f64 = 2e-3;
+pub(crate) const SOLVER_TOLERANCE: f64 = 2e-3;
 
 /// Depth of vertices up to which contacts of crossing edges are used \[ℓ\]. Below, edges wait
 /// for long; above, edges of deep overlaps push in directions that mean little.
-pub(super) const MAX_DEPTH_WITH_EDGES: f64 = 0.05;
+pub(crate) const MAX_DEPTH_WITH_EDGES: f64 = 0.05;
 
 // Limits on strain.
 
 /// Smallest cosine between a face's normal and its normal at rest. At 0, a face stands on
 /// its edge, and rounding turns it over; far above, deep overlaps need more rounds.
-pub(super) const MIN_NORMAL_COSINE: f64 = 0.2;
+pub(crate) const MIN_NORMAL_COSINE: f64 = 0.2;
 
 /// Largest difference between the displacements of the two ends of an edge \[its length\].
 /// Above 1, the edge may turn round; far below, deep overlaps drag more tissue along.
-pub(super) const MAX_STRETCH: f64 = 0.8;
+pub(crate) const MAX_STRETCH: f64 = 0.8;
 
 /// Smallest thickness of a sheet \[its thickness at rest\]. At 0, its sides meet; far above,
 /// sheets between bones cannot yield.
-pub(super) const MIN_THICKNESS: f64 = 0.35;
+pub(crate) const MIN_THICKNESS: f64 = 0.35;
 
 /// Rounds with these limits unchanged. Below, tissue is dragged into folds; above, tissue
 /// that slides through a narrow place needs more rounds.
-pub(super) const FIRM_ROUNDS: usize = 3;
+pub(crate) const FIRM_ROUNDS: usize = 3;
 
 /// Growth of the limits' factor per later round. Below, narrow places take more rounds;
 /// above, tissue is dragged into folds, which take as many.
-pub(super) const LOOSENING: f64 = 0.3;
+pub(crate) const LOOSENING: f64 = 0.3;
 
 /// Largest factor on the limits. Below, narrow places are given up; above, folds remain.
-pub(super) const MAX_LOOSENESS: f64 = 3.0;
+pub(crate) const MAX_LOOSENESS: f64 = 3.0;
 
 /// Smoothing passes over strained or crossing tissue. Each halves the difference between a
 /// vertex and its surroundings. Below, strain remains; above, deep folds take longer.
-pub(super) const SMOOTHING_PASSES: usize = 20;
+pub(crate) const SMOOTHING_PASSES: usize = 20;
 
 /// Rings of vertices around faces that cross faces of the same body, which are smoothed with
 /// them. Below, the crossing moves to the next faces; above, more tissue loses its push.
-pub(super) const UNCROSSING_RINGS: usize = 2;
+pub(crate) const UNCROSSING_RINGS: usize = 2;
 
 /// Cosine between a face's normal and its normal at rest below which its corners move as
 /// one. Above [`MIN_NORMAL_COSINE`], all tissue stiffens; below 0, it is too late.
-pub(super) const STIFFENING_COSINE: f64 = 0.1;
+pub(crate) const STIFFENING_COSINE: f64 = 0.1;
 
 /// Passes in which corners are made to move as one. Faces share corners: below, one face
 /// undoes another's; above, little changes.
-pub(super) const STIFFENING_PASSES: usize = 3;
+pub(crate) const STIFFENING_PASSES: usize = 3;
 
 // Spreading.
 
 /// Distance from pushed vertices at which a push is cut off \[ℓ\]: it has faded to a twentieth
 /// there. Below, the cut is a visible step; above, more vertices move by nothing that matters.
-pub(super) const SPREAD_RADIUS: f64 = 3.0;
+pub(crate) const SPREAD_RADIUS: f64 = 3.0;
 
 /// Displacement below which a vertex stays where it is \[the strongest push\]. Below, vertices
 /// far away lose their bits; above, the cut is a visible step.
-pub(super) const MIN_SPREAD: f64 = 1e-3;
+pub(crate) const MIN_SPREAD: f64 = 1e-3;
 
 /// Gauss–Seidel sweeps over the vertices around a push. Below, the displacement is rough,
 /// which later rounds have to smooth; above, rounds take longer.
-pub(super) const SPREAD_SWEEPS: usize = 8;
+pub(crate) const SPREAD_SWEEPS: usize = 8;
 
 /// Largest gradient of a spread displacement, as a share of the distance it spreads over:
 /// deeper pushes spread farther. Below, more tissue moves; above, tissue strains more.
-pub(super) const MAX_SLOPE: f64 = 0.5;
+pub(crate) const MAX_SLOPE: f64 = 0.5;
 
 /// Longest strut through tissue \[ℓ\]. Below, sheets are squeezed and lose volume; above, rays
 /// find sides to which no push gets.
-pub(super) const MAX_STRUT_LENGTH: f64 = 3.0;
+pub(crate) const MAX_STRUT_LENGTH: f64 = 3.0;
 
 /// Thickness that an open surface is taken to have for its mass \[ℓ\]. Below, it yields more
 /// than the bodies around it; above, less.
-pub(super) const OPEN_THICKNESS: f64 = 1.0 / 6.0;
+pub(crate) const OPEN_THICKNESS: f64 = 1.0 / 6.0;
 
 // Exit sides.
 
 /// Cosine above which two directions are on one side. At 0, they are exactly across; the
 /// normals of coarse meshes are off by some ten degrees. Above, fewer vertices are turned.
-pub(super) const MIN_AGREEMENT: f64 = 0.2;
+pub(crate) const MIN_AGREEMENT: f64 = 0.2;
 
 /// Depth at which a vertex's own exit direction counts a third \[ℓ\]. Bones are as thin as this
 /// where tissue is deepest in them: above, vertices beyond the middle are trusted and leave
 /// by the far side; below, few vertices are left to trust.
-pub(super) const TRUSTED_DEPTH: f64 = 0.15;
+pub(crate) const TRUSTED_DEPTH: f64 = 0.15;
 
 /// Greatest depth at which a bone's vertex is projected to the side of the tissue that faces
 /// it \[ℓ\]. Below, bones deep in tissue are pushed out backward; above, the side that is found
 /// is of another part of the tissue.
-pub(super) const MAX_FACING_DEPTH: f64 = 2.0;
+pub(crate) const MAX_FACING_DEPTH: f64 = 2.0;
 
 /// Gauss–Seidel sweeps that spread exit directions over vertices inside. Patches are some
 /// thirty edges wide: below, their middle is not reached; above, little changes.
-pub(super) const DIRECTION_SWEEPS: usize = 30;
+pub(crate) const DIRECTION_SWEEPS: usize = 30;
 
 // Volume.
 
 /// Change of a body's volume that is left alone \[its volume\]. Below, vertices move by nothing
 /// that can be measured; above, the change adds up.
-pub(super) const IGNORED_VOLUME_CHANGE: f64 = 0.002;
+pub(crate) const IGNORED_VOLUME_CHANGE: f64 = 0.002;
 
 /// Change of a body's volume above which rounds continue \[its volume\]: a hundredth, less what
 /// the last pushes may take. Below, rounds are spent on it; above, the hundredth is exceeded.
-pub(super) const MAX_VOLUME_CHANGE: f64 = 0.008;
+pub(crate) const MAX_VOLUME_CHANGE: f64 = 0.008;
 
 /// Largest displacement per round that gives volume back \[displacement so far\]. Below, more
 /// rounds are needed; above, it overshoots where little of a body is free.
-pub(super) const MAX_VOLUME_STEP: f64 = 0.5;
+pub(crate) const MAX_VOLUME_STEP: f64 = 0.5;
 
 // Weights of what a round has left, in the score by which rounds are compared.
 
 /// Depth \[tolerances\] in one pair that counts as 1.
-pub(super) const SCORED_DEPTH: f64 = 20.0;
+pub(crate) const SCORED_DEPTH: f64 = 20.0;
 
 /// What a pair that did not overlap at first counts beside its own overlap \[pairs\].
-pub(super) const NEW_PAIR_SCORE: usize = 2;
+pub(crate) const NEW_PAIR_SCORE: usize = 2;
 
 /// What a pair of crossing faces counts. A depth of a fiftieth of the tolerance counts as much.
-pub(super) const CROSSING_SCORE: f64 = 1e-3;
+pub(crate) const CROSSING_SCORE: f64 = 1e-3;
 
 /// What a turned face, or a crossing of a body with itself, counts \[pairs of crossing faces\].
-pub(super) const SPOILT_FACE_SCORE: usize = 10;
+pub(crate) const SPOILT_FACE_SCORE: usize = 10;
 
 // Warm starts.
 
 /// Share of a displacement that is carried over to the next state. Below, the rest is pushed
 /// again, in more rounds; above, what is needed no more fades over more states.
-pub(super) const CARRIED_SHARE: f64 = 0.98;
+pub(crate) const CARRIED_SHARE: f64 = 0.98;
 
 /// Displacement below which a vertex is put back to rest \[the body's largest\]. Below, vertices
 /// never return to their bits; above, the cut is a visible step.
-pub(super) const MIN_CARRIED: f64 = 1e-3;
+pub(crate) const MIN_CARRIED: f64 = 1e-3;

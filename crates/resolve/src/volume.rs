@@ -1,22 +1,20 @@
 //! Restoration of the volume that pushes took from a body, where it is free.
 
 use glam::DVec3;
+use scene::BodyId;
 use surface::vertex_normals;
 
-use super::near_pairs::NearPairs;
-use super::tissue::{Tissue, volume};
-use super::tuning;
-use scene::Body;
-use scene::{BodyId, BodyKind};
+use crate::near_pairs::NearPairs;
+use crate::tissue::Tissue;
+use crate::tuning;
 
 /// Moves free vertices of a body along their normals until its volume is that at rest.
 ///
 /// Free are vertices that have moved and that are not near another body.
-pub(super) fn restore(body: &Body, tissue: &Tissue, x: &mut [DVec3], near: &NearPairs, id: BodyId) {
-    let faces = body.surface().faces();
-    let missing = tissue.volume - volume(faces, x);
-    let ignored = tuning::IGNORED_VOLUME_CHANGE * tissue.volume.abs();
-    if body.has_inside().is_err() || missing.abs() <= ignored {
+pub(crate) fn restore(tissue: &Tissue, x: &mut [DVec3], near: &NearPairs, id: BodyId) {
+    let Some(volume) = tissue.volume else { return };
+    let missing = volume - tissue.volume_at(x);
+    if missing.abs() <= tuning::IGNORED_VOLUME_CHANGE * volume.abs() {
         return;
     }
 
@@ -24,7 +22,7 @@ pub(super) fn restore(body: &Body, tissue: &Tissue, x: &mut [DVec3], near: &Near
     let weights = free_displacements(tissue, x, near, id);
     let area: f64 = weights.iter().zip(&tissue.areas).map(|(weight, area)| weight * area).sum();
     if area > 0.0 {
-        let normals = vertex_normals(faces, x);
+        let normals = vertex_normals(tissue.surface.faces(), x);
         let rate = (missing / area).clamp(-tuning::MAX_VOLUME_STEP, tuning::MAX_VOLUME_STEP);
         for ((x, weight), normal) in x.iter_mut().zip(weights).zip(normals) {
             *x += rate * weight * normal;
@@ -32,13 +30,12 @@ pub(super) fn restore(body: &Body, tissue: &Tissue, x: &mut [DVec3], near: &Near
     }
 }
 
-/// Computes the relative change of a soft body's volume; 0 for bodies without an inside.
-pub(super) fn relative_change(body: &Body, tissue: &Tissue) -> f64 {
-    let has_volume = body.kind() != BodyKind::Rigid && body.has_inside().is_ok();
-    if !has_volume || tissue.volume == 0.0 {
-        return 0.0;
+/// Computes the relative change of a body's volume; 0 for bodies without one.
+pub(crate) fn relative_change(tissue: &Tissue, x: &[DVec3]) -> f64 {
+    match tissue.volume {
+        Some(volume) if volume != 0.0 => (tissue.volume_at(x) / volume - 1.0).abs(),
+        _ => 0.0,
     }
-    (volume(body.surface().faces(), body.positions()) / tissue.volume - 1.0).abs()
 }
 
 /// Computes the distance of each free vertex from rest, |V|; 0 for others.

@@ -10,7 +10,8 @@ use std::time::Instant;
 use distance_field::Pose;
 use glam::{DQuat, DVec3};
 use musculo_collide::{
-    BodyId, Detection, DetectionMethod, OperationCounts, Plan, PlanParams, Scene, machine_factor,
+    BodyId, Detection, DetectionMethod, ForcedMethod, OperationCounts, PairId, Plan, PlanParams,
+    Progress, Scene, machine_factor,
 };
 
 use super::scene::{FRAMES, MovingBodies};
@@ -123,18 +124,25 @@ fn timed_plan(
     for muscle in task.muscles() {
         scene.move_body(ids[muscle], task.positions(PRESSED, muscle))?;
     }
-    let forced: Vec<(BodyId, BodyId, DetectionMethod)> =
-        task.pairs.iter().map(|&[a, b]| (ids[a], ids[b], method)).collect();
-    let mut plan = Plan::with_forced(&mut scene, &PlanParams::with_tolerance(tolerance), &forced)?;
+    let mut forced = Vec::new();
+    for &[a, b] in &task.pairs {
+        forced.push(ForcedMethod { pair: PairId::new(ids[a], ids[b]), method });
+    }
+    let mut plan = Plan::with_forced(
+        &mut scene,
+        &PlanParams::with_tolerance(tolerance),
+        &forced,
+        Progress::none(),
+    )?;
 
     // Apart, the only operations are those of no pair.
-    let all = plan.work().to_array();
+    let all = plan.operations().to_array();
     let of_pairs =
-        plan.pairs().iter().fold(OperationCounts::default(), |sum, pair| sum + pair.work);
+        plan.pairs().iter().fold(OperationCounts::default(), |sum, pair| sum + pair.operations);
     let of_pairs = of_pairs.to_array();
     let following = std::array::from_fn(|kind| all[kind] - of_pairs[kind]);
 
-    let title = |place: &str| format!("plan {method} within {tolerance} mm, {place}");
+    let title = |place: &str| format!("plan by {method} within {tolerance} mm, {place}");
     let mut seconds = |shift| frame_seconds(&mut plan, &mut scene, task, &ids, shift);
     Ok([
         TimedFrame { plan: title("in contact"), counts: all, seconds: seconds(DVec3::ZERO)? },

@@ -38,8 +38,7 @@ pub(super) fn run(
     for (frame, &time) in job.times.iter().enumerate() {
         place(scene, &replay.positions(frame))?;
         let start = Instant::now();
-        let resolution =
-            resolver.resolve(scene, musculo_collide::surface::progress::Progress::none())?;
+        let resolution = resolver.resolve(scene, musculo_collide::Progress::none())?;
         seconds.push(start.elapsed().as_secs_f64());
         stage(job.folder, frame, scene, &resolution, &mut outputs)?;
         frames.push(ResolvedFrame::new((frame, time), scene, &resolution));

@@ -6,7 +6,9 @@ use std::str::FromStr;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use musculo_collide::{BodyId, Detection, DetectionMethod, Plan, PlanParams, machine_factor};
+use musculo_collide::{
+    Detection, DetectionMethod, ForcedMethod, PairId, Plan, PlanParams, machine_factor,
+};
 
 use super::plan_frames::Frames;
 use super::{Failure, Outcome, in_threads};
@@ -111,7 +113,7 @@ fn plan(arguments: &PlanArguments) -> Result<Outcome, Failure> {
     let mut plan = {
         let _progress = Progress::start("planning and building", 1);
         let forced = forced(&scene, &arguments.force)?;
-        Plan::with_forced(&mut scene, &need, &forced)?
+        Plan::with_forced(&mut scene, &need, &forced, musculo_collide::Progress::none())?
     };
     let built = start.elapsed();
     let replay = motion.as_ref().map(|motion| motion.bind(&scene)).transpose()?;
@@ -135,15 +137,14 @@ fn plan(arguments: &PlanArguments) -> Result<Outcome, Failure> {
     Ok(if overlaps { Outcome::Overlaps } else { Outcome::Clean })
 }
 
-fn forced(
-    scene: &musculo_collide::Scene,
-    forced: &[Forced],
-) -> Result<Vec<(BodyId, BodyId, DetectionMethod)>, Failure> {
+fn forced(scene: &musculo_collide::Scene, forced: &[Forced]) -> Result<Vec<ForcedMethod>, Failure> {
     let find = |name: &String| {
         let unknown = || Failure::new(vec![format!("--force: no body is called {name:?}")]);
         scene.find(name).ok_or_else(unknown)
     };
-    let of_pair = |Forced { bodies: [a, b], method }: &Forced| Ok((find(a)?, find(b)?, *method));
+    let of_pair = |Forced { bodies: [a, b], method }: &Forced| {
+        Ok(ForcedMethod { pair: PairId::new(find(a)?, find(b)?), method: *method })
+    };
     forced.iter().map(of_pair).collect()
 }
 

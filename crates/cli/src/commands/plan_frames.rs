@@ -159,11 +159,11 @@ impl Compared {
         exact: &[PairReport],
         detection: &Detection,
     ) {
-        let exact = exact.iter().find(|exact| exact.pair.bodies() == [pair.a, pair.b]);
-        let found = detection.pairs().iter().find(|found| (found.a, found.b) == (pair.a, pair.b));
+        let exact = exact.iter().find(|exact| exact.pair == pair.pair);
+        let found = detection.pairs().iter().find(|found| found.pair == pair.pair);
         let right = exact.map_or(0.0, |exact| depth(exact, pair.bone()));
         let seen = found.map_or(0.0, |found| found.max_depth);
-        let names = || [pair.a, pair.b].map(|id| scene.body(id).name()).join(" and ");
+        let names = || pair.pair.bodies().map(|id| scene.body(id).name()).join(" and ");
         if (right - seen).abs() >= self.worst {
             self.worst = (right - seen).abs();
             self.place = format!("{}, {seen:.4} for {right:.4}", names());

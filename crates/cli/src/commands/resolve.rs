@@ -68,11 +68,7 @@ fn resolve(arguments: &ResolveArguments) -> Result<Outcome, Failure> {
     let resolution = {
         let _progress = Progress::start("pushing apart", 1);
         let params = arguments.lengths.params(description.unit);
-        musculo_collide::resolve(
-            &mut scene,
-            &params,
-            musculo_collide::surface::progress::Progress::none(),
-        )?
+        musculo_collide::resolve(&mut scene, &params, musculo_collide::Progress::none())?
     };
     let seconds = start.elapsed().as_secs_f64();
     let after = arguments.page("after", &description, bodies, &mut scene)?;

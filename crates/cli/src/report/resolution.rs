@@ -62,8 +62,8 @@ fn remaining(resolution: &Resolution, scene: &Scene, symbol: &str) -> String {
         let new = if pair.at_first { "" } else { " (not at first)" };
         text += &format!(
             "  {} and {}: {:.4} {symbol} deep, {} crossing{new}: {}\n",
-            scene.body(pair.a).name(),
-            scene.body(pair.b).name(),
+            scene.body(pair.pair.a).name(),
+            scene.body(pair.pair.b).name(),
             pair.depth,
             counted(pair.crossing_faces, "face pair"),
             pair.obstacle,

@@ -74,8 +74,8 @@ impl ResolvedFrame {
             .remaining
             .iter()
             .map(|pair| RemainingRecord {
-                a: name(pair.a),
-                b: name(pair.b),
+                a: name(pair.pair.a),
+                b: name(pair.pair.b),
                 depth: pair.depth,
                 crossing_face_pairs: pair.crossing_faces,
                 at_first: pair.at_first,

@@ -1,20 +1,20 @@
-//! A real thigh at rest, pushed apart: what is left, looked at anew, and what it
-//! cost in shape.
+//! Overlap removal in a real thigh at rest: remaining overlaps, as detection finds them, and
+//! changes of shape.
 //!
-//! Needs the folder that `MUSCULO_DATA` names. With `MUSCULO_ALL_STEPS` set, the
-//! thigh at full resolution is taken too.
+//! Needs the folder that `MUSCULO_DATA` names. With `MUSCULO_ALL_STEPS` set, the thigh at full
+//! resolution is tested too.
 
 use std::collections::BTreeSet;
 use std::time::Instant;
 
 use fixtures::data;
-use resolve::{ResolveParams, resolve};
-use scene::Progress;
-use scene::{BodyId, BodyKind, CheckParams, PairReport, Scene};
+use scene::{BodyId, BodyKind, CheckParams, PairReport, Progress, Scene};
+
+use crate::resolve;
 
 const OVERLAP: CheckParams = CheckParams { margin: 0.0 };
 
-/// Bones are told by their names.
+/// Builds the scene of a folder. Bones have names that begin with `bone`.
 fn scene(folder: &std::path::Path) -> Scene {
     let mut scene = Scene::new();
     for path in data::bodies(folder) {
@@ -27,7 +27,7 @@ fn scene(folder: &std::path::Path) -> Scene {
     scene
 }
 
-/// Vertices that are inside another body, or corners of faces that cross one.
+/// Returns the vertices inside another body, and the corners of faces that cross one.
 fn touched(scene: &Scene, pairs: &[PairReport]) -> BTreeSet<(BodyId, u32)> {
     let mut touched = BTreeSet::new();
     for pair in pairs {
@@ -49,14 +49,13 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-#[expect(clippy::print_stdout, reason = "a measured test says what it saw")]
-fn comes_apart(folder: &std::path::Path, set: &str) {
+#[expect(clippy::print_stdout, reason = "the test reports its measurements")]
+fn remove_overlaps(folder: &std::path::Path, set: &str) {
     let mut scene = scene(&folder.join(set));
     let before = scene.check(&OVERLAP, Progress::none()).expect("a check");
     let touched = touched(&scene, &before);
     let start = Instant::now();
-    let resolution = resolve(&mut scene, &ResolveParams::with_smoothing(6.0), Progress::none())
-        .expect("a resolution");
+    let resolution = resolve(&mut scene);
     let seconds = start.elapsed().as_secs_f64();
     let after = scene.check(&OVERLAP, Progress::none()).expect("a check");
 
@@ -79,22 +78,22 @@ fn comes_apart(folder: &std::path::Path, set: &str) {
     println!("measured: {set}: deepest overlap left [mm] | {deepest:.4} | 0.05");
     println!("measured: {set}: crossing pairs of faces left | {crossing} | 0");
     println!("measured: {set}: change of a muscle's volume [%] | {volume:.3} | 1");
-    println!("measured: {set}: faces turned over | {flipped} | 0");
+    println!("measured: {set}: flipped faces | {flipped} | 0");
     println!("measured: {set}: self-crossings, {crossed} at first | {crosses} | 0");
     println!("measured: {set}: median displacement of untouched vertices [mm] | {untouched} | 0");
     println!("measured: {set}: rounds | {rounds} | 60");
-    println!("measured: {set}: pushed apart, tests' optimisation [s] | {seconds:.1} | 120");
+    println!("measured: {set}: time at the tests' optimization [s] | {seconds:.1} | 120");
     assert!(resolution.resolved && crossing == 0, "{:?}", resolution.remaining);
     let sound = deepest <= 0.05 && volume <= 1.0 && untouched == 0.0;
     assert!(sound, "{deepest} deep, volume by {volume} %, untouched by {untouched}");
-    assert_eq!((flipped, crossed, crosses), (0, 0, 0), "turned over, and crossing before, after");
+    assert_eq!((flipped, crossed, crosses), (0, 0, 0), "flipped, and crossing before, after");
 }
 
 #[test]
-fn a_thigh_at_rest_comes_apart() {
-    let Some(folder) = data::anatomy("a_thigh_at_rest_comes_apart") else { return };
-    comes_apart(&folder, "vhf_left_thigh_lo");
+fn overlaps_of_a_thigh_at_rest_are_removed() {
+    let Some(folder) = data::anatomy("overlaps_of_a_thigh_at_rest_are_removed") else { return };
+    remove_overlaps(&folder, "vhf_left_thigh_lo");
     if std::env::var_os("MUSCULO_ALL_STEPS").is_some() {
-        comes_apart(&folder, "vhf_left_thigh");
+        remove_overlaps(&folder, "vhf_left_thigh");
     }
 }

@@ -1,31 +1,26 @@
-//! Overlaps planted so that one way of going wrong shows: edges alone, a bone
-//! thinner than the tissue is deep, a spike, a bone that changes sides.
+//! Overlaps planted so that one failure would show: edges alone, a bone thinner than the tissue is
+//! deep, a spike, a bone that changes sides.
 
-use fixtures::Mesh;
-use fixtures::shapes;
+use fixtures::{Mesh, shapes};
 use glam::DVec3;
-use resolve::{Obstacle, Resolution, ResolveParams, Resolver, resolve};
-use scene::Progress;
+use resolve::{Obstacle, Resolution, ResolveParams, Resolver};
 use scene::{BodyId, BodyKind, CheckParams, Scene};
+use surface::progress::Progress;
 
-const PARAMS: ResolveParams = ResolveParams::with_smoothing(6.0);
+use crate::{PARAMS, max_depth, resolve, scene_of};
 
-fn scene(bone: Mesh, muscle: Mesh) -> (Scene, [BodyId; 2]) {
-    let mut scene = Scene::new();
-    let mut add = |name: &str, kind, mesh: Mesh| {
-        let surface = mesh.surface();
-        scene.add(name, kind, surface, mesh.positions).expect("a body of the scene")
-    };
-    let ids = [add("bone", BodyKind::Rigid, bone), add("muscle", BodyKind::Deformable, muscle)];
+fn bone_and_muscle(bone: Mesh, muscle: Mesh) -> (Scene, [BodyId; 2]) {
+    let bodies = [("bone", BodyKind::Rigid, bone), ("muscle", BodyKind::Deformable, muscle)];
+    let scene = scene_of(bodies);
+    let ids = ["bone", "muscle"].map(|name| scene.find(name).expect("a body of the scene"));
     (scene, ids)
 }
 
-/// That nothing is left, looked at anew, and that tissue kept its shape.
-fn is_sound(scene: &mut Scene, resolution: &Resolution) {
+/// Checks that nothing remains, as detection finds it, and that tissue kept its shape.
+fn assert_sound(scene: &mut Scene, resolution: &Resolution) {
     assert!(resolution.resolved, "{:?}", resolution.remaining);
-    let pairs = scene.check(&CheckParams { margin: 0.0 }, Progress::none()).expect("a check");
-    let deepest = pairs.iter().map(|pair| pair.max_depth).fold(0.0, f64::max);
-    assert!(deepest <= PARAMS.tolerance, "{deepest} left");
+    let left = max_depth(scene);
+    assert!(left <= PARAMS.tolerance, "{left} left");
     for change in &resolution.bodies {
         assert_eq!(change.flipped_faces, 0, "{:?}", change.body);
         assert_eq!(change.self_crossings, [0, 0], "{:?}", change.body);
@@ -35,17 +30,17 @@ fn is_sound(scene: &mut Scene, resolution: &Resolution) {
 }
 
 #[test]
-fn edges_that_cross_without_a_vertex_inside_come_apart() {
+fn edges_that_cross_without_a_vertex_inside_are_separated() {
     let bone = shapes::octasphere(10.0, 0);
     // Two octahedra whose edges cross at right angles, 0.3 deep.
     let edge = 10.0 / f64::sqrt(2.0);
     let turned = bone.clone().rotated(DVec3::Y, 0.125).rotated(DVec3::Z, 0.25);
     let muscle = turned.translated(DVec3::Z * (2.0 * edge - 0.3));
     let bone = bone.rotated(DVec3::Y, 0.125);
-    let (mut scene, _) = scene(bone, muscle);
+    let (mut scene, _) = bone_and_muscle(bone, muscle);
     let before = scene.check(&CheckParams { margin: 0.0 }, Progress::none()).expect("a check");
     assert!(before[0].overlaps && before[0].max_depth == 0.0, "edges alone: {before:?}");
-    let resolution = resolve(&mut scene, &PARAMS, Progress::none()).expect("a resolution");
+    let resolution = resolve(&mut scene);
     assert!(resolution.rounds[0].max_depth > 0.2, "{:?}", resolution.rounds);
     assert!(resolution.resolved && resolution.remaining.is_empty(), "{:?}", resolution.remaining);
     let first = resolution.rounds[1].max_depth;
@@ -59,31 +54,31 @@ fn deep_tissue_leaves_a_thin_bone_by_the_side_it_entered() {
     // Bone 2 thick below z = 0; the tissue's lowest vertices are nearer to its other side.
     let bone = shapes::plate(DVec3::new(60.0, 60.0, 2.0), [12, 12]).translated(-DVec3::Z);
     let muscle = shapes::icosphere(12.0, 3).translated(DVec3::Z * 10.4);
-    let (mut scene, [_, muscle]) = scene(bone, muscle);
+    let (mut scene, [_, muscle]) = bone_and_muscle(bone, muscle);
     let lowest = |scene: &Scene| {
         scene.body(muscle).positions().iter().map(|x| x.z).fold(f64::INFINITY, f64::min)
     };
     assert!(lowest(&scene) < -1.1, "beyond the middle of the bone");
-    let resolution = resolve(&mut scene, &PARAMS, Progress::none()).expect("a resolution");
-    is_sound(&mut scene, &resolution);
+    let resolution = resolve(&mut scene);
+    assert_sound(&mut scene, &resolution);
     assert!(lowest(&scene) > -PARAMS.tolerance, "{} is below the bone", lowest(&scene));
 }
 
 #[test]
-fn a_spike_turns_no_face_over() {
+fn a_spike_flips_no_face() {
     let spike = shapes::ellipsoid(DVec3::new(0.8, 0.8, 9.0), 2);
     let muscle = shapes::icosphere(14.0, 4).translated(DVec3::Z * 20.0);
-    let (mut scene, _) = scene(spike, muscle);
-    let resolution = resolve(&mut scene, &PARAMS, Progress::none()).expect("a resolution");
+    let (mut scene, _) = bone_and_muscle(spike, muscle);
+    let resolution = resolve(&mut scene);
     assert!(resolution.rounds[0].max_depth > 0.5 || resolution.rounds[0].overlapping_pairs > 0);
-    is_sound(&mut scene, &resolution);
+    assert_sound(&mut scene, &resolution);
 }
 
 #[test]
-fn displacements_that_make_it_worse_are_not_taken() {
+fn displacements_that_make_it_worse_are_not_carried_over() {
     let bone = shapes::icosphere(10.0, 3);
     let muscle = shapes::icosphere(10.0, 3).translated(DVec3::X * 18.0);
-    let (mut scene, [bone, muscle]) = scene(bone, muscle);
+    let (mut scene, [bone, muscle]) = bone_and_muscle(bone, muscle);
     let rest = [bone, muscle].map(|id| scene.body(id).positions().to_vec());
     let mut resolver = Resolver::new(PARAMS).expect("a resolver");
     resolver.resolve(&mut scene, Progress::none()).expect("a resolution");
@@ -100,41 +95,37 @@ fn displacements_that_make_it_worse_are_not_taken() {
 }
 
 #[test]
-fn displacements_of_bodies_with_other_vertices_are_not_taken() {
+fn displacements_of_bodies_with_other_vertices_are_not_carried_over() {
     let spheres = |level: u32| {
         let muscle = shapes::icosphere(10.0, level).translated(DVec3::X * 18.0);
-        scene(shapes::icosphere(10.0, 2), muscle).0
+        bone_and_muscle(shapes::icosphere(10.0, 2), muscle).0
     };
     let mut resolver = Resolver::new(PARAMS).expect("a resolver");
     resolver.resolve(&mut spheres(2), Progress::none()).expect("a resolution");
     let (mut carried, mut fresh) = (spheres(3), spheres(3));
     let with = resolver.resolve(&mut carried, Progress::none()).expect("a resolution");
-    assert_eq!(with, resolve(&mut fresh, &PARAMS, Progress::none()).expect("a resolution"));
+    assert_eq!(with, resolve(&mut fresh));
 }
 
-/// A disc of tissue 4 thick, and two bones that leave it a gap.
+/// Builds a disc of tissue 4 thick, between two bones with a gap.
 fn between_bones(gap: f64) -> Scene {
     let bone = shapes::plate(DVec3::new(60.0, 60.0, 6.0), [12, 12]);
     let muscle = shapes::ellipsoid(DVec3::new(12.0, 12.0, 2.0), 4);
-    let mut scene = Scene::new();
     let up = DVec3::Z * (3.0 + gap / 2.0);
-    for (name, kind, mesh) in [
+    scene_of([
         ("below", BodyKind::Rigid, bone.clone().translated(-up)),
         ("above", BodyKind::Rigid, bone.translated(up)),
         ("muscle", BodyKind::Deformable, muscle),
-    ] {
-        scene.add(name, kind, mesh.surface(), mesh.positions).expect("a body of the scene");
-    }
-    scene
+    ])
 }
 
-/// What is pushed on both faces and free nowhere has no way to give the volume
-/// back; the answer tells how much is lost.
+/// Tissue that is pushed on both faces and free nowhere cannot get its volume back; the result
+/// states the loss.
 #[test]
-#[expect(clippy::print_stdout, reason = "a measured test says what it saw")]
-fn a_disc_pressed_over_all_of_its_faces_loses_volume_and_says_so() {
+#[expect(clippy::print_stdout, reason = "the test reports its measurements")]
+fn a_disc_pressed_over_all_of_its_faces_loses_volume_as_reported() {
     let mut scene = between_bones(3.0);
-    let resolution = resolve(&mut scene, &PARAMS, Progress::none()).expect("a resolution");
+    let resolution = resolve(&mut scene);
     let [.., last] = resolution.rounds[..] else { panic!("no rounds") };
     let lost = 1.0 - resolution.bodies[2].volume_ratio.expect("closed");
     println!(
@@ -150,15 +141,15 @@ fn a_disc_pressed_over_all_of_its_faces_loses_volume_and_says_so() {
 #[test]
 fn tissue_without_room_is_named_with_the_reason() {
     let mut scene = between_bones(0.01);
-    let resolution = resolve(&mut scene, &PARAMS, Progress::none()).expect("a resolution");
+    let resolution = resolve(&mut scene);
     assert!(!resolution.resolved);
     let muscle = scene.find("muscle").expect("the muscle");
-    assert_eq!(resolution.remaining[0].b, muscle);
+    assert_eq!(resolution.remaining[0].pair.b, muscle);
     assert_eq!(resolution.remaining[0].obstacle, Obstacle::Stuck, "{:?}", resolution.rounds);
 
     let hasty = ResolveParams { max_rounds: 1, ..PARAMS };
     let resolution =
-        resolve(&mut between_bones(0.01), &hasty, Progress::none()).expect("a resolution");
+        resolve::resolve(&mut between_bones(0.01), &hasty, Progress::none()).expect("a resolution");
     assert_eq!(resolution.remaining[0].obstacle, Obstacle::Rounds);
     assert_eq!(resolution.rounds.len(), 2);
 }

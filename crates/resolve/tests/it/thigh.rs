@@ -1,41 +1,31 @@
-//! Planted overlaps are pushed apart, and nothing else is touched.
+//! Overlaps planted in a generated thigh are removed, and nothing else is touched.
 
 use fixtures::{shapes, thigh::thigh};
 use glam::{DQuat, DVec3};
-use resolve::{Obstacle, Resolution, ResolveError, ResolveParams, Resolver};
-use scene::Progress;
-use scene::{BodyKind, CheckParams, Scene};
+use resolve::{Obstacle, ResolveError, ResolveParams, Resolver};
+use scene::{BodyKind, Scene};
+use surface::progress::Progress;
 
-const PARAMS: ResolveParams = ResolveParams::with_smoothing(6.0);
+use crate::{PARAMS, max_depth, move_all, resolve, scene_of};
 
-fn planted() -> Scene {
-    let mut scene = Scene::new();
-    for body in thigh().bodies {
+/// Builds the generated thigh, in millimeters.
+pub(crate) fn planted() -> Scene {
+    scene_of(thigh().bodies.into_iter().map(|body| {
         let kind = if body.kind == "rigid" { BodyKind::Rigid } else { BodyKind::Deformable };
-        let surface = body.mesh.surface();
-        scene.add(body.name, kind, surface, body.mesh.positions).expect("a body of the scene");
-    }
-    scene
-}
-
-fn resolve(scene: &mut Scene) -> Resolution {
-    resolve::resolve(scene, &PARAMS, Progress::none()).expect("a resolution")
+        (body.name, kind, body.mesh)
+    }))
 }
 
 #[test]
-fn planted_overlaps_vanish() {
+fn planted_overlaps_are_removed() {
     let mut scene = planted();
     let before = scene.bodies().iter().map(|body| body.positions().to_vec()).collect::<Vec<_>>();
     let resolution = resolve(&mut scene);
     assert!(resolution.before.iter().filter(|pair| pair.overlaps).count() >= 5);
     assert!(resolution.resolved, "{:?}", resolution.remaining);
 
-    // Looked at anew, not as the resolution tells.
-    let after = scene.check(&CheckParams { margin: 0.0 }, Progress::none()).expect("a check");
-    let left: Vec<_> = after.iter().filter(|pair| pair.overlaps).collect();
-    let allowed = PARAMS.tolerance;
-    assert!(left.iter().all(|pair| pair.max_depth <= allowed), "{left:?}");
-
+    let left = max_depth(&mut scene);
+    assert!(left <= PARAMS.tolerance, "{left}");
     for ((body, change), before) in scene.bodies().iter().zip(&resolution.bodies).zip(&before) {
         let moved = body.positions().iter().zip(before).filter(|(x, y)| x != y).count();
         assert_eq!(moved, change.moved, "{}", body.name());
@@ -50,7 +40,7 @@ fn planted_overlaps_vanish() {
 }
 
 #[test]
-fn what_no_push_comes_near_keeps_its_bits() {
+fn vertices_far_from_all_overlaps_keep_their_bits() {
     let mut scene = planted();
     let far: Vec<(usize, usize, DVec3)> = scene
         .bodies()
@@ -92,7 +82,7 @@ fn any_number_of_threads_gives_the_same_bits() {
 }
 
 #[test]
-fn the_unit_makes_no_difference() {
+fn the_length_unit_changes_no_bit() {
     // By a power of two nothing is rounded otherwise, so that all must be the same to the bit.
     let scale = 1.0 / 1024.0;
     let ResolveParams { tolerance, clearance, smoothing, max_rounds } = PARAMS;
@@ -103,11 +93,7 @@ fn the_unit_makes_no_difference() {
         max_rounds,
     };
     let (mut one, mut other) = (planted(), planted());
-    let ids: Vec<_> = other.ids().collect();
-    for id in ids {
-        let x: Vec<DVec3> = other.body(id).positions().iter().map(|&x| scale * x).collect();
-        other.move_body(id, &x).expect("finite positions");
-    }
+    move_all(&mut other, |_, x| scale * x);
     let rounds = resolve(&mut one).rounds.len();
     assert!(rounds > 3, "{rounds} rounds");
     let resolution = resolve::resolve(&mut other, &scaled, Progress::none());
@@ -118,13 +104,10 @@ fn the_unit_makes_no_difference() {
 }
 
 #[test]
-fn rigid_bodies_stay_and_are_named() {
+fn overlaps_of_rigid_bodies_remain_and_are_named() {
     let cube = shapes::cube(10.0);
-    let mut scene = Scene::new();
-    for (name, shift) in [("a", DVec3::ZERO), ("b", DVec3::new(9.0, 0.5, 0.25))] {
-        let mesh = cube.clone().translated(shift);
-        scene.add(name, BodyKind::Rigid, mesh.surface(), mesh.positions).expect("a cube");
-    }
+    let other = cube.clone().translated(DVec3::new(9.0, 0.5, 0.25));
+    let mut scene = scene_of([("a", BodyKind::Rigid, cube), ("b", BodyKind::Rigid, other)]);
     let before = scene.particle_positions();
     let resolution = resolve(&mut scene);
     assert!(!resolution.resolved);
@@ -150,44 +133,33 @@ fn parameters_out_of_range_are_named() {
 fn turned(angle: f64) -> Scene {
     let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), angle);
     let mut scene = planted();
-    let ids: Vec<_> = scene.ids().collect();
-    for id in ids {
-        let x: Vec<DVec3> = scene.body(id).positions().iter().map(|&x| turn * x).collect();
-        scene.move_body(id, &x).expect("finite positions");
-    }
+    move_all(&mut scene, |_, x| turn * x);
     scene
 }
 
 #[test]
-fn the_next_state_starts_from_the_last_in_the_frame_of_each_vertex() {
+fn warm_starts_turn_with_each_vertex() {
     let mut resolver = Resolver::new(PARAMS).expect("a resolver");
     let first = resolver.resolve(&mut planted(), Progress::none()).expect("a resolution");
-    let (mut scene, mut anew) = (turned(1.2), turned(1.2));
+    let (mut scene, mut same) = (turned(1.2), turned(1.2));
     let next = resolver.resolve(&mut scene, Progress::none()).expect("a resolution");
     assert!(first.resolved && next.resolved, "{:?}", next.remaining);
-    // The state as it stands, then displaced as before: of each push a twentieth is left.
+    // The state as it stands, then displaced as before: a fiftieth of each push is left.
     let [stands, displaced, ..] = next.rounds[..] else { panic!("{:?}", next.rounds) };
     assert!(displaced.max_depth < 0.1 * stands.max_depth, "{:?}", next.rounds);
-    let cold = resolve(&mut anew);
+    let cold = resolve(&mut same);
     assert!((stands.max_depth / cold.rounds[0].max_depth - 1.0).abs() < 1e-9);
     let [_, pushed, ..] = cold.rounds[..] else { panic!("{:?}", cold.rounds) };
     assert!(displaced.max_depth < 0.5 * pushed.max_depth, "{:?}, {:?}", next.rounds, cold.rounds);
 }
 
 #[test]
-fn what_is_needed_no_more_fades() {
+fn displacements_that_are_needed_no_more_fade() {
     let mut resolver = Resolver::new(PARAMS).expect("a resolver");
-    let apart = |scene: &mut Scene| {
-        let ids: Vec<_> = scene.ids().collect();
-        for (k, id) in (0..).zip(ids) {
-            let shift = DVec3::X * 500.0 * f64::from(k);
-            let x: Vec<DVec3> = scene.body(id).positions().iter().map(|&x| x + shift).collect();
-            scene.move_body(id, &x).expect("finite positions");
-        }
-    };
     resolver.resolve(&mut planted(), Progress::none()).expect("a resolution");
     let mut scene = planted();
-    apart(&mut scene);
+    let shift = |number: usize| f64::from(u32::try_from(number).unwrap()) * 500.0 * DVec3::X;
+    move_all(&mut scene, |id, x| x + shift(id.index()));
     let before = scene.particle_positions();
     let resolution = resolver.resolve(&mut scene, Progress::none()).expect("a resolution");
     assert!(resolution.resolved && resolution.rounds.len() == 1);
@@ -195,19 +167,13 @@ fn what_is_needed_no_more_fades() {
 }
 
 #[test]
-fn displacements_of_another_scene_are_not_taken() {
+fn displacements_of_another_scene_are_not_carried_over() {
     let mut resolver = Resolver::new(PARAMS).expect("a resolver");
     resolver.resolve(&mut planted(), Progress::none()).expect("a resolution");
     let cubes = || {
-        let mut scene = Scene::new();
-        for (name, kind, shift) in [
-            ("bone", BodyKind::Rigid, DVec3::ZERO),
-            ("muscle", BodyKind::Deformable, DVec3::new(9.0, 0.5, 0.25)),
-        ] {
-            let mesh = shapes::cube(10.0).translated(shift);
-            scene.add(name, kind, mesh.surface(), mesh.positions).expect("a cube");
-        }
-        scene
+        let muscle = shapes::cube(10.0).translated(DVec3::new(9.0, 0.5, 0.25));
+        let bone = shapes::cube(10.0);
+        scene_of([("bone", BodyKind::Rigid, bone), ("muscle", BodyKind::Deformable, muscle)])
     };
     let (mut carried, mut fresh) = (cubes(), cubes());
     let with = resolver.resolve(&mut carried, Progress::none()).expect("a resolution");

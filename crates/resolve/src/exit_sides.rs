@@ -8,21 +8,20 @@
 
 use glam::DVec3;
 use kdop::Workspace;
-use surface::{closest_on_triangle, triangle, vertex_normals};
+use proximity::{ClosestPoint, SurfaceTree, contact};
+use scene::{Body, BodyId, NearVertex, PairReport, Scene};
+use surface::{Contact, parallel, triangle, vertex_normals};
 
-use super::spread::symmetric_sweeps;
-use super::tissue::Tissue;
-use super::tuning;
-use scene::Body;
-use scene::{BodyId, BodyKind, NearVertex, PairReport, Scene, VertexReport};
-use surface::parallel;
+use crate::spread::symmetric_sweeps;
+use crate::tissue::{Tissue, fitted_tree};
+use crate::tuning;
 
 /// Exit directions of earlier rounds, of the vertices of one body out of another; 0 for
 /// vertices that were never inside. A vertex keeps its direction.
-pub(super) type ExitMemory = Vec<DVec3>;
+pub(crate) type ExitMemory = Vec<DVec3>;
 
 /// Exit sides for the pairs of a scene.
-pub(super) struct ExitSides<'a> {
+pub(crate) struct ExitSides<'a> {
     scene: &'a Scene,
     tissues: &'a [Tissue],
     /// Present vertex normals of all bodies.
@@ -35,30 +34,31 @@ struct Side<'a> {
     body: &'a Body,
     tissue: &'a Tissue,
     normals: &'a [DVec3],
-    other: &'a Body,
+    other: &'a SurfaceTree,
     smoothing: f64,
 }
 
 impl<'a> ExitSides<'a> {
-    pub(super) fn new(scene: &'a Scene, tissues: &'a [Tissue], smoothing: f64) -> Self {
+    pub(crate) fn new(scene: &'a Scene, tissues: &'a [Tissue], smoothing: f64) -> Self {
         let normals = |body: &Body| vertex_normals(body.surface().faces(), body.positions());
         let normals = parallel::map_slice_with(scene.bodies(), || (), |(), body| normals(body));
         Self { scene, tissues, normals, smoothing }
     }
 
-    /// Corrects the near vertices of a pair.
-    pub(super) fn correct(
+    /// Makes the contacts of a pair's near vertices, with their exit sides corrected.
+    pub(crate) fn contacts(
         &self,
         report: &PairReport,
         [of_a, of_b]: &mut [ExitMemory; 2],
-    ) -> PairReport {
+    ) -> Vec<Contact> {
         let [a, b] = report.pair.bodies();
-        let (a, b) = (self.side(a, b), self.side(b, a));
-        PairReport {
-            a_against_b: a.correct(&report.a_against_b, of_a),
-            b_against_a: b.correct(&report.b_against_a, of_b),
-            ..report.clone()
-        }
+        let vertices_of_a = self.side(a, b).correct(&report.a_against_b.near, of_a);
+        let vertices_of_b = self.side(b, a).correct(&report.b_against_a.near, of_b);
+
+        let [a, b] = [a, b].map(|id| self.scene.body(id).contact_surface());
+        let contacts_of_a = vertices_of_a.iter().map(|near| contact(&a, &b, near));
+        let contacts_of_b = vertices_of_b.iter().map(|near| contact(&b, &a, near));
+        contacts_of_a.chain(contacts_of_b).collect()
     }
 
     fn side(&self, body: BodyId, other: BodyId) -> Side<'_> {
@@ -66,30 +66,27 @@ impl<'a> ExitSides<'a> {
             body: self.scene.body(body),
             tissue: &self.tissues[body.index()],
             normals: &self.normals[body.index()],
-            other: self.scene.body(other),
+            other: fitted_tree(self.scene.body(other)),
             smoothing: self.smoothing,
         }
     }
 }
 
 impl Side<'_> {
-    /// Corrects the vertices of a report: drops those that face away from the other surface,
-    /// and projects deep ones onto the side by which they entered.
-    fn correct(&self, report: &VertexReport, memory: &mut ExitMemory) -> VertexReport {
+    /// Corrects near vertices: drops those that face away from the other surface, and projects
+    /// deep ones onto the side by which they entered.
+    fn correct(&self, near: &[NearVertex], memory: &mut ExitMemory) -> Vec<NearVertex> {
         let workspace = &mut Workspace::default();
-        let mut corrected = Vec::with_capacity(report.near.len());
-        if self.body.kind() == BodyKind::Rigid {
-            for near in &report.near {
-                corrected.extend(self.correct_rigid(near, workspace));
-            }
-        } else {
-            let directions = self.exit_directions(&report.near, memory);
-            for near in &report.near {
-                let direction = directions[near.vertex as usize];
-                corrected.extend(self.correct_soft(near, direction, workspace));
-            }
+        if self.body.is_rigid() {
+            return near.iter().filter_map(|near| self.correct_rigid(near, workspace)).collect();
         }
-        VertexReport { inside_count: report.inside_count, near: corrected }
+        let directions = self.exit_directions(near, memory);
+        let mut corrected = Vec::with_capacity(near.len());
+        for near in near {
+            let direction = directions[near.vertex as usize];
+            corrected.extend(self.correct_soft(near, direction, workspace));
+        }
+        corrected
     }
 
     /// Corrects a vertex of tissue, which leaves by the side where it entered.
@@ -171,23 +168,22 @@ impl Side<'_> {
     /// Finds the closest point of the other body's surface among faces on one side of it.
     fn project(&self, vertex: u32, side: DVec3, workspace: &mut Workspace) -> Option<NearVertex> {
         let position = self.body.positions()[vertex as usize];
-        let mut nearest: Option<(f64, u32)> = None;
-        self.other.tree()?.tree().nearest(position, f64::INFINITY, workspace, |face, _| {
-            let corners = self.other.corners(face);
-            let distance = closest_on_triangle(position, corners).point.distance(position);
-            let is_nearer = nearest.is_none_or(|nearest| (distance, face) < nearest);
-            if is_nearer && triangle::unit_normal(corners).dot(side) > tuning::MIN_AGREEMENT {
-                nearest = Some((distance, face));
+        let is_on_side = |direction: DVec3| direction.dot(side) > tuning::MIN_AGREEMENT;
+        let face_normal = |face: u32| triangle::unit_normal(self.other.corners(face));
+
+        let mut nearest: Option<ClosestPoint> = None;
+        self.other.tree().nearest(position, f64::INFINITY, workspace, |face, _| {
+            let found = self.other.closest_on_face(position, face);
+            let is_nearer = nearest.is_none_or(|nearest| found.is_before(&nearest));
+            if is_nearer && is_on_side(face_normal(face)) {
+                nearest = Some(found);
             }
-            nearest.map_or(f64::INFINITY, |(distance, _)| distance)
+            nearest.map_or(f64::INFINITY, |nearest| nearest.distance)
         });
 
-        let (_, face) = nearest?;
-        let corners = self.other.corners(face);
-        let foot = closest_on_triangle(position, corners);
+        let ClosestPoint { face, foot, .. } = nearest?;
         let way = (foot.point - position).normalize_or_zero();
-        let is_on_side = way.dot(side) > tuning::MIN_AGREEMENT;
-        let normal = if is_on_side { way } else { triangle::unit_normal(corners) };
+        let normal = if is_on_side(way) { way } else { face_normal(face) };
         Some(NearVertex {
             vertex,
             gap: (position - foot.point).dot(normal),

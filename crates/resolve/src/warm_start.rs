@@ -5,15 +5,14 @@
 //! edge, and applied in the frame that the vertex has in the next state.
 
 use glam::{DMat3, DVec3};
+use scene::{Body, Scene};
 
-use super::tissue::Tissue;
-use super::tuning;
-use scene::Body;
-use scene::{BodyKind, Scene};
+use crate::tissue::Tissue;
+use crate::tuning;
 
 /// Displacements of one body's vertices, each in the local frame of its vertex, |V|.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct LocalDisplacements(Vec<DVec3>);
+pub(crate) struct LocalDisplacements(Vec<DVec3>);
 
 impl LocalDisplacements {
     /// Stores the displacements of a body from its tissue's rest.
@@ -26,7 +25,7 @@ impl LocalDisplacements {
     }
 
     /// Computes the positions of a tissue with these displacements.
-    pub(super) fn displace(&self, tissue: &Tissue) -> Vec<DVec3> {
+    pub(crate) fn displace(&self, tissue: &Tissue) -> Vec<DVec3> {
         let longest = self.0.iter().map(|u| u.length()).fold(0.0, f64::max);
         let mut x = tissue.rest.clone();
         for (vertex, (x, u)) in (0..).zip(x.iter_mut().zip(&self.0)) {
@@ -39,24 +38,24 @@ impl LocalDisplacements {
 }
 
 /// Stores the displacements of all soft bodies of a scene; none for rigid ones.
-pub(super) fn local_displacements(
+pub(crate) fn local_displacements(
     scene: &Scene,
     tissues: &[Tissue],
 ) -> Vec<Option<LocalDisplacements>> {
     let of_body = |(body, tissue): (&Body, &Tissue)| {
-        (body.kind() != BodyKind::Rigid).then(|| LocalDisplacements::new(body, tissue))
+        (!body.is_rigid()).then(|| LocalDisplacements::new(body, tissue))
     };
     scene.bodies().iter().zip(tissues).map(of_body).collect()
 }
 
 /// Returns the displacements if they are of bodies like those of a scene, and none otherwise.
-pub(super) fn fitting<'a>(
+pub(crate) fn fitting<'a>(
     carried: &'a [Option<LocalDisplacements>],
     scene: &Scene,
 ) -> &'a [Option<LocalDisplacements>] {
     let fits = |(carried, body): (&Option<LocalDisplacements>, &Body)| match carried {
-        Some(local) => body.kind() != BodyKind::Rigid && local.0.len() == body.positions().len(),
-        None => body.kind() == BodyKind::Rigid,
+        Some(local) => !body.is_rigid() && local.0.len() == body.positions().len(),
+        None => body.is_rigid(),
     };
     let as_many = carried.len() == scene.bodies().len();
     let all_fit = as_many && carried.iter().zip(scene.bodies()).all(fits);

@@ -3,28 +3,23 @@
 
 use glam::DVec3;
 use kdop::Workspace;
-use surface::{TriangleSurface, triangle};
+use proximity::SurfaceTree;
+use surface::triangle;
 
-use super::tissue::{Strut, Tissue};
-use super::tuning;
-use scene::Body;
+use crate::tissue::{Strut, Tissue};
+use crate::tuning;
 
 /// Smooths the displacement where a limit on strain is exceeded, until none is or all passes
 /// are done.
 ///
 /// A `looseness` of 1 or more widens the limits on edges and sheets.
-pub(super) fn limit_strain(
-    surface: &TriangleSurface,
-    tissue: &Tissue,
-    looseness: f64,
-    x: &mut [DVec3],
-) {
+pub(crate) fn limit_strain(tissue: &Tissue, looseness: f64, x: &mut [DVec3]) {
     for _ in 0..tuning::SMOOTHING_PASSES {
         let mut strained = Vec::new();
-        for face in turned_faces(surface, tissue, x, tuning::MIN_NORMAL_COSINE) {
-            strained.extend(surface.faces()[face as usize]);
+        for face in turned_faces(tissue, x, tuning::MIN_NORMAL_COSINE) {
+            strained.extend(tissue.corners(face));
         }
-        strained.extend(torn_vertices(surface, tissue, x, tuning::MAX_STRETCH * looseness));
+        strained.extend(torn_vertices(tissue, x, tuning::MAX_STRETCH * looseness));
         strained.extend(pressed_vertices(tissue, x, tuning::MIN_THICKNESS / looseness));
         if strained.is_empty() {
             return;
@@ -35,10 +30,10 @@ pub(super) fn limit_strain(
 }
 
 /// Smooths the displacement around faces that cross others of the same body.
-pub(super) fn uncross(body: &Body, tissue: &Tissue, x: &mut [DVec3]) {
+pub(crate) fn uncross(tree: &SurfaceTree, tissue: &Tissue, x: &mut [DVec3]) {
     let mut vertices = Vec::new();
-    for face in self_crossings(body, x, &mut Workspace::default()).into_iter().flatten() {
-        vertices.extend(body.surface().faces()[face as usize]);
+    for face in self_crossings_at(x, tree).into_iter().flatten() {
+        vertices.extend(tissue.corners(face));
     }
     for _ in 0..tuning::UNCROSSING_RINGS {
         for i in 0..vertices.len() {
@@ -53,39 +48,39 @@ pub(super) fn uncross(body: &Body, tissue: &Tissue, x: &mut [DVec3]) {
     }
 }
 
-/// Finds the pairs of a body's own faces, without a common corner, that cross at `x`.
-pub(super) fn self_crossings(body: &Body, x: &[DVec3], workspace: &mut Workspace) -> Vec<[u32; 2]> {
-    let Some(mut tree) = body.tree().cloned() else { return Vec::new() };
-    let moved = tree.set_positions(x.iter().copied());
-    moved.map_or(Vec::new(), |()| tree.self_crossings(workspace))
+/// Finds the pairs of a body's own faces, without a common corner, that would cross at `x`.
+pub(crate) fn self_crossings_at(x: &[DVec3], tree: &SurfaceTree) -> Vec<[u32; 2]> {
+    let mut moved = tree.clone();
+    match moved.set_positions(x.iter().copied()) {
+        Ok(()) => moved.self_crossings(&mut Workspace::default()),
+        Err(_) => Vec::new(),
+    }
 }
 
 /// Counts the pairs of a body's own faces that cross and did not at rest.
-pub(super) fn new_self_crossings(body: &Body, tissue: &Tissue) -> usize {
-    if body.positions() == tissue.rest {
+pub(crate) fn count_new_self_crossings(tree: &SurfaceTree, tissue: &Tissue) -> usize {
+    if tree.positions().as_slice() == tissue.rest {
         return 0;
     }
-    let workspace = &mut Workspace::default();
-    let mut count = |x: &[DVec3]| self_crossings(body, x, workspace).len();
-    let now = count(body.positions());
-    if now == 0 { 0 } else { now.saturating_sub(count(&tissue.rest)) }
+    let now = tree.self_crossings(&mut Workspace::default()).len();
+    if now == 0 { 0 } else { now.saturating_sub(self_crossings_at(&tissue.rest, tree).len()) }
 }
 
 /// Counts the faces that are turned by a right angle or more.
-pub(super) fn count_flipped(surface: &TriangleSurface, tissue: &Tissue, x: &[DVec3]) -> usize {
-    turned_faces(surface, tissue, x, 0.0).len()
+pub(crate) fn count_flipped(tissue: &Tissue, x: &[DVec3]) -> usize {
+    turned_faces(tissue, x, 0.0).len()
 }
 
 /// Moves the corners of faces that are about to turn over as one, as far as the one that moves
 /// farthest. Smoothing alone would be undone by the next push.
-pub(super) fn stiffen(surface: &TriangleSurface, tissue: &Tissue, x: &mut [DVec3]) {
+pub(crate) fn stiffen(tissue: &Tissue, x: &mut [DVec3]) {
     for _ in 0..tuning::STIFFENING_PASSES {
-        let turned = turned_faces(surface, tissue, x, tuning::STIFFENING_COSINE);
+        let turned = turned_faces(tissue, x, tuning::STIFFENING_COSINE);
         if turned.is_empty() {
             return;
         }
         for face in turned {
-            let corners = surface.faces()[face as usize].map(|v| v as usize);
+            let corners = tissue.corners(face).map(|v| v as usize);
             let u = corners.map(|v| x[v] - tissue.rest[v]);
             let mean = u.iter().sum::<DVec3>() / 3.0;
             let direction = mean.normalize_or_zero();
@@ -98,13 +93,13 @@ pub(super) fn stiffen(surface: &TriangleSurface, tissue: &Tissue, x: &mut [DVec3
 }
 
 /// Finds the ends of edges whose displacements differ by more than `limit` edge lengths.
-fn torn_vertices(surface: &TriangleSurface, tissue: &Tissue, x: &[DVec3], limit: f64) -> Vec<u32> {
+fn torn_vertices(tissue: &Tissue, x: &[DVec3], limit: f64) -> Vec<u32> {
     let is_torn = |&&[p, q]: &&[u32; 2]| {
         let [p, q] = [p, q].map(|v| v as usize);
         let (before, after) = (tissue.rest[q] - tissue.rest[p], x[q] - x[p]);
         before != after && (after - before).length() > limit * before.length()
     };
-    surface.edges().iter().filter(is_torn).flatten().copied().collect()
+    tissue.surface.edges().iter().filter(is_torn).flatten().copied().collect()
 }
 
 /// Finds both sides of sheets that are thinner than `limit` of their thickness at rest.
@@ -125,11 +120,11 @@ fn pressed_vertices(tissue: &Tissue, x: &[DVec3], limit: f64) -> Vec<u32> {
 }
 
 /// Finds the faces whose normals have turned until their cosine is at most `limit`.
-fn turned_faces(surface: &TriangleSurface, tissue: &Tissue, x: &[DVec3], limit: f64) -> Vec<u32> {
+fn turned_faces(tissue: &Tissue, x: &[DVec3], limit: f64) -> Vec<u32> {
     let has_moved = |v: u32| x[v as usize] != tissue.rest[v as usize];
     let normal = |x: &[DVec3], face: [u32; 3]| triangle::normal(face.map(|v| x[v as usize]));
     let mut turned = Vec::new();
-    for (number, &face) in (0..).zip(surface.faces()) {
+    for (number, &face) in (0..).zip(tissue.surface.faces()) {
         if !face.into_iter().any(has_moved) {
             continue;
         }
@@ -163,84 +158,75 @@ mod tests {
     use fixtures::{Mesh, shapes};
 
     use super::*;
-    use scene::{BodyKind, Scene};
 
-    /// A scene of one body, with its tree, and that body's tissue.
-    fn planted(mesh: Mesh) -> (Scene, Tissue) {
-        let mut scene = Scene::new();
-        let surface = mesh.surface();
-        scene.add("muscle", BodyKind::Deformable, surface, mesh.positions).expect("a body");
-        scene.fit_all().expect("a tree");
-        let tissue = Tissue::new(&scene.bodies()[0]);
-        (scene, tissue)
+    /// Builds the tree of a mesh, and its tissue.
+    fn planted(mesh: Mesh) -> (SurfaceTree, Tissue) {
+        let tree = SurfaceTree::new(mesh.surface(), mesh.positions).expect("a tree");
+        let tissue = Tissue::new(&tree);
+        (tree, tissue)
     }
 
     /// The largest difference between the displacements of two ends of an edge,
     /// in lengths of the edge.
-    fn stretch(body: &Body, tissue: &Tissue, x: &[DVec3]) -> f64 {
+    fn stretch(tissue: &Tissue, x: &[DVec3]) -> f64 {
         let u = |v: u32| x[v as usize] - tissue.rest[v as usize];
         let length = |p: u32, q: u32| tissue.rest[p as usize].distance(tissue.rest[q as usize]);
-        let edges = body.surface().edges().iter();
+        let edges = tissue.surface.edges().iter();
         edges.map(|&[p, q]| u(p).distance(u(q)) / length(p, q)).fold(0.0, f64::max)
     }
 
     #[test]
     fn a_vertex_torn_out_is_brought_back_until_no_edge_turns_round() {
-        let (scene, tissue) = planted(shapes::icosphere(10.0, 3));
-        let body = &scene.bodies()[0];
+        let (_, tissue) = planted(shapes::icosphere(10.0, 3));
         let mut x = tissue.rest.clone();
         x[40] += 4.0 * tissue.normals[40];
-        assert!(stretch(body, &tissue, &x) > 2.0, "torn out by more than two edges");
-        limit_strain(body.surface(), &tissue, 1.0, &mut x);
-        let left = stretch(body, &tissue, &x);
+        assert!(stretch(&tissue, &x) > 2.0, "torn out by more than two edges");
+        limit_strain(&tissue, 1.0, &mut x);
+        let left = stretch(&tissue, &x);
         assert!(left <= 1.0, "{left} lengths of an edge");
         let mut loose = tissue.rest.clone();
         loose[40] += 4.0 * tissue.normals[40];
-        limit_strain(body.surface(), &tissue, 2.0, &mut loose);
-        let looser = stretch(body, &tissue, &loose);
+        limit_strain(&tissue, 2.0, &mut loose);
+        let looser = stretch(&tissue, &loose);
         assert!(looser > left, "the limit is wider: {looser}, not {left}");
     }
 
     /// A flat grid of quarters of millimetres by millimetres, with a vertex lifted and
     /// pushed across its long edges: faces turn over, no edge is torn.
-    fn turned_over() -> (Scene, Tissue, Vec<DVec3>) {
+    fn turned_over() -> (Tissue, Vec<DVec3>) {
         let plate = shapes::plate(DVec3::new(12.0, 3.0, 4.0), [12, 12]);
-        let (scene, tissue) = planted(plate);
-        let body = &scene.bodies()[0];
+        let (_, tissue) = planted(plate);
         let vertex =
             (0..).zip(&tissue.rest).find(|(_, x)| x.z > 1.9 && x.x.abs() < 0.1 && x.y.abs() < 0.1);
         let (vertex, _): (usize, _) = vertex.expect("the middle of the upper side");
         let mut x = tissue.rest.clone();
         x[vertex] += DVec3::new(0.0, 0.3, 0.05);
-        assert!(count_flipped(body.surface(), &tissue, &x) > 0, "turned over");
-        (scene, tissue, x)
+        assert!(count_flipped(&tissue, &x) > 0, "turned over");
+        (tissue, x)
     }
 
     #[test]
     fn faces_that_turned_over_are_brought_back_though_no_edge_is_torn() {
-        let (scene, tissue, mut x) = turned_over();
-        let body = &scene.bodies()[0];
-        limit_strain(body.surface(), &tissue, 10.0, &mut x);
-        assert_eq!(count_flipped(body.surface(), &tissue, &x), 0);
-        let leans = turned_faces(body.surface(), &tissue, &x, 0.15);
+        let (tissue, mut x) = turned_over();
+        limit_strain(&tissue, 10.0, &mut x);
+        assert_eq!(count_flipped(&tissue, &x), 0);
+        let leans = turned_faces(&tissue, &x, 0.15);
         assert!(leans.is_empty(), "nor does one stand on its edge: {leans:?}");
     }
 
     #[test]
     fn a_sheet_pressed_through_itself_is_uncrossed() {
-        let (scene, tissue) = planted(shapes::ellipsoid(DVec3::new(12.0, 12.0, 2.0), 3));
-        let body = &scene.bodies()[0];
-        let workspace = &mut Workspace::default();
+        let (tree, tissue) = planted(shapes::ellipsoid(DVec3::new(12.0, 12.0, 2.0), 3));
         let mut x = tissue.rest.clone();
         for (x, rest) in x.iter_mut().zip(&tissue.rest) {
             if rest.z > 0.0 && rest.truncate().length() < 3.0 {
                 x.z -= 4.5;
             }
         }
-        let before = self_crossings(body, &x, workspace).len();
+        let before = self_crossings_at(&x, &tree).len();
         assert!(before > 0, "its upper side is below its lower one");
-        uncross(body, &tissue, &mut x);
-        let after = self_crossings(body, &x, workspace).len();
+        uncross(&tree, &tissue, &mut x);
+        let after = self_crossings_at(&x, &tree).len();
         assert_eq!(after, 0, "of {before}");
     }
 }

@@ -6,22 +6,20 @@
 //! or two edges over each other.
 
 use glam::{DVec2, DVec3};
+use scene::{Body, PairReport, Scene, VertexReport};
 use surface::{Contact, ContactSide, Term, vertex_normals};
-
-use scene::Body;
-use scene::{BodyKind, PairReport, Scene, VertexReport};
 
 /// Finds the contacts of a pair's crossing faces without a vertex inside. Their gaps are
 /// negative.
-pub(super) fn edge_contacts(scene: &Scene, pair: &PairReport) -> Vec<Contact> {
+pub(crate) fn edge_contacts(scene: &Scene, pair: &PairReport) -> Vec<Contact> {
     if pair.crossing_faces.is_empty() {
         return Vec::new();
     }
     let [a, b] = pair.pair.bodies().map(|id| scene.body(id));
-    let [a_is_rigid, b_is_rigid] = [a, b].map(|body| body.kind() == BodyKind::Rigid);
-    // A contact has one anchor at most: between two bones, the second is.
-    let a = CrossingSide::new(a, &pair.a_against_b, a_is_rigid && !b_is_rigid);
-    let b = CrossingSide::new(b, &pair.b_against_a, b_is_rigid);
+    // A contact has one anchor at most: of two rigid bodies, the second.
+    let [a_is_anchor, b_is_anchor] = [a.is_rigid() && !b.is_rigid(), b.is_rigid()];
+    let a = CrossingSide::new(a, &pair.a_against_b, a_is_anchor);
+    let b = CrossingSide::new(b, &pair.b_against_a, b_is_anchor);
 
     let contact = |&[face_a, face_b]: &[u32; 2]| {
         let [of_a, of_b] = [a.face_normal(face_a)?, b.face_normal(face_b)?];
@@ -67,9 +65,10 @@ impl<'a> CrossingSide<'a> {
         if self.is_anchor {
             return FacePoint::Anchor(interpolate(self.body.corners(face), weights));
         }
-        let first = self.body.particles().start;
+        let numbers = self.body.particle_numbers();
         let corners = self.body.surface().faces()[face as usize].into_iter().zip(weights);
-        let terms = corners.map(|(vertex, weight)| Term { particle: first + vertex, weight });
+        let terms =
+            corners.map(|(vertex, weight)| Term { particle: numbers.particle(vertex), weight });
         FacePoint::Particles(terms.filter(|term| term.weight != 0.0).collect())
     }
 }

@@ -2,13 +2,13 @@
 
 use glam::DVec3;
 use kdop::Workspace;
-
-use super::near_pairs::NearPairs;
-use super::tissue::{Tissue, volume};
-use super::{guard, tuning};
-use scene::Body;
-use scene::{BodyId, BodyKind, PairId, PairReport, Scene};
+use proximity::SurfaceTree;
+use scene::{BodyId, PairId, PairReport, Scene};
 use surface::parallel;
+
+use crate::near_pairs::NearPairs;
+use crate::tissue::{Tissue, fitted_tree};
+use crate::{strain, tuning};
 
 /// State of a scene at the start or after a round.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -69,10 +69,8 @@ pub enum Obstacle {
 /// Pair that still overlaps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Remaining {
-    /// The first body.
-    pub a: BodyId,
-    /// The second body.
-    pub b: BodyId,
+    /// The two bodies.
+    pub pair: PairId,
     /// Depth of vertices or of edges; 0 where only edges cross, too steeply for a depth.
     pub depth: f64,
     /// Number of crossing pairs of faces.
@@ -103,7 +101,7 @@ pub struct Resolution {
 
 impl Round {
     /// Summarizes the overlaps of a scene; what concerns single bodies is 0.
-    pub(super) fn of_overlaps(near: &NearPairs, before: &[PairReport]) -> Self {
+    pub(crate) fn of_overlaps(near: &NearPairs, before: &[PairReport]) -> Self {
         let mut round = Self::default();
         for pair in near.overlapping() {
             round.overlapping_pairs += 1;
@@ -115,18 +113,18 @@ impl Round {
     }
 
     /// Returns true if nothing overlaps and no shape is spoilt.
-    pub(super) fn is_clean(&self) -> bool {
+    pub(crate) fn is_clean(&self) -> bool {
         let spoilt_faces = self.self_crossings + self.flipped_faces;
         self.overlapping_pairs + spoilt_faces == 0 && self.excess_volume() <= 0.0
     }
 
     /// Returns true if no overlap exceeds the tolerance and none is new.
-    pub(super) fn is_within(&self, tolerance: f64) -> bool {
+    pub(crate) fn is_within(&self, tolerance: f64) -> bool {
         self.max_depth <= tolerance && self.new_pairs == 0
     }
 
     /// Returns true if this round has left less than another one.
-    pub(super) fn is_better_than(&self, other: &Self, tolerance: f64) -> bool {
+    pub(crate) fn is_better_than(&self, other: &Self, tolerance: f64) -> bool {
         self.score(tolerance) < other.score(tolerance)
     }
 
@@ -149,17 +147,16 @@ impl Round {
 
 impl Remaining {
     /// Lists the pairs that still overlap, the deepest first.
-    pub(super) fn list(
+    pub(crate) fn list(
         scene: &Scene,
         near: &NearPairs,
         before: &[PairReport],
         stuck: bool,
     ) -> Vec<Self> {
-        let is_rigid = |id: BodyId| scene.body(id).kind() == BodyKind::Rigid;
+        let is_rigid = |id: BodyId| scene.body(id).is_rigid();
         let mut remaining = Vec::new();
         for pair in near.overlapping() {
-            let PairReport { pair: PairId { a, b, .. }, crossing_faces, .. } = &pair.report;
-            let obstacle = if is_rigid(*a) && is_rigid(*b) {
+            let obstacle = if pair.report.pair.bodies().into_iter().all(is_rigid) {
                 Obstacle::BothRigid
             } else if stuck {
                 Obstacle::Stuck
@@ -167,10 +164,9 @@ impl Remaining {
                 Obstacle::Rounds
             };
             remaining.push(Self {
-                a: *a,
-                b: *b,
+                pair: pair.report.pair,
                 depth: pair.depth(),
-                crossing_faces: crossing_faces.len(),
+                crossing_faces: pair.report.crossing_faces.len(),
                 at_first: pair.overlaps_in(before),
                 obstacle,
             });
@@ -183,33 +179,34 @@ impl Remaining {
     ///
     /// A pair that did not overlap at the start may not. Nor may one whose edges cross too
     /// steeply for a depth: that is within no tolerance.
-    pub(super) fn is_within(&self, tolerance: f64) -> bool {
+    pub(crate) fn is_within(&self, tolerance: f64) -> bool {
         self.at_first && self.depth > 0.0 && self.depth <= tolerance
     }
 }
 
 impl BodyChange {
     /// Compares all bodies of a scene with their tissues at rest.
-    pub(super) fn list(scene: &Scene, tissues: &[Tissue]) -> Vec<Self> {
+    pub(crate) fn list(scene: &Scene, tissues: &[Tissue]) -> Vec<Self> {
         let bodies: Vec<_> = scene.ids().zip(tissues).collect();
-        parallel::map_slice_with(&bodies, Workspace::default, |workspace, &(id, tissue)| {
-            Self::new(id, scene.body(id), tissue, workspace)
-        })
+        let change = |id, tissue| Self::new(id, fitted_tree(scene.body(id)), tissue);
+        parallel::map_slice_with(&bodies, || (), |(), &(id, tissue)| change(id, tissue))
     }
 
-    fn new(id: BodyId, body: &Body, tissue: &Tissue, workspace: &mut Workspace) -> Self {
-        let (surface, x) = (body.surface(), body.positions());
+    fn new(id: BodyId, tree: &SurfaceTree, tissue: &Tissue) -> Self {
+        let x = tree.positions().as_slice();
         let displacements: Vec<DVec3> =
             x.iter().zip(&tissue.rest).map(|(x, rest)| *x - *rest).collect();
-        let has_inside = body.has_inside().is_ok();
-        let mut count_crossings = |x: &[DVec3]| guard::self_crossings(body, x, workspace).len();
+        let self_crossings = [
+            strain::self_crossings_at(&tissue.rest, tree).len(),
+            tree.self_crossings(&mut Workspace::default()).len(),
+        ];
         Self {
             body: id,
             moved: displacements.iter().filter(|u| **u != DVec3::ZERO).count(),
             max_displacement: displacements.iter().map(|u| u.length()).fold(0.0, f64::max),
-            volume_ratio: has_inside.then(|| volume(surface.faces(), x) / tissue.volume),
-            flipped_faces: guard::count_flipped(surface, tissue, x),
-            self_crossings: [count_crossings(&tissue.rest), count_crossings(x)],
+            volume_ratio: tissue.volume.map(|volume| tissue.volume_at(x) / volume),
+            flipped_faces: strain::count_flipped(tissue, x),
+            self_crossings,
             displacements,
         }
     }
@@ -218,6 +215,7 @@ impl BodyChange {
 #[cfg(test)]
 mod tests {
     use fixtures::shapes;
+    use scene::BodyKind;
 
     use super::*;
 
@@ -228,9 +226,10 @@ mod tests {
             let cube = shapes::cube(1.0);
             scene.add(name, BodyKind::Deformable, cube.surface(), cube.positions).expect("a cube")
         });
+        let pair = PairId::new(a, b);
         let (crossing_faces, obstacle) = (2, Obstacle::Rounds);
         let left = |depth, at_first| {
-            Remaining { a, b, depth, crossing_faces, at_first, obstacle }.is_within(0.05)
+            Remaining { pair, depth, crossing_faces, at_first, obstacle }.is_within(0.05)
         };
         assert!(left(0.05, true));
         assert!(!left(0.06, true), "too deep");

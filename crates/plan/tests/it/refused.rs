@@ -1,0 +1,82 @@
+//! Refused parameters, methods and scenes, and interruption.
+
+use std::ops::ControlFlow;
+
+use fixtures::shapes::icosphere;
+use plan::{Detection, DetectionMethod, ForcedMethod, Plan, PlanError, PlanParams};
+use scene::{BodyKind, PairId};
+use surface::progress::Progress;
+
+use crate::{plan, three};
+
+#[test]
+fn parameters_out_of_range_are_named() {
+    let (mut scene, _) = three();
+    let good = PlanParams::with_tolerance(0.5);
+    for (expected, params) in [
+        ("tolerance", PlanParams { tolerance: 0.0, ..good }),
+        ("tolerance", PlanParams { tolerance: f64::NAN, ..good }),
+        ("margin", PlanParams { margin: -1.0, ..good }),
+        ("margin", PlanParams { margin: f64::INFINITY, ..good }),
+        ("max_displacement", PlanParams { max_displacement: f64::NAN, ..good }),
+        ("max_displacement", PlanParams { max_displacement: -0.5, ..good }),
+        ("machine_factor", PlanParams { machine_factor: 0.0, ..good }),
+        ("threads", PlanParams { threads: 0, ..good }),
+    ] {
+        let refused = Plan::new(&mut scene, &params, Progress::none());
+        let Err(PlanError::Parameter { name, .. }) = refused else { panic!("{refused:?}") };
+        assert_eq!(name, expected);
+    }
+}
+
+#[test]
+fn forced_methods_that_do_not_suit_their_pair_are_refused() {
+    let (mut scene, [bone, first, second]) = three();
+    let mesh = icosphere(5.0, 2);
+    let other = scene.add("other", BodyKind::Rigid, mesh.surface(), mesh.positions);
+    let other = other.expect("a body");
+    let params = PlanParams::with_tolerance(1.5);
+    for (a, b, method, message) in [
+        (
+            first,
+            second,
+            DetectionMethod::Field,
+            "method field does not suit \"first\" and \"second\"",
+        ),
+        (bone, other, DetectionMethod::Medial, "both bodies are rigid"),
+    ] {
+        let forced = [ForcedMethod { pair: PairId::new(a, b), method }];
+        let refused = Plan::with_forced(&mut scene, &params, &forced, Progress::none());
+        let error = refused.expect_err("a refusal").to_string();
+        assert!(error.contains(message), "{error}");
+    }
+}
+
+#[test]
+fn bones_without_a_pose_are_refused() {
+    let (mut scene, [bone, ..]) = three();
+    let mut plan = plan(&mut scene, &PlanParams::with_tolerance(0.5));
+    let x = scene.body(bone).positions().to_vec();
+    scene.move_body(bone, &x).expect("a move");
+    let refused = plan.detect(&mut scene, &mut Detection::default());
+    assert_eq!(refused, Err(PlanError::NoPose { name: "bone".into() }));
+}
+
+#[test]
+fn scenes_with_other_bodies_are_refused() {
+    let (mut scene, _) = three();
+    let mut plan = plan(&mut scene, &PlanParams::with_tolerance(0.5));
+    let mesh = icosphere(5.0, 2);
+    scene.add("other", BodyKind::Rigid, mesh.surface(), mesh.positions).expect("a body");
+    let refused = plan.detect(&mut scene, &mut Detection::default());
+    assert_eq!(refused, Err(PlanError::OtherScene));
+}
+
+#[test]
+fn an_interrupted_plan_is_not_made() {
+    let (mut scene, _) = three();
+    let stop = |_| ControlFlow::Break(());
+    let params = PlanParams::with_tolerance(0.5);
+    let interrupted = Plan::new(&mut scene, &params, Progress::new(&stop));
+    assert!(matches!(interrupted, Err(PlanError::Interrupted(_))), "{interrupted:?}");
+}
