@@ -1,6 +1,5 @@
 //! Contact records from vertices and their closest points.
 
-use glam::DVec3;
 use surface::{Contact, ContactSide, Positions, Term, TriangleSurface};
 
 use crate::NearVertex;
@@ -46,24 +45,6 @@ impl ParticleNumbers<'_> {
     pub fn particle(&self, vertex: u32) -> u32 {
         self.first + self.kept.map_or(vertex, |kept| kept[vertex as usize])
     }
-
-    /// Returns the vertex that a particle is, if it is one of `count` vertices.
-    fn vertex(&self, particle: u32, count: usize) -> Option<u32> {
-        let number = particle.checked_sub(self.first)?;
-        let vertex = match self.kept {
-            None => number,
-            Some(kept) => u32::try_from(kept.binary_search(&number).ok()?).ok()?,
-        };
-        ((vertex as usize) < count).then_some(vertex)
-    }
-}
-
-impl ContactSurface<'_> {
-    /// Returns the position of a particle, if it is one of this side.
-    fn position(&self, particle: u32) -> Option<DVec3> {
-        let vertex = self.particles.vertex(particle, self.surface.vertex_count())?;
-        Some(self.positions.at(vertex))
-    }
 }
 
 /// Makes the contact of a vertex of `p` with the face of `q` that holds its closest point.
@@ -92,18 +73,24 @@ pub fn contact(p: &ContactSurface<'_>, q: &ContactSurface<'_>, near: &NearVertex
     let of_q =
         if q.is_rigid { ContactSide::at_rest(near.foot) } else { ContactSide::Particles(&face) };
     let contact = Contact::between(of_p, of_q, near.normal, near.gap);
-    debug_assert!(satisfies_identity(&contact, p, q), "{contact:?}");
+    debug_assert!(satisfies_identity(&contact, p, q, near), "{contact:?}");
     contact
 }
 
 /// Returns true if a contact's fields fit each other, up to rounding.
-fn satisfies_identity(contact: &Contact, p: &ContactSurface<'_>, q: &ContactSurface<'_>) -> bool {
-    let position = |particle: u32| p.position(particle).or_else(|| q.position(particle));
-    let mut scale = contact.gap.abs();
-    for term in contact.stencil.terms() {
-        let Some(x) = position(term.particle) else { return false };
-        scale = scale.max(x.abs().max_element());
-    }
-    let error = contact.identity_error(|particle| position(particle).unwrap_or(DVec3::NAN));
-    error <= 64.0 * f64::EPSILON * scale
+fn satisfies_identity(
+    contact: &Contact,
+    p: &ContactSurface<'_>,
+    q: &ContactSurface<'_>,
+    near: &NearVertex,
+) -> bool {
+    let corners = q.surface.faces()[near.face as usize];
+    let position = |particle: u32| {
+        let corner = corners.into_iter().find(|&corner| q.particles.particle(corner) == particle);
+        corner.map_or(p.positions.at(near.vertex), |corner| q.positions.at(corner))
+    };
+    let terms = contact.stencil.terms().iter();
+    let sizes = terms.map(|term| position(term.particle).abs().max_element());
+    let scale = sizes.fold(contact.gap.abs(), f64::max);
+    contact.identity_error(position) <= 64.0 * f64::EPSILON * scale
 }

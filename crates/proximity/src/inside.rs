@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 use kdop::{Axis, Dop18, Workspace};
-use surface::{TriangleSurface, UnionFind, ray_crosses_triangle, triangles_meet};
+use surface::{TriangleSurface, ray_crosses_triangle, triangles_meet};
 
 use crate::SurfaceTree;
 
@@ -138,15 +138,4 @@ impl InsideVertices {
 fn refill<T: Clone>(values: &mut Vec<T>, count: usize, value: T) {
     values.clear();
     values.resize(count, value);
-}
-
-/// Finds the first vertex of each connected component, vertices without a face left out.
-pub(crate) fn components(surface: &TriangleSurface) -> Vec<u32> {
-    let mut sets = UnionFind::new(surface.vertex_count());
-    for &[a, b, c] in surface.faces() {
-        sets.join(a, b);
-        sets.join(b, c);
-    }
-    let is_first = |&vertex: &u32| sets.is_root(vertex) && !surface.vertex_faces(vertex).is_empty();
-    (0..).take(surface.vertex_count()).filter(is_first).collect()
 }

@@ -71,6 +71,4 @@ pub use crate::patches::ContactPatch;
 pub use crate::projection::NearVertex;
 pub use crate::regions::{Region, Side, regions};
 pub use crate::surface_tree::{LazySurfaceTree, SurfaceTree};
-pub use crate::swept::{
-    ContactKind, StepBounds, SweptContact, SweptContacts, SweptQuery, SweptSide, SweptTree,
-};
+pub use crate::swept::{ContactKind, SweptContact, SweptContacts, SweptQuery, SweptSide};

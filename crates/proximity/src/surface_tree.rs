@@ -6,8 +6,7 @@ use glam::DVec3;
 use kdop::{Leaves, Tree, TreeError};
 use surface::{PositionBuffer, Positions, SurfaceError, TriangleSurface};
 
-use crate::inside::components;
-use crate::{NoInside, ProximityError, SweptTree};
+use crate::{NoInside, ProximityError};
 
 /// A triangle surface at finite positions, with a bounding volume tree over its faces.
 ///
@@ -31,8 +30,8 @@ pub struct SurfaceTree {
 pub struct LazySurfaceTree {
     inner: SurfaceTree,
     fit: Fit,
-    /// Bounds over a step, of the last one that was fitted.
-    swept: Option<SweptTree>,
+    /// Bounds of the faces over the last step that was fitted.
+    step_tree: Option<Tree>,
 }
 
 /// State of a lazy tree.
@@ -191,7 +190,7 @@ impl LazySurfaceTree {
             components: Vec::new(),
             surface,
         };
-        Ok(Self { inner, fit: Fit::Unbuilt, swept: None })
+        Ok(Self { inner, fit: Fit::Unbuilt, step_tree: None })
     }
 
     /// Declares the surface open: nothing is inside it, whatever its edges say.
@@ -225,39 +224,40 @@ impl LazySurfaceTree {
     ///
     /// [`TreeError`] for 2³⁰ faces and more.
     pub fn fit(&mut self) -> Result<&SurfaceTree, TreeError> {
-        let SurfaceTree { surface, positions, tree, components: parts, .. } = &mut self.inner;
+        let SurfaceTree { surface, positions, tree, components, .. } = &mut self.inner;
         let x = positions.as_positions().as_slice();
         match self.fit {
             Fit::Current => {}
             Fit::Stale => tree.refit(x)?,
             Fit::Unbuilt => {
                 *tree = Tree::build(Leaves::Triangles(surface.faces()), x)?;
-                *parts = components(surface);
+                *components = surface.component_roots().collect();
             }
         }
         self.fit = Fit::Current;
         Ok(&self.inner)
     }
 
-    /// Bounds the faces on their way from the present positions to `end`. The tree itself stays
-    /// as it is, but for one that is not yet built.
+    /// Returns a tree that bounds the faces during a step, in which every vertex moves on a
+    /// straight line from its present position to `end`. The surface tree stays as it is.
     ///
     /// # Errors
     ///
     /// As [`fit`](Self::fit), and [`TreeError::WrongLength`] where `end` is of another surface.
-    pub fn fit_step(&mut self, end: Positions<'_>) -> Result<(), TreeError> {
+    pub fn fit_step(&mut self, end: Positions<'_>) -> Result<&Tree, TreeError> {
         if self.fit == Fit::Unbuilt {
             self.fit()?;
         }
         let SurfaceTree { positions, tree, .. } = &self.inner;
-        let swept = self.swept.get_or_insert_with(|| SweptTree::like(tree));
-        swept.refit(positions.as_positions(), end)
+        let step_tree = self.step_tree.get_or_insert_with(|| tree.clone());
+        step_tree.refit_swept(positions.as_positions().as_slice(), end.as_slice())?;
+        Ok(step_tree)
     }
 
-    /// Returns the bounds over the last step that was [fitted](Self::fit_step), if there is one.
+    /// Returns the tree of the last step that was [fitted](Self::fit_step), if there is one.
     #[must_use]
-    pub fn swept(&self) -> Option<&SweptTree> {
-        self.swept.as_ref()
+    pub fn step_tree(&self) -> Option<&Tree> {
+        self.step_tree.as_ref()
     }
 
     /// Returns the surface tree where it is up to date; `None` before the first

@@ -8,34 +8,19 @@
 //! using Representative-Triangles", I3D 2008, section 4, for the assignment of features to faces.
 
 use ccd::MovingPoints;
-use kdop::{Dop18, Tree, TreeError, Workspace};
+use kdop::{Tree, Workspace};
 use surface::progress::Progress;
-use surface::{Contact, Positions, Stencil, Term, TriangleSurface};
+use surface::{Contact, Stencil, Term, TriangleSurface};
 
-use crate::{SurfaceTree, SweptError};
-
-/// Bounding volume tree over the faces of a surface during a step.
-#[derive(Clone, Debug)]
-pub struct SweptTree {
-    tree: Tree,
-}
-
-/// Bounds of a surface during a step: of one at rest, those of its state.
-#[derive(Clone, Copy, Debug)]
-pub enum StepBounds<'a> {
-    /// All vertices rest.
-    Resting(&'a SurfaceTree),
-    /// Vertices move.
-    Moving(&'a SweptTree),
-}
+use crate::SweptError;
 
 /// Surface as one side of a swept query.
 #[derive(Clone, Copy, Debug)]
 pub struct SweptSide<'a> {
     /// The surface.
     pub surface: &'a TriangleSurface,
-    /// Its bounds during the step.
-    pub bounds: StepBounds<'a>,
+    /// Bounds of its faces during the step: of a surface at rest, those of its state.
+    pub tree: &'a Tree,
     /// Number of its first vertex among the particles of the motion.
     pub first_particle: u32,
 }
@@ -77,38 +62,6 @@ pub enum ContactKind {
     VertexFace,
     /// Two edges.
     EdgeEdge,
-}
-
-impl SweptTree {
-    /// Returns a tree over the same faces as another, with bounds that are yet to be fitted.
-    pub(crate) fn like(tree: &Tree) -> Self {
-        Self { tree: tree.clone() }
-    }
-
-    /// Bounds the faces over a step, every vertex on a straight line.
-    pub(crate) fn refit(
-        &mut self,
-        start: Positions<'_>,
-        end: Positions<'_>,
-    ) -> Result<(), TreeError> {
-        self.tree.refit_swept(start.as_slice(), end.as_slice())
-    }
-}
-
-impl<'a> StepBounds<'a> {
-    /// Returns the tree.
-    fn tree(self) -> &'a Tree {
-        match self {
-            Self::Resting(surface) => surface.tree(),
-            Self::Moving(swept) => &swept.tree,
-        }
-    }
-
-    /// Returns the bound of the whole surface during the step.
-    #[must_use]
-    pub fn root(self) -> Dop18 {
-        self.tree().root()
-    }
 }
 
 impl SweptSide<'_> {
@@ -179,7 +132,7 @@ impl<'a> SweptQuery<'a> {
     ) -> Result<SweptContacts, SweptError> {
         let margin = self.params.min_separation;
         let mut state = Ok(());
-        a.bounds.tree().pairs(b.bounds.tree(), margin, workspace, |face_a, face_b| {
+        a.tree.pairs(b.tree, margin, workspace, |face_a, face_b| {
             if state.is_ok() {
                 state = self.add_faces(a, face_a, b, face_b, progress);
             }

@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use glam::DVec3;
+use kdop::TreeError;
 use proximity::{
-    ContactSurface, LazySurfaceTree, NoInside, ParticleNumbers, StepBounds, SurfaceTree, SweptSide,
+    ContactSurface, LazySurfaceTree, NoInside, ParticleNumbers, SurfaceTree, SweptSide,
 };
 use surface::{Aabb, Pose, Positions, SurfaceError, TriangleSurface};
 
@@ -48,15 +49,9 @@ pub struct Body {
     surface: LazySurfaceTree,
     /// Box around the positions, once computed.
     bounds: Option<Aabb>,
-    frame: Frame,
-}
-
-/// Motion of a rigid body since it was added.
-#[derive(Debug)]
-struct Frame {
-    /// Positions that it was added with, once it has left them.
+    /// Positions that a rigid body was added with, once it has left them.
     reference: Option<Vec<DVec3>>,
-    /// From the reference; unknown for soft bodies, and once vertices were moved one by one.
+    /// Pose of a rigid body from its reference, unless vertices were moved one by one.
     pose: Option<Pose>,
 }
 
@@ -107,8 +102,7 @@ impl Body {
             surface = surface.declared_open();
         }
         let pose = (kind == BodyKind::Rigid).then_some(Pose::IDENTITY);
-        let frame = Frame { reference: None, pose };
-        Ok(Self { name, kind, first_particle, surface, bounds: None, frame })
+        Ok(Self { name, kind, first_particle, surface, bounds: None, reference: None, pose })
     }
 
     /// Returns the name.
@@ -160,7 +154,7 @@ impl Body {
     /// Returns the positions that a body was added with, if it is rigid.
     #[must_use]
     pub fn reference(&self) -> Option<&[DVec3]> {
-        let positions = self.frame.reference.as_deref().unwrap_or(self.positions());
+        let positions = self.reference.as_deref().unwrap_or(self.positions());
         self.is_rigid().then_some(positions)
     }
 
@@ -202,7 +196,7 @@ impl Body {
     /// for a rigid one whose vertices were [moved](crate::Scene::move_body) one by one.
     #[must_use]
     pub fn pose(&self) -> Option<Pose> {
-        self.frame.pose
+        self.pose
     }
 
     /// Returns the surface with its tree, where that is up to date: `None` unless the scene has
@@ -225,27 +219,21 @@ impl Body {
     }
 
     /// Builds or refits the tree where it is not up to date.
-    pub(crate) fn fit(&mut self) -> Result<&SurfaceTree, SceneError> {
-        let Self { name, surface, .. } = self;
-        surface.fit().map_err(|source| SceneError::Tree { name: name.clone(), source })
+    pub(crate) fn fit(&mut self) -> Result<(), SceneError> {
+        self.surface.fit().map(|_| ()).map_err(|source| self.tree_error(source))
     }
 
     /// Bounds the way to `end`.
     pub(crate) fn fit_step(&mut self, end: Positions<'_>) -> Result<(), SceneError> {
-        let Self { name, surface, .. } = self;
-        let fitted = surface.fit_step(end);
-        fitted.map_err(|source| SceneError::Tree { name: name.clone(), source })
+        self.surface.fit_step(end).map(|_| ()).map_err(|source| self.tree_error(source))
     }
 
     /// Returns the body as one side of a swept query, where its bounds are up to date.
     pub(crate) fn swept_side(&self, is_moving: bool) -> Option<SweptSide<'_>> {
-        let bounds = if is_moving {
-            StepBounds::Moving(self.surface.swept()?)
-        } else {
-            StepBounds::Resting(self.surface.fitted()?)
-        };
-        let first_particle = self.first_particle;
-        Some(SweptSide { surface: self.surface(), bounds, first_particle })
+        let resting = self.tree().map(SurfaceTree::tree);
+        let tree = if is_moving { self.surface.step_tree() } else { resting };
+        let (surface, first_particle) = (self.surface(), self.first_particle);
+        tree.map(|tree| SweptSide { surface, tree, first_particle })
     }
 
     /// Checks that the body can take these positions.
@@ -253,19 +241,15 @@ impl Body {
         &self,
         positions: &'a [DVec3],
     ) -> Result<Positions<'a>, SceneError> {
-        let checked = self.surface().positions(positions);
-        checked.map_err(|source| self.surface_error(source))
+        self.surface().positions(positions).map_err(|source| self.surface_error(source))
     }
 
     /// Moves the vertices one by one.
     pub(crate) fn set_positions(&mut self, positions: &[DVec3]) -> Result<(), SceneError> {
-        let checked = self.check_positions(positions)?;
+        self.check_positions(positions)?;
         self.keep_reference();
-        let moved = self.surface.set_positions(checked.as_slice().iter().copied());
-        moved.map_err(|source| self.surface_error(source))?;
-        self.bounds = None;
-        self.frame.pose = None;
-        Ok(())
+        let moved = self.surface.set_positions(positions.iter().copied());
+        self.finish_move(moved, None)
     }
 
     /// Places a rigid body.
@@ -274,23 +258,34 @@ impl Body {
             return Err(SceneError::NotRigid { name: self.name.clone() });
         }
         self.keep_reference();
-        let Self { surface, frame, .. } = self;
-        let reference = frame.reference.as_deref().unwrap_or_default();
-        let moved = surface.set_positions(reference.iter().map(|&p| pose.transform_point(p)));
-        moved.map_err(|source| self.surface_error(source))?;
-        self.bounds = None;
-        self.frame.pose = Some(*pose);
-        Ok(())
+        let reference = self.reference.iter().flatten();
+        let moved = self.surface.set_positions(reference.map(|&p| pose.transform_point(p)));
+        self.finish_move(moved, Some(*pose))
     }
 
     /// Keeps the positions that a rigid body was added with, before it leaves them.
     fn keep_reference(&mut self) {
-        if self.is_rigid() && self.frame.reference.is_none() {
-            self.frame.reference = Some(self.positions().to_vec());
+        if self.is_rigid() && self.reference.is_none() {
+            self.reference = Some(self.positions().to_vec());
         }
+    }
+
+    fn finish_move(
+        &mut self,
+        moved: Result<(), SurfaceError>,
+        pose: Option<Pose>,
+    ) -> Result<(), SceneError> {
+        moved.map_err(|source| self.surface_error(source))?;
+        self.bounds = None;
+        self.pose = pose;
+        Ok(())
     }
 
     fn surface_error(&self, source: SurfaceError) -> SceneError {
         SceneError::Surface { name: self.name.clone(), source }
+    }
+
+    fn tree_error(&self, source: TreeError) -> SceneError {
+        SceneError::Tree { name: self.name.clone(), source }
     }
 }

@@ -1,9 +1,9 @@
 //! Static detection over a whole scene: every pair within a margin.
 
 use proximity::{PairProximity, Region, regions};
-use surface::parallel;
-use surface::progress::{Interrupted, Progress};
+use surface::progress::Progress;
 
+use crate::scene::map_pairs;
 use crate::{BodyId, PairId, PairReport, Scene, SceneError};
 
 /// Parameters of static detection.
@@ -46,15 +46,10 @@ impl Scene {
     ) -> Result<Vec<PairReport>, SceneError> {
         params.validate()?;
         let pairs = self.close_pairs(params.margin)?;
-        let steps = progress.steps(pairs.len());
-        let examine = |found: &mut PairProximity, &pair: &PairId| {
-            let report = self.examine(pair, params.margin, found);
-            steps.advance(1)?;
-            Ok(report)
-        };
-        let reports = parallel::map_slice_with(&pairs, PairProximity::default, examine);
-        let reports: Result<Vec<_>, Interrupted> = reports.into_iter().collect();
-        Ok(reports?.into_iter().flatten().collect())
+        let reports = map_pairs(&pairs, PairProximity::default, progress, |found, pair| {
+            self.examine(pair, params.margin, found)
+        });
+        Ok(reports?)
     }
 
     /// Examines one pair; `None` where nothing is within the margin. Trees must be fitted.

@@ -1,9 +1,10 @@
 //! Overlaps over a whole scene: what each pair of bodies shares, and how deep.
 
 use overlap::{Depth, DepthParams, Overlap, OverlapDetector};
-use surface::progress::{Interrupted, Progress};
-use surface::{Aabb, parallel};
+use surface::Aabb;
+use surface::progress::Progress;
 
+use crate::scene::map_pairs;
 use crate::{PairId, Scene, SceneError};
 
 /// Parameters of the measurement of overlaps.
@@ -91,15 +92,10 @@ impl Scene {
     ) -> Result<Vec<PairOverlap>, SceneError> {
         params.validate()?;
         let pairs = self.close_pairs(0.0)?;
-        let steps = progress.steps(pairs.len());
-        let measure = |detector: &mut OverlapDetector, &pair: &PairId| {
-            let measured = self.measure(pair, params, detector);
-            steps.advance(1)?;
-            Ok(measured)
-        };
-        let measured = parallel::map_slice_with(&pairs, OverlapDetector::default, measure);
-        let measured: Result<Vec<_>, Interrupted> = measured.into_iter().collect();
-        Ok(measured?.into_iter().flatten().collect())
+        let overlaps = map_pairs(&pairs, OverlapDetector::default, progress, |detector, pair| {
+            self.measure(pair, params, detector)
+        });
+        Ok(overlaps?)
     }
 
     /// Measures one pair; `None` where the bodies share nothing. Trees must be fitted.

@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
-use surface::{Pose, TriangleSurface, parallel};
+use surface::progress::{Interrupted, Progress};
+use surface::{Aabb, Pose, TriangleSurface, parallel};
 
 use crate::broad_phase::overlapping_pairs;
 use crate::{Body, BodyId, BodyKind, PairId, SceneError};
@@ -12,7 +13,7 @@ use crate::{Body, BodyId, BodyKind, PairId, SceneError};
 #[derive(Debug, Default)]
 pub struct Scene {
     pub(crate) bodies: Vec<Body>,
-    numbers: BTreeMap<String, BodyId>,
+    ids: BTreeMap<String, BodyId>,
     ignored: BTreeSet<PairId>,
 }
 
@@ -37,15 +38,19 @@ impl Scene {
         positions: Vec<DVec3>,
     ) -> Result<BodyId, SceneError> {
         let name = name.into();
-        if self.numbers.contains_key(&name) {
+        if self.ids.contains_key(&name) {
             return Err(SceneError::DuplicateName { name });
         }
-        let first_particle = self.first_free_particle(&name, positions.len())?;
-        let body = Body::new(name.clone(), kind, first_particle, surface, positions)?;
+        let first_particle = self.bodies.last().map_or(0, |body| body.particles().end);
+        let count = first_particle as usize + positions.len();
+        let limit = u32::MAX as usize - 1;
+        if count > limit {
+            return Err(SceneError::TooManyParticles { name, count, limit });
+        }
 
         let id = self.next_id();
-        self.bodies.push(body);
-        self.numbers.insert(name, id);
+        self.bodies.push(Body::new(name.clone(), kind, first_particle, surface, positions)?);
+        self.ids.insert(name, id);
         Ok(id)
     }
 
@@ -82,13 +87,14 @@ impl Scene {
     ///
     /// [`SceneError::NoSuchBody`] when `id` is of another scene with more bodies.
     pub fn get(&self, id: BodyId) -> Result<&Body, SceneError> {
-        self.bodies.get(id.index()).ok_or_else(|| self.no_such_body(id))
+        let no_such_body = SceneError::NoSuchBody { index: id.index(), count: self.bodies.len() };
+        self.bodies.get(id.index()).ok_or(no_such_body)
     }
 
     /// Finds the body of a name.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<BodyId> {
-        self.numbers.get(name).copied()
+        self.ids.get(name).copied()
     }
 
     /// Returns all ids, ascending.
@@ -135,7 +141,7 @@ impl Scene {
     /// When `is_wanted` is shorter than the list of bodies.
     pub fn fit(&mut self, is_wanted: &[bool]) -> Result<(), SceneError> {
         parallel::try_for_each_mut(&mut self.bodies, |number, body| {
-            if is_wanted[number] { body.fit().map(|_| ()) } else { Ok(()) }
+            if is_wanted[number] { body.fit() } else { Ok(()) }
         })
     }
 
@@ -145,7 +151,7 @@ impl Scene {
     ///
     /// As [`fit`](Self::fit).
     pub fn fit_all(&mut self) -> Result<(), SceneError> {
-        parallel::try_for_each_mut(&mut self.bodies, |_, body| body.fit().map(|_| ()))
+        parallel::try_for_each_mut(&mut self.bodies, |_, body| body.fit())
     }
 
     /// Finds the pairs of bodies whose bounds come within `margin` of each other, in the order of
@@ -156,18 +162,12 @@ impl Scene {
     ///
     /// As [`fit`](Self::fit).
     pub fn close_pairs(&mut self, margin: f64) -> Result<Vec<PairId>, SceneError> {
-        let boxes = parallel::map_mut(&mut self.bodies, Body::bounds);
-        let mut pairs = overlapping_pairs(&boxes, margin);
-        pairs.retain(|&pair| !self.is_ignored(pair));
-
-        let mut is_wanted = vec![false; self.bodies.len()];
-        for id in pairs.iter().flat_map(|pair| pair.bodies()) {
-            is_wanted[id.index()] = true;
-        }
-        self.fit(&is_wanted)?;
+        let boxes = self.boxes();
+        let mut pairs = self.candidate_pairs(&boxes, margin);
+        self.fit(&self.members(&pairs))?;
 
         // The bounds of a tree are tighter than boxes.
-        let root = |id: BodyId| self.body(id).tree().map(|tree| tree.tree().root());
+        let root = |id| self.body(id).tree().map(|tree| tree.tree().root());
         pairs.retain(|pair| {
             let roots = root(pair.a).zip(root(pair.b));
             roots.is_some_and(|(a, b)| a.inflated(margin).overlaps(&b))
@@ -175,27 +175,52 @@ impl Scene {
         Ok(pairs)
     }
 
-    pub(crate) fn get_mut(&mut self, id: BodyId) -> Result<&mut Body, SceneError> {
-        let error = self.no_such_body(id);
-        self.bodies.get_mut(id.index()).ok_or(error)
+    /// Returns the box around each body.
+    pub(crate) fn boxes(&mut self) -> Vec<Aabb> {
+        parallel::map_mut(&mut self.bodies, Body::bounds)
     }
 
-    fn no_such_body(&self, id: BodyId) -> SceneError {
-        SceneError::NoSuchBody { index: id.index(), count: self.bodies.len() }
+    /// Finds the pairs of bodies whose boxes come within `margin` of each other, without the
+    /// ignored ones.
+    pub(crate) fn candidate_pairs(&self, boxes: &[Aabb], margin: f64) -> Vec<PairId> {
+        let mut pairs = overlapping_pairs(boxes, margin);
+        pairs.retain(|&pair| !self.is_ignored(pair));
+        pairs
+    }
+
+    /// Marks the bodies that are in one of the pairs, by their numbers.
+    pub(crate) fn members(&self, pairs: &[PairId]) -> Vec<bool> {
+        let mut is_member = vec![false; self.bodies.len()];
+        for id in pairs.iter().flat_map(|pair| pair.bodies()) {
+            is_member[id.index()] = true;
+        }
+        is_member
+    }
+
+    pub(crate) fn get_mut(&mut self, id: BodyId) -> Result<&mut Body, SceneError> {
+        self.get(id)?;
+        Ok(&mut self.bodies[id.index()])
     }
 
     fn next_id(&self) -> BodyId {
         // Each body has a vertex at least, and those are numbered in 32 bits.
         BodyId(u32::try_from(self.bodies.len()).unwrap_or(u32::MAX))
     }
+}
 
-    fn first_free_particle(&self, name: &str, more: usize) -> Result<u32, SceneError> {
-        let first = self.bodies.last().map_or(0, |body| body.particles().end);
-        let count = first as usize + more;
-        let limit = u32::MAX as usize - 1;
-        if count > limit {
-            return Err(SceneError::TooManyParticles { name: name.to_owned(), count, limit });
-        }
-        Ok(first)
-    }
+/// Maps pairs on the threads of the current pool, and collects what is found in their order.
+pub(crate) fn map_pairs<S, R: Send>(
+    pairs: &[PairId],
+    scratch: impl Fn() -> S + Sync + Send,
+    progress: Progress<'_>,
+    f: impl Fn(&mut S, PairId) -> Option<R> + Sync + Send,
+) -> Result<Vec<R>, Interrupted> {
+    let steps = progress.steps(pairs.len());
+    let found = parallel::map_slice_with(pairs, scratch, |scratch, &pair| {
+        let found = f(scratch, pair);
+        steps.advance(1)?;
+        Ok(found)
+    });
+    let found: Result<Vec<_>, Interrupted> = found.into_iter().collect();
+    Ok(found?.into_iter().flatten().collect())
 }

@@ -3,12 +3,11 @@
 use ccd::{CcdParams, MovingPoints};
 use glam::DVec3;
 use kdop::Workspace;
-use proximity::{StepBounds, SweptContact, SweptContacts, SweptError, SweptQuery, SweptSide};
+use proximity::{SweptContact, SweptContacts, SweptError, SweptQuery, SweptSide};
 use surface::progress::Progress;
 use surface::{Aabb, Positions, parallel};
 
-use crate::broad_phase::overlapping_pairs;
-use crate::{Body, BodyId, PairId, Scene, SceneError};
+use crate::{BodyId, PairId, Scene, SceneError};
 
 /// First contacts of a step.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,7 +68,9 @@ impl Scene {
     ) -> Result<SweepReport, SceneError> {
         params.validate()?;
         let ends = self.check_moves(moves)?;
-        let pairs = self.candidates_of_step(&ends, params.min_separation, is_wanted)?;
+        let mut pairs = self.candidates_of_step(&ends, params.min_separation);
+        pairs.retain(|&pair| is_wanted(pair));
+        self.fit_step(&pairs, &ends)?;
         let pairs = self.close_in_step(&pairs, &ends, params.min_separation);
 
         // All particles at both ends of the step.
@@ -111,34 +112,30 @@ impl Scene {
         Ok(ends)
     }
 
-    /// Finds the pairs of bodies whose boxes over the step come within `margin` of each other, and
-    /// brings the bounds of these bodies up to date; no others are touched.
-    fn candidates_of_step(
-        &mut self,
-        ends: &[Option<Positions<'_>>],
-        margin: f64,
-        is_wanted: impl Fn(PairId) -> bool,
-    ) -> Result<Vec<PairId>, SceneError> {
-        let mut boxes = parallel::map_mut(&mut self.bodies, Body::bounds);
+    /// Finds the pairs of bodies whose boxes over the step come within `margin` of each other.
+    fn candidates_of_step(&mut self, ends: &[Option<Positions<'_>>], margin: f64) -> Vec<PairId> {
+        let mut boxes = self.boxes();
         for (bounds, end) in boxes.iter_mut().zip(ends) {
             if let Some(x) = end {
                 *bounds = bounds.union(Aabb::of_points(x.as_slice().iter().copied()));
             }
         }
-        let mut pairs = overlapping_pairs(&boxes, margin);
-        pairs.retain(|&pair| !self.is_ignored(pair) && is_wanted(pair));
+        self.candidate_pairs(&boxes, margin)
+    }
 
-        // Bodies at rest need no bounds over the step.
-        let mut is_candidate = vec![false; self.bodies.len()];
-        for id in pairs.iter().flat_map(|pair| pair.bodies()) {
-            is_candidate[id.index()] = true;
-        }
+    /// Brings the bounds over the step of bodies that are in one of the pairs up to date. For
+    /// those at rest, these are the bounds of their state.
+    fn fit_step(
+        &mut self,
+        pairs: &[PairId],
+        ends: &[Option<Positions<'_>>],
+    ) -> Result<(), SceneError> {
+        let is_member = self.members(pairs);
         parallel::try_for_each_mut(&mut self.bodies, |number, body| match ends[number] {
-            _ if !is_candidate[number] => Ok(()),
+            _ if !is_member[number] => Ok(()),
             Some(end) => body.fit_step(end),
-            None => body.fit().map(|_| ()),
-        })?;
-        Ok(pairs)
+            None => body.fit(),
+        })
     }
 
     /// Returns the pairs whose bounds over the step come within `margin` of each other.
@@ -152,8 +149,7 @@ impl Scene {
         let mut close = Vec::new();
         for &id in pairs {
             let Some(sides) = side(id.a).zip(side(id.b)) else { continue };
-            let [of_a, of_b] = [sides.0.bounds, sides.1.bounds].map(StepBounds::root);
-            if of_a.inflated(margin).overlaps(&of_b) {
+            if sides.0.tree.root().inflated(margin).overlaps(&sides.1.tree.root()) {
                 close.push(StepPair { id, sides: [sides.0, sides.1] });
             }
         }
