@@ -51,6 +51,7 @@ mod contact;
 mod crossings;
 mod distance;
 mod error;
+mod face_groups;
 mod inside;
 mod maximum;
 mod pair;

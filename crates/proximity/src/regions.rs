@@ -9,11 +9,15 @@
 //! MRI*, PhD thesis, 2007, section 4.7.2, which mentions such a segmentation for surfaces without
 //! an inside.
 
+use std::collections::BTreeMap;
+
+use glam::DVec3;
 use kdop::Workspace;
-use surface::{NO_EDGE, Pseudonormals, TriangleFeature, TriangleSurface, UnionFind, triangle};
+use surface::{NO_EDGE, Pseudonormals, TriangleFeature, TriangleSurface};
 
 use crate::SurfaceTree;
 use crate::crossings::Crossings;
+use crate::face_groups::{FaceGroups, area};
 
 /// Connected region of a surface that does not meet another one.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,107 +76,56 @@ pub enum Side {
 /// ```
 #[must_use]
 pub fn regions(a: &SurfaceTree, by: &SurfaceTree) -> Vec<Region> {
-    let mut segmentation = Segmentation::new(a, by);
-    let sides = match by.has_inside() {
-        Ok(()) => segmentation.sides_of_closed(),
-        Err(_) => segmentation.sides_of_open(),
-    };
-    segmentation.regions(&sides)
-}
+    let (mut crossings, mut workspace) = (Crossings::default(), Workspace::default());
+    crossings.find(a, by, &mut workspace);
+    let cut_faces = crossings.cut_faces_of_a;
 
-/// Segmentation of `a` by `by`.
-struct Segmentation<'a> {
-    a: &'a SurfaceTree,
-    by: &'a SurfaceTree,
-    /// Faces of `a` that meet `by`, ascending.
-    cut_faces: Vec<u32>,
-    /// Vertices joined by faces that are not cut.
-    sets: UnionFind,
-    workspace: Workspace,
-}
-
-impl<'a> Segmentation<'a> {
-    fn new(a: &'a SurfaceTree, by: &'a SurfaceTree) -> Self {
-        let (mut crossings, mut workspace) = (Crossings::default(), Workspace::default());
-        crossings.find(a, by, &mut workspace);
-        let cut_faces = crossings.cut_faces_of_a;
-
-        let mut sets = UnionFind::new(a.surface().vertex_count());
-        for face in whole_faces(a, &cut_faces) {
-            let [p, q, r] = a.surface().faces()[face as usize];
-            sets.join(p, q);
-            sets.join(q, r);
-        }
-        Self { a, by, cut_faces, sets, workspace }
-    }
-
-    /// Collects the regions, given the side of each by its root vertex.
-    fn regions(mut self, sides: &[Side]) -> Vec<Region> {
-        let mut faces: Vec<Vec<u32>> = vec![Vec::new(); sides.len()];
-        for face in whole_faces(self.a, &self.cut_faces) {
-            let corner = self.a.surface().faces()[face as usize][0];
-            faces[self.sets.find(corner) as usize].push(face);
-        }
-
-        let mut regions = Vec::new();
-        for (faces, &side) in faces.into_iter().zip(sides) {
-            if !faces.is_empty() {
-                regions.push(Region { area: area(self.a, &faces), faces, side });
-            }
-        }
-        regions.sort_by(|p, q| q.area.total_cmp(&p.area).then(p.faces[0].cmp(&q.faces[0])));
-        regions
-    }
-
-    /// Decides the side of each root vertex against a surface with an inside.
-    fn sides_of_closed(&mut self) -> Vec<Side> {
-        let mut sides = vec![Side::Outside; self.a.surface().vertex_count()];
-        for (vertex, side) in (0..).zip(&mut sides) {
-            let is_root = self.sets.is_root(vertex);
-            if is_root && self.by.contains(self.a.position(vertex), &mut self.workspace) {
-                *side = Side::Inside;
-            }
-        }
-        sides
-    }
-
-    /// Decides the side of each root vertex against an open surface, by the corners of cut faces
-    /// in its region.
-    fn sides_of_open(&mut self) -> Vec<Side> {
-        let normals = Pseudonormals::new(self.by.surface(), self.by.positions());
-        let mut sides = vec![Side::Apart; self.a.surface().vertex_count()];
-        for i in 0..self.cut_faces.len() {
-            for vertex in self.a.surface().faces()[self.cut_faces[i] as usize] {
-                if let Some(side) = self.side_of_open(vertex, &normals) {
-                    let region = &mut sides[self.sets.find(vertex) as usize];
-                    let is_first = *region == Side::Apart;
-                    *region = if is_first || *region == side { side } else { Side::Around };
-                }
-            }
-        }
-        sides
-    }
-
-    /// Returns the side of an open surface on which a vertex lies; `None` on the surface, and
-    /// where the closest point is on its border.
-    fn side_of_open(&mut self, vertex: u32, normals: &Pseudonormals) -> Option<Side> {
-        let p = self.a.position(vertex);
-        let found = self.by.closest_point(p, f64::INFINITY, None, &mut self.workspace)?;
-        let surface = self.by.surface();
-        if is_on_border(surface, found.face, found.foot.feature) {
-            return None;
-        }
-
-        let height = normals.signed_distance(surface, p, found.face, &found.foot);
-        let side = if height > 0.0 { Side::Front } else { Side::Back };
-        (height != 0.0).then_some(side)
-    }
-}
-
-/// Returns the faces that are not cut, ascending.
-fn whole_faces(a: &SurfaceTree, cut_faces: &[u32]) -> impl Iterator<Item = u32> {
     let mut cut = cut_faces.iter().peekable();
-    (0..).take(a.surface().faces().len()).filter(move |face| cut.next_if_eq(&face).is_none())
+    let all_faces = (0..).take(a.surface().faces().len());
+    let whole_faces: Vec<u32> = all_faces.filter(|face| cut.next_if_eq(&face).is_none()).collect();
+    let mut groups = FaceGroups::new(a.surface(), &whole_faces);
+
+    // Against a closed surface one vertex decides for its region, against an open one the cut.
+    let mut sides = BTreeMap::new();
+    if by.has_inside().is_ok() {
+        for &vertex in groups.faces.keys() {
+            let is_inside = by.contains(a.position(vertex), &mut workspace);
+            sides.insert(vertex, if is_inside { Side::Inside } else { Side::Outside });
+        }
+    } else {
+        let normals = Pseudonormals::new(by.surface(), by.positions());
+        for vertex in cut_faces.iter().flat_map(|&face| a.surface().faces()[face as usize]) {
+            if let Some(side) = side_of_open(by, a.position(vertex), &normals, &mut workspace) {
+                let region = sides.entry(groups.root(vertex)).or_insert(side);
+                *region = if *region == side { side } else { Side::Around };
+            }
+        }
+    }
+
+    let mut regions = Vec::new();
+    for (root, faces) in groups.faces {
+        let side = sides.get(&root).copied().unwrap_or(Side::Apart);
+        regions.push(Region { area: area(a, &faces), faces, side });
+    }
+    regions.sort_by(|p, q| q.area.total_cmp(&p.area).then(p.faces[0].cmp(&q.faces[0])));
+    regions
+}
+
+/// Returns the side of an open surface on which a point lies; `None` on the surface, and where
+/// the closest point is on its border.
+fn side_of_open(
+    open: &SurfaceTree,
+    point: DVec3,
+    normals: &Pseudonormals,
+    workspace: &mut Workspace,
+) -> Option<Side> {
+    let found = open.closest_point(point, f64::INFINITY, None, workspace)?;
+    if is_on_border(open.surface(), found.face, found.foot.feature) {
+        return None;
+    }
+    let height = normals.signed_distance(open.surface(), point, found.face, &found.foot);
+    let side = if height > 0.0 { Side::Front } else { Side::Back };
+    (height != 0.0).then_some(side)
 }
 
 fn is_on_border(surface: &TriangleSurface, face: u32, feature: TriangleFeature) -> bool {
@@ -188,8 +141,4 @@ fn is_on_border(surface: &TriangleSurface, face: u32, feature: TriangleFeature) 
             edges.any(|edge| is_border(edge) && surface.edges()[edge as usize].contains(&corner))
         }
     }
-}
-
-fn area(a: &SurfaceTree, faces: &[u32]) -> f64 {
-    faces.iter().map(|&face| triangle::area(a.corners(face))).sum()
 }
