@@ -1,12 +1,13 @@
-//! A stack of particles, each sunk into the one below, parted at once.
+//! Separates a stack of particles, each sunk into the one below.
 //!
 //! ```text
 //! cargo run --release -p response --example stack
 //! ```
 //!
-//! Contacts that share particles undo each other's work when they are corrected one by one: one round
-//! over them opens the topmost gap alone. Solved together they open all, within the residual that
-//! the report tells; a stack is the worst case, and takes rounds by the square of its height.
+//! Contacts that share particles undo each other's corrections when they are corrected one
+//! by one: one sweep opens the topmost gap alone. Solved together all gaps open, within the
+//! reported residual. A stack is the worst case: the number of sweeps grows with the square
+//! of its height.
 #![expect(clippy::print_stdout, reason = "a program that prints a table")]
 
 use glam::DVec3;
@@ -14,27 +15,25 @@ use response::{
     ContactLaw, ContactRows, ContactSystem, Margins, ResponseError, SolveLevel, SolverParams,
     SweepOrder,
 };
-use surface::{Anchor, Contact, Stencil, Term};
+use surface::{Contact, ContactSide, Term};
 
 /// Particles of radius 1, each of which should be 2 above the one below.
 const COUNT: u32 = 8;
 
-/// The contact of a particle with the floor or with the particle below it.
+/// Returns the contact of a particle with the floor or with the particle below it.
 fn contact(particle: u32, x: &[DVec3]) -> Contact {
-    let above = Term { particle, weight: -1.0 };
+    let above = [Term { particle, weight: 1.0 }];
     let height = x[particle as usize].z;
-    let below = particle.checked_sub(1);
-    let (stencil, anchor, gap, offset) = match below {
-        None => {
-            let floor = Anchor { point: DVec3::ZERO, ..Anchor::default() };
-            (Stencil::single(above), Some(floor), height - 1.0, 1.0)
-        }
-        Some(below) => {
-            let stencil = Stencil::vertex_face(particle, [below; 3], [1.0, 0.0, 0.0]);
-            (stencil, None, height - x[below as usize].z - 2.0, 2.0)
-        }
+    let p = ContactSide::Particles(&above);
+
+    let Some(below) = particle.checked_sub(1) else {
+        let floor = ContactSide::at_rest(DVec3::ZERO);
+        return Contact { offset: 1.0, ..Contact::between(p, floor, DVec3::Z, height - 1.0) };
     };
-    Contact { stencil, anchor, normal: DVec3::Z, offset, gap, time: None }
+    let gap = height - x[below as usize].z - 2.0;
+    let below = [Term { particle: below, weight: 1.0 }];
+    let on = ContactSide::Particles(&below);
+    Contact { offset: 2.0, ..Contact::between(p, on, DVec3::Z, gap) }
 }
 
 fn main() -> Result<(), ResponseError> {
@@ -52,7 +51,7 @@ fn main() -> Result<(), ResponseError> {
         let report = system.solve(SolveLevel::Position, &mut moved, &mut impulses, &solver)?;
         let x: Vec<DVec3> = sunk.iter().zip(&moved).map(|(x, by)| *x + *by).collect();
         let gaps: Vec<String> = contacts(&x).iter().map(|c| format!("{:.3}", c.gap)).collect();
-        println!("{:>4} rounds, gaps from the floor up: {}", report.iterations, gaps.join(" "));
+        println!("{:>4} sweeps, gaps from the floor up: {}", report.iterations, gaps.join(" "));
     }
     Ok(())
 }

@@ -332,7 +332,9 @@ fn closest_on_outer_edges(
 #[cold]
 fn closest_on_sliver(p: DVec3, corners: [DVec3; 3]) -> ClosestOnTriangle {
     let first = longest_edge(corners);
-    let [a, b, c] = [0, 1, 2].map(|k| corners[(first + k) % 3]);
+    let mut rotated = corners;
+    rotated.rotate_left(first);
+    let [a, b, c] = rotated;
 
     // Height of the opposite corner over the longest edge.
     let (u, v, ap) = (b - a, c - a, p - a);

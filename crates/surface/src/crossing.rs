@@ -147,10 +147,16 @@ fn straddles(sides: [Sign; 3]) -> bool {
 ///
 /// With p1 alone on its side and facing the front of the other triangle, the
 /// interval of `a` runs from edge p1 q1 to edge p1 r1.
-fn intervals_meet(a: [DVec3; 3], of_a: [Sign; 3], b: [DVec3; 3], of_b: [Sign; 3]) -> Meeting {
+fn intervals_meet(
+    mut a: [DVec3; 3],
+    of_a: [Sign; 3],
+    mut b: [DVec3; 3],
+    of_b: [Sign; 3],
+) -> Meeting {
     let (ka, kb) = (lone_corner(of_a), lone_corner(of_b));
-    let [p1, mut q1, mut r1] = [0, 1, 2].map(|k| a[(ka + k) % 3]);
-    let [p2, mut q2, mut r2] = [0, 1, 2].map(|k| b[(kb + k) % 3]);
+    a.rotate_left(ka);
+    b.rotate_left(kb);
+    let ([p1, mut q1, mut r1], [p2, mut q2, mut r2]) = (a, b);
 
     // Orient each triangle so that the lone corner of the other faces its front.
     if of_a[ka] < 0 {

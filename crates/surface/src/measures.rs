@@ -40,10 +40,15 @@ pub fn vertex_normals(faces: &[[u32; 3]], x: &[DVec3]) -> Vec<DVec3> {
             normals[vertex as usize] += normal;
         }
     }
-    for normal in &mut normals {
-        *normal = normal.normalize_or_zero();
+    normalized(normals)
+}
+
+/// Scales vectors to unit length, or to zero where they have none.
+pub(crate) fn normalized(mut vectors: Vec<DVec3>) -> Vec<DVec3> {
+    for vector in &mut vectors {
+        *vector = vector.normalize_or_zero();
     }
-    normals
+    vectors
 }
 
 /// Computes the mean length of the edges, 0 for a surface without edges.

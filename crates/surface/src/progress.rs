@@ -1,7 +1,7 @@
 //! Progress reports of long calls, and their interruption.
 //!
 //! A long call takes a [`Progress`], reports the completed fraction at least every 0.1 s,
-//! and returns early with [`Interrupted`] when the handler asks for it. Results never
+//! and returns early with [`Interrupted`] when the handler requests it. Results never
 //! depend on the handler, except that an interrupted call returns none.
 
 use std::fmt;

@@ -19,6 +19,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use crate::measures::normalized;
 use crate::{ClosestOnTriangle, NO_EDGE, Positions, TriangleFeature, TriangleSurface, triangle};
 
 /// Angle-weighted pseudonormals of a surface's faces, edges and vertices, in one state.
@@ -70,9 +71,7 @@ impl Pseudonormals {
             }
             faces.push(normal);
         }
-
-        let unit = |sums: Vec<DVec3>| sums.into_iter().map(DVec3::normalize_or_zero).collect();
-        Self { faces, edges: unit(edges), vertices: unit(vertices) }
+        Self { faces, edges: normalized(edges), vertices: normalized(vertices) }
     }
 
     /// Computes the normal of one face, edge or corner without those of all others.

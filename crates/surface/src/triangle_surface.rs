@@ -199,8 +199,8 @@ fn edge_faces(edge_count: usize, face_edges: &[[u32; 3]]) -> Csr {
 mod tests {
     use super::*;
 
-    /// Edges, faces of edges and faces of vertices by looking at every face.
-    fn slow_edges(faces: &[[u32; 3]]) -> Vec<[u32; 2]> {
+    /// Finds the edges from every face, by sorting.
+    fn reference_edges(faces: &[[u32; 3]]) -> Vec<[u32; 2]> {
         let mut edges: Vec<[u32; 2]> = faces
             .iter()
             .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_any_list_as_the_slow_way_does() {
+    fn numbers_any_list_as_brute_force_does() {
         arbtest::arbtest(|u| {
             let vertex_count = u.int_in_range(1..=9_u32)?;
             let mut faces = Vec::new();
@@ -222,7 +222,7 @@ mod tests {
                 faces.push([corner()?, corner()?, corner()?]);
             }
             let surface = TriangleSurface::new(vertex_count as usize, faces.clone()).unwrap();
-            assert_eq!(surface.edges(), slow_edges(&faces));
+            assert_eq!(surface.edges(), reference_edges(&faces));
             for (edge, ends) in (0..).zip(surface.edges()) {
                 let along: Vec<u32> = (0..)
                     .zip(surface.face_edges())

@@ -163,7 +163,7 @@ fn spans(corners: [f64; 3], p: f64) -> bool {
     above.contains(&true) && above.contains(&false)
 }
 
-/// Returns the direction in which the corners, seen along −x, run about `p`; `None`
+/// Returns the direction in which the corners, viewed along −x, run about `p`; `None`
 /// where they do not.
 fn turns_about(p: DVec3, corners: [DVec3; 3]) -> Option<Sign> {
     let [a, b, c] = corners.map(|corner| without(0, corner));

@@ -1,14 +1,14 @@
-//! A soft ellipsoid dropped on a bone slides off with friction, twice: in short
-//! explicit steps and in implicit ones sixteen times as long.
+//! Drops a soft ellipsoid on a bone, where it slides off with friction: in short explicit
+//! steps, and in implicit steps sixteen times as long.
 //!
 //! ```text
 //! cargo run --release -p response --example muscle_on_bone -- frames.svg
 //! ```
 //!
 //! Springs hold the muscle's shape; contacts are corrected in sequence, for
-//! positions, velocities and accelerations. Millimetres, grams and seconds.
+//! positions, velocities and accelerations. Millimeters, grams and seconds.
 
-#![expect(clippy::print_stdout, reason = "a program that says what it did")]
+#![expect(clippy::print_stdout, reason = "an example prints its results")]
 
 mod muscle;
 mod picture;
@@ -32,8 +32,8 @@ const GRAVITY: DVec3 = DVec3::new(0.0, 0.0, -9810.0);
 /// Radius of the bone, a cylinder along y \[mm\].
 const BONE: f64 = 14.0;
 const FRICTION: f64 = 0.3;
-/// Contacts are looked for this far out \[mm\].
-const REACH: f64 = 1.0;
+/// Contact margin \[mm\].
+const MARGIN: f64 = 1.0;
 /// Frames shown, and the time between them \[s\].
 const FRAMES: u32 = 7;
 const FRAME: f64 = 0.02;
@@ -56,7 +56,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 time += h;
             }
         }
-        println!("{name}: deepest {depth:.1e} mm, middle at {:.2} mm", world.muscle.middle());
+        println!("{name}: deepest {depth:.1e} mm, center at {:.2} mm", world.muscle.middle());
     }
     fs::write(&path, picture.finish())?;
     println!("wrote {path}");
@@ -75,7 +75,7 @@ struct World {
 impl World {
     fn new() -> Result<Self, Box<dyn Error>> {
         let params = SequenceParams {
-            law: ContactLaw::new(Margins::new(0.0, REACH)?, FRICTION)?,
+            law: ContactLaw::new(Margins::new(0.0, MARGIN)?, FRICTION)?,
             depth_tolerance: Some(1e-6),
             approach_tolerance: Some(0.0),
             push_tolerance: None,
@@ -86,7 +86,7 @@ impl World {
         Ok(Self { muscle: Muscle::new()?, params, cache: ImpulseCache::default() })
     }
 
-    /// One step with contacts; returns the depth left \[mm\].
+    /// Advances by one step with contacts; returns the remaining depth \[mm\].
     fn advance(&mut self, h: f64, step: Step) -> Result<f64, ResponseError> {
         step(self, h)?;
         let Muscle { x, v, inverse_mass, .. } = &mut self.muscle;
@@ -119,7 +119,7 @@ fn implicit(world: &mut World, h: f64) -> Result<(), ResponseError> {
     a.advance(x, v)
 }
 
-/// The springs' derivatives at positions.
+/// Derivatives of the springs at positions.
 struct At<'a> {
     springs: &'a Springs,
     x: &'a [DVec3],
@@ -135,13 +135,13 @@ impl LinearForces for At<'_> {
     }
 }
 
-/// Contacts of the particles with the cylinder, up to the reach.
+/// Detects the contacts of the particles with the cylinder, up to the margin.
 fn detect(x: &[DVec3], contacts: &mut Vec<Contact>) -> Result<(), ResponseError> {
     contacts.clear();
     for (particle, x) in (0..).zip(x) {
         let from_axis = x.with_y(0.0);
         let gap = from_axis.length() - BONE;
-        if gap > REACH {
+        if gap > MARGIN {
             continue;
         }
         let normal = from_axis.normalize_or(DVec3::Z);

@@ -191,7 +191,7 @@ fn a_reference_in_the_face_frame_turns_with_the_face() {
 }
 
 /// Two steps of the second-order spring on a pair of particles reach what they
-/// were asked for, by the integrator the spring was made for.
+/// were requested, by the integrator the spring was made for.
 fn reaches<I: Integrator>(u: &mut arbitrary::Unstructured<'_>) -> arbitrary::Result<()> {
     let h = number(u, 0.01, 0.5)?;
     let step = TimeStep::<I>::new(h).expect("in range");

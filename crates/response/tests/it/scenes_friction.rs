@@ -46,7 +46,7 @@ fn slide(
 fn friction_by_share_creeps_down_any_slope() {
     let (normal, mu) = (slope(20.0)[0], 0.5);
     let margins = Margins::new(0.0, 1.0).unwrap();
-    for (h, known) in [(1e-3, 3.355e-3), (1e-2, 33.55e-3)] {
+    for (h, expected) in [(1e-3, 3.355e-3), (1e-2, 33.55e-3)] {
         let reaction = Reaction { friction: Friction::share(mu).unwrap() };
         let [speed, _] = slide(20.0, h, 2.0, |x, v| {
             let state = over_plane(x, v[0], normal, margins);
@@ -54,7 +54,7 @@ fn friction_by_share_creeps_down_any_slope() {
         });
         let formula = GRAVITY * 20_f64.to_radians().sin() * h * (1.0 - mu) / mu;
         assert!((speed / formula - 1.0).abs() < 1e-9, "h {h}: {speed}, not {formula}");
-        assert!((speed / known - 1.0).abs() < 1e-3, "h {h}: {speed}, not {known}");
+        assert!((speed / expected - 1.0).abs() < 1e-3, "h {h}: {speed}, not {expected}");
     }
 }
 
@@ -63,7 +63,7 @@ fn friction_by_share_creeps_as_fast_by_displacements() {
     let ([normal, down], mu) = (slope(20.0), 0.5);
     let margins = Margins::new(0.0, 1.0).unwrap();
     let reaction = Reaction { friction: Friction::share(mu).unwrap() };
-    for (h, known) in [(1e-3, 3.355e-3), (1e-2, 33.55e-3)] {
+    for (h, expected) in [(1e-3, 3.355e-3), (1e-2, 33.55e-3)] {
         let (mut x, mut v) = ([DVec3::ZERO], DVec3::ZERO);
         for _ in 0..200 {
             let before = x[0];
@@ -76,7 +76,7 @@ fn friction_by_share_creeps_as_fast_by_displacements() {
             v = (x[0] - before) / h;
         }
         let speed = v.dot(down);
-        assert!((speed / known - 1.0).abs() < 1e-3, "h {h}: {speed}, not {known}");
+        assert!((speed / expected - 1.0).abs() < 1e-3, "h {h}: {speed}, not {expected}");
         assert!(x[0].dot(normal).abs() < 1e-12, "stays on the slope: {}", x[0]);
     }
 }
@@ -101,13 +101,13 @@ fn coulomb_sticks_up_to_the_angle_and_then_slides() {
         let [speed, way] = coulomb_slide(degrees, mu, h, 2.0);
         assert!(speed.abs() < 1e-15 && way.abs() < 1e-13, "{degrees}°: {speed} {way}");
     }
-    for (degrees, known, gone) in
+    for (degrees, expected, gone) in
         [(27.0, 0.0833, 0.1665), (30.0, 0.6571, 1.3143), (45.0, 3.4684, 6.9367)]
     {
         let [speed, way] = coulomb_slide(degrees, mu, h, 2.0);
         let (sin, cos) = f64::to_radians(degrees).sin_cos();
         let a = GRAVITY * (sin - mu * cos);
-        assert!((a - known).abs() < 6e-5, "{degrees}°: {a}");
+        assert!((a - expected).abs() < 6e-5, "{degrees}°: {a}");
         assert!((speed - 2.0 * a).abs() < 1e-9, "{degrees}°: {speed}, not {}", 2.0 * a);
         // x = a t² / 2 + a t h / 2 by symplectic steps.
         assert!((way - 2.0 * a - a * h).abs() < 1e-9, "{degrees}°: {way}");
@@ -180,8 +180,8 @@ fn a_barrier_rests_where_its_force_carries_the_weight() {
     // Millimetres, kilograms, seconds.
     let gravity = 9810.0;
     let step = TimeStep::<ImplicitEuler>::new(1e-3).unwrap();
-    let known = [(1e2, 0.0110), (1e3, 0.1244), (1e4, 0.5359), (1e6, 0.9439)];
-    for (stiffness, gap) in known {
+    let expected = [(1e2, 0.0110), (1e3, 0.1244), (1e4, 0.5359), (1e6, 0.9439)];
+    for (stiffness, gap) in expected {
         let barrier = NormalForce::Barrier { stiffness, range: 1.0 };
         let soft_law = SoftLaw::new(barrier, 1.0).unwrap();
         let (mut x, mut v) = ([DVec3::Z * gap * 1.01], [DVec3::ZERO]);

@@ -99,7 +99,7 @@ fn settling_decays_by_the_step_of_gravity() {
     assert!((ratio - (1.0 - GRAVITY * h * h / proximity)).abs() < 2e-3, "{ratio}");
 }
 
-/// What plain summation does: each contact's correction on the first state.
+/// Applies plain summation: each contact's correction on the first state.
 fn summed(v: &[DVec3], inverse_mass: &[f64], contacts: &[surface::Contact]) -> Vec<DVec3> {
     let mut sum = v.to_vec();
     for contact in contacts {
@@ -164,8 +164,7 @@ fn summed_corrections_gain_energy_and_projected_ones_do_not() {
     }
 }
 
-/// What averaging by count does: each particle takes the mean of what its
-/// contacts ask of it.
+/// Applies averaging by count: each particle takes the mean of its contacts' corrections.
 fn averaged(v: &[DVec3], inverse_mass: &[f64], contacts: &[surface::Contact]) -> Vec<DVec3> {
     let mut counts = vec![0.0; v.len()];
     for term in contacts.iter().flat_map(|contact| contact.stencil.terms()) {
@@ -178,7 +177,7 @@ fn averaged(v: &[DVec3], inverse_mass: &[f64], contacts: &[surface::Contact]) ->
 
 #[test]
 fn averaging_by_count_leaves_some_approach_and_loses_momentum() {
-    for (count, known) in [(20, 0.178), (80, 0.226)] {
+    for (count, expected) in [(20, 0.178), (80, 0.226)] {
         let of_seed = |seed| {
             let (v, w, contacts) = patch(count, seed);
             let after = averaged(&v, &w, &contacts);
@@ -186,19 +185,19 @@ fn averaging_by_count_leaves_some_approach_and_loses_momentum() {
         };
         let (left, lost): (Vec<f64>, Vec<f64>) = (0..21).map(of_seed).unzip();
         let (left, lost) = (median(left), median(lost));
-        assert!((left - known).abs() < 0.001, "{count} contacts: {left} of the approach left");
+        assert!((left - expected).abs() < 0.001, "{count} contacts: {left} of the approach left");
         assert!(lost > 1e-3, "{count} contacts: {lost} of the momentum lost");
     }
 }
 
 /// Averaging by count leaves 18 to 23 % of the approach, and loses momentum
-/// where counts differ. Here a contact sees of a particle that n rows share one
+/// where counts differ. Here a contact has of a particle that n rows share one
 /// nth of its mass, which keeps the momentum: its effective mass is smaller,
 /// each row gives less in one pass, and 28 and 35 % are left; more passes take
 /// the rest.
 #[test]
 fn one_averaged_pass_leaves_some_approach() {
-    for (count, known) in [(20, 0.278), (80, 0.348)] {
+    for (count, expected) in [(20, 0.278), (80, 0.348)] {
         let mut left = Vec::new();
         for seed in 0..21 {
             let (v, w, contacts) = patch(count, seed);
@@ -217,7 +216,7 @@ fn one_averaged_pass_leaves_some_approach() {
             assert!(report.converged, "{count} contacts, seed {seed}: {report:?}");
         }
         let left = median(left);
-        assert!((left - known).abs() < 0.001, "{count} contacts: {left} of the approach left");
+        assert!((left - expected).abs() < 0.001, "{count} contacts: {left} of the approach left");
     }
 }
 
@@ -257,8 +256,8 @@ fn a_projected_stack_sinks_less_with_more_sweeps() {
     let swinging = [true, false].map(|bottom_first| 1e3 * tower_sinks(1, bottom_first, 240));
     assert!((swinging[0] - 116.27).abs() < 0.01, "bottom first: {} mm", swinging[0]);
     assert!((swinging[1] - 139.21).abs() < 0.01, "top first: {} mm", swinging[1]);
-    let known = [(1, 122.62, 147.15), (4, 29.63, 35.76), (16, 6.39, 7.92), (64, 0.80, 1.00)];
-    for (iterations, bottom_first, top_first) in known {
+    let expected = [(1, 122.62, 147.15), (4, 29.63, 35.76), (16, 6.39, 7.92), (64, 0.80, 1.00)];
+    for (iterations, bottom_first, top_first) in expected {
         let [up, down] = [true, false].map(|order| 1e3 * tower_sinks(iterations, order, 3000));
         assert!((up - bottom_first).abs() < 0.01, "{iterations} sweeps, bottom first: {up} mm");
         assert!((down - top_first).abs() < 0.01, "{iterations} sweeps, top first: {down} mm");

@@ -28,11 +28,11 @@ fn penalty(zeta: f64) -> impl Fn(f64) -> Holding {
 
 #[test]
 fn limit_of_a_penalty_under_symplectic_euler() {
-    for (zeta, known) in [(0.0, 2.0), (0.1, 1.810), (0.7, 1.041), (1.0, 0.828), (2.0, 0.472)] {
+    for (zeta, expected) in [(0.0, 2.0), (0.1, 1.810), (0.7, 1.041), (1.0, 0.828), (2.0, 0.472)] {
         let found = limit_of(Scheme::SymplecticEuler, penalty(zeta), 10.0).unwrap();
         let formula = 2.0 * (f64::sqrt(1.0 + zeta * zeta) - zeta);
         assert!((found / formula - 1.0).abs() < 1e-3, "ζ {zeta}: {found}, not {formula}");
-        assert!((found - known).abs() < 1e-3, "ζ {zeta}: {found}, not {known}");
+        assert!((found - expected).abs() < 1e-3, "ζ {zeta}: {found}, not {expected}");
     }
 }
 
@@ -42,9 +42,9 @@ fn limit_of_a_penalty_under_explicit_euler() {
     for zeta in [0.1, 0.5, 1.0, 2.0_f64] {
         let under = 2.0 * zeta;
         let over = 2.0 * (zeta - (zeta * zeta - 1.0).max(0.0).sqrt());
-        let known = if zeta <= 1.0 { under } else { over };
+        let expected = if zeta <= 1.0 { under } else { over };
         let found = limit_of(Scheme::ExplicitEuler, penalty(zeta), 10.0).unwrap();
-        assert!((found / known - 1.0).abs() < 1e-3, "ζ {zeta}: {found}, not {known}");
+        assert!((found / expected - 1.0).abs() < 1e-3, "ζ {zeta}: {found}, not {expected}");
     }
 }
 
@@ -97,7 +97,7 @@ fn fastest_mode(count: usize) -> Vec<DVec3> {
     mode
 }
 
-/// Whether a tower stays bounded when it starts in `mode` with steps `h`.
+/// Returns true if a tower stays bounded when it starts in `mode` with steps `h`.
 fn tower_is_stable(mode: &[DVec3], h: f64) -> bool {
     let rest = resting(mode.len());
     let mut x: Vec<DVec3> = rest.iter().zip(mode).map(|(x, q)| *x + 1e-3 * *q).collect();
@@ -118,11 +118,11 @@ fn tower_is_stable(mode: &[DVec3], h: f64) -> bool {
 
 #[test]
 fn a_stack_lowers_the_limit_to_one() {
-    for (count, known) in [(1, 2.0), (2, 1.236), (5, 1.042), (10, 1.011), (50, 1.0005)] {
+    for (count, expected) in [(1, 2.0), (2, 1.236), (5, 1.042), (10, 1.011), (50, 1.0005)] {
         let mode = fastest_mode(count);
         let stable = |h: f64| Ok::<_, ()>(tower_is_stable(&mode, h));
         let found = limit(0.5, 3.0, 2e-3, stable).unwrap().unwrap();
-        assert!((found / known - 1.0).abs() < 0.01, "{count} masses: {found}, not {known}");
+        assert!((found / expected - 1.0).abs() < 0.01, "{count} masses: {found}, not {expected}");
     }
 }
 
@@ -192,9 +192,9 @@ fn a_one_sided_penalty_gains_energy_below_its_limit() {
 
 #[test]
 fn implicit_euler_damps_an_impact() {
-    let known =
+    let expected =
         [(0.05, 0.924), (0.2, 0.731), (0.5, 0.456), (1.0, 0.250), (2.0, 0.088), (10.0, 0.0003)];
-    for (omega_h, restitution) in known {
+    for (omega_h, restitution) in expected {
         let stiffness: f64 = omega_h * omega_h;
         let law = SoftLaw::new(NormalForce::Penalty { stiffness, damping: 0.0 }, 1.0).unwrap();
         let step = TimeStep::<ImplicitEuler>::new(1.0).unwrap();
@@ -218,16 +218,16 @@ fn implicit_euler_damps_an_impact() {
 
 #[test]
 fn a_first_order_spring_oscillates_or_diverges() {
-    let known = [
+    let expected = [
         (Scheme::SymplecticEuler, 1.0),
         (Scheme::Taylor, 1.5_f64.sqrt()),
         (Scheme::ExplicitEuler, 2.0_f64.sqrt()),
         (Scheme::ImplicitEuler, 0.5_f64.sqrt()),
     ];
-    for (scheme, known) in known {
+    for (scheme, expected) in expected {
         let radius =
             StabilityCase { scheme, holding: Holding::FirstOrder { gain: 1.0 } }.radius().unwrap();
-        assert!((radius - known).abs() < 1e-6, "{scheme:?}: {radius}, not {known}");
+        assert!((radius - expected).abs() < 1e-6, "{scheme:?}: {radius}, not {expected}");
     }
 }
 
@@ -235,18 +235,21 @@ fn a_first_order_spring_oscillates_or_diverges() {
 fn a_second_order_spring_stops_at_once_and_copies_diverge() {
     let explicit = [Scheme::ExplicitEuler, Scheme::Taylor, Scheme::SymplecticEuler];
     for scheme in explicit {
-        let known = [
+        let expected = [
             (0.5, 0.5_f64.sqrt()),
             (1.0, 0.0),
             (1.5, 1.366),
             (2.0, 1.0 + 2.0_f64.sqrt()),
             (3.0, 4.449),
         ];
-        for (gain, known) in known {
+        for (gain, expected) in expected {
             let radius =
                 StabilityCase { scheme, holding: Holding::SecondOrder { gain } }.radius().unwrap();
             // A double eigenvalue 0 is found to the root of rounding.
-            assert!((radius - known).abs() < 1e-3, "{scheme:?} × {gain}: {radius}, not {known}");
+            assert!(
+                (radius - expected).abs() < 1e-3,
+                "{scheme:?} × {gain}: {radius}, not {expected}"
+            );
         }
         let found = limit_of(scheme, |gain| Holding::SecondOrder { gain }, 3.0).unwrap();
         assert!((found / (4.0 / 3.0) - 1.0).abs() < 1e-3, "{scheme:?}: {found}");
@@ -283,8 +286,8 @@ fn copies_of_hard_rows_have_limits_that_no_integrator_changes() {
         for (row, most, growth) in rows {
             for gain in [0.5, 1.0, 1.3] {
                 let case = StabilityCase { scheme, holding: Holding::Hard { row, gain } };
-                let (radius, known) = (case.radius().unwrap(), growth(gain));
-                assert!((radius - known).abs() < 1e-6, "{case:?}: {radius}, not {known}");
+                let (radius, expected) = (case.radius().unwrap(), growth(gain));
+                assert!((radius - expected).abs() < 1e-6, "{case:?}: {radius}, not {expected}");
             }
             let found = limit_of(scheme, |gain| Holding::Hard { row, gain }, 6.0).unwrap();
             assert!((found / most - 1.0).abs() < 1e-3, "{scheme:?}, {row:?}: {found}, not {most}");

@@ -14,7 +14,7 @@ use crate::support::{self, Exact, between_segments, root, to_segment, to_triangl
 /// Half an ulp of one.
 const U: f64 = f64::EPSILON / 2.0;
 
-/// How far the distance of two points is beyond the least one.
+/// Computes the excess of the distance of two points over the least one.
 fn excess(points: [DVec3; 2], least: &num_rational::BigRational) -> f64 {
     root(&Exact::new(points[0]).distance_squared(&Exact::new(points[1]))) - root(least)
 }
@@ -46,7 +46,7 @@ fn offset(u: &mut Unstructured<'_>) -> Result<DVec3> {
     Ok(DVec3::new(1.0, -0.7, 0.4) * *u.choose(&[0.0, 0.0, 1.0, 1e3, 1e6])?)
 }
 
-/// The promise of the module. The worst seen in a minute of inputs was 108 for
+/// The promise of the module. The worst of a minute of inputs was 108 for
 /// triangles, mostly far below 21; 9 for two segments.
 fn assert_small(excess: f64, scale: f64, what: &dyn std::fmt::Debug) {
     let relative = excess / (U * scale);

@@ -1,5 +1,5 @@
-//! Triangle crossings against rational arithmetic, on triangles that touch or
-//! miss each other by an ulp.
+//! Triangle intersections against rational arithmetic, on triangles that touch or are an
+//! ulp apart.
 
 use arbitrary::{Result, Unstructured};
 use arbtest::arbtest;
@@ -38,7 +38,7 @@ fn piercings(a: Corners<'_>, b: Corners<'_>) -> Vec<Exact> {
         .collect()
 }
 
-fn slow_shares_a_point(a: Corners<'_>, b: Corners<'_>) -> bool {
+fn reference_shares_a_point(a: Corners<'_>, b: Corners<'_>) -> bool {
     let corner = a.iter().any(|p| to_triangle(p, b).is_zero())
         || b.iter().any(|p| to_triangle(p, a).is_zero());
     let edge = edges(a).iter().any(|&e| edges(b).iter().any(|&f| between_segments(e, f).is_zero()));
@@ -60,7 +60,7 @@ fn stretch(a: Corners<'_>, b: Corners<'_>, direction: &Exact) -> Option<[BigRati
     Some([along.iter().min()?.clone(), along.iter().max()?.clone()])
 }
 
-fn slow_meeting(a: [DVec3; 3], b: [DVec3; 3]) -> Meeting {
+fn reference_meeting(a: [DVec3; 3], b: [DVec3; 3]) -> Meeting {
     let [ea, eb] = [a, b].map(|corners| corners.map(Exact::new));
     let [a, b] = [&ea, &eb].map(|e| [&e[0], &e[1], &e[2]]);
     let direction = normal(a).cross(&normal(b));
@@ -69,7 +69,7 @@ fn slow_meeting(a: [DVec3; 3], b: [DVec3; 3]) -> Meeting {
     {
         return Meeting::Crossing;
     }
-    if slow_shares_a_point(a, b) { Meeting::Touching } else { Meeting::Disjoint }
+    if reference_shares_a_point(a, b) { Meeting::Touching } else { Meeting::Disjoint }
 }
 
 /// A point of a small grid: three of them are often on a line, four in a plane.
@@ -110,7 +110,7 @@ fn meetings_equal_those_of_rational_arithmetic() {
     let mut counts = [0; 3];
     generate::cases(1, 2000, |u| {
         let [a, b] = pair(u)?;
-        let expected = slow_meeting(a, b);
+        let expected = reference_meeting(a, b);
         let turned = |c: [DVec3; 3]| [c[1], c[2], c[0]];
         let flipped = |c: [DVec3; 3]| [c[0], c[2], c[1]];
         for (a, b) in
@@ -131,7 +131,7 @@ fn segments_meet_triangles_as_in_rational_arithmetic() {
         let ends = [b[0], b[1]];
         let [ea, eb] = [a, b].map(|corners| corners.map(Exact::new));
         let (corners, [p, q]) = ([&ea[0], &ea[1], &ea[2]], [&eb[0], &eb[1]]);
-        let shares = slow_shares_a_point(corners, [p, q, q]);
+        let shares = reference_shares_a_point(corners, [p, q, q]);
         let pierced = piercings([p, q, q], corners);
         let inside = pierced.first().is_some_and(|x| {
             let n = normal(corners);
@@ -192,7 +192,7 @@ fn decided_cases() {
     for (name, corners, expected) in cases {
         assert_eq!(triangles_meet(floor, corners), expected, "{name}");
         assert_eq!(triangles_meet(corners, floor), expected, "{name}, the other way");
-        assert_eq!(slow_meeting(floor, corners), expected, "{name}, slowly");
+        assert_eq!(reference_meeting(floor, corners), expected, "{name}, by rational arithmetic");
     }
 }
 

@@ -1,4 +1,4 @@
-//! Defect reports: planted defects, random face lists against a slow count, and
+//! Defect reports: planted defects, random face lists against counts by brute force, and
 //! real meshes against their table.
 
 use std::collections::BTreeMap;
@@ -148,8 +148,8 @@ fn what_is_lacking_is_refused_with_its_place() {
     assert_eq!(bow_tie.require_oriented(), Ok(()));
 }
 
-/// Half-edges counted one by one.
-fn slow_counts(vertex_count: u32, faces: &[[u32; 3]]) -> BTreeMap<&'static str, usize> {
+/// Counts half-edges one by one.
+fn reference_counts(vertex_count: u32, faces: &[[u32; 3]]) -> BTreeMap<&'static str, usize> {
     let mut runs: BTreeMap<[u32; 2], usize> = BTreeMap::new();
     let mut uses: BTreeMap<[u32; 2], usize> = BTreeMap::new();
     for &[a, b, c] in faces {
@@ -164,7 +164,7 @@ fn slow_counts(vertex_count: u32, faces: &[[u32; 3]]) -> BTreeMap<&'static str, 
         face
     };
     let whole = |f: &[u32; 3]| f[0] != f[1] && f[1] != f[2] && f[2] != f[0];
-    let twin = |i: usize| faces[..i].iter().any(|f| sorted(f) == sorted(&faces[i]));
+    let is_duplicate = |i: usize| faces[..i].iter().any(|f| sorted(f) == sorted(&faces[i]));
     let split = |v: u32| {
         let mut parts: Vec<Vec<&[u32; 3]>> =
             faces.iter().filter(|f| f.contains(&v)).map(|f| vec![f]).collect();
@@ -187,12 +187,12 @@ fn slow_counts(vertex_count: u32, faces: &[[u32; 3]]) -> BTreeMap<&'static str, 
         ("split", (0..vertex_count).filter(|v| split(*v)).count()),
         ("isolated", (0..vertex_count).filter(|v| !faces.iter().any(|f| f.contains(v))).count()),
         ("repeats", faces.iter().filter(|f| !whole(f)).count()),
-        ("twins", (0..faces.len()).filter(|i| whole(&faces[*i]) && twin(*i)).count()),
+        ("duplicates", (0..faces.len()).filter(|i| whole(&faces[*i]) && is_duplicate(*i)).count()),
     ])
 }
 
 #[test]
-fn counts_of_any_list_equal_the_slow_ones() {
+fn counts_of_any_list_equal_those_by_brute_force() {
     arbtest(|u| {
         let vertex_count = u.int_in_range(1..=8_u32)?;
         let mut faces = Vec::new();
@@ -210,9 +210,9 @@ fn counts_of_any_list_equal_the_slow_ones() {
             ("split", report.count(Defect::NonManifoldVertex)),
             ("isolated", report.count(Defect::IsolatedVertex)),
             ("repeats", report.count(Defect::RepeatedCorner)),
-            ("twins", report.count(Defect::DuplicateFace)),
+            ("duplicates", report.count(Defect::DuplicateFace)),
         ]);
-        assert_eq!(counts, slow_counts(vertex_count, &faces), "{faces:?}");
+        assert_eq!(counts, reference_counts(vertex_count, &faces), "{faces:?}");
         assert_eq!(
             report.count(Defect::ZeroArea),
             faces.len() - report.count(Defect::RepeatedCorner),

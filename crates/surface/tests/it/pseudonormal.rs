@@ -89,7 +89,7 @@ fn a_cube_has_diagonal_normals_however_it_is_cut() {
 }
 
 #[test]
-fn faces_without_area_have_no_say() {
+fn faces_without_area_do_not_count() {
     let x = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::X * 0.5];
     let faces = vec![[0, 1, 2], [0, 3, 1], [1, 1, 2]];
     let surface = TriangleSurface::new(4, faces).expect("valid");

@@ -65,7 +65,7 @@ fn passages_of_any_closed_surface_sum_to_its_winding_number() {
 
 /// Points one ulp to either side of a face, of any place and size.
 #[test]
-fn an_ulp_beside_a_face_is_told() {
+fn an_ulp_beside_a_face_decides_the_side() {
     let surface = octahedron();
     arbtest(|u| {
         let offset = DVec3::new(1.0, -0.7, 0.4) * *u.choose(&[0.0, 1.0, 1e3, 1e6])?;
