@@ -51,6 +51,7 @@ pub enum GapMeasure {
 
 /// Carrier of the faces that contacts slide on.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum SurfaceCarrier {
     /// Particles: the surface's vertices are numbered from `first`.
     Particles {
@@ -63,6 +64,7 @@ pub enum SurfaceCarrier {
 
 /// Motion of a rigid object.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RigidMotion {
     /// Point of the object at which the other fields hold.
     pub about: DVec3,
@@ -249,6 +251,7 @@ impl PermanentContacts {
         left
     }
 
+    /// Recomputes one contact with the same weights.
     fn stick_one(&mut self, number: usize, x: &[DVec3]) {
         // The normal turns with its carrier; the weights stay.
         let contact = &mut self.contacts[number];
@@ -266,6 +269,7 @@ impl PermanentContacts {
         self.states[number] = ContactState::of(contact.gap, self.margins);
     }
 
+    /// Moves a contact of two edges to their closest points.
     fn slide_along_edges(&mut self, number: usize, x: &[DVec3]) {
         let contact = &mut self.contacts[number];
         let [a0, a1, b0, b1] = std::array::from_fn(|k| contact.stencil.terms()[k].particle);
@@ -287,6 +291,7 @@ impl PermanentContacts {
         -terms.iter().map(|term| term.weight * x[term.particle as usize]).sum::<DVec3>()
     }
 
+    /// Returns the face to walk from.
     fn start_face(&self, number: usize, surface: &TriangleSurface, carrier: SurfaceCarrier) -> u32 {
         let of_stencil = match carrier {
             SurfaceCarrier::Particles { first } => {

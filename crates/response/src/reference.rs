@@ -62,6 +62,7 @@ pub enum Restraint {
 /// # Ok::<(), response::ResponseError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Reference {
     target: DVec3,
     restraint: Restraint,

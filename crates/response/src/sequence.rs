@@ -28,6 +28,7 @@ pub struct ParticleStates<'a> {
 
 /// Settings of a sequence of corrections. A tolerance of `None` leaves its correction out.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SequenceParams {
     /// Distances kept and friction.
     pub law: ContactLaw,
@@ -64,6 +65,7 @@ impl SequenceParams {
 
 /// Report of a sequence of corrections.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SequenceReport {
     /// Number of corrections of positions.
     pub rounds: u32,

@@ -25,6 +25,7 @@ use crate::{ContactRows, ResponseError, StepLength, check};
 /// Normal force as a function of the depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum NormalForce {
     /// Penalty: N = k δ + c V_c · n while δ > 0, never pulling. `stiffness` k `>= 0`
     /// \[force / length\], `damping` c `>= 0` \[force / speed\].
@@ -107,6 +108,7 @@ impl SoftLaw {
 
 /// Block of 3 × 3 entries of a sparse matrix over particles.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MatrixBlock {
     /// Particle of the force.
     pub row: u32,
@@ -312,11 +314,13 @@ impl NormalResponse {
         }
     }
 
+    /// Computes a linear spring with damping.
     fn spring(stiffness: f64, damping: f64, depth: f64, approach: f64) -> Self {
         let force = stiffness * depth + damping * approach;
         Self { force, by_depth: stiffness, by_approach: damping }
     }
 
+    /// Computes the log barrier's first two derivatives.
     fn barrier(stiffness: f64, range: f64, gap: f64) -> Self {
         if gap >= range {
             return Self::NONE;
@@ -349,6 +353,7 @@ fn friction(row: &ContactRow<'_>, velocity: DVec3, normal: f64, slip_speed: f64)
     (-limit * secant * slip, (plane * secant + along * bend) * -limit)
 }
 
+/// Computes the outer product a bᵀ.
 fn outer(a: DVec3, b: DVec3) -> DMat3 {
     DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }

@@ -156,8 +156,8 @@ pub fn spectral_radius([[a, b], [c, d]]: Amplification) -> f64 {
 }
 
 /// Finds the largest value up to which `is_stable` holds, by bisection between a stable
-/// `low` and an unstable `high`, to the relative `precision`; `None` unless the ends are
-/// so.
+/// `low` and an unstable `high`, to the relative `precision`; `None` unless `low`
+/// is stable and `high` is not.
 ///
 /// # Errors
 ///
@@ -188,6 +188,7 @@ pub fn limit<E>(
 
 const HELD: [Term; 1] = [Term { particle: 0, weight: -1.0 }];
 
+/// Takes a step with the accelerations at its start.
 fn explicit<I: Integrator>(holding: Holding, state: [f64; 2]) -> Result<[f64; 2], ResponseError> {
     let step = TimeStep::<I>::new(1.0)?;
     let a = match holding {
@@ -206,6 +207,7 @@ fn explicit<I: Integrator>(holding: Holding, state: [f64; 2]) -> Result<[f64; 2]
     advance(step.accelerations(a)?, state)
 }
 
+/// Takes a step with the accelerations at its end or its middle.
 fn implicit<I: Implicit>(holding: Holding, state: [f64; 2]) -> Result<[f64; 2], ResponseError> {
     let step = TimeStep::<I>::new(1.0)?;
     let (v, params) = ([along(state[1])], LinearParams::default());

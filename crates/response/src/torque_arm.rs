@@ -76,7 +76,7 @@ impl TorqueArmRow {
             return Err(ResponseError::Collinear { contact });
         }
 
-        // Equal masses: only the distribution of the torque matters, not the inertia itself.
+        // Unit masses: their scale cancels between the inertia and the impulses.
         let center = (corners[0] + corners[1] + corners[2]) / 3.0;
         let from_center = corners.map(|x| x - center);
         let inverse_inertia = inertia(from_center).inverse();

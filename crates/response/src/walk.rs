@@ -12,6 +12,7 @@ const AT_SURFACE: f64 = 1e-9;
 
 /// Foot of a point on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SurfaceFoot {
     /// Face that holds the foot.
     pub face: u32,

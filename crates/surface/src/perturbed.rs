@@ -27,6 +27,7 @@ use crate::triangle::edge;
 
 /// Relation between two triangles, the first of which is moved by an infinitesimal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum PerturbedMeeting {
     /// The triangles share no point once the first is moved.
     Apart,
@@ -46,6 +47,7 @@ pub enum PerturbedMeeting {
 /// It runs along `n_a × n_b`: in the first triangle with the inside of the second on the left, in
 /// the second triangle the other way round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Stretch {
     /// The point at which the stretch begins.
     pub begin: StretchEnd,
@@ -57,6 +59,7 @@ pub struct Stretch {
 
 /// An end of a stretch: the point where an edge of one triangle passes through the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct StretchEnd {
     /// The triangle that the edge belongs to: 0 for the first, 1 for the second.
     pub triangle: usize,

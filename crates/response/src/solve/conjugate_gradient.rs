@@ -30,7 +30,8 @@ pub(super) fn solve(system: &PackedSystem, state: &mut SolverState, params: &Sol
     iterations
 }
 
-/// Steps until the largest |Q_c · n| of `rows` is within the tolerance.
+/// Steps until the largest |Q_c · n| of `rows` is within the tolerance; returns the
+/// steps.
 fn solve_rows(
     system: &PackedSystem,
     state: &mut SolverState,
@@ -121,12 +122,14 @@ fn product(system: &PackedSystem, rows: &[usize], p: &[f64], q: &mut [DVec3]) ->
     rows.iter().map(|&row| approach(system, &system.rows[row], slots)).collect()
 }
 
+/// Computes Σ β q · n of a row, without its bias.
 fn approach<S: Slot>(system: &PackedSystem, row: &PackedRow, q: &[S]) -> f64 {
     let terms = system.terms_of(row).iter();
     let at: DVec3 = terms.map(|t| t.weight * q[t.particle as usize].load()).sum();
     at.dot(row.normal)
 }
 
+/// Applies normal impulses and adds them to those of the rows.
 fn apply(system: &PackedSystem, state: &mut SolverState, rows: &[usize], impulses: &[f64]) {
     let slots = cells(&mut state.q);
     for (&number, &normal) in rows.iter().zip(impulses) {

@@ -39,6 +39,7 @@ use crate::{ContactRows, ResponseError, check};
 /// Order of the rows in a Gauss–Seidel sweep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum SweepOrder {
     /// In batches that share no particle, each in the order given. Run in
     /// parallel with the feature `rayon`, in the caller's pool; the result has
@@ -52,6 +53,7 @@ pub enum SweepOrder {
 /// Method that solves contacts together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum SolverMethod {
     /// Projected Gauss–Seidel.
     #[default]
