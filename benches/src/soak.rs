@@ -101,8 +101,7 @@ impl SwayingScene {
     fn new() -> Result<Self, Box<dyn Error>> {
         // Overlaps of one to two millimeters, which grow and shrink as the muscles sway.
         let ball = icosphere(30.0, 3);
-        let shifted = |by: f64| ball.positions.iter().map(|p| *p + DVec3::X * by).collect();
-        let rest: [Vec<DVec3>; 2] = [shifted(58.0), shifted(115.0)];
+        let rest = [58.0, 115.0].map(|x| ball.clone().translated(DVec3::X * x).positions);
 
         let mut scene = Scene::new();
         let bone = scene.add("bone", BodyKind::Rigid, ball.surface(), ball.positions.clone())?;

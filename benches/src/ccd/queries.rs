@@ -74,24 +74,31 @@ pub fn read(folder: &Path, name: &str) -> io::Result<QuerySet> {
 
     // Positions of all queries, then their times.
     let (positions, times) = numbers.split_at(NUMBERS * count);
-    let query = |(x, &time): (&[f64], &f64)| {
-        let point = |i: usize| DVec3::from_slice(&x[3 * i..]);
-        CcdQuery { x0: array::from_fn(point), x1: array::from_fn(|i| point(4 + i)), time }
-    };
-    let queries = positions.chunks_exact(NUMBERS).zip(times).map(query).collect();
+    let mut queries = Vec::new();
+    for (x, &time) in positions.chunks_exact(NUMBERS).zip(times) {
+        let (x0, x1) = x.split_at(NUMBERS / 2);
+        queries.push(CcdQuery { x0: points(x0), x1: points(x1), time });
+    }
     Ok(QuerySet { name: name.to_owned(), kind, queries })
+}
+
+fn points(coordinates: &[f64]) -> [DVec3; 4] {
+    array::from_fn(|i| DVec3::from_slice(&coordinates[3 * i..]))
 }
 
 /// Generates queries at random: points in a unit cube that move by up to half of it.
 #[must_use]
 pub fn random(kind: QueryKind, count: usize) -> QuerySet {
     let mut generator = Xorshift(0x9e37_79b9_7f4a_7c15);
-    let query = |_| {
-        let x0 = array::from_fn(|_| 0.5 * generator.point());
-        CcdQuery { x0, x1: x0.map(|x| x + 0.5 * generator.point()), time: f64::NAN }
-    };
+    let mut queries = Vec::new();
+    for _ in 0..count {
+        let x0 = generator.points().map(|x| 0.5 * x);
+        let motion = generator.points();
+        let x1 = array::from_fn(|i| x0[i] + 0.5 * motion[i]);
+        queries.push(CcdQuery { x0, x1, time: f64::NAN });
+    }
     let name = if kind == QueryKind::VertexFace { "random_vf" } else { "random_ee" };
-    QuerySet { name: name.to_owned(), kind, queries: (0..count).map(query).collect() }
+    QuerySet { name: name.to_owned(), kind, queries }
 }
 
 /// Generates degenerate queries: points on a small lattice that move on it, so that many touch at
@@ -99,10 +106,14 @@ pub fn random(kind: QueryKind, count: usize) -> QuerySet {
 #[must_use]
 pub fn on_lattice(kind: QueryKind, count: usize) -> QuerySet {
     let mut generator = Xorshift(0x2545_f491_4f6c_dd1d);
-    let mut points = || array::from_fn(|_| (2.0 * generator.point()).round());
-    let query = |_| CcdQuery { x0: points(), x1: points(), time: f64::NAN };
+    let mut queries = Vec::new();
+    for _ in 0..count {
+        let x0 = generator.points().map(|x| (2.0 * x).round());
+        let x1 = generator.points().map(|x| (2.0 * x).round());
+        queries.push(CcdQuery { x0, x1, time: f64::NAN });
+    }
     let name = if kind == QueryKind::VertexFace { "lattice_vf" } else { "lattice_ee" };
-    QuerySet { name: name.to_owned(), kind, queries: (0..count).map(query).collect() }
+    QuerySet { name: name.to_owned(), kind, queries }
 }
 
 /// Pseudorandom numbers by a 64-bit xorshift.
@@ -117,9 +128,9 @@ impl Xorshift {
         f64::from(u32::try_from(self.0 >> 32).unwrap_or(0)) / f64::from(1_u32 << 31) - 1.0
     }
 
-    /// Returns a point in the cube of these numbers.
-    fn point(&mut self) -> DVec3 {
-        DVec3::from_array(array::from_fn(|_| self.signed_unit()))
+    /// Returns points in the cube of these numbers.
+    fn points(&mut self) -> [DVec3; 4] {
+        points(&[0.0; NUMBERS / 2].map(|_| self.signed_unit()))
     }
 }
 

@@ -132,8 +132,9 @@ impl Comparison<'_> {
 
         let mut least = f64::INFINITY;
         for _ in 0..self.report.rounds(ROUNDS) {
-            let batch = || filter(&points, &candidates, &CcdParams::DEFAULT).map_or(0, |c| c.len());
-            least = least.min(nanoseconds(batch));
+            least = least.min(nanoseconds(|| {
+                filter(&points, &candidates, &CcdParams::DEFAULT).map_or(0, |left| left.len())
+            }));
         }
         let time = least / as_f64(candidates.len());
         self.add("batch, filter only", time, None, "ns", self.limits.filter);

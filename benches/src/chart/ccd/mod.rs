@@ -244,16 +244,19 @@ fn measure_candidates(
 ) -> Vec<Measurement> {
     let queries = used.iter().map(Vec::len).sum();
     let contacts = used.iter().flatten().filter(|query| query.time.is_finite()).count();
-    let empty = |candidate: &Candidate| Measurement {
-        title: set.title,
-        method: candidate.method,
-        separation: candidate.separation,
-        time: 0.0,
-        queries,
-        contacts,
-        answers: Answers::default(),
-    };
-    let mut measured: Vec<Measurement> = candidates.iter().map(empty).collect();
+    let mut measured = Vec::new();
+    for &Candidate { method, separation, .. } in candidates {
+        let (title, answers) = (set.title, Answers::default());
+        measured.push(Measurement {
+            title,
+            method,
+            separation,
+            time: 0.0,
+            queries,
+            contacts,
+            answers,
+        });
+    }
 
     // Both kinds of queries count by their numbers.
     for (of_kind, used) in set.by_kind.iter().zip(used) {
@@ -278,9 +281,11 @@ const TIME: &str = "per query, minimum of several for each block, methods in tur
 fn settings(measured: &[Measurement], titles: &[&str]) -> Vec<(&'static str, String)> {
     let mut counts = Vec::new();
     for title in titles {
-        let first = measured.iter().find(|m| m.title == *title);
-        let (queries, contacts) = first.map_or((0, 0), |m| (m.queries, m.contacts));
-        counts.push(format!("{title}: {queries}, {contacts} with a contact"));
+        if let Some(Measurement { queries, contacts, .. }) =
+            measured.iter().find(|m| m.title == *title)
+        {
+            counts.push(format!("{title}: {queries}, {contacts} with a contact"));
+        }
     }
     vec![
         ("queries, half vertex–face and half edge–edge", counts.join("; ")),

@@ -142,11 +142,12 @@ fn timed_plan(
     let of_pairs = of_pairs.to_array();
     let following = std::array::from_fn(|kind| all[kind] - of_pairs[kind]);
 
-    let title = |place: &str| format!("plan by {method} within {tolerance} mm, {place}");
-    let mut seconds = |shift| frame_seconds(&mut plan, &mut scene, task, &ids, shift);
+    let title = format!("plan by {method} within {tolerance} mm");
+    let near = frame_seconds(&mut plan, &mut scene, task, &ids, DVec3::ZERO)?;
+    let far = frame_seconds(&mut plan, &mut scene, task, &ids, APART)?;
     Ok([
-        TimedFrame { plan: title("in contact"), counts: all, seconds: seconds(DVec3::ZERO)? },
-        TimedFrame { plan: title("apart"), counts: following, seconds: seconds(APART)? },
+        TimedFrame { plan: format!("{title}, in contact"), counts: all, seconds: near },
+        TimedFrame { plan: format!("{title}, apart"), counts: following, seconds: far },
     ])
 }
 

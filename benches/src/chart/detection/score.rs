@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::task::{Direction, FrameTruth, TRUTH_MARGIN};
+use crate::measure::as_f64;
 
 /// Answer of a method in one frame.
 #[derive(Clone, Debug)]
@@ -21,10 +22,10 @@ pub(super) struct Score {
     /// Maximum error of a depth \[mm\].
     max: f64,
     squares: f64,
-    depths: u32,
-    expected: u32,
-    found: u32,
-    invented: u32,
+    depths: usize,
+    expected: usize,
+    found: usize,
+    invented: usize,
 }
 
 impl Score {
@@ -56,19 +57,19 @@ impl Score {
     /// Returns the root of the mean squared error of depths \[mm\]; `None` without depths.
     #[must_use]
     pub(super) fn rms(&self) -> Option<f64> {
-        (self.depths > 0).then(|| (self.squares / f64::from(self.depths)).sqrt())
+        (self.depths > 0).then(|| (self.squares / as_f64(self.depths)).sqrt())
     }
 
     /// Returns the share of the true vertices, crossings or overlaps that was not found.
     #[must_use]
     pub(super) fn missed(&self) -> f64 {
-        f64::from(self.expected - self.found) / f64::from(self.expected.max(1))
+        as_f64(self.expected - self.found) / as_f64(self.expected.max(1))
     }
 
     /// Returns the number of false vertices, crossings or overlaps over that of true ones.
     #[must_use]
     pub(super) fn invented(&self) -> f64 {
-        f64::from(self.invented) / f64::from(self.expected.max(1))
+        as_f64(self.invented) / as_f64(self.expected.max(1))
     }
 
     /// Adds every vertex that is inside or reported to be.
@@ -90,11 +91,10 @@ impl Score {
     }
 
     fn count<T: Ord>(&mut self, expected: &BTreeSet<T>, reported: &BTreeSet<T>) {
-        let number = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
-        let found = number(expected.intersection(reported).count());
-        self.expected += number(expected.len());
+        let found = expected.intersection(reported).count();
+        self.expected += expected.len();
         self.found += found;
-        self.invented += number(reported.len()) - found;
+        self.invented += reported.len() - found;
     }
 }
 

@@ -67,8 +67,8 @@ impl<'a> Task<'a> {
     pub(super) fn new(moving: &'a MovingBodies, group: PairGroup) -> Result<Self, SceneError> {
         let count = moving.bodies.len();
         let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b]));
-        let is_in_group = |pair: &[usize; 2]| (pair[0] == 0) == (group == PairGroup::Bone);
-        let mut pairs: Vec<[usize; 2]> = pairs.filter(is_in_group).collect();
+        let mut pairs: Vec<[usize; 2]> = pairs.collect();
+        pairs.retain(|pair| (pair[0] == 0) == (group == PairGroup::Bone));
 
         // Pairs without an overlap in any frame are left out.
         let (mut scene, ids) = scene_of(moving, &pairs)?;

@@ -84,13 +84,13 @@ impl CellMap {
     pub fn new<E>(
         scheme: Scheme,
         axes: [GridAxis; 2],
-        value: impl Fn(f64, f64) -> Result<f64, E>,
+        value: fn(Scheme, f64, f64) -> Result<f64, E>,
     ) -> Result<Self, E> {
         let [horizontal, vertical] = axes;
         let mut values = Vec::new();
         for j in 0..vertical.cells {
             for i in 0..horizontal.cells {
-                values.push(value(horizontal.center(i), vertical.center(j))?);
+                values.push(value(scheme, horizontal.center(i), vertical.center(j))?);
             }
         }
         Ok(Self { scheme, axes, values })

@@ -227,16 +227,19 @@ impl Stability {
     ///
     /// Never for the parameters of this picture.
     pub fn compute() -> Result<Self, ResponseError> {
-        let map =
-            |row: &MapRow, scheme| CellMap::new(scheme, row.axes, |x, y| (row.value)(scheme, x, y));
-        let maps = |row: &MapRow| Scheme::ALL.into_iter().map(|scheme| map(row, scheme)).collect();
-        let gains = |row: &GainRow| {
-            Scheme::ALL.into_iter().map(|scheme| Gain::new(scheme, row.responses)).collect()
+        let mut numbers = Self {
+            maps: vec![Vec::new(); MAP_ROWS.len()],
+            gains: vec![Vec::new(); GAIN_ROWS.len()],
         };
-        Ok(Self {
-            maps: MAP_ROWS.iter().map(maps).collect::<Result<_, _>>()?,
-            gains: GAIN_ROWS.iter().map(gains).collect::<Result<_, _>>()?,
-        })
+        for scheme in Scheme::ALL {
+            for (row, maps) in MAP_ROWS.iter().zip(&mut numbers.maps) {
+                maps.push(CellMap::new(scheme, row.axes, row.value)?);
+            }
+            for (row, gains) in GAIN_ROWS.iter().zip(&mut numbers.gains) {
+                gains.push(Gain::new(scheme, row.responses)?);
+            }
+        }
+        Ok(numbers)
     }
 
     /// Returns the rows of the table.
@@ -268,15 +271,17 @@ impl Stability {
 
 impl Gain {
     fn new(scheme: Scheme, responses: &[Copies]) -> Result<Self, ResponseError> {
-        let mut radii = Vec::new();
+        let mut all = Vec::new();
         for cell in 0..GAIN.cells {
             let gain = GAIN.center(cell);
-            let radius = |response: &Copies| {
-                StabilityCase { scheme, holding: (response.holding)(gain) }.radius()
-            };
-            radii.push((gain, responses.iter().map(radius).collect::<Result<_, _>>()?));
+            let mut radii = Vec::new();
+            for response in responses {
+                let holding = (response.holding)(gain);
+                radii.push(StabilityCase { scheme, holding }.radius()?);
+            }
+            all.push((gain, radii));
         }
-        Ok(Self { scheme, radii })
+        Ok(Self { scheme, radii: all })
     }
 }
 
