@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Child, Command};
 
 use serde_json::Value;
 
@@ -52,6 +52,14 @@ fn report(figures: &[Figure]) -> TaskResult {
     let short = figures.iter().filter(|figure| !figure.holds(1.0)).count();
     println!("{} figures, {short} short", figures.len());
     if short == 0 { Ok(()) } else { Err(format!("{short} figures exceed their bounds")) }
+}
+
+/// Starts to build the program in the background, so that no core waits.
+pub(crate) fn start_build(root: &Path) -> Result<Child, String> {
+    let mut command = Command::new("cargo");
+    command.args(["build", "--quiet", "--release", "--locked", "--package=benches"]);
+    command.args(WITHOUT_CHARTS).current_dir(root);
+    command.spawn().map_err(|error| format!("cargo cannot be run: {error}"))
 }
 
 /// Returns all figures as rows of the closing table, which fail where they exceed [`GENEROUS`]

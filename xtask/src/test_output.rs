@@ -9,9 +9,12 @@ pub(crate) struct TestOutput {
     packages: Vec<Package>,
     /// Number of the package whose tests run.
     current: usize,
-    measured: Vec<Row>,
-    failed: Vec<String>,
-    skipped: usize,
+    /// Numbers that tests printed.
+    pub(crate) measured: Vec<Row>,
+    /// Failed tests, as `package: test`.
+    pub(crate) failed: Vec<String>,
+    /// Number of tests that need the data folder and found none.
+    pub(crate) skipped: usize,
 }
 
 #[derive(Debug, Default)]
@@ -61,16 +64,6 @@ impl TestOutput {
         rows
     }
 
-    /// Returns the numbers that tests printed.
-    pub(crate) fn measured_rows(&self) -> Vec<Row> {
-        self.measured.clone()
-    }
-
-    /// Returns the failed tests, as `package: test`.
-    pub(crate) fn failed(&self) -> &[String] {
-        &self.failed
-    }
-
     /// Returns the numbers of passed and failed tests.
     pub(crate) fn counts(&self) -> (usize, usize) {
         let (mut passed, mut failed) = (0, 0);
@@ -79,11 +72,6 @@ impl TestOutput {
             failed += package.failed;
         }
         (passed, failed)
-    }
-
-    /// Returns the number of tests that need the data folder and found none.
-    pub(crate) fn skipped(&self) -> usize {
-        self.skipped
     }
 
     /// Makes a package the current one, and adds it if it is new.
@@ -168,9 +156,9 @@ test result: ok. 4 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out
         assert_eq!(rows.len(), 1, "a package without tests has no row");
         assert_eq!((rows[0].name.as_str(), rows[0].measured.as_str()), ("kdop", "8 of 9"));
         assert_eq!(rows[0].verdict, Failed);
-        assert_eq!((output.counts(), output.skipped()), ((8, 1), 1));
-        assert_eq!(output.failed(), ["kdop: tree::pairs"]);
-        let verdicts: Vec<Verdict> = output.measured_rows().iter().map(|row| row.verdict).collect();
+        assert_eq!((output.counts(), output.skipped), ((8, 1), 1));
+        assert_eq!(output.failed, ["kdop: tree::pairs"]);
+        let verdicts: Vec<Verdict> = output.measured.iter().map(|row| row.verdict).collect();
         assert_eq!(verdicts, [Passed, Failed, Passed, Unbounded]);
     }
 }
