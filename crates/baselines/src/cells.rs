@@ -2,7 +2,7 @@
 //!
 //! Source: M. Teschner, B. Heidelberger, M. Müller, D. Pomeranets and M. Gross, "Optimized spatial
 //! hashing for collision detection of deformable objects", VMV 2003, section 3 (the hash
-//! function). Here each entry keeps its cell, so that cells that share a slot are told apart, and
+//! function). Here each entry keeps its cell, so that cells that share a slot stay distinct, and
 //! slots are filled by a counting sort instead of lists with time stamps.
 
 use glam::DVec3;
