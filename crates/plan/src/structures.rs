@@ -203,6 +203,6 @@ fn tree_structure(id: BodyId, body: &Body) -> Structure {
         size: body.surface().faces().len(),
         spacing: None,
         measured_error: 0.0,
-        bytes: body.tree_bytes(),
+        bytes: body.tree().map_or(0, |tree| tree.tree().bytes()),
     }
 }

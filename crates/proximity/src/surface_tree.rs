@@ -287,10 +287,4 @@ impl LazySurfaceTree {
     pub fn has_inside(&self) -> Result<(), NoInside> {
         self.inner.has_inside()
     }
-
-    /// Returns the memory of the tree, in bytes: 0 before it is built.
-    #[must_use]
-    pub fn tree_bytes(&self) -> usize {
-        self.inner.tree.bytes()
-    }
 }

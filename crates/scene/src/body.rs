@@ -206,12 +206,6 @@ impl Body {
         self.surface.fitted()
     }
 
-    /// Returns the memory of the tree, in bytes: 0 before it is built.
-    #[must_use]
-    pub fn tree_bytes(&self) -> usize {
-        self.surface.tree_bytes()
-    }
-
     /// Returns the box around the positions.
     pub(crate) fn bounds(&mut self) -> Aabb {
         let positions = self.surface.positions().as_slice();
@@ -287,5 +281,87 @@ impl Body {
 
     fn tree_error(&self, source: TreeError) -> SceneError {
         SceneError::Tree { name: self.name.clone(), source }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ccd::CcdParams;
+    use fixtures::shapes::tetrahedron;
+
+    use super::*;
+    use crate::{CheckParams, Progress, Scene};
+
+    /// A row of rigid tetrahedra of size 1, of which the first two overlap and the others are 3
+    /// apart from each other.
+    fn row(count: u32) -> Scene {
+        let mut scene = Scene::new();
+        for number in 0..count {
+            let place = if number == 1 { 0.5 } else { 3.0 * f64::from(number) };
+            let body = tetrahedron(1.0).translated(DVec3::X * place);
+            let surface = body.surface();
+            scene
+                .add(number.to_string(), BodyKind::Rigid, surface, body.positions)
+                .expect("a body");
+        }
+        scene
+    }
+
+    fn fitted(scene: &Scene) -> Vec<usize> {
+        scene.ids().filter(|&id| scene.body(id).tree().is_some()).map(BodyId::index).collect()
+    }
+
+    #[test]
+    fn trees_are_built_for_bodies_that_may_meet() {
+        let mut scene = row(4);
+        let reports = scene.check(&CheckParams { margin: 0.5 }, Progress::none()).expect("a check");
+        assert_eq!(reports.len(), 1);
+        assert_eq!(fitted(&scene), [0, 1]);
+
+        // A body that moves is refit once it may meet another one.
+        let [first, last] = [BodyId(0), BodyId(3)];
+        let away = scene.body(first).positions().iter().map(|p| *p - 50.0 * DVec3::X);
+        scene.move_body(first, &away.collect::<Vec<_>>()).expect("a move");
+        assert_eq!(fitted(&scene), [1]);
+        scene.check(&CheckParams { margin: 0.5 }, Progress::none()).expect("a check");
+        assert_eq!(fitted(&scene), [1], "it meets none there");
+        scene.segment(first, last).expect("regions");
+        assert_eq!(fitted(&scene), [0, 1, 3], "a question about two bodies");
+    }
+
+    #[test]
+    fn a_step_bounds_the_way_of_bodies_that_move() {
+        let mut scene = row(4);
+        let over_the_third: Vec<DVec3> =
+            scene.body(BodyId(1)).positions().iter().map(|p| *p + 7.0 * DVec3::X).collect();
+        let moves = [(BodyId(1), &over_the_third[..])];
+        let report = scene.sweep(&moves, &CcdParams::EXACT, Progress::none()).expect("a sweep");
+        assert_eq!(report.pairs.len(), 2, "it leaves the first and passes through the third");
+
+        let has_step = |id: &BodyId| scene.body(*id).surface.step_tree().is_some();
+        assert_eq!(scene.ids().filter(has_step).map(BodyId::index).collect::<Vec<_>>(), [1]);
+        assert_eq!(fitted(&scene), [0, 1, 2], "the first and third rest, the fourth is far");
+    }
+
+    #[test]
+    fn a_bone_holds_its_positions_once_until_it_leaves_them() {
+        let mut scene = row(1);
+        let id = BodyId(0);
+        assert!(scene.body(id).reference.is_none());
+        let start = scene.body(id).positions().to_vec();
+        assert_eq!(scene.body(id).reference(), Some(&start[..]));
+
+        let pose = Pose::new(glam::DQuat::from_rotation_z(1.0), DVec3::Y);
+        scene.pose_body(id, &pose).expect("a pose");
+        assert!(scene.body(id).reference.is_some() && scene.body(id).positions() != start);
+        assert_eq!(scene.body(id).reference(), Some(&start[..]));
+    }
+
+    #[test]
+    fn ten_thousand_bodies_are_checked() {
+        let mut scene = row(10_000);
+        let reports = scene.check(&CheckParams { margin: 0.0 }, Progress::none()).expect("a check");
+        assert_eq!(reports.len(), 1);
+        assert_eq!(fitted(&scene), [0, 1]);
     }
 }
