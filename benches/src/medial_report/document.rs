@@ -38,7 +38,7 @@ Neighboring muscles that touch at rest, pushed 1 and 3 mm into each other. *surf
 within 1 mm, which does not yet decide which vertices are inside. *vertices × balls* finds the vertices inside with their depths, for the
 exact foot and for that on the bare face; *balls × balls* finds all pairs of primitives that overlap. Counted are tests of four bounds of nine
 directions each, tests of single directions, and leaves: distances of a point from a face, or of a point or a primitive from a primitive.
-Directions cost less than leaves, least for all but the plane that touches a slab's balls. Depths are compared with exact ones. Vertices
-missed are those inside the muscle and outside the balls: with the bound on the distance from surface to balls as margin none is missed,
-unless the union has a void there.
+A direction costs less than a leaf; that of the plane which touches a slab's balls costs more than the others. Depths are compared with
+exact ones. Vertices missed are those inside the muscle and outside the balls: with the bound on the distance from surface to balls as margin,
+none is missed unless the union has a void there.
 ";
