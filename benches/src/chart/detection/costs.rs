@@ -210,7 +210,7 @@ fn product(a: &[f64; 5], b: &[f64; 5]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Where this fails after new measurements, [`OperationCounts::SECONDS`] is to follow them.
+    /// [`OperationCounts::SECONDS`] are to follow new measurements, after which this may fail.
     /// They vary by a fifth from one run to the next.
     #[test]
     fn plans_predict_by_the_measured_times() {
