@@ -2,6 +2,5 @@
 
 mod check;
 mod medial;
-mod segment;
 mod support;
 mod sweep;

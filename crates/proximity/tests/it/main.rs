@@ -1,0 +1,4 @@
+//! Tests of proximity queries.
+
+mod regions;
+mod surface_tree;

@@ -1,0 +1,110 @@
+//! Queries about one surface, and trees that follow it.
+
+use std::ops::ControlFlow;
+
+use ccd::{CcdParams, MovingPoints};
+use fixtures::generate::{cases, convex};
+use fixtures::shapes;
+use glam::DVec3;
+use kdop::Workspace;
+use proximity::{
+    LazySurfaceTree, NoInside, ProximityError, SurfaceTree, SweptError, SweptQuery, SweptSide,
+};
+use surface::SurfaceError;
+use surface::progress::Progress;
+
+#[test]
+fn hints_never_change_the_closest_point() {
+    let workspace = &mut Workspace::default();
+    cases(1, 50, |u| {
+        let mesh = convex(u)?;
+        let tree = SurfaceTree::new(mesh.surface(), mesh.positions.clone()).expect("finite");
+        let point = mesh.positions[u.choose_index(mesh.positions.len())?] * 1.3;
+        let face = u32::try_from(u.choose_index(mesh.faces.len())?).expect("a small mesh");
+        let [plain, hinted] =
+            [None, Some(face)].map(|hint| tree.closest_point(point, 1e3, hint, workspace));
+        assert_eq!(plain, hinted);
+
+        // By brute force, of equal distances the lowest face.
+        let faces = 0..u32::try_from(mesh.faces.len()).expect("a small mesh");
+        let all = faces.map(|face| tree.closest_on_face(point, face));
+        let best = all.reduce(|best, found| if found.is_before(&best) { found } else { best });
+        assert_eq!(plain, best);
+        let distance = best.expect("a face").distance;
+        assert!(tree.closest_point(point, 0.9 * distance, Some(face), workspace).is_none());
+        Ok(())
+    });
+}
+
+#[test]
+fn a_plate_pressed_through_itself_crosses_itself() {
+    let plate = shapes::plate(DVec3::new(8.0, 8.0, 1.0), [8, 8]);
+    let mut tree = SurfaceTree::new(plate.surface(), plate.positions.clone()).expect("finite");
+    let workspace = &mut Workspace::default();
+    assert!(tree.self_crossings(workspace).is_empty());
+
+    let pressed = plate.positions.iter().map(|p| {
+        let is_middle_of_top = p.z > 0.0 && p.truncate().length() < 1.5;
+        *p - if is_middle_of_top { 1.5 * DVec3::Z } else { DVec3::ZERO }
+    });
+    tree.set_positions(pressed).expect("finite");
+    let crossings = tree.self_crossings(workspace);
+    assert!(!crossings.is_empty() && crossings.is_sorted(), "{crossings:?}");
+}
+
+#[test]
+fn positions_that_do_not_fit_change_nothing() {
+    let ball = shapes::octasphere(2.0, 1);
+    let mut tree = SurfaceTree::new(ball.surface(), ball.positions.clone()).expect("finite");
+    let short = tree.set_positions(ball.positions[1..].iter().copied());
+    let (expected, got) = (ball.positions.len(), ball.positions.len() - 1);
+    let error = SurfaceError::PositionCount { expected, got };
+    assert_eq!(short, Err(ProximityError::Surface(error)));
+    assert!(tree.set_positions(ball.positions.iter().map(|p| *p / 0.0)).is_err());
+    assert_eq!(tree.positions().as_slice(), ball.positions);
+    assert!(tree.contains(DVec3::ZERO, &mut Workspace::default()));
+}
+
+#[test]
+fn a_lazy_tree_is_fitted_on_demand() {
+    let ball = shapes::octasphere(2.0, 1);
+    let mut lazy = LazySurfaceTree::new(ball.surface(), ball.positions.clone()).expect("finite");
+    assert!(lazy.fitted().is_none() && lazy.step_tree().is_none());
+
+    let workspace = &mut Workspace::default();
+    assert!(lazy.fit().expect("a tree").contains(DVec3::ZERO, workspace));
+    lazy.set_positions(ball.positions.iter().map(|p| *p + 9.0 * DVec3::X)).expect("finite");
+    assert!(lazy.fitted().is_none());
+    assert!(!lazy.fit().expect("a tree").contains(DVec3::ZERO, workspace));
+    assert!(lazy.fitted().is_some());
+}
+
+#[test]
+fn a_surface_without_inside_is_reported() {
+    let mut cube = shapes::cube(1.0);
+    cube.faces.pop();
+    let open = SurfaceTree::new(cube.surface(), cube.positions).expect("finite");
+    let Err(NoInside::OddEdges { count, faces, .. }) = open.has_inside() else {
+        panic!("{:?}", open.has_inside());
+    };
+    assert_eq!((count, faces), (3, 1));
+}
+
+#[test]
+fn a_swept_query_can_be_interrupted() {
+    // Both balls turn into points of each other, so that every face meets every face.
+    let ball = shapes::icosphere(10.0, 3);
+    let tree = SurfaceTree::new(ball.surface(), ball.positions.clone()).expect("finite");
+    let start = [&ball.positions[..], &ball.positions].concat();
+    let end: Vec<DVec3> = start.iter().map(|p| *p * 0.5).collect();
+    let motion = MovingPoints::new(&start, &end).expect("finite");
+    let (surface, count) = (tree.surface(), u32::try_from(ball.positions.len()).expect("few"));
+    let [a, b] =
+        [0, count].map(|first_particle| SweptSide { surface, tree: tree.tree(), first_particle });
+
+    let stop = |_| ControlFlow::Break(());
+    let (query, workspace) =
+        (SweptQuery::new(&motion, &CcdParams::DEFAULT), &mut Workspace::default());
+    let interrupted = query.run(&a, &b, workspace, Progress::new(&stop));
+    assert!(matches!(interrupted, Err(SweptError::Interrupted(_))), "{interrupted:?}");
+}
