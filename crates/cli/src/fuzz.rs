@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use crate::{motion, scene};
+use crate::motion::Motion;
+use crate::scene::SceneDescription;
 
 /// Parses a scene file, and returns true if the text is one.
 ///
@@ -11,15 +12,18 @@ use crate::{motion, scene};
 /// Where a scene ignores pairs of absent bodies, or its margin is not a length.
 #[must_use]
 pub fn scene_file(text: &str) -> bool {
-    let Ok(scene) = scene::parse(text, Path::new("scene.toml")) else { return false };
-    let count = scene.bodies.len();
-    assert!(scene.ignored.iter().flatten().all(|&body| body < count), "{:?}", scene.ignored);
-    assert!(scene.reach.is_finite() && scene.reach >= 0.0, "{}", scene.reach);
+    let Ok(scene) = SceneDescription::parse(text, Path::new("")) else { return false };
+    for pair in &scene.ignored {
+        let [a, b] = [&pair.a, &pair.b].map(|name| scene.index_of(name));
+        assert!(a.is_ok_and(|a| b.is_ok_and(|b| a != b)), "{pair:?}");
+    }
+    let margin = scene.margin.unwrap_or(0.0);
+    assert!(margin.is_finite() && margin >= 0.0, "{margin}");
     true
 }
 
 /// Parses a motion file, and returns true if the text is one.
 #[must_use]
 pub fn motion_file(text: &str) -> bool {
-    motion::parse(text).is_ok()
+    Motion::parse(text).is_ok()
 }

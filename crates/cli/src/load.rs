@@ -1,22 +1,118 @@
-//! From a description to bodies in a scene: every file read, every mesh
-//! inspected, in parallel.
+//! Scenes from their descriptions: every mesh read and inspected, in parallel.
 
-use glam::DVec3;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
 use mesh_io::Mesh;
-use musculo_collide::surface::{TriangleSurface, inspect};
-use musculo_collide::{BodyKind, SceneError};
+use musculo_collide::surface::{
+    Aabb, PositionBuffer, Positions, SurfaceError, TriangleSurface, inspect,
+};
+use musculo_collide::{BodyKind, PairReport, Scene, SceneError};
 use rayon::prelude::*;
 
-use crate::commands::Failure;
-use crate::progress::Progress;
-use crate::report::{BodyRecord, BodySource};
-use crate::scene::{Bounds, Scene, Unit};
+use crate::failure::Failure;
+use crate::phase::Phase;
+use crate::report::{BodyRecord, CheckDocument, PairRecord, divisions};
+use crate::scene::{BodyDescription, SceneDescription, unit_warnings};
 
-/// Reads every file, and names each that cannot be.
-pub(crate) fn read_meshes(description: &Scene) -> Result<Vec<Mesh>, Failure> {
-    let _progress = Progress::start("reading", 1);
+/// Arguments that name the bodies of a scene.
+#[derive(Debug, Args)]
+pub(crate) struct SceneArguments {
+    /// Scene file (.toml), or mesh files: PLY, OBJ, STL or VTP
+    #[arg(required = true, value_name = "SCENE.toml | MESH")]
+    pub(crate) inputs: Vec<PathBuf>,
+
+    /// Body that does not deform (a bone); may be given several times
+    #[arg(long, visible_alias = "fixed", value_name = "NAME")]
+    rigid: Vec<String>,
+}
+
+impl SceneArguments {
+    /// Describes the scene, without reading its meshes.
+    pub(crate) fn describe(&self) -> Result<SceneDescription, Failure> {
+        let mut description = SceneDescription::from_inputs(&self.inputs)?;
+        description.set_rigid(&self.rigid)?;
+        Ok(description)
+    }
+}
+
+/// Scene with the inspection of its meshes.
+#[derive(Debug)]
+pub(crate) struct LoadedScene {
+    pub(crate) description: SceneDescription,
+    pub(crate) scene: Scene,
+    pub(crate) bodies: Vec<BodyRecord>,
+}
+
+impl LoadedScene {
+    /// Reads and inspects the meshes of a scene; a failure names every file that cannot be
+    /// read.
+    pub(crate) fn load(description: SceneDescription) -> Result<Self, Failure> {
+        let meshes = read_meshes(&description)?;
+        let _phase = Phase::start("inspecting meshes");
+        let bodies = description.bodies.par_iter().zip(meshes);
+        let inspected: Vec<Result<InspectedMesh, SceneError>> =
+            bodies.map(|(body, mesh)| InspectedMesh::new(body, mesh)).collect();
+
+        let mut loaded = Self { description, scene: Scene::new(), bodies: Vec::new() };
+        let mut ids = Vec::new();
+        for inspected in inspected {
+            let InspectedMesh { record, surface, mesh } = inspected?;
+            let (name, kind) = (record.name.as_str(), record.kind);
+            ids.push(loaded.scene.add(name, kind, surface, mesh.positions)?);
+            loaded.bodies.push(record);
+        }
+        for pair in &loaded.description.ignored {
+            let [a, b] = [&pair.a, &pair.b].map(|name| loaded.description.index_of(name));
+            loaded.scene.ignore(ids[a?], ids[b?]);
+        }
+        Ok(loaded)
+    }
+
+    /// Returns the margin of the description, or else the mean edge length of all bodies.
+    pub(crate) fn margin(&self) -> f64 {
+        self.description.margin.unwrap_or_else(|| scene_edge(&self.bodies))
+    }
+
+    /// Returns the mean edge length of all bodies that can deform, or else of all.
+    pub(crate) fn soft_edge(&self) -> f64 {
+        let soft = self.bodies.iter().filter(|body| body.kind != BodyKind::Rigid);
+        let edge = scene_edge(soft);
+        if edge > 0.0 { edge } else { scene_edge(&self.bodies) }
+    }
+
+    /// Gathers the results of a check.
+    pub(crate) fn document(&mut self, reports: &[PairReport]) -> Result<CheckDocument, SceneError> {
+        let mut sizes = Vec::new();
+        for body in &self.bodies {
+            sizes.push((body.name.as_str(), body.inspection.bounds.unwrap_or(Aabb::EMPTY)));
+        }
+        Ok(CheckDocument {
+            unit: self.description.unit,
+            margin: self.margin(),
+            warnings: unit_warnings(&sizes),
+            divisions: divisions(&mut self.scene, reports)?,
+            pairs: reports.iter().map(|pair| PairRecord::new(pair, &self.scene)).collect(),
+            bodies: self.bodies.clone(),
+        })
+    }
+}
+
+fn scene_edge<'a>(bodies: impl IntoIterator<Item = &'a BodyRecord>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for body in bodies {
+        let edges = f64::from(u32::try_from(body.inspection.edges).unwrap_or(u32::MAX));
+        sum += edges * body.inspection.mean_edge;
+        count += edges;
+    }
+    if count > 0.0 { sum / count } else { 0.0 }
+}
+
+fn read_meshes(description: &SceneDescription) -> Result<Vec<Mesh>, Failure> {
+    let _phase = Phase::start("reading");
     let bodies = description.bodies.par_iter();
     let results: Vec<_> = bodies.map(|body| mesh_io::read_mesh(&body.path)).collect();
+
     let (mut meshes, mut problems) = (Vec::new(), Vec::new());
     for result in results {
         match result {
@@ -24,48 +120,55 @@ pub(crate) fn read_meshes(description: &Scene) -> Result<Vec<Mesh>, Failure> {
             Err(error) => problems.push(error.to_string()),
         }
     }
-    if problems.is_empty() { Ok(meshes) } else { Err(Failure::new(problems)) }
+    if problems.is_empty() { Ok(meshes) } else { Err(Failure { problems }) }
 }
 
-/// A mesh that was looked over, on its way into the scene.
-struct Built {
-    kind: BodyKind,
-    surface: TriangleSurface,
-    positions: Vec<DVec3>,
+/// Surface of one mesh file.
+#[derive(Debug)]
+pub(crate) struct LoadedSurface {
+    pub(crate) surface: TriangleSurface,
+    positions: PositionBuffer,
+}
+
+impl LoadedSurface {
+    pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
+        let _phase = Phase::start("reading");
+        let Mesh { positions, faces, .. } = mesh_io::read_mesh(path)?;
+        let refused = |error: SurfaceError| Failure::in_file(path, error);
+        let surface = TriangleSurface::new(positions.len(), faces).map_err(refused)?;
+        let positions = surface.own_positions(positions).map_err(refused)?;
+        Ok(Self { surface, positions })
+    }
+
+    pub(crate) fn positions(&self) -> Positions<'_> {
+        self.positions.as_positions()
+    }
+}
+
+/// Mesh with its topology and its record.
+struct InspectedMesh {
     record: BodyRecord,
+    surface: TriangleSurface,
+    mesh: Mesh,
 }
 
-/// Builds a scene of meshes, with what inspection found of each.
-pub(crate) fn build_scene(
-    description: &Scene,
-    meshes: Vec<Mesh>,
-) -> Result<(musculo_collide::Scene, Vec<BodyRecord>), Failure> {
-    let _progress = Progress::start("inspecting meshes", 1);
-    let built: Vec<Result<Built, SceneError>> = description
-        .bodies
-        .par_iter()
-        .zip(meshes)
-        .map(|(body, mesh)| build_one(body, description.unit, mesh))
-        .collect();
-    let mut scene = musculo_collide::Scene::new();
-    let (mut records, mut ids) = (Vec::new(), Vec::new());
-    for built in built {
-        let Built { kind, surface, positions, record } = built?;
-        ids.push(scene.add(record.name.as_str(), kind, surface, positions)?);
-        records.push(record);
+impl InspectedMesh {
+    fn new(body: &BodyDescription, mut mesh: Mesh) -> Result<Self, SceneError> {
+        let refused = |source| SceneError::Surface { name: body.name.clone(), source };
+        let faces = std::mem::take(&mut mesh.faces);
+        let surface = TriangleSurface::new(mesh.positions.len(), faces).map_err(refused)?;
+        let x = surface.positions(&mesh.positions).map_err(refused)?;
+        let inspection = inspect(&surface, x);
+        let record = BodyRecord {
+            name: body.name.clone(),
+            file: body.file.clone(),
+            kind: body.kind,
+            polygons_fanned: mesh.polygons_fanned,
+            closed: inspection.closed(),
+            manifold: inspection.manifold(),
+            oriented: inspection.oriented(),
+            inspection,
+        };
+        Ok(Self { record, surface, mesh })
     }
-    for &[a, b] in &description.ignored {
-        scene.ignore(ids[a], ids[b]);
-    }
-    Ok((scene, records))
-}
-
-fn build_one(body: &crate::scene::Body, unit: Unit, mesh: Mesh) -> Result<Built, SceneError> {
-    let refused = |source| SceneError::Surface { name: body.name.clone(), source };
-    let Mesh { positions, faces, polygons_fanned } = mesh;
-    let surface = TriangleSurface::new(positions.len(), faces).map_err(refused)?;
-    let inspection = inspect(&surface, surface.positions(&positions).map_err(refused)?);
-    let source = BodySource { body, bounds: Bounds::of(&positions), polygons_fanned, unit };
-    let record = BodyRecord::new(source, &inspection);
-    Ok(Built { kind: body.kind, surface, positions, record })
 }

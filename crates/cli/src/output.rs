@@ -1,34 +1,31 @@
-//! Files out, whole or not at all: everything is written beside its place
-//! first and moved there only when all of it is on disk.
+//! Output files, written completely or not at all: each is written beside its place, and
+//! moved there once all of them are on disk.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-/// A file or folder that could not be written.
-#[derive(Debug, thiserror::Error)]
-#[error("{path}: cannot be written: {problem}", path = .path.display())]
-pub(crate) struct OutputError {
-    path: PathBuf,
-    problem: io::Error,
-}
+use serde::Serialize;
 
-/// Files that are written and not yet in their places. Dropping this removes
-/// them again.
+use crate::failure::Failure;
+
+/// Files that are written but not yet in their places. Dropping this removes them.
 #[derive(Debug, Default)]
 pub(crate) struct Outputs {
-    staged: Vec<Staged>,
+    staged: Vec<StagedFile>,
+    /// Folders that did not exist before.
     folders: Vec<PathBuf>,
 }
 
 #[derive(Debug)]
-struct Staged {
+struct StagedFile {
     beside: PathBuf,
     path: PathBuf,
 }
 
 impl Outputs {
-    /// Makes a folder, where there is none yet.
-    pub(crate) fn folder(&mut self, path: &Path) -> Result<(), OutputError> {
+    /// Creates a folder where there is none.
+    pub(crate) fn folder(&mut self, path: &Path) -> Result<(), Failure> {
         let is_new = !path.exists();
         fs::create_dir_all(path).map_err(|problem| failed(path, problem))?;
         if is_new {
@@ -38,28 +35,38 @@ impl Outputs {
     }
 
     /// Writes a file beside its place.
-    pub(crate) fn stage(&mut self, path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+    pub(crate) fn stage(&mut self, path: &Path, content: impl AsRef<[u8]>) -> Result<(), Failure> {
         if path.is_dir() {
             return Err(failed(path, io::ErrorKind::IsADirectory.into()));
         }
-        let name =
-            path.file_name().ok_or_else(|| failed(path, io::ErrorKind::InvalidFilename.into()))?;
-        let mut hidden = std::ffi::OsString::from(".");
+        let Some(name) = path.file_name() else {
+            return Err(failed(path, io::ErrorKind::InvalidFilename.into()));
+        };
+        let mut hidden = OsString::from(".");
         hidden.push(name);
         hidden.push(format!(".{}.tmp", std::process::id()));
         let beside = path.with_file_name(hidden);
-        // Known before it is written, so that a half-written file goes too.
-        self.staged.push(Staged { beside: beside.clone(), path: path.to_owned() });
-        fs::write(&beside, bytes).map_err(|problem| failed(path, problem))
+
+        // Listed before it is written, so that a half-written file is removed too.
+        self.staged.push(StagedFile { beside: beside.clone(), path: path.to_owned() });
+        fs::write(&beside, content).map_err(|problem| failed(path, problem))
     }
 
-    /// Moves every file to its place, in the order they were staged; returns
-    /// the paths.
-    pub(crate) fn commit(mut self) -> Result<Vec<PathBuf>, OutputError> {
-        let mut written = Vec::new();
+    /// Writes a report as JSON beside its place, if there is a path for it.
+    pub(crate) fn stage_json(
+        &mut self,
+        path: Option<&Path>,
+        report: &impl Serialize,
+    ) -> Result<(), Failure> {
+        let Some(path) = path else { return Ok(()) };
+        self.stage(path, serde_json::to_string_pretty(report)? + "\n")
+    }
+
+    /// Moves every file to its place, in the order of staging, and returns the paths.
+    pub(crate) fn commit(mut self) -> Result<Vec<PathBuf>, Failure> {
         self.folders.clear();
-        while !self.staged.is_empty() {
-            let Staged { beside, path } = &self.staged[0];
+        let mut written = Vec::new();
+        while let Some(StagedFile { beside, path }) = self.staged.first() {
             fs::rename(beside, path).map_err(|problem| failed(path, problem))?;
             written.push(self.staged.remove(0).path);
         }
@@ -69,17 +76,18 @@ impl Outputs {
 
 impl Drop for Outputs {
     fn drop(&mut self) {
-        for Staged { beside, .. } in &self.staged {
+        for StagedFile { beside, .. } in &self.staged {
             let _ = fs::remove_file(beside);
         }
+        // A folder stays if another program has put files there.
         for folder in self.folders.iter().rev() {
-            let _ = fs::remove_dir(folder); // keeps what others have put there
+            let _ = fs::remove_dir(folder);
         }
     }
 }
 
-fn failed(path: &Path, problem: io::Error) -> OutputError {
-    OutputError { path: path.to_owned(), problem }
+fn failed(path: &Path, problem: io::Error) -> Failure {
+    Failure::in_file(path, format!("cannot be written: {problem}"))
 }
 
 #[cfg(test)]
@@ -95,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_in_its_place_before_all_is_written() {
+    fn files_move_to_their_places_once_all_are_written() {
         let folder = tempfile::tempdir().unwrap();
         let inner = folder.path().join("inner");
         let mut outputs = Outputs::default();
@@ -115,7 +123,7 @@ mod tests {
         outputs.folder(&folder.path().join("new")).unwrap();
         outputs.stage(&folder.path().join("new/a"), b"1").unwrap();
         let error = outputs.stage(&folder.path().join("missing/b"), b"2").unwrap_err();
-        assert!(error.to_string().contains("missing/b: cannot be written"), "{error}");
+        assert!(error.problems[0].contains("missing/b: cannot be written"), "{error:?}");
         drop(outputs);
         assert_eq!(names(folder.path()), Vec::<String>::new());
     }

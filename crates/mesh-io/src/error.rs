@@ -121,6 +121,16 @@ pub enum ReadError {
     Field(#[from] FieldError),
 }
 
+impl ReadError {
+    pub(crate) fn malformed(
+        format: &'static str,
+        place: FilePlace,
+        problem: impl Into<String>,
+    ) -> Self {
+        Self::Malformed { format, place, problem: problem.into() }
+    }
+}
+
 /// Place in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]

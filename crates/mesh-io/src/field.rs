@@ -7,7 +7,7 @@
 //! 16-bit multiples of the step, whose length stands beside them. NRRD names the frame
 //! left–posterior–superior, which is 3D Slicer's for mesh files that name none.
 //!
-//! A key says which kind of node values these are ([`NodeValues`]), since cubic
+//! A key says which kind of node values these are ([`NodeValues`](distance_field::NodeValues)), since cubic
 //! interpolation depends on it. Without the key they are distances at the nodes.
 //!
 //! The data are raw. A field that was read back has its grid and its values to the bit,
@@ -15,7 +15,7 @@
 
 use std::path::Path;
 
-use distance_field::{DistanceField, FieldGrid, NodeValues, Storage};
+use distance_field::DistanceField;
 
 use crate::vtk::{encode_vti, parse_vti};
 use crate::{FileError, ReadError, extension, nrrd};
@@ -69,78 +69,9 @@ impl FieldFormat {
 ///
 /// The path with the reason, where the file cannot be read or is not a field.
 pub fn read_field(path: &Path) -> Result<DistanceField, FileError> {
-    let unknown = ReadError::UnknownFormat { expected: ".nrrd or .vti" };
-    let field = FieldFormat::of(path)
-        .ok_or(unknown)
-        .and_then(|format| format.decode(&std::fs::read(path)?));
-    field.map_err(|reason| FileError { path: path.to_owned(), reason })
-}
-
-/// Node values as a file stores them.
-#[derive(Debug)]
-pub(crate) enum StoredValues {
-    Distances(Vec<f32>),
-    /// Multiples of a step.
-    Steps {
-        steps: Vec<i16>,
-        step: f64,
-    },
-}
-
-impl StoredValues {
-    pub(crate) fn of(field: &DistanceField) -> Self {
-        match field.storage() {
-            Storage::Float => Self::Distances(field.values()),
-            Storage::Quantized { step } => {
-                let steps = field.values().iter().map(|&value| whole_steps(value, step)).collect();
-                Self::Steps { steps, step }
-            }
-        }
-    }
-
-    /// Returns the bytes that both formats store.
-    pub(crate) fn little_endian(&self) -> Vec<u8> {
-        match self {
-            Self::Distances(values) => values.iter().flat_map(|v| v.to_le_bytes()).collect(),
-            Self::Steps { steps, .. } => steps.iter().flat_map(|v| v.to_le_bytes()).collect(),
-        }
-    }
-
-    pub(crate) fn into_field(
-        self,
-        grid: FieldGrid,
-        nodes: NodeValues,
-    ) -> Result<DistanceField, ReadError> {
-        let (values, storage) = match self {
-            Self::Distances(values) => (values, Storage::Float),
-            Self::Steps { steps, step } => {
-                let lengths = steps.iter().map(|&steps| single(step * f64::from(steps)));
-                (lengths.collect(), Storage::Quantized { step })
-            }
-        };
-        Ok(DistanceField::from_values(grid, values, storage)?.with_node_values(nodes))
-    }
-}
-
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "a value stored in steps is at most 32767 of them"
-)]
-fn whole_steps(value: f32, step: f64) -> i16 {
-    (f64::from(value) / step).round() as i16
-}
-
-/// Returns the number of nodes of a grid, which may exceed any memory.
-pub(crate) fn node_count(dims: [usize; 3]) -> u128 {
-    dims.iter().fold(1, |count, &n| count.saturating_mul(n as u128))
-}
-
-/// Returns the one value of all three, compared to the bit.
-pub(crate) fn common_value([x, y, z]: [f64; 3]) -> Option<f64> {
-    (x.total_cmp(&y).is_eq() && x.total_cmp(&z).is_eq()).then_some(x)
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "fields store 32-bit floats")]
-pub(crate) fn single(value: f64) -> f32 {
-    value as f32
+    let read = || match FieldFormat::of(path) {
+        Some(format) => format.decode(&std::fs::read(path)?),
+        None => Err(ReadError::UnknownFormat { expected: ".nrrd or .vti" }),
+    };
+    read().map_err(|reason| FileError { path: path.to_owned(), reason })
 }

@@ -35,6 +35,7 @@ mod nrrd;
 mod obj;
 mod ply;
 mod stl;
+mod stored_values;
 mod text;
 mod vtk;
 
@@ -54,9 +55,8 @@ pub use self::vtk::{PointValues, write_vtp};
 ///
 /// The path with the reason, where the file cannot be read or is not a mesh.
 pub fn read_mesh(path: &Path) -> Result<Mesh, FileError> {
-    let parse = |bytes: Vec<u8>| parse_mesh(&bytes, &extension(path));
-    let mesh = std::fs::read(path).map_err(ReadError::from).and_then(parse);
-    mesh.map_err(|reason| FileError { path: path.to_owned(), reason })
+    let read = || parse_mesh(&std::fs::read(path)?, &extension(path));
+    read().map_err(|reason| FileError { path: path.to_owned(), reason })
 }
 
 /// Format of a mesh file.

@@ -5,6 +5,7 @@
 //! polygon without such a corner is refused, since any fan of it would fold over.
 
 use glam::DVec3;
+use surface::triangle;
 
 use crate::ReadError;
 
@@ -43,6 +44,7 @@ impl Mesh {
         check_positions(&positions)?;
 
         let faces = Vec::with_capacity(polygons.ends.len());
+        // Triangles as they are, larger polygons as fans, in the order of the file.
         let mut mesh = Self { positions, faces, polygons_fanned: 0 };
         let mut corners = Vec::new();
         let mut start = 0;
@@ -107,10 +109,10 @@ fn fan(corners: &[u32], apex: usize) -> impl Iterator<Item = [u32; 3]> {
 
 /// Returns true if no triangle of the fan is turned against the polygon's area vector.
 fn fans_without_fold(corners: &[u32], apex: usize, positions: &[DVec3]) -> bool {
-    let area_vector = |[a, b, c]: [u32; 3]| {
-        let [a, b, c] = [a, b, c].map(|vertex| positions[vertex as usize]);
-        (b - a).cross(c - a)
-    };
-    let whole: DVec3 = fan(corners, apex).map(area_vector).sum();
-    fan(corners, apex).all(|triangle| area_vector(triangle).dot(whole) >= 0.0)
+    let mut normals = Vec::with_capacity(corners.len());
+    for triangle in fan(corners, apex) {
+        normals.push(triangle::normal(triangle.map(|vertex| positions[vertex as usize])));
+    }
+    let whole: DVec3 = normals.iter().sum();
+    normals.iter().all(|normal| normal.dot(whole) >= 0.0)
 }

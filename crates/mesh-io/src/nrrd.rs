@@ -2,10 +2,12 @@
 //!
 //! Source: G. Kindlmann, "Definition of NRRD file format", Teem, version 5.
 
+use std::str::FromStr;
+
 use distance_field::{DistanceField, FieldGrid, NodeValues};
 use glam::DVec3;
 
-use crate::field::{StoredValues, common_value, node_count, single};
+use crate::stored_values::{StoredValues, common_value, node_count, single};
 use crate::text::numbers;
 use crate::{FilePlace, ReadError};
 
@@ -38,8 +40,8 @@ fn header(field: &DistanceField, values: &StoredValues) -> String {
         StoredValues::Distances(_) => ("", "float", String::new()),
         StoredValues::Steps { step, .. } => (" in steps", "short", format!("{STEP}:={step}\n")),
     };
-    let kind = KINDS.iter().find(|(_, nodes)| *nodes == field.node_values());
-    let kind = kind.map_or("", |(name, _)| name);
+    let [(one, first), (other, _)] = KINDS;
+    let kind = if field.node_values() == first { one } else { other };
     format!(
         "NRRD0004
 # Nodes of a signed distance field, in the frame and the length unit of its mesh.
@@ -63,9 +65,7 @@ space origin: ({x},{y},{z})
 pub(crate) fn decode(bytes: &[u8]) -> Result<DistanceField, ReadError> {
     let (header, data) = Header::cut(bytes)?;
     header.check_supported()?;
-    let sizes = header.need("sizes")?;
-    let dims = numbers(sizes)
-        .ok_or_else(|| in_field("sizes", format!("'{sizes}' is not three counts")))?;
+    let dims = header.numbers_of("sizes", "three counts")?;
     let (origin, spacing) = (header.origin()?, header.spacing()?);
 
     // The data are as large as the grid says before memory is reserved for it.
@@ -84,19 +84,21 @@ impl<'a> Header<'a> {
     /// Splits a file at the empty line behind its header.
     fn cut(bytes: &'a [u8]) -> Result<(Self, &'a [u8]), ReadError> {
         if !bytes.starts_with(b"NRRD000") {
-            return Err(on_line(1, "does not begin with NRRD000 and a digit".to_owned()));
+            return Err(on_line(1, "does not begin with NRRD000 and a digit"));
         }
 
+        // One field, key or comment per line, up to an empty line.
         let mut header = Self { fields: Vec::new(), keys: Vec::new() };
         let mut rest = bytes;
         for number in 1.. {
             let Some(end) = rest.iter().position(|&byte| byte == b'\n') else {
-                return Err(on_line(number, "the file ends in its header".to_owned()));
+                return Err(on_line(number, "the file ends in its header"));
             };
-            let line = std::str::from_utf8(&rest[..end]);
-            let line = line.map_err(|_| on_line(number, "is not text".to_owned()))?.trim_end();
+            let Ok(line) = std::str::from_utf8(&rest[..end]) else {
+                return Err(on_line(number, "is not text"));
+            };
+            let line = line.trim_end();
             rest = &rest[end + 1..];
-
             if line.is_empty() {
                 break;
             }
@@ -120,7 +122,16 @@ impl<'a> Header<'a> {
     }
 
     fn need(&self, name: &'static str) -> Result<&'a str, ReadError> {
-        self.get(name).ok_or_else(|| in_field(name, "is missing".to_owned()))
+        self.get(name).ok_or_else(|| in_field(name, "is missing"))
+    }
+
+    /// Returns the numbers of a field, which has to be there.
+    fn numbers_of<T: FromStr>(&self, name: &'static str, kind: &str) -> Result<[T; 3], ReadError> {
+        let text = self.need(name)?;
+        match numbers(text) {
+            Some(numbers) => Ok(numbers),
+            None => Err(in_field(name, format!("'{text}' is not {kind}"))),
+        }
     }
 
     fn key(&self, key: &str) -> Option<&'a str> {
@@ -167,16 +178,17 @@ impl<'a> Header<'a> {
                 return Err(in_field("space directions", format!("'{text}' is not three vectors")));
             };
             let across = [x.with_x(0.0), y.with_y(0.0), z.with_z(0.0)];
-            let is_along_axes = across.iter().all(|&across| across == DVec3::ZERO);
-            return common_value([x.x, y.y, z.z])
-                .filter(|_| is_along_axes)
-                .ok_or_else(|| unsupported(format!("a grid along {text}")));
+            return match common_value([x.x, y.y, z.z]) {
+                Some(spacing) if across == [DVec3::ZERO; 3] => Ok(spacing),
+                _ => Err(unsupported(format!("a grid along {text}"))),
+            };
         }
 
-        let text = self.need("spacings")?;
-        let spacings = numbers(text)
-            .ok_or_else(|| in_field("spacings", format!("'{text}' is not three lengths")))?;
-        common_value(spacings).ok_or_else(|| unsupported(format!("a grid of spacings {text}")))
+        let [x, y, z] = self.numbers_of("spacings", "three lengths")?;
+        match common_value([x, y, z]) {
+            Some(spacing) => Ok(spacing),
+            None => Err(unsupported(format!("a grid of spacings {x} {y} {z}"))),
+        }
     }
 
     fn values(&self, data: &[u8], dims: [usize; 3]) -> Result<StoredValues, ReadError> {
@@ -204,7 +216,7 @@ impl<'a> Header<'a> {
     fn step(&self) -> Result<f64, ReadError> {
         let Some(text) = self.key(STEP) else {
             let problem = format!("values of 16 bits need a line '{STEP}:=' and the length of one");
-            return Err(malformed(FilePlace::Header, problem));
+            return Err(ReadError::malformed(FORMAT, FilePlace::Header, problem));
         };
         text.parse().map_err(|_| in_field(STEP, format!("'{text}' is not a length")))
     }
@@ -214,11 +226,12 @@ impl<'a> Header<'a> {
         let Some(text) = self.key(NODES) else {
             return Ok(NodeValues::Interpolating);
         };
-        let kind = KINDS.iter().find(|(name, _)| *name == text);
-        kind.map(|(_, nodes)| *nodes).ok_or_else(|| {
-            let [(one, _), (other, _)] = KINDS;
-            in_field(NODES, format!("'{text}' is neither '{one}' nor '{other}'"))
-        })
+        let [(one, first), (other, second)] = KINDS;
+        match text {
+            _ if text == one => Ok(first),
+            _ if text == other => Ok(second),
+            _ => Err(in_field(NODES, format!("'{text}' is neither '{one}' nor '{other}'"))),
+        }
     }
 }
 
@@ -262,16 +275,12 @@ fn vectors(text: &str) -> Option<Vec<DVec3>> {
     Some(vectors)
 }
 
-fn on_line(line: usize, problem: String) -> ReadError {
-    malformed(FilePlace::Line(line), problem)
+fn on_line(line: usize, problem: impl Into<String>) -> ReadError {
+    ReadError::malformed(FORMAT, FilePlace::Line(line), problem)
 }
 
-fn in_field(name: &'static str, problem: String) -> ReadError {
-    malformed(FilePlace::Field(name), problem)
-}
-
-fn malformed(place: FilePlace, problem: String) -> ReadError {
-    ReadError::Malformed { format: FORMAT, place, problem }
+fn in_field(name: &'static str, problem: impl Into<String>) -> ReadError {
+    ReadError::malformed(FORMAT, FilePlace::Field(name), problem)
 }
 
 fn unsupported(feature: String) -> ReadError {

@@ -3,6 +3,8 @@
 //! This reader is not a crate's, because places matter: known crates renumber
 //! vertices per group and use, and their errors name no line.
 
+use std::str::FromStr;
+
 use glam::DVec3;
 
 use crate::mesh::{Mesh, Polygons};
@@ -39,9 +41,9 @@ fn position<'a>(
     let mut position = DVec3::ZERO;
     for axis in 0..3 {
         let Some(word) = words.next() else {
-            return Err(malformed(line, "a vertex needs three coordinates".to_owned()));
+            return Err(malformed(line, "a vertex needs three coordinates"));
         };
-        position[axis] = number(word).ok_or_else(|| not_a_number(line, word))?;
+        position[axis] = number_on(line, word)?;
     }
     Ok(position)
 }
@@ -51,24 +53,28 @@ fn position<'a>(
 /// The file counts from 1, or, where negative, backwards from the `count` vertices
 /// above the line.
 fn corner(line: usize, word: &[u8], count: usize) -> Result<i64, ReadError> {
-    let vertex = word.split(|&byte| byte == b'/').next().unwrap_or(word);
-    let index: i64 = number(vertex).ok_or_else(|| not_a_number(line, vertex))?;
+    let end = word.iter().position(|&byte| byte == b'/').unwrap_or(word.len());
+    let index: i64 = number_on(line, &word[..end])?;
     if index == 0 {
-        return Err(malformed(line, "vertex 0 does not exist: OBJ counts from 1".to_owned()));
+        return Err(malformed(line, "vertex 0 does not exist: OBJ counts from 1"));
     }
     if index > 0 {
         return Ok(index - 1);
     }
 
+    // A sum below zero, or beyond the range of i64, is no vertex.
     let count = i64::try_from(count).unwrap_or(i64::MAX);
-    let absolute = count.checked_add(index).filter(|absolute| *absolute >= 0);
-    absolute.ok_or_else(|| malformed(line, format!("there is no vertex {index} above it")))
+    match count.checked_add(index) {
+        Some(absolute) if absolute >= 0 => Ok(absolute),
+        _ => Err(malformed(line, format!("there is no vertex {index} above it"))),
+    }
 }
 
-fn not_a_number(line: usize, word: &[u8]) -> ReadError {
-    malformed(line, format!("'{}' is not a number", String::from_utf8_lossy(word)))
+fn number_on<T: FromStr>(line: usize, word: &[u8]) -> Result<T, ReadError> {
+    let problem = || format!("'{}' is not a number", String::from_utf8_lossy(word));
+    number(word).ok_or_else(|| malformed(line, problem()))
 }
 
-fn malformed(line: usize, problem: String) -> ReadError {
-    ReadError::Malformed { format: "OBJ", place: FilePlace::Line(line), problem }
+fn malformed(line: usize, problem: impl Into<String>) -> ReadError {
+    ReadError::malformed("OBJ", FilePlace::Line(line), problem)
 }

@@ -38,11 +38,11 @@ pub fn write_ply(positions: &[DVec3], faces: &[[u32; 3]]) -> Vec<u8> {
 /// Reads the vertices and faces of a PLY file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
     let mut reader = Reader::new(bytes);
-    let header = Parser::<Skipped>::new()
-        .read_header(&mut reader)
-        .map_err(|error| malformed(FilePlace::Header, &error))?;
+    let header = Parser::<Skipped>::new().read_header(&mut reader);
+    let header = header.map_err(|error| malformed(FilePlace::Header, &error))?;
     check_header(&header, bytes.len())?;
 
+    // Elements stand in the order of the header.
     let (mut positions, mut polygons) = (Vec::new(), Polygons::default());
     for element in header.elements.values() {
         match element.name.as_str() {
@@ -52,6 +52,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
             }
             "face" => {
                 for Face { signed, unsigned } in payload(&mut reader, element, &header)? {
+                    // Only the list of the file's type of index has entries.
                     let unsigned = unsigned.into_iter().map(i64::from);
                     polygons.push(signed.into_iter().map(i64::from).chain(unsigned));
                 }
@@ -170,7 +171,7 @@ fn check_header(header: &Header, bytes: usize) -> Result<(), ReadError> {
         }
     }
     if !face.properties.keys().any(|name| is_corner_list(name)) {
-        return Err(in_header("element 'face' lacks the list 'vertex_indices'".to_owned()));
+        return Err(in_header("element 'face' lacks the list 'vertex_indices'"));
     }
     Ok(())
 }
@@ -179,8 +180,8 @@ fn element<'a>(header: &'a Header, name: &str) -> Result<&'a ElementDef, ReadErr
     header.elements.get(name).ok_or_else(|| in_header(format!("there is no element '{name}'")))
 }
 
-fn in_header(problem: String) -> ReadError {
-    ReadError::Malformed { format: "PLY", place: FilePlace::Header, problem }
+fn in_header(problem: impl Into<String>) -> ReadError {
+    ReadError::malformed("PLY", FilePlace::Header, problem)
 }
 
 fn payload<E: PropertyAccess>(
@@ -188,10 +189,13 @@ fn payload<E: PropertyAccess>(
     element: &ElementDef,
     header: &Header,
 ) -> Result<Vec<E>, ReadError> {
-    Parser::new().read_payload_for_element(reader, element, header).map_err(|error| {
+    let payload = Parser::new().read_payload_for_element(reader, element, header);
+    payload.map_err(|error| {
         // The parser counts lines in binary payloads too, where they mean nothing.
-        let line = error.line().filter(|_| header.encoding == Encoding::Ascii);
-        let place = line.map_or_else(|| FilePlace::Element(element.name.clone()), FilePlace::Line);
+        let place = match error.line() {
+            Some(line) if header.encoding == Encoding::Ascii => FilePlace::Line(line),
+            _ => FilePlace::Element(element.name.clone()),
+        };
         malformed(place, &error)
     })
 }
@@ -200,13 +204,14 @@ fn payload<E: PropertyAccess>(
 /// offending text.
 fn malformed(place: FilePlace, error: &ParseError) -> ReadError {
     let message = error.to_string();
-    let prefix = error.line().map(|line| format!("Line {line}: "));
-    let message = prefix.and_then(|prefix| message.strip_prefix(&prefix)).unwrap_or(&message);
+    let prefix = format!("Line {}: ", error.line().unwrap_or_default());
+    let message = message.strip_prefix(&prefix).unwrap_or(&message);
 
+    // A line of its own quotes the text, if there is any.
     let mut lines = message.lines().map(str::trim);
     let mut problem = lines.next().unwrap_or_default().trim_end_matches('.').to_owned();
     if let Some(text) = lines.find_map(|line| line.strip_prefix("String: '")) {
         problem += &format!(": '{}'", text.trim_end_matches('\'').trim());
     }
-    ReadError::Malformed { format: "PLY", place, problem }
+    ReadError::malformed("PLY", place, problem)
 }

@@ -13,6 +13,8 @@ use crate::mesh::{Mesh, Polygons};
 use crate::text::{number, words};
 use crate::{FilePlace, ReadError};
 
+const STL: &str = "STL";
+
 /// Size of the header: free text, then the number of facets.
 const HEADER: usize = 84;
 
@@ -46,28 +48,29 @@ fn declared_facets(bytes: &[u8]) -> Option<usize> {
 fn parse_binary(bytes: &[u8]) -> Result<Merged, ReadError> {
     let Some(declared) = declared_facets(bytes) else {
         let problem = format!("{HEADER} bytes expected, the file has {}", bytes.len());
-        return Err(malformed(FilePlace::Header, problem));
+        return Err(ReadError::malformed(STL, FilePlace::Header, problem));
     };
     let (facets, _) = bytes[HEADER..].as_chunks::<FACET>();
     if facets.len() < declared {
         let problem = format!("the file ends here, but declares {declared} facets");
-        return Err(malformed(FilePlace::Facet(facets.len()), problem));
+        return Err(ReadError::malformed(STL, FilePlace::Facet(facets.len()), problem));
     }
 
     let mut merged = Merged::default();
     for facet in &facets[..declared] {
-        let (numbers, _) = facet.as_chunks::<4>();
-        let coordinate = |at: usize| f64::from(f32::from_le_bytes(numbers[at]));
-        // The first three numbers are the normal.
-        merged.push_facet(
-            [3, 6, 9].map(|at| DVec3::new(coordinate(at), coordinate(at + 1), coordinate(at + 2))),
-        );
+        // The first three numbers are the normal, which the corners give better.
+        let mut corners = [DVec3::ZERO; 3];
+        for (number, bytes) in facet.as_chunks::<4>().0[3..].iter().enumerate() {
+            corners[number / 3][number % 3] = f32::from_le_bytes(*bytes).into();
+        }
+        merged.push_facet(corners);
     }
     Ok(merged)
 }
 
 fn parse_ascii(bytes: &[u8]) -> Result<Merged, ReadError> {
     let mut merged = Merged::default();
+    // Keywords that only frame the vertices of a facet are skipped.
     let mut facet = Vec::new();
     let (mut ended, mut last_line) = (false, 0);
     for (line, text) in (1..).zip(bytes.split(|&byte| byte == b'\n')) {
@@ -76,7 +79,12 @@ fn parse_ascii(bytes: &[u8]) -> Result<Merged, ReadError> {
         match keyword.as_deref() {
             Some(b"vertex") => facet.push(corner(line, words)?),
             Some(b"endfacet") => {
-                merged.push_facet(three_corners(line, &facet)?);
+                let Ok(corners) = facet[..].try_into() else {
+                    let count = facet.len();
+                    let problem = format!("a facet has three vertices, this one has {count}");
+                    return Err(on_line(line, problem));
+                };
+                merged.push_facet(corners);
                 facet.clear();
             }
             Some(b"solid") => ended = false,
@@ -84,15 +92,14 @@ fn parse_ascii(bytes: &[u8]) -> Result<Merged, ReadError> {
             None | Some(b"facet" | b"outer" | b"endloop") => {}
             Some(word) => {
                 let problem = format!("unknown word '{}'", String::from_utf8_lossy(word));
-                return Err(malformed(FilePlace::Line(line), problem));
+                return Err(on_line(line, problem));
             }
         }
         last_line = line;
     }
 
     if !ended || !facet.is_empty() {
-        let problem = "the file ends without 'endsolid'".to_owned();
-        return Err(malformed(FilePlace::Line(last_line), problem));
+        return Err(on_line(last_line, "the file ends without 'endsolid'"));
     }
     Ok(merged)
 }
@@ -100,17 +107,9 @@ fn parse_ascii(bytes: &[u8]) -> Result<Merged, ReadError> {
 fn corner<'a>(line: usize, words: impl Iterator<Item = &'a [u8]>) -> Result<DVec3, ReadError> {
     let numbers: Option<Vec<f64>> = words.map(number).collect();
     let Some(&[x, y, z]) = numbers.as_deref() else {
-        let problem = "a vertex needs three coordinates".to_owned();
-        return Err(malformed(FilePlace::Line(line), problem));
+        return Err(on_line(line, "a vertex needs three coordinates"));
     };
     Ok(DVec3::new(x, y, z))
-}
-
-fn three_corners(line: usize, facet: &[DVec3]) -> Result<[DVec3; 3], ReadError> {
-    facet.try_into().map_err(|_| {
-        let problem = format!("a facet has three vertices, this one has {}", facet.len());
-        malformed(FilePlace::Line(line), problem)
-    })
 }
 
 /// Merged corners, numbered in the order of their first appearance.
@@ -131,13 +130,14 @@ impl Merged {
         // Adding 0 turns −0 into 0, so that equal coordinates have equal bits.
         let bits = corner.to_array().map(|coordinate| (coordinate + 0.0).to_bits());
         let next = i64::try_from(self.positions.len()).unwrap_or(i64::MAX);
-        *self.numbers.entry(bits).or_insert_with(|| {
+        let number = *self.numbers.entry(bits).or_insert(next);
+        if number == next {
             self.positions.push(corner);
-            next
-        })
+        }
+        number
     }
 }
 
-fn malformed(place: FilePlace, problem: String) -> ReadError {
-    ReadError::Malformed { format: "STL", place, problem }
+fn on_line(line: usize, problem: impl Into<String>) -> ReadError {
+    ReadError::malformed(STL, FilePlace::Line(line), problem)
 }

@@ -44,6 +44,7 @@ impl ResolveParams {
         let is_positive = |value: f64| value.is_finite() && value > 0.0;
 
         let ranges = [
+            ("smoothing", smoothing, is_positive(smoothing), POSITIVE),
             ("tolerance", tolerance, is_positive(tolerance), POSITIVE),
             (
                 "clearance",
@@ -51,7 +52,6 @@ impl ResolveParams {
                 clearance == 0.0 || is_positive(clearance),
                 "finite and at least 0",
             ),
-            ("smoothing", smoothing, is_positive(smoothing), POSITIVE),
         ];
         match ranges.into_iter().find(|&(_, _, is_valid, _)| !is_valid) {
             Some((name, value, _, range)) => Err(ResolveError::Parameter { name, value, range }),

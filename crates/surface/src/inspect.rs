@@ -79,11 +79,13 @@ pub struct Inspection {
     /// |F|.
     pub faces: usize,
     /// The kinds of defects that occur, in the order of [`Defect`].
+    #[cfg_attr(feature = "serde", serde(rename = "defects"))]
     pub findings: Vec<Finding>,
     /// Connected components; vertices without a face are none.
     pub components: usize,
     /// Euler characteristic |V| − |E| + |F|, isolated vertices included: 2 for each closed
     /// component without handles.
+    #[cfg_attr(feature = "serde", serde(rename = "euler_number"))]
     pub euler: i64,
     /// Enclosed volume, positive where the faces point outward. For a surface that is not
     /// closed: that of the cone over it from its box's center.

@@ -1,27 +1,27 @@
-//! `field`: build the signed distance field of a bone, and say how exact it is.
+//! `field`: signed distance field of a bone, with its accuracy.
 
-use std::io::Write;
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use mesh_io::FieldFormat;
 use musculo_collide::distance_field::{DistanceField, FieldMethod, FieldParams, Storage};
-use musculo_collide::surface::{TriangleSurface, progress};
+use musculo_collide::surface::mean_edge;
 
-use super::{Failure, Outcome, in_threads};
+use super::{Outcome, print, write_all};
+use crate::failure::Failure;
+use crate::load::LoadedSurface;
 use crate::output::Outputs;
-use crate::picture::slices;
-use crate::progress::Progress;
-use crate::report::{BuiltRecord, FieldRecord, field_table};
+use crate::phase::Phase;
+use crate::picture::draw_slices;
+use crate::report::{BuiltRecord, FieldRecord};
+use crate::stopwatch::Stopwatch;
 
-/// Build the signed distance field of a bone, and say how exact it is
+/// Build the signed distance field of a bone, and measure its accuracy
 ///
-/// The field is a grid of distances to the surface, negative inside. It is
-/// compared with exact distances near the surface before it is written, and
-/// what makes it unreliable is told. Open and damaged meshes are taken: inside
-/// is where their winding number passes one half.
+/// The field is a grid of distances to the surface, negative inside. It is compared with
+/// exact distances near the surface; the report has the error and warnings of unreliable
+/// parts. Open and damaged meshes are valid: their inside is where the winding number
+/// exceeds one half.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -30,23 +30,23 @@ Examples:
   musculo-collide field femur.nrrd --out femur.vti
   musculo-collide field femur.ply --step 0.001 --out small.nrrd
 
-NRRD opens in 3D Slicer, VTI in ParaView, in the place of the mesh: both hold 32-bit
-floats in the mesh's own frame and unit, or with --step whole steps in 16 bits, beside
-which they say how long a step is. They also say whether nodes hold distances or, as by
-default, values up to an eighth of a spacing off, between which interpolation is right.
-NRRD calls the frame left-posterior-superior, as 3D Slicer does with meshes that name none.
+NRRD opens in 3D Slicer, VTI in ParaView, in the place of the mesh. Both have 32-bit floats
+in the mesh's frame and unit, or with --step multiples of the step in 16 bits, with the
+step's length beside them. They also have the kind of node values: distances or, by default,
+values up to an eighth of a spacing off, between which interpolation is accurate. NRRD names
+the frame left-posterior-superior, which is 3D Slicer's for meshes that name none.
 
-Exit status: 0 it worked, 2 bad input or usage.")]
+Exit status: 0 success, 2 bad input or usage.")]
 pub(crate) struct FieldArguments {
-    /// A mesh (PLY, OBJ, STL or VTP), or a field to show or convert (NRRD or VTI)
+    /// Mesh (PLY, OBJ, STL or VTP), or field to show or convert (NRRD or VTI)
     #[arg(value_name = "MESH | FIELD")]
     input: PathBuf,
 
     #[command(flatten)]
     build: BuildArguments,
 
-    /// Keep distances as whole steps of this length, in half the room: each is off by
-    /// half a step at most
+    /// Store distances as multiples of this length, in half the space: each is rounded by at
+    /// most half a step
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     step: Option<f64>,
 
@@ -54,171 +54,136 @@ pub(crate) struct FieldArguments {
     #[arg(long, value_name = "FILE.nrrd | .vti")]
     out: Option<PathBuf>,
 
-    /// Draw three slices through the deepest place: depth in colour, level lines outside
+    /// Draw three slices through the deepest place: depth in color, level lines outside
     #[arg(long, value_name = "FILE.png")]
     picture: Option<PathBuf>,
 
-    /// Write everything that is reported as JSON
+    /// Write the report as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-
-    /// Threads to use; the answer is the same for any number [default: one a processor]
-    #[arg(long, value_name = "N")]
-    threads: Option<NonZeroUsize>,
 }
 
-/// How a mesh becomes a field; lengths are in its unit.
+/// Parameters of a field, with lengths in the unit of the mesh.
 #[derive(Debug, Args)]
 struct BuildArguments {
-    /// Distance between nodes [default: 1]
+    /// Distance between nodes [default: half the mean edge]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     spacing: Option<f64>,
 
-    /// Room around the mesh [default: 10]
+    /// Distance from the mesh to the border of the grid [default: 10 spacings]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     padding: Option<f64>,
 
-    /// How distances are found [default: band]
+    /// Algorithm that computes the distances [default: band]
     #[arg(long, value_name = "METHOD")]
     method: Option<MethodName>,
 
-    /// Largest distance that is told apart; 0 for no limit [default: 15]
+    /// Largest distance that is stored; 0 for no limit [default: 15 spacings]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     truncate: Option<f64>,
 }
 
+/// Algorithm that computes the distances of a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum MethodName {
-    /// Exact distances in a band, and beyond it to the nearest band node's face
+    /// Exact distances in a band; beyond it to the face closest to the nearest band node
     Band,
-    /// Voxels and a distance transform: half a spacing wrong; closed meshes only
+    /// Voxels and a distance transform: errors of half a spacing; closed meshes only
     Voxel,
 }
 
-/// Distance between nodes where none is asked for: a bone in millimeters.
-const SPACING: f64 = 1.0;
-
-/// Room around a mesh where none is asked for, as much at every spacing.
-const PADDING: f64 = 10.0;
-
-/// Largest distance that is kept where none is asked for, as much at every spacing.
-const TRUNCATION: f64 = 15.0;
-
-impl BuildArguments {
-    fn params(&self) -> FieldParams {
-        let method = match self.method {
-            Some(MethodName::Voxel) => FieldMethod::VOXEL,
-            Some(MethodName::Band) | None => FieldMethod::EXACT_BAND,
-        };
-        let truncation = self.truncate.unwrap_or(TRUNCATION);
-        FieldParams {
-            padding: self.padding.unwrap_or(PADDING),
-            method,
-            truncation: (truncation != 0.0).then_some(truncation),
-            ..FieldParams::new(self.spacing.unwrap_or(SPACING))
-        }
-    }
-
-    fn are_given(&self) -> bool {
-        let Self { spacing, padding, method, truncate } = self;
-        method.is_some() || [spacing, padding, truncate].iter().any(|length| length.is_some())
-    }
-}
+/// Spacing in mean edges of the mesh: its details are about as large as its edges.
+const SPACING_IN_EDGES: f64 = 0.5;
 
 pub(super) fn run(arguments: &FieldArguments) -> Result<Outcome, Failure> {
-    in_threads(arguments.threads, || field(arguments))
-}
-
-fn field(arguments: &FieldArguments) -> Result<Outcome, Failure> {
-    let out = arguments.out.as_deref().map(with_format).transpose()?;
-    let start = Instant::now();
-    let (field, record) = match FieldFormat::of(&arguments.input) {
-        Some(_) => read_field(arguments)?,
-        None => build_field(arguments)?,
+    let mut stopwatch = Stopwatch::start();
+    let out = arguments.out.as_deref();
+    let out_format = out.map(format_of_output).transpose()?;
+    let is_field = FieldFormat::of(&arguments.input).is_some();
+    let (field, built) = if is_field {
+        (arguments.read()?, None)
+    } else {
+        let (field, built) = arguments.build()?;
+        (field, Some(built))
     };
-    let seconds = start.elapsed().as_secs_f64();
-    let written = write(arguments, out, &field, &record)?;
+    let record = FieldRecord::new(arguments.input.display().to_string(), &field, built);
+    stopwatch.lap(if is_field { "read" } else { "build" });
 
-    let mut text = field_table(&record);
-    for path in written {
-        text += &format!("wrote {}\n", path.display());
+    let mut outputs = Outputs::default();
+    if let (Some(path), Some(format)) = (out, out_format) {
+        outputs.stage(path, format.encode(&field))?;
     }
-    if record.built.is_some() {
-        text += &format!("{seconds:.2} s to build\n");
+    if let Some(path) = &arguments.picture {
+        outputs.stage(path, draw_slices(&field).to_png()?)?;
     }
-    // Whoever closed standard output has read enough; the exit status tells.
-    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+    outputs.stage_json(arguments.json.as_deref(), &record)?;
+    let written = write_all(outputs)?;
+    stopwatch.lap("write");
+
+    print(&(record.to_text() + &written + &stopwatch.line()));
     Ok(Outcome::Clean)
 }
 
-fn with_format(path: &Path) -> Result<(&Path, FieldFormat), Failure> {
-    let problem = "is of no format that a field is written in: expected .nrrd or .vti";
-    let format = FieldFormat::of(path).ok_or_else(|| named(path, problem))?;
-    Ok((path, format))
+fn format_of_output(path: &Path) -> Result<FieldFormat, Failure> {
+    let problem = "unknown format of a field: expected .nrrd or .vti";
+    FieldFormat::of(path).ok_or_else(|| Failure::in_file(path, problem))
 }
 
-fn read_field(arguments: &FieldArguments) -> Result<(DistanceField, FieldRecord), Failure> {
-    let path = &arguments.input;
-    if arguments.build.are_given() {
-        let problem = "is a field already: --spacing, --padding, --method and --truncate build one";
-        return Err(named(path, problem));
-    }
-    let _progress = Progress::start("reading", 1);
-    let mut field = mesh_io::read_field(path)?;
-    if let Some(step) = arguments.step {
-        let (storage, nodes) = (Storage::Quantized { step }, field.node_values());
-        field = DistanceField::from_values(*field.grid(), field.values(), storage)
-            .map_err(|error| named(path, error))?
-            .with_node_values(nodes);
-    }
-    let record = FieldRecord::new(path.display().to_string(), &field, None);
-    Ok((field, record))
-}
+impl FieldArguments {
+    /// Reads a field, and stores it in steps if there is a length for them.
+    fn read(&self) -> Result<DistanceField, Failure> {
+        let BuildArguments { spacing, padding, method, truncate } = &self.build;
+        let lengths = [spacing, padding, truncate];
+        if method.is_some() || lengths.iter().any(|length| length.is_some()) {
+            let problem =
+                "is a field already: --spacing, --padding, --method and --truncate need a mesh";
+            return Err(Failure::in_file(&self.input, problem));
+        }
 
-fn build_field(arguments: &FieldArguments) -> Result<(DistanceField, FieldRecord), Failure> {
-    let path = &arguments.input;
-    let mesh = {
-        let _progress = Progress::start("reading", 1);
-        mesh_io::read_mesh(path)?
-    };
-    let _progress = Progress::start("building the field", 1);
-    let sizes = [mesh.positions.len(), mesh.faces.len()];
-    let surface = TriangleSurface::new(mesh.positions.len(), mesh.faces);
-    let surface = surface.map_err(|error| named(path, error))?;
-    let x = surface.positions(&mesh.positions).map_err(|error| named(path, error))?;
-    let mut params = arguments.build.params();
-    if let Some(step) = arguments.step {
-        params.storage = Storage::Quantized { step };
+        let _phase = Phase::start("reading");
+        let field = mesh_io::read_field(&self.input)?;
+        let Some(step) = self.step else { return Ok(field) };
+        let storage = Storage::Quantized { step };
+        let quantized = DistanceField::from_values(*field.grid(), field.values(), storage);
+        let quantized = quantized.map_err(|error| Failure::in_file(&self.input, error))?;
+        Ok(quantized.with_node_values(field.node_values()))
     }
-    let field = DistanceField::build(&surface, x, &params, progress::Progress::none());
-    let field = field.map_err(|error| named(path, error))?;
-    let built = BuiltRecord::new(sizes, params, field.report());
-    let record = FieldRecord::new(path.display().to_string(), &field, Some(built));
-    Ok((field, record))
-}
 
-fn named(path: &Path, problem: impl std::fmt::Display) -> Failure {
-    Failure::new(vec![format!("{}: {problem}", path.display())])
-}
+    fn build(&self) -> Result<(DistanceField, BuiltRecord), Failure> {
+        let mesh = LoadedSurface::read(&self.input)?;
+        let (surface, x) = (&mesh.surface, mesh.positions());
+        let params = self.params(SPACING_IN_EDGES * mean_edge(surface, x));
+        let field = Phase::run("building the field", |progress| {
+            DistanceField::build(surface, x, &params, progress)
+        });
+        let field = field.map_err(|error| Failure::in_file(&self.input, error))?;
+        let built = BuiltRecord {
+            vertices: surface.vertex_count(),
+            faces: surface.faces().len(),
+            params,
+            report: field.report().clone(),
+        };
+        Ok((field, built))
+    }
 
-fn write(
-    arguments: &FieldArguments,
-    out: Option<(&Path, FieldFormat)>,
-    field: &DistanceField,
-    record: &FieldRecord,
-) -> Result<Vec<PathBuf>, Failure> {
-    let _progress = Progress::start("writing", 1);
-    let mut outputs = Outputs::default();
-    if let Some((path, format)) = out {
-        outputs.stage(path, &format.encode(field))?;
+    fn params(&self, default_spacing: f64) -> FieldParams {
+        let BuildArguments { spacing, padding, method, truncate } = self.build;
+        let default = FieldParams::new(spacing.unwrap_or(default_spacing));
+        FieldParams {
+            padding: padding.unwrap_or(default.padding),
+            method: match method {
+                Some(MethodName::Voxel) => FieldMethod::VOXEL,
+                Some(MethodName::Band) | None => FieldMethod::EXACT_BAND,
+            },
+            truncation: match truncate {
+                Some(0.0) => None,
+                given => given.or(default.truncation),
+            },
+            storage: match self.step {
+                Some(step) => Storage::Quantized { step },
+                None => default.storage,
+            },
+            ..default
+        }
     }
-    if let Some(path) = &arguments.picture {
-        outputs.stage(path, &slices(field).to_png()?)?;
-    }
-    if let Some(path) = &arguments.json {
-        let mut json = serde_json::to_string_pretty(record)?;
-        json.push('\n');
-        outputs.stage(path, json.as_bytes())?;
-    }
-    Ok(outputs.commit()?)
 }

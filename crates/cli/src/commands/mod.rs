@@ -8,17 +8,16 @@ mod motion_resolve;
 mod plan;
 mod plan_frames;
 mod resolve;
-mod resolve_lengths;
+mod resolve_arguments;
 
-use std::num::NonZeroUsize;
+use std::io::Write;
 
 use clap::Subcommand;
 
-use crate::motion::MotionError;
-use crate::output::OutputError;
-use crate::scene::SceneError;
+use crate::failure::Failure;
+use crate::output::Outputs;
 
-/// What the program is asked to do.
+/// Subcommand with its arguments.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     Check(check::CheckArguments),
@@ -29,16 +28,18 @@ pub(crate) enum Command {
     Resolve(resolve::ResolveArguments),
 }
 
-/// How a command that worked ended.
+/// Result of a command that succeeded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
     Clean,
     Overlaps,
 }
 
-/// Why a command did not work: every problem found, each on a line of its own.
-#[derive(Debug)]
-pub(crate) struct Failure(Vec<String>);
+impl Outcome {
+    fn of_overlaps(overlaps: bool) -> Self {
+        if overlaps { Self::Overlaps } else { Self::Clean }
+    }
+}
 
 impl Command {
     pub(crate) fn run(&self) -> Result<Outcome, Failure> {
@@ -53,46 +54,23 @@ impl Command {
     }
 }
 
-impl Failure {
-    /// Of several problems, each worth a line.
-    pub(crate) fn new(problems: Vec<String>) -> Self {
-        Self(problems)
+/// Maximum number of written files that are listed one by one.
+const MAX_LISTED: usize = 6;
+
+/// Moves the outputs to their places, and returns lines that name them.
+fn write_all(outputs: Outputs) -> Result<String, Failure> {
+    let written = outputs.commit()?;
+    if let Some(last) = written.last()
+        && written.len() > MAX_LISTED
+    {
+        let folder = last.parent().unwrap_or(last);
+        return Ok(format!("wrote {} files to {}\n", written.len(), folder.display()));
     }
-
-    pub(crate) fn problems(&self) -> &[String] {
-        &self.0
-    }
+    Ok(written.iter().map(|path| format!("wrote {}\n", path.display())).collect())
 }
 
-/// Runs `work` in as many threads as were asked for, or one a processor.
-fn in_threads<T: Send>(
-    threads: Option<NonZeroUsize>,
-    work: impl FnOnce() -> Result<T, Failure> + Send,
-) -> Result<T, Failure> {
-    let threads = threads.map_or(0, NonZeroUsize::get);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|error| Failure(vec![format!("no threads: {error}")]))?;
-    pool.install(work)
+/// Prints a report.
+fn print(text: &str) {
+    // A reader that closed standard output needs no more of it; the exit status remains.
+    let _ = std::io::stdout().lock().write_all(text.as_bytes());
 }
-
-macro_rules! failures {
-    ($($error:ty),* $(,)?) => {
-        $(impl From<$error> for Failure {
-            fn from(error: $error) -> Self {
-                Self(vec![error.to_string()])
-            }
-        })*
-    };
-}
-
-failures!(
-    SceneError,
-    MotionError,
-    mesh_io::FileError,
-    OutputError,
-    musculo_collide::PlanError,
-    musculo_collide::ResolveError,
-    musculo_collide::SceneError,
-    std::io::Error,
-    serde_json::Error,
-);

@@ -1,29 +1,27 @@
-//! `plan`: how a scene is best looked at, and what that is worth.
+//! `plan`: cheapest detection method per pair, with its times.
 
-use std::io::Write;
-use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::{Duration, Instant};
 
 use clap::Args;
 use musculo_collide::{
-    Detection, DetectionMethod, ForcedMethod, PairId, Plan, PlanParams, machine_factor,
+    Detection, DetectionMethod, ForcedMethod, PairId, Plan, PlanParams, Scene, machine_factor,
 };
 
-use super::plan_frames::Frames;
-use super::{Failure, Outcome, in_threads};
-use crate::load::{build_scene, read_meshes};
+use super::plan_frames::{Comparison, FrameSource};
+use super::{Outcome, print};
+use crate::failure::Failure;
+use crate::load::{LoadedScene, SceneArguments};
 use crate::motion::Motion;
-use crate::progress::Progress;
-use crate::scene::Scene;
+use crate::phase::Phase;
+use crate::stopwatch::Stopwatch;
 
-/// Say how each pair of bodies is best looked at for a given accuracy
+/// Select the cheapest detection method for each pair of bodies at a given accuracy
 ///
-/// Gives each pair of bodies the cheapest method whose error is within the
-/// tolerance, builds what that needs, and prints it: what was built for which
-/// body, how each pair is looked at, what is left out and why, what a frame
-/// should take and what it takes. Where the scene file names a motion, all its
-/// frames are looked at.
+/// Selects for each pair the cheapest method whose error is within the tolerance, and
+/// builds the structures that it needs. The report lists the structures per body, the
+/// methods per pair, the excluded pairs with the reasons, and the predicted and measured
+/// times per frame. If the scene file names a motion, detection runs on all its frames.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -32,139 +30,126 @@ Examples:
 
 Exit status: 0 nothing overlaps, 1 something overlaps, 2 bad input or usage.")]
 pub(crate) struct PlanArguments {
-    /// A scene file (.toml), or mesh files: PLY, OBJ, STL or VTP
-    #[arg(required = true, value_name = "SCENE.toml | MESH")]
-    inputs: Vec<PathBuf>,
+    #[command(flatten)]
+    scene: SceneArguments,
 
-    /// Treat this body as rigid (a bone); may be given more than once
-    #[arg(long, value_name = "NAME")]
-    rigid: Vec<String>,
-
-    /// How wrong the gap of a contact may be, in the scene's unit
+    /// Largest error of a contact's gap, in the scene's unit
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     tolerance: f64,
 
-    /// How far outside contact is still looked for, in the scene's unit
+    /// Largest gap of a contact, in the scene's unit
     #[arg(long, value_name = "LENGTH", default_value_t = 0.0, allow_negative_numbers = true)]
-    reach: f64,
+    margin: f64,
 
-    /// How far bodies may go while the plan serves, in the scene's unit [default: any distance]
+    /// Largest displacement of a vertex while the plan is valid, in the scene's unit [default: no
+    /// limit]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
-    travel: Option<f64>,
+    max_displacement: Option<f64>,
 
-    /// Milliseconds that a frame may take; gives up accuracy for it
+    /// Maximum time per frame in milliseconds, for which accuracy is reduced
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     budget: Option<f64>,
 
-    /// Look at this pair by this method, whatever it costs: field, surfaces or balls; may be given
-    /// more than once
+    /// Use this method for a pair, whatever its cost: field, surfaces or balls; may be given
+    /// several times
     #[arg(long, value_name = "A,B,METHOD")]
-    force: Vec<Forced>,
+    force: Vec<ForcedPair>,
 
-    /// Compare what the plan finds with exact detection
+    /// Compare the results with exact detection
     #[arg(long)]
     compare: bool,
-
-    /// Threads to use; the answer is the same for any number [default: one a processor]
-    #[arg(long, value_name = "N")]
-    threads: Option<std::num::NonZeroUsize>,
 }
 
-/// A method that was chosen for a pair.
+/// Method for a pair of bodies, by their names.
 #[derive(Clone, Debug)]
-struct Forced {
-    bodies: [String; 2],
+struct ForcedPair {
+    a: String,
+    b: String,
     method: DetectionMethod,
 }
 
-impl FromStr for Forced {
+impl FromStr for ForcedPair {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
         let parts: Vec<&str> = text.split(',').collect();
         let [a, b, method] = parts[..] else {
-            return Err("expected two names and a method, with commas between".to_owned());
+            return Err("expected two names and a method, separated by commas".to_owned());
         };
         let method = match method {
             "field" => DetectionMethod::Field,
             "surfaces" => DetectionMethod::Surfaces,
             "balls" => DetectionMethod::Medial,
             other => {
-                return Err(format!("no method is called {other:?}: field, surfaces or balls"));
+                return Err(format!("unknown method {other:?}: expected field, surfaces or balls"));
             }
         };
-        Ok(Self { bodies: [a, b].map(str::to_owned), method })
+        Ok(Self { a: a.to_owned(), b: b.to_owned(), method })
     }
 }
 
 pub(super) fn run(arguments: &PlanArguments) -> Result<Outcome, Failure> {
-    in_threads(arguments.threads, || plan(arguments))
-}
+    let mut stopwatch = Stopwatch::start();
+    let mut loaded = LoadedScene::load(arguments.scene.describe()?)?;
+    let motion = loaded.description.motion.as_deref();
+    let replay = motion.map(|path| Motion::replay(path, &loaded.scene)).transpose()?;
+    stopwatch.lap("load");
 
-fn plan(arguments: &PlanArguments) -> Result<Outcome, Failure> {
-    let mut description = Scene::from_inputs(&arguments.inputs)?;
-    description.set_rigid(&arguments.rigid)?;
-    let meshes = read_meshes(&description)?;
-    let (mut scene, _) = build_scene(&description, meshes)?;
-    let motion = description.motion.as_ref().map(|path| Motion::read(path)).transpose()?;
-    let need = need(arguments)?;
+    let params = arguments.params()?;
+    let forced = arguments.forced(&loaded.scene)?;
+    let mut plan = Phase::run("planning and building", |progress| {
+        Plan::with_forced(&mut loaded.scene, &params, &forced, progress)
+    })?;
+    stopwatch.lap("build");
 
-    let start = Instant::now();
-    let mut plan = {
-        let _progress = Progress::start("planning and building", 1);
-        let forced = forced(&scene, &arguments.force)?;
-        Plan::with_forced(&mut scene, &need, &forced, musculo_collide::Progress::none())?
-    };
-    let built = start.elapsed();
-    let replay = motion.as_ref().map(|motion| motion.bind(&scene)).transpose()?;
+    let frames = FrameSource::new(replay.as_ref());
+    let mut comparison = arguments.compare.then(Comparison::default);
     let mut detection = Detection::default();
-    let frames = Frames::new(replay.as_ref());
-    let measured = frames.measure(&mut plan, &mut scene, &mut detection, arguments.compare)?;
+    let times = frames.detect(&mut plan, &mut loaded.scene, &mut detection, comparison.as_mut())?;
+    stopwatch.lap("detect");
 
-    let mut text = plan.to_string();
-    text += &format!(
-        "\nbuilt in {:.2} s; {} contacts, {} of {} pairs overlap{}\n",
-        built.as_secs_f64(),
+    let overlapping = detection.pairs().iter().filter(|pair| pair.overlaps).count();
+    let text = format!(
+        "{plan}\n{} contacts, {overlapping} of {} pairs overlap{}\nframe: {times}\n{}",
         detection.contacts().len(),
-        detection.pairs().iter().filter(|pair| pair.overlaps).count(),
         plan.pairs().len(),
-        if motion.is_some() { " in the last frame" } else { "" },
+        if replay.is_some() { " in the last frame" } else { "" },
+        comparison.map_or_else(String::new, |comparison| comparison.to_string()),
     );
-    text += &measured.to_text();
-    // Whoever closed standard output has read enough; the exit status tells.
-    let _ = std::io::stdout().lock().write_all(text.as_bytes());
-    let overlaps = detection.pairs().iter().any(|pair| pair.overlaps);
-    Ok(if overlaps { Outcome::Overlaps } else { Outcome::Clean })
+    print(&(text + &stopwatch.line()));
+    Ok(Outcome::of_overlaps(overlapping > 0))
 }
 
-fn forced(scene: &musculo_collide::Scene, forced: &[Forced]) -> Result<Vec<ForcedMethod>, Failure> {
-    let find = |name: &String| {
-        let unknown = || Failure::new(vec![format!("--force: no body is called {name:?}")]);
-        scene.find(name).ok_or_else(unknown)
-    };
-    let of_pair = |Forced { bodies: [a, b], method }: &Forced| {
-        Ok(ForcedMethod { pair: PairId::new(find(a)?, find(b)?), method: *method })
-    };
-    forced.iter().map(of_pair).collect()
-}
-
-fn need(arguments: &PlanArguments) -> Result<PlanParams, Failure> {
-    let budget = match arguments.budget {
-        None => None,
-        Some(milliseconds) => {
-            let budget = Duration::try_from_secs_f64(milliseconds / 1e3);
-            Some(budget.map_err(|_| {
-                Failure::new(vec![format!("a budget of {milliseconds} ms cannot be kept to")])
-            })?)
+impl PlanArguments {
+    fn forced(&self, scene: &Scene) -> Result<Vec<ForcedMethod>, Failure> {
+        let mut forced = Vec::new();
+        for ForcedPair { a, b, method } in &self.force {
+            let find = |name: &str| {
+                let unknown = || Failure::new(format!("--force: no body is named '{name}'"));
+                scene.find(name).ok_or_else(unknown)
+            };
+            forced.push(ForcedMethod { pair: PairId::new(find(a)?, find(b)?), method: *method });
         }
-    };
-    let start = Instant::now();
-    Ok(PlanParams {
-        margin: arguments.reach,
-        max_displacement: arguments.travel.unwrap_or(f64::INFINITY),
-        budget,
-        machine_factor: machine_factor(|| start.elapsed()),
-        threads: rayon::current_num_threads(),
-        ..PlanParams::with_tolerance(arguments.tolerance)
-    })
+        Ok(forced)
+    }
+
+    fn params(&self) -> Result<PlanParams, Failure> {
+        let budget = match self.budget {
+            None => None,
+            Some(milliseconds) => {
+                let budget = Duration::try_from_secs_f64(milliseconds / 1e3);
+                let problem = format!("budget is {milliseconds} ms, but must be at least 0");
+                Some(budget.map_err(|_| Failure::new(problem))?)
+            }
+        };
+        let start = Instant::now();
+        Ok(PlanParams {
+            margin: self.margin,
+            max_displacement: self.max_displacement.unwrap_or(f64::INFINITY),
+            budget,
+            machine_factor: machine_factor(|| start.elapsed()),
+            threads: rayon::current_num_threads(),
+            ..PlanParams::with_tolerance(self.tolerance)
+        })
+    }
 }

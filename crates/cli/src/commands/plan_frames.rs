@@ -1,151 +1,133 @@
-//! Frames looked at as planned: how long they take, and how far from exact
-//! detection they are.
+//! Planned detection over frames: its times, and its differences from exact detection.
 
+use std::fmt;
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use musculo_collide::distance_field::Pose;
 use musculo_collide::{
-    BodyId, CheckParams, Detection, PairPlan, PairReport, Plan, PlanError, SceneError,
+    BodyId, CheckParams, Detection, PairPlan, PairReport, Plan, Progress, Scene, SceneError,
 };
 
-use super::Failure;
+use crate::failure::Failure;
 use crate::motion::Replay;
-use crate::progress::Progress;
+use crate::phase::Phase;
 
-type Scene = musculo_collide::Scene;
-
-/// Frames without a motion, the first of which takes memory.
+/// Number of frames without a motion.
 const FRAMES: usize = 6;
 
-/// Where a body is.
-enum State {
+/// State of a body in a frame.
+enum BodyState {
     Pose(Pose),
     Positions(Vec<DVec3>),
 }
 
-/// Frames of a motion, or the present state again and again.
-pub(super) struct Frames<'a> {
-    replay: Option<&'a Replay<'a>>,
+/// Frames of a motion, or the present state several times.
+pub(super) struct FrameSource<'a> {
+    replay: Option<&'a Replay>,
 }
 
-/// What some frames took, and how wrong they were.
-pub(super) struct Measured {
-    /// Of each frame, ascending; the first, which takes memory, is left out.
-    planned: Vec<Duration>,
-    compared: Option<Compared>,
-}
-
-/// Planned detection beside exact detection.
-#[derive(Default)]
-struct Compared {
-    /// Of each frame, ascending.
-    exact: Vec<Duration>,
-    /// The largest difference of two depths, and where.
-    worst: f64,
-    place: String,
-    /// Overlaps that were not seen, and the deepest of them.
-    unseen: usize,
-    deepest_unseen: f64,
-}
-
-impl<'a> Frames<'a> {
-    pub(super) const fn new(replay: Option<&'a Replay<'a>>) -> Self {
+impl<'a> FrameSource<'a> {
+    pub(super) const fn new(replay: Option<&'a Replay>) -> Self {
         Self { replay }
     }
 
-    fn count(&self) -> usize {
-        self.replay.map_or(FRAMES, Replay::frame_count)
-    }
-
-    fn states(&self, scene: &Scene, frame: usize) -> Vec<(BodyId, State)> {
-        let positions = self.replay.map(|replay| replay.positions(frame));
-        let of_body = |(number, id): (usize, BodyId)| {
-            let body = scene.body(id);
-            let pose = self.replay.and_then(|replay| replay.pose(number, frame));
-            let pose = pose.or_else(|| body.pose());
-            let at = || positions.as_ref().map_or(body.positions(), |all| &all[number]).to_vec();
-            (id, pose.map_or_else(|| State::Positions(at()), State::Pose))
-        };
-        scene.ids().enumerate().map(of_body).collect()
-    }
-
-    /// Looks at every frame; what `detection` holds at the end is of the last.
-    pub(super) fn measure(
+    /// Runs planned detection on every frame, with its comparison if there is one, and
+    /// returns the times. The first frame, which reserves memory, is left out.
+    pub(super) fn detect(
         &self,
         plan: &mut Plan,
         scene: &mut Scene,
         detection: &mut Detection,
-        compare: bool,
-    ) -> Result<Measured, Failure> {
-        let what = if compare { "comparing with exact detection" } else { "detecting" };
-        let progress = Progress::start(what, self.count());
-        let mut measured = Measured { planned: Vec::new(), compared: None };
-        for frame in 0..self.count() {
+        mut comparison: Option<&mut Comparison>,
+    ) -> Result<FrameTimes, Failure> {
+        let count = self.replay.map_or(FRAMES, Replay::frame_count);
+        let phase = Phase::with_steps("detecting", count);
+        let mut times = FrameTimes::default();
+        for frame in 0..count {
             let states = self.states(scene, frame);
             let start = Instant::now();
-            go(scene, &states)?;
+            place(scene, &states)?;
             plan.detect(scene, detection)?;
             if frame > 0 {
-                measured.planned.push(start.elapsed());
+                times.0.push(start.elapsed());
             }
-            if compare {
-                let compared = measured.compared.get_or_insert_default();
-                compared.add(plan, scene, detection)?;
+            if let Some(comparison) = &mut comparison {
+                comparison.add(plan, scene, detection)?;
             }
-            progress.step();
+            phase.step();
         }
-        measured.planned.sort_unstable();
-        if let Some(compared) = &mut measured.compared {
-            compared.exact.sort_unstable();
+        Ok(times)
+    }
+
+    fn states(&self, scene: &Scene, frame: usize) -> Vec<(BodyId, BodyState)> {
+        let positions = self.replay.map(|replay| replay.positions(frame));
+        let mut states = Vec::new();
+        for (number, id) in scene.ids().enumerate() {
+            let body = scene.body(id);
+            let pose = self.replay.and_then(|replay| replay.pose(number, frame));
+            let state = match (pose.or_else(|| body.pose()), &positions) {
+                (Some(pose), _) => BodyState::Pose(pose),
+                (None, Some(positions)) => BodyState::Positions(positions[number].clone()),
+                (None, None) => BodyState::Positions(body.positions().to_vec()),
+            };
+            states.push((id, state));
         }
-        Ok(measured)
+        states
     }
 }
 
-fn go(scene: &mut Scene, states: &[(BodyId, State)]) -> Result<(), SceneError> {
+fn place(scene: &mut Scene, states: &[(BodyId, BodyState)]) -> Result<(), SceneError> {
     for (id, state) in states {
         match state {
-            State::Pose(pose) => scene.pose_body(*id, pose)?,
-            State::Positions(positions) => scene.move_body(*id, positions)?,
+            BodyState::Pose(pose) => scene.pose_body(*id, pose)?,
+            BodyState::Positions(positions) => scene.move_body(*id, positions)?,
         }
     }
     Ok(())
 }
 
-impl Measured {
-    pub(super) fn to_text(&self) -> String {
-        let planned = format!("a frame takes {}", spread(&self.planned));
-        let Some(compared) = &self.compared else {
-            return format!("{planned}\n");
+/// Times of frames.
+#[derive(Debug, Default)]
+pub(super) struct FrameTimes(Vec<Duration>);
+
+impl fmt::Display for FrameTimes {
+    /// Writes median, minimum and maximum.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut times: Vec<f64> = self.0.iter().map(|time| 1e3 * time.as_secs_f64()).collect();
+        times.sort_by(f64::total_cmp);
+        let (Some(min), Some(max)) = (times.first(), times.last()) else {
+            return write!(f, "not measured");
         };
-        let Compared { exact, worst, place, unseen, deepest_unseen } = compared;
-        format!(
-            "{planned}; exact detection takes {}\n\
-             depths differ by {worst:.4} at most ({place}); \
-             {unseen} overlaps are not seen, {deepest_unseen:.4} deep at most\n",
-            spread(exact)
-        )
+        write!(f, "{:.1} ms ({min:.1} to {max:.1})", times[(times.len() - 1) / 2])
     }
 }
 
-/// Median and extremes of ascending times.
-fn spread(times: &[Duration]) -> String {
-    let at = |k: usize| 1e3 * times[k].as_secs_f64();
-    let last = times.len() - 1;
-    format!("{:.1} ms ({:.1} to {:.1})", at(last / 2), at(0), at(last))
+/// Differences between planned and exact detection.
+#[derive(Debug, Default)]
+pub(super) struct Comparison {
+    exact: FrameTimes,
+    /// Largest difference of two depths.
+    max_difference: f64,
+    /// Pair and depths of that difference.
+    place: String,
+    /// Number of overlaps that only exact detection has.
+    missing: usize,
+    /// Depth of the deepest of them.
+    max_missing_depth: f64,
 }
 
-impl Compared {
+impl Comparison {
+    /// Compares the results of the present frame.
     fn add(
         &mut self,
         plan: &Plan,
         scene: &mut Scene,
         detection: &Detection,
-    ) -> Result<(), PlanError> {
+    ) -> Result<(), SceneError> {
         let start = Instant::now();
-        let exact = scene.check(&CheckParams { margin: 0.0 }, musculo_collide::Progress::none())?;
-        self.exact.push(start.elapsed());
+        let exact = scene.check(&CheckParams { margin: 0.0 }, Progress::none())?;
+        self.exact.0.push(start.elapsed());
         for pair in plan.pairs() {
             self.add_pair(scene, pair, &exact, detection);
         }
@@ -160,26 +142,41 @@ impl Compared {
         detection: &Detection,
     ) {
         let exact = exact.iter().find(|exact| exact.pair == pair.pair);
-        let found = detection.pairs().iter().find(|found| found.pair == pair.pair);
-        let right = exact.map_or(0.0, |exact| depth(exact, pair.bone()));
-        let seen = found.map_or(0.0, |found| found.max_depth);
-        let names = || pair.pair.bodies().map(|id| scene.body(id).name()).join(" and ");
-        if (right - seen).abs() >= self.worst {
-            self.worst = (right - seen).abs();
-            self.place = format!("{}, {seen:.4} for {right:.4}", names());
+        let planned = detection.pairs().iter().find(|found| found.pair == pair.pair);
+        let exact_depth = exact.map_or(0.0, |exact| depth(exact, pair.bone()));
+        let depth = planned.map_or(0.0, |planned| planned.max_depth);
+
+        let difference = (exact_depth - depth).abs();
+        if difference >= self.max_difference {
+            let [a, b] = pair.pair.bodies().map(|id| scene.body(id).name());
+            self.max_difference = difference;
+            self.place = format!("{a} × {b}, {depth:.4} instead of {exact_depth:.4}");
         }
-        if exact.is_some_and(|exact| exact.overlaps) && !found.is_some_and(|found| found.overlaps) {
-            self.unseen += 1;
-            self.deepest_unseen = self.deepest_unseen.max(right);
+        let is_found = planned.is_some_and(|planned| planned.overlaps);
+        if exact.is_some_and(|exact| exact.overlaps) && !is_found {
+            self.missing += 1;
+            self.max_missing_depth = self.max_missing_depth.max(exact_depth);
         }
     }
 }
 
-/// Depth of the deepest vertex that a plan looks at: of both bodies, or of the one
-/// that is not the bone whose field is asked.
+impl fmt::Display for Comparison {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { exact, max_difference, place, missing, max_missing_depth } = self;
+        writeln!(f, "exact: {exact}")?;
+        writeln!(f, "depths differ by at most {max_difference:.4} ({place})")?;
+        writeln!(f, "{missing} overlaps are missing, at most {max_missing_depth:.4} deep")
+    }
+}
+
+/// Returns the depth of the deepest vertex that a plan queries: of both bodies, or of the
+/// one against the field of the bone.
 fn depth(exact: &PairReport, bone: Option<BodyId>) -> f64 {
-    let sides = [(exact.pair.a, &exact.a_against_b), (exact.pair.b, &exact.b_against_a)];
-    let looked_at = sides.into_iter().filter(|&(id, _)| Some(id) != bone);
-    let gaps = looked_at.flat_map(|(_, side)| &side.near).map(|near| near.gap);
-    -gaps.fold(0.0, f64::min)
+    let mut min_gap = 0.0_f64;
+    for (id, side) in [(exact.pair.a, &exact.a_against_b), (exact.pair.b, &exact.b_against_a)] {
+        if Some(id) != bone {
+            min_gap = side.near.iter().map(|near| near.gap).fold(min_gap, f64::min);
+        }
+    }
+    -min_gap
 }

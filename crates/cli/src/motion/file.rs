@@ -10,26 +10,23 @@
 //! }
 //! ```
 //!
-//! A frame's lists of 16 numbers are rigid 4 × 4 maps from rest, row by row, in
-//! the scene's unit; whatever else it holds is somebody else's. Instead of
-//! `skin`, a file may tell `ambient_skin` by the heights `hip_z` and `knee_z` of
-//! a leg whose parts are `femur` and `tibia`.
+//! A frame's lists of 16 numbers are rigid 4 × 4 maps from rest, row by row, in the
+//! scene's unit. Other content of a frame is ignored.
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
-use glam::{DMat4, DVec3, DVec4};
+use glam::{DMat3, DMat4, DVec3, DVec4};
 use serde::Deserialize;
 use serde_json::Value;
 
 use super::skin::Skin;
-use super::{Motion, Problem};
+use super::{Motion, MotionProblem};
 
 #[derive(Debug, Deserialize)]
 struct MotionFile {
     frames: Vec<BTreeMap<String, Value>>,
     skin: Option<SkinEntry>,
-    ambient_skin: Option<LegEntry>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -40,57 +37,43 @@ struct SkinEntry {
     blends: Vec<[f64; 2]>,
 }
 
-#[derive(Debug, Deserialize)]
-struct LegEntry {
-    hip_z: f64,
-    knee_z: f64,
-}
-
-/// Reads and checks a file.
-pub(super) fn read(path: &Path) -> Result<Motion, Problem> {
-    let text =
-        std::fs::read_to_string(path).map_err(|error| Problem::Unreadable(error.to_string()))?;
-    parse(&text)
-}
-
-pub(crate) fn parse(text: &str) -> Result<Motion, Problem> {
-    let file: MotionFile =
-        serde_json::from_str(text).map_err(|error| Problem::Syntax(error.to_string()))?;
-    if file.frames.len() < 2 {
-        return Err(Problem::TooFewFrames(file.frames.len()));
+impl Motion {
+    /// Reads and checks a file.
+    pub(super) fn read(path: &Path) -> Result<Self, MotionProblem> {
+        Self::parse(&std::fs::read_to_string(path)?)
     }
-    let skin = match (file.skin, file.ambient_skin) {
-        (Some(entry), _) => Some(Skin::new(DVec3::from(entry.axis), entry.segments, entry.blends)?),
-        (None, Some(leg)) => Some(skin_of_a_leg(&leg)?),
-        (None, None) => None,
-    };
-    let maps: Vec<BTreeMap<String, DMat4>> = file
-        .frames
-        .iter()
-        .enumerate()
-        .map(|(k, frame)| maps(k, frame))
-        .collect::<Result<_, _>>()?;
-    check_names(&maps, skin.as_ref())?;
-    let times = file.frames.iter().map(|frame| frame.get("t").and_then(Value::as_f64)).collect();
-    Ok(Motion { path: PathBuf::new(), times, maps, skin })
+
+    /// Parses and checks the content of a file.
+    pub(crate) fn parse(text: &str) -> Result<Self, MotionProblem> {
+        let file: MotionFile = serde_json::from_str(text)?;
+        if file.frames.len() < 2 {
+            return Err(MotionProblem::TooFewFrames(file.frames.len()));
+        }
+        let skin = match file.skin {
+            Some(SkinEntry { axis, segments, blends }) => {
+                Some(Skin::new(DVec3::from(axis), segments, blends)?)
+            }
+            None => None,
+        };
+
+        let (mut times, mut maps) = (Vec::new(), Vec::new());
+        for (number, frame) in file.frames.iter().enumerate() {
+            times.push(frame.get("t").and_then(Value::as_f64));
+            maps.push(rigid_maps(number, frame)?);
+        }
+        check_names(&maps, skin.as_ref())?;
+        Ok(Self { times, maps, skin })
+    }
 }
 
-/// Goes over from the thigh to the pelvis within 50 of the hip, and from the
-/// shank to the thigh within 40 of the knee.
-fn skin_of_a_leg(leg: &LegEntry) -> Result<Skin, Problem> {
-    let segments = vec![Some("tibia".to_owned()), Some("femur".to_owned()), None];
-    let blends = vec![[leg.knee_z - 40.0, leg.knee_z + 40.0], [leg.hip_z - 50.0, leg.hip_z + 50.0]];
-    Skin::new(DVec3::Z, segments, blends)
-}
-
-fn maps(
+fn rigid_maps(
     frame: usize,
     entries: &BTreeMap<String, Value>,
-) -> Result<BTreeMap<String, DMat4>, Problem> {
+) -> Result<BTreeMap<String, DMat4>, MotionProblem> {
     let mut maps = BTreeMap::new();
     for (name, value) in entries {
         if let Some(rows) = sixteen_numbers(value) {
-            maps.insert(name.clone(), rigid(frame, name, rows)?);
+            maps.insert(name.clone(), rigid_map(frame, name, rows)?);
         }
     }
     Ok(maps)
@@ -101,36 +84,35 @@ fn sixteen_numbers(value: &Value) -> Option<[f64; 16]> {
     numbers?.try_into().ok()
 }
 
-/// How far a map's axes may be from unit and orthogonal: files round to some
-/// nine digits; a scale or shear that matters to contact is far larger.
+/// Largest deviation of a map's axes from unit and orthogonal. Files round to some nine
+/// digits; a scale or shear that matters to contact is far larger.
 const RIGID_TOLERANCE: f64 = 1e-6;
 
-fn rigid(frame: usize, name: &str, rows: [f64; 16]) -> Result<DMat4, Problem> {
+fn rigid_map(frame: usize, name: &str, rows: [f64; 16]) -> Result<DMat4, MotionProblem> {
     let map = DMat4::from_cols_array(&rows).transpose();
     if !map.is_finite() {
-        return Err(Problem::NotFinite { frame, name: name.to_owned() });
+        return Err(MotionProblem::NotFinite { frame, name: name.to_owned() });
     }
-    let turn = glam::DMat3::from_mat4(map);
-    let residue = turn.transpose() * turn - glam::DMat3::IDENTITY;
-    let orthonormal = residue.abs_diff_eq(glam::DMat3::ZERO, RIGID_TOLERANCE);
-    if orthonormal && turn.determinant() > 0.0 && map.row(3) == DVec4::W {
-        Ok(map)
-    } else {
-        Err(Problem::NotRigid { frame, name: name.to_owned() })
+    let rotation = DMat3::from_mat4(map);
+    let residue = rotation.transpose() * rotation - DMat3::IDENTITY;
+    let is_orthonormal = residue.abs_diff_eq(DMat3::ZERO, RIGID_TOLERANCE);
+    if !is_orthonormal || rotation.determinant() <= 0.0 || map.row(3) != DVec4::W {
+        return Err(MotionProblem::NotRigid { frame, name: name.to_owned() });
     }
+    Ok(map)
 }
 
-/// Every frame has the same maps, and those that the skin follows.
-fn check_names(maps: &[BTreeMap<String, DMat4>], skin: Option<&Skin>) -> Result<(), Problem> {
-    let names: std::collections::BTreeSet<&String> = maps.iter().flat_map(BTreeMap::keys).collect();
+/// Checks that every frame has the same maps, and those that the skin follows.
+fn check_names(maps: &[BTreeMap<String, DMat4>], skin: Option<&Skin>) -> Result<(), MotionProblem> {
+    let names: BTreeSet<&String> = maps.iter().flat_map(BTreeMap::keys).collect();
     for (frame, maps) in maps.iter().enumerate() {
         if let Some(&name) = names.iter().find(|&&name| !maps.contains_key(name)) {
-            return Err(Problem::MissingMap { frame, name: name.clone() });
+            return Err(MotionProblem::MissingMap { frame, name: name.clone() });
         }
     }
     let mut followed = skin.into_iter().flat_map(Skin::maps);
     match followed.find(|&name| !names.contains(name)) {
-        Some(name) => Err(Problem::SkinMap { name: name.clone() }),
+        Some(name) => Err(MotionProblem::SkinMap { name: name.clone() }),
         None => Ok(()),
     }
 }

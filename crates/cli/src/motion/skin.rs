@@ -1,15 +1,15 @@
-//! Soft tissue that follows several bones: a blend of their maps along an axis.
+//! Linear blend skinning along an axis, for soft bodies that follow several bones.
 //!
-//! Below the first blend all is with the first segment, above the last one with
-//! the last; between, the smooth step 3t² − 2t³ goes over from one to the next.
-//! A blend of rigid maps is not rigid: it shears and bulges, as muscles do, and
-//! it keeps no volume.
+//! Below the first blend everything follows the first segment, above the last blend the
+//! last one. Within a blend the smooth step 3t² − 2t³ shifts the weight from one segment
+//! to the next. A blend of rigid maps is not rigid: it shears and bulges, as muscles do,
+//! and it does not preserve volume.
 
 use std::collections::BTreeMap;
 
 use glam::{DMat4, DVec3};
 
-use super::Problem;
+use super::MotionProblem;
 
 /// Segments in ascending order along an axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +17,7 @@ pub(super) struct Skin {
     axis: DVec3,
     /// Names of the maps; none for a segment that rests.
     segments: Vec<Option<String>>,
-    /// From where to where along the axis each segment goes over into the next.
+    /// Interval along the axis between each segment and the next.
     blends: Vec<[f64; 2]>,
 }
 
@@ -26,45 +26,50 @@ impl Skin {
         axis: DVec3,
         segments: Vec<Option<String>>,
         blends: Vec<[f64; 2]>,
-    ) -> Result<Self, Problem> {
-        let axis = axis.try_normalize().ok_or(Problem::SkinAxis(axis))?;
+    ) -> Result<Self, MotionProblem> {
+        let axis = axis.try_normalize().ok_or(MotionProblem::SkinAxis(axis))?;
         if segments.len() != blends.len() + 1 {
             let (segments, blends) = (segments.len(), blends.len());
-            return Err(Problem::SkinCounts { segments, blends });
+            return Err(MotionProblem::SkinCounts { segments, blends });
         }
+
         let mut end = f64::NEG_INFINITY;
         for (blend, &[low, high]) in blends.iter().enumerate() {
             if !(end <= low && low < high && high.is_finite()) {
-                return Err(Problem::SkinBlend { blend, low, high });
+                return Err(MotionProblem::SkinBlend { blend, low, high });
             }
             end = high;
         }
         Ok(Self { axis, segments, blends })
     }
 
-    /// The maps it follows.
+    /// Returns the names of the maps that the skin follows.
     pub(super) fn maps(&self) -> impl Iterator<Item = &String> {
         self.segments.iter().flatten()
     }
 
+    /// Computes the positions of a body in a frame.
     pub(super) fn deform(&self, rest: &[DVec3], maps: &BTreeMap<String, DMat4>) -> Vec<DVec3> {
-        let maps: Vec<DMat4> = self
-            .segments
-            .iter()
-            .map(|name| name.as_ref().map_or(DMat4::IDENTITY, |name| maps[name]))
-            .collect();
+        let of_segment = |name: &Option<String>| match name {
+            Some(name) => maps[name],
+            None => DMat4::IDENTITY,
+        };
+        let maps: Vec<DMat4> = self.segments.iter().map(of_segment).collect();
         rest.iter().map(|&x| self.blend(x, &maps)).collect()
     }
 
     fn blend(&self, x: DVec3, maps: &[DMat4]) -> DVec3 {
         let height = x.dot(self.axis);
-        let passed = |&[low, high]: &[f64; 2]| smooth_step((height - low) / (high - low));
         let mut remaining = 1.0;
         let mut sum = DVec3::ZERO;
         for (segment, map) in maps.iter().enumerate() {
-            let next = self.blends.get(segment).map_or(0.0, passed);
-            sum += (remaining - next) * map.transform_point3(x);
-            remaining = next;
+            // Weight of all segments above this one.
+            let above = match self.blends.get(segment) {
+                Some([low, high]) => smooth_step((height - low) / (high - low)),
+                None => 0.0,
+            };
+            sum += (remaining - above) * map.transform_point3(x);
+            remaining = above;
         }
         sum
     }

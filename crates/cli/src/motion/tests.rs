@@ -1,11 +1,11 @@
-//! Motions against their rule worked out by hand, and files that are none.
+//! Motions computed by hand, and invalid files.
 
-use glam::{DVec3, dvec3};
+use glam::{DMat4, DVec3, dvec3};
 use musculo_collide::surface::TriangleSurface;
 use musculo_collide::{BodyKind, Scene};
 
-use super::file::parse;
-use super::{MotionError, Problem};
+use super::skin::Skin;
+use super::{Motion, MotionProblem};
 
 /// A map that turns a quarter about x through the origin, then shifts along y.
 const QUARTER: &str = "[1,0,0,0, 0,0,-1,5, 0,1,0,0, 0,0,0,1]";
@@ -35,9 +35,8 @@ fn scene() -> Scene {
 
 #[test]
 fn bones_follow_their_maps_and_muscles_the_blend() {
-    let motion = parse(&two_frames(SKIN)).unwrap();
     let scene = scene();
-    let replay = motion.bind(&scene).unwrap();
+    let replay = Motion::parse(&two_frames(SKIN)).unwrap().bind(&scene).unwrap();
     let rest = scene.bodies()[0].positions();
     assert_eq!(replay.positions(0), [rest, rest, rest]);
     let [bone, muscle, pelvis] = &replay.positions(1)[..] else { panic!("three bodies") };
@@ -48,17 +47,19 @@ fn bones_follow_their_maps_and_muscles_the_blend() {
     assert_eq!(muscle[1], (turned(rest[1]) + rest[1]) / 2.0, "half way in the middle of the blend");
     assert_eq!(muscle[2], rest[2], "above the blend at rest");
     assert_eq!(pelvis, rest);
-    assert_eq!(motion.times, [Some(0.0), None]);
+    assert_eq!([replay.time(0), replay.time(1)], [Some(0.0), None]);
 }
 
+/// Three segments: shank, thigh, and a pelvis that rests.
 #[test]
-fn a_leg_is_told_by_hip_and_knee() {
-    let text = format!(
-        "{{\"ambient_skin\": {{\"hip_z\": 900, \"knee_z\": 500}}, \"frames\": [{{\"femur\": {REST}, \"tibia\": {REST}}}, {{\"femur\": {REST}, \"tibia\": {QUARTER}}}]}}"
-    );
-    let motion = parse(&text).unwrap();
-    let skin = motion.skin.as_ref().unwrap();
-    let at = |z: f64| skin.deform(&[dvec3(0.0, 0.0, z)], &motion.maps[1])[0];
+fn weights_go_over_from_segment_to_segment() {
+    let blends = vec![[460.0, 540.0], [850.0, 950.0]];
+    let segments = vec![Some("tibia".to_owned()), Some("femur".to_owned()), None];
+    let skin = Skin::new(DVec3::Z, segments, blends).unwrap();
+    let quarter = Motion::parse(&two_frames("")).unwrap().maps[1]["femur"];
+    let maps = [("femur", DMat4::IDENTITY), ("tibia", quarter)];
+    let maps = maps.map(|(name, map)| (name.to_owned(), map)).into();
+    let at = |z: f64| skin.deform(&[dvec3(0.0, 0.0, z)], &maps)[0];
     assert_eq!(at(460.0), dvec3(0.0, -455.0, 0.0));
     assert_eq!(at(540.0), dvec3(0.0, 0.0, 540.0));
     let t = 60.0_f64 / 80.0;
@@ -68,7 +69,7 @@ fn a_leg_is_told_by_hip_and_knee() {
 }
 
 #[test]
-fn refuses_what_is_no_motion() {
+fn invalid_files_are_refused() {
     let stretched = QUARTER.replace("1,0,0,0, 0", "2,0,0,0, 0");
     let cases = [
         (r#"{"frames": []}"#.to_owned(), "has 0 frames"),
@@ -87,7 +88,7 @@ fn refuses_what_is_no_motion() {
         (two_frames(SKIN).replace("[0, 0, 2]", "[0, 0, 0]"), "no direction"),
     ];
     for (text, expected) in cases {
-        let problem = parse(&text).unwrap_err().to_string();
+        let problem = Motion::parse(&text).unwrap_err().to_string();
         assert!(problem.contains(expected), "{problem:?} for {text}");
     }
 }
@@ -95,10 +96,8 @@ fn refuses_what_is_no_motion() {
 #[test]
 fn a_motion_of_other_bones_is_refused() {
     let text = two_frames("").replace("femur", "ulna");
-    let motion = parse(&text).unwrap();
-    let scene = scene();
-    let refused: Result<_, MotionError> = motion.bind(&scene);
-    let MotionError { problem, .. } = refused.unwrap_err();
-    assert!(matches!(problem, Problem::NoFollower { .. }), "{problem}");
-    assert!(problem.to_string().contains("maps ulna"), "{problem}");
+    let motion = Motion::parse(&text).unwrap();
+    let problem = motion.bind(&scene()).unwrap_err();
+    assert!(matches!(problem, MotionProblem::NoFollower { .. }), "{problem}");
+    assert!(problem.to_string().contains("its maps are ulna"), "{problem}");
 }

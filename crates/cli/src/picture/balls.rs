@@ -1,82 +1,77 @@
-//! Balls in a surface, and beside it the surface in the colours of its distance
+//! Picture of the balls in a surface, beside the surface in the colors of its distance
 //! from them.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
+use musculo_collide::medial::Ball;
+use musculo_collide::surface::{Aabb, vertex_normals};
 
-use super::{Appearance, Camera, Colour, Image, Subject, draw, vertex_normals};
+use super::{Appearance, Camera, Color, Image, Subject, draw};
 
-/// Pixels that each of the two pictures may take.
-const SIZE: [usize; 2] = [520, 640];
+/// Maximum size of each of the two pictures, in pixels.
+const MAX_SIZE: [usize; 2] = [520, 640];
 
-/// Rings of a drawn ball from pole to pole, and corners of each: outlines look
-/// round at the size that a ball has among a hundred.
+/// Rings of a drawn ball from pole to pole, and corners of each ring: enough for a round
+/// outline at the size of a ball among a hundred.
 const RINGS: u16 = 14;
 const CORNERS: u16 = 28;
 
-/// Draws `balls` (centres and radii) within the surface as a pane, and the surface
-/// with the size of `distances` (|V|) in colour, from dark for none to light for the
-/// largest.
-pub(crate) fn balls_and_error(
+/// Draws balls within the surface as glass, and the surface with the magnitude of
+/// `distances` (|V|) in color, from dark for 0 to light for the maximum.
+pub(crate) fn draw_balls_and_error(
     positions: &[DVec3],
     faces: &[[u32; 3]],
-    balls: &[(DVec3, f64)],
+    balls: &[Ball],
     distances: &[f64],
 ) -> Image {
-    let normals = vertex_normals(positions, faces);
-    let nowhere = vec![1.0; positions.len()];
+    let camera = camera(positions);
+    let normals = vertex_normals(faces, positions);
+    let outside = vec![1.0; positions.len()];
     let surface = Subject {
         positions,
         normals: &normals,
         faces,
-        signed_gaps: &nowhere,
+        signed_gaps: &outside,
         crossing: &[],
-        colour: Colour::from_srgb([0x8f, 0xae, 0xc8]),
+        color: Color::from_srgb([0x8f, 0xae, 0xc8]),
         appearance: Appearance::Glass,
     };
-    let balls = Balls::new(balls);
-    let camera = camera(positions);
-    let within = draw(&[balls.subject(), surface], &camera, 1.0);
+    let spheres = Spheres::new(balls);
+    let within = draw(&[spheres.subject(), surface], &camera, 1.0);
 
-    let sizes: Vec<f64> = distances.iter().map(|distance| distance.abs()).collect();
-    let largest = sizes.iter().copied().fold(0.0, f64::max);
-    // What is drawn as contact has a depth above 0.
-    let least = largest.max(f64::MIN_POSITIVE) * 1e-6;
-    let depths: Vec<f64> = sizes.iter().map(|size| -size.max(least)).collect();
-    let coloured = Subject { signed_gaps: &depths, appearance: Appearance::Solid, ..surface };
-    Image::beside(&[within, draw(&[coloured], &camera, largest)])
+    // Contact is drawn where its depth is positive: every distance has to be.
+    let max = distances.iter().map(|distance| distance.abs()).fold(0.0, f64::max);
+    let min = max.max(f64::MIN_POSITIVE) * 1e-6;
+    let depths: Vec<f64> = distances.iter().map(|distance| -distance.abs().max(min)).collect();
+    let colored = Subject { signed_gaps: &depths, appearance: Appearance::Solid, ..surface };
+    Image::beside(&[within, draw(&[colored], &camera, max)])
 }
 
-/// Along the shortest side of the box around the points, the longest upright.
+/// Returns a view along the shortest side of the box around the points, the longest
+/// upright.
 fn camera(points: &[DVec3]) -> Camera {
-    let low = points.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
-    let high = points.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
-    let size = high - low;
+    let sides = Aabb::of_points(points.iter().copied()).sides();
     let mut axes = DVec3::AXES;
-    axes.sort_by(|a, b| size.dot(*a).total_cmp(&size.dot(*b)));
-    Camera::framing(points.iter().copied(), axes[0], axes[2], SIZE)
+    axes.sort_by(|a, b| sides.dot(*a).total_cmp(&sides.dot(*b)));
+    Camera::framing(points.iter().copied(), axes[0], axes[2], MAX_SIZE)
 }
 
-/// All balls as one surface.
-struct Balls {
+/// Triangulation of all balls as one surface.
+#[derive(Default)]
+struct Spheres {
     positions: Vec<DVec3>,
     normals: Vec<DVec3>,
     faces: Vec<[u32; 3]>,
-    nowhere: Vec<f64>,
+    outside: Vec<f64>,
 }
 
-impl Balls {
-    fn new(balls: &[(DVec3, f64)]) -> Self {
-        let (unit, corners) = sphere();
-        let mut all = Self {
-            positions: Vec::new(),
-            normals: Vec::new(),
-            faces: Vec::new(),
-            nowhere: vec![1.0; unit.len() * balls.len()],
-        };
-        for (first, &(center, radius)) in (0_u32..).step_by(unit.len()).zip(balls) {
-            all.positions.extend(unit.iter().map(|normal| center + radius * *normal));
+impl Spheres {
+    fn new(balls: &[Ball]) -> Self {
+        let (unit, corners) = unit_sphere();
+        let mut all = Self { outside: vec![1.0; unit.len() * balls.len()], ..Self::default() };
+        for (first, ball) in (0_u32..).step_by(unit.len()).zip(balls) {
+            all.positions.extend(unit.iter().map(|normal| ball.center + ball.radius * *normal));
             all.normals.extend(&unit);
             all.faces.extend(corners.iter().map(|face| face.map(|corner| first + corner)));
         }
@@ -88,16 +83,16 @@ impl Balls {
             positions: &self.positions,
             normals: &self.normals,
             faces: &self.faces,
-            signed_gaps: &self.nowhere,
+            signed_gaps: &self.outside,
             crossing: &[],
-            colour: Colour::from_srgb([0xd6, 0x8c, 0x80]),
+            color: Color::from_srgb([0xd6, 0x8c, 0x80]),
             appearance: Appearance::Solid,
         }
     }
 }
 
-/// A unit sphere of meridians and parallels.
-fn sphere() -> (Vec<DVec3>, Vec<[u32; 3]>) {
+/// Triangulates the unit sphere by meridians and parallels.
+fn unit_sphere() -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let mut points = Vec::new();
     for ring in 0..=RINGS {
         let (sin, cos) = (PI * f64::from(ring) / f64::from(RINGS)).sin_cos();
@@ -106,10 +101,11 @@ fn sphere() -> (Vec<DVec3>, Vec<[u32; 3]>) {
             points.push(DVec3::new(sin * x, sin * y, cos));
         }
     }
+
     let mut faces = Vec::new();
+    let around = u32::from(CORNERS);
     for ring in 0..u32::from(RINGS) {
-        for corner in 0..u32::from(CORNERS) {
-            let around = u32::from(CORNERS);
+        for corner in 0..around {
             let (from, next) = (ring * around + corner, ring * around + (corner + 1) % around);
             faces.push([from, from + around, next]);
             faces.push([next, from + around, next + around]);
@@ -124,7 +120,7 @@ mod tests {
 
     #[test]
     fn a_drawn_ball_is_round_and_closed() {
-        let (points, faces) = sphere();
+        let (points, faces) = unit_sphere();
         assert!(points.iter().all(|p| (p.length() - 1.0).abs() < 1e-12));
         let corner = |vertex: u32| points[vertex as usize];
         let volume: f64 =
@@ -133,15 +129,15 @@ mod tests {
     }
 
     #[test]
-    fn errors_are_told_apart_and_balls_show() {
-        let (unit, faces) = sphere();
+    fn pictures_depend_on_balls_and_on_distances() {
+        let (unit, faces) = unit_sphere();
         let distances: Vec<f64> = unit.iter().map(|p| 0.2 * p.z).collect();
-        let draw = |balls: &[(DVec3, f64)], distances: &[f64]| {
-            balls_and_error(&unit, &faces, balls, distances)
+        let draw = |radius: f64, distances: &[f64]| {
+            let ball = Ball { center: DVec3::ZERO, radius };
+            draw_balls_and_error(&unit, &faces, &[ball], distances)
         };
-        let image = draw(&[(DVec3::ZERO, 0.5)], &distances);
-        assert_ne!(image, draw(&[(DVec3::ZERO, 0.4)], &distances), "another ball");
-        let even = vec![0.2; distances.len()];
-        assert_ne!(image, draw(&[(DVec3::ZERO, 0.5)], &even), "another error");
+        let image = draw(0.5, &distances);
+        assert_ne!(image, draw(0.4, &distances), "another ball");
+        assert_ne!(image, draw(0.5, &vec![0.2; distances.len()]), "another error");
     }
 }

@@ -1,59 +1,65 @@
-//! Parallel projection onto a picture: no perspective, so that a length means
-//! the same number of pixels wherever it lies.
+//! Orthographic projection onto a picture: a length has the same number of pixels
+//! wherever it lies.
 
 use glam::DVec3;
+use musculo_collide::surface::Aabb;
 
-use super::number::{float, floor};
+use super::cast::{float, floor};
 
-/// Where a picture is seen from and how large.
+/// Orthographic camera, with the size of its picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Camera {
-    /// Point that is shown in the middle.
-    centre: DVec3,
+    /// Point in the middle of the picture.
+    center: DVec3,
     right: DVec3,
     up: DVec3,
     /// From the camera into the scene.
     forward: DVec3,
-    /// Pixels a length unit.
+    /// Pixels per length unit.
     scale: f64,
     width: usize,
     height: usize,
-    /// Length units behind `centre`: what is nearer is cut away.
-    cut: f64,
+    /// Depth of the near plane behind `center`, in length units.
+    near: f64,
 }
 
-/// Share of the picture's side that stays free around what is framed.
+/// Free margin around the framed points, as a fraction of the picture's side.
 const MARGIN: f64 = 0.04;
 
 impl Camera {
-    /// Looks along `forward`, with `up` upwards as far as that allows, and
-    /// shows `points` as large as `width` × `height` pixels take; a side that
-    /// they leave empty is cut off.
+    /// Builds a camera that looks along `forward`, with `up` upwards as far as possible,
+    /// and shows `points` as large as `max_size` pixels (width, height) allow.
+    ///
+    /// A side of the picture that the points leave empty is cut off.
     pub(crate) fn framing(
-        points: impl Iterator<Item = DVec3> + Clone,
+        points: impl IntoIterator<Item = DVec3>,
         forward: DVec3,
         up: DVec3,
-        [width, height]: [usize; 2],
+        max_size: [usize; 2],
     ) -> Self {
-        let [right, up, forward] = frame(forward, up);
-        let [low, high] =
-            extent(points.map(|p| DVec3::new(p.dot(right), p.dot(up), p.dot(forward))));
-        let middle = (low + high) / 2.0;
+        // The box around the points, in the camera's axes.
+        let [right, up, forward] = camera_axes(forward, up);
+        let to_camera = |p: DVec3| DVec3::new(p.dot(right), p.dot(up), p.dot(forward));
+        let frame = Aabb::of_points(points.into_iter().map(to_camera));
+        let middle = frame.center();
+        let center = middle.x * right + middle.y * up + middle.z * forward;
+
+        // The largest scale at which the box fits, and the pixels that it then needs.
         let room = 1.0 - 2.0 * MARGIN;
-        let size = (high - low).max(DVec3::splat(f64::MIN_POSITIVE));
-        let scale = (float(width) * room / size.x).min(float(height) * room / size.y);
-        let centre = middle.x * right + middle.y * up + middle.z * forward;
-        let [width, height] = [(width, size.x), (height, size.y)]
-            .map(|(most, size)| most.min(floor(size * scale / room) + 1));
-        Self { centre, right, up, forward, scale, width, height, cut: f64::NEG_INFINITY }
+        let sides = frame.sides().max(DVec3::splat(f64::MIN_POSITIVE));
+        let [max_width, max_height] = max_size;
+        let scale = (float(max_width) * room / sides.x).min(float(max_height) * room / sides.y);
+        let pixels = |max: usize, side: f64| max.min(floor(side * scale / room) + 1);
+        let (width, height) = (pixels(max_width, sides.x), pixels(max_height, sides.y));
+        Self { center, right, up, forward, scale, width, height, near: f64::NEG_INFINITY }
     }
 
-    /// The same view without what is nearer than a plane through `point`.
-    pub(crate) fn cut_before(self, point: DVec3) -> Self {
-        Self { cut: (point - self.centre).dot(self.forward), ..self }
+    /// Returns the same view with a near plane through `point`.
+    pub(crate) fn with_near_plane(self, point: DVec3) -> Self {
+        Self { near: (point - self.center).dot(self.forward), ..self }
     }
 
-    /// The same view with `samples` pixels for each along both sides.
+    /// Returns the same view with `samples` times as many pixels along both sides.
     pub(super) fn with_samples(self, samples: usize) -> Self {
         Self {
             scale: self.scale * float(samples),
@@ -71,35 +77,34 @@ impl Camera {
         self.height
     }
 
-    /// Width of what is shown, in length units.
+    /// Returns the width of the view, in length units.
     pub(crate) fn span(&self) -> f64 {
         float(self.width) / self.scale
     }
 
-    /// Pixels into the picture from which on things are drawn.
-    pub(super) fn nearest_drawn(&self) -> f64 {
-        self.cut * self.scale
+    /// Returns the depth of the near plane, in pixels.
+    pub(super) fn near(&self) -> f64 {
+        self.near * self.scale
     }
 
-    /// Pixels from the left, from the top, and pixels into the picture.
+    /// Projects a point to pixels from the left, from the top, and into the picture.
     pub(super) fn project(&self, point: DVec3) -> DVec3 {
-        let from_centre = (point - self.centre) * self.scale;
+        let from_center = (point - self.center) * self.scale;
         DVec3::new(
-            float(self.width) / 2.0 + from_centre.dot(self.right),
-            float(self.height) / 2.0 - from_centre.dot(self.up),
-            from_centre.dot(self.forward),
+            float(self.width) / 2.0 + from_center.dot(self.right),
+            float(self.height) / 2.0 - from_center.dot(self.up),
+            from_center.dot(self.forward),
         )
     }
 
-    /// A direction as the viewer sees it: right, up, towards the viewer.
-    pub(super) fn turn(&self, direction: DVec3) -> DVec3 {
+    /// Rotates a direction into the view: right, up, towards the viewer.
+    pub(super) fn view_direction(&self, direction: DVec3) -> DVec3 {
         DVec3::new(direction.dot(self.right), direction.dot(self.up), -direction.dot(self.forward))
     }
 }
 
-/// Unit vectors right, up and forward; any up will do where the wished one is
-/// along the view.
-fn frame(forward: DVec3, up: DVec3) -> [DVec3; 3] {
+/// Returns the unit vectors right, up and forward; any up where `up` is along the view.
+fn camera_axes(forward: DVec3, up: DVec3) -> [DVec3; 3] {
     let forward = forward.normalize_or(DVec3::Y);
     let across = forward.cross(up);
     let right = if across.length() > 1e-6 * up.length() {
@@ -110,29 +115,25 @@ fn frame(forward: DVec3, up: DVec3) -> [DVec3; 3] {
     [right, right.cross(forward), forward]
 }
 
-fn extent(points: impl Iterator<Item = DVec3>) -> [DVec3; 2] {
-    points.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn frames_what_it_is_given() {
+    fn points_fill_the_picture() {
         let points = [DVec3::new(-1.0, 5.0, 0.0), DVec3::new(3.0, 9.0, 2.0)];
-        let camera = Camera::framing(points.iter().copied(), DVec3::Y, DVec3::Z, [200, 110]);
+        let camera = Camera::framing(points, DVec3::Y, DVec3::Z, [200, 110]);
         assert_eq!((camera.width(), camera.height()), (200, 101));
         let [low, high] = points.map(|point| camera.project(point));
         assert!((high.x - low.x - 184.0).abs() < 1e-9, "{low} {high}");
         assert!((low.y - high.y - 92.0).abs() < 1e-9, "z points up: {low} {high}");
-        assert!((low.x + high.x - 200.0).abs() < 1e-9, "centred: {low} {high}");
+        assert!((low.x + high.x - 200.0).abs() < 1e-9, "centered: {low} {high}");
         assert!((camera.span() - 200.0 / 46.0).abs() < 1e-9, "{}", camera.span());
     }
 
     #[test]
     fn up_along_the_view_is_replaced() {
-        let [right, up, forward] = frame(DVec3::Z, DVec3::Z);
+        let [right, up, forward] = camera_axes(DVec3::Z, DVec3::Z);
         assert!((right.cross(forward) - up).length() < 1e-12, "{right} {up} {forward}");
     }
 }

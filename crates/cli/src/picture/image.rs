@@ -1,24 +1,24 @@
-//! A finished picture and its PNG.
+//! Raster images and their PNG encoding.
 
 use std::io;
 
-use super::colour::Colour;
-use super::number::float;
+use super::cast::float;
+use super::color::Color;
 
-/// Colours row by row from the top.
+/// Raster image of colors, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Image {
     width: usize,
     height: usize,
-    samples: Vec<Colour>,
+    samples: Vec<Color>,
 }
 
 impl Image {
     pub(super) fn new(width: usize, height: usize) -> Self {
-        Self { width, height, samples: vec![Colour::WHITE; width * height] }
+        Self { width, height, samples: vec![Color::WHITE; width * height] }
     }
 
-    pub(super) fn samples_mut(&mut self) -> &mut [Colour] {
+    pub(super) fn samples_mut(&mut self) -> &mut [Color] {
         &mut self.samples
     }
 
@@ -28,10 +28,12 @@ impl Image {
         let share = 1.0 / float(side * side);
         for row in 0..image.height {
             for column in 0..image.width {
-                let mut sum = Colour::WHITE * 0.0;
+                let mut sum = Color::WHITE * 0.0;
                 for y in row * side..(row + 1) * side {
                     let start = y * self.width + column * side;
-                    sum = self.samples[start..start + side].iter().fold(sum, |sum, &c| sum + c);
+                    for &color in &self.samples[start..start + side] {
+                        sum = sum + color;
+                    }
                 }
                 image.samples[row * image.width + column] = sum * share;
             }
@@ -39,22 +41,22 @@ impl Image {
         image
     }
 
-    /// Puts pictures of one height side by side.
+    /// Joins pictures of one height side by side.
     pub(crate) fn beside(images: &[Self]) -> Self {
         let width = images.iter().map(|image| image.width).sum();
         let height = images.iter().map(|image| image.height).max().unwrap_or(0);
-        let mut all = Self::new(width, height);
+        let mut joined = Self::new(width, height);
         let mut left = 0;
         for image in images {
-            for (row, colours) in image.samples.chunks_exact(image.width).enumerate() {
-                all.samples[row * width + left..][..image.width].copy_from_slice(colours);
+            for (row, colors) in image.samples.chunks_exact(image.width).enumerate() {
+                joined.samples[row * width + left..][..image.width].copy_from_slice(colors);
             }
             left += image.width;
         }
-        all
+        joined
     }
 
-    /// The picture as a PNG file.
+    /// Encodes the picture as a PNG file.
     pub(crate) fn to_png(&self) -> io::Result<Vec<u8>> {
         let side = |length: usize| u32::try_from(length).map_err(io::Error::other);
         let mut bytes = Vec::new();
@@ -62,7 +64,7 @@ impl Image {
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        let pixels: Vec<u8> = self.samples.iter().flat_map(|colour| colour.to_srgb()).collect();
+        let pixels: Vec<u8> = self.samples.iter().flat_map(|color| color.to_srgb()).collect();
         let mut writer = encoder.write_header()?;
         writer.write_image_data(&pixels)?;
         writer.finish()?;
@@ -77,18 +79,18 @@ mod tests {
     #[test]
     fn averages_in_linear_light() {
         let mut image = Image::new(2, 2);
-        image.samples_mut()[0] = Colour::WHITE * 0.0;
-        image.samples_mut()[3] = Colour::WHITE * 0.0;
+        image.samples_mut()[0] = Color::WHITE * 0.0;
+        image.samples_mut()[3] = Color::WHITE * 0.0;
         let averaged = image.averaged(2);
         // Half the light is the byte 188, not 128.
-        assert_eq!(averaged.samples, [Colour::WHITE * 0.5]);
+        assert_eq!(averaged.samples, [Color::WHITE * 0.5]);
         assert_eq!(averaged.samples[0].to_srgb(), [188; 3]);
     }
 
     #[test]
     fn a_written_picture_reads_back() {
         let mut image = Image::new(3, 2);
-        image.samples_mut()[4] = Colour::from_srgb([200, 100, 50]);
+        image.samples_mut()[4] = Color::from_srgb([200, 100, 50]);
         let bytes = Image::beside(&[image.clone(), image]).to_png().unwrap();
         let mut reader = png::Decoder::new(io::Cursor::new(bytes)).read_info().unwrap();
         let mut pixels = vec![0; reader.output_buffer_size().unwrap()];

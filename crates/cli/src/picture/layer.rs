@@ -1,25 +1,26 @@
-//! One layer of a picture: for each sample the nearest surface, if any.
+//! Depth-buffered layer of a picture: the nearest surface per sample.
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
+use musculo_collide::surface::Aabb;
 
-use super::number::{float, floor, single};
+use super::cast::{float, floor, single};
 use super::{Camera, Subject};
 
-/// The surface that a sample shows.
+/// Surface at a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Hit {
-    /// Samples into the picture; infinite where there is no surface.
+    /// Distance into the picture, in samples; infinite without a surface.
     pub(super) distance: f32,
-    /// As the viewer sees it: right, up, towards the viewer.
-    pub(super) normal: [f32; 3],
-    /// Inside another body, where positive.
+    /// Normal in the view: right, up, towards the viewer.
+    pub(super) normal: Vec3,
+    /// Depth inside another body, where positive.
     pub(super) depth: f32,
     /// Number of the subject.
     pub(super) subject: u32,
 }
 
 impl Hit {
-    const NONE: Self = Self { distance: f32::INFINITY, normal: [0.0; 3], depth: 0.0, subject: 0 };
+    const NONE: Self = Self { distance: f32::INFINITY, normal: Vec3::ZERO, depth: 0.0, subject: 0 };
 
     pub(super) fn is_some(&self) -> bool {
         self.distance < f32::INFINITY
@@ -32,11 +33,11 @@ pub(super) struct Layer {
     width: usize,
     height: usize,
     hits: Vec<Hit>,
-    /// What is nearer is not drawn.
-    nearest_drawn: f32,
+    /// Distance of the near plane.
+    near: f32,
 }
 
-/// A corner of a triangle on its way into the picture.
+/// Projected corner of a triangle.
 #[derive(Clone, Copy, Debug)]
 struct Corner {
     at: DVec3,
@@ -45,11 +46,11 @@ struct Corner {
 }
 
 impl Layer {
-    /// An empty layer of a camera's picture.
+    /// Returns an empty layer of a camera's picture.
     pub(super) fn new(camera: &Camera) -> Self {
         let (width, height) = (camera.width(), camera.height());
-        let nearest_drawn = single(camera.nearest_drawn());
-        Self { width, height, hits: vec![Hit::NONE; width * height], nearest_drawn }
+        let hits = vec![Hit::NONE; width * height];
+        Self { width, height, hits, near: single(camera.near()) }
     }
 
     pub(super) fn hits(&self) -> &[Hit] {
@@ -58,34 +59,39 @@ impl Layer {
 
     /// Draws the whole surface of a subject.
     pub(super) fn draw_all(&mut self, number: u32, subject: &Subject<'_>, camera: &Camera) {
-        for face in subject.faces {
-            let corners = face.map(|vertex| corner(subject, vertex, camera));
-            self.draw(number, corners, |_| true);
+        for &face in subject.faces {
+            self.draw(number, corners(subject, face, camera), f64::NEG_INFINITY);
         }
     }
 
-    /// Draws where a subject is inside another, by interpolated gaps; of faces
-    /// that cross another body without a corner inside, the whole.
+    /// Draws the parts of a subject inside another body, by interpolated gaps.
+    ///
+    /// A face that crosses another body without a corner inside is drawn whole.
     pub(super) fn draw_contact(&mut self, number: u32, subject: &Subject<'_>, camera: &Camera) {
-        let enters = |face: [u32; 3]| face.iter().any(|&v| subject.signed_gaps[v as usize] < 0.0);
-        for face in subject.faces.iter().filter(|face| enters(**face)) {
-            let corners = face.map(|vertex| corner(subject, vertex, camera));
-            self.draw(number, corners, |depth| depth > 0.0);
+        let enters = |face: &[u32; 3]| face.iter().any(|&v| subject.signed_gaps[v as usize] < 0.0);
+        for &face in subject.faces.iter().filter(|face| enters(face)) {
+            self.draw(number, corners(subject, face, camera), 0.0);
         }
-        let crossing = subject.crossing.iter().map(|face| subject.faces[*face as usize]);
-        for face in crossing.filter(|face| !enters(*face)) {
-            let corners = face.map(|vertex| corner(subject, vertex, camera));
-            self.draw(number, corners, |_| true);
+        for &crossing in subject.crossing {
+            let face = subject.faces[crossing as usize];
+            if !enters(&face) {
+                self.draw(number, corners(subject, face, camera), f64::NEG_INFINITY);
+            }
         }
     }
 
-    /// Draws the samples of a triangle whose interpolated depth passes.
-    fn draw(&mut self, subject: u32, corners: [Corner; 3], shows: impl Fn(f64) -> bool) {
+    /// Draws the samples of a triangle whose interpolated depth exceeds `min_depth`.
+    fn draw(&mut self, subject: u32, corners: [Corner; 3], min_depth: f64) {
         let [a, b, c] = corners.map(|corner| corner.at.truncate());
         let area = (b - a).perp_dot(c - a);
-        let Some((columns, rows)) = self.samples_in([a, b, c]).filter(|_| area != 0.0) else {
+        if area == 0.0 {
             return;
-        };
+        }
+
+        // Columns and rows of the triangle's box, within the picture.
+        let frame = Aabb::of_points(corners.map(|corner| corner.at));
+        let columns = floor(frame.min.x)..floor(frame.max.x + 1.0).min(self.width);
+        let rows = floor(frame.min.y)..floor(frame.max.y + 1.0).min(self.height);
         for row in rows {
             for column in columns.clone() {
                 let p = DVec2::new(float(column) + 0.5, float(row) + 0.5);
@@ -95,65 +101,54 @@ impl Layer {
                     (a - p).perp_dot(b - p) / area,
                 ];
                 if weights.iter().all(|weight| *weight >= 0.0) {
-                    self.keep(row * self.width + column, subject, &corners, weights, &shows);
+                    let corner = blend(&corners, weights);
+                    if corner.depth > min_depth {
+                        self.keep_nearer(row * self.width + column, subject, corner);
+                    }
                 }
             }
         }
     }
 
-    fn keep(
-        &mut self,
-        sample: usize,
-        subject: u32,
-        corners: &[Corner; 3],
-        weights: [f64; 3],
-        shows: impl Fn(f64) -> bool,
-    ) {
-        let blend = |value: fn(&Corner) -> f64| {
-            weights.iter().zip(corners).map(|(weight, corner)| weight * value(corner)).sum::<f64>()
-        };
-        let distance = single(blend(|corner| corner.at.z));
-        let depth = blend(|corner| corner.depth);
-        let is_nearer = (self.nearest_drawn..self.hits[sample].distance).contains(&distance);
-        if is_nearer && shows(depth) {
-            let normal = [
-                blend(|corner| corner.normal.x),
-                blend(|corner| corner.normal.y),
-                blend(|corner| corner.normal.z),
-            ];
-            let normal = normal.map(single);
-            self.hits[sample] = Hit { distance, normal, depth: single(depth), subject };
+    /// Replaces the hit of a sample by a nearer one that is not before the near plane.
+    fn keep_nearer(&mut self, sample: usize, subject: u32, corner: Corner) {
+        let distance = single(corner.at.z);
+        if (self.near..self.hits[sample].distance).contains(&distance) {
+            let (normal, depth) = (corner.normal.as_vec3(), single(corner.depth));
+            self.hits[sample] = Hit { distance, normal, depth, subject };
         }
-    }
-
-    /// Columns and rows whose samples a triangle may cover.
-    fn samples_in(
-        &self,
-        [a, b, c]: [DVec2; 3],
-    ) -> Option<(std::ops::Range<usize>, std::ops::Range<usize>)> {
-        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-        let columns = floor(low.x)..floor(high.x + 1.0).min(self.width);
-        let rows = floor(low.y)..floor(high.y + 1.0).min(self.height);
-        (!columns.is_empty() && !rows.is_empty()).then_some((columns, rows))
     }
 }
 
-fn corner(subject: &Subject<'_>, vertex: u32, camera: &Camera) -> Corner {
-    let vertex = vertex as usize;
-    Corner {
-        at: camera.project(subject.positions[vertex]),
-        normal: camera.turn(subject.normals[vertex]),
-        depth: -subject.signed_gaps[vertex],
+/// Interpolates between the corners of a triangle.
+fn blend(corners: &[Corner; 3], weights: [f64; 3]) -> Corner {
+    let mut blended = Corner { at: DVec3::ZERO, normal: DVec3::ZERO, depth: 0.0 };
+    for (weight, corner) in weights.into_iter().zip(corners) {
+        blended.at += weight * corner.at;
+        blended.normal += weight * corner.normal;
+        blended.depth += weight * corner.depth;
     }
+    blended
+}
+
+fn corners(subject: &Subject<'_>, face: [u32; 3], camera: &Camera) -> [Corner; 3] {
+    face.map(|vertex| {
+        let vertex = vertex as usize;
+        Corner {
+            at: camera.project(subject.positions[vertex]),
+            normal: camera.view_direction(subject.normals[vertex]),
+            depth: -subject.signed_gaps[vertex],
+        }
+    })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Appearance, Colour};
+    use super::super::{Appearance, Color};
     use super::*;
 
-    /// Which subject each sample shows, by looking along its ray at every face.
-    fn slow(subjects: &[Subject<'_>], camera: &Camera) -> Vec<Option<u32>> {
+    /// Finds the subject at each sample by intersecting its ray with every face.
+    fn brute_force(subjects: &[Subject<'_>], camera: &Camera) -> Vec<Option<u32>> {
         let samples =
             (0..camera.height()).flat_map(|row| (0..camera.width()).map(move |c| (c, row)));
         samples
@@ -199,12 +194,12 @@ mod tests {
             faces,
             signed_gaps: &[1.0; 5],
             crossing: &[],
-            colour: Colour::WHITE,
+            color: Color::WHITE,
             appearance: Appearance::Solid,
         };
         let subjects = [face(&[[0, 1, 2]]), face(&[[0, 3, 2], [4, 1, 3]])];
-        let camera = Camera::framing(positions.into_iter(), DVec3::Y, DVec3::Z, [64, 48]);
-        let expected = slow(&subjects, &camera);
+        let camera = Camera::framing(positions, DVec3::Y, DVec3::Z, [64, 48]);
+        let expected = brute_force(&subjects, &camera);
         for order in [[0, 1], [1, 0]] {
             let mut layer = Layer::new(&camera);
             for number in order {
@@ -218,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_is_inside_or_crosses_is_contact() {
+    fn contact_is_inside_or_crossing() {
         let positions = [DVec3::ZERO, DVec3::X, DVec3::Z, DVec3::X + DVec3::Z];
         let subject = Subject {
             positions: &positions,
@@ -226,10 +221,10 @@ mod tests {
             faces: &[[0, 1, 2], [1, 3, 2]],
             signed_gaps: &[-1.0, 1.0, 1.0, 1.0],
             crossing: &[],
-            colour: Colour::WHITE,
+            color: Color::WHITE,
             appearance: Appearance::Solid,
         };
-        let camera = Camera::framing(positions.into_iter(), DVec3::Y, DVec3::Z, [100, 100]);
+        let camera = Camera::framing(positions, DVec3::Y, DVec3::Z, [100, 100]);
         let count = |subject: &Subject<'_>| {
             let mut layer = Layer::new(&camera);
             layer.draw_contact(0, subject, &camera);

@@ -1,45 +1,42 @@
-//! Pictures of contact: shaded surfaces with depth in colour, as PNG.
+//! Rasterizer of shaded surfaces with depth in color, as PNG.
 //!
-//! A small rasteriser of our own, because a renderer that needs a graphics
-//! device would keep the program from machines without one. Surfaces are drawn
-//! into layers that keep the nearest hit of each pixel (`layer`), the layers
-//! are shaded and laid over each other (`compose`), and the finished image is
-//! averaged down from several samples a pixel (`image`).
+//! It needs no graphics device, so the program runs on machines without one. Surfaces are
+//! drawn into depth-buffered layers ([`layer`]), the layers are shaded and blended
+//! ([`compose`]), and the image is averaged down from several samples per pixel
+//! ([`image`]).
 //!
-//! Overlap is out of sight from everywhere: where one body enters another, the
-//! other's surface hides it. So penetrating parts have a layer of their own
-//! that shines through what lies before it.
+//! Overlap is hidden from every side: where one body enters another, the other's surface
+//! covers it. So penetrating parts have a layer of their own, which shines through
+//! nearer surfaces.
 
 mod balls;
 mod camera;
-mod colour;
+mod cast;
+mod color;
 mod compose;
 mod image;
 mod layer;
-mod normals;
-mod number;
 mod slice;
 
 use glam::DVec3;
 
-pub(crate) use self::balls::balls_and_error;
+pub(crate) use self::balls::draw_balls_and_error;
 pub(crate) use self::camera::Camera;
-pub(crate) use self::colour::{Colour, viridis};
+pub(crate) use self::color::{Color, viridis};
 use self::compose::Layers;
 pub(crate) use self::image::Image;
-pub(crate) use self::normals::vertex_normals;
-pub(crate) use self::slice::slices;
+pub(crate) use self::slice::draw_slices;
 
-/// How a body is drawn.
+/// Material of a drawn surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Appearance {
-    /// As a solid thing.
+    /// Opaque, with its contact in color.
     Solid,
-    /// As a pane that shows its outline and lets everything through.
+    /// Transparent pane with an outline.
     Glass,
 }
 
-/// A body as a picture takes it.
+/// Surface of a picture.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Subject<'a> {
     /// |V| positions.
@@ -50,20 +47,19 @@ pub(crate) struct Subject<'a> {
     pub(crate) faces: &'a [[u32; 3]],
     /// |V| signed distances to other bodies, negative inside.
     pub(crate) signed_gaps: &'a [f64],
-    /// Faces that cross another body's, ascending: drawn as contact even where
-    /// no corner is inside.
+    /// Faces that cross another body's, ascending: drawn as contact even where no corner
+    /// is inside.
     pub(crate) crossing: &'a [u32],
-    pub(crate) colour: Colour,
+    pub(crate) color: Color,
     pub(crate) appearance: Appearance,
 }
 
-/// Samples along each side of a pixel: two would leave visible steps on the
-/// slanted outlines of bones, four costs twice as much for little.
+/// Samples along each side of a pixel: two would leave visible steps on the slanted
+/// outlines of bones, four take twice as long for little.
 const SAMPLES: usize = 3;
 
-/// Draws the subjects as `camera` sees them; `deepest` is the depth that the
-/// top of the colour scale stands for.
-pub(crate) fn draw(subjects: &[Subject<'_>], camera: &Camera, deepest: f64) -> Image {
+/// Draws surfaces; the top of the color map stands for `max_depth`.
+pub(crate) fn draw(subjects: &[Subject<'_>], camera: &Camera, max_depth: f64) -> Image {
     let fine = camera.with_samples(SAMPLES);
     let mut layers = Layers::new(&fine);
     for (number, subject) in (0..).zip(subjects) {
@@ -75,5 +71,5 @@ pub(crate) fn draw(subjects: &[Subject<'_>], camera: &Camera, deepest: f64) -> I
             Appearance::Glass => layers.glass.draw_all(number, subject, &fine),
         }
     }
-    layers.compose(subjects, &fine, deepest).averaged(SAMPLES)
+    layers.compose(subjects, &fine, max_depth).averaged(SAMPLES)
 }

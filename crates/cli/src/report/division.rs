@@ -1,28 +1,29 @@
-//! Open surfaces where others cut them: what is on which side.
+//! Divisions of open surfaces by bodies that cross them.
 
-use musculo_collide::{BodyId, PairReport, Region, Scene, SceneError, Side};
+use musculo_collide::{BodyId, PairReport, Scene, SceneError, Side};
 use serde::Serialize;
 
-use super::text::{Align, TextTable, grouped, measure};
+use super::table::{Table, left, right};
+use super::text::{grouped, measure};
 use crate::scene::Unit;
 
-/// An open surface that another crosses.
+/// Open surface that another body crosses.
 #[derive(Debug, Serialize)]
 pub(crate) struct DivisionRecord {
-    /// The open surface.
-    pub(crate) body: String,
-    /// What cuts it.
-    pub(crate) by: String,
-    /// Connected parts of the former that the latter does not meet, largest first.
-    pub(crate) regions: Vec<RegionRecord>,
+    /// Open surface.
+    body: String,
+    /// Body that cuts it.
+    by: String,
+    /// Connected parts of the surface that do not meet the other body, largest first.
+    regions: Vec<RegionRecord>,
 }
 
-/// A connected part of a cut surface.
+/// Connected part of a cut surface.
 #[derive(Debug, Serialize)]
-pub(crate) struct RegionRecord {
-    pub(crate) side: Side,
-    pub(crate) faces: usize,
-    pub(crate) area: f64,
+struct RegionRecord {
+    side: Side,
+    faces: usize,
+    area: f64,
 }
 
 /// Cuts every open surface by every body that crosses it.
@@ -30,52 +31,53 @@ pub(crate) fn divisions(
     scene: &mut Scene,
     reports: &[PairReport],
 ) -> Result<Vec<DivisionRecord>, SceneError> {
-    let crossing = reports.iter().filter(|report| !report.crossing_faces.is_empty());
-    let both = crossing.flat_map(|report| {
+    let mut divisions = Vec::new();
+    for report in reports.iter().filter(|report| !report.crossing_faces.is_empty()) {
         let [a, b] = report.pair.bodies();
-        [(a, b), (b, a)]
-    });
-    let is_open = |&(body, _): &(BodyId, BodyId)| scene.body(body).has_inside().is_err();
-    let cuts: Vec<(BodyId, BodyId)> = both.filter(is_open).collect();
-    let divide = |(body, by): (BodyId, BodyId)| {
-        let regions = scene.segment(body, by)?.iter().map(RegionRecord::new).collect();
-        let [body, by] = [body, by].map(|id| scene.body(id).name().to_owned());
-        Ok(DivisionRecord { body, by, regions })
-    };
-    cuts.into_iter().map(divide).collect()
+        for (body, by) in [(a, b), (b, a)] {
+            if scene.body(body).has_inside().is_err() {
+                divisions.push(divide(scene, body, by)?);
+            }
+        }
+    }
+    Ok(divisions)
 }
 
-/// A line for each region.
-pub(super) fn table(divisions: &[DivisionRecord], unit: Unit) -> String {
-    let mut table = TextTable::new(&[
-        ("OPEN", Align::Left),
-        ("CUT BY", Align::Left),
-        ("SIDE", Align::Left),
-        ("FACES", Align::Right),
-        (&format!("AREA {}^2", unit.symbol()), Align::Right),
+fn divide(scene: &mut Scene, body: BodyId, by: BodyId) -> Result<DivisionRecord, SceneError> {
+    let mut regions = Vec::new();
+    for region in scene.segment(body, by)? {
+        let (side, faces, area) = (region.side, region.faces.len(), region.area);
+        regions.push(RegionRecord { side, faces, area });
+    }
+    let [body, by] = [body, by].map(|id| scene.body(id).name().to_owned());
+    Ok(DivisionRecord { body, by, regions })
+}
+
+/// Returns a table with one row per region.
+pub(super) fn table(divisions: &[DivisionRecord], unit: Unit) -> Table {
+    let mut table = Table::new([
+        left("open"),
+        left("cut by"),
+        left("side"),
+        right("faces"),
+        right(format!("area [{}²]", unit.symbol())),
     ]);
     for DivisionRecord { body, by, regions } in divisions {
         for RegionRecord { side, faces, area } in regions {
-            let row = [body, by, word(*side), &grouped(*faces), &measure(*area)];
-            table.row(row.map(str::to_owned).to_vec());
+            let side = side_name(*side).to_owned();
+            table.row([body.clone(), by.clone(), side, grouped(*faces), measure(*area)]);
         }
     }
-    table.render()
+    table
 }
 
-const fn word(side: Side) -> &'static str {
+const fn side_name(side: Side) -> &'static str {
     match side {
         Side::Inside => "inside",
         Side::Outside => "outside",
         Side::Front => "in front",
         Side::Back => "behind",
-        Side::Around => "round a border",
+        Side::Around => "around a border",
         Side::Apart => "apart",
-    }
-}
-
-impl RegionRecord {
-    fn new(region: &Region) -> Self {
-        Self { side: region.side, faces: region.faces.len(), area: region.area }
     }
 }

@@ -1,11 +1,11 @@
-//! What is told of a medial surface: its balls, how near they come, its topology.
+//! Report of a medial surface: its balls, its deviation, its topology.
 
-use musculo_collide::medial::{Deviation, MedialSurface, Topology};
+use musculo_collide::medial::{Deviation, Topology};
 use serde::Serialize;
 
 use super::text::{counted, grouped, measure};
 
-/// A medial surface and the surface it was made of; lengths are in the unit of the
+/// Medial surface and the surface that it approximates; lengths are in the unit of the
 /// mesh.
 #[derive(Debug, Serialize)]
 pub(crate) struct MedialRecord {
@@ -17,92 +17,60 @@ pub(crate) struct MedialRecord {
     pub(crate) cones: usize,
     pub(crate) isolated_balls: usize,
     pub(crate) deviation: Deviation,
-    /// Of the union of balls; none where it was not counted.
+    /// Topology of the union of balls; none where they are too small for the grid.
     pub(crate) union: Option<Topology>,
-    /// Of the inside of the surface.
-    pub(crate) inside: Option<Topology>,
+    /// Topology of the inside of the surface.
+    pub(crate) inside: Topology,
 }
 
 impl MedialRecord {
-    pub(crate) fn new(
-        file: String,
-        [vertices, faces]: [usize; 2],
-        medial: &MedialSurface,
-        deviation: Deviation,
-        [union, inside]: [Option<Topology>; 2],
-    ) -> Self {
-        Self {
-            file,
-            vertices,
-            faces,
-            balls: medial.balls().len(),
-            slabs: medial.slabs().len(),
-            cones: medial.cones().len(),
-            isolated_balls: medial.isolated_balls().len(),
-            deviation,
-            union,
-            inside,
-        }
-    }
-}
-
-/// The whole report but for the time, which no two runs share.
-pub(crate) fn medial_table(record: &MedialRecord) -> String {
-    let Deviation { surface_to_medial: outside, medial_to_surface: over, rms, p95 } =
-        record.deviation;
-    let mut text = format!(
-        "{}: {} vertices, {} faces\n",
-        record.file,
-        grouped(record.vertices),
-        grouped(record.faces)
-    );
-    text += &format!(
-        "  balls      {}, with {}, {} and {} alone\n",
-        grouped(record.balls),
-        counted(record.slabs, "slab"),
-        counted(record.cones, "cone"),
-        grouped(record.isolated_balls),
-    );
-    text += &format!(
-        "  error      {} rms, {} at most at 95 % of the vertices\n",
-        measure(rms),
-        measure(p95)
-    );
-    text += &format!(
-        "  surface    nowhere more than {} outside the balls ({} seen)\n",
-        measure(outside.upper),
-        measure(outside.lower)
-    );
-    text += &format!(
-        "  balls      nowhere more than {} outside the surface ({} seen)\n",
-        measure(over.upper),
-        measure(over.lower)
-    );
-    text += &format!("  topology   {}\n", topology(record));
-    text
-}
-
-fn topology(record: &MedialRecord) -> String {
-    let words = |topology: &Topology| {
-        let tunnels = usize::try_from(topology.tunnels).unwrap_or(0);
+    /// Writes the report, without the time, which differs between runs.
+    pub(crate) fn to_text(&self) -> String {
+        let Deviation { surface_to_medial: uncovered, medial_to_surface: excess, rms, p95 } =
+            self.deviation;
         format!(
-            "{}, {}, {}",
-            counted(topology.components, "part"),
-            counted(tunnels, "tunnel"),
-            if topology.cavities == 1 {
-                "1 cavity".to_owned()
-            } else {
-                format!("{} cavities", grouped(topology.cavities))
-            }
+            "{}: {} vertices, {} faces\n\
+             \x20 balls      {}, with {}, {} and {}\n\
+             \x20 error      {} rms, 95 % of the vertices within {}\n\
+             \x20 surface    at most {} outside the balls (at least {})\n\
+             \x20 balls      at most {} outside the surface (at least {})\n\
+             \x20 topology   {}\n",
+            self.file,
+            grouped(self.vertices),
+            grouped(self.faces),
+            grouped(self.balls),
+            counted(self.slabs, "slab"),
+            counted(self.cones, "cone"),
+            counted(self.isolated_balls, "isolated ball"),
+            measure(rms),
+            measure(p95),
+            measure(uncovered.upper),
+            measure(uncovered.lower),
+            measure(excess.upper),
+            measure(excess.lower),
+            self.topology(),
         )
-    };
-    match (&record.union, &record.inside) {
-        (Some(union), Some(inside)) if union == inside => {
-            format!("{}, as the surface", words(union))
-        }
-        (Some(union), Some(inside)) => {
-            format!("{}, but the surface has {}", words(union), words(inside))
-        }
-        _ => "not counted".to_owned(),
     }
+
+    fn topology(&self) -> String {
+        match &self.union {
+            None => "not counted: the balls are too small for the grid".to_owned(),
+            Some(union) if *union == self.inside => {
+                format!("{}, as the surface", topology_text(union))
+            }
+            Some(union) => {
+                let [union, inside] = [union, &self.inside].map(topology_text);
+                format!("{union}, but the surface has {inside}")
+            }
+        }
+    }
+}
+
+fn topology_text(topology: &Topology) -> String {
+    let tunnels = usize::try_from(topology.tunnels).unwrap_or(0);
+    let cavities = match topology.cavities {
+        1 => "1 cavity".to_owned(),
+        count => format!("{} cavities", grouped(count)),
+    };
+    format!("{}, {}, {cavities}", counted(topology.components, "part"), counted(tunnels, "tunnel"))
 }

@@ -1,14 +1,16 @@
-//! What was found, in every form it leaves the program in.
+//! Reports: the content of every output.
 //!
-//! `document` gathers it once; the table, the JSON and the HTML are written
-//! from there and so cannot disagree. `fields` spreads it over vertices, for
-//! the meshes in colour (`vtp`) and the pictures (`views`).
+//! `document` gathers the results of a check once; text, JSON and HTML are written from
+//! it and so agree. `contact_field` spreads them over vertices, for meshes in color and
+//! for the pictures of `gallery`.
 
+mod check_page;
+mod check_tables;
+mod contact_field;
 mod division;
 mod document;
 mod field;
-mod fields;
-mod html;
+mod gallery;
 mod medial;
 mod motion;
 mod motion_chart;
@@ -16,17 +18,16 @@ mod resolution;
 mod resolved;
 mod table;
 mod text;
-mod views;
 
+pub(crate) use self::check_page::check_page;
+pub(crate) use self::check_tables::check_text;
+pub(crate) use self::contact_field::{ContactField, displacement_vtp};
 pub(crate) use self::division::divisions;
-pub(crate) use self::document::{BodyRecord, BodySource, Document, PairRecord};
-pub(crate) use self::field::{BuiltRecord, FieldRecord, field_table};
-pub(crate) use self::fields::{ContactField, displacement_vtp};
-pub(crate) use self::html::html;
-pub(crate) use self::medial::{MedialRecord, medial_table};
-pub(crate) use self::motion::{MotionDocument, StepRecord, motion_table};
+pub(crate) use self::document::{BodyRecord, CheckDocument, PairRecord};
+pub(crate) use self::field::{BuiltRecord, FieldRecord};
+pub(crate) use self::gallery::Gallery;
+pub(crate) use self::medial::MedialRecord;
+pub(crate) use self::motion::{FrameState, MotionDocument, StepRecord};
 pub(crate) use self::motion_chart::motion_chart;
-pub(crate) use self::resolution::resolution_table;
-pub(crate) use self::resolved::{ResolvedDocument, ResolvedFrame, resolved_table};
-pub(crate) use self::table::table;
-pub(crate) use self::views::Gallery;
+pub(crate) use self::resolution::resolution_text;
+pub(crate) use self::resolved::{FrameInfo, ResolvedDocument, ResolvedFrame};

@@ -1,73 +1,84 @@
-//! What a resolution did, as text.
+//! Report of overlap removal: rounds, bodies that moved, pairs that remain.
 
-use musculo_collide::{BodyChange, Resolution, Round, Scene};
+use musculo_collide::{Remaining, Resolution, Scene};
 
-use super::text::counted;
+use super::check_tables::dash;
+use super::table::{Table, left, right};
+use super::text::{counted, grouped, length};
 use crate::scene::Unit;
 
-/// Rounds, bodies that moved, what remains and why.
-pub(crate) fn resolution_table(resolution: &Resolution, scene: &Scene, unit: Unit) -> String {
-    let symbol = unit.symbol();
-    let mut text = rounds(&resolution.rounds, symbol);
-    text += &bodies(resolution, scene, symbol);
-    text += &remaining(resolution, scene, symbol);
-    text
-}
+/// Writes the tables of rounds and bodies, and the remaining pairs with their reasons.
+pub(crate) fn resolution_text(resolution: &Resolution, scene: &Scene, unit: Unit) -> String {
+    let (rounds, bodies) = (rounds(resolution, unit), bodies(resolution, scene, unit));
+    let mut text = format!("{}\n{}\n", rounds.to_text(), bodies.to_text());
 
-fn rounds(rounds: &[Round], symbol: &str) -> String {
-    let mut text = format!("round  overlapping pairs  new  crossing faces  deepest [{symbol}]\n");
-    for (number, round) in rounds.iter().enumerate() {
-        text += &format!(
-            "{number:>5}  {:>17}  {:>3}  {:>14}  {:>12.4}\n",
-            round.overlapping_pairs, round.new_pairs, round.crossing_faces, round.max_depth
-        );
+    let count = resolution.remaining.len();
+    if count == 0 {
+        return text + "Nothing overlaps any more.\n";
     }
-    text
-}
-
-fn bodies(resolution: &Resolution, scene: &Scene, symbol: &str) -> String {
-    let name = |change: &BodyChange| scene.body(change.body).name().to_owned();
-    let moved: Vec<&BodyChange> =
-        resolution.bodies.iter().filter(|change| change.moved > 0).collect();
-    let width = moved.iter().map(|change| name(change).len()).max().unwrap_or(0).max(4);
-    let mut text = format!(
-        "\n{:<width$}  vertices moved   farthest [{symbol}]  volume change  flipped  self-crossings\n",
-        "body"
-    );
-    for change in moved {
-        let count = change.displacements.len();
-        let volume = change
-            .volume_ratio
-            .map_or("-".to_owned(), |ratio| format!("{:+.3} %", 100.0 * (ratio - 1.0)));
-        let [before, after] = change.self_crossings;
-        text += &format!(
-            "{:<width$}  {:>6} / {count:<6}  {:>14.4}  {volume:>13}  {:>7}  {before} -> {after}\n",
-            name(change),
-            change.moved,
-            change.max_displacement,
-            change.flipped_faces,
-        );
-    }
-    text
-}
-
-fn remaining(resolution: &Resolution, scene: &Scene, symbol: &str) -> String {
-    if resolution.remaining.is_empty() {
-        return "\nNothing overlaps any more.\n".to_owned();
-    }
-    let what = if resolution.resolved { "All within the tolerance" } else { "Not resolved" };
-    let pairs = counted(resolution.remaining.len(), "pair");
-    let mut text = format!("\n{what}: {pairs} still overlapping.\n");
+    let verdict = if resolution.resolved { "Within the tolerance" } else { "Not resolved" };
+    text += &format!("{verdict}: {} still overlapping.\n", counted(count, "pair"));
     for pair in &resolution.remaining {
-        let new = if pair.at_first { "" } else { " (not at first)" };
-        text += &format!(
-            "  {} and {}: {:.4} {symbol} deep, {} crossing{new}: {}\n",
-            scene.body(pair.pair.a).name(),
-            scene.body(pair.pair.b).name(),
-            pair.depth,
-            counted(pair.crossing_faces, "face pair"),
-            pair.obstacle,
-        );
+        let [a, b] = pair.pair.bodies().map(|id| scene.body(id).name());
+        text += &format!("  {a} × {b}: {}\n", remaining_text(pair, unit));
     }
     text
+}
+
+/// Writes depth, crossings and reason of a pair that remains.
+pub(super) fn remaining_text(pair: &Remaining, unit: Unit) -> String {
+    let is_new = if pair.at_first { "" } else { ", not at the start" };
+    format!(
+        "{} {} deep, {} crossing{is_new}: {}",
+        length(pair.depth, unit),
+        unit.symbol(),
+        counted(pair.crossing_faces, "face pair"),
+        pair.obstacle,
+    )
+}
+
+fn rounds(resolution: &Resolution, unit: Unit) -> Table {
+    let mut table = Table::new([
+        right("round"),
+        right("overlapping pairs"),
+        right("new"),
+        right("crossing faces"),
+        right(format!("deepest [{}]", unit.symbol())),
+    ]);
+    for (number, round) in resolution.rounds.iter().enumerate() {
+        table.row([
+            number.to_string(),
+            grouped(round.overlapping_pairs),
+            grouped(round.new_pairs),
+            grouped(round.crossing_faces),
+            length(round.max_depth, unit),
+        ]);
+    }
+    table
+}
+
+fn bodies(resolution: &Resolution, scene: &Scene, unit: Unit) -> Table {
+    let mut table = Table::new([
+        left("body"),
+        right("vertices"),
+        right("moved"),
+        right(format!("max displacement [{}]", unit.symbol())),
+        right("volume [%]"),
+        right("flipped faces"),
+        right("self-crossings"),
+    ]);
+    for change in resolution.bodies.iter().filter(|change| change.moved > 0) {
+        let percent = change.volume_ratio.map(|ratio| 100.0 * (ratio - 1.0));
+        let [before, after] = change.self_crossings;
+        table.row([
+            scene.body(change.body).name().to_owned(),
+            grouped(change.displacements.len()),
+            grouped(change.moved),
+            length(change.max_displacement, unit),
+            percent.map_or_else(dash, |percent| format!("{percent:+.3}")),
+            grouped(change.flipped_faces),
+            format!("{before} -> {after}"),
+        ]);
+    }
+    table
 }

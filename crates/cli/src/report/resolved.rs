@@ -1,9 +1,12 @@
-//! What resolving every frame of a motion did, frame by frame, and its table.
+//! Report of overlap removal in every frame of a motion.
 
-use musculo_collide::{BodyId, Resolution};
+use musculo_collide::{BodyId, Remaining, Resolution, Scene};
 use serde::Serialize;
 
-use super::text::{Align, TextTable, counted, grouped, length};
+use super::check_tables::dash;
+use super::resolution::remaining_text;
+use super::table::{Table, right};
+use super::text::{counted, grouped, length};
 use crate::scene::Unit;
 
 /// All frames of a motion.
@@ -13,38 +16,41 @@ pub(crate) struct ResolvedDocument {
     pub(crate) frames: Vec<ResolvedFrame>,
 }
 
-/// One frame, before and after.
+/// Frame before and after overlap removal.
 #[derive(Debug, Serialize)]
 pub(crate) struct ResolvedFrame {
     frame: usize,
-    /// As the motion tells it.
+    /// Time, if the motion has one.
     time: Option<f64>,
-    /// Whether nothing overlaps by more than the tolerance, and nothing new.
+    /// Whether no overlap exceeds the tolerance or is new.
     resolved: bool,
     before: OverlapRecord,
     after: OverlapRecord,
-    /// Pairs that overlap and did not at first.
+    /// Number of pairs that overlap and did not at the start.
     new_pairs: usize,
     remaining: Vec<RemainingRecord>,
-    /// Rounds of detection and pushing.
+    /// Number of rounds of detection and pushing.
     rounds: usize,
     /// Length of the longest displacement.
     max_displacement: f64,
-    /// Largest change of a body's volume, as a share.
+    /// Largest relative change of a body's volume.
     max_volume_change: f64,
     flipped_faces: usize,
-    /// Pairs of faces of one body that cross, before and after.
+    /// Number of pairs of faces of one body that cross, before and after.
     self_crossings: [usize; 2],
+    /// Time of computation.
+    #[serde(skip)]
+    seconds: f64,
 }
 
-/// How much overlaps.
+/// Number and depth of overlaps.
 #[derive(Debug, Serialize)]
 struct OverlapRecord {
     pairs: usize,
     deepest: f64,
 }
 
-/// A pair that still overlaps.
+/// Pair that still overlaps.
 #[derive(Debug, Serialize)]
 struct RemainingRecord {
     a: String,
@@ -52,132 +58,146 @@ struct RemainingRecord {
     depth: f64,
     crossing_face_pairs: usize,
     at_first: bool,
-    why: String,
+    reason: String,
+    /// The same in words.
+    #[serde(skip)]
+    text: String,
 }
 
-impl ResolvedDocument {
-    /// Whether every frame is resolved.
-    pub(crate) fn is_resolved(&self) -> bool {
-        self.frames.iter().all(|frame| frame.resolved)
-    }
+/// Frame of a motion, with the time that its computation took.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FrameInfo {
+    pub(crate) frame: usize,
+    pub(crate) time: Option<f64>,
+    pub(crate) seconds: f64,
 }
 
 impl ResolvedFrame {
-    pub(crate) fn new(
-        (frame, time): (usize, Option<f64>),
-        scene: &musculo_collide::Scene,
-        resolution: &Resolution,
-    ) -> Self {
-        let bodies = || resolution.bodies.iter();
-        let name = |id: BodyId| scene.body(id).name().to_owned();
-        let remaining: Vec<RemainingRecord> = resolution
-            .remaining
-            .iter()
-            .map(|pair| RemainingRecord {
-                a: name(pair.pair.a),
-                b: name(pair.pair.b),
-                depth: pair.depth,
-                crossing_face_pairs: pair.crossing_faces,
-                at_first: pair.at_first,
-                why: pair.obstacle.to_string(),
-            })
-            .collect();
-        let first = &resolution.rounds[0];
-        let deepest = remaining.iter().map(|pair| pair.depth).fold(0.0, f64::max);
-        let volume_changes = bodies().filter_map(|change| Some((change.volume_ratio? - 1.0).abs()));
-        let crossings = |when: usize| bodies().map(|change| change.self_crossings[when]).sum();
-        Self {
-            frame,
-            time,
+    pub(crate) fn new(info: FrameInfo, scene: &Scene, unit: Unit, resolution: &Resolution) -> Self {
+        let start = &resolution.rounds[0];
+        let mut record = Self {
+            frame: info.frame,
+            time: info.time,
             resolved: resolution.resolved,
-            before: OverlapRecord { pairs: first.overlapping_pairs, deepest: first.max_depth },
-            after: OverlapRecord { pairs: remaining.len(), deepest },
-            new_pairs: remaining.iter().filter(|pair| !pair.at_first).count(),
-            remaining,
+            before: OverlapRecord { pairs: start.overlapping_pairs, deepest: start.max_depth },
+            after: OverlapRecord { pairs: resolution.remaining.len(), deepest: 0.0 },
+            new_pairs: 0,
+            remaining: Vec::new(),
             rounds: resolution.rounds.len() - 1,
-            max_displacement: bodies().map(|change| change.max_displacement).fold(0.0, f64::max),
-            max_volume_change: volume_changes.fold(0.0, f64::max),
-            flipped_faces: bodies().map(|change| change.flipped_faces).sum(),
-            self_crossings: [crossings(0), crossings(1)],
+            max_displacement: 0.0,
+            max_volume_change: 0.0,
+            flipped_faces: 0,
+            self_crossings: [0; 2],
+            seconds: info.seconds,
+        };
+        for pair in &resolution.remaining {
+            record.after.deepest = record.after.deepest.max(pair.depth);
+            record.new_pairs += usize::from(!pair.at_first);
+            record.remaining.push(RemainingRecord::new(pair, scene, unit));
+        }
+        for change in &resolution.bodies {
+            let volume_change = change.volume_ratio.map_or(0.0, |ratio| (ratio - 1.0).abs());
+            record.max_displacement = record.max_displacement.max(change.max_displacement);
+            record.max_volume_change = record.max_volume_change.max(volume_change);
+            record.flipped_faces += change.flipped_faces;
+            record.self_crossings[0] += change.self_crossings[0];
+            record.self_crossings[1] += change.self_crossings[1];
+        }
+        record
+    }
+}
+
+impl RemainingRecord {
+    fn new(pair: &Remaining, scene: &Scene, unit: Unit) -> Self {
+        let name = |id: BodyId| scene.body(id).name().to_owned();
+        Self {
+            a: name(pair.pair.a),
+            b: name(pair.pair.b),
+            depth: pair.depth,
+            crossing_face_pairs: pair.crossing_faces,
+            at_first: pair.at_first,
+            reason: pair.obstacle.to_string(),
+            text: remaining_text(pair, unit),
         }
     }
 }
 
-/// A line a frame with the seconds it took, what remains and why, and a summary.
-pub(crate) fn resolved_table(document: &ResolvedDocument, seconds: &[f64]) -> String {
-    let unit = document.unit;
-    let symbol = unit.symbol();
-    let mut table = TextTable::new(&[
-        ("FRAME", Align::Right),
-        ("TIME", Align::Right),
-        ("OVERLAPS", Align::Right),
-        (&format!("DEEPEST {symbol}"), Align::Right),
-        ("LEFT", Align::Right),
-        ("NEW", Align::Right),
-        (&format!("DEEPEST {symbol}"), Align::Right),
-        (&format!("FARTHEST {symbol}"), Align::Right),
-        ("VOLUME %", Align::Right),
-        ("FLIPPED", Align::Right),
-        ("SELF-CROSSINGS", Align::Right),
-        ("ROUNDS", Align::Right),
-        ("SECONDS", Align::Right),
-    ]);
-    for (frame, seconds) in document.frames.iter().zip(seconds) {
-        table.row(vec![
-            frame.frame.to_string(),
-            frame.time.map_or_else(|| "-".to_owned(), |time| format!("{time:.3}")),
-            grouped(frame.before.pairs),
-            length(frame.before.deepest, unit),
-            grouped(frame.after.pairs),
-            grouped(frame.new_pairs),
-            length(frame.after.deepest, unit),
-            length(frame.max_displacement, unit),
-            format!("{:.2}", 100.0 * frame.max_volume_change),
-            grouped(frame.flipped_faces),
-            format!("{} -> {}", frame.self_crossings[0], frame.self_crossings[1]),
-            grouped(frame.rounds),
-            format!("{seconds:.2}"),
-        ]);
+impl ResolvedDocument {
+    /// Returns true if every frame is resolved.
+    pub(crate) fn is_resolved(&self) -> bool {
+        self.frames.iter().all(|frame| frame.resolved)
     }
-    format!("{}\n{}{}\n", table.render(), remaining(document), summary(document, seconds))
-}
 
-/// What still overlaps, frame by frame.
-fn remaining(document: &ResolvedDocument) -> String {
-    let symbol = document.unit.symbol();
-    let lines = document.frames.iter().flat_map(|frame| {
-        frame.remaining.iter().map(move |pair| {
-            format!(
-                "frame {}: {} and {}: {} {symbol} deep, {} crossing{}: {}\n",
-                frame.frame,
-                pair.a,
-                pair.b,
-                length(pair.depth, document.unit),
-                counted(pair.crossing_face_pairs, "face pair"),
-                if pair.at_first { "" } else { " (not at first)" },
-                pair.why
-            )
-        })
-    });
-    lines.collect()
-}
+    /// Writes one line per frame, the remaining pairs with their reasons, and a summary.
+    pub(crate) fn to_text(&self) -> String {
+        let mut text = self.table().to_text() + "\n";
+        for frame in &self.frames {
+            for RemainingRecord { a, b, text: pair, .. } in &frame.remaining {
+                text += &format!("frame {}: {a} × {b}: {pair}\n", frame.frame);
+            }
+        }
+        text + &self.summary()
+    }
 
-fn summary(document: &ResolvedDocument, seconds: &[f64]) -> String {
-    let frames = || document.frames.iter();
-    let deepest =
-        |of: fn(&ResolvedFrame) -> f64| length(frames().map(of).fold(0.0, f64::max), document.unit);
-    let unresolved = frames().filter(|frame| !frame.resolved).count();
-    let mut sorted = seconds.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let middle = sorted.get(sorted.len() / 2).copied().unwrap_or_default();
-    let slowest = sorted.last().copied().unwrap_or_default();
-    format!(
-        "{}, {} not resolved: deepest {} {symbol} before, {} {symbol} after; {:.2} s, at most {slowest:.2} s a frame, in the middle {middle:.2} s.",
-        counted(document.frames.len(), "frame"),
-        grouped(unresolved),
-        deepest(|frame| frame.before.deepest),
-        deepest(|frame| frame.after.deepest),
-        seconds.iter().sum::<f64>(),
-        symbol = document.unit.symbol(),
-    )
+    fn table(&self) -> Table {
+        let unit = self.unit.symbol();
+        let mut table = Table::new([
+            right("frame"),
+            right("time"),
+            right("overlaps"),
+            right(format!("deepest [{unit}]")),
+            right("remaining"),
+            right("new"),
+            right(format!("deepest [{unit}]")),
+            right(format!("max displacement [{unit}]")),
+            right("volume [%]"),
+            right("flipped faces"),
+            right("self-crossings"),
+            right("rounds"),
+            right("time [s]"),
+        ]);
+        for frame in &self.frames {
+            let [before, after] = frame.self_crossings;
+            table.row([
+                frame.frame.to_string(),
+                frame.time.map_or_else(dash, |time| format!("{time:.3}")),
+                grouped(frame.before.pairs),
+                length(frame.before.deepest, self.unit),
+                grouped(frame.after.pairs),
+                grouped(frame.new_pairs),
+                length(frame.after.deepest, self.unit),
+                length(frame.max_displacement, self.unit),
+                format!("{:.2}", 100.0 * frame.max_volume_change),
+                grouped(frame.flipped_faces),
+                format!("{before} -> {after}"),
+                grouped(frame.rounds),
+                format!("{:.2}", frame.seconds),
+            ]);
+        }
+        table
+    }
+
+    fn summary(&self) -> String {
+        let (mut before, mut after, mut unresolved) = (0.0_f64, 0.0_f64, 0);
+        let mut seconds = Vec::new();
+        for frame in &self.frames {
+            before = before.max(frame.before.deepest);
+            after = after.max(frame.after.deepest);
+            unresolved += usize::from(!frame.resolved);
+            seconds.push(frame.seconds);
+        }
+        seconds.sort_by(f64::total_cmp);
+        let median = seconds.get(seconds.len() / 2).copied().unwrap_or_default();
+        let max = seconds.last().copied().unwrap_or_default();
+        format!(
+            "{}, {} not resolved: deepest {} {unit} before, {} {unit} after; \
+             {:.2} s, per frame {median:.2} s in the median and {max:.2} s at most.\n",
+            counted(self.frames.len(), "frame"),
+            grouped(unresolved),
+            length(before, self.unit),
+            length(after, self.unit),
+            seconds.iter().sum::<f64>(),
+            unit = self.unit.symbol(),
+        )
+    }
 }

@@ -1,136 +1,135 @@
-//! The report that a terminal shows: defects of the meshes first, then pairs.
+//! Tables, as plain text and as HTML.
 
-use super::division;
-use super::document::{BodyRecord, Document, PairRecord};
-use super::text::{Align, TextTable, grouped, length, measure};
-
-/// The whole report but for the times, which no two runs share.
-pub(crate) fn table(document: &Document) -> String {
-    let mut text = headline(document);
-    text.push('\n');
-    text += &bodies(document);
-    let (overlapping, near): (Vec<_>, Vec<_>) =
-        document.pairs_by_depth().into_iter().partition(|pair| pair.overlaps);
-    if !overlapping.is_empty() {
-        text += "\nOverlapping\n";
-        text += &overlaps(&overlapping, document);
-    }
-    if !near.is_empty() {
-        let unit = document.unit.symbol();
-        text += &format!("\nNear, within {} {unit}\n", document.reach);
-        text += &gaps(&near, document);
-    }
-    if !document.divisions.is_empty() {
-        text += "\nDivided\n";
-        text += &division::table(&document.divisions, document.unit);
-    }
-    text += &notes("Not answered", &document.refusals());
-    text += &notes("Warnings", &document.warnings);
-    text += &format!("\n{}\n", document.summary());
-    text
+/// Column of a table.
+#[derive(Debug)]
+pub(super) struct Column {
+    /// Name, and the unit in square brackets where there is one.
+    title: String,
+    is_right: bool,
 }
 
-fn headline(document: &Document) -> String {
-    let total = |count: fn(&BodyRecord) -> usize| document.bodies.iter().map(count).sum();
-    let bodies = document.bodies.len();
-    format!(
-        "{} {}, {} vertices, {} faces; lengths in {}\n",
-        grouped(bodies),
-        if bodies == 1 { "body" } else { "bodies" },
-        grouped(total(|body| body.vertices)),
-        grouped(total(|body| body.faces)),
-        document.unit.symbol(),
-    )
+/// Returns a column whose entries are aligned to the left.
+pub(super) fn left(title: impl Into<String>) -> Column {
+    Column { title: title.into(), is_right: false }
 }
 
-fn bodies(document: &Document) -> String {
-    let unit = document.unit.symbol();
-    let mut table = TextTable::new(&[
-        ("BODY", Align::Left),
-        ("KIND", Align::Left),
-        ("VERTICES", Align::Right),
-        ("FACES", Align::Right),
-        (&format!("VOLUME {unit}^3"), Align::Right),
-        ("DEFECTS", Align::Left),
-    ]);
-    for body in &document.bodies {
-        let mut notes = body.notes().into_iter();
-        table.row(vec![
-            body.name.clone(),
-            body.kind_name().to_owned(),
-            grouped(body.vertices),
-            grouped(body.faces),
-            body.volume.map_or("-".to_owned(), measure),
-            notes.next().unwrap_or_else(|| "none".to_owned()),
-        ]);
-        for note in notes {
-            let mut row = vec![String::new(); 5];
-            row.push(note);
-            table.row(row);
+/// Returns a column whose entries are aligned to the right.
+pub(super) fn right(title: impl Into<String>) -> Column {
+    Column { title: title.into(), is_right: true }
+}
+
+/// Table of text; entries may have several lines.
+#[derive(Debug)]
+pub(super) struct Table {
+    columns: Vec<Column>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    pub(super) fn new(columns: impl IntoIterator<Item = Column>) -> Self {
+        Self { columns: columns.into_iter().collect(), rows: Vec::new() }
+    }
+
+    /// Adds a row with one entry per column.
+    pub(super) fn row(&mut self, entries: impl IntoIterator<Item = String>) {
+        self.rows.push(entries.into_iter().collect());
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Writes lines of equal columns, two spaces apart.
+    pub(super) fn to_text(&self) -> String {
+        // The lines of the table, a row of several lines being several of them.
+        let titles: Vec<String> = self.columns.iter().map(Column::text_title).collect();
+        let mut lines: Vec<Vec<&str>> = vec![titles.iter().map(String::as_str).collect()];
+        for row in &self.rows {
+            let height = row.iter().map(|entry| entry.lines().count()).max().unwrap_or(0);
+            for line in 0..height {
+                let parts = row.iter().map(|entry| entry.lines().nth(line).unwrap_or(""));
+                lines.push(parts.collect());
+            }
+        }
+
+        let mut widths = vec![0; self.columns.len()];
+        for line in &lines {
+            for (width, entry) in widths.iter_mut().zip(line) {
+                *width = (*width).max(entry.chars().count());
+            }
+        }
+
+        let mut text = String::new();
+        for line in &lines {
+            let mut padded = String::new();
+            for ((entry, column), width) in line.iter().zip(&self.columns).zip(&widths) {
+                padded += "  ";
+                padded += &if column.is_right {
+                    format!("{entry:>width$}")
+                } else {
+                    format!("{entry:<width$}")
+                };
+            }
+            text += padded.trim_end();
+            text.push('\n');
+        }
+        text
+    }
+
+    /// Writes a table element.
+    pub(super) fn to_html(&self) -> String {
+        let mut html = "<div class=\"scroll\"><table>\n<thead><tr>".to_owned();
+        for column in &self.columns {
+            html += &format!("<th>{}</th>", escaped(&column.title));
+        }
+        html += "</tr></thead>\n<tbody>\n";
+        for row in &self.rows {
+            html += "<tr>";
+            for (entry, column) in row.iter().zip(&self.columns) {
+                let class = if column.is_right { " class=\"number\"" } else { "" };
+                html += &format!("<td{class}>{}</td>", escaped(entry).replace('\n', "<br>"));
+            }
+            html += "</tr>\n";
+        }
+        html + "</tbody>\n</table></div>\n"
+    }
+}
+
+impl Column {
+    /// Returns the title in capitals, but for the unit.
+    fn text_title(&self) -> String {
+        match self.title.split_once('[') {
+            Some((name, unit)) => format!("{}[{unit}", name.to_uppercase()),
+            None => self.title.to_uppercase(),
         }
     }
-    table.render()
 }
 
-fn overlaps(pairs: &[&PairRecord], document: &Document) -> String {
-    let unit = document.unit.symbol();
-    let mut table = TextTable::new(&[
-        (&format!("DEPTH {unit}"), Align::Right),
-        ("A", Align::Left),
-        ("B", Align::Left),
-        ("A IN B", Align::Right),
-        ("B IN A", Align::Right),
-        ("CROSSINGS", Align::Right),
-        (&format!("AREA {unit}^2"), Align::Right),
-        ("PATCHES", Align::Right),
-    ]);
-    for pair in pairs {
-        let [a_in_b, b_in_a] = pair.inside();
-        table.row(vec![
-            pair.depth_text(document.unit),
-            pair.a.clone(),
-            pair.b.clone(),
-            a_in_b,
-            b_in_a,
-            grouped(pair.crossing_face_pairs),
-            measure(pair.contact_area()),
-            grouped(pair.patches.len()),
-        ]);
-    }
-    let mut text = table.render();
-    if pairs.iter().any(|pair| pair.max_depth <= 0.0) {
-        text += "  (edges: faces cross, but no vertex is inside)\n";
-    }
-    text
+/// Escapes the characters of HTML's markup.
+pub(super) fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-fn gaps(pairs: &[&PairRecord], document: &Document) -> String {
-    let unit = document.unit.symbol();
-    let mut table = TextTable::new(&[
-        (&format!("DISTANCE {unit}"), Align::Right),
-        ("A", Align::Left),
-        ("B", Align::Left),
-        ("OF A VERTEX", Align::Right),
-        (&format!("AREA {unit}^2"), Align::Right),
-        ("PATCHES", Align::Right),
-    ]);
-    let or_dash = |gap: Option<f64>| gap.map_or("-".to_owned(), |gap| length(gap, document.unit));
-    for pair in pairs {
-        table.row(vec![
-            or_dash(pair.distance),
-            pair.a.clone(),
-            pair.b.clone(),
-            or_dash(pair.min_gap),
-            measure(pair.contact_area()),
-            grouped(pair.patches.len()),
-        ]);
-    }
-    table.render()
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-fn notes(title: &str, notes: &[String]) -> String {
-    if notes.is_empty() {
-        return String::new();
+    fn table() -> Table {
+        let mut table = Table::new([left("name"), right("n [mm]")]);
+        table.row(["femur × ü", "1"].map(str::to_owned));
+        table.row(["x\n<y>", "100"].map(str::to_owned));
+        table
     }
-    format!("\n{title}\n  {}\n", notes.join("\n  "))
+
+    #[test]
+    fn columns_are_as_wide_as_their_widest_entry() {
+        let expected = "  NAME       N [mm]\n  femur × ü       1\n  x             100\n  <y>\n";
+        assert_eq!(table().to_text(), expected);
+    }
+
+    #[test]
+    fn markup_is_escaped() {
+        let html = table().to_html();
+        assert!(html.contains("<td>x<br>&lt;y&gt;</td><td class=\"number\">100</td>"), "{html}");
+    }
 }

@@ -1,10 +1,25 @@
-//! What is to be checked: bodies, their files and kinds, pairs to leave out,
-//! unit and reach. It comes from a scene file or from the command line.
+//! Scenes before their meshes are read: bodies with their files and kinds, ignored pairs,
+//! unit and margin, from a scene file or from the command line.
+//!
+//! ```toml
+//! unit = "mm"             # of every length here and in the meshes; default "mm"
+//! margin = 1.0            # largest distance of a near pair; default: the mean edge length
+//!
+//! motion = "walk.json"    # for the commands `motion` and `plan`; default none
+//!
+//! [[body]]
+//! name = "femur"          # default: the file's name without extension
+//! file = "femur.ply"      # relative to the folder of the scene file
+//! kind = "rigid"          # or "open" (a sheet), or "deformable", the default
+//!
+//! [[ignore]]              # pair that overlaps on purpose
+//! a = "femur"
+//! b = "cartilage"
+//! ```
 
 mod error;
-mod file;
-mod size;
 mod unit;
+mod unit_check;
 
 #[cfg(test)]
 mod tests;
@@ -12,108 +27,154 @@ mod tests;
 use std::path::{Path, PathBuf};
 
 use musculo_collide::BodyKind;
+use serde::Deserialize;
 
-pub(crate) use self::error::SceneError;
-pub(crate) use self::file::parse;
-pub(crate) use self::size::{Bounds, unit_warnings};
+pub(crate) use self::error::SceneProblem;
 pub(crate) use self::unit::Unit;
+pub(crate) use self::unit_check::unit_warnings;
+use crate::failure::Failure;
 
-/// A body before its file is read.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Body {
+/// Scene before its meshes are read.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SceneDescription {
+    #[serde(default)]
+    pub(crate) unit: Unit,
+    /// Largest distance of a near pair, in `unit`.
+    pub(crate) margin: Option<f64>,
+    /// Motion file, relative to the working directory.
+    pub(crate) motion: Option<PathBuf>,
+    #[serde(default, rename = "body")]
+    pub(crate) bodies: Vec<BodyDescription>,
+    #[serde(default, rename = "ignore")]
+    pub(crate) ignored: Vec<IgnoredPair>,
+}
+
+/// Body before its mesh is read.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct BodyDescription {
+    #[serde(default)]
     pub(crate) name: String,
-    /// The file as the scene or the command line names it.
+    /// File as the scene or the command line has it.
     pub(crate) file: String,
-    /// The same, from the working directory.
+    /// The same file, relative to the working directory.
+    #[serde(skip)]
     pub(crate) path: PathBuf,
+    #[serde(default = "deformable")]
     pub(crate) kind: BodyKind,
 }
 
-/// A scene before its files are read.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Scene {
-    pub(crate) unit: Unit,
-    /// How far apart surfaces still count as near, in `unit`.
-    pub(crate) reach: f64,
-    /// How the bodies move, from the working directory.
-    pub(crate) motion: Option<PathBuf>,
-    pub(crate) bodies: Vec<Body>,
-    /// Pairs to leave out, by position in `bodies`.
-    pub(crate) ignored: Vec<[usize; 2]>,
+/// Names of two bodies that overlap on purpose.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct IgnoredPair {
+    pub(crate) a: String,
+    pub(crate) b: String,
 }
 
-/// Reach where none is given: a millimetre, a few edges of a fine mesh, in
-/// which near surfaces of adjoining tissues lie.
-const DEFAULT_REACH_MM: f64 = 1.0;
+fn deformable() -> BodyKind {
+    BodyKind::Deformable
+}
 
-impl Scene {
-    /// From one scene file or any number of mesh files.
-    pub(crate) fn from_inputs(inputs: &[PathBuf]) -> Result<Self, SceneError> {
-        match inputs {
-            [path] if is_scene_file(path) => file::read(path),
-            paths => match paths.iter().find(|path| is_scene_file(path)) {
-                Some(path) => Err(SceneError::SceneAmongOthers { path: path.clone() }),
-                None => Self::of_files(paths),
-            },
+impl SceneDescription {
+    /// Describes a scene by one scene file or by any number of mesh files.
+    pub(crate) fn from_inputs(inputs: &[PathBuf]) -> Result<Self, Failure> {
+        if let [path] = inputs
+            && is_scene_file(path)
+        {
+            return Self::read(path).map_err(|problem| Failure::in_file(path, problem));
         }
-    }
+        if let Some(path) = inputs.iter().find(|path| is_scene_file(path)) {
+            return Err(SceneProblem::SceneAmongOthers(path.clone()).into());
+        }
 
-    fn of_files(paths: &[PathBuf]) -> Result<Self, SceneError> {
-        let body = |path: &PathBuf| Body {
-            name: stem(path),
-            file: path.display().to_string(),
-            path: path.clone(),
-            kind: BodyKind::Deformable,
-        };
-        let unit = Unit::default();
-        let scene = Self {
-            unit,
-            reach: unit.of_millimetres(DEFAULT_REACH_MM),
-            motion: None,
-            bodies: paths.iter().map(body).collect(),
-            ignored: Vec::new(),
-        };
+        let mut scene = Self::default();
+        for path in inputs {
+            let (file, kind) = (path.display().to_string(), BodyKind::Deformable);
+            scene.bodies.push(BodyDescription { name: stem(path), file, path: path.clone(), kind });
+        }
         scene.check_names()?;
         Ok(scene)
     }
 
-    /// Makes the named bodies rigid, whatever they were.
-    pub(crate) fn set_rigid(&mut self, names: &[String]) -> Result<(), SceneError> {
+    fn read(path: &Path) -> Result<Self, SceneProblem> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Self::parse(&std::fs::read_to_string(path)?, folder)
+    }
+
+    /// Parses a scene file in a folder; the meshes are not read.
+    pub(crate) fn parse(text: &str, folder: &Path) -> Result<Self, SceneProblem> {
+        let mut scene: Self = toml::from_str(text)
+            .map_err(|error| SceneProblem::Syntax(error.to_string().trim_end().to_owned()))?;
+        if scene.bodies.is_empty() {
+            return Err(SceneProblem::NoBodies);
+        }
+
+        // Paths and names that the file leaves out.
+        scene.motion = scene.motion.map(|motion| folder.join(motion));
+        for body in &mut scene.bodies {
+            body.path = folder.join(&body.file);
+            if body.name.is_empty() {
+                body.name = stem(&body.path);
+            }
+        }
+
+        scene.check_names()?;
+        scene.check_margin()?;
+        for IgnoredPair { a, b } in &scene.ignored {
+            if scene.index_of(a)? == scene.index_of(b)? {
+                return Err(SceneProblem::IgnoredWithItself(a.clone()));
+            }
+        }
+        Ok(scene)
+    }
+
+    /// Makes the named bodies rigid.
+    pub(crate) fn set_rigid(&mut self, names: &[String]) -> Result<(), SceneProblem> {
         for name in names {
-            let body = self.position(name, "--rigid")?;
+            let body = self.index_of(name)?;
             self.bodies[body].kind = BodyKind::Rigid;
         }
         Ok(())
     }
 
-    /// Replaces the reach.
-    pub(crate) fn set_reach(&mut self, reach: f64) -> Result<(), SceneError> {
-        if !reach.is_finite() || reach < 0.0 {
-            return Err(SceneError::Reach { reach });
-        }
-        self.reach = reach;
-        Ok(())
+    /// Replaces the margin, if a new one is given.
+    pub(crate) fn set_margin(&mut self, margin: Option<f64>) -> Result<(), SceneProblem> {
+        self.margin = margin.or(self.margin);
+        self.check_margin()
     }
 
-    fn position(&self, name: &str, place: &'static str) -> Result<usize, SceneError> {
+    /// Returns the number of a body.
+    pub(crate) fn index_of(&self, name: &str) -> Result<usize, SceneProblem> {
         self.bodies.iter().position(|body| body.name == name).ok_or_else(|| {
             let known: Vec<&str> = self.bodies.iter().map(|body| body.name.as_str()).collect();
-            SceneError::NoSuchBody { place, name: name.to_owned(), known: known.join(", ") }
+            SceneProblem::NoSuchBody { name: name.to_owned(), known: known.join(", ") }
         })
     }
 
-    fn check_names(&self) -> Result<(), SceneError> {
-        for (number, body) in self.bodies.iter().enumerate() {
-            let is_file_name = |c: char| !matches!(c, '/' | '\\') && !c.is_control();
-            if body.name.is_empty() || !body.name.chars().all(is_file_name) {
-                return Err(SceneError::Name { name: body.name.clone(), file: body.file.clone() });
+    fn check_margin(&self) -> Result<(), SceneProblem> {
+        match self.margin {
+            Some(margin) if !(margin.is_finite() && margin >= 0.0) => {
+                Err(SceneProblem::Margin(margin))
             }
-            if let Some(first) = self.bodies[..number].iter().find(|other| other.name == body.name)
-            {
-                return Err(SceneError::SameName {
-                    name: body.name.clone(),
-                    first: first.file.clone(),
-                    second: body.file.clone(),
+            _ => Ok(()),
+        }
+    }
+
+    /// Checks that names differ and can name output files.
+    fn check_names(&self) -> Result<(), SceneProblem> {
+        let is_in_file_name = |c: char| !matches!(c, '/' | '\\') && !c.is_control();
+        for (number, BodyDescription { name, file, .. }) in self.bodies.iter().enumerate() {
+            if name.is_empty() || !name.chars().all(is_in_file_name) {
+                return Err(SceneProblem::BadName { name: name.clone(), file: file.clone() });
+            }
+            let first = self.bodies[..number].iter().find(|other| other.name == *name);
+            if let Some(BodyDescription { file: first, .. }) = first {
+                return Err(SceneProblem::SameName {
+                    name: name.clone(),
+                    first: first.clone(),
+                    second: file.clone(),
                 });
             }
         }

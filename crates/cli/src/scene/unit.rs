@@ -1,53 +1,42 @@
-//! Units of length. Nothing is converted: the unit only names the numbers.
+//! Units of length, as names only: nothing is converted.
 
 use serde::{Deserialize, Serialize};
 
-/// The one unit of a scene's lengths.
+/// Unit of all lengths of a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub(crate) enum Unit {
     #[serde(rename = "um")]
-    Micrometre,
+    Micrometer,
     #[default]
     #[serde(rename = "mm")]
-    Millimetre,
+    Millimeter,
     #[serde(rename = "cm")]
-    Centimetre,
+    Centimeter,
     #[serde(rename = "m")]
-    Metre,
+    Meter,
     #[serde(rename = "in")]
     Inch,
 }
 
 impl Unit {
-    /// As scene files, tables and reports write it.
+    /// Returns the symbol in scene files, tables and reports.
     pub(crate) fn symbol(self) -> &'static str {
         match self {
-            Self::Micrometre => "um",
-            Self::Millimetre => "mm",
-            Self::Centimetre => "cm",
-            Self::Metre => "m",
+            Self::Micrometer => "um",
+            Self::Millimeter => "mm",
+            Self::Centimeter => "cm",
+            Self::Meter => "m",
             Self::Inch => "in",
         }
     }
 
-    /// Decimals that show a length to about a micrometre.
+    /// Returns the number of decimals that shows a length to about a micrometer.
     pub(crate) fn decimals(self) -> usize {
         match self {
-            Self::Micrometre => 1,
-            Self::Millimetre => 3,
-            Self::Centimetre | Self::Inch => 4,
-            Self::Metre => 6,
-        }
-    }
-
-    /// A length given in millimetres.
-    pub(crate) fn of_millimetres(self, length: f64) -> f64 {
-        match self {
-            Self::Micrometre => length * 1000.0,
-            Self::Millimetre => length,
-            Self::Centimetre => length / 10.0,
-            Self::Metre => length / 1000.0,
-            Self::Inch => length / 25.4,
+            Self::Micrometer => 1,
+            Self::Millimeter => 3,
+            Self::Centimeter | Self::Inch => 4,
+            Self::Meter => 6,
         }
     }
 }

@@ -52,31 +52,28 @@ impl<'a> DataArray<'a> {
         }
         let bytes = self.bytes()?;
         match self.number_type() {
-            "Float32" => Ok(self.decode(&bytes, |b| f32::from_le_bytes(b).into())),
+            "Float32" => Ok(widened(self.decode(&bytes, f32::from_le_bytes))),
             "Float64" => Ok(self.decode(&bytes, f64::from_le_bytes)),
             other => Err(self.malformed(format!("coordinates of type '{other}'"))),
         }
     }
 
     /// Returns the numbers of an array of indices or of steps.
+    ///
+    /// An index beyond the range of `i64` becomes a negative one: both are no vertex.
     pub(super) fn integers(&self) -> Result<Vec<i64>, ReadError> {
         if self.encoding() == "ascii" {
             return self.ascii();
         }
         let bytes = self.bytes()?;
         match self.number_type() {
-            "Int8" => Ok(self.decode(&bytes, |b| i8::from_le_bytes(b).into())),
-            "UInt8" => Ok(self.decode(&bytes, |b| u8::from_le_bytes(b).into())),
-            "Int16" => Ok(self.decode(&bytes, |b| i16::from_le_bytes(b).into())),
-            "UInt16" => Ok(self.decode(&bytes, |b| u16::from_le_bytes(b).into())),
-            "Int32" => Ok(self.decode(&bytes, |b| i32::from_le_bytes(b).into())),
-            "UInt32" => Ok(self.decode(&bytes, |b| u32::from_le_bytes(b).into())),
-            "Int64" => Ok(self.decode(&bytes, i64::from_le_bytes)),
-            // An index past the range of i64 stays one that no vertex has.
-            "UInt64" => {
-                Ok(self
-                    .decode(&bytes, |b| i64::try_from(u64::from_le_bytes(b)).unwrap_or(i64::MAX)))
-            }
+            "Int8" => Ok(widened(self.decode(&bytes, i8::from_le_bytes))),
+            "UInt8" => Ok(widened(self.decode(&bytes, u8::from_le_bytes))),
+            "Int16" => Ok(widened(self.decode(&bytes, i16::from_le_bytes))),
+            "UInt16" => Ok(widened(self.decode(&bytes, u16::from_le_bytes))),
+            "Int32" => Ok(widened(self.decode(&bytes, i32::from_le_bytes))),
+            "UInt32" => Ok(widened(self.decode(&bytes, u32::from_le_bytes))),
+            "Int64" | "UInt64" => Ok(self.decode(&bytes, i64::from_le_bytes)),
             other => Err(self.malformed(format!("indices of type '{other}'"))),
         }
     }
@@ -84,9 +81,10 @@ impl<'a> DataArray<'a> {
     fn ascii<T: FromStr>(&self) -> Result<Vec<T>, ReadError> {
         let mut numbers = Vec::new();
         for word in words(&self.element.text) {
-            let number = number(word).ok_or_else(|| {
-                self.malformed(format!("'{}' is not a number here", String::from_utf8_lossy(word)))
-            })?;
+            let Some(number) = number(word) else {
+                let word = String::from_utf8_lossy(word);
+                return Err(self.malformed(format!("'{word}' is not a number here")));
+            };
             numbers.push(number);
         }
         Ok(numbers)
@@ -129,12 +127,13 @@ impl<'a> DataArray<'a> {
                     Appended::Base64(bytes) => (bytes, true),
                 };
                 let offset = self.offset()?;
-                let rest = bytes.get(offset..).ok_or_else(|| {
-                    self.malformed(format!("its offset {offset} is behind the end of the file"))
-                })?;
+                let Some(rest) = bytes.get(offset..) else {
+                    let problem = format!("its offset {offset} is behind the end of the file");
+                    return Err(self.malformed(problem));
+                };
                 Ok(Source { bytes: Cow::Borrowed(rest), is_base64 })
             }
-            ("appended", None) => Err(self.malformed("its appended data are missing".to_owned())),
+            ("appended", None) => Err(self.malformed("its appended data are missing")),
             (other, _) => Err(self.malformed(format!("the format '{other}' is unknown"))),
         }
     }
@@ -164,6 +163,7 @@ impl<'a> DataArray<'a> {
 
         let total = sizes.iter().fold(header, |sum, size| sum.saturating_add(*size));
         let bytes = self.first(source, total)?;
+        // Each block by itself, as large as the header says and no larger.
         let (mut inflated, mut at) = (Vec::new(), header);
         for (block, size) in sizes.iter().enumerate() {
             let is_short = block + 1 == blocks && last_size > 0;
@@ -180,11 +180,11 @@ impl<'a> DataArray<'a> {
         expected: usize,
         inflated: &mut Vec<u8>,
     ) -> Result<(), ReadError> {
+        // One byte more than expected shows that a block is too long.
         let before = inflated.len();
         let limit = u64::try_from(expected).unwrap_or(u64::MAX).saturating_add(1);
-        ZlibDecoder::new(block)
-            .take(limit)
-            .read_to_end(inflated)
+        let result = ZlibDecoder::new(block).take(limit).read_to_end(inflated);
+        result
             .map_err(|error| self.malformed(format!("a compressed block is damaged: {error}")))?;
         if inflated.len() - before == expected {
             return Ok(());
@@ -203,13 +203,12 @@ impl<'a> DataArray<'a> {
     ///
     /// An integer beyond any memory becomes the largest one; then bytes are missing.
     fn integer(&self, bytes: &[u8]) -> usize {
-        let join = |value: u64, byte: &u8| value << 8 | u64::from(*byte);
-        let value = if self.file.is_big_endian {
-            bytes.iter().fold(0, join)
-        } else {
-            bytes.iter().rev().fold(0, join)
-        };
-        usize::try_from(value).unwrap_or(usize::MAX)
+        let mut digits = [0; 8];
+        digits[..bytes.len()].copy_from_slice(bytes);
+        if self.file.is_big_endian {
+            digits[..bytes.len()].reverse();
+        }
+        usize::try_from(u64::from_le_bytes(digits)).unwrap_or(usize::MAX)
     }
 
     /// Returns the first `count` bytes of the source, decoded.
@@ -222,9 +221,13 @@ impl<'a> DataArray<'a> {
         Ok(bytes)
     }
 
-    pub(super) fn malformed(&self, problem: String) -> ReadError {
+    pub(super) fn malformed(&self, problem: impl Into<String>) -> ReadError {
         self.file.dialect.malformed(FilePlace::Array(self.name().to_owned()), problem)
     }
+}
+
+fn widened<T: Into<W>, W>(numbers: Vec<T>) -> Vec<W> {
+    numbers.into_iter().map(Into::into).collect()
 }
 
 /// Bytes of an array, which may continue into those of the next array.

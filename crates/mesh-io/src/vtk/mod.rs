@@ -30,13 +30,18 @@ struct Dialect {
 }
 
 impl Dialect {
-    fn malformed(&self, place: FilePlace, problem: String) -> ReadError {
-        ReadError::Malformed { format: self.format, place, problem }
+    fn malformed(&self, place: FilePlace, problem: impl Into<String>) -> ReadError {
+        ReadError::malformed(self.format, place, problem)
     }
 
     /// Returns a refusal at the place of an element.
-    fn malformed_at(&self, element: &Element, problem: String) -> ReadError {
+    fn malformed_at(&self, element: &Element, problem: impl Into<String>) -> ReadError {
         self.malformed(FilePlace::Byte(element.at), problem)
+    }
+
+    /// Returns a refusal for an element or an array that is absent.
+    fn missing(&self, place: FilePlace) -> ReadError {
+        self.malformed(place, "is missing")
     }
 
     fn unsupported(&self, feature: String) -> ReadError {
@@ -70,15 +75,17 @@ impl<'a> VtkFile<'a> {
         let mut document = Element::parse(xml, appended.is_some())
             .map_err(|error| dialect.malformed(FilePlace::Byte(error.at), error.problem))?;
 
-        let missing = |name: &str| {
-            dialect.malformed(FilePlace::Element(name.to_owned()), "is missing".to_owned())
+        let element = |name: &str| FilePlace::Element(name.to_owned());
+        let Some(mut root) = document.take("VTKFile") else {
+            return Err(dialect.missing(element("VTKFile")));
         };
-        let mut root = document.take("VTKFile").ok_or_else(|| missing("VTKFile"))?;
         let kind = root.attribute("type").unwrap_or_default();
         if kind != dialect.dataset {
             return Err(dialect.unsupported(format!("data of type '{kind}'")));
         }
-        let dataset = root.take(dialect.dataset).ok_or_else(|| missing(dialect.dataset))?;
+        let Some(dataset) = root.take(dialect.dataset) else {
+            return Err(dialect.missing(element(dialect.dataset)));
+        };
 
         // Attributes that are left out have VTK's defaults.
         let compressor = root.attribute("compressor").filter(|name| !name.is_empty());
@@ -93,28 +100,30 @@ impl<'a> VtkFile<'a> {
     }
 }
 
-const APPENDED: &[u8] = b"<AppendedData";
-
 /// Splits a file at its appended data, which follow an underscore.
 fn cut_appended<'a>(
     bytes: &'a [u8],
     dialect: &Dialect,
 ) -> Result<(&'a [u8], Option<Appended<'a>>), ReadError> {
-    let Some(at) = bytes.windows(APPENDED.len()).position(|window| window == APPENDED) else {
+    let Some(at) = find(bytes, b"<AppendedData") else {
         return Ok((bytes, None));
     };
     let (xml, rest) = bytes.split_at(at);
 
-    let tag_end = rest.iter().position(|&byte| byte == b'>');
-    let (tag, behind) = rest.split_at(tag_end.unwrap_or(rest.len()));
-    let Some(underscore) = behind.iter().position(|&byte| byte == b'_') else {
+    // The tag ends at its bracket, the data begin behind the next underscore.
+    let (tag, behind) = rest.split_at(find(rest, b">").unwrap_or(rest.len()));
+    let Some(underscore) = find(behind, b"_") else {
         let place = FilePlace::Element("AppendedData".to_owned());
-        return Err(dialect.malformed(place, "the file ends in the tag".to_owned()));
+        return Err(dialect.malformed(place, "the file ends in the tag"));
     };
     let data = &behind[underscore + 1..];
-    if tag.windows(3).any(|window| window == b"raw") {
+    if find(tag, b"raw").is_some() {
         return Ok((xml, Some(Appended::Raw(data))));
     }
-    let end = data.iter().position(|&byte| byte == b'<').unwrap_or(data.len());
+    let end = find(data, b"<").unwrap_or(data.len());
     Ok((xml, Some(Appended::Base64(&data[..end]))))
+}
+
+fn find(bytes: &[u8], pattern: &[u8]) -> Option<usize> {
+    bytes.windows(pattern.len()).position(|window| window == pattern)
 }

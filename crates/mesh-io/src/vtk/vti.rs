@@ -13,7 +13,7 @@ use super::array::DataArray;
 use super::xml::Element;
 use super::{Dialect, VtkFile};
 use crate::ReadError;
-use crate::field::{StoredValues, common_value, node_count, single};
+use crate::stored_values::{StoredValues, common_value, node_count, single};
 use crate::text::numbers;
 
 const VTI: Dialect = Dialect {
@@ -98,8 +98,9 @@ pub(crate) fn parse_vti(bytes: &[u8]) -> Result<DistanceField, ReadError> {
     let origin = DVec3::from_array(numbers_of(image, "Origin", [0.0; 3])?);
     let spacings = numbers_of(image, "Spacing", [1.0; 3])?;
     let [x, y, z] = spacings;
-    let spacing = common_value(spacings)
-        .ok_or_else(|| VTI.unsupported(format!("a grid of spacings {x} {y} {z}")))?;
+    let Some(spacing) = common_value(spacings) else {
+        return Err(VTI.unsupported(format!("a grid of spacings {x} {y} {z}")));
+    };
     let direction = numbers_of(image, "Direction", IDENTITY)?;
     if direction.map(f64::to_bits) != IDENTITY.map(f64::to_bits) {
         return Err(VTI.unsupported(format!("a grid along {direction:?}")));
@@ -117,9 +118,9 @@ pub(crate) fn parse_vti(bytes: &[u8]) -> Result<DistanceField, ReadError> {
 /// Returns the piece of a grid that is not divided.
 fn only_piece(image: &Element, dims: [usize; 3]) -> Result<&Element, ReadError> {
     let mut pieces = image.children("Piece");
-    let piece = pieces
-        .next()
-        .ok_or_else(|| VTI.malformed_at(image, "the image data have no piece".to_owned()))?;
+    let Some(piece) = pieces.next() else {
+        return Err(VTI.malformed_at(image, "the image data have no piece"));
+    };
     if pieces.next().is_some() {
         return Err(VTI.unsupported("a grid in several pieces".to_owned()));
     }
@@ -143,7 +144,7 @@ fn read_values(
     }
 
     let steps: Result<Vec<i16>, _> = array.integers()?.into_iter().map(i16::try_from).collect();
-    let steps = steps.map_err(|_| array.malformed("a step is beyond 16 bits".to_owned()))?;
+    let steps = steps.map_err(|_| array.malformed("a step is beyond 16 bits"))?;
     check_count(2, dims, steps.len())?;
     let Some(length) = field_array(file, STEP) else {
         let problem = format!("values of 16 bits need an array '{STEP}' in the field data");
@@ -166,16 +167,22 @@ fn check_count(width: usize, dims: [usize; 3], found: usize) -> Result<(), ReadE
 /// Returns the array of distances at the points of a piece: by its name, or else the
 /// active one, or else the only one.
 fn array_of_distances(piece: &Element) -> Result<&Element, ReadError> {
-    let missing = |count: usize| {
-        let problem = format!("none of {count} arrays at its points is '{DISTANCES}' or active");
-        VTI.malformed_at(piece, problem)
+    let Some(points) = piece.child("PointData") else {
+        return Err(VTI.malformed_at(piece, "there are no values at its points"));
     };
-    let points = piece.child("PointData").ok_or_else(|| missing(0))?;
+    let active = points.attribute("Scalars").unwrap_or_default();
+    let known = [DISTANCES, STEPS, active].map(|name| points.array(name));
+    if let Some(array) = known.into_iter().flatten().next() {
+        return Ok(array);
+    }
+
     let arrays: Vec<&Element> = points.children("DataArray").collect();
-    let only = if let [only] = arrays[..] { Some(only) } else { None };
-    let active = points.attribute("Scalars").and_then(|name| points.array(name));
-    let named = points.array(DISTANCES).or_else(|| points.array(STEPS));
-    named.or(active).or(only).ok_or_else(|| missing(arrays.len()))
+    let [only] = arrays[..] else {
+        let count = arrays.len();
+        let problem = format!("none of {count} arrays at its points is '{DISTANCES}' or active");
+        return Err(VTI.malformed_at(points, problem));
+    };
+    Ok(only)
 }
 
 /// Reads the kind of node values, interpolating where the file does not say.
@@ -209,8 +216,11 @@ struct Extent([i32; 6]);
 impl Extent {
     fn of(element: &Element, name: &str) -> Result<Self, ReadError> {
         let text = element.attribute(name).unwrap_or_default();
-        let problem = || format!("{name}=\"{text}\" is not the extent of a grid");
-        numbers(text).map(Self).ok_or_else(|| VTI.malformed_at(element, problem()))
+        let Some(extent) = numbers(text) else {
+            let problem = format!("{name}=\"{text}\" is not the extent of a grid");
+            return Err(VTI.malformed_at(element, problem));
+        };
+        Ok(Self(extent))
     }
 
     fn first(self) -> DVec3 {
@@ -220,11 +230,8 @@ impl Extent {
 
     /// Returns the number of nodes along each axis, 0 where the extent is reversed.
     fn dims(self) -> [usize; 3] {
-        let length = |axis: usize| {
-            let [first, last] = [self.0[2 * axis], self.0[2 * axis + 1]].map(i64::from);
-            usize::try_from(last - first + 1).unwrap_or(0)
-        };
-        [0, 1, 2].map(length)
+        let [x0, x1, y0, y1, z0, z1] = self.0.map(i64::from);
+        [x1 - x0, y1 - y0, z1 - z0].map(|steps| usize::try_from(steps + 1).unwrap_or(0))
     }
 }
 
@@ -237,6 +244,8 @@ fn numbers_of<const N: usize, T: FromStr>(
     let Some(text) = element.attribute(name) else {
         return Ok(default);
     };
-    numbers(text)
-        .ok_or_else(|| VTI.malformed_at(element, format!("{name}=\"{text}\" is not {N} numbers")))
+    match numbers(text) {
+        Some(numbers) => Ok(numbers),
+        None => Err(VTI.malformed_at(element, format!("{name}=\"{text}\" is not {N} numbers"))),
+    }
 }

@@ -36,8 +36,10 @@ fn read_points(
     if count == 0 {
         return Ok(());
     }
-    let array = piece.child("Points").and_then(|points| points.child("DataArray"));
-    let coordinates = needed(file, array, "Points")?.floats()?;
+    let Some(array) = piece.child("Points").and_then(|points| points.child("DataArray")) else {
+        return Err(VTP.missing(FilePlace::Array("Points".to_owned())));
+    };
+    let coordinates = DataArray::new(file, array).floats()?;
 
     let (points, rest) = coordinates.as_chunks::<3>();
     if points.len() != count || !rest.is_empty() {
@@ -64,28 +66,25 @@ fn read_polygons(
     if count == 0 {
         return Ok(());
     }
-    let array = |name: &'static str| {
-        needed(file, piece.child("Polys").and_then(|polygons| polygons.array(name)), name)
-    };
-    let corners = array("connectivity")?.integers()?;
-    let ends = array("offsets")?.integers()?;
-    let malformed =
-        |problem: String| VTP.malformed(FilePlace::Element("Polys".to_owned()), problem);
+    // Polygons one after the other, and where each ends.
+    let section = piece.child("Polys");
+    let corners = needed(file, section, "connectivity")?.integers()?;
+    let ends = needed(file, section, "offsets")?.integers()?;
+    let malformed = |problem| VTP.malformed(FilePlace::Element("Polys".to_owned()), problem);
     if ends.len() != count {
         return Err(malformed(format!("{count} polygons, but {} offsets", ends.len())));
     }
 
     let mut start = 0;
     for (polygon, &end) in ends.iter().enumerate() {
-        let end = usize::try_from(end).ok().filter(|end| (start..=corners.len()).contains(end));
-        let Some(end) = end else {
+        let end = usize::try_from(end).unwrap_or(usize::MAX);
+        let Some(range) = corners.get(start..end) else {
             let problem = format!("offset {polygon} does not lie within the connectivity");
             return Err(malformed(problem));
         };
         // A negative index must stay wrong, however many points precede.
-        let shifted =
-            |&corner: &i64| if corner < 0 { corner } else { corner.saturating_add(first) };
-        polygons.push(corners[start..end].iter().map(shifted));
+        let shift = |&corner: &i64| if corner < 0 { corner } else { corner.saturating_add(first) };
+        polygons.push(range.iter().map(shift));
         start = end;
     }
     Ok(())
@@ -94,17 +93,20 @@ fn read_polygons(
 /// Returns a count among the attributes of a piece, 0 where it is left out.
 fn count(piece: &Element, name: &str) -> Result<usize, ReadError> {
     let text = piece.attribute(name).unwrap_or("0");
-    text.trim()
-        .parse()
-        .map_err(|_| VTP.malformed_at(piece, format!("{name}=\"{text}\" is not a count")))
+    match text.trim().parse() {
+        Ok(count) => Ok(count),
+        Err(_) => Err(VTP.malformed_at(piece, format!("{name}=\"{text}\" is not a count"))),
+    }
 }
 
+/// Returns the array of a name in a section of a piece.
 fn needed<'a>(
     file: &'a VtkFile<'a>,
-    array: Option<&'a Element>,
+    section: Option<&'a Element>,
     name: &str,
 ) -> Result<DataArray<'a>, ReadError> {
-    let array = array
-        .ok_or_else(|| VTP.malformed(FilePlace::Array(name.to_owned()), "is missing".to_owned()))?;
-    Ok(DataArray::new(file, array))
+    match section.and_then(|section| section.array(name)) {
+        Some(array) => Ok(DataArray::new(file, array)),
+        None => Err(VTP.missing(FilePlace::Array(name.to_owned()))),
+    }
 }

@@ -24,6 +24,7 @@ pub fn write_vtp(positions: &[DVec3], faces: &[[u32; 3]], values: &[PointValues<
     let point_data: String = values.iter().map(PointValues::array).collect();
     let points = PointValues::Vectors("Points", positions).array();
 
+    // Corners one after the other, and the number of corners up to the end of each face.
     let corners = faces.iter().flatten().map(|corner| corner.to_le_bytes());
     let connectivity = array("UInt32", "connectivity", 1, corners);
     let ends = (1_u32..).zip(faces).map(|(face, _)| (3 * face).to_le_bytes());

@@ -21,6 +21,12 @@ pub(super) struct XmlError {
     pub(super) problem: String,
 }
 
+impl XmlError {
+    fn new(at: u64, problem: &impl ToString) -> Self {
+        Self { at, problem: problem.to_string() }
+    }
+}
+
 /// Maximum depth of elements. VTK files need six; deeper trees would take a deep stack.
 const MAX_DEPTH: usize = 32;
 
@@ -28,12 +34,12 @@ impl Element {
     /// Parses a document into an element without a name, whose children are the elements
     /// at the top. With `is_cut`, elements may stay open at the end.
     pub(super) fn parse(xml: &[u8], is_cut: bool) -> Result<Self, XmlError> {
+        // The open elements, from the document inwards.
         let mut reader = Reader::from_reader(xml);
         let mut open = vec![Self::default()];
         loop {
             let at = reader.buffer_position();
-            let event = reader.read_event();
-            match event.map_err(|error| XmlError { at, problem: error.to_string() })? {
+            match reader.read_event().map_err(|error| XmlError::new(at, &error))? {
                 Event::Start(tag) => open.push(Self::new(&tag, at)?),
                 Event::Empty(tag) => {
                     open.push(Self::new(&tag, at)?);
@@ -48,16 +54,17 @@ impl Element {
                 Event::Eof if is_cut || open.len() == 1 => break,
                 Event::Eof => {
                     let name = open.last().map_or("", |element| &element.name);
-                    return Err(XmlError { at, problem: format!("the file ends in <{name}>") });
+                    return Err(XmlError::new(at, &format!("the file ends in <{name}>")));
                 }
                 _ => {}
             }
             if open.len() > MAX_DEPTH {
                 let problem = format!("elements nest more than {MAX_DEPTH} deep");
-                return Err(XmlError { at, problem });
+                return Err(XmlError::new(at, &problem));
             }
         }
 
+        // What a cut leaves open ends here.
         while open.len() > 1 {
             close(&mut open);
         }
@@ -67,8 +74,7 @@ impl Element {
     fn new(tag: &BytesStart<'_>, at: u64) -> Result<Self, XmlError> {
         let mut attributes = Vec::new();
         for attribute in tag.attributes() {
-            let attribute =
-                attribute.map_err(|error| XmlError { at, problem: error.to_string() })?;
+            let attribute = attribute.map_err(|error| XmlError::new(at, &error))?;
             let name = attribute.key.as_ref().to_owned();
             attributes.push((name, attribute.value.into_owned()));
         }

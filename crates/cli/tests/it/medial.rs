@@ -1,17 +1,14 @@
-//! Medial surfaces of meshes: what is written, what is told, what is refused.
-
-#[expect(dead_code, reason = "shared with the tests of other commands")]
-mod support;
+//! Medial surfaces of meshes: outputs, reports, refusals.
 
 use std::fmt::Write;
 
+use crate::support::Workshop;
 use serde_json::Value;
-use support::Workshop;
 
 const MUSCLE: &str =
     concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/thigh/rectus_femoris.ply");
 
-/// An ellipsoid of 60 × 24 × 16 about (`x`, 0, 0), wound outwards.
+/// Returns an ellipsoid of 60 × 24 × 16 about (`x`, 0, 0), wound outwards.
 fn ellipsoid(x: f64, first: usize) -> String {
     const RINGS: usize = 12;
     const AROUND: usize = 20;
@@ -61,13 +58,13 @@ fn workshop() -> Workshop {
     workshop
 }
 
-/// Arguments that write every kind of file for the muscle, after some others.
+/// Returns arguments that write every kind of file for the muscle, after some others.
 fn files<'a>(others: &[&'a str]) -> Vec<&'a str> {
     let outputs = ["--out", "m.ma", "--picture", "m.png", "--vtp", "m.vtp"];
     [&["muscle.obj"], others, &outputs].concat()
 }
 
-/// Lines of a .ma file that begin with a letter, as numbers.
+/// Returns the numbers of the lines of a .ma file that begin with a letter.
 fn lines(text: &str, letter: &str) -> Vec<Vec<f64>> {
     let of = text.lines().filter_map(|line| line.strip_prefix(letter));
     of.map(|line| line.split_whitespace().map(|word| word.parse().expect("a number")).collect())
@@ -79,8 +76,8 @@ fn a_muscle_becomes_balls_a_picture_and_figures() {
     let workshop = workshop();
     let run = workshop.run("medial", &files(&["--balls", "20", "--json", "m.json"]));
     assert_eq!(run.status, 0, "{}", run.stderr);
-    for told in ["222 vertices, 440 faces", "balls      20, with", "as the surface", "wrote m.ma"] {
-        assert!(run.stdout.contains(told), "{told}: {}", run.stdout);
+    for part in ["222 vertices, 440 faces", "balls      20, with", "as the surface", "wrote m.ma"] {
+        assert!(run.stdout.contains(part), "{part}: {}", run.stdout);
     }
     let record = json(&workshop, "m.json");
     let deviation = &record["deviation"];
@@ -101,7 +98,7 @@ fn a_muscle_becomes_balls_a_picture_and_figures() {
     assert_eq!(record["slabs"].as_u64().unwrap(), lines(&text, "f ").len() as u64);
     assert!(bytes(&workshop, "m.png").starts_with(b"\x89PNG"));
 
-    // The VTP file is a mesh as any, and has the distance for its colour.
+    // The VTP file is a mesh as any, and is colored by the distance.
     assert!(workshop.read("m.vtp").contains("Scalars=\"medial_distance\""));
     let again = workshop.run("medial", &["m.vtp", "--balls", "20", "--out", "again.ma"]);
     assert_eq!(again.status, 0, "{}", again.stderr);
@@ -138,7 +135,7 @@ fn threads_change_no_byte() {
 }
 
 #[test]
-fn a_muscle_of_the_fixtures_is_served() {
+fn a_muscle_of_the_fixtures_keeps_its_topology() {
     let workshop = Workshop::new();
     let run = workshop.run("medial", &[MUSCLE, "--balls", "60", "--json", "m.json"]);
     assert_eq!(run.status, 0, "{}", run.stderr);
@@ -147,7 +144,7 @@ fn a_muscle_of_the_fixtures_is_served() {
 }
 
 #[test]
-fn bad_input_is_named_and_nothing_is_written() {
+fn invalid_input_is_named_and_nothing_is_written() {
     let workshop = workshop();
     let muscle = ellipsoid(0.0, 0);
     let torn = muscle.trim_end().rsplit_once('\n').expect("lines").0.to_owned();
@@ -181,7 +178,7 @@ fn bad_input_is_named_and_nothing_is_written() {
     workshop.refuses("medial", cases, &["--json", "m.json", "--picture", "m.png"]);
 }
 
-/// A thousandth as thick.
+/// Returns the mesh at a thousandth of its thickness.
 fn flattened(mesh: &str) -> String {
     let line = |line: &str| match line.split_whitespace().collect::<Vec<_>>()[..] {
         ["v", x, y, z] => {

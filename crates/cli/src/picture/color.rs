@@ -1,21 +1,21 @@
-//! Colours, in linear light, and the scale that stands for depth.
+//! Colors in linear light, and the color map of depth.
 //!
-//! Source of the scale: S. van der Walt and N. Smith, "viridis", the default
-//! colour map of matplotlib since 2015 (CC0). Equal steps look equal, in print
-//! without colour and to most colour-blind eyes too.
+//! Source of the map: S. van der Walt and N. Smith, "viridis", the default color map of
+//! matplotlib since 2015 (CC0). It is perceptually uniform, also in print without color
+//! and for most color-blind readers.
 
 use std::ops::{Add, Mul};
 
-use super::number::{byte, floor};
+use super::cast::{byte, float, floor};
 
 /// Red, green and blue in linear light, `0.0..=1.0`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Colour([f64; 3]);
+pub(crate) struct Color([f64; 3]);
 
-impl Colour {
+impl Color {
     pub(crate) const WHITE: Self = Self([1.0; 3]);
 
-    /// From the bytes that a style sheet writes.
+    /// Converts from sRGB bytes.
     pub(crate) fn from_srgb(bytes: [u8; 3]) -> Self {
         Self(bytes.map(|byte| {
             let channel = f64::from(byte) / 255.0;
@@ -23,7 +23,7 @@ impl Colour {
         }))
     }
 
-    /// As a style sheet and a picture file write it.
+    /// Converts to sRGB bytes, as style sheets and picture files have them.
     pub(crate) fn to_srgb(self) -> [u8; 3] {
         self.0.map(|channel| {
             let channel = channel.clamp(0.0, 1.0);
@@ -35,13 +35,13 @@ impl Colour {
         })
     }
 
-    /// This colour with `share` of another laid over it.
-    pub(crate) fn under(self, over: Self, share: f64) -> Self {
-        self * (1.0 - share) + over * share
+    /// Blends another color over this one with an opacity in `0.0..=1.0`.
+    pub(crate) fn under(self, over: Self, opacity: f64) -> Self {
+        self * (1.0 - opacity) + over * opacity
     }
 }
 
-impl Add for Colour {
+impl Add for Color {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
@@ -49,7 +49,7 @@ impl Add for Colour {
     }
 }
 
-impl Mul<f64> for Colour {
+impl Mul<f64> for Color {
     type Output = Self;
 
     fn mul(self, factor: f64) -> Self {
@@ -57,7 +57,7 @@ impl Mul<f64> for Colour {
     }
 }
 
-/// The scale at equal steps from 0 to 1.
+/// The color map at equal steps from 0 to 1.
 const VIRIDIS: [[u8; 3]; 17] = [
     [68, 1, 84],
     [72, 24, 106],
@@ -78,16 +78,18 @@ const VIRIDIS: [[u8; 3]; 17] = [
     [253, 231, 37],
 ];
 
-/// The colour at `t` of the scale; beyond `0.0..=1.0` that of its end.
-pub(crate) fn viridis(t: f64) -> Colour {
+/// Returns the color at `t` of the map, clamped to `0.0..=1.0`.
+pub(crate) fn viridis(t: f64) -> Color {
     let at = t.clamp(0.0, 1.0) * 16.0;
     let lower = floor(at).min(15);
-    let share = at - f64::from(u8::try_from(lower).unwrap_or(15));
-    let between = |i: usize| {
-        let [from, to] = [VIRIDIS[lower][i], VIRIDIS[lower + 1][i]].map(f64::from);
-        byte((from + share * (to - from)) / 255.0)
-    };
-    Colour::from_srgb([between(0), between(1), between(2)])
+    let fraction = at - float(lower);
+
+    let mut bytes = VIRIDIS[lower];
+    for (channel, upper) in bytes.iter_mut().zip(VIRIDIS[lower + 1]) {
+        let [from, to] = [*channel, upper].map(f64::from);
+        *channel = byte((from + fraction * (to - from)) / 255.0);
+    }
+    Color::from_srgb(bytes)
 }
 
 #[cfg(test)]
@@ -95,15 +97,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bytes_survive_the_way_through_linear_light() {
+    fn bytes_survive_linear_light() {
         for byte in 0..=u8::MAX {
             let bytes = [byte, 255 - byte, 7];
-            assert_eq!(Colour::from_srgb(bytes).to_srgb(), bytes);
+            assert_eq!(Color::from_srgb(bytes).to_srgb(), bytes);
         }
     }
 
     #[test]
-    fn the_scale_passes_through_its_stops_and_grows_lighter() {
+    fn the_map_passes_through_its_stops_and_grows_lighter() {
         let luminance = |t: f64| {
             let [r, g, b] = viridis(t).0;
             0.2126 * r + 0.7152 * g + 0.0722 * b

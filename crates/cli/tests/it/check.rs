@@ -1,14 +1,11 @@
 //! Scenes that can be checked: exit status, table, and every output.
 
-#[expect(dead_code, reason = "shared with the tests of other commands")]
-mod support;
-
 use std::fs;
 
+use crate::support::{Workshop, tetrahedron};
 use serde_json::Value;
-use support::{Workshop, tetrahedron};
 
-/// The scene of a thigh with planted overlaps.
+/// Scene of a thigh with planted overlaps.
 const THIGH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/thigh/scene.toml");
 
 fn json(workshop: &Workshop, name: &str) -> Value {
@@ -21,7 +18,7 @@ fn the_exit_status_tells_whether_anything_overlaps() {
     workshop.write("a.obj", tetrahedron(0.0, 1.0));
     workshop.write("near.obj", tetrahedron(1.5, 1.0));
     workshop.write("in.obj", tetrahedron(0.2, 0.1).replace(" 0 0\n", " 0.1 0.1\n"));
-    let clean = workshop.check(&["a.obj", "near.obj"]);
+    let clean = workshop.check(&["a.obj", "near.obj", "--margin", "1"]);
     assert_eq!((clean.status, clean.stderr.as_str()), (0, ""));
     assert!(
         clean.stdout.contains("No bodies overlap; 1 pair near (within 1 mm)."),
@@ -30,7 +27,7 @@ fn the_exit_status_tells_whether_anything_overlaps() {
     );
     assert!(clean.stdout.contains("0.500  a  near"), "{}", clean.stdout);
 
-    let apart = workshop.check(&["a.obj", "near.obj", "--reach", "0.4"]);
+    let apart = workshop.check(&["a.obj", "near.obj", "--margin", "0.4"]);
     assert!(apart.stdout.contains("0 pairs near (within 0.4 mm)"), "{}", apart.stdout);
 
     let overlapping = workshop.check(&["a.obj", "near.obj", "in.obj"]);
@@ -49,7 +46,7 @@ fn help_names_everything_a_newcomer_needs() {
     for part in [
         "SCENE.toml",
         "--rigid",
-        "--reach",
+        "--margin",
         "--json",
         "--vtp",
         "--report",
@@ -70,13 +67,13 @@ fn the_thigh_in_json() {
     insta::assert_snapshot!("thigh", workshop.read("thigh.json"));
 }
 
-/// The table without its last line, which tells the time.
+/// The table without its last line, which has the times.
 #[test]
 fn the_thigh_in_a_table() {
     let run = Workshop::new().check(&[THIGH]);
     let (table, times) = run.stdout.trim_end().rsplit_once('\n').expect("several lines");
     insta::assert_snapshot!("table", table);
-    for phase in ["read", "inspect", "detect"] {
+    for phase in ["load", "detect", "write"] {
         assert!(times.contains(phase), "{times}");
     }
 }
@@ -137,10 +134,11 @@ fn vtp_holds_the_signed_gap_and_the_depth() {
     let b = "v 0.25 0.25 0.25\nv -9 0.25 0.25\nv 0.25 -9 0.25\nv 0.25 0.25 -9\n\
              f 1 2 3\nf 1 4 2\nf 2 4 3\nf 3 4 1\n";
     workshop.write("b.obj", b);
-    let run = workshop.check(&["a.obj", "b.obj", "--vtp", "o", "--json", "o.json"]);
+    let run =
+        workshop.check(&["a.obj", "b.obj", "--vtp", "o", "--json", "o.json", "--margin", "1"]);
     assert_eq!(run.status, 1, "{}", run.stderr);
     let text = workshop.read("o/b.vtp");
-    assert_eq!(numbers(&text, "signed_gap"), [-0.25, 1.0, 1.0, 1.0], "the reach where farther");
+    assert_eq!(numbers(&text, "signed_gap"), [-0.25, 1.0, 1.0, 1.0], "the margin where farther");
     assert_eq!(numbers(&text, "penetration_depth"), [0.25, 0.0, 0.0, 0.0]);
     let pair = &json(&workshop, "o.json")["pairs"][0];
     assert_eq!(pair["max_depth"], 0.25);
@@ -202,7 +200,7 @@ fn ignored_pairs_are_left_out() {
     assert_eq!(workshop.check(&["none.toml"]).status, 0);
 }
 
-/// What an open body cannot answer is refused by name, the rest is answered.
+/// Properties that an open body does not have are undefined, by its name.
 #[test]
 fn an_open_body_is_checked_as_far_as_it_goes() {
     let workshop = Workshop::new();
@@ -210,7 +208,7 @@ fn an_open_body_is_checked_as_far_as_it_goes() {
     workshop.write("sheet.obj", "v 0.1 0.1 -1\nv 0.2 0.1 2\nv 0.1 0.2 2\nf 1 2 3\n");
     let run = workshop.check(&["bone.obj", "sheet.obj", "--json", "o.json"]);
     assert_eq!(run.status, 1, "{}", run.stdout);
-    let refusal = "what is inside 'sheet' is unknown";
+    let refusal = "the inside of 'sheet' is undefined";
     assert!(
         run.stdout.contains(refusal) && run.stdout.contains("3 boundary edges"),
         "{}",
@@ -235,11 +233,11 @@ fn an_open_body_is_divided_where_it_is_crossed() {
     let division = &json(&workshop, "o.json")["divisions"][0];
     assert_eq!((&division["body"], &division["by"]), (&"strip".into(), &"bone".into()));
     let regions = division["regions"].as_array().expect("regions");
-    let told: Vec<_> = regions.iter().map(|region| (&region["side"], &region["faces"])).collect();
+    let found: Vec<_> = regions.iter().map(|region| (&region["side"], &region["faces"])).collect();
     let (outside, inside) = ("outside".into(), "inside".into());
     let one = 1.into();
-    assert_eq!(told, [(&outside, &one), (&outside, &one), (&inside, &one)]);
-    for told in ["Divided", "inside", "outside"] {
-        assert!(run.stdout.contains(told), "{told}: {}", run.stdout);
+    assert_eq!(found, [(&outside, &one), (&outside, &one), (&inside, &one)]);
+    for part in ["Divided", "inside", "outside"] {
+        assert!(run.stdout.contains(part), "{part}: {}", run.stdout);
     }
 }

@@ -1,11 +1,12 @@
-//! Conversions between counts, samples and coordinates.
+//! Casts between counts, samples and coordinates.
 
+/// Returns a count as a coordinate.
 #[expect(clippy::cast_precision_loss, reason = "counts of pixels and bytes, far below 2^53")]
 pub(super) fn float(count: usize) -> f64 {
     count as f64
 }
 
-/// The count at or below `x`, 0 for what is negative.
+/// Returns the integer at or below `x`, 0 for a negative number.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -15,13 +16,13 @@ pub(super) fn floor(x: f64) -> usize {
     x as usize
 }
 
-/// What a layer stores of a coordinate.
+/// Rounds a coordinate to the precision of a layer.
 #[expect(clippy::cast_possible_truncation, reason = "pictures need no more digits")]
 pub(super) fn single(x: f64) -> f32 {
     x as f32
 }
 
-/// A channel in `0.0..=1.0` as a byte.
+/// Returns a channel in `0.0..=1.0` as a byte.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

@@ -1,18 +1,15 @@
-//! Motions that are replayed: what passes between frames, outputs, bad input.
-
-#[expect(dead_code, reason = "shared with the tests of other commands")]
-mod support;
+//! Replayed motions: contact between frames, outputs, invalid input.
 
 use std::path::PathBuf;
 
+use crate::support::Workshop;
 use serde_json::Value;
-use support::Workshop;
 
 const THIGH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/thigh/scene.toml");
 
 const REST: &str = "[1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]";
 
-/// A thin plate in z = 0, and a needle above it that moves down by 4 at once.
+/// Returns a thin plate in z = 0, and a needle above it that moves down by 4 in one step.
 fn needle_through_plate() -> Workshop {
     let workshop = Workshop::new();
     let corner = |x: f64, y: f64, z: f64| format!("v {x} {y} {z}\n");
@@ -41,15 +38,15 @@ fn json(workshop: &Workshop, name: &str) -> Value {
 }
 
 #[test]
-fn what_passes_through_between_frames_is_told() {
+fn bodies_that_pass_through_between_frames_are_found() {
     let workshop = needle_through_plate();
     let run = workshop.run("motion", &["scene.toml", "--json", "m.json", "--chart", "m.svg"]);
     assert_eq!(run.status, 1, "{}", run.stderr);
     let step = &json(&workshop, "m.json")["steps"][0];
     assert_eq!(step["overlapping_pairs"], 0, "neither frame shows anything");
     let [pair] = &step["pairs"].as_array().unwrap()[..] else { panic!("one pair: {step}") };
-    assert_eq!(pair["unseen_pair"], true);
-    assert!(pair["unseen_vertices"].as_u64().unwrap() >= 4, "{pair}");
+    assert_eq!(pair["passes_through"], true);
+    assert!(pair["vertices_passing_through"].as_u64().unwrap() >= 4, "{pair}");
     // The tip starts 1 over z = 0, where the plate is some 0.19 high, and falls by 4.
     let free = step["largest_free_step"].as_f64().unwrap();
     assert!((0.19..0.21).contains(&free), "{free}");
@@ -92,7 +89,7 @@ fn the_generated_thigh_moves_as_recorded() {
 }
 
 #[test]
-fn bad_input_is_named_and_nothing_is_written() {
+fn invalid_input_is_named_and_nothing_is_written() {
     let workshop = needle_through_plate();
     workshop.write("still.toml", "[[body]]\nfile = \"plate.obj\"\n");
     workshop.write("empty.json", "");
@@ -113,7 +110,10 @@ fn bad_input_is_named_and_nothing_is_written() {
         (vec!["scene.toml", "--motion", "empty.json"], "empty.json: is not a motion"),
         (vec!["scene.toml", "--motion", "one.json"], "has 1 frames"),
         (vec!["scene.toml", "--motion", "stretch.json"], "\"needle\" of frame 1 is not rigid"),
-        (vec!["scene.toml", "--motion", "ulna.json"], "no body follows it: it maps ulna"),
+        (
+            vec!["scene.toml", "--motion", "ulna.json"],
+            "no body follows the motion: its maps are ulna",
+        ),
         (vec!["missing.toml"], "missing.toml"),
     ];
     for (mut arguments, expected) in cases {
@@ -125,7 +125,7 @@ fn bad_input_is_named_and_nothing_is_written() {
     }
 }
 
-/// Files of one frame, of all bodies.
+/// Returns the files of all bodies in one frame.
 fn frame_files(workshop: &Workshop, folder: &str, frame: usize) -> Vec<String> {
     let end = format!("_{frame:04}.vtp");
     let files = workshop.listing().into_iter();
@@ -144,7 +144,7 @@ fn every_frame_is_pushed_apart() {
         assert!(frame["before"]["pairs"].as_u64().unwrap() > 0, "{frame}");
         assert!(frame["max_volume_change"].as_f64().unwrap() < 0.01, "{frame}");
         assert_eq!((&frame["new_pairs"], &frame["flipped_faces"]), (&0.into(), &0.into()));
-        // Looked at anew, from the files.
+        // The same from the files.
         let files = frame_files(&workshop, "apart/", number);
         assert_eq!(files.len(), 8, "one for each body");
         let files: Vec<&str> = files.iter().map(String::as_str).collect();
@@ -181,15 +181,14 @@ fn resolving_and_charting_exclude_each_other() {
     assert!(!workshop.listing().contains(&"apart".to_owned()));
     let run = workshop.run("motion", &["scene.toml", "--resolve", "apart", "--clearance", "-1"]);
     assert_eq!(run.status, 2, "{}", run.stdout);
-    assert!(run.stderr.contains("the clearance is -1"), "{}", run.stderr);
+    assert!(run.stderr.contains("clearance is -1"), "{}", run.stderr);
     assert!(!workshop.listing().contains(&"apart".to_owned()));
 }
 
-/// Frames of the gait on the decimated thigh that are resolved: those where
-/// femur and pelvis close on the muscles between them, or all of them where
-/// `MUSCULO_ALL_STEPS` is set.
+/// The frames of the gait where femur and pelvis close on the muscles between them, or all
+/// frames where `MUSCULO_ALL_STEPS` is set.
 #[test]
-#[expect(clippy::print_stdout, reason = "a skipped test says so, a measured one what it saw")]
+#[expect(clippy::print_stdout, reason = "the test prints what it skips or measures")]
 fn frames_of_the_gait_are_pushed_apart() {
     let Some(data) = std::env::var_os("MUSCULO_DATA").map(PathBuf::from) else {
         println!("skipped: MUSCULO_DATA names no folder of anatomy");
@@ -224,11 +223,11 @@ fn frames_of_the_gait_are_pushed_apart() {
     assert!(deepest <= 0.1 && volume <= 0.01 && sound, "{}", run.stdout);
 }
 
-/// Begun with muscles 12 mm deep between femur and pelvis, with no frame before
-/// that leads there, what is not parted is named with the reason.
+/// The first frame has muscles 12 mm deep between femur and pelvis, without a frame before
+/// it: remaining overlaps are named with the reason.
 #[test]
-#[expect(clippy::print_stdout, reason = "a skipped test says so")]
-fn a_motion_that_begins_too_deep_says_what_is_left() {
+#[expect(clippy::print_stdout, reason = "the test prints what it skips")]
+fn a_motion_that_begins_too_deep_names_remaining_overlaps() {
     let Some(data) = std::env::var_os("MUSCULO_DATA").map(PathBuf::from) else {
         println!("skipped: MUSCULO_DATA names no folder of anatomy");
         return;
@@ -239,24 +238,31 @@ fn a_motion_that_begins_too_deep_says_what_is_left() {
     let arguments = ["scene.toml", "--motion", "gait.json", "--resolve", "apart", "--rounds", "15"];
     let run = workshop.run("motion", &arguments);
     assert_eq!(run.status, 1, "{}", run.stdout);
-    let told = "bone_pelvis and muscle_adductor_magnus";
-    assert!(run.stdout.contains(told), "{}", run.stdout);
-    let reason = "still yielding when the rounds were over: more may part them";
+    let pair = "bone_pelvis × muscle_adductor_magnus";
+    assert!(run.stdout.contains(pair), "{}", run.stdout);
+    let reason = "the maximum number of rounds was reached: more may separate them";
     assert!(run.stdout.contains(reason), "{}", run.stdout);
     assert!(!run.stdout.contains(" 0 not resolved"), "{}", run.stdout);
 }
 
-/// A motion file of some frames of the gait.
+/// Returns a motion file of some frames of the gait, with a skin from shank to thigh to pelvis.
 fn gait(data: &std::path::Path, frames: std::ops::Range<usize>) -> String {
     let path = data.join("anatomy/motions/gait_walk.json");
     let text = std::fs::read_to_string(path).expect("a motion");
     let mut gait: Value = serde_json::from_str(&text).expect("JSON");
     let frames = gait["frames"].as_array().expect("frames")[frames].to_vec();
     gait["frames"] = frames.into();
+    let height = |joint: &str| gait["ambient_skin"][joint].as_f64().expect("a height");
+    let (hip, knee) = (height("hip_z"), height("knee_z"));
+    gait["skin"] = serde_json::json!({
+        "axis": [0, 0, 1],
+        "segments": ["tibia", "femur", null],
+        "blends": [[knee - 40.0, knee + 40.0], [hip - 50.0, hip + 50.0]],
+    });
     gait.to_string()
 }
 
-/// A scene file of the decimated thigh; bones are told by their names.
+/// Returns a scene file of the decimated thigh, with bones recognized by their names.
 fn thigh_scene(data: &std::path::Path) -> String {
     let entries = std::fs::read_dir(data.join("anatomy/vhf_left_thigh_lo")).expect("meshes");
     let mut paths: Vec<PathBuf> = entries.map(|entry| entry.expect("an entry").path()).collect();

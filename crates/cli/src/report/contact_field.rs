@@ -1,35 +1,27 @@
-//! Contact spread over the vertices and faces of one body.
+//! Contact of one body, per vertex and per face.
 
 use glam::DVec3;
 use mesh_io::{PointValues, write_vtp};
 use musculo_collide::{BodyId, PairReport, Scene, VertexReport};
 
-/// One body's contact with some others.
+/// Contact of one body with others.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ContactField {
-    /// |V| signed distances to the nearest other surface, negative inside; no
-    /// larger than the reach, which stands for everything farther away.
+    /// |V| signed distances to the nearest other surface, negative inside, at most the
+    /// margin.
     pub(crate) signed_gaps: Vec<f64>,
-    /// |V| depths inside the body that a vertex is deepest in; 0 outside all.
+    /// |V| depths inside the body where the vertex is deepest, 0 outside all.
     pub(crate) depths: Vec<f64>,
     /// Faces that cross another body's, ascending.
     pub(crate) crossing: Vec<u32>,
 }
 
 impl ContactField {
-    /// What `reports` say of `body`; those of other bodies are passed over.
-    pub(crate) fn new<'a>(
-        body: BodyId,
-        scene: &Scene,
-        reports: impl IntoIterator<Item = &'a PairReport>,
-        reach: f64,
-    ) -> Self {
+    /// Collects the contact of `body` from the reports of its pairs.
+    pub(crate) fn new(body: BodyId, scene: &Scene, reports: &[&PairReport], margin: f64) -> Self {
         let count = scene.body(body).positions().len();
-        let mut field = Self {
-            signed_gaps: vec![reach; count],
-            depths: vec![0.0; count],
-            crossing: Vec::new(),
-        };
+        let (signed_gaps, depths) = (vec![margin; count], vec![0.0; count]);
+        let mut field = Self { signed_gaps, depths, crossing: Vec::new() };
         for report in reports {
             if report.pair.a == body {
                 field.add_vertices(&report.a_against_b);
@@ -44,6 +36,14 @@ impl ContactField {
         field
     }
 
+    fn add_vertices(&mut self, report: &VertexReport) {
+        for near in &report.near {
+            let vertex = near.vertex as usize;
+            self.signed_gaps[vertex] = self.signed_gaps[vertex].min(near.gap);
+            self.depths[vertex] = self.depths[vertex].max(-near.gap);
+        }
+    }
+
     /// Returns the body with its contact as a `.vtp` file.
     pub(crate) fn to_vtp(&self, positions: &[DVec3], faces: &[[u32; 3]]) -> String {
         let values = [
@@ -51,14 +51,6 @@ impl ContactField {
             PointValues::Scalars("penetration_depth", &self.depths),
         ];
         write_vtp(positions, faces, &values)
-    }
-
-    fn add_vertices(&mut self, report: &VertexReport) {
-        for near in &report.near {
-            let vertex = near.vertex as usize;
-            self.signed_gaps[vertex] = self.signed_gaps[vertex].min(near.gap);
-            self.depths[vertex] = self.depths[vertex].max(-near.gap);
-        }
     }
 }
 

@@ -1,15 +1,11 @@
-//! The first try of someone with two STL files: a picture of the contact, meshes
-//! pushed apart, a plan that explains itself. Three commands, one way to say that
-//! the femur is a bone.
+//! First use with two STL files: a picture of the contact, meshes pushed apart, a plan
+//! with its reasons. Three commands, one option for the rigid femur.
 
-#[expect(dead_code, reason = "shared with the tests of other commands")]
-mod support;
-
+use crate::support::Workshop;
 use fixtures::Mesh;
 use fixtures::thigh::thigh;
-use support::Workshop;
 
-/// A binary STL file, as most programs write them: without normals.
+/// Returns a binary STL file without normals, as most programs write them.
 fn stl(mesh: &Mesh) -> Vec<u8> {
     let mut bytes = b"femur or muscle".to_vec();
     bytes.resize(80, b' ');
@@ -48,7 +44,7 @@ fn three_commands_from_two_files() {
 
     let planned = workshop.run("plan", &with(&["--tolerance", "0.5"]));
     assert!(planned.stdout.contains("tolerance 0.5"), "{}{}", planned.stdout, planned.stderr);
-    for told in ["looked at", "femur", "vastus"] {
-        assert!(planned.stdout.contains(told), "{told}: {}", planned.stdout);
+    for part in ["looked at", "femur", "vastus"] {
+        assert!(planned.stdout.contains(part), "{part}: {}", planned.stdout);
     }
 }

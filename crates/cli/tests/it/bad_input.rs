@@ -1,10 +1,7 @@
-//! What cannot be checked is refused with exit status 2, by name and place, and
-//! nothing is written.
+//! Invalid input is refused with exit status 2, by name and place, and nothing is
+//! written.
 
-#[expect(dead_code, reason = "shared with the tests of other commands")]
-mod support;
-
-use support::{Workshop, tetrahedron};
+use crate::support::{Workshop, tetrahedron};
 
 const PLY: &str = "ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty float x\n\
     property float y\nproperty float z\nelement face 4\nproperty list uchar int vertex_indices\n\
@@ -39,7 +36,7 @@ fn workshop() -> Workshop {
     workshop.write("key.toml", scene("colour = \"red\"\n"));
     workshop.write("ignore.toml", scene("[[ignore]]\na = \"good\"\nb = \"tibia\"\n"));
     workshop.write("missing.toml", scene("[[body]]\nfile = \"tibia.ply\"\n"));
-    workshop.write("reach.toml", format!("reach = inf\n{}", scene("")));
+    workshop.write("margin.toml", format!("margin = inf\n{}", scene("")));
     workshop.write("bodiless.toml", "unit = \"mm\"\n");
     workshop.write("broken.toml", "unit = mm\n");
     workshop
@@ -58,17 +55,17 @@ fn every_mistake_is_named_and_leaves_nothing_behind() {
         (&["points.obj"], &["points.obj: has 2 vertices and no faces"]),
         (&["notes.txt"], &["notes.txt: unknown format: expected PLY, OBJ, STL or VTP"]),
         (&["good.obj", "good.ply"], &["two bodies are named 'good'", "good.obj", "good.ply"]),
-        (&["good.obj", "--rigid", "tibia"], &["--rigid names 'tibia', but the bodies are: good"]),
-        (&["good.obj", "--reach", "nan"], &["reach is NaN"]),
-        (&["good.obj", "--reach", "-1"], &["reach is -1"]),
-        (&["good.obj", "--reach", "far"], &["invalid value 'far'"]),
+        (&["good.obj", "--rigid", "tibia"], &["no body is named 'tibia': the bodies are good"]),
+        (&["good.obj", "--margin", "nan"], &["margin is NaN"]),
+        (&["good.obj", "--margin", "-1"], &["margin is -1"]),
+        (&["good.obj", "--margin", "far"], &["invalid value 'far'"]),
         (&["good.obj", "--threads", "0"], &["invalid value '0'"]),
         (&["kind.toml"], &["kind.toml", "line 3", "unknown variant `soft`", "rigid"]),
         (&["key.toml"], &["key.toml", "line 3", "unknown field `colour`"]),
-        (&["ignore.toml"], &["[[ignore]] names 'tibia', but the bodies are: good"]),
+        (&["ignore.toml"], &["ignore.toml: no body is named 'tibia': the bodies are good"]),
         (&["missing.toml"], &["tibia.ply: cannot be read"]),
-        (&["reach.toml"], &["reach is inf"]),
-        (&["bodiless.toml"], &["bodiless.toml: names no [[body]]"]),
+        (&["margin.toml"], &["margin.toml: margin is inf"]),
+        (&["bodiless.toml"], &["bodiless.toml: has no [[body]]"]),
         (&["broken.toml"], &["broken.toml", "line 1"]),
         (&["nowhere.toml"], &["nowhere.toml: cannot be read"]),
         (&["kind.toml", "good.obj"], &["kind.toml is a scene"]),
@@ -113,12 +110,12 @@ fn an_output_that_cannot_be_written_takes_the_others_with_it() {
 #[test]
 fn a_body_in_another_unit_is_suspected_with_both_boxes() {
     let workshop = Workshop::new();
-    workshop.write("millimetres.obj", tetrahedron(0.0, 400.0));
-    workshop.write("metres.obj", tetrahedron(0.0, 0.4));
-    let run = workshop.check(&["millimetres.obj", "metres.obj", "--json", "o.json"]);
+    workshop.write("millimeters.obj", tetrahedron(0.0, 400.0));
+    workshop.write("meters.obj", tetrahedron(0.0, 0.4));
+    let run = workshop.check(&["millimeters.obj", "meters.obj", "--json", "o.json"]);
     for text in [run.stdout, workshop.read("o.json")] {
         for part in [
-            "'metres' may be in another unit",
+            "'meters' may have another unit",
             "(0.4000, 0.4000, 0.4000)",
             "(400.0000, 400.0000, 400.0000)",
         ] {

@@ -1,13 +1,9 @@
-//! Scenes that are pushed apart: what is written is apart, looked at anew.
-
-#[expect(dead_code, reason = "shared with the tests of other commands")]
-mod support;
+//! Overlap removal: the written meshes do not overlap.
 
 use std::fs;
 use std::path::PathBuf;
-use std::time::Instant;
 
-use support::{Run, Workshop, tetrahedron};
+use crate::support::{Run, Workshop, tetrahedron};
 
 fn program(workshop: &Workshop, arguments: &[String]) -> Run {
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
@@ -23,7 +19,7 @@ fn strings(paths: impl IntoIterator<Item = PathBuf>) -> Vec<String> {
 }
 
 #[test]
-fn what_is_written_is_apart() {
+fn written_meshes_do_not_overlap() {
     let workshop = Workshop::new();
     workshop.write("bone.obj", tetrahedron(0.0, 10.0));
     workshop.write("muscle.obj", tetrahedron(9.0, 10.0));
@@ -51,7 +47,7 @@ fn what_is_written_is_apart() {
 }
 
 #[test]
-fn bad_lengths_are_named() {
+fn invalid_lengths_are_named() {
     let workshop = Workshop::new();
     workshop.write("a.obj", tetrahedron(0.0, 1.0));
     let mut arguments = vec!["resolve".to_owned()];
@@ -61,13 +57,13 @@ fn bad_lengths_are_named() {
     let run = program(&workshop, &arguments);
     let problem = &run.stderr;
     assert_eq!(run.status, 2);
-    assert!(problem.contains("the smoothing is 0, but must be finite and above 0"), "{problem}");
+    assert!(problem.contains("smoothing is 0, but must be finite and above 0"), "{problem}");
     assert_eq!(workshop.listing(), ["a.obj"]);
 }
 
 /// Pushes a set of real meshes apart, and checks what was written with the
-/// program itself; bones are told by their names.
-#[expect(clippy::print_stdout, reason = "a skipped test says so, a measured one what it saw")]
+/// program itself; bones are recognized by their names.
+#[expect(clippy::print_stdout, reason = "the test prints what it skips or measures")]
 fn comes_apart(set: &str) {
     let Some(data) = std::env::var_os("MUSCULO_DATA") else {
         println!("skipped: MUSCULO_DATA names no folder of anatomy");
@@ -85,14 +81,9 @@ fn comes_apart(set: &str) {
     arguments.push("--out".to_owned());
     arguments.extend(strings([workshop.path("apart")]));
     arguments.extend(meshes);
-    let start = Instant::now();
     let run = program(&workshop, &arguments);
     let text = &run.stdout;
     assert_eq!(run.status, 0, "{text}");
-    println!(
-        "measured: {set}: pushed apart, unoptimised [s] | {:.1} | 60",
-        start.elapsed().as_secs_f64()
-    );
 
     let entries = fs::read_dir(workshop.path("apart")).expect("a folder");
     let written = entries.map(|entry| entry.expect("an entry").path());

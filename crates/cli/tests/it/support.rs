@@ -1,13 +1,13 @@
-//! Runs the program as a user does, in a folder of its own.
+//! Runs of the program in a folder of their own.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// A folder that goes when the test ends.
+/// Temporary folder, removed when the test ends.
 pub(crate) struct Workshop(tempfile::TempDir);
 
-/// How a run ended.
+/// Result of a run.
 pub(crate) struct Run {
     pub(crate) status: i32,
     pub(crate) stdout: String,
@@ -31,7 +31,7 @@ impl Workshop {
         fs::read_to_string(self.path(name)).expect("a readable file")
     }
 
-    /// All files and folders below, ascending.
+    /// Lists all files and folders below, ascending.
     pub(crate) fn listing(&self) -> Vec<String> {
         let mut names = Vec::new();
         list(self.0.path(), "", &mut names);
@@ -55,8 +55,8 @@ impl Workshop {
         Run::from(output)
     }
 
-    /// Runs a command on each of some cases, with further arguments that name outputs: all
-    /// have to be refused with the words that stand by them, and nothing may be written.
+    /// Checks that a command refuses each case, with further arguments that name outputs: the
+    /// message has the expected words, and nothing is written.
     pub(crate) fn refuses(&self, command: &str, cases: &[(&[&str], &str)], outputs: &[&str]) {
         let before = self.listing();
         for &(arguments, expected) in cases {
@@ -89,7 +89,7 @@ fn list(folder: &Path, prefix: &str, names: &mut Vec<String>) {
     }
 }
 
-/// A tetrahedron as an OBJ file: its right angle at (`x`, 0, 0), legs of `size`.
+/// Returns a tetrahedron as an OBJ file: its right angle at (`x`, 0, 0), legs of `size`.
 pub(crate) fn tetrahedron(x: f64, size: f64) -> String {
     format!(
         "v {x} 0 0\nv {} 0 0\nv {x} {size} 0\nv {x} 0 {size}\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n",

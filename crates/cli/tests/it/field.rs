@@ -1,10 +1,7 @@
-//! Fields of meshes: what is written, what is told, what is refused.
+//! Fields of meshes: outputs, reports, refusals.
 
-#[expect(dead_code, reason = "shared with the tests of other commands")]
-mod support;
-
+use crate::support::{Workshop, tetrahedron};
 use serde_json::Value;
-use support::{Workshop, tetrahedron};
 
 fn workshop() -> Workshop {
     let workshop = Workshop::new();
@@ -24,30 +21,29 @@ fn bytes(workshop: &Workshop, name: &str) -> Vec<u8> {
 #[test]
 fn a_bone_becomes_a_field_a_picture_and_figures() {
     let workshop = workshop();
-    let arguments = ["bone.obj", "--out", "f.nrrd", "--picture", "f.png", "--json", "f.json"];
-    let run = workshop.run("field", &arguments);
+    let outputs = ["--out", "f.nrrd", "--picture", "f.png", "--json", "f.json"];
+    let run = workshop.run("field", &[&["bone.obj", "--spacing", "1"], &outputs[..]].concat());
     assert_eq!(run.status, 0, "{}", run.stderr);
-    for told in [
+    for part in [
         "4 vertices, 4 faces",
-        "51 x 51 x 51, 132,651 nodes 1 apart",
+        "51 x 51 x 51, 132,651 nodes, spacing 1,",
         "wrote f.nrrd",
-        " s: prepare ",
-        " s, compare ",
+        " s: build ",
     ] {
-        assert!(run.stdout.contains(told), "{told}: {}", run.stdout);
+        assert!(run.stdout.contains(part), "{part}: {}", run.stdout);
     }
     let record = json(&workshop, "f.json");
-    let error = &record["built"]["error"];
+    let error = &record["built"]["measured_error"];
     assert!(error["rms"].as_f64().unwrap() > 0.0);
-    assert!(error["worst"].as_f64().unwrap() < 0.5, "{error}");
+    assert!(error["max"].as_f64().unwrap() < 0.5, "{error}");
     assert_eq!(error["points"].as_u64(), Some(512));
     // Legs of 30 at a right angle: 30³ / 6.
     let volume = record["built"]["inside_volume"].as_f64().unwrap();
     assert!((volume - 4500.0).abs() < 600.0, "{volume}");
     // The sphere inside has a radius of 30 / (3 + √3).
-    let least = record["least"].as_f64().unwrap();
-    assert!((least + 30.0 / (3.0 + 3.0_f64.sqrt())).abs() < 0.5, "{least}");
-    assert_eq!(record["greatest"].as_f64(), Some(15.0));
+    let min = record["min"].as_f64().unwrap();
+    assert!((min + 30.0 / (3.0 + 3.0_f64.sqrt())).abs() < 0.5, "{min}");
+    assert_eq!(record["max"].as_f64(), Some(15.0));
     assert!(bytes(&workshop, "f.nrrd").starts_with(b"NRRD0004\n"));
     assert!(bytes(&workshop, "f.png").starts_with(b"\x89PNG"));
 }
@@ -57,19 +53,20 @@ fn a_field_goes_from_format_to_format_and_back_unchanged() {
     let workshop = workshop();
     let steps = [["bone.obj", "a.nrrd"], ["a.nrrd", "b.vti"], ["b.vti", "c.nrrd"]];
     for [from, to] in steps {
-        let run = workshop.run("field", &[from, "--out", to]);
+        let spacing: &[&str] = if from == "bone.obj" { &["--spacing", "1"] } else { &[] };
+        let run = workshop.run("field", &[spacing, &[from, "--out", to]].concat());
         assert_eq!(run.status, 0, "{from}: {}", run.stderr);
     }
     assert!(bytes(&workshop, "a.nrrd") == bytes(&workshop, "c.nrrd"), "the same file again");
 }
 
-/// In half the bytes, off by half a step, whether built so or made so of a file.
+/// Steps take half the bytes and round by half a step, both at a build and at a conversion.
 #[test]
 fn steps_are_kept_from_file_to_file() {
     let workshop = workshop();
     let runs: [&[&str]; 5] = [
-        &["bone.obj", "--out", "floats.nrrd", "--json", "floats.json"],
-        &["bone.obj", "--step", "0.07", "--out", "a.nrrd", "--json", "a.json"],
+        &["bone.obj", "--spacing", "1", "--out", "floats.nrrd", "--json", "floats.json"],
+        &["bone.obj", "--spacing", "1", "--step", "0.07", "--out", "a.nrrd", "--json", "a.json"],
         &["a.nrrd", "--out", "b.vti"],
         &["b.vti", "--out", "c.nrrd", "--json", "c.json"],
         &["floats.nrrd", "--step", "0.07", "--out", "d.nrrd"],
@@ -77,22 +74,22 @@ fn steps_are_kept_from_file_to_file() {
     for arguments in runs {
         let run = workshop.run("field", arguments);
         assert_eq!(run.status, 0, "{arguments:?}: {}", run.stderr);
-        let told = run.stdout.contains("in steps of 0.07, 16 bits each");
-        assert_eq!(told, arguments[0] != "bone.obj" || arguments[1] == "--step", "{}", run.stdout);
+        let is_in_steps = run.stdout.contains("16 bits per node, in steps of 0.07");
+        assert_eq!(is_in_steps, !arguments.contains(&"floats.json"), "{}", run.stdout);
     }
     let [floats, a, c, d] =
         ["floats.nrrd", "a.nrrd", "c.nrrd", "d.nrrd"].map(|name| bytes(&workshop, name));
     assert!(a == c && a == d, "the same file each way");
     assert!(a.len() < floats.len() / 2 + 300, "{} of {}", a.len(), floats.len());
-    let least = |name: &str| json(&workshop, name)["least"].as_f64().unwrap();
-    let apart = (least("a.json") - least("floats.json")).abs();
+    let min = |name: &str| json(&workshop, name)["min"].as_f64().unwrap();
+    let apart = (min("a.json") - min("floats.json")).abs();
     assert!(apart > 0.0 && apart < 0.035 + 1e-6, "{apart}");
-    assert_eq!(json(&workshop, "c.json")["storage"]["Steps"]["step"].as_f64(), Some(0.07));
+    assert_eq!(json(&workshop, "c.json")["storage"]["Quantized"]["step"].as_f64(), Some(0.07));
     assert_eq!(json(&workshop, "c.json")["nodes"], "QuasiInterpolating");
 }
 
 #[test]
-fn options_reach_the_build() {
+fn options_change_the_build() {
     let workshop = workshop();
     let built = |arguments: &[&str]| {
         let arguments = [&["bone.obj", "--json", "f.json"], arguments].concat();
@@ -102,10 +99,16 @@ fn options_reach_the_build() {
     };
     let coarse = built(&["--spacing", "2", "--padding", "4"]);
     assert_eq!(coarse["dims"], serde_json::json!([20, 20, 20]));
-    let rms = |record: &Value| record["built"]["error"]["rms"].as_f64().unwrap();
-    assert!(rms(&built(&["--method", "voxel"])) > 1.8 * rms(&built(&["--method", "band"])));
-    assert!(built(&["--truncate", "0"])["greatest"].as_f64().unwrap() > 16.0);
-    assert!((built(&["--truncate", "3.5"])["greatest"].as_f64().unwrap() - 3.5).abs() < 1e-6);
+    let rms = |record: &Value| record["built"]["measured_error"]["rms"].as_f64().unwrap();
+    assert!(
+        rms(&built(&["--spacing", "1", "--method", "voxel"]))
+            > 1.8 * rms(&built(&["--spacing", "1", "--method", "band"]))
+    );
+    assert!(built(&["--spacing", "1", "--truncate", "0"])["max"].as_f64().unwrap() > 16.0);
+    assert!(
+        (built(&["--spacing", "1", "--truncate", "3.5"])["max"].as_f64().unwrap() - 3.5).abs()
+            < 1e-6
+    );
 }
 
 #[test]
@@ -114,7 +117,17 @@ fn threads_change_no_byte() {
     let files = |threads: &str| {
         let run = workshop.run(
             "field",
-            &["bone.obj", "--out", "f.vti", "--picture", "f.png", "--threads", threads],
+            &[
+                "bone.obj",
+                "--spacing",
+                "1",
+                "--out",
+                "f.vti",
+                "--picture",
+                "f.png",
+                "--threads",
+                threads,
+            ],
         );
         assert_eq!(run.status, 0, "{}", run.stderr);
         [bytes(&workshop, "f.vti"), bytes(&workshop, "f.png")]
@@ -123,10 +136,10 @@ fn threads_change_no_byte() {
 }
 
 #[test]
-fn what_makes_a_field_unreliable_is_told() {
+fn unreliable_fields_have_warnings() {
     let workshop = workshop();
     let cases = [
-        (["open.obj", "--spacing", "1"], "the surface is open, with 3 edges of boundary"),
+        (["open.obj", "--spacing", "1"], "the surface is open, with 3 boundary edges"),
         (["bone.obj", "--spacing", "12"], "the surface spans 2.50 cells"),
         (["bone.obj", "--spacing", "12"], "89 % of the surface bounds parts thinner than 18.00"),
     ];
@@ -138,9 +151,12 @@ fn what_makes_a_field_unreliable_is_told() {
 }
 
 #[test]
-fn bad_input_is_named_and_nothing_is_written() {
+fn invalid_input_is_named_and_nothing_is_written() {
     let workshop = workshop();
-    assert_eq!(workshop.run("field", &["bone.obj", "--out", "good.nrrd"]).status, 0);
+    assert_eq!(
+        workshop.run("field", &["bone.obj", "--spacing", "1", "--out", "good.nrrd"]).status,
+        0
+    );
     let good = bytes(&workshop, "good.nrrd");
     workshop.write("short.nrrd", &good[..good.len() - 7]);
     workshop.write("empty.vti", "");
@@ -149,11 +165,11 @@ fn bad_input_is_named_and_nothing_is_written() {
         (&["missing.vti"], "missing.vti: cannot be read"),
         (&["short.nrrd"], "short.nrrd: NRRD file: a grid of 51 x 51 x 51 nodes needs 530604 bytes"),
         (&["empty.vti"], "empty.vti: VTI file: element 'VTKFile': is missing"),
-        (&["bone.obj", "--out", "f.mha"], "f.mha: is of no format that a field is written in"),
+        (&["bone.obj", "--out", "f.mha"], "f.mha: unknown format of a field"),
         (&["bone.obj", "--spacing", "-1"], "bone.obj: spacing is -1"),
         (&["bone.obj", "--spacing", "nan"], "bone.obj: spacing is NaN"),
         (&["bone.obj", "--padding", "-2"], "bone.obj: padding is -2"),
-        (&["bone.obj", "--spacing", "0.0001"], "bone.obj: a grid of 1.250e17 nodes needs"),
+        (&["bone.obj", "--spacing", "0.0001"], "bone.obj: a grid of 2.701e16 nodes needs"),
         (&["open.obj", "--method", "voxel"], "open.obj: the voxel method"),
         (
             &["bone.obj", "--step", "0"],

@@ -1,4 +1,4 @@
-//! The program on real anatomy, against a table of what overlaps there.
+//! The program on real anatomy, against a table of overlaps.
 //!
 //! Needs the folder that `MUSCULO_DATA` names; says so and passes without it.
 //!
@@ -63,7 +63,7 @@ fn rows(data: &Path, set: &str) -> BTreeMap<Pair, Row> {
     fields.filter(|field| field[0] == set).map(row).collect()
 }
 
-/// What the program says of some meshes, as JSON.
+/// Returns the report of some meshes as JSON.
 fn check(meshes: &[PathBuf]) -> Value {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let json = folder.path().join("report.json");
@@ -173,7 +173,7 @@ fn distance_of_nearest_vertex(pair: &Value, files: &BTreeMap<String, &PathBuf>) 
     each.map(|face| closest_on_triangle(at, face).point.distance(at)).fold(f64::INFINITY, f64::min)
 }
 
-#[expect(clippy::print_stdout, reason = "a skipped test says so, a measured one what it saw")]
+#[expect(clippy::print_stdout, reason = "the test prints what it skips or measures")]
 fn holds_against_the_table(set: &str, with: &[&str]) {
     let Some(data) = data() else {
         println!("skipped: MUSCULO_DATA names no folder of anatomy");

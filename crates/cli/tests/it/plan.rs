@@ -1,9 +1,6 @@
-//! Plans of scenes: what is told, and what is refused.
+//! Plans of scenes: reports and refusals.
 
-#[expect(dead_code, reason = "shared with the tests of other commands")]
-mod support;
-
-use support::{Workshop, tetrahedron};
+use crate::support::{Workshop, tetrahedron};
 
 fn workshop() -> Workshop {
     let workshop = Workshop::new();
@@ -19,18 +16,18 @@ fn a_plan_names_methods_reasons_and_what_a_frame_takes() {
         ["bone.obj", "muscle.obj", "--rigid", "bone", "--tolerance", "0.5", "--compare"];
     let run = workshop.run("plan", &arguments);
     assert_eq!(run.status, 1, "{}", run.stderr);
-    let told = [
+    let part = [
         "tolerance 0.5; margin 0;",
         "bone    distance field",
         "muscle  tree",
         "muscle  no reduced surface:",
         "bone    muscle  field",
         "1 of 1 pairs overlap",
-        "depths differ by 0.",
-        "0 overlaps are not seen",
+        "depths differ by at most 0.",
+        "0 overlaps are missing",
     ];
-    for told in told {
-        assert!(run.stdout.contains(told), "{told}: {}", run.stdout);
+    for part in part {
+        assert!(run.stdout.contains(part), "{part}: {}", run.stdout);
     }
 }
 
@@ -42,15 +39,15 @@ fn a_method_can_be_forced_and_is_refused_where_it_cannot_serve() {
     let surfaces = run("muscle,bone,surfaces");
     assert_eq!(surfaces.status, 1, "{}", surfaces.stderr);
     assert!(surfaces.stdout.contains("bone    muscle  surfaces"), "{}", surfaces.stdout);
-    for (force, told) in [
+    for (force, part) in [
         ("muscle,bone", "expected two names and a method"),
-        ("muscle,bone,wishes", "no method is called \"wishes\""),
-        ("muscle,bane,field", "no body is called \"bane\""),
+        ("muscle,bone,wishes", "unknown method \"wishes\""),
+        ("muscle,bane,field", "no body is named 'bane'"),
         ("muscle,bone,balls", "method balls does not suit"),
     ] {
         let refused = run(force);
         assert_eq!(refused.status, 2, "{force}: {}", refused.stdout);
-        assert!(refused.stderr.contains(told), "{told}: {}", refused.stderr);
+        assert!(refused.stderr.contains(part), "{part}: {}", refused.stderr);
     }
 }
 
@@ -58,22 +55,22 @@ fn a_method_can_be_forced_and_is_refused_where_it_cannot_serve() {
 fn bodies_that_stay_apart_need_nothing() {
     let workshop = workshop();
     workshop.write("far.obj", tetrahedron(500.0, 30.0));
-    let arguments = ["bone.obj", "far.obj", "--tolerance", "0.5", "--travel", "10"];
+    let arguments = ["bone.obj", "far.obj", "--tolerance", "0.5", "--max-displacement", "10"];
     let run = workshop.run("plan", &arguments);
     assert_eq!(run.status, 0, "{}", run.stderr);
-    for told in ["bone  no tree: no pair needs it", "farther than they may move"] {
-        assert!(run.stdout.contains(told), "{told}: {}", run.stdout);
+    for part in ["bone  no tree: no pair needs it", "farther than they may move"] {
+        assert!(run.stdout.contains(part), "{part}: {}", run.stdout);
     }
 }
 
 #[test]
 fn needs_that_mean_nothing_are_refused_by_name() {
     let workshop = workshop();
-    for (option, value, told) in [
+    for (option, value, part) in [
         ("--tolerance", "0", "tolerance is 0, but must be finite and above 0"),
-        ("--reach", "-1", "margin is -1, but must be finite and at least 0"),
-        ("--travel", "-1", "max_displacement is -1, but must be at least 0"),
-        ("--budget", "-1", "a budget of -1 ms cannot be kept to"),
+        ("--margin", "-1", "margin is -1, but must be finite and at least 0"),
+        ("--max-displacement", "-1", "max_displacement is -1, but must be at least 0"),
+        ("--budget", "-1", "budget is -1 ms, but must be at least 0"),
     ] {
         let mut arguments = vec!["bone.obj", "muscle.obj", option, value];
         if option != "--tolerance" {
@@ -81,6 +78,6 @@ fn needs_that_mean_nothing_are_refused_by_name() {
         }
         let run = workshop.run("plan", &arguments);
         assert_eq!(run.status, 2, "{}", run.stdout);
-        assert!(run.stderr.contains(told), "{told}: {}", run.stderr);
+        assert!(run.stderr.contains(part), "{part}: {}", run.stderr);
     }
 }

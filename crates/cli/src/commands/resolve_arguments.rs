@@ -1,0 +1,45 @@
+//! Arguments of overlap removal, shared by the commands that do it.
+
+use clap::Args;
+use musculo_collide::ResolveParams;
+
+use crate::load::LoadedScene;
+
+/// Parameters of overlap removal, with lengths in the scene's unit.
+#[derive(Debug, Args)]
+pub(super) struct ResolveArgs {
+    /// Gap to which bodies are pushed apart, in the scene's unit [default: smoothing / 300]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
+    clearance: Option<f64>,
+
+    /// Length along a surface over which a push fades, in the scene's unit [default: 3/2 of the
+    /// mean edge of the soft bodies]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
+    smooth: Option<f64>,
+
+    /// Largest depth of an overlap that may remain, in the scene's unit [default: smoothing / 120]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
+    tolerance: Option<f64>,
+
+    /// Maximum number of rounds of detection and pushing
+    #[arg(long, value_name = "N", default_value_t = 60)]
+    rounds: u32,
+}
+
+/// Smoothing length in mean edges of the soft bodies: less leaves dents, more moves
+/// tissue that has no contact.
+const SMOOTHING_IN_EDGES: f64 = 1.5;
+
+impl ResolveArgs {
+    /// Returns the parameters, with defaults relative to the edges of the soft bodies.
+    pub(super) fn params(&self, loaded: &LoadedScene) -> ResolveParams {
+        let smoothing = self.smooth.unwrap_or_else(|| SMOOTHING_IN_EDGES * loaded.soft_edge());
+        let default = ResolveParams::with_smoothing(smoothing);
+        ResolveParams {
+            tolerance: self.tolerance.unwrap_or(default.tolerance),
+            clearance: self.clearance.unwrap_or(default.clearance),
+            max_rounds: self.rounds,
+            ..default
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! Report of a check as one HTML file: style and pictures inside, no scripts, nothing
+//! fetched.
+
+use std::io;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+
+use super::check_tables::{Section, bodies, pair_sections};
+use super::document::CheckDocument;
+use super::gallery::View;
+use super::table::escaped;
+use super::text::length;
+use crate::picture::viridis;
+
+const STYLE: &str = include_str!("report.css");
+
+/// Writes the page; `close_ups` are those of the overlapping pairs, the deepest first.
+pub(crate) fn check_page(
+    title: &str,
+    document: &CheckDocument,
+    overview: &[View],
+    close_ups: &[View],
+) -> io::Result<String> {
+    let title = escaped(title);
+    let mut page = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n\
+         <p class=\"lead\">{}</p>\n",
+        escaped(&document.summary()),
+    );
+    for warning in &document.warnings {
+        page += &format!("<p class=\"warning\">{}</p>\n", escaped(warning));
+    }
+
+    page += &section("Contact from three sides", &overview_figures(overview, document)?);
+    for Section { title, table } in pair_sections(document) {
+        page += &section(&title, &table.to_html());
+    }
+    if !close_ups.is_empty() {
+        page += &section("Overlaps, one by one", &close_up_figures(close_ups, document)?);
+    }
+    let refusals = document.refusals();
+    if !refusals.is_empty() {
+        let items: String =
+            refusals.iter().map(|text| format!("<li>{}</li>\n", escaped(text))).collect();
+        page += &section("Undefined", &format!("<ul>\n{items}</ul>\n"));
+    }
+    page += &section("Meshes and their defects", &bodies(document).to_html());
+
+    let version = env!("CARGO_PKG_VERSION");
+    page += &format!("<footer>musculo-collide {version}</footer>\n</body>\n</html>\n");
+    Ok(page)
+}
+
+fn section(title: &str, content: &str) -> String {
+    format!("<section>\n<h2>{}</h2>\n{content}</section>\n", escaped(title))
+}
+
+fn overview_figures(overview: &[View], document: &CheckDocument) -> io::Result<String> {
+    let has_overlaps = document.overlapping() > 0;
+    let mut html = if has_overlaps {
+        "<p>Overlapping bodies are solid, the others glass. Parts inside another body are \
+         colored by their depth and shine through nearer surfaces.</p>\n"
+            .to_owned()
+    } else {
+        "<p>No bodies overlap.</p>\n".to_owned()
+    };
+    html += "<div class=\"sights\">\n";
+    for view in overview {
+        html += &figure(view, document)?;
+    }
+    html += "</div>\n";
+    if let Some(view) = overview.first().filter(|_| has_overlaps) {
+        html += &legend(view.max_depth, document);
+    }
+    Ok(html)
+}
+
+fn close_up_figures(close_ups: &[View], document: &CheckDocument) -> io::Result<String> {
+    let mut html = "<p>Views from within the entered body, along the normal of the contact; \
+        nearer geometry is cut away. Each picture has its own color scale.</p>\n\
+        <div class=\"sights\">\n"
+        .to_owned();
+    for view in close_ups {
+        let (figure, legend) = (figure(view, document)?, legend(view.max_depth, document));
+        html += &format!("<div>\n{figure}{legend}</div>\n");
+    }
+    Ok(html + "</div>\n")
+}
+
+fn figure(view: &View, document: &CheckDocument) -> io::Result<String> {
+    let png = STANDARD.encode(view.image.to_png()?);
+    let bar = round_down(view.span / 4.0);
+    let (bar_text, percent) = (without_trailing_zeros(bar), 100.0 * bar / view.span);
+    let (caption, unit) = (escaped(&view.title), document.unit.symbol());
+    let View { width, height, .. } = view;
+    Ok(format!(
+        "<figure>\n<div class=\"picture\" style=\"max-width:{width}px\">\
+         <img width=\"{width}\" height=\"{height}\" alt=\"{caption}\" src=\"data:image/png;base64,{png}\">\
+         <div class=\"bar\" style=\"width:{percent:.2}%\"><span>{bar_text} {unit}</span></div></div>\n\
+         <figcaption>{caption}</figcaption>\n</figure>\n"
+    ))
+}
+
+/// Returns 1, 2 or 5 times a power of ten, at or below a length.
+fn round_down(length: f64) -> f64 {
+    let power = 10.0_f64.powf(length.log10().floor());
+    [5.0, 2.0].into_iter().map(|n| n * power).find(|round| *round <= length).unwrap_or(power)
+}
+
+fn without_trailing_zeros(length: f64) -> String {
+    let text = format!("{length:.9}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// Draws the color scale from 0 to the maximum depth, with its numbers.
+fn legend(max_depth: f64, document: &CheckDocument) -> String {
+    if max_depth <= 0.0 {
+        return "<p class=\"note\">Faces cross, but no vertex is inside.</p>\n".to_owned();
+    }
+
+    let (mut stops, mut ticks) = (String::new(), String::new());
+    for step in 0_u8..=16 {
+        let t = f64::from(step) / 16.0;
+        let [r, g, b] = viridis(t).to_srgb();
+        stops += &format!("<stop offset=\"{t}\" stop-color=\"rgb({r},{g},{b})\"/>");
+        if step % 4 == 0 {
+            let (x, number) = (10.0 + 300.0 * t, length(t * max_depth, document.unit));
+            ticks += &format!("<text x=\"{x}\" y=\"34\" text-anchor=\"middle\">{number}</text>");
+        }
+    }
+
+    let (unit, id) = (document.unit.symbol(), format!("scale{}", max_depth.to_bits()));
+    format!(
+        "<svg class=\"legend\" viewBox=\"-24 0 368 52\" role=\"img\" aria-label=\"depth from 0 to {}\">\
+         <defs><linearGradient id=\"{id}\">{stops}</linearGradient></defs>\
+         <rect x=\"10\" y=\"4\" width=\"300\" height=\"14\" fill=\"url(#{id})\"/>{ticks}\
+         <text x=\"160\" y=\"49\" text-anchor=\"middle\">depth inside the other body [{unit}]</text></svg>\n",
+        length(max_depth, document.unit),
+    )
+}

@@ -1,0 +1,12 @@
+//! The program, run as a user runs it.
+
+mod anatomy;
+mod bad_input;
+mod check;
+mod field;
+mod first_try;
+mod medial;
+mod motion;
+mod plan;
+mod resolve;
+mod support;
