@@ -269,7 +269,7 @@ fn bad_files_are_refused_with_the_place() {
         (with(&nrrd, "2 3 4", "9999999999 9999999999 9999999999"), "but the file has 96"),
         (with(&nrrd, "2 3 4", "2 3"), "field 'sizes': '2 3' is not three counts"),
         (with(&nrrd, "2 3 4", "-2 3 4"), "field 'sizes': '-2 3 4' is not three counts"),
-        (with(&nrrd, "2 3 4", "1 6 4"), "nodes an axis is 1"),
+        (with(&nrrd, "2 3 4", "1 6 4"), "nodes per axis is 1"),
         (with(&nrrd, "NRRD0004", "NIFTI"), "line 1: does not begin with NRRD000"),
         (with(&nrrd, "type: float", "type: uchar"), "values of type 'uchar' cannot be read"),
         (with(&nrrd, "type: float\n", ""), "field 'type': is missing"),
