@@ -11,43 +11,48 @@ use surface::{Contact, ContactSide, Term, vertex_normals};
 
 /// Finds the contacts of a pair's crossing faces without a vertex inside. Their gaps are
 /// negative.
-pub(crate) fn edge_contacts(scene: &Scene, pair: &PairReport) -> Vec<Contact> {
-    if pair.crossing_faces.is_empty() {
+pub(crate) fn edge_contacts(scene: &Scene, report: &PairReport) -> Vec<Contact> {
+    if report.crossing_faces.is_empty() {
         return Vec::new();
     }
-    let [a, b] = pair.pair.bodies().map(|id| scene.body(id));
+    let [a, b] = report.pair.bodies().map(|id| scene.body(id));
     // A contact has one anchor at most: of two rigid bodies, the second.
     let [a_is_anchor, b_is_anchor] = [a.is_rigid() && !b.is_rigid(), b.is_rigid()];
-    let a = CrossingSide::new(a, &pair.a_against_b, a_is_anchor);
-    let b = CrossingSide::new(b, &pair.b_against_a, b_is_anchor);
+    let a = CrossingBody::new(a, &report.a_against_b, a_is_anchor);
+    let b = CrossingBody::new(b, &report.b_against_a, b_is_anchor);
+    report.crossing_faces.iter().filter_map(|&faces| contact(&a, &b, faces)).collect()
+}
 
-    let contact = |&[face_a, face_b]: &[u32; 2]| {
-        let [of_a, of_b] = [a.face_normal(face_a)?, b.face_normal(face_b)?];
-        let normal = (of_b - of_a).try_normalize().or_else(|| of_b.try_normalize())?;
-        let meeting = highest([a.body.corners(face_a), b.body.corners(face_b)], normal)?;
+/// Makes the contact of two crossing faces; `None` where one has a vertex inside, or where no
+/// height of one over the other is found.
+fn contact(a: &CrossingBody<'_>, b: &CrossingBody<'_>, faces: [u32; 2]) -> Option<Contact> {
+    let [of_a, of_b] = [a.face_normal(faces[0])?, b.face_normal(faces[1])?];
+    let normal = (of_b - of_a).try_normalize().or_else(|| of_b.try_normalize())?;
+    let meeting = highest([a.body.corners(faces[0]), b.body.corners(faces[1])], normal)?;
 
-        let on_a = a.point(face_a, meeting.weights[0]);
-        let on_b = b.point(face_b, meeting.weights[1]);
-        Some(Contact::between(on_a.side(), on_b.side(), normal, -meeting.height))
-    };
-    pair.crossing_faces.iter().filter_map(contact).collect()
+    let [on_a, on_b] = meeting.weights;
+    let (terms_a, terms_b) = (a.terms(faces[0], on_a), b.terms(faces[1], on_b));
+    let on_a = a.contact_side(faces[0], on_a, &terms_a);
+    let on_b = b.contact_side(faces[1], on_b, &terms_b);
+    Some(Contact::between(on_a, on_b, normal, -meeting.height))
 }
 
 /// One body of a pair whose faces cross.
-struct CrossingSide<'a> {
+struct CrossingBody<'a> {
     body: &'a Body,
-    /// Whether each vertex is inside the other body, |V|.
+    /// Vertices inside the other body, |V|.
     is_inside: Vec<bool>,
+    /// Vertex normals, |V|.
     normals: Vec<DVec3>,
-    /// Whether the body is the anchor of contacts.
+    /// True for the anchor of contacts.
     is_anchor: bool,
 }
 
-impl<'a> CrossingSide<'a> {
+impl<'a> CrossingBody<'a> {
     fn new(body: &'a Body, report: &VertexReport, is_anchor: bool) -> Self {
         let mut is_inside = vec![false; body.positions().len()];
-        for near in report.near.iter().filter(|near| near.gap < 0.0) {
-            is_inside[near.vertex as usize] = true;
+        for near in &report.near {
+            is_inside[near.vertex as usize] = near.gap < 0.0;
         }
         let normals = vertex_normals(body.surface().faces(), body.positions());
         Self { body, is_inside, normals, is_anchor }
@@ -55,36 +60,36 @@ impl<'a> CrossingSide<'a> {
 
     /// Sums the normals of a face's corners; `None` where one of them is inside.
     fn face_normal(&self, face: u32) -> Option<DVec3> {
-        let corners = self.body.surface().faces()[face as usize].map(|vertex| vertex as usize);
-        let is_outside = !corners.iter().any(|&vertex| self.is_inside[vertex]);
-        is_outside.then(|| corners.iter().map(|&vertex| self.normals[vertex]).sum())
-    }
-
-    /// Returns the point of a face with these weights of its corners.
-    fn point(&self, face: u32, weights: [f64; 3]) -> FacePoint {
-        if self.is_anchor {
-            return FacePoint::Anchor(interpolate(self.body.corners(face), weights));
+        let mut sum = DVec3::ZERO;
+        for vertex in self.body.surface().faces()[face as usize] {
+            if self.is_inside[vertex as usize] {
+                return None;
+            }
+            sum += self.normals[vertex as usize];
         }
-        let numbers = self.body.particle_numbers();
-        let corners = self.body.surface().faces()[face as usize].into_iter().zip(weights);
-        let terms =
-            corners.map(|(vertex, weight)| Term { particle: numbers.particle(vertex), weight });
-        FacePoint::Particles(terms.filter(|term| term.weight != 0.0).collect())
+        Some(sum)
     }
-}
 
-/// Point of a face, by what carries it.
-enum FacePoint {
-    Anchor(DVec3),
-    Particles(Vec<Term>),
-}
+    /// Returns the particles of a face with these weights, without those of weight 0.
+    fn terms(&self, face: u32, weights: [f64; 3]) -> Vec<Term> {
+        let numbers = self.body.particle_numbers();
+        let mut terms = Vec::new();
+        for (vertex, weight) in self.body.surface().faces()[face as usize].into_iter().zip(weights)
+        {
+            if weight != 0.0 {
+                terms.push(Term { particle: numbers.particle(vertex), weight });
+            }
+        }
+        terms
+    }
 
-impl FacePoint {
-    /// Returns the point as one side of a contact; an anchor is at rest.
-    fn side(&self) -> ContactSide<'_> {
-        match self {
-            Self::Anchor(point) => ContactSide::at_rest(*point),
-            Self::Particles(terms) => ContactSide::Particles(terms),
+    /// Returns the point of a face with these weights as one side of a contact; an anchor is at
+    /// rest.
+    fn contact_side<'t>(&self, face: u32, weights: [f64; 3], terms: &'t [Term]) -> ContactSide<'t> {
+        if self.is_anchor {
+            ContactSide::at_rest(interpolate(self.body.corners(face), weights))
+        } else {
+            ContactSide::Particles(terms)
         }
     }
 }
@@ -102,39 +107,50 @@ struct Meeting {
 /// `None` where it is nowhere over it, and where the height exceeds half the longest edge of a
 /// face: the faces then belong to parts that are seen from the side.
 fn highest([a, b]: [[DVec3; 3]; 2], normal: DVec3) -> Option<Meeting> {
-    let (u, v) = normal.any_orthonormal_pair();
-    let flat = |corners: [DVec3; 3]| corners.map(|p| DVec2::new(p.dot(u), p.dot(v)));
-    let (flat_a, flat_b) = (flat(a), flat(b));
-
-    // The corners of the area in which the faces cover each other.
-    let mut corners: Vec<[[f64; 3]; 2]> = Vec::new();
-    for k in 0..3 {
-        corners.extend(weights_within(flat_a[k], flat_b).map(|of_b| [along(k, 0.0), of_b]));
-        corners.extend(weights_within(flat_b[k], flat_a).map(|of_a| [of_a, along(k, 0.0)]));
-    }
-    for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
-        let edge = |corners: [DVec2; 3], k: usize| [corners[k], corners[(k + 1) % 3]];
-        let crossing = segments_cross(edge(flat_a, i), edge(flat_b, j));
-        corners.extend(crossing.map(|[s, t]| [along(i, s), along(j, t)]));
-    }
-
+    let max_height = longest_edge(a).min(longest_edge(b)) / 2.0;
     let mut highest: Option<Meeting> = None;
-    for weights in corners {
+    for weights in corners_of_overlap(a, b, normal) {
         let height = (interpolate(b, weights[1]) - interpolate(a, weights[0])).dot(normal);
         if highest.as_ref().is_none_or(|highest| height > highest.height) {
             highest = Some(Meeting { weights, height });
         }
     }
-    let max_height = longest_edge(a).min(longest_edge(b)) / 2.0;
     highest.filter(|highest| highest.height > 0.0 && highest.height < max_height)
+}
+
+/// Finds the corners of the area in which two faces cover each other, seen along `normal`, as
+/// weights of the corners of either face.
+fn corners_of_overlap(a: [DVec3; 3], b: [DVec3; 3], normal: DVec3) -> Vec<[[f64; 3]; 2]> {
+    let axes = normal.any_orthonormal_pair();
+    let (a, b) = (flatten(a, axes), flatten(b, axes));
+    let mut corners = Vec::new();
+    for i in 0..3 {
+        if let Some(on_b) = weights_within(a[i], b) {
+            corners.push([along(i, 0.0), on_b]);
+        }
+        if let Some(on_a) = weights_within(b[i], a) {
+            corners.push([on_a, along(i, 0.0)]);
+        }
+    }
+    for (i, j) in (0..3).flat_map(|i| [(i, 0), (i, 1), (i, 2)]) {
+        if let Some([s, t]) = segments_cross([a[i], a[(i + 1) % 3]], [b[j], b[(j + 1) % 3]]) {
+            corners.push([along(i, s), along(j, t)]);
+        }
+    }
+    corners
+}
+
+/// Projects a face onto the plane of two axes.
+fn flatten(corners: [DVec3; 3], (u, v): (DVec3, DVec3)) -> [DVec2; 3] {
+    corners.map(|p| DVec2::new(p.dot(u), p.dot(v)))
 }
 
 fn longest_edge([p, q, r]: [DVec3; 3]) -> f64 {
     p.distance(q).max(q.distance(r)).max(r.distance(p))
 }
 
-fn interpolate(corners: [DVec3; 3], weights: [f64; 3]) -> DVec3 {
-    corners.iter().zip(weights).map(|(&corner, weight)| weight * corner).sum()
+fn interpolate([p, q, r]: [DVec3; 3], weights: [f64; 3]) -> DVec3 {
+    DVec3::ZERO + weights[0] * p + weights[1] * q + weights[2] * r
 }
 
 /// Returns the weights of the point at the fraction `s` of a face's edge `k`.
@@ -157,8 +173,9 @@ fn weights_within(p: DVec2, [a, b, c]: [DVec2; 3]) -> Option<[f64; 3]> {
 fn segments_cross([a0, a1]: [DVec2; 2], [b0, b1]: [DVec2; 2]) -> Option<[f64; 2]> {
     let (a, b) = (a1 - a0, b1 - b0);
     let turn = a.perp_dot(b);
-    let fractions = [(b0 - a0).perp_dot(b) / turn, (b0 - a0).perp_dot(a) / turn];
-    fractions.iter().all(|fraction| (0.0..=1.0).contains(fraction)).then_some(fractions)
+    let [s, t] = [(b0 - a0).perp_dot(b) / turn, (b0 - a0).perp_dot(a) / turn];
+    let is_within = (0.0..=1.0).contains(&s) && (0.0..=1.0).contains(&t);
+    is_within.then_some([s, t])
 }
 
 #[cfg(test)]

@@ -8,9 +8,9 @@
 
 use glam::DVec3;
 use kdop::Workspace;
-use proximity::{ClosestPoint, SurfaceTree, contact};
-use scene::{Body, BodyId, NearVertex, PairReport, Scene};
-use surface::{Contact, parallel, triangle, vertex_normals};
+use proximity::{ClosestPoint, NearVertex, contact};
+use scene::Body;
+use surface::{Contact, triangle};
 
 use crate::spread::symmetric_sweeps;
 use crate::tissue::{Tissue, fitted_tree};
@@ -20,73 +20,31 @@ use crate::tuning;
 /// vertices that were never inside. A vertex keeps its direction.
 pub(crate) type ExitMemory = Vec<DVec3>;
 
-/// Exit sides for the pairs of a scene.
-pub(crate) struct ExitSides<'a> {
-    scene: &'a Scene,
-    tissues: &'a [Tissue],
-    /// Present vertex normals of all bodies.
-    normals: Vec<Vec<DVec3>>,
-    smoothing: f64,
-}
-
 /// Vertices of one body against another body.
-struct Side<'a> {
-    body: &'a Body,
-    tissue: &'a Tissue,
-    normals: &'a [DVec3],
-    other: &'a SurfaceTree,
-    smoothing: f64,
+pub(crate) struct ExitSide<'a> {
+    pub(crate) tissue: &'a Tissue,
+    pub(crate) body: &'a Body,
+    pub(crate) other: &'a Body,
+    pub(crate) smoothing: f64,
 }
 
-impl<'a> ExitSides<'a> {
-    pub(crate) fn new(scene: &'a Scene, tissues: &'a [Tissue], smoothing: f64) -> Self {
-        let normals = |body: &Body| vertex_normals(body.surface().faces(), body.positions());
-        let normals = parallel::map_slice_with(scene.bodies(), || (), |(), body| normals(body));
-        Self { scene, tissues, normals, smoothing }
-    }
-
-    /// Makes the contacts of a pair's near vertices, with their exit sides corrected.
-    pub(crate) fn contacts(
-        &self,
-        report: &PairReport,
-        [of_a, of_b]: &mut [ExitMemory; 2],
-    ) -> Vec<Contact> {
-        let [a, b] = report.pair.bodies();
-        let vertices_of_a = self.side(a, b).correct(&report.a_against_b.near, of_a);
-        let vertices_of_b = self.side(b, a).correct(&report.b_against_a.near, of_b);
-
-        let [a, b] = [a, b].map(|id| self.scene.body(id).contact_surface());
-        let contacts_of_a = vertices_of_a.iter().map(|near| contact(&a, &b, near));
-        let contacts_of_b = vertices_of_b.iter().map(|near| contact(&b, &a, near));
-        contacts_of_a.chain(contacts_of_b).collect()
-    }
-
-    fn side(&self, body: BodyId, other: BodyId) -> Side<'_> {
-        Side {
-            body: self.scene.body(body),
-            tissue: &self.tissues[body.index()],
-            normals: &self.normals[body.index()],
-            other: fitted_tree(self.scene.body(other)),
-            smoothing: self.smoothing,
-        }
-    }
-}
-
-impl Side<'_> {
-    /// Corrects near vertices: drops those that face away from the other surface, and projects
-    /// deep ones onto the side by which they entered.
-    fn correct(&self, near: &[NearVertex], memory: &mut ExitMemory) -> Vec<NearVertex> {
+impl ExitSide<'_> {
+    /// Makes the contacts of near vertices. Those that face away from the other surface are
+    /// dropped, and deep ones are projected onto the side by which they entered.
+    pub(crate) fn contacts(&self, near: &[NearVertex], memory: &mut ExitMemory) -> Vec<Contact> {
         let workspace = &mut Workspace::default();
-        if self.body.is_rigid() {
-            return near.iter().filter_map(|near| self.correct_rigid(near, workspace)).collect();
-        }
+        let (body, other) = (self.body.contact_surface(), self.other.contact_surface());
         let directions = self.exit_directions(near, memory);
-        let mut corrected = Vec::with_capacity(near.len());
+        let mut contacts = Vec::with_capacity(near.len());
         for near in near {
-            let direction = directions[near.vertex as usize];
-            corrected.extend(self.correct_soft(near, direction, workspace));
+            let corrected = if self.tissue.is_rigid {
+                self.correct_rigid(near, workspace)
+            } else {
+                self.correct_soft(near, directions[near.vertex as usize], workspace)
+            };
+            contacts.extend(corrected.map(|near| contact(&body, &other, &near)));
         }
-        corrected
+        contacts
     }
 
     /// Corrects a vertex of tissue, which leaves by the side where it entered.
@@ -123,28 +81,30 @@ impl Side<'_> {
     }
 
     fn normal(&self, near: &NearVertex) -> DVec3 {
-        self.normals[near.vertex as usize]
+        self.tissue.normals[near.vertex as usize]
     }
 
-    /// Computes the exit directions of vertices inside or near, |V|; 0 for others, and for all
-    /// while none has been inside.
+    /// Computes the exit directions of vertices inside or near, |V|; 0 for others, for rigid
+    /// bodies, and for all while none has been inside.
     fn exit_directions(&self, near: &[NearVertex], memory: &mut ExitMemory) -> Vec<DVec3> {
-        if memory.is_empty() && !near.iter().any(|near| near.gap < 0.0) {
-            return vec![DVec3::ZERO; self.normals.len()];
+        let has_inside = near.iter().any(|near| near.gap < 0.0);
+        if self.tissue.is_rigid || (memory.is_empty() && !has_inside) {
+            return vec![DVec3::ZERO; self.tissue.normals.len()];
         }
-        memory.resize(self.normals.len(), DVec3::ZERO);
+        memory.resize(self.tissue.normals.len(), DVec3::ZERO);
 
         // A vertex new inside counts by how shallow it is, and by how it faces the other body.
         let mut own = memory.clone();
-        for near in near.iter().filter(|near| near.gap < 0.0) {
+        for near in near {
             let direction = &mut own[near.vertex as usize];
-            if *direction == DVec3::ZERO {
+            if near.gap < 0.0 && *direction == DVec3::ZERO {
                 let facing = (-self.normal(near).dot(near.normal)).max(0.0);
                 let trust = facing * (near.gap / (tuning::TRUSTED_DEPTH * self.smoothing)).exp();
                 *direction = trust * near.normal;
             }
         }
 
+        // Spread the directions over all near vertices.
         let mut directions = own.clone();
         symmetric_sweeps(near, tuning::DIRECTION_SWEEPS, |near| {
             let mean = self.tissue.equilibrium(near.vertex, |v| directions[v as usize], 0.0);
@@ -156,9 +116,10 @@ impl Side<'_> {
             *direction = direction.normalize_or_zero();
         }
 
-        for near in near.iter().filter(|near| near.gap < 0.0) {
+        // Remember those of vertices new inside.
+        for near in near {
             let remembered = &mut memory[near.vertex as usize];
-            if *remembered == DVec3::ZERO {
+            if near.gap < 0.0 && *remembered == DVec3::ZERO {
                 *remembered = directions[near.vertex as usize];
             }
         }
@@ -168,14 +129,12 @@ impl Side<'_> {
     /// Finds the closest point of the other body's surface among faces on one side of it.
     fn project(&self, vertex: u32, side: DVec3, workspace: &mut Workspace) -> Option<NearVertex> {
         let position = self.body.positions()[vertex as usize];
-        let is_on_side = |direction: DVec3| direction.dot(side) > tuning::MIN_AGREEMENT;
-        let face_normal = |face: u32| triangle::unit_normal(self.other.corners(face));
-
+        let other = fitted_tree(self.other);
         let mut nearest: Option<ClosestPoint> = None;
-        self.other.tree().nearest(position, f64::INFINITY, workspace, |face, _| {
-            let found = self.other.closest_on_face(position, face);
+        other.tree().nearest(position, f64::INFINITY, workspace, |face, _| {
+            let found = other.closest_on_face(position, face);
             let is_nearer = nearest.is_none_or(|nearest| found.is_before(&nearest));
-            if is_nearer && is_on_side(face_normal(face)) {
+            if is_nearer && agrees(triangle::unit_normal(other.corners(face)), side) {
                 nearest = Some(found);
             }
             nearest.map_or(f64::INFINITY, |nearest| nearest.distance)
@@ -183,7 +142,8 @@ impl Side<'_> {
 
         let ClosestPoint { face, foot, .. } = nearest?;
         let way = (foot.point - position).normalize_or_zero();
-        let normal = if is_on_side(way) { way } else { face_normal(face) };
+        let is_on_side = agrees(way, side);
+        let normal = if is_on_side { way } else { triangle::unit_normal(other.corners(face)) };
         Some(NearVertex {
             vertex,
             gap: (position - foot.point).dot(normal),
@@ -193,4 +153,9 @@ impl Side<'_> {
             normal,
         })
     }
+}
+
+/// Returns true if a direction is on one side.
+fn agrees(direction: DVec3, side: DVec3) -> bool {
+    direction.dot(side) > tuning::MIN_AGREEMENT
 }

@@ -21,11 +21,10 @@ mod push;
 mod resolution;
 mod resolver;
 mod run;
+mod shape;
 mod spread;
-mod strain;
 mod tissue;
 mod tuning;
-mod volume;
 mod warm_start;
 
 pub use glam;

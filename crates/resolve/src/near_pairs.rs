@@ -1,7 +1,7 @@
 //! Incremental detection: pairs of which neither body moved keep their report.
 
 use proximity::PairProximity;
-use scene::{PairId, PairReport, Scene};
+use scene::{BodyId, PairId, PairReport, Scene, VertexReport};
 use surface::progress::{Interrupted, Progress};
 use surface::{Contact, parallel};
 
@@ -11,9 +11,7 @@ use crate::tissue::fitted_tree;
 
 /// Pairs of bodies within the detection margin, in the order of the bodies.
 #[derive(Debug, Default)]
-pub(crate) struct NearPairs {
-    pairs: Vec<NearPair>,
-}
+pub(crate) struct NearPairs(Vec<NearPair>);
 
 /// Pair of bodies within the detection margin.
 #[derive(Debug)]
@@ -42,12 +40,18 @@ impl NearPair {
     pub(crate) fn overlaps_in(&self, reports: &[PairReport]) -> bool {
         reports.iter().any(|report| report.overlaps && report.pair == self.report.pair)
     }
+
+    /// Returns each body with the report of its vertices.
+    pub(crate) fn sides(&self) -> [(BodyId, &VertexReport); 2] {
+        let PairReport { pair, a_against_b, b_against_a, .. } = &self.report;
+        [(pair.a, a_against_b), (pair.b, b_against_a)]
+    }
 }
 
 impl NearPairs {
     /// Returns the pairs, in the order of the bodies.
     pub(crate) fn iter(&self) -> impl Iterator<Item = &NearPair> {
-        self.pairs.iter()
+        self.0.iter()
     }
 
     /// Returns the pairs that overlap.
@@ -65,7 +69,7 @@ impl NearPairs {
         progress: Progress<'_>,
     ) -> Result<(), ResolveError> {
         let has_moved = |pair: PairId| moved[pair.a.index()] || moved[pair.b.index()];
-        self.pairs.retain(|pair| !has_moved(pair.report.pair));
+        self.0.retain(|pair| !has_moved(pair.report.pair));
 
         scene.fit_all()?;
         let mut stale = scene.close_pairs(margin)?;
@@ -76,8 +80,8 @@ impl NearPairs {
         });
 
         let detected: Result<Vec<_>, Interrupted> = detected.into_iter().collect();
-        self.pairs.extend(detected?.into_iter().flatten());
-        self.pairs.sort_unstable_by_key(|pair| pair.report.pair);
+        self.0.extend(detected?.into_iter().flatten());
+        self.0.sort_unstable_by_key(|pair| pair.report.pair);
         Ok(())
     }
 }

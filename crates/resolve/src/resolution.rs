@@ -7,8 +7,9 @@ use scene::{BodyId, PairId, PairReport, Scene};
 use surface::parallel;
 
 use crate::near_pairs::NearPairs;
-use crate::tissue::{Tissue, fitted_tree};
-use crate::{strain, tuning};
+use crate::shape::self_crossings_at;
+use crate::tissue::{Damage, Tissue, fitted_tree};
+use crate::tuning;
 
 /// State of a scene at the start or after a round.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -112,6 +113,15 @@ impl Round {
         round
     }
 
+    /// Adds the damage to one body; self-crossings only where they are counted.
+    pub(crate) fn add_damage(&mut self, damage: &Damage, counts_crossings: bool) {
+        self.volume_change = self.volume_change.max(damage.volume_change);
+        self.flipped_faces += damage.flipped_faces;
+        if counts_crossings {
+            self.self_crossings += damage.self_crossings;
+        }
+    }
+
     /// Returns true if nothing overlaps and no shape is spoilt.
     pub(crate) fn is_clean(&self) -> bool {
         let spoilt_faces = self.self_crossings + self.flipped_faces;
@@ -187,28 +197,31 @@ impl Remaining {
 impl BodyChange {
     /// Compares all bodies of a scene with their tissues at rest.
     pub(crate) fn list(scene: &Scene, tissues: &[Tissue]) -> Vec<Self> {
-        let bodies: Vec<_> = scene.ids().zip(tissues).collect();
-        let change = |id, tissue| Self::new(id, fitted_tree(scene.body(id)), tissue);
-        parallel::map_slice_with(&bodies, || (), |(), &(id, tissue)| change(id, tissue))
+        let bodies = scene.bodies();
+        parallel::map(tissues.len(), |i| Self::new(&tissues[i], fitted_tree(&bodies[i])))
     }
 
-    fn new(id: BodyId, tree: &SurfaceTree, tissue: &Tissue) -> Self {
+    fn new(tissue: &Tissue, tree: &SurfaceTree) -> Self {
         let x = tree.positions().as_slice();
-        let displacements: Vec<DVec3> =
-            x.iter().zip(&tissue.rest).map(|(x, rest)| *x - *rest).collect();
-        let self_crossings = [
-            strain::self_crossings_at(&tissue.rest, tree).len(),
-            tree.self_crossings(&mut Workspace::default()).len(),
-        ];
-        Self {
-            body: id,
-            moved: displacements.iter().filter(|u| **u != DVec3::ZERO).count(),
-            max_displacement: displacements.iter().map(|u| u.length()).fold(0.0, f64::max),
+        let mut change = Self {
+            body: tissue.id,
+            displacements: Vec::with_capacity(x.len()),
+            moved: 0,
+            max_displacement: 0.0,
             volume_ratio: tissue.volume.map(|volume| tissue.volume_at(x) / volume),
-            flipped_faces: strain::count_flipped(tissue, x),
-            self_crossings,
-            displacements,
+            flipped_faces: tissue.count_flipped(x),
+            self_crossings: [
+                self_crossings_at(&tissue.rest, tree).len(),
+                tree.self_crossings(&mut Workspace::default()).len(),
+            ],
+        };
+        for (x, rest) in x.iter().zip(&tissue.rest) {
+            let u = *x - *rest;
+            change.moved += usize::from(u != DVec3::ZERO);
+            change.max_displacement = change.max_displacement.max(u.length());
+            change.displacements.push(u);
         }
+        change
     }
 }
 

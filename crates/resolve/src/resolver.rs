@@ -4,7 +4,7 @@ use scene::Scene;
 use surface::progress::Progress;
 
 use crate::run::Run;
-use crate::warm_start::{self, LocalDisplacements};
+use crate::warm_start::{LocalDisplacements, fits};
 use crate::{Resolution, ResolveError, ResolveParams};
 
 /// Pushes apart the bodies of a scene that overlap.
@@ -53,7 +53,7 @@ pub fn resolve(
 #[derive(Clone, Debug)]
 pub struct Resolver {
     params: ResolveParams,
-    carried: Vec<Option<LocalDisplacements>>,
+    carried: Vec<LocalDisplacements>,
 }
 
 impl Resolver {
@@ -83,7 +83,7 @@ impl Resolver {
         scene: &mut Scene,
         progress: Progress<'_>,
     ) -> Result<Resolution, ResolveError> {
-        let carried = warm_start::fitting(&self.carried, scene);
+        let carried = if fits(&self.carried, scene) { self.carried.as_slice() } else { &[] };
         let mut run = Run::new(scene, self.params, progress)?;
 
         let result = run.warm_start(carried).and_then(|()| run.complete());

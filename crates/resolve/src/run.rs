@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
+use proximity::SurfaceTree;
 use scene::{CheckParams, PairId, PairReport, Scene};
 use surface::parallel;
 use surface::progress::{Interrupted, Progress};
@@ -10,47 +11,27 @@ use surface::progress::{Interrupted, Progress};
 use crate::exit_sides::ExitMemory;
 use crate::near_pairs::NearPairs;
 use crate::resolution::{BodyChange, Remaining, Resolution, Round};
-use crate::tissue::{self, Tissue, fitted_tree};
-use crate::warm_start::{LocalDisplacements, local_displacements};
-use crate::{ResolveError, ResolveParams, strain, tuning, volume};
+use crate::tissue::{Tissue, fitted_tree};
+use crate::warm_start::LocalDisplacements;
+use crate::{ResolveError, ResolveParams, tuning};
 
 /// State of one overlap removal.
 pub(crate) struct Run<'a> {
     pub(crate) scene: &'a mut Scene,
     pub(crate) params: ResolveParams,
     progress: Progress<'a>,
+    /// Tissues of all bodies, in their order.
     pub(crate) tissues: Vec<Tissue>,
     /// Inverse masses of all particles.
     pub(crate) inverse_masses: Vec<f64>,
     before: Vec<PairReport>,
     pub(crate) near: NearPairs,
     pub(crate) rounds: Vec<Round>,
-    /// Number of the best round, and the positions of all particles after it.
+    /// Number of the best round.
     best: usize,
-    best_positions: Vec<DVec3>,
     /// Rounds since the best one.
     stalled_rounds: u32,
     pub(crate) exit_memories: BTreeMap<PairId, [ExitMemory; 2]>,
-    /// Damage to each body.
-    pub(crate) damage: Vec<Damage>,
-}
-
-/// Damage that pushes did to the shape of a body.
-#[derive(Clone, Copy, Default)]
-pub(crate) struct Damage {
-    flipped_faces: usize,
-    /// Relative change of the volume.
-    volume_change: f64,
-    /// Pairs of the body's own faces that cross and did not at the start.
-    pub(crate) self_crossings: usize,
-}
-
-impl Damage {
-    /// Returns true if the body's shape has to be restored.
-    pub(crate) fn is_spoilt(&self) -> bool {
-        self.flipped_faces + self.self_crossings > 0
-            || self.volume_change > tuning::MAX_VOLUME_CHANGE
-    }
 }
 
 impl<'a> Run<'a> {
@@ -66,20 +47,22 @@ impl<'a> Run<'a> {
         let mut near = NearPairs::default();
         let all = vec![true; scene.bodies().len()];
         near.update(scene, margin, &all, start)?;
-        let tissues = tissue::tissues(scene);
 
+        let tissues = Tissue::of_bodies(scene);
+        let mut inverse_masses = Vec::new();
+        for tissue in &tissues {
+            inverse_masses.extend(tissue.inverse_masses(params.smoothing));
+        }
         let mut run = Self {
-            inverse_masses: tissue::inverse_masses(scene, &tissues, params.smoothing),
-            damage: vec![Damage::default(); tissues.len()],
             scene,
             params,
             progress,
             tissues,
+            inverse_masses,
             before,
             near,
             rounds: Vec::new(),
             best: 0,
-            best_positions: Vec::new(),
             stalled_rounds: 0,
             exit_memories: BTreeMap::new(),
         };
@@ -91,18 +74,12 @@ impl<'a> Run<'a> {
     /// stands.
     pub(crate) fn warm_start(
         &mut self,
-        carried: &[Option<LocalDisplacements>],
+        carried: &[LocalDisplacements],
     ) -> Result<(), ResolveError> {
         if carried.is_empty() || !self.continues() {
             return Ok(());
         }
-        for (id, carried) in self.scene.ids().zip(carried) {
-            if let Some(carried) = carried {
-                let x = carried.displace(&self.tissues[id.index()]);
-                self.scene.move_body(id, &x)?;
-            }
-        }
-        self.detect(&self.soft())?;
+        self.move_soft(|tissue, _| Some(carried[tissue.id.index()].displace(tissue)))?;
         self.record()?;
         if self.stalled_rounds > 0 { self.revert_to_best() } else { Ok(()) }
     }
@@ -110,9 +87,8 @@ impl<'a> Run<'a> {
     /// Pushes bodies apart round by round, and takes the best round.
     pub(crate) fn complete(&mut self) -> Result<Resolution, ResolveError> {
         while self.continues() {
-            let u = self.push()?;
-            let moved = self.move_by(&u)?;
-            self.detect(&moved)?;
+            self.push()?;
+            self.move_soft(|tissue, x| tissue.is_pushed().then(|| tissue.displaced(x)))?;
             self.record()?;
         }
         if self.rounds.last() != self.rounds.get(self.best) {
@@ -121,8 +97,8 @@ impl<'a> Run<'a> {
 
         let margin = detection_margin(&self.params);
         let after = self.scene.check(&CheckParams { margin }, self.round_progress())?;
-        let stuck = self.is_stuck();
-        let remaining = Remaining::list(self.scene, &self.near, &self.before, stuck);
+        let is_stuck = self.is_stuck();
+        let remaining = Remaining::list(self.scene, &self.near, &self.before, is_stuck);
         Ok(Resolution {
             resolved: remaining.iter().all(|pair| pair.is_within(self.params.tolerance)),
             remaining,
@@ -133,30 +109,21 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// Stores the displacements of soft bodies in local frames.
-    pub(crate) fn local_displacements(&self) -> Vec<Option<LocalDisplacements>> {
-        local_displacements(self.scene, &self.tissues)
+    /// Returns the displacements of all bodies in local frames.
+    pub(crate) fn local_displacements(&self) -> Vec<LocalDisplacements> {
+        let mut displacements = Vec::new();
+        for (tissue, body) in self.tissues.iter().zip(self.scene.bodies()) {
+            displacements.push(LocalDisplacements::new(tissue, body.positions()));
+        }
+        displacements
     }
 
-    /// Puts soft bodies back to where they were at the start.
+    /// Moves soft bodies back to where they were at the start.
     pub(crate) fn restore(&mut self) -> Result<(), ResolveError> {
-        for (id, tissue) in self.scene.ids().zip(&self.tissues) {
-            if !self.scene.body(id).is_rigid() {
-                self.scene.move_body(id, &tissue.rest)?;
-            }
+        for tissue in self.tissues.iter().filter(|tissue| !tissue.is_rigid) {
+            self.scene.move_body(tissue.id, &tissue.rest)?;
         }
         Ok(())
-    }
-
-    /// Reports the completed share of the rounds, and polls for an interruption.
-    pub(crate) fn poll(&self) -> Result<(), Interrupted> {
-        self.round_progress().report(0.0)
-    }
-
-    fn round_progress(&self) -> Progress<'a> {
-        let rounds = u32::try_from(self.rounds.len()).unwrap_or(u32::MAX);
-        let fraction = f64::from(rounds) / (f64::from(self.params.max_rounds) + 1.0);
-        self.progress.part(fraction, fraction)
     }
 
     fn continues(&self) -> bool {
@@ -174,36 +141,30 @@ impl<'a> Run<'a> {
         self.stalled_rounds >= max_rounds
     }
 
-    /// Returns for each body whether it is soft.
-    fn soft(&self) -> Vec<bool> {
-        self.scene.bodies().iter().map(|body| !body.is_rigid()).collect()
-    }
-
-    /// Detects the contacts of moved bodies.
-    fn detect(&mut self, moved: &[bool]) -> Result<(), ResolveError> {
-        let progress = self.round_progress();
-        self.near.update(self.scene, detection_margin(&self.params), moved, progress)
+    /// Returns the progress of the present round, which only polls for an interruption.
+    pub(crate) fn round_progress(&self) -> Progress<'a> {
+        let rounds = u32::try_from(self.rounds.len()).unwrap_or(u32::MAX);
+        let fraction = f64::from(rounds) / (f64::from(self.params.max_rounds) + 1.0);
+        self.progress.part(fraction, fraction)
     }
 
     /// Adds the present state to the rounds, and keeps its positions where it is the best.
     fn record(&mut self) -> Result<(), ResolveError> {
-        let mut round = Round::of_overlaps(&self.near, &self.before);
         let tolerance = self.params.tolerance;
+        let mut round = Round::of_overlaps(&self.near, &self.before);
         let counts_crossings = round.is_within(tolerance) && !self.rounds.is_empty();
-        self.assess_damage(counts_crossings)?;
-        for damage in &self.damage {
-            round.volume_change = round.volume_change.max(damage.volume_change);
-            round.flipped_faces += damage.flipped_faces;
-            if counts_crossings {
-                round.self_crossings += damage.self_crossings;
-            }
+        self.for_each_soft(|tissue, tree| tissue.assess(tree, counts_crossings))?;
+        for tissue in &self.tissues {
+            round.add_damage(&tissue.damage, counts_crossings);
         }
 
         let best = self.rounds.get(self.best);
         if best.is_none_or(|best| round.is_better_than(best, tolerance)) {
             self.best = self.rounds.len();
-            self.best_positions = self.scene.particle_positions();
             self.stalled_rounds = 0;
+            for (tissue, body) in self.tissues.iter_mut().zip(self.scene.bodies()) {
+                tissue.best.copy_from_slice(body.positions());
+            }
         } else {
             self.stalled_rounds += 1;
         }
@@ -211,20 +172,16 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Assesses the damage to all bodies. Self-crossings take long, and are counted on demand.
-    fn assess_damage(&mut self, counts_crossings: bool) -> Result<(), Interrupted> {
-        let progress = self.round_progress();
-        let bodies = self.scene.bodies().iter().zip(&self.tissues);
-        let mut bodies: Vec<_> = bodies.zip(&mut self.damage).collect();
-        parallel::try_for_each_mut(&mut bodies, |_, ((body, tissue), damage)| {
+    /// Calls `f` on every soft tissue with its tree, and polls for an interruption.
+    pub(crate) fn for_each_soft(
+        &mut self,
+        f: impl Fn(&mut Tissue, &SurfaceTree) + Sync + Send,
+    ) -> Result<(), Interrupted> {
+        let (progress, bodies) = (self.round_progress(), self.scene.bodies());
+        parallel::try_for_each_mut(&mut self.tissues, |number, tissue| {
             progress.report(0.0)?;
-            let tree = fitted_tree(body);
-            damage.flipped_faces = strain::count_flipped(tissue, body.positions());
-            if !body.is_rigid() {
-                damage.volume_change = volume::relative_change(tissue, body.positions());
-            }
-            if counts_crossings {
-                damage.self_crossings = strain::count_new_self_crossings(tree, tissue);
+            if !tissue.is_rigid {
+                f(tissue, fitted_tree(&bodies[number]));
             }
             Ok(())
         })
@@ -232,13 +189,24 @@ impl<'a> Run<'a> {
 
     /// Moves soft bodies back to the best round.
     fn revert_to_best(&mut self) -> Result<(), ResolveError> {
-        let soft = self.soft();
-        for id in self.scene.ids().filter(|id| soft[id.index()]) {
-            let particles = self.scene.body(id).particles();
-            let x = &self.best_positions[particles.start as usize..particles.end as usize];
-            self.scene.move_body(id, x)?;
+        self.move_soft(|tissue, _| Some(tissue.best.clone()))
+    }
+
+    /// Moves soft bodies from their positions to others, where `to` computes some, and detects
+    /// their contacts.
+    fn move_soft(
+        &mut self,
+        to: impl Fn(&Tissue, &[DVec3]) -> Option<Vec<DVec3>>,
+    ) -> Result<(), ResolveError> {
+        let mut moved = vec![false; self.tissues.len()];
+        for tissue in self.tissues.iter().filter(|tissue| !tissue.is_rigid) {
+            if let Some(x) = to(tissue, self.scene.body(tissue.id).positions()) {
+                self.scene.move_body(tissue.id, &x)?;
+                moved[tissue.id.index()] = true;
+            }
         }
-        self.detect(&soft)
+        let progress = self.round_progress();
+        self.near.update(self.scene, detection_margin(&self.params), &moved, progress)
     }
 }
 

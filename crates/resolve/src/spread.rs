@@ -14,35 +14,67 @@ use proximity::SurfaceTree;
 use crate::tissue::Tissue;
 use crate::tuning;
 
-/// Spreads a body's pushes in place; vertices that are not pushed hold 0.
-pub(crate) fn spread(
-    tree: &SurfaceTree,
-    tissue: &mut Tissue,
-    pushes: &mut [DVec3],
-    smoothing: f64,
-    workspace: &mut Workspace,
-) {
-    let pushed: Vec<u32> =
-        (0..).zip(&*pushes).filter(|(_, push)| **push != DVec3::ZERO).map(|(v, _)| v).collect();
-    if pushed.is_empty() {
-        return;
+impl Tissue {
+    /// Spreads the displacement of this round to vertices that have none.
+    pub(crate) fn spread(&mut self, tree: &SurfaceTree, smoothing: f64) {
+        let mut pushed = Vec::new();
+        let (mut max_displacement, mut strongest): (f64, f64) = (0.0, 0.0);
+        for (vertex, &u) in (0..).zip(&self.u) {
+            if u != DVec3::ZERO {
+                pushed.push(vertex);
+                let displaced = tree.position(vertex) + u;
+                max_displacement =
+                    max_displacement.max(displaced.distance(self.rest[vertex as usize]));
+                strongest = strongest.max(u.length());
+            }
+        }
+
+        // The length to spread over grows with the push, so that no tissue strains more.
+        let length = smoothing.max(max_displacement / tuning::MAX_SLOPE);
+        let free = self.vertices_around(&pushed, tree, length);
+        let foundation = (length * length).recip();
+        symmetric_sweeps(&free, tuning::SPREAD_SWEEPS, |&vertex| {
+            let u = self.equilibrium(vertex, |next| self.u[next as usize], foundation);
+            self.u[vertex as usize] = u.unwrap_or(self.u[vertex as usize]);
+        });
+
+        for vertex in free {
+            let u = &mut self.u[vertex as usize];
+            if u.length() < tuning::MIN_SPREAD * strongest {
+                *u = DVec3::ZERO;
+            }
+        }
     }
 
-    // The distance to spread over grows with the push, so that no tissue strains more.
-    let radius = smoothing.max(max_displacement(tree, tissue, pushes) / tuning::MAX_SLOPE);
-    let free = vertices_around(tree, tissue, &pushed, radius, workspace);
-    let foundation = (radius * radius).recip();
-    symmetric_sweeps(&free, tuning::SPREAD_SWEEPS, |&v| {
-        if let Some(u) = tissue.equilibrium(v, |next| pushes[next as usize], foundation) {
-            pushes[v as usize] = u;
+    /// Finds the vertices around pushed ones, along the surface or through the body, that are
+    /// not pushed themselves, ascending.
+    fn vertices_around(&mut self, pushed: &[u32], tree: &SurfaceTree, length: f64) -> Vec<u32> {
+        let workspace = &mut Workspace::default();
+        let max_distance = tuning::SPREAD_RADIUS * length;
+        let mut is_visited = vec![false; self.rest.len()];
+        let mut queue = VecDeque::new();
+        for &vertex in pushed {
+            is_visited[vertex as usize] = true;
+            queue.push_back((vertex, vertex));
         }
-    });
 
-    let strongest = pushed.iter().map(|&v| pushes[v as usize].length()).fold(0.0, f64::max);
-    for v in free {
-        if pushes[v as usize].length() < tuning::MIN_SPREAD * strongest {
-            pushes[v as usize] = DVec3::ZERO;
+        // Breadth first, each vertex from the pushed one that it was reached from.
+        let mut free = Vec::new();
+        while let Some((vertex, source)) = queue.pop_front() {
+            self.find_strut(tree, vertex, tuning::MAX_STRUT_LENGTH * length, workspace);
+            let along = self.links(vertex).iter().map(|link| link.neighbor);
+            let through = self.strut(vertex).map_or([vertex; 3], |strut| strut.corners);
+            for next in along.chain(through) {
+                let distance = self.rest[next as usize].distance(self.rest[source as usize]);
+                if !is_visited[next as usize] && distance <= max_distance {
+                    is_visited[next as usize] = true;
+                    free.push(next);
+                    queue.push_back((next, source));
+                }
+            }
         }
+        free.sort_unstable();
+        free
     }
 }
 
@@ -55,46 +87,4 @@ pub(crate) fn symmetric_sweeps<T>(items: &[T], sweeps: usize, mut relax: impl Fn
             items.iter().rev().for_each(&mut relax);
         }
     }
-}
-
-/// Returns the largest distance from rest of a pushed vertex, with its push.
-fn max_displacement(tree: &SurfaceTree, tissue: &Tissue, pushes: &[DVec3]) -> f64 {
-    let places = tree.positions().as_slice().iter().zip(&tissue.rest).zip(pushes);
-    let pushed = places.filter(|(_, push)| **push != DVec3::ZERO);
-    pushed.map(|((x, rest), push)| (*x + *push).distance(*rest)).fold(0.0, f64::max)
-}
-
-/// Finds the vertices around pushed ones, along the surface or through the tissue, that are
-/// not pushed themselves, ascending.
-fn vertices_around(
-    tree: &SurfaceTree,
-    tissue: &mut Tissue,
-    pushed: &[u32],
-    smoothing: f64,
-    workspace: &mut Workspace,
-) -> Vec<u32> {
-    let max_distance = tuning::SPREAD_RADIUS * smoothing;
-    let mut visited = vec![false; tissue.rest.len()];
-    let mut queue = VecDeque::new();
-    for &vertex in pushed {
-        visited[vertex as usize] = true;
-        queue.push_back((vertex, vertex));
-    }
-
-    let mut free = Vec::new();
-    while let Some((vertex, source)) = queue.pop_front() {
-        tissue.find_strut(tree, vertex, smoothing, workspace);
-        let along = tissue.links(vertex).iter().map(|link| link.neighbor);
-        let through = tissue.strut(vertex).map_or([vertex; 3], |strut| strut.corners);
-        for next in along.chain(through) {
-            let distance = tissue.rest[next as usize].distance(tissue.rest[source as usize]);
-            if !visited[next as usize] && distance <= max_distance {
-                visited[next as usize] = true;
-                free.push(next);
-                queue.push_back((next, source));
-            }
-        }
-    }
-    free.sort_unstable();
-    free
 }

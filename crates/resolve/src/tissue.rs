@@ -1,4 +1,4 @@
-//! Elastic model of a body: particles with masses, and links along which a push spreads.
+//! Elastic model of a body: particles, and links along which a push spreads.
 //!
 //! Links are the edges of the surface and struts through the body, from a vertex to the
 //! opposite side.
@@ -8,27 +8,48 @@ use std::sync::Arc;
 use glam::DVec3;
 use kdop::{Dop18, Workspace};
 use proximity::SurfaceTree;
-use scene::{Body, Scene};
+use scene::{Body, BodyId, Scene};
 use surface::{TriangleSurface, parallel, triangle, vertex_areas, vertex_normals};
 
 use crate::tuning;
 
-/// Vertices of one body at rest, with the links between them.
+/// One body at rest, with the links between its vertices and its displacement in a round.
 #[derive(Debug)]
 pub(crate) struct Tissue {
+    pub(crate) id: BodyId,
+    pub(crate) is_rigid: bool,
     pub(crate) surface: Arc<TriangleSurface>,
     /// Positions at the start, |V|.
     pub(crate) rest: Vec<DVec3>,
     /// Unit normals at rest, |V|.
-    pub(crate) normals: Vec<DVec3>,
+    pub(crate) rest_normals: Vec<DVec3>,
     /// A third of the areas of each vertex's faces, |V|.
-    pub(crate) areas: Vec<f64>,
+    areas: Vec<f64>,
     /// Signed volume at rest; `None` where the body has no inside.
     pub(crate) volume: Option<f64>,
-    links: Vec<Link>,
-    /// Where the links of each vertex begin, |V| + 1.
-    first_links: Vec<usize>,
+    /// Links of each vertex along edges, |V|.
+    links: Vec<Vec<Link>>,
+    /// Strut of each vertex, |V|: `None` before it is searched, then the result.
     struts: Vec<Option<Option<Strut>>>,
+    /// Unit normals at the start of the present round, |V|.
+    pub(crate) normals: Vec<DVec3>,
+    /// True for vertices near another body in the present round, |V|.
+    pub(crate) is_near: Vec<bool>,
+    /// Displacement in the present round, |V|.
+    pub(crate) u: Vec<DVec3>,
+    /// Positions after the best round, |V|.
+    pub(crate) best: Vec<DVec3>,
+    pub(crate) damage: Damage,
+}
+
+/// Damage that pushes did to the shape of a body.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Damage {
+    pub(crate) flipped_faces: usize,
+    /// Relative change of the volume.
+    pub(crate) volume_change: f64,
+    /// Pairs of the body's own faces that cross and did not at the start.
+    pub(crate) self_crossings: usize,
 }
 
 /// Elastic link from a vertex to a neighbor.
@@ -46,36 +67,37 @@ pub(crate) struct Strut {
     stiffness: f64,
 }
 
-impl Strut {
-    /// Interpolates a value of the vertices at the opposite point.
-    pub(crate) fn interpolate(&self, value: impl Fn(u32) -> DVec3) -> DVec3 {
-        self.corners.iter().zip(self.weights).map(|(&corner, weight)| weight * value(corner)).sum()
-    }
-}
-
 impl Tissue {
+    /// Builds the tissues of all bodies of a scene at rest where they are.
+    pub(crate) fn of_bodies(scene: &Scene) -> Vec<Self> {
+        let ids: Vec<BodyId> = scene.ids().collect();
+        parallel::map(ids.len(), |i| {
+            let body = scene.body(ids[i]);
+            Self::new(ids[i], body.is_rigid(), fitted_tree(body))
+        })
+    }
+
     /// Builds the tissue of a body at rest where it is.
-    pub(crate) fn new(tree: &SurfaceTree) -> Self {
-        let (surface, x) = (tree.shared_surface(), tree.positions());
-        let (links, first_links) = links(surface.edges(), x.as_slice());
+    pub(crate) fn new(id: BodyId, is_rigid: bool, tree: &SurfaceTree) -> Self {
+        let (surface, x) = (tree.shared_surface(), tree.positions().as_slice());
         let mut tissue = Self {
-            rest: x.as_slice().to_vec(),
-            normals: vertex_normals(surface.faces(), x.as_slice()),
-            areas: vertex_areas(surface.faces(), x.as_slice()),
+            id,
+            is_rigid,
+            rest: x.to_vec(),
+            rest_normals: vertex_normals(surface.faces(), x),
+            normals: Vec::new(),
+            areas: vertex_areas(surface.faces(), x),
             volume: None,
-            links,
-            first_links,
-            struts: vec![None; x.as_slice().len()],
+            links: links(surface.edges(), x),
+            struts: vec![None; x.len()],
+            is_near: vec![false; x.len()],
+            u: vec![DVec3::ZERO; x.len()],
+            best: x.to_vec(),
+            damage: Damage::default(),
             surface,
         };
-        tissue.volume = tree.has_inside().is_ok().then(|| tissue.volume_at(&tissue.rest));
+        tissue.volume = tree.has_inside().is_ok().then(|| tissue.volume_at(x));
         tissue
-    }
-
-    /// Computes the signed volume that the surface encloses at `x`.
-    pub(crate) fn volume_at(&self, x: &[DVec3]) -> f64 {
-        let corners = |face: &[u32; 3]| face.map(|vertex| x[vertex as usize]);
-        triangle::signed_volume(self.surface.faces().iter().map(corners), x[0])
     }
 
     /// Returns the corners of a face.
@@ -85,8 +107,7 @@ impl Tissue {
 
     /// Returns the links to the vertices that share an edge with `vertex`.
     pub(crate) fn links(&self, vertex: u32) -> &[Link] {
-        let [from, to] = [vertex as usize, vertex as usize + 1].map(|v| self.first_links[v]);
-        &self.links[from..to]
+        &self.links[vertex as usize]
     }
 
     /// Returns the strut of a vertex, where [`Self::find_strut`] found one.
@@ -99,16 +120,69 @@ impl Tissue {
         &mut self,
         tree: &SurfaceTree,
         vertex: u32,
-        smoothing: f64,
+        max_length: f64,
         workspace: &mut Workspace,
     ) {
-        let strut = &mut self.struts[vertex as usize];
-        if strut.is_none() {
-            let direction = -self.normals[vertex as usize];
-            let ray = Ray { origin: tree.position(vertex), direction };
-            let max_length = tuning::MAX_STRUT_LENGTH * smoothing;
-            *strut = Some(ray.find_strut(tree, vertex, max_length, workspace));
+        let inward = -self.rest_normals[vertex as usize];
+        let find = || Strut::find(tree, vertex, inward, max_length, workspace);
+        self.struts[vertex as usize].get_or_insert_with(find);
+    }
+
+    /// Returns true if a vertex moves in this round.
+    pub(crate) fn is_pushed(&self) -> bool {
+        self.u.iter().any(|&u| u != DVec3::ZERO)
+    }
+
+    /// Returns the positions that this round moves vertices to.
+    pub(crate) fn displaced(&self, from: &[DVec3]) -> Vec<DVec3> {
+        from.iter().zip(&self.u).map(|(&x, &u)| x + u).collect()
+    }
+
+    /// Changes the positions that this round moves vertices to, unless it moves none and the
+    /// shape is not spoilt. Vertices that are not changed keep the bits of their displacement.
+    pub(crate) fn alter(&mut self, tree: &SurfaceTree, change: impl FnOnce(&Self, &mut [DVec3])) {
+        if !self.is_pushed() && !self.damage.is_spoilt() {
+            return;
         }
+        let from = tree.positions().as_slice();
+        let x = self.displaced(from);
+        let mut changed = x.clone();
+        change(self, &mut changed);
+        for (v, u) in self.u.iter_mut().enumerate() {
+            if changed[v] != x[v] {
+                *u = changed[v] - from[v];
+            }
+        }
+    }
+
+    /// Computes the signed volume that the surface encloses at `x`.
+    pub(crate) fn volume_at(&self, x: &[DVec3]) -> f64 {
+        let corners = |face: &[u32; 3]| face.map(|vertex| x[vertex as usize]);
+        triangle::signed_volume(self.surface.faces().iter().map(corners), x[0])
+    }
+
+    /// Computes the inverse masses of the vertices; 0 for those that do not move.
+    ///
+    /// A mass is area times the mean thickness of the body, so that bulky muscles move slim ones.
+    pub(crate) fn inverse_masses(&self, smoothing: f64) -> Vec<f64> {
+        let thickness = match self.volume {
+            Some(volume) if volume != 0.0 => volume.abs() / self.areas.iter().sum::<f64>(),
+            _ => tuning::OPEN_THICKNESS * smoothing,
+        };
+        let mut inverse_masses = vec![0.0; self.areas.len()];
+        for (inverse_mass, area) in inverse_masses.iter_mut().zip(&self.areas) {
+            let mass = area * thickness;
+            if mass > 0.0 && !self.is_rigid {
+                *inverse_mass = mass.recip();
+            }
+        }
+        inverse_masses
+    }
+
+    /// Computes the volume that vertices sweep when each moves by `heights` along its normal, to
+    /// first order.
+    pub(crate) fn swept_volume(&self, heights: &[f64]) -> f64 {
+        heights.iter().zip(&self.areas).map(|(height, area)| height * area).sum()
     }
 
     /// Computes the displacement at which a vertex is in equilibrium with its links, whose
@@ -134,108 +208,76 @@ impl Tissue {
     }
 }
 
+impl Damage {
+    /// Returns true if the body's shape has to be restored.
+    pub(crate) fn is_spoilt(&self) -> bool {
+        self.flipped_faces + self.self_crossings > 0
+            || self.volume_change > tuning::MAX_VOLUME_CHANGE
+    }
+}
+
+impl Strut {
+    /// Finds the nearest face at which the ray from a vertex leaves its body within `max_length`,
+    /// faces of the vertex left out.
+    fn find(
+        tree: &SurfaceTree,
+        vertex: u32,
+        direction: DVec3,
+        max_length: f64,
+        workspace: &mut Workspace,
+    ) -> Option<Self> {
+        let origin = tree.position(vertex);
+        let bounds = Dop18::from_points(&[origin, origin + max_length * direction]);
+        let mut nearest = (max_length, u32::MAX);
+        let mut strut = None;
+        tree.tree().query(&bounds, workspace, |face| {
+            let corners = tree.surface().faces()[face as usize];
+            let exit = exit(origin, direction, tree.corners(face));
+            let Some((distance, weights)) = exit else { return };
+            if (distance, face) < nearest && !corners.contains(&vertex) {
+                nearest = (distance, face);
+                strut = Some(Self { corners, weights, stiffness: (distance * distance).recip() });
+            }
+        });
+        strut
+    }
+
+    /// Interpolates a value of the vertices at the opposite point.
+    pub(crate) fn interpolate(&self, value: impl Fn(u32) -> DVec3) -> DVec3 {
+        self.corners.iter().zip(self.weights).map(|(&corner, weight)| weight * value(corner)).sum()
+    }
+}
+
 /// Returns the fitted tree of a body. Detection fits the trees of all bodies.
 pub(crate) fn fitted_tree(body: &Body) -> &SurfaceTree {
     body.tree().expect("detection fits the trees of all bodies")
 }
 
-/// Builds the tissues of all bodies of a scene.
-pub(crate) fn tissues(scene: &Scene) -> Vec<Tissue> {
-    parallel::map_slice_with(scene.bodies(), || (), |(), body| Tissue::new(fitted_tree(body)))
-}
-
-/// Computes the inverse masses of all particles of a scene; 0 for those that do not move.
-///
-/// A mass is area times the mean thickness of the body, so that bulky muscles move slim ones.
-pub(crate) fn inverse_masses(scene: &Scene, tissues: &[Tissue], smoothing: f64) -> Vec<f64> {
-    let mut inverse_masses = Vec::new();
-    for (body, tissue) in scene.bodies().iter().zip(tissues) {
-        let thickness = match tissue.volume {
-            Some(volume) if volume != 0.0 => volume.abs() / tissue.areas.iter().sum::<f64>(),
-            _ => tuning::OPEN_THICKNESS * smoothing,
-        };
-        inverse_masses.extend(tissue.areas.iter().map(|area| {
-            let mass = area * thickness;
-            if mass > 0.0 && !body.is_rigid() { mass.recip() } else { 0.0 }
-        }));
-    }
-    inverse_masses
-}
-
-/// Returns both links of each edge, by vertex, and where the links of each vertex begin.
-fn links(edges: &[[u32; 2]], x: &[DVec3]) -> (Vec<Link>, Vec<usize>) {
-    let mut links = Vec::with_capacity(2 * edges.len());
+/// Builds the links of each vertex along the edges.
+fn links(edges: &[[u32; 2]], x: &[DVec3]) -> Vec<Vec<Link>> {
+    let mut links = vec![Vec::new(); x.len()];
     for &[p, q] in edges {
         // On a regular mesh of edge h, Σ (u_j − u_i) 2/(3h²) is the Laplacian.
         let length_squared = x[p as usize].distance_squared(x[q as usize]);
         let stiffness = if length_squared > 0.0 { 2.0 / (3.0 * length_squared) } else { 0.0 };
-        links.push((p, Link { neighbor: q, stiffness }));
-        links.push((q, Link { neighbor: p, stiffness }));
+        links[p as usize].push(Link { neighbor: q, stiffness });
+        links[q as usize].push(Link { neighbor: p, stiffness });
     }
-    // Stable: each vertex keeps the order of its edges.
-    links.sort_by_key(|&(vertex, _)| vertex);
-
-    let begin = |v: usize| links.partition_point(|&(vertex, _)| (vertex as usize) < v);
-    let first_links = (0..=x.len()).map(begin).collect();
-    (links.into_iter().map(|(_, link)| link).collect(), first_links)
+    links
 }
 
-/// Half-line from a point in a unit direction.
-#[derive(Clone, Copy)]
-struct Ray {
-    origin: DVec3,
-    direction: DVec3,
-}
-
-/// Point at which a ray leaves a body.
-struct Exit {
-    distance: f64,
-    face: u32,
-    weights: [f64; 3],
-}
-
-impl Ray {
-    /// Finds the nearest face at which the ray leaves a body within `max_length`, faces of
-    /// `vertex` left out.
-    fn find_strut(
-        self,
-        tree: &SurfaceTree,
-        vertex: u32,
-        max_length: f64,
-        workspace: &mut Workspace,
-    ) -> Option<Strut> {
-        let end = self.origin + max_length * self.direction;
-        let bounds = Dop18::from_points(&[self.origin, end]);
-        let mut nearest: Option<Exit> = None;
-        tree.tree().query(&bounds, workspace, |face| {
-            if tree.surface().faces()[face as usize].contains(&vertex) {
-                return;
-            }
-            let Some((distance, weights)) = self.exit(tree.corners(face)) else { return };
-            let is_nearer = |other: &Exit| (distance, face) < (other.distance, other.face);
-            if distance <= max_length && nearest.as_ref().is_none_or(is_nearer) {
-                nearest = Some(Exit { distance, face, weights });
-            }
-        });
-        let Exit { distance, face, weights } = nearest?;
-        let corners = tree.surface().faces()[face as usize];
-        Some(Strut { corners, weights, stiffness: (distance * distance).recip() })
+/// Computes the distance at which a ray passes a triangle from behind, and the weights of its
+/// corners there.
+fn exit(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<(f64, [f64; 3])> {
+    let (ab, ac, to) = (b - a, c - a, origin - a);
+    let normal = ab.cross(ac);
+    let slope = direction.dot(normal);
+    if slope <= 0.0 {
+        return None;
     }
-
-    /// Computes the distance at which the ray passes a triangle from behind, and the weights
-    /// of its corners there.
-    fn exit(self, [a, b, c]: [DVec3; 3]) -> Option<(f64, [f64; 3])> {
-        let (ab, ac) = (b - a, c - a);
-        let normal = ab.cross(ac);
-        let slope = self.direction.dot(normal);
-        if slope <= 0.0 {
-            return None;
-        }
-        let to = self.origin - a;
-        let v = to.cross(ac).dot(self.direction) / slope;
-        let w = ab.cross(to).dot(self.direction) / slope;
-        let distance = -to.dot(normal) / slope;
-        let is_hit = distance > 0.0 && v >= 0.0 && w >= 0.0 && v + w <= 1.0;
-        is_hit.then_some((distance, [1.0 - v - w, v, w]))
-    }
+    let v = to.cross(ac).dot(direction) / slope;
+    let w = ab.cross(to).dot(direction) / slope;
+    let distance = -to.dot(normal) / slope;
+    let is_hit = distance > 0.0 && v >= 0.0 && w >= 0.0 && v + w <= 1.0;
+    is_hit.then_some((distance, [1.0 - v - w, v, w]))
 }

@@ -5,23 +5,28 @@
 //! edge, and applied in the frame that the vertex has in the next state.
 
 use glam::{DMat3, DVec3};
-use scene::{Body, Scene};
+use scene::Scene;
 
 use crate::tissue::Tissue;
 use crate::tuning;
 
-/// Displacements of one body's vertices, each in the local frame of its vertex, |V|.
+/// Displacements of one body's vertices, each in the local frame of its vertex: |V| for a soft
+/// body, none for a rigid one.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct LocalDisplacements(Vec<DVec3>);
 
 impl LocalDisplacements {
-    /// Stores the displacements of a body from its tissue's rest.
-    fn new(body: &Body, tissue: &Tissue) -> Self {
-        let moved = tissue.rest.iter().zip(body.positions()).map(|(rest, x)| *x - *rest);
-        let local = (0..).zip(moved).map(|(vertex, u)| {
-            if u == DVec3::ZERO { u } else { local_frame(tissue, vertex).transpose() * u }
-        });
-        Self(local.collect())
+    /// Stores the displacements of a tissue at `x`.
+    pub(crate) fn new(tissue: &Tissue, x: &[DVec3]) -> Self {
+        let mut local = Vec::new();
+        if !tissue.is_rigid {
+            for (vertex, (rest, x)) in (0..).zip(tissue.rest.iter().zip(x)) {
+                let u = *x - *rest;
+                let is_moved = u != DVec3::ZERO;
+                local.push(if is_moved { local_frame(tissue, vertex).transpose() * u } else { u });
+            }
+        }
+        Self(local)
     }
 
     /// Computes the positions of a tissue with these displacements.
@@ -37,38 +42,22 @@ impl LocalDisplacements {
     }
 }
 
-/// Stores the displacements of all soft bodies of a scene; none for rigid ones.
-pub(crate) fn local_displacements(
-    scene: &Scene,
-    tissues: &[Tissue],
-) -> Vec<Option<LocalDisplacements>> {
-    let of_body = |(body, tissue): (&Body, &Tissue)| {
-        (!body.is_rigid()).then(|| LocalDisplacements::new(body, tissue))
-    };
-    scene.bodies().iter().zip(tissues).map(of_body).collect()
-}
-
-/// Returns the displacements if they are of bodies like those of a scene, and none otherwise.
-pub(crate) fn fitting<'a>(
-    carried: &'a [Option<LocalDisplacements>],
-    scene: &Scene,
-) -> &'a [Option<LocalDisplacements>] {
-    let fits = |(carried, body): (&Option<LocalDisplacements>, &Body)| match carried {
-        Some(local) => !body.is_rigid() && local.0.len() == body.positions().len(),
-        None => body.is_rigid(),
-    };
-    let as_many = carried.len() == scene.bodies().len();
-    let all_fit = as_many && carried.iter().zip(scene.bodies()).all(fits);
-    if all_fit { carried } else { &[] }
+/// Returns true if displacements are of bodies like those of a scene.
+pub(crate) fn fits(carried: &[LocalDisplacements], scene: &Scene) -> bool {
+    let mut fits = carried.len() == scene.bodies().len();
+    for (local, body) in carried.iter().zip(scene.bodies()) {
+        let count = if body.is_rigid() { 0 } else { body.positions().len() };
+        fits &= local.0.len() == count;
+    }
+    fits
 }
 
 /// Computes the orthonormal axes of a vertex: its normal, the direction across it toward its
 /// first neighbor, and the direction across both.
 fn local_frame(tissue: &Tissue, vertex: u32) -> DMat3 {
-    let normal = tissue.normals[vertex as usize];
-    let edge = tissue.links(vertex).first().map_or(DVec3::ZERO, |link| {
-        tissue.rest[link.neighbor as usize] - tissue.rest[vertex as usize]
-    });
+    let normal = tissue.rest_normals[vertex as usize];
+    let Some(link) = tissue.links(vertex).first() else { return DMat3::IDENTITY };
+    let edge = tissue.rest[link.neighbor as usize] - tissue.rest[vertex as usize];
     let along = edge - edge.dot(normal) * normal;
     match (normal.try_normalize(), along.try_normalize()) {
         (Some(normal), Some(along)) => DMat3::from_cols(normal, along, normal.cross(along)),

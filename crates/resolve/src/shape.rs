@@ -1,0 +1,303 @@
+//! Restoration of shape: no face turns over, no edge is torn, no sheet is pressed through itself,
+//! and volumes are kept.
+
+use glam::DVec3;
+use kdop::Workspace;
+use proximity::SurfaceTree;
+use surface::triangle;
+
+use crate::tissue::{Damage, Tissue};
+use crate::tuning;
+
+impl Tissue {
+    /// Assesses the damage at `x`. Self-crossings take long: without `counts_crossings`, their
+    /// last count stays.
+    pub(crate) fn assess(&mut self, tree: &SurfaceTree, counts_crossings: bool) {
+        let x = tree.positions().as_slice();
+        let volume_change = match self.volume {
+            Some(volume) if volume != 0.0 => (self.volume_at(x) / volume - 1.0).abs(),
+            _ => 0.0,
+        };
+        let flipped_faces = self.count_flipped(x);
+        let mut self_crossings = self.damage.self_crossings;
+        if counts_crossings {
+            self_crossings = count_new_self_crossings(tree, &self.rest);
+        }
+        self.damage = Damage { flipped_faces, volume_change, self_crossings };
+    }
+
+    /// Counts the faces that are turned by a right angle or more at `x`.
+    pub(crate) fn count_flipped(&self, x: &[DVec3]) -> usize {
+        self.turned_faces(x, 0.0).len()
+    }
+
+    /// Limits strain, and smooths tissue that crosses itself if it `uncrosses`.
+    pub(crate) fn restore_shape(
+        &self,
+        tree: &SurfaceTree,
+        looseness: f64,
+        uncrosses: bool,
+        x: &mut [DVec3],
+    ) {
+        self.limit_strain(looseness, x);
+        if uncrosses && self.damage.self_crossings > 0 {
+            self.uncross(tree, x);
+        }
+    }
+
+    /// Smooths the displacement where a limit on strain is exceeded, until none is or all passes
+    /// are done.
+    ///
+    /// A `looseness` of 1 or more widens the limits on edges and sheets.
+    fn limit_strain(&self, looseness: f64, x: &mut [DVec3]) {
+        for _ in 0..tuning::SMOOTHING_PASSES {
+            let mut strained = Vec::new();
+            for face in self.turned_faces(x, tuning::MIN_NORMAL_COSINE) {
+                strained.extend(self.corners(face));
+            }
+            self.add_torn(x, tuning::MAX_STRETCH * looseness, &mut strained);
+            self.add_pressed(x, tuning::MIN_THICKNESS / looseness, &mut strained);
+            if strained.is_empty() {
+                return;
+            }
+            sort_dedup(&mut strained);
+            self.smooth(&strained, x);
+        }
+    }
+
+    /// Smooths the displacement around faces that would cross others of the same body at `x`.
+    fn uncross(&self, tree: &SurfaceTree, x: &mut [DVec3]) {
+        let mut vertices = Vec::new();
+        for face in self_crossings_at(x, tree).into_iter().flatten() {
+            vertices.extend(self.corners(face));
+        }
+        for _ in 0..tuning::UNCROSSING_RINGS {
+            for i in 0..vertices.len() {
+                vertices.extend(self.links(vertices[i]).iter().map(|link| link.neighbor));
+            }
+            sort_dedup(&mut vertices);
+        }
+
+        for _ in 0..tuning::SMOOTHING_PASSES {
+            self.smooth(&vertices, x);
+        }
+    }
+
+    /// Moves the corners of faces that are about to turn over as one, as far as the one that
+    /// moves farthest. Smoothing alone would be undone by the next push.
+    pub(crate) fn stiffen(&self, x: &mut [DVec3]) {
+        for _ in 0..tuning::STIFFENING_PASSES {
+            let turned = self.turned_faces(x, tuning::STIFFENING_COSINE);
+            if turned.is_empty() {
+                return;
+            }
+            for face in turned {
+                let corners = self.corners(face);
+                let u = corners.map(|v| self.displacement(v, x));
+                let mean = u.iter().sum::<DVec3>() / 3.0;
+                let direction = mean.normalize_or_zero();
+                let beyond = u.iter().map(|u| (*u - mean).dot(direction)).fold(0.0, f64::max);
+                for v in corners {
+                    x[v as usize] = self.rest[v as usize] + mean + beyond * direction;
+                }
+            }
+        }
+    }
+
+    /// Moves free vertices along their normals until the volume is that at rest.
+    ///
+    /// Free are vertices that have moved and that are not near another body.
+    pub(crate) fn restore_volume(&self, x: &mut [DVec3]) {
+        let Some(volume) = self.volume else { return };
+        let missing = volume - self.volume_at(x);
+        if missing.abs() <= tuning::IGNORED_VOLUME_CHANGE * volume.abs() {
+            return;
+        }
+
+        // Each vertex moves in proportion to its displacement so far.
+        let mut weights = vec![0.0; x.len()];
+        for (v, weight) in weights.iter_mut().enumerate() {
+            if !self.is_near[v] {
+                *weight = self.rest[v].distance(x[v]);
+            }
+        }
+        let volume_per_rate = self.swept_volume(&weights);
+        if volume_per_rate > 0.0 {
+            let max_rate = tuning::MAX_VOLUME_STEP;
+            let rate = (missing / volume_per_rate).clamp(-max_rate, max_rate);
+            let normals = surface::vertex_normals(self.surface.faces(), x);
+            for ((x, weight), normal) in x.iter_mut().zip(weights).zip(normals) {
+                *x += rate * weight * normal;
+            }
+        }
+    }
+
+    /// Returns the displacement of a vertex from rest.
+    fn displacement(&self, vertex: u32, x: &[DVec3]) -> DVec3 {
+        x[vertex as usize] - self.rest[vertex as usize]
+    }
+
+    /// Finds the faces whose normals have turned until their cosine is at most `limit`.
+    fn turned_faces(&self, x: &[DVec3], limit: f64) -> Vec<u32> {
+        let mut turned = Vec::new();
+        for (number, &face) in (0..).zip(self.surface.faces()) {
+            let (rest, now) = (gather(&self.rest, face), gather(x, face));
+            if rest == now {
+                continue;
+            }
+            let (before, after) = (triangle::normal(rest), triangle::normal(now));
+            let is_turned = before.dot(after) <= limit * before.length() * after.length();
+            if before != DVec3::ZERO && is_turned {
+                turned.push(number);
+            }
+        }
+        turned
+    }
+
+    /// Adds the ends of edges whose displacements differ by more than `limit` edge lengths.
+    fn add_torn(&self, x: &[DVec3], limit: f64, strained: &mut Vec<u32>) {
+        for &[p, q] in self.surface.edges() {
+            let before = self.rest[q as usize] - self.rest[p as usize];
+            let after = x[q as usize] - x[p as usize];
+            if before != after && (after - before).length() > limit * before.length() {
+                strained.extend([p, q]);
+            }
+        }
+    }
+
+    /// Adds both sides of sheets that are thinner than `limit` of their thickness at rest.
+    fn add_pressed(&self, x: &[DVec3], limit: f64, strained: &mut Vec<u32>) {
+        for v in (0..).take(x.len()) {
+            let Some(strut) = self.strut(v) else { continue };
+            let before = strut.interpolate(|v| self.rest[v as usize]) - self.rest[v as usize];
+            let after = strut.interpolate(|v| x[v as usize]) - x[v as usize];
+            if after.dot(before) < limit * before.length_squared() {
+                strained.push(v);
+                strained.extend(strut.corners);
+            }
+        }
+    }
+
+    /// Moves each vertex halfway to its equilibrium with its links.
+    fn smooth(&self, vertices: &[u32], x: &mut [DVec3]) {
+        for &vertex in vertices {
+            let mean = self.equilibrium(vertex, |v| self.displacement(v, x), 0.0);
+            if let Some(mean) = mean {
+                let u = 0.5 * (self.displacement(vertex, x) + mean);
+                x[vertex as usize] = self.rest[vertex as usize] + u;
+            }
+        }
+    }
+}
+
+/// Finds the pairs of a body's own faces, without a common corner, that would cross at `x`.
+pub(crate) fn self_crossings_at(x: &[DVec3], tree: &SurfaceTree) -> Vec<[u32; 2]> {
+    let mut moved = tree.clone();
+    match moved.set_positions(x.iter().copied()) {
+        Ok(()) => moved.self_crossings(&mut Workspace::default()),
+        Err(_) => Vec::new(),
+    }
+}
+
+/// Counts the pairs of a body's own faces that cross and did not at rest.
+fn count_new_self_crossings(tree: &SurfaceTree, rest: &[DVec3]) -> usize {
+    if tree.positions().as_slice() == rest {
+        return 0;
+    }
+    let now = tree.self_crossings(&mut Workspace::default()).len();
+    if now == 0 { 0 } else { now.saturating_sub(self_crossings_at(rest, tree).len()) }
+}
+
+/// Returns the positions of a face's corners.
+fn gather(x: &[DVec3], face: [u32; 3]) -> [DVec3; 3] {
+    face.map(|vertex| x[vertex as usize])
+}
+
+fn sort_dedup(vertices: &mut Vec<u32>) {
+    vertices.sort_unstable();
+    vertices.dedup();
+}
+
+#[cfg(test)]
+mod tests {
+    use fixtures::{Mesh, shapes};
+    use scene::{BodyKind, Scene};
+
+    use super::*;
+    use crate::tissue::fitted_tree;
+
+    /// Builds a scene of one body, and its tissue.
+    fn planted(mesh: Mesh) -> (Scene, Tissue) {
+        let mut scene = Scene::new();
+        let surface = mesh.surface();
+        scene.add("muscle", BodyKind::Deformable, surface, mesh.positions).expect("a body");
+        scene.fit_all().expect("a tree");
+        let mut tissues = Tissue::of_bodies(&scene);
+        (scene, tissues.remove(0))
+    }
+
+    /// Returns the largest difference between the displacements of the two ends of an edge
+    /// \[its length\].
+    fn stretch(tissue: &Tissue, x: &[DVec3]) -> f64 {
+        let u = |v: u32| x[v as usize] - tissue.rest[v as usize];
+        let length = |p: u32, q: u32| tissue.rest[p as usize].distance(tissue.rest[q as usize]);
+        let edges = tissue.surface.edges().iter();
+        edges.map(|&[p, q]| u(p).distance(u(q)) / length(p, q)).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn a_vertex_torn_out_is_brought_back_until_no_edge_turns_round() {
+        let (_, tissue) = planted(shapes::icosphere(10.0, 3));
+        let mut x = tissue.rest.clone();
+        x[40] += 4.0 * tissue.rest_normals[40];
+        assert!(stretch(&tissue, &x) > 2.0, "torn out by more than two edges");
+        tissue.limit_strain(1.0, &mut x);
+        let left = stretch(&tissue, &x);
+        assert!(left <= 1.0, "{left} lengths of an edge");
+        let mut loose = tissue.rest.clone();
+        loose[40] += 4.0 * tissue.rest_normals[40];
+        tissue.limit_strain(2.0, &mut loose);
+        let looser = stretch(&tissue, &loose);
+        assert!(looser > left, "the limit is wider: {looser}, not {left}");
+    }
+
+    /// Builds a flat grid of cells four times as long as wide, with a vertex lifted and pushed
+    /// across its long edges: faces turn over, no edge is torn.
+    fn turned_over() -> (Tissue, Vec<DVec3>) {
+        let plate = shapes::plate(DVec3::new(12.0, 3.0, 4.0), [12, 12]);
+        let (_, tissue) = planted(plate);
+        let vertex =
+            (0..).zip(&tissue.rest).find(|(_, x)| x.z > 1.9 && x.x.abs() < 0.1 && x.y.abs() < 0.1);
+        let (vertex, _): (usize, _) = vertex.expect("the middle of the upper side");
+        let mut x = tissue.rest.clone();
+        x[vertex] += DVec3::new(0.0, 0.3, 0.05);
+        assert!(tissue.count_flipped(&x) > 0, "turned over");
+        (tissue, x)
+    }
+
+    #[test]
+    fn faces_that_turned_over_are_brought_back_though_no_edge_is_torn() {
+        let (tissue, mut x) = turned_over();
+        tissue.limit_strain(10.0, &mut x);
+        assert_eq!(tissue.count_flipped(&x), 0);
+        let leans = tissue.turned_faces(&x, 0.15);
+        assert!(leans.is_empty(), "nor does one stand on its edge: {leans:?}");
+    }
+
+    #[test]
+    fn a_sheet_pressed_through_itself_is_uncrossed() {
+        let (scene, tissue) = planted(shapes::ellipsoid(DVec3::new(12.0, 12.0, 2.0), 3));
+        let tree = fitted_tree(&scene.bodies()[0]);
+        let mut x = tissue.rest.clone();
+        for (x, rest) in x.iter_mut().zip(&tissue.rest) {
+            if rest.z > 0.0 && rest.truncate().length() < 3.0 {
+                x.z -= 4.5;
+            }
+        }
+        let before = self_crossings_at(&x, tree).len();
+        assert!(before > 0, "its upper side is below its lower one");
+        tissue.uncross(tree, &mut x);
+        let after = self_crossings_at(&x, tree).len();
+        assert_eq!(after, 0, "of {before}");
+    }
+}
