@@ -76,7 +76,7 @@ fn summary(field: &DistanceField, samples: &[ErrorSample], truncation: f64) -> O
     let rms = (squares / coordinate(points)).sqrt();
     let thin = coordinate(samples.iter().filter(|sample| sample.is_thin).count());
     let thin_fraction = thin / coordinate(samples.len());
-    (points > 0).then(|| Accuracy { error: MeasuredError { points, rms, max }, thin_fraction })
+    (points > 0).then_some(Accuracy { error: MeasuredError { points, rms, max }, thin_fraction })
 }
 
 /// Point over the surface, at which the field is compared.
@@ -190,8 +190,8 @@ fn near_faces(
     let near = parallel::map(tasks, |task| {
         steps.advance(1)?;
         let mut near = Vec::new();
-        for face in task * TASK..faces.len().min((task + 1) * TASK) {
-            let bounds = Aabb::of_points(x.corners(faces[face]));
+        for (face, &corners) in faces.iter().enumerate().skip(task * TASK).take(TASK) {
+            let bounds = Aabb::of_points(x.corners(corners));
             for sample in blocks.within(bounds).flat_map(|block| samples_in.row(block)) {
                 if samples[*sample as usize].bounds.overlaps(bounds) {
                     near.push((*sample, face));

@@ -55,7 +55,7 @@ impl Frame {
     /// Finds the cell that contains `p`; `None` outside, or for NaN.
     #[inline]
     pub(crate) fn locate(&self, p: DVec3) -> Option<Location> {
-        let u = self.to_grid(p);
+        let u = self.grid_coordinates(p);
         let [x, y, z] = [0, 1, 2].map(|axis| self.locate_along(u[axis], axis));
         let local = DVec3::new(x.1, y.1, z.1);
         (!local.is_nan()).then(|| Location { cell: DVec3::new(x.0, y.0, z.0), local })
@@ -72,8 +72,8 @@ impl Frame {
     ) {
         // The coordinates pass through `local`.
         match &self.posed {
-            None => split(points, local, |p| self.to_grid_unposed(p)),
-            Some(posed) => split(points, local, |p| posed.to_grid(p)),
+            None => split(points, local, |p| self.unposed_grid_coordinates(p)),
+            Some(posed) => split(points, local, |p| posed.grid_coordinates(p)),
         }
         for axis in 0..3 {
             for (cell, local) in cell[axis].iter_mut().zip(&mut local[axis]) {
@@ -84,8 +84,9 @@ impl Frame {
 
     /// Converts a point of the world to units of the grid.
     #[inline]
-    pub(crate) fn to_grid(&self, p: DVec3) -> DVec3 {
-        self.posed.map_or_else(|| self.to_grid_unposed(p), |posed| posed.to_grid(p))
+    pub(crate) fn grid_coordinates(&self, p: DVec3) -> DVec3 {
+        self.posed
+            .map_or_else(|| self.unposed_grid_coordinates(p), |posed| posed.grid_coordinates(p))
     }
 
     /// Returns the last node, in units of the grid.
@@ -110,7 +111,7 @@ impl Frame {
     }
 
     #[inline]
-    fn to_grid_unposed(&self, p: DVec3) -> DVec3 {
+    fn unposed_grid_coordinates(&self, p: DVec3) -> DVec3 {
         (p - self.origin) * self.per_spacing
     }
 
@@ -129,7 +130,7 @@ impl Frame {
 
 impl PosedMap {
     #[inline]
-    fn to_grid(&self, p: DVec3) -> DVec3 {
+    fn grid_coordinates(&self, p: DVec3) -> DVec3 {
         self.to_grid * p + self.shift
     }
 }

@@ -10,6 +10,7 @@ use surface::{TriangleSurface, inspect};
 /// # Panics
 ///
 /// Where a mesh has faces without vertices, or positions that are not finite.
+#[must_use]
 pub fn mesh(bytes: &[u8]) -> bool {
     const EXTENSIONS: [&str; 5] = ["ply", "obj", "stl", "vtp", ""];
     let Some((first, rest)) = bytes.split_first() else { return false };
@@ -54,6 +55,7 @@ pub fn volume(bytes: &[u8]) -> bool {
 /// # Panics
 ///
 /// Where a scene ignores pairs of absent bodies, or its margin is not a length.
+#[must_use]
 pub fn scene(bytes: &[u8]) -> bool {
     let text = String::from_utf8_lossy(bytes);
     cli::fuzz::scene_file(&text) || cli::fuzz::motion_file(&text)

@@ -15,6 +15,7 @@ type Query = fn([DVec3; 4], [DVec3; 4], &CcdParams) -> Result<Option<CcdContact>
 ///
 /// Where a contact interval leaves the step, or where a contact that exact arithmetic
 /// proves is missed or found late.
+#[must_use]
 pub fn ccd(bytes: &[u8]) -> bool {
     let mut bytes = Bytes::new(bytes);
     let query: Query =
@@ -49,6 +50,7 @@ pub fn ccd(bytes: &[u8]) -> bool {
 /// # Panics
 ///
 /// Where a tree is invalid, or loses a pair of faces that have a vertex in common.
+#[must_use]
 pub fn kdop(bytes: &[u8]) -> bool {
     let mut bytes = Bytes::new(bytes);
     let count = usize::from(bytes.byte() % 40);

@@ -98,7 +98,7 @@ pub(super) fn run(arguments: &PlanArguments) -> Result<Outcome, Failure> {
     let params = arguments.params()?;
     let forced = arguments.forced(&loaded.scene)?;
     let mut plan = Phase::run("planning and building", |progress| {
-        Plan::with_forced(&mut loaded.scene, &params, &forced, progress)
+        Plan::with_forced(&mut loaded.scene, &params, &forced, progress).map_err(Failure::from)
     })?;
     stopwatch.lap("build");
 

@@ -116,7 +116,7 @@ impl FieldContacts {
 
         let mut deepest = (f64::INFINITY, u32::MAX);
         for (&value, &vertex) in values.iter().zip(&*vertices) {
-            if value < deepest.0 || (value == deepest.0 && vertex < deepest.1) {
+            if (value, vertex) < deepest {
                 deepest = (value, vertex);
             }
         }

@@ -60,7 +60,7 @@ fn minimum<T: Copy + Into<f64>>(
     ends: [DVec3; 2],
     max_distance: f64,
 ) -> Option<SegmentMinimum> {
-    let [a, b] = ends.map(|end| frame.to_grid(end));
+    let [a, b] = ends.map(|end| frame.grid_coordinates(end));
     let [mut from, last] = clip([a, b], frame.last())?;
     let mut walk = CellWalk { start: a, along: b - a, cell: frame.nearest_cell(a.lerp(b, from)) };
     let step = nodes.step();

@@ -332,7 +332,7 @@ fn truncation_takes_nothing_that_is_nearer() {
     }
 }
 
-/// MeasuredError looks two spacings to either side: no farther, for then it would
+/// `MeasuredError` looks two spacings to either side: no farther, for then it would
 /// leave a grid of that padding, and no less.
 #[test]
 fn comparison_is_within_two_spacings() {

@@ -27,7 +27,7 @@ fn assert_same_bits(mesh: &Mesh, params: &FieldParams) {
         let other = with_threads(threads, || build(mesh, params)).expect("a bone fits");
         let bits = |values: Vec<f32>| values.into_iter().map(f32::to_bits).collect::<Vec<_>>();
         assert!(bits(one.values()) == bits(other.values()), "{threads} threads: {params:?}");
-        assert_eq!(one.report(), other.report());
+        assert_eq!(one.report(), other.report(), "same report for any number of threads");
         assert!(query(1) == query(threads), "{threads} threads: {params:?}");
     }
 }

@@ -62,7 +62,7 @@ impl MedialContactParams {
 pub struct PreviousNormals(Vec<DVec3>);
 
 impl PreviousNormals {
-    /// PreviousNormals of `points` points, none known yet.
+    /// [`PreviousNormals`] of `points` points, none known yet.
     #[must_use]
     pub fn new(points: usize) -> Self {
         Self(vec![DVec3::ZERO; points])

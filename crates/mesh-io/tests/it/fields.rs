@@ -9,9 +9,10 @@ use crate::Random;
 /// Returns a field of awkward numbers: unequal axes, a spacing and an origin without a
 /// finite decimal, values of every magnitude.
 fn sample() -> DistanceField {
-    let grid = FieldGrid::new(DVec3::new(-1.0 / 3.0, 1e-7, 250.125), 0.1, [2, 3, 4]).unwrap();
+    let grid =
+        FieldGrid::new(DVec3::new(-1.0 / 3.0, 1e-7, 250.125), 0.1, [2, 3, 4]).expect("a grid");
     let values = (0_i8..24).map(|node| (f32::from(node) - 7.3) / 3.0).collect();
-    DistanceField::from_values(grid, values, Storage::Float).unwrap()
+    DistanceField::from_values(grid, values, Storage::Float).expect("one value per node")
 }
 
 /// Returns the same in steps, the largest multiples among them.
@@ -19,7 +20,8 @@ fn sample_in_steps() -> DistanceField {
     let (step, dense) = (0.000_3, sample());
     let mut values = dense.values();
     (values[5], values[6]) = (single(32767.0 * step), single(-32767.0 * step));
-    DistanceField::from_values(*dense.grid(), values, Storage::Quantized { step }).unwrap()
+    DistanceField::from_values(*dense.grid(), values, Storage::Quantized { step })
+        .expect("one value per node")
 }
 
 const BOTH: [FieldFormat; 2] = [FieldFormat::Nrrd, FieldFormat::Vti];
@@ -48,7 +50,7 @@ fn same(a: &DistanceField, b: &DistanceField) -> bool {
 /// `bytes` with the first `from` in their header replaced.
 fn with(bytes: &[u8], from: &str, to: &str) -> Vec<u8> {
     let at = bytes.windows(from.len()).position(|window| window == from.as_bytes());
-    let at = at.unwrap_or_else(|| panic!("'{from}' is in the file"));
+    let at = at.expect("the text to be replaced is in the file");
     [&bytes[..at], to.as_bytes(), &bytes[at + from.len()..]].concat()
 }
 
@@ -164,7 +166,8 @@ fn arbitrary_fields_read_back() {
         let spacing = f64::from(number().abs().max(1e-30));
         let values = (0..dims.iter().product()).map(|_| number()).collect();
         let grid = FieldGrid::new(origin, spacing, dims).unwrap();
-        let field = DistanceField::from_values(grid, values, Storage::Float).unwrap();
+        let field =
+            DistanceField::from_values(grid, values, Storage::Float).expect("one value per node");
         for format in BOTH {
             let again = format.decode(&format.encode(&field)).unwrap();
             assert!(same(&again, &field), "{format:?} in round {round}");
