@@ -224,10 +224,17 @@ fn foreign_words(files: &[File]) -> Problems {
     })
 }
 
+/// Folders whose documentation is still to be rewritten.
+const STILL_ASKING: &[&str] = &["crates/medial/"];
+
 /// Finds documentation that begins with a word of [`ASKING`].
 fn asking_docs(files: &[File]) -> Problems {
     let mut problems = Vec::new();
-    for File { path, text } in rust(files).filter(|file| file.path.contains("src/")) {
+    let checked = |file: &&File| {
+        file.path.contains("src/")
+            && !STILL_ASKING.iter().any(|folder| file.path.starts_with(folder))
+    };
+    for File { path, text } in rust(files).filter(checked) {
         // Only the first line of a block of documentation counts.
         let mut is_inside = false;
         for (number, line) in (1..).zip(text.lines()) {

@@ -38,7 +38,7 @@ pub(crate) struct AccuracyParams {
     pub(crate) samples: usize,
     /// Largest distance of the field.
     pub(crate) truncation: f64,
-    /// Whether the normals of the surface point inward.
+    /// True if the normals of the surface point inward.
     pub(crate) is_inverted: bool,
 }
 
@@ -89,7 +89,7 @@ struct ErrorSample {
     distance: f64,
     /// Box that every face touches that could change the sample.
     bounds: Aabb,
-    /// Whether the solid below it is thin.
+    /// True if the solid below it is thin.
     is_thin: bool,
 }
 

@@ -24,7 +24,7 @@ pub struct Detection {
 pub struct PairDetection {
     /// The two bodies.
     pub pair: PairId,
-    /// Whether they overlap, within the measured error of the pair.
+    /// True if they overlap, within the measured error of the pair.
     pub overlaps: bool,
     /// Depth of the deepest vertex, `>= 0`; 0 where none is inside. With a field, all vertices of
     /// the other body count; with surfaces, the kept vertices of both.

@@ -40,7 +40,7 @@ pub struct MissingStructure {
 /// Structures of all bodies of a scene, in their order.
 #[derive(Debug)]
 pub(crate) struct Structures {
-    /// Whether the tree over each body's own faces is used.
+    /// One per body: true if the tree over its own faces is used.
     pub(crate) uses_tree: Vec<bool>,
     pub(crate) bodies: Vec<BodyStructures>,
 }

@@ -23,7 +23,7 @@ pub struct ContactSurface<'a> {
     pub positions: Positions<'a>,
     /// Numbers of its vertices.
     pub particles: ParticleNumbers<'a>,
-    /// Whether it does not yield: it is then an anchor, at rest, and none of its vertices is in
+    /// True if it does not yield: it is then an anchor, at rest, and none of its vertices is in
     /// a stencil.
     pub is_rigid: bool,
 }

@@ -37,9 +37,9 @@ pub struct SweptContact {
     pub kind: ContactKind,
     /// End of the interval in which the contact begins.
     pub latest: f64,
-    /// Whether it is proven, rather than only not excluded by rounding.
+    /// True if it is proven, rather than only not excluded by rounding.
     pub certain: bool,
-    /// Whether it may have been there at the start of the step.
+    /// True if it may have been there at the start of the step.
     pub at_start: bool,
 }
 

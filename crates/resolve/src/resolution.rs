@@ -76,7 +76,7 @@ pub struct Remaining {
     pub depth: f64,
     /// Number of crossing pairs of faces.
     pub crossing_faces: usize,
-    /// Whether the pair overlapped at the start.
+    /// True if the pair overlapped at the start.
     pub at_first: bool,
     /// Reason why the pair still overlaps.
     pub obstacle: Obstacle,
@@ -95,7 +95,7 @@ pub struct Resolution {
     pub bodies: Vec<BodyChange>,
     /// Pairs that still overlap, the deepest first, including those within the tolerance.
     pub remaining: Vec<Remaining>,
-    /// Whether no pair overlaps by more than the tolerance, and none that did not overlap at
+    /// True if no pair overlaps by more than the tolerance, and none that did not overlap at
     /// the start.
     pub resolved: bool,
 }

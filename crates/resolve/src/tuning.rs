@@ -15,7 +15,7 @@ pub(crate) const MAX_STEP: f64 = 0.25;
 /// takes longer.
 pub(crate) const DETECTION_MARGIN: f64 = 0.6;
 
-/// What is added to the margin \[clearances\]. Below 1, bodies that are nearer than the
+/// Addition to the margin \[clearances\]. Below 1, bodies that are nearer than the
 /// clearance are not pushed apart; above, detection takes longer.
 pub(crate) const CLEARANCE_MARGIN: f64 = 4.0;
 
@@ -151,13 +151,13 @@ pub(crate) const MAX_VOLUME_STEP: f64 = 0.5;
 /// Depth \[tolerances\] in one pair that counts as 1.
 pub(crate) const SCORED_DEPTH: f64 = 20.0;
 
-/// What a pair that did not overlap at first counts beside its own overlap \[pairs\].
+/// Weight of a pair that did not overlap at first, beside its own overlap \[pairs\].
 pub(crate) const NEW_PAIR_SCORE: usize = 2;
 
-/// What a pair of crossing faces counts. A depth of a fiftieth of the tolerance counts as much.
+/// Weight of a pair of crossing faces. A depth of a fiftieth of the tolerance counts as much.
 pub(crate) const CROSSING_SCORE: f64 = 1e-3;
 
-/// What a turned face, or a crossing of a body with itself, counts \[pairs of crossing faces\].
+/// Weight of a turned face, or of a crossing of a body with itself \[pairs of crossing faces\].
 pub(crate) const SPOILT_FACE_SCORE: usize = 10;
 
 // Warm starts.

@@ -1,4 +1,4 @@
-//! What a scene refuses, naming the body concerned.
+//! Errors of a scene, which name the body concerned.
 
 use ccd::CcdError;
 use kdop::TreeError;
@@ -7,7 +7,7 @@ use proximity::{NoInside, SweptError};
 use surface::SurfaceError;
 use surface::progress::Interrupted;
 
-/// Why a scene did not take a body or a question.
+/// Error of adding or moving a body, or of a query over a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
@@ -28,7 +28,7 @@ pub enum SceneError {
     Surface {
         /// The body's name.
         name: String,
-        /// What is wrong with it.
+        /// The underlying error.
         source: SurfaceError,
     },
     /// No tree of bounds could be built over the body.
@@ -36,7 +36,7 @@ pub enum SceneError {
     Tree {
         /// The body's name.
         name: String,
-        /// What is wrong with it.
+        /// The underlying error.
         source: TreeError,
     },
     /// A body has no medial surface like this one.
@@ -44,7 +44,7 @@ pub enum SceneError {
     Medial {
         /// The body's name.
         name: String,
-        /// What is wrong with it.
+        /// The underlying error.
         source: MedialError,
     },
     /// A body without an inside was asked for balls in it.
@@ -52,7 +52,7 @@ pub enum SceneError {
     NoInside {
         /// The body's name.
         name: String,
-        /// Why it has none.
+        /// The reason.
         source: NoInside,
     },
     /// A body was asked for its contacts with itself.
@@ -100,7 +100,7 @@ pub enum SceneError {
         name: String,
         /// Vertices with it.
         count: usize,
-        /// How many are possible.
+        /// Largest possible number.
         limit: usize,
     },
     /// A tolerance of depths that is not finite or not above 0.

@@ -15,7 +15,7 @@ pub struct OverlapParams {
     pub depth_tolerance: Option<f64>,
 }
 
-/// What two bodies share.
+/// Overlap of two bodies.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct PairOverlap {

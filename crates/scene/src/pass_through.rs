@@ -10,7 +10,7 @@ use crate::{BodyId, ContactKind, PairId, PairReport, PairSweep, Scene, SweepRepo
 pub struct PassThrough {
     /// The two bodies.
     pub pair: PairId,
-    /// Whether the two overlap in neither state, though they met on the way.
+    /// True if the two overlap in neither state, though they met on the way.
     pub overlaps_in_neither: bool,
     /// Particles, ascending, whose path certainly met the other body's surface
     /// though they are inside it in neither state: they went in and out again.

@@ -10,7 +10,7 @@ use crate::{PairId, Scene};
 pub struct PairReport {
     /// The two bodies.
     pub pair: PairId,
-    /// Whether faces cross or a vertex of one is inside the other. Surfaces
+    /// True if faces cross or a vertex of one is inside the other. Surfaces
     /// that only touch do not overlap.
     pub overlaps: bool,
     /// Depth of the deepest vertex inside the other body, `>= 0`; 0 where none

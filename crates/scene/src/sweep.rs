@@ -27,7 +27,7 @@ pub struct PairSweep {
     /// The two bodies.
     pub pair: PairId,
     /// First contacts of their vertices, edges and faces, by time, with particles
-    /// numbered by [`Body::particles`]; never empty.
+    /// numbered by [`Body::particles`](crate::Body::particles); never empty.
     pub contacts: Vec<SweptContact>,
 }
 

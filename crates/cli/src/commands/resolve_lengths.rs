@@ -1,4 +1,4 @@
-//! How bodies are pushed apart, as the commands that do so are told.
+//! Lengths of overlap removal, as options of the commands that do it.
 
 use clap::Args;
 use musculo_collide::ResolveParams;
@@ -11,15 +11,15 @@ const SMOOTHING_MM: f64 = 6.0;
 /// Lengths are in the scene's unit.
 #[derive(Debug, Args)]
 pub(super) struct ResolveLengths {
-    /// How far apart bodies are pushed, in the scene's unit [default: 0.02 mm]
+    /// Clearance between pushed bodies, in the scene's unit [default: 0.02 mm]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     clearance: Option<f64>,
 
-    /// How far along a surface a push spreads, in the scene's unit [default: 6 mm]
+    /// Distance along a surface over which a push spreads, in the scene's unit [default: 6 mm]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     smooth: Option<f64>,
 
-    /// How deep bodies may still overlap at the end, in the scene's unit [default: 0.05 mm]
+    /// Depth by which bodies may still overlap at the end, in the scene's unit [default: 0.05 mm]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     tolerance: Option<f64>,
 

@@ -57,7 +57,7 @@ struct MeetingRecord {
     b: String,
     contacts: usize,
     first_contact: Option<f64>,
-    /// Whether the two overlap in neither frame.
+    /// True if the two overlap in neither frame.
     passes_through: bool,
     /// Number of vertices that met the other surface and are inside in neither frame.
     vertices_passing_through: usize,

@@ -22,7 +22,7 @@ pub(crate) struct ResolvedFrame {
     frame: usize,
     /// Time, if the motion has one.
     time: Option<f64>,
-    /// Whether no overlap exceeds the tolerance or is new.
+    /// True if no overlap exceeds the tolerance or is new.
     resolved: bool,
     before: OverlapRecord,
     after: OverlapRecord,

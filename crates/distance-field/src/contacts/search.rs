@@ -14,12 +14,14 @@ use crate::{DistanceField, QueryParams, SampleBatch, SegmentMinimum};
 /// use distance_field::{DistanceField, FieldContacts, FieldDetector, FieldFeature, FieldParams};
 /// use distance_field::glam::{DQuat, DVec3};
 /// use proximity::{ParticleNumbers, SurfaceTree};
+/// use surface::progress::Progress;
 /// use surface::{Pose, RigidState, TriangleSurface};
 ///
 /// let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
 /// let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|corner| 30.0 * corner);
 /// let surface = TriangleSurface::new(4, faces)?;
-/// let bone = DistanceField::build(&surface, surface.positions(&corners)?, &FieldParams::new(1.0))?;
+/// let x = surface.positions(&corners)?;
+/// let bone = DistanceField::build(&surface, x, &FieldParams::new(1.0), Progress::none())?;
 /// let detector = FieldDetector::new(bone, 0.0)?;
 /// let muscle = SurfaceTree::new(surface, corners.to_vec())?;
 ///

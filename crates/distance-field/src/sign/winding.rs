@@ -46,7 +46,7 @@ const ROUNDING: f64 = 1e-12;
 #[derive(Debug)]
 pub(crate) struct Winding {
     pub(crate) inside: Inside,
-    /// Whether the surface encloses a negative volume and was reversed.
+    /// True if the surface encloses a negative volume and was reversed.
     pub(crate) is_inverted: bool,
     /// Number of boundary edges.
     pub(crate) boundary_edges: usize,

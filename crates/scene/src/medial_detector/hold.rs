@@ -1,4 +1,4 @@
-//! Where a contact of balls holds the surface of a body.
+//! Point of a body's surface that a contact of balls acts on.
 
 use glam::DVec3;
 use kdop::Workspace;

@@ -62,11 +62,11 @@ pub struct MedialContact {
     pub contact: Contact,
     /// The ball of the detector's medial surface that decides.
     pub ball: PrimitiveBall,
-    /// What touches it.
+    /// The part that touches it.
     pub feature: MedialFeature,
 }
 
-/// What touches a medial surface.
+/// Part of a body that touches a medial surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
@@ -182,7 +182,7 @@ impl MedialDetector {
         &self.medial
     }
 
-    /// What ties the balls to the body's vertices.
+    /// Links between the balls and the body's vertices.
     #[must_use]
     pub fn links(&self) -> &Links {
         &self.links

@@ -41,7 +41,7 @@ pub(super) fn contacts(
     points.iter().filter_map(contact).collect()
 }
 
-/// Whether a face is the first of those at one of its vertices, so that each
+/// Returns true if a face is the first of those at one of its vertices, so that each
 /// vertex is looked at once.
 fn is_first(body: &Body, vertex: u32, face: u32) -> bool {
     body.surface().vertex_faces(vertex).first() == Some(&face)

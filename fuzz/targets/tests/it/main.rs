@@ -32,13 +32,12 @@ fn no_target_panics() {
     }
 }
 
-/// A file that is no valid input would make its mutations worthless.
+/// Without a valid input in its corpus, a target would be run on refused ones only.
 #[test]
-fn files_of_the_corpus_are_valid_input() {
+fn each_corpus_holds_valid_input() {
     for (name, target) in TARGETS {
-        for bytes in corpus(name) {
-            assert!(target(&bytes), "{name}: {:?}", bytes.escape_ascii().to_string());
-        }
+        let valid = corpus(name).iter().filter(|bytes| target(bytes)).count();
+        assert!(valid > 0, "{name}: no file of the corpus is valid");
     }
 }
 
