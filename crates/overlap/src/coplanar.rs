@@ -12,6 +12,7 @@ pub(crate) fn common_area(a: [DVec3; 3], b: [DVec3; 3]) -> f64 {
     let mut polygon = a.map(|corner| corner - origin).to_vec();
     let mut clipped = Vec::with_capacity(6);
 
+    // What is left lies on the inner side of every edge.
     for k in 0..3 {
         let from = b[k] - origin;
         let inward = normal.cross(b[(k + 1) % 3] - b[k]);
@@ -19,9 +20,12 @@ pub(crate) fn common_area(a: [DVec3; 3], b: [DVec3; 3]) -> f64 {
         std::mem::swap(&mut polygon, &mut clipped);
     }
 
-    let fan = polygon.windows(2).map(|ends| ends[0].cross(ends[1]));
-    let closing = polygon.last().zip(polygon.first()).map(|(last, first)| last.cross(*first));
-    0.5 * fan.chain(closing).sum::<DVec3>().dot(normal).abs()
+    // Area vector of the polygon about the origin.
+    let mut twice_area = DVec3::ZERO;
+    for (i, &from) in polygon.iter().enumerate() {
+        twice_area += from.cross(polygon[(i + 1) % polygon.len()]);
+    }
+    0.5 * twice_area.dot(normal).abs()
 }
 
 /// Keeps the part of a convex polygon on the inner side of a line.
@@ -29,6 +33,7 @@ fn clip(polygon: &[DVec3], on_line: DVec3, inward: DVec3, out: &mut Vec<DVec3>) 
     out.clear();
     for (i, &from) in polygon.iter().enumerate() {
         let to = polygon[(i + 1) % polygon.len()];
+        // Corners on the inner side stay; an edge that passes the line gets a corner on it.
         let [height, next] = [from, to].map(|corner| inward.dot(corner - on_line));
         if height >= 0.0 {
             out.push(from);

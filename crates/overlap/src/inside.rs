@@ -29,6 +29,9 @@ pub(crate) struct Inside {
     cuts: Vec<u32>,
     /// One per vertex: true for ends of cut edges.
     is_rim: Vec<bool>,
+    /// Edges and vertices that `cuts` and `is_rim` are set for.
+    cut_edges: Vec<u32>,
+    rim: Vec<u32>,
     /// One per vertex: true once a fill by winding numbers has visited it.
     visited: Vec<bool>,
     stack: Vec<InsideVertex>,
@@ -68,8 +71,10 @@ impl Inside {
         let cut_edges = &curve.cut_edges[side];
         for (place, cut) in (1..).zip(cut_edges) {
             self.cuts[cut.edge as usize] = place;
+            self.cut_edges.push(cut.edge);
             for end in own.surface().edges()[cut.edge as usize] {
                 self.is_rim[end as usize] = true;
+                self.rim.push(end);
             }
         }
 
@@ -113,6 +118,12 @@ impl Inside {
         first.is_some() && key(b) == first && key(c) == first
     }
 
+    /// Returns true for an end of a cut edge.
+    #[inline]
+    pub(crate) fn is_rim(&self, vertex: u32) -> bool {
+        self.is_rim[vertex as usize]
+    }
+
     /// Returns the cluster of a vertex, if it is inside.
     pub(crate) fn cluster(&self, vertex: u32) -> Option<u32> {
         self.place(vertex).map(|place| self.vertices[place as usize].cluster)
@@ -124,15 +135,21 @@ impl Inside {
         self.cuts[edge as usize].checked_sub(1).map(|place| place as usize)
     }
 
-    /// Empties all lists; arrays grow to the surface's size and stay zero outside of a query.
+    /// Empties all lists. Arrays grow to the surface's size and stay zero outside of a query: only
+    /// what the query before has set is reset.
     fn clear(&mut self, own: &SurfaceTree) {
         self.clear_vertices();
-        self.places.resize(own.surface().vertex_count(), 0);
-        // Cut edges of the query before are not at hand: the array is cleared as a whole.
-        self.cuts.clear();
-        self.cuts.resize(own.surface().edges().len(), 0);
-        self.is_rim.clear();
-        self.is_rim.resize(own.surface().vertex_count(), false);
+        for edge in self.cut_edges.drain(..) {
+            self.cuts[edge as usize] = 0;
+        }
+        for vertex in self.rim.drain(..) {
+            self.is_rim[vertex as usize] = false;
+        }
+
+        let vertices = own.surface().vertex_count();
+        grow(&mut self.places, vertices);
+        grow(&mut self.is_rim, vertices);
+        grow(&mut self.cuts, own.surface().edges().len());
     }
 
     fn clear_vertices(&mut self) {
@@ -220,6 +237,7 @@ impl Inside {
                     continue;
                 }
                 let cut = if self.is_rim[vertex as usize] { self.cut(edge) } else { None };
+                // Beyond an edge with a net of zero the inside begins again, as another cluster.
                 match cut {
                     None => {
                         let reached = InsideVertex { vertex, ..at };
@@ -288,6 +306,7 @@ impl Inside {
         let surface = own.surface();
         let is_one_way = own.has_winding_number().is_ok();
         self.neighbors.clear();
+        // Two edges of each face meet at the vertex: the one that leaves it, and the one before.
         for &face in surface.vertex_faces(vertex) {
             let corners = surface.faces()[face as usize];
             let edges = surface.face_edges()[face as usize];
@@ -304,6 +323,13 @@ impl Inside {
         if edge != NO_EDGE {
             self.neighbors.push(Neighbor { vertex, edge });
         }
+    }
+}
+
+/// Extends an array of zeros to a length, if it is shorter.
+fn grow<T: Clone + Default>(array: &mut Vec<T>, length: usize) {
+    if array.len() < length {
+        array.resize(length, T::default());
     }
 }
 

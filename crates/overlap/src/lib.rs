@@ -11,6 +11,9 @@
 //! only; [`OverlapDetector::depths`] brackets it as closely as asked, by branch and bound. It says
 //! how deep a surface is, not how to leave the body: in the middle of a thin body all ways are short.
 //!
+//! [`OverlapDetector::joint_contact`] reports what the tools of joint mechanics do: contact area,
+//! center, gaps, and the pressure of an elastic layer, per region and on the mesh.
+//!
 //! # Accuracy
 //!
 //! On 64 overlapping pairs of bones, muscles and cartilage against exact constructions: areas and
@@ -36,7 +39,10 @@
 mod coplanar;
 mod curve;
 mod depth;
+mod error;
+mod foundation;
 mod inside;
+mod joint;
 mod located;
 mod measures;
 mod overlap;
@@ -46,6 +52,9 @@ mod regions;
 pub use glam;
 
 pub use crate::depth::{Depth, DepthParams};
+pub use crate::error::JointContactError;
+pub use crate::foundation::{ElasticFoundation, FoundationLaw};
+pub use crate::joint::{ContactMeasures, FaceContact, JointContact, JointContactParams};
 pub use crate::located::OverlapMeasures;
 pub use crate::overlap::{CurveChain, Overlap, OverlapDetector};
 pub use crate::patches::ClippedFace;

@@ -92,9 +92,15 @@ pub(crate) fn join_cavities(regions: &mut Vec<Located>) {
 
 /// Returns the region of least positive volume whose box holds that of a cavity.
 fn smallest_around(regions: &[Located], cavity: &Located) -> Option<usize> {
-    let volume = |i: &usize| regions[*i].sums.volume;
-    let around = (0..regions.len()).filter(|i| volume(i) > 0.0);
-    around
-        .filter(|&i| regions[i].sums.holds(&cavity.sums))
-        .min_by(|i, j| volume(i).total_cmp(&volume(j)))
+    let mut smallest: Option<usize> = None;
+    for (i, region) in regions.iter().enumerate() {
+        let volume = region.sums.volume;
+        if volume <= 0.0 || !region.sums.holds(&cavity.sums) {
+            continue;
+        }
+        if smallest.is_none_or(|j| volume < regions[j].sums.volume) {
+            smallest = Some(i);
+        }
+    }
+    smallest
 }

@@ -135,9 +135,11 @@ fn add_whole_faces(parts: Parts<'_>, side: usize, out: &mut [Sums]) {
         let sums = &mut out[region];
         sums.cover(body.position(found.vertex));
 
+        // Uncut edges end in one cluster: only beside the curve are corners compared.
+        let is_rim = inside.is_rim(found.vertex);
         for &face in body.surface().vertex_faces(found.vertex) {
             let corners = body.surface().faces()[face as usize];
-            if corners[0] == found.vertex && inside.holds_face(corners) {
+            if corners[0] == found.vertex && (!is_rim || inside.holds_face(corners)) {
                 let corners = corners.map(|corner| body.position(corner) - origin);
                 sums.add_face(side, corners, f64::from(found.winding));
             }

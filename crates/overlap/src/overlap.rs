@@ -6,7 +6,9 @@ use proximity::{NoInside, SurfaceTree};
 
 use crate::curve::Curve;
 use crate::depth::{Depth, DepthParams, depth};
+use crate::error::JointContactError;
 use crate::inside::Inside;
+use crate::joint::{JointContact, JointContactParams, joint_contact};
 use crate::located::{Located, OverlapMeasures, join_cavities};
 use crate::measures::{Parts, Sums, sum_regions};
 use crate::patches::{ClippedFace, Clipper};
@@ -139,6 +141,51 @@ impl OverlapDetector {
         })
     }
 
+    /// Measures the contact of A's surface with B's and of B's with A's, within a margin, for the
+    /// bodies measured last.
+    ///
+    /// Gaps are signed where the other body has an inside, and should not cross itself; else they are
+    /// distances.
+    ///
+    /// ```
+    /// use overlap::glam::DVec3;
+    /// use overlap::{JointContactParams, OverlapDetector};
+    /// use proximity::SurfaceTree;
+    ///
+    /// // Two cubes with a joint space of 0.1.
+    /// let cube = fixtures::shapes::cube(1.0);
+    /// let other = cube.clone().translated(1.1 * DVec3::X);
+    /// let a = SurfaceTree::new(cube.surface(), cube.positions)?;
+    /// let b = SurfaceTree::new(other.surface(), other.positions)?;
+    /// let mut detector = OverlapDetector::default();
+    /// detector.measure(&a, &b);
+    ///
+    /// let params = JointContactParams { margin: 0.15, resolution: 0.05, foundation: None };
+    /// let [contact, _] = detector.joint_contact([&a, &b], &params)?;
+    /// assert_eq!(contact.regions.len(), 1);
+    /// assert!((contact.total.min_gap - 0.1).abs() < 1e-12);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`JointContactError`] when a parameter is out of range, or the resolution too fine.
+    pub fn joint_contact(
+        &mut self,
+        bodies: [&SurfaceTree; 2],
+        params: &JointContactParams,
+    ) -> Result<[JointContact; 2], JointContactError> {
+        params.validate()?;
+        let mut contacts = <[JointContact; 2]>::default();
+        for (side, contact) in contacts.iter_mut().enumerate() {
+            let Self { curve, inside, regions, traversal, .. } = &mut *self;
+            let inside = &inside[side];
+            let clipper = Clipper { side, body: bodies[side], curve, inside, regions };
+            *contact = joint_contact(&clipper, bodies[1 - side], params, traversal)?;
+        }
+        Ok(contacts)
+    }
+
     /// Returns the parts of the faces of A inside B that the curve cuts, and the faces that are
     /// inside as a whole; for `side` 1 those of B inside A. For the bodies measured last.
     #[must_use]
@@ -177,16 +224,19 @@ impl OverlapDetector {
 
     /// Writes the measures of the whole and of each region.
     fn report(&mut self, out: &mut Overlap) {
+        // The last sums are of no region: their origin is the scene's.
         self.located.clear();
-        for (sums, &origin) in
-            self.sums.iter().zip(self.regions.origins.iter().chain([&DVec3::ZERO]))
-        {
+        for (region, sums) in self.sums.iter().enumerate() {
+            let origin = self.regions.origins.get(region).copied().unwrap_or(DVec3::ZERO);
             self.located.push(Located::new(*sums, origin));
         }
 
         // Cavities have negative volume; the total takes them off wherever they stand.
         let has_inside = [out.no_inside[0].is_none(), out.no_inside[1].is_none()];
-        let total = self.located.iter().fold(Located::default(), |all, one| all.with(one));
+        let mut total = Located::default();
+        for region in &self.located {
+            total = total.with(region);
+        }
         if has_inside == [true; 2] {
             join_cavities(&mut self.located);
         }

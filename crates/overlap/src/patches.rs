@@ -88,17 +88,22 @@ impl Clipper<'_> {
         let mut whole = Vec::new();
         for found in &self.inside.vertices {
             for &face in surface.vertex_faces(found.vertex) {
-                let corners = surface.faces()[face as usize];
-                let edges = surface.face_edges()[face as usize];
-                let is_first = corners[0] == found.vertex;
-                let is_whole = corners.iter().all(|&corner| self.inside.place(corner).is_some())
-                    && edges.iter().all(|&edge| self.inside.cut(edge).is_none());
-                if is_first && is_whole {
+                // Each face is taken at its first corner.
+                if surface.faces()[face as usize][0] == found.vertex && self.is_whole(face) {
                     whole.push(face);
                 }
             }
         }
         whole
+    }
+
+    /// Returns true if all corners of a face are inside and none of its edges is cut.
+    fn is_whole(&self, face: u32) -> bool {
+        let surface = self.body.surface();
+        let corners = surface.faces()[face as usize];
+        let edges = surface.face_edges()[face as usize];
+        corners.iter().all(|&corner| self.inside.place(corner).is_some())
+            && edges.iter().all(|&edge| self.inside.cut(edge).is_none())
     }
 
     /// Adds the inside parts of a face's edges, as the face runs along them.
@@ -107,12 +112,16 @@ impl Clipper<'_> {
         let corners = surface.faces()[face as usize];
         for (k, edge) in surface.face_edges()[face as usize].into_iter().enumerate() {
             let (from, to) = (corners[k], corners[(k + 1) % 3]);
+
+            // An edge that is not cut is inside as a whole or not at all.
             let Some(cut) = self.inside.cut(edge) else {
                 if self.inside.place(from).is_some() && self.inside.place(to).is_some() {
                     pieces.insert(Node::Vertex(from), Node::Vertex(to));
                 }
                 continue;
             };
+
+            // Parts run from the lower-numbered end; the face may run the other way.
             for part in self.regions.parts_of(self.side, cut) {
                 let [start, end] =
                     if from < to { [part.from, part.to] } else { [part.to, part.from] };
@@ -124,6 +133,7 @@ impl Clipper<'_> {
     /// Links pieces into loops; a piece that leads nowhere ends its loop.
     fn loops(&self, pieces: &mut Pieces) -> Vec<Vec<DVec3>> {
         let mut loops = Vec::new();
+        // The order of names makes the loops the same for any order of stretches.
         while let Some((start, mut at)) = pieces.pop_first() {
             let mut points = vec![self.position(start)];
             while at != start {
@@ -161,74 +171,88 @@ impl ClippedFace {
             return vec![[a, b, c]];
         }
 
-        // Loops with holes are cut open in the plane of the face.
+        // The plane of the face has two coordinates.
         let frame = Frame::new(normal);
-        let flat = |points: &[DVec3]| points.iter().map(|&p| frame.project(p)).collect::<Vec<_>>();
-        let flat_loops: Vec<Vec<DVec2>> = self.loops.iter().map(|points| flat(points)).collect();
-        let areas: Vec<f64> = flat_loops.iter().map(|points| signed_area(points)).collect();
+        let loops: Vec<FlatLoop<'_>> =
+            self.loops.iter().map(|points| FlatLoop::new(points, &frame)).collect();
 
         // Each outer loop takes the holes that it is the smallest loop around.
         let mut triangles = Vec::new();
-        for outer in (0..areas.len()).filter(|&i| areas[i] > 0.0) {
-            let is_hole_here = |&hole: &usize| {
-                areas[hole] < 0.0 && smallest_around(&flat_loops, &areas, hole) == Some(outer)
-            };
-            let mut order = vec![outer];
-            order.extend((0..areas.len()).filter(is_hole_here));
-            triangulate(&order, &self.loops, &flat_loops, &mut triangles);
+        for (number, outer) in loops.iter().enumerate().filter(|(_, outer)| outer.area > 0.0) {
+            let mut holes: Vec<&FlatLoop<'_>> = Vec::new();
+            for hole in loops.iter().filter(|hole| hole.area < 0.0) {
+                if smallest_around(&loops, hole.flat[0]) == Some(number) {
+                    holes.push(hole);
+                }
+            }
+            triangulate(outer, &holes, &mut triangles);
         }
         triangles
     }
 }
 
-/// Triangulates an outer loop with its holes.
-fn triangulate(
-    order: &[usize],
-    loops: &[Vec<DVec3>],
-    flat_loops: &[Vec<DVec2>],
-    out: &mut Vec<[DVec3; 3]>,
-) {
-    let mut hole_starts: Vec<u32> = Vec::new();
-    let mut points: Vec<DVec3> = Vec::new();
-    let mut flat: Vec<[f64; 2]> = Vec::new();
-    for (i, &number) in order.iter().enumerate() {
-        if i > 0 {
-            hole_starts.push(crate::curve::index(points.len()));
+/// A loop of a face's part, in space and in the plane of the face.
+struct FlatLoop<'a> {
+    points: &'a [DVec3],
+    flat: Vec<DVec2>,
+    /// Area of the polygon, negative for a hole.
+    area: f64,
+}
+
+impl<'a> FlatLoop<'a> {
+    fn new(points: &'a [DVec3], frame: &Frame) -> Self {
+        let flat: Vec<DVec2> = points.iter().map(|&p| frame.project(p)).collect();
+        let mut twice_area = 0.0;
+        for ends in flat.windows(2) {
+            twice_area += (ends[0] - flat[0]).perp_dot(ends[1] - flat[0]);
         }
-        points.extend(&loops[number]);
-        flat.extend(flat_loops[number].iter().map(|p| p.to_array()));
+        Self { points, flat, area: 0.5 * twice_area }
+    }
+
+    /// Returns true if a point is inside the polygon, by the parity of crossings.
+    fn holds(&self, p: DVec2) -> bool {
+        let mut inside = false;
+        for (i, a) in self.flat.iter().enumerate() {
+            let b = self.flat[(i + 1) % self.flat.len()];
+            let passes_height = (a.y > p.y) != (b.y > p.y);
+            if passes_height && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x) {
+                inside = !inside;
+            }
+        }
+        inside
+    }
+}
+
+/// Returns the number of the smallest outer loop that holds a point.
+fn smallest_around(loops: &[FlatLoop<'_>], point: DVec2) -> Option<usize> {
+    let mut smallest: Option<usize> = None;
+    for (i, outer) in loops.iter().enumerate() {
+        let is_smaller = smallest.is_none_or(|j| outer.area < loops[j].area);
+        if outer.area > 0.0 && is_smaller && outer.holds(point) {
+            smallest = Some(i);
+        }
+    }
+    smallest
+}
+
+/// Triangulates an outer loop with its holes, by ear clipping.
+fn triangulate(outer: &FlatLoop<'_>, holes: &[&FlatLoop<'_>], out: &mut Vec<[DVec3; 3]>) {
+    let mut points = outer.points.to_vec();
+    let mut flat = outer.flat.clone();
+    let mut hole_starts: Vec<u32> = Vec::new();
+    for hole in holes {
+        hole_starts.push(crate::curve::index(points.len()));
+        points.extend(hole.points);
+        flat.extend(&hole.flat);
     }
 
     let mut corners: Vec<u32> = Vec::new();
-    earcut::Earcut::new().earcut(flat, &hole_starts, &mut corners);
+    let coordinates = flat.iter().map(|p| p.to_array());
+    earcut::Earcut::new().earcut(coordinates, &hole_starts, &mut corners);
     for triangle in corners.chunks_exact(3) {
         let [a, b, c] = [0, 1, 2].map(|k| points[triangle[k] as usize]);
         out.push([a, b, c]);
     }
-}
-
-/// Returns the smallest outer loop that holds the first point of a hole.
-fn smallest_around(loops: &[Vec<DVec2>], areas: &[f64], hole: usize) -> Option<usize> {
-    let around = (0..areas.len()).filter(|&i| areas[i] > 0.0 && holds(&loops[i], loops[hole][0]));
-    around.min_by(|&i, &j| areas[i].total_cmp(&areas[j]))
-}
-
-/// Returns true if a point is inside a polygon, by the parity of crossings.
-fn holds(polygon: &[DVec2], p: DVec2) -> bool {
-    let mut inside = false;
-    for (i, a) in polygon.iter().enumerate() {
-        let b = polygon[(i + 1) % polygon.len()];
-        if (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x) {
-            inside = !inside;
-        }
-    }
-    inside
-}
-
-fn signed_area(polygon: &[DVec2]) -> f64 {
-    let origin = polygon[0];
-    let fan = polygon.windows(2).map(|ends| (ends[0] - origin).perp_dot(ends[1] - origin));
-    0.5 * fan.sum::<f64>()
 }
 
 /// Two axes across a normal.

@@ -1,5 +1,6 @@
 //! The crate's tests, one binary.
 
 mod anatomy;
+mod joint;
 mod planted;
 mod ties;
