@@ -65,10 +65,11 @@ impl Default for CcdParams {
 pub enum Undecided {
     /// Report the contact as [`Certainty::Possible`].
     Report,
-    /// Decide in exact arithmetic, which takes tens of microseconds.
+    /// Decide in exact arithmetic, which takes tens of microseconds, and up to some milliseconds
+    /// for coordinates whose exponents differ by hundreds.
     ///
-    /// With a minimum separation, and for coordinates whose exponents differ too much, the contact
-    /// is still reported as possible.
+    /// Every query without a minimum separation is decided. With one, the contact is still
+    /// reported as possible.
     #[cfg(feature = "exact")]
     DecideExactly,
 }

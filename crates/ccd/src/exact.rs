@@ -7,9 +7,13 @@
 //! its edges. If the cubic is zero throughout, contact can only begin where the origin crosses an
 //! edge, or enters one along its line, and those times are roots of further polynomials.
 //!
-//! Work is bounded: coordinates that span too many binary digits, and roots closer together than
-//! 2^-120 of the step, are not decided.
+//! Times are resolved to 2^-120 of the step. Where two different roots are closer, as on a lattice
+//! whose points are an ulp off, the step is restricted to that interval, in which motion is linear
+//! again, and times are resolved anew. Different roots of polynomials with integer coefficients
+//! have a distance of which the digits of the coefficients bound the logarithm, so this ends: every
+//! query is decided.
 
+mod part;
 mod polynomial;
 mod root;
 
@@ -18,18 +22,14 @@ use num_bigint::BigInt;
 
 use crate::contact::{CcdContact, Certainty};
 use crate::shape::{Corners, PolygonShape};
+use part::Part;
 use polynomial::{Polynomial, Sign};
-use root::{Root, Undecidable, isolate, sign_at};
-
-/// Maximum number of binary digits that coordinates may span.
-///
-/// The polynomials that are compared have about ten times as many, and at this limit take about
-/// 0.1 ms. Lengths may then differ by 2^200 and still be decided.
-const MAX_DIGITS: i32 = 256;
+use root::{Root, TimeBounds, Unresolved, isolate, sign_at};
 
 /// Decides a possible contact: returns it with certain times, or `None` where there is none.
 ///
-/// A contact whose decision would exceed the bound of the work is returned unchanged.
+/// It takes tens of microseconds where the exponents of the coordinates are similar, and up to some
+/// milliseconds where they are as different as those of any two numbers.
 pub(crate) fn decide<const N: usize>(
     x0: &[DVec3; 4],
     x1: &[DVec3; 4],
@@ -38,38 +38,53 @@ pub(crate) fn decide<const N: usize>(
 where
     PolygonShape<N>: Corners<N>,
 {
-    let Some(points) = integers(x0, x1) else { return Some(possible) };
-    let polygon = ExactPolygon::<N>::new(points);
-    match polygon.first_contact(root::floor(possible.lo), root::ceil(possible.hi)) {
-        Err(Undecidable) => Some(possible),
-        Ok(None) => None,
-        Ok(Some(root)) => {
-            let (lo, hi) = root.bounds();
-            let (at_start, certainty) = (root.is_start(), Certainty::Certain);
-            Some(CcdContact { lo, hi, at_start, certainty, ..possible })
+    let points = integers(x0, x1);
+    let [from, to] = [root::floor(possible.lo), root::ceil(possible.hi)];
+    let first = match ExactPolygon::<N>::new(&points).first_contact(from, to) {
+        Ok(first) => first.map(|root| root.bounds()),
+        Err(Unresolved { .. }) => first_in_part::<N>(&points, &Part::new(from, to)),
+    };
+
+    let (lo, hi) = first?.rounded();
+    let (at_start, certainty) = (first?.is_start(), Certainty::Certain);
+    Some(CcdContact { lo, hi, at_start, certainty, ..possible })
+}
+
+/// Finds the first contact in a part of the step; where roots are too close to be resolved, in the
+/// parts before, at and after them.
+fn first_in_part<const N: usize>(
+    points: &[[Vector<BigInt>; 4]; 2],
+    part: &Part,
+) -> Option<TimeBounds>
+where
+    PolygonShape<N>: Corners<N>,
+{
+    let polygon = ExactPolygon::<N>::new(&part.points(points));
+    let at = match polygon.first_contact(0, root::ONE) {
+        Ok(first) => return first.map(|root| part.bounds(&root)),
+        Err(Unresolved { at }) => at,
+    };
+
+    for part in part.around(at) {
+        let first = first_in_part::<N>(points, &part);
+        if first.is_some() {
+            return first;
         }
     }
+    None
 }
 
 type Vector<T> = [T; 3];
 
 /// Multiplies all coordinates by a common power of two that makes them integers: at the start, then
-/// at the end; `None` if they span too many digits.
-fn integers(x0: &[DVec3; 4], x1: &[DVec3; 4]) -> Option<[[Vector<BigInt>; 4]; 2]> {
+/// at the end.
+fn integers(x0: &[DVec3; 4], x1: &[DVec3; 4]) -> [[Vector<BigInt>; 4]; 2] {
     let parts = [x0, x1].map(|x| x.map(|x| x.to_array().map(BinaryFraction::new)));
 
-    // Digits in use, from the lowest to the highest of any coordinate.
+    // The lowest digit in use of any coordinate becomes that of the units.
     let nonzero = parts.iter().flatten().flatten().filter(|part| part.mantissa != 0);
-    let (mut min, mut max) = (i32::MAX, i32::MIN);
-    for part in nonzero {
-        min = min.min(part.exponent);
-        max = max.max(part.exponent + 53);
-    }
-    if max.saturating_sub(min) > MAX_DIGITS {
-        return None;
-    }
-
-    Some(parts.map(|points| points.map(|point| point.map(|part| part.shifted(min)))))
+    let min = nonzero.map(|part| part.exponent).min().unwrap_or(0);
+    parts.map(|points| points.map(|point| point.map(|part| part.shifted(min))))
 }
 
 /// A number as an odd integer (or 0) times a power of two.
@@ -95,9 +110,10 @@ impl BinaryFraction {
         Self { mantissa: if x < 0.0 { -odd } else { odd }, exponent }
     }
 
-    /// Returns the number times `2^-exponent`.
+    /// Returns the number times `2^-exponent`, for an exponent that is not above its own.
     fn shifted(self, exponent: i32) -> BigInt {
-        BigInt::from(self.mantissa) << self.exponent.saturating_sub(exponent).clamp(0, MAX_DIGITS)
+        let digits = if self.mantissa == 0 { 0 } else { self.exponent - exponent };
+        BigInt::from(self.mantissa) << digits
     }
 }
 
@@ -111,7 +127,7 @@ impl<const N: usize> ExactPolygon<N>
 where
     PolygonShape<N>: Corners<N>,
 {
-    fn new([start, end]: [[Vector<BigInt>; 4]; 2]) -> Self {
+    fn new([start, end]: &[[Vector<BigInt>; 4]; 2]) -> Self {
         let corners = PolygonShape::<N>::PAIRS.map(|(to, from)| {
             std::array::from_fn(|k| {
                 let (at_0, at_1) = (&start[to][k] - &start[from][k], &end[to][k] - &end[from][k]);
@@ -125,7 +141,7 @@ where
     }
 
     /// Finds the first time at which the polygon contains the origin.
-    fn first_contact(&self, lo: u128, hi: u128) -> Result<Option<Root>, Undecidable> {
+    fn first_contact(&self, lo: u128, hi: u128) -> Result<Option<Root>, Unresolved> {
         let volume = dot(&self.corners[0], &self.area);
         if !volume.is_zero() {
             return self.first_among(&volume, lo, hi);
@@ -155,7 +171,7 @@ where
         polynomial: &Polynomial,
         lo: u128,
         hi: u128,
-    ) -> Result<Option<Root>, Undecidable> {
+    ) -> Result<Option<Root>, Unresolved> {
         for mut root in isolate(polynomial, lo, hi)? {
             if self.contains_origin(&mut root)? {
                 root.narrow();
@@ -184,7 +200,7 @@ where
     }
 
     /// Returns true if the origin is in the polygon at a root of its volume.
-    fn contains_origin(&self, root: &mut Root) -> Result<bool, Undecidable> {
+    fn contains_origin(&self, root: &mut Root) -> Result<bool, Unresolved> {
         // Project along an axis in which the area is not zero.
         for k in 0..3 {
             let side = sign_at(&self.area[k], root)?;
@@ -196,7 +212,7 @@ where
     }
 
     /// Returns true if all edge functions, projected along axis `k`, are zero or have `side`.
-    fn inside_all_edges(&self, root: &mut Root, k: usize, side: Sign) -> Result<bool, Undecidable> {
+    fn inside_all_edges(&self, root: &mut Root, k: usize, side: Sign) -> Result<bool, Unresolved> {
         for i in 0..N {
             let (a, b) = self.edge(i);
             let sign = sign_at(&cross_component(a, b, k), root)?;
@@ -208,7 +224,7 @@ where
     }
 
     /// Returns true if the origin is on an edge of a polygon without area.
-    fn on_an_edge(&self, root: &mut Root) -> Result<bool, Undecidable> {
+    fn on_an_edge(&self, root: &mut Root) -> Result<bool, Unresolved> {
         for i in 0..N {
             let (a, b) = self.edge(i);
             let mut on_line = true;

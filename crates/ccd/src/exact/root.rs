@@ -9,8 +9,8 @@ use num_bigint::{BigInt, Sign};
 use super::polynomial::Polynomial;
 
 /// Times are multiples of `2^-RESOLUTION`.
-const RESOLUTION: u32 = 120;
-const ONE: u128 = 1 << RESOLUTION;
+pub(super) const RESOLUTION: u32 = 120;
+pub(super) const ONE: u128 = 1 << RESOLUTION;
 
 /// Width to which the root of a contact is narrowed: an ulp of times above 1/256.
 const NARROW: u128 = 1 << (RESOLUTION - 60);
@@ -27,7 +27,17 @@ const DIGITS_PER_SIGN: u32 = 12;
 
 /// Error: two roots, or a root and a time, are closer than times are resolved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Undecidable;
+pub(crate) struct Unresolved {
+    /// The roots are between this time and the next one.
+    pub(crate) at: u128,
+}
+
+/// Closed interval of times that holds a root.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct TimeBounds {
+    pub(crate) lo: u128,
+    pub(crate) hi: u128,
+}
 
 /// Root of a polynomial in an interval of time.
 #[derive(Clone, Debug)]
@@ -59,14 +69,9 @@ impl Root {
         self.interval.hi
     }
 
-    /// Returns true if the root is at time 0.
-    pub(crate) fn is_start(&self) -> bool {
-        self.interval.hi == 0
-    }
-
-    /// Returns the interval in floating point, rounded outward.
-    pub(crate) fn bounds(&self) -> (f64, f64) {
-        (round_down(self.interval.lo), round_up(self.interval.hi))
+    /// Returns the interval with its ends.
+    pub(crate) fn bounds(&self) -> TimeBounds {
+        TimeBounds { lo: self.interval.lo, hi: self.interval.hi }
     }
 
     /// Narrows the interval to about an ulp.
@@ -127,6 +132,18 @@ impl Root {
             return false;
         }
         Interval::new(&common, self.interval.lo, self.interval.hi).sign_changes() % 2 == 1
+    }
+}
+
+impl TimeBounds {
+    /// Returns true if the root is at time 0.
+    pub(crate) fn is_start(self) -> bool {
+        self.hi == 0
+    }
+
+    /// Returns the ends in floating point, rounded outward.
+    pub(crate) fn rounded(self) -> (f64, f64) {
+        (round_down(self.lo), round_up(self.hi))
     }
 }
 
@@ -221,7 +238,7 @@ pub(crate) fn isolate(
     polynomial: &Polynomial,
     lo: u128,
     hi: u128,
-) -> Result<Vec<Root>, Undecidable> {
+) -> Result<Vec<Root>, Unresolved> {
     let (lo, hi) = with_even_halves(lo, hi);
 
     // Intervals around a multiple root would be halved without end.
@@ -247,7 +264,7 @@ pub(crate) fn isolate(
 }
 
 /// Halves an open interval until each part has at most one root, and appends those with one.
-fn isolate_inside(whole: Interval, isolated: &mut Vec<Interval>) -> Result<(), Undecidable> {
+fn isolate_inside(whole: Interval, isolated: &mut Vec<Interval>) -> Result<(), Unresolved> {
     // The earliest part is on top of the stack.
     let mut open = vec![whole];
     while let Some(interval) = open.pop() {
@@ -258,7 +275,7 @@ fn isolate_inside(whole: Interval, isolated: &mut Vec<Interval>) -> Result<(), U
         match interval.sign_changes() {
             0 => {}
             1 => isolated.push(interval),
-            _ if interval.width() < 2 => return Err(Undecidable),
+            _ if interval.width() < 2 => return Err(Unresolved { at: interval.lo }),
             _ => {
                 let (left, right) = interval.halves();
                 let middle = right.starts_at_root().then(|| Interval::time(right.lo));
@@ -284,7 +301,7 @@ fn with_even_halves(lo: u128, hi: u128) -> (u128, u128) {
 
 /// Evaluates the sign of a polynomial at a root of another one, and narrows the interval of the root
 /// as far as necessary.
-pub(crate) fn sign_at(polynomial: &Polynomial, root: &mut Root) -> Result<Sign, Undecidable> {
+pub(crate) fn sign_at(polynomial: &Polynomial, root: &mut Root) -> Result<Sign, Unresolved> {
     if polynomial.is_zero() {
         return Ok(Sign::NoSign);
     }
@@ -304,7 +321,7 @@ pub(crate) fn sign_at(polynomial: &Polynomial, root: &mut Root) -> Result<Sign, 
 
         let width = root.interval.width();
         if width < 2 {
-            return Err(Undecidable);
+            return Err(Unresolved { at: root.interval.lo });
         }
         root.narrow_to((width >> DIGITS_PER_SIGN).max(1));
     }

@@ -2,6 +2,8 @@
 
 mod batch;
 mod contacts;
+#[cfg(feature = "exact")]
+mod lattice;
 mod published;
 mod query_files;
 mod random;
