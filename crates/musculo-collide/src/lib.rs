@@ -47,6 +47,10 @@ pub use ::resolve::{
     BodyChange, Obstacle, Remaining, Resolution, ResolveError, ResolveParams, Resolver, Round,
     resolve,
 };
+pub use overlap::{
+    ContactMeasures, ElasticFoundation, FoundationLaw, JointContact, JointContactError,
+    JointContactParams,
+};
 pub use plan::{
     Detection, DetectionMethod, ExcludedPair, ExclusionReason, ForcedMethod, MissingStructure,
     OperationCounts, PairDetection, PairPlan, Plan, PlanError, PlanParams, RespondParams,

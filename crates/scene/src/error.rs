@@ -3,6 +3,7 @@
 use ccd::CcdError;
 use kdop::TreeError;
 use medial::MedialError;
+use overlap::JointContactError;
 use proximity::{NoInside, SweptError};
 use surface::SurfaceError;
 use surface::progress::Interrupted;
@@ -109,6 +110,9 @@ pub enum SceneError {
         /// The value given.
         tolerance: f64,
     },
+    /// The parameters of joint contact are out of range.
+    #[error(transparent)]
+    JointContact(#[from] JointContactError),
     /// A margin that is negative, infinite or not a number.
     #[error("the margin is {margin}, but must be finite and at least 0")]
     Margin {

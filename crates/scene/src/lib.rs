@@ -46,6 +46,7 @@ mod broad_phase;
 mod check;
 mod error;
 mod field_contacts;
+mod joint_contact;
 pub mod medial_detector;
 mod overlap;
 mod pass_through;
