@@ -25,7 +25,7 @@ impl Scene {
     /// let params = JointContactParams { margin: 0.0, resolution: 0.5, foundation: Some(layer) };
     /// let [of_femur, _] = scene.joint_contact(PairId::new(femur, tibia), &params)?;
     /// assert!((of_femur.total.area - 62.8).abs() < 3.0);
-    /// assert!((of_femur.total.force.z - 360.0).abs() < 20.0);
+    /// assert!((of_femur.total.force.z - 72.0).abs() < 3.0);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
