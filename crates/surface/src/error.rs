@@ -45,6 +45,26 @@ pub enum SurfaceError {
         /// Its position, as given.
         at: DVec3,
     },
+    /// A coordinate is so large that products of coordinates could overflow.
+    #[error(
+        "vertex {vertex} has the coordinate {value:e}, but magnitudes end at {max:e}: products of coordinates would overflow",
+        max = crate::MAX_COORDINATE
+    )]
+    TooLarge {
+        /// The first such vertex.
+        vertex: usize,
+        /// Its largest coordinate.
+        value: f64,
+    },
+    /// All coordinates are so small that their products vanish.
+    #[error(
+        "the largest coordinate is {largest:e}, but must reach {min:e}, or be 0: products of coordinates would vanish",
+        min = crate::MIN_SIZE
+    )]
+    TooSmall {
+        /// Magnitude of the largest coordinate.
+        largest: f64,
+    },
     /// The surface has a border, so it has no interior.
     #[error(
         "the surface is open: {count} edges have one face only, the first between vertices {from} and {to} of face {face}"

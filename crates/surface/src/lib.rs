@@ -78,7 +78,7 @@ pub use crate::hausdorff::{DirectedHausdorff, HausdorffBounds};
 pub use crate::inspect::{Defect, Element, Finding, Inspection, inspect};
 pub use crate::measures::{mean_edge, vertex_areas, vertex_normals};
 pub use crate::perturbed::{PerturbedMeeting, Stretch, StretchEnd, meet_perturbed, passing_share};
-pub use crate::positions::{PositionBuffer, Positions};
+pub use crate::positions::{MAX_COORDINATE, MIN_SIZE, PositionBuffer, Positions};
 pub use crate::pseudonormal::Pseudonormals;
 pub use crate::rigid::{Pose, RigidState};
 pub use crate::simplex::{NO_NEIGHBOR, SimplexSurface};

@@ -1,13 +1,36 @@
-//! Positions of a surface's vertices, with the proof that they are finite.
+//! Positions of a surface's vertices, with the proof that geometry can be computed with
+//! them.
 //!
-//! Kernels take these instead of bare slices, so that they need no checks and no value
-//! that is not a number can reach them.
+//! Kernels take these instead of bare slices, so that they need no checks: no value that is
+//! not a number can reach them, and no product overflows.
+//!
+//! # Range
+//!
+//! Magnitudes are at most [`MAX_COORDINATE`], 1e30. A difference of coordinates is then at
+//! most 2e30, and a product of nine differences, 5e272, still leaves room to sum 10^35 of
+//! them. Exact predicates have degree 3 in coordinates, closest points 4, moments of volumes 5.
+//! Bounds in single precision, which ends at 3e38, are finite too.
+//!
+//! The largest magnitude is at least [`MIN_SIZE`], 1e-90, unless all coordinates are zero. Below
+//! it, products of three differences have digits below the smallest number, 5e-324, so that
+//! exact predicates would call everything coplanar.
+//!
+//! Single coordinates may be smaller, as rounding leaves them in place of zeros. Products
+//! with them may underflow, by at most 5e-324 each, which further factors enlarge to at most
+//! 1e-290. Predicates are then exact except where the exact determinant is below that: points
+//! so near to a plane may be taken to be in it or on its other side.
 
 use glam::DVec3;
 
 use crate::{SurfaceError, TriangleSurface};
 
-/// |V| finite positions of one surface's vertices, in the caller's length unit.
+/// Largest magnitude of a coordinate, in any length unit.
+pub const MAX_COORDINATE: f64 = 1e30;
+
+/// Smallest magnitude of the largest coordinate of a surface, if it is not zero.
+pub const MIN_SIZE: f64 = 1e-90;
+
+/// |V| positions of one surface's vertices, in the caller's length unit, finite and in range.
 ///
 /// Made by [`TriangleSurface::positions`] and [`SimplexSurface::positions`].
 ///
@@ -15,7 +38,7 @@ use crate::{SurfaceError, TriangleSurface};
 #[derive(Clone, Copy, Debug)]
 pub struct Positions<'a>(&'a [DVec3]);
 
-/// Owned [`Positions`]: |V| finite positions of one surface's vertices.
+/// Owned [`Positions`]: |V| positions of one surface's vertices, finite and in range.
 ///
 /// Made by [`TriangleSurface::own_positions`].
 #[derive(Clone, Debug, PartialEq)]
@@ -58,7 +81,7 @@ impl<'a> Positions<'a> {
 }
 
 impl PositionBuffer {
-    /// Returns the positions, with the proof that they are finite.
+    /// Returns the positions, with the proof that they are finite and in range.
     #[must_use]
     pub fn as_positions(&self) -> Positions<'_> {
         Positions(&self.0)
@@ -84,12 +107,15 @@ impl PositionBuffer {
 }
 
 impl TriangleSurface {
-    /// Checks that `x` holds one finite position per vertex.
+    /// Checks that `x` holds one position per vertex, finite and in range.
     ///
     /// # Errors
     ///
     /// - [`SurfaceError::PositionCount`] when the length differs.
     /// - [`SurfaceError::NotFinite`] with the first vertex that is not finite.
+    /// - [`SurfaceError::TooLarge`] with the first vertex beyond [`MAX_COORDINATE`].
+    /// - [`SurfaceError::TooSmall`] where no coordinate reaches [`MIN_SIZE`], and not all are
+    ///   zero.
     pub fn positions<'a>(&self, x: &'a [DVec3]) -> Result<Positions<'a>, SurfaceError> {
         Positions::new(self.vertex_count(), x)
     }
@@ -105,14 +131,34 @@ impl TriangleSurface {
     }
 }
 
-/// Checks that there are `expected` positions, all finite.
+/// Checks that there are `expected` positions, all finite and in range.
 fn check(expected: usize, x: impl Iterator<Item = DVec3>) -> Result<(), SurfaceError> {
-    let mut got = 0;
+    let (mut got, mut largest) = (0, 0.0_f64);
     for at in x {
-        if !at.is_finite() {
-            return Err(SurfaceError::NotFinite { vertex: got, at });
+        // A coordinate that is not a number fails the comparison.
+        let size = at.abs();
+        if !(size.x <= MAX_COORDINATE && size.y <= MAX_COORDINATE && size.z <= MAX_COORDINATE) {
+            return Err(out_of_range(got, at));
         }
+        largest = largest.max(size.max_element());
         got += 1;
     }
-    if got == expected { Ok(()) } else { Err(SurfaceError::PositionCount { expected, got }) }
+
+    if got != expected {
+        return Err(SurfaceError::PositionCount { expected, got });
+    }
+    if largest > 0.0 && largest < MIN_SIZE {
+        return Err(SurfaceError::TooSmall { largest });
+    }
+    Ok(())
+}
+
+/// Returns the error of a position with a coordinate that is not finite or too large.
+fn out_of_range(vertex: usize, at: DVec3) -> SurfaceError {
+    if !at.is_finite() {
+        return SurfaceError::NotFinite { vertex, at };
+    }
+    let coordinates = at.to_array().into_iter();
+    let value = coordinates.fold(0.0, |max: f64, c| if c.abs() > max.abs() { c } else { max });
+    SurfaceError::TooLarge { vertex, value }
 }

@@ -5,6 +5,7 @@ mod closest;
 mod crossing;
 mod inspect;
 mod pseudonormal;
+mod range;
 #[cfg(feature = "serde")]
 mod serde;
 mod simplex;
