@@ -7,18 +7,20 @@ use surface::{MAX_COORDINATE, MIN_SIZE, Meeting, SurfaceError, TriangleSurface, 
 
 const FACE: [DVec3; 3] = [DVec3::ZERO, DVec3::X, DVec3::Y];
 
+/// Returns the error of positions, after checking that all three doors refuse alike.
 fn refusal(x: &[DVec3; 3]) -> Option<String> {
     let surface = TriangleSurface::new(3, vec![[0, 1, 2]]).expect("a triangle");
-    let refused = surface.positions(x).err();
-    assert_eq!(refused, surface.own_positions(x.to_vec()).err(), "both doors refuse alike");
+    let refused = surface.positions(x).err().map(|error| error.to_string());
+    let owned = surface.own_positions(x.to_vec()).err().map(|error| error.to_string());
+    assert_eq!(refused, owned, "owned positions");
 
     // A buffer keeps its positions where it refuses new ones.
     let mut buffer = surface.own_positions(FACE.to_vec()).expect("in range");
-    let overwritten = buffer.overwrite(x.iter().copied()).err();
-    assert_eq!(refused, overwritten);
+    let overwritten = buffer.overwrite(x.iter().copied()).err().map(|error| error.to_string());
+    assert_eq!(refused, overwritten, "overwritten positions");
     let kept = if refused.is_some() { &FACE } else { x };
     assert_eq!(buffer.as_positions().as_slice(), kept, "all or none is written");
-    refused.map(|error| error.to_string())
+    refused
 }
 
 #[test]
