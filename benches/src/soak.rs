@@ -108,7 +108,9 @@ impl SwayingScene {
         let mut add =
             |name, x: &Vec<DVec3>| scene.add(name, BodyKind::Deformable, ball.surface(), x.clone());
         let muscles = [add("first", &rest[0])?, add("second", &rest[1])?];
-        let plan = Plan::new(&mut scene, &PlanParams::with_tolerance(0.5), Progress::none())?;
+        // The muscles sway by 1, and responses push them by some more.
+        let params = PlanParams { max_displacement: 10.0, ..PlanParams::with_tolerance(0.5) };
+        let plan = Plan::new(&mut scene, &params, Progress::none())?;
         let (detection, next) = (Detection::default(), Vec::new());
         Ok(Self { scene, bone, muscles, rest, plan, detection, next })
     }

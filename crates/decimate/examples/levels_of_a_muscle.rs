@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("requested [mm]   faces   certified [mm]   after shortening [mm]");
     for max_deviation in [0.1, 0.25, 0.5, 1.0, 2.0] {
         let reduced = decimation.within(max_deviation, Progress::none())?;
-        let mut coarse = CoarseSurface::new(reduced, decimation.full())?;
+        let mut coarse = CoarseSurface::new(reduced, decimation.full(), Progress::none())?;
         coarse.follow(&positions)?;
         let strained = hausdorff_bounds(&shortened, coarse.tree(), Progress::none())?;
         println!(

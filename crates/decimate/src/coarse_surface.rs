@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use kdop::Workspace;
 use proximity::{NoInside, ProximityError, SurfaceTree};
+use surface::progress::{Interrupted, Progress};
 use surface::{Barycentric, Csr, parallel};
 
 use crate::{DecimateError, ReducedSurface};
@@ -24,7 +25,7 @@ use crate::{DecimateError, ReducedSurface};
 /// let full = SurfaceTree::new(ball.surface(), ball.positions.clone())?;
 /// let decimation = Decimation::new(full, Progress::none())?;
 /// let reduced = decimation.within(0.5, Progress::none())?;
-/// let mut coarse = CoarseSurface::new(reduced, decimation.full())?;
+/// let mut coarse = CoarseSurface::new(reduced, decimation.full(), Progress::none())?;
 ///
 /// // It follows the full surface.
 /// let lifted: Vec<DVec3> = ball.positions.iter().map(|p| *p + DVec3::Z).collect();
@@ -56,18 +57,27 @@ struct Attachment {
     weights: Barycentric,
 }
 
+/// Vertices between two polls for interruption: some milliseconds. Fewer cost time; more delay the
+/// end of an interrupted call.
+const POLL_INTERVAL: usize = 1024;
+
 impl CoarseSurface {
     /// Attaches a full surface to a reduced one of it, which is declared open where the full
     /// one is.
     ///
     /// # Errors
     ///
-    /// [`DecimateError::Proximity`] where a tree over the reduced surface cannot be built.
+    /// - [`DecimateError::Proximity`] where a tree over the reduced surface cannot be built.
+    /// - [`DecimateError::Interrupted`] when the progress handler ends the call.
     ///
     /// # Panics
     ///
     /// When `reduced` is of another surface with more vertices.
-    pub fn new(reduced: ReducedSurface, full: &SurfaceTree) -> Result<Self, DecimateError> {
+    pub fn new(
+        reduced: ReducedSurface,
+        full: &SurfaceTree,
+        progress: Progress<'_>,
+    ) -> Result<Self, DecimateError> {
         let x = full.positions().as_slice();
         let mut positions = Vec::new();
         reduced.gather(x, &mut positions);
@@ -76,8 +86,14 @@ impl CoarseSurface {
             tree = tree.declared_open();
         }
 
-        let attach = |workspace: &mut Workspace, &p: &DVec3| attach(&tree, p, workspace);
-        let attachments = parallel::map_slice_with(x, Workspace::default, attach);
+        // Polls every few vertices: on a large surface, each takes microseconds.
+        let steps = progress.steps(x.len());
+        let pieces: Vec<&[DVec3]> = x.chunks(POLL_INTERVAL).collect();
+        let attached = parallel::map_slice_with(&pieces, Workspace::default, |workspace, piece| {
+            steps.advance(piece.len())?;
+            Ok::<_, Interrupted>(attach_all(&tree, piece, workspace))
+        });
+        let attachments = attached.into_iter().collect::<Result<Vec<_>, _>>()?.concat();
         let faces = attachments.iter().map(|attachment| attachment.face);
         let pairs: Vec<(u32, u32)> = faces.zip(0..).collect();
         let attached = Csr::new(reduced.surface.faces().len(), &pairs);
@@ -146,10 +162,14 @@ impl CoarseSurface {
     }
 }
 
-/// Finds the closest point of a surface with faces.
-fn attach(tree: &SurfaceTree, point: DVec3, workspace: &mut Workspace) -> Attachment {
-    match tree.closest_point(point, f64::INFINITY, None, workspace) {
-        Some(closest) => Attachment { face: closest.face, weights: closest.foot.barycentric },
-        None => Attachment { face: 0, weights: [1.0, 0.0, 0.0] },
+/// Finds the closest point of a surface with faces, for each of several points.
+fn attach_all(tree: &SurfaceTree, points: &[DVec3], workspace: &mut Workspace) -> Vec<Attachment> {
+    let mut attachments = Vec::with_capacity(points.len());
+    for &point in points {
+        attachments.push(match tree.closest_point(point, f64::INFINITY, None, workspace) {
+            Some(closest) => Attachment { face: closest.face, weights: closest.foot.barycentric },
+            None => Attachment { face: 0, weights: [1.0, 0.0, 0.0] },
+        });
     }
+    attachments
 }

@@ -116,7 +116,7 @@ impl Decimation {
         let measure = Measure::new(self.target(), self.collapsed(collapses))?;
 
         // Most candidates are decided by their vertices alone.
-        let distance = measure.max_vertex_distance();
+        let distance = measure.max_vertex_distance(progress)?;
         if distance > max_deviation || distance <= PRESUMED * max_deviation {
             return Ok(distance <= max_deviation);
         }

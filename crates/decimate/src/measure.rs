@@ -30,6 +30,9 @@ pub(crate) struct Measure<'a> {
     near: Vec<Option<ClosestPoint>>,
 }
 
+/// Vertices between two polls for interruption: some milliseconds.
+const POLL_INTERVAL: usize = 1024;
+
 impl<'a> Measure<'a> {
     pub(crate) fn new(full: Target<'a>, collapsed: Collapsed) -> Result<Self, DecimateError> {
         let Collapsed { moved_into, kept, faces, sources } = collapsed;
@@ -46,10 +49,14 @@ impl<'a> Measure<'a> {
     }
 
     /// Computes the largest distance of a vertex of the full surface from the collapsed one.
-    pub(crate) fn max_vertex_distance(&self) -> f64 {
+    pub(crate) fn max_vertex_distance(&self, progress: Progress<'_>) -> Result<f64, Interrupted> {
         let (target, mut workspace) = (self.target(), Workspace::default());
         let mut max_distance = 0.0;
-        for (&p, near) in self.full.tree.positions().as_slice().iter().zip(&self.near) {
+        let x = self.full.tree.positions().as_slice();
+        for (number, (&p, near)) in x.iter().zip(&self.near).enumerate() {
+            if number.is_multiple_of(POLL_INTERVAL) {
+                progress.report(0.0)?;
+            }
             // The distance of the near point is an upper bound.
             if let Some(near) = near
                 && near.distance > max_distance
@@ -58,7 +65,7 @@ impl<'a> Measure<'a> {
                 max_distance = distance.max(max_distance);
             }
         }
-        max_distance
+        Ok(max_distance)
     }
 
     /// Bounds the deviation; from above by infinity where it exceeds the accuracy's limit.

@@ -47,10 +47,15 @@
 //! - `serde`: parameters, methods and operation counts implement `Serialize` and `Deserialize`.
 
 mod bone_field;
+mod builder;
+mod candidates;
 mod cost;
 mod detection;
 mod error;
+mod frame;
 mod method;
+mod pair;
+mod pair_detector;
 mod params;
 mod plan;
 mod planner;
@@ -64,7 +69,8 @@ pub use crate::cost::{OperationCounts, machine_factor};
 pub use crate::detection::{Detection, PairDetection};
 pub use crate::error::PlanError;
 pub use crate::method::{DetectionMethod, ExclusionReason, StructureKind};
+pub use crate::pair::{ExcludedPair, PairPlan};
 pub use crate::params::{ForcedMethod, PlanParams};
-pub use crate::plan::{ExcludedPair, PairPlan, Plan};
+pub use crate::plan::Plan;
 pub use crate::respond::RespondParams;
 pub use crate::structures::{MissingStructure, Structure};

@@ -49,9 +49,6 @@ pub enum StructureKind {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExclusionReason {
-    /// No detected pair uses the structure.
-    #[error("no pair needs it")]
-    NotNeeded,
     /// Distance fields are of rigid bodies.
     #[error("the body is not rigid")]
     NotRigid,
@@ -61,12 +58,6 @@ pub enum ExclusionReason {
     /// The scene ignores the pair.
     #[error("the pair is ignored")]
     Ignored,
-    /// The pair cannot come within the margin.
-    #[error("the bodies are at least {distance:.3} apart, farther than they may move")]
-    FarApart {
-        /// Lower bound of the distance.
-        distance: f64,
-    },
     /// The field's error exceeds the tolerance at the finest spacing that was tried.
     #[error(
         "a field with spacing {spacing:.3} still exceeds the tolerance ({error:.3} > {tolerance:.3})"

@@ -15,9 +15,13 @@ pub struct PlanParams {
     pub tolerance: f64,
     /// Largest gap that is still reported as a contact, `>= 0`.
     pub margin: f64,
-    /// Largest displacement of any vertex from its present position while the plan serves,
-    /// `>= 0`. Pairs that stay farther apart than the margin are excluded; with infinity, none
-    /// is.
+    /// Largest displacement of any vertex from its present position that the plan prepares for,
+    /// `>= 0`.
+    ///
+    /// Pairs that may come within the margin by such displacements are planned. Any other pair is
+    /// detected by the surfaces of both bodies once it comes near, without error and at a higher
+    /// cost. With infinity, every pair is planned: their number grows with the square of the
+    /// bodies.
     pub max_displacement: f64,
     /// Largest accepted time of a detection frame. A plan that is predicted to take longer is
     /// replaced by a coarser one, with a larger [tolerance](crate::Plan::tolerance).
@@ -43,14 +47,14 @@ pub struct ForcedMethod {
 }
 
 impl PlanParams {
-    /// Returns the parameters of a plan with this tolerance, for overlapping bodies that may move
-    /// anywhere.
+    /// Returns the parameters of a plan with this tolerance, which prepares for the pairs that are
+    /// in contact now.
     #[must_use]
     pub const fn with_tolerance(tolerance: f64) -> Self {
         Self {
             tolerance,
             margin: 0.0,
-            max_displacement: f64::INFINITY,
+            max_displacement: 0.0,
             budget: None,
             machine_factor: 1.0,
             threads: 1,

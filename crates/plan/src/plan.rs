@@ -8,57 +8,30 @@ use scene::{Body, BodyId, PairId, Progress, Scene, SweepReport};
 use surface::Aabb;
 
 use crate::cost::count;
-use crate::detection::PairScratch;
+use crate::pair_detector::PairDetector;
 use crate::structures::Structures;
 use crate::{
-    DetectionMethod, ExclusionReason, MissingStructure, OperationCounts, PlanError, PlanParams,
-    Structure,
+    ExcludedPair, MissingStructure, OperationCounts, PairPlan, PlanError, PlanParams, Structure,
 };
 
-/// Method for each pair of a scene, with the structures that were built for it.
+/// Method for each pair of a scene that may meet, with the structures that were built for it.
+///
+/// Its size grows with the number of bodies and of pairs near each other.
 #[derive(Debug)]
 pub struct Plan {
     pub(crate) params: PlanParams,
     pub(crate) tolerance: f64,
     pub(crate) pairs: Vec<PairPlan>,
     pub(crate) excluded_pairs: Vec<ExcludedPair>,
+    pub(crate) far_pair_count: usize,
     pub(crate) structures: Structures,
     pub(crate) built: Vec<Structure>,
     pub(crate) missing: Vec<MissingStructure>,
     /// Operations that refit the structures of all bodies.
     pub(crate) follow: OperationCounts,
     pub(crate) bodies: Vec<PlannedBody>,
-    /// Reused memory of detection, one per pair.
-    pub(crate) scratch: Vec<PairScratch>,
-}
-
-/// Method for one pair of bodies.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PairPlan {
-    /// The two bodies.
-    pub pair: PairId,
-    /// The method.
-    pub method: DetectionMethod,
-    /// The rigid body whose field the pair may use.
-    pub(crate) bone: Option<BodyId>,
-    /// Reason why the pair does not use a field, where it does not.
-    pub fallback_reason: Option<ExclusionReason>,
-    /// Measured error of a contact's gap, in the length unit: of the structures as they were
-    /// built, at the positions they were built at.
-    pub measured_error: f64,
-    /// Operations per frame.
-    pub operations: OperationCounts,
-    /// Predicted time per frame, of one thread \[s\].
-    pub cost: f64,
-}
-
-/// Pair that is not detected.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ExcludedPair {
-    /// The two bodies.
-    pub pair: PairId,
-    /// Reason why it is not detected.
-    pub reason: ExclusionReason,
+    /// Detectors of the planned pairs, in their order.
+    pub(crate) detectors: Vec<PairDetector>,
 }
 
 /// Body of the scene that a plan was made for.
@@ -68,20 +41,6 @@ pub(crate) struct PlannedBody {
     vertex_count: usize,
     /// Box around the body's vertices when the plan was made.
     pub(crate) bounds: Aabb,
-}
-
-impl PairPlan {
-    /// Returns the rigid body whose field is queried, where that is the method: only vertices and
-    /// edges of the other body are then compared.
-    #[must_use]
-    pub fn bone(&self) -> Option<BodyId> {
-        self.bone.filter(|_| self.method == DetectionMethod::Field)
-    }
-
-    /// Returns the body that is compared with the field of `bone`.
-    pub(crate) fn other(&self, bone: BodyId) -> BodyId {
-        if bone == self.pair.a { self.pair.b } else { self.pair.a }
-    }
 }
 
 impl PlannedBody {
@@ -97,16 +56,23 @@ impl PlannedBody {
 }
 
 impl Plan {
-    /// Returns the pairs that are detected, in the order of the bodies.
+    /// Returns the planned pairs, in the order of the bodies.
     #[must_use]
     pub fn pairs(&self) -> &[PairPlan] {
         &self.pairs
     }
 
-    /// Returns the pairs that are not detected, with the reasons.
+    /// Returns the pairs near enough to be planned that are not detected, with the reasons.
     #[must_use]
     pub fn excluded_pairs(&self) -> &[ExcludedPair] {
         &self.excluded_pairs
+    }
+
+    /// Returns the number of pairs that are too far apart to be planned. They are detected by the
+    /// surfaces of both bodies once they come near.
+    #[must_use]
+    pub fn far_pair_count(&self) -> usize {
+        self.far_pair_count
     }
 
     /// Returns the structures that were built, in the order of the bodies.
@@ -115,8 +81,8 @@ impl Plan {
         &self.built
     }
 
-    /// Returns the structures that might have been built and were not, with the reasons, in the
-    /// order of the bodies.
+    /// Returns the structures that planned pairs might use and that were not built, with the
+    /// reasons, in the order of the bodies.
     #[must_use]
     pub fn missing_structures(&self) -> &[MissingStructure] {
         &self.missing
@@ -148,9 +114,9 @@ impl Plan {
         self.params.budget.is_none_or(|budget| self.predicted_time() <= budget)
     }
 
-    /// Finds the first contacts of planned pairs while bodies move to new positions; see
-    /// [`Scene::sweep`]. All vertices take part, and no contact is missed, whatever the
-    /// tolerance.
+    /// Finds the first contacts of pairs that are not excluded while bodies move to new
+    /// positions; see [`Scene::sweep`]. All vertices take part, and no contact is missed,
+    /// whatever the tolerance.
     ///
     /// # Errors
     ///
@@ -163,8 +129,16 @@ impl Plan {
         progress: Progress<'_>,
     ) -> Result<SweepReport, PlanError> {
         self.check_scene(scene)?;
-        let is_planned = |id| self.pairs.iter().any(|planned| planned.pair == id);
-        Ok(scene.sweep_among(moves, params, is_planned, progress)?)
+        let is_rigid: Vec<bool> = scene.bodies().iter().map(Body::is_rigid).collect();
+        let is_wanted = |pair: PairId| {
+            self.is_planned(pair) || pair.bodies().into_iter().any(|id| !is_rigid[id.index()])
+        };
+        Ok(scene.sweep_among(moves, params, is_wanted, progress)?)
+    }
+
+    /// Returns true if a pair has a method in this plan.
+    pub(crate) fn is_planned(&self, pair: PairId) -> bool {
+        self.pairs.binary_search_by_key(&pair, |planned| planned.pair).is_ok()
     }
 
     /// Checks that the plan was made for a scene of these bodies.

@@ -53,6 +53,20 @@ pub(crate) struct BodyStructures {
     pub(crate) medial: Option<MedialDetector>,
 }
 
+/// Surface of a body as it is compared with another one.
+#[derive(Clone, Copy)]
+pub(crate) struct ComparedSurface<'a> {
+    pub(crate) tree: &'a SurfaceTree,
+    pub(crate) contact: ContactSurface<'a>,
+}
+
+impl<'a> ComparedSurface<'a> {
+    /// Returns the body's own surface, where its tree is up to date.
+    pub(crate) fn whole(body: &'a Body) -> Option<Self> {
+        body.tree().map(|tree| Self { tree, contact: body.contact_surface() })
+    }
+}
+
 impl Structures {
     /// Returns no structures, for a number of bodies.
     pub(crate) fn new(count: usize) -> Self {
@@ -76,9 +90,17 @@ impl Structures {
         })
     }
 
-    /// Returns the tree over a body as it is compared: that of its reduced surface, if it has one.
-    pub(crate) fn tree<'a>(&'a self, scene: &'a Scene, id: BodyId) -> Option<&'a SurfaceTree> {
-        self.coarse(id).map_or_else(|| scene.body(id).tree(), |coarse| Some(coarse.tree()))
+    /// Returns a body as it is compared: by its reduced surface, if it has one. `None` where its
+    /// own faces are compared and have no tree.
+    pub(crate) fn compared<'a>(
+        &'a self,
+        scene: &'a Scene,
+        id: BodyId,
+    ) -> Option<ComparedSurface<'a>> {
+        let contact = self.contact_surface(scene, id);
+        let own_tree = || scene.body(id).tree();
+        let tree = self.coarse(id).map(CoarseSurface::tree).or_else(own_tree)?;
+        Some(ComparedSurface { tree, contact })
     }
 
     /// Returns a body as one side of contacts: by its reduced surface, if it has one.

@@ -1,20 +1,21 @@
 //! Plan as a table in plain text.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use scene::BodyId;
 
+use crate::Plan;
 use crate::cost::count;
-use crate::{Plan, StructureKind};
 
 impl fmt::Display for Plan {
-    /// Writes the structures of each body, the method of each pair, and the excluded pairs with
-    /// their reasons.
+    /// Writes the structures of each body, the method of each planned pair, and the numbers of
+    /// other pairs with the reasons.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.write_head(f)?;
         self.write_structures(f)?;
         self.write_pairs(f)?;
-        self.write_excluded_pairs(f)
+        self.write_other_pairs(f)
     }
 }
 
@@ -47,12 +48,8 @@ impl Plan {
             }
         }
         for missing in &self.missing {
-            // A missing tree is worth a line only where nothing else was built.
-            let is_bare = !self.built.iter().any(|built| built.body == missing.body);
-            if missing.kind != StructureKind::Tree || is_bare {
-                let name = self.name(missing.body);
-                writeln!(f, "{name:<width$}  no {}: {}", missing.kind, missing.reason)?;
-            }
+            let name = self.name(missing.body);
+            writeln!(f, "{name:<width$}  no {}: {}", missing.kind, missing.reason)?;
         }
         Ok(())
     }
@@ -74,11 +71,18 @@ impl Plan {
         Ok(())
     }
 
-    fn write_excluded_pairs(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let width = self.name_width();
+    /// Writes the numbers of pairs that are not in the plan, one line per reason.
+    fn write_other_pairs(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut counts = BTreeMap::new();
         for excluded in &self.excluded_pairs {
-            let [a, b] = excluded.pair.bodies().map(|id| self.name(id));
-            writeln!(f, "{a:<width$}  {b:<width$}  excluded: {}", excluded.reason)?;
+            *counts.entry(excluded.reason.to_string()).or_insert(0_usize) += 1;
+        }
+        for (reason, count) in counts {
+            writeln!(f, "{count} pairs near each other excluded: {reason}")?;
+        }
+        if self.far_pair_count > 0 {
+            let count = self.far_pair_count;
+            writeln!(f, "{count} pairs farther apart: detected by surfaces once they come near")?;
         }
         Ok(())
     }

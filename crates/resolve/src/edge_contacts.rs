@@ -15,17 +15,24 @@ pub(crate) fn edge_contacts(scene: &Scene, report: &PairReport) -> Vec<Contact> 
     if report.crossing_faces.is_empty() {
         return Vec::new();
     }
-    let [a, b] = report.pair.bodies().map(|id| scene.body(id));
+
     // A contact has one anchor at most: of two rigid bodies, the second.
+    let [a, b] = report.pair.bodies().map(|id| scene.body(id));
     let [a_is_anchor, b_is_anchor] = [a.is_rigid() && !b.is_rigid(), b.is_rigid()];
     let a = CrossingBody::new(a, &report.a_against_b, a_is_anchor);
     let b = CrossingBody::new(b, &report.b_against_a, b_is_anchor);
-    report.crossing_faces.iter().filter_map(|&faces| contact(&a, &b, faces)).collect()
+
+    let mut contacts = Vec::new();
+    for &faces in &report.crossing_faces {
+        contacts.extend(contact(&a, &b, faces));
+    }
+    contacts
 }
 
 /// Makes the contact of two crossing faces; `None` where one has a vertex inside, or where no
 /// height of one over the other is found.
 fn contact(a: &CrossingBody<'_>, b: &CrossingBody<'_>, faces: [u32; 2]) -> Option<Contact> {
+    // Where the faces are highest over each other, seen along the normal between them.
     let [of_a, of_b] = [a.face_normal(faces[0])?, b.face_normal(faces[1])?];
     let normal = (of_b - of_a).try_normalize().or_else(|| of_b.try_normalize())?;
     let meeting = highest([a.body.corners(faces[0]), b.body.corners(faces[1])], normal)?;
@@ -107,6 +114,7 @@ struct Meeting {
 /// `None` where it is nowhere over it, and where the height exceeds half the longest edge of a
 /// face: the faces then belong to parts that are seen from the side.
 fn highest([a, b]: [[DVec3; 3]; 2], normal: DVec3) -> Option<Meeting> {
+    // The height is linear in between: its maximum is at a corner.
     let max_height = longest_edge(a).min(longest_edge(b)) / 2.0;
     let mut highest: Option<Meeting> = None;
     for weights in corners_of_overlap(a, b, normal) {
@@ -121,6 +129,7 @@ fn highest([a, b]: [[DVec3; 3]; 2], normal: DVec3) -> Option<Meeting> {
 /// Finds the corners of the area in which two faces cover each other, seen along `normal`, as
 /// weights of the corners of either face.
 fn corners_of_overlap(a: [DVec3; 3], b: [DVec3; 3], normal: DVec3) -> Vec<[[f64; 3]; 2]> {
+    // Corners of either face over the other.
     let axes = normal.any_orthonormal_pair();
     let (a, b) = (flatten(a, axes), flatten(b, axes));
     let mut corners = Vec::new();
@@ -132,9 +141,13 @@ fn corners_of_overlap(a: [DVec3; 3], b: [DVec3; 3], normal: DVec3) -> Vec<[[f64;
             corners.push([on_a, along(i, 0.0)]);
         }
     }
-    for (i, j) in (0..3).flat_map(|i| [(i, 0), (i, 1), (i, 2)]) {
-        if let Some([s, t]) = segments_cross([a[i], a[(i + 1) % 3]], [b[j], b[(j + 1) % 3]]) {
-            corners.push([along(i, s), along(j, t)]);
+
+    // Edges over edges.
+    for i in 0..3 {
+        for j in 0..3 {
+            if let Some([s, t]) = segments_cross([a[i], a[(i + 1) % 3]], [b[j], b[(j + 1) % 3]]) {
+                corners.push([along(i, s), along(j, t)]);
+            }
         }
     }
     corners

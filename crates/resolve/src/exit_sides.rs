@@ -54,6 +54,7 @@ impl ExitSide<'_> {
         direction: DVec3,
         workspace: &mut Workspace,
     ) -> Option<NearVertex> {
+        // Outside, a vertex that faces away is of another part of the surface.
         let is_astray = near.normal.dot(direction) < 0.0;
         if near.gap >= 0.0 {
             let is_behind = self.normal(near).dot(near.normal) > tuning::MIN_AGREEMENT;
@@ -62,6 +63,8 @@ impl ExitSide<'_> {
         if !is_astray {
             return Some(*near);
         }
+
+        // Inside, the way out by the entered side, where there is one.
         let turned = self.project(near.vertex, direction, workspace);
         Some(turned.filter(|turned| turned.gap < 0.0).unwrap_or(*near))
     }
@@ -75,6 +78,8 @@ impl ExitSide<'_> {
         if near.gap >= 0.0 {
             return None;
         }
+
+        // The nearest way out leads through the tissue: the side that faces the bone instead.
         let max_depth = tuning::MAX_FACING_DEPTH * self.smoothing;
         let turned = self.project(near.vertex, -normal, workspace);
         turned.filter(|turned| turned.gap < 0.0 && turned.gap > -max_depth)
@@ -93,7 +98,7 @@ impl ExitSide<'_> {
         }
         memory.resize(self.tissue.normals.len(), DVec3::ZERO);
 
-        // A vertex new inside counts by how shallow it is, and by how it faces the other body.
+        // Own directions: a vertex new inside counts by how shallow it is, and by how it faces the other body.
         let mut own = memory.clone();
         for near in near {
             let direction = &mut own[near.vertex as usize];
@@ -128,6 +133,7 @@ impl ExitSide<'_> {
 
     /// Finds the closest point of the other body's surface among faces on one side of it.
     fn project(&self, vertex: u32, side: DVec3, workspace: &mut Workspace) -> Option<NearVertex> {
+        // The nearest of the faces on this side.
         let position = self.body.positions()[vertex as usize];
         let other = fitted_tree(self.other);
         let mut nearest: Option<ClosestPoint> = None;
@@ -140,6 +146,7 @@ impl ExitSide<'_> {
             nearest.map_or(f64::INFINITY, |nearest| nearest.distance)
         });
 
+        // The way there, or the face's normal where the way is not on this side.
         let ClosestPoint { face, foot, .. } = nearest?;
         let way = (foot.point - position).normalize_or_zero();
         let is_on_side = agrees(way, side);

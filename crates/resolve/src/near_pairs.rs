@@ -33,7 +33,11 @@ impl NearPair {
 
     /// Computes the depth of the overlap, of vertices or of edges.
     pub(crate) fn depth(&self) -> f64 {
-        self.edges.iter().map(|contact| -contact.gap).fold(self.report.max_depth, f64::max)
+        let mut depth = self.report.max_depth;
+        for contact in &self.edges {
+            depth = depth.max(-contact.gap);
+        }
+        depth
     }
 
     /// Returns true if the pair overlaps in one of these reports.
@@ -71,14 +75,16 @@ impl NearPairs {
         let has_moved = |pair: PairId| moved[pair.a.index()] || moved[pair.b.index()];
         self.0.retain(|pair| !has_moved(pair.report.pair));
 
+        // Pairs within the margin of which a body has moved.
         scene.fit_all()?;
         let mut stale = scene.close_pairs(margin)?;
         stale.retain(|&pair| has_moved(pair));
+
+        // In the order of the bodies, whatever thread was first.
         let detected = parallel::map_slice_with(&stale, PairProximity::default, |found, &pair| {
             progress.report(0.0)?;
             Ok(NearPair::detect(scene, pair, margin, found))
         });
-
         let detected: Result<Vec<_>, Interrupted> = detected.into_iter().collect();
         self.0.extend(detected?.into_iter().flatten());
         self.0.sort_unstable_by_key(|pair| pair.report.pair);

@@ -53,6 +53,7 @@ impl ResolveParams {
                 "finite and at least 0",
             ),
         ];
+
         match ranges.into_iter().find(|&(_, _, is_valid, _)| !is_valid) {
             Some((name, value, _, range)) => Err(ResolveError::Parameter { name, value, range }),
             None => Ok(()),

@@ -1,45 +1,63 @@
 //! Displacements of one round.
 
 use glam::DVec3;
+use proximity::SurfaceTree;
 use response::{
     ContactLaw, ContactRows, ContactSystem, Margins, SolveLevel, SolverMethod, SolverParams,
     SweepOrder,
 };
 use scene::BodyId;
+use surface::progress::{Interrupted, Progress};
 use surface::{Contact, parallel, vertex_normals};
 
 use crate::exit_sides::{ExitMemory, ExitSide};
 use crate::near_pairs::NearPair;
 use crate::run::Run;
+use crate::tissue::Tissue;
 use crate::{ResolveError, tuning};
 
 impl Run<'_> {
     /// Computes displacements that separate all contacts, or as far as one round goes, and
     /// that keep tissue in shape.
     pub(crate) fn push(&mut self) -> Result<(), ResolveError> {
+        // Contacts alone, then the tissue around them.
         self.start_round();
         let rows = self.contact_rows()?;
         let system = ContactSystem::new(&rows, &self.inverse_masses, SweepOrder::Colored)?;
         self.separate(&system, tuning::FIRST_SOLVER_SWEEPS)?;
         let smoothing = self.params.smoothing;
-        self.for_each_soft(|tissue, tree| tissue.spread(tree, smoothing))?;
+        self.for_each_soft(|tissue, tree, progress| tissue.spread(tree, smoothing, progress))?;
 
         // Restoring shape and separating contacts alternate: each undoes some of the other.
         let looseness = looseness(self.rounds.len());
         for pass in 0..tuning::SHAPE_PASSES {
-            self.for_each_soft(|tissue, tree| {
-                tissue.alter(tree, |tissue, x| tissue.restore_shape(tree, looseness, pass == 0, x));
+            let uncrosses = pass == 0;
+            self.alter_soft(|tissue, tree, x, progress| {
+                tissue.restore_shape(tree, looseness, uncrosses, x, progress)
             })?;
             self.separate(&system, tuning::NEXT_SOLVER_SWEEPS)?;
         }
 
         // What separation has left is made safe, and volume is given back.
-        self.for_each_soft(|tissue, tree| tissue.alter(tree, |tissue, x| tissue.stiffen(x)))?;
+        self.alter_soft(|tissue, _, x, progress| tissue.stiffen(x, progress))?;
         self.clamp();
-        self.for_each_soft(|tissue, tree| {
-            tissue.alter(tree, |tissue, x| tissue.restore_volume(x));
+        self.alter_soft(|tissue, _, x, _| {
+            tissue.restore_volume(x);
+            Ok(())
         })?;
         Ok(())
+    }
+
+    /// Changes the positions that this round moves soft tissues to.
+    fn alter_soft(
+        &mut self,
+        change: impl Fn(&Tissue, &SurfaceTree, &mut [DVec3], Progress<'_>) -> Result<(), Interrupted>
+        + Sync
+        + Send,
+    ) -> Result<(), Interrupted> {
+        self.for_each_soft(|tissue, tree, progress| {
+            tissue.alter(tree, |tissue, x| change(tissue, tree, x, progress))
+        })
     }
 
     /// Resets displacements, and updates normals and nearness of all vertices.
@@ -51,6 +69,8 @@ impl Run<'_> {
             tissue.u.fill(DVec3::ZERO);
             tissue.is_near.fill(false);
         });
+
+        // Vertices near another body are not free to give volume back.
         for (body, report) in self.near.iter().flat_map(NearPair::sides) {
             for near in &report.near {
                 self.tissues[body.index()].is_near[near.vertex as usize] = true;
@@ -62,26 +82,34 @@ impl Run<'_> {
     fn contact_rows(&mut self) -> Result<ContactRows, ResolveError> {
         let max_step = tuning::MAX_STEP * self.params.smoothing;
         let law = ContactLaw::new(Margins::new(self.params.clearance, max_step)?, 0.0)?;
+
+        // Deeper overlaps than a step are left to later rounds.
         let mut rows = ContactRows::new(self.inverse_masses.len());
-        for contact in self.contacts() {
+        for contact in self.contacts()? {
             rows.push(&Contact { gap: contact.gap.max(-max_step), ..contact }, law)?;
         }
         Ok(rows)
     }
 
     /// Collects the contacts of all pairs, and updates their exit directions.
-    fn contacts(&mut self) -> Vec<Contact> {
+    fn contacts(&mut self) -> Result<Vec<Contact>, Interrupted> {
+        // Memories are taken out, to be changed while the tissues are shared.
         let mut pairs: Vec<(&NearPair, [ExitMemory; 2])> = Vec::new();
         for pair in self.near.iter() {
             let memories = self.exit_memories.remove(&pair.report.pair);
             pairs.push((pair, memories.unwrap_or_default()));
         }
-        let contacts =
-            parallel::map_mut(&mut pairs, |(pair, memories)| self.pair_contacts(pair, memories));
+        let progress = self.round_progress();
+        let contacts = parallel::map_mut(&mut pairs, |(pair, memories)| {
+            progress.report(0.0)?;
+            Ok(self.pair_contacts(pair, memories))
+        });
         for (pair, memories) in pairs {
             self.exit_memories.insert(pair.report.pair, memories);
         }
-        contacts.concat()
+
+        let contacts: Result<Vec<_>, Interrupted> = contacts.into_iter().collect();
+        Ok(contacts?.concat())
     }
 
     /// Makes the contacts of one pair.
@@ -117,6 +145,8 @@ impl Run<'_> {
         max_iterations: u32,
     ) -> Result<(), ResolveError> {
         self.round_progress().report(0.0)?;
+
+        // The solver takes the displacements of all particles in one list.
         let tolerance = tuning::SOLVER_TOLERANCE * self.params.tolerance;
         let params = SolverParams { method: SolverMethod::GaussSeidel, max_iterations, tolerance };
         let mut all = Vec::with_capacity(self.inverse_masses.len());
@@ -125,6 +155,7 @@ impl Run<'_> {
         }
         system.solve(SolveLevel::Position, &mut all, &mut system.no_impulses(), &params)?;
 
+        // Each tissue takes its own part back.
         let mut rest = &all[..];
         for tissue in &mut self.tissues {
             let (part, others) = rest.split_at(tissue.u.len());

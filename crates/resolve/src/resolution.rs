@@ -141,6 +141,8 @@ impl Round {
     /// Computes a weighted sum of overlaps and spoilt shapes; 0 where there are none.
     fn score(&self, tolerance: f64) -> f64 {
         let count = |n: usize| f64::from(u32::try_from(n).unwrap_or(u32::MAX));
+
+        // New pairs and spoilt faces count more than what was there before.
         let pairs = self.overlapping_pairs + tuning::NEW_PAIR_SCORE * self.new_pairs;
         let spoilt_faces = self.self_crossings + self.flipped_faces;
         let crossings = self.crossing_faces + tuning::SPOILT_FACE_SCORE * spoilt_faces;
@@ -163,10 +165,10 @@ impl Remaining {
         before: &[PairReport],
         stuck: bool,
     ) -> Vec<Self> {
-        let is_rigid = |id: BodyId| scene.body(id).is_rigid();
         let mut remaining = Vec::new();
         for pair in near.overlapping() {
-            let obstacle = if pair.report.pair.bodies().into_iter().all(is_rigid) {
+            let bodies = pair.report.pair.bodies().map(|id| scene.body(id));
+            let obstacle = if bodies[0].is_rigid() && bodies[1].is_rigid() {
                 Obstacle::BothRigid
             } else if stuck {
                 Obstacle::Stuck
@@ -202,6 +204,7 @@ impl BodyChange {
     }
 
     fn new(tissue: &Tissue, tree: &SurfaceTree) -> Self {
+        // Shape: volume, faces that turned over, and crossings of the body with itself.
         let x = tree.positions().as_slice();
         let mut change = Self {
             body: tissue.id,
@@ -215,6 +218,8 @@ impl BodyChange {
                 tree.self_crossings(&mut Workspace::default()).len(),
             ],
         };
+
+        // Displacements from the start.
         for (x, rest) in x.iter().zip(&tissue.rest) {
             let u = *x - *rest;
             change.moved += usize::from(u != DVec3::ZERO);

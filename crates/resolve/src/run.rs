@@ -41,6 +41,7 @@ impl<'a> Run<'a> {
         params: ResolveParams,
         progress: Progress<'a>,
     ) -> Result<Self, ResolveError> {
+        // Overlaps at the start, by which later rounds are judged.
         let margin = detection_margin(&params);
         let start = progress.part(0.0, 0.0);
         let before = scene.check(&CheckParams { margin }, start)?;
@@ -48,11 +49,13 @@ impl<'a> Run<'a> {
         let all = vec![true; scene.bodies().len()];
         near.update(scene, margin, &all, start)?;
 
-        let tissues = Tissue::of_bodies(scene);
+        // Tissues at rest, and the masses by which they share overlaps.
+        let tissues = Tissue::of_bodies(scene, start)?;
         let mut inverse_masses = Vec::new();
         for tissue in &tissues {
             inverse_masses.extend(tissue.inverse_masses(params.smoothing));
         }
+
         let mut run = Self {
             scene,
             params,
@@ -79,6 +82,8 @@ impl<'a> Run<'a> {
         if carried.is_empty() || !self.continues() {
             return Ok(());
         }
+
+        // Carried displacements count as a round, and are taken back where they are no better.
         self.move_soft(|tissue, _| Some(carried[tissue.id.index()].displace(tissue)))?;
         self.record()?;
         if self.stalled_rounds > 0 { self.revert_to_best() } else { Ok(()) }
@@ -88,13 +93,14 @@ impl<'a> Run<'a> {
     pub(crate) fn complete(&mut self) -> Result<Resolution, ResolveError> {
         while self.continues() {
             self.push()?;
-            self.move_soft(|tissue, x| tissue.is_pushed().then(|| tissue.displaced(x)))?;
+            self.move_soft(Tissue::pushed)?;
             self.record()?;
         }
         if self.rounds.last() != self.rounds.get(self.best) {
             self.revert_to_best()?;
         }
 
+        // The final state, detected in full: with distances and patches.
         let margin = detection_margin(&self.params);
         let after = self.scene.check(&CheckParams { margin }, self.round_progress())?;
         let is_stuck = self.is_stuck();
@@ -152,12 +158,18 @@ impl<'a> Run<'a> {
     fn record(&mut self) -> Result<(), ResolveError> {
         let tolerance = self.params.tolerance;
         let mut round = Round::of_overlaps(&self.near, &self.before);
+
+        // Self-crossings take long to find, and matter once the overlaps are gone.
         let counts_crossings = round.is_within(tolerance) && !self.rounds.is_empty();
-        self.for_each_soft(|tissue, tree| tissue.assess(tree, counts_crossings))?;
+        self.for_each_soft(|tissue, tree, _| {
+            tissue.assess(tree, counts_crossings);
+            Ok(())
+        })?;
         for tissue in &self.tissues {
             round.add_damage(&tissue.damage, counts_crossings);
         }
 
+        // The best round so far is kept, to be returned to in the end.
         let best = self.rounds.get(self.best);
         if best.is_none_or(|best| round.is_better_than(best, tolerance)) {
             self.best = self.rounds.len();
@@ -172,18 +184,16 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Calls `f` on every soft tissue with its tree, and polls for an interruption.
+    /// Calls `f` on every soft tissue with its tree and the progress to poll, and polls between
+    /// them.
     pub(crate) fn for_each_soft(
         &mut self,
-        f: impl Fn(&mut Tissue, &SurfaceTree) + Sync + Send,
+        f: impl Fn(&mut Tissue, &SurfaceTree, Progress<'_>) -> Result<(), Interrupted> + Sync + Send,
     ) -> Result<(), Interrupted> {
         let (progress, bodies) = (self.round_progress(), self.scene.bodies());
         parallel::try_for_each_mut(&mut self.tissues, |number, tissue| {
             progress.report(0.0)?;
-            if !tissue.is_rigid {
-                f(tissue, fitted_tree(&bodies[number]));
-            }
-            Ok(())
+            if tissue.is_rigid { Ok(()) } else { f(tissue, fitted_tree(&bodies[number]), progress) }
         })
     }
 
@@ -205,6 +215,8 @@ impl<'a> Run<'a> {
                 moved[tissue.id.index()] = true;
             }
         }
+
+        // Pairs of bodies that stayed keep their reports.
         let progress = self.round_progress();
         self.near.update(self.scene, detection_margin(&self.params), &moved, progress)
     }

@@ -4,6 +4,7 @@
 use glam::DVec3;
 use kdop::Workspace;
 use proximity::SurfaceTree;
+use surface::progress::{Interrupted, Progress};
 use surface::triangle;
 
 use crate::tissue::{Damage, Tissue};
@@ -38,19 +39,27 @@ impl Tissue {
         looseness: f64,
         uncrosses: bool,
         x: &mut [DVec3],
-    ) {
-        self.limit_strain(looseness, x);
-        if uncrosses && self.damage.self_crossings > 0 {
-            self.uncross(tree, x);
-        }
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
+        self.limit_strain(looseness, x, progress)?;
+        let is_crossed = uncrosses && self.damage.self_crossings > 0;
+        if is_crossed { self.uncross(tree, x, progress) } else { Ok(()) }
     }
 
     /// Smooths the displacement where a limit on strain is exceeded, until none is or all passes
     /// are done.
     ///
     /// A `looseness` of 1 or more widens the limits on edges and sheets.
-    fn limit_strain(&self, looseness: f64, x: &mut [DVec3]) {
+    fn limit_strain(
+        &self,
+        looseness: f64,
+        x: &mut [DVec3],
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
         for _ in 0..tuning::SMOOTHING_PASSES {
+            progress.report(0.0)?;
+
+            // The corners of all that is turned, torn or pressed.
             let mut strained = Vec::new();
             for face in self.turned_faces(x, tuning::MIN_NORMAL_COSINE) {
                 strained.extend(self.corners(face));
@@ -58,15 +67,22 @@ impl Tissue {
             self.add_torn(x, tuning::MAX_STRETCH * looseness, &mut strained);
             self.add_pressed(x, tuning::MIN_THICKNESS / looseness, &mut strained);
             if strained.is_empty() {
-                return;
+                break;
             }
             sort_dedup(&mut strained);
             self.smooth(&strained, x);
         }
+        Ok(())
     }
 
     /// Smooths the displacement around faces that would cross others of the same body at `x`.
-    fn uncross(&self, tree: &SurfaceTree, x: &mut [DVec3]) {
+    fn uncross(
+        &self,
+        tree: &SurfaceTree,
+        x: &mut [DVec3],
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
+        // The corners of crossing faces, and some rings of vertices around them.
         let mut vertices = Vec::new();
         for face in self_crossings_at(x, tree).into_iter().flatten() {
             vertices.extend(self.corners(face));
@@ -79,19 +95,27 @@ impl Tissue {
         }
 
         for _ in 0..tuning::SMOOTHING_PASSES {
+            progress.report(0.0)?;
             self.smooth(&vertices, x);
         }
+        Ok(())
     }
 
     /// Moves the corners of faces that are about to turn over as one, as far as the one that
     /// moves farthest. Smoothing alone would be undone by the next push.
-    pub(crate) fn stiffen(&self, x: &mut [DVec3]) {
+    pub(crate) fn stiffen(
+        &self,
+        x: &mut [DVec3],
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
         for _ in 0..tuning::STIFFENING_PASSES {
+            progress.report(0.0)?;
             let turned = self.turned_faces(x, tuning::STIFFENING_COSINE);
             if turned.is_empty() {
-                return;
+                break;
             }
             for face in turned {
+                // The mean displacement, lengthened to the largest along it.
                 let corners = self.corners(face);
                 let u = corners.map(|v| self.displacement(v, x));
                 let mean = u.iter().sum::<DVec3>() / 3.0;
@@ -102,6 +126,7 @@ impl Tissue {
                 }
             }
         }
+        Ok(())
     }
 
     /// Moves free vertices along their normals until the volume is that at rest.
@@ -121,6 +146,8 @@ impl Tissue {
                 *weight = self.rest[v].distance(x[v]);
             }
         }
+
+        // To first order, the volume grows in proportion to the rate of all.
         let volume_per_rate = self.swept_volume(&weights);
         if volume_per_rate > 0.0 {
             let max_rate = tuning::MAX_VOLUME_STEP;
@@ -145,6 +172,8 @@ impl Tissue {
             if rest == now {
                 continue;
             }
+
+            // Compared with the lengths, so that no square root of a sliver divides.
             let (before, after) = (triangle::normal(rest), triangle::normal(now));
             let is_turned = before.dot(after) <= limit * before.length() * after.length();
             if before != DVec3::ZERO && is_turned {
@@ -232,7 +261,7 @@ mod tests {
         let surface = mesh.surface();
         scene.add("muscle", BodyKind::Deformable, surface, mesh.positions).expect("a body");
         scene.fit_all().expect("a tree");
-        let mut tissues = Tissue::of_bodies(&scene);
+        let mut tissues = Tissue::of_bodies(&scene, Progress::none()).expect("no interruption");
         (scene, tissues.remove(0))
     }
 
@@ -251,12 +280,12 @@ mod tests {
         let mut x = tissue.rest.clone();
         x[40] += 4.0 * tissue.rest_normals[40];
         assert!(stretch(&tissue, &x) > 2.0, "torn out by more than two edges");
-        tissue.limit_strain(1.0, &mut x);
+        tissue.limit_strain(1.0, &mut x, Progress::none()).expect("no interruption");
         let left = stretch(&tissue, &x);
         assert!(left <= 1.0, "{left} lengths of an edge");
         let mut loose = tissue.rest.clone();
         loose[40] += 4.0 * tissue.rest_normals[40];
-        tissue.limit_strain(2.0, &mut loose);
+        tissue.limit_strain(2.0, &mut loose, Progress::none()).expect("no interruption");
         let looser = stretch(&tissue, &loose);
         assert!(looser > left, "the limit is wider: {looser}, not {left}");
     }
@@ -278,7 +307,7 @@ mod tests {
     #[test]
     fn faces_that_turned_over_are_brought_back_though_no_edge_is_torn() {
         let (tissue, mut x) = turned_over();
-        tissue.limit_strain(10.0, &mut x);
+        tissue.limit_strain(10.0, &mut x, Progress::none()).expect("no interruption");
         assert_eq!(tissue.count_flipped(&x), 0);
         let leans = tissue.turned_faces(&x, 0.15);
         assert!(leans.is_empty(), "nor does one stand on its edge: {leans:?}");
@@ -296,7 +325,7 @@ mod tests {
         }
         let before = self_crossings_at(&x, tree).len();
         assert!(before > 0, "its upper side is below its lower one");
-        tissue.uncross(tree, &mut x);
+        tissue.uncross(tree, &mut x, Progress::none()).expect("no interruption");
         let after = self_crossings_at(&x, tree).len();
         assert_eq!(after, 0, "of {before}");
     }

@@ -10,13 +10,23 @@ use std::collections::VecDeque;
 use glam::DVec3;
 use kdop::Workspace;
 use proximity::SurfaceTree;
+use surface::progress::{Interrupted, Progress};
 
 use crate::tissue::Tissue;
 use crate::tuning;
 
+/// Vertices visited between two polls for interruption: each casts a ray, some microseconds.
+const POLL_INTERVAL: usize = 1024;
+
 impl Tissue {
     /// Spreads the displacement of this round to vertices that have none.
-    pub(crate) fn spread(&mut self, tree: &SurfaceTree, smoothing: f64) {
+    pub(crate) fn spread(
+        &mut self,
+        tree: &SurfaceTree,
+        smoothing: f64,
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
+        // The pushed vertices, and how far they are pushed in all.
         let mut pushed = Vec::new();
         let (mut max_displacement, mut strongest): (f64, f64) = (0.0, 0.0);
         for (vertex, &u) in (0..).zip(&self.u) {
@@ -31,24 +41,34 @@ impl Tissue {
 
         // The length to spread over grows with the push, so that no tissue strains more.
         let length = smoothing.max(max_displacement / tuning::MAX_SLOPE);
-        let free = self.vertices_around(&pushed, tree, length);
+        let free = self.vertices_around(&pushed, tree, length, progress)?;
+
+        // The membrane on its foundation, relaxed around the pushed vertices.
         let foundation = (length * length).recip();
         symmetric_sweeps(&free, tuning::SPREAD_SWEEPS, |&vertex| {
             let u = self.equilibrium(vertex, |next| self.u[next as usize], foundation);
             self.u[vertex as usize] = u.unwrap_or(self.u[vertex as usize]);
         });
 
+        // What is too small to matter keeps its bits.
         for vertex in free {
             let u = &mut self.u[vertex as usize];
             if u.length() < tuning::MIN_SPREAD * strongest {
                 *u = DVec3::ZERO;
             }
         }
+        Ok(())
     }
 
     /// Finds the vertices around pushed ones, along the surface or through the body, that are
     /// not pushed themselves, ascending.
-    fn vertices_around(&mut self, pushed: &[u32], tree: &SurfaceTree, length: f64) -> Vec<u32> {
+    fn vertices_around(
+        &mut self,
+        pushed: &[u32],
+        tree: &SurfaceTree,
+        length: f64,
+        progress: Progress<'_>,
+    ) -> Result<Vec<u32>, Interrupted> {
         let workspace = &mut Workspace::default();
         let max_distance = tuning::SPREAD_RADIUS * length;
         let mut is_visited = vec![false; self.rest.len()];
@@ -60,7 +80,12 @@ impl Tissue {
 
         // Breadth first, each vertex from the pushed one that it was reached from.
         let mut free = Vec::new();
+        let mut visited_count: usize = 0;
         while let Some((vertex, source)) = queue.pop_front() {
+            visited_count += 1;
+            if visited_count.is_multiple_of(POLL_INTERVAL) {
+                progress.report(0.0)?;
+            }
             self.find_strut(tree, vertex, tuning::MAX_STRUT_LENGTH * length, workspace);
             let along = self.links(vertex).iter().map(|link| link.neighbor);
             let through = self.strut(vertex).map_or([vertex; 3], |strut| strut.corners);
@@ -74,7 +99,7 @@ impl Tissue {
             }
         }
         free.sort_unstable();
-        free
+        Ok(free)
     }
 }
 

@@ -9,6 +9,7 @@ use glam::DVec3;
 use kdop::{Dop18, Workspace};
 use proximity::SurfaceTree;
 use scene::{Body, BodyId, Scene};
+use surface::progress::{Interrupted, Progress};
 use surface::{TriangleSurface, parallel, triangle, vertex_areas, vertex_normals};
 
 use crate::tuning;
@@ -69,12 +70,17 @@ pub(crate) struct Strut {
 
 impl Tissue {
     /// Builds the tissues of all bodies of a scene at rest where they are.
-    pub(crate) fn of_bodies(scene: &Scene) -> Vec<Self> {
+    pub(crate) fn of_bodies(
+        scene: &Scene,
+        progress: Progress<'_>,
+    ) -> Result<Vec<Self>, Interrupted> {
         let ids: Vec<BodyId> = scene.ids().collect();
-        parallel::map(ids.len(), |i| {
+        let tissues = parallel::map(ids.len(), |i| {
+            progress.report(0.0)?;
             let body = scene.body(ids[i]);
-            Self::new(ids[i], body.is_rigid(), fitted_tree(body))
-        })
+            Ok(Self::new(ids[i], body.is_rigid(), fitted_tree(body)))
+        });
+        tissues.into_iter().collect()
     }
 
     /// Builds the tissue of a body at rest where it is.
@@ -96,6 +102,8 @@ impl Tissue {
             damage: Damage::default(),
             surface,
         };
+
+        // A volume to keep, where there is one.
         tissue.volume = tree.has_inside().is_ok().then(|| tissue.volume_at(x));
         tissue
     }
@@ -129,30 +137,42 @@ impl Tissue {
     }
 
     /// Returns true if a vertex moves in this round.
-    pub(crate) fn is_pushed(&self) -> bool {
+    fn is_pushed(&self) -> bool {
         self.u.iter().any(|&u| u != DVec3::ZERO)
     }
 
+    /// Returns the positions that this round moves vertices to, if it moves any.
+    pub(crate) fn pushed(&self, from: &[DVec3]) -> Option<Vec<DVec3>> {
+        self.is_pushed().then(|| self.displaced(from))
+    }
+
     /// Returns the positions that this round moves vertices to.
-    pub(crate) fn displaced(&self, from: &[DVec3]) -> Vec<DVec3> {
+    fn displaced(&self, from: &[DVec3]) -> Vec<DVec3> {
         from.iter().zip(&self.u).map(|(&x, &u)| x + u).collect()
     }
 
     /// Changes the positions that this round moves vertices to, unless it moves none and the
     /// shape is not spoilt. Vertices that are not changed keep the bits of their displacement.
-    pub(crate) fn alter(&mut self, tree: &SurfaceTree, change: impl FnOnce(&Self, &mut [DVec3])) {
+    pub(crate) fn alter(
+        &mut self,
+        tree: &SurfaceTree,
+        change: impl FnOnce(&Self, &mut [DVec3]) -> Result<(), Interrupted>,
+    ) -> Result<(), Interrupted> {
         if !self.is_pushed() && !self.damage.is_spoilt() {
-            return;
+            return Ok(());
         }
         let from = tree.positions().as_slice();
         let x = self.displaced(from);
         let mut changed = x.clone();
-        change(self, &mut changed);
+        change(self, &mut changed)?;
+
+        // A displacement computed from positions would differ in its last bits.
         for (v, u) in self.u.iter_mut().enumerate() {
             if changed[v] != x[v] {
                 *u = changed[v] - from[v];
             }
         }
+        Ok(())
     }
 
     /// Computes the signed volume that the surface encloses at `x`.
@@ -165,10 +185,13 @@ impl Tissue {
     ///
     /// A mass is area times the mean thickness of the body, so that bulky muscles move slim ones.
     pub(crate) fn inverse_masses(&self, smoothing: f64) -> Vec<f64> {
+        // A sheet has no volume, and so a thickness that is assumed.
         let thickness = match self.volume {
             Some(volume) if volume != 0.0 => volume.abs() / self.areas.iter().sum::<f64>(),
             _ => tuning::OPEN_THICKNESS * smoothing,
         };
+
+        // Vertices without a face have no mass, and stay.
         let mut inverse_masses = vec![0.0; self.areas.len()];
         for (inverse_mass, area) in inverse_masses.iter_mut().zip(&self.areas) {
             let mass = area * thickness;
@@ -195,6 +218,7 @@ impl Tissue {
         u: impl Fn(u32) -> DVec3,
         foundation: f64,
     ) -> Option<DVec3> {
+        // Forces over stiffnesses: the mean of the other ends, weighted.
         let (mut force, mut stiffness) = (DVec3::ZERO, foundation);
         for link in self.links(vertex) {
             force += link.stiffness * u(link.neighbor);
@@ -226,6 +250,7 @@ impl Strut {
         max_length: f64,
         workspace: &mut Workspace,
     ) -> Option<Self> {
+        // Of the faces that the ray may pass, the nearest one.
         let origin = tree.position(vertex);
         let bounds = Dop18::from_points(&[origin, origin + max_length * direction]);
         let mut nearest = (max_length, u32::MAX);
@@ -275,6 +300,8 @@ fn exit(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<(f64, 
     if slope <= 0.0 {
         return None;
     }
+
+    // Barycentric coordinates by Cramer's rule, which also gives the distance.
     let v = to.cross(ac).dot(direction) / slope;
     let w = ab.cross(to).dot(direction) / slope;
     let distance = -to.dot(normal) / slope;

@@ -31,6 +31,7 @@ impl LocalDisplacements {
 
     /// Computes the positions of a tissue with these displacements.
     pub(crate) fn displace(&self, tissue: &Tissue) -> Vec<DVec3> {
+        // Displacements that have faded are dropped, so that vertices return to their bits.
         let longest = self.0.iter().map(|u| u.length()).fold(0.0, f64::max);
         let mut x = tissue.rest.clone();
         for (vertex, (x, u)) in (0..).zip(x.iter_mut().zip(&self.0)) {

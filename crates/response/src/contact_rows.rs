@@ -14,7 +14,6 @@ use glam::DVec3;
 use surface::{Anchor, Contact, Term};
 
 use crate::distribute::merge_onto;
-use crate::torque_arm::{TorqueArm, TorqueArmRow};
 use crate::{Margins, ResponseError, check};
 
 /// Deviation of a sum of weights that counts as rounding, a plain number.
@@ -107,7 +106,6 @@ pub struct ContactRows {
     particle_count: usize,
     records: Vec<Record>,
     terms: Vec<Term>,
-    torque_arms: Vec<TorqueArmRow>,
 }
 
 /// One row as it is stored.
@@ -125,7 +123,7 @@ impl ContactRows {
     /// Returns an empty list of rows.
     #[must_use]
     pub fn new(particle_count: usize) -> Self {
-        Self { particle_count, records: Vec::new(), terms: Vec::new(), torque_arms: Vec::new() }
+        Self { particle_count, records: Vec::new(), terms: Vec::new() }
     }
 
     /// Adds a row for each contact.
@@ -184,32 +182,6 @@ impl ContactRows {
         Ok(())
     }
 
-    /// Adds a row whose friction acts at a surface point beside P or P̄, which
-    /// three particles on that side carry: see [`TorqueArm`].
-    ///
-    /// `x` are the positions of all particles.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::push`], and [`ResponseError::Collinear`] when the particles
-    /// of a torque arm cannot carry a torque.
-    pub fn push_with_torque_arms(
-        &mut self,
-        contact: &Contact,
-        arms: &[TorqueArm],
-        x: &[DVec3],
-        law: ContactLaw,
-    ) -> Result<(), ResponseError> {
-        check::particles("position", self.particle_count, x)?;
-        let row = check::index("contacts", self.len())?;
-        let arms = arms.iter().map(|arm| TorqueArmRow::new(row, arm, x));
-        let arms = arms.collect::<Result<Vec<_>, _>>()?;
-
-        self.push(contact, law)?;
-        self.torque_arms.extend(arms);
-        Ok(())
-    }
-
     /// Returns the number of rows.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -242,11 +214,6 @@ impl ContactRows {
     #[must_use]
     pub fn iter(&self) -> impl ExactSizeIterator<Item = ContactRow<'_>> {
         self.records.iter().map(|record| self.view(record))
-    }
-
-    /// Returns the torque arms, in order of their rows.
-    pub(crate) fn torque_arms(&self) -> &[TorqueArmRow] {
-        &self.torque_arms
     }
 
     fn view(&self, record: &Record) -> ContactRow<'_> {

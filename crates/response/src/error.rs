@@ -99,12 +99,6 @@ pub enum ResponseError {
         /// Number of the contact.
         contact: usize,
     },
-    /// Three collinear particles cannot carry the torque of friction.
-    #[error("the particles that carry the surface point of contact {contact} are collinear")]
-    Collinear {
-        /// Number of the contact.
-        contact: usize,
-    },
     /// A barrier keeps objects apart, but does not separate objects that overlap.
     #[error("contact {contact} has gap {gap} at the start, but a barrier needs a gap above 0")]
     Overlapped {

@@ -99,7 +99,6 @@ mod solve;
 mod spring;
 pub mod stability;
 mod step;
-mod torque_arm;
 mod walk;
 
 pub use glam;
@@ -125,7 +124,6 @@ pub use crate::step::{
     Acceleration, Accelerations, ExplicitEuler, Implicit, ImplicitEuler, ImplicitMidpoint,
     Integrator, StepLength, SymplecticEuler, Taylor, TimeStep,
 };
-pub use crate::torque_arm::{ArmSide, TorqueArm};
 pub use crate::walk::{SurfaceFoot, walk_to_foot};
 
 /// Compiles and runs the README's example.

@@ -20,7 +20,7 @@ use glam::{DMat3, DVec3};
 use surface::Term;
 
 use crate::contact_rows::ContactRow;
-use crate::{ContactRows, ResponseError, StepLength, check};
+use crate::{ContactRows, ResponseError, check};
 
 /// Normal force as a function of the depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,24 +85,6 @@ impl SoftLaw {
             }
         }
         Ok(Self { normal, slip_speed: check::positive("slip speed", slip_speed)? })
-    }
-
-    /// Returns the spring row of the table as a force: the fraction `alpha > 0` of the
-    /// correction per step of length `h` for a contact of effective mass
-    /// `mass > 0`, so k = α m / h².
-    ///
-    /// # Errors
-    ///
-    /// [`ResponseError::Parameter`] outside the ranges.
-    pub fn spring_per_step(
-        alpha: f64,
-        mass: f64,
-        h: StepLength,
-        slip_speed: f64,
-    ) -> Result<Self, ResponseError> {
-        let (alpha, mass) = (check::positive("weight", alpha)?, check::positive("mass", mass)?);
-        let stiffness = alpha * mass / (h.get() * h.get());
-        Self::new(NormalForce::Penalty { stiffness, damping: 0.0 }, slip_speed)
     }
 }
 
@@ -193,12 +175,6 @@ impl<'a> SoftContacts<'a> {
             add_to_terms(row.terms, of_row.force, out);
         }
         Ok(())
-    }
-
-    /// Returns the force F on the side of P̄ of each row; −F acts on the side of P.
-    #[must_use]
-    pub fn row_forces(&self) -> impl ExactSizeIterator<Item = DVec3> {
-        self.forces.iter().map(|of_row| of_row.force)
     }
 
     /// Returns the blocks of K, row by row of the contacts; blocks of one place add up.

@@ -175,6 +175,13 @@ impl Scene {
         Ok(pairs)
     }
 
+    /// Finds the pairs of bodies whose boxes come within `margin` of each other, in the order of
+    /// their ids, with the ignored ones. Touches no tree.
+    #[must_use]
+    pub fn box_pairs(&mut self, margin: f64) -> Vec<PairId> {
+        overlapping_pairs(&self.boxes(), margin)
+    }
+
     /// Returns the box around each body.
     pub(crate) fn boxes(&mut self) -> Vec<Aabb> {
         parallel::map_mut(&mut self.bodies, Body::bounds)

@@ -128,12 +128,9 @@ fn timed_plan(
     for &[a, b] in &task.pairs {
         forced.push(ForcedMethod { pair: PairId::new(ids[a], ids[b]), method });
     }
-    let mut plan = Plan::with_forced(
-        &mut scene,
-        &PlanParams::with_tolerance(tolerance),
-        &forced,
-        Progress::none(),
-    )?;
+    let params =
+        PlanParams { max_displacement: f64::INFINITY, ..PlanParams::with_tolerance(tolerance) };
+    let mut plan = Plan::with_forced(&mut scene, &params, &forced, Progress::none())?;
 
     // Apart, the only operations are those of no pair.
     let all = plan.operations().to_array();

@@ -20,7 +20,7 @@ use crate::stopwatch::Stopwatch;
 ///
 /// Selects for each pair the cheapest method whose error is within the tolerance, and
 /// builds the structures that it needs. The report lists the structures per body, the
-/// methods per pair, the excluded pairs with the reasons, and the predicted and measured
+/// methods per pair, the numbers of other pairs, and the predicted and measured
 /// times per frame. If the scene file names a motion, detection runs on all its frames.
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -41,10 +41,10 @@ pub(crate) struct PlanArguments {
     #[arg(long, value_name = "LENGTH", default_value_t = 0.0, allow_negative_numbers = true)]
     margin: f64,
 
-    /// Largest displacement of a vertex while the plan is valid, in the scene's unit [default: no
-    /// limit]
-    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
-    max_displacement: Option<f64>,
+    /// Largest displacement of a vertex that the plan prepares for, in the scene's unit: pairs that
+    /// come near by more are detected by their surfaces
+    #[arg(long, value_name = "LENGTH", default_value_t = 0.0, allow_negative_numbers = true)]
+    max_displacement: f64,
 
     /// Maximum time per frame in milliseconds, for which accuracy is reduced
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
@@ -145,7 +145,7 @@ impl PlanArguments {
         let start = Instant::now();
         Ok(PlanParams {
             margin: self.margin,
-            max_displacement: self.max_displacement.unwrap_or(f64::INFINITY),
+            max_displacement: self.max_displacement,
             budget,
             machine_factor: machine_factor(|| start.elapsed()),
             threads: rayon::current_num_threads(),

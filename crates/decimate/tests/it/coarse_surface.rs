@@ -3,11 +3,13 @@
 use decimate::CoarseSurface;
 use fixtures::shapes;
 use glam::{DMat3, DVec3};
+use surface::progress::Progress;
 
 use crate::{reduced, tree};
 
 fn coarse(mesh: &fixtures::Mesh) -> CoarseSurface {
-    CoarseSurface::new(reduced(mesh, 0.5), &tree(mesh)).expect("a reduced surface")
+    CoarseSurface::new(reduced(mesh, 0.5), &tree(mesh), Progress::none())
+        .expect("a reduced surface")
 }
 
 #[test]

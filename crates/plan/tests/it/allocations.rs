@@ -31,7 +31,8 @@ fn no_frame_after_the_first_few_allocates() {
     for (name, x) in ["first", "second"].into_iter().zip(&x) {
         scene.add(name, BodyKind::Deformable, ball.surface(), x.clone()).expect("a muscle");
     }
-    let mut plan = plan(&mut scene, &PlanParams::with_tolerance(0.5));
+    let params = PlanParams { max_displacement: 10.0, ..PlanParams::with_tolerance(0.5) };
+    let mut plan = plan(&mut scene, &params);
     let mut detection = Detection::default();
 
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");

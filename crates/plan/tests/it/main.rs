@@ -1,6 +1,8 @@
 //! Tests of plans.
 
 mod allocations;
+mod growth;
+mod interruption;
 mod planned;
 mod refused;
 

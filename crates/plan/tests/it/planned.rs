@@ -1,9 +1,7 @@
 //! Chosen methods, built structures, and the errors of detection.
 
 use glam::{DQuat, DVec3};
-use plan::{
-    DetectionMethod, ExclusionReason, ForcedMethod, Plan, PlanParams, RespondParams, StructureKind,
-};
+use plan::{DetectionMethod, ForcedMethod, Plan, PlanParams, RespondParams, StructureKind};
 use scene::{BodyId, CheckParams, PairId, Scene};
 use surface::Pose;
 use surface::progress::Progress;
@@ -79,24 +77,36 @@ fn costs_scale_with_the_machine_factor() {
 
 #[test]
 fn bodies_that_cannot_meet_get_no_structures() {
+    let (mut scene, [bone, _, second]) = three();
+    shift(&mut scene, second, DVec3::Y * 500.0);
+    let plan = plan(&mut scene, &PlanParams::with_tolerance(0.5));
+    assert_eq!((plan.pairs().len(), plan.far_pair_count()), (1, 2), "{plan}");
+    assert!(plan.structures().iter().all(|built| built.body != second), "{plan}");
+
+    scene.pose_body(bone, &Pose::new(DQuat::IDENTITY, -DVec3::X * 500.0)).expect("a pose");
+    let plan = crate::plan(&mut scene, &PlanParams::with_tolerance(0.5));
+    assert!(plan.pairs().is_empty() && plan.structures().is_empty(), "{plan}");
+    assert!(plan.to_string().contains("3 pairs farther apart"), "{plan}");
+}
+
+#[test]
+fn pairs_that_come_near_are_detected_though_they_were_not_planned() {
     let (mut scene, [bone, first, second]) = three();
     let params = PlanParams { max_displacement: 5.0, ..PlanParams::with_tolerance(0.5) };
-    let mut near = plan(&mut scene, &params);
-    let [excluded] = near.excluded_pairs() else { panic!("one pair is far apart: {near}") };
-    assert_eq!(excluded.pair, PairId::new(bone, second));
-    // The balls' surfaces are 55 apart.
-    let ExclusionReason::FarApart { distance } = excluded.reason else { panic!("{excluded:?}") };
-    assert!((50.0..=55.0).contains(&distance), "{distance}");
+    let mut plan = plan(&mut scene, &params);
+    assert_eq!((plan.pairs().len(), plan.far_pair_count()), (2, 1), "{plan}");
+    assert_eq!(detect(&mut plan, &mut scene).out_of_range(), []);
 
-    assert_eq!(detect(&mut near, &mut scene).out_of_range(), []);
-    shift(&mut scene, second, -DVec3::X * 5.5);
-    assert_eq!(detect(&mut near, &mut scene).out_of_range(), [second]);
-
-    shift(&mut scene, first, DVec3::Y * 500.0);
-    let still = PlanParams { max_displacement: 0.0, ..PlanParams::with_tolerance(0.5) };
-    let plan = plan(&mut scene, &still);
-    assert!(plan.pairs().is_empty() && plan.structures().is_empty(), "{plan}");
-    assert!(plan.to_string().contains("no tree: no pair needs it"), "{plan}");
+    // The second ball goes round the first, until it is as deep in the bone as check says.
+    shift(&mut scene, second, DVec3::new(-115.0, 57.0, 0.0));
+    let detection = detect(&mut plan, &mut scene);
+    assert_eq!(detection.out_of_range(), [second]);
+    let exact = scene.check(&CheckParams { margin: 0.0 }, Progress::none()).expect("a check");
+    let exact = exact.iter().find(|report| report.pair == PairId::new(bone, second));
+    let exact = exact.expect("they overlap").max_depth;
+    assert!(exact > 2.5, "{exact}");
+    assert_eq!(depth(&detection, bone, second).to_bits(), exact.to_bits());
+    assert!(depth(&detection, bone, first) > 0.0, "planned pairs are detected as well");
 }
 
 #[test]
@@ -148,7 +158,7 @@ fn balls_serve_where_they_are_forced() {
         pair: PairId::new(first, other),
         method: DetectionMethod::Medial,
     });
-    let params = PlanParams::with_tolerance(1.5);
+    let params = PlanParams { max_displacement: f64::INFINITY, ..PlanParams::with_tolerance(1.5) };
     let plan = Plan::with_forced(&mut scene, &params, &forced, Progress::none());
     let mut plan = plan.expect("a plan");
     let built = |body: BodyId| {

@@ -1,7 +1,5 @@
 //! Refused parameters, methods and scenes, and interruption.
 
-use std::ops::ControlFlow;
-
 use fixtures::shapes::icosphere;
 use plan::{Detection, DetectionMethod, ForcedMethod, Plan, PlanError, PlanParams};
 use scene::{BodyKind, PairId};
@@ -70,13 +68,4 @@ fn scenes_with_other_bodies_are_refused() {
     scene.add("other", BodyKind::Rigid, mesh.surface(), mesh.positions).expect("a body");
     let refused = plan.detect(&mut scene, &mut Detection::default());
     assert_eq!(refused, Err(PlanError::OtherScene));
-}
-
-#[test]
-fn an_interrupted_plan_is_not_made() {
-    let (mut scene, _) = three();
-    let stop = |_| ControlFlow::Break(());
-    let params = PlanParams::with_tolerance(0.5);
-    let interrupted = Plan::new(&mut scene, &params, Progress::new(&stop));
-    assert!(matches!(interrupted, Err(PlanError::Interrupted(_))), "{interrupted:?}");
 }

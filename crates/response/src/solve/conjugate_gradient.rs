@@ -108,7 +108,7 @@ fn activate(
 fn approaches(system: &PackedSystem, state: &mut SolverState) -> Vec<f64> {
     let slots = cells(&mut state.q);
     let rows = system.rows.iter().zip(&state.bias);
-    rows.map(|(row, bias)| system.relative(row, *bias, slots)[0].dot(row.normal)).collect()
+    rows.map(|(row, bias)| system.relative(row, *bias, slots).dot(row.normal)).collect()
 }
 
 /// Computes H p.

@@ -50,22 +50,14 @@ fn step_factors(system: &PackedSystem) -> Vec<f64> {
         for term in system.terms_of(row) {
             users[term.particle as usize] += 1.0;
         }
-        for particle in system.arm_particles(row) {
-            users[particle as usize] += 1.0;
-        }
     }
     system.rows.iter().map(|row| step_factor(system, row, &users)).collect()
 }
 
 fn step_factor(system: &PackedSystem, row: &PackedRow, users: &[f64]) -> f64 {
-    let terms = system.terms_of(row);
-    let mut arm_particles = system.arm_particles(row).peekable();
-    if arm_particles.peek().is_none() {
-        let split = terms.iter().map(|t| t.weight * t.step * users[t.particle as usize]);
-        return (split.sum::<f64>() * row.normal_step).recip();
+    let mut split = 0.0;
+    for term in system.terms_of(row) {
+        split += term.weight * term.step * users[term.particle as usize];
     }
-
-    // With torque arms, the most used particle bounds the compliance.
-    let particles = terms.iter().map(|term| term.particle).chain(arm_particles);
-    particles.map(|k| users[k as usize]).fold(1.0, f64::max).recip()
+    (split * row.step).recip()
 }

@@ -8,7 +8,6 @@ use super::coloring::{Batch, Coloring, Colors, uncolored};
 use super::slots::{Slot, cells};
 use super::{Impulse, SolveLevel, SweepOrder};
 use crate::contact_rows::ContactRow;
-use crate::torque_arm::TorqueArmRow;
 use crate::{ContactLaw, ContactRows};
 
 /// Constraint rows and inverse masses, packed for sweeping.
@@ -22,7 +21,6 @@ pub(super) struct PackedSystem {
     pub(super) batches: Vec<Batch>,
     /// Inverse mass of each particle.
     pub(super) inverse_mass: Vec<f64>,
-    arms: Vec<PackedTorqueArm>,
     sources: Vec<RowSource>,
     /// Terms of particles that cannot move.
     fixed: Vec<Term>,
@@ -33,12 +31,9 @@ pub(super) struct PackedSystem {
 pub(super) struct PackedRow {
     pub(super) normal: DVec3,
     /// 1 / Σ β² / m.
-    pub(super) normal_step: f64,
-    /// The same for the tangents; smaller where there is a torque arm.
-    pub(super) tangent_step: f64,
+    pub(super) step: f64,
     pub(super) friction: f64,
     terms: [u32; 2],
-    arms: [u32; 2],
 }
 
 /// Term of a particle that can move.
@@ -49,21 +44,6 @@ pub(super) struct PackedTerm {
     pub(super) weight: f64,
     /// β / m.
     pub(super) step: f64,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct PackedTorqueArm {
-    arm: TorqueArmRow,
-    inverse_mass: [f64; 3],
-}
-
-impl PackedTorqueArm {
-    /// Computes the change of each particle's q by an impulse at the surface point.
-    #[inline]
-    fn steps(&self, impulse: DVec3) -> [(u32, DVec3); 3] {
-        let (turns, w) = (self.arm.impulses(impulse), self.inverse_mass);
-        [0, 1, 2].map(|k| (self.arm.particles[k], w[k] * turns[k]))
-    }
 }
 
 /// Data of a row that a solution reads once, at its start.
@@ -89,7 +69,6 @@ pub(super) struct SolverState {
 impl PackedSystem {
     pub(super) fn new(rows: &ContactRows, inverse_mass: &[f64], order: SweepOrder) -> Self {
         // Rows that can move a particle, in the order in which they are swept.
-        let arms = TorqueArmsByRow(rows.torque_arms());
         let mut movable: Vec<u32> = Vec::with_capacity(rows.len());
         for (number, row) in (0..).zip(rows.iter()) {
             if row.terms.iter().any(|term| moves(term, inverse_mass)) {
@@ -98,7 +77,7 @@ impl PackedSystem {
         }
         let Coloring { order, batches } = match order {
             SweepOrder::Given => uncolored(index(movable.len())),
-            SweepOrder::Colored => color(rows, &movable, &arms, inverse_mass),
+            SweepOrder::Colored => color(rows, &movable, inverse_mass),
         };
 
         // Rows next to each other in a sweep are next to each other in memory.
@@ -109,13 +88,12 @@ impl PackedSystem {
             terms: Vec::with_capacity(4 * order.len()),
             batches,
             inverse_mass: inverse_mass.to_vec(),
-            arms: Vec::new(),
             sources: Vec::with_capacity(order.len()),
             fixed: Vec::new(),
         };
         for place in order {
             let number = movable[place as usize];
-            packed.push(number, &rows.row(number as usize), arms.of(number));
+            packed.push(number, &rows.row(number as usize));
         }
         packed
     }
@@ -126,11 +104,6 @@ impl PackedSystem {
 
     pub(super) fn terms_of(&self, row: &PackedRow) -> &[PackedTerm] {
         &self.terms[row.terms[0] as usize..row.terms[1] as usize]
-    }
-
-    /// Returns the particles that a row writes to through its torque arms.
-    pub(super) fn arm_particles(&self, row: &PackedRow) -> impl Iterator<Item = u32> {
-        self.arms_of(row).iter().flat_map(|arm| arm.arm.particles)
     }
 
     /// Copies `q` and applies the impulses to start from.
@@ -164,20 +137,14 @@ impl PackedSystem {
         }
     }
 
-    /// Computes Q_c of a row, and Q_c at the surface point for the tangents.
+    /// Computes Q_c of a row.
     #[inline]
-    pub(super) fn relative<S: Slot>(&self, row: &PackedRow, bias: DVec3, q: &[S]) -> [DVec3; 2] {
+    pub(super) fn relative<S: Slot>(&self, row: &PackedRow, bias: DVec3, q: &[S]) -> DVec3 {
         let mut at = bias;
         for term in self.terms_of(row) {
             at += term.weight * q[term.particle as usize].load();
         }
-
-        // The surface point moves with the rotation of the particles that carry it.
-        let mut at_surface = at;
-        for arm in self.arms_of(row) {
-            at_surface += arm.arm.gather(|k| q[k as usize].load());
-        }
-        [at, at_surface]
+        at
     }
 
     /// Applies the impulse `normal + tangent` to P, and the opposite one to P̄.
@@ -187,16 +154,6 @@ impl PackedSystem {
         for term in self.terms_of(row) {
             let slot = &q[term.particle as usize];
             slot.store(slot.load() - term.step * impulse);
-        }
-
-        // Friction at a surface point also turns the particles that carry it.
-        for arm in self.arms_of(row) {
-            for ((particle, step), w) in arm.steps(tangent).into_iter().zip(arm.inverse_mass) {
-                if w > 0.0 {
-                    let slot = &q[particle as usize];
-                    slot.store(slot.load() - step);
-                }
-            }
         }
     }
 
@@ -231,21 +188,17 @@ impl PackedSystem {
         factor: f64,
         q: &[S],
     ) -> Impulse {
-        let [at, at_surface] = self.relative(row, bias, q);
+        let at = self.relative(row, bias, q);
         let approach = at.dot(row.normal);
-        let normal = (impulse.normal + factor * row.normal_step * approach).max(0.0);
+        let normal = (impulse.normal + factor * row.step * approach).max(0.0);
         if row.friction <= 0.0 {
             return Impulse { normal, tangent: DVec3::ZERO };
         }
 
         // Coulomb's law: the impulse that stops the slip, within the friction disc.
-        let slip = at_surface - at_surface.dot(row.normal) * row.normal;
-        let sticking = impulse.tangent + factor * row.tangent_step * slip;
+        let slip = at - approach * row.normal;
+        let sticking = impulse.tangent + factor * row.step * slip;
         Impulse { normal, tangent: within_disc(sticking, row.friction * normal) }
-    }
-
-    fn arms_of(&self, row: &PackedRow) -> &[PackedTorqueArm] {
-        &self.arms[row.arms[0] as usize..row.arms[1] as usize]
     }
 
     /// Computes b: the part of Q_c that the solution does not change, minus the approach
@@ -267,8 +220,8 @@ impl PackedSystem {
         given - (1.0 - factor) * approach * row.normal
     }
 
-    fn push(&mut self, number: u32, row: &ContactRow<'_>, arms: &[TorqueArmRow]) {
-        let starts = [self.terms.len(), self.arms.len(), self.fixed.len()].map(index);
+    fn push(&mut self, number: u32, row: &ContactRow<'_>) {
+        let starts = [self.terms.len(), self.fixed.len()].map(index);
 
         // Terms that can move, and those that cannot.
         let mut compliance = 0.0;
@@ -282,114 +235,40 @@ impl PackedSystem {
                 self.fixed.push(term);
             }
         }
-        for &arm in arms {
-            let inverse_mass = arm.particles.map(|k| self.inverse_mass[k as usize]);
-            self.arms.push(PackedTorqueArm { arm, inverse_mass });
-        }
 
-        // Steps that cancel Q_c of this row alone.
-        let mut packed = PackedRow {
+        // A step cancels Q_c of this row alone.
+        self.rows.push(PackedRow {
             normal: row.normal,
-            normal_step: compliance.recip(),
-            tangent_step: compliance.recip(),
+            step: compliance.recip(),
             friction: row.law.friction(),
             terms: [starts[0], index(self.terms.len())],
-            arms: [starts[1], index(self.arms.len())],
-        };
-        if !arms.is_empty() {
-            packed.tangent_step = self.tangent_compliance(&packed).recip();
-        }
-        self.rows.push(packed);
+        });
         self.sources.push(RowSource {
             row: number,
             depth: row.depth,
             law: row.law,
             anchor_velocity: row.anchor.velocity,
             anchor_acceleration: row.anchor.acceleration,
-            fixed: [starts[2], index(self.fixed.len())],
+            fixed: [starts[1], index(self.fixed.len())],
         });
-    }
-
-    /// Computes the largest slip along a unit impulse in the tangent plane: the larger
-    /// eigenvalue of the compliance there.
-    fn tangent_compliance(&self, row: &PackedRow) -> f64 {
-        let (u, v) = row.normal.any_orthonormal_pair();
-        let (by_u, by_v) = (self.response(row, u), self.response(row, v));
-        let (a, b, d) = (by_u.dot(u), by_u.dot(v), by_v.dot(v));
-        0.5 * (a + d) + (0.25 * (a - d) * (a - d) + b * b).sqrt()
-    }
-
-    /// Computes Q_c at the surface point when P̄ receives a unit impulse along `tangent`.
-    fn response(&self, row: &PackedRow, tangent: DVec3) -> DVec3 {
-        // Changes of the row's particles by the impulse.
-        let mut q = LocalVectors::default();
-        for term in self.terms_of(row) {
-            q.add(term.particle, term.step * tangent);
-        }
-        for arm in self.arms_of(row) {
-            for (particle, step) in arm.steps(tangent) {
-                q.add(particle, step);
-            }
-        }
-
-        // Their combination at the surface point.
-        let mut at: DVec3 = self.terms_of(row).iter().map(|t| t.weight * q.at(t.particle)).sum();
-        for arm in self.arms_of(row) {
-            at += arm.arm.gather(|k| q.at(k));
-        }
-        at
-    }
-}
-
-/// Vectors of the few particles of one row.
-#[derive(Default)]
-struct LocalVectors(Vec<(u32, DVec3)>);
-
-impl LocalVectors {
-    fn add(&mut self, particle: u32, by: DVec3) {
-        match self.0.iter_mut().find(|(other, _)| *other == particle) {
-            Some((_, q)) => *q += by,
-            None => self.0.push((particle, by)),
-        }
-    }
-
-    fn at(&self, particle: u32) -> DVec3 {
-        self.0.iter().find(|(other, _)| *other == particle).map_or(DVec3::ZERO, |entry| entry.1)
     }
 }
 
 /// Computes the change of Q_c that belongs to a change of impulse.
 #[inline]
 pub(super) fn change(row: &PackedRow, from: Impulse, to: Impulse) -> f64 {
-    let normal = (to.normal - from.normal).abs() / row.normal_step;
-    let tangent = (to.tangent - from.tangent).length() / row.tangent_step;
+    let normal = (to.normal - from.normal).abs() / row.step;
+    let tangent = (to.tangent - from.tangent).length() / row.step;
     normal.max(tangent)
 }
 
-/// Torque arms in order of rows.
-struct TorqueArmsByRow<'a>(&'a [TorqueArmRow]);
-
-impl<'a> TorqueArmsByRow<'a> {
-    fn of(&self, row: u32) -> &'a [TorqueArmRow] {
-        let start = self.0.partition_point(|arm| arm.row < row);
-        let end = self.0.partition_point(|arm| arm.row <= row);
-        &self.0[start..end]
-    }
-}
-
 /// Colors the movable rows such that rows of one color write to different particles.
-fn color(
-    rows: &ContactRows,
-    movable: &[u32],
-    arms: &TorqueArmsByRow<'_>,
-    inverse_mass: &[f64],
-) -> Coloring {
+fn color(rows: &ContactRows, movable: &[u32], inverse_mass: &[f64]) -> Coloring {
     let mut colors = Colors::new(movable.len(), rows.particle_count());
     let mut particles = Vec::new();
     for &number in movable {
         particles.clear();
         particles.extend(rows.row(number as usize).terms.iter().map(|term| term.particle));
-        particles.extend(arms.of(number).iter().flat_map(|arm| arm.particles));
         particles.retain(|particle| inverse_mass[*particle as usize] > 0.0);
         colors.add_row(&particles);
     }

@@ -1,18 +1,14 @@
-//! Friction and barriers on slopes and floors, and friction at the surface of a medial
-//! contact.
+//! Friction and barriers on slopes and floors.
 
 use glam::DVec3;
 use response::{
-    ArmSide, ContactLaw, ContactRows, ContactSystem, Friction, ImplicitEuler, LinearParams,
-    Margins, NormalForce, Reaction, ResponseError, SoftContacts, SoftLaw, SolveLevel, SolverParams,
-    SweepOrder, TimeStep, TorqueArm, distribute,
+    ContactSystem, Friction, ImplicitEuler, LinearParams, Margins, NormalForce, Reaction,
+    ResponseError, SoftContacts, SoftLaw, SolveLevel, SolverParams, SweepOrder, TimeStep,
+    distribute,
 };
-use surface::{Contact, Stencil};
+use surface::Stencil;
 
-use crate::common::{
-    contact, law, momentum_residual, number, on_plane, over_plane, rows, solve, term, thorough,
-    unit, vector,
-};
+use crate::common::{law, on_plane, over_plane, rows, solve, term, thorough};
 
 const GRAVITY: f64 = 9.81;
 
@@ -216,141 +212,4 @@ fn half_weights_reach_two_thirds_and_masses_the_whole() {
     distribute(stencil.terms(), &[1.0; 4], DVec3::Z, &mut ruled).unwrap();
     let reached = stencil.combine(|k| ruled[k as usize]).z;
     assert!((reached - 1.0).abs() < 1e-15, "{reached}");
-}
-
-/// Σ m x × dv about the origin.
-fn angular_change(x: &[DVec3], w: &[f64], before: &[DVec3], after: &[DVec3]) -> DVec3 {
-    (0..x.len()).map(|k| x[k].cross(after[k] - before[k]) / w[k]).sum()
-}
-
-/// A ball's center against a slab with radius, and friction between them.
-struct Medial {
-    x: Vec<DVec3>,
-    w: Vec<f64>,
-    contact: Contact,
-}
-
-fn medial(u: &mut arbitrary::Unstructured<'_>) -> arbitrary::Result<Medial> {
-    let radius = number(u, 5.0, 20.0)?;
-    let face = [DVec3::ZERO, DVec3::X * 9.0, DVec3::Y * 8.0];
-    let mut x = Vec::new();
-    for corner in face {
-        x.push(corner + vector(u, 1.5)?);
-    }
-    let (a, b) = (number(u, 0.1, 0.4)?, number(u, 0.1, 0.4)?);
-    let weights = [1.0 - a - b, a, b];
-    let foot: DVec3 = (0..3).map(|k| weights[k] * x[k]).sum();
-    let normal = unit(u)?;
-    x.insert(0, foot + radius * normal);
-    let mut w = Vec::new();
-    for _ in 0..4 {
-        w.push(number(u, 0.2, 3.0)?);
-    }
-    let stencil = Stencil::vertex_face(0, [1, 2, 3], weights);
-    let contact = Contact { offset: radius, ..contact(stencil, normal, 0.0) };
-    Ok(Medial { x, w, contact })
-}
-
-fn rub(scene: &Medial, levers: &[TorqueArm], v: &mut [DVec3]) -> response::Impulse {
-    let mut rows = ContactRows::new(4);
-    rows.push_with_torque_arms(&scene.contact, levers, &scene.x, law(0.4)).expect("valid");
-    let system = ContactSystem::new(&rows, &scene.w, SweepOrder::Given).expect("valid");
-    let mut impulses = system.no_impulses();
-    let params = SolverParams { max_iterations: 2000, tolerance: 1e-13, ..Default::default() };
-    let report = system.solve(SolveLevel::Velocity, v, &mut impulses, &params).expect("valid");
-    assert!(report.converged, "{report:?}");
-    impulses[0]
-}
-
-#[test]
-fn medial_friction_acts_at_the_surface() {
-    arbtest::arbtest(|u| {
-        let scene = medial(u)?;
-        let mut v = vec![vector(u, 1.0)? - 3.0 * scene.contact.normal];
-        for _ in 0..3 {
-            v.push(vector(u, 1.0)?);
-        }
-        let arm = scene.contact.offset * scene.contact.normal;
-        let lever = TorqueArm { side: ArmSide::Projection, particles: [1, 2, 3], arm };
-        let scale: f64 =
-            (0..4).map(|k| scene.x[k].length() * (v[k].length() + 4.0) / scene.w[k]).sum();
-
-        let mut at_centre = v.clone();
-        let impulse = rub(&scene, &[], &mut at_centre);
-        let lost = angular_change(&scene.x, &scene.w, &v, &at_centre);
-        let couple = arm.length() * impulse.tangent.length();
-        assert!((lost.length() - couple).abs() < 1e-12 * scale, "{lost} is not g |J_t| {couple}");
-
-        let mut at_surface = v.clone();
-        let impulse = rub(&scene, &[lever], &mut at_surface);
-        assert!(impulse.tangent.length() > 0.0, "friction acts");
-        let lost = angular_change(&scene.x, &scene.w, &v, &at_surface);
-        assert!(lost.length() < 1e-12 * scale, "{lost}");
-        assert!(momentum_residual(&scene.w, &v, &at_surface) < 1e-12);
-        Ok(())
-    });
-}
-
-#[test]
-fn a_lever_on_either_side_is_its_mirror() {
-    arbtest::arbtest(|u| {
-        let scene = medial(u)?;
-        // The same pair in reverse: the face holds P, the ball P̄.
-        let terms: Vec<_> =
-            scene.contact.stencil.terms().iter().map(|t| term(t.particle, -t.weight)).collect();
-        let mirrored = Contact {
-            stencil: Stencil::new(&terms).unwrap(),
-            normal: -scene.contact.normal,
-            ..scene.contact
-        };
-        let arm = scene.contact.offset * scene.contact.normal;
-        let lever = |side| TorqueArm { side, particles: [1, 2, 3], arm };
-        let mut v = vec![-3.0 * scene.contact.normal];
-        for _ in 0..3 {
-            v.push(vector(u, 1.0)?);
-        }
-        let (mut one, mut other) = (v.clone(), v);
-        rub(&scene, &[lever(ArmSide::Projection)], &mut one);
-        rub(&Medial { contact: mirrored, ..scene }, &[lever(ArmSide::Point)], &mut other);
-        for (one, other) in one.iter().zip(&other) {
-            assert!((*one - *other).length() < 1e-11, "{one} {other}");
-        }
-        Ok(())
-    });
-}
-
-#[test]
-fn a_spinning_slab_rubs_where_its_surface_moves() {
-    // The slab turns so that its surface point slides over a fixed point
-    // though its medial point rests.
-    let x = vec![
-        DVec3::new(0.0, 0.0, 10.0),
-        DVec3::new(-6.0, -4.0, 0.0),
-        DVec3::new(6.0, -4.0, 0.0),
-        DVec3::new(0.0, 8.0, 0.0),
-    ];
-    let spin = DVec3::Y * 0.2;
-    let mut v: Vec<DVec3> = x.iter().map(|x| spin.cross(*x)).collect();
-    v[0] = DVec3::Z * -0.5;
-    let stencil = Stencil::vertex_face(0, [1, 2, 3], [1.0 / 3.0; 3]);
-    let contact = Contact { offset: 10.0, ..contact(stencil, DVec3::Z, 0.0) };
-    let scene = Medial { x, w: vec![1e-6, 1.0, 1.0, 1.0], contact };
-    let lever = TorqueArm { side: ArmSide::Projection, particles: [1, 2, 3], arm: DVec3::Z * 10.0 };
-    let impulse = rub(&scene, &[lever], &mut v);
-    let surface_speed = spin.cross(DVec3::Z * 10.0);
-    assert!(impulse.tangent.dot(surface_speed) > 0.0, "P is dragged along: {impulse:?}");
-}
-
-#[test]
-fn collinear_carriers_are_refused() {
-    let x = [DVec3::Z, DVec3::ZERO, DVec3::X, DVec3::X * 2.0];
-    let stencil = Stencil::vertex_face(0, [1, 2, 3], [0.2, 0.3, 0.5]);
-    let contact = Contact { offset: 1.0, ..contact(stencil, DVec3::Z, 0.0) };
-    let lever = TorqueArm { side: ArmSide::Projection, particles: [1, 2, 3], arm: DVec3::Z };
-    let margins = Margins::new(0.0, 1.0).unwrap();
-    let mut rows = ContactRows::new(4);
-    let refused =
-        rows.push_with_torque_arms(&contact, &[lever], &x, ContactLaw::new(margins, 0.5).unwrap());
-    assert_eq!(refused, Err(ResponseError::Collinear { contact: 0 }));
-    assert!(rows.is_empty(), "nothing is kept of a contact that is refused");
 }

@@ -8,7 +8,7 @@ use response::{
 };
 use surface::{Contact, Stencil};
 
-use crate::common::{self, contact, number, term, unit, vector};
+use crate::common::{contact, number, term, unit, vector};
 
 struct Scene {
     x: Vec<DVec3>,
@@ -249,20 +249,4 @@ fn implicit_steps_are_those_of_the_dense_system() {
         implicit_is_dense::<ImplicitMidpoint>(&scene, &w, &force, h);
         Ok(())
     });
-}
-
-#[test]
-fn spring_per_step_reaches_its_share_of_the_way() {
-    // A spring of weight 1 moves P by all of the depth in one explicit step.
-    let h = response::StepLength::new(0.02).unwrap();
-    let law = SoftLaw::spring_per_step(0.7, 2.0, h, 1.0).unwrap();
-    let margins = Margins::new(0.0, 1.0).unwrap();
-    let mut rows = ContactRows::new(1);
-    let plane = common::on_plane(0, DVec3::Z * -0.3, DVec3::Z);
-    rows.push(&plane, ContactLaw::new(margins, 0.0).unwrap()).unwrap();
-    let soft = SoftContacts::new(&rows, &[DVec3::ZERO], law).unwrap();
-    let mut force = vec![DVec3::ZERO];
-    soft.add_forces(&mut force).unwrap();
-    let moved = force[0] / 2.0 * h.get() * h.get();
-    assert!((moved - DVec3::Z * 0.21).length() < 1e-15, "{moved}");
 }

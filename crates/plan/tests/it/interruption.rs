@@ -1,0 +1,45 @@
+//! Polls for interruption while a plan is made.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use plan::{Plan, PlanError, PlanParams};
+use surface::progress::Progress;
+
+use crate::three_of;
+
+/// Makes a plan on one thread, ended by the poll of a number, and returns it with the number of
+/// polls.
+fn plan_with_polls(halvings: u32, last: usize) -> (Result<Plan, PlanError>, usize) {
+    let polls = AtomicUsize::new(0);
+    let handler = |_| {
+        let is_last = polls.fetch_add(1, Ordering::Relaxed) + 1 >= last;
+        if is_last { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    let made = one.install(|| {
+        let (mut scene, _) = three_of(halvings);
+        Plan::new(&mut scene, &PlanParams::with_tolerance(0.5), Progress::new(&handler))
+    });
+    (made, polls.load(Ordering::Relaxed))
+}
+
+#[test]
+fn a_plan_ends_at_any_poll() {
+    let (made, polls) = plan_with_polls(3, usize::MAX);
+    made.expect("a plan");
+    for last in (1..=polls).step_by(1 + polls / 40) {
+        let (made, polled) = plan_with_polls(3, last);
+        assert!(matches!(made, Err(PlanError::Interrupted(_))), "poll {last}: {made:?}");
+        // Each body that is built at the same time polls once more.
+        assert!(polled < last + 3, "{polled} polls after the interruption at {last}");
+    }
+}
+
+/// Polls are for pieces of the work, not for its stages: more work, more polls.
+#[test]
+fn polls_grow_with_the_bodies() {
+    let [few, many] = [4, 6].map(|halvings| plan_with_polls(halvings, usize::MAX).1);
+    // Three bodies of 81,920 faces each; a thousand faces take some milliseconds.
+    assert!(many > few + 3 * 81_920 / 1024, "{few} polls, {many} for 16 times as many faces");
+}
