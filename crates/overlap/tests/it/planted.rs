@@ -1,6 +1,7 @@
 //! Scenes whose overlap is known in closed form.
 
 use fixtures::Mesh;
+use fixtures::random::Random;
 use fixtures::shapes::{cube, icosphere};
 use glam::DVec3;
 use overlap::{Depth, DepthParams, Overlap, OverlapDetector};
@@ -307,4 +308,34 @@ fn a_doubled_body_is_named() {
     assert!((overlap.total.volume.unwrap() - 2.0).abs() < 1e-14);
     assert_eq!(overlap.covers_twice, [true, false]);
     assert_eq!(depths[1], None);
+}
+
+/// A wide bracket is one that ends early, when most bounds are still far above the depth.
+#[test]
+fn wide_brackets_hold_the_depth_that_narrow_ones_attain() {
+    let mut random = Random(7);
+    let mut point = |size: f64| size * DVec3::new(random.unit(), random.unit(), random.unit());
+    let mut compared = 0;
+    for _ in 0..600 {
+        let [a, b] = [0, 1].map(|_| {
+            let [p, q, r, s] = [0, 1, 2, 3].map(|_| point(1.0));
+            tree(&between_edges([p, q], [r, s]))
+        });
+        let mut detector = OverlapDetector::default();
+        detector.measure(&a, &b);
+        let mut depths = |relative_tolerance: f64| {
+            let params =
+                DepthParams { relative_tolerance, tolerance: 1e-9, max_queries: 1_000_000 };
+            detector.depths([&a, &b], &params)
+        };
+        let narrow = depths(1e-3);
+        for relative_tolerance in [0.05, 0.5, 2.0] {
+            for (wide, narrow) in depths(relative_tolerance).iter().zip(&narrow) {
+                let (Some(wide), Some(narrow)) = (wide, narrow) else { continue };
+                assert!(wide.lower <= narrow.upper && narrow.lower <= wide.upper, "{wide:?}");
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 600, "{compared} brackets");
 }
