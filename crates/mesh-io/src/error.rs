@@ -1,9 +1,14 @@
 //! Refusals of files: the reason, and the place in the file.
+//!
+//! Refusals quote text of the file with its control characters escaped, so that no file
+//! can send commands to the terminal that shows them.
 
 use std::path::PathBuf;
 
 use distance_field::FieldError;
 use glam::DVec3;
+
+use crate::text::{escaped, quoted};
 
 /// Refusal of a file, with its path.
 #[derive(Debug, thiserror::Error)]
@@ -41,7 +46,7 @@ pub enum ReadError {
         format: &'static str,
         /// Place of the first offense.
         place: FilePlace,
-        /// Offense in words.
+        /// Offense in words, without control characters.
         problem: String,
     },
     /// The format allows a feature that this crate does not support.
@@ -49,7 +54,7 @@ pub enum ReadError {
     Unsupported {
         /// Name of the format.
         format: &'static str,
-        /// Name of the feature.
+        /// Name of the feature, without control characters.
         feature: String,
         /// Way to write the file without the feature.
         remedy: &'static str,
@@ -121,13 +126,34 @@ pub enum ReadError {
     Field(#[from] FieldError),
 }
 
-impl ReadError {
-    pub(crate) fn malformed(
-        format: &'static str,
-        place: FilePlace,
-        problem: impl Into<String>,
-    ) -> Self {
-        Self::Malformed { format, place, problem: problem.into() }
+/// Format of a file, which builds the refusals that name it.
+#[derive(Debug)]
+pub(crate) struct Format {
+    pub(crate) name: &'static str,
+    /// Way to write a file that can be read here.
+    pub(crate) remedy: &'static str,
+}
+
+impl Format {
+    pub(crate) fn malformed(&self, place: FilePlace, problem: impl AsRef<str>) -> ReadError {
+        ReadError::Malformed { format: self.name, place, problem: escaped(problem.as_ref()) }
+    }
+
+    pub(crate) fn on_line(&self, line: usize, problem: impl AsRef<str>) -> ReadError {
+        self.malformed(FilePlace::Line(line), problem)
+    }
+
+    pub(crate) fn in_header(&self, problem: impl AsRef<str>) -> ReadError {
+        self.malformed(FilePlace::Header, problem)
+    }
+
+    pub(crate) fn in_field(&self, name: &'static str, problem: impl AsRef<str>) -> ReadError {
+        self.malformed(FilePlace::Field(name), problem)
+    }
+
+    pub(crate) fn unsupported(&self, feature: impl AsRef<str>) -> ReadError {
+        let feature = escaped(feature.as_ref());
+        ReadError::Unsupported { format: self.name, feature, remedy: self.remedy }
     }
 }
 
@@ -157,8 +183,8 @@ impl std::fmt::Display for FilePlace {
             Self::Header => write!(f, "header"),
             Self::Line(line) => write!(f, "line {line}"),
             Self::Byte(byte) => write!(f, "byte {byte}"),
-            Self::Element(name) => write!(f, "element '{name}'"),
-            Self::Array(name) => write!(f, "array '{name}'"),
+            Self::Element(name) => write!(f, "element {}", quoted(name)),
+            Self::Array(name) => write!(f, "array {}", quoted(name)),
             Self::Field(name) => write!(f, "field '{name}'"),
             Self::Facet(facet) => write!(f, "facet {facet}"),
         }

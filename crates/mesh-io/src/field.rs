@@ -7,31 +7,35 @@
 //! 16-bit multiples of the step, whose length stands beside them. NRRD names the frame
 //! left–posterior–superior, which is 3D Slicer's for mesh files that name none.
 //!
-//! A key says which kind of node values these are ([`NodeValues`](distance_field::NodeValues)), since cubic
-//! interpolation depends on it. Without the key they are distances at the nodes.
+//! A key has the kind of the node values ([`NodeValues`](distance_field::NodeValues)), on
+//! which cubic interpolation depends. Without the key they are distances at the nodes.
 //!
-//! The data are raw. A field that was read back has its grid and its values to the bit,
+//! The data are raw or, in NRRD and by choice, compressed by gzip, as 3D Slicer writes
+//! them by default. A field that was read back has its grid and its values to the bit,
 //! and no build report.
 
 use std::path::Path;
 
 use distance_field::DistanceField;
 
+use crate::nrrd::Encoding;
 use crate::vtk::{encode_vti, parse_vti};
-use crate::{FileError, ReadError, extension, nrrd};
+use crate::{ReadError, extension, nrrd};
 
 /// File format of a distance field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FieldFormat {
-    /// "Nearly raw raster data".
+    /// "Nearly raw raster data", uncompressed.
     Nrrd,
+    /// The same with its data compressed by gzip.
+    GzipNrrd,
     /// VTK XML image data.
     Vti,
 }
 
 impl FieldFormat {
-    /// Returns the format that the extension of a path stands for.
+    /// Returns the uncompressed format that the extension of a path stands for.
     #[must_use]
     pub fn of(path: &Path) -> Option<Self> {
         match extension(path).to_ascii_lowercase().as_str() {
@@ -41,37 +45,35 @@ impl FieldFormat {
         }
     }
 
+    /// Returns the compressed form of the format, if it has one.
+    #[must_use]
+    pub fn compressed(self) -> Option<Self> {
+        match self {
+            Self::Nrrd | Self::GzipNrrd => Some(Self::GzipNrrd),
+            Self::Vti => None,
+        }
+    }
+
     /// Returns a field as a file.
     #[must_use]
     pub fn encode(self, field: &DistanceField) -> Vec<u8> {
         match self {
-            Self::Nrrd => nrrd::encode(field),
+            Self::Nrrd => nrrd::encode(field, Encoding::Raw),
+            Self::GzipNrrd => nrrd::encode(field, Encoding::Gzip),
             Self::Vti => encode_vti(field),
         }
     }
 
-    /// Reads a field from the content of a file.
+    /// Reads a field from the content of a file. The data of an NRRD file may be raw or
+    /// compressed, and decompress to no more than its grid needs.
     ///
     /// # Errors
     ///
     /// The reason, where the content is not a distance field of this format.
     pub fn decode(self, bytes: &[u8]) -> Result<DistanceField, ReadError> {
         match self {
-            Self::Nrrd => nrrd::decode(bytes),
+            Self::Nrrd | Self::GzipNrrd => nrrd::decode(bytes),
             Self::Vti => parse_vti(bytes),
         }
     }
-}
-
-/// Reads a field from a file, in the format of its extension.
-///
-/// # Errors
-///
-/// The path with the reason, where the file cannot be read or is not a field.
-pub fn read_field(path: &Path) -> Result<DistanceField, FileError> {
-    let read = || match FieldFormat::of(path) {
-        Some(format) => format.decode(&std::fs::read(path)?),
-        None => Err(ReadError::UnknownFormat { expected: ".nrrd or .vti" }),
-    };
-    read().map_err(|reason| FileError { path: path.to_owned(), reason })
 }

@@ -2,18 +2,20 @@
 //!
 //! | format | content | read | written |
 //! |---|---|---|---|
-//! | PLY | mesh, ASCII or binary | yes | [`write_ply`] |
-//! | OBJ | mesh | yes | |
-//! | STL | mesh, ASCII or binary | yes | |
+//! | PLY | mesh, ASCII or binary | yes | [`MeshFormat::encode`] |
+//! | OBJ | mesh | yes | [`MeshFormat::encode`] |
+//! | STL | mesh, ASCII or binary | yes | [`MeshFormat::encode`] |
 //! | VTP | mesh, every encoding of VTK | yes | [`write_vtp`], with values per vertex |
-//! | NRRD | distance field | yes | [`FieldFormat::encode`] |
+//! | NRRD | distance field, raw or gzip | yes | [`FieldFormat::encode`] |
 //! | VTI | distance field, every encoding of VTK | yes | [`FieldFormat::encode`] |
 //!
 //! Formats are recognized by content first, and by extension where content is
 //! ambiguous. Vertices and faces keep the order of the file, so that an index in a
 //! report can be found in the file. Nothing is repaired: any list of faces with valid
-//! indices is a mesh, whatever its defects. Every refusal names the place in the file
-//! and, from [`read_mesh`] and [`read_field`], the file.
+//! indices is a mesh, whatever its defects. Content behind the end that a header declares
+//! is reported ([`Mesh::unread`]). Every refusal names the place in the file and, from
+//! [`read_mesh`] and [`read_field`], the file. Control characters in quoted text are
+//! escaped, and a file that never ends is refused ([`MAX_STREAM_BYTES`]).
 //!
 //! ```
 //! let file = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n";
@@ -31,9 +33,11 @@ struct Readme;
 mod error;
 mod field;
 mod mesh;
+mod mesh_format;
 mod nrrd;
 mod obj;
 mod ply;
+mod source;
 mod stl;
 mod stored_values;
 mod text;
@@ -44,9 +48,10 @@ use std::path::Path;
 pub use glam;
 
 pub use self::error::{FileError, FilePlace, ReadError};
-pub use self::field::{FieldFormat, read_field};
-pub use self::mesh::Mesh;
-pub use self::ply::write_ply;
+pub use self::field::FieldFormat;
+pub use self::mesh::{Mesh, Unread};
+pub use self::mesh_format::{MeshFormat, parse_mesh};
+pub use self::source::{MAX_FILE_BYTES, MAX_STREAM_BYTES, read_file, read_text};
 pub use self::vtk::{PointValues, write_vtp};
 
 /// Reads a mesh file.
@@ -55,57 +60,25 @@ pub use self::vtk::{PointValues, write_vtp};
 ///
 /// The path with the reason, where the file cannot be read or is not a mesh.
 pub fn read_mesh(path: &Path) -> Result<Mesh, FileError> {
-    let read = || parse_mesh(&std::fs::read(path)?, &extension(path));
-    read().map_err(|reason| FileError { path: path.to_owned(), reason })
+    let mesh = content(path).and_then(|bytes| parse_mesh(&bytes, &extension(path)));
+    mesh.map_err(|reason| FileError { path: path.to_owned(), reason })
 }
 
-/// Format of a mesh file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum MeshFormat {
-    Obj,
-    Ply,
-    Stl,
-    Vtp,
-}
-
-/// Reads the content of a mesh file, whose name would end in `extension`.
+/// Reads a distance field from a file, in the format of its extension.
 ///
 /// # Errors
 ///
-/// The reason, where the content is not a mesh.
-pub fn parse_mesh(bytes: &[u8], extension: &str) -> Result<Mesh, ReadError> {
-    if bytes.is_empty() {
-        return Err(ReadError::Empty);
-    }
-    match recognize(bytes, extension) {
-        Some(MeshFormat::Obj) => obj::parse(bytes),
-        Some(MeshFormat::Ply) => ply::parse(bytes),
-        Some(MeshFormat::Stl) => stl::parse(bytes),
-        Some(MeshFormat::Vtp) => vtk::parse_vtp(bytes),
-        None => Err(ReadError::UnknownFormat { expected: "PLY, OBJ, STL or VTP" }),
-    }
+/// The path with the reason, where the file cannot be read or is not a field.
+pub fn read_field(path: &Path) -> Result<distance_field::DistanceField, FileError> {
+    let field = match FieldFormat::of(path) {
+        Some(format) => content(path).and_then(|bytes| format.decode(&bytes)),
+        None => Err(ReadError::UnknownFormat { expected: ".nrrd or .vti" }),
+    };
+    field.map_err(|reason| FileError { path: path.to_owned(), reason })
 }
 
-/// Maximum distance of a VTK file's opening tag from its start, behind an XML
-/// declaration and comments.
-const VTK_TAG_WITHIN: usize = 1024;
-
-/// Returns the format by the content, or else by the extension.
-fn recognize(bytes: &[u8], extension: &str) -> Option<MeshFormat> {
-    let head = &bytes[..bytes.len().min(VTK_TAG_WITHIN)];
-    if head.starts_with(b"ply\n") || head.starts_with(b"ply\r") {
-        return Some(MeshFormat::Ply);
-    }
-    if head.windows(8).any(|window| window == b"<VTKFile") {
-        return Some(MeshFormat::Vtp);
-    }
-    match extension.to_ascii_lowercase().as_str() {
-        "obj" => Some(MeshFormat::Obj),
-        "ply" => Some(MeshFormat::Ply),
-        "stl" => Some(MeshFormat::Stl),
-        "vtp" => Some(MeshFormat::Vtp),
-        _ => stl::is_likely(bytes).then_some(MeshFormat::Stl),
-    }
+fn content(path: &Path) -> Result<Vec<u8>, ReadError> {
+    Ok(read_file(path)?)
 }
 
 /// Returns the extension of a path, empty where there is none.

@@ -4,10 +4,12 @@
 //! turned against the polygon. A convex polygon is fanned about its first corner. A
 //! polygon without such a corner is refused, since any fan of it would fold over.
 
+use std::fmt;
+
 use glam::DVec3;
 use surface::triangle;
 
-use crate::ReadError;
+use crate::{FilePlace, ReadError};
 
 /// Triangle mesh of a file: every index is below the number of vertices, every
 /// coordinate is finite, and there is at least one face.
@@ -19,6 +21,26 @@ pub struct Mesh {
     pub faces: Vec<[u32; 3]>,
     /// Number of faces in the file with more than three corners.
     pub polygons_fanned: usize,
+    /// Content of the file behind the end that its header declares.
+    pub unread: Option<Unread>,
+}
+
+/// Content of a file behind the end that its header declares, which is no part of the
+/// mesh.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unread {
+    /// Place of the first byte: a byte of a binary file, a line of a text file.
+    pub place: FilePlace,
+    /// Number of bytes.
+    pub bytes: usize,
+}
+
+impl fmt::Display for Unread {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { place, bytes } = self;
+        let noun = if *bytes == 1 { "byte" } else { "bytes" };
+        write!(f, "{bytes} {noun} from {place} on, behind the declared end, not read")
+    }
 }
 
 /// Unchecked polygons of a file, with any number of corners and any index.
@@ -43,11 +65,11 @@ impl Mesh {
         }
         check_positions(&positions)?;
 
+        // Triangles stay as they are, larger polygons become fans, in the order of the file.
         let faces = Vec::with_capacity(polygons.ends.len());
-        // Triangles as they are, larger polygons as fans, in the order of the file.
-        let mut mesh = Self { positions, faces, polygons_fanned: 0 };
-        let mut corners = Vec::new();
-        let mut start = 0;
+        let mut mesh = Self { positions, faces, polygons_fanned: 0, unread: None };
+        let (mut corners, mut start) = (Vec::new(), 0);
+
         for (face, &end) in polygons.ends.iter().enumerate() {
             let listed = &polygons.corners[start..end];
             check_corners(face, listed, mesh.positions.len(), &mut corners)?;
@@ -57,13 +79,16 @@ impl Mesh {
             }
             start = end;
         }
+
         Ok(mesh)
     }
 
     fn push_fan(&mut self, face: usize, corners: &[u32]) -> Result<(), ReadError> {
-        let apex = (0..corners.len())
-            .find(|&apex| fans_without_fold(corners, apex, &self.positions))
-            .ok_or(ReadError::NotFannable { face, corners: corners.len() })?;
+        let mut apexes = 0..corners.len();
+        let apex = apexes.find(|&apex| fans_without_fold(corners, apex, &self.positions));
+        let Some(apex) = apex else {
+            return Err(ReadError::NotFannable { face, corners: corners.len() });
+        };
         self.faces.extend(fan(corners, apex));
         self.polygons_fanned += 1;
         Ok(())
@@ -113,6 +138,8 @@ fn fans_without_fold(corners: &[u32], apex: usize, positions: &[DVec3]) -> bool 
     for triangle in fan(corners, apex) {
         normals.push(triangle::normal(triangle.map(|vertex| positions[vertex as usize])));
     }
+
+    // Twice the area vector of the polygon, whatever the apex.
     let whole: DVec3 = normals.iter().sum();
     normals.iter().all(|normal| normal.dot(whole) >= 0.0)
 }

@@ -2,16 +2,33 @@
 //!
 //! Source: G. Kindlmann, "Definition of NRRD file format", Teem, version 5.
 
+use std::borrow::Cow;
+use std::io::{Read, Write};
 use std::str::FromStr;
 
 use distance_field::{DistanceField, FieldGrid, NodeValues};
+use flate2::Compression;
+use flate2::read::MultiGzDecoder;
+use flate2::write::GzEncoder;
 use glam::DVec3;
 
+use crate::ReadError;
+use crate::error::Format;
 use crate::stored_values::{StoredValues, common_value, node_count, single};
-use crate::text::numbers;
-use crate::{FilePlace, ReadError};
+use crate::text::{numbers, quoted};
 
-const FORMAT: &str = "NRRD";
+const NRRD: Format = Format {
+    name: "NRRD",
+    remedy: "save it as floats or steps behind their header, raw or compressed by gzip, on a grid \
+             along the axes with one spacing, left-posterior-superior",
+};
+
+/// Encoding of the data behind the header.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Encoding {
+    Raw,
+    Gzip,
+}
 
 /// Key of the length of a step, where values are multiples of it.
 const STEP: &str = "distance step";
@@ -26,22 +43,41 @@ const KINDS: [(&str, NodeValues); 2] = [
 ];
 
 /// Returns a field as a file with its header attached.
-pub(crate) fn encode(field: &DistanceField) -> Vec<u8> {
+pub(crate) fn encode(field: &DistanceField, encoding: Encoding) -> Vec<u8> {
     let values = StoredValues::of(field);
-    let mut bytes = header(field, &values).into_bytes();
-    bytes.extend(values.little_endian());
+    let mut bytes = header(field, &values, encoding).into_bytes();
+    let data = values.little_endian();
+    match encoding {
+        Encoding::Raw => bytes.extend(data),
+        Encoding::Gzip => bytes = compress(&data, bytes),
+    }
     bytes
 }
 
-fn header(field: &DistanceField, values: &StoredValues) -> String {
+/// Appends compressed data to a file. The same data give the same bytes: no time is
+/// stored with them.
+fn compress(data: &[u8], file: Vec<u8>) -> Vec<u8> {
+    // Memory takes all that is written.
+    let mut encoder = GzEncoder::new(file, Compression::default());
+    let _ = encoder.write_all(data);
+    encoder.finish().unwrap_or_default()
+}
+
+fn header(field: &DistanceField, values: &StoredValues, encoding: Encoding) -> String {
     let (DVec3 { x, y, z }, h) = (field.grid().origin(), field.grid().spacing());
     let [nx, ny, nz] = field.grid().dims();
     let (unit, number, key) = match values {
         StoredValues::Distances(_) => ("", "float", String::new()),
         StoredValues::Steps { step, .. } => (" in steps", "short", format!("{STEP}:={step}\n")),
     };
+    let encoding = match encoding {
+        Encoding::Raw => "raw",
+        Encoding::Gzip => "gzip",
+    };
+
     let [(one, first), (other, _)] = KINDS;
     let kind = if field.node_values() == first { one } else { other };
+
     format!(
         "NRRD0004
 # Nodes of a signed distance field, in the frame and the length unit of its mesh.
@@ -53,7 +89,7 @@ sizes: {nx} {ny} {nz}
 space directions: ({h},0,0) (0,{h},0) (0,0,{h})
 kinds: domain domain domain
 endian: little
-encoding: raw
+encoding: {encoding}
 space origin: ({x},{y},{z})
 {NODES}:={kind}
 {key}
@@ -61,7 +97,7 @@ space origin: ({x},{y},{z})
     )
 }
 
-/// Reads raw floats, doubles or 16-bit steps on a grid along the axes, of one spacing.
+/// Reads floats, doubles or 16-bit steps on a grid along the axes, of one spacing.
 pub(crate) fn decode(bytes: &[u8]) -> Result<DistanceField, ReadError> {
     let (header, data) = Header::cut(bytes)?;
     header.check_supported()?;
@@ -84,7 +120,7 @@ impl<'a> Header<'a> {
     /// Splits a file at the empty line behind its header.
     fn cut(bytes: &'a [u8]) -> Result<(Self, &'a [u8]), ReadError> {
         if !bytes.starts_with(b"NRRD000") {
-            return Err(on_line(1, "does not begin with NRRD000 and a digit"));
+            return Err(NRRD.on_line(1, "does not begin with NRRD000 and a digit"));
         }
 
         // One field, key or comment per line, up to an empty line.
@@ -92,10 +128,10 @@ impl<'a> Header<'a> {
         let mut rest = bytes;
         for number in 1.. {
             let Some(end) = rest.iter().position(|&byte| byte == b'\n') else {
-                return Err(on_line(number, "the file ends in its header"));
+                return Err(NRRD.on_line(number, "the file ends in its header"));
             };
             let Ok(line) = std::str::from_utf8(&rest[..end]) else {
-                return Err(on_line(number, "is not text"));
+                return Err(NRRD.on_line(number, "is not text"));
             };
             let line = line.trim_end();
             rest = &rest[end + 1..];
@@ -106,7 +142,7 @@ impl<'a> Header<'a> {
                 continue;
             }
             let Some((name, value)) = line.split_once(':') else {
-                return Err(on_line(number, format!("'{line}' is not a field")));
+                return Err(NRRD.on_line(number, format!("{} is not a field", quoted(line))));
             };
             match value.strip_prefix('=') {
                 Some(value) => header.keys.push((name, value.trim())),
@@ -122,7 +158,10 @@ impl<'a> Header<'a> {
     }
 
     fn need(&self, name: &'static str) -> Result<&'a str, ReadError> {
-        self.get(name).ok_or_else(|| in_field(name, "is missing"))
+        match self.get(name) {
+            Some(value) => Ok(value),
+            None => Err(NRRD.in_field(name, "is missing")),
+        }
     }
 
     /// Returns the numbers of a field, which has to be there.
@@ -130,7 +169,7 @@ impl<'a> Header<'a> {
         let text = self.need(name)?;
         match numbers(text) {
             Some(numbers) => Ok(numbers),
-            None => Err(in_field(name, format!("'{text}' is not {kind}"))),
+            None => Err(NRRD.in_field(name, format!("{} is not {kind}", quoted(text)))),
         }
     }
 
@@ -142,21 +181,17 @@ impl<'a> Header<'a> {
     fn check_supported(&self) -> Result<(), ReadError> {
         for name in ["data file", "datafile", "line skip", "lineskip", "byte skip", "byteskip"] {
             if self.get(name).is_some_and(|value| value != "0") {
-                return Err(unsupported(format!("data in another place ('{name}')")));
+                return Err(NRRD.unsupported(format!("data in another place ('{name}')")));
             }
         }
 
-        let encoding = self.need("encoding")?;
-        if encoding != "raw" {
-            return Err(unsupported(format!("data encoded as '{encoding}'")));
-        }
         let dimension = self.need("dimension")?;
         if dimension != "3" {
-            return Err(unsupported(format!("an array of dimension {dimension}")));
+            return Err(NRRD.unsupported(format!("an array of dimension {}", quoted(dimension))));
         }
         match self.get("space") {
             None | Some("left-posterior-superior" | "LPS" | "3D-right-handed") => Ok(()),
-            Some(other) => Err(unsupported(format!("a grid in the space '{other}'"))),
+            Some(other) => Err(NRRD.unsupported(format!("a grid in the space {}", quoted(other)))),
         }
     }
 
@@ -167,7 +202,7 @@ impl<'a> Header<'a> {
         };
         match vectors(text).as_deref() {
             Some(&[origin]) => Ok(origin),
-            _ => Err(in_field("space origin", format!("'{text}' is not a vector"))),
+            _ => Err(NRRD.in_field("space origin", format!("{} is not a vector", quoted(text)))),
         }
     }
 
@@ -175,50 +210,73 @@ impl<'a> Header<'a> {
     fn spacing(&self) -> Result<f64, ReadError> {
         if let Some(text) = self.get("space directions") {
             let Some(&[x, y, z]) = vectors(text).as_deref() else {
-                return Err(in_field("space directions", format!("'{text}' is not three vectors")));
+                let problem = format!("{} is not three vectors", quoted(text));
+                return Err(NRRD.in_field("space directions", problem));
             };
             let across = [x.with_x(0.0), y.with_y(0.0), z.with_z(0.0)];
             return match common_value([x.x, y.y, z.z]) {
                 Some(spacing) if across == [DVec3::ZERO; 3] => Ok(spacing),
-                _ => Err(unsupported(format!("a grid along {text}"))),
+                _ => Err(NRRD.unsupported(format!("a grid along {}", quoted(text)))),
             };
         }
 
         let [x, y, z] = self.numbers_of("spacings", "three lengths")?;
         match common_value([x, y, z]) {
             Some(spacing) => Ok(spacing),
-            None => Err(unsupported(format!("a grid of spacings {x} {y} {z}"))),
+            None => Err(NRRD.unsupported(format!("a grid of spacings {x} {y} {z}"))),
         }
     }
 
     fn values(&self, data: &[u8], dims: [usize; 3]) -> Result<StoredValues, ReadError> {
-        let is_big_endian = match self.need("endian")? {
-            "little" => false,
-            "big" => true,
-            other => {
-                return Err(in_field("endian", format!("'{other}' is neither little nor big")));
-            }
+        let data = Data {
+            bytes: data,
+            encoding: self.encoding()?,
+            is_big_endian: self.is_big_endian()?,
+            dims,
         };
-        let data = RawData { bytes: data, dims, is_big_endian };
+
         match self.need("type")? {
             "float" => data.numbers(f32::from_le_bytes).map(StoredValues::Distances),
             "double" => {
-                data.numbers(|bytes| single(f64::from_le_bytes(bytes))).map(StoredValues::Distances)
+                let values = data.numbers(f64::from_le_bytes)?;
+                Ok(StoredValues::Distances(values.into_iter().map(single).collect()))
             }
             "short" | "short int" | "signed short" | "int16" | "int16_t" => {
                 let steps = data.numbers(i16::from_le_bytes)?;
                 Ok(StoredValues::Steps { steps, step: self.step()? })
             }
-            other => Err(unsupported(format!("values of type '{other}'"))),
+            other => Err(NRRD.unsupported(format!("values of type {}", quoted(other)))),
+        }
+    }
+
+    fn encoding(&self) -> Result<Encoding, ReadError> {
+        match self.need("encoding")? {
+            "raw" => Ok(Encoding::Raw),
+            "gzip" | "gz" => Ok(Encoding::Gzip),
+            other => Err(NRRD.unsupported(format!("data encoded as {}", quoted(other)))),
+        }
+    }
+
+    fn is_big_endian(&self) -> Result<bool, ReadError> {
+        match self.need("endian")? {
+            "little" => Ok(false),
+            "big" => Ok(true),
+            other => {
+                let problem = format!("{} is neither little nor big", quoted(other));
+                Err(NRRD.in_field("endian", problem))
+            }
         }
     }
 
     fn step(&self) -> Result<f64, ReadError> {
         let Some(text) = self.key(STEP) else {
             let problem = format!("values of 16 bits need a line '{STEP}:=' and the length of one");
-            return Err(ReadError::malformed(FORMAT, FilePlace::Header, problem));
+            return Err(NRRD.in_header(problem));
         };
-        text.parse().map_err(|_| in_field(STEP, format!("'{text}' is not a length")))
+        match text.parse() {
+            Ok(step) => Ok(step),
+            Err(_) => Err(NRRD.in_field(STEP, format!("{} is not a length", quoted(text)))),
+        }
     }
 
     /// Returns the kind of node values, interpolating where the file does not say.
@@ -230,38 +288,62 @@ impl<'a> Header<'a> {
         match text {
             _ if text == one => Ok(first),
             _ if text == other => Ok(second),
-            _ => Err(in_field(NODES, format!("'{text}' is neither '{one}' nor '{other}'"))),
+            _ => {
+                let problem = format!("{} is neither '{one}' nor '{other}'", quoted(text));
+                Err(NRRD.in_field(NODES, problem))
+            }
         }
     }
 }
 
 /// Data behind a header, with the grid that they should fill.
-struct RawData<'a> {
+struct Data<'a> {
     bytes: &'a [u8],
-    dims: [usize; 3],
+    encoding: Encoding,
     is_big_endian: bool,
+    dims: [usize; 3],
 }
 
-impl RawData<'_> {
+impl Data<'_> {
     /// Splits the data into numbers; `number` gets bytes in little-endian order.
-    fn numbers<const N: usize, T>(
-        &self,
-        number: impl Fn([u8; N]) -> T,
-    ) -> Result<Vec<T>, ReadError> {
-        let (dims, found) = (self.dims, self.bytes.len());
-        let expected = node_count(dims).saturating_mul(N as u128);
+    fn numbers<const N: usize, T>(&self, number: fn([u8; N]) -> T) -> Result<Vec<T>, ReadError> {
+        let expected = node_count(self.dims).saturating_mul(N as u128);
+        let content = self.decoded(expected)?;
+        let (dims, found) = (self.dims, content.len());
         if expected != found as u128 {
-            return Err(ReadError::WrongSize { format: FORMAT, dims, expected, found });
+            return Err(ReadError::WrongSize { format: NRRD.name, dims, expected, found });
         }
 
         let mut numbers = Vec::with_capacity(found / N);
-        for &(mut bytes) in self.bytes.as_chunks::<N>().0 {
+        for &(mut bytes) in content.as_chunks::<N>().0 {
             if self.is_big_endian {
                 bytes.reverse();
             }
             numbers.push(number(bytes));
         }
         Ok(numbers)
+    }
+
+    /// Returns the data as the numbers need them, decompressed to at most `expected`
+    /// bytes, however small a file may hold how many.
+    fn decoded(&self, expected: u128) -> Result<Cow<'_, [u8]>, ReadError> {
+        if self.encoding == Encoding::Raw {
+            return Ok(Cow::Borrowed(self.bytes));
+        }
+
+        // One byte more than expected shows that there are too many.
+        let limit = u64::try_from(expected).unwrap_or(u64::MAX).saturating_add(1);
+        let mut content = Vec::new();
+        let decoder = MultiGzDecoder::new(self.bytes);
+        if let Err(error) = decoder.take(limit).read_to_end(&mut content) {
+            let problem = format!("the data are damaged: {error}");
+            return Err(NRRD.in_field("encoding", problem));
+        }
+        if content.len() as u128 > expected {
+            let problem = format!("the data decompress to more than {expected} bytes");
+            return Err(NRRD.in_field("encoding", problem));
+        }
+        Ok(Cow::Owned(content))
     }
 }
 
@@ -273,18 +355,4 @@ fn vectors(text: &str) -> Option<Vec<DVec3>> {
         vectors.push(DVec3::from_array(numbers(&components)?));
     }
     Some(vectors)
-}
-
-fn on_line(line: usize, problem: impl Into<String>) -> ReadError {
-    ReadError::malformed(FORMAT, FilePlace::Line(line), problem)
-}
-
-fn in_field(name: &'static str, problem: impl Into<String>) -> ReadError {
-    ReadError::malformed(FORMAT, FilePlace::Field(name), problem)
-}
-
-fn unsupported(feature: String) -> ReadError {
-    let remedy = "save it as raw floats or steps behind their header, on a grid along the axes \
-                  with one spacing, left-posterior-superior";
-    ReadError::Unsupported { format: FORMAT, feature, remedy }
 }

@@ -3,19 +3,39 @@
 //! This reader is not a crate's, because places matter: known crates renumber
 //! vertices per group and use, and their errors name no line.
 
+use std::fmt::Write;
 use std::str::FromStr;
 
 use glam::DVec3;
 
+use crate::ReadError;
+use crate::error::Format;
 use crate::mesh::{Mesh, Polygons};
-use crate::text::{number, words};
-use crate::{FilePlace, ReadError};
+use crate::text::{number, quoted, words};
+
+const OBJ: Format = Format { name: "OBJ", remedy: "save it as PLY" };
+
+/// Returns a surface as a file, with as many digits as distinguish the coordinates.
+pub(crate) fn encode(positions: &[DVec3], faces: &[[u32; 3]]) -> Vec<u8> {
+    let mut file = String::new();
+
+    // Writing to a string cannot fail. The form with {:?} has an exponent where it is shorter.
+    for DVec3 { x, y, z } in positions {
+        let _ = writeln!(file, "v {x:?} {y:?} {z:?}");
+    }
+    // The file counts from 1.
+    for [a, b, c] in faces.iter().map(|face| face.map(|corner| u64::from(corner) + 1)) {
+        let _ = writeln!(file, "f {a} {b} {c}");
+    }
+    file.into_bytes()
+}
 
 /// Reads the vertices and faces of an OBJ file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
-    let mut positions = Vec::new();
-    let mut polygons = Polygons::default();
+    let (mut positions, mut polygons) = (Vec::new(), Polygons::default());
     let mut corners = Vec::new();
+
+    // Words other than these two concern normals, groups, materials and the like.
     for (line, text) in (1..).zip(bytes.split(|&byte| byte == b'\n')) {
         let mut words = words(text);
         match words.next() {
@@ -30,6 +50,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
             _ => {}
         }
     }
+
     Mesh::assemble(positions, &polygons)
 }
 
@@ -41,7 +62,7 @@ fn position<'a>(
     let mut position = DVec3::ZERO;
     for axis in 0..3 {
         let Some(word) = words.next() else {
-            return Err(malformed(line, "a vertex needs three coordinates"));
+            return Err(OBJ.on_line(line, "a vertex needs three coordinates"));
         };
         position[axis] = number_on(line, word)?;
     }
@@ -53,10 +74,10 @@ fn position<'a>(
 /// The file counts from 1, or, where negative, backwards from the `count` vertices
 /// above the line.
 fn corner(line: usize, word: &[u8], count: usize) -> Result<i64, ReadError> {
-    let end = word.iter().position(|&byte| byte == b'/').unwrap_or(word.len());
-    let index: i64 = number_on(line, &word[..end])?;
+    let vertex = word.split(|&byte| byte == b'/').next().unwrap_or_default();
+    let index: i64 = number_on(line, vertex)?;
     if index == 0 {
-        return Err(malformed(line, "vertex 0 does not exist: OBJ counts from 1"));
+        return Err(OBJ.on_line(line, "vertex 0 does not exist: OBJ counts from 1"));
     }
     if index > 0 {
         return Ok(index - 1);
@@ -66,15 +87,13 @@ fn corner(line: usize, word: &[u8], count: usize) -> Result<i64, ReadError> {
     let count = i64::try_from(count).unwrap_or(i64::MAX);
     match count.checked_add(index) {
         Some(absolute) if absolute >= 0 => Ok(absolute),
-        _ => Err(malformed(line, format!("there is no vertex {index} above it"))),
+        _ => Err(OBJ.on_line(line, format!("there is no vertex {index} above it"))),
     }
 }
 
 fn number_on<T: FromStr>(line: usize, word: &[u8]) -> Result<T, ReadError> {
-    let problem = || format!("'{}' is not a number", String::from_utf8_lossy(word));
-    number(word).ok_or_else(|| malformed(line, problem()))
-}
-
-fn malformed(line: usize, problem: impl Into<String>) -> ReadError {
-    ReadError::malformed("OBJ", FilePlace::Line(line), problem)
+    match number(word) {
+        Some(number) => Ok(number),
+        None => Err(OBJ.on_line(line, format!("{} is not a number", quoted(word)))),
+    }
 }

@@ -10,15 +10,18 @@ use ply_rs_bw::ply::{
     BeginList, ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult,
 };
 
-use crate::mesh::{Mesh, Polygons};
+use crate::error::Format;
+use crate::mesh::{Mesh, Polygons, Unread};
+use crate::text::quoted;
 use crate::{FilePlace, ReadError};
 
-/// Returns a surface as a binary `.ply` file.
+const PLY: Format = Format { name: "PLY", remedy: "save it as binary PLY of triangles" };
+
+/// Returns a surface as a binary file.
 ///
 /// Coordinates are doubles: in single precision, surfaces at a small distance could
 /// overlap.
-#[must_use]
-pub fn write_ply(positions: &[DVec3], faces: &[[u32; 3]]) -> Vec<u8> {
+pub(crate) fn encode(positions: &[DVec3], faces: &[[u32; 3]]) -> Vec<u8> {
     let mut file = format!(
         "ply\nformat binary_little_endian 1.0\nelement vertex {}\n\
          property double x\nproperty double y\nproperty double z\n\
@@ -27,7 +30,9 @@ pub fn write_ply(positions: &[DVec3], faces: &[[u32; 3]]) -> Vec<u8> {
         faces.len()
     )
     .into_bytes();
-    file.extend(positions.iter().flat_map(|p| p.to_array()).flat_map(f64::to_le_bytes));
+
+    // Each vertex as three doubles, each face as the number of its corners and these.
+    file.extend(positions.iter().flat_map(DVec3::to_array).flat_map(f64::to_le_bytes));
     for face in faces {
         file.push(3);
         file.extend(face.iter().flat_map(|corner| corner.to_le_bytes()));
@@ -60,7 +65,26 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
             _ => drop(payload::<Skipped>(&mut reader, element, &header)?),
         }
     }
-    Mesh::assemble(positions, &polygons)
+
+    let unread = unread(bytes, reader.get_ref(), header.encoding);
+    Ok(Mesh { unread, ..Mesh::assemble(positions, &polygons)? })
+}
+
+/// Describes the `rest` of a file behind its last element, if there is any. Blank lines
+/// at the end of a text file are none.
+fn unread(file: &[u8], rest: &[u8], encoding: Encoding) -> Option<Unread> {
+    let end = file.len() - rest.len();
+    if encoding != Encoding::Ascii {
+        let place = FilePlace::Byte(end as u64);
+        return (!rest.is_empty()).then_some(Unread { place, bytes: rest.len() });
+    }
+
+    // The first line with content, behind blank ones.
+    let content = rest.trim_ascii_start();
+    let start = file.len() - content.len();
+    let line = 1 + file[..start].iter().filter(|&&byte| byte == b'\n').count();
+    let unread = Unread { place: FilePlace::Line(line), bytes: content.len() };
+    (!content.is_empty()).then_some(unread)
 }
 
 /// Position of a vertex, with the other properties left out.
@@ -160,28 +184,29 @@ impl PropertyAccess for Skipped {
 fn check_header(header: &Header, bytes: usize) -> Result<(), ReadError> {
     for ElementDef { name, count, .. } in header.elements.values() {
         if *count > bytes {
-            return Err(in_header(format!("{count} of '{name}' do not fit in {bytes} bytes")));
+            let problem = format!("{count} of {} do not fit in {bytes} bytes", quoted(name));
+            return Err(PLY.in_header(problem));
         }
     }
 
     let (vertex, face) = (element(header, "vertex")?, element(header, "face")?);
     for coordinate in ["x", "y", "z"] {
         if !vertex.properties.contains_key(coordinate) {
-            return Err(in_header(format!("element 'vertex' lacks the property '{coordinate}'")));
+            let problem = format!("element 'vertex' lacks the property '{coordinate}'");
+            return Err(PLY.in_header(problem));
         }
     }
     if !face.properties.keys().any(|name| is_corner_list(name)) {
-        return Err(in_header("element 'face' lacks the list 'vertex_indices'"));
+        return Err(PLY.in_header("element 'face' lacks the list 'vertex_indices'"));
     }
     Ok(())
 }
 
 fn element<'a>(header: &'a Header, name: &str) -> Result<&'a ElementDef, ReadError> {
-    header.elements.get(name).ok_or_else(|| in_header(format!("there is no element '{name}'")))
-}
-
-fn in_header(problem: impl Into<String>) -> ReadError {
-    ReadError::malformed("PLY", FilePlace::Header, problem)
+    match header.elements.get(name) {
+        Some(element) => Ok(element),
+        None => Err(PLY.in_header(format!("there is no element '{name}'"))),
+    }
 }
 
 fn payload<E: PropertyAccess>(
@@ -189,15 +214,17 @@ fn payload<E: PropertyAccess>(
     element: &ElementDef,
     header: &Header,
 ) -> Result<Vec<E>, ReadError> {
-    let payload = Parser::new().read_payload_for_element(reader, element, header);
-    payload.map_err(|error| {
-        // The parser counts lines in binary payloads too, where they mean nothing.
-        let place = match error.line() {
-            Some(line) if header.encoding == Encoding::Ascii => FilePlace::Line(line),
-            _ => FilePlace::Element(element.name.clone()),
-        };
-        malformed(place, &error)
-    })
+    let error = match Parser::new().read_payload_for_element(reader, element, header) {
+        Ok(payload) => return Ok(payload),
+        Err(error) => error,
+    };
+
+    // The parser counts lines in binary payloads too, where they mean nothing.
+    let place = match error.line() {
+        Some(line) if header.encoding == Encoding::Ascii => FilePlace::Line(line),
+        _ => FilePlace::Element(element.name.clone()),
+    };
+    Err(malformed(place, &error))
 }
 
 /// Shortens the parser's message to its first line, without the line number, and the
@@ -211,7 +238,7 @@ fn malformed(place: FilePlace, error: &ParseError) -> ReadError {
     let mut lines = message.lines().map(str::trim);
     let mut problem = lines.next().unwrap_or_default().trim_end_matches('.').to_owned();
     if let Some(text) = lines.find_map(|line| line.strip_prefix("String: '")) {
-        problem += &format!(": '{}'", text.trim_end_matches('\'').trim());
+        problem += &format!(": {}", quoted(text.trim_end_matches('\'').trim()));
     }
-    ReadError::malformed("PLY", place, problem)
+    PLY.malformed(place, problem)
 }

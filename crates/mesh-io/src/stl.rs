@@ -6,14 +6,17 @@
 //! if its length fits its number of facets, whatever its first word.
 
 use std::collections::HashMap;
+use std::fmt::Write;
 
 use glam::DVec3;
+use surface::triangle;
 
-use crate::mesh::{Mesh, Polygons};
-use crate::text::{number, words};
+use crate::error::Format;
+use crate::mesh::{Mesh, Polygons, Unread};
+use crate::text::{number, quoted, words};
 use crate::{FilePlace, ReadError};
 
-const STL: &str = "STL";
+const STL: Format = Format { name: "STL", remedy: "save it as PLY" };
 
 /// Size of the header: free text, then the number of facets.
 const HEADER: usize = 84;
@@ -26,6 +29,23 @@ pub(crate) fn is_likely(bytes: &[u8]) -> bool {
     bytes.trim_ascii_start().starts_with(b"solid") || has_binary_length(bytes)
 }
 
+/// Returns a surface as text, with as many digits as distinguish the coordinates.
+pub(crate) fn encode(positions: &[DVec3], faces: &[[u32; 3]]) -> Vec<u8> {
+    let mut file = "solid surface\n".to_owned();
+
+    // Writing to a string cannot fail. The form with {:?} has an exponent where it is shorter.
+    for face in faces {
+        let corners = face.map(|vertex| positions[vertex as usize]);
+        let DVec3 { x, y, z } = triangle::normal(corners).normalize_or_zero();
+        let _ = writeln!(file, "facet normal {x:?} {y:?} {z:?}\nouter loop");
+        for DVec3 { x, y, z } in corners {
+            let _ = writeln!(file, "vertex {x:?} {y:?} {z:?}");
+        }
+        file += "endloop\nendfacet\n";
+    }
+    (file + "endsolid surface\n").into_bytes()
+}
+
 /// Reads the facets of an STL file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
     let is_text = bytes.trim_ascii_start().starts_with(b"solid") && !bytes.contains(&0);
@@ -34,7 +54,9 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
     } else {
         parse_binary(bytes)?
     };
-    Mesh::assemble(merged.positions, &merged.polygons)
+
+    let mesh = Mesh::assemble(merged.positions, &merged.polygons)?;
+    Ok(Mesh { unread: merged.unread, ..mesh })
 }
 
 fn has_binary_length(bytes: &[u8]) -> bool {
@@ -48,12 +70,12 @@ fn declared_facets(bytes: &[u8]) -> Option<usize> {
 fn parse_binary(bytes: &[u8]) -> Result<Merged, ReadError> {
     let Some(declared) = declared_facets(bytes) else {
         let problem = format!("{HEADER} bytes expected, the file has {}", bytes.len());
-        return Err(ReadError::malformed(STL, FilePlace::Header, problem));
+        return Err(STL.in_header(problem));
     };
     let (facets, _) = bytes[HEADER..].as_chunks::<FACET>();
     if facets.len() < declared {
         let problem = format!("the file ends here, but declares {declared} facets");
-        return Err(ReadError::malformed(STL, FilePlace::Facet(facets.len()), problem));
+        return Err(STL.malformed(FilePlace::Facet(facets.len()), problem));
     }
 
     let mut merged = Merged::default();
@@ -65,24 +87,33 @@ fn parse_binary(bytes: &[u8]) -> Result<Merged, ReadError> {
         }
         merged.push_facet(corners);
     }
+
+    // More facets than declared, or bytes that are none.
+    let end = HEADER + FACET * declared;
+    if bytes.len() > end {
+        let place = FilePlace::Byte(end as u64);
+        merged.unread = Some(Unread { place, bytes: bytes.len() - end });
+    }
     Ok(merged)
 }
 
 fn parse_ascii(bytes: &[u8]) -> Result<Merged, ReadError> {
-    let mut merged = Merged::default();
-    // Keywords that only frame the vertices of a facet are skipped.
-    let mut facet = Vec::new();
+    let (mut merged, mut facet) = (Merged::default(), Vec::new());
     let (mut ended, mut last_line) = (false, 0);
+
+    // Keywords that only frame the vertices of a facet are skipped.
     for (line, text) in (1..).zip(bytes.split(|&byte| byte == b'\n')) {
+        last_line = line;
         let mut words = words(text);
         let keyword = words.next().map(<[u8]>::to_ascii_lowercase);
+
         match keyword.as_deref() {
             Some(b"vertex") => facet.push(corner(line, words)?),
             Some(b"endfacet") => {
                 let Ok(corners) = facet[..].try_into() else {
                     let count = facet.len();
                     let problem = format!("a facet has three vertices, this one has {count}");
-                    return Err(on_line(line, problem));
+                    return Err(STL.on_line(line, problem));
                 };
                 merged.push_facet(corners);
                 facet.clear();
@@ -91,15 +122,13 @@ fn parse_ascii(bytes: &[u8]) -> Result<Merged, ReadError> {
             Some(b"endsolid") => ended = true,
             None | Some(b"facet" | b"outer" | b"endloop") => {}
             Some(word) => {
-                let problem = format!("unknown word '{}'", String::from_utf8_lossy(word));
-                return Err(on_line(line, problem));
+                return Err(STL.on_line(line, format!("unknown word {}", quoted(word))));
             }
         }
-        last_line = line;
     }
 
     if !ended || !facet.is_empty() {
-        return Err(on_line(last_line, "the file ends without 'endsolid'"));
+        return Err(STL.on_line(last_line, "the file ends without 'endsolid'"));
     }
     Ok(merged)
 }
@@ -107,7 +136,7 @@ fn parse_ascii(bytes: &[u8]) -> Result<Merged, ReadError> {
 fn corner<'a>(line: usize, words: impl Iterator<Item = &'a [u8]>) -> Result<DVec3, ReadError> {
     let numbers: Option<Vec<f64>> = words.map(number).collect();
     let Some(&[x, y, z]) = numbers.as_deref() else {
-        return Err(on_line(line, "a vertex needs three coordinates"));
+        return Err(STL.on_line(line, "a vertex needs three coordinates"));
     };
     Ok(DVec3::new(x, y, z))
 }
@@ -118,17 +147,18 @@ struct Merged {
     numbers: HashMap<[u64; 3], i64>,
     positions: Vec<DVec3>,
     polygons: Polygons,
+    unread: Option<Unread>,
 }
 
 impl Merged {
     fn push_facet(&mut self, corners: [DVec3; 3]) {
-        let corners = corners.map(|corner| self.number(corner));
-        self.polygons.push(corners);
+        let numbers = corners.map(|corner| self.number(corner));
+        self.polygons.push(numbers);
     }
 
     fn number(&mut self, corner: DVec3) -> i64 {
         // Adding 0 turns −0 into 0, so that equal coordinates have equal bits.
-        let bits = corner.to_array().map(|coordinate| (coordinate + 0.0).to_bits());
+        let bits = (corner + DVec3::ZERO).to_array().map(f64::to_bits);
         let next = i64::try_from(self.positions.len()).unwrap_or(i64::MAX);
         let number = *self.numbers.entry(bits).or_insert(next);
         if number == next {
@@ -136,8 +166,4 @@ impl Merged {
         }
         number
     }
-}
-
-fn on_line(line: usize, problem: impl Into<String>) -> ReadError {
-    ReadError::malformed(STL, FilePlace::Line(line), problem)
 }

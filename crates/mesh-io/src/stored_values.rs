@@ -17,10 +17,11 @@ pub(crate) enum StoredValues {
 
 impl StoredValues {
     pub(crate) fn of(field: &DistanceField) -> Self {
+        let values = field.values();
         match field.storage() {
-            Storage::Float => Self::Distances(field.values()),
+            Storage::Float => Self::Distances(values),
             Storage::Quantized { step } => {
-                let steps = field.values().iter().map(|&value| whole_steps(value, step)).collect();
+                let steps = values.iter().map(|&value| whole_steps(value, step)).collect();
                 Self::Steps { steps, step }
             }
         }
@@ -29,8 +30,8 @@ impl StoredValues {
     /// Returns the bytes that both formats store.
     pub(crate) fn little_endian(&self) -> Vec<u8> {
         match self {
-            Self::Distances(values) => values.iter().flat_map(|v| v.to_le_bytes()).collect(),
-            Self::Steps { steps, .. } => steps.iter().flat_map(|v| v.to_le_bytes()).collect(),
+            Self::Distances(values) => values.iter().copied().flat_map(f32::to_le_bytes).collect(),
+            Self::Steps { steps, .. } => steps.iter().copied().flat_map(i16::to_le_bytes).collect(),
         }
     }
 
@@ -60,7 +61,8 @@ fn whole_steps(value: f32, step: f64) -> i16 {
 
 /// Returns the number of nodes of a grid, which may exceed any memory.
 pub(crate) fn node_count(dims: [usize; 3]) -> u128 {
-    dims.iter().fold(1, |count, &n| count.saturating_mul(n as u128))
+    let [nx, ny, nz] = dims.map(|n| n as u128);
+    nx.saturating_mul(ny).saturating_mul(nz)
 }
 
 /// Returns the one value of all three, compared to the bit.

@@ -18,7 +18,7 @@ use flate2::read::ZlibDecoder;
 
 use super::xml::Element;
 use super::{Appended, VtkFile};
-use crate::text::{number, words};
+use crate::text::{number, quoted, words};
 use crate::{FilePlace, ReadError};
 
 /// Data array of a file.
@@ -54,7 +54,7 @@ impl<'a> DataArray<'a> {
         match self.number_type() {
             "Float32" => Ok(widened(self.decode(&bytes, f32::from_le_bytes))),
             "Float64" => Ok(self.decode(&bytes, f64::from_le_bytes)),
-            other => Err(self.malformed(format!("coordinates of type '{other}'"))),
+            other => Err(self.malformed(format!("coordinates of type {}", quoted(other)))),
         }
     }
 
@@ -74,7 +74,7 @@ impl<'a> DataArray<'a> {
             "Int32" => Ok(widened(self.decode(&bytes, i32::from_le_bytes))),
             "UInt32" => Ok(widened(self.decode(&bytes, u32::from_le_bytes))),
             "Int64" | "UInt64" => Ok(self.decode(&bytes, i64::from_le_bytes)),
-            other => Err(self.malformed(format!("indices of type '{other}'"))),
+            other => Err(self.malformed(format!("indices of type {}", quoted(other)))),
         }
     }
 
@@ -82,8 +82,7 @@ impl<'a> DataArray<'a> {
         let mut numbers = Vec::new();
         for word in words(&self.element.text) {
             let Some(number) = number(word) else {
-                let word = String::from_utf8_lossy(word);
-                return Err(self.malformed(format!("'{word}' is not a number here")));
+                return Err(self.malformed(format!("{} is not a number here", quoted(word))));
             };
             numbers.push(number);
         }
@@ -91,7 +90,7 @@ impl<'a> DataArray<'a> {
     }
 
     /// Splits bytes into numbers; `number` gets them in little-endian order.
-    fn decode<const N: usize, T>(&self, bytes: &[u8], number: impl Fn([u8; N]) -> T) -> Vec<T> {
+    fn decode<const N: usize, T>(&self, bytes: &[u8], number: fn([u8; N]) -> T) -> Vec<T> {
         let mut numbers = Vec::with_capacity(bytes.len() / N);
         for &(mut bytes) in bytes.as_chunks::<N>().0 {
             if self.file.is_big_endian {
@@ -109,7 +108,8 @@ impl<'a> DataArray<'a> {
             None => self.plain(&source),
             Some("vtkZLibDataCompressor") => self.inflate(&source),
             Some(other) => {
-                Err(self.file.dialect.unsupported(format!("data compressed by {other}")))
+                let feature = format!("data compressed by {}", quoted(other));
+                Err(self.file.dialect.format.unsupported(feature))
             }
         }
     }
@@ -117,30 +117,33 @@ impl<'a> DataArray<'a> {
     fn source(&self) -> Result<Source<'a>, ReadError> {
         match (self.encoding(), self.file.appended) {
             ("binary", _) => {
-                let text = self.element.text.iter().copied();
-                let text = text.filter(|byte| !byte.is_ascii_whitespace()).collect();
-                Ok(Source { bytes: Cow::Owned(text), is_base64: true })
+                let mut bytes = self.element.text.clone();
+                bytes.retain(|byte| !byte.is_ascii_whitespace());
+                Ok(Source { bytes: Cow::Owned(bytes), is_base64: true })
             }
-            ("appended", Some(appended)) => {
-                let (bytes, is_base64) = match appended {
-                    Appended::Raw(bytes) => (bytes, false),
-                    Appended::Base64(bytes) => (bytes, true),
-                };
-                let offset = self.offset()?;
-                let Some(rest) = bytes.get(offset..) else {
-                    let problem = format!("its offset {offset} is behind the end of the file");
-                    return Err(self.malformed(problem));
-                };
-                Ok(Source { bytes: Cow::Borrowed(rest), is_base64 })
-            }
+            ("appended", Some(appended)) => self.appended(appended),
             ("appended", None) => Err(self.malformed("its appended data are missing")),
-            (other, _) => Err(self.malformed(format!("the format '{other}' is unknown"))),
+            (other, _) => Err(self.malformed(format!("the format {} is unknown", quoted(other)))),
         }
     }
 
-    fn offset(&self) -> Result<usize, ReadError> {
+    /// Returns the appended data from the offset of the array on.
+    fn appended(&self, appended: Appended<'a>) -> Result<Source<'a>, ReadError> {
+        let (bytes, is_base64) = match appended {
+            Appended::Raw(bytes) => (bytes, false),
+            Appended::Base64(bytes) => (bytes, true),
+        };
+
         let text = self.element.attribute("offset").unwrap_or_default();
-        text.trim().parse().map_err(|_| self.malformed(format!("its offset '{text}' is no count")))
+        let Ok(offset) = text.trim().parse::<usize>() else {
+            return Err(self.malformed(format!("its offset {} is no count", quoted(text))));
+        };
+        match bytes.get(offset..) {
+            Some(rest) => Ok(Source { bytes: Cow::Borrowed(rest), is_base64 }),
+            None => {
+                Err(self.malformed(format!("its offset {offset} is behind the end of the file")))
+            }
+        }
     }
 
     fn plain(&self, source: &Source<'_>) -> Result<Vec<u8>, ReadError> {
@@ -161,8 +164,12 @@ impl<'a> DataArray<'a> {
         let sizes: Vec<usize> =
             sizes[3 * word..].chunks_exact(word).map(|size| self.integer(size)).collect();
 
-        let total = sizes.iter().fold(header, |sum, size| sum.saturating_add(*size));
+        let mut total = header;
+        for size in &sizes {
+            total = total.saturating_add(*size);
+        }
         let bytes = self.first(source, total)?;
+
         // Each block by itself, as large as the header says and no larger.
         let (mut inflated, mut at) = (Vec::new(), header);
         for (block, size) in sizes.iter().enumerate() {
@@ -183,9 +190,9 @@ impl<'a> DataArray<'a> {
         // One byte more than expected shows that a block is too long.
         let before = inflated.len();
         let limit = u64::try_from(expected).unwrap_or(u64::MAX).saturating_add(1);
-        let result = ZlibDecoder::new(block).take(limit).read_to_end(inflated);
-        result
-            .map_err(|error| self.malformed(format!("a compressed block is damaged: {error}")))?;
+        if let Err(error) = ZlibDecoder::new(block).take(limit).read_to_end(inflated) {
+            return Err(self.malformed(format!("a compressed block is damaged: {error}")));
+        }
         if inflated.len() - before == expected {
             return Ok(());
         }
@@ -213,16 +220,18 @@ impl<'a> DataArray<'a> {
 
     /// Returns the first `count` bytes of the source, decoded.
     fn first(&self, source: &Source<'_>, count: usize) -> Result<Vec<u8>, ReadError> {
-        let bytes = source.first(count).map_err(|error| self.malformed(error.to_string()))?;
-        if bytes.len() < count {
-            let found = bytes.len();
-            return Err(self.malformed(format!("it declares {count} bytes, but {found} are left")));
+        match source.first(count) {
+            Ok(bytes) if bytes.len() == count => Ok(bytes),
+            Ok(bytes) => {
+                let found = bytes.len();
+                Err(self.malformed(format!("it declares {count} bytes, but {found} are left")))
+            }
+            Err(error) => Err(self.malformed(error.to_string())),
         }
-        Ok(bytes)
     }
 
-    pub(super) fn malformed(&self, problem: impl Into<String>) -> ReadError {
-        self.file.dialect.malformed(FilePlace::Array(self.name().to_owned()), problem)
+    pub(super) fn malformed(&self, problem: impl AsRef<str>) -> ReadError {
+        self.file.dialect.format.malformed(FilePlace::Array(self.name().to_owned()), problem)
     }
 }
 
@@ -244,16 +253,19 @@ impl Source<'_> {
             return Ok(self.bytes[..count.min(self.bytes.len())].to_vec());
         }
 
+        // Four characters stand for three bytes.
         let (mut decoded, mut rest) = (Vec::new(), &self.bytes[..]);
         while decoded.len() < count && !rest.is_empty() {
             let groups = (count - decoded.len()).div_ceil(3);
             let wanted = groups.saturating_mul(4).min(rest.len());
+
             // Padding ends a run; a run of its own follows.
             let padding = rest[..wanted].iter().position(|&byte| byte == b'=');
             let run = padding.map_or(wanted, |at| (at / 4 + 1) * 4).min(rest.len());
             STANDARD.decode_vec(&rest[..run], &mut decoded)?;
             rest = &rest[run..];
         }
+
         decoded.truncate(count);
         Ok(decoded)
     }

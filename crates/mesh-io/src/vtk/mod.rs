@@ -16,36 +16,32 @@ pub(crate) use self::vti::{encode_vti, parse_vti};
 pub(crate) use self::vtp::parse_vtp;
 pub use self::write::{PointValues, write_vtp};
 use self::xml::Element;
+use crate::error::Format;
+use crate::text::quoted;
 use crate::{FilePlace, ReadError};
 
 /// Kind of VTK XML file.
 #[derive(Debug)]
 struct Dialect {
-    /// Name in messages.
-    format: &'static str,
+    format: Format,
     /// Type of the data, and name of the element that holds them.
     dataset: &'static str,
-    /// Way to write a file that can be read here.
-    remedy: &'static str,
 }
 
 impl Dialect {
-    fn malformed(&self, place: FilePlace, problem: impl Into<String>) -> ReadError {
-        ReadError::malformed(self.format, place, problem)
-    }
-
     /// Returns a refusal at the place of an element.
-    fn malformed_at(&self, element: &Element, problem: impl Into<String>) -> ReadError {
-        self.malformed(FilePlace::Byte(element.at), problem)
+    fn malformed_at(&self, element: &Element, problem: impl AsRef<str>) -> ReadError {
+        self.format.malformed(FilePlace::Byte(element.at), problem)
     }
 
     /// Returns a refusal for an element or an array that is absent.
     fn missing(&self, place: FilePlace) -> ReadError {
-        self.malformed(place, "is missing")
+        self.format.malformed(place, "is missing")
     }
 
-    fn unsupported(&self, feature: String) -> ReadError {
-        ReadError::Unsupported { format: self.format, feature, remedy: self.remedy }
+    /// Returns a refusal for an element that is absent.
+    fn missing_element(&self, name: &str) -> ReadError {
+        self.missing(FilePlace::Element(name.to_owned()))
     }
 }
 
@@ -72,19 +68,23 @@ struct VtkFile<'a> {
 impl<'a> VtkFile<'a> {
     fn parse(bytes: &'a [u8], dialect: &'static Dialect) -> Result<Self, ReadError> {
         let (xml, appended) = cut_appended(bytes, dialect)?;
-        let mut document = Element::parse(xml, appended.is_some())
-            .map_err(|error| dialect.malformed(FilePlace::Byte(error.at), error.problem))?;
+        let mut document = match Element::parse(xml, appended.is_some()) {
+            Ok(document) => document,
+            Err(error) => {
+                return Err(dialect.format.malformed(FilePlace::Byte(error.at), error.problem));
+            }
+        };
 
-        let element = |name: &str| FilePlace::Element(name.to_owned());
+        // The element of the data, in the root.
         let Some(mut root) = document.take("VTKFile") else {
-            return Err(dialect.missing(element("VTKFile")));
+            return Err(dialect.missing_element("VTKFile"));
         };
         let kind = root.attribute("type").unwrap_or_default();
         if kind != dialect.dataset {
-            return Err(dialect.unsupported(format!("data of type '{kind}'")));
+            return Err(dialect.format.unsupported(format!("data of type {}", quoted(kind))));
         }
         let Some(dataset) = root.take(dialect.dataset) else {
-            return Err(dialect.missing(element(dialect.dataset)));
+            return Err(dialect.missing_element(dialect.dataset));
         };
 
         // Attributes that are left out have VTK's defaults.
@@ -114,9 +114,11 @@ fn cut_appended<'a>(
     let (tag, behind) = rest.split_at(find(rest, b">").unwrap_or(rest.len()));
     let Some(underscore) = find(behind, b"_") else {
         let place = FilePlace::Element("AppendedData".to_owned());
-        return Err(dialect.malformed(place, "the file ends in the tag"));
+        return Err(dialect.format.malformed(place, "the file ends in the tag"));
     };
     let data = &behind[underscore + 1..];
+
+    // Base64 ends at the next tag; raw bytes have no mark at their end.
     if find(tag, b"raw").is_some() {
         return Ok((xml, Some(Appended::Raw(data))));
     }

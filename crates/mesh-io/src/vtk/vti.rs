@@ -13,14 +13,17 @@ use super::array::DataArray;
 use super::xml::Element;
 use super::{Dialect, VtkFile};
 use crate::ReadError;
+use crate::error::Format;
 use crate::stored_values::{StoredValues, common_value, node_count, single};
-use crate::text::numbers;
+use crate::text::{numbers, quoted};
 
 const VTI: Dialect = Dialect {
-    format: "VTI",
+    format: Format {
+        name: "VTI",
+        remedy: "save it as one piece of image data along the axes with one spacing, \
+                 uncompressed or compressed by zlib",
+    },
     dataset: "ImageData",
-    remedy: "save it as one piece of image data along the axes with one spacing, uncompressed or \
-             compressed by zlib",
 };
 
 /// Name of the written array of distances, and of the one that is read among several.
@@ -99,11 +102,11 @@ pub(crate) fn parse_vti(bytes: &[u8]) -> Result<DistanceField, ReadError> {
     let spacings = numbers_of(image, "Spacing", [1.0; 3])?;
     let [x, y, z] = spacings;
     let Some(spacing) = common_value(spacings) else {
-        return Err(VTI.unsupported(format!("a grid of spacings {x} {y} {z}")));
+        return Err(VTI.format.unsupported(format!("a grid of spacings {x} {y} {z}")));
     };
     let direction = numbers_of(image, "Direction", IDENTITY)?;
     if direction.map(f64::to_bits) != IDENTITY.map(f64::to_bits) {
-        return Err(VTI.unsupported(format!("a grid along {direction:?}")));
+        return Err(VTI.format.unsupported(format!("a grid along {direction:?}")));
     }
     let origin = origin + spacing * whole.first();
 
@@ -122,10 +125,10 @@ fn only_piece(image: &Element, dims: [usize; 3]) -> Result<&Element, ReadError> 
         return Err(VTI.malformed_at(image, "the image data have no piece"));
     };
     if pieces.next().is_some() {
-        return Err(VTI.unsupported("a grid in several pieces".to_owned()));
+        return Err(VTI.format.unsupported("a grid in several pieces"));
     }
     if Extent::of(piece, "Extent")?.dims() != dims {
-        return Err(VTI.unsupported("a part of a grid".to_owned()));
+        return Err(VTI.format.unsupported("a part of a grid"));
     }
     Ok(piece)
 }
@@ -161,7 +164,7 @@ fn check_count(width: usize, dims: [usize; 3], found: usize) -> Result<(), ReadE
         return Ok(());
     }
     let (expected, found) = (expected.saturating_mul(width as u128), found * width);
-    Err(ReadError::WrongSize { format: VTI.format, dims, expected, found })
+    Err(ReadError::WrongSize { format: VTI.format.name, dims, expected, found })
 }
 
 /// Returns the array of distances at the points of a piece: by its name, or else the
@@ -217,7 +220,7 @@ impl Extent {
     fn of(element: &Element, name: &str) -> Result<Self, ReadError> {
         let text = element.attribute(name).unwrap_or_default();
         let Some(extent) = numbers(text) else {
-            let problem = format!("{name}=\"{text}\" is not the extent of a grid");
+            let problem = format!("{name}={} is not the extent of a grid", quoted(text));
             return Err(VTI.malformed_at(element, problem));
         };
         Ok(Self(extent))
@@ -246,6 +249,9 @@ fn numbers_of<const N: usize, T: FromStr>(
     };
     match numbers(text) {
         Some(numbers) => Ok(numbers),
-        None => Err(VTI.malformed_at(element, format!("{name}=\"{text}\" is not {N} numbers"))),
+        None => {
+            let problem = format!("{name}={} is not {N} numbers", quoted(text));
+            Err(VTI.malformed_at(element, problem))
+        }
     }
 }

@@ -5,25 +5,31 @@ use glam::DVec3;
 use super::array::DataArray;
 use super::xml::Element;
 use super::{Dialect, VtkFile};
+use crate::error::Format;
 use crate::mesh::{Mesh, Polygons};
+use crate::text::quoted;
 use crate::{FilePlace, ReadError};
 
 const VTP: Dialect = Dialect {
-    format: "VTP",
+    format: Format {
+        name: "VTP",
+        remedy: "save it as polygonal data of plain polygons, uncompressed or compressed by zlib",
+    },
     dataset: "PolyData",
-    remedy: "save it as polygonal data of plain polygons, uncompressed or compressed by zlib",
 };
 
 /// Reads the points and polygons of a VTP file.
 pub(crate) fn parse_vtp(bytes: &[u8]) -> Result<Mesh, ReadError> {
     let file = VtkFile::parse(bytes, &VTP)?;
-    let mut positions = Vec::new();
-    let mut polygons = Polygons::default();
+    let (mut positions, mut polygons) = (Vec::new(), Polygons::default());
+
+    // Each piece counts its own points from 0.
     for piece in file.dataset.children("Piece") {
         let first = i64::try_from(positions.len()).unwrap_or(i64::MAX);
         read_points(&file, piece, &mut positions)?;
         read_polygons(&file, piece, first, &mut polygons)?;
     }
+
     Mesh::assemble(positions, &polygons)
 }
 
@@ -36,7 +42,8 @@ fn read_points(
     if count == 0 {
         return Ok(());
     }
-    let Some(array) = piece.child("Points").and_then(|points| points.child("DataArray")) else {
+    let points = piece.child("Points");
+    let Some(array) = points.and_then(|points| points.child("DataArray")) else {
         return Err(VTP.missing(FilePlace::Array("Points".to_owned())));
     };
     let coordinates = DataArray::new(file, array).floats()?;
@@ -45,7 +52,7 @@ fn read_points(
     if points.len() != count || !rest.is_empty() {
         let found = coordinates.len();
         let problem = format!("{count} points need three times as many numbers, not {found}");
-        return Err(VTP.malformed(FilePlace::Element("Points".to_owned()), problem));
+        return Err(VTP.format.malformed(FilePlace::Element("Points".to_owned()), problem));
     }
     positions.extend(points.iter().map(|&point| DVec3::from_array(point)));
     Ok(())
@@ -60,19 +67,21 @@ fn read_polygons(
 ) -> Result<(), ReadError> {
     let strips = count(piece, "NumberOfStrips")?;
     if strips > 0 {
-        return Err(VTP.unsupported(format!("{strips} triangle strips")));
+        return Err(VTP.format.unsupported(format!("{strips} triangle strips")));
     }
     let count = count(piece, "NumberOfPolys")?;
     if count == 0 {
         return Ok(());
     }
+
     // Polygons one after the other, and where each ends.
     let section = piece.child("Polys");
     let corners = needed(file, section, "connectivity")?.integers()?;
     let ends = needed(file, section, "offsets")?.integers()?;
-    let malformed = |problem| VTP.malformed(FilePlace::Element("Polys".to_owned()), problem);
+    let place = FilePlace::Element("Polys".to_owned());
     if ends.len() != count {
-        return Err(malformed(format!("{count} polygons, but {} offsets", ends.len())));
+        let problem = format!("{count} polygons, but {} offsets", ends.len());
+        return Err(VTP.format.malformed(place, problem));
     }
 
     let mut start = 0;
@@ -80,14 +89,18 @@ fn read_polygons(
         let end = usize::try_from(end).unwrap_or(usize::MAX);
         let Some(range) = corners.get(start..end) else {
             let problem = format!("offset {polygon} does not lie within the connectivity");
-            return Err(malformed(problem));
+            return Err(VTP.format.malformed(place, problem));
         };
-        // A negative index must stay wrong, however many points precede.
-        let shift = |&corner: &i64| if corner < 0 { corner } else { corner.saturating_add(first) };
-        polygons.push(range.iter().map(shift));
+        polygons.push(range.iter().map(|&corner| shifted(corner, first)));
         start = end;
     }
     Ok(())
+}
+
+/// Returns the number among all points of a piece's point. A negative one must stay
+/// wrong, however many points precede.
+fn shifted(corner: i64, first: i64) -> i64 {
+    if corner < 0 { corner } else { corner.saturating_add(first) }
 }
 
 /// Returns a count among the attributes of a piece, 0 where it is left out.
@@ -95,7 +108,7 @@ fn count(piece: &Element, name: &str) -> Result<usize, ReadError> {
     let text = piece.attribute(name).unwrap_or("0");
     match text.trim().parse() {
         Ok(count) => Ok(count),
-        Err(_) => Err(VTP.malformed_at(piece, format!("{name}=\"{text}\" is not a count"))),
+        Err(_) => Err(VTP.malformed_at(piece, format!("{name}={} is not a count", quoted(text)))),
     }
 }
 

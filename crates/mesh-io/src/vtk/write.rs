@@ -25,10 +25,11 @@ pub fn write_vtp(positions: &[DVec3], faces: &[[u32; 3]], values: &[PointValues<
     let points = PointValues::Vectors("Points", positions).array();
 
     // Corners one after the other, and the number of corners up to the end of each face.
-    let corners = faces.iter().flatten().map(|corner| corner.to_le_bytes());
-    let connectivity = array("UInt32", "connectivity", 1, corners);
-    let ends = (1_u32..).zip(faces).map(|(face, _)| (3 * face).to_le_bytes());
-    let offsets = array("UInt32", "offsets", 1, ends);
+    let corners = faces.iter().flatten().copied();
+    let connectivity = array("UInt32", "connectivity", 1, corners.map(u32::to_le_bytes));
+    let ends = (3_u64..).step_by(3).take(faces.len());
+    let offsets = array("UInt64", "offsets", 1, ends.map(u64::to_le_bytes));
+
     format!(
         r#"<?xml version="1.0"?>
 <VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">
@@ -59,11 +60,11 @@ impl PointValues<'_> {
     fn array(&self) -> String {
         match self {
             Self::Scalars(name, values) => {
-                array("Float64", name, 1, values.iter().map(|value| value.to_le_bytes()))
+                array("Float64", name, 1, values.iter().copied().map(f64::to_le_bytes))
             }
             Self::Vectors(name, values) => {
-                let components = values.iter().flat_map(|v| v.to_array().map(f64::to_le_bytes));
-                array("Float64", name, 3, components)
+                let components = values.iter().flat_map(DVec3::to_array);
+                array("Float64", name, 3, components.map(f64::to_le_bytes))
             }
         }
     }
@@ -79,6 +80,7 @@ fn array<const N: usize>(
     let content: Vec<u8> = values.flatten().collect();
     let mut bytes = (content.len() as u64).to_le_bytes().to_vec();
     bytes.extend(content);
+
     format!(
         "<DataArray type=\"{number_type}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"binary\">{}</DataArray>\n",
         STANDARD.encode(bytes)

@@ -39,32 +39,26 @@ impl Element {
         let mut open = vec![Self::default()];
         loop {
             let at = reader.buffer_position();
-            match reader.read_event().map_err(|error| XmlError::new(at, &error))? {
-                Event::Start(tag) => open.push(Self::new(&tag, at)?),
-                Event::Empty(tag) => {
-                    open.push(Self::new(&tag, at)?);
-                    close(&mut open);
-                }
-                Event::End(_) => close(&mut open),
-                Event::Text(text) => {
-                    if let Some(element) = open.last_mut() {
-                        element.text.extend_from_slice(text.as_bytes());
-                    }
-                }
-                Event::Eof if is_cut || open.len() == 1 => break,
-                Event::Eof => {
-                    let name = open.last().map_or("", |element| &element.name);
-                    return Err(XmlError::new(at, &format!("the file ends in <{name}>")));
-                }
-                _ => {}
+            let event = match reader.read_event() {
+                Ok(event) => event,
+                Err(error) => return Err(XmlError::new(at, &error)),
+            };
+            if matches!(event, Event::Eof) {
+                break;
             }
+            add(event, at, &mut open)?;
             if open.len() > MAX_DEPTH {
                 let problem = format!("elements nest more than {MAX_DEPTH} deep");
                 return Err(XmlError::new(at, &problem));
             }
         }
 
-        // What a cut leaves open ends here.
+        // A cut leaves elements open, which end here.
+        if !is_cut && open.len() > 1 {
+            let name = open.last().map_or("", |element| &element.name);
+            let problem = format!("the file ends in <{name}>");
+            return Err(XmlError::new(reader.buffer_position(), &problem));
+        }
         while open.len() > 1 {
             close(&mut open);
         }
@@ -74,17 +68,26 @@ impl Element {
     fn new(tag: &BytesStart<'_>, at: u64) -> Result<Self, XmlError> {
         let mut attributes = Vec::new();
         for attribute in tag.attributes() {
-            let attribute = attribute.map_err(|error| XmlError::new(at, &error))?;
-            let name = attribute.key.as_ref().to_owned();
-            attributes.push((name, attribute.value.into_owned()));
+            match attribute {
+                Ok(attribute) => {
+                    let name = attribute.key.as_ref().to_owned();
+                    attributes.push((name, attribute.value.into_owned()));
+                }
+                Err(error) => return Err(XmlError::new(at, &error)),
+            }
         }
+
         let name = tag.name().as_ref().to_owned();
         Ok(Self { name, at, attributes, ..Self::default() })
     }
 
     pub(super) fn attribute(&self, name: &str) -> Option<&str> {
-        let attribute = self.attributes.iter().find(|(known, _)| known == name)?;
-        Some(&attribute.1)
+        for (known, value) in &self.attributes {
+            if known == name {
+                return Some(value);
+            }
+        }
+        None
     }
 
     pub(super) fn child(&self, name: &str) -> Option<&Self> {
@@ -105,6 +108,26 @@ impl Element {
     pub(super) fn array(&self, name: &str) -> Option<&Self> {
         self.children("DataArray").find(|array| array.attribute("Name") == Some(name))
     }
+}
+
+/// Adds an event that begins at byte `at` to the innermost of the open elements.
+fn add(event: Event<'_>, at: u64, open: &mut Vec<Element>) -> Result<(), XmlError> {
+    match event {
+        Event::Start(tag) => open.push(Element::new(&tag, at)?),
+        Event::Empty(tag) => {
+            open.push(Element::new(&tag, at)?);
+            close(open);
+        }
+        Event::End(_) => close(open),
+        Event::Text(text) => {
+            if let Some(element) = open.last_mut() {
+                element.text.extend_from_slice(text.as_bytes());
+            }
+        }
+        // Declarations and comments hold no data.
+        _ => {}
+    }
+    Ok(())
 }
 
 /// Moves the innermost open element into its parent.

@@ -1,6 +1,10 @@
 //! NRRD and VTI fields written and read back, and damaged files.
 
+use std::io::Write;
+
 use distance_field::{DistanceField, FieldGrid, Interpolation, NodeValues, Storage};
+use flate2::Compression;
+use flate2::write::GzEncoder;
 use glam::DVec3;
 use mesh_io::FieldFormat;
 
@@ -25,6 +29,7 @@ fn sample_in_steps() -> DistanceField {
 }
 
 const BOTH: [FieldFormat; 2] = [FieldFormat::Nrrd, FieldFormat::Vti];
+const ALL: [FieldFormat; 3] = [FieldFormat::Nrrd, FieldFormat::GzipNrrd, FieldFormat::Vti];
 
 #[expect(clippy::cast_possible_truncation, reason = "fields store 32-bit floats")]
 fn single(value: f64) -> f32 {
@@ -56,7 +61,7 @@ fn with(bytes: &[u8], from: &str, to: &str) -> Vec<u8> {
 
 #[test]
 fn what_is_written_reads_back_to_the_bit() {
-    for (format, field) in BOTH.into_iter().flat_map(|f| [(f, sample()), (f, sample_in_steps())]) {
+    for (format, field) in ALL.into_iter().flat_map(|f| [(f, sample()), (f, sample_in_steps())]) {
         let again = format.decode(&format.encode(&field)).unwrap();
         assert!(same(&again, &field), "{format:?}");
         assert_eq!(format.encode(&again), format.encode(&field));
@@ -276,15 +281,15 @@ fn bad_files_are_refused_with_the_place() {
         (with(&nrrd, "NRRD0004", "NIFTI"), "line 1: does not begin with NRRD000"),
         (with(&nrrd, "type: float", "type: uchar"), "values of type 'uchar' cannot be read"),
         (with(&nrrd, "type: float\n", ""), "field 'type': is missing"),
-        (with(&nrrd, "encoding: raw", "encoding: gzip"), "data encoded as 'gzip'"),
+        (with(&nrrd, "encoding: raw", "encoding: bzip2"), "data encoded as 'bzip2'"),
         (
             with(&nrrd, "encoding: raw", "encoding: raw\ndata file: a.raw"),
             "data in another place ('data file')",
         ),
-        (with(&nrrd, "dimension: 3", "dimension: 4"), "an array of dimension 4"),
+        (with(&nrrd, "dimension: 3", "dimension: 4"), "an array of dimension '4'"),
         (with(&nrrd, "left-posterior", "right-anterior"), "in the space 'right-anterior-superior'"),
-        (with(&nrrd, "(0,0.1,0)", "(0,0.2,0)"), "a grid along (0.1,0,0) (0,0.2,0)"),
-        (with(&nrrd, "(0,0.1,0)", "(0.01,0.1,0)"), "a grid along (0.1,0,0) (0.01,0.1,0)"),
+        (with(&nrrd, "(0,0.1,0)", "(0,0.2,0)"), "a grid along '(0.1,0,0) (0,0.2,0)"),
+        (with(&nrrd, "(0,0.1,0)", "(0.01,0.1,0)"), "a grid along '(0.1,0,0) (0.01,0.1,0)"),
         (with(&nrrd, "(0,0.1,0)", "none"), "is not three vectors"),
         (with(&nrrd, "0.1,0,0) (0,0.1,0) (0,0,0.1", "-1,0,0) (0,-1,0) (0,0,-1"), "spacing is -1"),
         (with(&nrrd, "space origin: (-", "space origin: (inf"), "space origin"),
@@ -307,7 +312,7 @@ fn bad_files_are_refused_with_the_place() {
         (with(&vti, "0 1 0 2 0 3", "0 1 0 2 0 4"), "a part of a grid"),
         (
             with(&vti, "0 1 0 2 0 3", "0 1 0 2"),
-            "WholeExtent=\"0 1 0 2\" is not the extent of a grid",
+            "WholeExtent='0 1 0 2' is not the extent of a grid",
         ),
         (with(&vti, "ImageData", "PolyData"), "data of type 'PolyData'"),
         (with(&vti, "Float32", "UInt8"), "type 'UInt8'"),
@@ -381,4 +386,60 @@ fn a_value_that_is_not_finite_is_refused() {
         let error = format.decode(&bytes).unwrap_err().to_string();
         assert_eq!(error, "the value of node 23 is not finite", "{format:?}");
     }
+}
+
+/// Returns the place behind the header of an NRRD file.
+fn data_of(file: &[u8]) -> usize {
+    file.windows(2).position(|window| window == b"\n\n").expect("an empty line") + 2
+}
+
+fn gzip(content: &[u8]) -> Vec<u8> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
+    encoder.write_all(content).expect("memory takes it");
+    encoder.finish().expect("memory takes it")
+}
+
+/// 3D Slicer compresses by default, and names the encoding `gzip`; others name it `gz`
+/// or write several members.
+#[test]
+fn compressed_data_are_read() {
+    let field = sample();
+    let file = FieldFormat::GzipNrrd.encode(&field);
+    let at = data_of(&file);
+    assert!(String::from_utf8_lossy(&file[..at]).contains("encoding: gzip\n"));
+    assert_eq!(FieldFormat::Nrrd.compressed(), Some(FieldFormat::GzipNrrd));
+    assert_eq!(FieldFormat::Vti.compressed(), None);
+
+    let raw = FieldFormat::Nrrd.encode(&field);
+    let data = &raw[raw.len() - 96..];
+    let members = [&file[..at], &gzip(&data[..40]), &gzip(&data[40..])].concat();
+    for file in [&file, &with(&file, "encoding: gzip", "encoding: gz"), &members] {
+        assert!(same(&FieldFormat::Nrrd.decode(file).unwrap(), &field));
+    }
+}
+
+#[test]
+fn compressed_data_are_as_large_as_the_grid() {
+    let file = FieldFormat::GzipNrrd.encode(&sample());
+    let at = data_of(&file);
+    let refusal = |data: &[u8]| {
+        FieldFormat::Nrrd.decode(&[&file[..at], data].concat()).unwrap_err().to_string()
+    };
+    let more = "NRRD file: field 'encoding': the data decompress to more than 96 bytes";
+    assert_eq!(refusal(&gzip(&[0; 97])), more);
+    assert_eq!(refusal(&gzip(&vec![0; 200_000_000])), more);
+    let fewer = "a grid of 2 x 3 x 4 nodes needs 96 bytes of data, but the file has 95";
+    assert!(refusal(&gzip(&[0; 95])).contains(fewer));
+
+    // Cut anywhere, changed, or with other bytes behind.
+    for end in at..file.len() {
+        assert!(FieldFormat::Nrrd.decode(&file[..end]).is_err(), "cut at {end}");
+    }
+    let damaged = "NRRD file: field 'encoding': the data are damaged: ";
+    for data in [&b"not gzip"[..], &[&gzip(&[0; 96])[..], b"behind"].concat()] {
+        assert!(refusal(data).starts_with(damaged), "{}", refusal(data));
+    }
+    let mut changed = file.clone();
+    changed[at + 14] ^= 1;
+    assert!(FieldFormat::Nrrd.decode(&changed).is_err(), "a bit of the data is changed");
 }

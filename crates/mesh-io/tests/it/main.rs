@@ -1,6 +1,7 @@
 //! Readers against planted meshes and fields in every format, and against damage.
 
 mod fields;
+mod limits;
 mod meshes;
 mod vtk;
 

@@ -1,7 +1,7 @@
 //! One planted mesh in every mesh format.
 
 use glam::DVec3;
-use mesh_io::{Mesh, ReadError, parse_mesh, read_mesh, write_ply};
+use mesh_io::{FilePlace, Mesh, MeshFormat, ReadError, Unread, parse_mesh, read_mesh};
 
 use crate::{ROUNDS, Random, damaged};
 
@@ -39,6 +39,7 @@ fn expected() -> Mesh {
         positions: positions.into_iter().map(DVec3::from_array).collect(),
         faces: triangles,
         polygons_fanned: 1,
+        unread: None,
     }
 }
 
@@ -325,11 +326,97 @@ fn files_are_written_and_read_by_path() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("written.ply");
     let planted = Mesh { polygons_fanned: 0, ..expected() };
-    std::fs::write(&path, write_ply(&planted.positions, &planted.faces)).unwrap();
+    let file = MeshFormat::Ply.encode(&planted.positions, &planted.faces);
+    std::fs::write(&path, file).unwrap();
     assert_eq!(read_mesh(&path).unwrap(), planted);
 
     let missing = folder.path().join("missing.ply");
     let error = read_mesh(&missing).unwrap_err().to_string();
     let expected = format!("{}: cannot be read: No such file", missing.display());
     assert!(error.starts_with(&expected), "{error}");
+}
+
+const FORMATS: [MeshFormat; 4] =
+    [MeshFormat::Obj, MeshFormat::Ply, MeshFormat::Stl, MeshFormat::Vtp];
+
+/// Coordinates without a finite decimal, of every magnitude, with zeros of both signs.
+#[test]
+fn each_format_writes_what_it_reads() {
+    let mut planted = Mesh { polygons_fanned: 0, ..expected() };
+    planted.positions[1] = DVec3::new(1.0 / 3.0, -1e-300, 0.1 + 0.2);
+    planted.positions[2] = DVec3::new(-0.0, 1e25, 5e-324);
+    for format in FORMATS {
+        assert_eq!(MeshFormat::of(format!("x.{}", format.extension()).as_ref()), Some(format));
+        let file = format.encode(&planted.positions, &planted.faces);
+        let again = parse_mesh(&file, format.extension()).unwrap();
+
+        // STL has no vertices: it numbers corners in the order of the faces.
+        if format == MeshFormat::Stl {
+            assert_eq!(again.positions.len(), planted.positions.len());
+            for (face, other) in again.faces.iter().zip(&planted.faces) {
+                let corners = |mesh: &Mesh, face: &[u32; 3]| {
+                    face.map(|v| mesh.positions[v as usize].to_array().map(f64::to_bits))
+                };
+                assert_eq!(corners(&again, face), corners(&planted, other));
+            }
+        } else {
+            assert_eq!(again, planted, "{format:?}");
+        }
+        // What was read keeps its order from then on.
+        let twice = parse_mesh(&format.encode(&again.positions, &again.faces), "");
+        let twice = twice.or_else(|_| {
+            parse_mesh(&format.encode(&again.positions, &again.faces), format.extension())
+        });
+        assert_eq!(twice.unwrap(), again, "{format:?}");
+    }
+}
+
+#[test]
+fn content_behind_the_declared_end_is_reported() {
+    let behind = |name: &str, bytes: &[u8], more: &[u8]| {
+        let mesh = read(name, &[bytes, more].concat()).unwrap();
+        let whole = read(name, bytes).unwrap();
+        assert_eq!(whole.unread, None, "{name}");
+        assert_eq!((&mesh.positions, &mesh.faces), (&whole.positions, &whole.faces), "{name}");
+        mesh.unread
+    };
+    let byte = |end: usize, bytes| Some(Unread { place: FilePlace::Byte(end as u64), bytes });
+
+    let stl = binary_stl();
+    assert_eq!(behind("a.stl", &stl, &stl[84..184]), byte(84 + 12 * 50, 100));
+    assert_eq!(behind("a.stl", &stl, b"\0"), byte(84 + 12 * 50, 1));
+    let ply = binary_ply(false);
+    assert_eq!(behind("a.ply", &ply, b"abc"), byte(ply.len(), 3));
+
+    let text = ascii_ply();
+    let lines = text.iter().filter(|&&byte| byte == b'\n').count();
+    assert_eq!(behind("a.ply", &text, b"\n  \n"), None);
+    let unread = behind("a.ply", &text, b"\n 3 0 1 2\n").unwrap();
+    assert_eq!(unread, Unread { place: FilePlace::Line(lines + 2), bytes: 8 });
+    let expected = format!("8 bytes from line {} on, behind the declared end, not read", lines + 2);
+    assert_eq!(unread.to_string(), expected);
+}
+
+/// A file may hold anything, but not write on the terminal.
+#[test]
+fn refusals_escape_control_characters() {
+    let title = "\x1b]0;owned\x07";
+    let cases = [
+        ("mesh.obj", format!("v 0 {title} 0\n")),
+        ("mesh.stl", format!("solid\n{title}\nendsolid\n")),
+        ("mesh.vtp", format!("<VTKFile type=\"{title}\"/>")),
+        ("mesh.vtp", format!("<VTKFile type=\"PolyData\"><{title}>")),
+        (
+            "mesh.vtp",
+            format!(
+                "<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"{title}\"/></PolyData></VTKFile>"
+            ),
+        ),
+        ("mesh.ply", format!("ply\nformat ascii 1.0\n{title}\nend_header\n")),
+        ("mesh.ply", format!("ply\nformat ascii 1.0\nelement {title} 1e99\nend_header\n")),
+    ];
+    for (name, text) in cases {
+        let message = read(name, text.as_bytes()).unwrap_err().to_string();
+        assert!(!message.contains(char::is_control), "{name}: {message:?}");
+    }
 }

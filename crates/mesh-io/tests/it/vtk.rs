@@ -135,7 +135,7 @@ fn deflated(block: &[u8]) -> Vec<u8> {
 fn planted() -> Mesh {
     let positions = COORDINATES.as_chunks::<3>().0.iter().map(|p| DVec3::from_array(*p)).collect();
     let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
-    Mesh { positions, faces, polygons_fanned: 0 }
+    Mesh { positions, faces, polygons_fanned: 0, unread: None }
 }
 
 fn read(bytes: &[u8]) -> Result<Mesh, ReadError> {
@@ -204,7 +204,7 @@ fn unsupported_features_are_named() {
         Style { place: Place::Inline, wide_header: true, big_endian: false, compressed: true };
     let text = String::from_utf8(lz4.file()).unwrap().replace("ZLib", "LZ4");
     let error = read(text.as_bytes()).unwrap_err().to_string();
-    assert!(error.contains("vtkLZ4DataCompressor cannot be read"), "{error}");
+    assert!(error.contains("'vtkLZ4DataCompressor' cannot be read"), "{error}");
 
     let strips =
         "<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfStrips=\"2\"/></PolyData></VTKFile>";

@@ -1,0 +1,102 @@
+//! File formats of meshes: recognized, read and written.
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use crate::vtk::{parse_vtp, write_vtp};
+use crate::{Mesh, ReadError, extension, obj, ply, stl};
+
+/// File format of a triangle mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum MeshFormat {
+    /// Wavefront OBJ.
+    Obj,
+    /// Stanford polygon file.
+    Ply,
+    /// Stereolithography.
+    Stl,
+    /// VTK XML polygonal data.
+    Vtp,
+}
+
+/// Maximum distance of a VTK file's opening tag from its start, behind an XML
+/// declaration and comments.
+const VTK_TAG_WITHIN: usize = 1024;
+
+impl MeshFormat {
+    const ALL: [Self; 4] = [Self::Obj, Self::Ply, Self::Stl, Self::Vtp];
+
+    /// Returns the format that the extension of a path stands for.
+    #[must_use]
+    pub fn of(path: &Path) -> Option<Self> {
+        Self::of_extension(&extension(path))
+    }
+
+    /// Returns the extension of this format's files, in lower case.
+    #[must_use]
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Obj => "obj",
+            Self::Ply => "ply",
+            Self::Stl => "stl",
+            Self::Vtp => "vtp",
+        }
+    }
+
+    /// Returns a surface as a file that reads back to the bit: the same positions and
+    /// faces, in the same order.
+    ///
+    /// PLY is binary. STL is text, since binary STL has single precision, in which
+    /// surfaces at a small distance could overlap. It has no vertices of their own:
+    /// those without a face are lost, equal ones are merged, and the order is that of
+    /// their first faces.
+    #[must_use]
+    pub fn encode(self, positions: &[DVec3], faces: &[[u32; 3]]) -> Vec<u8> {
+        match self {
+            Self::Obj => obj::encode(positions, faces),
+            Self::Ply => ply::encode(positions, faces),
+            Self::Stl => stl::encode(positions, faces),
+            Self::Vtp => write_vtp(positions, faces, &[]).into_bytes(),
+        }
+    }
+
+    fn of_extension(extension: &str) -> Option<Self> {
+        let mut formats = Self::ALL.into_iter();
+        formats.find(|format| extension.eq_ignore_ascii_case(format.extension()))
+    }
+
+    /// Returns the format by the content, or else by the extension.
+    fn recognize(bytes: &[u8], extension: &str) -> Option<Self> {
+        let head = &bytes[..bytes.len().min(VTK_TAG_WITHIN)];
+        if head.starts_with(b"ply\n") || head.starts_with(b"ply\r") {
+            return Some(Self::Ply);
+        }
+        if head.windows(8).any(|window| window == b"<VTKFile") {
+            return Some(Self::Vtp);
+        }
+
+        // OBJ and STL begin with anything: the extension decides, if it is one of ours.
+        let likely = stl::is_likely(bytes).then_some(Self::Stl);
+        Self::of_extension(extension).or(likely)
+    }
+}
+
+/// Reads the content of a mesh file, whose name would end in `extension`.
+///
+/// # Errors
+///
+/// The reason, where the content is not a mesh.
+pub fn parse_mesh(bytes: &[u8], extension: &str) -> Result<Mesh, ReadError> {
+    if bytes.is_empty() {
+        return Err(ReadError::Empty);
+    }
+    match MeshFormat::recognize(bytes, extension) {
+        Some(MeshFormat::Obj) => obj::parse(bytes),
+        Some(MeshFormat::Ply) => ply::parse(bytes),
+        Some(MeshFormat::Stl) => stl::parse(bytes),
+        Some(MeshFormat::Vtp) => parse_vtp(bytes),
+        None => Err(ReadError::UnknownFormat { expected: "PLY, OBJ, STL or VTP" }),
+    }
+}

@@ -1,0 +1,62 @@
+//! Content of files, up to a limit.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+/// Maximum size of a regular file: 4 GiB, or 85 million facets of STL.
+///
+/// The program needs many times the memory of a mesh file; a larger file is more likely
+/// a wrong one.
+pub const MAX_FILE_BYTES: u64 = 4 << 30;
+
+/// Maximum size of the content of a pipe or a device: 256 MiB, or 5 million facets of
+/// STL.
+///
+/// Such a file has no length, and may never end (`/dev/zero`).
+pub const MAX_STREAM_BYTES: u64 = 256 << 20;
+
+/// Reads a file that has at most [`MAX_FILE_BYTES`], or a pipe or device of at most
+/// [`MAX_STREAM_BYTES`].
+///
+/// # Errors
+///
+/// Errors of the operating system, and [`io::ErrorKind::FileTooLarge`] with the limit.
+pub fn read_file(path: &Path) -> io::Result<Vec<u8>> {
+    let file = File::open(path)?;
+    let metadata = file.metadata()?;
+    let (kind, limit) = if metadata.is_file() {
+        ("file", MAX_FILE_BYTES)
+    } else {
+        ("pipe or device", MAX_STREAM_BYTES)
+    };
+    let too_large = || {
+        let problem = format!("it has more than {limit} bytes, the limit for a {kind}");
+        io::Error::new(io::ErrorKind::FileTooLarge, problem)
+    };
+    if metadata.len() > limit {
+        return Err(too_large());
+    }
+
+    // The length is a hint only: files may grow, and those under /proc have none.
+    let mut bytes = Vec::new();
+    let expected = usize::try_from(metadata.len()).unwrap_or(usize::MAX);
+    bytes.try_reserve_exact(expected)?;
+    // One byte more than allowed shows that there are too many.
+    file.take(limit + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > limit { Err(too_large()) } else { Ok(bytes) }
+}
+
+/// Reads a text file, with the limits of [`read_file`].
+///
+/// # Errors
+///
+/// Those of [`read_file`], and [`io::ErrorKind::InvalidData`] with the first byte that is
+/// not UTF-8.
+pub fn read_text(path: &Path) -> io::Result<String> {
+    String::from_utf8(read_file(path)?).map_err(|error| {
+        let byte = error.utf8_error().valid_up_to();
+        let problem = format!("it is not UTF-8 text from byte {byte} on");
+        io::Error::new(io::ErrorKind::InvalidData, problem)
+    })
+}
