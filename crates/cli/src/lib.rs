@@ -3,11 +3,12 @@
 //!
 //! `commands` has one module per subcommand. These load a `scene`, call the library, and
 //! pass its results to `report`, which builds the text of every output; `output` puts
-//! files into their places.
+//! files into their places, `terminal` prints the text.
 
 mod commands;
 mod failure;
 pub mod fuzz;
+mod interrupt;
 mod load;
 mod motion;
 mod output;
@@ -16,51 +17,117 @@ mod picture;
 mod report;
 mod scene;
 mod stopwatch;
+mod terminal;
 
-use std::io::Write;
 use std::num::NonZeroUsize;
 use std::process::ExitCode;
+use std::thread;
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches, Parser};
 
-use self::commands::{Command, Outcome};
-use self::failure::Failure;
+use self::commands::Command;
+use self::failure::{Failure, FailureKind};
 
 /// Find where bones and soft tissues overlap or touch, and how deep
 #[derive(Debug, Parser)]
-#[command(
-    version,
-    after_help = "Exit status: 0 nothing overlaps, 1 something overlaps, 2 bad input or usage."
-)]
+#[command(version)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
 
-    /// Number of threads; results do not depend on it [default: one per processor]
+    /// Number of threads, up to four per processor or 64; results do not depend on it [default:
+    /// one per processor]
     #[arg(long, global = true, value_name = "N")]
     threads: Option<NonZeroUsize>,
 }
 
-impl Arguments {
-    fn run(&self) -> Result<Outcome, Failure> {
-        let threads = self.threads.map_or(0, NonZeroUsize::get);
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-        pool.install(|| self.command.run())
-    }
-}
+/// End of every help text.
+const STATUS_HELP: &str = "\
+The file '-' of an output is standard output, which then has no table. Outputs replace other
+files once all of them are complete, but never an input.
+
+Exit status:
+  0    the condition holds: nothing overlaps, the gap is reached, errors are within bounds
+  1    it does not
+  2    input or usage is wrong, and nothing is written
+  3    an output cannot be written, and no file is changed
+  130  interrupted, and no file is changed";
 
 /// Runs the program with the arguments of the command line.
 #[must_use]
 pub fn run() -> ExitCode {
-    match Arguments::parse().run() {
-        Ok(Outcome::Clean) => ExitCode::SUCCESS,
-        Ok(Outcome::Overlaps) => ExitCode::from(1),
-        Err(failure) => {
-            for problem in failure.problems {
-                // Without standard error there is no place to report to.
-                let _ = writeln!(std::io::stderr(), "error: {problem}");
-            }
-            ExitCode::from(2)
+    interrupt::handle_interruption();
+    let arguments = match Arguments::read() {
+        Ok(arguments) => arguments,
+        Err(error) => return print_usage(&error),
+    };
+
+    match arguments.run() {
+        Ok(holds) => ExitCode::from(u8::from(!holds)),
+        Err(failure) => print_failure(&failure),
+    }
+}
+
+impl Arguments {
+    /// Reads the command line; every help text has the exit statuses at its end.
+    fn read() -> Result<Self, clap::Error> {
+        let command = Self::command().after_help(STATUS_HELP);
+        let mut command = command.mut_subcommands(|subcommand| {
+            let examples = subcommand.get_after_help().map(ToString::to_string);
+            let help = examples.map_or_else(String::new, |examples| examples + "\n\n");
+            subcommand.after_help(help + STATUS_HELP)
+        });
+        let mut matches = command.try_get_matches_from_mut(std::env::args_os())?;
+        Self::from_arg_matches_mut(&mut matches).map_err(|error| error.format(&mut command))
+    }
+
+    /// Runs the command, and returns true if the condition that it checks holds.
+    fn run(&self) -> Result<bool, Failure> {
+        let threads = self.thread_count()?;
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+        pool.install(|| self.command.run())
+    }
+
+    /// Returns the number of threads, 0 for one per processor.
+    ///
+    /// More than a few threads per processor only cost memory and time; thousands take
+    /// longer to start than the work.
+    fn thread_count(&self) -> Result<usize, Failure> {
+        let Some(threads) = self.threads else { return Ok(0) };
+        let processors = thread::available_parallelism().map_or(1, NonZeroUsize::get);
+        let max = 64.max(4 * processors);
+        if threads.get() > max {
+            let problem = format!(
+                "--threads is {threads}, but must be at most {max}: 64, or four per processor"
+            );
+            return Err(Failure::new(problem));
         }
+        Ok(threads.get())
+    }
+}
+
+/// Prints help to standard output, or a mistake in the arguments to standard error.
+fn print_usage(error: &clap::Error) -> ExitCode {
+    let printed = terminal::unless_closed(error.print());
+    match printed {
+        Ok(()) if !error.use_stderr() => ExitCode::SUCCESS,
+        Err(problem) if !error.use_stderr() => {
+            print_failure(&Failure::in_standard_output(&problem))
+        }
+        _ => exit_code(FailureKind::Input),
+    }
+}
+
+fn print_failure(failure: &Failure) -> ExitCode {
+    for problem in &failure.problems {
+        terminal::print_line("error", problem);
+    }
+    exit_code(failure.kind)
+}
+
+fn exit_code(kind: FailureKind) -> ExitCode {
+    match kind {
+        FailureKind::Input => ExitCode::from(2),
+        FailureKind::Output => ExitCode::from(3),
     }
 }

@@ -10,10 +10,12 @@ use musculo_collide::surface::{
 use musculo_collide::{BodyKind, PairReport, Scene, SceneError};
 use rayon::prelude::*;
 
-use crate::failure::Failure;
+use crate::failure::{Failure, FailureKind};
+use crate::output::FilePlan;
 use crate::phase::Phase;
 use crate::report::{BodyRecord, CheckDocument, PairRecord, divisions};
 use crate::scene::{BodyDescription, SceneDescription, unit_warnings};
+use crate::terminal;
 
 /// Arguments that name the bodies of a scene.
 #[derive(Debug, Args)]
@@ -34,6 +36,20 @@ impl SceneArguments {
         description.set_rigid(&self.rigid)?;
         Ok(description)
     }
+
+    /// Begins a plan of the files that a command reads and writes.
+    pub(crate) fn plan(&self, description: &SceneDescription) -> FilePlan {
+        FilePlan::reading(self.inputs.iter().cloned().chain(files_of(description)))
+    }
+}
+
+/// Returns the files that a scene names: its meshes, and its motion if there is one.
+pub(crate) fn files_of(description: &SceneDescription) -> Vec<PathBuf> {
+    let mut files: Vec<PathBuf> = description.motion.iter().cloned().collect();
+    for body in &description.bodies {
+        files.push(body.path.clone());
+    }
+    files
 }
 
 /// Scene with the inspection of its meshes.
@@ -113,14 +129,28 @@ fn read_meshes(description: &SceneDescription) -> Result<Vec<Mesh>, Failure> {
     let bodies = description.bodies.par_iter();
     let results: Vec<_> = bodies.map(|body| mesh_io::read_mesh(&body.path)).collect();
 
+    // Every file that cannot be read is named, not the first alone.
     let (mut meshes, mut problems) = (Vec::new(), Vec::new());
-    for result in results {
+    for (body, result) in description.bodies.iter().zip(results) {
         match result {
-            Ok(mesh) => meshes.push(mesh),
+            Ok(mesh) => {
+                warn_of_unread(&body.path, &mesh);
+                meshes.push(mesh);
+            }
             Err(error) => problems.push(error.to_string()),
         }
     }
-    if problems.is_empty() { Ok(meshes) } else { Err(Failure { problems }) }
+    if problems.is_empty() {
+        return Ok(meshes);
+    }
+    Err(Failure { kind: FailureKind::Input, problems })
+}
+
+/// Warns of content that a mesh file has behind its declared end, whatever the command.
+fn warn_of_unread(path: &Path, mesh: &Mesh) {
+    if let Some(unread) = &mesh.unread {
+        terminal::print_line("warning", &format!("{}: {unread}", path.display()));
+    }
 }
 
 /// Surface of one mesh file.
@@ -133,7 +163,10 @@ pub(crate) struct LoadedSurface {
 impl LoadedSurface {
     pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
         let _phase = Phase::start("reading");
-        let Mesh { positions, faces, .. } = mesh_io::read_mesh(path)?;
+        let mesh = mesh_io::read_mesh(path)?;
+        warn_of_unread(path, &mesh);
+
+        let Mesh { positions, faces, .. } = mesh;
         let refused = |error: SurfaceError| Failure::in_file(path, error);
         let surface = TriangleSurface::new(positions.len(), faces).map_err(refused)?;
         let positions = surface.own_positions(positions).map_err(refused)?;
@@ -164,6 +197,7 @@ impl InspectedMesh {
             file: body.file.clone(),
             kind: body.kind,
             polygons_fanned: mesh.polygons_fanned,
+            unread: mesh.unread.as_ref().map(ToString::to_string),
             closed: inspection.closed(),
             manifold: inspection.manifold(),
             oriented: inspection.oriented(),

@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use musculo_collide::{CheckParams, PairReport, Scene};
 
-use super::{Outcome, print, write_all};
+use super::Finished;
 use crate::failure::Failure;
 use crate::load::{LoadedScene, SceneArguments};
-use crate::output::Outputs;
+use crate::output::{FilePlan, Outputs};
 use crate::phase::Phase;
 use crate::picture::Image;
 use crate::report::{CheckDocument, ContactField, Gallery, check_page, check_text};
+use crate::scene::SceneDescription;
 use crate::stopwatch::Stopwatch;
 
 /// Find every overlap and contact between bodies, and how deep
@@ -36,9 +37,7 @@ A scene file:
 
   [[ignore]]              # pair that overlaps on purpose
   a = \"femur\"
-  b = \"cartilage\"
-
-Exit status: 0 nothing overlaps, 1 something overlaps, 2 bad input or usage.")]
+  b = \"cartilage\"")]
 pub(crate) struct CheckArguments {
     #[command(flatten)]
     scene: SceneArguments,
@@ -65,10 +64,11 @@ pub(crate) struct CheckArguments {
     picture: Option<PathBuf>,
 }
 
-pub(super) fn run(arguments: &CheckArguments) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &CheckArguments) -> Result<Finished, Failure> {
     let mut stopwatch = Stopwatch::start();
     let mut description = arguments.scene.describe()?;
     description.set_margin(arguments.margin)?;
+    let mut outputs = arguments.plan(&description).open()?;
     let mut loaded = LoadedScene::load(description)?;
     stopwatch.lap("load");
 
@@ -76,18 +76,26 @@ pub(super) fn run(arguments: &CheckArguments) -> Result<Outcome, Failure> {
     let document = loaded.document(&reports)?;
     stopwatch.lap("detect");
 
-    let mut outputs = Outputs::default();
     outputs.stage_json(arguments.json.as_deref(), &document)?;
     let checked = CheckedScene { document: &document, scene: &loaded.scene, reports: &reports };
     if let Some(folder) = &arguments.vtp {
         checked.stage_vtp(folder, &mut outputs)?;
     }
     checked.stage_pictures(arguments, &mut outputs)?;
-    let written = write_all(outputs)?;
-    stopwatch.lap("write");
 
-    print(&(check_text(&document) + &written + &stopwatch.line()));
-    Ok(Outcome::of_overlaps(document.overlapping() > 0))
+    let holds = document.overlapping() == 0;
+    Ok(Finished { outputs, text: check_text(&document), holds, stopwatch })
+}
+
+impl CheckArguments {
+    fn plan(&self, description: &SceneDescription) -> FilePlan {
+        let bodies = description.bodies.iter();
+        let plan = self.scene.plan(description);
+        plan.writing(self.json.as_ref())
+            .writing(self.report.as_ref())
+            .writing(self.picture.as_ref())
+            .writing_into(self.vtp.as_ref(), bodies.map(|body| format!("{}.vtp", body.name)))
+    }
 }
 
 /// Checks a scene with its margin.
@@ -105,7 +113,6 @@ pub(super) struct CheckedScene<'a> {
 
 impl CheckedScene<'_> {
     fn stage_vtp(&self, folder: &Path, outputs: &mut Outputs) -> Result<(), Failure> {
-        outputs.folder(folder)?;
         let reports: Vec<&PairReport> = self.reports.iter().collect();
         for (id, body) in self.scene.ids().zip(self.scene.bodies()) {
             let field = ContactField::new(id, self.scene, &reports, self.document.margin);

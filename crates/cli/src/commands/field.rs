@@ -7,10 +7,10 @@ use mesh_io::FieldFormat;
 use musculo_collide::distance_field::{DistanceField, FieldMethod, FieldParams, Storage};
 use musculo_collide::surface::mean_edge;
 
-use super::{Outcome, print, write_all};
+use super::Finished;
 use crate::failure::Failure;
 use crate::load::LoadedSurface;
-use crate::output::Outputs;
+use crate::output::FilePlan;
 use crate::phase::Phase;
 use crate::picture::draw_slices;
 use crate::report::{BuiltRecord, FieldRecord};
@@ -34,9 +34,7 @@ NRRD opens in 3D Slicer, VTI in ParaView, in the place of the mesh. Both have 32
 in the mesh's frame and unit, or with --step multiples of the step in 16 bits, with the
 step's length beside them. They also have the kind of node values: distances or, by default,
 values up to an eighth of a spacing off, between which interpolation is accurate. NRRD names
-the frame left-posterior-superior, which is 3D Slicer's for meshes that name none.
-
-Exit status: 0 success, 2 bad input or usage.")]
+the frame left-posterior-superior, which is 3D Slicer's for meshes that name none.")]
 pub(crate) struct FieldArguments {
     /// Mesh (PLY, OBJ, STL or VTP), or field to show or convert (NRRD or VTI)
     #[arg(value_name = "MESH | FIELD")]
@@ -53,6 +51,10 @@ pub(crate) struct FieldArguments {
     /// Write the field
     #[arg(long, value_name = "FILE.nrrd | .vti")]
     out: Option<PathBuf>,
+
+    /// Compress the field by gzip, as 3D Slicer does by default; for NRRD
+    #[arg(long, requires = "out")]
+    gzip: bool,
 
     /// Draw three slices through the deepest place: depth in color, level lines outside
     #[arg(long, value_name = "FILE.png")]
@@ -95,10 +97,14 @@ enum MethodName {
 /// Spacing in mean edges of the mesh: its details are about as large as its edges.
 const SPACING_IN_EDGES: f64 = 0.5;
 
-pub(super) fn run(arguments: &FieldArguments) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &FieldArguments) -> Result<Finished, Failure> {
     let mut stopwatch = Stopwatch::start();
     let out = arguments.out.as_deref();
-    let out_format = out.map(format_of_output).transpose()?;
+    let out_format = out.map(|path| arguments.format_of(path)).transpose()?;
+    let plan = FilePlan::reading([arguments.input.clone()]).writing(arguments.out.as_ref());
+    let plan = plan.writing(arguments.picture.as_ref()).writing(arguments.json.as_ref());
+    let mut outputs = plan.open()?;
+
     let is_field = FieldFormat::of(&arguments.input).is_some();
     let (field, built) = if is_field {
         (arguments.read()?, None)
@@ -109,7 +115,6 @@ pub(super) fn run(arguments: &FieldArguments) -> Result<Outcome, Failure> {
     let record = FieldRecord::new(arguments.input.display().to_string(), &field, built);
     stopwatch.lap(if is_field { "read" } else { "build" });
 
-    let mut outputs = Outputs::default();
     if let (Some(path), Some(format)) = (out, out_format) {
         outputs.stage(path, format.encode(&field))?;
     }
@@ -117,19 +122,25 @@ pub(super) fn run(arguments: &FieldArguments) -> Result<Outcome, Failure> {
         outputs.stage(path, draw_slices(&field).to_png()?)?;
     }
     outputs.stage_json(arguments.json.as_deref(), &record)?;
-    let written = write_all(outputs)?;
-    stopwatch.lap("write");
-
-    print(&(record.to_text() + &written + &stopwatch.line()));
-    Ok(Outcome::Clean)
-}
-
-fn format_of_output(path: &Path) -> Result<FieldFormat, Failure> {
-    let problem = "unknown format of a field: expected .nrrd or .vti";
-    FieldFormat::of(path).ok_or_else(|| Failure::in_file(path, problem))
+    Ok(Finished { outputs, text: record.to_text(), holds: true, stopwatch })
 }
 
 impl FieldArguments {
+    /// Returns the format of the field that is written.
+    fn format_of(&self, path: &Path) -> Result<FieldFormat, Failure> {
+        let Some(format) = FieldFormat::of(path) else {
+            let problem = "unknown format of a field: expected .nrrd or .vti";
+            return Err(Failure::in_file(path, problem));
+        };
+        if !self.gzip {
+            return Ok(format);
+        }
+        match format.compressed() {
+            Some(compressed) => Ok(compressed),
+            None => Err(Failure::in_file(path, "--gzip needs a field in .nrrd")),
+        }
+    }
+
     /// Reads a field, and stores it in steps if there is a length for them.
     fn read(&self) -> Result<DistanceField, Failure> {
         let BuildArguments { spacing, padding, method, truncate } = &self.build;

@@ -10,10 +10,10 @@ use musculo_collide::medial::{
 };
 use rayon::prelude::*;
 
-use super::{Outcome, print, write_all};
+use super::Finished;
 use crate::failure::Failure;
 use crate::load::LoadedSurface;
-use crate::output::Outputs;
+use crate::output::{FilePlan, Outputs};
 use crate::phase::Phase;
 use crate::picture::draw_balls_and_error;
 use crate::report::MedialRecord;
@@ -34,9 +34,7 @@ Examples:
 A .ma file is text: a line of counts, then v x y z radius, e and f with the numbers of two
 and of three balls, from 0. The picture shows the balls in the surface, and beside it the
 surface in the colors of its distance from them. The VTP file has that distance per vertex,
-positive outside of the balls.
-
-Exit status: 0 success, 2 bad input or usage.")]
+positive outside of the balls.")]
 pub(crate) struct MedialArguments {
     /// Mesh: PLY, OBJ, STL or VTP
     #[arg(value_name = "MESH")]
@@ -74,9 +72,10 @@ struct MedialResult {
     record: MedialRecord,
 }
 
-pub(super) fn run(arguments: &MedialArguments) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &MedialArguments) -> Result<Finished, Failure> {
     let mut stopwatch = Stopwatch::start();
     let path = &arguments.input;
+    let mut outputs = arguments.plan().open()?;
     let params = match arguments.tolerance {
         Some(tolerance) => MedialParams::tolerance(tolerance),
         None => MedialParams::balls(arguments.balls),
@@ -86,10 +85,18 @@ pub(super) fn run(arguments: &MedialArguments) -> Result<Outcome, Failure> {
     let result = result.map_err(|error| Failure::in_file(path, error))?;
     stopwatch.lap("generate");
 
-    let written = write_all(result.stage(arguments)?)?;
-    stopwatch.lap("write");
-    print(&(result.record.to_text() + &written + &stopwatch.line()));
-    Ok(Outcome::Clean)
+    result.stage(arguments, &mut outputs)?;
+    Ok(Finished { outputs, text: result.record.to_text(), holds: true, stopwatch })
+}
+
+impl MedialArguments {
+    fn plan(&self) -> FilePlan {
+        FilePlan::reading([self.input.clone()])
+            .writing(self.out.as_ref())
+            .writing(self.picture.as_ref())
+            .writing(self.vtp.as_ref())
+            .writing(self.json.as_ref())
+    }
 }
 
 impl MedialResult {
@@ -116,9 +123,8 @@ impl MedialResult {
     }
 
     /// Writes the files that the arguments name.
-    fn stage(&self, arguments: &MedialArguments) -> Result<Outputs, Failure> {
+    fn stage(&self, arguments: &MedialArguments, outputs: &mut Outputs) -> Result<(), Failure> {
         let _phase = Phase::start("writing");
-        let mut outputs = Outputs::default();
         if let Some(path) = &arguments.out {
             outputs.stage(path, self.medial.to_ma())?;
         }
@@ -135,8 +141,7 @@ impl MedialResult {
                 outputs.stage(path, write_vtp(x, faces, &values))?;
             }
         }
-        outputs.stage_json(arguments.json.as_deref(), &self.record)?;
-        Ok(outputs)
+        outputs.stage_json(arguments.json.as_deref(), &self.record)
     }
 
     /// Computes the signed distance of each vertex from the union of balls.

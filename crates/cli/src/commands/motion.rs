@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use clap::Args;
 use musculo_collide::{BodyId, CheckParams, PairReport, Progress, Scene, ccd};
 
-use super::motion_resolve::Job;
+use super::Finished;
+use super::motion_resolve::{Job, frame_files};
 use super::resolve_arguments::ResolveArgs;
-use super::{Outcome, print, write_all};
 use crate::failure::Failure;
-use crate::load::LoadedScene;
+use crate::load::{LoadedScene, files_of};
 use crate::motion::{Motion, Replay};
-use crate::output::Outputs;
+use crate::output::FilePlan;
 use crate::phase::Phase;
 use crate::report::{FrameState, MotionDocument, StepRecord, motion_chart};
 use crate::scene::SceneDescription;
@@ -36,10 +36,7 @@ A motion file has 4 x 4 maps from rest by name, row by row, in the scene's unit:
 A rigid body follows the map of its name, or of its name after the first underscore.
 Soft bodies blend from segment to segment along the axis, within each interval of blends.
 
-With --resolve frames are not swept. Each starts from the tissue displacements of the last one.
-
-Exit status: 0 nothing ever overlaps (with --resolve: remains), 1 something overlaps or meets,
-2 bad input or usage.")]
+With --resolve frames are not swept. Each starts from the tissue displacements of the last one.")]
 pub(crate) struct MotionArguments {
     /// Scene file (.toml)
     #[arg(value_name = "SCENE.toml")]
@@ -65,7 +62,7 @@ pub(crate) struct MotionArguments {
     params: ResolveArgs,
 }
 
-pub(super) fn run(arguments: &MotionArguments) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &MotionArguments) -> Result<Finished, Failure> {
     let mut stopwatch = Stopwatch::start();
     let description = SceneDescription::from_inputs(std::slice::from_ref(&arguments.scene))?;
     let Some(path) = arguments.motion.clone().or_else(|| description.motion.clone()) else {
@@ -74,31 +71,35 @@ pub(super) fn run(arguments: &MotionArguments) -> Result<Outcome, Failure> {
     };
     let mut loaded = LoadedScene::load(description)?;
     let replay = Motion::replay(&path, &loaded.scene)?;
+    let mut outputs = arguments.plan(path, &loaded, replay.frame_count()).open()?;
     stopwatch.lap("load");
     if let Some(folder) = &arguments.resolve {
         let (json, params) = (arguments.json.as_deref(), arguments.params.params(&loaded));
-        return Job { folder, json, params, unit: loaded.description.unit }.run(
-            &mut loaded.scene,
-            &replay,
-            stopwatch,
-        );
+        let job = Job { folder, json, params, unit: loaded.description.unit };
+        return job.run(&mut loaded.scene, &replay, outputs, stopwatch);
     }
 
     let document = MotionDocument {
         unit: loaded.description.unit,
         steps: walk(&mut loaded.scene, &replay, &mut stopwatch)?,
     };
-    let mut outputs = Outputs::default();
     outputs.stage_json(arguments.json.as_deref(), &document)?;
     if let Some(path) = &arguments.chart {
         let chart = motion_chart(&document).map_err(|error| Failure::new(error.to_string()))?;
         outputs.stage(path, chart)?;
     }
-    let written = write_all(outputs)?;
-    stopwatch.lap("write");
+    Ok(Finished { outputs, text: document.to_text(), holds: document.is_clean(), stopwatch })
+}
 
-    print(&(document.to_text() + &written + &stopwatch.line()));
-    Ok(Outcome::of_overlaps(!document.is_clean()))
+impl MotionArguments {
+    fn plan(&self, motion: PathBuf, loaded: &LoadedScene, frames: usize) -> FilePlan {
+        let mut inputs = files_of(&loaded.description);
+        inputs.extend([self.scene.clone(), motion]);
+        FilePlan::reading(inputs)
+            .writing(self.json.as_ref())
+            .writing(self.chart.as_ref())
+            .writing_into(self.resolve.as_ref(), frame_files(&loaded.scene, frames))
+    }
 }
 
 /// Sweeps from frame to frame, and checks each.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use musculo_collide::{Progress, Resolution, ResolveParams, Resolver, Scene};
 
-use super::{Outcome, print, write_all};
+use super::Finished;
 use crate::failure::Failure;
 use crate::motion::Replay;
 use crate::output::Outputs;
@@ -12,6 +12,21 @@ use crate::phase::Phase;
 use crate::report::{FrameInfo, ResolvedDocument, ResolvedFrame, displacement_vtp};
 use crate::scene::Unit;
 use crate::stopwatch::Stopwatch;
+
+/// Returns the name of the file of a body in a frame, of a series that `ParaView` opens as
+/// one.
+fn frame_file(body: &str, frame: usize) -> String {
+    format!("{body}_{frame:04}.vtp")
+}
+
+/// Returns the names of the files of all bodies in all frames.
+pub(super) fn frame_files(scene: &Scene, frames: usize) -> Vec<String> {
+    let mut files = Vec::new();
+    for body in scene.bodies() {
+        files.extend((0..frames).map(|frame| frame_file(body.name(), frame)));
+    }
+    files
+}
 
 /// Places of the outputs, and parameters.
 pub(super) struct Job<'a> {
@@ -27,11 +42,10 @@ impl Job<'_> {
         &self,
         scene: &mut Scene,
         replay: &Replay,
+        mut outputs: Outputs,
         mut stopwatch: Stopwatch,
-    ) -> Result<Outcome, Failure> {
+    ) -> Result<Finished, Failure> {
         let mut resolver = Resolver::new(self.params)?;
-        let mut outputs = Outputs::default();
-        outputs.folder(self.folder)?;
         let phase = Phase::with_steps("pushing apart, frame by frame", replay.frame_count());
         let mut frames = Vec::new();
         for frame in 0..replay.frame_count() {
@@ -48,13 +62,11 @@ impl Job<'_> {
 
         let document = ResolvedDocument { unit: self.unit, frames };
         outputs.stage_json(self.json, &document)?;
-        let written = write_all(outputs)?;
-        stopwatch.lap("write");
-        print(&(document.to_text() + &written + &stopwatch.line()));
-        Ok(Outcome::of_overlaps(!document.is_resolved()))
+        let (text, holds) = (document.to_text(), document.is_resolved());
+        Ok(Finished { outputs, text, holds, stopwatch })
     }
 
-    /// Writes one file per body, in a series that `ParaView` opens as one.
+    /// Writes one file per body.
     fn stage(
         &self,
         frame: usize,
@@ -64,7 +76,7 @@ impl Job<'_> {
     ) -> Result<(), Failure> {
         for (body, change) in scene.bodies().iter().zip(&resolution.bodies) {
             let (x, faces) = (body.positions(), body.surface().faces());
-            let path = self.folder.join(format!("{}_{frame:04}.vtp", body.name()));
+            let path = self.folder.join(frame_file(body.name(), frame));
             outputs.stage(&path, displacement_vtp(x, faces, &change.displacements))?;
         }
         Ok(())

@@ -8,8 +8,8 @@ use musculo_collide::{
     Detection, DetectionMethod, ForcedMethod, PairId, Plan, PlanParams, Scene, machine_factor,
 };
 
+use super::Finished;
 use super::plan_frames::{Comparison, FrameSource};
-use super::{Outcome, print};
 use crate::failure::Failure;
 use crate::load::{LoadedScene, SceneArguments};
 use crate::motion::Motion;
@@ -26,9 +26,7 @@ use crate::stopwatch::Stopwatch;
 #[command(after_help = "\
 Examples:
   musculo-collide plan scene.toml --tolerance 0.5
-  musculo-collide plan femur.ply vastus.ply --rigid femur --tolerance 0.1 --compare
-
-Exit status: 0 nothing overlaps, 1 something overlaps, 2 bad input or usage.")]
+  musculo-collide plan femur.ply vastus.ply --rigid femur --tolerance 0.1 --compare")]
 pub(crate) struct PlanArguments {
     #[command(flatten)]
     scene: SceneArguments,
@@ -88,9 +86,11 @@ impl FromStr for ForcedPair {
     }
 }
 
-pub(super) fn run(arguments: &PlanArguments) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &PlanArguments) -> Result<Finished, Failure> {
     let mut stopwatch = Stopwatch::start();
-    let mut loaded = LoadedScene::load(arguments.scene.describe()?)?;
+    let description = arguments.scene.describe()?;
+    let outputs = arguments.scene.plan(&description).open()?;
+    let mut loaded = LoadedScene::load(description)?;
     let motion = loaded.description.motion.as_deref();
     let replay = motion.map(|path| Motion::replay(path, &loaded.scene)).transpose()?;
     stopwatch.lap("load");
@@ -116,8 +116,7 @@ pub(super) fn run(arguments: &PlanArguments) -> Result<Outcome, Failure> {
         if replay.is_some() { " in the last frame" } else { "" },
         comparison.map_or_else(String::new, |comparison| comparison.to_string()),
     );
-    print(&(text + &stopwatch.line()));
-    Ok(Outcome::of_overlaps(overlapping > 0))
+    Ok(Finished { outputs, text, holds: overlapping == 0, stopwatch })
 }
 
 impl PlanArguments {

@@ -3,31 +3,31 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use mesh_io::write_ply;
+use mesh_io::MeshFormat;
 use musculo_collide::BodyKind;
 
+use super::Finished;
 use super::check::{CheckedScene, detect};
 use super::resolve_arguments::ResolveArgs;
-use super::{Outcome, print, write_all};
 use crate::failure::Failure;
 use crate::load::{LoadedScene, SceneArguments};
-use crate::output::Outputs;
+use crate::output::{FilePlan, Outputs};
 use crate::phase::Phase;
 use crate::report::{displacement_vtp, resolution_text};
+use crate::scene::{BodyDescription, SceneDescription};
 use crate::stopwatch::Stopwatch;
 
 /// Push overlapping bodies apart, and write their new meshes
 ///
 /// Rigid bodies stay, soft ones yield and share their overlaps by mass. Writes every mesh
-/// as PLY, the displacements of the soft ones as VTP, and reports of the states before
-/// and after. Lists the overlaps that remain, with the reasons.
+/// in the format of its file with the same order of vertices, the displacements of the
+/// soft ones as VTP, and reports of the states before and after. Lists the overlaps that
+/// remain, with the reasons.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
   musculo-collide resolve scene.toml --out apart
-  musculo-collide resolve femur.ply vastus.ply --fixed femur --out apart
-
-Exit status: 0 no overlap exceeds the tolerance, 1 some overlap does, 2 bad input or usage.")]
+  musculo-collide resolve femur.ply vastus.ply --fixed femur --out apart")]
 pub(crate) struct ResolveArguments {
     #[command(flatten)]
     scene: SceneArguments,
@@ -44,41 +44,76 @@ pub(crate) struct ResolveArguments {
     no_report: bool,
 }
 
-pub(super) fn run(arguments: &ResolveArguments) -> Result<Outcome, Failure> {
+pub(super) fn run(arguments: &ResolveArguments) -> Result<Finished, Failure> {
     let mut stopwatch = Stopwatch::start();
-    let mut loaded = LoadedScene::load(arguments.scene.describe()?)?;
+    let description = arguments.scene.describe()?;
+    let mut outputs = arguments.plan(&description).open()?;
+    let mut loaded = LoadedScene::load(description)?;
     let params = arguments.params.params(&loaded);
     params.validate()?;
     stopwatch.lap("load");
 
-    let mut outputs = Outputs::default();
-    outputs.folder(&arguments.out)?;
-    arguments.stage_report("before", &mut loaded, &mut outputs)?;
+    let [before, after] = STATES;
+    arguments.stage_report(before, &mut loaded, &mut outputs)?;
     stopwatch.lap("report");
     let resolution = Phase::run("pushing apart", |progress| {
         musculo_collide::resolve(&mut loaded.scene, &params, progress)
     })?;
     stopwatch.lap("resolve");
-    arguments.stage_report("after", &mut loaded, &mut outputs)?;
+    arguments.stage_report(after, &mut loaded, &mut outputs)?;
     stopwatch.lap("report");
 
-    for (body, change) in loaded.scene.bodies().iter().zip(&resolution.bodies) {
+    // Meshes in the formats in which they were read, displacements beside them.
+    for (description, change) in loaded.description.bodies.iter().zip(&resolution.bodies) {
+        let body = loaded.scene.body(change.body);
         let (x, faces) = (body.positions(), body.surface().faces());
-        let path = |extension: &str| arguments.out.join(format!("{}.{extension}", body.name()));
-        outputs.stage(&path("ply"), write_ply(x, faces))?;
+        let mesh = arguments.out.join(mesh_file(description));
+        outputs.stage(&mesh, format_of(description).encode(x, faces))?;
         if body.kind() != BodyKind::Rigid {
-            outputs.stage(&path("vtp"), displacement_vtp(x, faces, &change.displacements))?;
+            let displacements = arguments.out.join(displacement_file(description));
+            outputs.stage(&displacements, displacement_vtp(x, faces, &change.displacements))?;
         }
     }
-    let written = write_all(outputs)?;
-    stopwatch.lap("write");
 
     let text = resolution_text(&resolution, &loaded.scene, loaded.description.unit);
-    print(&(text + &written + &stopwatch.line()));
-    Ok(Outcome::of_overlaps(!resolution.resolved))
+    Ok(Finished { outputs, text, holds: resolution.resolved, stopwatch })
+}
+
+/// Returns the format of a body's file, PLY where its extension is none of ours.
+fn format_of(body: &BodyDescription) -> MeshFormat {
+    MeshFormat::of(&body.path).unwrap_or(MeshFormat::Ply)
+}
+
+fn mesh_file(body: &BodyDescription) -> String {
+    format!("{}.{}", body.name, format_of(body).extension())
+}
+
+/// States of which there are reports.
+const STATES: [&str; 2] = ["before", "after"];
+
+fn report_file(state: &str) -> String {
+    format!("{state}.html")
+}
+
+fn displacement_file(body: &BodyDescription) -> String {
+    format!("{}_displacement.vtp", body.name)
 }
 
 impl ResolveArguments {
+    fn plan(&self, description: &SceneDescription) -> FilePlan {
+        let mut files = Vec::new();
+        for body in &description.bodies {
+            files.push(mesh_file(body));
+            if body.kind != BodyKind::Rigid {
+                files.push(displacement_file(body));
+            }
+        }
+        if !self.no_report {
+            files.extend(STATES.map(report_file));
+        }
+        self.scene.plan(description).writing_into(Some(&self.out), files)
+    }
+
     /// Writes a report of the present state, unless reports are off.
     fn stage_report(
         &self,
@@ -93,6 +128,6 @@ impl ResolveArguments {
         let document = loaded.document(&reports)?;
         let checked = CheckedScene { document: &document, scene: &loaded.scene, reports: &reports };
         let page = checked.page(&format!("Contact {state} overlap removal"))?;
-        outputs.stage(&self.out.join(format!("{state}.html")), page)
+        outputs.stage(&self.out.join(report_file(state)), page)
     }
 }

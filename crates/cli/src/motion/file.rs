@@ -40,7 +40,7 @@ struct SkinEntry {
 impl Motion {
     /// Reads and checks a file.
     pub(super) fn read(path: &Path) -> Result<Self, MotionProblem> {
-        Self::parse(&std::fs::read_to_string(path)?)
+        Self::parse(&mesh_io::read_text(path)?)
     }
 
     /// Parses and checks the content of a file.

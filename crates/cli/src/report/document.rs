@@ -36,6 +36,9 @@ pub(crate) struct BodyRecord {
     pub(crate) kind: BodyKind,
     /// Number of faces in the file with more than three corners.
     pub(crate) polygons_fanned: usize,
+    /// Content of the file behind the end that its header declares, in words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) unread: Option<String>,
     pub(crate) closed: bool,
     pub(crate) manifold: bool,
     pub(crate) oriented: bool,
@@ -110,6 +113,7 @@ impl BodyRecord {
         if self.polygons_fanned > 0 {
             notes.push(counted(self.polygons_fanned, "polygon") + " split into triangles");
         }
+        notes.extend(self.unread.clone());
         if self.volume().is_some_and(|volume| volume < 0.0) {
             notes.push("inside out: its volume is negative".to_owned());
         }

@@ -31,3 +31,4 @@ pub(crate) use self::motion::{FrameState, MotionDocument, StepRecord};
 pub(crate) use self::motion_chart::motion_chart;
 pub(crate) use self::resolution::resolution_text;
 pub(crate) use self::resolved::{FrameInfo, ResolvedDocument, ResolvedFrame};
+pub(crate) use self::text::counted;

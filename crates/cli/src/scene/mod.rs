@@ -100,7 +100,7 @@ impl SceneDescription {
 
     fn read(path: &Path) -> Result<Self, SceneProblem> {
         let folder = path.parent().unwrap_or(Path::new(""));
-        Self::parse(&std::fs::read_to_string(path)?, folder)
+        Self::parse(&mesh_io::read_text(path)?, folder)
     }
 
     /// Parses a scene file in a folder; the meshes are not read.

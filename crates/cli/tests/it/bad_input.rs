@@ -101,7 +101,7 @@ fn an_output_that_cannot_be_written_takes_the_others_with_it() {
     let before = workshop.listing();
     for bad in [["--report", "no/such/folder.html"], ["--picture", "."], ["--vtp", "good.obj"]] {
         let run = workshop.check(&[&["good.obj", "--json", "o.json"], &bad[..]].concat());
-        assert_eq!(run.status, 2, "{bad:?}: {}", run.stderr);
+        assert_eq!(run.status, 3, "{bad:?}: {}", run.stderr);
         assert!(run.stderr.contains(": cannot be written: "), "{bad:?}: {}", run.stderr);
         assert_eq!(workshop.listing(), before, "{bad:?}");
     }

@@ -39,7 +39,7 @@ fn three_commands_from_two_files() {
 
     let resolved = workshop.run("resolve", &with(&["--out", "apart"]));
     assert_eq!(resolved.status, 0, "{}{}", resolved.stdout, resolved.stderr);
-    let apart = workshop.run("check", &["apart/femur.ply", "apart/vastus.ply"]);
+    let apart = workshop.run("check", &["apart/femur.stl", "apart/vastus.stl"]);
     assert_eq!(apart.status, 0, "nothing overlaps in what was written: {}", apart.stdout);
 
     let planned = workshop.run("plan", &with(&["--tolerance", "0.5"]));

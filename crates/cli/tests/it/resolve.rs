@@ -37,9 +37,9 @@ fn written_meshes_do_not_overlap() {
     assert!(text.contains("Nothing overlaps any more."), "{text}");
 
     let mut again = vec!["check".to_owned()];
-    again.extend(strings([at("apart/bone.ply"), at("apart/muscle.ply")]));
+    again.extend(strings([at("apart/bone.obj"), at("apart/muscle.obj")]));
     assert_eq!(program(&workshop, &again).status, 0, "nothing overlaps in the files");
-    let map = workshop.read("apart/muscle.vtp");
+    let map = workshop.read("apart/muscle_displacement.vtp");
     assert!(map.contains("Scalars=\"displacement_length\""), "the map is coloured by length");
     for page in ["apart/before.html", "apart/after.html"] {
         assert!(workshop.read(page).ends_with("</html>\n"), "{page}");

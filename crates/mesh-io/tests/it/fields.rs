@@ -310,10 +310,7 @@ fn bad_files_are_refused_with_the_place() {
             "a grid of 2 x 3 x 5 nodes needs 120 bytes of data, but the file has 96",
         ),
         (with(&vti, "0 1 0 2 0 3", "0 1 0 2 0 4"), "a part of a grid"),
-        (
-            with(&vti, "0 1 0 2 0 3", "0 1 0 2"),
-            "WholeExtent='0 1 0 2' is not the extent of a grid",
-        ),
+        (with(&vti, "0 1 0 2 0 3", "0 1 0 2"), "WholeExtent='0 1 0 2' is not the extent of a grid"),
         (with(&vti, "ImageData", "PolyData"), "data of type 'PolyData'"),
         (with(&vti, "Float32", "UInt8"), "type 'UInt8'"),
         // Twice as many steps as there are nodes.

@@ -1,0 +1,202 @@
+//! Outputs, written completely or not at all.
+
+use std::collections::HashMap;
+use std::fs::{self, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::process;
+
+use serde::Serialize;
+
+use super::unfinished::unfinished;
+use crate::failure::Failure;
+use crate::report::counted;
+use crate::terminal;
+
+/// Place to which the content of an output goes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Destination {
+    StandardOutput,
+    /// Device or pipe, which is written as it is.
+    Stream(PathBuf),
+    /// Regular file, or one that does not exist yet, by its path without links.
+    File(PathBuf),
+}
+
+/// Planned outputs, and those of them that are written but not yet in their places.
+/// Dropping this removes them.
+#[derive(Debug)]
+pub(crate) struct Outputs {
+    /// Destination of each planned output, by its path as the command has it.
+    destinations: HashMap<PathBuf, Destination>,
+    /// Planned folders, until they are made.
+    folders: Vec<PathBuf>,
+    /// Folders that were made, the outer ones behind the inner ones.
+    made_folders: Vec<PathBuf>,
+    staged: Vec<StagedOutput>,
+}
+
+/// Output whose content is complete.
+#[derive(Debug)]
+struct StagedOutput {
+    /// Path as the command has it.
+    path: PathBuf,
+    content: StagedContent,
+}
+
+/// Complete content of an output, until it goes to its place.
+#[derive(Debug)]
+enum StagedContent {
+    StandardOutput(Vec<u8>),
+    Stream { place: PathBuf, content: Vec<u8> },
+    File { beside: PathBuf, place: PathBuf },
+}
+
+impl Outputs {
+    pub(super) fn new(destinations: HashMap<PathBuf, Destination>, folders: Vec<PathBuf>) -> Self {
+        Self { destinations, folders, made_folders: Vec::new(), staged: Vec::new() }
+    }
+
+    /// Completes a planned output: a file beside its place, other content in memory.
+    pub(crate) fn stage(&mut self, path: &Path, content: impl AsRef<[u8]>) -> Result<(), Failure> {
+        let Some(destination) = self.destinations.get(path).cloned() else {
+            debug_assert!(false, "{} is not planned", path.display());
+            return Err(Failure::in_output(path, &io::Error::other("it is not planned")));
+        };
+        self.make_folders()?;
+
+        let content = content.as_ref();
+        let staged = match destination {
+            Destination::StandardOutput => StagedContent::StandardOutput(content.to_vec()),
+            Destination::Stream(place) => {
+                StagedContent::Stream { place, content: content.to_vec() }
+            }
+            Destination::File(place) => {
+                let beside = beside(&place, self.staged.len());
+                let written = write_beside(&beside, &place, content);
+                written.map_err(|error| Failure::in_output(path, &error))?;
+                StagedContent::File { beside, place }
+            }
+        };
+        self.staged.push(StagedOutput { path: path.to_owned(), content: staged });
+        Ok(())
+    }
+
+    /// Completes a report as JSON, if there is a path for it.
+    pub(crate) fn stage_json(
+        &mut self,
+        path: Option<&Path>,
+        report: &impl Serialize,
+    ) -> Result<(), Failure> {
+        let Some(path) = path else { return Ok(()) };
+        self.stage(path, serde_json::to_string_pretty(report)? + "\n")
+    }
+
+    fn make_folders(&mut self) -> Result<(), Failure> {
+        for folder in std::mem::take(&mut self.folders) {
+            let made = unfinished().make_folder(&folder);
+            self.made_folders.extend(made.map_err(|error| Failure::in_output(&folder, &error))?);
+        }
+        Ok(())
+    }
+
+    /// Brings every output to its place, in the order of staging.
+    ///
+    /// Streams come first: what they have taken cannot be taken back, but files can.
+    pub(crate) fn commit(mut self) -> Result<Written, Failure> {
+        let mut written = Written { paths: Vec::new(), to_standard_output: false };
+        for StagedOutput { path, content } in &self.staged {
+            let result = match content {
+                StagedContent::StandardOutput(content) => {
+                    written.to_standard_output = true;
+                    terminal::write_standard_output(content)
+                }
+                StagedContent::Stream { place, content } => write_stream(place, content),
+                StagedContent::File { .. } => Ok(()),
+            };
+            result.map_err(|error| Failure::in_output(path, &error))?;
+        }
+
+        // An interruption comes before the first file is moved, or after the last.
+        let mut unfinished = unfinished();
+        while let Some(StagedOutput { path, content }) = self.staged.first() {
+            if let StagedContent::File { beside, place } = content {
+                let moved = unfinished.move_file(beside, place);
+                moved.map_err(|error| Failure::in_output(path, &error))?;
+            }
+            written.paths.push(self.staged.remove(0).path);
+        }
+        for folder in std::mem::take(&mut self.made_folders) {
+            unfinished.keep_folder(&folder);
+        }
+        Ok(written)
+    }
+}
+
+impl Drop for Outputs {
+    fn drop(&mut self) {
+        let mut unfinished = unfinished();
+        for StagedOutput { content, .. } in &self.staged {
+            if let StagedContent::File { beside, .. } = content {
+                unfinished.remove_file(beside);
+            }
+        }
+        for folder in &self.made_folders {
+            unfinished.remove_folder(folder);
+        }
+    }
+}
+
+/// Returns the path of a file until it is moved to its place: a name of its own, since that
+/// of the place may leave no room for more.
+fn beside(place: &Path, number: usize) -> PathBuf {
+    place.with_file_name(format!(".musculo-collide-{}-{number}.tmp", process::id()))
+}
+
+/// Writes a file with the permissions of the one that it will replace.
+fn write_beside(beside: &Path, place: &Path, content: &[u8]) -> io::Result<()> {
+    let mut file = unfinished().make_file(beside)?;
+    let mut written = file.write_all(content);
+    if let (Ok(()), Ok(replaced)) = (&written, fs::metadata(place)) {
+        written = file.set_permissions(replaced.permissions());
+    }
+    if written.is_err() {
+        unfinished().remove_file(beside);
+    }
+    written
+}
+
+/// Writes to a device or a pipe. A reader that closes a pipe needs no more of it.
+fn write_stream(place: &Path, content: &[u8]) -> io::Result<()> {
+    let mut stream = OpenOptions::new().write(true).open(place)?;
+    terminal::unless_closed(stream.write_all(content))
+}
+
+/// Outputs in their places.
+#[derive(Debug)]
+pub(crate) struct Written {
+    paths: Vec<PathBuf>,
+    /// True if an output has taken standard output, so that no table may follow.
+    pub(crate) to_standard_output: bool,
+}
+
+/// Maximum number of written files that are listed one by one.
+const MAX_LISTED: usize = 6;
+
+impl Written {
+    /// Returns lines that name the outputs.
+    pub(crate) fn lines(&self) -> String {
+        let Some(last) = self.paths.last() else { return String::new() };
+        if self.paths.len() > MAX_LISTED {
+            let folder = last.parent().unwrap_or(last);
+            let files = counted(self.paths.len(), "file");
+            return format!("wrote {files} to {}\n", folder.display());
+        }
+
+        let mut lines = String::new();
+        for path in &self.paths {
+            lines += &format!("wrote {}\n", path.display());
+        }
+        lines
+    }
+}

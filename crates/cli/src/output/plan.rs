@@ -1,0 +1,161 @@
+//! Files that a command reads and writes, declared before it begins.
+
+use std::collections::{BTreeMap, HashMap};
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+use super::Outputs;
+use super::identity::{FileId, is_character_device, resolved};
+use super::outputs::Destination;
+use crate::failure::Failure;
+
+/// Path that stands for standard output.
+const STANDARD_OUTPUT: &str = "-";
+
+/// Files that a command reads and writes.
+#[derive(Debug, Default)]
+pub(crate) struct FilePlan {
+    inputs: Vec<PathBuf>,
+    files: Vec<PathBuf>,
+    folders: Vec<PathBuf>,
+}
+
+/// Part of a file in a plan.
+#[derive(Debug)]
+enum Role {
+    Input(PathBuf),
+    Output(PathBuf),
+}
+
+impl FilePlan {
+    /// Begins a plan with the files that are read.
+    pub(crate) fn reading(inputs: impl IntoIterator<Item = PathBuf>) -> Self {
+        Self { inputs: inputs.into_iter().collect(), ..Self::default() }
+    }
+
+    /// Adds a file that is written, if there is one.
+    pub(crate) fn writing(mut self, file: Option<&PathBuf>) -> Self {
+        self.files.extend(file.cloned());
+        self
+    }
+
+    /// Adds a folder that is made where there is none, if there is one, and the names of
+    /// files that are written into it.
+    pub(crate) fn writing_into(
+        mut self,
+        folder: Option<&PathBuf>,
+        names: impl IntoIterator<Item = String>,
+    ) -> Self {
+        if let Some(folder) = folder {
+            self.files.extend(names.into_iter().map(|name| folder.join(name)));
+            self.folders.push(folder.clone());
+        }
+        self
+    }
+
+    /// Checks the plan, without writing anything.
+    ///
+    /// # Errors
+    ///
+    /// Outputs that are inputs or other outputs, by the identity of the file; and places
+    /// where no file can be.
+    pub(crate) fn open(self) -> Result<Outputs, Failure> {
+        // An input that does not exist is named by its reader.
+        let mut roles = BTreeMap::new();
+        for input in self.inputs {
+            if let Ok(id) = FileId::of(&input)
+                && !is_character_device(&input)
+            {
+                roles.insert(id, Role::Input(input));
+            }
+        }
+
+        // Folders first: files may stand in folders that are yet to be made.
+        let mut folders = Vec::new();
+        for folder in &self.folders {
+            let place = folder_place(folder).map_err(|error| Failure::in_output(folder, &error))?;
+            claim(&mut roles, FileId::Path(place.clone()), folder)?;
+            folders.push(place);
+        }
+
+        // A table that is appended to an input would spoil it.
+        let standard_output = FileId::of_standard_output();
+        if let Some(Role::Input(input)) = standard_output.as_ref().and_then(|id| roles.get(id)) {
+            return Err(Failure::in_file(input, "is an input, and standard output as well"));
+        }
+
+        let mut destinations = HashMap::new();
+        for file in self.files {
+            let (id, destination) = destination(&file, standard_output.as_ref(), &folders)
+                .map_err(|error| Failure::in_output(&file, &error))?;
+            if let Some(id) = id {
+                claim(&mut roles, id, &file)?;
+            }
+            destinations.insert(file, destination);
+        }
+        Ok(Outputs::new(destinations, folders))
+    }
+}
+
+/// Returns the place of a folder, which may not exist yet.
+fn folder_place(folder: &Path) -> io::Result<PathBuf> {
+    if folder == Path::new(STANDARD_OUTPUT) {
+        let problem = "'-' is standard output, and no folder (the folder '-' is './-')";
+        return Err(io::Error::new(io::ErrorKind::NotADirectory, problem));
+    }
+    let place = resolved(folder)?;
+    match fs::metadata(&place) {
+        Ok(metadata) if !metadata.is_dir() => Err(io::ErrorKind::NotADirectory.into()),
+        _ => Ok(place),
+    }
+}
+
+/// Returns where the content of an output goes, and the identity of a file that only one
+/// output may have.
+fn destination(
+    path: &Path,
+    standard_output: Option<&FileId>,
+    folders: &[PathBuf],
+) -> io::Result<(Option<FileId>, Destination)> {
+    // However it is spelled (/dev/stdout, or the file to which it is redirected).
+    let id = FileId::of(path)?;
+    if path == Path::new(STANDARD_OUTPUT) || standard_output == Some(&id) {
+        let id = FileId::Path(STANDARD_OUTPUT.into());
+        return Ok((Some(id), Destination::StandardOutput));
+    }
+
+    let place = resolved(path)?;
+    match fs::metadata(&place) {
+        Ok(metadata) if metadata.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
+        Ok(metadata) if metadata.is_file() => Ok((Some(id), Destination::File(place))),
+        // A device or a pipe: a file moved to its place would replace it.
+        Ok(_) => Ok(((!is_character_device(&place)).then_some(id), Destination::Stream(place))),
+        Err(_) => {
+            let folder = place.parent().unwrap_or(&place);
+            let is_planned = folders.iter().any(|planned| planned == folder);
+            if is_planned || folder.is_dir() {
+                Ok((Some(id), Destination::File(place)))
+            } else {
+                Err(io::ErrorKind::NotFound.into())
+            }
+        }
+    }
+}
+
+/// Gives a file to an output, unless it has a part already.
+fn claim(roles: &mut BTreeMap<FileId, Role>, id: FileId, output: &Path) -> Result<(), Failure> {
+    let problem = match roles.insert(id, Role::Output(output.to_owned())) {
+        None => return Ok(()),
+        Some(Role::Input(input)) if input == output => {
+            "is an input, which the output of the same name would replace".to_owned()
+        }
+        Some(Role::Input(input)) => {
+            format!("is the input {}, which the output would replace", input.display())
+        }
+        Some(Role::Output(other)) if other == output => "is the place of two outputs".to_owned(),
+        Some(Role::Output(other)) => {
+            format!("is the place of another output, {}", other.display())
+        }
+    };
+    Err(Failure::in_file(output, problem))
+}
