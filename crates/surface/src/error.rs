@@ -48,7 +48,7 @@ pub enum SurfaceError {
     /// A coordinate is so large that products of coordinates could overflow.
     #[error(
         "vertex {vertex} has the coordinate {value:e}, but magnitudes end at {max:e}: products of coordinates would overflow",
-        max = crate::MAX_COORDINATE
+        max = crate::range::MAX_COORDINATE
     )]
     TooLarge {
         /// The first such vertex.
@@ -59,7 +59,7 @@ pub enum SurfaceError {
     /// All coordinates are so small that their products vanish.
     #[error(
         "the largest coordinate is {largest:e}, but must reach {min:e}, or be 0: products of coordinates would vanish",
-        min = crate::MIN_SIZE
+        min = crate::range::MIN_SIZE
     )]
     TooSmall {
         /// Magnitude of the largest coordinate.
