@@ -52,9 +52,9 @@ pub use overlap::{
     JointContactParams,
 };
 pub use plan::{
-    Detection, DetectionMethod, ExcludedPair, ExclusionReason, ForcedMethod, MissingStructure,
-    OperationCounts, PairDetection, PairPlan, Plan, PlanError, PlanParams, RespondParams,
-    Structure, StructureKind, machine_factor,
+    Detection, DetectionMethod, ErrorEstimate, ExcludedPair, ExclusionReason, ForcedMethod,
+    MissingStructure, OperationCounts, PairDetection, PairPlan, Plan, PlanError, PlanParams,
+    RespondParams, Structure, StructureKind, machine_factor,
 };
 pub use surface::RigidState;
 

@@ -205,14 +205,14 @@ impl Construction<'_> {
         bodies.into_iter().collect()
     }
 
-    /// Selects the bodies whose own faces are compared, and need a tree: those without a reduced
-    /// surface in their place.
+    /// Selects the bodies whose own faces are compared, and need a tree: bones with a field, and
+    /// bodies without a reduced surface in their place.
     fn select_trees(&mut self) {
         for pair in &*self.pairs {
             for id in pair.pair.bodies() {
                 let is_reduced = self.structures.coarse(id).is_some();
                 self.structures.uses_tree[id.index()] |= match pair.method {
-                    DetectionMethod::Field => pair.bone != Some(id) && !is_reduced,
+                    DetectionMethod::Field => pair.bone == Some(id) || !is_reduced,
                     DetectionMethod::Surfaces => !is_reduced,
                     DetectionMethod::Medial => true,
                 };

@@ -3,8 +3,8 @@
 use scene::{BodyId, PairId, Scene};
 
 use crate::{
-    DetectionMethod, ExcludedPair, ExclusionReason, ForcedMethod, OperationCounts, PairPlan,
-    PlanError, PlanParams,
+    DetectionMethod, ErrorEstimate, ExcludedPair, ExclusionReason, ForcedMethod, OperationCounts,
+    PairPlan, PlanError, PlanParams,
 };
 
 /// Pairs of bodies near enough to be planned, in the order of the bodies.
@@ -99,7 +99,7 @@ fn choose_method(
         method: forced.unwrap_or(cheapest),
         bone,
         fallback_reason,
-        measured_error: 0.0,
+        error: ErrorEstimate::NONE,
         operations: OperationCounts::default(),
         cost: 0.0,
     };

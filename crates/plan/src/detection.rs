@@ -18,10 +18,10 @@ pub struct Detection {
 pub struct PairDetection {
     /// The two bodies.
     pub pair: PairId,
-    /// True if they overlap, within the measured error of the pair.
+    /// True if they overlap, within the error of the pair.
     pub overlaps: bool,
-    /// Depth of the deepest vertex, `>= 0`; 0 where none is inside. With a field, all vertices of
-    /// the other body count; with surfaces, the kept vertices of both.
+    /// Depth of the deepest vertex of either body, `>= 0`; 0 where none is inside. With a field, all
+    /// vertices of both count; with surfaces, those that reduced surfaces have kept.
     pub max_depth: f64,
     /// Smallest gap of a vertex's contact; `None` where no vertex is in contact.
     pub min_gap: Option<f64>,

@@ -44,7 +44,10 @@
 //!
 //! - `rayon`: structures are built, and pairs are detected, on the threads of the current pool;
 //!   results are the same to the bit.
-//! - `serde`: parameters, methods and operation counts implement `Serialize` and `Deserialize`.
+//! - `serde`: parameters, methods, errors and operation counts implement `Serialize` and
+//!   `Deserialize`.
+//!
+//! None is on by default.
 
 mod bone_field;
 mod builder;
@@ -52,6 +55,7 @@ mod candidates;
 mod cost;
 mod detection;
 mod error;
+mod estimate;
 mod frame;
 mod method;
 mod pair;
@@ -68,9 +72,15 @@ pub use glam;
 pub use crate::cost::{OperationCounts, machine_factor};
 pub use crate::detection::{Detection, PairDetection};
 pub use crate::error::PlanError;
+pub use crate::estimate::ErrorEstimate;
 pub use crate::method::{DetectionMethod, ExclusionReason, StructureKind};
 pub use crate::pair::{ExcludedPair, PairPlan};
 pub use crate::params::{ForcedMethod, PlanParams};
 pub use crate::plan::Plan;
 pub use crate::respond::RespondParams;
 pub use crate::structures::{MissingStructure, Structure};
+
+/// Compiles and runs the README's example.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

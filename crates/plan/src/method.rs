@@ -13,8 +13,9 @@ use scene::SceneError;
 #[non_exhaustive]
 pub enum DetectionMethod {
     /// Vertices and edges of one body, reduced as far as the tolerance allows, against the
-    /// distance field of the other, which is rigid. The error of a gap is that of the field plus
-    /// the deviation of the reduced surface.
+    /// distance field of the other, which is rigid, and the vertices of that one against the
+    /// reduced surface. The error of a gap is that of the field plus the deviation of the reduced
+    /// surface.
     Field,
     /// Vertices of each body against the surface of the other, both reduced as far as the
     /// tolerance allows. The error of a gap is the deviation of both; 0 where neither is reduced.

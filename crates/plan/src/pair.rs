@@ -2,7 +2,7 @@
 
 use scene::{BodyId, PairId};
 
-use crate::{DetectionMethod, ExclusionReason, OperationCounts};
+use crate::{DetectionMethod, ErrorEstimate, ExclusionReason, OperationCounts};
 
 /// Method for one pair of bodies.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,9 +15,9 @@ pub struct PairPlan {
     pub(crate) bone: Option<BodyId>,
     /// Reason why the pair does not use a field, where it does not.
     pub fallback_reason: Option<ExclusionReason>,
-    /// Measured error of a contact's gap, in the length unit: of the structures as they were
-    /// built, at the positions they were built at.
-    pub measured_error: f64,
+    /// Error of a contact's gap, from the structures as they were built, at the positions they
+    /// were built at.
+    pub error: ErrorEstimate,
     /// Operations per frame.
     pub operations: OperationCounts,
     /// Predicted time per frame, of one thread \[s\].
@@ -34,8 +34,7 @@ pub struct ExcludedPair {
 }
 
 impl PairPlan {
-    /// Returns the rigid body whose field is queried, where that is the method: only vertices and
-    /// edges of the other body are then compared.
+    /// Returns the rigid body whose field is queried, where that is the method.
     #[must_use]
     pub fn bone(&self) -> Option<BodyId> {
         self.bone.filter(|_| self.method == DetectionMethod::Field)

@@ -1,17 +1,23 @@
 //! Detection of one pair by its method.
 
 use distance_field::{FieldContacts, FieldFeature};
-use proximity::{PairProximity, contact};
+use kdop::Workspace;
+use proximity::{ClosestPoint, PairProximity, SurfaceTree, contact};
 use scene::medial_detector::MedialScratch;
-use scene::{BodyId, PairId, Scene};
-use surface::Contact;
+use scene::{Body, BodyId, PairId, Scene};
+use surface::{Contact, ContactSide, Term};
 
 use crate::structures::{ComparedSurface, Structures};
 use crate::{DetectionMethod, PairPlan, PlanError};
 
+/// Depth up to which the error of a field is [measured](distance_field::FieldReport) \[spacings\].
+/// Deeper values are wrong by more along the medial axis.
+const MEASURED_DEPTH: f64 = 2.0;
+
 /// Detector of one pair: its result, and memory that is reused from frame to frame.
 #[derive(Debug, Default)]
 pub(crate) struct PairDetector {
+    workspace: Workspace,
     surfaces: PairProximity,
     field: FieldContacts,
     medial: MedialScratch,
@@ -59,11 +65,15 @@ impl PairDetector {
         (self.overlaps, self.min_gap) = (false, None);
     }
 
+    /// Detects a surface by the field of a bone, and the bone's own vertices by the surface.
+    ///
+    /// Either alone is blind: a field is queried at vertices and edges, which a bone in the middle
+    /// of a large face or wholly inside is far from.
     fn detect_by_field(
         &mut self,
         bone: BodyId,
         other: BodyId,
-        Frame { scene, structures, .. }: Frame<'_>,
+        Frame { scene, structures, margin }: Frame<'_>,
     ) -> Result<(), PlanError> {
         let detector = structures.field_detector(scene, bone)?;
         let Some((detector, state)) = detector else { return Ok(()) };
@@ -78,23 +88,41 @@ impl PairDetector {
             self.field.add_deepest(detector, &state, fine, particles, represented);
         }
 
-        // The gap of the pair is that of its vertices.
-        let mut min_gap = f64::INFINITY;
+        // The gap of the pair is that of its vertices; deep ones are projected to the bone itself.
+        let Some(bone) = ComparedSurface::whole(scene.body(bone)) else { return Ok(()) };
+        let max_depth = MEASURED_DEPTH * detector.field().grid().spacing();
         for found in self.field.contacts() {
-            self.contacts.push(found.contact);
-            self.overlaps |= found.contact.gap < 0.0;
+            let mut contact = found.contact;
+            self.overlaps |= contact.gap < 0.0;
             if matches!(found.feature, FieldFeature::Vertex(_)) {
-                min_gap = min_gap.min(found.contact.gap);
+                if contact.gap < -max_depth {
+                    contact = project(&contact, scene.body(other), bone.tree, &mut self.workspace);
+                }
+                self.min_gap = Some(self.min_gap.map_or(contact.gap, |gap| gap.min(contact.gap)));
             }
+            self.contacts.push(contact);
         }
-        self.min_gap = (min_gap < f64::INFINITY).then_some(min_gap);
+        self.detect_vertices(&bone, &side, margin);
         Ok(())
+    }
+
+    /// Adds the vertices of `a` against the surface of `b`, and where faces cross.
+    fn detect_vertices(&mut self, a: &ComparedSurface<'_>, b: &ComparedSurface<'_>, margin: f64) {
+        if !are_near(a, b, margin) {
+            return;
+        }
+        self.surfaces.compute_first(a.tree, b.tree, margin);
+        let [of_a, _] = self.surfaces.sides();
+        self.contacts.extend(of_a.near().iter().map(|near| contact(&a.contact, &b.contact, near)));
+        self.overlaps |= self.surfaces.overlaps();
+        let gaps = self.min_gap.into_iter().chain(self.surfaces.min_gap());
+        self.min_gap = gaps.min_by(f64::total_cmp);
     }
 
     /// Detects two surfaces, unless one of them is missing or they are apart by their bounds.
     fn detect_by_surfaces(&mut self, sides: [Option<ComparedSurface<'_>>; 2], margin: f64) {
         let [Some(a), Some(b)] = sides else { return };
-        if !a.tree.tree().root().inflated(margin).overlaps(&b.tree.tree().root()) {
+        if !are_near(&a, &b, margin) {
             return;
         }
 
@@ -116,4 +144,29 @@ impl PairDetector {
         self.min_gap = self.contacts.iter().map(|contact| contact.gap).min_by(f64::total_cmp);
         self.overlaps = self.min_gap.is_some_and(|gap| gap < 0.0);
     }
+}
+
+/// Projects the vertex of a contact inside a bone to the bone's own surface.
+fn project(
+    contact: &Contact,
+    body: &Body,
+    bone: &SurfaceTree,
+    workspace: &mut Workspace,
+) -> Contact {
+    let Some(&Term { particle, .. }) = contact.stencil.terms().first() else { return *contact };
+    let vertex = particle - body.particles().start;
+    let position = body.positions()[vertex as usize];
+    let closest = bone.closest_point(position, f64::INFINITY, None, workspace);
+    let Some(ClosestPoint { foot, distance, .. }) = closest else { return *contact };
+
+    // From inside, the normal points to the foot.
+    let normal = (foot.point - position).try_normalize().unwrap_or(contact.normal);
+    let vertex = [Term { particle, weight: 1.0 }];
+    let [on_body, on_bone] = [ContactSide::Particles(&vertex), ContactSide::at_rest(foot.point)];
+    Contact::between(on_body, on_bone, normal, -distance)
+}
+
+/// Returns true if the bounds of two surfaces come within the margin.
+fn are_near(a: &ComparedSurface<'_>, b: &ComparedSurface<'_>, margin: f64) -> bool {
+    a.tree.tree().root().inflated(margin).overlaps(&b.tree.tree().root())
 }

@@ -99,7 +99,7 @@ impl<'a> Planner<'a> {
 
         // Then the errors and costs of what was built.
         for pair in &mut pairs {
-            pair.measured_error = structures.measured_error(pair);
+            pair.error = structures.error(pair);
             pair.operations = self.pair_operations(pair, &structures);
             pair.cost = self.params.machine_factor * pair.operations.seconds();
         }
@@ -145,8 +145,12 @@ impl<'a> Planner<'a> {
         match (pair.method, pair.bone()) {
             (DetectionMethod::Field, None) => {}
             (DetectionMethod::Field, Some(bone)) => {
-                let side = structures.contact_surface(self.scene, pair.other(bone));
+                let other = pair.other(bone);
+                let side = structures.contact_surface(self.scene, other);
                 operations.field_vertices = self.count_near(side.positions.as_slice(), bone);
+                // A bone has two faces per vertex.
+                let positions = self.scene.body(bone).positions();
+                operations.compared_faces = 2.0 * self.count_near(positions, other);
             }
             (DetectionMethod::Surfaces, _) => {
                 for id in pair.pair.bodies() {

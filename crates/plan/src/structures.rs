@@ -7,7 +7,7 @@ use scene::{Body, BodyId, MedialDetector, Scene};
 use surface::{RigidState, parallel};
 
 use crate::bone_field::BoneField;
-use crate::{DetectionMethod, ExclusionReason, PairPlan, PlanError, StructureKind};
+use crate::{DetectionMethod, ErrorEstimate, ExclusionReason, PairPlan, PlanError, StructureKind};
 
 /// Structure that was built for a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,8 +20,8 @@ pub struct Structure {
     pub size: usize,
     /// Distance between the nodes of a field.
     pub spacing: Option<f64>,
-    /// Measured distance between the structure and the body's own surface, in the length unit.
-    pub measured_error: f64,
+    /// Distance between the structure and the body's own surface.
+    pub error: ErrorEstimate,
     /// Memory, in bytes.
     pub bytes: usize,
 }
@@ -144,16 +144,17 @@ impl Structures {
         Ok(Some((&field.detector, RigidState::at_rest(pose))))
     }
 
-    /// Computes the measured error of a pair's gaps.
-    pub(crate) fn measured_error(&self, planned: &PairPlan) -> f64 {
+    /// Computes the error of a pair's gaps.
+    pub(crate) fn error(&self, planned: &PairPlan) -> ErrorEstimate {
         let [a, b] = planned.pair.bodies().map(|id| &self.bodies[id.index()]);
-        match planned.method {
-            DetectionMethod::Field => planned.bone.map_or(0.0, |bone| {
+        match (planned.method, planned.bone()) {
+            (DetectionMethod::Field, None) => ErrorEstimate::NONE,
+            (DetectionMethod::Field, Some(bone)) => {
                 let other = &self.bodies[planned.other(bone).index()];
                 self.bodies[bone.index()].field_error() + other.coarse_error()
-            }),
-            DetectionMethod::Surfaces => a.coarse_error() + b.coarse_error(),
-            DetectionMethod::Medial => a.medial_error().max(b.medial_error()),
+            }
+            (DetectionMethod::Surfaces, _) => a.coarse_error() + b.coarse_error(),
+            (DetectionMethod::Medial, _) => a.medial_error().max(b.medial_error()),
         }
     }
 
@@ -164,57 +165,56 @@ impl Structures {
             if self.uses_tree[id.index()] {
                 list.push(tree_structure(id, scene.body(id)));
             }
-            structures.list(id, &mut list);
+            list.extend(structures.coarse.as_ref().map(|coarse| Structure {
+                body: id,
+                kind: StructureKind::Reduced,
+                size: coarse.tree().surface().faces().len(),
+                spacing: None,
+                error: structures.coarse_error(),
+                bytes: coarse.bytes(),
+            }));
+            list.extend(structures.field.as_ref().map(|field| Structure {
+                body: id,
+                kind: StructureKind::Field,
+                size: field.detector.field().grid().node_count(),
+                spacing: Some(field.detector.field().grid().spacing()),
+                error: structures.field_error(),
+                bytes: field.detector.bytes(),
+            }));
+            list.extend(structures.medial.as_ref().map(|medial| Structure {
+                body: id,
+                kind: StructureKind::Medial,
+                size: medial.medial().balls().len(),
+                spacing: None,
+                error: structures.medial_error(),
+                bytes: medial.bytes(),
+            }));
         }
         list
     }
 }
 
 impl BodyStructures {
-    fn coarse_error(&self) -> f64 {
-        self.coarse.as_ref().map_or(0.0, |coarse| coarse.reduced().deviation.upper())
+    /// Returns the certified deviation of the reduced surface.
+    fn coarse_error(&self) -> ErrorEstimate {
+        let bound = |coarse: &CoarseSurface| coarse.reduced().deviation.upper();
+        self.coarse
+            .as_ref()
+            .map_or(ErrorEstimate::NONE, |coarse| ErrorEstimate::Bound(bound(coarse)))
     }
 
-    fn field_error(&self) -> f64 {
-        self.field.as_ref().map_or(0.0, |field| field.measured_error)
+    /// Returns the largest error of the field at samples near the surface.
+    fn field_error(&self) -> ErrorEstimate {
+        let field = self.field.as_ref();
+        field.map_or(ErrorEstimate::NONE, |field| ErrorEstimate::Measured(field.measured_error))
     }
 
-    fn medial_error(&self) -> f64 {
-        self.medial.as_ref().map_or(0.0, |medial| medial.deviation().largest())
-    }
-
-    fn list(&self, body: BodyId, list: &mut Vec<Structure>) {
-        if let Some(coarse) = &self.coarse {
-            list.push(Structure {
-                body,
-                kind: StructureKind::Reduced,
-                size: coarse.tree().surface().faces().len(),
-                spacing: None,
-                measured_error: self.coarse_error(),
-                bytes: coarse.bytes(),
-            });
-        }
-        if let Some(BoneField { detector, measured_error }) = &self.field {
-            let grid = detector.field().grid();
-            list.push(Structure {
-                body,
-                kind: StructureKind::Field,
-                size: grid.node_count(),
-                spacing: Some(grid.spacing()),
-                measured_error: *measured_error,
-                bytes: detector.bytes(),
-            });
-        }
-        if let Some(medial) = &self.medial {
-            list.push(Structure {
-                body,
-                kind: StructureKind::Medial,
-                size: medial.medial().balls().len(),
-                spacing: None,
-                measured_error: self.medial_error(),
-                bytes: medial.bytes(),
-            });
-        }
+    /// Returns the certified deviation of the medial surface.
+    fn medial_error(&self) -> ErrorEstimate {
+        let bound = |medial: &MedialDetector| medial.deviation().largest();
+        self.medial
+            .as_ref()
+            .map_or(ErrorEstimate::NONE, |medial| ErrorEstimate::Bound(bound(medial)))
     }
 }
 
@@ -224,7 +224,7 @@ fn tree_structure(id: BodyId, body: &Body) -> Structure {
         kind: StructureKind::Tree,
         size: body.surface().faces().len(),
         spacing: None,
-        measured_error: 0.0,
+        error: ErrorEstimate::NONE,
         bytes: body.tree().map_or(0, |tree| tree.tree().bytes()),
     }
 }

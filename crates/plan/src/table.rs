@@ -37,11 +37,11 @@ impl Plan {
     fn write_structures(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let width = self.name_width();
         write!(f, "\n{:<width$}  {:<16} ", "body", "built")?;
-        writeln!(f, "{:>9} {:>9} {:>9}", "size", "error", "MB")?;
+        writeln!(f, "{:>9} {:>9} {:>18}", "size", "error", "MB")?;
         for built in &self.built {
             let megabytes = count(built.bytes) / 1e6;
             write!(f, "{:<width$}  {:<16} ", self.name(built.body), built.kind)?;
-            write!(f, "{:>9} {:>9.4} {megabytes:>9.2}", built.size, built.measured_error)?;
+            write!(f, "{:>9} {} {megabytes:>9.2}", built.size, built.error)?;
             match built.spacing {
                 Some(spacing) => writeln!(f, "  spacing {spacing:.3}")?,
                 None => writeln!(f)?,
@@ -57,12 +57,12 @@ impl Plan {
     fn write_pairs(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let width = self.name_width();
         write!(f, "\n{:<width$}  {:<width$}  ", "a", "b")?;
-        writeln!(f, "{:<8} {:>9} {:>9}", "method", "error", "µs")?;
+        writeln!(f, "{:<8} {:>9} {:>18}", "method", "error", "µs")?;
         for planned in &self.pairs {
             let microseconds = 1e6 * planned.cost;
             let [a, b] = planned.pair.bodies().map(|id| self.name(id));
             write!(f, "{a:<width$}  {b:<width$}  {:<8} ", planned.method)?;
-            write!(f, "{:>9.4} {microseconds:>9.1}", planned.measured_error)?;
+            write!(f, "{} {microseconds:>9.1}", planned.error)?;
             match &planned.fallback_reason {
                 Some(reason) => writeln!(f, "  no field: {reason}")?,
                 None => writeln!(f)?,

@@ -49,6 +49,29 @@ impl PairProximity {
         of_b.compute(b, &crossings.cut_faces_of_b, a, margin, inside, workspace);
     }
 
+    /// Computes the vertices of `a` against `b`, in place of an earlier pair's; those of `b` are
+    /// left out.
+    ///
+    /// For vertices of `b` that are found by other means: of the same work, each surface takes its
+    /// part. [`overlaps`](Self::overlaps) then holds where faces cross or a vertex of `a` is inside.
+    pub fn compute_first(&mut self, a: &SurfaceTree, b: &SurfaceTree, margin: f64) {
+        self.crossings.find(a, b, &mut self.workspace);
+        let Self { workspace, inside, crossings, a: of_a, b: of_b } = self;
+        of_b.clear();
+
+        // Vertices that may be outside but within the margin.
+        of_a.candidates.reset(a.surface());
+        let mut offer = |face_a, face_b| of_a.candidates.offer(a, face_a, b, face_b);
+        if margin > 0.0 {
+            a.tree().pairs(b.tree(), margin, workspace, offer);
+        } else {
+            for &[face_a, face_b] in &crossings.meeting {
+                offer(face_a, face_b);
+            }
+        }
+        of_a.compute(a, &crossings.cut_faces_of_a, b, margin, inside, workspace);
+    }
+
     /// Gathers the vertices of both surfaces that may be outside but within the margin; without
     /// a margin, these are corners of faces that meet.
     fn find_candidates(&mut self, a: &SurfaceTree, b: &SurfaceTree, margin: f64) {
@@ -133,6 +156,12 @@ impl PairProximity {
 }
 
 impl PairSide {
+    fn clear(&mut self) {
+        self.inside.clear();
+        self.no_inside = None;
+        self.near.clear();
+    }
+
     fn compute(
         &mut self,
         p: &SurfaceTree,

@@ -11,6 +11,14 @@
 //!
 //! Rigid bodies stay. No round moves a vertex farther than the tissue around it can follow:
 //! deep overlaps take several.
+//!
+//! # Features
+//!
+//! - `rayon`: pairs, bodies and large batches of contacts on the threads of the current pool;
+//!   results are the same to the bit.
+//! - `serde`: parameters implement `Serialize` and `Deserialize`.
+//!
+//! None is on by default.
 
 mod edge_contacts;
 mod error;
@@ -33,3 +41,8 @@ pub use crate::error::ResolveError;
 pub use crate::params::ResolveParams;
 pub use crate::resolution::{BodyChange, Obstacle, Remaining, Resolution, Round};
 pub use crate::resolver::{Resolver, resolve};
+
+/// Compiles and runs the README's example.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -13,7 +13,6 @@ use crate::tuning;
 
 /// State of a scene at the start or after a round.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Round {
     /// Number of pairs that overlap.
     pub overlapping_pairs: usize,
@@ -53,7 +52,6 @@ pub struct BodyChange {
 
 /// Reason why a pair still overlaps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Obstacle {
     /// Neither body may move.

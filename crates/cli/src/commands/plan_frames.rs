@@ -143,7 +143,7 @@ impl Comparison {
     ) {
         let exact = exact.iter().find(|exact| exact.pair == pair.pair);
         let planned = detection.pairs().iter().find(|found| found.pair == pair.pair);
-        let exact_depth = exact.map_or(0.0, |exact| depth(exact, pair.bone()));
+        let exact_depth = exact.map_or(0.0, |exact| exact.max_depth);
         let depth = planned.map_or(0.0, |planned| planned.max_depth);
 
         let difference = (exact_depth - depth).abs();
@@ -167,16 +167,4 @@ impl fmt::Display for Comparison {
         writeln!(f, "depths differ by at most {max_difference:.4} ({place})")?;
         writeln!(f, "{missing} overlaps are missing, at most {max_missing_depth:.4} deep")
     }
-}
-
-/// Returns the depth of the deepest vertex that a plan queries: of both bodies, or of the
-/// one against the field of the bone.
-fn depth(exact: &PairReport, bone: Option<BodyId>) -> f64 {
-    let mut min_gap = 0.0_f64;
-    for (id, side) in [(exact.pair.a, &exact.a_against_b), (exact.pair.b, &exact.b_against_a)] {
-        if Some(id) != bone {
-            min_gap = side.near.iter().map(|near| near.gap).fold(min_gap, f64::min);
-        }
-    }
-    -min_gap
 }

@@ -19,11 +19,10 @@ fn plan_with_polls(halvings: u32, last: usize) -> (bool, usize) {
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     let is_made = one.install(|| {
         let (mut scene, _) = three_of(halvings);
-        match Plan::new(&mut scene, &PlanParams::with_tolerance(0.5), Progress::new(&handler)) {
-            Ok(_) => true,
-            Err(PlanError::Interrupted(_)) => false,
-            Err(error) => panic!("{error}"),
-        }
+        let params = PlanParams::with_tolerance(0.5);
+        let made = Plan::new(&mut scene, &params, Progress::new(&handler));
+        assert!(matches!(made, Ok(_) | Err(PlanError::Interrupted(_))), "{made:?}");
+        made.is_ok()
     });
     (is_made, polls.load(Ordering::Relaxed))
 }

@@ -1,6 +1,7 @@
 //! Tests of plans.
 
 mod allocations;
+mod complete;
 mod growth;
 mod interruption;
 mod planned;
