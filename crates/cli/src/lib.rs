@@ -49,14 +49,17 @@ files once all of them are complete, but never an input.
 Exit status:
   0    the condition holds: nothing overlaps, the gap is reached, errors are within bounds
   1    it does not
-  2    input or usage is wrong, and nothing is written
-  3    an output cannot be written, and no file is changed
-  130  interrupted, and no file is changed";
+  2    input or usage is wrong
+  3    an output cannot be written
+  130  interrupted
+With 2 and above no file is changed.";
 
 /// Runs the program with the arguments of the command line.
 #[must_use]
 pub fn run() -> ExitCode {
     interrupt::handle_interruption();
+
+    // A mistake in the arguments is found before anything is read.
     let arguments = match Arguments::read() {
         Ok(arguments) => arguments,
         Err(error) => return print_usage(&error),
@@ -71,18 +74,16 @@ pub fn run() -> ExitCode {
 impl Arguments {
     /// Reads the command line; every help text has the exit statuses at its end.
     fn read() -> Result<Self, clap::Error> {
-        let command = Self::command().after_help(STATUS_HELP);
-        let mut command = command.mut_subcommands(|subcommand| {
-            let examples = subcommand.get_after_help().map(ToString::to_string);
-            let help = examples.map_or_else(String::new, |examples| examples + "\n\n");
-            subcommand.after_help(help + STATUS_HELP)
-        });
+        let command = Self::command().mut_subcommands(with_status_help);
+        let mut command = with_status_help(command);
+
         let mut matches = command.try_get_matches_from_mut(std::env::args_os())?;
         Self::from_arg_matches_mut(&mut matches).map_err(|error| error.format(&mut command))
     }
 
     /// Runs the command, and returns true if the condition that it checks holds.
     fn run(&self) -> Result<bool, Failure> {
+        // The pool of this process, in which all parallel work of the command runs.
         let threads = self.thread_count()?;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
         pool.install(|| self.command.run())
@@ -106,15 +107,26 @@ impl Arguments {
     }
 }
 
+/// Appends the exit statuses to a help text.
+fn with_status_help(command: clap::Command) -> clap::Command {
+    let help = match command.get_after_help() {
+        Some(examples) => format!("{examples}\n\n{STATUS_HELP}"),
+        None => STATUS_HELP.to_owned(),
+    };
+    command.after_help(help)
+}
+
 /// Prints help to standard output, or a mistake in the arguments to standard error.
 fn print_usage(error: &clap::Error) -> ExitCode {
     let printed = terminal::unless_closed(error.print());
+
+    // Without standard error there is no place to report to.
+    if error.use_stderr() {
+        return exit_code(FailureKind::Input);
+    }
     match printed {
-        Ok(()) if !error.use_stderr() => ExitCode::SUCCESS,
-        Err(problem) if !error.use_stderr() => {
-            print_failure(&Failure::in_standard_output(&problem))
-        }
-        _ => exit_code(FailureKind::Input),
+        Ok(()) => ExitCode::SUCCESS,
+        Err(problem) => print_failure(&Failure::in_standard_output(&problem)),
     }
 }
 

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use glam::DVec3;
 use mesh_io::Mesh;
 use musculo_collide::surface::{
     Aabb, PositionBuffer, Positions, SurfaceError, TriangleSurface, inspect,
@@ -14,7 +15,7 @@ use crate::failure::{Failure, FailureKind};
 use crate::output::FilePlan;
 use crate::phase::Phase;
 use crate::report::{BodyRecord, CheckDocument, PairRecord, divisions};
-use crate::scene::{BodyDescription, SceneDescription, unit_warnings};
+use crate::scene::{BodyDescription, IgnoredPair, SceneDescription, unit_warnings};
 use crate::terminal;
 
 /// Arguments that name the bodies of a scene.
@@ -67,20 +68,21 @@ impl LoadedScene {
         let meshes = read_meshes(&description)?;
         let _phase = Phase::start("inspecting meshes");
         let bodies = description.bodies.par_iter().zip(meshes);
-        let inspected: Vec<Result<InspectedMesh, SceneError>> =
-            bodies.map(|(body, mesh)| InspectedMesh::new(body, mesh)).collect();
+        let inspected: Vec<_> = bodies.map(InspectedMesh::new).collect();
 
+        // Bodies in the order of the description, whichever was inspected first.
         let mut loaded = Self { description, scene: Scene::new(), bodies: Vec::new() };
         let mut ids = Vec::new();
         for inspected in inspected {
-            let InspectedMesh { record, surface, mesh } = inspected?;
+            let InspectedMesh { record, surface, positions } = inspected?;
             let (name, kind) = (record.name.as_str(), record.kind);
-            ids.push(loaded.scene.add(name, kind, surface, mesh.positions)?);
+            ids.push(loaded.scene.add(name, kind, surface, positions)?);
             loaded.bodies.push(record);
         }
-        for pair in &loaded.description.ignored {
-            let [a, b] = [&pair.a, &pair.b].map(|name| loaded.description.index_of(name));
-            loaded.scene.ignore(ids[a?], ids[b?]);
+
+        for IgnoredPair { a, b } in &loaded.description.ignored {
+            let (a, b) = (loaded.description.index_of(a)?, loaded.description.index_of(b)?);
+            loaded.scene.ignore(ids[a], ids[b]);
         }
         Ok(loaded)
     }
@@ -94,21 +96,27 @@ impl LoadedScene {
     pub(crate) fn soft_edge(&self) -> f64 {
         let soft = self.bodies.iter().filter(|body| body.kind != BodyKind::Rigid);
         let edge = scene_edge(soft);
+
+        // Without soft bodies there is no such edge, and nothing that would move.
         if edge > 0.0 { edge } else { scene_edge(&self.bodies) }
     }
 
     /// Gathers the results of a check.
     pub(crate) fn document(&mut self, reports: &[PairReport]) -> Result<CheckDocument, SceneError> {
-        let mut sizes = Vec::new();
+        let (mut sizes, mut pairs) = (Vec::new(), Vec::new());
         for body in &self.bodies {
             sizes.push((body.name.as_str(), body.inspection.bounds.unwrap_or(Aabb::EMPTY)));
         }
+        for pair in reports {
+            pairs.push(PairRecord::new(pair, &self.scene));
+        }
+
         Ok(CheckDocument {
             unit: self.description.unit,
             margin: self.margin(),
             warnings: unit_warnings(&sizes),
             divisions: divisions(&mut self.scene, reports)?,
-            pairs: reports.iter().map(|pair| PairRecord::new(pair, &self.scene)).collect(),
+            pairs,
             bodies: self.bodies.clone(),
         })
     }
@@ -116,6 +124,8 @@ impl LoadedScene {
 
 fn scene_edge<'a>(bodies: impl IntoIterator<Item = &'a BodyRecord>) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
+
+    // The mean over all edges, not over the means of the bodies.
     for body in bodies {
         let edges = f64::from(u32::try_from(body.inspection.edges).unwrap_or(u32::MAX));
         sum += edges * body.inspection.mean_edge;
@@ -170,6 +180,7 @@ impl LoadedSurface {
         let refused = |error: SurfaceError| Failure::in_file(path, error);
         let surface = TriangleSurface::new(positions.len(), faces).map_err(refused)?;
         let positions = surface.own_positions(positions).map_err(refused)?;
+
         Ok(Self { surface, positions })
     }
 
@@ -182,16 +193,18 @@ impl LoadedSurface {
 struct InspectedMesh {
     record: BodyRecord,
     surface: TriangleSurface,
-    mesh: Mesh,
+    positions: Vec<DVec3>,
 }
 
 impl InspectedMesh {
-    fn new(body: &BodyDescription, mut mesh: Mesh) -> Result<Self, SceneError> {
+    fn new((body, mesh): (&BodyDescription, Mesh)) -> Result<Self, SceneError> {
         let refused = |source| SceneError::Surface { name: body.name.clone(), source };
-        let faces = std::mem::take(&mut mesh.faces);
-        let surface = TriangleSurface::new(mesh.positions.len(), faces).map_err(refused)?;
-        let x = surface.positions(&mesh.positions).map_err(refused)?;
+        let Mesh { positions, faces, .. } = mesh;
+        let surface = TriangleSurface::new(positions.len(), faces).map_err(refused)?;
+        let x = surface.positions(&positions).map_err(refused)?;
         let inspection = inspect(&surface, x);
+
+        // The inspection first: the record has its verdicts, and all of its numbers.
         let record = BodyRecord {
             name: body.name.clone(),
             file: body.file.clone(),
@@ -203,6 +216,6 @@ impl InspectedMesh {
             oriented: inspection.oriented(),
             inspection,
         };
-        Ok(Self { record, surface, mesh })
+        Ok(Self { record, surface, positions })
     }
 }

@@ -1,7 +1,7 @@
 //! Progress on a terminal, for phases that last longer than a second.
 
 use std::ops::ControlFlow;
-use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
@@ -40,6 +40,8 @@ impl Phase {
     /// Runs work that reports its progress.
     pub(crate) fn run<T>(name: &'static str, work: impl FnOnce(Progress<'_>) -> T) -> T {
         let phase = Self::with_style(name, MAX_PROGRESS, "{spinner} {msg} [{bar:30}] {elapsed}");
+
+        // Work is not interrupted here: an interruption ends the process.
         let handler = |fraction: f64| {
             phase.bar.set_position(position(fraction));
             ControlFlow::Continue(())
@@ -53,14 +55,10 @@ impl Phase {
             .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
             .with_message(name);
 
+        // A thread waits for the end of the phase, or for the time at which to show the bar.
         let (over, is_over) = channel();
         let shown = bar.clone();
-        let waiting = thread::spawn(move || {
-            if is_over.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
-                shown.set_draw_target(ProgressDrawTarget::stderr());
-                shown.enable_steady_tick(BEAT);
-            }
-        });
+        let waiting = thread::spawn(move || show_later(&shown, &is_over));
         Self { bar, over: Some(over), waiting: Some(waiting) }
     }
 
@@ -72,6 +70,14 @@ impl Phase {
     /// Moves the bar forward by one step.
     pub(crate) fn step(&self) {
         self.bar.inc(1);
+    }
+}
+
+/// Shows a bar, unless its phase is over before.
+fn show_later(bar: &ProgressBar, is_over: &Receiver<()>) {
+    if is_over.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
+        bar.set_draw_target(ProgressDrawTarget::stderr());
+        bar.enable_steady_tick(BEAT);
     }
 }
 
@@ -87,6 +93,7 @@ fn position(fraction: f64) -> u64 {
 
 impl Drop for Phase {
     fn drop(&mut self) {
+        // The end of the channel is the sign that the phase is over.
         drop(self.over.take());
         if let Some(waiting) = self.waiting.take() {
             let _ = waiting.join();

@@ -21,6 +21,8 @@ impl Stopwatch {
         let now = Instant::now();
         let time = now - self.last;
         self.last = now;
+
+        // A phase that comes back, as in each frame, adds to its time.
         match self.phases.iter_mut().find(|(known, _)| *known == phase) {
             Some((_, sum)) => *sum += time,
             None => self.phases.push((phase, time)),
@@ -30,11 +32,10 @@ impl Stopwatch {
 
     /// Writes the whole time and that of each phase.
     pub(crate) fn line(&self) -> String {
-        let phases: Vec<String> = self
-            .phases
-            .iter()
-            .map(|(phase, time)| format!("{phase} {:.2} s", time.as_secs_f64()))
-            .collect();
+        let mut phases = Vec::new();
+        for (phase, time) in &self.phases {
+            phases.push(format!("{phase} {:.2} s", time.as_secs_f64()));
+        }
         format!("{:.2} s: {}\n", self.start.elapsed().as_secs_f64(), phases.join(", "))
     }
 }

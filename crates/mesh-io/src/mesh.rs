@@ -116,6 +116,7 @@ fn check_corners(
         return Err(ReadError::TooFewCorners { face, corners: listed.len() });
     }
 
+    // The buffer serves all faces, so that a large file takes no allocation per face.
     corners.clear();
     for &vertex in listed {
         match u32::try_from(vertex) {

@@ -78,6 +78,7 @@ fn header(field: &DistanceField, values: &StoredValues, encoding: Encoding) -> S
     let [(one, first), (other, _)] = KINDS;
     let kind = if field.node_values() == first { one } else { other };
 
+    // Numbers are written with as many digits as distinguish them.
     format!(
         "NRRD0004
 # Nodes of a signed distance field, in the frame and the length unit of its mesh.
@@ -179,6 +180,7 @@ impl<'a> Header<'a> {
     }
 
     fn check_supported(&self) -> Result<(), ReadError> {
+        // A skip of 0 is the same as none.
         for name in ["data file", "datafile", "line skip", "lineskip", "byte skip", "byteskip"] {
             if self.get(name).is_some_and(|value| value != "0") {
                 return Err(NRRD.unsupported(format!("data in another place ('{name}')")));
@@ -189,6 +191,8 @@ impl<'a> Header<'a> {
         if dimension != "3" {
             return Err(NRRD.unsupported(format!("an array of dimension {}", quoted(dimension))));
         }
+
+        // The axes of the mesh, as far as the file says: no other space is converted.
         match self.get("space") {
             None | Some("left-posterior-superior" | "LPS" | "3D-right-handed") => Ok(()),
             Some(other) => Err(NRRD.unsupported(format!("a grid in the space {}", quoted(other)))),
@@ -213,6 +217,8 @@ impl<'a> Header<'a> {
                 let problem = format!("{} is not three vectors", quoted(text));
                 return Err(NRRD.in_field("space directions", problem));
             };
+
+            // The cells of a field are cubes along the axes, exactly.
             let across = [x.with_x(0.0), y.with_y(0.0), z.with_z(0.0)];
             return match common_value([x.x, y.y, z.z]) {
                 Some(spacing) if across == [DVec3::ZERO; 3] => Ok(spacing),
@@ -235,6 +241,7 @@ impl<'a> Header<'a> {
             dims,
         };
 
+        // The names that Teem, ITK and 3D Slicer write.
         match self.need("type")? {
             "float" => data.numbers(f32::from_le_bytes).map(StoredValues::Distances),
             "double" => {

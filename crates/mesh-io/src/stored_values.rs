@@ -21,6 +21,7 @@ impl StoredValues {
         match field.storage() {
             Storage::Float => Self::Distances(values),
             Storage::Quantized { step } => {
+                // Rounding undoes that of the values to single precision.
                 let steps = values.iter().map(|&value| whole_steps(value, step)).collect();
                 Self::Steps { steps, step }
             }

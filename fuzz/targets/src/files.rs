@@ -1,26 +1,61 @@
 //! Readers of files.
 
 use distance_field::Interpolation;
-use mesh_io::{FieldFormat, parse_mesh};
-use surface::{TriangleSurface, inspect};
+use mesh_io::{FieldFormat, Mesh, MeshFormat, parse_mesh};
+use surface::{SurfaceError, TriangleSurface, inspect};
 
 /// Reads a mesh file, whose first byte selects its extension, and returns true if the
 /// rest is a mesh.
 ///
 /// # Panics
 ///
-/// Where a mesh has faces without vertices, or positions that are not finite.
+/// Where a mesh has faces without vertices, or positions that are not finite; where it
+/// differs from what is read after writing it; where a refusal holds control characters.
 #[must_use]
 pub fn mesh(bytes: &[u8]) -> bool {
     const EXTENSIONS: [&str; 5] = ["ply", "obj", "stl", "vtp", ""];
     let Some((first, rest)) = bytes.split_first() else { return false };
     let extension = EXTENSIONS[usize::from(*first) % EXTENSIONS.len()];
-    let Ok(mesh) = parse_mesh(rest, extension) else { return false };
+    let mesh = match parse_mesh(rest, extension) {
+        Ok(mesh) => mesh,
+        Err(refusal) => {
+            let message = refusal.to_string();
+            assert!(!message.contains(char::is_control), "{message:?}");
+            return false;
+        }
+    };
 
+    for format in [MeshFormat::Obj, MeshFormat::Ply, MeshFormat::Stl, MeshFormat::Vtp] {
+        check_written(&mesh, format);
+    }
     let surface = TriangleSurface::new(mesh.positions.len(), mesh.faces).expect("valid corners");
-    let x = surface.positions(&mesh.positions).expect("finite positions");
-    let _ = inspect(&surface, x);
-    true
+    match surface.positions(&mesh.positions) {
+        Ok(x) => {
+            let _ = inspect(&surface, x);
+            true
+        }
+        Err(refusal) => {
+            // Coordinates of a file are finite, but may be beyond the range of geometry.
+            let is_range =
+                matches!(refusal, SurfaceError::TooLarge { .. } | SurfaceError::TooSmall { .. });
+            assert!(is_range, "{refusal}");
+            false
+        }
+    }
+}
+
+/// Checks that a mesh reads back from a file of a format, corner by corner.
+fn check_written(mesh: &Mesh, format: MeshFormat) {
+    let file = format.encode(&mesh.positions, &mesh.faces);
+    let again = parse_mesh(&file, format.extension()).expect("a file of our own");
+    assert_eq!(again.unread, None, "{format:?}");
+    assert_eq!(again.faces.len(), mesh.faces.len(), "{format:?}");
+    for (face, expected) in again.faces.iter().zip(&mesh.faces) {
+        for (vertex, expected) in face.iter().zip(expected) {
+            let x = again.positions[*vertex as usize];
+            assert!(x == mesh.positions[*expected as usize], "{format:?}: {x}");
+        }
+    }
 }
 
 /// Reads a file of a distance field, whose first byte selects its format, and returns
@@ -28,19 +63,28 @@ pub fn mesh(bytes: &[u8]) -> bool {
 ///
 /// # Panics
 ///
-/// Where a field differs from what is read after writing it, or has no value at its
-/// first node.
+/// Where a field differs from what is read after writing it, compressed or not, or has no
+/// value at its first node; where a refusal holds control characters.
 pub fn volume(bytes: &[u8]) -> bool {
     const FORMATS: [FieldFormat; 2] = [FieldFormat::Nrrd, FieldFormat::Vti];
     let Some((first, rest)) = bytes.split_first() else { return false };
     let format = FORMATS[usize::from(*first) % FORMATS.len()];
-    let Ok(field) = format.decode(rest) else { return false };
+    let field = match format.decode(rest) {
+        Ok(field) => field,
+        Err(refusal) => {
+            let message = refusal.to_string();
+            assert!(!message.contains(char::is_control), "{message:?}");
+            return false;
+        }
+    };
 
-    let file = format.encode(&field);
-    let again = format.decode(&file).expect("a file of our own");
-    assert!(again.grid() == field.grid(), "another grid is read back");
-    assert!(again.node_values() == field.node_values(), "another kind of nodes is read back");
-    assert!(format.encode(&again) == file, "other values are read back");
+    for format in [format].into_iter().chain(format.compressed()) {
+        let file = format.encode(&field);
+        let again = format.decode(&file).expect("a file of our own");
+        assert!(again.grid() == field.grid(), "another grid is read back");
+        assert!(again.node_values() == field.node_values(), "another kind of nodes is read back");
+        assert!(format.encode(&again) == file, "other values are read back");
+    }
 
     let node = field.grid().position([0; 3]);
     for interpolation in [Interpolation::Trilinear, Interpolation::Cubic] {

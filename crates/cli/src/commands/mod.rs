@@ -52,12 +52,13 @@ impl Command {
         };
         let Finished { outputs, text, holds, mut stopwatch } = finished?;
 
-        // Files first: the report names them.
-        let written = outputs.commit()?;
+        // Files come last: a full standard output, too, leaves none behind.
+        let written = outputs.write_streams()?;
         stopwatch.lap("write");
         if !written.to_standard_output {
             terminal::print_report(&(text + &written.lines() + &stopwatch.line()))?;
         }
+        outputs.move_files()?;
         Ok(holds)
     }
 }

@@ -45,15 +45,20 @@ impl Job<'_> {
         mut outputs: Outputs,
         mut stopwatch: Stopwatch,
     ) -> Result<Finished, Failure> {
+        // The resolver begins each frame with the displacements of the last one.
         let mut resolver = Resolver::new(self.params)?;
         let phase = Phase::with_steps("pushing apart, frame by frame", replay.frame_count());
         let mut frames = Vec::new();
+
         for frame in 0..replay.frame_count() {
             replay.place(scene, frame)?;
             let resolution = resolver.resolve(scene, Progress::none())?;
             let seconds = stopwatch.lap("resolve").as_secs_f64();
+
+            // Written at once: the states of all frames would not fit in memory.
             self.stage(frame, scene, &resolution, &mut outputs)?;
             stopwatch.lap("write");
+
             let info = FrameInfo { frame, time: replay.time(frame), seconds };
             frames.push(ResolvedFrame::new(info, scene, self.unit, &resolution));
             phase.step();

@@ -49,6 +49,8 @@ pub(super) fn run(arguments: &ResolveArguments) -> Result<Finished, Failure> {
     let description = arguments.scene.describe()?;
     let mut outputs = arguments.plan(&description).open()?;
     let mut loaded = LoadedScene::load(description)?;
+
+    // Lengths are checked before any work.
     let params = arguments.params.params(&loaded);
     params.validate()?;
     stopwatch.lap("load");
@@ -102,6 +104,8 @@ fn displacement_file(body: &BodyDescription) -> String {
 impl ResolveArguments {
     fn plan(&self, description: &SceneDescription) -> FilePlan {
         let mut files = Vec::new();
+
+        // Bones do not move, and have no displacements.
         for body in &description.bodies {
             files.push(mesh_file(body));
             if body.kind != BodyKind::Rigid {
@@ -124,6 +128,7 @@ impl ResolveArguments {
         if self.no_report {
             return Ok(());
         }
+
         let reports = detect(loaded)?;
         let document = loaded.document(&reports)?;
         let checked = CheckedScene { document: &document, scene: &loaded.scene, reports: &reports };

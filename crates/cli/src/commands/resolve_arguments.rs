@@ -33,7 +33,9 @@ const SMOOTHING_IN_EDGES: f64 = 1.5;
 impl ResolveArgs {
     /// Returns the parameters, with defaults relative to the edges of the soft bodies.
     pub(super) fn params(&self, loaded: &LoadedScene) -> ResolveParams {
-        let smoothing = self.smooth.unwrap_or_else(|| SMOOTHING_IN_EDGES * loaded.soft_edge());
+        let smoothing = self.smooth.unwrap_or(SMOOTHING_IN_EDGES * loaded.soft_edge());
+
+        // Other lengths follow the smoothing, unless they are given.
         let default = ResolveParams::with_smoothing(smoothing);
         ResolveParams {
             tolerance: self.tolerance.unwrap_or(default.tolerance),

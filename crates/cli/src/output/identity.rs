@@ -21,9 +21,13 @@ impl FileId {
     ///
     /// Errors of the operating system, where the path leads nowhere.
     pub(super) fn of(path: &Path) -> io::Result<Self> {
-        let resolved = resolved(path)?;
-        let node = fs::metadata(&resolved).ok().and_then(|metadata| Self::of_node(&metadata));
-        Ok(node.unwrap_or(Self::Path(resolved)))
+        // Devices and pipes may have a number but no path of their own (/dev/stdout).
+        if let Ok(metadata) = fs::metadata(path)
+            && let Some(node) = Self::of_node(&metadata)
+        {
+            return Ok(node);
+        }
+        Ok(Self::Path(resolved(path)?))
     }
 
     /// Returns the identity of standard output, where the system has one.

@@ -1,6 +1,6 @@
 //! Outputs, written completely or not at all.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -33,7 +33,7 @@ pub(crate) struct Outputs {
     folders: Vec<PathBuf>,
     /// Folders that were made, the outer ones behind the inner ones.
     made_folders: Vec<PathBuf>,
-    staged: Vec<StagedOutput>,
+    staged: VecDeque<StagedOutput>,
 }
 
 /// Output whose content is complete.
@@ -54,7 +54,7 @@ enum StagedContent {
 
 impl Outputs {
     pub(super) fn new(destinations: HashMap<PathBuf, Destination>, folders: Vec<PathBuf>) -> Self {
-        Self { destinations, folders, made_folders: Vec::new(), staged: Vec::new() }
+        Self { destinations, folders, made_folders: Vec::new(), staged: VecDeque::new() }
     }
 
     /// Completes a planned output: a file beside its place, other content in memory.
@@ -78,7 +78,7 @@ impl Outputs {
                 StagedContent::File { beside, place }
             }
         };
-        self.staged.push(StagedOutput { path: path.to_owned(), content: staged });
+        self.staged.push_back(StagedOutput { path: path.to_owned(), content: staged });
         Ok(())
     }
 
@@ -93,6 +93,7 @@ impl Outputs {
     }
 
     fn make_folders(&mut self) -> Result<(), Failure> {
+        // Before the first output, and not again.
         for folder in std::mem::take(&mut self.folders) {
             let made = unfinished().make_folder(&folder);
             self.made_folders.extend(made.map_err(|error| Failure::in_output(&folder, &error))?);
@@ -100,10 +101,10 @@ impl Outputs {
         Ok(())
     }
 
-    /// Brings every output to its place, in the order of staging.
+    /// Writes the outputs that are no files, and names all outputs.
     ///
-    /// Streams come first: what they have taken cannot be taken back, but files can.
-    pub(crate) fn commit(mut self) -> Result<Written, Failure> {
+    /// These come before the files: what a pipe has taken cannot be taken back.
+    pub(crate) fn write_streams(&self) -> Result<Written, Failure> {
         let mut written = Written { paths: Vec::new(), to_standard_output: false };
         for StagedOutput { path, content } in &self.staged {
             let result = match content {
@@ -115,27 +116,35 @@ impl Outputs {
                 StagedContent::File { .. } => Ok(()),
             };
             result.map_err(|error| Failure::in_output(path, &error))?;
+            written.paths.push(path.clone());
         }
+        Ok(written)
+    }
 
+    /// Moves every file to its place, in the order of staging.
+    pub(crate) fn move_files(mut self) -> Result<(), Failure> {
         // An interruption comes before the first file is moved, or after the last.
         let mut unfinished = unfinished();
-        while let Some(StagedOutput { path, content }) = self.staged.first() {
+        while let Some(StagedOutput { path, content }) = self.staged.front() {
             if let StagedContent::File { beside, place } = content {
                 let moved = unfinished.move_file(beside, place);
                 moved.map_err(|error| Failure::in_output(path, &error))?;
             }
-            written.paths.push(self.staged.remove(0).path);
+            self.staged.pop_front();
         }
+
         for folder in std::mem::take(&mut self.made_folders) {
             unfinished.keep_folder(&folder);
         }
-        Ok(written)
+        Ok(())
     }
 }
 
 impl Drop for Outputs {
     fn drop(&mut self) {
         let mut unfinished = unfinished();
+
+        // Files first: only an empty folder can be removed.
         for StagedOutput { content, .. } in &self.staged {
             if let StagedContent::File { beside, .. } = content {
                 unfinished.remove_file(beside);
@@ -155,6 +164,7 @@ fn beside(place: &Path, number: usize) -> PathBuf {
 
 /// Writes a file with the permissions of the one that it will replace.
 fn write_beside(beside: &Path, place: &Path, content: &[u8]) -> io::Result<()> {
+    // Listed before it has content, so that a half-written file is removed too.
     let mut file = unfinished().make_file(beside)?;
     let mut written = file.write_all(content);
     if let (Ok(()), Ok(replaced)) = (&written, fs::metadata(place)) {
@@ -172,7 +182,7 @@ fn write_stream(place: &Path, content: &[u8]) -> io::Result<()> {
     terminal::unless_closed(stream.write_all(content))
 }
 
-/// Outputs in their places.
+/// Names of complete outputs.
 #[derive(Debug)]
 pub(crate) struct Written {
     paths: Vec<PathBuf>,

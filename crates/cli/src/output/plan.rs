@@ -124,38 +124,36 @@ fn destination(
         return Ok((Some(id), Destination::StandardOutput));
     }
 
-    let place = resolved(path)?;
-    match fs::metadata(&place) {
+    match fs::metadata(path) {
         Ok(metadata) if metadata.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
-        Ok(metadata) if metadata.is_file() => Ok((Some(id), Destination::File(place))),
+        Ok(metadata) if metadata.is_file() => Ok((Some(id), Destination::File(resolved(path)?))),
         // A device or a pipe: a file moved to its place would replace it.
-        Ok(_) => Ok(((!is_character_device(&place)).then_some(id), Destination::Stream(place))),
-        Err(_) => {
-            let folder = place.parent().unwrap_or(&place);
-            let is_planned = folders.iter().any(|planned| planned == folder);
-            if is_planned || folder.is_dir() {
-                Ok((Some(id), Destination::File(place)))
-            } else {
-                Err(io::ErrorKind::NotFound.into())
-            }
-        }
+        Ok(_) if is_character_device(path) => Ok((None, Destination::Stream(path.into()))),
+        Ok(_) => Ok((Some(id), Destination::Stream(path.into()))),
+        Err(_) => Ok((Some(id), Destination::File(place_of_new(path, folders)?))),
     }
+}
+
+/// Returns the place of a file that does not exist yet, in a folder that does, or will.
+fn place_of_new(path: &Path, folders: &[PathBuf]) -> io::Result<PathBuf> {
+    let place = resolved(path)?;
+    let folder = place.parent().unwrap_or(&place);
+    if folder.is_dir() || folders.iter().any(|planned| planned == folder) {
+        return Ok(place);
+    }
+    let problem = "its folder does not exist";
+    Err(io::Error::new(io::ErrorKind::NotFound, problem))
 }
 
 /// Gives a file to an output, unless it has a part already.
 fn claim(roles: &mut BTreeMap<FileId, Role>, id: FileId, output: &Path) -> Result<(), Failure> {
-    let problem = match roles.insert(id, Role::Output(output.to_owned())) {
+    let other = match roles.insert(id, Role::Output(output.to_owned())) {
         None => return Ok(()),
-        Some(Role::Input(input)) if input == output => {
-            "is an input, which the output of the same name would replace".to_owned()
-        }
-        Some(Role::Input(input)) => {
-            format!("is the input {}, which the output would replace", input.display())
-        }
-        Some(Role::Output(other)) if other == output => "is the place of two outputs".to_owned(),
-        Some(Role::Output(other)) => {
-            format!("is the place of another output, {}", other.display())
-        }
+        Some(Role::Input(input)) if input == output => "this input".to_owned(),
+        Some(Role::Input(input)) => format!("the input {}", input.display()),
+        Some(Role::Output(other)) if other == output => "another one".to_owned(),
+        Some(Role::Output(other)) => format!("the output {}", other.display()),
     };
+    let problem = format!("the output would replace {other}: give it a place of its own");
     Err(Failure::in_file(output, problem))
 }

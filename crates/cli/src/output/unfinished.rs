@@ -30,9 +30,13 @@ pub(super) fn unfinished() -> MutexGuard<'static, Unfinished> {
 /// made.
 pub(crate) fn remove_unfinished(exit: fn()) {
     let mut unfinished = unfinished();
+
+    // What cannot be removed stays: the process ends in any case.
     for file in std::mem::take(&mut unfinished.files) {
         let _ = fs::remove_file(file);
     }
+
+    // Inner folders stand behind outer ones.
     for folder in std::mem::take(&mut unfinished.folders).iter().rev() {
         let _ = fs::remove_dir(folder);
     }
@@ -53,6 +57,8 @@ impl Unfinished {
         for folder in path.ancestors().take_while(|folder| !folder.exists()) {
             made.push(folder.to_owned());
         }
+
+        // Others may make the same folders meanwhile; those are kept if they fill them.
         fs::create_dir_all(path)?;
         self.folders.extend(made.iter().cloned());
         Ok(made)

@@ -12,6 +12,7 @@ pub(crate) fn resolution_text(resolution: &Resolution, scene: &Scene, unit: Unit
     let (rounds, bodies) = (rounds(resolution, unit), bodies(resolution, scene, unit));
     let mut text = format!("{}\n{}\n", rounds.to_text(), bodies.to_text());
 
+    // The verdict stands last, where a terminal shows it.
     let count = resolution.remaining.len();
     if count == 0 {
         return text + "Nothing overlaps any more.\n";
@@ -45,6 +46,8 @@ fn rounds(resolution: &Resolution, unit: Unit) -> Table {
         right("crossing faces"),
         right(format!("deepest [{}]", unit.symbol())),
     ]);
+
+    // Round 0 is the state at the start.
     for (number, round) in resolution.rounds.iter().enumerate() {
         table.row([
             number.to_string(),
@@ -67,15 +70,23 @@ fn bodies(resolution: &Resolution, scene: &Scene, unit: Unit) -> Table {
         right("flipped faces"),
         right("self-crossings"),
     ]);
-    for change in resolution.bodies.iter().filter(|change| change.moved > 0) {
-        let percent = change.volume_ratio.map(|ratio| 100.0 * (ratio - 1.0));
+
+    // Bodies that stayed, such as bones, have nothing to report.
+    for change in &resolution.bodies {
+        if change.moved == 0 {
+            continue;
+        }
+        let volume = match change.volume_ratio {
+            Some(ratio) => format!("{:+.3}", 100.0 * (ratio - 1.0)),
+            None => dash(),
+        };
         let [before, after] = change.self_crossings;
         table.row([
             scene.body(change.body).name().to_owned(),
             grouped(change.displacements.len()),
             grouped(change.moved),
             length(change.max_displacement, unit),
-            percent.map_or_else(dash, |percent| format!("{percent:+.3}")),
+            volume,
             grouped(change.flipped_faces),
             format!("{before} -> {after}"),
         ]);

@@ -1,6 +1,6 @@
 //! Report of overlap removal in every frame of a motion.
 
-use musculo_collide::{BodyId, Remaining, Resolution, Scene};
+use musculo_collide::{Remaining, Resolution, Scene};
 use serde::Serialize;
 
 use super::check_tables::dash;
@@ -90,12 +90,15 @@ impl ResolvedFrame {
             self_crossings: [0; 2],
             seconds: info.seconds,
         };
+
+        // The worst of all pairs and of all bodies.
         for pair in &resolution.remaining {
             record.after.deepest = record.after.deepest.max(pair.depth);
             record.new_pairs += usize::from(!pair.at_first);
             record.remaining.push(RemainingRecord::new(pair, scene, unit));
         }
         for change in &resolution.bodies {
+            // An open body has no volume that could change.
             let volume_change = change.volume_ratio.map_or(0.0, |ratio| (ratio - 1.0).abs());
             record.max_displacement = record.max_displacement.max(change.max_displacement);
             record.max_volume_change = record.max_volume_change.max(volume_change);
@@ -103,16 +106,17 @@ impl ResolvedFrame {
             record.self_crossings[0] += change.self_crossings[0];
             record.self_crossings[1] += change.self_crossings[1];
         }
+
         record
     }
 }
 
 impl RemainingRecord {
     fn new(pair: &Remaining, scene: &Scene, unit: Unit) -> Self {
-        let name = |id: BodyId| scene.body(id).name().to_owned();
+        let [a, b] = pair.pair.bodies().map(|id| scene.body(id).name());
         Self {
-            a: name(pair.pair.a),
-            b: name(pair.pair.b),
+            a: a.to_owned(),
+            b: b.to_owned(),
             depth: pair.depth,
             crossing_face_pairs: pair.crossing_faces,
             at_first: pair.at_first,
@@ -131,11 +135,13 @@ impl ResolvedDocument {
     /// Writes one line per frame, the remaining pairs with their reasons, and a summary.
     pub(crate) fn to_text(&self) -> String {
         let mut text = self.table().to_text() + "\n";
+
         for frame in &self.frames {
             for RemainingRecord { a, b, text: pair, .. } in &frame.remaining {
                 text += &format!("frame {}: {a} × {b}: {pair}\n", frame.frame);
             }
         }
+
         text + &self.summary()
     }
 
@@ -156,6 +162,7 @@ impl ResolvedDocument {
             right("rounds"),
             right("time [s]"),
         ]);
+
         for frame in &self.frames {
             let [before, after] = frame.self_crossings;
             table.row([
@@ -180,15 +187,19 @@ impl ResolvedDocument {
     fn summary(&self) -> String {
         let (mut before, mut after, mut unresolved) = (0.0_f64, 0.0_f64, 0);
         let mut seconds = Vec::new();
+
         for frame in &self.frames {
             before = before.max(frame.before.deepest);
             after = after.max(frame.after.deepest);
             unresolved += usize::from(!frame.resolved);
             seconds.push(frame.seconds);
         }
+
+        // The upper median, which is one of the times.
         seconds.sort_by(f64::total_cmp);
         let median = seconds.get(seconds.len() / 2).copied().unwrap_or_default();
         let max = seconds.last().copied().unwrap_or_default();
+
         format!(
             "{}, {} not resolved: deepest {} {unit} before, {} {unit} after; \
              {:.2} s, per frame {median:.2} s in the median and {max:.2} s at most.\n",

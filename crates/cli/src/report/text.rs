@@ -9,12 +9,14 @@ pub(super) fn length(value: f64, unit: Unit) -> String {
 
 /// Writes a number with four significant digits and no exponent.
 pub(super) fn measure(value: f64) -> String {
+    // Decimals until four digits stand before the point; zero has none that would.
     let mut decimals = 0;
     let mut scaled = value.abs();
     while scaled < 1000.0 && decimals < 12 {
         scaled *= 10.0;
         decimals += 1;
     }
+
     format!("{value:.*}", if scaled < 1000.0 { 0 } else { decimals })
 }
 
@@ -28,6 +30,8 @@ pub(crate) fn counted(count: usize, noun: &str) -> String {
 pub(super) fn grouped(count: usize) -> String {
     let digits = count.to_string();
     let mut text = String::new();
+
+    // A separator stands where a multiple of three digits is left.
     for (place, digit) in digits.chars().enumerate() {
         if place > 0 && (digits.len() - place).is_multiple_of(3) {
             text.push(',');

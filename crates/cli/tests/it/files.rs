@@ -11,6 +11,8 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
+use musculo_collide::distance_field::{DistanceField, FieldGrid, Storage};
+
 use crate::support::{Run, Workshop, tetrahedron};
 
 /// Two tetrahedra apart, a scene with a motion, a field, links to a mesh, to a folder and
@@ -25,8 +27,9 @@ fn workshop() -> Workshop {
     workshop.write("walk.json", motion(2));
     let scene = "motion = \"walk.json\"\n[[body]]\nfile = \"a.obj\"\nkind = \"rigid\"\n[[body]]\nfile = \"b.obj\"\n";
     workshop.write("scene.toml", scene);
-    let field = workshop.run("field", &["a.obj", "--spacing", "0.5", "--out", "a.nrrd"]);
-    assert_eq!(field.status, 0, "{}", field.stderr);
+    let grid = FieldGrid::new(glam::DVec3::ZERO, 0.5, [2; 3]).expect("a grid");
+    let field = DistanceField::from_values(grid, vec![1.0; 8], Storage::Float).expect("a field");
+    workshop.write("a.nrrd", mesh_io::FieldFormat::Nrrd.encode(&field));
 
     link("a.obj", "link.obj");
     fs::hard_link(workshop.path("a.obj"), workshop.path("hard.obj")).expect("a hard link");
@@ -82,7 +85,8 @@ fn changes(before: &BTreeMap<String, Vec<u8>>, after: &BTreeMap<String, Vec<u8>>
             Some(_) => {}
         }
     }
-    changes.extend(before.keys().filter(|name| !after.contains_key(*name)).map(|n| format!("-{n}")));
+    changes
+        .extend(before.keys().filter(|name| !after.contains_key(*name)).map(|n| format!("-{n}")));
     if changes.is_empty() { "nothing changed".to_owned() } else { changes.join(" ") }
 }
 
@@ -176,6 +180,113 @@ fn outputs_that_may_be_written_are() {
     ]));
 }
 
+/// Bytes of a mesh behind its declared end are no part of it, and are named by every
+/// command.
+#[test]
+fn content_behind_the_end_of_a_mesh_is_named() {
+    let workshop = workshop();
+    let header = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+        property float z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n";
+    let body = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n";
+    workshop.write("long.ply", format!("{header}{body}3 0 1 2\n"));
+    let mut stl = vec![b' '; 80];
+    stl.extend(1_u32.to_le_bytes());
+    for corner in [[0.0_f32; 12], [0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 6.0, 0.0, 0.0, 5.0, 1.0, 0.0]] {
+        stl.extend(corner.into_iter().flat_map(f32::to_le_bytes));
+        stl.extend([0; 2]);
+    }
+    workshop.write("long.stl", stl);
+
+    let in_ply = "8 bytes from line 18 on, behind the declared end, not read";
+    let in_stl = "50 bytes from byte 134 on, behind the declared end, not read";
+    let warning = |name: &str, unread: &str| format!("warning: {name}: {unread}\n");
+    let run = workshop.check(&["long.ply", "b.obj", "--json", "o.json"]);
+    assert_eq!((run.status, run.stderr), (0, warning("long.ply", in_ply)));
+    for text in [run.stdout, workshop.read("o.json")] {
+        assert!(text.contains(in_ply), "{text}");
+    }
+
+    let cases: [&[&str]; 4] = [
+        &["resolve", "long.stl", "b.obj", "--no-report", "--out", "apart"],
+        &["plan", "long.stl", "b.obj", "--tolerance", "0.1"],
+        &["field", "long.stl"],
+        &["medial", "long.stl", "--balls", "8"],
+    ];
+    for arguments in cases {
+        let run = workshop.run(arguments[0], &arguments[1..]);
+        let expected = warning("long.stl", in_stl);
+        assert!(run.stderr.starts_with(&expected), "{arguments:?}: {}", run.stderr);
+    }
+}
+
+/// Text of a file, and names of files and bodies, may hold anything.
+#[test]
+fn nothing_that_is_read_commands_the_terminal() {
+    let workshop = workshop();
+    let commands = "\x1b]0;title\x07\x1b[31m\u{9b}2J\r";
+    let name = format!("{}.obj", commands.replace('/', ""));
+    workshop.write(&name, tetrahedron(0.0, 1.0));
+    workshop.write("a.stl", format!("solid {commands}\n{commands}\nendsolid\n"));
+    workshop.write("a.vtp", format!("<VTKFile type=\"{commands}\"/>"));
+    workshop.write("a.toml", format!("unit = \"{commands}\"\n"));
+    workshop.write("b.toml", format!("[[body]]\nfile = \"a.obj\"\nname = \"{commands}\"\n"));
+    workshop.write("c.toml", "[[body]]\nfile = \"a.obj\"\nname = \"\\u001b[31m\"\n");
+    workshop.write("a.json", format!("{{\"frames\": [{{\"{commands}\": 1}}]}}"));
+    workshop.write("a.nrrd", format!("NRRD0004\n{commands}\n\n"));
+
+    let cases: [(&str, &[&str]); 9] = [
+        ("check", &[&name]),
+        ("field", &[&name]),
+        ("check", &["a.stl"]),
+        ("check", &["a.vtp"]),
+        ("check", &["a.toml"]),
+        ("check", &["b.toml"]),
+        ("check", &["c.toml"]),
+        ("motion", &["scene.toml", "--motion", "a.json"]),
+        ("field", &["a.nrrd"]),
+    ];
+    for (command, arguments) in cases {
+        let run = workshop.run(command, arguments);
+        let is_command = |c: char| c.is_control() && c != '\n';
+        assert!(!run.stderr.contains(is_command), "{command} {arguments:?}: {:?}", run.stderr);
+        assert!(!run.stdout.contains(is_command), "{command} {arguments:?}: {:?}", run.stdout);
+    }
+}
+
+/// The meshes that are written have the formats of those that were read, and the same
+/// vertices and faces where nothing moves.
+#[test]
+fn formats_and_orders_are_kept() {
+    let workshop = workshop();
+    for extension in ["obj", "ply", "stl", "vtp"] {
+        let format = mesh_io::MeshFormat::of(format!("x.{extension}").as_ref()).expect("a format");
+        let mesh =
+            mesh_io::parse_mesh(tetrahedron(0.1, 7.0 / 3.0).as_bytes(), "obj").expect("a mesh");
+        let file = format.encode(&mesh.positions, &mesh.faces);
+        workshop.write(&format!("mesh.{extension}"), file);
+        let path = format!("mesh.{extension}");
+        let run = workshop.run("resolve", &[&path, "--no-report", "--out", "apart"]);
+        assert_eq!(run.status, 0, "{}", run.stderr);
+
+        let [before, after] = [path.clone(), format!("apart/{path}")]
+            .map(|path| mesh_io::read_mesh(&workshop.path(&path)).expect("a mesh"));
+        assert_eq!(before, after, "{extension}");
+    }
+}
+
+/// 3D Slicer's default is smaller, and reads back to the same field.
+#[test]
+fn fields_are_compressed_by_choice() {
+    let workshop = workshop();
+    let run = workshop.run("field", &["a.obj", "--spacing", "0.05", "--out", "raw.nrrd"]);
+    assert_eq!(run.status, 0, "{}", run.stderr);
+    workshop.run("field", &["raw.nrrd", "--gzip", "--out", "small.nrrd"]);
+    workshop.run("field", &["small.nrrd", "--out", "again.nrrd"]);
+    let bytes = |name: &str| fs::read(workshop.path(name)).expect("a file");
+    assert_eq!(bytes("again.nrrd"), bytes("raw.nrrd"));
+    assert!(10 * bytes("small.nrrd").len() < 9 * bytes("raw.nrrd").len());
+}
+
 #[test]
 fn too_many_threads_are_refused_before_any_starts() {
     let processors = std::thread::available_parallelism().expect("a number").get();
@@ -246,8 +357,7 @@ fn a_pipe_is_written_and_stays_a_pipe() {
     if !make_pipe(&workshop, "pipe") {
         return;
     }
-    let child =
-        start(&workshop, &["check", "a.obj", "b.obj", "--json", "pipe"], Stdio::piped());
+    let child = start(&workshop, &["check", "a.obj", "b.obj", "--json", "pipe"], Stdio::piped());
     let mut document = String::new();
     let mut pipe = File::open(workshop.path("pipe")).expect("a pipe");
     pipe.read_to_string(&mut document).expect("text");
@@ -298,6 +408,9 @@ fn a_full_device_is_an_error() {
 
     // The other outputs of the command are not left.
     let before = content(&workshop.path(""));
+    let arguments = ["check", "a.obj", "b.obj", "--report", "o.html", "--vtp", "new"];
+    assert_eq!(finish(start(&workshop, &arguments, full())).status, 3);
+    assert_eq!(changes(&before, &content(&workshop.path(""))), "nothing changed");
     let run = workshop.check(&["a.obj", "b.obj", "--report", "o.html", "--json", "/dev/full"]);
     assert_eq!((run.status, run.stderr), (3, format!("error: /dev/full: {space}")));
     assert_eq!(changes(&before, &content(&workshop.path(""))), "nothing changed");
@@ -315,7 +428,7 @@ fn signal(child: &Child, name: &str) {
 fn an_interruption_leaves_nothing_behind() {
     for name in ["INT", "TERM"] {
         let workshop = workshop();
-        workshop.write("walk.json", motion(200_000));
+        workshop.write("walk.json", motion(20_000));
         let before = content(&workshop.path(""));
         let arguments = ["motion", "scene.toml", "--resolve", "new/apart", "--json", "o.json"];
         let child = start(&workshop, &arguments, Stdio::piped());

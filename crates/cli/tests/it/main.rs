@@ -4,6 +4,7 @@ mod anatomy;
 mod bad_input;
 mod check;
 mod field;
+mod files;
 mod first_try;
 mod medial;
 mod motion;

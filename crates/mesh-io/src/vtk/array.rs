@@ -92,6 +92,7 @@ impl<'a> DataArray<'a> {
     /// Splits bytes into numbers; `number` gets them in little-endian order.
     fn decode<const N: usize, T>(&self, bytes: &[u8], number: fn([u8; N]) -> T) -> Vec<T> {
         let mut numbers = Vec::with_capacity(bytes.len() / N);
+
         for &(mut bytes) in bytes.as_chunks::<N>().0 {
             if self.file.is_big_endian {
                 bytes.reverse();
@@ -211,6 +212,8 @@ impl<'a> DataArray<'a> {
     /// An integer beyond any memory becomes the largest one; then bytes are missing.
     fn integer(&self, bytes: &[u8]) -> usize {
         let mut digits = [0; 8];
+
+        // Padded at the end, where little-endian order has the largest digits.
         digits[..bytes.len()].copy_from_slice(bytes);
         if self.file.is_big_endian {
             digits[..bytes.len()].reverse();

@@ -139,6 +139,8 @@ fn read_values(
     dims: [usize; 3],
 ) -> Result<StoredValues, ReadError> {
     let array = DataArray::new(file, array_of_distances(piece)?);
+
+    // Distances as they are, or whole multiples of the step in the field data.
     if array.number_type() != "Int16" {
         let values = array.floats()?;
         let width = if array.number_type() == "Float64" { 8 } else { 4 };
@@ -174,6 +176,8 @@ fn array_of_distances(piece: &Element) -> Result<&Element, ReadError> {
         return Err(VTI.malformed_at(piece, "there are no values at its points"));
     };
     let active = points.attribute("Scalars").unwrap_or_default();
+
+    // Another program may have added arrays, or renamed the only one.
     let known = [DISTANCES, STEPS, active].map(|name| points.array(name));
     if let Some(array) = known.into_iter().flatten().next() {
         return Ok(array);

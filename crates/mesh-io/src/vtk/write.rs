@@ -78,6 +78,8 @@ fn array<const N: usize>(
     values: impl Iterator<Item = [u8; N]>,
 ) -> String {
     let content: Vec<u8> = values.flatten().collect();
+
+    // The length stands in the same run of base64 as the content.
     let mut bytes = (content.len() as u64).to_le_bytes().to_vec();
     bytes.extend(content);
 
