@@ -419,7 +419,7 @@ fn a_full_device_is_an_error() {
 /// Sends a signal to a process.
 fn signal(child: &Child, name: &str) {
     let sent = Command::new("kill").args(["-s", name, &child.id().to_string()]).status();
-    assert!(sent.expect("kill runs").success());
+    assert!(sent.expect("kill runs").success(), "SIG{name} is sent");
 }
 
 /// Interrupted while it writes its outputs one by one: with more frames than it can resolve
