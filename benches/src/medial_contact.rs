@@ -2,8 +2,8 @@
 
 use kdop::{Leaves, Tree, Workspace};
 use medial::{
-    FootRule, MedialContactParams, MedialSurface, ParticleOffsets, PrimitiveTree, QueryPoints,
-    TestCounts, point_contacts, primitive_contacts,
+    FootRule, MedialBounds, MedialContactParams, MedialSurface, ParticleOffsets, PrimitiveTree,
+    QueryPoints, TestCounts, point_contacts, primitive_contacts,
 };
 use proximity::SurfaceTree;
 use surface::Contact;
@@ -53,6 +53,10 @@ impl Balls {
         let centers: Vec<_> = medial.balls().iter().map(|ball| ball.center + by).collect();
         medial.set_centers(&centers).expect("as many balls");
         Self::new(medial)
+    }
+
+    fn bounds(&self) -> MedialBounds<'_> {
+        MedialBounds { medial: &self.medial, tree: &self.tree }
     }
 }
 
@@ -129,10 +133,8 @@ impl<'a> ContactScene<'a> {
         let params = MedialContactParams { rule, max_contacts: 1, ..MedialContactParams::new(0.0) };
         let offsets = ParticleOffsets::default();
         let mut workspace = Workspace::default();
-        let mut detect = || {
-            let Balls { medial, tree } = balls;
-            point_contacts(&query, medial, tree, &params, offsets, None, &mut workspace)
-        };
+        let mut detect =
+            || point_contacts(&query, balls.bounds(), &params, offsets, None, &mut workspace);
         let (contacts, counts) = detect();
 
         // In turns with the projection on faces.
@@ -146,8 +148,7 @@ impl<'a> ContactScene<'a> {
     #[must_use]
     pub fn balls_in_balls(&self, [a, b]: [&Balls; 2], budget: u64, report: &Report) -> MethodWork {
         let mut workspace = Workspace::default();
-        let mut detect =
-            || primitive_contacts((&a.medial, &a.tree), (&b.medial, &b.tree), 0.0, &mut workspace);
+        let mut detect = || primitive_contacts(a.bounds(), b.bounds(), 0.0, &mut workspace);
         let (_, counts) = detect();
 
         // In turns with the projection on faces.

@@ -6,6 +6,7 @@ use std::thread;
 use medial::{Generated, MedialParams, Topology, generate, generate_each};
 use proximity::SurfaceTree;
 use rayon::ThreadPoolBuilder;
+use surface::progress::Progress;
 
 use super::Muscles;
 use super::sampling::{SampledDistances, sampled_distances};
@@ -79,7 +80,7 @@ fn muscle_rows(name: &str, body: &SurfaceTree) -> Vec<Row> {
         // All sizes at once, with the same start.
         let (surface, x) = (body.surface(), body.positions());
         let sizes = SIZES.map(|size| size.balls);
-        let all = generate_each(surface, x, &sizes, &MedialParams::balls(1), |_| {});
+        let all = generate_each(surface, x, &sizes, &MedialParams::balls(1), Progress::none());
         let topology = Topology::of_inside(surface, x).expect("a closed muscle");
         let row = |generated| Row::new(name, body, generated, topology);
         all.expect("a closed muscle").iter().map(row).collect()
@@ -90,7 +91,7 @@ fn muscle_rows(name: &str, body: &SurfaceTree) -> Vec<Row> {
 fn generation_seconds(body: &SurfaceTree, balls: usize) -> f64 {
     let start = thread_time();
     let params = MedialParams::balls(balls);
-    generate(body.surface(), body.positions(), &params, |_| {}).expect("a closed muscle");
+    generate(body.surface(), body.positions(), &params, Progress::none()).expect("a closed muscle");
     (thread_time() - start).as_secs_f64()
 }
 

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use glam::{DMat3, DVec3};
 use medial::{Deviation, Links, MedialParams, REFIT_PASSES, generate};
 use proximity::SurfaceTree;
+use surface::progress::Progress;
 
 use super::Muscles;
 use crate::bodies::bounds;
@@ -17,7 +18,8 @@ pub(super) fn table(muscles: &Muscles) -> String {
     for (name, balls) in [("gluteus_medius", 100), ("psoas_major", 200)] {
         let body = muscles.read(name);
         let (surface, x) = (body.surface(), body.positions());
-        let rest = generate(surface, x, &MedialParams::balls(balls), |_| {}).expect("closed");
+        let rest =
+            generate(surface, x, &MedialParams::balls(balls), Progress::none()).expect("closed");
         let links = Links::new(&rest.medial, surface, x).expect("finite balls");
 
         for (deformation, moved) in deformed(&body) {

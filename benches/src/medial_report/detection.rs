@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use medial::{FootRule, MedialParams, generate_each};
 use proximity::SurfaceTree;
 use surface::Contact;
+use surface::progress::Progress;
 
 use super::Muscles;
 use crate::bodies::{mean, moved, points_inside};
@@ -69,7 +70,7 @@ pub(super) fn table(muscles: &Muscles, report: &mut Report) -> String {
 
 fn balls(body: &SurfaceTree, sizes: &[usize]) -> Vec<Balls> {
     let (surface, x) = (body.surface(), body.positions());
-    let all = generate_each(surface, x, sizes, &MedialParams::balls(1), |_| {});
+    let all = generate_each(surface, x, sizes, &MedialParams::balls(1), Progress::none());
     all.expect("a closed muscle").into_iter().map(|made| Balls::new(made.medial)).collect()
 }
 

@@ -7,6 +7,7 @@ use std::time::Instant;
 use ::medial::{FootRule, MedialParams, generate};
 use fixtures::Mesh;
 use glam::DVec3;
+use surface::progress::Progress;
 
 use crate::bodies::{body, moved};
 use crate::measure::Report;
@@ -51,7 +52,7 @@ fn generation(mesh: &Mesh, seconds: f64, report: &mut Report) -> Result<Balls, B
     let surface = mesh.surface();
     let x = surface.positions(&mesh.positions)?;
     let start = Instant::now();
-    let generated = generate(&surface, x, &MedialParams::balls(100), |_| {})?;
+    let generated = generate(&surface, x, &MedialParams::balls(100), Progress::none())?;
     let time = start.elapsed().as_secs_f64();
 
     let faces = mesh.faces.len();

@@ -62,11 +62,6 @@ impl Phase {
         Self { bar, over: Some(over), waiting: Some(waiting) }
     }
 
-    /// Moves the bar to a number of steps, forward or backward.
-    pub(crate) fn set(&self, steps: usize) {
-        self.bar.set_position(steps as u64);
-    }
-
     /// Moves the bar forward by one step.
     pub(crate) fn step(&self) {
         self.bar.inc(1);

@@ -1,12 +1,12 @@
-//! Generates medial surfaces of a muscle with ever more balls, draws the last
-//! one from the side as SVG, and writes it as `.ma` text.
+//! Generates medial surfaces of a muscle with ever more balls, draws the last one from the side as
+//! SVG, and writes it as `.ma` text.
 //!
 //! ```text
 //! cargo run --release -p medial --example balls_of_a_muscle [FOLDER]
 //! ```
 //!
 //! Writes `muscle.svg` and `muscle.ma` into the folder, or the temporary one.
-#![expect(clippy::print_stdout, reason = "an example speaks")]
+#![expect(clippy::print_stdout, reason = "an example prints its results")]
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -15,6 +15,7 @@ use std::path::PathBuf;
 use fixtures::shapes::ellipsoid;
 use glam::DVec3;
 use medial::{MedialParams, MedialSurface, Topology, generate};
+use surface::progress::Progress;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args().nth(1).map_or_else(std::env::temp_dir, PathBuf::from);
@@ -25,7 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("balls  slabs    rms  surface to medial  medial to surface  topology");
     let mut last = None;
     for balls in [10, 25, 50, 100] {
-        let made = generate(&surface, x, &MedialParams::balls(balls), |_| {})?;
+        let made = generate(&surface, x, &MedialParams::balls(balls), Progress::none())?;
         let deviation = made.deviation;
         println!(
             "{balls:5}  {:5}  {:.3}  {:17.3}  {:17.3}  {:?}",
@@ -48,12 +49,12 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Surface edges in gray, balls as circles, the sheet between them in blue; seen
 /// along y.
 fn drawn(muscle: &fixtures::Mesh, medial: &MedialSurface) -> String {
-    let [low, high] = medial.bounds();
-    let size = high - low;
+    let bounds = medial.bounds();
+    let size = bounds.sides();
     let place = |p: DVec3| (p.x, -p.z);
     let mut svg = format!(
         r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="{} {} {} {}" stroke-width="0.15" fill="none">"#,
-        low.x, -high.z, size.x, size.z
+        bounds.min.x, -bounds.max.z, size.x, size.z
     );
     let mut line = |from: DVec3, to: DVec3, color: &str| {
         let ((x1, y1), (x2, y2)) = (place(from), place(to));

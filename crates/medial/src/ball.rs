@@ -1,8 +1,8 @@
-//! A ball, and balls interpolated between others.
+//! Balls, and balls interpolated between others.
 
-use glam::DVec3;
+use glam::{DVec3, DVec4};
 
-/// A ball: what a medial surface carries at each vertex.
+/// Ball at a vertex of a medial surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Ball {
@@ -13,19 +13,19 @@ pub struct Ball {
 }
 
 impl Ball {
-    /// A ball around `center`.
+    /// Returns a ball around `center`.
     #[must_use]
     pub const fn new(center: DVec3, radius: f64) -> Self {
         Self { center, radius }
     }
 
-    /// Signed distance from `p` to the ball, negative inside.
+    /// Computes the signed distance from `p` to the ball, negative inside.
     #[must_use]
     pub fn distance(&self, p: DVec3) -> f64 {
         p.distance(self.center) - self.radius
     }
 
-    /// The ball with weights `weights` of `balls`, center and radius alike.
+    /// Computes the weighted mean of `balls`, of centers and radii alike.
     #[must_use]
     pub fn interpolate(balls: &[Self; 3], weights: [f64; 3]) -> Self {
         let [a, b, c] = balls;
@@ -35,7 +35,18 @@ impl Ball {
         }
     }
 
-    /// Whether every number of it is finite and its radius is not negative.
+    /// Returns the ball in the middle between two.
+    pub(crate) fn midpoint(self, other: Self) -> Self {
+        let center = self.center.midpoint(other.center);
+        Self { center, radius: self.radius.midpoint(other.radius) }
+    }
+
+    /// Returns the ball moved and grown by `(dc, dr)`; its radius stays at least 0.
+    pub(crate) fn stepped(self, step: DVec4) -> Self {
+        Self::new(self.center + step.truncate(), (self.radius + step.w).max(0.0))
+    }
+
+    /// Returns true if its numbers are finite and its radius is not negative.
     pub(crate) fn is_valid(&self) -> bool {
         self.center.is_finite() && self.radius.is_finite() && self.radius >= 0.0
     }

@@ -1,119 +1,120 @@
-//! Why balls are not a medial surface, or a surface cannot be given one.
+//! Errors of medial surfaces: of their balls, of the surfaces they are generated from, and of
+//! queries.
 
 use surface::SurfaceError;
+use surface::progress::Interrupted;
 
-/// What is wrong with a medial surface, its text, or the surface that one was
-/// asked for, and where.
+/// Failure to build, read, generate, move or query a medial surface.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MedialError {
-    /// A ball's center is not finite, or its radius not finite or negative.
-    #[error("ball {ball} at ({x}, {y}, {z}) with radius {radius} is not a ball")]
-    NotABall {
+    /// A center that is not finite, or a radius that is not finite or negative.
+    #[error("ball {ball} at ({x}, {y}, {z}) has radius {radius}: it must be finite and at least 0")]
+    InvalidBall {
         /// The first such ball.
         ball: usize,
-        /// Its center's first coordinate, as given.
+        /// First coordinate of its center, as given.
         x: f64,
-        /// Its center's second coordinate, as given.
+        /// Second coordinate of its center, as given.
         y: f64,
-        /// Its center's third coordinate, as given.
+        /// Third coordinate of its center, as given.
         z: f64,
         /// Its radius, as given.
         radius: f64,
     },
-    /// A cone or slab refers to a ball that does not exist.
-    #[error("{what} {index} refers to ball {ball}, but there are {balls} balls")]
+    /// A cone or slab that refers to a ball that does not exist.
+    #[error("{kind} {index} refers to ball {ball}, but there are {balls} balls")]
     BallOutOfRange {
         /// `"cone"` or `"slab"`.
-        what: &'static str,
+        kind: &'static str,
         /// Its place in its list.
         index: usize,
-        /// The number it holds.
+        /// The number that it holds.
         ball: u32,
-        /// How many balls there are.
+        /// Number of balls.
         balls: usize,
     },
-    /// A cone or slab uses one ball twice.
-    #[error("{what} {index} uses ball {ball} more than once")]
+    /// A cone or slab that uses a ball twice.
+    #[error("{kind} {index} uses ball {ball} more than once")]
     RepeatedBall {
         /// `"cone"` or `"slab"`.
-        what: &'static str,
+        kind: &'static str,
         /// Its place in its list.
         index: usize,
-        /// The ball it repeats.
+        /// The ball that it repeats.
         ball: u32,
     },
-    /// There are no balls, so there is no volume.
+    /// No balls, and so no volume.
     #[error("a medial surface needs at least one ball")]
     Empty,
-    /// More balls or primitives than 32-bit numbers can tell apart.
-    #[error("{count} {what} are more than the {limit} that can be numbered")]
+    /// More balls or primitives than 32-bit numbers distinguish, or a grid that is too fine.
+    #[error("{count} {kind} are more than the limit of {limit}")]
     TooMany {
-        /// What there is too much of.
-        what: &'static str,
-        /// How many were given.
+        /// Kind of elements, in the plural.
+        kind: &'static str,
+        /// Number of elements.
         count: usize,
-        /// How many are possible.
+        /// Largest possible number.
         limit: usize,
     },
-    /// A list that holds one entry a ball is of another length.
+    /// A list of another length than one entry per ball.
     #[error("there are {expected} balls, but {got} values were given")]
     BallCount {
-        /// Balls of the medial surface.
+        /// Number of balls of the medial surface.
         expected: usize,
-        /// Values given.
+        /// Number of values given.
         got: usize,
     },
-    /// A line of a medial surface's text is not what it should be.
+    /// A line of text that does not follow the format.
     #[error("line {line}: {reason}")]
     Text {
         /// Number of the line, from 1.
         line: usize,
-        /// What was expected there.
+        /// The fault.
         reason: &'static str,
     },
-    /// A parameter is outside its range.
+    /// A parameter outside its range.
     #[error("{name} is {value}, but must be {range}")]
     Parameter {
         /// Name of the parameter.
         name: &'static str,
-        /// Its value.
+        /// Value as given.
         value: f64,
-        /// What it may be.
+        /// Accepted values, in words.
         range: &'static str,
     },
-    /// A tree over it cannot be built or refitted.
+    /// Bounds that cannot be stored, or a tree of other balls.
     #[error(transparent)]
     Tree(#[from] kdop::TreeError),
-    /// The surface has no inside, or its positions are wrong.
+    /// A surface without an inside, or positions that do not fit it.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
-    /// The surface's faces point inwards.
+    /// A surface whose faces point inward.
     #[error("the surface is inside out: its signed volume is {volume}")]
     InsideOut {
         /// The signed volume, in cubed length units.
         volume: f64,
     },
-    /// The surface has several parts; each needs a medial surface of its own.
+    /// A surface of several parts, each of which needs a medial surface of its own.
     #[error("the surface has {components} parts that are not connected")]
     Disconnected {
-        /// How many parts it has.
+        /// Number of parts.
         components: usize,
     },
-    /// Faces of the surface cross each other, so its inside is not defined.
+    /// A surface that crosses itself, so that its inside is not defined.
     #[error("{count} pairs of faces cross each other, the first are faces {first} and {second}")]
     SelfCrossing {
-        /// Pairs of faces that cross.
+        /// Number of pairs of faces that cross.
         count: usize,
-        /// The first face of the first pair.
+        /// First face of the first pair.
         first: u32,
-        /// Its second face.
+        /// Second face of the first pair.
         second: u32,
     },
-    /// The surface is thinner than its faces are wide, so its vertices do not
-    /// show where its middle is.
+    /// A surface that is thinner than its faces are wide, so that its vertices do not show where
+    /// its middle is.
     #[error(
-        "the surface is too thin for its faces: half of its maximal balls are no more than {thickness} across, while its edges are {edge} long on average"
+        "the surface is too thin for its faces: half of its maximal balls have a diameter of at most {thickness}, with a mean edge of {edge}: refine it"
     )]
     TooThin {
         /// Median diameter of the maximal balls.
@@ -121,22 +122,35 @@ pub enum MedialError {
         /// Mean length of the surface's edges.
         edge: f64,
     },
-    /// More balls were asked for than the surface has vertices.
-    #[error("{asked} balls were asked for, but the surface has {vertices} vertices")]
+    /// More balls than the surface has vertices.
+    #[error("{requested} balls were requested, but the surface has {vertices} vertices")]
     TooManyBalls {
-        /// Balls asked for.
-        asked: usize,
-        /// Vertices of the surface.
+        /// Number of balls requested.
+        requested: usize,
+        /// Number of vertices of the surface.
         vertices: usize,
     },
-    /// No number of balls that was tried comes within the tolerance.
+    /// A tolerance that no number of balls meets.
     #[error("the tolerance {tolerance} was not reached: {balls} balls deviate by {reached}")]
     ToleranceNotReached {
-        /// The tolerance asked for.
+        /// The tolerance requested.
         tolerance: f64,
-        /// The least deviation bound reached.
+        /// Smallest bound of the deviation.
         reached: f64,
-        /// Balls it took.
+        /// Number of balls with that bound.
         balls: usize,
     },
+    /// A distance that is unknown at the center of a ball that may be in contact.
+    #[error(
+        "a ball may touch the rigid body, whose distance is known up to {known}, but {needed} is needed: build its field with more padding and without truncation"
+    )]
+    DistanceRange {
+        /// Lower bound of the distance at the center of the ball.
+        known: f64,
+        /// Distance up to which it has to be known.
+        needed: f64,
+    },
+    /// The caller interrupted the call.
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
 }

@@ -1,20 +1,20 @@
-//! The medial surface itself: balls, and the cones and slabs between them.
+//! Medial surfaces: balls, with the cones and slabs between them.
 
 use glam::DVec3;
+use surface::Aabb;
 
 use crate::{Ball, Foot, FootRule, MedialError, foot};
 
-/// A volume as the union of balls, cones (pairs) and slabs (triples).
+/// Volume as the union of balls, cones (pairs) and slabs (triples).
 ///
-/// Every cone and slab is the convex hull of its balls. The connectivity is
-/// checked once; balls may move and change their radii.
+/// Every cone and slab is the convex hull of its balls. The connectivity is checked once; balls may
+/// move and change their radii.
 ///
 /// # Primitives
 ///
-/// Slabs, cones and isolated balls (those of no slab and no cone) are numbered
-/// in that order as *primitives*, each with three balls: a cone repeats its
-/// second ball, an isolated ball stands three times. The union of the
-/// primitives is the volume.
+/// Slabs, cones and isolated balls (those of no slab and no cone) are numbered in that order as
+/// *primitives*, each with three balls: a cone repeats its second ball, an isolated ball stands
+/// three times. The union of the primitives is the volume.
 ///
 /// ```
 /// use glam::DVec3;
@@ -23,18 +23,18 @@ use crate::{Ball, Foot, FootRule, MedialError, foot};
 /// let balls = [0.0, 1.0, 5.0].map(|x| Ball::new(DVec3::X * x, 0.5));
 /// let medial = MedialSurface::new(balls.to_vec(), vec![[0, 1]], vec![])?;
 /// assert_eq!(medial.primitives(), [[0, 1, 1], [2, 2, 2]]);
-/// assert_eq!(medial.bounds(), [DVec3::splat(-0.5), DVec3::new(5.5, 0.5, 0.5)]);
+/// assert_eq!(medial.bounds().max, DVec3::new(5.5, 0.5, 0.5));
 /// # Ok::<(), medial::MedialError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct MedialSurface {
     balls: Vec<Ball>,
     primitives: Vec<[u32; 3]>,
-    slabs: usize,
-    cones: usize,
+    slab_count: usize,
+    cone_count: usize,
 }
 
-/// Numbers from here on are kept free, as they are in trees of bounds.
+/// Number of balls or primitives from which on none is accepted: trees of bounds keep these free.
 const LIMIT: usize = 1 << 31;
 
 impl MedialSurface {
@@ -42,11 +42,11 @@ impl MedialSurface {
     ///
     /// # Errors
     ///
-    /// - [`MedialError::Empty`] without balls, [`MedialError::TooMany`] for more
-    ///   than 2³¹ balls or primitives.
-    /// - [`MedialError::NotABall`] with the first ball that is not one.
-    /// - [`MedialError::BallOutOfRange`] and [`MedialError::RepeatedBall`] with
-    ///   the first cone or slab at fault.
+    /// - [`MedialError::Empty`] without balls, [`MedialError::TooMany`] for 2³¹ balls or primitives
+    ///   and more.
+    /// - [`MedialError::InvalidBall`] with the first ball that is not one.
+    /// - [`MedialError::BallOutOfRange`] and [`MedialError::RepeatedBall`] with the first cone or
+    ///   slab at fault.
     pub fn new(
         balls: Vec<Ball>,
         cones: Vec<[u32; 2]>,
@@ -55,46 +55,48 @@ impl MedialSurface {
         check_balls(&balls)?;
         check_indices("slab", &slabs, balls.len())?;
         check_indices("cone", &cones, balls.len())?;
-        let isolated = isolated(balls.len(), &cones, &slabs)?;
+        let isolated = isolated_balls(balls.len(), &cones, &slabs);
+
         let (slab_count, cone_count) = (slabs.len(), cones.len());
         let mut primitives = slabs;
         primitives.extend(cones.into_iter().map(|[a, b]| [a, b, b]));
         primitives.extend(isolated.into_iter().map(|ball| [ball; 3]));
         check_count("primitives", primitives.len())?;
-        Ok(Self { balls, primitives, slabs: slab_count, cones: cone_count })
+        Ok(Self { balls, primitives, slab_count, cone_count })
     }
 
-    /// The balls.
+    /// Returns the balls.
     #[must_use]
     pub fn balls(&self) -> &[Ball] {
         &self.balls
     }
 
-    /// All primitives, as three balls each: slabs, cones, isolated balls.
+    /// Returns all primitives, as three balls each: slabs, cones, isolated balls.
     #[must_use]
     pub fn primitives(&self) -> &[[u32; 3]] {
         &self.primitives
     }
 
-    /// The slabs, each of three different balls.
+    /// Returns the slabs, each of three different balls.
     #[must_use]
     pub fn slabs(&self) -> &[[u32; 3]] {
-        &self.primitives[..self.slabs]
+        &self.primitives[..self.slab_count]
     }
 
-    /// The cones, each of two different balls.
+    /// Returns the cones, each of two different balls.
     #[must_use]
     pub fn cones(&self) -> impl ExactSizeIterator<Item = [u32; 2]> {
-        self.primitives[self.slabs..self.slabs + self.cones].iter().map(|&[a, b, _]| [a, b])
+        let cones = &self.primitives[self.slab_count..self.slab_count + self.cone_count];
+        cones.iter().map(|&[a, b, _]| [a, b])
     }
 
-    /// Balls that belong to no cone and no slab.
+    /// Returns the balls that belong to no cone and no slab.
     #[must_use]
     pub fn isolated_balls(&self) -> impl ExactSizeIterator<Item = u32> {
-        self.primitives[self.slabs + self.cones..].iter().map(|&[ball, ..]| ball)
+        self.primitives[self.slab_count + self.cone_count..].iter().map(|&[ball, ..]| ball)
     }
 
-    /// The balls of one primitive.
+    /// Returns the balls of one primitive.
     ///
     /// # Panics
     ///
@@ -104,7 +106,7 @@ impl MedialSurface {
         self.primitives[primitive as usize].map(|ball| self.balls[ball as usize])
     }
 
-    /// The foot of `p` on one primitive.
+    /// Computes the foot of `p` on one primitive.
     ///
     /// # Panics
     ///
@@ -118,50 +120,50 @@ impl MedialSurface {
     ///
     /// # Errors
     ///
-    /// - [`MedialError::BallCount`] when `balls` is of another length.
-    /// - [`MedialError::NotABall`] with the first ball that is not one; nothing
-    ///   is changed then.
+    /// [`MedialError::BallCount`] when `balls` is of another length, and
+    /// [`MedialError::InvalidBall`] with the first ball that is not one; nothing is changed then.
     pub fn set_balls(&mut self, balls: &[Ball]) -> Result<(), MedialError> {
-        if balls.len() != self.balls.len() {
-            return Err(MedialError::BallCount { expected: self.balls.len(), got: balls.len() });
-        }
+        self.check_ball_count(balls.len())?;
         check_balls(balls)?;
         self.balls.copy_from_slice(balls);
         Ok(())
     }
 
-    /// Moves all centers and keeps the radii: the medial surface as the
-    /// simulated object itself.
+    /// Moves all centers and keeps the radii, for medial surfaces that are simulated themselves.
     ///
     /// # Errors
     ///
     /// As [`Self::set_balls`].
     pub fn set_centers(&mut self, centers: &[DVec3]) -> Result<(), MedialError> {
-        if centers.len() != self.balls.len() {
-            return Err(MedialError::BallCount { expected: self.balls.len(), got: centers.len() });
-        }
-        let moved: Vec<Ball> = centers
-            .iter()
-            .zip(&self.balls)
-            .map(|(&center, ball)| Ball::new(center, ball.radius))
-            .collect();
+        self.check_ball_count(centers.len())?;
+        let centers = centers.iter().zip(&self.balls);
+        let moved: Vec<Ball> = centers.map(|(&p, ball)| Ball::new(p, ball.radius)).collect();
         self.set_balls(&moved)
     }
 
-    /// Least and greatest corner of the box around the union: that of the
-    /// balls, since every primitive is the hull of its own.
+    /// Computes the box around the union: that of the balls, since every primitive is the hull of
+    /// its own.
     #[must_use]
-    pub fn bounds(&self) -> [DVec3; 2] {
-        let empty = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-        self.balls.iter().fold(empty, |[low, high], ball| {
-            [low.min(ball.center - ball.radius), high.max(ball.center + ball.radius)]
-        })
+    pub fn bounds(&self) -> Aabb {
+        bounds_of(&self.balls)
     }
 
-    /// Balls without checks, for code that made them valid.
+    /// Returns the balls without checks, for code that keeps them valid.
     pub(crate) fn balls_mut(&mut self) -> &mut [Ball] {
         &mut self.balls
     }
+
+    /// Checks that there is one value per ball.
+    fn check_ball_count(&self, got: usize) -> Result<(), MedialError> {
+        let expected = self.balls.len();
+        if expected == got { Ok(()) } else { Err(MedialError::BallCount { expected, got }) }
+    }
+}
+
+/// Computes the box around balls.
+pub(crate) fn bounds_of(balls: &[Ball]) -> Aabb {
+    let of_ball = |ball: &Ball| Aabb { min: ball.center, max: ball.center }.inflate(ball.radius);
+    balls.iter().map(of_ball).fold(Aabb::EMPTY, Aabb::union)
 }
 
 fn check_balls(balls: &[Ball]) -> Result<(), MedialError> {
@@ -172,42 +174,39 @@ fn check_balls(balls: &[Ball]) -> Result<(), MedialError> {
     match balls.iter().position(|ball| !ball.is_valid()) {
         Some(ball) => {
             let Ball { center: DVec3 { x, y, z }, radius } = balls[ball];
-            Err(MedialError::NotABall { ball, x, y, z, radius })
+            Err(MedialError::InvalidBall { ball, x, y, z, radius })
         }
         None => Ok(()),
     }
 }
 
-fn check_count(what: &'static str, count: usize) -> Result<(), MedialError> {
-    if count < LIMIT { Ok(()) } else { Err(MedialError::TooMany { what, count, limit: LIMIT }) }
+fn check_count(kind: &'static str, count: usize) -> Result<(), MedialError> {
+    if count < LIMIT { Ok(()) } else { Err(MedialError::TooMany { kind, count, limit: LIMIT }) }
 }
 
+/// Checks that cones or slabs refer to different balls that exist.
 fn check_indices<const N: usize>(
-    what: &'static str,
+    kind: &'static str,
     list: &[[u32; N]],
     balls: usize,
 ) -> Result<(), MedialError> {
     for (index, corners) in list.iter().enumerate() {
         if let Some(&ball) = corners.iter().find(|&&ball| ball as usize >= balls) {
-            return Err(MedialError::BallOutOfRange { what, index, ball, balls });
+            return Err(MedialError::BallOutOfRange { kind, index, ball, balls });
         }
         let repeated = (1..N).find(|&k| corners[..k].contains(&corners[k]));
         if let Some(k) = repeated {
-            return Err(MedialError::RepeatedBall { what, index, ball: corners[k] });
+            return Err(MedialError::RepeatedBall { kind, index, ball: corners[k] });
         }
     }
     Ok(())
 }
 
-fn isolated(balls: usize, cones: &[[u32; 2]], slabs: &[[u32; 3]]) -> Result<Vec<u32>, MedialError> {
-    let mut joined = vec![false; balls];
+/// Finds the balls of no cone and no slab; there are fewer than [`LIMIT`] balls.
+fn isolated_balls(balls: usize, cones: &[[u32; 2]], slabs: &[[u32; 3]]) -> Vec<u32> {
+    let mut is_joined = vec![false; balls];
     for &ball in cones.as_flattened().iter().chain(slabs.as_flattened()) {
-        joined[ball as usize] = true;
+        is_joined[ball as usize] = true;
     }
-    let count = u32::try_from(balls).map_err(|_| MedialError::TooMany {
-        what: "balls",
-        count: balls,
-        limit: LIMIT,
-    })?;
-    Ok((0..count).filter(|&ball| !joined[ball as usize]).collect())
+    (0..crate::index(balls)).filter(|&ball| !is_joined[ball as usize]).collect()
 }

@@ -1,15 +1,14 @@
-//! A tree of bounds over the primitives of a medial surface, and the foot of a
-//! point on all of them.
+//! Tree of bounds over the primitives of a medial surface, and the nearest of them to a point.
 
 use glam::DVec3;
 use kdop::{Dop18, Extents, Leaves, Tree, Workspace};
 
-use crate::{Ball, Foot, FootRule, MedialError, MedialSurface};
+use crate::{Foot, FootRule, MedialError, MedialSurface};
 
-/// A tree of 18-DOPs over slabs, cones and isolated balls.
+/// Tree of 18-DOPs over slabs, cones and isolated balls.
 ///
-/// A ball's bound along a direction n is `n·c ± r‖n‖`; a primitive's bound is
-/// that of its balls, since it is their hull.
+/// The bound of a ball along a direction n is `n·c ± r‖n‖`; that of a primitive is that of its
+/// balls, since it is their hull.
 #[derive(Clone, Debug)]
 pub struct PrimitiveTree {
     tree: Tree,
@@ -17,12 +16,12 @@ pub struct PrimitiveTree {
     radii: Vec<f64>,
 }
 
-/// The primitive that is nearest to a point, with its foot.
+/// Nearest primitive to a point, with its foot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NearestPrimitive {
     /// Number of the primitive.
     pub primitive: u32,
-    /// The point's foot on it.
+    /// Foot of the point on it.
     pub foot: Foot,
 }
 
@@ -31,40 +30,47 @@ impl PrimitiveTree {
     ///
     /// # Errors
     ///
-    /// [`MedialError::Tree`] when the bounds of a ball exceed what can be
-    /// stored.
+    /// [`MedialError::Tree`] when the bounds of a ball exceed what can be stored.
     pub fn new(medial: &MedialSurface) -> Result<Self, MedialError> {
-        let (centers, radii) = split(medial.balls());
+        let mut built = Self { tree: Tree::default(), centers: Vec::new(), radii: Vec::new() };
+        built.copy_balls(medial);
         let leaves = Leaves::Triangles(medial.primitives());
-        let tree = Tree::build_from(leaves, Extents::Balls { centers: &centers, radii: &radii })?;
-        Ok(Self { tree, centers, radii })
+        built.tree = Tree::build_from(leaves, built.extents())?;
+        Ok(built)
     }
 
-    /// Follows balls that moved or changed their radii.
+    /// Fits the tree to balls that moved or changed their radii.
     ///
     /// # Errors
     ///
-    /// [`MedialError::Tree`] when `medial` has another number of balls than the
-    /// one the tree was built over.
+    /// [`MedialError::Tree`] when `medial` has another number of balls than at the start.
     pub fn refit(&mut self, medial: &MedialSurface) -> Result<(), MedialError> {
+        self.copy_balls(medial);
+        let extents = Extents::Balls { centers: &self.centers, radii: &self.radii };
+        Ok(self.tree.refit_from(extents)?)
+    }
+
+    fn copy_balls(&mut self, medial: &MedialSurface) {
         self.centers.clear();
         self.centers.extend(medial.balls().iter().map(|ball| ball.center));
         self.radii.clear();
         self.radii.extend(medial.balls().iter().map(|ball| ball.radius));
-        Ok(self.tree.refit_from(Extents::Balls { centers: &self.centers, radii: &self.radii })?)
     }
 
-    /// The tree itself, whose leaves are the primitives by number.
+    fn extents(&self) -> Extents<'_> {
+        Extents::Balls { centers: &self.centers, radii: &self.radii }
+    }
+
+    /// Returns the tree itself, whose leaves are the primitives by number.
     #[must_use]
     pub fn tree(&self) -> &Tree {
         &self.tree
     }
 
-    /// The primitive with the least signed distance to `p`: the distance of the
-    /// union where it is positive. Of equals the one with the lowest number.
+    /// Finds the primitive with the smallest signed distance to `p`, of equals the one of the
+    /// lowest number. Where positive, the distance is that of the union.
     ///
-    /// Needs the medial surface the tree was built over or last refitted to,
-    /// which has at least one primitive.
+    /// `medial` must be the medial surface that the tree was built over or last refit to.
     #[must_use]
     pub fn nearest(
         &self,
@@ -75,8 +81,7 @@ impl PrimitiveTree {
         self.nearest_from(medial, p, 0, workspace)
     }
 
-    /// As [`Self::nearest`], sooner where `guess` is near the answer, which does
-    /// not depend on it.
+    /// Finds the primitive that [`Self::nearest`] finds, faster where `guess` is near it.
     pub(crate) fn nearest_from(
         &self,
         medial: &MedialSurface,
@@ -84,23 +89,20 @@ impl PrimitiveTree {
         guess: u32,
         workspace: &mut Workspace,
     ) -> NearestPrimitive {
-        let foot = medial.foot(p, guess, FootRule::Exact);
-        let mut best = NearestPrimitive { primitive: guess, foot };
-        // Inside the union all bounds that hold p are at distance 0, and each
-        // of them may be the deepest.
+        let mut best = NearestPrimitive::on(medial, p, guess);
+        // Inside the union, all bounds that contain p are at distance 0, and each of them may be
+        // that of the deepest primitive.
         self.tree.nearest(p, best.foot.distance.max(0.0), workspace, |primitive, _| {
-            let foot = medial.foot(p, primitive, FootRule::Exact);
-            let found = (foot.distance, primitive);
-            if found < (best.foot.distance, best.primitive) {
-                best = NearestPrimitive { primitive, foot };
+            let found = NearestPrimitive::on(medial, p, primitive);
+            if (found.foot.distance, primitive) < (best.foot.distance, best.primitive) {
+                best = found;
             }
             best.foot.distance.max(0.0)
         });
         best
     }
 
-    /// Visits the primitives whose signed distance to `p` is
-    /// not more than `limit`.
+    /// Visits the primitives whose signed distance to `p` is at most `limit`.
     pub(crate) fn within(
         &self,
         medial: &MedialSurface,
@@ -118,6 +120,9 @@ impl PrimitiveTree {
     }
 }
 
-fn split(balls: &[Ball]) -> (Vec<DVec3>, Vec<f64>) {
-    balls.iter().map(|ball| (ball.center, ball.radius)).unzip()
+impl NearestPrimitive {
+    /// Computes the exact foot of `p` on a primitive.
+    pub(crate) fn on(medial: &MedialSurface, p: DVec3, primitive: u32) -> Self {
+        Self { primitive, foot: medial.foot(p, primitive, FootRule::Exact) }
+    }
 }

@@ -9,7 +9,7 @@ use surface::{
 
 use crate::MedialError;
 
-/// A closed surface with what its distance needs.
+/// Closed surface with its normals and the tree over its faces.
 pub(crate) struct SurfaceDistance<'a> {
     pub(crate) surface: &'a TriangleSurface,
     pub(crate) x: Positions<'a>,
@@ -17,9 +17,9 @@ pub(crate) struct SurfaceDistance<'a> {
     tree: Tree,
 }
 
-/// The point of a surface nearest to another.
+/// Closest point of a surface to another point.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Nearest {
+pub(crate) struct SurfaceFoot {
     pub(crate) point: DVec3,
     pub(crate) face: u32,
     pub(crate) feature: TriangleFeature,
@@ -32,38 +32,38 @@ impl<'a> SurfaceDistance<'a> {
         Ok(Self { surface, x, normals: Pseudonormals::new(surface, x), tree })
     }
 
-    /// The nearest point of the surface, if one is nearer than `within`.
+    /// Finds the closest point of the surface nearer than `max_distance`.
     pub(crate) fn nearest(
         &self,
         p: DVec3,
-        within: f64,
+        max_distance: f64,
         workspace: &mut Workspace,
-    ) -> Option<Nearest> {
-        self.nearest_where(p, within, workspace, |_| true)
+    ) -> Option<SurfaceFoot> {
+        self.nearest_where(p, max_distance, workspace, |_| true)
     }
 
-    /// The nearest point of the surface, sooner where `guess` is a face near it.
+    /// Finds the closest point of the surface, faster where the face `guess` is near it.
     pub(crate) fn nearest_from(
         &self,
         p: DVec3,
         guess: u32,
         workspace: &mut Workspace,
-    ) -> Option<Nearest> {
+    ) -> SurfaceFoot {
         let guessed = self.on_face(p, guess);
-        Some(self.nearest(p, guessed.distance, workspace).unwrap_or(guessed))
+        self.nearest(p, guessed.distance, workspace).unwrap_or(guessed)
     }
 
-    /// As [`Self::nearest`], among the faces whose closest point is accepted.
+    /// Finds the closest point nearer than `max_distance` among those of faces that are accepted.
     pub(crate) fn nearest_where(
         &self,
         p: DVec3,
-        within: f64,
+        max_distance: f64,
         workspace: &mut Workspace,
-        accept: impl Fn(&Nearest) -> bool,
-    ) -> Option<Nearest> {
-        let mut best: Option<Nearest> = None;
-        let mut limit = within;
-        self.tree.nearest(p, within, workspace, |face, _| {
+        accept: impl Fn(&SurfaceFoot) -> bool,
+    ) -> Option<SurfaceFoot> {
+        let mut best: Option<SurfaceFoot> = None;
+        let mut limit = max_distance;
+        self.tree.nearest(p, max_distance, workspace, |face, _| {
             let found = self.on_face(p, face);
             if found.distance < limit && accept(&found) {
                 limit = found.distance;
@@ -74,49 +74,52 @@ impl<'a> SurfaceDistance<'a> {
         best
     }
 
-    /// Visits every face that comes within `radius` of `p`, and some beyond.
-    pub(crate) fn near(
+    /// Collects every face that comes within `radius` of `p`, and some beyond.
+    pub(crate) fn faces_within(
         &self,
         p: DVec3,
         radius: f64,
         workspace: &mut Workspace,
-        visit: impl FnMut(u32),
-    ) {
+    ) -> Vec<u32> {
+        let mut faces = Vec::new();
         if radius >= 0.0 {
-            self.tree.query(&Dop18::from_points(&[p]).inflated(radius), workspace, visit);
+            let around = Dop18::from_points(&[p]).inflated(radius);
+            self.tree.query(&around, workspace, |face| faces.push(face));
         }
+        faces
     }
 
-    /// The nearest point of one face.
-    pub(crate) fn on_face(&self, p: DVec3, face: u32) -> Nearest {
+    /// Computes the closest point of one face.
+    pub(crate) fn on_face(&self, p: DVec3, face: u32) -> SurfaceFoot {
         let foot = closest_on_triangle(p, self.corners(face));
         let distance = foot.point.distance(p);
-        Nearest { point: foot.point, face, feature: foot.feature, distance }
+        SurfaceFoot { point: foot.point, face, feature: foot.feature, distance }
     }
 
-    /// Distance to the surface, positive inside, from the nearest point.
-    pub(crate) fn depth_of(&self, p: DVec3, nearest: &Nearest) -> f64 {
-        let normal = self.normals.at(self.surface, nearest.face, nearest.feature);
-        let sign = if (p - nearest.point).dot(normal) > 0.0 { -1.0 } else { 1.0 };
-        sign * nearest.distance
+    /// Computes the distance to the surface, positive inside, from the closest point.
+    pub(crate) fn depth(&self, p: DVec3, foot: &SurfaceFoot) -> f64 {
+        let normal = self.normals.at(self.surface, foot.face, foot.feature);
+        let is_outside = (p - foot.point).dot(normal) > 0.0;
+        if is_outside { -foot.distance } else { foot.distance }
     }
 
-    /// Refuses a surface that crosses itself.
+    /// Checks that the surface does not cross itself.
     pub(crate) fn check_crossings(&self) -> Result<(), MedialError> {
         let mut crossings = Vec::new();
         self.tree.self_pairs(0.0, &mut Workspace::default(), |a, b| {
             if triangles_meet(self.corners(a), self.corners(b)) == Meeting::Crossing {
-                crossings.push((a, b));
+                crossings.push([a, b]);
             }
         });
         match crossings.iter().min() {
-            Some(&(first, second)) => {
+            Some(&[first, second]) => {
                 Err(MedialError::SelfCrossing { count: crossings.len(), first, second })
             }
             None => Ok(()),
         }
     }
 
+    /// Returns the corners of a face.
     pub(crate) fn corners(&self, face: u32) -> [DVec3; 3] {
         self.x.corners(self.surface.faces()[face as usize])
     }

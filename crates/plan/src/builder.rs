@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use decimate::{CoarseSurface, DecimateError, Decimation};
 use distance_field::FieldError;
-use medial::MedialParams;
+use medial::{MedialDetector, MedialError, MedialParams};
 use proximity::SurfaceTree;
-use scene::{Body, BodyId, BodyKind, MedialDetector, Scene};
+use scene::{Body, BodyId, BodyKind, Scene};
 use surface::parallel;
 use surface::progress::Progress;
 
@@ -168,14 +168,15 @@ impl<'a> Builder<'a> {
         let params = MedialParams::tolerance(made.tolerance);
         for pair in made.pairs.iter().filter(|pair| pair.method == DetectionMethod::Medial) {
             for id in pair.pair.bodies() {
+                let body = self.scene.body(id);
                 let medial = &mut made.structures.bodies[id.index()].medial;
-                if medial.is_some() || self.scene.body(id).is_rigid() {
+                if medial.is_some() || body.is_rigid() {
                     continue;
                 }
-                progress.report(0.0)?;
-                let detector = MedialDetector::new(self.scene, id, self.margin, &params, |_| {});
-                *medial = match detector {
+                let (surface, x) = (body.surface(), body.checked_positions());
+                *medial = match MedialDetector::new(surface, x, self.margin, &params, progress) {
                     Ok(detector) => Some(detector),
+                    Err(MedialError::Interrupted(interrupted)) => return Err(interrupted.into()),
                     Err(error) => {
                         let reason = ExclusionReason::Medial(error);
                         return Err(unsuitable(self.scene, pair, reason));

@@ -1,5 +1,6 @@
 //! Errors of plans.
 
+use medial::MedialError;
 use proximity::ProximityError;
 use response::ResponseError;
 use scene::SceneError;
@@ -45,6 +46,9 @@ pub enum PlanError {
     /// A reduced surface that cannot follow its body.
     #[error(transparent)]
     Proximity(#[from] ProximityError),
+    /// A medial surface that cannot follow its body.
+    #[error(transparent)]
+    Medial(#[from] MedialError),
     /// A failure of the scene.
     #[error(transparent)]
     Scene(SceneError),

@@ -4,7 +4,7 @@ use std::fmt;
 
 use decimate::DecimateError;
 use distance_field::FieldError;
-use scene::SceneError;
+use medial::MedialError;
 
 /// Method by which a pair of bodies is detected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,7 +81,7 @@ pub enum ExclusionReason {
     },
     /// The medial surface could not be generated.
     #[error(transparent)]
-    Medial(SceneError),
+    Medial(MedialError),
     /// The surface could not be simplified.
     #[error(transparent)]
     Decimation(DecimateError),

@@ -2,8 +2,8 @@
 
 use distance_field::{FieldContacts, FieldFeature};
 use kdop::Workspace;
+use medial::MedialScratch;
 use proximity::{ClosestPoint, PairProximity, SurfaceTree, contact};
-use scene::medial_detector::MedialScratch;
 use scene::{Body, BodyId, PairId, Scene};
 use surface::{Contact, ContactSide, Term};
 
@@ -138,7 +138,9 @@ impl PairDetector {
         let [a, b] = pair.bodies();
         for [body, other] in [[a, b], [b, a]] {
             let Some(balls) = &structures.bodies[other.index()].medial else { continue };
-            let found = balls.contacts(scene, body, &mut self.medial);
+            let sides = [body, other].map(|id| scene.body(id).contact_body());
+            let [Some(body), Some(own)] = sides else { continue };
+            let found = balls.vertex_contacts(&body, &own, &mut self.medial);
             self.contacts.extend(found.iter().map(|found| found.contact));
         }
         self.min_gap = self.contacts.iter().map(|contact| contact.gap).min_by(f64::total_cmp);

@@ -2,8 +2,9 @@
 
 use decimate::CoarseSurface;
 use distance_field::FieldDetector;
+use medial::MedialDetector;
 use proximity::{ContactSurface, ParticleNumbers, SurfaceTree};
-use scene::{Body, BodyId, MedialDetector, Scene};
+use scene::{Body, BodyId, Scene};
 use surface::{RigidState, parallel};
 
 use crate::bone_field::BoneField;
@@ -84,7 +85,7 @@ impl Structures {
                 coarse.follow(body.positions())?;
             }
             if let Some(medial) = &mut structures.medial {
-                medial.follow(scene)?;
+                medial.follow(body.checked_positions())?;
             }
             Ok(())
         })

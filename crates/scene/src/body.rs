@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 use kdop::TreeError;
+use medial::ContactBody;
 use proximity::{
     ContactSurface, LazySurfaceTree, NoInside, ParticleNumbers, SurfaceTree, SweptSide,
 };
@@ -181,6 +182,13 @@ impl Body {
             particles: self.particle_numbers(),
             is_rigid: self.is_rigid(),
         }
+    }
+
+    /// Returns the body as one side of contacts by medial surfaces, where its tree is up to date.
+    #[must_use]
+    pub fn contact_body(&self) -> Option<ContactBody<'_>> {
+        let (particles, is_rigid) = (self.particle_numbers(), self.is_rigid());
+        self.tree().map(|tree| ContactBody { tree, particles, is_rigid })
     }
 
     /// Checks that "inside" is defined for this body.

@@ -4,7 +4,7 @@ use ccd::CcdError;
 use kdop::TreeError;
 use medial::MedialError;
 use overlap::JointContactError;
-use proximity::{NoInside, SweptError};
+use proximity::SweptError;
 use surface::SurfaceError;
 use surface::progress::Interrupted;
 
@@ -40,7 +40,7 @@ pub enum SceneError {
         /// The underlying error.
         source: TreeError,
     },
-    /// A body has no medial surface like this one.
+    /// A medial surface that does not fit the body, or fails for it.
     #[error("body {name:?}: {source}")]
     Medial {
         /// The body's name.
@@ -48,31 +48,11 @@ pub enum SceneError {
         /// The underlying error.
         source: MedialError,
     },
-    /// A body without an inside was asked for balls in it.
-    #[error("body {name:?}: {source}")]
-    NoInside {
-        /// The body's name.
-        name: String,
-        /// The reason.
-        source: NoInside,
-    },
-    /// A body was asked for its contacts with itself.
-    #[error("body {name:?} was asked for contacts with itself")]
+    /// A query for the contacts of a body with itself.
+    #[error("both bodies of a pair are {name:?}")]
     Itself {
         /// The body's name.
         name: String,
-    },
-    /// A field does not tell distances as far out as a body is thick.
-    #[error(
-        "body {name:?}: a ball may touch the bone whose field tells distances up to {known}, but {needed} is needed: build it with more padding and without truncation"
-    )]
-    FieldRange {
-        /// The body's name.
-        name: String,
-        /// The distance that the field tells at the ball's centre, at least.
-        known: f64,
-        /// The distance that has to be told.
-        needed: f64,
     },
     /// The parameters of swept detection are out of range.
     #[error(transparent)]

@@ -47,7 +47,7 @@ mod check;
 mod error;
 mod field_contacts;
 mod joint_contact;
-pub mod medial_detector;
+mod medial_contacts;
 mod overlap;
 mod pass_through;
 mod report;
@@ -56,6 +56,7 @@ mod sweep;
 
 pub use distance_field::{FieldContact, FieldDetector, FieldFeature};
 pub use glam;
+pub use medial::{MedialContact, MedialDetector, MedialFeature, PrimitiveBall};
 pub use proximity::{ContactKind, ContactPatch, NearVertex, NoInside, Region, Side, SweptContact};
 
 pub use surface::progress::{Interrupted, Progress};
@@ -63,7 +64,6 @@ pub use surface::progress::{Interrupted, Progress};
 pub use crate::body::{Body, BodyId, BodyKind, PairId};
 pub use crate::check::CheckParams;
 pub use crate::error::SceneError;
-pub use crate::medial_detector::{MedialContact, MedialDetector, MedialFeature, PrimitiveBall};
 pub use crate::overlap::{OverlapParams, PairOverlap};
 pub use crate::pass_through::PassThrough;
 pub use crate::report::{PairReport, VertexReport};

@@ -6,7 +6,7 @@ use clap::Args;
 use mesh_io::{PointValues, write_vtp};
 use musculo_collide::kdop::Workspace;
 use musculo_collide::medial::{
-    Generated, MedialError, MedialParams, MedialSurface, PrimitiveTree, Step, Topology, generate,
+    Generated, MedialError, MedialParams, MedialSurface, PrimitiveTree, Topology, generate,
 };
 use rayon::prelude::*;
 
@@ -105,7 +105,9 @@ impl MedialResult {
         mesh: LoadedSurface,
         params: &MedialParams,
     ) -> Result<Self, MedialError> {
-        let Generated { medial, deviation } = fit(&mesh, params)?;
+        let Generated { medial, deviation } = Phase::run("fitting balls", |progress| {
+            generate(&mesh.surface, mesh.positions(), params, progress)
+        })?;
         let _phase = Phase::start("counting parts and holes");
         let record = MedialRecord {
             file: path.display().to_string(),
@@ -158,25 +160,6 @@ impl MedialResult {
             .map_init(Workspace::default, distance)
             .collect())
     }
-}
-
-/// Steps of the bar while balls are fitted.
-const FIT_STEPS: usize = 20;
-
-fn fit(mesh: &LoadedSurface, params: &MedialParams) -> Result<Generated, MedialError> {
-    let phase = Phase::with_steps("fitting balls", FIT_STEPS);
-    generate(&mesh.surface, mesh.positions(), params, |progress| {
-        // A search for a tolerance fits several times, and the bar begins again.
-        phase.set(match progress.step {
-            Step::Inspect | Step::Shrink | Step::Collapse => 0,
-            Step::Fit => twentieths(progress.share),
-            Step::Measure => FIT_STEPS,
-        });
-    })
-}
-
-fn twentieths(fraction: f64) -> usize {
-    (1..=20_u8).take_while(|&step| fraction >= f64::from(step) / 20.0).count()
 }
 
 /// Cells per radius of the grid on which parts and holes are counted: half as many lose

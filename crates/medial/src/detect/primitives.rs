@@ -1,22 +1,23 @@
-//! Pairs of primitives of two medial surfaces.
+//! Contacts between the primitives of two medial surfaces.
 
 use glam::DVec3;
 use kdop::Workspace;
 use surface::Term;
 
-use super::sieve::SeparatingDirections;
-use super::{ParticleOffsets, TestCounts, normal};
-use crate::{Foot, MedialSurface, PrimitiveTree, pair_foot};
+use super::contact::{ParticleOffsets, contact_normal};
+use super::separation::SeparatingDirections;
+use super::{MedialBounds, TestCounts};
+use crate::{Foot, MedialSurface, pair_foot};
 
-/// Two primitives that come within reach of each other.
+/// Two primitives within the margin of each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrimitiveContact {
     /// Number of the primitive of the first medial surface, then of the second.
     pub primitives: [u32; 2],
     /// Weights of the balls of each.
     pub weights: [[f64; 3]; 2],
-    /// Unit vector from the second's ball to the first's; where their centers
-    /// coincide, a normal of the second.
+    /// Unit vector from the ball of the second to that of the first; where their centers coincide,
+    /// a normal of the second.
     pub normal: DVec3,
     /// Sum of the radii.
     pub offset: f64,
@@ -25,22 +26,24 @@ pub struct PrimitiveContact {
 }
 
 impl PrimitiveContact {
-    fn of(primitives: [u32; 2], a: &MedialSurface, b: &MedialSurface) -> Self {
+    fn new(primitives: [u32; 2], a: &MedialSurface, b: &MedialSurface) -> Self {
         let balls = b.primitive_balls(primitives[1]);
         let foot = pair_foot(&a.primitive_balls(primitives[0]), &balls);
         let on_b = Foot { weights: foot.weights_b, ball: foot.b, distance: foot.distance };
         Self {
             primitives,
             weights: [foot.weights_a, foot.weights_b],
-            normal: normal(foot.a.center, &on_b, &balls, DVec3::ZERO),
+            normal: contact_normal(foot.a.center, &on_b, &balls, DVec3::ZERO),
             offset: foot.a.radius + foot.b.radius,
             gap: foot.distance,
         }
     }
 
-    /// The particles with their weights β, as in [`Contact`](surface::Contact): those of the first
-    /// medial surface (numbered from `particles.first_point`) sum to −1, those
-    /// of the second (from `particles.first_ball`) to 1. At most six.
+    /// Returns the particles with their weights β, as in [`Contact`](surface::Contact): at most
+    /// six.
+    ///
+    /// Those of the first medial surface (numbered from `particles.first_point`) sum to −1, those
+    /// of the second (from `particles.first_ball`) to 1.
     #[must_use]
     pub fn terms(
         &self,
@@ -48,66 +51,68 @@ impl PrimitiveContact {
         b: &MedialSurface,
         particles: ParticleOffsets,
     ) -> Vec<Term> {
-        let side = |medial: &MedialSurface, k: usize, first: u32, sign: f64| {
-            let balls = medial.primitives()[self.primitives[k] as usize];
-            let terms = balls.into_iter().zip(self.weights[k]).filter(|&(_, w)| w > 0.0);
-            terms
-                .map(|(ball, w)| Term { particle: ball + first, weight: sign * w })
-                .collect::<Vec<_>>()
-        };
-        let mut terms = side(a, 0, particles.first_point, -1.0);
-        terms.extend(side(b, 1, particles.first_ball, 1.0));
+        let mut terms = Vec::new();
+        let firsts = [particles.first_point, particles.first_ball];
+        for (side, (medial, sign)) in [(a, -1.0), (b, 1.0)].into_iter().enumerate() {
+            let balls = medial.primitives()[self.primitives[side] as usize];
+            for (ball, weight) in balls.into_iter().zip(self.weights[side]) {
+                if weight > 0.0 {
+                    terms.push(Term { particle: ball + firsts[side], weight: sign * weight });
+                }
+            }
+        }
         terms
     }
 }
 
-/// Finds all pairs of primitives of two medial surfaces whose unions come within
-/// `reach`: what balls against primitives miss where only insides of primitives
-/// meet.
+/// Finds all pairs of primitives of two medial surfaces whose unions come within `margin`.
 ///
-/// The gap of each pair is the exact least distance or deepest overlap. Pairs
-/// stand in ascending order.
+/// Balls against primitives do not find pairs of which only the insides meet; this does. The gap
+/// of each pair is its exact distance or depth of overlap. Pairs are in ascending order.
 #[must_use]
 pub fn primitive_contacts(
-    a: (&MedialSurface, &PrimitiveTree),
-    b: (&MedialSurface, &PrimitiveTree),
-    reach: f64,
+    a: MedialBounds<'_>,
+    b: MedialBounds<'_>,
+    margin: f64,
     workspace: &mut Workspace,
 ) -> (Vec<PrimitiveContact>, TestCounts) {
     let mut pairs = Vec::new();
-    a.1.tree().pairs(b.1.tree(), reach, workspace, |i, j| pairs.push((i, j)));
+    a.tree.tree().pairs(b.tree.tree(), margin, workspace, |i, j| pairs.push([i, j]));
     let bound_tests = workspace.counters().bound_tests;
+
     let mut found = Vec::new();
-    let counts = primitive_contacts_among(&mut pairs, a.0, b.0, reach, &mut found);
+    let counts = primitive_contacts_among(&mut pairs, a.medial, b.medial, margin, &mut found);
     (found, TestCounts { bound_tests, ..counts })
 }
 
-/// As [`primitive_contacts`], among pairs of primitives that the caller found, and
-/// with memory that is the caller's: `pairs` is sorted, and what `out` held is
-/// lost. The bounds that were tested are not counted.
+/// Finds contacts as [`primitive_contacts`] does, among pairs of primitives that the caller has
+/// found, in reused memory.
+///
+/// `pairs` is sorted, and `out` is cleared first. Tests of bounds are not counted.
 ///
 /// # Panics
 ///
 /// When there is no such primitive.
 pub fn primitive_contacts_among(
-    pairs: &mut [(u32, u32)],
+    pairs: &mut [[u32; 2]],
     a: &MedialSurface,
     b: &MedialSurface,
-    reach: f64,
+    margin: f64,
     out: &mut Vec<PrimitiveContact>,
 ) -> TestCounts {
     pairs.sort_unstable();
     out.clear();
-    let mut sieve = SeparatingDirections::default();
-    for &(i, j) in &*pairs {
-        if sieve.parts(&a.primitive_balls(i), &b.primitive_balls(j), reach) {
+
+    let mut directions = SeparatingDirections::default();
+    for &[i, j] in &*pairs {
+        if directions.are_separated(&a.primitive_balls(i), &b.primitive_balls(j), margin) {
             continue;
         }
-        sieve.leaf_tests += 1;
-        let contact = PrimitiveContact::of([i, j], a, b);
-        if contact.gap <= reach {
+        directions.counts.leaf_tests += 1;
+        let contact = PrimitiveContact::new([i, j], a, b);
+        if contact.gap <= margin {
             out.push(contact);
         }
     }
-    TestCounts { bound_tests: 0, direction_tests: sieve.tests, leaf_tests: sieve.leaf_tests }
+    directions.counts
 }

@@ -1,157 +1,184 @@
-//! How far balls reach out of a surface: the largest `r − D(c)` over all balls of
-//! the union, with D the depth of a center. No point of a ball is farther outside
-//! than that.
+//! Distance by which balls extend outside a surface: the maximum of `r − D(c)` over all balls of the
+//! union, with D the depth of a center. No point of a ball is farther outside than that.
 //!
-//! Two bounds on a patch of balls. The slope of D is 1. And D is the least distance
-//! to any face, each of which is convex in c, so that its tangent at one center
-//! bounds it at the others; of these, only faces matter that can be nearest anywhere
-//! on the patch, and from which a ball could reach out farther than is known to
-//! happen elsewhere. A patch hands them on to its quarters.
+//! A patch of balls has two bounds. The slope of D is 1. And D is the minimum of the distances to
+//! the faces, each of which is convex in c, so that its tangent at one center bounds it at the
+//! others. Of these, only faces matter that can be nearest anywhere on the patch, and from which a
+//! ball could extend farther outside than the largest distance evaluated so far. A patch hands them
+//! on to its quarters.
 
 use std::rc::Rc;
 
 use glam::DVec3;
 use kdop::Workspace;
+use proximity::MaximumSearch;
 use surface::DirectedHausdorff;
+use surface::progress::{Interrupted, Progress};
 
-use super::largest::{Largest, least_slack};
+use super::{search, split_all};
 use crate::surface_distance::SurfaceDistance;
 use crate::{Ball, MedialSurface};
 
-/// Balls between three.
+/// Patch of the balls between three.
 struct Patch {
     balls: [Ball; 3],
     /// Depth of the center in the middle.
     depth: f64,
-    /// The faces that matter, where they are known.
+    /// The faces that matter, once they are known.
     faces: Option<Rc<[u32]>>,
+}
+
+/// Face near the middle of a patch.
+struct NearFace {
+    face: u32,
+    /// Unit vector from the face to the middle.
+    outward: DVec3,
+    /// Distance of the middle from the face.
+    distance: f64,
+}
+
+/// Bounds of patches, which are added to a search.
+struct Bounding<'a> {
+    surface: &'a SurfaceDistance<'a>,
+    near_faces: Vec<NearFace>,
+    workspace: Workspace,
 }
 
 pub(super) fn medial_to_surface(
     medial: &MedialSurface,
-    distance: &SurfaceDistance<'_>,
-) -> DirectedHausdorff {
-    let mut bounding = Bounding { distance, facing: Vec::new(), workspace: Workspace::default() };
-    let mut search = Largest::new(least_slack(medial));
+    surface: &SurfaceDistance<'_>,
+    progress: Progress<'_>,
+) -> Result<DirectedHausdorff, Interrupted> {
+    let workspace = Workspace::default();
+    let mut bounding = Bounding { surface, near_faces: Vec::new(), workspace };
+    let mut search = search(medial);
     for (primitive, _) in (0_u32..).zip(medial.primitives()) {
-        bounding.by_slope(&mut search, medial.primitive_balls(primitive));
+        bounding.add_by_slope(&mut search, medial.primitive_balls(primitive));
     }
-    search.run(|search, Patch { balls, depth, faces }| match faces {
-        Some(faces) => {
-            let quarters = quarters(balls).into_iter();
-            quarters.for_each(|balls| bounding.by_tangents(search, balls, &faces));
-        }
-        // Not all of it may be inside: tangents tell nothing.
-        None if depth <= around(&balls).1 => {
-            quarters(balls).into_iter().for_each(|balls| bounding.by_slope(search, balls));
-        }
-        None => {
-            let faces = bounding.faces(search, &balls, depth);
-            bounding.by_tangents(search, balls, &faces);
-        }
-    })
-}
-
-fn quarters([a, b, c]: [Ball; 3]) -> [[Ball; 3]; 4] {
-    let middle =
-        |a: Ball, b: Ball| Ball::new(a.center.midpoint(b.center), a.radius.midpoint(b.radius));
-    let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
-    [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
-}
-
-/// A face seen from the middle of a patch.
-struct Facing {
-    face: u32,
-    /// Unit vector from the face to the middle.
-    away: DVec3,
-    gap: f64,
-}
-
-/// Bounds patches and adds them to a search.
-struct Bounding<'a> {
-    distance: &'a SurfaceDistance<'a>,
-    facing: Vec<Facing>,
-    workspace: Workspace,
+    split_all(search, progress, |search, patch| bounding.split(search, patch))
 }
 
 impl Bounding<'_> {
-    fn by_slope(&mut self, search: &mut Largest<Patch>, balls: [Ball; 3]) {
-        let (middle, _) = around(&balls);
-        let nearest = self.distance.nearest(middle.center, f64::INFINITY, &mut self.workspace);
-        let depth =
-            nearest.map_or(f64::NEG_INFINITY, |q| self.distance.depth_of(middle.center, &q));
-        let bound = farthest(&balls, middle) - depth;
-        search.add(middle.radius - depth, bound, || Patch { balls, depth, faces: None });
-    }
-
-    /// The faces that matter to a patch that is inside.
-    fn faces(&mut self, search: &Largest<Patch>, balls: &[Ball; 3], depth: f64) -> Vec<u32> {
-        let (middle, spread) = around(balls);
-        let limit = limit(search, balls, middle, depth + 2.0 * spread);
-        let mut faces = Vec::new();
-        self.distance.near(middle.center, limit, &mut self.workspace, |face| faces.push(face));
-        faces
-    }
-
-    /// Adds a patch that is inside, and to which no other faces matter than `faces`.
-    fn by_tangents(&mut self, search: &mut Largest<Patch>, balls: [Ball; 3], faces: &[u32]) {
-        let (middle, spread) = around(&balls);
-        let facing = &mut self.facing;
-        let most = limit(search, &balls, middle, f64::INFINITY);
-        let depth = face_all(self.distance, middle.center, faces, [most, 2.0 * spread], facing);
-        let tangent = |facing: &Facing| {
-            let at = |ball: &Ball| {
-                ball.radius - facing.gap - facing.away.dot(ball.center - middle.center)
-            };
-            at(&balls[0]).max(at(&balls[1])).max(at(&balls[2]))
-        };
-        let seen = middle.radius - depth;
-        let bound = facing.iter().map(tangent).fold(seen, f64::max);
-        let faces = || Some(facing.iter().map(|f| f.face).collect());
-        search.add(seen, bound, || Patch { balls, depth, faces: faces() });
-    }
-}
-
-/// Distance from the middle beyond which a face does not matter: from farther
-/// away, no ball of the patch can reach out by more than is known to happen, and at
-/// more than `most` it is not the nearest.
-fn limit(search: &Largest<Patch>, balls: &[Ball; 3], middle: Ball, most: f64) -> f64 {
-    most.min(farthest(balls, middle) - search.enough())
-}
-
-/// Largest distance from the middle of a point of a ball.
-fn farthest(balls: &[Ball; 3], middle: Ball) -> f64 {
-    let at = |ball: &Ball| ball.radius + ball.center.distance(middle.center);
-    at(&balls[0]).max(at(&balls[1])).max(at(&balls[2]))
-}
-
-/// The ball in the middle of three, and the distance that their centers keep to it.
-fn around(balls: &[Ball; 3]) -> (Ball, f64) {
-    let middle = Ball::interpolate(balls, [1.0 / 3.0; 3]);
-    let spread = balls.iter().map(|b| b.center.distance(middle.center)).fold(0.0, f64::max);
-    (middle, spread)
-}
-
-/// Distance of `p` from the nearest of `faces`, or infinity; `facing` is then those
-/// of them that are within `limit` and not more than `beyond` farther than that.
-fn face_all(
-    distance: &SurfaceDistance<'_>,
-    p: DVec3,
-    faces: &[u32],
-    [mut limit, beyond]: [f64; 2],
-    facing: &mut Vec<Facing>,
-) -> f64 {
-    facing.clear();
-    let mut least = f64::INFINITY;
-    for &face in faces {
-        let found = distance.on_face(p, face);
-        least = least.min(found.distance);
-        limit = limit.min(found.distance + beyond);
-        if found.distance <= limit {
-            let away = (p - found.point).normalize_or_zero();
-            facing.push(Facing { face, away, gap: found.distance });
+    /// Adds the quarters of a patch, or the patch itself with its faces.
+    fn split(&mut self, search: &mut MaximumSearch<Patch>, patch: Patch) {
+        let Patch { balls, depth, faces } = patch;
+        match faces {
+            Some(faces) => {
+                for quarter in quarters(balls) {
+                    self.add_by_tangents(search, quarter, &faces);
+                }
+            }
+            // A part of the patch may be outside, where tangents give no bound.
+            None if depth <= spread(&balls) => {
+                for quarter in quarters(balls) {
+                    self.add_by_slope(search, quarter);
+                }
+            }
+            None => {
+                let faces = self.faces_that_matter(search, &balls, depth);
+                self.add_by_tangents(search, balls, &faces);
+            }
         }
     }
-    facing.retain(|facing| facing.gap <= limit);
-    least
+
+    /// Adds a patch with the bound by the slope of the depth.
+    fn add_by_slope(&mut self, search: &mut MaximumSearch<Patch>, balls: [Ball; 3]) {
+        let middle = middle(&balls);
+        let nearest = self.surface.nearest(middle.center, f64::INFINITY, &mut self.workspace);
+        let depth =
+            nearest.map_or(f64::NEG_INFINITY, |foot| self.surface.depth(middle.center, &foot));
+        search.evaluated(middle.radius - depth);
+        search.add(max_distance(&balls, middle) - depth, Patch { balls, depth, faces: None });
+    }
+
+    /// Collects the faces that matter to a patch that is inside.
+    fn faces_that_matter(
+        &mut self,
+        search: &MaximumSearch<Patch>,
+        balls: &[Ball; 3],
+        depth: f64,
+    ) -> Vec<u32> {
+        let middle = middle(balls);
+        let radius = (depth + 2.0 * spread(balls)).min(relevant_distance(search, balls, middle));
+        self.surface.faces_within(middle.center, radius, &mut self.workspace)
+    }
+
+    /// Adds a patch that is inside, and to which no faces matter but `faces`.
+    fn add_by_tangents(
+        &mut self,
+        search: &mut MaximumSearch<Patch>,
+        balls: [Ball; 3],
+        faces: &[u32],
+    ) {
+        let middle = middle(&balls);
+        let limit = relevant_distance(search, &balls, middle);
+        let depth = self.find_near_faces(middle.center, faces, limit, 2.0 * spread(&balls));
+
+        let mut bound = middle.radius - depth;
+        search.evaluated(bound);
+        for near in &self.near_faces {
+            bound = bound.max(tangent_bound(near, &balls, middle));
+        }
+        if bound > search.sufficient() {
+            let faces = self.near_faces.iter().map(|near| near.face).collect();
+            search.add(bound, Patch { balls, depth, faces: Some(faces) });
+        }
+    }
+
+    /// Lists those of `faces` that are within `limit` of `p` and at most `excess` farther than the
+    /// nearest; returns the distance of the nearest of all, or infinity.
+    fn find_near_faces(&mut self, p: DVec3, faces: &[u32], limit: f64, excess: f64) -> f64 {
+        self.near_faces.clear();
+        let mut limit = limit;
+        let mut min_distance = f64::INFINITY;
+        for &face in faces {
+            let found = self.surface.on_face(p, face);
+            min_distance = min_distance.min(found.distance);
+            limit = limit.min(found.distance + excess);
+            if found.distance <= limit {
+                let outward = (p - found.point).normalize_or_zero();
+                self.near_faces.push(NearFace { face, outward, distance: found.distance });
+            }
+        }
+        self.near_faces.retain(|near| near.distance <= limit);
+        min_distance
+    }
+}
+
+/// Computes a bound on the distance by which a patch extends beyond a face: at the corners, by the
+/// tangent of the distance at the middle.
+fn tangent_bound(near: &NearFace, balls: &[Ball; 3], middle: Ball) -> f64 {
+    let [a, b, c] = balls
+        .each_ref()
+        .map(|ball| ball.radius - near.distance - near.outward.dot(ball.center - middle.center));
+    a.max(b).max(c)
+}
+
+/// Returns the distance from the middle beyond which a face does not matter: no ball of the patch
+/// can extend farther outside it than is sufficient already.
+fn relevant_distance(search: &MaximumSearch<Patch>, balls: &[Ball; 3], middle: Ball) -> f64 {
+    max_distance(balls, middle) - search.sufficient()
+}
+
+/// Computes the maximum distance of a point of the balls from the middle.
+fn max_distance(balls: &[Ball; 3], middle: Ball) -> f64 {
+    let [a, b, c] = balls.each_ref().map(|ball| ball.radius + ball.center.distance(middle.center));
+    a.max(b).max(c)
+}
+
+/// Returns the ball in the middle of three.
+fn middle(balls: &[Ball; 3]) -> Ball {
+    Ball::interpolate(balls, [1.0 / 3.0; 3])
+}
+
+/// Computes the maximum distance of the centers from that in the middle.
+fn spread(balls: &[Ball; 3]) -> f64 {
+    let middle = middle(balls).center;
+    balls.iter().map(|ball| ball.center.distance(middle)).fold(0.0, f64::max)
+}
+
+/// Divides a patch at the middles of its sides.
+fn quarters([a, b, c]: [Ball; 3]) -> [[Ball; 3]; 4] {
+    let [ab, bc, ca] = [a.midpoint(b), b.midpoint(c), c.midpoint(a)];
+    [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
 }

@@ -1,63 +1,84 @@
-//! How far points of a surface are outside a union of balls: the largest φ(p) over
-//! surface points p, with φ the signed distance of the union.
+//! Distance of points of a surface outside a union of balls: the maximum of φ(p) over surface points
+//! p, with φ the signed distance of the union.
 //!
-//! The distance `φ_s` of one primitive is convex, so on a triangle it is at most
-//! the largest of its corners' values; φ is at most `φ_s` for any s. Where the
-//! corners have the same nearest primitive, the bound is exact.
+//! The distance `φ_s` of one primitive is convex, so on a triangle it is at most the maximum of its
+//! values at the corners; φ is at most `φ_s` for any s. Where the corners have the same nearest
+//! primitive, the bound is exact.
 
 use glam::DVec3;
 use kdop::Workspace;
+use proximity::MaximumSearch;
 use surface::DirectedHausdorff;
+use surface::progress::{Interrupted, Progress};
 
-use super::largest::{Largest, least_slack};
+use super::{search, split_all};
 use crate::surface_distance::SurfaceDistance;
 use crate::{FootRule, MedialSurface, NearestPrimitive, PrimitiveTree};
 
-/// A piece of a face: its corners with their nearest primitives and distances.
-type Patch = [(DVec3, u32, f64); 3];
+/// Corner of a piece of a face.
+#[derive(Clone, Copy)]
+struct Corner {
+    p: DVec3,
+    /// Nearest primitive.
+    primitive: u32,
+    /// Signed distance of that primitive.
+    distance: f64,
+}
+
+/// Piece of a face.
+type Patch = [Corner; 3];
 
 pub(super) fn surface_to_medial(
     medial: &MedialSurface,
     tree: &PrimitiveTree,
-    distance: &SurfaceDistance<'_>,
+    surface: &SurfaceDistance<'_>,
     nearest: &[NearestPrimitive],
-) -> DirectedHausdorff {
-    let mut workspace = Workspace::default();
-    let mut search = Largest::new(least_slack(medial));
-    let add = |search: &mut Largest<Patch>, patch: Patch| {
-        let seen = patch.iter().map(|&(.., value)| value).fold(0.0, f64::max);
-        search.add(seen, patch_bound(medial, &patch), || patch);
-    };
-    for corners in distance.surface.faces() {
-        let corner = |vertex: u32| {
-            let found = &nearest[vertex as usize];
-            (distance.x.at(vertex), found.primitive, found.foot.distance)
-        };
-        add(&mut search, corners.map(corner));
-    }
-    search.run(|search, [a, b, c]| {
-        let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(from, to)| {
-            let p = from.0.midpoint(to.0);
-            let found = tree.nearest_from(medial, p, from.1, &mut workspace);
-            (p, found.primitive, found.foot.distance)
+    progress: Progress<'_>,
+) -> Result<DirectedHausdorff, Interrupted> {
+    let mut search = search(medial);
+    for face in surface.surface.faces() {
+        let patch = face.map(|vertex| {
+            let NearestPrimitive { primitive, foot } = nearest[vertex as usize];
+            Corner { p: surface.x.at(vertex), primitive, distance: foot.distance }
         });
-        for patch in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-            add(search, patch);
+        add(&mut search, medial, patch);
+    }
+
+    let mut workspace = Workspace::default();
+    let mut middle = |from: &Corner, to: &Corner| {
+        let p = from.p.midpoint(to.p);
+        let nearest = tree.nearest_from(medial, p, from.primitive, &mut workspace);
+        Corner { p, primitive: nearest.primitive, distance: nearest.foot.distance }
+    };
+    split_all(search, progress, |search, [a, b, c]| {
+        let (ab, bc, ca) = (middle(&a, &b), middle(&b, &c), middle(&c, &a));
+        for quarter in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+            add(search, medial, quarter);
         }
     })
 }
 
-/// The least over the corners' primitives of the largest distance at a corner.
-fn patch_bound(medial: &MedialSurface, patch: &Patch) -> f64 {
-    let largest = |primitive: u32| {
-        let at = |&(p, own, value): &(DVec3, u32, f64)| {
-            if own == primitive {
-                value
+fn add(search: &mut MaximumSearch<Patch>, medial: &MedialSurface, patch: Patch) {
+    for corner in &patch {
+        search.evaluated(corner.distance);
+    }
+    search.add(upper_bound(medial, &patch), patch);
+}
+
+/// Computes the minimum over the corners' primitives of the maximum distance at a corner.
+fn upper_bound(medial: &MedialSurface, patch: &Patch) -> f64 {
+    let mut bound = f64::INFINITY;
+    for &Corner { primitive, .. } in patch {
+        let mut max = f64::NEG_INFINITY;
+        for corner in patch {
+            let distance = if corner.primitive == primitive {
+                corner.distance
             } else {
-                medial.foot(p, primitive, FootRule::Exact).distance
-            }
-        };
-        patch.iter().map(at).fold(f64::NEG_INFINITY, f64::max)
-    };
-    patch.iter().map(|&(_, primitive, _)| largest(primitive)).fold(f64::INFINITY, f64::min)
+                medial.foot(corner.p, primitive, FootRule::Exact).distance
+            };
+            max = max.max(distance);
+        }
+        bound = bound.min(max);
+    }
+    bound
 }

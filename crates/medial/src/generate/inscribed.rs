@@ -1,176 +1,199 @@
-//! Balls of a union that reach out of the surface, at points of its primitives.
+//! Balls of a union that extend outside the surface, at points of its primitives.
 //!
-//! The nearest surface point is searched for anew whenever the balls have moved.
-//! Where they moved little, the faces around were listed, and one of these is still
-//! the nearest.
+//! The closest surface point is searched for again whenever the balls have moved. Where they moved
+//! little, the faces around are listed, and one of these is still the closest.
 
 use std::collections::BTreeSet;
 
 use glam::DVec3;
 use kdop::Workspace;
+use surface::progress::{Interrupted, Progress};
 
 use super::normal_equations::Residual;
-use crate::surface_distance::{Nearest, SurfaceDistance};
-use crate::{Ball, MedialSurface, parallel};
+use crate::batches::map_in_batches;
+use crate::surface_distance::{SurfaceDistance, SurfaceFoot};
+use crate::{Ball, MedialSurface};
 
-/// Subdivisions of a primitive's sides: 15 points a slab.
+/// Number of subdivisions of a primitive's sides: 15 points per slab.
 const DIVISIONS: u32 = 4;
 
-/// Share of a ball's radius that a move may have for the faces around it to be
-/// listed: lists for longer moves take longer to look through than the tree.
+/// Largest move for which the faces around are listed, in radii: lists for longer moves take longer
+/// to search than the tree.
 const SHORT_MOVE: f64 = 0.1;
 
-/// How far a list reaches, in moves of the ball: as many of them it is good for.
-const LIST_REACH: f64 = 2.0;
+/// Extent of a list, in moves of the ball: it is valid for as many of them.
+const LIST_MOVES: f64 = 2.0;
 
-/// Points of the primitives, and the surface points that entered their balls when
-/// they were last searched for.
+/// Number of points per batch: tens of milliseconds on one thread.
+const POINTS_PER_BATCH: usize = 1024;
+
+/// Points of the primitives, with the closest surface points at the last search.
 pub(super) struct Inscribed {
-    points: Vec<Point>,
-    entered: Vec<Option<Entered>>,
-    /// Of each of the squares in the sum over all points.
-    pub(super) importance: f64,
+    points: Vec<PrimitivePoint>,
+    /// Importance of each of the squares in the sum over all points.
+    importance: f64,
 }
 
-/// A point of a primitive.
-struct Point {
+/// Point of a primitive.
+struct PrimitivePoint {
     primitive: u32,
     weights: [f64; 3],
-    /// Where its ball was last, and the face that was nearest then.
+    /// Center of its ball at the last search, and the face that was closest to it.
     center: DVec3,
     face: u32,
-    list: Option<List>,
+    list: Option<FaceList>,
+    closest: Option<SidedPoint>,
 }
 
-/// All faces that are not more than `radius` from `center`.
-struct List {
+/// All faces that are at most `radius` from `center`.
+struct FaceList {
     center: DVec3,
     radius: f64,
     faces: Vec<u32>,
 }
 
-/// A surface point in the ball at a point, with the side of the surface that the
-/// ball's center was on: 1 inside, −1 outside.
+/// Surface point, with the side that the center of a ball was on: 1 inside, −1 outside.
 #[derive(Clone, Copy)]
-struct Entered {
+struct SidedPoint {
     point: DVec3,
     side: f64,
 }
 
+/// Result of the search at a point.
+struct Searched {
+    center: DVec3,
+    foot: SurfaceFoot,
+    /// Replacement of the list, unless the list was used.
+    list: Option<Option<FaceList>>,
+}
+
 impl Inscribed {
-    /// None, if they are of no importance. `beside` tells a face for each primitive,
-    /// from where the search is short if it is near.
-    pub(super) fn new(medial: &MedialSurface, importance_of_all: f64, beside: &[u32]) -> Self {
-        let points = if importance_of_all > 0.0 { points(medial, beside) } else { Vec::new() };
-        let importance = importance_of_all / crate::real(points.len().max(1));
-        Self { entered: vec![None; points.len()], points, importance }
+    /// Selects points, none if they are of no importance.
+    ///
+    /// `faces` holds a face for each primitive, from which the search is short if it is near.
+    pub(super) fn new(medial: &MedialSurface, total_importance: f64, faces: &[u32]) -> Self {
+        let points =
+            if total_importance > 0.0 { regular_points(medial, faces) } else { Vec::new() };
+        let importance = total_importance / crate::real(points.len().max(1));
+        Self { points, importance }
     }
 
-    /// Searches for the surface points that enter the balls now.
-    pub(super) fn search(&mut self, medial: &MedialSurface, distance: &SurfaceDistance<'_>) {
+    /// Searches for the surface points closest to the balls now.
+    pub(super) fn search(
+        &mut self,
+        medial: &MedialSurface,
+        distance: &SurfaceDistance<'_>,
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
         let points = &self.points;
-        let found = parallel::map(points.len(), Workspace::default, |workspace, i| {
-            let (point, center) = (&points[i], points[i].ball(medial).center);
-            match point.list.as_ref().and_then(|list| list.nearest(distance, center)) {
-                Some(nearest) => (center, Some(nearest), None),
-                None => {
-                    let nearest = distance.nearest_from(center, point.face, workspace);
-                    let list = nearest.and_then(|nearest| {
-                        let moved = center.distance(point.center);
-                        List::around(distance, center, nearest.distance, moved, workspace)
-                    });
-                    (center, nearest, Some(list))
-                }
-            }
-        });
-        for ((point, entered), (center, nearest, list)) in
-            self.points.iter_mut().zip(&mut self.entered).zip(found)
-        {
-            *entered = nearest.map(|nearest| Entered {
-                point: nearest.point,
-                side: 1.0_f64.copysign(distance.depth_of(center, &nearest)),
-            });
-            point.center = center;
-            point.face = nearest.map_or(0, |nearest| nearest.face);
+        let search = |workspace: &mut Workspace, i: usize| {
+            points[i].search(points[i].ball(medial).center, distance, workspace)
+        };
+        let found =
+            map_in_batches(points.len(), POINTS_PER_BATCH, progress, Workspace::default, search)?;
+
+        for (point, Searched { center, foot, list }) in self.points.iter_mut().zip(found) {
+            let side = 1.0_f64.copysign(distance.depth(center, &foot));
+            point.closest = Some(SidedPoint { point: foot.point, side });
+            (point.center, point.face) = (center, foot.face);
             if let Some(list) = list {
                 point.list = list;
             }
         }
+        Ok(())
     }
 
-    /// Residuals of the balls that reach out beyond the surface points found last.
+    /// Returns the residuals of the balls that extend beyond the surface points of the last search.
     pub(super) fn residuals(&self, medial: &MedialSurface) -> impl Iterator<Item = Residual> {
-        let entered = self.points.iter().zip(&self.entered);
-        entered.filter_map(|(point, entered)| {
-            reaching_out(point, point.ball(medial), (*entered)?, self.importance)
+        self.points.iter().filter_map(|point| point.residual(point.ball(medial), self.importance))
+    }
+}
+
+impl PrimitivePoint {
+    fn ball(&self, medial: &MedialSurface) -> Ball {
+        Ball::interpolate(&medial.primitive_balls(self.primitive), self.weights)
+    }
+
+    /// Finds the closest surface point to the center of its ball, by its list where that is valid.
+    fn search(
+        &self,
+        center: DVec3,
+        distance: &SurfaceDistance<'_>,
+        workspace: &mut Workspace,
+    ) -> Searched {
+        if let Some(foot) = self.list.as_ref().and_then(|list| list.nearest(distance, center)) {
+            return Searched { center, foot, list: None };
+        }
+        let foot = distance.nearest_from(center, self.face, workspace);
+        let move_length = center.distance(self.center);
+        let list = FaceList::around(distance, center, foot.distance, move_length, workspace);
+        Searched { center, foot, list: Some(list) }
+    }
+
+    /// Returns the residual of its ball, if that extends outside the surface.
+    fn residual(&self, ball: Ball, importance: f64) -> Option<Residual> {
+        let SidedPoint { point, side } = self.closest?;
+        let away = ball.center - point;
+        let depth = side * away.length();
+        let gradient = side * away.normalize_or_zero();
+        (ball.radius > depth).then_some(Residual {
+            primitive: self.primitive,
+            weights: self.weights,
+            gradient: (-gradient).extend(1.0),
+            value: ball.radius - depth,
+            importance,
         })
     }
 }
 
-impl Point {
-    fn ball(&self, medial: &MedialSurface) -> Ball {
-        Ball::interpolate(&medial.primitive_balls(self.primitive), self.weights)
-    }
-}
-
-impl List {
-    /// Lists the faces around a center at this `depth` that `moved` so far, if that
-    /// is not far.
+impl FaceList {
+    /// Lists the faces around a center at this distance from the surface; `None` after a long move.
     fn around(
         distance: &SurfaceDistance<'_>,
         center: DVec3,
-        depth: f64,
-        moved: f64,
+        surface_distance: f64,
+        move_length: f64,
         workspace: &mut Workspace,
     ) -> Option<Self> {
-        if moved > SHORT_MOVE * depth {
+        if move_length > SHORT_MOVE * surface_distance {
             return None;
         }
-        let radius = depth + LIST_REACH * moved;
-        let mut faces = Vec::new();
-        distance.near(center, radius, workspace, |face| faces.push(face));
+        let radius = surface_distance + LIST_MOVES * move_length;
+        let faces = distance.faces_within(center, radius, workspace);
         Some(Self { center, radius, faces })
     }
 
-    /// The nearest point of the surface, if it is sure to be on a face of the list.
-    fn nearest(&self, distance: &SurfaceDistance<'_>, p: DVec3) -> Option<Nearest> {
-        let sure = self.radius - p.distance(self.center);
-        let on_faces = self.faces.iter().map(|&face| distance.on_face(p, face));
-        let nearest = on_faces.min_by(|a, b| a.distance.total_cmp(&b.distance))?;
-        (nearest.distance <= sure).then_some(nearest)
+    /// Finds the closest point of the surface; `None` where it may be on a face that is not listed.
+    fn nearest(&self, distance: &SurfaceDistance<'_>, p: DVec3) -> Option<SurfaceFoot> {
+        let valid_radius = self.radius - p.distance(self.center);
+        let feet = self.faces.iter().map(|&face| distance.on_face(p, face));
+        let nearest = feet.min_by(|a, b| a.distance.total_cmp(&b.distance))?;
+        (nearest.distance <= valid_radius).then_some(nearest)
     }
 }
 
-fn reaching_out(point: &Point, ball: Ball, entered: Entered, importance: f64) -> Option<Residual> {
-    let away = ball.center - entered.point;
-    let depth = entered.side * away.length();
-    let gradient = entered.side * away.normalize_or_zero();
-    (ball.radius > depth).then_some(Residual {
-        primitive: point.primitive,
-        weights: point.weights,
-        gradient: (-gradient).extend(1.0),
-        value: ball.radius - depth,
-        importance,
-    })
-}
-
-/// Points at regular weights of every primitive; those on a shared ball or edge
-/// once.
-fn points(medial: &MedialSurface, beside: &[u32]) -> Vec<Point> {
+/// Returns points at regular weights of every primitive; those on a shared ball or edge once.
+fn regular_points(medial: &MedialSurface, faces: &[u32]) -> Vec<PrimitivePoint> {
     let mut seen = BTreeSet::new();
     let mut points = Vec::new();
     for (primitive, &[a, b, c]) in (0_u32..).zip(medial.primitives()) {
         for i in 0..=DIVISIONS {
             for j in 0..=DIVISIONS - i {
+                // The same combination of balls is the same point.
                 let parts = [(a, DIVISIONS - i - j), (b, i), (c, j)];
-                let mut key =
-                    parts.map(|(ball, part)| if part == 0 { (0, 0) } else { (ball, part) });
+                let mut key = parts.map(|part| if part.1 == 0 { (0, 0) } else { part });
                 key.sort_unstable();
-                if seen.insert(key) {
-                    let weights = parts.map(|(_, part)| f64::from(part) / f64::from(DIVISIONS));
-                    let (center, face) = (DVec3::INFINITY, beside[primitive as usize]);
-                    points.push(Point { primitive, weights, center, face, list: None });
+                if !seen.insert(key) {
+                    continue;
                 }
+                points.push(PrimitivePoint {
+                    primitive,
+                    weights: parts.map(|(_, part)| f64::from(part) / f64::from(DIVISIONS)),
+                    center: DVec3::INFINITY,
+                    face: faces[primitive as usize],
+                    list: None,
+                    closest: None,
+                });
             }
         }
     }

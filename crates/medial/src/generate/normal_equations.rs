@@ -1,12 +1,12 @@
-//! The normal equations of a fit over balls: a symmetric sparse matrix of
-//! 4 × 4 blocks, one between every two balls that share a primitive.
+//! Normal equations of a fit over balls: a symmetric sparse matrix of 4 × 4 blocks, one per pair of
+//! balls that share a primitive, solved by preconditioned conjugate gradients.
 
 use glam::DVec4;
 
-use super::quadric::{outer, solve};
+use crate::symmetric::{DIAGONAL, Symmetric4};
 
-/// What one residual adds: its gradient with respect to a ball of the primitive
-/// is `gradient` times that ball's weight.
+/// Residual of a fit. Its gradient with respect to a ball of the primitive is `gradient` times the
+/// weight of that ball.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Residual {
     pub(super) primitive: u32,
@@ -17,98 +17,98 @@ pub(super) struct Residual {
     pub(super) importance: f64,
 }
 
-/// Symmetric blocks, by their upper triangle.
-type Block = [f64; 10];
-
-/// `H δ = g`, with `H = Σ JᵀJ` and `g = −Σ Jᵀ residual`.
+/// System `H δ = g`, with `H = Σ JᵀJ` and `g = −Σ Jᵀ residual`.
 pub(super) struct NormalEquations<'a> {
     primitives: &'a [[u32; 3]],
     /// Places of each primitive's pairs (01, 12, 20) among the off-diagonal blocks.
-    slots: Vec<[usize; 3]>,
+    pair_places: Vec<[usize; 3]>,
+    /// Balls of the off-diagonal blocks.
     pairs: Vec<[u32; 2]>,
-    diagonal: Vec<Block>,
-    off_diagonal: Vec<Block>,
+    diagonal: Vec<Symmetric4>,
+    off_diagonal: Vec<Symmetric4>,
     right_side: Vec<DVec4>,
 }
 
-/// Places in a [`Block`] of the matrix's diagonal.
-const DIAGONAL: [usize; 4] = [0, 4, 7, 9];
+/// Damping of the first step, relative to the diagonal; no step has less.
+///
+/// With less, balls slide along flat parts of the sheet until the feet of samples are no longer those
+/// that the step was solved for, and it has to be repeated; with ten times more the fit creeps.
+pub(super) const MIN_DAMPING: f64 = 1e-2;
 
-/// Relative length of the residual at which conjugate gradients end: the step
-/// is one of several, each of which is linearized anew.
+/// Relative length of the residual at which conjugate gradients end: each step is one of several,
+/// linearized at its own place.
+///
+/// Smaller takes more iterations for steps that are hardly better; larger takes more steps.
 const CG_TOLERANCE: f64 = 1e-3;
 
-/// Iterations before conjugate gradients end anyway.
-const CG_LIMIT: usize = 200;
+/// Maximum number of iterations of conjugate gradients.
+const MAX_CG_ITERATIONS: usize = 200;
+
+/// Entry of the diagonal that keeps balls without residuals in place, relative to the largest: far
+/// below any other entry, far above its rounding.
+const DIAGONAL_FLOOR: f64 = 1e-9;
 
 impl<'a> NormalEquations<'a> {
     pub(super) fn new(balls: usize, primitives: &'a [[u32; 3]]) -> Self {
-        let mut pairs: Vec<[u32; 2]> =
-            primitives.iter().flat_map(|&p| sides(p)).filter(|[i, j]| i != j).collect();
+        let mut pairs: Vec<[u32; 2]> = primitives.iter().flat_map(|&p| sides(p)).collect();
+        pairs.retain(|[i, j]| i != j);
         pairs.sort_unstable();
         pairs.dedup();
-        // A repeated ball has no pair with itself; its place is never looked up.
-        let slot = |pair: [u32; 2]| pairs.binary_search(&pair).unwrap_or(usize::MAX);
-        let slots = primitives.iter().map(|&p| sides(p).map(slot)).collect();
+
+        // A repeated ball has no pair with itself, and its place is never used.
+        let place = |pair: [u32; 2]| pairs.binary_search(&pair).unwrap_or(usize::MAX);
         Self {
             primitives,
-            slots,
-            diagonal: vec![[0.0; 10]; balls],
-            off_diagonal: vec![[0.0; 10]; pairs.len()],
+            pair_places: primitives.iter().map(|&p| sides(p).map(place)).collect(),
+            diagonal: vec![Symmetric4::default(); balls],
+            off_diagonal: vec![Symmetric4::default(); pairs.len()],
             right_side: vec![DVec4::ZERO; balls],
             pairs,
         }
     }
 
     pub(super) fn clear(&mut self) {
-        self.diagonal.fill([0.0; 10]);
-        self.off_diagonal.fill([0.0; 10]);
+        self.diagonal.fill(Symmetric4::default());
+        self.off_diagonal.fill(Symmetric4::default());
         self.right_side.fill(DVec4::ZERO);
     }
 
     pub(super) fn add(&mut self, residual: &Residual) {
-        let square = outer(residual.gradient).map(|entry| residual.importance * entry);
-        let balls = self.primitives[residual.primitive as usize];
-        let slots = self.slots[residual.primitive as usize];
-        let b = residual.weights;
+        let square = Symmetric4::outer(residual.gradient).scaled(residual.importance);
         let pull = -residual.importance * residual.value * residual.gradient;
+        let balls = self.primitives[residual.primitive as usize];
+        let places = self.pair_places[residual.primitive as usize];
+        let b = residual.weights;
         for k in 0..3 {
-            let l = (k + 1) % 3;
-            add_scaled(&mut self.diagonal[balls[k] as usize], b[k] * b[k], &square);
-            self.right_side[balls[k] as usize] += b[k] * pull;
-            if balls[k] == balls[l] {
-                add_scaled(&mut self.diagonal[balls[k] as usize], 2.0 * b[k] * b[l], &square);
+            let (ball, next) = (balls[k] as usize, (k + 1) % 3);
+            self.diagonal[ball].add_scaled(b[k] * b[k], &square);
+            self.right_side[ball] += b[k] * pull;
+            if balls[k] == balls[next] {
+                self.diagonal[ball].add_scaled(2.0 * b[k] * b[next], &square);
             } else {
-                add_scaled(&mut self.off_diagonal[slots[k]], b[k] * b[l], &square);
+                self.off_diagonal[places[k]].add_scaled(b[k] * b[next], &square);
             }
         }
     }
 
-    /// Solves `(H + damping · diag H) δ = g` by conjugate gradients,
-    /// preconditioned with the diagonal blocks.
+    /// Solves `(H + damping · diag H) δ = g` by conjugate gradients, preconditioned with the diagonal
+    /// blocks.
     pub(super) fn solve(&self, damping: f64) -> Vec<DVec4> {
         let floor = self.diagonal_floor();
-        let damped: Vec<Block> = self
-            .diagonal
-            .iter()
-            .map(|block| {
-                let mut block = *block;
-                for k in DIAGONAL {
-                    block[k] += damping * block[k] + floor;
-                }
-                block
-            })
-            .collect();
-        let precondition = |r: &[DVec4]| -> Vec<DVec4> {
-            r.iter().zip(&damped).map(|(&r, block)| solve(block, r).unwrap_or(r / floor)).collect()
-        };
+        let mut damped = self.diagonal.clone();
+        for block in &mut damped {
+            for place in DIAGONAL {
+                block.0[place] += damping * block.0[place] + floor;
+            }
+        }
+
         let mut x = vec![DVec4::ZERO; self.diagonal.len()];
         let mut r = self.right_side.clone();
-        let mut z = precondition(&r);
+        let mut z = precondition(&r, &damped, floor);
         let mut direction = z.clone();
         let mut rz = dot(&r, &z);
         let goal = CG_TOLERANCE * CG_TOLERANCE * rz;
-        for _ in 0..CG_LIMIT {
+        for _ in 0..MAX_CG_ITERATIONS {
             if rz <= goal {
                 break;
             }
@@ -118,51 +118,42 @@ impl<'a> NormalEquations<'a> {
                 x[i] += step * direction[i];
                 r[i] -= step * image;
             }
-            z = precondition(&r);
-            let next = dot(&r, &z);
+
+            // The next direction, conjugate to the ones before.
+            z = precondition(&r, &damped, floor);
+            let next_rz = dot(&r, &z);
             for (direction, &z) in direction.iter_mut().zip(&z) {
-                *direction = z + next / rz * *direction;
+                *direction = z + next_rz / rz * *direction;
             }
-            rz = next;
+            rz = next_rz;
         }
         x
     }
 
-    /// Keeps balls that no residual sees where they are: far below any other
-    /// diagonal entry, far above its rounding.
     fn diagonal_floor(&self) -> f64 {
-        let largest = self.diagonal.iter().flat_map(|block| DIAGONAL.map(|k| block[k]));
-        1e-9 * largest.fold(f64::MIN_POSITIVE / 1e-9, f64::max)
+        let entries = self.diagonal.iter().flat_map(|block| DIAGONAL.map(|place| block.0[place]));
+        DIAGONAL_FLOOR * entries.fold(f64::MIN_POSITIVE / DIAGONAL_FLOOR, f64::max)
     }
 
-    fn times(&self, diagonal: &[Block], x: &[DVec4]) -> Vec<DVec4> {
-        let mut y: Vec<DVec4> = diagonal.iter().zip(x).map(|(block, &x)| times(block, x)).collect();
+    /// Computes the product of the matrix, with its damped diagonal, and a vector.
+    fn times(&self, diagonal: &[Symmetric4], x: &[DVec4]) -> Vec<DVec4> {
+        let mut y: Vec<DVec4> = diagonal.iter().zip(x).map(|(block, &x)| block.times(x)).collect();
         for (&[i, j], block) in self.pairs.iter().zip(&self.off_diagonal) {
             let (i, j) = (i as usize, j as usize);
-            y[i] += times(block, x[j]);
-            y[j] += times(block, x[i]);
+            y[i] += block.times(x[j]);
+            y[j] += block.times(x[i]);
         }
         y
     }
 }
 
+/// Solves for each ball alone, by its diagonal block.
+fn precondition(r: &[DVec4], diagonal: &[Symmetric4], floor: f64) -> Vec<DVec4> {
+    r.iter().zip(diagonal).map(|(&r, block)| block.solve(r).unwrap_or(r / floor)).collect()
+}
+
 fn sides([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
     [[a, b], [b, c], [c, a]].map(|[i, j]| [i.min(j), i.max(j)])
-}
-
-fn add_scaled(block: &mut Block, scale: f64, other: &Block) {
-    for (mine, theirs) in block.iter_mut().zip(other) {
-        *mine += scale * theirs;
-    }
-}
-
-fn times([xx, xy, xz, xw, yy, yz, yw, zz, zw, ww]: &Block, v: DVec4) -> DVec4 {
-    DVec4::new(
-        xx * v.x + xy * v.y + xz * v.z + xw * v.w,
-        xy * v.x + yy * v.y + yz * v.z + yw * v.w,
-        xz * v.x + yz * v.y + zz * v.z + zw * v.w,
-        xw * v.x + yw * v.y + zw * v.z + ww * v.w,
-    )
 }
 
 fn dot(a: &[DVec4], b: &[DVec4]) -> f64 {

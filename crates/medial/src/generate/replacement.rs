@@ -1,123 +1,133 @@
-//! A ball's neighbor in its place, moved to where the surface misses the ball the
-//! least.
+//! Best place of a neighbor that takes the place of a ball.
 //!
-//! All primitives at either of the two then are at the neighbor alone. How far it
-//! should move is a small fit of its own: of one ball, to the samples whose foot was
-//! at one of them, while all other balls stay.
+//! All primitives at either of the two are then at the neighbor alone. Its place is a small fit of its
+//! own: of one ball, to the samples whose foot was at one of the two, while all other balls stay.
 
 use std::collections::BTreeSet;
 
 use glam::{DVec3, DVec4};
 
-use super::quadric::{outer, solve};
-use super::refit::MIN_DAMPING;
-use super::thin::{Places, Thinning};
+use super::normal_equations::MIN_DAMPING;
+use super::sample_map::FittedSurface;
+use crate::symmetric::{DIAGONAL, Symmetric4};
 use crate::{Ball, Foot, FootRule, foot, real};
 
-/// Samples that are looked at, up to twice as many. With a third of them, the fit follows
-/// what it sees and misses the rest: 400 balls are off by a twentieth more.
-const LOOKED_AT: usize = 150;
+/// Number of samples of the fit, up to twice as many.
+///
+/// With a third of them, the fit follows these and leaves the rest: the error of 400 balls is a
+/// twentieth larger.
+const MAX_SAMPLES: usize = 150;
 
-/// Steps of the fit.
+/// Number of steps of the fit.
 const STEPS: u32 = 3;
 
-/// What is to stand in for a ball and one of its neighbors.
+/// Neighbor that stands for a ball and itself.
 pub(super) struct Replacement<'a> {
-    thinning: &'a Thinning<'a>,
+    fitted: &'a FittedSurface<'a>,
     neighbor: u32,
     /// Primitives that move with the neighbor.
     moving: Vec<[u32; 3]>,
-    seen: Vec<Seen>,
-    /// Samples for each that is looked at.
-    every: usize,
+    samples: Vec<NearSample>,
+    /// Interval at which samples were taken.
+    interval: usize,
 }
 
-/// A sample that was at one of the two.
-struct Seen {
+/// Sample whose foot was at one of the two balls.
+struct NearSample {
     point: DVec3,
     importance: f64,
-    /// Its distance from the union, and from what is near it and stays, if anything is.
+    /// Its distance from the union.
     before: f64,
+    /// Its distance from the primitives near it that stay; infinite without one.
     staying: f64,
 }
 
-/// Where the neighbor could be, and what that adds to the squares of the errors.
+/// Place of the neighbor, with the increase of the squares of the errors.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placed {
     pub(super) ball: Ball,
     pub(super) cost: f64,
 }
 
+/// Place of the neighbor, with the step to the minimum for constant feet; `None` where it is not
+/// defined.
+struct Linearized {
+    placed: Placed,
+    step: Option<DVec4>,
+}
+
 impl<'a> Replacement<'a> {
-    pub(super) fn new(
-        thinning: &'a Thinning<'a>,
-        places: &Places,
-        [ball, neighbor]: [u32; 2],
-    ) -> Self {
-        let at_either = [ball, neighbor].map(|b| &places.at_ball[b as usize]);
-        let at_either: BTreeSet<u32> = at_either.into_iter().flatten().copied().collect();
-        let primitives = at_either.iter().map(|&p| thinning.medial.primitives()[p as usize]);
-        let left = primitives.filter(|balls| !(balls.contains(&ball) && balls.contains(&neighbor)));
-        let mut moving: Vec<[u32; 3]> =
-            left.map(|balls| balls.map(|b| if b == ball { neighbor } else { b })).collect();
+    /// Prepares the fit of a neighbor that takes the place of a ball.
+    pub(super) fn new(fitted: &'a FittedSurface<'a>, ball: u32, neighbor: u32) -> Self {
+        let of_balls = [ball, neighbor].map(|b| &fitted.at_ball[b as usize]);
+        let at_either: BTreeSet<u32> = of_balls.into_iter().flatten().copied().collect();
+
+        // Primitives of both vanish.
+        let mut moving = Vec::new();
+        for &primitive in &at_either {
+            let balls = fitted.medial.primitives()[primitive as usize];
+            if !(balls.contains(&ball) && balls.contains(&neighbor)) {
+                moving.push(balls.map(|b| if b == ball { neighbor } else { b }));
+            }
+        }
         if moving.is_empty() {
             moving.push([neighbor; 3]);
         }
-        let samples = at_either.iter().flat_map(|&p| &places.samples[p as usize]);
-        let every = (samples.clone().count() / LOOKED_AT).max(1);
-        let stays = |primitive: &&u32| !at_either.contains(primitive);
-        let seen = samples.step_by(every).map(|&s| Seen::new(thinning, s, stays)).collect();
-        Self { thinning, neighbor, moving, seen, every }
+
+        let all = at_either.iter().flat_map(|&primitive| &fitted.samples[primitive as usize]);
+        let interval = (all.clone().count() / MAX_SAMPLES).max(1);
+        let sample = |&sample: &u32| NearSample::new(fitted, sample, &at_either);
+        let samples = all.step_by(interval).map(sample).collect();
+        Self { fitted, neighbor, moving, samples, interval }
     }
 
-    /// The neighbor where it is missed the least.
-    pub(super) fn fitted(&self) -> Placed {
-        let start = self.thinning.medial.balls()[self.neighbor as usize];
-        let (mut best, mut step) = self.at(start);
+    /// Fits the place of the neighbor.
+    pub(super) fn fit(&self) -> Placed {
+        let start = self.fitted.medial.balls()[self.neighbor as usize];
+        let mut best = self.linearize(start);
         for _ in 0..STEPS {
-            let Some(by) = step else { break };
-            let moved =
-                Ball::new(best.ball.center + by.truncate(), (best.ball.radius + by.w).max(0.0));
-            let (found, next) = self.at(moved);
-            if found.cost >= best.cost {
+            let Some(step) = best.step else { break };
+            let found = self.linearize(best.placed.ball.stepped(step));
+            if found.placed.cost >= best.placed.cost {
                 break;
             }
-            (best, step) = (found, next);
+            best = found;
         }
-        best
+        best.placed
     }
 
-    /// The squares with the neighbor at `place`, and the step from there that would
-    /// make them the least if feet stayed where they are.
-    fn at(&self, place: Ball) -> (Placed, Option<DVec4>) {
+    /// Computes the squares with the neighbor at `place`, and the step from there.
+    fn linearize(&self, place: Ball) -> Linearized {
         let primitives: Vec<[Ball; 3]> =
-            self.moving.iter().map(|&b| self.balls(b, place)).collect();
-        let (mut matrix, mut right_side, mut cost) = ([0.0; 10], DVec4::ZERO, 0.0);
-        for seen in &self.seen {
-            let on_moving = nearest(seen, &primitives);
-            let distance = on_moving.map_or(seen.staying, |(_, foot)| foot.distance);
-            cost += seen.importance * (distance * distance - seen.before * seen.before);
-            if let Some((primitive, foot)) = on_moving {
-                let gradient = self.gradient(seen.point, self.moving[primitive], &foot);
-                let square = outer(gradient);
-                matrix.iter_mut().zip(square).for_each(|(sum, s)| *sum += seen.importance * s);
-                right_side -= seen.importance * distance * gradient;
+            self.moving.iter().map(|&balls| self.balls_at(balls, place)).collect();
+
+        let (mut matrix, mut right_side) = (Symmetric4::default(), DVec4::ZERO);
+        let mut cost = 0.0;
+        for sample in &self.samples {
+            let nearest = sample.nearest_of(&primitives);
+            let distance = nearest.map_or(sample.staying, |(_, foot)| foot.distance);
+            cost += sample.importance * (distance * distance - sample.before * sample.before);
+            if let Some((k, foot)) = nearest {
+                let gradient = self.gradient(sample.point, self.moving[k], &foot);
+                matrix.add_scaled(sample.importance, &Symmetric4::outer(gradient));
+                right_side -= sample.importance * distance * gradient;
             }
         }
-        for k in [0, 4, 7, 9] {
-            matrix[k] *= 1.0 + MIN_DAMPING;
+
+        for place in DIAGONAL {
+            matrix.0[place] *= 1.0 + MIN_DAMPING;
         }
-        let cost = cost * real(self.every);
-        (Placed { ball: place, cost }, solve(&matrix, right_side))
+        let placed = Placed { ball: place, cost: cost * real(self.interval) };
+        Linearized { placed, step: matrix.solve(right_side) }
     }
 
-    fn balls(&self, primitive: [u32; 3], place: Ball) -> [Ball; 3] {
-        let at =
-            |b| if b == self.neighbor { place } else { self.thinning.medial.balls()[b as usize] };
-        primitive.map(at)
+    /// Returns the balls of a primitive with the neighbor at `place`.
+    fn balls_at(&self, primitive: [u32; 3], place: Ball) -> [Ball; 3] {
+        let balls = self.fitted.medial.balls();
+        primitive.map(|b| if b == self.neighbor { place } else { balls[b as usize] })
     }
 
-    /// How a sample's distance changes with the neighbor's center and radius.
+    /// Computes the gradient of a sample's distance with respect to the neighbor's center and radius.
     fn gradient(&self, p: DVec3, primitive: [u32; 3], foot: &Foot) -> DVec4 {
         let weights = primitive.iter().zip(foot.weights);
         let weight: f64 = weights.filter(|(b, _)| **b == self.neighbor).map(|(_, w)| w).sum();
@@ -126,28 +136,30 @@ impl<'a> Replacement<'a> {
     }
 }
 
-impl Seen {
-    fn new(thinning: &Thinning<'_>, sample: u32, stays: impl Fn(&&u32) -> bool) -> Self {
-        let near = thinning.tracking.near(sample).iter();
+impl NearSample {
+    fn new(fitted: &FittedSurface<'_>, sample: u32, moving: &BTreeSet<u32>) -> Self {
+        let near = fitted.tracking.near(sample).iter();
+        let staying = near.filter(|primitive| !moving.contains(primitive));
         Self {
-            point: thinning.tracking.points()[sample as usize],
-            importance: thinning.importance[sample as usize],
-            before: thinning.feet[sample as usize].foot.distance,
-            staying: thinning.distance(sample, near.filter(stays)),
+            point: fitted.tracking.points()[sample as usize],
+            importance: fitted.importance[sample as usize],
+            before: fitted.feet[sample as usize].foot.distance,
+            staying: fitted.distance(sample, staying),
         }
     }
-}
 
-/// The nearest of the primitives, if one is nearer than what stays.
-fn nearest(seen: &Seen, primitives: &[[Ball; 3]]) -> Option<(usize, Foot)> {
-    let mut best = None;
-    let mut limit = seen.staying;
-    for (k, balls) in primitives.iter().enumerate() {
-        let found = foot(seen.point, balls, FootRule::Exact);
-        if found.distance < limit {
-            limit = found.distance;
-            best = Some((k, found));
+    /// Finds the nearest of the primitives, with its place among them, if one is nearer than those
+    /// that stay.
+    fn nearest_of(&self, primitives: &[[Ball; 3]]) -> Option<(usize, Foot)> {
+        let mut best = None;
+        let mut limit = self.staying;
+        for (k, balls) in primitives.iter().enumerate() {
+            let found = foot(self.point, balls, FootRule::Exact);
+            if found.distance < limit {
+                limit = found.distance;
+                best = Some((k, found));
+            }
         }
+        best
     }
-    best
 }

@@ -1,52 +1,56 @@
-//! Which vertices start with a ball of their own.
+//! Seeds: the vertices that start with a ball of their own.
 //!
-//! A hundred balls do not need one trial at each of twenty thousand vertices:
-//! where far fewer balls are asked for, every second ring of vertices is enough,
-//! and each vertex between joins the seed next to it.
+//! A hundred balls do not need a ball at each of twenty thousand vertices. Where far fewer are
+//! requested, every second ring of vertices is sufficient, and each vertex between belongs to the
+//! seed next to it.
 
 use surface::{Positions, TriangleSurface};
 
 use crate::index;
 
-/// Starting vertices, and the seed (by its place among them) of every vertex.
-#[derive(Clone)]
+/// Starting vertices, with the seed (by its place among them) of every vertex.
 pub(super) struct Seeds {
     pub(super) vertices: Vec<u32>,
     pub(super) owners: Vec<u32>,
 }
 
 impl Seeds {
-    /// Every vertex.
+    /// Returns every vertex as its own seed.
     pub(super) fn all(surface: &TriangleSurface) -> Self {
         let vertices: Vec<u32> = (0..index(surface.vertex_count())).collect();
         Self { owners: vertices.clone(), vertices }
     }
 
-    /// A largest set of vertices without neighbors in it, in their order; the
-    /// others join the nearest neighbor that is in it.
+    /// Selects a maximal independent set of vertices, in their order; the others belong to their
+    /// nearest neighbor in it.
     pub(super) fn sparse(surface: &TriangleSurface, x: Positions<'_>) -> Self {
         let faces = surface.faces();
         let ring = |vertex: u32| {
             surface.vertex_faces(vertex).iter().flat_map(|&face| faces[face as usize])
         };
-        let mut number = vec![u32::MAX; surface.vertex_count()];
+
+        // A vertex without a selected neighbor is selected.
+        let mut numbers = vec![None; surface.vertex_count()];
         let mut vertices = Vec::new();
         for vertex in 0..index(surface.vertex_count()) {
-            if ring(vertex).all(|other| number[other as usize] == u32::MAX) {
-                number[vertex as usize] = index(vertices.len());
+            if ring(vertex).all(|other| numbers[other as usize].is_none()) {
+                numbers[vertex as usize] = Some(index(vertices.len()));
                 vertices.push(vertex);
             }
         }
-        let owner = |vertex: u32| {
-            let nearest = ring(vertex).filter(|&other| number[other as usize] != u32::MAX).min_by(
-                |&a, &b| {
-                    let distance = |other| x.at(other).distance_squared(x.at(vertex));
-                    distance(a).total_cmp(&distance(b))
-                },
-            );
-            nearest.map_or(0, |seed| number[seed as usize])
-        };
-        let owners = (0..index(surface.vertex_count())).map(owner).collect();
+
+        let mut owners = Vec::with_capacity(surface.vertex_count());
+        for vertex in 0..index(surface.vertex_count()) {
+            let mut nearest = (f64::INFINITY, 0);
+            for other in ring(vertex) {
+                let Some(number) = numbers[other as usize] else { continue };
+                let distance = x.at(other).distance_squared(x.at(vertex));
+                if distance < nearest.0 {
+                    nearest = (distance, number);
+                }
+            }
+            owners.push(nearest.1);
+        }
         Self { vertices, owners }
     }
 }

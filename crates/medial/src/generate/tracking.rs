@@ -1,56 +1,64 @@
 //! Feet of surface samples on a union whose balls move a little at a time.
 //!
-//! Each sample keeps the few primitives that are not much farther than its nearest
-//! one. Since a primitive's distance changes by no more than its balls move and
-//! grow, one of these stays the nearest until the balls around have moved as far as
-//! the list reaches; then the sample searches all primitives again. Balls far from
-//! a sample are not asked how far they moved: now and then every list is made anew.
+//! Each sample keeps the few primitives that are not much farther than its nearest one. Since the
+//! distance of a primitive changes by no more than its balls move and grow, one of these remains the
+//! nearest until the balls around have moved as far as the list extends; then the sample searches
+//! all primitives again. Balls far from a sample are not part of that test: now and then every list
+//! is rebuilt.
 
 use glam::DVec3;
 use kdop::Workspace;
+use surface::progress::Progress;
 
-use crate::{
-    FootRule, MedialError, MedialSurface, NearestPrimitive, PrimitiveTree, index, parallel,
-};
+use crate::batches::map_in_batches;
+use crate::{MedialError, MedialSurface, NearestPrimitive, PrimitiveTree, index};
 
-/// How far a list reaches, in mean radii. Twice as far and lists are long; half as
-/// far and they are used up twice as soon.
-const LIST_REACH: f64 = 0.15;
+/// Distance by which a list extends beyond the nearest primitive, in mean radii.
+///
+/// Twice as far and lists are long; half as far and they are used up twice as soon.
+const LIST_MARGIN: f64 = 0.15;
 
-/// Primitives that may be nearest to points.
+/// Number of samples per batch: tens of milliseconds on one thread.
+const SAMPLES_PER_BATCH: usize = 2048;
+
+/// Samples with the primitives that may be nearest to them.
 pub(super) struct Tracking {
     points: Vec<DVec3>,
-    lists: Vec<List>,
-    list_reach: f64,
+    lists: Vec<NearPrimitives>,
+    list_margin: f64,
     tree: PrimitiveTree,
     /// For each primitive, the balls of those that share a ball with it.
-    around: Vec<Vec<u32>>,
-    /// How far each ball has moved and grown.
-    travelled: Vec<f64>,
+    balls_around: Vec<Vec<u32>>,
+    /// Sum of the moves and growths of each ball.
+    traveled: Vec<f64>,
 }
 
-/// The primitives that may be nearest to a point.
-struct List {
+/// Primitives that may be nearest to a point, the nearest first.
+struct NearPrimitives {
     primitives: Vec<u32>,
-    /// No other primitive was nearer than this.
+    /// Lower bound on the distance of all others.
     others: f64,
-    /// How far the balls around had travelled then.
-    travelled: f64,
+    /// Largest travel of the balls around, when the list was built.
+    traveled: f64,
 }
 
 impl Tracking {
-    pub(super) fn new(medial: &MedialSurface, points: Vec<DVec3>) -> Result<Self, MedialError> {
+    pub(super) fn new(
+        medial: &MedialSurface,
+        points: Vec<DVec3>,
+        progress: Progress<'_>,
+    ) -> Result<Self, MedialError> {
         let radii = medial.balls().iter().map(|ball| ball.radius).sum::<f64>();
         let balls = medial.balls().len();
         let mut tracking = Self {
             lists: Vec::new(),
-            list_reach: LIST_REACH * radii / crate::real(balls),
+            list_margin: LIST_MARGIN * radii / crate::real(balls),
             tree: PrimitiveTree::new(medial)?,
-            around: around(medial),
-            travelled: vec![0.0; balls],
+            balls_around: balls_around(medial),
+            traveled: vec![0.0; balls],
             points,
         };
-        tracking.search(medial)?;
+        tracking.rebuild_lists(medial, progress)?;
         Ok(tracking)
     }
 
@@ -58,104 +66,137 @@ impl Tracking {
         &self.points
     }
 
-    /// The primitives that may be nearest to a point, and some that are not much
-    /// farther.
+    /// Returns the primitives that may be nearest to a point, and some that are not much farther.
     pub(super) fn near(&self, point: u32) -> &[u32] {
         &self.lists[point as usize].primitives
     }
 
-    /// Makes every list anew.
-    pub(super) fn search(&mut self, medial: &MedialSurface) -> Result<(), MedialError> {
+    /// Searches all primitives for those near each point.
+    pub(super) fn rebuild_lists(
+        &mut self,
+        medial: &MedialSurface,
+        progress: Progress<'_>,
+    ) -> Result<(), MedialError> {
         self.tree.refit(medial)?;
-        let travelled = self.travelled_around(None);
-        let (tree, points, lists) = (&self.tree, &self.points, &self.lists);
-        // Samples next to each other in the list mostly are so on the surface.
-        let start = || (0, Workspace::default());
-        let found = parallel::map(points.len(), start, |(last, workspace), i| {
-            let p = points[i];
-            let guess = lists.get(i).map_or(*last, |list: &List| list.primitives[0]);
-            let nearest = tree.nearest_from(medial, p, guess, workspace);
+        let traveled = self.traveled_around(None);
+
+        // Without a list, the search starts from the nearest primitive of the point before, which
+        // mostly is next to it on the surface.
+        let this = &*self;
+        let scratch = || (0, Workspace::default());
+        let list = |(last, workspace): &mut (u32, Workspace), i: usize| {
+            let p = this.points[i];
+            let guess = this.lists.get(i).map_or(*last, |list| list.primitives[0]);
+            let nearest = this.tree.nearest_from(medial, p, guess, workspace);
             *last = nearest.primitive;
-            let others = nearest.foot.distance + self.list_reach;
-            let mut primitives = vec![nearest.primitive];
-            tree.within(medial, p, others, workspace, |primitive| {
-                if primitive != nearest.primitive {
-                    primitives.push(primitive);
-                }
-            });
-            primitives[1..].sort_unstable();
-            let travelled = travelled[nearest.primitive as usize];
-            List { primitives, others, travelled }
-        });
-        self.lists = found;
+            let others = nearest.foot.distance + this.list_margin;
+            NearPrimitives {
+                primitives: this.within(medial, p, nearest.primitive, others, workspace),
+                others,
+                traveled: traveled[nearest.primitive as usize],
+            }
+        };
+        let count = self.points.len();
+        self.lists = map_in_batches(count, SAMPLES_PER_BATCH, progress, scratch, list)?;
         Ok(())
     }
 
-    /// The feet of all points on `medial`, which is a step away from where the balls
-    /// were when [`Self::moved`] was last told.
+    /// Lists the primitives within `limit`, the nearest first, the others ascending.
+    fn within(
+        &self,
+        medial: &MedialSurface,
+        p: DVec3,
+        nearest: u32,
+        limit: f64,
+        workspace: &mut Workspace,
+    ) -> Vec<u32> {
+        let mut primitives = vec![nearest];
+        self.tree.within(medial, p, limit, workspace, |primitive| {
+            if primitive != nearest {
+                primitives.push(primitive);
+            }
+        });
+        primitives[1..].sort_unstable();
+        primitives
+    }
+
+    /// Computes the feet of all points on `medial`, which is `step` away from where the balls were
+    /// at the last call of [`Self::add_travel`].
     pub(super) fn feet(
         &mut self,
         medial: &MedialSurface,
         step: &[f64],
+        progress: Progress<'_>,
     ) -> Result<Vec<NearestPrimitive>, MedialError> {
         self.tree.refit(medial)?;
-        let travelled = self.travelled_around(Some(step));
+        let traveled = self.traveled_around(Some(step));
         let (tree, points, lists) = (&self.tree, &self.points, &self.lists);
-        Ok(parallel::map(points.len(), Workspace::default, |workspace, i| {
+        let foot = |workspace: &mut Workspace, i: usize| {
             let (p, list) = (points[i], &lists[i]);
             let best = nearest_of(medial, p, &list.primitives);
-            let travelled = travelled[list.primitives[0] as usize] - list.travelled;
-            if best.foot.distance + travelled <= list.others {
+            let since = traveled[list.primitives[0] as usize] - list.traveled;
+            if best.foot.distance + since <= list.others {
                 best
             } else {
                 tree.nearest_from(medial, p, best.primitive, workspace)
             }
-        }))
+        };
+        let count = points.len();
+        Ok(map_in_batches(count, SAMPLES_PER_BATCH, progress, Workspace::default, foot)?)
     }
 
-    /// Tells how far each ball has moved and grown.
-    pub(super) fn moved(&mut self, step: &[f64]) {
-        for (travelled, step) in self.travelled.iter_mut().zip(step) {
-            *travelled += step;
+    /// Adds the moves and growths of the balls in an accepted step.
+    pub(super) fn add_travel(&mut self, step: &[f64]) {
+        for (traveled, step) in self.traveled.iter_mut().zip(step) {
+            *traveled += step;
         }
     }
 
-    /// How far the balls around each primitive have travelled at most.
-    fn travelled_around(&self, step: Option<&[f64]>) -> Vec<f64> {
-        let travelled = |&ball: &u32| {
-            let step = step.map_or(0.0, |step| step[ball as usize]);
-            self.travelled[ball as usize] + step
+    /// Computes the largest travel of the balls around each primitive, with a step that is not yet
+    /// accepted.
+    fn traveled_around(&self, step: Option<&[f64]>) -> Vec<f64> {
+        let mut traveled = self.traveled.clone();
+        for (traveled, step) in traveled.iter_mut().zip(step.unwrap_or(&[])) {
+            *traveled += step;
+        }
+
+        let max = |balls: &Vec<u32>| {
+            balls.iter().map(|&ball| traveled[ball as usize]).fold(0.0, f64::max)
         };
-        self.around.iter().map(|balls| balls.iter().map(travelled).fold(0.0, f64::max)).collect()
+        self.balls_around.iter().map(max).collect()
     }
 }
 
+/// Finds the nearest of some primitives, the first of equals.
 fn nearest_of(medial: &MedialSurface, p: DVec3, primitives: &[u32]) -> NearestPrimitive {
-    let at = |primitive| NearestPrimitive {
-        primitive,
-        foot: medial.foot(p, primitive, FootRule::Exact),
-    };
-    let first = at(primitives[0]);
-    primitives[1..].iter().fold(first, |best, &primitive| {
-        let found = at(primitive);
-        if found.foot.distance < best.foot.distance { found } else { best }
-    })
+    let mut best = NearestPrimitive::on(medial, p, primitives[0]);
+    for &primitive in &primitives[1..] {
+        let found = NearestPrimitive::on(medial, p, primitive);
+        if found.foot.distance < best.foot.distance {
+            best = found;
+        }
+    }
+    best
 }
 
-fn around(medial: &MedialSurface) -> Vec<Vec<u32>> {
+/// Lists, for each primitive, the balls of those that share a ball with it.
+fn balls_around(medial: &MedialSurface) -> Vec<Vec<u32>> {
     let mut at_ball = vec![Vec::new(); medial.balls().len()];
     for (primitive, balls) in medial.primitives().iter().enumerate() {
         for &ball in balls {
             at_ball[ball as usize].push(index(primitive));
         }
     }
-    let around = |balls: &[u32; 3]| {
-        let beside = balls.iter().flat_map(|&ball| &at_ball[ball as usize]);
-        let mut list: Vec<u32> =
-            beside.flat_map(|&primitive| medial.primitives()[primitive as usize]).collect();
+
+    let mut around = Vec::with_capacity(medial.primitives().len());
+    for balls in medial.primitives() {
+        let mut list = Vec::new();
+        for &primitive in balls.iter().flat_map(|&ball| &at_ball[ball as usize]) {
+            list.extend(medial.primitives()[primitive as usize]);
+        }
         list.sort_unstable();
         list.dedup();
-        list
-    };
-    medial.primitives().iter().map(around).collect()
+        around.push(list);
+    }
+    around
 }

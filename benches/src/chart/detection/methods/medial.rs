@@ -10,11 +10,12 @@ use std::time::Instant;
 use glam::DVec3;
 use kdop::{Leaves, Tree, Workspace};
 use medial::{
-    Ball, FootRule, Links, MedialContactParams, MedialParams, MedialSurface, PointContact,
-    PrimitiveTree, generate, point_contacts_among,
+    Ball, CandidatePair, FootRule, Links, MedialContactParams, MedialParams, MedialSurface,
+    PointContact, PrimitiveTree, generate, point_contacts_among,
 };
 use proximity::SurfaceTree;
 use surface::TriangleSurface;
+use surface::progress::Progress;
 
 use super::super::score::Answer;
 use super::super::task::{Direction, Task, both_directions};
@@ -40,7 +41,7 @@ pub(super) struct MedialDetection<'a> {
     balls: Vec<Option<FollowingBalls<'a>>>,
     contacts: Vec<(Direction, Vec<PointContact>)>,
     workspace: Workspace,
-    pairs: Vec<(u32, u32)>,
+    pairs: Vec<CandidatePair>,
 }
 
 /// Balls that follow a muscle.
@@ -103,7 +104,8 @@ impl<'a> FollowingBalls<'a> {
             Some(before) => before.medial,
             None => {
                 let start = Instant::now();
-                let medial = generate(surface, x, &MedialParams::balls(key.1), |_| {})?.medial;
+                let medial =
+                    generate(surface, x, &MedialParams::balls(key.1), Progress::none())?.medial;
                 let milliseconds = start.elapsed().as_secs_f64() * 1e3;
                 let generation = Generation { medial: medial.clone(), milliseconds };
                 generated.borrow_mut().insert(key, generation);
@@ -146,7 +148,7 @@ impl Detector for MedialDetection<'_> {
             let (tree, x) = (&vertices[direction.vertices], &frame[direction.vertices]);
             pairs.clear();
             balls.tree.tree().pairs(tree, 0.0, workspace, |primitive, point| {
-                pairs.push((point, primitive));
+                pairs.push(CandidatePair { point, primitive });
             });
             let ball = |point: u32| Ball::new(x[point as usize], 0.0);
             point_contacts_among(pairs, ball, &balls.medial, params, None, found);

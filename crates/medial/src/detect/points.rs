@@ -1,0 +1,122 @@
+//! Contacts of many points or balls with a medial surface.
+
+use glam::DVec3;
+use kdop::{Tree, Workspace};
+use surface::Contact;
+
+use super::contact::{CandidatePair, ParticleOffsets, PointContact, PointQuery};
+use super::point_search::PointSearch;
+use super::{MedialBounds, MedialContactParams, TestCounts};
+use crate::{Ball, MedialSurface};
+
+/// Points or balls of one object, which are compared with a medial surface.
+#[derive(Clone, Copy, Debug)]
+pub struct QueryPoints<'a> {
+    /// Tree over them, one leaf per point, in their order.
+    pub tree: &'a Tree,
+    /// Their positions.
+    pub points: &'a [DVec3],
+    /// Their radii; `None` for the points of a surface, which have no extent.
+    pub radii: Option<&'a [f64]>,
+}
+
+/// Unit normal of the last contact of each point, or zero.
+///
+/// Kept from one step to the next, it distinguishes a point that has passed the middle of the
+/// other object's sheet from one that came from the other side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PreviousNormals(Vec<DVec3>);
+
+impl PreviousNormals {
+    /// Returns the normals of `points` points without a contact.
+    #[must_use]
+    pub fn new(points: usize) -> Self {
+        Self(vec![DVec3::ZERO; points])
+    }
+
+    /// Returns the normal of one point.
+    ///
+    /// # Panics
+    ///
+    /// When there is no such point.
+    #[must_use]
+    pub fn normal(&self, point: u32) -> DVec3 {
+        self.0[point as usize]
+    }
+}
+
+impl QueryPoints<'_> {
+    fn ball(&self, point: u32) -> Ball {
+        let radius = self.radii.map_or(0.0, |radii| radii[point as usize]);
+        Ball::new(self.points[point as usize], radius)
+    }
+}
+
+/// Finds the contacts of points or balls with the union of balls of a medial surface.
+///
+/// The particles of a contact are the point (its number in `points`, plus `first_point`) and the
+/// balls of the primitive (their numbers plus `first_ball`). Its offset is the sum of the radii.
+/// Contacts are in the order of the points, the smallest gap first.
+///
+/// `previous`, if given, decides the side of points near the middle of the sheet, and is brought
+/// up to date.
+///
+/// # Panics
+///
+/// When the trees, radii or previous normals are of other points or primitives.
+pub fn point_contacts(
+    points: &QueryPoints<'_>,
+    on: MedialBounds<'_>,
+    params: &MedialContactParams,
+    particles: ParticleOffsets,
+    previous: Option<&mut PreviousNormals>,
+    workspace: &mut Workspace,
+) -> (Vec<Contact>, TestCounts) {
+    let mut pairs = Vec::new();
+    on.tree.tree().pairs(points.tree, params.margin, workspace, |primitive, point| {
+        pairs.push(CandidatePair { point, primitive });
+    });
+    let bound_tests = workspace.counters().bound_tests;
+
+    let mut found = Vec::new();
+    let ball = |point| points.ball(point);
+    let counts = point_contacts_among(&mut pairs, ball, on.medial, params, previous, &mut found);
+    let contacts = found.iter().map(|found| found.contact(on.medial, particles)).collect();
+    (contacts, TestCounts { bound_tests, ..counts })
+}
+
+/// Finds contacts as [`point_contacts`] does, among pairs that the caller has found, in reused
+/// memory.
+///
+/// `pairs` is sorted, and `out` is cleared first. `ball` returns the position of a point, and its
+/// radius or 0. Tests of bounds are not counted.
+///
+/// # Panics
+///
+/// When there is no such primitive, or the previous normals are of fewer points.
+pub fn point_contacts_among(
+    pairs: &mut Vec<CandidatePair>,
+    ball: impl Fn(u32) -> Ball,
+    medial: &MedialSurface,
+    params: &MedialContactParams,
+    mut previous: Option<&mut PreviousNormals>,
+    out: &mut Vec<PointContact>,
+) -> TestCounts {
+    pairs.sort_unstable();
+    pairs.dedup();
+    out.clear();
+
+    let mut search = PointSearch::new(medial, params);
+    for of_point in pairs.chunk_by(|a, b| a.point == b.point) {
+        let (point, first) = (of_point[0].point, out.len());
+        let previous_normal =
+            previous.as_ref().map_or(DVec3::ZERO, |previous| previous.normal(point));
+        let query = PointQuery { point, ball: ball(point), previous_normal };
+        search.find(&query, of_point, out);
+
+        if let (Some(previous), Some(deepest)) = (previous.as_deref_mut(), out.get(first)) {
+            previous.0[point as usize] = deepest.normal;
+        }
+    }
+    search.counts()
+}

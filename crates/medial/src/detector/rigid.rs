@@ -1,0 +1,279 @@
+//! Contacts of balls, cones and slabs with a rigid body that is given by its distance.
+//!
+//! The gap of a ball is the distance of its center less its radius. Between balls, the minimum is
+//! found by branch and bound. For the point q of the rigid body nearest to a ball of a piece,
+//! `|q − c| − r` is convex, and its curvature is at most the inverse of the distance: so it is below
+//! its minimum at the corners by at most the square of the piece's size over six times that
+//! distance, and few pieces are left after a few halvings. Near the rigid body, where that bound is
+//! useless, slopes of at most 1 bound it.
+//!
+//! Source: S. A. Piyavskii, "An algorithm for finding the absolute extremum of a function", USSR
+//! Computational Mathematics and Mathematical Physics 12, 1972. Differs in bounding curvature as
+//! well as slopes, on triangles.
+
+use glam::DVec3;
+use kdop::{Dop18, Workspace};
+use surface::{Anchor, Contact, ContactSide, RigidState, Term};
+
+use super::on_surface::with_ball_gap;
+use super::{
+    ContactBody, MedialContact, MedialDetector, MedialFeature, MedialScratch, PrimitiveBall,
+};
+use crate::{Ball, MedialError};
+
+/// Maximum number of pieces that a primitive is divided into before its smallest evaluated gap is
+/// returned.
+///
+/// Only a primitive with centers in the rigid body needs more than some hundred.
+const MAX_PIECES: usize = 4096;
+
+/// Rigid body as one side of contacts with balls.
+#[derive(Clone, Copy, Debug)]
+pub struct RigidSide {
+    /// Pose and velocity.
+    pub state: RigidState,
+    /// Bounds of all points of the world within the margin.
+    pub bounds: Dop18,
+    /// Gap up to which a contact is reported, `>= 0`.
+    pub margin: f64,
+    /// Excess over the minimum gap of a primitive that is accepted, `> 0`.
+    pub tolerance: f64,
+}
+
+/// Signed distance of a point from a rigid body, as far as it is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RigidDistance {
+    /// The distance.
+    Value {
+        /// Signed distance, negative inside.
+        distance: f64,
+        /// Unit direction away from the body.
+        normal: DVec3,
+    },
+    /// A lower bound.
+    AtLeast(f64),
+}
+
+/// Ball with its gap to the rigid body.
+#[derive(Clone, Copy, Debug)]
+struct BallGap {
+    ball: Ball,
+    /// Distance of the center less the radius, or a lower bound beyond the margin.
+    gap: f64,
+    /// Direction away from the rigid body.
+    normal: DVec3,
+}
+
+/// Ball of a primitive with its weights there.
+#[derive(Clone, Copy, Debug)]
+struct WeightedGap {
+    weights: [f64; 3],
+    at: BallGap,
+}
+
+/// Contact of a ball of a primitive.
+struct Found {
+    ball: PrimitiveBall,
+    at: BallGap,
+}
+
+/// Rigid body with its distance function.
+struct Rigid<'a, D> {
+    side: &'a RigidSide,
+    distance: D,
+}
+
+impl MedialDetector {
+    /// Finds the contacts of the balls, which are those of `own`, with a rigid body that `distance`
+    /// returns the signed distance of points of the world from: balls within the margin, ascending,
+    /// then cones and slabs within the margin between balls outside, ascending, at their smallest
+    /// gap.
+    ///
+    /// The distance has to be known at the centers of the balls, which are as deep in the body as
+    /// it is thick.
+    ///
+    /// # Errors
+    ///
+    /// [`MedialError::DistanceRange`] where a ball may be in contact and the distance of its center
+    /// is unknown.
+    pub fn rigid_contacts(
+        &self,
+        own: &ContactBody<'_>,
+        side: &RigidSide,
+        distance: impl Fn(DVec3) -> RigidDistance,
+        scratch: &mut MedialScratch,
+    ) -> Result<Vec<MedialContact>, MedialError> {
+        let workspace = &mut scratch.workspace;
+        let mut near = Vec::new();
+        self.tree.tree().query(&side.bounds, workspace, |primitive| near.push(primitive));
+        near.sort_unstable();
+
+        let rigid = Rigid { side, distance };
+        let found = rigid.find(self, &near)?;
+        Ok(found
+            .iter()
+            .filter_map(|found| self.rigid_contact(own, found, side, workspace))
+            .collect())
+    }
+
+    /// Transfers a contact to the surface; `None` for a surface without faces.
+    fn rigid_contact(
+        &self,
+        own: &ContactBody<'_>,
+        Found { ball, at }: &Found,
+        side: &RigidSide,
+        workspace: &mut Workspace,
+    ) -> Option<MedialContact> {
+        let BallGap { ball: Ball { center, radius }, gap, normal } = *at;
+        let border = center - radius * normal;
+        let on = self.closest_on(own, ball.primitive, border, -normal, workspace)?;
+        let corners = own.tree.surface().faces()[on.face as usize];
+        let terms: [Term; 3] = std::array::from_fn(|k| Term {
+            particle: own.particles.particle(corners[k]),
+            weight: on.foot.barycentric[k],
+        });
+
+        let point = center - (gap + radius) * normal;
+        let velocity = side.state.velocity_at(point);
+        let anchor = ContactSide::Rigid(Anchor { point, velocity, acceleration: DVec3::ZERO });
+        let height = (on.foot.point - point).dot(normal);
+        let contact = Contact::between(ContactSide::Particles(&terms), anchor, normal, height);
+        let contact = with_ball_gap(contact, gap);
+        Some(MedialContact { contact, ball: *ball, feature: MedialFeature::Rigid })
+    }
+}
+
+impl<D: Fn(DVec3) -> RigidDistance> Rigid<'_, D> {
+    /// Finds the balls within the margin, then the smallest gaps of the other primitives within it.
+    fn find(&self, detector: &MedialDetector, near: &[u32]) -> Result<Vec<Found>, MedialError> {
+        let medial = &detector.medial;
+        let mut gaps: Vec<Option<BallGap>> = vec![None; medial.balls().len()];
+        let (mut balls, mut between) = (Vec::new(), Vec::new());
+        for &primitive in near {
+            // Each ball is evaluated once, by the first primitive that has it.
+            let mut corners = [None; 3];
+            for (k, ball) in medial.primitives()[primitive as usize].into_iter().enumerate() {
+                let mut weights = [0.0; 3];
+                weights[k] = 1.0;
+                let at = match gaps[ball as usize] {
+                    Some(at) => at,
+                    None => {
+                        let at = self.evaluate(medial.balls()[ball as usize])?;
+                        if self.is_contact(&at) {
+                            let ball_of = PrimitiveBall { primitive, weights };
+                            balls.push((ball, Found { ball: ball_of, at }));
+                        }
+                        *gaps[ball as usize].insert(at)
+                    }
+                };
+                corners[k] = Some(WeightedGap { weights, at });
+            }
+
+            // Between balls outside the margin, some may be within it.
+            if let [Some(a), Some(b), Some(c)] = corners
+                && ![a, b, c].iter().any(|corner| self.is_contact(&corner.at))
+                && let Some(lowest) = self.min_gap(&medial.primitive_balls(primitive), [a, b, c])?
+            {
+                let ball = PrimitiveBall { primitive, weights: lowest.weights };
+                between.push(Found { ball, at: lowest.at });
+            }
+        }
+
+        balls.sort_by_key(|&(ball, _)| ball);
+        Ok(balls.into_iter().map(|(_, found)| found).chain(between).collect())
+    }
+
+    fn is_contact(&self, at: &BallGap) -> bool {
+        at.gap <= self.side.margin
+    }
+
+    /// Evaluates the gap of a ball, or a lower bound beyond the margin.
+    fn evaluate(&self, ball: Ball) -> Result<BallGap, MedialError> {
+        let Ball { center, radius } = ball;
+        match (self.distance)(center) {
+            RigidDistance::Value { distance, normal } => {
+                Ok(BallGap { ball, gap: distance - radius, normal })
+            }
+            RigidDistance::AtLeast(bound) if bound - radius > self.side.margin => {
+                Ok(BallGap { ball, gap: bound - radius, normal: DVec3::Z })
+            }
+            RigidDistance::AtLeast(known) => {
+                let needed = radius + self.side.margin;
+                Err(MedialError::DistanceRange { known, needed })
+            }
+        }
+    }
+
+    /// Finds the smallest gap between three balls that are outside the margin; `None` where it is
+    /// outside, too.
+    fn min_gap(
+        &self,
+        balls: &[Ball; 3],
+        corners: [WeightedGap; 3],
+    ) -> Result<Option<WeightedGap>, MedialError> {
+        let RigidSide { margin, tolerance, .. } = *self.side;
+        let [a, b, c] = corners;
+        let mut lowest = a.lower(b).lower(c);
+        let mut pieces = vec![corners];
+        let mut count = 0;
+        while let Some(piece) = pieces.pop() {
+            let bound = lower_bound(&piece);
+            if bound > margin || bound >= lowest.at.gap - tolerance {
+                continue;
+            }
+            if count == MAX_PIECES {
+                return Ok(Some(lowest));
+            }
+            count += 1;
+
+            // Quarters, by the middles of the sides.
+            let [a, b, c] = piece;
+            let ab = self.middle(balls, &a, &b)?;
+            let bc = self.middle(balls, &b, &c)?;
+            let ca = self.middle(balls, &c, &a)?;
+            lowest = lowest.lower(ab).lower(bc).lower(ca);
+            pieces.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+        }
+        Ok((lowest.at.gap - tolerance <= margin).then_some(lowest))
+    }
+
+    /// Evaluates the ball in the middle of two balls of a primitive.
+    fn middle(
+        &self,
+        balls: &[Ball; 3],
+        a: &WeightedGap,
+        b: &WeightedGap,
+    ) -> Result<WeightedGap, MedialError> {
+        let weights = std::array::from_fn(|k| 0.5 * (a.weights[k] + b.weights[k]));
+        let at = self.evaluate(Ball::interpolate(balls, weights))?;
+        Ok(WeightedGap { weights, at })
+    }
+}
+
+impl WeightedGap {
+    /// Returns the one with the smaller gap, the first of equals.
+    fn lower(self, other: Self) -> Self {
+        if other.at.gap < self.at.gap { other } else { self }
+    }
+}
+
+/// Computes a lower bound on the gaps of the balls of a piece.
+fn lower_bound(piece: &[WeightedGap; 3]) -> f64 {
+    let [a, b, c] = piece.each_ref().map(|corner| &corner.at);
+    let edge = |a: &BallGap, b: &BallGap| a.ball.center.distance(b.ball.center);
+    let size = edge(a, b).max(edge(b, c)).max(edge(c, a));
+    let min_of = |f: fn(&BallGap) -> f64| f(a).min(f(b)).min(f(c));
+
+    // By the slope, of the distance and of the radius.
+    let max_radius = -min_of(|at| -at.ball.radius);
+    let sloped = |at: &BallGap| at.gap - size - (max_radius - at.ball.radius);
+    let by_slope = sloped(a).max(sloped(b)).max(sloped(c));
+
+    // By the curvature, away from the rigid body.
+    let distance = min_of(|at| at.gap + at.ball.radius) - size;
+    if distance > 0.0 {
+        by_slope.max(min_of(|at| at.gap) - size * size / (6.0 * distance))
+    } else {
+        by_slope
+    }
+}

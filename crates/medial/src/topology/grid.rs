@@ -1,0 +1,160 @@
+//! Grid of points that are inside or outside a volume.
+
+use glam::DVec3;
+use surface::Aabb;
+
+use crate::medial_surface::bounds_of;
+use crate::{FootRule, MedialError, MedialSurface};
+
+/// Maximum number of grid points: a byte of memory each, and seconds of work.
+const MAX_POINTS: usize = 1 << 28;
+
+/// Grid points around a box, the outermost layer free.
+pub(super) struct Grid {
+    origin: DVec3,
+    spacing: f64,
+    size: [usize; 3],
+    is_inside: Vec<bool>,
+}
+
+/// Neighbors along the axes.
+const AXES: [[isize; 3]; 6] = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
+
+impl Grid {
+    pub(super) fn around(bounds: Aabb, spacing: f64) -> Result<Self, MedialError> {
+        let cells = (bounds.sides() / spacing).ceil() + 3.0;
+        let points = cells.x * cells.y * cells.z;
+        if points > crate::real(MAX_POINTS) {
+            let (kind, count) = ("grid points", to_usize(points));
+            return Err(MedialError::TooMany { kind, count, limit: MAX_POINTS });
+        }
+
+        let size = cells.to_array().map(to_usize);
+        let is_inside = vec![false; size[0] * size[1] * size[2]];
+        Ok(Self { origin: bounds.min - spacing, spacing, size, is_inside })
+    }
+
+    /// Marks the points inside a primitive.
+    pub(super) fn fill(&mut self, medial: &MedialSurface, primitive: u32) {
+        let bounds = bounds_of(&medial.primitive_balls(primitive));
+        let cell = |p: DVec3| (p - self.origin) / self.spacing;
+        let from = cell(bounds.min).ceil().to_array().map(to_usize);
+        let to = cell(bounds.max).floor().to_array().map(to_usize);
+        for k in from[2]..=to[2] {
+            for j in from[1]..=to[1] {
+                for i in from[0]..=to[0] {
+                    let place = self.place([i, j, k]);
+                    let p = self.origin + self.spacing * DVec3::from([i, j, k].map(crate::real));
+                    self.is_inside[place] = self.is_inside[place]
+                        || medial.foot(p, primitive, FootRule::Exact).distance <= 0.0;
+                }
+            }
+        }
+    }
+
+    /// Counts the parts of the inside, joined along the axes.
+    pub(super) fn component_count(&self) -> usize {
+        self.count_parts(true, &AXES)
+    }
+
+    /// Counts the parts of the outside, joined across corners as well, which keeps the Euler
+    /// numbers of inside and outside consistent.
+    pub(super) fn outside_component_count(&self) -> usize {
+        self.count_parts(false, &all_neighbors())
+    }
+
+    /// Computes points − edges + squares − cubes of the inside.
+    pub(super) fn euler_number(&self) -> i64 {
+        let mut euler = 0;
+        for [i, j, k] in self.points() {
+            if !self.is_inside[self.place([i, j, k])] || i * j * k == 0 {
+                continue;
+            }
+
+            // Each element is counted at its corner with the highest numbers.
+            let at =
+                |a: usize, b: usize, c: usize| self.is_inside[self.place([i - a, j - b, k - c])];
+            let edges = [at(1, 0, 0), at(0, 1, 0), at(0, 0, 1)];
+            let [x, y, z] = edges;
+            let squares = [x && y && at(1, 1, 0), x && z && at(1, 0, 1), y && z && at(0, 1, 1)];
+            let is_cube = squares == [true; 3] && at(1, 1, 1);
+            euler += 1 - count(edges) + count(squares) - i64::from(is_cube);
+        }
+        euler
+    }
+
+    /// Counts the connected sets of points that are inside, or that are not, by flood fill.
+    fn count_parts(&self, inside: bool, steps: &[[isize; 3]]) -> usize {
+        let mut is_visited = vec![false; self.is_inside.len()];
+        let mut parts = 0;
+        let mut stack = Vec::new();
+        for start in self.points() {
+            let place = self.place(start);
+            if is_visited[place] || self.is_inside[place] != inside {
+                continue;
+            }
+            parts += 1;
+            is_visited[place] = true;
+            stack.push(start);
+
+            while let Some(from) = stack.pop() {
+                for next in steps.iter().filter_map(|step| self.neighbor(from, *step)) {
+                    let place = self.place(next);
+                    if !is_visited[place] && self.is_inside[place] == inside {
+                        is_visited[place] = true;
+                        stack.push(next);
+                    }
+                }
+            }
+        }
+        parts
+    }
+
+    /// Returns the place of a point in the list.
+    fn place(&self, [i, j, k]: [usize; 3]) -> usize {
+        (k * self.size[1] + j) * self.size[0] + i
+    }
+
+    /// Returns the point a step away; `None` outside the grid.
+    fn neighbor(&self, from: [usize; 3], step: [isize; 3]) -> Option<[usize; 3]> {
+        let mut to = from;
+        for axis in 0..3 {
+            let moved = from[axis].checked_add_signed(step[axis]);
+            to[axis] = moved.filter(|&n| n < self.size[axis])?;
+        }
+        Some(to)
+    }
+
+    /// Returns all points, in the order of their places.
+    fn points(&self) -> impl Iterator<Item = [usize; 3]> + use<> {
+        let [nx, ny, _] = self.size;
+        (0..self.is_inside.len()).map(move |place| [place % nx, place / nx % ny, place / nx / ny])
+    }
+}
+
+/// Returns the steps to all 26 neighbors.
+fn all_neighbors() -> Vec<[isize; 3]> {
+    let mut steps = Vec::new();
+    for i in -1..=1 {
+        for j in -1..=1 {
+            for k in -1..=1 {
+                steps.push([i, j, k]);
+            }
+        }
+    }
+    steps.retain(|step| *step != [0; 3]);
+    steps
+}
+
+fn count(flags: [bool; 3]) -> i64 {
+    flags.map(i64::from).iter().sum()
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a conversion from floating point ends at the nearest whole number there is"
+)]
+fn to_usize(count: f64) -> usize {
+    count as usize
+}

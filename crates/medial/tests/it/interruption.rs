@@ -1,0 +1,58 @@
+//! Interruption of generation by its progress handler.
+
+use std::ops::ControlFlow;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use medial::{MedialError, MedialParams, generate};
+use surface::progress::{Interrupted, Progress};
+
+use crate::support::muscle;
+
+/// Runs generation until the handler has been called `limit` times; returns its error and the
+/// number of calls.
+fn interrupted_after(params: &MedialParams, limit: usize) -> (Option<MedialError>, usize) {
+    let mesh = muscle();
+    let surface = mesh.surface();
+    let x = surface.positions(&mesh.positions).unwrap();
+    let calls = AtomicUsize::new(0);
+    let handler = |_| {
+        let is_over = calls.fetch_add(1, Ordering::Relaxed) + 1 >= limit;
+        if is_over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let result = generate(&surface, x, params, Progress::new(&handler));
+    (result.err(), calls.into_inner())
+}
+
+/// At any call, the handler is not called again: no phase goes on without its permission.
+#[test]
+fn every_poll_can_end_generation() {
+    for params in [MedialParams::balls(40), MedialParams::tolerance(3.0)] {
+        let (error, polls) = interrupted_after(&params, usize::MAX);
+        assert_eq!(error, None);
+        assert!(polls > 50, "{polls} polls of {params:?}");
+        for limit in [1, 2, 5, polls / 4, polls / 2, polls - 1] {
+            let (error, calls) = interrupted_after(&params, limit);
+            assert_eq!(error, Some(MedialError::Interrupted(Interrupted)), "call {limit}");
+            assert_eq!(calls, limit, "of {polls}");
+        }
+    }
+}
+
+#[test]
+fn progress_rises_to_its_end() {
+    let mesh = muscle();
+    let surface = mesh.surface();
+    let x = surface.positions(&mesh.positions).unwrap();
+    for (params, end) in [(MedialParams::balls(20), 1.0), (MedialParams::tolerance(1.0), 0.5)] {
+        let fractions = Mutex::new(Vec::new());
+        let handler = |fraction| {
+            fractions.lock().unwrap().push(fraction);
+            ControlFlow::Continue(())
+        };
+        generate(&surface, x, &params, Progress::new(&handler)).unwrap();
+        let fractions = fractions.into_inner().unwrap();
+        assert!(fractions.is_sorted(), "{fractions:?}");
+        assert!(fractions.last().is_some_and(|&last| last >= end && last <= 1.0), "{fractions:?}");
+    }
+}

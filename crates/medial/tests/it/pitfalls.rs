@@ -1,0 +1,380 @@
+//! Scenes in which simpler methods fail, each with the size of their error.
+
+use std::f64::consts::SQRT_2;
+
+use glam::DVec3;
+use kdop::{Leaves, Tree, Workspace};
+use medial::{
+    Ball, CandidatePair, Deviation, FootRule, MedialBounds, MedialContactParams, MedialParams,
+    MedialSurface, ParticleOffsets, PreviousNormals, PrimitiveContact, PrimitiveTree, QueryPoints,
+    foot, pair_foot, point_contacts, point_contacts_among, primitive_contacts, slab_foot,
+};
+use surface::Contact;
+
+use crate::support::{generated, muscle, with_balls};
+
+fn surface_of(balls: Vec<Ball>, cones: Vec<[u32; 2]>, slabs: Vec<[u32; 3]>) -> MedialSurface {
+    MedialSurface::new(balls, cones, slabs).expect("valid by construction")
+}
+
+fn capsule(from: DVec3, to: DVec3, radius: f64) -> MedialSurface {
+    surface_of(vec![Ball::new(from, radius), Ball::new(to, radius)], vec![[0, 1]], vec![])
+}
+
+/// A wide sheet at z = 0 of half thickness `r`.
+fn sheet(r: f64) -> MedialSurface {
+    let corners = [(-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (-50.0, 50.0)];
+    let balls = corners.map(|(x, y)| Ball::new(DVec3::new(x, y, 0.0), r)).to_vec();
+    surface_of(balls, vec![], vec![[0, 1, 2], [0, 2, 3]])
+}
+
+/// Contacts of bare points.
+fn touching(
+    points: &[DVec3],
+    medial: &MedialSurface,
+    params: MedialContactParams,
+    previous: Option<&mut PreviousNormals>,
+) -> Vec<Contact> {
+    let tree = Tree::build(Leaves::Points, points).expect("finite points");
+    let query = QueryPoints { tree: &tree, points, radii: None };
+    let on = MedialBounds { medial, tree: &PrimitiveTree::new(medial).expect("finite balls") };
+    let particles = ParticleOffsets { first_point: 0, first_ball: 1000 };
+    point_contacts(&query, on, &params, particles, previous, &mut Workspace::default()).0
+}
+
+/// Pairs of primitives that overlap.
+fn overlaps(a: &MedialSurface, b: &MedialSurface) -> Vec<PrimitiveContact> {
+    let [of_a, of_b] = [a, b].map(|medial| PrimitiveTree::new(medial).expect("finite balls"));
+    let on_a = MedialBounds { medial: a, tree: &of_a };
+    let on_b = MedialBounds { medial: b, tree: &of_b };
+    primitive_contacts(on_a, on_b, 0.0, &mut Workspace::default()).0
+}
+
+/// Two balls on a diagonal. Bounds without the norm of the direction separate them from √2 R on,
+/// though they overlap up to 2 R: of all overlapping pairs of equal balls, 52 %.
+#[test]
+fn bounds_on_diagonals_contain_the_ball() {
+    let mut overlapping = 0;
+    let mut separated_without_norm = 0;
+    let steps = -20..=20_i32;
+    for i in steps.clone() {
+        for j in steps.clone() {
+            for k in steps.clone() {
+                let d = DVec3::new(f64::from(i), f64::from(j), f64::from(k)) / 10.0;
+                if d.length() >= 2.0 {
+                    continue;
+                }
+                overlapping += 1;
+                let bare = (0..9).any(|axis| d.dot(kdop::direction::<9>(axis)).abs() > 2.0);
+                separated_without_norm += i32::from(bare);
+            }
+        }
+    }
+    let share = f64::from(separated_without_norm) / f64::from(overlapping);
+    assert!((0.48..0.56).contains(&share), "{share}");
+    let unit = surface_of(vec![Ball::new(DVec3::ZERO, 1.0)], vec![], vec![]);
+    for length in [1.01 * SQRT_2, 1.7, 1.999] {
+        let center = length * DVec3::new(1.0, 1.0, 0.0) / SQRT_2;
+        let other = surface_of(vec![Ball::new(center, 1.0)], vec![], vec![]);
+        assert_eq!(overlaps(&unit, &other).len(), 1, "balls {length} apart");
+    }
+}
+
+/// On a cone of slope k = 0.5 and radius 1, the distance of a point on the surface by the bare face
+/// is 1/√(1 − k²) − 1 = 0.155, with a normal 30° off.
+#[test]
+fn the_bare_face_is_wrong_on_slopes() {
+    let k = 0.5_f64;
+    let cone = [Ball::new(DVec3::ZERO, 1e-3), Ball::new(DVec3::X * 20.0, 10.0 + 1e-3)];
+    let cone = [cone[0], cone[1], cone[1]];
+    // The ball of radius 1 touches the cone's surface at sin = k ahead.
+    let center = DVec3::X * (1.0 - 1e-3) / k;
+    let normal = DVec3::new(-k, (1.0 - k * k).sqrt(), 0.0);
+    let p = center + normal;
+    let exact = foot(p, &cone, FootRule::Exact);
+    let bare = foot(p, &cone, FootRule::BareFace);
+    assert!(exact.distance.abs() < 1e-12, "{exact:?}");
+    let radius = bare.ball.radius;
+    let relative = bare.distance / radius;
+    assert!((relative - (1.0 / (1.0 - k * k).sqrt() - 1.0)).abs() < 1e-9, "{relative}");
+    let angle = bare.normal(p).unwrap().angle_between(normal).to_degrees();
+    assert!((angle - 30.0).abs() < 1e-6, "{angle}");
+}
+
+/// Two capsules of length 6 r crossed at their middles. Balls at the ends are outside the other
+/// capsule; the primitives overlap by 2 r.
+#[test]
+fn crossed_capsules_are_detected_by_primitives_alone() {
+    let r = 1.0;
+    let a = capsule(-3.0 * DVec3::X, 3.0 * DVec3::X, r);
+    let b = capsule(-3.0 * DVec3::Y, 3.0 * DVec3::Y, r);
+    for (balls, of) in [(&a, &b), (&b, &a)] {
+        let other = of.primitive_balls(0);
+        for ball in balls.balls() {
+            assert!(slab_foot(ball.center, &other).distance - ball.radius >= 1.0 - 1e-12);
+        }
+    }
+    let found = overlaps(&a, &b);
+    assert!((found[0].gap + 2.0 * r).abs() < 1e-12, "{found:?}");
+    // With edges no longer than a radius, balls lose overlaps of 0.006 r at most.
+    let mut worst = 0.0_f64;
+    for i in 0..=200 {
+        for j in 0..=200 {
+            let [x, angle] = [f64::from(i) / 200.0 - 0.5, f64::from(j) / 200.0 * 1.57];
+            let turn = DVec3::new(angle.cos(), angle.sin(), 0.0) / 2.0;
+            let (short, lifted) = (DVec3::X / 2.0, DVec3::new(x, 0.0, 1.99));
+            let a = capsule(-short, short, 1.0).primitive_balls(0);
+            let b = capsule(lifted - turn, lifted + turn, 1.0).primitive_balls(0);
+            let exact = pair_foot(&a, &b).distance;
+            let ends = |of: &[Ball; 3], on: &[Ball; 3]| {
+                of.iter().map(|e| slab_foot(e.center, on).distance - 1.0).fold(9.0, f64::min)
+            };
+            let by_balls = ends(&a, &b).min(ends(&b, &a));
+            if exact < 0.0 && by_balls > 0.0 {
+                worst = worst.max(-exact);
+            }
+        }
+    }
+    assert!(worst < 0.011, "lost {worst} deep");
+}
+
+/// Number of projections out of a groove until all gaps are above `-1e-6`: the contacts of a step
+/// are solved together, as one kept contact, or as all.
+fn projections(phi: f64, max_contacts: usize) -> usize {
+    // Two thick walls whose normals are `phi` apart, meeting along y at the origin.
+    let wall = |sign: f64| {
+        let (sin, cos) = (phi / 2.0).sin_cos();
+        let normal = DVec3::new(sign * sin, 0.0, cos);
+        let along = DVec3::new(sign * -cos, 0.0, sin);
+        let foot = -normal * 10.0;
+        [(40.0, -80.0), (40.0, 80.0), (-40.0, 0.0)]
+            .map(|(s, t)| Ball::new(foot - s * along + DVec3::Y * t, 10.0))
+    };
+    let balls = [wall(1.0), wall(-1.0)].concat();
+    let medial = surface_of(balls, vec![], vec![[0, 1, 2], [3, 4, 5]]);
+    let mut p = DVec3::new(0.3, 0.0, -1.0);
+    for step in 0..2000 {
+        let params = MedialContactParams { max_contacts, ..MedialContactParams::new(0.0) };
+        let found = touching(&[p], &medial, params, None);
+        if found.iter().all(|contact| contact.gap > -1e-6) {
+            return step;
+        }
+        // The smallest move that satisfies the one or two contacts.
+        p += match found.as_slice() {
+            [a] => -a.gap * a.normal,
+            [a, b, ..] => {
+                let cos = a.normal.dot(b.normal);
+                let scale = 1.0 / (1.0 - cos * cos);
+                let [x, y] = [(-a.gap + b.gap * cos) * scale, (-b.gap + a.gap * cos) * scale];
+                x * a.normal + y * b.normal
+            }
+            [] => DVec3::ZERO,
+        };
+    }
+    2000
+}
+
+/// In a groove whose normals are φ apart, one contact per point converges by |cos φ| per projection:
+/// slowly where it is steep. Two are sufficient at once.
+#[test]
+fn grooves_need_more_than_one_contact() {
+    for (degrees, rate, min_projections) in [(120.0_f64, 0.5_f64, 12), (150.0, 0.866, 60)] {
+        let phi = degrees.to_radians();
+        let one = projections(phi, 1);
+        let expected = 1e-6_f64.ln() / rate.ln();
+        assert!(one >= min_projections, "{degrees}: {one}");
+        assert!(as_f64(one) < 1.5 * expected + 5.0, "{degrees}: {one}, {expected}");
+        let all = projections(phi, 3);
+        assert!(all <= 2, "{degrees}: {all}");
+    }
+}
+
+fn as_f64(count: usize) -> f64 {
+    f64::from(u32::try_from(count).expect("few steps"))
+}
+
+/// A point that moves by s per step through a sheet of half thickness r is first detected on the
+/// wrong side, or not at all, with probability max(0, 1 − r/s). Its previous normal decides.
+#[test]
+fn previous_normals_keep_the_side() {
+    let r = 2.0;
+    let medial = sheet(r);
+    for s in [1.0, 2.0, 3.0, 3.9] {
+        let phases = 400;
+        let mut wrong = 0;
+        let mut wrong_with_previous = 0;
+        for phase in 0..phases {
+            // The last place outside, and the first inside or beyond.
+            let above = r + s * (f64::from(phase) + 0.5) / f64::from(phases);
+            let [before, after] = [above, above - s].map(|z| DVec3::new(1.0, 2.0, z));
+            let found = touching(&[after], &medial, MedialContactParams::new(0.0), None);
+            wrong += i32::from(!found.first().is_some_and(|c| c.normal.z > 0.0));
+            let mut previous = PreviousNormals::new(1);
+            touching(&[before], &medial, MedialContactParams::new(s), Some(&mut previous));
+            let found =
+                touching(&[after], &medial, MedialContactParams::new(0.0), Some(&mut previous));
+            let right = found.first().is_some_and(|c| c.normal.z > 0.0);
+            wrong_with_previous += i32::from(!right);
+            if let Some(contact) = found.first() {
+                assert!((contact.gap - (after.z - r)).abs() < 1e-12, "{contact:?}");
+            }
+        }
+        let share = f64::from(wrong) / f64::from(phases);
+        assert!((share - (1.0 - r / s).max(0.0)).abs() < 0.01, "s = {s}: {share}");
+        assert_eq!(wrong_with_previous, 0, "s = {s}");
+    }
+}
+
+/// A point that went all the way through is outside the margin, and deep in contact.
+#[test]
+fn a_point_beyond_the_other_side_stays_in_contact() {
+    let medial = sheet(2.0);
+    for max_contacts in 1..=3 {
+        let mut previous = PreviousNormals::new(1);
+        let gap_at = |z: f64, previous: &mut PreviousNormals| {
+            let mut pairs = (0..u32::try_from(medial.primitives().len()).unwrap())
+                .map(|primitive| CandidatePair { point: 0, primitive })
+                .collect();
+            let ball = |_| Ball::new(DVec3::new(1.0, 2.0, z), 0.0);
+            let mut found = Vec::new();
+            let params = MedialContactParams { max_contacts, ..MedialContactParams::new(1.0) };
+            point_contacts_among(&mut pairs, ball, &medial, &params, Some(previous), &mut found);
+            found.first().map(|contact| contact.gap)
+        };
+        assert_eq!(gap_at(-4.0, &mut PreviousNormals::new(1)), None);
+        assert_eq!(gap_at(2.5, &mut previous), Some(0.5));
+        assert_eq!(gap_at(-4.0, &mut previous), Some(-6.0));
+    }
+}
+
+/// A point exactly in the middle has the sheet's own normal, on its previous side.
+#[test]
+fn a_point_in_the_middle_has_a_normal() {
+    let medial = sheet(2.0);
+    let middle = DVec3::new(3.0, -4.0, 0.0);
+    for z in [2.5, -2.5] {
+        let mut previous = PreviousNormals::new(1);
+        let above = middle + DVec3::Z * z;
+        touching(&[above], &medial, MedialContactParams::new(1.0), Some(&mut previous));
+        let found =
+            touching(&[middle], &medial, MedialContactParams::new(0.0), Some(&mut previous));
+        assert!((found[0].normal - DVec3::Z * z.signum()).length() < 1e-12, "{found:?}");
+        assert!((found[0].gap + 2.0).abs() < 1e-12);
+    }
+}
+
+/// Of the balls of a muscle that contain a point, the one with the closest center is not the one that
+/// the point is deepest in: its depth is wrong.
+#[test]
+fn the_deepest_contact_is_kept_not_the_closest() {
+    let mesh = muscle();
+    let medial = with_balls(&mesh, 40);
+    let params =
+        MedialContactParams { max_contacts: 1, ..MedialContactParams::new(f64::MAX.sqrt()) };
+    let kept = touching(&mesh.positions, &medial, params, None);
+    let mut squares = [0.0; 2];
+    for (contact, &p) in kept.iter().zip(&mesh.positions) {
+        let closest = (0_u32..)
+            .zip(medial.primitives())
+            .map(|(i, _)| medial.foot(p, i, FootRule::BareFace))
+            .min_by(|a, b| a.ball.center.distance(p).total_cmp(&b.ball.center.distance(p)))
+            .unwrap();
+        // The points are on the surface: all depth is error.
+        squares[0] += contact.gap * contact.gap;
+        squares[1] += closest.distance * closest.distance;
+    }
+    let [deepest, closest] = squares.map(|sum| (sum / as_f64(kept.len())).sqrt());
+    assert_eq!(kept.len(), mesh.positions.len());
+    assert!(deepest < 0.7 * closest, "{deepest} {closest}");
+}
+
+fn halves(list: &[f64]) -> [&[f64]; 2] {
+    list.split_at(list.len() / 2).into()
+}
+
+/// A binary tree over balls along a line, and the traversals of it.
+fn printed_traversal(a: &[f64], b: &[f64], descend_alone: bool) -> usize {
+    let hull = |list: &[f64]| [list[0] - 1.0, list[list.len() - 1] + 1.0];
+    let ([a_low, a_high], [b_low, b_high]) = (hull(a), hull(b));
+    if a_low > b_high || b_low > a_high {
+        return 0;
+    }
+    let (a_parts, b_parts) = (halves(a), halves(b));
+    match (a.len(), b.len()) {
+        (1, 1) => 1,
+        (1, _) if descend_alone => b_parts.iter().map(|b| printed_traversal(a, b, true)).sum(),
+        (_, 1) if descend_alone => a_parts.iter().map(|a| printed_traversal(a, b, true)).sum(),
+        (1, _) | (_, 1) => 0,
+        _ => a_parts
+            .iter()
+            .flat_map(|a| b_parts.map(|b| printed_traversal(a, b, descend_alone)))
+            .sum(),
+    }
+}
+
+/// A traversal that descends only where both nodes have children loses every pair of trees of unequal
+/// depth; ours loses none.
+#[test]
+fn trees_of_unequal_depth_lose_nothing() {
+    let line =
+        |count: u32, step: f64| -> Vec<f64> { (0..count).map(|k| f64::from(k) * step).collect() };
+    let (few, many) = (line(8, 8.0), line(64, 1.0));
+    let slow = few.iter().map(|a| many.iter().filter(|b| (a - **b).abs() <= 2.0).count()).sum();
+    assert_eq!(printed_traversal(&few, &many, false), 0, "all are lost");
+    assert_eq!(printed_traversal(&few, &many, true), slow);
+    let medial = |xs: &[f64]| {
+        let balls = xs.iter().map(|&x| Ball::new(DVec3::X * x, 1.0)).collect();
+        surface_of(balls, vec![], vec![])
+    };
+    let (few, many) = (medial(&few), medial(&many));
+    assert_eq!(overlaps(&few, &many).len(), slow);
+}
+
+/// Fitted to samples of the surface alone, a slab may leave the shape between them; balls held inside
+/// keep the excess near the error.
+#[test]
+fn a_one_sided_fit_extends_outside() {
+    // A bent sheet: a flat slab between far balls leaves it in the middle.
+    let mesh = fixtures::shapes::torus(30.0, 8.0, [40, 16])
+        .mapped(|p| DVec3::new(p.x, p.y, 0.35 * p.z + 0.0004 * p.x * p.x * p.x));
+    let fit = |inscribed_weight: f64| {
+        let params = MedialParams { inscribed_weight, ..MedialParams::balls(24) };
+        generated(&mesh, &params).unwrap().deviation
+    };
+    let (one_sided, two_sided) = (fit(0.0), fit(MedialParams::balls(1).inscribed_weight));
+    let over = |d: &Deviation| d.medial_to_surface.upper;
+    assert!(over(&one_sided) > 1.5 * over(&two_sided), "{one_sided:?} {two_sided:?}");
+    assert!(two_sided.rms < 1.3 * one_sided.rms, "{one_sided:?} {two_sided:?}");
+}
+
+/// An impulse of friction J at the medial point P̄ instead of the surface leaves an angular momentum of
+/// offset × J; at the surface none.
+#[test]
+fn friction_acts_at_the_surface() {
+    let r = 2.0;
+    let p = DVec3::new(3.0, 4.0, r);
+    let contact = touching(&[p], &sheet(r), MedialContactParams::new(0.1), None)[0];
+    let j = DVec3::X * 5.0;
+    let medial = sheet(r);
+    let at = |k: u32| if k == 0 { p } else { medial.balls()[k as usize - 1000].center };
+    let lever = contact.separation(at);
+    assert!((lever.cross(j).length() - contact.offset * j.length()).abs() < 1e-12);
+    let on_surface = lever + contact.offset * contact.normal;
+    assert!(on_surface.cross(j).length() < 1e-12, "{on_surface}");
+}
+
+/// Where one ball contains the other, the cone is the larger ball, and no value is NaN.
+#[test]
+fn a_contained_ball_has_no_effect() {
+    let (small, big) = (Ball::new(DVec3::ZERO, 1.0), Ball::new(DVec3::X, 2.5));
+    for third in [small, big, Ball::new(DVec3::Y * 0.2, 0.1)] {
+        for p in [DVec3::ZERO, DVec3::X, DVec3::new(-4.0, 3.0, 1.0), DVec3::Y * 9.0] {
+            let found = slab_foot(p, &[small, big, third]);
+            assert!((found.distance - big.distance(p)).abs() < 1e-12, "{found:?}");
+            assert!(found.weights.iter().all(|w| w.is_finite()), "{found:?}");
+        }
+    }
+    let just = Ball::new(DVec3::X, 2.0);
+    let found = slab_foot(DVec3::new(-4.0, 3.0, 1.0), &[small, just, just]);
+    assert!(found.distance.is_finite() && found.weights[1] > 0.999, "{found:?}");
+}

@@ -1,0 +1,122 @@
+//! Contacts of balls with rigid bodies of known distance.
+
+use fixtures::random::Random;
+use glam::{DQuat, DVec3};
+use kdop::Dop18;
+use medial::{
+    Ball, MedialContact, MedialError, MedialFeature, MedialScratch, RigidDistance, RigidSide,
+};
+use surface::{Pose, RigidState};
+
+use crate::support::{Detected, assert_consistent, grid_weights, number, small_muscle, vector};
+
+/// Round bone.
+struct Sphere {
+    center: DVec3,
+    radius: f64,
+    /// Distance beyond which only a lower bound is known.
+    range: f64,
+}
+
+impl Sphere {
+    fn side(&self, margin: f64, tolerance: f64) -> RigidSide {
+        let corners: [DVec3; 8] = std::array::from_fn(|k| {
+            let sign = |axis: usize| if k >> axis & 1 == 0 { -1.0 } else { 1.0 };
+            self.center + (self.radius + margin) * DVec3::new(sign(0), sign(1), sign(2))
+        });
+        let pose = Pose::new(DQuat::IDENTITY, self.center);
+        let bounds = Dop18::from_points(&corners);
+        RigidSide { state: RigidState::at_rest(pose), bounds, margin, tolerance }
+    }
+
+    fn distance(&self, p: DVec3) -> RigidDistance {
+        let distance = p.distance(self.center) - self.radius;
+        if distance > self.range {
+            return RigidDistance::AtLeast(self.range);
+        }
+        let normal = (p - self.center).try_normalize().unwrap_or(DVec3::Z);
+        RigidDistance::Value { distance, normal }
+    }
+
+    fn contacts(
+        &self,
+        body: &Detected,
+        side: &RigidSide,
+    ) -> Result<Vec<MedialContact>, MedialError> {
+        let scratch = &mut MedialScratch::default();
+        body.detector.rigid_contacts(&body.body(), side, |p| self.distance(p), scratch)
+    }
+
+    fn gap(&self, ball: Ball) -> f64 {
+        ball.center.distance(self.center) - self.radius - ball.radius
+    }
+}
+
+/// Balls and slabs over a round bone, beside dense sampling of every primitive.
+#[test]
+fn balls_and_slabs_meet_what_dense_samples_meet() {
+    let (margin, tolerance) = (0.3, 0.02);
+    let body = Detected::new(&small_muscle(), 24, 0.0, 8);
+    let medial = body.detector.medial();
+    let mut random = Random(4);
+    let (mut balls, mut between) = (0, 0);
+    for _ in 0..120 {
+        let center = vector(&mut random, 1.0) * DVec3::new(40.0, 20.0, 16.0);
+        let radius = number(&mut random, 3.0, 7.0);
+        let bone = Sphere { center, radius, range: 12.0 };
+        let contacts = bone.contacts(&body, &bone.side(margin, tolerance)).expect("a large range");
+        assert_consistent(&contacts, &[&body]);
+        assert!(contacts.iter().all(|found| found.feature == MedialFeature::Rigid));
+
+        // Every ball within the margin.
+        for (number, &ball) in (0_u32..).zip(medial.balls()) {
+            let found = contacts.iter().find(|found| {
+                let corner = found.ball.weights.iter().position(|&w| w >= 1.0);
+                let of_primitive = medial.primitives()[found.ball.primitive as usize];
+                corner.is_some_and(|k| of_primitive[k] == number)
+            });
+            let gap = bone.gap(ball);
+            match found {
+                Some(MedialContact { contact, .. }) => {
+                    // The surface may extend beyond the ball.
+                    assert!(contact.gap <= gap + 1e-9, "{gap} {contact:?}");
+                    assert!(gap <= margin + tolerance, "{gap} {contact:?}");
+                    let away = (ball.center - center).normalize();
+                    assert!(contact.normal.dot(away) > 1.0 - 1e-9, "{away} {contact:?}");
+                    balls += 1;
+                }
+                None => assert!(gap > margin - 1e-9, "ball {number} at {gap}"),
+            }
+        }
+
+        // Every primitive within the margin whose balls are outside.
+        for (number, corners) in (0_u32..).zip(medial.primitives()) {
+            let corners = corners.map(|ball| medial.balls()[ball as usize]);
+            let is_outside = corners.iter().all(|&ball| bone.gap(ball) > margin);
+            let mut lowest = f64::INFINITY;
+            for weights in grid_weights(40) {
+                lowest = lowest.min(bone.gap(Ball::interpolate(&corners, weights)));
+            }
+            let found = contacts.iter().find(|found| found.ball.primitive == number);
+            if is_outside && lowest <= margin {
+                let found = found.unwrap_or_else(|| panic!("primitive {number} at {lowest}"));
+                assert!(found.contact.gap <= lowest + tolerance, "{lowest} {found:?}");
+                between += 1;
+            }
+        }
+    }
+    assert!(balls > 50 && between > 10, "{balls} balls, {between} between");
+}
+
+/// Where the distance of a ball in reach is unknown, that is reported, not estimated.
+#[test]
+fn an_unknown_distance_is_refused() {
+    let body = Detected::new(&small_muscle(), 24, 0.0, 0);
+    let at = |z: f64| Sphere { center: DVec3::new(0.0, 0.0, z), radius: 6.0, range: 2.0 };
+    let near = at(13.5);
+    let error = near.contacts(&body, &near.side(0.0, 0.02)).unwrap_err();
+    let MedialError::DistanceRange { known, needed } = error else { panic!("{error}") };
+    assert!(known < needed, "{error}");
+    let far = at(40.0);
+    assert_eq!(far.contacts(&body, &far.side(0.0, 0.02)), Ok(Vec::new()));
+}
