@@ -10,7 +10,7 @@ use std::hint::black_box;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-use serde_json::json;
+use serde::Serialize;
 
 /// One side of a comparison: returns a value that depends on all of its work, so that none of it
 /// is optimized away.
@@ -72,33 +72,23 @@ pub const fn as_f64(count: usize) -> f64 {
     count as f64
 }
 
-/// A cost, that of something else, and a bound on their ratio.
-#[derive(Clone, Debug)]
-pub struct Figure {
-    /// Name of the comparison.
-    pub name: String,
-    /// Our cost, in `unit`.
-    pub ours: f64,
-    /// The other cost, in `unit`; `None` where `ours` itself is bounded.
-    pub other: Option<f64>,
-    /// Unit of both costs.
-    pub unit: &'static str,
-    /// Upper bound on the ratio, or on `ours` without another cost; infinite where nothing is
-    /// promised.
-    pub allowed: f64,
+/// A cost, that of something else, and a bound on their ratio: one line of JSON.
+#[derive(Clone, Debug, Serialize)]
+struct Figure {
+    group: &'static str,
+    name: String,
+    ours: f64,
+    /// The other cost; `None` where `ours` itself is bounded.
+    other: Option<f64>,
+    unit: &'static str,
+    /// Upper bound; infinite, written as null, where nothing is promised.
+    allowed: f64,
 }
 
 impl Figure {
-    /// Returns the value that is bounded.
-    #[must_use]
-    pub fn measured(&self) -> f64 {
-        self.other.map_or(self.ours, |other| self.ours / other)
-    }
-
     /// Returns true if the bound is kept.
-    #[must_use]
-    pub fn holds(&self) -> bool {
-        self.measured() <= self.allowed
+    fn holds(&self) -> bool {
+        self.other.map_or(self.ours, |other| self.ours / other) <= self.allowed
     }
 }
 
@@ -134,9 +124,23 @@ impl Report {
         ((as_f64(rounds) * self.effort).ceil() as usize).max(1)
     }
 
+    /// Times two sides within a budget \[ms\], adds the ratio of their times, and returns them
+    /// \[ns\].
+    pub fn compare(
+        &mut self,
+        name: impl Into<String>,
+        milliseconds: u64,
+        allowed: f64,
+        sides: [Side<'_>; 2],
+    ) -> [f64; 2] {
+        let times = self.interleave(milliseconds, sides);
+        self.times(name, times, allowed);
+        times
+    }
+
     /// Adds the ratio of two times \[ns\], shown in microseconds.
-    pub fn times(&mut self, name: impl Into<String>, ours: f64, other: f64, allowed: f64) {
-        self.ratio(name, [ours * 1e-3, other * 1e-3], "us", allowed);
+    pub fn times(&mut self, name: impl Into<String>, times: [f64; 2], allowed: f64) {
+        self.ratio(name, times.map(|time| time * 1e-3), "us", allowed);
     }
 
     /// Adds the ratio of our cost to another.
@@ -147,24 +151,22 @@ impl Report {
         unit: &'static str,
         allowed: f64,
     ) {
-        self.add(&Figure { name: name.into(), ours, other: Some(other), unit, allowed });
+        let (group, name, other) = (self.group, name.into(), Some(other));
+        self.add(Figure { group, name, ours, other, unit, allowed });
+    }
+
+    /// Adds a cost beside nothing.
+    pub fn cost(&mut self, name: impl Into<String>, ours: f64, unit: &'static str, allowed: f64) {
+        let (group, name) = (self.group, name.into());
+        self.add(Figure { group, name, ours, other: None, unit, allowed });
     }
 
     /// Prints one figure.
     #[expect(clippy::print_stdout, reason = "the purpose of a report")]
-    pub fn add(&mut self, figure: &Figure) {
-        let Figure { name, ours, other, unit, allowed } = figure;
-        let line = json!({
-            "group": self.group,
-            "name": name,
-            "ours": ours,
-            "other": other,
-            "unit": unit,
-            "allowed": allowed,
-        });
-        println!("{line}");
+    fn add(&mut self, figure: Figure) {
+        println!("{}", serde_json::to_string(&figure).unwrap_or_default());
         if !figure.holds() {
-            self.shortfalls.push(name.clone());
+            self.shortfalls.push(figure.name);
         }
     }
 
@@ -182,27 +184,20 @@ mod tests {
     #[test]
     fn a_slower_side_falls_short() {
         let work = |n: usize| (0..n).fold(0, |sum, i| black_box(sum ^ i));
-        let sides: [Side<'_>; 2] = [&mut || work(50_000), &mut || work(5_000)];
-        let [slow, fast] = interleave(Duration::from_millis(20), sides);
-
         let mut report = Report::new(1.0);
-        report.times("fast over slow", fast, slow, 2.0);
-        assert!(report.shortfalls().is_empty(), "{:?}", report.shortfalls());
-        report.times("slow over fast", slow, fast, 2.0);
+        let sides: [Side<'_>; 2] = [&mut || work(50_000), &mut || work(5_000)];
+        let [slow, fast] = report.compare("slow over fast", 20, 2.0, sides);
+        assert_eq!(report.shortfalls().len(), 1, "{:?}", report.shortfalls());
+        report.times("fast over slow", [fast, slow], 2.0);
         assert_eq!(report.shortfalls().len(), 1, "{:?}", report.shortfalls());
     }
 
     #[test]
     fn a_cost_without_a_bound_always_holds() {
-        let mut figure = Figure {
-            name: String::new(),
-            ours: 3.0,
-            other: None,
-            unit: "ms",
-            allowed: f64::INFINITY,
-        };
-        assert!(figure.holds());
-        figure.allowed = 2.0;
-        assert!(!figure.holds(), "3 ms of 2 ms");
+        let mut report = Report::new(1.0);
+        report.cost("any", 3.0, "ms", f64::INFINITY);
+        assert!(report.shortfalls().is_empty());
+        report.cost("3 ms of 2 ms", 3.0, "ms", 2.0);
+        assert_eq!(report.shortfalls(), ["3 ms of 2 ms"]);
     }
 }

@@ -14,7 +14,7 @@ use musculo_collide::{
     BodyId, BodyKind, Detection, Plan, PlanParams, Progress, RespondParams, Scene,
 };
 
-use crate::measure::{Figure, Report, as_f64};
+use crate::measure::{Report, as_f64};
 
 /// Frames until every path was taken, after which memory is watched.
 pub const WARM_UP: u32 = 100;
@@ -45,15 +45,13 @@ const MAX_GROWN_BYTES: f64 = 4096.0;
 #[expect(clippy::cast_precision_loss, reason = "bytes far below 2^53")]
 pub fn run(frames: u32, report: &mut Report) -> Result<(), Box<dyn Error>> {
     let endurance = soak(frames)?;
-    let mut add = |name: &str, ours: f64, unit, allowed| {
-        report.add(&Figure { name: name.to_owned(), ours, other: None, unit, allowed });
-    };
-    add("frames", f64::from(frames), "", f64::INFINITY);
-    add("contacts", as_f64(endurance.contacts), "", f64::INFINITY);
-    add("memory grown", endurance.grown_bytes as f64, "B", MAX_GROWN_BYTES);
-    add("peak of memory within frames", endurance.peak_bytes as f64, "B", f64::INFINITY);
+    let any = f64::INFINITY;
+    report.cost("frames", f64::from(frames), "", any);
+    report.cost("contacts", as_f64(endurance.contacts), "", any);
+    report.cost("memory grown", endurance.grown_bytes as f64, "B", MAX_GROWN_BYTES);
+    report.cost("peak of memory within frames", endurance.peak_bytes as f64, "B", any);
     let detections = f64::from(endurance.allocating_detections);
-    add("frames in which detection allocated", detections, "", f64::INFINITY);
+    report.cost("frames in which detection allocated", detections, "", any);
     Ok(())
 }
 

@@ -44,11 +44,14 @@ impl Table {
 impl fmt::Display for Table {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // Columns are as wide as their widest entries.
-        let rows = || self.parts.iter().flat_map(|(_, rows)| rows);
-        let width = |text: fn(&Row) -> &str| rows().map(|row| text(row).chars().count()).max();
-        let name = width(|row| &row.name).unwrap_or(0);
-        let measured = width(|row| &row.measured).unwrap_or(0).max("measured".len());
-        let allowed = width(|row| &row.allowed).unwrap_or(0).max("allowed".len());
+        let (mut name, mut measured, mut allowed) = (0, "measured".len(), "allowed".len());
+        for (_, rows) in &self.parts {
+            for row in rows {
+                name = name.max(row.name.chars().count());
+                measured = measured.max(row.measured.chars().count());
+                allowed = allowed.max(row.allowed.chars().count());
+            }
+        }
         writeln!(f, "{:name$}  {:>measured$}  {:>allowed$}", "checked", "measured", "allowed")?;
 
         for (heading, rows) in &self.parts {

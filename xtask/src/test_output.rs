@@ -76,9 +76,11 @@ impl TestOutput {
 
     /// Makes a package the current one, and adds it if it is new.
     fn begin(&mut self, name: String) {
-        let known = self.packages.iter().position(|package| package.name == name);
-        self.current = known.unwrap_or(self.packages.len());
-        if known.is_none() {
+        self.current = 0;
+        while self.packages.get(self.current).is_some_and(|package| package.name != name) {
+            self.current += 1;
+        }
+        if self.current == self.packages.len() {
             self.packages.push(Package { name, ..Package::default() });
         }
     }

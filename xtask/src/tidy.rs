@@ -1,6 +1,7 @@
 //! `cargo xtask tidy`: layout rules beyond lints.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsStr;
 use std::fs;
 use std::path::Path;
 
@@ -13,7 +14,7 @@ const ARCHITECTURE: &str = "ARCHITECTURE.md";
 const EDGES: &str = "Who may depend on whom";
 
 /// Peers, which only `benches` may depend on, not even for tests.
-const FOR_BENCHES_ONLY: &[&str] = &["parry3d", "obvhs", "del-geo-core"];
+const FOR_BENCHES_ONLY: &[&str] = &["boolmesh", "parry3d", "obvhs", "del-geo-core"];
 
 /// Dependencies of programs only: for command lines, progress and pictures.
 const FOR_PROGRAMS_ONLY: &[&str] = &["clap", "indicatif", "plotters", "anyhow"];
@@ -77,7 +78,8 @@ fn collect(root: &Path, folder: &Path, files: &mut Vec<File>) {
         let path = entry.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         if path.is_dir() {
-            if name != "target" && (!name.starts_with('.') || name == ".ci" || name == ".cargo") {
+            let is_hidden = name.starts_with('.') && ![".ci", ".cargo"].contains(&&*name);
+            if name != "target" && !is_hidden {
                 collect(root, &path, files);
             }
         } else if is_text(&path)
@@ -89,8 +91,9 @@ fn collect(root: &Path, folder: &Path, files: &mut Vec<File>) {
 }
 
 fn is_text(path: &Path) -> bool {
-    let extension = path.extension().and_then(|extension| extension.to_str());
-    matches!(extension, Some("rs" | "toml" | "md" | "sh")) || path.ends_with(".ci/run")
+    let is_known = ["rs", "toml", "md", "sh"].map(OsStr::new);
+    path.extension().is_some_and(|extension| is_known.contains(&extension))
+        || path.ends_with(".ci/run")
 }
 
 fn from_root(root: &Path, path: &Path) -> String {
@@ -106,7 +109,10 @@ fn layers(files: &[File]) -> Problems {
         return vec![format!("{ARCHITECTURE}: missing")];
     };
     let edges = edges(&architecture.text);
-    let packages: BTreeSet<&str> = manifests(files).map(|(folder, _)| name_of(folder)).collect();
+    let mut packages = BTreeSet::new();
+    for (folder, _) in manifests(files) {
+        packages.insert(name_of(folder));
+    }
 
     // Packages off the map, and edges that do not go down.
     let mut problems = Vec::new();
@@ -230,18 +236,19 @@ const STILL_ASKING: &[&str] = &["crates/medial/"];
 /// Finds documentation that begins with a word of [`ASKING`].
 fn asking_docs(files: &[File]) -> Problems {
     let mut problems = Vec::new();
-    let checked = |file: &&File| {
-        file.path.contains("src/")
-            && !STILL_ASKING.iter().any(|folder| file.path.starts_with(folder))
-    };
-    for File { path, text } in rust(files).filter(checked) {
+    for File { path, text } in rust(files) {
+        let is_listed = STILL_ASKING.iter().any(|folder| path.starts_with(folder));
+        if is_listed || !path.contains("src/") {
+            continue;
+        }
+
         // Only the first line of a block of documentation counts.
         let mut is_inside = false;
         for (number, line) in (1..).zip(text.lines()) {
             let line = line.trim_start();
-            let doc = line.strip_prefix("///").or_else(|| line.strip_prefix("//!"));
-            let first = doc.and_then(|doc| doc.split_whitespace().next());
-            if !is_inside && first.is_some_and(|word| ASKING.contains(&word)) {
+            let doc = line.strip_prefix("///").or(line.strip_prefix("//!"));
+            let first = doc.and_then(|doc| doc.split_whitespace().next()).unwrap_or_default();
+            if !is_inside && ASKING.contains(&first) {
                 problems.push(format!("{path}:{number}: begin with a noun or a verb: {line}"));
             }
             is_inside = doc.is_some();

@@ -46,8 +46,10 @@ pub(crate) fn run(root: &Path) -> TaskResult {
 
     // The result counts tests, and rows with a bound.
     let (mut passed, mut failed) = tests.counts();
-    passed += rows.iter().filter(|row| row.verdict == Verdict::Passed).count();
-    failed += rows.iter().filter(|row| row.verdict == Verdict::Failed).count();
+    for row in &rows {
+        passed += usize::from(row.verdict == Verdict::Passed);
+        failed += usize::from(row.verdict == Verdict::Failed);
+    }
 
     // A build that failed, or a test that took its whole program down.
     failed += usize::from(failed == 0 && !tests_ran);

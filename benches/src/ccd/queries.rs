@@ -20,6 +20,8 @@ pub enum QueryKind {
 /// One query: four points at both ends of a step, and the exact answer.
 #[derive(Clone, Copy, Debug)]
 pub struct CcdQuery {
+    /// Primitives that the points make.
+    pub kind: QueryKind,
     /// Points at time 0.
     pub x0: [DVec3; 4],
     /// Points at time 1.
@@ -77,7 +79,7 @@ pub fn read(folder: &Path, name: &str) -> io::Result<QuerySet> {
     let mut queries = Vec::new();
     for (x, &time) in positions.chunks_exact(NUMBERS).zip(times) {
         let (x0, x1) = x.split_at(NUMBERS / 2);
-        queries.push(CcdQuery { x0: points(x0), x1: points(x1), time });
+        queries.push(CcdQuery { kind, x0: points(x0), x1: points(x1), time });
     }
     Ok(QuerySet { name: name.to_owned(), kind, queries })
 }
@@ -89,31 +91,37 @@ fn points(coordinates: &[f64]) -> [DVec3; 4] {
 /// Generates queries at random: points in a unit cube that move by up to half of it.
 #[must_use]
 pub fn random(kind: QueryKind, count: usize) -> QuerySet {
-    let mut generator = Xorshift(0x9e37_79b9_7f4a_7c15);
-    let mut queries = Vec::new();
-    for _ in 0..count {
-        let x0 = generator.points().map(|x| 0.5 * x);
-        let motion = generator.points();
-        let x1 = array::from_fn(|i| x0[i] + 0.5 * motion[i]);
-        queries.push(CcdQuery { x0, x1, time: f64::NAN });
-    }
-    let name = if kind == QueryKind::VertexFace { "random_vf" } else { "random_ee" };
-    QuerySet { name: name.to_owned(), kind, queries }
+    generate("random", kind, count, 0x9e37_79b9_7f4a_7c15, |[start, motion]| {
+        let x0 = start.map(|x| 0.5 * x);
+        [x0, array::from_fn(|i| x0[i] + 0.5 * motion[i])]
+    })
 }
 
 /// Generates degenerate queries: points on a small lattice that move on it, so that many touch at
 /// a corner, at an edge, at an end of the step, or move in one plane.
 #[must_use]
 pub fn on_lattice(kind: QueryKind, count: usize) -> QuerySet {
-    let mut generator = Xorshift(0x2545_f491_4f6c_dd1d);
+    let to_lattice = |ends: [[DVec3; 4]; 2]| ends.map(|x| x.map(|x| (2.0 * x).round()));
+    generate("lattice", kind, count, 0x2545_f491_4f6c_dd1d, to_lattice)
+}
+
+/// Generates queries without answers: `place` maps two sets of points in the unit cube to both
+/// ends of the step.
+fn generate(
+    name: &str,
+    kind: QueryKind,
+    count: usize,
+    seed: u64,
+    place: impl Fn([[DVec3; 4]; 2]) -> [[DVec3; 4]; 2],
+) -> QuerySet {
+    let mut generator = Xorshift(seed);
     let mut queries = Vec::new();
     for _ in 0..count {
-        let x0 = generator.points().map(|x| (2.0 * x).round());
-        let x1 = generator.points().map(|x| (2.0 * x).round());
-        queries.push(CcdQuery { x0, x1, time: f64::NAN });
+        let [x0, x1] = place([generator.points(), generator.points()]);
+        queries.push(CcdQuery { kind, x0, x1, time: f64::NAN });
     }
-    let name = if kind == QueryKind::VertexFace { "lattice_vf" } else { "lattice_ee" };
-    QuerySet { name: name.to_owned(), kind, queries }
+    let suffix = if kind == QueryKind::VertexFace { "vf" } else { "ee" };
+    QuerySet { name: format!("{name}_{suffix}"), kind, queries }
 }
 
 /// Pseudorandom numbers by a 64-bit xorshift.
@@ -150,12 +158,6 @@ impl QuerySet {
     #[must_use]
     pub fn is_labelled(&self) -> bool {
         self.queries.iter().all(|query| !query.time.is_nan())
-    }
-
-    /// Returns every `step`-th query.
-    #[must_use]
-    pub fn thinned(&self, step: usize) -> Vec<CcdQuery> {
-        self.queries.iter().step_by(step).copied().collect()
     }
 
     /// Returns all points at both ends of the step, and the indices of each query's points.

@@ -6,6 +6,8 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+use super::sheet::Settings;
+
 /// A part of a picture.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
@@ -189,7 +191,7 @@ const LETTERS: usize = 205;
 
 /// Wraps settings to lines of a caption.
 #[must_use]
-pub fn caption(settings: &[(&'static str, String)]) -> Vec<String> {
+pub fn caption(settings: &Settings) -> Vec<String> {
     let mut lines = Vec::new();
     for (name, value) in settings {
         let mut line = format!("{name}:");
@@ -243,7 +245,7 @@ mod tests {
     #[test]
     fn captions_fit_their_lines_and_lose_no_word() {
         let value = "word ".repeat(150);
-        let lines = caption(&[("setting", value.trim().to_owned())]);
+        let lines = caption(&vec![("setting", value.trim().to_owned())]);
         assert!(lines.len() > 2 && lines.iter().all(|line| line.len() <= LETTERS));
         assert_eq!(lines.join(" ").matches("word").count(), 150);
     }

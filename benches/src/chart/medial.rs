@@ -6,9 +6,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use plotters::prelude::*;
+use serde_json::json;
 
 use super::curves::{Area, CurveStyle, Drawn, draw_heading, svg};
-use super::sheet::{Cell, Sheet};
+use super::sheet::Sheet;
 
 const WIDTH: u32 = 1200;
 const HEADING: u32 = 44;
@@ -53,13 +54,11 @@ pub fn run(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
 
     let svg = Some(draw(&table)?);
     let settings = vec![("from", "docs/accuracy-medial.md".to_owned())];
-    let columns = vec!["muscle", "balls", "rms [mm]", "larger bound [mm]"];
+    let columns = &["muscle", "balls", "rms [mm]", "larger bound [mm]"];
     let mut rows = Vec::new();
     for (muscle, all) in &table {
         for BallErrors { balls, rms, bound } in all {
-            let mut row = vec![Cell::text(muscle)];
-            row.extend([*balls, *rms, *bound].map(Cell::Number));
-            rows.push(row);
+            rows.push(json!([muscle, balls, rms, bound]));
         }
     }
     Ok(Sheet { name: "medial", svg, settings, columns, rows }.write(folder)?)

@@ -7,6 +7,7 @@ use super::curves::{
     Area, CAPTION_LINE, Curve, CurveStyle, Drawn, FRONT, Panel, caption, draw_caption,
     draw_heading, svg,
 };
+use super::sheet::Settings;
 
 /// Legend entry of a method.
 #[derive(Clone, Copy, Debug)]
@@ -34,44 +35,32 @@ impl MethodKey {
 }
 
 /// Measurement of one method at one setting.
-pub trait Charted {
-    /// Returns the legend entry of the method.
-    fn key(&self) -> MethodKey;
-
-    /// Returns the time, which is drawn upward.
-    fn time(&self) -> f64;
-}
-
-/// A quantity of measurements, with the unit in brackets.
-#[derive(Clone, Copy, Debug)]
-pub struct Quantity<T> {
-    /// Label of an axis or a column.
-    pub label: &'static str,
-    /// Value; `None` for methods that have none.
-    pub of: fn(&T) -> Option<f64>,
+#[derive(Clone, Debug)]
+pub struct Mark {
+    /// Title of its row of panels.
+    pub group: &'static str,
+    /// Name of the method.
+    pub method: &'static str,
+    /// Time, which is drawn upward.
+    pub time: f64,
+    /// Error per column of panels; `None` for methods that have none.
+    pub errors: [Option<f64>; 3],
+    /// Figures in the legend.
+    pub figures: [Option<f64>; 5],
 }
 
 /// A column of panels: time over an error.
 #[derive(Clone, Copy, Debug)]
-pub struct ErrorAxis<T> {
-    /// The error.
-    pub error: Quantity<T>,
+pub struct ErrorAxis {
+    /// Name of the error, with the unit in brackets.
+    pub label: &'static str,
     /// Decimal logarithms of the ends of the axis.
     pub range: [f64; 2],
 }
 
-/// Measurements of a row of panels, or of the legend.
-#[derive(Clone, Debug)]
-pub struct Group<'a, T> {
-    /// Title.
-    pub title: &'a str,
-    /// The measurements.
-    pub rows: Vec<&'a T>,
-}
-
 /// Contents of a poster.
 #[derive(Clone, Debug)]
-pub struct Poster<'a, T> {
+pub struct Poster<'a> {
     /// Heading.
     pub heading: &'static str,
     /// Label of the vertical axes, with the unit in brackets.
@@ -81,15 +70,17 @@ pub struct Poster<'a, T> {
     /// Methods in the order of the legend.
     pub methods: &'a [MethodKey],
     /// Columns of panels.
-    pub errors: &'a [ErrorAxis<T>],
-    /// Columns of the legend.
-    pub figures: &'a [Quantity<T>; 5],
-    /// Rows of panels.
-    pub groups: Vec<Group<'a, T>>,
-    /// Number of the group whose figures are in the legend.
-    pub legend_group: usize,
+    pub errors: [ErrorAxis; 3],
+    /// Names of the figures in the legend.
+    pub figures: [&'static str; 5],
+    /// Titles of the rows of panels.
+    pub groups: &'a [&'static str],
+    /// Title of the group whose figures are in the legend.
+    pub legend_group: &'static str,
+    /// The measurements.
+    pub marks: Vec<Mark>,
     /// Settings of the caption.
-    pub settings: &'a [(&'static str, String)],
+    pub settings: &'a Settings,
 }
 
 const WIDTH: u32 = 1500;
@@ -100,7 +91,7 @@ const LEGEND_TOP: i32 = 24;
 const LEGEND_ROW: i32 = 21;
 const LEGEND_COLUMNS: [i32; 5] = [720, 900, 1080, 1250, 1440];
 
-impl<T: Charted> Poster<'_, T> {
+impl Poster<'_> {
     /// Draws the poster as SVG.
     ///
     /// # Errors
@@ -126,42 +117,50 @@ impl<T: Charted> Poster<'_, T> {
 
     fn draw_panels(&self, area: &Area<'_>) -> Drawn {
         let mut areas = area.split_evenly((self.groups.len(), self.errors.len())).into_iter();
-        for group in &self.groups {
-            for (error, area) in self.errors.iter().zip(areas.by_ref()) {
-                self.panel(group, error).draw(&area)?;
+        for group in self.groups {
+            for (column, area) in (0..self.errors.len()).zip(areas.by_ref()) {
+                self.panel(group, column).draw(&area)?;
             }
         }
         Ok(())
     }
 
-    fn panel(&self, group: &Group<'_, T>, axis: &ErrorAxis<T>) -> Panel {
+    /// Returns the panel of a group over one of the errors.
+    fn panel(&self, group: &str, column: usize) -> Panel {
         let mut curves = Vec::new();
-        for method in self.methods {
-            let rows = rows_of(group, method);
-            let points = rows.iter().filter_map(|row| Some([(axis.error.of)(row)?, row.time()]));
-            curves.push(Curve { style: method.style, points: points.collect() });
+        for MethodKey { name, style, .. } in self.methods {
+            let mut points = Vec::new();
+            for mark in self.marks_of(group, name) {
+                points.extend(mark.errors[column].map(|error| [error, mark.time]));
+            }
+            curves.push(Curve { style: *style, points });
         }
+        let ErrorAxis { label, range } = self.errors[column];
         Panel {
-            title: group.title.to_owned(),
-            x_label: axis.error.label.to_owned(),
+            title: group.to_owned(),
+            x_label: label.to_owned(),
             y_label: self.time_label.to_owned(),
-            x_range: axis.range,
+            x_range: range,
             curves,
         }
     }
 
+    /// Returns the measurements of a method in a group.
+    fn marks_of(&self, group: &str, method: &str) -> impl Iterator<Item = &Mark> {
+        self.marks.iter().filter(move |mark| mark.group == group && mark.method == method)
+    }
+
     /// Draws the names of the methods with their settings and the ranges of their figures.
     fn draw_legend(&self, area: &Area<'_>) -> Drawn {
-        let Some(group) = self.groups.get(self.legend_group) else { return Ok(()) };
-        let heads = self.figures.iter().map(|figure| figure.label.to_owned());
-        draw_row(area, 0, [group.title, "settings, small marks to large"], heads)?;
+        let heads = [self.legend_group, "settings, small marks to large"];
+        draw_row(area, 0, heads, &self.figures.map(str::to_owned))?;
 
         let mut row = 1;
-        for method in self.methods {
-            let rows = rows_of(group, method);
-            let figures = self.figures.iter().map(|figure| range(&rows, figure.of));
-            method.style.sample(area, [40, LEGEND_TOP + LEGEND_ROW * row + 8])?;
-            draw_row(area, row, [method.name, method.settings], figures)?;
+        for MethodKey { name, settings, style } in self.methods {
+            let marks: Vec<&Mark> = self.marks_of(self.legend_group, name).collect();
+            let figures = [0, 1, 2, 3, 4].map(|figure| range(&marks, figure));
+            style.sample(area, [40, LEGEND_TOP + LEGEND_ROW * row + 8])?;
+            draw_row(area, row, [name, settings], &figures)?;
             row += 1;
         }
 
@@ -169,36 +168,27 @@ impl<T: Charted> Poster<'_, T> {
         let y = LEGEND_TOP + LEGEND_ROW * row + 8;
         area.draw(&PathElement::new([(40, y), (70, y)], FRONT.stroke_width(9)))?;
         let front = "Pareto front: nothing is both quicker and more accurate";
-        draw_row(area, row, [front, ""], std::iter::empty())
+        draw_row(area, row, [front, ""], &[])
     }
 }
 
-fn rows_of<'a, T: Charted>(group: &Group<'a, T>, method: &MethodKey) -> Vec<&'a T> {
-    group.rows.iter().copied().filter(|row| row.key().name == method.name).collect()
-}
-
 /// Draws a row of the legend, its figures aligned right.
-fn draw_row(
-    area: &Area<'_>,
-    row: i32,
-    [name, settings]: [&str; 2],
-    figures: impl Iterator<Item = String>,
-) -> Drawn {
+fn draw_row(area: &Area<'_>, row: i32, heads: [&str; 2], figures: &[String]) -> Drawn {
     let y = LEGEND_TOP + LEGEND_ROW * row;
     let text = ("sans-serif", 14).into_font().into_text_style(area);
     let to_right = text.clone().pos(Pos::new(HPos::Right, VPos::Top));
-    area.draw_text(name, &text, (80, y))?;
-    area.draw_text(settings, &text, (300, y))?;
-    for (figure, right) in figures.zip(LEGEND_COLUMNS) {
-        area.draw_text(&figure, &to_right, (right, y))?;
+    area.draw_text(heads[0], &text, (80, y))?;
+    area.draw_text(heads[1], &text, (300, y))?;
+    for (figure, right) in figures.iter().zip(LEGEND_COLUMNS) {
+        area.draw_text(figure, &to_right, (right, y))?;
     }
     Ok(())
 }
 
-/// Formats the values of the first and of the last setting.
-fn range<T>(rows: &[&T], of: fn(&T) -> Option<f64>) -> String {
-    let value = |row: Option<&&T>| row.and_then(|row| of(row)).map(short);
-    match [value(rows.first()), value(rows.last())] {
+/// Formats a figure at the first and at the last setting.
+fn range(marks: &[&Mark], figure: usize) -> String {
+    let value = |mark: Option<&&Mark>| mark.and_then(|mark| mark.figures[figure]).map(short);
+    match [value(marks.first()), value(marks.last())] {
         [Some(first), Some(last)] if first == last => first,
         [Some(first), Some(last)] => format!("{first} … {last}"),
         _ => "–".to_owned(),

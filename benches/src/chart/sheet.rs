@@ -5,14 +5,8 @@ use std::{fs, io};
 
 use serde_json::Value;
 
-/// An entry of a table.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Cell {
-    /// A name.
-    Text(String),
-    /// A value; in files with five digits, and empty where it is not finite.
-    Number(f64),
-}
+/// Settings of a caption: name, and value with unit.
+pub type Settings = Vec<(&'static str, String)>;
 
 /// A picture with its settings and numbers.
 #[derive(Clone, Debug)]
@@ -21,12 +15,13 @@ pub struct Sheet {
     pub name: &'static str,
     /// The picture, if there is one.
     pub svg: Option<String>,
-    /// Settings of the caption: name, and value with unit.
-    pub settings: Vec<(&'static str, String)>,
+    /// Settings of the caption.
+    pub settings: Settings,
     /// Names of the columns, units in brackets.
-    pub columns: Vec<&'static str>,
-    /// Rows with one entry per column.
-    pub rows: Vec<Vec<Cell>>,
+    pub columns: &'static [&'static str],
+    /// Rows: arrays with one text or number per column, or null where a number is missing or not
+    /// finite. Numbers are written with five digits.
+    pub rows: Vec<Value>,
 }
 
 impl Sheet {
@@ -52,8 +47,7 @@ impl Sheet {
     fn csv(&self) -> String {
         let mut text = self.columns.join(",") + "\n";
         for row in &self.rows {
-            let entries: Vec<String> = row.iter().map(Cell::plain).collect();
-            text += &entries.join(",");
+            text += &joined(row, ",", plain_entry);
             text.push('\n');
         }
         text
@@ -61,69 +55,53 @@ impl Sheet {
 
     /// Formats one row per line, so that versions compare line by line.
     fn json(&self) -> String {
-        let setting =
-            |(name, value): &(&str, String)| format!("{}: {}", quoted(name), quoted(value));
-        let settings: Vec<String> = self.settings.iter().map(setting).collect();
-        let columns: Vec<String> = self.columns.iter().map(|column| quoted(column)).collect();
+        let mut settings = Vec::new();
+        for (name, value) in &self.settings {
+            settings.push(format!("{}: {}", Value::from(*name), Value::from(value.as_str())));
+        }
         let mut rows = Vec::new();
         for row in &self.rows {
-            let entries: Vec<String> = row.iter().map(Cell::json).collect();
-            rows.push(format!("[{}]", entries.join(", ")));
+            rows.push(format!("[{}]", joined(row, ", ", json_entry)));
         }
         format!(
             "{{\n  \"settings\": {{\n    {}\n  }},\n  \"columns\": [{}],\n  \"rows\": [\n    {}\n  ]\n}}\n",
             settings.join(",\n    "),
-            columns.join(", "),
+            joined(&Value::from(self.columns), ", ", json_entry),
             rows.join(",\n    ")
         )
     }
 }
 
-impl Cell {
-    /// Returns a name as an entry.
-    #[must_use]
-    pub fn text(text: &str) -> Self {
-        Self::Text(text.to_owned())
-    }
-
-    fn plain(&self) -> String {
-        match self {
-            Self::Text(text) if text.contains([',', '"', '\n']) => {
-                format!("\"{}\"", text.replace('"', "\"\""))
-            }
-            Self::Text(text) => text.clone(),
-            Self::Number(value) if value.is_finite() => digits(*value),
-            Self::Number(_) => String::new(),
-        }
-    }
-
-    fn json(&self) -> String {
-        match self {
-            Self::Text(text) => quoted(text),
-            Self::Number(value) if value.is_finite() => digits(*value),
-            Self::Number(_) => "null".to_owned(),
-        }
-    }
+/// Joins the entries of a row.
+fn joined(row: &Value, separator: &str, entry: fn(&Value) -> String) -> String {
+    let entries: Vec<String> = row.as_array().into_iter().flatten().map(entry).collect();
+    entries.join(separator)
 }
 
-/// Returns a value as an entry, empty for `None`.
-#[must_use]
-pub fn number(value: Option<f64>) -> Cell {
-    Cell::Number(value.unwrap_or(f64::NAN))
+/// Formats an entry of a CSV file: quotes only where they are needed, empty for null.
+fn plain_entry(value: &Value) -> String {
+    match value {
+        Value::Null => String::new(),
+        Value::String(text) if text.contains([',', '"', '\n']) => {
+            format!("\"{}\"", text.replace('"', "\"\""))
+        }
+        Value::String(text) => text.clone(),
+        other => json_entry(other),
+    }
 }
 
 /// Formats five digits without trailing zeros, which rounding of the last bits does not change.
-fn digits(value: f64) -> String {
-    let rounded: f64 = format!("{value:.4e}").parse().unwrap_or(value);
-    rounded.to_string()
-}
-
-fn quoted(text: &str) -> String {
-    Value::from(text).to_string()
+fn json_entry(value: &Value) -> String {
+    value.as_f64().map_or_else(
+        || value.to_string(),
+        |number| format!("{number:.4e}").parse().unwrap_or(number).to_string(),
+    )
 }
 
 #[cfg(test)]
 mod tests {
+    use serde_json::json;
+
     use super::*;
 
     #[test]
@@ -132,14 +110,16 @@ mod tests {
             name: "a",
             svg: None,
             settings: vec![("spring \"soft\"", "1 N".to_owned())],
-            columns: vec!["name", "value [mm]"],
+            columns: &["name", "value [mm]"],
             rows: vec![
-                vec![Cell::text("x"), Cell::Number(0.123_456)],
-                vec![Cell::text("y"), Cell::Number(f64::INFINITY)],
-                vec![Cell::text("z, \"w\""), Cell::Number(-2e-7)],
+                json!(["x", 0.123_456]),
+                json!(["y", f64::INFINITY]),
+                json!(["z, \"w\"", -2e-7]),
+                json!(["v", 100.0]),
             ],
         };
-        assert_eq!(sheet.csv(), "name,value [mm]\nx,0.12346\ny,\n\"z, \"\"w\"\"\",-0.0000002\n");
+        let csv = "name,value [mm]\nx,0.12346\ny,\n\"z, \"\"w\"\"\",-0.0000002\nv,100\n";
+        assert_eq!(sheet.csv(), csv);
         let json = sheet.json();
         assert!(json.contains("\"spring \\\"soft\\\"\": \"1 N\""), "{json}");
         assert!(json.contains("[\"x\", 0.12346],\n    [\"y\", null]"), "{json}");

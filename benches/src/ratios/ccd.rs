@@ -12,7 +12,7 @@ use ::ccd::{CcdParams, MovingPoints};
 use crate::ccd::answers::{Answers, Method, max_time, mean_times};
 use crate::ccd::methods::{certified, del_geo};
 use crate::ccd::queries::{QueryKind, QuerySet, mean_extent, random, read};
-use crate::measure::{Figure, Report, as_f64, nanoseconds};
+use crate::measure::{Report, as_f64, nanoseconds};
 
 /// No bound.
 const ANY: f64 = f64::INFINITY;
@@ -101,24 +101,25 @@ impl Comparison<'_> {
         }
     }
 
-    fn add(&mut self, what: &str, ours: f64, other: Option<f64>, unit: &'static str, allowed: f64) {
-        let name = format!("{}: {what}", self.set.name.trim_start_matches("full/"));
-        self.report.add(&Figure { name, ours, other, unit, allowed });
+    fn name(&self, what: &str) -> String {
+        format!("{}: {what}", self.set.name.trim_start_matches("full/"))
     }
 
     fn times(&mut self) {
-        let (kind, queries) = (self.set.kind, &self.set.queries);
+        let queries = &self.set.queries;
         // A thousandth of the extent, enough to absorb the rounding of positions.
         let apart = CcdParams { min_separation: 1e-3 * mean_extent(queries), ..CcdParams::DEFAULT };
         let methods: [Method<'_>; 3] = [
-            &|query| certified(kind, query, &CcdParams::DEFAULT),
-            &|query| certified(kind, query, &apart),
-            &|query| del_geo(kind, query),
+            &|query| certified(query, &CcdParams::DEFAULT),
+            &|query| certified(query, &apart),
+            &del_geo,
         ];
         let times = mean_times(queries, self.report.rounds(ROUNDS), &methods);
         let [ours, apart, peer] = times[..] else { return };
-        self.add("certified / del-geo-core", ours, Some(peer), "ns", self.limits.time);
-        self.add("separation / certified", apart, Some(ours), "ns", self.limits.separation);
+        let names = ["certified / del-geo-core", "separation / certified"].map(|n| self.name(n));
+        let [beside_peer, of_separation] = names;
+        self.report.ratio(beside_peer, [ours, peer], "ns", self.limits.time);
+        self.report.ratio(of_separation, [apart, ours], "ns", self.limits.separation);
     }
 
     /// Times the filter of a batch, which most candidates end at.
@@ -137,27 +138,26 @@ impl Comparison<'_> {
             }));
         }
         let time = least / as_f64(candidates.len());
-        self.add("batch, filter only", time, None, "ns", self.limits.filter);
+        self.report.cost(self.name("batch, filter only"), time, "ns", self.limits.filter);
     }
 
     fn slowest(&mut self) {
-        let kind = self.set.kind;
         for (label, params) in
             [("slowest", CcdParams::DEFAULT), ("slowest, exact", CcdParams::EXACT)]
         {
-            let time = max_time(&self.set.queries, &|query| certified(kind, query, &params));
-            self.add(label, time * 1e-3, None, "us", 100.0);
+            let time = max_time(&self.set.queries, &|query| certified(query, &params));
+            self.report.cost(self.name(label), time * 1e-3, "us", 100.0);
         }
     }
 
     /// Compares answers with the exact ones: none may be missed or late.
     fn answers(&mut self) {
-        let (kind, limits) = (self.set.kind, self.limits);
+        let limits = self.limits;
         for (method, params, false_alarms) in [
             ("certified", CcdParams::DEFAULT, limits.false_alarms),
             ("exact", CcdParams::EXACT, 0.0),
         ] {
-            let answers = Answers::new(&self.set.queries, &|query| certified(kind, query, &params));
+            let answers = Answers::new(&self.set.queries, &|query| certified(query, &params));
             for (what, value, allowed) in [
                 ("missed", as_f64(answers.missed), 0.0),
                 ("late", as_f64(answers.late), 0.0),
@@ -165,7 +165,7 @@ impl Comparison<'_> {
                 ("median earliness", answers.earliness(50), limits.earliness[0]),
                 ("99 % earliness", answers.earliness(99), limits.earliness[1]),
             ] {
-                self.add(&format!("{method}, {what}"), value, None, "", allowed);
+                self.report.cost(self.name(&format!("{method}, {what}")), value, "", allowed);
             }
         }
     }

@@ -155,8 +155,10 @@ fn queries(mesh: &Mesh, bone: &Bone<'_>, report: &mut Report) {
         .expect("a closed bone");
     let few = &random[..PROJECTED];
     let projected = parry_points(few);
-    let [ours, parry] = report.interleave(
+    report.compare(
+        "2000 points / parry project_point",
         BUDGET,
+        0.01,
         [
             &mut || {
                 field.query_batch(few, &query, &mut samples);
@@ -167,7 +169,6 @@ fn queries(mesh: &Mesh, bone: &Bone<'_>, report: &mut Report) {
             },
         ],
     );
-    report.times("2000 points / parry project_point", ours, parry, 0.01);
 }
 
 /// Returns points within 9 mm of the surface, in the order of the faces.

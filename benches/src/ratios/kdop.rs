@@ -3,12 +3,12 @@
 
 use std::error::Error;
 
-use fixtures::muscle::{Muscle, MuscleScene, Placement, scene};
+use fixtures::muscle::{Muscle, Placement, scene};
 use kdop::{Leaves, Tree, Workspace};
 use parry3d::math::Vector;
 
 use super::kdop_peers::{ParryTree, SweepTree, parry_points, sweep_points};
-use crate::measure::{Report, as_f64};
+use crate::measure::{Report, Side, as_f64};
 
 /// Budget of each comparison \[ms\].
 const BUDGET: u64 = 700;
@@ -55,16 +55,19 @@ pub(super) fn run(report: &mut Report) -> Result<(), Box<dyn Error>> {
         refit(report, size, &oblique.a, &allowed);
 
         let limits = PairLimits { time: allowed.pairs, candidates: 1.0 / 3.0 };
-        pairs(report, &format!("pairs, oblique {size}"), &oblique, limits);
+        let trees = [&oblique.a, &oblique.b].map(Trees::moved);
+        pairs(report, &format!("pairs, oblique {size}"), trees, limits);
         let limits = PairLimits { time: allowed.swept, candidates: 1.0 };
-        swept_pairs(report, &format!("swept pairs {size}"), &oblique, limits);
+        let trees = [&oblique.a, &oblique.b].map(Trees::swept);
+        pairs(report, &format!("swept pairs {size}"), trees, limits);
         self_pairs(report, &format!("self, straight {size}"), &oblique.a, allowed.self_pairs);
         self_pairs(report, &format!("self, bent {size}"), &oblique.u, allowed.self_pairs);
 
         // Muscles along the axes: there, candidates of boxes are few.
         let aligned = scene(faces, Placement::Aligned);
         let limits = PairLimits { time: allowed.aligned, candidates: 1.0 };
-        pairs(report, &format!("pairs, aligned {size}"), &aligned, limits);
+        let trees = [&aligned.a, &aligned.b].map(Trees::moved);
+        pairs(report, &format!("pairs, aligned {size}"), trees, limits);
         memory(report, size, &oblique.a);
     }
     Ok(())
@@ -107,13 +110,9 @@ fn tree(muscle: &Muscle) -> Tree {
 
 fn build(report: &mut Report, size: &str, muscle: &Muscle, allowed: f64) {
     let x = parry_points(&muscle.states[0]);
-    let [ours, parry] = report.interleave(
-        BUDGET,
-        [&mut || tree(muscle).leaf_count(), &mut || {
-            ParryTree::build(&muscle.triangles, &x).leaf_count()
-        }],
-    );
-    report.times(format!("build {size} / parry"), ours, parry, allowed);
+    let mut ours = || tree(muscle).leaf_count();
+    let mut parry = || ParryTree::build(&muscle.triangles, &x).leaf_count();
+    report.compare(format!("build {size} / parry"), BUDGET, allowed, [&mut ours, &mut parry]);
 }
 
 fn refit(report: &mut Report, size: &str, muscle: &Muscle, allowed: &Allowed) {
@@ -135,8 +134,9 @@ fn refit(report: &mut Report, size: &str, muscle: &Muscle, allowed: &Allowed) {
             &mut || bare.refit(&bare_states[flip(d)]),
         ],
     );
-    report.times(format!("refit {size} / parry"), ours, in_place.min(ordered), allowed.refit);
-    report.times(format!("refit {size} / obvhs' bare sweep"), ours, bare, allowed.sweep);
+    let parry = in_place.min(ordered);
+    report.times(format!("refit {size} / parry"), [ours, parry], allowed.refit);
+    report.times(format!("refit {size} / obvhs' bare sweep"), [ours, bare], allowed.sweep);
 }
 
 const fn flip(turn: &mut usize) -> usize {
@@ -150,52 +150,46 @@ struct PairLimits {
     candidates: f64,
 }
 
-fn pairs(report: &mut Report, name: &str, scene: &MuscleScene, limits: PairLimits) {
-    time_pairs(report, name, [&scene.a, &scene.b].map(Trees::moved), limits);
-}
+/// Traversal that collects candidates, and returns their number.
+type Traversal<'a> = &'a mut dyn FnMut(&mut Vec<(u32, u32)>) -> usize;
 
-fn swept_pairs(report: &mut Report, name: &str, scene: &MuscleScene, limits: PairLimits) {
-    time_pairs(report, name, [&scene.a, &scene.b].map(Trees::swept), limits);
-}
-
-fn time_pairs(report: &mut Report, name: &str, [a, b]: [Trees; 2], limits: PairLimits) {
+fn pairs(report: &mut Report, name: &str, [a, b]: [Trees; 2], limits: PairLimits) {
     let mut workspace = Workspace::new();
-    let (mut out, mut parry_out) = (vec![], vec![]);
-    let [ours, parry] = report.interleave(
-        BUDGET,
-        [
-            &mut || {
-                out.clear();
-                a.ours.pairs(&b.ours, 0.0, &mut workspace, |i, j| out.push((i, j)));
-                out.len()
-            },
-            &mut || a.parry.pairs(&b.parry, &mut parry_out),
-        ],
-    );
-    report.times(format!("{name} / parry"), ours, parry, limits.time);
-    let counts = [out.len(), parry_out.len()].map(as_f64);
-    report.ratio(format!("{name}, candidates"), counts, "", limits.candidates);
+    let mut ours = |out: &mut Vec<(u32, u32)>| {
+        out.clear();
+        a.ours.pairs(&b.ours, 0.0, &mut workspace, |i, j| out.push((i, j)));
+        out.len()
+    };
+    let mut parry = |out: &mut Vec<(u32, u32)>| a.parry.pairs(&b.parry, out);
+    traversals(report, name, [&mut ours, &mut parry], limits);
 }
 
+/// Compares self pairs that share no vertex.
 fn self_pairs(report: &mut Report, name: &str, muscle: &Muscle, allowed: f64) {
-    // Pairs that share no vertex, on both sides.
     let Trees { ours, mut parry, .. } = Trees::moved(muscle);
     let mut workspace = Workspace::new();
-    let (mut out, mut parry_out) = (vec![], vec![]);
-    let [time, parry_time] = report.interleave(
-        BUDGET,
-        [
-            &mut || {
-                out.clear();
-                ours.self_pairs(0.0, &mut workspace, |i, j| out.push((i, j)));
-                out.len()
-            },
-            &mut || parry.self_pairs(&mut parry_out),
-        ],
-    );
-    report.times(format!("{name} / parry"), time, parry_time, allowed);
+    let mut ours = |out: &mut Vec<(u32, u32)>| {
+        out.clear();
+        ours.self_pairs(0.0, &mut workspace, |i, j| out.push((i, j)));
+        out.len()
+    };
+    let mut parry = |out: &mut Vec<(u32, u32)>| parry.self_pairs(out);
+    let limits = PairLimits { time: allowed, candidates: 1.0 };
+    traversals(report, name, [&mut ours, &mut parry], limits);
+}
+
+/// Compares times and numbers of candidates.
+fn traversals(
+    report: &mut Report,
+    name: &str,
+    [ours, parry]: [Traversal<'_>; 2],
+    limits: PairLimits,
+) {
+    let (mut out, mut parry_out) = (Vec::new(), Vec::new());
+    let sides: [Side<'_>; 2] = [&mut || ours(&mut out), &mut || parry(&mut parry_out)];
+    report.compare(format!("{name} / parry"), BUDGET, limits.time, sides);
     let counts = [out.len(), parry_out.len()].map(as_f64);
-    report.ratio(format!("{name}, candidates"), counts, "", 1.0);
+    report.ratio(format!("{name}, candidates"), counts, "", limits.candidates);
 }
 
 fn memory(report: &mut Report, size: &str, muscle: &Muscle) {

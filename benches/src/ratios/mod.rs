@@ -5,6 +5,7 @@ mod distance_field;
 mod kdop;
 mod kdop_peers;
 mod medial;
+mod overlap;
 mod response;
 
 use std::error::Error;
@@ -14,11 +15,12 @@ use crate::measure::Report;
 type Run = fn(&mut Report) -> Result<(), Box<dyn Error>>;
 
 /// Crates with figures.
-const GROUPS: [(&str, Run); 5] = [
+const GROUPS: [(&str, Run); 6] = [
     ("ccd", ccd::run),
     ("distance-field", distance_field::run),
     ("kdop", kdop::run),
     ("medial", medial::run),
+    ("overlap", overlap::run),
     ("response", response::run),
 ];
 

@@ -84,9 +84,9 @@ fn sweeps(sheets: &Sheets, report: &mut Report) -> Result<SweepTime, Box<dyn Err
     );
 
     let count = rows.len();
-    report.times(format!("10 sweeps, {count} contacts / plain"), ours, plain, 6.0);
+    report.times(format!("10 sweeps, {count} contacts / plain"), [ours, plain], 6.0);
     if count == 10_000 {
-        report.times("10 sweeps, 10000 contacts / 5 ms", ours, 5e6, 1.0);
+        report.times("10 sweeps, 10000 contacts / 5 ms", [ours, 5e6], 1.0);
     }
     let per_contact = 1.0 / as_f64(SWEEPS * count);
     Ok(SweepTime { solver: ours * per_contact, memory: plain * per_contact })
@@ -98,8 +98,10 @@ fn preparation(sheets: &Sheets, report: &mut Report) -> Outcome {
     let system = ContactSystem::new(&rows, &sheets.inverse_mass, SweepOrder::Colored)?;
     let mut v = sheets.v.clone();
 
-    let [prepared, solved] = report.interleave(
+    report.compare(
+        "preparing 10k contacts / 10 sweeps",
         BUDGET,
+        2.0,
         [
             &mut || {
                 let Ok(rows) = sheets.rows() else { return 0 };
@@ -115,7 +117,6 @@ fn preparation(sheets: &Sheets, report: &mut Report) -> Outcome {
             },
         ],
     );
-    report.times("preparing 10k contacts / 10 sweeps", prepared, solved, 2.0);
     Ok(())
 }
 
@@ -145,8 +146,10 @@ fn products(sheets: &Sheets, report: &mut Report) -> Outcome {
 
     let mut free = vec![DVec3::ZERO; sheets.x.len()];
     let mut stored = free.clone();
-    let [ours, from_blocks] = report.interleave(
+    report.compare(
+        "K dx without a matrix / from blocks",
         BUDGET,
+        1.0,
         [
             &mut || {
                 soft.add_stiffness(&sheets.v, &mut free);
@@ -160,7 +163,6 @@ fn products(sheets: &Sheets, report: &mut Report) -> Outcome {
             },
         ],
     );
-    report.times("K dx without a matrix / from blocks", ours, from_blocks, 1.0);
     Ok(())
 }
 
@@ -200,7 +202,7 @@ fn permanent(mut sheets: Sheets, report: &mut Report) -> Outcome {
             },
         ],
     );
-    report.times("10k contacts stick / found anew", stuck, found, 0.2);
-    report.times("10k contacts slide / found anew", slid, found, 1.0);
+    report.times("10k contacts stick / found anew", [stuck, found], 0.2);
+    report.times("10k contacts slide / found anew", [slid, found], 1.0);
     Ok(())
 }

@@ -13,11 +13,12 @@ use musculo_collide::{
     BodyId, Detection, DetectionMethod, ForcedMethod, OperationCounts, PairId, Plan, PlanParams,
     Progress, Scene, machine_factor,
 };
+use serde_json::{Value, json};
 
 use super::scene::{FRAMES, MovingBodies};
 use super::task::{PairGroup, Task};
 use crate::chart::curves::machine;
-use crate::chart::sheet::{Cell, Sheet};
+use crate::chart::sheet::Sheet;
 use crate::measure::as_f64;
 
 /// Names of the kinds of operations, in the order of [`OperationCounts::to_array`].
@@ -29,33 +30,16 @@ const KINDS: [&str; 5] = [
     "vertex among balls",
 ];
 
-/// Plans that are timed: a method, forced on a group of pairs, at several tolerances \[mm\].
-struct Series {
-    group: PairGroup,
-    method: DetectionMethod,
-    tolerances: &'static [f64],
-}
-
 const TOLERANCES: [f64; 5] = [2.0, 1.0, 0.5, 0.2, 0.1];
 
+/// Plans that are timed: a method, forced on a group of pairs, at the first tolerances \[mm\].
+///
 /// Fields take memory and balls long to build, so there are fewer of them.
-const SERIES: [Series; 4] = [
-    Series {
-        group: PairGroup::Bone,
-        method: DetectionMethod::Field,
-        tolerances: TOLERANCES.split_at(3).0,
-    },
-    Series { group: PairGroup::Bone, method: DetectionMethod::Surfaces, tolerances: &TOLERANCES },
-    Series {
-        group: PairGroup::Muscles,
-        method: DetectionMethod::Surfaces,
-        tolerances: &TOLERANCES,
-    },
-    Series {
-        group: PairGroup::Muscles,
-        method: DetectionMethod::Medial,
-        tolerances: TOLERANCES.split_at(2).0,
-    },
+const SERIES: [(PairGroup, DetectionMethod, usize); 4] = [
+    (PairGroup::Bone, DetectionMethod::Field, 3),
+    (PairGroup::Bone, DetectionMethod::Surfaces, 5),
+    (PairGroup::Muscles, DetectionMethod::Surfaces, 5),
+    (PairGroup::Muscles, DetectionMethod::Medial, 2),
 ];
 
 /// Frame in which muscles are pressed on the bone most, and how often it is timed.
@@ -94,20 +78,20 @@ pub fn run(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
         rows.push(row(plan, *seconds, product(counts, &in_use)));
     }
     let settings = vec![("time", TIME.to_owned()), ("machine", machine())];
-    let columns = vec!["work", "measured [ns]", "predicted [ns]"];
+    let columns = &["work", "measured [ns]", "predicted [ns]"];
     Ok(Sheet { name: "costs", svg: None, settings, columns, rows }.write(folder)?)
 }
 
-fn row(name: &str, measured: f64, predicted: f64) -> Vec<Cell> {
-    vec![Cell::text(name), Cell::Number(1e9 * measured), Cell::Number(1e9 * predicted)]
+fn row(name: &str, measured: f64, predicted: f64) -> Value {
+    json!([name, 1e9 * measured, 1e9 * predicted])
 }
 
 fn timed_frames() -> Result<Vec<TimedFrame>, Box<dyn Error>> {
     let moving = MovingBodies::fixture();
     let mut frames = Vec::new();
-    for Series { group, method, tolerances } in SERIES {
+    for (group, method, count) in SERIES {
         let task = Task::new(&moving, group)?;
-        for tolerance in tolerances {
+        for tolerance in &TOLERANCES[..count] {
             frames.extend(timed_plan(&task, method, *tolerance)?);
         }
     }

@@ -2,10 +2,11 @@
 
 use std::time::{Duration, Instant};
 
-use super::methods::{self, Candidate, ChartedMethod, Detector, Failure, SharedStructures};
+use super::methods::{self, Candidate, Detector, Failure, SharedStructures};
 use super::scene::MovingBodies;
 use super::score::Score;
 use super::task::{PairGroup, Task};
+use crate::chart::poster::MethodKey;
 use crate::measure::as_f64;
 
 /// Accuracy, time and memory of a method at one setting.
@@ -14,7 +15,7 @@ pub(super) struct Measurement {
     /// Group of the pairs.
     pub(super) group: PairGroup,
     /// The method.
-    pub(super) method: ChartedMethod,
+    pub(super) method: MethodKey,
     /// Its setting.
     pub(super) setting: String,
     /// Its errors.
@@ -74,7 +75,7 @@ impl Measurements {
                 Ok(run) => runs.push(run),
                 Err(error) => {
                     let Candidate { method, setting, .. } = candidate;
-                    self.refusals.push(format!("{}, {setting}: {error}", method.key().name));
+                    self.refusals.push(format!("{}, {setting}: {error}", method.name));
                 }
             }
         }

@@ -5,7 +5,6 @@
 //! detection between the surfaces; times are of one thread, methods in turns.
 
 pub mod costs;
-mod draw;
 mod measure;
 mod methods;
 mod scene;
@@ -15,11 +14,15 @@ mod task;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
+use serde_json::{Value, json};
+
 use self::measure::{Measurement, measure_all};
+use self::methods::METHODS;
 use self::scene::{FRAMES, MovingBodies, PRESS, SHORTENING};
 use self::task::PairGroup;
 use super::curves::machine;
-use super::sheet::{Cell, Sheet, number};
+use super::poster::{ErrorAxis, Mark, Poster};
+use super::sheet::{Settings, Sheet};
 
 /// Draws the pictures of the fixture scene and, where it is available, of real anatomy.
 ///
@@ -49,12 +52,49 @@ fn draw_scene(
     measured.refusals.dedup();
     settings.extend(measured.refusals.into_iter().map(|refusal| ("refused", refusal)));
 
-    let svg = Some(draw::draw(&measured.rows, &settings)?);
+    let svg = Some(draw(&measured.rows, &settings)?);
     let rows = measured.rows.iter().map(row).collect();
-    Ok(Sheet { name, svg, settings, columns: COLUMNS.into(), rows }.write(folder)?)
+    Ok(Sheet { name, svg, settings, columns: COLUMNS, rows }.write(folder)?)
 }
 
-fn settings(moving: &MovingBodies) -> Vec<(&'static str, String)> {
+/// Titles of the rows of panels.
+const BONE: &str = "bone and muscles";
+const MUSCLES: &str = "muscles with each other";
+
+/// Draws the picture as SVG: a row per group of pairs, a column per measure of error.
+fn draw(measured: &[Measurement], settings: &Settings) -> Result<String, Box<dyn Error>> {
+    let poster = Poster {
+        heading: "Depths of vertices inside other bodies: time per frame over error, by method",
+        time_label: "time per frame [ms]",
+        row_height: 400,
+        methods: &METHODS,
+        errors: [
+            ErrorAxis { label: "max error of a depth [mm]", range: [-3.0, 1.0] },
+            ErrorAxis { label: "rms error of depths [mm]", range: [-3.0, 1.0] },
+            ErrorAxis { label: "missed or invented [share]", range: [-4.0, 1.0] },
+        ],
+        figures: ["build [ms]", "held [MB]", "frame [ms]", "max error [mm]", "missed, invented"],
+        groups: &[BONE, MUSCLES],
+        legend_group: BONE,
+        marks: measured.iter().map(mark).collect(),
+        settings,
+    };
+    poster.draw()
+}
+
+fn mark(m: &Measurement) -> Mark {
+    let [max, rms] = [m.score.max(), m.score.rms()];
+    let wrong = Some(m.score.missed() + m.score.invented());
+    Mark {
+        group: if m.group == PairGroup::Bone { BONE } else { MUSCLES },
+        method: m.method.name,
+        time: m.frame,
+        errors: [max, rms, wrong],
+        figures: [Some(m.build), Some(m.held), Some(m.frame), max, wrong],
+    }
+}
+
+fn settings(moving: &MovingBodies) -> Settings {
     let shortening = 100.0 * SHORTENING;
     let motion = format!(
         "{FRAMES} frames; muscles shortened by up to {shortening:.0} % at constant volume and pressed up to {PRESS} mm toward the bone"
@@ -73,7 +113,7 @@ const ERROR: &str = "of the depth at each vertex that is inside, or reported to 
 const MISSED: &str = "of the vertices inside; average-case trees: of overlapping pairs, selected pairs: of crossing faces";
 const TIME: &str = "per frame: bodies followed and all pairs detected; minimum of several, mean over frames, methods in turns; average-case trees of muscles are built in each";
 
-const COLUMNS: [&str; 11] = [
+const COLUMNS: &[&str] = &[
     "pairs",
     "method",
     "setting",
@@ -87,14 +127,22 @@ const COLUMNS: [&str; 11] = [
     "allocated in a frame [MB]",
 ];
 
-fn row(m: &Measurement) -> Vec<Cell> {
-    let pairs = match m.group {
-        PairGroup::Bone => "bone and muscles",
-        PairGroup::Muscles => "muscles",
-    };
-    let mut row = [pairs, m.method.key().name, &m.setting].map(Cell::text).to_vec();
-    row.extend([m.score.max(), m.score.rms()].map(number));
-    let rest = [m.score.missed(), m.score.invented(), m.frame, m.build, m.held, m.allocated];
-    row.extend(rest.map(Cell::Number));
-    row
+fn row(m: &Measurement) -> Value {
+    let pairs = if m.group == PairGroup::Bone { BONE } else { "muscles" };
+    let (score, method) = (&m.score, m.method.name);
+    let errors = [score.max(), score.rms()];
+    let shares = [score.missed(), score.invented()];
+    json!([
+        pairs,
+        method,
+        m.setting,
+        errors[0],
+        errors[1],
+        shares[0],
+        shares[1],
+        m.frame,
+        m.build,
+        m.held,
+        m.allocated,
+    ])
 }

@@ -12,6 +12,7 @@ use super::{
     ZETA, limits,
 };
 use crate::chart::curves::{Area, Drawn, svg};
+use crate::chart::sheet::Settings;
 
 const SIZE: (u32, u32) = (1500, 1790);
 const HEAD: u32 = 60;
@@ -48,10 +49,7 @@ const COLORS: [RGBColor; 4] = [
 const MAX_RADIUS: f64 = 3.0;
 
 /// Draws the picture as SVG.
-pub(super) fn draw(
-    numbers: &Stability,
-    settings: &[(&'static str, String)],
-) -> Result<String, Box<dyn Error>> {
+pub(super) fn draw(numbers: &Stability, settings: &Settings) -> Result<String, Box<dyn Error>> {
     svg(SIZE, |area| {
         let (head, rest) = area.split_vertically(HEAD);
         let (body, foot) = rest.split_vertically(SIZE.1 - HEAD - FOOT);
@@ -212,7 +210,7 @@ fn gain_panel(area: &Area<'_>, row: &GainRow, gain: &Gain) -> Drawn {
 }
 
 /// Draws the keys of colors and lines, and the settings.
-fn legend(area: &Area<'_>, settings: &[(&'static str, String)]) -> Drawn {
+fn legend(area: &Area<'_>, settings: &Settings) -> Drawn {
     let text = ("sans-serif", 14).into_font().into_text_style(area);
     // Bands and the line of known limits.
     let mut x = 40;

@@ -16,9 +16,10 @@ use std::path::{Path, PathBuf};
 
 use response::ResponseError;
 use response::stability::{HardRow, Holding, Scheme, StabilityCase};
+use serde_json::{Value, json};
 
 use self::map::{CellMap, GridAxis, Scale};
-use super::sheet::{Cell, Sheet};
+use super::sheet::{Settings, Sheet};
 
 /// Damping ratio of the maps over stiffness and step.
 const ZETA: f64 = 0.1;
@@ -194,11 +195,11 @@ pub fn run(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
     let numbers = Stability::compute()?;
     let settings = settings();
     let svg = Some(draw::draw(&numbers, &settings)?);
-    let columns = vec!["response", "integrator", "x", "y", "value"];
+    let columns = &["response", "integrator", "x", "y", "value"];
     Ok(Sheet { name: "stability", svg, settings, columns, rows: numbers.rows() }.write(folder)?)
 }
 
-fn settings() -> Vec<(&'static str, String)> {
+fn settings() -> Settings {
     let springs = format!(
         "two-sided, damping ratio {ZETA}; spectral radius of a step; dashed: a stack of {STACK} masses on equal springs"
     );
@@ -243,24 +244,21 @@ impl Stability {
     }
 
     /// Returns the rows of the table.
-    fn rows(&self) -> Vec<Vec<Cell>> {
+    fn rows(&self) -> Vec<Value> {
         // Maps cell by cell, then gains by the number of the response.
         let mut rows = Vec::new();
-        let mut add = |response: &str, scheme: Scheme, values: [f64; 3]| {
-            let names = [response, scheme.name()].map(Cell::text);
-            rows.push(names.into_iter().chain(values.map(Cell::Number)).collect());
-        };
-
         for (MapRow { name, .. }, maps) in MAP_ROWS.iter().zip(&self.maps) {
             for map in maps {
-                map.cells().for_each(|cell| add(name, map.scheme, cell));
+                for [x, y, value] in map.cells() {
+                    rows.push(json!([name, map.scheme.name(), x, y, value]));
+                }
             }
         }
         for (GainRow { name, .. }, gains) in GAIN_ROWS.iter().zip(&self.gains) {
             for gain in gains {
                 for (copies, radii) in &gain.radii {
-                    for (number, &radius) in (1_u32..).zip(radii) {
-                        add(name, gain.scheme, [*copies, f64::from(number), radius]);
+                    for (number, radius) in (1..).zip(radii) {
+                        rows.push(json!([name, gain.scheme.name(), copies, number, radius]));
                     }
                 }
             }

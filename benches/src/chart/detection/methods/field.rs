@@ -8,7 +8,7 @@ use surface::progress::Progress;
 
 use super::super::score::Answer;
 use super::super::task::{Direction, Task};
-use super::{ChartedMethod, Detector, Failure};
+use super::{Detector, Failure};
 
 /// Padding of the field around the bone \[mm\].
 const PADDING: f64 = 5.0;
@@ -30,19 +30,16 @@ pub(super) struct FieldDetection<'a> {
 /// When the field cannot be built, or the scene refuses a body.
 pub(super) fn detector<'a>(
     task: &'a Task<'a>,
-    method: ChartedMethod,
+    by_voxels: bool,
     spacing: f64,
     detector: &'a OnceCell<FieldDetector>,
 ) -> Result<FieldDetection<'a>, Failure> {
-    let params = FieldParams { padding: PADDING, samples: 0, ..FieldParams::new(spacing) };
-    let method = match method {
+    let mut params =
+        FieldParams { padding: PADDING, samples: 0, truncation: None, ..FieldParams::new(spacing) };
+    if by_voxels {
         // The source's lines leave holes in coarse faces, through which its flood fill leaks.
-        ChartedMethod::VoxelField => {
-            FieldMethod::Voxel { voxelization: Voxelization::SixSeparating }
-        }
-        _ => params.method,
-    };
-    let params = FieldParams { method, truncation: None, ..params };
+        params.method = FieldMethod::Voxel { voxelization: Voxelization::SixSeparating };
+    }
     let bone = &task.moving.bodies[0];
     let built = DistanceField::build(bone.surface(), bone.positions(), &params, Progress::none())?;
 

@@ -42,79 +42,47 @@ type Build<'a> = Box<dyn Fn() -> Result<Box<dyn Detector + 'a>, Failure> + 'a>;
 /// A method at one setting.
 pub(super) struct Candidate<'a> {
     /// The method.
-    pub(super) method: ChartedMethod,
+    pub(super) method: MethodKey,
     /// The setting.
     pub(super) setting: String,
     /// Builds its structures.
     pub(super) build: Build<'a>,
 }
 
-/// Methods in the order of the legend.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum ChartedMethod {
-    /// Full surfaces.
-    Surfaces,
-    /// Surfaces on fewer of their own vertices.
-    Reduced,
-    /// Distance fields with an exact band.
-    Field,
-    /// Distance fields between voxels.
-    VoxelField,
-    /// Balls, cones and slabs.
-    Medial,
-    /// The same, with feet on the bare faces.
-    MedialBareFace,
-    /// Spatial hashing of faces.
-    Hash,
-    /// Layered depth images.
-    Images,
-    /// Average-case trees.
-    AverageCase,
-    /// Random pairs of faces.
-    SelectedPairs,
-}
-
-impl ChartedMethod {
-    /// All methods.
-    pub(super) const ALL: [Self; 10] = [
-        Self::Surfaces,
-        Self::Reduced,
-        Self::Field,
-        Self::VoxelField,
-        Self::Medial,
-        Self::MedialBareFace,
-        Self::Hash,
-        Self::Images,
-        Self::AverageCase,
-        Self::SelectedPairs,
-    ];
-
-    /// Returns the legend entry; rings mark methods of the source that are improved on.
-    #[must_use]
-    pub(super) const fn key(self) -> MethodKey {
-        let (name, settings, color) = match self {
-            Self::Surfaces => ("exact surfaces", "full", 0),
-            Self::Reduced => ("reduced surfaces", "within 2, 1, 0.5, 0.2 mm", 0x80_80_80),
-            Self::Field => ("distance field (exact band)", SPACINGS, 0x1f_6f_b4),
-            Self::VoxelField => ("distance field (voxels)", SPACINGS, 0x1f_6f_b4),
-            Self::Medial => ("medial (exact feet)", BALLS, 0x2c_8c_3c),
-            Self::MedialBareFace => ("medial (bare faces)", BALLS, 0x2c_8c_3c),
-            Self::Hash => ("spatial hash", "cells of 8, 4, 2, 1, 0.5 edges", 0xe0_7b_00),
-            Self::Images => ("layered depth images", "16, 32, 64, 128, 256 pixels", 0xb5_26_2e),
-            Self::AverageCase => {
-                ("average-case trees", "accepted from 0.5, 0.9, 0.99, 1 on", 0x7a_4f_b0)
-            }
-            Self::SelectedPairs => {
-                ("selected pairs", "100, 1000, 10,000, 100,000 tests per step", 0xd0_4f_a6)
-            }
-        };
-        let key = MethodKey::new(name, settings, color);
-        if matches!(self, Self::VoxelField | Self::MedialBareFace) { key.hollow() } else { key }
-    }
-}
-
 const SPACINGS: &str = "spacing 4, 2, 1, 0.5 mm";
 const BALLS: &str = "25, 50, 100, 200, 400 balls";
+
+const SURFACES: MethodKey = MethodKey::new("exact surfaces", "full", 0);
+const REDUCED: MethodKey =
+    MethodKey::new("reduced surfaces", "within 2, 1, 0.5, 0.2 mm", 0x80_80_80);
+const FIELD: MethodKey = MethodKey::new("distance field (exact band)", SPACINGS, 0x1f_6f_b4);
+const VOXEL_FIELD: MethodKey =
+    MethodKey::new("distance field (voxels)", SPACINGS, 0x1f_6f_b4).hollow();
+const MEDIAL: MethodKey = MethodKey::new("medial (exact feet)", BALLS, 0x2c_8c_3c);
+const MEDIAL_BARE_FACE: MethodKey =
+    MethodKey::new("medial (bare faces)", BALLS, 0x2c_8c_3c).hollow();
+const HASH: MethodKey =
+    MethodKey::new("spatial hash", "cells of 8, 4, 2, 1, 0.5 edges", 0xe0_7b_00);
+const IMAGES: MethodKey =
+    MethodKey::new("layered depth images", "16, 32, 64, 128, 256 pixels", 0xb5_26_2e);
+const AVERAGE_CASE: MethodKey =
+    MethodKey::new("average-case trees", "accepted from 0.5, 0.9, 0.99, 1 on", 0x7a_4f_b0);
+const SELECTED_PAIRS: MethodKey =
+    MethodKey::new("selected pairs", "100, 1000, 10,000, 100,000 tests per step", 0xd0_4f_a6);
+
+/// Methods in the order of the legend; rings mark methods of the source that are improved on.
+pub(super) const METHODS: [MethodKey; 10] = [
+    SURFACES,
+    REDUCED,
+    FIELD,
+    VOXEL_FIELD,
+    MEDIAL,
+    MEDIAL_BARE_FACE,
+    HASH,
+    IMAGES,
+    AVERAGE_CASE,
+    SELECTED_PAIRS,
+];
 
 /// Structures that several detectors share.
 #[derive(Debug, Default)]
@@ -135,49 +103,45 @@ pub(super) fn candidates<'a>(
     let mut list = CandidateList(Vec::new());
 
     // Surfaces, full and reduced.
-    list.add(ChartedMethod::Surfaces, "exact", || surfaces::exact(task));
+    list.add(SURFACES, "exact", || surfaces::exact(task));
     for deviation in [2.0, 1.0, 0.5, 0.2] {
         let setting = format!("within {deviation} mm");
-        list.add(ChartedMethod::Reduced, setting, move || surfaces::reduced(task, deviation));
+        list.add(REDUCED, setting, move || surfaces::reduced(task, deviation));
     }
 
     // Fields of the bone, and balls of the muscles.
     if task.group == PairGroup::Bone {
-        for (method, fields) in
-            [ChartedMethod::Field, ChartedMethod::VoxelField].into_iter().zip(&shared.fields)
-        {
+        for (key, fields) in [FIELD, VOXEL_FIELD].into_iter().zip(&shared.fields) {
             for (spacing, field) in [4.0, 2.0, 1.0, 0.5].into_iter().zip(fields) {
-                let build = move || field::detector(task, method, spacing, field);
-                list.add(method, format!("{spacing} mm"), build);
+                let by_voxels = key.name == VOXEL_FIELD.name;
+                let build = move || field::detector(task, by_voxels, spacing, field);
+                list.add(key, format!("{spacing} mm"), build);
             }
         }
     }
-    for (method, rule) in [
-        (ChartedMethod::Medial, FootRule::Exact),
-        (ChartedMethod::MedialBareFace, FootRule::BareFace),
-    ] {
+    for (key, rule) in [(MEDIAL, FootRule::Exact), (MEDIAL_BARE_FACE, FootRule::BareFace)] {
         for balls in [25, 50, 100, 200, 400] {
             let build = move || medial::detector(task, balls, rule, &shared.medial);
-            list.add(method, format!("{balls} balls"), build);
+            list.add(key, format!("{balls} balls"), build);
         }
     }
 
     // Methods to compare with.
     for edges in [8.0, 4.0, 2.0, 1.0, 0.5] {
         let build = move || Ok(baselines::spatial_hash(task, edges));
-        list.add(ChartedMethod::Hash, format!("cells of {edges} edges"), build);
+        list.add(HASH, format!("cells of {edges} edges"), build);
     }
     for resolution in [16, 32, 64, 128, 256] {
         let build = move || Ok(baselines::layered_depth(task, resolution));
-        list.add(ChartedMethod::Images, format!("{resolution} pixels"), build);
+        list.add(IMAGES, format!("{resolution} pixels"), build);
     }
     for acceptance in [0.5, 0.9, 0.99, 1.0] {
         let build = move || baselines::average_case(task, acceptance);
-        list.add(ChartedMethod::AverageCase, format!("from {acceptance} on"), build);
+        list.add(AVERAGE_CASE, format!("from {acceptance} on"), build);
     }
     for max_tests in [100, 1000, 10_000, 100_000] {
         let build = move || Ok(baselines::selected_pairs(task, max_tests));
-        list.add(ChartedMethod::SelectedPairs, format!("{max_tests} tests"), build);
+        list.add(SELECTED_PAIRS, format!("{max_tests} tests"), build);
     }
     list.0
 }
@@ -187,7 +151,7 @@ struct CandidateList<'a>(Vec<Candidate<'a>>);
 impl<'a> CandidateList<'a> {
     fn add<D: Detector + 'a>(
         &mut self,
-        method: ChartedMethod,
+        method: MethodKey,
         setting: impl Into<String>,
         build: impl Fn() -> Result<D, Failure> + 'a,
     ) {
