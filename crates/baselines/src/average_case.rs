@@ -125,8 +125,10 @@ impl AverageCaseTree {
         range: Range<usize>,
     ) -> u32 {
         let faces = &mut self.faces[range.clone()];
-        let bounds =
-            faces.iter().fold(Aabb::EMPTY, |bounds, &face| bounds.union(body.face_bounds(face)));
+        let mut bounds = Aabb::EMPTY;
+        for &face in &*faces {
+            bounds = bounds.union(body.face_bounds(face));
+        }
         let filled = filled_share(body, faces, bounds, params);
         let node = self.nodes.len();
         let children = Children::Faces([index(range.start), index(range.end)]);
@@ -201,8 +203,12 @@ fn filled_share(
         let corners = body.corners(face);
         let [a, b, c] = corners;
         let extent = (b - a).abs().max((c - a).abs()).max((c - b).abs());
-        let in_cells = (extent / cell).to_array().into_iter().filter(|x| x.is_finite());
-        let pieces = clamp_count(in_cells.fold(1.0, f64::max).ceil(), MAX_PIECES);
+        // A flat box has cells without height, and counts none of them.
+        let mut in_cells = 1.0_f64;
+        for x in (extent / cell).to_array() {
+            in_cells = if x.is_finite() { in_cells.max(x) } else { in_cells };
+        }
+        let pieces = clamp_count(in_cells.ceil(), MAX_PIECES);
         let area = triangle::area(corners) / f64::from(pieces * pieces);
         for_each_piece(pieces, |s, t| {
             let from_corner = (a + (b - a) * s + (c - a) * t - bounds.min) / cell;
@@ -270,10 +276,14 @@ impl Search<'_> {
         (false, 0.0)
     }
 
+    fn nodes(&self, [a, b]: [u32; 2]) -> [&Node; 2] {
+        [&self.trees[0].nodes[a as usize], &self.trees[1].nodes[b as usize]]
+    }
+
     /// Tests the boxes of two nodes, and keeps the pair if they overlap.
     fn open(&mut self, nodes: [u32; 2]) {
         self.tests += 1;
-        let [a, b] = [0, 1].map(|i| &self.trees[i].nodes[nodes[i] as usize]);
+        let [a, b] = self.nodes(nodes);
         if a.bounds.overlaps(b.bounds) {
             let probability = TotalF64(probability(a, b, self.params.cells));
             self.open.push(NodePair { probability, nodes: Reverse(nodes) });
@@ -283,8 +293,7 @@ impl Search<'_> {
     /// Opens the children of a pair; returns true if faces in it cross.
     fn expand(&mut self, nodes: [u32; 2]) -> bool {
         let [first, second] = nodes;
-        let children = [0, 1].map(|i| self.trees[i].nodes[nodes[i] as usize].children);
-        let (firsts, seconds) = match children {
+        let (firsts, seconds) = match self.nodes(nodes).map(|node| node.children) {
             [Children::Faces(a), Children::Faces(b)] => return self.faces_cross([a, b]),
             [Children::Nodes(a), Children::Nodes(b)] => (a.to_vec(), b.to_vec()),
             [Children::Nodes(a), Children::Faces(_)] => (a.to_vec(), vec![second]),
@@ -299,12 +308,12 @@ impl Search<'_> {
     }
 
     fn faces_cross(&mut self, ranges: [[u32; 2]; 2]) -> bool {
-        let faces_of = |i: usize| {
+        let [first, second] = [0, 1].map(|i| {
             let [start, end] = ranges[i];
             &self.trees[i].faces[start as usize..end as usize]
-        };
-        for &f in faces_of(0) {
-            for &g in faces_of(1) {
+        });
+        for &f in first {
+            for &g in second {
                 self.tests += 1;
                 let corners = [self.bodies[0].corners(f), self.bodies[1].corners(g)];
                 if triangles_meet(corners[0], corners[1]) == Meeting::Crossing {

@@ -47,16 +47,11 @@ impl CellGrid {
         (x0..=x1).flat_map(move |x| (y0..=y1).flat_map(move |y| (z0..=z1).map(move |z| [x, y, z])))
     }
 
-    /// Counts the cells that boxes cover.
-    ///
-    /// Refuses more cells than a table holds, and cells that cannot be numbered.
-    pub(crate) fn count_cells(
-        self,
-        boxes: impl Iterator<Item = Aabb>,
-    ) -> Result<usize, BaselineError> {
+    /// Refuses boxes that cover more cells than a table holds, or cells that cannot be numbered.
+    pub(crate) fn check_cells(self, items: &[BoxedItem]) -> Result<(), BaselineError> {
         // In floating point, which neither wraps nor ends.
         let mut cells = 0.0;
-        for bounds in boxes {
+        for BoxedItem { bounds, .. } in items {
             let (min, max) = (self.coordinates(bounds.min), self.coordinates(bounds.max));
             let is_numbered = min.abs().max(max.abs()).max_element() < MAX_CELL;
             cells += if is_numbered { (max - min + 1.0).element_product() } else { f64::INFINITY };
@@ -68,13 +63,7 @@ impl CellGrid {
             let (cell_size, limit) = (self.size, MAX_ENTRIES);
             return Err(BaselineError::TooManyCells { cell_size, cells, limit });
         }
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a count below the limit"
-        )]
-        let count = cells as usize;
-        Ok(count)
+        Ok(())
     }
 }
 
@@ -87,26 +76,30 @@ pub(crate) struct BoxedItem {
 
 /// Hash table of items by the cells that their boxes cover.
 #[derive(Debug)]
-pub(crate) struct CellTable {
+pub(crate) struct CellTable<'a> {
     grid: CellGrid,
+    items: &'a [BoxedItem],
     /// Offsets of the slots' entries, and the number of entries.
     offsets: Vec<usize>,
+    /// Cells with their items, by their places in the list.
     entries: Vec<(Cell, u32)>,
 }
 
-impl CellTable {
+impl<'a> CellTable<'a> {
     /// Builds a table with a number of slots.
     pub(crate) fn new(
         grid: CellGrid,
         slots: u32,
-        items: &[BoxedItem],
+        items: &'a [BoxedItem],
     ) -> Result<Self, BaselineError> {
-        let count = grid.count_cells(items.iter().map(|item| item.bounds))?;
+        grid.check_cells(items)?;
 
         // Counting sort: first the number of entries per slot, then their offsets.
         let mut offsets = vec![0; slots as usize + 1];
-        for cell in items.iter().flat_map(|item| grid.cells(item.bounds)) {
-            offsets[slot_of(cell, slots) + 1] += 1;
+        for item in items {
+            for cell in grid.cells(item.bounds) {
+                offsets[slot_of(cell, slots) + 1] += 1;
+            }
         }
         for slot in 0..slots as usize {
             offsets[slot + 1] += offsets[slot];
@@ -114,40 +107,31 @@ impl CellTable {
 
         // Each entry goes to the next free place of its slot.
         let mut next = offsets.clone();
-        let mut entries = vec![([0; 3], 0); count];
-        for item in items {
+        let mut entries = vec![([0; 3], 0); offsets[slots as usize]];
+        for (number, item) in (0..).zip(items) {
             for cell in grid.cells(item.bounds) {
                 let place = &mut next[slot_of(cell, slots)];
-                entries[*place] = (cell, item.item);
+                entries[*place] = (cell, number);
                 *place += 1;
             }
         }
-        Ok(Self { grid, offsets, entries })
+        Ok(Self { grid, items, offsets, entries })
     }
 
     /// Visits the items in cells that a box covers, each once: in the first cell common to both
-    /// boxes. `bounds` returns the box of an item.
-    pub(crate) fn for_each_near(
-        &self,
-        query: Aabb,
-        bounds: impl Fn(u32) -> Aabb,
-        mut visit: impl FnMut(u32),
-    ) {
+    /// boxes.
+    pub(crate) fn for_each_near(&self, query: Aabb, mut visit: impl FnMut(BoxedItem)) {
         for cell in self.grid.cells(query) {
-            for item in self.items(cell) {
-                let first_common = self.grid.cell(query.min.max(bounds(item).min));
-                if first_common == cell {
+            // A slot also holds the items of other cells.
+            let slot = slot_of(cell, index(self.offsets.len() - 1));
+            for (of, number) in &self.entries[self.offsets[slot]..self.offsets[slot + 1]] {
+                let item = self.items[*number as usize];
+                let first_common = || self.grid.cell(query.min.max(item.bounds.min));
+                if *of == cell && first_common() == cell {
                     visit(item);
                 }
             }
         }
-    }
-
-    /// Returns the items of a cell, in the order of construction.
-    fn items(&self, cell: Cell) -> impl Iterator<Item = u32> {
-        let slot = slot_of(cell, index(self.offsets.len() - 1));
-        let entries = &self.entries[self.offsets[slot]..self.offsets[slot + 1]];
-        entries.iter().filter(move |(of, _)| *of == cell).map(|(_, item)| *item)
     }
 }
 

@@ -122,10 +122,8 @@ impl Screen {
 
         // Square pixels, as nearly as whole numbers of them allow.
         let across = [bounds.sides().y, bounds.sides().z];
-        let longer = across[0].max(across[1]);
-        let resolution = f64::from(params.resolution);
-        let pixels =
-            across.map(|side| clamp_count((resolution * side / longer).ceil(), params.resolution));
+        let per_length = f64::from(params.resolution) / across[0].max(across[1]);
+        let pixels = across.map(|side| clamp_count((per_length * side).ceil(), params.resolution));
         let sides = [across[0] / f64::from(pixels[0]), across[1] / f64::from(pixels[1])];
         Self { axis, bounds, pixels, sides }
     }
@@ -144,9 +142,8 @@ impl Screen {
 
     /// Returns the start of the ray of a pixel.
     fn ray(&self, [i, j]: [u32; 2]) -> DVec3 {
-        let from_border = |place: u32, side: f64| (f64::from(place) + 0.5) * side;
-        let y = self.bounds.min.y + from_border(i, self.sides[0]);
-        let z = self.bounds.min.z + from_border(j, self.sides[1]);
+        let y = self.bounds.min.y + (f64::from(i) + 0.5) * self.sides[0];
+        let z = self.bounds.min.z + (f64::from(j) + 0.5) * self.sides[1];
         DVec3::new(f64::MIN, y, z)
     }
 
@@ -156,9 +153,9 @@ impl Screen {
 
     /// Returns the pixel that holds a rotated point.
     fn pixel(&self, p: DVec3) -> [u32; 2] {
-        let from_border = p - self.bounds.min;
-        let place = |x: f64, k: usize| clamp_cell(x / self.sides[k], self.pixels[k]);
-        [place(from_border.y, 0), place(from_border.z, 1)]
+        let DVec3 { y, z, .. } = p - self.bounds.min;
+        let ([dy, dz], [rows, columns]) = (self.sides, self.pixels);
+        [clamp_cell(y / dy, rows), clamp_cell(z / dz, columns)]
     }
 }
 
@@ -244,12 +241,14 @@ fn layers(screen: &Screen, body: PlacedSurface<'_>) -> (Vec<Layer>, u64) {
 
         // All pixels in the box of the face.
         let ([i0, j0], [i1, j1]) = (screen.pixel(bounds.min), screen.pixel(bounds.max));
-        for pixel in (i0..=i1).flat_map(|i| (j0..=j1).map(move |j| [i, j])) {
-            tests += 1;
-            let ray = screen.ray(pixel);
-            if let Some(sign) = ray_crosses_triangle(ray, corners) {
-                let depth = depth_on_face(ray, corners);
-                layers.push(Layer { pixel: screen.number(pixel), depth, turn: -sign });
+        for i in i0..=i1 {
+            for j in j0..=j1 {
+                tests += 1;
+                let ray = screen.ray([i, j]);
+                if let Some(sign) = ray_crosses_triangle(ray, corners) {
+                    let depth = depth_on_face(ray, corners);
+                    layers.push(Layer { pixel: screen.number([i, j]), depth, turn: -sign });
+                }
             }
         }
     }
@@ -284,9 +283,9 @@ fn shared_length(a: &LayeredImage, b: &LayeredImage) -> f64 {
     let mut length = 0.0;
     for pixel in 0..a.offsets.len() - 1 {
         for of_a in a.of_pixel(pixel) {
-            let shared =
-                |of_b: &Stretch| (of_a.end.min(of_b.end) - of_a.start.max(of_b.start)).max(0.0);
-            length += b.of_pixel(pixel).iter().map(shared).sum::<f64>();
+            for of_b in b.of_pixel(pixel) {
+                length += (of_a.end.min(of_b.end) - of_a.start.max(of_b.start)).max(0.0);
+            }
         }
     }
     length

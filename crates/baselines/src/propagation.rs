@@ -9,11 +9,11 @@
 //! Source: B. Heidelberger, M. Teschner, R. Keiser, M. Müller and M. Gross, "Consistent
 //! penetration depth estimation for deformable collision response", VMV 2004, section 4.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
 use surface::triangle::unit_normal;
-use surface::{Meeting, segment_meets_triangle};
+use surface::{Meeting, TotalF64, segment_meets_triangle};
 
 use crate::findings::{PlacedSurface, VertexInside, index};
 
@@ -23,7 +23,10 @@ pub(crate) fn vertices_inside(
     b: PlacedSurface<'_>,
     crossing: &[[u32; 2]],
 ) -> [Vec<VertexInside>; 2] {
-    let reversed: Vec<[u32; 2]> = crossing.iter().map(|&[f, g]| [g, f]).collect();
+    let mut reversed = crossing.to_vec();
+    for pair in &mut reversed {
+        pair.reverse();
+    }
     [of_one_surface(a, b, crossing), of_one_surface(b, a, &reversed)]
 }
 
@@ -86,16 +89,21 @@ fn of_one_surface(
         next.sort_unstable();
         next.dedup();
 
-        let spread = |&vertex: &u32| {
-            (vertex, spread_from(body, vertex, &neighbors[vertex as usize], &known))
-        };
-        let found: Vec<(u32, Penetration)> = next.iter().map(spread).collect();
+        // All of it follows from earlier layers: its own vertices are added at once.
+        let mut found = Vec::new();
+        for &vertex in &next {
+            let neighbors = &neighbors[vertex as usize];
+            found.push((vertex, spread_from(body, vertex, neighbors, &known)));
+        }
         known.extend(found);
         layer = next;
     }
 
-    let inside = known.into_iter();
-    inside.map(|(vertex, found)| VertexInside { vertex, depth: found.depth.max(0.0) }).collect()
+    let mut inside = Vec::new();
+    for (vertex, Penetration { depth, .. }) in known {
+        inside.push(VertexInside { vertex, depth: depth.max(0.0) });
+    }
+    inside
 }
 
 /// Finds the passages of the edges of crossing faces through the other faces, by edge.
@@ -104,12 +112,13 @@ fn passages(
     other: PlacedSurface<'_>,
     crossing: &[[u32; 2]],
 ) -> BTreeMap<u32, Vec<Passage>> {
-    let mut pairs: Vec<[u32; 2]> = crossing
-        .iter()
-        .flat_map(|&[f, g]| body.surface.face_edges()[f as usize].map(|edge| [edge, g]))
-        .collect();
-    pairs.sort_unstable();
-    pairs.dedup();
+    // Two faces share an edge, which is tested once.
+    let mut pairs = BTreeSet::new();
+    for &[face, other] in crossing {
+        for edge in body.surface.face_edges()[face as usize] {
+            pairs.insert([edge, other]);
+        }
+    }
 
     let mut passages: BTreeMap<u32, Vec<Passage>> = BTreeMap::new();
     for [edge, face] in pairs {
@@ -135,11 +144,11 @@ fn border(
         let [p, q] = body.surface.edges()[edge as usize];
         for (vertex, far) in [(p, q), (q, p)] {
             let (from, to) = (body.x.at(vertex), body.x.at(far));
-            let squared = |passage: &Passage| from.distance_squared(passage.point);
-            let first = passages.iter().min_by(|x, y| squared(x).total_cmp(&squared(y)));
+            let squared = |passage: &&Passage| TotalF64(from.distance_squared(passage.point));
+            let Some(first) = passages.iter().min_by_key(squared) else { continue };
 
             // Inside, if the edge leaves the other surface at the first passage.
-            if let Some(first) = first.filter(|passage| passage.normal.dot(to - from) > 0.0) {
+            if first.normal.dot(to - from) > 0.0 {
                 let arm = first.point - from;
                 means.entry(vertex).or_default().add(arm, arm.dot(first.normal), first.normal);
             }

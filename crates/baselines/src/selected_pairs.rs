@@ -240,8 +240,7 @@ impl Walk<'_> {
             }
             if !crossing.contains(&pair) && self.crosses(pair) {
                 crossing.insert(pair);
-                let next = neighbors(self.a, self.b, pair);
-                open.extend(next.filter(|next| !crossing.contains(next)));
+                open.extend(neighbors(self.a, self.b, pair));
             }
         }
     }

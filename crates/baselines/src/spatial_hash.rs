@@ -89,19 +89,18 @@ fn crossing_faces(
     let shared = a.bounds().intersection(b.bounds());
     let (of_a, of_b) = (faces_in(a, shared), faces_in(b, shared));
     let grid = CellGrid::new(params.cell_size);
-    grid.count_cells(of_a.iter().map(|item| item.bounds))?;
+    grid.check_cells(&of_a)?;
     let table = CellTable::new(grid, params.slots, &of_b)?;
 
     // Boxes first, then the exact predicate.
-    let bounds_of = |face: u32| b.face_bounds(face);
     let (mut crossing, mut tests) = (Vec::new(), 0);
     for &BoxedItem { item: face, bounds } in &of_a {
-        table.for_each_near(bounds, bounds_of, |other| {
+        table.for_each_near(bounds, |other| {
             tests += 1;
-            if bounds.overlaps(bounds_of(other)) {
+            if bounds.overlaps(other.bounds) {
                 tests += 1;
-                if triangles_meet(a.corners(face), b.corners(other)) == Meeting::Crossing {
-                    crossing.push([face, other]);
+                if triangles_meet(a.corners(face), b.corners(other.item)) == Meeting::Crossing {
+                    crossing.push([face, other.item]);
                 }
             }
         });
@@ -112,7 +111,12 @@ fn crossing_faces(
 
 /// Returns the faces whose boxes overlap a box.
 fn faces_in(body: PlacedSurface<'_>, region: Aabb) -> Vec<BoxedItem> {
-    let boxed =
-        (0..body.face_count()).map(|face| BoxedItem { item: face, bounds: body.face_bounds(face) });
-    boxed.filter(|item| item.bounds.overlaps(region)).collect()
+    let mut items = Vec::new();
+    for item in 0..body.face_count() {
+        let bounds = body.face_bounds(item);
+        if bounds.overlaps(region) {
+            items.push(BoxedItem { item, bounds });
+        }
+    }
+    items
 }
