@@ -8,7 +8,7 @@ use medial::{
 use proximity::SurfaceTree;
 use surface::Contact;
 
-use crate::measure::Report;
+use crate::measure::{Report, Side};
 
 /// Maximum distance of a vertex from the face that it is projected on \[mm\].
 ///
@@ -136,12 +136,8 @@ impl<'a> ContactScene<'a> {
         let mut detect =
             || point_contacts(&query, balls.bounds(), &params, offsets, None, &mut workspace);
         let (contacts, counts) = detect();
-
-        // In turns with the projection on faces.
-        let mut other_workspace = Workspace::default();
-        let sides: [&mut dyn FnMut() -> usize; 2] =
-            [&mut || detect().0.len(), &mut || self.project(&mut other_workspace)];
-        MethodWork { contacts, counts, times: report.interleave(budget, sides) }
+        let times = self.beside_projection(&mut || detect().0.len(), budget, report);
+        MethodWork { contacts, counts, times }
     }
 
     /// Detects pairs of overlapping balls, cones and slabs.
@@ -150,12 +146,14 @@ impl<'a> ContactScene<'a> {
         let mut workspace = Workspace::default();
         let mut detect = || primitive_contacts(a.bounds(), b.bounds(), 0.0, &mut workspace);
         let (_, counts) = detect();
+        let times = self.beside_projection(&mut || detect().0.len(), budget, report);
+        MethodWork { contacts: Vec::new(), counts, times }
+    }
 
-        // In turns with the projection on faces.
-        let mut other_workspace = Workspace::default();
-        let sides: [&mut dyn FnMut() -> usize; 2] =
-            [&mut || detect().0.len(), &mut || self.project(&mut other_workspace)];
-        MethodWork { contacts: Vec::new(), counts, times: report.interleave(budget, sides) }
+    /// Times a detection in turns with the projection on faces.
+    fn beside_projection(&self, detect: Side<'_>, budget: u64, report: &Report) -> [f64; 2] {
+        let mut workspace = Workspace::default();
+        report.interleave(budget, [detect, &mut || self.project(&mut workspace)])
     }
 }
 

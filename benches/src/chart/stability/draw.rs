@@ -2,6 +2,7 @@
 
 use std::error::Error;
 
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use response::stability::{Holding, Scheme};
@@ -47,6 +48,13 @@ const COLORS: [RGBColor; 4] = [
 
 /// Largest spectral radius shown over gains.
 const MAX_RADIUS: f64 = 3.0;
+const RADIUS: GridAxis = GridAxis {
+    label: "spectral radius",
+    scale: Scale::Linear,
+    low: 0.0,
+    high: MAX_RADIUS,
+    cells: 1,
+};
 
 /// Draws the picture as SVG.
 pub(super) fn draw(numbers: &Stability, settings: &Settings) -> Result<String, Box<dyn Error>> {
@@ -97,12 +105,18 @@ fn map_row(areas: &[Area<'_>], row: &MapRow, maps: &[CellMap]) -> Drawn {
     Ok(())
 }
 
-/// Draws a map in colors, with its known limits.
-fn map_panel(area: &Area<'_>, row: &MapRow, map: &CellMap) -> Drawn {
-    // Cells in colors, with the known limits on top.
-    let [horizontal, vertical] = map.axes;
+/// A panel over two axes.
+type Panel<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
+/// Draws title and axes of a panel, with about these numbers of labels.
+fn panel<'a>(
+    area: &Area<'a>,
+    title: &str,
+    [horizontal, vertical]: [GridAxis; 2],
+    labels: [usize; 2],
+) -> Result<Panel<'a>, Box<dyn Error>> {
     let mut chart = ChartBuilder::on(area)
-        .caption(row.title, ("sans-serif", 13))
+        .caption(title, ("sans-serif", 13))
         .margin(6)
         .x_label_area_size(34)
         .y_label_area_size(48)
@@ -110,14 +124,20 @@ fn map_panel(area: &Area<'_>, row: &MapRow, map: &CellMap) -> Drawn {
     chart
         .configure_mesh()
         .disable_mesh()
-        .x_labels(7)
-        .y_labels(6)
+        .x_labels(labels[0])
+        .y_labels(labels[1])
         .x_desc(horizontal.label)
         .y_desc(vertical.label)
         .x_label_formatter(&|place| label(horizontal, *place))
         .y_label_formatter(&|place| label(vertical, *place))
         .draw()?;
+    Ok(chart)
+}
 
+/// Draws a map in colors, with its known limits.
+fn map_panel(area: &Area<'_>, row: &MapRow, map: &CellMap) -> Drawn {
+    // Cells in colors, with the known limits on top.
+    let mut chart = panel(area, row.title, map.axes, [7, 6])?;
     chart.draw_series(bars(map))?;
     let style = LINE.stroke_width(2);
     chart.draw_series(LineSeries::new(limit_line(map, row.limit), style))?;
@@ -172,20 +192,7 @@ fn label(axis: GridAxis, place: f64) -> String {
 
 /// Draws growth over the number of copies, with the largest stable numbers.
 fn gain_panel(area: &Area<'_>, row: &GainRow, gain: &Gain) -> Drawn {
-    let mut chart = ChartBuilder::on(area)
-        .caption(row.title, ("sans-serif", 13))
-        .margin(6)
-        .x_label_area_size(34)
-        .y_label_area_size(48)
-        .build_cartesian_2d(GAIN.low..GAIN.high, 0.0..MAX_RADIUS)?;
-    chart
-        .configure_mesh()
-        .disable_mesh()
-        .x_labels(5)
-        .y_labels(4)
-        .x_desc(GAIN.label)
-        .y_desc("spectral radius")
-        .draw()?;
+    let mut chart = panel(area, row.title, [GAIN, RADIUS], [5, 4])?;
 
     // Stable below a radius of 1.
     let stable = Rectangle::new([(GAIN.low, 0.0), (GAIN.high, 1.0)], STABLE.filled());
