@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use crate::failure::{Failure, FailureKind};
 use crate::output::FilePlan;
 use crate::phase::Phase;
-use crate::report::{BodyRecord, CheckDocument, PairRecord, divisions};
+use crate::report::{BodyRecord, CheckDocument, PairRecord, divisions, self_crossings};
 use crate::scene::{BodyDescription, IgnoredPair, SceneDescription, unit_warnings};
 use crate::terminal;
 
@@ -26,15 +26,24 @@ pub(crate) struct SceneArguments {
     pub(crate) inputs: Vec<PathBuf>,
 
     /// Body that does not deform (a bone); may be given several times
-    #[arg(long, visible_alias = "fixed", value_name = "NAME")]
+    #[arg(long, value_name = "NAME")]
     rigid: Vec<String>,
+
+    /// The same as --rigid
+    #[arg(long, value_name = "NAME")]
+    fixed: Vec<String>,
 }
 
 impl SceneArguments {
     /// Describes the scene, without reading its meshes.
     pub(crate) fn describe(&self) -> Result<SceneDescription, Failure> {
         let mut description = SceneDescription::from_inputs(&self.inputs)?;
-        description.set_rigid(&self.rigid)?;
+
+        // A name that no body has is answered by the option as it was given.
+        for (option, names) in [("--rigid", &self.rigid), ("--fixed", &self.fixed)] {
+            let named = description.set_rigid(names);
+            named.map_err(|problem| Failure::new(format!("{option}: {problem}")))?;
+        }
         Ok(description)
     }
 
@@ -110,6 +119,10 @@ impl LoadedScene {
         for pair in reports {
             pairs.push(PairRecord::new(pair, &self.scene));
         }
+        let mut bodies = self.bodies.clone();
+        for (record, crossings) in bodies.iter_mut().zip(self_crossings(&mut self.scene)?) {
+            record.self_crossings = crossings;
+        }
 
         Ok(CheckDocument {
             unit: self.description.unit,
@@ -117,7 +130,7 @@ impl LoadedScene {
             warnings: unit_warnings(&sizes),
             divisions: divisions(&mut self.scene, reports)?,
             pairs,
-            bodies: self.bodies.clone(),
+            bodies,
         })
     }
 }
@@ -215,6 +228,7 @@ impl InspectedMesh {
             manifold: inspection.manifold(),
             oriented: inspection.oriented(),
             inspection,
+            self_crossings: None,
         };
         Ok(Self { record, surface, positions })
     }

@@ -1,4 +1,4 @@
-//! Measured error of a field, and the fraction of a solid that is thin beside its spacing.
+//! Measured error of a field near its surface, and the fraction of a solid that is thin beside its spacing.
 //!
 //! Samples are spread evenly over the area of the surface, and evenly up to two spacings to
 //! either side. Distances there are exact: a face can only be nearer than the sample's own if
@@ -12,7 +12,7 @@ use crate::num::{coordinate, floor_index};
 use crate::{DistanceField, FieldGrid, Interpolation, MeasuredError};
 
 /// Maximum height of a sample over the surface, in spacings.
-const MAX_HEIGHT: f64 = 2.0;
+pub(crate) const MAX_HEIGHT: f64 = 2.0;
 
 /// Thickness, in spacings, below which nodes may miss the inside of a solid: a plate of this
 /// thickness keeps all of its inside, one of 1 spacing 95 %.
@@ -55,6 +55,7 @@ pub(crate) fn accuracy(
     let depth = inward * THIN * spacing;
     let mut samples = samples(surface, x, params.samples, MAX_HEIGHT * spacing, depth);
 
+    // Each sample is visited by the few faces that can change it.
     for (sample, face) in near_faces(&samples, surface, x, field.grid(), progress)? {
         samples[sample as usize].visit(x.corners(surface.faces()[face]), depth);
     }
@@ -63,8 +64,10 @@ pub(crate) fn accuracy(
 
 /// Returns the root mean square and the maximum of the errors.
 fn summary(field: &DistanceField, samples: &[ErrorSample], truncation: f64) -> Option<Accuracy> {
-    let (mut squares, mut max, mut points) = (0.0, 0.0_f64, 0);
+    // Points of samples beyond the grid have no value.
+    let (mut squares, mut max, mut points, mut thin) = (0.0, 0.0_f64, 0, 0);
     for sample in samples {
+        thin += usize::from(sample.is_thin);
         if let Some(value) = field.evaluate(sample.point, Interpolation::Trilinear) {
             let error = (value.distance.abs() - sample.distance.min(truncation)).abs();
             squares += error * error;
@@ -74,8 +77,7 @@ fn summary(field: &DistanceField, samples: &[ErrorSample], truncation: f64) -> O
     }
 
     let rms = (squares / coordinate(points)).sqrt();
-    let thin = coordinate(samples.iter().filter(|sample| sample.is_thin).count());
-    let thin_fraction = thin / coordinate(samples.len());
+    let thin_fraction = coordinate(thin) / coordinate(samples.len());
     (points > 0).then_some(Accuracy { error: MeasuredError { points, rms, max }, thin_fraction })
 }
 
@@ -101,10 +103,16 @@ fn samples(
     max_height: f64,
     depth: f64,
 ) -> Vec<ErrorSample> {
+    // Twice the area of the faces per sample.
     let faces = surface.faces();
     let normals = parallel::map(faces.len(), |f| triangle::normal(x.corners(faces[f])));
-    let step = normals.iter().map(|normal| normal.length()).sum::<f64>() / coordinate(count);
+    let mut doubled_areas = 0.0;
+    for normal in &normals {
+        doubled_areas += normal.length();
+    }
+    let step = doubled_areas / coordinate(count);
 
+    // A face takes each sample whose place in the row of all areas falls within its own.
     let mut samples = Vec::with_capacity(count);
     let mut passed = 0.0;
     for (&face, normal) in faces.iter().zip(normals) {
@@ -123,7 +131,7 @@ fn samples(
 ///
 /// Source: M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018:
 /// multiples of the powers of the root of g⁴ = g + 1.
-fn quasirandom(n: usize) -> DVec3 {
+pub(crate) fn quasirandom(n: usize) -> DVec3 {
     let g = 1.220_744_084_605_759_5_f64;
     let powers = DVec3::new(1.0 / g, 1.0 / (g * g), 1.0 / (g * g * g));
     (powers * (coordinate(n) + 0.5)).fract()
@@ -139,11 +147,13 @@ impl ErrorSample {
         max_height: f64,
         depth: f64,
     ) -> Self {
+        // The half of a unit square beyond its diagonal is folded onto the triangle.
         let (mut u, mut v) = (place.x, place.y);
         if u + v > 1.0 {
             (u, v) = (1.0 - u, 1.0 - v);
         }
         let foot = a + u * (b - a) + v * (c - a);
+
         let height = (2.0 * place.z - 1.0) * max_height;
         let (point, below) = (foot + height * normal, foot + depth * normal);
 
@@ -181,6 +191,7 @@ fn near_faces(
     grid: &FieldGrid,
     progress: Progress<'_>,
 ) -> Result<Vec<(u32, usize)>, Interrupted> {
+    // Samples are listed by block, in which each face finds those near it.
     let blocks = Blocks::new(grid);
     let samples_in = blocks.samples(samples);
     let faces = surface.faces();
@@ -189,12 +200,15 @@ fn near_faces(
 
     let near = parallel::map(tasks, |task| {
         steps.advance(1)?;
-        let mut near = Vec::new();
+        let (mut near, mut touched) = (Vec::new(), Vec::new());
         for (face, &corners) in faces.iter().enumerate().skip(task * TASK).take(TASK) {
             let bounds = Aabb::of_points(x.corners(corners));
-            for sample in blocks.within(bounds).flat_map(|block| samples_in.row(block)) {
-                if samples[*sample as usize].bounds.overlaps(bounds) {
-                    near.push((*sample, face));
+            blocks.within(bounds, &mut touched);
+            for &block in &touched {
+                for &sample in samples_in.row(block) {
+                    if samples[sample as usize].bounds.overlaps(bounds) {
+                        near.push((sample, face));
+                    }
                 }
             }
         }
@@ -219,21 +233,31 @@ impl Blocks {
 
     /// Lists the samples whose box touches each block.
     fn samples(&self, samples: &[ErrorSample]) -> Csr {
-        let mut pairs = Vec::new();
+        let (mut pairs, mut touched) = (Vec::new(), Vec::new());
         for (n, sample) in (0..).zip(samples) {
-            pairs.extend(self.within(sample.bounds).map(|block| (block, n)));
+            self.within(sample.bounds, &mut touched);
+            for &block in &touched {
+                pairs.push((block, n));
+            }
         }
         Csr::new(self.dims.iter().product(), &pairs)
     }
 
-    /// Returns the blocks that a box touches; what is beyond the grid belongs to its border.
-    fn within(&self, bounds: Aabb) -> impl Iterator<Item = u32> {
+    /// Lists the blocks that a box touches; what is beyond the grid belongs to its border.
+    fn within(&self, bounds: Aabb, blocks: &mut Vec<u32>) {
         let [nx, ny, _] = self.dims;
-        let [min, max] = [bounds.min, bounds.max].map(|p| self.block(p));
-        let planes =
-            (min[2]..=max[2]).flat_map(move |k| (min[1]..=max[1]).map(move |j| j + ny * k));
-        let rows = planes.flat_map(move |row| (min[0]..=max[0]).map(move |i| i + nx * row));
-        rows.map(|block| u32::try_from(block).unwrap_or(u32::MAX))
+        let (min, max) = (self.block(bounds.min), self.block(bounds.max));
+
+        // The list is the caller's, as there is one per face.
+        blocks.clear();
+        for k in min[2]..=max[2] {
+            for j in min[1]..=max[1] {
+                for i in min[0]..=max[0] {
+                    let block = i + nx * (j + ny * k);
+                    blocks.push(u32::try_from(block).unwrap_or(u32::MAX));
+                }
+            }
+        }
     }
 
     fn block(&self, p: DVec3) -> [usize; 3] {

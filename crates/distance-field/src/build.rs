@@ -1,10 +1,11 @@
 //! Build of a field from a surface.
 
 use surface::progress::Progress;
-use surface::{Aabb, Positions, TriangleSurface, parallel};
+use surface::{Aabb, Positions, SurfaceError, TriangleSurface, parallel, triangle};
 
 use crate::accuracy::{AccuracyParams, THIN, accuracy};
 use crate::band::{self, BandParams, MAX_CORRECTION, quasi_interpolate};
+use crate::deep::deep_error;
 use crate::num::{coordinate, floor_count, single};
 use crate::sign::{Inside, Winding, enclosed_volume, winding};
 use crate::store::NodeStore;
@@ -27,6 +28,9 @@ const MAX_THIN: f64 = 0.01;
 
 /// Fraction of the enclosed volume that a flood may lose to its voxels without a warning.
 const MAX_LOST: f64 = 0.5;
+
+/// Samples near the surface per sample far from it, which costs as many times as much.
+const DEEP_FRACTION: usize = 8;
 
 impl DistanceField {
     /// Builds the field of a surface at positions `x`.
@@ -174,13 +178,38 @@ impl Build<'_> {
         let signs = winding(self.surface, self.x, &self.grid, progress.part(0.8, 1.0))?;
         let Winding { inside, is_inverted, boundary_edges: edges } = signs;
         self.report.inside_volume = self.volume(inside.count());
-        if is_inverted {
+        let is_sheet = edges > 0 && self.report.inside_volume < self.sheet_volume();
+        if is_inverted && !is_sheet {
             self.report.warnings.push(FieldWarning::Inverted);
         }
         if edges > 0 {
-            self.report.warnings.push(FieldWarning::Open { edges });
+            self.warn_of_boundary();
+        }
+        if is_sheet {
+            self.report.warnings.push(FieldWarning::NoInside);
         }
         Ok(Unsigned { squared, inside, is_closed: edges == 0, is_inverted })
+    }
+
+    /// Warns about the edges that bound the surface, counted as its inspection counts them.
+    fn warn_of_boundary(&mut self) {
+        if let Err(SurfaceError::Open { count: edges, .. }) = self.surface.require_closed() {
+            self.report.warnings.push(FieldWarning::Open { edges });
+        }
+        if let Err(SurfaceError::Misoriented { count: edges, .. }) = self.surface.require_oriented()
+        {
+            self.report.warnings.push(FieldWarning::Misoriented { edges });
+        }
+    }
+
+    /// Returns the volume of half a spacing over all faces: a solid of less would be thinner
+    /// than a spacing.
+    fn sheet_volume(&self) -> f64 {
+        let mut area = 0.0;
+        for &face in self.surface.faces() {
+            area += triangle::area(self.x.corners(face));
+        }
+        0.5 * self.grid.spacing() * area
     }
 
     /// Computes distances from voxels, signed by flood fill.
@@ -243,7 +272,8 @@ impl DistanceField {
         params: AccuracyParams,
         progress: Progress<'_>,
     ) -> Result<(), FieldError> {
-        let Some(accuracy) = accuracy(self, surface, x, params, progress)? else {
+        let (near, deep) = (progress.part(0.0, 0.5), progress.part(0.5, 1.0));
+        let Some(accuracy) = accuracy(self, surface, x, params, near)? else {
             return Ok(());
         };
         self.report.measured_error = Some(accuracy.error);
@@ -252,6 +282,9 @@ impl DistanceField {
             let thickness = THIN * self.grid.spacing();
             self.report.warnings.push(FieldWarning::ThinnerThanGrid { fraction, thickness });
         }
+
+        let (count, truncation) = (params.samples.div_ceil(DEEP_FRACTION), params.truncation);
+        self.report.measured_deep_error = deep_error(self, surface, x, count, truncation, deep)?;
         Ok(())
     }
 }

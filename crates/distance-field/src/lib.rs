@@ -34,7 +34,8 @@
 //!   interpolation.
 //! - Beyond the band, a value may be too large, never too small, where two parts of the
 //!   surface compete: by hundredths of a spacing over a bone, by up to a fifth around a body
-//!   no larger than the band.
+//!   no larger than the band. Every build also measures that where it is expected to be
+//!   largest ([`FieldReport::measured_deep_error`]).
 //! - A solid thinner than 1.5 spacings loses part of its inside between nodes; the build
 //!   warns about it ([`FieldWarning::ThinnerThanGrid`]).
 //! - Where several parts of the surface are equally near, no direction is right; the gradient
@@ -79,6 +80,7 @@ mod accuracy;
 mod band;
 mod build;
 mod contacts;
+mod deep;
 mod error;
 mod field;
 mod frame;

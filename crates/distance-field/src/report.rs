@@ -29,16 +29,23 @@ pub enum FieldWarning {
     },
     /// The surface is open; inside is where its winding number exceeds one half.
     Open {
-        /// Number of boundary edges.
+        /// Number of edges with one face.
         edges: usize,
     },
+    /// Neighboring faces have opposite orientations; inside is where the winding number exceeds
+    /// one half.
+    Misoriented {
+        /// Number of directions of an edge along which more than one face runs.
+        edges: usize,
+    },
+    /// The surface is open, and inside nodes make up less than half a spacing over its area: a
+    /// sheet has no inside.
+    NoInside,
 }
 
-/// Measured error of a field: its difference from exact distances at sample points within
-/// two spacings of the surface.
+/// Measured error of a field: its difference from exact distances at sample points.
 ///
-/// Between the samples the error may be larger; [`FieldReport::error_bound`] holds
-/// everywhere.
+/// Between the samples the error may be larger; [`FieldReport::error_bound`] is proved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MeasuredError {
@@ -56,8 +63,13 @@ pub struct MeasuredError {
 pub struct FieldReport {
     /// Properties of the surface that make the field unreliable.
     pub warnings: Vec<FieldWarning>,
-    /// Measured error of trilinear values; `None` where no sample was asked for.
+    /// Measured error of trilinear values within two spacings of the surface; `None` where no
+    /// sample was asked for.
     pub measured_error: Option<MeasuredError>,
+    /// Measured error of trilinear values farther from the surface, at the places where it is
+    /// expected to be largest: near the medial axis. `None` where no sample was asked for, or
+    /// where all such places are beyond the truncation.
+    pub measured_deep_error: Option<MeasuredError>,
     /// Proved bound on the error of a trilinear value, at any point whose distance from the
     /// surface is at most the band less √3 spacings, in the length unit.
     ///
@@ -70,7 +82,8 @@ pub struct FieldReport {
     /// `None` for the voxel method, and for open surfaces, whose sign also changes where no
     /// surface is.
     pub error_bound: Option<f64>,
-    /// Volume of the cells around inside nodes, in the cube of the length unit.
+    /// Volume of the cells around inside nodes, in the cube of the length unit. Meaningless where
+    /// there is a [`FieldWarning::NoInside`].
     pub inside_volume: f64,
     /// Maximum number of bytes that the build held at once, without the surface.
     pub peak_bytes: usize,

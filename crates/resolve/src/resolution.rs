@@ -89,6 +89,9 @@ pub struct Resolution {
     pub after: Vec<PairReport>,
     /// State at the start and after each round.
     pub rounds: Vec<Round>,
+    /// Number of the round whose state the scene has now: the best one, which may be earlier
+    /// than the last.
+    pub final_round: usize,
     /// Changes of all bodies, in their order.
     pub bodies: Vec<BodyChange>,
     /// Pairs that still overlap, the deepest first, including those within the tolerance.

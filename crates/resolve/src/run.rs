@@ -96,8 +96,11 @@ impl<'a> Run<'a> {
             self.move_soft(Tissue::pushed)?;
             self.record()?;
         }
-        if self.rounds.last() != self.rounds.get(self.best) {
+        // An equally good last round stays as it is.
+        let mut final_round = self.rounds.len() - 1;
+        if self.rounds[final_round] != self.rounds[self.best] {
             self.revert_to_best()?;
+            final_round = self.best;
         }
 
         // The final state, detected in full: with distances and patches.
@@ -112,6 +115,7 @@ impl<'a> Run<'a> {
             before: std::mem::take(&mut self.before),
             after,
             rounds: std::mem::take(&mut self.rounds),
+            final_round,
         })
     }
 

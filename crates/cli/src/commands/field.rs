@@ -98,6 +98,7 @@ enum MethodName {
 const SPACING_IN_EDGES: f64 = 0.5;
 
 pub(super) fn run(arguments: &FieldArguments) -> Result<Finished, Failure> {
+    // Read the field, or build that of a mesh.
     let mut stopwatch = Stopwatch::start();
     let out = arguments.out.as_deref();
     let out_format = out.map(|path| arguments.format_of(path)).transpose()?;
@@ -143,6 +144,7 @@ impl FieldArguments {
 
     /// Reads a field, and stores it in steps if there is a length for them.
     fn read(&self) -> Result<DistanceField, Failure> {
+        // The grid of a file is as it is.
         let BuildArguments { spacing, padding, method, truncate } = &self.build;
         let lengths = [spacing, padding, truncate];
         if method.is_some() || lengths.iter().any(|length| length.is_some()) {
@@ -153,6 +155,8 @@ impl FieldArguments {
 
         let _phase = Phase::start("reading");
         let field = mesh_io::read_field(&self.input)?;
+
+        // Steps round the values; the kind of node values is kept.
         let Some(step) = self.step else { return Ok(field) };
         let storage = Storage::Quantized { step };
         let quantized = DistanceField::from_values(*field.grid(), field.values(), storage);
@@ -163,11 +167,14 @@ impl FieldArguments {
     fn build(&self) -> Result<(DistanceField, BuiltRecord), Failure> {
         let mesh = LoadedSurface::read(&self.input)?;
         let (surface, x) = (&mesh.surface, mesh.positions());
+
+        // Details of a mesh are about as large as its edges.
         let params = self.params(SPACING_IN_EDGES * mean_edge(surface, x));
         let field = Phase::run("building the field", |progress| {
             DistanceField::build(surface, x, &params, progress)
         });
         let field = field.map_err(|error| Failure::in_file(&self.input, error))?;
+
         let built = BuiltRecord {
             vertices: surface.vertex_count(),
             faces: surface.faces().len(),

@@ -23,7 +23,7 @@ use crate::stopwatch::Stopwatch;
 ///
 /// A hundred balls represent thousands of faces. The deviation between balls and surface
 /// is bounded in both directions, and reported. The mesh must be one closed surface
-/// without self-crossings.
+/// without self-crossings, which `check` lists.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -76,17 +76,32 @@ pub(super) fn run(arguments: &MedialArguments) -> Result<Finished, Failure> {
     let mut stopwatch = Stopwatch::start();
     let path = &arguments.input;
     let mut outputs = arguments.plan().open()?;
+
+    // Balls by number or by tolerance.
     let params = match arguments.tolerance {
         Some(tolerance) => MedialParams::tolerance(tolerance),
         None => MedialParams::balls(arguments.balls),
     };
     let mesh = LoadedSurface::read(path)?;
     let result = MedialResult::compute(path, mesh, &params);
-    let result = result.map_err(|error| Failure::in_file(path, error))?;
+    let result = result.map_err(|error| refusal(path, error))?;
     stopwatch.lap("generate");
 
     result.stage(arguments, &mut outputs)?;
     Ok(Finished { outputs, text: result.record.to_text(), holds: true, stopwatch })
+}
+
+/// Returns the failure to represent a mesh, with the repair of one that crosses itself: balls
+/// touch the surface from inside, which such a mesh does not define where it crosses.
+fn refusal(path: &Path, error: MedialError) -> Failure {
+    let repair = match error {
+        MedialError::SelfCrossing { .. } => {
+            "; `check` lists them with their places. Remove them and fill the holes (in MeshLab: \
+             Select Self Intersecting Faces, Delete Selected Faces, Close Holes), or segment anew"
+        }
+        _ => "",
+    };
+    Failure::in_file(path, format!("{error}{repair}"))
 }
 
 impl MedialArguments {
@@ -105,9 +120,11 @@ impl MedialResult {
         mesh: LoadedSurface,
         params: &MedialParams,
     ) -> Result<Self, MedialError> {
+        // The fit takes nearly all of the time, and has a bar of its own.
         let Generated { medial, deviation } = Phase::run("fitting balls", |progress| {
             generate(&mesh.surface, mesh.positions(), params, progress)
         })?;
+
         let _phase = Phase::start("counting parts and holes");
         let record = MedialRecord {
             file: path.display().to_string(),
@@ -148,6 +165,7 @@ impl MedialResult {
 
     /// Computes the signed distance of each vertex from the union of balls.
     fn distances(&self) -> Result<Vec<f64>, MedialError> {
+        // Vertices are independent, and each finds its nearest primitive in a tree.
         let tree = PrimitiveTree::new(&self.medial)?;
         let distance = |workspace: &mut Workspace, p: &_| {
             tree.nearest(&self.medial, *p, workspace).foot.distance
@@ -169,6 +187,7 @@ const CELLS_PER_RADIUS: f64 = 8.0;
 /// Counts parts and holes of the union of balls, unless the balls are too small for their
 /// number of cells.
 fn union_topology(medial: &MedialSurface) -> Option<Topology> {
+    // The median is not moved by the few smallest balls at the ends of a muscle.
     let mut radii: Vec<f64> = medial.balls().iter().map(|ball| ball.radius).collect();
     radii.sort_by(f64::total_cmp);
     let median = radii[radii.len() / 2];

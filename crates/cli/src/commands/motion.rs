@@ -13,16 +13,16 @@ use crate::load::{LoadedScene, files_of};
 use crate::motion::{Motion, Replay};
 use crate::output::FilePlan;
 use crate::phase::Phase;
-use crate::report::{FrameState, MotionDocument, StepRecord, motion_chart};
+use crate::report::{FrameRecord, MotionDocument, StepRecord, motion_chart};
 use crate::scene::SceneDescription;
 use crate::stopwatch::Stopwatch;
 
 /// Replay a motion, and find every contact in its frames and between them
 ///
 /// Bones follow rigid maps from rest, soft bodies a blend of these. Each frame is checked
-/// as it stands. Each step to the next frame is swept, so that no contact on the way is
-/// missed: the report has the time of the first contact, the fraction of the step without
-/// new contact, and the contacts that no frame shows.
+/// as it stands, the first one too. Each step to the next frame is swept, so that no contact
+/// on the way is missed: the report has the fraction of the step before the first contact of
+/// pairs that did not overlap already, and the contacts that no frame shows.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -33,8 +33,11 @@ Examples:
 A motion file has 4 x 4 maps from rest by name, row by row, in the scene's unit:
   {\"skin\": {\"axis\": [0, 0, 1], \"segments\": [\"femur\", null], \"blends\": [[40, 150]]},
    \"frames\": [{\"t\": 0.0, \"femur\": [1, 0, 0, 0,  0, 1, 0, 0,  0, 0, 1, 0,  0, 0, 0, 1]}, ...]}
-A rigid body follows the map of its name, or of its name after the first underscore.
-Soft bodies blend from segment to segment along the axis, within each interval of blends.
+A rigid body follows the map of its name, or of its name after the first underscore. A map
+that moves nothing while a rigid body rests is refused, unless the file has its name in a list
+\"ignore\". Times \"t\" must rise.
+Soft bodies blend from segment to segment along the axis, within each interval of blends;
+without a skin they rest.
 
 With --resolve frames are not swept. Each starts from the tissue displacements of the last one.")]
 pub(crate) struct MotionArguments {
@@ -63,12 +66,15 @@ pub(crate) struct MotionArguments {
 }
 
 pub(super) fn run(arguments: &MotionArguments) -> Result<Finished, Failure> {
+    // Describe the scene and find its motion.
     let mut stopwatch = Stopwatch::start();
     let description = SceneDescription::from_inputs(std::slice::from_ref(&arguments.scene))?;
     let Some(path) = arguments.motion.clone().or_else(|| description.motion.clone()) else {
         let problem = "names no motion: add a key `motion`, or use --motion";
         return Err(Failure::in_file(&arguments.scene, problem));
     };
+
+    // Read meshes and motion, and bind them to each other.
     let mut loaded = LoadedScene::load(description)?;
     let replay = Motion::replay(&path, &loaded.scene)?;
     let mut outputs = arguments.plan(path, &loaded, replay.frame_count()).open()?;
@@ -79,10 +85,13 @@ pub(super) fn run(arguments: &MotionArguments) -> Result<Finished, Failure> {
         return job.run(&mut loaded.scene, &replay, outputs, stopwatch);
     }
 
+    // Walk through all frames, and report them.
     let document = MotionDocument {
         unit: loaded.description.unit,
-        steps: walk(&mut loaded.scene, &replay, &mut stopwatch)?,
+        resting: replay.resting().to_vec(),
+        frames: walk(&mut loaded.scene, &replay, &mut stopwatch)?,
     };
+
     outputs.stage_json(arguments.json.as_deref(), &document)?;
     if let Some(path) = &arguments.chart {
         let chart = motion_chart(&document).map_err(|error| Failure::new(error.to_string()))?;
@@ -102,17 +111,19 @@ impl MotionArguments {
     }
 }
 
-/// Sweeps from frame to frame, and checks each.
+/// Checks each frame, and sweeps from each to the next.
 fn walk(
     scene: &mut Scene,
     replay: &Replay,
     stopwatch: &mut Stopwatch,
-) -> Result<Vec<StepRecord>, Failure> {
+) -> Result<Vec<FrameRecord>, Failure> {
     let phase = Phase::with_steps("replaying", replay.frame_count() - 1);
     let ids: Vec<BodyId> = scene.ids().collect();
     let mut before = overlaps_at(scene, replay, 0)?;
-    let mut steps = Vec::new();
+    let mut frames = vec![FrameRecord::new(scene, 0, replay.time(0), &before)];
+
     for frame in 1..replay.frame_count() {
+        // A sweep starts at the state of the scene, and leaves it there.
         let positions = replay.positions(frame);
         let moves: Vec<_> = ids.iter().zip(&positions).map(|(&id, x)| (id, &x[..])).collect();
         stopwatch.lap("check");
@@ -120,14 +131,14 @@ fn walk(
         stopwatch.lap("sweep");
 
         let after = overlaps_at(scene, replay, frame)?;
-        let time = replay.time(frame);
-        let state = FrameState { frame, time, before: &before, after: &after };
-        steps.push(StepRecord::new(scene, &sweep, state));
+        let mut record = FrameRecord::new(scene, frame, replay.time(frame), &after);
+        record.step = Some(StepRecord::new(scene, &sweep, &before, &after));
+        frames.push(record);
         before = after;
         phase.step();
     }
     stopwatch.lap("check");
-    Ok(steps)
+    Ok(frames)
 }
 
 /// Moves all bodies to a frame, and checks them for overlap alone.
@@ -136,6 +147,7 @@ fn overlaps_at(
     replay: &Replay,
     frame: usize,
 ) -> Result<Vec<PairReport>, Failure> {
+    // Near pairs are not reported: their gaps would take most of the time.
     replay.place(scene, frame)?;
     Ok(scene.check(&CheckParams { margin: 0.0 }, Progress::none())?)
 }

@@ -9,7 +9,7 @@ use crate::failure::Failure;
 use crate::motion::Replay;
 use crate::output::Outputs;
 use crate::phase::Phase;
-use crate::report::{FrameInfo, ResolvedDocument, ResolvedFrame, displacement_vtp};
+use crate::report::{FrameInfo, ResolvedDocument, ResolvedFrame, displacement_vtp, rest_text};
 use crate::scene::Unit;
 use crate::stopwatch::Stopwatch;
 
@@ -48,6 +48,8 @@ impl Job<'_> {
         // The resolver begins each frame with the displacements of the last one.
         let mut resolver = Resolver::new(self.params)?;
         let phase = Phase::with_steps("pushing apart, frame by frame", replay.frame_count());
+
+        // Tissue keeps its displacements from frame to frame, so that pushes do not jump.
         let mut frames = Vec::new();
 
         for frame in 0..replay.frame_count() {
@@ -67,8 +69,8 @@ impl Job<'_> {
 
         let document = ResolvedDocument { unit: self.unit, frames };
         outputs.stage_json(self.json, &document)?;
-        let (text, holds) = (document.to_text(), document.is_resolved());
-        Ok(Finished { outputs, text, holds, stopwatch })
+        let text = document.to_text() + &rest_text(replay.resting());
+        Ok(Finished { outputs, text, holds: document.is_resolved(), stopwatch })
     }
 
     /// Writes one file per body.
@@ -79,6 +81,7 @@ impl Job<'_> {
         resolution: &Resolution,
         outputs: &mut Outputs,
     ) -> Result<(), Failure> {
+        // Bones are written too: they move from frame to frame.
         for (body, change) in scene.bodies().iter().zip(&resolution.bodies) {
             let (x, faces) = (body.positions(), body.surface().faces());
             let path = self.folder.join(frame_file(body.name(), frame));

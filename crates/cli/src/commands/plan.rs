@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use musculo_collide::{
-    Detection, DetectionMethod, ForcedMethod, PairId, Plan, PlanParams, Scene, machine_factor,
+    BodyId, Detection, DetectionMethod, ForcedMethod, PairId, Plan, PlanParams, Scene,
+    machine_factor,
 };
 
 use super::Finished;
@@ -14,6 +15,7 @@ use crate::failure::Failure;
 use crate::load::{LoadedScene, SceneArguments};
 use crate::motion::Motion;
 use crate::phase::Phase;
+use crate::report::rest_text;
 use crate::stopwatch::Stopwatch;
 
 /// Select the cheapest detection method for each pair of bodies at a given accuracy
@@ -70,10 +72,16 @@ impl FromStr for ForcedPair {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
+        // Two names and a method.
         let parts: Vec<&str> = text.split(',').collect();
         let [a, b, method] = parts[..] else {
             return Err("expected two names and a method, separated by commas".to_owned());
         };
+        if a == b {
+            return Err(format!("pairs '{a}' with itself, but a pair has two bodies"));
+        }
+
+        // Methods have the names of the report.
         let method = match method {
             "field" => DetectionMethod::Field,
             "surfaces" => DetectionMethod::Surfaces,
@@ -87,6 +95,7 @@ impl FromStr for ForcedPair {
 }
 
 pub(super) fn run(arguments: &PlanArguments) -> Result<Finished, Failure> {
+    // Read the scene, and its motion if it names one.
     let mut stopwatch = Stopwatch::start();
     let description = arguments.scene.describe()?;
     let outputs = arguments.scene.plan(&description).open()?;
@@ -95,6 +104,7 @@ pub(super) fn run(arguments: &PlanArguments) -> Result<Finished, Failure> {
     let replay = motion.map(|path| Motion::replay(path, &loaded.scene)).transpose()?;
     stopwatch.lap("load");
 
+    // Select the methods, and build what they need.
     let params = arguments.params()?;
     let forced = arguments.forced(&loaded.scene)?;
     let mut plan = Phase::run("planning and building", |progress| {
@@ -102,15 +112,17 @@ pub(super) fn run(arguments: &PlanArguments) -> Result<Finished, Failure> {
     })?;
     stopwatch.lap("build");
 
+    // Detect contact in every frame.
     let frames = FrameSource::new(replay.as_ref());
     let mut comparison = arguments.compare.then(Comparison::default);
     let mut detection = Detection::default();
     let times = frames.detect(&mut plan, &mut loaded.scene, &mut detection, comparison.as_mut())?;
     stopwatch.lap("detect");
 
+    let rests = replay.as_ref().map_or_else(String::new, |replay| rest_text(replay.resting()));
     let overlapping = detection.pairs().iter().filter(|pair| pair.overlaps).count();
     let text = format!(
-        "{plan}\n{} contacts, {overlapping} of {} pairs overlap{}\nframe: {times}\n{}",
+        "{plan}\n{rests}{} contacts, {overlapping} of {} pairs overlap{}\nframe: {times}\n{}",
         detection.contacts().len(),
         plan.pairs().len(),
         if replay.is_some() { " in the last frame" } else { "" },
@@ -119,15 +131,19 @@ pub(super) fn run(arguments: &PlanArguments) -> Result<Finished, Failure> {
     Ok(Finished { outputs, text, holds: overlapping == 0, stopwatch })
 }
 
+/// Finds a body that `--force` names.
+fn find_forced(scene: &Scene, name: &str) -> Result<BodyId, Failure> {
+    let unknown = || Failure::new(format!("--force: no body is named '{name}'"));
+    scene.find(name).ok_or_else(unknown)
+}
+
 impl PlanArguments {
     fn forced(&self, scene: &Scene) -> Result<Vec<ForcedMethod>, Failure> {
+        // Names are looked up once the scene is read.
         let mut forced = Vec::new();
         for ForcedPair { a, b, method } in &self.force {
-            let find = |name: &str| {
-                let unknown = || Failure::new(format!("--force: no body is named '{name}'"));
-                scene.find(name).ok_or_else(unknown)
-            };
-            forced.push(ForcedMethod { pair: PairId::new(find(a)?, find(b)?), method: *method });
+            let pair = PairId::new(find_forced(scene, a)?, find_forced(scene, b)?);
+            forced.push(ForcedMethod { pair, method: *method });
         }
         Ok(forced)
     }
@@ -141,6 +157,8 @@ impl PlanArguments {
                 Some(budget.map_err(|_| Failure::new(problem))?)
             }
         };
+
+        // Libraries read no clock: predictions are scaled by this machine's measured factor.
         let start = Instant::now();
         Ok(PlanParams {
             margin: self.margin,

@@ -12,6 +12,7 @@ use musculo_collide::{
 use crate::failure::Failure;
 use crate::motion::Replay;
 use crate::phase::Phase;
+use crate::report::fixed;
 
 /// Number of frames without a motion.
 const FRAMES: usize = 6;
@@ -45,6 +46,7 @@ impl<'a> FrameSource<'a> {
         let phase = Phase::with_steps("detecting", count);
         let mut times = FrameTimes::default();
         for frame in 0..count {
+            // The states are computed before the clock starts: a simulator has them.
             let states = self.states(scene, frame);
             let start = Instant::now();
             place(scene, &states)?;
@@ -52,6 +54,7 @@ impl<'a> FrameSource<'a> {
             if frame > 0 {
                 times.0.push(start.elapsed());
             }
+
             if let Some(comparison) = &mut comparison {
                 comparison.add(plan, scene, detection)?;
             }
@@ -61,6 +64,7 @@ impl<'a> FrameSource<'a> {
     }
 
     fn states(&self, scene: &Scene, frame: usize) -> Vec<(BodyId, BodyState)> {
+        // Rigid bodies move by their pose, for which their trees and fields need no refit.
         let positions = self.replay.map(|replay| replay.positions(frame));
         let mut states = Vec::new();
         for (number, id) in scene.ids().enumerate() {
@@ -94,7 +98,11 @@ pub(super) struct FrameTimes(Vec<Duration>);
 impl fmt::Display for FrameTimes {
     /// Writes median, minimum and maximum.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut times: Vec<f64> = self.0.iter().map(|time| 1e3 * time.as_secs_f64()).collect();
+        // The median is not moved by the few frames in which the system did something else.
+        let mut times = Vec::new();
+        for time in &self.0 {
+            times.push(1e3 * time.as_secs_f64());
+        }
         times.sort_by(f64::total_cmp);
         let (Some(min), Some(max)) = (times.first(), times.last()) else {
             return write!(f, "not measured");
@@ -125,9 +133,11 @@ impl Comparison {
         scene: &mut Scene,
         detection: &Detection,
     ) -> Result<(), SceneError> {
+        // The time of exact detection is what the plan saves.
         let start = Instant::now();
         let exact = scene.check(&CheckParams { margin: 0.0 }, Progress::none())?;
         self.exact.0.push(start.elapsed());
+
         for pair in plan.pairs() {
             self.add_pair(scene, pair, &exact, detection);
         }
@@ -141,6 +151,7 @@ impl Comparison {
         exact: &[PairReport],
         detection: &Detection,
     ) {
+        // Depths by both methods; pairs that are not reported have none.
         let exact = exact.iter().find(|exact| exact.pair == pair.pair);
         let planned = detection.pairs().iter().find(|found| found.pair == pair.pair);
         let exact_depth = exact.map_or(0.0, |exact| exact.max_depth);
@@ -150,8 +161,11 @@ impl Comparison {
         if difference >= self.max_difference {
             let [a, b] = pair.pair.bodies().map(|id| scene.body(id).name());
             self.max_difference = difference;
-            self.place = format!("{a} × {b}, {depth:.4} instead of {exact_depth:.4}");
+            let [depth, exact_depth] = [depth, exact_depth].map(|depth| fixed(depth, 4));
+            self.place = format!("{a} × {b}, {depth} instead of {exact_depth}");
         }
+
+        // An overlap that the plan does not report at all.
         let is_found = planned.is_some_and(|planned| planned.overlaps);
         if exact.is_some_and(|exact| exact.overlaps) && !is_found {
             self.missing += 1;
@@ -164,7 +178,7 @@ impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { exact, max_difference, place, missing, max_missing_depth } = self;
         writeln!(f, "exact: {exact}")?;
-        writeln!(f, "depths differ by at most {max_difference:.4} ({place})")?;
-        writeln!(f, "{missing} overlaps are missing, at most {max_missing_depth:.4} deep")
+        writeln!(f, "depths differ by at most {} ({place})", fixed(*max_difference, 4))?;
+        writeln!(f, "{missing} overlaps are missing, at most {} deep", fixed(*max_missing_depth, 4))
     }
 }

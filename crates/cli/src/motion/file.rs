@@ -11,13 +11,17 @@
 //! ```
 //!
 //! A frame's lists of 16 numbers are rigid 4 × 4 maps from rest, row by row, in the
-//! scene's unit. Other content of a frame is ignored.
+//! scene's unit. Times, in seconds, must rise. Other content of a frame is ignored, unless
+//! it has the name of a body. Each map must move a rigid body or a segment of the skin,
+//! unless all rigid bodies have maps or the list `ignore` has its name.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 use std::path::Path;
 
 use glam::{DMat3, DMat4, DVec3, DVec4};
-use serde::Deserialize;
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 
 use super::skin::Skin;
@@ -25,8 +29,10 @@ use super::{Motion, MotionProblem};
 
 #[derive(Debug, Deserialize)]
 struct MotionFile {
-    frames: Vec<BTreeMap<String, Value>>,
+    frames: Vec<FrameEntries>,
     skin: Option<SkinEntry>,
+    #[serde(default)]
+    ignore: BTreeSet<String>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -35,6 +41,43 @@ struct SkinEntry {
     axis: [f64; 3],
     segments: Vec<Option<String>>,
     blends: Vec<[f64; 2]>,
+}
+
+/// All entries of a frame in the order of the file, keys that occur twice included.
+#[derive(Debug)]
+struct FrameEntries(Vec<(String, Value)>);
+
+impl<'de> Deserialize<'de> for FrameEntries {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(EntryVisitor)
+    }
+}
+
+struct EntryVisitor;
+
+impl<'de> Visitor<'de> for EntryVisitor {
+    type Value = FrameEntries;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a frame with maps by name")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<FrameEntries, A::Error> {
+        let mut entries = Vec::new();
+        while let Some(entry) = map.next_entry()? {
+            entries.push(entry);
+        }
+        Ok(FrameEntries(entries))
+    }
+}
+
+/// Content of a frame.
+#[derive(Debug, Default)]
+struct Frame {
+    time: Option<f64>,
+    maps: BTreeMap<String, DMat4>,
+    /// Descriptions of all other entries, by name.
+    others: BTreeMap<String, String>,
 }
 
 impl Motion {
@@ -49,6 +92,8 @@ impl Motion {
         if file.frames.len() < 2 {
             return Err(MotionProblem::TooFewFrames(file.frames.len()));
         }
+
+        // Each entry is checked by itself, then frames against each other.
         let skin = match file.skin {
             Some(SkinEntry { axis, segments, blends }) => {
                 Some(Skin::new(DVec3::from(axis), segments, blends)?)
@@ -56,27 +101,63 @@ impl Motion {
             None => None,
         };
 
-        let (mut times, mut maps) = (Vec::new(), Vec::new());
-        for (number, frame) in file.frames.iter().enumerate() {
-            times.push(frame.get("t").and_then(Value::as_f64));
-            maps.push(rigid_maps(number, frame)?);
+        let mut frames = Vec::new();
+        for (number, entries) in file.frames.into_iter().enumerate() {
+            frames.push(Frame::new(number, entries)?);
         }
-        check_names(&maps, skin.as_ref())?;
-        Ok(Self { times, maps, skin })
+        check_times(&frames)?;
+        check_names(&frames, skin.as_ref(), &file.ignore)?;
+
+        // Entries that are no maps may still have the name of a body.
+        let mut motion = Self { skin, ignored: file.ignore, ..Self::default() };
+        for (number, frame) in frames.into_iter().enumerate() {
+            motion.times.push(frame.time);
+            motion.maps.push(frame.maps);
+            for (name, found) in frame.others {
+                motion.others.entry(name).or_insert((number, found));
+            }
+        }
+        Ok(motion)
     }
 }
 
-fn rigid_maps(
-    frame: usize,
-    entries: &BTreeMap<String, Value>,
-) -> Result<BTreeMap<String, DMat4>, MotionProblem> {
-    let mut maps = BTreeMap::new();
-    for (name, value) in entries {
-        if let Some(rows) = sixteen_numbers(value) {
-            maps.insert(name.clone(), rigid_map(frame, name, rows)?);
+impl Frame {
+    fn new(frame: usize, FrameEntries(entries): FrameEntries) -> Result<Self, MotionProblem> {
+        let mut content = Self::default();
+        let mut names = BTreeSet::new();
+        for (name, value) in entries {
+            // A map that occurs twice is a mistake that the last one would hide.
+            if !names.insert(name.clone()) {
+                return Err(MotionProblem::DuplicateKey { frame, name });
+            }
+
+            if name == "t" {
+                let problem = || MotionProblem::TimeKind { frame, value: value.to_string() };
+                content.time = Some(value.as_f64().ok_or_else(problem)?);
+            } else if let Some(rows) = sixteen_numbers(&value) {
+                let map = rigid_map(frame, &name, rows)?;
+                content.maps.insert(name, map);
+            } else {
+                content.others.insert(name, description(&value));
+            }
         }
+        Ok(content)
     }
-    Ok(maps)
+}
+
+/// Describes an entry that is no map.
+fn description(value: &Value) -> String {
+    match value {
+        Value::Null => "null".to_owned(),
+        Value::Bool(_) => "a truth value".to_owned(),
+        Value::Number(number) => format!("the number {number}"),
+        Value::String(_) => "text".to_owned(),
+        Value::Array(list) if list.iter().all(Value::is_number) => {
+            format!("a list of {} numbers", list.len())
+        }
+        Value::Array(_) => "a list of more than numbers".to_owned(),
+        Value::Object(_) => "an object".to_owned(),
+    }
 }
 
 fn sixteen_numbers(value: &Value) -> Option<[f64; 16]> {
@@ -93,6 +174,8 @@ fn rigid_map(frame: usize, name: &str, rows: [f64; 16]) -> Result<DMat4, MotionP
     if !map.is_finite() {
         return Err(MotionProblem::NotFinite { frame, name: name.to_owned() });
     }
+
+    // A rotation has orthonormal axes of right-handed orientation.
     let rotation = DMat3::from_mat4(map);
     let residue = rotation.transpose() * rotation - DMat3::IDENTITY;
     let is_orthonormal = residue.abs_diff_eq(DMat3::ZERO, RIGID_TOLERANCE);
@@ -102,17 +185,48 @@ fn rigid_map(frame: usize, name: &str, rows: [f64; 16]) -> Result<DMat4, MotionP
     Ok(map)
 }
 
-/// Checks that every frame has the same maps, and those that the skin follows.
-fn check_names(maps: &[BTreeMap<String, DMat4>], skin: Option<&Skin>) -> Result<(), MotionProblem> {
-    let names: BTreeSet<&String> = maps.iter().flat_map(BTreeMap::keys).collect();
-    for (frame, maps) in maps.iter().enumerate() {
-        if let Some(&name) = names.iter().find(|&&name| !maps.contains_key(name)) {
-            return Err(MotionProblem::MissingMap { frame, name: name.clone() });
+/// Checks that times rise from frame to frame, where frames have them.
+fn check_times(frames: &[Frame]) -> Result<(), MotionProblem> {
+    let mut last: Option<(usize, f64)> = None;
+    for (frame, Frame { time, .. }) in frames.iter().enumerate() {
+        let Some(time) = *time else { continue };
+
+        // Frames without a time are passed over.
+        if let Some((last_frame, last_time)) = last
+            && time <= last_time
+        {
+            return Err(MotionProblem::TimeOrder { frame, time, last_frame, last_time });
         }
+        last = Some((frame, time));
     }
+    Ok(())
+}
+
+/// Checks that every frame has the same maps, among them those that the skin follows and
+/// those to ignore.
+fn check_names(
+    frames: &[Frame],
+    skin: Option<&Skin>,
+    ignored: &BTreeSet<String>,
+) -> Result<(), MotionProblem> {
+    // Names of all frames must be in each.
+    let names: BTreeSet<&String> = frames.iter().flat_map(|frame| frame.maps.keys()).collect();
+    for (frame, Frame { maps, others, .. }) in frames.iter().enumerate() {
+        let Some(&name) = names.iter().find(|&&name| !maps.contains_key(name)) else { continue };
+        let name = name.clone();
+        return Err(match others.get(&name) {
+            Some(found) => MotionProblem::NotAMap { frame, name, found: found.clone() },
+            None => MotionProblem::MissingMap { frame, name },
+        });
+    }
+
+    // Names that the rest of the file refers to must exist.
     let mut followed = skin.into_iter().flat_map(Skin::maps);
-    match followed.find(|&name| !names.contains(name)) {
-        Some(name) => Err(MotionProblem::SkinMap { name: name.clone() }),
+    if let Some(name) = followed.find(|&name| !names.contains(name)) {
+        return Err(MotionProblem::SkinMap { name: name.clone() });
+    }
+    match ignored.iter().find(|&name| !names.contains(name)) {
+        Some(name) => Err(MotionProblem::IgnoredMap { name: name.clone() }),
         None => Ok(()),
     }
 }

@@ -27,12 +27,14 @@ impl Skin {
         segments: Vec<Option<String>>,
         blends: Vec<[f64; 2]>,
     ) -> Result<Self, MotionProblem> {
+        // Heights along the axis are in the scene's unit.
         let axis = axis.try_normalize().ok_or(MotionProblem::SkinAxis(axis))?;
         if segments.len() != blends.len() + 1 {
             let (segments, blends) = (segments.len(), blends.len());
             return Err(MotionProblem::SkinCounts { segments, blends });
         }
 
+        // Blends rise without overlap; a bound that is not a number fails the comparison.
         let mut end = f64::NEG_INFINITY;
         for (blend, &[low, high]) in blends.iter().enumerate() {
             if !(end <= low && low < high && high.is_finite()) {
@@ -50,16 +52,19 @@ impl Skin {
 
     /// Computes the positions of a body in a frame.
     pub(super) fn deform(&self, rest: &[DVec3], maps: &BTreeMap<String, DMat4>) -> Vec<DVec3> {
-        let of_segment = |name: &Option<String>| match name {
-            Some(name) => maps[name],
-            None => DMat4::IDENTITY,
-        };
-        let maps: Vec<DMat4> = self.segments.iter().map(of_segment).collect();
+        // A segment without a map rests.
+        let mut of_segments = Vec::new();
+        for segment in &self.segments {
+            of_segments.push(segment.as_ref().map_or(DMat4::IDENTITY, |name| maps[name]));
+        }
+        let maps = of_segments;
         rest.iter().map(|&x| self.blend(x, &maps)).collect()
     }
 
     fn blend(&self, x: DVec3, maps: &[DMat4]) -> DVec3 {
         let height = x.dot(self.axis);
+
+        // From the lowest segment up, each takes what those above it leave: weights sum to 1.
         let mut remaining = 1.0;
         let mut sum = DVec3::ZERO;
         for (segment, map) in maps.iter().enumerate() {

@@ -5,7 +5,7 @@ use musculo_collide::surface::TriangleSurface;
 use musculo_collide::{BodyKind, Scene};
 
 use super::skin::Skin;
-use super::{Motion, MotionProblem};
+use super::{Motion, MotionProblem, RestReason};
 
 /// A map that turns a quarter about x through the origin, then shifts along y.
 const QUARTER: &str = "[1,0,0,0, 0,0,-1,5, 0,1,0,0, 0,0,0,1]";
@@ -13,7 +13,7 @@ const REST: &str = "[1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]";
 
 fn two_frames(skin: &str) -> String {
     format!(
-        "{{{skin} \"frames\": [{{\"t\": 0, \"femur\": {REST}, \"note\": [1, 2]}}, {{\"femur\": {QUARTER}}}]}}"
+        "{{{skin} \"frames\": [{{\"t\": 0, \"femur\": {REST}, \"angles\": [1, 2]}}, {{\"femur\": {QUARTER}}}]}}"
     )
 }
 
@@ -71,26 +71,90 @@ fn weights_go_over_from_segment_to_segment() {
 #[test]
 fn invalid_files_are_refused() {
     let stretched = QUARTER.replace("1,0,0,0, 0", "2,0,0,0, 0");
+    let second = |entry: &str| {
+        format!("{{\"frames\": [{{\"t\": 1, \"femur\": {REST}}}, {{{entry} \"femur\": {REST}}}]}}")
+    };
+    let swap = |old: &str, new: &str| two_frames(SKIN).replace(old, new);
     let cases = [
         (r#"{"frames": []}"#.to_owned(), "has 0 frames"),
         ("{".to_owned(), "is not a motion"),
-        (two_frames(SKIN).replace(QUARTER, &stretched), "map \"femur\" of frame 1 is not rigid"),
+        (r#"{"frames": [1, 2]}"#.to_owned(), "expected a frame with maps by name"),
         (
-            two_frames(SKIN).replace("\"femur\": [1,0,0,0, 0,0,-1", "\"other\": [1,0,0,0, 0,0,-1"),
-            "has no map",
+            r#"{"frames": [], "frames": []}"#.to_owned(),
+            "duplicate field `frames` at line 1 column 23",
         ),
-        (two_frames(SKIN).replace("[\"femur\", null]", "[\"tibia\", null]"), "follows \"tibia\""),
-        (two_frames(SKIN).replace("[\"femur\", null]", "[null]"), "1 segments and 1 blends"),
+        (swap(QUARTER, &stretched), "map \"femur\" of frame 1 is not rigid"),
         (
-            two_frames(SKIN).replace("[10, 20]", "[20, 10]"),
-            "blend 0 of the skin runs from 20 to 10",
+            swap("\"femur\": [1,0,0,0, 0,0,-1", "\"other\": [1,0,0,0, 0,0,-1"),
+            "frame 0 has no map \"other\", which other frames have",
         ),
-        (two_frames(SKIN).replace("[0, 0, 2]", "[0, 0, 0]"), "no direction"),
+        (
+            swap(QUARTER, "[1,0,0,0, 0,1,0,0, 0,0,1,0]"),
+            "\"femur\" of frame 1 is a list of 12 numbers, but a map is a list of 16 numbers",
+        ),
+        (swap(QUARTER, "\"up\""), "\"femur\" of frame 1 is text, but a map is a list of 16"),
+        (second("\"femur\": 1,"), "frame 1 has more than one entry \"femur\""),
+        (second("\"t\": 2, \"t\": 3,"), "frame 1 has more than one entry \"t\""),
+        (second("\"t\": \"late\","), "\"t\" of frame 1 is \"late\", but a time is a number"),
+        (second("\"t\": null,"), "\"t\" of frame 1 is null, but a time is a number"),
+        (second("\"t\": 1,"), "\"t\" of frame 1 is 1, but times must rise: that of frame 0 is 1"),
+        (
+            second("\"t\": 0.5,"),
+            "\"t\" of frame 1 is 0.5, but times must rise: that of frame 0 is 1",
+        ),
+        (swap("[\"femur\", null]", "[\"tibia\", null]"), "follows \"tibia\""),
+        (swap("[\"femur\", null]", "[null]"), "1 segments and 1 blends"),
+        (swap("[10, 20]", "[20, 10]"), "blend 0 of the skin runs from 20 to 10"),
+        (swap("[0, 0, 2]", "[0, 0, 0]"), "no direction"),
+        (
+            two_frames("\"ignore\": [\"femr\"],"),
+            "the list \"ignore\" has \"femr\", but the frames have no such map",
+        ),
     ];
     for (text, expected) in cases {
         let problem = Motion::parse(&text).unwrap_err().to_string();
         assert!(problem.contains(expected), "{problem:?} for {text}");
     }
+}
+
+/// A map that moves nothing is refused while a rigid body rests, with the nearest names.
+#[test]
+fn misspelled_maps_are_refused() {
+    let renamed = |list: &str| {
+        let text = two_frames(&format!("{list}{SKIN}"));
+        let extra = |map: &str| format!("\"femur\": {map}, \"pelwis\": {map}");
+        [REST, QUARTER]
+            .into_iter()
+            .fold(text, |text, map| text.replace(&format!("\"femur\": {map}"), &extra(map)))
+    };
+    let problem = Motion::parse(&renamed("")).unwrap().bind(&scene()).unwrap_err();
+    let expected = "map \"pelwis\" moves no body: the nearest names of bodies without a map are \
+                    bone_pelvis; rename the map, or add it to the list \"ignore\"";
+    assert_eq!(problem.to_string(), expected);
+
+    // It is accepted where the file says that it is meant.
+    let replay = Motion::parse(&renamed("\"ignore\": [\"pelwis\"],")).unwrap().bind(&scene());
+    assert_eq!(replay.unwrap().resting().len(), 1);
+
+    // A list of another length under the name of a body is no map.
+    let short = two_frames("").replace("\"angles\": [1, 2]", "\"pelvis\": [1, 2]");
+    let problem = Motion::parse(&short).unwrap().bind(&scene()).unwrap_err().to_string();
+    let expected =
+        "\"pelvis\" of frame 0 is a list of 2 numbers, but a map is a list of 16 numbers";
+    assert_eq!(problem, expected);
+}
+
+#[test]
+fn bodies_at_rest_have_reasons() {
+    let resting = |text: &str| {
+        let replay = Motion::parse(text).unwrap().bind(&scene()).unwrap();
+        let resting = replay.resting().iter();
+        resting.map(|resting| (resting.body.clone(), resting.reason)).collect::<Vec<_>>()
+    };
+    let pelvis = ("bone_pelvis".to_owned(), RestReason::NoMap);
+    assert_eq!(resting(&two_frames(SKIN)), [pelvis.clone()]);
+    let muscle = ("muscle".to_owned(), RestReason::NoSkin);
+    assert_eq!(resting(&two_frames("")), [muscle, pelvis]);
 }
 
 #[test]

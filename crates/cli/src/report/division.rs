@@ -31,8 +31,12 @@ pub(crate) fn divisions(
     scene: &mut Scene,
     reports: &[PairReport],
 ) -> Result<Vec<DivisionRecord>, SceneError> {
+    // Only a surface that another crosses is divided, and only an open one into sides.
     let mut divisions = Vec::new();
-    for report in reports.iter().filter(|report| !report.crossing_faces.is_empty()) {
+    for report in reports {
+        if report.crossing_faces.is_empty() {
+            continue;
+        }
         let [a, b] = report.pair.bodies();
         for (body, by) in [(a, b), (b, a)] {
             if scene.body(body).has_inside().is_err() {
@@ -44,11 +48,13 @@ pub(crate) fn divisions(
 }
 
 fn divide(scene: &mut Scene, body: BodyId, by: BodyId) -> Result<DivisionRecord, SceneError> {
+    // Regions are largest first.
     let mut regions = Vec::new();
     for region in scene.segment(body, by)? {
         let (side, faces, area) = (region.side, region.faces.len(), region.area);
         regions.push(RegionRecord { side, faces, area });
     }
+
     let [body, by] = [body, by].map(|id| scene.body(id).name().to_owned());
     Ok(DivisionRecord { body, by, regions })
 }
@@ -62,6 +68,8 @@ pub(super) fn table(divisions: &[DivisionRecord], unit: Unit) -> Table {
         right("faces"),
         right(format!("area [{}²]", unit.symbol())),
     ]);
+
+    // The names stand on each row, so that rows can be sorted and searched.
     for DivisionRecord { body, by, regions } in divisions {
         for RegionRecord { side, faces, area } in regions {
             let side = side_name(*side).to_owned();

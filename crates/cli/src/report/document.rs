@@ -9,7 +9,8 @@ use musculo_collide::{BodyKind, ContactPatch, NearVertex, PairReport, Scene, Ver
 use serde::Serialize;
 
 use super::division::DivisionRecord;
-use super::text::{counted, length};
+use super::self_crossing::SelfCrossings;
+use super::text::{counted, depth, length};
 use crate::scene::Unit;
 
 /// Checked scene.
@@ -44,6 +45,9 @@ pub(crate) struct BodyRecord {
     pub(crate) oriented: bool,
     #[serde(flatten)]
     pub(crate) inspection: Inspection,
+    /// Faces of the body that cross each other, where a check finds some.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) self_crossings: Option<SelfCrossings>,
 }
 
 /// Two bodies that overlap or are near each other.
@@ -110,6 +114,7 @@ impl BodyRecord {
         for finding in &self.inspection.findings {
             notes.push(rounded(finding, unit).to_string());
         }
+        notes.extend(self.self_crossings.iter().map(|crossings| crossings.text(unit)));
         if self.polygons_fanned > 0 {
             notes.push(counted(self.polygons_fanned, "polygon") + " split into triangles");
         }
@@ -162,8 +167,7 @@ impl PairRecord {
 
     /// Writes the depth, or "edges" where faces cross and no vertex is inside.
     pub(crate) fn depth_text(&self, unit: Unit) -> String {
-        let is_deep = self.max_depth > 0.0;
-        if is_deep { length(self.max_depth, unit) } else { "edges".to_owned() }
+        depth(self.max_depth, unit)
     }
 }
 
@@ -233,12 +237,12 @@ impl CheckDocument {
         let Some(deepest) = self.pairs_by_depth().into_iter().find(|pair| pair.overlaps) else {
             return format!("No bodies overlap; {near}.");
         };
-        format!(
-            "{} {}, the deepest {} by {} {unit}; {near}.",
-            counted(self.overlapping(), "pair"),
-            if self.overlapping() == 1 { "overlaps" } else { "overlap" },
-            deepest.title(),
-            length(deepest.max_depth, self.unit),
-        )
+        let verb = if self.overlapping() == 1 { "overlaps" } else { "overlap" };
+        let overlapping = format!("{} {verb}", counted(self.overlapping(), "pair"));
+        if deepest.max_depth <= 0.0 {
+            return format!("{overlapping}, by edges only: no vertex is inside; {near}.");
+        }
+        let (title, depth) = (deepest.title(), length(deepest.max_depth, self.unit));
+        format!("{overlapping}, the deepest {title} by {depth} {unit}; {near}.")
     }
 }

@@ -1,7 +1,7 @@
 //! Report of a distance field: its grid, its error, its warnings.
 
 use musculo_collide::distance_field::{
-    DistanceField, FieldParams, FieldReport, FieldWarning, NodeValues, Storage,
+    DistanceField, FieldParams, FieldReport, FieldWarning, MeasuredError, NodeValues, Storage,
 };
 use serde::Serialize;
 
@@ -36,10 +36,12 @@ pub(crate) struct BuiltRecord {
 
 impl FieldRecord {
     pub(crate) fn new(file: String, field: &DistanceField, built: Option<BuiltRecord>) -> Self {
+        // The range of all nodes.
         let (mut min, mut max) = (f32::INFINITY, f32::NEG_INFINITY);
         for value in field.values() {
             (min, max) = (min.min(value), max.max(value));
         }
+
         let grid = field.grid();
         Self {
             file,
@@ -56,11 +58,13 @@ impl FieldRecord {
 
     /// Writes the report, with lengths in the unit of the mesh.
     pub(crate) fn to_text(&self) -> String {
+        // The mesh, for a field that was built.
         let mut text = self.file.clone();
         if let Some(BuiltRecord { vertices, faces, .. }) = self.built {
             text += &format!(": {} vertices, {} faces", grouped(vertices), grouped(faces));
         }
 
+        // The grid and its values.
         let [nx, ny, nz] = self.dims;
         let nodes = grouped(nx.saturating_mul(ny).saturating_mul(nz));
         let [x, y, z] = self.origin;
@@ -70,6 +74,8 @@ impl FieldRecord {
              from ({x:.4}, {y:.4}, {z:.4})\n  distances  {min} to {max}\n",
             self.spacing
         );
+
+        // Rounding and accuracy.
         if let Storage::Quantized { step } = self.storage {
             text += &format!("  storage    16 bits per node, in steps of {step}\n");
         }
@@ -81,19 +87,15 @@ impl FieldRecord {
 }
 
 fn report_text(report: &FieldReport) -> String {
-    let mut text = String::new();
-    if let Some(error) = report.measured_error {
-        text += &format!(
-            "  measured   error {} rms, {} max, at {} within two spacings of the surface\n",
-            measure(error.rms),
-            measure(error.max),
-            counted(error.points, "point"),
-        );
-    }
-    if let Some(bound) = report.error_bound {
-        text += &format!("  proved     error at most {} near the surface\n", measure(bound));
-    }
-    text += &format!("  inside     volume {}\n", measure(report.inside_volume));
+    let mut text = error_text(report);
+
+    // A sheet has no inside, whatever single nodes say.
+    text += &if report.warnings.contains(&FieldWarning::NoInside) {
+        "  inside     none: the surface is a sheet\n".to_owned()
+    } else {
+        format!("  inside     volume {}\n", measure(report.inside_volume))
+    };
+
     if !report.warnings.is_empty() {
         text += "\nWarnings\n";
     }
@@ -101,6 +103,30 @@ fn report_text(report: &FieldReport) -> String {
         text += &format!("  {}\n", warning_text(warning));
     }
     text
+}
+
+/// Writes the measured errors and the proved bound, each by its name.
+fn error_text(report: &FieldReport) -> String {
+    let mut text = String::new();
+    if let Some(error) = report.measured_error {
+        text += &measured_text("measured", error, "within two spacings of the surface");
+    }
+    if let Some(error) = report.measured_deep_error {
+        text += &measured_text("", error, "farther away, where it is expected to be largest");
+    }
+    if !text.is_empty() {
+        text += "             measured at these points only: elsewhere it may be larger\n";
+    }
+    if let Some(bound) = report.error_bound {
+        text += &format!("  proved     error at most {} near the surface\n", measure(bound));
+    }
+    text
+}
+
+fn measured_text(title: &str, error: MeasuredError, place: &str) -> String {
+    let points = counted(error.points, "point");
+    let (rms, max) = (measure(error.rms), measure(error.max));
+    format!("  {title:<10} error {rms} rms, {max} max, at {points} {place}\n")
 }
 
 fn warning_text(warning: &FieldWarning) -> String {
@@ -124,6 +150,14 @@ fn warning_text(warning: &FieldWarning) -> String {
             "the surface is open, with {}: inside is where its winding number exceeds one half",
             counted(edges, "boundary edge")
         ),
+        FieldWarning::Misoriented { edges } => format!(
+            "neighboring faces have opposite orientations, at {}: inside is where the winding \
+             number exceeds one half",
+            counted(edges, "misoriented edge")
+        ),
+        FieldWarning::NoInside => {
+            "the surface is a sheet: no part of the field is reliably negative".to_owned()
+        }
         ref other => format!("{other:?}"),
     }
 }

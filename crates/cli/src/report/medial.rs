@@ -26,6 +26,7 @@ pub(crate) struct MedialRecord {
 impl MedialRecord {
     /// Writes the report, without the time, which differs between runs.
     pub(crate) fn to_text(&self) -> String {
+        // Each direction has a proved bound, and a value that is reached.
         let Deviation { surface_to_medial: uncovered, medial_to_surface: excess, rms, p95 } =
             self.deviation;
         format!(
@@ -53,6 +54,7 @@ impl MedialRecord {
     }
 
     fn topology(&self) -> String {
+        // The fit is sound if the balls have as many parts and holes as the surface.
         match &self.union {
             None => "not counted: the balls are too small for the grid".to_owned(),
             Some(union) if *union == self.inside => {
@@ -67,6 +69,7 @@ impl MedialRecord {
 }
 
 fn topology_text(topology: &Topology) -> String {
+    // No plural is formed by rule of "cavity".
     let tunnels = usize::try_from(topology.tunnels).unwrap_or(0);
     let cavities = match topology.cavities {
         1 => "1 cavity".to_owned(),

@@ -1,43 +1,52 @@
-//! Report of a motion, step by step.
+//! Report of a motion, frame by frame.
 
 use musculo_collide::{BodyId, PairReport, PairSweep, PassThrough, Scene, SweepReport};
 use serde::Serialize;
 
 use super::check_tables::dash;
 use super::table::{Table, left, right};
-use super::text::{counted, grouped, length};
+use super::text::{counted, depth, fixed, grouped};
+use crate::motion::{RestReason, RestingBody};
 use crate::scene::Unit;
 
-/// All steps of a motion.
+/// All frames of a motion.
 #[derive(Debug, Serialize)]
 pub(crate) struct MotionDocument {
     pub(crate) unit: Unit,
-    pub(crate) steps: Vec<StepRecord>,
+    /// Bodies that rest in all frames.
+    pub(crate) resting: Vec<RestingBody>,
+    pub(crate) frames: Vec<FrameRecord>,
 }
 
-/// Step between two frames, and the later one.
+/// Frame of a motion, and the step that leads to it.
 #[derive(Debug, Serialize)]
-pub(crate) struct StepRecord {
-    /// Number of the later frame, from 0.
+pub(crate) struct FrameRecord {
+    /// Number of the frame, from 0.
     pub(crate) frame: usize,
-    /// Time of that frame, if the motion has one.
+    /// Time of the frame, if the motion has one.
     pub(crate) time: Option<f64>,
     /// Number of pairs that overlap in the frame.
     overlapping_pairs: usize,
     /// Deepest overlap in the frame.
     deepest: Option<DepthRecord>,
+    /// Step from the frame before; none to the first frame.
+    pub(crate) step: Option<StepRecord>,
+}
+
+/// Step between two frames.
+#[derive(Debug, Serialize)]
+pub(crate) struct StepRecord {
     /// Number of queries between two primitives during the step.
     candidates: usize,
     /// Number of contacts that began during the step.
     contacts: usize,
     /// Number of proved ones among them.
     certain_contacts: usize,
-    /// Fraction of the step before the first contact; none without contact.
+    /// Fraction of the step before the first contact of a pair that did not overlap at its
+    /// start; none without such a contact.
     first_contact: Option<f64>,
-    /// Fraction of the step that is free of any new contact, 1 without contact.
-    largest_free_step: f64,
-    /// The same among pairs that did not overlap at the start of the step.
-    pub(crate) largest_free_step_of_free_pairs: f64,
+    /// Fraction of the step that is free of such contacts: `first_contact`, or else 1.
+    pub(crate) free_step: f64,
     /// Pairs that met.
     pairs: Vec<MeetingRecord>,
 }
@@ -63,24 +72,13 @@ struct MeetingRecord {
     vertices_passing_through: usize,
 }
 
-/// State of a motion at a frame.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct FrameState<'a> {
-    pub(crate) frame: usize,
-    pub(crate) time: Option<f64>,
-    /// Pairs in the frame before.
-    pub(crate) before: &'a [PairReport],
-    /// Pairs in the frame.
-    pub(crate) after: &'a [PairReport],
-}
-
 impl MotionDocument {
     /// Returns true if nothing overlaps in a frame or meets between frames.
     pub(crate) fn is_clean(&self) -> bool {
-        self.steps.iter().all(|step| step.overlapping_pairs == 0 && step.contacts == 0)
+        self.frames.iter().all(|frame| frame.overlapping_pairs == 0 && frame.contacts() == 0)
     }
 
-    /// Writes one line per step, and a summary.
+    /// Writes one line per frame, a summary, and the bodies that rest.
     pub(crate) fn to_text(&self) -> String {
         let mut table = Table::new([
             right("frame"),
@@ -94,42 +92,51 @@ impl MotionDocument {
             right("pairs through"),
             right("vertices through"),
         ]);
-        for step in &self.steps {
-            let (depth, between) = match &step.deepest {
-                Some(DepthRecord { a, b, depth }) => {
-                    (length(*depth, self.unit), format!("{a} × {b}"))
-                }
-                None => (dash(), dash()),
+
+        // A frame stands in one line with the step that leads to it.
+        for frame in &self.frames {
+            let of_frame = frame.state_entries(self.unit);
+            let of_step = match &frame.step {
+                Some(step) => step.entries(),
+                None => [dash(), dash(), dash(), dash(), dash()],
             };
-            table.row([
-                step.frame.to_string(),
-                step.time.map_or_else(dash, |time| format!("{time:.3}")),
-                grouped(step.overlapping_pairs),
-                depth,
-                between,
-                grouped(step.contacts),
-                step.first_contact.map_or_else(dash, |fraction| format!("{fraction:.4}")),
-                format!("{:.4}", step.largest_free_step_of_free_pairs),
-                grouped(step.pairs.iter().filter(|pair| pair.passes_through).count()),
-                grouped(step.vertices_passing_through()),
-            ]);
+            table.row(of_frame.into_iter().chain(of_step));
         }
-        format!("{}\n{}\n", table.to_text(), self.summary())
+        let (table, rests) = (table.to_text(), rest_text(&self.resting));
+        format!("{table}\n{}\n{rests}", self.summary())
     }
 
     fn summary(&self) -> String {
-        let unit = self.unit;
-        let overlapping = self.steps.iter().filter(|step| step.overlapping_pairs > 0).count();
-        let deepest = self.steps.iter().max_by(|p, q| p.depth().total_cmp(&q.depth()));
-        let deepest = deepest.filter(|_| overlapping > 0).map_or_else(String::new, |step| {
-            let (depth, symbol) = (length(step.depth(), unit), unit.symbol());
-            format!(", the deepest {depth} {symbol} in frame {}", step.frame)
-        });
-        let contacts: usize = self.steps.iter().map(|step| step.contacts).sum();
-        let through = self.steps.iter().map(StepRecord::vertices_passing_through).sum();
+        // Counts over all frames, and the frame of the deepest overlap.
+        let (mut overlapping, mut contacts, mut through) = (0, 0, 0);
+        let mut deepest: Option<&FrameRecord> = None;
+        for frame in &self.frames {
+            contacts += frame.contacts();
+            through += frame.step.as_ref().map_or(0, StepRecord::vertices_passing_through);
+            if frame.overlapping_pairs > 0 {
+                overlapping += 1;
+                if deepest.is_none_or(|deepest| frame.depth() > deepest.depth()) {
+                    deepest = Some(frame);
+                }
+            }
+        }
+
+        // Without a vertex inside there is no depth to name.
+        let deepest = match deepest {
+            None => String::new(),
+            Some(frame) if frame.depth() > 0.0 => format!(
+                ", the deepest {} {} in frame {}",
+                depth(frame.depth(), self.unit),
+                self.unit.symbol(),
+                frame.frame
+            ),
+            Some(_) => ", of edges only: no vertex is inside".to_owned(),
+        };
         format!(
-            "{}: overlap in {}{deepest}; {} between frames, {} through a surface and out again.",
-            counted(self.steps.len(), "frame"),
+            "{}: overlap in {}{deepest}; {} between frames, {} through a surface and out again.\n\
+             Free step: the part of the step before the first contact of pairs that did not \
+             overlap at its start.",
+            counted(self.frames.len(), "frame"),
             grouped(overlapping),
             counted(contacts, "contact"),
             counted(through, "vertex path"),
@@ -137,37 +144,40 @@ impl MotionDocument {
     }
 }
 
-impl StepRecord {
-    pub(crate) fn new(scene: &Scene, sweep: &SweepReport, state: FrameState<'_>) -> Self {
-        let FrameState { frame, time, before, after } = state;
-        let through = sweep.pass_throughs(scene, before, after);
-        let mut step = Self {
-            frame,
-            time,
-            overlapping_pairs: after.iter().filter(|pair| pair.overlaps).count(),
-            deepest: deepest(scene, after),
-            candidates: sweep.candidates,
-            contacts: 0,
-            certain_contacts: 0,
-            first_contact: None,
-            largest_free_step: sweep.largest_free_step,
-            largest_free_step_of_free_pairs: 1.0,
-            pairs: Vec::new(),
-        };
-
-        for pair in &sweep.pairs {
-            let meeting = MeetingRecord::new(scene, pair, &through);
-            let first = meeting.first_contact.unwrap_or(1.0);
-            step.contacts += meeting.contacts;
-            step.certain_contacts += pair.contacts.iter().filter(|c| c.certain).count();
-            step.first_contact = Some(first.min(step.first_contact.unwrap_or(1.0)));
-            if !overlaps(before, pair) {
-                step.largest_free_step_of_free_pairs =
-                    step.largest_free_step_of_free_pairs.min(first);
+/// Writes the bodies that rest in all frames, a line per reason.
+pub(crate) fn rest_text(resting: &[RestingBody]) -> String {
+    let reasons = [
+        (RestReason::NoMap, "no map has their name"),
+        (RestReason::NoSkin, "they are soft, and the motion has no skin"),
+    ];
+    let mut text = String::new();
+    for (reason, words) in reasons {
+        let mut names = Vec::new();
+        for body in resting {
+            if body.reason == reason {
+                names.push(body.body.as_str());
             }
-            step.pairs.push(meeting);
         }
-        step
+        if !names.is_empty() {
+            text += &format!("At rest, as {words}: {}\n", names.join(", "));
+        }
+    }
+    text
+}
+
+impl FrameRecord {
+    /// Records the overlaps of a frame.
+    pub(crate) fn new(
+        scene: &Scene,
+        frame: usize,
+        time: Option<f64>,
+        reports: &[PairReport],
+    ) -> Self {
+        let mut overlapping_pairs = 0;
+        for report in reports {
+            overlapping_pairs += usize::from(report.overlaps);
+        }
+        Self { frame, time, overlapping_pairs, deepest: deepest(scene, reports), step: None }
     }
 
     /// Returns the depth of the deepest overlap, 0 without one.
@@ -175,8 +185,80 @@ impl StepRecord {
         self.deepest.as_ref().map_or(0.0, |deepest| deepest.depth)
     }
 
+    fn contacts(&self) -> usize {
+        self.step.as_ref().map_or(0, |step| step.contacts)
+    }
+
+    /// Returns the entries of a table that show the frame.
+    fn state_entries(&self, unit: Unit) -> [String; 5] {
+        let (depth, between) = match &self.deepest {
+            Some(DepthRecord { a, b, depth: value }) => (depth(*value, unit), format!("{a} × {b}")),
+            None => (dash(), dash()),
+        };
+        let time = self.time.map_or_else(dash, |time| fixed(time, 3));
+        [self.frame.to_string(), time, grouped(self.overlapping_pairs), depth, between]
+    }
+}
+
+impl StepRecord {
+    /// Records a step between the states `before` and `after`.
+    pub(crate) fn new(
+        scene: &Scene,
+        sweep: &SweepReport,
+        before: &[PairReport],
+        after: &[PairReport],
+    ) -> Self {
+        // Passing through shows in neither state, only in the sweep between them.
+        let through = sweep.pass_throughs(scene, before, after);
+        let mut step = Self {
+            candidates: sweep.candidates,
+            contacts: 0,
+            certain_contacts: 0,
+            first_contact: None,
+            free_step: 1.0,
+            pairs: Vec::new(),
+        };
+
+        for pair in &sweep.pairs {
+            let meeting = MeetingRecord::new(scene, pair, &through);
+            step.contacts += meeting.contacts;
+            for contact in &pair.contacts {
+                step.certain_contacts += usize::from(contact.certain);
+            }
+
+            // A pair that overlaps already has no time of first contact.
+            if let Some(first) = meeting.first_contact
+                && !overlaps(before, pair)
+            {
+                step.free_step = step.free_step.min(first);
+                step.first_contact = Some(step.free_step);
+            }
+            step.pairs.push(meeting);
+        }
+        step
+    }
+
     fn vertices_passing_through(&self) -> usize {
-        self.pairs.iter().map(|pair| pair.vertices_passing_through).sum()
+        let mut count = 0;
+        for pair in &self.pairs {
+            count += pair.vertices_passing_through;
+        }
+        count
+    }
+
+    /// Returns the entries of a table that show the step.
+    fn entries(&self) -> [String; 5] {
+        let mut through = 0;
+        for pair in &self.pairs {
+            through += usize::from(pair.passes_through);
+        }
+        [
+            grouped(self.contacts),
+            self.first_contact.map_or_else(dash, |fraction| fixed(fraction, 4)),
+            fixed(self.free_step, 4),
+            grouped(through),
+            grouped(self.vertices_passing_through()),
+        ]
     }
 }
 
@@ -200,13 +282,17 @@ impl MeetingRecord {
 }
 
 fn deepest(scene: &Scene, reports: &[PairReport]) -> Option<DepthRecord> {
-    let overlapping = reports.iter().filter(|pair| pair.overlaps);
-    let pair = overlapping.max_by(|p, q| p.max_depth.total_cmp(&q.max_depth))?;
-    Some(DepthRecord {
-        a: name(scene, pair.pair.a),
-        b: name(scene, pair.pair.b),
-        depth: pair.max_depth,
-    })
+    // Of equal depths, the first pair counts.
+    let mut deepest: Option<&PairReport> = None;
+    for report in reports {
+        let depth = deepest.map_or(-1.0, |deepest| deepest.max_depth);
+        if report.overlaps && report.max_depth > depth {
+            deepest = Some(report);
+        }
+    }
+
+    let PairReport { pair, max_depth: depth, .. } = deepest?;
+    Some(DepthRecord { a: name(scene, pair.a), b: name(scene, pair.b), depth: *depth })
 }
 
 fn name(scene: &Scene, id: BodyId) -> String {

@@ -5,36 +5,37 @@ use std::error::Error;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::motion::{MotionDocument, StepRecord};
+use super::motion::{FrameRecord, MotionDocument};
 
 const SIZE: (u32, u32) = (900, 560);
 const DEPTH: RGBColor = RGBColor(0xb2, 0x3a, 0x48);
 const FREE: RGBColor = RGBColor(0x2a, 0x6f, 0x97);
 
-/// Half of the chart: one curve over the frames.
+/// Half of the chart: one curve over the frames that have a value.
 struct Panel {
     title: String,
     max: f64,
     color: RGBColor,
-    value: fn(&StepRecord) -> f64,
+    value: fn(&FrameRecord) -> Option<f64>,
 }
 
 /// Draws a motion as SVG.
 pub(crate) fn motion_chart(document: &MotionDocument) -> Result<String, Box<dyn Error>> {
-    let max_depth = document.steps.iter().map(StepRecord::depth).fold(0.0, f64::max);
+    let max_depth = document.frames.iter().map(FrameRecord::depth).fold(0.0, f64::max);
     let depth = Panel {
         title: format!("deepest overlap [{}]", document.unit.symbol()),
         max: if max_depth > 0.0 { 1.1 * max_depth } else { 1.0 },
         color: DEPTH,
-        value: StepRecord::depth,
+        value: |frame| Some(frame.depth()),
     };
     let free = Panel {
         title: "free fraction of the step".to_owned(),
         max: 1.05,
         color: FREE,
-        value: |step| step.largest_free_step_of_free_pairs,
+        value: |frame| frame.step.as_ref().map(|step| step.free_step),
     };
 
+    // Depths above, free steps below.
     let mut svg = String::new();
     let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
     area.fill(&WHITE)?;
@@ -52,7 +53,8 @@ impl Panel {
         area: &DrawingArea<SVGBackend<'_>, Shift>,
         document: &MotionDocument,
     ) -> Result<(), Box<dyn Error>> {
-        let last = document.steps.last().map_or(1, |step| step.frame);
+        // Frames across, without lines between the labels.
+        let last = document.frames.last().map_or(1, |frame| frame.frame);
         let mut chart = ChartBuilder::on(area)
             .margin(12)
             .x_label_area_size(36)
@@ -66,8 +68,11 @@ impl Panel {
             .y_desc(&self.title)
             .draw()?;
 
-        let points: Vec<_> =
-            document.steps.iter().map(|step| (step.frame, (self.value)(step))).collect();
+        // One line through all points, each with a dot.
+        let mut points = Vec::new();
+        for frame in &document.frames {
+            points.extend((self.value)(frame).map(|value| (frame.frame, value)));
+        }
         let circles = points.iter().map(|point| Circle::new(*point, 2, self.color.filled()));
         chart.draw_series(LineSeries::new(points.clone(), self.color.stroke_width(2)))?;
         chart.draw_series(circles)?;

@@ -12,6 +12,15 @@ pub(crate) fn resolution_text(resolution: &Resolution, scene: &Scene, unit: Unit
     let (rounds, bodies) = (rounds(resolution, unit), bodies(resolution, scene, unit));
     let mut text = format!("{}\n{}\n", rounds.to_text(), bodies.to_text());
 
+    // A state that later rounds did not improve is that of an earlier round.
+    let last = resolution.rounds.len().saturating_sub(1);
+    if resolution.final_round < last {
+        text += &format!(
+            "Round {} of {last} is kept: none of the later ones was better.\n",
+            resolution.final_round
+        );
+    }
+
     // The verdict stands last, where a terminal shows it.
     let count = resolution.remaining.len();
     if count == 0 {

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::check_tables::dash;
 use super::resolution::remaining_text;
 use super::table::{Table, right};
-use super::text::{counted, grouped, length};
+use super::text::{counted, depth, grouped, length};
 use crate::scene::Unit;
 
 /// All frames of a motion.
@@ -31,6 +31,8 @@ pub(crate) struct ResolvedFrame {
     remaining: Vec<RemainingRecord>,
     /// Number of rounds of detection and pushing.
     rounds: usize,
+    /// Number of the round whose state is kept.
+    final_round: usize,
     /// Length of the longest displacement.
     max_displacement: f64,
     /// Largest relative change of a body's volume.
@@ -84,6 +86,7 @@ impl ResolvedFrame {
             new_pairs: 0,
             remaining: Vec::new(),
             rounds: resolution.rounds.len() - 1,
+            final_round: resolution.final_round,
             max_displacement: 0.0,
             max_volume_change: 0.0,
             flipped_faces: 0,
@@ -108,6 +111,23 @@ impl ResolvedFrame {
         }
 
         record
+    }
+}
+
+impl ResolvedFrame {
+    /// Writes the number of rounds, after that of an earlier one whose state is kept.
+    fn rounds_text(&self) -> String {
+        if self.final_round < self.rounds {
+            format!("{} of {}", self.final_round, self.rounds)
+        } else {
+            grouped(self.rounds)
+        }
+    }
+}
+
+impl OverlapRecord {
+    fn depth_text(&self, unit: Unit) -> String {
+        if self.pairs > 0 { depth(self.deepest, unit) } else { length(0.0, unit) }
     }
 }
 
@@ -160,7 +180,7 @@ impl ResolvedDocument {
             right("flipped faces"),
             right("self-crossings"),
             right("rounds"),
-            right("time [s]"),
+            right("removal [s]"),
         ]);
 
         for frame in &self.frames {
@@ -169,15 +189,15 @@ impl ResolvedDocument {
                 frame.frame.to_string(),
                 frame.time.map_or_else(dash, |time| format!("{time:.3}")),
                 grouped(frame.before.pairs),
-                length(frame.before.deepest, self.unit),
+                frame.before.depth_text(self.unit),
                 grouped(frame.after.pairs),
                 grouped(frame.new_pairs),
-                length(frame.after.deepest, self.unit),
+                frame.after.depth_text(self.unit),
                 length(frame.max_displacement, self.unit),
                 format!("{:.2}", 100.0 * frame.max_volume_change),
                 grouped(frame.flipped_faces),
                 format!("{before} -> {after}"),
-                grouped(frame.rounds),
+                frame.rounds_text(),
                 format!("{:.2}", frame.seconds),
             ]);
         }
@@ -202,7 +222,8 @@ impl ResolvedDocument {
 
         format!(
             "{}, {} not resolved: deepest {} {unit} before, {} {unit} after; \
-             {:.2} s, per frame {median:.2} s in the median and {max:.2} s at most.\n",
+             {:.2} s of overlap removal, per frame {median:.2} s in the median and {max:.2} s at \
+             most.\n",
             counted(self.frames.len(), "frame"),
             grouped(unresolved),
             length(before, self.unit),

@@ -52,6 +52,7 @@ impl Table {
             }
         }
 
+        // Widths count characters, as a terminal shows them.
         let mut widths = vec![0; self.columns.len()];
         for line in &lines {
             for (width, entry) in widths.iter_mut().zip(line) {
@@ -59,6 +60,7 @@ impl Table {
             }
         }
 
+        // Trailing blanks of the last column are left out.
         let mut text = String::new();
         for line in &lines {
             let mut padded = String::new();
@@ -83,6 +85,8 @@ impl Table {
             html += &format!("<th>{}</th>", escaped(&column.title));
         }
         html += "</tr></thead>\n<tbody>\n";
+
+        // Lines of an entry stay lines.
         for row in &self.rows {
             html += "<tr>";
             for (entry, column) in row.iter().zip(&self.columns) {

@@ -2,22 +2,55 @@
 
 use crate::scene::Unit;
 
+/// Maximum number of decimals; smaller numbers have an exponent.
+const MAX_DECIMALS: usize = 12;
+
 /// Writes a length to about a micrometer, whatever the unit.
 pub(super) fn length(value: f64, unit: Unit) -> String {
-    format!("{value:.*}", unit.decimals())
+    fixed(value, unit.decimals())
 }
 
-/// Writes a number with four significant digits and no exponent.
+/// Writes the depth of an overlap, or "edges" where faces cross and no vertex is inside.
+pub(super) fn depth(value: f64, unit: Unit) -> String {
+    if value > 0.0 { length(value, unit) } else { "edges".to_owned() }
+}
+
+/// Writes a number with some decimals. One that is not zero, but would be written as zero,
+/// has two significant digits instead.
+pub(crate) fn fixed(value: f64, decimals: usize) -> String {
+    // Only a digit other than 0 tells the number from zero.
+    let text = format!("{value:.decimals$}");
+    let is_zero = !text.contains(|digit| matches!(digit, '1'..='9'));
+    if !is_zero || value == 0.0 || !value.is_finite() {
+        return text;
+    }
+
+    // The first number of decimals that shows two digits.
+    for decimals in decimals + 1..=MAX_DECIMALS {
+        if value.abs() * 10.0_f64.powi(decimals.try_into().unwrap_or(0)) >= 10.0 {
+            return format!("{value:.decimals$}");
+        }
+    }
+    format!("{value:.1e}")
+}
+
+/// Writes a number with four significant digits, and no exponent unless it is minute.
 pub(super) fn measure(value: f64) -> String {
-    // Decimals until four digits stand before the point; zero has none that would.
+    // Decimals up to which the number has four digits.
     let mut decimals = 0;
     let mut scaled = value.abs();
-    while scaled < 1000.0 && decimals < 12 {
+    while scaled < 1000.0 && decimals < MAX_DECIMALS {
         scaled *= 10.0;
         decimals += 1;
     }
 
-    format!("{value:.*}", if scaled < 1000.0 { 0 } else { decimals })
+    if scaled >= 1000.0 {
+        format!("{value:.decimals$}")
+    } else if scaled > 0.0 {
+        format!("{value:.3e}")
+    } else {
+        format!("{value:.0}")
+    }
 }
 
 /// Writes a count with its noun: `1 pair`, `2 pairs`.
@@ -28,6 +61,7 @@ pub(crate) fn counted(count: usize, noun: &str) -> String {
 
 /// Writes a count with separators of thousands.
 pub(super) fn grouped(count: usize) -> String {
+    // A separator stands before every third digit from the end.
     let digits = count.to_string();
     let mut text = String::new();
 
@@ -46,6 +80,30 @@ mod tests {
     use super::*;
 
     #[test]
+    fn no_number_but_zero_is_written_as_zero() {
+        let cases = [
+            (0.0, "0.000"),
+            (-0.0, "-0.000"),
+            (1.2345, "1.234"),
+            (0.0005, "0.001"),
+            (0.000_49, "0.00049"),
+            (0.000_4, "0.00040"),
+            (-0.000_012_34, "-0.000012"),
+            (1.0e-11, "0.000000000010"),
+            (4.0e-13, "4.0e-13"),
+            (5e-324, "4.9e-324"),
+        ];
+        for (value, expected) in cases {
+            assert_eq!(fixed(value, 3), expected, "{value:e}");
+        }
+        assert_eq!(length(0.000_4, Unit::Millimeter), "0.00040");
+        assert_eq!(
+            [depth(0.000_4, Unit::Millimeter), depth(0.0, Unit::Meter)],
+            ["0.00040", "edges"]
+        );
+    }
+
+    #[test]
     fn measures_have_four_significant_digits() {
         let cases = [
             (0.0, "0"),
@@ -53,6 +111,10 @@ mod tests {
             (1.234_56, "1.235"),
             (-12.345_6, "-12.35"),
             (12_345.6, "12346"),
+            (2.5e-9, "0.000000002500"),
+            (2.5e-10, "2.500e-10"),
+            (f64::NAN, "NaN"),
+            (f64::INFINITY, "inf"),
         ];
         for (value, expected) in cases {
             assert_eq!(measure(value), expected);

@@ -85,6 +85,8 @@ impl SceneDescription {
         {
             return Self::read(path).map_err(|problem| Failure::in_file(path, problem));
         }
+
+        // Mesh files describe bodies by their names; a scene file among them would be lost.
         if let Some(path) = inputs.iter().find(|path| is_scene_file(path)) {
             return Err(SceneProblem::SceneAmongOthers(path.clone()).into());
         }
@@ -105,6 +107,7 @@ impl SceneDescription {
 
     /// Parses a scene file in a folder; the meshes are not read.
     pub(crate) fn parse(text: &str, folder: &Path) -> Result<Self, SceneProblem> {
+        // The parser's error quotes the line.
         let mut scene: Self = toml::from_str(text)
             .map_err(|error| SceneProblem::Syntax(error.to_string().trim_end().to_owned()))?;
         if scene.bodies.is_empty() {
@@ -120,6 +123,7 @@ impl SceneDescription {
             }
         }
 
+        // References need names that are checked.
         scene.check_names()?;
         scene.check_margin()?;
         for IgnoredPair { a, b } in &scene.ignored {
@@ -147,10 +151,14 @@ impl SceneDescription {
 
     /// Returns the number of a body.
     pub(crate) fn index_of(&self, name: &str) -> Result<usize, SceneProblem> {
-        self.bodies.iter().position(|body| body.name == name).ok_or_else(|| {
-            let known: Vec<&str> = self.bodies.iter().map(|body| body.name.as_str()).collect();
-            SceneProblem::NoSuchBody { name: name.to_owned(), known: known.join(", ") }
-        })
+        let mut known = Vec::new();
+        for (number, body) in self.bodies.iter().enumerate() {
+            if body.name == name {
+                return Ok(number);
+            }
+            known.push(body.name.as_str());
+        }
+        Err(SceneProblem::NoSuchBody { name: name.to_owned(), known: known.join(", ") })
     }
 
     fn check_margin(&self) -> Result<(), SceneProblem> {
@@ -164,11 +172,14 @@ impl SceneDescription {
 
     /// Checks that names differ and can name output files.
     fn check_names(&self) -> Result<(), SceneProblem> {
+        // A name must not lead to another folder, nor control a terminal.
         let is_in_file_name = |c: char| !matches!(c, '/' | '\\') && !c.is_control();
         for (number, BodyDescription { name, file, .. }) in self.bodies.iter().enumerate() {
             if name.is_empty() || !name.chars().all(is_in_file_name) {
                 return Err(SceneProblem::BadName { name: name.clone(), file: file.clone() });
             }
+
+            // Both files are named, as either may be the mistake.
             let first = self.bodies[..number].iter().find(|other| other.name == *name);
             if let Some(BodyDescription { file: first, .. }) = first {
                 return Err(SceneProblem::SameName {

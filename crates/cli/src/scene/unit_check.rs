@@ -10,6 +10,7 @@ const SUSPICIOUS_RATIO: f64 = 50.0;
 
 /// Returns a warning for each body whose size differs much from that of the median body.
 pub(crate) fn unit_warnings(bodies: &[(&str, Aabb)]) -> Vec<String> {
+    // The median is that of the scene's unit if fewer than half of the bodies are in another.
     let mut by_size = bodies.to_vec();
     by_size.sort_by(|a, b| a.1.diagonal().total_cmp(&b.1.diagonal()));
     let Some(&(median_name, median)) = by_size.get(by_size.len() / 2) else {
@@ -18,6 +19,7 @@ pub(crate) fn unit_warnings(bodies: &[(&str, Aabb)]) -> Vec<String> {
 
     let mut warnings = Vec::new();
     for &(name, bounds) in bodies {
+        // Much larger is as suspicious as much smaller.
         let (size, median_size) = (bounds.diagonal(), median.diagonal());
         if size.max(median_size) > SUSPICIOUS_RATIO * size.min(median_size) {
             warnings.push(format!(

@@ -25,6 +25,8 @@ fn workshop() -> Workshop {
     let workshop = Workshop::new();
     workshop.write("good.obj", tetrahedron(0.0, 1.0));
     workshop.write("good.ply", ply(1.0, 3));
+    workshop.write("far.obj", tetrahedron(0.0, 1e110));
+    workshop.write("small.obj", tetrahedron(0.0, 1e-110));
     workshop.write("empty.ply", "");
     workshop.write("truncated.ply", &ply(1.0, 3)[..PLY.len() + 48 + 20]);
     workshop.write("nan.ply", ply(f32::NAN, 3));
@@ -56,6 +58,13 @@ fn every_mistake_is_named_and_leaves_nothing_behind() {
         (&["notes.txt"], &["notes.txt: unknown format: expected PLY, OBJ, STL or VTP"]),
         (&["good.obj", "good.ply"], &["two bodies are named 'good'", "good.obj", "good.ply"]),
         (&["good.obj", "--rigid", "tibia"], &["no body is named 'tibia': the bodies are good"]),
+        (&["good.obj", "--rigid", "tibia"], &["--rigid: no body is named 'tibia'"]),
+        (&["good.obj", "--fixed", "nobody"], &["--fixed: no body is named 'nobody'"]),
+        (&["good.obj", "far.obj"], &["body \"far\": vertex 1 has the coordinate 1e110"]),
+        (
+            &["small.obj"],
+            &["body \"small\": the largest coordinate is 1e-110, but must reach 1e-90"],
+        ),
         (&["good.obj", "--margin", "nan"], &["margin is NaN"]),
         (&["good.obj", "--margin", "-1"], &["margin is -1"]),
         (&["good.obj", "--margin", "far"], &["invalid value 'far'"]),

@@ -7,6 +7,8 @@ fn workshop() -> Workshop {
     let workshop = Workshop::new();
     workshop.write("bone.obj", tetrahedron(0.0, 30.0));
     workshop.write("open.obj", tetrahedron(0.0, 30.0).replace("f 2 3 4\n", ""));
+    workshop.write("turned.obj", tetrahedron(0.0, 30.0).replace("f 2 3 4\n", "f 2 4 3\n"));
+    workshop.write("sheet.obj", "v 0 0 0\nv 30 0 0\nv 30 30 3\nv 0 30 0\nf 1 2 3\nf 1 3 4\n");
     workshop
 }
 
@@ -27,6 +29,10 @@ fn a_bone_becomes_a_field_a_picture_and_figures() {
     for part in [
         "4 vertices, 4 faces",
         "51 x 51 x 51, 132,651 nodes, spacing 1,",
+        " max, at 512 points within two spacings of the surface",
+        " max, at 64 points farther away, where it is expected to be largest",
+        "measured at these points only: elsewhere it may be larger",
+        "proved     error at most 0.9910 near the surface",
         "wrote f.nrrd",
         " s: build ",
     ] {
@@ -37,6 +43,9 @@ fn a_bone_becomes_a_field_a_picture_and_figures() {
     assert!(error["rms"].as_f64().unwrap() > 0.0);
     assert!(error["max"].as_f64().unwrap() < 0.5, "{error}");
     assert_eq!(error["points"].as_u64(), Some(512));
+    let deep = &record["built"]["measured_deep_error"];
+    assert_eq!(deep["points"].as_u64(), Some(64));
+    assert!(deep["max"].as_f64().unwrap() > error["rms"].as_f64().unwrap(), "{deep}");
     // Legs of 30 at a right angle: 30³ / 6.
     let volume = record["built"]["inside_volume"].as_f64().unwrap();
     assert!((volume - 4500.0).abs() < 600.0, "{volume}");
@@ -140,6 +149,9 @@ fn unreliable_fields_have_warnings() {
     let workshop = workshop();
     let cases = [
         (["open.obj", "--spacing", "1"], "the surface is open, with 3 boundary edges"),
+        (["turned.obj", "--spacing", "1"], "opposite orientations, at 3 misoriented edges"),
+        (["sheet.obj", "--spacing", "1"], "inside     none: the surface is a sheet"),
+        (["sheet.obj", "--spacing", "1"], "no part of the field is reliably negative"),
         (["bone.obj", "--spacing", "12"], "the surface spans 2.50 cells"),
         (["bone.obj", "--spacing", "12"], "89 % of the surface bounds parts thinner than 18.00"),
     ];
@@ -147,6 +159,22 @@ fn unreliable_fields_have_warnings() {
         let run = workshop.run("field", &arguments);
         assert_eq!(run.status, 0, "{arguments:?}: {}", run.stderr);
         assert!(run.stdout.contains(expected), "{arguments:?}: {}", run.stdout);
+        // A closed surface is not called open, and a sheet has no volume.
+        let [file, ..] = arguments;
+        assert_eq!(run.stdout.contains("is open"), ["open.obj", "sheet.obj"].contains(&file));
+        assert_eq!(run.stdout.contains("inside     volume"), file != "sheet.obj");
+    }
+}
+
+/// The edges of a damaged mesh are counted as `check` counts them.
+#[test]
+fn edges_are_counted_as_check_counts_them() {
+    let workshop = workshop();
+    for (file, edges) in [("open.obj", "3 boundary edges"), ("turned.obj", "3 misoriented edges")] {
+        let field = workshop.run("field", &[file, "--spacing", "1"]);
+        assert!(field.stdout.contains(edges), "{}", field.stdout);
+        let check = workshop.check(&[file]);
+        assert!(check.stdout.contains(edges), "{}", check.stdout);
     }
 }
 

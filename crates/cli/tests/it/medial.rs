@@ -151,6 +151,14 @@ fn invalid_input_is_named_and_nothing_is_written() {
     workshop.write("torn.obj", torn);
     workshop.write("two.obj", muscle.clone() + &ellipsoid(50.0, 222));
     workshop.write("crossing.obj", muscle.clone() + &ellipsoid(9.0, 222));
+    // The top is pulled through the bottom, so that faces of one body cross.
+    workshop.write("pierced.obj", muscle.replacen("v 0 0 30", "v 0 0 -40", 1));
+    let check = workshop.check(&["pierced.obj", "--json", "check.json"]);
+    assert!(check.stdout.contains(" self-crossings, the first of faces "), "{}", check.stdout);
+    let crossings = &json(&workshop, "check.json")["bodies"][0]["self_crossings"];
+    let pairs = crossings["pairs"].as_array().expect("pairs of faces").len();
+    assert_eq!(crossings["count"], pairs, "all pairs are listed");
+    std::fs::remove_file(workshop.path("check.json")).expect("a file to remove");
     let turned: Vec<String> = muscle
         .lines()
         .map(|line| match line.split_whitespace().collect::<Vec<_>>()[..] {
@@ -166,6 +174,7 @@ fn invalid_input_is_named_and_nothing_is_written() {
         (&["two.obj"], "two.obj: the surface has 2 parts"),
         (&["crossing.obj"], "crossing.obj: the surface has 2 parts"),
         (&["turned.obj"], "turned.obj: the surface is inside out"),
+        (&["pierced.obj"], "`check` lists them with their places. Remove them and fill the holes"),
         (&["thin.obj"], "thin.obj: the surface is too thin for its faces"),
         (&["muscle.obj", "--balls", "0"], "muscle.obj: size is 0"),
         (&["muscle.obj", "--balls", "223"], "muscle.obj: 223 balls were requested"),

@@ -42,15 +42,102 @@ fn bodies_that_pass_through_between_frames_are_found() {
     let workshop = needle_through_plate();
     let run = workshop.run("motion", &["scene.toml", "--json", "m.json", "--chart", "m.svg"]);
     assert_eq!(run.status, 1, "{}", run.stderr);
-    let step = &json(&workshop, "m.json")["steps"][0];
-    assert_eq!(step["overlapping_pairs"], 0, "neither frame shows anything");
+    let frames = &json(&workshop, "m.json")["frames"];
+    assert_eq!(frames.as_array().unwrap().len(), 2, "two states are two frames");
+    assert_eq!(frames[0]["step"], Value::Null, "no step leads to the first frame");
+    for frame in 0..2 {
+        assert_eq!(frames[frame]["overlapping_pairs"], 0, "neither frame shows anything");
+    }
+
+    let step = &frames[1]["step"];
     let [pair] = &step["pairs"].as_array().unwrap()[..] else { panic!("one pair: {step}") };
     assert_eq!(pair["passes_through"], true);
     assert!(pair["vertices_passing_through"].as_u64().unwrap() >= 4, "{pair}");
     // The tip starts 1 over z = 0, where the plate is some 0.19 high, and falls by 4.
-    let free = step["largest_free_step"].as_f64().unwrap();
+    let free = step["free_step"].as_f64().unwrap();
     assert!((0.19..0.21).contains(&free), "{free}");
+    assert_eq!(step["first_contact"], step["free_step"]);
     assert!(workshop.read("m.svg").starts_with("<svg"), "a picture");
+}
+
+/// Writes a motion of the needle along z, a frame per height.
+fn write_heights(workshop: &Workshop, name: &str, heights: &[f64]) {
+    let frame = |z: &f64| {
+        let map = REST.replace("0,0,1,0, 0,0,0,1", &format!("0,0,1,{z}, 0,0,0,1"));
+        format!("{{\"needle\": {map}}}")
+    };
+    let frames: Vec<String> = heights.iter().map(frame).collect();
+    workshop.write(name, format!("{{\"frames\": [{}]}}", frames.join(", ")));
+}
+
+/// An overlap in the first frame only is counted, shown and decides the exit status.
+#[test]
+fn the_first_frame_is_reported() {
+    let workshop = needle_through_plate();
+    write_heights(&workshop, "up.json", &[-0.9, 0.0, 1.0, 2.0, 3.0, 4.0]);
+    let arguments = ["scene.toml", "--motion", "up.json", "--json", "m.json", "--chart", "m.svg"];
+    let run = workshop.run("motion", &arguments);
+    assert_eq!(run.status, 1, "{}", run.stderr);
+    for part in ["6 frames: overlap in 1, the deepest 0.0", " mm in frame 0; "] {
+        assert!(run.stdout.contains(part), "{}", run.stdout);
+    }
+    let rows: Vec<&str> = run.stdout.lines().skip(1).take(6).collect();
+    assert!(rows[0].trim_start().starts_with("0  "), "{}", run.stdout);
+
+    let frames = &json(&workshop, "m.json")["frames"];
+    let counts = frames.as_array().unwrap().iter().map(|frame| &frame["overlapping_pairs"]);
+    assert_eq!(counts.collect::<Vec<_>>(), [1, 0, 0, 0, 0, 0]);
+    assert!(frames[0]["deepest"]["depth"].as_f64().unwrap() > 0.01, "{}", frames[0]);
+
+    // Without a vertex inside there is no depth.
+    write_heights(&workshop, "edges.json", &[-1.2, 0.0]);
+    let run = workshop.run("motion", &["scene.toml", "--motion", "edges.json"]);
+    let expected = "2 frames: overlap in 1, of edges only: no vertex is inside;";
+    assert!(run.stdout.contains(expected), "{}", run.stdout);
+}
+
+/// Pairs that overlap at the start of a step count neither for the first contact nor for the
+/// free step.
+#[test]
+fn the_first_contact_is_the_end_of_the_free_step() {
+    let workshop = needle_through_plate();
+    write_heights(&workshop, "deeper.json", &[-1.1, -1.3, -3.0, 1.0, -1.2]);
+    let arguments = ["scene.toml", "--motion", "deeper.json", "--json", "m.json"];
+    let run = workshop.run("motion", &arguments);
+    assert_eq!(run.status, 1, "{}", run.stderr);
+    let document = json(&workshop, "m.json");
+    let frames = document["frames"].as_array().unwrap();
+    let overlapping: Vec<bool> =
+        frames.iter().map(|frame| frame["overlapping_pairs"] == 1).collect();
+
+    for (frame, record) in frames.iter().enumerate().skip(1) {
+        let step = &record["step"];
+        if overlapping[frame - 1] {
+            assert_eq!((&step["first_contact"], &step["free_step"]), (&Value::Null, &1.0.into()));
+        } else {
+            assert!(step["first_contact"].as_f64().unwrap() < 1.0, "frame {frame}: {step}");
+            assert_eq!(step["first_contact"], step["free_step"]);
+        }
+    }
+    assert!(overlapping.contains(&true) && overlapping[1..4].contains(&false), "{overlapping:?}");
+}
+
+#[test]
+fn bodies_at_rest_are_named() {
+    let workshop = needle_through_plate();
+    let soft = workshop.read("scene.toml") + "[[body]]\nfile = \"needle.obj\"\nname = \"soft\"\n";
+    workshop.write("soft.toml", soft);
+    let run = workshop.run("motion", &["soft.toml", "--json", "m.json"]);
+    for line in [
+        "At rest, as no map has their name: plate\n",
+        "At rest, as they are soft, and the motion has no skin: soft\n",
+    ] {
+        assert!(run.stdout.contains(line), "{}{}", run.stdout, run.stderr);
+        let plan = workshop.run("plan", &["soft.toml", "--tolerance", "0.1"]);
+        assert!(plan.stdout.contains(line), "{}{}", plan.stdout, plan.stderr);
+    }
+    let resting = &json(&workshop, "m.json")["resting"];
+    assert_eq!(resting[1], serde_json::json!({"body": "soft", "reason": "no_skin"}));
 }
 
 #[test]
@@ -71,17 +158,16 @@ fn the_generated_thigh_moves_as_recorded() {
     let workshop = Workshop::new();
     workshop.run("motion", &[THIGH, "--json", "m.json"]);
     let document = json(&workshop, "m.json");
-    let steps = document["steps"].as_array().unwrap().iter();
-    let lines: Vec<String> = steps
-        .map(|step| {
-            let number = |field: &str| step[field].as_f64().unwrap();
+    let frames = document["frames"].as_array().unwrap().iter();
+    let lines: Vec<String> = frames
+        .map(|frame| {
             format!(
                 "frame {:2}: {} overlap, {:.4} mm deep, {} contacts, {:.6} of the step free",
-                step["frame"],
-                step["overlapping_pairs"],
-                step["deepest"]["depth"].as_f64().unwrap(),
-                step["contacts"],
-                number("largest_free_step"),
+                frame["frame"],
+                frame["overlapping_pairs"],
+                frame["deepest"]["depth"].as_f64().unwrap(),
+                frame["step"]["contacts"],
+                frame["step"]["free_step"].as_f64().unwrap_or(f64::NAN),
             )
         })
         .collect();
@@ -92,37 +178,33 @@ fn the_generated_thigh_moves_as_recorded() {
 fn invalid_input_is_named_and_nothing_is_written() {
     let workshop = needle_through_plate();
     workshop.write("still.toml", "[[body]]\nfile = \"plate.obj\"\n");
-    workshop.write("empty.json", "");
-    workshop.write("one.json", format!("{{\"frames\": [{{\"needle\": {REST}}}]}}"));
-    let stretched = REST.replace("[1,0,0,0,", "[2,0,0,0,");
-    workshop.write(
-        "stretch.json",
-        format!("{{\"frames\": [{{\"needle\": {REST}}}, {{\"needle\": {stretched}}}]}}"),
-    );
-    workshop.write(
-        "ulna.json",
-        format!("{{\"frames\": [{{\"ulna\": {REST}}}, {{\"ulna\": {REST}}}]}}"),
-    );
-    let before = workshop.listing();
-    let cases = [
-        (vec!["still.toml"], "names no motion"),
-        (vec!["scene.toml", "--motion", "none.json"], "none.json: cannot be read"),
-        (vec!["scene.toml", "--motion", "empty.json"], "empty.json: is not a motion"),
-        (vec!["scene.toml", "--motion", "one.json"], "has 1 frames"),
-        (vec!["scene.toml", "--motion", "stretch.json"], "\"needle\" of frame 1 is not rigid"),
+    let frames = |frames: &str| format!("{{\"frames\": [{frames}]}}").replace("REST", REST);
+    let files = [
+        ("empty.json", String::new()),
+        ("one.json", frames("{\"needle\": REST}")),
         (
-            vec!["scene.toml", "--motion", "ulna.json"],
-            "no body follows the motion: its maps are ulna",
+            "stretch.json",
+            frames("{\"needle\": REST}, {\"needle\": REST}").replacen("[1,0", "[2,0", 1),
         ),
-        (vec!["missing.toml"], "missing.toml"),
+        ("ulna.json", frames("{\"ulna\": REST}, {\"ulna\": REST}")),
+        (
+            "spelling.json",
+            frames("{\"needle\": REST, \"pate\": REST}, {\"needle\": REST, \"pate\": REST}"),
+        ),
+        ("short.json", frames("{\"needle\": REST}, {\"needle\": [1,0,0,0, 0,1,0,0]}")),
+        ("text.json", frames("{\"t\": \"0 s\", \"needle\": REST}, {\"needle\": REST}")),
+        ("equal.json", frames("{\"t\": 0.1, \"needle\": REST}, {\"t\": 0.1, \"needle\": REST}")),
+        ("falling.json", frames("{\"t\": 0.1, \"needle\": REST}, {\"t\": 0, \"needle\": REST}")),
+        ("twice.json", frames("{\"needle\": REST, \"needle\": REST}, {\"needle\": REST}")),
     ];
-    for (mut arguments, expected) in cases {
-        arguments.extend(["--json", "m.json"]);
-        let run = workshop.run("motion", &arguments);
-        assert_eq!(run.status, 2, "{arguments:?}: {}", run.stdout);
-        assert!(run.stderr.contains(expected), "{arguments:?}: {}", run.stderr);
-        assert_eq!(workshop.listing(), before, "{arguments:?}");
+    let mut inputs = vec!["still.toml".to_owned(), "missing.toml".to_owned()];
+    inputs.push("scene.toml --motion none.json --json m.json".to_owned());
+    for (name, content) in &files {
+        workshop.write(name, content);
+        inputs.push(format!("scene.toml --motion {name} --json m.json"));
     }
+    let inputs: Vec<&str> = inputs.iter().map(String::as_str).collect();
+    insta::assert_snapshot!(workshop.outcomes("motion", &inputs));
 }
 
 /// Returns the files of all bodies in one frame.

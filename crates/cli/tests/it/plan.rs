@@ -43,6 +43,7 @@ fn a_method_can_be_forced_and_is_refused_where_it_cannot_serve() {
         ("muscle,bone", "expected two names and a method"),
         ("muscle,bone,wishes", "unknown method \"wishes\""),
         ("muscle,bane,field", "no body is named 'bane'"),
+        ("bone,bone,field", "pairs 'bone' with itself, but a pair has two bodies"),
         ("muscle,bone,balls", "method balls does not suit"),
     ] {
         let refused = run(force);

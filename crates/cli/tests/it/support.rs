@@ -55,6 +55,36 @@ impl Workshop {
         Run::from(output)
     }
 
+    /// Runs a command with each list of arguments, separated by spaces, and returns a table:
+    /// the input, the exit status, the error in words, and the files that are new or changed.
+    pub(crate) fn outcomes(&self, command: &str, inputs: &[&str]) -> String {
+        let mut table = String::new();
+        for input in inputs {
+            let before = self.contents();
+            let run = self.run(command, &input.split_whitespace().collect::<Vec<_>>());
+            let mut after = self.contents();
+            after.retain(|file| !before.contains(file));
+            let written: Vec<String> = after.into_iter().map(|(name, _)| name).collect();
+
+            table += &format!("{command} {input}\n  exit status {}\n", run.status);
+            for line in run.stderr.lines().filter(|line| !line.is_empty()) {
+                table += &format!("  {line}\n");
+            }
+            table += &format!("  new on disk: [{}]\n", written.join(", "));
+        }
+        table
+    }
+
+    /// Returns all files and folders with their contents, ascending.
+    fn contents(&self) -> Vec<(String, Vec<u8>)> {
+        let mut contents = Vec::new();
+        for name in self.listing() {
+            let content = fs::read(self.path(&name)).unwrap_or_default();
+            contents.push((name, content));
+        }
+        contents
+    }
+
     /// Checks that a command refuses each case, with further arguments that name outputs: the
     /// message has the expected words, and nothing is written.
     pub(crate) fn refuses(&self, command: &str, cases: &[(&[&str], &str)], outputs: &[&str]) {

@@ -285,3 +285,37 @@ fn nothing_jumps_along_a_way() {
         assert!(turned < allowed, "{interpolation:?}: {turned}");
     }
 }
+
+/// The measured error far from the surface covers that of 40,000 places all over the grid, nearly:
+/// at most a hundredth of them exceed it, and none by more than half.
+#[test]
+fn the_measured_deep_error_covers_deep_places() {
+    let shapes = [("femur", smooth_femur(4.0)), ("sphere", fixtures::shapes::icosphere(12.0, 3))];
+    for (name, mesh) in shapes {
+        let mut exact = Exact::new(&mesh);
+        let params = FieldParams { truncation: None, ..FieldParams::new(1.5) };
+        let field = build(&mesh, &params).expect("a bone fits");
+        let measured = field.report().measured_deep_error.expect("a bone has deep places");
+        assert_eq!(measured.points, 64, "{name}");
+
+        let (grid, mut worst, mut above, mut count) = (field.grid(), 0.0_f64, 0, 0);
+        let extent = grid.position(grid.dims().map(|n| n - 1)) - grid.origin();
+        for n in 0..40_000 {
+            let n = f64::from(n);
+            let place =
+                DVec3::new(0.754_877_666_2 * n, 0.569_840_290_9 * n, 0.438_579_4 * n).fract();
+            let point = grid.origin() + place * extent;
+            let Some(found) = field.evaluate(point, Interpolation::Trilinear) else { continue };
+            if found.distance.abs() > 3.0 {
+                let error = (found.distance.abs() - exact.distance(point)).abs();
+                worst = worst.max(error);
+                above += u32::from(error > measured.max);
+                count += 1;
+            }
+        }
+        println!("measured: deep error of a field, {name} | {:.4} | {worst:.4}", measured.max);
+        assert!(count > 1000, "{name}: {count} deep places");
+        assert!(worst <= 1.5 * measured.max, "{name}: {worst} of {}", measured.max);
+        assert!(above * 100 <= count, "{name}: {above} of {count} exceed {}", measured.max);
+    }
+}

@@ -140,6 +140,50 @@ fn open_surfaces_flood_never_and_wind_well() {
     assert!(matches!(field.report().warnings[..], [FieldWarning::Open { edges }] if edges > 10));
 }
 
+/// A closed surface with one reversed face is not called open, and edges are counted as its
+/// inspection counts them.
+#[test]
+fn reversed_faces_are_told_apart_from_holes() {
+    let mut mesh = shapes::icosphere(12.0, 2);
+    mesh.faces[17].swap(0, 1);
+    let surface = mesh.surface();
+    let x = surface.positions(&mesh.positions).expect("finite");
+    let inspection = surface::inspect(&surface, x);
+    assert_eq!(inspection.count(surface::Defect::MisorientedEdge), 3);
+    let field =
+        build(&mesh, &FieldParams { samples: 0, ..FieldParams::new(1.0) }).expect("a sphere");
+    assert_eq!(field.report().warnings, [FieldWarning::Misoriented { edges: 3 }]);
+
+    // With a hole beside it, both are named.
+    mesh.faces.remove(40);
+    let field =
+        build(&mesh, &FieldParams { samples: 0, ..FieldParams::new(1.0) }).expect("a sphere");
+    let expected = [FieldWarning::Open { edges: 3 }, FieldWarning::Misoriented { edges: 3 }];
+    assert_eq!(field.report().warnings, expected);
+}
+
+/// Sheets enclose nothing, flat or turned or wavy, and the report says so.
+#[test]
+fn sheets_have_no_inside() {
+    let rotation = DQuat::from_rotation_x(0.3) * DQuat::from_rotation_y(0.5);
+    for (turn, wave) in [(DQuat::IDENTITY, 0.0), (rotation, 0.0), (rotation, 0.5)] {
+        let mut positions = Vec::new();
+        for (i, j) in (0..11_u32).flat_map(|j| (0..11_u32).map(move |i| (i, j))) {
+            let height = wave * (f64::from(i) + 0.5 * f64::from(j)).sin();
+            positions.push(turn * DVec3::new(f64::from(i), f64::from(j), height));
+        }
+        let mut faces = Vec::new();
+        for (i, j) in (0..10_u32).flat_map(|j| (0..10_u32).map(move |i| (i, j))) {
+            let a = i + 11 * j;
+            faces.extend([[a, a + 1, a + 12], [a, a + 12, a + 11]]);
+        }
+        let sheet = Mesh { positions, faces };
+        let field = build(&sheet, &FieldParams::new(0.5)).expect("a sheet");
+        let expected = [FieldWarning::Open { edges: 40 }, FieldWarning::NoInside];
+        assert_eq!(field.report().warnings, expected, "{turn} {wave}");
+    }
+}
+
 /// A triangle has two sides and no inside.
 #[test]
 fn a_single_triangle_encloses_nothing() {

@@ -147,6 +147,11 @@ fn tissue_without_room_is_named_with_the_reason() {
     assert_eq!(resolution.remaining[0].pair.b, muscle);
     assert_eq!(resolution.remaining[0].obstacle, Obstacle::Stuck, "{:?}", resolution.rounds);
 
+    // Later rounds were no better, so the scene is as after the best one.
+    assert!(resolution.final_round + 1 < resolution.rounds.len(), "{:?}", resolution.rounds);
+    let kept = &resolution.rounds[resolution.final_round];
+    assert!((kept.max_depth - max_depth(&mut scene)).abs() < 1e-12, "{kept:?}");
+
     let hasty = ResolveParams { max_rounds: 1, ..PARAMS };
     let resolution =
         resolve::resolve(&mut between_bones(0.01), &hasty, Progress::none()).expect("a resolution");

@@ -1,0 +1,113 @@
+//! Measured error of a field far from its surface, where it is largest.
+//!
+//! Far from the surface two errors add up: nodes beyond the band may have taken over a face that
+//! is not the nearest, and distances have creases along the medial axis, which interpolation
+//! rounds off. Both are largest at the creases, where the gradient of the interpolated distance is
+//! shorter than 1: a crease through the middle of a cell leaves it none, and the largest error.
+//! Samples are therefore the middles of the cells with the shortest gradients, among many cells
+//! that are spread evenly over the grid.
+
+use glam::DVec3;
+use surface::progress::{Interrupted, Progress};
+use surface::{Positions, TriangleSurface, closest_on_triangle, parallel};
+
+use crate::accuracy::{MAX_HEIGHT, quasirandom};
+use crate::num::coordinate;
+use crate::{DistanceField, Interpolation, MeasuredError};
+
+/// Points that are drawn per sample.
+///
+/// Fewer miss creases; more cost a query each.
+const DRAWN_PER_SAMPLE: usize = 64;
+
+/// Point far from the surface, at which the field is compared.
+struct DeepSample {
+    point: DVec3,
+    /// Magnitude of the distance that the field has there.
+    value: f64,
+    /// Length of its gradient.
+    slope: f64,
+}
+
+/// Compares a field with exact distances at `count` places farther than two spacings from the
+/// surface; `None` where the field has no such place below its truncation.
+pub(crate) fn deep_error(
+    field: &DistanceField,
+    surface: &TriangleSurface,
+    x: Positions<'_>,
+    count: usize,
+    truncation: f64,
+    progress: Progress<'_>,
+) -> Result<Option<MeasuredError>, Interrupted> {
+    let samples = creases(field, count, truncation);
+    let reach = longest_edge(surface, x);
+    let steps = progress.steps(samples.len());
+    let errors = parallel::map(samples.len(), |i| {
+        steps.advance(1)?;
+        let exact = distance(samples[i].point, surface, x, reach);
+        Ok((samples[i].value - exact.min(truncation)).abs())
+    });
+
+    let (mut squares, mut max) = (0.0, 0.0_f64);
+    for error in errors {
+        let error = error?;
+        squares += error * error;
+        max = max.max(error);
+    }
+    let points = samples.len();
+    let rms = (squares / coordinate(points)).sqrt();
+    Ok((points > 0).then_some(MeasuredError { points, rms, max }))
+}
+
+/// Returns the middles of the cells of the shortest gradients among many that are spread over the
+/// grid.
+fn creases(field: &DistanceField, count: usize, truncation: f64) -> Vec<DeepSample> {
+    let grid = field.grid();
+    let cells = DVec3::from_array(grid.dims().map(|n| coordinate(n.saturating_sub(1))));
+    let min_height = MAX_HEIGHT * grid.spacing();
+
+    let mut samples = Vec::new();
+    for n in 0..count * DRAWN_PER_SAMPLE {
+        let cell = (quasirandom(n) * cells).floor() + 0.5;
+        let point = grid.origin() + cell * grid.spacing();
+        let Some(found) = field.evaluate(point, Interpolation::Trilinear) else { continue };
+        let value = found.distance.abs();
+        if value > min_height && value < truncation {
+            samples.push(DeepSample { point, value, slope: found.gradient.length() });
+        }
+    }
+    samples.sort_by(|a, b| a.slope.total_cmp(&b.slope));
+    samples.truncate(count);
+    samples
+}
+
+/// Returns the length of the longest edge of a face.
+fn longest_edge(surface: &TriangleSurface, x: Positions<'_>) -> f64 {
+    let mut longest = 0.0_f64;
+    for &face in surface.faces() {
+        let [a, b, c] = x.corners(face);
+        longest = longest.max(a.distance_squared(b)).max(a.distance_squared(c));
+    }
+    longest.sqrt()
+}
+
+/// Computes the distance of a point from the nearest face; none reaches farther from its first
+/// corner than `reach`.
+fn distance(point: DVec3, surface: &TriangleSurface, x: Positions<'_>, reach: f64) -> f64 {
+    // The nearest corner is an upper bound.
+    let mut nearest = f64::INFINITY;
+    for face in surface.faces() {
+        nearest = nearest.min(x.at(face[0]).distance_squared(point));
+    }
+
+    // A face can only be nearer if its first corner is within the bound and the reach.
+    let mut nearest = nearest.sqrt();
+    for &face in surface.faces() {
+        let limit = nearest + reach;
+        if x.at(face[0]).distance_squared(point) <= limit * limit {
+            let foot = closest_on_triangle(point, x.corners(face)).point;
+            nearest = nearest.min(foot.distance(point));
+        }
+    }
+    nearest
+}
