@@ -11,7 +11,7 @@ use fixtures::shapes::icosphere;
 use glam::{DQuat, DVec3};
 use musculo_collide::distance_field::Pose;
 use musculo_collide::{
-    BodyId, BodyKind, Detection, Plan, PlanParams, Progress, RespondParams, Scene,
+    BodyId, BodyKind, BodyMove, Detection, Plan, PlanParams, Progress, RespondParams, Scene,
 };
 
 use crate::measure::{Report, as_f64};
@@ -134,7 +134,7 @@ impl SwayingScene {
         plan.respond(scene, detection, &RespondParams::default())?;
         if frame.is_multiple_of(10) {
             self.sway(0, frame + 1);
-            let moved = [(self.muscles[0], self.next.as_slice())];
+            let moved = [BodyMove { body: self.muscles[0], positions: &self.next }];
             self.plan.sweep(&mut self.scene, &moved, &CcdParams::DEFAULT, Progress::none())?;
         }
         Ok(())

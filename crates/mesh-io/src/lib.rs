@@ -5,7 +5,7 @@
 //! | PLY | mesh, ASCII or binary | yes | [`MeshFormat::encode`] |
 //! | OBJ | mesh | yes | [`MeshFormat::encode`] |
 //! | STL | mesh, ASCII or binary | yes | [`MeshFormat::encode`] |
-//! | VTP | mesh, every encoding of VTK | yes | [`write_vtp`], with values per vertex |
+//! | VTP | mesh, every encoding of VTK | yes | [`write_vtp`], with values per vertex; [`write_vtp_cells`] |
 //! | NRRD | distance field, raw or gzip | yes | [`FieldFormat::encode`] |
 //! | VTI | distance field, every encoding of VTK | yes | [`FieldFormat::encode`] |
 //!
@@ -52,7 +52,7 @@ pub use self::field::FieldFormat;
 pub use self::mesh::{Mesh, Unread};
 pub use self::mesh_format::{MeshFormat, parse_mesh};
 pub use self::source::{MAX_FILE_BYTES, MAX_STREAM_BYTES, read_file, read_text};
-pub use self::vtk::{PointValues, write_vtp};
+pub use self::vtk::{CellNumbers, Cells, PointValues, write_vtp, write_vtp_cells};
 
 /// Reads a mesh file.
 ///

@@ -138,6 +138,6 @@ fn deepest(detection: &Detection) -> f64 {
 
 /// What overlap is left, exactly; no simulator needs this in every step.
 fn exact_depth(scene: &mut Scene) -> Result<f64, Box<dyn Error>> {
-    let reports = scene.check(&CheckParams { margin: 0.0 }, Progress::none())?;
-    Ok(reports.iter().map(|report| report.max_depth).fold(0.0, f64::max))
+    let reports = scene.check(&CheckParams::new(0.0), Progress::none())?;
+    Ok(reports.iter().map(|report| report.max_vertex_depth).fold(0.0, f64::max))
 }

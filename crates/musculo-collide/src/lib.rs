@@ -29,12 +29,13 @@
 //! let bone = scene.add("bone", BodyKind::Rigid, TriangleSurface::new(4, faces.clone())?, corners.to_vec())?;
 //! let muscle = scene.add("muscle", BodyKind::Deformable, TriangleSurface::new(4, faces)?, shifted.to_vec())?;
 //!
-//! let reports = scene.check(&CheckParams { margin: 1.0 }, Progress::none())?;
+//! let reports = scene.check(&CheckParams::new(1.0), Progress::none())?;
 //! let [pair] = &reports[..] else { panic!("one pair") };
 //! assert_eq!(pair.pair, PairId::new(bone, muscle));
 //! assert!(pair.overlaps);
 //! assert_eq!(pair.b_against_a.inside_count, Ok(1));
-//! assert!((pair.max_depth - 0.1 / 3.0_f64.sqrt()).abs() < 1e-12);
+//! let depth = pair.max_depth().ok_or("they overlap")?;
+//! assert!((depth.lower - 0.1 / 3.0_f64.sqrt()).abs() < 1e-12);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -59,10 +60,12 @@ pub use plan::{
 pub use surface::RigidState;
 
 pub use scene::{
-    Body, BodyId, BodyKind, CheckParams, ContactKind, ContactPatch, FieldContact, FieldDetector,
-    FieldFeature, MedialContact, MedialDetector, MedialFeature, NearVertex, NoInside,
-    OverlapParams, PairId, PairOverlap, PairReport, PairSweep, PassThrough, PrimitiveBall, Region,
-    Scene, SceneError, Side, SweepReport, SweptContact, VertexReport,
+    AreaBracket, Body, BodyId, BodyKind, BodyMove, CheckParams, Coincidence, ContactKind,
+    CurveChain, Depth, DepthBracket, EdgeOverlap, FacePoint, FieldContact, FieldDetector,
+    FieldFeature, MedialContact, MedialDetector, MedialFeature, NearVertex, NoInside, Overlap,
+    OverlapGeometry, OverlapMeasures, PairId, PairOverlap, PairReport, PairSweep, PassThrough,
+    PatchFace, PrimitiveBall, Region, Scene, SceneError, Side, SweepReport, SweptContact,
+    VertexReport,
 };
 pub use surface::progress::{Interrupted, Progress};
 

@@ -40,7 +40,7 @@ pub struct DepthParams {
 
 /// Certified bracket on the greatest depth of one surface inside the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Depth {
     /// A depth that is attained, at `point`.
     pub lower: f64,
@@ -74,6 +74,9 @@ struct Piece {
     /// The face of the other surface that gave its bound.
     near: u32,
 }
+
+/// Stands for no face.
+const UNKNOWN: u32 = u32::MAX;
 
 /// The search for the deepest point of one side.
 struct Search<'a> {
@@ -139,14 +142,15 @@ impl<'a> Search<'a> {
     /// general. Returns a face near each; a vertex that is certainly less deep than another keeps
     /// the face of its neighbor, without a query.
     fn query_vertices(&mut self, clipper: &Clipper<'_>) -> Vec<u32> {
-        const UNKNOWN: u32 = u32::MAX;
-
         let surface = clipper.body.surface();
         let vertices = &clipper.inside.vertices;
         // A vertex next to one whose face is known starts from that face.
         let mut nearest = vec![UNKNOWN; vertices.len()];
         for place in (0..vertices.len()).rev() {
             let vertex = vertices[place].vertex;
+            if !clipper.wants(vertex) {
+                continue;
+            }
             let point = clipper.body.position(vertex);
             let hint = (nearest[place] != UNKNOWN).then_some(nearest[place]);
             let is_shallow =
@@ -196,6 +200,7 @@ impl<'a> Search<'a> {
             let places = corners.iter().filter_map(|&corner| clipper.inside.place(corner));
             near.clear();
             near.extend(places.map(|place| nearest[place as usize]));
+            near.retain(|&near| near != UNKNOWN);
             near.extend(group.iter().map(|stretch| stretch.crossed_by));
             near.truncate(MAX_NEAR);
 
@@ -204,8 +209,11 @@ impl<'a> Search<'a> {
                 self.pieces.leave_out(bound);
                 continue;
             }
-            for triangle in clipper.clip(group).triangles(face_normal(clipper.body, face)) {
-                self.add(triangle, face, &near);
+            let normal = face_normal(clipper.body, face);
+            for part in clipper.clip(group) {
+                for triangle in part.triangles(normal) {
+                    self.add(triangle, face, &near);
+                }
             }
         }
     }

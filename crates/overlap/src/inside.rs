@@ -23,6 +23,8 @@ pub(crate) struct Inside {
     pub(crate) cluster_starts: Vec<u32>,
     /// True if some winding number is not 1.
     pub(crate) covers_twice: bool,
+    /// True if the other surface has no inside.
+    pub(crate) is_undefined: bool,
     /// One per vertex: 1 + its place in `vertices`, or 0.
     places: Vec<u32>,
     /// One per edge: 1 + its place among the cut edges, or 0.
@@ -68,6 +70,7 @@ impl Inside {
     ) {
         let own = bodies[side];
         self.clear(own);
+        self.is_undefined = false;
         let cut_edges = &curve.cut_edges[side];
         for (place, cut) in (1..).zip(cut_edges) {
             self.cuts[cut.edge as usize] = place;
@@ -88,6 +91,7 @@ impl Inside {
     /// Takes no vertex to be inside, since the other surface has no inside.
     pub(crate) fn find_none(&mut self, own: &SurfaceTree) {
         self.clear(own);
+        self.is_undefined = true;
     }
 
     /// Returns the winding number of the other surface about a vertex, 0 outside.

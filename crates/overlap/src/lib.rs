@@ -34,7 +34,7 @@
 //!
 //! # Features
 //!
-//! - `serde`: results can be written, parameters written and read.
+//! - `serde`: results and parameters implement `Serialize` and `Deserialize`.
 
 mod coplanar;
 mod curve;
@@ -45,6 +45,7 @@ mod inside;
 mod joint;
 mod located;
 mod measures;
+mod near_area;
 mod overlap;
 mod patches;
 mod regions;
@@ -56,6 +57,7 @@ pub use crate::error::JointContactError;
 pub use crate::foundation::{ElasticFoundation, FoundationLaw};
 pub use crate::joint::{ContactMeasures, FaceContact, JointContact, JointContactParams};
 pub use crate::located::OverlapMeasures;
+pub use crate::near_area::AreaBracket;
 pub use crate::overlap::{CurveChain, Overlap, OverlapDetector};
 pub use crate::patches::ClippedFace;
 

@@ -9,7 +9,7 @@ use crate::measures::Sums;
 /// Volume and centroid need an inside of both bodies, the area of one inside the other an inside
 /// of that other; what lacks it is `None`, and [`Overlap::no_inside`](crate::Overlap::no_inside) has the reason.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct OverlapMeasures {
     /// Volume of the intersection.
     pub volume: Option<f64>,
@@ -32,24 +32,30 @@ pub struct OverlapMeasures {
     /// Area-weighted mean normal of A's surface inside B, of unit length; zero where the normals
     /// cancel.
     pub normal: DVec3,
+    /// Vertices of A inside B, and of B inside A. Both are 0 where the surfaces cross by edges
+    /// alone.
+    pub inside_vertices: [usize; 2],
 }
 
 /// Sums of a region, or of all, with the first moment about the scene's origin.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Located {
+    /// Number among the regions as they were found.
+    pub(crate) number: usize,
     pub(crate) sums: Sums,
     first_moment: DVec3,
 }
 
 impl Located {
     /// Moves the moment of a region from its origin to the scene's.
-    pub(crate) fn new(sums: Sums, origin: DVec3) -> Self {
-        Self { sums, first_moment: sums.moment + sums.volume * origin }
+    pub(crate) fn new(number: usize, sums: Sums, origin: DVec3) -> Self {
+        Self { number, sums, first_moment: sums.moment + sums.volume * origin }
     }
 
-    /// Returns two regions together.
+    /// Returns two regions together, under the number of the first.
     pub(crate) fn with(&self, other: &Self) -> Self {
         Self {
+            number: self.number,
             sums: self.sums.with(&other.sums),
             first_moment: self.first_moment + other.first_moment,
         }
@@ -57,7 +63,8 @@ impl Located {
 
     /// Returns the measures, each where the bodies with an inside define it.
     pub(crate) fn measures(&self, has_inside: [bool; 2]) -> OverlapMeasures {
-        let Sums { areas, normal, volume, length, loops, arcs, touching, flush, .. } = self.sums;
+        let Sums { areas, normal, volume, length, loops, arcs, touching, flush, vertices, .. } =
+            self.sums;
         let both = has_inside == [true; 2];
         OverlapMeasures {
             volume: both.then_some(volume),
@@ -70,12 +77,15 @@ impl Located {
             curve_loops: loops,
             curve_arcs: arcs,
             normal: normal.normalize_or_zero(),
+            inside_vertices: vertices,
         }
     }
 }
 
 /// Joins each region of negative volume, the border of a cavity, to the smallest region around it.
-pub(crate) fn join_cavities(regions: &mut Vec<Located>) {
+///
+/// `owners` has the number of the region that each belongs to.
+pub(crate) fn join_cavities(regions: &mut Vec<Located>, owners: &mut [usize]) {
     let mut next = 0;
     while let Some(cavity) = regions.get(next).copied() {
         let around =
@@ -83,6 +93,7 @@ pub(crate) fn join_cavities(regions: &mut Vec<Located>) {
         match around {
             Some(solid) => {
                 regions[solid] = regions[solid].with(&cavity);
+                owners[cavity.number] = regions[solid].number;
                 regions.remove(next);
             }
             None => next += 1,

@@ -44,6 +44,8 @@ pub(crate) struct Sums {
     pub(crate) touching: f64,
     /// Area in which faces of equal normals coincide.
     pub(crate) flush: f64,
+    /// Vertices of A inside B, and of B inside A.
+    pub(crate) vertices: [usize; 2],
     /// Corners of the box of its passings and inside vertices, from the scene's origin.
     pub(crate) lower: DVec3,
     pub(crate) upper: DVec3,
@@ -134,6 +136,7 @@ fn add_whole_faces(parts: Parts<'_>, side: usize, out: &mut [Sums]) {
         let origin = regions.origins[region];
         let sums = &mut out[region];
         sums.cover(body.position(found.vertex));
+        sums.vertices[side] += 1;
 
         // Uncut edges end in one cluster: only beside the curve are corners compared.
         let is_rim = inside.is_rim(found.vertex);
@@ -294,6 +297,7 @@ impl Sums {
             has_ties: self.has_ties | other.has_ties,
             touching: self.touching + other.touching,
             flush: self.flush + other.flush,
+            vertices: [0, 1].map(|side| self.vertices[side] + other.vertices[side]),
             lower: self.lower.min(other.lower),
             upper: self.upper.max(other.upper),
         }

@@ -11,12 +11,13 @@ use crate::inside::Inside;
 use crate::joint::{JointContact, JointContactParams, joint_contact};
 use crate::located::{Located, OverlapMeasures, join_cavities};
 use crate::measures::{Parts, Sums, sum_regions};
+use crate::near_area::{AreaBracket, near_area};
 use crate::patches::{ClippedFace, Clipper};
-use crate::regions::Regions;
+use crate::regions::{NO_REGION, Regions};
 
 /// A connected part of the curve in which two surfaces cross.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CurveChain {
     /// Its points in order; the first is not repeated where the chain is closed.
     pub points: Vec<DVec3>,
@@ -26,7 +27,7 @@ pub struct CurveChain {
 
 /// The overlap of two bodies.
 #[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Overlap {
     /// Measures of the whole.
     pub total: OverlapMeasures,
@@ -71,6 +72,8 @@ pub struct OverlapDetector {
     candidates: Vec<[u32; 2]>,
     sums: Vec<Sums>,
     located: Vec<Located>,
+    /// One per region: the region that it belongs to, another one for a cavity.
+    owners: Vec<usize>,
 }
 
 impl OverlapDetector {
@@ -130,13 +133,32 @@ impl OverlapDetector {
         bodies: [&SurfaceTree; 2],
         params: &DepthParams,
     ) -> [Option<Depth>; 2] {
+        self.depths_within(None, bodies, params)
+    }
+
+    /// As [`depths`](Self::depths), within one of the regions that were reported last.
+    pub fn depths_in_region(
+        &mut self,
+        region: u32,
+        bodies: [&SurfaceTree; 2],
+        params: &DepthParams,
+    ) -> [Option<Depth>; 2] {
+        self.depths_within(Some(region), bodies, params)
+    }
+
+    fn depths_within(
+        &mut self,
+        region: Option<u32>,
+        bodies: [&SurfaceTree; 2],
+        params: &DepthParams,
+    ) -> [Option<Depth>; 2] {
         [0, 1].map(|side| {
-            if self.inside[side].covers_twice {
+            if self.inside[side].is_undefined || self.inside[side].covers_twice {
                 return None;
             }
             let Self { curve, inside, regions, traversal, .. } = &mut *self;
-            let clipper =
-                Clipper { side, body: bodies[side], curve, inside: &inside[side], regions };
+            let (body, inside) = (bodies[side], &inside[side]);
+            let clipper = Clipper { side, body, curve, inside, regions, region };
             depth(&clipper, bodies[1 - side], params, traversal)
         })
     }
@@ -180,19 +202,48 @@ impl OverlapDetector {
         for (side, contact) in contacts.iter_mut().enumerate() {
             let Self { curve, inside, regions, traversal, .. } = &mut *self;
             let inside = &inside[side];
-            let clipper = Clipper { side, body: bodies[side], curve, inside, regions };
+            let region = None;
+            let clipper = Clipper { side, body: bodies[side], curve, inside, regions, region };
             *contact = joint_contact(&clipper, bodies[1 - side], params, traversal)?;
         }
         Ok(contacts)
     }
 
-    /// Returns the parts of the faces of A inside B that the curve cuts, and the faces that are
-    /// inside as a whole; for `side` 1 those of B inside A. For the bodies measured last.
+    /// Brackets the area of A's surface within `margin` (`>= 0`) of B's, and of B's within it of A's,
+    /// to 5 % where six splits of a face reach it. For any two bodies, whether measured or not.
+    ///
+    /// ```
+    /// use overlap::OverlapDetector;
+    /// use overlap::glam::DVec3;
+    /// use proximity::SurfaceTree;
+    ///
+    /// // The sides of two cubes, 0.25 apart: all points of one are as near to the other.
+    /// let cube = fixtures::shapes::cube(1.0);
+    /// let other = cube.clone().translated(1.25 * DVec3::X);
+    /// let a = SurfaceTree::new(cube.surface(), cube.positions)?;
+    /// let b = SurfaceTree::new(other.surface(), other.positions)?;
+    /// let [area, _] = OverlapDetector::default().near_areas([&a, &b], 0.25);
+    /// assert!(area.lower <= 1.0 && area.upper >= 1.0 && area.upper - area.lower <= 0.06);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn near_areas(&mut self, bodies: [&SurfaceTree; 2], margin: f64) -> [AreaBracket; 2] {
+        let [a, b] = bodies;
+        [[a, b], [b, a]].map(|[own, other]| near_area(own, other, margin, &mut self.traversal))
+    }
+
+    /// Returns the parts of the faces of A inside B, region by region of a face: those that the
+    /// curve cuts, then the faces that are inside as a whole. For `side` 1, those of B inside A.
+    /// For the bodies measured last; none where the other body has no inside, or covers a place more
+    /// than once.
     #[must_use]
-    pub fn patches(&self, side: usize, body: &SurfaceTree) -> (Vec<ClippedFace>, Vec<u32>) {
+    pub fn patches(&self, side: usize, body: &SurfaceTree) -> Vec<ClippedFace> {
         let Self { curve, inside, regions, .. } = self;
-        let clipper = Clipper { side, body, curve, inside: &inside[side], regions };
-        (clipper.cut_faces(), clipper.whole_faces())
+        let inside = &inside[side];
+        if inside.is_undefined || inside.covers_twice {
+            return Vec::new();
+        }
+        let clipper = Clipper { side, body, curve, inside, regions, region: None };
+        clipper.patches()
     }
 
     /// Returns the curve in which the surfaces cross, for the bodies measured last: arcs first, then
@@ -226,9 +277,9 @@ impl OverlapDetector {
     fn report(&mut self, out: &mut Overlap) {
         // The last sums are of no region: their origin is the scene's.
         self.located.clear();
-        for (region, sums) in self.sums.iter().enumerate() {
-            let origin = self.regions.origins.get(region).copied().unwrap_or(DVec3::ZERO);
-            self.located.push(Located::new(*sums, origin));
+        for (number, sums) in self.sums.iter().enumerate() {
+            let origin = self.regions.origins.get(number).copied().unwrap_or(DVec3::ZERO);
+            self.located.push(Located::new(number, *sums, origin));
         }
 
         // Cavities have negative volume; the total takes them off wherever they stand.
@@ -237,16 +288,34 @@ impl OverlapDetector {
         for region in &self.located {
             total = total.with(region);
         }
+        self.owners.clear();
+        self.owners.extend(0..self.located.len());
         if has_inside == [true; 2] {
-            join_cavities(&mut self.located);
+            join_cavities(&mut self.located, &mut self.owners);
         }
         self.located.retain(|region| !region.sums.is_nothing());
         self.located.sort_by(|p, q| q.sums.volume.total_cmp(&p.sums.volume));
+        self.number_reported();
 
         out.total = total.measures(has_inside);
         out.regions.clear();
         out.regions.extend(self.located.iter().map(|region| region.measures(has_inside)));
         out.covers_twice = [self.inside[1].covers_twice, self.inside[0].covers_twice];
         out.has_ties = total.sums.has_ties || !self.curve.coplanar.is_empty();
+    }
+
+    /// Notes the place of each region among those reported; a cavity has that of its solid.
+    fn number_reported(&mut self) {
+        let reported = &mut self.regions.reported;
+        reported.clear();
+        reported.resize(self.owners.len(), NO_REGION);
+        for (place, region) in (0..).zip(&self.located) {
+            reported[region.number] = place;
+        }
+        for (number, &owner) in self.owners.iter().enumerate() {
+            if owner != number {
+                reported[number] = reported[owner];
+            }
+        }
     }
 }

@@ -14,12 +14,14 @@ use crate::curve::Curve;
 use crate::inside::Inside;
 use crate::regions::{Node, Regions};
 
-/// The part of a face inside the other body.
+/// The part of a face inside the other body that belongs to one region.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ClippedFace {
     /// The face.
     pub face: u32,
+    /// The place of its region in [`Overlap::regions`](crate::Overlap::regions).
+    pub region: u32,
     /// Polygons that border the part: outer loops counter-clockwise seen from outside the body,
     /// holes clockwise.
     pub loops: Vec<Vec<DVec3>>,
@@ -42,20 +44,29 @@ pub(crate) struct Clipper<'a> {
     pub(crate) curve: &'a Curve,
     pub(crate) inside: &'a Inside,
     pub(crate) regions: &'a Regions,
+    /// The region to which the parts are restricted, or none for all of them.
+    pub(crate) region: Option<u32>,
 }
 
 /// The piece that begins at each node of a face's border.
 type Pieces = BTreeMap<Node, Node>;
 
 impl Clipper<'_> {
-    /// Clips every face that the curve passes, in ascending order.
-    pub(crate) fn cut_faces(&self) -> Vec<ClippedFace> {
+    /// Returns the parts of all faces: of those that the curve cuts, ascending, then the whole ones.
+    pub(crate) fn patches(&self) -> Vec<ClippedFace> {
+        let mut patches = Vec::new();
         let stretches = self.stretches_by_face();
-        let mut clipped = Vec::new();
         for group in stretches.chunk_by(|p, q| p.face == q.face) {
-            clipped.push(self.clip(group));
+            patches.extend(self.clip(group));
         }
-        clipped
+
+        for face in self.whole_faces() {
+            let first = self.body.surface().faces()[face as usize][0];
+            let region = self.region_of(Node::Vertex(first));
+            let loops = vec![self.body.corners(face).to_vec()];
+            patches.push(ClippedFace { face, region, loops });
+        }
+        patches
     }
 
     /// Returns the stretches by the faces of this side, ascending.
@@ -69,8 +80,8 @@ impl Clipper<'_> {
         by_face
     }
 
-    /// Clips the face of some stretches, which are all that it has.
-    pub(crate) fn clip(&self, stretches: &[FaceStretch]) -> ClippedFace {
+    /// Clips the face of some stretches, which are all that it has: one part per region.
+    pub(crate) fn clip(&self, stretches: &[FaceStretch]) -> Vec<ClippedFace> {
         let mut pieces = Pieces::new();
         for stretch in stretches {
             let [begin, end] = self.curve.stretches[stretch.number as usize].ends;
@@ -79,7 +90,28 @@ impl Clipper<'_> {
         }
         let face = stretches[0].face;
         self.add_edges(face, &mut pieces);
-        ClippedFace { face, loops: self.loops(&mut pieces) }
+
+        let mut parts: Vec<ClippedFace> = Vec::new();
+        while let Some((region, points)) = self.next_loop(&mut pieces) {
+            if points.len() <= 2 || self.region.is_some_and(|wanted| wanted != region) {
+                continue;
+            }
+            match parts.iter_mut().find(|part| part.region == region) {
+                Some(part) => part.loops.push(points),
+                None => parts.push(ClippedFace { face, region, loops: vec![points] }),
+            }
+        }
+        parts
+    }
+
+    /// Returns true if an inside vertex is in the region that the parts are restricted to.
+    #[inline]
+    pub(crate) fn wants(&self, vertex: u32) -> bool {
+        self.region.is_none_or(|wanted| wanted == self.region_of(Node::Vertex(vertex)))
+    }
+
+    fn region_of(&self, node: Node) -> u32 {
+        self.regions.reported(self.side, node, self.inside)
     }
 
     /// Returns the faces that are inside as a whole, in the order of the fill.
@@ -89,7 +121,8 @@ impl Clipper<'_> {
         for found in &self.inside.vertices {
             for &face in surface.vertex_faces(found.vertex) {
                 // Each face is taken at its first corner.
-                if surface.faces()[face as usize][0] == found.vertex && self.is_whole(face) {
+                let is_first = surface.faces()[face as usize][0] == found.vertex;
+                if is_first && self.is_whole(face) && self.wants(found.vertex) {
                     whole.push(face);
                 }
             }
@@ -130,25 +163,19 @@ impl Clipper<'_> {
         }
     }
 
-    /// Links pieces into loops; a piece that leads nowhere ends its loop.
-    fn loops(&self, pieces: &mut Pieces) -> Vec<Vec<DVec3>> {
-        let mut loops = Vec::new();
-        // The order of names makes the loops the same for any order of stretches.
-        while let Some((start, mut at)) = pieces.pop_first() {
-            let mut points = vec![self.position(start)];
-            while at != start {
-                points.push(self.position(at));
-                match pieces.remove(&at) {
-                    Some(next) => at = next,
-                    None => break,
-                }
-            }
-            debug_assert_eq!(at, start, "the border of a clipped face closes");
-            if points.len() > 2 {
-                loops.push(points);
+    /// Takes the pieces of one loop, with its region; a piece that leads nowhere ends the loop.
+    fn next_loop(&self, pieces: &mut Pieces) -> Option<(u32, Vec<DVec3>)> {
+        let (start, mut at) = pieces.pop_first()?;
+        let mut points = vec![self.position(start)];
+        while at != start {
+            points.push(self.position(at));
+            match pieces.remove(&at) {
+                Some(next) => at = next,
+                None => break,
             }
         }
-        loops
+        debug_assert_eq!(at, start, "the border of a clipped face closes");
+        Some((self.region_of(start), points))
     }
 
     fn position(&self, node: Node) -> DVec3 {

@@ -11,6 +11,9 @@ use surface::UnionFind;
 use crate::curve::{Curve, CutEdge, index};
 use crate::inside::Inside;
 
+/// Stands for a region that is not reported: a touch in points.
+pub(crate) const NO_REGION: u32 = u32::MAX;
+
 /// Regions of one pair of bodies.
 #[derive(Debug, Default)]
 pub(crate) struct Regions {
@@ -22,6 +25,9 @@ pub(crate) struct Regions {
     pub(crate) origins: Vec<DVec3>,
     /// One per passing: its position from its region's origin.
     pub(crate) points: Vec<DVec3>,
+    /// One per region, and one more: its place in [`Overlap::regions`](crate::Overlap::regions),
+    /// or [`NO_REGION`].
+    pub(crate) reported: Vec<u32>,
     /// One per node: passings, then clusters of inside vertices of A, then of B.
     region_of: Vec<u32>,
     /// Number of the first cluster of A, and of B, among the nodes.
@@ -82,6 +88,12 @@ impl Regions {
     /// Returns the region of a cluster of inside vertices.
     pub(crate) fn of_cluster(&self, side: usize, cluster: u32) -> usize {
         self.region_of[self.first_cluster[side] + cluster as usize] as usize
+    }
+
+    /// Returns the place among the reported regions of a node of body `side`.
+    pub(crate) fn reported(&self, side: usize, node: Node, inside: &Inside) -> u32 {
+        let node = self.number(side, node, inside) as usize;
+        self.reported[self.region_of[node] as usize]
     }
 
     /// Returns the position of a passing.

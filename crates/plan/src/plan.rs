@@ -3,8 +3,7 @@
 use std::time::Duration;
 
 use ccd::CcdParams;
-use glam::DVec3;
-use scene::{Body, BodyId, PairId, Progress, Scene, SweepReport};
+use scene::{Body, BodyMove, PairId, Progress, Scene, SweepReport};
 use surface::Aabb;
 
 use crate::cost::count;
@@ -124,7 +123,7 @@ impl Plan {
     pub fn sweep(
         &self,
         scene: &mut Scene,
-        moves: &[(BodyId, &[DVec3])],
+        moves: &[BodyMove<'_>],
         params: &CcdParams,
         progress: Progress<'_>,
     ) -> Result<SweepReport, PlanError> {

@@ -7,7 +7,7 @@
 //! - [`SurfaceTree::closest_point`], [`SurfaceTree::contains`] and
 //!   [`SurfaceTree::self_crossings`] on one surface;
 //! - [`PairProximity`] between two: crossing faces, vertices inside or within a margin, their
-//!   closest points, the distance between the surfaces, and patches in contact;
+//!   closest points, and the distance between the surfaces;
 //! - [`regions`] of a surface that another one cuts;
 //! - [`SweptQuery`]: the first contacts of vertices, edges and faces during a step.
 //!
@@ -37,7 +37,7 @@
 //! pair.compute(&bone, &muscle, 0.0);
 //! assert!(pair.overlaps());
 //! assert_eq!(pair.sides()[1].inside_vertices(), [0]);
-//! assert!((pair.max_depth() - 0.1 / 3.0_f64.sqrt()).abs() < 1e-12);
+//! assert!((pair.max_vertex_depth() - 0.1 / 3.0_f64.sqrt()).abs() < 1e-12);
 //! # Ok::<(), proximity::ProximityError>(())
 //! ```
 //!
@@ -55,7 +55,6 @@ mod face_groups;
 mod inside;
 mod maximum;
 mod pair;
-mod patches;
 mod projection;
 mod regions;
 mod surface_tree;
@@ -68,7 +67,6 @@ pub use crate::contact::{ContactSurface, ParticleNumbers, contact};
 pub use crate::error::{NoInside, ProximityError, SweptError};
 pub use crate::maximum::MaximumSearch;
 pub use crate::pair::{PairProximity, PairSide};
-pub use crate::patches::ContactPatch;
 pub use crate::projection::NearVertex;
 pub use crate::regions::{Region, Side, regions};
 pub use crate::surface_tree::{LazySurfaceTree, SurfaceTree};

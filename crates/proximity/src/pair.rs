@@ -10,7 +10,6 @@ use kdop::Workspace;
 use crate::crossings::Crossings;
 use crate::distance::distance_between;
 use crate::inside::InsideVertices;
-use crate::patches::{self, ContactPatch};
 use crate::projection::Candidates;
 use crate::{NearVertex, NoInside, SurfaceTree};
 
@@ -105,6 +104,13 @@ impl PairProximity {
         &self.crossings.crossing
     }
 
+    /// Returns the pairs of faces (of the first, of the second) that share a point, in no order:
+    /// those that cross, and those that touch.
+    #[must_use]
+    pub fn meeting_faces(&self) -> &[[u32; 2]] {
+        &self.crossings.meeting
+    }
+
     /// Returns true if faces cross or a vertex of one is inside the other. Surfaces that only
     /// touch do not overlap.
     #[must_use]
@@ -124,7 +130,7 @@ impl PairProximity {
     /// Returns the depth of the deepest vertex, `>= 0`: 0 where none is inside, even when faces
     /// cross.
     #[must_use]
-    pub fn max_depth(&self) -> f64 {
+    pub fn max_vertex_depth(&self) -> f64 {
         self.min_gap().map_or(0.0, |gap| (-gap).max(0.0))
     }
 
@@ -145,13 +151,6 @@ impl PairProximity {
         let near = self.a.near.iter().chain(&self.b.near);
         let bound = near.map(|vertex| vertex.gap.abs()).fold(margin, f64::min);
         distance_between(a, b, bound, &mut self.workspace)
-    }
-
-    /// Finds the patches of `a`, the first surface of the last [`compute`](Self::compute), that
-    /// are in contact: largest area first, then by first face.
-    #[must_use]
-    pub fn patches(&self, a: &SurfaceTree) -> Vec<ContactPatch> {
-        patches::find(a, &self.crossings.cut_faces_of_a, &self.a.near)
     }
 }
 

@@ -33,7 +33,7 @@ impl NearPair {
 
     /// Computes the depth of the overlap, of vertices or of edges.
     pub(crate) fn depth(&self) -> f64 {
-        let mut depth = self.report.max_depth;
+        let mut depth = self.report.max_vertex_depth;
         for contact in &self.edges {
             depth = depth.max(-contact.gap);
         }

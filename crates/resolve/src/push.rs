@@ -123,7 +123,7 @@ impl Run<'_> {
         contacts.extend(self.exit_side(b, a).contacts(&report.b_against_a.near, of_b));
 
         // Edges come free with deep vertices, and until then mean little.
-        if report.max_depth <= tuning::MAX_DEPTH_WITH_EDGES * self.params.smoothing {
+        if report.max_vertex_depth <= tuning::MAX_DEPTH_WITH_EDGES * self.params.smoothing {
             contacts.extend_from_slice(edges);
         }
         contacts

@@ -44,7 +44,7 @@ impl<'a> Run<'a> {
         // Overlaps at the start, by which later rounds are judged.
         let margin = detection_margin(&params);
         let start = progress.part(0.0, 0.0);
-        let before = scene.check(&CheckParams { margin }, start)?;
+        let before = scene.check(&CheckParams::without_measures(margin), start)?;
         let mut near = NearPairs::default();
         let all = vec![true; scene.bodies().len()];
         near.update(scene, margin, &all, start)?;
@@ -105,7 +105,8 @@ impl<'a> Run<'a> {
 
         // The final state, detected in full: with distances and patches.
         let margin = detection_margin(&self.params);
-        let after = self.scene.check(&CheckParams { margin }, self.round_progress())?;
+        let after =
+            self.scene.check(&CheckParams::without_measures(margin), self.round_progress())?;
         let is_stuck = self.is_stuck();
         let remaining = Remaining::list(self.scene, &self.near, &self.before, is_stuck);
         Ok(Resolution {

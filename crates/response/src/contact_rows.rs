@@ -1,6 +1,6 @@
 //! Constraint rows: contacts as the solvers and the soft forces take them.
 //!
-//! A contact combines at most four particles. A row combines any number: where
+//! A contact combines at most six particles. A row combines any number: where
 //! a contact lies on the fan about the center of a polygon, the center's
 //! weight is spread over the polygon's vertices
 //! ([`SimplexSurface::spread`](surface::SimplexSurface::spread)). Terms are stored
@@ -146,7 +146,7 @@ impl ContactRows {
         self.push_terms(contact, contact.stencil.terms(), law)
     }
 
-    /// Adds a row for a contact with `terms` instead of its stencil: more than four
+    /// Adds a row for a contact with `terms` instead of its stencil: more than six
     /// particles, for instance.
     ///
     /// # Errors

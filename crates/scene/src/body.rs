@@ -220,6 +220,11 @@ impl Body {
         *self.bounds.get_or_insert_with(|| Aabb::of_points(positions.iter().copied()))
     }
 
+    /// Returns the box around the positions, if it was computed since the body last moved.
+    pub(crate) fn known_bounds(&self) -> Option<Aabb> {
+        self.bounds
+    }
+
     /// Builds or refits the tree where it is not up to date.
     pub(crate) fn fit(&mut self) -> Result<(), SceneError> {
         self.surface.fit().map(|_| ()).map_err(|source| self.tree_error(source))
@@ -298,7 +303,7 @@ mod tests {
     use fixtures::shapes::tetrahedron;
 
     use super::*;
-    use crate::{CheckParams, Progress, Scene};
+    use crate::{BodyMove, CheckParams, Progress, Scene};
 
     /// A row of rigid tetrahedra of size 1, of which the first two overlap and the others are 3
     /// apart from each other.
@@ -322,7 +327,7 @@ mod tests {
     #[test]
     fn trees_are_built_for_bodies_that_may_meet() {
         let mut scene = row(4);
-        let reports = scene.check(&CheckParams { margin: 0.5 }, Progress::none()).expect("a check");
+        let reports = scene.check(&CheckParams::new(0.5), Progress::none()).expect("a check");
         assert_eq!(reports.len(), 1);
         assert_eq!(fitted(&scene), [0, 1]);
 
@@ -331,7 +336,7 @@ mod tests {
         let away = scene.body(first).positions().iter().map(|p| *p - 50.0 * DVec3::X);
         scene.move_body(first, &away.collect::<Vec<_>>()).expect("a move");
         assert_eq!(fitted(&scene), [1]);
-        scene.check(&CheckParams { margin: 0.5 }, Progress::none()).expect("a check");
+        scene.check(&CheckParams::new(0.5), Progress::none()).expect("a check");
         assert_eq!(fitted(&scene), [1], "it meets none there");
         scene.segment(first, last).expect("regions");
         assert_eq!(fitted(&scene), [0, 1, 3], "a question about two bodies");
@@ -342,7 +347,7 @@ mod tests {
         let mut scene = row(4);
         let over_the_third: Vec<DVec3> =
             scene.body(BodyId(1)).positions().iter().map(|p| *p + 7.0 * DVec3::X).collect();
-        let moves = [(BodyId(1), &over_the_third[..])];
+        let moves = [BodyMove { body: BodyId(1), positions: &over_the_third }];
         let report = scene.sweep(&moves, &CcdParams::EXACT, Progress::none()).expect("a sweep");
         assert_eq!(report.pairs.len(), 2, "it leaves the first and passes through the third");
 
@@ -368,7 +373,7 @@ mod tests {
     #[test]
     fn ten_thousand_bodies_are_checked() {
         let mut scene = row(10_000);
-        let reports = scene.check(&CheckParams { margin: 0.0 }, Progress::none()).expect("a check");
+        let reports = scene.check(&CheckParams::new(0.0), Progress::none()).expect("a check");
         assert_eq!(reports.len(), 1);
         assert_eq!(fitted(&scene), [0, 1]);
     }

@@ -2,7 +2,7 @@
 //!
 //! A [`Scene`] holds bodies: rigid, deformable or open surfaces, each with a name.
 //! [`Scene::check`] reports, for every pair of bodies within a margin of each other, whether they
-//! overlap, how deep and where, and how far apart they are. [`Scene::sweep`] finds the first
+//! overlap, how deep, by which volume and areas, and how far apart they are. [`Scene::sweep`] finds the first
 //! contacts while bodies move to new positions, and [`SweepReport::pass_throughs`] those that
 //! neither state shows.
 //!
@@ -27,11 +27,17 @@
 //! let bone = scene.add("bone", BodyKind::Rigid, surface.clone(), corners.to_vec())?;
 //! let muscle = scene.add("muscle", BodyKind::Deformable, surface, shifted.to_vec())?;
 //!
-//! let reports = scene.check(&CheckParams { margin: 1.0 }, Progress::none())?;
+//! let reports = scene.check(&CheckParams::new(1.0), Progress::none())?;
 //! assert_eq!(reports[0].pair, PairId::new(bone, muscle));
 //! assert!(reports[0].overlaps);
 //! assert_eq!(reports[0].b_against_a.inside_count, Ok(1));
-//! assert!((reports[0].max_depth - 0.1 / 3.0_f64.sqrt()).abs() < 1e-12);
+//!
+//! // One vertex of the muscle is inside, behind the slanted face of the bone.
+//! let depth = reports[0].max_depth().ok_or("they overlap")?;
+//! assert!((depth.lower - 0.1 / 3.0_f64.sqrt()).abs() < 1e-12);
+//! let measures = &reports[0].overlap.as_ref().ok_or("measured")?.measures.total;
+//! let volume = measures.volume.ok_or("both are closed")?;
+//! assert!((volume - 0.1_f64.powi(3) / 6.0).abs() < 1e-12);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -44,11 +50,14 @@
 mod body;
 mod broad_phase;
 mod check;
+mod coincidence;
+mod edge_overlap;
 mod error;
 mod field_contacts;
+mod geometry;
 mod joint_contact;
 mod medial_contacts;
-mod overlap;
+mod pair_overlap;
 mod pass_through;
 mod report;
 mod scene;
@@ -57,15 +66,24 @@ mod sweep;
 pub use distance_field::{FieldContact, FieldDetector, FieldFeature};
 pub use glam;
 pub use medial::{MedialContact, MedialDetector, MedialFeature, PrimitiveBall};
-pub use proximity::{ContactKind, ContactPatch, NearVertex, NoInside, Region, Side, SweptContact};
+pub use overlap::{AreaBracket, CurveChain, Depth, Overlap, OverlapMeasures};
+pub use proximity::{ContactKind, NearVertex, NoInside, Region, Side, SweptContact};
 
 pub use surface::progress::{Interrupted, Progress};
 
 pub use crate::body::{Body, BodyId, BodyKind, PairId};
 pub use crate::check::CheckParams;
+pub use crate::coincidence::Coincidence;
+pub use crate::edge_overlap::{EdgeOverlap, FacePoint};
 pub use crate::error::SceneError;
-pub use crate::overlap::{OverlapParams, PairOverlap};
+pub use crate::geometry::{OverlapGeometry, PatchFace};
+pub use crate::pair_overlap::{DepthBracket, PairOverlap};
 pub use crate::pass_through::PassThrough;
 pub use crate::report::{PairReport, VertexReport};
 pub use crate::scene::Scene;
-pub use crate::sweep::{PairSweep, SweepReport};
+pub use crate::sweep::{BodyMove, PairSweep, SweepReport};
+
+/// Compiles and runs the README's example.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -7,6 +7,7 @@ use crate::{BodyId, ContactKind, PairId, PairReport, PairSweep, Scene, SweepRepo
 /// Contacts of a step between two bodies that neither the state before it nor
 /// the one after it shows.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PassThrough {
     /// The two bodies.
     pub pair: PairId,

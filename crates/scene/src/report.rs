@@ -1,21 +1,26 @@
 //! Result of static detection between two bodies.
 
-use proximity::{ContactPatch, NearVertex, NoInside, PairProximity, PairSide, contact};
+use overlap::AreaBracket;
+use proximity::{NearVertex, NoInside, PairProximity, PairSide, contact};
 use surface::Contact;
 
-use crate::{PairId, Scene};
+use crate::{Coincidence, DepthBracket, PairId, PairOverlap, Scene};
 
 /// Proximity of two bodies in one state.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PairReport {
     /// The two bodies.
     pub pair: PairId,
-    /// True if faces cross or a vertex of one is inside the other. Surfaces
-    /// that only touch do not overlap.
+    /// True if faces cross, a vertex of one is inside the other, or both share
+    /// a volume since they coincide. Surfaces that only touch do not overlap.
     pub overlaps: bool,
+    /// Way in which both bodies are the same, where they are.
+    pub coincidence: Option<Coincidence>,
     /// Depth of the deepest vertex inside the other body, `>= 0`; 0 where none
-    /// is, even when faces cross.
-    pub max_depth: f64,
+    /// is, even when faces cross. It depends on the mesh:
+    /// [`max_depth`](Self::max_depth) does not.
+    pub max_vertex_depth: f64,
     /// Smallest signed distance of a vertex to the other surface, negative
     /// inside; `None` where no vertex is inside or within the margin.
     pub min_gap: Option<f64>,
@@ -28,13 +33,17 @@ pub struct PairReport {
     pub a_against_b: VertexReport,
     /// Vertices of `b` against the surface of `a`.
     pub b_against_a: VertexReport,
-    /// Connected patches of `a`'s surface that are in contact with `b`, largest
-    /// first.
-    pub patches: Vec<ContactPatch>,
+    /// Area of the surface of `a` within the margin of `b`, and of `b` within that of `a`, for pairs
+    /// that do not overlap; `None` without [`CheckParams::measures`](crate::CheckParams::measures).
+    pub near_areas: Option<[AreaBracket; 2]>,
+    /// Measures of what both share, where they overlap, or touch in an area; `None` without
+    /// [`CheckParams::measures`](crate::CheckParams::measures).
+    pub overlap: Option<PairOverlap>,
 }
 
 /// Vertices of one body against the surface of another.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct VertexReport {
     /// Number of vertices inside the other body, or the reason why that has no inside.
     pub inside_count: Result<usize, NoInside>,
@@ -43,25 +52,38 @@ pub struct VertexReport {
 }
 
 impl PairReport {
-    /// Copies what was computed for two bodies, without distance and patches.
+    /// Copies what was computed for two bodies, without distance and measures.
     #[must_use]
     pub fn new(pair: PairId, found: &PairProximity) -> Self {
         let [a_against_b, b_against_a] = found.sides().map(VertexReport::new);
         Self {
             pair,
             overlaps: found.overlaps(),
-            max_depth: found.max_depth(),
+            coincidence: None,
+            max_vertex_depth: found.max_vertex_depth(),
             min_gap: found.min_gap(),
             distance: None,
             crossing_faces: found.crossing_faces().to_vec(),
             a_against_b,
             b_against_a,
-            patches: Vec::new(),
+            near_areas: None,
+            overlap: None,
         }
     }
 
+    /// Brackets the depth of the overlap: the greatest distance of a point of one surface inside
+    /// the other body, from the other surface. It is a distance, not a way out: in the middle of a
+    /// thin body all ways are short.
+    ///
+    /// `None` where nothing is inside, where "inside" is undefined, and without measures.
+    #[must_use]
+    pub fn max_depth(&self) -> Option<DepthBracket> {
+        self.overlap.as_ref().and_then(PairOverlap::max_depth)
+    }
+
     /// Makes one contact for each vertex that is inside or within the margin, those of `a` first,
-    /// with particles numbered by [`Body::particles`](crate::Body::particles).
+    /// with particles numbered by [`Body::particles`](crate::Body::particles). After them comes
+    /// one contact for the deepest point of each measured region that no vertex is inside.
     ///
     /// A rigid body is the anchor of its contacts, at rest; where it holds the vertex, the point
     /// of the other body's face is the colliding point and the normal is reversed.
@@ -74,7 +96,12 @@ impl PairReport {
         let [a, b] = self.pair.bodies().map(|id| scene.body(id).contact_surface());
         let of_a = self.a_against_b.near.iter().map(|near| contact(&a, &b, near));
         let of_b = self.b_against_a.near.iter().map(|near| contact(&b, &a, near));
-        of_a.chain(of_b).collect()
+        let mut contacts: Vec<Contact> = of_a.chain(of_b).collect();
+        for edge in self.overlap.iter().flat_map(|overlap| &overlap.edge_overlaps) {
+            let (own, other) = if edge.body == self.pair.a { (&a, &b) } else { (&b, &a) };
+            contacts.push(edge.contact(own, other));
+        }
+        contacts
     }
 }
 

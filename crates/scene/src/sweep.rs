@@ -9,8 +9,18 @@ use surface::{Aabb, Positions, parallel};
 
 use crate::{BodyId, PairId, Scene, SceneError};
 
+/// New positions of a body, at the end of a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyMove<'a> {
+    /// The body.
+    pub body: BodyId,
+    /// |V| positions.
+    pub positions: &'a [DVec3],
+}
+
 /// First contacts of a step.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SweepReport {
     /// Pairs that met, in the order of the bodies.
     pub pairs: Vec<PairSweep>,
@@ -23,6 +33,7 @@ pub struct SweepReport {
 
 /// First contacts of two bodies during a step.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PairSweep {
     /// The two bodies.
     pub pair: PairId,
@@ -47,7 +58,7 @@ impl Scene {
     /// - [`SceneError::Interrupted`] when `progress` ends the call.
     pub fn sweep(
         &mut self,
-        moves: &[(BodyId, &[DVec3])],
+        moves: &[BodyMove<'_>],
         params: &CcdParams,
         progress: Progress<'_>,
     ) -> Result<SweepReport, SceneError> {
@@ -61,7 +72,7 @@ impl Scene {
     /// As [`Self::sweep`].
     pub fn sweep_among(
         &mut self,
-        moves: &[(BodyId, &[DVec3])],
+        moves: &[BodyMove<'_>],
         params: &CcdParams,
         is_wanted: impl Fn(PairId) -> bool,
         progress: Progress<'_>,
@@ -102,12 +113,12 @@ impl Scene {
     /// Returns the end positions of each body, by its number; `None` where it rests.
     fn check_moves<'a>(
         &self,
-        moves: &[(BodyId, &'a [DVec3])],
+        moves: &[BodyMove<'a>],
     ) -> Result<Vec<Option<Positions<'a>>>, SceneError> {
         let mut ends = vec![None; self.bodies.len()];
-        for &(id, positions) in moves {
-            let checked = self.get(id)?.check_positions(positions)?;
-            ends[id.index()] = Some(checked);
+        for &BodyMove { body, positions } in moves {
+            let checked = self.get(body)?.check_positions(positions)?;
+            ends[body.index()] = Some(checked);
         }
         Ok(ends)
     }

@@ -22,7 +22,7 @@ pub struct Term {
     pub weight: f64,
 }
 
-/// Linear combination of one to four particles.
+/// Linear combination of one to six particles: at most a face on either side.
 ///
 /// The weights on the side of P sum to −1. Those on the side of P̄ sum to 1
 /// where P̄ is carried by particles; where it is rigid there are none, and the
@@ -30,11 +30,14 @@ pub struct Term {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Stencil {
-    terms: [Term; 4],
+    terms: [Term; MAX_TERMS],
     len: u8,
 }
 
-/// Padding of a stencil with fewer than four terms.
+/// Terms of a stencil between a point of one face and a point of another.
+const MAX_TERMS: usize = 6;
+
+/// Padding of a stencil with fewer terms.
 const NO_TERM: Term = Term { particle: 0, weight: 0.0 };
 
 /// State of a rigid object at P̄, in the caller's length and time units.
@@ -101,8 +104,8 @@ impl Stencil {
     /// Returns the stencil of a vertex P against a face with weights `b` of its corners.
     #[must_use]
     pub fn vertex_face(vertex: u32, face: [u32; 3], b: [f64; 3]) -> Self {
-        let Self { terms: [p, q, r, _], .. } = Self::face(face, b);
-        Self { terms: [Term { particle: vertex, weight: -1.0 }, p, q, r], len: 4 }
+        let Self { terms: [p, q, r, ..], .. } = Self::face(face, b);
+        Self::padded([Term { particle: vertex, weight: -1.0 }, p, q, r])
     }
 
     /// Returns the stencil of the point `(1 − s) a0 + s a1` of an edge as P against the
@@ -110,24 +113,31 @@ impl Stencil {
     #[must_use]
     pub fn edge_edge(a: [u32; 2], s: f64, b: [u32; 2], t: f64) -> Self {
         let term = |particle, weight| Term { particle, weight };
-        let terms = [term(a[0], s - 1.0), term(a[1], -s), term(b[0], 1.0 - t), term(b[1], t)];
-        Self { terms, len: 4 }
+        Self::padded([term(a[0], s - 1.0), term(a[1], -s), term(b[0], 1.0 - t), term(b[1], t)])
     }
 
     /// Returns the stencil of one particle against a rigid object.
     #[must_use]
     pub fn single(term: Term) -> Self {
-        Self { terms: [term, NO_TERM, NO_TERM, NO_TERM], len: 1 }
+        Self::padded([term])
     }
 
     /// Returns the stencil of a face's corners against a rigid object.
     #[must_use]
     pub fn face(face: [u32; 3], weights: [f64; 3]) -> Self {
-        let [p, q, r] = std::array::from_fn(|k| Term { particle: face[k], weight: weights[k] });
-        Self { terms: [p, q, r, NO_TERM], len: 3 }
+        Self::padded([0, 1, 2].map(|k| Term { particle: face[k], weight: weights[k] }))
     }
 
-    /// Returns the stencil of one to four terms; `None` for another number.
+    /// Returns the stencil of a number of terms that is known to fit.
+    #[expect(clippy::cast_possible_truncation, reason = "at most six")]
+    fn padded<const N: usize>(terms: [Term; N]) -> Self {
+        const { assert!(N <= MAX_TERMS, "a stencil has at most six terms") };
+        let mut padded = [NO_TERM; MAX_TERMS];
+        padded[..N].copy_from_slice(&terms);
+        Self { terms: padded, len: N as u8 }
+    }
+
+    /// Returns the stencil of one to six terms; `None` for another number.
     ///
     /// ```
     /// use surface::{Stencil, Term};
@@ -142,10 +152,14 @@ impl Stencil {
     }
 
     /// Returns the terms of P̄ minus those of P, those of P first; `None` unless they are
-    /// one to four.
+    /// one to six.
     fn difference(on: &[Term], p: &[Term]) -> Option<Self> {
-        let len = u8::try_from(p.len() + on.len()).ok().filter(|len| (1..=4).contains(len))?;
-        let mut terms = [NO_TERM; 4];
+        let len = p.len() + on.len();
+        if !(1..=MAX_TERMS).contains(&len) {
+            return None;
+        }
+        let len = u8::try_from(len).ok()?;
+        let mut terms = [NO_TERM; MAX_TERMS];
         let (of_p, of_on) = terms[..usize::from(len)].split_at_mut(p.len());
         of_p.copy_from_slice(p);
         of_on.copy_from_slice(on);
@@ -187,7 +201,7 @@ impl Contact {
     ///
     /// # Panics
     ///
-    /// When there are no particles, or more than four.
+    /// When there are no particles, or more than six.
     #[must_use]
     pub fn between(p: ContactSide<'_>, on: ContactSide<'_>, normal: DVec3, gap: f64) -> Self {
         use ContactSide::{Particles, Rigid};
@@ -198,7 +212,7 @@ impl Contact {
             (Rigid(anchor), Particles(on)) => (Stencil::difference(&[], on), Some(anchor), -normal),
             (Rigid(_), Rigid(_)) => (None, None, normal),
         };
-        let stencil = stencil.expect("one to four particles carry a contact");
+        let stencil = stencil.expect("one to six particles carry a contact");
         Self { stencil, anchor, normal, offset: 0.0, gap, time: None }
     }
 

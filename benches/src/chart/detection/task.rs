@@ -141,9 +141,10 @@ impl FrameTruth {
 
         // Gaps in both directions, crossings and overlaps of each pair.
         let mut truth = Self::default();
-        for report in
-            scene.check(&CheckParams { margin: TRUTH_MARGIN }, musculo_collide::Progress::none())?
-        {
+        for report in scene.check(
+            &CheckParams::without_measures(TRUTH_MARGIN),
+            musculo_collide::Progress::none(),
+        )? {
             let PairReport { pair, overlaps, a_against_b, b_against_a, crossing_faces, .. } =
                 report;
             let pair = pair.bodies().map(|id| id.index());

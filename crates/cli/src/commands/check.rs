@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use musculo_collide::{CheckParams, PairReport, Scene};
+use musculo_collide::{CheckParams, PairId, PairReport, Scene};
 
 use super::Finished;
 use crate::failure::Failure;
@@ -11,15 +11,19 @@ use crate::load::{LoadedScene, SceneArguments};
 use crate::output::{FilePlan, Outputs};
 use crate::phase::Phase;
 use crate::picture::Image;
-use crate::report::{CheckDocument, ContactField, Gallery, check_page, check_text};
+use crate::report::{
+    CheckDocument, ContactField, FileNames, Gallery, OverlapShape, check_page, check_text,
+    stage_overlap_files,
+};
 use crate::scene::SceneDescription;
 use crate::stopwatch::Stopwatch;
 
 /// Find every overlap and contact between bodies, and how deep
 ///
 /// Reads closed or open triangle meshes, lists their defects, and reports for every pair
-/// of bodies whether they overlap, how deep and over what area, or else how far apart
-/// they are. The depth is that of the deepest vertex inside the other body.
+/// of bodies whether they overlap, how deep, by which volume and over what areas, or else how
+/// far apart they are. The depth is that of the deepest point of one surface inside the other
+/// body, faces and edges included: its distance from the other surface.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -47,11 +51,18 @@ pub(crate) struct CheckArguments {
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     margin: Option<f64>,
 
+    /// Width of the certified brackets on depths, in the scene's unit [default: 1 % of the depth,
+    /// or a hundred-thousandth of the smaller body where that is more]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
+    depth_tolerance: Option<f64>,
+
     /// Write the report as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 
-    /// Write each body as VTP, with signed gap and depth per vertex, for ParaView or 3D Slicer
+    /// Write VTP files for ParaView or 3D Slicer: each body with signed gap and depth per vertex;
+    /// for each overlap the clipped faces (`a_in_b`, `b_in_a`) with depth per point, and the
+    /// crossing curve
     #[arg(long, value_name = "DIR")]
     vtp: Option<PathBuf>,
 
@@ -72,19 +83,25 @@ pub(super) fn run(arguments: &CheckArguments) -> Result<Finished, Failure> {
     let mut loaded = LoadedScene::load(description)?;
     stopwatch.lap("load");
 
-    let reports = detect(&mut loaded)?;
+    let reports = detect(&mut loaded, arguments.depth_tolerance)?;
     let document = loaded.document(&reports)?;
+    let shapes = if arguments.draws_overlaps() {
+        overlap_shapes(&mut loaded.scene, &reports)?
+    } else {
+        Vec::new()
+    };
     stopwatch.lap("detect");
 
     outputs.stage_json(arguments.json.as_deref(), &document)?;
-    let checked = CheckedScene { document: &document, scene: &loaded.scene, reports: &reports };
+    let (document, scene) = (&document, &loaded.scene);
+    let checked = CheckedScene { document, scene, reports: &reports, shapes: &shapes };
     if let Some(folder) = &arguments.vtp {
         checked.stage_vtp(folder, &mut outputs)?;
     }
     checked.stage_pictures(arguments, &mut outputs)?;
 
     let holds = document.overlapping() == 0;
-    Ok(Finished { outputs, text: check_text(&document), holds, stopwatch })
+    Ok(Finished { outputs, text: check_text(document), holds, stopwatch })
 }
 
 impl CheckArguments {
@@ -94,14 +111,39 @@ impl CheckArguments {
         plan.writing(self.json.as_ref())
             .writing(self.report.as_ref())
             .writing(self.picture.as_ref())
-            .writing_into(self.vtp.as_ref(), bodies.map(|body| format!("{}.vtp", body.name)))
+            .writing_into(self.vtp.as_ref(), bodies.map(|body| body_file(&body.name)))
+    }
+
+    /// Returns true if an output shows the shape of overlaps.
+    fn draws_overlaps(&self) -> bool {
+        self.vtp.is_some() || self.report.is_some() || self.picture.is_some()
     }
 }
 
+/// Returns the name of a body's VTP file.
+fn body_file(name: &str) -> String {
+    format!("{name}.vtp")
+}
+
 /// Checks a scene with its margin.
-pub(super) fn detect(loaded: &mut LoadedScene) -> Result<Vec<PairReport>, Failure> {
-    let params = CheckParams { margin: loaded.margin() };
+pub(super) fn detect(
+    loaded: &mut LoadedScene,
+    depth_tolerance: Option<f64>,
+) -> Result<Vec<PairReport>, Failure> {
+    let params = CheckParams { depth_tolerance, ..CheckParams::new(loaded.margin()) };
     Ok(Phase::run("detecting contact", |progress| loaded.scene.check(&params, progress))?)
+}
+
+/// Computes the shape of every overlap.
+pub(super) fn overlap_shapes<'r>(
+    scene: &mut Scene,
+    reports: &'r [PairReport],
+) -> Result<Vec<OverlapShape<'r>>, Failure> {
+    let overlapping: Vec<&PairReport> = reports.iter().filter(|pair| pair.overlaps).collect();
+    let pairs: Vec<PairId> = overlapping.iter().map(|report| report.pair).collect();
+    let geometries = Phase::run("clipping", |progress| scene.overlap_geometries(&pairs, progress))?;
+    let shapes = overlapping.into_iter().zip(geometries);
+    Ok(shapes.map(|(report, geometry)| OverlapShape { report, geometry }).collect())
 }
 
 /// Scene with the results of its check.
@@ -109,17 +151,20 @@ pub(super) struct CheckedScene<'a> {
     pub(super) document: &'a CheckDocument,
     pub(super) scene: &'a Scene,
     pub(super) reports: &'a [PairReport],
+    /// Shapes of the overlaps.
+    pub(super) shapes: &'a [OverlapShape<'a>],
 }
 
 impl CheckedScene<'_> {
     fn stage_vtp(&self, folder: &Path, outputs: &mut Outputs) -> Result<(), Failure> {
-        let reports: Vec<&PairReport> = self.reports.iter().collect();
+        let bodies = self.scene.bodies().iter();
+        let mut names = FileNames::new(bodies.map(|body| body_file(body.name())));
         for (id, body) in self.scene.ids().zip(self.scene.bodies()) {
-            let field = ContactField::new(id, self.scene, &reports, self.document.margin);
+            let field = ContactField::new(id, self.scene, self.reports, self.document.margin);
             let vtp = field.to_vtp(body.positions(), body.surface().faces());
-            outputs.stage(&folder.join(format!("{}.vtp", body.name())), vtp)?;
+            outputs.stage(&folder.join(body_file(body.name())), vtp)?;
         }
-        Ok(())
+        stage_overlap_files(self.shapes, self.scene, folder, &mut names, outputs)
     }
 
     fn stage_pictures(
@@ -154,6 +199,6 @@ impl CheckedScene<'_> {
     }
 
     fn gallery(&self) -> Gallery<'_> {
-        Gallery::new(self.scene, self.reports, self.document.margin)
+        Gallery::new(self.scene, self.shapes)
     }
 }

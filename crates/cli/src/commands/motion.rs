@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use musculo_collide::{BodyId, CheckParams, PairReport, Progress, Scene, ccd};
+use musculo_collide::{BodyId, BodyMove, CheckParams, PairReport, Progress, Scene, ccd};
 
 use super::Finished;
 use super::motion_resolve::{Job, frame_files};
@@ -125,7 +125,11 @@ fn walk(
     for frame in 1..replay.frame_count() {
         // A sweep starts at the state of the scene, and leaves it there.
         let positions = replay.positions(frame);
-        let moves: Vec<_> = ids.iter().zip(&positions).map(|(&id, x)| (id, &x[..])).collect();
+        let moves: Vec<BodyMove<'_>> = ids
+            .iter()
+            .zip(&positions)
+            .map(|(&body, positions)| BodyMove { body, positions })
+            .collect();
         stopwatch.lap("check");
         let sweep = scene.sweep(&moves, &ccd::CcdParams::EXACT, Progress::none())?;
         stopwatch.lap("sweep");
@@ -149,5 +153,5 @@ fn overlaps_at(
 ) -> Result<Vec<PairReport>, Failure> {
     // Near pairs are not reported: their gaps would take most of the time.
     replay.place(scene, frame)?;
-    Ok(scene.check(&CheckParams { margin: 0.0 }, Progress::none())?)
+    Ok(scene.check(&CheckParams::without_measures(0.0), Progress::none())?)
 }

@@ -135,7 +135,7 @@ impl Comparison {
     ) -> Result<(), SceneError> {
         // The time of exact detection is what the plan saves.
         let start = Instant::now();
-        let exact = scene.check(&CheckParams { margin: 0.0 }, Progress::none())?;
+        let exact = scene.check(&CheckParams::without_measures(0.0), Progress::none())?;
         self.exact.0.push(start.elapsed());
 
         for pair in plan.pairs() {
@@ -154,7 +154,7 @@ impl Comparison {
         // Depths by both methods; pairs that are not reported have none.
         let exact = exact.iter().find(|exact| exact.pair == pair.pair);
         let planned = detection.pairs().iter().find(|found| found.pair == pair.pair);
-        let exact_depth = exact.map_or(0.0, |exact| exact.max_depth);
+        let exact_depth = exact.map_or(0.0, |exact| exact.max_vertex_depth);
         let depth = planned.map_or(0.0, |planned| planned.max_depth);
 
         let difference = (exact_depth - depth).abs();

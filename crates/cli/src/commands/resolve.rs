@@ -7,7 +7,7 @@ use mesh_io::MeshFormat;
 use musculo_collide::BodyKind;
 
 use super::Finished;
-use super::check::{CheckedScene, detect};
+use super::check::{CheckedScene, detect, overlap_shapes};
 use super::resolve_arguments::ResolveArgs;
 use crate::failure::Failure;
 use crate::load::{LoadedScene, SceneArguments};
@@ -129,9 +129,11 @@ impl ResolveArguments {
             return Ok(());
         }
 
-        let reports = detect(loaded)?;
+        let reports = detect(loaded, None)?;
         let document = loaded.document(&reports)?;
-        let checked = CheckedScene { document: &document, scene: &loaded.scene, reports: &reports };
+        let shapes = overlap_shapes(&mut loaded.scene, &reports)?;
+        let (document, scene) = (&document, &loaded.scene);
+        let checked = CheckedScene { document, scene, reports: &reports, shapes: &shapes };
         let page = checked.page(&format!("Contact {state} overlap removal"))?;
         outputs.stage(&self.out.join(report_file(state)), page)
     }

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 use musculo_collide::surface::TriangleSurface;
-use musculo_collide::{BodyId, BodyKind, CheckParams, Scene, SweepReport, ccd};
+use musculo_collide::{BodyId, BodyKind, BodyMove, CheckParams, Scene, SweepReport, ccd};
 
 use serde_json::{Value, json};
 
@@ -61,9 +61,8 @@ fn place(scene: &mut Scene, positions: &[Vec<DVec3>]) {
 type Crossings = BTreeSet<(BodyId, BodyId, [u32; 2])>;
 
 fn crossings(scene: &mut Scene) -> Crossings {
-    let reports = scene
-        .check(&CheckParams { margin: 0.0 }, musculo_collide::Progress::none())
-        .expect("a check");
+    let reports =
+        scene.check(&CheckParams::new(0.0), musculo_collide::Progress::none()).expect("a check");
     let of_pair = |report: &musculo_collide::PairReport| -> Vec<_> {
         report.crossing_faces.iter().map(|&faces| (report.pair.a, report.pair.b, faces)).collect()
     };
@@ -123,7 +122,8 @@ fn sweeps_find_all_crossings_of_intermediate_states() {
         let [x0, x1] = [replay.positions(frame - 1), replay.positions(frame)];
         place(&mut scene, &x0);
         let ids: Vec<BodyId> = scene.ids().collect();
-        let moves: Vec<_> = ids.iter().zip(&x1).map(|(&id, x)| (id, &x[..])).collect();
+        let moves: Vec<BodyMove<'_>> =
+            ids.iter().zip(&x1).map(|(&body, positions)| BodyMove { body, positions }).collect();
         let times = times(
             &scene
                 .sweep(&moves, &ccd::CcdParams::EXACT, musculo_collide::Progress::none())

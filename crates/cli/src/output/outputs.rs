@@ -8,6 +8,7 @@ use std::process;
 
 use serde::Serialize;
 
+use super::plan::Places;
 use super::unfinished::unfinished;
 use crate::failure::Failure;
 use crate::report::counted;
@@ -29,6 +30,7 @@ pub(super) enum Destination {
 pub(crate) struct Outputs {
     /// Destination of each planned output, by its path as the command has it.
     destinations: HashMap<PathBuf, Destination>,
+    places: Places,
     /// Planned folders, until they are made.
     folders: Vec<PathBuf>,
     /// Folders that were made, the outer ones behind the inner ones.
@@ -53,8 +55,27 @@ enum StagedContent {
 }
 
 impl Outputs {
-    pub(super) fn new(destinations: HashMap<PathBuf, Destination>, folders: Vec<PathBuf>) -> Self {
-        Self { destinations, folders, made_folders: Vec::new(), staged: VecDeque::new() }
+    pub(super) fn new(
+        destinations: HashMap<PathBuf, Destination>,
+        places: Places,
+        folders: Vec<PathBuf>,
+    ) -> Self {
+        Self { destinations, places, folders, made_folders: Vec::new(), staged: VecDeque::new() }
+    }
+
+    /// Completes an output whose name depends on the results, in a planned folder.
+    ///
+    /// # Errors
+    ///
+    /// As [`stage`](Self::stage), and where it would replace an input or another output.
+    pub(crate) fn stage_found(
+        &mut self,
+        path: &Path,
+        content: impl AsRef<[u8]>,
+    ) -> Result<(), Failure> {
+        let destination = self.places.add(path)?;
+        self.destinations.insert(path.to_owned(), destination);
+        self.stage(path, content)
     }
 
     /// Completes a planned output: a file beside its place, other content in memory.

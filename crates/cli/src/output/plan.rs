@@ -84,16 +84,35 @@ impl FilePlan {
             return Err(Failure::in_file(input, "is an input, and standard output as well"));
         }
 
+        let mut places = Places { roles, standard_output, folders: folders.clone() };
         let mut destinations = HashMap::new();
         for file in self.files {
-            let (id, destination) = destination(&file, standard_output.as_ref(), &folders)
-                .map_err(|error| Failure::in_output(&file, &error))?;
-            if let Some(id) = id {
-                claim(&mut roles, id, &file)?;
-            }
+            let destination = places.add(&file)?;
             destinations.insert(file, destination);
         }
-        Ok(Outputs::new(destinations, folders))
+        Ok(Outputs::new(destinations, places, folders))
+    }
+}
+
+/// Places that have a part in a plan.
+#[derive(Debug)]
+pub(super) struct Places {
+    roles: BTreeMap<FileId, Role>,
+    standard_output: Option<FileId>,
+    /// Planned folders.
+    folders: Vec<PathBuf>,
+}
+
+impl Places {
+    /// Gives an output its place.
+    pub(super) fn add(&mut self, file: &Path) -> Result<Destination, Failure> {
+        let Self { roles, standard_output, folders } = self;
+        let (id, destination) = destination(file, standard_output.as_ref(), folders)
+            .map_err(|error| Failure::in_output(file, &error))?;
+        if let Some(id) = id {
+            claim(roles, id, file)?;
+        }
+        Ok(destination)
     }
 }
 

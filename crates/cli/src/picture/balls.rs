@@ -7,7 +7,7 @@ use glam::DVec3;
 use musculo_collide::medial::Ball;
 use musculo_collide::surface::{Aabb, vertex_normals};
 
-use super::{Appearance, Camera, Color, Image, Subject, draw};
+use super::{Appearance, Camera, Color, ContactPoint, ContactTriangle, Image, Subject, draw};
 
 /// Maximum size of each of the two pictures, in pixels.
 const MAX_SIZE: [usize; 2] = [520, 640];
@@ -27,24 +27,26 @@ pub(crate) fn draw_balls_and_error(
 ) -> Image {
     let camera = camera(positions);
     let normals = vertex_normals(faces, positions);
-    let outside = vec![1.0; positions.len()];
     let surface = Subject {
         positions,
         normals: &normals,
         faces,
-        signed_gaps: &outside,
-        crossing: &[],
+        contact: &[],
         color: Color::from_srgb([0x8f, 0xae, 0xc8]),
         appearance: Appearance::Glass,
     };
     let spheres = Spheres::new(balls);
     let within = draw(&[spheres.subject(), surface], &camera, 1.0);
 
-    // Contact is drawn where its depth is positive: every distance has to be.
+    // The whole surface is drawn like contact, in the colors of its distance.
     let max = distances.iter().map(|distance| distance.abs()).fold(0.0, f64::max);
-    let min = max.max(f64::MIN_POSITIVE) * 1e-6;
-    let depths: Vec<f64> = distances.iter().map(|distance| -distance.abs().max(min)).collect();
-    let colored = Subject { signed_gaps: &depths, appearance: Appearance::Solid, ..surface };
+    let point = |vertex: u32| {
+        let vertex = vertex as usize;
+        let (at, normal, depth) = (positions[vertex], normals[vertex], distances[vertex].abs());
+        ContactPoint { at, normal, depth }
+    };
+    let contact: Vec<ContactTriangle> = faces.iter().map(|face| face.map(point)).collect();
+    let colored = Subject { contact: &contact, appearance: Appearance::Solid, ..surface };
     Image::beside(&[within, draw(&[colored], &camera, max)])
 }
 
@@ -63,13 +65,12 @@ struct Spheres {
     positions: Vec<DVec3>,
     normals: Vec<DVec3>,
     faces: Vec<[u32; 3]>,
-    outside: Vec<f64>,
 }
 
 impl Spheres {
     fn new(balls: &[Ball]) -> Self {
         let (unit, corners) = unit_sphere();
-        let mut all = Self { outside: vec![1.0; unit.len() * balls.len()], ..Self::default() };
+        let mut all = Self::default();
         for (first, ball) in (0_u32..).step_by(unit.len()).zip(balls) {
             all.positions.extend(unit.iter().map(|normal| ball.center + ball.radius * *normal));
             all.normals.extend(&unit);
@@ -83,8 +84,7 @@ impl Spheres {
             positions: &self.positions,
             normals: &self.normals,
             faces: &self.faces,
-            signed_gaps: &self.outside,
-            crossing: &[],
+            contact: &[],
             color: Color::from_srgb([0xd6, 0x8c, 0x80]),
             appearance: Appearance::Solid,
         }

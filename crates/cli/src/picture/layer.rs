@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3, Vec3};
 use musculo_collide::surface::Aabb;
 
 use super::cast::{float, floor, single};
-use super::{Camera, Subject};
+use super::{Camera, ContactPoint, Subject};
 
 /// Surface at a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,29 +59,25 @@ impl Layer {
 
     /// Draws the whole surface of a subject.
     pub(super) fn draw_all(&mut self, number: u32, subject: &Subject<'_>, camera: &Camera) {
-        for &face in subject.faces {
-            self.draw(number, corners(subject, face, camera), f64::NEG_INFINITY);
+        for face in subject.faces {
+            let corner = |vertex: u32| ContactPoint {
+                at: subject.positions[vertex as usize],
+                normal: subject.normals[vertex as usize],
+                depth: 0.0,
+            };
+            self.draw(number, face.map(|vertex| Corner::new(&corner(vertex), camera)));
         }
     }
 
-    /// Draws the parts of a subject inside another body, by interpolated gaps.
-    ///
-    /// A face that crosses another body without a corner inside is drawn whole.
+    /// Draws the parts of a subject inside other bodies.
     pub(super) fn draw_contact(&mut self, number: u32, subject: &Subject<'_>, camera: &Camera) {
-        let enters = |face: &[u32; 3]| face.iter().any(|&v| subject.signed_gaps[v as usize] < 0.0);
-        for &face in subject.faces.iter().filter(|face| enters(face)) {
-            self.draw(number, corners(subject, face, camera), 0.0);
-        }
-        for &crossing in subject.crossing {
-            let face = subject.faces[crossing as usize];
-            if !enters(&face) {
-                self.draw(number, corners(subject, face, camera), f64::NEG_INFINITY);
-            }
+        for corners in subject.contact {
+            self.draw(number, corners.each_ref().map(|point| Corner::new(point, camera)));
         }
     }
 
-    /// Draws the samples of a triangle whose interpolated depth exceeds `min_depth`.
-    fn draw(&mut self, subject: u32, corners: [Corner; 3], min_depth: f64) {
+    /// Draws the samples of a triangle.
+    fn draw(&mut self, subject: u32, corners: [Corner; 3]) {
         let [a, b, c] = corners.map(|corner| corner.at.truncate());
         let area = (b - a).perp_dot(c - a);
         if area == 0.0 {
@@ -102,9 +98,7 @@ impl Layer {
                 ];
                 if weights.iter().all(|weight| *weight >= 0.0) {
                     let corner = blend(&corners, weights);
-                    if corner.depth > min_depth {
-                        self.keep_nearer(row * self.width + column, subject, corner);
-                    }
+                    self.keep_nearer(row * self.width + column, subject, corner);
                 }
             }
         }
@@ -131,15 +125,14 @@ fn blend(corners: &[Corner; 3], weights: [f64; 3]) -> Corner {
     blended
 }
 
-fn corners(subject: &Subject<'_>, face: [u32; 3], camera: &Camera) -> [Corner; 3] {
-    face.map(|vertex| {
-        let vertex = vertex as usize;
-        Corner {
-            at: camera.project(subject.positions[vertex]),
-            normal: camera.view_direction(subject.normals[vertex]),
-            depth: -subject.signed_gaps[vertex],
+impl Corner {
+    fn new(point: &ContactPoint, camera: &Camera) -> Self {
+        Self {
+            at: camera.project(point.at),
+            normal: camera.view_direction(point.normal),
+            depth: point.depth,
         }
-    })
+    }
 }
 
 #[cfg(test)]
@@ -192,8 +185,7 @@ mod tests {
             positions: &positions,
             normals: &normals,
             faces,
-            signed_gaps: &[1.0; 5],
-            crossing: &[],
+            contact: &[],
             color: Color::WHITE,
             appearance: Appearance::Solid,
         };
@@ -213,28 +205,27 @@ mod tests {
     }
 
     #[test]
-    fn contact_is_inside_or_crossing() {
+    fn contact_is_drawn_as_clipped() {
         let positions = [DVec3::ZERO, DVec3::X, DVec3::Z, DVec3::X + DVec3::Z];
+        let point = |at: DVec3, depth| ContactPoint { at, normal: DVec3::NEG_Y, depth };
+        let (deep, shallow) = (point(DVec3::ZERO, 1.0), |at| point(0.5 * at, 0.0));
         let subject = Subject {
             positions: &positions,
             normals: &[DVec3::NEG_Y; 4],
             faces: &[[0, 1, 2], [1, 3, 2]],
-            signed_gaps: &[-1.0, 1.0, 1.0, 1.0],
-            crossing: &[],
+            contact: &[[deep, shallow(DVec3::X), shallow(DVec3::Z)]],
             color: Color::WHITE,
             appearance: Appearance::Solid,
         };
         let camera = Camera::framing(positions, DVec3::Y, DVec3::Z, [100, 100]);
-        let count = |subject: &Subject<'_>| {
-            let mut layer = Layer::new(&camera);
-            layer.draw_contact(0, subject, &camera);
-            layer.hits().iter().filter(|hit| hit.is_some()).count()
-        };
-        // The square is 92 pixels wide; depth is positive in the quarter of the
-        // first triangle within half an edge of its corner: an eighth of it.
-        let eighth = 92 * 92 / 8;
-        assert!(count(&subject).abs_diff(eighth) < 60, "{}", count(&subject));
-        let crossing = Subject { crossing: &[1], ..subject };
-        assert!(count(&crossing).abs_diff(5 * eighth) < 120, "{}", count(&crossing));
+        let mut layer = Layer::new(&camera);
+        layer.draw_contact(0, &subject, &camera);
+
+        // The square is 92 pixels wide; half an edge along both legs is an eighth of it, and the
+        // mean depth over a triangle is that of its center.
+        let hits: Vec<&Hit> = layer.hits().iter().filter(|hit| hit.is_some()).collect();
+        assert!(hits.len().abs_diff(92 * 92 / 8) < 60, "{}", hits.len());
+        let mean = hits.iter().map(|hit| f64::from(hit.depth)).sum::<f64>() / float(hits.len());
+        assert!((mean - 1.0 / 3.0).abs() < 0.01, "{mean}");
     }
 }

@@ -6,8 +6,8 @@
 //! ([`image`]).
 //!
 //! Overlap is hidden from every side: where one body enters another, the other's surface
-//! covers it. So penetrating parts have a layer of their own, which shines through
-//! nearer surfaces.
+//! covers it. So the parts inside another body, clipped at the curve in which the surfaces
+//! cross, have a layer of their own, which shines through nearer surfaces.
 
 mod balls;
 mod camera;
@@ -45,13 +45,23 @@ pub(crate) struct Subject<'a> {
     pub(crate) normals: &'a [DVec3],
     /// |F| × 3 corners.
     pub(crate) faces: &'a [[u32; 3]],
-    /// |V| signed distances to other bodies, negative inside.
-    pub(crate) signed_gaps: &'a [f64],
-    /// Faces that cross another body's, ascending: drawn as contact even where no corner
-    /// is inside.
-    pub(crate) crossing: &'a [u32],
+    /// Parts of the surface inside other bodies.
+    pub(crate) contact: &'a [ContactTriangle],
     pub(crate) color: Color,
     pub(crate) appearance: Appearance,
+}
+
+/// Part of a surface inside another body, small enough for its depth to be interpolated.
+pub(crate) type ContactTriangle = [ContactPoint; 3];
+
+/// Point of a surface inside another body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ContactPoint {
+    pub(crate) at: DVec3,
+    /// Normal of the surface.
+    pub(crate) normal: DVec3,
+    /// Distance from the other body's surface.
+    pub(crate) depth: f64,
 }
 
 /// Samples along each side of a pixel: two would leave visible steps on the slanted

@@ -10,7 +10,7 @@ use super::check_tables::{Section, bodies, pair_sections};
 use super::document::CheckDocument;
 use super::gallery::View;
 use super::table::escaped;
-use super::text::length;
+use super::text::measure;
 use crate::picture::viridis;
 
 const STYLE: &str = include_str!("report.css");
@@ -30,6 +30,9 @@ pub(crate) fn check_page(
          <p class=\"lead\">{}</p>\n",
         escaped(&document.summary()),
     );
+    for coincidence in document.coincidences() {
+        page += &format!("<p class=\"warning\">{}</p>\n", escaped(&coincidence));
+    }
     for warning in &document.warnings {
         page += &format!("<p class=\"warning\">{}</p>\n", escaped(warning));
     }
@@ -61,8 +64,8 @@ fn section(title: &str, content: &str) -> String {
 fn overview_figures(overview: &[View], document: &CheckDocument) -> io::Result<String> {
     let has_overlaps = document.overlapping() > 0;
     let mut html = if has_overlaps {
-        "<p>Overlapping bodies are solid, the others glass. Parts inside another body are \
-         colored by their depth and shine through nearer surfaces.</p>\n"
+        "<p>Overlapping bodies are solid, the others glass. Parts inside another body, clipped where \
+         the surfaces cross, are colored by their depth and shine through nearer surfaces.</p>\n"
             .to_owned()
     } else {
         "<p>No bodies overlap.</p>\n".to_owned()
@@ -118,7 +121,7 @@ fn without_trailing_zeros(length: f64) -> String {
 /// Draws the color scale from 0 to the maximum depth, with its numbers.
 fn legend(max_depth: f64, document: &CheckDocument) -> String {
     if max_depth <= 0.0 {
-        return "<p class=\"note\">Faces cross, but no vertex is inside.</p>\n".to_owned();
+        return "<p class=\"note\">The depth is 0 or undefined.</p>\n".to_owned();
     }
 
     let (mut stops, mut ticks) = (String::new(), String::new());
@@ -127,7 +130,7 @@ fn legend(max_depth: f64, document: &CheckDocument) -> String {
         let [r, g, b] = viridis(t).to_srgb();
         stops += &format!("<stop offset=\"{t}\" stop-color=\"rgb({r},{g},{b})\"/>");
         if step % 4 == 0 {
-            let (x, number) = (10.0 + 300.0 * t, length(t * max_depth, document.unit));
+            let (x, number) = (10.0 + 300.0 * t, measure(t * max_depth));
             ticks += &format!("<text x=\"{x}\" y=\"34\" text-anchor=\"middle\">{number}</text>");
         }
     }
@@ -138,6 +141,6 @@ fn legend(max_depth: f64, document: &CheckDocument) -> String {
          <defs><linearGradient id=\"{id}\">{stops}</linearGradient></defs>\
          <rect x=\"10\" y=\"4\" width=\"300\" height=\"14\" fill=\"url(#{id})\"/>{ticks}\
          <text x=\"160\" y=\"49\" text-anchor=\"middle\">depth inside the other body [{unit}]</text></svg>\n",
-        length(max_depth, document.unit),
+        measure(max_depth),
     )
 }

@@ -1,9 +1,12 @@
 //! Tables of a check, and its report as text.
 
+use musculo_collide::AreaBracket;
+
 use super::division;
-use super::document::{BodyRecord, CheckDocument, PairRecord};
+use super::document::{BodyRecord, CheckDocument};
+use super::pair_record::PairRecord;
 use super::table::{Table, left, right};
-use super::text::{grouped, length, measure};
+use super::text::{grouped, measure};
 
 /// Table with a title.
 pub(super) struct Section {
@@ -13,7 +16,11 @@ pub(super) struct Section {
 
 /// Writes the report, without the times, which differ between runs.
 pub(crate) fn check_text(document: &CheckDocument) -> String {
-    let mut text = headline(document) + "\n" + &bodies(document).to_text();
+    let mut text = headline(document);
+    for line in document.coincidences() {
+        text += &format!("{line}\n");
+    }
+    text += &format!("\n{}", bodies(document).to_text());
     for Section { title, table } in pair_sections(document) {
         text += &format!("\n{title}\n{}", table.to_text());
     }
@@ -76,16 +83,10 @@ pub(super) fn pair_sections(document: &CheckDocument) -> Vec<Section> {
     let (overlapping, near): (Vec<_>, Vec<_>) =
         document.pairs_by_depth().into_iter().partition(|pair| pair.overlaps);
 
-    let is_edges = |pair: &&PairRecord| pair.max_depth <= 0.0;
-    let note = if overlapping.iter().any(is_edges) {
-        " (edges: faces cross, but no vertex is inside)"
-    } else {
-        ""
-    };
     let near_title = format!("Near pairs, within {} {}", document.margin, document.unit.symbol());
     let mut sections = vec![
         Section {
-            title: format!("Overlapping pairs{note}"),
+            title: "Overlapping pairs".to_owned(),
             table: overlapping_pairs(&overlapping, document),
         },
         Section { title: near_title, table: near_pairs(&near, document) },
@@ -102,25 +103,26 @@ fn overlapping_pairs(pairs: &[&PairRecord], document: &CheckDocument) -> Table {
     let unit = document.unit.symbol();
     let mut table = Table::new([
         right(format!("depth [{unit}]")),
+        right(format!("volume [{unit}³]")),
         left("a"),
         left("b"),
-        right("a in b"),
-        right("b in a"),
+        right(format!("area of a in b [{unit}²]")),
+        right(format!("area of b in a [{unit}²]")),
+        right("regions"),
         right("crossings"),
-        right(format!("area [{unit}²]")),
-        right("patches"),
     ]);
-    let inside = |count: Option<usize>| count.map_or_else(|| "?".to_owned(), grouped);
+    let value = |value: Option<f64>| value.map_or_else(undefined, measure);
     for pair in pairs {
+        let overlap = pair.overlap.as_ref();
         table.row([
-            pair.depth_text(document.unit),
+            pair.depth_text().unwrap_or_else(undefined),
+            value(overlap.and_then(|overlap| overlap.total.volume)),
             pair.a.clone(),
             pair.b.clone(),
-            inside(pair.vertices_of_a_inside_b),
-            inside(pair.vertices_of_b_inside_a),
+            value(overlap.and_then(|overlap| overlap.total.area_of_a_inside_b)),
+            value(overlap.and_then(|overlap| overlap.total.area_of_b_inside_a)),
+            grouped(overlap.map_or(0, |overlap| overlap.regions.len())),
             grouped(pair.crossing_face_pairs),
-            measure(pair.contact_area()),
-            grouped(pair.patches.len()),
         ]);
     }
     table
@@ -133,21 +135,31 @@ fn near_pairs(pairs: &[&PairRecord], document: &CheckDocument) -> Table {
         left("a"),
         left("b"),
         right(format!("gap of a vertex [{unit}]")),
-        right(format!("area [{unit}²]")),
-        right("patches"),
+        right(format!("area of a near b [{unit}²]")),
+        right(format!("area of b near a [{unit}²]")),
     ]);
-    let gap = |gap: Option<f64>| gap.map_or_else(dash, |gap| length(gap, document.unit));
+    let value = |value: Option<f64>| value.map_or_else(dash, measure);
     for pair in pairs {
         table.row([
-            gap(pair.distance),
+            value(pair.distance),
             pair.a.clone(),
             pair.b.clone(),
-            gap(pair.min_gap),
-            measure(pair.contact_area()),
-            grouped(pair.patches.len()),
+            value(pair.min_gap),
+            pair.near_area_of_a.map_or_else(dash, bracket),
+            pair.near_area_of_b.map_or_else(dash, bracket),
         ]);
     }
     table
+}
+
+/// Writes an area that is known within a bracket.
+fn bracket(AreaBracket { lower, upper }: AreaBracket) -> String {
+    if upper > lower { format!("{} to {}", measure(lower), measure(upper)) } else { measure(lower) }
+}
+
+/// Returns the mark of a value that is undefined: the refusals have the reason.
+fn undefined() -> String {
+    "?".to_owned()
 }
 
 /// Returns the mark of an absent value.

@@ -1,4 +1,4 @@
-//! Contact of one body, per vertex and per face.
+//! Contact of one body, per vertex.
 
 use glam::DVec3;
 use mesh_io::{PointValues, write_vtp};
@@ -12,27 +12,21 @@ pub(crate) struct ContactField {
     pub(crate) signed_gaps: Vec<f64>,
     /// |V| depths inside the body where the vertex is deepest, 0 outside all.
     pub(crate) depths: Vec<f64>,
-    /// Faces that cross another body's, ascending.
-    pub(crate) crossing: Vec<u32>,
 }
 
 impl ContactField {
     /// Collects the contact of `body` from the reports of its pairs.
-    pub(crate) fn new(body: BodyId, scene: &Scene, reports: &[&PairReport], margin: f64) -> Self {
+    pub(crate) fn new(body: BodyId, scene: &Scene, reports: &[PairReport], margin: f64) -> Self {
         let count = scene.body(body).positions().len();
         let (signed_gaps, depths) = (vec![margin; count], vec![0.0; count]);
-        let mut field = Self { signed_gaps, depths, crossing: Vec::new() };
+        let mut field = Self { signed_gaps, depths };
         for report in reports {
             if report.pair.a == body {
                 field.add_vertices(&report.a_against_b);
-                field.crossing.extend(report.crossing_faces.iter().map(|[face, _]| face));
             } else if report.pair.b == body {
                 field.add_vertices(&report.b_against_a);
-                field.crossing.extend(report.crossing_faces.iter().map(|[_, face]| face));
             }
         }
-        field.crossing.sort_unstable();
-        field.crossing.dedup();
         field
     }
 

@@ -4,13 +4,14 @@
 //! bodies and pairs in the order of the scene, numbers with as many digits as distinguish
 //! them.
 
+use musculo_collide::BodyKind;
 use musculo_collide::surface::{Finding, Inspection};
-use musculo_collide::{BodyKind, ContactPatch, NearVertex, PairReport, Scene, VertexReport};
 use serde::Serialize;
 
 use super::division::DivisionRecord;
+use super::pair_record::PairRecord;
 use super::self_crossing::SelfCrossings;
-use super::text::{counted, depth, length};
+use super::text::{counted, measure};
 use crate::scene::Unit;
 
 /// Checked scene.
@@ -48,49 +49,6 @@ pub(crate) struct BodyRecord {
     /// Faces of the body that cross each other, where a check finds some.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) self_crossings: Option<SelfCrossings>,
-}
-
-/// Two bodies that overlap or are near each other.
-#[derive(Debug, Serialize)]
-pub(crate) struct PairRecord {
-    pub(crate) a: String,
-    pub(crate) b: String,
-    pub(crate) overlaps: bool,
-    /// Depth of the deepest vertex inside the other body, 0 without one.
-    pub(crate) max_depth: f64,
-    /// Smallest signed distance of a vertex, negative inside.
-    pub(crate) min_gap: Option<f64>,
-    /// Distance of the surfaces, edges and faces included; 0 where they meet.
-    pub(crate) distance: Option<f64>,
-    /// `None` where `b` has no inside; `refusals` has the reason.
-    pub(crate) vertices_of_a_inside_b: Option<usize>,
-    /// `None` where `a` has no inside; `refusals` has the reason.
-    pub(crate) vertices_of_b_inside_a: Option<usize>,
-    /// Number of pairs of faces that properly cross.
-    pub(crate) crossing_face_pairs: usize,
-    /// Vertex of the smallest gap.
-    pub(crate) nearest_vertex: Option<VertexRecord>,
-    /// Connected parts of `a`'s surface in contact, largest first.
-    pub(crate) patches: Vec<PatchRecord>,
-    /// Properties that are undefined, with the reasons.
-    pub(crate) refusals: Vec<String>,
-}
-
-/// Vertex of a body.
-#[derive(Debug, Serialize)]
-pub(crate) struct VertexRecord {
-    pub(crate) body: String,
-    pub(crate) vertex: u32,
-    pub(crate) at: [f64; 3],
-}
-
-/// Connected part of a surface in contact.
-#[derive(Debug, Serialize)]
-pub(crate) struct PatchRecord {
-    pub(crate) faces: usize,
-    pub(crate) area: f64,
-    pub(crate) min_gap: Option<f64>,
-    pub(crate) center: [f64; 3],
 }
 
 impl BodyRecord {
@@ -135,73 +93,6 @@ fn rounded(finding: &Finding, unit: Unit) -> Finding {
     Finding { at: (finding.at * digits).round() / digits, ..*finding }
 }
 
-impl PairRecord {
-    pub(crate) fn new(report: &PairReport, scene: &Scene) -> Self {
-        let (a, b) = (scene.body(report.pair.a).name(), scene.body(report.pair.b).name());
-        let refusals = [refusal(&report.a_against_b, b), refusal(&report.b_against_a, a)];
-        Self {
-            a: a.to_owned(),
-            b: b.to_owned(),
-            overlaps: report.overlaps,
-            max_depth: report.max_depth,
-            min_gap: report.min_gap,
-            distance: report.distance,
-            vertices_of_a_inside_b: report.a_against_b.inside_count.ok(),
-            vertices_of_b_inside_a: report.b_against_a.inside_count.ok(),
-            crossing_face_pairs: report.crossing_faces.len(),
-            nearest_vertex: nearest_vertex(report, scene),
-            patches: report.patches.iter().map(PatchRecord::new).collect(),
-            refusals: refusals.into_iter().flatten().collect(),
-        }
-    }
-
-    /// Returns the sum of the patches' areas.
-    pub(crate) fn contact_area(&self) -> f64 {
-        self.patches.iter().map(|patch| patch.area).fold(0.0, |sum, area| sum + area)
-    }
-
-    /// Returns both names.
-    pub(crate) fn title(&self) -> String {
-        format!("{} × {}", self.a, self.b)
-    }
-
-    /// Writes the depth, or "edges" where faces cross and no vertex is inside.
-    pub(crate) fn depth_text(&self, unit: Unit) -> String {
-        depth(self.max_depth, unit)
-    }
-}
-
-fn refusal(inside: &VertexReport, name: &str) -> Option<String> {
-    let reason = inside.inside_count.err()?;
-    Some(format!("the inside of '{name}' is undefined: {reason}"))
-}
-
-impl PatchRecord {
-    fn new(patch: &ContactPatch) -> Self {
-        Self {
-            faces: patch.faces.len(),
-            area: patch.area,
-            min_gap: patch.min_gap,
-            center: patch.center.to_array(),
-        }
-    }
-}
-
-/// Finds the vertex of the smallest gap, of `a` where both bodies have one.
-fn nearest_vertex(report: &PairReport, scene: &Scene) -> Option<VertexRecord> {
-    let nearest = |side: &VertexReport| -> Option<NearVertex> {
-        side.near.iter().copied().min_by(|p, q| p.gap.total_cmp(&q.gap))
-    };
-    let (of_a, of_b) = (nearest(&report.a_against_b), nearest(&report.b_against_a));
-    let gap = |near: Option<NearVertex>| near.map_or(f64::INFINITY, |near| near.gap);
-    let (id, near) =
-        if gap(of_a) <= gap(of_b) { (report.pair.a, of_a?) } else { (report.pair.b, of_b?) };
-
-    let body = scene.body(id);
-    let at = body.positions()[near.vertex as usize].to_array();
-    Some(VertexRecord { body: body.name().to_owned(), vertex: near.vertex, at })
-}
-
 impl CheckDocument {
     /// Sorts overlapping pairs from deep to shallow, then near pairs from near to far.
     pub(crate) fn pairs_by_depth(&self) -> Vec<&PairRecord> {
@@ -209,10 +100,25 @@ impl CheckDocument {
         let mut pairs: Vec<&PairRecord> = self.pairs.iter().collect();
         pairs.sort_by(|p, q| {
             let by_overlap = q.overlaps.cmp(&p.overlaps);
-            let by_depth = q.max_depth.total_cmp(&p.max_depth);
+            let by_depth = q.depth().total_cmp(&p.depth());
             by_overlap.then(by_depth).then(distance(p).total_cmp(&distance(q)))
         });
         pairs
+    }
+
+    /// Names the pairs that are one mesh or one surface, the first few of them in words.
+    pub(crate) fn coincidences(&self) -> Vec<String> {
+        /// Pairs that are named: more would push the tables off the first screen.
+        const MAX_NAMED: usize = 4;
+
+        let mut named: Vec<String> =
+            self.pairs.iter().filter_map(PairRecord::coincidence_text).collect();
+        let count = named.len();
+        if count > MAX_NAMED {
+            named.truncate(MAX_NAMED);
+            named.push(format!("and {} that coincide", counted(count - MAX_NAMED, "more pair")));
+        }
+        named
     }
 
     /// Returns the refusals of all pairs, each once.
@@ -239,10 +145,7 @@ impl CheckDocument {
         };
         let verb = if self.overlapping() == 1 { "overlaps" } else { "overlap" };
         let overlapping = format!("{} {verb}", counted(self.overlapping(), "pair"));
-        if deepest.max_depth <= 0.0 {
-            return format!("{overlapping}, by edges only: no vertex is inside; {near}.");
-        }
-        let (title, depth) = (deepest.title(), length(deepest.max_depth, self.unit));
+        let (title, depth) = (deepest.title(), measure(deepest.depth()));
         format!("{overlapping}, the deepest {title} by {depth} {unit}; {near}.")
     }
 }

@@ -7,12 +7,13 @@
 //! through.
 
 use glam::DVec3;
-use musculo_collide::surface::{Aabb, triangle, vertex_normals};
-use musculo_collide::{Body, BodyId, BodyKind, PairReport, Scene, VertexReport};
+use musculo_collide::surface::{Aabb, vertex_normals};
+use musculo_collide::{BodyId, BodyKind, Depth, PairOverlap, PairReport, Scene};
 use rayon::prelude::*;
 
-use super::ContactField;
-use crate::picture::{Appearance, Camera, Color, Image, Subject, draw};
+use super::OverlapShape;
+use super::contact_triangles::contact_triangles;
+use crate::picture::{Appearance, Camera, Color, ContactTriangle, Image, Subject, draw};
 
 /// Picture with the data of its caption.
 #[derive(Debug)]
@@ -33,11 +34,20 @@ pub(crate) struct View {
 #[derive(Debug)]
 pub(crate) struct Gallery<'a> {
     scene: &'a Scene,
-    /// Pairs that overlap.
-    overlapping: Vec<&'a PairReport>,
-    margin: f64,
+    /// Pairs that overlap, the deepest first.
+    overlapping: Vec<DrawnOverlap<'a>>,
     normals: Vec<Vec<DVec3>>,
     colors: Vec<Color>,
+}
+
+/// Overlap with the clipped parts of both surfaces.
+#[derive(Debug)]
+struct DrawnOverlap<'a> {
+    report: &'a PairReport,
+    /// Depth at the top of the color scale.
+    max_depth: f64,
+    /// Parts of the first body inside the second, and of the second inside the first.
+    contact: [Vec<ContactTriangle>; 2],
 }
 
 /// Maximum size of one side of the overview, in pixels.
@@ -47,13 +57,15 @@ const OVERVIEW: [usize; 2] = [620, 640];
 const CLOSE_UP: [usize; 2] = [480, 400];
 
 impl<'a> Gallery<'a> {
-    pub(crate) fn new(scene: &'a Scene, reports: &'a [PairReport], margin: f64) -> Self {
+    /// Prepares the pictures; `shapes` are those of the overlapping pairs.
+    pub(crate) fn new(scene: &'a Scene, shapes: &[OverlapShape<'a>]) -> Self {
         let bodies = scene.bodies().par_iter();
-        let normals = bodies.map(|body| vertex_normals(body.surface().faces(), body.positions()));
-        let mut overlapping: Vec<_> = reports.iter().filter(|pair| pair.overlaps).collect();
+        let normals: Vec<Vec<DVec3>> =
+            bodies.map(|body| vertex_normals(body.surface().faces(), body.positions())).collect();
+        let drawn = shapes.par_iter().map(|shape| DrawnOverlap::new(shape, scene, &normals));
+        let mut overlapping: Vec<DrawnOverlap<'a>> = drawn.collect();
         overlapping.sort_by(|p, q| q.max_depth.total_cmp(&p.max_depth));
-        let (normals, colors) = (normals.collect(), colors(scene));
-        Self { scene, overlapping, margin, normals, colors }
+        Self { scene, overlapping, normals, colors: colors(scene) }
     }
 
     /// Returns the number of pictures of overview and close-ups together.
@@ -64,20 +76,21 @@ impl<'a> Gallery<'a> {
     /// Draws the scene from three sides; `done` is called after each.
     pub(crate) fn overview(&self, done: impl Fn() + Sync) -> Vec<View> {
         // Bodies of the overlapping pairs are solid, or all where there are none.
-        let overlaps = |id: BodyId| self.overlapping.iter().any(|pair| pair.pair.contains(id));
+        let overlaps =
+            |id: BodyId| self.overlapping.iter().any(|drawn| drawn.report.pair.contains(id));
         let mut shown = Vec::new();
         for id in self.scene.ids() {
             let is_solid = self.overlapping.is_empty() || overlaps(id);
             shown.push((id, if is_solid { Appearance::Solid } else { Appearance::Glass }));
         }
-        let fields = self.fields(&shown, &self.overlapping);
-        let subjects = self.subjects(&shown, &fields);
+        let contact = contact_of(&shown, &self.overlapping.iter().collect::<Vec<_>>());
+        let subjects = self.subjects(&shown, &contact);
 
         let is_solid = |subject: &&Subject<'_>| subject.appearance == Appearance::Solid;
         let solid = subjects.iter().filter(is_solid);
         let points: Vec<DVec3> = solid.flat_map(|subject| subject.positions).copied().collect();
         let sides = sides(Aabb::of_points(points.iter().copied()));
-        let max_depth = self.overlapping.first().map_or(0.0, |pair| pair.max_depth);
+        let max_depth = self.overlapping.first().map_or(0.0, |drawn| drawn.max_depth);
         let draw_side = |Side { title, forward, up }| {
             let camera = Camera::framing(points.iter().copied(), forward, up, OVERVIEW);
             let view = View::draw(title, &subjects, &camera, max_depth);
@@ -90,50 +103,79 @@ impl<'a> Gallery<'a> {
     /// Draws a close-up of every overlapping pair, the deepest first; `done` is called
     /// after each.
     pub(crate) fn close_ups(&self, done: impl Fn() + Sync) -> Vec<View> {
-        let draw_pair = |pair: &&PairReport| {
-            let view = self.close_up(pair);
+        let draw_pair = |drawn: &DrawnOverlap<'_>| {
+            let view = self.close_up(drawn);
             done();
             view
         };
         self.overlapping.par_iter().map(draw_pair).collect()
     }
 
-    fn close_up(&self, pair: &PairReport) -> View {
-        let shown = pair.pair.bodies().map(|id| (id, Appearance::Solid));
-        let fields = self.fields(&shown, &[pair]);
-        let subjects = self.subjects(&shown, &fields);
-        let entry = Entry::of(pair, self.scene);
-        let [a, b, entered] =
-            [pair.pair.a, pair.pair.b, entry.entered].map(|id| self.scene.body(id).name());
+    fn close_up(&self, drawn: &DrawnOverlap<'_>) -> View {
+        let pair = drawn.report.pair;
+        let shown = pair.bodies().map(|id| (id, Appearance::Solid));
+        let contact = contact_of(&shown, &[drawn]);
+        let subjects = self.subjects(&shown, &contact);
+        let entry = Entry::of(drawn, self.scene);
+        let [a, b, entered] = [pair.a, pair.b, entry.entered].map(|id| self.scene.body(id).name());
         let title = format!("{a} × {b}, from within {entered}");
-        View::draw(title, &subjects, &entry.camera(), pair.max_depth)
-    }
-
-    fn fields(&self, shown: &[(BodyId, Appearance)], reports: &[&PairReport]) -> Vec<ContactField> {
-        let field = |(id, _): &_| ContactField::new(*id, self.scene, reports, self.margin);
-        shown.iter().map(field).collect()
+        View::draw(title, &subjects, &entry.camera(), drawn.max_depth)
     }
 
     fn subjects<'s>(
         &'s self,
         shown: &[(BodyId, Appearance)],
-        fields: &'s [ContactField],
+        contact: &'s [Vec<ContactTriangle>],
     ) -> Vec<Subject<'s>> {
         let mut subjects = Vec::new();
-        for (&(id, appearance), field) in shown.iter().zip(fields) {
+        for (&(id, appearance), contact) in shown.iter().zip(contact) {
             let body = self.scene.body(id);
             subjects.push(Subject {
                 positions: body.positions(),
                 normals: &self.normals[id.index()],
                 faces: body.surface().faces(),
-                signed_gaps: &field.signed_gaps,
-                crossing: &field.crossing,
+                contact,
                 color: self.colors[id.index()],
                 appearance,
             });
         }
         subjects
     }
+}
+
+impl<'a> DrawnOverlap<'a> {
+    fn new(shape: &OverlapShape<'a>, scene: &Scene, normals: &[Vec<DVec3>]) -> Self {
+        let OverlapShape { report, geometry } = shape;
+        let [a, b] = report.pair.bodies();
+        let triangles = |side: usize, own: BodyId, other: BodyId| {
+            let (body, normals) = (scene.body(own), &normals[own.index()]);
+            let tree = scene.body(other).tree();
+            tree.map_or(Vec::new(), |tree| {
+                contact_triangles(&geometry.patches[side], body, normals, tree)
+            })
+        };
+        let contact = [triangles(0, a, b), triangles(1, b, a)];
+        let max_depth = report.max_depth().map_or(0.0, |depth| depth.lower);
+        Self { report, max_depth, contact }
+    }
+}
+
+/// Gathers the contact of each body that is shown.
+fn contact_of(
+    shown: &[(BodyId, Appearance)],
+    overlaps: &[&DrawnOverlap<'_>],
+) -> Vec<Vec<ContactTriangle>> {
+    let mut contact = vec![Vec::new(); shown.len()];
+    for ((id, _), contact) in shown.iter().zip(&mut contact) {
+        for drawn in overlaps {
+            for (own, triangles) in drawn.report.pair.bodies().iter().zip(&drawn.contact) {
+                if own == id {
+                    contact.extend(triangles);
+                }
+            }
+        }
+    }
+    contact
 }
 
 impl View {
@@ -186,77 +228,47 @@ fn sides(bounds: Aabb) -> [Side; 3] {
 #[derive(Debug)]
 struct Entry {
     entered: BodyId,
-    /// Points of the entering body in contact.
+    /// Corners of the entering body's clipped parts.
     points: Vec<DVec3>,
-    /// Deepest of them, or a point of a crossing face where none is inside.
+    /// Deepest of them.
     center: DVec3,
     /// Direction out of the entered body.
     outward: DVec3,
-    /// Radius below which a close-up would show less than a few faces.
-    min_radius: f64,
 }
-
-/// Radius of a close-up for contact on faces of one size, in mean edges of these.
-const MIN_RADIUS_IN_EDGES: f64 = 4.0;
 
 /// Fraction of the contact's points within the radius of a close-up, in tenths.
 const SHOWN_TENTHS: usize = 9;
 
 impl Entry {
-    /// Returns the part of the body with the deepest vertex.
-    fn of(pair: &PairReport, scene: &Scene) -> Self {
-        let deepest = |report: &VertexReport| {
-            report.near.iter().map(|near| near.gap).fold(f64::INFINITY, f64::min)
-        };
-        let a_enters = deepest(&pair.a_against_b) <= deepest(&pair.b_against_a);
-        let (entering, entered, report) = if a_enters {
-            (pair.pair.a, pair.pair.b, &pair.a_against_b)
-        } else {
-            (pair.pair.b, pair.pair.a, &pair.b_against_a)
-        };
-        let body = scene.body(entering);
+    /// Returns the part of the body that is deeper in the other.
+    fn of(drawn: &DrawnOverlap<'_>, scene: &Scene) -> Self {
+        let pair = drawn.report.pair;
+        let overlap = drawn.report.overlap.as_ref();
+        let depths = overlap.map_or(
+            [None; 2],
+            |PairOverlap { depth_of_a_in_b, depth_of_b_in_a, .. }| {
+                [*depth_of_a_in_b, *depth_of_b_in_a]
+            },
+        );
+        let [of_a, of_b] = depths.map(|depth| depth.map_or(0.0, |depth| depth.lower));
+        let side = if drawn.contact[0].is_empty() || of_b > of_a { 1 } else { 0 };
 
-        let side = usize::from(!a_enters);
-        let crossing: Vec<[DVec3; 3]> =
-            pair.crossing_faces.iter().map(|faces| corners(body, faces[side])).collect();
-        let any = [corners(body, 0)];
-        let edge = mean_edge(if crossing.is_empty() { &any } else { &crossing });
-
-        let min_radius = MIN_RADIUS_IN_EDGES * edge;
-        let mut entry = Self {
-            entered,
-            points: Vec::new(),
-            center: DVec3::ZERO,
-            outward: DVec3::ZERO,
-            min_radius,
-        };
-        entry.add_inside(body, report);
-        entry.add_crossing(&crossing);
-        entry
-    }
-
-    /// Adds the vertices inside; the direction is their normals' mean, weighted by depth.
-    fn add_inside(&mut self, body: &Body, report: &VertexReport) {
-        let mut min_gap = 0.0;
-        for near in report.near.iter().filter(|near| near.gap < 0.0) {
-            let at = body.positions()[near.vertex as usize];
-            self.points.push(at);
-            self.outward -= near.gap * near.normal;
-            if near.gap < min_gap {
-                (self.center, min_gap) = (at, near.gap);
+        // The way out is that of the deepest point, or against the mean normal where bodies
+        // coincide; that of A points out of A.
+        let normal = overlap.map_or(DVec3::ZERO, |overlap| overlap.measures.total.normal);
+        let against = if side == 0 { -normal } else { normal };
+        let mut points: Vec<DVec3> = Vec::new();
+        points.extend(drawn.contact[side].iter().flatten().map(|point| point.at));
+        if points.is_empty() {
+            points.extend(crossing_points(drawn.report, scene));
+        }
+        let (center, outward) = match depths[side] {
+            Some(Depth { point, foot, .. }) => {
+                (point, (foot - point).try_normalize().unwrap_or(against))
             }
-        }
-    }
-
-    /// Adds crossing faces, which give center and direction where no vertex is inside.
-    fn add_crossing(&mut self, faces: &[[DVec3; 3]]) {
-        if self.points.is_empty()
-            && let Some(first) = faces.first()
-        {
-            self.center = first.iter().sum::<DVec3>() / 3.0;
-            self.outward = -faces.iter().map(|face| triangle::normal(*face)).sum::<DVec3>();
-        }
-        self.points.extend(faces.iter().flatten());
+            None => (Aabb::of_points(points.iter().copied()).center(), against),
+        };
+        Self { entered: pair.bodies()[1 - side], points, center, outward }
     }
 
     /// Returns a view out of the entered body of the contact around the deepest point.
@@ -291,20 +303,13 @@ impl Entry {
             self.points.iter().map(|point| point.distance(self.center)).collect();
         distances.sort_by(f64::total_cmp);
         let most = distances.get(distances.len() * SHOWN_TENTHS / 10).copied().unwrap_or(0.0);
-        most.max(self.min_radius).max(f64::MIN_POSITIVE)
+        most.max(f64::MIN_POSITIVE)
     }
 }
 
-/// Returns the mean length of the edges of some faces.
-fn mean_edge(faces: &[[DVec3; 3]]) -> f64 {
-    let (mut sum, mut count) = (0.0, 0.0);
-    for &[p, q, r] in faces {
-        sum += p.distance(q) + q.distance(r) + r.distance(p);
-        count += 3.0;
-    }
-    sum / count
-}
-
-fn corners(body: &Body, face: u32) -> [DVec3; 3] {
-    body.surface().faces()[face as usize].map(|vertex| body.positions()[vertex as usize])
+/// Returns the corners of the first body's faces that cross the second: surfaces without an inside
+/// have no clipped parts.
+fn crossing_points(report: &PairReport, scene: &Scene) -> Vec<DVec3> {
+    let body = scene.body(report.pair.a);
+    report.crossing_faces.iter().flat_map(|faces| body.corners(faces[0])).collect()
 }

@@ -1,12 +1,13 @@
 //! Reports: the content of every output.
 //!
 //! `document` gathers the results of a check once; text, JSON and HTML are written from
-//! it and so agree. `contact_field` spreads them over vertices, for meshes in color and
-//! for the pictures of `gallery`.
+//! it and so agree. `contact_field` spreads them over vertices and `overlap_files` over clipped
+//! faces, for meshes in color; `gallery` draws the latter.
 
 mod check_page;
 mod check_tables;
 mod contact_field;
+mod contact_triangles;
 mod division;
 mod document;
 mod field;
@@ -14,6 +15,8 @@ mod gallery;
 mod medial;
 mod motion;
 mod motion_chart;
+mod overlap_files;
+mod pair_record;
 mod resolution;
 mod resolved;
 mod self_crossing;
@@ -24,12 +27,14 @@ pub(crate) use self::check_page::check_page;
 pub(crate) use self::check_tables::check_text;
 pub(crate) use self::contact_field::{ContactField, displacement_vtp};
 pub(crate) use self::division::divisions;
-pub(crate) use self::document::{BodyRecord, CheckDocument, PairRecord};
+pub(crate) use self::document::{BodyRecord, CheckDocument};
 pub(crate) use self::field::{BuiltRecord, FieldRecord};
 pub(crate) use self::gallery::Gallery;
 pub(crate) use self::medial::MedialRecord;
 pub(crate) use self::motion::{FrameRecord, MotionDocument, StepRecord, rest_text};
 pub(crate) use self::motion_chart::motion_chart;
+pub(crate) use self::overlap_files::{FileNames, OverlapShape, stage_overlap_files};
+pub(crate) use self::pair_record::PairRecord;
 pub(crate) use self::resolution::resolution_text;
 pub(crate) use self::resolved::{FrameInfo, ResolvedDocument, ResolvedFrame};
 pub(crate) use self::self_crossing::self_crossings;

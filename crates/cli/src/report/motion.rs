@@ -285,13 +285,13 @@ fn deepest(scene: &Scene, reports: &[PairReport]) -> Option<DepthRecord> {
     // Of equal depths, the first pair counts.
     let mut deepest: Option<&PairReport> = None;
     for report in reports {
-        let depth = deepest.map_or(-1.0, |deepest| deepest.max_depth);
-        if report.overlaps && report.max_depth > depth {
+        let depth = deepest.map_or(-1.0, |deepest| deepest.max_vertex_depth);
+        if report.overlaps && report.max_vertex_depth > depth {
             deepest = Some(report);
         }
     }
 
-    let PairReport { pair, max_depth: depth, .. } = deepest?;
+    let PairReport { pair, max_vertex_depth: depth, .. } = deepest?;
     Some(DepthRecord { a: name(scene, pair.a), b: name(scene, pair.b), depth: *depth })
 }
 

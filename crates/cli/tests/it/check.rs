@@ -25,7 +25,7 @@ fn the_exit_status_tells_whether_anything_overlaps() {
         "{}",
         clean.stdout
     );
-    assert!(clean.stdout.contains("0.500  a  near"), "{}", clean.stdout);
+    assert!(clean.stdout.contains("0.5000  a  near"), "{}", clean.stdout);
 
     let apart = workshop.check(&["a.obj", "near.obj", "--margin", "0.4"]);
     assert!(apart.stdout.contains("0 pairs near (within 0.4 mm)"), "{}", apart.stdout);
@@ -47,6 +47,7 @@ fn help_names_everything_a_newcomer_needs() {
         "SCENE.toml",
         "--rigid",
         "--margin",
+        "--depth-tolerance",
         "--json",
         "--vtp",
         "--report",
@@ -102,7 +103,8 @@ fn any_number_of_threads_writes_the_same_bytes() {
     let names = workshop.listing();
     assert!(names.iter().all(|name| !name.contains(".tmp")), "{names:?}");
     let bytes = |name: String| fs::read(workshop.path(&name)).expect("a file");
-    let files = ["json", "html", "png", "vtp/femur.vtp", "vtp/vastus_lateralis.vtp"];
+    let patch = "vtp/adductor_magnus_in_femur.vtp";
+    let files = ["json", "html", "png", "vtp/femur.vtp", patch];
     for file in files {
         let one = bytes(format!("1.{file}"));
         assert_eq!(one, bytes(format!("2.{file}")), "{file} with 2 threads");
@@ -141,7 +143,8 @@ fn vtp_holds_the_signed_gap_and_the_depth() {
     assert_eq!(numbers(&text, "signed_gap"), [-0.25, 1.0, 1.0, 1.0], "the margin where farther");
     assert_eq!(numbers(&text, "penetration_depth"), [0.25, 0.0, 0.0, 0.0]);
     let pair = &json(&workshop, "o.json")["pairs"][0];
-    assert_eq!(pair["max_depth"], 0.25);
+    assert_eq!((&pair["max_vertex_depth"], &pair["max_depth"]), (&0.25.into(), &Value::Null));
+    assert_eq!(pair["depth_of_b_in_a"]["lower"], 0.25);
     assert_eq!(pair["nearest_vertex"]["vertex"], 0);
     assert_eq!(pair["nearest_vertex"]["body"], "a", "its origin is as deep in b; the first wins");
 }
@@ -167,7 +170,7 @@ fn the_report_is_one_file_with_all_pictures() {
     for foreign in ["<script", "http://", "https://", "<link", "@import"] {
         assert!(!html.contains(foreign), "{foreign}");
     }
-    for part in ["adductor_magnus", "1.200", "Meshes and their defects", "Near pairs"] {
+    for part in ["adductor_magnus", "1.2", "Meshes and their defects", "Near pairs"] {
         assert!(html.contains(part), "{part}");
     }
     for tag in ["figure", "section", "table", "div", "svg", "tr", "td"] {

@@ -8,6 +8,7 @@ mod files;
 mod first_try;
 mod medial;
 mod motion;
+mod overlap;
 mod plan;
 mod resolve;
 mod support;

@@ -17,36 +17,115 @@ pub enum PointValues<'a> {
     Vectors(&'static str, &'a [DVec3]),
 }
 
+/// Numbers of cells, with their name.
+#[derive(Clone, Copy, Debug)]
+pub struct CellNumbers<'a> {
+    /// Name of the array.
+    pub name: &'static str,
+    /// One number per cell.
+    pub numbers: &'a [u32],
+}
+
+/// Cells of polygonal data: points of each, in order.
+#[derive(Clone, Copy, Debug)]
+pub enum Cells<'a> {
+    /// Closed polygons.
+    Polygons(&'a [Vec<u32>]),
+    /// Chains of segments.
+    Lines(&'a [Vec<u32>]),
+}
+
 /// Returns a surface with values per vertex as a `.vtp` file.
 #[must_use]
 pub fn write_vtp(positions: &[DVec3], faces: &[[u32; 3]], values: &[PointValues<'_>]) -> String {
+    let polygons = CellList::new(faces.iter().map(|face| &face[..]));
+    poly_data(positions, values, [&polygons, &CellList::default()], &[])
+}
+
+/// Returns polygons or chains of segments as a `.vtp` file, with values per point and numbers
+/// per cell.
+#[must_use]
+pub fn write_vtp_cells(
+    positions: &[DVec3],
+    cells: Cells<'_>,
+    values: &[PointValues<'_>],
+    numbers: &[CellNumbers<'_>],
+) -> String {
+    let (Cells::Polygons(list) | Cells::Lines(list)) = cells;
+    let list = CellList::new(list.iter().map(|cell| &cell[..]));
+    let none = CellList::default();
+    let lists = if matches!(cells, Cells::Polygons(_)) { [&list, &none] } else { [&none, &list] };
+    poly_data(positions, values, lists, numbers)
+}
+
+/// Cells of one kind, as the file has them.
+#[derive(Debug, Default)]
+struct CellList {
+    count: usize,
+    /// Points of all cells, one after the other.
+    points: Vec<u32>,
+    /// Number of points up to the end of each cell.
+    ends: Vec<u64>,
+}
+
+impl CellList {
+    fn new<'a>(cells: impl Iterator<Item = &'a [u32]>) -> Self {
+        let mut list = Self::default();
+        for cell in cells {
+            list.count += 1;
+            list.points.extend(cell);
+            list.ends.push(list.points.len() as u64);
+        }
+        list
+    }
+
+    /// Writes the list under the name of its kind, or nothing without cells.
+    fn element(&self, kind: &str) -> String {
+        if self.count == 0 {
+            return String::new();
+        }
+        let points = self.points.iter().copied().map(u32::to_le_bytes);
+        let connectivity = array("UInt32", "connectivity", 1, points);
+        let ends = self.ends.iter().copied().map(u64::to_le_bytes);
+        let offsets = array("UInt64", "offsets", 1, ends);
+        format!("<{kind}>\n{connectivity}{offsets}</{kind}>\n")
+    }
+}
+
+fn poly_data(
+    positions: &[DVec3],
+    values: &[PointValues<'_>],
+    [polygons, lines]: [&CellList; 2],
+    numbers: &[CellNumbers<'_>],
+) -> String {
     let active = values.first().map_or("", |values| values.name());
     let point_data: String = values.iter().map(PointValues::array).collect();
+    let mut cell_data = String::new();
+    for CellNumbers { name, numbers } in numbers {
+        let bytes = numbers.iter().map(|number| number.to_le_bytes());
+        cell_data += &array("UInt32", name, 1, bytes);
+    }
+    if !cell_data.is_empty() {
+        cell_data = format!("<CellData>\n{cell_data}</CellData>\n");
+    }
     let points = PointValues::Vectors("Points", positions).array();
-
-    // Corners one after the other, and the number of corners up to the end of each face.
-    let corners = faces.iter().flatten().copied();
-    let connectivity = array("UInt32", "connectivity", 1, corners.map(u32::to_le_bytes));
-    let ends = (3_u64..).step_by(3).take(faces.len());
-    let offsets = array("UInt64", "offsets", 1, ends.map(u64::to_le_bytes));
-
+    let (lines_element, polygons_element) = (lines.element("Lines"), polygons.element("Polys"));
     format!(
         r#"<?xml version="1.0"?>
 <VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">
 <PolyData>
-<Piece NumberOfPoints="{}" NumberOfVerts="0" NumberOfLines="0" NumberOfStrips="0" NumberOfPolys="{}">
+<Piece NumberOfPoints="{}" NumberOfVerts="0" NumberOfLines="{}" NumberOfStrips="0" NumberOfPolys="{}">
 <PointData Scalars="{active}">
 {point_data}</PointData>
-<Points>
+{cell_data}<Points>
 {points}</Points>
-<Polys>
-{connectivity}{offsets}</Polys>
-</Piece>
+{lines_element}{polygons_element}</Piece>
 </PolyData>
 </VTKFile>
 "#,
         positions.len(),
-        faces.len(),
+        lines.count,
+        polygons.count,
     )
 }
 

@@ -9,7 +9,9 @@ use base64::engine::general_purpose::STANDARD;
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use glam::DVec3;
-use mesh_io::{Mesh, PointValues, ReadError, parse_mesh, write_vtp};
+use mesh_io::{
+    CellNumbers, Cells, Mesh, PointValues, ReadError, parse_mesh, write_vtp, write_vtp_cells,
+};
 
 use crate::{ROUNDS, Random, damaged};
 
@@ -155,6 +157,24 @@ fn a_written_surface_reads_back() {
     let values = [PointValues::Scalars("height", &[0.0; 4])];
     let file = write_vtp(&positions, &faces, &values);
     assert_eq!(read(file.as_bytes()).unwrap(), planted());
+}
+
+#[test]
+fn written_polygons_read_back_and_chains_are_no_faces() {
+    let Mesh { positions, .. } = planted();
+    let heights = [0.0; 4];
+    let values = [PointValues::Scalars("height", &heights)];
+    let numbers = [CellNumbers { name: "region", numbers: &[7] }];
+    let cell = [vec![0, 1, 2, 3]];
+    let file = write_vtp_cells(&positions, Cells::Polygons(&cell), &values, &numbers);
+    let read_back = read(file.as_bytes()).expect("a mesh");
+    assert_eq!((read_back.positions, read_back.faces.len()), (positions.clone(), 2));
+    assert_eq!(read_back.polygons_fanned, 1);
+    assert!(file.contains("<CellData>") && file.contains("Name=\"region\""), "{file}");
+
+    let chain = write_vtp_cells(&positions, Cells::Lines(&cell), &[], &[]);
+    assert!(chain.contains("NumberOfLines=\"1\"") && !chain.contains("CellData"), "{chain}");
+    assert!(chain.contains("NumberOfPolys=\"0\""), "{chain}");
 }
 
 #[test]

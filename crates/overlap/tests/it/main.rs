@@ -2,5 +2,6 @@
 
 mod anatomy;
 mod joint;
+mod patches;
 mod planted;
 mod ties;

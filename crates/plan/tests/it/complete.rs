@@ -26,8 +26,9 @@ fn scene(bone: &Mesh, muscle: &Mesh) -> (Scene, PairId) {
 
 /// Returns the depth of the deepest vertex of either body, as detection finds it.
 fn exact_depth(scene: &mut Scene) -> f64 {
-    let pairs = scene.check(&CheckParams { margin: 0.0 }, Progress::none()).expect("a check");
-    pairs.first().map_or(0.0, |pair| pair.max_depth)
+    let pairs =
+        scene.check(&CheckParams::without_measures(0.0), Progress::none()).expect("a check");
+    pairs.first().map_or(0.0, |pair| pair.max_vertex_depth)
 }
 
 /// Checks that a pair's depth is within its error, by either method and at all tolerances.

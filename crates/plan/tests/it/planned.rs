@@ -18,12 +18,12 @@ fn depths_are_within_every_tolerance() {
             assert!(pair.error.value() <= tolerance, "{tolerance}: {pair:?}");
         }
 
-        let exact = scene.check(&CheckParams { margin: 0.0 }, Progress::none()).expect("a check");
+        let exact = scene.check(&CheckParams::new(0.0), Progress::none()).expect("a check");
         assert_eq!(exact.len(), 2, "two pairs overlap");
         for report in &exact {
             let found = depth(&detection, report.pair.a, report.pair.b);
-            let error = (found - report.max_depth).abs();
-            assert!(error <= tolerance, "{tolerance}: {found} for {}", report.max_depth);
+            let error = (found - report.max_vertex_depth).abs();
+            assert!(error <= tolerance, "{tolerance}: {found} for {}", report.max_vertex_depth);
         }
         assert!(depth(&detection, bone, first) > 0.0, "{tolerance}");
         assert!((depth(&detection, first, second) - 3.0).abs() <= tolerance, "{tolerance}");
@@ -105,9 +105,10 @@ fn pairs_that_come_near_are_detected_though_they_were_not_planned() {
     shift(&mut scene, second, DVec3::new(-115.0, 57.0, 0.0));
     let detection = detect(&mut plan, &mut scene);
     assert_eq!(detection.out_of_range(), [second]);
-    let exact = scene.check(&CheckParams { margin: 0.0 }, Progress::none()).expect("a check");
+    let exact =
+        scene.check(&CheckParams::without_measures(0.0), Progress::none()).expect("a check");
     let exact = exact.iter().find(|report| report.pair == PairId::new(bone, second));
-    let exact = exact.expect("they overlap").max_depth;
+    let exact = exact.expect("they overlap").max_vertex_depth;
     assert!(exact > 2.5, "{exact}");
     assert_eq!(depth(&detection, bone, second).to_bits(), exact.to_bits());
     assert!(depth(&detection, bone, first) > 0.0, "planned pairs are detected as well");

@@ -12,7 +12,7 @@ use scene::{BodyId, BodyKind, CheckParams, PairReport, Progress, Scene};
 
 use crate::resolve;
 
-const OVERLAP: CheckParams = CheckParams { margin: 0.0 };
+const OVERLAP: CheckParams = CheckParams::new(0.0);
 
 /// Builds the scene of a folder. Bones have names that begin with `bone`.
 fn scene(folder: &std::path::Path) -> Scene {
@@ -59,7 +59,7 @@ fn remove_overlaps(folder: &std::path::Path, set: &str) {
     let seconds = start.elapsed().as_secs_f64();
     let after = scene.check(&OVERLAP, Progress::none()).expect("a check");
 
-    let deepest = after.iter().map(|pair| pair.max_depth).fold(0.0, f64::max);
+    let deepest = after.iter().map(|pair| pair.max_vertex_depth).fold(0.0, f64::max);
     let crossing: usize = after.iter().map(|pair| pair.crossing_faces.len()).sum();
     let bodies = || resolution.bodies.iter();
     let volumes = bodies().filter_map(|change| Some((change.volume_ratio? - 1.0).abs()));

@@ -7,7 +7,9 @@ use arbitrary::{Result, Unstructured};
 use fixtures::generate::cases;
 use fixtures::{Mesh, shapes};
 use glam::DVec3;
-use scene::{BodyKind, CheckParams, NoInside, PairReport, Scene, SceneError, VertexReport};
+use scene::{
+    BodyKind, BodyMove, CheckParams, NoInside, PairReport, Scene, SceneError, VertexReport,
+};
 use scene::{Interrupted, Progress};
 use surface::{
     Meeting, closest_between_triangles, closest_on_triangle, triangles_meet, winding_number,
@@ -130,7 +132,7 @@ fn agrees_with_brute_force() {
         let b = if u.ratio(1, 3)? { shrunk_into(u, b, &a)? } else { b };
         let margin = share(u, 0.0, 3.0)?;
         let (mut scene, ids) = scene_of(&[&a, &b]);
-        let reports = scene.check(&CheckParams { margin }, Progress::none()).unwrap();
+        let reports = scene.check(&CheckParams::new(margin), Progress::none()).unwrap();
         let slow = slow(&a, &b);
         let any_inside = !(slow.a_inside.is_empty() && slow.b_inside.is_empty());
         match &reports[..] {
@@ -139,7 +141,7 @@ fn agrees_with_brute_force() {
                 agrees(report, &slow, margin);
                 let overlaps = any_inside || !slow.crossing.is_empty();
                 assert!(report.overlaps || !overlaps);
-                assert!(overlaps || report.max_depth < 1e-9);
+                assert!(overlaps || report.max_vertex_depth < 1e-9);
             }
             [] => {
                 assert!(slow.distance > margin - 1e-9 && !any_inside, "{} lost", slow.distance);
@@ -160,7 +162,7 @@ fn a_moved_scene_gives_the_reports_of_a_new_one() {
     cases(2, 100, |u| {
         let (a, b) = (shape(u)?, shape(u)?);
         let moved = b.clone().translated(vector(u, 4.0)?).rotated(DVec3::Y, share(u, 0.0, 1.0)?);
-        let params = CheckParams { margin: 1.0 };
+        let params = CheckParams::new(1.0);
         let (mut scene, ids) = scene_of(&[&a, &b]);
         scene.check(&params, Progress::none()).unwrap();
         scene.move_body(ids[1], &moved.positions).unwrap();
@@ -183,7 +185,7 @@ fn contacts_satisfy_their_identity() {
         for (mesh, (name, kind)) in [&bone, &muscle].iter().zip(["a", "b"].iter().zip(kinds)) {
             scene.add(*name, kind, mesh.surface(), mesh.positions.clone()).unwrap();
         }
-        let reports = scene.check(&CheckParams { margin: 1.0 }, Progress::none()).unwrap();
+        let reports = scene.check(&CheckParams::new(1.0), Progress::none()).unwrap();
         let contacts = reports[0].contacts(&scene);
         let x = scene.particle_positions();
         assert!(contacts.len() > 20 && contacts.iter().any(|contact| contact.gap < 0.0));
@@ -202,7 +204,7 @@ fn finds_overlap_of_edges_only() {
     let a = beam(DVec3::new(10.0, 1.0, 1.0));
     let b = beam(DVec3::new(1.0, 10.0, 1.0)).rotated(DVec3::Y, 0.125);
     let (mut scene, _) = scene_of(&[&a, &b]);
-    let reports = scene.check(&CheckParams { margin: 0.5 }, Progress::none()).unwrap();
+    let reports = scene.check(&CheckParams::new(0.5), Progress::none()).unwrap();
     assert!(reports[0].overlaps && !reports[0].crossing_faces.is_empty());
     let inside = |side: &VertexReport| side.inside_count;
     assert_eq!([inside(&reports[0].a_against_b), inside(&reports[0].b_against_a)], [Ok(0); 2]);
@@ -214,11 +216,11 @@ fn a_body_within_another_overlaps_it() {
     let outer = shapes::icosphere(10.0, 2);
     let inner = shapes::octasphere(2.0, 1).translated(DVec3::X * 3.0);
     let (mut scene, _) = scene_of(&[&outer, &inner]);
-    let report = &scene.check(&CheckParams { margin: 1.0 }, Progress::none()).unwrap()[0];
+    let report = &scene.check(&CheckParams::new(1.0), Progress::none()).unwrap()[0];
     assert!(report.overlaps && report.crossing_faces.is_empty());
     assert_eq!(report.b_against_a.inside_count, Ok(inner.positions.len()));
     assert_eq!(report.a_against_b.inside_count, Ok(0));
-    assert!(report.max_depth > 4.0, "{}", report.max_depth);
+    assert!(report.max_vertex_depth > 4.0, "{}", report.max_vertex_depth);
 }
 
 /// A vertex on the other's wall is not inside, and says nothing of its
@@ -230,7 +232,7 @@ fn a_vertex_on_the_wall_hides_no_neighbor() {
     let mesh = shapes::tetrahedron(1.0);
     let guest = Mesh { positions: positions.map(DVec3::from).to_vec(), ..mesh };
     let (mut scene, _) = scene_of(&[&room, &guest]);
-    let report = &scene.check(&CheckParams { margin: 0.0 }, Progress::none()).unwrap()[0];
+    let report = &scene.check(&CheckParams::new(0.0), Progress::none()).unwrap()[0];
     assert_eq!(report.b_against_a.inside_count, Ok(3));
     assert!(report.overlaps && report.crossing_faces.is_empty());
     assert_eq!(report.distance, Some(0.0));
@@ -241,9 +243,12 @@ fn touching_is_not_overlap() {
     let a = shapes::cube(2.0);
     let b = shapes::cube(2.0).translated(DVec3::X * 2.0);
     let (mut scene, _) = scene_of(&[&a, &b]);
-    let report = &scene.check(&CheckParams { margin: 0.5 }, Progress::none()).unwrap()[0];
+    let report = &scene.check(&CheckParams::new(0.5), Progress::none()).unwrap()[0];
     assert!(!report.overlaps, "{report:?}");
-    assert_eq!((report.distance, report.min_gap, report.max_depth), (Some(0.0), Some(0.0), 0.0));
+    assert_eq!(
+        (report.distance, report.min_gap, report.max_vertex_depth),
+        (Some(0.0), Some(0.0), 0.0)
+    );
 }
 
 #[test]
@@ -252,7 +257,7 @@ fn a_body_without_inside_is_reported_as_such() {
     holed.faces.swap_remove(17);
     let ball = shapes::octasphere(2.0, 1).translated(DVec3::X * 9.5);
     let (mut scene, ids) = scene_of(&[&holed, &ball]);
-    let report = &scene.check(&CheckParams { margin: 1.0 }, Progress::none()).unwrap()[0];
+    let report = &scene.check(&CheckParams::new(1.0), Progress::none()).unwrap()[0];
     assert!(report.overlaps && !report.crossing_faces.is_empty());
     let refused = report.b_against_a.inside_count;
     assert!(matches!(refused, Err(NoInside::OddEdges { count: 3, faces: 1, .. })), "{refused:?}");
@@ -279,7 +284,7 @@ fn invalid_bodies_and_margins_are_rejected() {
     let message = add(&mut scene, "broken", &broken).unwrap_err().to_string();
     assert!(message.contains("\"broken\": vertex 3 is at"), "{message}");
     for margin in [-1.0, f64::NAN, f64::INFINITY] {
-        let refused = scene.check(&CheckParams { margin }, Progress::none());
+        let refused = scene.check(&CheckParams::new(margin), Progress::none());
         assert!(matches!(refused, Err(SceneError::Margin { .. })), "{refused:?}");
     }
 }
@@ -289,7 +294,7 @@ fn ignored_pairs_are_left_out() {
     let ball = shapes::octasphere(2.0, 1);
     let (mut scene, ids) = scene_of(&[&ball, &ball, &ball]);
     scene.ignore(ids[2], ids[0]);
-    let reports = scene.check(&CheckParams { margin: 0.0 }, Progress::none()).unwrap();
+    let reports = scene.check(&CheckParams::new(0.0), Progress::none()).unwrap();
     let pairs: Vec<_> =
         reports.iter().map(|report| (report.pair.a.index(), report.pair.b.index())).collect();
     assert_eq!(pairs, [(0, 1), (1, 2)]);
@@ -308,7 +313,7 @@ fn reports_are_the_same_for_any_number_of_threads() {
     let check = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         pool.install(|| {
-            scene_of(&bodies).0.check(&CheckParams { margin: 2.0 }, Progress::none()).unwrap()
+            scene_of(&bodies).0.check(&CheckParams::new(2.0), Progress::none()).unwrap()
         })
     };
     let one = check(1);
@@ -324,9 +329,9 @@ fn a_check_and_a_sweep_can_be_interrupted() {
     let stop = |_| ControlFlow::Break(());
     let progress = Progress::new(&stop);
 
-    let check = scene.check(&CheckParams { margin: 0.0 }, progress);
+    let check = scene.check(&CheckParams::new(0.0), progress);
     assert_eq!(check, Err(SceneError::Interrupted(Interrupted)));
-    let moves = [(ids[0], &ball.positions[..])];
+    let moves = [BodyMove { body: ids[0], positions: &ball.positions }];
     let sweep = scene.sweep(&moves, &ccd::CcdParams::DEFAULT, progress);
     assert_eq!(sweep, Err(SceneError::Interrupted(Interrupted)));
 }

@@ -2,5 +2,6 @@
 
 mod check;
 mod medial;
+mod overlap;
 mod support;
 mod sweep;

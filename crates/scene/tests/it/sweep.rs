@@ -6,8 +6,12 @@ use arbitrary::{Result, Unstructured};
 use fixtures::generate::cases;
 use fixtures::{Mesh, shapes};
 use glam::DVec3;
-use scene::Progress;
-use scene::{CheckParams, SceneError, SweptContact};
+use scene::{BodyId, BodyMove, CheckParams, Progress, SceneError, SweptContact};
+
+/// A body's way to new positions.
+fn moved(body: BodyId, positions: &[DVec3]) -> BodyMove<'_> {
+    BodyMove { body, positions }
+}
 
 /// Two bodies of a few dozen faces, and where they go.
 fn two_bodies(u: &mut Unstructured<'_>) -> Result<[Mesh; 4]> {
@@ -64,7 +68,7 @@ fn finds_the_contacts_of_brute_force() {
     cases(1, 40, |u| {
         let meshes = two_bodies(u)?;
         let (mut scene, ids) = scene_of(&[&meshes[0], &meshes[1]]);
-        let moves = [(ids[0], &meshes[2].positions[..]), (ids[1], &meshes[3].positions)];
+        let moves = [moved(ids[0], &meshes[2].positions), moved(ids[1], &meshes[3].positions)];
         let report = scene.sweep(&moves, &ccd::CcdParams::EXACT, Progress::none()).unwrap();
         let mut found: Vec<_> = report
             .pairs
@@ -90,11 +94,11 @@ fn nothing_overlaps_within_the_free_step() {
     cases(2, 100, |u| {
         let [a, b, a1, b1] = two_bodies(u)?;
         let (mut scene, ids) = scene_of(&[&a, &b]);
-        let params = CheckParams { margin: 0.0 };
+        let params = CheckParams::new(0.0);
         if scene.check(&params, Progress::none()).unwrap().iter().any(|pair| pair.overlaps) {
             return Ok(());
         }
-        let moves = [(ids[0], &a1.positions[..]), (ids[1], &b1.positions)];
+        let moves = [moved(ids[0], &a1.positions), moved(ids[1], &b1.positions)];
         let free = scene
             .sweep(&moves, &ccd::CcdParams::EXACT, Progress::none())
             .unwrap()
@@ -121,11 +125,11 @@ fn a_body_that_passes_through_a_plate_is_reported() {
     let ball = shapes::octasphere(3.0, 2).translated(DVec3::new(1.3, 0.7, 20.0));
     let beyond = ball.clone().translated(DVec3::Z * -40.0);
     let (mut scene, ids) = scene_of(&[&plate, &ball]);
-    let params = CheckParams { margin: 1.0 };
+    let params = CheckParams::new(1.0);
     let before = scene.check(&params, Progress::none()).unwrap();
     assert!(before.is_empty(), "apart at the start");
     let report = scene
-        .sweep(&[(ids[1], &beyond.positions)], &ccd::CcdParams::EXACT, Progress::none())
+        .sweep(&[moved(ids[1], &beyond.positions)], &ccd::CcdParams::EXACT, Progress::none())
         .unwrap();
     scene.move_body(ids[1], &beyond.positions).unwrap();
     let after = scene.check(&params, Progress::none()).unwrap();
@@ -153,10 +157,10 @@ fn a_body_that_stays_inside_does_not_pass_through() {
     let ball = shapes::octasphere(1.0, 1).translated(DVec3::new(1.3, 0.7, top.z + 2.0));
     let within = ball.clone().translated(DVec3::Z * -5.0);
     let (mut scene, ids) = scene_of(&[&plate, &ball]);
-    let params = CheckParams { margin: 0.0 };
+    let params = CheckParams::new(0.0);
     let before = scene.check(&params, Progress::none()).unwrap();
     let report = scene
-        .sweep(&[(ids[1], &within.positions)], &ccd::CcdParams::EXACT, Progress::none())
+        .sweep(&[moved(ids[1], &within.positions)], &ccd::CcdParams::EXACT, Progress::none())
         .unwrap();
     scene.move_body(ids[1], &within.positions).unwrap();
     let after = scene.check(&params, Progress::none()).unwrap();
@@ -169,7 +173,7 @@ fn contacts_satisfy_their_identity() {
     cases(3, 100, |u| {
         let [a, b, a1, b1] = two_bodies(u)?;
         let (mut scene, ids) = scene_of(&[&a, &b]);
-        let moves = [(ids[0], &a1.positions[..]), (ids[1], &b1.positions)];
+        let moves = [moved(ids[0], &a1.positions), moved(ids[1], &b1.positions)];
         let report = scene.sweep(&moves, &ccd::CcdParams::EXACT, Progress::none()).unwrap();
         let x0 = [&a.positions[..], &b.positions].concat();
         let x1 = [&a1.positions[..], &b1.positions].concat();
@@ -188,8 +192,11 @@ fn contacts_satisfy_their_identity() {
 fn moves_that_do_not_fit_are_rejected() {
     let ball = shapes::octasphere(3.0, 1);
     let (mut scene, ids) = scene_of(&[&ball]);
-    let short =
-        scene.sweep(&[(ids[0], &ball.positions[1..])], &ccd::CcdParams::EXACT, Progress::none());
+    let short = scene.sweep(
+        &[moved(ids[0], &ball.positions[1..])],
+        &ccd::CcdParams::EXACT,
+        Progress::none(),
+    );
     assert!(matches!(short, Err(SceneError::Surface { .. })), "{short:?}");
     let params = ccd::CcdParams { min_separation: -1.0, ..ccd::CcdParams::EXACT };
     let negative = scene.sweep(&[], &params, Progress::none());

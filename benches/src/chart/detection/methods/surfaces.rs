@@ -12,7 +12,7 @@ use super::super::task::{Direction, Task, both_directions, ignore_other_pairs, k
 use super::{Detector, Failure};
 use crate::bodies::points_inside;
 
-const CHECK: CheckParams = CheckParams { margin: 0.0 };
+const CHECK: CheckParams = CheckParams::without_measures(0.0);
 
 /// Exact detection between full surfaces.
 pub(super) struct ExactSurfaces<'a> {

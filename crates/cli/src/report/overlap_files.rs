@@ -1,0 +1,153 @@
+//! Overlaps as files for ParaView and 3D Slicer: clipped patches and crossing curves.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use glam::DVec3;
+use mesh_io::{CellNumbers, Cells, PointValues, write_vtp_cells};
+use musculo_collide::surface::triangle;
+use musculo_collide::{Body, CurveChain, OverlapGeometry, PairReport, PatchFace, Scene};
+
+use crate::failure::Failure;
+use crate::output::Outputs;
+
+/// Overlapping pair with the shape of its overlap.
+#[derive(Debug)]
+pub(crate) struct OverlapShape<'a> {
+    pub(crate) report: &'a PairReport,
+    pub(crate) geometry: OverlapGeometry,
+}
+
+/// Names of files in one folder, each taken once.
+#[derive(Debug)]
+pub(crate) struct FileNames(BTreeSet<String>);
+
+impl FileNames {
+    /// Begins with names that are taken.
+    pub(crate) fn new(names: impl Iterator<Item = String>) -> Self {
+        Self(names.map(|name| name.to_lowercase()).collect())
+    }
+
+    /// Returns the name of a `.vtp` file, with a number where another file has it, whatever the
+    /// case of its letters.
+    pub(crate) fn take(&mut self, stem: &str) -> String {
+        let mut name = format!("{stem}.vtp");
+        let mut number = 1;
+        while !self.0.insert(name.to_lowercase()) {
+            number += 1;
+            name = format!("{stem}_{number}.vtp");
+        }
+        name
+    }
+}
+
+/// Writes the patches of both bodies and the curve of every overlap into a folder.
+pub(crate) fn stage_overlap_files(
+    shapes: &[OverlapShape<'_>],
+    scene: &Scene,
+    folder: &Path,
+    names: &mut FileNames,
+    outputs: &mut Outputs,
+) -> Result<(), Failure> {
+    for OverlapShape { report, geometry } in shapes {
+        let [a, b] = report.pair.bodies().map(|id| scene.body(id));
+        for ([own, other], patches) in [[a, b], [b, a]].into_iter().zip(&geometry.patches) {
+            if !patches.is_empty() {
+                let name = names.take(&format!("{}_in_{}", own.name(), other.name()));
+                outputs.stage_found(&folder.join(name), patch_vtp(patches, own))?;
+            }
+        }
+        if !geometry.curve.is_empty() {
+            let name = names.take(&format!("{}_{}_curve", a.name(), b.name()));
+            outputs.stage_found(&folder.join(name), curve_vtp(&geometry.curve))?;
+        }
+    }
+    Ok(())
+}
+
+/// Points with their values, each position once.
+#[derive(Debug, Default)]
+struct PointList {
+    positions: Vec<DVec3>,
+    depths: Vec<f64>,
+    numbers: BTreeMap<[u64; 3], u32>,
+}
+
+impl PointList {
+    fn number(&mut self, at: DVec3, depth: f64) -> u32 {
+        let Self { positions, depths, numbers } = self;
+        *numbers.entry(at.to_array().map(f64::to_bits)).or_insert_with(|| {
+            positions.push(at);
+            depths.push(depth);
+            u32::try_from(positions.len() - 1).unwrap_or(u32::MAX)
+        })
+    }
+}
+
+/// Writes the parts of a body's faces inside another: a polygon per part, or triangles where a
+/// part has holes or several pieces. Points have their depth, cells their face and region.
+fn patch_vtp(patches: &[PatchFace], body: &Body) -> String {
+    let mut points = PointList::default();
+    let (mut cells, mut faces, mut regions) = (Vec::new(), Vec::new(), Vec::new());
+    for PatchFace { part, depths } in patches {
+        // Every corner of the part takes its number first, with its depth.
+        let mut loops = Vec::new();
+        for (corners, depths) in part.loops.iter().zip(depths) {
+            let numbers = corners.iter().zip(depths);
+            loops.push(numbers.map(|(&at, &depth)| points.number(at, depth)).collect::<Vec<u32>>());
+        }
+
+        let first = cells.len();
+        if loops.len() == 1 {
+            cells.append(&mut loops);
+        } else {
+            let normal = triangle::normal(body.corners(part.face));
+            for corners in part.triangles(normal) {
+                cells.push(corners.map(|at| points.number(at, 0.0)).to_vec());
+            }
+        }
+        faces.resize(cells.len(), part.face);
+        regions.resize(cells.len(), part.region);
+        debug_assert!(first < cells.len(), "a part without polygons");
+    }
+
+    let values = [PointValues::Scalars("depth", &points.depths)];
+    let numbers = [
+        CellNumbers { name: "face", numbers: &faces },
+        CellNumbers { name: "region", numbers: &regions },
+    ];
+    write_vtp_cells(&points.positions, Cells::Polygons(&cells), &values, &numbers)
+}
+
+/// Writes the chains of a curve; cells have their number, and 1 where they are closed.
+fn curve_vtp(curve: &[CurveChain]) -> String {
+    let mut positions = Vec::new();
+    let (mut cells, mut numbers, mut closed) = (Vec::new(), Vec::new(), Vec::new());
+    for (number, chain) in (0_u32..).zip(curve) {
+        let first = u32::try_from(positions.len()).unwrap_or(u32::MAX);
+        let mut cell: Vec<u32> = (first..).take(chain.points.len()).collect();
+        cell.extend(chain.is_closed.then_some(first));
+        cells.push(cell);
+        positions.extend(&chain.points);
+        numbers.push(number);
+        closed.push(u32::from(chain.is_closed));
+    }
+    let numbers = [
+        CellNumbers { name: "loop", numbers: &numbers },
+        CellNumbers { name: "is_closed", numbers: &closed },
+    ];
+    write_vtp_cells(&positions, Cells::Lines(&cells), &[], &numbers)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_taken_once() {
+        let mut names = FileNames::new(["A_in_b.vtp".to_owned()].into_iter());
+        assert_eq!(names.take("a_in_b"), "a_in_b_2.vtp");
+        assert_eq!(names.take("A_in_b"), "A_in_b_3.vtp");
+        assert_eq!(names.take("b_in_a"), "b_in_a.vtp");
+    }
+}

@@ -1,0 +1,178 @@
+//! Record of one pair of bodies, as the report of a check has it.
+
+use musculo_collide::{
+    AreaBracket, Coincidence, Depth, NearVertex, NoInside, Overlap, OverlapMeasures, PairReport,
+    Scene, VertexReport,
+};
+use serde::Serialize;
+
+use super::text::measure;
+
+/// Two bodies that overlap or are near each other.
+#[derive(Debug, Serialize)]
+pub(crate) struct PairRecord {
+    pub(crate) a: String,
+    pub(crate) b: String,
+    pub(crate) overlaps: bool,
+    /// Way in which both bodies are the same.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) coincidence: Option<Coincidence>,
+    /// Measures of what both share; `None` where the surfaces share no area.
+    pub(crate) overlap: Option<OverlapRecord>,
+    /// Greatest depth of `a`'s surface inside `b`; `None` where nothing of it is inside, and where
+    /// `b` has no inside.
+    pub(crate) depth_of_a_in_b: Option<Depth>,
+    /// Greatest depth of `b`'s surface inside `a`.
+    pub(crate) depth_of_b_in_a: Option<Depth>,
+    /// Area of `a`'s surface within the margin of `b`, for pairs that do not overlap.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) near_area_of_a: Option<AreaBracket>,
+    /// Area of `b`'s surface within the margin of `a`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) near_area_of_b: Option<AreaBracket>,
+    /// Depth of the deepest vertex inside the other body, 0 without one.
+    pub(crate) max_vertex_depth: f64,
+    /// Smallest signed distance of a vertex, negative inside.
+    pub(crate) min_gap: Option<f64>,
+    /// Distance of the surfaces, edges and faces included; 0 where they meet.
+    pub(crate) distance: Option<f64>,
+    /// `None` where `b` has no inside; `refusals` has the reason.
+    pub(crate) vertices_of_a_inside_b: Option<usize>,
+    /// `None` where `a` has no inside; `refusals` has the reason.
+    pub(crate) vertices_of_b_inside_a: Option<usize>,
+    /// Number of pairs of faces that properly cross.
+    pub(crate) crossing_face_pairs: usize,
+    /// Vertex of the smallest gap.
+    pub(crate) nearest_vertex: Option<VertexRecord>,
+    /// Properties that are undefined, with the reasons.
+    pub(crate) refusals: Vec<String>,
+}
+
+/// Measures of an overlap.
+#[derive(Debug, Serialize)]
+pub(crate) struct OverlapRecord {
+    #[serde(flatten)]
+    pub(crate) total: OverlapMeasures,
+    /// The same for each separate contact region, the largest volume first.
+    pub(crate) regions: Vec<OverlapMeasures>,
+    /// True if the surfaces touch without crossing, or coincide, somewhere.
+    has_ties: bool,
+}
+
+/// Vertex of a body.
+#[derive(Debug, Serialize)]
+pub(crate) struct VertexRecord {
+    pub(crate) body: String,
+    pub(crate) vertex: u32,
+    pub(crate) at: [f64; 3],
+}
+
+impl PairRecord {
+    pub(crate) fn new(report: &PairReport, scene: &Scene) -> Self {
+        let names = report.pair.bodies().map(|id| scene.body(id).name());
+        let overlap = report.overlap.as_ref();
+        Self {
+            a: names[0].to_owned(),
+            b: names[1].to_owned(),
+            overlaps: report.overlaps,
+            coincidence: report.coincidence,
+            overlap: overlap.map(|overlap| OverlapRecord::new(&overlap.measures)),
+            depth_of_a_in_b: overlap.and_then(|overlap| overlap.depth_of_a_in_b),
+            depth_of_b_in_a: overlap.and_then(|overlap| overlap.depth_of_b_in_a),
+            near_area_of_a: report.near_areas.map(|[of_a, _]| of_a),
+            near_area_of_b: report.near_areas.map(|[_, of_b]| of_b),
+            max_vertex_depth: report.max_vertex_depth,
+            min_gap: report.min_gap,
+            distance: report.distance,
+            vertices_of_a_inside_b: report.a_against_b.inside_count.ok(),
+            vertices_of_b_inside_a: report.b_against_a.inside_count.ok(),
+            crossing_face_pairs: report.crossing_faces.len(),
+            nearest_vertex: nearest_vertex(report, scene),
+            refusals: refusals(report, names),
+        }
+    }
+
+    /// Returns both names.
+    pub(crate) fn title(&self) -> String {
+        format!("{} × {}", self.a, self.b)
+    }
+
+    /// Returns the depth of the overlap as far as it is certain, of vertices where surfaces have
+    /// none: 0 where nothing is inside.
+    pub(crate) fn depth(&self) -> f64 {
+        self.deeper().map_or(self.max_vertex_depth, |depth| depth.lower)
+    }
+
+    /// Writes the depth: a number where it is known as closely as asked, else a range.
+    pub(crate) fn depth_text(&self) -> Option<String> {
+        let Depth { lower, upper, is_narrow, .. } = self.deeper()?;
+        let text = measure(lower);
+        Some(if is_narrow { text } else { format!("{text} to {}", measure(upper)) })
+    }
+
+    /// Returns the larger of both depths.
+    fn deeper(&self) -> Option<Depth> {
+        let depths = [self.depth_of_a_in_b, self.depth_of_b_in_a].into_iter().flatten();
+        depths.max_by(|p, q| p.lower.total_cmp(&q.lower))
+    }
+
+    /// Describes the way in which both bodies are the same.
+    pub(crate) fn coincidence_text(&self) -> Option<String> {
+        let way = match self.coincidence? {
+            Coincidence::SameMesh => "are one mesh: they have the same vertices and faces",
+            Coincidence::SameSurface => "are one surface, divided into other faces",
+            _ => "coincide",
+        };
+        Some(format!("{} and {} {way}", self.a, self.b))
+    }
+}
+
+impl OverlapRecord {
+    fn new(overlap: &Overlap) -> Self {
+        let Overlap { total, regions, has_ties, .. } = overlap;
+        Self { total: *total, regions: regions.clone(), has_ties: *has_ties }
+    }
+}
+
+/// Names what is undefined for a pair, with the reasons.
+fn refusals(report: &PairReport, names: [&str; 2]) -> Vec<String> {
+    let mut refusals = Vec::new();
+    let overlap = report.overlap.as_ref().map(|overlap| &overlap.measures);
+    let vertices = [&report.b_against_a, &report.a_against_b];
+    for (side, name) in names.into_iter().enumerate() {
+        // A body that has an inside by parity may lack winding numbers, which volumes need.
+        let by_parity = vertices[side].inside_count.err();
+        let by_winding = overlap.and_then(|overlap| overlap.no_inside[side]);
+        if let Some(reason) = by_parity {
+            refusals.push(format!("the inside of '{name}' is undefined: {reason}"));
+        } else if let Some(reason) = by_winding {
+            refusals.push(no_measures(name, reason));
+        }
+        if overlap.is_some_and(|overlap| overlap.covers_twice[side]) {
+            refusals.push(format!(
+                "'{name}' covers a place more than once, or is inside out: volumes and areas in it \
+                 count a place as often as it is covered, and depths in it are undefined"
+            ));
+        }
+    }
+    refusals
+}
+
+fn no_measures(name: &str, reason: NoInside) -> String {
+    format!("volumes, areas and depths in '{name}' are undefined: {reason}")
+}
+
+/// Finds the vertex of the smallest gap, of `a` where both bodies have one.
+fn nearest_vertex(report: &PairReport, scene: &Scene) -> Option<VertexRecord> {
+    let nearest = |side: &VertexReport| -> Option<NearVertex> {
+        side.near.iter().copied().min_by(|p, q| p.gap.total_cmp(&q.gap))
+    };
+    let (of_a, of_b) = (nearest(&report.a_against_b), nearest(&report.b_against_a));
+    let gap = |near: Option<NearVertex>| near.map_or(f64::INFINITY, |near| near.gap);
+    let (id, near) =
+        if gap(of_a) <= gap(of_b) { (report.pair.a, of_a?) } else { (report.pair.b, of_b?) };
+
+    let body = scene.body(id);
+    let at = body.positions()[near.vertex as usize].to_array();
+    Some(VertexRecord { body: body.name().to_owned(), vertex: near.vertex, at })
+}

@@ -1,0 +1,176 @@
+//! Measured overlaps of planted scenes: table, JSON and VTP.
+
+use crate::support::Workshop;
+use fixtures::Mesh;
+use fixtures::shapes::cube;
+use glam::DVec3;
+use serde_json::Value;
+
+/// Writes a mesh as an OBJ file.
+fn obj(mesh: &Mesh) -> String {
+    let mut text = String::new();
+    for p in &mesh.positions {
+        text += &format!("v {} {} {}\n", p.x, p.y, p.z);
+    }
+    for [a, b, c] in &mesh.faces {
+        text += &format!("f {} {} {}\n", a + 1, b + 1, c + 1);
+    }
+    text
+}
+
+/// Returns a mesh with its volume above 0.
+fn outward(mesh: Mesh) -> Mesh {
+    if mesh.volume() > 0.0 { mesh } else { mesh.flipped() }
+}
+
+/// Two wedges whose ridges cross at right angles, 0.25 into each other.
+fn crossed_wedges() -> [Mesh; 2] {
+    let positions = [[-4.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, -3.0, -3.0], [0.0, 3.0, -3.0]];
+    let positions = positions.map(DVec3::from).to_vec();
+    let lower =
+        outward(Mesh { positions, faces: vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]] });
+    let upper = outward(lower.clone().mapped(|p| DVec3::new(p.y, p.x, -p.z - 0.25)));
+    [lower, upper]
+}
+
+/// Checks two bodies; returns the table without its times, and the JSON of the pair.
+fn check(a: &Mesh, b: &Mesh) -> (String, Value) {
+    let workshop = Workshop::new();
+    workshop.write("a.obj", obj(a));
+    workshop.write("b.obj", obj(b));
+    let run = workshop.check(&[
+        "a.obj",
+        "b.obj",
+        "--margin",
+        "1",
+        "--depth-tolerance",
+        "1e-6",
+        "--json",
+        "o.json",
+    ]);
+    assert_eq!(run.status, 1, "{}{}", run.stdout, run.stderr);
+    let (table, _) = run.stdout.trim_end().rsplit_once("\nwrote ").expect("one file is written");
+    let document: Value = serde_json::from_str(&workshop.read("o.json")).expect("JSON");
+    (table.to_owned(), document["pairs"][0].clone())
+}
+
+fn near(value: &Value, expected: f64) -> bool {
+    value.as_f64().is_some_and(|value| (value - expected).abs() < 1e-6)
+}
+
+#[test]
+fn boxes_that_share_half_their_volume() {
+    let a = cube(10.0);
+    let (table, pair) = check(&a, &a.clone().translated(DVec3::X * 5.0));
+    insta::assert_snapshot!("boxes_that_share_half", table);
+    assert!(near(&pair["overlap"]["volume"], 500.0), "{pair}");
+    assert!(near(&pair["overlap"]["flush_area"], 200.0), "{pair}");
+    assert!(near(&pair["overlap"]["area_of_a_inside_b"], 100.0), "{pair}");
+    assert!(near(&pair["depth_of_a_in_b"]["upper"], 5.0), "{pair}");
+    assert_eq!(pair["overlap"]["centroid"], serde_json::json!([2.5, 0.0, 0.0]));
+}
+
+#[test]
+fn a_body_given_twice_is_named_at_the_top() {
+    let (table, pair) = check(&cube(10.0), &cube(10.0));
+    insta::assert_snapshot!("a_body_given_twice", table);
+    let top: Vec<&str> = table.lines().take(10).collect();
+    assert!(top.iter().any(|line| line.contains("a and b are one mesh")), "{table}");
+    assert_eq!(pair["coincidence"], "same_mesh");
+    assert!(near(&pair["overlap"]["volume"], 1000.0), "{pair}");
+}
+
+#[test]
+fn edges_alone_have_a_depth() {
+    let [a, b] = crossed_wedges();
+    let (table, pair) = check(&a, &b);
+    insta::assert_snapshot!("edges_alone", table);
+    assert_eq!(pair["max_vertex_depth"], 0.0);
+    assert!(near(&pair["depth_of_a_in_b"]["lower"], 0.25 / 2.0_f64.sqrt()), "{pair}");
+    let regions = pair["overlap"]["regions"].as_array().expect("regions");
+    assert_eq!((regions.len(), &pair["overlap"]["curve_loops"]), (1, &1.into()));
+}
+
+#[test]
+fn an_open_sheet_in_a_box() {
+    let sheet = Mesh {
+        positions: [[-1.0, -1.0, 2.0], [3.0, -1.0, 2.0], [-1.0, 3.0, 2.0]].map(DVec3::from).into(),
+        faces: vec![[0, 1, 2]],
+    };
+    let (table, pair) = check(&cube(10.0), &sheet);
+    insta::assert_snapshot!("an_open_sheet", table);
+    assert_eq!(pair["overlap"]["volume"], Value::Null);
+    assert!(near(&pair["overlap"]["area_of_b_inside_a"], 8.0), "{pair}");
+    assert!(near(&pair["depth_of_b_in_a"]["lower"], 3.0), "{pair}");
+    assert_eq!(pair["depth_of_a_in_b"], Value::Null);
+}
+
+/// Every figure of a pair, in the order of the fields.
+#[test]
+fn the_json_of_a_pair() {
+    let [a, b] = crossed_wedges();
+    let (_, pair) = check(&a, &b);
+    insta::assert_snapshot!("pair", serde_json::to_string_pretty(&pair).expect("JSON"));
+}
+
+#[test]
+fn two_bodies_doubled_within_one_are_named() {
+    let workshop = Workshop::new();
+    workshop.write("a.obj", obj(&cube(10.0).joined(&cube(10.0))));
+    workshop.write("b.obj", obj(&cube(2.0)));
+    let run = workshop.check(&["a.obj", "b.obj"]);
+    assert_eq!(run.status, 1, "{}", run.stdout);
+    assert!(run.stdout.contains("'a' covers a place more than once"), "{}", run.stdout);
+}
+
+#[test]
+fn patches_and_curves_are_written_as_vtp() {
+    let workshop = Workshop::new();
+    let [a, b] = crossed_wedges();
+    workshop.write("a.obj", obj(&a));
+    workshop.write("b.obj", obj(&b));
+    // The third body has the name that the clipped faces of `a` would have.
+    workshop.write("a_in_b.obj", obj(&a.translated(DVec3::X * 50.0)));
+    let run = workshop.check(&["a.obj", "b.obj", "a_in_b.obj", "--vtp", "o"]);
+    assert_eq!(run.status, 1, "{}", run.stdout);
+    let names = workshop.listing();
+    for name in ["o/a_in_b.vtp", "o/a_in_b_2.vtp", "o/b_in_a.vtp", "o/a_b_curve.vtp"] {
+        assert!(names.iter().any(|found| found == name), "{name} is not in {names:?}");
+    }
+
+    // The ridge of each is cut on both sides: two faces are clipped to triangles.
+    let patch = workshop.read("o/b_in_a.vtp");
+    for part in ["NumberOfPolys=\"2\"", "Name=\"depth\"", "Name=\"face\"", "Name=\"region\""] {
+        assert!(patch.contains(part), "{part}: {patch}");
+    }
+    let curve = workshop.read("o/a_b_curve.vtp");
+    for part in ["NumberOfLines=\"1\"", "NumberOfPoints=\"4\"", "Name=\"loop\""] {
+        assert!(curve.contains(part), "{part}: {curve}");
+    }
+}
+
+/// Sides of 10 × 10 that are 0.5 apart, and 0.5 of the sides around them.
+#[test]
+fn near_pairs_have_an_area_within_the_margin() {
+    let workshop = Workshop::new();
+    workshop.write("a.obj", obj(&cube(10.0)));
+    workshop.write("b.obj", obj(&cube(10.0).translated(DVec3::X * 10.5)));
+    let run = workshop.check(&["a.obj", "b.obj", "--margin", "1", "--json", "o.json"]);
+    assert_eq!(run.status, 0, "{}", run.stdout);
+    let document: Value = serde_json::from_str(&workshop.read("o.json")).expect("JSON");
+    for name in ["near_area_of_a", "near_area_of_b"] {
+        let area = &document["pairs"][0][name];
+        let [lower, upper] = ["lower", "upper"].map(|end| area[end].as_f64().expect("an area"));
+        let exact = 100.0 + 4.0 * 10.0 * 0.5;
+        assert!(lower <= exact && exact <= upper && upper - lower <= 0.05 * upper, "{area}");
+    }
+}
+
+#[test]
+fn tolerances_out_of_range_are_rejected() {
+    let workshop = Workshop::new();
+    workshop.write("a.obj", obj(&cube(1.0)));
+    let run = workshop.check(&["a.obj", "--depth-tolerance", "-1"]);
+    assert_eq!(run.status, 2, "{}", run.stdout);
+    assert!(run.stderr.contains("the depth tolerance is -1"), "{}", run.stderr);
+}

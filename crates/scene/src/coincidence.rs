@@ -1,0 +1,98 @@
+//! Bodies that coincide: one mesh under two names, or two meshes of one surface.
+
+use std::cmp::Ordering;
+
+use glam::DVec3;
+use overlap::Overlap;
+use proximity::SurfaceTree;
+use surface::{Aabb, triangle};
+
+/// Way in which two bodies are the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
+pub enum Coincidence {
+    /// Both have the same vertices and faces, in any order.
+    SameMesh,
+    /// Both are the same surface, divided into other faces.
+    SameSurface,
+}
+
+impl Coincidence {
+    /// Compares vertices and faces.
+    pub(crate) fn of_meshes(bodies: [&SurfaceTree; 2]) -> Option<Self> {
+        let counts =
+            bodies.map(|body| [body.surface().vertex_count(), body.surface().faces().len()]);
+        if counts[0] != counts[1] {
+            return None;
+        }
+        let [a, b] = bodies.map(bounds);
+        if a != b {
+            return None;
+        }
+
+        // Sorting takes longer than all else, and is left to bodies that are very likely one.
+        let [a, b] = bodies.map(sorted_faces);
+        (a == b).then_some(Self::SameMesh)
+    }
+
+    /// Compares the area in which faces coincide with the areas of both surfaces.
+    pub(crate) fn of_overlap(overlap: &Overlap, bodies: [&SurfaceTree; 2]) -> Option<Self> {
+        /// Rounding of areas, relative.
+        const ROUNDING: f64 = 1e-9;
+
+        let flush = overlap.total.flush_area;
+        let is_same = |area: f64| (area - flush).abs() <= ROUNDING * flush;
+        let coincides = flush > 0.0 && bodies.into_iter().all(|body| is_same(area(body)));
+        coincides.then_some(Self::SameSurface)
+    }
+}
+
+/// Returns true if the volume that two bodies share is more than rounding.
+///
+/// Bodies that touch share a volume of 0, whose terms are of the size of the smaller body.
+pub(crate) fn shares_volume(overlap: &Overlap, bodies: [&SurfaceTree; 2]) -> bool {
+    /// Rounding of a volume, relative to the cube of the size.
+    const ROUNDING: f64 = 1e-12;
+
+    let size = bodies.map(size).into_iter().fold(f64::INFINITY, f64::min);
+    overlap.total.volume.is_some_and(|volume| volume > ROUNDING * size.powi(3))
+}
+
+/// Computes the diagonal of a body's box.
+pub(crate) fn size(body: &SurfaceTree) -> f64 {
+    bounds(body).diagonal()
+}
+
+fn bounds(body: &SurfaceTree) -> Aabb {
+    Aabb::of_points(body.positions().as_slice().iter().copied())
+}
+
+fn area(body: &SurfaceTree) -> f64 {
+    let mut sum = 0.0;
+    for &face in body.surface().faces() {
+        sum += triangle::area(body.positions().corners(face));
+    }
+    sum
+}
+
+/// Returns the corners of all faces, without the order of faces and of corners.
+fn sorted_faces(body: &SurfaceTree) -> Vec<[DVec3; 3]> {
+    let mut faces = Vec::with_capacity(body.surface().faces().len());
+    for &face in body.surface().faces() {
+        let mut corners = body.positions().corners(face);
+        corners.sort_by(compare);
+        faces.push(corners);
+    }
+    faces.sort_by(|p, q| {
+        let by_corner = p.iter().zip(q).map(|(p, q)| compare(p, q));
+        by_corner.fold(Ordering::Equal, Ordering::then)
+    });
+    faces
+}
+
+fn compare(p: &DVec3, q: &DVec3) -> Ordering {
+    let by_axis = p.to_array().into_iter().zip(q.to_array()).map(|(p, q)| p.total_cmp(&q));
+    by_axis.fold(Ordering::Equal, Ordering::then)
+}

@@ -1,0 +1,213 @@
+//! Measured overlaps with planted answers, through a scene.
+
+use crate::support::scene_of;
+use fixtures::Mesh;
+use fixtures::shapes::{cube, icosphere, octasphere};
+use glam::DVec3;
+use scene::{
+    BodyKind, CheckParams, Coincidence, NoInside, PairReport, Progress, Scene, SceneError,
+};
+
+/// Reports the one pair of two bodies that meet.
+fn report(a: &Mesh, b: &Mesh) -> PairReport {
+    let params = CheckParams { depth_tolerance: Some(1e-6), ..CheckParams::new(0.0) };
+    let (mut scene, _) = scene_of(&[a, b]);
+    let reports = scene.check(&params, Progress::none()).expect("a check");
+    let cheap = scene.check(&CheckParams::without_measures(0.0), Progress::none());
+
+    // The decision is the same without measures.
+    let [report] = &reports[..] else { unreachable!("two bodies are one pair") };
+    let [cheap] = &cheap.expect("a check")[..] else { unreachable!("two bodies are one pair") };
+    assert_eq!(report.overlaps, cheap.overlaps);
+    assert_eq!(cheap.overlap, None);
+    report.clone()
+}
+
+fn volume(report: &PairReport) -> f64 {
+    let overlap = report.overlap.as_ref().expect("they meet");
+    overlap.measures.total.volume.expect("both are closed")
+}
+
+fn depth(report: &PairReport) -> f64 {
+    let depth = report.max_depth().expect("they overlap");
+    assert!(depth.upper - depth.lower <= 1e-6, "{depth:?}");
+    depth.lower
+}
+
+/// A wedge with a ridge of length 8 along x at height 0, over a base that is 6 wide.
+fn wedge() -> Mesh {
+    let positions = vec![
+        DVec3::new(-4.0, 0.0, 0.0),
+        DVec3::new(4.0, 0.0, 0.0),
+        DVec3::new(0.0, -3.0, -3.0),
+        DVec3::new(0.0, 3.0, -3.0),
+    ];
+    let mesh = Mesh { positions, faces: vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]] };
+    if mesh.volume() > 0.0 { mesh } else { mesh.flipped() }
+}
+
+/// Two wedges whose ridges cross at right angles, `overlap` into each other.
+fn crossed_wedges(overlap: f64) -> [Mesh; 2] {
+    let upper = wedge().mapped(|p| DVec3::new(p.y, p.x, -p.z - overlap));
+    [wedge(), if upper.volume() > 0.0 { upper } else { upper.flipped() }]
+}
+
+#[test]
+fn boxes_that_share_half_their_volume() {
+    let a = cube(10.0);
+    let report = report(&a, &a.clone().translated(DVec3::X * 5.0));
+    assert!(report.overlaps && report.crossing_faces.is_empty(), "their sides are flush");
+    assert!((volume(&report) - 500.0).abs() < 1e-9, "{}", volume(&report));
+    assert_eq!((report.coincidence, report.max_vertex_depth), (None, 0.0));
+
+    // The end of each is at the middle of the other.
+    assert!((depth(&report) - 5.0).abs() < 1e-6, "{}", depth(&report));
+    let total = report.overlap.expect("measured").measures.total;
+    assert!((total.flush_area - 200.0).abs() < 1e-9, "{total:?}");
+    assert!((total.area_of_a_inside_b.expect("closed") - 100.0).abs() < 1e-9, "{total:?}");
+}
+
+#[test]
+fn a_body_given_twice_is_named() {
+    let a = icosphere(10.0, 2);
+    let mut other = Mesh { faces: a.faces.iter().rev().copied().collect(), ..a.clone() };
+    // The same mesh with its vertices numbered from the end.
+    let last = u32::try_from(other.positions.len() - 1).expect("few vertices");
+    other.positions.reverse();
+    other.faces = other.faces.iter().map(|face| face.map(|corner| last - corner)).collect();
+    let report = report(&a, &other);
+    assert!(report.overlaps);
+    assert_eq!(report.coincidence, Some(Coincidence::SameMesh));
+    assert!((volume(&report) / a.volume() - 1.0).abs() < 1e-9);
+    assert!(depth(&report) < 1e-9);
+
+    // A vertex apart is another mesh.
+    other.positions[7] *= 1.001;
+    assert_eq!(self::report(&a, &other).coincidence, None);
+}
+
+/// A cube whose sides are split from their centers is the same surface.
+#[test]
+fn one_surface_of_two_meshes_is_named() {
+    let a = cube(10.0);
+    let mut split = a.clone();
+    split.faces.clear();
+    for (number, &[p, q, r]) in (0_u32..).zip(&a.faces) {
+        let [x, y, z] = [p, q, r].map(|corner| a.positions[corner as usize]);
+        // Halfway along an edge, so that coordinates are exact.
+        split.positions.push(0.5 * (y + z));
+        let middle = 8 + number;
+        assert!(x.is_finite());
+        split.faces.extend([[p, q, middle], [p, middle, r]]);
+    }
+    let found = report(&a, &split);
+    assert!(found.overlap.is_some());
+    assert_eq!(found.coincidence, Some(Coincidence::SameSurface));
+}
+
+#[test]
+fn a_body_whose_corners_rest_on_the_walls_around_it_overlaps() {
+    let inner = octasphere(5.0, 0);
+    let report = report(&cube(10.0), &inner);
+    assert!(report.overlaps && report.crossing_faces.is_empty());
+    assert!((volume(&report) - inner.volume()).abs() < 1e-9, "{}", volume(&report));
+}
+
+/// Points of a sphere within the margin of a plane are a cap, whose area is 2πr times its height.
+#[test]
+fn the_area_within_the_margin_is_that_of_a_cap() {
+    let ball = icosphere(10.0, 5);
+    let table = cube(60.0).translated(DVec3::Z * -40.5);
+    let (mut scene, _) = scene_of(&[&ball, &table]);
+    for margin in [0.75, 2.0, 5.0] {
+        let reports = scene.check(&CheckParams::new(margin), Progress::none()).expect("a check");
+        let [of_ball, of_table] = reports[0].near_areas.expect("they are near and do not overlap");
+
+        // The ball's facets differ from the sphere by less than a percent.
+        let cap = 2.0 * std::f64::consts::PI * 10.0 * (margin - 0.5);
+        let disk = std::f64::consts::PI * (100.0 - (10.5 - margin).powi(2));
+        for (area, exact) in [(of_ball, cap), (of_table, disk)] {
+            let holds = area.lower <= 1.01 * exact && 0.99 * exact <= area.upper;
+            assert!(holds && area.upper - area.lower <= 0.05 * area.upper, "{margin}: {area:?}");
+        }
+    }
+}
+
+#[test]
+fn bodies_that_touch_share_an_area_and_no_volume() {
+    let a = cube(10.0);
+    let report = report(&a, &a.clone().translated(DVec3::new(10.0, 5.0, 0.0)));
+    assert!(!report.overlaps && report.max_depth().is_none());
+    let total = report.overlap.expect("measured").measures.total;
+    assert!((total.touching_area - 50.0).abs() < 1e-9, "{total:?}");
+}
+
+#[test]
+fn edges_alone_have_a_depth_and_a_contact() {
+    let height = 0.25;
+    let [a, b] = crossed_wedges(height);
+    let report = report(&a, &b);
+    assert!(report.overlaps && report.max_vertex_depth == 0.0);
+
+    // Where the ridges cross, each is that far from the slopes of the other.
+    let exact = height / 2.0_f64.sqrt();
+    assert!((depth(&report) - exact).abs() < 1e-6, "{}", depth(&report));
+
+    for kinds in [
+        [BodyKind::Rigid, BodyKind::Deformable],
+        [BodyKind::Deformable; 2],
+        [BodyKind::Deformable, BodyKind::Rigid],
+    ] {
+        let mut scene = Scene::new();
+        for (mesh, (name, kind)) in [&a, &b].into_iter().zip(["a", "b"].into_iter().zip(kinds)) {
+            scene.add(name, kind, mesh.surface(), mesh.positions.clone()).expect("a body");
+        }
+        let reports = scene.check(&CheckParams::new(0.0), Progress::none()).expect("a check");
+        let contacts = reports[0].contacts(&scene);
+        let x = scene.particle_positions();
+        let [contact] = &contacts[..] else { unreachable!("one region: {contacts:?}") };
+        assert!(contact.identity_error(|k| x[k as usize]) < 1e-13, "{contact:?}");
+        assert!((contact.gap + exact).abs() < 0.011 * exact, "{contact:?}");
+        assert_eq!(contact.anchor.is_some(), kinds.contains(&BodyKind::Rigid));
+        let sum: f64 = contact.stencil.terms().iter().map(|term| term.weight).sum();
+        let expected = if contact.anchor.is_some() { -1.0 } else { 0.0 };
+        assert!((sum - expected).abs() < 1e-12, "{contact:?}");
+    }
+}
+
+#[test]
+fn an_open_sheet_in_a_box_has_a_depth_and_no_volume() {
+    let room = cube(10.0);
+    let sheet = Mesh {
+        positions: [[-1.0, -1.0, 2.0], [3.0, -1.0, 2.0], [-1.0, 3.0, 2.0]].map(DVec3::from).into(),
+        faces: vec![[0, 1, 2]],
+    };
+    let report = report(&room, &sheet);
+    let overlap = report.overlap.expect("the sheet is inside");
+    assert_eq!(overlap.measures.total.volume, None);
+    assert!(matches!(overlap.measures.no_inside, [None, Some(NoInside::OddEdges { .. })]));
+    let inside = overlap.measures.total.area_of_b_inside_a.expect("the box has an inside");
+    assert!((inside - 8.0).abs() < 1e-12, "{inside}");
+    let depth = overlap.depth_of_b_in_a.expect("the sheet is inside");
+    assert!((depth.lower - 3.0).abs() < 1e-6, "{depth:?}");
+    assert_eq!(overlap.depth_of_a_in_b, None);
+}
+
+/// By the parity of crossings nothing is inside a body doubled within one mesh.
+#[test]
+fn a_body_inside_a_doubled_one_overlaps_it() {
+    let doubled = cube(10.0).joined(&cube(10.0));
+    let report = report(&doubled, &cube(2.0));
+    assert!(report.overlaps && report.max_depth().is_none());
+    assert_eq!(report.overlap.expect("measured").measures.covers_twice, [true, false]);
+}
+
+#[test]
+fn tolerances_out_of_range_are_rejected() {
+    let (mut scene, _) = scene_of(&[&cube(1.0), &cube(1.0)]);
+    for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let params = CheckParams { depth_tolerance: Some(tolerance), ..CheckParams::new(0.0) };
+        let refused = scene.check(&params, Progress::none());
+        assert!(matches!(refused, Err(SceneError::DepthTolerance { .. })), "{refused:?}");
+    }
+}
