@@ -38,8 +38,11 @@ pub(crate) fn near_area(
 ) -> AreaBracket {
     /// Width of the bracket that is narrow enough, relative to its upper end.
     const RELATIVE_WIDTH: f64 = 0.05;
-    /// Levels of splits: each quarters the width in general.
-    const MAX_LEVELS: u32 = 6;
+    /// Cells to split at most, some milliseconds. Each level doubles their number and quarters the
+    /// width in general; the bracket reached by then is returned.
+    const MAX_CELLS: usize = 4000;
+    /// Levels of splits, beyond which cells have the size of rounding.
+    const MAX_LEVELS: u32 = 40;
 
     // Faces within the margin of some face, each with all of those.
     let mut pairs: Vec<[u32; 2]> = Vec::new();
@@ -55,7 +58,7 @@ pub(crate) fn near_area(
     let mut settled = AreaBracket::default();
     for _ in 0..MAX_LEVELS {
         let total = cells.iter().fold(settled, |sum, cell| sum.with(cell.area));
-        if total.width() <= RELATIVE_WIDTH * total.upper {
+        if total.width() <= RELATIVE_WIDTH * total.upper || cells.len() > MAX_CELLS {
             return total;
         }
         let mut parts = Vec::new();

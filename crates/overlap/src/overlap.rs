@@ -210,7 +210,7 @@ impl OverlapDetector {
     }
 
     /// Brackets the area of A's surface within `margin` (`>= 0`) of B's, and of B's within it of A's,
-    /// to 5 % where six splits of a face reach it. For any two bodies, whether measured or not.
+    /// to 5 % where a few thousand splits reach it. For any two bodies, whether measured or not.
     ///
     /// ```
     /// use overlap::OverlapDetector;
