@@ -125,7 +125,7 @@ fn the_area_within_the_margin_is_that_of_a_cap() {
 
         // The ball's facets differ from the sphere by less than a percent.
         let cap = 2.0 * std::f64::consts::PI * 10.0 * (margin - 0.5);
-        let disk = std::f64::consts::PI * (100.0 - (10.5 - margin).powi(2));
+        let disk = std::f64::consts::PI * ((10.0 + margin).powi(2) - 10.5_f64.powi(2));
         for (area, exact) in [(of_ball, cap), (of_table, disk)] {
             let holds = area.lower <= 1.01 * exact && 0.99 * exact <= area.upper;
             assert!(holds && area.upper - area.lower <= 0.05 * area.upper, "{margin}: {area:?}");
