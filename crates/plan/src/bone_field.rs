@@ -37,6 +37,7 @@ impl BoneField {
         margin: f64,
         progress: Progress<'_>,
     ) -> Result<Self, ExclusionReason> {
+        // The frame of the field is that in which the body was added.
         let reference = body.reference().ok_or(ExclusionReason::NotRigid)?;
         let surface = body.surface();
         let x = surface.positions(reference).map_err(|_| ExclusionReason::NotRigid)?;
@@ -44,6 +45,7 @@ impl BoneField {
         let mut spacing = FIRST_SPACING * tolerance;
         let mut attempt = 1;
         loop {
+            // Room for contacts within the margin, and for the error.
             let params = FieldParams {
                 padding: margin + tolerance + 2.0 * spacing,
                 truncation: None,
@@ -60,6 +62,8 @@ impl BoneField {
                 let detector = FieldDetector::new(field, margin).map_err(refuse)?;
                 return Ok(Self { detector, measured_error });
             }
+
+            // Finer, in proportion to the error.
             if attempt == MAX_ATTEMPTS {
                 let error = measured_error;
                 return Err(ExclusionReason::FieldInaccurate { spacing, error, tolerance });

@@ -55,11 +55,14 @@ impl<'a> Builder<'a> {
         tolerance: f64,
         progress: Progress<'_>,
     ) -> Result<(Structures, Vec<MissingStructure>), PlanError> {
+        // Fields first: where one cannot be built, surfaces of both bodies are compared instead.
         let structures = Structures::new(self.scene.bodies().len());
         let mut made = Construction { pairs, structures, missing: Vec::new(), tolerance };
         self.build_fields(&mut made, progress.part(0.0, 0.5))?;
         self.build_coarse(&mut made, progress.part(0.5, 0.8))?;
         self.build_medials(&mut made, progress.part(0.8, 1.0))?;
+
+        // What has no structure in its place is compared by its own faces.
         made.select_trees();
         made.missing.sort_by_key(|missing| missing.body);
         Ok((made.structures, made.missing))
@@ -71,6 +74,7 @@ impl<'a> Builder<'a> {
         made: &mut Construction<'_>,
         progress: Progress<'_>,
     ) -> Result<(), PlanError> {
+        // A field per bone, whatever the number of its pairs.
         let bones: BTreeSet<BodyId> = made.pairs.iter().filter_map(PairPlan::bone).collect();
         let bones: Vec<BodyId> = bones.into_iter().collect();
         let tolerance = TOLERANCE_SHARE * made.tolerance;
@@ -144,12 +148,14 @@ impl<'a> Builder<'a> {
 
     /// Decimates the bodies that were not decimated for an earlier tolerance.
     fn decimate(&mut self, bodies: &[BodyId], progress: Progress<'_>) -> Result<(), PlanError> {
+        // Collapses do not depend on the tolerance.
         let mut bodies = bodies.to_vec();
         bodies.retain(|id| !self.decimations.contains_key(id));
         let decimations = parallel::map(bodies.len(), |i| {
             decimate(self.scene.body(bodies[i]), item(progress, i, &bodies))
         });
 
+        // A surface that cannot be simplified is remembered as such.
         for (id, decimation) in bodies.into_iter().zip(decimations) {
             if let Err(DecimateError::Interrupted(interrupted)) = decimation {
                 return Err(interrupted.into());
@@ -165,6 +171,7 @@ impl<'a> Builder<'a> {
         made: &mut Construction<'_>,
         progress: Progress<'_>,
     ) -> Result<(), PlanError> {
+        // Balls of soft bodies, each built once.
         let params = MedialParams::tolerance(made.tolerance);
         for pair in made.pairs.iter().filter(|pair| pair.method == DetectionMethod::Medial) {
             for id in pair.pair.bodies() {
@@ -238,6 +245,8 @@ fn coarse_surface(
 ) -> Result<Option<CoarseSurface>, DecimateError> {
     let decimation = decimation.as_ref().map_err(DecimateError::clone)?;
     let reduced = decimation.within(max_deviation, progress.part(0.0, 0.9))?;
+
+    // Following a surface of nearly as many vertices would save nothing.
     let vertex_count = decimation.full().surface().vertex_count();
     if count(reduced.kept.len()) > MAX_KEPT * count(vertex_count) {
         return Ok(None);

@@ -1,6 +1,6 @@
 //! Candidate pairs of a plan, found by the broad phase, and the first choice of their methods.
 
-use scene::{BodyId, PairId, Scene};
+use scene::{PairId, Scene};
 
 use crate::{
     DetectionMethod, ErrorEstimate, ExcludedPair, ExclusionReason, ForcedMethod, OperationCounts,
@@ -28,11 +28,13 @@ impl Candidates {
         forced: &[ForcedMethod],
     ) -> Result<Self, PlanError> {
         let count = scene.bodies().len();
+        // Near pairs, and forced ones wherever they are.
         let mut near = scene.box_pairs(params.margin + 2.0 * params.max_displacement);
         near.extend(forced.iter().map(|forced| forced.pair).filter(|pair| pair.b.index() < count));
         near.sort_unstable();
         near.dedup();
 
+        // Their first methods, or the reasons why they are not detected.
         let far_pair_count = count * count.saturating_sub(1) / 2 - near.len();
         let mut candidates = Self { planned: Vec::new(), excluded: Vec::new(), far_pair_count };
         for pair in near {
@@ -53,7 +55,7 @@ pub(crate) fn forced_method(forced: &[ForcedMethod], pair: PairId) -> Option<Det
 
 /// Returns true if both bodies of a pair are rigid: contacts between them change nothing.
 pub(crate) fn are_rigid(scene: &Scene, pair: PairId) -> bool {
-    pair.bodies().into_iter().all(|id| scene.body(id).is_rigid())
+    scene.body(pair.a).is_rigid() && scene.body(pair.b).is_rigid()
 }
 
 /// Makes the error of a method that was forced and does not suit its pair.
@@ -84,11 +86,16 @@ fn choose_method(
     forced: Option<DetectionMethod>,
 ) -> Result<PairPlan, PlanError> {
     // A field needs a rigid body with an inside.
-    let has_inside = |id: BodyId| scene.body(id).has_inside().is_ok();
-    let bone = pair.bodies().into_iter().find(|&id| scene.body(id).is_rigid() && has_inside(id));
+    let closed = pair.bodies().map(|id| scene.body(id).has_inside().is_ok());
+    let mut bone = None;
+    for (id, is_closed) in pair.bodies().into_iter().zip(closed) {
+        if bone.is_none() && is_closed && scene.body(id).is_rigid() {
+            bone = Some(id);
+        }
+    }
     let fallback_reason = match bone {
         Some(_) => None,
-        None if pair.bodies().into_iter().all(has_inside) => Some(ExclusionReason::NoBone),
+        None if closed == [true; 2] => Some(ExclusionReason::NoBone),
         None => Some(ExclusionReason::Open),
     };
     let cheapest = if bone.is_some() { DetectionMethod::Field } else { DetectionMethod::Surfaces };

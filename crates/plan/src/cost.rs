@@ -88,6 +88,7 @@ impl Add for OperationCounts {
 /// # assert!(params.validate().is_ok());
 /// ```
 pub fn machine_factor(now: impl Fn() -> Duration) -> f64 {
+    // Many queries per reading of the clock, which takes longer than one.
     const BATCH: u32 = 1000;
     let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
     let mut point = DVec3::new(0.3, 0.3, 1.0);

@@ -2,7 +2,7 @@
 
 use medial::MedialError;
 use proximity::ProximityError;
-use response::ResponseError;
+use response::{ParameterError, ResponseError};
 use scene::SceneError;
 use surface::progress::Interrupted;
 
@@ -13,15 +13,8 @@ use crate::{DetectionMethod, ExclusionReason};
 #[non_exhaustive]
 pub enum PlanError {
     /// A parameter outside its range.
-    #[error("{name} is {value}, but must be {range}")]
-    Parameter {
-        /// Name of the parameter.
-        name: &'static str,
-        /// Value as given.
-        value: f64,
-        /// Accepted values, in words.
-        range: &'static str,
-    },
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
     /// A forced method that does not suit its pair.
     #[error("method {method} does not suit {a:?} and {b:?}: {reason}")]
     Forced {

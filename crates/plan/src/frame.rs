@@ -45,12 +45,15 @@ impl Plan {
         if self.far_pair_count == 0 {
             return false;
         }
+
+        // Unplanned pairs stay apart while both bodies are in their inflated boxes.
         let bounds = self.bodies[id.index()].bounds.inflate(self.params.max_displacement);
         scene.body(id).positions().iter().any(|&p| !bounds.contains(p))
     }
 
     /// Detects the pairs that have come near and are not in the plan.
     fn detect_unplanned(&self, scene: &mut Scene, out: &mut Detection) -> Result<(), PlanError> {
+        // Pairs that are near now, with the trees of their bodies.
         let margin = self.params.margin;
         let mut pairs = scene.box_pairs(margin);
         pairs.retain(|&pair| self.is_unplanned(scene, pair));
@@ -60,6 +63,7 @@ impl Plan {
         }
         scene.fit(&is_member)?;
 
+        // Each in memory of its own, which is not kept: such pairs are few.
         let scene = &*scene;
         let detectors = parallel::map(pairs.len(), |i| {
             let mut detector = PairDetector::default();

@@ -75,6 +75,7 @@ impl PairDetector {
         other: BodyId,
         Frame { scene, structures, margin }: Frame<'_>,
     ) -> Result<(), PlanError> {
+        // The other body, reduced or whole, against the field.
         let detector = structures.field_detector(scene, bone)?;
         let Some((detector, state)) = detector else { return Ok(()) };
         let Some(side) = structures.compared(scene, other) else { return Ok(()) };
@@ -98,10 +99,12 @@ impl PairDetector {
                 if contact.gap < -max_depth {
                     contact = project(&contact, scene.body(other), bone.tree, &mut self.workspace);
                 }
-                self.min_gap = Some(self.min_gap.map_or(contact.gap, |gap| gap.min(contact.gap)));
+                lower(&mut self.min_gap, contact.gap);
             }
             self.contacts.push(contact);
         }
+
+        // The bone's own vertices against the other body.
         self.detect_vertices(&bone, &side, margin);
         Ok(())
     }
@@ -112,11 +115,11 @@ impl PairDetector {
             return;
         }
         self.surfaces.compute_first(a.tree, b.tree, margin);
-        let [of_a, _] = self.surfaces.sides();
-        self.contacts.extend(of_a.near().iter().map(|near| contact(&a.contact, &b.contact, near)));
+        self.extend_contacts(0, [a, b]);
         self.overlaps |= self.surfaces.overlaps();
-        let gaps = self.min_gap.into_iter().chain(self.surfaces.min_gap());
-        self.min_gap = gaps.min_by(f64::total_cmp);
+        if let Some(gap) = self.surfaces.min_gap() {
+            lower(&mut self.min_gap, gap);
+        }
     }
 
     /// Detects two surfaces, unless one of them is missing or they are apart by their bounds.
@@ -127,11 +130,17 @@ impl PairDetector {
         }
 
         self.surfaces.compute(a.tree, b.tree, margin);
-        let [of_a, of_b] = self.surfaces.sides();
-        self.contacts.extend(of_a.near().iter().map(|near| contact(&a.contact, &b.contact, near)));
-        self.contacts.extend(of_b.near().iter().map(|near| contact(&b.contact, &a.contact, near)));
+        self.extend_contacts(0, [&a, &b]);
+        self.extend_contacts(1, [&b, &a]);
         self.overlaps = self.surfaces.overlaps();
         self.min_gap = self.surfaces.min_gap();
+    }
+
+    /// Adds the contacts of one side of the compared pair with the other side.
+    fn extend_contacts(&mut self, side: usize, [of, with]: [&ComparedSurface<'_>; 2]) {
+        for near in self.surfaces.sides()[side].near() {
+            self.contacts.push(contact(&of.contact, &with.contact, near));
+        }
     }
 
     fn detect_by_balls(&mut self, pair: PairId, Frame { scene, structures, .. }: Frame<'_>) {
@@ -140,12 +149,18 @@ impl PairDetector {
             let Some(balls) = &structures.bodies[other.index()].medial else { continue };
             let sides = [body, other].map(|id| scene.body(id).contact_body());
             let [Some(body), Some(own)] = sides else { continue };
-            let found = balls.vertex_contacts(&body, &own, &mut self.medial);
-            self.contacts.extend(found.iter().map(|found| found.contact));
+            for found in balls.vertex_contacts(&body, &own, &mut self.medial) {
+                lower(&mut self.min_gap, found.contact.gap);
+                self.contacts.push(found.contact);
+            }
         }
-        self.min_gap = self.contacts.iter().map(|contact| contact.gap).min_by(f64::total_cmp);
         self.overlaps = self.min_gap.is_some_and(|gap| gap < 0.0);
     }
+}
+
+/// Lowers the smallest gap so far to another one.
+fn lower(min_gap: &mut Option<f64>, gap: f64) {
+    *min_gap = Some(min_gap.map_or(gap, |min_gap| min_gap.min(gap)));
 }
 
 /// Projects the vertex of a contact inside a bone to the bone's own surface.

@@ -2,10 +2,11 @@
 
 use std::time::Duration;
 
+use response::{ParameterError, not_negative, parameter, positive};
 use scene::PairId;
 
+use crate::DetectionMethod;
 use crate::cost::count;
-use crate::{DetectionMethod, PlanError};
 
 /// Parameters of a [`Plan`](crate::Plan). Lengths are in the scene's unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,22 +66,16 @@ impl PlanParams {
     ///
     /// # Errors
     ///
-    /// [`PlanError::Parameter`] for the first one that is not.
-    pub fn validate(&self) -> Result<(), PlanError> {
-        const POSITIVE: &str = "finite and above 0";
-        let Self { tolerance, margin, max_displacement, machine_factor, threads, .. } = *self;
-        let is_positive = |value: f64| value.is_finite() && value > 0.0;
-
-        let ranges = [
-            ("tolerance", tolerance, is_positive(tolerance), POSITIVE),
-            ("margin", margin, margin == 0.0 || is_positive(margin), "finite and at least 0"),
-            ("max_displacement", max_displacement, max_displacement >= 0.0, "at least 0"),
-            ("machine_factor", machine_factor, is_positive(machine_factor), POSITIVE),
-            ("threads", count(threads), threads > 0, "at least 1"),
-        ];
-        match ranges.into_iter().find(|&(_, _, is_valid, _)| !is_valid) {
-            Some((name, value, _, range)) => Err(PlanError::Parameter { name, value, range }),
-            None => Ok(()),
+    /// [`ParameterError`] for the first one that is not.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        positive("tolerance", self.tolerance)?;
+        not_negative("margin", self.margin)?;
+        let (name, value) = ("max_displacement", self.max_displacement);
+        if value.is_nan() || value < 0.0 {
+            return Err(ParameterError { name, value, range: "at least 0" });
         }
+        positive("machine_factor", self.machine_factor)?;
+        parameter("threads", count(self.threads), "at least 1", self.threads > 0)?;
+        Ok(())
     }
 }

@@ -125,6 +125,7 @@ impl<'a> Planner<'a> {
     fn follow_operations(&self, structures: &Structures) -> OperationCounts {
         let mut operations = OperationCounts::default();
         for (number, body) in self.scene.bodies().iter().enumerate() {
+            // Trees are refit over all of their faces, and balls follow all vertices.
             let of_body = &structures.bodies[number];
             if structures.uses_tree[number] {
                 operations.refit_faces += count(body.surface().faces().len());
@@ -145,6 +146,7 @@ impl<'a> Planner<'a> {
         match (pair.method, pair.bone()) {
             (DetectionMethod::Field, None) => {}
             (DetectionMethod::Field, Some(bone)) => {
+                // What is far from the other body is culled in no time.
                 let other = pair.other(bone);
                 let side = structures.contact_surface(self.scene, other);
                 operations.field_vertices = self.count_near(side.positions.as_slice(), bone);

@@ -38,6 +38,8 @@ impl Plan {
     ) -> Result<SolveReport, PlanError> {
         self.check_scene(scene)?;
         let (displacements, report) = displacements(scene, detection, params)?;
+
+        // Each body takes its own part; vertices that were not kept follow those that were.
         for id in scene.ids() {
             let body = scene.body(id);
             let particles = body.particles();
@@ -60,6 +62,7 @@ fn displacements(
     detection: &Detection,
     params: &RespondParams,
 ) -> Result<(Vec<DVec3>, SolveReport), ResponseError> {
+    // Equal masses, and none that moves for rigid bodies.
     let mut inverse_masses = Vec::new();
     for body in scene.bodies() {
         let inverse_mass = if body.is_rigid() { 0.0 } else { 1.0 };
@@ -71,6 +74,7 @@ fn displacements(
     let mut rows = ContactRows::new(inverse_masses.len());
     rows.extend(detection.contacts(), law)?;
 
+    // All contacts at once, from rest.
     let system = ContactSystem::new(&rows, &inverse_masses, SweepOrder::Given)?;
     let mut displacements = vec![DVec3::ZERO; inverse_masses.len()];
     let mut impulses = system.no_impulses();

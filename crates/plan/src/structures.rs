@@ -38,6 +38,18 @@ pub struct MissingStructure {
     pub reason: ExclusionReason,
 }
 
+impl Structure {
+    fn new(
+        body: BodyId,
+        kind: StructureKind,
+        size: usize,
+        error: ErrorEstimate,
+        bytes: usize,
+    ) -> Self {
+        Self { body, kind, size, spacing: None, error, bytes }
+    }
+}
+
 /// Structures of all bodies of a scene, in their order.
 #[derive(Debug)]
 pub(crate) struct Structures {
@@ -77,6 +89,7 @@ impl Structures {
 
     /// Moves trees, reduced surfaces and balls to where the bodies are.
     pub(crate) fn follow(&mut self, scene: &mut Scene) -> Result<(), PlanError> {
+        // Trees first: balls that are compared with a bone use its tree.
         scene.fit(&self.uses_tree)?;
         let scene = &*scene;
         parallel::try_for_each_mut(&mut self.bodies, |number, structures| {
@@ -110,6 +123,7 @@ impl Structures {
         scene: &'a Scene,
         id: BodyId,
     ) -> ContactSurface<'a> {
+        // Contacts of a reduced surface are of the vertices that it has kept.
         let whole = scene.body(id).contact_surface();
         match self.coarse(id) {
             None => whole,
@@ -138,6 +152,8 @@ impl Structures {
         id: BodyId,
     ) -> Result<Option<(&FieldDetector, RigidState)>, PlanError> {
         let Some(field) = &self.bodies[id.index()].field else { return Ok(None) };
+
+        // Vertices moved one by one have left the frame of the field.
         let body = scene.body(id);
         let Some(pose) = body.pose() else {
             return Err(PlanError::NoPose { name: body.name().to_owned() });
@@ -147,6 +163,7 @@ impl Structures {
 
     /// Computes the error of a pair's gaps.
     pub(crate) fn error(&self, planned: &PairPlan) -> ErrorEstimate {
+        // Errors of two structures add up, but balls are compared with vertices as they are.
         let [a, b] = planned.pair.bodies().map(|id| &self.bodies[id.index()]);
         match (planned.method, planned.bone()) {
             (DetectionMethod::Field, None) => ErrorEstimate::NONE,
@@ -164,32 +181,31 @@ impl Structures {
         let mut list = Vec::new();
         for (id, structures) in scene.ids().zip(&self.bodies) {
             if self.uses_tree[id.index()] {
-                list.push(tree_structure(id, scene.body(id)));
+                let body = scene.body(id);
+                let (faces, bytes) = (body.surface().faces().len(), tree_bytes(body));
+                list.push(Structure::new(
+                    id,
+                    StructureKind::Tree,
+                    faces,
+                    ErrorEstimate::NONE,
+                    bytes,
+                ));
             }
-            list.extend(structures.coarse.as_ref().map(|coarse| Structure {
-                body: id,
-                kind: StructureKind::Reduced,
-                size: coarse.tree().surface().faces().len(),
-                spacing: None,
-                error: structures.coarse_error(),
-                bytes: coarse.bytes(),
-            }));
-            list.extend(structures.field.as_ref().map(|field| Structure {
-                body: id,
-                kind: StructureKind::Field,
-                size: field.detector.field().grid().node_count(),
-                spacing: Some(field.detector.field().grid().spacing()),
-                error: structures.field_error(),
-                bytes: field.detector.bytes(),
-            }));
-            list.extend(structures.medial.as_ref().map(|medial| Structure {
-                body: id,
-                kind: StructureKind::Medial,
-                size: medial.medial().balls().len(),
-                spacing: None,
-                error: structures.medial_error(),
-                bytes: medial.bytes(),
-            }));
+            if let Some(coarse) = &structures.coarse {
+                let (faces, error) =
+                    (coarse.tree().surface().faces().len(), structures.coarse_error());
+                list.push(Structure::new(id, StructureKind::Reduced, faces, error, coarse.bytes()));
+            }
+            if let Some(BoneField { detector, .. }) = &structures.field {
+                let (grid, error) = (detector.field().grid(), structures.field_error());
+                let (nodes, bytes) = (grid.node_count(), detector.bytes());
+                let field = Structure::new(id, StructureKind::Field, nodes, error, bytes);
+                list.push(Structure { spacing: Some(grid.spacing()), ..field });
+            }
+            if let Some(medial) = &structures.medial {
+                let (balls, error) = (medial.medial().balls().len(), structures.medial_error());
+                list.push(Structure::new(id, StructureKind::Medial, balls, error, medial.bytes()));
+            }
         }
         list
     }
@@ -198,34 +214,29 @@ impl Structures {
 impl BodyStructures {
     /// Returns the certified deviation of the reduced surface.
     fn coarse_error(&self) -> ErrorEstimate {
-        let bound = |coarse: &CoarseSurface| coarse.reduced().deviation.upper();
-        self.coarse
-            .as_ref()
-            .map_or(ErrorEstimate::NONE, |coarse| ErrorEstimate::Bound(bound(coarse)))
+        match &self.coarse {
+            Some(coarse) => ErrorEstimate::Bound(coarse.reduced().deviation.upper()),
+            None => ErrorEstimate::NONE,
+        }
     }
 
     /// Returns the largest error of the field at samples near the surface.
     fn field_error(&self) -> ErrorEstimate {
-        let field = self.field.as_ref();
-        field.map_or(ErrorEstimate::NONE, |field| ErrorEstimate::Measured(field.measured_error))
+        match &self.field {
+            Some(field) => ErrorEstimate::Measured(field.measured_error),
+            None => ErrorEstimate::NONE,
+        }
     }
 
     /// Returns the certified deviation of the medial surface.
     fn medial_error(&self) -> ErrorEstimate {
-        let bound = |medial: &MedialDetector| medial.deviation().largest();
-        self.medial
-            .as_ref()
-            .map_or(ErrorEstimate::NONE, |medial| ErrorEstimate::Bound(bound(medial)))
+        match &self.medial {
+            Some(medial) => ErrorEstimate::Bound(medial.deviation().largest()),
+            None => ErrorEstimate::NONE,
+        }
     }
 }
 
-fn tree_structure(id: BodyId, body: &Body) -> Structure {
-    Structure {
-        body: id,
-        kind: StructureKind::Tree,
-        size: body.surface().faces().len(),
-        spacing: None,
-        error: ErrorEstimate::NONE,
-        bytes: body.tree().map_or(0, |tree| tree.tree().bytes()),
-    }
+fn tree_bytes(body: &Body) -> usize {
+    body.tree().map_or(0, |tree| tree.tree().bytes())
 }

@@ -35,6 +35,7 @@ impl Plan {
     }
 
     fn write_structures(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // One line per structure, with its error and whether that is proved.
         let width = self.name_width();
         write!(f, "\n{:<width$}  {:<16} ", "body", "built")?;
         writeln!(f, "{:>9} {:>9} {:>18}", "size", "error", "MB")?;
@@ -47,6 +48,8 @@ impl Plan {
                 None => writeln!(f)?,
             }
         }
+
+        // What could not be built, with the reason.
         for missing in &self.missing {
             let name = self.name(missing.body);
             writeln!(f, "{name:<width$}  no {}: {}", missing.kind, missing.reason)?;
@@ -55,6 +58,7 @@ impl Plan {
     }
 
     fn write_pairs(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // One line per planned pair.
         let width = self.name_width();
         write!(f, "\n{:<width$}  {:<width$}  ", "a", "b")?;
         writeln!(f, "{:<8} {:>9} {:>18}", "method", "error", "µs")?;
@@ -73,6 +77,7 @@ impl Plan {
 
     /// Writes the numbers of pairs that are not in the plan, one line per reason.
     fn write_other_pairs(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Bones that lie against bones, mostly.
         let mut counts = BTreeMap::new();
         for excluded in &self.excluded_pairs {
             *counts.entry(excluded.reason.to_string()).or_insert(0_usize) += 1;
@@ -80,6 +85,8 @@ impl Plan {
         for (reason, count) in counts {
             writeln!(f, "{count} pairs near each other excluded: {reason}")?;
         }
+
+        // All the rest, which are not even listed.
         if self.far_pair_count > 0 {
             let count = self.far_pair_count;
             writeln!(f, "{count} pairs farther apart: detected by surfaces once they come near")?;

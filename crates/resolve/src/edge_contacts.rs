@@ -17,7 +17,7 @@ pub(crate) fn edge_contacts(scene: &Scene, report: &PairReport) -> Vec<Contact> 
     }
 
     // A contact has one anchor at most: of two rigid bodies, the second.
-    let [a, b] = report.pair.bodies().map(|id| scene.body(id));
+    let [a, b] = [scene.body(report.pair.a), scene.body(report.pair.b)];
     let [a_is_anchor, b_is_anchor] = [a.is_rigid() && !b.is_rigid(), b.is_rigid()];
     let a = CrossingBody::new(a, &report.a_against_b, a_is_anchor);
     let b = CrossingBody::new(b, &report.b_against_a, b_is_anchor);

@@ -1,6 +1,6 @@
 //! Errors of overlap removal.
 
-use response::ResponseError;
+use response::{ParameterError, ResponseError};
 use scene::SceneError;
 use surface::progress::Interrupted;
 
@@ -9,15 +9,8 @@ use surface::progress::Interrupted;
 #[non_exhaustive]
 pub enum ResolveError {
     /// A parameter outside its range.
-    #[error("{name} is {value}, but must be {range}")]
-    Parameter {
-        /// Name of the parameter.
-        name: &'static str,
-        /// Value as given.
-        value: f64,
-        /// Accepted values, in words.
-        range: &'static str,
-    },
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
     /// A failure of detection.
     #[error(transparent)]
     Scene(SceneError),

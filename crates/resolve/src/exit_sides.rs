@@ -42,7 +42,9 @@ impl ExitSide<'_> {
             } else {
                 self.correct_soft(near, directions[near.vertex as usize], workspace)
             };
-            contacts.extend(corrected.map(|near| contact(&body, &other, &near)));
+            if let Some(near) = corrected {
+                contacts.push(contact(&body, &other, &near));
+            }
         }
         contacts
     }
@@ -66,7 +68,10 @@ impl ExitSide<'_> {
 
         // Inside, the way out by the entered side, where there is one.
         let turned = self.project(near.vertex, direction, workspace);
-        Some(turned.filter(|turned| turned.gap < 0.0).unwrap_or(*near))
+        match turned {
+            Some(turned) if turned.gap < 0.0 => Some(turned),
+            _ => Some(*near),
+        }
     }
 
     /// Corrects a vertex of bone, which leaves by the side of the tissue that faces it.

@@ -25,9 +25,12 @@ pub(crate) struct NearPair {
 impl NearPair {
     /// Detects the contacts of a pair; `None` where nothing is within the margin.
     fn detect(scene: &Scene, pair: PairId, margin: f64, found: &mut PairProximity) -> Option<Self> {
-        let [a, b] = pair.bodies().map(|id| fitted_tree(scene.body(id)));
-        found.compute(a, b, margin);
-        let report = found.has_contact().then(|| PairReport::new(pair, found))?;
+        let (a, b) = (scene.body(pair.a), scene.body(pair.b));
+        found.compute(fitted_tree(a), fitted_tree(b), margin);
+        if !found.has_contact() {
+            return None;
+        }
+        let report = PairReport::new(pair, found);
         Some(Self { edges: edge_contacts(scene, &report), report })
     }
 

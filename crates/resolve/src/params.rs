@@ -1,6 +1,6 @@
 //! Parameters of overlap removal.
 
-use crate::ResolveError;
+use response::{ParameterError, not_negative, positive};
 
 /// Parameters of overlap removal. Lengths are in the scene's unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,26 +37,11 @@ impl ResolveParams {
     ///
     /// # Errors
     ///
-    /// [`ResolveError::Parameter`] for the first one that is not.
-    pub fn validate(&self) -> Result<(), ResolveError> {
-        const POSITIVE: &str = "finite and above 0";
-        let Self { tolerance, clearance, smoothing, .. } = *self;
-        let is_positive = |value: f64| value.is_finite() && value > 0.0;
-
-        let ranges = [
-            ("smoothing", smoothing, is_positive(smoothing), POSITIVE),
-            ("tolerance", tolerance, is_positive(tolerance), POSITIVE),
-            (
-                "clearance",
-                clearance,
-                clearance == 0.0 || is_positive(clearance),
-                "finite and at least 0",
-            ),
-        ];
-
-        match ranges.into_iter().find(|&(_, _, is_valid, _)| !is_valid) {
-            Some((name, value, _, range)) => Err(ResolveError::Parameter { name, value, range }),
-            None => Ok(()),
-        }
+    /// [`ParameterError`] for the first one that is not.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        positive("smoothing", self.smoothing)?;
+        positive("tolerance", self.tolerance)?;
+        not_negative("clearance", self.clearance)?;
+        Ok(())
     }
 }

@@ -168,8 +168,8 @@ impl Remaining {
     ) -> Vec<Self> {
         let mut remaining = Vec::new();
         for pair in near.overlapping() {
-            let bodies = pair.report.pair.bodies().map(|id| scene.body(id));
-            let obstacle = if bodies[0].is_rigid() && bodies[1].is_rigid() {
+            let PairId { a, b, .. } = pair.report.pair;
+            let obstacle = if scene.body(a).is_rigid() && scene.body(b).is_rigid() {
                 Obstacle::BothRigid
             } else if stuck {
                 Obstacle::Stuck

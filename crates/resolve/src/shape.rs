@@ -89,7 +89,9 @@ impl Tissue {
         }
         for _ in 0..tuning::UNCROSSING_RINGS {
             for i in 0..vertices.len() {
-                vertices.extend(self.links(vertices[i]).iter().map(|link| link.neighbor));
+                for link in self.links(vertices[i]) {
+                    vertices.push(link.neighbor);
+                }
             }
             sort_dedup(&mut vertices);
         }
@@ -120,7 +122,10 @@ impl Tissue {
                 let u = corners.map(|v| self.displacement(v, x));
                 let mean = u.iter().sum::<DVec3>() / 3.0;
                 let direction = mean.normalize_or_zero();
-                let beyond = u.iter().map(|u| (*u - mean).dot(direction)).fold(0.0, f64::max);
+                let mut beyond: f64 = 0.0;
+                for u in u {
+                    beyond = beyond.max((u - mean).dot(direction));
+                }
                 for v in corners {
                     x[v as usize] = self.rest[v as usize] + mean + beyond * direction;
                 }

@@ -104,7 +104,9 @@ impl Tissue {
         };
 
         // A volume to keep, where there is one.
-        tissue.volume = tree.has_inside().is_ok().then(|| tissue.volume_at(x));
+        if tree.has_inside().is_ok() {
+            tissue.volume = Some(tissue.volume_at(x));
+        }
         tissue
     }
 
@@ -143,12 +145,16 @@ impl Tissue {
 
     /// Returns the positions that this round moves vertices to, if it moves any.
     pub(crate) fn pushed(&self, from: &[DVec3]) -> Option<Vec<DVec3>> {
-        self.is_pushed().then(|| self.displaced(from))
+        if self.is_pushed() { Some(self.displaced(from)) } else { None }
     }
 
     /// Returns the positions that this round moves vertices to.
     fn displaced(&self, from: &[DVec3]) -> Vec<DVec3> {
-        from.iter().zip(&self.u).map(|(&x, &u)| x + u).collect()
+        let mut x = from.to_vec();
+        for (x, u) in x.iter_mut().zip(&self.u) {
+            *x += *u;
+        }
+        x
     }
 
     /// Changes the positions that this round moves vertices to, unless it moves none and the

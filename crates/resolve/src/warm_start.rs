@@ -32,7 +32,10 @@ impl LocalDisplacements {
     /// Computes the positions of a tissue with these displacements.
     pub(crate) fn displace(&self, tissue: &Tissue) -> Vec<DVec3> {
         // Displacements that have faded are dropped, so that vertices return to their bits.
-        let longest = self.0.iter().map(|u| u.length()).fold(0.0, f64::max);
+        let mut longest: f64 = 0.0;
+        for u in &self.0 {
+            longest = longest.max(u.length());
+        }
         let mut x = tissue.rest.clone();
         for (vertex, (x, u)) in (0..).zip(x.iter_mut().zip(&self.0)) {
             if u.length() > tuning::MIN_CARRIED * longest {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::ResponseError;
+use crate::{ParameterError, ResponseError};
 
 /// Allowed deviation of a normal from unit length, a plain number.
 ///
@@ -10,28 +10,37 @@ use crate::ResponseError;
 /// never normalized, by much more. Within it the normal is scaled to length 1.
 const UNIT_TOLERANCE: f64 = 1e-6;
 
-/// Returns a parameter if it `holds` and is finite, or the error that names it.
-pub(crate) fn parameter(
+/// Returns a parameter if it `holds` and is finite.
+///
+/// # Errors
+///
+/// [`ParameterError`] with the range in words.
+pub fn parameter(
     name: &'static str,
     value: f64,
     range: &'static str,
     holds: bool,
-) -> Result<f64, ResponseError> {
-    if holds && value.is_finite() {
-        Ok(value)
-    } else {
-        Err(ResponseError::Parameter { name, value, range })
-    }
+) -> Result<f64, ParameterError> {
+    let is_valid = holds && value.is_finite();
+    if is_valid { Ok(value) } else { Err(ParameterError { name, value, range }) }
 }
 
-/// Returns a parameter if it is `> 0`.
-pub(crate) fn positive(name: &'static str, value: f64) -> Result<f64, ResponseError> {
-    parameter(name, value, "finite and > 0", value > 0.0)
+/// Returns a parameter if it is finite and above 0.
+///
+/// # Errors
+///
+/// [`ParameterError`] where it is not.
+pub fn positive(name: &'static str, value: f64) -> Result<f64, ParameterError> {
+    parameter(name, value, "finite and above 0", value > 0.0)
 }
 
-/// Returns a parameter if it is `>= 0`.
-pub(crate) fn not_negative(name: &'static str, value: f64) -> Result<f64, ResponseError> {
-    parameter(name, value, "finite and >= 0", value >= 0.0)
+/// Returns a parameter if it is finite and at least 0.
+///
+/// # Errors
+///
+/// [`ParameterError`] where it is not.
+pub fn not_negative(name: &'static str, value: f64) -> Result<f64, ParameterError> {
+    parameter(name, value, "finite and at least 0", value >= 0.0)
 }
 
 /// Returns a count as a 32-bit index.

@@ -48,6 +48,7 @@ pub fn distribute(
     correction: DVec3,
     q: &mut [DVec3],
 ) -> Result<DVec3, ResponseError> {
+    // Check all input before anything is computed.
     check::count("inverse masses", q.len(), inverse_mass.len())?;
     check::contact_vector(0, "correction", correction)?;
     for term in terms {

@@ -1,5 +1,17 @@
 //! Errors of responses.
 
+/// Parameter outside its range.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("{name} is {value}, but must be {range}")]
+pub struct ParameterError {
+    /// Name of the parameter.
+    pub name: &'static str,
+    /// Value as given.
+    pub value: f64,
+    /// Accepted values, in words.
+    pub range: &'static str,
+}
+
 /// Error of a contact, a particle or a parameter.
 ///
 /// Each variant names the first offender. `contact` is its position in the given list, 0
@@ -8,15 +20,8 @@
 #[non_exhaustive]
 pub enum ResponseError {
     /// A parameter is outside its range.
-    #[error("{name} is {value}, but must be {range}")]
-    Parameter {
-        /// Name of the parameter.
-        name: &'static str,
-        /// As given.
-        value: f64,
-        /// Allowed range.
-        range: &'static str,
-    },
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
     /// A list has the wrong length.
     #[error("{expected} {what} are needed, but {got} were given")]
     Count {

@@ -97,6 +97,7 @@ impl<I: Implicit> TimeStep<I> {
         check::particles("velocity", v.len(), v)?;
         check::not_negative("tolerance", params.tolerance)?;
 
+        // One linear solve per step, from rest.
         let (h, sigma) = (self.length().get(), I::POSITION_SHARE);
         let system =
             System { forces, inverse_mass, damping: sigma * h, stiffness: sigma * sigma * h * h };

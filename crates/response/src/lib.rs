@@ -103,9 +103,10 @@ mod walk;
 
 pub use glam;
 
+pub use crate::check::{not_negative, parameter, positive};
 pub use crate::contact_rows::{ContactLaw, ContactRow, ContactRows};
 pub use crate::distribute::distribute;
-pub use crate::error::ResponseError;
+pub use crate::error::{ParameterError, ResponseError};
 pub use crate::implicit::{LinearParams, LinearReport};
 pub use crate::impulse_cache::ImpulseCache;
 pub use crate::permanent::{

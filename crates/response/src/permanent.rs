@@ -271,6 +271,7 @@ impl PermanentContacts {
 
     /// Moves a contact of two edges to their closest points.
     fn slide_along_edges(&mut self, number: usize, x: &[DVec3]) {
+        // Both points are free along their edges.
         let contact = &mut self.contacts[number];
         let [a0, a1, b0, b1] = std::array::from_fn(|k| contact.stencil.terms()[k].particle);
         let edge = |ends: [u32; 2]| ends.map(|k| x[k as usize]);

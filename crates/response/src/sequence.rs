@@ -191,6 +191,7 @@ impl Sequence<'_> {
             return Ok(None);
         }
 
+        // From the impulses of the last step, which are replaced by these.
         let system = self.system(contacts, self.params.law)?;
         let mut impulses = cache.warm_start(contacts);
         let report = system.solve(SolveLevel::Velocity, v, &mut impulses, &self.params.solver)?;
@@ -213,6 +214,8 @@ impl Sequence<'_> {
             let velocity = c.anchor.unwrap_or_default().velocity + combine(c, v);
             velocity.dot(c.normal) >= -separating
         });
+
+        // The rest is supported where one is pushed.
         let push = |c: &Contact| {
             self.approach(c, c.anchor.unwrap_or_default().acceleration + combine(c, a))
         };

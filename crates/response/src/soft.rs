@@ -314,6 +314,8 @@ fn friction(row: &ContactRow<'_>, velocity: DVec3, normal: f64, slip_speed: f64)
     if limit <= 0.0 {
         return (DVec3::ZERO, DMat3::ZERO);
     }
+
+    // The slip in the tangent plane, relative to the speed at which friction is full.
     let slip = velocity - velocity.dot(row.normal) * row.normal;
     let speed = slip.length();
     let plane = DMat3::IDENTITY - outer(row.normal, row.normal);

@@ -306,6 +306,7 @@ impl crate::LinearForces for Gains {
 }
 
 fn advance<I: Integrator>(a: Accelerations<I>, state: [f64; 2]) -> Result<[f64; 2], ResponseError> {
+    // The axis of the spring is z.
     let (mut x, mut v) = ([along(state[0])], [along(state[1])]);
     a.advance(&mut x, &mut v)?;
     Ok([x[0].z, v[0].z])

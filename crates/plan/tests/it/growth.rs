@@ -8,14 +8,16 @@ use scene::{BodyKind, Scene};
 use crate::{detect, plan};
 
 /// Builds a grid of cubes 10 wide, 10 apart, rigid and soft in turn, of which every tenth is
-/// shifted so that it enters the next one along x by 1.
+/// shifted so that it enters the next one along x by 1, beside its edges.
 fn grid(side: u32, layers: u32) -> Scene {
     let cube = cube(10.0);
     let mut scene = Scene::new();
     for number in 0..side * side * layers {
         let cell = [number % side, number / side % side, number / (side * side)];
         let mut place = 20.0 * DVec3::from_array(cell.map(f64::from));
-        place.x += if number % 10 == 0 { 11.0 } else { 0.0 };
+        if number % 10 == 0 {
+            place += DVec3::new(11.0, 0.5, 0.25);
+        }
         let kind = if number % 2 == 0 { BodyKind::Rigid } else { BodyKind::Deformable };
         let positions = cube.clone().translated(place).positions;
         scene.add(number.to_string(), kind, cube.surface(), positions).expect("a cube");

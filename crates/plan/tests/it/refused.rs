@@ -22,8 +22,8 @@ fn parameters_out_of_range_are_named() {
         ("threads", PlanParams { threads: 0, ..good }),
     ] {
         let refused = Plan::new(&mut scene, &params, Progress::none());
-        let Err(PlanError::Parameter { name, .. }) = refused else { panic!("{refused:?}") };
-        assert_eq!(name, expected);
+        let Err(PlanError::Parameter(error)) = refused else { panic!("{refused:?}") };
+        assert_eq!(error.name, expected);
     }
 }
 

@@ -1,4 +1,5 @@
 //! Tests of proximity queries.
 
+mod pair;
 mod regions;
 mod surface_tree;

@@ -124,8 +124,8 @@ fn parameters_out_of_range_are_named() {
         ("clearance", ResolveParams { clearance: f64::NAN, ..PARAMS }),
     ] {
         let refused = resolve::resolve(&mut scene, &params, Progress::none());
-        let Err(ResolveError::Parameter { name, .. }) = refused else { panic!("{refused:?}") };
-        assert_eq!(name, expected);
+        let Err(ResolveError::Parameter(error)) = refused else { panic!("{refused:?}") };
+        assert_eq!(error.name, expected);
     }
 }
 

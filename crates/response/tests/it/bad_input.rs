@@ -4,9 +4,9 @@
 use glam::DVec3;
 use response::{
     ContactLaw, ContactRows, ContactSystem, Friction, Impulse, ImpulseCache, LinearParams, Margins,
-    NormalForce, ParticleStates, RelativeMotion, RelativeState, ResponseError, SequenceParams,
-    SoftContacts, SoftLaw, SolveLevel, SolverMethod, SolverParams, StepLength, SweepOrder,
-    SymplecticEuler, TimeStep, correct_in_sequence,
+    NormalForce, ParameterError, ParticleStates, RelativeMotion, RelativeState, ResponseError,
+    SequenceParams, SoftContacts, SoftLaw, SolveLevel, SolverMethod, SolverParams, StepLength,
+    SweepOrder, SymplecticEuler, TimeStep, correct_in_sequence,
 };
 use surface::{Anchor, Contact, Stencil};
 
@@ -17,7 +17,7 @@ const METHODS: [SolverMethod; 3] =
 
 fn parameter_of<T>(result: Result<T, ResponseError>) -> Option<&'static str> {
     match result {
-        Err(ResponseError::Parameter { name, .. }) => Some(name),
+        Err(ResponseError::Parameter(ParameterError { name, .. })) => Some(name),
         _ => None,
     }
 }
