@@ -7,7 +7,7 @@ use crate::accuracy::{AccuracyParams, THIN, accuracy};
 use crate::band::{self, BandParams, MAX_CORRECTION, quasi_interpolate};
 use crate::deep::deep_error;
 use crate::num::{coordinate, floor_count, single};
-use crate::sign::{Inside, Winding, enclosed_volume, winding};
+use crate::sign::{Winding, enclosed_volume, winding};
 use crate::store::NodeStore;
 use crate::units::GridSurface;
 use crate::voxel::{self, VoxelField};
@@ -93,9 +93,7 @@ impl DistanceField {
 /// Returns the bytes per node that a build holds at once.
 fn bytes_per_node(params: &FieldParams) -> f64 {
     let distances = match params.method {
-        FieldMethod::ExactBand { band, relax, .. } => {
-            band::bytes_per_node(band_params(params, band, relax))
-        }
+        FieldMethod::ExactBand { band, .. } => band::bytes_per_node(band_params(params, band)),
         FieldMethod::Voxel { .. } => voxel::BYTES_PER_NODE,
     };
     let stored = match params.storage {
@@ -106,9 +104,9 @@ fn bytes_per_node(params: &FieldParams) -> f64 {
 }
 
 /// Returns the parameters of the exact band in spacings.
-fn band_params(params: &FieldParams, band: f64, relax: bool) -> BandParams {
+fn band_params(params: &FieldParams, band: f64) -> BandParams {
     let truncation = params.truncation.map(|truncation| truncation / params.spacing);
-    BandParams { band, relax, truncation }
+    BandParams { band, truncation }
 }
 
 /// State of a build.
@@ -124,7 +122,8 @@ struct Build<'a> {
 struct Unsigned {
     /// Squared distances in spacings.
     squared: Vec<f32>,
-    inside: Inside,
+    /// Per node, true if it is inside.
+    inside: Vec<bool>,
     is_closed: bool,
     is_inverted: bool,
 }
@@ -133,7 +132,7 @@ impl Build<'_> {
     fn run(mut self, progress: Progress<'_>) -> Result<DistanceField, FieldError> {
         let (early, late) = (progress.part(0.0, 0.8), progress.part(0.8, 0.9));
         let unsigned = match self.params.method {
-            FieldMethod::ExactBand { band, relax, .. } => self.exact_band(band, relax, early)?,
+            FieldMethod::ExactBand { band, .. } => self.exact_band(band, early)?,
             FieldMethod::Voxel { voxelization } => self.voxel(voxelization, early)?,
         };
         self.report.error_bound = self.error_bound(&unsigned);
@@ -142,12 +141,13 @@ impl Build<'_> {
         let mut values = unsigned.squared;
         let limit = self.limit();
         compose(&mut values, &unsigned.inside, &self.grid, limit);
+        drop(unsigned.inside);
         if let FieldMethod::ExactBand { band, node_values, .. } = self.params.method
             && node_values == NodeValues::QuasiInterpolating
         {
             // Beyond the band, a correction would enlarge what competing faces leave.
             let limit = limit.min(single(band * self.grid.spacing()));
-            quasi_interpolate(&mut values, &self.grid, limit, late)?;
+            values = quasi_interpolate(&values, &self.grid, limit, late)?;
         }
 
         let Self { surface, x, params, grid, report } = self;
@@ -164,20 +164,15 @@ impl Build<'_> {
     }
 
     /// Computes exact distances, signed by winding number.
-    fn exact_band(
-        &mut self,
-        band: f64,
-        relax: bool,
-        progress: Progress<'_>,
-    ) -> Result<Unsigned, FieldError> {
+    fn exact_band(&mut self, band: f64, progress: Progress<'_>) -> Result<Unsigned, FieldError> {
         let surface = GridSurface::new(self.surface, self.x, &self.grid);
-        let params = band_params(self.params, band, relax);
+        let params = band_params(self.params, band);
         let dims = self.grid.dims();
         let squared = band::squared_distances(&surface, dims, params, progress.part(0.0, 0.8))?;
 
         let signs = winding(self.surface, self.x, &self.grid, progress.part(0.8, 1.0))?;
         let Winding { inside, is_inverted, boundary_edges: edges } = signs;
-        self.report.inside_volume = self.volume(inside.count());
+        self.report.inside_volume = self.volume(voxel::count(&inside));
         let is_sheet = edges > 0 && self.report.inside_volume < self.sheet_volume();
         if is_inverted && !is_sheet {
             self.report.warnings.push(FieldWarning::Inverted);
@@ -223,7 +218,7 @@ impl Build<'_> {
         let VoxelField { squared, inside, surface_voxels } = field;
 
         // Half of each voxel of the surface is inside.
-        self.report.inside_volume = self.volume(inside.count());
+        self.report.inside_volume = self.volume(voxel::count(&inside));
         let found = self.report.inside_volume + 0.5 * self.volume(surface_voxels);
         let enclosed = enclosed_volume(self.surface, self.x).abs();
         let fraction = 1.0 - found.min(enclosed) / enclosed;
@@ -290,14 +285,13 @@ impl DistanceField {
 }
 
 /// Converts squared distances in spacings to signed distances of at most `limit`.
-fn compose(values: &mut [f32], inside: &Inside, grid: &FieldGrid, limit: f32) {
+fn compose(values: &mut [f32], inside: &[bool], grid: &FieldGrid, limit: f32) {
     let ([nx, ny, _], spacing) = (grid.dims(), single(grid.spacing()));
-    parallel::for_each(values.chunks_mut(nx * ny).collect(), |k, plane| {
-        for (j, row) in plane.chunks_mut(nx).enumerate() {
-            for value in row.iter_mut() {
-                *value = (value.sqrt() * spacing).min(limit);
-            }
-            inside.negate(k * ny + j, row);
+    let planes = values.chunks_mut(nx * ny).zip(inside.chunks(nx * ny)).collect();
+    parallel::for_each(planes, |_, (values, inside): (&mut [f32], &[bool])| {
+        for (value, &is_inside) in values.iter_mut().zip(inside) {
+            let distance = (value.sqrt() * spacing).min(limit);
+            *value = if is_inside { -distance } else { distance };
         }
     });
 }

@@ -105,10 +105,4 @@ impl DistanceField {
     pub fn bytes(&self) -> usize {
         self.store.bytes()
     }
-
-    /// Returns the largest difference that storage made to a value, in the length unit.
-    #[must_use]
-    pub fn storage_rounding(&self) -> f64 {
-        self.store.rounding()
-    }
 }

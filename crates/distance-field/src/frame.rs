@@ -7,8 +7,8 @@
 use glam::{DMat3, DVec3};
 use surface::Pose;
 
-use crate::num::{coordinate, floor, whole_index};
-use crate::{FieldGrid, GridCell};
+use crate::FieldGrid;
+use crate::num::{coordinate, floor};
 
 /// Cell that contains a point, by the coordinates of its lowest node.
 #[derive(Clone, Copy, Debug)]
@@ -41,24 +41,29 @@ struct PosedMap {
 impl Frame {
     pub(crate) fn new(grid: &FieldGrid, pose: &Pose) -> Self {
         let (origin, per_spacing) = (grid.origin(), 1.0 / grid.spacing());
-        let to_grid = pose.rotation().transpose() * per_spacing;
-        let posed = (*pose != Pose::IDENTITY).then(|| PosedMap {
-            to_grid,
-            shift: -(to_grid * pose.translation()) - origin * per_spacing,
-            to_world: pose.rotation() * per_spacing,
-        });
-        let last = (grid.position(grid.dims().map(|n| n - 1)) - origin) * per_spacing;
-        let last_cell = DVec3::from_array(grid.dims().map(|n| coordinate(n - 2)));
-        Self { origin, per_spacing, last, last_cell, posed }
+        let [nx, ny, nz] = grid.dims();
+        let last = (grid.position([nx - 1, ny - 1, nz - 1]) - origin) * per_spacing;
+        let last_cell = DVec3::from_array([nx - 2, ny - 2, nz - 2].map(coordinate));
+        let mut frame = Self { origin, per_spacing, last, last_cell, posed: None };
+        if *pose != Pose::IDENTITY {
+            let to_grid = pose.rotation().transpose() * per_spacing;
+            let shift = -(to_grid * pose.translation()) - origin * per_spacing;
+            let to_world = pose.rotation() * per_spacing;
+            frame.posed = Some(PosedMap { to_grid, shift, to_world });
+        }
+        frame
     }
 
     /// Finds the cell that contains `p`; `None` outside, or for NaN.
     #[inline]
     pub(crate) fn locate(&self, p: DVec3) -> Option<Location> {
         let u = self.grid_coordinates(p);
-        let [x, y, z] = [0, 1, 2].map(|axis| self.locate_along(u[axis], axis));
-        let local = DVec3::new(x.1, y.1, z.1);
-        (!local.is_nan()).then(|| Location { cell: DVec3::new(x.0, y.0, z.0), local })
+        // Written out: as a map over the axes it is a call per axis.
+        let (i, x) = self.locate_along(u.x, 0);
+        let (j, y) = self.locate_along(u.y, 1);
+        let (k, z) = self.locate_along(u.z, 2);
+        let local = DVec3::new(x, y, z);
+        (!local.is_nan()).then_some(Location { cell: DVec3::new(i, j, k), local })
     }
 
     /// Finds the cells that contain many points; a local coordinate is NaN where a point is
@@ -70,11 +75,13 @@ impl Frame {
         cell: &mut [[f64; N]; 3],
         local: &mut [[f64; N]; 3],
     ) {
-        // The coordinates pass through `local`.
+        // The coordinates pass through `local`; the pose is decided once for all points.
         match &self.posed {
             None => split(points, local, |p| self.unposed_grid_coordinates(p)),
             Some(posed) => split(points, local, |p| posed.grid_coordinates(p)),
         }
+
+        // Axis by axis, the loops are without a branch and vectorize.
         for axis in 0..3 {
             for (cell, local) in cell[axis].iter_mut().zip(&mut local[axis]) {
                 (*cell, *local) = self.locate_along(*local, axis);
@@ -85,8 +92,10 @@ impl Frame {
     /// Converts a point of the world to units of the grid.
     #[inline]
     pub(crate) fn grid_coordinates(&self, p: DVec3) -> DVec3 {
-        self.posed
-            .map_or_else(|| self.unposed_grid_coordinates(p), |posed| posed.grid_coordinates(p))
+        match &self.posed {
+            None => self.unposed_grid_coordinates(p),
+            Some(posed) => posed.grid_coordinates(p),
+        }
     }
 
     /// Returns the last node, in units of the grid.
@@ -107,7 +116,10 @@ impl Frame {
     /// Converts a gradient from units of the grid to the world.
     #[inline]
     pub(crate) fn gradient_to_world(&self, gradient: DVec3) -> DVec3 {
-        self.posed.map_or_else(|| gradient * self.per_spacing, |posed| posed.to_world * gradient)
+        match &self.posed {
+            None => gradient * self.per_spacing,
+            Some(posed) => posed.to_world * gradient,
+        }
     }
 
     #[inline]
@@ -145,15 +157,5 @@ fn split<const N: usize>(
     let [x, y, z] = out;
     for (((&p, x), y), z) in points.iter().zip(x).zip(y).zip(z) {
         DVec3 { x: *x, y: *y, z: *z } = to_grid(p);
-    }
-}
-
-impl FieldGrid {
-    /// Finds the cell that contains `p`; `None` outside, or for NaN. The last node of an
-    /// axis belongs to the last cell.
-    #[must_use]
-    pub fn locate(&self, p: DVec3) -> Option<GridCell> {
-        let Location { cell, local } = Frame::new(self, &Pose::IDENTITY).locate(p)?;
-        Some(GridCell { node: cell.to_array().map(whole_index), local })
     }
 }

@@ -19,15 +19,6 @@ pub struct FieldGrid {
     dims: [usize; 3],
 }
 
-/// Cell of a grid that contains a point, with the point's place in it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GridCell {
-    /// Lowest node, along each axis at most the number of nodes minus 2.
-    pub node: [usize; 3],
-    /// Coordinates of the point within the cell, `0.0..=1.0`.
-    pub local: DVec3,
-}
-
 impl FieldGrid {
     /// Returns a grid of `dims` nodes, at least two along each axis.
     ///
@@ -42,12 +33,15 @@ impl FieldGrid {
             let value = origin.x + origin.y + origin.z;
             return Err(FieldError::InvalidParam { name: "origin", value, expected: "finite" });
         }
-        if let Some(&few) = dims.iter().find(|&&n| n < 2) {
-            let (name, value) = ("nodes per axis", coordinate(few));
-            return Err(FieldError::InvalidParam { name, value, expected: "2 or more" });
+        for n in dims {
+            if n < 2 {
+                let (name, value) = ("nodes per axis", coordinate(n));
+                return Err(FieldError::InvalidParam { name, value, expected: "2 or more" });
+            }
         }
-        if dims.iter().try_fold(1_usize, |product, &n| product.checked_mul(n)).is_none() {
-            let nodes = dims.iter().map(|&n| coordinate(n)).product();
+        let [nx, ny, nz] = dims;
+        if nx.checked_mul(ny).is_none_or(|plane| plane.checked_mul(nz).is_none()) {
+            let nodes = dims.into_iter().map(coordinate).product();
             return Err(FieldError::TooLarge { nodes, bytes: nodes, max_bytes: u64::MAX });
         }
         Ok(Self { origin, spacing, dims })
@@ -75,6 +69,8 @@ impl FieldGrid {
         if bytes.is_nan() || bytes > as_bytes(max_bytes) {
             return Err(FieldError::TooLarge { nodes, bytes, max_bytes });
         }
+
+        // Squared distances along an axis must fit 32 bits.
         let longest = cells.max_element() + 1.0;
         if longest > coordinate(MAX_AXIS_NODES) {
             return Err(FieldError::AxisTooLong { nodes: longest, max_nodes: MAX_AXIS_NODES });

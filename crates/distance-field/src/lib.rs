@@ -105,7 +105,7 @@ pub use crate::contacts::{
 };
 pub use crate::error::FieldError;
 pub use crate::field::DistanceField;
-pub use crate::grid::{FieldGrid, GridCell};
+pub use crate::grid::FieldGrid;
 pub use crate::params::{FieldMethod, FieldParams, NodeValues, Storage, Voxelization};
 pub use crate::query::{Interpolation, QueryParams, Sample, SampleBatch, SegmentMinimum};
 pub use crate::report::{FieldReport, FieldWarning, MeasuredError};

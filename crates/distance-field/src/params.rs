@@ -54,12 +54,9 @@ pub enum FieldMethod {
     /// face that is closest to the nearest node of the band. Signed by winding number.
     ExactBand {
         /// Half width in spacings, `>= 1.75`, so that all corners of a cell that the
-        /// surface crosses are exact.
+        /// surface crosses are exact. Under 3, a distance just outside the band can err by
+        /// most of a spacing near a sharp rim.
         band: f64,
-        /// Relaxation: each node beyond the band also tries the faces of its six
-        /// neighbors. A band under 3 needs it: without, a distance just outside can err
-        /// by most of a spacing near a sharp rim.
-        relax: bool,
         /// Meaning of the values at the nodes of the band.
         node_values: NodeValues,
     },
@@ -117,7 +114,7 @@ impl FieldMethod {
     pub const VOXEL: Self = Self::Voxel { voxelization: Voxelization::Bresenham };
     /// Exact band of three spacings, with nodes of a quasi-interpolation.
     pub const EXACT_BAND: Self =
-        Self::ExactBand { band: 3.0, relax: false, node_values: NodeValues::QuasiInterpolating };
+        Self::ExactBand { band: 3.0, node_values: NodeValues::QuasiInterpolating };
 
     /// Returns the meaning of the values at nodes.
     pub(crate) fn node_values(self) -> NodeValues {

@@ -20,15 +20,16 @@ pub(crate) fn passes<L: Send, D: Send>(
     across: impl Fn(&mut [Row<'_, L, D>]) + Sync + Send,
 ) -> Result<(), Interrupted> {
     let steps = progress.steps(nz + ny);
-    let mut planes: Vec<_> = rows(labels, nearness, nx * ny).collect();
+    let mut planes = rows(labels, nearness, nx * ny);
     parallel::try_for_each_mut(&mut planes, |_, plane| {
         steps.advance(1)?;
-        within(&mut rows(plane.labels, plane.nearness, nx).collect::<Vec<_>>());
+        within(&mut rows(plane.labels, plane.nearness, nx));
         Ok(())
     })?;
 
+    // A wall holds the rows of one y, across z.
     let mut walls: Vec<Vec<_>> = (0..ny).map(|_| Vec::with_capacity(nz)).collect();
-    for (r, row) in rows(labels, nearness, nx).enumerate() {
+    for (r, row) in rows(labels, nearness, nx).into_iter().enumerate() {
         walls[r % ny].push(row);
     }
     parallel::try_for_each_mut(&mut walls, |_, wall| {
@@ -39,11 +40,10 @@ pub(crate) fn passes<L: Send, D: Send>(
 }
 
 /// Cuts a grid into rows of `length` nodes.
-fn rows<'a, L, D>(
-    labels: &'a mut [L],
-    nearness: &'a mut [D],
-    length: usize,
-) -> impl Iterator<Item = Row<'a, L, D>> {
-    let rows = labels.chunks_mut(length).zip(nearness.chunks_mut(length));
-    rows.map(|(labels, nearness)| Row { labels, nearness })
+fn rows<'a, L, D>(labels: &'a mut [L], nearness: &'a mut [D], length: usize) -> Vec<Row<'a, L, D>> {
+    let mut rows = Vec::with_capacity(labels.len() / length);
+    for (labels, nearness) in labels.chunks_mut(length).zip(nearness.chunks_mut(length)) {
+        rows.push(Row { labels, nearness });
+    }
+    rows
 }

@@ -29,6 +29,9 @@ pub(crate) struct NodeArray<T> {
 /// four above them.
 pub(crate) type Corners<T> = [[T; 4]; 2];
 
+/// Values of 4³ nodes, z outermost.
+pub(crate) type Block = [[[f64; 4]; 4]; 4];
+
 impl NodeStore {
     /// Stores values in the given format.
     pub(crate) fn new(
@@ -57,14 +60,6 @@ impl NodeStore {
         match self {
             Self::Floats(nodes) => size_of_val(&nodes.values[..]),
             Self::Steps(nodes) => size_of_val(&nodes.values[..]),
-        }
-    }
-
-    /// Returns the largest difference that rounding to the format makes.
-    pub(crate) fn rounding(&self) -> f64 {
-        match self {
-            Self::Floats(_) => 0.0,
-            Self::Steps(nodes) => 0.5 * nodes.step,
         }
     }
 
@@ -97,14 +92,16 @@ fn quantize(values: &[f32], step: f64) -> Result<Vec<i16>, FieldError> {
         return Err(FieldError::StepTooSmall { step, range, needed });
     }
 
-    let round = |&value: &f32| {
-        let steps = nearest(f64::from(value) / step);
-        i16::try_from(steps).unwrap_or(if steps < 0 { -i16::MAX } else { i16::MAX })
-    };
-    Ok(values.iter().map(round).collect())
+    let mut steps = Vec::with_capacity(values.len());
+    for &value in values {
+        let rounded = nearest(f64::from(value) / step);
+        let limit = if rounded < 0 { -i16::MAX } else { i16::MAX };
+        steps.push(i16::try_from(rounded).unwrap_or(limit));
+    }
+    Ok(steps)
 }
 
-impl<T: Copy> NodeArray<T> {
+impl<T: Copy + Into<f64>> NodeArray<T> {
     fn new(values: Vec<T>, step: f64, grid: &FieldGrid) -> Self {
         let [nx, ny, _] = grid.dims();
         let strides = [nx, nx * ny];
@@ -131,12 +128,31 @@ impl<T: Copy> NodeArray<T> {
         corners(&self.values, whole_index(self.weights.dot(cell)), self.strides)
     }
 
-    /// Returns the values of four nodes along x.
+    /// Returns the values at the corners of a cell, in the length unit.
     #[inline]
-    pub(crate) fn row_of_four(&self, first: [usize; 3]) -> [T; 4] {
-        let first = self.index(first);
-        let row = &self.values[first..first + 4];
-        [row[0], row[1], row[2], row[3]]
+    pub(crate) fn corner_lengths(&self, cell: DVec3) -> Corners<f64> {
+        let mut lengths = [[0.0; 4]; 2];
+        for (lengths, values) in lengths.iter_mut().zip(self.corners(cell)) {
+            for (length, value) in lengths.iter_mut().zip(values) {
+                *length = self.step * value.into();
+            }
+        }
+        lengths
+    }
+
+    /// Returns the values of 4³ nodes from the lowest one on.
+    #[inline]
+    pub(crate) fn block(&self, lowest: [usize; 3]) -> Block {
+        let [along_y, along_z] = self.strides;
+        let values = &self.values[self.index(lowest)..];
+        let mut block = [[[0.0; 4]; 4]; 4];
+        for (c, plane) in block.iter_mut().enumerate() {
+            for (b, row) in plane.iter_mut().enumerate() {
+                let nodes = &values[along_y * b + along_z * c..][..4];
+                *row = [nodes[0].into(), nodes[1].into(), nodes[2].into(), nodes[3].into()];
+            }
+        }
+        block
     }
 
     #[inline]
@@ -146,7 +162,10 @@ impl<T: Copy> NodeArray<T> {
 }
 
 /// Returns the values at the corners of the cell whose lowest node has index `first`.
-#[inline]
+///
+/// Always inlined: a call returns the values through memory, for as many instructions again
+/// as the loads.
+#[inline(always)]
 pub(crate) fn corners<T: Copy>(values: &[T], first: usize, [row, plane]: [usize; 2]) -> Corners<T> {
     // One bounds check for the whole span.
     let values = &values[first..first + row + plane + 2];

@@ -7,143 +7,156 @@
 //! distance transforms in linear time", 2000; P. Felzenszwalb and D. Huttenlocher, "Distance
 //! transforms of sampled functions", Theory of Computing 8, 2012.
 
-use surface::progress::{Interrupted, Progress};
+use surface::progress::Progress;
 
+use crate::FieldError;
+use crate::memory::zeroed;
 use crate::separable::{self, Row};
 
 /// Squared distance of nodes without a seed.
 pub(crate) const FAR: u32 = u32::MAX;
 
-/// Columns that are copied out together, so that each cache line is read once.
+/// Columns that are copied out together: a cache line of each row.
 const COLUMNS: usize = 16;
 
-/// Replaces the squared distance of every node, 0 at seeds and [`FAR`] elsewhere, by that to
-/// its nearest seed, and its label by the label of that seed.
-pub(crate) fn feature_transform<L: Copy + Default + Send>(
+/// Returns the squared distance of every node from its nearest seed, [`FAR`] without seeds,
+/// and replaces its label by the label of that seed.
+///
+/// Seeds are the nodes whose label is not the default.
+pub(crate) fn feature_transform<L: Copy + Default + PartialEq + Send>(
     labels: &mut [L],
-    squared: &mut [u32],
     dims: [usize; 3],
     progress: Progress<'_>,
-) -> Result<(), Interrupted> {
-    let within = |rows: &mut [Row<'_, L, u32>]| {
-        let mut columns = Columns::default();
-        for row in &mut *rows {
-            columns.along(row);
-        }
-        columns.across(rows);
-    };
-    let across = |rows: &mut [Row<'_, L, u32>]| Columns::default().across(rows);
-    separable::passes(labels, squared, dims, progress, within, across)
+) -> Result<Vec<u32>, FieldError> {
+    let mut squared = zeroed(labels.len())?;
+    separable::passes(labels, &mut squared, dims, progress, within_plane, across_rows)?;
+    Ok(squared)
 }
 
-/// Scratch memory for columns of nodes.
+/// Transforms the rows of a plane, then the columns across them.
+fn within_plane<L: Copy + Default + PartialEq>(rows: &mut [Row<'_, L, u32>]) {
+    let mut envelope = Envelope::default();
+    for row in &mut *rows {
+        for (squared, &label) in row.nearness.iter_mut().zip(&*row.labels) {
+            *squared = if label == L::default() { FAR } else { 0 };
+        }
+        envelope.transform::<1>(row.nearness, row.labels);
+    }
+    across_rows(rows);
+}
+
+/// Transforms the columns across rows of one length.
+fn across_rows<L: Copy + Default>(rows: &mut [Row<'_, L, u32>]) {
+    let width = rows.first().map_or(0, |row| row.nearness.len());
+    let mut envelope = Envelope::default();
+    let mut squared = vec![FAR; COLUMNS * rows.len()];
+    let mut labels = vec![L::default(); COLUMNS * rows.len()];
+
+    for start in (0..width).step_by(COLUMNS) {
+        let columns = start..width.min(start + COLUMNS);
+        let count = columns.len();
+
+        // The rows are far apart in memory: each gives 16 nodes at once to a block that stays
+        // in the cache, whose columns are 16 apart.
+        for (r, row) in rows.iter().enumerate() {
+            squared[COLUMNS * r..][..count].copy_from_slice(&row.nearness[columns.clone()]);
+            labels[COLUMNS * r..][..count].copy_from_slice(&row.labels[columns.clone()]);
+        }
+        for c in 0..count {
+            envelope.transform::<COLUMNS>(&mut squared[c..], &mut labels[c..]);
+        }
+        for (r, row) in rows.iter_mut().enumerate() {
+            row.nearness[columns.clone()].copy_from_slice(&squared[COLUMNS * r..][..count]);
+            row.labels[columns.clone()].copy_from_slice(&labels[COLUMNS * r..][..count]);
+        }
+    }
+}
+
+/// Lower envelope of parabolas, one per node of a column, in memory that is reused.
 #[derive(Default)]
-struct Columns<L> {
-    envelope: Envelope,
-    /// Squared distances and labels, column after column.
-    heights: Vec<u32>,
-    labels: Vec<L>,
+struct Envelope<L> {
+    /// Parabolas that are lowest somewhere, in ascending order.
+    parabolas: Vec<Parabola<L>>,
 }
 
-impl<L: Copy + Default> Columns<L> {
-    /// Transforms a row along itself.
-    fn along(&mut self, row: &mut Row<'_, L, u32>) {
-        self.heights.clear();
-        self.heights.extend_from_slice(row.nearness);
-        self.labels.clear();
-        self.labels.extend_from_slice(row.labels);
-        self.envelope.minima(&self.heights, |i, from, squared| {
-            row.nearness[i] = squared;
-            row.labels[i] = self.labels[from];
-        });
-    }
-
-    /// Transforms the columns across rows of one length.
-    fn across(&mut self, rows: &mut [Row<'_, L, u32>]) {
-        let (length, width) = (rows.len(), rows.first().map_or(0, |row| row.nearness.len()));
-        self.heights.resize(COLUMNS * length, FAR);
-        self.labels.resize(COLUMNS * length, L::default());
-
-        for start in (0..width).step_by(COLUMNS) {
-            let count = COLUMNS.min(width - start);
-            for (r, row) in rows.iter().enumerate() {
-                for c in 0..count {
-                    self.heights[c * length + r] = row.nearness[start + c];
-                    self.labels[c * length + r] = row.labels[start + c];
-                }
-            }
-
-            for c in 0..count {
-                let column = c * length..(c + 1) * length;
-                let labels = &self.labels[column.clone()];
-                self.envelope.minima(&self.heights[column], |r, from, squared| {
-                    rows[r].nearness[start + c] = squared;
-                    rows[r].labels[start + c] = labels[from];
-                });
-            }
-        }
-    }
+/// Squared distance over a column from the seed of one of its nodes.
+struct Parabola<L> {
+    node: usize,
+    /// Squared distance at the node.
+    height: u32,
+    label: L,
+    /// First node at which it is lowest.
+    start: usize,
 }
 
-/// Lower envelope of parabolas, one per node of a column.
-#[derive(Default)]
-struct Envelope {
-    /// Nodes whose parabola is lowest somewhere, ascending.
-    parabolas: Vec<usize>,
-    /// First node at which each of them is lowest.
-    starts: Vec<usize>,
-}
+impl<L: Copy> Envelope<L> {
+    /// Replaces the height of every node `i` by the minimum of `heights[j] + (i − j)²`, and
+    /// its label by that of the node `j`. Of equal minima the smaller `j` wins. Nothing
+    /// changes where all heights are [`FAR`].
+    ///
+    /// The nodes are every `STRIDE`th number of the lists.
+    fn transform<const STRIDE: usize>(&mut self, heights: &mut [u32], labels: &mut [L]) {
+        let count = heights.len().div_ceil(STRIDE);
+        self.build::<STRIDE>(heights, labels, count);
 
-impl Envelope {
-    /// Visits, for every node `i`, the node `j` that minimizes `heights[j] + (i − j)²` and
-    /// that minimum; no node when all heights are [`FAR`]. Of equal minima the smaller `j`
-    /// wins.
-    #[inline]
-    fn minima(&mut self, heights: &[u32], mut visit: impl FnMut(usize, usize, u32)) {
-        self.build(heights);
-        if self.parabolas.is_empty() {
-            return;
-        }
-
-        let mut s = 0;
-        for i in 0..heights.len() {
-            while s + 1 < self.starts.len() && self.starts[s + 1] <= i {
-                s += 1;
+        // The parabolas hold what they need of the column, so that it is overwritten in place.
+        let mut end = count;
+        for parabola in self.parabolas.iter().rev() {
+            for i in parabola.start..end {
+                heights[i * STRIDE] = parabola.at(i);
+                labels[i * STRIDE] = parabola.label;
             }
-            let j = self.parabolas[s];
-            visit(i, j, heights[j] + square(i.abs_diff(j)));
+            end = parabola.start;
         }
     }
 
-    fn build(&mut self, heights: &[u32]) {
+    /// Finds the parabolas that are lowest somewhere, and where each begins to be.
+    fn build<const STRIDE: usize>(&mut self, heights: &[u32], labels: &[L], count: usize) {
         self.parabolas.clear();
-        self.starts.clear();
-        for j in (0..heights.len()).filter(|&j| heights[j] != FAR) {
-            // Parabolas that the new one overtakes before they begin are lowest nowhere.
-            let mut start = 0;
-            while let (Some(&top), Some(&top_start)) = (self.parabolas.last(), self.starts.last()) {
-                start = overtakes(heights, top, j);
-                if start > top_start {
-                    break;
-                }
+        for node in 0..count {
+            let height = heights[node * STRIDE];
+            if height == FAR {
+                continue;
+            }
+
+            // Two parabolas meet once, the later one below from there on. One that is passed
+            // at its first node is lowest nowhere.
+            let mut new = Parabola { node, height, label: labels[node * STRIDE], start: 0 };
+            while self.parabolas.last().is_some_and(|top| new.is_below(top, top.start)) {
                 self.parabolas.pop();
-                self.starts.pop();
-                start = 0;
             }
-            if start < heights.len() {
-                self.parabolas.push(j);
-                self.starts.push(start);
+
+            // Many stay above up to the end: only the others need a division.
+            if let Some(top) = self.parabolas.last() {
+                if !new.is_below(top, count - 1) {
+                    continue;
+                }
+                new.start = new.passes(top);
             }
+            self.parabolas.push(new);
         }
     }
 }
 
-/// Returns the first node at which the parabola of `j` is below that of `i < j`.
-fn overtakes(heights: &[u32], i: usize, j: usize) -> usize {
-    let rise = i64::from(heights[j]) + i64::from(square(j));
-    let rise = rise - i64::from(heights[i]) - i64::from(square(i));
-    let apart = 2 * i64::try_from(j - i).unwrap_or(i64::MAX);
-    usize::try_from(rise.div_euclid(apart) + 1).unwrap_or(0)
+impl<L> Parabola<L> {
+    /// Returns the squared distance at a node.
+    #[inline]
+    fn at(&self, i: usize) -> u32 {
+        self.height + square(i.abs_diff(self.node))
+    }
+
+    #[inline]
+    fn is_below(&self, other: &Self, i: usize) -> bool {
+        self.at(i) < other.at(i)
+    }
+
+    /// Returns the first node at which this parabola is below an earlier one, which is lower
+    /// at node 0.
+    #[inline]
+    fn passes(&self, earlier: &Self) -> usize {
+        let rise = self.at(0) - earlier.at(0);
+        rise as usize / (2 * (self.node - earlier.node)) + 1
+    }
 }
 
 /// Squares a distance along an axis.
@@ -172,19 +185,22 @@ mod tests {
             for n in &mut dims {
                 *n = u.int_in_range(1..=19_usize)?;
             }
-            let mut squared = vec![FAR; dims.iter().product()];
-            let mut labels = vec![usize::MAX; squared.len()];
+            let mut labels = vec![0; dims.iter().product()];
             for _ in 0..u.int_in_range(0..=9)? {
-                let node = u.choose_index(squared.len())?;
-                (squared[node], labels[node]) = (0, node);
+                let node = u.choose_index(labels.len())?;
+                labels[node] = node + 1;
             }
-            let seeds: Vec<usize> = (0..labels.len()).filter(|&node| squared[node] == 0).collect();
+            let seeds: Vec<usize> = (0..labels.len()).filter(|&node| labels[node] != 0).collect();
 
-            feature_transform(&mut labels, &mut squared, dims, Progress::none()).unwrap();
+            let squared = feature_transform(&mut labels, dims, Progress::none()).unwrap();
             for (node, (&squared, &label)) in squared.iter().zip(&labels).enumerate() {
                 assert_eq!(squared, brute_force(node, &seeds, dims), "{node} of {dims:?}");
                 if squared != FAR {
-                    assert_eq!(squared, brute_force(node, &[label], dims), "{node} of {dims:?}");
+                    assert_eq!(
+                        squared,
+                        brute_force(node, &[label - 1], dims),
+                        "{node} of {dims:?}"
+                    );
                 }
             }
             Ok(())

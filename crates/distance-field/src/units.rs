@@ -25,7 +25,10 @@ impl<'a> GridSurface<'a> {
     pub(crate) fn new(surface: &'a TriangleSurface, x: Positions<'_>, grid: &FieldGrid) -> Self {
         let x: Vec<DVec3> = x.as_slice().iter().map(|&p| grid.to_spacings(p)).collect();
         let faces = surface.faces();
-        let normals = parallel::map(faces.len(), |f| unit_normal(faces[f].map(|v| x[v as usize])));
+        let normals = parallel::map(faces.len(), |f| {
+            let [a, b, c] = faces[f];
+            unit_normal([x[a as usize], x[b as usize], x[c as usize]])
+        });
         Self { surface, x, normals }
     }
 
@@ -50,7 +53,8 @@ fn squared_distance(p: DVec3, corners: [DVec3; 3], normal: DVec3) -> f64 {
     if normal == DVec3::ZERO {
         return closest_on_triangle(p, corners).point.distance_squared(p);
     }
-    squared_distance_of_origin(corners.map(|corner| corner - p), normal)
+    let [a, b, c] = corners;
+    squared_distance_of_origin([a - p, b - p, c - p], normal)
 }
 
 /// Computes the squared distance of the origin from a triangle with this unit normal.

@@ -109,7 +109,8 @@ pub fn field(bytes: &[u8]) -> bool {
     let max = values.iter().copied().fold(f32::NEG_INFINITY, f32::max);
     let Ok(field) = DistanceField::from_values(grid, values, storage) else { return false };
 
-    let slack = field.storage_rounding() + 1e-6 * f64::from(max.abs().max(min.abs()));
+    let rounding = if let Storage::Quantized { step } = storage { 0.5 * step } else { 0.0 };
+    let slack = rounding + 1e-6 * f64::from(max.abs().max(min.abs()));
     for _ in 0..8 {
         let p = bytes.point();
         if let Some(sample) = field.evaluate(p, Interpolation::Trilinear) {

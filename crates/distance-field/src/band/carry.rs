@@ -3,17 +3,14 @@
 //! That face is nearly always the node's own closest: one measurement per node instead of a
 //! search, which errs by hundredths of a spacing only where two faces compete.
 
-use glam::DVec3;
-use surface::parallel;
-use surface::progress::{Interrupted, Progress};
+use surface::progress::Progress;
 
 use super::spread::{MAX_REACH, seed_closeness, spread};
 use super::{BandParams, Nearest};
 use crate::FieldError;
 use crate::memory::zeroed;
-use crate::num::{coordinate, floor_index, single};
-use crate::transform::{FAR, feature_transform};
-use crate::units::GridSurface;
+use crate::num::{coordinate, floor_index};
+use crate::transform::feature_transform;
 
 /// Distances over which faces were carried, which tell band nodes from other nodes.
 pub(super) enum Carried {
@@ -56,64 +53,12 @@ pub(super) fn carry(
     params: BandParams,
     progress: Progress<'_>,
 ) -> Result<Carried, FieldError> {
-    let count = nearest.face.len();
     if let Some(reach) = reach(params) {
-        let mut closeness = zeroed(count)?;
+        let mut closeness = zeroed(nearest.face.len())?;
         spread(&mut nearest.face, &mut closeness, dims, reach, progress)?;
         return Ok(Carried::Bounded { closeness, seed: seed_closeness(reach) });
     }
 
-    let mut squared = zeroed(count)?;
-    let plane = dims[0] * dims[1];
-    let planes = squared.chunks_mut(plane).zip(nearest.face.chunks(plane)).collect();
-    parallel::for_each(planes, |_, (squared, faces): (&mut [u32], &[u32])| {
-        for (squared, &face) in squared.iter_mut().zip(faces) {
-            *squared = if face == 0 { FAR } else { 0 };
-        }
-    });
-    feature_transform(&mut nearest.face, &mut squared, dims, progress)?;
+    let squared = feature_transform(&mut nearest.face, dims, progress)?;
     Ok(Carried::Everywhere { squared })
-}
-
-/// Relaxes the distances of carried nodes, once: each also tries the faces of its six
-/// neighbors.
-pub(super) fn relax(
-    surface: &GridSurface<'_>,
-    nearest: &mut Nearest,
-    carried: &Carried,
-    dims: [usize; 3],
-    progress: Progress<'_>,
-) -> Result<(), Interrupted> {
-    let [nx, ny, _] = dims;
-    let faces = &nearest.face;
-    let mut planes: Vec<_> = nearest.squared.chunks_mut(nx * ny).collect();
-    let steps = progress.steps(planes.len());
-    parallel::try_for_each_mut(&mut planes, |k, plane| {
-        steps.advance(1)?;
-        for (n, squared) in plane.iter_mut().enumerate() {
-            let node = n + k * nx * ny;
-            if !carried.is_carried(node) {
-                continue;
-            }
-            let here = [n % nx, n / nx, k];
-            let p = DVec3::from_array(here.map(coordinate));
-            for face in neighbors(here, dims).map(|neighbor| faces[neighbor]) {
-                if face != 0 && face != faces[node] {
-                    *squared = squared.min(single(surface.squared_distance(p, face - 1)));
-                }
-            }
-        }
-        Ok(())
-    })
-}
-
-/// Returns the nodes next to a node along the axes.
-fn neighbors(node: [usize; 3], dims: [usize; 3]) -> impl Iterator<Item = usize> {
-    let strides = [1, dims[0], dims[0] * dims[1]];
-    let here = node[0] + strides[1] * node[1] + strides[2] * node[2];
-    (0..3).flat_map(move |axis| {
-        let below = (node[axis] > 0).then(|| here - strides[axis]);
-        let above = (node[axis] + 1 < dims[axis]).then(|| here + strides[axis]);
-        below.into_iter().chain(above)
-    })
 }

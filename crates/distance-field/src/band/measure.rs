@@ -29,6 +29,7 @@ pub(super) fn measure(
     progress: Progress<'_>,
 ) -> Result<(), Interrupted> {
     let plane = nx * ny;
+    // Plane by plane, nodes are gathered into batches across rows.
     let planes = nearest.squared.chunks_mut(plane).zip(nearest.face.chunks(plane));
     let mut planes: Vec<_> = planes.collect();
     let steps = progress.steps(planes.len());
@@ -76,6 +77,7 @@ impl<'a> MeasureBatch<'a> {
             return;
         }
 
+        // Relative to the node, a distance is that of the origin.
         let lane = self.count;
         self.node[lane] = node;
         for (corner, list) in self.surface.corners(face).into_iter().zip(&mut self.corners) {
@@ -89,6 +91,9 @@ impl<'a> MeasureBatch<'a> {
     }
 
     /// Measures the nodes that are loaded.
+    ///
+    /// All lanes are measured: those that are not loaded cost less than a loop of a length that
+    /// the compiler does not have.
     fn finish(&mut self, squared: &mut [f32]) {
         let measured = self.measure();
         for (&node, &measured) in self.node[..self.count].iter().zip(&measured) {

@@ -19,7 +19,6 @@ use crate::units::GridSurface;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BandParams {
     pub(crate) band: f64,
-    pub(crate) relax: bool,
     pub(crate) truncation: Option<f64>,
 }
 
@@ -44,9 +43,6 @@ pub(crate) fn squared_distances(
     regions::fill(surface, dims, params.band, &mut nearest, progress.part(0.0, 0.4))?;
 
     let carried = carry::carry(&mut nearest, dims, params, progress.part(0.4, 0.7))?;
-    measure::measure(surface, &mut nearest, &carried, dims, progress.part(0.7, 0.9))?;
-    if params.relax {
-        carry::relax(surface, &mut nearest, &carried, dims, progress.part(0.9, 1.0))?;
-    }
+    measure::measure(surface, &mut nearest, &carried, dims, progress.part(0.7, 1.0))?;
     Ok(nearest.squared)
 }

@@ -59,14 +59,14 @@ pub(super) fn fill(
 ) -> Result<(), Interrupted> {
     let plane = dims[0] * dims[1];
     let bins = Bins::new(surface, dims[2], band);
-    let slabs = nearest.squared.chunks_mut(plane * SLAB).zip(nearest.face.chunks_mut(plane * SLAB));
-    let slabs = slabs.enumerate().map(|(number, (squared, face))| {
+    let parts = nearest.squared.chunks_mut(plane * SLAB).zip(nearest.face.chunks_mut(plane * SLAB));
+    let mut slabs = Vec::new();
+    for (number, (squared, face)) in parts.enumerate() {
         let planes = number * SLAB..number * SLAB + squared.len() / plane;
-        Slab { number, dims, planes, band, squared, face, sides: Sides::default() }
-    });
+        slabs.push(Slab { number, dims, planes, band, squared, face, sides: Sides::default() });
+    }
 
     // The most work first, so that no thread is left with it at the end.
-    let mut slabs: Vec<Slab<'_>> = slabs.collect();
     slabs.sort_by_key(|slab| Reverse(bins.load(slab.number)));
     let steps = progress.steps(slabs.iter().map(|slab| bins.load(slab.number)).sum());
     parallel::try_for_each_mut(&mut slabs, |_, slab| {
@@ -74,7 +74,9 @@ pub(super) fn fill(
         for (kind, region) in bins.kinds.iter().zip(regions) {
             for elements in kind[slab.number].chunks(REPORT) {
                 steps.advance(elements.len())?;
-                elements.iter().for_each(|&element| region(surface, element, slab));
+                for &element in elements {
+                    region(surface, element, slab);
+                }
             }
         }
         Ok(())
@@ -202,6 +204,8 @@ fn prism(surface: &GridSurface<'_>, face: u32, slab: &mut Slab<'_>) {
     if normal == DVec3::ZERO {
         return;
     }
+
+    // The box of the face, moved both ways along its normal.
     let band = slab.band;
     let [a, b, c] = surface.corners(face);
     let reach = normal.abs() * band + WIDENING;
@@ -223,18 +227,17 @@ fn prism(surface: &GridSurface<'_>, face: u32, slab: &mut Slab<'_>) {
 /// Visits the nodes outside of both faces of an edge, between its ends.
 fn wedge(surface: &GridSurface<'_>, edge: u32, slab: &mut Slab<'_>) {
     let faces = surface.surface.edge_faces(edge);
-    let [a, b] = surface.surface.edges()[edge as usize].map(|v| surface.x[v as usize]);
+    let [a, b] = surface.surface.edges()[edge as usize];
+    let [a, b] = [surface.x[a as usize], surface.x[b as usize]];
     let length = (b - a).length();
     if length <= WIDENING {
         return; // its ends are vertices
     }
 
+    // On the outer side of the first two faces, as far as there are two.
     let along = (b - a) / length;
-    let inward = |i: usize| match faces.get(i) {
-        Some(&face) => into_face(surface, face, a, along),
-        None => DVec3::ZERO,
-    };
-    let (m, n) = (inward(0), inward(1));
+    let m = into_face(surface, faces.first(), a, along);
+    let n = into_face(surface, faces.get(1), a, along);
     let Some(extent) = wedge_extent(surface, faces, [m, n], slab.band) else {
         return;
     };
@@ -254,9 +257,12 @@ fn wedge(surface: &GridSurface<'_>, edge: u32, slab: &mut Slab<'_>) {
 }
 
 /// Returns the unit vector in a face's plane, at right angles to its edge, which runs `along`
-/// from `a`, that leads into the face; zero for slivers.
+/// from `a`, that leads into the face; zero for slivers and without a face.
 #[inline]
-fn into_face(surface: &GridSurface<'_>, face: u32, a: DVec3, along: DVec3) -> DVec3 {
+fn into_face(surface: &GridSurface<'_>, face: Option<&u32>, a: DVec3, along: DVec3) -> DVec3 {
+    let Some(&face) = face else {
+        return DVec3::ZERO;
+    };
     let across = surface.normals[face as usize].cross(along);
     let [p, q, r] = surface.corners(face);
     let inward = across.dot(p + q + r - 3.0 * a);
@@ -279,6 +285,8 @@ fn wedge_extent(
     if normals.contains(&DVec3::ZERO) {
         return ball;
     }
+
+    // How far each normal leans over the other face: nothing where the edge is flat.
     let bend = [normals[0].dot(n), normals[1].dot(m)];
     if bend[0].abs().max(bend[1].abs()) * band < WIDENING {
         // Flat, or folded back on itself.
@@ -302,6 +310,8 @@ fn cone(surface: &GridSurface<'_>, vertex: u32, slab: &mut Slab<'_>) {
     let Some(&face) = faces.first() else {
         return;
     };
+
+    // Behind the vertex along an edge: not nearer to a point within it.
     let at = surface.x[vertex as usize];
     let region = Aabb { min: at - slab.band, max: at + slab.band };
 

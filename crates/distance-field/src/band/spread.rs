@@ -43,13 +43,13 @@ pub(super) fn spread(
     progress: Progress<'_>,
 ) -> Result<(), Interrupted> {
     debug_assert!(reach <= MAX_REACH, "closeness overflows beyond {MAX_REACH}, got {reach}");
+    let across = |rows: &mut [Row<'_>]| across_rows(rows, reach);
     let within = |rows: &mut [Row<'_>]| {
         for row in &mut *rows {
             along_row(row, reach);
         }
-        across_rows(rows, reach);
+        across(rows);
     };
-    let across = |rows: &mut [Row<'_>]| across_rows(rows, reach);
     separable::passes(face, closeness, dims, progress, within, across)
 }
 
@@ -74,6 +74,7 @@ fn along_row(row: &mut Row<'_>, reach: usize) {
         return;
     };
 
+    // Forward, every node takes the last seed.
     let mut from = first;
     for i in first..row.labels.len() {
         if row.labels[i] != 0 {
@@ -85,6 +86,7 @@ fn along_row(row: &mut Row<'_>, reach: usize) {
         }
     }
 
+    // Backward, the next seed where that is nearer.
     for i in (0..from).rev() {
         if row.nearness[i] == seed {
             from = i;
@@ -127,10 +129,14 @@ const NONE: usize = usize::MAX;
 
 impl Columns {
     /// Copies columns from `start`; returns false if there is nothing in them.
+    ///
+    /// Rows without any closeness are skipped by searches: far from a surface most are.
     fn load(&mut self, rows: &[Row<'_>], start: usize) -> bool {
         self.closeness.clear();
         self.face.clear();
         self.before.clear();
+
+        // Forward: the nodes, and the last row that has any closeness.
         let mut last = NONE;
         for (r, row) in rows.iter().enumerate() {
             let end = (start + LANES).min(row.labels.len());
@@ -149,6 +155,7 @@ impl Columns {
             return false;
         }
 
+        // Backward: the next such row.
         self.after.clear();
         self.after.resize(rows.len(), NONE);
         let mut next = NONE;
@@ -172,6 +179,8 @@ impl Columns {
             return;
         }
 
+        // From near to far, all lanes at once.
+
         let mut best = self.closeness[r];
         let mut from = [0_i16; LANES];
         for k in nearest.max(1)..=reach {
@@ -191,6 +200,7 @@ impl Columns {
             }
         }
 
+        // Only lanes that found a nearer seed are written.
         for lane in 0..LANES {
             if from[lane] != 0 {
                 let source = r.wrapping_add_signed(isize::from(from[lane]));

@@ -27,6 +27,7 @@ impl FieldBounds {
         let (grid, values) = (field.grid(), field.values());
         let [nx, ny, nz] = grid.dims();
 
+        // The box around the nodes within the margin, and the largest value.
         let (mut nodes, mut max_value) = (Aabb::EMPTY, f32::NEG_INFINITY);
         for (row, values) in values.chunks(nx).enumerate() {
             for (i, &value) in values.iter().enumerate() {
@@ -53,12 +54,16 @@ impl FieldBounds {
 
     /// Returns the corners of the box; `None` where no point is within the margin.
     pub(super) fn corners(&self) -> Option<[DVec3; 8]> {
+        if self.region.is_empty() {
+            return None;
+        }
         let Aabb { min, max } = self.region;
-        let corner = |k: usize| {
+        let mut corners = [min; 8];
+        for (k, corner) in corners.iter_mut().enumerate() {
             let is_upper = BVec3::new(k & 1 > 0, k & 2 > 0, k & 4 > 0);
-            DVec3::select(is_upper, max, min)
-        };
-        (!self.region.is_empty()).then(|| std::array::from_fn(corner))
+            *corner = DVec3::select(is_upper, max, min);
+        }
+        Some(corners)
     }
 
     /// Returns the center of the box.
@@ -78,7 +83,9 @@ impl FieldBounds {
         if excess > self.gradients.max() * radius {
             return false;
         }
-        let [min, max] = [center - radius, center + radius].map(|p| self.clamp(p));
+
+        // The bound of the whole field does not decide: that around the ball is smaller.
+        let (min, max) = (self.clamp(center - radius), self.clamp(center + radius));
         excess <= self.gradients.max_in(Aabb { min, max }) * radius
     }
 
@@ -93,7 +100,8 @@ impl FieldBounds {
     ///
     /// Points outside the box are represented by the nearest points of it.
     pub(super) fn clears_segment(&self, ends: [DVec3; 2], [a, b]: [f64; 2]) -> bool {
-        let gradient = self.gradients.max_in(Aabb::of_points(ends.map(|end| self.clamp(end))));
+        let around = Aabb::of_points([self.clamp(ends[0]), self.clamp(ends[1])]);
+        let gradient = self.gradients.max_in(around);
         self.excess(a) + self.excess(b) > gradient * ends[0].distance(ends[1])
     }
 

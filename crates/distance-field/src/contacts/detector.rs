@@ -74,8 +74,12 @@ impl FieldDetector {
     /// no such point.
     #[must_use]
     pub fn bounds(&self, pose: &Pose) -> Option<Dop18> {
-        let corners = self.bounds.corners()?.map(|corner| pose.transform_point(corner));
-        let size = corners.iter().fold(0.0, |size: f64, corner| size.max(corner.length()));
+        let mut corners = self.bounds.corners()?;
+        let mut size = 0.0_f64;
+        for corner in &mut corners {
+            *corner = pose.transform_point(*corner);
+            size = size.max(corner.length());
+        }
         Some(Dop18::from_points(&corners).inflated(ROUNDING * size))
     }
 
@@ -107,6 +111,8 @@ impl FieldDetector {
     ) -> Option<FieldContact> {
         let Sample { distance: gap, gradient } = self.sample(&state.pose, p)?;
         let normal = self.normal(&state.pose, p, gradient);
+
+        // Of the foot on the rigid body, only its velocity at present matters.
         let point = p - gap * normal;
         let velocity = state.velocity_at(point);
         let anchor = ContactSide::Rigid(Anchor { point, velocity, acceleration: DVec3::ZERO });
@@ -129,8 +135,10 @@ impl FieldDetector {
             return false;
         }
 
-        let sample = self.field.evaluate(nearest, Interpolation::Trilinear);
-        sample.is_none_or(|found| self.bounds.may_descend(local, radius, found.distance))
+        match self.field.evaluate(nearest, Interpolation::Trilinear) {
+            Some(found) => self.bounds.may_descend(local, radius, found.distance),
+            None => true,
+        }
     }
 
     /// Returns a value that stands for a point of the world outside the grid: that of the
@@ -157,8 +165,9 @@ impl FieldDetector {
     /// Returns the direction of a gradient at a point of the world; where that is zero, the
     /// direction away from the center of the box.
     fn normal(&self, pose: &Pose, p: DVec3, gradient: DVec3) -> DVec3 {
-        let away = || p - pose.transform_point(self.bounds.center());
-        let normal = gradient.try_normalize().or_else(|| away().try_normalize());
-        normal.unwrap_or(DVec3::Z)
+        if let Some(normal) = gradient.try_normalize() {
+            return normal;
+        }
+        (p - pose.transform_point(self.bounds.center())).normalize_or(DVec3::Z)
     }
 }

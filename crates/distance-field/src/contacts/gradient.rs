@@ -45,14 +45,26 @@ impl GradientBounds {
         let dims = grid.dims().map(|n| (n - 1).div_ceil(BLOCK));
         let mut squared = vec![0.0_f32; dims.iter().product()];
 
+        // Row by row of cells, each between four rows of nodes.
         for k in 0..nz - 1 {
             for j in 0..ny - 1 {
-                let row = |j: usize, k: usize| &values[nx * (j + ny * k)..][..nx];
-                let rows = [row(j, k), row(j + 1, k), row(j, k + 1), row(j + 1, k + 1)];
-                let first = dims[0] * (j / BLOCK + dims[1] * (k / BLOCK));
-                for (block, max) in squared[first..first + dims[0]].iter_mut().enumerate() {
-                    for i in BLOCK * block..(BLOCK * (block + 1)).min(nx - 1) {
-                        *max = max.max(squared_rise(rows.map(|row| [row[i], row[i + 1]])));
+                let first = nx * (j + ny * k);
+                let low = &values[first..][..nx];
+                let north = &values[first + nx..][..nx];
+                let above = &values[first + nx * ny..][..nx];
+                let beyond = &values[first + nx * ny + nx..][..nx];
+
+                // The cells of a block are consecutive, so that its bound stays in a register.
+                let block = dims[0] * (j / BLOCK + dims[1] * (k / BLOCK));
+                for (b, max) in squared[block..block + dims[0]].iter_mut().enumerate() {
+                    for i in BLOCK * b..(BLOCK * (b + 1)).min(nx - 1) {
+                        let edges = [
+                            [low[i], low[i + 1]],
+                            [north[i], north[i + 1]],
+                            [above[i], above[i + 1]],
+                            [beyond[i], beyond[i + 1]],
+                        ];
+                        *max = max.max(squared_rise(edges));
                     }
                 }
             }
@@ -73,8 +85,8 @@ impl GradientBounds {
     pub(super) fn max_in(&self, region: Aabb) -> f64 {
         let min = self.block(region.min, -BORDER);
         let max = self.block(region.max, BORDER);
-        let size: [usize; 3] = std::array::from_fn(|axis| max[axis] - min[axis] + 1);
-        if size.iter().product::<usize>() > MAX_BLOCKS {
+        let count = (max[0] - min[0] + 1) * (max[1] - min[1] + 1) * (max[2] - min[2] + 1);
+        if count > MAX_BLOCKS {
             return self.max;
         }
 
@@ -92,7 +104,12 @@ impl GradientBounds {
     /// Returns the block that contains a point moved by `shift` blocks.
     fn block(&self, p: DVec3, shift: f64) -> [usize; 3] {
         let blocks = (p - self.origin) * self.density + shift;
-        std::array::from_fn(|axis| floor_index(blocks[axis]).min(self.dims[axis] - 1))
+        let [nx, ny, nz] = self.dims;
+        [
+            floor_index(blocks.x).min(nx - 1),
+            floor_index(blocks.y).min(ny - 1),
+            floor_index(blocks.z).min(nz - 1),
+        ]
     }
 
     /// Returns the memory of the bounds, in bytes.
@@ -111,10 +128,19 @@ fn gradient(squared: f32, spacing: f64) -> f64 {
 /// A trilinear gradient is bounded along each axis by the largest rise of the four edges
 /// along it. The edges along x are given, y running fastest.
 fn squared_rise([a, b, c, d]: [[f32; 2]; 4]) -> f32 {
-    let along = [a, b, c, d].map(|[from, to]| (to - from).abs());
-    let between = |p: [f32; 2], q: [f32; 2]| (q[0] - p[0]).abs().max((q[1] - p[1]).abs());
-    let x = along[0].max(along[1]).max(along[2].max(along[3]));
-    let y = between(a, b).max(between(c, d));
-    let z = between(a, c).max(between(b, d));
+    let x = rise(a[0], a[1]).max(rise(b[0], b[1])).max(rise(c[0], c[1]).max(rise(d[0], d[1])));
+    let y = max_rise(a, b).max(max_rise(c, d));
+    let z = max_rise(a, c).max(max_rise(b, d));
     x * x + y * y + z * z
+}
+
+/// Returns the larger rise of the two edges between two parallel ones.
+#[inline]
+fn max_rise(p: [f32; 2], q: [f32; 2]) -> f32 {
+    rise(p[0], q[0]).max(rise(p[1], q[1]))
+}
+
+#[inline]
+fn rise(from: f32, to: f32) -> f32 {
+    (to - from).abs()
 }

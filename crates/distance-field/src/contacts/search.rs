@@ -87,7 +87,9 @@ impl FieldContacts {
                 self.contacts.extend(search.vertex_contact(vertex));
             }
         }
-        self.contacts.extend(self.edges.list.iter().filter_map(|&edge| search.edge_contact(edge)));
+        for &edge in &self.edges.list {
+            self.contacts.extend(search.edge_contact(edge));
+        }
         self.contacts.sort_unstable_by_key(|contact| contact.feature);
     }
 
@@ -110,24 +112,27 @@ impl FieldContacts {
         particles: ParticleNumbers<'_>,
         represented: impl Fn(u32) -> &'a [u32],
     ) {
+        // Only faces with a vertex inside represent vertices that may be deeper.
         let vertices = &mut self.vertices.list;
         vertices.clear();
-        vertices.extend(self.faces.iter().flat_map(|&face| represented(face)));
+        for &face in &self.faces {
+            vertices.extend(represented(face));
+        }
         let points = vertices.iter().map(|&vertex| fine.at(vertex));
         let values = self.batch.evaluate(detector.field(), &state.pose, points);
 
-        let mut deepest = (f64::INFINITY, u32::MAX);
-        for (&value, &vertex) in values.iter().zip(&*vertices) {
-            if (value, vertex) < deepest {
-                deepest = (value, vertex);
+        // Of equally deep vertices the first.
+        let (mut deepest, mut value) = (u32::MAX, f64::INFINITY);
+        for (&vertex, &other) in vertices.iter().zip(values) {
+            if (other, vertex) < (value, deepest) {
+                (deepest, value) = (vertex, other);
             }
         }
 
-        let (value, vertex) = deepest;
         if self.contacts.iter().all(|found| value < found.contact.gap) && value < f64::INFINITY {
-            let term = Term { particle: particles.particle(vertex), weight: 1.0 };
-            let feature = FieldFeature::Vertex(vertex);
-            self.contacts.extend(detector.contact(state, fine.at(vertex), &[term], feature));
+            let term = Term { particle: particles.particle(deepest), weight: 1.0 };
+            let feature = FieldFeature::Vertex(deepest);
+            self.contacts.extend(detector.contact(state, fine.at(deepest), &[term], feature));
         }
     }
 
@@ -136,9 +141,14 @@ impl FieldContacts {
         self.vertices.reset(surface.vertex_count());
         self.edges.reset(surface.edges().len());
         for &face in &self.faces {
-            self.vertices.extend(surface.faces()[face as usize]);
-            let edges = surface.face_edges()[face as usize];
-            self.edges.extend(edges.into_iter().filter(|&edge| edge != NO_EDGE));
+            for vertex in surface.faces()[face as usize] {
+                self.vertices.add(vertex);
+            }
+            for edge in surface.face_edges()[face as usize] {
+                if edge != NO_EDGE {
+                    self.edges.add(edge);
+                }
+            }
         }
     }
 
@@ -149,6 +159,7 @@ impl FieldContacts {
         let points = self.vertices.list.iter().map(|&vertex| x.at(vertex));
         let found = self.batch.evaluate(search.detector.field(), pose, points);
 
+        // Outside the grid, a bound takes the place of the value.
         self.values.clear();
         self.values.resize(x.as_slice().len(), f64::INFINITY);
         for (&vertex, &value) in self.vertices.list.iter().zip(found) {
@@ -158,8 +169,10 @@ impl FieldContacts {
         }
 
         let (faces, values) = (search.body.surface().faces(), &self.values);
-        let is_inside = |vertex: u32| values[vertex as usize] < 0.0;
-        self.faces.retain(|&face| faces[face as usize].into_iter().any(is_inside));
+        self.faces.retain(|&face| {
+            let [a, b, c] = faces[face as usize].map(|vertex| values[vertex as usize]);
+            a < 0.0 || b < 0.0 || c < 0.0
+        });
     }
 
     /// Retains the edges that may come within the margin between ends outside it: by the
@@ -168,6 +181,7 @@ impl FieldContacts {
         let (edges, values) = (&mut self.edges.list, &self.values);
         edges.retain(|&edge| search.may_dip(edge, values));
 
+        // `retain` visits the edges in their order, which is that of the midpoints.
         let midpoints = edges.iter().map(|&edge| search.midpoint(edge));
         let found = self.batch.evaluate(search.detector.field(), &search.state.pose, midpoints);
         let mut found = found.iter();
@@ -193,11 +207,10 @@ impl Distinct {
         self.is_listed.resize(count, false);
     }
 
-    fn extend(&mut self, numbers: impl IntoIterator<Item = u32>) {
-        for number in numbers {
-            if !std::mem::replace(&mut self.is_listed[number as usize], true) {
-                self.list.push(number);
-            }
+    /// Adds a number, unless it is listed.
+    fn add(&mut self, number: u32) {
+        if !std::mem::replace(&mut self.is_listed[number as usize], true) {
+            self.list.push(number);
         }
     }
 }
@@ -255,20 +268,22 @@ impl Search<'_> {
 
     /// Returns true if an edge may come within the margin between two ends outside it.
     fn may_dip(&self, edge: u32, values: &[f64]) -> bool {
-        let ends = self.ends(edge).map(|end| values[end as usize]);
-        if ends.iter().any(|&value| value <= self.detector.margin()) {
+        let ends = self.end_values(edge, values);
+        if ends[0].min(ends[1]) <= self.detector.margin() {
             return false;
         }
+
+        // The bound over the whole field decides most; that around the edge costs more.
         let bounds = self.detector.field_bounds();
-        let segment = self.segment(edge);
-        !bounds.clears_length(ends, segment[0].distance(segment[1]))
-            && !bounds.clears_segment(self.to_local(segment), ends)
+        let [a, b] = self.segment(edge);
+        !bounds.clears_length(ends, a.distance(b))
+            && !bounds.clears_segment(self.to_local([a, b]), ends)
     }
 
     /// Returns true if either half of an edge may come within the margin, given the value
     /// at its midpoint.
     fn may_dip_beside_midpoint(&self, edge: u32, values: &[f64], midpoint: f64) -> bool {
-        let [from, to] = self.ends(edge).map(|end| values[end as usize]);
+        let [from, to] = self.end_values(edge, values);
         let [a, b] = self.to_local(self.segment(edge));
         let bounds = self.detector.field_bounds();
         let middle = a.midpoint(b);
@@ -285,14 +300,21 @@ impl Search<'_> {
         self.body.surface().edges()[edge as usize]
     }
 
+    fn end_values(&self, edge: u32, values: &[f64]) -> [f64; 2] {
+        let [from, to] = self.ends(edge);
+        [values[from as usize], values[to as usize]]
+    }
+
     /// Returns the ends of an edge in the world.
     fn segment(&self, edge: u32) -> [DVec3; 2] {
-        self.ends(edge).map(|end| self.body.position(end))
+        let [from, to] = self.ends(edge);
+        [self.body.position(from), self.body.position(to)]
     }
 
     /// Transforms a segment from the world to the frame of the field.
-    fn to_local(&self, segment: [DVec3; 2]) -> [DVec3; 2] {
-        segment.map(|end| self.state.pose.inverse_transform_point(end))
+    fn to_local(&self, [a, b]: [DVec3; 2]) -> [DVec3; 2] {
+        let pose = &self.state.pose;
+        [pose.inverse_transform_point(a), pose.inverse_transform_point(b)]
     }
 
     fn term(&self, vertex: u32, weight: f64) -> Term {

@@ -18,11 +18,34 @@ const LANES: usize = 32;
 
 type Lanes = [f64; LANES];
 
-/// State of some points between two steps, one list per quantity.
-pub(super) struct TrilinearBatch<'a, T> {
-    nodes: &'a NodeArray<T>,
-    frame: &'a Frame,
+/// Points, with the place of their samples.
+pub(super) struct Task<'a> {
+    pub(super) points: &'a [DVec3],
+    pub(super) distance: &'a mut [f64],
+    pub(super) gradient: &'a mut [DVec3],
+}
+
+/// Computes trilinear distances, less `offset`, and their gradients at points of the world.
+pub(super) fn evaluate<T: Copy + Default + Into<f64>>(
+    nodes: &NodeArray<T>,
+    frame: &Frame,
     offset: f64,
+    Task { points, distance, gradient }: Task<'_>,
+) {
+    let mut batch = Batch::<T>::default();
+    let samples = distance.chunks_mut(LANES).zip(gradient.chunks_mut(LANES));
+    for (points, (distance, gradient)) in points.chunks(LANES).zip(samples) {
+        // All lanes undergo all steps; of those beyond the last point nothing is written.
+        frame.locate_batch(points, &mut batch.cell, &mut batch.local);
+        batch.load(nodes);
+        batch.interpolate();
+        batch.finish(frame, nodes.step(), offset, distance, gradient);
+    }
+}
+
+/// State of some points between two steps, one list per quantity.
+#[derive(Default)]
+struct Batch<T> {
     cell: [Lanes; 3],
     local: [Lanes; 3],
     /// Ends of each cell's edges along x.
@@ -31,44 +54,13 @@ pub(super) struct TrilinearBatch<'a, T> {
     gradient: [Lanes; 3],
 }
 
-impl<'a, T: Copy + Default + Into<f64>> TrilinearBatch<'a, T> {
-    pub(super) fn new(nodes: &'a NodeArray<T>, frame: &'a Frame, offset: f64) -> Self {
-        let (zero, zeros) = ([0.0; LANES], [[0.0; LANES]; 3]);
-        let edges = [[[T::default(); 2]; LANES]; 4];
-        Self {
-            nodes,
-            frame,
-            offset,
-            cell: zeros,
-            local: zeros,
-            edges,
-            value: zero,
-            gradient: zeros,
-        }
-    }
-
-    /// Computes distances, less the offset, and gradients at points of the world.
-    pub(super) fn evaluate(
-        &mut self,
-        points: &[DVec3],
-        distance: &mut [f64],
-        gradient: &mut [DVec3],
-    ) {
-        let samples = distance.chunks_mut(LANES).zip(gradient.chunks_mut(LANES));
-        for (points, (distance, gradient)) in points.chunks(LANES).zip(samples) {
-            self.frame.locate_batch(points, &mut self.cell, &mut self.local);
-            self.load();
-            self.interpolate();
-            self.finish(distance, gradient);
-        }
-    }
-
+impl<T: Copy + Into<f64>> Batch<T> {
     /// Loads the corners of all cells.
     #[inline]
-    fn load(&mut self) {
+    fn load(&mut self, nodes: &NodeArray<T>) {
         let [x, y, z] = &self.cell;
         for lane in 0..LANES {
-            let [low, high] = self.nodes.corners(DVec3::new(x[lane], y[lane], z[lane]));
+            let [low, high] = nodes.corners(DVec3::new(x[lane], y[lane], z[lane]));
             self.edges[0][lane] = [low[0], low[1]];
             self.edges[1][lane] = [low[2], low[3]];
             self.edges[2][lane] = [high[0], high[1]];
@@ -91,16 +83,25 @@ impl<'a, T: Copy + Default + Into<f64>> TrilinearBatch<'a, T> {
     }
 
     /// Converts steps to lengths, and NaN to infinity.
+    ///
+    /// The frame is an argument rather than a field: writes to the samples cannot change it
+    /// then, so that the compiler does not load it again for every point.
     #[inline]
-    fn finish(&self, distance: &mut [f64], gradient: &mut [DVec3]) {
-        let step = self.nodes.step();
+    fn finish(
+        &self,
+        frame: &Frame,
+        step: f64,
+        offset: f64,
+        distance: &mut [f64],
+        gradient: &mut [DVec3],
+    ) {
         let [dx, dy, dz] = &self.gradient;
         for (lane, (distance, gradient)) in distance.iter_mut().zip(gradient).enumerate() {
             let value = self.value[lane];
             let slope = step * DVec3::new(dx[lane], dy[lane], dz[lane]);
             let inside = Sample {
-                distance: value * step - self.offset,
-                gradient: self.frame.gradient_to_world(slope),
+                distance: value * step - offset,
+                gradient: frame.gradient_to_world(slope),
             };
             let sample = if value.is_nan() { Sample::OUTSIDE } else { inside };
             (*distance, *gradient) = (sample.distance, sample.gradient);

@@ -10,13 +10,10 @@
 use glam::DVec3;
 
 use crate::NodeValues;
-use crate::store::Corners;
+use crate::store::{Block, Corners};
 
 /// Value with its gradient.
 pub(super) type ValueAndGradient = (f64, DVec3);
-
-/// Nodes −1 to 2 along x, y and z from the lowest node of a cell, z outermost.
-pub(super) type Block = [[[f64; 4]; 4]; 4];
 
 /// Computes the trilinear value and its own gradient, which jumps between cells.
 #[inline]
@@ -44,18 +41,19 @@ fn mix(a: f64, b: f64, t: f64) -> f64 {
 /// the corners, which is continuous.
 pub(super) fn smooth(block: &Block, local: DVec3) -> ValueAndGradient {
     let weights = [DVec3::ONE - local, local];
-    let at = |i: usize, j: usize, k: usize| block[k][j][i];
     let (mut value, mut gradient) = (0.0, DVec3::ZERO);
     for corner in 0..8 {
         let [a, b, c] = [corner & 1, corner >> 1 & 1, corner >> 2];
         let weight = weights[a].x * weights[b].y * weights[c].z;
+
+        // Nodes of the block are numbered from 1 below the cell.
         let [i, j, k] = [a + 1, b + 1, c + 1];
         let difference = DVec3::new(
-            at(i + 1, j, k) - at(i - 1, j, k),
-            at(i, j + 1, k) - at(i, j - 1, k),
-            at(i, j, k + 1) - at(i, j, k - 1),
+            block[k][j][i + 1] - block[k][j][i - 1],
+            block[k][j + 1][i] - block[k][j - 1][i],
+            block[k + 1][j][i] - block[k - 1][j][i],
         );
-        value += weight * at(i, j, k);
+        value += weight * block[k][j][i];
         gradient += 0.5 * weight * difference;
     }
     (value, gradient)
@@ -76,7 +74,11 @@ pub(super) fn outer_weight(node_values: NodeValues) -> f64 {
 /// Computes the value and the continuous gradient of a tensor product cubic, of the family
 /// from Catmull–Rom to the B-spline.
 pub(super) fn cubic(block: &Block, local: DVec3, outer_weight: f64) -> ValueAndGradient {
-    let [x, y, z] = local.to_array().map(|t| weights(t, outer_weight));
+    let x = weights(local.x, outer_weight);
+    let y = weights(local.y, outer_weight);
+    let z = weights(local.z, outer_weight);
+
+    // Along the four nodes of each row, then over the rows of each plane, then the planes.
     let (mut value, mut gradient) = (0.0, DVec3::ZERO);
     for (plane, (wz, dz)) in block.iter().zip(z) {
         for (row, (wy, dy)) in plane.iter().zip(y) {
@@ -94,6 +96,7 @@ pub(super) fn cubic(block: &Block, local: DVec3, outer_weight: f64) -> ValueAndG
 
 /// Returns the weights of four nodes in a row at `t` between the middle two, with their
 /// derivatives.
+#[inline]
 fn weights(t: f64, outer: f64) -> [(f64, f64); 4] {
     [
         polynomial([outer, -0.5, 1.0 - 3.0 * outer, 2.0 * outer - 0.5], t),
@@ -104,6 +107,7 @@ fn weights(t: f64, outer: f64) -> [(f64, f64); 4] {
 }
 
 /// Evaluates a polynomial, given the coefficients of ascending powers, and its derivative.
+#[inline]
 fn polynomial([a, b, c, d]: [f64; 4], t: f64) -> (f64, f64) {
     (a + t * (b + t * (c + t * d)), b + t * (2.0 * c + t * 3.0 * d))
 }

@@ -104,8 +104,8 @@ impl DistanceField {
     #[inline]
     fn query_in(&self, frame: &Frame, p: DVec3, params: &QueryParams) -> Option<Sample> {
         match &self.store {
-            NodeStore::Floats(nodes) => Sampler::new(self, nodes, frame, params).sample(p),
-            NodeStore::Steps(nodes) => Sampler::new(self, nodes, frame, params).sample(p),
+            NodeStore::Floats(nodes) => Sampler { field: self, nodes, frame, params }.sample(p),
+            NodeStore::Steps(nodes) => Sampler { field: self, nodes, frame, params }.sample(p),
         }
     }
 
@@ -114,8 +114,12 @@ impl DistanceField {
     pub fn query_batch(&self, points: &[DVec3], params: &QueryParams, out: &mut SampleBatch) {
         let frame = &Frame::new(&self.grid, &params.pose);
         match &self.store {
-            NodeStore::Floats(nodes) => Sampler::new(self, nodes, frame, params).batch(points, out),
-            NodeStore::Steps(nodes) => Sampler::new(self, nodes, frame, params).batch(points, out),
+            NodeStore::Floats(nodes) => {
+                Sampler { field: self, nodes, frame, params }.batch(points, out);
+            }
+            NodeStore::Steps(nodes) => {
+                Sampler { field: self, nodes, frame, params }.batch(points, out);
+            }
         }
     }
 }

@@ -57,32 +57,32 @@ impl DistanceField {
 fn minimum<T: Copy + Into<f64>>(
     nodes: &NodeArray<T>,
     frame: &Frame,
-    ends: [DVec3; 2],
+    [a, b]: [DVec3; 2],
     max_distance: f64,
 ) -> Option<SegmentMinimum> {
-    let [a, b] = ends.map(|end| frame.grid_coordinates(end));
+    let (a, b) = (frame.grid_coordinates(a), frame.grid_coordinates(b));
     let [mut from, last] = clip([a, b], frame.last())?;
     let mut walk = CellWalk { start: a, along: b - a, cell: frame.nearest_cell(a.lerp(b, from)) };
-    let step = nodes.step();
     let mut best: Option<SegmentMinimum> = None;
 
     loop {
         let exit = walk.exit();
         let to = exit.t.min(last);
 
-        // No value of a cell is below that of all its corners.
-        let corners = nodes.corners(walk.cell).map(|plane| plane.map(|value| step * value.into()));
+        // No value of a cell is below that of all its corners: most cells end here.
+        let corners = nodes.corner_lengths(walk.cell);
         let limit = best.map_or(max_distance, |best| best.distance);
-        if corners.iter().flatten().any(|&corner| corner <= limit) {
-            let [enter, leave] = [from, to].map(|t| a.lerp(b, t) - walk.cell);
+        if has_at_most(&corners, limit) {
+            let enter = a.lerp(b, from) - walk.cell;
+            let leave = a.lerp(b, to) - walk.cell;
             let (t, distance) = Cubic::along(corners, enter, leave - enter).minimum();
             if distance < limit || (best.is_none() && distance <= limit) {
                 best = Some(SegmentMinimum { t: from + t * (to - from), distance });
             }
         }
 
-        walk.cross(&exit);
         // Rounding may carry the walk out of the last cell before its end.
+        walk.cross(&exit);
         if to >= last || !frame.has_cell(walk.cell) {
             return best;
         }
@@ -90,19 +90,27 @@ fn minimum<T: Copy + Into<f64>>(
     }
 }
 
+/// Returns true if a value is at most `limit`.
+#[inline]
+fn has_at_most(corners: &Corners<f64>, limit: f64) -> bool {
+    corners.as_flattened().iter().any(|&corner| corner <= limit)
+}
+
 /// Returns the part of a segment whose coordinates are between 0 and `last`.
 fn clip([a, b]: [DVec3; 2], last: DVec3) -> Option<[f64; 2]> {
     let along = b - a;
     let (mut from, mut to) = (0.0_f64, 1.0_f64);
     for axis in 0..3 {
-        let [lower, upper] = [0.0, last[axis]].map(|side| side - a[axis]);
+        let (lower, upper) = (0.0 - a[axis], last[axis] - a[axis]);
         if along[axis] == 0.0 {
             if lower > 0.0 || upper < 0.0 {
                 return None;
             }
             continue;
         }
-        let [s, t] = [lower / along[axis], upper / along[axis]];
+
+        // The segment may run either way between the two sides.
+        let (s, t) = (lower / along[axis], upper / along[axis]);
         (from, to) = (from.max(s.min(t)), to.min(s.max(t)));
     }
     (from <= to && a.is_finite() && b.is_finite()).then_some([from, to])
@@ -124,11 +132,12 @@ struct CellExit {
 
 impl CellWalk {
     fn exit(&self) -> CellExit {
-        let [x, y, z] = [0, 1, 2].map(|axis| self.exit_across(axis));
+        let (x, y, z) = (self.exit_across(0), self.exit_across(1), self.exit_across(2));
         let first = if y.t < x.t { y } else { x };
         if z.t < first.t { z } else { first }
     }
 
+    #[inline]
     fn exit_across(&self, axis: usize) -> CellExit {
         if self.along[axis] == 0.0 {
             return CellExit { t: f64::INFINITY, axis };
@@ -149,14 +158,7 @@ impl Cubic {
     /// Returns the trilinear value of a cell along a line from a point in it.
     fn along([low, high]: Corners<f64>, enter: DVec3, along: DVec3) -> Self {
         // Linear along x; products of two over y are quadratic, and of these over z cubic.
-        let edge = |a: f64, b: f64| [a + (b - a) * enter.x, (b - a) * along.x];
-        let face = |[a, b, c, d]: [f64; 4]| {
-            let ([p0, p1], [q0, q1]) = (edge(a, b), edge(c, d));
-            let [d0, d1] = [q0 - p0, q1 - p1];
-            [p0 + d0 * enter.y, p1 + d1 * enter.y + d0 * along.y, d1 * along.y]
-        };
-
-        let (p, q) = (face(low), face(high));
+        let (p, q) = (quadratic(low, enter, along), quadratic(high, enter, along));
         let [d0, d1, d2] = [q[0] - p[0], q[1] - p[1], q[2] - p[2]];
         Self([
             p[0] + d0 * enter.z,
@@ -166,6 +168,7 @@ impl Cubic {
         ])
     }
 
+    #[inline]
     fn at(&self, t: f64) -> f64 {
         let [c0, c1, c2, c3] = self.0;
         ((c3 * t + c2) * t + c1) * t + c0
@@ -181,8 +184,24 @@ impl Cubic {
         let valley = if c2 > 0.0 { -c1 / (c2 + root) } else { (root - c2) / (3.0 * c3) };
         let inner = if valley > 0.0 && valley < 1.0 { valley } else { 0.0 };
 
-        let [first, middle, last] = [0.0, inner, 1.0].map(|t| (t, self.at(t)));
-        let best = if middle.1 < first.1 { middle } else { first };
-        if last.1 < best.1 { last } else { best }
+        // The first of equal minima.
+        let (mut best, mut lowest) = (0.0, self.at(0.0));
+        for t in [inner, 1.0] {
+            let value = self.at(t);
+            if value < lowest {
+                (best, lowest) = (t, value);
+            }
+        }
+        (best, lowest)
     }
+}
+
+/// Returns the coefficients of a bilinear value along a line, given those at the corners of
+/// a cell's face across z.
+#[inline]
+fn quadratic([a, b, c, d]: [f64; 4], enter: DVec3, along: DVec3) -> [f64; 3] {
+    let [p0, p1] = [a + (b - a) * enter.x, (b - a) * along.x];
+    let [q0, q1] = [c + (d - c) * enter.x, (d - c) * along.x];
+    let [d0, d1] = [q0 - p0, q1 - p1];
+    [p0 + d0 * enter.y, p1 + d1 * enter.y + d0 * along.y, d1 * along.y]
 }

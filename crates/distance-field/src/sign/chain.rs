@@ -26,17 +26,20 @@ pub(super) struct Cap {
 impl Cap {
     /// Fans the edges of a connected piece to their center.
     fn new(edges: &[([DVec3; 2], i32)]) -> Self {
-        let ends = || edges.iter().flat_map(|(ends, _)| *ends);
-        let center = 0.5 / crate::num::coordinate(edges.len()) * ends().sum::<DVec3>();
-        let radius = ends().map(|p| p.distance(center)).fold(0.0, f64::max);
+        let mut center = DVec3::ZERO;
+        for ([a, b], _) in edges {
+            center = center + *a + *b;
+        }
+        center *= 0.5 / crate::num::coordinate(edges.len());
 
-        let (mut triangles, mut area) = (Vec::with_capacity(edges.len()), 0.0);
+        let mut cap = Self { triangles: Vec::new(), center, radius: 0.0, area: 0.0 };
         for &([a, b], times) in edges {
             let corners = [b, a, center];
-            area += triangle::area(corners) * f64::from(times.abs());
-            triangles.push((corners, times));
+            cap.radius = cap.radius.max(a.distance(center)).max(b.distance(center));
+            cap.area += triangle::area(corners) * f64::from(times.abs());
+            cap.triangles.push((corners, times));
         }
-        Self { triangles, center, radius, area }
+        cap
     }
 
     /// Returns the sum of the multiplicities.
@@ -55,15 +58,24 @@ pub(super) struct Chain {
 impl Chain {
     /// Computes the boundary chain of a surface, vertices at equal positions taken for one.
     pub(super) fn new(surface: &TriangleSurface, x: Positions<'_>) -> Self {
+        // Faces that run along an edge in opposite directions cancel.
         let mut excess = vec![0_i32; surface.edges().len()];
         for (corners, edges) in surface.faces().iter().zip(surface.face_edges()) {
-            for (k, &edge) in edges.iter().enumerate().filter(|(_, edge)| **edge != NO_EDGE) {
-                let is_forward = corners[k] < corners[(k + 1) % 3];
-                excess[edge as usize] += if is_forward { 1 } else { -1 };
+            for (k, &edge) in edges.iter().enumerate() {
+                if edge != NO_EDGE {
+                    let is_forward = corners[k] < corners[(k + 1) % 3];
+                    excess[edge as usize] += if is_forward { 1 } else { -1 };
+                }
             }
         }
-        let edges = surface.edges().iter().copied().zip(excess);
-        Self { edges: welded(edges.filter(|(_, excess)| *excess != 0).collect(), x) }
+
+        let mut edges = Vec::new();
+        for (&ends, excess) in surface.edges().iter().zip(excess) {
+            if excess != 0 {
+                edges.push((ends, excess));
+            }
+        }
+        Self { edges: welded(edges, x) }
     }
 
     /// Returns the number of edges.
@@ -85,35 +97,32 @@ impl Chain {
         for &([a, b], times) in &self.edges {
             edges_of.entry(pieces.find(a)).or_default().push(([x.at(a), x.at(b)], times));
         }
-        edges_of.into_values().map(|edges| Cap::new(&edges)).collect()
+        edges_of.values().map(|edges| Cap::new(edges)).collect()
     }
 }
 
 /// Takes vertices at equal positions for one, and sums the edges that then coincide.
 fn welded(edges: Vec<([u32; 2], i32)>, x: Positions<'_>) -> Vec<([u32; 2], i32)> {
-    if edges.is_empty() {
-        return edges;
-    }
-    // Adding zero makes one of the two zeros, which differ in bits only.
-    let key = |vertex: u32| (x.at(vertex) + DVec3::ZERO).to_array().map(f64::to_bits);
-    let mut vertices: Vec<u32> = edges.iter().flat_map(|(ends, _)| *ends).collect();
-    vertices.sort_unstable_by_key(|&vertex| (key(vertex), vertex));
-    vertices.dedup();
-
-    let mut representatives = vec![0; x.as_slice().len()];
-    for same in vertices.chunk_by(|&a, &b| key(a) == key(b)) {
-        for &vertex in same {
-            representatives[vertex as usize] = same[0];
-        }
+    // The smallest vertex at each position stands for all of them.
+    let mut smallest_at = BTreeMap::new();
+    for vertex in edges.iter().flat_map(|(ends, _)| *ends) {
+        let smallest = smallest_at.entry(position_bits(x.at(vertex))).or_insert(vertex);
+        *smallest = vertex.min(*smallest);
     }
 
     let mut sums: BTreeMap<[u32; 2], i32> = BTreeMap::new();
     for (ends, times) in edges {
-        let [a, b] = ends.map(|vertex| representatives[vertex as usize]);
+        let [a, b] = ends.map(|vertex| smallest_at[&position_bits(x.at(vertex))]);
         if a != b {
             let (ends, times) = if a < b { ([a, b], times) } else { ([b, a], -times) };
             *sums.entry(ends).or_default() += times;
         }
     }
     sums.into_iter().filter(|(_, times)| *times != 0).collect()
+}
+
+/// Returns equal bits for equal positions.
+fn position_bits(p: DVec3) -> [u64; 3] {
+    // Adding zero makes one of the two zeros, which differ in bits only.
+    (p + DVec3::ZERO).to_array().map(f64::to_bits)
 }

@@ -2,8 +2,6 @@
 
 mod chain;
 mod crossings;
-mod inside;
 mod winding;
 
-pub(crate) use self::inside::Inside;
 pub(crate) use self::winding::{Winding, enclosed_volume, winding};

@@ -21,13 +21,14 @@ use std::f64::consts::PI;
 use std::ops::Range;
 
 use glam::DVec3;
+use robust::{Coord3D, orient3d};
 use surface::progress::{Interrupted, Progress};
 use surface::{Aabb, Positions, TriangleSurface, parallel, triangle};
 
-use super::Inside;
 use super::chain::{Cap, Chain};
-use super::crossings::{Crossing, by_row, cross, side};
-use crate::FieldGrid;
+use super::crossings::{Crossing, cross};
+use crate::memory::zeroed;
+use crate::{FieldError, FieldGrid};
 
 /// Nodes along each side of the blocks in which solid angles are summed.
 ///
@@ -45,7 +46,8 @@ const ROUNDING: f64 = 1e-12;
 /// Inside by winding number, with what it reveals of the surface.
 #[derive(Debug)]
 pub(crate) struct Winding {
-    pub(crate) inside: Inside,
+    /// Per node, true if the surface encloses it.
+    pub(crate) inside: Vec<bool>,
     /// True if the surface encloses a negative volume and was reversed.
     pub(crate) is_inverted: bool,
     /// Number of boundary edges.
@@ -58,13 +60,19 @@ pub(crate) fn winding(
     x: Positions<'_>,
     grid: &FieldGrid,
     progress: Progress<'_>,
-) -> Result<Winding, Interrupted> {
+) -> Result<Winding, FieldError> {
     let chain = Chain::new(surface, x);
     let caps = chain.caps(x);
     let is_inverted = volume(surface, x, &caps) < 0.0;
     let crossings = crossings(surface, x, grid, &caps, progress.part(0.0, 0.5))?;
     let enclosure = Enclosure { grid, crossings: &crossings, caps: &caps, is_inverted };
-    let inside = enclosure.inside(progress.part(0.5, 1.0))?;
+
+    // Rows decide for surface and caps together, and are mended near the caps.
+    let mut inside = zeroed(grid.node_count())?;
+    enclosure.fill_rows(&mut inside);
+    for node in enclosure.exceptions(progress.part(0.5, 1.0))? {
+        inside[node] = !inside[node];
+    }
     Ok(Winding { inside, is_inverted, boundary_edges: chain.len() })
 }
 
@@ -74,12 +82,18 @@ pub(crate) fn enclosed_volume(surface: &TriangleSurface, x: Positions<'_>) -> f6
 }
 
 fn volume(surface: &TriangleSurface, x: Positions<'_>, caps: &[Cap]) -> f64 {
+    // About the center, the cones over the triangles lose the fewest digits.
     let center = Aabb::of_points(x.as_slice().iter().copied()).center();
-    let faces =
-        surface.faces().iter().map(|&face| triangle::triple_product(x.corners(face), center));
-    let caps = caps.iter().flat_map(|cap| &cap.triangles);
-    let caps = caps.map(|&(t, times)| f64::from(times) * triangle::triple_product(t, center));
-    faces.chain(caps).sum::<f64>() / 6.0
+    let mut six_volumes = 0.0;
+    for &face in surface.faces() {
+        six_volumes += triangle::triple_product(x.corners(face), center);
+    }
+    for cap in caps {
+        for &(corners, times) in &cap.triangles {
+            six_volumes += f64::from(times) * triangle::triple_product(corners, center);
+        }
+    }
+    six_volumes / 6.0
 }
 
 /// Finds the crossings of all rows with a surface and its caps, sorted by row and node.
@@ -101,9 +115,12 @@ fn crossings(
         Ok(crossings)
     });
 
+    // Sorted as a whole, they do not depend on the order of the faces.
     let mut crossings = found.into_iter().collect::<Result<Vec<_>, _>>()?.concat();
-    for (triangle, times) in caps.iter().flat_map(|cap| &cap.triangles) {
-        cross(grid, *triangle, *times, &mut crossings);
+    for cap in caps {
+        for &(corners, times) in &cap.triangles {
+            cross(grid, corners, times, &mut crossings);
+        }
     }
     parallel::sort_unstable(&mut crossings);
     Ok(crossings)
@@ -130,32 +147,39 @@ struct BoundedCap<'a> {
 }
 
 impl Enclosure<'_> {
-    fn inside(&self, progress: Progress<'_>) -> Result<Inside, Interrupted> {
-        let [nx, ny, nz] = self.grid.dims();
-        let exceptions = self.exceptions(progress)?;
-        let rows = by_row(self.crossings, ny * nz).map(|row| self.turns(row));
-        Ok(Inside::new(nx, rows, exceptions))
-    }
-
-    /// Returns the nodes at which a row's count passes between outside and inside.
-    fn turns(&self, row: &[Crossing]) -> Vec<usize> {
-        let mut turns = Vec::new();
-        let (mut count, mut was_inside) = (0, false);
-        for here in row.chunk_by(|a, b| a.node == b.node) {
-            count += here.iter().map(|crossing| crossing.turn).sum::<i32>();
-            if self.encloses(count) != was_inside {
-                was_inside = !was_inside;
-                turns.push(here[0].node);
+    /// Marks the nodes that surface and caps enclose.
+    fn fill_rows(&self, inside: &mut [bool]) {
+        let [nx, ny, _] = self.grid.dims();
+        for (r, row) in inside.chunks_mut(nx).enumerate() {
+            // Between two crossings all nodes are on one side.
+            let (mut count, mut from) = (0, 0);
+            for crossing in self.row(r % ny, r / ny) {
+                if self.encloses(count) {
+                    row[from..crossing.node].fill(true);
+                }
+                count += crossing.turn;
+                from = crossing.node;
+            }
+            if self.encloses(count) {
+                row[from..].fill(true);
             }
         }
-        turns
+    }
+
+    /// Returns the crossings of a row, ascending.
+    fn row(&self, j: usize, k: usize) -> &[Crossing] {
+        let row = j + self.grid.dims()[1] * k;
+        let first = self.crossings.partition_point(|crossing| crossing.row < row);
+        let rest = &self.crossings[first..];
+        let count = rest.iter().take_while(|crossing| crossing.row == row).count();
+        &rest[..count]
     }
 
     fn encloses(&self, count: i32) -> bool {
         if self.is_inverted { count < 0 } else { count > 0 }
     }
 
-    /// Finds the nodes that the caps move to the other side, ascending.
+    /// Finds the nodes that the caps move to the other side.
     fn exceptions(&self, progress: Progress<'_>) -> Result<Vec<usize>, Interrupted> {
         if self.caps.is_empty() {
             return Ok(Vec::new());
@@ -168,9 +192,7 @@ impl Enclosure<'_> {
             steps.advance(1)?;
             Ok(self.exceptions_in(&blocks[b]))
         });
-        let mut exceptions = found.into_iter().collect::<Result<Vec<_>, _>>()?.concat();
-        exceptions.sort_unstable();
-        Ok(exceptions)
+        Ok(found.into_iter().collect::<Result<Vec<_>, _>>()?.concat())
     }
 
     /// Finds the blocks in which the caps may contribute one half or more.
@@ -181,16 +203,25 @@ impl Enclosure<'_> {
         blocks: &mut Vec<Block>,
     ) -> Result<(), Interrupted> {
         progress.report(0.0)?;
+
+        // Less than one half leaves every node on the side that its count says.
         let (center, radius) = self.ball(block);
-        let contribution: f64 = self.caps.iter().map(|cap| bound(cap, center, radius)).sum();
+        let mut contribution = 0.0;
+        for cap in self.caps {
+            contribution += bound(cap, center, radius);
+        }
         if contribution < 0.5 - ROUNDING {
             return Ok(());
         }
+
         if block.iter().all(|side| side.len() <= BLOCK) {
             blocks.push(block.clone());
             return Ok(());
         }
-        halves(block).iter().try_for_each(|half| self.doubtful(half, progress, blocks))
+        for half in halves(block) {
+            self.doubtful(&half, progress, blocks)?;
+        }
+        Ok(())
     }
 
     /// Returns the center and the radius of a ball around a block.
@@ -204,15 +235,17 @@ impl Enclosure<'_> {
     /// Finds the nodes of a block that the caps move to the other side.
     fn exceptions_in(&self, block: &Block) -> Vec<usize> {
         let caps = self.bounded_caps(block);
+        let [columns, rows, planes] = block;
         let mut exceptions = Vec::new();
-        let [i, j, k] = block;
-        for (j, k) in k.clone().flat_map(|k| j.clone().map(move |j| (j, k))) {
-            for (i, count) in i.clone().zip(self.counts(i.clone(), j, k)) {
-                let node = [i, j, k];
-                if self.surface_encloses(count, self.grid.position(node), &caps)
-                    != self.encloses(count)
-                {
-                    exceptions.push(self.grid.index(node));
+        for k in planes.clone() {
+            for j in rows.clone() {
+                let row = self.row(j, k);
+                for i in columns.clone() {
+                    let (node, count) = ([i, j, k], count_at(row, i));
+                    let is_inside = self.surface_encloses(count, self.grid.position(node), &caps);
+                    if is_inside != self.encloses(count) {
+                        exceptions.push(self.grid.index(node));
+                    }
                 }
             }
         }
@@ -222,11 +255,10 @@ impl Enclosure<'_> {
     /// Returns the caps with their bounds in a block, largest bound first.
     fn bounded_caps(&self, block: &Block) -> Vec<BoundedCap<'_>> {
         let (center, radius) = self.ball(block);
-        let bounded = self.caps.iter().map(|cap| {
-            let bound = bound(cap, center, radius);
-            BoundedCap { cap, bound, remaining: 0.0 }
-        });
-        let mut caps: Vec<_> = bounded.collect();
+        let mut caps = Vec::with_capacity(self.caps.len());
+        for cap in self.caps {
+            caps.push(BoundedCap { cap, bound: bound(cap, center, radius), remaining: 0.0 });
+        }
         caps.sort_by(|a, b| b.bound.total_cmp(&a.bound));
 
         let mut remaining = 0.0;
@@ -237,30 +269,33 @@ impl Enclosure<'_> {
         caps
     }
 
-    /// Counts how often surface and caps enclose some nodes of a row.
-    fn counts(&self, nodes: Range<usize>, j: usize, k: usize) -> impl Iterator<Item = i32> {
-        let row = j + self.grid.dims()[1] * k;
-        let first = self.crossings.partition_point(|crossing| crossing.row < row);
-        let row = self.crossings[first..].iter().take_while(move |crossing| crossing.row == row);
-        nodes.map(move |node| {
-            row.clone().take_while(|crossing| crossing.node <= node).map(|c| c.turn).sum()
-        })
-    }
-
     /// Returns true if the winding number of the surface alone exceeds one half, given the
     /// count of surface and caps.
     fn surface_encloses(&self, count: i32, p: DVec3, caps: &[BoundedCap<'_>]) -> bool {
         let sign = if self.is_inverted { -1.0 } else { 1.0 };
         let mut winding = f64::from(count);
         for BoundedCap { cap, remaining, .. } in caps {
+            // Once the rest cannot move the number across one half, it is decided.
             if (sign * winding - 0.5).abs() > remaining + ROUNDING {
                 break;
             }
-            let angles = cap.triangles.iter().map(|&(t, n)| f64::from(n) * angle_fraction(p, t));
-            winding -= angles.sum::<f64>();
+            let mut angles = 0.0;
+            for &(corners, times) in &cap.triangles {
+                angles += f64::from(times) * angle_fraction(p, corners);
+            }
+            winding -= angles;
         }
         sign * winding > 0.5 + ROUNDING
     }
+}
+
+/// Counts how often surface and caps enclose a node, given the crossings of its row.
+fn count_at(row: &[Crossing], node: usize) -> i32 {
+    let mut count = 0;
+    for crossing in row.iter().take_while(|crossing| crossing.node <= node) {
+        count += crossing.turn;
+    }
+    count
 }
 
 /// Bounds the contribution of a cap within a ball: a solid angle is at most the area over the
@@ -279,6 +314,7 @@ fn halves(block: &Block) -> Vec<Block> {
     let mut parts = vec![block.clone()];
     for axis in 0..3 {
         if block[axis].len() > BLOCK {
+            // Each part so far becomes a lower and an upper one.
             let middle = block[axis].start + block[axis].len() / 2;
             let mut upper = parts.clone();
             for (lower, upper) in parts.iter_mut().zip(&mut upper) {
@@ -306,10 +342,14 @@ fn angle_fraction(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
 }
 
 fn is_below(p: DVec3, corners: [DVec3; 3]) -> bool {
-    let side = side(p, corners);
+    // Positive below the triangle, from where its corners turn right.
+    let [a, b, c, p] =
+        [corners[0], corners[1], corners[2], p].map(|DVec3 { x, y, z }| Coord3D { x, y, z });
+    let side = orient3d(a, b, c, p);
     if side != 0.0 {
         return side > 0.0;
     }
+
     // On its plane, the node is taken to be shifted along x, less along y, and least along
     // z; below is where the normal does not point.
     let normal = triangle::normal(corners).to_array();

@@ -23,8 +23,10 @@ pub(super) fn enclosed(
     dims: [usize; 3],
     progress: Progress<'_>,
 ) -> Result<Vec<bool>, Interrupted> {
-    let state = |&is_on: &bool| if is_on { State::Wall } else { State::Free };
-    let mut states: Vec<State> = voxels.iter().map(state).collect();
+    let mut states = Vec::with_capacity(voxels.len());
+    for &is_on in voxels {
+        states.push(if is_on { State::Wall } else { State::Free });
+    }
     flood(&mut states, dims, progress)?;
     Ok(states.into_iter().map(|state| state == State::Free).collect())
 }
@@ -35,11 +37,12 @@ fn flood(
     [nx, ny, nz]: [usize; 3],
     progress: Progress<'_>,
 ) -> Result<(), Interrupted> {
+    // Begin at every node of the outer rows, and at the ends of the others.
     let mut front: Vec<usize> = Vec::new();
     for r in 0..ny * nz {
         let [j, k] = [r % ny, r / ny];
         let is_outer = j == 0 || j + 1 == ny || k == 0 || k + 1 == nz;
-        front.extend((0..nx).step_by(if is_outer { 1 } else { nx - 1 }).map(|i| r * nx + i));
+        front.extend((r * nx..(r + 1) * nx).step_by(if is_outer { 1 } else { nx - 1 }));
     }
 
     let mut runs = 0;
@@ -52,6 +55,7 @@ fn flood(
             progress.report(0.0)?;
         }
 
+        // A run is reached as a whole, and so is what is beside it in four rows.
         let run = take_run(states, node, nx);
         let (j, k) = (node / nx % ny, node / (nx * ny));
         for (n, count, stride) in [(j, ny, nx), (k, nz, nx * ny)] {

@@ -10,10 +10,9 @@ mod flood;
 mod voxelize;
 
 use surface::progress::Progress;
-use surface::{SurfaceError, TriangleSurface, parallel};
+use surface::{SurfaceError, TriangleSurface};
 
 use crate::memory::zeroed;
-use crate::sign::Inside;
 use crate::transform::{FAR, feature_transform};
 use crate::units::GridSurface;
 use crate::{FieldError, Voxelization};
@@ -25,7 +24,8 @@ pub(crate) const BYTES_PER_NODE: f64 = 1.0 + 4.0 + 1.0;
 pub(crate) struct VoxelField {
     /// Squared distances of all nodes from the nearest voxel of the surface, in spacings.
     pub(crate) squared: Vec<f32>,
-    pub(crate) inside: Inside,
+    /// Per node, true if the flood does not reach it.
+    pub(crate) inside: Vec<bool>,
     /// Number of voxels that the surface switches on.
     pub(crate) surface_voxels: usize,
 }
@@ -39,28 +39,21 @@ impl VoxelField {
         progress: Progress<'_>,
     ) -> Result<Self, FieldError> {
         check_closed(surface.surface)?;
-        let count = dims.iter().product();
-        let mut voxels = zeroed(count)?;
+        let mut voxels = zeroed(dims.iter().product())?;
         voxelize::voxelize(surface, dims, voxelization, &mut voxels, progress.part(0.0, 0.3))?;
+        let surface_voxels = count(&voxels);
+        let inside = flood::enclosed(&voxels, dims, progress.part(0.3, 0.5))?;
 
-        let mut squared = zeroed(count)?;
-        let plane = dims[0] * dims[1];
-        let planes = squared.chunks_mut(plane).zip(voxels.chunks(plane)).collect();
-        parallel::for_each(planes, |_, (squared, voxels): (&mut [u32], &[bool])| {
-            for (squared, &is_on) in squared.iter_mut().zip(voxels) {
-                *squared = if is_on { 0 } else { FAR };
-            }
-        });
-        // Voxels have no labels.
-        let mut labels = vec![(); count];
-        feature_transform(&mut labels, &mut squared, dims, progress.part(0.3, 0.8))?;
+        // The voxels are the labels of the transform, which overwrites them.
+        let squared = feature_transform(&mut voxels, dims, progress.part(0.5, 1.0))?;
         let squared = squared.into_iter().map(square_as_float).collect();
-
-        let enclosed = flood::enclosed(&voxels, dims, progress.part(0.8, 1.0))?;
-        let inside = Inside::from_mask(&enclosed, dims[0]);
-        let surface_voxels = voxels.iter().filter(|is_on| **is_on).count();
         Ok(Self { squared, inside, surface_voxels })
     }
+}
+
+/// Counts the nodes that are true.
+pub(crate) fn count(nodes: &[bool]) -> usize {
+    nodes.iter().map(|&is_on| usize::from(is_on)).sum()
 }
 
 #[expect(clippy::cast_precision_loss, reason = "24 bits hold squares up to 4096 spacings")]
@@ -71,13 +64,17 @@ fn square_as_float(squared: u32) -> f32 {
 /// Checks that every edge has an even number of faces, so that no path leads around the
 /// surface.
 fn check_closed(surface: &TriangleSurface) -> Result<(), FieldError> {
-    let is_open = |edge: &u32| surface.edge_faces(*edge).len() % 2 == 1;
-    let mut open = (0..).take(surface.edges().len()).filter(is_open);
-    let Some(first) = open.next() else {
+    let mut first = None;
+    let mut count = 0;
+    for (edge, &ends) in (0..).zip(surface.edges()) {
+        if surface.edge_faces(edge).len() % 2 == 1 {
+            first = first.or(Some((edge, ends)));
+            count += 1;
+        }
+    }
+    let Some((edge, [from, to])) = first else {
         return Ok(());
     };
-    let [from, to] = surface.edges()[first as usize];
-    let face = surface.edge_faces(first)[0];
-    let source = SurfaceError::Open { count: 1 + open.count(), from, to, face };
-    Err(FieldError::NotClosed { source })
+    let face = surface.edge_faces(edge)[0];
+    Err(FieldError::NotClosed { source: SurfaceError::Open { count, from, to, face } })
 }

@@ -35,25 +35,25 @@ pub(super) fn voxelize(
     progress: Progress<'_>,
 ) -> Result<(), Interrupted> {
     let plane = dims[0] * dims[1];
-    let slabs = voxels.chunks_mut(plane * SLAB).enumerate().map(|(s, voxels)| {
+    let mut slabs = Vec::new();
+    for (s, voxels) in voxels.chunks_mut(plane * SLAB).enumerate() {
         let planes = s * SLAB..s * SLAB + voxels.len() / plane;
-        Slab { dims, planes, voxels }
-    });
-    let mut slabs: Vec<Slab<'_>> = slabs.collect();
+        slabs.push(Slab { dims, planes, voxels });
+    }
+
+    // Every slab runs over all faces: telling those that it needs costs little.
     let reports = surface.surface.faces().chunks(REPORT as usize).len();
     let steps = progress.steps(slabs.len() * reports);
     parallel::try_for_each_mut(&mut slabs, |_, slab| {
-        let [first, last] = [slab.planes.start, slab.planes.end - 1].map(coordinate);
+        let (first, last) = (coordinate(slab.planes.start), coordinate(slab.planes.end - 1));
         for (face, &normal) in (0..).zip(&surface.normals) {
             if face % REPORT == 0 {
                 steps.advance(1)?;
             }
-            let corners = surface.corners(face);
-            let heights = corners.map(|p| p.z);
             // Half a voxel beyond its ends, and rounding.
-            let min = heights[0].min(heights[1]).min(heights[2]) - 1.0;
-            let max = heights[0].max(heights[1]).max(heights[2]) + 1.0;
-            if min <= last && max >= first {
+            let corners = surface.corners(face);
+            let Aabb { min, max } = Aabb::of_points(corners).inflate(1.0);
+            if min.z <= last && max.z >= first {
                 slab.add_face(corners, normal, voxelization);
             }
         }
@@ -92,7 +92,7 @@ impl Slab<'_> {
 
     /// Switches on the lines of the edges, and one voxel per column inside.
     fn add_thin(&mut self, corners: [DVec3; 3], normal: DVec3) {
-        let [a, b, c] = corners.map(|p| p.to_array().map(nearest));
+        let [a, b, c] = corners.map(nearest_voxel);
         for [from, to] in [[a, b], [b, c], [c, a]] {
             bresenham_line(from, to, |voxel| self.set_if_inside(voxel));
         }
@@ -109,13 +109,15 @@ impl Slab<'_> {
         let Aabb { min, max } = Aabb::of_points(corners);
         for q in nodes_within(min[v], max[v], self.dims[v]) {
             for p in nodes_within(min[u], max[u], self.dims[u]) {
+                // In projection along the axis, left of all edges or right of all.
                 let at = [coordinate(p), coordinate(q)];
-                let is_left_of = |[from, to]: [DVec3; 2]| {
+                let mut is_inside = true;
+                for (from, to) in [(a, b), (b, c), (c, a)] {
                     let turn = (to[u] - from[u]) * (at[1] - from[v])
                         - (to[v] - from[v]) * (at[0] - from[u]);
-                    turn * normal[w].signum() >= 0.0
-                };
-                if [[a, b], [b, c], [c, a]].into_iter().all(is_left_of) {
+                    is_inside &= turn * normal[w].signum() >= 0.0;
+                }
+                if is_inside {
                     let slope = normal[u] * (at[0] - a[u]) + normal[v] * (at[1] - a[v]);
                     let mut voxel = [0; 3];
                     [voxel[u], voxel[v], voxel[w]] =
@@ -145,6 +147,11 @@ impl Slab<'_> {
             }
         }
     }
+}
+
+/// Returns the voxel that contains a point.
+fn nearest_voxel(p: DVec3) -> [i64; 3] {
+    p.to_array().map(nearest)
 }
 
 /// Half-space `normal · p + offset >= 0`.
@@ -188,11 +195,15 @@ fn dominant_axis(v: DVec3) -> usize {
 
 /// Visits the voxels of the line between two, one per step along its longest axis.
 fn bresenham_line(from: [i64; 3], to: [i64; 3], mut visit: impl FnMut([i64; 3])) {
-    let step = [0, 1, 2].map(|axis| (to[axis] - from[axis]).signum());
-    let length = [0, 1, 2].map(|axis| (to[axis] - from[axis]).abs());
+    let (mut step, mut length) = ([0; 3], [0; 3]);
+    for axis in 0..3 {
+        let along = to[axis] - from[axis];
+        (step[axis], length[axis]) = (along.signum(), along.abs());
+    }
+
+    // Per axis, twice the distance from the line less half a voxel, in units of 1 / steps.
     let steps = length[0].max(length[1]).max(length[2]);
     let mut error = length.map(|length| 2 * length - steps);
-
     let mut voxel = from;
     visit(voxel);
     for _ in 0..steps {

@@ -51,11 +51,7 @@ fn refuses_what_is_not_a_surface() {
 #[test]
 fn refuses_lengths_that_make_no_sense() {
     let ball = shapes::octasphere(10.0, 2);
-    let band = |band| FieldMethod::ExactBand {
-        band,
-        relax: false,
-        node_values: NodeValues::Interpolating,
-    };
+    let band = |band| FieldMethod::ExactBand { band, node_values: NodeValues::Interpolating };
     let cases = [
         (FieldParams { spacing: 0.0, ..defaults() }, "spacing"),
         (FieldParams { spacing: f64::NAN, ..defaults() }, "spacing"),
@@ -336,7 +332,7 @@ fn what_is_certain_holds_at_the_tip_of_a_needle() {
         (Storage::Float, NodeValues::QuasiInterpolating, 0.125),
         (steps, NodeValues::QuasiInterpolating, 0.125),
     ] {
-        let method = FieldMethod::ExactBand { band: 3.0, relax: false, node_values: nodes };
+        let method = FieldMethod::ExactBand { band: 3.0, node_values: nodes };
         let field = build(&needle, &FieldParams { storage, method, ..defaults() }).unwrap();
         let certain =
             field.report().error_bound.expect("a closed surface in an exact band") - given;
@@ -397,7 +393,7 @@ fn a_band_beyond_the_grid_is_cut_off() {
     let surface = mesh.surface();
     let x = surface.positions(&mesh.positions).unwrap();
     let nodes = NodeValues::QuasiInterpolating;
-    let method = FieldMethod::ExactBand { band: 20.0, relax: false, node_values: nodes };
+    let method = FieldMethod::ExactBand { band: 20.0, node_values: nodes };
     let built = |padding: f64| {
         let params = FieldParams { method, padding, spacing: 0.5, ..FieldParams::new(1.0) };
         DistanceField::build(&surface, x, &params, Progress::none()).unwrap()

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 
-use distance_field::{DistanceField, FieldError, FieldMethod, FieldParams};
+use distance_field::{DistanceField, FieldError, FieldParams};
 use fixtures::femur::femur;
 use surface::progress::{Interrupted, Progress};
 
@@ -13,16 +13,7 @@ fn build_each(handler: &(dyn Fn(f64) -> ControlFlow<()> + Sync)) -> Vec<Result<(
     let surface = mesh.surface();
     let x = surface.positions(&mesh.positions).unwrap();
     let untruncated = FieldParams { truncation: None, ..FieldParams::new(1.5) };
-    let relaxed = FieldMethod::ExactBand {
-        band: 2.0,
-        relax: true,
-        node_values: distance_field::NodeValues::QuasiInterpolating,
-    };
-    let all = [
-        FieldParams::new(1.5),
-        FieldParams { method: relaxed, ..untruncated },
-        FieldParams::voxel(1.5),
-    ];
+    let all = [FieldParams::new(1.5), untruncated, FieldParams::voxel(1.5)];
     let build = |params: FieldParams| {
         DistanceField::build(&surface, x, &params, Progress::new(handler)).map(|_| ())
     };

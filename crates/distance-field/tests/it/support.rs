@@ -1,6 +1,6 @@
 //! Fields of meshes, and exact distances, that the tests share.
 
-use distance_field::{DistanceField, FieldError, FieldMethod, FieldParams, NodeValues};
+use distance_field::{DistanceField, FieldError, FieldGrid, FieldMethod, FieldParams, NodeValues};
 use fixtures::Mesh;
 use kdop::Workspace;
 use proximity::SurfaceTree;
@@ -16,11 +16,18 @@ pub(crate) fn build(mesh: &Mesh, params: &FieldParams) -> Result<DistanceField, 
 
 /// The exact band of 3 spacings, with exact distances at its nodes.
 pub(crate) const INTERPOLATING: FieldMethod =
-    FieldMethod::ExactBand { band: 3.0, relax: false, node_values: NodeValues::Interpolating };
+    FieldMethod::ExactBand { band: 3.0, node_values: NodeValues::Interpolating };
 
 /// Returns all nodes of a grid with these dimensions.
 pub(crate) fn nodes([nx, ny, nz]: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
     (0..nz).flat_map(move |k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])))
+}
+
+/// Returns the lowest node of the cell that contains a point of the grid.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "inside the grid")]
+pub(crate) fn lowest_node(grid: &FieldGrid, p: DVec3) -> [usize; 3] {
+    let cell = ((p - grid.origin()) / grid.spacing()).floor().to_array();
+    std::array::from_fn(|axis| (cell[axis] as usize).min(grid.dims()[axis] - 2))
 }
 
 /// Exact closest points of a mesh.

@@ -40,15 +40,15 @@ fn one_two_and_seven_threads_agree_to_the_bit() {
     for face in (0..open.faces.len()).step_by(31) {
         open.faces[face].swap(0, 1);
     }
-    let exact = |relax, truncation| {
+    let exact = |truncation| {
         let node_values = NodeValues::QuasiInterpolating;
-        let method = FieldMethod::ExactBand { band: 2.5, relax, node_values };
+        let method = FieldMethod::ExactBand { band: 2.5, node_values };
         FieldParams { method, truncation, ..FieldParams::new(2.0) }
     };
     let storage = Storage::Quantized { step: 0.001 };
-    assert_same_bits(&open, &exact(false, Some(15.0)));
-    assert_same_bits(&open, &exact(true, None));
-    assert_same_bits(&open, &FieldParams { storage, ..exact(true, Some(10.0)) });
+    assert_same_bits(&open, &exact(Some(15.0)));
+    assert_same_bits(&open, &exact(None));
+    assert_same_bits(&open, &FieldParams { storage, ..exact(Some(10.0)) });
     for voxelization in [Voxelization::Bresenham, Voxelization::Conservative] {
         let method = FieldMethod::Voxel { voxelization };
         assert_same_bits(&femur(7.0), &FieldParams { method, ..FieldParams::voxel(2.0) });

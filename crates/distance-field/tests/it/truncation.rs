@@ -22,8 +22,7 @@ fn all_nodes_within_the_truncation_know_a_lone_point() {
         let small = |p: DVec3| [p, p + 1e-3 * DVec3::X, p + 1e-3 * DVec3::Y];
         let mesh =
             Mesh { positions: [small(at), small(far)].concat(), faces: vec![[0, 1, 2], [3, 4, 5]] };
-        let method =
-            FieldMethod::ExactBand { band, relax: false, node_values: NodeValues::Interpolating };
+        let method = FieldMethod::ExactBand { band, node_values: NodeValues::Interpolating };
         let params = FieldParams {
             truncation: Some(truncation),
             padding: 14.0,

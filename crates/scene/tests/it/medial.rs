@@ -103,7 +103,7 @@ fn ball_field(radius: f64, padding: f64, truncation: Option<f64>) -> DistanceFie
     let surface = mesh.surface();
     // Exact as far out as the balls' centers are.
     let node_values = NodeValues::QuasiInterpolating;
-    let method = FieldMethod::ExactBand { band: 20.0, relax: false, node_values };
+    let method = FieldMethod::ExactBand { band: 20.0, node_values };
     let params = FieldParams { padding, method, truncation, ..FieldParams::new(0.5) };
     let x = surface.positions(&mesh.positions).expect("finite");
     DistanceField::build(&surface, x, &params, Progress::none()).expect("a field")
