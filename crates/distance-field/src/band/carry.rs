@@ -5,31 +5,12 @@
 
 use surface::progress::Progress;
 
-use super::spread::{MAX_REACH, seed_closeness, spread};
-use super::{BandParams, Nearest};
+use super::BandParams;
+use super::spread::{MAX_REACH, spread};
 use crate::FieldError;
 use crate::memory::zeroed;
 use crate::num::{coordinate, floor_index};
 use crate::transform::feature_transform;
-
-/// Distances over which faces were carried, which tell band nodes from other nodes.
-pub(super) enum Carried {
-    /// Within a reach: closeness of the nodes, and that of band nodes.
-    Bounded { closeness: Vec<i16>, seed: i16 },
-    /// Everywhere: squared distances from the nearest band node.
-    Everywhere { squared: Vec<u32> },
-}
-
-impl Carried {
-    /// Returns true if a node is beyond the band and has a face.
-    #[inline]
-    pub(super) fn is_carried(&self, node: usize) -> bool {
-        match self {
-            Self::Bounded { closeness, seed } => closeness[node] > 0 && closeness[node] != *seed,
-            Self::Everywhere { squared } => squared[node] > 0,
-        }
-    }
-}
 
 /// Returns the bytes per node that a build holds at once: value, face and distance carried.
 pub(crate) fn bytes_per_node(params: BandParams) -> f64 {
@@ -48,17 +29,15 @@ fn reach(params: BandParams) -> Option<usize> {
 
 /// Carries faces to all nodes that may be within the truncation, or to all.
 pub(super) fn carry(
-    nearest: &mut Nearest,
+    face: &mut [u32],
     dims: [usize; 3],
     params: BandParams,
     progress: Progress<'_>,
-) -> Result<Carried, FieldError> {
-    if let Some(reach) = reach(params) {
-        let mut closeness = zeroed(nearest.face.len())?;
-        spread(&mut nearest.face, &mut closeness, dims, reach, progress)?;
-        return Ok(Carried::Bounded { closeness, seed: seed_closeness(reach) });
+) -> Result<(), FieldError> {
+    // Over a short reach a search is faster than the transform, and takes half its memory.
+    match reach(params) {
+        Some(reach) => spread(face, &mut zeroed(face.len())?, dims, reach, progress)?,
+        None => drop(feature_transform(face, dims, progress)?),
     }
-
-    let squared = feature_transform(&mut nearest.face, dims, progress)?;
-    Ok(Carried::Everywhere { squared })
+    Ok(())
 }

@@ -9,7 +9,6 @@ use surface::parallel;
 use surface::progress::{Interrupted, Progress};
 
 use super::Nearest;
-use super::carry::Carried;
 use crate::num::{coordinate, single};
 use crate::units::{GridSurface, squared_distance_of_origin};
 
@@ -19,31 +18,33 @@ const LANES: usize = 32;
 
 type Lanes = [f64; LANES];
 
-/// Computes the squared distances of carried nodes from their faces; nodes without a face
-/// are infinitely far.
+/// Computes the squared distances of the nodes beyond the band from the faces that were
+/// carried to them; nodes without a face are infinitely far.
 pub(super) fn measure(
     surface: &GridSurface<'_>,
     nearest: &mut Nearest,
-    carried: &Carried,
     [nx, ny, _]: [usize; 3],
     progress: Progress<'_>,
 ) -> Result<(), Interrupted> {
-    let plane = nx * ny;
     // Plane by plane, nodes are gathered into batches across rows.
+    let plane = nx * ny;
     let planes = nearest.squared.chunks_mut(plane).zip(nearest.face.chunks(plane));
     let mut planes: Vec<_> = planes.collect();
     let steps = progress.steps(planes.len());
-    parallel::try_for_each_mut(&mut planes, |k, (squared, face)| {
+    parallel::try_for_each_mut(&mut planes, |k, (squared, faces)| {
         steps.advance(1)?;
         let mut batch = MeasureBatch::new(surface);
-        for (j, row) in (0..plane).step_by(nx).enumerate() {
+        for j in 0..ny {
             for i in 0..nx {
-                let node = row + i;
-                if face[node] == 0 {
+                let node = i + nx * j;
+                let (face, found) = (faces[node], squared[node]);
+                if face == 0 {
                     squared[node] = f32::INFINITY;
-                } else if carried.is_carried(k * plane + node) {
+                } else if found.to_bits() == 0 {
                     let p = DVec3::new(coordinate(i), coordinate(j), coordinate(k));
-                    batch.add(node, p, face[node] - 1, squared);
+                    batch.add(node, p, face - 1, squared);
+                } else {
+                    squared[node] = found.abs();
                 }
             }
         }

@@ -25,11 +25,14 @@ pub(crate) struct BandParams {
 /// Squared distances in spacings and faces, one per node.
 #[derive(Debug)]
 struct Nearest {
-    /// Squared distance; undefined where there is no face.
+    /// Squared distance of a band node, [`ON_SURFACE`] in place of 0, which other nodes have.
     squared: Vec<f32>,
     /// One more than the number of the nearest face; 0 where none is found.
     face: Vec<u32>,
 }
+
+/// Squared distance of a band node on the surface: equal to 0, with other bits.
+const ON_SURFACE: f32 = -0.0;
 
 /// Computes the squared distances of all nodes, in spacings; infinite beyond the truncation.
 pub(crate) fn squared_distances(
@@ -42,7 +45,7 @@ pub(crate) fn squared_distances(
     let mut nearest = Nearest { squared: zeroed(count)?, face: zeroed(count)? };
     regions::fill(surface, dims, params.band, &mut nearest, progress.part(0.0, 0.4))?;
 
-    let carried = carry::carry(&mut nearest, dims, params, progress.part(0.4, 0.7))?;
-    measure::measure(surface, &mut nearest, &carried, dims, progress.part(0.7, 1.0))?;
+    carry::carry(&mut nearest.face, dims, params, progress.part(0.4, 0.7))?;
+    measure::measure(surface, &mut nearest, dims, progress.part(0.7, 1.0))?;
     Ok(nearest.squared)
 }

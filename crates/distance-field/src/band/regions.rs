@@ -24,7 +24,7 @@ use glam::DVec3;
 use surface::progress::{Interrupted, Progress};
 use surface::{Aabb, parallel};
 
-use super::Nearest;
+use super::{Nearest, ON_SURFACE};
 use crate::num::{coordinate, nodes_within, single};
 use crate::units::GridSurface;
 
@@ -374,6 +374,6 @@ impl Slab<'_> {
 #[inline]
 fn keep_nearer(best: &mut f32, id: &mut u32, squared: f32, face: u32) {
     if *id == 0 || (squared, face) < (*best, *id) {
-        (*best, *id) = (squared, face);
+        (*best, *id) = (if squared == 0.0 { ON_SURFACE } else { squared }, face);
     }
 }

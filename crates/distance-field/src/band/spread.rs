@@ -33,7 +33,7 @@ type Row<'a> = separable::Row<'a, u32, i16>;
 /// Gives every node within `reach` spacings of a seed the face of its nearest seed; seeds
 /// are the nodes that have a face, all other faces are 0.
 ///
-/// Writes the closeness of all nodes: [`seed_closeness`] at seeds, 0 beyond the reach. Among
+/// Writes the closeness of all nodes, 0 beyond the reach. Among
 /// seeds at the same distance the order of the search decides, which is fixed.
 pub(super) fn spread(
     face: &mut [u32],
@@ -53,11 +53,6 @@ pub(super) fn spread(
     separable::passes(face, closeness, dims, progress, within, across)
 }
 
-/// Returns the closeness of a seed, whose distance is 0.
-pub(super) fn seed_closeness(reach: usize) -> i16 {
-    closeness(reach, 0)
-}
-
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_possible_wrap,
@@ -69,7 +64,7 @@ fn closeness(reach: usize, distance: usize) -> i16 {
 
 /// Spreads faces along a row: forward, then backward.
 fn along_row(row: &mut Row<'_>, reach: usize) {
-    let seed = seed_closeness(reach);
+    let seed = closeness(reach, 0);
     let Some(first) = row.labels.iter().position(|&face| face != 0) else {
         return;
     };

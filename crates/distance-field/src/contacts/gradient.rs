@@ -45,26 +45,16 @@ impl GradientBounds {
         let dims = grid.dims().map(|n| (n - 1).div_ceil(BLOCK));
         let mut squared = vec![0.0_f32; dims.iter().product()];
 
-        // Row by row of cells, each between four rows of nodes.
+        // Row by row of cells, between four rows of nodes; the cells of a block are consecutive,
+        // so that its bound stays in a register.
         for k in 0..nz - 1 {
             for j in 0..ny - 1 {
-                let first = nx * (j + ny * k);
-                let low = &values[first..][..nx];
-                let north = &values[first + nx..][..nx];
-                let above = &values[first + nx * ny..][..nx];
-                let beyond = &values[first + nx * ny + nx..][..nx];
-
-                // The cells of a block are consecutive, so that its bound stays in a register.
-                let block = dims[0] * (j / BLOCK + dims[1] * (k / BLOCK));
-                for (b, max) in squared[block..block + dims[0]].iter_mut().enumerate() {
-                    for i in BLOCK * b..(BLOCK * (b + 1)).min(nx - 1) {
-                        let edges = [
-                            [low[i], low[i + 1]],
-                            [north[i], north[i + 1]],
-                            [above[i], above[i + 1]],
-                            [beyond[i], beyond[i + 1]],
-                        ];
-                        *max = max.max(squared_rise(edges));
+                let row = |j: usize, k: usize| &values[nx * (j + ny * k)..][..nx];
+                let rows = [row(j, k), row(j + 1, k), row(j, k + 1), row(j + 1, k + 1)];
+                let first = dims[0] * (j / BLOCK + dims[1] * (k / BLOCK));
+                for (block, max) in squared[first..first + dims[0]].iter_mut().enumerate() {
+                    for i in BLOCK * block..(BLOCK * (block + 1)).min(nx - 1) {
+                        *max = max.max(squared_rise(rows.map(|row| [row[i], row[i + 1]])));
                     }
                 }
             }
@@ -128,7 +118,8 @@ fn gradient(squared: f32, spacing: f64) -> f64 {
 /// A trilinear gradient is bounded along each axis by the largest rise of the four edges
 /// along it. The edges along x are given, y running fastest.
 fn squared_rise([a, b, c, d]: [[f32; 2]; 4]) -> f32 {
-    let x = rise(a[0], a[1]).max(rise(b[0], b[1])).max(rise(c[0], c[1]).max(rise(d[0], d[1])));
+    let along = [a, b, c, d].map(|[from, to]| (to - from).abs());
+    let x = along[0].max(along[1]).max(along[2].max(along[3]));
     let y = max_rise(a, b).max(max_rise(c, d));
     let z = max_rise(a, c).max(max_rise(b, d));
     x * x + y * y + z * z
@@ -137,10 +128,5 @@ fn squared_rise([a, b, c, d]: [[f32; 2]; 4]) -> f32 {
 /// Returns the larger rise of the two edges between two parallel ones.
 #[inline]
 fn max_rise(p: [f32; 2], q: [f32; 2]) -> f32 {
-    rise(p[0], q[0]).max(rise(p[1], q[1]))
-}
-
-#[inline]
-fn rise(from: f32, to: f32) -> f32 {
-    (to - from).abs()
+    (q[0] - p[0]).abs().max((q[1] - p[1]).abs())
 }
