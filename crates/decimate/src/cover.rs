@@ -159,7 +159,10 @@ impl Plane {
     /// Computes, per point, two coordinates in the plane and the height over it.
     fn project(&self, points: [DVec3; 3]) -> [DVec3; 3] {
         let [u, v, normal] = self.axes;
-        points.map(|p| p - self.origin).map(|d| DVec3::new(u.dot(d), v.dot(d), normal.dot(d)))
+        points.map(|p| {
+            let d = p - self.origin;
+            DVec3::new(u.dot(d), v.dot(d), normal.dot(d))
+        })
     }
 
     /// Returns the distance of a projected point from a side's line, positive inside.
@@ -228,6 +231,10 @@ fn is_upward(corners: [DVec3; 3]) -> bool {
 /// Returns true if a projected counter-clockwise triangle contains a point of the plane.
 fn contains(triangle: [DVec3; 3], p: DVec2) -> bool {
     let [a, b, c] = triangle.map(DVec3::truncate);
-    let is_left_of = |from: DVec2, to: DVec2| (to - from).perp_dot(p - from) >= 0.0;
-    is_left_of(a, b) && is_left_of(b, c) && is_left_of(c, a)
+    is_left_of(a, b, p) && is_left_of(b, c, p) && is_left_of(c, a, p)
+}
+
+/// Returns true if a point is on the line from one point to another, or to the left of it.
+fn is_left_of(from: DVec2, to: DVec2, p: DVec2) -> bool {
+    (to - from).perp_dot(p - from) >= 0.0
 }

@@ -146,10 +146,9 @@ impl Search<'_> {
     fn split(&mut self, patch: &Patch, bound: f64) {
         // Every corner gets its nearest face, since a covered patch may have had others.
         let [a, b, c] = [0, 1, 2].map(|k| self.locate(patch.corners[k], patch.near[k]));
-        let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(from, to)| {
-            let midpoint = from.point.midpoint(to.point);
-            self.locate(midpoint, from.face)
-        });
+        let ab = self.locate(a.point.midpoint(b.point), a.face);
+        let bc = self.locate(b.point.midpoint(c.point), b.face);
+        let ca = self.locate(c.point.midpoint(a.point), c.face);
 
         for quarter in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
             let (corners, near) = (quarter.map(|c| c.point), quarter.map(|c| c.face));

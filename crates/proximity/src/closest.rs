@@ -38,16 +38,26 @@ impl SurfaceTree {
         hint: Option<u32>,
         workspace: &mut Workspace,
     ) -> Option<ClosestPoint> {
-        let hinted = hint.map(|face| self.closest_on_face(point, face));
-        let mut best = hinted.filter(|found| found.distance <= max_distance);
-        let limit = best.map_or(max_distance, |found| found.distance);
+        // A hint within the distance is a first result, and shortens the search.
+        let (mut best, mut limit) = (None, max_distance);
+        if let Some(face) = hint {
+            let found = self.closest_on_face(point, face);
+            if found.distance <= max_distance {
+                (best, limit) = (Some(found), found.distance);
+            }
+        }
 
+        // Faces at exactly the limit are visited as well: of equals the first face is taken.
         self.tree().nearest(point, limit, workspace, |face, _| {
             let found = self.closest_on_face(point, face);
-            if found.distance <= max_distance && best.is_none_or(|best| found.is_before(&best)) {
-                best = Some(found);
+            let is_before = match &best {
+                Some(best) => found.is_before(best),
+                None => found.distance <= max_distance,
+            };
+            if is_before {
+                (best, limit) = (Some(found), found.distance);
             }
-            best.map_or(max_distance, |best| best.distance)
+            limit
         });
         best
     }

@@ -86,11 +86,18 @@ fn satisfies_identity(
 ) -> bool {
     let corners = q.surface.faces()[near.face as usize];
     let position = |particle: u32| {
-        let corner = corners.into_iter().find(|&corner| q.particles.particle(corner) == particle);
-        corner.map_or(p.positions.at(near.vertex), |corner| q.positions.at(corner))
+        for corner in corners {
+            if q.particles.particle(corner) == particle {
+                return q.positions.at(corner);
+            }
+        }
+        p.positions.at(near.vertex)
     };
-    let terms = contact.stencil.terms().iter();
-    let sizes = terms.map(|term| position(term.particle).abs().max_element());
-    let scale = sizes.fold(contact.gap.abs(), f64::max);
+
+    // Rounding is relative to the coordinates.
+    let mut scale = contact.gap.abs();
+    for term in contact.stencil.terms() {
+        scale = scale.max(position(term.particle).abs().max_element());
+    }
     contact.identity_error(position) <= 64.0 * f64::EPSILON * scale
 }

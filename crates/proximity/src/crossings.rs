@@ -25,6 +25,7 @@ impl Crossings {
         meeting.clear();
         crossing.clear();
 
+        // The trees leave the faces whose bounds overlap; the predicate is exact.
         a.tree().pairs(b.tree(), 0.0, workspace, |face_a, face_b| {
             match triangles_meet(a.corners(face_a), b.corners(face_b)) {
                 Meeting::Disjoint => return,
@@ -35,6 +36,7 @@ impl Crossings {
         });
         crossing.sort_unstable();
 
+        // The faces of each surface, once each.
         for (faces, side) in [(cut_faces_of_a, 0), (cut_faces_of_b, 1)] {
             faces.clear();
             faces.extend(meeting.iter().map(|pair| pair[side]));

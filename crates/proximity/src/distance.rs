@@ -16,6 +16,7 @@ pub(crate) fn distance_between(
     max_distance: f64,
     workspace: &mut Workspace,
 ) -> Option<f64> {
+    // The traversal keeps its margin; pairs beyond the best so far cost one comparison each.
     let mut best = None;
     let mut bound = max_distance;
     a.tree().pairs(b.tree(), max_distance, workspace, |face_a, face_b| {

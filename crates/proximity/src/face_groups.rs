@@ -24,6 +24,7 @@ impl FaceGroups {
             sets.join(b, c);
         }
 
+        // A face is in the group of any of its corners.
         let mut groups: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
         for &face in faces {
             let corner = surface.faces()[face as usize][0];

@@ -74,6 +74,7 @@ impl InsideVertices {
             return;
         }
 
+        // Cut faces join nothing, and their corners begin the search.
         let surface = a.surface();
         refill(&mut self.is_cut, surface.faces().len(), false);
         refill(&mut self.labels, surface.vertex_count(), Label::Unvisited);

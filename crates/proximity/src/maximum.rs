@@ -5,7 +5,7 @@
 //! value that was evaluated by more than a small share.
 
 use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::collections::BTreeMap;
 
 use surface::{DirectedHausdorff, TotalF64};
 
@@ -39,7 +39,8 @@ const RELATIVE_SLACK: f64 = 0.05;
 /// ```
 #[derive(Debug)]
 pub struct MaximumSearch<T> {
-    pieces: BinaryHeap<Piece<T>>,
+    /// Pieces by bound; their numbers break ties, so that the order is fixed.
+    pieces: BTreeMap<(TotalF64, Reverse<usize>), T>,
     added: usize,
     lower: f64,
     /// Largest bound of the pieces that were left out.
@@ -47,13 +48,6 @@ pub struct MaximumSearch<T> {
     relative_slack: f64,
     min_slack: f64,
     limit: f64,
-}
-
-/// Piece of the domain. Its number breaks ties, so that the order is fixed.
-#[derive(Debug)]
-struct Piece<T> {
-    priority: (TotalF64, Reverse<usize>),
-    content: T,
 }
 
 impl<T> MaximumSearch<T> {
@@ -64,7 +58,7 @@ impl<T> MaximumSearch<T> {
     /// number to decide whether it is exceeded.
     #[must_use]
     pub const fn new(min_slack: f64, limit: f64) -> Self {
-        let pieces = BinaryHeap::new();
+        let pieces = BTreeMap::new();
         let relative_slack = RELATIVE_SLACK;
         Self { pieces, added: 0, lower: 0.0, left_out: 0.0, relative_slack, min_slack, limit }
     }
@@ -86,8 +80,7 @@ impl<T> MaximumSearch<T> {
         if bound <= self.sufficient() {
             self.left_out = self.left_out.max(bound);
         } else {
-            let priority = (TotalF64(bound), Reverse(self.added));
-            self.pieces.push(Piece { priority, content: piece });
+            self.pieces.insert((TotalF64(bound), Reverse(self.added)), piece);
             self.added += 1;
         }
     }
@@ -103,8 +96,8 @@ impl<T> MaximumSearch<T> {
         if self.remaining() <= self.sufficient() {
             return None;
         }
-        let Piece { priority: (bound, _), content } = self.pieces.pop()?;
-        Some((bound.0, content))
+        let ((bound, _), piece) = self.pieces.pop_last()?;
+        Some((bound.0, piece))
     }
 
     /// Returns the largest evaluated value; 0 without one.
@@ -129,7 +122,7 @@ impl<T> MaximumSearch<T> {
     /// Returns the largest bound of the pieces that are left; 0 without one.
     #[must_use]
     pub fn remaining(&self) -> f64 {
-        self.pieces.peek().map_or(0.0, |piece| piece.priority.0.0)
+        self.pieces.last_key_value().map_or(0.0, |((bound, _), _)| bound.0)
     }
 
     /// Returns bounds on the maximum.
@@ -139,23 +132,3 @@ impl<T> MaximumSearch<T> {
         DirectedHausdorff { lower: self.lower, upper }
     }
 }
-
-impl<T> Ord for Piece<T> {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.priority.cmp(&other.priority)
-    }
-}
-
-impl<T> PartialOrd for Piece<T> {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl<T> PartialEq for Piece<T> {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl<T> Eq for Piece<T> {}

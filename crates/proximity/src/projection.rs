@@ -72,6 +72,7 @@ impl Candidates {
             if surface.vertex_faces(vertex).first() != Some(&face_p) {
                 continue;
             }
+            // The first offer makes the vertex a candidate; of equally near faces the first counts.
             let found = q.closest_on_face(p.position(vertex), face_q);
             let offered = Nearest { distance: found.distance, face: face_q };
             let nearest = &mut self.nearest[vertex as usize];
@@ -95,10 +96,12 @@ impl Candidates {
         workspace: &mut Workspace,
         out: &mut Vec<NearVertex>,
     ) {
+        // Candidates and inside vertices, ascending, each once.
         self.vertices.extend_from_slice(inside);
         self.vertices.sort_unstable();
         self.vertices.dedup();
 
+        // Neighbors have near feet: each face that is found is the hint of the vertices around.
         out.clear();
         let mut inside = inside.iter().peekable();
         for i in 0..self.vertices.len() {
@@ -161,6 +164,7 @@ impl NearVertex {
         let side = if is_inside { -1.0 } else { 1.0 };
         let offset = position - foot;
 
+        // The offset has no direction where the vertex is on the surface: the face has.
         let face_normal = triangle::normal(q.corners(found.face)).normalize_or(DVec3::Z);
         let scale = position.abs().max(foot.abs()).max_element();
         Self {

@@ -80,9 +80,14 @@ pub fn regions(a: &SurfaceTree, by: &SurfaceTree) -> Vec<Region> {
     crossings.find(a, by, &mut workspace);
     let cut_faces = crossings.cut_faces_of_a;
 
+    // Faces that are not cut, grouped.
+    let mut whole_faces = Vec::new();
     let mut cut = cut_faces.iter().peekable();
-    let all_faces = (0..).take(a.surface().faces().len());
-    let whole_faces: Vec<u32> = all_faces.filter(|face| cut.next_if_eq(&face).is_none()).collect();
+    for face in (0..).take(a.surface().faces().len()) {
+        if cut.next_if_eq(&&face).is_none() {
+            whole_faces.push(face);
+        }
+    }
     let mut groups = FaceGroups::new(a.surface(), &whole_faces);
 
     // Against a closed surface one vertex decides for its region, against an open one the cut.
@@ -102,6 +107,7 @@ pub fn regions(a: &SurfaceTree, by: &SurfaceTree) -> Vec<Region> {
         }
     }
 
+    // Largest first; of equal areas the one with the smallest face.
     let mut regions = Vec::new();
     for (root, faces) in groups.faces {
         let side = sides.get(&root).copied().unwrap_or(Side::Apart);

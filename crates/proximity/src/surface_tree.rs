@@ -249,6 +249,7 @@ impl LazySurfaceTree {
             self.fit()?;
         }
         let SurfaceTree { positions, tree, .. } = &self.inner;
+        // The step tree shares the structure of the surface tree: only its bounds differ.
         let step_tree = self.step_tree.get_or_insert_with(|| tree.clone());
         step_tree.refit_swept(positions.as_positions().as_slice(), end.as_slice())?;
         Ok(step_tree)

@@ -10,7 +10,7 @@
 use ccd::MovingPoints;
 use kdop::{Tree, Workspace};
 use surface::progress::Progress;
-use surface::{Contact, Stencil, Term, TriangleSurface};
+use surface::{Contact, NO_EDGE, Stencil, Term, TriangleSurface};
 
 use crate::SweptError;
 
@@ -64,25 +64,32 @@ pub enum ContactKind {
     EdgeEdge,
 }
 
+impl SweptContact {
+    fn time(&self) -> f64 {
+        self.contact.time.unwrap_or(1.0)
+    }
+}
+
 impl SweptSide<'_> {
     fn particles(&self, face: u32) -> [u32; 3] {
         self.surface.faces()[face as usize].map(|vertex| self.first_particle + vertex)
     }
 
-    /// Returns the corners that a face represents: those of which it is the first face.
-    fn own_vertices(&self, face: u32) -> impl Iterator<Item = u32> {
-        let corners = self.surface.faces()[face as usize];
-        let is_own = move |&vertex: &u32| self.surface.vertex_faces(vertex)[0] == face;
-        corners.into_iter().filter(is_own).map(|vertex| self.first_particle + vertex)
+    /// Returns the `k`th corner of a face, if the face represents it: if it is its first face.
+    fn own_vertex(&self, face: u32, k: usize) -> Option<u32> {
+        let vertex = self.surface.faces()[face as usize][k];
+        let is_own = self.surface.vertex_faces(vertex)[0] == face;
+        is_own.then_some(self.first_particle + vertex)
     }
 
-    /// Returns the ends of the edges that a face represents.
-    fn own_edges(&self, face: u32) -> impl Iterator<Item = [u32; 2]> {
-        let edges = self.surface.face_edges()[face as usize];
-        let is_own =
-            move |&edge: &u32| edge != surface::NO_EDGE && self.surface.edge_faces(edge)[0] == face;
-        let ends = |edge: u32| self.surface.edges()[edge as usize].map(|v| self.first_particle + v);
-        edges.into_iter().filter(is_own).map(ends)
+    /// Returns the ends of the `k`th edge of a face, if the face represents it.
+    fn own_edge(&self, face: u32, k: usize) -> Option<[u32; 2]> {
+        let edge = self.surface.face_edges()[face as usize][k];
+        if edge == NO_EDGE || self.surface.edge_faces(edge)[0] != face {
+            return None;
+        }
+        let [from, to] = self.surface.edges()[edge as usize];
+        Some([self.first_particle + from, self.first_particle + to])
     }
 }
 
@@ -130,6 +137,7 @@ impl<'a> SweptQuery<'a> {
         workspace: &mut Workspace,
         progress: Progress<'_>,
     ) -> Result<SweptContacts, SweptError> {
+        // Batches run as they fill; after an error, the traversal only ends.
         let margin = self.params.min_separation;
         let mut state = Ok(());
         a.tree.pairs(b.tree, margin, workspace, |face_a, face_b| {
@@ -140,9 +148,8 @@ impl<'a> SweptQuery<'a> {
         state?;
         self.flush()?;
 
-        let time = |found: &SweptContact| found.contact.time.unwrap_or(1.0);
         // Stable: contacts at one time stay in the order of the traversal.
-        self.contacts.sort_by(|p, q| time(p).total_cmp(&time(q)));
+        self.contacts.sort_by(|p, q| p.time().total_cmp(&q.time()));
         Ok(SweptContacts { contacts: self.contacts, candidates: self.candidates })
     }
 
@@ -155,12 +162,29 @@ impl<'a> SweptQuery<'a> {
         face_b: u32,
         progress: Progress<'_>,
     ) -> Result<(), SweptError> {
+        // Vertices of each against the face of the other, and edges against edges.
         let ([a0, a1, a2], [b0, b1, b2]) = (a.particles(face_a), b.particles(face_b));
-        self.vertex_faces.extend(a.own_vertices(face_a).map(|vertex| [vertex, b0, b1, b2]));
-        self.vertex_faces.extend(b.own_vertices(face_b).map(|vertex| [vertex, a0, a1, a2]));
-        for [p, q] in a.own_edges(face_a) {
-            self.edge_edges.extend(b.own_edges(face_b).map(|[r, s]| [p, q, r, s]));
+        for k in 0..3 {
+            if let Some(vertex) = a.own_vertex(face_a, k) {
+                self.vertex_faces.push([vertex, b0, b1, b2]);
+            }
         }
+        for k in 0..3 {
+            if let Some(vertex) = b.own_vertex(face_b, k) {
+                self.vertex_faces.push([vertex, a0, a1, a2]);
+            }
+        }
+        for i in 0..3 {
+            let Some([p, q]) = a.own_edge(face_a, i) else {
+                continue;
+            };
+            for j in 0..3 {
+                if let Some([r, s]) = b.own_edge(face_b, j) {
+                    self.edge_edges.push([p, q, r, s]);
+                }
+            }
+        }
+
         if self.vertex_faces.len() + self.edge_edges.len() < Self::BATCH {
             return Ok(());
         }
@@ -197,6 +221,7 @@ impl<'a> SweptQuery<'a> {
         let terms: [Term; 4] =
             std::array::from_fn(|k| Term { particle: particles[k], weight: found.weights[k] });
         let stencil = Stencil::new(&terms).expect("four terms are a stencil");
+        // The gap at the first time, by the contact's identity.
         let separation = stencil.combine(|particle| self.motion.at(particle, found.lo));
         let offset = self.params.min_separation;
         let contact = Contact {

@@ -146,10 +146,16 @@ impl TriangleSurface {
             }
         }
         let [a, b, c] = self.faces()[face as usize];
-        fewest.iter().take_while(|other| **other < face).any(|other| {
-            let corners = self.faces()[*other as usize];
-            corners.contains(&a) && corners.contains(&b) && corners.contains(&c)
-        })
+        for &other in fewest {
+            if other >= face {
+                break;
+            }
+            let corners = self.faces()[other as usize];
+            if corners.contains(&a) && corners.contains(&b) && corners.contains(&c) {
+                return true;
+            }
+        }
+        false
     }
 
     /// Returns the numbers of the faces; `new` refuses more than can be numbered.
