@@ -6,14 +6,14 @@ use std::hint::black_box;
 
 use ::response::{
     ContactLaw, ContactRows, ContactSystem, GapMeasure, Impulse, LinearForces, Margins,
-    NormalForce, PermanentContacts, SoftContacts, SoftLaw, SolveLevel, SolverParams,
+    NormalForce, PermanentContacts, ResponseError, SoftContacts, SoftLaw, SolveLevel, SolverParams,
     SurfaceCarrier, SweepOrder,
 };
 use glam::DVec3;
 use kdop::Workspace;
 use proximity::SurfaceTree;
 
-use crate::measure::{Report, as_f64};
+use crate::measure::{Report, Side, as_f64};
 use crate::sheets::Sheets;
 
 /// Budget of each comparison \[ms\].
@@ -57,30 +57,19 @@ struct SweepTime {
 /// contacts with 5 ms.
 fn sweeps(sheets: &Sheets, report: &mut Report) -> Result<SweepTime, Box<dyn Error>> {
     let rows = sheets.rows()?;
-    let system = ContactSystem::new(&rows, &sheets.inverse_mass, SweepOrder::Colored)?;
-    let mut v = sheets.v.clone();
-    let mut impulses = system.no_impulses();
+    let mut solver = Solver::new(&rows, sheets)?;
 
     // A contact's row, bias and impulse, its four terms, and their particles read and written.
     let words = (64 + 24 + 2 * 32 + 4 * 24 + 4 * 2 * 24) / 8;
     let mut memory = vec![1.0_f64; words * rows.len()];
     let [ours, plain] = report.interleave(
         BUDGET,
-        [
-            &mut || {
-                v.copy_from_slice(&sheets.v);
-                impulses.fill(Impulse::default());
-                let params = SolverParams::default();
-                let solved = system.solve(SolveLevel::Velocity, &mut v, &mut impulses, &params);
-                usize::from(solved.expect("sheets are valid").converged)
-            },
-            &mut || {
-                for _ in 0..SWEEPS {
-                    black_box(&mut memory).iter_mut().for_each(|word| *word += 1.0);
-                }
-                memory.len()
-            },
-        ],
+        [&mut || solver.solve(), &mut || {
+            for _ in 0..SWEEPS {
+                black_box(&mut memory).iter_mut().for_each(|word| *word += 1.0);
+            }
+            memory.len()
+        }],
     );
 
     let count = rows.len();
@@ -95,29 +84,40 @@ fn sweeps(sheets: &Sheets, report: &mut Report) -> Result<SweepTime, Box<dyn Err
 /// Compares rows and system from contacts with ten sweeps of them.
 fn preparation(sheets: &Sheets, report: &mut Report) -> Outcome {
     let rows = sheets.rows()?;
-    let system = ContactSystem::new(&rows, &sheets.inverse_mass, SweepOrder::Colored)?;
-    let mut v = sheets.v.clone();
-
-    report.compare(
-        "preparing 10k contacts / 10 sweeps",
-        BUDGET,
-        2.0,
-        [
-            &mut || {
-                let Ok(rows) = sheets.rows() else { return 0 };
-                let system = ContactSystem::new(&rows, &sheets.inverse_mass, SweepOrder::Colored);
-                system.map_or(0, |system| system.batch_count())
-            },
-            &mut || {
-                v.copy_from_slice(&sheets.v);
-                let mut impulses = system.no_impulses();
-                let params = SolverParams::default();
-                let solved = system.solve(SolveLevel::Velocity, &mut v, &mut impulses, &params);
-                usize::from(solved.is_ok())
-            },
-        ],
-    );
+    let mut solver = Solver::new(&rows, sheets)?;
+    let mut prepare = || {
+        let Ok(rows) = sheets.rows() else { return 0 };
+        Solver::new(&rows, sheets).map_or(0, |solver| solver.system.batch_count())
+    };
+    let sides: [Side<'_>; 2] = [&mut prepare, &mut || solver.solve()];
+    report.compare("preparing 10k contacts / 10 sweeps", BUDGET, 2.0, sides);
     Ok(())
+}
+
+/// Contacts of sheets with velocities and impulses, which are solved again and again.
+struct Solver<'a> {
+    sheets: &'a Sheets,
+    system: ContactSystem,
+    v: Vec<DVec3>,
+    impulses: Vec<Impulse>,
+}
+
+impl<'a> Solver<'a> {
+    fn new(rows: &ContactRows, sheets: &'a Sheets) -> Result<Self, ResponseError> {
+        let system = ContactSystem::new(rows, &sheets.inverse_mass, SweepOrder::Colored)?;
+        let impulses = system.no_impulses();
+        Ok(Self { sheets, system, v: sheets.v.clone(), impulses })
+    }
+
+    /// Solves from the start with default parameters; returns 1 if it converges.
+    fn solve(&mut self) -> usize {
+        self.v.copy_from_slice(&self.sheets.v);
+        self.impulses.fill(Impulse::default());
+        let params = SolverParams::default();
+        let Self { system, v, impulses, .. } = self;
+        let solved = system.solve(SolveLevel::Velocity, v, impulses, &params);
+        usize::from(solved.expect("sheets are valid").converged)
+    }
 }
 
 /// Compares sweeps to the same residual, warm started from the step before and cold.
