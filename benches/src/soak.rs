@@ -16,8 +16,9 @@ use musculo_collide::{
 
 use crate::measure::{Report, as_f64};
 
-/// Frames until every path was taken, after which memory is watched.
-pub const WARM_UP: u32 = 100;
+/// Frames until every state was taken, after which memory is watched: the bone's turn repeats after
+/// 64 frames, the muscles' sway after 40.
+pub const WARM_UP: u32 = 320;
 
 /// Counts over the frames after [`WARM_UP`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
