@@ -44,7 +44,8 @@ struct Arguments {
 /// End of every help text.
 const STATUS_HELP: &str = "\
 The file '-' of an output is standard output, which then has no table. Outputs replace other
-files once all of them are complete, but never an input.
+files once all of them are complete, but never an input. Inputs have at most 4 GiB, or 256 MiB
+where they are pipes or devices.
 
 Exit status:
   0    the condition holds: nothing overlaps, the gap is reached, errors are within bounds
@@ -99,7 +100,8 @@ impl Arguments {
         let max = 64.max(4 * processors);
         if threads.get() > max {
             let problem = format!(
-                "--threads is {threads}, but must be at most {max}: 64, or four per processor"
+                "--threads is {threads}, but must be at most {max}, the larger of 64 and four per \
+                 processor"
             );
             return Err(Failure::new(problem));
         }

@@ -21,6 +21,9 @@ use super::{Appended, VtkFile};
 use crate::text::{number, quoted, words};
 use crate::{FilePlace, ReadError};
 
+/// Maximum number of bytes of a number.
+const MAX_WIDTH: usize = 8;
+
 /// Data array of a file.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DataArray<'a> {
@@ -46,11 +49,14 @@ impl<'a> DataArray<'a> {
     }
 
     /// Returns the numbers of an array of coordinates or of values.
-    pub(super) fn floats(&self) -> Result<Vec<f64>, ReadError> {
+    ///
+    /// Compressed arrays of more than `max_count` numbers are refused before they take
+    /// memory.
+    pub(super) fn floats(&self, max_count: usize) -> Result<Vec<f64>, ReadError> {
         if self.encoding() == "ascii" {
             return self.ascii();
         }
-        let bytes = self.bytes()?;
+        let bytes = self.bytes(max_count)?;
         match self.number_type() {
             "Float32" => Ok(widened(self.decode(&bytes, f32::from_le_bytes))),
             "Float64" => Ok(self.decode(&bytes, f64::from_le_bytes)),
@@ -61,11 +67,13 @@ impl<'a> DataArray<'a> {
     /// Returns the numbers of an array of indices or of steps.
     ///
     /// An index beyond the range of `i64` becomes a negative one: both are no vertex.
-    pub(super) fn integers(&self) -> Result<Vec<i64>, ReadError> {
+    /// Compressed arrays of more than `max_count` numbers are refused before they take
+    /// memory.
+    pub(super) fn integers(&self, max_count: usize) -> Result<Vec<i64>, ReadError> {
         if self.encoding() == "ascii" {
             return self.ascii();
         }
-        let bytes = self.bytes()?;
+        let bytes = self.bytes(max_count)?;
         match self.number_type() {
             "Int8" => Ok(widened(self.decode(&bytes, i8::from_le_bytes))),
             "UInt8" => Ok(widened(self.decode(&bytes, u8::from_le_bytes))),
@@ -103,11 +111,11 @@ impl<'a> DataArray<'a> {
     }
 
     /// Returns the decoded, uncompressed bytes.
-    fn bytes(&self) -> Result<Vec<u8>, ReadError> {
+    fn bytes(&self, max_count: usize) -> Result<Vec<u8>, ReadError> {
         let source = self.source()?;
         match self.file.compressor.as_deref() {
             None => self.plain(&source),
-            Some("vtkZLibDataCompressor") => self.inflate(&source),
+            Some("vtkZLibDataCompressor") => self.inflate(&source, max_count),
             Some(other) => {
                 let feature = format!("data compressed by {}", quoted(other));
                 Err(self.file.dialect.format.unsupported(feature))
@@ -156,10 +164,17 @@ impl<'a> DataArray<'a> {
     }
 
     /// Decompresses blocks of equal size but the last, each compressed by itself.
-    fn inflate(&self, source: &Source<'_>) -> Result<Vec<u8>, ReadError> {
+    fn inflate(&self, source: &Source<'_>, max_count: usize) -> Result<Vec<u8>, ReadError> {
         // The header has three integers, then the compressed size of each block.
         let word = self.file.header_bytes;
         let [blocks, block_size, last_size] = self.header(source)?;
+        let full = if last_size > 0 { blocks.saturating_sub(1) } else { blocks };
+        let inflated_size = full.saturating_mul(block_size).saturating_add(last_size);
+        if inflated_size > max_count.saturating_mul(MAX_WIDTH) {
+            let problem = format!("its {inflated_size} bytes are more than {max_count} numbers");
+            return Err(self.malformed(problem));
+        }
+
         let header = word.saturating_mul(blocks.saturating_add(3));
         let sizes = self.first(source, header)?;
         let sizes: Vec<usize> =

@@ -139,23 +139,25 @@ fn read_values(
     dims: [usize; 3],
 ) -> Result<StoredValues, ReadError> {
     let array = DataArray::new(file, array_of_distances(piece)?);
+    let count = usize::try_from(node_count(dims)).unwrap_or(usize::MAX);
 
     // Distances as they are, or whole multiples of the step in the field data.
     if array.number_type() != "Int16" {
-        let values = array.floats()?;
+        let values = array.floats(count)?;
         let width = if array.number_type() == "Float64" { 8 } else { 4 };
         check_count(width, dims, values.len())?;
         return Ok(StoredValues::Distances(values.into_iter().map(single).collect()));
     }
 
-    let steps: Result<Vec<i16>, _> = array.integers()?.into_iter().map(i16::try_from).collect();
+    let steps: Result<Vec<i16>, _> =
+        array.integers(count)?.into_iter().map(i16::try_from).collect();
     let steps = steps.map_err(|_| array.malformed("a step is beyond 16 bits"))?;
     check_count(2, dims, steps.len())?;
     let Some(length) = field_array(file, STEP) else {
         let problem = format!("values of 16 bits need an array '{STEP}' in the field data");
         return Err(array.malformed(problem));
     };
-    let step = only_number(&length, &length.floats()?)?;
+    let step = only_number(&length, &length.floats(1)?)?;
     Ok(StoredValues::Steps { steps, step })
 }
 
@@ -197,7 +199,7 @@ fn read_node_kind(file: &VtkFile<'_>) -> Result<NodeValues, ReadError> {
     let Some(array) = field_array(file, NODES) else {
         return Ok(NodeValues::Interpolating);
     };
-    match only_number(&array, &array.integers()?)? {
+    match only_number(&array, &array.integers(1)?)? {
         0 => Ok(NodeValues::Interpolating),
         1 => Ok(NodeValues::QuasiInterpolating),
         other => Err(array.malformed(format!("is {other}, neither 0 nor 1"))),

@@ -46,7 +46,7 @@ fn read_points(
     let Some(array) = points.and_then(|points| points.child("DataArray")) else {
         return Err(VTP.missing(FilePlace::Array("Points".to_owned())));
     };
-    let coordinates = DataArray::new(file, array).floats()?;
+    let coordinates = DataArray::new(file, array).floats(count.saturating_mul(3))?;
 
     let (points, rest) = coordinates.as_chunks::<3>();
     if points.len() != count || !rest.is_empty() {
@@ -74,10 +74,11 @@ fn read_polygons(
         return Ok(());
     }
 
-    // Polygons one after the other, and where each ends.
+    // Where each polygon ends, and their corners one after the other.
     let section = piece.child("Polys");
-    let corners = needed(file, section, "connectivity")?.integers()?;
-    let ends = needed(file, section, "offsets")?.integers()?;
+    let ends = needed(file, section, "offsets")?.integers(count)?;
+    let corner_count = ends.last().map_or(0, |&end| usize::try_from(end).unwrap_or(usize::MAX));
+    let corners = needed(file, section, "connectivity")?.integers(corner_count)?;
     let place = FilePlace::Element("Polys".to_owned());
     if ends.len() != count {
         let problem = format!("{count} polygons, but {} offsets", ends.len());

@@ -231,3 +231,21 @@ fn unsupported_features_are_named() {
     let error = read(strips.as_bytes()).unwrap_err().to_string();
     assert!(error.contains("2 triangle strips cannot be read"), "{error}");
 }
+
+/// A block may decompress to a thousand times its size: arrays of more numbers than their
+/// piece has points are refused before that.
+#[test]
+fn compressed_arrays_are_as_large_as_their_piece() {
+    let style =
+        Style { place: Place::Inline, wide_header: true, big_endian: false, compressed: true };
+    let size = 200_000_000_usize;
+    let header = [1, size, 0, 0].map(|word: usize| word.to_le_bytes()).concat();
+    let array = STANDARD.encode(header) + &STANDARD.encode(deflated(&vec![0; 1000]));
+    let file = String::from_utf8(style.file()).unwrap();
+    let (before, rest) = file.split_once("format=\"binary\">\n ").unwrap();
+    let (_, behind) = rest.split_once("\n</DataArray>").unwrap();
+    let file = format!("{before}format=\"binary\">{array}</DataArray>{behind}");
+    let error = read(file.as_bytes()).unwrap_err().to_string();
+    let expected = "VTP file: array 'Points': its 200000000 bytes are more than 12 numbers";
+    assert_eq!(error, expected);
+}
