@@ -124,7 +124,7 @@ impl<'a> Header<'a> {
             return Err(NRRD.on_line(1, "does not begin with NRRD000 and a digit"));
         }
 
-        // One field, key or comment per line, up to an empty line.
+        // One field, key or comment per line, up to an empty line; the first is the magic.
         let mut header = Self { fields: Vec::new(), keys: Vec::new() };
         let mut rest = bytes;
         for number in 1.. {
@@ -134,23 +134,30 @@ impl<'a> Header<'a> {
             let Ok(line) = std::str::from_utf8(&rest[..end]) else {
                 return Err(NRRD.on_line(number, "is not text"));
             };
-            let line = line.trim_end();
             rest = &rest[end + 1..];
-            if line.is_empty() {
-                break;
-            }
-            if number == 1 || line.starts_with('#') {
-                continue;
-            }
-            let Some((name, value)) = line.split_once(':') else {
-                return Err(NRRD.on_line(number, format!("{} is not a field", quoted(line))));
-            };
-            match value.strip_prefix('=') {
-                Some(value) => header.keys.push((name, value.trim())),
-                None => header.fields.push((name.trim(), value.trim())),
+            match line.trim_end() {
+                "" => break,
+                line if number > 1 => header.add(number, line)?,
+                _ => {}
             }
         }
         Ok((header, rest))
+    }
+
+    fn add(&mut self, number: usize, line: &'a str) -> Result<(), ReadError> {
+        if line.starts_with('#') {
+            return Ok(());
+        }
+        let Some((name, value)) = line.split_once(':') else {
+            return Err(NRRD.on_line(number, format!("{} is not a field", quoted(line))));
+        };
+
+        // Applications separate their keys by := from the values.
+        match value.strip_prefix('=') {
+            Some(value) => self.keys.push((name, value.trim())),
+            None => self.fields.push((name.trim(), value.trim())),
+        }
+        Ok(())
     }
 
     fn get(&self, name: &str) -> Option<&'a str> {

@@ -45,7 +45,6 @@ impl Job<'_> {
         mut outputs: Outputs,
         mut stopwatch: Stopwatch,
     ) -> Result<Finished, Failure> {
-        // The resolver begins each frame with the displacements of the last one.
         let mut resolver = Resolver::new(self.params)?;
         let phase = Phase::with_steps("pushing apart, frame by frame", replay.frame_count());
 

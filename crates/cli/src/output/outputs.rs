@@ -55,11 +55,8 @@ enum StagedContent {
 }
 
 impl Outputs {
-    pub(super) fn new(
-        destinations: HashMap<PathBuf, Destination>,
-        places: Places,
-        folders: Vec<PathBuf>,
-    ) -> Self {
+    pub(super) fn new(destinations: HashMap<PathBuf, Destination>, places: Places) -> Self {
+        let folders = places.folders.clone();
         Self { destinations, places, folders, made_folders: Vec::new(), staged: VecDeque::new() }
     }
 

@@ -60,37 +60,22 @@ impl FilePlan {
     /// Outputs that are inputs or other outputs, by the identity of the file; and places
     /// where no file can be.
     pub(crate) fn open(self) -> Result<Outputs, Failure> {
-        // An input that does not exist is named by its reader.
-        let mut roles = BTreeMap::new();
-        for input in self.inputs {
-            if let Ok(id) = FileId::of(&input)
-                && !is_character_device(&input)
-            {
-                roles.insert(id, Role::Input(input));
-            }
-        }
+        let mut places = Places::of_inputs(self.inputs);
+        places.check_standard_output()?;
 
         // Folders first: files may stand in folders that are yet to be made.
-        let mut folders = Vec::new();
         for folder in &self.folders {
             let place = folder_place(folder).map_err(|error| Failure::in_output(folder, &error))?;
-            claim(&mut roles, FileId::Path(place.clone()), folder)?;
-            folders.push(place);
+            places.claim(FileId::Path(place.clone()), folder)?;
+            places.folders.push(place);
         }
 
-        // A table that is appended to an input would spoil it.
-        let standard_output = FileId::of_standard_output();
-        if let Some(Role::Input(input)) = standard_output.as_ref().and_then(|id| roles.get(id)) {
-            return Err(Failure::in_file(input, "is an input, and standard output as well"));
-        }
-
-        let mut places = Places { roles, standard_output, folders: folders.clone() };
         let mut destinations = HashMap::new();
         for file in self.files {
             let destination = places.add(&file)?;
             destinations.insert(file, destination);
         }
-        Ok(Outputs::new(destinations, places, folders))
+        Ok(Outputs::new(destinations, places))
     }
 }
 
@@ -100,19 +85,55 @@ pub(super) struct Places {
     roles: BTreeMap<FileId, Role>,
     standard_output: Option<FileId>,
     /// Planned folders.
-    folders: Vec<PathBuf>,
+    pub(super) folders: Vec<PathBuf>,
 }
 
 impl Places {
+    fn of_inputs(inputs: Vec<PathBuf>) -> Self {
+        let mut roles = BTreeMap::new();
+
+        // An input that does not exist is named by its reader.
+        for input in inputs {
+            if let Ok(id) = FileId::of(&input)
+                && !is_character_device(&input)
+            {
+                roles.insert(id, Role::Input(input));
+            }
+        }
+        Self { roles, standard_output: FileId::of_standard_output(), folders: Vec::new() }
+    }
+
+    /// Refuses a table that would be appended to an input.
+    fn check_standard_output(&self) -> Result<(), Failure> {
+        match self.standard_output.as_ref().and_then(|id| self.roles.get(id)) {
+            Some(Role::Input(input)) => {
+                Err(Failure::in_file(input, "is an input, and standard output as well"))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Gives an output its place.
     pub(super) fn add(&mut self, file: &Path) -> Result<Destination, Failure> {
-        let Self { roles, standard_output, folders } = self;
-        let (id, destination) = destination(file, standard_output.as_ref(), folders)
-            .map_err(|error| Failure::in_output(file, &error))?;
+        let found = destination(file, self.standard_output.as_ref(), &self.folders);
+        let (id, destination) = found.map_err(|error| Failure::in_output(file, &error))?;
         if let Some(id) = id {
-            claim(roles, id, file)?;
+            self.claim(id, file)?;
         }
         Ok(destination)
+    }
+
+    /// Gives a file to an output, unless it has a part already.
+    fn claim(&mut self, id: FileId, output: &Path) -> Result<(), Failure> {
+        let other = match self.roles.insert(id, Role::Output(output.to_owned())) {
+            None => return Ok(()),
+            Some(Role::Input(input)) if input == output => "this input".to_owned(),
+            Some(Role::Input(input)) => format!("the input {}", input.display()),
+            Some(Role::Output(other)) if other == output => "another one".to_owned(),
+            Some(Role::Output(other)) => format!("the output {}", other.display()),
+        };
+        let problem = format!("the output would replace {other}: give it a place of its own");
+        Err(Failure::in_file(output, problem))
     }
 }
 
@@ -162,17 +183,4 @@ fn place_of_new(path: &Path, folders: &[PathBuf]) -> io::Result<PathBuf> {
     }
     let problem = "its folder does not exist";
     Err(io::Error::new(io::ErrorKind::NotFound, problem))
-}
-
-/// Gives a file to an output, unless it has a part already.
-fn claim(roles: &mut BTreeMap<FileId, Role>, id: FileId, output: &Path) -> Result<(), Failure> {
-    let other = match roles.insert(id, Role::Output(output.to_owned())) {
-        None => return Ok(()),
-        Some(Role::Input(input)) if input == output => "this input".to_owned(),
-        Some(Role::Input(input)) => format!("the input {}", input.display()),
-        Some(Role::Output(other)) if other == output => "another one".to_owned(),
-        Some(Role::Output(other)) => format!("the output {}", other.display()),
-    };
-    let problem = format!("the output would replace {other}: give it a place of its own");
-    Err(Failure::in_file(output, problem))
 }

@@ -79,10 +79,9 @@ fn read_polygons(
     let ends = needed(file, section, "offsets")?.integers(count)?;
     let corner_count = ends.last().map_or(0, |&end| usize::try_from(end).unwrap_or(usize::MAX));
     let corners = needed(file, section, "connectivity")?.integers(corner_count)?;
-    let place = FilePlace::Element("Polys".to_owned());
     if ends.len() != count {
         let problem = format!("{count} polygons, but {} offsets", ends.len());
-        return Err(VTP.format.malformed(place, problem));
+        return Err(in_polygons(problem));
     }
 
     let mut start = 0;
@@ -90,12 +89,16 @@ fn read_polygons(
         let end = usize::try_from(end).unwrap_or(usize::MAX);
         let Some(range) = corners.get(start..end) else {
             let problem = format!("offset {polygon} does not lie within the connectivity");
-            return Err(VTP.format.malformed(place, problem));
+            return Err(in_polygons(problem));
         };
         polygons.push(range.iter().map(|&corner| shifted(corner, first)));
         start = end;
     }
     Ok(())
+}
+
+fn in_polygons(problem: String) -> ReadError {
+    VTP.format.malformed(FilePlace::Element("Polys".to_owned()), problem)
 }
 
 /// Returns the number among all points of a piece's point. A negative one must stay
