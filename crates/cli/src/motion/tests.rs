@@ -152,7 +152,7 @@ fn bodies_at_rest_have_reasons() {
         resting.map(|resting| (resting.body.clone(), resting.reason)).collect::<Vec<_>>()
     };
     let pelvis = ("bone_pelvis".to_owned(), RestReason::NoMap);
-    assert_eq!(resting(&two_frames(SKIN)), [pelvis.clone()]);
+    assert_eq!(resting(&two_frames(SKIN)), std::slice::from_ref(&pelvis));
     let muscle = ("muscle".to_owned(), RestReason::NoSkin);
     assert_eq!(resting(&two_frames("")), [muscle, pelvis]);
 }
