@@ -174,7 +174,7 @@ impl Build<'_> {
         let Winding { inside, is_inverted, boundary_edges: edges } = signs;
         self.report.inside_volume = self.volume(voxel::count(&inside));
         let is_sheet = edges > 0 && self.report.inside_volume < self.sheet_volume();
-        if is_inverted && !is_sheet {
+        if is_inverted {
             self.report.warnings.push(FieldWarning::Inverted);
         }
         if edges > 0 {

@@ -20,7 +20,14 @@ use crate::{DistanceField, Interpolation, MeasuredError};
 /// Fewer miss creases; more cost a query each.
 const DRAWN_PER_SAMPLE: usize = 64;
 
+/// Spacings by which a distance may exceed the value of the field.
+///
+/// Values at nodes are too large or right, up to half a voxel, and those between them are within
+/// the half diagonal of a cell: √3/2 + √3/2 spacings at most.
+const MAX_SHORTFALL: f64 = 2.0;
+
 /// Point far from the surface, at which the field is compared.
+#[derive(Clone, Copy)]
 struct DeepSample {
     point: DVec3,
     /// Magnitude of the distance that the field has there.
@@ -39,13 +46,15 @@ pub(crate) fn deep_error(
     truncation: f64,
     progress: Progress<'_>,
 ) -> Result<Option<MeasuredError>, Interrupted> {
+    let spacing = field.grid().spacing();
     let samples = creases(field, count, truncation);
     let reach = longest_edge(surface, x);
     let steps = progress.steps(samples.len());
     let errors = parallel::map(samples.len(), |i| {
         steps.advance(1)?;
-        let exact = distance(samples[i].point, surface, x, reach);
-        Ok((samples[i].value - exact.min(truncation)).abs())
+        let DeepSample { point, value, .. } = samples[i];
+        let exact = distance(point, surface, x, reach, value + MAX_SHORTFALL * spacing);
+        Ok((value - exact.min(truncation)).abs())
     });
 
     let (mut squares, mut max) = (0.0, 0.0_f64);
@@ -91,17 +100,18 @@ fn longest_edge(surface: &TriangleSurface, x: Positions<'_>) -> f64 {
     longest.sqrt()
 }
 
-/// Computes the distance of a point from the nearest face; none reaches farther from its first
-/// corner than `reach`.
-fn distance(point: DVec3, surface: &TriangleSurface, x: Positions<'_>, reach: f64) -> f64 {
-    // The nearest corner is an upper bound.
-    let mut nearest = f64::INFINITY;
-    for face in surface.faces() {
-        nearest = nearest.min(x.at(face[0]).distance_squared(point));
-    }
-
-    // A face can only be nearer if its first corner is within the bound and the reach.
-    let mut nearest = nearest.sqrt();
+/// Computes the distance of a point from the nearest face, at most `bound`; no face reaches farther
+/// from its first corner than `reach`.
+fn distance(
+    point: DVec3,
+    surface: &TriangleSurface,
+    x: Positions<'_>,
+    reach: f64,
+    bound: f64,
+) -> f64 {
+    // A face can only be nearer if its first corner is within the bound and the reach, which
+    // few are: most cost one comparison.
+    let mut nearest = bound;
     for &face in surface.faces() {
         let limit = nearest + reach;
         if x.at(face[0]).distance_squared(point) <= limit * limit {

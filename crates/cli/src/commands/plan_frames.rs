@@ -152,10 +152,18 @@ impl Comparison {
         detection: &Detection,
     ) {
         // Depths by both methods; pairs that are not reported have none.
-        let exact = exact.iter().find(|exact| exact.pair == pair.pair);
-        let planned = detection.pairs().iter().find(|found| found.pair == pair.pair);
-        let exact_depth = exact.map_or(0.0, |exact| exact.max_vertex_depth);
-        let depth = planned.map_or(0.0, |planned| planned.max_depth);
+        let (mut exact_depth, mut overlaps) = (0.0, false);
+        for exact in exact {
+            if exact.pair == pair.pair {
+                (exact_depth, overlaps) = (exact.max_vertex_depth, exact.overlaps);
+            }
+        }
+        let (mut depth, mut is_found) = (0.0, false);
+        for planned in detection.pairs() {
+            if planned.pair == pair.pair {
+                (depth, is_found) = (planned.max_depth, planned.overlaps);
+            }
+        }
 
         let difference = (exact_depth - depth).abs();
         if difference >= self.max_difference {
@@ -166,8 +174,7 @@ impl Comparison {
         }
 
         // An overlap that the plan does not report at all.
-        let is_found = planned.is_some_and(|planned| planned.overlaps);
-        if exact.is_some_and(|exact| exact.overlaps) && !is_found {
+        if overlaps && !is_found {
             self.missing += 1;
             self.max_missing_depth = self.max_missing_depth.max(exact_depth);
         }

@@ -150,7 +150,7 @@ impl Motion {
 
         // A motion that moves nothing is that of another scene.
         if followers.iter().all(|follower| follower.follows == Follows::Nothing) {
-            let rigid = scene.bodies().iter().filter(|body| body.kind() == BodyKind::Rigid);
+            let rigid = scene.bodies().iter().filter(|body| body.is_rigid());
             return Err(MotionProblem::NoFollower {
                 maps: listed(self.maps[0].keys().map(String::as_str)),
                 bodies: listed(rigid.map(Body::name)),

@@ -90,7 +90,8 @@ fn report_text(report: &FieldReport) -> String {
     let mut text = error_text(report);
 
     // A sheet has no inside, whatever single nodes say.
-    text += &if report.warnings.contains(&FieldWarning::NoInside) {
+    let is_sheet = report.warnings.contains(&FieldWarning::NoInside);
+    text += &if is_sheet {
         "  inside     none: the surface is a sheet\n".to_owned()
     } else {
         format!("  inside     volume {}\n", measure(report.inside_volume))
@@ -100,7 +101,10 @@ fn report_text(report: &FieldReport) -> String {
         text += "\nWarnings\n";
     }
     for warning in &report.warnings {
-        text += &format!("  {}\n", warning_text(warning));
+        // The orientation of a sheet has no meaning.
+        if *warning != FieldWarning::Inverted || !is_sheet {
+            text += &format!("  {}\n", warning_text(warning));
+        }
     }
     text
 }
