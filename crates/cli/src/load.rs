@@ -124,6 +124,13 @@ impl LoadedScene {
             record.self_crossings = crossings;
         }
 
+        // A place that a body covers twice counts twice in what it shares with others.
+        for body in bodies.iter().filter(|body| body.self_crossings.is_some()) {
+            for pair in &mut pairs {
+                pair.note_self_crossings(&body.name);
+            }
+        }
+
         Ok(CheckDocument {
             unit: self.description.unit,
             margin: self.margin(),

@@ -116,6 +116,16 @@ impl PairRecord {
         depths.max_by(|p, q| p.lower.total_cmp(&q.lower))
     }
 
+    /// Notes that a body crosses itself, where it is one of an overlapping pair.
+    pub(crate) fn note_self_crossings(&mut self, body: &str) {
+        if self.overlaps && (self.a == body || self.b == body) {
+            self.refusals.push(format!(
+                "'{body}' crosses itself: volumes and areas in it count a place as often as it is \
+                 covered"
+            ));
+        }
+    }
+
     /// Describes the way in which both bodies are the same.
     pub(crate) fn coincidence_text(&self) -> Option<String> {
         let way = match self.coincidence? {

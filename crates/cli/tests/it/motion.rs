@@ -232,7 +232,7 @@ fn every_frame_is_pushed_apart() {
         let files: Vec<&str> = files.iter().map(String::as_str).collect();
         let check = workshop.check(&[&files[..], &["--json", "c.json"]].concat());
         let report = json(&workshop, "c.json");
-        let depth = |pair: &Value| pair["max_depth"].as_f64().unwrap();
+        let depth = |pair: &Value| pair["max_vertex_depth"].as_f64().unwrap();
         let deepest = report["pairs"].as_array().unwrap().iter().map(depth).fold(0.0, f64::max);
         assert!(deepest <= 0.05, "frame {number}: {deepest} left, {}", check.stdout);
     }
