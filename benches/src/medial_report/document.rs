@@ -17,28 +17,50 @@ Written by `cargo run --release -p benches -- medial docs/accuracy-medial.md`, w
 
 `cargo xtask chart medial` draws this from the table.
 
-*rms* and *95 %* are of the signed distance of the union of balls over the surface, at its vertices by their areas. *surface to balls* and
-*balls to surface* are bounds on the directed Hausdorff distances: no point of the surface is farther outside of the balls, and no point of
-the balls farther outside of the surface. Beside each is the maximum over 100,000 samples, other ones than those of the fit and of the
-bound. Parts and holes are counted on a grid of 1 mm. *s* is the processor time to generate the row alone, on one thread. *extent* is the
-diagonal of the muscle's bounding box.
+- *muscle*: the muscle, *faces*: number of faces of its surface.
+- *extent*: diagonal of the bounding box of the muscle.
+- *balls*, *slabs*: numbers of balls and of slabs between three of them.
+- *rms*: root mean square of the signed distance of the union of balls over the surface, at its vertices weighted by their areas.
+- *95 %*: magnitude of that distance that 95 % of the vertices do not exceed.
+- *surface to balls*: bound on the directed Hausdorff distance: no point of the surface is farther outside the balls.
+- *balls to surface*: bound in the other direction: no point of the balls is farther outside the surface.
+- *sampled*: maximum of the distance in the column before over 100,000 samples, other than those of the fit and of the bound.
+- *parts and holes*: topology of the union, counted on a grid of 1 mm.
+- *s*: processor time to generate the row alone, on one thread.
+
+Below, per number of balls: *rms, median muscle* and *rms, max* over all muscles, the *target* of the rms, and the number of *muscles within*
+it.
 ";
 
 const DEFORMATION: &str = "
 ## Following deformation
 
-Root mean square of the same distance after the surface has been deformed: at rest, with moved centers and constant radii, and with refitted
-centers and radii. Beside each is the larger of the two bounds. Stretched and shortened muscles keep their volume.
+Balls at rest, carried along a deformation of the surface. Stretched and shortened muscles keep their volume.
+
+- *muscle*, *balls*, *deformation*: the muscle, its number of balls, and the deformation along its longest axis.
+- *rest*: root mean square of the signed distance as above, before the deformation.
+- *constant radii*: the same after it, with moved centers and the radii at rest.
+- *refitted*: the same with refitted centers and radii.
+- *bound*: larger of the two bounds on the directed Hausdorff distances in the state of the column before.
 ";
 
 const DETECTION: &str = "
 ## Detection
 
-Neighboring muscles that touch at rest, pushed 1 and 3 mm into each other. *surfaces* projects the vertices of one on the faces of the other
-within 1 mm, which does not yet decide which vertices are inside. *vertices × balls* finds the vertices inside with their depths, for the
-exact foot and for that on the bare face; *balls × balls* finds all pairs of primitives that overlap. Counted are tests of four bounds of nine
-directions each, tests of single directions, and leaves: distances of a point from a face, or of a point or a primitive from a primitive.
-A direction costs less than a leaf; that of the plane which touches a slab's balls costs more than the others. Depths are compared with
-exact ones. Vertices missed are those inside the muscle and outside the balls: with the bound on the distance from surface to balls as margin,
-none is missed unless the union has a void there.
+Neighboring muscles that touch at rest, pushed into each other.
+
+- *pair*: the muscle whose vertices are detected, and the other one; *push*: distance by which the first is pushed.
+- *method*: *surfaces* projects the vertices on the faces of the other muscle within 1 mm, without deciding which are inside.
+  *vertices × balls* finds the vertices inside with their depths, by the exact foot or that on the bare face. *balls × balls* finds all
+  pairs of primitives that overlap.
+- *balls*: number of balls of each muscle.
+- *bounds*: number of tests of four bounds of nine directions each.
+- *directions*: number of tests of single separating directions. Each costs less than a leaf; that of the plane that touches the balls of a
+  slab costs more than the others.
+- *leaves*: number of distances of a point from a face, or of a point or a primitive from a primitive.
+- *µs*: minimum time of one detection.
+- *depth error rms*: root mean square of the difference from exact depths, over the vertices that are found.
+- *missed*: vertices inside the muscle and outside the balls, of all inside. With the bound on the distance from surface to balls as margin,
+  none is missed unless the union has a void there.
+- *deepest missed*: maximum exact depth of these.
 ";

@@ -35,6 +35,11 @@ impl Ball {
         }
     }
 
+    /// Returns the centers of balls.
+    pub(crate) fn centers(balls: &[Self; 3]) -> [DVec3; 3] {
+        balls.map(|ball| ball.center)
+    }
+
     /// Returns the ball in the middle between two.
     pub(crate) fn midpoint(self, other: Self) -> Self {
         let center = self.center.midpoint(other.center);

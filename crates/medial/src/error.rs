@@ -147,7 +147,7 @@ pub enum MedialError {
     DistanceRange {
         /// Lower bound of the distance at the center of the ball.
         known: f64,
-        /// Distance up to which it has to be known.
+        /// Distance that has to be available.
         needed: f64,
     },
     /// The caller interrupted the call.

@@ -115,3 +115,8 @@ fn index(count: usize) -> u32 {
 fn real(count: usize) -> f64 {
     count as f64
 }
+
+/// Compiles and runs the README's example.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -72,6 +72,7 @@ impl MedialSurface {
             if line.is_empty() {
                 continue;
             }
+            // The first line holds the counts.
             if counts.is_none() {
                 counts = Some(numbers(number, &mut line.split_whitespace())?);
             } else {

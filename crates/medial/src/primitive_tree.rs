@@ -52,9 +52,11 @@ impl PrimitiveTree {
 
     fn copy_balls(&mut self, medial: &MedialSurface) {
         self.centers.clear();
-        self.centers.extend(medial.balls().iter().map(|ball| ball.center));
         self.radii.clear();
-        self.radii.extend(medial.balls().iter().map(|ball| ball.radius));
+        for ball in medial.balls() {
+            self.centers.push(ball.center);
+            self.radii.push(ball.radius);
+        }
     }
 
     fn extents(&self) -> Extents<'_> {

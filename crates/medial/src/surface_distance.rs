@@ -61,6 +61,7 @@ impl<'a> SurfaceDistance<'a> {
         workspace: &mut Workspace,
         accept: impl Fn(&SurfaceFoot) -> bool,
     ) -> Option<SurfaceFoot> {
+        // The limit falls with each nearer face, and culls the rest of the tree.
         let mut best: Option<SurfaceFoot> = None;
         let mut limit = max_distance;
         self.tree.nearest(p, max_distance, workspace, |face, _| {

@@ -101,7 +101,7 @@ pub(super) fn contact_normal(
     balls: &[Ball; 3],
     previous_normal: DVec3,
 ) -> DVec3 {
-    let [a, b, c] = balls.map(|ball| ball.center);
+    let [a, b, c] = Ball::centers(balls);
     let sheet = triangle::unit_normal([a, b, c]);
     if let Some(normal) = foot.normal(p) {
         let height = normal.dot(sheet);

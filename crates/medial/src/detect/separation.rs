@@ -60,12 +60,15 @@ impl SeparatingDirections {
             let (lower, upper) = (f64::NEG_INFINITY, f64::INFINITY);
             return DistanceBounds { lower, upper, direction: DVec3::ZERO };
         };
+
+        // The plane alone often shows that the slab is beyond the limit.
         let height = self.bound_along(plane.outward, p, balls);
         if height > limit {
             let upper = f64::INFINITY;
             return DistanceBounds { lower: height, upper, direction: plane.outward };
         }
 
+        // A ball of the slab gives an upper bound, and the direction away from it a lower one.
         let foot = plane.near_foot(p, balls);
         let upper = foot.distance;
         if plane.is_below_point() {
@@ -109,7 +112,7 @@ fn oriented(normal: DVec3, direction: DVec3) -> DVec3 {
 
 /// Returns the unit normal of the centers, or zero where they are on a line.
 fn sheet_normal(balls: &[Ball; 3]) -> DVec3 {
-    triangle::unit_normal(balls.map(|ball| ball.center))
+    triangle::unit_normal(Ball::centers(balls))
 }
 
 /// Computes by how much rounding may raise a bound.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use surface::{TriangleSurface, triangle};
 
-use crate::{Links, MedialSurface};
+use crate::{Ball, Links, MedialSurface};
 
 /// For each primitive and each side of its sheet, a face of the surface that is near.
 #[derive(Clone, Debug)]
@@ -11,6 +11,7 @@ pub(super) struct FaceHints(Vec<[Option<u32>; 2]>);
 
 impl FaceHints {
     pub(super) fn new(medial: &MedialSurface, surface: &TriangleSurface, links: &Links) -> Self {
+        // A face of some vertex that touches the primitive on that side.
         let mut hints = vec![[None; 2]; medial.primitives().len()];
         for (vertex, link) in (0_u32..).zip(links.links()) {
             if let Some(&face) = surface.vertex_faces(vertex).first() {
@@ -32,7 +33,7 @@ impl FaceHints {
         primitive: u32,
         normal: DVec3,
     ) -> Option<u32> {
-        let centers = medial.primitive_balls(primitive).map(|ball| ball.center);
+        let centers = Ball::centers(&medial.primitive_balls(primitive));
         let side = triangle::normal(centers).dot(normal) > 0.0;
         self.0[primitive as usize][usize::from(side)]
     }

@@ -53,9 +53,10 @@ use crate::{
 /// let (surface, x) = (muscle.surface(), muscle.positions());
 /// let params = MedialParams::balls(60);
 /// let mut detector = MedialDetector::new(surface, x, 0.0, &params, Progress::none())?;
-/// let body = |tree, first| {
+/// fn body(tree: &SurfaceTree, first: u32) -> ContactBody<'_> {
 ///     ContactBody { tree, particles: ParticleNumbers::from(first), is_rigid: false }
-/// };
+/// }
+///
 /// let mut scratch = MedialScratch::default();
 /// let pin = body(&pin, 0);
 /// let contacts = detector.vertex_contacts(&pin, &body(&muscle, 4), &mut scratch);

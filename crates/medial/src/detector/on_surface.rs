@@ -35,6 +35,7 @@ pub(super) fn vertex_contact(
     gap: f64,
 ) -> Contact {
     let height = (p.tree.position(vertex) - on.foot.point).dot(normal);
+    // The contact with the surface, by its height.
     let near = NearVertex {
         vertex,
         gap: height,

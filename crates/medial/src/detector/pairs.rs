@@ -30,6 +30,7 @@ impl MedialDetector {
         other_body: &ContactBody<'_>,
         scratch: &mut MedialScratch,
     ) -> Vec<MedialContact> {
+        // Pairs of primitives within the margin.
         let MedialScratch { workspace, primitive_pairs: pairs, primitives, .. } = scratch;
         pairs.clear();
         let other_tree = other.tree.tree();

@@ -11,6 +11,8 @@
 //! Computational Mathematics and Mathematical Physics 12, 1972. Differs in bounding curvature as
 //! well as slopes, on triangles.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 use kdop::{Dop18, Workspace};
 use surface::{Anchor, Contact, ContactSide, RigidState, Term};
@@ -103,6 +105,7 @@ impl MedialDetector {
         distance: impl Fn(DVec3) -> RigidDistance,
         scratch: &mut MedialScratch,
     ) -> Result<Vec<MedialContact>, MedialError> {
+        // Primitives whose bounds come near the rigid body.
         let workspace = &mut scratch.workspace;
         let mut near = Vec::new();
         self.tree.tree().query(&side.bounds, workspace, |primitive| near.push(primitive));
@@ -133,6 +136,7 @@ impl MedialDetector {
             weight: on.foot.barycentric[k],
         });
 
+        // The point of the rigid body under the center of the ball, and its velocity.
         let point = center - (gap + radius) * normal;
         let velocity = side.state.velocity_at(point);
         let anchor = ContactSide::Rigid(Anchor { point, velocity, acceleration: DVec3::ZERO });
@@ -148,7 +152,7 @@ impl<D: Fn(DVec3) -> RigidDistance> Rigid<'_, D> {
     fn find(&self, detector: &MedialDetector, near: &[u32]) -> Result<Vec<Found>, MedialError> {
         let medial = &detector.medial;
         let mut gaps: Vec<Option<BallGap>> = vec![None; medial.balls().len()];
-        let (mut balls, mut between) = (Vec::new(), Vec::new());
+        let (mut balls, mut between) = (BTreeMap::new(), Vec::new());
         for &primitive in near {
             // Each ball is evaluated once, by the first primitive that has it.
             let mut corners = [None; 3];
@@ -161,7 +165,7 @@ impl<D: Fn(DVec3) -> RigidDistance> Rigid<'_, D> {
                         let at = self.evaluate(medial.balls()[ball as usize])?;
                         if self.is_contact(&at) {
                             let ball_of = PrimitiveBall { primitive, weights };
-                            balls.push((ball, Found { ball: ball_of, at }));
+                            balls.insert(ball, Found { ball: ball_of, at });
                         }
                         *gaps[ball as usize].insert(at)
                     }
@@ -179,8 +183,7 @@ impl<D: Fn(DVec3) -> RigidDistance> Rigid<'_, D> {
             }
         }
 
-        balls.sort_by_key(|&(ball, _)| ball);
-        Ok(balls.into_iter().map(|(_, found)| found).chain(between).collect())
+        Ok(balls.into_values().chain(between).collect())
     }
 
     fn is_contact(&self, at: &BallGap) -> bool {
@@ -259,21 +262,23 @@ impl WeightedGap {
 
 /// Computes a lower bound on the gaps of the balls of a piece.
 fn lower_bound(piece: &[WeightedGap; 3]) -> f64 {
-    let [a, b, c] = piece.each_ref().map(|corner| &corner.at);
-    let edge = |a: &BallGap, b: &BallGap| a.ball.center.distance(b.ball.center);
-    let size = edge(a, b).max(edge(b, c)).max(edge(c, a));
-    let min_of = |f: fn(&BallGap) -> f64| f(a).min(f(b)).min(f(c));
+    let edge = |i: usize, j: usize| piece[i].at.ball.center.distance(piece[j].at.ball.center);
+    let size = edge(0, 1).max(edge(1, 2)).max(edge(2, 0));
+    let (mut min_gap, mut min_distance) = (f64::INFINITY, f64::INFINITY);
+    let mut max_radius = 0.0_f64;
+    for WeightedGap { at, .. } in piece {
+        min_gap = min_gap.min(at.gap);
+        min_distance = min_distance.min(at.gap + at.ball.radius);
+        max_radius = max_radius.max(at.ball.radius);
+    }
 
-    // By the slope, of the distance and of the radius.
-    let max_radius = -min_of(|at| -at.ball.radius);
-    let sloped = |at: &BallGap| at.gap - size - (max_radius - at.ball.radius);
-    let by_slope = sloped(a).max(sloped(b)).max(sloped(c));
+    // By the slopes of the distance and of the radius, from each corner.
+    let mut bound = f64::NEG_INFINITY;
+    for WeightedGap { at, .. } in piece {
+        bound = bound.max(at.gap - size - (max_radius - at.ball.radius));
+    }
 
     // By the curvature, away from the rigid body.
-    let distance = min_of(|at| at.gap + at.ball.radius) - size;
-    if distance > 0.0 {
-        by_slope.max(min_of(|at| at.gap) - size * size / (6.0 * distance))
-    } else {
-        by_slope
-    }
+    let distance = min_distance - size;
+    if distance > 0.0 { bound.max(min_gap - size * size / (6.0 * distance)) } else { bound }
 }

@@ -30,6 +30,7 @@ impl MedialDetector {
 
         let mut contacts = Vec::with_capacity(scratch.points.len());
         for found in &scratch.points {
+            // The contact acts on the face next to the border of the ball.
             let PointContact { point: vertex, primitive, foot, normal, gap, .. } = *found;
             let border = foot.ball.center + foot.ball.radius * normal;
             let workspace = &mut scratch.workspace;
@@ -60,6 +61,7 @@ impl MedialDetector {
             }
         });
 
+        // Contacts are those within the margin.
         let params = MedialContactParams {
             margin: self.margin,
             rule: FootRule::Exact,

@@ -24,7 +24,7 @@ struct Patch {
     balls: [Ball; 3],
     /// Depth of the center in the middle.
     depth: f64,
-    /// The faces that matter, once they are known.
+    /// The faces that matter, once they are listed.
     faces: Option<Rc<[u32]>>,
 }
 
@@ -110,10 +110,12 @@ impl Bounding<'_> {
         balls: [Ball; 3],
         faces: &[u32],
     ) {
+        // The depth in the middle, and the faces that can be nearest on the patch.
         let middle = middle(&balls);
         let limit = relevant_distance(search, &balls, middle);
         let depth = self.find_near_faces(middle.center, faces, limit, 2.0 * spread(&balls));
 
+        // No ball extends farther than beyond one of these faces.
         let mut bound = middle.radius - depth;
         search.evaluated(bound);
         for near in &self.near_faces {
@@ -128,6 +130,7 @@ impl Bounding<'_> {
     /// Lists those of `faces` that are within `limit` of `p` and at most `excess` farther than the
     /// nearest; returns the distance of the nearest of all, or infinity.
     fn find_near_faces(&mut self, p: DVec3, faces: &[u32], limit: f64, excess: f64) -> f64 {
+        // The limit falls as nearer faces are found.
         self.near_faces.clear();
         let mut limit = limit;
         let mut min_distance = f64::INFINITY;
@@ -148,10 +151,12 @@ impl Bounding<'_> {
 /// Computes a bound on the distance by which a patch extends beyond a face: at the corners, by the
 /// tangent of the distance at the middle.
 fn tangent_bound(near: &NearFace, balls: &[Ball; 3], middle: Ball) -> f64 {
-    let [a, b, c] = balls
-        .each_ref()
-        .map(|ball| ball.radius - near.distance - near.outward.dot(ball.center - middle.center));
-    a.max(b).max(c)
+    let mut bound = f64::NEG_INFINITY;
+    for ball in balls {
+        let rise = near.outward.dot(ball.center - middle.center);
+        bound = bound.max(ball.radius - near.distance - rise);
+    }
+    bound
 }
 
 /// Returns the distance from the middle beyond which a face does not matter: no ball of the patch
@@ -162,8 +167,11 @@ fn relevant_distance(search: &MaximumSearch<Patch>, balls: &[Ball; 3], middle: B
 
 /// Computes the maximum distance of a point of the balls from the middle.
 fn max_distance(balls: &[Ball; 3], middle: Ball) -> f64 {
-    let [a, b, c] = balls.each_ref().map(|ball| ball.radius + ball.center.distance(middle.center));
-    a.max(b).max(c)
+    let mut max = 0.0_f64;
+    for ball in balls {
+        max = max.max(ball.radius + ball.center.distance(middle.center));
+    }
+    max
 }
 
 /// Returns the ball in the middle of three.

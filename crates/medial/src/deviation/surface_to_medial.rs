@@ -35,6 +35,7 @@ pub(super) fn surface_to_medial(
     nearest: &[NearestPrimitive],
     progress: Progress<'_>,
 ) -> Result<DirectedHausdorff, Interrupted> {
+    // Whole faces first.
     let mut search = search(medial);
     for face in surface.surface.faces() {
         let patch = face.map(|vertex| {
@@ -44,6 +45,7 @@ pub(super) fn surface_to_medial(
         add(&mut search, medial, patch);
     }
 
+    // Then quarters, by the middles of the sides.
     let mut workspace = Workspace::default();
     let mut middle = |from: &Corner, to: &Corner| {
         let p = from.p.midpoint(to.p);

@@ -42,6 +42,7 @@ pub(super) fn cone_parameter(p: DVec3, a: Ball, b: Ball) -> f64 {
         return if growth > 0.0 { 1.0 } else { 0.0 };
     }
 
+    // Height and distance of the point from the axis; the nearest ball is ahead by the slope.
     let u = axis / length;
     let x = (p - a.center).dot(u);
     let y = (p - a.center - x * u).length();

@@ -143,12 +143,14 @@ fn stationary_on_edges(a: [Ball; 2], b: [Ball; 2]) -> Option<[f64; 2]> {
         return None;
     }
 
+    // The parameters, from the length of the vector between the centers.
     let apart = a[0].center - b[0].center;
     let length = apart.dot(cross).abs() / (determinant * (1.0 - m_squared)).sqrt();
     let [s, minus_t] =
         solve(length * growth[0] - apart.dot(e_a), length * growth[1] - apart.dot(e_b));
     let t = -minus_t;
-    [s, t].into_iter().all(|share| (0.0..=1.0).contains(&share)).then_some([s, t])
+    let are_on_edges = (0.0..=1.0).contains(&s) && (0.0..=1.0).contains(&t);
+    are_on_edges.then_some([s, t])
 }
 
 /// Crossing of an edge of centers with a face of centers.
@@ -161,7 +163,7 @@ struct EdgeCrossing {
 
 impl EdgeCrossing {
     fn find(edge: [Ball; 2], face: &[Ball; 3]) -> Option<Self> {
-        let [a, b, c] = face.map(|ball| ball.center);
+        let [a, b, c] = Ball::centers(face);
         let (start, along) = (edge[0].center, edge[1].center - edge[0].center);
         let normal = triangle::normal([a, b, c]);
         let t = -(start - a).dot(normal) / along.dot(normal);
@@ -170,6 +172,7 @@ impl EdgeCrossing {
             return None;
         }
 
+        // Barycentric coordinates of the crossing, as ratios of areas.
         let (e1, e2, w) = (b - a, c - a, start - a + t * along);
         let area_squared = normal.length_squared();
         let v = w.cross(e2).dot(normal) / area_squared;

@@ -72,6 +72,7 @@ impl CenterPlane {
             return None;
         }
 
+        // Each weight changes by 1 along its side and not along the other.
         let duals = [e2.cross(cross) / cross_squared, cross.cross(e1) / cross_squared];
         let slope = duals[0] * (b.radius - a.radius) + duals[1] * (c.radius - a.radius);
         Some(Self { cross, cross_squared, sine_squared, duals, slope })
@@ -88,6 +89,7 @@ impl CenterPlane {
             return None;
         }
 
+        // The foot of the perpendicular, moved by the lead.
         let w = p - balls[0].center;
         let lead = w.dot(self.cross).abs() / (self.cross_squared * rest).sqrt();
         let [b, c] = self.duals.map(|dual| dual.dot(w + lead * self.slope));

@@ -57,7 +57,7 @@ pub fn slab_foot(p: DVec3, balls: &[Ball; 3]) -> Foot {
 /// the source, see [`FootRule::BareFace`](crate::FootRule::BareFace).
 #[must_use]
 pub fn bare_face_foot(p: DVec3, balls: &[Ball; 3]) -> Foot {
-    let closest = closest_on_triangle(p, balls.map(|ball| ball.center));
+    let closest = closest_on_triangle(p, Ball::centers(balls));
     Foot::at(p, balls, closest.barycentric)
 }
 

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 use surface::{Positions, Term};
 
 use super::{Link, combine};
-use crate::{Ball, MedialSurface};
+use crate::{Ball, MedialSurface, index};
 
 /// Share of the spread of a ball's vertices that is added to their moments in every direction.
 ///
@@ -33,7 +33,7 @@ struct CarrierSearch<'a> {
     /// Vertices that touch each ball, with its weights at their feet.
     touching: Vec<Vec<Term>>,
     /// Balls that share a primitive with each ball.
-    neighbors: Vec<Vec<usize>>,
+    neighbors: Vec<Vec<u32>>,
 }
 
 /// Combination of vertices for the center of a ball.
@@ -60,37 +60,41 @@ pub(super) fn find_carriers(
     }
 
     let search = CarrierSearch { medial, x, touching, neighbors: neighbors(medial) };
-    (0..medial.balls().len()).map(|ball| search.find(ball)).collect()
+    (0..index(medial.balls().len())).map(|ball| search.find(ball)).collect()
 }
 
 impl CarrierSearch<'_> {
     /// Finds the carriers of a ball among the vertices that touch it, those that touch its
     /// neighbors, and so on, until they define the center.
-    fn find(&self, ball: usize) -> Vec<Term> {
+    fn find(&self, ball: u32) -> Vec<Term> {
         let (mut ring, mut reached) = (vec![ball], BTreeSet::from([ball]));
         let mut vertices: BTreeMap<u32, f64> = BTreeMap::new();
         let mut share = 1.0;
-        let mut best: Option<Carriers> = None;
-        while !ring.is_empty() {
-            for term in ring.iter().flat_map(|&ball| &self.touching[ball]) {
-                vertices.entry(term.particle).or_insert(share * term.weight);
+        let mut best = Carriers { terms: Vec::new(), fault: f64::INFINITY };
+        while best.fault > 1.0 && !ring.is_empty() {
+            // Vertices nearer to the ball count for more.
+            for &ball in &ring {
+                for term in &self.touching[ball as usize] {
+                    vertices.entry(term.particle).or_insert(share * term.weight);
+                }
             }
-            let found = self.combine_for(self.medial.balls()[ball], &vertices);
-            if let Some(found) = found
-                && best.as_ref().is_none_or(|best| found.fault < best.fault)
+            if let Some(found) = self.combine_for(self.medial.balls()[ball as usize], &vertices)
+                && (best.terms.is_empty() || found.fault < best.fault)
             {
-                best = Some(found);
-            }
-            if best.as_ref().is_some_and(|best| best.fault <= 1.0) {
-                break;
+                best = found;
             }
 
             // The next ring of neighbors.
-            let next = ring.iter().flat_map(|&ball| &self.neighbors[ball]).copied();
-            ring = next.filter(|&ball| reached.insert(ball)).collect();
+            let mut next = Vec::new();
+            for &other in ring.iter().flat_map(|&ball| &self.neighbors[ball as usize]) {
+                if reached.insert(other) {
+                    next.push(other);
+                }
+            }
+            ring = next;
             share *= NEIGHBOR_SHARE;
         }
-        best.map_or_else(Vec::new, |best| best.terms)
+        best.terms
     }
 
     /// Combines vertices to the center of a ball; `None` where they do not define it.
@@ -109,12 +113,13 @@ impl CarrierSearch<'_> {
 }
 
 /// Finds the balls that share a primitive with each ball.
-fn neighbors(medial: &MedialSurface) -> Vec<Vec<usize>> {
+fn neighbors(medial: &MedialSurface) -> Vec<Vec<u32>> {
     let mut neighbors = vec![Vec::new(); medial.balls().len()];
-    for primitive in medial.primitives() {
-        let balls = primitive.map(|ball| ball as usize);
-        for a in balls {
-            neighbors[a].extend(balls.into_iter().filter(|&b| b != a));
+    for &[a, b, c] in medial.primitives() {
+        for [from, to] in [[a, b], [b, a], [b, c], [c, b], [c, a], [a, c]] {
+            if from != to {
+                neighbors[from as usize].push(to);
+            }
         }
     }
     for of_ball in &mut neighbors {

@@ -91,6 +91,7 @@ impl Links {
             Link::new(medial, &tree, x.as_slice()[i], workspace)
         });
 
+        // The carriers of all balls, one list after the other.
         let mut carriers = Vec::new();
         let mut starts = vec![0];
         for of_ball in find_carriers(medial, &links, x) {
@@ -215,7 +216,7 @@ impl Link {
         workspace: &mut Workspace,
     ) -> Self {
         let nearest = tree.nearest(medial, p, workspace);
-        let centers = medial.primitive_balls(nearest.primitive).map(|ball| ball.center);
+        let centers = Ball::centers(&medial.primitive_balls(nearest.primitive));
         let height = triangle::normal(centers).dot(p - nearest.foot.ball.center);
         let side = if height > 0.0 { 1 } else { -i8::from(height < 0.0) };
         Self { primitive: nearest.primitive, weights: nearest.foot.weights, side }

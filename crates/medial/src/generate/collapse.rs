@@ -83,6 +83,8 @@ impl<'a> Collapse<'a> {
             remaining: balls.len(),
             balls,
         };
+
+        // Each pair once.
         for i in 0..collapse.balls.len() {
             for k in 0..collapse.neighbors[i].len() {
                 let j = collapse.neighbors[i][k];
@@ -100,6 +102,7 @@ impl<'a> Collapse<'a> {
         while self.remaining > target
             && let Some(Reverse(MergeCandidate { pair, versions, .. })) = self.heap.pop()
         {
+            // One of the balls has merged since, and its pairs are in the heap again.
             if versions != self.versions_of(pair) {
                 continue;
             }
@@ -153,6 +156,7 @@ impl<'a> Collapse<'a> {
 
     /// Merges the second ball of a pair into the first.
     fn merge(&mut self, [i, j]: [u32; 2]) {
+        // The new ball, which outdates the pairs of both.
         let (into, from) = (i as usize, j as usize);
         (self.quadrics[into], self.balls[into]) = self.merged_ball([i, j]);
         self.merged_into[from] = i;
@@ -173,6 +177,7 @@ impl<'a> Collapse<'a> {
         kept.sort_unstable();
         kept.dedup();
 
+        // Its pairs have new costs.
         for &k in &kept {
             self.push_candidate(i, k);
         }

@@ -23,12 +23,14 @@ pub(super) fn sheet_neighbors(
             neighbors[j as usize].push(i);
         }
     };
+
+    // Along the edges.
     for edge in distance.surface.edges() {
         let [i, j] = edge.map(|vertex| owners[vertex as usize]);
         join(i, j);
     }
 
-    // A vertex near the other point that a ball touches.
+    // Across the sheet, with a vertex near the other point that a ball touches.
     for (i, maximal) in (0_u32..).zip(maximal) {
         if let Some(face) = maximal.opposite_face {
             let corner = nearest_corner(distance, face, maximal.opposite);
@@ -64,6 +66,7 @@ pub(super) fn merged(
     faces: &[[u32; 3]],
     into: &[u32],
 ) -> Result<MedialSurface, MedialError> {
+    // Balls that are left keep their order.
     let mut numbers = vec![u32::MAX; balls.len()];
     let mut left = Vec::new();
     for (ball, number) in numbers.iter_mut().enumerate() {
@@ -82,6 +85,7 @@ pub(super) fn joined(
     balls: Vec<Ball>,
     triples: impl Iterator<Item = [u32; 3]>,
 ) -> Result<MedialSurface, MedialError> {
+    // Three different balls are a slab, two a cone, one nothing.
     let mut slabs = BTreeSet::new();
     let mut cones = BTreeSet::new();
     for mut triple in triples {
@@ -97,6 +101,8 @@ pub(super) fn joined(
             }
         }
     }
+
+    // A slab contains its sides.
     for &[a, b, c] in &slabs {
         for side in [[a, b], [b, c], [a, c]] {
             cones.remove(&side);

@@ -145,6 +145,7 @@ impl Fit {
         progress: Progress<'_>,
     ) -> Result<Option<f64>, MedialError> {
         while *damping <= MAX_DAMPING {
+            // The cost with the balls of the trial, at their own feet.
             let trial = moved(medial, &equations.solve(*damping));
             let traveled = traveled(medial, &trial);
             let feet = self.tracking.feet(&trial, &traveled, progress)?;

@@ -33,7 +33,7 @@ const MIN_THICKNESS: f64 = 0.5;
 /// Number of balls that the search for a tolerance starts from.
 const MIN_BALLS: usize = 8;
 
-/// Fraction of the whole at which the maximal balls are known.
+/// Fraction of the whole at which the maximal balls are computed.
 const SHRUNK: f64 = 0.1;
 
 /// Fraction of one size at which its balls have merged.
@@ -87,12 +87,12 @@ impl<'a> Generator<'a> {
         order.sort_by_key(|&k| Reverse(counts[k]));
         let Some(&first) = order.first() else { return Ok(Vec::new()) };
 
+        // Each size goes on from where the collapse of the larger one ended.
         let mut collapse = self.start_collapse(counts[first], progress.part(0.0, SHRUNK))?;
         let mut generated = Vec::with_capacity(counts.len());
         for (done, &k) in order.iter().enumerate() {
-            let share = |done: usize| crate::real(done) / crate::real(order.len());
-            let rest = progress.part(SHRUNK, 1.0);
-            let part = rest.part(share(done), share(done + 1));
+            let (done, count) = (crate::real(done), crate::real(order.len()));
+            let part = progress.part(SHRUNK, 1.0).part(done / count, (done + 1.0) / count);
             generated.push((k, self.collapse_and_fit(&mut collapse, counts[k], part)?));
         }
         generated.sort_by_key(|&(k, _)| k);
@@ -117,6 +117,7 @@ impl<'a> Generator<'a> {
             self.with_balls(balls, part)
         };
 
+        // Doubling.
         let (mut low, mut high) = (0, MIN_BALLS);
         let mut best = generate(high)?;
         while best.deviation.largest() > tolerance {
@@ -128,6 +129,7 @@ impl<'a> Generator<'a> {
             best = generate(high)?;
         }
 
+        // Bisection, within a tenth of the number.
         while low > 0 && high - low > (high / 10).max(1) {
             let middle = low.midpoint(high);
             let found = generate(middle)?;

@@ -92,6 +92,7 @@ impl Inscribed {
         let found =
             map_in_batches(points.len(), POINTS_PER_BATCH, progress, Workspace::default, search)?;
 
+        // The points keep what the next search and the residuals need.
         for (point, Searched { center, foot, list }) in self.points.iter_mut().zip(found) {
             let side = 1.0_f64.copysign(distance.depth(center, &foot));
             point.closest = Some(SidedPoint { point: foot.point, side });
@@ -124,6 +125,8 @@ impl PrimitivePoint {
         if let Some(foot) = self.list.as_ref().and_then(|list| list.nearest(distance, center)) {
             return Searched { center, foot, list: None };
         }
+
+        // Otherwise by the tree, with a list for the moves to come.
         let foot = distance.nearest_from(center, self.face, workspace);
         let move_length = center.distance(self.center);
         let list = FaceList::around(distance, center, foot.distance, move_length, workspace);

@@ -79,6 +79,7 @@ impl<'a> NormalEquations<'a> {
         let balls = self.primitives[residual.primitive as usize];
         let places = self.pair_places[residual.primitive as usize];
         let b = residual.weights;
+        // The diagonal blocks of its balls, and the blocks of its pairs.
         for k in 0..3 {
             let (ball, next) = (balls[k] as usize, (k + 1) % 3);
             self.diagonal[ball].add_scaled(b[k] * b[k], &square);
@@ -94,6 +95,7 @@ impl<'a> NormalEquations<'a> {
     /// Solves `(H + damping · diag H) δ = g` by conjugate gradients, preconditioned with the diagonal
     /// blocks.
     pub(super) fn solve(&self, damping: f64) -> Vec<DVec4> {
+        // Marquardt's damping, relative to the diagonal.
         let floor = self.diagonal_floor();
         let mut damped = self.diagonal.clone();
         for block in &mut damped {
@@ -102,6 +104,7 @@ impl<'a> NormalEquations<'a> {
             }
         }
 
+        // Steepest descent first, from zero.
         let mut x = vec![DVec4::ZERO; self.diagonal.len()];
         let mut r = self.right_side.clone();
         let mut z = precondition(&r, &damped, floor);
@@ -131,8 +134,13 @@ impl<'a> NormalEquations<'a> {
     }
 
     fn diagonal_floor(&self) -> f64 {
-        let entries = self.diagonal.iter().flat_map(|block| DIAGONAL.map(|place| block.0[place]));
-        DIAGONAL_FLOOR * entries.fold(f64::MIN_POSITIVE / DIAGONAL_FLOOR, f64::max)
+        let mut largest = f64::MIN_POSITIVE / DIAGONAL_FLOOR;
+        for block in &self.diagonal {
+            for place in DIAGONAL {
+                largest = largest.max(block.0[place]);
+            }
+        }
+        DIAGONAL_FLOOR * largest
     }
 
     /// Computes the product of the matrix, with its damped diagonal, and a vector.

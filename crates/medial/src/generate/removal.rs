@@ -71,6 +71,8 @@ impl Removals<'_> {
             if removed == count || around.iter().any(|&ball| is_touched[ball as usize]) {
                 continue;
             }
+
+            // The neighbor takes its place; no ball around is removed in this round.
             for ball in around {
                 is_touched[ball as usize] = true;
             }
@@ -83,16 +85,19 @@ impl Removals<'_> {
 
     /// Finds removals, those with the smallest increase of the error first.
     fn find(&self, count: usize, progress: Progress<'_>) -> Result<Vec<Removal>, MedialError> {
+        // By neighbors that stay where they are.
         let balls = self.fitted.medial.balls().len();
         let assess = |(): &mut (), ball: usize| self.assess(index(ball));
-        let found = map_in_batches(balls, BALLS_PER_BATCH, progress, || (), assess)?;
+        let found = map_in_batches(balls, BALLS_PER_BATCH, progress, <()>::default, assess)?;
         let mut removals: Vec<Removal> = found.into_iter().flatten().collect();
         sort_by_cost(&mut removals);
 
+        // The best of these by neighbors that move.
         if self.is_careful {
             removals.truncate(CANDIDATES_PER_REMOVAL * count);
             let assess = |(): &mut (), k: usize| self.assess_carefully(removals[k].ball);
-            let found = map_in_batches(removals.len(), BALLS_PER_BATCH, progress, || (), assess)?;
+            let found =
+                map_in_batches(removals.len(), BALLS_PER_BATCH, progress, <()>::default, assess)?;
             removals = found.into_iter().flatten().collect();
             sort_by_cost(&mut removals);
         }
@@ -133,6 +138,7 @@ impl Removals<'_> {
         }
         staying.retain(|primitive| !of_ball.contains(primitive));
 
+        // A part of the samples is sufficient to compare removals.
         let all = of_ball.iter().flat_map(|&primitive| &samples[primitive as usize]);
         let affected = |&sample: &u32| AffectedSample {
             sample,
@@ -162,6 +168,8 @@ impl Removals<'_> {
         let before = |&AffectedSample { sample, .. }: &AffectedSample| {
             importance[sample as usize] * feet[sample as usize].foot.distance.powi(2)
         };
+
+        // The sum rises from here, and is complete where it stays below the limit.
         let mut cost = -samples.iter().map(before).sum::<f64>();
         for &AffectedSample { sample, staying } in samples {
             let p = tracking.points()[sample as usize];

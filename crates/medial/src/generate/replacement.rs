@@ -74,6 +74,7 @@ impl<'a> Replacement<'a> {
             moving.push([neighbor; 3]);
         }
 
+        // A part of the samples at either is sufficient.
         let all = at_either.iter().flat_map(|&primitive| &fitted.samples[primitive as usize]);
         let interval = (all.clone().count() / MAX_SAMPLES).max(1);
         let sample = |&sample: &u32| NearSample::new(fitted, sample, &at_either);
@@ -101,6 +102,7 @@ impl<'a> Replacement<'a> {
         let primitives: Vec<[Ball; 3]> =
             self.moving.iter().map(|&balls| self.balls_at(balls, place)).collect();
 
+        // Normal equations of the samples that are nearest to a primitive that moves.
         let (mut matrix, mut right_side) = (Symmetric4::default(), DVec4::ZERO);
         let mut cost = 0.0;
         for sample in &self.samples {
@@ -114,6 +116,7 @@ impl<'a> Replacement<'a> {
             }
         }
 
+        // The same damping as in the fit of all balls.
         for place in DIAGONAL {
             matrix.0[place] *= 1.0 + MIN_DAMPING;
         }

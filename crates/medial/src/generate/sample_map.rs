@@ -53,6 +53,7 @@ impl<'a> FittedSurface<'a> {
     /// Returns true if two neighbors may merge without a change of the sheet's topology: every ball
     /// beside both is on a slab with both (the link condition).
     fn keeps_topology(&self, a: u32, b: u32) -> bool {
+        // Balls of the slabs with both, and of the cone between them.
         let mut with_both = BTreeSet::new();
         for &primitive in &self.at_ball[a as usize] {
             let balls = self.medial.primitives()[primitive as usize];

@@ -40,6 +40,7 @@ impl Samples {
             chosen.importance.push(sample.area);
         }
 
+        // In units of the mean share.
         let mean = chosen.importance.iter().sum::<f64>() / real(chosen.importance.len());
         for importance in &mut chosen.importance {
             *importance /= mean;

@@ -24,25 +24,21 @@ impl Seeds {
     /// Selects a maximal independent set of vertices, in their order; the others belong to their
     /// nearest neighbor in it.
     pub(super) fn sparse(surface: &TriangleSurface, x: Positions<'_>) -> Self {
-        let faces = surface.faces();
-        let ring = |vertex: u32| {
-            surface.vertex_faces(vertex).iter().flat_map(|&face| faces[face as usize])
-        };
-
         // A vertex without a selected neighbor is selected.
         let mut numbers = vec![None; surface.vertex_count()];
         let mut vertices = Vec::new();
         for vertex in 0..index(surface.vertex_count()) {
-            if ring(vertex).all(|other| numbers[other as usize].is_none()) {
+            if ring(surface, vertex).all(|other| numbers[other as usize].is_none()) {
                 numbers[vertex as usize] = Some(index(vertices.len()));
                 vertices.push(vertex);
             }
         }
 
+        // The others belong to the nearest selected neighbor.
         let mut owners = Vec::with_capacity(surface.vertex_count());
         for vertex in 0..index(surface.vertex_count()) {
             let mut nearest = (f64::INFINITY, 0);
-            for other in ring(vertex) {
+            for other in ring(surface, vertex) {
                 let Some(number) = numbers[other as usize] else { continue };
                 let distance = x.at(other).distance_squared(x.at(vertex));
                 if distance < nearest.0 {
@@ -53,4 +49,9 @@ impl Seeds {
         }
         Self { vertices, owners }
     }
+}
+
+/// Returns the corners of the faces at a vertex.
+fn ring(surface: &TriangleSurface, vertex: u32) -> impl Iterator<Item = u32> {
+    surface.vertex_faces(vertex).iter().flat_map(|&face| surface.faces()[face as usize])
 }

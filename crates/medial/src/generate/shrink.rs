@@ -81,21 +81,29 @@ pub(super) fn maximal_balls(
     seeds: &Seeds,
     progress: Progress<'_>,
 ) -> Result<Vec<MaximalBall>, Interrupted> {
+    // A few trials give the radius to start from.
     let vertices = &seeds.vertices;
     let largest = largest_radius(distance);
-    let balls = |count, interval, start, progress| {
-        map_in_batches(count, VERTICES_PER_BATCH, progress, Workspace::default, |workspace, i| {
-            Trial::new(distance, vertices[i * interval], start, largest).shrink(distance, workspace)
-        })
-    };
-
-    // A few trials give the radius to start from.
-    let count = vertices.len().div_ceil(TRIAL_INTERVAL);
-    let trials: Vec<MaximalBall> = balls(count, TRIAL_INTERVAL, largest, progress.part(0.0, 0.1))?;
+    let few: Vec<u32> = vertices.iter().copied().step_by(TRIAL_INTERVAL).collect();
+    let trials = shrink_all(distance, &few, largest, progress.part(0.0, 0.1))?;
     let mut radii: Vec<f64> = trials.iter().map(|trial| trial.ball.radius).collect();
     radii.sort_by(f64::total_cmp);
-    let start = radii.get(9 * count / 10).map_or(largest, |&radius| 1.5 * radius);
-    balls(vertices.len(), 1, start, progress.part(0.1, 1.0))
+    let start = radii.get(9 * radii.len() / 10).map_or(largest, |&radius| 1.5 * radius);
+    shrink_all(distance, vertices, start, progress.part(0.1, 1.0))
+}
+
+/// Computes the balls of vertices from one radius.
+fn shrink_all(
+    distance: &SurfaceDistance<'_>,
+    vertices: &[u32],
+    start: f64,
+    progress: Progress<'_>,
+) -> Result<Vec<MaximalBall>, Interrupted> {
+    let largest = largest_radius(distance);
+    let shrink = |workspace: &mut Workspace, i: usize| {
+        Trial::new(distance, vertices[i], start, largest).shrink(distance, workspace)
+    };
+    map_in_batches(vertices.len(), VERTICES_PER_BATCH, progress, Workspace::default, shrink)
 }
 
 /// Computes the ball of each vertex, from those of the `seeds` next to them.
@@ -158,6 +166,7 @@ impl Trial {
                         opposite_face: Some(foot.face),
                     };
                 }
+                // An empty ball that has touched no other point may be too small.
                 None if found.opposite_face.is_none()
                     && radius < self.largest
                     && center != self.p =>

@@ -31,13 +31,16 @@ pub(super) fn split(
         // Two halves of each primitive.
         for &primitive in &at_edges[&edge] {
             let whole = primitives[primitive as usize];
-            let [first, second] =
-                edge.map(|end| whole.map(|ball| if ball == end { middle } else { ball }));
-            primitives[primitive as usize] = first;
-            primitives.push(second);
+            primitives[primitive as usize] = with_ball(whole, edge[0], middle);
+            primitives.push(with_ball(whole, edge[1], middle));
         }
     }
     joined(balls, primitives.into_iter())
+}
+
+/// Returns a primitive with one ball replaced by another.
+fn with_ball(primitive: [u32; 3], old: u32, new: u32) -> [u32; 3] {
+    primitive.map(|ball| if ball == old { new } else { ball })
 }
 
 fn edge_primitives(medial: &MedialSurface) -> EdgePrimitives {
@@ -60,6 +63,7 @@ fn worst_edges(
     squares: &[f64],
     count: usize,
 ) -> Vec<[u32; 2]> {
+    // The largest errors first.
     let mut edges = Vec::with_capacity(at_edges.len());
     for (&edge, primitives) in at_edges {
         let error: f64 = primitives.iter().map(|&primitive| squares[primitive as usize]).sum();
@@ -67,6 +71,7 @@ fn worst_edges(
     }
     edges.sort_unstable();
 
+    // Neighbors of a split edge stay whole.
     let mut touched = BTreeSet::new();
     let mut selected = Vec::new();
     for (_, edge) in edges {

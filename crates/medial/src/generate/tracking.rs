@@ -132,6 +132,7 @@ impl Tracking {
         let traveled = self.traveled_around(Some(step));
         let (tree, points, lists) = (&self.tree, &self.points, &self.lists);
         let foot = |workspace: &mut Workspace, i: usize| {
+            // One of the list is the nearest, unless the balls around have traveled too far.
             let (p, list) = (points[i], &lists[i]);
             let best = nearest_of(medial, p, &list.primitives);
             let since = traveled[list.primitives[0] as usize] - list.traveled;
@@ -160,10 +161,13 @@ impl Tracking {
             *traveled += step;
         }
 
-        let max = |balls: &Vec<u32>| {
-            balls.iter().map(|&ball| traveled[ball as usize]).fold(0.0, f64::max)
-        };
-        self.balls_around.iter().map(max).collect()
+        let mut largest = vec![0.0_f64; self.balls_around.len()];
+        for (largest, balls) in largest.iter_mut().zip(&self.balls_around) {
+            for &ball in balls {
+                *largest = largest.max(traveled[ball as usize]);
+            }
+        }
+        largest
     }
 }
 

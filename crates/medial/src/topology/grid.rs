@@ -29,6 +29,7 @@ impl Grid {
             return Err(MedialError::TooMany { kind, count, limit: MAX_POINTS });
         }
 
+        // One layer more than the box on every side.
         let size = cells.to_array().map(to_usize);
         let is_inside = vec![false; size[0] * size[1] * size[2]];
         Ok(Self { origin: bounds.min - spacing, spacing, size, is_inside })
@@ -36,6 +37,7 @@ impl Grid {
 
     /// Marks the points inside a primitive.
     pub(super) fn fill(&mut self, medial: &MedialSurface, primitive: u32) {
+        // Only points in the box of the primitive can be inside.
         let bounds = bounds_of(&medial.primitive_balls(primitive));
         let cell = |p: DVec3| (p - self.origin) / self.spacing;
         let from = cell(bounds.min).ceil().to_array().map(to_usize);
@@ -97,6 +99,7 @@ impl Grid {
             is_visited[place] = true;
             stack.push(start);
 
+            // All points of the part.
             while let Some(from) = stack.pop() {
                 for next in steps.iter().filter_map(|step| self.neighbor(from, *step)) {
                     let place = self.place(next);

@@ -246,7 +246,7 @@ fn invalid_input_is_refused_by_name() {
     let params = MedialParams::balls(20);
     for margin in [-1.0, f64::NAN, f64::INFINITY] {
         let refused = MedialDetector::new(&surface, x, margin, &params, Progress::none());
-        let error = refused.err().expect("a margin out of range");
+        let error = refused.expect_err("a margin out of range");
         assert!(matches!(error, MedialError::Parameter { name: "margin", .. }), "{error}");
     }
 

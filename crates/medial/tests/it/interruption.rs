@@ -14,7 +14,7 @@ use crate::support::muscle;
 fn interrupted_after(params: &MedialParams, limit: usize) -> (Option<MedialError>, usize) {
     let mesh = muscle();
     let surface = mesh.surface();
-    let x = surface.positions(&mesh.positions).unwrap();
+    let x = surface.positions(&mesh.positions).expect("finite");
     let calls = AtomicUsize::new(0);
     let handler = |_| {
         let is_over = calls.fetch_add(1, Ordering::Relaxed) + 1 >= limit;
