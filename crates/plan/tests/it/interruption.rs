@@ -34,8 +34,8 @@ fn a_plan_ends_at_any_poll() {
     for last in (1..=polls).step_by(1 + polls / 40) {
         let (is_made, polled) = plan_with_polls(3, last);
         assert!(!is_made, "poll {last} of {polls}");
-        // Each body that is built at the same time polls once more.
-        assert!(polled < last + 3, "{polled} polls after the interruption at {last}");
+        // Every piece of the loops that are under way polls once more, and does nothing.
+        assert!(polled <= last + 128, "{polled} polls after the interruption at {last}");
     }
 }
 
