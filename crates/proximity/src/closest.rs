@@ -8,6 +8,7 @@ use crate::SurfaceTree;
 
 /// Closest point of a surface to a query point.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ClosestPoint {
     /// Face that holds the point; where several do, the one of the lowest number.
     pub face: u32,

@@ -21,6 +21,7 @@ pub struct FieldDetector {
 
 /// Distance of a point from a rigid body, as far as its field holds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum FieldDistance {
     /// The value of the field.
     Value {
