@@ -195,6 +195,9 @@ impl<'a> Search<'a> {
         let stretches = clipper.stretches_by_face();
         let mut near: Vec<u32> = Vec::new();
         for group in stretches.chunk_by(|p, q| p.face == q.face) {
+            if !clipper.wants_face(group) {
+                continue;
+            }
             let face = group[0].face;
             let corners = clipper.body.surface().faces()[face as usize];
             let places = corners.iter().filter_map(|&corner| clipper.inside.place(corner));

@@ -110,6 +110,15 @@ impl Clipper<'_> {
         self.region.is_none_or(|wanted| wanted == self.region_of(Node::Vertex(vertex)))
     }
 
+    /// Returns true if a stretch of a face is in the region that the parts are restricted to.
+    pub(crate) fn wants_face(&self, stretches: &[FaceStretch]) -> bool {
+        let Some(wanted) = self.region else { return true };
+        stretches.iter().any(|stretch| {
+            let [begin, _] = self.curve.stretches[stretch.number as usize].ends;
+            self.region_of(Node::Passing(begin)) == wanted
+        })
+    }
+
     fn region_of(&self, node: Node) -> u32 {
         self.regions.reported(self.side, node, self.inside)
     }
@@ -118,11 +127,11 @@ impl Clipper<'_> {
     pub(crate) fn whole_faces(&self) -> Vec<u32> {
         let surface = self.body.surface();
         let mut whole = Vec::new();
-        for found in &self.inside.vertices {
+        for found in self.inside.vertices.iter().filter(|found| self.wants(found.vertex)) {
             for &face in surface.vertex_faces(found.vertex) {
                 // Each face is taken at its first corner.
                 let is_first = surface.faces()[face as usize][0] == found.vertex;
-                if is_first && self.is_whole(face) && self.wants(found.vertex) {
+                if is_first && self.is_whole(face) {
                     whole.push(face);
                 }
             }
