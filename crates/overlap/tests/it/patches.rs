@@ -53,7 +53,8 @@ fn check_areas(a: &Mesh, b: &Mesh) -> Overlap {
             let clipped = area(&parts, &bodies[side], region);
             assert!((clipped - measured).abs() < 1e-11, "{side} {region}: {clipped} {measures:?}");
         }
-        assert!(parts.iter().all(|part| (part.region as usize) < overlap.regions.len()));
+        let is_reported = |part: &ClippedFace| (part.region as usize) < overlap.regions.len();
+        assert!(parts.iter().all(is_reported), "{side}: {parts:?}");
     }
     overlap
 }

@@ -18,8 +18,8 @@ fn report(a: &Mesh, b: &Mesh) -> PairReport {
     // The decision is the same without measures.
     let [report] = &reports[..] else { unreachable!("two bodies are one pair") };
     let [cheap] = &cheap.expect("a check")[..] else { unreachable!("two bodies are one pair") };
-    assert_eq!(report.overlaps, cheap.overlaps);
-    assert_eq!(cheap.overlap, None);
+    assert_eq!(report.overlaps, cheap.overlaps, "without measures");
+    assert_eq!(cheap.overlap, None, "nothing is measured");
     report.clone()
 }
 
