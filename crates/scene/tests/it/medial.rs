@@ -109,7 +109,7 @@ fn ball_field(radius: f64, padding: f64, truncation: Option<f64>) -> DistanceFie
     DistanceField::build(&surface, x, &params, Progress::none()).expect("a field")
 }
 
-/// The smallest gap of the contacts with a round bone beside dense samples of every primitive.
+/// The smallest gap of the contacts with a round bone, beside all balls and dense samples between them.
 #[test]
 fn bones_meet_what_dense_samples_meet() {
     let (bone, margin) = (6.0, 0.3);
@@ -129,7 +129,12 @@ fn bones_meet_what_dense_samples_meet() {
         let state = RigidState::at_rest(Pose::new(turn, at));
         let contacts = scene.medial_field_contacts(id, &mut medial, &field, &state).unwrap();
         assert_consistent(&contacts, &scene);
-        let lowest = lowest_gap(medial.medial(), at, bone);
+        // In the middle of the bone its field has a tip.
+        let balls = medial.medial().balls();
+        if balls.iter().any(|ball| ball.center.distance(at) < 2.0) {
+            continue;
+        }
+        let lowest = lowest_gap(medial.medial(), at, bone, margin + tolerance);
         if lowest > margin + tolerance {
             assert!(contacts.is_empty(), "{lowest} {contacts:?}");
         } else if lowest < margin - tolerance {
@@ -142,15 +147,19 @@ fn bones_meet_what_dense_samples_meet() {
     assert!(met > 10, "{met}");
 }
 
-fn lowest_gap(medial: &MedialSurface, at: DVec3, bone: f64) -> f64 {
-    let mut lowest = f64::INFINITY;
+/// The smallest gap of the balls, and of those between balls with gaps above `limit`.
+fn lowest_gap(medial: &MedialSurface, at: DVec3, bone: f64, limit: f64) -> f64 {
+    let gap = |ball: &Ball| ball.distance(at) - bone;
+    let mut lowest = medial.balls().iter().map(gap).fold(f64::INFINITY, f64::min);
     for (primitive, _) in (0_u32..).zip(medial.primitives()) {
         let balls = medial.primitive_balls(primitive);
+        if balls.iter().any(|ball| gap(ball) <= limit) {
+            continue;
+        }
         for i in 0..=20_u8 {
             for j in 0..=20 - i {
                 let [b, c] = [i, j].map(|k| f64::from(k) / 20.0);
-                let ball = Ball::interpolate(&balls, [1.0 - b - c, b, c]);
-                lowest = lowest.min(ball.distance(at) - bone);
+                lowest = lowest.min(gap(&Ball::interpolate(&balls, [1.0 - b - c, b, c])));
             }
         }
     }
