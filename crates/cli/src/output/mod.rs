@@ -7,6 +7,7 @@
 
 mod identity;
 mod outputs;
+mod places;
 mod plan;
 mod unfinished;
 

@@ -8,21 +8,11 @@ use std::process;
 
 use serde::Serialize;
 
-use super::plan::Places;
+use super::places::{Destination, Places};
 use super::unfinished::unfinished;
 use crate::failure::Failure;
 use crate::report::counted;
 use crate::terminal;
-
-/// Place to which the content of an output goes.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Destination {
-    StandardOutput,
-    /// Device or pipe, which is written as it is.
-    Stream(PathBuf),
-    /// Regular file, or one that does not exist yet, by its path without links.
-    File(PathBuf),
-}
 
 /// Planned outputs, and those of them that are written but not yet in their places.
 /// Dropping this removes them.
@@ -56,7 +46,7 @@ enum StagedContent {
 
 impl Outputs {
     pub(super) fn new(destinations: HashMap<PathBuf, Destination>, places: Places) -> Self {
-        let folders = places.folders.clone();
+        let folders = places.folders().to_vec();
         Self { destinations, places, folders, made_folders: Vec::new(), staged: VecDeque::new() }
     }
 
