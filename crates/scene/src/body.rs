@@ -227,12 +227,18 @@ impl Body {
 
     /// Builds or refits the tree where it is not up to date.
     pub(crate) fn fit(&mut self) -> Result<(), SceneError> {
-        self.surface.fit().map(|_| ()).map_err(|source| self.tree_error(source))
+        match self.surface.fit() {
+            Ok(_) => Ok(()),
+            Err(source) => Err(self.tree_error(source)),
+        }
     }
 
     /// Bounds the way to `end`.
     pub(crate) fn fit_step(&mut self, end: Positions<'_>) -> Result<(), SceneError> {
-        self.surface.fit_step(end).map(|_| ()).map_err(|source| self.tree_error(source))
+        match self.surface.fit_step(end) {
+            Ok(_) => Ok(()),
+            Err(source) => Err(self.tree_error(source)),
+        }
     }
 
     /// Returns the body as one side of a swept query, where its bounds are up to date.

@@ -5,26 +5,30 @@
 //! boxes are spread the most, from scratch.
 
 use glam::DVec3;
-use surface::Aabb;
+use surface::{Aabb, TotalF64};
 
 use crate::{BodyId, PairId};
 
 /// Finds the pairs of boxes, by number, that come within `margin` of each other, in ascending
 /// order. No pair is missed through rounding; empty boxes meet none.
 pub(crate) fn overlapping_pairs(boxes: &[Aabb], margin: f64) -> Vec<PairId> {
-    let boxes: Vec<Aabb> = boxes.iter().map(|&bounds| inflate(bounds, margin)).collect();
-    let axis = axis_of_spread(&boxes);
-    let mut order: Vec<u32> = (0..).take(boxes.len()).collect();
-    order.retain(|&number| !boxes[number as usize].is_empty());
-    order.sort_by(|&p, &q| {
-        let lower = |number: u32| boxes[number as usize].min[axis];
-        lower(p).total_cmp(&lower(q)).then(p.cmp(&q))
-    });
+    let axis = axis_of_spread(boxes);
+    let mut inflated = Vec::with_capacity(boxes.len());
+    let mut order: Vec<(TotalF64, u32)> = Vec::with_capacity(boxes.len());
+    for (number, &bounds) in (0..).zip(boxes) {
+        let bounds = inflate(bounds, margin);
+        if !bounds.is_empty() {
+            order.push((TotalF64(bounds.min[axis]), number));
+        }
+        inflated.push(bounds);
+    }
+    let boxes = inflated;
+    order.sort_unstable();
 
     // Boxes that begin before the present one and may still reach it.
     let mut active: Vec<u32> = Vec::new();
     let mut pairs = Vec::new();
-    for &number in &order {
+    for (_, number) in order {
         let bounds = boxes[number as usize];
         active.retain(|&other| boxes[other as usize].max[axis] >= bounds.min[axis]);
         for &other in &active {
@@ -50,7 +54,10 @@ fn inflate(bounds: Aabb, margin: f64) -> Aabb {
 /// Returns the axis along which the centers of boxes vary the most.
 fn axis_of_spread(boxes: &[Aabb]) -> usize {
     let (mut sum, mut sum_of_squares, mut count) = (DVec3::ZERO, DVec3::ZERO, 0.0);
-    for bounds in boxes.iter().filter(|bounds| !bounds.is_empty()) {
+    for bounds in boxes {
+        if bounds.is_empty() {
+            continue;
+        }
         let center = bounds.center();
         sum += center;
         sum_of_squares += center * center;

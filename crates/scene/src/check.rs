@@ -6,57 +6,9 @@ use surface::Aabb;
 use surface::progress::Progress;
 
 use crate::coincidence::{Coincidence, shares_volume};
+use crate::pair_overlap::PairOverlap;
 use crate::scene::map_pairs;
-use crate::{BodyId, PairId, PairReport, Scene, SceneError};
-
-/// Parameters of static detection.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct CheckParams {
-    /// Largest distance from the other body at which vertices outside are still
-    /// reported, in the scene's length unit, `>= 0`.
-    pub margin: f64,
-    /// True to measure overlaps and near areas: [`PairReport::overlap`],
-    /// [`PairReport::near_areas`].
-    pub measures: bool,
-    /// Width of the brackets on depths, `> 0`, in the scene's length unit. `None` for 1 % of the
-    /// depth, and 1e-5 of the smaller body's size where that is wider.
-    pub depth_tolerance: Option<f64>,
-}
-
-impl CheckParams {
-    /// Returns parameters that measure every overlap, its depth within 1 %.
-    #[must_use]
-    pub const fn new(margin: f64) -> Self {
-        Self { margin, measures: true, depth_tolerance: None }
-    }
-
-    /// Returns parameters that report vertices and crossing faces alone, for callers that need no
-    /// volume, area or depth of surfaces. It takes some half of the time.
-    #[must_use]
-    pub const fn without_measures(margin: f64) -> Self {
-        Self { margin, measures: false, depth_tolerance: None }
-    }
-
-    /// Checks that the parameters are in their ranges.
-    ///
-    /// # Errors
-    ///
-    /// - [`SceneError::Margin`] when the margin is negative or not finite.
-    /// - [`SceneError::DepthTolerance`] when the tolerance is not finite or not above 0.
-    pub fn validate(&self) -> Result<(), SceneError> {
-        let Self { margin, depth_tolerance, .. } = *self;
-        if !(margin.is_finite() && margin >= 0.0) {
-            return Err(SceneError::Margin { margin });
-        }
-        match depth_tolerance {
-            Some(tolerance) if !(tolerance.is_finite() && tolerance > 0.0) => {
-                Err(SceneError::DepthTolerance { tolerance })
-            }
-            _ => Ok(()),
-        }
-    }
-}
+use crate::{BodyId, CheckParams, PairId, PairReport, Scene, SceneError};
 
 /// Detectors of one thread, with their memory.
 #[derive(Debug, Default)]
@@ -100,6 +52,7 @@ impl Scene {
         let bodies = self.trees(pair)?;
         let [a, b] = bodies;
         let PairDetectors { proximity: found, overlap: detector } = detectors;
+        // Vertices and crossing faces of the pair, exactly.
         found.compute(a, b, params.margin);
         let distance = found.distance(a, b, params.margin);
         let is_near = distance.is_some() || found.has_contact();
@@ -108,6 +61,7 @@ impl Scene {
             return None;
         }
 
+        // Meshes that are one are named before anything is measured.
         let mut report = PairReport { distance, ..PairReport::new(pair, found) };
         report.coincidence = Coincidence::of_meshes(bodies);
 
@@ -120,7 +74,9 @@ impl Scene {
             report.overlaps |= shares_volume(&measures, bodies);
             report.coincidence = report.coincidence.or(Coincidence::of_overlap(&measures, bodies));
             if params.measures && !measures.regions.is_empty() {
-                report.overlap = Some(self.with_depths(&report, measures, params, detector));
+                // Surfaces that only touch have no depth but rounding.
+                let depths = report.overlaps.then_some(params.depth_tolerance);
+                report.overlap = Some(PairOverlap::new(pair, bodies, measures, depths, detector));
             }
         }
         if params.measures && !report.overlaps {
@@ -131,9 +87,9 @@ impl Scene {
 
     /// Returns true if the box of one body holds that of the other.
     fn may_enclose(&self, pair: PairId) -> bool {
-        let holds = |p: Aabb, q: Aabb| p.min.cmple(q.min).all() && p.max.cmpge(q.max).all();
-        let [a, b] = pair.bodies().map(|id| self.body(id).known_bounds());
-        a.zip(b).is_some_and(|(a, b)| holds(a, b) || holds(b, a))
+        let bounds = (self.body(pair.a).known_bounds(), self.body(pair.b).known_bounds());
+        let (Some(a), Some(b)) = bounds else { return false };
+        holds(a, b) || holds(b, a)
     }
 
     /// Returns the trees of a pair that are fitted.
@@ -154,4 +110,9 @@ impl Scene {
         let trees = self.body(body).tree().zip(self.body(by).tree());
         Ok(trees.map_or(Vec::new(), |(body, by)| regions(body, by)))
     }
+}
+
+/// Returns true if a box holds another.
+fn holds(outer: Aabb, inner: Aabb) -> bool {
+    outer.min.cmple(inner.min).all() && outer.max.cmpge(inner.max).all()
 }

@@ -22,9 +22,8 @@ pub enum Coincidence {
 impl Coincidence {
     /// Compares vertices and faces.
     pub(crate) fn of_meshes(bodies: [&SurfaceTree; 2]) -> Option<Self> {
-        let counts =
-            bodies.map(|body| [body.surface().vertex_count(), body.surface().faces().len()]);
-        if counts[0] != counts[1] {
+        let [a, b] = bodies.map(SurfaceTree::surface);
+        if (a.vertex_count(), a.faces().len()) != (b.vertex_count(), b.faces().len()) {
             return None;
         }
         let [a, b] = bodies.map(bounds);
@@ -43,9 +42,15 @@ impl Coincidence {
         const ROUNDING: f64 = 1e-9;
 
         let flush = overlap.total.flush_area;
-        let is_same = |area: f64| (area - flush).abs() <= ROUNDING * flush;
-        let coincides = flush > 0.0 && bodies.into_iter().all(|body| is_same(area(body)));
-        coincides.then_some(Self::SameSurface)
+        if flush <= 0.0 {
+            return None;
+        }
+        for body in bodies {
+            if (area(body) - flush).abs() > ROUNDING * flush {
+                return None;
+            }
+        }
+        Some(Self::SameSurface)
     }
 }
 
@@ -56,8 +61,9 @@ pub(crate) fn shares_volume(overlap: &Overlap, bodies: [&SurfaceTree; 2]) -> boo
     /// Rounding of a volume, relative to the cube of the size.
     const ROUNDING: f64 = 1e-12;
 
-    let size = bodies.map(size).into_iter().fold(f64::INFINITY, f64::min);
-    overlap.total.volume.is_some_and(|volume| volume > ROUNDING * size.powi(3))
+    let [size_a, size_b] = bodies.map(size);
+    let rounding = ROUNDING * size_a.min(size_b).powi(3);
+    overlap.total.volume.is_some_and(|volume| volume > rounding)
 }
 
 /// Computes the diagonal of a body's box.
@@ -85,14 +91,16 @@ fn sorted_faces(body: &SurfaceTree) -> Vec<[DVec3; 3]> {
         corners.sort_by(compare);
         faces.push(corners);
     }
-    faces.sort_by(|p, q| {
-        let by_corner = p.iter().zip(q).map(|(p, q)| compare(p, q));
-        by_corner.fold(Ordering::Equal, Ordering::then)
-    });
+    faces.sort_by(compare_faces);
     faces
 }
 
+/// Compares faces by their corners, in lexical order.
+fn compare_faces(p: &[DVec3; 3], q: &[DVec3; 3]) -> Ordering {
+    compare(&p[0], &q[0]).then(compare(&p[1], &q[1])).then(compare(&p[2], &q[2]))
+}
+
+/// Compares points by their coordinates, in lexical order.
 fn compare(p: &DVec3, q: &DVec3) -> Ordering {
-    let by_axis = p.to_array().into_iter().zip(q.to_array()).map(|(p, q)| p.total_cmp(&q));
-    by_axis.fold(Ordering::Equal, Ordering::then)
+    p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)).then(p.z.total_cmp(&q.z))
 }

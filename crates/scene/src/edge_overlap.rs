@@ -6,7 +6,7 @@ use overlap::Depth;
 use proximity::{ContactSurface, SurfaceTree};
 use surface::{Barycentric, Contact, ContactSide, Term, closest_on_triangle};
 
-use crate::pair_overlap::DepthBracket;
+use crate::depth_bracket::DepthBracket;
 use crate::{BodyId, PairId};
 
 /// Deepest point of a region in which no vertex is inside.

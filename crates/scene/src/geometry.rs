@@ -62,8 +62,9 @@ impl Scene {
         pairs: &[PairId],
         progress: Progress<'_>,
     ) -> Result<Vec<OverlapGeometry>, SceneError> {
-        for id in pairs.iter().flat_map(|pair| pair.bodies()) {
-            self.get_mut(id)?.fit()?;
+        for pair in pairs {
+            self.get_mut(pair.a)?.fit()?;
+            self.get_mut(pair.b)?.fit()?;
         }
         let shapes = map_pairs(pairs, OverlapDetector::default, progress, |detector, pair| {
             self.trees(pair).map(|bodies| OverlapGeometry::new(bodies, detector))
@@ -83,24 +84,37 @@ impl OverlapGeometry {
 
 /// Computes the depths at the points of some parts of `own` inside `other`.
 fn with_depths(parts: Vec<ClippedFace>, own: &SurfaceTree, other: &SurfaceTree) -> Vec<PatchFace> {
-    let mut workspace = Workspace::default();
-    let mut hint = None;
-    let mut depth = |point: DVec3| {
-        let found = other.closest_point(point, f64::INFINITY, hint, &mut workspace);
-        hint = found.map(|found| found.face);
-        found.map_or(0.0, |found| found.distance)
-    };
-
+    let mut query = DepthQuery { other, hint: None, workspace: Workspace::default() };
     let mut faces = Vec::with_capacity(parts.len());
     for part in parts {
         // Points of the curve are on both surfaces: only corners of the face are deeper.
         let corners = own.corners(part.face);
         let mut depths = Vec::with_capacity(part.loops.len());
         for points in &part.loops {
-            let at = |&p: &DVec3| if corners.contains(&p) { depth(p) } else { 0.0 };
-            depths.push(points.iter().map(at).collect());
+            let mut of_loop = Vec::with_capacity(points.len());
+            for &point in points {
+                of_loop.push(if corners.contains(&point) { query.depth(point) } else { 0.0 });
+            }
+            depths.push(of_loop);
         }
         faces.push(PatchFace { part, depths });
     }
     faces
+}
+
+/// Queries of depth, each of which starts at the nearest face of the one before.
+struct DepthQuery<'a> {
+    other: &'a SurfaceTree,
+    hint: Option<u32>,
+    workspace: Workspace,
+}
+
+impl DepthQuery<'_> {
+    fn depth(&mut self, point: DVec3) -> f64 {
+        let (other, hint) = (self.other, self.hint);
+        let found = other.closest_point(point, f64::INFINITY, hint, &mut self.workspace);
+        let Some(found) = found else { return 0.0 };
+        self.hint = Some(found.face);
+        found.distance
+    }
 }

@@ -3,9 +3,10 @@
 use overlap::{Depth, DepthParams, Overlap, OverlapDetector};
 use proximity::SurfaceTree;
 
+use crate::PairId;
 use crate::coincidence::size;
+use crate::depth_bracket::DepthBracket;
 use crate::edge_overlap::EdgeOverlap;
-use crate::{CheckParams, PairReport, Scene};
 
 /// Overlap of two bodies.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,72 +23,67 @@ pub struct PairOverlap {
     pub edge_overlaps: Vec<EdgeOverlap>,
 }
 
-/// Certified bracket on the depth of an overlap.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct DepthBracket {
-    /// A depth that a point of one surface has.
-    pub lower: f64,
-    /// A depth that no point of either surface exceeds.
-    pub upper: f64,
-}
-
 impl PairOverlap {
+    /// Adds the depths to the measures of a pair, which the detector has measured last.
+    ///
+    /// `depths` is `None` for no depths at all, and else the width of their brackets.
+    pub(crate) fn new(
+        pair: PairId,
+        bodies: [&SurfaceTree; 2],
+        measures: Overlap,
+        depths: Option<Option<f64>>,
+        detector: &mut OverlapDetector,
+    ) -> Self {
+        let mut overlap = Self {
+            measures,
+            depth_of_a_in_b: None,
+            depth_of_b_in_a: None,
+            edge_overlaps: Vec::new(),
+        };
+        let Some(tolerance) = depths else { return overlap };
+        let params = depth_params(bodies, tolerance);
+        [overlap.depth_of_a_in_b, overlap.depth_of_b_in_a] = detector.depths(bodies, &params);
+
+        // Regions without an inside vertex are named by their deepest point.
+        for (region, measures) in (0..).zip(&overlap.measures.regions) {
+            if measures.inside_vertices == [0, 0] {
+                let depths = detector.depths_in_region(region, bodies, &params);
+                overlap.edge_overlaps.extend(EdgeOverlap::new(region, pair, bodies, depths));
+            }
+        }
+        overlap
+    }
+
     /// Brackets the larger of both depths; `None` where nothing is inside, or "inside" is
     /// undefined.
     #[must_use]
     pub fn max_depth(&self) -> Option<DepthBracket> {
-        let depths = [self.depth_of_a_in_b, self.depth_of_b_in_a];
-        let brackets = depths.into_iter().flatten();
-        brackets.map(|Depth { lower, upper, .. }| DepthBracket { lower, upper }).reduce(|p, q| {
-            DepthBracket { lower: p.lower.max(q.lower), upper: p.upper.max(q.upper) }
-        })
-    }
-}
-
-impl Scene {
-    /// Adds the depths to the measures of a pair, which the detector has measured last.
-    pub(crate) fn with_depths(
-        &self,
-        report: &PairReport,
-        measures: Overlap,
-        params: &CheckParams,
-        detector: &mut OverlapDetector,
-    ) -> PairOverlap {
-        let (mut depths, mut edge_overlaps) = ([None; 2], Vec::new());
-
-        // Surfaces that only touch have no depth but rounding.
-        if report.overlaps
-            && let Some(bodies) = self.trees(report.pair)
-        {
-            let params = depth_params(bodies, params);
-            depths = detector.depths(bodies, &params);
-            for (region, measures) in (0..).zip(&measures.regions) {
-                if measures.inside_vertices == [0, 0] {
-                    let depths = detector.depths_in_region(region, bodies, &params);
-                    edge_overlaps.extend(EdgeOverlap::new(region, report.pair, bodies, depths));
-                }
-            }
+        let mut max: Option<DepthBracket> = None;
+        for depth in [self.depth_of_a_in_b, self.depth_of_b_in_a].into_iter().flatten() {
+            let bracket = max.get_or_insert_default();
+            bracket.lower = bracket.lower.max(depth.lower);
+            bracket.upper = bracket.upper.max(depth.upper);
         }
-        let [depth_of_a_in_b, depth_of_b_in_a] = depths;
-        PairOverlap { measures, depth_of_a_in_b, depth_of_b_in_a, edge_overlaps }
+        max
     }
 }
 
-fn depth_params(bodies: [&SurfaceTree; 2], params: &CheckParams) -> DepthParams {
+/// Returns parameters for brackets of a width, or of the default one.
+fn depth_params(bodies: [&SurfaceTree; 2], tolerance: Option<f64>) -> DepthParams {
     /// Width of a bracket that is narrow enough, relative to the smaller body's size: some
     /// micrometers for a muscle. Smaller takes long where surfaces coincide up to noise.
     const FLOOR: f64 = 1e-5;
     /// Closest points per depth, some seconds: reached where whole surfaces are equally deep.
     const MAX_QUERIES: u32 = 2_000_000;
 
-    match params.depth_tolerance {
+    let [size_a, size_b] = bodies.map(size);
+    match tolerance {
         Some(tolerance) => {
             DepthParams { relative_tolerance: 0.0, tolerance, max_queries: MAX_QUERIES }
         }
         None => DepthParams {
             relative_tolerance: 0.01,
-            tolerance: FLOOR * bodies.map(size).into_iter().fold(f64::INFINITY, f64::min),
+            tolerance: FLOOR * size_a.min(size_b),
             max_queries: MAX_QUERIES,
         },
     }

@@ -46,6 +46,7 @@ fn find(reports: &[PairReport], pair: PairId) -> Option<&PairReport> {
 
 impl PassThrough {
     fn new(scene: &Scene, sweep: &PairSweep, states: &[Option<&PairReport>; 2]) -> Self {
+        // Vertices that either state shows inside.
         let mut overlaps = false;
         let mut inside = BTreeSet::new();
         for report in states.iter().flatten() {
@@ -69,6 +70,9 @@ impl PassThrough {
 /// Adds the particles of one body that are inside the other.
 fn add_inside(scene: &Scene, body: BodyId, report: &VertexReport, inside: &mut BTreeSet<u32>) {
     let first = scene.body(body).particles().start;
-    let deep = report.near.iter().filter(|near| near.gap < 0.0);
-    inside.extend(deep.map(|near| first + near.vertex));
+    for near in &report.near {
+        if near.gap < 0.0 {
+            inside.insert(first + near.vertex);
+        }
+    }
 }

@@ -94,10 +94,17 @@ impl PairReport {
     #[must_use]
     pub fn contacts(&self, scene: &Scene) -> Vec<Contact> {
         let [a, b] = self.pair.bodies().map(|id| scene.body(id).contact_surface());
-        let of_a = self.a_against_b.near.iter().map(|near| contact(&a, &b, near));
-        let of_b = self.b_against_a.near.iter().map(|near| contact(&b, &a, near));
-        let mut contacts: Vec<Contact> = of_a.chain(of_b).collect();
-        for edge in self.overlap.iter().flat_map(|overlap| &overlap.edge_overlaps) {
+        let mut contacts = Vec::new();
+        for near in &self.a_against_b.near {
+            contacts.push(contact(&a, &b, near));
+        }
+        for near in &self.b_against_a.near {
+            contacts.push(contact(&b, &a, near));
+        }
+
+        // Regions that no vertex shows.
+        let Some(overlap) = &self.overlap else { return contacts };
+        for edge in &overlap.edge_overlaps {
             let (own, other) = if edge.body == self.pair.a { (&a, &b) } else { (&b, &a) };
             contacts.push(edge.contact(own, other));
         }

@@ -126,7 +126,11 @@ impl Scene {
     /// Returns the positions of all particles, body after body.
     #[must_use]
     pub fn particle_positions(&self) -> Vec<DVec3> {
-        self.bodies.iter().flat_map(|body| body.positions().iter().copied()).collect()
+        let mut positions = Vec::new();
+        for body in &self.bodies {
+            positions.extend_from_slice(body.positions());
+        }
+        positions
     }
 
     /// Brings the trees of some bodies, by their numbers, to their present state. Allocates
@@ -167,12 +171,15 @@ impl Scene {
         self.fit(&self.members(&pairs))?;
 
         // The bounds of a tree are tighter than boxes.
-        let root = |id| self.body(id).tree().map(|tree| tree.tree().root());
-        pairs.retain(|pair| {
-            let roots = root(pair.a).zip(root(pair.b));
-            roots.is_some_and(|(a, b)| a.inflated(margin).overlaps(&b))
-        });
+        pairs.retain(|&pair| self.roots_are_close(pair, margin));
         Ok(pairs)
+    }
+
+    /// Returns true if the bounds of two bodies come within `margin` of each other.
+    fn roots_are_close(&self, pair: PairId, margin: f64) -> bool {
+        let trees = (self.body(pair.a).tree(), self.body(pair.b).tree());
+        let (Some(a), Some(b)) = trees else { return false };
+        a.tree().root().inflated(margin).overlaps(&b.tree().root())
     }
 
     /// Finds the pairs of bodies whose boxes come within `margin` of each other, in the order of
@@ -198,8 +205,9 @@ impl Scene {
     /// Marks the bodies that are in one of the pairs, by their numbers.
     pub(crate) fn members(&self, pairs: &[PairId]) -> Vec<bool> {
         let mut is_member = vec![false; self.bodies.len()];
-        for id in pairs.iter().flat_map(|pair| pair.bodies()) {
-            is_member[id.index()] = true;
+        for pair in pairs {
+            is_member[pair.a.index()] = true;
+            is_member[pair.b.index()] = true;
         }
         is_member
     }

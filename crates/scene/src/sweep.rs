@@ -86,15 +86,13 @@ impl Scene {
 
         // All particles at both ends of the step.
         let start = self.particle_positions();
-        let mut end = start.clone();
+        let mut end = Vec::with_capacity(start.len());
         for (body, x) in self.bodies.iter().zip(&ends) {
-            if let Some(x) = x {
-                let particles = body.particles();
-                end[particles.start as usize..particles.end as usize].copy_from_slice(x.as_slice());
-            }
+            end.extend_from_slice(x.map_or(body.positions(), Positions::as_slice));
         }
         let motion = MovingPoints::new(&start, &end)?;
 
+        // Pairs in any thread; reports in the order of the pairs.
         let steps = progress.steps(pairs.len());
         let swept = parallel::map_slice_with(&pairs, Workspace::default, |workspace, pair| {
             let [a, b] = &pair.sides;
@@ -102,6 +100,8 @@ impl Scene {
             steps.advance(1)?;
             Ok::<_, SweptError>(found)
         });
+
+        // The earliest contact of any pair ends the free share of the step.
         let mut report = SweepReport { pairs: Vec::new(), largest_free_step: 1.0, candidates: 0 };
         for (pair, found) in pairs.iter().zip(swept) {
             let SweptContacts { contacts, candidates } = found?;

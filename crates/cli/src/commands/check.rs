@@ -142,8 +142,11 @@ pub(super) fn overlap_shapes<'r>(
     let overlapping: Vec<&PairReport> = reports.iter().filter(|pair| pair.overlaps).collect();
     let pairs: Vec<PairId> = overlapping.iter().map(|report| report.pair).collect();
     let geometries = Phase::run("clipping", |progress| scene.overlap_geometries(&pairs, progress))?;
-    let shapes = overlapping.into_iter().zip(geometries);
-    Ok(shapes.map(|(report, geometry)| OverlapShape { report, geometry }).collect())
+    let mut shapes = Vec::with_capacity(pairs.len());
+    for (report, geometry) in overlapping.into_iter().zip(geometries) {
+        shapes.push(OverlapShape { report, geometry });
+    }
+    Ok(shapes)
 }
 
 /// Scene with the results of its check.

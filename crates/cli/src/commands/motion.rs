@@ -153,5 +153,5 @@ fn overlaps_at(
 ) -> Result<Vec<PairReport>, Failure> {
     // Near pairs are not reported: their gaps would take most of the time.
     replay.place(scene, frame)?;
-    Ok(scene.check(&CheckParams::without_measures(0.0), Progress::none())?)
+    Ok(scene.check(&CheckParams::new(0.0), Progress::none())?)
 }

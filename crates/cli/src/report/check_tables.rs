@@ -1,6 +1,6 @@
 //! Tables of a check, and its report as text.
 
-use musculo_collide::AreaBracket;
+use musculo_collide::{AreaBracket, OverlapMeasures};
 
 use super::division;
 use super::document::{BodyRecord, CheckDocument};
@@ -111,17 +111,20 @@ fn overlapping_pairs(pairs: &[&PairRecord], document: &CheckDocument) -> Table {
         right("regions"),
         right("crossings"),
     ]);
-    let value = |value: Option<f64>| value.map_or_else(undefined, measure);
     for pair in pairs {
-        let overlap = pair.overlap.as_ref();
+        // What is undefined for a pair has no measures.
+        let (mut total, mut regions) = (OverlapMeasures::default(), 0);
+        if let Some(overlap) = &pair.overlap {
+            (total, regions) = (overlap.total, overlap.regions.len());
+        }
         table.row([
             pair.depth_text().unwrap_or_else(undefined),
-            value(overlap.and_then(|overlap| overlap.total.volume)),
+            total.volume.map_or_else(undefined, measure),
             pair.a.clone(),
             pair.b.clone(),
-            value(overlap.and_then(|overlap| overlap.total.area_of_a_inside_b)),
-            value(overlap.and_then(|overlap| overlap.total.area_of_b_inside_a)),
-            grouped(overlap.map_or(0, |overlap| overlap.regions.len())),
+            total.area_of_a_inside_b.map_or_else(undefined, measure),
+            total.area_of_b_inside_a.map_or_else(undefined, measure),
+            grouped(regions),
             grouped(pair.crossing_face_pairs),
         ]);
     }

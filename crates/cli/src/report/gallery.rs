@@ -8,7 +8,7 @@
 
 use glam::DVec3;
 use musculo_collide::surface::{Aabb, vertex_normals};
-use musculo_collide::{BodyId, BodyKind, Depth, PairOverlap, PairReport, Scene};
+use musculo_collide::{BodyId, BodyKind, Depth, PairReport, Scene};
 use rayon::prelude::*;
 
 use super::OverlapShape;
@@ -76,19 +76,20 @@ impl<'a> Gallery<'a> {
     /// Draws the scene from three sides; `done` is called after each.
     pub(crate) fn overview(&self, done: impl Fn() + Sync) -> Vec<View> {
         // Bodies of the overlapping pairs are solid, or all where there are none.
-        let overlaps =
-            |id: BodyId| self.overlapping.iter().any(|drawn| drawn.report.pair.contains(id));
         let mut shown = Vec::new();
         for id in self.scene.ids() {
-            let is_solid = self.overlapping.is_empty() || overlaps(id);
+            let is_solid = self.overlapping.is_empty() || self.overlaps(id);
             shown.push((id, if is_solid { Appearance::Solid } else { Appearance::Glass }));
         }
         let contact = contact_of(&shown, &self.overlapping.iter().collect::<Vec<_>>());
         let subjects = self.subjects(&shown, &contact);
 
-        let is_solid = |subject: &&Subject<'_>| subject.appearance == Appearance::Solid;
-        let solid = subjects.iter().filter(is_solid);
-        let points: Vec<DVec3> = solid.flat_map(|subject| subject.positions).copied().collect();
+        let mut points: Vec<DVec3> = Vec::new();
+        for subject in &subjects {
+            if subject.appearance == Appearance::Solid {
+                points.extend_from_slice(subject.positions);
+            }
+        }
         let sides = sides(Aabb::of_points(points.iter().copied()));
         let max_depth = self.overlapping.first().map_or(0.0, |drawn| drawn.max_depth);
         let draw_side = |Side { title, forward, up }| {
@@ -98,6 +99,11 @@ impl<'a> Gallery<'a> {
             view
         };
         sides.into_par_iter().map(draw_side).collect()
+    }
+
+    /// Returns true for a body of an overlapping pair.
+    fn overlaps(&self, id: BodyId) -> bool {
+        self.overlapping.iter().any(|drawn| drawn.report.pair.contains(id))
     }
 
     /// Draws a close-up of every overlapping pair, the deepest first; `done` is called
@@ -244,12 +250,10 @@ impl Entry {
     fn of(drawn: &DrawnOverlap<'_>, scene: &Scene) -> Self {
         let pair = drawn.report.pair;
         let overlap = drawn.report.overlap.as_ref();
-        let depths = overlap.map_or(
-            [None; 2],
-            |PairOverlap { depth_of_a_in_b, depth_of_b_in_a, .. }| {
-                [*depth_of_a_in_b, *depth_of_b_in_a]
-            },
-        );
+        let depths = match overlap {
+            Some(overlap) => [overlap.depth_of_a_in_b, overlap.depth_of_b_in_a],
+            None => [None; 2],
+        };
         let [of_a, of_b] = depths.map(|depth| depth.map_or(0.0, |depth| depth.lower));
         let side = if drawn.contact[0].is_empty() || of_b > of_a { 1 } else { 0 };
 

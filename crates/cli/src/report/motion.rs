@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::check_tables::dash;
 use super::table::{Table, left, right};
-use super::text::{counted, depth, fixed, grouped};
+use super::text::{counted, depth, fixed, grouped, measure};
 use crate::motion::{RestReason, RestingBody};
 use crate::scene::Unit;
 
@@ -29,6 +29,8 @@ pub(crate) struct FrameRecord {
     overlapping_pairs: usize,
     /// Deepest overlap in the frame.
     deepest: Option<DepthRecord>,
+    /// Volume of all overlaps in the frame, of bodies with an inside.
+    pub(crate) volume: f64,
     /// Step from the frame before; none to the first frame.
     pub(crate) step: Option<StepRecord>,
 }
@@ -86,6 +88,7 @@ impl MotionDocument {
             right("overlaps"),
             right(format!("deepest [{}]", self.unit.symbol())),
             left("between"),
+            right(format!("volume [{}³]", self.unit.symbol())),
             right("new contacts"),
             right("first at"),
             right("free step"),
@@ -121,7 +124,7 @@ impl MotionDocument {
             }
         }
 
-        // Without a vertex inside there is no depth to name.
+        // Where nothing has an inside there is no depth to name.
         let deepest = match deepest {
             None => String::new(),
             Some(frame) if frame.depth() > 0.0 => format!(
@@ -130,7 +133,7 @@ impl MotionDocument {
                 self.unit.symbol(),
                 frame.frame
             ),
-            Some(_) => ", of edges only: no vertex is inside".to_owned(),
+            Some(_) => ", of surfaces without an inside".to_owned(),
         };
         format!(
             "{}: overlap in {}{deepest}; {} between frames, {} through a surface and out again.\n\
@@ -173,11 +176,15 @@ impl FrameRecord {
         time: Option<f64>,
         reports: &[PairReport],
     ) -> Self {
-        let mut overlapping_pairs = 0;
+        let (mut overlapping_pairs, mut volume) = (0, 0.0);
         for report in reports {
             overlapping_pairs += usize::from(report.overlaps);
+            if let Some(overlap) = &report.overlap {
+                volume += overlap.measures.total.volume.unwrap_or(0.0);
+            }
         }
-        Self { frame, time, overlapping_pairs, deepest: deepest(scene, reports), step: None }
+        let deepest = deepest(scene, reports);
+        Self { frame, time, overlapping_pairs, deepest, volume, step: None }
     }
 
     /// Returns the depth of the deepest overlap, 0 without one.
@@ -190,13 +197,14 @@ impl FrameRecord {
     }
 
     /// Returns the entries of a table that show the frame.
-    fn state_entries(&self, unit: Unit) -> [String; 5] {
+    fn state_entries(&self, unit: Unit) -> [String; 6] {
         let (depth, between) = match &self.deepest {
             Some(DepthRecord { a, b, depth: value }) => (depth(*value, unit), format!("{a} × {b}")),
             None => (dash(), dash()),
         };
         let time = self.time.map_or_else(dash, |time| fixed(time, 3));
-        [self.frame.to_string(), time, grouped(self.overlapping_pairs), depth, between]
+        let volume = measure(self.volume);
+        [self.frame.to_string(), time, grouped(self.overlapping_pairs), depth, between, volume]
     }
 }
 
@@ -285,14 +293,20 @@ fn deepest(scene: &Scene, reports: &[PairReport]) -> Option<DepthRecord> {
     // Of equal depths, the first pair counts.
     let mut deepest: Option<&PairReport> = None;
     for report in reports {
-        let depth = deepest.map_or(-1.0, |deepest| deepest.max_vertex_depth);
-        if report.overlaps && report.max_vertex_depth > depth {
+        let max_depth = deepest.map_or(-1.0, depth_of);
+        if report.overlaps && depth_of(report) > max_depth {
             deepest = Some(report);
         }
     }
 
-    let PairReport { pair, max_vertex_depth: depth, .. } = deepest?;
-    Some(DepthRecord { a: name(scene, pair.a), b: name(scene, pair.b), depth: *depth })
+    let report = deepest?;
+    let [a, b] = report.pair.bodies().map(|id| name(scene, id));
+    Some(DepthRecord { a, b, depth: depth_of(report) })
+}
+
+/// Returns the depth of an overlap as far as it is certain; of vertices, where surfaces have none.
+fn depth_of(report: &PairReport) -> f64 {
+    report.max_depth().map_or(report.max_vertex_depth, |depth| depth.lower)
 }
 
 fn name(scene: &Scene, id: BodyId) -> String {

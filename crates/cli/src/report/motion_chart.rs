@@ -1,4 +1,4 @@
-//! Chart of a motion: overlap above, free step below, over the frames.
+//! Chart of a motion: depth and volume of overlap, and the free step, over the frames.
 
 use std::error::Error;
 
@@ -7,11 +7,12 @@ use plotters::prelude::*;
 
 use super::motion::{FrameRecord, MotionDocument};
 
-const SIZE: (u32, u32) = (900, 560);
+const SIZE: (u32, u32) = (900, 840);
 const DEPTH: RGBColor = RGBColor(0xb2, 0x3a, 0x48);
+const VOLUME: RGBColor = RGBColor(0x8a, 0x5a, 0x00);
 const FREE: RGBColor = RGBColor(0x2a, 0x6f, 0x97);
 
-/// Half of the chart: one curve over the frames that have a value.
+/// Third of the chart: one curve over the frames that have a value.
 struct Panel {
     title: String,
     max: f64,
@@ -21,12 +22,18 @@ struct Panel {
 
 /// Draws a motion as SVG.
 pub(crate) fn motion_chart(document: &MotionDocument) -> Result<String, Box<dyn Error>> {
-    let max_depth = document.frames.iter().map(FrameRecord::depth).fold(0.0, f64::max);
+    let unit = document.unit.symbol();
     let depth = Panel {
-        title: format!("deepest overlap [{}]", document.unit.symbol()),
-        max: if max_depth > 0.0 { 1.1 * max_depth } else { 1.0 },
+        title: format!("deepest overlap [{unit}]"),
+        max: room_above(document, FrameRecord::depth),
         color: DEPTH,
         value: |frame| Some(frame.depth()),
+    };
+    let volume = Panel {
+        title: format!("volume of overlaps [{unit}³]"),
+        max: room_above(document, |frame| frame.volume),
+        color: VOLUME,
+        value: |frame| Some(frame.volume),
     };
     let free = Panel {
         title: "free fraction of the step".to_owned(),
@@ -35,16 +42,23 @@ pub(crate) fn motion_chart(document: &MotionDocument) -> Result<String, Box<dyn 
         value: |frame| frame.step.as_ref().map(|step| step.free_step),
     };
 
-    // Depths above, free steps below.
+    // Overlap above, free steps below.
     let mut svg = String::new();
     let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
     area.fill(&WHITE)?;
-    let (upper, lower) = area.split_vertically(SIZE.1 / 2);
-    depth.draw(&upper, document)?;
-    free.draw(&lower, document)?;
+    let thirds = area.split_evenly((3, 1));
+    for (panel, third) in [depth, volume, free].iter().zip(&thirds) {
+        panel.draw(third, document)?;
+    }
     area.present()?;
-    drop((area, upper, lower));
+    drop((area, thirds));
     Ok(svg)
+}
+
+/// Returns the upper end of an axis with some room above the largest value.
+fn room_above(document: &MotionDocument, value: fn(&FrameRecord) -> f64) -> f64 {
+    let max = document.frames.iter().map(value).fold(0.0, f64::max);
+    if max > 0.0 { 1.1 * max } else { 1.0 }
 }
 
 impl Panel {

@@ -1,8 +1,8 @@
 //! Record of one pair of bodies, as the report of a check has it.
 
 use musculo_collide::{
-    AreaBracket, Coincidence, Depth, NearVertex, NoInside, Overlap, OverlapMeasures, PairReport,
-    Scene, VertexReport,
+    AreaBracket, BodyId, Coincidence, Depth, NearVertex, NoInside, Overlap, OverlapMeasures,
+    PairReport, Scene,
 };
 use serde::Serialize;
 
@@ -71,6 +71,10 @@ impl PairRecord {
     pub(crate) fn new(report: &PairReport, scene: &Scene) -> Self {
         let names = report.pair.bodies().map(|id| scene.body(id).name());
         let overlap = report.overlap.as_ref();
+        let [near_area_of_a, near_area_of_b] = match report.near_areas {
+            Some([of_a, of_b]) => [Some(of_a), Some(of_b)],
+            None => [None; 2],
+        };
         Self {
             a: names[0].to_owned(),
             b: names[1].to_owned(),
@@ -79,8 +83,8 @@ impl PairRecord {
             overlap: overlap.map(|overlap| OverlapRecord::new(&overlap.measures)),
             depth_of_a_in_b: overlap.and_then(|overlap| overlap.depth_of_a_in_b),
             depth_of_b_in_a: overlap.and_then(|overlap| overlap.depth_of_b_in_a),
-            near_area_of_a: report.near_areas.map(|[of_a, _]| of_a),
-            near_area_of_b: report.near_areas.map(|[_, of_b]| of_b),
+            near_area_of_a,
+            near_area_of_b,
             max_vertex_depth: report.max_vertex_depth,
             min_gap: report.min_gap,
             distance: report.distance,
@@ -174,14 +178,17 @@ fn no_measures(name: &str, reason: NoInside) -> String {
 
 /// Finds the vertex of the smallest gap, of `a` where both bodies have one.
 fn nearest_vertex(report: &PairReport, scene: &Scene) -> Option<VertexRecord> {
-    let nearest = |side: &VertexReport| -> Option<NearVertex> {
-        side.near.iter().copied().min_by(|p, q| p.gap.total_cmp(&q.gap))
-    };
-    let (of_a, of_b) = (nearest(&report.a_against_b), nearest(&report.b_against_a));
-    let gap = |near: Option<NearVertex>| near.map_or(f64::INFINITY, |near| near.gap);
-    let (id, near) =
-        if gap(of_a) <= gap(of_b) { (report.pair.a, of_a?) } else { (report.pair.b, of_b?) };
+    let sides = [(report.pair.a, &report.a_against_b), (report.pair.b, &report.b_against_a)];
+    let mut nearest: Option<(BodyId, NearVertex)> = None;
+    for (id, side) in sides {
+        for &near in &side.near {
+            if nearest.is_none_or(|(_, nearest)| near.gap < nearest.gap) {
+                nearest = Some((id, near));
+            }
+        }
+    }
 
+    let (id, near) = nearest?;
     let body = scene.body(id);
     let at = body.positions()[near.vertex as usize].to_array();
     Some(VertexRecord { body: body.name().to_owned(), vertex: near.vertex, at })

@@ -81,7 +81,10 @@ pub fn point_contacts(
     let mut found = Vec::new();
     let ball = |point| points.ball(point);
     let counts = point_contacts_among(&mut pairs, ball, on.medial, params, previous, &mut found);
-    let contacts = found.iter().map(|found| found.contact(on.medial, particles)).collect();
+    let mut contacts = Vec::with_capacity(found.len());
+    for found in &found {
+        contacts.push(found.contact(on.medial, particles));
+    }
     (contacts, TestCounts { bound_tests, ..counts })
 }
 

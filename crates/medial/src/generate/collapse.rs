@@ -118,8 +118,12 @@ impl<'a> Collapse<'a> {
 
     /// Builds the medial surface of the balls that are left.
     pub(super) fn medial_surface(&self) -> Result<MedialSurface, MedialError> {
-        let balls: Vec<Ball> = self.balls.iter().map(|&ball| relative(ball, self.origin)).collect();
-        let roots: Vec<u32> = (0..index(balls.len())).map(|seed| self.root(seed)).collect();
+        let mut balls: Vec<Ball> = Vec::with_capacity(self.balls.len());
+        let mut roots: Vec<u32> = Vec::with_capacity(self.balls.len());
+        for (seed, &ball) in (0..).zip(&self.balls) {
+            balls.push(relative(ball, self.origin));
+            roots.push(self.root(seed));
+        }
         let mut triples = Vec::with_capacity(self.faces.len());
         for corners in self.faces {
             triples.push(corners.map(|vertex| self.owners[vertex as usize]));

@@ -50,16 +50,23 @@ const DIAGONAL_FLOOR: f64 = 1e-9;
 
 impl<'a> NormalEquations<'a> {
     pub(super) fn new(balls: usize, primitives: &'a [[u32; 3]]) -> Self {
-        let mut pairs: Vec<[u32; 2]> = primitives.iter().flat_map(|&p| sides(p)).collect();
+        let mut pairs: Vec<[u32; 2]> = Vec::with_capacity(3 * primitives.len());
+        for &primitive in primitives {
+            pairs.extend(sides(primitive));
+        }
         pairs.retain(|[i, j]| i != j);
         pairs.sort_unstable();
         pairs.dedup();
 
         // A repeated ball has no pair with itself, and its place is never used.
         let place = |pair: [u32; 2]| pairs.binary_search(&pair).unwrap_or(usize::MAX);
+        let mut pair_places = Vec::with_capacity(primitives.len());
+        for &primitive in primitives {
+            pair_places.push(sides(primitive).map(place));
+        }
         Self {
             primitives,
-            pair_places: primitives.iter().map(|&p| sides(p).map(place)).collect(),
+            pair_places,
             diagonal: vec![Symmetric4::default(); balls],
             off_diagonal: vec![Symmetric4::default(); pairs.len()],
             right_side: vec![DVec4::ZERO; balls],

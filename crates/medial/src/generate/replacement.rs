@@ -75,10 +75,15 @@ impl<'a> Replacement<'a> {
         }
 
         // A part of the samples at either is sufficient.
-        let all = at_either.iter().flat_map(|&primitive| &fitted.samples[primitive as usize]);
-        let interval = (all.clone().count() / MAX_SAMPLES).max(1);
-        let sample = |&sample: &u32| NearSample::new(fitted, sample, &at_either);
-        let samples = all.step_by(interval).map(sample).collect();
+        let mut all: Vec<u32> = Vec::new();
+        for &primitive in &at_either {
+            all.extend(&fitted.samples[primitive as usize]);
+        }
+        let interval = (all.len() / MAX_SAMPLES).max(1);
+        let mut samples = Vec::with_capacity(all.len() / interval + 1);
+        for &sample in all.iter().step_by(interval) {
+            samples.push(NearSample::new(fitted, sample, &at_either));
+        }
         Self { fitted, neighbor, moving, samples, interval }
     }
 
