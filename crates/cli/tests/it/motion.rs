@@ -89,11 +89,11 @@ fn the_first_frame_is_reported() {
     assert_eq!(counts.collect::<Vec<_>>(), [1, 0, 0, 0, 0, 0]);
     assert!(frames[0]["deepest"]["depth"].as_f64().unwrap() > 0.01, "{}", frames[0]);
 
-    // Without a vertex inside there is no depth.
+    // Edges alone have a depth, too.
     write_heights(&workshop, "edges.json", &[-1.2, 0.0]);
     let run = workshop.run("motion", &["scene.toml", "--motion", "edges.json"]);
-    let expected = "2 frames: overlap in 1, of edges only: no vertex is inside;";
-    assert!(run.stdout.contains(expected), "{}", run.stdout);
+    let expected = "2 frames: overlap in 1, the deepest 0.";
+    assert!(run.stdout.contains(expected) && !run.stdout.contains("0.000 mm"), "{}", run.stdout);
 }
 
 /// Pairs that overlap at the start of a step count neither for the first contact nor for the
