@@ -3,7 +3,7 @@
 //! Absolute times depend on the machine and its load. The sides of a comparison therefore take
 //! turns, and their minimum times are compared, since other work on the machine only adds time.
 //!
-//! A [`Report`] prints each [`Figure`] as one line of JSON, which `cargo xtask ratios` and
+//! A [`Report`] prints each `Figure` as one line of JSON, which `cargo xtask ratios` and
 //! `cargo xtask verify` format and check.
 
 use std::hint::black_box;

@@ -16,7 +16,7 @@
 //! | measure a joint: contact area, gaps, pressure | [`Scene::joint_contact`] | [`overlap`] |
 //! | find first contacts of a motion | [`Scene::sweep`] | [`ccd`], [`proximity`] |
 //! | detect and respond at rate, within a tolerance | [`Plan`] | [`plan`] |
-//! | remove overlaps | [`resolve()`] | [`resolve`] |
+//! | remove overlaps | [`resolve()`] | [`resolve`](mod@resolve) |
 //! | ask for signed distances from a bone | [`distance_field::DistanceField`] | [`distance_field`] |
 //! | approximate a muscle by balls | [`medial::generate`] | [`medial`] |
 //! | approximate a surface by fewer faces | [`decimate::Decimation`] | [`decimate`] |

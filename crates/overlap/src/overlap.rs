@@ -270,7 +270,9 @@ impl OverlapDetector {
             let sums = &mut sums[regions.of_passing(passings[0])];
             if is_closed { sums.loops += 1 } else { sums.arcs += 1 }
         });
-        sums.iter_mut().for_each(Sums::drop_curve_of_touch);
+        for sums in sums {
+            sums.drop_curve_of_touch();
+        }
     }
 
     /// Writes the measures of the whole and of each region.

@@ -9,8 +9,8 @@ pub struct CheckParams {
     /// Largest distance from the other body at which vertices outside are still
     /// reported, in the scene's length unit, `>= 0`.
     pub margin: f64,
-    /// True to measure overlaps and near areas: [`PairReport::overlap`],
-    /// [`PairReport::near_areas`].
+    /// True to measure overlaps and near areas: [`PairReport::overlap`](crate::PairReport::overlap),
+    /// [`PairReport::near_areas`](crate::PairReport::near_areas).
     pub measures: bool,
     /// Width of the brackets on depths, `> 0`, in the scene's length unit. `None` for 1 % of the
     /// depth, and 1e-5 of the smaller body's size where that is wider.
