@@ -318,11 +318,10 @@ fn map_chunks<R: Send>(
 ) -> Vec<R> {
     let at_chunk = |(i, chunk): (usize, &[[u32; 4]])| f(i * CHUNK, chunk);
     #[cfg(feature = "rayon")]
-    {
+    if candidates.len() > CHUNK {
         use rayon::prelude::*;
-        candidates.par_chunks(CHUNK).enumerate().map(at_chunk).collect()
+        return candidates.par_chunks(CHUNK).enumerate().map(at_chunk).collect();
     }
-    #[cfg(not(feature = "rayon"))]
     candidates.chunks(CHUNK).enumerate().map(at_chunk).collect()
 }
 

@@ -1,11 +1,49 @@
 //! Loops that run on the caller's thread pool with the feature `rayon`, and on the calling
-//! thread without it.
+//! thread without it or [where asked](on_calling_thread).
 //!
 //! Results stand in the order of the items and each depends on its item alone, so the bits
 //! are the same for any number of threads and without the feature.
 
+use std::cell::Cell;
+
 #[cfg(feature = "rayon")]
 use rayon::prelude::*;
+
+thread_local! {
+    /// True while loops of this thread stay on it.
+    static IS_ALONE: Cell<bool> = const { Cell::new(!cfg!(feature = "rayon")) };
+}
+
+/// Runs a computation whose loops all stay on the calling thread.
+///
+/// A pool of one thread is another thread: computations of several callers would queue for it.
+///
+/// ```
+/// use surface::parallel;
+///
+/// let caller = std::thread::current().id();
+/// let threads = || parallel::map(1000, |_| std::thread::current().id());
+/// assert!(parallel::on_calling_thread(threads).into_iter().all(|thread| thread == caller));
+/// ```
+pub fn on_calling_thread<R>(compute: impl FnOnce() -> R) -> R {
+    /// Restores the state on return, and on a panic that the caller catches.
+    struct Restore(bool);
+
+    impl Drop for Restore {
+        fn drop(&mut self) {
+            IS_ALONE.set(self.0);
+        }
+    }
+
+    let _restore = Restore(IS_ALONE.replace(true));
+    compute()
+}
+
+/// Returns true if loops of this thread stay on it.
+#[must_use]
+pub fn is_alone() -> bool {
+    IS_ALONE.get()
+}
 
 /// Pieces that a parallel loop is cut into.
 ///
@@ -34,15 +72,12 @@ pub fn map_with<S, R: Send>(
     f: impl Fn(&mut S, usize) -> R + Sync + Send,
 ) -> Vec<R> {
     #[cfg(feature = "rayon")]
-    {
+    if !is_alone() {
         let numbers = (0..count).into_par_iter().with_max_len(piece(count));
-        numbers.map_init(scratch, f).collect()
+        return numbers.map_init(scratch, f).collect();
     }
-    #[cfg(not(feature = "rayon"))]
-    {
-        let mut scratch = scratch();
-        (0..count).map(|i| f(&mut scratch, i)).collect()
-    }
+    let mut scratch = scratch();
+    (0..count).map(|i| f(&mut scratch, i)).collect()
 }
 
 /// Maps the items of a slice, in order, with a scratch value that is reused.
@@ -59,23 +94,21 @@ pub fn map_slice_with<T: Sync, S, R: Send>(
 /// Maps the items of a slice, in order, by a function that changes them.
 pub fn map_mut<T: Send, R: Send>(items: &mut [T], f: impl Fn(&mut T) -> R + Sync + Send) -> Vec<R> {
     #[cfg(feature = "rayon")]
-    {
+    if !is_alone() {
         let piece = piece(items.len());
-        items.par_iter_mut().with_max_len(piece).map(f).collect()
+        return items.par_iter_mut().with_max_len(piece).map(f).collect();
     }
-    #[cfg(not(feature = "rayon"))]
     items.iter_mut().map(f).collect()
 }
 
 /// Calls `f` on every item with its number: disjoint parts of an array, for instance.
 pub fn for_each<T: Send>(items: Vec<T>, f: impl Fn(usize, T) + Sync + Send) {
     #[cfg(feature = "rayon")]
-    {
+    if !is_alone() {
         let piece = piece(items.len());
         let numbered = items.into_par_iter().enumerate().with_max_len(piece);
-        numbered.for_each(|(i, item)| f(i, item));
+        return numbered.for_each(|(i, item)| f(i, item));
     }
-    #[cfg(not(feature = "rayon"))]
     for (i, item) in items.into_iter().enumerate() {
         f(i, item);
     }
@@ -91,27 +124,25 @@ pub fn try_for_each_mut<T: Send, E: Send>(
     f: impl Fn(usize, &mut T) -> Result<(), E> + Sync + Send,
 ) -> Result<(), E> {
     #[cfg(feature = "rayon")]
-    {
+    if !is_alone() {
         let piece = piece(items.len());
         // Threads fail in any order: the failure with the smallest number is returned.
         let numbered = items.par_iter_mut().enumerate().with_max_len(piece);
         let failures = numbered.filter_map(|(i, item)| Some((i, f(i, item).err()?)));
-        failures.min_by_key(|failure| failure.0).map_or(Ok(()), |failure| Err(failure.1))
+        return failures.min_by_key(|failure| failure.0).map_or(Ok(()), |failure| Err(failure.1));
     }
-    #[cfg(not(feature = "rayon"))]
-    {
-        for (i, item) in items.iter_mut().enumerate() {
-            f(i, item)?;
-        }
-        Ok(())
+    for (i, item) in items.iter_mut().enumerate() {
+        f(i, item)?;
     }
+    Ok(())
 }
 
 /// Sorts a list; the order of equal items is unspecified.
 pub fn sort_unstable<T: Ord + Send>(list: &mut [T]) {
     #[cfg(feature = "rayon")]
-    list.par_sort_unstable();
-    #[cfg(not(feature = "rayon"))]
+    if !is_alone() {
+        return list.par_sort_unstable();
+    }
     list.sort_unstable();
 }
 
@@ -119,8 +150,9 @@ pub fn sort_unstable<T: Ord + Send>(list: &mut [T]) {
 #[must_use]
 pub fn threads() -> usize {
     #[cfg(feature = "rayon")]
-    return rayon::current_num_threads();
-    #[cfg(not(feature = "rayon"))]
+    if !is_alone() {
+        return rayon::current_num_threads();
+    }
     1
 }
 
@@ -157,6 +189,22 @@ mod tests {
         };
         assert_eq!(try_for_each_mut(&mut items, fail_from(123)), Err(123));
         assert_eq!(try_for_each_mut(&mut items, fail_from(500)), Ok(()));
+    }
+
+    #[test]
+    fn loops_stay_on_the_calling_thread_where_asked() {
+        let caller = std::thread::current().id();
+        let is_here = |_: usize| std::thread::current().id() == caller;
+        on_calling_thread(|| {
+            assert_eq!(threads(), 1);
+            assert!(map(1000, is_here).into_iter().all(|is_here| is_here));
+            for_each(vec![(); 1000], |i, ()| assert!(is_here(i)));
+
+            // A computation within one leaves the state as it was.
+            on_calling_thread(|| ());
+            assert!(is_alone());
+        });
+        assert_eq!(is_alone(), !cfg!(feature = "rayon"));
     }
 
     #[test]

@@ -15,7 +15,7 @@ const PARALLEL_ROWS: usize = 1024;
 /// Sweeps until no row changes by more than the tolerance; returns the sweeps.
 pub(super) fn solve(system: &PackedSystem, state: &mut SolverState, params: &SolverParams) -> u32 {
     #[cfg(feature = "rayon")]
-    if system.batches.iter().any(is_parallel) {
+    if !surface::parallel::is_alone() && system.batches.iter().any(is_parallel) {
         return parallel::solve(system, state, params);
     }
     let SolverState { q, bias, impulses } = state;
