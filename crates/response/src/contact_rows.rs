@@ -9,40 +9,63 @@
 //! A row stores the depth at which its contact was detected, and measures changes from
 //! there: a center that is lifted off its polygon, or an offset by radii, does not
 //! concern the row.
+//!
+//! Each row imposes a [`Constraint`] on the relative motion Q_c of its contact.
 
 use glam::DVec3;
 use surface::{Anchor, Contact, Term};
 
 use crate::distribute::merge_onto;
-use crate::{Margins, ResponseError, check};
+use crate::{Constraint, Friction, Margins, ResponseError, check};
 
 /// Deviation of a sum of weights that counts as rounding, a plain number.
 /// Barycentric weights are good to 1e-12 even on slivers; a forgotten term is
 /// off by 1e-2 and more, and would break the momentum by its weight.
 const WEIGHT_TOLERANCE: f64 = 1e-9;
 
-/// Distances that a response keeps at a contact, and its friction.
+/// Distances that a response keeps at a contact, its friction and its compliance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ContactLaw {
     margins: Margins,
-    friction: f64,
+    friction: Friction,
+    compliance: f64,
 }
 
 impl ContactLaw {
-    /// Returns a law with the distances kept and Coulomb's friction coefficient µ `>= 0`.
+    /// Returns a hard law with the distances kept and Coulomb's friction coefficient µ
+    /// `>= 0`.
     ///
     /// # Errors
     ///
     /// [`ResponseError::Parameter`] when µ is outside its range.
     pub fn new(margins: Margins, friction: f64) -> Result<Self, ResponseError> {
-        Ok(Self { margins, friction: check::not_negative("friction coefficient", friction)? })
+        Ok(Self { margins, friction: Friction::coulomb(friction)?, compliance: 0.0 })
+    }
+
+    /// Returns the same law with another friction law.
+    #[must_use]
+    pub fn with_friction(self, friction: Friction) -> Self {
+        Self { friction, ..self }
     }
 
     /// Returns the same law without friction.
     #[must_use]
     pub fn without_friction(self) -> Self {
-        Self { friction: 0.0, ..self }
+        self.with_friction(Friction::NONE)
+    }
+
+    /// Returns the same law with the compliance α `>= 0` of the constraint, in the unit of
+    /// the unknowns over that of the impulses; 0 is hard. [`SpringDamper::compliance`]
+    /// computes it from a stiffness. Friction remains hard.
+    ///
+    /// # Errors
+    ///
+    /// [`ResponseError::Parameter`] outside the range.
+    ///
+    /// [`SpringDamper::compliance`]: crate::SpringDamper::compliance
+    pub fn with_compliance(self, compliance: f64) -> Result<Self, ResponseError> {
+        Ok(Self { compliance: check::not_negative("compliance", compliance)?, ..self })
     }
 
     /// Returns the distances kept.
@@ -51,10 +74,16 @@ impl ContactLaw {
         self.margins
     }
 
-    /// Returns Coulomb's µ.
+    /// Returns the friction law.
     #[must_use]
-    pub fn friction(&self) -> f64 {
+    pub fn friction(&self) -> Friction {
         self.friction
+    }
+
+    /// Returns the compliance α.
+    #[must_use]
+    pub fn compliance(&self) -> f64 {
+        self.compliance
     }
 }
 
@@ -69,8 +98,10 @@ pub struct ContactRow<'a> {
     pub depth: f64,
     /// State of the rigid object at P̄, zero where there is none.
     pub anchor: Anchor,
-    /// Distances kept and friction.
+    /// Distances kept, friction and compliance.
     pub law: ContactLaw,
+    /// Constraint on Q_c.
+    pub constraint: Constraint,
 }
 
 impl ContactRow<'_> {
@@ -101,7 +132,7 @@ impl ContactRow<'_> {
 /// assert_eq!(rows.row(0).depth, 0.6);
 /// # Ok::<(), response::ResponseError>(())
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ContactRows {
     particle_count: usize,
     records: Vec<Record>,
@@ -117,6 +148,7 @@ struct Record {
     depth: f64,
     anchor: Anchor,
     law: ContactLaw,
+    constraint: Constraint,
 }
 
 impl ContactRows {
@@ -124,6 +156,13 @@ impl ContactRows {
     #[must_use]
     pub fn new(particle_count: usize) -> Self {
         Self { particle_count, records: Vec::new(), terms: Vec::new() }
+    }
+
+    /// Removes all rows, for particles `0..particle_count`; the memory is kept.
+    pub fn clear(&mut self, particle_count: usize) {
+        self.particle_count = particle_count;
+        self.records.clear();
+        self.terms.clear();
     }
 
     /// Adds a row for each contact.
@@ -137,13 +176,27 @@ impl ContactRows {
         contacts.iter().try_for_each(|contact| self.push(contact, law))
     }
 
-    /// Adds a row.
+    /// Adds a row that keeps its contact free: [`Constraint::Contact`].
     ///
     /// # Errors
     ///
     /// As [`Self::push_terms`].
     pub fn push(&mut self, contact: &Contact, law: ContactLaw) -> Result<(), ResponseError> {
-        self.push_terms(contact, contact.stencil.terms(), law)
+        self.push_constraint(contact, law, Constraint::Contact)
+    }
+
+    /// Adds a row with another constraint.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::push_terms`].
+    pub fn push_constraint(
+        &mut self,
+        contact: &Contact,
+        law: ContactLaw,
+        constraint: Constraint,
+    ) -> Result<(), ResponseError> {
+        self.push_terms(contact, contact.stencil.terms(), law, constraint)
     }
 
     /// Adds a row for a contact with `terms` instead of its stencil: more than six
@@ -162,6 +215,7 @@ impl ContactRows {
         contact: &Contact,
         terms: &[Term],
         law: ContactLaw,
+        constraint: Constraint,
     ) -> Result<(), ResponseError> {
         // Check everything before the lists change.
         let row = self.len();
@@ -170,6 +224,7 @@ impl ContactRows {
         let depth = law.margins.clearance() - check::contact_number(row, "gap", contact.gap)?;
         check::contact_vector(row, "anchor velocity", anchor.velocity)?;
         check::contact_vector(row, "anchor acceleration", anchor.acceleration)?;
+        constraint.check(row)?;
         check_weights(row, terms, if contact.anchor.is_some() { -1.0 } else { 0.0 })?;
         check::particle_range(row, terms.iter().map(|t| t.particle), self.particle_count)?;
         check::index("contacts", row + 1)?;
@@ -178,7 +233,7 @@ impl ContactRows {
         let start = check::index("terms", self.terms.len())?;
         merge_onto(&mut self.terms, terms);
         let terms = [start, check::index("terms", self.terms.len())?];
-        self.records.push(Record { terms, normal, depth, anchor, law });
+        self.records.push(Record { terms, normal, depth, anchor, law, constraint });
         Ok(())
     }
 
@@ -217,9 +272,9 @@ impl ContactRows {
     }
 
     fn view(&self, record: &Record) -> ContactRow<'_> {
-        let Record { terms: [start, end], normal, depth, anchor, law } = *record;
+        let Record { terms: [start, end], normal, depth, anchor, law, constraint } = *record;
         let terms = &self.terms[start as usize..end as usize];
-        ContactRow { terms, normal, depth, anchor, law }
+        ContactRow { terms, normal, depth, anchor, law, constraint }
     }
 }
 

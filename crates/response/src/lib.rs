@@ -28,7 +28,9 @@
 //! # From one contact to many
 //!
 //! Corrections of contacts that share particles must not be added up: a
-//! [`ContactSystem`] solves them together, at one [`SolveLevel`];
+//! [`ContactSystem`] solves them together, at one [`SolveLevel`]. Each row of the table is
+//! a [`Constraint`] on Q_c there: a target, one-sided, two-sided or of the whole vector,
+//! hard or with the compliance of a [`SpringDamper`];
 //! [`correct_in_sequence`] does so for positions, velocities and accelerations
 //! in turn. [`SoftContacts`] are forces with derivatives instead.
 //! [`PermanentContacts`] carry a list of contacts from frame to frame, and an
@@ -84,6 +86,7 @@
 #![expect(clippy::doc_markdown, reason = "formulas keep the source's letters, as in P_ref")]
 
 mod check;
+mod constraint;
 mod contact_rows;
 mod distribute;
 mod error;
@@ -104,6 +107,7 @@ mod walk;
 pub use glam;
 
 pub use crate::check::{not_negative, parameter, positive};
+pub use crate::constraint::{Constraint, SpringDamper};
 pub use crate::contact_rows::{ContactLaw, ContactRow, ContactRows};
 pub use crate::distribute::distribute;
 pub use crate::error::{ParameterError, ResponseError};
@@ -118,7 +122,8 @@ pub use crate::relative::{Margins, RelativeMotion, RelativeState};
 pub use crate::sequence::{ParticleStates, SequenceParams, SequenceReport, correct_in_sequence};
 pub use crate::soft::{LinearForces, MatrixBlock, NormalForce, SoftContacts, SoftLaw};
 pub use crate::solve::{
-    ContactSystem, Impulse, SolveLevel, SolveReport, SolverMethod, SolverParams, SweepOrder,
+    ContactSystem, Impulse, Residual, SolveLevel, SolveReport, SolverMemory, SolverMethod,
+    SolverParams, SweepOrder,
 };
 pub use crate::spring::Spring;
 pub use crate::step::{

@@ -18,12 +18,12 @@ pub struct Friction(Rule);
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum Rule {
     Share(f64),
-    Coulomb(f64),
+    Coulomb { sticking: f64, sliding: f64 },
 }
 
 impl Friction {
     /// No friction.
-    pub const NONE: Self = Self(Rule::Coulomb(0.0));
+    pub const NONE: Self = Self(Rule::Coulomb { sticking: 0.0, sliding: 0.0 });
 
     /// Returns the source's law, which removes the share µ, in `0.0..=1.0`, of the slip.
     ///
@@ -42,7 +42,46 @@ impl Friction {
     ///
     /// [`ResponseError::Parameter`] outside the range.
     pub fn coulomb(mu: f64) -> Result<Self, ResponseError> {
-        Ok(Self(Rule::Coulomb(check::not_negative("friction coefficient", mu)?)))
+        Self::static_dynamic(mu, mu)
+    }
+
+    /// Returns Coulomb's law with a larger coefficient while the contact sticks:
+    /// `0 <= dynamic <= static`.
+    ///
+    /// A slip that the static coefficient can stop is stopped; any other is reduced by the
+    /// dynamic one.
+    ///
+    /// # Errors
+    ///
+    /// [`ResponseError::Parameter`] outside the range.
+    pub fn static_dynamic(sticking: f64, sliding: f64) -> Result<Self, ResponseError> {
+        let sticking = check::not_negative("friction coefficient", sticking)?;
+        let range = "in 0..=the static one";
+        let within = (0.0..=sticking).contains(&sliding);
+        let sliding = check::parameter("dynamic friction coefficient", sliding, range, within)?;
+        Ok(Self(Rule::Coulomb { sticking, sliding }))
+    }
+
+    /// Returns Coulomb's dynamic coefficient µ; 0 for a share.
+    #[must_use]
+    pub fn coefficient(self) -> f64 {
+        self.coefficients().1
+    }
+
+    /// Returns Coulomb's static and dynamic coefficient; 0 for a share.
+    pub(crate) fn coefficients(self) -> (f64, f64) {
+        match self.0 {
+            Rule::Share(_) => (0.0, 0.0),
+            Rule::Coulomb { sticking, sliding } => (sticking, sliding),
+        }
+    }
+
+    /// Returns the source's share µ of the slip that is removed, where that is the law.
+    pub(crate) fn as_share(self) -> Option<f64> {
+        match self.0 {
+            Rule::Share(mu) => Some(mu),
+            Rule::Coulomb { .. } => None,
+        }
     }
 
     /// Computes the part of `slip` to remove, where the normal part cancels `approach` and
@@ -50,7 +89,11 @@ impl Friction {
     fn reduction(self, slip: DVec3, approach: f64, lambda: f64) -> DVec3 {
         match self.0 {
             Rule::Share(mu) => lambda * mu * slip,
-            Rule::Coulomb(mu) => slip.clamp_length_max(mu * lambda * approach),
+            Rule::Coulomb { sticking, sliding } => {
+                let normal = lambda * approach;
+                let is_stopped = slip.length() <= sticking * normal;
+                if is_stopped { slip } else { slip.clamp_length_max(sliding * normal) }
+            }
         }
     }
 }

@@ -310,7 +310,7 @@ impl NormalResponse {
 
 /// Computes the friction on the side of P̄ and its derivative by V_c.
 fn friction(row: &ContactRow<'_>, velocity: DVec3, normal: f64, slip_speed: f64) -> (DVec3, DMat3) {
-    let limit = row.law.friction() * normal;
+    let limit = row.law.friction().coefficient() * normal;
     if limit <= 0.0 {
         return (DVec3::ZERO, DMat3::ZERO);
     }

@@ -1,9 +1,19 @@
 //! Graph coloring: batches of rows of which no two write to the same particle.
 
-/// Rows sorted by batch, and the range of each batch.
+/// Greedy coloring: each row in turn gets the lowest color that none of its particles has.
+///
+/// Its lists are kept for the next coloring.
+#[derive(Clone, Debug, Default)]
 pub(super) struct Coloring {
+    /// Rows sorted by batch.
     pub(super) order: Vec<u32>,
+    /// Range of each batch.
     pub(super) batches: Vec<Batch>,
+    /// Bit set of the colors at each particle.
+    used: Vec<u64>,
+    of_rows: Vec<u32>,
+    /// Place of the next row of each color.
+    next: Vec<usize>,
 }
 
 /// Consecutive rows of the sorted list.
@@ -19,24 +29,20 @@ pub(super) struct Batch {
 /// last batch, which is swept in sequence; a muscle's vertices have a handful.
 const COLORS: u32 = u64::BITS;
 
-/// Greedy coloring: each row in turn gets the lowest color that none of its particles has.
-pub(super) struct Colors {
-    /// Bit set of the colors at each particle.
-    used: Vec<u64>,
-    of_rows: Vec<u32>,
-}
-
-impl Colors {
-    pub(super) fn new(row_count: usize, particle_count: usize) -> Self {
-        Self { used: vec![0; particle_count], of_rows: Vec::with_capacity(row_count) }
+impl Coloring {
+    /// Forgets all rows.
+    pub(super) fn clear(&mut self, particle_count: usize) {
+        self.of_rows.clear();
+        self.used.clear();
+        self.used.resize(particle_count, 0);
     }
 
     /// Colors the next row, which writes to `particles`.
-    pub(super) fn add_row(&mut self, particles: &[u32]) {
-        let taken = particles.iter().fold(0, |taken, k| taken | self.used[*k as usize]);
+    pub(super) fn add_row(&mut self, particles: impl Iterator<Item = u32> + Clone) {
+        let taken = particles.clone().fold(0, |taken, k| taken | self.used[k as usize]);
         let color = taken.trailing_ones();
         if color < COLORS {
-            for &k in particles {
+            for k in particles {
                 self.used[k as usize] |= 1 << color;
             }
         }
@@ -44,38 +50,40 @@ impl Colors {
     }
 
     /// Sorts the rows by color; rows of one color stay in the order given.
-    pub(super) fn sort(self) -> Coloring {
+    pub(super) fn sort(&mut self) {
         // Counting sort: the end of one color is the start of the next.
-        let mut counts = vec![0_usize; COLORS as usize + 1];
+        self.next.clear();
+        self.next.resize(COLORS as usize + 1, 0);
         for &color in &self.of_rows {
-            counts[color as usize] += 1;
+            self.next[color as usize] += 1;
         }
-        let mut batches = Vec::new();
-        let mut next = Vec::with_capacity(counts.len());
+        self.batches.clear();
         let mut start = 0;
-        for (color, count) in counts.into_iter().enumerate() {
-            let end = start + count;
-            if count > 0 {
-                batches.push(Batch { start, end, independent: color < COLORS as usize });
+        for (color, next) in self.next.iter_mut().enumerate() {
+            let end = start + std::mem::replace(next, start);
+            if end > start {
+                self.batches.push(Batch { start, end, independent: color < COLORS as usize });
             }
-            next.push(start);
             start = end;
         }
 
         // Place the rows in the order given.
-        let mut order = vec![0; self.of_rows.len()];
+        self.order.clear();
+        self.order.resize(self.of_rows.len(), 0);
         for (row, &color) in (0..).zip(&self.of_rows) {
-            order[next[color as usize]] = row;
-            next[color as usize] += 1;
+            self.order[self.next[color as usize]] = row;
+            self.next[color as usize] += 1;
         }
-        Coloring { order, batches }
     }
-}
 
-/// Returns one batch of all rows, in the order given.
-pub(super) fn uncolored(row_count: u32) -> Coloring {
-    let all = Batch { start: 0, end: row_count as usize, independent: row_count <= 1 };
-    Coloring { order: (0..row_count).collect(), batches: vec![all] }
+    /// Makes one batch of all rows, in the order given.
+    pub(super) fn keep_order(&mut self, row_count: u32) {
+        self.order.clear();
+        self.order.extend(0..row_count);
+        self.batches.clear();
+        let all = Batch { start: 0, end: row_count as usize, independent: row_count <= 1 };
+        self.batches.push(all);
+    }
 }
 
 #[cfg(test)]
@@ -83,9 +91,14 @@ mod tests {
     use super::*;
 
     fn color(rows: &[Vec<u32>], particle_count: usize) -> Coloring {
-        let mut colors = Colors::new(rows.len(), particle_count);
-        rows.iter().for_each(|particles| colors.add_row(particles));
-        colors.sort()
+        let mut coloring = Coloring::default();
+        // A second coloring in the same memory starts afresh.
+        for _ in 0..2 {
+            coloring.clear(particle_count);
+            rows.iter().for_each(|particles| coloring.add_row(particles.iter().copied()));
+            coloring.sort();
+        }
+        coloring
     }
 
     #[test]

@@ -1,158 +1,396 @@
-//! Conjugate gradients on the equality Q_c · n = 0.
+//! Conjugate gradients with bounds: the equality Q_c = t + α λ of all rows, on the active
+//! set of the one-sided ones.
 //!
-//! It holds for the rows in violation, and for those that solving these brings
-//! into violation, until there are no more. With N the rows' normals and W the
-//! inverse masses, H = N W Nᵀ is symmetric and positive semidefinite, and H p = Q_c · n
-//! has the impulses as its solution. Rows that repeat each other make H
-//! singular, which does no harm; rows that contradict each other have no
-//! solution, and the steps would diverge: the best impulses found are kept.
+//! With N the rows' directions, W the inverse masses and A the compliances,
+//! H = N W Nᵀ + A is symmetric and positive semidefinite. Its impulses minimize
+//! λᵀ H λ / 2 − bᵀ λ with λ_n >= 0 for one-sided rows. Without any, these are conjugate
+//! gradients preconditioned by the diagonal of H, which the masses scale: a ratio of masses
+//! alone does not slow them.
+//!
+//! One-sided rows that carry no impulse are at their bound. A step ends where an impulse
+//! reaches its bound, and rows leave theirs where that lowers the energy more than another
+//! step on the active set. Source: Z. Dostál, "Optimal Quadratic Programming Algorithms",
+//! Springer 2009, chapter 5 (MPRGP).
+//!
+//! Rows that repeat each other make H singular, which does no harm. Rows that contradict
+//! each other have no solution, and the steps would diverge: the best impulses found are
+//! kept. Coulomb's friction is left out.
 
 use glam::DVec3;
 
-use super::packed::{PackedRow, PackedSystem, SolverState};
-use super::slots::{Slot, cells};
+use super::jacobi::JacobiMemory;
+use super::packed::{PackedRow, PackedSystem, RowGoal, SolverState, Tangent};
+use super::slots::cells;
 use super::{Impulse, SolverParams};
 
 /// Growth of the residual, over the smallest found, at which steps are given
 /// up. A solvable system wavers by less; a contradictory one soon exceeds it.
 const DIVERGENCE: f64 = 1e4;
 
-/// Adds rows and solves for them until none is in violation by more than the
-/// tolerance; returns the steps.
-pub(super) fn solve(system: &PackedSystem, state: &mut SolverState, params: &SolverParams) -> u32 {
-    clear_impulses(system, state);
-    let mut active = vec![false; system.rows.len()];
-    let mut iterations = 0;
-    while iterations < params.max_iterations && activate(system, state, params, &mut active) {
-        let rows: Vec<usize> = (0..active.len()).filter(|&row| active[row]).collect();
-        iterations += solve_rows(system, state, params, &rows, params.max_iterations - iterations);
-    }
-    iterations
+/// Length of a projected step over the inverse of the bound on the largest eigenvalue; below
+/// 2 the energy falls.
+const PROJECTED_STEP: f64 = 1.9;
+
+/// Vector of a row: along its normal and in its tangent plane.
+#[derive(Clone, Copy, Debug, Default)]
+struct Parts {
+    normal: f64,
+    tangent: DVec3,
 }
 
-/// Steps until the largest |Q_c · n| of `rows` is within the tolerance; returns the
-/// steps.
-fn solve_rows(
+/// Memory of a solution, one entry per row in each list but the last.
+#[derive(Clone, Debug, Default)]
+pub(super) struct GradientMemory {
+    /// Preconditioners along the normal and in the tangent plane.
+    scales: Vec<[f64; 2]>,
+    /// λ.
+    impulses: Vec<Parts>,
+    /// Impulses of the smallest residual.
+    best: Vec<Parts>,
+    /// Q_c − t − α λ: what impulses still have to cancel.
+    residual: Vec<Parts>,
+    direction: Vec<Parts>,
+    /// H times the direction.
+    product: Vec<Parts>,
+    /// One vector per particle.
+    moved: Vec<DVec3>,
+}
+
+/// Solves for all rows; returns the steps.
+pub(super) fn solve(
     system: &PackedSystem,
     state: &mut SolverState,
     params: &SolverParams,
-    rows: &[usize],
-    max_iterations: u32,
+    memory: &mut GradientMemory,
+    factors: &mut JacobiMemory,
 ) -> u32 {
-    let approaches = approaches(system, state);
-    let mut residual: Vec<f64> = rows.iter().map(|&row| approaches[row]).collect();
-    let mut impulses = vec![0.0; rows.len()];
-    let (mut least, mut best) = (norm(&residual), impulses.clone());
-    let mut direction = residual.clone();
-    let mut scratch = vec![DVec3::ZERO; system.particle_count];
+    factors.set_factors(system);
+    let step = PROJECTED_STEP * factors.smallest_factor();
+    drop_discs(system, state);
+    let mut solution = Solution { system, goals: &state.goals, memory, step };
+
+    // Steps carry the residual along, and it drifts by rounding: it is computed anew in the
+    // end, and steps go on while they help.
     let mut iterations = 0;
-
-    // The residual is Q_c · n of the rows: what their impulses still have to cancel.
-    while iterations < max_iterations && largest(&residual) > params.tolerance {
-        let product = product(system, rows, &direction, &mut scratch);
-        let curvature = dot(&direction, &product);
-        let square = dot(&residual, &residual);
-        iterations += 1;
-        if curvature <= 0.0 {
-            break;
+    let mut last = f64::INFINITY;
+    loop {
+        solution.load(&mut state.q, &state.impulses);
+        let present = solution.largest();
+        if present <= params.tolerance || present >= last || iterations >= params.max_iterations {
+            return iterations;
         }
-
-        // Step to the minimum along the direction, and keep the best impulses.
-        let step = square / curvature;
-        add(&mut impulses, step, &direction);
-        add(&mut residual, -step, &product);
-        let present = norm(&residual);
-        if present < least {
-            (least, best) = (present, impulses.clone());
-        } else if present > DIVERGENCE * least {
-            break;
-        }
-
-        // The next direction is conjugate to all earlier ones.
-        let turn = present * present / square;
-        for (d, r) in direction.iter_mut().zip(&residual) {
-            *d = r + turn * *d;
-        }
+        last = present;
+        iterations += solution.minimize(params.max_iterations - iterations, params.tolerance);
+        solution.store_best(&mut state.q, &mut state.impulses);
     }
-    apply(system, state, rows, &best);
-    iterations
 }
 
-/// Takes back the impulses to start from: the equality keeps none.
-fn clear_impulses(system: &PackedSystem, state: &mut SolverState) {
+/// Takes back tangential impulses of Coulomb's law.
+fn drop_discs(system: &PackedSystem, state: &mut SolverState) {
     let slots = cells(&mut state.q);
-    for (row, impulse) in system.rows.iter().zip(&mut state.impulses) {
-        system.apply(row, -impulse.normal * row.normal, -impulse.tangent, slots);
-        *impulse = Impulse::default();
-    }
-}
-
-/// Activates the rows with Q_c · n above the tolerance; returns true if one is new.
-fn activate(
-    system: &PackedSystem,
-    state: &mut SolverState,
-    params: &SolverParams,
-    active: &mut [bool],
-) -> bool {
-    let mut grew = false;
-    for (active, approach) in active.iter_mut().zip(approaches(system, state)) {
-        if !*active && approach > params.tolerance {
-            *active = true;
-            grew = true;
+    for ((row, goal), impulse) in system.rows.iter().zip(&state.goals).zip(&mut state.impulses) {
+        if goal.tangent == Tangent::Disc {
+            system.apply(row, DVec3::ZERO, -impulse.tangent, slots);
+            impulse.tangent = DVec3::ZERO;
         }
     }
-    grew
 }
 
-/// Computes Q_c · n of all rows.
-fn approaches(system: &PackedSystem, state: &mut SolverState) -> Vec<f64> {
-    let slots = cells(&mut state.q);
-    let rows = system.rows.iter().zip(&state.bias);
-    rows.map(|(row, bias)| system.relative(row, *bias, slots).dot(row.normal)).collect()
+struct Solution<'a> {
+    system: &'a PackedSystem,
+    goals: &'a [RowGoal],
+    memory: &'a mut GradientMemory,
+    /// Factor of projected steps.
+    step: f64,
 }
 
-/// Computes H p.
-fn product(system: &PackedSystem, rows: &[usize], p: &[f64], q: &mut [DVec3]) -> Vec<f64> {
-    q.fill(DVec3::ZERO);
-    let slots = cells(q);
-    for (&row, p) in rows.iter().zip(p) {
-        let row = &system.rows[row];
-        system.apply(row, -p * row.normal, DVec3::ZERO, slots);
+impl Solution<'_> {
+    /// Reads the impulses, and computes the residual from the particles.
+    fn load(&mut self, q: &mut [DVec3], impulses: &[Impulse]) {
+        let memory = &mut *self.memory;
+        memory.impulses.clear();
+        memory.residual.clear();
+        memory.scales.clear();
+        let slots = cells(q);
+        for ((row, goal), impulse) in self.system.rows.iter().zip(self.goals).zip(impulses) {
+            let lambda = Parts { normal: impulse.normal, tangent: impulse.tangent };
+            let at = restrained(row, goal, self.system.relative(row, goal.bias, slots));
+            memory.residual.push(at.plus(-1.0, compliant(row, goal, lambda)));
+            memory.impulses.push(lambda);
+            let normal = row.step * row.hardness;
+            let is_hard = goal.tangent == Tangent::Held;
+            memory.scales.push([normal, if is_hard { row.step } else { normal }]);
+        }
     }
-    rows.iter().map(|&row| approach(system, &system.rows[row], slots)).collect()
-}
 
-/// Computes Σ β q · n of a row, without its bias.
-fn approach<S: Slot>(system: &PackedSystem, row: &PackedRow, q: &[S]) -> f64 {
-    let terms = system.terms_of(row).iter();
-    let at: DVec3 = terms.map(|t| t.weight * q[t.particle as usize].load()).sum();
-    at.dot(row.normal)
-}
+    /// Writes the best impulses, and changes the particles by their change.
+    fn store_best(&self, q: &mut [DVec3], impulses: &mut [Impulse]) {
+        let slots = cells(q);
+        let rows = self.system.rows.iter().zip(self.goals).zip(impulses);
+        for (((row, goal), impulse), &best) in rows.zip(&self.memory.best) {
+            // A step to the bound may end beyond it by rounding.
+            let normal = if goal.is_one_sided { best.normal.max(0.0) } else { best.normal };
+            let best = Parts { normal, ..best };
+            let change = (best.normal - impulse.normal) * row.normal;
+            self.system.apply(row, change, best.tangent - impulse.tangent, slots);
+            *impulse = Impulse { normal: best.normal, tangent: best.tangent };
+        }
+    }
 
-/// Applies normal impulses and adds them to those of the rows.
-fn apply(system: &PackedSystem, state: &mut SolverState, rows: &[usize], impulses: &[f64]) {
-    let slots = cells(&mut state.q);
-    for (&number, &normal) in rows.iter().zip(impulses) {
-        let row = &system.rows[number];
-        system.apply(row, normal * row.normal, DVec3::ZERO, slots);
-        state.impulses[number].normal += normal;
+    /// Steps until no row requires a change beyond the tolerance; returns the steps. The best
+    /// impulses are those of the smallest residual.
+    fn minimize(&mut self, max_iterations: u32, tolerance: f64) -> u32 {
+        let mut iterations = 0;
+        self.memory.best.clone_from(&self.memory.impulses);
+        let mut least = self.norm();
+        self.restart();
+
+        while iterations < max_iterations && self.largest() > tolerance {
+            iterations += 1;
+            if !self.step() {
+                break;
+            }
+            let present = self.norm();
+            if present < least {
+                least = present;
+                self.memory.best.clone_from(&self.memory.impulses);
+            } else if present > DIVERGENCE * least {
+                break;
+            }
+        }
+        iterations
+    }
+
+    /// Takes one step; returns false where there is none.
+    fn step(&mut self) -> bool {
+        // Rows leave their bound where that is worth more than a step without them.
+        let is_proportioning = self.chopped_square() > self.free_square();
+        if is_proportioning {
+            self.leave_bounds();
+        }
+        self.multiply();
+        let memory = &*self.memory;
+        let along = dot(&memory.direction, &memory.residual);
+        let curvature = dot(&memory.direction, &memory.product);
+        if curvature <= 0.0 || along <= 0.0 {
+            return false;
+        }
+
+        // To the minimum along the direction, or to the first bound on the way.
+        let to_minimum = along / curvature;
+        let to_bound = self.distance_to_bound();
+        self.advance(to_minimum.min(to_bound));
+        if to_bound < to_minimum {
+            self.project();
+            self.restart();
+        } else if is_proportioning {
+            self.restart();
+        } else {
+            self.conjugate(curvature);
+        }
+        true
+    }
+
+    /// Sets the direction to the steepest descent without the rows at their bound.
+    fn restart(&mut self) {
+        self.memory.direction.clear();
+        for row in 0..self.goals.len() {
+            let descent = self.descent(row);
+            self.memory.direction.push(descent);
+        }
+    }
+
+    /// Sets the direction to the steepest descent of the rows that should leave their bound.
+    fn leave_bounds(&mut self) {
+        self.memory.direction.clear();
+        for row in 0..self.goals.len() {
+            let normal = self.memory.residual[row].normal.max(0.0) * self.memory.scales[row][0];
+            let normal = if self.is_bound(row) { normal } else { 0.0 };
+            self.memory.direction.push(Parts { normal, tangent: DVec3::ZERO });
+        }
+    }
+
+    /// Makes the steepest descent conjugate to the last direction.
+    fn conjugate(&mut self, curvature: f64) {
+        let mut overlap = 0.0;
+        for row in 0..self.goals.len() {
+            overlap += self.descent(row).dot(self.memory.product[row]);
+        }
+        let turn = overlap / curvature;
+        for row in 0..self.goals.len() {
+            let last = self.memory.direction[row];
+            self.memory.direction[row] = self.descent(row).plus(-turn, last);
+        }
+    }
+
+    /// Computes the scaled residual of a row, without a normal part at its bound.
+    fn descent(&self, row: usize) -> Parts {
+        let residual = self.memory.residual[row];
+        let [by_normal, by_tangent] = self.memory.scales[row];
+        let normal = if self.is_bound(row) { 0.0 } else { by_normal * residual.normal };
+        Parts { normal, tangent: by_tangent * residual.tangent }
+    }
+
+    /// Computes H times the direction.
+    fn multiply(&mut self) {
+        let GradientMemory { direction, product, moved, .. } = &mut *self.memory;
+        moved.clear();
+        moved.resize(self.system.particle_count, DVec3::ZERO);
+        let slots = cells(moved);
+        for (row, direction) in self.system.rows.iter().zip(&*direction) {
+            self.system.apply(row, -direction.normal * row.normal, -direction.tangent, slots);
+        }
+        product.clear();
+        for ((row, goal), &direction) in self.system.rows.iter().zip(self.goals).zip(&*direction) {
+            let at = restrained(row, goal, self.system.relative(row, DVec3::ZERO, slots));
+            product.push(at.plus(1.0, compliant(row, goal, direction)));
+        }
+    }
+
+    /// Moves impulses and residual along the direction.
+    fn advance(&mut self, step: f64) {
+        let GradientMemory { direction, product, impulses, residual, .. } = &mut *self.memory;
+        for (impulse, direction) in impulses.iter_mut().zip(direction) {
+            *impulse = impulse.plus(step, *direction);
+        }
+        for (residual, product) in residual.iter_mut().zip(product) {
+            *residual = residual.plus(-step, *product);
+        }
+    }
+
+    /// Takes a step of steepest descent, cut at the bounds.
+    fn project(&mut self) {
+        // Impulses just at their bound are put there exactly.
+        self.memory.direction.clear();
+        for row in 0..self.goals.len() {
+            let from = self.memory.impulses[row];
+            let mut to = from.plus(self.step, self.descent(row));
+            if self.goals[row].is_one_sided {
+                to.normal = to.normal.max(0.0);
+            }
+            self.memory.direction.push(to.plus(-1.0, from));
+            self.memory.impulses[row] = to;
+        }
+
+        self.multiply();
+        let GradientMemory { product, residual, .. } = &mut *self.memory;
+        for (residual, product) in residual.iter_mut().zip(product) {
+            *residual = residual.plus(-1.0, *product);
+        }
+    }
+
+    /// Computes the step at which the first impulse reaches its bound.
+    fn distance_to_bound(&self) -> f64 {
+        let mut shortest = f64::INFINITY;
+        for (row, direction) in self.memory.direction.iter().enumerate() {
+            if self.goals[row].is_one_sided && direction.normal < 0.0 {
+                shortest = shortest.min(-self.memory.impulses[row].normal / direction.normal);
+            }
+        }
+        shortest
+    }
+
+    /// Computes the scaled square of the residual without the rows at their bound; the
+    /// residual of others counts up to their bound.
+    fn free_square(&self) -> f64 {
+        let mut square = 0.0;
+        for row in 0..self.goals.len() {
+            let (residual, [by_normal, by_tangent]) =
+                (self.memory.residual[row], self.memory.scales[row]);
+            square += by_tangent * residual.tangent.length_squared();
+            if self.goals[row].is_one_sided {
+                let way = self.memory.impulses[row].normal / (self.step * by_normal);
+                let reduced = residual.normal.max(-way);
+                square +=
+                    if self.is_bound(row) { 0.0 } else { by_normal * reduced * residual.normal };
+            } else {
+                square += by_normal * residual.normal * residual.normal;
+            }
+        }
+        square
+    }
+
+    /// Computes the scaled square of the residual of the rows that should leave their bound.
+    fn chopped_square(&self) -> f64 {
+        let mut square = 0.0;
+        for row in 0..self.goals.len() {
+            let normal = self.memory.residual[row].normal.max(0.0);
+            square +=
+                if self.is_bound(row) { self.memory.scales[row][0] * normal * normal } else { 0.0 };
+        }
+        square
+    }
+
+    /// Computes the largest change of Q_c that a row alone requires.
+    fn largest(&self) -> f64 {
+        let mut largest = 0.0_f64;
+        for row in 0..self.goals.len() {
+            let required = self.required(row);
+            largest = largest.max(required.normal.abs()).max(required.tangent.length());
+        }
+        largest
+    }
+
+    /// Computes the norm of the changes that the rows require, in the measure in which steps
+    /// shorten it.
+    fn norm(&self) -> f64 {
+        let mut square = 0.0;
+        for row in 0..self.goals.len() {
+            let (required, [by_normal, by_tangent]) = (self.required(row), self.memory.scales[row]);
+            square += by_normal * required.normal * required.normal;
+            square += by_tangent * required.tangent.length_squared();
+        }
+        square.sqrt()
+    }
+
+    /// Computes the change of Q_c that a row alone requires.
+    fn required(&self, row: usize) -> Parts {
+        let residual = self.memory.residual[row];
+        if !self.goals[row].is_one_sided {
+            return residual;
+        }
+        let way = self.memory.impulses[row].normal / self.memory.scales[row][0];
+        Parts { normal: residual.normal.max(-way), ..residual }
+    }
+
+    /// Returns true if the normal impulse of a row is at its bound.
+    fn is_bound(&self, row: usize) -> bool {
+        self.goals[row].is_one_sided && self.memory.impulses[row].normal <= 0.0
     }
 }
 
-fn add(to: &mut [f64], factor: f64, of: &[f64]) {
-    for (to, of) in to.iter_mut().zip(of) {
-        *to += factor * of;
+impl Parts {
+    /// Computes the sum with `factor` times another one.
+    fn plus(self, factor: f64, other: Self) -> Self {
+        Self {
+            normal: self.normal + factor * other.normal,
+            tangent: self.tangent + factor * other.tangent,
+        }
+    }
+
+    fn dot(self, other: Self) -> f64 {
+        self.normal * other.normal + self.tangent.dot(other.tangent)
     }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+fn dot(a: &[Parts], b: &[Parts]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
 }
 
-fn norm(a: &[f64]) -> f64 {
-    dot(a, a).sqrt()
+/// Returns the part of a vector in the directions that a row restrains.
+fn restrained(row: &PackedRow, goal: &RowGoal, vector: DVec3) -> Parts {
+    let normal = vector.dot(row.normal);
+    let tangent = match goal.tangent {
+        Tangent::Free | Tangent::Disc => DVec3::ZERO,
+        Tangent::Held | Tangent::Compliant => vector - normal * row.normal,
+    };
+    Parts { normal, tangent }
 }
 
-fn largest(a: &[f64]) -> f64 {
-    a.iter().fold(0.0, |largest, a| a.abs().max(largest))
+/// Computes α λ.
+fn compliant(row: &PackedRow, goal: &RowGoal, lambda: Parts) -> Parts {
+    let compliance = (1.0 - row.hardness) / (row.hardness * row.step);
+    let is_compliant = goal.tangent == Tangent::Compliant;
+    let tangent = if is_compliant { compliance * lambda.tangent } else { DVec3::ZERO };
+    Parts { normal: compliance * lambda.normal, tangent }
 }

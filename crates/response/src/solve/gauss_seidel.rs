@@ -1,9 +1,7 @@
 //! Projected Gauss–Seidel: one row after the other, batch by batch.
 
-use glam::DVec3;
-
 use super::coloring::Batch;
-use super::packed::{PackedRow, PackedSystem, SolverState, change};
+use super::packed::{PackedRow, PackedSystem, RowGoal, SolverState, change};
 use super::slots::{Slot, cells};
 use super::{Impulse, SolverParams};
 
@@ -15,13 +13,13 @@ const PARALLEL_ROWS: usize = 1024;
 /// Sweeps until no row changes by more than the tolerance; returns the sweeps.
 pub(super) fn solve(system: &PackedSystem, state: &mut SolverState, params: &SolverParams) -> u32 {
     #[cfg(feature = "rayon")]
-    if !surface::parallel::is_alone() && system.batches.iter().any(is_parallel) {
+    if !surface::parallel::is_alone() && system.batches().iter().any(is_parallel) {
         return parallel::solve(system, state, params);
     }
-    let SolverState { q, bias, impulses } = state;
+    let SolverState { q, goals, impulses } = state;
     let slots = cells(q);
-    repeat(system, impulses, bias, slots, params, |batch, impulses| {
-        sweep_batch(system, batch, impulses, bias, slots)
+    repeat(system, impulses, goals, slots, params, |batch, impulses| {
+        sweep_batch(system, batch, impulses, goals, slots)
     })
 }
 
@@ -32,7 +30,7 @@ pub(super) fn solve(system: &PackedSystem, state: &mut SolverState, params: &Sol
 fn repeat<S: Slot>(
     system: &PackedSystem,
     impulses: &mut [Impulse],
-    bias: &[DVec3],
+    goals: &[RowGoal],
     slots: &[S],
     params: &SolverParams,
     sweep: impl Fn(&Batch, &mut [Impulse]) -> f64,
@@ -40,12 +38,12 @@ fn repeat<S: Slot>(
     for iteration in 1..=params.max_iterations {
         // Batches in order: rows of a later one read what earlier ones wrote.
         let mut largest = 0.0_f64;
-        for batch in &system.batches {
+        for batch in system.batches() {
             largest = largest.max(sweep(batch, &mut impulses[batch.start..batch.end]));
         }
         let converged = largest <= 0.0
             || (largest <= params.tolerance
-                && system.largest_change(bias, impulses, slots) <= params.tolerance);
+                && system.residual(goals, impulses, slots).max() <= params.tolerance);
         if converged {
             return iteration;
         }
@@ -58,14 +56,14 @@ fn sweep_batch<S: Slot>(
     system: &PackedSystem,
     batch: &Batch,
     impulses: &mut [Impulse],
-    bias: &[DVec3],
+    goals: &[RowGoal],
     slots: &[S],
 ) -> f64 {
     let range = batch.start..batch.end;
     let mut largest = 0.0_f64;
-    for ((row, bias), impulse) in system.rows[range.clone()].iter().zip(&bias[range]).zip(impulses)
+    for ((row, goal), impulse) in system.rows[range.clone()].iter().zip(&goals[range]).zip(impulses)
     {
-        largest = largest.max(sweep(system, row, *bias, impulse, slots));
+        largest = largest.max(sweep(system, row, goal, impulse, slots));
     }
     largest
 }
@@ -75,11 +73,11 @@ fn sweep_batch<S: Slot>(
 fn sweep<S: Slot>(
     system: &PackedSystem,
     row: &PackedRow,
-    bias: DVec3,
+    goal: &RowGoal,
     impulse: &mut Impulse,
     q: &[S],
 ) -> f64 {
-    let to = system.relax(row, bias, *impulse, 1.0, q);
+    let to = system.relax(row, goal, *impulse, 1.0, q);
     let from = std::mem::replace(impulse, to);
     system.apply(row, (to.normal - from.normal) * row.normal, to.tangent - from.tangent, q);
     change(row, from, to)
@@ -96,7 +94,7 @@ mod parallel {
 
     use super::super::slots::AtomicSlot;
     use super::{
-        Batch, DVec3, Impulse, PARALLEL_ROWS, PackedSystem, Slot, SolverParams, SolverState,
+        Batch, Impulse, PARALLEL_ROWS, PackedSystem, RowGoal, Slot, SolverParams, SolverState,
         is_parallel, repeat, sweep, sweep_batch,
     };
 
@@ -105,10 +103,10 @@ mod parallel {
         state: &mut SolverState,
         params: &SolverParams,
     ) -> u32 {
-        let SolverState { q, bias, impulses } = state;
+        let SolverState { q, goals, impulses } = state;
         let slots: Vec<AtomicSlot> = q.iter().map(|&q| AtomicSlot::new(q)).collect();
-        let iterations = repeat(system, impulses, bias, &slots, params, |batch, impulses| {
-            sweep_parallel(system, batch, impulses, bias, &slots)
+        let iterations = repeat(system, impulses, goals, &slots, params, |batch, impulses| {
+            sweep_parallel(system, batch, impulses, goals, &slots)
         });
 
         for (q, slot) in q.iter_mut().zip(&slots) {
@@ -121,16 +119,16 @@ mod parallel {
         system: &PackedSystem,
         batch: &Batch,
         impulses: &mut [Impulse],
-        bias: &[DVec3],
+        goals: &[RowGoal],
         slots: &[AtomicSlot],
     ) -> f64 {
         if !is_parallel(batch) {
-            return sweep_batch(system, batch, impulses, bias, slots);
+            return sweep_batch(system, batch, impulses, goals, slots);
         }
         let range = batch.start..batch.end;
-        let rows = system.rows[range.clone()].par_iter().zip(&bias[range]).zip(impulses);
+        let rows = system.rows[range.clone()].par_iter().zip(&goals[range]).zip(impulses);
         rows.with_min_len(PARALLEL_ROWS)
-            .map(|((row, bias), impulse)| sweep(system, row, *bias, impulse, slots))
+            .map(|((row, goal), impulse)| sweep(system, row, goal, impulse, slots))
             .reduce(|| 0.0, f64::max)
     }
 }

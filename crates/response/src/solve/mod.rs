@@ -14,15 +14,36 @@
 //!   A. Voroshilov, "Mass splitting for jitter-free parallel rigid body
 //!   simulation", ACM TOG 31(4), 2012. Unlike averaging the corrections of each
 //!   particle, this keeps the momentum.
-//! - **Conjugate gradients** on the equality of the rows that come into
-//!   violation. Source:
-//!   P. Volino and N. Magnenat-Thalmann, "Accurate collision response on
-//!   polygonal meshes", Computer Animation, 2000. No friction, and a row may
-//!   pull.
+//! - **Conjugate gradients** on the equality of the two-sided rows and of the one-sided rows
+//!   that push, whichever these are. Source: P. Volino and N. Magnenat-Thalmann, "Accurate
+//!   collision response on polygonal meshes", Computer Animation, 2000; the active set
+//!   follows Z. Dostál, "Optimal Quadratic Programming Algorithms", Springer 2009. No
+//!   Coulomb friction. The best method for many rows that share particles, and for masses
+//!   that differ much.
 //!
-//! With Q_c = Σ β_k q_k + b the relative motion of a row, n its normal and
-//! p >= 0, j ⟂ n its accumulated impulses, all three change the particles by
-//! q_k −= β_k (p n + j) / m_k, which keeps the momentum to rounding.
+//! With Q_c = Σ β_k q_k + b the relative motion of a row, n its normal, t its target, α its
+//! compliance and p, j ⟂ n its accumulated impulses, all three change the particles by
+//! q_k −= β_k (p n + j) / m_k, which keeps the momentum to rounding. The change of one row
+//! is, with D = Σ β² / m,
+//!
+//! ```text
+//! p ← project(p + ((Q_c − t) · n − α p) / (D + α))
+//! ```
+//!
+//! | row | normal impulse | tangential impulse |
+//! |---|---|---|
+//! | [`Constraint::Contact`], [`OneSided`](crate::Constraint::OneSided) | p >= 0 | by friction |
+//! | [`Constraint::TwoSided`] | any | by friction |
+//! | [`Constraint::Vector`] | any | any |
+//!
+//! | friction | tangential impulse |
+//! |---|---|
+//! | Coulomb | \|j\| <= µ_s p, else µ_d p along the slip |
+//! | the source's share | any; the target is (1 − µ λ) of the slip at the start |
+//!
+//! [`Constraint::Contact`]: crate::Constraint::Contact
+//! [`Constraint::TwoSided`]: crate::Constraint::TwoSided
+//! [`Constraint::Vector`]: crate::Constraint::Vector
 
 mod coloring;
 mod conjugate_gradient;
@@ -33,7 +54,10 @@ mod slots;
 
 use glam::DVec3;
 
-use self::packed::PackedSystem;
+use self::conjugate_gradient::GradientMemory;
+use self::jacobi::JacobiMemory;
+use self::packed::{PackedSystem, SolverState};
+use self::slots::cells;
 use crate::{ContactRows, ResponseError, check};
 
 /// Order of the rows in a Gauss–Seidel sweep.
@@ -60,7 +84,7 @@ pub enum SolverMethod {
     GaussSeidel,
     /// Averaged Jacobi.
     AveragedJacobi,
-    /// Conjugate gradients, without friction.
+    /// Conjugate gradients, without Coulomb friction.
     ConjugateGradient,
 }
 
@@ -103,9 +127,9 @@ pub enum SolveLevel {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Impulse {
-    /// p, along the normal; `>= 0` except by conjugate gradients.
+    /// p, along the normal; `>= 0` for a one-sided row.
     pub normal: f64,
-    /// j, perpendicular to the normal, `|j| <= µ p`.
+    /// j, perpendicular to the normal; `|j| <= µ p` under Coulomb's law.
     pub tangent: DVec3,
 }
 
@@ -115,13 +139,50 @@ pub struct Impulse {
 pub struct SolveReport {
     /// Number of sweeps or steps.
     pub iterations: u32,
-    /// Largest change that one row alone still requires, in the unit of the unknowns: a
-    /// remaining approach, a forbidden slip, or a push that is not needed.
+    /// Largest change that one row alone still requires, in the unit of the unknowns.
     pub residual: f64,
+    /// The same by condition.
+    pub conditions: Residual,
     /// True if the residual is within the tolerance.
     pub converged: bool,
     /// Number of rows left out because none of their particles can move.
     pub immovable: usize,
+}
+
+/// Residual of the natural map: the largest change of Q_c that one row alone still requires,
+/// by the condition that it leaves unmet, in the unit of the unknowns.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Residual {
+    /// Of two-sided rows, vectors and shares of a slip: distance from the target.
+    pub equality: f64,
+    /// Of one-sided rows: a remaining approach, or a push that is not needed.
+    pub complementarity: f64,
+    /// Of Coulomb friction: a slip that the friction disc forbids, or an impulse beyond it.
+    pub cone: f64,
+}
+
+impl Residual {
+    /// Returns the largest of all.
+    #[must_use]
+    pub fn max(&self) -> f64 {
+        self.equality.max(self.complementarity).max(self.cone)
+    }
+
+    /// Raises each to that of another row.
+    fn include(&mut self, other: &Self) {
+        self.equality = self.equality.max(other.equality);
+        self.complementarity = self.complementarity.max(other.complementarity);
+        self.cone = self.cone.max(other.cone);
+    }
+}
+
+/// Memory of a solver, which a sequence of solutions reuses.
+#[derive(Clone, Debug, Default)]
+pub struct SolverMemory {
+    state: SolverState,
+    jacobi: JacobiMemory,
+    gradient: GradientMemory,
 }
 
 /// Contact rows and inverse masses, prepared for solving.
@@ -150,7 +211,7 @@ pub struct SolveReport {
 /// assert!(report.converged && v.iter().all(|v| v.length() < 1e-11));
 /// # Ok::<(), response::ResponseError>(())
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct ContactSystem {
     system: PackedSystem,
 }
@@ -167,15 +228,32 @@ impl ContactSystem {
         inverse_mass: &[f64],
         order: SweepOrder,
     ) -> Result<Self, ResponseError> {
+        let mut system = Self::default();
+        system.rebuild(rows, inverse_mass, order)?;
+        Ok(system)
+    }
+
+    /// Prepares other rows in the same memory.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::new`], with the former rows unchanged.
+    pub fn rebuild(
+        &mut self,
+        rows: &ContactRows,
+        inverse_mass: &[f64],
+        order: SweepOrder,
+    ) -> Result<(), ResponseError> {
         check::inverse_masses(rows.particle_count(), inverse_mass)?;
-        Ok(Self { system: PackedSystem::new(rows, inverse_mass, order) })
+        self.system.rebuild(rows, inverse_mass, order);
+        Ok(())
     }
 
     /// Returns the number of batches of rows that share no particle; 1 for
     /// [`SweepOrder::Given`].
     #[must_use]
     pub fn batch_count(&self) -> usize {
-        self.system.batches.len()
+        self.system.batches().len()
     }
 
     /// Returns one zero impulse per row: a cold start.
@@ -211,6 +289,23 @@ impl ContactSystem {
         impulses: &mut [Impulse],
         params: &SolverParams,
     ) -> Result<SolveReport, ResponseError> {
+        self.solve_in(&mut SolverMemory::default(), level, q, impulses, params)
+    }
+
+    /// As [`Self::solve`], in memory that is reused: allocates nothing once it has grown to
+    /// the system, but for rows that are swept in parallel.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::solve`].
+    pub fn solve_in(
+        &self,
+        memory: &mut SolverMemory,
+        level: SolveLevel,
+        q: &mut [DVec3],
+        impulses: &mut [Impulse],
+        params: &SolverParams,
+    ) -> Result<SolveReport, ResponseError> {
         let system = &self.system;
         check::particles(level.name(), system.particle_count, q)?;
         check::count("impulses", system.row_count, impulses.len())?;
@@ -218,24 +313,45 @@ impl ContactSystem {
         check_impulses(impulses)?;
 
         // Solve on copies, so that an error leaves the caller's lists unchanged.
-        let mut state = system.start(level, q, impulses);
+        let SolverMemory { state, jacobi, gradient } = memory;
+        system.start(level, q, impulses, state);
         let iterations = match params.method {
-            SolverMethod::GaussSeidel => gauss_seidel::solve(system, &mut state, params),
-            SolverMethod::AveragedJacobi => jacobi::solve(system, &mut state, params),
+            SolverMethod::GaussSeidel => gauss_seidel::solve(system, state, params),
+            SolverMethod::AveragedJacobi => jacobi::solve(system, state, params, jacobi),
             SolverMethod::ConjugateGradient => {
-                conjugate_gradient::solve(system, &mut state, params)
+                conjugate_gradient::solve(system, state, params, gradient, jacobi)
             }
         };
-        let residual = system.residual(&mut state);
+        let conditions = state.residual(system);
 
         check::particles(level.name(), system.particle_count, &state.q)?;
-        system.finish(&state, q, impulses);
+        system.finish(state, q, impulses);
+        let residual = conditions.max();
         let converged = residual <= params.tolerance;
-        Ok(SolveReport { iterations, residual, converged, immovable: system.immovable() })
+        let immovable = system.immovable();
+        Ok(SolveReport { iterations, residual, conditions, converged, immovable })
+    }
+}
+
+impl SolverState {
+    /// Computes the largest changes that any row alone still requires.
+    fn residual(&mut self, system: &PackedSystem) -> Residual {
+        system.residual(&self.goals, &self.impulses, cells(&mut self.q))
     }
 }
 
 impl SolveLevel {
+    /// Computes the factor on impulses of the last step that start the next, where steps are
+    /// `ratio` times as long: forces persist, and impulses are forces times h², h and 1.
+    #[must_use]
+    pub fn impulse_scale(self, ratio: f64) -> f64 {
+        match self {
+            Self::Position => ratio * ratio,
+            Self::Velocity => ratio,
+            Self::Acceleration => 1.0,
+        }
+    }
+
     fn name(self) -> &'static str {
         match self {
             Self::Position => "displacement",

@@ -4,35 +4,41 @@
 use glam::DVec3;
 use surface::Term;
 
-use super::coloring::{Batch, Coloring, Colors, uncolored};
+use super::coloring::{Batch, Coloring};
 use super::slots::{Slot, cells};
-use super::{Impulse, SolveLevel, SweepOrder};
+use super::{Impulse, Residual, SolveLevel, SweepOrder};
 use crate::contact_rows::ContactRow;
-use crate::{ContactLaw, ContactRows};
+use crate::{Constraint, ContactLaw, ContactRows};
 
 /// Constraint rows and inverse masses, packed for sweeping.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct PackedSystem {
     pub(super) particle_count: usize,
     /// Number of rows given, of which `rows` holds those that can move a particle.
     pub(super) row_count: usize,
     pub(super) rows: Vec<PackedRow>,
     pub(super) terms: Vec<PackedTerm>,
-    pub(super) batches: Vec<Batch>,
     /// Inverse mass of each particle.
     pub(super) inverse_mass: Vec<f64>,
+    coloring: Coloring,
     sources: Vec<RowSource>,
     /// Terms of particles that cannot move.
     fixed: Vec<Term>,
+    /// Numbers of the rows that can move a particle.
+    movable: Vec<u32>,
 }
 
 /// Data of a row that a sweep reads; one cache line.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PackedRow {
     pub(super) normal: DVec3,
-    /// 1 / Σ β² / m.
+    /// 1 / D with D = Σ β² / m.
     pub(super) step: f64,
-    pub(super) friction: f64,
+    /// D / (D + α): 1 for a hard row.
+    pub(super) hardness: f64,
+    /// Coulomb's coefficients.
+    static_friction: f64,
+    dynamic_friction: f64,
     terms: [u32; 2],
 }
 
@@ -52,50 +58,88 @@ struct RowSource {
     row: u32,
     depth: f64,
     law: ContactLaw,
+    constraint: Constraint,
     anchor_velocity: DVec3,
     anchor_acceleration: DVec3,
     /// Range of its fixed terms.
     fixed: [u32; 2],
 }
 
+/// Goal of a row in one solution.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RowGoal {
+    /// b in Q_c − t = Σ β q + b over the terms that can move, with t the target.
+    pub(super) bias: DVec3,
+    /// True if the normal impulse must not pull.
+    pub(super) is_one_sided: bool,
+    pub(super) tangent: Tangent,
+}
+
+/// Projection of a row's tangential impulse.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Tangent {
+    /// No tangential impulse.
+    Free,
+    /// Coulomb's disc.
+    Disc,
+    /// Any impulse, hard.
+    Held,
+    /// Any impulse, with the compliance of the normal.
+    Compliant,
+}
+
 /// State of a solution, rows in order of batches.
+#[derive(Clone, Debug, Default)]
 pub(super) struct SolverState {
     pub(super) q: Vec<DVec3>,
-    /// b in Q_c = Σ β q + b over the terms that can move.
-    pub(super) bias: Vec<DVec3>,
+    pub(super) goals: Vec<RowGoal>,
     pub(super) impulses: Vec<Impulse>,
 }
 
 impl PackedSystem {
-    pub(super) fn new(rows: &ContactRows, inverse_mass: &[f64], order: SweepOrder) -> Self {
+    /// Replaces all rows; the memory is kept.
+    pub(super) fn rebuild(&mut self, rows: &ContactRows, inverse_mass: &[f64], order: SweepOrder) {
+        self.particle_count = rows.particle_count();
+        self.row_count = rows.len();
+        self.inverse_mass.clear();
+        self.inverse_mass.extend_from_slice(inverse_mass);
+        self.rows.clear();
+        self.terms.clear();
+        self.sources.clear();
+        self.fixed.clear();
+
         // Rows that can move a particle, in the order in which they are swept.
-        let mut movable: Vec<u32> = Vec::with_capacity(rows.len());
+        self.movable.clear();
         for (number, row) in (0..).zip(rows.iter()) {
             if row.terms.iter().any(|term| moves(term, inverse_mass)) {
-                movable.push(number);
+                self.movable.push(number);
             }
         }
-        let Coloring { order, batches } = match order {
-            SweepOrder::Given => uncolored(index(movable.len())),
-            SweepOrder::Colored => color(rows, &movable, inverse_mass),
-        };
+        match order {
+            SweepOrder::Given => self.coloring.keep_order(index(self.movable.len())),
+            SweepOrder::Colored => self.color(rows),
+        }
 
         // Rows next to each other in a sweep are next to each other in memory.
-        let mut packed = Self {
-            particle_count: rows.particle_count(),
-            row_count: rows.len(),
-            rows: Vec::with_capacity(order.len()),
-            terms: Vec::with_capacity(4 * order.len()),
-            batches,
-            inverse_mass: inverse_mass.to_vec(),
-            sources: Vec::with_capacity(order.len()),
-            fixed: Vec::new(),
-        };
-        for place in order {
-            let number = movable[place as usize];
-            packed.push(number, &rows.row(number as usize));
+        for place in 0..self.coloring.order.len() {
+            let number = self.movable[self.coloring.order[place] as usize];
+            self.push(number, &rows.row(number as usize));
         }
-        packed
+    }
+
+    /// Colors the movable rows such that rows of one color write to different particles.
+    fn color(&mut self, rows: &ContactRows) {
+        self.coloring.clear(rows.particle_count());
+        for &number in &self.movable {
+            let particles = rows.row(number as usize).terms.iter().map(|term| term.particle);
+            let free = particles.filter(|particle| self.inverse_mass[*particle as usize] > 0.0);
+            self.coloring.add_row(free);
+        }
+        self.coloring.sort();
+    }
+
+    pub(super) fn batches(&self) -> &[Batch] {
+        &self.coloring.batches
     }
 
     pub(super) fn immovable(&self) -> usize {
@@ -112,20 +156,23 @@ impl PackedSystem {
         level: SolveLevel,
         q: &[DVec3],
         impulses: &[Impulse],
-    ) -> SolverState {
-        // The bias needs the state before impulses act.
-        let rows = self.rows.iter().zip(&self.sources);
-        let bias = rows.map(|(row, source)| self.bias(level, row, source, q)).collect();
-
-        let mut q = q.to_vec();
-        let slots = cells(&mut q);
-        let mut warm = Vec::with_capacity(self.rows.len());
+        state: &mut SolverState,
+    ) {
+        // Goals need the state before impulses act.
+        state.goals.clear();
         for (row, source) in self.rows.iter().zip(&self.sources) {
-            let impulse = admissible(row, impulses[source.row as usize]);
-            self.apply(row, impulse.normal * row.normal, impulse.tangent, slots);
-            warm.push(impulse);
+            state.goals.push(self.goal(level, row, source, q));
         }
-        SolverState { q, bias, impulses: warm }
+
+        state.q.clear();
+        state.q.extend_from_slice(q);
+        state.impulses.clear();
+        let slots = cells(&mut state.q);
+        for ((row, source), goal) in self.rows.iter().zip(&self.sources).zip(&state.goals) {
+            let impulse = admissible(row, goal, impulses[source.row as usize]);
+            self.apply(row, impulse.normal * row.normal, impulse.tangent, slots);
+            state.impulses.push(impulse);
+        }
     }
 
     /// Copies a solution to the caller's lists.
@@ -157,23 +204,17 @@ impl PackedSystem {
         }
     }
 
-    /// Computes the largest change that any row alone still requires.
-    pub(super) fn residual(&self, state: &mut SolverState) -> f64 {
-        let SolverState { q, bias, impulses } = state;
-        self.largest_change(bias, impulses, cells(q))
-    }
-
-    /// Computes the largest change that any row alone still requires.
-    pub(super) fn largest_change<S: Slot>(
+    /// Computes the largest changes that any row alone still requires.
+    pub(super) fn residual<S: Slot>(
         &self,
-        bias: &[DVec3],
+        goals: &[RowGoal],
         impulses: &[Impulse],
         q: &[S],
-    ) -> f64 {
-        let mut largest = 0.0_f64;
-        for ((row, bias), impulse) in self.rows.iter().zip(bias).zip(impulses) {
-            let relaxed = self.relax(row, *bias, *impulse, 1.0, q);
-            largest = largest.max(change(row, *impulse, relaxed));
+    ) -> Residual {
+        let mut largest = Residual::default();
+        for ((row, goal), impulse) in self.rows.iter().zip(goals).zip(impulses) {
+            let relaxed = self.relax(row, goal, *impulse, 1.0, q);
+            largest.include(&changes(row, goal, *impulse, relaxed));
         }
         largest
     }
@@ -183,41 +224,75 @@ impl PackedSystem {
     pub(super) fn relax<S: Slot>(
         &self,
         row: &PackedRow,
-        bias: DVec3,
+        goal: &RowGoal,
         impulse: Impulse,
         factor: f64,
         q: &[S],
     ) -> Impulse {
-        let at = self.relative(row, bias, q);
+        let at = self.relative(row, goal.bias, q);
         let approach = at.dot(row.normal);
-        let normal = (impulse.normal + factor * row.step * approach).max(0.0);
-        if row.friction <= 0.0 {
+        let toward = row.hardness * row.step * approach - (1.0 - row.hardness) * impulse.normal;
+        let wanted = impulse.normal + factor * toward;
+        let normal = if goal.is_one_sided { wanted.max(0.0) } else { wanted };
+        if goal.tangent == Tangent::Free {
             return Impulse { normal, tangent: DVec3::ZERO };
         }
 
-        // Coulomb's law: the impulse that stops the slip, within the friction disc.
+        // The impulse that stops the slip: Coulomb's law limits it to the friction disc.
         let slip = at - approach * row.normal;
-        let sticking = impulse.tangent + factor * row.step * slip;
-        Impulse { normal, tangent: within_disc(sticking, row.friction * normal) }
+        let tangent = impulse.tangent + factor * row.step * slip;
+        let tangent = match goal.tangent {
+            Tangent::Free => DVec3::ZERO,
+            Tangent::Disc => within_disc(row, tangent, normal),
+            Tangent::Held => tangent,
+            Tangent::Compliant => {
+                let toward = row.hardness * row.step * slip;
+                impulse.tangent + factor * (toward - (1.0 - row.hardness) * impulse.tangent)
+            }
+        };
+        Impulse { normal, tangent }
     }
 
-    /// Computes b: the part of Q_c that the solution does not change, minus the approach
-    /// that the proximity factor permits.
-    fn bias(&self, level: SolveLevel, row: &PackedRow, source: &RowSource, q: &[DVec3]) -> DVec3 {
+    /// Computes the goal of a row from the state before impulses act.
+    fn goal(&self, level: SolveLevel, row: &PackedRow, source: &RowSource, q: &[DVec3]) -> RowGoal {
+        // Q_c: the part that the solution does not change, and the rest.
         let terms = &self.fixed[source.fixed[0] as usize..source.fixed[1] as usize];
         let fixed: DVec3 = terms.iter().map(|t| t.weight * q[t.particle as usize]).sum();
         let given = match level {
-            SolveLevel::Position => return fixed + source.depth * row.normal,
+            SolveLevel::Position => fixed,
             SolveLevel::Velocity => fixed + source.anchor_velocity,
             SolveLevel::Acceleration => fixed + source.anchor_acceleration,
         };
-
-        // Outside of collision only λ of the approach is canceled.
         let terms = self.terms_of(row);
         let moving: DVec3 = terms.iter().map(|t| t.weight * q[t.particle as usize]).sum();
-        let approach = (given + moving).dot(row.normal).max(0.0);
-        let factor = source.law.margins().proximity_factor(source.depth);
-        given - (1.0 - factor) * approach * row.normal
+        let start = given + moving;
+        let lambda = source.law.margins().proximity_factor(source.depth);
+
+        let target = match source.constraint {
+            Constraint::Contact if level == SolveLevel::Position => -source.depth * row.normal,
+            // Outside of collision only λ of the approach is canceled.
+            Constraint::Contact => (1.0 - lambda) * start.dot(row.normal).max(0.0) * row.normal,
+            Constraint::OneSided(target) | Constraint::TwoSided(target) => target * row.normal,
+            Constraint::Vector(target) => target,
+        };
+        let is_one_sided = source.constraint.is_one_sided();
+        let goal = RowGoal { bias: given - target, is_one_sided, tangent: Tangent::Free };
+        if let Constraint::Vector(_) = source.constraint {
+            return RowGoal { tangent: Tangent::Compliant, ..goal };
+        }
+        let Some(share) = source.law.friction().as_share() else {
+            let has_friction = row.static_friction > 0.0;
+            return if has_friction { RowGoal { tangent: Tangent::Disc, ..goal } } else { goal };
+        };
+
+        // The source's friction leaves a share of the slip, where the contact approaches.
+        let approach = start.dot(row.normal);
+        if is_one_sided && level != SolveLevel::Position && approach <= 0.0 {
+            return goal;
+        }
+        let slip = start - approach * row.normal;
+        let left = (1.0 - share * lambda) * slip;
+        RowGoal { bias: goal.bias - left, tangent: Tangent::Held, ..goal }
     }
 
     fn push(&mut self, number: u32, row: &ContactRow<'_>) {
@@ -237,16 +312,20 @@ impl PackedSystem {
         }
 
         // A step cancels Q_c of this row alone.
+        let (static_friction, dynamic_friction) = row.law.friction().coefficients();
         self.rows.push(PackedRow {
             normal: row.normal,
             step: compliance.recip(),
-            friction: row.law.friction(),
+            hardness: compliance / (compliance + row.law.compliance()),
+            static_friction,
+            dynamic_friction,
             terms: [starts[0], index(self.terms.len())],
         });
         self.sources.push(RowSource {
             row: number,
             depth: row.depth,
             law: row.law,
+            constraint: row.constraint,
             anchor_velocity: row.anchor.velocity,
             anchor_acceleration: row.anchor.acceleration,
             fixed: [starts[1], index(self.fixed.len())],
@@ -254,45 +333,58 @@ impl PackedSystem {
     }
 }
 
-/// Computes the change of Q_c that belongs to a change of impulse.
+/// Computes the largest change of Q_c that belongs to a change of impulse.
 #[inline]
 pub(super) fn change(row: &PackedRow, from: Impulse, to: Impulse) -> f64 {
-    let normal = (to.normal - from.normal).abs() / row.step;
-    let tangent = (to.tangent - from.tangent).length() / row.step;
+    let normal = (to.normal - from.normal).abs() / (row.step * row.hardness);
+    let tangent = (to.tangent - from.tangent).length() / (row.step * row.hardness);
     normal.max(tangent)
 }
 
-/// Colors the movable rows such that rows of one color write to different particles.
-fn color(rows: &ContactRows, movable: &[u32], inverse_mass: &[f64]) -> Coloring {
-    let mut colors = Colors::new(movable.len(), rows.particle_count());
-    let mut particles = Vec::new();
-    for &number in movable {
-        particles.clear();
-        particles.extend(rows.row(number as usize).terms.iter().map(|term| term.particle));
-        particles.retain(|particle| inverse_mass[*particle as usize] > 0.0);
-        colors.add_row(&particles);
+/// Sorts the changes of Q_c that belong to a change of impulse by their conditions.
+fn changes(row: &PackedRow, goal: &RowGoal, from: Impulse, to: Impulse) -> Residual {
+    let mut residual = Residual::default();
+    let normal = (to.normal - from.normal).abs() / (row.step * row.hardness);
+    if goal.is_one_sided {
+        residual.complementarity = normal;
+    } else {
+        residual.equality = normal;
     }
-    colors.sort()
+
+    let tangent = (to.tangent - from.tangent).length() / row.step;
+    match goal.tangent {
+        Tangent::Free => {}
+        Tangent::Disc => residual.cone = tangent,
+        Tangent::Held => residual.equality = residual.equality.max(tangent),
+        Tangent::Compliant => residual.equality = residual.equality.max(tangent / row.hardness),
+    }
+    residual
 }
 
 fn moves(term: &Term, inverse_mass: &[f64]) -> bool {
     term.weight * term.weight * inverse_mass[term.particle as usize] > 0.0
 }
 
-/// Returns the nearest impulse that does not pull and is within the friction disc.
-fn admissible(row: &PackedRow, impulse: Impulse) -> Impulse {
-    let normal = impulse.normal.max(0.0);
-    if row.friction <= 0.0 {
-        return Impulse { normal, tangent: DVec3::ZERO };
-    }
+/// Returns the nearest impulse that fulfills the goal's conditions.
+fn admissible(row: &PackedRow, goal: &RowGoal, impulse: Impulse) -> Impulse {
+    let normal = if goal.is_one_sided { impulse.normal.max(0.0) } else { impulse.normal };
     let in_plane = impulse.tangent - impulse.tangent.dot(row.normal) * row.normal;
-    Impulse { normal, tangent: within_disc(in_plane, row.friction * normal) }
+    let tangent = match goal.tangent {
+        Tangent::Free => DVec3::ZERO,
+        Tangent::Disc => within_disc(row, in_plane, normal),
+        Tangent::Held | Tangent::Compliant => in_plane,
+    };
+    Impulse { normal, tangent }
 }
 
+/// Returns a tangential impulse that Coulomb's law permits: any that the static coefficient
+/// can hold, else one of the dynamic coefficient.
 #[inline]
-fn within_disc(j: DVec3, radius: f64) -> DVec3 {
+fn within_disc(row: &PackedRow, j: DVec3, normal: f64) -> DVec3 {
+    let normal = normal.max(0.0);
+    let (sticking, sliding) = (row.static_friction * normal, row.dynamic_friction * normal);
     let length_squared = j.length_squared();
-    if length_squared <= radius * radius { j } else { j * (radius / length_squared.sqrt()) }
+    if length_squared <= sticking * sticking { j } else { j * (sliding / length_squared.sqrt()) }
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "rows and terms are numbered in 32 bits")]

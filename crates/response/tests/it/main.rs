@@ -6,8 +6,11 @@
 mod bad_input;
 mod cells;
 mod common;
+mod coupled_rows;
 mod distribution;
+mod mass_ratios;
 mod permanent;
+mod rows;
 mod scenes_friction;
 mod scenes_hard;
 mod scenes_momentum;

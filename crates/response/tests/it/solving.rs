@@ -158,7 +158,7 @@ fn a_spread_row_moves_the_polygon_as_its_center_would() {
     let mut terms = stencil.terms()[..3].to_vec();
     terms.extend((1..=6).map(|k| term(k, 0.5 / 6.0)));
     let mut rows = ContactRows::new(7);
-    rows.push_terms(&contact, &terms, law(0.0)).unwrap();
+    rows.push_terms(&contact, &terms, law(0.0), response::Constraint::Contact).unwrap();
     let row = rows.row(0);
     assert_eq!(row.terms.len(), 7, "each particle once: {:?}", row.terms);
     let weight = |k: u32| row.terms.iter().find(|t| t.particle == k).unwrap().weight;

@@ -4,7 +4,7 @@ use arbitrary::Unstructured;
 use glam::DVec3;
 use response::{
     ContactLaw, ContactRows, ContactSystem, Margins, RelativeMotion, RelativeState, SolveLevel,
-    SolveReport, SolverParams, SweepOrder,
+    SolveReport, SolverMethod, SolverParams, SweepOrder,
 };
 use surface::{Anchor, Contact, Stencil, Term};
 
@@ -69,6 +69,27 @@ pub(crate) fn solve(
 /// Many sweeps, to rounding.
 pub(crate) fn thorough() -> SolverParams {
     SolverParams { max_iterations: 20_000, tolerance: 1e-13, ..SolverParams::default() }
+}
+
+/// All solvers.
+pub(crate) const METHODS: [SolverMethod; 3] =
+    [SolverMethod::GaussSeidel, SolverMethod::AveragedJacobi, SolverMethod::ConjugateGradient];
+
+/// All levels.
+pub(crate) const LEVELS: [SolveLevel; 3] =
+    [SolveLevel::Position, SolveLevel::Velocity, SolveLevel::Acceleration];
+
+/// Solves rows by a method, to rounding and from a cold start.
+pub(crate) fn solve_by(
+    rows: &ContactRows,
+    inverse_mass: &[f64],
+    level: SolveLevel,
+    q: &mut [DVec3],
+    method: SolverMethod,
+) -> SolveReport {
+    let system = ContactSystem::new(rows, inverse_mass, SweepOrder::Colored).expect("valid");
+    let params = SolverParams { method, max_iterations: 200_000, tolerance: 1e-11 };
+    system.solve(level, q, &mut system.no_impulses(), &params).expect("valid")
 }
 
 /// State of a particle at `x`, `v` over the fixed plane through the origin.
