@@ -98,7 +98,12 @@ impl LoadedScene {
 
     /// Returns the margin of the description, or else the mean edge length of all bodies.
     pub(crate) fn margin(&self) -> f64 {
-        self.description.margin.unwrap_or_else(|| scene_edge(&self.bodies))
+        self.description.margin.unwrap_or_else(|| self.mean_edge())
+    }
+
+    /// Returns the mean edge length of all bodies.
+    pub(crate) fn mean_edge(&self) -> f64 {
+        scene_edge(&self.bodies)
     }
 
     /// Returns the mean edge length of all bodies that can deform, or else of all.
@@ -107,7 +112,7 @@ impl LoadedScene {
         let edge = scene_edge(soft);
 
         // Without soft bodies there is no such edge, and nothing that would move.
-        if edge > 0.0 { edge } else { scene_edge(&self.bodies) }
+        if edge > 0.0 { edge } else { self.mean_edge() }
     }
 
     /// Gathers the results of a check.
@@ -134,6 +139,7 @@ impl LoadedScene {
         Ok(CheckDocument {
             unit: self.description.unit,
             margin: self.margin(),
+            joint_contact: None,
             warnings: unit_warnings(&sizes),
             divisions: divisions(&mut self.scene, reports)?,
             pairs,

@@ -13,14 +13,14 @@ use crate::failure::Failure;
 ///
 /// Those of writing, but not a closed pipe.
 pub(crate) fn print_report(text: &str) -> Result<(), Failure> {
-    let written = write_standard_output(escaped(text).as_bytes());
+    let written = write_standard_output(escaped_lines(text).as_bytes());
     written.map_err(|error| Failure::in_standard_output(&error))
 }
 
 /// Prints a line on standard error.
 pub(crate) fn print_line(kind: &str, text: &str) {
     // Without standard error there is no place to report to.
-    let _ = writeln!(io::stderr(), "{kind}: {}", escaped(text));
+    let _ = writeln!(io::stderr(), "{kind}: {}", escaped_lines(text));
 }
 
 /// Writes bytes to standard output as they are. A reader that closes the pipe needs no
@@ -39,18 +39,9 @@ pub(crate) fn unless_closed(result: io::Result<()>) -> io::Result<()> {
 }
 
 /// Returns a text with its control characters escaped, but for the ends of lines.
-fn escaped(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for character in text.chars() {
-        // Marks that reverse the direction of writing can disguise a text as another one.
-        let reverses = matches!(character, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-        if reverses || character.is_control() && character != '\n' {
-            escaped.extend(character.escape_default());
-        } else {
-            escaped.push(character);
-        }
-    }
-    escaped
+fn escaped_lines(text: &str) -> String {
+    let lines: Vec<String> = text.split('\n').map(mesh_io::escaped).collect();
+    lines.join("\n")
 }
 
 #[cfg(test)]
@@ -59,7 +50,7 @@ mod tests {
 
     #[test]
     fn lines_stay_and_controls_are_escaped() {
-        assert_eq!(escaped("a × b\n1 µm\n"), "a × b\n1 µm\n");
-        assert_eq!(escaped("\x1b[2J\r\u{9b}\u{202e}"), r"\u{1b}[2J\r\u{9b}\u{202e}");
+        assert_eq!(escaped_lines("a × b\n1 µm\n"), "a × b\n1 µm\n");
+        assert_eq!(escaped_lines("\x1b[2J\r\u{9b}\u{202e}"), r"\u{1b}[2J\r\u{9b}\u{202e}");
     }
 }

@@ -52,7 +52,8 @@ pub use self::field::FieldFormat;
 pub use self::mesh::{Mesh, Unread};
 pub use self::mesh_format::{MeshFormat, parse_mesh};
 pub use self::source::{MAX_FILE_BYTES, MAX_STREAM_BYTES, read_file, read_text};
-pub use self::vtk::{CellNumbers, Cells, PointValues, write_vtp, write_vtp_cells};
+pub use self::text::escaped;
+pub use self::vtk::{CellValues, Cells, PointValues, write_vtp, write_vtp_cells};
 
 /// Reads a mesh file.
 ///

@@ -30,8 +30,10 @@ pub(crate) fn quoted(text: impl AsRef<[u8]>) -> String {
     format!("'{}{rest}'", escaped(&start))
 }
 
-/// Returns a text with its control characters escaped.
-pub(crate) fn escaped(text: &str) -> String {
+/// Returns text of a file with its control characters escaped, so that none of it can send commands
+/// to a terminal.
+#[must_use]
+pub fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
         // Marks that reverse the direction of writing can disguise a text as another one.

@@ -13,7 +13,7 @@
 //! |---|---|---|
 //! | find overlaps and near contacts | [`Scene::check`] | [`scene`] |
 //! | measure an overlap: volume, areas, curve, depth | [`PairReport::overlap`] | [`overlap`] |
-//! | measure a joint: contact area, gaps, pressure | [`Scene::joint_contact`] | [`overlap`] |
+//! | measure a joint: contact area, gaps, pressure | [`Scene::joint_contacts`] | [`overlap`] |
 //! | find first contacts of a motion | [`Scene::sweep`] | [`ccd`], [`proximity`] |
 //! | detect and respond at rate, within a tolerance | [`Plan`] | [`plan`] |
 //! | remove overlaps | [`resolve()`] | [`resolve`](mod@resolve) |
@@ -91,7 +91,7 @@
 //! ```
 //!
 //! Joints are measured as the tools of joint mechanics do, by area, gaps and the pressure of a layer
-//! of cartilage: [`Scene::joint_contact`].
+//! of cartilage: [`Scene::joint_contacts`].
 //!
 //! # When do they meet?
 //!

@@ -33,6 +33,7 @@ pub struct ElasticFoundation {
 /// Dependence of the pressure on the strain d / h.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum FoundationLaw {
     /// Proportional to the strain: for small ones.

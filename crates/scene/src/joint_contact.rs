@@ -1,16 +1,20 @@
-//! Joint contact of two bodies of a scene.
+//! Joint contact of pairs of bodies of a scene.
 
-use overlap::{JointContact, JointContactParams, OverlapDetector};
+use overlap::{JointContact, JointContactError, JointContactParams, OverlapDetector};
+use proximity::SurfaceTree;
+use surface::progress::Progress;
 
+use crate::scene::map_pairs;
 use crate::{PairId, Scene, SceneError};
 
 impl Scene {
-    /// Measures the contact of the first body's surface with the second's, and of the second's with
-    /// the first's: area, center, gaps and pressure, of each region and each face.
+    /// Measures the contact of some pairs: of the first body's surface with the second's, and of the
+    /// second's with the first's. Each has area, center, gaps and pressure, of the whole, of each
+    /// region and of each face.
     ///
     /// ```
     /// use overlap::{ElasticFoundation, FoundationLaw, JointContactParams};
-    /// use scene::{BodyKind, PairId, Scene, glam::DVec3};
+    /// use scene::{BodyKind, PairId, Progress, Scene, glam::DVec3};
     ///
     /// // A condyle of 20 mm, pressed 0.5 mm into a plateau with 5 mm of cartilage between them.
     /// let condyle = fixtures::shapes::icosphere(20.0, 4).translated(DVec3::new(0.0, 0.0, 19.5));
@@ -23,7 +27,9 @@ impl Scene {
     /// let law = FoundationLaw::Linear;
     /// let layer = ElasticFoundation { youngs_modulus, poissons_ratio, thickness, law };
     /// let params = JointContactParams { margin: 0.0, resolution: 0.2, foundation: Some(layer) };
-    /// let [of_femur, _] = scene.joint_contact(PairId::new(femur, tibia), &params)?;
+    /// let pairs = [PairId::new(femur, tibia)];
+    /// let contacts = scene.joint_contacts(&pairs, &params, Progress::none())?;
+    /// let [of_femur, _] = &contacts[0];
     /// assert!((of_femur.total.area - 62.8).abs() < 3.0);
     /// assert!((of_femur.total.force.z / 67.5 - 1.0).abs() < 0.01);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -31,24 +37,34 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// - [`SceneError::JointContact`] when a parameter is out of range.
+    /// - [`SceneError::JointContact`] when a parameter is out of range, or the resolution too fine.
     /// - [`SceneError::NoSuchBody`] when a body is of another scene.
     /// - [`SceneError::Tree`] when a body is too large to build bounds for.
-    pub fn joint_contact(
+    /// - [`SceneError::Interrupted`] when `progress` ends the call.
+    pub fn joint_contacts(
         &mut self,
-        pair: PairId,
+        pairs: &[PairId],
         params: &JointContactParams,
-    ) -> Result<[JointContact; 2], SceneError> {
+        progress: Progress<'_>,
+    ) -> Result<Vec<[JointContact; 2]>, SceneError> {
         params.validate()?;
-        for id in pair.bodies() {
+        for id in pairs.iter().copied().flat_map(PairId::bodies) {
             self.get_mut(id)?.fit()?;
         }
-        let trees = (self.body(pair.a).tree(), self.body(pair.b).tree());
-        let (Some(a), Some(b)) = trees else { return Ok(<[JointContact; 2]>::default()) };
-
-        // The overlap says which faces lie deeper than the margin.
-        let mut detector = OverlapDetector::default();
-        detector.measure(a, b);
-        Ok(detector.joint_contact([a, b], params)?)
+        let contacts = map_pairs(pairs, OverlapDetector::default, progress, |detector, pair| {
+            self.trees(pair).map(|bodies| contact(bodies, params, detector))
+        });
+        let contacts: Result<Vec<_>, JointContactError> = contacts?.into_iter().collect();
+        Ok(contacts?)
     }
+}
+
+fn contact(
+    bodies: [&SurfaceTree; 2],
+    params: &JointContactParams,
+    detector: &mut OverlapDetector,
+) -> Result<[JointContact; 2], JointContactError> {
+    // The overlap says which faces lie deeper than the margin.
+    detector.measure(bodies[0], bodies[1]);
+    detector.joint_contact(bodies, params)
 }

@@ -6,14 +6,15 @@ use clap::Args;
 use musculo_collide::{CheckParams, PairId, PairReport, Scene};
 
 use super::Finished;
+use super::joint_arguments::{JointArgs, joint_contacts};
 use crate::failure::Failure;
 use crate::load::{LoadedScene, SceneArguments};
 use crate::output::{FilePlan, Outputs};
 use crate::phase::Phase;
 use crate::picture::Image;
 use crate::report::{
-    CheckDocument, ContactField, FileNames, Gallery, OverlapShape, check_page, check_text,
-    stage_overlap_files,
+    CheckDocument, ContactField, FileNames, Gallery, OverlapShape, PairContact, check_page,
+    check_text, stage_contact_files, stage_overlap_files,
 };
 use crate::scene::SceneDescription;
 use crate::stopwatch::Stopwatch;
@@ -56,13 +57,16 @@ pub(crate) struct CheckArguments {
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     depth_tolerance: Option<f64>,
 
+    #[command(flatten)]
+    joint: JointArgs,
+
     /// Write the report as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 
     /// Write VTP files for ParaView or 3D Slicer: each body with signed gap and depth per vertex;
     /// for each overlap the clipped faces (`a_in_b`, `b_in_a`) with depth per point, and the
-    /// crossing curve
+    /// crossing curve; for each joint contact the faces (`a_on_b`, `b_on_a`) with gap and pressure
     #[arg(long, value_name = "DIR")]
     vtp: Option<PathBuf>,
 
@@ -81,10 +85,19 @@ pub(super) fn run(arguments: &CheckArguments) -> Result<Finished, Failure> {
     description.set_margin(arguments.margin)?;
     let mut outputs = arguments.plan(&description).open()?;
     let mut loaded = LoadedScene::load(description)?;
+    let joint = arguments.joint.params(&mut loaded)?;
     stopwatch.lap("load");
 
     let reports = detect(&mut loaded, arguments.depth_tolerance)?;
-    let document = loaded.document(&reports)?;
+    let mut document = loaded.document(&reports)?;
+    let mut contacts = Vec::new();
+    if let Some(params) = joint {
+        let pairs: Vec<PairId> = reports.iter().map(|report| report.pair).collect();
+        contacts = Phase::run("measuring joint contact", |progress| {
+            joint_contacts(&mut loaded.scene, &pairs, &params, progress)
+        })?;
+        document.add_joint_contacts(params, &contacts, &loaded.scene);
+    }
     let shapes = if arguments.draws_overlaps() {
         overlap_shapes(&mut loaded.scene, &reports)?
     } else {
@@ -93,15 +106,20 @@ pub(super) fn run(arguments: &CheckArguments) -> Result<Finished, Failure> {
     stopwatch.lap("detect");
 
     outputs.stage_json(arguments.json.as_deref(), &document)?;
-    let (document, scene) = (&document, &loaded.scene);
-    let checked = CheckedScene { document, scene, reports: &reports, shapes: &shapes };
+    let checked = CheckedScene {
+        document: &document,
+        scene: &loaded.scene,
+        reports: &reports,
+        shapes: &shapes,
+        contacts: &contacts,
+    };
     if let Some(folder) = &arguments.vtp {
         checked.stage_vtp(folder, &mut outputs)?;
     }
     checked.stage_pictures(arguments, &mut outputs)?;
 
     let holds = document.overlapping() == 0;
-    Ok(Finished { outputs, text: check_text(document), holds, stopwatch })
+    Ok(Finished { outputs, text: check_text(&document), holds, stopwatch })
 }
 
 impl CheckArguments {
@@ -156,6 +174,8 @@ pub(super) struct CheckedScene<'a> {
     pub(super) reports: &'a [PairReport],
     /// Shapes of the overlaps.
     pub(super) shapes: &'a [OverlapShape<'a>],
+    /// Joint contacts, where they are measured.
+    pub(super) contacts: &'a [PairContact],
 }
 
 impl CheckedScene<'_> {
@@ -167,7 +187,8 @@ impl CheckedScene<'_> {
             let vtp = field.to_vtp(body.positions(), body.surface().faces());
             outputs.stage(&folder.join(body_file(body.name())), vtp)?;
         }
-        stage_overlap_files(self.shapes, self.scene, folder, &mut names, outputs)
+        stage_overlap_files(self.shapes, self.scene, folder, &mut names, outputs)?;
+        stage_contact_files(self.contacts, "", self.scene, folder, &mut names, outputs)
     }
 
     fn stage_pictures(

@@ -2,6 +2,7 @@
 
 mod check;
 mod field;
+mod joint_arguments;
 mod medial;
 mod motion;
 mod motion_resolve;

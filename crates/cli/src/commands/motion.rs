@@ -1,19 +1,25 @@
 //! `motion`: contact in the frames of a motion, and between them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
-use musculo_collide::{BodyId, BodyMove, CheckParams, PairReport, Progress, Scene, ccd};
+use musculo_collide::{
+    BodyId, BodyMove, CheckParams, JointContactParams, PairReport, Progress, Scene, ccd,
+};
 
 use super::Finished;
+use super::joint_arguments::{JointArgs, joint_contacts};
 use super::motion_resolve::{Job, frame_files};
 use super::resolve_arguments::ResolveArgs;
 use crate::failure::Failure;
 use crate::load::{LoadedScene, files_of};
 use crate::motion::{Motion, Replay};
-use crate::output::FilePlan;
+use crate::output::{FilePlan, Outputs};
 use crate::phase::Phase;
-use crate::report::{FrameRecord, MotionDocument, StepRecord, motion_chart};
+use crate::report::{
+    FileNames, FrameRecord, MotionDocument, PairContact, StepRecord, motion_chart,
+    stage_contact_files,
+};
 use crate::scene::SceneDescription;
 use crate::stopwatch::Stopwatch;
 
@@ -57,8 +63,15 @@ pub(crate) struct MotionArguments {
     #[arg(long, value_name = "FILE.svg", conflicts_with = "resolve")]
     chart: Option<PathBuf>,
 
+    #[command(flatten)]
+    joint: JointArgs,
+
+    /// Write the faces in joint contact of each frame as VTP, with gap and pressure
+    #[arg(long, value_name = "DIR", requires = "joint_contact")]
+    vtp: Option<PathBuf>,
+
     /// Push overlapping bodies apart in every frame, and write each body of each frame as VTP
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", conflicts_with = "joint_contact")]
     resolve: Option<PathBuf>,
 
     #[command(flatten)]
@@ -78,6 +91,7 @@ pub(super) fn run(arguments: &MotionArguments) -> Result<Finished, Failure> {
     let mut loaded = LoadedScene::load(description)?;
     let replay = Motion::replay(&path, &loaded.scene)?;
     let mut outputs = arguments.plan(path, &loaded, replay.frame_count()).open()?;
+    let joint = arguments.joint.params(&mut loaded)?;
     stopwatch.lap("load");
     if let Some(folder) = &arguments.resolve {
         let (json, params) = (arguments.json.as_deref(), arguments.params.params(&loaded));
@@ -86,10 +100,19 @@ pub(super) fn run(arguments: &MotionArguments) -> Result<Finished, Failure> {
     }
 
     // Walk through all frames, and report them.
+    let joint_frames = joint.map(|params| JointFrames::new(params, arguments.vtp.as_deref()));
+    let mut walk = Walk {
+        scene: &mut loaded.scene,
+        replay: &replay,
+        joint: joint_frames,
+        outputs: &mut outputs,
+        stopwatch: &mut stopwatch,
+    };
     let document = MotionDocument {
         unit: loaded.description.unit,
         resting: replay.resting().to_vec(),
-        frames: walk(&mut loaded.scene, &replay, &mut stopwatch)?,
+        joint_contact: joint,
+        frames: walk.frames()?,
     };
 
     outputs.stage_json(arguments.json.as_deref(), &document)?;
@@ -107,51 +130,91 @@ impl MotionArguments {
         FilePlan::reading(inputs)
             .writing(self.json.as_ref())
             .writing(self.chart.as_ref())
+            .writing_into(self.vtp.as_ref(), [])
             .writing_into(self.resolve.as_ref(), frame_files(&loaded.scene, frames))
     }
 }
 
-/// Checks each frame, and sweeps from each to the next.
-fn walk(
-    scene: &mut Scene,
-    replay: &Replay,
-    stopwatch: &mut Stopwatch,
-) -> Result<Vec<FrameRecord>, Failure> {
-    let phase = Phase::with_steps("replaying", replay.frame_count() - 1);
-    let ids: Vec<BodyId> = scene.ids().collect();
-    let mut before = overlaps_at(scene, replay, 0)?;
-    let mut frames = vec![FrameRecord::new(scene, 0, replay.time(0), &before)];
-
-    for frame in 1..replay.frame_count() {
-        // A sweep starts at the state of the scene, and leaves it there.
-        let positions = replay.positions(frame);
-        let moves: Vec<BodyMove<'_>> = ids
-            .iter()
-            .zip(&positions)
-            .map(|(&body, positions)| BodyMove { body, positions })
-            .collect();
-        stopwatch.lap("check");
-        let sweep = scene.sweep(&moves, &ccd::CcdParams::EXACT, Progress::none())?;
-        stopwatch.lap("sweep");
-
-        let after = overlaps_at(scene, replay, frame)?;
-        let mut record = FrameRecord::new(scene, frame, replay.time(frame), &after);
-        record.step = Some(StepRecord::new(scene, &sweep, &before, &after));
-        frames.push(record);
-        before = after;
-        phase.step();
-    }
-    stopwatch.lap("check");
-    Ok(frames)
+/// Walk through the frames of a motion.
+struct Walk<'a> {
+    scene: &'a mut Scene,
+    replay: &'a Replay,
+    joint: Option<JointFrames<'a>>,
+    outputs: &'a mut Outputs,
+    stopwatch: &'a mut Stopwatch,
 }
 
-/// Moves all bodies to a frame, and checks them for overlap alone.
-fn overlaps_at(
-    scene: &mut Scene,
-    replay: &Replay,
-    frame: usize,
-) -> Result<Vec<PairReport>, Failure> {
-    // Near pairs are not reported: their gaps would take most of the time.
-    replay.place(scene, frame)?;
-    Ok(scene.check(&CheckParams::new(0.0), Progress::none())?)
+/// Joint contact of frames, with the folder of its files.
+struct JointFrames<'a> {
+    params: JointContactParams,
+    folder: Option<&'a Path>,
+    names: FileNames,
+}
+
+impl Walk<'_> {
+    /// Checks each frame, and sweeps from each to the next.
+    fn frames(&mut self) -> Result<Vec<FrameRecord>, Failure> {
+        let phase = Phase::with_steps("replaying", self.replay.frame_count() - 1);
+        let ids: Vec<BodyId> = self.scene.ids().collect();
+        let (first, mut before) = self.frame(0)?;
+        let mut frames = vec![first];
+
+        for frame in 1..self.replay.frame_count() {
+            // A sweep starts at the state of the scene, and leaves it there.
+            let positions = self.replay.positions(frame);
+            let moves: Vec<BodyMove<'_>> = ids
+                .iter()
+                .zip(&positions)
+                .map(|(&body, positions)| BodyMove { body, positions })
+                .collect();
+            let sweep = self.scene.sweep(&moves, &ccd::CcdParams::EXACT, Progress::none())?;
+            self.stopwatch.lap("sweep");
+
+            let (mut record, after) = self.frame(frame)?;
+            record.step = Some(StepRecord::new(self.scene, &sweep, &before, &after));
+            frames.push(record);
+            before = after;
+            phase.step();
+        }
+        Ok(frames)
+    }
+
+    /// Moves all bodies to a frame, and checks them for overlap, and for joint contact where that is
+    /// asked for.
+    fn frame(&mut self, frame: usize) -> Result<(FrameRecord, Vec<PairReport>), Failure> {
+        // Near pairs are not reported: their gaps would take most of the time.
+        self.replay.place(self.scene, frame)?;
+        let reports = self.scene.check(&CheckParams::new(0.0), Progress::none())?;
+        let mut record = FrameRecord::new(self.scene, frame, self.replay.time(frame), &reports);
+        self.stopwatch.lap("check");
+
+        if let Some(joint) = &mut self.joint {
+            let contacts = joint.measure(frame, self.scene, self.outputs)?;
+            record.add_joint_contacts(&contacts, self.scene);
+            self.stopwatch.lap("joint contact");
+        }
+        Ok((record, reports))
+    }
+}
+
+impl<'a> JointFrames<'a> {
+    fn new(params: JointContactParams, folder: Option<&'a Path>) -> Self {
+        Self { params, folder, names: FileNames::new([].into_iter()) }
+    }
+
+    /// Measures the contact of all pairs in a frame, and writes its files if there is a folder.
+    fn measure(
+        &mut self,
+        frame: usize,
+        scene: &mut Scene,
+        outputs: &mut Outputs,
+    ) -> Result<Vec<PairContact>, Failure> {
+        let pairs = scene.close_pairs(self.params.margin)?;
+        let contacts = joint_contacts(scene, &pairs, &self.params, Progress::none())?;
+        if let Some(folder) = self.folder {
+            let suffix = format!("_{frame:04}");
+            stage_contact_files(&contacts, &suffix, scene, folder, &mut self.names, outputs)?;
+        }
+        Ok(contacts)
+    }
 }

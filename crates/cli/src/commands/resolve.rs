@@ -132,8 +132,13 @@ impl ResolveArguments {
         let reports = detect(loaded, None)?;
         let document = loaded.document(&reports)?;
         let shapes = overlap_shapes(&mut loaded.scene, &reports)?;
-        let (document, scene) = (&document, &loaded.scene);
-        let checked = CheckedScene { document, scene, reports: &reports, shapes: &shapes };
+        let checked = CheckedScene {
+            document: &document,
+            scene: &loaded.scene,
+            reports: &reports,
+            shapes: &shapes,
+            contacts: &[],
+        };
         let page = checked.page(&format!("Contact {state} overlap removal"))?;
         outputs.stage(&self.out.join(report_file(state)), page)
     }

@@ -10,7 +10,7 @@ use super::check_tables::{Section, bodies, pair_sections};
 use super::document::CheckDocument;
 use super::gallery::View;
 use super::table::escaped;
-use super::text::measure;
+use super::text::{measure, short};
 use crate::picture::viridis;
 
 const STYLE: &str = include_str!("report.css");
@@ -96,7 +96,7 @@ fn close_up_figures(close_ups: &[View], document: &CheckDocument) -> io::Result<
 fn figure(view: &View, document: &CheckDocument) -> io::Result<String> {
     let png = STANDARD.encode(view.image.to_png()?);
     let bar = round_down(view.span / 4.0);
-    let (bar_text, percent) = (without_trailing_zeros(bar), 100.0 * bar / view.span);
+    let (bar_text, percent) = (short(bar), 100.0 * bar / view.span);
     let (caption, unit) = (escaped(&view.title), document.unit.symbol());
     let View { width, height, .. } = view;
     Ok(format!(
@@ -111,11 +111,6 @@ fn figure(view: &View, document: &CheckDocument) -> io::Result<String> {
 fn round_down(length: f64) -> f64 {
     let power = 10.0_f64.powf(length.log10().floor());
     [5.0, 2.0].into_iter().map(|n| n * power).find(|round| *round <= length).unwrap_or(power)
-}
-
-fn without_trailing_zeros(length: f64) -> String {
-    let text = format!("{length:.9}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// Draws the color scale from 0 to the maximum depth, with its numbers.

@@ -1,12 +1,13 @@
 //! Tables of a check, and its report as text.
 
-use musculo_collide::{AreaBracket, OverlapMeasures};
+use musculo_collide::{AreaBracket, JointContactParams, OverlapMeasures};
 
 use super::division;
 use super::document::{BodyRecord, CheckDocument};
+use super::joint_contact::{ContactTable, joint_title};
 use super::pair_record::PairRecord;
 use super::table::{Table, left, right};
-use super::text::{grouped, measure};
+use super::text::{grouped, measure, short};
 
 /// Table with a title.
 pub(super) struct Section {
@@ -83,7 +84,8 @@ pub(super) fn pair_sections(document: &CheckDocument) -> Vec<Section> {
     let (overlapping, near): (Vec<_>, Vec<_>) =
         document.pairs_by_depth().into_iter().partition(|pair| pair.overlaps);
 
-    let near_title = format!("Near pairs, within {} {}", document.margin, document.unit.symbol());
+    let near_title =
+        format!("Near pairs, within {} {}", short(document.margin), document.unit.symbol());
     let mut sections = vec![
         Section {
             title: "Overlapping pairs".to_owned(),
@@ -95,6 +97,7 @@ pub(super) fn pair_sections(document: &CheckDocument) -> Vec<Section> {
             table: division::table(&document.divisions, document.unit),
         },
     ];
+    sections.extend(joint_section(document));
     sections.retain(|section| !section.table.is_empty());
     sections
 }
@@ -153,6 +156,19 @@ fn near_pairs(pairs: &[&PairRecord], document: &CheckDocument) -> Table {
         ]);
     }
     table
+}
+
+/// Returns the table of joint contact, where it is measured.
+fn joint_section(document: &CheckDocument) -> Option<Section> {
+    let JointContactParams { margin, foundation, .. } = document.joint_contact?;
+    let mut table = ContactTable::new([], document.unit, foundation.is_some());
+    for pair in document.pairs_by_depth() {
+        if let Some(contact) = &pair.joint_contact {
+            table.with_regions(&contact.of_a);
+            table.with_regions(&contact.of_b);
+        }
+    }
+    Some(Section { title: joint_title(margin, document.unit), table: table.finish() })
 }
 
 /// Writes an area that is known within a bracket.

@@ -4,14 +4,15 @@
 //! bodies and pairs in the order of the scene, numbers with as many digits as distinguish
 //! them.
 
-use musculo_collide::BodyKind;
 use musculo_collide::surface::{Finding, Inspection};
+use musculo_collide::{BodyKind, JointContactParams, Scene};
 use serde::Serialize;
 
 use super::division::DivisionRecord;
+use super::joint_contact::{JointContactRecord, PairContact};
 use super::pair_record::PairRecord;
 use super::self_crossing::SelfCrossings;
-use super::text::{counted, measure};
+use super::text::{counted, measure, short};
 use crate::scene::Unit;
 
 /// Checked scene.
@@ -21,6 +22,9 @@ pub(crate) struct CheckDocument {
     pub(crate) unit: Unit,
     /// Largest distance of a near pair.
     pub(crate) margin: f64,
+    /// Parameters of joint contact, where it is measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) joint_contact: Option<JointContactParams>,
     pub(crate) warnings: Vec<String>,
     pub(crate) bodies: Vec<BodyRecord>,
     /// Every pair that overlaps or is near.
@@ -94,6 +98,28 @@ fn rounded(finding: &Finding, unit: Unit) -> Finding {
 }
 
 impl CheckDocument {
+    /// Adds the joint contact of pairs.
+    pub(crate) fn add_joint_contacts(
+        &mut self,
+        params: JointContactParams,
+        contacts: &[PairContact],
+        scene: &Scene,
+    ) {
+        self.joint_contact = Some(params);
+
+        // Contacts are in the order of the pairs, so that none is searched from the first.
+        let mut pairs = self.pairs.iter_mut();
+        for contact in contacts {
+            let record = JointContactRecord::new(contact, scene);
+            let names = [&record.of_a.surface, &record.of_b.surface];
+            let pair = pairs.find(|pair| [&pair.a, &pair.b] == names);
+            debug_assert!(pair.is_some(), "a pair in contact is near");
+            if let Some(pair) = pair {
+                pair.joint_contact = Some(record);
+            }
+        }
+    }
+
     /// Sorts overlapping pairs from deep to shallow, then near pairs from near to far.
     pub(crate) fn pairs_by_depth(&self) -> Vec<&PairRecord> {
         let distance = |pair: &PairRecord| pair.distance.unwrap_or(f64::INFINITY);
@@ -139,7 +165,7 @@ impl CheckDocument {
     pub(crate) fn summary(&self) -> String {
         let unit = self.unit.symbol();
         let near = counted(self.pairs.len() - self.overlapping(), "pair");
-        let near = format!("{near} near (within {} {unit})", self.margin);
+        let near = format!("{near} near (within {} {unit})", short(self.margin));
         let Some(deepest) = self.pairs_by_depth().into_iter().find(|pair| pair.overlaps) else {
             return format!("No bodies overlap; {near}.");
         };

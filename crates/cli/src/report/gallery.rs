@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use super::OverlapShape;
 use super::contact_triangles::contact_triangles;
+use super::pair_record::rounding;
 use crate::picture::{Appearance, Camera, Color, ContactTriangle, Image, Subject, draw};
 
 /// Picture with the data of its caption.
@@ -162,6 +163,7 @@ impl<'a> DrawnOverlap<'a> {
         };
         let contact = [triangles(0, a, b), triangles(1, b, a)];
         let max_depth = report.max_depth().map_or(0.0, |depth| depth.lower);
+        let max_depth = if max_depth > rounding(report.pair, scene) { max_depth } else { 0.0 };
         Self { report, max_depth, contact }
     }
 }

@@ -1,9 +1,14 @@
 //! Report of a motion, frame by frame.
 
-use musculo_collide::{BodyId, PairReport, PairSweep, PassThrough, Scene, SweepReport};
+use musculo_collide::{
+    BodyId, JointContactParams, PairReport, PairSweep, PassThrough, Scene, SweepReport,
+};
 use serde::Serialize;
 
 use super::check_tables::dash;
+use super::joint_contact::{
+    ContactTable, JointContactRecord, PairContact, SurfaceContact, joint_title,
+};
 use super::table::{Table, left, right};
 use super::text::{counted, depth, fixed, grouped, measure};
 use crate::motion::{RestReason, RestingBody};
@@ -15,6 +20,9 @@ pub(crate) struct MotionDocument {
     pub(crate) unit: Unit,
     /// Bodies that rest in all frames.
     pub(crate) resting: Vec<RestingBody>,
+    /// Parameters of joint contact, where it is measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) joint_contact: Option<JointContactParams>,
     pub(crate) frames: Vec<FrameRecord>,
 }
 
@@ -31,6 +39,9 @@ pub(crate) struct FrameRecord {
     deepest: Option<DepthRecord>,
     /// Volume of all overlaps in the frame, of bodies with an inside.
     pub(crate) volume: f64,
+    /// Joint contact of each surface with another, where it is measured and there is some.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    joint_contact: Vec<SurfaceContact>,
     /// Step from the frame before; none to the first frame.
     pub(crate) step: Option<StepRecord>,
 }
@@ -106,7 +117,22 @@ impl MotionDocument {
             table.row(of_frame.into_iter().chain(of_step));
         }
         let (table, rests) = (table.to_text(), rest_text(&self.resting));
-        format!("{table}\n{}\n{rests}", self.summary())
+        format!("{table}\n{}{}\n{rests}", self.joint_text(), self.summary())
+    }
+
+    /// Writes a line per frame and surface in contact; nothing where joint contact is not measured.
+    fn joint_text(&self) -> String {
+        let Some(JointContactParams { margin, foundation, .. }) = self.joint_contact else {
+            return String::new();
+        };
+        let mut table = ContactTable::new([right("frame")], self.unit, foundation.is_some());
+        for frame in &self.frames {
+            for contact in &frame.joint_contact {
+                table.total([frame.frame.to_string()], contact);
+            }
+        }
+        let title = joint_title(margin, self.unit);
+        format!("{title}\n{}\n", table.finish().to_text())
     }
 
     fn summary(&self) -> String {
@@ -183,8 +209,16 @@ impl FrameRecord {
                 volume += overlap.measures.total.volume.unwrap_or(0.0);
             }
         }
-        let deepest = deepest(scene, reports);
-        Self { frame, time, overlapping_pairs, deepest, volume, step: None }
+        let (deepest, joint_contact) = (deepest(scene, reports), Vec::new());
+        Self { frame, time, overlapping_pairs, deepest, volume, joint_contact, step: None }
+    }
+
+    /// Adds the joint contact of pairs.
+    pub(crate) fn add_joint_contacts(&mut self, contacts: &[PairContact], scene: &Scene) {
+        for contact in contacts {
+            let JointContactRecord { of_a, of_b } = JointContactRecord::new(contact, scene);
+            self.joint_contact.extend([of_a, of_b]);
+        }
     }
 
     /// Returns the depth of the deepest overlap, 0 without one.

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use glam::DVec3;
-use mesh_io::{CellNumbers, Cells, PointValues, write_vtp_cells};
+use mesh_io::{CellValues, Cells, PointValues, write_vtp_cells};
 use musculo_collide::surface::triangle;
 use musculo_collide::{Body, CurveChain, OverlapGeometry, PairReport, PatchFace, Scene};
 
@@ -112,10 +112,7 @@ fn patch_vtp(patches: &[PatchFace], body: &Body) -> String {
     }
 
     let values = [PointValues::Scalars("depth", &points.depths)];
-    let numbers = [
-        CellNumbers { name: "face", numbers: &faces },
-        CellNumbers { name: "region", numbers: &regions },
-    ];
+    let numbers = [CellValues::Numbers("face", &faces), CellValues::Numbers("region", &regions)];
     write_vtp_cells(&points.positions, Cells::Polygons(&cells), &values, &numbers)
 }
 
@@ -132,10 +129,8 @@ fn curve_vtp(curve: &[CurveChain]) -> String {
         numbers.push(number);
         closed.push(u32::from(chain.is_closed));
     }
-    let numbers = [
-        CellNumbers { name: "loop", numbers: &numbers },
-        CellNumbers { name: "is_closed", numbers: &closed },
-    ];
+    let numbers =
+        [CellValues::Numbers("loop", &numbers), CellValues::Numbers("is_closed", &closed)];
     write_vtp_cells(&positions, Cells::Lines(&cells), &[], &numbers)
 }
 

@@ -2,10 +2,11 @@
 
 use musculo_collide::{
     AreaBracket, BodyId, Coincidence, Depth, NearVertex, NoInside, Overlap, OverlapMeasures,
-    PairReport, Scene,
+    PairId, PairReport, Scene,
 };
 use serde::Serialize;
 
+use super::joint_contact::JointContactRecord;
 use super::text::measure;
 
 /// Two bodies that overlap or are near each other.
@@ -30,6 +31,9 @@ pub(crate) struct PairRecord {
     /// Area of `b`'s surface within the margin of `a`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) near_area_of_b: Option<AreaBracket>,
+    /// Joint contact, where it is measured and there is some.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) joint_contact: Option<JointContactRecord>,
     /// Depth of the deepest vertex inside the other body, 0 without one.
     pub(crate) max_vertex_depth: f64,
     /// Smallest signed distance of a vertex, negative inside.
@@ -46,6 +50,9 @@ pub(crate) struct PairRecord {
     pub(crate) nearest_vertex: Option<VertexRecord>,
     /// Properties that are undefined, with the reasons.
     pub(crate) refusals: Vec<String>,
+    /// Depth that the rounding of coordinates alone makes.
+    #[serde(skip)]
+    rounding: f64,
 }
 
 /// Measures of an overlap.
@@ -85,6 +92,7 @@ impl PairRecord {
             depth_of_b_in_a: overlap.and_then(|overlap| overlap.depth_of_b_in_a),
             near_area_of_a,
             near_area_of_b,
+            joint_contact: None,
             max_vertex_depth: report.max_vertex_depth,
             min_gap: report.min_gap,
             distance: report.distance,
@@ -93,6 +101,7 @@ impl PairRecord {
             crossing_face_pairs: report.crossing_faces.len(),
             nearest_vertex: nearest_vertex(report, scene),
             refusals: refusals(report, names),
+            rounding: if report.overlaps { rounding(report.pair, scene) } else { 0.0 },
         }
     }
 
@@ -102,16 +111,21 @@ impl PairRecord {
     }
 
     /// Returns the depth of the overlap as far as it is certain, of vertices where surfaces have
-    /// none: 0 where nothing is inside.
+    /// none: 0 where nothing is inside, and where rounding alone makes it.
     pub(crate) fn depth(&self) -> f64 {
-        self.deeper().map_or(self.max_vertex_depth, |depth| depth.lower)
+        let depth = self.deeper().map_or(self.max_vertex_depth, |depth| depth.lower);
+        self.above_rounding(depth)
+    }
+
+    fn above_rounding(&self, depth: f64) -> f64 {
+        if depth > self.rounding { depth } else { 0.0 }
     }
 
     /// Writes the depth: a number where it is known as closely as asked, else a range.
     pub(crate) fn depth_text(&self) -> Option<String> {
         let Depth { lower, upper, is_narrow, .. } = self.deeper()?;
-        let text = measure(lower);
-        Some(if is_narrow { text } else { format!("{text} to {}", measure(upper)) })
+        let [lower, upper] = [lower, upper].map(|depth| measure(self.above_rounding(depth)));
+        Some(if is_narrow { lower } else { format!("{lower} to {upper}") })
     }
 
     /// Returns the larger of both depths.
@@ -146,6 +160,20 @@ impl OverlapRecord {
         let Overlap { total, regions, has_ties, .. } = overlap;
         Self { total: *total, regions: regions.clone(), has_ties: *has_ties }
     }
+}
+
+/// Returns the depth that rounding alone can make where two surfaces coincide.
+pub(super) fn rounding(pair: PairId, scene: &Scene) -> f64 {
+    /// Rounding of a closest point, relative to the largest coordinate.
+    const CLOSEST_POINT: f64 = 16.0 * f64::EPSILON;
+
+    let mut largest: f64 = 0.0;
+    for id in pair.bodies() {
+        for x in scene.body(id).positions() {
+            largest = largest.max(x.abs().max_element());
+        }
+    }
+    CLOSEST_POINT * largest
 }
 
 /// Names what is undefined for a pair, with the reasons.

@@ -1,5 +1,7 @@
 //! Numbers as text.
 
+use glam::DVec3;
+
 use crate::scene::Unit;
 
 /// Maximum number of decimals; smaller numbers have an exponent.
@@ -8,6 +10,16 @@ const MAX_DECIMALS: usize = 12;
 /// Writes a length to about a micrometer, whatever the unit.
 pub(super) fn length(value: f64, unit: Unit) -> String {
     fixed(value, unit.decimals())
+}
+
+/// Writes a point to about a micrometer, whatever the unit.
+pub(super) fn place(point: DVec3, unit: Unit) -> String {
+    let decimals = unit.decimals();
+    let digits = 10.0_f64.powi(decimals.try_into().unwrap_or(0));
+
+    // A sum with 0 has no negative zeros.
+    let rounded = (point * digits).round() / digits + DVec3::ZERO;
+    rounded.to_array().map(|x| format!("{x:.decimals$}")).join(" ")
 }
 
 /// Writes the depth of an overlap, or "edges" where faces cross and no vertex is inside.
@@ -51,6 +63,15 @@ pub(super) fn measure(value: f64) -> String {
     } else {
         format!("{value:.0}")
     }
+}
+
+/// Writes a number with up to four significant digits, without zeros at its end.
+pub(super) fn short(value: f64) -> String {
+    let text = measure(value);
+    if text.contains('e') || !text.contains('.') {
+        return text;
+    }
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// Writes a count with its noun: `1 pair`, `2 pairs`.
@@ -118,6 +139,11 @@ mod tests {
         ];
         for (value, expected) in cases {
             assert_eq!(measure(value), expected);
+        }
+        let shortened =
+            [(1.0, "1"), (11.380_711_874, "11.38"), (0.4, "0.4"), (1200.0, "1200"), (0.0, "0")];
+        for (value, expected) in shortened {
+            assert_eq!(short(value), expected);
         }
     }
 

@@ -6,6 +6,7 @@ mod check;
 mod field;
 mod files;
 mod first_try;
+mod joint;
 mod medial;
 mod motion;
 mod overlap;

@@ -1,22 +1,10 @@
 //! Measured overlaps of planted scenes: table, JSON and VTP.
 
-use crate::support::Workshop;
+use crate::support::{Workshop, obj};
 use fixtures::Mesh;
 use fixtures::shapes::cube;
 use glam::DVec3;
 use serde_json::Value;
-
-/// Writes a mesh as an OBJ file.
-fn obj(mesh: &Mesh) -> String {
-    let mut text = String::new();
-    for p in &mesh.positions {
-        text += &format!("v {} {} {}\n", p.x, p.y, p.z);
-    }
-    for [a, b, c] in &mesh.faces {
-        text += &format!("f {} {} {}\n", a + 1, b + 1, c + 1);
-    }
-    text
-}
 
 /// Returns a mesh with its volume above 0.
 fn outward(mesh: Mesh) -> Mesh {

@@ -4,6 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use fixtures::Mesh;
+
 /// Temporary folder, removed when the test ends.
 pub(crate) struct Workshop(tempfile::TempDir);
 
@@ -126,4 +128,16 @@ pub(crate) fn tetrahedron(x: f64, size: f64) -> String {
         "v {x} 0 0\nv {} 0 0\nv {x} {size} 0\nv {x} 0 {size}\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n",
         x + size
     )
+}
+
+/// Writes a mesh as an OBJ file.
+pub(crate) fn obj(mesh: &Mesh) -> String {
+    let mut text = String::new();
+    for p in &mesh.positions {
+        text += &format!("v {} {} {}\n", p.x, p.y, p.z);
+    }
+    for [a, b, c] in &mesh.faces {
+        text += &format!("f {} {} {}\n", a + 1, b + 1, c + 1);
+    }
+    text
 }

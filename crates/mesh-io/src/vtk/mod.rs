@@ -14,7 +14,7 @@ mod xml;
 
 pub(crate) use self::vti::{encode_vti, parse_vti};
 pub(crate) use self::vtp::parse_vtp;
-pub use self::write::{CellNumbers, Cells, PointValues, write_vtp, write_vtp_cells};
+pub use self::write::{CellValues, Cells, PointValues, write_vtp, write_vtp_cells};
 use self::xml::Element;
 use crate::error::Format;
 use crate::text::quoted;

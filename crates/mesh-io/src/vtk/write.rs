@@ -17,13 +17,13 @@ pub enum PointValues<'a> {
     Vectors(&'static str, &'a [DVec3]),
 }
 
-/// Numbers of cells, with their name.
+/// Values of cells, with their name.
 #[derive(Clone, Copy, Debug)]
-pub struct CellNumbers<'a> {
-    /// Name of the array.
-    pub name: &'static str,
+pub enum CellValues<'a> {
+    /// One whole number per cell.
+    Numbers(&'static str, &'a [u32]),
     /// One number per cell.
-    pub numbers: &'a [u32],
+    Scalars(&'static str, &'a [f64]),
 }
 
 /// Cells of polygonal data: points of each, in order.
@@ -42,20 +42,19 @@ pub fn write_vtp(positions: &[DVec3], faces: &[[u32; 3]], values: &[PointValues<
     poly_data(positions, values, [&polygons, &CellList::default()], &[])
 }
 
-/// Returns polygons or chains of segments as a `.vtp` file, with values per point and numbers
-/// per cell.
+/// Returns polygons or chains of segments as a `.vtp` file, with values per point and per cell.
 #[must_use]
 pub fn write_vtp_cells(
     positions: &[DVec3],
     cells: Cells<'_>,
     values: &[PointValues<'_>],
-    numbers: &[CellNumbers<'_>],
+    cell_values: &[CellValues<'_>],
 ) -> String {
     let (Cells::Polygons(list) | Cells::Lines(list)) = cells;
     let list = CellList::new(list.iter().map(|cell| &cell[..]));
     let none = CellList::default();
     let lists = if matches!(cells, Cells::Polygons(_)) { [&list, &none] } else { [&none, &list] };
-    poly_data(positions, values, lists, numbers)
+    poly_data(positions, values, lists, cell_values)
 }
 
 /// Cells of one kind, as the file has them.
@@ -96,15 +95,11 @@ fn poly_data(
     positions: &[DVec3],
     values: &[PointValues<'_>],
     [polygons, lines]: [&CellList; 2],
-    numbers: &[CellNumbers<'_>],
+    cell_values: &[CellValues<'_>],
 ) -> String {
     let active = values.first().map_or("", |values| values.name());
     let point_data: String = values.iter().map(PointValues::array).collect();
-    let mut cell_data = String::new();
-    for CellNumbers { name, numbers } in numbers {
-        let bytes = numbers.iter().map(|number| number.to_le_bytes());
-        cell_data += &array("UInt32", name, 1, bytes);
-    }
+    let mut cell_data: String = cell_values.iter().map(CellValues::array).collect();
     if !cell_data.is_empty() {
         cell_data = format!("<CellData>\n{cell_data}</CellData>\n");
     }
@@ -138,15 +133,28 @@ impl PointValues<'_> {
 
     fn array(&self) -> String {
         match self {
-            Self::Scalars(name, values) => {
-                array("Float64", name, 1, values.iter().copied().map(f64::to_le_bytes))
-            }
+            Self::Scalars(name, values) => scalars(name, values),
             Self::Vectors(name, values) => {
                 let components = values.iter().flat_map(DVec3::to_array);
                 array("Float64", name, 3, components.map(f64::to_le_bytes))
             }
         }
     }
+}
+
+impl CellValues<'_> {
+    fn array(&self) -> String {
+        match self {
+            Self::Numbers(name, numbers) => {
+                array("UInt32", name, 1, numbers.iter().copied().map(u32::to_le_bytes))
+            }
+            Self::Scalars(name, values) => scalars(name, values),
+        }
+    }
+}
+
+fn scalars(name: &str, values: &[f64]) -> String {
+    array("Float64", name, 1, values.iter().copied().map(f64::to_le_bytes))
 }
 
 /// Returns an array with the number of its bytes before them, as the format demands.

@@ -10,7 +10,7 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use glam::DVec3;
 use mesh_io::{
-    CellNumbers, Cells, Mesh, PointValues, ReadError, parse_mesh, write_vtp, write_vtp_cells,
+    CellValues, Cells, Mesh, PointValues, ReadError, parse_mesh, write_vtp, write_vtp_cells,
 };
 
 use crate::{ROUNDS, Random, damaged};
@@ -164,7 +164,7 @@ fn written_polygons_read_back_and_chains_are_no_faces() {
     let Mesh { positions, .. } = planted();
     let heights = [0.0; 4];
     let values = [PointValues::Scalars("height", &heights)];
-    let numbers = [CellNumbers { name: "region", numbers: &[7] }];
+    let numbers = [CellValues::Numbers("region", &[7])];
     let cell = [vec![0, 1, 2, 3]];
     let file = write_vtp_cells(&positions, Cells::Polygons(&cell), &values, &numbers);
     let read_back = read(file.as_bytes()).expect("a mesh");
