@@ -31,10 +31,11 @@
 //! [`ContactSystem`] solves them together, at one [`SolveLevel`]. Each row of the table is
 //! a [`Constraint`] on Q_c there: a target, one-sided, two-sided or of the whole vector,
 //! hard or with the compliance of a [`SpringDamper`];
-//! [`correct_in_sequence`] does so for positions, velocities and accelerations
-//! in turn. [`SoftContacts`] are forces with derivatives instead.
-//! [`PermanentContacts`] carry a list of contacts from frame to frame, and an
-//! [`ImpulseCache`] their impulses. [`stability`] computes the limits of stable steps.
+//! A [`ContactStep`] does so in a simulator's step, for positions, velocities and
+//! accelerations in turn, with a [`Material`] per pair of bodies, bones that move
+//! ([`RigidMotion`]) and warm starting ([`ImpulseCache`]). [`SoftContacts`] are forces with
+//! derivatives, for the system of an implicit step. [`PermanentContacts`] carry a list of
+//! contacts from frame to frame. [`stability`] computes the limits of stable steps.
 //!
 //! # Units and promises
 //!
@@ -88,15 +89,17 @@
 mod check;
 mod constraint;
 mod contact_rows;
+mod contact_set;
+mod contact_step;
 mod distribute;
 mod error;
 mod implicit;
 mod impulse_cache;
+mod material;
 mod permanent;
 mod reaction;
 mod reference;
 mod relative;
-mod sequence;
 mod soft;
 mod solve;
 mod spring;
@@ -109,17 +112,19 @@ pub use glam;
 pub use crate::check::{not_negative, parameter, positive};
 pub use crate::constraint::{Constraint, SpringDamper};
 pub use crate::contact_rows::{ContactLaw, ContactRow, ContactRows};
+pub use crate::contact_set::{ContactGroup, ContactSet};
+pub use crate::contact_step::{ContactStep, ParticleLoads, ParticleStates, StepParams, StepReport};
 pub use crate::distribute::distribute;
 pub use crate::error::{ParameterError, ResponseError};
 pub use crate::implicit::{LinearParams, LinearReport};
 pub use crate::impulse_cache::ImpulseCache;
+pub use crate::material::Material;
 pub use crate::permanent::{
     ContactState, GapMeasure, PermanentContacts, RigidMotion, SurfaceCarrier,
 };
 pub use crate::reaction::{Friction, Reaction};
 pub use crate::reference::{FaceFrame, Reference, Restraint};
 pub use crate::relative::{Margins, RelativeMotion, RelativeState};
-pub use crate::sequence::{ParticleStates, SequenceParams, SequenceReport, correct_in_sequence};
 pub use crate::soft::{LinearForces, MatrixBlock, NormalForce, SoftContacts, SoftLaw};
 pub use crate::solve::{
     ContactSystem, Impulse, Residual, SolveLevel, SolveReport, SolverMemory, SolverMethod,

@@ -5,8 +5,8 @@
 //! cargo run --release -p response --example muscle_on_bone -- frames.svg
 //! ```
 //!
-//! Springs hold the muscle's shape; contacts are corrected in sequence, for
-//! positions, velocities and accelerations. Millimeters, grams and seconds.
+//! Springs hold the muscle's shape; a contact step corrects positions, velocities and
+//! accelerations before each move. Millimeters, grams and seconds.
 
 #![expect(clippy::print_stdout, reason = "an example prints its results")]
 
@@ -18,9 +18,9 @@ use std::fs;
 
 use glam::DVec3;
 use response::{
-    ContactLaw, ImplicitEuler, ImpulseCache, LinearForces, LinearParams, Margins, ParticleStates,
-    ResponseError, SequenceParams, SolverParams, SweepOrder, SymplecticEuler, TimeStep,
-    correct_in_sequence,
+    Accelerations, ContactStep, Friction, ImplicitEuler, LinearForces, LinearParams, Margins,
+    Material, ParticleLoads, ParticleStates, ResponseError, RigidMotion, SolverParams, StepLength,
+    StepParams, SymplecticEuler, TimeStep,
 };
 use surface::{Anchor, Contact, Stencil, Term};
 
@@ -42,8 +42,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).unwrap_or_else(|| "muscle_on_bone.svg".to_owned());
     let mut picture = Picture::new(BONE);
     for (name, h, step) in [
-        ("symplectic Euler, h = 0.25 ms", 0.000_25, explicit as Step),
-        ("implicit Euler, h = 4 ms", 0.004, implicit as Step),
+        ("symplectic Euler, h = 0.25 ms", 0.000_25, World::explicit as Step),
+        ("implicit Euler, h = 4 ms", 0.004, World::implicit as Step),
     ] {
         let mut world = World::new()?;
         picture.begin_row(name);
@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             picture.add(&world.muscle, f64::from(frame) * FRAME);
             let mut time = 0.0;
             while time < FRAME - 0.5 * h {
-                depth = depth.max(world.advance(h, step)?);
+                depth = depth.max(step(&mut world, h)?);
                 time += h;
             }
         }
@@ -63,60 +63,74 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Moves the muscle by a step without contacts.
-type Step = fn(&mut World, f64) -> Result<(), ResponseError>;
+/// Moves the muscle by a step; returns the depth of contacts before it \[mm\].
+type Step = fn(&mut World, f64) -> Result<f64, ResponseError>;
 
 struct World {
     muscle: Muscle,
-    params: SequenceParams,
-    cache: ImpulseCache,
+    material: Material,
+    contacts: ContactStep,
 }
 
 impl World {
     fn new() -> Result<Self, Box<dyn Error>> {
-        let params = SequenceParams {
-            law: ContactLaw::new(Margins::new(0.0, MARGIN)?, FRICTION)?,
+        let margins = Margins::new(0.0, MARGIN)?;
+        let material =
+            Material { friction: Friction::coulomb(FRICTION)?, ..Material::hard(margins) };
+        Ok(Self { muscle: Muscle::new()?, material, contacts: ContactStep::default() })
+    }
+
+    fn explicit(&mut self, h: f64) -> Result<f64, ResponseError> {
+        let Muscle { x, v, inverse_mass, springs, .. } = &self.muscle;
+        let force = springs.forces(x, v);
+        let a = force.iter().zip(inverse_mass).map(|(f, w)| *f * *w + GRAVITY).collect();
+        let mut a = TimeStep::<SymplecticEuler>::new(h)?.accelerations(a)?;
+        let depth = self.correct(h, a.values_mut())?;
+        self.advance(a)?;
+        Ok(depth)
+    }
+
+    fn implicit(&mut self, h: f64) -> Result<f64, ResponseError> {
+        let Muscle { x, v, inverse_mass, springs, .. } = &self.muscle;
+        let mut force = springs.forces(x, v);
+        for (force, w) in force.iter_mut().zip(inverse_mass) {
+            *force += GRAVITY / *w;
+        }
+        let linear = At { springs, x };
+        let params = LinearParams { tolerance: 1e-6, ..LinearParams::default() };
+        let step = TimeStep::<ImplicitEuler>::new(h)?;
+        let (mut a, _) = step.implicit_accelerations(inverse_mass, &force, &linear, v, &params)?;
+        let depth = self.correct(h, a.values_mut())?;
+        self.advance(a)?;
+        Ok(depth)
+    }
+
+    /// Corrects the state and the accelerations of the next move; returns the remaining
+    /// depth \[mm\].
+    fn correct(&mut self, h: f64, a: &mut [DVec3]) -> Result<f64, ResponseError> {
+        let params = StepParams {
             depth_tolerance: Some(1e-6),
-            approach_tolerance: Some(0.0),
-            push_tolerance: None,
+            push_tolerance: Some(0.0),
             solver: SolverParams { max_iterations: 50, tolerance: 1e-6, ..Default::default() },
-            order: SweepOrder::Colored,
-            max_rounds: 5,
+            ..StepParams::new(StepLength::new(h)?)
         };
-        Ok(Self { muscle: Muscle::new()?, params, cache: ImpulseCache::default() })
-    }
-
-    /// Advances by one step with contacts; returns the remaining depth \[mm\].
-    fn advance(&mut self, h: f64, step: Step) -> Result<f64, ResponseError> {
-        step(self, h)?;
         let Muscle { x, v, inverse_mass, .. } = &mut self.muscle;
-        let mut a = vec![DVec3::ZERO; x.len()];
-        let mut contacts = Vec::new();
-        detect(x, &mut contacts)?;
-        let particles = ParticleStates { x, v, a: &mut a, inverse_mass };
-        let cache = &mut self.cache;
-        Ok(correct_in_sequence(particles, &mut contacts, detect, &self.params, cache)?.depth)
+        let loads = ParticleLoads::Accelerations(a);
+        let particles = ParticleStates { x, v, loads, inverse_mass };
+        let material = self.material;
+        let report = self.contacts.correct(particles, &params, |x, contacts| {
+            contacts.add(0, &material, &RigidMotion::default(), &detect(x));
+            Ok::<(), ResponseError>(())
+        })?;
+        Ok(report.depth)
     }
-}
 
-fn explicit(world: &mut World, h: f64) -> Result<(), ResponseError> {
-    let Muscle { x, v, inverse_mass, springs, .. } = &mut world.muscle;
-    let force = springs.forces(x, v);
-    let a = force.iter().zip(&*inverse_mass).map(|(f, w)| *f * *w + GRAVITY).collect();
-    TimeStep::<SymplecticEuler>::new(h)?.accelerations(a)?.advance(x, v)
-}
-
-fn implicit(world: &mut World, h: f64) -> Result<(), ResponseError> {
-    let Muscle { x, v, inverse_mass, springs, .. } = &mut world.muscle;
-    let mut force = springs.forces(x, v);
-    for (force, w) in force.iter_mut().zip(&*inverse_mass) {
-        *force += GRAVITY / *w;
+    fn advance<I: response::Integrator>(
+        &mut self,
+        a: Accelerations<I>,
+    ) -> Result<(), ResponseError> {
+        a.advance(&mut self.muscle.x, &mut self.muscle.v)
     }
-    let linear = At { springs, x };
-    let params = LinearParams { tolerance: 1e-6, ..LinearParams::default() };
-    let step = TimeStep::<ImplicitEuler>::new(h)?;
-    let (a, _) = step.implicit_accelerations(inverse_mass, &force, &linear, v, &params)?;
-    a.advance(x, v)
 }
 
 /// Derivatives of the springs at positions.
@@ -136,8 +150,8 @@ impl LinearForces for At<'_> {
 }
 
 /// Detects the contacts of the particles with the cylinder, up to the margin.
-fn detect(x: &[DVec3], contacts: &mut Vec<Contact>) -> Result<(), ResponseError> {
-    contacts.clear();
+fn detect(x: &[DVec3]) -> Vec<Contact> {
+    let mut contacts = Vec::new();
     for (particle, x) in (0..).zip(x) {
         let from_axis = x.with_y(0.0);
         let gap = from_axis.length() - BONE;
@@ -154,5 +168,5 @@ fn detect(x: &[DVec3], contacts: &mut Vec<Contact>) -> Result<(), ResponseError>
             time: None,
         });
     }
-    Ok(())
+    contacts
 }

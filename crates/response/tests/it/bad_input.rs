@@ -3,17 +3,15 @@
 
 use glam::DVec3;
 use response::{
-    ContactLaw, ContactRows, ContactSystem, Friction, Impulse, ImpulseCache, LinearParams, Margins,
-    NormalForce, ParameterError, ParticleStates, RelativeMotion, RelativeState, ResponseError,
-    SequenceParams, SoftContacts, SoftLaw, SolveLevel, SolverMethod, SolverParams, StepLength,
-    SweepOrder, SymplecticEuler, TimeStep, correct_in_sequence,
+    ContactLaw, ContactRows, ContactSet, ContactStep, ContactSystem, Friction, Impulse,
+    ImpulseCache, LinearParams, Margins, Material, NormalForce, ParameterError, ParticleLoads,
+    ParticleStates, RelativeMotion, RelativeState, ResponseError, Restraint, RigidMotion,
+    SoftContacts, SoftLaw, SolveLevel, SolverParams, SpringDamper, StepLength, StepParams,
+    SweepOrder, SymplecticEuler, TimeStep,
 };
 use surface::{Anchor, Contact, Stencil};
 
-use crate::common::{self, contact, law, on_plane, term};
-
-const METHODS: [SolverMethod; 3] =
-    [SolverMethod::GaussSeidel, SolverMethod::AveragedJacobi, SolverMethod::ConjugateGradient];
+use crate::common::{self, METHODS, contact, law, material, on_plane, term};
 
 fn parameter_of<T>(result: Result<T, ResponseError>) -> Option<&'static str> {
     match result {
@@ -160,7 +158,7 @@ fn states_that_are_refused_leave_all_as_it_was() {
         ),
         Err(ResponseError::Count { expected: 1, got: 0, .. })
     ));
-    assert!(ImpulseCache::default().store(&[], vec![Impulse::default()]).is_err());
+    assert!(ImpulseCache::default().store(&ContactSet::default(), &[Impulse::default()]).is_err());
 }
 
 #[test]
@@ -241,23 +239,23 @@ fn steps_refuse_what_is_not_finite_and_move_nothing() {
 }
 
 #[test]
-fn a_sequence_names_what_it_cannot_take() {
-    let params = SequenceParams {
-        law: law(0.5),
-        depth_tolerance: Some(0.0),
-        approach_tolerance: Some(0.0),
+fn a_step_names_what_it_cannot_take() {
+    let params = StepParams {
         push_tolerance: Some(0.0),
-        solver: SolverParams::default(),
-        order: SweepOrder::Colored,
-        max_rounds: 3,
+        ..StepParams::new(StepLength::new(0.1).expect("in range"))
     };
-    let attempt = |contact: Contact, velocity: DVec3, params: &SequenceParams| {
+    let made_of = |material: Material, contact: Contact, velocity: DVec3, params: &StepParams| {
         let (mut x, mut v, mut a) = ([DVec3::ZERO], [velocity], [DVec3::ZERO]);
-        let particles = ParticleStates { x: &mut x, v: &mut v, a: &mut a, inverse_mass: &[1.0] };
-        let keep = |_: &[DVec3], _: &mut Vec<Contact>| Ok::<(), ResponseError>(());
-        let memory = &mut ImpulseCache::default();
-        correct_in_sequence(particles, &mut vec![contact], keep, params, memory)
+        let loads = ParticleLoads::Accelerations(&mut a);
+        let particles = ParticleStates { x: &mut x, v: &mut v, loads, inverse_mass: &[1.0] };
+        let detect = |_: &[DVec3], contacts: &mut ContactSet| {
+            contacts.add(0, &material, &RigidMotion::default(), &[contact]);
+            Ok::<(), ResponseError>(())
+        };
+        ContactStep::default().correct(particles, params, detect)
     };
+    let attempt =
+        |contact, velocity, params: &StepParams| made_of(material(0.5), contact, velocity, params);
     let good = on_plane(0, DVec3::ZERO, DVec3::Z);
     assert!(attempt(good, -DVec3::Z, &params).is_ok());
     let nan_gap = Contact { gap: f64::NAN, ..good };
@@ -274,7 +272,10 @@ fn a_sequence_names_what_it_cannot_take() {
         attempt(elsewhere, DVec3::ZERO, &params),
         Err(ResponseError::ParticleOutOfRange { particle: 7, .. })
     ));
-    let negative = SequenceParams { approach_tolerance: Some(-1.0), ..params };
+    let negative = StepParams { approach_tolerance: Some(-1.0), ..params };
     let refused = attempt(good, DVec3::ZERO, &negative);
     assert_eq!(parameter_of(refused), Some("approach tolerance"));
+    let spring = Some(SpringDamper::new(1.0, 0.0).expect("in range"));
+    let glue = Material { spring, permanent: Some(Restraint::Sticking), ..material(0.0) };
+    assert_eq!(parameter_of(made_of(glue, good, DVec3::ZERO, &params)), Some("stiffness"));
 }

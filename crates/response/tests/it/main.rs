@@ -6,6 +6,7 @@
 mod bad_input;
 mod cells;
 mod common;
+mod contact_step;
 mod coupled_rows;
 mod distribution;
 mod mass_ratios;
@@ -15,6 +16,7 @@ mod scenes_friction;
 mod scenes_hard;
 mod scenes_momentum;
 mod scenes_springs;
-mod sequence;
+
 mod soft;
 mod solving;
+mod step_scenes;

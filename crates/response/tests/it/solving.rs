@@ -3,13 +3,13 @@
 
 use glam::DVec3;
 use response::{
-    ContactRows, ContactSystem, Impulse, ImpulseCache, SolveLevel, SolverMethod, SolverParams,
-    SweepOrder,
+    ContactRows, ContactSet, ContactSystem, Impulse, ImpulseCache, RigidMotion, SolveLevel,
+    SolverMethod, SolverParams, SweepOrder,
 };
 use surface::{Contact, Stencil};
 
 use crate::common::{
-    self, law, momentum_residual, on_plane, patch, rows, term, tower, unit, vector,
+    self, law, material, momentum_residual, on_plane, patch, rows, term, tower, unit, vector,
 };
 
 /// Projected Gauss–Seidel over a dense matrix of all rows against all: the reference
@@ -176,6 +176,13 @@ fn a_spread_row_moves_the_polygon_as_its_center_would() {
     assert!(moved.iter().sum::<DVec3>().length() < 1e-15);
 }
 
+/// Contacts of one pair of bodies.
+fn set(pair: u64, contacts: &[Contact]) -> ContactSet {
+    let mut set = ContactSet::default();
+    set.add(pair, &material(0.3), &RigidMotion::default(), contacts);
+    set
+}
+
 #[test]
 fn a_warm_start_from_the_same_contacts_needs_one_sweep() {
     let x: Vec<DVec3> = (0..12).map(|k| DVec3::Z * f64::from(k)).collect();
@@ -190,8 +197,10 @@ fn a_warm_start_from_the_same_contacts_needs_one_sweep() {
     };
     let cold = fall(&mut impulses);
     let mut cache = ImpulseCache::default();
-    cache.store(&contacts, impulses).unwrap();
-    let mut warm = cache.warm_start(&contacts);
+    let contacts = set(0, &contacts);
+    cache.store(&contacts, &impulses).unwrap();
+    let mut warm = Vec::new();
+    cache.warm_start(&contacts, 1.0, &mut warm);
     let again = fall(&mut warm);
     assert!(cold > 100 && again <= 2, "{cold} sweeps cold, {again} warm");
 }
@@ -209,12 +218,20 @@ fn impulses_are_carried_by_particle_and_normal() {
     let turned = DVec3::new(1.0, 0.0, 0.2).normalize();
     let new = [at([5, 6, 7], turned), at([2, 3, 8], DVec3::Z)];
     let mut cache = ImpulseCache::default();
-    cache.store(&old, impulses).unwrap();
-    assert_eq!(cache.warm_start(&new), [push(2.0), push(1.0)]);
+    cache.store(&set(5, &old), &impulses).unwrap();
+    let mut start = Vec::new();
+    cache.warm_start(&set(5, &new), 1.0, &mut start);
+    assert_eq!(start, [push(2.0), push(1.0)]);
+    // Of another pair of bodies, or scaled to a shorter step.
+    cache.warm_start(&set(6, &new), 1.0, &mut start);
+    assert_eq!(start, [push(0.0), push(0.0)]);
+    cache.warm_start(&set(5, &new), 0.25, &mut start);
+    assert_eq!(start, [push(0.5), push(0.25)]);
     // Turned by more than 30°, or twice the same: not handed on.
     let off = DVec3::new(0.7, 0.0, 0.8).normalize();
     let new = [at([1, 2, 3], off), at([1, 2, 3], DVec3::Z), at([1, 2, 3], DVec3::Z)];
-    assert_eq!(cache.warm_start(&new), [push(0.0), push(1.0), push(0.0)]);
+    cache.warm_start(&set(5, &new), 1.0, &mut start);
+    assert_eq!(start, [push(0.0), push(1.0), push(0.0)]);
 }
 
 #[test]

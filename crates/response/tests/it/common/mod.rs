@@ -3,8 +3,8 @@
 use arbitrary::Unstructured;
 use glam::DVec3;
 use response::{
-    ContactLaw, ContactRows, ContactSystem, Margins, RelativeMotion, RelativeState, SolveLevel,
-    SolveReport, SolverMethod, SolverParams, SweepOrder,
+    ContactLaw, ContactRows, ContactSystem, Friction, Margins, Material, RelativeMotion,
+    RelativeState, SolveLevel, SolveReport, SolverMethod, SolverParams, SweepOrder,
 };
 use surface::{Anchor, Contact, Stencil, Term};
 
@@ -42,6 +42,12 @@ pub(crate) fn tower(x: &[DVec3]) -> Vec<Contact> {
 /// Margins that tests do not vary: no clearance, everything in proximity.
 pub(crate) fn law(friction: f64) -> ContactLaw {
     ContactLaw::new(Margins::new(0.0, 1.0).expect("in range"), friction).expect("in range")
+}
+
+/// The same law as a material.
+pub(crate) fn material(friction: f64) -> Material {
+    let friction = Friction::coulomb(friction).expect("in range");
+    Material { friction, ..Material::hard(law(0.0).margins()) }
 }
 
 /// Rows of `contacts` over `count` particles.

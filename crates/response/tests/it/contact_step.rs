@@ -1,23 +1,21 @@
-//! Positions, velocities and accelerations corrected in sequence.
+//! Contact steps: positions, velocities and accelerations corrected in sequence.
 
 use glam::DVec3;
 use response::{
-    ImpulseCache, ParticleStates, ResponseError, SequenceParams, SequenceReport, SolverParams,
-    SweepOrder, correct_in_sequence,
+    ContactSet, ContactStep, ParticleLoads, ParticleStates, ResponseError, RigidMotion,
+    SolverParams, StepLength, StepParams, StepReport,
 };
-use surface::Contact;
 
-use crate::common::{law, momentum_residual, stacked, tower};
+use crate::common::{material, momentum_residual, stacked, tower};
 
-fn params() -> SequenceParams {
-    SequenceParams {
-        law: law(0.5),
+fn params() -> StepParams {
+    StepParams {
         depth_tolerance: Some(1e-9),
         approach_tolerance: Some(1e-9),
         push_tolerance: Some(1e-9),
         solver: SolverParams { max_iterations: 2000, tolerance: 1e-11, ..Default::default() },
-        order: SweepOrder::Colored,
         max_rounds: 10,
+        ..StepParams::new(StepLength::new(0.01).expect("in range"))
     }
 }
 
@@ -28,16 +26,15 @@ struct World {
 }
 
 impl World {
-    fn correct(&mut self, params: &SequenceParams, cache: &mut ImpulseCache) -> SequenceReport {
+    fn correct(&mut self, params: &StepParams, step: &mut ContactStep) -> StepReport {
         let w = vec![1.0; self.x.len()];
-        let mut contacts = tower(&self.x);
-        let refresh = |x: &[DVec3], contacts: &mut Vec<Contact>| {
-            *contacts = tower(x);
+        let detect = |x: &[DVec3], contacts: &mut ContactSet| {
+            contacts.add(0, &material(0.5), &RigidMotion::default(), &tower(x));
             Ok::<(), ResponseError>(())
         };
-        let particles =
-            ParticleStates { x: &mut self.x, v: &mut self.v, a: &mut self.a, inverse_mass: &w };
-        correct_in_sequence(particles, &mut contacts, refresh, params, cache).expect("valid")
+        let loads = ParticleLoads::Accelerations(&mut self.a);
+        let particles = ParticleStates { x: &mut self.x, v: &mut self.v, loads, inverse_mass: &w };
+        step.correct(particles, params, detect).expect("valid")
     }
 }
 
@@ -49,8 +46,8 @@ fn a_pressed_tower_is_freed_stopped_and_carried() {
         v: vec![DVec3::new(0.0, 0.0, -3.0); 4],
         a: vec![DVec3::Z * -9.81; 4],
     };
-    let mut cache = ImpulseCache::default();
-    let report = world.correct(&params(), &mut cache);
+    let mut step = ContactStep::default();
+    let report = world.correct(&params(), &mut step);
     assert!(report.depth < 1e-9 && report.rounds >= 1, "{report:?}");
     for (k, x) in world.x.iter().enumerate().skip(1) {
         assert!(x.z - world.x[k - 1].z > 1.0 - 1e-8, "{:?}", world.x);
@@ -58,29 +55,29 @@ fn a_pressed_tower_is_freed_stopped_and_carried() {
     assert!(world.v.iter().all(|v| v.length() < 1e-7), "{:?}", world.v);
     assert!(world.a.iter().all(|a| a.length() < 1e-7), "{:?}", world.a);
     // The floor is given the momentum that the tower had.
-    assert!((cache.impulse_on_rigid() - DVec3::Z * -12.0).length() < 1e-7);
+    assert!((report.impulse - DVec3::Z * 12.0).length() < 1e-7);
 }
 
 #[test]
 fn states_within_the_tolerances_are_not_changed() {
     let mut world =
         World { x: vec![DVec3::Z * -0.01], v: vec![DVec3::Z * -0.5], a: vec![DVec3::Z * -9.81] };
-    let wide = SequenceParams {
+    let wide = StepParams {
         depth_tolerance: Some(0.02),
         approach_tolerance: Some(1.0),
         push_tolerance: Some(10.0),
         ..params()
     };
-    let report = world.correct(&wide, &mut ImpulseCache::default());
-    assert_eq!((report.rounds, report.velocities, report.accelerations), (0, None, None));
+    let report = world.correct(&wide, &mut ContactStep::default());
+    assert_eq!((report.rounds, report.velocities, report.loads), (0, None, None));
     assert_eq!(world.x[0].z, -0.01);
-    let velocities = SequenceParams {
+    let velocities = StepParams {
         depth_tolerance: None,
         approach_tolerance: Some(0.0),
         push_tolerance: None,
         ..params()
     };
-    let report = world.correct(&velocities, &mut ImpulseCache::default());
+    let report = world.correct(&velocities, &mut ContactStep::default());
     assert!(report.velocities.is_some() && report.positions.is_none());
     assert_eq!((world.x[0].z, world.v[0].z, world.a[0].z), (-0.01, 0.0, -9.81));
 }
@@ -88,8 +85,8 @@ fn states_within_the_tolerances_are_not_changed() {
 #[test]
 fn separating_contacts_are_not_pushed() {
     let mut world = World { x: vec![DVec3::ZERO], v: vec![DVec3::Z], a: vec![DVec3::Z * -9.81] };
-    let report = world.correct(&params(), &mut ImpulseCache::default());
-    assert_eq!(report.accelerations, None, "thrown up, it still falls back");
+    let report = world.correct(&params(), &mut ContactStep::default());
+    assert_eq!(report.loads, None, "thrown up, it still falls back");
     assert_eq!(world.a[0].z, -9.81);
 }
 
@@ -100,15 +97,15 @@ fn a_tower_without_a_floor_keeps_its_momentum() {
     let mut a = vec![DVec3::Z * 4.0, DVec3::ZERO, DVec3::Z * -5.0];
     let w = [1.0, 0.1, 3.0];
     let before = (x.clone(), v.clone(), a.clone());
-    let detect = |x: &[DVec3], contacts: &mut Vec<Contact>| {
-        *contacts = vec![stacked(0, 1, x), stacked(1, 2, x)];
+    let detect = |x: &[DVec3], contacts: &mut ContactSet| {
+        let found = [stacked(0, 1, x), stacked(1, 2, x)];
+        contacts.add(0, &material(0.5), &RigidMotion::default(), &found);
         Ok::<(), ResponseError>(())
     };
-    let mut contacts = Vec::new();
-    detect(&x, &mut contacts).unwrap();
-    let particles = ParticleStates { x: &mut x, v: &mut v, a: &mut a, inverse_mass: &w };
-    let cache = &mut ImpulseCache::default();
-    correct_in_sequence(particles, &mut contacts, detect, &params(), cache).unwrap();
+    let loads = ParticleLoads::Accelerations(&mut a);
+    let particles = ParticleStates { x: &mut x, v: &mut v, loads, inverse_mass: &w };
+    let report = ContactStep::default().correct(particles, &params(), detect).expect("valid");
+    assert!(report.mass_moved.length() < 1e-11 && report.impulse.length() < 1e-11);
     assert!(momentum_residual(&w, &before.0, &x) < 1e-12);
     assert!(momentum_residual(&w, &before.1, &v) < 1e-12);
     assert!(momentum_residual(&w, &before.2, &a) < 1e-12);
@@ -122,13 +119,13 @@ fn the_cache_saves_sweeps_from_step_to_step() {
         v: vec![DVec3::ZERO; 10],
         a: vec![DVec3::ZERO; 10],
     };
-    let mut cache = ImpulseCache::default();
+    let mut step = ContactStep::default();
     let mut sweeps = Vec::new();
     for _ in 0..5 {
         for v in &mut world.v {
             v.z -= 9.81e-2;
         }
-        let report = world.correct(&params(), &mut cache);
+        let report = world.correct(&params(), &mut step);
         sweeps.push(report.velocities.expect("it fell").iterations);
     }
     assert!(sweeps[1..].iter().all(|s| 20 * s < sweeps[0]), "{sweeps:?}");

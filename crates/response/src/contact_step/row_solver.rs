@@ -1,0 +1,81 @@
+//! Rows of a contact step at one level, and their solution.
+
+use glam::DVec3;
+use surface::Contact;
+
+use super::StepParams;
+use crate::{
+    Constraint, ContactLaw, ContactRows, ContactSet, ContactSystem, Impulse, Material,
+    ResponseError, SolveLevel, SolveReport, SolverMemory,
+};
+
+/// Solver of the rows of one level, in memory that all levels share.
+#[derive(Clone, Debug, Default)]
+pub(super) struct RowSolver {
+    rows: ContactRows,
+    system: ContactSystem,
+    memory: SolverMemory,
+    /// Contact of each row.
+    of_rows: Vec<usize>,
+    row_impulses: Vec<Impulse>,
+    /// Impulses of all contacts: to start from, then the result.
+    pub(super) impulses: Vec<Impulse>,
+}
+
+/// Row of a contact, in the state that it is solved in.
+pub(super) type Row = (Contact, (ContactLaw, Constraint));
+
+impl RowSolver {
+    /// Replaces the rows by those that `row` makes of the contacts; `None` for contacts that
+    /// do not act.
+    pub(super) fn set_rows(
+        &mut self,
+        particle_count: usize,
+        contacts: &ContactSet,
+        row: impl Fn(&Contact, &Material) -> Result<Option<Row>, ResponseError>,
+    ) -> Result<(), ResponseError> {
+        self.rows.clear(particle_count);
+        self.of_rows.clear();
+        for (number, (contact, material)) in contacts.iter().enumerate() {
+            if let Some((contact, (law, constraint))) = row(contact, material)? {
+                self.rows.push_constraint(&contact, law, constraint)?;
+                self.of_rows.push(number);
+            }
+        }
+        Ok(())
+    }
+
+    /// Corrects `q` by the rows.
+    pub(super) fn solve(
+        &mut self,
+        level: SolveLevel,
+        q: &mut [DVec3],
+        inverse_mass: &[f64],
+        params: &StepParams,
+    ) -> Result<SolveReport, ResponseError> {
+        self.row_impulses.clear();
+        for &number in &self.of_rows {
+            self.row_impulses.push(self.impulses[number]);
+        }
+        self.system.rebuild(&self.rows, inverse_mass, params.order)?;
+        let (memory, impulses) = (&mut self.memory, &mut self.row_impulses);
+        let report = self.system.solve_in(memory, level, q, impulses, &params.solver)?;
+
+        // Contacts without a row end without an impulse.
+        self.impulses.fill(Impulse::default());
+        for (&number, &impulse) in self.of_rows.iter().zip(&self.row_impulses) {
+            self.impulses[number] = impulse;
+        }
+        Ok(report)
+    }
+
+    /// Computes the work of rigid objects: impulses on particles times their velocities.
+    pub(super) fn rigid_work(&self, contacts: &ContactSet) -> f64 {
+        let mut work = 0.0;
+        for (contact, impulse) in contacts.contacts().iter().zip(&self.impulses) {
+            let given = impulse.normal * contact.normal + impulse.tangent;
+            work += contact.anchor.map_or(0.0, |anchor| given.dot(anchor.velocity));
+        }
+        work
+    }
+}
