@@ -19,3 +19,17 @@ pub mod sheets;
 #[cfg(feature = "charts")]
 pub mod soak;
 pub mod volumes;
+
+/// Returns the entries of the given names, or all without a name.
+fn selected<T: Copy>(
+    all: &[(&'static str, T)],
+    names: &[String],
+) -> Result<Vec<(&'static str, T)>, String> {
+    let known: Vec<&str> = all.iter().map(|(name, _)| *name).collect();
+    if let Some(name) = names.iter().find(|name| !known.contains(&name.as_str())) {
+        return Err(format!("there is no {name}: choose from {}", known.join(", ")));
+    }
+    let mut chosen = all.to_vec();
+    chosen.retain(|(name, _)| names.is_empty() || names.iter().any(|wanted| wanted == name));
+    Ok(chosen)
+}

@@ -1,55 +1,109 @@
-//! Timing and figures: costs measured in one run, compared, and held to a bound.
+//! Timing harness and figures: costs measured in one run, compared, and held to a bound.
 //!
 //! Absolute times depend on the machine and its load. The sides of a comparison therefore take
 //! turns, and their minimum times are compared, since other work on the machine only adds time.
 //!
-//! A [`Report`] prints each `Figure` as one line of JSON, which `cargo xtask ratios` and
-//! `cargo xtask verify` format and check.
+//! A [`Report`] prints each figure as one line of JSON, which `cargo xtask ratios` and
+//! `cargo xtask verify` format and check. `cargo bench -p benches` runs the same functions with a
+//! [`Timer`] of its own.
 
+use std::fmt::Debug;
 use std::hint::black_box;
-use std::sync::OnceLock;
+use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
-use serde::Serialize;
+use serde_json::json;
 
-/// One side of a comparison: returns a value that depends on all of its work, so that none of it
-/// is optimized away.
-pub type Side<'a> = &'a mut dyn FnMut() -> usize;
+/// Name and work of one side of a comparison. The value that the work returns depends on all of
+/// it, so that none of it is optimized away.
+pub type Side<'a> = (&'a str, &'a mut dyn FnMut() -> usize);
 
-/// Calls per turn. The first finds the caches as the other sides left them.
-const CALLS: usize = 3;
+/// Our work, then that of the other side.
+pub type Sides<'a> = [&'a mut dyn FnMut() -> usize; 2];
 
-/// Turns per side, at least.
-const MIN_TURNS: usize = 5;
-
-/// Returns the minimum time per call \[ns\] of each side, which take turns for about `budget`.
-///
-/// One unmeasured call per side comes first.
-pub fn interleave<const N: usize>(budget: Duration, mut sides: [Side<'_>; N]) -> [f64; N] {
-    let mut least = [f64::INFINITY; N];
-    for side in &mut sides {
-        black_box(side());
-    }
-
-    // Full turns only, so that every side has the same number of calls.
-    let start = Instant::now();
-    let mut turns = 0;
-    while turns < MIN_TURNS || start.elapsed() < budget {
-        for (side, least) in sides.iter_mut().zip(&mut least) {
-            for _ in 0..CALLS {
-                *least = least.min(nanoseconds(&mut **side));
-            }
-        }
-        turns += 1;
-    }
-    least
+/// Amount and clock of a measurement.
+#[derive(Clone, Copy, Debug)]
+pub struct Pace {
+    /// Turns per side, at least.
+    pub min_turns: u32,
+    /// Calls per turn. The first finds the caches as the other sides left them.
+    pub calls: u32,
+    /// Time for all turns, at least.
+    pub budget: Duration,
+    /// Clock of the calls.
+    pub clock: fn() -> Duration,
 }
 
-/// Returns the time of one call \[ns\].
+impl Pace {
+    /// Measures wall time for about `budget`.
+    #[must_use]
+    pub const fn within(budget: Duration) -> Self {
+        Self { min_turns: 5, calls: 3, budget, clock: wall_time }
+    }
+
+    /// Measures processor time of this thread over a number of calls, for calls so long that other
+    /// load on the machine interrupts them.
+    #[must_use]
+    pub const fn long_calls(rounds: u32) -> Self {
+        Self { min_turns: rounds, calls: 1, budget: Duration::ZERO, clock: thread_time }
+    }
+
+    /// Returns the time of one call \[ns\].
+    pub fn call_time(&self, work: impl FnOnce() -> usize) -> f64 {
+        let start = (self.clock)();
+        black_box(work());
+        ((self.clock)() - start).as_secs_f64() * 1e9
+    }
+}
+
+/// Method to time the sides of a comparison.
+pub trait Timer: Debug + Send {
+    /// Returns the minimum time per call \[ns\] of each side.
+    fn times(&mut self, name: &str, pace: Pace, sides: &mut [Side<'_>]) -> Vec<f64>;
+}
+
+/// Timer whose sides take turns, after one unmeasured call each.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TakingTurns;
+
+impl Timer for TakingTurns {
+    fn times(&mut self, _: &str, pace: Pace, sides: &mut [Side<'_>]) -> Vec<f64> {
+        let mut least = vec![f64::INFINITY; sides.len()];
+        for (_, work) in sides.iter_mut() {
+            black_box(work());
+        }
+
+        // Full turns only, so that every side has the same number of calls.
+        let start = Instant::now();
+        let mut turns = 0;
+        while turns < pace.min_turns || start.elapsed() < pace.budget {
+            for ((_, work), least) in sides.iter_mut().zip(&mut least) {
+                for _ in 0..pace.calls {
+                    *least = least.min(pace.call_time(&mut **work));
+                }
+            }
+            turns += 1;
+        }
+        least
+    }
+}
+
+/// Returns the minimum times per call \[ns\] of sides that take turns for about `milliseconds`.
+#[must_use]
+pub fn interleave<const N: usize>(milliseconds: u64, sides: [Side<'_>; N]) -> [f64; N] {
+    Report::new(1.0).interleave("", milliseconds, sides)
+}
+
+/// Returns the wall time of one call \[ns\].
 pub fn nanoseconds(work: impl FnOnce() -> usize) -> f64 {
-    let start = Instant::now();
-    black_box(work());
-    start.elapsed().as_secs_f64() * 1e9
+    Pace::within(Duration::ZERO).call_time(work)
+}
+
+/// Returns the time since the first call.
+#[must_use]
+pub fn wall_time() -> Duration {
+    static START: LazyLock<Instant> = LazyLock::new(Instant::now);
+    START.elapsed()
 }
 
 /// Returns the processor time of this thread; wall time where the system does not report it.
@@ -57,12 +111,10 @@ pub fn nanoseconds(work: impl FnOnce() -> usize) -> f64 {
 /// Other load on the machine does not add to it, but it advances in steps of up to milliseconds.
 #[must_use]
 pub fn thread_time() -> Duration {
-    static START: OnceLock<Instant> = OnceLock::new();
-
     // Nanoseconds on the processor, then on its run queue, then time slices.
     let statistics = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
     let running = statistics.and_then(|line| line.split(' ').next()?.parse().ok());
-    running.map_or_else(|| START.get_or_init(Instant::now).elapsed(), Duration::from_nanos)
+    running.map_or_else(wall_time, Duration::from_nanos)
 }
 
 /// Converts a count to a number to calculate with.
@@ -72,39 +124,28 @@ pub const fn as_f64(count: usize) -> f64 {
     count as f64
 }
 
-/// A cost, that of something else, and a bound on their ratio: one line of JSON.
-#[derive(Clone, Debug, Serialize)]
-struct Figure {
-    group: &'static str,
-    name: String,
-    ours: f64,
-    /// The other cost; `None` where `ours` itself is bounded.
-    other: Option<f64>,
-    unit: &'static str,
-    /// Upper bound; infinite, written as null, where nothing is promised.
-    allowed: f64,
-}
-
-impl Figure {
-    /// Returns true if the bound is kept.
-    fn holds(&self) -> bool {
-        self.other.map_or(self.ours, |other| self.ours / other) <= self.allowed
-    }
-}
-
 /// Printer of figures, which counts those beyond their bounds.
 #[derive(Debug)]
 pub struct Report {
+    timer: Box<dyn Timer>,
     group: &'static str,
     effort: f64,
+    prints: bool,
     shortfalls: Vec<String>,
 }
 
 impl Report {
     /// Starts a report that gives each comparison `effort` times its budget.
     #[must_use]
-    pub const fn new(effort: f64) -> Self {
-        Self { group: "", effort, shortfalls: Vec::new() }
+    pub fn new(effort: f64) -> Self {
+        let timer = Box::new(TakingTurns);
+        Self { timer, group: "", effort, prints: true, shortfalls: Vec::new() }
+    }
+
+    /// Starts a report that prints nothing: its timer does.
+    #[must_use]
+    pub fn with_timer(timer: Box<dyn Timer>) -> Self {
+        Self { timer, prints: false, ..Self::new(1.0) }
     }
 
     /// Starts a group of figures.
@@ -112,28 +153,48 @@ impl Report {
         self.group = group;
     }
 
-    /// Returns the minimum time per call \[ns\] of each side within a budget, scaled by the effort.
-    pub fn interleave<const N: usize>(&self, milliseconds: u64, sides: [Side<'_>; N]) -> [f64; N] {
-        interleave(Duration::from_millis(milliseconds).mul_f64(self.effort), sides)
+    /// Returns the minimum time per call \[ns\] of each side within a budget \[ms\], which is
+    /// scaled by the effort.
+    pub fn interleave<const N: usize>(
+        &mut self,
+        name: &str,
+        milliseconds: u64,
+        sides: [Side<'_>; N],
+    ) -> [f64; N] {
+        let budget = Duration::from_millis(milliseconds).mul_f64(self.effort);
+        self.measure(name, Pace::within(budget), sides)
     }
 
-    /// Returns how many rounds to measure, out of `rounds` at full effort.
+    /// Returns the minimum times per call \[ns\] of each side at a pace.
+    pub fn measure<const N: usize>(
+        &mut self,
+        name: &str,
+        pace: Pace,
+        mut sides: [Side<'_>; N],
+    ) -> [f64; N] {
+        let name = format!("{}: {name}", self.group);
+        let times = self.timer.times(&name, pace, &mut sides);
+        std::array::from_fn(|side| times[side])
+    }
+
+    /// Returns the number of rounds to measure, out of `rounds` at full effort.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small counts")]
-    pub fn rounds(&self, rounds: usize) -> usize {
-        ((as_f64(rounds) * self.effort).ceil() as usize).max(1)
+    pub fn rounds(&self, rounds: u32) -> u32 {
+        ((f64::from(rounds) * self.effort).ceil() as u32).max(1)
     }
 
     /// Times two sides within a budget \[ms\], adds the ratio of their times, and returns them
-    /// \[ns\].
+    /// \[ns\]. The name is that of our side, then of the other, as in `refit / parry`.
     pub fn compare(
         &mut self,
-        name: impl Into<String>,
+        name: &str,
         milliseconds: u64,
         allowed: f64,
-        sides: [Side<'_>; 2],
+        [ours, other]: Sides<'_>,
     ) -> [f64; 2] {
-        let times = self.interleave(milliseconds, sides);
+        let other_name = name.rsplit(" / ").next().unwrap_or(name);
+        let times = self.interleave(name, milliseconds, [("ours", ours), (other_name, other)]);
         self.times(name, times, allowed);
         times
     }
@@ -151,22 +212,42 @@ impl Report {
         unit: &'static str,
         allowed: f64,
     ) {
-        let (group, name, other) = (self.group, name.into(), Some(other));
-        self.add(Figure { group, name, ours, other, unit, allowed });
+        self.add(name.into(), ours, Some(other), unit, allowed);
     }
 
     /// Adds a cost beside nothing.
     pub fn cost(&mut self, name: impl Into<String>, ours: f64, unit: &'static str, allowed: f64) {
-        let (group, name) = (self.group, name.into());
-        self.add(Figure { group, name, ours, other: None, unit, allowed });
+        self.add(name.into(), ours, None, unit, allowed);
     }
 
-    /// Prints one figure.
+    /// Prints a figure: our cost, that of something else if any, and the bound on their ratio.
     #[expect(clippy::print_stdout, reason = "the purpose of a report")]
-    fn add(&mut self, figure: Figure) {
-        println!("{}", serde_json::to_string(&figure).unwrap_or_default());
-        if !figure.holds() {
-            self.shortfalls.push(figure.name);
+    fn add(
+        &mut self,
+        name: String,
+        ours: f64,
+        other: Option<f64>,
+        unit: &'static str,
+        allowed: f64,
+    ) {
+        let measured = other.map_or(ours, |other| ours / other);
+        let holds = measured <= allowed;
+        if self.prints {
+            // An infinite bound, where nothing is promised, is written as null.
+            let figure = json!({
+                "group": self.group,
+                "name": name,
+                "ours": ours,
+                "other": other,
+                "unit": unit,
+                "measured": measured,
+                "allowed": allowed,
+                "verdict": if holds { "ok" } else { "SHORT" },
+            });
+            println!("{figure}");
+        }
+        if !holds {
+            self.shortfalls.push(name);
         }
     }
 
@@ -185,10 +266,10 @@ mod tests {
     fn a_slower_side_falls_short() {
         let work = |n: usize| (0..n).fold(0, |sum, i| black_box(sum ^ i));
         let mut report = Report::new(1.0);
-        let sides: [Side<'_>; 2] = [&mut || work(50_000), &mut || work(5_000)];
-        let [slow, fast] = report.compare("slow over fast", 20, 2.0, sides);
-        assert_eq!(report.shortfalls().len(), 1, "{:?}", report.shortfalls());
-        report.times("fast over slow", [fast, slow], 2.0);
+        let [slow, fast] =
+            report.compare("slow / fast", 20, 2.0, [&mut || work(50_000), &mut || work(5_000)]);
+        assert_eq!(report.shortfalls(), ["slow / fast"]);
+        report.times("fast / slow", [fast, slow], 2.0);
         assert_eq!(report.shortfalls().len(), 1, "{:?}", report.shortfalls());
     }
 

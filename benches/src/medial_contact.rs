@@ -8,7 +8,7 @@ use medial::{
 use proximity::SurfaceTree;
 use surface::Contact;
 
-use crate::measure::{Report, Side};
+use crate::measure::Report;
 
 /// Maximum distance of a vertex from the face that it is projected on \[mm\].
 ///
@@ -86,13 +86,14 @@ impl<'a> ContactScene<'a> {
 
     /// Projects vertices on faces: tests of bounds, of vertices against faces, and time.
     #[must_use]
-    pub fn projection(&self, budget: u64, report: &Report) -> MethodWork {
+    pub fn projection(&self, budget: u64, report: &mut Report) -> MethodWork {
         let mut workspace = Workspace::default();
         let leaf_tests = self.candidates(&mut workspace).len() as u64;
         let bound_tests = workspace.counters().bound_tests;
         let counts = TestCounts { bound_tests, direction_tests: 0, leaf_tests };
 
-        let [time] = report.interleave(budget, [&mut || self.project(&mut workspace)]);
+        let mut project = || self.project(&mut workspace);
+        let [time] = report.interleave("projection", budget, [("on faces", &mut project)]);
         MethodWork { contacts: Vec::new(), counts, times: [time, time] }
     }
 
@@ -126,7 +127,7 @@ impl<'a> ContactScene<'a> {
         balls: &Balls,
         rule: FootRule,
         budget: u64,
-        report: &Report,
+        report: &mut Report,
     ) -> MethodWork {
         let points = self.points.positions().as_slice();
         let query = QueryPoints { tree: &self.point_tree, points, radii: None };
@@ -136,24 +137,36 @@ impl<'a> ContactScene<'a> {
         let mut detect =
             || point_contacts(&query, balls.bounds(), &params, offsets, None, &mut workspace);
         let (contacts, counts) = detect();
-        let times = self.beside_projection(&mut || detect().0.len(), budget, report);
+        let times = self.beside_projection("vertices × balls", || detect().0.len(), budget, report);
         MethodWork { contacts, counts, times }
     }
 
     /// Detects pairs of overlapping balls, cones and slabs.
     #[must_use]
-    pub fn balls_in_balls(&self, [a, b]: [&Balls; 2], budget: u64, report: &Report) -> MethodWork {
+    pub fn balls_in_balls(
+        &self,
+        [a, b]: [&Balls; 2],
+        budget: u64,
+        report: &mut Report,
+    ) -> MethodWork {
         let mut workspace = Workspace::default();
         let mut detect = || primitive_contacts(a.bounds(), b.bounds(), 0.0, &mut workspace);
         let (_, counts) = detect();
-        let times = self.beside_projection(&mut || detect().0.len(), budget, report);
+        let times = self.beside_projection("balls × balls", || detect().0.len(), budget, report);
         MethodWork { contacts: Vec::new(), counts, times }
     }
 
     /// Times a detection in turns with the projection on faces.
-    fn beside_projection(&self, detect: Side<'_>, budget: u64, report: &Report) -> [f64; 2] {
+    fn beside_projection(
+        &self,
+        name: &str,
+        mut detect: impl FnMut() -> usize,
+        budget: u64,
+        report: &mut Report,
+    ) -> [f64; 2] {
         let mut workspace = Workspace::default();
-        report.interleave(budget, [detect, &mut || self.project(&mut workspace)])
+        let mut project = || self.project(&mut workspace);
+        report.interleave(name, budget, [(name, &mut detect), ("projection", &mut project)])
     }
 }
 

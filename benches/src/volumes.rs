@@ -1,14 +1,12 @@
 //! Table of bounding volumes of 6, 14, 18 and 26 planes: memory, refits, pairs and candidates.
 
-use std::time::Duration;
-
 use fixtures::muscle::{Muscle, Placement, scene};
 use kdop::{DopTree, Leaves, Workspace};
 
 use crate::measure::{as_f64, interleave};
 
-/// Budget of each measurement.
-const BUDGET: Duration = Duration::from_millis(200);
+/// Budget of each measurement \[ms\].
+const BUDGET: u64 = 200;
 
 /// Returns the table, for two muscles in contact at an angle and along the axes.
 #[must_use]
@@ -32,12 +30,14 @@ fn row<const S: usize>(faces: u32, placement: Placement) -> String {
     // Built at rest, refitted to contact.
     let scene = scene(faces, placement);
     let (mut a, mut b) = (build::<S>(&scene.a), build::<S>(&scene.b));
-    let [refit] = interleave(BUDGET, [&mut || a.refit(&scene.a.states[1]).map_or(0, |()| 1)]);
+    let mut refit_a = || a.refit(&scene.a.states[1]).map_or(0, |()| 1);
+    let [refit] = interleave(BUDGET, [("refit", &mut refit_a)]);
     b.refit(&scene.b.states[1]).expect("finite points");
 
     // Candidates of the pair, and of one muscle with itself.
     let mut workspace = Workspace::new();
-    let [traversal] = interleave(BUDGET, [&mut || pair_count(&a, &b, &mut workspace)]);
+    let mut count_pairs = || pair_count(&a, &b, &mut workspace);
+    let [traversal] = interleave(BUDGET, [("pairs", &mut count_pairs)]);
     let candidates = pair_count(&a, &b, &mut workspace);
     let mut self_candidates = 0;
     a.self_pairs(0.0, &mut workspace, |_, _| self_candidates += 1);

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Child, Command};
 
-use serde::Deserialize;
+use serde_json::Value;
 
 use crate::TaskResult;
 use crate::process::read_lines;
@@ -24,18 +24,22 @@ const GENEROUS: f64 = 2.0;
 const TIME_UNITS: [&str; 4] = ["ns", "us", "ms", "s"];
 
 /// Arguments of cargo that build `benches` without its charts, which figures do not need.
-const WITHOUT_CHARTS: &[&str] = &["--no-default-features"];
+const WITHOUT_CHARTS: &[&str] = &["--release", "--locked", "-p=benches", "--no-default-features"];
 
 /// One figure, as `benches` prints it.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 struct Figure {
     group: String,
     name: String,
     ours: f64,
     other: Option<f64>,
     unit: String,
+    /// Value that is bounded.
+    measured: f64,
     /// Upper bound; `None` where nothing is promised.
     allowed: Option<f64>,
+    /// `ok` or `SHORT`.
+    verdict: String,
 }
 
 /// Prints the figures of the named crates, or of all; fails where one exceeds its bound.
@@ -45,11 +49,11 @@ pub(crate) fn ratios(root: &Path, names: &[&str]) -> TaskResult {
 
 /// Prints the figures of the endurance test; fails where memory is left behind.
 pub(crate) fn soak(root: &Path) -> TaskResult {
-    report(&run_benches(root, &[], &["soak"])?)
+    report(&run_benches(root, &["--release", "--locked", "-p=benches"], &["soak"])?)
 }
 
 fn report(figures: &[Figure]) -> TaskResult {
-    let short = figures.iter().filter(|figure| !figure.holds(1.0)).count();
+    let short = figures.iter().filter(|figure| figure.is_short()).count();
     println!("{} figures, {short} short", figures.len());
     if short == 0 { Ok(()) } else { Err(format!("{short} figures exceed their bounds")) }
 }
@@ -57,8 +61,7 @@ fn report(figures: &[Figure]) -> TaskResult {
 /// Starts to build the program in the background, so that no core waits.
 pub(crate) fn start_build(root: &Path) -> Result<Child, String> {
     let mut command = Command::new("cargo");
-    command.args(["build", "--quiet", "--release", "--locked", "--package=benches"]);
-    command.args(WITHOUT_CHARTS).current_dir(root);
+    command.args(["build", "--quiet"]).args(WITHOUT_CHARTS).current_dir(root);
     command.spawn().map_err(|error| format!("cargo cannot be run: {error}"))
 }
 
@@ -72,10 +75,7 @@ pub(crate) fn generous_rows(root: &Path) -> Result<Vec<Row>, String> {
     let failed: Vec<Figure> = figures.extract_if(.., |figure| figure.fails_generously()).collect();
     if !failed.is_empty() {
         println!("\nonce more, since a figure exceeds its bound:");
-        let mut groups = BTreeSet::new();
-        for figure in &failed {
-            groups.insert(figure.group.as_str());
-        }
+        let groups: BTreeSet<&str> = failed.iter().map(|figure| figure.group.as_str()).collect();
         let task: Vec<&str> = quick.into_iter().chain(groups).collect();
         let mut again = run_benches(root, WITHOUT_CHARTS, &task)?;
         again.retain(|figure| !figure.fails_generously());
@@ -88,10 +88,9 @@ pub(crate) fn generous_rows(root: &Path) -> Result<Vec<Row>, String> {
 }
 
 /// Runs a task of the program `benches`, and prints its figures as they come.
-fn run_benches(root: &Path, features: &[&str], task: &[&str]) -> Result<Vec<Figure>, String> {
+fn run_benches(root: &Path, package: &[&str], task: &[&str]) -> Result<Vec<Figure>, String> {
     let mut command = Command::new("cargo");
-    command.args(["run", "--quiet", "--release", "--locked", "--package=benches"]);
-    command.args(features).arg("--").args(task).current_dir(root);
+    command.args(["run", "--quiet"]).args(package).arg("--").args(task).current_dir(root);
 
     println!(
         "\n{:<52} {:>10} {:>10}    {:>9} {:>9}",
@@ -100,13 +99,13 @@ fn run_benches(root: &Path, features: &[&str], task: &[&str]) -> Result<Vec<Figu
     let mut figures = Vec::new();
 
     let status = read_lines(&mut command, |line| {
-        let figure: Option<Figure> = serde_json::from_str(line).ok();
+        let figure = Figure::read(line);
         println!("{}", figure.as_ref().map_or_else(|| line.to_owned(), Figure::line));
         figures.extend(figure);
     })?;
 
     // A program that fails without a figure beyond its bound has another fault.
-    let is_explained = figures.iter().any(|figure| !figure.holds(1.0));
+    let is_explained = figures.iter().any(Figure::is_short);
     if figures.is_empty() || !(status.success() || is_explained) {
         return Err(format!("benches {} ended with {status}", task.join(" ")));
     }
@@ -114,48 +113,60 @@ fn run_benches(root: &Path, features: &[&str], task: &[&str]) -> Result<Vec<Figu
 }
 
 impl Figure {
-    /// Returns the value that is bounded.
-    fn measured(&self) -> f64 {
-        self.other.map_or(self.ours, |other| self.ours / other)
+    /// Reads a line of JSON; `None` for any other line.
+    fn read(line: &str) -> Option<Self> {
+        let value: Value = serde_json::from_str(line).ok()?;
+        let text = |field: &str| Some(value.get(field)?.as_str()?.to_owned());
+        let number = |field: &str| value.get(field)?.as_f64();
+        Some(Self {
+            group: text("group")?,
+            name: text("name")?,
+            ours: number("ours")?,
+            other: number("other"),
+            unit: text("unit")?,
+            measured: number("measured")?,
+            allowed: number("allowed"),
+            verdict: text("verdict")?,
+        })
     }
 
-    /// Returns true if the bound is kept, up to a factor.
-    fn holds(&self, factor: f64) -> bool {
-        self.allowed.is_none_or(|allowed| self.measured() <= allowed * factor)
+    fn is_short(&self) -> bool {
+        self.verdict != "ok"
     }
 
-    /// Returns true if the bound is exceeded by more than [`GENEROUS`].
+    /// Returns the bound that `verify` holds the figure to; `None` where it promises nothing, as
+    /// a time beside nothing does, which depends on the machine and its load.
+    fn generous_bound(&self) -> Option<f64> {
+        let is_bare_time = self.other.is_none() && TIME_UNITS.contains(&self.unit.as_str());
+        self.allowed.filter(|_| !is_bare_time).map(|allowed| allowed * GENEROUS)
+    }
+
     fn fails_generously(&self) -> bool {
-        !self.is_bare_time() && !self.holds(GENEROUS)
-    }
-
-    /// Returns true for a time beside nothing: it depends on the machine and its load.
-    fn is_bare_time(&self) -> bool {
-        self.other.is_none() && TIME_UNITS.contains(&self.unit.as_str())
+        self.generous_bound().is_some_and(|bound| self.measured > bound)
     }
 
     /// Formats a row for reading: costs, measured value, bound and verdict.
     fn line(&self) -> String {
-        let Self { name, ours, other, unit, allowed, .. } = self;
-        let [ours, measured] = [*ours, self.measured()].map(digits);
-        let [other, allowed] = [*other, *allowed].map(digits_or_dash);
-        let verdict = if self.holds(1.0) { "ok" } else { "SHORT" };
-
+        let Self { name, unit, verdict, .. } = self;
+        let [ours, measured] = [self.ours, self.measured].map(digits);
+        let [other, allowed] = [self.other, self.allowed].map(digits_or_dash);
         format!("{name:<52} {ours:>10} {other:>10} {unit:<2} {measured:>9} {allowed:>9} {verdict}")
     }
 
-    /// Returns a row of the closing table, bounded by [`GENEROUS`] times the bound.
+    /// Returns a row of the closing table.
     fn generous_row(&self) -> Row {
-        let measured = digits(self.measured());
-
-        // A time beside nothing promises nothing here.
-        let (allowed, verdict) = match self.allowed {
-            Some(allowed) if !self.is_bare_time() => {
-                (digits(allowed * GENEROUS), Verdict::of(!self.fails_generously()))
-            }
-            _ => ("-".to_owned(), Verdict::Unbounded),
+        let bound = self.generous_bound();
+        let verdict = match bound {
+            Some(_) => Verdict::of(!self.fails_generously()),
+            None => Verdict::Unbounded,
         };
-        Row { name: self.name.clone(), measured, allowed, verdict }
+        Row {
+            name: self.name.clone(),
+            measured: digits(self.measured),
+            allowed: digits_or_dash(bound),
+            verdict,
+            command: format!("cargo xtask ratios {}", self.group),
+        }
     }
 }
 
@@ -179,16 +190,19 @@ fn digits(value: f64) -> String {
 mod tests {
     use super::*;
 
-    fn figure(ours: f64, other: Option<f64>, unit: &str, allowed: Option<f64>) -> Figure {
-        let (group, name) = ("kdop".to_owned(), "refit".to_owned());
-        Figure { group, name, ours, other, unit: unit.to_owned(), allowed }
+    fn figure(measured: f64, other: Option<f64>, unit: &str, allowed: Option<f64>) -> Figure {
+        let [group, name, unit] = ["kdop", "refit", unit].map(str::to_owned);
+        let ours = measured * other.unwrap_or(1.0);
+        let holds = allowed.is_none_or(|allowed| measured <= allowed);
+        let verdict = if holds { "ok" } else { "SHORT" }.to_owned();
+        Figure { group, name, ours, other, unit, measured, allowed, verdict }
     }
 
     #[test]
     fn lines_of_json_are_figures_and_nothing_else_is() {
-        let line =
-            r#"{"group":"kdop","name":"refit","ours":2.0,"other":null,"unit":"us","allowed":0.5}"#;
-        let read = |line| serde_json::from_str::<Figure>(line).ok();
+        let line = r#"{"group":"kdop","name":"refit","ours":2.0,"other":null,"unit":"us",
+                       "measured":2.0,"allowed":0.5,"verdict":"SHORT"}"#;
+        let read = Figure::read;
         assert_eq!(read(line), Some(figure(2.0, None, "us", Some(0.5))));
         assert_eq!(read("MUSCULO_DATA is not set"), None);
         assert_eq!(read("3"), None);
@@ -203,7 +217,7 @@ mod tests {
         assert_eq!(verdict(figure(1.0, None, "", Some(0.0))), Verdict::Failed);
         assert_eq!(verdict(figure(1.0, None, "", None)), Verdict::Unbounded);
         assert_eq!(verdict(figure(300.0, None, "us", Some(100.0))), Verdict::Unbounded);
-        assert_eq!(verdict(figure(300.0, Some(100.0), "us", Some(1.0))), Verdict::Failed);
+        assert_eq!(verdict(figure(3.0, Some(100.0), "us", Some(1.0))), Verdict::Failed);
     }
 
     #[test]

@@ -13,11 +13,11 @@
 //!
 //! # How the program `benches` reports a figure
 //!
-//! One line of JSON: the crate, a name, our cost, the other cost or `null`, their unit, and the
-//! upper bound on the ratio of both (on our cost, without another) or `null`.
+//! One line of JSON: the crate, a name, our cost, the other cost or `null`, their unit, the ratio of
+//! both (our cost, without another), its upper bound or `null`, and `ok` or `SHORT`.
 //!
 //! ```text
-//! {"group":"kdop","name":"refit 80k / parry","ours":210.0,"other":480.0,"unit":"us","allowed":0.5}
+//! {"group":"kdop","name":"refit 80k / parry","ours":210.0,"other":480.0,"unit":"us","measured":0.44,"allowed":0.5,"verdict":"ok"}
 //! ```
 
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "programs that print")]
@@ -34,6 +34,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use crate::process::cargo;
+use crate::verify::Extent;
 
 /// Outcome of a task; the message names the remedy of a failure.
 type TaskResult = Result<(), String>;
@@ -42,6 +43,7 @@ const USAGE: &str = "\
 usage: cargo xtask TASK
 
   verify           tests, golden files, layout and figures, and one table of them
+  verify --quick   tests of at most seconds, golden files and layout: a minute, once built
   ratios [CRATE]   every claimed speed and cost, beside what it is compared with
   chart [PICTURE]  the pictures of docs/chart, and the numbers behind them
   soak             10,000 frames of a small scene, and the memory left behind
@@ -62,7 +64,8 @@ fn main() -> ExitCode {
 
 fn run(root: &Path, arguments: &[&str]) -> TaskResult {
     match arguments {
-        ["verify"] => verify::run(root),
+        ["verify"] => verify::run(root, Extent::Full),
+        ["verify", "--quick"] => verify::run(root, Extent::Quick),
         ["ratios", names @ ..] => figures::ratios(root, names),
         ["chart", names @ ..] => charts(root, names),
         ["soak"] => figures::soak(root),

@@ -18,6 +18,8 @@ pub(crate) struct Row {
     pub(crate) measured: String,
     pub(crate) allowed: String,
     pub(crate) verdict: Verdict,
+    /// Command that prints the line alone.
+    pub(crate) command: String,
 }
 
 /// Rows under headings.
@@ -64,8 +66,8 @@ impl fmt::Display for Table {
                 };
 
                 let line = format!(
-                    "{:name$}  {:>measured$}  {:>allowed$}  {mark}",
-                    row.name, row.measured, row.allowed
+                    "{:name$}  {:>measured$}  {:>allowed$}  {mark:6}  {}",
+                    row.name, row.measured, row.allowed, row.command
                 );
                 writeln!(f, "{}", line.trim_end())?;
             }
@@ -85,6 +87,7 @@ mod tests {
             measured: "1".into(),
             allowed: "2".into(),
             verdict,
+            command: "cargo test".into(),
         };
         let mut table = Table::default();
         table.add("none", vec![]);
@@ -93,8 +96,8 @@ mod tests {
 checked  measured  allowed
 
 some
-a              1        2  ok
-longer         1        2  FAILED
+a              1        2  ok      cargo test
+longer         1        2  FAILED  cargo test
 ";
         assert_eq!(table.to_string(), expected);
     }

@@ -9,6 +9,8 @@ pub(crate) struct TestOutput {
     packages: Vec<Package>,
     /// Number of the package whose tests run.
     current: usize,
+    /// Test whose output is shown.
+    shown: String,
     /// Numbers that tests printed.
     pub(crate) measured: Vec<Row>,
     /// Failed tests, as `package: test`.
@@ -37,14 +39,27 @@ impl TestOutput {
         {
             let package = self.packages.get(self.current).map_or("", |package| &package.name);
             self.failed.push(format!("{package}: {}", name.trim()));
+        } else if let Some(name) = text.strip_prefix("---- ") {
+            name.trim_end_matches(" stdout ----").clone_into(&mut self.shown);
         } else if let Some(row) = text.strip_prefix("measured: ").and_then(measured) {
-            // A helper that several tests call prints its numbers several times.
-            if !self.measured.contains(&row) {
-                self.measured.push(row);
-            }
+            self.add_measured(row);
         } else if text.contains("skipped") && text.contains("MUSCULO_DATA") {
             self.skipped += 1;
         }
+    }
+
+    /// Adds a number unless it is there: a helper that several tests call prints it several times.
+    fn add_measured(&mut self, row: Row) {
+        if self
+            .measured
+            .iter()
+            .any(|other| other.name == row.name && other.measured == row.measured)
+        {
+            return;
+        }
+        let package = self.packages.get(self.current).map_or("", |package| &package.name);
+        let command = format!("cargo test -p {package} {} -- --show-output", self.shown);
+        self.measured.push(Row { command, ..row });
     }
 
     /// Returns a row per package that has tests.
@@ -58,6 +73,7 @@ impl TestOutput {
                     measured: format!("{passed} of {count}"),
                     allowed: "all".to_owned(),
                     verdict: Verdict::of(*failed == 0),
+                    command: format!("cargo test -p {name}"),
                 });
             }
         }
@@ -122,7 +138,8 @@ fn measured(text: &str) -> Option<Row> {
         (Some(value), Some(bound)) => Verdict::of(bound.holds(value)),
         _ => Verdict::Unbounded,
     };
-    Some(Row { name: name.into(), measured: measured.into(), allowed: allowed.into(), verdict })
+    let [name, measured, allowed] = [name, measured, allowed].map(str::to_owned);
+    Some(Row { name, measured, allowed, verdict, command: String::new() })
 }
 
 #[cfg(test)]
@@ -135,6 +152,7 @@ mod tests {
 running 2 tests
 test tree::refits ... ok
 test tree::pairs ... FAILED
+---- tree::refits stdout ----
 measured: lost pairs | 0 | 0
 measured: time [ms] | 3.5 | 2
 measured: speed-up | 12x | >= 10x
@@ -162,5 +180,6 @@ test result: ok. 4 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out
         assert_eq!(output.failed, ["kdop: tree::pairs"]);
         let verdicts: Vec<Verdict> = output.measured.iter().map(|row| row.verdict).collect();
         assert_eq!(verdicts, [Passed, Failed, Passed, Unbounded]);
+        assert_eq!(output.measured[0].command, "cargo test -p kdop tree::refits -- --show-output");
     }
 }

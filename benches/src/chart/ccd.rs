@@ -7,17 +7,18 @@
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use ccd::CcdParams;
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use super::curves::machine;
-use super::poster::{ErrorAxis, Mark, MethodKey, Poster};
-use super::sheet::{Settings, Sheet};
-use crate::ccd::answers::{Answers, Method, mean_times};
+use super::poster::{ErrorAxis, Figure, MethodKey, Poster};
+use super::sheet::Sheet;
+use crate::ccd::answers::{Answers, answer_all};
 use crate::ccd::methods::{certified, contact, del_geo, interval_subdivision, plain_cubic};
 use crate::ccd::queries::{CcdQuery, QueryKind, QuerySet, mean_extent, on_lattice, random, read};
-use crate::measure::as_f64;
+use crate::measure::{Pace, TakingTurns, Timer, as_f64};
 
 /// Generated queries of each kind, and queries used of a file, about.
 const GENERATED: usize = 4000;
@@ -26,26 +27,26 @@ const USED: usize = 4000;
 /// Separations over the mean extent of a query.
 const SEPARATIONS: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 
-/// Rounds, of which the minimum time of each block counts.
-const ROUNDS: usize = 9;
+/// Rounds, of which the minimum time counts.
+const ROUNDS: u32 = 15;
 
 /// Queries of each kind that interval subdivision answers, which takes a thousand times as long.
 const SUBDIVIDED: usize = 80;
 
 const ATTRIBUTION: &str = "queries of B. Wang et al., ACM TOG 40(5), 2021 (MIT) and of D. Belgrod et al., 2023 (Apache-2.0); exact answers by integer and algebraic arithmetic";
-
-const DEL_GEO: MethodKey = MethodKey::new("del-geo-core", "its cubic, f64", 0xb5_26_2e);
-const PLAIN: MethodKey = MethodKey::new("plain cubic", "Provot 1997 in f64", 0xe0_7b_00);
-const INTERVALS: MethodKey =
-    MethodKey::new("interval subdivision", "Snyder 1993, to 1e-6", 0x80_80_80);
-const CERTIFIED: MethodKey = MethodKey::new("ccd", "default", 0x1f_6f_b4);
-const EXACT: MethodKey =
-    MethodKey::new("ccd (decided exactly)", "where rounding leaves it open", 0);
-const SEPARATED: MethodKey =
-    MethodKey::new("ccd (kept apart)", "by 1e-2, … 1e-6 of the extent", 0x2c_8c_3c).hollow();
+const SHARES: &str = "false alarms of the queries without contact, missed of those with one; a contact kept apart is reported where bodies come within the separation, which counts as a false alarm here";
+const EARLINESS: &str = "exact time of contact less the one reported, in shares of the step: 99 of 100 are less; late contacts count as 0";
+const TIME: &str = "per query, minimum of several for each block, methods in turns; interval subdivision answers 160";
 
 /// Methods in the order of the legend.
-const METHODS: [MethodKey; 6] = [DEL_GEO, PLAIN, INTERVALS, CERTIFIED, EXACT, SEPARATED];
+const METHODS: [MethodKey; 6] = [
+    MethodKey::new("del-geo-core", "its cubic, f64", 0xb5_26_2e),
+    MethodKey::new("plain cubic", "Provot 1997 in f64", 0xe0_7b_00),
+    MethodKey::new("interval subdivision", "Snyder 1993, to 1e-6", 0x80_80_80),
+    MethodKey::new("ccd", "default", 0x1f_6f_b4),
+    MethodKey::new("ccd (decided exactly)", "where rounding leaves it open", 0),
+    MethodKey::new("ccd (kept apart)", "by 1e-2, … 1e-6 of the extent", 0x2c_8c_3c).hollow(),
+];
 
 /// Draws the pictures of generated queries and, where they are available, of published ones.
 ///
@@ -53,14 +54,13 @@ const METHODS: [MethodKey; 6] = [DEL_GEO, PLAIN, INTERVALS, CERTIFIED, EXACT, SE
 ///
 /// When a file cannot be written or read.
 pub fn run(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
-    let kinds = [QueryKind::VertexFace, QueryKind::EdgeEdge];
-    let labeled = |generate: fn(QueryKind, usize) -> QuerySet| {
-        kinds.map(|kind| with_exact_answers(generate(kind, GENERATED)))
-    };
-    let generated = [
-        LabeledSet::new("at random", labeled(random)),
-        LabeledSet::new("degenerate, on a lattice", labeled(on_lattice)),
-    ];
+    let mut generated = Vec::new();
+    let generators: [Generator; 2] = [random, on_lattice];
+    for (title, generate) in ["at random", "degenerate, on a lattice"].into_iter().zip(generators) {
+        let sets = [QueryKind::VertexFace, QueryKind::EdgeEdge]
+            .map(|kind| with_exact_answers(generate(kind, GENERATED)));
+        generated.push(LabeledSet::new(title, sets));
+    }
     let mut written = draw_sets("ccd", &generated, None, folder)?;
 
     if let Some(data) = std::env::var_os("MUSCULO_DATA") {
@@ -96,6 +96,43 @@ struct LabeledSet {
     few: Vec<CcdQuery>,
 }
 
+/// Function that generates queries of a kind, a number of them.
+type Generator = fn(QueryKind, usize) -> QuerySet;
+
+/// Answer to a query: the time of the first contact, if any.
+type Answer<'a> = Box<dyn Fn(&CcdQuery) -> Option<f64> + 'a>;
+
+/// A method with its separation over the mean extent, for those with one.
+struct Candidate<'a> {
+    method: &'static str,
+    separation: Option<f64>,
+    answer: Answer<'a>,
+}
+
+/// Mean time and errors of one method over a set of queries: a row of the table.
+#[derive(Clone, Debug, Serialize)]
+struct Measurement {
+    /// Title of the set.
+    queries: &'static str,
+    method: &'static str,
+    #[serde(rename = "separation [extent]")]
+    separation: Option<f64>,
+    #[serde(rename = "time [ns]")]
+    time: f64,
+    /// Of the queries without contact.
+    #[serde(rename = "false alarms [share]")]
+    false_alarms: f64,
+    /// Of the queries with a contact.
+    #[serde(rename = "missed [share]")]
+    missed: f64,
+    #[serde(rename = "late [share]")]
+    late: f64,
+    #[serde(rename = "median earliness [step]")]
+    median_earliness: f64,
+    #[serde(rename = "99 % earliness [step]")]
+    earliness: f64,
+}
+
 impl LabeledSet {
     /// Takes a share of the queries of each kind, evenly over the file.
     fn new(title: &'static str, by_kind: [QuerySet; 2]) -> Self {
@@ -112,102 +149,69 @@ impl LabeledSet {
     /// Measures all methods; the fast ones take turns.
     fn measure(&self) -> Vec<Measurement> {
         let extent = mean_extent(&self.queries);
-        let separated = SEPARATIONS.map(|separation| {
-            let params = CcdParams { min_separation: separation * extent, ..CcdParams::DEFAULT };
-            move |query: &CcdQuery| certified(query, &params)
-        });
+        let [peer, plain, subdivision, default, exact, apart] = METHODS.map(|key| key.name);
+        let by_ccd = |method, separation: Option<f64>, params: CcdParams| Candidate {
+            method,
+            separation,
+            answer: Box::new(move |query: &CcdQuery| certified(query, &params)),
+        };
 
-        let mut keys: Vec<(MethodKey, Option<f64>)> =
-            vec![(DEL_GEO, None), (PLAIN, None), (CERTIFIED, None), (EXACT, None)];
-        let mut methods: Vec<Method<'_>> = vec![
-            &del_geo,
-            &plain_cubic,
-            &|query| certified(query, &CcdParams::DEFAULT),
-            &|query| certified(query, &CcdParams::EXACT),
+        let mut candidates = vec![
+            Candidate { method: peer, separation: None, answer: Box::new(del_geo) },
+            Candidate { method: plain, separation: None, answer: Box::new(plain_cubic) },
+            by_ccd(default, None, CcdParams::DEFAULT),
+            by_ccd(exact, None, CcdParams::EXACT),
         ];
-        for (separation, method) in SEPARATIONS.iter().zip(&separated) {
-            keys.push((SEPARATED, Some(*separation)));
-            methods.push(method);
+        for separation in SEPARATIONS {
+            let min_separation = separation * extent;
+            let params = CcdParams { min_separation, ..CcdParams::DEFAULT };
+            candidates.push(by_ccd(apart, Some(separation), params));
         }
+        let mut measured = self.measure_candidates(&candidates, &self.queries, ROUNDS);
 
-        let mut measured = self.measure_methods(&keys, &self.queries, &methods, ROUNDS);
-        let keys = [(INTERVALS, None)];
-        measured.extend(self.measure_methods(&keys, &self.few, &[&interval_subdivision], 1));
+        let answer = Box::new(interval_subdivision);
+        let slow = [Candidate { method: subdivision, separation: None, answer }];
+        measured.extend(self.measure_candidates(&slow, &self.few, 1));
         measured
     }
 
-    /// Measures methods, given with their separations, over some of the queries.
-    fn measure_methods(
+    fn measure_candidates(
         &self,
-        keys: &[(MethodKey, Option<f64>)],
+        candidates: &[Candidate<'_>],
         queries: &[CcdQuery],
-        methods: &[Method<'_>],
-        rounds: usize,
+        rounds: u32,
     ) -> Vec<Measurement> {
-        let contacts = queries.iter().filter(|query| query.time.is_finite()).count();
-        let times = mean_times(queries, rounds, methods);
+        let mut sides = Vec::new();
+        for Candidate { answer, .. } in candidates {
+            sides.push(move || answer_all(queries, &**answer));
+        }
+        let mut sides: Vec<_> =
+            sides.iter_mut().map(|side| ("", side as &mut dyn FnMut() -> _)).collect();
+        let pace = Pace { min_turns: rounds, calls: 1, ..Pace::within(Duration::ZERO) };
+        let times = TakingTurns.times("", pace, &mut sides);
+
+        let contacts = count_contacts(queries);
         let mut measured = Vec::new();
-        for ((&(key, separation), method), time) in keys.iter().zip(methods).zip(times) {
+        for (Candidate { method, separation, answer }, time) in candidates.iter().zip(times) {
+            let answers = Answers::new(queries, &**answer);
             measured.push(Measurement {
-                title: self.title,
-                method: key.name,
-                separation,
-                time,
-                queries: queries.len(),
-                contacts,
-                answers: Answers::new(queries, method),
+                queries: self.title,
+                method,
+                separation: *separation,
+                time: time / as_f64(queries.len()),
+                false_alarms: share(answers.false_alarms, queries.len() - contacts),
+                missed: share(answers.missed, contacts),
+                late: share(answers.late, contacts),
+                median_earliness: answers.earliness(50),
+                earliness: answers.earliness(99),
             });
         }
         measured
     }
 }
 
-/// Times and answers of one method over a set of queries.
-#[derive(Clone, Debug)]
-struct Measurement {
-    title: &'static str,
-    method: &'static str,
-    /// Separation over the mean extent.
-    separation: Option<f64>,
-    /// Mean time per query \[ns\].
-    time: f64,
-    queries: usize,
-    contacts: usize,
-    answers: Answers,
-}
-
-impl Measurement {
-    /// Returns the shares of false alarms among queries without contact, and of missed and late
-    /// answers among those with one.
-    fn shares(&self) -> [f64; 3] {
-        let Answers { false_alarms, missed, late, .. } = self.answers;
-        [
-            share(false_alarms, self.queries - self.contacts),
-            share(missed, self.contacts),
-            share(late, self.contacts),
-        ]
-    }
-
-    fn mark(&self) -> Mark {
-        let [false_alarms, missed, late] = self.shares();
-
-        // Late contacts have no earliness.
-        let earliness = self.answers.earliness(99).max(0.0);
-        Mark {
-            group: self.title,
-            method: self.method,
-            time: self.time,
-            errors: [false_alarms, missed, earliness].map(Some),
-            figures: [self.time, false_alarms, missed, late, earliness].map(Some),
-        }
-    }
-
-    fn row(&self) -> Value {
-        let Self { title, method, separation, time, answers, .. } = self;
-        let [false_alarms, missed, late] = self.shares();
-        let [median, most] = [50, 99].map(|percent| answers.earliness(percent));
-        json!([title, method, separation, time, false_alarms, missed, late, median, most])
-    }
+fn count_contacts(queries: &[CcdQuery]) -> usize {
+    queries.iter().filter(|query| query.time.is_finite()).count()
 }
 
 fn share(count: usize, total: usize) -> f64 {
@@ -220,70 +224,49 @@ fn draw_sets(
     attribution: Option<&str>,
     folder: &Path,
 ) -> Result<Vec<PathBuf>, Box<dyn Error>> {
-    // The caption has the counts of queries, so that it follows the measurements.
-    let measured: Vec<Measurement> = sets.iter().flat_map(LabeledSet::measure).collect();
-    let titles: Vec<&'static str> = sets.iter().map(|set| set.title).collect();
-    let mut settings = settings(&measured, &titles);
-    settings.extend(attribution.map(|text| ("data", text.to_owned())));
-
-    // The legend has the figures of the last set, the hardest.
-    let poster = Poster {
-        heading: "First contacts of moving primitives: time per query over error",
-        time_label: "time per query [ns]",
-        row_height: 360,
-        methods: &METHODS,
-        errors: [
-            ErrorAxis { label: "false alarms [share]", range: [-5.0, 0.0] },
-            ErrorAxis { label: "missed [share]", range: [-5.0, 0.0] },
-            ErrorAxis { label: "earliness, 99 of 100 [step]", range: [-16.0, 0.0] },
-        ],
-        figures: [
-            "time [ns]",
-            "false alarms [share]",
-            "missed [share]",
-            "late [share]",
-            "earliness, 99 of 100 [step]",
-        ],
-        groups: &titles,
-        legend_group: titles.last().copied().unwrap_or_default(),
-        marks: measured.iter().map(Measurement::mark).collect(),
-        settings: &settings,
-    };
-    let svg = Some(poster.draw()?);
-    let rows = measured.iter().map(Measurement::row).collect();
-    Ok(Sheet { name, svg, settings, columns: COLUMNS, rows }.write(folder)?)
-}
-
-const SHARES: &str = "false alarms of the queries without contact, missed of those with one; a contact kept apart is reported where bodies come within the separation, which counts as a false alarm here";
-const EARLINESS: &str = "exact time of contact less the one reported, in shares of the step: 99 of 100 are less; late contacts count as 0";
-const TIME: &str = "per query, minimum of several for each block, methods in turns; interval subdivision answers 160";
-
-fn settings(measured: &[Measurement], titles: &[&str]) -> Settings {
     let mut counts = Vec::new();
-    for title in titles {
-        if let Some(Measurement { queries, contacts, .. }) =
-            measured.iter().find(|m| m.title == *title)
-        {
-            counts.push(format!("{title}: {queries}, {contacts} with a contact"));
-        }
+    for LabeledSet { title, queries, .. } in sets {
+        let contacts = count_contacts(queries);
+        counts.push(format!("{title}: {}, {contacts} with a contact", queries.len()));
     }
-    vec![
+    let mut settings = vec![
         ("queries, half vertex–face and half edge–edge", counts.join("; ")),
         ("shares", SHARES.to_owned()),
         ("earliness", EARLINESS.to_owned()),
         ("time", TIME.to_owned()),
         ("machine", machine()),
-    ]
+    ];
+    settings.extend(attribution.map(|text| ("data", text.to_owned())));
+
+    // The legend has the figures of the last set, the hardest.
+    let measured: Vec<Measurement> = sets.iter().flat_map(LabeledSet::measure).collect();
+    let titles: Vec<&'static str> = sets.iter().map(|set| set.title).collect();
+    let sheet = Sheet::new(name, settings, &measured)?;
+    let poster = Poster {
+        heading: "First contacts of moving primitives: time per query over error",
+        time: Figure::new("time per query [ns]", &["time [ns]"]),
+        row_height: 360,
+        methods: &METHODS,
+        errors: [
+            ErrorAxis { error: FALSE_ALARMS, range: [-5.0, 0.0] },
+            ErrorAxis { error: MISSED, range: [-5.0, 0.0] },
+            ErrorAxis { error: EARLY, range: [-16.0, 0.0] },
+        ],
+        figures: [
+            Figure::new("time [ns]", &["time [ns]"]),
+            FALSE_ALARMS,
+            MISSED,
+            Figure::new("late [share]", &["late [share]"]),
+            EARLY,
+        ],
+        group_column: "queries",
+        groups: &titles,
+        legend_group: titles.last().copied().unwrap_or_default(),
+        sheet: &sheet,
+    };
+    Ok(sheet.write(folder, Some(poster.draw()?))?)
 }
 
-const COLUMNS: &[&str] = &[
-    "queries",
-    "method",
-    "separation [extent]",
-    "time [ns]",
-    "false alarms [share]",
-    "missed [share]",
-    "late [share]",
-    "median earliness [step]",
-    "99 % earliness [step]",
-];
+const FALSE_ALARMS: Figure = Figure::new("false alarms [share]", &["false alarms [share]"]);
+const MISSED: Figure = Figure::new("missed [share]", &["missed [share]"]);
+const EARLY: Figure = Figure::new("earliness, 99 of 100 [step]", &["99 % earliness [step]"]);

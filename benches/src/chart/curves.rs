@@ -1,8 +1,11 @@
 //! Panels of curves over logarithmic axes with their Pareto fronts, headings and captions.
 
 use std::error::Error;
+use std::ops::Range;
 
 use plotters::coord::Shift;
+use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, ValueFormatter};
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -35,19 +38,115 @@ pub struct Curve {
     pub points: Vec<[f64; 2]>,
 }
 
-/// A diagram of curves.
+/// Places on an axis: values, or decimal logarithms of values.
+#[derive(Clone, Debug)]
+pub struct Axis {
+    /// Name, with the unit in brackets.
+    pub label: String,
+    /// Ends of the axis.
+    pub range: [f64; 2],
+    /// Places with a label and a line.
+    pub ticks: Vec<f64>,
+    /// Text at a tick.
+    pub text: fn(f64) -> String,
+    /// Place of all values from 0 up to there.
+    pub zero: Option<f64>,
+}
+
+/// A diagram of curves over logarithmic axes.
 #[derive(Clone, Debug)]
 pub struct Panel {
     /// Title.
     pub title: String,
-    /// Label of the horizontal axis, with the unit in brackets.
-    pub x_label: String,
-    /// Label of the vertical axis, with the unit in brackets.
+    /// Horizontal axis; smaller values than shown are drawn at its start.
+    pub x: Axis,
+    /// Label of the vertical axis, with the unit in brackets. Its range is that of the curves.
     pub y_label: String,
-    /// Decimal logarithms of the ends of the horizontal axis; the lower end is labeled 0.
-    pub x_range: [f64; 2],
     /// The curves.
     pub curves: Vec<Curve>,
+    /// True for a Pareto front behind the curves.
+    pub has_front: bool,
+}
+
+/// Axes that are drawn, for series of points.
+pub type Plot<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<Axis, Axis>>;
+
+impl Ranged for Axis {
+    type FormatOption = NoDefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, place: &f64, limit: (i32, i32)) -> i32 {
+        RangedCoordf64::from(self.range()).map(place, limit)
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
+        self.ticks.clone()
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.range[0]..self.range[1]
+    }
+}
+
+impl ValueFormatter<f64> for Axis {
+    fn format(place: &f64) -> String {
+        place.to_string()
+    }
+
+    fn format_ext(&self, place: &f64) -> String {
+        if self.zero.is_some_and(|zero| *place <= zero) {
+            "0".to_owned()
+        } else {
+            (self.text)(*place)
+        }
+    }
+}
+
+impl Axis {
+    /// Returns an axis with ticks at the multiples of a step.
+    #[must_use]
+    pub fn new(label: &str, range: [f64; 2], step: f64, text: fn(f64) -> String) -> Self {
+        let mut ticks = Vec::new();
+        let mut multiple = (range[0] / step).ceil();
+        while multiple * step <= range[1] {
+            ticks.push(multiple * step);
+            multiple += 1.0;
+        }
+        Self { label: label.to_owned(), range, ticks, text, zero: None }
+    }
+
+    /// Returns an axis of decimal logarithms, with ticks at the whole powers of ten.
+    #[must_use]
+    pub fn powers(label: &str, range: [f64; 2]) -> Self {
+        Self::new(label, range, 1.0, power)
+    }
+
+    /// Draws a title and two axes with lines at their ticks.
+    ///
+    /// # Errors
+    ///
+    /// When they cannot be drawn.
+    pub fn draw<'a>(
+        area: &Area<'a>,
+        title: &str,
+        [x, y]: [Self; 2],
+    ) -> Result<Plot<'a>, Box<dyn Error>> {
+        let mut plot = ChartBuilder::on(area)
+            .caption(title, ("sans-serif", 15))
+            .margin(7)
+            .x_label_area_size(40)
+            .y_label_area_size(56)
+            .build_cartesian_2d(x.clone(), y.clone())?;
+        plot.configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(RGBColor(0xe4, 0xe4, 0xe4))
+            .x_desc(&x.label)
+            .y_desc(&y.label)
+            .label_style(("sans-serif", 13))
+            .axis_desc_style(("sans-serif", 14))
+            .draw()?;
+        Ok(plot)
+    }
 }
 
 impl CurveStyle {
@@ -89,44 +188,30 @@ impl Panel {
     /// When it cannot be drawn.
     pub fn draw(&self, area: &Area<'_>) -> Drawn {
         // Places on logarithmic axes; values below the range are at the left border.
-        let [left, right] = self.x_range;
+        let [left, right] = self.x.range;
         let place = |[x, y]: &[f64; 2]| (x.log10().clamp(left, right), y.log10());
-        let all: Vec<(f64, f64)> =
-            self.curves.iter().flat_map(|curve| curve.points.iter().map(place)).collect();
-        let bottom = all.iter().map(|p| p.1).fold(f64::INFINITY, f64::min);
-        let top = all.iter().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max);
-        let (bottom, top) = if all.is_empty() { (0.0, 1.0) } else { (bottom, top) };
+        let mut all: Vec<(f64, f64)> = Vec::new();
+        for curve in &self.curves {
+            all.extend(curve.points.iter().map(place));
+        }
+        let (mut bottom, mut top) = all.first().map_or((0.0, 1.0), |(_, y)| (*y, *y));
+        for (_, y) in &all {
+            (bottom, top) = (bottom.min(*y), top.max(*y));
+        }
 
-        // A mesh of whole powers of ten.
-        let mut chart = ChartBuilder::on(area)
-            .caption(&self.title, ("sans-serif", 16))
-            .margin(8)
-            .x_label_area_size(44)
-            .y_label_area_size(64)
-            .build_cartesian_2d(left - 0.15..right + 0.15, bottom - 0.2..top + 0.2)?;
-        chart
-            .configure_mesh()
-            .light_line_style(TRANSPARENT)
-            .bold_line_style(RGBColor(0xe4, 0xe4, 0xe4))
-            .x_labels(8)
-            .y_labels(8)
-            .x_desc(&self.x_label)
-            .y_desc(&self.y_label)
-            .label_style(("sans-serif", 14))
-            .axis_desc_style(("sans-serif", 15))
-            .x_label_formatter(&|x| if *x <= left { "0".to_owned() } else { power(*x) })
-            .y_label_formatter(&|y| power(*y))
-            .draw()?;
-
-        // The Pareto front behind all curves.
-        chart.draw_series(LineSeries::new(pareto_front(&all), FRONT.stroke_width(9)))?;
+        // Marks at the ends keep clear of the borders.
+        let x = Axis { range: [left - 0.15, right + 0.15], ..self.x.clone() };
+        let y = Axis::powers(&self.y_label, [bottom - 0.2, top + 0.2]);
+        let mut plot = Axis::draw(area, &self.title, [x, y])?;
+        if self.has_front {
+            plot.draw_series(LineSeries::new(pareto_front(&all), FRONT.stroke_width(9)))?;
+        }
         for Curve { style, points } in &self.curves {
             let points: Vec<(f64, f64)> = points.iter().map(place).collect();
-            let line = LineSeries::new(points.clone(), style.color.stroke_width(2));
-            chart.draw_series(line)?;
+            plot.draw_series(LineSeries::new(points.clone(), style.color.stroke_width(2)))?;
             for (size, point) in (3..).zip(points) {
-                chart.draw_series([Circle::new(point, size, style.fill().filled())])?;
-                chart.draw_series([Circle::new(point, size, style.color.stroke_width(2))])?;
+                plot.draw_series([Circle::new(point, size, style.fill().filled())])?;
+                plot.draw_series([Circle::new(point, size, style.color.stroke_width(2))])?;
             }
         }
         Ok(())
@@ -135,52 +220,57 @@ impl Panel {
 
 /// Returns the points that no other is below and left of, from left to right.
 fn pareto_front(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    let dominates =
-        |q: &(f64, f64), p: &(f64, f64)| q.0 <= p.0 && q.1 <= p.1 && (q.0 < p.0 || q.1 < p.1);
-    let is_best = |p: &&(f64, f64)| !points.iter().any(|q| dominates(q, p));
-    let mut best: Vec<(f64, f64)> = points.iter().filter(is_best).copied().collect();
-    best.sort_by(|p, q| p.0.total_cmp(&q.0));
-    best
+    // From left to right, each lower than all before it.
+    let mut front = points.to_vec();
+    front.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1)));
+    let mut lowest = f64::INFINITY;
+    front.retain(|&(_, y)| {
+        let is_lower = y < lowest;
+        lowest = lowest.min(y);
+        is_lower
+    });
+    front
 }
 
-/// Formats a whole power of ten; nothing between.
-fn power(exponent: f64) -> String {
-    let whole = exponent.round();
-    if (exponent - whole).abs() > 1e-9 {
-        return String::new();
+/// Formats a power of ten by its exponent.
+#[must_use]
+pub fn power(exponent: f64) -> String {
+    let value = 10.0_f64.powf(exponent);
+    if exponent < -4.0 {
+        format!("{value:.0e}")
+    } else {
+        format!("{}", (value * 1e4).round() / 1e4)
     }
-    if whole < -4.0 { format!("1e{whole}") } else { format!("{}", 10.0_f64.powf(whole)) }
 }
 
-/// Draws a picture of a size on white, as SVG.
+/// Height of a heading.
+const HEADING: u32 = 44;
+
+/// Draws a heading, and a body over a foot of the given heights, as SVG on white.
 ///
 /// # Errors
 ///
-/// When it cannot be drawn.
-pub fn svg(
-    size: (u32, u32),
-    draw: impl FnOnce(&Area<'_>) -> Drawn,
+/// When they cannot be drawn.
+pub fn picture(
+    heading: &str,
+    width: u32,
+    [body, foot]: [u32; 2],
+    draw: impl FnOnce(&Area<'_>, &Area<'_>) -> Drawn,
 ) -> Result<String, Box<dyn Error>> {
     let mut text = String::new();
-    let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
+    let area =
+        SVGBackend::with_string(&mut text, (width, HEADING + body + foot)).into_drawing_area();
     area.fill(&WHITE)?;
-    draw(&area)?;
-    area.present()?;
-    drop(area);
-    Ok(text)
-}
-
-/// Draws a title in the middle of an area.
-///
-/// # Errors
-///
-/// When it cannot be drawn.
-pub fn draw_heading(area: &Area<'_>, text: &str) -> Drawn {
-    let (width, height) = area.dim_in_pixel();
     let centered = Pos::new(HPos::Center, VPos::Center);
-    let style = ("sans-serif", 22).into_font().into_text_style(area).pos(centered);
-    area.draw_text(text, &style, (i32::try_from(width / 2)?, i32::try_from(height / 2)?))?;
-    Ok(())
+    let style = ("sans-serif", 22).into_font().into_text_style(&area).pos(centered);
+    area.draw_text(heading, &style, (i32::try_from(width / 2)?, 22))?;
+
+    let (_, rest) = area.split_vertically(HEADING);
+    let (upper, lower) = rest.split_vertically(body);
+    draw(&upper, &lower)?;
+    area.present()?;
+    drop((area, rest, upper, lower));
+    Ok(text)
 }
 
 /// Height of a line of a caption.
@@ -224,12 +314,11 @@ pub fn draw_caption(area: &Area<'_>, lines: &[String], y: u32) -> Drawn {
 #[must_use]
 pub fn machine() -> String {
     let cpu_info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let fields = cpu_info.lines().filter_map(|line| line.split_once(':'));
-    let name = fields.into_iter().find(|(name, _)| name.trim() == "model name").map_or_else(
-        || format!("{} {}", std::env::consts::ARCH, std::env::consts::OS),
-        |(_, processor)| processor.trim().to_owned(),
-    );
-    format!("one thread of {name}")
+    let line = cpu_info.lines().find(|line| line.starts_with("model name"));
+    match line.and_then(|line| line.split_once(": ")) {
+        Some((_, processor)) => format!("one thread of {processor}"),
+        None => format!("one thread of {} {}", std::env::consts::ARCH, std::env::consts::OS),
+    }
 }
 
 #[cfg(test)]

@@ -6,13 +6,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use plotters::prelude::*;
-use serde_json::json;
+use serde::Serialize;
 
-use super::curves::{Area, CurveStyle, Drawn, draw_heading, svg};
+use super::curves::{Area, Axis, Curve, CurveStyle, Drawn, Panel, picture};
 use super::sheet::Sheet;
 
 const WIDTH: u32 = 1200;
-const HEADING: u32 = 44;
 const PANELS: u32 = 460;
 const LEGEND: u32 = 60;
 
@@ -28,11 +27,14 @@ const OTHERS: CurveStyle = CurveStyle::new(0xc0_c0_c0).hollow();
 /// Numbers of balls in the table.
 const BALLS: [f64; 5] = [25.0, 50.0, 100.0, 200.0, 400.0];
 
-/// Errors of one medial surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Errors of one medial surface: a row of the table.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 struct BallErrors {
+    muscle: String,
     balls: f64,
+    #[serde(rename = "rms [mm]")]
     rms: f64,
+    #[serde(rename = "larger bound [mm]")]
     bound: f64,
 }
 
@@ -54,14 +56,8 @@ pub fn run(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
 
     let svg = Some(draw(&table)?);
     let settings = vec![("from", "docs/accuracy-medial.md".to_owned())];
-    let columns = &["muscle", "balls", "rms [mm]", "larger bound [mm]"];
-    let mut rows = Vec::new();
-    for (muscle, all) in &table {
-        for BallErrors { balls, rms, bound } in all {
-            rows.push(json!([muscle, balls, rms, bound]));
-        }
-    }
-    Ok(Sheet { name: "medial", svg, settings, columns, rows }.write(folder)?)
+    let rows: Vec<&BallErrors> = table.values().flatten().collect();
+    Ok(Sheet::new("medial", settings, &rows)?.write(folder, svg)?)
 }
 
 /// Reads the rows of the table by number of balls: those with a name and twelve values.
@@ -75,53 +71,44 @@ fn read(text: &str) -> Table {
         // Number of balls, error, and both bounds.
         let number = |column: usize| cells[column].parse::<f64>().ok();
         if let [Some(balls), Some(rms), Some(outward), Some(inward)] = [3, 5, 7, 9].map(number) {
-            let errors = BallErrors { balls, rms, bound: outward.max(inward) };
-            table.entry(cells[0].to_owned()).or_default().push(errors);
+            let muscle = cells[0].to_owned();
+            let errors = BallErrors { muscle, balls, rms, bound: outward.max(inward) };
+            table.entry(errors.muscle.clone()).or_default().push(errors);
         }
     }
     table
 }
 
 fn draw(table: &Table) -> Result<String, Box<dyn Error>> {
-    svg((WIDTH, HEADING + PANELS + LEGEND), |area| {
-        let (head, rest) = area.split_vertically(HEADING);
-        let (body, foot) = rest.split_vertically(PANELS);
+    let heading = "Muscles of a thigh as balls: error over their number";
+    picture(heading, WIDTH, [PANELS, LEGEND], |body, foot| {
         let (left, right) = body.split_horizontally(WIDTH / 2);
-        draw_heading(&head, "Muscles of a thigh as balls: error over their number")?;
-        panel(&left, "root mean square over the surface [mm]", table, |errors| errors.rms)?;
-        panel(&right, "two-sided bound on the distance [mm]", table, |errors| errors.bound)?;
-        legend(&foot)
+        panel("root mean square over the surface [mm]", table, |errors| errors.rms).draw(&left)?;
+        panel("two-sided bound on the distance [mm]", table, |errors| errors.bound).draw(&right)?;
+        legend(foot)
     })
 }
 
-fn panel(area: &Area<'_>, title: &str, table: &Table, of: fn(&BallErrors) -> f64) -> Drawn {
-    let x_range = (BALLS[0] / 1.2..1.2 * BALLS[4]).log_scale();
-    let mut chart = ChartBuilder::on(area)
-        .margin(8)
-        .x_label_area_size(44)
-        .y_label_area_size(64)
-        .build_cartesian_2d(x_range.with_key_points(BALLS.to_vec()), (0.02..10.0).log_scale())?;
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(RGBColor(0xe4, 0xe4, 0xe4))
-        .x_desc("balls")
-        .y_desc(title)
-        .label_style(("sans-serif", 14))
-        .axis_desc_style(("sans-serif", 15))
-        .draw()?;
-
-    // Named muscles last, so that they lie on top.
-    let style_of = |muscle: &str| NAMED.iter().find(|(name, _)| *name == muscle);
-    let mut muscles: Vec<&String> = table.keys().collect();
-    muscles.sort_by_key(|muscle| style_of(muscle).is_some());
-    for muscle in muscles {
-        let color = style_of(muscle).map_or(OTHERS, |(_, style)| *style).color;
-        let points = || table[muscle].iter().map(|errors| (errors.balls, of(errors)));
-        chart.draw_series(LineSeries::new(points(), color.stroke_width(2)))?;
-        chart.draw_series(points().map(|point| Circle::new(point, 3, color.filled())))?;
+fn panel(label: &str, table: &Table, error: fn(&BallErrors) -> f64) -> Panel {
+    let mut curves = Vec::new();
+    for (muscle, all) in table {
+        let named = NAMED.iter().find(|(name, _)| name == muscle);
+        let style = named.map_or(OTHERS, |(_, style)| *style);
+        let points = all.iter().map(|errors| [errors.balls, error(errors)]).collect();
+        curves.push(Curve { style, points });
     }
-    Ok(())
+    // Named muscles last, so that they lie on top.
+    curves.sort_by_key(|curve| curve.style != OTHERS);
+
+    let ticks = BALLS.map(f64::log10).to_vec();
+    let range = [ticks[0], ticks[ticks.len() - 1]];
+    Panel {
+        title: String::new(),
+        x: Axis { ticks, ..Axis::powers("balls", range) },
+        y_label: label.to_owned(),
+        curves,
+        has_front: false,
+    }
 }
 
 fn legend(area: &Area<'_>) -> Drawn {
@@ -149,10 +136,8 @@ mod tests {
 | iliacus | at rest | 0.3 |
 ";
         let table = read(text);
-        let iliacus = [
-            BallErrors { balls: 25.0, rms: 0.737, bound: 4.05 },
-            BallErrors { balls: 400.0, rms: 0.125, bound: 0.87 },
-        ];
+        let errors = |balls, rms, bound| BallErrors { muscle: "iliacus".into(), balls, rms, bound };
+        let iliacus = [errors(25.0, 0.737, 4.05), errors(400.0, 0.125, 0.87)];
         assert_eq!(table.len(), 1);
         assert_eq!(table["iliacus"], iliacus);
         assert!(draw(&table).expect("a picture").contains("gluteus maximus"));

@@ -14,6 +14,8 @@ pub mod stability;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
+use crate::selected;
+
 /// Function that draws a picture into a folder and returns the files it wrote.
 pub type Draw = fn(&Path) -> Result<Vec<PathBuf>, Box<dyn Error>>;
 
@@ -32,16 +34,9 @@ pub const PICTURES: [(&str, Draw); 5] = [
 ///
 /// When there is no such picture, or one cannot be drawn.
 pub fn draw(folder: &Path, names: &[String]) -> Result<Vec<PathBuf>, Box<dyn Error>> {
-    if let Some(name) = names.iter().find(|name| PICTURES.iter().all(|(known, _)| known != name)) {
-        let known = PICTURES.map(|(name, _)| name).join(", ");
-        return Err(format!("there is no picture {name}: choose from {known}").into());
-    }
-
     let mut written = Vec::new();
-    for (name, draw) in PICTURES {
-        if names.is_empty() || names.iter().any(|wanted| wanted == name) {
-            written.extend(draw(folder).map_err(|error| format!("{name}: {error}"))?);
-        }
+    for (name, draw) in selected(&PICTURES, names)? {
+        written.extend(draw(folder).map_err(|error| format!("{name}: {error}"))?);
     }
     Ok(written)
 }

@@ -2,12 +2,13 @@
 
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+use serde_json::Value;
 
 use super::curves::{
-    Area, CAPTION_LINE, Curve, CurveStyle, Drawn, FRONT, Panel, caption, draw_caption,
-    draw_heading, svg,
+    Area, Axis, CAPTION_LINE, Curve, CurveStyle, Drawn, FRONT, Panel, caption, draw_caption,
+    picture,
 };
-use super::sheet::Settings;
+use super::sheet::Sheet;
 
 /// Legend entry of a method.
 #[derive(Clone, Copy, Debug)]
@@ -34,57 +35,63 @@ impl MethodKey {
     }
 }
 
-/// Measurement of one method at one setting.
-#[derive(Clone, Debug)]
-pub struct Mark {
-    /// Title of its row of panels.
-    pub group: &'static str,
-    /// Name of the method.
-    pub method: &'static str,
-    /// Time, which is drawn upward.
-    pub time: f64,
-    /// Error per column of panels; `None` for methods that have none.
-    pub errors: [Option<f64>; 3],
-    /// Figures in the legend.
-    pub figures: [Option<f64>; 5],
+/// A figure of the rows: the sum of some columns.
+#[derive(Clone, Copy, Debug)]
+pub struct Figure {
+    /// Name, with the unit in brackets.
+    pub label: &'static str,
+    /// Columns that are added up.
+    pub columns: &'static [&'static str],
 }
 
 /// A column of panels: time over an error.
 #[derive(Clone, Copy, Debug)]
 pub struct ErrorAxis {
-    /// Name of the error, with the unit in brackets.
-    pub label: &'static str,
+    /// The error.
+    pub error: Figure,
     /// Decimal logarithms of the ends of the axis.
     pub range: [f64; 2],
 }
 
-/// Contents of a poster.
-#[derive(Clone, Debug)]
+/// Layout of a poster of a table, whose rows are measurements of a `method` at one setting.
+#[derive(Clone, Copy, Debug)]
 pub struct Poster<'a> {
     /// Heading.
     pub heading: &'static str,
-    /// Label of the vertical axes, with the unit in brackets.
-    pub time_label: &'static str,
+    /// Time on the vertical axes.
+    pub time: Figure,
     /// Height of a row of panels.
     pub row_height: u32,
     /// Methods in the order of the legend.
     pub methods: &'a [MethodKey],
     /// Columns of panels.
     pub errors: [ErrorAxis; 3],
-    /// Names of the figures in the legend.
-    pub figures: [&'static str; 5],
-    /// Titles of the rows of panels.
+    /// Figures in the legend.
+    pub figures: [Figure; 5],
+    /// Column of the groups: a row of panels each.
+    pub group_column: &'static str,
+    /// Groups from the top down.
     pub groups: &'a [&'static str],
-    /// Title of the group whose figures are in the legend.
+    /// Group whose figures are in the legend.
     pub legend_group: &'static str,
     /// The measurements.
-    pub marks: Vec<Mark>,
-    /// Settings of the caption.
-    pub settings: &'a Settings,
+    pub sheet: &'a Sheet,
+}
+
+impl Figure {
+    /// Returns a figure.
+    #[must_use]
+    pub const fn new(label: &'static str, columns: &'static [&'static str]) -> Self {
+        Self { label, columns }
+    }
+
+    /// Returns the value in a row; `None` where a column has none.
+    fn of(&self, row: &Value) -> Option<f64> {
+        self.columns.iter().map(|column| row[*column].as_f64()).sum()
+    }
 }
 
 const WIDTH: u32 = 1500;
-const HEADING: u32 = 44;
 
 /// Top of the legend, height of its rows, and right edges of its columns.
 const LEGEND_TOP: i32 = 24;
@@ -102,63 +109,62 @@ impl Poster<'_> {
         let panels = self.row_height * u32::try_from(self.groups.len())?;
         let legend_rows = i32::try_from(self.methods.len() + 3)?;
         let legend = u32::try_from(LEGEND_TOP + LEGEND_ROW * legend_rows)?;
-        let caption = caption(self.settings);
+        let caption = caption(&self.sheet.settings);
         let foot = legend + CAPTION_LINE * u32::try_from(caption.len())? + 16;
 
-        svg((WIDTH, HEADING + panels + foot), |area| {
-            let (head, rest) = area.split_vertically(HEADING);
-            let (body, foot) = rest.split_vertically(panels);
-            draw_heading(&head, self.heading)?;
-            self.draw_panels(&body)?;
-            self.draw_legend(&foot)?;
-            draw_caption(&foot, &caption, legend)
+        picture(self.heading, WIDTH, [panels, foot], |body, foot| {
+            self.draw_panels(body)?;
+            self.draw_legend(foot)?;
+            draw_caption(foot, &caption, legend)
         })
     }
 
     fn draw_panels(&self, area: &Area<'_>) -> Drawn {
         let mut areas = area.split_evenly((self.groups.len(), self.errors.len())).into_iter();
         for group in self.groups {
-            for (column, area) in (0..self.errors.len()).zip(areas.by_ref()) {
-                self.panel(group, column).draw(&area)?;
+            for (axis, area) in self.errors.iter().zip(areas.by_ref()) {
+                self.panel(group, axis).draw(&area)?;
             }
         }
         Ok(())
     }
 
     /// Returns the panel of a group over one of the errors.
-    fn panel(&self, group: &str, column: usize) -> Panel {
+    fn panel(&self, group: &str, ErrorAxis { error, range }: &ErrorAxis) -> Panel {
         let mut curves = Vec::new();
         for MethodKey { name, style, .. } in self.methods {
             let mut points = Vec::new();
-            for mark in self.marks_of(group, name) {
-                points.extend(mark.errors[column].map(|error| [error, mark.time]));
+            for row in self.rows_of(group, name) {
+                if let [Some(error), Some(time)] = [error.of(row), self.time.of(row)] {
+                    points.push([error.max(0.0), time]);
+                }
             }
             curves.push(Curve { style: *style, points });
         }
-        let ErrorAxis { label, range } = self.errors[column];
         Panel {
             title: group.to_owned(),
-            x_label: label.to_owned(),
-            y_label: self.time_label.to_owned(),
-            x_range: range,
+            x: Axis { zero: Some(range[0]), ..Axis::powers(error.label, *range) },
+            y_label: self.time.label.to_owned(),
             curves,
+            has_front: true,
         }
     }
 
     /// Returns the measurements of a method in a group.
-    fn marks_of(&self, group: &str, method: &str) -> impl Iterator<Item = &Mark> {
-        self.marks.iter().filter(move |mark| mark.group == group && mark.method == method)
+    fn rows_of<'b>(&'b self, group: &'b str, method: &'b str) -> impl Iterator<Item = &'b Value> {
+        let rows = self.sheet.rows_of(self.group_column, group);
+        rows.filter(move |row| row["method"] == method)
     }
 
     /// Draws the names of the methods with their settings and the ranges of their figures.
     fn draw_legend(&self, area: &Area<'_>) -> Drawn {
         let heads = [self.legend_group, "settings, small marks to large"];
-        draw_row(area, 0, heads, &self.figures.map(str::to_owned))?;
+        draw_row(area, 0, heads, &self.figures.map(|figure| figure.label.to_owned()))?;
 
         let mut row = 1;
         for MethodKey { name, settings, style } in self.methods {
-            let marks: Vec<&Mark> = self.marks_of(self.legend_group, name).collect();
-            let figures = [0, 1, 2, 3, 4].map(|figure| range(&marks, figure));
+            let rows: Vec<&Value> = self.rows_of(self.legend_group, name).collect();
+            let figures = self.figures.map(|figure| range(&rows, figure));
             style.sample(area, [40, LEGEND_TOP + LEGEND_ROW * row + 8])?;
             draw_row(area, row, [name, settings], &figures)?;
             row += 1;
@@ -186,9 +192,8 @@ fn draw_row(area: &Area<'_>, row: i32, heads: [&str; 2], figures: &[String]) -> 
 }
 
 /// Formats a figure at the first and at the last setting.
-fn range(marks: &[&Mark], figure: usize) -> String {
-    let value = |mark: Option<&&Mark>| mark.and_then(|mark| mark.figures[figure]).map(short);
-    match [value(marks.first()), value(marks.last())] {
+fn range(rows: &[&Value], figure: Figure) -> String {
+    match [rows.first(), rows.last()].map(|row| figure.of(row?).map(short)) {
         [Some(first), Some(last)] if first == last => first,
         [Some(first), Some(last)] => format!("{first} … {last}"),
         _ => "–".to_owned(),

@@ -1,39 +1,59 @@
-//! A picture and its numbers, as files of one name.
+//! Tables of the numbers behind pictures, as files of one name.
 
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
+use serde::Serialize;
 use serde_json::Value;
 
 /// Settings of a caption: name, and value with unit.
 pub type Settings = Vec<(&'static str, String)>;
 
-/// A picture with its settings and numbers.
+/// Settings and numbers of a picture.
 #[derive(Clone, Debug)]
 pub struct Sheet {
     /// Name of its files.
     pub name: &'static str,
-    /// The picture, if there is one.
-    pub svg: Option<String>,
     /// Settings of the caption.
     pub settings: Settings,
-    /// Names of the columns, units in brackets.
-    pub columns: &'static [&'static str],
-    /// Rows: arrays with one text or number per column, or null where a number is missing or not
-    /// finite. Numbers are written with five digits.
-    pub rows: Vec<Value>,
+    /// Rows: objects with the same columns, units in brackets. An entry is a text, a number, or
+    /// null where a number is missing or not finite. Numbers are written with five digits.
+    rows: Vec<Value>,
 }
 
 impl Sheet {
-    /// Writes the picture as SVG and its numbers as JSON and CSV.
+    /// Makes a table of records, whose fields are the columns.
+    ///
+    /// # Errors
+    ///
+    /// When a record is not an object.
+    pub fn new(
+        name: &'static str,
+        settings: Settings,
+        records: &[impl Serialize],
+    ) -> serde_json::Result<Self> {
+        let rows = records.iter().map(serde_json::to_value).collect::<Result<_, _>>()?;
+        Ok(Self { name, settings, rows })
+    }
+
+    /// Returns the rows with this text in a column.
+    pub fn rows_of<'a>(
+        &'a self,
+        column: &'a str,
+        text: &'a str,
+    ) -> impl Iterator<Item = &'a Value> {
+        self.rows.iter().filter(move |row| row[column] == text)
+    }
+
+    /// Writes a picture as SVG and the numbers as JSON and CSV; returns the paths.
     ///
     /// # Errors
     ///
     /// When a file cannot be written.
-    pub fn write(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
+    pub fn write(&self, folder: &Path, svg: Option<String>) -> io::Result<Vec<PathBuf>> {
         fs::create_dir_all(folder)?;
         let mut contents = vec![("json", self.json()), ("csv", self.csv())];
-        contents.extend(self.svg.clone().map(|svg| ("svg", svg)));
+        contents.extend(svg.map(|svg| ("svg", svg)));
 
         let mut written = Vec::new();
         for (extension, content) in contents {
@@ -44,8 +64,13 @@ impl Sheet {
         Ok(written)
     }
 
+    fn columns(&self) -> Vec<&str> {
+        let first = self.rows.first().and_then(Value::as_object);
+        first.into_iter().flatten().map(|(column, _)| column.as_str()).collect()
+    }
+
     fn csv(&self) -> String {
-        let mut text = self.columns.join(",") + "\n";
+        let mut text = self.columns().join(",") + "\n";
         for row in &self.rows {
             text += &joined(row, ",", plain_entry);
             text.push('\n');
@@ -59,6 +84,8 @@ impl Sheet {
         for (name, value) in &self.settings {
             settings.push(format!("{}: {}", Value::from(*name), Value::from(value.as_str())));
         }
+        let columns: Vec<String> =
+            self.columns().into_iter().map(|column| Value::from(column).to_string()).collect();
         let mut rows = Vec::new();
         for row in &self.rows {
             rows.push(format!("[{}]", joined(row, ", ", json_entry)));
@@ -66,7 +93,7 @@ impl Sheet {
         format!(
             "{{\n  \"settings\": {{\n    {}\n  }},\n  \"columns\": [{}],\n  \"rows\": [\n    {}\n  ]\n}}\n",
             settings.join(",\n    "),
-            joined(&Value::from(self.columns), ", ", json_entry),
+            columns.join(", "),
             rows.join(",\n    ")
         )
     }
@@ -74,8 +101,8 @@ impl Sheet {
 
 /// Joins the entries of a row.
 fn joined(row: &Value, separator: &str, entry: fn(&Value) -> String) -> String {
-    let entries: Vec<String> = row.as_array().into_iter().flatten().map(entry).collect();
-    entries.join(separator)
+    let entries = row.as_object().into_iter().flatten();
+    entries.map(|(_, value)| entry(value)).collect::<Vec<_>>().join(separator)
 }
 
 /// Formats an entry of a CSV file: quotes only where they are needed, empty for null.
@@ -106,18 +133,11 @@ mod tests {
 
     #[test]
     fn numbers_stand_in_both_files() {
-        let sheet = Sheet {
-            name: "a",
-            svg: None,
-            settings: vec![("spring \"soft\"", "1 N".to_owned())],
-            columns: &["name", "value [mm]"],
-            rows: vec![
-                json!(["x", 0.123_456]),
-                json!(["y", f64::INFINITY]),
-                json!(["z, \"w\"", -2e-7]),
-                json!(["v", 100.0]),
-            ],
-        };
+        let settings = vec![("spring \"soft\"", "1 N".to_owned())];
+        let row = |name: &str, value: f64| json!({"name": name, "value [mm]": value});
+        let rows =
+            [row("x", 0.123_456), row("y", f64::INFINITY), row("z, \"w\"", -2e-7), row("v", 100.0)];
+        let sheet = Sheet::new("a", settings, &rows).unwrap();
         let csv = "name,value [mm]\nx,0.12346\ny,\n\"z, \"\"w\"\"\",-0.0000002\nv,100\n";
         assert_eq!(sheet.csv(), csv);
         let json = sheet.json();

@@ -91,7 +91,7 @@ impl<'a> PushedScene<'a> {
         push: f64,
         points: &'a SurfaceTree,
         other: &'a SurfaceTree,
-        report: &Report,
+        report: &mut Report,
     ) -> Self {
         let scene = ContactScene::new(points, other);
         let projection = scene.projection(BUDGET, report);

@@ -9,10 +9,10 @@ use std::path::Path;
 
 use ::ccd::{CcdParams, MovingPoints};
 
-use crate::ccd::answers::{Answers, Method, max_time, mean_times};
+use crate::ccd::answers::{Answers, answer_all, max_time};
 use crate::ccd::methods::{certified, del_geo};
 use crate::ccd::queries::{QueryKind, QuerySet, mean_extent, random, read};
-use crate::measure::{Report, as_f64, nanoseconds};
+use crate::measure::{Report, as_f64};
 
 /// No bound.
 const ANY: f64 = f64::INFINITY;
@@ -49,8 +49,8 @@ const DEGENERATE: Limits =
 /// Random queries, without exact answers.
 const RANDOM: Limits = Limits { time: 1.0, separation: 3.0, ..DEGENERATE };
 
-/// Rounds at full effort, of which the minimum time of each block counts.
-const ROUNDS: usize = 15;
+/// Budget of each comparison \[ms\].
+const BUDGET: u64 = 200;
 
 /// Compares all sets of queries.
 pub(super) fn run(report: &mut Report) -> Result<(), Box<dyn Error>> {
@@ -109,17 +109,21 @@ impl Comparison<'_> {
         let queries = &self.set.queries;
         // A thousandth of the extent, enough to absorb the rounding of positions.
         let apart = CcdParams { min_separation: 1e-3 * mean_extent(queries), ..CcdParams::DEFAULT };
-        let methods: [Method<'_>; 3] = [
-            &|query| certified(query, &CcdParams::DEFAULT),
-            &|query| certified(query, &apart),
-            &del_geo,
-        ];
-        let times = mean_times(queries, self.report.rounds(ROUNDS), &methods);
-        let [ours, apart, peer] = times[..] else { return };
-        let names = ["certified / del-geo-core", "separation / certified"].map(|n| self.name(n));
-        let [beside_peer, of_separation] = names;
-        self.report.ratio(beside_peer, [ours, peer], "ns", self.limits.time);
-        self.report.ratio(of_separation, [apart, ours], "ns", self.limits.separation);
+        let [ours, apart, peer] = self.report.interleave(
+            &self.name("queries"),
+            BUDGET,
+            [
+                ("certified", &mut || answer_all(queries, &|q| certified(q, &CcdParams::DEFAULT))),
+                ("separation", &mut || answer_all(queries, &|q| certified(q, &apart))),
+                ("del-geo-core", &mut || answer_all(queries, &del_geo)),
+            ],
+        );
+
+        let per_query = |time: f64| time / as_f64(queries.len());
+        let [ours, apart, peer] = [ours, apart, peer].map(per_query);
+        let Limits { time, separation, .. } = self.limits;
+        self.report.ratio(self.name("certified / del-geo-core"), [ours, peer], "ns", time);
+        self.report.ratio(self.name("separation / certified"), [apart, ours], "ns", separation);
     }
 
     /// Times the filter of a batch, which most candidates end at.
@@ -131,14 +135,12 @@ impl Comparison<'_> {
             QueryKind::EdgeEdge => MovingPoints::filter_edge_edges,
         };
 
-        let mut least = f64::INFINITY;
-        for _ in 0..self.report.rounds(ROUNDS) {
-            least = least.min(nanoseconds(|| {
-                filter(&points, &candidates, &CcdParams::DEFAULT).map_or(0, |left| left.len())
-            }));
-        }
-        let time = least / as_f64(candidates.len());
-        self.report.cost(self.name("batch, filter only"), time, "ns", self.limits.filter);
+        let name = self.name("batch, filter only");
+        let mut filtered =
+            || filter(&points, &candidates, &CcdParams::DEFAULT).map_or(0, |left| left.len());
+        let [time] = self.report.interleave(&name, BUDGET, [("filter", &mut filtered)]);
+        let time = time / as_f64(candidates.len());
+        self.report.cost(name, time, "ns", self.limits.filter);
     }
 
     fn slowest(&mut self) {

@@ -14,10 +14,10 @@ use surface::TriangleSurface;
 use surface::progress::Progress;
 
 use super::kdop_peers::parry_points;
-use crate::measure::{Report, as_f64, thread_time};
+use crate::measure::{Pace, Report, as_f64, thread_time};
 
 /// Builds that are timed at full effort; the minimum time counts.
-const BUILDS: usize = 9;
+const BUILDS: u32 = 9;
 
 /// Padding of the femur \[mm\] that makes its grid one of 6.4 million voxels at 1 mm, and of 51
 /// million at 0.5 mm.
@@ -58,13 +58,6 @@ impl Bone<'_> {
         let x = self.surface.positions(self.positions).expect("a generated bone is finite");
         DistanceField::build(&self.surface, x, params, Progress::none()).expect("a bone fits")
     }
-
-    /// Returns the processor time of one build \[ms\].
-    fn build_time(&self, params: &FieldParams) -> f64 {
-        let start = thread_time();
-        std::hint::black_box(self.build(params));
-        (thread_time() - start).as_secs_f64() * 1e3
-    }
 }
 
 fn pool(threads: usize) -> Result<ThreadPool, rayon::ThreadPoolBuildError> {
@@ -88,14 +81,16 @@ fn builds(bone: &Bone<'_>, report: &mut Report) {
     let wide = FieldParams { padding: WIDE_PADDING, ..exact };
     let voxel = FieldParams { samples: 0, ..FieldParams::voxel(1.0) };
 
-    // In turns; the minimum counts, since other load only adds time.
-    let mut least = [f64::INFINITY; 3];
-    for _ in 0..report.rounds(BUILDS) {
-        for (params, least) in [exact, wide, voxel].iter().zip(&mut least) {
-            *least = least.min(bone.build_time(params));
-        }
-    }
-    let [exact, wide, voxel] = least;
+    let times = report.measure(
+        "build",
+        Pace::long_calls(report.rounds(BUILDS)),
+        [
+            ("exact band", &mut || bone.build(&exact).bytes()),
+            ("exact band, 6.4 million voxels", &mut || bone.build(&wide).bytes()),
+            ("voxel method", &mut || bone.build(&voxel).bytes()),
+        ],
+    );
+    let [exact, wide, voxel] = times.map(|time| time * 1e-6);
     report.ratio("exact band at 1 mm / 300 ms", [exact, 300.0], "ms", 1.0);
     report.ratio("exact band, 6.4 million voxels / 300 ms", [wide, 300.0], "ms", 1.0);
     report.ratio("voxel method at 1 mm / 250 ms", [voxel, 250.0], "ms", 1.0);
@@ -133,16 +128,17 @@ fn queries(mesh: &Mesh, bone: &Bone<'_>, report: &mut Report) {
     let query = QueryParams::default();
     let [mut samples, mut random_samples] = [SampleBatch::default(), SampleBatch::default()];
     let times = report.interleave(
+        "trilinear",
         BUDGET,
         [
-            &mut || {
+            ("coherent", &mut || {
                 field.query_batch(&coherent, &query, &mut samples);
                 samples.distance.len()
-            },
-            &mut || {
+            }),
+            ("random", &mut || {
                 field.query_batch(&random, &query, &mut random_samples);
                 random_samples.distance.len()
-            },
+            }),
         ],
     );
     let [ordered, unordered] = times.map(|time| time / as_f64(POINTS));

@@ -8,7 +8,7 @@ use kdop::{Leaves, Tree, Workspace};
 use parry3d::math::Vector;
 
 use super::kdop_peers::{ParryTree, SweepTree, parry_points, sweep_points};
-use crate::measure::{Report, Side, as_f64};
+use crate::measure::{Report, as_f64};
 
 /// Budget of each comparison \[ms\].
 const BUDGET: u64 = 700;
@@ -112,7 +112,7 @@ fn build(report: &mut Report, size: &str, muscle: &Muscle, allowed: f64) {
     let x = parry_points(&muscle.states[0]);
     let mut ours = || tree(muscle).leaf_count();
     let mut parry = || ParryTree::build(&muscle.triangles, &x).leaf_count();
-    report.compare(format!("build {size} / parry"), BUDGET, allowed, [&mut ours, &mut parry]);
+    report.compare(&format!("build {size} / parry"), BUDGET, allowed, [&mut ours, &mut parry]);
 }
 
 fn refit(report: &mut Report, size: &str, muscle: &Muscle, allowed: &Allowed) {
@@ -126,12 +126,13 @@ fn refit(report: &mut Report, size: &str, muscle: &Muscle, allowed: &Allowed) {
     let mut turns = [0_usize; 4];
     let [a, b, c, d] = &mut turns;
     let [ours, in_place, ordered, bare] = report.interleave(
+        &format!("refit {size}"),
         BUDGET,
         [
-            &mut || ours.refit(&muscle.states[flip(a)]).map_or(0, |()| 1),
-            &mut || in_place.refit_in_place(&states[flip(b)]),
-            &mut || ordered.refit(&states[flip(c)]),
-            &mut || bare.refit(&bare_states[flip(d)]),
+            ("ours", &mut || ours.refit(&muscle.states[flip(a)]).map_or(0, |()| 1)),
+            ("parry, in place", &mut || in_place.refit_in_place(&states[flip(b)])),
+            ("parry, reordered", &mut || ordered.refit(&states[flip(c)])),
+            ("obvhs' bare sweep", &mut || bare.refit(&bare_states[flip(d)])),
         ],
     );
     let parry = in_place.min(ordered);
@@ -186,8 +187,12 @@ fn traversals(
     limits: PairLimits,
 ) {
     let (mut out, mut parry_out) = (Vec::new(), Vec::new());
-    let sides: [Side<'_>; 2] = [&mut || ours(&mut out), &mut || parry(&mut parry_out)];
-    report.compare(format!("{name} / parry"), BUDGET, limits.time, sides);
+    report.compare(
+        &format!("{name} / parry"),
+        BUDGET,
+        limits.time,
+        [&mut || ours(&mut out), &mut || parry(&mut parry_out)],
+    );
     let counts = [out.len(), parry_out.len()].map(as_f64);
     report.ratio(format!("{name}, candidates"), counts, "", limits.candidates);
 }

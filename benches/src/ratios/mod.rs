@@ -11,11 +11,12 @@ mod response;
 use std::error::Error;
 
 use crate::measure::Report;
+use crate::selected;
 
 type Run = fn(&mut Report) -> Result<(), Box<dyn Error>>;
 
 /// Crates with figures.
-const GROUPS: [(&str, Run); 6] = [
+pub const GROUPS: [(&str, Run); 6] = [
     ("ccd", ccd::run),
     ("distance-field", distance_field::run),
     ("kdop", kdop::run),
@@ -24,21 +25,15 @@ const GROUPS: [(&str, Run); 6] = [
     ("response", response::run),
 ];
 
-/// Prints the figures of the named crates, or of all without a name.
+/// Reports the figures of the named crates, or of all without a name.
 ///
 /// # Errors
 ///
 /// When no figures belong to a name, or a scene cannot be set up.
 pub fn run(names: &[String], report: &mut Report) -> Result<(), Box<dyn Error>> {
-    if let Some(name) = names.iter().find(|name| GROUPS.iter().all(|(group, _)| group != name)) {
-        let known = GROUPS.map(|(group, _)| group).join(", ");
-        return Err(format!("no figures belong to {name}: choose from {known}").into());
-    }
-    for (group, run) in GROUPS {
-        if names.is_empty() || names.iter().any(|name| name == group) {
-            report.begin(group);
-            run(report)?;
-        }
+    for (group, run) in selected(&GROUPS, names)? {
+        report.begin(group);
+        run(report)?;
     }
     Ok(())
 }

@@ -47,12 +47,13 @@ fn growth([small, large]: [[SurfaceTree; 2]; 2], report: &mut Report) {
     let [mut first, mut second] = <[OverlapDetector; 2]>::default();
     let (mut many, mut few) = (Overlap::default(), Overlap::default());
     let [large_time, small_time, large_sum, small_sum] = report.interleave(
+        "growth",
         BUDGET,
         [
-            &mut || measure(&large, &mut first, &mut many),
-            &mut || measure(&small, &mut second, &mut few),
-            &mut || faces_of_positive_volume(&large),
-            &mut || faces_of_positive_volume(&small),
+            ("655k faces", &mut || measure(&large, &mut first, &mut many)),
+            ("41k faces", &mut || measure(&small, &mut second, &mut few)),
+            ("655k faces, plain sum", &mut || faces_of_positive_volume(&large)),
+            ("41k faces, plain sum", &mut || faces_of_positive_volume(&small)),
         ],
     );
     let growth = [large_time / small_time, large_sum / small_sum];
@@ -117,14 +118,15 @@ fn vertex_depths(bodies: [SurfaceTree; 2], report: &mut Report) {
     let [mut detector, mut measured] = <[OverlapDetector; 2]>::default();
     let (mut overlap, mut pair) = (measured.measure(a, b), PairProximity::default());
     let [measures, depths, vertices] = report.interleave(
+        "41k faces",
         BUDGET,
         [
-            &mut || measure(&bodies, &mut detector, &mut overlap),
-            &mut || measured.depths([a, b], &params).into_iter().flatten().count(),
-            &mut || {
+            ("measures", &mut || measure(&bodies, &mut detector, &mut overlap)),
+            ("depths", &mut || measured.depths([a, b], &params).into_iter().flatten().count()),
+            ("depths of vertices", &mut || {
                 pair.compute(a, b, 0.0);
                 pair.sides()[0].inside_vertices().len()
-            },
+            }),
         ],
     );
     report.times("measures, 41k faces / depths of vertices", [measures, vertices], 0.02);

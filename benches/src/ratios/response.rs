@@ -13,7 +13,7 @@ use glam::DVec3;
 use kdop::Workspace;
 use proximity::SurfaceTree;
 
-use crate::measure::{Report, Side, as_f64};
+use crate::measure::{Report, Sides, as_f64};
 use crate::sheets::Sheets;
 
 /// Budget of each comparison \[ms\].
@@ -62,18 +62,16 @@ fn sweeps(sheets: &Sheets, report: &mut Report) -> Result<SweepTime, Box<dyn Err
     // A contact's row, bias and impulse, its four terms, and their particles read and written.
     let words = (64 + 24 + 2 * 32 + 4 * 24 + 4 * 2 * 24) / 8;
     let mut memory = vec![1.0_f64; words * rows.len()];
-    let [ours, plain] = report.interleave(
-        BUDGET,
-        [&mut || solver.solve(), &mut || {
-            for _ in 0..SWEEPS {
-                black_box(&mut memory).iter_mut().for_each(|word| *word += 1.0);
-            }
-            memory.len()
-        }],
-    );
-
+    let mut add_to_all = || {
+        for _ in 0..SWEEPS {
+            black_box(&mut memory).iter_mut().for_each(|word| *word += 1.0);
+        }
+        memory.len()
+    };
     let count = rows.len();
-    report.times(format!("10 sweeps, {count} contacts / plain"), [ours, plain], 6.0);
+    let name = format!("10 sweeps, {count} contacts / plain");
+    let sides: Sides<'_> = [&mut || solver.solve(), &mut add_to_all];
+    let [ours, plain] = report.compare(&name, BUDGET, 6.0, sides);
     if count == 10_000 {
         report.times("10 sweeps, 10000 contacts / 5 ms", [ours, 5e6], 1.0);
     }
@@ -89,7 +87,7 @@ fn preparation(sheets: &Sheets, report: &mut Report) -> Outcome {
         let Ok(rows) = sheets.rows() else { return 0 };
         Solver::new(&rows, sheets).map_or(0, |solver| solver.system.batch_count())
     };
-    let sides: [Side<'_>; 2] = [&mut prepare, &mut || solver.solve()];
+    let sides: Sides<'_> = [&mut prepare, &mut || solver.solve()];
     report.compare("preparing 10k contacts / 10 sweeps", BUDGET, 2.0, sides);
     Ok(())
 }
@@ -188,18 +186,21 @@ fn permanent(mut sheets: Sheets, report: &mut Report) -> Outcome {
     let mut tree = SurfaceTree::new(sheets.lower.clone(), lower.to_vec())?;
     let mut workspace = Workspace::default();
     let [stuck, slid, found] = report.interleave(
+        "10k contacts",
         BUDGET,
         [
-            &mut || usize::from(sticking.stick(&sheets.x).is_ok()),
-            &mut || usize::from(sliding.slide(&sheets.x, &sheets.lower, on, carrier).is_ok()),
-            &mut || {
+            ("stick", &mut || usize::from(sticking.stick(&sheets.x).is_ok())),
+            ("slide", &mut || {
+                usize::from(sliding.slide(&sheets.x, &sheets.lower, on, carrier).is_ok())
+            }),
+            ("found anew", &mut || {
                 let mut faces = usize::from(tree.set_positions(lower.iter().copied()).is_ok());
                 for &p in upper {
                     let closest = tree.closest_point(p, f64::INFINITY, None, &mut workspace);
                     faces += closest.map_or(0, |closest| closest.face as usize);
                 }
                 faces
-            },
+            }),
         ],
     );
     report.times("10k contacts stick / found anew", [stuck, found], 0.2);

@@ -13,7 +13,7 @@ use musculo_collide::{
     BodyId, Detection, DetectionMethod, ForcedMethod, OperationCounts, PairId, Plan, PlanParams,
     Progress, Scene, machine_factor,
 };
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use super::scene::{FRAMES, MovingBodies};
 use super::task::{PairGroup, Task};
@@ -72,18 +72,29 @@ pub fn run(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
     let in_use = OperationCounts::SECONDS.to_array();
     let mut rows = Vec::new();
     for (kind, (fitted, in_use)) in KINDS.iter().zip(fitted.iter().zip(in_use)) {
-        rows.push(row(kind, *fitted, in_use));
+        rows.push(CostRow::new(kind, *fitted, in_use));
     }
     for TimedFrame { plan, counts, seconds } in &frames {
-        rows.push(row(plan, *seconds, product(counts, &in_use)));
+        rows.push(CostRow::new(plan, *seconds, product(counts, &in_use)));
     }
     let settings = vec![("time", TIME.to_owned()), ("machine", machine())];
-    let columns = &["work", "measured [ns]", "predicted [ns]"];
-    Ok(Sheet { name: "costs", svg: None, settings, columns, rows }.write(folder)?)
+    Ok(Sheet::new("costs", settings, &rows)?.write(folder, None)?)
 }
 
-fn row(name: &str, measured: f64, predicted: f64) -> Value {
-    json!([name, 1e9 * measured, 1e9 * predicted])
+/// Time of a kind of operation or of a plan's frame: a row of the table.
+#[derive(Serialize)]
+struct CostRow<'a> {
+    work: &'a str,
+    #[serde(rename = "measured [ns]")]
+    measured: f64,
+    #[serde(rename = "predicted [ns]")]
+    predicted: f64,
+}
+
+impl<'a> CostRow<'a> {
+    fn new(work: &'a str, measured: f64, predicted: f64) -> Self {
+        Self { work, measured: 1e9 * measured, predicted: 1e9 * predicted }
+    }
 }
 
 fn timed_frames() -> Result<Vec<TimedFrame>, Box<dyn Error>> {

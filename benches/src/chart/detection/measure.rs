@@ -2,33 +2,36 @@
 
 use std::time::{Duration, Instant};
 
-use super::methods::{self, Candidate, Detector, Failure, SharedStructures};
-use super::scene::MovingBodies;
-use super::score::Score;
-use super::task::{PairGroup, Task};
-use crate::chart::poster::MethodKey;
-use crate::measure::as_f64;
+use serde::Serialize;
 
-/// Accuracy, time and memory of a method at one setting.
-#[derive(Clone, Debug)]
+use super::methods::{Detector, Failure, METHODS, Method, SharedStructures};
+use super::scene::MovingBodies;
+use super::score::{Errors, Score};
+use super::task::{PairGroup, Task};
+use crate::measure::{as_f64, nanoseconds};
+
+/// Accuracy, time and memory of a method at one setting: a row of the table.
+#[derive(Clone, Debug, Serialize)]
 pub(super) struct Measurement {
-    /// Group of the pairs.
-    pub(super) group: PairGroup,
-    /// The method.
-    pub(super) method: MethodKey,
-    /// Its setting.
-    pub(super) setting: String,
-    /// Its errors.
-    pub(super) score: Score,
-    /// Time to build its structures once \[ms\].
-    pub(super) build: f64,
-    /// Size of the structures \[MB\].
-    pub(super) held: f64,
-    /// Maximum of the memory that a frame allocates beyond that \[MB\].
-    pub(super) allocated: f64,
+    /// Title of the group of pairs.
+    pairs: &'static str,
+    method: &'static str,
+    setting: String,
+    #[serde(flatten)]
+    errors: Errors,
     /// Time to follow the bodies to a frame and to detect all pairs there: minimum over the
-    /// rounds, mean over the frames \[ms\].
-    pub(super) frame: f64,
+    /// rounds, mean over the frames.
+    #[serde(rename = "frame [ms]")]
+    frame: f64,
+    /// Time to build its structures once.
+    #[serde(rename = "build [ms]")]
+    build: f64,
+    /// Size of the structures.
+    #[serde(rename = "held [MB]")]
+    held: f64,
+    /// Maximum of the memory that a frame allocates beyond that.
+    #[serde(rename = "allocated in a frame [MB]")]
+    allocated: f64,
 }
 
 /// Time for all rounds of one method.
@@ -70,12 +73,11 @@ impl Measurements {
     fn add(&mut self, task: &Task<'_>, shared: &SharedStructures) -> Result<(), Failure> {
         // A method that refuses a body is named in the caption.
         let mut runs = Vec::new();
-        for candidate in &methods::candidates(task, shared) {
-            match Run::new(candidate, task) {
-                Ok(run) => runs.push(run),
-                Err(error) => {
-                    let Candidate { method, setting, .. } = candidate;
-                    self.refusals.push(format!("{}, {setting}: {error}", method.name));
+        for method in METHODS.iter().filter(|method| method.detects(task.group)) {
+            for &setting in method.settings {
+                match Run::new(method, setting, task, shared) {
+                    Ok(run) => runs.push(run),
+                    Err(error) => self.refuse(method, setting, &*error),
                 }
             }
         }
@@ -91,6 +93,13 @@ impl Measurements {
         self.rows.extend(runs.into_iter().map(Run::finish));
         Ok(())
     }
+
+    fn refuse(&mut self, method: &Method, setting: f64, error: &dyn std::error::Error) {
+        let text = format!("{}, {}: {error}", method.key.name, method.text_of(setting));
+        if !self.refusals.contains(&text) {
+            self.refusals.push(text);
+        }
+    }
 }
 
 /// A detector with its times.
@@ -104,13 +113,19 @@ struct Run<'a> {
 
 impl<'a> Run<'a> {
     /// Builds a detector and compares its answers with the exact ones.
-    fn new(candidate: &Candidate<'a>, task: &Task<'_>) -> Result<Self, Failure> {
+    fn new(
+        method: &Method,
+        setting: f64,
+        task: &'a Task<'a>,
+        shared: &'a SharedStructures,
+    ) -> Result<Self, Failure> {
         // Memory that is left after the build is that of the structures.
-        let mut detector = None;
+        let mut detector = Err("the detector was not built".into());
         let start = Instant::now();
-        let build_memory = allocation_counter::measure(|| detector = Some((candidate.build)()));
-        let build = milliseconds(start);
-        let mut detector = detector.ok_or("the detector was not built")??;
+        let build_memory =
+            allocation_counter::measure(|| detector = (method.build)(task, setting, shared));
+        let build = start.elapsed().as_secs_f64() * 1e3;
+        let mut detector = detector?;
 
         // One round before, for methods that keep contacts from frame to frame.
         let frames = task.truth.len();
@@ -130,14 +145,14 @@ impl<'a> Run<'a> {
         }
 
         let measurement = Measurement {
-            group: task.group,
-            method: candidate.method,
-            setting: candidate.setting.clone(),
-            score,
+            pairs: task.group.title(),
+            method: method.key.name,
+            setting: method.text_of(setting),
+            errors: score.errors(),
+            frame: f64::NAN,
             build: build + detector.milliseconds_before(),
             held: megabytes(u64::try_from(build_memory.bytes_current).unwrap_or(0)),
             allocated,
-            frame: f64::NAN,
         };
         let least = vec![f64::INFINITY; frames];
         Ok(Self { measurement, detector, least, spent: Duration::ZERO })
@@ -146,12 +161,17 @@ impl<'a> Run<'a> {
     /// Times all frames once, after the last one, so that caches are warm for the first.
     fn time_round(&mut self) -> Result<(), Failure> {
         self.detector.step(self.least.len() - 1)?;
+        let start = Instant::now();
         for (frame, least) in self.least.iter_mut().enumerate() {
-            let start = Instant::now();
-            self.detector.step(frame)?;
-            *least = least.min(milliseconds(start));
-            self.spent += start.elapsed();
+            let mut outcome = Ok(());
+            let time = nanoseconds(|| {
+                outcome = self.detector.step(frame);
+                frame
+            });
+            outcome?;
+            *least = least.min(time * 1e-6);
         }
+        self.spent += start.elapsed();
         Ok(())
     }
 
@@ -159,10 +179,6 @@ impl<'a> Run<'a> {
         let frame = self.least.iter().sum::<f64>() / as_f64(self.least.len());
         Measurement { frame, ..self.measurement }
     }
-}
-
-fn milliseconds(start: Instant) -> f64 {
-    start.elapsed().as_secs_f64() * 1e3
 }
 
 #[expect(clippy::cast_precision_loss, reason = "a size for a table")]

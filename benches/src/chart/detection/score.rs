@@ -2,6 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use serde::Serialize;
+
 use super::task::{Direction, FrameTruth, TRUTH_MARGIN};
 use crate::measure::as_f64;
 
@@ -28,6 +30,23 @@ pub(super) struct Score {
     invented: usize,
 }
 
+/// Errors of a method, columns of its table.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(super) struct Errors {
+    /// Maximum error of a depth; `None` without depths.
+    #[serde(rename = "max error [mm]")]
+    pub(super) max: Option<f64>,
+    /// Root of the mean squared error of depths; `None` without depths.
+    #[serde(rename = "rms error [mm]")]
+    pub(super) rms: Option<f64>,
+    /// Share of the true vertices, crossings or overlaps that was not found.
+    #[serde(rename = "missed [share]")]
+    pub(super) missed: f64,
+    /// Number of false vertices, crossings or overlaps over that of true ones.
+    #[serde(rename = "invented [share]")]
+    pub(super) invented: f64,
+}
+
 impl Score {
     /// Adds the answer in a frame.
     pub(super) fn add(&mut self, truth: &FrameTruth, answer: &Answer) {
@@ -48,34 +67,27 @@ impl Score {
         }
     }
 
-    /// Returns the maximum error of a depth \[mm\]; `None` without depths.
+    /// Returns the errors over all answers.
     #[must_use]
-    pub(super) fn max(&self) -> Option<f64> {
-        (self.depths > 0).then_some(self.max)
-    }
-
-    /// Returns the root of the mean squared error of depths \[mm\]; `None` without depths.
-    #[must_use]
-    pub(super) fn rms(&self) -> Option<f64> {
-        (self.depths > 0).then(|| (self.squares / as_f64(self.depths)).sqrt())
-    }
-
-    /// Returns the share of the true vertices, crossings or overlaps that was not found.
-    #[must_use]
-    pub(super) fn missed(&self) -> f64 {
-        as_f64(self.expected - self.found) / as_f64(self.expected.max(1))
-    }
-
-    /// Returns the number of false vertices, crossings or overlaps over that of true ones.
-    #[must_use]
-    pub(super) fn invented(&self) -> f64 {
-        as_f64(self.invented) / as_f64(self.expected.max(1))
+    pub(super) fn errors(&self) -> Errors {
+        let has_depths = self.depths > 0;
+        let expected = as_f64(self.expected.max(1));
+        Errors {
+            max: has_depths.then_some(self.max),
+            rms: has_depths.then(|| (self.squares / as_f64(self.depths)).sqrt()),
+            missed: as_f64(self.expected - self.found) / expected,
+            invented: as_f64(self.invented) / expected,
+        }
     }
 
     /// Adds every vertex that is inside or reported to be.
     fn add_depths(&mut self, gaps: &BTreeMap<u32, f64>, reported: &BTreeMap<u32, f64>) {
-        let inside: BTreeSet<u32> =
-            gaps.iter().filter(|(_, gap)| **gap < 0.0).map(|(vertex, _)| *vertex).collect();
+        let mut inside = BTreeSet::new();
+        for (vertex, gap) in gaps {
+            if *gap < 0.0 {
+                inside.insert(*vertex);
+            }
+        }
         let reported_inside: BTreeSet<u32> = reported.keys().copied().collect();
 
         // A vertex that is not reported has depth 0, and one far outside the gap of the margin.
@@ -114,11 +126,12 @@ mod tests {
         let depths = vec![(1, 1.3), (3, 2.0), (4, 0.1)];
         score.add(&truth, &Answer::Vertices(vec![(direction, depths)]));
 
-        assert!((score.max().unwrap() - 0.5).abs() < 1e-12);
+        let errors = score.errors();
+        assert!((errors.max.unwrap() - 0.5).abs() < 1e-12);
         let squares: f64 = 0.3 * 0.3 + 0.5 * 0.5 + 0.3 * 0.3;
-        assert!((score.rms().unwrap() - (squares / 4.0).sqrt()).abs() < 1e-12);
-        assert!((score.missed() - 1.0 / 3.0).abs() < 1e-12);
-        assert!((score.invented() - 1.0 / 3.0).abs() < 1e-12);
+        assert!((errors.rms.unwrap() - (squares / 4.0).sqrt()).abs() < 1e-12);
+        assert!((errors.missed - 1.0 / 3.0).abs() < 1e-12);
+        assert!((errors.invented - 1.0 / 3.0).abs() < 1e-12);
     }
 
     #[test]
@@ -127,7 +140,7 @@ mod tests {
         let truth = FrameTruth { overlaps, ..FrameTruth::default() };
         let mut score = Score::default();
         score.add(&truth, &Answer::Overlaps([[0, 1], [0, 3]].into_iter().collect()));
-        assert_eq!((score.max(), score.rms()), (None, None));
-        assert_eq!((score.missed(), score.invented()), (0.5, 0.5));
+        let errors = Errors { max: None, rms: None, missed: 0.5, invented: 0.5 };
+        assert_eq!(score.errors(), errors);
     }
 }

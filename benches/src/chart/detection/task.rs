@@ -17,6 +17,15 @@ pub(super) enum PairGroup {
     Muscles,
 }
 
+impl PairGroup {
+    pub(super) const fn title(self) -> &'static str {
+        match self {
+            Self::Bone => "bone and muscles",
+            Self::Muscles => "muscles with each other",
+        }
+    }
+}
+
 /// Vertices of one body against another body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Direction {

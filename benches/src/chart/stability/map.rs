@@ -2,6 +2,8 @@
 
 use response::stability::Scheme;
 
+use crate::chart::curves::Axis;
+
 /// Division of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
@@ -27,6 +29,27 @@ pub struct GridAxis {
 }
 
 impl GridAxis {
+    /// Returns the axis of a panel.
+    #[must_use]
+    pub fn axis(&self) -> Axis {
+        let range = [self.low, self.high];
+        match (self.scale, self.high - self.low) {
+            (Scale::Logarithmic, _) => {
+                Axis::new(self.label, range, 1.0, |place| format!("1e{place:.0}"))
+            }
+            (Scale::Linear, length) => {
+                let step = if length >= 3.0 {
+                    1.0
+                } else if length >= 1.0 {
+                    0.5
+                } else {
+                    0.1
+                };
+                Axis::new(self.label, range, step, |place| format!("{place:.1}"))
+            }
+        }
+    }
+
     /// Returns the start of a cell on the axis; for `cells`, the end of the last one.
     #[must_use]
     pub fn edge(&self, cell: u32) -> f64 {

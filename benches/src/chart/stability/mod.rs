@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 use response::ResponseError;
 use response::stability::{HardRow, Holding, Scheme, StabilityCase};
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use self::map::{CellMap, GridAxis, Scale};
 use super::sheet::{Settings, Sheet};
@@ -45,53 +45,77 @@ const APPROACH: GridAxis =
 const GRAVITY: GridAxis =
     GridAxis { label: "g h² / d_max", scale: Scale::Linear, low: 0.0, high: 0.5, cells: 20 };
 
+const ACCELERATION: GridAxis =
+    GridAxis { label: "acceleration", scale: Scale::Linear, low: 0.5, high: 2.5, cells: 2 };
+const ALTERATION: GridAxis =
+    GridAxis { label: "alteration", scale: Scale::Linear, low: 0.5, high: 4.5, cells: 4 };
+
 /// Known limit of stability: the horizontal value at a vertical one.
 type Limit = fn(Scheme, f64) -> Option<f64>;
 
-/// A response as maps, one per integrator.
-struct MapRow {
+/// A response as maps, one per integrator: a row of panels.
+struct Response {
     /// Name in the table.
     name: &'static str,
     title: &'static str,
     axes: [GridAxis; 2],
     value: fn(Scheme, f64, f64) -> Result<f64, ResponseError>,
-    limit: Limit,
-    /// Limit that is drawn dashed.
-    other_limit: Option<Limit>,
+    drawing: Drawing,
 }
 
-const MAP_ROWS: [MapRow; 4] = [
-    MapRow {
+/// Drawing of a map.
+enum Drawing {
+    /// Cells in colors, under known limits; `other_limit` is dashed.
+    Cells { limit: Limit, other_limit: Option<Limit> },
+    /// Curves: one per row of cells.
+    Curves(&'static [Copies]),
+}
+
+const RESPONSES: [Response; 6] = [
+    Response {
         name: "spring over k h",
         title: "contact spring, ζ = 0.1",
         axes: [STIFFNESS, STEP],
         value: |scheme, k, h| spring_radius(scheme, k.sqrt() * h, ZETA),
-        limit: |scheme, h| Some((limits::spring(scheme, ZETA)? / h).powi(2)),
-        other_limit: Some(|scheme, h| Some((limits::stack(scheme, ZETA, STACK)? / h).powi(2))),
+        drawing: Drawing::Cells {
+            limit: |scheme, h| Some((limits::spring(scheme, ZETA)? / h).powi(2)),
+            other_limit: Some(|scheme, h| Some((limits::stack(scheme, ZETA, STACK)? / h).powi(2))),
+        },
     },
-    MapRow {
+    Response {
         name: "spring over ωh ζ",
         title: "contact spring: growth per step",
         axes: [OMEGA_H, DAMPING],
         value: spring_radius,
-        limit: limits::spring,
-        other_limit: None,
+        drawing: Drawing::Cells { limit: limits::spring, other_limit: None },
     },
-    MapRow {
+    Response {
         name: "bounce over ωh ζ",
         title: "bounce: speed after / before",
         axes: [OMEGA_H, DAMPING],
         value: |scheme, omega_h, zeta| bounce::max_restitution(scheme, omega_h, zeta, PHASES),
-        limit: limits::spring,
-        other_limit: None,
+        drawing: Drawing::Cells { limit: limits::spring, other_limit: None },
     },
-    MapRow {
+    Response {
+        name: "acceleration over copies order",
+        title: "springs as accelerations: growth per step",
+        axes: [GAIN, ACCELERATION],
+        value: |scheme, gain, number| copies_radius(&ACCELERATIONS, scheme, gain, number),
+        drawing: Drawing::Curves(&ACCELERATIONS),
+    },
+    Response {
+        name: "alteration over copies row",
+        title: "altered before the move: growth per step",
+        axes: [GAIN, ALTERATION],
+        value: |scheme, gain, number| copies_radius(&ALTERATIONS, scheme, gain, number),
+        drawing: Drawing::Curves(&ALTERATIONS),
+    },
+    Response {
         name: "reaction over vh/d gh²/d",
         title: "reaction: deepest point / d_max",
         axes: [APPROACH, GRAVITY],
         value: reaction::max_depth,
-        limit: limits::reaction,
-        other_limit: None,
+        drawing: Drawing::Cells { limit: limits::reaction, other_limit: None },
     },
 ];
 
@@ -99,12 +123,20 @@ fn spring_radius(scheme: Scheme, omega_h: f64, zeta: f64) -> Result<f64, Respons
     StabilityCase { scheme, holding: Holding::Penalty { omega_h, zeta } }.radius()
 }
 
-/// Responses whose copies are added up, drawn in one panel per integrator.
-struct GainRow {
-    /// Name in the table.
-    name: &'static str,
-    title: &'static str,
-    responses: &'static [Copies],
+/// Computes the spectral radius of copies of the response with a number, from 1 on.
+fn copies_radius(
+    responses: &[Copies],
+    scheme: Scheme,
+    gain: f64,
+    number: f64,
+) -> Result<f64, ResponseError> {
+    let mut radius = f64::NAN;
+    for (other, response) in (1..).zip(responses) {
+        if (f64::from(other) - number).abs() < 0.5 {
+            radius = StabilityCase { scheme, holding: (response.holding)(gain) }.radius()?;
+        }
+    }
+    Ok(radius)
 }
 
 /// A response whose copies are added up.
@@ -115,19 +147,6 @@ struct Copies {
     /// Largest stable number under an explicit integrator; `None` without a limit.
     max: Option<f64>,
 }
-
-const GAIN_ROWS: [GainRow; 2] = [
-    GainRow {
-        name: "acceleration over copies order",
-        title: "springs as accelerations: growth per step",
-        responses: &ACCELERATIONS,
-    },
-    GainRow {
-        name: "alteration over copies row",
-        title: "altered before the move: growth per step",
-        responses: &ALTERATIONS,
-    },
-];
 
 /// Springs as accelerations.
 const ACCELERATIONS: [Copies; 2] = [
@@ -167,24 +186,18 @@ const fn hard(row: HardRow, gain: f64) -> Holding {
     Holding::Hard { row, gain }
 }
 
-/// All numbers of the picture.
-#[derive(Clone, Debug)]
-pub struct Stability {
-    /// Spectral radius of a contact spring over k / m and h; the same over ω h and ζ; speed after
-    /// a bounce over that before; largest depth against a reaction. One map per integrator.
-    pub maps: Vec<Vec<CellMap>>,
-    /// Spectral radius over gain, of accelerations and of alterations. One per integrator.
-    pub gains: Vec<Vec<Gain>>,
+/// A value of a map: a row of the table.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct CellRow {
+    response: &'static str,
+    integrator: &'static str,
+    x: f64,
+    y: f64,
+    value: f64,
 }
 
-/// Spectral radii of copies of responses under one integrator.
-#[derive(Clone, Debug)]
-pub struct Gain {
-    /// The integrator.
-    pub scheme: Scheme,
-    /// Number of copies, with the spectral radius of each response.
-    pub radii: Vec<(f64, Vec<f64>)>,
-}
+/// Maps of a response, one per integrator.
+type Maps = Vec<CellMap>;
 
 /// Draws the picture and writes its numbers.
 ///
@@ -192,11 +205,34 @@ pub struct Gain {
 ///
 /// When a file cannot be written.
 pub fn run(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
-    let numbers = Stability::compute()?;
-    let settings = settings();
-    let svg = Some(draw::draw(&numbers, &settings)?);
-    let columns = &["response", "integrator", "x", "y", "value"];
-    Ok(Sheet { name: "stability", svg, settings, columns, rows: numbers.rows() }.write(folder)?)
+    let all = compute()?;
+    let sheet = Sheet::new("stability", settings(), &rows(&all))?;
+    Ok(sheet.write(folder, Some(draw::draw(&all, &sheet.settings)?))?)
+}
+
+/// Computes the maps of all responses.
+fn compute() -> Result<[Maps; RESPONSES.len()], ResponseError> {
+    let mut all = [const { Vec::new() }; RESPONSES.len()];
+    for (response, maps) in RESPONSES.iter().zip(&mut all) {
+        for scheme in Scheme::ALL {
+            maps.push(CellMap::new(scheme, response.axes, response.value)?);
+        }
+    }
+    Ok(all)
+}
+
+/// Returns the rows of the table, map by map.
+fn rows(all: &[Maps]) -> Vec<CellRow> {
+    let mut rows = Vec::new();
+    for (Response { name, .. }, maps) in RESPONSES.iter().zip(all) {
+        for map in maps {
+            let integrator = map.scheme.name();
+            for [x, y, value] in map.cells() {
+                rows.push(CellRow { response: name, integrator, x, y, value });
+            }
+        }
+    }
+    rows
 }
 
 fn settings() -> Settings {
@@ -221,79 +257,17 @@ fn settings() -> Settings {
     ]
 }
 
-impl Stability {
-    /// Computes all maps and gains.
-    ///
-    /// # Errors
-    ///
-    /// Never for the parameters of this picture.
-    pub fn compute() -> Result<Self, ResponseError> {
-        let mut numbers = Self {
-            maps: vec![Vec::new(); MAP_ROWS.len()],
-            gains: vec![Vec::new(); GAIN_ROWS.len()],
-        };
-        for scheme in Scheme::ALL {
-            for (row, maps) in MAP_ROWS.iter().zip(&mut numbers.maps) {
-                maps.push(CellMap::new(scheme, row.axes, row.value)?);
-            }
-            for (row, gains) in GAIN_ROWS.iter().zip(&mut numbers.gains) {
-                gains.push(Gain::new(scheme, row.responses)?);
-            }
-        }
-        Ok(numbers)
-    }
-
-    /// Returns the rows of the table.
-    fn rows(&self) -> Vec<Value> {
-        // Maps cell by cell, then gains by the number of the response.
-        let mut rows = Vec::new();
-        for (MapRow { name, .. }, maps) in MAP_ROWS.iter().zip(&self.maps) {
-            for map in maps {
-                for [x, y, value] in map.cells() {
-                    rows.push(json!([name, map.scheme.name(), x, y, value]));
-                }
-            }
-        }
-        for (GainRow { name, .. }, gains) in GAIN_ROWS.iter().zip(&self.gains) {
-            for gain in gains {
-                for (copies, radii) in &gain.radii {
-                    for (number, radius) in (1..).zip(radii) {
-                        rows.push(json!([name, gain.scheme.name(), copies, number, radius]));
-                    }
-                }
-            }
-        }
-        rows
-    }
-}
-
-impl Gain {
-    fn new(scheme: Scheme, responses: &[Copies]) -> Result<Self, ResponseError> {
-        let mut all = Vec::new();
-        for cell in 0..GAIN.cells {
-            let gain = GAIN.center(cell);
-            let mut radii = Vec::new();
-            for response in responses {
-                let holding = (response.holding)(gain);
-                radii.push(StabilityCase { scheme, holding }.radius()?);
-            }
-            all.push((gain, radii));
-        }
-        Ok(Self { scheme, radii: all })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     /// Cells on either side of a line are on the right side of it; those that it passes through
     /// may be either.
-    fn border_is_on_the_line(row: &MapRow, map: &CellMap) {
+    fn border_is_on_the_line(limit: Limit, map: &CellMap) {
         let half = 0.5 * map.axes[0].width();
         for [x, y, radius] in map.cells() {
             let place = map.axes[0].place(x);
-            let limit = (row.limit)(map.scheme, y);
+            let limit = limit(map.scheme, y);
             let line = limit.map_or(f64::INFINITY, |x| map.axes[0].place(x));
             if (place - line).abs() > half {
                 let is_stable = radius <= 1.0 + limits::ROUNDING;
@@ -302,39 +276,43 @@ mod tests {
         }
     }
 
-    #[test]
-    fn borders_are_on_the_known_lines() {
-        let numbers = Stability::compute().unwrap();
-        for (row, maps) in MAP_ROWS.iter().zip(&numbers.maps) {
-            // A bounce is one-sided: it may gain within the limit.
-            if !row.name.starts_with("bounce") {
-                maps.iter().for_each(|map| border_is_on_the_line(row, map));
+    fn copies_are_stable_up_to_the_max(copies: &[Copies], map: &CellMap) {
+        for ([gain, _, radius], copies) in map.cells().zip(copies.iter().flat_map(per_gain)) {
+            let is_stable = radius <= 1.0 + limits::ROUNDING;
+            if let Some(max) = copies.max {
+                assert_eq!(is_stable, gain < max, "{}, {:?}: {gain}", copies.name, map.scheme);
             }
-        }
-
-        let explicit = [Scheme::ExplicitEuler, Scheme::Taylor, Scheme::SymplecticEuler];
-        let [accelerations, alterations] = &numbers.gains[..] else { panic!("two rows") };
-        for gain in accelerations.iter().filter(|gain| explicit.contains(&gain.scheme)) {
-            copies_are_stable_up_to_the_max(gain, &ACCELERATIONS);
-        }
-        for gain in alterations {
-            copies_are_stable_up_to_the_max(gain, &ALTERATIONS);
         }
     }
 
-    fn copies_are_stable_up_to_the_max(gain: &Gain, responses: &[Copies]) {
-        for (number, Copies { name, max, .. }) in responses.iter().enumerate() {
-            let Some(max) = max else { continue };
-            for (copies, radii) in &gain.radii {
-                let is_stable = radii[number] <= 1.0 + limits::ROUNDING;
-                assert_eq!(is_stable, copies < max, "{name}, {:?}: {copies}", gain.scheme);
+    fn per_gain(copies: &Copies) -> impl Iterator<Item = &Copies> {
+        std::iter::repeat_n(copies, GAIN.cells as usize)
+    }
+
+    #[test]
+    fn borders_are_on_the_known_lines() {
+        let explicit = [Scheme::ExplicitEuler, Scheme::Taylor, Scheme::SymplecticEuler];
+        for (response, maps) in RESPONSES.iter().zip(compute().unwrap()) {
+            for map in maps {
+                match response.drawing {
+                    // A bounce is one-sided: it may gain within the limit.
+                    Drawing::Cells { .. } if response.name.starts_with("bounce") => {}
+                    Drawing::Cells { limit, .. } => border_is_on_the_line(limit, &map),
+                    // Implicit integrators have no limit for soft responses.
+                    Drawing::Curves(copies)
+                        if explicit.contains(&map.scheme) || copies.len() > 2 =>
+                    {
+                        copies_are_stable_up_to_the_max(copies, &map);
+                    }
+                    Drawing::Curves(_) => {}
+                }
             }
         }
     }
 
     #[test]
     fn the_same_numbers_every_time() {
-        let rows = || Stability::compute().unwrap().rows();
-        assert_eq!(format!("{:?}", rows()), format!("{:?}", rows()));
+        let numbers = || rows(&compute().unwrap());
+        assert_eq!(format!("{:?}", numbers()), format!("{:?}", numbers()));
     }
 }

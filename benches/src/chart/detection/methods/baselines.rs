@@ -9,7 +9,7 @@ use surface::mean_edge;
 
 use super::super::score::Answer;
 use super::super::task::{Task, both_directions};
-use super::{Detector, Failure};
+use super::{Built, Detector, Failure};
 use crate::measure::as_f64;
 
 /// Distance up to which random pairs are followed \[mm\].
@@ -79,15 +79,12 @@ pub(super) fn selected_pairs<'a>(task: &'a Task<'a>, max_tests: u64) -> PairByPa
 /// # Errors
 ///
 /// When the method refuses the bone.
-pub(super) fn average_case<'a>(
-    task: &'a Task<'a>,
-    acceptance: f64,
-) -> Result<PairByPair<'a>, Failure> {
+pub(super) fn average_case<'a>(task: &'a Task<'a>, acceptance: f64) -> Built<'a> {
     let params = AverageCaseParams { acceptance, ..AverageCaseParams::DEFAULT };
     let mut trees = vec![None; task.moving.bodies.len()];
     trees[0] = Some(AverageCaseTree::new(placed(task, 0, 0)?, &params)?);
     let mut detection = AverageCase { task, params, trees, frame: None };
-    Ok(PairByPair::new(task, move |pair| detection.detect(pair)))
+    Ok(Box::new(PairByPair::new(task, move |pair| detection.detect(pair))))
 }
 
 /// Average-case trees: the bone's is kept, a muscle's is valid in one frame only.

@@ -1,14 +1,12 @@
 //! Vertices and edges of muscles against the distance field of the bone.
 
-use std::cell::OnceCell;
-
 use distance_field::{DistanceField, FieldMethod, FieldParams, Pose, Voxelization};
 use musculo_collide::{BodyId, FieldContact, FieldDetector, FieldFeature, RigidState, Scene};
 use surface::progress::Progress;
 
 use super::super::score::Answer;
 use super::super::task::{Direction, Task};
-use super::{Detector, Failure};
+use super::{Built, Detector, Failure};
 
 /// Padding of the field around the bone \[mm\].
 const PADDING: f64 = 5.0;
@@ -18,22 +16,17 @@ pub(super) struct FieldDetection<'a> {
     task: &'a Task<'a>,
     scene: Scene,
     ids: Vec<BodyId>,
-    detector: &'a FieldDetector,
+    detector: FieldDetector,
     /// Muscles with their contacts.
     contacts: Vec<(usize, Vec<FieldContact>)>,
 }
 
-/// Builds the field, which is stored in `detector`.
+/// Builds the field of the bone.
 ///
 /// # Errors
 ///
 /// When the field cannot be built, or the scene refuses a body.
-pub(super) fn detector<'a>(
-    task: &'a Task<'a>,
-    by_voxels: bool,
-    spacing: f64,
-    detector: &'a OnceCell<FieldDetector>,
-) -> Result<FieldDetection<'a>, Failure> {
+pub(super) fn detector<'a>(task: &'a Task<'a>, by_voxels: bool, spacing: f64) -> Built<'a> {
     let mut params =
         FieldParams { padding: PADDING, samples: 0, truncation: None, ..FieldParams::new(spacing) };
     if by_voxels {
@@ -43,13 +36,12 @@ pub(super) fn detector<'a>(
     let bone = &task.moving.bodies[0];
     let built = DistanceField::build(bone.surface(), bone.positions(), &params, Progress::none())?;
 
-    let built = FieldDetector::new(built, 0.0)?;
-    let detector = detector.get_or_init(|| built);
+    let detector = FieldDetector::new(built, 0.0)?;
     let (scene, ids) = task.scene()?;
     let contacts = task.muscles().into_iter().map(|muscle| (muscle, Vec::new())).collect();
     let mut detection = FieldDetection { task, scene, ids, detector, contacts };
     detection.step(0)?;
-    Ok(detection)
+    Ok(Box::new(detection))
 }
 
 impl Detector for FieldDetection<'_> {
@@ -59,7 +51,7 @@ impl Detector for FieldDetection<'_> {
             self.scene.move_body(self.ids[*muscle], self.task.positions(frame, *muscle))?;
         }
         for (muscle, contacts) in &mut self.contacts {
-            *contacts = self.scene.field_contacts(self.ids[*muscle], self.detector, &state)?;
+            *contacts = self.scene.field_contacts(self.ids[*muscle], &self.detector, &state)?;
         }
         Ok(())
     }

@@ -19,7 +19,7 @@ use surface::progress::Progress;
 
 use super::super::score::Answer;
 use super::super::task::{Direction, Task, both_directions};
-use super::{Detector, Failure};
+use super::{Built, Detector, Failure, whole};
 
 /// Generated medial surfaces by body and number of balls, which both rules and both tasks share.
 pub(in super::super) type GeneratedBalls = RefCell<BTreeMap<(usize, usize), Generation>>;
@@ -61,10 +61,12 @@ struct FollowingBalls<'a> {
 /// When a muscle has no medial surface of this size.
 pub(super) fn detector<'a>(
     task: &'a Task<'a>,
-    count: usize,
+    balls: f64,
     rule: FootRule,
     generated: &GeneratedBalls,
-) -> Result<MedialDetection<'a>, Failure> {
+) -> Built<'a> {
+    let count = whole(balls) as usize;
+
     let all_directions = task.pairs.iter().flat_map(|pair| both_directions(*pair));
     let contacts: Vec<(Direction, Vec<PointContact>)> = all_directions
         .filter(|direction| direction.against > 0)
@@ -79,7 +81,7 @@ pub(super) fn detector<'a>(
         let build = || FollowingBalls::new(body, (number, count), generated);
         balls.push(is_needed.then(build).transpose()?);
     }
-    Ok(MedialDetection {
+    Ok(Box::new(MedialDetection {
         task,
         params: MedialContactParams { margin: 0.0, rule, max_contacts: 1 },
         vertices,
@@ -87,7 +89,7 @@ pub(super) fn detector<'a>(
         contacts,
         workspace: Workspace::default(),
         pairs: Vec::new(),
-    })
+    }))
 }
 
 impl<'a> FollowingBalls<'a> {

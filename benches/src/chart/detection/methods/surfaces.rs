@@ -9,7 +9,7 @@ use surface::progress::Progress;
 
 use super::super::score::Answer;
 use super::super::task::{Direction, Task, both_directions, ignore_other_pairs, kind};
-use super::{Detector, Failure};
+use super::{Built, Detector, Failure};
 use crate::bodies::points_inside;
 
 const CHECK: CheckParams = CheckParams::without_measures(0.0);
@@ -28,10 +28,10 @@ pub(super) struct ExactSurfaces<'a> {
 /// # Errors
 ///
 /// When the scene refuses a body.
-pub(super) fn exact<'a>(task: &'a Task<'a>) -> Result<ExactSurfaces<'a>, Failure> {
+pub(super) fn exact<'a>(task: &'a Task<'a>) -> Built<'a> {
     let (mut scene, ids) = task.scene()?;
     let reports = scene.check(&CHECK, Progress::none())?;
-    Ok(ExactSurfaces { task, scene, ids, muscles: task.muscles(), reports })
+    Ok(Box::new(ExactSurfaces { task, scene, ids, muscles: task.muscles(), reports }))
 }
 
 impl Detector for ExactSurfaces<'_> {
@@ -78,10 +78,7 @@ pub(super) struct ReducedSurfaces<'a> {
 /// # Errors
 ///
 /// When a surface cannot be reduced, or the scene refuses it.
-pub(super) fn reduced<'a>(
-    task: &'a Task<'a>,
-    deviation: f64,
-) -> Result<ReducedSurfaces<'a>, Failure> {
+pub(super) fn reduced<'a>(task: &'a Task<'a>, deviation: f64) -> Built<'a> {
     let mut scene = Scene::new();
     let (mut reduced, mut ids, mut x) = (Vec::new(), Vec::new(), Vec::new());
     for (number, body) in task.moving.bodies.iter().enumerate() {
@@ -94,7 +91,8 @@ pub(super) fn reduced<'a>(
     }
     ignore_other_pairs(&mut scene, &ids, &task.pairs);
     scene.check(&CHECK, Progress::none())?;
-    Ok(ReducedSurfaces { task, scene, ids, muscles: task.muscles(), reduced, x, frame: 0 })
+    let muscles = task.muscles();
+    Ok(Box::new(ReducedSurfaces { task, scene, ids, muscles, reduced, x, frame: 0 }))
 }
 
 impl Detector for ReducedSurfaces<'_> {
