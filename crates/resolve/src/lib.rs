@@ -9,6 +9,9 @@
 //! 4. restores the shape of tissue and separates it again, in turns;
 //! 5. gives lost volume back where bodies are free.
 //!
+//! Rounds are compared by the depth of vertices and crossing edges. The certified depth of surfaces
+//! decides whether an overlap is within the tolerance.
+//!
 //! Rigid bodies stay. No round moves a vertex farther than the tissue around it can follow:
 //! deep overlaps take several.
 //!

@@ -43,11 +43,6 @@ impl NearPair {
         depth
     }
 
-    /// Returns true if the pair overlaps in one of these reports.
-    pub(crate) fn overlaps_in(&self, reports: &[PairReport]) -> bool {
-        reports.iter().any(|report| report.overlaps && report.pair == self.report.pair)
-    }
-
     /// Returns each body with the report of its vertices.
     pub(crate) fn sides(&self) -> [(BodyId, &VertexReport); 2] {
         let PairReport { pair, a_against_b, b_against_a, .. } = &self.report;

@@ -3,10 +3,10 @@
 use glam::DVec3;
 use kdop::Workspace;
 use proximity::SurfaceTree;
-use scene::{BodyId, PairId, PairReport, Scene};
+use scene::{BodyId, DepthBracket, PairId, PairReport, Scene};
 use surface::parallel;
 
-use crate::near_pairs::NearPairs;
+use crate::near_pairs::{NearPair, NearPairs};
 use crate::shape::self_crossings_at;
 use crate::tissue::{Damage, Tissue, fitted_tree};
 use crate::tuning;
@@ -14,12 +14,16 @@ use crate::tuning;
 /// State of a scene at the start or after a round.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Round {
-    /// Number of pairs that overlap.
+    /// Number of pairs whose faces cross, or with vertices inside.
     pub overlapping_pairs: usize,
     /// Number of crossing pairs of faces, over all pairs of bodies.
     pub crossing_faces: usize,
-    /// Depth of the deepest overlap, of vertices or of edges.
+    /// Depth of the deepest vertex or crossing edge, by which rounds are compared.
     pub max_depth: f64,
+    /// Depth of the deepest overlap, of surfaces: at the start, in the final round, and in rounds
+    /// in which no vertex or edge exceeds the tolerance. `None` elsewhere, without overlaps, and
+    /// where surfaces have no inside.
+    pub surface_depth: Option<DepthBracket>,
     /// Number of pairs that overlap and did not at the start.
     pub new_pairs: usize,
     /// Number of crossing pairs of faces of one body that did not cross at the start; counted
@@ -63,6 +67,10 @@ pub enum Obstacle {
     /// The maximum number of rounds was reached while rounds still improved.
     #[error("the maximum number of rounds was reached: more may separate them")]
     Rounds,
+    /// No face crosses another, and no vertex is inside: the surfaces share a volume where they
+    /// coincide.
+    #[error("the surfaces coincide: there is no side to push them to")]
+    Coincident,
 }
 
 /// Pair that still overlaps.
@@ -70,8 +78,9 @@ pub enum Obstacle {
 pub struct Remaining {
     /// The two bodies.
     pub pair: PairId,
-    /// Depth of vertices or of edges; 0 where only edges cross, too steeply for a depth.
-    pub depth: f64,
+    /// Depth of the surfaces, certified. Where they have no inside, both ends are the depth of the
+    /// deepest crossing edge, 0 where edges cross too steeply for one.
+    pub depth: DepthBracket,
     /// Number of crossing pairs of faces.
     pub crossing_faces: usize,
     /// True if the pair overlapped at the start.
@@ -83,9 +92,9 @@ pub struct Remaining {
 /// Result of overlap removal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Resolution {
-    /// Pairs of bodies within the detection margin at the start.
+    /// Pairs of bodies within the detection margin at the start, overlaps with their measures.
     pub before: Vec<PairReport>,
-    /// Pairs of bodies within the detection margin now.
+    /// Pairs of bodies within the detection margin now, overlaps with their measures.
     pub after: Vec<PairReport>,
     /// State at the start and after each round.
     pub rounds: Vec<Round>,
@@ -96,8 +105,8 @@ pub struct Resolution {
     pub bodies: Vec<BodyChange>,
     /// Pairs that still overlap, the deepest first, including those within the tolerance.
     pub remaining: Vec<Remaining>,
-    /// True if no pair overlaps by more than the tolerance, and none that did not overlap at
-    /// the start.
+    /// True if no surface is deeper in another than the tolerance, as far as certain, and no pair
+    /// overlaps that did not at the start.
     pub resolved: bool,
 }
 
@@ -109,7 +118,7 @@ impl Round {
             round.overlapping_pairs += 1;
             round.crossing_faces += pair.report.crossing_faces.len();
             round.max_depth = round.max_depth.max(pair.depth());
-            round.new_pairs += usize::from(!pair.overlaps_in(before));
+            round.new_pairs += usize::from(!overlaps_in(before, pair.report.pair));
         }
         round
     }
@@ -131,7 +140,8 @@ impl Round {
 
     /// Returns true if no overlap exceeds the tolerance and none is new.
     pub(crate) fn is_within(&self, tolerance: f64) -> bool {
-        self.max_depth <= tolerance && self.new_pairs == 0
+        let is_shallow = self.surface_depth.is_none_or(|depth| depth.upper <= tolerance);
+        self.max_depth <= tolerance && is_shallow && self.new_pairs == 0
     }
 
     /// Returns true if this round has left less than another one.
@@ -160,41 +170,66 @@ impl Round {
 
 impl Remaining {
     /// Lists the pairs that still overlap, the deepest first.
+    ///
+    /// `after` has the measures of overlaps; `near` are the pairs as rounds see them.
     pub(crate) fn list(
         scene: &Scene,
+        after: &[PairReport],
         near: &NearPairs,
         before: &[PairReport],
         stuck: bool,
     ) -> Vec<Self> {
         let mut remaining = Vec::new();
-        for pair in near.overlapping() {
-            let PairId { a, b, .. } = pair.report.pair;
-            let obstacle = if scene.body(a).is_rigid() && scene.body(b).is_rigid() {
+        for report in after.iter().filter(|report| report.overlaps) {
+            let pushed = near.overlapping().find(|near| near.report.pair == report.pair);
+            let obstacle = if report.pair.bodies().iter().all(|&id| scene.body(id).is_rigid()) {
                 Obstacle::BothRigid
+            } else if pushed.is_none() {
+                Obstacle::Coincident
             } else if stuck {
                 Obstacle::Stuck
             } else {
                 Obstacle::Rounds
             };
+
+            let edge_depth = pushed.map_or(0.0, NearPair::depth);
+            let of_edges = DepthBracket { lower: edge_depth, upper: edge_depth };
             remaining.push(Self {
-                pair: pair.report.pair,
-                depth: pair.depth(),
-                crossing_faces: pair.report.crossing_faces.len(),
-                at_first: pair.overlaps_in(before),
+                pair: report.pair,
+                depth: report.max_depth().unwrap_or(of_edges),
+                crossing_faces: report.crossing_faces.len(),
+                at_first: overlaps_in(before, report.pair),
                 obstacle,
             });
         }
-        remaining.sort_by(|p, q| q.depth.total_cmp(&p.depth));
+        remaining.sort_by(|p, q| q.depth.lower.total_cmp(&p.depth.lower));
         remaining
     }
 
     /// Returns true if the pair may be left as it is.
     ///
     /// A pair that did not overlap at the start may not. Nor may one whose edges cross too
-    /// steeply for a depth: that is within no tolerance.
+    /// steeply for a depth, or whose surfaces coincide: their distance does not show what they share.
     pub(crate) fn is_within(&self, tolerance: f64) -> bool {
-        self.at_first && self.depth > 0.0 && self.depth <= tolerance
+        let DepthBracket { upper, .. } = self.depth;
+        let has_depth = upper > 0.0 && self.obstacle != Obstacle::Coincident;
+        self.at_first && has_depth && upper <= tolerance
     }
+}
+
+/// Returns true if a pair overlaps in one of these reports.
+pub(crate) fn overlaps_in(reports: &[PairReport], pair: PairId) -> bool {
+    reports.iter().any(|report| report.overlaps && report.pair == pair)
+}
+
+/// Brackets the deepest of some overlaps; `None` where none has a depth.
+pub(crate) fn deepest(reports: &[PairReport]) -> Option<DepthBracket> {
+    max_bracket(reports.iter().filter_map(PairReport::max_depth))
+}
+
+/// Brackets the largest of some depths.
+pub(crate) fn max_bracket(depths: impl Iterator<Item = DepthBracket>) -> Option<DepthBracket> {
+    depths.reduce(|p, q| DepthBracket { lower: p.lower.max(q.lower), upper: p.upper.max(q.upper) })
 }
 
 impl BodyChange {
@@ -247,7 +282,9 @@ mod tests {
         });
         let pair = PairId::new(a, b);
         let (crossing_faces, obstacle) = (2, Obstacle::Rounds);
-        let left = |depth, at_first| {
+        let left = |depth: f64, at_first| {
+            // A bracket that may hold more than the tolerance is not within it.
+            let depth = DepthBracket { lower: 0.5 * depth, upper: depth };
             Remaining { pair, depth, crossing_faces, at_first, obstacle }.is_within(0.05)
         };
         assert!(left(0.05, true));

@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 use proximity::SurfaceTree;
-use scene::{CheckParams, PairId, PairReport, Scene};
+use scene::{CheckParams, DepthBracket, PairId, PairOverlap, PairReport, Scene};
 use surface::parallel;
 use surface::progress::{Interrupted, Progress};
 
 use crate::exit_sides::ExitMemory;
 use crate::near_pairs::NearPairs;
-use crate::resolution::{BodyChange, Remaining, Resolution, Round};
+use crate::resolution::{BodyChange, Remaining, Resolution, Round, deepest, max_bracket};
 use crate::tissue::{Tissue, fitted_tree};
 use crate::warm_start::LocalDisplacements;
 use crate::{ResolveError, ResolveParams, tuning};
@@ -44,7 +44,7 @@ impl<'a> Run<'a> {
         // Overlaps at the start, by which later rounds are judged.
         let margin = detection_margin(&params);
         let start = progress.part(0.0, 0.0);
-        let before = scene.check(&CheckParams::without_measures(margin), start)?;
+        let before = check(scene, margin, params.tolerance, start)?;
         let mut near = NearPairs::default();
         let all = vec![true; scene.bodies().len()];
         near.update(scene, margin, &all, start)?;
@@ -70,6 +70,7 @@ impl<'a> Run<'a> {
             exit_memories: BTreeMap::new(),
         };
         run.record()?;
+        run.rounds[0].surface_depth = deepest(&run.before);
         Ok(run)
     }
 
@@ -103,12 +104,13 @@ impl<'a> Run<'a> {
             final_round = self.best;
         }
 
-        // The final state, detected in full: with distances and patches.
+        // The final state, detected in full, decides by the depth of surfaces.
         let margin = detection_margin(&self.params);
-        let after =
-            self.scene.check(&CheckParams::without_measures(margin), self.round_progress())?;
+        let width = tuning::DEPTH_BRACKET * self.params.tolerance;
+        let after = check(self.scene, margin, width, self.round_progress())?;
+        self.rounds[final_round].surface_depth = deepest(&after);
         let is_stuck = self.is_stuck();
-        let remaining = Remaining::list(self.scene, &self.near, &self.before, is_stuck);
+        let remaining = Remaining::list(self.scene, &after, &self.near, &self.before, is_stuck);
         Ok(Resolution {
             resolved: remaining.iter().all(|pair| pair.is_within(self.params.tolerance)),
             remaining,
@@ -164,6 +166,12 @@ impl<'a> Run<'a> {
         let tolerance = self.params.tolerance;
         let mut round = Round::of_overlaps(&self.near, &self.before);
 
+        // Vertices and edges miss what is deepest in the middle of a face: where they are within
+        // the tolerance, the surfaces decide.
+        if round.is_within(tolerance) && round.overlapping_pairs > 0 {
+            round.surface_depth = self.surface_depth()?;
+        }
+
         // Self-crossings take long to find, and matter once the overlaps are gone.
         let counts_crossings = round.is_within(tolerance) && !self.rounds.is_empty();
         self.for_each_soft(|tissue, tree, _| {
@@ -187,6 +195,14 @@ impl<'a> Run<'a> {
         }
         self.rounds.push(round);
         Ok(())
+    }
+
+    /// Brackets the depth of the deepest overlap at present.
+    fn surface_depth(&mut self) -> Result<Option<DepthBracket>, ResolveError> {
+        let pairs: Vec<PairId> = self.near.overlapping().map(|near| near.report.pair).collect();
+        let width = tuning::DEPTH_BRACKET * self.params.tolerance;
+        let overlaps = self.scene.pair_overlaps(&pairs, Some(width), self.round_progress())?;
+        Ok(max_bracket(overlaps.iter().flatten().filter_map(PairOverlap::max_depth)))
     }
 
     /// Calls `f` on every soft tissue with its tree and the progress to poll, and polls between
@@ -225,6 +241,25 @@ impl<'a> Run<'a> {
         let progress = self.round_progress();
         self.near.update(self.scene, detection_margin(&self.params), &moved, progress)
     }
+}
+
+/// Detects all contacts, and measures the overlaps with depths in brackets of a width.
+fn check(
+    scene: &mut Scene,
+    margin: f64,
+    width: f64,
+    progress: Progress<'_>,
+) -> Result<Vec<PairReport>, ResolveError> {
+    // Near pairs are left without measures: their areas are of no use here, and take longer.
+    let mut reports = scene.check(&CheckParams::without_measures(margin), progress)?;
+    let overlapping = reports.iter_mut().filter(|report| report.overlaps);
+    let (pairs, reports_of): (Vec<PairId>, Vec<&mut PairReport>) =
+        overlapping.map(|report| (report.pair, report)).unzip();
+    let overlaps = scene.pair_overlaps(&pairs, Some(width), progress)?;
+    for (report, overlap) in reports_of.into_iter().zip(overlaps) {
+        report.overlap = overlap;
+    }
+    Ok(reports)
 }
 
 /// Returns the margin within which contacts are detected.

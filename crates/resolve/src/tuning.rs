@@ -146,6 +146,12 @@ pub(crate) const MAX_VOLUME_CHANGE: f64 = 0.008;
 /// rounds are needed; above, it overshoots where little of a body is free.
 pub(crate) const MAX_VOLUME_STEP: f64 = 0.5;
 
+// Depth of surfaces.
+
+/// Width of the brackets on depths that decide \[tolerances\]. Below, near-coincident surfaces
+/// take long; above, depths just within the tolerance count as deeper.
+pub(crate) const DEPTH_BRACKET: f64 = 0.125;
+
 // Weights of what a round has left, in the score by which rounds are compared.
 
 /// Depth \[tolerances\] in one pair that counts as 1.

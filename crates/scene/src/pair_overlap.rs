@@ -2,11 +2,13 @@
 
 use overlap::{Depth, DepthParams, Overlap, OverlapDetector};
 use proximity::SurfaceTree;
+use surface::progress::Progress;
 
-use crate::PairId;
 use crate::coincidence::size;
 use crate::depth_bracket::DepthBracket;
 use crate::edge_overlap::EdgeOverlap;
+use crate::scene::map_pairs;
+use crate::{CheckParams, PairId, Scene, SceneError};
 
 /// Overlap of two bodies.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +23,56 @@ pub struct PairOverlap {
     pub depth_of_b_in_a: Option<Depth>,
     /// Deepest points of the regions in which no vertex is inside, in the order of the regions.
     pub edge_overlaps: Vec<EdgeOverlap>,
+}
+
+impl Scene {
+    /// Measures the overlap of each of some pairs in their present state, as [`check`](Self::check)
+    /// does; `None` for a pair that shares nothing.
+    ///
+    /// ```
+    /// use scene::glam::DVec3;
+    /// use scene::{BodyKind, PairId, Progress, Scene};
+    ///
+    /// let cube = fixtures::shapes::cube(1.0);
+    /// let other = cube.clone().translated(0.75 * DVec3::X);
+    /// let mut scene = Scene::new();
+    /// let a = scene.add("a", BodyKind::Rigid, cube.surface(), cube.positions)?;
+    /// let b = scene.add("b", BodyKind::Rigid, other.surface(), other.positions)?;
+    ///
+    /// let overlaps = scene.pair_overlaps(&[PairId::new(a, b)], Some(1e-3), Progress::none())?;
+    /// let depth = overlaps[0].as_ref().and_then(|overlap| overlap.max_depth()).ok_or("they overlap")?;
+    /// assert!(depth.lower <= 0.25 && 0.25 <= depth.upper && depth.upper - depth.lower <= 1e-3);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// - [`SceneError::DepthTolerance`] when the tolerance is out of range.
+    /// - [`SceneError::NoSuchBody`] when a body is of another scene.
+    /// - [`SceneError::Tree`] when a body is too large to build bounds for.
+    /// - [`SceneError::Interrupted`] when `progress` ends the call.
+    pub fn pair_overlaps(
+        &mut self,
+        pairs: &[PairId],
+        depth_tolerance: Option<f64>,
+        progress: Progress<'_>,
+    ) -> Result<Vec<Option<PairOverlap>>, SceneError> {
+        CheckParams { depth_tolerance, ..CheckParams::new(0.0) }.validate()?;
+        for id in pairs.iter().copied().flat_map(PairId::bodies) {
+            self.get_mut(id)?.fit()?;
+        }
+        let overlaps =
+            map_pairs(pairs, OverlapDetector::default, progress, |detector, pair| {
+                let bodies = self.trees(pair)?;
+                let mut measures = Overlap::default();
+                detector.measure_into(bodies, &mut measures);
+                let is_measured = !measures.regions.is_empty();
+                Some(is_measured.then(|| {
+                    PairOverlap::new(pair, bodies, measures, Some(depth_tolerance), detector)
+                }))
+            });
+        Ok(overlaps?)
+    }
 }
 
 impl PairOverlap {

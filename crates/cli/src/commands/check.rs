@@ -13,8 +13,8 @@ use crate::output::{FilePlan, Outputs};
 use crate::phase::Phase;
 use crate::picture::Image;
 use crate::report::{
-    CheckDocument, ContactField, FileNames, Gallery, OverlapShape, PairContact, check_page,
-    check_text, stage_contact_files, stage_overlap_files,
+    CheckDocument, ContactField, FileNames, Gallery, OverlapShape, PairContact, Pictures,
+    check_page, check_text, stage_contact_files, stage_overlap_files,
 };
 use crate::scene::SceneDescription;
 use crate::stopwatch::Stopwatch;
@@ -216,10 +216,16 @@ impl CheckedScene<'_> {
     /// Writes a report with pictures of the scene and of each overlap.
     pub(super) fn page(&self, title: &str) -> Result<String, Failure> {
         let gallery = self.gallery();
-        let phase = Phase::with_steps("drawing", gallery.len());
-        let overview = gallery.overview(|| phase.step());
-        let close_ups = gallery.close_ups(|| phase.step());
-        Ok(check_page(title, self.document, &overview, &close_ups)?)
+        let phase = Phase::with_steps("drawing", gallery.len() + self.contacts.len());
+        let mut pictures = Pictures {
+            overview: gallery.overview(|| phase.step()),
+            close_ups: gallery.close_ups(|| phase.step()),
+            joints: Vec::new(),
+        };
+        if let Some(params) = &self.document.joint_contact {
+            pictures.joints = gallery.joint_views(self.contacts, params, || phase.step());
+        }
+        Ok(check_page(title, self.document, &pictures)?)
     }
 
     fn gallery(&self) -> Gallery<'_> {

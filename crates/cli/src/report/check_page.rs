@@ -8,20 +8,31 @@ use base64::engine::general_purpose::STANDARD;
 
 use super::check_tables::{Section, bodies, pair_sections};
 use super::document::CheckDocument;
-use super::gallery::View;
+use super::gallery::{ColorScale, Quantity, View};
 use super::table::escaped;
 use super::text::{measure, short};
 use crate::picture::viridis;
 
 const STYLE: &str = include_str!("report.css");
 
-/// Writes the page; `close_ups` are those of the overlapping pairs, the deepest first.
+/// Pictures of a page.
+#[derive(Debug)]
+pub(crate) struct Pictures {
+    /// The scene from three sides.
+    pub(crate) overview: Vec<View>,
+    /// Overlapping pairs, the deepest first.
+    pub(crate) close_ups: Vec<View>,
+    /// Surfaces in joint contact.
+    pub(crate) joints: Vec<View>,
+}
+
+/// Writes the page.
 pub(crate) fn check_page(
     title: &str,
     document: &CheckDocument,
-    overview: &[View],
-    close_ups: &[View],
+    pictures: &Pictures,
 ) -> io::Result<String> {
+    let Pictures { overview, close_ups, joints } = pictures;
     let title = escaped(title);
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -43,6 +54,9 @@ pub(crate) fn check_page(
     }
     if !close_ups.is_empty() {
         page += &section("Overlaps, one by one", &close_up_figures(close_ups, document)?);
+    }
+    if !joints.is_empty() {
+        page += &section("Joint contact, one by one", &joint_figures(joints, document)?);
     }
     let refusals = document.refusals();
     if !refusals.is_empty() {
@@ -76,7 +90,7 @@ fn overview_figures(overview: &[View], document: &CheckDocument) -> io::Result<S
     }
     html += "</div>\n";
     if let Some(view) = overview.first().filter(|_| has_overlaps) {
-        html += &legend(view.max_depth, document);
+        html += &legend(&view.scale, document);
     }
     Ok(html)
 }
@@ -86,11 +100,27 @@ fn close_up_figures(close_ups: &[View], document: &CheckDocument) -> io::Result<
         nearer geometry is cut away. Each picture has its own color scale.</p>\n\
         <div class=\"sights\">\n"
         .to_owned();
-    for view in close_ups {
-        let (figure, legend) = (figure(view, document)?, legend(view.max_depth, document));
+    html += &figures_with_scales(close_ups, document)?;
+    Ok(html + "</div>\n")
+}
+
+fn joint_figures(joints: &[View], document: &CheckDocument) -> io::Result<String> {
+    let mut html =
+        "<p>Each surface from the side of the other one, which is left out. Each picture \
+        has its own color scale.</p>\n\
+        <div class=\"sights\">\n"
+            .to_owned();
+    html += &figures_with_scales(joints, document)?;
+    Ok(html + "</div>\n")
+}
+
+fn figures_with_scales(views: &[View], document: &CheckDocument) -> io::Result<String> {
+    let mut html = String::new();
+    for view in views {
+        let (figure, legend) = (figure(view, document)?, legend(&view.scale, document));
         html += &format!("<div>\n{figure}{legend}</div>\n");
     }
-    Ok(html + "</div>\n")
+    Ok(html)
 }
 
 fn figure(view: &View, document: &CheckDocument) -> io::Result<String> {
@@ -113,10 +143,17 @@ fn round_down(length: f64) -> f64 {
     [5.0, 2.0].into_iter().map(|n| n * power).find(|round| *round <= length).unwrap_or(power)
 }
 
-/// Draws the color scale from 0 to the maximum depth, with its numbers.
-fn legend(max_depth: f64, document: &CheckDocument) -> String {
-    if max_depth <= 0.0 {
-        return "<p class=\"note\">The depth is 0 or undefined.</p>\n".to_owned();
+/// Draws a color scale with its numbers.
+fn legend(scale: &ColorScale, document: &CheckDocument) -> String {
+    let ColorScale { quantity, from, to } = *scale;
+    let unit = document.unit.symbol();
+    let (name, title) = match quantity {
+        Quantity::Depth => ("depth", format!("depth inside the other body [{unit}]")),
+        Quantity::Gap => ("gap", format!("gap to the other surface [{unit}]")),
+        Quantity::Pressure => ("pressure", "pressure, in the unit of the modulus".to_owned()),
+    };
+    if !(from < to || from > to) {
+        return format!("<p class=\"note\">The {name} is {} or undefined.</p>\n", short(from));
     }
 
     let (mut stops, mut ticks) = (String::new(), String::new());
@@ -125,17 +162,18 @@ fn legend(max_depth: f64, document: &CheckDocument) -> String {
         let [r, g, b] = viridis(t).to_srgb();
         stops += &format!("<stop offset=\"{t}\" stop-color=\"rgb({r},{g},{b})\"/>");
         if step % 4 == 0 {
-            let (x, number) = (10.0 + 300.0 * t, measure(t * max_depth));
+            let (x, number) = (10.0 + 300.0 * t, measure(from + t * (to - from)));
             ticks += &format!("<text x=\"{x}\" y=\"34\" text-anchor=\"middle\">{number}</text>");
         }
     }
 
-    let (unit, id) = (document.unit.symbol(), format!("scale{}", max_depth.to_bits()));
+    let id = format!("{name}{}", to.to_bits());
     format!(
-        "<svg class=\"legend\" viewBox=\"-24 0 368 52\" role=\"img\" aria-label=\"depth from 0 to {}\">\
+        "<svg class=\"legend\" viewBox=\"-24 0 368 52\" role=\"img\" aria-label=\"{name} from {} to {}\">\
          <defs><linearGradient id=\"{id}\">{stops}</linearGradient></defs>\
          <rect x=\"10\" y=\"4\" width=\"300\" height=\"14\" fill=\"url(#{id})\"/>{ticks}\
-         <text x=\"160\" y=\"49\" text-anchor=\"middle\">depth inside the other body [{unit}]</text></svg>\n",
-        measure(max_depth),
+         <text x=\"160\" y=\"49\" text-anchor=\"middle\">{title}</text></svg>\n",
+        measure(from),
+        measure(to),
     )
 }

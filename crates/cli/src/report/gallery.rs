@@ -27,14 +27,35 @@ pub(crate) struct View {
     pub(crate) height: usize,
     /// Width of the view, in length units.
     pub(crate) span: f64,
-    /// Depth at the top of the color scale.
-    pub(crate) max_depth: f64,
+    pub(crate) scale: ColorScale,
+}
+
+/// Values at the ends of a picture's color scale.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ColorScale {
+    pub(crate) quantity: Quantity,
+    pub(crate) from: f64,
+    pub(crate) to: f64,
+}
+
+/// Quantity that colors stand for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Quantity {
+    Depth,
+    Gap,
+    Pressure,
+}
+
+impl ColorScale {
+    fn of_depth(max_depth: f64) -> Self {
+        Self { quantity: Quantity::Depth, from: 0.0, to: max_depth }
+    }
 }
 
 /// Checked scene with its normals and colors.
 #[derive(Debug)]
 pub(crate) struct Gallery<'a> {
-    scene: &'a Scene,
+    pub(super) scene: &'a Scene,
     /// Pairs that overlap, the deepest first.
     overlapping: Vec<DrawnOverlap<'a>>,
     normals: Vec<Vec<DVec3>>,
@@ -55,7 +76,7 @@ struct DrawnOverlap<'a> {
 const OVERVIEW: [usize; 2] = [620, 640];
 
 /// Maximum size of a close-up, in pixels.
-const CLOSE_UP: [usize; 2] = [480, 400];
+pub(super) const CLOSE_UP: [usize; 2] = [480, 400];
 
 impl<'a> Gallery<'a> {
     /// Prepares the pictures; `shapes` are those of the overlapping pairs.
@@ -95,7 +116,8 @@ impl<'a> Gallery<'a> {
         let max_depth = self.overlapping.first().map_or(0.0, |drawn| drawn.max_depth);
         let draw_side = |Side { title, forward, up }| {
             let camera = Camera::framing(points.iter().copied(), forward, up, OVERVIEW);
-            let view = View::draw(title, &subjects, &camera, max_depth);
+            let scale = ColorScale::of_depth(max_depth);
+            let view = View::draw(title, &subjects, &camera, scale);
             done();
             view
         };
@@ -126,10 +148,10 @@ impl<'a> Gallery<'a> {
         let entry = Entry::of(drawn, self.scene);
         let [a, b, entered] = [pair.a, pair.b, entry.entered].map(|id| self.scene.body(id).name());
         let title = format!("{a} × {b}, from within {entered}");
-        View::draw(title, &subjects, &entry.camera(), drawn.max_depth)
+        View::draw(title, &subjects, &entry.camera(), ColorScale::of_depth(drawn.max_depth))
     }
 
-    fn subjects<'s>(
+    pub(super) fn subjects<'s>(
         &'s self,
         shown: &[(BodyId, Appearance)],
         contact: &'s [Vec<ContactTriangle>],
@@ -187,10 +209,15 @@ fn contact_of(
 }
 
 impl View {
-    fn draw(title: String, subjects: &[Subject<'_>], camera: &Camera, max_depth: f64) -> Self {
+    pub(super) fn draw(
+        title: String,
+        subjects: &[Subject<'_>],
+        camera: &Camera,
+        scale: ColorScale,
+    ) -> Self {
         let (width, height, span) = (camera.width(), camera.height(), camera.span());
-        let image = draw(subjects, camera, max_depth);
-        Self { title, image, width, height, span, max_depth }
+        let image = draw(subjects, camera, (scale.to - scale.from).abs());
+        Self { title, image, width, height, span, scale }
     }
 }
 

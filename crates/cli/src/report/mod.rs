@@ -13,6 +13,7 @@ mod document;
 mod field;
 mod gallery;
 mod joint_contact;
+mod joint_views;
 mod medial;
 mod motion;
 mod motion_chart;
@@ -24,7 +25,7 @@ mod self_crossing;
 mod table;
 mod text;
 
-pub(crate) use self::check_page::check_page;
+pub(crate) use self::check_page::{Pictures, check_page};
 pub(crate) use self::check_tables::check_text;
 pub(crate) use self::contact_field::{ContactField, displacement_vtp};
 pub(crate) use self::division::divisions;

@@ -1,6 +1,6 @@
 //! Report of overlap removal: rounds, bodies that moved, pairs that remain.
 
-use musculo_collide::{Remaining, Resolution, Scene};
+use musculo_collide::{DepthBracket, Remaining, Resolution, Scene};
 
 use super::check_tables::dash;
 use super::table::{Table, left, right};
@@ -40,11 +40,17 @@ pub(super) fn remaining_text(pair: &Remaining, unit: Unit) -> String {
     let is_new = if pair.at_first { "" } else { ", not at the start" };
     format!(
         "{} {} deep, {} crossing{is_new}: {}",
-        length(pair.depth, unit),
+        bracket(pair.depth, unit),
         unit.symbol(),
         counted(pair.crossing_faces, "face pair"),
         pair.obstacle,
     )
+}
+
+/// Writes a depth as a range, where its ends differ in the digits that are written.
+fn bracket(DepthBracket { lower, upper }: DepthBracket, unit: Unit) -> String {
+    let [lower, upper] = [lower, upper].map(|depth| length(depth, unit));
+    if lower == upper { lower } else { format!("{lower} to {upper}") }
 }
 
 fn rounds(resolution: &Resolution, unit: Unit) -> Table {
@@ -53,7 +59,8 @@ fn rounds(resolution: &Resolution, unit: Unit) -> Table {
         right("overlapping pairs"),
         right("new"),
         right("crossing faces"),
-        right(format!("deepest [{}]", unit.symbol())),
+        right(format!("deepest vertex or edge [{}]", unit.symbol())),
+        right(format!("depth of surfaces [{}]", unit.symbol())),
     ]);
 
     // Round 0 is the state at the start.
@@ -64,6 +71,7 @@ fn rounds(resolution: &Resolution, unit: Unit) -> Table {
             grouped(round.new_pairs),
             grouped(round.crossing_faces),
             length(round.max_depth, unit),
+            round.surface_depth.map_or_else(dash, |depth| length(depth.lower, unit)),
         ]);
     }
     table

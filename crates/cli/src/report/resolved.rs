@@ -1,6 +1,6 @@
 //! Report of overlap removal in every frame of a motion.
 
-use musculo_collide::{Remaining, Resolution, Scene};
+use musculo_collide::{DepthBracket, Remaining, Resolution, Scene};
 use serde::Serialize;
 
 use super::check_tables::dash;
@@ -57,7 +57,7 @@ struct OverlapRecord {
 struct RemainingRecord {
     a: String,
     b: String,
-    depth: f64,
+    depth: DepthBracket,
     crossing_face_pairs: usize,
     at_first: bool,
     reason: String,
@@ -76,12 +76,18 @@ pub(crate) struct FrameInfo {
 
 impl ResolvedFrame {
     pub(crate) fn new(info: FrameInfo, scene: &Scene, unit: Unit, resolution: &Resolution) -> Self {
+        // Before and after, depth is that of surfaces as far as it is certain.
         let start = &resolution.rounds[0];
+        let overlapping = resolution.before.iter().filter(|report| report.overlaps);
+        let before = OverlapRecord {
+            pairs: overlapping.count(),
+            deepest: start.surface_depth.map_or(start.max_depth, |depth| depth.lower),
+        };
         let mut record = Self {
             frame: info.frame,
             time: info.time,
             resolved: resolution.resolved,
-            before: OverlapRecord { pairs: start.overlapping_pairs, deepest: start.max_depth },
+            before,
             after: OverlapRecord { pairs: resolution.remaining.len(), deepest: 0.0 },
             new_pairs: 0,
             remaining: Vec::new(),
@@ -96,7 +102,7 @@ impl ResolvedFrame {
 
         // The worst of all pairs and of all bodies.
         for pair in &resolution.remaining {
-            record.after.deepest = record.after.deepest.max(pair.depth);
+            record.after.deepest = record.after.deepest.max(pair.depth.lower);
             record.new_pairs += usize::from(!pair.at_first);
             record.remaining.push(RemainingRecord::new(pair, scene, unit));
         }

@@ -163,7 +163,10 @@ fn maps_of_gap_and_pressure_are_written_as_vtp() {
     let below = |face: &[u32; 3]| lowest(face).fold(f64::INFINITY, f64::min) < 0.0;
     assert!(mesh.faces.len() > 100 && mesh.faces.iter().all(below), "{}", mesh.faces.len());
     let section = "<h2>Joint contact, at gaps up to 0 mm; gaps below 0 are depths</h2>";
-    assert!(workshop.read("o.html").contains(section));
+    let html = workshop.read("o.html");
+    for part in [section, "alt=\"ball against ground\"", "pressure, in the unit of the modulus"] {
+        assert!(html.contains(part), "{part} is not in the report");
+    }
 }
 
 #[test]

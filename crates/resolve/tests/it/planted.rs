@@ -3,7 +3,7 @@
 
 use fixtures::{Mesh, shapes};
 use glam::DVec3;
-use resolve::{Obstacle, Resolution, ResolveParams, Resolver};
+use resolve::{Obstacle, Remaining, Resolution, ResolveParams, Resolver};
 use scene::{BodyId, BodyKind, CheckParams, Scene};
 use surface::progress::Progress;
 
@@ -157,4 +157,60 @@ fn tissue_without_room_is_named_with_the_reason() {
         resolve::resolve(&mut between_bones(0.01), &hasty, Progress::none()).expect("a resolution");
     assert_eq!(resolution.remaining[0].obstacle, Obstacle::Rounds);
     assert_eq!(resolution.rounds.len(), 2);
+}
+
+/// Returns two wedges whose ridges cross at right angles, `depth` into each other.
+fn crossed_wedges(depth: f64) -> [Mesh; 2] {
+    let positions = [[-4.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, -3.0, -3.0], [0.0, 3.0, -3.0]];
+    let positions = positions.map(DVec3::from).to_vec();
+    let lower = Mesh { positions, faces: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]] };
+    let lower = if lower.volume() > 0.0 { lower } else { lower.flipped() };
+    let upper = lower.clone().mapped(|p| DVec3::new(p.y, p.x, -p.z - depth));
+    let upper = if upper.volume() > 0.0 { upper } else { upper.flipped() };
+    [lower, upper]
+}
+
+/// Judges two rigid bodies, which stay as they are, with a tolerance.
+fn judged(bodies: [Mesh; 2], tolerance: f64) -> Resolution {
+    let [a, b] = bodies;
+    let mut scene = scene_of([("a", BodyKind::Rigid, a), ("b", BodyKind::Rigid, b)]);
+    let params = ResolveParams { tolerance, ..PARAMS };
+    resolve::resolve(&mut scene, &params, Progress::none()).expect("a resolution")
+}
+
+#[test]
+fn edges_without_a_vertex_inside_are_as_deep_as_their_surfaces() {
+    let (exact, wedges) = (0.25 / f64::sqrt(2.0), crossed_wedges(0.25));
+    let resolution = judged(wedges.clone(), 0.17);
+    let Remaining { depth, obstacle, .. } = resolution.remaining[0];
+    assert!(!resolution.resolved && depth.lower <= exact && exact <= depth.upper, "{depth:?}");
+    assert_eq!(obstacle, Obstacle::BothRigid);
+    assert_eq!(resolution.before[0].max_vertex_depth, 0.0);
+    assert!(judged(wedges, 0.25).resolved, "within a tolerance beyond the bracket");
+}
+
+/// The deepest vertex is within the tolerance, the ridges between the vertices are not.
+#[test]
+fn a_shallow_vertex_does_not_hide_a_deep_surface() {
+    let [lower, upper] = crossed_wedges(0.25);
+    let grain = shapes::cube(0.02).translated(DVec3::X * 4.0);
+    let resolution = judged([lower, upper.joined(&grain)], 0.1);
+    let start = &resolution.rounds[0];
+    assert!(start.max_depth > 0.0 && start.max_depth < 0.02, "{start:?}");
+    assert!(start.surface_depth.is_some_and(|depth| depth.lower > 0.16), "{start:?}");
+    assert!(!resolution.resolved, "{:?}", resolution.remaining);
+
+    // Nothing moves, and in no round do vertices alone decide that it is within the tolerance.
+    assert!(resolution.rounds.len() > 1, "{:?}", resolution.rounds);
+    for round in &resolution.rounds[1..] {
+        assert!(round.surface_depth.is_some_and(|depth| depth.upper > 0.1), "{round:?}");
+    }
+}
+
+#[test]
+fn bodies_that_coincide_are_not_called_free() {
+    let (mut scene, _) = bone_and_muscle(shapes::cube(10.0), shapes::cube(10.0));
+    let resolution = resolve(&mut scene);
+    assert_eq!(resolution.remaining[0].obstacle, Obstacle::Coincident, "{:?}", resolution.rounds);
+    assert!(!resolution.resolved && resolution.after[0].overlaps);
 }
