@@ -152,7 +152,7 @@ fn legend(scale: &ColorScale, document: &CheckDocument) -> String {
         Quantity::Gap => ("gap", format!("gap to the other surface [{unit}]")),
         Quantity::Pressure => ("pressure", "pressure, in the unit of the modulus".to_owned()),
     };
-    if !(from < to || from > to) {
+    if from.total_cmp(&to).is_eq() {
         return format!("<p class=\"note\">The {name} is {} or undefined.</p>\n", short(from));
     }
 

@@ -185,7 +185,7 @@ fn edges_without_a_vertex_inside_are_as_deep_as_their_surfaces() {
     let Remaining { depth, obstacle, .. } = resolution.remaining[0];
     assert!(!resolution.resolved && depth.lower <= exact && exact <= depth.upper, "{depth:?}");
     assert_eq!(obstacle, Obstacle::BothRigid);
-    assert_eq!(resolution.before[0].max_vertex_depth, 0.0);
+    assert!(resolution.before[0].max_vertex_depth <= 0.0, "no vertex is inside");
     assert!(judged(wedges, 0.25).resolved, "within a tolerance beyond the bracket");
 }
 
