@@ -1,0 +1,91 @@
+//! Arrays of numpy as points and faces of the library, and back.
+
+use glam::DVec3;
+use musculo_collide::surface::TriangleSurface;
+use numpy::ndarray::Array2;
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2, PyUntypedArrayMethods,
+};
+use pyo3::prelude::*;
+
+use crate::error::refused;
+
+/// Points that numpy holds, n × 3 in row order.
+pub(crate) type Points<'py> = PyReadonlyArray2<'py, f64>;
+
+/// Corners of faces that numpy holds, m × 3 in row order.
+pub(crate) type Faces<'py> = PyReadonlyArray2<'py, i64>;
+
+/// Returns the points of an array where they are, without a copy.
+pub(crate) fn points<'a>(array: &'a Points<'_>) -> PyResult<&'a [DVec3]> {
+    match array.as_slice() {
+        Ok(numbers) if array.shape()[1] == 3 => Ok(bytemuck::cast_slice(numbers)),
+        _ => Err(not_rows("points", array.shape())),
+    }
+}
+
+/// Returns the surface with these faces.
+pub(crate) fn surface(
+    name: &str,
+    vertex_count: usize,
+    faces: &Faces<'_>,
+) -> PyResult<TriangleSurface> {
+    let Ok(corners) = faces.as_slice() else { return Err(not_rows("faces", faces.shape())) };
+    if faces.shape()[1] != 3 {
+        return Err(not_rows("faces", faces.shape()));
+    }
+
+    // Every corner is the number of a vertex.
+    let mut list = Vec::with_capacity(corners.len() / 3);
+    for (face, corners) in corners.chunks_exact(3).enumerate() {
+        let mut own = [0; 3];
+        for (own, &corner) in own.iter_mut().zip(corners) {
+            *own = match u32::try_from(corner) {
+                Ok(corner) if (corner as usize) < vertex_count => corner,
+                _ => {
+                    return Err(refused(format!(
+                        "{name}: face {face} has the corner {corner}, but there are {vertex_count} \
+                         vertices, numbered from 0"
+                    )));
+                }
+            };
+        }
+        list.push(own);
+    }
+    TriangleSurface::new(vertex_count, list).map_err(|error| refused(format!("{name}: {error}")))
+}
+
+fn not_rows(what: &str, shape: &[usize]) -> PyErr {
+    refused(format!(
+        "{what} are rows of three numbers in row order, not an array of shape {shape:?}"
+    ))
+}
+
+/// Returns points as an array, n × 3.
+pub(crate) fn point_array<'py>(py: Python<'py>, points: &[DVec3]) -> Bound<'py, PyArray2<f64>> {
+    rows(py, bytemuck::cast_slice(points))
+}
+
+/// Returns rows of numbers as an array.
+pub(crate) fn row_array<'py, T: numpy::Element + Copy, const N: usize>(
+    py: Python<'py>,
+    list: &[[T; N]],
+) -> Bound<'py, PyArray2<T>> {
+    let flat = list.as_flattened().to_vec();
+    let rows = Array2::from_shape_vec((list.len(), N), flat);
+    rows.unwrap_or_else(|_| Array2::from_shape_fn((list.len(), N), |(i, j)| list[i][j]))
+        .into_pyarray(py)
+}
+
+fn rows<'py>(py: Python<'py>, numbers: &[f64]) -> Bound<'py, PyArray2<f64>> {
+    let (rows, _) = numbers.as_chunks::<3>();
+    row_array(py, rows)
+}
+
+/// Returns a list of numbers as an array.
+pub(crate) fn array<'py, T: numpy::Element>(
+    py: Python<'py>,
+    list: Vec<T>,
+) -> Bound<'py, PyArray1<T>> {
+    list.into_pyarray(py)
+}

@@ -1,0 +1,196 @@
+//! Long calls: without the interpreter's lock, on the threads asked for, with progress and Ctrl-C.
+
+use std::collections::BTreeMap;
+use std::fmt::Display;
+use std::ops::ControlFlow;
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use musculo_collide::Progress;
+use musculo_collide::surface::parallel::on_calling_thread;
+use pyo3::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use crate::error::{interrupted, refused};
+
+/// Time between two looks at signals and two calls of a progress function. Shorter costs time in
+/// the interpreter; longer delays the end of an interrupted call.
+const INTERVAL: Duration = Duration::from_millis(50);
+
+/// Pools of other sizes than the default one, by their number of threads.
+static POOLS: Mutex<BTreeMap<usize, Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
+
+/// Threads and observer of a long call.
+#[derive(Debug)]
+pub(crate) struct Call {
+    pool: Threads,
+    /// Function that is given the finished share.
+    progress: Option<Py<PyAny>>,
+}
+
+/// Threads that a call computes on.
+#[derive(Debug)]
+enum Threads {
+    /// The caller's.
+    Own,
+    /// All of the default pool.
+    All,
+    /// Those of another pool.
+    Pool(Arc<ThreadPool>),
+}
+
+impl Call {
+    /// Prepares a call on a number of threads: all where it is `None`, the caller's own for 1.
+    pub(crate) fn new(threads: Option<usize>, progress: Option<Py<PyAny>>) -> PyResult<Self> {
+        let most = 64.max(4 * thread::available_parallelism().map_or(1, usize::from));
+        let pool = match threads {
+            Some(threads) if threads == 0 || threads > most => {
+                return Err(refused(format!("{threads} threads: from 1 to {most} are allowed")));
+            }
+            None if rayon::current_num_threads() == 1 => Threads::Own,
+            None => Threads::All,
+            Some(1) => Threads::Own,
+            Some(threads) => Threads::Pool(pool(threads)?),
+        };
+        Ok(Self { pool, progress })
+    }
+
+    /// Computes without the interpreter's lock.
+    ///
+    /// Ctrl-C, and exceptions of the progress function, end the call with their exception.
+    pub(crate) fn run<T: Send, E: Display + Send>(
+        &self,
+        py: Python<'_>,
+        compute: impl FnOnce(Progress<'_>) -> Result<T, E> + Send,
+    ) -> PyResult<T> {
+        let observer = Observer::new(self.progress.as_ref());
+        let result = py.detach(|| match &self.pool {
+            Threads::Own => {
+                let handler = |fraction| observer.observe_now_and_then(fraction);
+                on_calling_thread(|| compute(Progress::new(&handler)))
+            }
+            Threads::All => observer.compute_beside(compute),
+            Threads::Pool(pool) => observer.compute_beside(|progress| {
+                // The pool's threads hand the work to each other; this one waits.
+                pool.install(|| compute(progress))
+            }),
+        });
+
+        match observer.exception() {
+            Some(exception) => Err(exception),
+            None => result.map_err(refused),
+        }
+    }
+}
+
+/// Returns the pool of a number of threads, which is kept for later calls.
+fn pool(threads: usize) -> PyResult<Arc<ThreadPool>> {
+    let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(pool) = pools.get(&threads) {
+        return Ok(Arc::clone(pool));
+    }
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build().map_err(refused)?;
+    let pool = Arc::new(pool);
+    pools.insert(threads, Arc::clone(&pool));
+    Ok(pool)
+}
+
+/// Link between a computation and the interpreter.
+struct Observer<'a> {
+    progress: Option<&'a Py<PyAny>>,
+    /// Bits of the last fraction that the computation has reported.
+    fraction: AtomicU64,
+    is_interrupted: AtomicBool,
+    exception: Mutex<Option<PyErr>>,
+    last_look: Mutex<Instant>,
+}
+
+impl<'a> Observer<'a> {
+    fn new(progress: Option<&'a Py<PyAny>>) -> Self {
+        Self {
+            progress,
+            fraction: AtomicU64::new(0),
+            is_interrupted: AtomicBool::new(false),
+            exception: Mutex::new(None),
+            last_look: Mutex::new(Instant::now()),
+        }
+    }
+
+    /// Computes on another thread, while this one looks at signals and calls the progress function.
+    fn compute_beside<T: Send, E: Send>(
+        &self,
+        compute: impl FnOnce(Progress<'_>) -> Result<T, E> + Send,
+    ) -> Result<T, E> {
+        let (sender, receiver) = channel();
+        let handler = |fraction: f64| {
+            self.fraction.store(fraction.to_bits(), Ordering::Relaxed);
+            self.flow()
+        };
+        thread::scope(|scope| {
+            let worker = scope.spawn(move || {
+                let result = compute(Progress::new(&handler));
+                // A receiver that is gone needs no result.
+                let _ = sender.send(());
+                result
+            });
+            while let Err(RecvTimeoutError::Timeout) = receiver.recv_timeout(INTERVAL) {
+                self.observe(f64::from_bits(self.fraction.load(Ordering::Relaxed)));
+            }
+            worker.join().unwrap_or_else(|panic| resume_unwind(panic))
+        })
+    }
+
+    /// Observes a computation on the calling thread, unless it was just observed.
+    fn observe_now_and_then(&self, fraction: f64) -> ControlFlow<()> {
+        let is_due = {
+            let mut last_look = self.last_look.lock().unwrap_or_else(PoisonError::into_inner);
+            let is_due = last_look.elapsed() >= INTERVAL;
+            if is_due {
+                *last_look = Instant::now();
+            }
+            is_due
+        };
+        if is_due {
+            self.observe(fraction);
+        }
+        self.flow()
+    }
+
+    /// Looks at signals and calls the progress function; an exception interrupts the computation.
+    fn observe(&self, fraction: f64) {
+        if self.is_interrupted.load(Ordering::Relaxed) {
+            return;
+        }
+        let observed = Python::attach(|py| {
+            py.check_signals()?;
+            match self.progress {
+                Some(progress) => progress.call1(py, (fraction,)).map(|_| ()),
+                None => Ok(()),
+            }
+        });
+        if let Err(exception) = observed {
+            let mut held = self.exception.lock().unwrap_or_else(PoisonError::into_inner);
+            *held = Some(exception);
+            self.is_interrupted.store(true, Ordering::Relaxed);
+        }
+    }
+
+    fn flow(&self) -> ControlFlow<()> {
+        if self.is_interrupted.load(Ordering::Relaxed) {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    }
+
+    /// Takes the exception that interrupted the computation.
+    fn exception(&self) -> Option<PyErr> {
+        let is_interrupted = self.is_interrupted.load(Ordering::Relaxed);
+        let mut held = self.exception.lock().unwrap_or_else(PoisonError::into_inner);
+        is_interrupted.then(|| held.take().unwrap_or_else(interrupted))
+    }
+}

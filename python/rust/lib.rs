@@ -1,0 +1,27 @@
+//! Native module of the Python package `musculo_collide`.
+//!
+//! It converts arrays and results, releases the interpreter's lock while the library computes, and
+//! passes interruptions and progress on. The classes that users see are in `src/musculo_collide`.
+
+mod arrays;
+mod call;
+mod error;
+mod field;
+mod medial;
+mod mesh;
+mod record;
+mod resolution;
+mod scene;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<scene::Scene>()?;
+    module.add_class::<field::Field>()?;
+    module.add_function(wrap_pyfunction!(mesh::read_mesh, module)?)?;
+    module.add_function(wrap_pyfunction!(mesh::write_mesh, module)?)?;
+    module.add_function(wrap_pyfunction!(medial::generate, module)?)?;
+    Ok(())
+}

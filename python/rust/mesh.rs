@@ -1,0 +1,39 @@
+//! Mesh files.
+
+use std::fs;
+use std::path::PathBuf;
+
+use mesh_io::MeshFormat;
+use numpy::PyArray2;
+use pyo3::prelude::*;
+
+use crate::arrays::{Faces, Points, point_array, points, row_array, surface};
+use crate::error::unreadable;
+
+/// Vertices and faces of a mesh.
+type Mesh<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u32>>);
+
+/// Reads a PLY, OBJ, STL or VTP file.
+#[pyfunction]
+pub(crate) fn read_mesh(py: Python<'_>, path: PathBuf) -> PyResult<Mesh<'_>> {
+    let mesh = py.detach(|| mesh_io::read_mesh(&path)).map_err(unreadable)?;
+    Ok((point_array(py, &mesh.positions), row_array(py, &mesh.faces)))
+}
+
+/// Writes a mesh in the format of the path's extension.
+#[pyfunction]
+pub(crate) fn write_mesh(
+    py: Python<'_>,
+    path: PathBuf,
+    vertices: Points<'_>,
+    faces: Faces<'_>,
+) -> PyResult<()> {
+    let Some(format) = MeshFormat::of(&path) else {
+        let shown = path.display();
+        return Err(unreadable(format!("{shown}: expected .ply, .obj, .stl or .vtp")));
+    };
+    let positions = points(&vertices)?;
+    let surface = surface("the mesh", positions.len(), &faces)?;
+    let written = py.detach(|| fs::write(&path, format.encode(positions, surface.faces())));
+    written.map_err(|error| unreadable(format!("{}: {error}", path.display())))
+}

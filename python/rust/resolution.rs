@@ -1,0 +1,56 @@
+//! Results of overlap removal.
+
+use musculo_collide::Scene;
+use musculo_collide::resolve::Resolution;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arrays::point_array;
+use crate::record::{dict, pair};
+use crate::scene::names;
+
+/// Returns the record of a resolution.
+pub(crate) fn record<'py>(
+    py: Python<'py>,
+    found: &Resolution,
+    scene: &Scene,
+) -> PyResult<Bound<'py, PyDict>> {
+    let mut bodies = Vec::new();
+    for change in &found.bodies {
+        bodies.push(dict!(py, {
+            name: scene.body(change.body).name(),
+            displacements: point_array(py, &change.displacements),
+            moved: change.moved,
+            max_displacement: change.max_displacement,
+            volume_ratio: change.volume_ratio,
+            flipped_faces: change.flipped_faces,
+            self_crossings: (change.self_crossings[0], change.self_crossings[1]),
+        }));
+    }
+
+    let mut remaining = Vec::new();
+    for left in &found.remaining {
+        let [a, b] = names(scene, left.pair);
+        remaining.push(dict!(py, {
+            a: a,
+            b: b,
+            depth: left.depth,
+            crossing_faces: left.crossing_faces,
+            at_first: left.at_first,
+            reason: left.obstacle.to_string(),
+        }));
+    }
+
+    let pairs = |reports: &[musculo_collide::PairReport]| -> PyResult<Vec<Bound<'py, PyDict>>> {
+        reports.iter().map(|report| pair(py, report, scene)).collect()
+    };
+    Ok(dict!(py, {
+        resolved: found.resolved,
+        rounds: found.rounds.len().saturating_sub(1),
+        final_round: found.final_round,
+        before: pairs(&found.before)?,
+        after: pairs(&found.after)?,
+        bodies: bodies,
+        remaining: remaining,
+    }))
+}

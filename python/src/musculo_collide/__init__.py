@@ -1,0 +1,50 @@
+"""Where anatomical surfaces touch or overlap, how deep, since when, and what to do about it."""
+
+from . import medial
+from ._errors import ArrayTypeError, FileError, InputError, MusculoCollideError
+from ._native import __version__
+from .field import DistanceField
+from .mesh import Mesh, from_trimesh, read_mesh, to_trimesh, write_mesh
+from .results import (
+    BodyChange,
+    Depth,
+    Measures,
+    NearVertices,
+    Overlap,
+    Pair,
+    Pairs,
+    Remaining,
+    Resolution,
+    Sweep,
+    SweptContacts,
+    SweptPair,
+)
+from .scene import Scene
+
+__all__ = [
+    "ArrayTypeError",
+    "BodyChange",
+    "Depth",
+    "DistanceField",
+    "FileError",
+    "InputError",
+    "Measures",
+    "Mesh",
+    "MusculoCollideError",
+    "NearVertices",
+    "Overlap",
+    "Pair",
+    "Pairs",
+    "Remaining",
+    "Resolution",
+    "Scene",
+    "Sweep",
+    "SweptContacts",
+    "SweptPair",
+    "__version__",
+    "from_trimesh",
+    "medial",
+    "read_mesh",
+    "to_trimesh",
+    "write_mesh",
+]

@@ -1,0 +1,49 @@
+"""Arrays as the native module reads them: row order, float64 points, int64 faces."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ._errors import ArrayTypeError, InputError
+
+Points = npt.NDArray[np.float64]
+Faces = npt.NDArray[np.int64]
+
+
+def points(array: npt.ArrayLike, what: str) -> Points:
+    """Return points (n × 3) as float64 in row order: the array itself where it is that already."""
+    given = _numbers(array, what, "fiu")
+    if given.ndim != 2 or given.shape[1] != 3:
+        raise InputError(f"{what} are n × 3 numbers, not an array of shape {given.shape}")
+    return np.ascontiguousarray(given, dtype=np.float64)
+
+
+def faces(array: npt.ArrayLike, what: str) -> Faces:
+    """Return corners of faces (m × 3) as int64 in row order.
+
+    Also takes the flat lists of PyVista (3, a, b, c, 3, …).
+    """
+    given = _numbers(array, what, "iu")
+    if given.ndim == 1 and given.size % 4 == 0 and (given[::4] == 3).all():
+        given = given.reshape(-1, 4)[:, 1:]
+    if given.ndim != 2 or given.shape[1] != 3:
+        raise InputError(f"{what} are m × 3 numbers of vertices, not an array of shape {given.shape}")
+    if given.dtype == np.uint64 and given.size and int(given.max()) > np.iinfo(np.int64).max:
+        raise InputError(f"{what} have the corner {given.max()}, which no mesh has")
+    return np.ascontiguousarray(given, dtype=np.int64)
+
+
+def _numbers(array: npt.ArrayLike, what: str, kinds: str) -> npt.NDArray[Any]:
+    try:
+        given = np.asarray(array)
+    except ValueError as error:
+        raise InputError(f"{what} are no array of numbers: {error}") from error
+    if given.size == 0 and given.dtype.kind == "f" and kinds == "iu":
+        given = given.astype(np.int64)
+    if given.dtype.kind not in kinds:
+        wanted = "whole numbers" if kinds == "iu" else "real numbers"
+        raise ArrayTypeError(f"{what} are {wanted}, not {given.dtype}")
+    return given

@@ -1,0 +1,83 @@
+from collections.abc import Callable
+from typing import Any, final
+
+import numpy as np
+import numpy.typing as npt
+from typing_extensions import disjoint_base
+
+__all__ = ["Field", "Scene", "__version__", "generate_medial", "read_mesh", "write_mesh"]
+
+__version__: str
+
+_Progress = Callable[[float], object] | None
+
+@disjoint_base
+class Scene:
+    def __new__(cls) -> Scene: ...
+    def _add(
+        self, name: str, kind: str, vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]
+    ) -> None: ...
+    def _names(self) -> list[str]: ...
+    def _kind(self, name: str) -> str: ...
+    def _vertices(self, name: str) -> npt.NDArray[np.float64]: ...
+    def _faces(self, name: str) -> npt.NDArray[np.uint32]: ...
+    def _move(self, name: str, vertices: npt.NDArray[np.float64]) -> None: ...
+    def _pose(self, name: str, rotation: list[float], translation: list[float]) -> None: ...
+    def _ignore(self, a: str, b: str) -> None: ...
+    def _check(
+        self,
+        margin: float,
+        measures: bool,
+        depth_tolerance: float | None,
+        threads: int | None,
+        progress: _Progress,
+    ) -> list[dict[str, Any]]: ...
+    def _sweep(
+        self,
+        moves: list[tuple[str, npt.NDArray[np.float64]]],
+        separation: float,
+        threads: int | None,
+        progress: _Progress,
+    ) -> dict[str, Any]: ...
+    def _resolve(
+        self,
+        smoothing: float,
+        tolerance: float | None,
+        clearance: float | None,
+        max_rounds: int,
+        threads: int | None,
+        progress: _Progress,
+    ) -> dict[str, Any]: ...
+
+@final
+class Field:
+    @staticmethod
+    def build(
+        vertices: npt.NDArray[np.float64],
+        faces: npt.NDArray[np.int64],
+        spacing: float,
+        padding: float | None,
+        truncation: float | None,
+        threads: int | None,
+        progress: _Progress,
+    ) -> Field: ...
+    @staticmethod
+    def read(path: str) -> Field: ...
+    def write(self, path: str) -> None: ...
+    def query(
+        self, at: npt.NDArray[np.float64], cubic: bool, gradients: bool
+    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64] | None]: ...
+    def values(self) -> npt.NDArray[np.float32]: ...
+    def grid(self) -> dict[str, Any]: ...
+    def report(self) -> dict[str, Any]: ...
+
+def read_mesh(path: str) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.uint32]]: ...
+def write_mesh(path: str, vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]) -> None: ...
+def generate_medial(
+    vertices: npt.NDArray[np.float64],
+    faces: npt.NDArray[np.int64],
+    balls: int | None,
+    tolerance: float | None,
+    threads: int | None,
+    progress: _Progress,
+) -> dict[str, Any]: ...

@@ -1,0 +1,49 @@
+"""Mesh files, and meshes of other packages."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _arrays, _native
+
+if TYPE_CHECKING:
+    import trimesh
+
+
+class Mesh(NamedTuple):
+    """Triangle mesh."""
+
+    vertices: npt.NDArray[np.float64]
+    """Positions (n × 3)."""
+    faces: npt.NDArray[np.uint32]
+    """Numbers of the corners (m × 3)."""
+
+
+def read_mesh(path: str | os.PathLike[str]) -> Mesh:
+    """Read a PLY, OBJ, STL or VTP file."""
+    return Mesh(*_native.read_mesh(os.fspath(path)))
+
+
+def write_mesh(
+    path: str | os.PathLike[str], vertices: npt.ArrayLike, faces: npt.ArrayLike
+) -> None:
+    """Write a mesh as PLY, OBJ, STL or VTP, by the path's extension."""
+    x = _arrays.points(vertices, "vertices")
+    _native.write_mesh(os.fspath(path), x, _arrays.faces(faces, "faces"))
+
+
+def from_trimesh(mesh: trimesh.Trimesh) -> Mesh:
+    """Return the vertices and faces of a trimesh mesh."""
+    corners = _arrays.faces(np.asarray(mesh.faces), "faces")
+    return Mesh(_arrays.points(np.asarray(mesh.vertices), "vertices"), corners.astype(np.uint32))
+
+
+def to_trimesh(mesh: Mesh) -> trimesh.Trimesh:
+    """Return a trimesh mesh of the same vertices and faces, in the same order."""
+    import trimesh
+
+    return trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)

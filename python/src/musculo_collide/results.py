@@ -1,0 +1,434 @@
+"""Results as small immutable classes.
+
+Each prints what a person wants to know, compares by value, can be pickled, and has ``to_dict()``.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import html
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, overload
+
+import numpy as np
+import numpy.typing as npt
+
+Vector = tuple[float, float, float]
+Table = dict[str, npt.NDArray[Any]]
+
+
+class Record:
+    """Base of the results."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return names and values; nested results are dictionaries, arrays stay arrays."""
+        return {field.name: _plain(getattr(self, field.name)) for field in dataclasses.fields(self)}  # type: ignore[arg-type]
+
+    def __eq__(self, other: object) -> bool:
+        if type(self) is not type(other):
+            return NotImplemented
+        names = [field.name for field in dataclasses.fields(self)]  # type: ignore[arg-type]
+        return all(_same(getattr(self, name), getattr(other, name)) for name in names)
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Record):
+        return value.to_dict()
+    if isinstance(value, tuple) and value and isinstance(value[0], Record):
+        return [item.to_dict() for item in value]
+    return value
+
+
+def _same(a: Any, b: Any) -> bool:
+    if isinstance(a, np.ndarray):
+        return isinstance(b, np.ndarray) and a.dtype == b.dtype and np.array_equal(a, b)
+    return bool(a == b)
+
+
+@dataclass(frozen=True, eq=False)
+class Measures(Record):
+    """What two bodies share, or one separate contact region of it. Lengths in the scene's unit."""
+
+    volume: float | None
+    """Volume of the intersection; ``None`` where a body has no inside."""
+    centroid: Vector | None
+    """Center of mass of the intersection."""
+    area_of_a_inside_b: float | None
+    """Area of a's surface strictly inside b."""
+    area_of_b_inside_a: float | None
+    """Area of b's surface strictly inside a."""
+    touching_area: float
+    """Area in which faces of opposite normals coincide: the bodies touch from outside."""
+    flush_area: float
+    """Area in which faces of equal normals coincide."""
+    curve_length: float
+    """Length of the curve in which the surfaces cross."""
+    curve_loops: int
+    """Closed loops of that curve."""
+    curve_arcs: int
+    """Open arcs of that curve, which end at the border of an open surface."""
+    normal: Vector
+    """Area-weighted mean normal of a's surface inside b; zero where the normals cancel."""
+    inside_vertices: tuple[int, int]
+    """Vertices of a inside b, and of b inside a."""
+
+
+@dataclass(frozen=True, eq=False)
+class Overlap(Record):
+    """Overlap of two bodies: of the whole, and of each separate region, the largest first."""
+
+    total: Measures
+    regions: tuple[Measures, ...]
+    has_ties: bool
+    """True if the surfaces touch without crossing, or coincide, somewhere."""
+    no_inside: tuple[str | None, str | None]
+    """Reasons for which a, and b, have no inside."""
+    covers_twice: tuple[bool, bool]
+    """True if a, or b, covers some place more than once."""
+
+
+@dataclass(frozen=True, eq=False)
+class Depth(Record):
+    """Certified bracket on the greatest depth of one surface inside the other body."""
+
+    lower: float
+    """A depth that is attained, at ``point``."""
+    upper: float
+    """A depth that no point of the surface exceeds."""
+    point: Vector
+    """The deepest point found."""
+    face: int
+    """The face that holds it."""
+    foot: Vector
+    """The nearest point of the other surface."""
+    is_narrow: bool
+    """False if the search ended before the bracket was as narrow as asked."""
+
+
+@dataclass(frozen=True, eq=False)
+class NearVertices(Record):
+    """Vertices of one body that are inside the other or within the margin, ascending."""
+
+    inside_count: int | None
+    """Number of vertices inside; ``None`` where the other body has no inside."""
+    no_inside: str | None
+    """The reason for that."""
+    vertices: npt.NDArray[np.uint32]
+    """Numbers of the vertices (k)."""
+    gaps: npt.NDArray[np.float64]
+    """Signed distances to the other surface, negative inside (k)."""
+    feet: npt.NDArray[np.float64]
+    """Closest points of the other surface (k × 3)."""
+    faces: npt.NDArray[np.uint32]
+    """Faces that hold them (k)."""
+    normals: npt.NDArray[np.float64]
+    """Unit normals out of the other surface (k × 3)."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Pair(Record):
+    """Two bodies that overlap, or are within the margin of each other."""
+
+    a: str
+    b: str
+    overlaps: bool
+    """True if faces cross or a vertex is inside. Surfaces that only touch do not overlap."""
+    coincidence: str | None
+    """Way in which both bodies are the same, where they are."""
+    overlap: Overlap | None
+    """Volume, areas and curve, where the surfaces share some."""
+    depth_of_a_in_b: Depth | None
+    """Greatest depth of a's surface inside b."""
+    depth_of_b_in_a: Depth | None
+    """Greatest depth of b's surface inside a."""
+    near_area_of_a: tuple[float, float] | None
+    """Bounds on the area of a within the margin of b, for pairs that do not overlap."""
+    near_area_of_b: tuple[float, float] | None
+    """Bounds on the area of b within the margin of a."""
+    max_vertex_depth: float
+    """Depth of the deepest vertex. It depends on the mesh: ``depth`` does not."""
+    min_gap: float | None
+    """Smallest signed distance of a vertex, negative inside."""
+    distance: float | None
+    """Distance of the surfaces; 0 where they meet, ``None`` beyond the margin."""
+    crossing_faces: npt.NDArray[np.uint32]
+    """Faces of a and of b that properly cross (k × 2)."""
+    vertices_of_a: NearVertices
+    """Vertices of a against b."""
+    vertices_of_b: NearVertices
+    """Vertices of b against a."""
+
+    @property
+    def volume(self) -> float | None:
+        """Volume that both bodies share; ``None`` where one has no inside."""
+        return self.overlap.total.volume if self.overlap else None
+
+    @property
+    def depth(self) -> tuple[float, float] | None:
+        """Certified bracket on the larger of both depths; ``None`` where nothing is inside."""
+        depths = [depth for depth in (self.depth_of_a_in_b, self.depth_of_b_in_a) if depth]
+        if not depths:
+            return None
+        return max(depth.lower for depth in depths), max(depth.upper for depth in depths)
+
+    def __repr__(self) -> str:
+        return f"<Pair {self.a} × {self.b}: {self.summary()}>"
+
+    def summary(self) -> str:
+        """Return a line on what the pair has in common."""
+        if not self.overlaps:
+            return "touching" if self.distance == 0.0 else f"apart by {_number(self.distance)}"
+        parts = ["overlap"]
+        if self.depth:
+            parts.append(f"depth {_number(self.depth[0])}")
+        if self.volume is not None:
+            parts.append(f"volume {_number(self.volume)}")
+        return ", ".join(parts)
+
+
+
+class Pairs(Sequence[Pair]):
+    """Pairs of bodies in one state, in the order of the bodies."""
+
+    def __init__(self, pairs: Sequence[Pair]) -> None:
+        self._pairs = tuple(pairs)
+
+    @overload
+    def __getitem__(self, key: int) -> Pair: ...
+    @overload
+    def __getitem__(self, key: slice) -> Pairs: ...
+    @overload
+    def __getitem__(self, key: tuple[str, str]) -> Pair: ...
+    def __getitem__(self, key: int | slice | tuple[str, str]) -> Pair | Pairs:
+        """Return a pair by number or by both names in whichever order."""
+        if isinstance(key, slice):
+            return Pairs(self._pairs[key])
+        if isinstance(key, int):
+            return self._pairs[key]
+        for pair in self._pairs:
+            if {pair.a, pair.b} == set(key):
+                return pair
+        raise KeyError(key)
+
+    def __len__(self) -> int:
+        return len(self._pairs)
+
+    def __iter__(self) -> Iterator[Pair]:
+        return iter(self._pairs)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Pairs) and self._pairs == other._pairs
+
+    __hash__ = None  # type: ignore[assignment]
+
+    @property
+    def overlapping(self) -> Pairs:
+        """The pairs that overlap."""
+        return Pairs([pair for pair in self if pair.overlaps])
+
+    def to_dict(self) -> list[dict[str, Any]]:
+        """Return the pairs as dictionaries."""
+        return [pair.to_dict() for pair in self]
+
+    def to_table(self) -> Table:
+        """Return columns that ``pandas.DataFrame`` or ``polars.DataFrame`` take as they are.
+
+        What is undefined is NaN.
+        """
+        rows = [_row(pair) for pair in self]
+        kinds: dict[str, Any] = {"a": str, "b": str, "overlaps": bool, "crossing_face_pairs": np.int64}
+        columns = list(_row(None))
+        return {
+            name: np.array([row[name] for row in rows], dtype=kinds.get(name, np.float64))
+            for name in columns
+        }
+
+    def __repr__(self) -> str:
+        lines = [f"{len(self.overlapping)} of {len(self)} pairs overlap"]
+        lines += [f"  {pair.a} × {pair.b}: {pair.summary()}" for pair in self]
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        table = self.to_table()
+        head = "".join(f"<th>{name}</th>" for name in table)
+        rows = []
+        for values in zip(*table.values()):
+            cells = "".join(f"<td>{html.escape(_cell(value))}</td>" for value in values)
+            rows.append(f"<tr>{cells}</tr>")
+        return f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
+
+
+def _row(pair: Pair | None) -> dict[str, Any]:
+    """Return one row of the table; for ``None`` one without values."""
+    total = pair.overlap.total if pair and pair.overlap else None
+    depth = pair.depth if pair else None
+    return {
+        "a": pair.a if pair else "",
+        "b": pair.b if pair else "",
+        "overlaps": bool(pair and pair.overlaps),
+        "volume": _value(total.volume if total else None),
+        "depth_lower": _value(depth[0] if depth else None),
+        "depth_upper": _value(depth[1] if depth else None),
+        "area_of_a_inside_b": _value(total.area_of_a_inside_b if total else None),
+        "area_of_b_inside_a": _value(total.area_of_b_inside_a if total else None),
+        "curve_length": _value(total.curve_length if total else None),
+        "distance": _value(pair.distance if pair else None),
+        "max_vertex_depth": pair.max_vertex_depth if pair else 0.0,
+        "crossing_face_pairs": len(pair.crossing_faces) if pair else 0,
+    }
+
+
+def _value(value: float | None) -> float:
+    return float("nan") if value is None else value
+
+
+def _number(value: float | None) -> str:
+    return "unknown" if value is None else f"{value:.4g}"
+
+
+def _cell(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+@dataclass(frozen=True, eq=False)
+class SweptContacts(Record):
+    """First contacts of two bodies during a step, by time."""
+
+    times: npt.NDArray[np.float64]
+    """Times in 0 … 1 before which no contact begins (k). Never late."""
+    latest: npt.NDArray[np.float64]
+    """Ends of the intervals in which the contacts begin (k)."""
+    normals: npt.NDArray[np.float64]
+    """Unit normals (k × 3)."""
+    edge_edge: npt.NDArray[np.bool_]
+    """True for two edges, false for a vertex and a face (k)."""
+    certain: npt.NDArray[np.bool_]
+    """True if the contact is proven, rather than only not excluded by rounding (k)."""
+    at_start: npt.NDArray[np.bool_]
+    """True if it may have been there at the start (k)."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SweptPair(Record):
+    """Two bodies that meet during a step."""
+
+    a: str
+    b: str
+    contacts: SweptContacts
+
+    @property
+    def first_time(self) -> float:
+        """Time of the first contact."""
+        return float(self.contacts.times[0])
+
+    def __repr__(self) -> str:
+        return f"<SweptPair {self.a} × {self.b}: first contact at {self.first_time:.6g}>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Sweep(Record):
+    """First contacts of a step."""
+
+    largest_free_step: float
+    """Share of the step before which no contact begins: 1 where nothing meets. Never too large."""
+    candidates: int
+    """Pairs of primitives that were queried."""
+    pairs: tuple[SweptPair, ...]
+
+    def __repr__(self) -> str:
+        return f"<Sweep: free up to {self.largest_free_step:.6g}, {len(self.pairs)} pairs meet>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BodyChange(Record):
+    """Displacement and deformation of one body."""
+
+    name: str
+    displacements: npt.NDArray[np.float64]
+    """Displacement of each vertex (n × 3)."""
+    moved: int
+    """Vertices that moved at all."""
+    max_displacement: float
+    volume_ratio: float | None
+    """Volume over the volume at the start; ``None`` where the body has no inside."""
+    flipped_faces: int
+    self_crossings: tuple[int, int]
+    """Crossing pairs of the body's own faces, at the start and now."""
+
+    def __repr__(self) -> str:
+        return f"<BodyChange {self.name}: {self.moved} vertices by up to {self.max_displacement:.4g}>"
+
+
+@dataclass(frozen=True, eq=False)
+class Remaining(Record):
+    """Pair that still overlaps."""
+
+    a: str
+    b: str
+    depth: float
+    crossing_faces: int
+    at_first: bool
+    """True if the pair overlapped at the start."""
+    reason: str
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Resolution(Record):
+    """Result of overlap removal."""
+
+    resolved: bool
+    rounds: int
+    final_round: int
+    """Round whose state was kept."""
+    before: Pairs
+    after: Pairs
+    bodies: tuple[BodyChange, ...]
+    remaining: tuple[Remaining, ...]
+
+    def __repr__(self) -> str:
+        before, after = len(self.before.overlapping), len(self.after.overlapping)
+        state = "resolved" if self.resolved else "not resolved"
+        return f"<Resolution: {state}, {before} overlapping pairs before, {after} after {self.rounds} rounds>"
+
+
+def pair_from(record: dict[str, Any]) -> Pair:
+    """Return the pair of a native record."""
+    record = dict(record)
+    if record["overlap"] is not None:
+        overlap = dict(record["overlap"])
+        overlap["total"] = Measures(**overlap["total"])
+        overlap["regions"] = tuple(Measures(**region) for region in overlap["regions"])
+        overlap["no_inside"] = tuple(overlap["no_inside"])
+        overlap["covers_twice"] = tuple(overlap["covers_twice"])
+        record["overlap"] = Overlap(**overlap)
+    for key in ("depth_of_a_in_b", "depth_of_b_in_a"):
+        record[key] = Depth(**record[key]) if record[key] is not None else None
+    for key in ("vertices_of_a", "vertices_of_b"):
+        record[key] = NearVertices(**record[key])
+    return Pair(**record)
+
+
+def pairs_from(records: Sequence[dict[str, Any]]) -> Pairs:
+    """Return the pairs of native records."""
+    return Pairs([pair_from(record) for record in records])
+
+
+def sweep_from(record: dict[str, Any]) -> Sweep:
+    """Return the step of a native record."""
+    pairs = [
+        SweptPair(pair["a"], pair["b"], SweptContacts(**pair["contacts"])) for pair in record["pairs"]
+    ]
+    return Sweep(record["largest_free_step"], record["candidates"], tuple(pairs))
+
+
+def resolution_from(record: dict[str, Any]) -> Resolution:
+    """Return the resolution of a native record."""
+    record = dict(record)
+    record["before"] = pairs_from(record["before"])
+    record["after"] = pairs_from(record["after"])
+    record["bodies"] = tuple(BodyChange(**body) for body in record["bodies"])
+    record["remaining"] = tuple(Remaining(**left) for left in record["remaining"])
+    return Resolution(**record)

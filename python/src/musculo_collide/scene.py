@@ -1,0 +1,161 @@
+"""Scenes of named bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _arrays, _native, results
+from ._errors import InputError
+
+Progress = Callable[[float], object]
+
+SMOOTHING_IN_EDGES = 1.5
+"""Smoothing length of overlap removal, in mean edges of the soft bodies, where none is given."""
+
+
+class Scene(_native.Scene):
+    """Bodies that may touch each other, all in one length unit.
+
+    >>> scene = Scene()
+    >>> scene.add("bone", [[0, 0, 0], [9, 0, 0], [0, 9, 0], [0, 0, 9]],
+    ...           [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], rigid=True)
+    >>> scene.add("muscle", [[1, 1, 1], [10, 1, 1], [1, 10, 1], [1, 1, 10]],
+    ...           [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+    >>> scene.check()
+    1 of 1 pairs overlap
+      bone × muscle: overlap, depth 1, volume 36
+    """
+
+    def add(
+        self,
+        name: str,
+        vertices: npt.ArrayLike,
+        faces: npt.ArrayLike,
+        *,
+        rigid: bool = False,
+        open: bool = False,
+    ) -> None:
+        """Add a body at ``vertices`` (n × 3) with ``faces`` (m × 3, numbers of vertices).
+
+        A rigid body moves as one; nothing is ever inside a body that is declared open.
+        """
+        if rigid and open:
+            raise InputError(f"body {name!r}: a sheet cannot be rigid")
+        x = _arrays.points(vertices, f"vertices of {name!r}")
+        corners = _arrays.faces(faces, f"faces of {name!r}")
+        self._add(name, "rigid" if rigid else "open" if open else "deformable", x, corners)
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the bodies, in the order they were added."""
+        return self._names()
+
+    def __len__(self) -> int:
+        return len(self._names())
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._names()
+
+    def is_rigid(self, name: str) -> bool:
+        """Return true if a body moves as one."""
+        return self._kind(name) == "rigid"
+
+    def vertices(self, name: str) -> npt.NDArray[np.float64]:
+        """Return a copy of a body's present positions (n × 3)."""
+        return self._vertices(name)
+
+    def faces(self, name: str) -> npt.NDArray[np.uint32]:
+        """Return a copy of a body's faces (m × 3)."""
+        return self._faces(name)
+
+    def move(self, name: str, vertices: npt.ArrayLike) -> None:
+        """Move a body's vertices to new positions (n × 3)."""
+        self._move(name, _arrays.points(vertices, f"vertices of {name!r}"))
+
+    def pose(self, name: str, matrix: npt.ArrayLike) -> None:
+        """Place a rigid body by a 4 × 4 matrix, from where it was added to the world."""
+        given = np.asarray(matrix, dtype=np.float64)
+        if given.shape != (4, 4):
+            raise InputError(f"a pose of {name!r} is a 4 × 4 matrix, not an array of shape {given.shape}")
+        rotation = given[:3, :3]
+        is_rotation = np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6) and np.linalg.det(rotation) > 0
+        if not is_rotation or not np.array_equal(given[3], [0.0, 0.0, 0.0, 1.0]):
+            raise InputError(f"the pose of {name!r} is not a rotation with a translation")
+        self._pose(name, rotation.ravel().tolist(), given[:3, 3].tolist())
+
+    def ignore(self, a: str, b: str) -> None:
+        """Leave a pair out of every result."""
+        self._ignore(a, b)
+
+    def check(
+        self,
+        margin: float = 0.0,
+        *,
+        measures: bool = True,
+        depth_tolerance: float | None = None,
+        threads: int | None = None,
+        progress: Progress | None = None,
+    ) -> results.Pairs:
+        """Find all pairs that overlap or are within ``margin``, exactly.
+
+        ``measures`` adds volume, areas, curve and certified depth; ``depth_tolerance`` is the width
+        of the bracket on the depth (1 % of it by default).
+        """
+        found = self._check(float(margin), measures, depth_tolerance, threads, progress)
+        return results.pairs_from(found)
+
+    def sweep(
+        self,
+        moves: Mapping[str, npt.ArrayLike],
+        *,
+        separation: float = 0.0,
+        threads: int | None = None,
+        progress: Progress | None = None,
+    ) -> results.Sweep:
+        """Find the first contacts while bodies go to new positions, each vertex on a straight line.
+
+        ``moves`` has the positions at the end of the step by name. The bodies are not moved. No
+        contact is missed, and no time is late.
+        """
+        ends = [
+            (name, _arrays.points(vertices, f"vertices of {name!r}")) for name, vertices in moves.items()
+        ]
+        return results.sweep_from(self._sweep(ends, float(separation), threads, progress))
+
+    def resolve(
+        self,
+        *,
+        smoothing: float | None = None,
+        tolerance: float | None = None,
+        clearance: float | None = None,
+        max_rounds: int = 60,
+        threads: int | None = None,
+        progress: Progress | None = None,
+    ) -> results.Resolution:
+        """Push bodies apart that overlap: rigid ones stay, soft ones yield.
+
+        The scene then has the new positions; after an exception it has the old ones.
+        """
+        length = self._smoothing() if smoothing is None else float(smoothing)
+        found = self._resolve(length, tolerance, clearance, max_rounds, threads, progress)
+        return results.resolution_from(found)
+
+    def _smoothing(self) -> float:
+        """Return the default smoothing length, from the mean edge of the soft bodies."""
+        names = [name for name in self.names if not self.is_rigid(name)] or self.names
+        total, count = 0.0, 0
+        for name in names:
+            x, corners = self.vertices(name), self.faces(name)
+            for i in range(3):
+                edges = x[corners[:, i]] - x[corners[:, i - 1]]
+                total += float(np.linalg.norm(edges, axis=1).sum())
+                count += len(edges)
+        if count == 0:
+            raise InputError("the scene has no bodies")
+        return SMOOTHING_IN_EDGES * total / count
+
+    def __repr__(self) -> str:
+        return f"<Scene of {len(self)} bodies: {', '.join(self.names)}>"

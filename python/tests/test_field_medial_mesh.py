@@ -1,0 +1,113 @@
+"""Fields, medial surfaces, files, and the program's answers."""
+
+import json
+import subprocess
+import tomllib
+
+import numpy as np
+import pytest
+from conftest import REPOSITORY, box, sphere
+
+import musculo_collide
+from musculo_collide import DistanceField, FileError, InputError, Scene, medial, read_mesh, write_mesh
+
+
+def test_a_field_of_a_ball_has_its_distances(tmp_path):
+    field = DistanceField.build(*sphere((0, 0, 0), 10, 60), spacing=0.5, padding=2.0)
+    rng = np.random.default_rng(7)
+    points = rng.normal(size=(2000, 3))
+    points *= (rng.uniform(9, 11, 2000) / np.linalg.norm(points, axis=1))[:, None]
+    distances, gradients = field.query_with_gradients(points)
+    assert np.abs(distances - (np.linalg.norm(points, axis=1) - 10)).max() < 0.05
+    assert np.abs(np.linalg.norm(gradients, axis=1) - 1).max() < 0.1
+    assert np.array_equal(field.query(points), distances)
+    assert np.isinf(field.query([[100.0, 0, 0]]))[0]
+    assert field.measured_error.max < 0.05 and field.error_bound is not None and not field.warnings
+
+    for name in ("ball.nrrd", "ball.vti"):
+        field.write(tmp_path / name)
+        again = DistanceField.read(tmp_path / name)
+        assert np.array_equal(again.query(points), distances)
+        assert np.array_equal(again.values(), field.values()) and again.measured_error is None
+    with pytest.raises(FileError, match=r"expected \.nrrd or \.vti"):
+        field.write(tmp_path / "ball.txt")
+    with pytest.raises(FileError, match="missing.nrrd"):
+        DistanceField.read(tmp_path / "missing.nrrd")
+
+
+def test_bad_fields_are_refused():
+    ball = sphere((0, 0, 0), 10, 8)
+    with pytest.raises(InputError, match="spacing"):
+        DistanceField.build(*ball, spacing=0.0)
+    with pytest.raises(InputError, match="memory|bytes"):
+        DistanceField.build(*ball, spacing=1e-4)
+    with pytest.raises(InputError, match=r"points are n × 3"):
+        DistanceField.build(*ball, spacing=1.0).query([1.0, 2.0, 3.0])
+
+
+def test_a_medial_surface_fills_its_surface():
+    found = medial.generate(*sphere((0, 0, 0), 10, 24), balls=4)
+    assert found.centers.shape == (4, 3) and found.radii.max() < 10.5
+    assert found.rms_deviation <= found.max_deviation
+    for sizes in ({}, {"balls": 3, "tolerance": 0.1}, {"balls": 0}, {"tolerance": -1.0}):
+        with pytest.raises(InputError):
+            medial.generate(*sphere((0, 0, 0), 10, 8), **sizes)
+    with pytest.raises(InputError, match="edge"):
+        medial.generate([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], balls=3)
+
+
+@pytest.mark.parametrize("extension", ["ply", "obj", "stl", "vtp"])
+def test_meshes_survive_files(tmp_path, extension):
+    mesh = box((0, 0, 0), (1, 2, 3))
+    path = tmp_path / f"box.{extension}"
+    write_mesh(path, *mesh)
+    again = read_mesh(path)
+    assert np.array_equal(again.vertices[again.faces], mesh.vertices[mesh.faces])
+
+
+def test_bad_files_are_refused(tmp_path):
+    with pytest.raises(FileError, match="no.ply"):
+        read_mesh(tmp_path / "no.ply")
+    with pytest.raises(OSError, match=r"expected \.ply"):
+        write_mesh(tmp_path / "box.txt", *box((0, 0, 0), (1, 1, 1)))
+    (tmp_path / "bad.ply").write_text("ply\nformat ascii 1.0\n")
+    with pytest.raises(FileError, match="bad.ply"):
+        read_mesh(tmp_path / "bad.ply")
+
+
+def test_the_program_has_the_same_numbers_to_the_bit(thigh_folder, tmp_path):
+    program = REPOSITORY / "target" / "release" / "musculo-collide"
+    if not program.exists():
+        pytest.skip("the program is not built: cargo build --release")
+    out = tmp_path / "check.json"
+    subprocess.run([program, "check", thigh_folder / "scene.toml", "--json", out], capture_output=True)
+    expected = json.loads(out.read_text())["pairs"]
+
+    description = tomllib.loads((thigh_folder / "scene.toml").read_text())
+    scene = Scene()
+    for body in description["body"]:
+        mesh = read_mesh(thigh_folder / body["file"])
+        scene.add(body["name"], *mesh, rigid=body["kind"] == "rigid")
+    for pair in description["ignore"]:
+        scene.ignore(pair["a"], pair["b"])
+    pairs = scene.check(description["margin"])
+
+    assert len(pairs) == len(expected) > 0
+    for record in expected:
+        pair = pairs[record["a"], record["b"]]
+        for key in ("overlaps", "max_vertex_depth", "min_gap", "distance"):
+            assert getattr(pair, key) == record[key], key
+        for key in ("depth_of_a_in_b", "depth_of_b_in_a"):
+            own, other = getattr(pair, key), record[key]
+            assert (own is None) == (other is None), key
+            if own:
+                assert (own.lower, own.upper, own.face) == (other["lower"], other["upper"], other["face"])
+        if record["overlap"]:
+            own = pair.overlap.total
+            for key in ("volume", "area_of_a_inside_b", "area_of_b_inside_a", "curve_length", "curve_loops"):
+                assert getattr(own, key) == record["overlap"][key], key
+
+
+def test_the_version_is_that_of_the_crates():
+    manifest = tomllib.loads((REPOSITORY / "Cargo.toml").read_text())
+    assert musculo_collide.__version__ == manifest["workspace"]["package"]["version"]
