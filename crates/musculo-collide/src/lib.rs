@@ -263,9 +263,9 @@ pub use overlap::{
     JointContactParams,
 };
 pub use plan::{
-    Detection, DetectionMethod, ErrorEstimate, ExcludedPair, ExclusionReason, ForcedMethod,
-    MissingStructure, OperationCounts, PairDetection, PairPlan, Plan, PlanError, PlanParams,
-    RespondParams, Structure, StructureKind, machine_factor,
+    Accuracy, Detection, DetectionMethod, ExcludedPair, ExclusionReason, ForcedMethod, FrameBudget,
+    LeftOutPair, MissingStructure, OperationCounts, PairDetection, PairPlan, PairState, Plan,
+    PlanError, PlanParams, RespondParams, Structure, StructureKind, machine_factor,
 };
 pub use surface::RigidState;
 

@@ -1,33 +1,66 @@
 //! Distance field of a rigid body, as fine as a tolerance needs.
 
-use distance_field::{DistanceField, FieldDetector, FieldParams};
+use distance_field::{DistanceField, FieldDetector, FieldMethod, FieldParams, NodeValues};
+use glam::DVec3;
 use scene::Body;
+use surface::Aabb;
 use surface::progress::Progress;
 
-use crate::ExclusionReason;
+use crate::{Accuracy, ExclusionReason};
 
-/// Distance field whose measured error is within a tolerance.
+/// Distance field of a rigid body.
 #[derive(Debug)]
 pub(crate) struct BoneField {
     pub(crate) detector: FieldDetector,
-    /// Largest error that was measured near the surface.
-    pub(crate) measured_error: f64,
+    pub(crate) accuracy: Accuracy,
 }
 
-/// Spacing that is tried first \[tolerances\]: trilinear values of a bone are wrong by a quarter of
-/// a spacing at its sharpest rims. Below, fields are finer than needed; above, more are tried.
-const FIRST_SPACING: f64 = 4.0;
+/// Grid of a field that is yet to be built.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FieldSize {
+    pub(crate) spacing: f64,
+    pub(crate) nodes: f64,
+}
 
-/// Number of spacings that are tried.
-const MAX_ATTEMPTS: u32 = 4;
+/// Proved bound of a field with an exact band \[spacings\]: half the diagonal of a cell, the
+/// correction of a quasi-interpolation, and rounding.
+const BOUND: f64 = 0.992;
 
-/// Largest factor between one spacing and the next, and what is taken off the one that would be
-/// in proportion: rims are not sampled where their error is largest. Above, more are tried.
-const MAX_REFINEMENT: f64 = 0.7;
-const REFINEMENT_RESERVE: f64 = 0.8;
+/// Depth below which points are projected to the body itself \[spacings\]: less than the band less
+/// the bound and the diagonal of a cell, so that the bound holds for all others.
+pub(crate) const MAX_DEPTH: f64 = 1.25;
 
-/// Largest memory of a field while it is built \[bytes\].
-const MAX_BYTES: u64 = 1 << 28;
+/// Band beyond the largest distance of a contact \[spacings\]: the bound and the diagonal of a cell.
+const BAND_RESERVE: f64 = 2.75;
+
+/// Largest number of nodes: a second to build and 32 MB. Above, a coarser field is built, whose
+/// bound exceeds the tolerance.
+const MAX_NODES: f64 = 8.0 * 1024.0 * 1024.0;
+
+/// Factor between two spacings that are tried for the number of nodes.
+const SPACING_STEP: f64 = 1.1;
+
+impl FieldSize {
+    /// Returns the grid of a field whose bound is within a tolerance, or the finest one with a
+    /// bounded number of nodes.
+    pub(crate) fn new(body: &Body, tolerance: f64, margin: f64) -> Self {
+        let bounds = Aabb::of_points(body.positions().iter().copied());
+        let mut spacing = tolerance / BOUND;
+        loop {
+            let sides = bounds.sides() + 2.0 * padding(spacing, tolerance, margin);
+            let nodes = (sides / spacing + DVec3::splat(2.0)).element_product();
+            if nodes <= MAX_NODES {
+                return Self { spacing, nodes };
+            }
+            spacing *= SPACING_STEP;
+        }
+    }
+
+    /// Returns the proved bound.
+    pub(crate) fn bound(self) -> f64 {
+        BOUND * self.spacing
+    }
+}
 
 impl BoneField {
     /// Builds the field of a rigid body at the positions it was added with.
@@ -42,34 +75,30 @@ impl BoneField {
         let surface = body.surface();
         let x = surface.positions(reference).map_err(|_| ExclusionReason::NotRigid)?;
 
-        let mut spacing = FIRST_SPACING * tolerance;
-        let mut attempt = 1;
-        loop {
-            // Room for contacts within the margin, and for the error.
-            let params = FieldParams {
-                padding: margin + tolerance + 2.0 * spacing,
-                truncation: None,
-                max_bytes: MAX_BYTES,
-                ..FieldParams::new(spacing)
-            };
-            let refuse = |source| ExclusionReason::Field { spacing, source };
-            let progress = progress.part(f64::from(attempt - 1) / f64::from(MAX_ATTEMPTS), 1.0);
-            let field = DistanceField::build(surface, x, &params, progress).map_err(refuse)?;
+        // A band that holds all contacts which are not projected.
+        let FieldSize { spacing, .. } = FieldSize::new(body, tolerance, margin);
+        let band = BAND_RESERVE + MAX_DEPTH.max(margin / spacing);
+        let params = FieldParams {
+            padding: padding(spacing, tolerance, margin),
+            truncation: None,
+            method: FieldMethod::ExactBand { band, node_values: NodeValues::QuasiInterpolating },
+            ..FieldParams::new(spacing)
+        };
+        let refuse = |source| ExclusionReason::Field { spacing, source };
+        let field = DistanceField::build(surface, x, &params, progress).map_err(refuse)?;
 
-            let measured = field.report().measured_error;
-            let measured_error = measured.map_or(f64::INFINITY, |measured| measured.max);
-            if measured_error <= tolerance {
-                let detector = FieldDetector::new(field, margin).map_err(refuse)?;
-                return Ok(Self { detector, measured_error });
-            }
-
-            // Finer, in proportion to the error.
-            if attempt == MAX_ATTEMPTS {
-                let error = measured_error;
-                return Err(ExclusionReason::FieldInaccurate { spacing, error, tolerance });
-            }
-            spacing *= (REFINEMENT_RESERVE * tolerance / measured_error).min(MAX_REFINEMENT);
-            attempt += 1;
-        }
+        let report = field.report();
+        let accuracy = Accuracy {
+            bound: report.error_bound.unwrap_or(f64::INFINITY),
+            is_proved: report.error_bound.is_some(),
+            measured_error: report.measured_error.map(|measured| measured.max),
+        };
+        let detector = FieldDetector::new(field, margin).map_err(refuse)?;
+        Ok(Self { detector, accuracy })
     }
+}
+
+/// Returns the room around the body for contacts within the margin, and for the error.
+fn padding(spacing: f64, tolerance: f64, margin: f64) -> f64 {
+    margin + tolerance + 2.0 * spacing
 }

@@ -1,23 +1,29 @@
-//! Candidate pairs of a plan, found by the broad phase, and the first choice of their methods.
+//! Pairs of bodies near enough to be planned, found by the broad phase.
 
-use scene::{PairId, Scene};
+use scene::{BodyId, PairId, Scene};
 
-use crate::{
-    DetectionMethod, ErrorEstimate, ExcludedPair, ExclusionReason, ForcedMethod, OperationCounts,
-    PairPlan, PlanError, PlanParams,
-};
+use crate::{DetectionMethod, ExcludedPair, ExclusionReason, ForcedMethod, PlanError, PlanParams};
 
 /// Pairs of bodies near enough to be planned, in the order of the bodies.
 #[derive(Debug)]
-pub(crate) struct Candidates {
-    /// Pairs to detect, by the cheapest method if its structures can be built.
-    pub(crate) planned: Vec<PairPlan>,
+pub(crate) struct NearPairs {
+    pub(crate) planned: Vec<NearPair>,
     pub(crate) excluded: Vec<ExcludedPair>,
     /// Number of pairs that are farther apart.
     pub(crate) far_pair_count: usize,
 }
 
-impl Candidates {
+/// Pair near enough to be planned.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NearPair {
+    pub(crate) pair: PairId,
+    /// Method that the caller has chosen.
+    pub(crate) forced: Option<DetectionMethod>,
+    /// Rigid body of the pair with an inside, which can have a field.
+    pub(crate) bone: Option<BodyId>,
+}
+
+impl NearPairs {
     /// Finds the pairs that may come within the margin, and those with a forced method.
     ///
     /// A body whose vertices move by no more than the maximum displacement stays in its box
@@ -34,23 +40,45 @@ impl Candidates {
         near.sort_unstable();
         near.dedup();
 
-        // Their first methods, or the reasons why they are not detected.
+        // Those that are detected, or the reasons why not.
         let far_pair_count = count * count.saturating_sub(1) / 2 - near.len();
-        let mut candidates = Self { planned: Vec::new(), excluded: Vec::new(), far_pair_count };
+        let mut pairs = Self { planned: Vec::new(), excluded: Vec::new(), far_pair_count };
         for pair in near {
-            let method = forced_method(forced, pair);
+            let method = forced.iter().find(|forced| forced.pair == pair);
+            let method = method.map(|forced| forced.method);
             match exclusion(scene, pair, method) {
-                Some(reason) => candidates.excluded.push(ExcludedPair { pair, reason }),
-                None => candidates.planned.push(choose_method(scene, pair, method)?),
+                Some(reason) => pairs.excluded.push(ExcludedPair { pair, reason }),
+                None => pairs.planned.push(NearPair::new(scene, pair, method)?),
             }
         }
-        Ok(candidates)
+        Ok(pairs)
     }
 }
 
-/// Returns the method that the caller has chosen for a pair.
-pub(crate) fn forced_method(forced: &[ForcedMethod], pair: PairId) -> Option<DetectionMethod> {
-    forced.iter().find(|forced| forced.pair == pair).map(|forced| forced.method)
+impl NearPair {
+    fn new(
+        scene: &Scene,
+        pair: PairId,
+        forced: Option<DetectionMethod>,
+    ) -> Result<Self, PlanError> {
+        // A field needs a rigid body with an inside.
+        let mut bone = None;
+        for id in pair.bodies() {
+            let body = scene.body(id);
+            if bone.is_none() && body.is_rigid() && body.has_inside().is_ok() {
+                bone = Some(id);
+            }
+        }
+        match forced {
+            Some(method @ DetectionMethod::Field) if bone.is_none() => {
+                Err(unsuitable(scene, pair, method, ExclusionReason::NoBone))
+            }
+            Some(method @ DetectionMethod::Medial) if are_rigid(scene, pair) => {
+                Err(unsuitable(scene, pair, method, ExclusionReason::BothRigid))
+            }
+            _ => Ok(Self { pair, forced, bone }),
+        }
+    }
 }
 
 /// Returns true if both bodies of a pair are rigid: contacts between them change nothing.
@@ -59,9 +87,14 @@ pub(crate) fn are_rigid(scene: &Scene, pair: PairId) -> bool {
 }
 
 /// Makes the error of a method that was forced and does not suit its pair.
-pub(crate) fn unsuitable(scene: &Scene, planned: &PairPlan, reason: ExclusionReason) -> PlanError {
-    let [a, b] = planned.pair.bodies().map(|id| scene.body(id).name().to_owned());
-    PlanError::Forced { a, b, method: planned.method, reason }
+pub(crate) fn unsuitable(
+    scene: &Scene,
+    pair: PairId,
+    method: DetectionMethod,
+    reason: ExclusionReason,
+) -> PlanError {
+    let [a, b] = pair.bodies().map(|id| scene.body(id).name().to_owned());
+    PlanError::Forced { a, b, method, reason }
 }
 
 /// Returns the reason why a near pair is not detected, if there is one.
@@ -76,47 +109,5 @@ fn exclusion(
         Some(ExclusionReason::BothRigid)
     } else {
         None
-    }
-}
-
-/// Chooses the forced method of a pair, or else the cheapest.
-fn choose_method(
-    scene: &Scene,
-    pair: PairId,
-    forced: Option<DetectionMethod>,
-) -> Result<PairPlan, PlanError> {
-    // A field needs a rigid body with an inside.
-    let closed = pair.bodies().map(|id| scene.body(id).has_inside().is_ok());
-    let mut bone = None;
-    for (id, is_closed) in pair.bodies().into_iter().zip(closed) {
-        if bone.is_none() && is_closed && scene.body(id).is_rigid() {
-            bone = Some(id);
-        }
-    }
-    let fallback_reason = match bone {
-        Some(_) => None,
-        None if closed == [true; 2] => Some(ExclusionReason::NoBone),
-        None => Some(ExclusionReason::Open),
-    };
-    let cheapest = if bone.is_some() { DetectionMethod::Field } else { DetectionMethod::Surfaces };
-
-    // Errors, operations and costs follow once the structures are built.
-    let planned = PairPlan {
-        pair,
-        method: forced.unwrap_or(cheapest),
-        bone,
-        fallback_reason,
-        error: ErrorEstimate::NONE,
-        operations: OperationCounts::default(),
-        cost: 0.0,
-    };
-    match planned.method {
-        DetectionMethod::Field if bone.is_none() => {
-            Err(unsuitable(scene, &planned, ExclusionReason::NoBone))
-        }
-        DetectionMethod::Medial if are_rigid(scene, pair) => {
-            Err(unsuitable(scene, &planned, ExclusionReason::BothRigid))
-        }
-        _ => Ok(planned),
     }
 }

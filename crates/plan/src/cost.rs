@@ -11,21 +11,40 @@ use std::time::Duration;
 use glam::DVec3;
 use surface::closest_on_triangle;
 
-/// Numbers of operations of a detection frame.
+/// Numbers of operations of a detection frame, or of the construction of a structure.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct OperationCounts {
     /// Faces whose bounds are refit.
     pub refit_faces: f64,
-    /// Faces of two surfaces that are compared with each other.
-    pub compared_faces: f64,
+    /// Vertices of surfaces that are compared with each other, near or far.
+    pub listed_vertices: f64,
+    /// Pairs of faces that share a point.
+    pub meeting_faces: f64,
+    /// Vertices that are projected to the other surface.
+    pub near_vertices: f64,
+    /// Searches for a depth.
+    pub searches: f64,
+    /// Pairs of faces that share a point, in searches for a depth.
+    pub searched_faces: f64,
+    /// Vertices inside the other body, in searches for a depth.
+    pub searched_vertices: f64,
     /// Vertices at which a field is queried, with their edges.
     pub field_vertices: f64,
     /// Vertices that are attached to balls, which follow them.
     pub tied_vertices: f64,
     /// Vertices that are compared with balls.
     pub ball_vertices: f64,
+    /// Faces over which a tree is built.
+    pub tree_faces: f64,
+    /// Faces that are decimated to a coarser surface.
+    pub decimated_faces: f64,
+    /// Nodes of fields that are built.
+    pub field_nodes: f64,
 }
+
+/// Number of kinds of operations.
+const KINDS: usize = 13;
 
 /// Time of one closest point of a triangle on the reference machine \[s\].
 const REFERENCE_QUERY_TIME: f64 = 12e-9;
@@ -34,23 +53,73 @@ impl OperationCounts {
     /// Times of single operations on the reference machine \[s\], as `cargo xtask chart costs`
     /// measures them.
     pub const SECONDS: Self = Self {
-        refit_faces: 3e-9,
-        compared_faces: 26e-9,
+        refit_faces: 4e-9,
+        listed_vertices: 1.5e-9,
+        meeting_faces: 250e-9,
+        near_vertices: 550e-9,
+        searches: 10e-6,
+        searched_faces: 1200e-9,
+        searched_vertices: 500e-9,
         field_vertices: 380e-9,
         tied_vertices: 200e-9,
         ball_vertices: 1000e-9,
+        tree_faces: 130e-9,
+        decimated_faces: 60e-6,
+        field_nodes: 40e-9,
     };
 
     /// Returns the counts in the order of the fields.
     #[must_use]
-    pub const fn to_array(self) -> [f64; 5] {
+    pub const fn to_array(self) -> [f64; KINDS] {
         [
             self.refit_faces,
-            self.compared_faces,
+            self.listed_vertices,
+            self.meeting_faces,
+            self.near_vertices,
+            self.searches,
+            self.searched_faces,
+            self.searched_vertices,
             self.field_vertices,
             self.tied_vertices,
             self.ball_vertices,
+            self.tree_faces,
+            self.decimated_faces,
+            self.field_nodes,
         ]
+    }
+
+    /// Returns the counts in the order of the fields, from an array.
+    const fn from_array(counts: [f64; KINDS]) -> Self {
+        let [
+            refit_faces,
+            listed_vertices,
+            meeting_faces,
+            near_vertices,
+            searches,
+            searched_faces,
+            searched_vertices,
+            field_vertices,
+            tied_vertices,
+            ball_vertices,
+            tree_faces,
+            decimated_faces,
+            field_nodes,
+        ] = counts;
+        Self {
+            refit_faces,
+            listed_vertices,
+            meeting_faces,
+            near_vertices,
+            searches,
+            searched_faces,
+            searched_vertices,
+            field_vertices,
+            tied_vertices,
+            ball_vertices,
+            tree_faces,
+            decimated_faces,
+            field_nodes,
+        }
     }
 
     /// Returns the time of these operations on the reference machine \[s\].
@@ -58,19 +127,21 @@ impl OperationCounts {
     pub fn seconds(self) -> f64 {
         self.to_array().iter().zip(Self::SECONDS.to_array()).map(|(count, each)| count * each).sum()
     }
+
+    /// Returns the way from these counts to others, by a share of it.
+    #[must_use]
+    pub(crate) fn lerp(self, other: Self, share: f64) -> Self {
+        let (from, to) = (self.to_array(), other.to_array());
+        Self::from_array(std::array::from_fn(|kind| from[kind] + share * (to[kind] - from[kind])))
+    }
 }
 
 impl Add for OperationCounts {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
-        Self {
-            refit_faces: self.refit_faces + other.refit_faces,
-            compared_faces: self.compared_faces + other.compared_faces,
-            field_vertices: self.field_vertices + other.field_vertices,
-            tied_vertices: self.tied_vertices + other.tied_vertices,
-            ball_vertices: self.ball_vertices + other.ball_vertices,
-        }
+        let (p, q) = (self.to_array(), other.to_array());
+        Self::from_array(std::array::from_fn(|kind| p[kind] + q[kind]))
     }
 }
 

@@ -7,13 +7,16 @@ use crate::candidates::are_rigid;
 use crate::pair_detector::{Frame, PairDetector};
 use crate::{Detection, Plan, PlanError};
 
+/// Share of the counts of a frame in the mean of all. Smaller follows a motion later; larger, one
+/// unusual frame counts for more.
+const UPDATE: f64 = 0.125;
+
 impl Plan {
     /// Detects all pairs in the scene's present state.
     ///
     /// Pairs that are not in the plan are searched once a body has moved farther than the plan
     /// has prepared for, and detected by the surfaces of both bodies. Until then nothing is
-    /// allocated after a few frames, but for a short list where one body has thousands of
-    /// vertices near a bone, and the contacts of balls.
+    /// allocated after a few frames, but for searches for depths, and the contacts of balls.
     ///
     /// # Errors
     ///
@@ -25,23 +28,36 @@ impl Plan {
         out.clear();
 
         // Planned pairs, each in the memory of its own.
-        self.structures.follow(scene)?;
+        self.structures.follow(scene, &self.pairs, self.params.tolerance)?;
         let Self { pairs, detectors, structures, params, .. } = self;
-        let frame = Frame { scene, structures, margin: params.margin };
+        let frame = Frame::new(scene, structures, params);
         parallel::try_for_each_mut(detectors, |number, detector| {
             detector.detect(&pairs[number], frame)
         })?;
-        for (planned, found) in self.pairs.iter().zip(&self.detectors) {
-            out.add(planned.pair, found.overlaps, found.min_gap, &found.contacts);
+        for detector in &self.detectors {
+            out.add(&detector.found, &detector.contacts);
         }
+        self.count_operations();
+        self.remember_all(scene);
 
         // Pairs of bodies that have left the bounds which keep them apart.
         out.out_of_range.extend(scene.ids().filter(|&id| self.is_out_of_range(scene, id)));
         if out.out_of_range.is_empty() { Ok(()) } else { self.detect_unplanned(scene, out) }
     }
 
+    /// Updates the operations of each pair by those of the last frame: in place of predicted ones
+    /// after the first frame, by a share of them later.
+    fn count_operations(&mut self) {
+        let share = if self.frame_count == 0 { 1.0 } else { UPDATE };
+        for (planned, detector) in self.pairs.iter_mut().zip(&self.detectors) {
+            planned.operations = planned.operations.lerp(detector.operations, share);
+            planned.cost = self.params.machine_factor * planned.operations.seconds();
+        }
+        self.frame_count += 1;
+    }
+
     /// Returns true if a body has left the bounds within which unplanned pairs stay apart.
-    fn is_out_of_range(&self, scene: &Scene, id: BodyId) -> bool {
+    pub(crate) fn is_out_of_range(&self, scene: &Scene, id: BodyId) -> bool {
         if self.far_pair_count == 0 {
             return false;
         }
@@ -51,12 +67,17 @@ impl Plan {
         scene.body(id).positions().iter().any(|&p| !bounds.contains(p))
     }
 
+    /// Lists the pairs that have come near and are not in the plan.
+    pub(crate) fn unplanned(&self, scene: &mut Scene) -> Vec<PairId> {
+        let mut pairs = scene.box_pairs(self.params.margin);
+        pairs.retain(|&pair| self.is_unplanned(scene, pair));
+        pairs
+    }
+
     /// Detects the pairs that have come near and are not in the plan.
     fn detect_unplanned(&self, scene: &mut Scene, out: &mut Detection) -> Result<(), PlanError> {
         // Pairs that are near now, with the trees of their bodies.
-        let margin = self.params.margin;
-        let mut pairs = scene.box_pairs(margin);
-        pairs.retain(|&pair| self.is_unplanned(scene, pair));
+        let pairs = self.unplanned(scene);
         let mut is_member = vec![false; scene.bodies().len()];
         for id in pairs.iter().flat_map(|pair| pair.bodies()) {
             is_member[id.index()] = true;
@@ -64,14 +85,14 @@ impl Plan {
         scene.fit(&is_member)?;
 
         // Each in memory of its own, which is not kept: such pairs are few.
-        let scene = &*scene;
+        let frame = Frame::new(scene, &self.structures, &self.params);
         let detectors = parallel::map(pairs.len(), |i| {
-            let mut detector = PairDetector::default();
-            detector.detect_unplanned(pairs[i], scene, margin);
+            let mut detector = PairDetector::new(pairs[i]);
+            detector.detect_exactly(pairs[i], frame);
             detector
         });
-        for (pair, found) in pairs.into_iter().zip(detectors) {
-            out.add(pair, found.overlaps, found.min_gap, &found.contacts);
+        for detector in detectors {
+            out.add(&detector.found, &detector.contacts);
         }
         Ok(())
     }

@@ -1,14 +1,19 @@
 //! Choice of a collision detection method for each pair of bodies, by tolerance and cost.
 //!
-//! The caller states the largest accepted error of a contact's gap. Each pair then gets the
-//! cheapest method that meets it, and only what some pair needs is built: distance fields as
-//! coarse as the tolerance allows for bones, surfaces of as few vertices as it allows for soft
-//! bodies, nothing for bodies that touch none that moves.
+//! The caller states the largest accepted error of a depth, and for how many frames the plan is
+//! made. Each pair then gets the method that is predicted to take the least time for construction
+//! and all frames, among those whose error is proved to be within the tolerance: exact surfaces,
+//! coarser ones, or the distance field of a bone. Only what some pair needs is built. No pair that
+//! overlaps by more than the tolerance is reported as apart.
+//!
+//! Depth is that of surfaces: the greatest distance of any point of one surface inside the other
+//! body, not of its vertices. It changes by no more than the shapes do, so that the deviation of
+//! coarser surfaces bounds its error.
 //!
 //! Source: B. Gilles, *Anatomical and kinematical modelling of the musculoskeletal system using
 //! MRI*, PhD thesis, 2007, section 4.7.2, which chooses distance maps for rigid bodies and
-//! surfaces or medial axes for others by their kind. Here, the measured error of the built
-//! structures decides, and the predicted cost.
+//! surfaces or medial axes for others by their kind. Here, proved bounds and predicted costs
+//! decide.
 //!
 //! ```
 //! use plan::{Detection, DetectionMethod, Plan, PlanParams, RespondParams};
@@ -26,14 +31,14 @@
 //!
 //! let params = PlanParams::with_tolerance(0.5);
 //! let mut plan = Plan::new(&mut scene, &params, Progress::none())?;
-//! assert_eq!(plan.pairs()[0].method, DetectionMethod::Field);
+//! assert_eq!(plan.pairs()[0].method, DetectionMethod::Exact);
 //! println!("{plan}");
 //!
 //! // The bone moves until one corner of the muscle is 3 over its base.
 //! scene.pose_body(bone, &Pose::new(DQuat::IDENTITY, DVec3::new(-5.0, -8.0, -3.0)))?;
 //! let mut detection = Detection::default();
 //! plan.detect(&mut scene, &mut detection)?;
-//! assert!((detection.pairs()[0].max_depth - 3.0).abs() < 0.5);
+//! assert!(detection.pairs()[0].is_overlapping() && detection.pairs()[0].depth.upper >= 3.0);
 //!
 //! plan.respond(&mut scene, &detection, &RespondParams::default())?;
 //! assert!(scene.body(muscle).positions()[0].length() > 2.5);
@@ -44,20 +49,24 @@
 //!
 //! - `rayon`: structures are built, and pairs are detected, on the threads of the current pool;
 //!   results are the same to the bit.
-//! - `serde`: parameters, methods, errors and operation counts implement `Serialize` and
+//! - `serde`: parameters, results, methods and operation counts implement `Serialize` and
 //!   `Deserialize`.
 //!
 //! None is on by default.
 
+mod accuracy;
 mod bone_field;
+mod budget;
 mod builder;
 mod candidates;
+mod choice;
+mod coarse_size;
 mod cost;
 mod detection;
 mod error;
-mod estimate;
 mod frame;
 mod method;
+mod motion;
 mod pair;
 mod pair_detector;
 mod params;
@@ -65,14 +74,17 @@ mod plan;
 mod planner;
 mod respond;
 mod structures;
+mod surface_depth;
 mod table;
+mod workload;
 
 pub use glam;
 
+pub use crate::accuracy::Accuracy;
+pub use crate::budget::FrameBudget;
 pub use crate::cost::{OperationCounts, machine_factor};
-pub use crate::detection::{Detection, PairDetection};
+pub use crate::detection::{Detection, LeftOutPair, PairDetection, PairState};
 pub use crate::error::PlanError;
-pub use crate::estimate::ErrorEstimate;
 pub use crate::method::{DetectionMethod, ExclusionReason, StructureKind};
 pub use crate::pair::{ExcludedPair, PairPlan};
 pub use crate::params::{ForcedMethod, PlanParams};

@@ -7,25 +7,31 @@ use distance_field::FieldError;
 use medial::MedialError;
 
 /// Method by which a pair of bodies is detected.
+///
+/// By every method but [`Medial`](Self::Medial), no overlap deeper than the pair's bound goes
+/// unseen: whatever a method leaves out is counted in its bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum DetectionMethod {
-    /// Vertices and edges of one body, reduced as far as the tolerance allows, against the
-    /// distance field of the other, which is rigid, and the vertices of that one against the
-    /// reduced surface. The error of a gap is that of the field plus the deviation of the reduced
-    /// surface.
+    /// The surfaces of both bodies as they are. Overlap and contacts are exact; the bound is the
+    /// width of the bracket on the depth. The depth errs to the low side.
+    Exact,
+    /// The same on coarser surfaces of one body or both. The bound is the certified deviation of
+    /// both and the width of the bracket. Overlaps that are shallower may go unseen, and bodies
+    /// that are apart by less may be reported as overlapping.
+    Coarse,
+    /// Contacts of one body's vertices and edges by the distance field of the other, which is
+    /// rigid, and of that one's vertices by the first one's surface. Overlap and depth as
+    /// [`Exact`](Self::Exact); the gaps of contacts err by up to the bound of the field, to either
+    /// side.
     Field,
-    /// Vertices of each body against the surface of the other, both reduced as far as the
-    /// tolerance allows. The error of a gap is the deviation of both; 0 where neither is reduced.
-    Surfaces,
-    /// Vertices of each body against the medial surface of the other, with as few balls as the
-    /// tolerance allows; rigid bodies have none. The error of a gap is the deviation of the
-    /// medial surface.
+    /// Vertices of each body against the medial surface of the other; rigid bodies have none. The
+    /// bound holds for gaps in the shape at which balls were generated, and no overlap by edges or
+    /// faces is seen: a pair without contacts is [undecided](crate::PairState::Undecided).
     ///
-    /// Never the cheapest, so that it is used only where it is forced: following balls costs more
-    /// than surfaces of the same error. It serves depths across the whole of a thin muscle, with
+    /// Used only where it is forced. It serves depths across the whole of a thin muscle, with
     /// normals that do not jump.
     Medial,
 }
@@ -39,7 +45,7 @@ pub enum StructureKind {
     /// Bounding volume tree over the body's own faces.
     Tree,
     /// Coarser surface on some of the body's vertices, with a tree.
-    Reduced,
+    Coarse,
     /// Distance field.
     Field,
     /// Medial surface that follows the body.
@@ -59,18 +65,6 @@ pub enum ExclusionReason {
     /// The scene ignores the pair.
     #[error("the pair is ignored")]
     Ignored,
-    /// The field's error exceeds the tolerance at the finest spacing that was tried.
-    #[error(
-        "a field with spacing {spacing:.3} still exceeds the tolerance ({error:.3} > {tolerance:.3})"
-    )]
-    FieldInaccurate {
-        /// Finest spacing that was tried.
-        spacing: f64,
-        /// Measured error at this spacing.
-        error: f64,
-        /// Largest accepted error of the field.
-        tolerance: f64,
-    },
     /// The field could not be built: it needs too much memory, for instance.
     #[error("a field with spacing {spacing:.3} cannot be built: {source}")]
     Field {
@@ -85,19 +79,12 @@ pub enum ExclusionReason {
     /// The surface could not be simplified.
     #[error(transparent)]
     Decimation(DecimateError),
-    /// The surface has too many vertices within the tolerance to be worth following.
-    #[error(
-        "a coarser surface within the tolerance keeps more than {percent:.0} % of the vertices"
-    )]
-    TooManyVertices {
-        /// Percentage of its vertices that a coarser surface may keep.
+    /// The coarse surface has too many faces to be worth following.
+    #[error("a coarser surface within the tolerance keeps more than {percent:.0} % of the faces")]
+    TooManyFaces {
+        /// Percentage of its faces that a coarser surface may keep.
         percent: f64,
     },
-    /// An open surface has no inside, and so no depths.
-    #[error(
-        "an open surface has no inside: use `Scene::sweep`, or `Scene::segment` where it is crossed"
-    )]
-    Open,
     /// Neither body of the pair can have a field.
     #[error("neither body is rigid with an inside")]
     NoBone,
@@ -106,8 +93,9 @@ pub enum ExclusionReason {
 impl fmt::Display for DetectionMethod {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
+            Self::Exact => "exact",
+            Self::Coarse => "coarse",
             Self::Field => "field",
-            Self::Surfaces => "surfaces",
             Self::Medial => "balls",
         })
     }
@@ -117,7 +105,7 @@ impl fmt::Display for StructureKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
             Self::Tree => "tree",
-            Self::Reduced => "reduced surface",
+            Self::Coarse => "coarse surface",
             Self::Field => "distance field",
             Self::Medial => "medial surface",
         })

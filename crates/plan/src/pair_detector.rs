@@ -1,29 +1,36 @@
 //! Detection of one pair by its method.
 
-use distance_field::{FieldContacts, FieldFeature};
+use distance_field::FieldContacts;
+use glam::DVec3;
 use kdop::Workspace;
 use medial::MedialScratch;
 use proximity::{ClosestPoint, PairProximity, SurfaceTree, contact};
-use scene::{Body, BodyId, PairId, Scene};
-use surface::{Contact, ContactSide, Term};
+use scene::{Body, BodyId, DepthBracket, PairId, Scene};
+use surface::{Aabb, Contact, ContactSide, Term};
 
+use crate::bone_field::MAX_DEPTH;
+use crate::budget::LastDepth;
+use crate::cost::count;
 use crate::structures::{ComparedSurface, Structures};
-use crate::{DetectionMethod, PairPlan, PlanError};
-
-/// Depth up to which the error of a field is [measured](distance_field::FieldReport) \[spacings\].
-/// Deeper values are wrong by more along the medial axis.
-const MEASURED_DEPTH: f64 = 2.0;
+use crate::surface_depth::{SurfaceDepth, larger, rounding};
+use crate::{
+    DetectionMethod, OperationCounts, PairDetection, PairPlan, PairState, PlanError, PlanParams,
+};
 
 /// Detector of one pair: its result, and memory that is reused from frame to frame.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct PairDetector {
     workspace: Workspace,
     surfaces: PairProximity,
+    depth: SurfaceDepth,
     field: FieldContacts,
     medial: MedialScratch,
     pub(crate) contacts: Vec<Contact>,
-    pub(crate) overlaps: bool,
-    pub(crate) min_gap: Option<f64>,
+    pub(crate) found: PairDetection,
+    /// Operations of the last detection.
+    pub(crate) operations: OperationCounts,
+    /// Bound on the depth of the last detection, in frames under a budget.
+    pub(crate) last: Option<LastDepth>,
 }
 
 /// Scene and structures of a frame.
@@ -32,37 +39,135 @@ pub(crate) struct Frame<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) structures: &'a Structures,
     pub(crate) margin: f64,
+    pub(crate) tolerance: f64,
 }
 
+impl<'a> Frame<'a> {
+    pub(crate) const fn new(
+        scene: &'a Scene,
+        structures: &'a Structures,
+        params: &PlanParams,
+    ) -> Self {
+        Self { scene, structures, margin: params.margin, tolerance: params.tolerance }
+    }
+}
+
+/// Part of the tolerance that deviations must leave for the bracket on a depth. Below, searches for
+/// depths take longer.
+pub(crate) const MIN_WIDTH: f64 = 0.1;
+
 impl PairDetector {
-    /// Detects a pair by its method.
+    pub(crate) fn new(pair: PairId) -> Self {
+        Self {
+            workspace: Workspace::default(),
+            surfaces: PairProximity::default(),
+            depth: SurfaceDepth::default(),
+            field: FieldContacts::default(),
+            medial: MedialScratch::default(),
+            contacts: Vec::new(),
+            found: apart(pair),
+            operations: OperationCounts::default(),
+            last: None,
+        }
+    }
+
+    /// Detects a pair by its method, or exactly where a coarse surface deviates too much.
     pub(crate) fn detect(&mut self, planned: &PairPlan, frame: Frame<'_>) -> Result<(), PlanError> {
-        self.clear();
-        match (planned.method, planned.bone()) {
-            (DetectionMethod::Field, None) => {}
+        self.clear(planned.method);
+        match (planned.method, planned.bone) {
             (DetectionMethod::Field, Some(bone)) => {
                 self.detect_by_field(bone, planned.other(bone), frame)?;
             }
-            (DetectionMethod::Surfaces, _) => {
-                let [a, b] = planned.pair.bodies();
-                let sides = [a, b].map(|id| frame.structures.compared(frame.scene, id));
-                self.detect_by_surfaces(sides, frame.margin);
-            }
             (DetectionMethod::Medial, _) => self.detect_by_balls(planned.pair, frame),
+            (DetectionMethod::Coarse, _)
+                if !frame.structures.is_stale(planned, frame.tolerance) =>
+            {
+                self.detect_by_surfaces(planned.pair, planned.is_coarse, frame);
+            }
+            _ => self.detect_exactly(planned.pair, frame),
         }
         Ok(())
     }
 
-    /// Detects a pair that is not in the plan, by the surfaces of both bodies as they are.
-    pub(crate) fn detect_unplanned(&mut self, pair: PairId, scene: &Scene, margin: f64) {
-        self.clear();
-        let sides = pair.bodies().map(|id| ComparedSurface::whole(scene.body(id)));
-        self.detect_by_surfaces(sides, margin);
+    /// Detects a pair by the surfaces of both bodies as they are.
+    pub(crate) fn detect_exactly(&mut self, pair: PairId, frame: Frame<'_>) {
+        self.clear(DetectionMethod::Exact);
+        self.detect_by_surfaces(pair, [false; 2], frame);
     }
 
-    fn clear(&mut self) {
+    /// Returns the number of vertices of each body that were projected to the other one.
+    pub(crate) fn near_counts(&self) -> [f64; 2] {
+        self.surfaces.sides().map(|side| count(side.near().len()))
+    }
+
+    /// Returns true if the last detection found no face of both bodies that meet, and no contact.
+    pub(crate) fn holds_nothing(&self) -> bool {
+        let is_apart = self.found.state == PairState::Apart;
+        is_apart && self.contacts.is_empty() && self.operations.meeting_faces <= 0.0
+    }
+
+    fn clear(&mut self, method: DetectionMethod) {
         self.contacts.clear();
-        (self.overlaps, self.min_gap) = (false, None);
+        self.operations = OperationCounts::default();
+        self.found = PairDetection { method, ..apart(self.found.pair) };
+    }
+
+    /// Detects two surfaces, each whole or coarse.
+    fn detect_by_surfaces(&mut self, pair: PairId, is_coarse: [bool; 2], frame: Frame<'_>) {
+        let Frame { scene, structures, margin, tolerance } = frame;
+        let bodies = pair.bodies();
+        let [a, b] = [0, 1].map(|i| structures.compared(scene, bodies[i], is_coarse[i]));
+        let [Some(a), Some(b)] = [a, b] else { return };
+        let deviation = structures.deviation(pair, is_coarse);
+
+        // What is apart by its bounds is as deep as the surfaces deviate, at most.
+        if !are_near(&a, &b, margin) {
+            self.decide(false, DepthBracket::default(), deviation, tolerance);
+            return;
+        }
+        self.surfaces.compute(a.tree, b.tree, margin);
+        self.extend_contacts(0, [&a, &b]);
+        self.extend_contacts(1, [&b, &a]);
+        self.found.min_gap = self.surfaces.min_gap();
+        self.count_surfaces([&a, &b]);
+
+        // The tolerance less the deviations is left for the bracket.
+        let width = tolerance - deviation;
+        let trees = [a.tree, b.tree];
+        let depth = self.depth.bracket(&self.surfaces, trees, width, &mut self.operations);
+        let is_overlapping = self.surfaces.overlaps() || depth.lower > rounding(trees);
+        self.decide(is_overlapping, depth, deviation, tolerance);
+    }
+
+    /// Sets the result from the depth of the compared surfaces, and from how much these deviate.
+    fn decide(
+        &mut self,
+        is_overlapping: bool,
+        depth: DepthBracket,
+        deviation: f64,
+        tolerance: f64,
+    ) {
+        let upper = depth.upper + deviation;
+        self.found.max_depth = depth.lower;
+        self.found.depth = DepthBracket { lower: (depth.lower - deviation).max(0.0), upper };
+        self.found.state = if is_overlapping {
+            PairState::Overlapping
+        } else if upper <= tolerance {
+            PairState::Apart
+        } else {
+            PairState::Undecided { upper }
+        };
+    }
+
+    /// Counts the operations of the last comparison of two surfaces.
+    fn count_surfaces(&mut self, sides: [&ComparedSurface<'_>; 2]) {
+        for side in sides {
+            self.operations.listed_vertices += count(side.tree.surface().vertex_count());
+        }
+        self.operations.meeting_faces += count(self.surfaces.meeting_faces().len());
+        for side in self.surfaces.sides() {
+            self.operations.near_vertices += count(side.near().len());
+        }
     }
 
     /// Detects a surface by the field of a bone, and the bone's own vertices by the surface.
@@ -73,67 +178,76 @@ impl PairDetector {
         &mut self,
         bone: BodyId,
         other: BodyId,
-        Frame { scene, structures, margin }: Frame<'_>,
+        frame: Frame<'_>,
     ) -> Result<(), PlanError> {
-        // The other body, reduced or whole, against the field.
-        let detector = structures.field_detector(scene, bone)?;
-        let Some((detector, state)) = detector else { return Ok(()) };
-        let Some(side) = structures.compared(scene, other) else { return Ok(()) };
-        self.field.compute(detector, &state, side.tree, side.contact.particles);
-
-        // The deepest vertex may be one that the reduced surface has not kept.
-        if let Some(coarse) = structures.coarse(other) {
-            let whole = scene.body(other).contact_surface();
-            let represented = |face| coarse.attached_to(face);
-            let (fine, particles) = (whole.positions, whole.particles);
-            self.field.add_deepest(detector, &state, fine, particles, represented);
+        let Frame { scene, structures, margin, tolerance } = frame;
+        let Some((detector, state)) = structures.field_detector(scene, bone)? else {
+            return Ok(());
+        };
+        let sides = [bone, other].map(|id| ComparedSurface::whole(scene.body(id)));
+        let [Some(bone), Some(side)] = sides else { return Ok(()) };
+        if !are_near(&bone, &side, margin) {
+            return Ok(());
         }
 
-        // The gap of the pair is that of its vertices; deep ones are projected to the bone itself.
-        let Some(bone) = ComparedSurface::whole(scene.body(bone)) else { return Ok(()) };
-        let max_depth = MEASURED_DEPTH * detector.field().grid().spacing();
+        // Deep points are projected to the bone itself: there the field has no proved bound.
+        self.field.compute(detector, &state, side.tree, side.contact.particles);
+        let max_depth = MAX_DEPTH * detector.field().grid().spacing();
         for found in self.field.contacts() {
             let mut contact = found.contact;
-            self.overlaps |= contact.gap < 0.0;
-            if matches!(found.feature, FieldFeature::Vertex(_)) {
-                if contact.gap < -max_depth {
-                    contact = project(&contact, scene.body(other), bone.tree, &mut self.workspace);
-                }
-                lower(&mut self.min_gap, contact.gap);
+            if contact.gap < -max_depth {
+                contact = project(&contact, scene.body(other), bone.tree, &mut self.workspace);
             }
+            lower(&mut self.found.min_gap, contact.gap);
             self.contacts.push(contact);
         }
+        self.operations.field_vertices += count(self.field.contacts().len());
 
-        // The bone's own vertices against the other body.
-        self.detect_vertices(&bone, &side, margin);
+        // The bone's own vertices, and where faces meet.
+        self.surfaces.compute_first(bone.tree, side.tree, margin);
+        self.extend_contacts(0, [&bone, &side]);
+        if let Some(gap) = self.surfaces.min_gap() {
+            lower(&mut self.found.min_gap, gap);
+        }
+        self.count_surfaces([&bone, &side]);
+
+        // Depth by the surfaces, which are exact. Without a common point of both, the other body
+        // is wholly inside the bone or outside.
+        let trees = [bone.tree, side.tree];
+        let meets = !self.surfaces.meeting_faces().is_empty() || self.surfaces.overlaps();
+        let is_overlapping = meets || self.contains_any(bone.tree, side.tree);
+        let depth =
+            if is_overlapping { self.search_depth(trees, frame) } else { DepthBracket::default() };
+        let is_overlapping = self.surfaces.overlaps() || depth.lower > rounding(trees);
+        self.decide(is_overlapping, depth, 0.0, tolerance);
         Ok(())
     }
 
-    /// Adds the vertices of `a` against the surface of `b`, and where faces cross.
-    fn detect_vertices(&mut self, a: &ComparedSurface<'_>, b: &ComparedSurface<'_>, margin: f64) {
-        if !are_near(a, b, margin) {
-            return;
+    /// Brackets the depth of two surfaces that meet or hold each other.
+    fn search_depth(&mut self, trees: [&SurfaceTree; 2], frame: Frame<'_>) -> DepthBracket {
+        let Frame { margin, tolerance, .. } = frame;
+        let meeting = self.surfaces.meeting_faces();
+        let found = self.depth.search(meeting, trees, tolerance, &mut self.operations);
+        if let [Some(a), Some(b)] = found {
+            return larger([a, b]);
         }
-        self.surfaces.compute_first(a.tree, b.tree, margin);
-        self.extend_contacts(0, [a, b]);
-        self.overlaps |= self.surfaces.overlaps();
-        if let Some(gap) = self.surfaces.min_gap() {
-            lower(&mut self.min_gap, gap);
-        }
+
+        // Where a surface has no winding numbers, vertices of both bracket the depth.
+        self.surfaces.compute(trees[0], trees[1], margin);
+        self.depth.bracket(&self.surfaces, trees, tolerance, &mut self.operations)
     }
 
-    /// Detects two surfaces, unless one of them is missing or they are apart by their bounds.
-    fn detect_by_surfaces(&mut self, sides: [Option<ComparedSurface<'_>>; 2], margin: f64) {
-        let [Some(a), Some(b)] = sides else { return };
-        if !are_near(&a, &b, margin) {
-            return;
+    /// Returns true if a component of a body that meets no other begins inside a bone.
+    fn contains_any(&mut self, bone: &SurfaceTree, body: &SurfaceTree) -> bool {
+        if bone.has_inside().is_err() {
+            return false;
         }
-
-        self.surfaces.compute(a.tree, b.tree, margin);
-        self.extend_contacts(0, [&a, &b]);
-        self.extend_contacts(1, [&b, &a]);
-        self.overlaps = self.surfaces.overlaps();
-        self.min_gap = self.surfaces.min_gap();
+        for &root in body.components() {
+            if bone.contains(body.position(root), &mut self.workspace) {
+                return true;
+            }
+        }
+        false
     }
 
     /// Adds the contacts of one side of the compared pair with the other side.
@@ -143,19 +257,61 @@ impl PairDetector {
         }
     }
 
-    fn detect_by_balls(&mut self, pair: PairId, Frame { scene, structures, .. }: Frame<'_>) {
+    /// Detects the vertices of both bodies by the balls of the other. Overlap by edges and faces is
+    /// not seen, so that a pair without contacts is as deep as its boxes allow, at most.
+    fn detect_by_balls(&mut self, pair: PairId, frame: Frame<'_>) {
+        let Frame { scene, structures, tolerance, .. } = frame;
         let [a, b] = pair.bodies();
         for [body, other] in [[a, b], [b, a]] {
             let Some(balls) = &structures.bodies[other.index()].medial else { continue };
             let sides = [body, other].map(|id| scene.body(id).contact_body());
             let [Some(body), Some(own)] = sides else { continue };
+            self.operations.ball_vertices += count(body.tree.surface().vertex_count());
             for found in balls.vertex_contacts(&body, &own, &mut self.medial) {
-                lower(&mut self.min_gap, found.contact.gap);
+                lower(&mut self.found.min_gap, found.contact.gap);
                 self.contacts.push(found.contact);
             }
         }
-        self.overlaps = self.min_gap.is_some_and(|gap| gap < 0.0);
+
+        let depth = self.found.min_gap.map_or(0.0, |gap| (-gap).max(0.0));
+        let box_of = |id| Aabb::of_points(scene.body(id).positions().iter().copied());
+        let upper = max_depth_by_boxes(scene, pair, pair.bodies().map(box_of));
+        self.decide(depth > 0.0, DepthBracket { lower: 0.0, upper }, 0.0, tolerance);
+        self.found.max_depth = depth;
     }
+}
+
+/// Returns the result of a pair that is apart.
+fn apart(pair: PairId) -> PairDetection {
+    PairDetection {
+        pair,
+        method: DetectionMethod::Exact,
+        state: PairState::Apart,
+        max_depth: 0.0,
+        depth: DepthBracket::default(),
+        min_gap: None,
+        contacts: 0..0,
+    }
+}
+
+/// Bounds the depth of a pair by the boxes of its bodies.
+///
+/// A point in both boxes leaves a body, and so meets its surface, within the way out of that
+/// body's box along any axis.
+pub(crate) fn max_depth_by_boxes(scene: &Scene, pair: PairId, boxes: [Aabb; 2]) -> f64 {
+    let common = boxes[0].intersection(boxes[1]);
+    if common.is_empty() {
+        return 0.0;
+    }
+
+    let mut upper: f64 = 0.0;
+    for (id, of_body) in pair.bodies().into_iter().zip(boxes) {
+        if scene.body(id).has_inside().is_ok() {
+            let way = (of_body.max - common.min).min(common.max - of_body.min);
+            upper = upper.max(way.min(0.5 * of_body.sides()).min_element());
+        }
+    }
+    upper
 }
 
 /// Lowers the smallest gap so far to another one.
@@ -163,23 +319,29 @@ fn lower(min_gap: &mut Option<f64>, gap: f64) {
     *min_gap = Some(min_gap.map_or(gap, |min_gap| min_gap.min(gap)));
 }
 
-/// Projects the vertex of a contact inside a bone to the bone's own surface.
+/// Projects the point of a contact inside a bone to the bone's own surface.
 fn project(
     contact: &Contact,
     body: &Body,
     bone: &SurfaceTree,
     workspace: &mut Workspace,
 ) -> Contact {
-    let Some(&Term { particle, .. }) = contact.stencil.terms().first() else { return *contact };
-    let vertex = particle - body.particles().start;
-    let position = body.positions()[vertex as usize];
-    let closest = bone.closest_point(position, f64::INFINITY, None, workspace);
+    // A vertex or a point of an edge, whose terms the stencil holds with a negative sign.
+    let first = body.particles().start;
+    let mut terms = [Term { particle: 0, weight: 0.0 }; 2];
+    let mut point = DVec3::ZERO;
+    let stencil = contact.stencil.terms();
+    for (own, &Term { particle, weight }) in terms.iter_mut().zip(stencil) {
+        *own = Term { particle, weight: -weight };
+        point -= weight * body.positions()[(particle - first) as usize];
+    }
+    let terms = &terms[..stencil.len().min(2)];
+    let closest = bone.closest_point(point, f64::INFINITY, None, workspace);
     let Some(ClosestPoint { foot, distance, .. }) = closest else { return *contact };
 
     // From inside, the normal points to the foot.
-    let normal = (foot.point - position).try_normalize().unwrap_or(contact.normal);
-    let vertex = [Term { particle, weight: 1.0 }];
-    let [on_body, on_bone] = [ContactSide::Particles(&vertex), ContactSide::at_rest(foot.point)];
+    let normal = (foot.point - point).try_normalize().unwrap_or(contact.normal);
+    let [on_body, on_bone] = [ContactSide::Particles(terms), ContactSide::at_rest(foot.point)];
     Contact::between(on_body, on_bone, normal, -distance)
 }
 

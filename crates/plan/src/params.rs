@@ -1,7 +1,5 @@
 //! Parameters of a plan.
 
-use std::time::Duration;
-
 use response::{ParameterError, not_negative, parameter, positive};
 use scene::PairId;
 
@@ -12,7 +10,8 @@ use crate::cost::count;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PlanParams {
-    /// Largest accepted error of a contact's gap, `> 0`.
+    /// Largest accepted error of a depth or of a contact's gap, `> 0`: the bound of each pair's
+    /// method is proved to be within it.
     pub tolerance: f64,
     /// Largest gap that is still reported as a contact, `>= 0`.
     pub margin: f64,
@@ -24,12 +23,12 @@ pub struct PlanParams {
     /// cost. With infinity, every pair is planned: their number grows with the square of the
     /// bodies.
     pub max_displacement: f64,
-    /// Largest accepted time of a detection frame. A plan that is predicted to take longer is
-    /// replaced by a coarser one, with a larger [tolerance](crate::Plan::tolerance).
-    pub budget: Option<Duration>,
+    /// Number of frames that the plan will serve, `>= 1`. A structure is built where it saves more
+    /// than it costs over so many frames; for one frame hardly anything is.
+    pub frames: u32,
     /// Time of an operation over its time on the
     /// [reference machine](crate::OperationCounts::SECONDS), `> 0`. It scales all predicted times
-    /// alike, and so changes a choice only under a budget. [`machine_factor`] measures it.
+    /// alike, and so changes no choice. [`machine_factor`] measures it.
     ///
     /// [`machine_factor`]: crate::machine_factor()
     pub machine_factor: f64,
@@ -48,15 +47,15 @@ pub struct ForcedMethod {
 }
 
 impl PlanParams {
-    /// Returns the parameters of a plan with this tolerance, which prepares for the pairs that are
-    /// in contact now.
+    /// Returns the parameters of a plan with this tolerance for one frame, which prepares for the
+    /// pairs that are in contact now.
     #[must_use]
     pub const fn with_tolerance(tolerance: f64) -> Self {
         Self {
             tolerance,
             margin: 0.0,
             max_displacement: 0.0,
-            budget: None,
+            frames: 1,
             machine_factor: 1.0,
             threads: 1,
         }
@@ -75,6 +74,7 @@ impl PlanParams {
             return Err(ParameterError { name, value, range: "at least 0" });
         }
         positive("machine_factor", self.machine_factor)?;
+        parameter("frames", f64::from(self.frames), "at least 1", self.frames > 0)?;
         parameter("threads", count(self.threads), "at least 1", self.threads > 0)?;
         Ok(())
     }

@@ -7,6 +7,7 @@ use scene::{Body, BodyMove, PairId, Progress, Scene, SweepReport};
 use surface::Aabb;
 
 use crate::cost::count;
+use crate::motion::BodyMotion;
 use crate::pair_detector::PairDetector;
 use crate::structures::Structures;
 use crate::{
@@ -19,7 +20,6 @@ use crate::{
 #[derive(Debug)]
 pub struct Plan {
     pub(crate) params: PlanParams,
-    pub(crate) tolerance: f64,
     pub(crate) pairs: Vec<PairPlan>,
     pub(crate) excluded_pairs: Vec<ExcludedPair>,
     pub(crate) far_pair_count: usize,
@@ -31,6 +31,10 @@ pub struct Plan {
     pub(crate) bodies: Vec<PlannedBody>,
     /// Detectors of the planned pairs, in their order.
     pub(crate) detectors: Vec<PairDetector>,
+    /// Motion of each body, where frames are detected under a budget.
+    pub(crate) motion: Option<Vec<BodyMotion>>,
+    /// Number of frames that were detected.
+    pub(crate) frame_count: u64,
 }
 
 /// Body of the scene that a plan was made for.
@@ -87,11 +91,10 @@ impl Plan {
         &self.missing
     }
 
-    /// Returns the tolerance that is served: that of the parameters, or a larger one under a
-    /// budget.
+    /// Returns the parameters.
     #[must_use]
-    pub fn tolerance(&self) -> f64 {
-        self.tolerance
+    pub fn params(&self) -> &PlanParams {
+        &self.params
     }
 
     /// Returns the predicted time of a frame, on the machine and the threads of the parameters.
@@ -101,16 +104,12 @@ impl Plan {
         Duration::from_secs_f64(machine_factor * self.operations().seconds() / count(threads))
     }
 
-    /// Returns the operations of a frame, counted where the bodies were when the plan was made.
+    /// Returns the operations of a frame: predicted from the state in which the plan was made, and
+    /// the exponential mean of the counts since frames were detected. Where no structure could have
+    /// paid, nothing is counted before the first frame.
     #[must_use]
     pub fn operations(&self) -> OperationCounts {
         self.pairs.iter().fold(self.follow, |sum, pair| sum + pair.operations)
-    }
-
-    /// Returns true if the predicted time is within the budget, or there is none.
-    #[must_use]
-    pub fn is_within_budget(&self) -> bool {
-        self.params.budget.is_none_or(|budget| self.predicted_time() <= budget)
     }
 
     /// Finds the first contacts of pairs that are not excluded while bodies move to new

@@ -1,31 +1,40 @@
-//! Making of a plan: candidate pairs, structures within a tolerance, and their costs.
+//! Making of a plan: pairs, choice of their methods, and construction of what these need.
 
-use glam::DVec3;
-use kdop::Dop18;
-use scene::{BodyId, Scene};
+use scene::{Body, BodyId, Scene};
+use surface::parallel;
 use surface::progress::Progress;
 
-use crate::builder::Builder;
-use crate::candidates::Candidates;
+use crate::bone_field::FieldSize;
+use crate::builder::{Builder, COARSE_SHARE};
+use crate::candidates::{NearPair, NearPairs, unsuitable};
+use crate::choice::place;
+use crate::choice::{BodyOptions, Candidate, Choice, KINDS, Options, PairOptions, StructureSet};
+use crate::coarse_size::predicted_faces;
 use crate::cost::{OperationCounts, count};
 use crate::pair_detector::PairDetector;
 use crate::plan::PlannedBody;
-use crate::structures::Structures;
-use crate::{DetectionMethod, ForcedMethod, PairPlan, Plan, PlanError, PlanParams};
+use crate::structures::{MissingStructure, Structures, coarse_construction, tree_construction};
+use crate::workload::Workload;
+use crate::{
+    Accuracy, DetectionMethod, ForcedMethod, PairPlan, Plan, PlanError, PlanParams, StructureKind,
+};
 
-/// Factor from one tolerance to the next that is tried under a budget. Below, more plans are
-/// built; above, more accuracy is given up than the budget needs.
-const COARSENING: f64 = 1.5;
-
-/// Number of tolerances that are tried under a budget.
-const MAX_COARSENINGS: u32 = 10;
+/// Largest time of exact detection per face of both bodies of a pair \[s\]: deep overlaps take a
+/// third of it. Below, structures that would pay are not considered; above, work is counted for
+/// structures that do not.
+const MAX_SECONDS_PER_FACE: f64 = 1e-6;
 
 impl Plan {
     /// Chooses a method for each pair of bodies that may meet, and builds what they need.
     ///
+    /// Of the methods whose bound is proved to be within the tolerance, those are taken that are
+    /// predicted to take the least time for construction and all [frames](PlanParams::frames).
+    /// Nothing else is built. Where a structure may pay at all, the exact detection of each pair is
+    /// run once, and its work counted.
+    ///
     /// Fields are built at the positions that rigid bodies were added with, and follow their
-    /// poses. Reduced surfaces are built at the present positions and follow the vertices that
-    /// they have kept. Where a body is stretched, so is their deviation.
+    /// poses. Coarse surfaces are built at the present positions and follow the vertices that
+    /// they have kept.
     ///
     /// # Errors
     ///
@@ -40,7 +49,7 @@ impl Plan {
     }
 
     /// Makes a plan as [`Self::new`] does, with methods that the caller has chosen for some
-    /// pairs.
+    /// pairs, whatever their cost and bound.
     ///
     /// # Errors
     ///
@@ -52,130 +61,310 @@ impl Plan {
         progress: Progress<'_>,
     ) -> Result<Self, PlanError> {
         params.validate()?;
-        let candidates = Candidates::find(scene, params, forced)?;
-        let mut planner = Planner::new(scene, params, forced, candidates);
+        let near = NearPairs::find(scene, params, forced)?;
+        let mut planner = Planner::new(scene, params, near.planned);
+        planner.count_work(scene, progress.part(0.0, 0.1))?;
 
-        // Under a budget, coarser plans are tried until one keeps to it.
-        let mut plan = planner.plan(params.tolerance, progress)?;
-        for _ in 0..MAX_COARSENINGS {
-            if plan.is_within_budget() {
-                break;
+        // A structure that cannot be built takes its candidates with it.
+        let mut builder = Builder::new(scene, params);
+        let (choice, options) = loop {
+            let options = planner.options(scene)?;
+            let choice = options.choose();
+            let missing = builder.build(&choice, &planner.forced, progress.part(0.1, 1.0))?;
+            if missing.is_empty() {
+                break (choice, options);
             }
-            plan = planner.plan(COARSENING * plan.tolerance, progress.part(1.0, 1.0))?;
-        }
+            planner.exclude(missing);
+        };
+        let structures = builder.finish(&choice);
+        planner.measure_coarse(scene, &structures);
+        let mut plan = planner.into_plan(scene, structures, &choice, &options);
+        plan.excluded_pairs = near.excluded;
+        plan.far_pair_count = near.far_pair_count;
+
         scene.fit(&plan.structures.uses_tree)?;
         plan.built = plan.structures.list(scene);
         Ok(plan)
     }
 }
 
-/// Maker of plans for one scene, with what does not depend on the tolerance.
+/// Maker of a plan.
 struct Planner<'a> {
-    scene: &'a Scene,
     params: &'a PlanParams,
-    candidates: Candidates,
-    builder: Builder<'a>,
-    /// Bounds of each body.
-    bounds: Vec<Dop18>,
+    pairs: Vec<NearPair>,
+    /// Work of each pair; nothing where no structure may pay.
+    workloads: Vec<Workload>,
+    /// One per body: structures that are not considered for free pairs, since they cannot pay.
+    useless: Vec<StructureSet>,
+    /// One per body: structures that cannot be built.
+    excluded: Vec<StructureSet>,
+    missing: Vec<MissingStructure>,
+    /// One per body: structures that forced methods need.
+    forced: Vec<StructureSet>,
+    /// One per body: faces of its coarse surface over its own.
+    kept: Vec<f64>,
+    field_sizes: Vec<Option<FieldSize>>,
 }
 
+const COARSE: StructureSet = StructureSet::of(StructureKind::Coarse);
+const FIELD: StructureSet = StructureSet::of(StructureKind::Field);
+
 impl<'a> Planner<'a> {
-    fn new(
-        scene: &'a Scene,
-        params: &'a PlanParams,
-        forced: &'a [ForcedMethod],
-        candidates: Candidates,
-    ) -> Self {
-        let bounds = scene.bodies().iter().map(|body| Dop18::from_points(body.positions()));
-        let builder = Builder::new(scene, params.margin, forced);
-        Self { scene, params, candidates, builder, bounds: bounds.collect() }
+    fn new(scene: &Scene, params: &'a PlanParams, pairs: Vec<NearPair>) -> Self {
+        let none = vec![StructureSet::default(); scene.bodies().len()];
+        let mut planner = Self {
+            params,
+            workloads: vec![Workload::default(); pairs.len()],
+            useless: none.clone(),
+            excluded: none.clone(),
+            missing: Vec::new(),
+            forced: none,
+            kept: vec![1.0; scene.bodies().len()],
+            field_sizes: vec![None; scene.bodies().len()],
+            pairs,
+        };
+        planner.find_useless(scene);
+        planner
     }
 
-    /// Makes a plan for a tolerance.
-    fn plan(&mut self, tolerance: f64, progress: Progress<'_>) -> Result<Plan, PlanError> {
-        // Structures first: a pair whose structure cannot be built changes its method.
-        let mut pairs = self.candidates.planned.clone();
-        let (structures, missing) = self.builder.build(&mut pairs, tolerance, progress)?;
-
-        // Then the errors and costs of what was built.
-        for pair in &mut pairs {
-            pair.error = structures.error(pair);
-            pair.operations = self.pair_operations(pair, &structures);
-            pair.cost = self.params.machine_factor * pair.operations.seconds();
+    /// Finds the structures that could not pay even if they saved all work of their body's pairs.
+    fn find_useless(&mut self, scene: &Scene) {
+        let frames = f64::from(self.params.frames);
+        let mut max_saved = vec![0.0; scene.bodies().len()];
+        for pair in self.pairs.iter().filter(|pair| pair.forced.is_none()) {
+            let faces = pair.pair.bodies().map(|id| count(scene.body(id).surface().faces().len()));
+            for id in pair.pair.bodies() {
+                max_saved[id.index()] += frames * MAX_SECONDS_PER_FACE * (faces[0] + faces[1]);
+            }
         }
-        let follow = self.follow_operations(&structures);
-        let mut detectors = Vec::new();
-        detectors.resize_with(pairs.len(), PairDetector::default);
-        Ok(Plan {
+
+        for (number, body) in scene.bodies().iter().enumerate() {
+            let saved = max_saved[number];
+            if coarse_construction(body).seconds() >= saved {
+                self.useless[number] = self.useless[number].with(COARSE);
+            }
+            let is_closed_bone = body.is_rigid() && body.has_inside().is_ok();
+            if is_closed_bone {
+                let size = FieldSize::new(body, self.params.tolerance, self.params.margin);
+                self.field_sizes[number] = Some(size);
+            }
+            let pays = self.field_sizes[number].is_some_and(|size| {
+                size.bound() <= self.params.tolerance && field_seconds(size) < saved
+            });
+            if !pays {
+                self.useless[number] = self.useless[number].with(FIELD);
+            }
+        }
+    }
+
+    /// Counts the work of all pairs, unless every free pair has the exact candidate alone.
+    fn count_work(&mut self, scene: &mut Scene, progress: Progress<'_>) -> Result<(), PlanError> {
+        let mut is_member = vec![false; scene.bodies().len()];
+        let mut may_pay = false;
+        for pair in &self.pairs {
+            for id in pair.pair.bodies() {
+                is_member[id.index()] = true;
+                let useless = self.useless[id.index()];
+                let both = useless.has(StructureKind::Coarse) && useless.has(StructureKind::Field);
+                may_pay |= pair.forced.is_none() && !both;
+            }
+        }
+        if !may_pay {
+            return Ok(());
+        }
+        scene.fit(&is_member)?;
+        self.workloads = Workload::count_all(scene, &self.pairs, self.params, progress)?;
+
+        // Sizes of coarse surfaces, where one may pay.
+        let scene = &*scene;
+        let deviation = COARSE_SHARE * self.params.tolerance;
+        self.kept = parallel::map(scene.bodies().len(), |number| {
+            let body = &scene.bodies()[number];
+            if !is_member[number] || self.useless[number].has(StructureKind::Coarse) {
+                return 1.0;
+            }
+            predicted_faces(body, deviation) / count(body.surface().faces().len())
+        });
+        Ok(())
+    }
+
+    /// Lists the candidates of all pairs and the costs of their structures.
+    fn options(&mut self, scene: &Scene) -> Result<Options, PlanError> {
+        let frames = f64::from(self.params.frames);
+        let mut pairs = Vec::new();
+        self.forced.fill(StructureSet::default());
+        for number in 0..self.pairs.len() {
+            let candidates = self.candidates(scene, number)?;
+            let pair = self.pairs[number].pair;
+            if let (Some(_), [only]) = (self.pairs[number].forced, &candidates[..]) {
+                for (id, needs) in pair.bodies().into_iter().zip(only.needs(pair)) {
+                    self.forced[id.index()] = self.forced[id.index()].with(needs);
+                }
+            }
+            pairs.push(PairOptions { pair, candidates });
+        }
+        let bodies = scene.bodies().iter().enumerate();
+        let bodies = bodies.map(|(number, body)| self.body_options(number, body)).collect();
+        Ok(Options { frames, bodies, pairs })
+    }
+
+    /// Lists the candidates of a pair: the forced one, or exact detection and what may pay.
+    fn candidates(&self, scene: &Scene, number: usize) -> Result<Vec<Candidate>, PlanError> {
+        let (NearPair { pair, forced, bone }, work) = (self.pairs[number], &self.workloads[number]);
+        let bodies = pair.bodies();
+        let kept = bodies.map(|id| self.kept[id.index()]);
+        let exact = work.predict(DetectionMethod::Exact, pair, [false; 2], None, kept);
+        let can = |id: BodyId, kind| !self.excluded[id.index()].has(kind);
+
+        // A forced method, as far as its structures can be built.
+        if let Some(method) = forced {
+            let is_coarse = match method {
+                DetectionMethod::Coarse => bodies.map(|id| can(id, StructureKind::Coarse)),
+                _ => [false; 2],
+            };
+            let bone = bone.filter(|_| method == DetectionMethod::Field);
+            let lacks_field = bone.is_some_and(|id| !can(id, StructureKind::Field));
+            let lacks_coarse = method == DetectionMethod::Coarse && is_coarse == [false; 2];
+            if lacks_field || lacks_coarse {
+                let missing = self.missing.iter().find(|missing| pair.contains(missing.body));
+                let reason = missing.map(|missing| missing.reason.clone());
+                return match reason {
+                    Some(reason) => Err(unsuitable(scene, pair, method, reason)),
+                    None => Ok(vec![exact]),
+                };
+            }
+            return Ok(vec![work.predict(method, pair, is_coarse, bone, kept)]);
+        }
+
+        // Free methods: exact, coarse on either side, field.
+        let mut candidates = vec![exact];
+        let is_useful = |id: BodyId, kind| can(id, kind) && !self.useless[id.index()].has(kind);
+        for is_coarse in [[true, false], [false, true], [true, true]] {
+            let suits = [0, 1]
+                .iter()
+                .all(|&side| !is_coarse[side] || is_useful(bodies[side], StructureKind::Coarse));
+            if suits {
+                let method = DetectionMethod::Coarse;
+                candidates.push(work.predict(method, pair, is_coarse, None, kept));
+            }
+        }
+        if bone.is_some_and(|id| is_useful(id, StructureKind::Field)) {
+            let method = DetectionMethod::Field;
+            candidates.push(work.predict(method, pair, [false; 2], bone, kept));
+        }
+        Ok(candidates)
+    }
+
+    /// Computes the costs of a body's structures: construction, and following it in all frames.
+    fn body_options(&self, number: usize, body: &Body) -> BodyOptions {
+        let frames = f64::from(self.params.frames);
+        let follow = self.follow(number, body);
+        let built = if body.tree().is_some() { 0.0 } else { tree_construction(body).seconds() };
+        let mut seconds = [0.0; KINDS];
+        seconds[place(StructureKind::Tree)] = built;
+        seconds[place(StructureKind::Coarse)] = coarse_construction(body).seconds();
+        let field = self.field_sizes[number].map_or(f64::INFINITY, field_seconds);
+        seconds[place(StructureKind::Field)] = field;
+        for kind in 0..KINDS {
+            seconds[kind] += frames * follow[kind].seconds();
+        }
+        BodyOptions { seconds }
+    }
+
+    /// Counts the operations by which each kind of structure follows its body.
+    fn follow(&self, number: usize, body: &Body) -> [OperationCounts; KINDS] {
+        let refit = |refit_faces| OperationCounts { refit_faces, ..OperationCounts::default() };
+        let faces = count(body.surface().faces().len());
+        let tied_vertices = count(body.positions().len());
+        let mut follow = [OperationCounts::default(); KINDS];
+        follow[place(StructureKind::Tree)] = refit(faces);
+        follow[place(StructureKind::Coarse)] = refit(self.kept[number] * faces);
+        follow[place(StructureKind::Medial)] =
+            OperationCounts { tied_vertices, ..OperationCounts::default() };
+        follow
+    }
+
+    /// Excludes structures that could not be built.
+    fn exclude(&mut self, missing: Vec<MissingStructure>) {
+        for missing in &missing {
+            let set = &mut self.excluded[missing.body.index()];
+            *set = set.with(StructureSet::of(missing.kind));
+        }
+        self.missing.extend(missing);
+    }
+
+    /// Replaces predicted sizes of coarse surfaces by those that were built.
+    fn measure_coarse(&mut self, scene: &Scene, structures: &Structures) {
+        for id in scene.ids() {
+            if let Some(coarse) = structures.coarse(id) {
+                let faces = scene.body(id).surface().faces().len();
+                self.kept[id.index()] = count(coarse.tree().surface().faces().len()) / count(faces);
+            }
+        }
+    }
+
+    /// Makes the plan of a choice whose structures were built.
+    fn into_plan(
+        mut self,
+        scene: &Scene,
+        structures: Structures,
+        choice: &Choice,
+        options: &Options,
+    ) -> Plan {
+        let mut pairs = Vec::new();
+        for (number, &chosen) in choice.candidates.iter().enumerate() {
+            let PairOptions { pair, candidates } = &options.pairs[number];
+            let Candidate { method, is_coarse, bone, .. } = candidates[chosen];
+
+            // Predicted again, from the sizes as they were built.
+            let kept = pair.bodies().map(|id| self.kept[id.index()]);
+            let work = &self.workloads[number];
+            let operations = work.predict(method, *pair, is_coarse, bone, kept).operations;
+            let accuracy = Accuracy::EXACT;
+            let cost = self.params.machine_factor * operations.seconds();
+            let pair = *pair;
+            let mut planned = PairPlan {
+                pair,
+                method,
+                is_coarse,
+                bone,
+                accuracy,
+                operations,
+                cost,
+                measured_seconds: None,
+            };
+            planned.accuracy = structures.accuracy(&planned, self.params.tolerance);
+            pairs.push(planned);
+        }
+
+        let mut follow = OperationCounts::default();
+        for (number, body) in scene.bodies().iter().enumerate() {
+            let of_body = self.follow(number, body);
+            for kind in [StructureKind::Tree, StructureKind::Coarse, StructureKind::Medial] {
+                if choice.structures[number].has(kind) {
+                    follow = follow + of_body[place(kind)];
+                }
+            }
+        }
+        self.missing.sort_by_key(|missing| missing.body);
+        Plan {
             params: *self.params,
-            tolerance,
+            detectors: pairs.iter().map(|planned| PairDetector::new(planned.pair)).collect(),
             pairs,
-            excluded_pairs: self.candidates.excluded.clone(),
-            far_pair_count: self.candidates.far_pair_count,
+            excluded_pairs: Vec::new(),
+            far_pair_count: 0,
             structures,
             built: Vec::new(),
-            missing,
+            missing: self.missing,
             follow,
-            bodies: self.scene.bodies().iter().map(PlannedBody::new).collect(),
-            detectors,
-        })
-    }
-
-    /// Counts the operations that refit the structures of all bodies.
-    fn follow_operations(&self, structures: &Structures) -> OperationCounts {
-        let mut operations = OperationCounts::default();
-        for (number, body) in self.scene.bodies().iter().enumerate() {
-            // Trees are refit over all of their faces, and balls follow all vertices.
-            let of_body = &structures.bodies[number];
-            if structures.uses_tree[number] {
-                operations.refit_faces += count(body.surface().faces().len());
-            }
-            if let Some(coarse) = &of_body.coarse {
-                operations.refit_faces += count(coarse.tree().surface().faces().len());
-            }
-            if of_body.medial.is_some() {
-                operations.tied_vertices += count(body.positions().len());
-            }
+            bodies: scene.bodies().iter().map(PlannedBody::new).collect(),
+            motion: None,
+            frame_count: 0,
         }
-        operations
     }
+}
 
-    /// Counts the operations that detect one pair.
-    fn pair_operations(&self, pair: &PairPlan, structures: &Structures) -> OperationCounts {
-        let mut operations = OperationCounts::default();
-        match (pair.method, pair.bone()) {
-            (DetectionMethod::Field, None) => {}
-            (DetectionMethod::Field, Some(bone)) => {
-                // What is far from the other body is culled in no time.
-                let other = pair.other(bone);
-                let side = structures.contact_surface(self.scene, other);
-                operations.field_vertices = self.count_near(side.positions.as_slice(), bone);
-                // A bone has two faces per vertex.
-                let positions = self.scene.body(bone).positions();
-                operations.compared_faces = 2.0 * self.count_near(positions, other);
-            }
-            (DetectionMethod::Surfaces, _) => {
-                for id in pair.pair.bodies() {
-                    let side = structures.contact_surface(self.scene, id);
-                    operations.compared_faces += count(side.surface.faces().len());
-                }
-            }
-            (DetectionMethod::Medial, _) => {
-                let [a, b] = pair.pair.bodies();
-                for (body, other) in [(a, b), (b, a)] {
-                    if structures.bodies[other.index()].medial.is_some() {
-                        let positions = self.scene.body(body).positions();
-                        operations.ball_vertices += self.count_near(positions, other);
-                    }
-                }
-            }
-        }
-        operations
-    }
-
-    /// Counts the points within the margin of a body's bounds.
-    fn count_near(&self, points: &[DVec3], body: BodyId) -> f64 {
-        let bounds = self.bounds[body.index()].inflated(self.params.margin);
-        count(points.iter().filter(|&&p| bounds.overlaps(&Dop18::from_points(&[p]))).count())
-    }
+/// Returns the time of construction of a field \[s\].
+fn field_seconds(size: FieldSize) -> f64 {
+    OperationCounts { field_nodes: size.nodes, ..OperationCounts::default() }.seconds()
 }

@@ -1,5 +1,6 @@
 //! Response to the contacts of a frame: soft bodies move apart.
 
+use decimate::CoarseSurface;
 use glam::DVec3;
 use response::{
     ContactLaw, ContactRows, ContactSystem, Margins, ResponseError, SolveLevel, SolveReport,
@@ -21,7 +22,7 @@ pub struct RespondParams {
 
 impl Plan {
     /// Moves the vertices of soft bodies so that the contacts of a frame separate: all contacts
-    /// at once, with equal masses. Vertices that a reduced surface has not kept follow it.
+    /// at once, with equal masses. Vertices that a coarse surface has not kept follow it.
     ///
     /// One call corrects positions once; the next detection finds the contacts that this makes.
     /// Overlap removal (the crate `resolve`) repeats both until nothing overlaps, and keeps
@@ -45,7 +46,7 @@ impl Plan {
             let particles = body.particles();
             let mut u = displacements[particles.start as usize..particles.end as usize].to_vec();
             if let Some(coarse) = self.structures.coarse(id) {
-                coarse.spread(&mut u);
+                follow_kept(coarse, &mut u);
             }
             if !body.is_rigid() && u.iter().any(|&u| u != DVec3::ZERO) {
                 let x: Vec<DVec3> = body.positions().iter().zip(&u).map(|(x, u)| x + u).collect();
@@ -53,6 +54,18 @@ impl Plan {
             }
         }
         Ok(report)
+    }
+}
+
+/// Moves the vertices that a coarse surface has not kept with it, unless contacts of the body's own
+/// surface move them.
+fn follow_kept(coarse: &CoarseSurface, displacements: &mut [DVec3]) {
+    let own = displacements.to_vec();
+    coarse.spread(displacements);
+    for (displacement, own) in displacements.iter_mut().zip(own) {
+        if own != DVec3::ZERO {
+            *displacement = own;
+        }
     }
 }
 

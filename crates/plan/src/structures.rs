@@ -4,14 +4,19 @@ use decimate::CoarseSurface;
 use distance_field::FieldDetector;
 use medial::MedialDetector;
 use proximity::{ContactSurface, ParticleNumbers, SurfaceTree};
-use scene::{Body, BodyId, Scene};
+use scene::{Body, BodyId, PairId, Scene};
 use surface::{RigidState, parallel};
 
 use crate::bone_field::BoneField;
-use crate::{DetectionMethod, ErrorEstimate, ExclusionReason, PairPlan, PlanError, StructureKind};
+use crate::cost::count;
+use crate::pair_detector::MIN_WIDTH;
+use crate::{
+    Accuracy, DetectionMethod, ExclusionReason, OperationCounts, PairPlan, PlanError, StructureKind,
+};
 
 /// Structure that was built for a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Structure {
     /// The body.
     pub body: BodyId,
@@ -21,10 +26,12 @@ pub struct Structure {
     pub size: usize,
     /// Distance between the nodes of a field.
     pub spacing: Option<f64>,
-    /// Distance between the structure and the body's own surface.
-    pub error: ErrorEstimate,
+    /// Accuracy of the structure: its deviation from the body's own surface.
+    pub accuracy: Accuracy,
     /// Memory, in bytes.
     pub bytes: usize,
+    /// Operations of its construction, by which it was chosen.
+    pub operations: OperationCounts,
 }
 
 /// Structure that might have been built for a body and was not.
@@ -38,23 +45,13 @@ pub struct MissingStructure {
     pub reason: ExclusionReason,
 }
 
-impl Structure {
-    fn new(
-        body: BodyId,
-        kind: StructureKind,
-        size: usize,
-        error: ErrorEstimate,
-        bytes: usize,
-    ) -> Self {
-        Self { body, kind, size, spacing: None, error, bytes }
-    }
-}
-
 /// Structures of all bodies of a scene, in their order.
 #[derive(Debug)]
 pub(crate) struct Structures {
     /// One per body: true if the tree over its own faces is used.
     pub(crate) uses_tree: Vec<bool>,
+    /// The same for the present frame, in which some pairs are detected exactly.
+    uses_tree_now: Vec<bool>,
     pub(crate) bodies: Vec<BodyStructures>,
 }
 
@@ -64,6 +61,8 @@ pub(crate) struct BodyStructures {
     pub(crate) coarse: Option<CoarseSurface>,
     pub(crate) field: Option<BoneField>,
     pub(crate) medial: Option<MedialDetector>,
+    /// True if they are where the body is, in frames that follow bodies pair by pair.
+    is_current: bool,
 }
 
 /// Surface of a body as it is compared with another one.
@@ -84,64 +83,127 @@ impl Structures {
     /// Returns no structures, for a number of bodies.
     pub(crate) fn new(count: usize) -> Self {
         let bodies = std::iter::repeat_with(BodyStructures::default).take(count).collect();
-        Self { uses_tree: vec![false; count], bodies }
+        Self { uses_tree: vec![false; count], uses_tree_now: Vec::new(), bodies }
     }
 
-    /// Moves trees, reduced surfaces and balls to where the bodies are.
-    pub(crate) fn follow(&mut self, scene: &mut Scene) -> Result<(), PlanError> {
-        // Trees first: balls that are compared with a bone use its tree.
-        scene.fit(&self.uses_tree)?;
-        let scene = &*scene;
+    /// Moves coarse surfaces, balls and trees to where the bodies are. Pairs whose coarse surfaces
+    /// deviate too much there get trees.
+    pub(crate) fn follow(
+        &mut self,
+        scene: &mut Scene,
+        pairs: &[PairPlan],
+        tolerance: f64,
+    ) -> Result<(), PlanError> {
+        let bodies = scene.bodies();
         parallel::try_for_each_mut(&mut self.bodies, |number, structures| {
-            let body = &scene.bodies()[number];
-            if let Some(coarse) = &mut structures.coarse {
-                coarse.follow(body.positions())?;
+            structures.follow(&bodies[number])
+        })?;
+
+        // Trees last, since coarse surfaces decide which are needed.
+        self.uses_tree_now.clone_from(&self.uses_tree);
+        for planned in pairs {
+            if self.is_stale(planned, tolerance) {
+                for id in planned.pair.bodies() {
+                    self.uses_tree_now[id.index()] = true;
+                }
             }
-            if let Some(medial) = &mut structures.medial {
-                medial.follow(body.checked_positions())?;
-            }
-            Ok(())
-        })
+        }
+        scene.fit(&self.uses_tree_now)?;
+        Ok(())
     }
 
-    /// Returns a body as it is compared: by its reduced surface, if it has one. `None` where its
-    /// own faces are compared and have no tree.
+    /// Begins a frame in which bodies are followed pair by pair.
+    pub(crate) fn begin_frame(&mut self) {
+        for structures in &mut self.bodies {
+            structures.is_current = false;
+        }
+    }
+
+    /// Moves the structures of two bodies that a pair needs, which is in the plan or not, and
+    /// counts the operations.
+    pub(crate) fn follow_pair(
+        &mut self,
+        scene: &mut Scene,
+        pair: PairId,
+        planned: Option<&PairPlan>,
+        tolerance: f64,
+    ) -> Result<OperationCounts, PlanError> {
+        let mut operations = OperationCounts::default();
+        for id in pair.bodies() {
+            let structures = &mut self.bodies[id.index()];
+            if !structures.is_current {
+                structures.follow(scene.body(id))?;
+                structures.is_current = true;
+                operations = operations + structures.follow_operations(scene.body(id));
+            }
+        }
+
+        // Trees of whole bodies, unless coarse surfaces stand for them.
+        let is_coarse = match planned {
+            Some(planned) if !self.is_stale(planned, tolerance) => planned.is_coarse,
+            _ => [false; 2],
+        };
+        self.uses_tree_now.clear();
+        self.uses_tree_now.resize(self.bodies.len(), false);
+        for (id, is_coarse) in pair.bodies().into_iter().zip(is_coarse) {
+            let body = scene.body(id);
+            if !is_coarse && body.tree().is_none() {
+                self.uses_tree_now[id.index()] = true;
+                operations.refit_faces += count(body.surface().faces().len());
+            }
+        }
+        scene.fit(&self.uses_tree_now)?;
+        Ok(operations)
+    }
+
+    /// Returns a body as it is compared, by its coarse surface or its own. `None` where its own
+    /// faces have no tree that is up to date.
     pub(crate) fn compared<'a>(
         &'a self,
         scene: &'a Scene,
         id: BodyId,
+        is_coarse: bool,
     ) -> Option<ComparedSurface<'a>> {
-        let contact = self.contact_surface(scene, id);
-        let own_tree = || scene.body(id).tree();
-        let tree = self.coarse(id).map(CoarseSurface::tree).or_else(own_tree)?;
-        Some(ComparedSurface { tree, contact })
-    }
-
-    /// Returns a body as one side of contacts: by its reduced surface, if it has one.
-    pub(crate) fn contact_surface<'a>(
-        &'a self,
-        scene: &'a Scene,
-        id: BodyId,
-    ) -> ContactSurface<'a> {
-        // Contacts of a reduced surface are of the vertices that it has kept.
         let whole = scene.body(id).contact_surface();
-        match self.coarse(id) {
-            None => whole,
-            Some(coarse) => ContactSurface {
-                surface: coarse.tree().surface(),
-                positions: coarse.tree().positions(),
-                particles: ParticleNumbers {
-                    kept: Some(&coarse.reduced().kept),
-                    ..whole.particles
+        match self.coarse(id).filter(|_| is_coarse) {
+            None => ComparedSurface::whole(scene.body(id)),
+            Some(coarse) => Some(ComparedSurface {
+                tree: coarse.tree(),
+                // Contacts of a coarse surface are of the vertices that it has kept.
+                contact: ContactSurface {
+                    surface: coarse.tree().surface(),
+                    positions: coarse.tree().positions(),
+                    particles: ParticleNumbers {
+                        kept: Some(&coarse.reduced().kept),
+                        ..whole.particles
+                    },
+                    ..whole
                 },
-                ..whole
-            },
+            }),
         }
     }
 
-    /// Returns the reduced surface of a body, if it has one.
+    /// Returns the coarse surface of a body, if it has one.
     pub(crate) fn coarse(&self, id: BodyId) -> Option<&CoarseSurface> {
         self.bodies[id.index()].coarse.as_ref()
+    }
+
+    /// Bounds the deviation of the compared surfaces of a pair from the bodies' own.
+    ///
+    /// Depths differ by no more than that.
+    pub(crate) fn deviation(&self, pair: PairId, is_coarse: [bool; 2]) -> f64 {
+        let mut deviation = 0.0;
+        for (id, is_coarse) in pair.bodies().into_iter().zip(is_coarse) {
+            if is_coarse {
+                deviation += self.bodies[id.index()].coarse_accuracy().bound;
+            }
+        }
+        deviation
+    }
+
+    /// Returns true if the coarse surfaces of a pair deviate by more than the tolerance allows.
+    pub(crate) fn is_stale(&self, planned: &PairPlan, tolerance: f64) -> bool {
+        self.deviation(planned.pair, planned.is_coarse) > (1.0 - MIN_WIDTH) * tolerance
     }
 
     /// Returns the detector of a rigid body's field, and the state of the body; `None` where it
@@ -161,18 +223,21 @@ impl Structures {
         Ok(Some((&field.detector, RigidState::at_rest(pose))))
     }
 
-    /// Computes the error of a pair's gaps.
-    pub(crate) fn error(&self, planned: &PairPlan) -> ErrorEstimate {
-        // Errors of two structures add up, but balls are compared with vertices as they are.
+    /// Returns the accuracy of a pair's depth and gaps.
+    pub(crate) fn accuracy(&self, planned: &PairPlan, tolerance: f64) -> Accuracy {
         let [a, b] = planned.pair.bodies().map(|id| &self.bodies[id.index()]);
-        match (planned.method, planned.bone()) {
-            (DetectionMethod::Field, None) => ErrorEstimate::NONE,
-            (DetectionMethod::Field, Some(bone)) => {
-                let other = &self.bodies[planned.other(bone).index()];
-                self.bodies[bone.index()].field_error() + other.coarse_error()
+        match planned.method {
+            // The bracket on the depth takes what deviations leave of the tolerance.
+            DetectionMethod::Exact | DetectionMethod::Coarse => Accuracy::proved(tolerance),
+            DetectionMethod::Field => {
+                let field = if planned.bone == Some(planned.pair.a) { a } else { b };
+                let accuracy = field.field_accuracy();
+                Accuracy { bound: accuracy.bound.max(tolerance), ..accuracy }
             }
-            (DetectionMethod::Surfaces, _) => a.coarse_error() + b.coarse_error(),
-            (DetectionMethod::Medial, _) => a.medial_error().max(b.medial_error()),
+            DetectionMethod::Medial => {
+                let bound = a.medial_accuracy().bound.max(b.medial_accuracy().bound);
+                Accuracy { is_proved: false, ..Accuracy::proved(bound) }
+            }
         }
     }
 
@@ -180,63 +245,115 @@ impl Structures {
     pub(crate) fn list(&self, scene: &Scene) -> Vec<Structure> {
         let mut list = Vec::new();
         for (id, structures) in scene.ids().zip(&self.bodies) {
+            let body = scene.body(id);
             if self.uses_tree[id.index()] {
-                let body = scene.body(id);
-                let (faces, bytes) = (body.surface().faces().len(), tree_bytes(body));
-                list.push(Structure::new(
-                    id,
-                    StructureKind::Tree,
-                    faces,
-                    ErrorEstimate::NONE,
+                let bytes = body.tree().map_or(0, |tree| tree.tree().bytes());
+                list.push(Structure {
+                    body: id,
+                    kind: StructureKind::Tree,
+                    size: body.surface().faces().len(),
+                    spacing: None,
+                    accuracy: Accuracy::EXACT,
                     bytes,
-                ));
+                    operations: tree_construction(body),
+                });
             }
-            if let Some(coarse) = &structures.coarse {
-                let (faces, error) =
-                    (coarse.tree().surface().faces().len(), structures.coarse_error());
-                list.push(Structure::new(id, StructureKind::Reduced, faces, error, coarse.bytes()));
-            }
-            if let Some(BoneField { detector, .. }) = &structures.field {
-                let (grid, error) = (detector.field().grid(), structures.field_error());
-                let (nodes, bytes) = (grid.node_count(), detector.bytes());
-                let field = Structure::new(id, StructureKind::Field, nodes, error, bytes);
-                list.push(Structure { spacing: Some(grid.spacing()), ..field });
-            }
-            if let Some(medial) = &structures.medial {
-                let (balls, error) = (medial.medial().balls().len(), structures.medial_error());
-                list.push(Structure::new(id, StructureKind::Medial, balls, error, medial.bytes()));
-            }
+            list.extend(structures.list(body, id));
         }
         list
     }
 }
 
 impl BodyStructures {
-    /// Returns the certified deviation of the reduced surface.
-    fn coarse_error(&self) -> ErrorEstimate {
+    /// Moves coarse surface and balls to where the body is.
+    fn follow(&mut self, body: &Body) -> Result<(), PlanError> {
+        if let Some(coarse) = &mut self.coarse {
+            coarse.follow(body.positions())?;
+        }
+        if let Some(medial) = &mut self.medial {
+            medial.follow(body.checked_positions())?;
+        }
+        Ok(())
+    }
+
+    /// Counts the operations of [`follow`](Self::follow).
+    fn follow_operations(&self, body: &Body) -> OperationCounts {
+        let mut operations = OperationCounts::default();
+        if let Some(coarse) = &self.coarse {
+            operations.refit_faces = count(coarse.tree().surface().faces().len());
+        }
+        if self.medial.is_some() {
+            operations.tied_vertices = count(body.positions().len());
+        }
+        operations
+    }
+
+    /// Lists the structures but the tree.
+    fn list(&self, body: &Body, id: BodyId) -> Vec<Structure> {
+        let structure = |kind, size, accuracy, bytes| Structure {
+            body: id,
+            kind,
+            size,
+            spacing: None,
+            accuracy,
+            bytes,
+            operations: OperationCounts::default(),
+        };
+        let mut list = Vec::new();
+        if let Some(coarse) = &self.coarse {
+            let (faces, accuracy) = (coarse.tree().surface().faces().len(), self.coarse_accuracy());
+            let coarse = structure(StructureKind::Coarse, faces, accuracy, coarse.bytes());
+            list.push(Structure { operations: coarse_construction(body), ..coarse });
+        }
+        if let Some(BoneField { detector, accuracy }) = &self.field {
+            let (grid, bytes) = (detector.field().grid(), detector.bytes());
+            let nodes = grid.node_count();
+            let operations =
+                OperationCounts { field_nodes: count(nodes), ..OperationCounts::default() };
+            let spacing = Some(grid.spacing());
+            let field = structure(StructureKind::Field, nodes, *accuracy, bytes);
+            list.push(Structure { spacing, operations, ..field });
+        }
+        if let Some(medial) = &self.medial {
+            let (balls, accuracy) = (medial.medial().balls().len(), self.medial_accuracy());
+            list.push(structure(StructureKind::Medial, balls, accuracy, medial.bytes()));
+        }
+        list
+    }
+
+    /// Returns the certified deviation of the coarse surface.
+    fn coarse_accuracy(&self) -> Accuracy {
         match &self.coarse {
-            Some(coarse) => ErrorEstimate::Bound(coarse.reduced().deviation.upper()),
-            None => ErrorEstimate::NONE,
+            Some(coarse) => Accuracy::proved(coarse.reduced().deviation.upper()),
+            None => Accuracy::EXACT,
         }
     }
 
-    /// Returns the largest error of the field at samples near the surface.
-    fn field_error(&self) -> ErrorEstimate {
-        match &self.field {
-            Some(field) => ErrorEstimate::Measured(field.measured_error),
-            None => ErrorEstimate::NONE,
-        }
+    fn field_accuracy(&self) -> Accuracy {
+        self.field.as_ref().map_or(Accuracy::EXACT, |field| field.accuracy)
     }
 
-    /// Returns the certified deviation of the medial surface.
-    fn medial_error(&self) -> ErrorEstimate {
+    /// Returns the certified deviation of the medial surface where it was built.
+    fn medial_accuracy(&self) -> Accuracy {
         match &self.medial {
-            Some(medial) => ErrorEstimate::Bound(medial.deviation().largest()),
-            None => ErrorEstimate::NONE,
+            Some(medial) => {
+                Accuracy { is_proved: false, ..Accuracy::proved(medial.deviation().largest()) }
+            }
+            None => Accuracy::EXACT,
         }
     }
 }
 
-fn tree_bytes(body: &Body) -> usize {
-    body.tree().map_or(0, |tree| tree.tree().bytes())
+/// Returns the operations that build the tree of a body.
+pub(crate) fn tree_construction(body: &Body) -> OperationCounts {
+    OperationCounts {
+        tree_faces: count(body.surface().faces().len()),
+        ..OperationCounts::default()
+    }
+}
+
+/// Returns the operations that build a coarse surface of a body.
+pub(crate) fn coarse_construction(body: &Body) -> OperationCounts {
+    let decimated_faces = count(body.surface().faces().len());
+    OperationCounts { decimated_faces, ..tree_construction(body) }
 }

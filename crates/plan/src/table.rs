@@ -5,8 +5,8 @@ use std::fmt;
 
 use scene::BodyId;
 
-use crate::Plan;
 use crate::cost::count;
+use crate::{Plan, PlanParams};
 
 impl fmt::Display for Plan {
     /// Writes the structures of each body, the method of each planned pair, and the numbers of
@@ -21,28 +21,32 @@ impl fmt::Display for Plan {
 
 impl Plan {
     fn write_head(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let milliseconds = 1e3 * self.predicted_time().as_secs_f64();
-        write!(f, "tolerance {}", self.tolerance)?;
-        if self.tolerance > self.params.tolerance {
-            write!(f, " ({} exceeds the budget)", self.params.tolerance)?;
+        let PlanParams { tolerance, margin, frames, .. } = self.params;
+        write!(f, "tolerance {tolerance}; margin {margin}; ")?;
+        match frames {
+            1 => write!(f, "1 frame")?,
+            _ => write!(f, "{frames} frames")?,
         }
-        write!(f, "; margin {}; ", self.params.margin)?;
-        write!(f, "{milliseconds:.1} ms per frame predicted")?;
-        if !self.is_within_budget() {
-            write!(f, ", over the budget")?;
+
+        // Without alternatives, nothing is counted before the first frame.
+        let milliseconds = 1e3 * self.predicted_time().as_secs_f64();
+        if milliseconds > 0.0 {
+            write!(f, ", {milliseconds:.1} ms each by operation counts")?;
         }
         writeln!(f)
     }
 
     fn write_structures(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // One line per structure, with its error and whether that is proved.
+        // One line per structure, with its bound, the measured error and its predicted time.
         let width = self.name_width();
-        write!(f, "\n{:<width$}  {:<16} ", "body", "built")?;
-        writeln!(f, "{:>9} {:>9} {:>18}", "size", "error", "MB")?;
+        write!(f, "\n{:<width$}  {:<15} {:>9} ", "body", "built", "size")?;
+        writeln!(f, "{:>9}         {:>9} {:>9} {:>9}", "bound", "measured", "MB", "ms")?;
         for built in &self.built {
             let megabytes = count(built.bytes) / 1e6;
-            write!(f, "{:<width$}  {:<16} ", self.name(built.body), built.kind)?;
-            write!(f, "{:>9} {} {megabytes:>9.2}", built.size, built.error)?;
+            let milliseconds = 1e3 * self.params.machine_factor * built.operations.seconds();
+            write!(f, "{:<width$}  {:<15} ", self.name(built.body), built.kind)?;
+            write!(f, "{:>9} {} ", built.size, built.accuracy)?;
+            write!(f, "{megabytes:>9.2} {milliseconds:>9.1}")?;
             match built.spacing {
                 Some(spacing) => writeln!(f, "  spacing {spacing:.3}")?,
                 None => writeln!(f)?,
@@ -57,22 +61,27 @@ impl Plan {
         Ok(())
     }
 
+    /// Writes one line per planned pair, but for those that cost and hold nothing.
     fn write_pairs(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // One line per planned pair.
         let width = self.name_width();
-        write!(f, "\n{:<width$}  {:<width$}  ", "a", "b")?;
-        writeln!(f, "{:<8} {:>9} {:>18}", "method", "error", "µs")?;
-        for planned in &self.pairs {
+        write!(f, "\n{:<width$}  {:<width$}  {:<6} ", "a", "b", "method")?;
+        writeln!(f, "{:>9}         {:>9} {:>9}", "bound", "measured", "µs")?;
+        let mut folded = 0;
+        for (planned, detector) in self.pairs.iter().zip(&self.detectors) {
+            if self.frame_count > 0 && detector.holds_nothing() {
+                folded += 1;
+                continue;
+            }
             let microseconds = 1e6 * planned.cost;
             let [a, b] = planned.pair.bodies().map(|id| self.name(id));
-            write!(f, "{a:<width$}  {b:<width$}  {:<8} ", planned.method)?;
-            write!(f, "{} {microseconds:>9.1}", planned.error)?;
-            match &planned.fallback_reason {
-                Some(reason) => writeln!(f, "  no field: {reason}")?,
-                None => writeln!(f)?,
-            }
+            write!(f, "{a:<width$}  {b:<width$}  {:<6} ", planned.method)?;
+            writeln!(f, "{} {microseconds:>9.1}", planned.accuracy)?;
         }
-        Ok(())
+        match folded {
+            0 => Ok(()),
+            1 => writeln!(f, "1 more pair, which does not meet"),
+            _ => writeln!(f, "{folded} more pairs, which do not meet"),
+        }
     }
 
     /// Writes the numbers of pairs that are not in the plan, one line per reason.

@@ -22,23 +22,36 @@ use crate::chart::sheet::Sheet;
 use crate::measure::as_f64;
 
 /// Names of the kinds of operations, in the order of [`OperationCounts::to_array`].
-const KINDS: [&str; 5] = [
+const KINDS: [&str; COUNT] = [
     "face refitted",
-    "face compared with another body's",
+    "vertex of a compared surface",
+    "pair of faces that meet",
+    "vertex projected",
+    "search for a depth",
+    "pair of faces in a search",
+    "vertex inside in a search",
     "vertex over a field",
     "vertex followed by balls",
     "vertex among balls",
+    "face of a tree that is built",
+    "face decimated",
+    "node of a field",
 ];
+
+/// Number of kinds of operations.
+const COUNT: usize = OperationCounts::SECONDS.to_array().len();
 
 const TOLERANCES: [f64; 5] = [2.0, 1.0, 0.5, 0.2, 0.1];
 
 /// Plans that are timed: a method, forced on a group of pairs, at the first tolerances \[mm\].
 ///
 /// Fields take memory and balls long to build, so there are fewer of them.
-const SERIES: [(PairGroup, DetectionMethod, usize); 4] = [
+const SERIES: [(PairGroup, DetectionMethod, usize); 6] = [
     (PairGroup::Bone, DetectionMethod::Field, 3),
-    (PairGroup::Bone, DetectionMethod::Surfaces, 5),
-    (PairGroup::Muscles, DetectionMethod::Surfaces, 5),
+    (PairGroup::Bone, DetectionMethod::Exact, 5),
+    (PairGroup::Muscles, DetectionMethod::Exact, 5),
+    (PairGroup::Bone, DetectionMethod::Coarse, 5),
+    (PairGroup::Muscles, DetectionMethod::Coarse, 5),
     (PairGroup::Muscles, DetectionMethod::Medial, 2),
 ];
 
@@ -54,7 +67,7 @@ const TIME: &str = "minimum of several frames, over the machine factor of the sa
 /// Operations of a plan in a frame, and their time on the reference machine.
 struct TimedFrame {
     plan: String,
-    counts: [f64; 5],
+    counts: [f64; COUNT],
     seconds: f64,
 }
 
@@ -114,7 +127,7 @@ fn timed_plan(
     task: &Task<'_>,
     method: DetectionMethod,
     tolerance: f64,
-) -> Result<[TimedFrame; 2], Box<dyn Error>> {
+) -> Result<[TimedFrame; 3], Box<dyn Error>> {
     let (mut scene, ids) = task.scene()?;
     for muscle in task.muscles() {
         scene.move_body(ids[muscle], task.positions(PRESSED, muscle))?;
@@ -125,19 +138,26 @@ fn timed_plan(
     }
     let params =
         PlanParams { max_displacement: f64::INFINITY, ..PlanParams::with_tolerance(tolerance) };
+    let start = Instant::now();
     let mut plan = Plan::with_forced(&mut scene, &params, &forced, Progress::none())?;
+    let built = start.elapsed().as_secs_f64() / machine_factor(|| start.elapsed());
+    let mut construction = OperationCounts::default();
+    for structure in plan.structures() {
+        construction = construction + structure.operations;
+    }
 
-    // Apart, the only operations are those of no pair.
+    // Operations are counted in the first frame. Apart, the only ones are those of no pair.
+    let title = format!("plan by {method} within {tolerance} mm");
+    let near = frame_seconds(&mut plan, &mut scene, task, &ids, DVec3::ZERO)?;
     let all = plan.operations().to_array();
     let of_pairs =
         plan.pairs().iter().fold(OperationCounts::default(), |sum, pair| sum + pair.operations);
     let of_pairs = of_pairs.to_array();
     let following = std::array::from_fn(|kind| all[kind] - of_pairs[kind]);
-
-    let title = format!("plan by {method} within {tolerance} mm");
-    let near = frame_seconds(&mut plan, &mut scene, task, &ids, DVec3::ZERO)?;
     let far = frame_seconds(&mut plan, &mut scene, task, &ids, APART)?;
+    let construction = construction.to_array();
     Ok([
+        TimedFrame { plan: format!("{title}, construction"), counts: construction, seconds: built },
         TimedFrame { plan: format!("{title}, in contact"), counts: all, seconds: near },
         TimedFrame { plan: format!("{title}, apart"), counts: following, seconds: far },
     ])
@@ -173,15 +193,15 @@ fn frame_seconds(
 
 /// Fits nonnegative times of the kinds of operations to the frames, by least squares of the
 /// relative errors (Gauss–Seidel sweeps).
-fn fit(frames: &[TimedFrame]) -> [f64; 5] {
+fn fit(frames: &[TimedFrame]) -> [f64; COUNT] {
     const SWEEPS: u32 = 100_000;
 
-    let rows: Vec<[f64; 5]> =
+    let rows: Vec<[f64; COUNT]> =
         frames.iter().map(|frame| frame.counts.map(|count| count / frame.seconds)).collect();
     // Each sweep minimizes over one kind after the other.
-    let mut seconds = [0.0; 5];
+    let mut seconds = [0.0; COUNT];
     for _ in 0..SWEEPS {
-        for kind in 0..5 {
+        for kind in 0..COUNT {
             let (mut along, mut squares) = (0.0, 0.0);
             for row in &rows {
                 let rest = 1.0 - product(row, &seconds) + row[kind] * seconds[kind];
@@ -194,7 +214,7 @@ fn fit(frames: &[TimedFrame]) -> [f64; 5] {
     seconds
 }
 
-fn product(a: &[f64; 5], b: &[f64; 5]) -> f64 {
+fn product(a: &[f64; COUNT], b: &[f64; COUNT]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
@@ -219,11 +239,11 @@ mod tests {
 
     #[test]
     fn planted_times_are_fitted() {
-        let planted = [12e-9, 0.0, 150e-9, 90e-9, 400e-9];
-        let frames: Vec<TimedFrame> = (0..12_u32)
+        let planted: [f64; COUNT] = std::array::from_fn(|kind| 1e-8 * as_f64(kind % 5));
+        let frames: Vec<TimedFrame> = (0..40_u32)
             .map(|row| {
-                let count = |kind: u32| f64::from((7 * row + 11 * kind * kind + 3) % 13) * 1e3;
-                let counts = [0, 1, 2, 3, 4].map(count);
+                let count = |kind: u32| f64::from((7 * row * row + (11 * kind + 5) * row + 3 * kind * kind) % 41) * 1e3;
+                let counts = std::array::from_fn(|kind| count(u32::try_from(kind).unwrap_or(0)));
                 TimedFrame { plan: String::new(), counts, seconds: product(&counts, &planted) }
             })
             .collect();

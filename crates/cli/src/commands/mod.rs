@@ -7,6 +7,8 @@ mod medial;
 mod motion;
 mod motion_resolve;
 mod plan;
+mod plan_comparison;
+mod plan_document;
 mod plan_frames;
 mod resolve;
 mod resolve_arguments;

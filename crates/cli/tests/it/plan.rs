@@ -10,25 +10,27 @@ fn workshop() -> Workshop {
 }
 
 #[test]
-fn a_plan_names_methods_reasons_and_what_a_frame_takes() {
+fn a_plan_names_methods_bounds_and_what_a_frame_takes() {
     let workshop = workshop();
     let arguments =
         ["bone.obj", "muscle.obj", "--rigid", "bone", "--tolerance", "0.5", "--compare"];
     let run = workshop.run("plan", &arguments);
     assert_eq!(run.status, 1, "{}", run.stderr);
     let part = [
-        "tolerance 0.5; margin 0;",
-        "bone    distance field",
+        "tolerance 0.5; margin 0; 1 frame",
+        "bone    tree",
         "muscle  tree",
-        "muscle  no reduced surface:",
-        "bone    muscle  field",
+        "bone    muscle  exact     0.5000 proved",
         "1 of 1 pairs overlap",
+        "1 state compared",
         "depths differ by at most 0.",
-        "0 overlaps are missing",
+        "bone × muscle",
+        "all depths are within the bounds of their pairs",
     ];
     for part in part {
         assert!(run.stdout.contains(part), "{part}: {}", run.stdout);
     }
+    assert!(!run.stdout.contains("field"), "one frame builds no field: {}", run.stdout);
 }
 
 #[test]
@@ -36,9 +38,12 @@ fn a_method_can_be_forced_and_is_refused_where_it_cannot_serve() {
     let workshop = workshop();
     let base = ["bone.obj", "muscle.obj", "--rigid", "bone", "--tolerance", "3", "--force"];
     let run = |force: &str| workshop.run("plan", &[&base[..], &[force]].concat());
-    let surfaces = run("muscle,bone,surfaces");
-    assert_eq!(surfaces.status, 1, "{}", surfaces.stderr);
-    assert!(surfaces.stdout.contains("bone    muscle  surfaces"), "{}", surfaces.stdout);
+    for method in ["exact", "field"] {
+        let forced = run(&format!("muscle,bone,{method}"));
+        assert_eq!(forced.status, 1, "{}", forced.stderr);
+        let line = format!("bone    muscle  {method}");
+        assert!(forced.stdout.contains(&line), "{}", forced.stdout);
+    }
     for (force, part) in [
         ("muscle,bone", "expected two names and a method"),
         ("muscle,bone,wishes", "unknown method \"wishes\""),
@@ -50,6 +55,40 @@ fn a_method_can_be_forced_and_is_refused_where_it_cannot_serve() {
         assert_eq!(refused.status, 2, "{force}: {}", refused.stdout);
         assert!(refused.stderr.contains(part), "{part}: {}", refused.stderr);
     }
+}
+
+#[test]
+fn json_holds_each_pair_with_its_bound_and_depths() {
+    let workshop = workshop();
+    let arguments = ["bone.obj", "muscle.obj", "--rigid", "bone", "--tolerance", "0.1"];
+    let json = ["--compare", "--frames", "3", "--json", "plan.json"];
+    let run = workshop.run("plan", &[&arguments[..], &json].concat());
+    assert_eq!(run.status, 1, "{}", run.stderr);
+    let document: serde_json::Value =
+        serde_json::from_str(&workshop.read("plan.json")).expect("JSON");
+
+    assert_eq!((&document["tolerance"], &document["frames"]), (&0.1.into(), &3.into()));
+    assert_eq!(document["structures"].as_array().map(Vec::len), Some(2), "{document}");
+    assert_eq!(document["structures"][0]["kind"], "tree");
+    let pair = &document["pairs"][0];
+    assert_eq!((&pair["a"], &pair["b"]), (&"bone".into(), &"muscle".into()));
+    assert_eq!((&pair["method"], &pair["proved"]), (&"exact".into(), &true.into()));
+    let number = |key: &str| pair[key].as_f64().unwrap_or_else(|| panic!("{key}: {pair}"));
+    assert!(number("bound") <= 0.1 && pair["measured_error"].is_null(), "{pair}");
+    assert!((number("depth") - number("exact_depth")).abs() <= number("bound"), "{pair}");
+    assert!(number("depth_lower") <= number("depth_upper"), "{pair}");
+    assert!(number("frame_ms") > 0.0 && number("predicted_ms") > 0.0, "{pair}");
+}
+
+#[test]
+fn a_budget_leaves_pairs_out_and_says_so() {
+    let workshop = workshop();
+    let arguments = ["bone.obj", "muscle.obj", "--tolerance", "0.5", "--budget", "0", "--compare"];
+    let run = workshop.run("plan", &arguments);
+    assert_eq!(run.status, 1, "{}", run.stderr);
+    let part = "0 of 1 pairs overlap, 1 are left out by the budget, at most ";
+    assert!(run.stdout.contains(part), "{}", run.stdout);
+    assert!(run.stdout.contains("all depths are within"), "{}", run.stdout);
 }
 
 #[test]

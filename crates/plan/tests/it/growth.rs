@@ -33,14 +33,14 @@ fn two_thousand_bodies_take_pairs_and_structures_for_those_near_each_other_alone
     let taken = allocation_counter::measure(|| made = Some(plan(&mut scene, &params)));
     let mut plan = made.expect("a plan");
 
-    // Of two million pairs, one per shifted cube; each has a field, and what its contacts need.
+    // Of two million pairs, one per shifted cube, of which each needs two trees.
     assert_eq!(plan.pairs().len(), 200);
     assert_eq!(plan.excluded_pairs(), []);
     assert_eq!(plan.far_pair_count(), 1_999_000 - 200);
     assert!(plan.structures().iter().all(|built| built.body.index() % 10 < 2));
     let detection = detect(&mut plan, &mut scene);
     assert_eq!(detection.pairs().len(), 200);
-    assert!(detection.pairs().iter().all(|pair| pair.overlaps), "{detection:?}");
+    assert!(detection.pairs().iter().all(|pair| pair.is_overlapping()), "{detection:?}");
 
     let per_body = taken.bytes_max / 2000;
     assert!(taken.bytes_max < 2000 * 4096, "{per_body} bytes per body");

@@ -19,7 +19,7 @@ fn plan_with_polls(halvings: u32, last: usize) -> (bool, usize) {
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     let is_made = one.install(|| {
         let (mut scene, _) = three_of(halvings);
-        let params = PlanParams::with_tolerance(0.5);
+        let params = PlanParams { frames: 10_000_000, ..PlanParams::with_tolerance(0.5) };
         let made = Plan::new(&mut scene, &params, Progress::new(&handler));
         assert!(matches!(made, Ok(_) | Err(PlanError::Interrupted(_))), "{made:?}");
         made.is_ok()

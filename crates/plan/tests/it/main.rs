@@ -1,6 +1,7 @@
 //! Tests of plans.
 
 mod allocations;
+mod budget;
 mod complete;
 mod growth;
 mod interruption;

@@ -19,6 +19,7 @@ fn parameters_out_of_range_are_named() {
         ("max_displacement", PlanParams { max_displacement: f64::NAN, ..good }),
         ("max_displacement", PlanParams { max_displacement: -0.5, ..good }),
         ("machine_factor", PlanParams { machine_factor: 0.0, ..good }),
+        ("frames", PlanParams { frames: 0, ..good }),
         ("threads", PlanParams { threads: 0, ..good }),
     ] {
         let refused = Plan::new(&mut scene, &params, Progress::none());
@@ -52,8 +53,11 @@ fn forced_methods_that_do_not_suit_their_pair_are_refused() {
 
 #[test]
 fn bones_without_a_pose_are_refused() {
-    let (mut scene, [bone, ..]) = three();
-    let mut plan = plan(&mut scene, &PlanParams::with_tolerance(0.5));
+    let (mut scene, [bone, first, _]) = three();
+    let forced = [ForcedMethod { pair: PairId::new(bone, first), method: DetectionMethod::Field }];
+    let params = PlanParams::with_tolerance(0.5);
+    let plan = Plan::with_forced(&mut scene, &params, &forced, Progress::none());
+    let mut plan = plan.expect("a plan");
     let x = scene.body(bone).positions().to_vec();
     scene.move_body(bone, &x).expect("a move");
     let refused = plan.detect(&mut scene, &mut Detection::default());

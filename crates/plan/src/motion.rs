@@ -1,0 +1,54 @@
+//! Motion of bodies between the frames of a plan.
+
+use glam::DVec3;
+use scene::{Body, Scene};
+use surface::{Aabb, parallel};
+
+/// Motion of a body since it was first followed.
+#[derive(Debug)]
+pub(crate) struct BodyMotion {
+    /// Positions of the last frame.
+    positions: Vec<DVec3>,
+    /// Box around them.
+    pub(crate) bounds: Aabb,
+    /// Sum over the frames of the largest displacement of a vertex.
+    pub(crate) traveled: f64,
+}
+
+impl BodyMotion {
+    /// Begins to follow all bodies.
+    pub(crate) fn begin(scene: &Scene) -> Vec<Self> {
+        scene.bodies().iter().map(Self::new).collect()
+    }
+
+    fn new(body: &Body) -> Self {
+        let positions = body.positions().to_vec();
+        let bounds = Aabb::of_points(positions.iter().copied());
+        Self { positions, bounds, traveled: 0.0 }
+    }
+
+    /// Follows all bodies to where they are.
+    pub(crate) fn follow(motions: &mut [Self], scene: &Scene) {
+        let bodies = scene.bodies();
+        let followed = parallel::try_for_each_mut(motions, |number, motion| {
+            motion.follow_body(&bodies[number]);
+            Ok::<(), std::convert::Infallible>(())
+        });
+        match followed {
+            Ok(()) => {}
+            Err(never) => match never {},
+        }
+    }
+
+    fn follow_body(&mut self, body: &Body) {
+        let mut max_squared: f64 = 0.0;
+        let mut bounds = Aabb::EMPTY;
+        for (last, &now) in self.positions.iter_mut().zip(body.positions()) {
+            max_squared = max_squared.max(last.distance_squared(now));
+            bounds = bounds.with_point(now);
+            *last = now;
+        }
+        self.bounds = bounds;
+        self.traveled += max_squared.sqrt();
+    }
+}

@@ -1,0 +1,121 @@
+//! Work of exact detection per pair, counted once, and the work of other methods predicted from it.
+
+use scene::{BodyId, PairId, Scene};
+use surface::parallel;
+use surface::progress::Progress;
+
+use crate::candidates::NearPair;
+use crate::choice::Candidate;
+use crate::cost::count;
+use crate::pair_detector::{Frame, PairDetector};
+use crate::structures::Structures;
+use crate::{DetectionMethod, OperationCounts, PlanError, PlanParams};
+
+/// Work of one pair in exact detection.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Workload {
+    exact: OperationCounts,
+    /// Vertices per body, and those that are inside the other one or within the margin.
+    vertices: [f64; 2],
+    near: [f64; 2],
+    meeting: f64,
+    is_overlapping: bool,
+}
+
+impl Workload {
+    /// Counts the work of pairs by detecting each exactly, once. Trees must be fitted.
+    pub(crate) fn count_all(
+        scene: &Scene,
+        pairs: &[NearPair],
+        params: &PlanParams,
+        progress: Progress<'_>,
+    ) -> Result<Vec<Self>, PlanError> {
+        let structures = Structures::new(scene.bodies().len());
+        let frame = Frame::new(scene, &structures, params);
+        let steps = progress.steps(pairs.len());
+        let counted = parallel::map(pairs.len(), |number| {
+            steps.advance(1)?;
+            let pair = pairs[number].pair;
+            let mut detector = PairDetector::new(pair);
+            detector.detect_exactly(pair, frame);
+            Ok(Self::of(scene, &detector))
+        });
+        counted.into_iter().collect()
+    }
+
+    fn of(scene: &Scene, detector: &PairDetector) -> Self {
+        let pair = detector.found.pair;
+        Self {
+            exact: detector.operations,
+            vertices: pair.bodies().map(|id| count(scene.body(id).positions().len())),
+            near: detector.near_counts(),
+            meeting: detector.operations.meeting_faces,
+            is_overlapping: detector.found.is_overlapping(),
+        }
+    }
+
+    /// Predicts the work of a method. `kept` is the share of its faces that the coarse surface of
+    /// each body has.
+    pub(crate) fn predict(
+        &self,
+        method: DetectionMethod,
+        pair: PairId,
+        is_coarse: [bool; 2],
+        bone: Option<BodyId>,
+        kept: [f64; 2],
+    ) -> Candidate {
+        let kept = [0, 1].map(|side| if is_coarse[side] { kept[side] } else { 1.0 });
+        let operations = match method {
+            DetectionMethod::Exact => self.exact,
+            DetectionMethod::Coarse => self.coarse(kept),
+            DetectionMethod::Field => {
+                let other = usize::from(bone == Some(pair.a));
+                OperationCounts {
+                    near_vertices: self.exact.near_vertices - self.near[other],
+                    field_vertices: self.near[other],
+                    ..self.with_search(self.exact, [1.0; 2])
+                }
+            }
+            DetectionMethod::Medial => OperationCounts {
+                ball_vertices: self.vertices[0] + self.vertices[1],
+                ..OperationCounts::default()
+            },
+        };
+        Candidate { method, is_coarse, bone, operations }
+    }
+
+    /// Predicts the work on coarser surfaces: vertices as there are faces, and faces along the
+    /// common curve as there are edges.
+    fn coarse(&self, kept: [f64; 2]) -> OperationCounts {
+        let sum = |counts: [f64; 2]| counts[0] * kept[0] + counts[1] * kept[1];
+        if self.vertices == [0.0; 2] {
+            return OperationCounts::default();
+        }
+        let operations = OperationCounts {
+            listed_vertices: self.exact.listed_vertices * sum(self.vertices)
+                / (self.vertices[0] + self.vertices[1]),
+            meeting_faces: self.meeting * along_curve(kept),
+            near_vertices: sum(self.near),
+            ..OperationCounts::default()
+        };
+        self.with_search(operations, kept)
+    }
+
+    /// Adds the search for a depth, which larger faces and a narrower bracket take.
+    fn with_search(&self, operations: OperationCounts, kept: [f64; 2]) -> OperationCounts {
+        if !self.is_overlapping {
+            return operations;
+        }
+        OperationCounts {
+            searches: 1.0,
+            searched_faces: self.meeting * along_curve(kept),
+            searched_vertices: self.near[0] * kept[0] + self.near[1] * kept[1],
+            ..operations
+        }
+    }
+}
+
+/// Returns the share of edges along a curve, from the shares of faces.
+fn along_curve(kept: [f64; 2]) -> f64 {
+    0.5 * (kept[0].sqrt() + kept[1].sqrt())
+}
