@@ -223,9 +223,13 @@ impl<'a> Planner<'a> {
                 _ => [false; 2],
             };
             let bone = bone.filter(|_| method == DetectionMethod::Field);
-            let lacks_field = bone.is_some_and(|id| !can(id, StructureKind::Field));
-            let lacks_coarse = method == DetectionMethod::Coarse && is_coarse == [false; 2];
-            if lacks_field || lacks_coarse {
+            let lacks_structure = match method {
+                DetectionMethod::Exact => false,
+                DetectionMethod::Coarse => is_coarse == [false; 2],
+                DetectionMethod::Field => bone.is_some_and(|id| !can(id, StructureKind::Field)),
+                DetectionMethod::Medial => bodies.iter().any(|&id| !can(id, StructureKind::Medial)),
+            };
+            if lacks_structure {
                 let missing = self.missing.iter().find(|missing| pair.contains(missing.body));
                 let reason = missing.map(|missing| missing.reason.clone());
                 return match reason {

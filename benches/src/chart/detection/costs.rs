@@ -242,7 +242,9 @@ mod tests {
         let planted: [f64; COUNT] = std::array::from_fn(|kind| 1e-8 * as_f64(kind % 5));
         let frames: Vec<TimedFrame> = (0..40_u32)
             .map(|row| {
-                let count = |kind: u32| f64::from((7 * row * row + (11 * kind + 5) * row + 3 * kind * kind) % 41) * 1e3;
+                let count = |kind: u32| {
+                    f64::from((7 * row * row + (11 * kind + 5) * row + 3 * kind * kind) % 41) * 1e3
+                };
                 let counts = std::array::from_fn(|kind| count(u32::try_from(kind).unwrap_or(0)));
                 TimedFrame { plan: String::new(), counts, seconds: product(&counts, &planted) }
             })
