@@ -88,12 +88,9 @@ impl Workload {
     /// common curve as there are edges.
     fn coarse(&self, kept: [f64; 2]) -> OperationCounts {
         let sum = |counts: [f64; 2]| counts[0] * kept[0] + counts[1] * kept[1];
-        if self.vertices == [0.0; 2] {
-            return OperationCounts::default();
-        }
+        let vertices = (self.vertices[0] + self.vertices[1]).max(1.0);
         let operations = OperationCounts {
-            listed_vertices: self.exact.listed_vertices * sum(self.vertices)
-                / (self.vertices[0] + self.vertices[1]),
+            listed_vertices: self.exact.listed_vertices * sum(self.vertices) / vertices,
             meeting_faces: self.meeting * along_curve(kept),
             near_vertices: sum(self.near),
             ..OperationCounts::default()

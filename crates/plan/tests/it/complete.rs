@@ -61,7 +61,7 @@ fn assert_within_bound(
             }
 
             let detection = detect(&mut plan, &mut scene);
-            let found = detection.pair(pair).unwrap_or_else(|| panic!("{label}: nothing found"));
+            let found = detection.pair(pair).expect(&label);
             if method == Some(DetectionMethod::Medial) {
                 assert_ne!(found.state, PairState::Apart, "{label}: {found:?}");
                 assert!(found.depth.upper >= exact.lower, "{label}: {found:?}");
