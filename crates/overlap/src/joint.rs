@@ -15,9 +15,11 @@
 //! closest point there instead of along the normal of a face, and in splitting faces at the border of
 //! contact.
 
+use std::ops::Range;
+
 use glam::DVec3;
 use kdop::Workspace;
-use proximity::SurfaceTree;
+use proximity::{ClosestPoint, SurfaceTree};
 use surface::{Pseudonormals, UnionFind, triangle};
 
 use crate::error::JointContactError;
@@ -122,7 +124,7 @@ pub(crate) fn joint_contact(
     let candidates = candidates(clipper, other, params.margin, traversal);
     check_cell_count(body, &candidates, params)?;
 
-    let mut integral = Integral { body, other, params, traversal, cells: Vec::new() };
+    let mut integral = Integral::new(body, other, params, traversal);
     let mut faces: Vec<(u32, ContactSums)> = Vec::new();
     for candidate in candidates {
         let sums = integral.over_face(candidate);
@@ -194,37 +196,60 @@ fn radius_about_center(corners: [DVec3; 3]) -> (DVec3, f64) {
     (center, radius)
 }
 
-/// Part of a face, and the face of the other surface nearest to the part that it was split from.
+/// Part of a face.
 struct Cell {
     corners: [DVec3; 3],
-    near: u32,
+    /// Faces of the other surface that are nearest to points of it, among those on the stack.
+    near: Range<usize>,
 }
 
 /// Sums over cells, face by face.
+///
+/// The face nearest to a point of a cell is no farther from its center than the nearest face of the
+/// center and twice the radius: each split keeps these faces alone, and only the whole face needs the
+/// tree.
 struct Integral<'a> {
     body: &'a SurfaceTree,
     other: &'a SurfaceTree,
     params: &'a JointContactParams,
     traversal: &'a mut Workspace,
     cells: Vec<Cell>,
+    /// Faces near the cells on the stack: those of a cell end where those of its parts begin.
+    near: Vec<u32>,
+    distances: Vec<f64>,
 }
 
-impl Integral<'_> {
+impl<'a> Integral<'a> {
+    fn new(
+        body: &'a SurfaceTree,
+        other: &'a SurfaceTree,
+        params: &'a JointContactParams,
+        traversal: &'a mut Workspace,
+    ) -> Self {
+        let (cells, near, distances) = (Vec::new(), Vec::new(), Vec::new());
+        Self { body, other, params, traversal, cells, near, distances }
+    }
+
     /// Sums up the cells of one face.
-    fn over_face(&mut self, Candidate { face, near }: Candidate) -> ContactSums {
+    fn over_face(&mut self, candidate: Candidate) -> ContactSums {
         let JointContactParams { margin, resolution, .. } = *self.params;
-        let normal = triangle::unit_normal(self.body.corners(face));
+        let face = self.body.corners(candidate.face);
+        let normal = triangle::unit_normal(face);
         let mut sums = ContactSums::default();
 
-        self.cells.push(Cell { corners: self.body.corners(face), near });
+        self.collect_near(face, candidate.near);
+        self.cells.push(Cell { corners: face, near: 0..self.near.len() });
         while let Some(Cell { corners, near }) = self.cells.pop() {
+            self.near.truncate(near.end);
             let (center, radius) = radius_about_center(corners);
-            let (gap, near) = self.signed_distance(center, near);
+            let Some(nearest) = self.nearest(center, near.clone()) else { continue };
+            let gap = self.signed_distance(center, &nearest);
             if gap - radius > margin {
                 continue;
             }
             if radius > resolution {
-                self.split(corners, near);
+                let near = self.keep_near(near, nearest.distance + 2.0 * radius);
+                self.split(corners, &near);
                 continue;
             }
 
@@ -242,30 +267,73 @@ impl Integral<'_> {
         sums
     }
 
+    /// Collects the faces that are nearest to points of a face, given one near to it.
+    fn collect_near(&mut self, corners: [DVec3; 3], hint: u32) {
+        let (center, radius) = radius_about_center(corners);
+        self.near.clear();
+        let found = self.other.closest_point(center, f64::INFINITY, Some(hint), self.traversal);
+        let Some(found) = found else { return };
+        if radius <= self.params.resolution {
+            self.near.push(found.face);
+            return;
+        }
+
+        // The order of the list does not depend on that of the tree.
+        let limit = found.distance + 2.0 * radius;
+        let Self { other, traversal, near, .. } = self;
+        other.tree().nearest(center, limit, traversal, |face, _| {
+            near.push(face);
+            limit
+        });
+        near.sort_unstable();
+    }
+
+    /// Finds the nearest face in a part of the list, and leaves the distances of all of them.
+    fn nearest(&mut self, point: DVec3, near: Range<usize>) -> Option<ClosestPoint> {
+        let mut nearest: Option<ClosestPoint> = None;
+        self.distances.clear();
+        for &face in &self.near[near] {
+            let found = self.other.closest_on_face(point, face);
+            self.distances.push(found.distance);
+            if nearest.as_ref().is_none_or(|nearest| found.distance < nearest.distance) {
+                nearest = Some(found);
+            }
+        }
+        nearest
+    }
+
+    /// Appends the faces of a part of the list that are within a distance, as last measured.
+    fn keep_near(&mut self, near: Range<usize>, within: f64) -> Range<usize> {
+        let first = self.near.len();
+        for (place, &distance) in near.zip(&self.distances) {
+            if distance <= within {
+                self.near.push(self.near[place]);
+            }
+        }
+        first..self.near.len()
+    }
+
     /// Makes four cells of one, at the middles of its edges.
-    fn split(&mut self, [a, b, c]: [DVec3; 3], near: u32) {
+    fn split(&mut self, [a, b, c]: [DVec3; 3], near: &Range<usize>) {
         let [ab, bc, ca] = [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)];
         for corners in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-            self.cells.push(Cell { corners, near });
+            self.cells.push(Cell { corners, near: near.clone() });
         }
     }
 
-    /// Computes the distance of a point from the other surface, negative inside where there is an
-    /// inside. Returns the nearest face, too.
-    fn signed_distance(&mut self, point: DVec3, near: u32) -> (f64, u32) {
+    /// Signs the distance of a point from the other surface: negative inside, where there is an
+    /// inside.
+    fn signed_distance(&self, point: DVec3, found: &ClosestPoint) -> f64 {
         let other = self.other;
-        let found = other.closest_point(point, f64::INFINITY, Some(near), self.traversal);
-        // A hint is a face, so that there always is a nearest one.
-        let Some(found) = found else { return (f64::INFINITY, near) };
         if other.has_winding_number().is_err() {
-            return (found.distance, found.face);
+            return found.distance;
         }
         let (surface, positions) = (other.surface(), other.positions());
         // The pseudonormal at the foot decides the side on faces, edges and corners alike.
         let feature = found.foot.feature;
         let outward = Pseudonormals::of_feature(surface, positions, found.face, feature);
         let is_inside = (point - found.foot.point).dot(outward) < 0.0;
-        (if is_inside { -found.distance } else { found.distance }, found.face)
+        if is_inside { -found.distance } else { found.distance }
     }
 }
 

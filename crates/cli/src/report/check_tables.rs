@@ -6,7 +6,7 @@ use super::division;
 use super::document::{BodyRecord, CheckDocument};
 use super::joint_contact::{ContactTable, joint_title};
 use super::pair_record::PairRecord;
-use super::table::{Table, left, right};
+use super::table::{Table, dash, left, right};
 use super::text::{grouped, measure, short};
 
 /// Table with a title.
@@ -179,9 +179,4 @@ fn bracket(AreaBracket { lower, upper }: AreaBracket) -> String {
 /// Returns the mark of a value that is undefined: the refusals have the reason.
 fn undefined() -> String {
     "?".to_owned()
-}
-
-/// Returns the mark of an absent value.
-pub(super) fn dash() -> String {
-    "-".to_owned()
 }

@@ -6,9 +6,8 @@ use mesh_io::{CellValues, Cells, write_vtp_cells};
 use musculo_collide::{Body, ContactMeasures, JointContact, PairId, Scene};
 use serde::Serialize;
 
-use super::FileNames;
-use super::check_tables::dash;
-use super::table::{Column, Table, left, right};
+use super::overlap_files::{FileNames, PointList};
+use super::table::{Column, Table, dash, left, right};
 use super::text::{measure, place, short};
 use crate::failure::Failure;
 use crate::output::Outputs;
@@ -176,23 +175,12 @@ pub(crate) fn stage_contact_files(
 
 /// Writes the faces of a body in contact, with their values.
 fn contact_vtp(contact: &JointContact, body: &Body) -> String {
-    // Vertices of these faces alone, each once.
-    let mut numbers = vec![u32::MAX; body.positions().len()];
-    let (mut positions, mut cells) = (Vec::new(), Vec::new());
+    // Vertices of these faces alone.
+    let (mut points, mut cells) = (PointList::default(), Vec::new());
     let (mut faces, mut regions) = (Vec::new(), Vec::new());
     let (mut gaps, mut pressures, mut areas) = (Vec::new(), Vec::new(), Vec::new());
     for face in contact.faces.iter().filter(|face| face.area > 0.0) {
-        let mut cell = Vec::with_capacity(3);
-        for vertex in body.surface().faces()[face.face as usize] {
-            let number = &mut numbers[vertex as usize];
-            if *number == u32::MAX {
-                *number = u32::try_from(positions.len()).unwrap_or(u32::MAX);
-                positions.push(body.positions()[vertex as usize]);
-            }
-            cell.push(*number);
-        }
-        cells.push(cell);
-
+        cells.push(body.corners(face.face).map(|at| points.number(at, 0.0)).to_vec());
         faces.push(face.face);
         regions.push(face.region);
         gaps.push(face.mean_gap);
@@ -207,5 +195,5 @@ fn contact_vtp(contact: &JointContact, body: &Body) -> String {
         CellValues::Numbers("face", &faces),
         CellValues::Numbers("region", &regions),
     ];
-    write_vtp_cells(&positions, Cells::Polygons(&cells), &[], &values)
+    write_vtp_cells(&points.positions, Cells::Polygons(&cells), &[], &values)
 }

@@ -5,11 +5,10 @@ use musculo_collide::{
 };
 use serde::Serialize;
 
-use super::check_tables::dash;
 use super::joint_contact::{
     ContactTable, JointContactRecord, PairContact, SurfaceContact, joint_title,
 };
-use super::table::{Table, left, right};
+use super::table::{Table, dash, left, right};
 use super::text::{counted, depth, fixed, grouped, measure};
 use crate::motion::{RestReason, RestingBody};
 use crate::scene::Unit;

@@ -67,14 +67,15 @@ pub(crate) fn stage_overlap_files(
 
 /// Points with their values, each position once.
 #[derive(Debug, Default)]
-struct PointList {
-    positions: Vec<DVec3>,
+pub(super) struct PointList {
+    pub(super) positions: Vec<DVec3>,
     depths: Vec<f64>,
     numbers: BTreeMap<[u64; 3], u32>,
 }
 
 impl PointList {
-    fn number(&mut self, at: DVec3, depth: f64) -> u32 {
+    /// Returns the number of a point, with its depth where it is new.
+    pub(super) fn number(&mut self, at: DVec3, depth: f64) -> u32 {
         let Self { positions, depths, numbers } = self;
         *numbers.entry(at.to_array().map(f64::to_bits)).or_insert_with(|| {
             positions.push(at);

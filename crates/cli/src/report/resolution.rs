@@ -2,8 +2,7 @@
 
 use musculo_collide::{DepthBracket, Remaining, Resolution, Scene};
 
-use super::check_tables::dash;
-use super::table::{Table, left, right};
+use super::table::{Table, dash, left, right};
 use super::text::{counted, grouped, length};
 use crate::scene::Unit;
 

@@ -3,9 +3,8 @@
 use musculo_collide::{DepthBracket, Remaining, Resolution, Scene};
 use serde::Serialize;
 
-use super::check_tables::dash;
 use super::resolution::remaining_text;
-use super::table::{Table, right};
+use super::table::{Table, dash, right};
 use super::text::{counted, depth, grouped, length};
 use crate::scene::Unit;
 

@@ -109,6 +109,11 @@ impl Column {
     }
 }
 
+/// Returns the mark of an absent value.
+pub(super) fn dash() -> String {
+    "-".to_owned()
+}
+
 /// Escapes the characters of HTML's markup.
 pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")

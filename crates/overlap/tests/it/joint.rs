@@ -5,11 +5,13 @@ use std::f64::consts::PI;
 use fixtures::Mesh;
 use fixtures::shapes::{cube, icosphere};
 use glam::DVec3;
+use kdop::Workspace;
 use overlap::{
     ElasticFoundation, FoundationLaw, JointContact, JointContactError, JointContactParams,
     OverlapDetector,
 };
 use proximity::SurfaceTree;
+use surface::closest_on_triangle;
 
 fn tree(mesh: &Mesh) -> SurfaceTree {
     SurfaceTree::new(mesh.surface(), mesh.positions.clone()).expect("planted bodies are finite")
@@ -129,4 +131,91 @@ fn parameters_out_of_range_are_refused_by_value() {
     let layer = ElasticFoundation { youngs_modulus: 5.0, poissons_ratio: 0.5, thickness: 2.0, law };
     let params = JointContactParams { foundation: Some(layer), ..params(1.0, 0.1) };
     assert!(matches!(refused(params), JointContactError::Foundation { .. }));
+}
+
+/// Sums of the reference: cells as they are defined, each against every face of the other body.
+#[derive(Debug, Default)]
+struct Reference {
+    area: f64,
+    area_lower: f64,
+    area_upper: f64,
+    gap: f64,
+}
+
+impl Reference {
+    fn of(body: &Mesh, other: &Mesh, params: &JointContactParams) -> Self {
+        let (mut reference, tree) = (Self::default(), tree(other));
+        for face in &body.faces {
+            let corners = face.map(|vertex| body.positions[vertex as usize]);
+            reference.add(corners, other, &tree, params);
+        }
+        reference
+    }
+
+    fn add(
+        &mut self,
+        corners: [DVec3; 3],
+        other: &Mesh,
+        tree: &SurfaceTree,
+        params: &JointContactParams,
+    ) {
+        let [a, b, c] = corners;
+        let center = (a + b + c) / 3.0;
+        let radius = corners.iter().map(|p| p.distance(center)).fold(0.0, f64::max);
+        if radius > params.resolution {
+            let [ab, bc, ca] = [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)];
+            for part in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+                self.add(part, other, tree, params);
+            }
+            return;
+        }
+
+        let mut distance = f64::INFINITY;
+        for face in &other.faces {
+            let corners = face.map(|vertex| other.positions[vertex as usize]);
+            distance = distance.min(closest_on_triangle(center, corners).point.distance(center));
+        }
+        let is_inside = tree.contains(center, &mut Workspace::default());
+        let gap = if is_inside { -distance } else { distance };
+        let area = 0.5 * (b - a).cross(c - a).length();
+        if gap - radius <= params.margin {
+            self.area_upper += area;
+        }
+        if gap + radius <= params.margin {
+            self.area_lower += area;
+        }
+        if gap <= params.margin {
+            self.area += area;
+            self.gap += area * gap;
+        }
+    }
+}
+
+#[test]
+fn cells_find_the_nearest_of_all_faces() {
+    let ball = icosphere(3.0, 2).translated(DVec3::new(0.3, 0.2, 2.4));
+    let cases = [
+        // Large faces against small ones, both ways.
+        [ball.clone(), cube(1.0).scaled(DVec3::new(9.0, 9.0, 4.0)).translated(-2.0 * DVec3::Z)],
+        // Thin parts with a wall on either side.
+        [ball.clone(), cube(1.0).scaled(DVec3::new(9.0, 9.0, 0.3))],
+        [ball.clone(), ball.translated(DVec3::new(1.0, -2.0, 4.9))],
+    ];
+    for [a, b] in cases {
+        let params = params(0.4, 0.3);
+        let [of_a, of_b] = contact(&a, &b, &params);
+        for (found, [body, other]) in [(of_a, [&a, &b]), (of_b, [&b, &a])] {
+            let reference = Reference::of(body, other, &params);
+            let total = found.total;
+            assert!(total.area > 0.1, "{total:?}");
+            for (found, expected) in [
+                (total.area, reference.area),
+                (total.area_lower, reference.area_lower),
+                (total.area_upper, reference.area_upper),
+                (total.mean_gap * total.area, reference.gap),
+            ] {
+                assert!((found - expected).abs() < 1e-10, "{found} for {expected}");
+            }
+        }
+    }
 }
