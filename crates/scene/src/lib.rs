@@ -4,7 +4,7 @@
 //! [`Scene::check`] reports, for every pair of bodies within a margin of each other, whether they
 //! overlap, how deep, by which volume and areas, and how far apart they are. [`Scene::sweep`] finds the first
 //! contacts while bodies move to new positions, and [`SweepReport::pass_throughs`] those that
-//! neither state shows.
+//! neither state shows. A [`SceneStep`] answers contacts inside a simulator's step.
 //!
 //! Candidate pairs come from a broad phase (sweep and prune). Trees are built and refit only for
 //! bodies that may meet another one.
@@ -63,12 +63,15 @@ mod params;
 mod pass_through;
 mod report;
 mod scene;
+mod step;
 mod sweep;
 
 pub use distance_field::{FieldContact, FieldDetector, FieldFeature};
 pub use glam;
 pub use medial::{MedialContact, MedialDetector, MedialFeature, PrimitiveBall};
 pub use overlap::{AreaBracket, CurveChain, Depth, Overlap, OverlapMeasures};
+pub use response;
+
 pub use proximity::{ContactKind, NearVertex, NoInside, Region, Side, SweptContact};
 
 pub use surface::progress::{Interrupted, Progress};
@@ -84,6 +87,7 @@ pub use crate::params::CheckParams;
 pub use crate::pass_through::PassThrough;
 pub use crate::report::{PairReport, VertexReport};
 pub use crate::scene::Scene;
+pub use crate::step::{PairContacts, SceneStates, SceneStep, StepError};
 pub use crate::sweep::{BodyMove, PairSweep, SweepReport};
 
 /// Compiles and runs the README's example.

@@ -3,5 +3,6 @@
 mod check;
 mod medial;
 mod overlap;
+mod step;
 mod support;
 mod sweep;

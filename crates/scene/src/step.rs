@@ -1,0 +1,216 @@
+//! Contact step over a scene: materials by pair, bones in motion, and all soft bodies in the
+//! caller's slices.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use response::{
+    ContactSet, ContactStep, Material, ParticleLoads, ParticleStates, ResponseError, RigidMotion,
+    StepParams, StepReport,
+};
+use surface::{Contact, Pose};
+
+use crate::{BodyId, PairId, Scene, SceneError};
+
+/// States of all particles of a scene, body after body
+/// ([`Body::particles`](crate::Body::particles)). Entries of rigid bodies are not changed.
+#[derive(Debug)]
+pub struct SceneStates<'a> {
+    /// Positions.
+    pub x: &'a mut [DVec3],
+    /// Velocities.
+    pub v: &'a mut [DVec3],
+    /// Accelerations or forces of the next move, where the caller's integrator takes these.
+    pub loads: ParticleLoads<'a>,
+    /// Inverse masses, 0 where fixed.
+    pub inverse_mass: &'a [f64],
+}
+
+/// Contact step over a scene: a [`ContactStep`] with a [`Material`] per pair and a
+/// [`RigidMotion`] per bone.
+///
+/// It stands *before* the move, as [`ContactStep`] explains: forces, velocities, this step,
+/// positions. Contacts may come from any detector.
+///
+/// ```
+/// use scene::glam::{DQuat, DVec3};
+/// use scene::response::{
+///     Margins, Material, ParticleLoads, RigidMotion, StepLength, StepParams,
+/// };
+/// use scene::{BodyKind, PairId, Scene, SceneError, SceneStates, SceneStep, StepError};
+/// use surface::{Contact, ContactSide, Pose, Term, TriangleSurface};
+///
+/// let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+/// let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+/// let surface = TriangleSurface::new(4, faces)?;
+/// let mut scene = Scene::new();
+/// let bone = scene.add("bone", BodyKind::Rigid, surface.clone(), corners.to_vec())?;
+/// let tissue = scene.add("tissue", BodyKind::Deformable, surface, corners.to_vec())?;
+/// let first = scene.body(tissue).particles().start;
+///
+/// // The bone moves up at 3, under the first vertex of the tissue.
+/// let mut step = SceneStep::new(Material::hard(Margins::new(0.0, 0.1)?));
+/// let motion = RigidMotion { velocity: DVec3::Z * 3.0, ..RigidMotion::default() };
+/// step.move_bone(&mut scene, bone, &Pose::IDENTITY, motion)?;
+/// let mut x = scene.particle_positions();
+/// let mut v = vec![DVec3::ZERO; x.len()];
+/// let (loads, inverse_mass) = (ParticleLoads::None, vec![1.0; x.len()]);
+/// let states = SceneStates { x: &mut x, v: &mut v, loads, inverse_mass: &inverse_mass };
+/// let params = StepParams::new(StepLength::new(0.01)?);
+/// step.correct(&mut scene, states, &params, |scene, contacts| {
+///     let vertex = [Term { particle: first, weight: 1.0 }];
+///     let bone_side = ContactSide::at_rest(scene.body(tissue).positions()[0]);
+///     let found = Contact::between(ContactSide::Particles(&vertex), bone_side, DVec3::Z, 0.0);
+///     contacts.add(PairId::new(bone, tissue), &[found]);
+///     Ok::<(), StepError>(())
+/// })?;
+/// assert_eq!(v[first as usize], DVec3::Z * 3.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct SceneStep {
+    materials: Materials,
+    bones: Bones,
+    step: ContactStep,
+}
+
+/// Failure of a contact step over a scene.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum StepError {
+    /// A contact, a particle or a parameter.
+    #[error(transparent)]
+    Response(#[from] ResponseError),
+    /// A body of the scene.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+}
+
+/// Materials by pair.
+#[derive(Clone, Debug)]
+struct Materials {
+    default: Material,
+    by_pair: BTreeMap<PairId, Material>,
+}
+
+/// Motions of rigid bodies, by their numbers; `None` for soft bodies.
+#[derive(Clone, Debug, Default)]
+struct Bones(Vec<Option<RigidMotion>>);
+
+/// Contacts of a step by pair of bodies, to be filled by a detector.
+#[derive(Debug)]
+pub struct PairContacts<'a> {
+    set: &'a mut ContactSet,
+    materials: &'a Materials,
+    bones: &'a Bones,
+}
+
+impl SceneStep {
+    /// Returns a step in which all pairs have the same material, and all bones rest.
+    #[must_use]
+    pub fn new(default: Material) -> Self {
+        let materials = Materials { default, by_pair: BTreeMap::new() };
+        Self { materials, bones: Bones::default(), step: ContactStep::default() }
+    }
+
+    /// Sets the material of one pair.
+    pub fn set_material(&mut self, pair: PairId, material: Material) {
+        self.materials.by_pair.insert(pair, material);
+    }
+
+    /// Places a rigid body by its pose, and sets its motion there: the motion holds until the
+    /// next call.
+    ///
+    /// # Errors
+    ///
+    /// As [`Scene::pose_body`].
+    pub fn move_bone(
+        &mut self,
+        scene: &mut Scene,
+        bone: BodyId,
+        pose: &Pose,
+        motion: RigidMotion,
+    ) -> Result<(), SceneError> {
+        scene.pose_body(bone, pose)?;
+        self.bones.fit(scene);
+        self.bones.0[bone.index()] = Some(motion);
+        Ok(())
+    }
+
+    /// Corrects positions, velocities and loads of soft bodies: see [`ContactStep::correct`].
+    ///
+    /// Soft bodies of the scene are moved to `states.x` before each detection. `detect` adds
+    /// the contacts of the scene's present state. Afterwards the scene has the corrected
+    /// positions.
+    ///
+    /// # Errors
+    ///
+    /// [`ResponseError::Count`] unless there is one entry per particle, and those of
+    /// [`ContactStep::correct`], [`Scene::move_body`] and `detect`.
+    pub fn correct<E: From<ResponseError> + From<SceneError>>(
+        &mut self,
+        scene: &mut Scene,
+        states: SceneStates<'_>,
+        params: &StepParams,
+        mut detect: impl FnMut(&mut Scene, &mut PairContacts<'_>) -> Result<(), E>,
+    ) -> Result<StepReport, E> {
+        let SceneStates { x, v, loads, inverse_mass } = states;
+        let expected = scene.particle_count();
+        if x.len() != expected {
+            let (what, got) = ("particle states", x.len());
+            return Err(ResponseError::Count { what, expected, got }.into());
+        }
+
+        self.bones.fit(scene);
+        let Self { materials, bones, step } = self;
+        let particles = ParticleStates { x, v, loads, inverse_mass };
+        step.correct(particles, params, |x, set| {
+            scene.move_soft_bodies(x)?;
+            detect(scene, &mut PairContacts { set, materials, bones })
+        })
+    }
+
+    /// Returns the step without the scene.
+    #[must_use]
+    pub fn contact_step(&self) -> &ContactStep {
+        &self.step
+    }
+}
+
+impl PairContacts<'_> {
+    /// Adds the contacts of a pair, with its material. Anchors get the velocity and the
+    /// acceleration of their bone.
+    pub fn add(&mut self, pair: PairId, contacts: &[Contact]) {
+        let material = self.materials.by_pair.get(&pair).unwrap_or(&self.materials.default);
+        let motion = pair.bodies().iter().find_map(|body| self.bones.0[body.index()]);
+        let key = u64::from(pair.a.0) << 32 | u64::from(pair.b.0);
+        self.set.add(key, material, &motion.unwrap_or_default(), contacts);
+    }
+}
+
+impl Bones {
+    /// Adds bodies that are new in the scene, at rest.
+    fn fit(&mut self, scene: &Scene) {
+        for body in &scene.bodies()[self.0.len().min(scene.bodies().len())..] {
+            self.0.push(body.is_rigid().then(RigidMotion::default));
+        }
+    }
+}
+
+impl Scene {
+    /// Returns the number of vertices of all bodies.
+    fn particle_count(&self) -> usize {
+        self.bodies.last().map_or(0, |body| body.particles().end as usize)
+    }
+
+    /// Moves soft bodies to the positions of all particles.
+    fn move_soft_bodies(&mut self, x: &[DVec3]) -> Result<(), SceneError> {
+        for body in self.bodies.iter_mut().filter(|body| !body.is_rigid()) {
+            let particles = body.particles();
+            let x = &x[particles.start as usize..particles.end as usize];
+            if x != body.positions() {
+                body.set_positions(x)?;
+            }
+        }
+        Ok(())
+    }
+}
