@@ -12,6 +12,7 @@ mod mesh;
 mod record;
 mod resolution;
 mod scene;
+mod surface;
 
 use pyo3::prelude::*;
 
@@ -20,6 +21,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<scene::Scene>()?;
     module.add_class::<field::Field>()?;
+    module.add_class::<surface::Surface>()?;
     module.add_function(wrap_pyfunction!(mesh::read_mesh, module)?)?;
     module.add_function(wrap_pyfunction!(mesh::write_mesh, module)?)?;
     module.add_function(wrap_pyfunction!(medial::generate, module)?)?;

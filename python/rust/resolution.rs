@@ -34,7 +34,7 @@ pub(crate) fn record<'py>(
         remaining.push(dict!(py, {
             a: a,
             b: b,
-            depth: left.depth,
+            depth: (left.depth.lower, left.depth.upper),
             crossing_faces: left.crossing_faces,
             at_first: left.at_first,
             reason: left.obstacle.to_string(),

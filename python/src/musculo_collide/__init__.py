@@ -20,10 +20,12 @@ from .results import (
     SweptPair,
 )
 from .scene import Scene
+from .surface import ClosestPoints, Surface
 
 __all__ = [
     "ArrayTypeError",
     "BodyChange",
+    "ClosestPoints",
     "Depth",
     "DistanceField",
     "FileError",
@@ -38,6 +40,7 @@ __all__ = [
     "Remaining",
     "Resolution",
     "Scene",
+    "Surface",
     "Sweep",
     "SweptContacts",
     "SweptPair",

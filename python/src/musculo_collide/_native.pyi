@@ -5,7 +5,7 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import disjoint_base
 
-__all__ = ["Field", "Scene", "__version__", "generate_medial", "read_mesh", "write_mesh"]
+__all__ = ["Field", "Scene", "Surface", "__version__", "generate_medial", "read_mesh", "write_mesh"]
 
 __version__: str
 
@@ -48,6 +48,18 @@ class Scene:
         threads: int | None,
         progress: _Progress,
     ) -> dict[str, Any]: ...
+
+@final
+class Surface:
+    def __new__(cls, vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]) -> Surface: ...
+    def no_inside(self) -> str | None: ...
+    def contains(self, at: npt.NDArray[np.float64], threads: int | None) -> npt.NDArray[np.bool_]: ...
+    def signed_distance(
+        self, at: npt.NDArray[np.float64], threads: int | None
+    ) -> npt.NDArray[np.float64]: ...
+    def closest_points(
+        self, at: npt.NDArray[np.float64], threads: int | None
+    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.uint32], npt.NDArray[np.float64]]: ...
 
 @final
 class Field:

@@ -368,7 +368,8 @@ class Remaining(Record):
 
     a: str
     b: str
-    depth: float
+    depth: tuple[float, float]
+    """Certified bracket on the depth."""
     crossing_faces: int
     at_first: bool
     """True if the pair overlapped at the start."""

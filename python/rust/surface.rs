@@ -1,0 +1,144 @@
+//! Exact questions of points to one surface.
+
+use glam::DVec3;
+use musculo_collide::kdop::Workspace;
+use musculo_collide::proximity::{ClosestPoint, SurfaceTree};
+use musculo_collide::surface::parallel;
+use musculo_collide::{Interrupted, Progress};
+use numpy::{PyArray1, PyArray2};
+use pyo3::prelude::*;
+
+use crate::arrays::{Faces, Points, array, point_array, points, surface};
+use crate::call::Call;
+use crate::error::refused;
+
+/// Points between two polls for interruption: some milliseconds.
+const POLL_INTERVAL: usize = 1024;
+
+/// Native surface with its tree.
+#[pyclass(frozen, module = "musculo_collide._native")]
+#[derive(Debug)]
+pub(crate) struct Surface {
+    tree: SurfaceTree,
+}
+
+/// Closest points, their faces, and distances.
+type Closest<'py> =
+    (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<u32>>, Bound<'py, PyArray1<f64>>);
+
+#[pymethods]
+impl Surface {
+    #[new]
+    fn new(py: Python<'_>, vertices: Points<'_>, faces: Faces<'_>) -> PyResult<Self> {
+        let positions = points(&vertices)?.to_vec();
+        let surface = surface("the surface", positions.len(), &faces)?;
+        if surface.faces().is_empty() {
+            return Err(refused("the surface has no faces"));
+        }
+        let tree = py.detach(|| SurfaceTree::new(surface, positions)).map_err(refused)?;
+        Ok(Self { tree })
+    }
+
+    /// Returns the reason why the surface has no inside.
+    fn no_inside(&self) -> Option<String> {
+        self.tree.has_inside().err().map(|reason| reason.to_string())
+    }
+
+    fn contains<'py>(
+        &self,
+        py: Python<'py>,
+        at: Points<'py>,
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        self.require_inside()?;
+        let points = points(&at)?;
+        let contains = |point, workspace: &mut Workspace, _: &mut Option<u32>| {
+            self.tree.contains(point, workspace)
+        };
+        Ok(array(py, self.ask(py, points, threads, contains)?))
+    }
+
+    fn signed_distance<'py>(
+        &self,
+        py: Python<'py>,
+        at: Points<'py>,
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.require_inside()?;
+        let points = points(&at)?;
+        let signed = |point, workspace: &mut Workspace, hint: &mut Option<u32>| {
+            let distance =
+                self.closest(point, workspace, hint).map_or(f64::INFINITY, |p| p.distance);
+            if self.tree.contains(point, workspace) { -distance } else { distance }
+        };
+        Ok(array(py, self.ask(py, points, threads, signed)?))
+    }
+
+    fn closest_points<'py>(
+        &self,
+        py: Python<'py>,
+        at: Points<'py>,
+        threads: Option<usize>,
+    ) -> PyResult<Closest<'py>> {
+        let points = points(&at)?;
+        let closest = |point, workspace: &mut Workspace, hint: &mut Option<u32>| {
+            self.closest(point, workspace, hint)
+        };
+        let found = self.ask(py, points, threads, closest)?;
+        let (mut feet, mut faces, mut distances) = (Vec::new(), Vec::new(), Vec::new());
+        for closest in found.into_iter().flatten() {
+            feet.push(closest.foot.point);
+            faces.push(closest.face);
+            distances.push(closest.distance);
+        }
+        Ok((point_array(py, &feet), array(py, faces), array(py, distances)))
+    }
+}
+
+impl Surface {
+    fn require_inside(&self) -> PyResult<()> {
+        self.tree.has_inside().map_err(refused)
+    }
+
+    /// Finds the closest point; the face of the last one hints at the next.
+    fn closest(
+        &self,
+        point: DVec3,
+        workspace: &mut Workspace,
+        hint: &mut Option<u32>,
+    ) -> Option<ClosestPoint> {
+        let found = self.tree.closest_point(point, f64::INFINITY, *hint, workspace);
+        *hint = found.map(|closest| closest.face);
+        found
+    }
+
+    /// Answers a question at every point, in their order.
+    fn ask<T: Send>(
+        &self,
+        py: Python<'_>,
+        points: &[DVec3],
+        threads: Option<usize>,
+        question: impl Fn(DVec3, &mut Workspace, &mut Option<u32>) -> T + Sync + Send,
+    ) -> PyResult<Vec<T>> {
+        if let Some(point) = points.iter().position(|point| !point.is_finite()) {
+            return Err(refused(format!("point {point} is not finite: {}", points[point])));
+        }
+        let pieces: Vec<&[DVec3]> = points.chunks(POLL_INTERVAL).collect();
+        let answer = |progress: Progress<'_>| {
+            let steps = progress.steps(pieces.len());
+            let answers =
+                parallel::map_slice_with(&pieces, Workspace::default, |workspace, piece| {
+                    steps.advance(1)?;
+                    let mut hint = None;
+                    let mut answers = Vec::with_capacity(piece.len());
+                    for &point in *piece {
+                        answers.push(question(point, workspace, &mut hint));
+                    }
+                    Ok::<_, Interrupted>(answers)
+                });
+            let answers: Result<Vec<Vec<T>>, Interrupted> = answers.into_iter().collect();
+            Ok::<_, Interrupted>(answers?.into_iter().flatten().collect())
+        };
+        Call::new(threads, None)?.run(py, answer)
+    }
+}

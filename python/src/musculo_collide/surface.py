@@ -1,0 +1,56 @@
+"""Exact questions of points to one surface."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _arrays, _native
+
+
+class ClosestPoints(NamedTuple):
+    """Closest points of a surface, one for each point that was asked for."""
+
+    points: npt.NDArray[np.float64]
+    """The closest points (n × 3)."""
+    faces: npt.NDArray[np.uint32]
+    """Faces that hold them (n); of several the one of the lowest number."""
+    distances: npt.NDArray[np.float64]
+    """Distances to the points asked for (n)."""
+
+
+class Surface:
+    """Surface that is asked about many points.
+
+    >>> surface = Surface([[0, 0, 0], [30, 0, 0], [0, 30, 0], [0, 0, 30]],
+    ...                   [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+    >>> surface.signed_distance([[8, 8, -2], [8, 8, 2]])
+    array([ 2., -2.])
+    """
+
+    def __init__(self, vertices: npt.ArrayLike, faces: npt.ArrayLike) -> None:
+        x = _arrays.points(vertices, "vertices")
+        self._native = _native.Surface(x, _arrays.faces(faces, "faces"))
+
+    @property
+    def no_inside(self) -> str | None:
+        """Reason why the surface has no inside; ``None`` where it has one."""
+        return self._native.no_inside()
+
+    def contains(self, points: npt.ArrayLike, *, threads: int | None = None) -> npt.NDArray[np.bool_]:
+        """Return which points (n × 3) are inside, exactly. Those on the surface are not."""
+        return self._native.contains(_arrays.points(points, "points"), threads)
+
+    def signed_distance(
+        self, points: npt.ArrayLike, *, threads: int | None = None
+    ) -> npt.NDArray[np.float64]:
+        """Return the distances of points (n × 3) from the surface, negative inside."""
+        return self._native.signed_distance(_arrays.points(points, "points"), threads)
+
+    def closest_points(self, points: npt.ArrayLike, *, threads: int | None = None) -> ClosestPoints:
+        """Return the closest points of the surface."""
+        return ClosestPoints(*self._native.closest_points(_arrays.points(points, "points"), threads))
+
+

@@ -1,0 +1,50 @@
+"""Exact questions of points to one surface."""
+
+import numpy as np
+import pytest
+from conftest import box, sphere
+
+from musculo_collide import InputError, Surface
+
+
+def test_distances_to_a_box_are_those_of_the_closed_form():
+    points = np.random.default_rng(3).uniform(-2, 4, (5000, 3))
+    surface = Surface(*box((0, 0, 0), (1, 2, 3)))
+    center, half = np.array([0.5, 1, 1.5]), np.array([0.5, 1, 1.5])
+    q = np.abs(points - center) - half
+    expected = np.linalg.norm(np.maximum(q, 0), axis=1) + np.minimum(q.max(axis=1), 0)
+
+    for threads in (None, 1, 2):
+        distances = surface.signed_distance(points, threads=threads)
+        assert np.abs(distances - expected).max() < 1e-14
+        assert np.array_equal(surface.contains(points, threads=threads), expected < 0)
+    closest = surface.closest_points(points)
+    assert np.array_equal(closest.distances, np.abs(distances))
+    assert np.abs(np.linalg.norm(closest.points - points, axis=1) - closest.distances).max() < 1e-15
+    assert closest.faces.max() < 12
+
+
+def test_points_on_the_surface_are_not_inside():
+    surface = Surface(*box((0, 0, 0), (1, 1, 1)))
+    on = [[0, 0, 0], [0.5, 0.5, 0], [1, 0.25, 0.75]]
+    assert not surface.contains(on).any()
+    assert np.array_equal(surface.signed_distance(on), [0, 0, 0])
+    assert len(surface.signed_distance(np.zeros((0, 3)))) == 0
+
+
+def test_open_surfaces_have_closest_points_and_no_inside():
+    sheet = Surface([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    assert "odd number of faces" in sheet.no_inside
+    assert np.array_equal(sheet.closest_points([[0.25, 0.25, 2]]).distances, [2])
+    for call in (sheet.contains, sheet.signed_distance):
+        with pytest.raises(InputError, match="no inside"):
+            call([[0, 0, 0]])
+    assert Surface(*sphere((0, 0, 0), 1, 6)).no_inside is None
+
+
+def test_bad_points_are_refused():
+    surface = Surface(*box((0, 0, 0), (1, 1, 1)))
+    with pytest.raises(InputError, match="point 1 is not finite"):
+        surface.contains([[0, 0, 0], [np.nan, 0, 0]])
+    with pytest.raises(InputError, match="no faces"):
+        Surface([[0, 0, 0]], np.zeros((0, 3), int))
