@@ -49,9 +49,13 @@ fn run(bencher: &mut Bencher<'_>, pace: Pace, work: &mut dyn FnMut() -> usize) -
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
+    // An argument that names a crate sets up the scenes of that crate only.
+    let is_crate = |argument: &String| ratios::GROUPS.iter().any(|(group, _)| group == argument);
+    let crates: Vec<String> = std::env::args().filter(is_crate).collect();
+
     // Figures follow from the times, but a report of Criterion's own has taken their place.
     let mut report = Report::with_timer(Box::new(CriterionTimer));
-    ratios::run(&[], &mut report)?;
+    ratios::run(&crates, &mut report)?;
     Criterion::default().configure_from_args().final_summary();
     Ok(())
 }

@@ -67,7 +67,11 @@ pub fn depth(body: &SurfaceTree, p: DVec3, workspace: &mut Workspace) -> f64 {
 pub fn points_inside(points: &[DVec3], body: &SurfaceTree) -> BTreeMap<u32, f64> {
     let bounds = bounds(body);
     let workspace = &mut Workspace::default();
-    let near = (0_u32..).zip(points).filter(|(_, p)| bounds.contains(**p));
-    let depths = near.map(|(number, p)| (number, depth(body, *p, workspace)));
-    depths.filter(|(_, depth)| *depth > 0.0).collect()
+    let mut inside = BTreeMap::new();
+    for (number, &p) in (0..).zip(points) {
+        if bounds.contains(p) && body.contains(p, workspace) {
+            inside.insert(number, depth(body, p, workspace));
+        }
+    }
+    inside
 }

@@ -1,6 +1,7 @@
 //! Benchmarks: figures beside peers, tables, charts of accuracy over time, and endurance.
 //!
-//! The program `benches` runs them all; `cargo xtask ratios`, `chart` and `soak` call it.
+//! The program `benches` runs them all; `cargo xtask ratios`, `chart` and `soak` call it. The bench
+//! target `figures` runs the same figures under Criterion: `cargo bench -p benches -- kdop`.
 //!
 //! # Features
 //!

@@ -172,6 +172,7 @@ impl Report {
         pace: Pace,
         mut sides: [Side<'_>; N],
     ) -> [f64; N] {
+        // Timers that report by themselves name the crate, too.
         let name = format!("{}: {name}", self.group);
         let times = self.timer.times(&name, pace, &mut sides);
         std::array::from_fn(|side| times[side])
@@ -230,6 +231,7 @@ impl Report {
         unit: &'static str,
         allowed: f64,
     ) {
+        // A ratio that is not a number keeps no bound.
         let measured = other.map_or(ours, |other| ours / other);
         let holds = measured <= allowed;
         if self.prints {

@@ -50,7 +50,10 @@ impl Balls {
     #[must_use]
     pub fn moved(&self, by: glam::DVec3) -> Self {
         let mut medial = self.medial.clone();
-        let centers: Vec<_> = medial.balls().iter().map(|ball| ball.center + by).collect();
+        let mut centers = Vec::new();
+        for ball in medial.balls() {
+            centers.push(ball.center + by);
+        }
         medial.set_centers(&centers).expect("as many balls");
         Self::new(medial)
     }
@@ -103,7 +106,9 @@ impl<'a> ContactScene<'a> {
         let faces = self.points.surface().faces();
         let mut pairs = Vec::new();
         self.points.tree().pairs(self.other.tree(), MARGIN, workspace, |a, b| {
-            pairs.extend(faces[a as usize].map(|vertex| (vertex, b)));
+            for vertex in faces[a as usize] {
+                pairs.push((vertex, b));
+            }
         });
 
         // Faces share vertices.
@@ -114,10 +119,12 @@ impl<'a> ContactScene<'a> {
 
     /// Returns the number of projections on faces within [`MARGIN`].
     fn project(&self, workspace: &mut Workspace) -> usize {
-        let is_near = |&(vertex, face): &(u32, u32)| {
-            self.other.closest_on_face(self.points.position(vertex), face).distance < MARGIN
-        };
-        self.candidates(workspace).iter().filter(|pair| is_near(pair)).count()
+        let mut near = 0;
+        for (vertex, face) in self.candidates(workspace) {
+            let closest = self.other.closest_on_face(self.points.position(vertex), face);
+            near += usize::from(closest.distance < MARGIN);
+        }
+        near
     }
 
     /// Detects the vertices in the balls of the other body.
@@ -190,9 +197,10 @@ impl MethodWork {
         limits: WorkLimits,
         report: &mut Report,
     ) {
-        let bounds = [&self.counts, projection].map(|counts| to_f64(counts.bound_tests));
+        let (ours, other) = (&self.counts, projection);
+        let bounds = [ours.bound_tests, other.bound_tests].map(to_f64);
         report.ratio(format!("{name}, tests of bounds"), bounds, "", limits.bounds);
-        let leaves = [&self.counts, projection].map(|counts| to_f64(counts.leaf_tests));
+        let leaves = [ours.leaf_tests, other.leaf_tests].map(to_f64);
         report.ratio(format!("{name}, tests of leaves"), leaves, "", limits.leaves);
         report.times(format!("{name}, time"), self.times, limits.time);
     }

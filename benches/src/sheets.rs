@@ -32,17 +32,27 @@ impl Sheets {
     /// When there are too many vertices to number.
     pub fn new(side: u32) -> Result<Self, SurfaceError> {
         let count = side * side;
-        let mut x = sheet(side, GAP);
-        x.extend(sheet(side, 0.0));
+        let (mut x, mut v) = (Vec::new(), Vec::new());
+        for k in 0..2 * count {
+            let is_upper = k < count;
+            // The upper sheet is shifted, so that contacts are inside faces.
+            let (shift, height) = if is_upper { (0.3, GAP) } else { (0.0, 0.0) };
+            let [column, row] = [k % count % side, k % count / side].map(f64::from);
+            x.push(DVec3::new(column + shift, row + shift, height));
+            v.push(velocity(k, is_upper));
+        }
 
-        // Every square of vertices is two faces.
-        let v = (0..2 * count).map(|k| velocity(k, k < count)).collect();
-        let faces: Vec<[u32; 3]> = (0..side - 1)
-            .flat_map(|row| (0..side - 1).map(move |column| row * side + column))
-            .flat_map(|a| [[a, a + 1, a + side], [a + 1, a + side + 1, a + side]])
-            .collect();
-        let contacts = (0..count).map(|k| contact(k, side, &faces, &x)).collect();
-        let lower = TriangleSurface::new((side * side) as usize, faces)?;
+        // Every square of vertices is two faces, which the vertex above it is in contact with.
+        let mut faces = Vec::new();
+        for k in 0..(side - 1) * (side - 1) {
+            let a = k / (side - 1) * side + k % (side - 1);
+            faces.extend([[a, a + 1, a + side], [a + 1, a + side + 1, a + side]]);
+        }
+        let mut contacts = Vec::new();
+        for k in 0..count {
+            contacts.push(contact(k, side, &faces, &x));
+        }
+        let lower = TriangleSurface::new(count as usize, faces)?;
         let inverse_mass = vec![1.0; 2 * count as usize];
         Ok(Self { x, v, inverse_mass, contacts, lower, first_lower: count })
     }
@@ -57,13 +67,6 @@ impl Sheets {
         rows.extend(&self.contacts, ContactLaw::new(Margins::new(GAP, 1.0)?, 0.3)?)?;
         Ok(rows)
     }
-}
-
-fn sheet(side: u32, height: f64) -> Vec<DVec3> {
-    // The upper sheet is shifted, so that contacts are inside faces.
-    let shift = if height > 0.0 { 0.3 } else { 0.0 };
-    let place = |k: u32| f64::from(k) + shift;
-    (0..side * side).map(|k| DVec3::new(place(k % side), place(k / side), height)).collect()
 }
 
 fn velocity(k: u32, is_upper: bool) -> DVec3 {

@@ -104,9 +104,11 @@ impl SwayingScene {
 
         let mut scene = Scene::new();
         let bone = scene.add("bone", BodyKind::Rigid, ball.surface(), ball.positions.clone())?;
-        let mut add =
-            |name, x: &Vec<DVec3>| scene.add(name, BodyKind::Deformable, ball.surface(), x.clone());
-        let muscles = [add("first", &rest[0])?, add("second", &rest[1])?];
+        let mut muscles = [bone; 2];
+        for (number, name) in ["first", "second"].into_iter().enumerate() {
+            let x = rest[number].clone();
+            muscles[number] = scene.add(name, BodyKind::Deformable, ball.surface(), x)?;
+        }
         // The muscles sway by 1, and responses push them by some more.
         let params = PlanParams { max_displacement: 10.0, ..PlanParams::with_tolerance(0.5) };
         let plan = Plan::new(&mut scene, &params, Progress::none())?;
@@ -145,8 +147,10 @@ impl SwayingScene {
     fn sway(&mut self, muscle: usize, frame: u32) {
         let swing = (TAU * f64::from(frame % 40) / 40.0).sin();
         let offset = DVec3::new(0.8, 0.5, 0.3) * swing;
-        self.next.clear();
-        self.next.extend(self.rest[muscle].iter().map(|p| *p + offset));
+        self.next.clone_from(&self.rest[muscle]);
+        for p in &mut self.next {
+            *p += offset;
+        }
     }
 }
 

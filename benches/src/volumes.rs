@@ -44,7 +44,7 @@ fn row<const S: usize>(faces: u32, placement: Placement) -> String {
 
     let bytes = as_f64(a.bytes()) / as_f64(a.leaf_count());
     let (k, placement) = (2 * S, format!("{placement:?}"));
-    let [refit, traversal] = [refit, traversal].map(|time| time * 1e-3);
+    let (refit, traversal) = (refit * 1e-3, traversal * 1e-3);
     format!(
         "{k:<3} {faces:>6} {placement:<8} {bytes:>10.1} {refit:>9.1} {traversal:>9.1} {candidates:>11} {self_candidates:>8}\n"
     )

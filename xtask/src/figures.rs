@@ -75,7 +75,10 @@ pub(crate) fn generous_rows(root: &Path) -> Result<Vec<Row>, String> {
     let failed: Vec<Figure> = figures.extract_if(.., |figure| figure.fails_generously()).collect();
     if !failed.is_empty() {
         println!("\nonce more, since a figure exceeds its bound:");
-        let groups: BTreeSet<&str> = failed.iter().map(|figure| figure.group.as_str()).collect();
+        let mut groups = BTreeSet::new();
+        for figure in &failed {
+            groups.insert(figure.group.as_str());
+        }
         let task: Vec<&str> = quick.into_iter().chain(groups).collect();
         let mut again = run_benches(root, WITHOUT_CHARTS, &task)?;
         again.retain(|figure| !figure.fails_generously());
@@ -100,7 +103,10 @@ fn run_benches(root: &Path, package: &[&str], task: &[&str]) -> Result<Vec<Figur
 
     let status = read_lines(&mut command, |line| {
         let figure = Figure::read(line);
-        println!("{}", figure.as_ref().map_or_else(|| line.to_owned(), Figure::line));
+        match &figure {
+            Some(figure) => println!("{}", figure.line()),
+            None => println!("{line}"),
+        }
         figures.extend(figure);
     })?;
 
@@ -115,16 +121,17 @@ fn run_benches(root: &Path, package: &[&str], task: &[&str]) -> Result<Vec<Figur
 impl Figure {
     /// Reads a line of JSON; `None` for any other line.
     fn read(line: &str) -> Option<Self> {
+        // Field by field: derived code would take longer to build than everything else here.
         let value: Value = serde_json::from_str(line).ok()?;
         let text = |field: &str| Some(value.get(field)?.as_str()?.to_owned());
         let number = |field: &str| value.get(field)?.as_f64();
         Some(Self {
             group: text("group")?,
             name: text("name")?,
-            ours: number("ours")?,
+            ours: number("ours").unwrap_or(f64::NAN),
             other: number("other"),
             unit: text("unit")?,
-            measured: number("measured")?,
+            measured: number("measured").unwrap_or(f64::NAN),
             allowed: number("allowed"),
             verdict: text("verdict")?,
         })
@@ -142,7 +149,8 @@ impl Figure {
     }
 
     fn fails_generously(&self) -> bool {
-        self.generous_bound().is_some_and(|bound| self.measured > bound)
+        // A value that is not a number keeps no bound.
+        self.generous_bound().is_some_and(|bound| self.measured.is_nan() || self.measured > bound)
     }
 
     /// Formats a row for reading: costs, measured value, bound and verdict.
@@ -156,6 +164,7 @@ impl Figure {
     /// Returns a row of the closing table.
     fn generous_row(&self) -> Row {
         let bound = self.generous_bound();
+        // A figure without a bound is shown, and promises nothing.
         let verdict = match bound {
             Some(_) => Verdict::of(!self.fails_generously()),
             None => Verdict::Unbounded,
@@ -215,6 +224,7 @@ mod tests {
         assert_eq!(verdict(figure(1.9, Some(1.0), "us", Some(1.0))), Verdict::Passed);
         assert_eq!(verdict(figure(2.1, Some(1.0), "us", Some(1.0))), Verdict::Failed);
         assert_eq!(verdict(figure(1.0, None, "", Some(0.0))), Verdict::Failed);
+        assert_eq!(verdict(figure(f64::NAN, None, "", Some(1.0))), Verdict::Failed);
         assert_eq!(verdict(figure(1.0, None, "", None)), Verdict::Unbounded);
         assert_eq!(verdict(figure(300.0, None, "us", Some(100.0))), Verdict::Unbounded);
         assert_eq!(verdict(figure(3.0, Some(100.0), "us", Some(1.0))), Verdict::Failed);

@@ -37,8 +37,7 @@ impl TestOutput {
         } else if let Some(test) = text.strip_prefix("test ")
             && let Some(name) = test.strip_suffix("... FAILED")
         {
-            let package = self.packages.get(self.current).map_or("", |package| &package.name);
-            self.failed.push(format!("{package}: {}", name.trim()));
+            self.failed.push(format!("{}: {}", self.package(), name.trim()));
         } else if let Some(name) = text.strip_prefix("---- ") {
             name.trim_end_matches(" stdout ----").clone_into(&mut self.shown);
         } else if let Some(row) = text.strip_prefix("measured: ").and_then(measured) {
@@ -57,9 +56,15 @@ impl TestOutput {
         {
             return;
         }
-        let package = self.packages.get(self.current).map_or("", |package| &package.name);
-        let command = format!("cargo test -p {package} {} -- --show-output", self.shown);
+        // Output is shown at the end of each program, whose package is still the current one.
+        let (package, test) = (self.package(), &self.shown);
+        let command = format!("cargo test -p {package} {test} -- --show-output");
         self.measured.push(Row { command, ..row });
+    }
+
+    /// Returns the name of the package whose tests run.
+    fn package(&self) -> &str {
+        self.packages.get(self.current).map_or("", |package| &package.name)
     }
 
     /// Returns a row per package that has tests.

@@ -67,6 +67,7 @@ pub(crate) fn run(root: &Path, extent: Extent) -> TaskResult {
     };
     let (tests, tests_ran) = outcome?;
 
+    // One table: tests with the layout, then numbers of tests, then figures.
     let mut table = Table::default();
     let layout = layout_rows(root);
     table.add("tests", [tests.package_rows(), layout.clone()].concat());
@@ -98,11 +99,14 @@ fn run_tests(root: &Path, extent: Extent) -> Result<(TestOutput, bool), String> 
         command.env("CARGO_INCREMENTAL", "0").env("CARGO_PROFILE_DEV_CODEGEN_UNITS", "1");
     }
     if extent == Extent::Quick {
+        // Examples and documentation change seldom.
         command.args(["--lib", "--bins", "--tests"]);
     }
     command.args(["--", "--show-output"]);
     if extent == Extent::Quick {
-        command.args(LONG_TESTS.iter().flat_map(|name| ["--skip", name]));
+        for name in LONG_TESTS {
+            command.args(["--skip", name]);
+        }
     }
 
     let mut output = TestOutput::default();

@@ -28,8 +28,9 @@ pub fn contact(query: &CcdQuery, params: &CcdParams) -> Option<CcdContact> {
 /// Answers by the crate `del-geo-core`: an uncertified cubic.
 #[must_use]
 pub fn del_geo(query: &CcdQuery) -> Option<f64> {
-    let s = query.x0.map(|x| x.to_array());
-    let e = query.x1.map(|x| x.to_array());
+    // The peer takes arrays.
+    let s: [[f64; 3]; 4] = query.x0.map(Into::into);
+    let e: [[f64; 3]; 4] = query.x1.map(Into::into);
     let epsilon = f64::EPSILON;
     match query.kind {
         QueryKind::VertexFace => intersecting_time_fv(
@@ -131,8 +132,11 @@ struct Cell {
 /// et al., ACM TOG 40(5), 2021.
 #[must_use]
 pub fn interval_subdivision(query: &CcdQuery) -> Option<f64> {
-    let coordinates = query.x0.iter().chain(&query.x1).map(|x| x.abs().max_element());
-    let rounding = 1e-14 * coordinates.fold(0.0, f64::max);
+    let mut extent = DVec3::ZERO;
+    for x in query.x0.iter().chain(&query.x1) {
+        extent = extent.max(x.abs());
+    }
+    let rounding = 1e-14 * extent.max_element();
     let ends = Differences::at_ends(query);
     let mut open = vec![Cell { lower: [0.0; 3], upper: [1.0; 3] }];
     let mut tested = 0;
@@ -147,8 +151,8 @@ pub fn interval_subdivision(query: &CcdQuery) -> Option<f64> {
 
         // A cell small enough is a contact.
         let Cell { lower, upper } = cell;
-        let lengths = [0, 1, 2].map(|i| upper[i] - lower[i]);
-        let longest = (0..3).max_by(|&i, &j| lengths[i].total_cmp(&lengths[j])).unwrap_or(0);
+        let lengths = DVec3::from(upper) - DVec3::from(lower);
+        let longest = lengths.max_position();
         if lengths[longest] <= SUBDIVISION_TOLERANCE || tested > MAX_BOXES {
             return Some(lower[0]);
         }

@@ -4,6 +4,7 @@ use std::array;
 use std::io::{self, ErrorKind};
 use std::path::Path;
 
+use fixtures::random::Random;
 use glam::DVec3;
 
 use crate::measure::as_f64;
@@ -56,32 +57,34 @@ const NUMBERS: usize = 24;
 /// When the file cannot be read or is not such a file.
 pub fn read(folder: &Path, name: &str) -> io::Result<QuerySet> {
     let bytes = std::fs::read(folder.join(name).with_extension("ccdq"))?;
-    let invalid = || io::Error::new(ErrorKind::InvalidData, format!("{name} is not a query file"));
-    let (header, numbers) = bytes.split_at_checked(HEADER).ok_or_else(invalid)?;
+    parse(name, &bytes).ok_or_else(|| {
+        io::Error::new(ErrorKind::InvalidData, format!("{name} is not a query file"))
+    })
+}
+
+fn parse(name: &str, bytes: &[u8]) -> Option<QuerySet> {
+    let (header, rest) = bytes.split_at_checked(HEADER)?;
     if !header.starts_with(b"CCDQ0001") {
-        return Err(invalid());
+        return None;
     }
 
     // The header, then all numbers of the rest.
     let kind = if header[8] == 0 { QueryKind::VertexFace } else { QueryKind::EdgeEdge };
-    let count = u64::from_le_bytes(array::from_fn(|i| header[16 + i]));
-    let numbers: Vec<f64> = numbers
-        .chunks_exact(8)
-        .map(|bytes| f64::from_le_bytes(array::from_fn(|i| bytes[i])))
-        .collect();
-    let count = usize::try_from(count).map_err(|_| invalid())?;
-    if count.checked_mul(NUMBERS + 1).is_none_or(|needed| numbers.len() < needed) {
-        return Err(invalid());
+    let (count, _) = header[16..].split_first_chunk()?;
+    let count = usize::try_from(u64::from_le_bytes(*count)).ok()?;
+    let mut numbers = Vec::new();
+    for bytes in rest.as_chunks().0 {
+        numbers.push(f64::from_le_bytes(*bytes));
     }
 
     // Positions of all queries, then their times.
-    let (positions, times) = numbers.split_at(NUMBERS * count);
+    let (positions, times) = numbers.split_at_checked(count.checked_mul(NUMBERS)?)?;
     let mut queries = Vec::new();
-    for (x, &time) in positions.chunks_exact(NUMBERS).zip(times) {
+    for (x, &time) in positions.chunks_exact(NUMBERS).zip(times.get(..count)?) {
         let (x0, x1) = x.split_at(NUMBERS / 2);
         queries.push(CcdQuery { kind, x0: points(x0), x1: points(x1), time });
     }
-    Ok(QuerySet { name: name.to_owned(), kind, queries })
+    Some(QuerySet { name: name.to_owned(), kind, queries })
 }
 
 fn points(coordinates: &[f64]) -> [DVec3; 4] {
@@ -91,66 +94,56 @@ fn points(coordinates: &[f64]) -> [DVec3; 4] {
 /// Generates queries at random: points in a unit cube that move by up to half of it.
 #[must_use]
 pub fn random(kind: QueryKind, count: usize) -> QuerySet {
-    generate("random", kind, count, 0x9e37_79b9_7f4a_7c15, |[start, motion]| {
-        let x0 = start.map(|x| 0.5 * x);
-        [x0, array::from_fn(|i| x0[i] + 0.5 * motion[i])]
-    })
+    generate("random", kind, count, |start, target| [0.5 * start, 0.5 * (start + target)])
 }
 
 /// Generates degenerate queries: points on a small lattice that move on it, so that many touch at
 /// a corner, at an edge, at an end of the step, or move in one plane.
 #[must_use]
 pub fn on_lattice(kind: QueryKind, count: usize) -> QuerySet {
-    let to_lattice = |ends: [[DVec3; 4]; 2]| ends.map(|x| x.map(|x| (2.0 * x).round()));
-    generate("lattice", kind, count, 0x2545_f491_4f6c_dd1d, to_lattice)
+    generate("lattice", kind, count, |start, target| {
+        [(2.0 * start).round(), (2.0 * target).round()]
+    })
 }
 
-/// Generates queries without answers: `place` maps two sets of points in the unit cube to both
-/// ends of the step.
+/// Generates queries without answers: `place` maps two points of the cube `-1.0..=1.0` to both
+/// ends of a point's step.
 fn generate(
     name: &str,
     kind: QueryKind,
     count: usize,
-    seed: u64,
-    place: impl Fn([[DVec3; 4]; 2]) -> [[DVec3; 4]; 2],
+    place: fn(DVec3, DVec3) -> [DVec3; 2],
 ) -> QuerySet {
-    let mut generator = Xorshift(seed);
+    let mut random = Random(0x9e37_79b9_7f4a_7c15);
     let mut queries = Vec::new();
     for _ in 0..count {
-        let [x0, x1] = place([generator.points(), generator.points()]);
-        queries.push(CcdQuery { kind, x0, x1, time: f64::NAN });
+        let mut query =
+            CcdQuery { kind, x0: [DVec3::ZERO; 4], x1: [DVec3::ZERO; 4], time: f64::NAN };
+        for (x0, x1) in query.x0.iter_mut().zip(&mut query.x1) {
+            [*x0, *x1] = place(in_cube(&mut random), in_cube(&mut random));
+        }
+        queries.push(query);
     }
     let suffix = if kind == QueryKind::VertexFace { "vf" } else { "ee" };
     QuerySet { name: format!("{name}_{suffix}"), kind, queries }
 }
 
-/// Pseudorandom numbers by a 64-bit xorshift.
-struct Xorshift(u64);
-
-impl Xorshift {
-    /// Returns a number in `-1.0..1.0`.
-    fn signed_unit(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        f64::from(u32::try_from(self.0 >> 32).unwrap_or(0)) / f64::from(1_u32 << 31) - 1.0
-    }
-
-    /// Returns points in the cube of these numbers.
-    fn points(&mut self) -> [DVec3; 4] {
-        points(&[0.0; NUMBERS / 2].map(|_| self.signed_unit()))
-    }
+fn in_cube(random: &mut Random) -> DVec3 {
+    2.0 * DVec3::new(random.unit(), random.unit(), random.unit()) - DVec3::ONE
 }
 
 /// Returns the mean extent of queries: the maximum distance of a point from the first.
 #[must_use]
-pub fn mean_extent<'a>(queries: impl IntoIterator<Item = &'a CcdQuery>) -> f64 {
-    let (mut sum, mut count) = (0.0, 0);
+pub fn mean_extent(queries: &[CcdQuery]) -> f64 {
+    let mut sum = 0.0;
     for query in queries {
-        sum += query.x0.iter().map(|x| x.distance(query.x0[0])).fold(0.0, f64::max);
-        count += 1;
+        let mut extent = 0.0_f64;
+        for x in query.x0 {
+            extent = extent.max(x.distance(query.x0[0]));
+        }
+        sum += extent;
     }
-    sum / as_f64(count.max(1))
+    sum / as_f64(queries.len().max(1))
 }
 
 impl QuerySet {
@@ -163,9 +156,12 @@ impl QuerySet {
     /// Returns all points at both ends of the step, and the indices of each query's points.
     #[must_use]
     pub fn as_motion(&self) -> ([Vec<DVec3>; 2], Vec<[u32; 4]>) {
-        let x0 = self.queries.iter().flat_map(|query| query.x0).collect();
-        let x1 = self.queries.iter().flat_map(|query| query.x1).collect();
-        let indices = (0..).step_by(4).map(|first| [first, first + 1, first + 2, first + 3]);
-        ([x0, x1], indices.take(self.queries.len()).collect())
+        let (mut x0, mut x1, mut indices) = (Vec::new(), Vec::new(), Vec::new());
+        for (query, first) in self.queries.iter().zip((0..).step_by(4)) {
+            x0.extend(query.x0);
+            x1.extend(query.x1);
+            indices.push([first, first + 1, first + 2, first + 3]);
+        }
+        ([x0, x1], indices)
     }
 }

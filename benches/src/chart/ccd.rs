@@ -83,7 +83,10 @@ pub fn run(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
 fn with_exact_answers(mut set: QuerySet) -> QuerySet {
     for query in &mut set.queries {
         let contact = contact(query, &CcdParams::EXACT);
-        query.time = contact.map_or(f64::INFINITY, |contact| contact.hi);
+        query.time = match contact {
+            Some(contact) => contact.hi,
+            None => f64::INFINITY,
+        };
     }
     set
 }
@@ -156,6 +159,7 @@ impl LabeledSet {
             answer: Box::new(move |query: &CcdQuery| certified(query, &params)),
         };
 
+        // All of these answer all queries, in turns.
         let mut candidates = vec![
             Candidate { method: peer, separation: None, answer: Box::new(del_geo) },
             Candidate { method: plain, separation: None, answer: Box::new(plain_cubic) },
@@ -169,6 +173,7 @@ impl LabeledSet {
         }
         let mut measured = self.measure_candidates(&candidates, &self.queries, ROUNDS);
 
+        // Once, since it takes seconds for the few.
         let answer = Box::new(interval_subdivision);
         let slow = [Candidate { method: subdivision, separation: None, answer }];
         measured.extend(self.measure_candidates(&slow, &self.few, 1));
@@ -224,8 +229,9 @@ fn draw_sets(
     attribution: Option<&str>,
     folder: &Path,
 ) -> Result<Vec<PathBuf>, Box<dyn Error>> {
-    let mut counts = Vec::new();
+    let (mut counts, mut titles) = (Vec::new(), Vec::new());
     for LabeledSet { title, queries, .. } in sets {
+        titles.push(*title);
         let contacts = count_contacts(queries);
         counts.push(format!("{title}: {}, {contacts} with a contact", queries.len()));
     }
@@ -240,7 +246,6 @@ fn draw_sets(
 
     // The legend has the figures of the last set, the hardest.
     let measured: Vec<Measurement> = sets.iter().flat_map(LabeledSet::measure).collect();
-    let titles: Vec<&'static str> = sets.iter().map(|set| set.title).collect();
     let sheet = Sheet::new(name, settings, &measured)?;
     let poster = Poster {
         heading: "First contacts of moving primitives: time per query over error",

@@ -92,10 +92,16 @@ fn draw(table: &Table) -> Result<String, Box<dyn Error>> {
 fn panel(label: &str, table: &Table, error: fn(&BallErrors) -> f64) -> Panel {
     let mut curves = Vec::new();
     for (muscle, all) in table {
-        let named = NAMED.iter().find(|(name, _)| name == muscle);
-        let style = named.map_or(OTHERS, |(_, style)| *style);
-        let points = all.iter().map(|errors| [errors.balls, error(errors)]).collect();
-        curves.push(Curve { style, points });
+        let mut curve = Curve { style: OTHERS, points: Vec::new() };
+        for (name, style) in NAMED {
+            if name == muscle {
+                curve.style = style;
+            }
+        }
+        for errors in all {
+            curve.points.push([errors.balls, error(errors)]);
+        }
+        curves.push(curve);
     }
     // Named muscles last, so that they lie on top.
     curves.sort_by_key(|curve| curve.style != OTHERS);

@@ -133,6 +133,7 @@ impl Poster<'_> {
     fn panel(&self, group: &str, ErrorAxis { error, range }: &ErrorAxis) -> Panel {
         let mut curves = Vec::new();
         for MethodKey { name, style, .. } in self.methods {
+            // Methods without this error have a curve without points.
             let mut points = Vec::new();
             for row in self.rows_of(group, name) {
                 if let [Some(error), Some(time)] = [error.of(row), self.time.of(row)] {

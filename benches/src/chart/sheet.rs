@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 /// Settings of a caption: name, and value with unit.
 pub type Settings = Vec<(&'static str, String)>;
@@ -66,7 +66,7 @@ impl Sheet {
 
     fn columns(&self) -> Vec<&str> {
         let first = self.rows.first().and_then(Value::as_object);
-        first.into_iter().flatten().map(|(column, _)| column.as_str()).collect()
+        first.into_iter().flat_map(Map::keys).map(String::as_str).collect()
     }
 
     fn csv(&self) -> String {
@@ -84,8 +84,6 @@ impl Sheet {
         for (name, value) in &self.settings {
             settings.push(format!("{}: {}", Value::from(*name), Value::from(value.as_str())));
         }
-        let columns: Vec<String> =
-            self.columns().into_iter().map(|column| Value::from(column).to_string()).collect();
         let mut rows = Vec::new();
         for row in &self.rows {
             rows.push(format!("[{}]", joined(row, ", ", json_entry)));
@@ -93,7 +91,7 @@ impl Sheet {
         format!(
             "{{\n  \"settings\": {{\n    {}\n  }},\n  \"columns\": [{}],\n  \"rows\": [\n    {}\n  ]\n}}\n",
             settings.join(",\n    "),
-            columns.join(", "),
+            joined(&Value::from(self.columns()), ", ", json_entry),
             rows.join(",\n    ")
         )
     }
@@ -101,8 +99,10 @@ impl Sheet {
 
 /// Joins the entries of a row.
 fn joined(row: &Value, separator: &str, entry: fn(&Value) -> String) -> String {
-    let entries = row.as_object().into_iter().flatten();
-    entries.map(|(_, value)| entry(value)).collect::<Vec<_>>().join(separator)
+    // Columns are an array, rows are objects.
+    let of_array = row.as_array().into_iter().flatten();
+    let of_object = row.as_object().into_iter().flat_map(Map::values);
+    of_array.chain(of_object).map(entry).collect::<Vec<_>>().join(separator)
 }
 
 /// Formats an entry of a CSV file: quotes only where they are needed, empty for null.

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::thread;
 
+use glam::DVec2;
 use medial::{Generated, MedialParams, Topology, generate, generate_each};
 use proximity::SurfaceTree;
 use rayon::ThreadPoolBuilder;
@@ -59,13 +60,15 @@ pub(super) fn rows(muscles: &Muscles, report: &mut Report) -> Vec<Row> {
     // One thread per muscle; rows stay in the order of the names.
     let mut rows = Vec::new();
     for names in muscles.names().chunks(rayon::current_num_threads()) {
-        rows.extend(thread::scope(|scope| {
-            let measure = |name: &String| muscle_rows(name, &muscles.read(name));
-            let running: Vec<_> =
-                names.iter().map(|name| scope.spawn(move || measure(name))).collect();
-            let rows = running.into_iter().flat_map(|muscle| muscle.join().expect("no panic"));
-            rows.collect::<Vec<_>>()
-        }));
+        thread::scope(|scope| {
+            let mut running = Vec::new();
+            for name in names {
+                running.push(scope.spawn(|| muscle_rows(name, &muscles.read(name))));
+            }
+            for muscle in running {
+                rows.extend(muscle.join().expect("no panic"));
+            }
+        });
     }
     for row in &rows {
         row.report(report);
@@ -82,8 +85,11 @@ fn muscle_rows(name: &str, body: &SurfaceTree) -> Vec<Row> {
         let sizes = SIZES.map(|size| size.balls);
         let all = generate_each(surface, x, &sizes, &MedialParams::balls(1), Progress::none());
         let topology = Topology::of_inside(surface, x).expect("a closed muscle");
-        let row = |generated| Row::new(name, body, generated, topology);
-        all.expect("a closed muscle").iter().map(row).collect()
+        let mut rows = Vec::new();
+        for generated in &all.expect("a closed muscle") {
+            rows.push(Row::new(name, body, generated, topology));
+        }
+        rows
     })
 }
 
@@ -140,19 +146,20 @@ impl Row {
     }
 
     fn line(&self) -> String {
-        let topology = self.other_topology.map_or_else(
-            || "as the muscle".to_owned(),
-            |t| format!("{} parts, {} tunnels, {} cavities", t.components, t.tunnels, t.cavities),
-        );
+        let topology = match self.other_topology {
+            Some(Topology { components, tunnels, cavities, .. }) => {
+                format!("{components} parts, {tunnels} tunnels, {cavities} cavities")
+            }
+            None => "as the muscle".to_owned(),
+        };
         let Self { name, faces, extent, balls, slabs, rms, p95, bounds, sampled, seconds, .. } =
             self;
+        let [outward, sampled_outward] = [bounds.surface_to_balls, sampled.surface_to_balls];
+        let [inward, sampled_inward] = [bounds.balls_to_surface, sampled.balls_to_surface];
         format!(
             "| {name} | {faces} | {extent:.0} | {balls} | {slabs} | {rms:.3} | {p95:.3} \
-             | {:.2} | {:.2} | {:.2} | {:.2} | {topology} | {seconds:.1} |\n",
-            bounds.surface_to_balls,
-            sampled.surface_to_balls,
-            bounds.balls_to_surface,
-            sampled.balls_to_surface,
+             | {outward:.2} | {sampled_outward:.2} | {inward:.2} | {sampled_inward:.2} \
+             | {topology} | {seconds:.1} |\n"
         )
     }
 }
@@ -175,17 +182,21 @@ fn size_table(rows: &[Row]) -> String {
         "\n| balls | rms, median muscle | rms, max | target | muscles within |\n|--:|--:|--:|--:|--:|\n",
     );
     for Size { balls, target } in SIZES {
+        let mut errors = Vec::new();
+        let mut within = 0;
+        for row in rows.iter().filter(|row| row.balls == balls) {
+            errors.push(row.rms);
+            within += usize::from(target.is_some_and(|target| row.rms <= target));
+        }
+
         // Sorted, so that the median is in the middle and the maximum at the end.
-        let mut errors: Vec<f64> =
-            rows.iter().filter(|row| row.balls == balls).map(|row| row.rms).collect();
         errors.sort_by(f64::total_cmp);
         let Some(max) = errors.last() else { continue };
-
         let median = errors[errors.len() / 2];
-        let (target, within) = target.map_or_else(Default::default, |target| {
-            let within = errors.iter().filter(|rms| **rms <= target).count();
-            (target.to_string(), format!("{within} of {}", errors.len()))
-        });
+        let (target, within) = match target {
+            Some(target) => (target.to_string(), format!("{within} of {}", errors.len())),
+            None => Default::default(),
+        };
         // Writing into a string cannot fail.
         let _ = writeln!(text, "| {balls} | {median:.3} | {max:.3} | {target} | {within} |");
     }
@@ -195,11 +206,17 @@ fn size_table(rows: &[Row]) -> String {
 /// Formats the powers by which error and time grow.
 fn trends(rows: &[Row]) -> String {
     // Times of one number of balls; errors of all.
-    let timed: Vec<&Row> = rows.iter().filter(|row| row.balls == TIMED_BALLS).collect();
-    let max_seconds = timed.iter().map(|row| row.seconds).fold(0.0, f64::max);
-    let error = power(rows.iter().map(|row| [as_f64(row.balls), row.rms]));
-    let relative = power(rows.iter().map(|row| [as_f64(row.balls), row.rms / row.extent]));
-    let time = power(timed.iter().map(|row| [as_f64(row.faces), row.seconds]));
+    let (mut errors, mut relative, mut times) = (Vec::new(), Vec::new(), Vec::new());
+    let mut max_seconds = 0.0_f64;
+    for row in rows {
+        errors.push([as_f64(row.balls), row.rms]);
+        relative.push([as_f64(row.balls), row.rms / row.extent]);
+        if row.balls == TIMED_BALLS {
+            times.push([as_f64(row.faces), row.seconds]);
+            max_seconds = max_seconds.max(row.seconds);
+        }
+    }
+    let [error, relative, time] = [errors, relative, times].map(power);
     format!(
         "\nThe error falls with the number of balls to the power of {error:.2} ({relative:.2} relative to the muscles' extent).\n\
          The time for {TIMED_BALLS} balls alone grows with the number of faces to the power of {time:.2}; the maximum is {max_seconds:.1} s.\n"
@@ -207,13 +224,15 @@ fn trends(rows: &[Row]) -> String {
 }
 
 /// Fits `y ∝ x^p` to pairs, by least squares of their logarithms; returns `p`.
-fn power(pairs: impl Iterator<Item = [f64; 2]>) -> f64 {
-    let logarithms: Vec<[f64; 2]> = pairs.map(|pair| pair.map(f64::ln)).collect();
-    let mean =
-        |k: usize| logarithms.iter().map(|pair| pair[k]).sum::<f64>() / as_f64(logarithms.len());
-
+fn power(pairs: Vec<[f64; 2]>) -> f64 {
     // The slope of the line through the logarithms.
-    let [x, y] = [0, 1].map(mean);
-    let covariance: f64 = logarithms.iter().map(|pair| (pair[0] - x) * (pair[1] - y)).sum();
-    covariance / logarithms.iter().map(|pair| (pair[0] - x).powi(2)).sum::<f64>()
+    let count = as_f64(pairs.len());
+    let (mut sum, mut squares, mut products) = (DVec2::ZERO, 0.0, 0.0);
+    for [x, y] in pairs {
+        let p = DVec2::new(x.ln(), y.ln());
+        sum += p;
+        squares += p.x * p.x;
+        products += p.x * p.y;
+    }
+    (count * products - sum.x * sum.y) / (count * squares - sum.x * sum.x)
 }

@@ -4,7 +4,6 @@
 mod accuracy;
 mod deformation;
 mod detection;
-mod document;
 mod sampling;
 
 use std::error::Error;
@@ -27,9 +26,12 @@ impl Muscles {
 
     /// Returns the names of all muscles, in order.
     fn names(&self) -> Vec<String> {
-        let paths = fixtures::data::bodies(&self.folder);
-        let stems = paths.iter().filter_map(|path| path.file_stem()?.to_str());
-        stems.filter_map(|stem| Some(stem.strip_prefix("muscle_")?.to_owned())).collect()
+        let mut names = Vec::new();
+        for path in fixtures::data::bodies(&self.folder) {
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+            names.extend(stem.strip_prefix("muscle_").map(str::to_owned));
+        }
+        names
     }
 }
 
@@ -46,10 +48,11 @@ pub fn write(file: &Path, report: &mut Report) -> Result<(), Box<dyn Error>> {
     };
     let muscles = Muscles { folder: anatomy.join("vhf_left_thigh") };
     let rows = accuracy::rows(&muscles, report);
-    let text = document::text(
-        &accuracy::table(&rows),
-        &deformation::table(&muscles),
-        &detection::table(&muscles, report),
-    );
+    // The template ends in a line break, as do the tables.
+    let text = include_str!("document.md")
+        .trim_end()
+        .replace("{accuracy}", &accuracy::table(&rows))
+        .replace("{deformation}", &deformation::table(&muscles))
+        .replace("{detection}", &detection::table(&muscles, report));
     Ok(std::fs::write(file, text)?)
 }

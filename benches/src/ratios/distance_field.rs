@@ -2,10 +2,12 @@
 //! beside exact projection by `parry3d`.
 
 use std::error::Error;
+use std::time::Duration;
 
 use distance_field::{DistanceField, FieldParams, QueryParams, SampleBatch};
 use fixtures::Mesh;
 use fixtures::femur::femur;
+use fixtures::sampling::points_near;
 use glam::DVec3;
 use parry3d::query::PointQuery;
 use parry3d::shape::{TriMesh, TriMeshFlags};
@@ -27,7 +29,7 @@ const WIDE_PADDING: f64 = 18.0;
 const BUDGET: u64 = 1500;
 
 /// Points of a batch query.
-const POINTS: usize = 400_000;
+const POINTS: u32 = 400_000;
 
 /// Points that are projected, which takes `parry3d` microseconds each.
 const PROJECTED: usize = 2_000;
@@ -110,8 +112,11 @@ fn threads(bone: &Bone<'_>, pools: [ThreadPool; 2], report: &mut Report) {
             let before = pool.broadcast(|_| thread_time());
             pool.install(|| std::hint::black_box(bone.build(&params)));
             let after = pool.broadcast(|_| thread_time());
-            let times = after.iter().zip(before).map(|(after, before)| *after - before);
-            *busiest = busiest.min(times.max().unwrap_or_default().as_secs_f64() * 1e3);
+            let mut max = Duration::ZERO;
+            for (after, before) in after.iter().zip(before) {
+                max = max.max(*after - before);
+            }
+            *busiest = busiest.min(max.as_secs_f64() * 1e3);
         }
     }
     let [one, two] = busiest;
@@ -121,7 +126,7 @@ fn threads(bone: &Bone<'_>, pools: [ThreadPool; 2], report: &mut Report) {
 /// Compares queries with fixed times per point, and with exact projection.
 fn queries(mesh: &Mesh, bone: &Bone<'_>, report: &mut Report) {
     let field = bone.build(&FieldParams { samples: 0, ..FieldParams::new(1.0) });
-    let coherent = points_near(mesh);
+    let coherent = points_near(mesh, POINTS, 9.0);
     let random = shuffled(&coherent);
 
     // Batches in the order of the faces, and in an order without neighbors.
@@ -141,7 +146,7 @@ fn queries(mesh: &Mesh, bone: &Bone<'_>, report: &mut Report) {
             }),
         ],
     );
-    let [ordered, unordered] = times.map(|time| time / as_f64(POINTS));
+    let [ordered, unordered] = times.map(|time| time / f64::from(POINTS));
     report.ratio("trilinear, coherent / 20 ns", [ordered, 20.0], "ns", 1.0);
     report.ratio("trilinear, random / 45 ns", [unordered, 45.0], "ns", 1.0);
 
@@ -167,17 +172,11 @@ fn queries(mesh: &Mesh, bone: &Bone<'_>, report: &mut Report) {
     );
 }
 
-/// Returns points within 9 mm of the surface, in the order of the faces.
-fn points_near(mesh: &Mesh) -> Vec<DVec3> {
-    let point = |n: usize| {
-        let face = n * mesh.faces.len() / POINTS;
-        let height = 18.0 * (as_f64(n) * 0.618_033_988_75).fract() - 9.0;
-        mesh.centroid(face) + height * mesh.normal(face)
-    };
-    (0..POINTS).map(point).collect()
-}
-
 /// Returns the points in an order without neighbors: in steps of a prime.
 fn shuffled(points: &[DVec3]) -> Vec<DVec3> {
-    (0..points.len()).map(|n| points[n * 104_729 % points.len()]).collect()
+    let mut shuffled = Vec::new();
+    for n in 0..points.len() {
+        shuffled.push(points[n * 104_729 % points.len()]);
+    }
+    shuffled
 }

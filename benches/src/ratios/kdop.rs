@@ -155,6 +155,7 @@ struct PairLimits {
 type Traversal<'a> = &'a mut dyn FnMut(&mut Vec<(u32, u32)>) -> usize;
 
 fn pairs(report: &mut Report, name: &str, [a, b]: [Trees; 2], limits: PairLimits) {
+    // Lists and workspace are reused, so that neither side allocates after its first call.
     let mut workspace = Workspace::new();
     let mut ours = |out: &mut Vec<(u32, u32)>| {
         out.clear();

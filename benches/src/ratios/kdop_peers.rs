@@ -10,13 +10,17 @@ use glam::{DVec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
-use parry3d::bounding_volume::Aabb;
+use parry3d::bounding_volume::{Aabb, BoundingVolume};
 use parry3d::math::Vector;
 use parry3d::partitioning::{Bvh, BvhBuildStrategy, BvhWorkspace};
 
 /// Converts points for `parry3d`.
 pub(super) fn parry_points(points: &[DVec3]) -> Vec<Vector> {
-    points.iter().map(|p| Vector::from_array(p.as_vec3().to_array())).collect()
+    let mut converted = Vec::new();
+    for p in points {
+        converted.push(Vector::from_array(p.as_vec3().to_array()));
+    }
+    converted
 }
 
 /// Converts points for `obvhs`.
@@ -33,7 +37,10 @@ pub(super) struct ParryTree {
 
 impl ParryTree {
     pub(super) fn build(triangles: &[[u32; 3]], points: &[Vector]) -> Self {
-        let boxes: Vec<Aabb> = triangles.iter().map(|&t| parry_box(points, t)).collect();
+        let mut boxes = Vec::new();
+        for &triangle in triangles {
+            boxes.push(parry_box(points, triangle));
+        }
         let bvh = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);
         Self { bvh, workspace: BvhWorkspace::default(), triangles: triangles.to_vec() }
     }
@@ -48,7 +55,7 @@ impl ParryTree {
         }
     }
 
-    /// Refits in place, as its triangle mesh does when vertices are set.
+    /// Refits in place, in the order of the build, as its triangle mesh does when vertices are set.
     pub(super) fn refit_in_place(&mut self, points: &[Vector]) -> usize {
         self.update(|t| parry_box(points, t));
         self.bvh.refit_without_opt();
@@ -64,10 +71,7 @@ impl ParryTree {
 
     /// Refits to the boxes of triangles at both ends of a step.
     pub(super) fn refit_swept(&mut self, [x0, x1]: [&[Vector]; 2]) -> usize {
-        self.update(|t| {
-            let (before, after) = (parry_box(x0, t), parry_box(x1, t));
-            Aabb::new(before.mins.min(after.mins), before.maxs.max(after.maxs))
-        });
+        self.update(|t| parry_box(x0, t).merged(&parry_box(x1, t)));
         self.bvh.refit(&mut self.workspace);
         self.triangles.len()
     }
@@ -105,7 +109,10 @@ pub(super) struct SweepTree {
 
 impl SweepTree {
     pub(super) fn build(triangles: &[[u32; 3]], points: &[Vec3A]) -> Self {
-        let boxes: Vec<_> = triangles.iter().map(|&t| sweep_box(points, t)).collect();
+        let mut boxes = Vec::new();
+        for &triangle in triangles {
+            boxes.push(sweep_box(points, triangle));
+        }
 
         // One triangle per leaf, so that leaves can be updated by their number.
         let params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::medium_build() };

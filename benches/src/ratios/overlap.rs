@@ -44,6 +44,7 @@ fn measure([a, b]: &[SurfaceTree; 2], detector: &mut OverlapDetector, out: &mut 
 /// Compares the growth of the time per face, with sixteen times as many faces, with that of a sum
 /// over all corners, which larger meshes slow down, too: they leave the caches.
 fn growth([small, large]: [[SurfaceTree; 2]; 2], report: &mut Report) {
+    // Four measurements in turns, so that load falls on all of them.
     let [mut first, mut second] = <[OverlapDetector; 2]>::default();
     let (mut many, mut few) = (Overlap::default(), Overlap::default());
     let [large_time, small_time, large_sum, small_sum] = report.interleave(

@@ -64,7 +64,9 @@ fn sweeps(sheets: &Sheets, report: &mut Report) -> Result<SweepTime, Box<dyn Err
     let mut memory = vec![1.0_f64; words * rows.len()];
     let mut add_to_all = || {
         for _ in 0..SWEEPS {
-            black_box(&mut memory).iter_mut().for_each(|word| *word += 1.0);
+            for word in black_box(&mut memory) {
+                *word += 1.0;
+            }
         }
         memory.len()
     };
@@ -127,7 +129,10 @@ fn warm_start(sheets: &Sheets, report: &mut Report) -> Outcome {
     let cold = system.solve(SolveLevel::Velocity, &mut sheets.v.clone(), &mut impulses, &params)?;
 
     // In the next step all velocities are 1 % larger.
-    let mut next: Vec<DVec3> = sheets.v.iter().map(|v| 1.01 * *v).collect();
+    let mut next = sheets.v.clone();
+    for v in &mut next {
+        *v *= 1.01;
+    }
     let warm = system.solve(SolveLevel::Velocity, &mut next, &mut impulses, &params)?;
     let sweeps = [warm, cold].map(|report| f64::from(report.iterations));
     report.ratio("sweeps to 1e-9, warm / cold", sweeps, "sweeps", 1.0);

@@ -179,7 +179,10 @@ fn frame_seconds(
         scene.pose_body(ids[0], &Pose::new(DQuat::IDENTITY, DVec3::splat(offset)))?;
         for muscle in task.muscles() {
             let by = as_f64(muscle) * shift + offset;
-            let x: Vec<DVec3> = task.positions(PRESSED, muscle).iter().map(|p| *p + by).collect();
+            let mut x = task.positions(PRESSED, muscle).to_vec();
+            for p in &mut x {
+                *p += by;
+            }
             scene.move_body(ids[muscle], &x)?;
         }
 
@@ -196,8 +199,10 @@ fn frame_seconds(
 fn fit(frames: &[TimedFrame]) -> [f64; COUNT] {
     const SWEEPS: u32 = 100_000;
 
-    let rows: Vec<[f64; COUNT]> =
-        frames.iter().map(|frame| frame.counts.map(|count| count / frame.seconds)).collect();
+    let mut rows = Vec::new();
+    for frame in frames {
+        rows.push(frame.counts.map(|count| count / frame.seconds));
+    }
     // Each sweep minimizes over one kind after the other.
     let mut seconds = [0.0; COUNT];
     for _ in 0..SWEEPS {

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use super::methods::{Detector, Failure, METHODS, Method, SharedStructures};
+use super::methods::{Detector, Failure, METHODS, Method};
 use super::scene::MovingBodies;
 use super::score::{Errors, Score};
 use super::task::{PairGroup, Task};
@@ -56,12 +56,11 @@ pub(super) struct Measurements {
 pub(super) fn measure_all(moving: &MovingBodies) -> Result<Measurements, Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let measured = pool.install(|| {
-        let shared = SharedStructures::default();
         let mut measurements = Measurements::default();
         for group in [PairGroup::Bone, PairGroup::Muscles] {
             let task = Task::new(moving, group).map_err(|error| error.to_string())?;
             // Errors of methods cannot leave their thread, but their texts can.
-            measurements.add(&task, &shared).map_err(|error| error.to_string())?;
+            measurements.add(&task).map_err(|error| error.to_string())?;
         }
         Ok::<_, String>(measurements)
     });
@@ -70,12 +69,12 @@ pub(super) fn measure_all(moving: &MovingBodies) -> Result<Measurements, Failure
 
 impl Measurements {
     /// Adds all methods on one task, timed in turns.
-    fn add(&mut self, task: &Task<'_>, shared: &SharedStructures) -> Result<(), Failure> {
+    fn add(&mut self, task: &Task<'_>) -> Result<(), Failure> {
         // A method that refuses a body is named in the caption.
         let mut runs = Vec::new();
         for method in METHODS.iter().filter(|method| method.detects(task.group)) {
             for &setting in method.settings {
-                match Run::new(method, setting, task, shared) {
+                match Run::new(method, setting, task) {
                     Ok(run) => runs.push(run),
                     Err(error) => self.refuse(method, setting, &*error),
                 }
@@ -113,17 +112,11 @@ struct Run<'a> {
 
 impl<'a> Run<'a> {
     /// Builds a detector and compares its answers with the exact ones.
-    fn new(
-        method: &Method,
-        setting: f64,
-        task: &'a Task<'a>,
-        shared: &'a SharedStructures,
-    ) -> Result<Self, Failure> {
+    fn new(method: &Method, setting: f64, task: &'a Task<'a>) -> Result<Self, Failure> {
         // Memory that is left after the build is that of the structures.
         let mut detector = Err("the detector was not built".into());
         let start = Instant::now();
-        let build_memory =
-            allocation_counter::measure(|| detector = (method.build)(task, setting, shared));
+        let build_memory = allocation_counter::measure(|| detector = (method.build)(task, setting));
         let build = start.elapsed().as_secs_f64() * 1e3;
         let mut detector = detector?;
 
@@ -150,7 +143,7 @@ impl<'a> Run<'a> {
             setting: method.text_of(setting),
             errors: score.errors(),
             frame: f64::NAN,
-            build: build + detector.milliseconds_before(),
+            build,
             held: megabytes(u64::try_from(build_memory.bytes_current).unwrap_or(0)),
             allocated,
         };
@@ -161,6 +154,8 @@ impl<'a> Run<'a> {
     /// Times all frames once, after the last one, so that caches are warm for the first.
     fn time_round(&mut self) -> Result<(), Failure> {
         self.detector.step(self.least.len() - 1)?;
+
+        // A failed step would be quick: its outcome leaves the timed call.
         let start = Instant::now();
         for (frame, least) in self.least.iter_mut().enumerate() {
             let mut outcome = Ok(());

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use fixtures::thigh::ThighBody;
 use fixtures::{arithmetic, thigh};
 use glam::DVec3;
 use proximity::SurfaceTree;
@@ -34,9 +35,13 @@ impl MovingBodies {
     /// Returns the bone and the six muscles of the fixture scene.
     #[must_use]
     pub(super) fn fixture() -> Self {
-        let bodies = thigh::thigh().bodies.into_iter().filter(|body| body.name != "fascia_lata");
-        let named = bodies.map(|body| (body.name.to_owned(), bodies::body(body.mesh)));
-        Self::new("generated thigh (fixtures/thigh)", named.collect())
+        let mut named = Vec::new();
+        for ThighBody { name, mesh, .. } in thigh::thigh().bodies {
+            if name != "fascia_lata" {
+                named.push((name.to_owned(), bodies::body(mesh)));
+            }
+        }
+        Self::new("generated thigh (fixtures/thigh)", named)
     }
 
     /// Reads a femur and five muscles around it.
@@ -92,8 +97,7 @@ fn state(bodies: &[SurfaceTree], frame: u32) -> Vec<Vec<DVec3>> {
 /// Returns the coordinate axis along which a body is longest.
 fn long_axis(body: &SurfaceTree) -> DVec3 {
     let sides = bounds(body).sides();
-    let by_side = |axis: &DVec3, other: &DVec3| sides.dot(*axis).total_cmp(&sides.dot(*other));
-    DVec3::AXES.into_iter().max_by(by_side).unwrap_or(DVec3::Z)
+    DVec3::AXES[sides.max_position()]
 }
 
 #[cfg(test)]

@@ -75,9 +75,14 @@ impl<'a> Task<'a> {
     /// As [`Scene::check`].
     pub(super) fn new(moving: &'a MovingBodies, group: PairGroup) -> Result<Self, SceneError> {
         let count = moving.bodies.len();
-        let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b]));
-        let mut pairs: Vec<[usize; 2]> = pairs.collect();
-        pairs.retain(|pair| (pair[0] == 0) == (group == PairGroup::Bone));
+        let mut pairs = Vec::new();
+        for a in 0..count {
+            for b in a + 1..count {
+                if (a == 0) == (group == PairGroup::Bone) {
+                    pairs.push([a, b]);
+                }
+            }
+        }
 
         // Pairs without an overlap in any frame are left out.
         let (mut scene, ids) = scene_of(moving, &pairs)?;
@@ -92,8 +97,9 @@ impl<'a> Task<'a> {
     /// Returns the muscles of the pairs, ascending.
     #[must_use]
     pub(super) fn muscles(&self) -> Vec<usize> {
-        let bodies: BTreeSet<usize> = self.pairs.iter().flatten().copied().collect();
-        bodies.into_iter().filter(|body| *body > 0).collect()
+        let mut bodies: BTreeSet<usize> = self.pairs.iter().flatten().copied().collect();
+        bodies.remove(&0);
+        bodies.into_iter().collect()
     }
 
     /// Returns the positions of a body in a frame.

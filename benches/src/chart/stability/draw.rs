@@ -112,8 +112,9 @@ fn limit_line(map: &CellMap, limit: Limit) -> Vec<(f64, f64)> {
     let mut line = Vec::new();
     for k in 1..=PLACES {
         let y = vertical.low + (vertical.high - vertical.low) * f64::from(k) / f64::from(PLACES);
-        let x = limit(map.scheme, vertical.value(y)).map(|value| horizontal.place(value));
-        if let Some(x) = x.filter(|x| (horizontal.low..=horizontal.high).contains(x)) {
+        let Some(value) = limit(map.scheme, vertical.value(y)) else { continue };
+        let x = horizontal.place(value);
+        if (horizontal.low..=horizontal.high).contains(&x) {
             line.push((x, y));
         }
     }
@@ -156,9 +157,16 @@ fn draw_curves(area: &Area<'_>, title: &str, map: &CellMap, responses: &[Copies]
     plot.draw_series(LineSeries::new(border, LINE.stroke_width(2)))?;
 
     for (number, (response, color)) in (0..).zip(responses.iter().zip(COLORS)) {
-        let points = (0..gain.cells).map(|cell| (gain.center(cell), map.value(cell, number)));
-        let shown = points.take_while(|&(_, radius)| radius <= RADIUS.high);
-        plot.draw_series(LineSeries::new(shown, color.stroke_width(3)))?;
+        // Up to where the curve leaves the panel.
+        let mut curve = Vec::new();
+        for cell in 0..gain.cells {
+            let radius = map.value(cell, number);
+            if radius > RADIUS.high {
+                break;
+            }
+            curve.push((gain.center(cell), radius));
+        }
+        plot.draw_series(LineSeries::new(curve, color.stroke_width(3)))?;
 
         // Implicit integrators have no limit for soft responses.
         let is_soft = !matches!((response.holding)(1.0), Holding::Hard { .. });

@@ -14,22 +14,30 @@ const MAX_BYTES: usize = 8192;
 
 #[test]
 fn no_target_panics() {
-    for (name, target) in TARGETS {
-        let corpus = corpus(name);
-        assert!(corpus.len() >= 2, "{name} has a corpus of {}", corpus.len());
-        for bytes in &corpus {
-            let _ = target(bytes);
+    // Targets are independent: all threads of the machine work on this one test.
+    std::thread::scope(|scope| {
+        for (name, target) in TARGETS {
+            scope.spawn(move || run_corpus(name, target));
         }
-        let mut random = Random(0x5851_f42d_4c95_7f2d);
-        for round in 0..MUTATIONS {
-            let mut bytes = corpus[round % corpus.len()].clone();
-            for _ in 0..=random.below(6) {
-                mutate(&mut bytes, &corpus, &mut random);
-            }
-            run(name, target, &bytes, round);
-        }
-        println!("{name}: {} files, {MUTATIONS} mutations", corpus.len());
+    });
+}
+
+/// Runs a target on every file of its corpus, and on mutations of them.
+fn run_corpus(name: &str, target: Target) {
+    let corpus = corpus(name);
+    assert!(corpus.len() >= 2, "{name} has a corpus of {}", corpus.len());
+    for bytes in &corpus {
+        let _ = target(bytes);
     }
+    let mut random = Random(0x5851_f42d_4c95_7f2d);
+    for round in 0..MUTATIONS {
+        let mut bytes = corpus[round % corpus.len()].clone();
+        for _ in 0..=random.below(6) {
+            mutate(&mut bytes, &corpus, &mut random);
+        }
+        run(name, target, &bytes, round);
+    }
+    println!("{name}: {} files, {MUTATIONS} mutations", corpus.len());
 }
 
 /// Without a valid input in its corpus, a target would be run on refused ones only.

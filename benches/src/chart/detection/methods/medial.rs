@@ -3,10 +3,6 @@
 //! With the bone, its vertices are detected in the muscles' balls; with two muscles, the vertices
 //! of each in the balls of the other.
 
-use std::cell::RefCell;
-use std::collections::BTreeMap;
-use std::time::Instant;
-
 use glam::DVec3;
 use kdop::{Leaves, Tree, Workspace};
 use medial::{
@@ -20,16 +16,6 @@ use surface::progress::Progress;
 use super::super::score::Answer;
 use super::super::task::{Direction, Task, both_directions};
 use super::{Built, Detector, Failure, whole};
-
-/// Generated medial surfaces by body and number of balls, which both rules and both tasks share.
-pub(in super::super) type GeneratedBalls = RefCell<BTreeMap<(usize, usize), Generation>>;
-
-/// A medial surface, and the time to generate it \[ms\].
-#[derive(Clone, Debug)]
-pub(in super::super) struct Generation {
-    medial: MedialSurface,
-    milliseconds: f64,
-}
 
 /// Detection of vertices in the balls of muscles.
 pub(super) struct MedialDetection<'a> {
@@ -50,36 +36,34 @@ struct FollowingBalls<'a> {
     medial: MedialSurface,
     tree: PrimitiveTree,
     links: Links,
-    /// Time to generate the balls \[ms\], if that was for another detector.
-    milliseconds_before: f64,
 }
 
-/// Sets up balls for the muscles of a task, generated unless another detector already did.
+/// Generates balls for the muscles of a task.
 ///
 /// # Errors
 ///
 /// When a muscle has no medial surface of this size.
-pub(super) fn detector<'a>(
-    task: &'a Task<'a>,
-    balls: f64,
-    rule: FootRule,
-    generated: &GeneratedBalls,
-) -> Built<'a> {
+pub(super) fn detector<'a>(task: &'a Task<'a>, balls: f64, rule: FootRule) -> Built<'a> {
     let count = whole(balls) as usize;
 
-    let all_directions = task.pairs.iter().flat_map(|pair| both_directions(*pair));
-    let contacts: Vec<(Direction, Vec<PointContact>)> = all_directions
-        .filter(|direction| direction.against > 0)
-        .map(|direction| (direction, Vec::new()))
-        .collect();
+    let mut contacts = Vec::new();
+    let mut is_needed = vec![false; task.moving.bodies.len()];
+    for direction in task.pairs.iter().copied().flat_map(both_directions) {
+        if direction.against > 0 {
+            contacts.push((direction, Vec::new()));
+            is_needed[direction.against] = true;
+        }
+    }
 
     // Only bodies that vertices are detected in need balls.
     let (mut vertices, mut balls) = (Vec::new(), Vec::new());
     for (number, body) in task.moving.bodies.iter().enumerate() {
         vertices.push(Tree::build(Leaves::Points, body.positions().as_slice())?);
-        let is_needed = contacts.iter().any(|(direction, _)| direction.against == number);
-        let build = || FollowingBalls::new(body, (number, count), generated);
-        balls.push(is_needed.then(build).transpose()?);
+        let following = match is_needed[number] {
+            true => Some(FollowingBalls::new(body, count)?),
+            false => None,
+        };
+        balls.push(following);
     }
     Ok(Box::new(MedialDetection {
         task,
@@ -93,30 +77,12 @@ pub(super) fn detector<'a>(
 }
 
 impl<'a> FollowingBalls<'a> {
-    fn new(
-        body: &'a SurfaceTree,
-        key: (usize, usize),
-        generated: &GeneratedBalls,
-    ) -> Result<Self, Failure> {
+    fn new(body: &'a SurfaceTree, count: usize) -> Result<Self, Failure> {
         let (surface, x) = (body.surface(), body.positions());
-        // Generation is slow, so that all detectors share it; each counts its time.
-        let before = generated.borrow().get(&key).cloned();
-        let milliseconds_before = before.as_ref().map_or(0.0, |before| before.milliseconds);
-        let medial = match before {
-            Some(before) => before.medial,
-            None => {
-                let start = Instant::now();
-                let medial =
-                    generate(surface, x, &MedialParams::balls(key.1), Progress::none())?.medial;
-                let milliseconds = start.elapsed().as_secs_f64() * 1e3;
-                let generation = Generation { medial: medial.clone(), milliseconds };
-                generated.borrow_mut().insert(key, generation);
-                medial
-            }
-        };
+        let medial = generate(surface, x, &MedialParams::balls(count), Progress::none())?.medial;
         let tree = PrimitiveTree::new(&medial)?;
         let links = Links::new(&medial, surface, x)?;
-        Ok(Self { surface, medial, tree, links, milliseconds_before })
+        Ok(Self { surface, medial, tree, links })
     }
 
     fn follow(&mut self, x: &[DVec3]) -> Result<(), Failure> {
@@ -126,10 +92,6 @@ impl<'a> FollowingBalls<'a> {
 }
 
 impl Detector for MedialDetection<'_> {
-    fn milliseconds_before(&self) -> f64 {
-        self.balls.iter().flatten().map(|balls| balls.milliseconds_before).sum()
-    }
-
     fn step(&mut self, frame: usize) -> Result<(), Failure> {
         let Self { task, params, vertices, balls, contacts, workspace, pairs } = self;
         let frame = &task.moving.frames[frame];
@@ -161,8 +123,13 @@ impl Detector for MedialDetection<'_> {
     fn answer(&self) -> Answer {
         let mut directions = Vec::new();
         for (direction, found) in &self.contacts {
-            let inside = found.iter().filter(|found| found.gap < 0.0);
-            directions.push((*direction, inside.map(|found| (found.point, -found.gap)).collect()));
+            let mut inside = Vec::new();
+            for PointContact { point, gap, .. } in found {
+                if *gap < 0.0 {
+                    inside.push((*point, -gap));
+                }
+            }
+            directions.push((*direction, inside));
         }
         Answer::Vertices(directions)
     }

@@ -2,7 +2,7 @@
 
 mod baselines;
 mod field;
-pub(super) mod medial;
+mod medial;
 mod surfaces;
 
 use std::error::Error;
@@ -25,11 +25,6 @@ pub(super) trait Detector {
     /// When the method refuses a body.
     fn step(&mut self, frame: usize) -> Result<(), Failure>;
 
-    /// Returns the time to build structures that another detector built already \[ms\].
-    fn milliseconds_before(&self) -> f64 {
-        0.0
-    }
-
     /// Returns what the last step found.
     fn answer(&self) -> Answer;
 }
@@ -45,13 +40,7 @@ pub(super) struct Method {
     /// Text of a setting, with `_` for its value.
     text: &'static str,
     /// Builds a detector for the bodies at rest.
-    pub(super) build: for<'a> fn(&'a Task<'a>, f64, &'a SharedStructures) -> Built<'a>,
-}
-
-/// Structures that several detectors share.
-#[derive(Debug, Default)]
-pub(super) struct SharedStructures {
-    medial: medial::GeneratedBalls,
+    pub(super) build: for<'a> fn(&'a Task<'a>, f64) -> Built<'a>,
 }
 
 impl Method {
@@ -75,59 +64,57 @@ pub(super) const METHODS: [Method; 10] = [
         key: MethodKey::new("exact surfaces", "full", 0),
         settings: &[0.0],
         text: "exact",
-        build: |task, _, _| surfaces::exact(task),
+        build: |task, _| surfaces::exact(task),
     },
     Method {
         key: MethodKey::new("reduced surfaces", "within 2, 1, 0.5, 0.2 mm", 0x80_80_80),
         settings: &[2.0, 1.0, 0.5, 0.2],
         text: "within _ mm",
-        build: |task, deviation, _| surfaces::reduced(task, deviation),
+        build: |task, deviation| surfaces::reduced(task, deviation),
     },
     Method {
         key: MethodKey::new("distance field (exact band)", "spacing 4, 2, 1, 0.5 mm", 0x1f_6f_b4),
         settings: SPACINGS,
         text: "_ mm",
-        build: |task, spacing, _| field::detector(task, false, spacing),
+        build: |task, spacing| field::detector(task, false, spacing),
     },
     Method {
         key: MethodKey::new("distance field (voxels)", "spacing 4, 2, 1, 0.5 mm", 0x1f_6f_b4)
             .hollow(),
         settings: SPACINGS,
         text: "_ mm",
-        build: |task, spacing, _| field::detector(task, true, spacing),
+        build: |task, spacing| field::detector(task, true, spacing),
     },
     Method {
         key: MethodKey::new("medial (exact feet)", "25, 50, 100, 200, 400 balls", 0x2c_8c_3c),
         settings: BALLS,
         text: "_ balls",
-        build: |task, balls, shared| medial::detector(task, balls, FootRule::Exact, &shared.medial),
+        build: |task, balls| medial::detector(task, balls, FootRule::Exact),
     },
     Method {
         key: MethodKey::new("medial (bare faces)", "25, 50, 100, 200, 400 balls", 0x2c_8c_3c)
             .hollow(),
         settings: BALLS,
         text: "_ balls",
-        build: |task, balls, shared| {
-            medial::detector(task, balls, FootRule::BareFace, &shared.medial)
-        },
+        build: |task, balls| medial::detector(task, balls, FootRule::BareFace),
     },
     Method {
         key: MethodKey::new("spatial hash", "cells of 8, 4, 2, 1, 0.5 edges", 0xe0_7b_00),
         settings: &[8.0, 4.0, 2.0, 1.0, 0.5],
         text: "cells of _ edges",
-        build: |task, edges, _| Ok(Box::new(baselines::spatial_hash(task, edges))),
+        build: |task, edges| Ok(Box::new(baselines::spatial_hash(task, edges))),
     },
     Method {
         key: MethodKey::new("layered depth images", "16, 32, 64, 128, 256 pixels", 0xb5_26_2e),
         settings: &[16.0, 32.0, 64.0, 128.0, 256.0],
         text: "_ pixels",
-        build: |task, pixels, _| Ok(Box::new(baselines::layered_depth(task, whole(pixels)))),
+        build: |task, pixels| Ok(Box::new(baselines::layered_depth(task, whole(pixels)))),
     },
     Method {
         key: MethodKey::new("average-case trees", "accepted from 0.5, 0.9, 0.99, 1 on", 0x7a_4f_b0),
         settings: &[0.5, 0.9, 0.99, 1.0],
         text: "from _ on",
-        build: |task, acceptance, _| baselines::average_case(task, acceptance),
+        build: |task, acceptance| baselines::average_case(task, acceptance),
     },
     Method {
         key: MethodKey::new(
@@ -137,7 +124,7 @@ pub(super) const METHODS: [Method; 10] = [
         ),
         settings: &[1e2, 1e3, 1e4, 1e5],
         text: "_ tests",
-        build: |task, tests, _| Ok(Box::new(baselines::selected_pairs(task, whole(tests).into()))),
+        build: |task, tests| Ok(Box::new(baselines::selected_pairs(task, whole(tests).into()))),
     },
 ];
 

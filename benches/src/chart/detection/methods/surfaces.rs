@@ -47,18 +47,25 @@ impl Detector for ExactSurfaces<'_> {
         let mut directions = Vec::new();
         for &pair in &self.task.pairs {
             let ids = pair.map(|body| self.ids[body]);
-            let report = self.reports.iter().find(|report| report.pair.bodies() == ids);
             let [forward, backward] = both_directions(pair);
-            directions.push((forward, report.map_or_else(Vec::new, |r| depths(&r.a_against_b))));
-            directions.push((backward, report.map_or_else(Vec::new, |r| depths(&r.b_against_a))));
+            // A pair that is not within the margin has no report, and no vertex inside.
+            for report in self.reports.iter().filter(|report| report.pair.bodies() == ids) {
+                directions.push((forward, depths(&report.a_against_b)));
+                directions.push((backward, depths(&report.b_against_a)));
+            }
         }
         Answer::Vertices(directions)
     }
 }
 
 fn depths(report: &VertexReport) -> Vec<(u32, f64)> {
-    let inside = report.near.iter().filter(|near| near.gap < 0.0);
-    inside.map(|near| (near.vertex, -near.gap)).collect()
+    let mut depths = Vec::new();
+    for near in &report.near {
+        if near.gap < 0.0 {
+            depths.push((near.vertex, -near.gap));
+        }
+    }
+    depths
 }
 
 /// Exact detection between reduced surfaces.
@@ -110,8 +117,8 @@ impl Detector for ReducedSurfaces<'_> {
     /// surface at rest, and is as deep as that point is in the other reduced surface.
     fn answer(&self) -> Answer {
         let mut directions = Vec::new();
-        for direction in self.task.pairs.iter().flat_map(|pair| both_directions(*pair)) {
-            directions.push((direction, self.inside(direction).into_iter().collect()));
+        for direction in self.task.pairs.iter().copied().flat_map(both_directions) {
+            directions.push((direction, self.inside(direction)));
         }
         Answer::Vertices(directions)
     }
@@ -147,5 +154,6 @@ impl ReducedSurfaces<'_> {
 /// Returns where a point of a surface is after the surface has moved.
 fn moved(closest: &ClosestPoint, now: &SurfaceTree) -> DVec3 {
     let corners = now.corners(closest.face);
-    (0..3).map(|k| closest.foot.barycentric[k] * corners[k]).sum()
+    let [u, v, w] = closest.foot.barycentric;
+    u * corners[0] + v * corners[1] + w * corners[2]
 }
