@@ -13,7 +13,7 @@ use crate::output::{FilePlan, Outputs};
 use crate::phase::Phase;
 use crate::picture::Image;
 use crate::report::{
-    CheckDocument, ContactField, FileNames, Gallery, OverlapShape, PairContact, Pictures,
+    CheckDocument, ContactField, FileFolder, Gallery, OverlapShape, PairContact, Pictures,
     check_page, check_text, stage_contact_files, stage_overlap_files,
 };
 use crate::scene::SceneDescription;
@@ -181,14 +181,14 @@ pub(super) struct CheckedScene<'a> {
 impl CheckedScene<'_> {
     fn stage_vtp(&self, folder: &Path, outputs: &mut Outputs) -> Result<(), Failure> {
         let bodies = self.scene.bodies().iter();
-        let mut names = FileNames::new(bodies.map(|body| body_file(body.name())));
+        let mut files = FileFolder::new(folder, bodies.map(|body| body_file(body.name())));
         for (id, body) in self.scene.ids().zip(self.scene.bodies()) {
             let field = ContactField::new(id, self.scene, self.reports, self.document.margin);
             let vtp = field.to_vtp(body.positions(), body.surface().faces());
             outputs.stage(&folder.join(body_file(body.name())), vtp)?;
         }
-        stage_overlap_files(self.shapes, self.scene, folder, &mut names, outputs)?;
-        stage_contact_files(self.contacts, "", self.scene, folder, &mut names, outputs)
+        stage_overlap_files(self.shapes, self.scene, &mut files, outputs)?;
+        stage_contact_files(self.contacts, "", self.scene, &mut files, outputs)
     }
 
     fn stage_pictures(

@@ -1,6 +1,6 @@
 //! `motion`: contact in the frames of a motion, and between them.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use musculo_collide::{
@@ -17,7 +17,7 @@ use crate::motion::{Motion, Replay};
 use crate::output::{FilePlan, Outputs};
 use crate::phase::Phase;
 use crate::report::{
-    FileNames, FrameRecord, MotionDocument, PairContact, StepRecord, motion_chart,
+    FileFolder, FrameRecord, MotionDocument, PairContact, StepRecord, motion_chart,
     stage_contact_files,
 };
 use crate::scene::SceneDescription;
@@ -100,11 +100,11 @@ pub(super) fn run(arguments: &MotionArguments) -> Result<Finished, Failure> {
     }
 
     // Walk through all frames, and report them.
-    let joint_frames = joint.map(|params| JointFrames::new(params, arguments.vtp.as_deref()));
+    let folder = arguments.vtp.as_deref().map(|path| FileFolder::new(path, []));
     let mut walk = Walk {
         scene: &mut loaded.scene,
         replay: &replay,
-        joint: joint_frames,
+        joint: joint.map(|params| JointFrames { params, folder }),
         outputs: &mut outputs,
         stopwatch: &mut stopwatch,
     };
@@ -139,16 +139,15 @@ impl MotionArguments {
 struct Walk<'a> {
     scene: &'a mut Scene,
     replay: &'a Replay,
-    joint: Option<JointFrames<'a>>,
+    joint: Option<JointFrames>,
     outputs: &'a mut Outputs,
     stopwatch: &'a mut Stopwatch,
 }
 
 /// Joint contact of frames, with the folder of its files.
-struct JointFrames<'a> {
+struct JointFrames {
     params: JointContactParams,
-    folder: Option<&'a Path>,
-    names: FileNames,
+    folder: Option<FileFolder>,
 }
 
 impl Walk<'_> {
@@ -197,11 +196,7 @@ impl Walk<'_> {
     }
 }
 
-impl<'a> JointFrames<'a> {
-    fn new(params: JointContactParams, folder: Option<&'a Path>) -> Self {
-        Self { params, folder, names: FileNames::new([].into_iter()) }
-    }
-
+impl JointFrames {
     /// Measures the contact of all pairs in a frame, and writes its files if there is a folder.
     fn measure(
         &mut self,
@@ -211,9 +206,8 @@ impl<'a> JointFrames<'a> {
     ) -> Result<Vec<PairContact>, Failure> {
         let pairs = scene.close_pairs(self.params.margin)?;
         let contacts = joint_contacts(scene, &pairs, &self.params, Progress::none())?;
-        if let Some(folder) = self.folder {
-            let suffix = format!("_{frame:04}");
-            stage_contact_files(&contacts, &suffix, scene, folder, &mut self.names, outputs)?;
+        if let Some(folder) = &mut self.folder {
+            stage_contact_files(&contacts, &format!("_{frame:04}"), scene, folder, outputs)?;
         }
         Ok(contacts)
     }

@@ -17,7 +17,7 @@ pub(super) struct ResolveArgs {
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     smooth: Option<f64>,
 
-    /// Largest depth of an overlap that may remain, in the scene's unit [default: smoothing / 120]
+    /// Largest depth of a surface in another body that may remain, in the scene's unit [default: smoothing / 120]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     tolerance: Option<f64>,
 

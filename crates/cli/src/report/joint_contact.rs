@@ -1,12 +1,10 @@
 //! Joint contact of pairs: records, tables, and maps on the meshes.
 
-use std::path::Path;
-
 use mesh_io::{CellValues, Cells, write_vtp_cells};
 use musculo_collide::{Body, ContactMeasures, JointContact, PairId, Scene};
 use serde::Serialize;
 
-use super::overlap_files::{FileNames, PointList};
+use super::overlap_files::{FileFolder, PointList};
 use super::table::{Column, Table, dash, left, right};
 use super::text::{measure, place, short};
 use crate::failure::Failure;
@@ -157,16 +155,15 @@ pub(crate) fn stage_contact_files(
     contacts: &[PairContact],
     suffix: &str,
     scene: &Scene,
-    folder: &Path,
-    names: &mut FileNames,
+    folder: &mut FileFolder,
     outputs: &mut Outputs,
 ) -> Result<(), Failure> {
     for PairContact { pair, sides } in contacts {
         let [a, b] = pair.bodies().map(|id| scene.body(id));
         for ([own, other], contact) in [[a, b], [b, a]].into_iter().zip(sides) {
             if contact.total.area > 0.0 {
-                let name = names.take(&format!("{}_on_{}{suffix}", own.name(), other.name()));
-                outputs.stage_found(&folder.join(name), contact_vtp(contact, own))?;
+                let stem = format!("{}_on_{}{suffix}", own.name(), other.name());
+                folder.stage(&stem, contact_vtp(contact, own), outputs)?;
             }
         }
     }

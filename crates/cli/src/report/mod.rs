@@ -36,7 +36,7 @@ pub(crate) use self::joint_contact::{PairContact, stage_contact_files};
 pub(crate) use self::medial::MedialRecord;
 pub(crate) use self::motion::{FrameRecord, MotionDocument, StepRecord, rest_text};
 pub(crate) use self::motion_chart::motion_chart;
-pub(crate) use self::overlap_files::{FileNames, OverlapShape, stage_overlap_files};
+pub(crate) use self::overlap_files::{FileFolder, OverlapShape, stage_overlap_files};
 pub(crate) use self::pair_record::PairRecord;
 pub(crate) use self::resolution::resolution_text;
 pub(crate) use self::resolved::{FrameInfo, ResolvedDocument, ResolvedFrame};

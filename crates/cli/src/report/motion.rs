@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::joint_contact::{
     ContactTable, JointContactRecord, PairContact, SurfaceContact, joint_title,
 };
+use super::pair_record::rounding;
 use super::table::{Table, dash, left, right};
 use super::text::{counted, depth, fixed, grouped, measure};
 use crate::motion::{RestReason, RestingBody};
@@ -69,6 +70,9 @@ struct DepthRecord {
     a: String,
     b: String,
     depth: f64,
+    /// Depth that rounding alone makes.
+    #[serde(skip)]
+    rounding: f64,
 }
 
 /// Two bodies that met during a step.
@@ -154,7 +158,7 @@ impl MotionDocument {
             None => String::new(),
             Some(frame) if frame.depth() > 0.0 => format!(
                 ", the deepest {} {} in frame {}",
-                depth(frame.depth(), self.unit),
+                frame.deepest.as_ref().map_or_else(dash, |deepest| deepest.text(self.unit)),
                 self.unit.symbol(),
                 frame.frame
             ),
@@ -232,7 +236,7 @@ impl FrameRecord {
     /// Returns the entries of a table that show the frame.
     fn state_entries(&self, unit: Unit) -> [String; 6] {
         let (depth, between) = match &self.deepest {
-            Some(DepthRecord { a, b, depth: value }) => (depth(*value, unit), format!("{a} × {b}")),
+            Some(deepest) => (deepest.text(unit), format!("{} × {}", deepest.a, deepest.b)),
             None => (dash(), dash()),
         };
         let time = self.time.map_or_else(dash, |time| fixed(time, 3));
@@ -334,7 +338,16 @@ fn deepest(scene: &Scene, reports: &[PairReport]) -> Option<DepthRecord> {
 
     let report = deepest?;
     let [a, b] = report.pair.bodies().map(|id| name(scene, id));
-    Some(DepthRecord { a, b, depth: depth_of(report) })
+    let rounding = rounding(report.pair, scene);
+    Some(DepthRecord { a, b, depth: depth_of(report), rounding })
+}
+
+impl DepthRecord {
+    /// Writes the depth, 0 where it is that of rounding.
+    fn text(&self, unit: Unit) -> String {
+        let is_rounding = self.depth > 0.0 && self.depth <= self.rounding;
+        if is_rounding { "0".to_owned() } else { depth(self.depth, unit) }
+    }
 }
 
 /// Returns the depth of an overlap as far as it is certain; of vertices, where surfaces have none.

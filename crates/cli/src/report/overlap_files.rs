@@ -1,7 +1,7 @@
 //! Overlaps as files for ParaView and 3D Slicer: clipped patches and crossing curves.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use mesh_io::{CellValues, Cells, PointValues, write_vtp_cells};
@@ -18,26 +18,42 @@ pub(crate) struct OverlapShape<'a> {
     pub(crate) geometry: OverlapGeometry,
 }
 
-/// Names of files in one folder, each taken once.
+/// Folder of files whose names depend on the results, each taken once.
 #[derive(Debug)]
-pub(crate) struct FileNames(BTreeSet<String>);
+pub(crate) struct FileFolder {
+    path: PathBuf,
+    /// Names that are taken, in lower case.
+    names: BTreeSet<String>,
+}
 
-impl FileNames {
+impl FileFolder {
     /// Begins with names that are taken.
-    pub(crate) fn new(names: impl Iterator<Item = String>) -> Self {
-        Self(names.map(|name| name.to_lowercase()).collect())
+    pub(crate) fn new(path: &Path, names: impl IntoIterator<Item = String>) -> Self {
+        let names = names.into_iter().map(|name| name.to_lowercase()).collect();
+        Self { path: path.to_owned(), names }
     }
 
     /// Returns the name of a `.vtp` file, with a number where another file has it, whatever the
     /// case of its letters.
-    pub(crate) fn take(&mut self, stem: &str) -> String {
+    fn take(&mut self, stem: &str) -> String {
         let mut name = format!("{stem}.vtp");
         let mut number = 1;
-        while !self.0.insert(name.to_lowercase()) {
+        while !self.names.insert(name.to_lowercase()) {
             number += 1;
             name = format!("{stem}_{number}.vtp");
         }
         name
+    }
+
+    /// Completes a `.vtp` file.
+    pub(super) fn stage(
+        &mut self,
+        stem: &str,
+        content: String,
+        outputs: &mut Outputs,
+    ) -> Result<(), Failure> {
+        let name = self.take(stem);
+        outputs.stage_found(&self.path.join(name), content)
     }
 }
 
@@ -45,21 +61,20 @@ impl FileNames {
 pub(crate) fn stage_overlap_files(
     shapes: &[OverlapShape<'_>],
     scene: &Scene,
-    folder: &Path,
-    names: &mut FileNames,
+    folder: &mut FileFolder,
     outputs: &mut Outputs,
 ) -> Result<(), Failure> {
     for OverlapShape { report, geometry } in shapes {
         let [a, b] = report.pair.bodies().map(|id| scene.body(id));
         for ([own, other], patches) in [[a, b], [b, a]].into_iter().zip(&geometry.patches) {
             if !patches.is_empty() {
-                let name = names.take(&format!("{}_in_{}", own.name(), other.name()));
-                outputs.stage_found(&folder.join(name), patch_vtp(patches, own))?;
+                let stem = format!("{}_in_{}", own.name(), other.name());
+                folder.stage(&stem, patch_vtp(patches, own), outputs)?;
             }
         }
         if !geometry.curve.is_empty() {
-            let name = names.take(&format!("{}_{}_curve", a.name(), b.name()));
-            outputs.stage_found(&folder.join(name), curve_vtp(&geometry.curve))?;
+            let stem = format!("{}_{}_curve", a.name(), b.name());
+            folder.stage(&stem, curve_vtp(&geometry.curve), outputs)?;
         }
     }
     Ok(())
@@ -141,7 +156,7 @@ mod tests {
 
     #[test]
     fn names_are_taken_once() {
-        let mut names = FileNames::new(["A_in_b.vtp".to_owned()].into_iter());
+        let mut names = FileFolder::new(Path::new("o"), ["A_in_b.vtp".to_owned()]);
         assert_eq!(names.take("a_in_b"), "a_in_b_2.vtp");
         assert_eq!(names.take("A_in_b"), "A_in_b_3.vtp");
         assert_eq!(names.take("b_in_a"), "b_in_a.vtp");

@@ -48,6 +48,8 @@ fn help_names_everything_a_newcomer_needs() {
         "--rigid",
         "--margin",
         "--depth-tolerance",
+        "--joint-contact",
+        "--foundation",
         "--json",
         "--vtp",
         "--report",

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::support::Workshop;
+use crate::support::{Workshop, obj};
 use serde_json::Value;
 
 const THIGH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/thigh/scene.toml");
@@ -355,4 +355,18 @@ fn thigh_scene(data: &std::path::Path) -> String {
         format!("[[body]]\nfile = {path:?}\nkind = \"{kind}\"\n")
     };
     paths.iter().map(body).collect()
+}
+
+/// Bodies that coincide are as deep as rounding makes them; that is no depth to a reader.
+#[test]
+fn depths_of_rounding_are_zero() {
+    let workshop = needle_through_plate();
+    let cube = obj(&fixtures::shapes::cube(10.0));
+    workshop.write("plate.obj", &cube);
+    workshop.write("needle.obj", &cube);
+    write_heights(&workshop, "up.json", &[0.0, 20.0]);
+    let run = workshop.run("motion", &["scene.toml", "--motion", "up.json", "--json", "m.json"]);
+    assert!(run.stdout.contains("the deepest 0 mm in frame 0"), "{}", run.stdout);
+    let frame = &json(&workshop, "m.json")["frames"][0];
+    assert!(frame["deepest"]["depth"].as_f64().unwrap() > 0.0, "JSON keeps it: {frame}");
 }
