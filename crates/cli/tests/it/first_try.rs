@@ -44,7 +44,7 @@ fn three_commands_from_two_files() {
 
     let planned = workshop.run("plan", &with(&["--tolerance", "0.5"]));
     assert!(planned.stdout.contains("tolerance 0.5"), "{}{}", planned.stdout, planned.stderr);
-    for part in ["predicted", "femur", "vastus"] {
+    for part in ["by operation counts", "femur", "vastus"] {
         assert!(planned.stdout.contains(part), "{part}: {}", planned.stdout);
     }
 }
