@@ -169,8 +169,9 @@ def contacts_in_motion(meshes: dict[str, Mesh]) -> None:
     question = "free share of a step of two bodies"
     names = sorted(meshes, key=lambda name: len(meshes[name].faces))[-2:]
     a, b = (meshes[name] for name in names)
-    apart = b.vertices + [a.vertices[:, 0].max() - b.vertices[:, 0].min() + 1.0, 0, 0]
-    end = apart - [20.0, 0, 0]
+    apart = b.vertices + (a.vertices.mean(axis=0) - b.vertices.mean(axis=0))
+    apart[:, 0] += a.vertices[:, 0].max() - apart[:, 0].min() + 1.0
+    end = apart - [a.vertices[:, 0].max() - a.vertices[:, 0].min(), 0, 0]
 
     def own() -> float:
         scene = Scene()
