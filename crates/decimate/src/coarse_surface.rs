@@ -142,6 +142,19 @@ impl CoarseSurface {
         }
     }
 
+    /// Returns the kept vertices that a vertex of the full surface moves with, and their weights;
+    /// a kept vertex moves with itself alone.
+    ///
+    /// # Panics
+    ///
+    /// When there is no such vertex.
+    #[must_use]
+    pub fn leaders(&self, vertex: u32) -> [(u32, f64); 3] {
+        let Attachment { face, weights } = self.attachments[vertex as usize];
+        let corners = self.reduced.surface.faces()[face as usize];
+        [0, 1, 2].map(|k| (self.reduced.kept[corners[k] as usize], weights[k]))
+    }
+
     /// Returns the vertices of the full surface that are attached to a face, ascending.
     ///
     /// # Panics

@@ -20,6 +20,7 @@
 //! | ask for signed distances from a bone | [`distance_field::DistanceField`] | [`distance_field`] |
 //! | approximate a muscle by balls | [`medial::generate`] | [`medial`] |
 //! | approximate a surface by fewer faces | [`decimate::Decimation`] | [`decimate`] |
+//! | answer contacts inside a simulator's step | [`SceneStep`] | [`scene`], [`response`] |
 //! | compute forces and corrections of contacts | [`response::ContactSystem`] | [`response`] |
 //!
 //! # A scene
@@ -267,15 +268,19 @@ pub use plan::{
     LeftOutPair, MissingStructure, OperationCounts, PairDetection, PairPlan, PairState, Plan,
     PlanError, PlanParams, RespondParams, Structure, StructureKind, machine_factor,
 };
+pub use response::{
+    Friction, Margins, Material, ParticleLoads, RigidMotion, SpringDamper, StepLength, StepParams,
+    StepReport,
+};
 pub use surface::RigidState;
 
 pub use scene::{
     AreaBracket, Body, BodyId, BodyKind, BodyMove, CheckParams, Coincidence, ContactKind,
     CurveChain, Depth, DepthBracket, EdgeOverlap, FacePoint, FieldContact, FieldDetector,
     FieldFeature, MedialContact, MedialDetector, MedialFeature, NearVertex, NoInside, Overlap,
-    OverlapGeometry, OverlapMeasures, PairId, PairOverlap, PairReport, PairSweep, PassThrough,
-    PatchFace, PrimitiveBall, Region, Scene, SceneError, Side, SweepReport, SweptContact,
-    VertexReport,
+    OverlapGeometry, OverlapMeasures, PairContacts, PairId, PairOverlap, PairReport, PairSweep,
+    PassThrough, PatchFace, PrimitiveBall, Region, Scene, SceneError, SceneStates, SceneStep, Side,
+    StepError, SweepReport, SweptContact, VertexReport,
 };
 pub use surface::progress::{Interrupted, Progress};
 

@@ -64,6 +64,7 @@ mod coarse_size;
 mod cost;
 mod detection;
 mod error;
+mod followers;
 mod frame;
 mod method;
 mod motion;

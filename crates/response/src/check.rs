@@ -10,6 +10,11 @@ use crate::{ParameterError, ResponseError};
 /// never normalized, by much more. Within it the normal is scaled to length 1.
 const UNIT_TOLERANCE: f64 = 1e-6;
 
+/// Deviation of a sum of weights that counts as rounding, a plain number.
+/// Barycentric weights are good to 1e-12 even on slivers; a forgotten term is
+/// off by 1e-2 and more, and would break the momentum by its weight.
+const WEIGHT_TOLERANCE: f64 = 1e-9;
+
 /// Returns a parameter if it `holds` and is finite.
 ///
 /// # Errors
@@ -89,6 +94,20 @@ pub(crate) fn particle_range(
         Some(particle) => {
             Err(ResponseError::ParticleOutOfRange { contact, particle, particle_count })
         }
+    }
+}
+
+/// Checks a sum of weights, whose magnitudes sum to `scale`.
+pub(crate) fn weight_sum(
+    contact: usize,
+    sum: f64,
+    scale: f64,
+    expected: f64,
+) -> Result<(), ResponseError> {
+    if (sum - expected).abs() <= WEIGHT_TOLERANCE * f64::max(scale, 1.0) {
+        Ok(())
+    } else {
+        Err(ResponseError::Weights { contact, sum, expected })
     }
 }
 

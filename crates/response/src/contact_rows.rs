@@ -18,11 +18,6 @@ use surface::{Anchor, Contact, Term};
 use crate::distribute::merge_onto;
 use crate::{Constraint, Friction, Margins, ResponseError, check};
 
-/// Deviation of a sum of weights that counts as rounding, a plain number.
-/// Barycentric weights are good to 1e-12 even on slivers; a forgotten term is
-/// off by 1e-2 and more, and would break the momentum by its weight.
-const WEIGHT_TOLERANCE: f64 = 1e-9;
-
 /// Distances that a response keeps at a contact, its friction and its compliance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -284,9 +279,5 @@ fn check_weights(contact: usize, terms: &[Term], expected: f64) -> Result<(), Re
         sum += check::contact_number(contact, "weight", term.weight)?;
         scale += term.weight.abs();
     }
-    if (sum - expected).abs() <= WEIGHT_TOLERANCE * f64::max(scale, 1.0) {
-        Ok(())
-    } else {
-        Err(ResponseError::Weights { contact, sum, expected })
-    }
+    check::weight_sum(contact, sum, scale, expected)
 }

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 use response::{
-    ContactSet, ContactStep, Material, ParticleLoads, ParticleStates, ResponseError, RigidMotion,
-    StepParams, StepReport,
+    ContactSet, ContactStep, Followers, Material, ParticleLoads, ParticleStates, ResponseError,
+    RigidMotion, StepParams, StepReport,
 };
 use surface::{Contact, Pose};
 
@@ -115,6 +115,11 @@ impl SceneStep {
     /// Sets the material of one pair.
     pub fn set_material(&mut self, pair: PairId, material: Material) {
         self.materials.by_pair.insert(pair, material);
+    }
+
+    /// Sets the particles that follow others, where the detector compares reduced surfaces.
+    pub fn set_followers(&mut self, followers: Followers) {
+        self.step.set_followers(followers);
     }
 
     /// Places a rigid body by its pose, and sets its motion there: the motion holds until the

@@ -7,6 +7,7 @@ mod growth;
 mod interruption;
 mod planned;
 mod refused;
+mod step;
 
 use fixtures::shapes::icosphere;
 use glam::DVec3;

@@ -15,7 +15,9 @@ use surface::{Anchor, Contact};
 pub use self::params::StepParams;
 pub use self::report::StepReport;
 use self::row_solver::RowSolver;
-use crate::{ContactSet, Impulse, ImpulseCache, ResponseError, SolveLevel, StepLength, check};
+use crate::{
+    ContactSet, Followers, Impulse, ImpulseCache, ResponseError, SolveLevel, StepLength, check,
+};
 
 /// States of all particles, in the caller's slices, to be corrected.
 #[derive(Debug)]
@@ -111,6 +113,9 @@ pub struct ContactStep {
     /// Length of the last step.
     last: Option<StepLength>,
     solver: RowSolver,
+    followers: Followers,
+    /// Inverse masses with those of followers.
+    lumped: Vec<f64>,
     /// Displacements, or velocities before a correction.
     displacements: Vec<DVec3>,
     /// Velocities after the move.
@@ -141,6 +146,8 @@ impl ContactStep {
         check::particles("velocity", x.len(), v)?;
         check::inverse_masses(x.len(), inverse_mass)?;
         params.validate()?;
+        self.followers.check(x.len())?;
+        self.followers.lump(inverse_mass, &mut self.lumped);
 
         // Positions, with contacts detected again after each round.
         let mut report = StepReport::default();
@@ -162,6 +169,12 @@ impl ContactStep {
         self.correct_loads(v, loads, inverse_mass, params, &mut report)?;
         self.last = Some(params.h);
         Ok(report)
+    }
+
+    /// Sets the particles that follow others: those that the detector's surfaces have left
+    /// out. Contacts act on the masses of both.
+    pub fn set_followers(&mut self, followers: Followers) {
+        self.followers = followers;
     }
 
     /// Returns the contacts as detected last.
@@ -210,7 +223,10 @@ impl ContactStep {
             Ok(material.is_hard().then_some((*contact, row)))
         })?;
         let (level, moved) = (SolveLevel::Position, &mut self.displacements);
-        report.positions = Some(self.solver.solve(level, moved, inverse_mass, params)?);
+        report.positions = Some(self.solver.solve(level, moved, &self.lumped, params)?);
+        self.next.clear();
+        self.next.resize(x.len(), DVec3::ZERO);
+        self.followers.follow(inverse_mass, &self.next, moved);
         report.rounds += 1;
 
         for ((x, moved), w) in x.iter_mut().zip(&self.displacements).zip(inverse_mass) {
@@ -247,7 +263,8 @@ impl ContactStep {
         solver.set_rows(v.len(), contacts, |contact, material| {
             Ok(Some((*contact, material.velocity_row(contact, params.h)?)))
         })?;
-        report.velocities = Some(solver.solve(SolveLevel::Velocity, v, inverse_mass, params)?);
+        report.velocities = Some(solver.solve(SolveLevel::Velocity, v, &self.lumped, params)?);
+        self.followers.follow(inverse_mass, before, v);
         velocity_cache.store(contacts, &solver.impulses)?;
 
         report.approach = largest_approach(&self.contacts, v);
@@ -307,7 +324,8 @@ impl ContactStep {
         let before = &mut self.displacements;
         before.clear();
         before.extend_from_slice(next);
-        report.loads = Some(solver.solve(SolveLevel::Velocity, next, inverse_mass, params)?);
+        report.loads = Some(solver.solve(SolveLevel::Velocity, next, &self.lumped, params)?);
+        self.followers.follow(inverse_mass, before, next);
         load_cache.store(contacts, &solver.impulses)?;
         for (before, next) in before.iter_mut().zip(&*next) {
             *before = (*next - *before) / h;

@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 use response::{
-    ContactSet, ContactStep, ParticleLoads, ParticleStates, ResponseError, RigidMotion,
-    SolverParams, StepLength, StepParams, StepReport,
+    ContactSet, ContactStep, Follower, Followers, ParticleLoads, ParticleStates, ResponseError,
+    RigidMotion, SolverParams, StepLength, StepParams, StepReport,
 };
 
-use crate::common::{material, momentum_residual, stacked, tower};
+use crate::common::{self, material, momentum_residual, on_plane, stacked, tower};
 
 fn params() -> StepParams {
     StepParams {
@@ -129,4 +129,39 @@ fn the_cache_saves_sweeps_from_step_to_step() {
         sweeps.push(report.velocities.expect("it fell").iterations);
     }
     assert!(sweeps[1..].iter().all(|s| 20 * s < sweeps[0]), "{sweeps:?}");
+}
+
+#[test]
+fn followers_move_with_their_leaders_and_count_with_their_mass() {
+    // Particle 3 follows 0, 1 and 2; particle 4 does too, but is fixed.
+    let leaders = [(0, 0.5), (1, 0.3), (2, 0.2)].map(|(k, weight)| common::term(k, weight));
+    let follower = |particle| Follower { particle, leaders };
+    let followers = Followers::new(vec![follower(3), follower(4)]).expect("valid");
+    let (mut x, mut v) = (vec![DVec3::ZERO; 5], vec![DVec3::Z * -1.0; 5]);
+    let w = [1.0, 0.5, 2.0, 0.1, 0.0];
+    let mut step = ContactStep::default();
+    step.set_followers(followers);
+    let detect = |x: &[DVec3], contacts: &mut ContactSet| {
+        contacts.add(0, &material(0.0), &RigidMotion::default(), &[on_plane(0, x[0], DVec3::Z)]);
+        Ok::<(), ResponseError>(())
+    };
+    let loads = ParticleLoads::None;
+    let particles = ParticleStates { x: &mut x, v: &mut v, loads, inverse_mass: &w };
+    let report = step.correct(particles, &params(), detect).expect("valid");
+    // The floor stops particle 0 with half of the mass 10 that follows it.
+    assert!((report.impulse.z - 6.0).abs() < 1e-12, "{report:?}");
+    let expected = [0.0, -1.0, -1.0, -0.5, -1.0];
+    assert!(v.iter().zip(expected).all(|(v, z)| (v.z - z).abs() < 1e-12), "{v:?}");
+
+    // Refused: weights that do not sum to 1, and leaders that follow.
+    let short = leaders.map(|term| common::term(term.particle, 0.3));
+    assert!(Followers::new(vec![Follower { particle: 3, leaders: short }]).is_err());
+    let circle = leaders.map(|term| common::term(term.particle + 1, term.weight));
+    let two = vec![follower(3), Follower { particle: 4, leaders: circle }];
+    assert!(Followers::new(two).is_err());
+    let beyond = Followers::new(vec![follower(9)]).expect("no count is known");
+    step.set_followers(beyond);
+    let particles =
+        ParticleStates { x: &mut x, v: &mut v, loads: ParticleLoads::None, inverse_mass: &w };
+    assert!(step.correct(particles, &params(), detect).is_err());
 }

@@ -1,0 +1,140 @@
+//! Contact steps with a plan as the detector, over reduced surfaces.
+
+use std::ops::Range;
+
+use fixtures::shapes::icosphere;
+use glam::{DQuat, DVec3};
+use plan::{Detection, Plan, PlanError, PlanParams, StructureKind};
+use response::{
+    Margins, Material, ParticleLoads, RigidMotion, SolverParams, StepLength, StepParams, StepReport,
+};
+use scene::{BodyId, BodyKind, CheckParams, PairContacts, Progress, Scene, SceneStates, SceneStep};
+use surface::Pose;
+
+use crate::plan;
+
+const H: f64 = 1e-3;
+
+/// A bone and two soft balls in a row, whose surfaces are reduced.
+struct World {
+    scene: Scene,
+    ids: Vec<BodyId>,
+    plan: Plan,
+    detection: Detection,
+    step: SceneStep,
+    x: Vec<DVec3>,
+    v: Vec<DVec3>,
+    w: Vec<f64>,
+}
+
+impl World {
+    fn new() -> Self {
+        let mut scene = Scene::new();
+        let ball = icosphere(30.0, 4);
+        for (name, along) in [("bone", 0.0), ("first", 62.5), ("second", 122.8)] {
+            let kind = if name == "bone" { BodyKind::Rigid } else { BodyKind::Deformable };
+            let x = ball.positions.iter().map(|p| *p + DVec3::X * along).collect();
+            scene.add(name, kind, ball.surface(), x).expect("a body");
+        }
+        let params =
+            PlanParams { margin: 1.0, max_displacement: 20.0, ..PlanParams::with_tolerance(0.3) };
+        let plan = plan(&mut scene, &params);
+        let mut step = SceneStep::new(Material::hard(Margins::new(0.0, 1.0).expect("in range")));
+        step.set_followers(plan.followers(&scene).expect("of this scene"));
+        let (ids, x) = (scene.ids().collect(), scene.particle_positions());
+        let w = (0..x.len()).map(|k| [1.0, 0.2, 3.0][k % 3]).collect();
+        let (detection, v) = (Detection::default(), vec![DVec3::ZERO; x.len()]);
+        Self { scene, ids, plan, detection, step, x, v, w }
+    }
+
+    fn range(&self, body: usize) -> Range<usize> {
+        let particles = self.scene.body(self.ids[body]).particles();
+        particles.start as usize..particles.end as usize
+    }
+
+    fn correct(&mut self) -> StepReport {
+        let Self { scene, plan, detection, step, x, v, w, .. } = self;
+        let states = SceneStates { x, v, loads: ParticleLoads::None, inverse_mass: w };
+        let solver = SolverParams { max_iterations: 200, tolerance: 1e-9, ..Default::default() };
+        let params = StepParams {
+            depth_tolerance: Some(1e-6),
+            solver,
+            ..StepParams::new(StepLength::new(H).expect("in range"))
+        };
+        let detect = |scene: &mut Scene, contacts: &mut PairContacts<'_>| {
+            plan.detect(scene, detection)?;
+            for pair in detection.pairs() {
+                contacts.add(pair.pair, &detection.contacts()[pair.contacts.clone()]);
+            }
+            Ok::<(), PlanError>(())
+        };
+        step.correct(scene, states, &params, detect).expect("valid")
+    }
+}
+
+#[test]
+fn vertices_that_reduced_surfaces_left_out_move_with_the_contact() {
+    let mut world = World::new();
+    let reduced = world.plan.structures().iter().filter(|s| s.kind == StructureKind::Reduced);
+    assert!(reduced.count() >= 2, "{}", world.plan);
+
+    // The balls run into each other and then, together, into the bone.
+    let (first, second) = (world.range(1), world.range(2));
+    for k in first.start..second.end {
+        world.v[k] = DVec3::X * if k < second.start { -20.0 } else { -220.0 };
+    }
+    let (mut deepest, mut impulse) = (0.0_f64, DVec3::ZERO);
+    let momentum = |world: &World| {
+        let all = first.start..second.end;
+        all.map(|k| world.v[k] / world.w[k]).sum::<DVec3>()
+    };
+    let start = momentum(&world);
+    let mut free_steps = 0;
+    for _ in 0..60 {
+        let report = world.correct();
+        let bone = world.ids[0];
+        let is_free = world.detection.pairs().iter().all(|found| !found.pair.contains(bone));
+        if is_free && report.velocities.is_some() {
+            // Masses differ, and so do those of the vertices that were left out.
+            let given = report.impulse.length() + report.mass_moved.length() / H;
+            assert!(given < 1e-11 * start.length(), "two free bodies gain {given}");
+            free_steps += 1;
+        }
+        impulse += report.impulse;
+        deepest = deepest.max(report.depth);
+        for k in first.start..second.end {
+            world.x[k] += H * world.v[k];
+        }
+    }
+    assert!(free_steps >= 3, "{free_steps}");
+    impulse += world.correct().impulse;
+
+    // What the bone gives is all that the momentum has changed by.
+    let change = momentum(&world) - start;
+    let scale = start.length();
+    assert!((change - impulse).length() < 1e-9 * scale, "{change} of {impulse}");
+    let reports = world.scene.check(&CheckParams::new(0.0), Progress::none()).expect("valid");
+    let depth = reports.iter().map(|report| report.max_vertex_depth).fold(0.0, f64::max);
+    assert!(depth < 0.6, "exact overlap left: {depth}, by the detector {deepest}");
+}
+
+#[test]
+fn a_step_over_a_scene_allocates_nothing_after_a_few() {
+    let mut world = World::new();
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    one.install(|| {
+        let mut contacts = 0;
+        for frame in 0..40_u32 {
+            let way = 2.7 + 0.1 * f64::from(frame % 4);
+            let pose = Pose::new(DQuat::from_rotation_z(0.01 * way), DVec3::X * way);
+            let motion = RigidMotion { velocity: DVec3::X, ..RigidMotion::default() };
+            let bone = world.ids[0];
+            let taken = allocation_counter::measure(|| {
+                world.step.move_bone(&mut world.scene, bone, &pose, motion).expect("a bone");
+                contacts += world.correct().contacts;
+            });
+            assert!(frame < 8 || taken.count_total == 0, "frame {frame} allocated {taken:?}");
+        }
+        assert!(contacts > 100, "{contacts}");
+    });
+}

@@ -1,0 +1,100 @@
+//! Particles that follow others: those that a reduced surface has left out.
+//!
+//! A detector on a reduced surface finds contacts of the particles that it has kept. The others
+//! follow these by linear skinning, and the kept ones count with the masses of their followers:
+//! so the contact moves tissue, not single vertices, and momentum is kept to rounding.
+
+use glam::DVec3;
+use surface::Term;
+
+use crate::{ResponseError, check};
+
+/// Particle that moves with three others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Follower {
+    /// Its number.
+    pub particle: u32,
+    /// Particles that it follows, with weights that sum to 1.
+    pub leaders: [Term; 3],
+}
+
+/// Particles that follow others: changes of the others by contacts carry over to them.
+///
+/// ```
+/// use response::{Follower, Followers};
+/// use surface::Term;
+///
+/// let leaders = [(0, 0.5), (1, 0.25), (2, 0.25)].map(|(particle, weight)| Term { particle, weight });
+/// let followers = Followers::new(vec![Follower { particle: 3, leaders }])?;
+/// assert_eq!(followers.as_slice().len(), 1);
+/// # Ok::<(), response::ResponseError>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Followers(Vec<Follower>);
+
+impl Followers {
+    /// Returns a list of followers, none of which leads another.
+    ///
+    /// # Errors
+    ///
+    /// - [`ResponseError::Weights`] with the number of a follower whose weights do not sum
+    ///   to 1;
+    /// - [`ResponseError::Parameter`] where a leader follows, too.
+    pub fn new(followers: Vec<Follower>) -> Result<Self, ResponseError> {
+        let mut particles: Vec<u32> = followers.iter().map(|follower| follower.particle).collect();
+        particles.sort_unstable();
+        for (number, follower) in followers.iter().enumerate() {
+            let sum = follower.leaders.iter().map(|leader| leader.weight).sum();
+            check::weight_sum(number, sum, 1.0, 1.0)?;
+            for leader in follower.leaders {
+                let is_free = particles.binary_search(&leader.particle).is_err();
+                let value = f64::from(leader.particle);
+                check::parameter("leader", value, "no follower itself", is_free)?;
+            }
+        }
+        Ok(Self(followers))
+    }
+
+    /// Returns the followers.
+    #[must_use]
+    pub fn as_slice(&self) -> &[Follower] {
+        &self.0
+    }
+
+    /// Checks that all particles exist.
+    pub(crate) fn check(&self, particle_count: usize) -> Result<(), ResponseError> {
+        for (number, Follower { particle, leaders }) in self.0.iter().enumerate() {
+            let leaders = leaders.iter().map(|leader| leader.particle);
+            check::particle_range(number, leaders.chain([*particle]), particle_count)?;
+        }
+        Ok(())
+    }
+
+    /// Computes inverse masses in which each particle has its part of its followers' masses. A
+    /// fixed particle follows none.
+    pub(crate) fn lump(&self, inverse_mass: &[f64], lumped: &mut Vec<f64>) {
+        lumped.clear();
+        lumped.extend_from_slice(inverse_mass);
+        for Follower { particle, leaders } in &self.0 {
+            let w = inverse_mass[*particle as usize];
+            for leader in leaders.iter().filter(|_| w > 0.0) {
+                // 1 / (m + share of the follower's mass), and 0 stays 0.
+                let own = &mut lumped[leader.particle as usize];
+                *own /= 1.0 + *own * leader.weight / w;
+            }
+        }
+    }
+
+    /// Adds to each follower the changes of its leaders since `before`.
+    pub(crate) fn follow(&self, inverse_mass: &[f64], before: &[DVec3], q: &mut [DVec3]) {
+        for Follower { particle, leaders } in &self.0 {
+            if inverse_mass[*particle as usize] > 0.0 {
+                for Term { particle: leader, weight } in leaders {
+                    let change = q[*leader as usize] - before[*leader as usize];
+                    q[*particle as usize] += *weight * change;
+                }
+            }
+        }
+    }
+}
