@@ -7,7 +7,7 @@
 use glam::DVec3;
 use surface::Term;
 
-use crate::{ResponseError, check};
+use crate::{ContactSet, ResponseError, check};
 
 /// Particle that moves with three others.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,7 +19,8 @@ pub struct Follower {
     pub leaders: [Term; 3],
 }
 
-/// Particles that follow others: changes of the others by contacts carry over to them.
+/// Particles that follow others: changes of the others by contacts carry over to them, unless
+/// they are in contact themselves.
 ///
 /// ```
 /// use response::{Follower, Followers};
@@ -71,30 +72,48 @@ impl Followers {
         Ok(())
     }
 
-    /// Computes inverse masses in which each particle has its part of its followers' masses. A
-    /// fixed particle follows none.
-    pub(crate) fn lump(&self, inverse_mass: &[f64], lumped: &mut Vec<f64>) {
+    /// Marks the particles that move with others: followers that can move and have no contact
+    /// of their own.
+    pub(crate) fn mark(
+        &self,
+        inverse_mass: &[f64],
+        contacts: &ContactSet,
+        follows: &mut Vec<bool>,
+    ) {
+        follows.clear();
+        follows.resize(inverse_mass.len(), false);
+        for Follower { particle, .. } in &self.0 {
+            follows[*particle as usize] = inverse_mass[*particle as usize] > 0.0;
+        }
+        for term in contacts.contacts().iter().flat_map(|contact| contact.stencil.terms()) {
+            follows[term.particle as usize] = false;
+        }
+    }
+
+    /// Computes inverse masses in which each particle has its part of its followers' masses.
+    pub(crate) fn lump(&self, inverse_mass: &[f64], follows: &[bool], lumped: &mut Vec<f64>) {
         lumped.clear();
         lumped.extend_from_slice(inverse_mass);
-        for Follower { particle, leaders } in &self.0 {
-            let w = inverse_mass[*particle as usize];
-            for leader in leaders.iter().filter(|_| w > 0.0) {
+        for Follower { particle, leaders } in self.following(follows) {
+            for leader in leaders {
                 // 1 / (m + share of the follower's mass), and 0 stays 0.
                 let own = &mut lumped[leader.particle as usize];
-                *own /= 1.0 + *own * leader.weight / w;
+                *own /= 1.0 + *own * leader.weight / inverse_mass[*particle as usize];
             }
         }
     }
 
     /// Adds to each follower the changes of its leaders since `before`.
-    pub(crate) fn follow(&self, inverse_mass: &[f64], before: &[DVec3], q: &mut [DVec3]) {
-        for Follower { particle, leaders } in &self.0 {
-            if inverse_mass[*particle as usize] > 0.0 {
-                for Term { particle: leader, weight } in leaders {
-                    let change = q[*leader as usize] - before[*leader as usize];
-                    q[*particle as usize] += *weight * change;
-                }
+    pub(crate) fn follow(&self, follows: &[bool], before: &[DVec3], q: &mut [DVec3]) {
+        for Follower { particle, leaders } in self.following(follows) {
+            for Term { particle: leader, weight } in leaders {
+                let change = q[*leader as usize] - before[*leader as usize];
+                q[*particle as usize] += *weight * change;
             }
         }
+    }
+
+    fn following(&self, follows: &[bool]) -> impl Iterator<Item = &Follower> {
+        self.0.iter().filter(move |follower| follows[follower.particle as usize])
     }
 }

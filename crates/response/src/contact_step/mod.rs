@@ -114,6 +114,8 @@ pub struct ContactStep {
     last: Option<StepLength>,
     solver: RowSolver,
     followers: Followers,
+    /// Per particle, true if it follows others.
+    follows: Vec<bool>,
     /// Inverse masses with those of followers.
     lumped: Vec<f64>,
     /// Displacements, or velocities before a correction.
@@ -147,18 +149,17 @@ impl ContactStep {
         check::inverse_masses(x.len(), inverse_mass)?;
         params.validate()?;
         self.followers.check(x.len())?;
-        self.followers.lump(inverse_mass, &mut self.lumped);
 
         // Positions, with contacts detected again after each round.
         let mut report = StepReport::default();
-        self.detect(x, &mut detect)?;
+        self.detect(x, inverse_mass, &mut detect)?;
         report.depth_before = self.largest_depth();
         while let Some(tolerance) = params.depth_tolerance {
             if self.largest_depth() <= tolerance || report.rounds == params.max_rounds {
                 break;
             }
             self.correct_positions(x, inverse_mass, params, &mut report)?;
-            self.detect(x, &mut detect)?;
+            self.detect(x, inverse_mass, &mut detect)?;
         }
         report.contacts = self.contacts.contacts().len();
         report.depth = self.largest_depth();
@@ -192,6 +193,7 @@ impl ContactStep {
     fn detect<E: From<ResponseError>>(
         &mut self,
         x: &[DVec3],
+        inverse_mass: &[f64],
         detect: &mut impl FnMut(&[DVec3], &mut ContactSet) -> Result<(), E>,
     ) -> Result<(), E> {
         self.contacts.clear();
@@ -204,6 +206,10 @@ impl ContactStep {
         self.solver.set_rows(x.len(), &self.contacts, |contact, material| {
             Ok(Some((*contact, material.position_row(contact)?)))
         })?;
+
+        // Masses of the particles that move with those in contact.
+        self.followers.mark(inverse_mass, &self.contacts, &mut self.follows);
+        self.followers.lump(inverse_mass, &self.follows, &mut self.lumped);
         Ok(())
     }
 
@@ -226,7 +232,7 @@ impl ContactStep {
         report.positions = Some(self.solver.solve(level, moved, &self.lumped, params)?);
         self.next.clear();
         self.next.resize(x.len(), DVec3::ZERO);
-        self.followers.follow(inverse_mass, &self.next, moved);
+        self.followers.follow(&self.follows, &self.next, moved);
         report.rounds += 1;
 
         for ((x, moved), w) in x.iter_mut().zip(&self.displacements).zip(inverse_mass) {
@@ -264,7 +270,7 @@ impl ContactStep {
             Ok(Some((*contact, material.velocity_row(contact, params.h)?)))
         })?;
         report.velocities = Some(solver.solve(SolveLevel::Velocity, v, &self.lumped, params)?);
-        self.followers.follow(inverse_mass, before, v);
+        self.followers.follow(&self.follows, before, v);
         velocity_cache.store(contacts, &solver.impulses)?;
 
         report.approach = largest_approach(&self.contacts, v);
@@ -325,7 +331,7 @@ impl ContactStep {
         before.clear();
         before.extend_from_slice(next);
         report.loads = Some(solver.solve(SolveLevel::Velocity, next, &self.lumped, params)?);
-        self.followers.follow(inverse_mass, before, next);
+        self.followers.follow(&self.follows, before, next);
         load_cache.store(contacts, &solver.impulses)?;
         for (before, next) in before.iter_mut().zip(&*next) {
             *before = (*next - *before) / h;
