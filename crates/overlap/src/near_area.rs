@@ -6,10 +6,11 @@
 //! another, which differ to second order in the size of the triangle. Triangles whose polygons differ
 //! are split in four, level by level, until all of them together differ little.
 
+use std::ops::Range;
+
 use glam::DVec3;
-use kdop::Workspace;
 use proximity::SurfaceTree;
-use surface::{closest_on_triangle, triangle};
+use surface::{Csr, closest_on_triangle, triangle};
 
 /// Certified bracket on an area.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -24,17 +25,77 @@ pub struct AreaBracket {
 /// Triangle at the border of the margin.
 struct Cell {
     corners: [DVec3; 3],
-    /// Faces of the other surface that may be within the margin of it.
-    near: Vec<u32>,
+    /// Places in [`Cells::faces`] of the faces that may be within the margin of it.
+    near: Range<usize>,
     area: AreaBracket,
 }
 
-/// Brackets the area of one surface within `margin` of another, on either side of it.
-pub(crate) fn near_area(
+/// Triangles of one level of splits.
+#[derive(Default)]
+struct Cells {
+    list: Vec<Cell>,
+    /// Faces of the other surface, cell after cell.
+    faces: Vec<u32>,
+}
+
+/// Bounds on the part of triangles within the margin of the other surface.
+struct Search<'a> {
+    other: &'a SurfaceTree,
+    margin: f64,
+    /// Faces that may be within the margin of a triangle.
+    close: Vec<CloseFace>,
+    /// The part of a triangle that is certainly beyond the margin, and memory to clip it in.
+    beyond: Vec<DVec3>,
+    clipped: Vec<DVec3>,
+}
+
+/// A face and its corners.
+#[derive(Clone, Copy)]
+struct CloseFace {
+    face: u32,
+    corners: [DVec3; 3],
+}
+
+/// Brackets the area of A's surface within `margin` (`>= 0`) of B's, and of B's within it of A's, to
+/// 5 % where a few thousand splits reach it.
+///
+/// `near_faces` has, per face of A, and per face of B, the faces of the other surface that may be
+/// within the margin of it.
+///
+/// ```
+/// use overlap::near_areas;
+/// use overlap::glam::DVec3;
+/// use proximity::{PairProximity, PairSide, SurfaceTree};
+///
+/// // The sides of two cubes, 0.25 apart: all points of one are as near to the other.
+/// let cube = fixtures::shapes::cube(1.0);
+/// let other = cube.clone().translated(1.25 * DVec3::X);
+/// let a = SurfaceTree::new(cube.surface(), cube.positions)?;
+/// let b = SurfaceTree::new(other.surface(), other.positions)?;
+/// let mut pair = PairProximity::default();
+/// pair.compute(&a, &b, 0.25);
+///
+/// let near_faces = pair.sides().map(PairSide::near_faces);
+/// let [area, _] = near_areas([&a, &b], 0.25, near_faces);
+/// assert!(area.lower <= 1.0 && area.upper >= 1.0 && area.upper - area.lower <= 0.06);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[must_use]
+pub fn near_areas(
+    bodies: [&SurfaceTree; 2],
+    margin: f64,
+    near_faces: [&Csr; 2],
+) -> [AreaBracket; 2] {
+    let ([a, b], [near_to_a, near_to_b]) = (bodies, near_faces);
+    [near_area(a, b, margin, near_to_a), near_area(b, a, margin, near_to_b)]
+}
+
+/// Brackets the area of a surface within `margin` of another, on either side of it.
+fn near_area(
     body: &SurfaceTree,
     other: &SurfaceTree,
     margin: f64,
-    traversal: &mut Workspace,
+    near_faces: &Csr,
 ) -> AreaBracket {
     /// Width of the bracket that is narrow enough, relative to its upper end.
     const RELATIVE_WIDTH: f64 = 0.05;
@@ -44,25 +105,18 @@ pub(crate) fn near_area(
     /// Levels of splits, beyond which cells have the size of rounding.
     const MAX_LEVELS: u32 = 40;
 
-    // Faces within the margin of some face, each with all of those.
-    let mut pairs: Vec<[u32; 2]> = Vec::new();
-    body.tree().pairs(other.tree(), margin, traversal, |face, near| pairs.push([face, near]));
-    pairs.sort_unstable();
-    let mut cells: Vec<Cell> = Vec::new();
-    for group in pairs.chunk_by(|p, q| p[0] == q[0]) {
-        let near: Vec<u32> = group.iter().map(|pair| pair[1]).collect();
-        cells.push(Cell::new(body.corners(group[0][0]), &near, other, margin));
-    }
+    let mut search = Search::new(other, margin);
+    let mut cells = search.first_level(body, near_faces);
 
     // Settled cells leave the list; the others are split.
     let mut settled = AreaBracket::default();
     for _ in 0..MAX_LEVELS {
-        let total = cells.iter().fold(settled, |sum, cell| sum.with(cell.area));
-        if total.width() <= RELATIVE_WIDTH * total.upper || cells.len() > MAX_CELLS {
+        let total = cells.add_to(settled);
+        if total.width() <= RELATIVE_WIDTH * total.upper || cells.list.len() > MAX_CELLS {
             return total;
         }
-        let mut parts = Vec::new();
-        for cell in cells {
+        let mut parts = Cells::default();
+        for cell in &cells.list {
             if cell.area.width() <= 0.25 * RELATIVE_WIDTH * cell.area.upper {
                 settled = settled.with(cell.area);
                 continue;
@@ -70,12 +124,12 @@ pub(crate) fn near_area(
             let [a, b, c] = cell.corners;
             let [ab, bc, ca] = [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)];
             for corners in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-                parts.push(Cell::new(corners, &cell.near, other, margin));
+                search.add_cell(corners, &cells.faces[cell.near.clone()], &mut parts);
             }
         }
         cells = parts;
     }
-    cells.iter().fold(settled, |sum, cell| sum.with(cell.area))
+    cells.add_to(settled)
 }
 
 impl AreaBracket {
@@ -88,38 +142,127 @@ impl AreaBracket {
     }
 }
 
-impl Cell {
-    /// Brackets the part of a triangle within the margin of some faces.
-    fn new(corners: [DVec3; 3], near: &[u32], other: &SurfaceTree, margin: f64) -> Self {
+impl Cells {
+    /// Adds the area of all cells, in their order.
+    fn add_to(&self, mut area: AreaBracket) -> AreaBracket {
+        for cell in &self.list {
+            area = area.with(cell.area);
+        }
+        area
+    }
+}
+
+impl<'a> Search<'a> {
+    fn new(other: &'a SurfaceTree, margin: f64) -> Self {
+        Self { other, margin, close: Vec::new(), beyond: Vec::new(), clipped: Vec::new() }
+    }
+
+    /// Brackets every face of a body that has near faces.
+    fn first_level(&mut self, body: &SurfaceTree, near_faces: &Csr) -> Cells {
+        let mut cells = Cells::default();
+        let mut near = Vec::new();
+        for face in (0..).take(body.surface().faces().len()) {
+            let faces = near_faces.row(face);
+            if faces.is_empty() {
+                continue;
+            }
+            // The order of the faces is that of all sums, whatever order they were found in.
+            near.clear();
+            near.extend_from_slice(faces);
+            near.sort_unstable();
+            self.add_cell(body.corners(face), &near, &mut cells);
+        }
+        cells
+    }
+
+    /// Adds a triangle with those of some faces that may be within the margin of it.
+    fn add_cell(&mut self, corners: [DVec3; 3], near: &[u32], cells: &mut Cells) {
+        let start = cells.faces.len();
+        let area = self.bracket(corners, near, &mut cells.faces);
+        cells.list.push(Cell { corners, near: start..cells.faces.len(), area });
+    }
+
+    /// Brackets the part of a triangle within the margin of some faces; writes those that may be
+    /// within the margin, unless the whole triangle is.
+    fn bracket(&mut self, corners: [DVec3; 3], near: &[u32], kept: &mut Vec<u32>) -> AreaBracket {
         let center = (corners[0] + corners[1] + corners[2]) / 3.0;
         let whole = triangle::area(corners);
-        let mut kept = Vec::new();
-        let mut lower: f64 = 0.0;
-        let mut beyond = corners.to_vec();
-        for &face in near {
-            let face_corners = other.corners(face);
+        if self.keep_close(center, corners, near).is_some_and(|nearest| {
+            distances_to(nearest.corners, corners).iter().all(|&d| d <= self.margin)
+        }) {
+            return AreaBracket { lower: whole, upper: whole };
+        }
 
+        let first = kept.len();
+        let mut lower: f64 = 0.0;
+        self.beyond.clear();
+        self.beyond.extend(corners);
+        for &CloseFace { face, corners: face_corners } in &self.close {
             // No point of the face is behind the plane across the shortest way to it.
             let foot = closest_on_triangle(center, face_corners).point;
             let outward = (center - foot).normalize_or_zero();
-            let height = |p: &DVec3| outward.dot(*p - foot) - margin;
-            if corners.iter().all(|corner| height(corner) > 0.0) {
+            let height = |p: DVec3| outward.dot(p - foot) - self.margin;
+            let heights = corners.map(height);
+            if heights.iter().all(|&height| height > 0.0) {
                 continue;
             }
             kept.push(face);
-            beyond = clipped(&beyond, height);
+            clip(&self.beyond, height, &mut self.clipped);
+            std::mem::swap(&mut self.beyond, &mut self.clipped);
 
-            // What interpolates to less than the margin is nearer than that.
-            let distances = corners
-                .map(|corner| closest_on_triangle(corner, face_corners).point.distance(corner));
-            lower = lower.max(whole * share_below(distances, margin));
+            // What interpolates to less than the margin is nearer than that. The heights bound the
+            // distances below: most faces cannot add to the area that is known.
+            let at_most = whole * share_below(heights, 0.0);
+            if at_most > lower {
+                let distances = distances_to(face_corners, corners);
+                lower = lower.max(whole * share_below(distances, self.margin));
+            }
             if lower >= whole {
                 break;
             }
         }
-        let upper = if kept.is_empty() { 0.0 } else { (whole - polygon_area(&beyond)).max(lower) };
-        Self { corners, near: kept, area: AreaBracket { lower, upper } }
+        let is_near = kept.len() > first;
+        let upper = if is_near { (whole - polygon_area(&self.beyond)).max(lower) } else { 0.0 };
+        AreaBracket { lower, upper }
     }
+
+    /// Keeps the faces whose boxes are within the margin of the ball around a triangle; returns the
+    /// one whose center is nearest.
+    fn keep_close(
+        &mut self,
+        center: DVec3,
+        corners: [DVec3; 3],
+        near: &[u32],
+    ) -> Option<CloseFace> {
+        /// Share of the reach that rounding may take.
+        const ROUNDING: f64 = 1e-9;
+
+        let radius = corners.iter().fold(0.0, |r: f64, corner| r.max(corner.distance(center)));
+        let reach = (self.margin + radius) * (1.0 + ROUNDING);
+        self.close.clear();
+        let mut nearest = None;
+        let mut least = f64::INFINITY;
+        for &face in near {
+            let corners = self.other.corners(face);
+            let [a, b, c] = corners;
+            let gap = (a.min(b).min(c) - center).max(center - a.max(b).max(c)).max(DVec3::ZERO);
+            if gap.length_squared() > reach * reach {
+                continue;
+            }
+            let close = CloseFace { face, corners };
+            self.close.push(close);
+            let distance = ((a + b + c) / 3.0).distance_squared(center);
+            if distance < least {
+                (least, nearest) = (distance, Some(close));
+            }
+        }
+        nearest
+    }
+}
+
+/// Computes the distances of some points from a triangle.
+fn distances_to(triangle: [DVec3; 3], points: [DVec3; 3]) -> [f64; 3] {
+    points.map(|point| closest_on_triangle(point, triangle).point.distance(point))
 }
 
 /// Returns the share of a triangle in which linear interpolation between values at the corners is
@@ -138,20 +281,27 @@ fn share_below(mut values: [f64; 3], limit: f64) -> f64 {
     }
 }
 
-/// Keeps the part of a convex polygon in which a linear function is above 0.
-fn clipped(polygon: &[DVec3], height: impl Fn(&DVec3) -> f64) -> Vec<DVec3> {
-    let mut kept = Vec::with_capacity(polygon.len() + 1);
-    for (i, from) in polygon.iter().enumerate() {
-        let to = &polygon[(i + 1) % polygon.len()];
-        let [here, next] = [height(from), height(to)];
+/// Writes the part of a convex polygon in which a linear function is above 0.
+fn clip(polygon: &[DVec3], height: impl Fn(DVec3) -> f64, kept: &mut Vec<DVec3>) {
+    kept.clear();
+    let Some(&first) = polygon.first() else { return };
+    let first_height = height(first);
+
+    // The height of a corner is that of the end of one edge and of the beginning of the next.
+    let mut here = first_height;
+    for (i, &from) in polygon.iter().enumerate() {
+        let (to, next) = match polygon.get(i + 1) {
+            Some(&to) => (to, height(to)),
+            None => (first, first_height),
+        };
         if here > 0.0 {
-            kept.push(*from);
+            kept.push(from);
         }
         if (here > 0.0) != (next > 0.0) {
-            kept.push(*from + here / (here - next) * (*to - *from));
+            kept.push(from + here / (here - next) * (to - from));
         }
+        here = next;
     }
-    kept
 }
 
 fn polygon_area(polygon: &[DVec3]) -> f64 {
@@ -178,10 +328,12 @@ mod tests {
         ] {
             let share = share_below(values, limit);
             assert!((share - exact).abs() < 1e-15, "{values:?}: {share}");
-            let height = |p: &DVec3| {
+            let height = |p: DVec3| {
                 values[0] + p.x * (values[1] - values[0]) + p.y * (values[2] - values[0]) - limit
             };
-            let above = polygon_area(&clipped(&corners, height));
+            let mut clipped = Vec::new();
+            clip(&corners, height, &mut clipped);
+            let above = polygon_area(&clipped);
             assert!((above - 0.5 * (1.0 - exact)).abs() < 1e-15, "{values:?}: {above}");
         }
     }

@@ -11,7 +11,6 @@ use crate::inside::Inside;
 use crate::joint::{JointContact, JointContactParams, joint_contact};
 use crate::located::{Located, OverlapMeasures, join_cavities};
 use crate::measures::{Parts, Sums, sum_regions};
-use crate::near_area::{AreaBracket, near_area};
 use crate::patches::{ClippedFace, Clipper};
 use crate::regions::{NO_REGION, Regions};
 
@@ -207,28 +206,6 @@ impl OverlapDetector {
             *contact = joint_contact(&clipper, bodies[1 - side], params, traversal)?;
         }
         Ok(contacts)
-    }
-
-    /// Brackets the area of A's surface within `margin` (`>= 0`) of B's, and of B's within it of A's,
-    /// to 5 % where a few thousand splits reach it. For any two bodies, whether measured or not.
-    ///
-    /// ```
-    /// use overlap::OverlapDetector;
-    /// use overlap::glam::DVec3;
-    /// use proximity::SurfaceTree;
-    ///
-    /// // The sides of two cubes, 0.25 apart: all points of one are as near to the other.
-    /// let cube = fixtures::shapes::cube(1.0);
-    /// let other = cube.clone().translated(1.25 * DVec3::X);
-    /// let a = SurfaceTree::new(cube.surface(), cube.positions)?;
-    /// let b = SurfaceTree::new(other.surface(), other.positions)?;
-    /// let [area, _] = OverlapDetector::default().near_areas([&a, &b], 0.25);
-    /// assert!(area.lower <= 1.0 && area.upper >= 1.0 && area.upper - area.lower <= 0.06);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    pub fn near_areas(&mut self, bodies: [&SurfaceTree; 2], margin: f64) -> [AreaBracket; 2] {
-        let [a, b] = bodies;
-        [[a, b], [b, a]].map(|[own, other]| near_area(own, other, margin, &mut self.traversal))
     }
 
     /// Returns the parts of the faces of A inside B, region by region of a face: those that the

@@ -6,6 +6,7 @@
 //! surface.
 
 use kdop::Workspace;
+use surface::Csr;
 
 use crate::crossings::Crossings;
 use crate::distance::distance_between;
@@ -21,6 +22,8 @@ pub struct PairProximity {
     workspace: Workspace,
     inside: InsideVertices,
     crossings: Crossings,
+    /// Pairs of faces within the margin; without one, those that meet.
+    near_faces: Vec<[u32; 2]>,
     a: PairSide,
     b: PairSide,
 }
@@ -28,6 +31,8 @@ pub struct PairProximity {
 /// Vertices of one surface against the other one of a pair.
 #[derive(Debug, Default)]
 pub struct PairSide {
+    /// Per face, the faces of the other surface that may be within the margin.
+    near_faces: Csr,
     candidates: Candidates,
     inside: Vec<u32>,
     /// Reason why the other surface has no inside.
@@ -41,10 +46,15 @@ impl PairProximity {
     /// Vertices outside are reported within `margin` (`>= 0`) of the other surface.
     pub fn compute(&mut self, a: &SurfaceTree, b: &SurfaceTree, margin: f64) {
         self.crossings.find(a, b, &mut self.workspace);
-        self.find_candidates(a, b, margin);
+        self.find_near_faces(a, b, margin);
+        let Self { workspace, inside, crossings, near_faces, a: of_a, b: of_b } = self;
 
-        let Self { workspace, inside, crossings, a: of_a, b: of_b } = self;
+        let near_to_b = near_faces.iter().map(|&[face_a, face_b]| (face_a, face_b));
+        of_a.near_faces.refill(a.surface().faces().len(), near_to_b);
         of_a.compute(a, &crossings.cut_faces_of_a, b, margin, inside, workspace);
+
+        let near_to_a = near_faces.iter().map(|&[face_a, face_b]| (face_b, face_a));
+        of_b.near_faces.refill(b.surface().faces().len(), near_to_a);
         of_b.compute(b, &crossings.cut_faces_of_b, a, margin, inside, workspace);
     }
 
@@ -55,39 +65,24 @@ impl PairProximity {
     /// part. [`overlaps`](Self::overlaps) then holds where faces cross or a vertex of `a` is inside.
     pub fn compute_first(&mut self, a: &SurfaceTree, b: &SurfaceTree, margin: f64) {
         self.crossings.find(a, b, &mut self.workspace);
-        let Self { workspace, inside, crossings, a: of_a, b: of_b } = self;
+        self.find_near_faces(a, b, margin);
+        let Self { workspace, inside, crossings, near_faces, a: of_a, b: of_b } = self;
         of_b.clear();
 
-        // Vertices that may be outside but within the margin.
-        of_a.candidates.reset(a.surface());
-        let mut offer = |face_a, face_b| of_a.candidates.offer(a, face_a, b, face_b);
-        if margin > 0.0 {
-            a.tree().pairs(b.tree(), margin, workspace, offer);
-        } else {
-            for &[face_a, face_b] in &crossings.meeting {
-                offer(face_a, face_b);
-            }
-        }
+        let near_to_b = near_faces.iter().map(|&[face_a, face_b]| (face_a, face_b));
+        of_a.near_faces.refill(a.surface().faces().len(), near_to_b);
         of_a.compute(a, &crossings.cut_faces_of_a, b, margin, inside, workspace);
     }
 
-    /// Gathers the vertices of both surfaces that may be outside but within the margin; without
-    /// a margin, these are corners of faces that meet.
-    fn find_candidates(&mut self, a: &SurfaceTree, b: &SurfaceTree, margin: f64) {
-        let Self { workspace, crossings, a: of_a, b: of_b, .. } = self;
-        of_a.candidates.reset(a.surface());
-        of_b.candidates.reset(b.surface());
-
-        let mut offer = |face_a, face_b| {
-            of_a.candidates.offer(a, face_a, b, face_b);
-            of_b.candidates.offer(b, face_b, a, face_a);
-        };
+    /// Finds the pairs of faces that may be within the margin; without a margin, those that meet.
+    fn find_near_faces(&mut self, a: &SurfaceTree, b: &SurfaceTree, margin: f64) {
+        let Self { workspace, crossings, near_faces, .. } = self;
+        near_faces.clear();
         if margin > 0.0 {
-            a.tree().pairs(b.tree(), margin, workspace, offer);
+            let add = |face_a, face_b| near_faces.push([face_a, face_b]);
+            a.tree().pairs(b.tree(), margin, workspace, add);
         } else {
-            for &[face_a, face_b] in &crossings.meeting {
-                offer(face_a, face_b);
-            }
+            near_faces.extend_from_slice(&crossings.meeting);
         }
     }
 
@@ -156,6 +151,7 @@ impl PairProximity {
 
 impl PairSide {
     fn clear(&mut self) {
+        self.near_faces = Csr::default();
         self.inside.clear();
         self.no_inside = None;
         self.near.clear();
@@ -175,7 +171,15 @@ impl PairSide {
         if self.no_inside.is_none() {
             inside.find(p, cut_faces, q, workspace, &mut self.inside);
         }
-        self.candidates.project(p, &self.inside, q, margin, workspace, &mut self.near);
+        self.candidates.find(p, &self.near_faces, q, margin);
+        self.candidates.project(p, &self.inside, q, workspace, &mut self.near);
+    }
+
+    /// Returns, per face, faces of the other surface, all that are within the margin among them; none
+    /// for the second surface after [`compute_first`](PairProximity::compute_first).
+    #[must_use]
+    pub fn near_faces(&self) -> &Csr {
+        &self.near_faces
     }
 
     /// Returns the vertices inside the other surface, ascending; none where that has no inside.

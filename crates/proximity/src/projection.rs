@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use kdop::Workspace;
-use surface::{Barycentric, TriangleSurface, triangle};
+use surface::{Barycentric, Csr, TriangleSurface, triangle};
 
 use crate::{ClosestPoint, SurfaceTree};
 
@@ -40,6 +40,8 @@ pub(crate) struct Candidates {
     vertices: Vec<u32>,
     /// Per vertex, distance and number of the nearest face so far.
     nearest: Vec<Nearest>,
+    /// Distance within which vertices are reported.
+    margin: f64,
 }
 
 /// Nearest of some faces.
@@ -58,41 +60,58 @@ impl Nearest {
 }
 
 impl Candidates {
-    /// Drops all candidates, and makes room for the vertices of another surface.
-    pub(crate) fn reset(&mut self, surface: &TriangleSurface) {
+    /// Finds the vertices of `p` within `margin` of a face of `q`, in place of earlier ones.
+    ///
+    /// `near_faces` has the faces of `q` that may be within the margin, per face of `p`.
+    pub(crate) fn find(&mut self, p: &SurfaceTree, near_faces: &Csr, q: &SurfaceTree, margin: f64) {
+        let surface = p.surface();
+        self.margin = margin;
         self.vertices.clear();
         self.nearest.clear();
         self.nearest.resize(surface.vertex_count(), Nearest::NONE);
-    }
 
-    /// Offers `face_q` of `q` to the vertices that `face_p` of `p` represents.
-    pub(crate) fn offer(&mut self, p: &SurfaceTree, face_p: u32, q: &SurfaceTree, face_q: u32) {
-        let surface = p.surface();
-        for vertex in surface.faces()[face_p as usize] {
-            if surface.vertex_faces(vertex).first() != Some(&face_p) {
+        for (face, corners) in (0..).zip(surface.faces()) {
+            let near_faces = near_faces.row(face);
+            if near_faces.is_empty() {
                 continue;
             }
-            // The first offer makes the vertex a candidate; of equally near faces the first counts.
-            let found = q.closest_on_face(p.position(vertex), face_q);
-            let offered = Nearest { distance: found.distance, face: face_q };
-            let nearest = &mut self.nearest[vertex as usize];
-            if nearest.hint().is_none() {
-                self.vertices.push(vertex);
-            }
-            if offered < *nearest {
-                *nearest = offered;
+            for &vertex in corners {
+                if surface.vertex_faces(vertex).first() == Some(&face) {
+                    self.find_nearest(vertex, p.position(vertex), near_faces, q);
+                }
             }
         }
     }
 
+    /// Finds the nearest of some faces within the margin of a vertex, if there is one.
+    fn find_nearest(&mut self, vertex: u32, position: DVec3, faces: &[u32], q: &SurfaceTree) {
+        let mut nearest = Nearest::NONE;
+        for &face in faces {
+            // Most faces are farther by their box than the nearest so far, or the margin.
+            let within = nearest.distance.min(self.margin);
+            if is_beyond(position, q.corners(face), within) {
+                continue;
+            }
+            // Of equally near faces the first counts.
+            let found = q.closest_on_face(position, face);
+            let found = Nearest { distance: found.distance, face };
+            if found < nearest {
+                nearest = found;
+            }
+        }
+        if nearest != Nearest::NONE {
+            self.vertices.push(vertex);
+            self.nearest[vertex as usize] = nearest;
+        }
+    }
+
     /// Projects the vertices of `p` that are inside `q` (ascending), and the candidates within
-    /// `margin`, to the surface of `q`.
+    /// the margin, to the surface of `q`.
     pub(crate) fn project(
         &mut self,
         p: &SurfaceTree,
         inside: &[u32],
         q: &SurfaceTree,
-        margin: f64,
         workspace: &mut Workspace,
         out: &mut Vec<NearVertex>,
     ) {
@@ -108,7 +127,7 @@ impl Candidates {
             let vertex = self.vertices[i];
             let is_inside = inside.next_if_eq(&&vertex).is_some();
             let position = p.position(vertex);
-            if let Some(found) = self.closest(vertex, position, is_inside, q, margin, workspace) {
+            if let Some(found) = self.closest(vertex, position, is_inside, q, workspace) {
                 self.spread_hint(p.surface(), vertex, found.face);
                 out.push(NearVertex::new(vertex, position, is_inside, q, &found));
             }
@@ -123,10 +142,9 @@ impl Candidates {
         position: DVec3,
         is_inside: bool,
         q: &SurfaceTree,
-        margin: f64,
         workspace: &mut Workspace,
     ) -> Option<ClosestPoint> {
-        let nearest = self.nearest[vertex as usize];
+        let (nearest, margin) = (self.nearest[vertex as usize], self.margin);
 
         // With a margin all faces within it were offered; without one, only those that meet.
         if margin > 0.0 && nearest.distance <= margin {
@@ -176,6 +194,19 @@ impl NearVertex {
             normal: direction_or(side * offset, scale, face_normal),
         }
     }
+}
+
+/// Returns true if the box of a triangle is farther from a point than a distance, by more than
+/// rounding.
+#[inline]
+fn is_beyond(point: DVec3, [a, b, c]: [DVec3; 3], distance: f64) -> bool {
+    /// Bound on the rounding of a computed distance, relative to the largest length.
+    const ROUNDING: f64 = 1e-12;
+
+    let gap = (a.min(b).min(c) - point).max(point - a.max(b).max(c)).max(DVec3::ZERO);
+    let size = distance + point.abs().max_element();
+    let beyond = distance + ROUNDING * size;
+    gap.length_squared() > beyond * beyond
 }
 
 /// Returns the unit vector along `v`, or `fallback` where `v` is lost in the rounding of

@@ -1,7 +1,7 @@
 //! Static detection over a whole scene: every pair within a margin.
 
-use overlap::{Overlap, OverlapDetector};
-use proximity::{PairProximity, Region, SurfaceTree, regions};
+use overlap::{Overlap, OverlapDetector, near_areas};
+use proximity::{PairProximity, PairSide, Region, SurfaceTree, regions};
 use surface::Aabb;
 use surface::progress::Progress;
 
@@ -80,7 +80,8 @@ impl Scene {
             }
         }
         if params.measures && !report.overlaps {
-            report.near_areas = Some(detector.near_areas(bodies, params.margin));
+            let near_faces = found.sides().map(PairSide::near_faces);
+            report.near_areas = Some(near_areas(bodies, params.margin, near_faces));
         }
         (is_near || report.overlaps).then_some(report)
     }

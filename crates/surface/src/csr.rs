@@ -10,7 +10,7 @@
 /// assert_eq!(rows.row(2), [7, 6]);
 /// assert!(rows.row(1).is_empty());
 /// ```
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Csr {
     starts: Vec<u32>,
     entries: Vec<u32>,
@@ -25,22 +25,39 @@ impl Csr {
     /// When a row is not below `rows`.
     #[must_use]
     pub fn new(rows: usize, pairs: &[(u32, u32)]) -> Self {
-        // Count the entries of each row, and sum the counts to the rows' starts.
-        let mut starts = vec![0_u32; rows + 1];
-        for &(row, _) in pairs {
-            starts[row as usize + 1] += 1;
+        let mut sorted = Self::default();
+        sorted.refill(rows, pairs.iter().copied());
+        sorted
+    }
+
+    /// Sorts pairs as [`new`](Self::new) does, in the memory that is there.
+    ///
+    /// # Panics
+    ///
+    /// When a row is not below `rows`.
+    pub fn refill(&mut self, rows: usize, pairs: impl Iterator<Item = (u32, u32)> + Clone) {
+        // Count the entries of each row two places behind it, and sum the counts.
+        let Self { starts, entries } = self;
+        starts.clear();
+        starts.resize(rows + 2, 0);
+        let mut count = 0;
+        for (row, _) in pairs.clone() {
+            starts[row as usize + 2] += 1;
+            count += 1;
         }
-        for row in 0..rows {
-            starts[row + 1] += starts[row];
+        for row in 2..rows + 2 {
+            starts[row] += starts[row - 1];
         }
 
-        let mut next = starts.clone();
-        let mut entries = vec![0; pairs.len()];
-        for &(row, entry) in pairs {
-            entries[next[row as usize] as usize] = entry;
-            next[row as usize] += 1;
+        // One place behind a row is its start, which moves on to its end as entries are added.
+        entries.clear();
+        entries.resize(count, 0);
+        for (row, entry) in pairs {
+            let next = &mut starts[row as usize + 1];
+            entries[*next as usize] = entry;
+            *next += 1;
         }
-        Self { starts, entries }
+        starts.pop();
     }
 
     /// Concatenates rows, of fewer than 2³² entries in all.
