@@ -170,8 +170,14 @@ fn local_point(points: &mut Vec<u32>, first: usize, point: u32) -> u8 {
 /// Computes six times the centroid of a leaf's bounds, projected.
 fn centroid<const S: usize>(projections: &Projections<S>, corners: [u32; 3]) -> [f32; S] {
     let (lo, hi) = (projections.lo(), projections.hi());
-    let [a, b, c] = corners.map(|p| p as usize);
-    std::array::from_fn(|k| lo[a][k] + hi[a][k] + (lo[b][k] + hi[b][k]) + (lo[c][k] + hi[c][k]))
+    let [a, b, c] = corners.map(|p| (&lo[p as usize], &hi[p as usize]));
+
+    // A loop over rows of fixed length is vectorized.
+    let mut sum = [0.0; S];
+    for (k, sum) in sum.iter_mut().enumerate() {
+        *sum = (a.0[k] + a.1[k]) + (b.0[k] + b.1[k]) + (c.0[k] + c.1[k]);
+    }
+    sum
 }
 
 /// Returns how many of `n > MAX_LEAVES` leaves go left.

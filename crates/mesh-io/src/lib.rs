@@ -37,6 +37,7 @@ mod mesh_format;
 mod nrrd;
 mod obj;
 mod ply;
+mod ply_binary;
 mod source;
 mod stl;
 mod stored_values;

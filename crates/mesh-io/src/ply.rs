@@ -1,6 +1,6 @@
 //! PLY, ASCII and binary in either byte order.
 //!
-//! The reader goes through the crate `ply-rs-bw`. It uses the properties `x`, `y`, `z`
+//! The reader goes through the crate `ply-rs-bw`, but for binary files of the usual layout. It uses the properties `x`, `y`, `z`
 //! of the element `vertex` and the list `vertex_indices` (or `vertex_index`) of the
 //! element `face`; other elements and properties are skipped.
 
@@ -12,6 +12,7 @@ use ply_rs_bw::ply::{
 
 use crate::error::Format;
 use crate::mesh::{Mesh, Polygons, Unread};
+use crate::ply_binary::{read_faces, read_vertices};
 use crate::text::quoted;
 use crate::{FilePlace, ReadError};
 
@@ -51,23 +52,45 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
     let (mut positions, mut polygons) = (Vec::new(), Polygons::default());
     for element in header.elements.values() {
         match element.name.as_str() {
-            "vertex" => {
-                let vertices: Vec<Vertex> = payload(&mut reader, element, &header)?;
-                positions = vertices.into_iter().map(|vertex| vertex.0).collect();
-            }
-            "face" => {
-                for Face { signed, unsigned } in payload(&mut reader, element, &header)? {
-                    // Only the list of the file's type of index has entries.
-                    let unsigned = unsigned.into_iter().map(i64::from);
-                    polygons.push(signed.into_iter().map(i64::from).chain(unsigned));
-                }
-            }
+            "vertex" => match read_vertices(reader.get_mut(), element, &header) {
+                Some(vertices) => positions = vertices,
+                None => positions = parse_vertices(&mut reader, element, &header)?,
+            },
+            "face" => match read_faces(reader.get_mut(), element, &header) {
+                Some(faces) => polygons = faces,
+                None => polygons = parse_faces(&mut reader, element, &header)?,
+            },
             _ => drop(payload::<Skipped>(&mut reader, element, &header)?),
         }
     }
 
     let unread = unread(bytes, reader.get_ref(), header.encoding);
     Ok(Mesh { unread, ..Mesh::assemble(positions, &polygons)? })
+}
+
+/// Reads vertices of any layout.
+fn parse_vertices(
+    reader: &mut Reader<&[u8]>,
+    element: &ElementDef,
+    header: &Header,
+) -> Result<Vec<DVec3>, ReadError> {
+    let vertices: Vec<Vertex> = payload(reader, element, header)?;
+    Ok(vertices.into_iter().map(|vertex| vertex.0).collect())
+}
+
+/// Reads faces of any layout.
+fn parse_faces(
+    reader: &mut Reader<&[u8]>,
+    element: &ElementDef,
+    header: &Header,
+) -> Result<Polygons, ReadError> {
+    let mut polygons = Polygons::default();
+    for Face { signed, unsigned } in payload(reader, element, header)? {
+        // Only the list of the file's type of index has entries.
+        let unsigned = unsigned.into_iter().map(i64::from);
+        polygons.push(signed.into_iter().map(i64::from).chain(unsigned));
+    }
+    Ok(polygons)
 }
 
 /// Describes the `rest` of a file behind its last element, if there is any. Blank lines

@@ -17,6 +17,7 @@ pub struct SurfaceTree {
     positions: PositionBuffer,
     tree: Tree,
     no_inside: Option<NoInside>,
+    /// Found with the first tree.
     no_winding_number: Option<NoInside>,
     /// The first vertex of each connected component.
     components: Vec<u32>,
@@ -184,7 +185,7 @@ impl LazySurfaceTree {
         let no_inside = NoInside::find(&surface);
         let inner = SurfaceTree {
             positions: surface.own_positions(positions)?,
-            no_winding_number: no_inside.or_else(|| NoInside::find_misoriented(&surface)),
+            no_winding_number: no_inside,
             no_inside,
             tree: Tree::default(),
             components: Vec::new(),
@@ -224,7 +225,8 @@ impl LazySurfaceTree {
     ///
     /// [`TreeError`] for 2³⁰ faces and more.
     pub fn fit(&mut self) -> Result<&SurfaceTree, TreeError> {
-        let SurfaceTree { surface, positions, tree, components, .. } = &mut self.inner;
+        let SurfaceTree { surface, positions, tree, no_winding_number, components, .. } =
+            &mut self.inner;
         let x = positions.as_positions().as_slice();
         match self.fit {
             Fit::Current => {}
@@ -232,6 +234,8 @@ impl LazySurfaceTree {
             Fit::Unbuilt => {
                 *tree = Tree::build(Leaves::Triangles(surface.faces()), x)?;
                 *components = surface.component_roots().collect();
+                *no_winding_number =
+                    no_winding_number.or_else(|| NoInside::find_misoriented(surface));
             }
         }
         self.fit = Fit::Current;
