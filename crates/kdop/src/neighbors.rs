@@ -3,6 +3,7 @@
 use wide::u32x8;
 
 use crate::cluster::{Cluster, Clusters, HALVES, MAX_LEAVES};
+use crate::dop4::set_bits;
 
 /// Adjacency of clusters in compressed sparse rows, with the leaves that share points.
 ///
@@ -162,9 +163,10 @@ fn leaves_with(cluster: &Cluster, place: u8) -> u8 {
 
 /// Adds every pair of a leaf of one set and a leaf of the other.
 fn add_pairs(shared: &mut SharedPairs, a: u8, b: u8) {
-    for i in (0..MAX_LEAVES).filter(|i| a >> i & 1 == 1) {
-        for j in (0..MAX_LEAVES).filter(|j| b >> j & 1 == 1) {
-            shared[i / 4 * HALVES + j / 4] |= 1 << (i % 4 * 4 + j % 4);
+    for i in set_bits(a.into()) {
+        for half in 0..HALVES {
+            let leaves = u16::from(b >> (4 * half) & 0b1111);
+            shared[i / 4 * HALVES + half] |= leaves << (i % 4 * 4);
         }
     }
 }

@@ -3,14 +3,16 @@
 //! The distance to one face is convex. Over a triangle it is at most the linear interpolation of its
 //! values at the corners, and at least the height over the plane across the shortest way from the
 //! center to the face: the part of the triangle within the margin holds one polygon and lies in
-//! another, which differ to second order in the size of the triangle. Triangles whose polygons differ
-//! are split in four, level by level, until all of them together differ little.
+//! another, which differ to second order in the size of the triangle. The triangle whose polygons
+//! differ most is split in four, until all of them together differ little.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 use std::ops::Range;
 
 use glam::DVec3;
 use proximity::SurfaceTree;
-use surface::{Csr, closest_on_triangle, triangle};
+use surface::{Csr, TotalF64, closest_on_triangle, triangle};
 
 /// Certified bracket on an area.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -30,7 +32,7 @@ struct Cell {
     area: AreaBracket,
 }
 
-/// Triangles of one level of splits.
+/// Triangles in the order in which they were made; split ones have no area of their own.
 #[derive(Default)]
 struct Cells {
     list: Vec<Cell>,
@@ -99,37 +101,34 @@ fn near_area(
 ) -> AreaBracket {
     /// Width of the bracket that is narrow enough, relative to its upper end.
     const RELATIVE_WIDTH: f64 = 0.05;
-    /// Cells to split at most, some milliseconds. Each level doubles their number and quarters the
-    /// width in general; the bracket reached by then is returned.
-    const MAX_CELLS: usize = 4000;
-    /// Levels of splits, beyond which cells have the size of rounding.
-    const MAX_LEVELS: u32 = 40;
+    /// Cells to split at most, some milliseconds; the bracket reached by then is returned. Twice as
+    /// many quarter the width in general.
+    const MAX_SPLITS: u32 = 8000;
 
     let mut search = Search::new(other, margin);
     let mut cells = search.first_level(body, near_faces);
-
-    // Settled cells leave the list; the others are split.
-    let mut settled = AreaBracket::default();
-    for _ in 0..MAX_LEVELS {
-        let total = cells.add_to(settled);
-        if total.width() <= RELATIVE_WIDTH * total.upper || cells.list.len() > MAX_CELLS {
-            return total;
-        }
-        let mut parts = Cells::default();
-        for cell in &cells.list {
-            if cell.area.width() <= 0.25 * RELATIVE_WIDTH * cell.area.upper {
-                settled = settled.with(cell.area);
-                continue;
-            }
-            let [a, b, c] = cell.corners;
-            let [ab, bc, ca] = [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)];
-            for corners in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-                search.add_cell(corners, &cells.faces[cell.near.clone()], &mut parts);
-            }
-        }
-        cells = parts;
+    let mut total = cells.area();
+    let mut widest = BinaryHeap::new();
+    for (number, cell) in cells.list.iter().enumerate() {
+        widest.push((TotalF64(cell.area.width()), Reverse(number)));
     }
-    cells.add_to(settled)
+
+    // The cell whose bracket is widest is split: few cells have most of the width.
+    for _ in 0..MAX_SPLITS {
+        if total.width() <= RELATIVE_WIDTH * total.upper {
+            break;
+        }
+        let Some((_, Reverse(number))) = widest.pop() else { break };
+        total = total.without(cells.list[number].area);
+        for part in search.split(number, &mut cells) {
+            let area = cells.list[part].area;
+            total = total.with(area);
+            widest.push((TotalF64(area.width()), Reverse(part)));
+        }
+    }
+
+    // The sum anew, without what rounding has left of the split cells.
+    cells.area()
 }
 
 impl AreaBracket {
@@ -140,11 +139,16 @@ impl AreaBracket {
     fn with(self, other: Self) -> Self {
         Self { lower: self.lower + other.lower, upper: self.upper + other.upper }
     }
+
+    fn without(self, other: Self) -> Self {
+        Self { lower: self.lower - other.lower, upper: self.upper - other.upper }
+    }
 }
 
 impl Cells {
-    /// Adds the area of all cells, in their order.
-    fn add_to(&self, mut area: AreaBracket) -> AreaBracket {
+    /// Sums the areas of all cells.
+    fn area(&self) -> AreaBracket {
+        let mut area = AreaBracket::default();
         for cell in &self.list {
             area = area.with(cell.area);
         }
@@ -175,6 +179,21 @@ impl<'a> Search<'a> {
         cells
     }
 
+    /// Splits a cell in four; returns the places of the parts.
+    fn split(&mut self, number: usize, cells: &mut Cells) -> Range<usize> {
+        let first = cells.list.len();
+        let cell = &mut cells.list[number];
+        cell.area = AreaBracket::default();
+        let [a, b, c] = cell.corners;
+        let near = cells.faces[cell.near.clone()].to_vec();
+
+        let [ab, bc, ca] = [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)];
+        for corners in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+            self.add_cell(corners, &near, cells);
+        }
+        first..cells.list.len()
+    }
+
     /// Adds a triangle with those of some faces that may be within the margin of it.
     fn add_cell(&mut self, corners: [DVec3; 3], near: &[u32], cells: &mut Cells) {
         let start = cells.faces.len();
@@ -187,9 +206,9 @@ impl<'a> Search<'a> {
     fn bracket(&mut self, corners: [DVec3; 3], near: &[u32], kept: &mut Vec<u32>) -> AreaBracket {
         let center = (corners[0] + corners[1] + corners[2]) / 3.0;
         let whole = triangle::area(corners);
-        if self.keep_close(center, corners, near).is_some_and(|nearest| {
-            distances_to(nearest.corners, corners).iter().all(|&d| d <= self.margin)
-        }) {
+        if let Some(nearest) = self.keep_close(center, corners, near)
+            && corners.iter().all(|&corner| nearest.distance_to(corner) <= self.margin)
+        {
             return AreaBracket { lower: whole, upper: whole };
         }
 
@@ -197,16 +216,16 @@ impl<'a> Search<'a> {
         let mut lower: f64 = 0.0;
         self.beyond.clear();
         self.beyond.extend(corners);
-        for &CloseFace { face, corners: face_corners } in &self.close {
+        for close in &self.close {
             // No point of the face is behind the plane across the shortest way to it.
-            let foot = closest_on_triangle(center, face_corners).point;
+            let foot = closest_on_triangle(center, close.corners).point;
             let outward = (center - foot).normalize_or_zero();
             let height = |p: DVec3| outward.dot(p - foot) - self.margin;
             let heights = corners.map(height);
             if heights.iter().all(|&height| height > 0.0) {
                 continue;
             }
-            kept.push(face);
+            kept.push(close.face);
             clip(&self.beyond, height, &mut self.clipped);
             std::mem::swap(&mut self.beyond, &mut self.clipped);
 
@@ -214,7 +233,7 @@ impl<'a> Search<'a> {
             // distances below: most faces cannot add to the area that is known.
             let at_most = whole * share_below(heights, 0.0);
             if at_most > lower {
-                let distances = distances_to(face_corners, corners);
+                let distances = corners.map(|corner| close.distance_to(corner));
                 lower = lower.max(whole * share_below(distances, self.margin));
             }
             if lower >= whole {
@@ -260,9 +279,10 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Computes the distances of some points from a triangle.
-fn distances_to(triangle: [DVec3; 3], points: [DVec3; 3]) -> [f64; 3] {
-    points.map(|point| closest_on_triangle(point, triangle).point.distance(point))
+impl CloseFace {
+    fn distance_to(&self, point: DVec3) -> f64 {
+        closest_on_triangle(point, self.corners).point.distance(point)
+    }
 }
 
 /// Returns the share of a triangle in which linear interpolation between values at the corners is

@@ -5,6 +5,7 @@
 //! distances.
 
 use glam::DVec3;
+use wide::{f32x4, f64x4};
 
 use crate::cluster::LeafDops;
 use crate::directions::{norm, project};
@@ -147,25 +148,28 @@ impl<const S: usize> DistanceBound<S> {
     /// more, for each of four k-DOPs.
     #[inline(always)]
     fn to(&self, bounds: &Dop4<S>) -> [f64; 4] {
-        let mut in_box = [0.0; 4];
-        let mut widest = [0.0_f64; 4];
+        let (mut in_box, mut widest) = (f64x4::ZERO, f64x4::ZERO);
         for k in 0..S {
-            let per_length = 1.0 / norm::<S>(k).powi(2);
-            let (lo, hi) = (bounds.lower(k).to_array(), bounds.upper(k).to_array());
-            for lane in 0..4 {
-                // A bound beyond the range of f32 may stand for the largest number within it.
-                let below = f64::from(lo[lane].min(f32::MAX)) - self.at[k];
-                let above = self.at[k] - f64::from(hi[lane].max(-f32::MAX));
-                let gap = (below.max(above) - self.rounding[k]).clamp(0.0, MAX_DISTANCE);
-                if k < 3 {
-                    in_box[lane] += gap * gap;
-                } else {
-                    widest[lane] = widest[lane].max(gap * gap * per_length);
-                }
+            // A bound beyond the range of f32 may stand for the largest number within it.
+            let lo = in_f64(bounds.lower(k).fast_min(f32x4::splat(f32::MAX)));
+            let hi = in_f64(bounds.upper(k).fast_max(f32x4::splat(-f32::MAX)));
+            let at = f64x4::splat(self.at[k]);
+            let gap = (lo - at).fast_max(at - hi) - f64x4::splat(self.rounding[k]);
+            let gap = gap.fast_max(f64x4::ZERO).fast_min(f64x4::splat(MAX_DISTANCE));
+            if k < 3 {
+                in_box += gap * gap;
+            } else {
+                let per_length = 1.0 / norm::<S>(k).powi(2);
+                widest = widest.fast_max(gap * gap * f64x4::splat(per_length));
             }
         }
-        std::array::from_fn(|lane| {
-            in_box[lane].max(widest[lane]).sqrt() * (1.0 - 8.0 * f64::EPSILON)
-        })
+        let distance = in_box.fast_max(widest).sqrt();
+        (distance * f64x4::splat(1.0 - 8.0 * f64::EPSILON)).to_array()
     }
+}
+
+/// Converts single precision to double, exactly.
+#[inline(always)]
+fn in_f64(row: f32x4) -> f64x4 {
+    f64x4::new(row.to_array().map(f64::from))
 }
