@@ -9,7 +9,7 @@ use glam::DVec3;
 pub(crate) fn common_area(a: [DVec3; 3], b: [DVec3; 3]) -> f64 {
     let [origin, ..] = b;
     let normal = (b[1] - b[0]).cross(b[2] - b[0]).normalize_or_zero();
-    let mut polygon = a.map(|corner| corner - origin).to_vec();
+    let mut polygon = vec![a[0] - origin, a[1] - origin, a[2] - origin];
     let mut clipped = Vec::with_capacity(6);
 
     // What is left lies on the inner side of every edge.
@@ -34,7 +34,7 @@ fn clip(polygon: &[DVec3], on_line: DVec3, inward: DVec3, out: &mut Vec<DVec3>) 
     for (i, &from) in polygon.iter().enumerate() {
         let to = polygon[(i + 1) % polygon.len()];
         // Corners on the inner side stay; an edge that passes the line gets a corner on it.
-        let [height, next] = [from, to].map(|corner| inward.dot(corner - on_line));
+        let (height, next) = (inward.dot(from - on_line), inward.dot(to - on_line));
         if height >= 0.0 {
             out.push(from);
         }

@@ -8,6 +8,7 @@
 
 use std::ops::Range;
 
+use glam::DVec3;
 use proximity::SurfaceTree;
 use surface::{NO_EDGE, PerturbedMeeting, Stretch, StretchEnd, meet_perturbed, passing_share};
 
@@ -136,7 +137,9 @@ impl Curve {
 
         for (side, cut_faces) in self.cut_faces.iter_mut().enumerate() {
             cut_faces.clear();
-            cut_faces.extend(self.crossings.iter().map(|(faces, _)| faces[side]));
+            for (faces, _) in &self.crossings {
+                cut_faces.push(faces[side]);
+            }
             cut_faces.sort_unstable();
             cut_faces.dedup();
         }
@@ -186,10 +189,8 @@ impl Curve {
     fn gather_edges(&mut self) {
         self.cut_edges.iter_mut().for_each(Vec::clear);
 
-        let same_edge =
-            |p: &Passing, q: &Passing| (p.name.side, p.name.edge) == (q.name.side, q.name.edge);
         let mut start = 0;
-        for group in self.passings.chunk_by(same_edge) {
+        for group in self.passings.chunk_by(is_same_edge) {
             let end = start + index(group.len());
             let PassingName { side, edge, .. } = group[0].name;
             let cut = CutEdge { edge, passings: start..end, net: net_of(group) };
@@ -241,6 +242,11 @@ impl Curve {
     }
 }
 
+/// Returns true if two passings are of one edge.
+fn is_same_edge(p: &Passing, q: &Passing) -> bool {
+    (p.name.side, p.name.edge) == (q.name.side, q.name.edge)
+}
+
 /// Names an end of a stretch, with the sense in which the edge, run from its lower-numbered end,
 /// passes.
 fn named(end: StretchEnd, bodies: [&SurfaceTree; 2], faces: [u32; 2]) -> (PassingName, bool) {
@@ -259,9 +265,14 @@ fn named(end: StretchEnd, bodies: [&SurfaceTree; 2], faces: [u32; 2]) -> (Passin
 /// Computes where an edge passes a face, as its share of the way from the edge's lower end.
 fn share(name: PassingName, bodies: [&SurfaceTree; 2]) -> f64 {
     let of = usize::from(name.side);
-    let ends = bodies[of].surface().edges()[name.edge as usize];
-    let ends = ends.map(|vertex| bodies[of].position(vertex));
+    let ends = edge_ends(bodies[of], name.edge);
     passing_share(ends, bodies[1 - of].corners(name.face))
+}
+
+/// Returns the ends of an edge, the lower-numbered one first.
+pub(crate) fn edge_ends(body: &SurfaceTree, edge: u32) -> [DVec3; 2] {
+    let [low, high] = body.surface().edges()[edge as usize];
+    [body.position(low), body.position(high)]
 }
 
 /// Returns the passings of one edge that enter less those that leave, each name once.

@@ -23,6 +23,7 @@ use proximity::{MaximumSearch, SurfaceTree};
 use surface::closest_on_triangle;
 
 use crate::patches::{Clipper, face_normal};
+use crate::split::{quarters, radius_about_center};
 
 /// Width and effort of a certified depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -179,8 +180,10 @@ impl<'a> Search<'a> {
     fn add_whole_faces(&mut self, clipper: &Clipper<'_>, nearest: &[u32]) {
         for face in clipper.whole_faces() {
             let corners = clipper.body.surface().faces()[face as usize];
-            let places = corners.map(|corner| clipper.inside.place(corner).unwrap_or(0));
-            let near = places.map(|place| nearest[place as usize]);
+            let mut near = [UNKNOWN; 3];
+            for (near, corner) in near.iter_mut().zip(corners) {
+                *near = nearest[clipper.inside.place(corner).unwrap_or(0) as usize];
+            }
             self.add(clipper.body.corners(face), face, &near);
         }
     }
@@ -200,11 +203,16 @@ impl<'a> Search<'a> {
             }
             let face = group[0].face;
             let corners = clipper.body.surface().faces()[face as usize];
-            let places = corners.iter().filter_map(|&corner| clipper.inside.place(corner));
             near.clear();
-            near.extend(places.map(|place| nearest[place as usize]));
-            near.retain(|&near| near != UNKNOWN);
-            near.extend(group.iter().map(|stretch| stretch.crossed_by));
+            for corner in corners {
+                let Some(place) = clipper.inside.place(corner) else { continue };
+                if nearest[place as usize] != UNKNOWN {
+                    near.push(nearest[place as usize]);
+                }
+            }
+            for stretch in group {
+                near.push(stretch.crossed_by);
+            }
             near.truncate(MAX_NEAR);
 
             let (bound, _) = self.bound(clipper.body.corners(face), &near);
@@ -245,15 +253,12 @@ impl<'a> Search<'a> {
     /// Computes the distance at a triangle's center, and splits the triangle in four.
     fn split(&mut self, bound: f64, piece: &Piece) {
         // The center is inside, so that its distance is attained.
-        let [a, b, c] = piece.corners;
-        let center = (a + b + c) / 3.0;
+        let (center, radius) = radius_about_center(piece.corners);
         let (near, distance) = self.query(center, piece.face, Some(piece.near));
-        let radius = piece.corners.iter().fold(0.0, |r: f64, p| r.max(p.distance(center)));
         let by_center = distance + radius + self.rounding;
 
         // The parts are bounded by the faces nearest to both centers.
-        let [ab, bc, ca] = [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)];
-        for corners in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+        for corners in quarters(piece.corners) {
             let by_faces = self.upper_by(near, corners).min(self.upper_by(piece.near, corners));
             let upper = by_faces.min(by_center).min(bound);
             self.pieces.add(upper, Piece { corners, near, ..*piece });

@@ -25,6 +25,7 @@ use surface::{Pseudonormals, UnionFind, triangle};
 use crate::error::JointContactError;
 use crate::foundation::ElasticFoundation;
 use crate::patches::Clipper;
+use crate::split::{quarters, radius_about_center};
 
 /// Parameters of the contact of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -188,14 +189,6 @@ fn check_cell_count(
     Ok(())
 }
 
-/// Returns the center of a triangle and the largest distance of a corner from it.
-fn radius_about_center(corners: [DVec3; 3]) -> (DVec3, f64) {
-    let [a, b, c] = corners;
-    let center = (a + b + c) / 3.0;
-    let radius = corners.iter().fold(0.0, |r: f64, p| r.max(p.distance(center)));
-    (center, radius)
-}
-
 /// Part of a face.
 struct Cell {
     corners: [DVec3; 3],
@@ -249,7 +242,9 @@ impl<'a> Integral<'a> {
             }
             if radius > resolution {
                 let near = self.keep_near(near, nearest.distance + 2.0 * radius);
-                self.split(corners, &near);
+                for corners in quarters(corners) {
+                    self.cells.push(Cell { corners, near: near.clone() });
+                }
                 continue;
             }
 
@@ -311,14 +306,6 @@ impl<'a> Integral<'a> {
             }
         }
         first..self.near.len()
-    }
-
-    /// Makes four cells of one, at the middles of its edges.
-    fn split(&mut self, [a, b, c]: [DVec3; 3], near: &Range<usize>) {
-        let [ab, bc, ca] = [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)];
-        for corners in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-            self.cells.push(Cell { corners, near: near.clone() });
-        }
     }
 
     /// Signs the distance of a point from the other surface: negative inside, where there is an
@@ -471,7 +458,9 @@ fn collect(body: &SurfaceTree, faces: &[(u32, ContactSums)]) -> JointContact {
     }
 
     let mut contact = JointContact { total: total.measures(), ..JointContact::default() };
-    contact.regions.extend(order.iter().map(|&region| regions[region].measures()));
+    for &region in &order {
+        contact.regions.push(regions[region].measures());
+    }
     for ((face, sums), region) in faces.iter().zip(of_face) {
         let ContactMeasures { area, mean_gap, mean_pressure, .. } = sums.measures();
         let region = rank[region];

@@ -92,7 +92,8 @@ fn add_stretches(parts: Parts<'_>, out: &mut [Sums]) {
         let origin = regions.origins[region];
         // All positions are relative to the region's origin.
         let sums = &mut out[region];
-        let [p, q] = stretch.ends.map(|end| regions.points[end as usize]);
+        let [begin, end] = stretch.ends;
+        let [p, q] = [regions.points[begin as usize], regions.points[end as usize]];
         sums.length += p.distance(q);
         sums.has_ties |= stretch.is_tie;
         sums.cover(p + origin);
@@ -143,7 +144,8 @@ fn add_whole_faces(parts: Parts<'_>, side: usize, out: &mut [Sums]) {
         for &face in body.surface().vertex_faces(found.vertex) {
             let corners = body.surface().faces()[face as usize];
             if corners[0] == found.vertex && (!is_rim || inside.holds_face(corners)) {
-                let corners = corners.map(|corner| body.position(corner) - origin);
+                let [a, b, c] = body.corners(face);
+                let corners = [a - origin, b - origin, c - origin];
                 sums.add_face(side, corners, f64::from(found.winding));
             }
         }
@@ -165,7 +167,8 @@ fn add_corners_of_cut_faces(parts: Parts<'_>, side: usize, out: &mut [Sums]) {
             let region = regions.of_cluster(side, found.cluster);
             let origin = regions.origins[region];
             let Some(plane) = Plane::of(side, body, face, origin) else { continue };
-            let [from, to] = [corner, corners[(k + 1) % 3]].map(|v| body.position(v) - origin);
+            let from = body.position(corner) - origin;
+            let to = body.position(corners[(k + 1) % 3]) - origin;
             out[region].add_piece(&plane, from, to, f64::from(found.winding));
         }
     }
@@ -180,7 +183,7 @@ fn subtract_coplanar(parts: Parts<'_>, out: &mut [Sums]) {
     }
     let face_regions = FaceRegions::new(parts);
     for pair in &curve.coplanar {
-        let [a, b] = [0, 1].map(|side| bodies[side].corners(pair.faces[side]));
+        let [a, b] = [bodies[0].corners(pair.faces[0]), bodies[1].corners(pair.faces[1])];
         let area = common_area(a, b);
         let region = face_regions.of(pair.faces).unwrap_or(out.len() - 1);
         let sums = &mut out[region];
@@ -192,8 +195,10 @@ fn subtract_coplanar(parts: Parts<'_>, out: &mut [Sums]) {
             (true, false) => [true, false],
             (false, moves_outward) => [moves_outward; 2],
         };
-        for side in (0..2).filter(|&side| counted[side]) {
-            sums.areas[side] -= area;
+        for (sum, counted) in sums.areas.iter_mut().zip(counted) {
+            if counted {
+                *sum -= area;
+            }
         }
         if counted[0] {
             sums.normal -= area * normal;
@@ -211,13 +216,14 @@ struct FaceRegions<'a> {
 
 impl<'a> FaceRegions<'a> {
     fn new(parts: Parts<'a>) -> Self {
-        let first_stretch = [0, 1].map(|side| {
-            let stretches = (0..).zip(&parts.curve.stretches);
-            let mut first: Vec<(u32, u32)> = stretches.map(|(i, s)| (s.faces[side], i)).collect();
+        let mut first_stretch = [Vec::new(), Vec::new()];
+        for (side, first) in first_stretch.iter_mut().enumerate() {
+            for (number, stretch) in (0..).zip(&parts.curve.stretches) {
+                first.push((stretch.faces[side], number));
+            }
             first.sort_unstable();
             first.dedup_by_key(|(face, _)| *face);
-            first
-        });
+        }
         Self { parts, first_stretch }
     }
 
@@ -297,7 +303,7 @@ impl Sums {
             has_ties: self.has_ties | other.has_ties,
             touching: self.touching + other.touching,
             flush: self.flush + other.flush,
-            vertices: [0, 1].map(|side| self.vertices[side] + other.vertices[side]),
+            vertices: [self.vertices[0] + other.vertices[0], self.vertices[1] + other.vertices[1]],
             lower: self.lower.min(other.lower),
             upper: self.upper.max(other.upper),
         }

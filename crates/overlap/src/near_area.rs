@@ -14,6 +14,8 @@ use glam::DVec3;
 use proximity::SurfaceTree;
 use surface::{Csr, TotalF64, closest_on_triangle, triangle};
 
+use crate::split::{quarters, radius_about_center};
+
 /// Certified bracket on an area.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -184,11 +186,10 @@ impl<'a> Search<'a> {
         let first = cells.list.len();
         let cell = &mut cells.list[number];
         cell.area = AreaBracket::default();
-        let [a, b, c] = cell.corners;
+        let parts = quarters(cell.corners);
         let near = cells.faces[cell.near.clone()].to_vec();
 
-        let [ab, bc, ca] = [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)];
-        for corners in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+        for corners in parts {
             self.add_cell(corners, &near, cells);
         }
         first..cells.list.len()
@@ -204,9 +205,9 @@ impl<'a> Search<'a> {
     /// Brackets the part of a triangle within the margin of some faces; writes those that may be
     /// within the margin, unless the whole triangle is.
     fn bracket(&mut self, corners: [DVec3; 3], near: &[u32], kept: &mut Vec<u32>) -> AreaBracket {
-        let center = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let (center, radius) = radius_about_center(corners);
         let whole = triangle::area(corners);
-        if let Some(nearest) = self.keep_close(center, corners, near)
+        if let Some(nearest) = self.keep_close(center, radius, near)
             && corners.iter().all(|&corner| nearest.distance_to(corner) <= self.margin)
         {
             return AreaBracket { lower: whole, upper: whole };
@@ -247,16 +248,10 @@ impl<'a> Search<'a> {
 
     /// Keeps the faces whose boxes are within the margin of the ball around a triangle; returns the
     /// one whose center is nearest.
-    fn keep_close(
-        &mut self,
-        center: DVec3,
-        corners: [DVec3; 3],
-        near: &[u32],
-    ) -> Option<CloseFace> {
+    fn keep_close(&mut self, center: DVec3, radius: f64, near: &[u32]) -> Option<CloseFace> {
         /// Share of the reach that rounding may take.
         const ROUNDING: f64 = 1e-9;
 
-        let radius = corners.iter().fold(0.0, |r: f64, corner| r.max(corner.distance(center)));
         let reach = (self.margin + radius) * (1.0 + ROUNDING);
         self.close.clear();
         let mut nearest = None;

@@ -278,7 +278,9 @@ impl OverlapDetector {
 
         out.total = total.measures(has_inside);
         out.regions.clear();
-        out.regions.extend(self.located.iter().map(|region| region.measures(has_inside)));
+        for region in &self.located {
+            out.regions.push(region.measures(has_inside));
+        }
         out.covers_twice = [self.inside[1].covers_twice, self.inside[0].covers_twice];
         out.has_ties = total.sums.has_ties || !self.curve.coplanar.is_empty();
     }

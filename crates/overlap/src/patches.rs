@@ -113,10 +113,13 @@ impl Clipper<'_> {
     /// Returns true if a stretch of a face is in the region that the parts are restricted to.
     pub(crate) fn wants_face(&self, stretches: &[FaceStretch]) -> bool {
         let Some(wanted) = self.region else { return true };
-        stretches.iter().any(|stretch| {
+        for stretch in stretches {
             let [begin, _] = self.curve.stretches[stretch.number as usize].ends;
-            self.region_of(Node::Passing(begin)) == wanted
-        })
+            if self.region_of(Node::Passing(begin)) == wanted {
+                return true;
+            }
+        }
+        false
     }
 
     fn region_of(&self, node: Node) -> u32 {
@@ -127,7 +130,10 @@ impl Clipper<'_> {
     pub(crate) fn whole_faces(&self) -> Vec<u32> {
         let surface = self.body.surface();
         let mut whole = Vec::new();
-        for found in self.inside.vertices.iter().filter(|found| self.wants(found.vertex)) {
+        for found in &self.inside.vertices {
+            if !self.wants(found.vertex) {
+                continue;
+            }
             for &face in surface.vertex_faces(found.vertex) {
                 // Each face is taken at its first corner.
                 let is_first = surface.faces()[face as usize][0] == found.vertex;
@@ -209,15 +215,21 @@ impl ClippedFace {
 
         // The plane of the face has two coordinates.
         let frame = Frame::new(normal);
-        let loops: Vec<FlatLoop<'_>> =
-            self.loops.iter().map(|points| FlatLoop::new(points, &frame)).collect();
+        let mut loops: Vec<FlatLoop<'_>> = Vec::with_capacity(self.loops.len());
+        for points in &self.loops {
+            loops.push(FlatLoop::new(points, &frame));
+        }
 
         // Each outer loop takes the holes that it is the smallest loop around.
         let mut triangles = Vec::new();
-        for (number, outer) in loops.iter().enumerate().filter(|(_, outer)| outer.area > 0.0) {
+        for (number, outer) in loops.iter().enumerate() {
+            let is_outer = outer.area > 0.0;
+            if !is_outer {
+                continue;
+            }
             let mut holes: Vec<&FlatLoop<'_>> = Vec::new();
-            for hole in loops.iter().filter(|hole| hole.area < 0.0) {
-                if smallest_around(&loops, hole.flat[0]) == Some(number) {
+            for hole in &loops {
+                if hole.area < 0.0 && smallest_around(&loops, hole.flat[0]) == Some(number) {
                     holes.push(hole);
                 }
             }
@@ -286,8 +298,8 @@ fn triangulate(outer: &FlatLoop<'_>, holes: &[&FlatLoop<'_>], out: &mut Vec<[DVe
     let coordinates = flat.iter().map(|p| p.to_array());
     earcut::Earcut::new().earcut(coordinates, &hole_starts, &mut corners);
     for triangle in corners.chunks_exact(3) {
-        let [a, b, c] = [0, 1, 2].map(|k| points[triangle[k] as usize]);
-        out.push([a, b, c]);
+        let [a, b, c] = [triangle[0], triangle[1], triangle[2]];
+        out.push([points[a as usize], points[b as usize], points[c as usize]]);
     }
 }
 

@@ -4,11 +4,13 @@
 //! each other and to the clusters of inside vertices. Each region has an origin of its own near it,
 //! so that its measures have the rounding of its own size and not of its place.
 
+use std::cmp::Ordering;
+
 use glam::DVec3;
 use proximity::SurfaceTree;
 use surface::UnionFind;
 
-use crate::curve::{Curve, CutEdge, index};
+use crate::curve::{Curve, CutEdge, edge_ends, index};
 use crate::inside::Inside;
 
 /// Stands for a region that is not reported: a touch in points.
@@ -133,13 +135,14 @@ impl Regions {
             let end = (passing.share, Node::Passing(number));
             if passing.enters { self.entering.push(end) } else { self.leaving.push(end) }
         }
-        self.entering.sort_by(|p, q| p.0.total_cmp(&q.0));
-        self.leaving.sort_by(|p, q| p.0.total_cmp(&q.0));
+        self.entering.sort_by(by_share);
+        self.leaving.sort_by(by_share);
 
         // The i-th entering point begins the i-th inside part.
         for (&(_, from), &(_, to)) in self.entering.iter().zip(&self.leaving) {
             self.edge_parts[side].push(EdgePart { from, to });
-            let [from, to] = [from, to].map(|node| self.number(side, node, inside));
+            let from = self.number(side, from, inside);
+            let to = self.number(side, to, inside);
             self.sets.join(from, to);
         }
     }
@@ -200,8 +203,7 @@ impl Regions {
         self.points.clear();
         for (number, passing) in (0..).zip(&curve.passings) {
             let body = bodies[usize::from(passing.name.side)];
-            let ends = body.surface().edges()[passing.name.edge as usize];
-            let [low, high] = ends.map(|vertex| body.position(vertex));
+            let [low, high] = edge_ends(body, passing.name.edge);
             let origin = self.origins[self.of_passing(number)];
             // An end itself is met exactly, so that a corner that rests on a face is one point.
             let point = if passing.share < 1.0 {
@@ -212,4 +214,9 @@ impl Regions {
             self.points.push(point);
         }
     }
+}
+
+/// Orders the passings of an edge.
+fn by_share(p: &(f64, Node), q: &(f64, Node)) -> Ordering {
+    p.0.total_cmp(&q.0)
 }
