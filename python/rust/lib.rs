@@ -9,6 +9,7 @@ mod error;
 mod field;
 mod medial;
 mod mesh;
+mod plan;
 mod record;
 mod resolution;
 mod scene;
@@ -20,6 +21,7 @@ use pyo3::prelude::*;
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<scene::Scene>()?;
+    module.add_class::<plan::Plan>()?;
     module.add_class::<field::Field>()?;
     module.add_class::<surface::Surface>()?;
     module.add_function(wrap_pyfunction!(mesh::read_mesh, module)?)?;

@@ -152,6 +152,16 @@ impl Scene {
 }
 
 impl Scene {
+    /// Returns the library's scene.
+    pub(crate) fn library(&self) -> &musculo_collide::Scene {
+        &self.scene
+    }
+
+    /// Returns the library's scene, which a call may change.
+    pub(crate) fn library_mut(&mut self) -> &mut musculo_collide::Scene {
+        &mut self.scene
+    }
+
     fn find(&self, name: &str) -> PyResult<BodyId> {
         self.scene.find(name).ok_or_else(|| {
             let names: Vec<&str> = self.scene.bodies().iter().map(|body| body.name()).collect();

@@ -5,6 +5,7 @@ from ._errors import ArrayTypeError, FileError, InputError, MusculoCollideError
 from ._native import __version__
 from .field import DistanceField
 from .mesh import Mesh, from_trimesh, read_mesh, to_trimesh, write_mesh
+from .plan import DetectedPair, Plan, PlannedPair
 from .results import (
     BodyChange,
     Depth,
@@ -27,6 +28,7 @@ __all__ = [
     "BodyChange",
     "ClosestPoints",
     "Depth",
+    "DetectedPair",
     "DistanceField",
     "FileError",
     "InputError",
@@ -37,6 +39,8 @@ __all__ = [
     "Overlap",
     "Pair",
     "Pairs",
+    "Plan",
+    "PlannedPair",
     "Remaining",
     "Resolution",
     "Scene",

@@ -5,7 +5,7 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import disjoint_base
 
-__all__ = ["Field", "Scene", "Surface", "__version__", "generate_medial", "read_mesh", "write_mesh"]
+__all__ = ["Field", "Plan", "Scene", "Surface", "__version__", "generate_medial", "read_mesh", "write_mesh"]
 
 __version__: str
 
@@ -48,6 +48,23 @@ class Scene:
         threads: int | None,
         progress: _Progress,
     ) -> dict[str, Any]: ...
+
+@final
+class Plan:
+    def __new__(
+        cls,
+        scene: Scene,
+        tolerance: float,
+        margin: float,
+        max_displacement: float,
+        frames: int,
+        threads: int | None,
+        progress: _Progress,
+    ) -> Plan: ...
+    def pairs(self) -> list[dict[str, Any]]: ...
+    def text(self) -> str: ...
+    def detect(self, threads: int | None) -> list[dict[str, Any]]: ...
+    def respond(self, clearance: float) -> None: ...
 
 @final
 class Surface:

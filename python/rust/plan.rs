@@ -1,0 +1,125 @@
+//! Plans of detection over many frames.
+
+use musculo_collide::{Detection, DetectionMethod, PairState, PlanParams};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arrays::{array, point_array};
+use crate::call::Call;
+use crate::error::refused;
+use crate::record::dict;
+use crate::scene::{Scene, names};
+
+/// Native plan, with the scene that it was made for.
+#[pyclass(module = "musculo_collide._native")]
+#[derive(Debug)]
+pub(crate) struct Plan {
+    scene: Py<Scene>,
+    plan: musculo_collide::Plan,
+    detection: Detection,
+}
+
+#[pymethods]
+impl Plan {
+    #[new]
+    #[expect(clippy::too_many_arguments, reason = "named arguments in Python")]
+    fn new(
+        py: Python<'_>,
+        scene: Py<Scene>,
+        tolerance: f64,
+        margin: f64,
+        max_displacement: f64,
+        frames: u32,
+        threads: Option<usize>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Self> {
+        let default = PlanParams::with_tolerance(tolerance);
+        let params = PlanParams { margin, max_displacement, frames, ..default };
+        let call = Call::new(threads, progress)?;
+        let plan = {
+            let mut held = scene.try_borrow_mut(py)?;
+            let scene = held.library_mut();
+            call.run(py, |progress| musculo_collide::Plan::new(scene, &params, progress))?
+        };
+        Ok(Self { scene, plan, detection: Detection::default() })
+    }
+
+    /// Returns the method of each planned pair, with the bound on its error.
+    fn pairs<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let scene = self.scene.try_borrow(py)?;
+        let mut pairs = Vec::new();
+        for planned in self.plan.pairs() {
+            let [a, b] = names(scene.library(), planned.pair);
+            pairs.push(dict!(py, {
+                a: a,
+                b: b,
+                method: method_name(planned.method),
+                bound: planned.accuracy.bound,
+                measured_error: planned.accuracy.measured_error,
+                predicted_seconds: planned.cost,
+            }));
+        }
+        Ok(pairs)
+    }
+
+    /// Describes structures, methods and reasons.
+    fn text(&self) -> String {
+        self.plan.to_string()
+    }
+
+    /// Detects all pairs in the scene's present state.
+    fn detect<'py>(
+        &mut self,
+        py: Python<'py>,
+        threads: Option<usize>,
+    ) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let Self { scene, plan, detection } = self;
+        let mut held = scene.try_borrow_mut(py)?;
+        let library = held.library_mut();
+        Call::new(threads, None)?.run(py, |_| plan.detect(library, detection))?;
+
+        let mut pairs = Vec::new();
+        for found in detection.pairs() {
+            let [a, b] = names(library, found.pair);
+            let contacts = &detection.contacts()[found.contacts.clone()];
+            let normals: Vec<_> = contacts.iter().map(|contact| contact.normal).collect();
+            let state = match found.state {
+                PairState::Apart => "apart",
+                PairState::Overlapping => "overlapping",
+                PairState::Undecided { .. } => "undecided",
+            };
+            pairs.push(dict!(py, {
+                a: a,
+                b: b,
+                method: method_name(found.method),
+                state: state,
+                depth: (found.depth.lower, found.depth.upper),
+                min_gap: found.min_gap,
+                gaps: array(py, contacts.iter().map(|contact| contact.gap).collect()),
+                normals: point_array(py, &normals),
+            }));
+        }
+        Ok(pairs)
+    }
+
+    /// Moves soft bodies out of the contacts that were detected last.
+    fn respond(&mut self, py: Python<'_>, clearance: f64) -> PyResult<()> {
+        let Self { scene, plan, detection } = self;
+        let mut held = scene.try_borrow_mut(py)?;
+        let library = held.library_mut();
+        let params = musculo_collide::RespondParams { clearance, ..Default::default() };
+        let responded = py.detach(|| plan.respond(library, detection, &params));
+        responded.map(|_| ()).map_err(refused)
+    }
+}
+
+/// Returns the name that the program's reports have.
+fn method_name(method: DetectionMethod) -> &'static str {
+    match method {
+        DetectionMethod::Exact => "exact",
+        DetectionMethod::Coarse => "coarse",
+        DetectionMethod::Field => "field",
+        DetectionMethod::Medial => "medial",
+        _ => "other",
+    }
+}
