@@ -99,6 +99,8 @@ fn any_number_of_threads_writes_the_same_bytes() {
             png,
             "--vtp",
             vtp,
+            "--joint-contact",
+            "1",
         ]);
         assert_eq!(run.status, 1, "{}", run.stderr);
     }
