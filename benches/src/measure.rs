@@ -172,10 +172,20 @@ impl Report {
         pace: Pace,
         mut sides: [Side<'_>; N],
     ) -> [f64; N] {
-        // Timers that report by themselves name the crate, too.
-        let name = format!("{}: {name}", self.group);
-        let times = self.timer.times(&name, pace, &mut sides);
+        let times = self.measure_all(name, pace, &mut sides);
         std::array::from_fn(|side| times[side])
+    }
+
+    /// Returns the minimum times per call \[ns\] of any number of sides at a pace.
+    pub fn measure_all(&mut self, name: &str, pace: Pace, sides: &mut [Side<'_>]) -> Vec<f64> {
+        // Timers that report by themselves name the crate, too.
+        self.timer.times(&format!("{}: {name}", self.group), pace, sides)
+    }
+
+    /// Returns true if figures are printed, and not by the timer.
+    #[must_use]
+    pub const fn prints(&self) -> bool {
+        self.prints
     }
 
     /// Returns the number of rounds to measure, out of `rounds` at full effort.

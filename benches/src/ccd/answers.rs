@@ -1,12 +1,52 @@
 //! Answers of methods: all of a set, the slowest, and counts of wrong ones.
 
 use std::hint::black_box;
+use std::time::Duration;
 
 use super::queries::CcdQuery;
-use crate::measure::nanoseconds;
+use crate::measure::{Pace, Report, Side, as_f64, nanoseconds};
 
 /// Answer to a query: the time of the first contact, if any.
 pub type Method<'a> = &'a dyn Fn(&CcdQuery) -> Option<f64>;
+
+/// Queries that are timed at once: long enough for the clock, and short enough that most blocks
+/// are not interrupted in one round or another.
+const BLOCK: usize = 256;
+
+/// A method with its name.
+pub type NamedMethod<'a> = (&'a str, Method<'a>);
+
+/// Returns the mean time of each method per query \[ns\].
+///
+/// Methods take turns block by block. The minimum time of each block over all rounds counts, so
+/// that other load on the machine falls on no method. A timer that reports by itself gets all
+/// queries as one block.
+#[must_use]
+pub fn mean_times(
+    name: &str,
+    queries: &[CcdQuery],
+    rounds: u32,
+    methods: &[NamedMethod<'_>],
+    report: &mut Report,
+) -> Vec<f64> {
+    let pace = Pace { min_turns: rounds, calls: 1, ..Pace::within(Duration::ZERO) };
+    let block = if report.prints() { BLOCK } else { queries.len() };
+    let mut totals = vec![0.0; methods.len()];
+    for block in queries.chunks(block) {
+        let mut work = Vec::new();
+        for &(name, method) in methods {
+            work.push((name, move || answer_all(block, method)));
+        }
+        let mut sides: Vec<Side<'_>> = Vec::new();
+        for (name, answer) in &mut work {
+            sides.push((*name, answer));
+        }
+        for (total, time) in totals.iter_mut().zip(report.measure_all(name, pace, &mut sides)) {
+            *total += time / as_f64(queries.len());
+        }
+    }
+    totals
+}
 
 /// Answers all queries by a method; returns the number of contacts.
 pub fn answer_all(queries: &[CcdQuery], method: Method<'_>) -> usize {

@@ -7,7 +7,6 @@
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use ccd::CcdParams;
 use serde::Serialize;
@@ -15,10 +14,10 @@ use serde::Serialize;
 use super::curves::machine;
 use super::poster::{ErrorAxis, Figure, MethodKey, Poster};
 use super::sheet::Sheet;
-use crate::ccd::answers::{Answers, answer_all};
+use crate::ccd::answers::{Answers, NamedMethod, mean_times};
 use crate::ccd::methods::{certified, contact, del_geo, interval_subdivision, plain_cubic};
 use crate::ccd::queries::{CcdQuery, QueryKind, QuerySet, mean_extent, on_lattice, random, read};
-use crate::measure::{Pace, TakingTurns, Timer, as_f64};
+use crate::measure::{Report, as_f64};
 
 /// Generated queries of each kind, and queries used of a file, about.
 const GENERATED: usize = 4000;
@@ -27,8 +26,8 @@ const USED: usize = 4000;
 /// Separations over the mean extent of a query.
 const SEPARATIONS: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 
-/// Rounds, of which the minimum time counts.
-const ROUNDS: u32 = 15;
+/// Rounds, of which the minimum time of each block counts.
+const ROUNDS: u32 = 9;
 
 /// Queries of each kind that interval subdivision answers, which takes a thousand times as long.
 const SUBDIVIDED: usize = 80;
@@ -186,14 +185,11 @@ impl LabeledSet {
         queries: &[CcdQuery],
         rounds: u32,
     ) -> Vec<Measurement> {
-        let mut sides = Vec::new();
-        for Candidate { answer, .. } in candidates {
-            sides.push(move || answer_all(queries, &**answer));
+        let mut methods: Vec<NamedMethod<'_>> = Vec::new();
+        for Candidate { method, answer, .. } in candidates {
+            methods.push((method, &**answer));
         }
-        let mut sides: Vec<_> =
-            sides.iter_mut().map(|side| ("", side as &mut dyn FnMut() -> _)).collect();
-        let pace = Pace { min_turns: rounds, calls: 1, ..Pace::within(Duration::ZERO) };
-        let times = TakingTurns.times("", pace, &mut sides);
+        let times = mean_times(self.title, queries, rounds, &methods, &mut Report::new(1.0));
 
         let contacts = count_contacts(queries);
         let mut measured = Vec::new();
@@ -203,7 +199,7 @@ impl LabeledSet {
                 queries: self.title,
                 method,
                 separation: *separation,
-                time: time / as_f64(queries.len()),
+                time,
                 false_alarms: share(answers.false_alarms, queries.len() - contacts),
                 missed: share(answers.missed, contacts),
                 late: share(answers.late, contacts),

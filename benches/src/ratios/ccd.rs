@@ -9,7 +9,7 @@ use std::path::Path;
 
 use ::ccd::{CcdParams, MovingPoints};
 
-use crate::ccd::answers::{Answers, answer_all, max_time};
+use crate::ccd::answers::{Answers, NamedMethod, max_time, mean_times};
 use crate::ccd::methods::{certified, del_geo};
 use crate::ccd::queries::{QueryKind, QuerySet, mean_extent, random, read};
 use crate::measure::{Report, as_f64};
@@ -49,7 +49,10 @@ const DEGENERATE: Limits =
 /// Random queries, without exact answers.
 const RANDOM: Limits = Limits { time: 1.0, separation: 3.0, ..DEGENERATE };
 
-/// Budget of each comparison \[ms\].
+/// Rounds at full effort, of which the minimum time of each block counts.
+const ROUNDS: u32 = 15;
+
+/// Budget of the filter of a batch \[ms\].
 const BUDGET: u64 = 200;
 
 /// Compares all sets of queries.
@@ -109,18 +112,14 @@ impl Comparison<'_> {
         let queries = &self.set.queries;
         // A thousandth of the extent, enough to absorb the rounding of positions.
         let apart = CcdParams { min_separation: 1e-3 * mean_extent(queries), ..CcdParams::DEFAULT };
-        let [ours, apart, peer] = self.report.interleave(
-            &self.name("queries"),
-            BUDGET,
-            [
-                ("certified", &mut || answer_all(queries, &|q| certified(q, &CcdParams::DEFAULT))),
-                ("separation", &mut || answer_all(queries, &|q| certified(q, &apart))),
-                ("del-geo-core", &mut || answer_all(queries, &del_geo)),
-            ],
-        );
-
-        let per_query = |time: f64| time / as_f64(queries.len());
-        let [ours, apart, peer] = [ours, apart, peer].map(per_query);
+        let methods: [NamedMethod<'_>; 3] = [
+            ("certified", &|query| certified(query, &CcdParams::DEFAULT)),
+            ("separation", &|query| certified(query, &apart)),
+            ("del-geo-core", &del_geo),
+        ];
+        let (name, rounds) = (self.name("queries"), self.report.rounds(ROUNDS));
+        let times = mean_times(&name, queries, rounds, &methods, self.report);
+        let [ours, apart, peer] = times[..] else { return };
         let Limits { time, separation, .. } = self.limits;
         self.report.ratio(self.name("certified / del-geo-core"), [ours, peer], "ns", time);
         self.report.ratio(self.name("separation / certified"), [apart, ours], "ns", separation);
