@@ -97,8 +97,7 @@ impl ExitSide<'_> {
     /// Computes the exit directions of vertices inside or near, |V|; 0 for others, for rigid
     /// bodies, and for all while none has been inside.
     fn exit_directions(&self, near: &[NearVertex], memory: &mut ExitMemory) -> Vec<DVec3> {
-        let has_inside = near.iter().any(|near| near.gap < 0.0);
-        if self.tissue.is_rigid || (memory.is_empty() && !has_inside) {
+        if self.tissue.is_rigid || (memory.is_empty() && !has_inside(near)) {
             return vec![DVec3::ZERO; self.tissue.normals.len()];
         }
         memory.resize(self.tissue.normals.len(), DVec3::ZERO);
@@ -165,6 +164,16 @@ impl ExitSide<'_> {
             normal,
         })
     }
+}
+
+/// Returns true if one of the vertices is inside.
+fn has_inside(near: &[NearVertex]) -> bool {
+    for near in near {
+        if near.gap < 0.0 {
+            return true;
+        }
+    }
+    false
 }
 
 /// Returns true if a direction is on one side.

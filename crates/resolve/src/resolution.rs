@@ -180,9 +180,13 @@ impl Remaining {
         stuck: bool,
     ) -> Vec<Self> {
         let mut remaining = Vec::new();
-        for report in after.iter().filter(|report| report.overlaps) {
+        for report in after {
+            if !report.overlaps {
+                continue;
+            }
             let pushed = near.overlapping().find(|near| near.report.pair == report.pair);
-            let obstacle = if report.pair.bodies().iter().all(|&id| scene.body(id).is_rigid()) {
+            let PairId { a, b, .. } = report.pair;
+            let obstacle = if scene.body(a).is_rigid() && scene.body(b).is_rigid() {
                 Obstacle::BothRigid
             } else if pushed.is_none() {
                 Obstacle::Coincident
@@ -219,7 +223,12 @@ impl Remaining {
 
 /// Returns true if a pair overlaps in one of these reports.
 pub(crate) fn overlaps_in(reports: &[PairReport], pair: PairId) -> bool {
-    reports.iter().any(|report| report.overlaps && report.pair == pair)
+    for report in reports {
+        if report.pair == pair {
+            return report.overlaps;
+        }
+    }
+    false
 }
 
 /// Brackets the deepest of some overlaps; `None` where none has a depth.
