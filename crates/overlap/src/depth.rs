@@ -96,6 +96,7 @@ pub(crate) fn depth(
     other: &SurfaceTree,
     params: &DepthParams,
     traversal: &mut Workspace,
+    queries: &mut u32,
 ) -> Option<Depth> {
     let mut search = Search::new(clipper.body, other, params, traversal);
     let nearest = search.query_vertices(clipper);
@@ -106,6 +107,7 @@ pub(crate) fn depth(
         let Some((bound, piece)) = search.pieces.next() else { break };
         search.split(bound, &piece);
     }
+    *queries += search.queries;
     search.finish()
 }
 

@@ -73,6 +73,7 @@ pub struct OverlapDetector {
     located: Vec<Located>,
     /// One per region: the region that it belongs to, another one for a cavity.
     owners: Vec<usize>,
+    queries: u32,
 }
 
 impl OverlapDetector {
@@ -151,15 +152,22 @@ impl OverlapDetector {
         bodies: [&SurfaceTree; 2],
         params: &DepthParams,
     ) -> [Option<Depth>; 2] {
+        self.queries = 0;
         [0, 1].map(|side| {
             if self.inside[side].is_undefined || self.inside[side].covers_twice {
                 return None;
             }
-            let Self { curve, inside, regions, traversal, .. } = &mut *self;
+            let Self { curve, inside, regions, traversal, queries, .. } = &mut *self;
             let (body, inside) = (bodies[side], &inside[side]);
             let clipper = Clipper { side, body, curve, inside, regions, region };
-            depth(&clipper, bodies[1 - side], params, traversal)
+            depth(&clipper, bodies[1 - side], params, traversal, queries)
         })
+    }
+
+    /// Returns the number of closest points that the last [`depths`](Self::depths) computed.
+    #[must_use]
+    pub fn queries(&self) -> u32 {
+        self.queries
     }
 
     /// Measures the contact of A's surface with B's and of B's with A's, within a margin, for the

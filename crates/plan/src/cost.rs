@@ -19,16 +19,16 @@ pub struct OperationCounts {
     pub refit_faces: f64,
     /// Vertices of surfaces that are compared with each other, near or far.
     pub listed_vertices: f64,
+    /// Pairs of faces whose bounds overlap.
+    pub tested_faces: f64,
     /// Pairs of faces that share a point.
     pub meeting_faces: f64,
     /// Vertices that are projected to the other surface.
     pub near_vertices: f64,
-    /// Searches for a depth.
-    pub searches: f64,
     /// Pairs of faces that share a point, in searches for a depth.
     pub searched_faces: f64,
-    /// Vertices inside the other body, in searches for a depth.
-    pub searched_vertices: f64,
+    /// Closest points in searches for a depth.
+    pub depth_queries: f64,
     /// Vertices at which a field is queried, with their edges.
     pub field_vertices: f64,
     /// Vertices that are attached to balls, which follow them.
@@ -53,13 +53,13 @@ impl OperationCounts {
     /// Times of single operations on the reference machine \[s\], as `cargo xtask chart costs`
     /// measures them.
     pub const SECONDS: Self = Self {
-        refit_faces: 4e-9,
-        listed_vertices: 1.5e-9,
-        meeting_faces: 250e-9,
-        near_vertices: 550e-9,
-        searches: 10e-6,
-        searched_faces: 1200e-9,
-        searched_vertices: 500e-9,
+        refit_faces: 6e-9,
+        listed_vertices: 1.4e-9,
+        tested_faces: 170e-9,
+        meeting_faces: 50e-9,
+        near_vertices: 5000e-9,
+        searched_faces: 1700e-9,
+        depth_queries: 2800e-9,
         field_vertices: 380e-9,
         tied_vertices: 200e-9,
         ball_vertices: 1000e-9,
@@ -74,11 +74,11 @@ impl OperationCounts {
         [
             self.refit_faces,
             self.listed_vertices,
+            self.tested_faces,
             self.meeting_faces,
             self.near_vertices,
-            self.searches,
             self.searched_faces,
-            self.searched_vertices,
+            self.depth_queries,
             self.field_vertices,
             self.tied_vertices,
             self.ball_vertices,
@@ -93,11 +93,11 @@ impl OperationCounts {
         let [
             refit_faces,
             listed_vertices,
+            tested_faces,
             meeting_faces,
             near_vertices,
-            searches,
             searched_faces,
-            searched_vertices,
+            depth_queries,
             field_vertices,
             tied_vertices,
             ball_vertices,
@@ -108,11 +108,11 @@ impl OperationCounts {
         Self {
             refit_faces,
             listed_vertices,
+            tested_faces,
             meeting_faces,
             near_vertices,
-            searches,
             searched_faces,
-            searched_vertices,
+            depth_queries,
             field_vertices,
             tied_vertices,
             ball_vertices,

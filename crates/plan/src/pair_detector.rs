@@ -164,6 +164,7 @@ impl PairDetector {
         for side in sides {
             self.operations.listed_vertices += count(side.tree.surface().vertex_count());
         }
+        self.operations.tested_faces += count(self.surfaces.tested_faces());
         self.operations.meeting_faces += count(self.surfaces.meeting_faces().len());
         for side in self.surfaces.sides() {
             self.operations.near_vertices += count(side.near().len());

@@ -19,10 +19,10 @@ use crate::{
     Accuracy, DetectionMethod, ForcedMethod, PairPlan, Plan, PlanError, PlanParams, StructureKind,
 };
 
-/// Largest time of exact detection per face of both bodies of a pair \[s\]: deep overlaps take a
-/// third of it. Below, structures that would pay are not considered; above, work is counted for
-/// structures that do not.
-const MAX_SECONDS_PER_FACE: f64 = 1e-6;
+/// Largest time of exact detection per face of both bodies of a pair \[s\]: the deepest overlaps of
+/// anatomy take half of it. Below, structures that would pay are not considered; above, work is
+/// counted for structures that do not.
+const MAX_SECONDS_PER_FACE: f64 = 4e-6;
 
 impl Plan {
     /// Chooses a method for each pair of bodies that may meet, and builds what they need.
@@ -87,6 +87,10 @@ impl Plan {
         Ok(plan)
     }
 }
+
+/// Smallest number of frames for which work is counted. Counting is exact detection of each pair,
+/// once: for fewer frames it would cost more than the tenth that it may save.
+const MIN_COUNTED_FRAMES: u32 = 10;
 
 /// Maker of a plan.
 struct Planner<'a> {
@@ -159,6 +163,10 @@ impl<'a> Planner<'a> {
 
     /// Counts the work of all pairs, unless every free pair has the exact candidate alone.
     fn count_work(&mut self, scene: &mut Scene, progress: Progress<'_>) -> Result<(), PlanError> {
+        if self.params.frames < MIN_COUNTED_FRAMES {
+            self.useless.fill(COARSE.with(FIELD));
+            return Ok(());
+        }
         let mut is_member = vec![false; scene.bodies().len()];
         let mut may_pay = false;
         for pair in &self.pairs {

@@ -53,9 +53,6 @@ impl SurfaceDepth {
         }
 
         // Both brackets hold, so that the narrower one of each side counts.
-        for side in found.sides() {
-            operations.searched_vertices += count(side.inside_vertices().len());
-        }
         let searched = self.search(found.meeting_faces(), bodies, width, operations);
         larger([0, 1].map(|side| match searched[side] {
             None => by_vertices[side],
@@ -78,11 +75,11 @@ impl SurfaceDepth {
         operations: &mut OperationCounts,
     ) -> [Option<DepthBracket>; 2] {
         operations.searched_faces += count(meeting.len());
-        operations.searches += 1.0;
         self.detector.measure_candidates(bodies, meeting, &mut self.measures);
         let params =
             DepthParams { relative_tolerance: 0.0, tolerance: width, max_queries: MAX_QUERIES };
         let depths = self.detector.depths(bodies, &params);
+        operations.depth_queries += f64::from(self.detector.queries());
 
         let Overlap { no_inside, covers_twice, .. } = &self.measures;
         [0, 1].map(|side| {
@@ -165,7 +162,7 @@ mod tests {
         found.compute(bodies[0], bodies[1], 0.0);
         let mut operations = OperationCounts::default();
         let bracket = SurfaceDepth::default().bracket(&found, bodies, width, &mut operations);
-        (bracket, operations.searches > 0.0)
+        (bracket, operations.depth_queries > 0.0)
     }
 
     #[test]

@@ -91,6 +91,7 @@ impl Workload {
         let vertices = (self.vertices[0] + self.vertices[1]).max(1.0);
         let operations = OperationCounts {
             listed_vertices: self.exact.listed_vertices * sum(self.vertices) / vertices,
+            tested_faces: self.exact.tested_faces * along_curve(kept),
             meeting_faces: self.meeting * along_curve(kept),
             near_vertices: sum(self.near),
             ..OperationCounts::default()
@@ -103,10 +104,12 @@ impl Workload {
         if !self.is_overlapping {
             return operations;
         }
+        // Every vertex inside is a query, and the splits come in addition, on any surface.
+        let near = self.near[0] * kept[0] + self.near[1] * kept[1];
+        let splits = (self.exact.depth_queries - self.near[0] - self.near[1]).max(0.0);
         OperationCounts {
-            searches: 1.0,
             searched_faces: self.meeting * along_curve(kept),
-            searched_vertices: self.near[0] * kept[0] + self.near[1] * kept[1],
+            depth_queries: near + splits,
             ..operations
         }
     }

@@ -8,6 +8,8 @@ use crate::SurfaceTree;
 /// Intersection of two surfaces, face by face.
 #[derive(Debug, Default)]
 pub(crate) struct Crossings {
+    /// Number of pairs of faces whose bounds overlap.
+    pub(crate) tested: usize,
     /// Pairs of faces that share at least one point.
     pub(crate) meeting: Vec<[u32; 2]>,
     /// Pairs of faces that properly cross, ascending.
@@ -21,12 +23,14 @@ pub(crate) struct Crossings {
 impl Crossings {
     /// Finds the faces of `a` and `b` that meet, in place of earlier ones.
     pub(crate) fn find(&mut self, a: &SurfaceTree, b: &SurfaceTree, workspace: &mut Workspace) {
-        let Self { meeting, crossing, cut_faces_of_a, cut_faces_of_b } = self;
+        let Self { tested, meeting, crossing, cut_faces_of_a, cut_faces_of_b } = self;
+        *tested = 0;
         meeting.clear();
         crossing.clear();
 
         // The trees leave the faces whose bounds overlap; the predicate is exact.
         a.tree().pairs(b.tree(), 0.0, workspace, |face_a, face_b| {
+            *tested += 1;
             match triangles_meet(a.corners(face_a), b.corners(face_b)) {
                 Meeting::Disjoint => return,
                 Meeting::Touching => {}

@@ -106,6 +106,12 @@ impl PairProximity {
         &self.crossings.meeting
     }
 
+    /// Returns the number of pairs of faces that were tested, since their bounds overlap.
+    #[must_use]
+    pub fn tested_faces(&self) -> usize {
+        self.crossings.tested
+    }
+
     /// Returns true if faces cross or a vertex of one is inside the other. Surfaces that only
     /// touch do not overlap.
     #[must_use]

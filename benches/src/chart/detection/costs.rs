@@ -25,11 +25,11 @@ use crate::measure::as_f64;
 const KINDS: [&str; COUNT] = [
     "face refitted",
     "vertex of a compared surface",
+    "pair of faces tested",
     "pair of faces that meet",
     "vertex projected",
-    "search for a depth",
     "pair of faces in a search",
-    "vertex inside in a search",
+    "closest point in a search",
     "vertex over a field",
     "vertex followed by balls",
     "vertex among balls",

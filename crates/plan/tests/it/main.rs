@@ -7,7 +7,9 @@ mod growth;
 mod interruption;
 mod planned;
 mod refused;
+mod regret;
 mod step;
+mod thigh;
 
 use fixtures::shapes::icosphere;
 use glam::DVec3;
