@@ -60,9 +60,12 @@ impl ContactSet {
     ) {
         let start = self.contacts.len();
         self.contacts.extend_from_slice(contacts);
+
+        // V_c and A_c of a bone in motion are those of its anchors.
         for contact in &mut self.contacts[start..] {
             contact.anchor = contact.anchor.map(|anchor| motion.at(anchor.point));
         }
+
         let contacts = start..self.contacts.len();
         self.groups.push(ContactGroup { pair, material: *material, contacts });
     }

@@ -43,8 +43,10 @@ impl Followers {
     ///   to 1;
     /// - [`ResponseError::Parameter`] where a leader follows, too.
     pub fn new(followers: Vec<Follower>) -> Result<Self, ResponseError> {
+        // Sorted, for the search for leaders.
         let mut particles: Vec<u32> = followers.iter().map(|follower| follower.particle).collect();
         particles.sort_unstable();
+
         for (number, follower) in followers.iter().enumerate() {
             let sum = follower.leaders.iter().map(|leader| leader.weight).sum();
             check::weight_sum(number, sum, 1.0, 1.0)?;
@@ -80,6 +82,7 @@ impl Followers {
         contacts: &ContactSet,
         follows: &mut Vec<bool>,
     ) {
+        // All that can move, then without those in contact.
         follows.clear();
         follows.resize(inverse_mass.len(), false);
         for Follower { particle, .. } in &self.0 {

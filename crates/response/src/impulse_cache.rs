@@ -68,6 +68,8 @@ impl ImpulseCache {
         for entry in &mut self.entries {
             entry.is_used = false;
         }
+
+        // In the order of the contacts, so that each stored impulse has one taker.
         start.clear();
         for group in contacts.groups() {
             for contact in &contacts.contacts()[group.contacts.clone()] {
@@ -86,6 +88,8 @@ impl ImpulseCache {
                 (cosine, best) = (turn, Some(entry));
             }
         }
+
+        // Impulses are forces over a step, which may have another length now.
         let Some(entry) = best else { return Impulse::default() };
         entry.is_used = true;
         Impulse { normal: scale * entry.impulse.normal, tangent: scale * entry.impulse.tangent }
@@ -102,6 +106,8 @@ impl ImpulseCache {
         impulses: &[Impulse],
     ) -> Result<(), ResponseError> {
         check::count("impulses", contacts.contacts().len(), impulses.len())?;
+
+        // Sorted by identity below: contacts may come in any order.
         self.entries.clear();
         for group in contacts.groups() {
             for number in group.contacts.clone() {

@@ -103,6 +103,7 @@ mod reference;
 mod relative;
 mod soft;
 mod solve;
+mod solve_level;
 mod spring;
 pub mod stability;
 mod step;
@@ -129,9 +130,10 @@ pub use crate::reference::{FaceFrame, Reference, Restraint};
 pub use crate::relative::{Margins, RelativeMotion, RelativeState};
 pub use crate::soft::{LinearForces, MatrixBlock, NormalForce, SoftContacts, SoftLaw};
 pub use crate::solve::{
-    ContactSystem, Impulse, Residual, SolveLevel, SolveReport, SolverMemory, SolverMethod,
-    SolverParams, SweepOrder,
+    ContactSystem, Impulse, Residual, SolveReport, SolverMemory, SolverMethod, SolverParams,
+    SweepOrder,
 };
+pub use crate::solve_level::SolveLevel;
 pub use crate::spring::Spring;
 pub use crate::step::{
     Acceleration, Accelerations, ExplicitEuler, Implicit, ImplicitEuler, ImplicitMidpoint,

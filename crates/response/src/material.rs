@@ -84,6 +84,7 @@ impl Material {
         &self,
         contact: &Contact,
     ) -> Result<(ContactLaw, Constraint), ResponseError> {
+        // Permanent contacts close gaps, too.
         let depth = self.depth(contact);
         let constraint = match self.permanent {
             None => Constraint::Contact,
@@ -99,6 +100,7 @@ impl Material {
         contact: &Contact,
         h: StepLength,
     ) -> Result<(ContactLaw, Constraint), ResponseError> {
+        // Hard: no approach, or no motion of the restrained part.
         let law = ContactLaw::new(self.margins, 0.0)?.with_friction(self.friction);
         let Some(spring) = self.spring else {
             let constraint = match self.permanent {

@@ -235,6 +235,7 @@ impl ContactStep {
         self.followers.follow(&self.follows, &self.next, moved);
         report.rounds += 1;
 
+        // What positions gain in potential energy is reported by the mass moved.
         for ((x, moved), w) in x.iter_mut().zip(&self.displacements).zip(inverse_mass) {
             *x += *moved;
             if *w > 0.0 {
@@ -273,6 +274,7 @@ impl ContactStep {
         self.followers.follow(&self.follows, before, v);
         velocity_cache.store(contacts, &solver.impulses)?;
 
+        // Momentum and energy that the correction has given.
         report.approach = largest_approach(&self.contacts, v);
         report.rigid_work = self.solver.rigid_work(&self.contacts);
         for ((v, before), w) in v.iter().zip(before).zip(inverse_mass) {
@@ -364,6 +366,8 @@ fn add_to_loads(loads: ParticleLoads<'_>, changes: &[DVec3], inverse_mass: &[f64
     for (change, w) in changes.iter().zip(inverse_mass).filter(|(_, w)| **w > 0.0) {
         sum += *change / *w;
     }
+
+    // In the unit of the caller's list.
     match loads {
         ParticleLoads::None => {}
         ParticleLoads::Accelerations(a) => {

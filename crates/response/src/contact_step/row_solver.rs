@@ -34,6 +34,7 @@ impl RowSolver {
         contacts: &ContactSet,
         row: impl Fn(&Contact, &Material) -> Result<Option<Row>, ResponseError>,
     ) -> Result<(), ResponseError> {
+        // Rows keep the order of contacts, and say which one they are of.
         self.rows.clear(particle_count);
         self.of_rows.clear();
         for (number, (contact, material)) in contacts.iter().enumerate() {
@@ -53,6 +54,7 @@ impl RowSolver {
         inverse_mass: &[f64],
         params: &StepParams,
     ) -> Result<SolveReport, ResponseError> {
+        // Impulses to start from, of the contacts that have a row.
         self.row_impulses.clear();
         for &number in &self.of_rows {
             self.row_impulses.push(self.impulses[number]);

@@ -107,6 +107,7 @@ struct Solution<'a> {
 impl Solution<'_> {
     /// Reads the impulses, and computes the residual from the particles.
     fn load(&mut self, q: &mut [DVec3], impulses: &[Impulse]) {
+        // The residual is what the rows' own impulses leave of Q_c − t.
         let memory = &mut *self.memory;
         memory.impulses.clear();
         memory.residual.clear();
@@ -117,6 +118,8 @@ impl Solution<'_> {
             let at = restrained(row, goal, self.system.relative(row, goal.bias, slots));
             memory.residual.push(at.plus(-1.0, compliant(row, goal, lambda)));
             memory.impulses.push(lambda);
+
+            // 1 / (D + α): the inverse of the row's own entry in H.
             let normal = row.step * row.hardness;
             let is_hard = goal.tangent == Tangent::Held;
             memory.scales.push([normal, if is_hard { row.step } else { normal }]);
@@ -145,6 +148,7 @@ impl Solution<'_> {
         let mut least = self.norm();
         self.restart();
 
+        // Rows that contradict each other make the residual grow.
         while iterations < max_iterations && self.largest() > tolerance {
             iterations += 1;
             if !self.step() {
@@ -212,10 +216,12 @@ impl Solution<'_> {
 
     /// Makes the steepest descent conjugate to the last direction.
     fn conjugate(&mut self, curvature: f64) {
+        // Conjugate by H: the overlap with the product is taken out.
         let mut overlap = 0.0;
         for row in 0..self.goals.len() {
             overlap += self.descent(row).dot(self.memory.product[row]);
         }
+
         let turn = overlap / curvature;
         for row in 0..self.goals.len() {
             let last = self.memory.direction[row];
@@ -234,12 +240,15 @@ impl Solution<'_> {
     /// Computes H times the direction.
     fn multiply(&mut self) {
         let GradientMemory { direction, product, moved, .. } = &mut *self.memory;
+        // W Nᵀ: what the direction does to particles.
         moved.clear();
         moved.resize(self.system.particle_count, DVec3::ZERO);
         let slots = cells(moved);
         for (row, direction) in self.system.rows.iter().zip(&*direction) {
             self.system.apply(row, -direction.normal * row.normal, -direction.tangent, slots);
         }
+
+        // N of that, and the compliance of the row itself.
         product.clear();
         for ((row, goal), &direction) in self.system.rows.iter().zip(self.goals).zip(&*direction) {
             let at = restrained(row, goal, self.system.relative(row, DVec3::ZERO, slots));
@@ -272,6 +281,7 @@ impl Solution<'_> {
             self.memory.impulses[row] = to;
         }
 
+        // The residual follows by H.
         self.multiply();
         let GradientMemory { product, residual, .. } = &mut *self.memory;
         for (residual, product) in residual.iter_mut().zip(product) {
@@ -349,6 +359,8 @@ impl Solution<'_> {
         if !self.goals[row].is_one_sided {
             return residual;
         }
+
+        // A push that is not needed can be taken back up to its size.
         let way = self.memory.impulses[row].normal / self.memory.scales[row][0];
         Parts { normal: residual.normal.max(-way), ..residual }
     }

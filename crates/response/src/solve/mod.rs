@@ -58,7 +58,7 @@ use self::conjugate_gradient::GradientMemory;
 use self::jacobi::JacobiMemory;
 use self::packed::{PackedSystem, SolverState};
 use self::slots::cells;
-use crate::{ContactRows, ResponseError, check};
+use crate::{ContactRows, ResponseError, SolveLevel, check};
 
 /// Order of the rows in a Gauss–Seidel sweep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -107,19 +107,6 @@ impl Default for SolverParams {
     fn default() -> Self {
         Self { method: SolverMethod::GaussSeidel, max_iterations: 10, tolerance: 0.0 }
     }
-}
-
-/// Quantity that a solver corrects.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum SolveLevel {
-    /// Displacements since the contacts were detected: no depth is left, and slip
-    /// is taken back within Coulomb's disc. Rigid objects count as at rest.
-    Position,
-    /// Velocities: the approach times λ is canceled.
-    Velocity,
-    /// Accelerations: likewise.
-    Acceleration,
 }
 
 /// Accumulated impulses of one row on P; those on P̄ are opposite. In mass times the unit
@@ -337,27 +324,6 @@ impl SolverState {
     /// Computes the largest changes that any row alone still requires.
     fn residual(&mut self, system: &PackedSystem) -> Residual {
         system.residual(&self.goals, &self.impulses, cells(&mut self.q))
-    }
-}
-
-impl SolveLevel {
-    /// Computes the factor on impulses of the last step that start the next, where steps are
-    /// `ratio` times as long: forces persist, and impulses are forces times h², h and 1.
-    #[must_use]
-    pub fn impulse_scale(self, ratio: f64) -> f64 {
-        match self {
-            Self::Position => ratio * ratio,
-            Self::Velocity => ratio,
-            Self::Acceleration => 1.0,
-        }
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Position => "displacement",
-            Self::Velocity => "velocity",
-            Self::Acceleration => "acceleration",
-        }
     }
 }
 

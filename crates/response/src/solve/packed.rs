@@ -6,9 +6,9 @@ use surface::Term;
 
 use super::coloring::{Batch, Coloring};
 use super::slots::{Slot, cells};
-use super::{Impulse, Residual, SolveLevel, SweepOrder};
+use super::{Impulse, Residual, SweepOrder};
 use crate::contact_rows::ContactRow;
-use crate::{Constraint, ContactLaw, ContactRows};
+use crate::{Constraint, ContactLaw, ContactRows, SolveLevel};
 
 /// Constraint rows and inverse masses, packed for sweeping.
 #[derive(Clone, Debug, Default)]
@@ -268,6 +268,7 @@ impl PackedSystem {
         let start = given + moving;
         let lambda = source.law.margins().proximity_factor(source.depth);
 
+        // Targets enter with the part that does not change.
         let target = match source.constraint {
             Constraint::Contact if level == SolveLevel::Position => -source.depth * row.normal,
             // Outside of collision only λ of the approach is canceled.
@@ -280,6 +281,8 @@ impl PackedSystem {
         if let Constraint::Vector(_) = source.constraint {
             return RowGoal { tangent: Tangent::Compliant, ..goal };
         }
+
+        // Coulomb's law projects, and needs no target.
         let Some(share) = source.law.friction().as_share() else {
             let has_friction = row.static_friction > 0.0;
             return if has_friction { RowGoal { tangent: Tangent::Disc, ..goal } } else { goal };
@@ -313,6 +316,7 @@ impl PackedSystem {
 
         // A step cancels Q_c of this row alone.
         let (static_friction, dynamic_friction) = row.law.friction().coefficients();
+
         self.rows.push(PackedRow {
             normal: row.normal,
             step: compliance.recip(),
@@ -368,6 +372,8 @@ fn moves(term: &Term, inverse_mass: &[f64]) -> bool {
 /// Returns the nearest impulse that fulfills the goal's conditions.
 fn admissible(row: &PackedRow, goal: &RowGoal, impulse: Impulse) -> Impulse {
     let normal = if goal.is_one_sided { impulse.normal.max(0.0) } else { impulse.normal };
+
+    // The plane has turned since the impulse was stored.
     let in_plane = impulse.tangent - impulse.tangent.dot(row.normal) * row.normal;
     let tangent = match goal.tangent {
         Tangent::Free => DVec3::ZERO,
