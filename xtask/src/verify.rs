@@ -95,7 +95,7 @@ fn run_tests(root: &Path, extent: Extent) -> Result<(TestOutput, bool), String> 
     let mut command = Command::new("cargo");
     command.args(TESTS).current_dir(root).env("INSTA_UPDATE", "no").env_remove("INSTA_FORCE_PASS");
     if extent == Extent::Full {
-        // Partial results are for the inner loop, and cost a third more of the compiler's time.
+        // Partial results are for the inner loop, and take a third more of the compiler's time.
         command.env("CARGO_INCREMENTAL", "0").env("CARGO_PROFILE_DEV_CODEGEN_UNITS", "1");
     }
     if extent == Extent::Quick {
