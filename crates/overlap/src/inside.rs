@@ -10,7 +10,7 @@
 
 use kdop::{Axis, Workspace};
 use proximity::SurfaceTree;
-use surface::{NO_EDGE, ray_crosses_triangle, ray_crosses_triangle_from_below};
+use surface::{NO_EDGE, TriangleSurface, ray_crosses_triangle, ray_crosses_triangle_from_below};
 
 use crate::curve::{Curve, CutEdge, index};
 
@@ -230,10 +230,16 @@ impl Inside {
     fn fill_cluster(&mut self, own: &SurfaceTree, start: u32, cut_edges: &[CutEdge]) {
         let cluster = self.begin_cluster(start);
         let first = InsideVertex { vertex: start, winding: 1, cluster };
-        self.label(first);
-        self.stack.push(first);
+        self.reach(first);
 
+        let is_one_way = own.has_winding_number().is_ok();
         while let Some(at) = self.stack.pop() {
+            // No edge at most vertices is cut: their neighbors need no edges.
+            if is_one_way && !self.is_rim[at.vertex as usize] {
+                self.fill_uncut_neighbors(own.surface(), at);
+                continue;
+            }
+
             self.collect_neighbors(own, at.vertex);
             for i in 0..self.neighbors.len() {
                 let Neighbor { vertex, edge } = self.neighbors[i];
@@ -243,16 +249,37 @@ impl Inside {
                 let cut = if self.is_rim[vertex as usize] { self.cut(edge) } else { None };
                 // Beyond an edge with a net of zero the inside begins again, as another cluster.
                 match cut {
-                    None => {
-                        let reached = InsideVertex { vertex, ..at };
-                        self.label(reached);
-                        self.stack.push(reached);
-                    }
+                    None => self.reach(InsideVertex { vertex, ..at }),
                     Some(cut) if cut_edges[cut].net == 0 => self.pending.push(vertex),
                     Some(_) => {}
                 }
             }
         }
+    }
+
+    /// Labels the neighbors of a vertex without a cut edge, on a closed oriented surface.
+    #[inline]
+    fn fill_uncut_neighbors(&mut self, surface: &TriangleSurface, at: InsideVertex) {
+        for &face in surface.vertex_faces(at.vertex) {
+            let [a, b, c] = surface.faces()[face as usize];
+            // Each neighbor is the next corner of one face.
+            let vertex = if a == at.vertex {
+                b
+            } else if b == at.vertex {
+                c
+            } else {
+                a
+            };
+            if self.places[vertex as usize] == 0 {
+                self.reach(InsideVertex { vertex, ..at });
+            }
+        }
+    }
+
+    /// Labels a vertex, from which the fill goes on.
+    fn reach(&mut self, reached: InsideVertex) {
+        self.label(reached);
+        self.stack.push(reached);
     }
 
     /// Labels every part of the surface by winding numbers, from one ray each.
