@@ -11,12 +11,14 @@ use surface::progress::{Interrupted, Progress};
 use crate::bone_field::BoneField;
 use crate::choice::{Choice, StructureSet};
 use crate::cost::count;
+use crate::deformation::Deformation;
 use crate::structures::{MissingStructure, Structures};
 use crate::{ExclusionReason, PlanError, PlanParams, StructureKind};
 
-/// Deviation of a coarse surface \[tolerances\]. Two of them leave a fifth of the tolerance for the
-/// bracket on the depth; a narrower one takes longer.
-pub(crate) const COARSE_SHARE: f64 = 0.4;
+/// Deviation of a coarse surface \[tolerances\]. Two of them leave a third of the tolerance for the
+/// bracket on the depth and for deformation. Smaller keeps more faces; larger, searches for depths
+/// take longer and bodies that deform are detected exactly sooner.
+pub(crate) const COARSE_SHARE: f64 = 0.35;
 
 /// Largest fraction of its faces that a coarse surface may keep where it was not forced. Above,
 /// following it costs more than it saves.
@@ -73,7 +75,10 @@ impl<'a> Builder<'a> {
         for (&Task { body, kind, .. }, built) in tasks.iter().zip(built) {
             let of_body = &mut self.structures.bodies[body.index()];
             match built {
-                Ok(Built::Coarse(coarse)) => of_body.coarse = Some(coarse),
+                Ok(Built::Coarse(coarse)) => {
+                    of_body.coarse = Some(coarse);
+                    of_body.deformation = Some(Deformation::begin(self.scene.body(body)));
+                }
                 Ok(Built::Field(field)) => of_body.field = Some(field),
                 Ok(Built::Medial(medial)) => of_body.medial = Some(medial),
                 Err(BuildError::Interrupted(interrupted)) => return Err(interrupted.into()),
@@ -91,7 +96,9 @@ impl<'a> Builder<'a> {
         for (number, set) in choice.structures.iter().enumerate() {
             let of_body = &mut structures.bodies[number];
             structures.uses_tree[number] = set.has(StructureKind::Tree);
-            of_body.coarse.take_if(|_| !set.has(StructureKind::Coarse));
+            if !set.has(StructureKind::Coarse) {
+                (of_body.coarse, of_body.deformation) = (None, None);
+            }
             of_body.field.take_if(|_| !set.has(StructureKind::Field));
         }
         structures

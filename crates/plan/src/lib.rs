@@ -62,6 +62,7 @@ mod candidates;
 mod choice;
 mod coarse_size;
 mod cost;
+mod deformation;
 mod detection;
 mod error;
 mod followers;

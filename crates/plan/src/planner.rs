@@ -13,7 +13,9 @@ use crate::coarse_size::predicted_faces;
 use crate::cost::{OperationCounts, count};
 use crate::pair_detector::PairDetector;
 use crate::plan::PlannedBody;
-use crate::structures::{MissingStructure, Structures, coarse_construction, tree_construction};
+use crate::structures::{
+    MissingStructure, Structures, coarse_construction, coarse_follow, tree_construction,
+};
 use crate::workload::Workload;
 use crate::{
     Accuracy, DetectionMethod, ForcedMethod, PairPlan, Plan, PlanError, PlanParams, StructureKind,
@@ -34,7 +36,8 @@ impl Plan {
     ///
     /// Fields are built at the positions that rigid bodies were added with, and follow their
     /// poses. Coarse surfaces are built at the present positions and follow the vertices that
-    /// they have kept.
+    /// they have kept; where a body is deformed until they deviate too much, its pairs are detected
+    /// exactly.
     ///
     /// # Errors
     ///
@@ -285,12 +288,12 @@ impl<'a> Planner<'a> {
 
     /// Counts the operations by which each kind of structure follows its body.
     fn follow(&self, number: usize, body: &Body) -> [OperationCounts; KINDS] {
-        let refit = |refit_faces| OperationCounts { refit_faces, ..OperationCounts::default() };
-        let faces = count(body.surface().faces().len());
+        let refit_faces = count(body.surface().faces().len());
         let tied_vertices = count(body.positions().len());
         let mut follow = [OperationCounts::default(); KINDS];
-        follow[place(StructureKind::Tree)] = refit(faces);
-        follow[place(StructureKind::Coarse)] = refit(self.kept[number] * faces);
+        follow[place(StructureKind::Tree)] =
+            OperationCounts { refit_faces, ..OperationCounts::default() };
+        follow[place(StructureKind::Coarse)] = coarse_follow(body, self.kept[number] * refit_faces);
         follow[place(StructureKind::Medial)] =
             OperationCounts { tied_vertices, ..OperationCounts::default() };
         follow

@@ -9,6 +9,7 @@ use surface::{RigidState, parallel};
 
 use crate::bone_field::BoneField;
 use crate::cost::count;
+use crate::deformation::Deformation;
 use crate::pair_detector::MIN_WIDTH;
 use crate::{
     Accuracy, DetectionMethod, ExclusionReason, OperationCounts, PairPlan, PlanError, StructureKind,
@@ -59,6 +60,8 @@ pub(crate) struct Structures {
 #[derive(Debug, Default)]
 pub(crate) struct BodyStructures {
     pub(crate) coarse: Option<CoarseSurface>,
+    /// Deformation since the coarse surface was built.
+    pub(crate) deformation: Option<Deformation>,
     pub(crate) field: Option<BoneField>,
     pub(crate) medial: Option<MedialDetector>,
     /// True if they are where the body is, in frames that follow bodies pair by pair.
@@ -270,6 +273,9 @@ impl BodyStructures {
         if let Some(coarse) = &mut self.coarse {
             coarse.follow(body.positions())?;
         }
+        if let Some(deformation) = &mut self.deformation {
+            deformation.follow(body);
+        }
         if let Some(medial) = &mut self.medial {
             medial.follow(body.checked_positions())?;
         }
@@ -280,7 +286,7 @@ impl BodyStructures {
     fn follow_operations(&self, body: &Body) -> OperationCounts {
         let mut operations = OperationCounts::default();
         if let Some(coarse) = &self.coarse {
-            operations.refit_faces = count(coarse.tree().surface().faces().len());
+            operations = coarse_follow(body, count(coarse.tree().surface().faces().len()));
         }
         if self.medial.is_some() {
             operations.tied_vertices = count(body.positions().len());
@@ -302,7 +308,8 @@ impl BodyStructures {
         let mut list = Vec::new();
         if let Some(coarse) = &self.coarse {
             let (faces, accuracy) = (coarse.tree().surface().faces().len(), self.coarse_accuracy());
-            let coarse = structure(StructureKind::Coarse, faces, accuracy, coarse.bytes());
+            let bytes = coarse.bytes() + self.deformation.as_ref().map_or(0, Deformation::bytes);
+            let coarse = structure(StructureKind::Coarse, faces, accuracy, bytes);
             list.push(Structure { operations: coarse_construction(body), ..coarse });
         }
         if let Some(BoneField { detector, accuracy }) = &self.field {
@@ -321,12 +328,11 @@ impl BodyStructures {
         list
     }
 
-    /// Returns the certified deviation of the coarse surface.
+    /// Returns the certified deviation of the coarse surface, where the body is now.
     fn coarse_accuracy(&self) -> Accuracy {
-        match &self.coarse {
-            Some(coarse) => Accuracy::proved(coarse.reduced().deviation.upper()),
-            None => Accuracy::EXACT,
-        }
+        let Some(coarse) = &self.coarse else { return Accuracy::EXACT };
+        let deformed = self.deformation.as_ref().map_or(0.0, |deformed| deformed.max_distance);
+        Accuracy::proved(coarse.reduced().deviation.upper() + 2.0 * deformed)
     }
 
     fn field_accuracy(&self) -> Accuracy {
@@ -342,6 +348,13 @@ impl BodyStructures {
             None => Accuracy::EXACT,
         }
     }
+}
+
+/// Returns the operations by which a coarse surface of so many faces follows a body: its own refit,
+/// and the deformation of the body, which takes as long per vertex.
+pub(crate) fn coarse_follow(body: &Body, faces: f64) -> OperationCounts {
+    let refit_faces = faces + count(body.positions().len());
+    OperationCounts { refit_faces, ..OperationCounts::default() }
 }
 
 /// Returns the operations that build the tree of a body.

@@ -8,6 +8,7 @@ mod interruption;
 mod planned;
 mod refused;
 mod regret;
+mod stale;
 mod step;
 mod thigh;
 

@@ -1,0 +1,61 @@
+//! Coarse surfaces of bodies that move and deform: bounds hold, and pairs fall back where they are
+//! exceeded.
+
+use fixtures::shapes;
+use glam::{DQuat, DVec3};
+use plan::{DetectionMethod, ForcedMethod, Plan, PlanParams};
+use scene::{BodyKind, CheckParams, PairId, Scene};
+use surface::progress::Progress;
+
+use crate::detect;
+
+const TOLERANCE: f64 = 0.5;
+
+#[test]
+fn a_deformed_body_is_detected_exactly_until_it_is_itself_again() {
+    // Two fine ellipsoids, side by side, 1 deep.
+    let mesh = shapes::ellipsoid(DVec3::new(10.0, 10.0, 40.0), 5);
+    let other = mesh.clone().translated(DVec3::X * 19.0);
+    let mut scene = Scene::new();
+    let mut add = |name, mesh: &fixtures::Mesh| {
+        let x = mesh.positions.clone();
+        scene.add(name, BodyKind::Deformable, mesh.surface(), x).expect("a body")
+    };
+    let pair = PairId::new(add("a", &mesh), add("b", &other));
+    let forced = [ForcedMethod { pair, method: DetectionMethod::Coarse }];
+    let params = PlanParams::with_tolerance(TOLERANCE);
+    let plan = Plan::with_forced(&mut scene, &params, &forced, Progress::none());
+    let mut plan = plan.expect("a plan");
+
+    let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 0.5).normalize(), 0.7);
+    let moved = |p: DVec3| turn * p + DVec3::new(30.0, -5.0, 2.0);
+    // Away from the contact the first body thickens by 3, which no vertex of the contact shows.
+    let bulge = |p: DVec3| if p.x < -5.0 { p + DVec3::X * 0.3 * (p.x + 5.0) } else { p };
+    // A wave along the whole of it.
+    let wave = |p: DVec3| p + DVec3::X * 1.5 * (0.4 * p.z).sin();
+    for (name, map, method) in [
+        ("rest", &(|p: DVec3| p) as &dyn Fn(DVec3) -> DVec3, DetectionMethod::Coarse),
+        ("turned", &moved, DetectionMethod::Coarse),
+        ("thicker", &bulge, DetectionMethod::Exact),
+        ("wave", &wave, DetectionMethod::Exact),
+        ("turned again", &moved, DetectionMethod::Coarse),
+    ] {
+        let is_moved = name.starts_with("turned");
+        let a: Vec<DVec3> = mesh.positions.iter().map(|&p| map(p)).collect();
+        let b: Vec<DVec3> =
+            other.positions.iter().map(|&p| if is_moved { map(p) } else { p }).collect();
+        scene.move_body(pair.a, &a).expect("a move");
+        scene.move_body(pair.b, &b).expect("a move");
+
+        let detection = detect(&mut plan, &mut scene);
+        let found = detection.pair(pair).expect("they overlap");
+        assert_eq!(found.method, method, "{name}");
+        let params = CheckParams { depth_tolerance: Some(1e-3), ..CheckParams::new(0.0) };
+        let exact = scene.check(&params, Progress::none()).expect("a check");
+        let exact = exact[0].max_depth().expect("they overlap");
+        let is_within = (found.max_depth - exact.lower).abs() <= TOLERANCE + 1e-3;
+        assert!(is_within, "{name}: {found:?}, {exact:?}");
+        let holds = found.depth.lower <= exact.upper && found.depth.upper >= exact.lower;
+        assert!(holds, "{name}: {found:?}, {exact:?}");
+    }
+}
