@@ -17,20 +17,24 @@ const TESTS: [&str; 6] =
     ["test", "--workspace", "--exclude=benches", "--all-features", "--locked", "--no-fail-fast"];
 
 /// Tests of more than a second, by the beginning of their names, which the inner loop leaves out.
-const LONG_TESTS: [&str; 25] = [
+const LONG_TESTS: [&str; 30] = [
     "accuracy::table_of_the_femur",
     "accuracy::the_measured_deep_error",
     "any_triangles::band_is_exact",
+    "check::any_number_of_threads_writes",
     "complete::a_",
     "contacts::balls_follow_the_body",
     "contacts::balls_meet_what",
     "contacts::planted_dips",
     "contacts::vertices_meet_what",
+    "first_try::three_commands",
     "following::balls_that_few_vertices",
     "generation::",
     "hausdorff::no_sample_exceeds",
     "interruption::every_poll",
     "interruption::polls_grow",
+    "motion::every_frame_is_pushed_apart",
+    "motion::resolved_frames_are",
     "no_target_panics",
     "planned::a_budget_that_is_too_small",
     "planned::any_number_of_threads",
@@ -43,6 +47,7 @@ const LONG_TESTS: [&str; 25] = [
     "signs::one_face_in_twenty",
     "signs::overlapping_shells",
     "threads::one_two_and_seven",
+    "threads_change_no_byte",
 ];
 
 /// Extent of a verification.
