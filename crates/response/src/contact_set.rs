@@ -76,6 +76,12 @@ impl ContactSet {
         &self.contacts
     }
 
+    /// Returns all contacts, to be changed in place.
+    #[must_use]
+    pub fn contacts_mut(&mut self) -> &mut [Contact] {
+        &mut self.contacts
+    }
+
     /// Returns the groups, in the order they were added.
     #[must_use]
     pub fn groups(&self) -> &[ContactGroup] {

@@ -64,6 +64,7 @@ mod pass_through;
 mod report;
 mod scene;
 mod step;
+mod step_sides;
 mod sweep;
 
 pub use distance_field::{FieldContact, FieldDetector, FieldFeature};

@@ -10,6 +10,7 @@ use response::{
 };
 use surface::{Contact, Pose};
 
+use crate::step_sides::{SideMemory, key_of};
 use crate::{BodyId, PairId, Scene, SceneError};
 
 /// States of all particles of a scene, body after body
@@ -30,7 +31,9 @@ pub struct SceneStates<'a> {
 /// [`RigidMotion`] per bone.
 ///
 /// It stands *before* the move, as [`ContactStep`] explains: forces, velocities, this step,
-/// positions. Contacts may come from any detector.
+/// positions. Contacts may come from any detector. A vertex inside a thin body leaves by the
+/// side that it came in by, if it approached by at most the thickness in a step, whichever
+/// side the detector finds nearer.
 ///
 /// ```
 /// use scene::glam::{DQuat, DVec3};
@@ -71,6 +74,7 @@ pub struct SceneStates<'a> {
 pub struct SceneStep {
     materials: Materials,
     bones: Bones,
+    sides: SideMemory,
     step: ContactStep,
 }
 
@@ -109,7 +113,8 @@ impl SceneStep {
     #[must_use]
     pub fn new(default: Material) -> Self {
         let materials = Materials { default, by_pair: BTreeMap::new() };
-        Self { materials, bones: Bones::default(), step: ContactStep::default() }
+        let (bones, sides) = (Bones::default(), SideMemory::default());
+        Self { materials, bones, sides, step: ContactStep::default() }
     }
 
     /// Sets the material of one pair.
@@ -166,12 +171,27 @@ impl SceneStep {
         }
 
         self.bones.fit(scene);
-        let Self { materials, bones, step } = self;
+        let Self { materials, bones, sides, step } = self;
         let particles = ParticleStates { x, v, loads, inverse_mass };
-        step.correct(particles, params, |x, set| {
+        let report = step.correct(particles, params, |x, set| {
             scene.move_soft_bodies(x)?;
-            detect(scene, &mut PairContacts { set, materials, bones })
-        })
+            detect(scene, &mut PairContacts { set, materials, bones })?;
+            let motion_of = |body: BodyId| bones.0[body.index()].unwrap_or_default();
+            sides.correct(scene, set, motion_of).map_err(E::from)
+        });
+        sides.end_step();
+        report
+    }
+
+    /// Returns the number of contacts in the last detection of vertices inside a body that were
+    /// not in contact with it in the step before: they leave by the nearest side, which of a
+    /// thin body may be the far one.
+    ///
+    /// It stays 0 where bodies start apart, and come nearer in a step by at most the gap up to
+    /// which contacts are detected.
+    #[must_use]
+    pub fn unknown_sides(&self) -> usize {
+        self.sides.unknown
     }
 
     /// Returns the step without the scene.
@@ -187,8 +207,7 @@ impl PairContacts<'_> {
     pub fn add(&mut self, pair: PairId, contacts: &[Contact]) {
         let material = self.materials.by_pair.get(&pair).unwrap_or(&self.materials.default);
         let motion = pair.bodies().iter().find_map(|body| self.bones.0[body.index()]);
-        let key = u64::from(pair.a.0) << 32 | u64::from(pair.b.0);
-        self.set.add(key, material, &motion.unwrap_or_default(), contacts);
+        self.set.add(key_of(pair), material, &motion.unwrap_or_default(), contacts);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use fixtures::shapes::icosphere;
+use fixtures::shapes::{icosphere, plate};
 use glam::{DQuat, DVec3};
 use plan::{Detection, Plan, PlanError, PlanParams, StructureKind};
 use response::{
@@ -152,4 +152,64 @@ fn a_step_over_a_scene_allocates_nothing_after_a_few() {
         }
         assert!(contacts > 100, "{contacts}");
     });
+}
+
+/// Lowers a soft ball onto a plate 2 thick by `drop` per step, with positions corrected after each;
+/// returns the lowest vertex over the plate's middle, and the largest number of unknown sides.
+fn press(kind: BodyKind, drop: f64, margin: f64) -> (f64, usize) {
+    let (plate, ball) = (plate(DVec3::new(80.0, 60.0, 2.0), [40, 30]), icosphere(10.0, 3));
+    let top = plate.positions.iter().fold(f64::MIN, |top, x| top.max(x.z));
+    let ball = ball.translated(DVec3::Z * (top + 10.2));
+    let mut scene = Scene::new();
+    scene.add("plate", kind, plate.surface(), plate.positions).expect("a plate");
+    let soft = scene.add("ball", BodyKind::Deformable, ball.surface(), ball.positions);
+    let first = scene.body(soft.expect("a ball")).particles().start as usize;
+
+    let params = PlanParams { margin, ..PlanParams::with_tolerance(0.05) };
+    let mut plan = plan(&mut scene, &params);
+    let mut step = SceneStep::new(Material::hard(Margins::new(0.0, 1.0).expect("in range")));
+    let (mut x, mut detection) = (scene.particle_positions(), Detection::default());
+    let (mut v, mut w) = (vec![DVec3::ZERO; x.len()], vec![1.0; x.len()]);
+    w[..first].fill(0.0);
+    let (mut lowest, mut unknown) = (f64::MAX, 0);
+    for _ in 0..4 {
+        let states =
+            SceneStates { x: &mut x, v: &mut v, loads: ParticleLoads::None, inverse_mass: &w };
+        let params = StepParams {
+            depth_tolerance: Some(1e-6),
+            approach_tolerance: None,
+            ..StepParams::new(StepLength::new(H).expect("in range"))
+        };
+        step.correct(&mut scene, states, &params, |scene, contacts| {
+            plan.detect(scene, &mut detection)?;
+            for pair in detection.pairs() {
+                contacts.add(pair.pair, &detection.contacts()[pair.contacts.clone()]);
+            }
+            Ok::<(), PlanError>(())
+        })
+        .expect("valid");
+        unknown = unknown.max(step.unknown_sides());
+        lowest = x[first..].iter().fold(lowest, |lowest, x| lowest.min(x.z - top + 1.0));
+        for x in &mut x[first..] {
+            x.z -= drop;
+        }
+    }
+    (lowest, unknown)
+}
+
+#[test]
+fn no_vertex_leaves_a_thin_plate_by_the_far_side() {
+    for drop in [0.8, 1.2, 1.6, 1.95] {
+        // A bone, and a soft body that cannot move.
+        for kind in [BodyKind::Rigid, BodyKind::Deformable] {
+            let (lowest, unknown) = press(kind, drop, 2.5);
+            assert!(lowest > -1.0 && unknown == 0, "{drop} a step: {lowest}, {unknown} unknown");
+            // Almost through a soft plate, contacts of its far vertices slow the way back.
+            assert!(lowest > 0.9 || drop > 1.9, "{drop} a step: {lowest}");
+        }
+    }
+
+    // Without a margin, vertices are first seen inside: the step says so.
+    let (_, unknown) = press(BodyKind::Rigid, 1.6, 0.0);
+    assert!(unknown > 0);
 }

@@ -1,0 +1,167 @@
+//! Memory of sides: a vertex inside a thin body leaves it where it came in.
+//!
+//! Of a vertex inside a body, the nearest face may be that of the far side. So a step
+//! remembers, per vertex and body, the face of its last foot. While the vertex is inside, its
+//! foot is followed from there over the surface, and where it is on another side than the
+//! detector's, it replaces that. A vertex that approaches by at most the thickness in a step
+//! does not leave by the far side then.
+
+use glam::DVec3;
+use kdop::Workspace;
+use response::{ContactSet, RigidMotion, SurfaceFoot, walk_to_foot};
+use surface::{Contact, ContactSide, Term};
+
+use crate::{Body, BodyId, PairId, Scene, SceneError};
+
+/// Faces of the last feet of vertices, from step to step.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SideMemory {
+    /// Of the last step, sorted by key.
+    last: Vec<Side>,
+    /// Of the present detection.
+    present: Vec<Side>,
+    /// Contacts inside whose vertex had no side in the last step.
+    pub(crate) unknown: usize,
+    is_wanted: Vec<bool>,
+    workspace: Workspace,
+}
+
+/// Side of a vertex at a body.
+#[derive(Clone, Copy, Debug)]
+struct Side {
+    key: (PairId, u32),
+    face: u32,
+}
+
+/// Contact of a vertex with a face.
+struct VertexContact {
+    particle: u32,
+    p: DVec3,
+    /// Body that holds P̄.
+    on: BodyId,
+}
+
+impl SideMemory {
+    /// Ends a step: the sides that were detected last are those to remember.
+    pub(crate) fn end_step(&mut self) {
+        std::mem::swap(&mut self.last, &mut self.present);
+        self.last.sort_unstable_by_key(|side| side.key);
+        self.present.clear();
+    }
+
+    /// Replaces the contacts of vertices that the detector would push out of another side than
+    /// they came in by.
+    pub(crate) fn correct(
+        &mut self,
+        scene: &mut Scene,
+        contacts: &mut ContactSet,
+        motion_of: impl Fn(BodyId) -> RigidMotion,
+    ) -> Result<(), SceneError> {
+        self.present.clear();
+        self.unknown = 0;
+        self.fit_trees(scene, contacts)?;
+        for number in 0..contacts.groups().len() {
+            let group = &contacts.groups()[number];
+            let (pair, range) = (pair_of(group.pair), group.contacts.clone());
+            for contact in &mut contacts.contacts_mut()[range] {
+                let Some(vertex) = VertexContact::new(scene, pair, contact) else { continue };
+                self.correct_one(scene.body(vertex.on), pair, &vertex, contact, &motion_of);
+            }
+        }
+        Ok(())
+    }
+
+    /// Brings the trees of bodies in contact to their present state.
+    fn fit_trees(&mut self, scene: &mut Scene, contacts: &ContactSet) -> Result<(), SceneError> {
+        self.is_wanted.clear();
+        self.is_wanted.resize(scene.bodies().len(), false);
+        for group in contacts.groups() {
+            for body in pair_of(group.pair).bodies() {
+                self.is_wanted[body.index()] = true;
+            }
+        }
+        scene.fit(&self.is_wanted)
+    }
+
+    fn correct_one(
+        &mut self,
+        on: &Body,
+        pair: PairId,
+        vertex: &VertexContact,
+        contact: &mut Contact,
+        motion_of: &impl Fn(BodyId) -> RigidMotion,
+    ) {
+        // The foot on the side of the last step, and whether the detector's is on another.
+        let key = (pair, vertex.particle);
+        let found = self.last.binary_search_by_key(&key, |side| side.key);
+        let last = found.ok().map(|number| self.last[number].face);
+        let (surface, x) = (on.surface(), on.checked_positions());
+        let foot = last.and_then(|face| walk_to_foot(surface, x, face, vertex.p));
+        if let Some(foot) = foot {
+            let is_behind = foot.height < 0.0 && foot.normal.dot(contact.normal) < 0.0;
+            if is_behind {
+                *contact = at_foot(on, vertex, &foot, &motion_of(vertex.on));
+                self.present.push(Side { key, face: foot.face });
+                return;
+            }
+        }
+        if contact.gap < 0.0 && foot.is_none() {
+            self.unknown += 1;
+        }
+
+        // The side of the detector's foot.
+        let Some(tree) = on.tree() else { return };
+        let at = vertex.p - contact.gap * contact.normal;
+        let nearest = tree.closest_point(at, f64::INFINITY, last, &mut self.workspace);
+        if let Some(nearest) = nearest {
+            self.present.push(Side { key, face: nearest.face });
+        }
+    }
+}
+
+impl VertexContact {
+    /// Returns the vertex of a contact; `None` where P is no single vertex, or the objects are
+    /// thicker than their surfaces.
+    fn new(scene: &Scene, pair: PairId, contact: &Contact) -> Option<Self> {
+        let terms = contact.stencil.terms();
+        let (first, rest) = terms.split_first()?;
+
+        // The sign of a weight decides its side, also that of a zero.
+        let is_vertex =
+            first.weight <= -1.0 && rest.iter().all(|term| term.weight.is_sign_positive());
+        if !is_vertex || contact.offset > 0.0 {
+            return None;
+        }
+        let holds = |id: &BodyId| scene.body(*id).particles().contains(&first.particle);
+        let [of_p, on] = if holds(&pair.a) { [pair.a, pair.b] } else { [pair.b, pair.a] };
+        let body = scene.body(of_p);
+        let vertex = first.particle.checked_sub(body.particles().start)?;
+        let p = *body.positions().get(vertex as usize)?;
+        Some(Self { particle: first.particle, p, on })
+    }
+}
+
+/// Returns the contact of a vertex with a foot.
+fn at_foot(on: &Body, vertex: &VertexContact, foot: &SurfaceFoot, motion: &RigidMotion) -> Contact {
+    let p = [Term { particle: vertex.particle, weight: 1.0 }];
+    let p = ContactSide::Particles(&p);
+    if on.is_rigid() {
+        let anchor = ContactSide::Rigid(motion.at(foot.point));
+        return Contact::between(p, anchor, foot.normal, foot.height);
+    }
+    let (corners, first) = (on.surface().faces()[foot.face as usize], on.particles().start);
+    let term = |k: usize| Term { particle: first + corners[k], weight: foot.barycentric[k] };
+    let terms = [0, 1, 2].map(term);
+    Contact::between(p, ContactSide::Particles(&terms), foot.normal, foot.height)
+}
+
+/// Returns the key of a pair in a set of contacts.
+pub(crate) fn key_of(pair: PairId) -> u64 {
+    u64::from(pair.a.0) << 32 | u64::from(pair.b.0)
+}
+
+/// Returns the pair of a key.
+#[expect(clippy::cast_possible_truncation, reason = "both halves have 32 bits")]
+fn pair_of(key: u64) -> PairId {
+    PairId::new(BodyId((key >> 32) as u32), BodyId(key as u32))
+}
