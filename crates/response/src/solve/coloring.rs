@@ -30,9 +30,10 @@ pub(super) struct Batch {
 const COLORS: u32 = u64::BITS;
 
 impl Coloring {
-    /// Forgets all rows.
-    pub(super) fn clear(&mut self, particle_count: usize) {
+    /// Forgets all rows, and makes room for others.
+    pub(super) fn clear(&mut self, row_count: usize, particle_count: usize) {
         self.of_rows.clear();
+        self.of_rows.reserve(row_count);
         self.used.clear();
         self.used.resize(particle_count, 0);
     }
@@ -94,7 +95,7 @@ mod tests {
         let mut coloring = Coloring::default();
         // A second coloring in the same memory starts afresh.
         for _ in 0..2 {
-            coloring.clear(particle_count);
+            coloring.clear(rows.len(), particle_count);
             rows.iter().for_each(|particles| coloring.add_row(particles.iter().copied()));
             coloring.sort();
         }

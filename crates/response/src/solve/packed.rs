@@ -110,6 +110,7 @@ impl PackedSystem {
 
         // Rows that can move a particle, in the order in which they are swept.
         self.movable.clear();
+        self.movable.reserve(rows.len());
         for (number, row) in (0..).zip(rows.iter()) {
             if row.terms.iter().any(|term| moves(term, inverse_mass)) {
                 self.movable.push(number);
@@ -121,7 +122,11 @@ impl PackedSystem {
         }
 
         // Rows next to each other in a sweep are next to each other in memory.
-        for place in 0..self.coloring.order.len() {
+        let count = self.coloring.order.len();
+        self.rows.reserve(count);
+        self.terms.reserve(4 * count);
+        self.sources.reserve(count);
+        for place in 0..count {
             let number = self.movable[self.coloring.order[place] as usize];
             self.push(number, &rows.row(number as usize));
         }
@@ -129,7 +134,7 @@ impl PackedSystem {
 
     /// Colors the movable rows such that rows of one color write to different particles.
     fn color(&mut self, rows: &ContactRows) {
-        self.coloring.clear(rows.particle_count());
+        self.coloring.clear(self.movable.len(), rows.particle_count());
         for &number in &self.movable {
             let particles = rows.row(number as usize).terms.iter().map(|term| term.particle);
             let free = particles.filter(|particle| self.inverse_mass[*particle as usize] > 0.0);
@@ -160,6 +165,7 @@ impl PackedSystem {
     ) {
         // Goals need the state before impulses act.
         state.goals.clear();
+        state.goals.reserve(self.rows.len());
         for (row, source) in self.rows.iter().zip(&self.sources) {
             state.goals.push(self.goal(level, row, source, q));
         }
@@ -167,6 +173,7 @@ impl PackedSystem {
         state.q.clear();
         state.q.extend_from_slice(q);
         state.impulses.clear();
+        state.impulses.reserve(self.rows.len());
         let slots = cells(&mut state.q);
         for ((row, source), goal) in self.rows.iter().zip(&self.sources).zip(&state.goals) {
             let impulse = admissible(row, goal, impulses[source.row as usize]);
