@@ -137,6 +137,9 @@ impl ContactStep {
     /// Those of [`StepParams::validate`], [`Material::validate`](crate::Material::validate),
     /// [`ContactRows::push`], [`ContactSystem::solve`] and `detect`. Corrections made before
     /// the error stay.
+    ///
+    /// [`ContactRows::push`]: crate::ContactRows::push
+    /// [`ContactSystem::solve`]: crate::ContactSystem::solve
     pub fn correct<E: From<ResponseError>>(
         &mut self,
         particles: ParticleStates<'_>,
