@@ -4,10 +4,10 @@
 //! The piece with the largest bound is split until no bound on the rest exceeds the largest
 //! value that was evaluated by more than a small share.
 
-use std::cmp::Reverse;
-use std::collections::BTreeMap;
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
 
-use surface::{DirectedHausdorff, TotalF64};
+use surface::DirectedHausdorff;
 
 /// Excess of a bound over the largest evaluated value at which splitting ends, relative to that
 /// value.
@@ -39,8 +39,7 @@ const RELATIVE_SLACK: f64 = 0.05;
 /// ```
 #[derive(Debug)]
 pub struct MaximumSearch<T> {
-    /// Pieces by bound; their numbers break ties, so that the order is fixed.
-    pieces: BTreeMap<(TotalF64, Reverse<usize>), T>,
+    pieces: BinaryHeap<Waiting<T>>,
     added: usize,
     lower: f64,
     /// Largest bound of the pieces that were left out.
@@ -50,6 +49,35 @@ pub struct MaximumSearch<T> {
     limit: f64,
 }
 
+/// Piece that waits for being split.
+#[derive(Debug)]
+struct Waiting<T> {
+    bound: f64,
+    /// Number of pieces added before it: breaks ties, so that the order is fixed.
+    number: usize,
+    piece: T,
+}
+
+impl<T> Ord for Waiting<T> {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.bound.total_cmp(&other.bound).then(other.number.cmp(&self.number))
+    }
+}
+
+impl<T> PartialOrd for Waiting<T> {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl<T> PartialEq for Waiting<T> {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl<T> Eq for Waiting<T> {}
+
 impl<T> MaximumSearch<T> {
     /// Starts a search without pieces.
     ///
@@ -58,7 +86,7 @@ impl<T> MaximumSearch<T> {
     /// number to decide whether it is exceeded.
     #[must_use]
     pub const fn new(min_slack: f64, limit: f64) -> Self {
-        let pieces = BTreeMap::new();
+        let pieces = BinaryHeap::new();
         let relative_slack = RELATIVE_SLACK;
         Self { pieces, added: 0, lower: 0.0, left_out: 0.0, relative_slack, min_slack, limit }
     }
@@ -80,7 +108,7 @@ impl<T> MaximumSearch<T> {
         if bound <= self.sufficient() {
             self.left_out = self.left_out.max(bound);
         } else {
-            self.pieces.insert((TotalF64(bound), Reverse(self.added)), piece);
+            self.pieces.push(Waiting { bound, number: self.added, piece });
             self.added += 1;
         }
     }
@@ -96,8 +124,8 @@ impl<T> MaximumSearch<T> {
         if self.remaining() <= self.sufficient() {
             return None;
         }
-        let ((bound, _), piece) = self.pieces.pop_last()?;
-        Some((bound.0, piece))
+        let Waiting { bound, piece, .. } = self.pieces.pop()?;
+        Some((bound, piece))
     }
 
     /// Returns the largest evaluated value; 0 without one.
@@ -122,7 +150,7 @@ impl<T> MaximumSearch<T> {
     /// Returns the largest bound of the pieces that are left; 0 without one.
     #[must_use]
     pub fn remaining(&self) -> f64 {
-        self.pieces.last_key_value().map_or(0.0, |((bound, _), _)| bound.0)
+        self.pieces.peek().map_or(0.0, |piece| piece.bound)
     }
 
     /// Returns bounds on the maximum.
