@@ -55,17 +55,17 @@ impl OperationCounts {
     pub const SECONDS: Self = Self {
         refit_faces: 3.5e-9,
         listed_vertices: 1.4e-9,
-        tested_faces: 170e-9,
+        tested_faces: 190e-9,
         meeting_faces: 50e-9,
-        near_vertices: 5000e-9,
-        searched_faces: 1700e-9,
-        depth_queries: 2800e-9,
-        field_vertices: 380e-9,
-        tied_vertices: 200e-9,
-        ball_vertices: 1000e-9,
-        tree_faces: 130e-9,
-        decimated_faces: 13e-6,
-        field_nodes: 150e-9,
+        near_vertices: 1400e-9,
+        searched_faces: 500e-9,
+        depth_queries: 2400e-9,
+        field_vertices: 2400e-9,
+        tied_vertices: 340e-9,
+        ball_vertices: 60e-9,
+        tree_faces: 100e-9,
+        decimated_faces: 8.5e-6,
+        field_nodes: 56e-9,
     };
 
     /// Returns the counts in the order of the fields.

@@ -104,9 +104,12 @@ impl Workload {
         if !self.is_overlapping {
             return operations;
         }
+        // Splits after which larger faces and a narrower bracket take a search to its end.
+        const MIN_SPLITS: f64 = 20.0;
+
         // Every vertex inside is a query, and the splits come in addition, on any surface.
         let near = self.near[0] * kept[0] + self.near[1] * kept[1];
-        let splits = (self.exact.depth_queries - self.near[0] - self.near[1]).max(0.0);
+        let splits = (self.exact.depth_queries - self.near[0] - self.near[1]).max(MIN_SPLITS);
         OperationCounts {
             searched_faces: self.meeting * along_curve(kept),
             depth_queries: near + splits,
