@@ -119,9 +119,9 @@
 //!
 //! # At rate, within a tolerance
 //!
-//! A [`Plan`] chooses a method for each pair that meets a tolerance and builds only what that needs:
-//! fields for bones, coarser surfaces for soft bodies. [`Plan::detect`] then runs every frame without
-//! taking memory, and [`Plan::respond`] pushes bodies apart.
+//! A [`Plan`] chooses a method for each pair whose error is proved to be within a tolerance, by cost
+//! over a number of frames, and builds only what that needs: coarser surfaces, or fields for bones.
+//! [`Plan::detect`] then runs every frame, and [`Plan::respond`] pushes bodies apart.
 //!
 //! ```
 //! # use musculo_collide::{BodyKind, Progress, Scene, glam::DVec3};
