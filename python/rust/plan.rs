@@ -8,7 +8,7 @@ use crate::arrays::{array, point_array};
 use crate::call::Call;
 use crate::error::refused;
 use crate::record::dict;
-use crate::scene::{Scene, names};
+use crate::scene::Scene;
 
 /// Native plan, with the scene that it was made for.
 #[pyclass(module = "musculo_collide._native")]
@@ -49,7 +49,7 @@ impl Plan {
         let scene = self.scene.try_borrow(py)?;
         let mut pairs = Vec::new();
         for planned in self.plan.pairs() {
-            let [a, b] = names(scene.library(), planned.pair);
+            let [a, b] = scene.library().names(planned.pair);
             pairs.push(dict!(py, {
                 a: a,
                 b: b,
@@ -80,7 +80,7 @@ impl Plan {
 
         let mut pairs = Vec::new();
         for found in detection.pairs() {
-            let [a, b] = names(library, found.pair);
+            let [a, b] = library.names(found.pair);
             let contacts = &detection.contacts()[found.contacts.clone()];
             let normals: Vec<_> = contacts.iter().map(|contact| contact.normal).collect();
             let state = match found.state {

@@ -24,7 +24,7 @@ type Record<'py> = PyResult<Bound<'py, PyDict>>;
 
 /// Returns the record of one pair of bodies.
 pub(crate) fn pair<'py>(py: Python<'py>, report: &PairReport, scene: &Scene) -> Record<'py> {
-    let [a, b] = report.pair.bodies().map(|id| scene.body(id).name());
+    let [a, b] = scene.names(report.pair);
     let [near_area_of_a, near_area_of_b] = match report.near_areas {
         Some(areas) => areas.map(|AreaBracket { lower, upper }| Some((lower, upper))),
         None => [None; 2],
@@ -115,7 +115,7 @@ fn vertices<'py>(py: Python<'py>, report: &VertexReport) -> Record<'py> {
 pub(crate) fn sweep<'py>(py: Python<'py>, report: &SweepReport, scene: &Scene) -> Record<'py> {
     let mut pairs = Vec::new();
     for pair in &report.pairs {
-        let [a, b] = pair.pair.bodies().map(|id| scene.body(id).name());
+        let [a, b] = scene.names(pair.pair);
         pairs.push(dict!(py, {
             a: a,
             b: b,

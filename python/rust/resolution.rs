@@ -7,7 +7,6 @@ use pyo3::types::PyDict;
 
 use crate::arrays::point_array;
 use crate::record::{dict, pair};
-use crate::scene::names;
 
 /// Returns the record of a resolution.
 pub(crate) fn record<'py>(
@@ -30,7 +29,7 @@ pub(crate) fn record<'py>(
 
     let mut remaining = Vec::new();
     for left in &found.remaining {
-        let [a, b] = names(scene, left.pair);
+        let [a, b] = scene.names(left.pair);
         remaining.push(dict!(py, {
             a: a,
             b: b,

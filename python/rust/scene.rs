@@ -4,7 +4,7 @@ use glam::{DMat3, DQuat, DVec3};
 use musculo_collide::ccd::CcdParams;
 use musculo_collide::resolve::{ResolveParams, resolve};
 use musculo_collide::surface::Pose;
-use musculo_collide::{BodyId, BodyKind, BodyMove, CheckParams, PairId};
+use musculo_collide::{BodyId, BodyKind, BodyMove, CheckParams};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -168,9 +168,4 @@ impl Scene {
             refused(format!("no body is named {name:?}; there are {names:?}"))
         })
     }
-}
-
-/// Returns both names of a pair.
-pub(crate) fn names(scene: &musculo_collide::Scene, pair: PairId) -> [String; 2] {
-    pair.bodies().map(|id| scene.body(id).name().to_owned())
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use scene::{PairId, Scene};
 
 use crate::detection::LeftOutPair;
-use crate::motion::BodyMotion;
+use crate::motion::{BodyMotion, LastDepth};
 use crate::pair_detector::{Frame, PairDetector, max_depth_by_boxes};
 use crate::{Detection, OperationCounts, Plan, PlanError};
 
@@ -34,13 +34,6 @@ impl fmt::Debug for FrameBudget<'_> {
             }
         }
     }
-}
-
-/// Bound on the depth of a pair when it was detected last.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct LastDepth {
-    upper: f64,
-    traveled: [f64; 2],
 }
 
 /// Pair that waits for detection in a frame.

@@ -15,6 +15,14 @@ pub(crate) struct BodyMotion {
     pub(crate) traveled: f64,
 }
 
+/// Bound on the depth of a pair when it was detected last.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LastDepth {
+    pub(crate) upper: f64,
+    /// Ways of both bodies until then.
+    pub(crate) traveled: [f64; 2],
+}
+
 impl BodyMotion {
     /// Begins to follow all bodies.
     pub(crate) fn begin(scene: &Scene) -> Vec<Self> {

@@ -9,8 +9,8 @@ use scene::{Body, BodyId, DepthBracket, PairId, Scene};
 use surface::{Aabb, Contact, ContactSide, Term};
 
 use crate::bone_field::MAX_DEPTH;
-use crate::budget::LastDepth;
 use crate::cost::count;
+use crate::motion::LastDepth;
 use crate::structures::{ComparedSurface, Structures};
 use crate::surface_depth::{SurfaceDepth, larger, rounding};
 use crate::{
@@ -51,10 +51,6 @@ impl<'a> Frame<'a> {
         Self { scene, structures, margin: params.margin, tolerance: params.tolerance }
     }
 }
-
-/// Part of the tolerance that deviations must leave for the bracket on a depth. Below, searches for
-/// depths take longer.
-pub(crate) const MIN_WIDTH: f64 = 0.1;
 
 impl PairDetector {
     pub(crate) fn new(pair: PairId) -> Self {

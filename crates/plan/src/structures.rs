@@ -10,10 +10,13 @@ use surface::{RigidState, parallel};
 use crate::bone_field::BoneField;
 use crate::cost::count;
 use crate::deformation::Deformation;
-use crate::pair_detector::MIN_WIDTH;
 use crate::{
     Accuracy, DetectionMethod, ExclusionReason, OperationCounts, PairPlan, PlanError, StructureKind,
 };
+
+/// Part of the tolerance that deviations must leave for the bracket on a depth. Below, searches for
+/// depths take longer.
+const MIN_WIDTH: f64 = 0.1;
 
 /// Structure that was built for a body.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -91,6 +91,16 @@ impl Scene {
         self.bodies.get(id.index()).ok_or(no_such_body)
     }
 
+    /// Returns the names of both bodies of a pair.
+    ///
+    /// # Panics
+    ///
+    /// When the pair is of another scene with more bodies.
+    #[must_use]
+    pub fn names(&self, pair: PairId) -> [&str; 2] {
+        [self.body(pair.a).name(), self.body(pair.b).name()]
+    }
+
     /// Finds the body of a name.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<BodyId> {

@@ -10,6 +10,7 @@ mod plan;
 mod plan_comparison;
 mod plan_document;
 mod plan_frames;
+mod plan_times;
 mod resolve;
 mod resolve_arguments;
 

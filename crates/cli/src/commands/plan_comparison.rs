@@ -9,7 +9,7 @@ use musculo_collide::{
     Scene, SceneError,
 };
 
-use super::plan_frames::FrameTimes;
+use super::plan_times::FrameTimes;
 use crate::report::{counted, fixed};
 
 /// Width of the brackets on exact depths \[tolerances\]: beside it, the tolerance is what counts.
@@ -68,12 +68,18 @@ impl Comparison {
             bounds.insert(planned.pair, planned.accuracy.bound);
         }
         let mut pairs: BTreeSet<PairId> = bounds.keys().copied().collect();
-        pairs.extend(detection.pairs().iter().map(|found| found.pair));
-        pairs.extend(exact.iter().map(|report| report.pair));
-        pairs.retain(|pair| pair.bodies().iter().any(|&id| !scene.body(id).is_rigid()));
+        for found in detection.pairs() {
+            pairs.insert(found.pair);
+        }
+        for report in &exact {
+            pairs.insert(report.pair);
+        }
 
         self.depths.clear();
         for pair in pairs {
+            if scene.body(pair.a).is_rigid() && scene.body(pair.b).is_rigid() {
+                continue;
+            }
             let report = exact.iter().find(|report| report.pair == pair);
             let bound = bounds.get(&pair).copied().unwrap_or(tolerance);
             self.add_pair(state, pair, bound, report, detection);
@@ -135,7 +141,7 @@ impl Comparison {
         let states = counted(self.states, "state");
         let mut text = format!("exact: {}, {states} compared\n", self.exact);
         if let Some(Difference { pair, state, error, depth, exact, place }) = self.worst {
-            let [a, b] = pair.bodies().map(|id| scene.body(id).name());
+            let [a, b] = scene.names(pair);
             let [error, depth] = [error, depth].map(|length| fixed(length, 4));
             let exact = fixed(exact.lower, 4);
             text +=

@@ -1,12 +1,13 @@
 //! Result of a plan as JSON.
 
 use musculo_collide::{
-    Detection, DetectionMethod, PairState, Plan, PlanParams, Scene, StructureKind,
+    Accuracy, DepthBracket, Detection, DetectionMethod, PairDetection, PairPlan, PairState, Plan,
+    PlanParams, Scene, Structure, StructureKind,
 };
 use serde::Serialize;
 
 use super::plan_comparison::Comparison;
-use super::plan_frames::FrameTimes;
+use super::plan_times::FrameTimes;
 
 /// Result of a plan, after its last frame.
 #[derive(Debug, Serialize)]
@@ -72,54 +73,24 @@ impl<'a> PlanDocument<'a> {
         times: &FrameTimes,
         comparison: Option<&Comparison>,
     ) -> Self {
-        let params = plan.params();
-        let name = |id| scene.body(id).name();
         let mut structures = Vec::new();
         for built in plan.structures() {
-            let accuracy = built.accuracy;
-            structures.push(StructureRecord {
-                body: name(built.body),
-                kind: built.kind,
-                size: built.size,
-                spacing: built.spacing,
-                bound: accuracy.bound,
-                proved: accuracy.is_proved,
-                measured_error: accuracy.measured_error,
-                bytes: built.bytes,
-                predicted_ms: 1e3 * params.machine_factor * built.operations.seconds(),
-            });
+            structures.push(StructureRecord::new(built, plan.params(), scene));
         }
-
         // All planned pairs, those without contact as well.
         let mut pairs = Vec::new();
         for planned in plan.pairs() {
-            let (found, accuracy) = (detection.pair(planned.pair), planned.accuracy);
-            let depth = found.map(|found| found.depth).unwrap_or_default();
             let exact = comparison.and_then(|comparison| comparison.depths.get(&planned.pair));
-            let [a, b] = planned.pair.bodies().map(name);
-            pairs.push(PairRecord {
-                a,
-                b,
-                method: found.map_or(planned.method, |found| found.method),
-                bound: accuracy.bound,
-                proved: accuracy.is_proved,
-                measured_error: accuracy.measured_error,
-                state: found.map_or(PairState::Apart, |found| found.state),
-                depth: found.map_or(0.0, |found| found.max_depth),
-                depth_lower: depth.lower,
-                depth_upper: depth.upper,
-                exact_depth: exact.map(|exact| exact.lower),
-                frame_ms: planned.measured_seconds.map(|seconds| 1e3 * seconds),
-                predicted_ms: 1e3 * planned.cost,
-            });
+            pairs.push(PairRecord::new(planned, detection.pair(planned.pair), exact, scene));
         }
         let mut left_out = Vec::new();
         for pair in detection.left_out() {
-            let [a, b] = pair.pair.bodies().map(name);
+            let [a, b] = scene.names(pair.pair);
             left_out.push(LeftOutRecord { a, b, depth_upper: pair.upper });
         }
+
         Self {
-            params,
+            params: plan.params(),
             predicted_ms: 1e3 * plan.predicted_time().as_secs_f64(),
             frame_ms: times.milliseconds().map(|[_, median, _]| median),
             exact_ms: comparison.and_then(Comparison::exact_milliseconds),
@@ -127,5 +98,57 @@ impl<'a> PlanDocument<'a> {
             pairs,
             left_out,
         }
+    }
+}
+
+impl<'a> StructureRecord<'a> {
+    fn new(built: &Structure, params: &PlanParams, scene: &'a Scene) -> Self {
+        let Accuracy { bound, is_proved, measured_error } = built.accuracy;
+        Self {
+            body: scene.body(built.body).name(),
+            kind: built.kind,
+            size: built.size,
+            spacing: built.spacing,
+            bound,
+            proved: is_proved,
+            measured_error,
+            bytes: built.bytes,
+            predicted_ms: 1e3 * params.machine_factor * built.operations.seconds(),
+        }
+    }
+}
+
+impl<'a> PairRecord<'a> {
+    fn new(
+        planned: &PairPlan,
+        found: Option<&PairDetection>,
+        exact: Option<&DepthBracket>,
+        scene: &'a Scene,
+    ) -> Self {
+        let [a, b] = scene.names(planned.pair);
+        let Accuracy { bound, is_proved, measured_error } = planned.accuracy;
+        let mut record = Self {
+            a,
+            b,
+            method: planned.method,
+            bound,
+            proved: is_proved,
+            measured_error,
+            state: PairState::Apart,
+            depth: 0.0,
+            depth_lower: 0.0,
+            depth_upper: 0.0,
+            exact_depth: exact.map(|exact| exact.lower),
+            frame_ms: planned.measured_seconds.map(|seconds| 1e3 * seconds),
+            predicted_ms: 1e3 * planned.cost,
+        };
+
+        // What the last frame has found, by the method that it took.
+        if let Some(found) = found {
+            (record.method, record.state, record.depth) =
+                (found.method, found.state, found.max_depth);
+            (record.depth_lower, record.depth_upper) = (found.depth.lower, found.depth.upper);
+        }
+        record
     }
 }

@@ -38,14 +38,19 @@ pub(crate) struct JointContactRecord {
 
 impl JointContactRecord {
     pub(super) fn new(contact: &PairContact, scene: &Scene) -> Self {
-        let names = contact.pair.bodies().map(|id| scene.body(id).name().to_owned());
-        let of = |side: usize| SurfaceContact {
-            surface: names[side].clone(),
-            against: names[1 - side].clone(),
-            total: contact.sides[side].total,
-            regions: contact.sides[side].regions.clone(),
-        };
-        Self { of_a: of(0), of_b: of(1) }
+        let ([a, b], [of_a, of_b]) = (scene.names(contact.pair), &contact.sides);
+        Self { of_a: SurfaceContact::new([a, b], of_a), of_b: SurfaceContact::new([b, a], of_b) }
+    }
+}
+
+impl SurfaceContact {
+    fn new([surface, against]: [&str; 2], contact: &JointContact) -> Self {
+        Self {
+            surface: surface.to_owned(),
+            against: against.to_owned(),
+            total: contact.total,
+            regions: contact.regions.clone(),
+        }
     }
 }
 

@@ -337,7 +337,7 @@ fn deepest(scene: &Scene, reports: &[PairReport]) -> Option<DepthRecord> {
     }
 
     let report = deepest?;
-    let [a, b] = report.pair.bodies().map(|id| name(scene, id));
+    let [a, b] = scene.names(report.pair).map(str::to_owned);
     let rounding = rounding(report.pair, scene);
     Some(DepthRecord { a, b, depth: depth_of(report), rounding })
 }

@@ -76,7 +76,7 @@ pub(crate) struct VertexRecord {
 
 impl PairRecord {
     pub(crate) fn new(report: &PairReport, scene: &Scene) -> Self {
-        let names = report.pair.bodies().map(|id| scene.body(id).name());
+        let names = scene.names(report.pair);
         let overlap = report.overlap.as_ref();
         let [near_area_of_a, near_area_of_b] = match report.near_areas {
             Some([of_a, of_b]) => [Some(of_a), Some(of_b)],

@@ -28,7 +28,7 @@ pub(crate) fn resolution_text(resolution: &Resolution, scene: &Scene, unit: Unit
     let verdict = if resolution.resolved { "Within the tolerance" } else { "Not resolved" };
     text += &format!("{verdict}: {} still overlapping.\n", counted(count, "pair"));
     for pair in &resolution.remaining {
-        let [a, b] = pair.pair.bodies().map(|id| scene.body(id).name());
+        let [a, b] = scene.names(pair.pair);
         text += &format!("  {a} × {b}: {}\n", remaining_text(pair, unit));
     }
     text

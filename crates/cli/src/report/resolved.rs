@@ -138,7 +138,7 @@ impl OverlapRecord {
 
 impl RemainingRecord {
     fn new(pair: &Remaining, scene: &Scene, unit: Unit) -> Self {
-        let [a, b] = pair.pair.bodies().map(|id| scene.body(id).name());
+        let [a, b] = scene.names(pair.pair);
         Self {
             a: a.to_owned(),
             b: b.to_owned(),
