@@ -181,6 +181,7 @@ impl Plan {
         let by_boxes = max_depth_by_boxes(scene, pair, boxes);
         let Some(last) = last else { return by_boxes };
 
+        // The last bound, and what both bodies have moved since.
         let mut upper = last.upper;
         for (id, traveled) in pair.bodies().into_iter().zip(last.traveled) {
             upper += motion[id.index()].traveled - traveled;

@@ -65,12 +65,14 @@ impl<'a> Builder<'a> {
         forced: &[StructureSet],
         progress: Progress<'_>,
     ) -> Result<Vec<MissingStructure>, PlanError> {
+        // Structures in any thread.
         let tasks = self.tasks(choice, forced);
         let built = parallel::map(tasks.len(), |number| {
             let [from, to] = [number, number + 1].map(|done| count(done) / count(tasks.len()));
             self.build_one(tasks[number], progress.part(from, to))
         });
 
+        // Each to its body, or among the missing with the reason, in the order of the tasks.
         let mut missing = Vec::new();
         for (&Task { body, kind, .. }, built) in tasks.iter().zip(built) {
             let of_body = &mut self.structures.bodies[body.index()];

@@ -198,6 +198,7 @@ impl<'a> Search<'a> {
     /// Tries all sets of each body, and of both bodies of each pair; returns true if one saves
     /// time.
     fn improve(&mut self) -> bool {
+        // Bodies by themselves first; what two of them share may pay only for both together.
         let mut is_better = false;
         for body in 0..self.structures.len() {
             if !self.pairs_of[body].is_empty() {

@@ -136,6 +136,7 @@ impl<'a> Planner<'a> {
 
     /// Finds the structures that could not pay even if they saved all work of their body's pairs.
     fn find_useless(&mut self, scene: &Scene) {
+        // A structure saves no more than all work of its body's pairs, in every frame.
         let frames = f64::from(self.params.frames);
         let mut max_saved = vec![0.0; scene.bodies().len()];
         for pair in self.pairs.iter().filter(|pair| pair.forced.is_none()) {
@@ -145,6 +146,7 @@ impl<'a> Planner<'a> {
             }
         }
 
+        // What costs as much to build is useless; so is a field that misses the tolerance.
         for (number, body) in scene.bodies().iter().enumerate() {
             let saved = max_saved[number];
             if coarse_construction(body).seconds() >= saved {
