@@ -97,10 +97,14 @@ pub(crate) fn larger([p, q]: [DepthBracket; 2]) -> DepthBracket {
 
 /// Returns a bound on the rounding of distances between two bodies.
 pub(crate) fn rounding(bodies: [&SurfaceTree; 2]) -> f64 {
+    // The largest coordinate, in single precision; the first directions are the axes.
     let mut size: f64 = 0.0;
     for body in bodies {
-        for position in body.positions().as_slice().iter().step_by(64) {
-            size = size.max(position.abs().max_element());
+        let bounds = body.tree().root();
+        for axis in 0..3 {
+            for end in bounds.interval(axis) {
+                size = size.max(f64::from(end).abs());
+            }
         }
     }
     ROUNDINGS * f64::EPSILON * size
@@ -154,6 +158,17 @@ mod tests {
 
     fn tree(mesh: &fixtures::Mesh) -> SurfaceTree {
         SurfaceTree::new(mesh.surface(), mesh.positions.clone()).expect("a tree")
+    }
+
+    #[test]
+    fn rounding_is_that_of_the_farthest_vertex() {
+        let mut ball = icosphere(1.0, 2);
+        ball.positions[7] = DVec3::new(0.0, 1e6, 0.0);
+        let [near, far] = [tree(&icosphere(1.0, 2)), tree(&ball)];
+        for bodies in [[&near, &far], [&far, &near]] {
+            assert!(rounding(bodies) >= ROUNDINGS * f64::EPSILON * 1e6);
+        }
+        assert!(rounding([&near, &near]) < ROUNDINGS * f64::EPSILON * 1.1);
     }
 
     /// Brackets a depth at a width; returns true as well if it was searched for.
