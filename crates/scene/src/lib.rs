@@ -64,6 +64,7 @@ mod pass_through;
 mod report;
 mod scene;
 mod step;
+mod step_detectors;
 mod step_sides;
 mod sweep;
 
@@ -89,6 +90,9 @@ pub use crate::pass_through::PassThrough;
 pub use crate::report::{PairReport, VertexReport};
 pub use crate::scene::Scene;
 pub use crate::step::{PairContacts, SceneStates, SceneStep, StepError};
+pub use crate::step_detectors::{
+    DetectorParams, Fallback, FallbackReason, StepDetectors, StepMethod,
+};
 pub use crate::sweep::{BodyMove, PairSweep, SweepReport};
 
 /// Compiles and runs the README's example.

@@ -130,11 +130,11 @@ impl Scene {
     }
 }
 
-fn follow(detector: &mut MedialDetector, owner: &Body) -> Result<(), SceneError> {
+pub(crate) fn follow(detector: &mut MedialDetector, owner: &Body) -> Result<(), SceneError> {
     let followed = detector.follow(owner.checked_positions());
     followed.map_err(|error| medial_error(owner, error))
 }
 
-fn medial_error(body: &Body, source: MedialError) -> SceneError {
+pub(crate) fn medial_error(body: &Body, source: MedialError) -> SceneError {
     SceneError::Medial { name: body.name().to_owned(), source }
 }

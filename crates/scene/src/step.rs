@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
+use proximity::ProximityError;
 use response::{
     ContactSet, ContactStep, Followers, Material, ParticleLoads, ParticleStates, ResponseError,
     RigidMotion, StepParams, StepReport,
@@ -76,6 +77,8 @@ pub struct SceneStep {
     bones: Bones,
     sides: SideMemory,
     step: ContactStep,
+    /// Number of steps before this one.
+    number: u64,
 }
 
 /// Failure of a contact step over a scene.
@@ -87,6 +90,14 @@ pub enum StepError {
     /// A body of the scene.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// A coarse surface that does not follow its body.
+    #[error("coarse surface of {name:?}: {source}")]
+    Coarse {
+        /// The body's name.
+        name: String,
+        /// The underlying error.
+        source: ProximityError,
+    },
 }
 
 /// Materials by pair.
@@ -106,6 +117,7 @@ pub struct PairContacts<'a> {
     set: &'a mut ContactSet,
     materials: &'a Materials,
     bones: &'a Bones,
+    step_number: u64,
 }
 
 impl SceneStep {
@@ -114,7 +126,7 @@ impl SceneStep {
     pub fn new(default: Material) -> Self {
         let materials = Materials { default, by_pair: BTreeMap::new() };
         let (bones, sides) = (Bones::default(), SideMemory::default());
-        Self { materials, bones, sides, step: ContactStep::default() }
+        Self { materials, bones, sides, step: ContactStep::default(), number: 0 }
     }
 
     /// Sets the material of one pair.
@@ -171,11 +183,13 @@ impl SceneStep {
         }
 
         self.bones.fit(scene);
-        let Self { materials, bones, sides, step } = self;
+        let Self { materials, bones, sides, step, number } = self;
+        let step_number = *number;
+        *number += 1;
         let particles = ParticleStates { x, v, loads, inverse_mass };
         let report = step.correct(particles, params, |x, set| {
             scene.move_soft_bodies(x)?;
-            detect(scene, &mut PairContacts { set, materials, bones })?;
+            detect(scene, &mut PairContacts { set, materials, bones, step_number })?;
             let motion_of = |body: BodyId| bones.0[body.index()].unwrap_or_default();
             sides.correct(scene, set, motion_of).map_err(E::from)
         });
@@ -202,6 +216,12 @@ impl SceneStep {
 }
 
 impl PairContacts<'_> {
+    /// Returns the number of the step, from 0. A step may detect several times.
+    #[must_use]
+    pub fn step_number(&self) -> u64 {
+        self.step_number
+    }
+
     /// Adds the contacts of a pair, with its material. Anchors get the velocity and the
     /// acceleration of their bone.
     pub fn add(&mut self, pair: PairId, contacts: &[Contact]) {

@@ -2,7 +2,8 @@
 
 use surface::{Positions, SurfaceError, TriangleSurface};
 
-use super::MedialDetector;
+use super::{MedialDetector, SurfaceBound};
+use crate::deviation::surface_bound;
 use crate::{Deviation, MedialError};
 
 impl MedialDetector {
@@ -23,6 +24,7 @@ impl MedialDetector {
             return Ok(());
         }
 
+        self.bound = None;
         self.links.follow_in(&mut self.medial, x, &mut self.scratch)?;
         self.tree.refit(&self.medial)?;
         self.fitted_positions.copy_from_slice(x.as_slice());
@@ -44,5 +46,30 @@ impl MedialDetector {
         self.follow(x)?;
         self.deviation = Deviation::measure(&self.medial, surface, x)?;
         Ok(&self.deviation)
+    }
+
+    /// Bounds the distance of the body's surface outside the balls, where it last followed: proved,
+    /// and tight enough to decide whether it exceeds `limit`, in work linear in the faces.
+    ///
+    /// It is computed once where the body rests.
+    ///
+    /// # Errors
+    ///
+    /// [`MedialError::Surface`] when `surface` is not the body's.
+    pub fn surface_bound(
+        &mut self,
+        surface: &TriangleSurface,
+        limit: f64,
+    ) -> Result<f64, MedialError> {
+        let known = self.bound.filter(|known| known.limit.to_bits() == limit.to_bits());
+        if let Some(known) = known {
+            return Ok(known.bound);
+        }
+        let x = surface.positions(&self.fitted_positions)?;
+        let links = self.links.links();
+        let guess = |vertex: u32| links[vertex as usize].primitive;
+        let bound = surface_bound(&self.medial, &self.tree, surface, x, guess, limit);
+        self.bound = Some(SurfaceBound { bound, limit });
+        Ok(bound)
     }
 }

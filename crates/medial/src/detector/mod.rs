@@ -83,6 +83,16 @@ pub struct MedialDetector {
     deviation: Deviation,
     /// Positions of the body that the balls were fitted to.
     fitted_positions: Vec<DVec3>,
+    /// Bound on the surface outside the balls there, once computed.
+    bound: Option<SurfaceBound>,
+}
+
+/// Bound on the distance of a surface outside balls.
+#[derive(Clone, Copy, Debug)]
+struct SurfaceBound {
+    bound: f64,
+    /// Bound up to which it did not have to be tight.
+    limit: f64,
 }
 
 /// Body as one side of contacts, with the tree over its surface.
@@ -200,6 +210,7 @@ impl MedialDetector {
             scratch: FollowScratch::default(),
             deviation,
             fitted_positions: x.as_slice().to_vec(),
+            bound: None,
         })
     }
 
@@ -211,6 +222,12 @@ impl MedialDetector {
     #[must_use]
     pub fn with_max_contacts(self, max_contacts: usize) -> Self {
         Self { max_contacts: max_contacts.clamp(1, MAX_CONTACTS), ..self }
+    }
+
+    /// Returns the gap up to which points are contacts.
+    #[must_use]
+    pub fn margin(&self) -> f64 {
+        self.margin
     }
 
     /// Returns the medial surface, where the body was when it last followed.

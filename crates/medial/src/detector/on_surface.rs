@@ -3,9 +3,13 @@
 use glam::DVec3;
 use kdop::Workspace;
 use proximity::{ClosestPoint, NearVertex, contact};
-use surface::Contact;
+use surface::{Contact, Pseudonormals, triangle};
 
 use super::{ContactBody, MedialDetector};
+
+/// Distance from a foot, relative to the coordinates, below which its direction is rounding: a
+/// direction at this distance is good to 1e-6.
+const AT_SURFACE: f64 = 1e-10;
 
 impl MedialDetector {
     /// Finds the point of the body's surface nearest to a point of the border of a primitive, in
@@ -45,6 +49,30 @@ pub(super) fn vertex_contact(
         normal,
     };
     with_ball_gap(contact(&p.surface(), &q.surface(), &near), gap)
+}
+
+/// Measures a vertex at its closest point of a surface, outward by the pseudonormal there.
+pub(super) fn near_vertex(
+    on: &ContactBody<'_>,
+    vertex: u32,
+    p: DVec3,
+    closest: &ClosestPoint,
+) -> NearVertex {
+    let ClosestPoint { face, foot, .. } = *closest;
+    let (surface, x) = (on.tree.surface(), on.tree.positions());
+    let mut outward = Pseudonormals::of_feature(surface, x, face, foot.feature);
+    if outward == DVec3::ZERO {
+        outward = triangle::normal(on.tree.corners(face)).normalize_or(DVec3::Z);
+    }
+
+    // At the surface the direction from the foot is rounding.
+    let away = p - foot.point;
+    let side = if away.dot(outward) < 0.0 { -1.0 } else { 1.0 };
+    let scale = p.abs().max(foot.point.abs()).max_element();
+    let is_off_surface = away.length() > AT_SURFACE * scale;
+    let normal = if is_off_surface { side * away.normalize() } else { outward.normalize() };
+    let (gap, barycentric) = (away.dot(normal), foot.barycentric);
+    NearVertex { vertex, gap, foot: foot.point, face, barycentric, normal }
 }
 
 /// Splits the height over the surface into a gap and an offset.

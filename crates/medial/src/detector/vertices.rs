@@ -1,8 +1,9 @@
 //! Contacts of a body's vertices with balls.
 
-use surface::TriangleSurface;
+use proximity::contact;
+use surface::{Contact, TriangleSurface};
 
-use super::on_surface::vertex_contact;
+use super::on_surface::{near_vertex, vertex_contact};
 use super::{
     ContactBody, MedialContact, MedialDetector, MedialFeature, MedialScratch, PrimitiveBall,
 };
@@ -44,6 +45,41 @@ impl MedialDetector {
             });
         }
         contacts
+    }
+
+    /// Finds the vertices within the margin of the balls, with their contacts by the body's own
+    /// surface, up to the gap `max_gap`, in ascending order of the vertices.
+    ///
+    /// The balls select vertices and the faces near them, and the surface measures them: so a
+    /// dent that the balls do not follow makes no depth that is not there. No vertex outside is
+    /// lost by less than the margin less [`surface_bound`](Self::surface_bound).
+    pub fn surface_contacts(
+        &self,
+        body: &ContactBody<'_>,
+        own: &ContactBody<'_>,
+        max_gap: f64,
+        scratch: &mut MedialScratch,
+        out: &mut Vec<Contact>,
+    ) {
+        self.find_vertices(body, scratch);
+
+        let mut last = None;
+        for found in &scratch.points {
+            // Of several contacts of a vertex, the surface has one.
+            let PointContact { point: vertex, primitive, normal, .. } = *found;
+            if last.replace(vertex) == Some(vertex) {
+                continue;
+            }
+            let p = body.tree.position(vertex);
+            let hint = self.hints.face(&self.medial, primitive, normal);
+            let closest = own.tree.closest_point(p, f64::INFINITY, hint, &mut scratch.workspace);
+            let Some(near) = closest.map(|closest| near_vertex(own, vertex, p, &closest)) else {
+                continue;
+            };
+            if near.gap <= max_gap {
+                out.push(contact(&body.surface(), &own.surface(), &near));
+            }
+        }
     }
 
     /// Finds the vertices within the margin of the balls.

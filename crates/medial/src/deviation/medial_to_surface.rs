@@ -15,7 +15,7 @@ use proximity::MaximumSearch;
 use surface::DirectedHausdorff;
 use surface::progress::{Interrupted, Progress};
 
-use super::{search, split_all};
+use super::{MAX_PIECES, search, split_all};
 use crate::surface_distance::SurfaceDistance;
 use crate::{Ball, MedialSurface};
 
@@ -55,7 +55,7 @@ pub(super) fn medial_to_surface(
     for (primitive, _) in (0_u32..).zip(medial.primitives()) {
         bounding.add_by_slope(&mut search, medial.primitive_balls(primitive));
     }
-    split_all(search, progress, |search, patch| bounding.split(search, patch))
+    split_all(search, MAX_PIECES, progress, |search, patch| bounding.split(search, patch))
 }
 
 impl Bounding<'_> {

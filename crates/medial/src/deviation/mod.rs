@@ -13,6 +13,7 @@ use surface::progress::{Interrupted, Progress};
 use surface::{DirectedHausdorff, Positions, TriangleSurface, triangle};
 
 use self::medial_to_surface::medial_to_surface;
+pub(crate) use self::surface_to_medial::surface_bound;
 use self::surface_to_medial::surface_to_medial;
 use crate::batches::map_in_batches;
 use crate::surface_distance::SurfaceDistance;
@@ -115,11 +116,12 @@ fn search<T>(medial: &MedialSurface) -> MaximumSearch<T> {
 /// Splits pieces until the bounds are tight.
 fn split_all<T>(
     mut search: MaximumSearch<T>,
+    max_pieces: usize,
     progress: Progress<'_>,
     mut split: impl FnMut(&mut MaximumSearch<T>, T),
 ) -> Result<DirectedHausdorff, Interrupted> {
     let mut splits = 0_usize;
-    while search.added() < MAX_PIECES
+    while search.added() < max_pieces
         && let Some((_, piece)) = search.next()
     {
         if splits.is_multiple_of(SPLITS_PER_POLL) {

@@ -8,12 +8,16 @@
 use glam::DVec3;
 use kdop::Workspace;
 use proximity::MaximumSearch;
-use surface::DirectedHausdorff;
 use surface::progress::{Interrupted, Progress};
+use surface::{DirectedHausdorff, Positions, TriangleSurface};
 
-use super::{search, split_all};
+use super::{MAX_PIECES, MIN_SLACK, search, split_all};
 use crate::surface_distance::SurfaceDistance;
 use crate::{FootRule, MedialSurface, NearestPrimitive, PrimitiveTree};
+
+/// Number of pieces per face at which [`surface_bound`] ends: fewer leave bounds too large, more
+/// cost more than following does.
+const PIECES_PER_FACE: usize = 2;
 
 /// Corner of a piece of a face.
 #[derive(Clone, Copy)]
@@ -47,17 +51,79 @@ pub(super) fn surface_to_medial(
 
     // Then quarters, by the middles of the sides.
     let mut workspace = Workspace::default();
-    let mut middle = |from: &Corner, to: &Corner| {
-        let p = from.p.midpoint(to.p);
-        let nearest = tree.nearest_from(medial, p, from.primitive, &mut workspace);
-        Corner { p, primitive: nearest.primitive, distance: nearest.foot.distance }
-    };
-    split_all(search, progress, |search, [a, b, c]| {
-        let (ab, bc, ca) = (middle(&a, &b), middle(&b, &c), middle(&c, &a));
-        for quarter in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-            add(search, medial, quarter);
-        }
+    split_all(search, MAX_PIECES, progress, |search, patch| {
+        split(search, medial, tree, patch, &mut workspace);
     })
+}
+
+/// Bounds the distance of points of a surface outside a union of balls, near enough to decide
+/// whether it exceeds `limit`.
+///
+/// `guesses` has a primitive for each vertex, near it. A bound of at most `limit` is proved; one
+/// above may be larger than need be, since the work is linear in the faces.
+pub(crate) fn surface_bound(
+    medial: &MedialSurface,
+    tree: &PrimitiveTree,
+    surface: &TriangleSurface,
+    x: Positions<'_>,
+    guesses: impl Fn(u32) -> u32,
+    limit: f64,
+) -> f64 {
+    // By the guessed primitives, which suffice almost everywhere, else by the nearest ones.
+    let slack = MIN_SLACK * medial.bounds().diagonal();
+    let mut search = MaximumSearch::new(slack, limit);
+    let mut workspace = Workspace::default();
+    for face in surface.faces() {
+        let mut patch = face.map(|vertex| {
+            let (p, primitive) = (x.at(vertex), guesses(vertex));
+            let distance = medial.foot(p, primitive, FootRule::Exact).distance;
+            Corner { p, primitive, distance }
+        });
+        if upper_bound(medial, &patch) <= limit {
+            continue;
+        }
+        for corner in &mut patch {
+            *corner = corner_at(medial, tree, corner.p, corner.primitive, &mut workspace);
+        }
+        add(&mut search, medial, patch);
+    }
+
+    // What was left out is within the limit.
+    let max_pieces = PIECES_PER_FACE * surface.faces().len();
+    let split_one = |search: &mut MaximumSearch<Patch>, patch| {
+        split(search, medial, tree, patch, &mut workspace);
+    };
+    let split_all = split_all(search, max_pieces, Progress::none(), split_one);
+    split_all.map_or(f64::INFINITY, |bounds| bounds.upper.max(limit))
+}
+
+/// Adds the quarters of a piece, by the middles of its sides.
+fn split(
+    search: &mut MaximumSearch<Patch>,
+    medial: &MedialSurface,
+    tree: &PrimitiveTree,
+    [a, b, c]: Patch,
+    workspace: &mut Workspace,
+) {
+    let mut middle = |from: &Corner, to: &Corner| {
+        corner_at(medial, tree, from.p.midpoint(to.p), from.primitive, workspace)
+    };
+    let (ab, bc, ca) = (middle(&a, &b), middle(&b, &c), middle(&c, &a));
+    for quarter in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+        add(search, medial, quarter);
+    }
+}
+
+/// Computes the corner at a point, by its nearest primitive.
+fn corner_at(
+    medial: &MedialSurface,
+    tree: &PrimitiveTree,
+    p: DVec3,
+    guess: u32,
+    workspace: &mut Workspace,
+) -> Corner {
+    let nearest = tree.nearest_from(medial, p, guess, workspace);
+    Corner { p, primitive: nearest.primitive, distance: nearest.foot.distance }
 }
 
 fn add(search: &mut MaximumSearch<Patch>, medial: &MedialSurface, patch: Patch) {

@@ -4,12 +4,13 @@
 use fixtures::random::Random;
 use fixtures::shapes;
 use glam::{DMat3, DVec3};
+use kdop::Workspace;
 use medial::{
     Ball, MedialContact, MedialDetector, MedialError, MedialFeature, MedialParams, MedialScratch,
     MedialSurface, PrimitiveBall, pair_foot,
 };
-use surface::SurfaceError;
 use surface::progress::Progress;
+use surface::{Contact, Pseudonormals, SurfaceError};
 
 use crate::support::{
     Detected, assert_consistent, brute_force_distance, number, small_muscle, vector,
@@ -256,4 +257,55 @@ fn invalid_input_is_refused_by_name() {
     let error = body.detector.follow(other.positions(&cube.positions).unwrap()).unwrap_err();
     let expected = SurfaceError::PositionCount { expected: mesh.positions.len(), got: 8 };
     assert_eq!(error, MedialError::Surface(expected));
+}
+
+/// Balls that select vertices and a surface that measures them: the contacts of brute force over
+/// the surface, but for those that the bound allows to be lost.
+#[test]
+fn surfaces_measure_what_balls_select() {
+    let (margin, max_gap) = (1.5, 0.3);
+    let [mut a, mut b] = overlapping([12, 40], [0.0, margin]);
+    let squeezed = small_muscle().rotated(DVec3::Z, 0.2).scaled(DVec3::new(1.1, 0.9, 0.9));
+    b.move_to(&squeezed.positions);
+    let surface = squeezed.surface();
+    let bound = b.detector.surface_bound(&surface, 0.01).expect("its body");
+    let deviation =
+        *b.detector.measure(&surface, surface.positions(&squeezed.positions).unwrap()).unwrap();
+    let exact = deviation.surface_to_medial;
+    assert!(exact.lower <= bound && bound < 2.0 * exact.upper, "{bound} {exact:?}");
+    assert_eq!(b.detector.surface_bound(&surface, 2.0 * bound), Ok(2.0 * bound), "within it");
+
+    let mut random = Random(5);
+    let (mut met, mut contacts) = (0, Vec::new());
+    for _ in 0..20 {
+        let turned = small_muscle()
+            .rotated(DVec3::new(1.0, 0.3, 0.0), number(&mut random, 0.0, 0.5))
+            .translated(vector(&mut random, 15.0));
+        a.move_to(&turned.positions);
+        contacts.clear();
+        let scratch = &mut MedialScratch::default();
+        b.detector.surface_contacts(&a.body(), &b.body(), max_gap, scratch, &mut contacts);
+
+        let normals = Pseudonormals::new(&surface, surface.positions(&squeezed.positions).unwrap());
+        let mut found = contacts.iter().peekable();
+        for (vertex, &p) in (8_u32..).zip(&turned.positions) {
+            let closest = b.tree.closest_point(p, f64::INFINITY, None, &mut Workspace::default());
+            let closest = closest.expect("a surface");
+            let gap = normals.signed_distance(&surface, p, closest.face, &closest.foot);
+            let is_of = |contact: &&Contact| contact.stencil.terms()[0].particle == vertex;
+            match found.next_if(is_of) {
+                Some(contact) => {
+                    assert!(
+                        (contact.gap - gap).abs() < 1e-9 && gap <= max_gap,
+                        "{gap} {contact:?}"
+                    );
+                    assert!(contact.offset.abs() < 1e-9, "{contact:?}");
+                    met += 1;
+                }
+                None => assert!(gap > max_gap.min(margin - bound), "vertex {vertex} at {gap} lost"),
+            }
+        }
+        assert!(found.next().is_none());
+    }
+    assert!(met > 500, "{met}");
 }

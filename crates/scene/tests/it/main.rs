@@ -4,5 +4,6 @@ mod check;
 mod medial;
 mod overlap;
 mod step;
+mod step_detectors;
 mod support;
 mod sweep;

@@ -1,0 +1,261 @@
+//! Contact steps by each detector: a soft ball of 642 vertices let down on a flat bone, and balls
+//! that can no longer be trusted.
+#![expect(clippy::print_stdout, reason = "measured values are printed")]
+
+use decimate::{CoarseSurface, Decimation};
+use distance_field::{DistanceField, FieldDetector, FieldParams};
+use fixtures::shapes::{icosphere, plate};
+use glam::DVec3;
+use medial::{MedialDetector, MedialParams};
+use proximity::SurfaceTree;
+use response::{Friction, Margins, Material, ParticleLoads, SolverParams, StepLength, StepParams};
+use scene::{
+    BodyId, BodyKind, CheckParams, DetectorParams, FallbackReason, PairId, Progress, Scene,
+    SceneStates, SceneStep, StepDetectors, StepMethod,
+};
+
+const GRAVITY: f64 = 9810.0;
+const H: f64 = 1e-3;
+const MARGIN: f64 = 0.5;
+const TOLERANCE: f64 = 0.2;
+
+/// Springs of each vertex to its place in the shape at rest about the center \[1/s²\], and their
+/// damping \[1/s\].
+const STIFFNESS: f64 = 3000.0;
+const DAMPING: f64 = 20.0;
+
+/// A ball that keeps its shape by springs, 0.3 above a flat bone.
+struct World {
+    scene: Scene,
+    bone: BodyId,
+    ball: BodyId,
+    step: SceneStep,
+    detectors: StepDetectors,
+    rest: Vec<DVec3>,
+    x: Vec<DVec3>,
+    v: Vec<DVec3>,
+    w: Vec<f64>,
+}
+
+/// Motion of a ball over many steps.
+#[derive(Debug, Default)]
+struct Measured {
+    /// Largest move of a vertex in a step, after settling.
+    jitter: f64,
+    /// Largest height of the ball's center over its start.
+    thrown: f64,
+    /// Exact depth left.
+    depth: f64,
+    fallbacks: usize,
+}
+
+impl World {
+    fn new(method: StepMethod) -> Self {
+        let bone_mesh = plate(DVec3::new(80.0, 60.0, 4.0), [24, 18]);
+        let top = bone_mesh.positions.iter().fold(f64::MIN, |top, x| top.max(x.z));
+        let bone_mesh = bone_mesh.translated(DVec3::Z * (2.0 - top));
+        let ball_mesh = icosphere(10.0, 3).translated(DVec3::Z * 12.3);
+        assert_eq!(ball_mesh.positions.len(), 642, "vertices");
+
+        let mut scene = Scene::new();
+        let rest = ball_mesh.positions.clone();
+        let bone = scene
+            .add("bone", BodyKind::Rigid, bone_mesh.surface(), bone_mesh.positions)
+            .expect("a bone");
+        let ball = scene
+            .add("ball", BodyKind::Deformable, ball_mesh.surface(), ball_mesh.positions)
+            .expect("a ball");
+        let margins = Margins::new(0.0, MARGIN).expect("in range");
+        let friction = Friction::coulomb(0.5).expect("in range");
+        let step = SceneStep::new(Material { friction, ..Material::hard(margins) });
+        let x = scene.particle_positions();
+        let (v, w) = (vec![DVec3::ZERO; x.len()], vec![1.0; x.len()]);
+        let params = DetectorParams { margin: MARGIN, tolerance: TOLERANCE };
+        let detectors = StepDetectors::new(params).expect("in range");
+        let mut world = Self { scene, bone, ball, step, detectors, rest, x, v, w };
+        world.add_structures(method);
+        world
+    }
+
+    fn add_structures(&mut self, method: StepMethod) {
+        self.detectors.set_method(PairId::new(self.bone, self.ball), method);
+        let bone = self.scene.body(self.bone);
+        match method {
+            StepMethod::Field => {
+                let (surface, x) = (bone.surface(), bone.checked_positions());
+                let params = FieldParams::new(0.5);
+                let field = DistanceField::build(surface, x, &params, Progress::none());
+                let detector = FieldDetector::new(field.expect("closed"), MARGIN);
+                self.detectors.set_field(self.bone, detector.expect("in range"));
+            }
+            StepMethod::Coarse => {
+                let ball = self.scene.body(self.ball);
+                let full = SurfaceTree::new(ball.surface().clone(), ball.positions().to_vec());
+                let decimation = Decimation::new(full.expect("small"), Progress::none());
+                let decimation = decimation.expect("closed");
+                let reduced = decimation.within(0.15, Progress::none()).expect("reduced");
+                assert!(reduced.kept.len() < 500, "{}", reduced.kept.len());
+                let coarse = CoarseSurface::new(reduced, decimation.full(), Progress::none());
+                self.detectors.set_coarse(self.ball, coarse.expect("attached"));
+                let followers = self.detectors.followers(&self.scene).expect("valid");
+                self.step.set_followers(followers);
+            }
+            StepMethod::Balls => {
+                for (id, balls) in [(self.bone, 150), (self.ball, 4)] {
+                    let balls = balls_of(&self.scene, id, balls, MARGIN + 0.7);
+                    self.detectors.set_balls(id, balls);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Advances by forces, velocities, the contact step, positions; returns the largest move.
+    fn advance(&mut self) -> f64 {
+        let range = self.scene.body(self.ball).particles();
+        let range = range.start as usize..range.end as usize;
+        let (x, v) = (&self.x[range.clone()], &mut self.v[range.clone()]);
+        let (center, rest_center, mean) = (mean(x), mean(&self.rest), mean(v));
+        for ((x, v), rest) in x.iter().zip(v).zip(&self.rest) {
+            let place = center + *rest - rest_center;
+            let force = STIFFNESS * (place - *x) + DAMPING * (mean - *v);
+            *v += H * (force - DVec3::Z * GRAVITY);
+        }
+
+        let Self { scene, step, detectors, .. } = self;
+        let loads = ParticleLoads::None;
+        let states = SceneStates { x: &mut self.x, v: &mut self.v, loads, inverse_mass: &self.w };
+        let detect = |scene: &mut Scene, contacts: &mut scene::PairContacts<'_>| {
+            detectors.detect(scene, contacts)
+        };
+        step.correct(scene, states, &params(), detect).expect("valid");
+
+        let mut largest = 0.0_f64;
+        for (x, v) in self.x[range.clone()].iter_mut().zip(&self.v[range]) {
+            *x += H * *v;
+            largest = largest.max(H * v.length());
+        }
+        largest
+    }
+
+    /// Lets the ball down and measures it.
+    fn measure(&mut self) -> Measured {
+        let mut measured = Measured::default();
+        let particles = self.scene.body(self.ball).particles();
+        let particles = particles.start as usize..particles.end as usize;
+        let start = mean(&self.rest).z;
+        for step in 0..1000 {
+            let moved = self.advance();
+            if step >= 700 {
+                measured.jitter = measured.jitter.max(moved);
+            }
+            measured.thrown = measured.thrown.max(mean(&self.x[particles.clone()]).z - start);
+            measured.fallbacks += self.detectors.fallbacks().len();
+        }
+        self.scene.move_body(self.ball, &self.x[particles]).expect("finite");
+        let reports = self.scene.check(&CheckParams::new(0.0), Progress::none()).expect("valid");
+        for report in reports {
+            measured.depth = measured.depth.max(report.max_vertex_depth);
+        }
+        measured
+    }
+}
+
+fn params() -> StepParams {
+    StepParams {
+        solver: SolverParams { max_iterations: 100, tolerance: 1e-9, ..SolverParams::default() },
+        ..StepParams::new(StepLength::new(H).expect("in range"))
+    }
+}
+
+fn mean(x: &[DVec3]) -> DVec3 {
+    x.iter().sum::<DVec3>() / f64::from(u32::try_from(x.len()).expect("few"))
+}
+
+fn balls_of(scene: &Scene, id: BodyId, count: usize, margin: f64) -> MedialDetector {
+    let (body, params) = (scene.body(id), MedialParams::balls(count));
+    let (surface, x) = (body.surface(), body.checked_positions());
+    MedialDetector::new(surface, x, margin, &params, Progress::none()).expect("a closed body")
+}
+
+fn assert_rests(method: StepMethod) {
+    let measured = World::new(method).measure();
+    println!("measured: rest by {method:?}, jitter {:.1e} | {} |", measured.jitter, 5e-3);
+    assert_eq!(measured.fallbacks, 0, "{method:?}: {measured:?}");
+    assert!(measured.jitter <= 5e-3, "{method:?}: {measured:?}");
+    assert!(measured.thrown <= 0.0, "{method:?}: {measured:?}");
+    assert!(measured.depth <= TOLERANCE, "{method:?}: {measured:?}");
+}
+
+#[test]
+fn a_soft_ball_rests_by_exact_surfaces() {
+    assert_rests(StepMethod::Exact);
+}
+
+#[test]
+fn a_soft_ball_rests_by_coarse_surfaces() {
+    assert_rests(StepMethod::Coarse);
+}
+
+#[test]
+fn a_soft_ball_rests_by_a_field() {
+    assert_rests(StepMethod::Field);
+}
+
+/// The balls of the soft ball do not follow its dent: their own gaps are off by it, and throw it.
+#[test]
+fn a_soft_ball_rests_by_balls() {
+    assert_rests(StepMethod::Balls);
+}
+
+/// Gaps by balls alone are what throws a body: where the ball is dented, they report a depth that
+/// is not there.
+#[test]
+fn balls_that_select_do_not_measure() {
+    let mut world = World::new(StepMethod::Balls);
+    let mut alone = balls_of(&world.scene, world.ball, 4, MARGIN);
+    for _ in 0..300 {
+        world.advance();
+    }
+    let found = world.scene.medial_contacts(world.bone, world.ball, &mut alone).expect("valid");
+    let false_depth = found.iter().map(|found| -found.contact.gap).fold(0.0, f64::max);
+    println!("measured: false depth of the balls of a dented body | {false_depth:.2} |");
+    assert!(false_depth > 0.05, "{false_depth}");
+}
+
+/// Balls that a deformed body extends beyond by more than their margin and the tolerance are not
+/// used: the pair is detected exactly, and reported.
+#[test]
+fn balls_that_miss_the_surface_are_not_trusted() {
+    let mut world = World::new(StepMethod::Balls);
+    let margin = MARGIN + 0.2;
+    world.detectors.set_balls(world.ball, balls_of(&world.scene, world.ball, 4, margin));
+    world.advance();
+    assert_eq!(world.detectors.fallbacks(), []);
+
+    // A spike of one vertex, which no ball follows.
+    let first = world.scene.body(world.ball).particles().start as usize;
+    let lowest = (0..642).min_by(|a, b| world.rest[*a].z.total_cmp(&world.rest[*b].z));
+    world.x[first + lowest.expect("vertices")].z -= 3.0;
+    world.advance();
+    let [fallback] = world.detectors.fallbacks() else { panic!("one pair") };
+    let pair = PairId::new(world.bone, world.ball);
+    assert_eq!((fallback.pair, fallback.method), (pair, StepMethod::Balls));
+    let FallbackReason::BallDeviation { body, bound, allowed } = fallback.reason else {
+        panic!("{fallback:?}")
+    };
+    assert!(body == world.ball && (allowed - margin - TOLERANCE).abs() < 1e-12, "{fallback:?}");
+    assert!((allowed..3.1).contains(&bound), "{fallback:?}");
+}
+
+#[test]
+fn a_method_without_its_structure_is_reported() {
+    for method in [StepMethod::Coarse, StepMethod::Field, StepMethod::Balls] {
+        let mut world = World::new(StepMethod::Exact);
+        world.detectors.set_default_method(StepMethod::Exact);
+        world.detectors.set_method(PairId::new(world.ball, world.bone), method);
+        world.advance();
+        let [fallback] = world.detectors.fallbacks() else { panic!("one pair") };
+        assert_eq!((fallback.method, fallback.reason), (method, FallbackReason::NoStructure));
+    }
+}
