@@ -25,8 +25,8 @@ pub fn scene_file(text: &str) -> bool {
     true
 }
 
-/// Parses a motion file, and returns true if the text is one.
+/// Parses a motion file or a table of poses, and returns true if the text is one.
 #[must_use]
 pub fn motion_file(text: &str) -> bool {
-    Motion::parse(text).is_ok()
+    Motion::parse(text).is_ok() || Motion::is_table(text)
 }

@@ -94,7 +94,7 @@ pub fn volume(bytes: &[u8]) -> bool {
     true
 }
 
-/// Reads a scene file or a motion file, and returns true if the bytes are either.
+/// Reads a scene file, a motion file or a table of poses, and returns true if the bytes are one.
 ///
 /// # Panics
 ///

@@ -13,8 +13,8 @@ use crate::output::{FilePlan, Outputs};
 use crate::phase::Phase;
 use crate::picture::Image;
 use crate::report::{
-    CheckDocument, ContactField, FileFolder, Gallery, OverlapShape, PairContact, Pictures,
-    check_page, check_text, stage_contact_files, stage_overlap_files,
+    CheckDocument, ContactField, FileFolder, Gallery, LongTable, OverlapShape, PairContact,
+    Pictures, TableFrame, check_page, check_text, stage_contact_files, stage_overlap_files,
 };
 use crate::scene::SceneDescription;
 use crate::stopwatch::Stopwatch;
@@ -39,6 +39,7 @@ A scene file:
   file = \"femur.ply\"      # relative to the folder of the scene file
   name = \"femur\"          # default: the file's name
   kind = \"rigid\"          # or deformable (default), or open: a sheet
+  follows = \"femur_r\"     # name in the motion; default: the body's name
 
   [[ignore]]              # pair that overlaps on purpose
   a = \"femur\"
@@ -63,6 +64,15 @@ pub(crate) struct CheckArguments {
     /// Write the report as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+
+    /// Write every number of every pair as a long table (.csv): subject, frame, time, a, b, measure,
+    /// value
+    #[arg(long, value_name = "FILE.csv")]
+    table: Option<PathBuf>,
+
+    /// Subject in the table [default: the first input]
+    #[arg(long, value_name = "TEXT", requires = "table")]
+    subject: Option<String>,
 
     /// Write VTP files for ParaView or 3D Slicer: each body with signed gap and depth per vertex;
     /// for each overlap the clipped faces (`a_in_b`, `b_in_a`) with depth per point, and the
@@ -106,6 +116,9 @@ pub(super) fn run(arguments: &CheckArguments) -> Result<Finished, Failure> {
     stopwatch.lap("detect");
 
     outputs.stage_json(arguments.json.as_deref(), &document)?;
+    if let Some(path) = &arguments.table {
+        outputs.stage(path, arguments.long_table(&document)?)?;
+    }
     let checked = CheckedScene {
         document: &document,
         scene: &loaded.scene,
@@ -127,9 +140,21 @@ impl CheckArguments {
         let bodies = description.bodies.iter();
         let plan = self.scene.plan(description);
         plan.writing(self.json.as_ref())
+            .writing(self.table.as_ref())
             .writing(self.report.as_ref())
             .writing(self.picture.as_ref())
             .writing_into(self.vtp.as_ref(), bodies.map(|body| body_file(&body.name)))
+    }
+
+    /// Writes the long table.
+    fn long_table(&self, document: &CheckDocument) -> Result<Vec<u8>, Failure> {
+        let subject = self.subject.clone();
+        let first = || self.scene.inputs[0].display().to_string();
+        let mut table = LongTable::new(subject.unwrap_or_else(first))?;
+        for pair in &document.pairs {
+            table.add_pair(TableFrame { frame: 0, time: None }, pair)?;
+        }
+        table.finish()
     }
 
     /// Returns true if an output shows the shape of overlaps.

@@ -1,6 +1,6 @@
 //! `motion`: contact in the frames of a motion, and between them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use musculo_collide::{
@@ -9,16 +9,16 @@ use musculo_collide::{
 
 use super::Finished;
 use super::joint_arguments::{JointArgs, joint_contacts};
-use super::motion_resolve::{Job, frame_files};
+use super::motion_resolve::{Job, frame_file, frame_files};
 use super::resolve_arguments::ResolveArgs;
 use crate::failure::Failure;
 use crate::load::{LoadedScene, files_of};
-use crate::motion::{Motion, Replay};
+use crate::motion::{Motion, MotionArgs, Replay};
 use crate::output::{FilePlan, Outputs};
 use crate::phase::Phase;
 use crate::report::{
-    FileFolder, FrameRecord, MotionDocument, PairContact, StepRecord, motion_chart,
-    stage_contact_files,
+    FileFolder, FrameRecord, LongTable, MotionDocument, PairContact, PairRecord, Series,
+    StepRecord, TableFrame, depth_vtp, motion_chart, stage_contact_files,
 };
 use crate::scene::SceneDescription;
 use crate::stopwatch::Stopwatch;
@@ -45,6 +45,13 @@ that moves nothing while a rigid body rests is refused, unless the file has its 
 Soft bodies blend from segment to segment along the axis, within each interval of blends;
 without a skin they rest.
 
+A table of poses (.csv) has a row per body and time, in any order of columns; r11 to r33 may stand for
+the quaternion:
+  time,body,qw,qx,qy,qz,x,y,z
+OpenSim tables (.sto, .mot) are those of its analysis BodyKinematics. With --meshes first-pose the
+meshes of the scene stand as the first row has them; with --meshes body they stand in the frames of
+their bodies.
+
 With --resolve frames are not swept. Each starts from the tissue displacements of the last one.")]
 pub(crate) struct MotionArguments {
     /// Scene file (.toml)
@@ -52,8 +59,13 @@ pub(crate) struct MotionArguments {
     scene: PathBuf,
 
     /// Motion to replay [default: the scene's]
-    #[arg(long, value_name = "FILE.json")]
+    ///
+    /// Maps from rest (.json), or poses of bodies (.sto and .mot of OpenSim's body kinematics, .csv)
+    #[arg(long, value_name = "FILE")]
     motion: Option<PathBuf>,
+
+    #[command(flatten)]
+    follow: MotionArgs,
 
     /// Write the report as JSON
     #[arg(long, value_name = "FILE")]
@@ -66,12 +78,23 @@ pub(crate) struct MotionArguments {
     #[command(flatten)]
     joint: JointArgs,
 
-    /// Write the faces in joint contact of each frame as VTP, with gap and pressure
-    #[arg(long, value_name = "DIR", requires = "joint_contact")]
+    /// Write each body of each frame as VTP with the depth of its vertices, the faces in joint
+    /// contact with gap and pressure, and the list `frames.pvd`, which ParaView opens as a series
+    #[arg(long, value_name = "DIR")]
     vtp: Option<PathBuf>,
 
-    /// Push overlapping bodies apart in every frame, and write each body of each frame as VTP
-    #[arg(long, value_name = "DIR", conflicts_with = "joint_contact")]
+    /// Write every number of every pair and frame as a long table (.csv): subject, frame, time, a,
+    /// b, measure, value
+    #[arg(long, value_name = "FILE.csv", conflicts_with = "resolve")]
+    table: Option<PathBuf>,
+
+    /// Subject in the table [default: the scene file]
+    #[arg(long, value_name = "TEXT", requires = "table")]
+    subject: Option<String>,
+
+    /// Push overlapping bodies apart in every frame, and write each body of each frame as VTP, and
+    /// the list `frames.pvd`
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["joint_contact", "vtp"])]
     resolve: Option<PathBuf>,
 
     #[command(flatten)]
@@ -89,7 +112,8 @@ pub(super) fn run(arguments: &MotionArguments) -> Result<Finished, Failure> {
 
     // Read meshes and motion, and bind them to each other.
     let mut loaded = LoadedScene::load(description)?;
-    let replay = Motion::replay(&path, &loaded.scene)?;
+    let motion = arguments.follow.params(&loaded.description)?;
+    let replay = Motion::replay(&path, &motion, &loaded.scene)?;
     let mut outputs = arguments.plan(path, &loaded, replay.frame_count()).open()?;
     let joint = arguments.joint.params(&mut loaded)?;
     stopwatch.lap("load");
@@ -100,19 +124,22 @@ pub(super) fn run(arguments: &MotionArguments) -> Result<Finished, Failure> {
     }
 
     // Walk through all frames, and report them.
-    let folder = arguments.vtp.as_deref().map(|path| FileFolder::new(path, []));
     let mut walk = Walk {
+        files: arguments.vtp.as_deref().map(|path| FrameFiles::new(path, &loaded.scene, &replay)),
+        table: arguments.table()?,
         scene: &mut loaded.scene,
         replay: &replay,
-        joint: joint.map(|params| JointFrames { params, folder }),
+        joint,
         outputs: &mut outputs,
         stopwatch: &mut stopwatch,
     };
+    let frames = walk.frames()?;
+    walk.finish(arguments.table.as_deref())?;
     let document = MotionDocument {
         unit: loaded.description.unit,
         resting: replay.resting().to_vec(),
         joint_contact: joint,
-        frames: walk.frames()?,
+        frames,
     };
 
     outputs.stage_json(arguments.json.as_deref(), &document)?;
@@ -130,8 +157,18 @@ impl MotionArguments {
         FilePlan::reading(inputs)
             .writing(self.json.as_ref())
             .writing(self.chart.as_ref())
-            .writing_into(self.vtp.as_ref(), [])
+            .writing(self.table.as_ref())
+            .writing_into(self.vtp.as_ref(), frame_files(&loaded.scene, frames))
             .writing_into(self.resolve.as_ref(), frame_files(&loaded.scene, frames))
+    }
+
+    /// Begins the long table, if one is asked for.
+    fn table(&self) -> Result<Option<LongTable>, Failure> {
+        if self.table.is_none() {
+            return Ok(None);
+        }
+        let subject = self.subject.clone();
+        LongTable::new(subject.unwrap_or_else(|| self.scene.display().to_string())).map(Some)
     }
 }
 
@@ -139,15 +176,19 @@ impl MotionArguments {
 struct Walk<'a> {
     scene: &'a mut Scene,
     replay: &'a Replay,
-    joint: Option<JointFrames>,
+    joint: Option<JointContactParams>,
+    files: Option<FrameFiles>,
+    table: Option<LongTable>,
     outputs: &'a mut Outputs,
     stopwatch: &'a mut Stopwatch,
 }
 
-/// Joint contact of frames, with the folder of its files.
-struct JointFrames {
-    params: JointContactParams,
-    folder: Option<FileFolder>,
+/// VTP files of all frames, in one folder.
+struct FrameFiles {
+    path: PathBuf,
+    /// Files of joint contact, whose names depend on the results.
+    contacts: FileFolder,
+    series: Series,
 }
 
 impl Walk<'_> {
@@ -170,7 +211,9 @@ impl Walk<'_> {
             self.stopwatch.lap("sweep");
 
             let (mut record, after) = self.frame(frame)?;
-            record.step = Some(StepRecord::new(self.scene, &sweep, &before, &after));
+            let step = StepRecord::new(self.scene, &sweep, &before, &after);
+            self.add_meetings(frame, &step)?;
+            record.step = Some(step);
             frames.push(record);
             before = after;
             phase.step();
@@ -187,28 +230,84 @@ impl Walk<'_> {
         let mut record = FrameRecord::new(self.scene, frame, self.replay.time(frame), &reports);
         self.stopwatch.lap("check");
 
-        if let Some(joint) = &mut self.joint {
-            let contacts = joint.measure(frame, self.scene, self.outputs)?;
+        let mut contacts = Vec::new();
+        if let Some(params) = &self.joint {
+            let pairs = self.scene.close_pairs(params.margin)?;
+            contacts = joint_contacts(self.scene, &pairs, params, Progress::none())?;
             record.add_joint_contacts(&contacts, self.scene);
             self.stopwatch.lap("joint contact");
         }
+
+        self.add_pairs(frame, &reports)?;
+        if let Some(files) = &mut self.files {
+            let time = self.replay.series_time(frame);
+            files.stage(frame, time, self.scene, &reports, &contacts, self.outputs)?;
+            self.stopwatch.lap("write");
+        }
         Ok((record, reports))
+    }
+
+    /// Adds the pairs of a frame to the table.
+    fn add_pairs(&mut self, frame: usize, reports: &[PairReport]) -> Result<(), Failure> {
+        let Some(table) = &mut self.table else { return Ok(()) };
+        let at = TableFrame { frame, time: self.replay.time(frame) };
+        for report in reports {
+            table.add_pair(at, &PairRecord::new(report, self.scene))?;
+        }
+        Ok(())
+    }
+
+    /// Adds the pairs that met on the way to a frame to the table.
+    fn add_meetings(&mut self, frame: usize, step: &StepRecord) -> Result<(), Failure> {
+        let Some(table) = &mut self.table else { return Ok(()) };
+        let at = TableFrame { frame, time: self.replay.time(frame) };
+        for meeting in &step.pairs {
+            table.add_pair(at, meeting)?;
+        }
+        Ok(())
+    }
+
+    /// Completes the list of files and the table.
+    fn finish(self, table: Option<&Path>) -> Result<(), Failure> {
+        if let Some(FrameFiles { path, series, .. }) = &self.files {
+            self.outputs.stage(&path.join(Series::FILE_NAME), series.to_pvd())?;
+        }
+        if let (Some(path), Some(rows)) = (table, self.table) {
+            self.outputs.stage(path, rows.finish()?)?;
+        }
+        Ok(())
     }
 }
 
-impl JointFrames {
-    /// Measures the contact of all pairs in a frame, and writes its files if there is a folder.
-    fn measure(
+impl FrameFiles {
+    fn new(path: &Path, scene: &Scene, replay: &Replay) -> Self {
+        let planned = frame_files(scene, replay.frame_count());
+        let contacts = FileFolder::new(path, planned);
+        Self { path: path.to_owned(), contacts, series: Series::default() }
+    }
+
+    /// Writes the bodies of a frame and their joint contacts.
+    fn stage(
         &mut self,
         frame: usize,
-        scene: &mut Scene,
+        time: f64,
+        scene: &Scene,
+        reports: &[PairReport],
+        contacts: &[PairContact],
         outputs: &mut Outputs,
-    ) -> Result<Vec<PairContact>, Failure> {
-        let pairs = scene.close_pairs(self.params.margin)?;
-        let contacts = joint_contacts(scene, &pairs, &self.params, Progress::none())?;
-        if let Some(folder) = &mut self.folder {
-            stage_contact_files(&contacts, &format!("_{frame:04}"), scene, folder, outputs)?;
+    ) -> Result<(), Failure> {
+        let mut files = Vec::new();
+        for id in scene.ids() {
+            let file = frame_file(scene.body(id).name(), frame);
+            outputs.stage(&self.path.join(&file), depth_vtp(id, scene, reports))?;
+            files.push(file);
         }
-        Ok(contacts)
+        stage_contact_files(contacts, &format!("_{frame:04}"), scene, &mut self.contacts, outputs)?;
+        files.extend(self.contacts.take_completed());
+
+        for (part, file) in files.iter().enumerate() {
+            self.series.add(time, part, file);
+        }
+        Ok(())
     }
 }

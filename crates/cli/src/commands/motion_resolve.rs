@@ -9,19 +9,20 @@ use crate::failure::Failure;
 use crate::motion::Replay;
 use crate::output::Outputs;
 use crate::phase::Phase;
-use crate::report::{FrameInfo, ResolvedDocument, ResolvedFrame, displacement_vtp, rest_text};
+use crate::report::{
+    FrameInfo, ResolvedDocument, ResolvedFrame, Series, displacement_vtp, rest_text,
+};
 use crate::scene::Unit;
 use crate::stopwatch::Stopwatch;
 
-/// Returns the name of the file of a body in a frame, of a series that `ParaView` opens as
-/// one.
-fn frame_file(body: &str, frame: usize) -> String {
+/// Returns the name of the file of a body in a frame.
+pub(super) fn frame_file(body: &str, frame: usize) -> String {
     format!("{body}_{frame:04}.vtp")
 }
 
-/// Returns the names of the files of all bodies in all frames.
+/// Returns the names of the files of all bodies in all frames, and of their list.
 pub(super) fn frame_files(scene: &Scene, frames: usize) -> Vec<String> {
-    let mut files = Vec::new();
+    let mut files = vec![Series::FILE_NAME.to_owned()];
     for body in scene.bodies() {
         files.extend((0..frames).map(|frame| frame_file(body.name(), frame)));
     }
@@ -50,6 +51,7 @@ impl Job<'_> {
 
         // Tissue keeps its displacements from frame to frame, so that pushes do not jump.
         let mut frames = Vec::new();
+        let mut series = Series::default();
 
         for frame in 0..replay.frame_count() {
             replay.place(scene, frame)?;
@@ -58,6 +60,9 @@ impl Job<'_> {
 
             // Written at once: the states of all frames would not fit in memory.
             self.stage(frame, scene, &resolution, &mut outputs)?;
+            for (part, body) in scene.bodies().iter().enumerate() {
+                series.add(replay.series_time(frame), part, &frame_file(body.name(), frame));
+            }
             stopwatch.lap("write");
 
             let info = FrameInfo { frame, time: replay.time(frame), seconds };
@@ -65,6 +70,7 @@ impl Job<'_> {
             phase.step();
         }
         drop(phase);
+        outputs.stage(&self.folder.join(Series::FILE_NAME), series.to_pvd())?;
 
         let document = ResolvedDocument { unit: self.unit, frames };
         outputs.stage_json(self.json, &document)?;

@@ -16,7 +16,7 @@ use super::plan_document::PlanDocument;
 use super::plan_frames::{FrameSource, time_pairs};
 use crate::failure::Failure;
 use crate::load::{LoadedScene, SceneArguments};
-use crate::motion::Motion;
+use crate::motion::{Motion, MotionParams};
 use crate::phase::Phase;
 use crate::report::{fixed, rest_text};
 use crate::stopwatch::Stopwatch;
@@ -117,7 +117,8 @@ pub(super) fn run(arguments: &PlanArguments) -> Result<Finished, Failure> {
     let mut outputs = files.open()?;
     let mut loaded = LoadedScene::load(description)?;
     let motion = loaded.description.motion.as_deref();
-    let replay = motion.map(|path| Motion::replay(path, &loaded.scene)).transpose()?;
+    let params = MotionParams::of_scene(&loaded.description);
+    let replay = motion.map(|path| Motion::replay(path, &params, &loaded.scene)).transpose()?;
     stopwatch.lap("load");
 
     // Select the methods, and build what they need.

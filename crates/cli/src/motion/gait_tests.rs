@@ -47,7 +47,10 @@ fn walk(path: &std::path::Path, scene: &Scene) -> Replay {
         "segments": ["tibia", "femur", null],
         "blends": [[knee - 40.0, knee + 40.0], [hip - 50.0, hip + 50.0]],
     });
-    Motion::parse(&file.to_string()).expect("a motion").bind(scene).expect("a walk")
+    Motion::parse(&file.to_string())
+        .expect("a motion")
+        .bind(scene, &BTreeMap::new())
+        .expect("a walk")
 }
 
 fn place(scene: &mut Scene, positions: &[Vec<DVec3>]) {

@@ -1,25 +1,34 @@
 //! Motions: successive states of a scene, as rigid maps from rest for its bones and a
 //! blend of these for its soft bodies.
 
-mod file;
+mod arguments;
+mod json;
 mod names;
+mod opensim;
+mod pose_rows;
+mod pose_table;
 mod skin;
 
 #[cfg(test)]
 mod gait_tests;
+#[cfg(test)]
+mod table_tests;
 #[cfg(test)]
 mod tests;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use glam::{DMat4, DQuat, DVec3};
+use glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
 use musculo_collide::distance_field::Pose;
 use musculo_collide::{Body, BodyId, BodyKind, Scene, SceneError};
 use serde::Serialize;
 
+pub(crate) use self::arguments::{MotionArgs, MotionParams};
+use self::pose_table::TableProblem;
 use self::skin::Skin;
 use crate::failure::Failure;
+use crate::scene::Unit;
 
 /// Reason why a motion cannot be replayed.
 #[derive(Debug, thiserror::Error)]
@@ -28,6 +37,8 @@ pub(crate) enum MotionProblem {
     Unreadable(#[from] std::io::Error),
     #[error("is not a motion: {0}")]
     Syntax(#[from] serde_json::Error),
+    #[error(transparent)]
+    Table(#[from] TableProblem),
     #[error("has {0} frames, but a motion needs at least two")]
     TooFewFrames(usize),
     #[error("frame {frame} has no map {name:?}, which other frames have")]
@@ -63,10 +74,16 @@ pub(crate) enum MotionProblem {
     #[error("the list \"ignore\" has {name:?}, but the frames have no such map")]
     IgnoredMap { name: String },
     #[error(
-        "map {name:?} moves no body: the nearest names of bodies without a map are {nearest}; rename the map, or add it to the list \"ignore\""
+        "map {name:?} moves no body: the nearest names of bodies without a map are {nearest}; rename the map, let a body follow it (--follow), or add it to the list \"ignore\""
     )]
     UnusedMap { name: String, nearest: String },
-    #[error("no body follows the motion: its maps are {maps}, the rigid bodies are {bodies}")]
+    #[error(
+        "{body} is to follow {name:?}, but the frames have no such map: the nearest names are {nearest}"
+    )]
+    FollowedMap { body: String, name: String, nearest: String },
+    #[error(
+        "no body follows the motion: its maps are {maps}, the rigid bodies are {bodies}; say who follows what by --follow or the key `follows`"
+    )]
     NoFollower { maps: String, bodies: String },
 }
 
@@ -126,20 +143,56 @@ pub(crate) enum RestReason {
 
 impl Motion {
     /// Reads a motion file and binds it to a scene at rest.
-    pub(crate) fn replay(path: &Path, scene: &Scene) -> Result<Replay, Failure> {
-        let motion = Self::read(path).and_then(|motion| motion.bind(scene));
+    pub(crate) fn replay(
+        path: &Path,
+        params: &MotionParams,
+        scene: &Scene,
+    ) -> Result<Replay, Failure> {
+        let motion =
+            Self::read(path, params).and_then(|motion| motion.bind(scene, &params.follows));
         motion.map_err(|problem| Failure::in_file(path, problem))
+    }
+
+    /// Reads and checks a file, in the format of its extension.
+    fn read(path: &Path, params: &MotionParams) -> Result<Self, MotionProblem> {
+        let text = mesh_io::read_text(path)?;
+        let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
+        let (table, unit) = match extension.as_ref().and_then(|extension| extension.to_str()) {
+            // OpenSim computes in meters.
+            Some("sto" | "mot") => (opensim::parse(&text)?, Unit::Meter),
+            Some("csv") => (pose_rows::parse(&text)?, params.scene_unit),
+            _ => return Self::parse(&text),
+        };
+
+        let factor = params.table_unit.unwrap_or(unit).meters() / params.scene_unit.meters();
+        let times = table.times.iter().copied().map(Some).collect();
+        let maps = table.maps(factor, params.meshes);
+        check_frames(&maps)?;
+        Ok(Self { times, maps, ..Self::default() })
+    }
+
+    /// Returns true if a text is a table of poses, in either format.
+    pub(crate) fn is_table(text: &str) -> bool {
+        opensim::parse(text).is_ok() || pose_rows::parse(text).is_ok()
     }
 
     /// Selects for each body the part of the motion that it follows.
     ///
-    /// A rigid body follows the map of its name, or of its name after the first
-    /// underscore (`bone_femur` follows `femur`). Other bodies follow the skin. Bodies
-    /// without a map or a skin rest.
-    fn bind(self, scene: &Scene) -> Result<Replay, MotionProblem> {
+    /// A body follows the map that `chosen` has for its name. Without one, a rigid body follows the
+    /// map of its name, or of its name after the first underscore (`bone_femur` follows `femur`),
+    /// and other bodies follow the skin. Bodies without a map or a skin rest.
+    fn bind(
+        self,
+        scene: &Scene,
+        chosen: &BTreeMap<String, String>,
+    ) -> Result<Replay, MotionProblem> {
         let (mut followers, mut resting) = (Vec::new(), Vec::new());
         for body in scene.bodies() {
-            let (rest, follows) = (body.positions().to_vec(), self.part_of(body)?);
+            let follows = match chosen.get(body.name()) {
+                Some(name) => self.chosen_part(body, name)?,
+                None => self.part_of(body)?,
+            };
+            let rest = body.positions().to_vec();
             if follows == Follows::Nothing {
                 let is_rigid = body.kind() == BodyKind::Rigid;
                 let reason = if is_rigid { RestReason::NoMap } else { RestReason::NoSkin };
@@ -158,6 +211,19 @@ impl Motion {
         }
         self.check_use(&followers, &resting)?;
         Ok(Replay { motion: self, followers, resting })
+    }
+
+    /// Returns the map that a body is to follow, whatever its kind.
+    fn chosen_part(&self, body: &Body, name: &str) -> Result<Follows, MotionProblem> {
+        if self.maps[0].contains_key(name) {
+            return Ok(Follows::Map(name.to_owned()));
+        }
+        let known = self.maps[0].keys().map(String::as_str);
+        Err(MotionProblem::FollowedMap {
+            body: body.name().to_owned(),
+            name: name.to_owned(),
+            nearest: listed(names::nearest(name, known).into_iter()),
+        })
     }
 
     fn part_of(&self, body: &Body) -> Result<Follows, MotionProblem> {
@@ -215,6 +281,32 @@ impl Motion {
     }
 }
 
+/// Checks that there are frames, all with the same maps.
+fn check_frames(frames: &[BTreeMap<String, DMat4>]) -> Result<(), MotionProblem> {
+    if frames.len() < 2 {
+        return Err(MotionProblem::TooFewFrames(frames.len()));
+    }
+    let names: BTreeSet<&String> = frames.iter().flat_map(BTreeMap::keys).collect();
+    for (frame, maps) in frames.iter().enumerate() {
+        if let Some(&name) = names.iter().find(|&&name| !maps.contains_key(name)) {
+            return Err(MotionProblem::MissingMap { frame, name: name.clone() });
+        }
+    }
+    Ok(())
+}
+
+/// Largest deviation of a map's axes from unit and orthogonal. Files round to some nine
+/// digits; a scale or shear that matters to contact is far larger.
+const RIGID_TOLERANCE: f64 = 1e-6;
+
+/// Returns true if a map turns and shifts only, without a reflection.
+fn is_rigid(map: DMat4) -> bool {
+    let rotation = DMat3::from_mat4(map);
+    let residue = rotation.transpose() * rotation - DMat3::IDENTITY;
+    let is_orthonormal = residue.abs_diff_eq(DMat3::ZERO, RIGID_TOLERANCE);
+    is_orthonormal && rotation.determinant() > 0.0 && map.row(3) == DVec4::W
+}
+
 /// Returns the part of a name after its first underscore.
 fn after_prefix(name: &str) -> &str {
     name.split_once('_').map_or("", |(_, after)| after)
@@ -228,6 +320,11 @@ impl Replay {
     /// Returns the time of a frame in seconds, where the file has one.
     pub(crate) fn time(&self, frame: usize) -> Option<f64> {
         self.motion.times[frame]
+    }
+
+    /// Returns the time of a frame in a series of files: its number, where the file has no time.
+    pub(crate) fn series_time(&self, frame: usize) -> f64 {
+        self.time(frame).unwrap_or_else(|| f64::from(u32::try_from(frame).unwrap_or(u32::MAX)))
     }
 
     /// Returns the bodies that rest in all frames.

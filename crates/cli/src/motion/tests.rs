@@ -1,5 +1,7 @@
 //! Motions computed by hand, and invalid files.
 
+use std::collections::BTreeMap;
+
 use glam::{DMat4, DVec3, dvec3};
 use musculo_collide::surface::TriangleSurface;
 use musculo_collide::{BodyKind, Scene};
@@ -36,7 +38,7 @@ fn scene() -> Scene {
 #[test]
 fn bones_follow_their_maps_and_muscles_the_blend() {
     let scene = scene();
-    let replay = Motion::parse(&two_frames(SKIN)).unwrap().bind(&scene).unwrap();
+    let replay = Motion::parse(&two_frames(SKIN)).unwrap().bind(&scene, &BTreeMap::new()).unwrap();
     let rest = scene.bodies()[0].positions();
     assert_eq!(replay.positions(0), [rest, rest, rest]);
     let [bone, muscle, pelvis] = &replay.positions(1)[..] else { panic!("three bodies") };
@@ -127,18 +129,23 @@ fn misspelled_maps_are_refused() {
             .into_iter()
             .fold(text, |text, map| text.replace(&format!("\"femur\": {map}"), &extra(map)))
     };
-    let problem = Motion::parse(&renamed("")).unwrap().bind(&scene()).unwrap_err();
+    let problem =
+        Motion::parse(&renamed("")).unwrap().bind(&scene(), &BTreeMap::new()).unwrap_err();
     let expected = "map \"pelwis\" moves no body: the nearest names of bodies without a map are \
-                    bone_pelvis; rename the map, or add it to the list \"ignore\"";
+                    bone_pelvis; rename the map, let a body follow it (--follow), \
+                    or add it to the list \"ignore\"";
     assert_eq!(problem.to_string(), expected);
 
     // It is accepted where the file says that it is meant.
-    let replay = Motion::parse(&renamed("\"ignore\": [\"pelwis\"],")).unwrap().bind(&scene());
+    let replay = Motion::parse(&renamed("\"ignore\": [\"pelwis\"],"))
+        .unwrap()
+        .bind(&scene(), &BTreeMap::new());
     assert_eq!(replay.unwrap().resting().len(), 1);
 
     // A list of another length under the name of a body is no map.
     let short = two_frames("").replace("\"angles\": [1, 2]", "\"pelvis\": [1, 2]");
-    let problem = Motion::parse(&short).unwrap().bind(&scene()).unwrap_err().to_string();
+    let problem =
+        Motion::parse(&short).unwrap().bind(&scene(), &BTreeMap::new()).unwrap_err().to_string();
     let expected =
         "\"pelvis\" of frame 0 is a list of 2 numbers, but a map is a list of 16 numbers";
     assert_eq!(problem, expected);
@@ -147,7 +154,7 @@ fn misspelled_maps_are_refused() {
 #[test]
 fn bodies_at_rest_have_reasons() {
     let resting = |text: &str| {
-        let replay = Motion::parse(text).unwrap().bind(&scene()).unwrap();
+        let replay = Motion::parse(text).unwrap().bind(&scene(), &BTreeMap::new()).unwrap();
         let resting = replay.resting().iter();
         resting.map(|resting| (resting.body.clone(), resting.reason)).collect::<Vec<_>>()
     };
@@ -161,7 +168,7 @@ fn bodies_at_rest_have_reasons() {
 fn a_motion_of_other_bones_is_refused() {
     let text = two_frames("").replace("femur", "ulna");
     let motion = Motion::parse(&text).unwrap();
-    let problem = motion.bind(&scene()).unwrap_err();
+    let problem = motion.bind(&scene(), &BTreeMap::new()).unwrap_err();
     assert!(matches!(problem, MotionProblem::NoFollower { .. }), "{problem}");
     assert!(problem.to_string().contains("its maps are ulna"), "{problem}");
 }

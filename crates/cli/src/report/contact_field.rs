@@ -48,6 +48,14 @@ impl ContactField {
     }
 }
 
+/// Returns a body with the depth of its vertices inside others as a `.vtp` file.
+pub(crate) fn depth_vtp(body: BodyId, scene: &Scene, reports: &[PairReport]) -> String {
+    let ContactField { depths, .. } = ContactField::new(body, scene, reports, 0.0);
+    let body = scene.body(body);
+    let values = [PointValues::Scalars("penetration_depth", &depths)];
+    write_vtp(body.positions(), body.surface().faces(), &values)
+}
+
 /// Returns a surface with the displacements of its vertices as a `.vtp` file.
 pub(crate) fn displacement_vtp(
     positions: &[DVec3],

@@ -61,7 +61,7 @@ pub(crate) struct StepRecord {
     /// Fraction of the step that is free of such contacts: `first_contact`, or else 1.
     pub(crate) free_step: f64,
     /// Pairs that met.
-    pairs: Vec<MeetingRecord>,
+    pub(crate) pairs: Vec<MeetingRecord>,
 }
 
 /// Deepest overlap of a frame.
@@ -77,7 +77,7 @@ struct DepthRecord {
 
 /// Two bodies that met during a step.
 #[derive(Debug, Serialize)]
-struct MeetingRecord {
+pub(crate) struct MeetingRecord {
     a: String,
     b: String,
     contacts: usize,

@@ -24,13 +24,20 @@ pub(crate) struct FileFolder {
     path: PathBuf,
     /// Names that are taken, in lower case.
     names: BTreeSet<String>,
+    /// Names of the completed files since they were last handed out.
+    completed: Vec<String>,
 }
 
 impl FileFolder {
     /// Begins with names that are taken.
     pub(crate) fn new(path: &Path, names: impl IntoIterator<Item = String>) -> Self {
         let names = names.into_iter().map(|name| name.to_lowercase()).collect();
-        Self { path: path.to_owned(), names }
+        Self { path: path.to_owned(), names, completed: Vec::new() }
+    }
+
+    /// Hands out the names of the files that were completed since the last call.
+    pub(crate) fn take_completed(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.completed)
     }
 
     /// Returns the name of a `.vtp` file, with a number where another file has it, whatever the
@@ -53,7 +60,9 @@ impl FileFolder {
         outputs: &mut Outputs,
     ) -> Result<(), Failure> {
         let name = self.take(stem);
-        outputs.stage_found(&self.path.join(name), content)
+        outputs.stage_found(&self.path.join(&name), content)?;
+        self.completed.push(name);
+        Ok(())
     }
 }
 

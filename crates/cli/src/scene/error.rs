@@ -24,4 +24,6 @@ pub(crate) enum SceneProblem {
     IgnoredWithItself(String),
     #[error("margin is {0}, but must be finite and at least 0")]
     Margin(f64),
+    #[error("--follow {0}: give a body and the name that it follows, as BODY=NAME")]
+    Follow(String),
 }

@@ -11,6 +11,7 @@
 //! name = "femur"          # default: the file's name without extension
 //! file = "femur.ply"      # relative to the folder of the scene file
 //! kind = "rigid"          # or "open" (a sheet), or "deformable", the default
+//! follows = "femur_r"     # name in the motion; default: the body's name
 //!
 //! [[ignore]]              # pair that overlaps on purpose
 //! a = "femur"
@@ -63,6 +64,8 @@ pub(crate) struct BodyDescription {
     pub(crate) path: PathBuf,
     #[serde(default = "deformable")]
     pub(crate) kind: BodyKind,
+    /// Name in the motion that the body follows; none for its own.
+    pub(crate) follows: Option<String>,
 }
 
 /// Names of two bodies that overlap on purpose.
@@ -94,7 +97,13 @@ impl SceneDescription {
         let mut scene = Self::default();
         for path in inputs {
             let (file, kind) = (path.display().to_string(), BodyKind::Deformable);
-            scene.bodies.push(BodyDescription { name: stem(path), file, path: path.clone(), kind });
+            scene.bodies.push(BodyDescription {
+                name: stem(path),
+                file,
+                path: path.clone(),
+                kind,
+                follows: None,
+            });
         }
         scene.check_names()?;
         Ok(scene)

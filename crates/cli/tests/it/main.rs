@@ -9,6 +9,7 @@ mod first_try;
 mod joint;
 mod medial;
 mod motion;
+mod motion_tables;
 mod overlap;
 mod plan;
 mod resolve;

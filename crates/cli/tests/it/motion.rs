@@ -10,7 +10,7 @@ const THIGH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/thigh/s
 const REST: &str = "[1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]";
 
 /// Returns a thin plate in z = 0, and a needle above it that moves down by 4 in one step.
-fn needle_through_plate() -> Workshop {
+pub(crate) fn needle_through_plate() -> Workshop {
     let workshop = Workshop::new();
     let corner = |x: f64, y: f64, z: f64| format!("v {x} {y} {z}\n");
     let plate = [(-9.0, -9.0, 0.0), (9.0, -9.0, 0.0), (0.0, 9.0, 0.0), (0.0, 0.0, 0.2)];

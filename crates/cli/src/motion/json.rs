@@ -1,4 +1,4 @@
-//! Motion files:
+//! Motion files of this program:
 //!
 //! ```json
 //! {
@@ -17,15 +17,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
-use std::path::Path;
 
-use glam::{DMat3, DMat4, DVec3, DVec4};
+use glam::{DMat4, DVec3};
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 
 use super::skin::Skin;
-use super::{Motion, MotionProblem};
+use super::{Motion, MotionProblem, is_rigid};
 
 #[derive(Debug, Deserialize)]
 struct MotionFile {
@@ -81,11 +80,6 @@ struct Frame {
 }
 
 impl Motion {
-    /// Reads and checks a file.
-    pub(super) fn read(path: &Path) -> Result<Self, MotionProblem> {
-        Self::parse(&mesh_io::read_text(path)?)
-    }
-
     /// Parses and checks the content of a file.
     pub(crate) fn parse(text: &str) -> Result<Self, MotionProblem> {
         let file: MotionFile = serde_json::from_str(text)?;
@@ -165,21 +159,13 @@ fn sixteen_numbers(value: &Value) -> Option<[f64; 16]> {
     numbers?.try_into().ok()
 }
 
-/// Largest deviation of a map's axes from unit and orthogonal. Files round to some nine
-/// digits; a scale or shear that matters to contact is far larger.
-const RIGID_TOLERANCE: f64 = 1e-6;
-
 fn rigid_map(frame: usize, name: &str, rows: [f64; 16]) -> Result<DMat4, MotionProblem> {
     let map = DMat4::from_cols_array(&rows).transpose();
     if !map.is_finite() {
         return Err(MotionProblem::NotFinite { frame, name: name.to_owned() });
     }
 
-    // A rotation has orthonormal axes of right-handed orientation.
-    let rotation = DMat3::from_mat4(map);
-    let residue = rotation.transpose() * rotation - DMat3::IDENTITY;
-    let is_orthonormal = residue.abs_diff_eq(DMat3::ZERO, RIGID_TOLERANCE);
-    if !is_orthonormal || rotation.determinant() <= 0.0 || map.row(3) != DVec4::W {
+    if !is_rigid(map) {
         return Err(MotionProblem::NotRigid { frame, name: name.to_owned() });
     }
     Ok(map)

@@ -1,0 +1,66 @@
+//! Settings of a motion: units and frames of tables, names of bodies.
+
+use std::collections::BTreeMap;
+
+use clap::Args;
+
+use super::pose_table::MeshFrame;
+use crate::scene::{SceneDescription, SceneProblem, Unit};
+
+/// Arguments of motions that are tables of poses, and of names.
+#[derive(Debug, Args)]
+pub(crate) struct MotionArgs {
+    /// Unit of lengths in a table of poses [default: m in .sto and .mot, the scene's in .csv]
+    #[arg(long, value_enum, value_name = "UNIT")]
+    motion_unit: Option<Unit>,
+
+    /// Frame of the meshes, for a table of poses
+    #[arg(long, value_enum, value_name = "FRAME", default_value = "first-pose")]
+    meshes: MeshFrame,
+
+    /// Body that follows another name of the motion than its own; may be given several times
+    #[arg(long, value_name = "BODY=NAME")]
+    follow: Vec<String>,
+}
+
+/// Settings of a motion that moves the bodies of a scene.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct MotionParams {
+    pub(super) scene_unit: Unit,
+    /// Unit of lengths in a table of poses; none for that of its format.
+    pub(super) table_unit: Option<Unit>,
+    pub(super) meshes: MeshFrame,
+    /// Names of the maps that bodies follow, by the name of the body.
+    pub(super) follows: BTreeMap<String, String>,
+}
+
+impl MotionParams {
+    /// Returns the parameters that a scene file has.
+    pub(crate) fn of_scene(scene: &SceneDescription) -> Self {
+        let mut follows = BTreeMap::new();
+        for body in &scene.bodies {
+            if let Some(name) = &body.follows {
+                follows.insert(body.name.clone(), name.clone());
+            }
+        }
+        Self { scene_unit: scene.unit, follows, ..Self::default() }
+    }
+}
+
+impl MotionArgs {
+    /// Returns the parameters of a scene file with those of the command line instead, where it has
+    /// some.
+    pub(crate) fn params(&self, scene: &SceneDescription) -> Result<MotionParams, SceneProblem> {
+        let mut params = MotionParams::of_scene(scene);
+        params.table_unit = self.motion_unit;
+        params.meshes = self.meshes;
+
+        for entry in &self.follow {
+            let (body, name) =
+                entry.split_once('=').ok_or_else(|| SceneProblem::Follow(entry.clone()))?;
+            scene.index_of(body)?;
+            params.follows.insert(body.to_owned(), name.to_owned());
+        }
+        Ok(params)
+    }
+}

@@ -1,0 +1,162 @@
+//! Tables of poses, a row per body and time, separated by commas (`.csv`).
+//!
+//! ```text
+//! time,body,qw,qx,qy,qz,x,y,z
+//! 0.00,femur,1,0,0,0,0,0,0
+//! 0.00,tibia,1,0,0,0,0,0,0
+//! 0.01,femur,0.99619470,0.08715574,0,0,0,0,0.5
+//! 0.01,tibia,1,0,0,0,0,0,1
+//! ```
+//!
+//! Instead of the quaternion, the rotation matrix may stand in `r11`, `r12` … `r33`. Columns stand
+//! in any order, and others are ignored. Rows of one time are a frame.
+
+use std::collections::BTreeMap;
+
+use csv::{ReaderBuilder, StringRecord, Trim};
+use glam::{DMat3, DMat4, DQuat, DVec3};
+
+use super::pose_table::{PoseTable, TableProblem, finite_number};
+
+/// Names of the columns of a rotation matrix, row by row.
+const MATRIX: [&str; 9] = ["r11", "r12", "r13", "r21", "r22", "r23", "r31", "r32", "r33"];
+
+/// Largest deviation of a quaternion's length from 1: files round to some three digits at least,
+/// and other numbers than those of a rotation are farther from it.
+const UNIT_TOLERANCE: f64 = 1e-2;
+
+/// Places of the columns that are read.
+struct Columns {
+    time: usize,
+    body: usize,
+    position: [usize; 3],
+    rotation: RotationColumns,
+}
+
+enum RotationColumns {
+    /// In the order w, x, y, z.
+    Quaternion([usize; 4]),
+    Matrix([usize; 9]),
+}
+
+/// Row that is being read.
+struct Row<'a> {
+    line: usize,
+    labels: &'a StringRecord,
+    values: &'a StringRecord,
+}
+
+/// Parses a table; its lengths stay in the table's unit.
+pub(super) fn parse(text: &str) -> Result<PoseTable, TableProblem> {
+    let mut reader =
+        ReaderBuilder::new().trim(Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
+    let labels = reader.headers().map_err(malformed)?.clone();
+    let columns = Columns::find(&labels)?;
+
+    // Rows of one time are gathered until the time changes.
+    let mut table = PoseTable::default();
+    let mut frame: Option<(usize, f64, BTreeMap<String, DMat4>)> = None;
+    for values in reader.records() {
+        let values = values.map_err(malformed)?;
+        let line = values.position().map_or(0, csv::Position::line);
+        let line = usize::try_from(line).unwrap_or(usize::MAX);
+        let row = Row { line, labels: &labels, values: &values };
+        let (time, pose) = (row.number(columns.time)?, columns.pose(&row)?);
+        let name = &values[columns.body];
+
+        match &mut frame {
+            Some((_, of_frame, maps)) if time.total_cmp(of_frame).is_eq() => {
+                if maps.insert(name.to_owned(), pose).is_some() {
+                    let name = mesh_io::escaped(name);
+                    return Err(TableProblem::DuplicateBody { line, name, time });
+                }
+            }
+            _ => {
+                let maps = BTreeMap::from([(name.to_owned(), pose)]);
+                if let Some((line, time, maps)) = frame.replace((line, time, maps)) {
+                    table.push(line, time, maps)?;
+                }
+            }
+        }
+    }
+    if let Some((line, time, maps)) = frame {
+        table.push(line, time, maps)?;
+    }
+    Ok(table)
+}
+
+/// Returns the problem of a table that the reader refuses; its text names the line.
+fn malformed(error: csv::Error) -> TableProblem {
+    TableProblem::Malformed(mesh_io::escaped(&error.to_string()))
+}
+
+impl Columns {
+    fn find(labels: &StringRecord) -> Result<Self, TableProblem> {
+        let matrix = labels.iter().any(|label| label.eq_ignore_ascii_case(MATRIX[0]));
+        let rotation = if matrix {
+            RotationColumns::Matrix(columns(labels, MATRIX)?)
+        } else {
+            RotationColumns::Quaternion(columns(labels, ["qw", "qx", "qy", "qz"])?)
+        };
+        let [time, body] = columns(labels, ["time", "body"])?;
+        Ok(Self { time, body, position: columns(labels, ["x", "y", "z"])?, rotation })
+    }
+
+    fn pose(&self, row: &Row<'_>) -> Result<DMat4, TableProblem> {
+        let position = DVec3::from(row.numbers(self.position)?);
+        let rotation = match self.rotation {
+            RotationColumns::Quaternion(columns) => {
+                let [w, x, y, z] = row.numbers(columns)?;
+                let quaternion = DQuat::from_xyzw(x, y, z, w);
+
+                // The error of rounded digits is divided out.
+                let length = quaternion.length();
+                if (length - 1.0).abs() > UNIT_TOLERANCE {
+                    return Err(TableProblem::NotUnit { line: row.line, length });
+                }
+                DMat3::from_quat(quaternion.normalize())
+            }
+            RotationColumns::Matrix(columns) => {
+                DMat3::from_cols_array(&row.numbers(columns)?).transpose()
+            }
+        };
+
+        let pose = DMat4::from_mat3_translation(rotation, position);
+        if super::is_rigid(pose) {
+            Ok(pose)
+        } else {
+            Err(TableProblem::NotRotation { line: row.line })
+        }
+    }
+}
+
+/// Finds columns by their names, without regard to case.
+fn columns<const N: usize>(
+    labels: &StringRecord,
+    names: [&str; N],
+) -> Result<[usize; N], TableProblem> {
+    let mut found = [0; N];
+    for (column, name) in found.iter_mut().zip(names) {
+        let mut places = (0..labels.len()).filter(|&i| labels[i].eq_ignore_ascii_case(name));
+        let missing = || TableProblem::MissingColumn { name: name.to_owned() };
+        *column = places.next().ok_or_else(missing)?;
+        if places.next().is_some() {
+            return Err(TableProblem::DuplicateColumn { name: name.to_owned() });
+        }
+    }
+    Ok(found)
+}
+
+impl Row<'_> {
+    fn number(&self, column: usize) -> Result<f64, TableProblem> {
+        finite_number(self.line, &self.labels[column], &self.values[column])
+    }
+
+    fn numbers<const N: usize>(&self, columns: [usize; N]) -> Result<[f64; N], TableProblem> {
+        let mut values = [0.0; N];
+        for (value, column) in values.iter_mut().zip(columns) {
+            *value = self.number(column)?;
+        }
+        Ok(values)
+    }
+}

@@ -1,0 +1,157 @@
+//! Motions that are tables of poses, and the tables and series that replays write.
+
+use crate::motion::needle_through_plate;
+use crate::support::Workshop;
+use serde_json::Value;
+
+/// The needle of the scene 4 lower in the second row, by OpenSim's columns.
+const DOWN: &str = "Positions\nnRows=2\ninDegrees=yes\nendheader\n\
+    time n_X n_Y n_Z n_Ox n_Oy n_Oz\n0 0 0 0.5 90 0 0\n0.25 0 0 0.496 90 0 0\n";
+
+fn json(workshop: &Workshop, name: &str) -> Value {
+    serde_json::from_str(&workshop.read(name)).expect("valid JSON")
+}
+
+/// Rows of a long table: subject, frame, time, pair, measure, value.
+fn rows(workshop: &Workshop, name: &str) -> Vec<Vec<String>> {
+    let text = workshop.read(name);
+    let mut lines = text.lines();
+    let columns = lines.next().unwrap_or_default();
+    assert_eq!(columns, "subject,frame,time,a,b,measure,value", "the columns of {name}");
+    lines.map(|line| line.split(',').map(str::to_owned).collect()).collect()
+}
+
+/// Meters and degrees of OpenSim, the rows of a camera, and maps from rest in the scene's
+/// millimeters are one motion.
+#[test]
+fn tables_of_poses_replay_as_maps_do() {
+    let workshop = needle_through_plate();
+    workshop.write("down.sto", DOWN);
+    workshop.write(
+        "down.csv",
+        "time,body,qw,qx,qy,qz,x,y,z\n0,n,0,1,0,0,0,0,7\n0.25,n,0,1,0,0,0,0,3\n",
+    );
+    workshop.run("motion", &["scene.toml", "--json", "maps.json"]);
+    let maps = json(&workshop, "maps.json");
+    let expected = maps["frames"][1]["step"]["free_step"].as_f64().expect("a number");
+
+    for file in ["down.sto", "down.csv"] {
+        let arguments =
+            ["scene.toml", "--motion", file, "--follow", "needle=n", "--json", "m.json"];
+        let run = workshop.run("motion", &arguments);
+        assert_eq!(run.status, 1, "{}", run.stderr);
+        let step = &json(&workshop, "m.json")["frames"][1]["step"];
+        let free = step["free_step"].as_f64().expect("a number");
+        assert!((free - expected).abs() < 1e-9, "{file}: {free} for {expected}");
+        assert_eq!(step["pairs"][0]["passes_through"], true);
+    }
+
+    // The scene file may have the name instead; lengths in another unit are another motion.
+    let follows = workshop
+        .read("scene.toml")
+        .replace("file = \"needle.obj\"\n", "file = \"needle.obj\"\nfollows = \"n\"\n");
+    workshop.write("follows.toml", follows.replace("down.json", "down.sto"));
+    assert_eq!(workshop.run("motion", &["follows.toml"]).status, 1);
+    let run = workshop.run("motion", &["follows.toml", "--motion-unit", "mm"]);
+    assert_eq!(run.status, 0, "a move of 0.004: {}", run.stdout);
+}
+
+#[test]
+fn wrong_tables_are_named_and_nothing_is_written() {
+    let workshop = needle_through_plate();
+    workshop.write("down.sto", DOWN);
+    workshop.write("cut.sto", DOWN.replace("nRows=2", "nRows=200"));
+    workshop.write("angles.mot", "inDegrees=yes\nendheader\ntime knee_angle_r\n0 1\n1 2\n");
+    workshop.write("word.csv", "time,body,qw,qx,qy,qz,x,y,z\n0,n,1,0,0,0,0,zero,0\n");
+    workshop.write("one.csv", "time,body,qw,qx,qy,qz,x,y,z\n0,needle,1,0,0,0,0,0,0\n");
+    workshop.write(
+        "gap.csv",
+        "time,body,qw,qx,qy,qz,x,y,z\n0,needle,1,0,0,0,0,0,0\n1,n,1,0,0,0,0,0,0\n",
+    );
+    let inputs = [
+        "scene.toml --motion down.sto --json m.json",
+        "scene.toml --motion down.sto --follow needle --json m.json",
+        "scene.toml --motion down.sto --follow needle=m --json m.json",
+        "scene.toml --motion down.sto --follow nedle=n --json m.json",
+        "scene.toml --motion cut.sto --follow needle=n --json m.json",
+        "scene.toml --motion angles.mot --json m.json",
+        "scene.toml --motion word.csv --json m.json",
+        "scene.toml --motion one.csv --json m.json",
+        "scene.toml --motion gap.csv --json m.json",
+    ];
+    insta::assert_snapshot!(workshop.outcomes("motion", &inputs));
+}
+
+/// All numbers of the JSON stand in the table, with the same digits.
+#[test]
+fn a_check_writes_its_numbers_as_a_long_table() {
+    let workshop = needle_through_plate();
+    let arguments = ["plate.obj", "needle.obj", "--margin", "5"];
+    let table = ["--json", "c.json", "--table", "c.csv", "--subject", "p07"];
+    let run = workshop.check(&[&arguments[..], &table[..]].concat());
+    assert_eq!(run.status, 0, "{}", run.stderr);
+
+    let pair = &json(&workshop, "c.json")["pairs"][0];
+    let rows = rows(&workshop, "c.csv");
+    for row in &rows {
+        assert_eq!(row[..5], ["p07", "0", "", "plate", "needle"]);
+        let path = format!("/{}", row[5].replace('.', "/"));
+        let expected = match pair.pointer(&path) {
+            Some(Value::Bool(holds)) => u8::from(*holds).to_string(),
+            Some(value) => value.to_string(),
+            None => panic!("{path} is not in {pair}"),
+        };
+        assert_eq!(row[6], expected, "{path}");
+    }
+    for measure in ["distance", "min_gap", "overlaps", "near_area_of_a.lower"] {
+        assert!(rows.iter().any(|row| row[5] == measure), "{measure} of {rows:?}");
+    }
+
+    // Without a subject, the first input is one.
+    workshop.check(&[&arguments[..], &["--table", "c.csv"]].concat());
+    assert!(workshop.read("c.csv").contains("\nplate.obj,0,,plate,needle,distance,"));
+}
+
+/// The frame that overlaps and the step that passes through are in the table, and ParaView's list
+/// names every file that was written.
+#[test]
+fn a_motion_writes_a_table_and_a_series() {
+    let workshop = needle_through_plate();
+    let heights = "time,body,qw,qx,qy,qz,x,y,z\n0,needle,1,0,0,0,0,0,0\n\
+                   0.5,needle,1,0,0,0,0,0,-4\n1,needle,1,0,0,0,0,0,-0.9\n";
+    workshop.write("heights.csv", heights);
+    let arguments =
+        ["scene.toml", "--motion", "heights.csv", "--table", "t.csv", "--vtp", "frames"];
+    let run = workshop.run("motion", &[&arguments[..], &["--json", "m.json"]].concat());
+    assert_eq!(run.status, 1, "{}", run.stderr);
+
+    let rows = rows(&workshop, "t.csv");
+    let value = |frame: &str, measure: &str| {
+        let row = rows.iter().find(|row| row[1] == frame && row[5] == measure);
+        row.map(|row| (row[2].as_str(), row[6].parse::<f64>().expect("a number")))
+    };
+    assert_eq!(value("1", "passes_through"), Some(("0.5", 1.0)));
+    assert_eq!(value("1", "overlaps"), None, "frame 1 is free");
+    assert_eq!(value("2", "overlaps"), Some(("1", 1.0)));
+    let depth = json(&workshop, "m.json")["frames"][2]["deepest"]["depth"].as_f64();
+    let deepest = ["depth_of_a_in_b.lower", "depth_of_b_in_a.lower"]
+        .map(|measure| value("2", measure).map_or(0.0, |(_, depth)| depth));
+    assert_eq!(Some(deepest[0].max(deepest[1])), depth);
+
+    let list = workshop.read("frames/frames.pvd");
+    let written = workshop.listing().into_iter();
+    let files: Vec<String> =
+        written.filter_map(|name| name.strip_prefix("frames/").map(str::to_owned)).collect();
+    assert_eq!(files.len(), 2 * 3 + 1, "{files:?}");
+    for file in files.iter().filter(|file| file.ends_with(".vtp")) {
+        let frame: usize = file[file.len() - 8..file.len() - 4].parse().expect("a number");
+        let entry = format!("timestep=\"{}\"", [0.0, 0.5, 1.0][frame]);
+        let line = list.lines().find(|line| line.contains(&format!("file=\"{file}\"")));
+        assert!(line.expect("a listed file").contains(&entry), "{file} in {list}");
+    }
+
+    // With joint contact its faces are parts of the series, too.
+    let joint = ["--joint-contact", "2", "--vtp", "joint"];
+    workshop.run("motion", &[&arguments[..3], &joint[..]].concat());
+    assert!(workshop.read("joint/frames.pvd").contains("_on_"), "{:?}", workshop.listing());
+}
