@@ -166,6 +166,30 @@ impl PermanentContacts {
         &self.states
     }
 
+    /// Sets the face that the next walk of each contact starts from, where the detector that found
+    /// it knows one: of contacts on a rigid object, the stencil has no face.
+    ///
+    /// # Errors
+    ///
+    /// [`ResponseError::Count`] unless there is one per contact.
+    pub fn set_faces(&mut self, faces: &[u32]) -> Result<(), ResponseError> {
+        check::count("faces", self.tracks.len(), faces.len())?;
+        for (track, face) in self.tracks.iter_mut().zip(faces) {
+            track.face = Some(*face);
+        }
+        Ok(())
+    }
+
+    /// Returns the face that a contact slid to last, or that was set.
+    ///
+    /// # Panics
+    ///
+    /// When there is no such contact.
+    #[must_use]
+    pub fn face(&self, number: usize) -> Option<u32> {
+        self.tracks[number].face
+    }
+
     /// Moves each contact's rigid object: `update` receives the contact's number, its
     /// anchor and its normal, to be changed together. Effective at the next
     /// [`Self::stick`].

@@ -186,7 +186,7 @@ impl Scene {
     }
 
     /// Returns true if the bounds of two bodies come within `margin` of each other.
-    fn roots_are_close(&self, pair: PairId, margin: f64) -> bool {
+    pub(crate) fn roots_are_close(&self, pair: PairId, margin: f64) -> bool {
         let trees = (self.body(pair.a).tree(), self.body(pair.b).tree());
         let (Some(a), Some(b)) = trees else { return false };
         a.tree().root().inflated(margin).overlaps(&b.tree().root())

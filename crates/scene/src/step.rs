@@ -11,7 +11,7 @@ use response::{
 };
 use surface::{Contact, Pose};
 
-use crate::step_sides::{SideMemory, key_of};
+use crate::step_sides::{KeptSide, SideMemory, key_of};
 use crate::{BodyId, PairId, Scene, SceneError};
 
 /// States of all particles of a scene, body after body
@@ -117,6 +117,9 @@ pub struct PairContacts<'a> {
     set: &'a mut ContactSet,
     materials: &'a Materials,
     bones: &'a Bones,
+    sides: &'a mut SideMemory,
+    /// Positions of all particles.
+    x: &'a [DVec3],
     step_number: u64,
 }
 
@@ -189,7 +192,8 @@ impl SceneStep {
         let particles = ParticleStates { x, v, loads, inverse_mass };
         let report = step.correct(particles, params, |x, set| {
             scene.move_soft_bodies(x)?;
-            detect(scene, &mut PairContacts { set, materials, bones, step_number })?;
+            sides.begin_detection();
+            detect(scene, &mut PairContacts { set, materials, bones, sides, x, step_number })?;
             let motion_of = |body: BodyId| bones.0[body.index()].unwrap_or_default();
             sides.correct(scene, set, motion_of).map_err(E::from)
         });
@@ -216,6 +220,31 @@ impl SceneStep {
 }
 
 impl PairContacts<'_> {
+    /// Adds the contacts of a pair that were kept, not detected: vertices leave by the sides of
+    /// these contacts.
+    pub(crate) fn add_kept(&mut self, pair: PairId, contacts: &[Contact], sides: &[KeptSide]) {
+        self.sides.keep(pair, sides);
+        self.add(pair, contacts);
+    }
+
+    /// Replaces contacts of vertices that would leave a body by another side than they came in by.
+    pub(crate) fn correct_sides(&mut self, scene: &Scene, pair: PairId, found: &mut [Contact]) {
+        let bones = self.bones;
+        let motion_of = |body: BodyId| bones.0[body.index()].unwrap_or_default();
+        self.sides.correct_pair(scene, pair, found, &motion_of);
+    }
+
+    /// Returns the material of a pair.
+    #[must_use]
+    pub fn material(&self, pair: PairId) -> &Material {
+        self.materials.of(pair)
+    }
+
+    /// Returns the positions of all particles.
+    pub(crate) fn x(&self) -> &[DVec3] {
+        self.x
+    }
+
     /// Returns the number of the step, from 0. A step may detect several times.
     #[must_use]
     pub fn step_number(&self) -> u64 {
@@ -225,9 +254,15 @@ impl PairContacts<'_> {
     /// Adds the contacts of a pair, with its material. Anchors get the velocity and the
     /// acceleration of their bone.
     pub fn add(&mut self, pair: PairId, contacts: &[Contact]) {
-        let material = self.materials.by_pair.get(&pair).unwrap_or(&self.materials.default);
+        let material = self.materials.of(pair);
         let motion = pair.bodies().iter().find_map(|body| self.bones.0[body.index()]);
         self.set.add(key_of(pair), material, &motion.unwrap_or_default(), contacts);
+    }
+}
+
+impl Materials {
+    fn of(&self, pair: PairId) -> &Material {
+        self.by_pair.get(&pair).unwrap_or(&self.default)
     }
 }
 

@@ -22,6 +22,8 @@ pub(crate) struct SideMemory {
     present: Vec<Side>,
     /// Contacts inside whose vertex had no side in the last step.
     pub(crate) unknown: usize,
+    /// Pairs whose contacts were kept.
+    kept: Vec<PairId>,
     is_wanted: Vec<bool>,
     workspace: Workspace,
 }
@@ -31,6 +33,13 @@ pub(crate) struct SideMemory {
 struct Side {
     key: (PairId, u32),
     face: u32,
+}
+
+/// Vertex of a kept contact and the face of its foot.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct KeptSide {
+    pub(crate) particle: u32,
+    pub(crate) face: u32,
 }
 
 /// Contact of a vertex with a face.
@@ -49,6 +58,21 @@ impl SideMemory {
         self.present.clear();
     }
 
+    /// Begins a detection: sides are those of the last step.
+    pub(crate) fn begin_detection(&mut self) {
+        self.present.clear();
+        self.unknown = 0;
+        self.kept.clear();
+    }
+
+    /// Takes the sides of a pair whose contacts were kept: these have not changed them.
+    pub(crate) fn keep(&mut self, pair: PairId, sides: &[KeptSide]) {
+        self.kept.push(pair);
+        for KeptSide { particle, face } in sides {
+            self.present.push(Side { key: (pair, *particle), face: *face });
+        }
+    }
+
     /// Replaces the contacts of vertices that the detector would push out of another side than
     /// they came in by.
     pub(crate) fn correct(
@@ -57,18 +81,29 @@ impl SideMemory {
         contacts: &mut ContactSet,
         motion_of: impl Fn(BodyId) -> RigidMotion,
     ) -> Result<(), SceneError> {
-        self.present.clear();
-        self.unknown = 0;
         self.fit_trees(scene, contacts)?;
         for number in 0..contacts.groups().len() {
             let group = &contacts.groups()[number];
             let (pair, range) = (pair_of(group.pair), group.contacts.clone());
-            for contact in &mut contacts.contacts_mut()[range] {
-                let Some(vertex) = VertexContact::new(scene, pair, contact) else { continue };
-                self.correct_one(scene.body(vertex.on), pair, &vertex, contact, &motion_of);
+            if !self.kept.contains(&pair) {
+                self.correct_pair(scene, pair, &mut contacts.contacts_mut()[range], &motion_of);
             }
         }
         Ok(())
+    }
+
+    /// Replaces contacts of one pair likewise; trees must be fitted.
+    pub(crate) fn correct_pair(
+        &mut self,
+        scene: &Scene,
+        pair: PairId,
+        contacts: &mut [Contact],
+        motion_of: &impl Fn(BodyId) -> RigidMotion,
+    ) {
+        for contact in contacts {
+            let Some(vertex) = VertexContact::new(scene, pair, contact) else { continue };
+            self.correct_one(scene.body(vertex.on), pair, &vertex, contact, motion_of);
+        }
     }
 
     /// Brings the trees of bodies in contact to their present state.
@@ -76,8 +111,9 @@ impl SideMemory {
         self.is_wanted.clear();
         self.is_wanted.resize(scene.bodies().len(), false);
         for group in contacts.groups() {
-            for body in pair_of(group.pair).bodies() {
-                self.is_wanted[body.index()] = true;
+            let pair = pair_of(group.pair);
+            for body in pair.bodies() {
+                self.is_wanted[body.index()] |= !self.kept.contains(&pair);
             }
         }
         scene.fit(&self.is_wanted)

@@ -2,6 +2,8 @@
 //! that can no longer be trusted.
 #![expect(clippy::print_stdout, reason = "measured values are printed")]
 
+use std::time::Duration;
+
 use decimate::{CoarseSurface, Decimation};
 use distance_field::{DistanceField, FieldDetector, FieldParams};
 use fixtures::shapes::{icosphere, plate};
@@ -15,42 +17,44 @@ use scene::{
 };
 
 const GRAVITY: f64 = 9810.0;
-const H: f64 = 1e-3;
-const MARGIN: f64 = 0.5;
-const TOLERANCE: f64 = 0.2;
+pub(crate) const H: f64 = 1e-3;
+pub(crate) const MARGIN: f64 = 0.5;
+pub(crate) const TOLERANCE: f64 = 0.2;
 
 /// Springs of each vertex to its place in the shape at rest about the center \[1/s²\], and their
 /// damping \[1/s\].
 const STIFFNESS: f64 = 3000.0;
-const DAMPING: f64 = 20.0;
+const DAMPING: f64 = 60.0;
 
 /// A ball that keeps its shape by springs, 0.3 above a flat bone.
-struct World {
-    scene: Scene,
-    bone: BodyId,
-    ball: BodyId,
-    step: SceneStep,
-    detectors: StepDetectors,
+pub(crate) struct World {
+    pub(crate) scene: Scene,
+    pub(crate) bone: BodyId,
+    pub(crate) ball: BodyId,
+    pub(crate) step: SceneStep,
+    pub(crate) detectors: StepDetectors,
     rest: Vec<DVec3>,
-    x: Vec<DVec3>,
-    v: Vec<DVec3>,
-    w: Vec<f64>,
+    pub(crate) x: Vec<DVec3>,
+    pub(crate) v: Vec<DVec3>,
+    pub(crate) w: Vec<f64>,
+    /// Time of the last detection, where it is measured.
+    pub(crate) elapsed: Duration,
 }
 
 /// Motion of a ball over many steps.
 #[derive(Debug, Default)]
-struct Measured {
+pub(crate) struct Measured {
     /// Largest move of a vertex in a step, after settling.
-    jitter: f64,
+    pub(crate) jitter: f64,
     /// Largest height of the ball's center over its start.
-    thrown: f64,
+    pub(crate) thrown: f64,
     /// Exact depth left.
-    depth: f64,
+    pub(crate) depth: f64,
     fallbacks: usize,
 }
 
 impl World {
-    fn new(method: StepMethod) -> Self {
+    pub(crate) fn new(method: StepMethod) -> Self {
         let bone_mesh = plate(DVec3::new(80.0, 60.0, 4.0), [24, 18]);
         let top = bone_mesh.positions.iter().fold(f64::MIN, |top, x| top.max(x.z));
         let bone_mesh = bone_mesh.translated(DVec3::Z * (2.0 - top));
@@ -72,7 +76,8 @@ impl World {
         let (v, w) = (vec![DVec3::ZERO; x.len()], vec![1.0; x.len()]);
         let params = DetectorParams { margin: MARGIN, tolerance: TOLERANCE };
         let detectors = StepDetectors::new(params).expect("in range");
-        let mut world = Self { scene, bone, ball, step, detectors, rest, x, v, w };
+        let mut world =
+            Self { scene, bone, ball, step, detectors, rest, x, v, w, elapsed: Duration::ZERO };
         world.add_structures(method);
         world
     }
@@ -111,7 +116,7 @@ impl World {
     }
 
     /// Advances by forces, velocities, the contact step, positions; returns the largest move.
-    fn advance(&mut self) -> f64 {
+    pub(crate) fn advance(&mut self) -> f64 {
         let range = self.scene.body(self.ball).particles();
         let range = range.start as usize..range.end as usize;
         let (x, v) = (&self.x[range.clone()], &mut self.v[range.clone()]);
@@ -139,14 +144,14 @@ impl World {
     }
 
     /// Lets the ball down and measures it.
-    fn measure(&mut self) -> Measured {
+    pub(crate) fn measure(&mut self) -> Measured {
         let mut measured = Measured::default();
         let particles = self.scene.body(self.ball).particles();
         let particles = particles.start as usize..particles.end as usize;
         let start = mean(&self.rest).z;
-        for step in 0..1000 {
+        for step in 0..500 {
             let moved = self.advance();
-            if step >= 700 {
+            if step >= 400 {
                 measured.jitter = measured.jitter.max(moved);
             }
             measured.thrown = measured.thrown.max(mean(&self.x[particles.clone()]).z - start);

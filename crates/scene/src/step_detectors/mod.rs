@@ -5,18 +5,20 @@
 //! structure that follows a deforming body deviates too much from it, its pairs are detected
 //! exactly in that frame, and reported as such.
 
+mod methods;
+
 use std::collections::BTreeMap;
 
 use decimate::CoarseSurface;
 use distance_field::{FieldContacts, FieldDetector};
-use glam::DVec3;
 use medial::{MedialDetector, MedialScratch};
-use proximity::{ContactSurface, PairProximity, ParticleNumbers, SurfaceTree, contact};
+use proximity::PairProximity;
 use response::{Follower, Followers, ResponseError};
-use surface::{Contact, RigidState, Term};
+use surface::{Contact, Term};
 
-use crate::medial_contacts::{follow, medial_error};
-use crate::{Body, BodyId, PairContacts, PairId, Scene, StepError};
+use crate::kept_contacts::{DetectedList, KeptList};
+use crate::step_sides::KeptSide;
+use crate::{BodyId, KeptPair, PairContacts, PairId, PermanentParams, Renewal, Scene, StepError};
 
 /// Method by which a contact step detects a pair.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -134,6 +136,8 @@ pub struct StepDetectors {
     params: DetectorParams,
     default: StepMethod,
     methods: BTreeMap<PairId, StepMethod>,
+    permanent: BTreeMap<PairId, PermanentParams>,
+    kept: BTreeMap<PairId, KeptList>,
     bodies: Vec<BodyStructures>,
     fallbacks: Vec<Fallback>,
     /// Step that the fallbacks are of.
@@ -156,13 +160,7 @@ struct DetectorScratch {
     field: FieldContacts,
     medial: MedialScratch,
     found: Vec<Contact>,
-}
-
-/// Surface of a body as it is compared.
-#[derive(Clone, Copy)]
-struct ComparedSurface<'a> {
-    tree: &'a SurfaceTree,
-    contact: ContactSurface<'a>,
+    sides: Vec<KeptSide>,
 }
 
 impl DetectorParams {
@@ -190,6 +188,8 @@ impl StepDetectors {
             params,
             default: StepMethod::default(),
             methods: BTreeMap::new(),
+            permanent: BTreeMap::new(),
+            kept: BTreeMap::new(),
             bodies: Vec::new(),
             fallbacks: Vec::new(),
             step_number: 0,
@@ -204,7 +204,31 @@ impl StepDetectors {
 
     /// Sets the method of one pair.
     pub fn set_method(&mut self, pair: PairId, method: StepMethod) {
+        self.kept.remove(&pair);
         self.methods.insert(pair, method);
+    }
+
+    /// Keeps the contacts of a pair from step to step: they are carried, and detected anew only on
+    /// doubt ([`Renewal`]). Contacts still open and push as the [`Material`](response::Material)
+    /// says.
+    ///
+    /// # Errors
+    ///
+    /// [`ResponseError::Parameter`] for a skin out of range.
+    pub fn set_permanent(
+        &mut self,
+        pair: PairId,
+        params: PermanentParams,
+    ) -> Result<(), ResponseError> {
+        response::not_negative("skin", params.skin)?;
+        self.kept.remove(&pair);
+        self.permanent.insert(pair, params);
+        Ok(())
+    }
+
+    /// Returns the pairs whose contacts are kept, in the order of the bodies.
+    pub fn kept(&self) -> impl Iterator<Item = &KeptPair> {
+        self.kept.values().map(|list| &list.report)
     }
 
     /// Sets the distance field of a rigid body, in the frame that the body was added in. Its
@@ -245,10 +269,9 @@ impl StepDetectors {
             let particles = scene.body(id).particles();
             for (vertex, particle) in (0..).zip(particles.clone()) {
                 if coarse.reduced().kept.binary_search(&vertex).is_err() {
-                    let leaders = coarse.leaders(vertex).map(|(leader, weight)| Term {
-                        particle: particles.start + leader,
-                        weight,
-                    });
+                    let first = particles.start;
+                    let term = |(leader, weight)| Term { particle: first + leader, weight };
+                    let leaders = coarse.leaders(vertex).map(term);
                     followers.push(Follower { particle, leaders });
                 }
             }
@@ -272,144 +295,94 @@ impl StepDetectors {
             self.step_number = contacts.step_number();
             self.fallbacks.clear();
         }
-        for pair in scene.close_pairs(self.params.margin)? {
-            if pair.bodies().iter().all(|&body| scene.body(body).is_rigid()) {
-                continue;
-            }
+
+        // Kept contacts first: their pairs need no trees.
+        let doubts = self.carry_kept(scene, contacts)?;
+        for pair in self.pairs_to_detect(scene)? {
+            let reach = self.reach(pair);
             self.scratch.found.clear();
-            self.detect_pair(scene, pair)?;
-            contacts.add(pair, &self.scratch.found);
+            let held = self.detect_pair(scene, pair, reach)?;
+            let found = &mut self.scratch.found;
+            let Some(params) = self.permanent.get(&pair) else {
+                contacts.add(pair, found);
+                continue;
+            };
+
+            // A list holds the sides that vertices came in by.
+            contacts.correct_sides(scene, pair, found);
+            let renewal = doubts.get(&pair).copied().unwrap_or(Renewal::First);
+            let since = contacts.step_number();
+            let report = KeptPair { pair, since, renewal, bound: 0.0, contacts: 0 };
+            let (margin, margins) = (self.params.margin, contacts.material(pair).margins);
+            let detected = DetectedList { contacts: found, reach: held, margin, margins };
+            let list = KeptList::new(scene, report, params, detected, contacts.x())?;
+            add_list(&list, margin, contacts, &mut self.scratch);
+            self.kept.insert(pair, list);
         }
         Ok(())
     }
 
-    /// Detects one pair by its method, or exactly where there is a reason against that.
-    fn detect_pair(&mut self, scene: &Scene, pair: PairId) -> Result<(), StepError> {
+    /// Carries kept contacts and adds them; returns the pairs that have to be detected anew, whose
+    /// lists are dropped.
+    fn carry_kept(
+        &mut self,
+        scene: &Scene,
+        contacts: &mut PairContacts<'_>,
+    ) -> Result<BTreeMap<PairId, Renewal>, StepError> {
+        let mut doubts = BTreeMap::new();
+        let DetectorParams { margin, tolerance } = self.params;
+        for (&pair, list) in &mut self.kept {
+            match list.carry(scene, contacts.x(), tolerance)? {
+                None => add_list(list, margin, contacts, &mut self.scratch),
+                Some(doubt) => {
+                    doubts.insert(pair, doubt);
+                }
+            }
+        }
+        self.kept.retain(|pair, _| !doubts.contains_key(pair));
+        Ok(doubts)
+    }
+
+    /// Finds the pairs with a soft body that come near and are not kept, with their trees.
+    fn pairs_to_detect(&self, scene: &mut Scene) -> Result<Vec<PairId>, StepError> {
+        let mut largest: f64 = 0.0;
+        for params in self.permanent.values() {
+            largest = largest.max(params.skin);
+        }
+        let boxes = scene.boxes();
+        let mut pairs = scene.candidate_pairs(&boxes, self.params.margin + largest);
+        let is_soft = |id: &BodyId| !scene.body(*id).is_rigid();
+        pairs.retain(|pair| pair.bodies().iter().any(is_soft) && !self.kept.contains_key(pair));
+
+        // The bounds of a tree are tighter than boxes.
+        scene.fit(&scene.members(&pairs))?;
+        pairs.retain(|&pair| scene.roots_are_close(pair, self.reach(pair)));
+        Ok(pairs)
+    }
+
+    /// Returns the gap up to which a pair is detected.
+    fn reach(&self, pair: PairId) -> f64 {
+        self.params.margin + self.permanent.get(&pair).map_or(0.0, |params| params.skin)
+    }
+
+    /// Detects one pair by its method up to the gap `reach`, or exactly where there is a reason
+    /// against that. Returns the gap up to which all vertices were detected.
+    fn detect_pair(&mut self, scene: &Scene, pair: PairId, reach: f64) -> Result<f64, StepError> {
         let method = *self.methods.get(&pair).unwrap_or(&self.default);
-        let against = match method {
-            StepMethod::Exact => {
-                self.detect_surfaces(scene, pair, [false; 2]);
-                None
-            }
-            StepMethod::Coarse => self.detect_coarse(scene, pair)?,
-            StepMethod::Field => self.detect_field(scene, pair),
-            StepMethod::Balls => self.detect_balls(scene, pair)?,
+        let found = match method {
+            StepMethod::Exact => Ok(self.detect_surfaces(scene, pair, [false; 2], reach)),
+            StepMethod::Coarse => self.detect_coarse(scene, pair, reach)?,
+            StepMethod::Field => self.detect_field(scene, pair, reach),
+            StepMethod::Balls => self.detect_balls(scene, pair, reach)?,
         };
-        if let Some(reason) = against {
-            if !self.fallbacks.iter().any(|fallback| fallback.pair == pair) {
-                self.fallbacks.push(Fallback { pair, method, reason });
-            }
-            self.detect_surfaces(scene, pair, [false; 2]);
-        }
-        Ok(())
-    }
-
-    /// Detects the vertices of both bodies by surfaces.
-    fn detect_surfaces(&mut self, scene: &Scene, pair: PairId, is_coarse: [bool; 2]) {
-        let [a, b] = pair.bodies();
-        let sides = [(a, is_coarse[0]), (b, is_coarse[1])].map(|(id, is_coarse)| {
-            let coarse = self.bodies.get(id.index()).and_then(|own| own.coarse.as_ref());
-            ComparedSurface::new(scene.body(id), coarse.filter(|_| is_coarse))
-        });
-        let [Some(a), Some(b)] = sides else { return };
-        let DetectorScratch { surfaces, found, .. } = &mut self.scratch;
-        surfaces.compute(a.tree, b.tree, self.params.margin);
-        for (near, [of, on]) in surfaces.sides().into_iter().zip([[a, b], [b, a]]) {
-            for near in near.near() {
-                found.push(contact(&of.contact, &on.contact, near));
-            }
-        }
-    }
-
-    /// Detects a pair by coarse surfaces of one body or both; returns a reason against that.
-    fn detect_coarse(
-        &mut self,
-        scene: &Scene,
-        pair: PairId,
-    ) -> Result<Option<FallbackReason>, StepError> {
-        let mut is_coarse = [false; 2];
-        for (id, is_coarse) in pair.bodies().into_iter().zip(&mut is_coarse) {
-            let (body, allowed) = (scene.body(id), self.params.tolerance);
-            let Some(coarse) = &mut self.structures(id).coarse else { continue };
-            *is_coarse = true;
-            if let Err(source) = coarse.follow(body.positions()) {
-                return Err(StepError::Coarse { name: body.name().to_owned(), source });
-            }
-
-            // Vertices leave the points that they follow where the body deforms.
-            let measured = largest_distance(coarse, body.positions());
-            if measured > allowed {
-                let reason = FallbackReason::CoarseDeviation { body: id, measured, allowed };
-                return Ok(Some(reason));
-            }
-        }
-        if is_coarse == [false; 2] {
-            return Ok(Some(FallbackReason::NoStructure));
-        }
-        self.detect_surfaces(scene, pair, is_coarse);
-        Ok(None)
-    }
-
-    /// Detects a pair by the field of one body; returns a reason against that.
-    fn detect_field(&mut self, scene: &Scene, pair: PairId) -> Option<FallbackReason> {
-        let [a, b] = pair.bodies();
-        let has_field = |id: &BodyId| scene.body(*id).is_rigid() && self.field(*id).is_some();
-        let Some(bone) = [a, b].into_iter().find(has_field) else {
-            return Some(FallbackReason::NoStructure);
+        let reason = match found {
+            Ok(held) => return Ok(held),
+            Err(reason) => reason,
         };
-        let Some(pose) = scene.body(bone).pose() else { return Some(FallbackReason::NoPose) };
-        let other = if bone == a { b } else { a };
-        let sides = [bone, other].map(|id| ComparedSurface::new(scene.body(id), None));
-        let [Some(bone_side), Some(side)] = sides else { return None };
-
-        // Vertices and edges by the field, and the bone's own vertices, which it does not see.
-        let detector = self.bodies[bone.index()].field.as_ref()?;
-        let DetectorScratch { surfaces, field, found, .. } = &mut self.scratch;
-        field.compute(detector, &RigidState::at_rest(pose), side.tree, side.contact.particles);
-        for of_field in field.contacts() {
-            found.push(of_field.contact);
+        if !self.fallbacks.iter().any(|fallback| fallback.pair == pair) {
+            self.fallbacks.push(Fallback { pair, method, reason });
         }
-        surfaces.compute_first(bone_side.tree, side.tree, self.params.margin);
-        for near in surfaces.sides()[0].near() {
-            found.push(contact(&bone_side.contact, &side.contact, near));
-        }
-        None
-    }
-
-    /// Detects the vertices of bodies by the balls of the other; returns a reason against that.
-    fn detect_balls(
-        &mut self,
-        scene: &Scene,
-        pair: PairId,
-    ) -> Result<Option<FallbackReason>, StepError> {
-        // Where both have balls that can be trusted, before anything is added.
-        let tolerance = self.params.tolerance;
-        let mut has_balls = false;
-        for id in pair.bodies() {
-            let body = scene.body(id);
-            let Some(balls) = &mut self.structures(id).balls else { continue };
-            has_balls = true;
-            follow(balls, body)?;
-            let allowed = balls.margin() + tolerance;
-            let bound = balls.surface_bound(body.surface(), allowed);
-            let bound = bound.map_err(|error| medial_error(body, error))?;
-            if bound > allowed {
-                return Ok(Some(FallbackReason::BallDeviation { body: id, bound, allowed }));
-            }
-        }
-        if !has_balls {
-            return Ok(Some(FallbackReason::NoStructure));
-        }
-
-        let [a, b] = pair.bodies();
-        for [of, on] in [[a, b], [b, a]] {
-            let Some(balls) = &self.bodies[on.index()].balls else { continue };
-            let sides = [of, on].map(|id| scene.body(id).contact_body());
-            let [Some(of), Some(on)] = sides else { continue };
-            let DetectorScratch { medial, found, .. } = &mut self.scratch;
-            balls.surface_contacts(&of, &on, self.params.margin, medial, found);
-        }
-        Ok(None)
+        Ok(self.detect_surfaces(scene, pair, [false; 2], reach))
     }
 
     /// Returns the structures of a body, to be set or moved.
@@ -425,33 +398,18 @@ impl StepDetectors {
     }
 }
 
-impl<'a> ComparedSurface<'a> {
-    /// Returns a body by its coarse surface, where one is given, or by its own; `None` where the
-    /// body's tree is not up to date.
-    fn new(body: &'a Body, coarse: Option<&'a CoarseSurface>) -> Option<Self> {
-        let whole = body.contact_surface();
-        let Some(coarse) = coarse else {
-            return body.tree().map(|tree| Self { tree, contact: whole });
-        };
-
-        // Contacts of a coarse surface are of the vertices that it has kept.
-        let tree = coarse.tree();
-        let particles = ParticleNumbers { kept: Some(&coarse.reduced().kept), ..whole.particles };
-        let (surface, positions) = (tree.surface(), tree.positions());
-        let contact = ContactSurface { surface, positions, particles, is_rigid: whole.is_rigid };
-        Some(Self { tree, contact })
-    }
-}
-
-/// Measures how far vertices are from the points of a coarse surface that they follow.
-fn largest_distance(coarse: &CoarseSurface, x: &[DVec3]) -> f64 {
-    let mut largest: f64 = 0.0;
-    for (vertex, p) in (0..).zip(x) {
-        let mut led = DVec3::ZERO;
-        for (leader, weight) in coarse.leaders(vertex) {
-            led += weight * x[leader as usize];
-        }
-        largest = largest.max(led.distance_squared(*p));
-    }
-    largest.sqrt()
+/// Adds the contacts of a list that act, with their sides.
+fn add_list(
+    list: &KeptList,
+    margin: f64,
+    contacts: &mut PairContacts<'_>,
+    DetectorScratch { found, sides, .. }: &mut DetectorScratch,
+) {
+    found.clear();
+    sides.clear();
+    let pair = list.report.pair;
+    let pulls = contacts.material(pair).permanent.is_some();
+    let add_side = |particle, face| sides.push(KeptSide { particle, face });
+    list.extend(margin, pulls, found, add_side);
+    contacts.add_kept(pair, found, sides);
 }

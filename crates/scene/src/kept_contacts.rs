@@ -1,0 +1,426 @@
+//! Contacts that are kept from step to step instead of being detected anew: a neighbor list
+//! (Verlet list) with a skin.
+//!
+//! A list holds all contacts within its reach, the margin and a skin beyond it. Each step carries
+//! them, sticking or sliding, in work linear in the vertices, without trees. A vertex that the list
+//! does not hold was farther than the reach, and has come nearer since by no more than the
+//! displacement of both bodies against each other, measured in the frame of the bone where one is
+//! rigid: that bounds what the list misses. Where the bound exceeds the tolerance, or a contact is
+//! in doubt, the pair is detected anew in the same step.
+//!
+//! Source: L. Verlet, "Computer experiments on classical fluids I", Physical Review 159, 1967, for
+//! lists with a skin; B. Gilles, PhD thesis, 2007, section 4.7.2, for permanent contacts.
+
+use glam::DVec3;
+use kdop::Workspace;
+use proximity::SurfaceTree;
+use response::{
+    GapMeasure, Margins, PermanentContacts, ResponseError, Restraint, RigidMotion, SurfaceCarrier,
+    walk_to_foot,
+};
+use surface::{Contact, ContactSide, Pose, Term, closest_on_triangle, triangle};
+
+use crate::pair_frame::PairFrame;
+use crate::{Body, BodyId, PairId, Scene, StepError};
+
+/// Parameters of a pair whose contacts are kept from step to step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct PermanentParams {
+    /// Way in which contacts are carried: with the same weights, or at the closest point, which is followed
+    /// over the surface.
+    pub restraint: Restraint,
+    /// Skin of the list: gap beyond the margin up to which it holds contacts, finite and `>= 0`.
+    /// A larger one holds more contacts, and is detected anew less often.
+    pub skin: f64,
+}
+
+/// Pair whose contacts are kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct KeptPair {
+    /// The pair.
+    pub pair: PairId,
+    /// Number of the step that detected its list.
+    pub since: u64,
+    /// Reason why it was detected in that step.
+    pub renewal: Renewal,
+    /// Proved bound on the depth of vertices that the list does not hold, `>= 0`. It is for lists
+    /// of exact detection; other methods add what they miss themselves.
+    pub bound: f64,
+    /// Number of contacts that the list holds, those beyond the margin included.
+    pub contacts: usize,
+}
+
+/// Reason why a list of kept contacts was detected anew.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
+pub enum Renewal {
+    /// There was no list.
+    First,
+    /// The bodies moved against each other: what the list does not hold may be deeper than the
+    /// tolerance.
+    Displacement,
+    /// A sticking contact has slid by more than the tolerance.
+    Slip,
+    /// A sliding contact left the faces around that where it was detected, by more than the
+    /// tolerance; the same for the other reasons.
+    FaceRing,
+    /// A sliding contact crossed a ridge: to a face that is turned by more than 30°.
+    Ridge,
+    /// A sliding contact changed the side of the surface: to a face that is turned by more than 90°.
+    Side,
+    /// The vertices of a rigid body were moved one by one: it has no pose.
+    NoPose,
+}
+
+/// List of the contacts of one pair.
+#[derive(Debug)]
+pub(crate) struct KeptList {
+    pub(crate) report: KeptPair,
+    restraint: Restraint,
+    /// Gap up to which all vertices are held.
+    reach: f64,
+    sides: [KeptSide; 2],
+    /// Vertices of a bone that slide on the other body.
+    bone_vertices: Vec<BoneVertex>,
+    frame: PairFrame,
+}
+
+/// Contact of a vertex of a bone with a face that it slides on.
+#[derive(Clone, Copy, Debug)]
+struct BoneVertex {
+    contact: Contact,
+    /// Body that it slides on.
+    on: BodyId,
+    start: Start,
+    face: u32,
+}
+
+/// Contacts of a list whose P̄ is on one body.
+#[derive(Debug)]
+struct KeptSide {
+    on: BodyId,
+    contacts: PermanentContacts,
+    starts: Vec<Start>,
+}
+
+/// State of a contact when it was detected.
+#[derive(Clone, Copy, Debug)]
+struct Start {
+    face: u32,
+    is_within_margin: bool,
+}
+
+/// Cosine of the largest angle between faces that a contact slides over.
+const RIDGE_COSINE: f64 = 0.866;
+
+/// Contacts of a pair as detected, with what the detection covers.
+#[derive(Clone, Copy)]
+pub(crate) struct DetectedList<'a> {
+    pub(crate) contacts: &'a [Contact],
+    /// Gap up to which all vertices were found.
+    pub(crate) reach: f64,
+    /// Gap up to which contacts act.
+    pub(crate) margin: f64,
+    pub(crate) margins: Margins,
+}
+
+impl KeptList {
+    /// Keeps the contacts of a pair, detected at the positions `x` of all particles.
+    pub(crate) fn new(
+        scene: &Scene,
+        report: KeptPair,
+        params: &PermanentParams,
+        detected: DetectedList<'_>,
+        x: &[DVec3],
+    ) -> Result<Self, StepError> {
+        let pair = report.pair;
+        let (mut of_sides, mut bone_vertices) = ([Vec::new(), Vec::new()], Vec::new());
+        for contact in detected.contacts {
+            // P̄ is on the other body, but for the vertices of a bone, which slide.
+            let first = contact.stencil.terms()[0].particle;
+            let is_of_a = scene.body(pair.a).particles().contains(&first);
+            if params.restraint == Restraint::Sliding && is_of_bone_vertex(contact) {
+                let on = if is_of_a { pair.a } else { pair.b };
+                bone_vertices.push(BoneVertex::new(scene, on, contact, &detected, x));
+            } else {
+                of_sides[usize::from(is_of_a)].push(*contact);
+            }
+        }
+
+        let [on_a, on_b] = of_sides;
+        Ok(Self {
+            report: KeptPair { contacts: detected.contacts.len(), ..report },
+            restraint: params.restraint,
+            reach: detected.reach,
+            sides: [
+                KeptSide::new(scene, pair.a, &on_a, &detected, x)?,
+                KeptSide::new(scene, pair.b, &on_b, &detected, x)?,
+            ],
+            bone_vertices,
+            frame: PairFrame::new(scene, pair),
+        })
+    }
+
+    /// Carries the contacts to the positions `x` of all particles; returns a reason to detect them
+    /// anew.
+    pub(crate) fn carry(
+        &mut self,
+        scene: &Scene,
+        x: &[DVec3],
+        tolerance: f64,
+    ) -> Result<Option<Renewal>, StepError> {
+        // What the list does not hold has come nearer by this at most.
+        let Some(displacement) = self.frame.displacement(scene, self.report.pair) else {
+            return Ok(Some(Renewal::NoPose));
+        };
+        self.report.bound = (displacement - self.reach).max(0.0);
+        if self.report.bound > tolerance {
+            return Ok(Some(Renewal::Displacement));
+        }
+
+        let motion = self.frame.follow_bone(scene);
+        for side in &mut self.sides {
+            let doubt = match self.restraint {
+                Restraint::Sticking => side.stick(x, motion, tolerance)?,
+                Restraint::Sliding => side.slide(scene, x, tolerance)?,
+            };
+            if doubt.is_some() {
+                return Ok(doubt);
+            }
+        }
+        for vertex in &mut self.bone_vertices {
+            let doubt = vertex.slide(scene, motion, tolerance);
+            if doubt.is_some() {
+                return Ok(doubt);
+            }
+        }
+        Ok(None)
+    }
+
+    /// Adds the contacts that act: within `margin`, or those that were at first where contacts pull,
+    /// too. Calls `side` with each vertex and the face of its foot.
+    pub(crate) fn extend(
+        &self,
+        margin: f64,
+        pulls: bool,
+        out: &mut Vec<Contact>,
+        mut side: impl FnMut(u32, u32),
+    ) {
+        for of_body in &self.sides {
+            let contacts = of_body.contacts.contacts();
+            for (number, (contact, start)) in contacts.iter().zip(&of_body.starts).enumerate() {
+                if is_of_vertex(contact) {
+                    let face = of_body.contacts.face(number).unwrap_or(start.face);
+                    side(contact.stencil.terms()[0].particle, face);
+                }
+                if start.acts(contact, margin, pulls) {
+                    out.push(*contact);
+                }
+            }
+        }
+        for BoneVertex { contact, start, .. } in &self.bone_vertices {
+            if start.acts(contact, margin, pulls) {
+                out.push(*contact);
+            }
+        }
+    }
+}
+
+impl KeptSide {
+    fn new(
+        scene: &Scene,
+        on: BodyId,
+        contacts: &[Contact],
+        detected: &DetectedList<'_>,
+        x: &[DVec3],
+    ) -> Result<Self, ResponseError> {
+        // The face of each foot, by which walks and rings begin.
+        let mut starts = Vec::new();
+        for contact in contacts {
+            starts.push(Start::new(scene, on, contact, foot_of(contact, x), detected));
+        }
+        let faces: Vec<u32> = starts.iter().map(|start| start.face).collect();
+        let measure = GapMeasure::AlongNormal;
+        let mut contacts = PermanentContacts::new(contacts, x, measure, detected.margins)?;
+        contacts.set_faces(&faces)?;
+        Ok(Self { on, contacts, starts })
+    }
+
+    /// Carries contacts with the same weights; they are in doubt once they have slid.
+    fn stick(
+        &mut self,
+        x: &[DVec3],
+        motion: Option<[Pose; 2]>,
+        tolerance: f64,
+    ) -> Result<Option<Renewal>, ResponseError> {
+        if self.starts.is_empty() {
+            return Ok(None);
+        }
+        self.move_anchors(motion);
+        self.contacts.stick(x)?;
+        for contact in self.contacts.contacts() {
+            let separation = contact.separation(|particle| x[particle as usize]);
+            let along = separation.dot(contact.normal) * contact.normal;
+            if separation.distance(along) > tolerance {
+                return Ok(Some(Renewal::Slip));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Carries contacts over the surface.
+    fn slide(
+        &mut self,
+        scene: &Scene,
+        x: &[DVec3],
+        tolerance: f64,
+    ) -> Result<Option<Renewal>, ResponseError> {
+        if self.starts.is_empty() {
+            return Ok(None);
+        }
+        let body = scene.body(self.on);
+        let (surface, on) = (body.surface(), body.checked_positions());
+        let carrier = if body.is_rigid() {
+            SurfaceCarrier::Rigid(RigidMotion::default())
+        } else {
+            SurfaceCarrier::Particles { first: body.particles().start }
+        };
+        self.contacts.slide(x, surface, on, carrier)?;
+
+        for (number, start) in self.starts.iter().enumerate() {
+            let face = self.contacts.face(number).unwrap_or(start.face);
+            let foot = foot_of(&self.contacts.contacts()[number], x);
+            let doubt = start.doubt(body, face, foot, tolerance);
+            if doubt.is_some() {
+                return Ok(doubt);
+            }
+        }
+        Ok(None)
+    }
+
+    /// Moves anchors and their normals from one pose of the bone to another.
+    fn move_anchors(&mut self, motion: Option<[Pose; 2]>) {
+        let Some(motion) = motion else { return };
+        let [from, to] = motion;
+        self.contacts.move_anchors(|_, anchor, normal| {
+            anchor.point = to.transform_point(from.inverse_transform_point(anchor.point));
+            *normal = turn(motion, *normal);
+        });
+    }
+}
+
+impl Start {
+    fn new(
+        scene: &Scene,
+        on: BodyId,
+        contact: &Contact,
+        point: DVec3,
+        detected: &DetectedList<'_>,
+    ) -> Self {
+        let workspace = &mut Workspace::default();
+        let closest =
+            |tree: &SurfaceTree| tree.closest_point(point, f64::INFINITY, None, workspace);
+        let face = scene.body(on).tree().and_then(closest).map_or(0, |closest| closest.face);
+        Self { face, is_within_margin: contact.gap <= detected.margin }
+    }
+
+    /// Returns true if a contact acts: within `margin`, or if it did at first where contacts pull.
+    fn acts(&self, contact: &Contact, margin: f64, pulls: bool) -> bool {
+        contact.gap <= margin || (pulls && self.is_within_margin)
+    }
+
+    /// Returns a reason to doubt a contact that has slid to a face, with its foot at `point`.
+    fn doubt(&self, body: &Body, face: u32, point: DVec3, tolerance: f64) -> Option<Renewal> {
+        // On an edge, rounding decides which face has the foot.
+        let nearest = closest_on_triangle(point, body.corners(self.face)).point;
+        if face == self.face || nearest.distance(point) <= tolerance {
+            return None;
+        }
+
+        // Normals of both faces now. A normal at the foot itself jumps where the gap is rounding.
+        let normal = |face| triangle::normal(body.corners(face)).normalize_or_zero();
+        let cosine = normal(self.face).dot(normal(face));
+        if cosine < 0.0 {
+            return Some(Renewal::Side);
+        }
+        if cosine < RIDGE_COSINE {
+            return Some(Renewal::Ridge);
+        }
+        let [first, now] = [self.face, face].map(|face| body.surface().faces()[face as usize]);
+        let is_in_ring = first.iter().any(|corner| now.contains(corner));
+        (!is_in_ring).then_some(Renewal::FaceRing)
+    }
+}
+
+impl BoneVertex {
+    fn new(
+        scene: &Scene,
+        on: BodyId,
+        contact: &Contact,
+        detected: &DetectedList<'_>,
+        x: &[DVec3],
+    ) -> Self {
+        // P is the foot, a point of a face.
+        let mut foot = DVec3::ZERO;
+        for term in contact.stencil.terms() {
+            foot -= term.weight * x[term.particle as usize];
+        }
+        let start = Start::new(scene, on, contact, foot, detected);
+        Self { contact: *contact, on, start, face: start.face }
+    }
+
+    /// Follows the closest point of the surface under the vertex.
+    fn slide(
+        &mut self,
+        scene: &Scene,
+        motion: Option<[Pose; 2]>,
+        tolerance: f64,
+    ) -> Option<Renewal> {
+        let vertex = self.contact.anchor.map_or(DVec3::ZERO, |anchor| anchor.point);
+        let vertex = motion
+            .map_or(vertex, |[from, to]| to.transform_point(from.inverse_transform_point(vertex)));
+        let body = scene.body(self.on);
+        let (surface, on) = (body.surface(), body.checked_positions());
+        let foot = walk_to_foot(surface, on, self.face, vertex)?;
+
+        // Normals point out of the bone.
+        let (corners, first) = (surface.faces()[foot.face as usize], body.particles().start);
+        let term = |k: usize| Term { particle: first + corners[k], weight: foot.barycentric[k] };
+        let p = [0, 1, 2].map(term);
+        let (p, anchor) = (ContactSide::Particles(&p), ContactSide::at_rest(vertex));
+        self.contact = Contact::between(p, anchor, -foot.normal, foot.height);
+        self.face = foot.face;
+        self.start.doubt(body, foot.face, foot.point, tolerance)
+    }
+}
+
+/// Rotates a normal from one pose to another.
+fn turn([from, to]: [Pose; 2], normal: DVec3) -> DVec3 {
+    to.rotation() * (from.rotation().transpose() * normal)
+}
+
+/// Returns true if P is a vertex.
+fn is_of_vertex(contact: &Contact) -> bool {
+    let terms = contact.stencil.terms();
+    terms.iter().filter(|term| term.weight.is_sign_negative()).count() == 1
+}
+
+/// Returns true if P is a point of a face under the vertex of a bone.
+fn is_of_bone_vertex(contact: &Contact) -> bool {
+    contact.anchor.is_some() && contact.stencil.terms().len() == 3
+}
+
+/// Computes P̄ of a contact.
+fn foot_of(contact: &Contact, x: &[DVec3]) -> DVec3 {
+    let mut foot = contact.anchor.map_or(DVec3::ZERO, |anchor| anchor.point);
+    for term in contact.stencil.terms() {
+        if term.weight.is_sign_positive() {
+            foot += term.weight * x[term.particle as usize];
+        }
+    }
+    foot
+}

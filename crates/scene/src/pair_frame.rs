@@ -1,0 +1,101 @@
+//! Displacement of two bodies against each other, which bounds what a list of contacts misses.
+
+use glam::DVec3;
+use surface::Pose;
+
+use crate::{BodyId, PairId, Scene};
+
+/// Places of both bodies when a list was detected, in the frame of the rigid one where there is
+/// one.
+#[derive(Debug)]
+pub(crate) struct PairFrame {
+    bone: Option<Bone>,
+    /// Positions of the bodies that are not that bone.
+    positions: [Vec<DVec3>; 2],
+}
+
+/// Rigid body of a pair.
+#[derive(Clone, Copy, Debug)]
+struct Bone {
+    id: BodyId,
+    /// Pose that its anchors are at.
+    pose: Pose,
+}
+
+impl PairFrame {
+    pub(crate) fn new(scene: &Scene, pair: PairId) -> Self {
+        let mut bone = None;
+        for id in pair.bodies() {
+            let body = scene.body(id);
+            if bone.is_none() && body.is_rigid() {
+                bone = body.pose().map(|pose| Bone { id, pose });
+            }
+        }
+
+        let mut positions = [Vec::new(), Vec::new()];
+        for (id, positions) in pair.bodies().into_iter().zip(&mut positions) {
+            positions.extend_from_slice(scene.body(id).positions());
+            let Some(bone) = bone else { continue };
+            if bone.id == id {
+                positions.clear();
+            }
+            for x in positions {
+                *x = bone.pose.inverse_transform_point(*x);
+            }
+        }
+        Self { bone, positions }
+    }
+
+    /// Bounds the displacement of vertices of both bodies against each other; `None` where a rigid
+    /// body has no pose.
+    pub(crate) fn displacement(&self, scene: &Scene, pair: PairId) -> Option<f64> {
+        let [a, b] = pair.bodies().map(|id| scene.body(id));
+        let Some(bone) = self.bone else {
+            if a.is_rigid() || b.is_rigid() {
+                return None;
+            }
+            // Less the translation that both have in common.
+            let [from_a, from_b] = &self.positions;
+            let common =
+                0.5 * (mean_move(from_a, a.positions()) + mean_move(from_b, b.positions()));
+            let of_a = largest_move(from_a, a.positions(), |x| x + common);
+            return Some(of_a + largest_move(from_b, b.positions(), |x| x + common));
+        };
+
+        // In the frame of the bone, the other body alone moves.
+        let pose = scene.body(bone.id).pose()?;
+        let mut displacement = 0.0;
+        for (from, body) in self.positions.iter().zip([a, b]) {
+            displacement += largest_move(from, body.positions(), |x| pose.transform_point(x));
+        }
+        Some(displacement)
+    }
+
+    /// Returns the poses of the bone that anchors are at and have to be moved to; `None` where it
+    /// rests.
+    pub(crate) fn follow_bone(&mut self, scene: &Scene) -> Option<[Pose; 2]> {
+        let bone = self.bone.as_mut()?;
+        let [from, to] = [bone.pose, scene.body(bone.id).pose()?];
+        bone.pose = to;
+        (from != to).then_some([from, to])
+    }
+}
+
+/// Computes the largest distance of positions from earlier ones that `carry` moves; 0 without any.
+fn largest_move(from: &[DVec3], to: &[DVec3], carry: impl Fn(DVec3) -> DVec3) -> f64 {
+    let mut largest: f64 = 0.0;
+    for (from, to) in from.iter().zip(to) {
+        largest = largest.max(carry(*from).distance_squared(*to));
+    }
+    largest.sqrt()
+}
+
+/// Computes the mean displacement of positions.
+fn mean_move(from: &[DVec3], to: &[DVec3]) -> DVec3 {
+    let (mut sum, mut count) = (DVec3::ZERO, 0.0);
+    for (from, to) in from.iter().zip(to) {
+        sum += *to - *from;
+        count += 1.0;
+    }
+    sum / f64::max(count, 1.0)
+}
