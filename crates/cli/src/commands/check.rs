@@ -250,7 +250,10 @@ impl CheckedScene<'_> {
         if let Some(params) = &self.document.joint_contact {
             pictures.joints = gallery.joint_views(self.contacts, params, || phase.step());
         }
-        Ok(check_page(title, self.document, &pictures)?)
+        drop(phase);
+        let _phase = Phase::start("preparing the scene that turns");
+        let model = gallery.model(self.document.unit);
+        Ok(check_page(title, self.document, &pictures, &model)?)
     }
 
     fn gallery(&self) -> Gallery<'_> {

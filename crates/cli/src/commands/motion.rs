@@ -17,8 +17,8 @@ use crate::motion::{Motion, MotionArgs, Replay};
 use crate::output::{FilePlan, Outputs};
 use crate::phase::Phase;
 use crate::report::{
-    FileFolder, FrameRecord, LongTable, MotionDocument, PairContact, PairRecord, Series,
-    StepRecord, TableFrame, depth_vtp, motion_chart, stage_contact_files,
+    FileFolder, FrameRecord, LongTable, MotionDocument, PairContact, PairRecord, Recording, Series,
+    StepRecord, TableFrame, depth_vtp, motion_chart, motion_page, stage_contact_files,
 };
 use crate::scene::SceneDescription;
 use crate::stopwatch::Stopwatch;
@@ -32,7 +32,7 @@ use crate::stopwatch::Stopwatch;
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  musculo-collide motion scene.toml --chart motion.svg
+  musculo-collide motion scene.toml --chart motion.svg --report motion.html
   musculo-collide motion scene.toml --motion squat.json --json squat-contact.json
   musculo-collide motion scene.toml --resolve apart --json apart.json
 
@@ -83,6 +83,11 @@ pub(crate) struct MotionArguments {
     #[arg(long, value_name = "DIR")]
     vtp: Option<PathBuf>,
 
+    /// Write the motion as one HTML file: bodies that turn and move, with overlaps in color, chart
+    /// and table
+    #[arg(long, value_name = "FILE.html", conflicts_with = "resolve")]
+    report: Option<PathBuf>,
+
     /// Write every number of every pair and frame as a long table (.csv): subject, frame, time, a,
     /// b, measure, value
     #[arg(long, value_name = "FILE.csv", conflicts_with = "resolve")]
@@ -127,6 +132,7 @@ pub(super) fn run(arguments: &MotionArguments) -> Result<Finished, Failure> {
     let mut walk = Walk {
         files: arguments.vtp.as_deref().map(|path| FrameFiles::new(path, &loaded.scene, &replay)),
         table: arguments.table()?,
+        recording: arguments.report.is_some().then(|| record(&loaded.scene)),
         scene: &mut loaded.scene,
         replay: &replay,
         joint,
@@ -134,7 +140,7 @@ pub(super) fn run(arguments: &MotionArguments) -> Result<Finished, Failure> {
         stopwatch: &mut stopwatch,
     };
     let frames = walk.frames()?;
-    walk.finish(arguments.table.as_deref())?;
+    let recording = walk.finish(arguments.table.as_deref())?;
     let document = MotionDocument {
         unit: loaded.description.unit,
         resting: replay.resting().to_vec(),
@@ -147,7 +153,19 @@ pub(super) fn run(arguments: &MotionArguments) -> Result<Finished, Failure> {
         let chart = motion_chart(&document).map_err(|error| Failure::new(error.to_string()))?;
         outputs.stage(path, chart)?;
     }
+    if let (Some(path), Some(recording)) = (&arguments.report, recording) {
+        let model = recording.finish(&loaded.scene, &replay, document.unit);
+        let title = format!("Motion of {}", arguments.scene.display());
+        let page = motion_page(&title, &document, &model);
+        outputs.stage(path, page.map_err(|error| Failure::new(error.to_string()))?)?;
+    }
     Ok(Finished { outputs, text: document.to_text(), holds: document.is_clean(), stopwatch })
+}
+
+/// Begins to record a motion for a page.
+fn record(scene: &Scene) -> Recording {
+    let _phase = Phase::start("preparing the scene that turns");
+    Recording::new(scene)
 }
 
 impl MotionArguments {
@@ -158,6 +176,7 @@ impl MotionArguments {
             .writing(self.json.as_ref())
             .writing(self.chart.as_ref())
             .writing(self.table.as_ref())
+            .writing(self.report.as_ref())
             .writing_into(self.vtp.as_ref(), frame_files(&loaded.scene, frames))
             .writing_into(self.resolve.as_ref(), frame_files(&loaded.scene, frames))
     }
@@ -179,6 +198,7 @@ struct Walk<'a> {
     joint: Option<JointContactParams>,
     files: Option<FrameFiles>,
     table: Option<LongTable>,
+    recording: Option<Recording>,
     outputs: &'a mut Outputs,
     stopwatch: &'a mut Stopwatch,
 }
@@ -239,6 +259,9 @@ impl Walk<'_> {
         }
 
         self.add_pairs(frame, &reports)?;
+        if let Some(recording) = &mut self.recording {
+            recording.add(self.replay.time(frame), self.scene, &reports);
+        }
         if let Some(files) = &mut self.files {
             let time = self.replay.series_time(frame);
             files.stage(frame, time, self.scene, &reports, &contacts, self.outputs)?;
@@ -267,15 +290,15 @@ impl Walk<'_> {
         Ok(())
     }
 
-    /// Completes the list of files and the table.
-    fn finish(self, table: Option<&Path>) -> Result<(), Failure> {
+    /// Completes the list of files and the table, and returns what was recorded for a page.
+    fn finish(self, table: Option<&Path>) -> Result<Option<Recording>, Failure> {
         if let Some(FrameFiles { path, series, .. }) = &self.files {
             self.outputs.stage(&path.join(Series::FILE_NAME), series.to_pvd())?;
         }
         if let (Some(path), Some(rows)) = (table, self.table) {
             self.outputs.stage(path, rows.finish()?)?;
         }
-        Ok(())
+        Ok(self.recording)
     }
 }
 

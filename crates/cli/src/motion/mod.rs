@@ -348,6 +348,37 @@ impl Replay {
         positions
     }
 
+    /// Returns the positions of a body at rest.
+    pub(crate) fn rest(&self, body: usize) -> &[DVec3] {
+        &self.followers[body].rest
+    }
+
+    /// Returns the maps of a frame, in the order of their names.
+    pub(crate) fn maps(&self, frame: usize) -> impl Iterator<Item = &DMat4> {
+        self.motion.maps[frame].values()
+    }
+
+    /// Returns the maps that a body follows, by their numbers in a frame: one, or one per segment
+    /// of the skin; none for a part at rest.
+    pub(crate) fn maps_of(&self, body: usize) -> Vec<Option<usize>> {
+        let number = |name: &String| self.motion.maps[0].keys().position(|known| known == name);
+        match (&self.followers[body].follows, &self.motion.skin) {
+            (Follows::Map(name), _) => vec![number(name)],
+            (Follows::Skin, Some(skin)) => {
+                skin.segments().iter().map(|name| name.as_ref().and_then(number)).collect()
+            }
+            (Follows::Skin | Follows::Nothing, _) => vec![None],
+        }
+    }
+
+    /// Returns which of its maps a point of a body at rest follows, and the share of the next one.
+    pub(crate) fn share(&self, body: usize, x: DVec3) -> (usize, f64) {
+        match (&self.followers[body].follows, &self.motion.skin) {
+            (Follows::Skin, Some(skin)) => skin.share(x),
+            _ => (0, 0.0),
+        }
+    }
+
     /// Moves all bodies of the scene to a frame.
     pub(crate) fn place(&self, scene: &mut Scene, frame: usize) -> Result<(), SceneError> {
         // The scene is borrowed by its numbers while bodies move.

@@ -50,6 +50,22 @@ impl Skin {
         self.segments.iter().flatten()
     }
 
+    /// Returns the names of the segments' maps; none for a segment that rests.
+    pub(super) fn segments(&self) -> &[Option<String>] {
+        &self.segments
+    }
+
+    /// Returns the segment that a point at rest follows, and the share of the next one: blends do
+    /// not overlap, so that no point follows more than two.
+    pub(super) fn share(&self, x: DVec3) -> (usize, f64) {
+        let height = x.dot(self.axis);
+        let passed = self.blends.iter().take_while(|[_, high]| height >= *high).count();
+        match self.blends.get(passed) {
+            Some([low, high]) => (passed, smooth_step((height - low) / (high - low))),
+            None => (passed, 0.0),
+        }
+    }
+
     /// Computes the positions of a body in a frame.
     pub(super) fn deform(&self, rest: &[DVec3], maps: &BTreeMap<String, DMat4>) -> Vec<DVec3> {
         // A segment without a map rests.

@@ -1,4 +1,4 @@
-//! Report of a check as one HTML file: style and pictures inside, no scripts, nothing
+//! Report of a check as one HTML file: style, pictures and a scene that turns inside, nothing
 //! fetched.
 
 use std::io;
@@ -9,11 +9,11 @@ use base64::engine::general_purpose::STANDARD;
 use super::check_tables::{Section, bodies, pair_sections};
 use super::document::CheckDocument;
 use super::gallery::{ColorScale, Quantity, View};
+use super::page::{page_end, page_start, section};
 use super::table::escaped;
 use super::text::{measure, short};
+use super::viewer::Model;
 use crate::picture::viridis;
-
-const STYLE: &str = include_str!("report.css");
 
 /// Pictures of a page.
 #[derive(Debug)]
@@ -31,16 +31,10 @@ pub(crate) fn check_page(
     title: &str,
     document: &CheckDocument,
     pictures: &Pictures,
+    model: &Model,
 ) -> io::Result<String> {
     let Pictures { overview, close_ups, joints } = pictures;
-    let title = escaped(title);
-    let mut page = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n\
-         <p class=\"lead\">{}</p>\n",
-        escaped(&document.summary()),
-    );
+    let mut page = page_start(title, &document.summary());
     for coincidence in document.coincidences() {
         page += &format!("<p class=\"warning\">{}</p>\n", escaped(&coincidence));
     }
@@ -48,6 +42,7 @@ pub(crate) fn check_page(
         page += &format!("<p class=\"warning\">{}</p>\n", escaped(warning));
     }
 
+    page += &section("The scene", &model.to_html()?);
     page += &section("Contact from three sides", &overview_figures(overview, document)?);
     for Section { title, table } in pair_sections(document) {
         page += &section(&title, &table.to_html());
@@ -66,13 +61,7 @@ pub(crate) fn check_page(
     }
     page += &section("Meshes and their defects", &bodies(document).to_html());
 
-    let version = env!("CARGO_PKG_VERSION");
-    page += &format!("<footer>musculo-collide {version}</footer>\n</body>\n</html>\n");
-    Ok(page)
-}
-
-fn section(title: &str, content: &str) -> String {
-    format!("<section>\n<h2>{}</h2>\n{content}</section>\n", escaped(title))
+    Ok(page + &page_end())
 }
 
 fn overview_figures(overview: &[View], document: &CheckDocument) -> io::Result<String> {

@@ -8,13 +8,16 @@
 
 use glam::DVec3;
 use musculo_collide::surface::{Aabb, vertex_normals};
-use musculo_collide::{BodyId, BodyKind, Depth, PairReport, Scene};
+use musculo_collide::{BodyId, Depth, PairReport, Scene};
 use rayon::prelude::*;
 
 use super::OverlapShape;
+use super::body_color::colors;
 use super::contact_triangles::contact_triangles;
 use super::pair_record::rounding;
+use super::viewer::Model;
 use crate::picture::{Appearance, Camera, Color, ContactTriangle, Image, Subject, draw};
+use crate::scene::Unit;
 
 /// Picture with the data of its caption.
 #[derive(Debug)]
@@ -88,6 +91,15 @@ impl<'a> Gallery<'a> {
         let mut overlapping: Vec<DrawnOverlap<'a>> = drawn.collect();
         overlapping.sort_by(|p, q| q.max_depth.total_cmp(&p.max_depth));
         Self { scene, overlapping, normals, colors: colors(scene) }
+    }
+
+    /// Builds the model of the scene that a page turns.
+    pub(crate) fn model(&self, unit: Unit) -> Model {
+        let mut overlaps = Vec::new();
+        for drawn in &self.overlapping {
+            overlaps.push((drawn.report, drawn.contact.each_ref().map(Vec::as_slice)));
+        }
+        Model::of_state(self.scene, unit, &overlaps)
     }
 
     /// Returns the number of pictures of overview and close-ups together.
@@ -219,21 +231,6 @@ impl View {
         let image = draw(subjects, camera, (scale.to - scale.from).abs());
         Self { title, image, width, height, span, scale }
     }
-}
-
-/// Returns a color per body: bone, flesh or sheet, neighbors of one kind in different
-/// shades.
-fn colors(scene: &Scene) -> Vec<Color> {
-    const SHADES: [f64; 5] = [1.0, 0.80, 1.16, 0.90, 0.72];
-    let mut colors = Vec::new();
-    for (body, shade) in scene.bodies().iter().zip(SHADES.into_iter().cycle()) {
-        colors.push(match body.kind() {
-            BodyKind::Rigid => Color::from_srgb([0xe8, 0xde, 0xc6]),
-            BodyKind::Deformable => Color::from_srgb([0xd6, 0x8c, 0x80]) * shade,
-            BodyKind::Open => Color::from_srgb([0x8f, 0xae, 0xc8]) * shade,
-        });
-    }
-    colors
 }
 
 /// View of the overview, with its directions.

@@ -4,6 +4,7 @@
 //! it and so agree. `contact_field` spreads them over vertices and `overlap_files` over clipped
 //! faces, for meshes in color; `gallery` draws the latter.
 
+mod body_color;
 mod check_page;
 mod check_tables;
 mod contact_field;
@@ -18,7 +19,9 @@ mod long_table;
 mod medial;
 mod motion;
 mod motion_chart;
+mod motion_page;
 mod overlap_files;
+mod page;
 mod pair_record;
 mod resolution;
 mod resolved;
@@ -26,6 +29,7 @@ mod self_crossing;
 mod series;
 mod table;
 mod text;
+mod viewer;
 
 pub(crate) use self::check_page::{Pictures, check_page};
 pub(crate) use self::check_tables::check_text;
@@ -39,6 +43,7 @@ pub(crate) use self::long_table::{LongTable, TableFrame};
 pub(crate) use self::medial::MedialRecord;
 pub(crate) use self::motion::{FrameRecord, MotionDocument, StepRecord, rest_text};
 pub(crate) use self::motion_chart::motion_chart;
+pub(crate) use self::motion_page::motion_page;
 pub(crate) use self::overlap_files::{FileFolder, OverlapShape, stage_overlap_files};
 pub(crate) use self::pair_record::PairRecord;
 pub(crate) use self::resolution::resolution_text;
@@ -46,3 +51,4 @@ pub(crate) use self::resolved::{FrameInfo, ResolvedDocument, ResolvedFrame};
 pub(crate) use self::self_crossing::self_crossings;
 pub(crate) use self::series::Series;
 pub(crate) use self::text::{counted, fixed};
+pub(crate) use self::viewer::Recording;

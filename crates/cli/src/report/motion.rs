@@ -96,6 +96,12 @@ impl MotionDocument {
 
     /// Writes one line per frame, a summary, and the bodies that rest.
     pub(crate) fn to_text(&self) -> String {
+        let (table, rests) = (self.table().to_text(), rest_text(&self.resting));
+        format!("{table}\n{}{}\n{rests}", self.joint_text(), self.summary())
+    }
+
+    /// Returns a table with a line per frame, which it shares with the step that leads to it.
+    pub(super) fn table(&self) -> Table {
         let mut table = Table::new([
             right("frame"),
             right("time"),
@@ -110,7 +116,6 @@ impl MotionDocument {
             right("vertices through"),
         ]);
 
-        // A frame stands in one line with the step that leads to it.
         for frame in &self.frames {
             let of_frame = frame.state_entries(self.unit);
             let of_step = match &frame.step {
@@ -119,8 +124,7 @@ impl MotionDocument {
             };
             table.row(of_frame.into_iter().chain(of_step));
         }
-        let (table, rests) = (table.to_text(), rest_text(&self.resting));
-        format!("{table}\n{}{}\n{rests}", self.joint_text(), self.summary())
+        table
     }
 
     /// Writes a line per frame and surface in contact; nothing where joint contact is not measured.
@@ -138,7 +142,8 @@ impl MotionDocument {
         format!("{title}\n{}\n", table.finish().to_text())
     }
 
-    fn summary(&self) -> String {
+    /// Returns the counts over all frames, and the deepest overlap, in words.
+    pub(super) fn summary(&self) -> String {
         // Counts over all frames, and the frame of the deepest overlap.
         let (mut overlapping, mut contacts, mut through) = (0, 0, 0);
         let mut deepest: Option<&FrameRecord> = None;

@@ -11,6 +11,7 @@ mod medial;
 mod motion;
 mod motion_tables;
 mod overlap;
+mod page;
 mod plan;
 mod resolve;
 mod support;

@@ -3,7 +3,7 @@
 (() => {
   const stage = document.getElementById("stage");
   const canvas = stage.querySelector("canvas");
-  const gl = canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
+  const gl = canvas.getContext("webgl2", { alpha: false, antialias: true, preserveDrawingBuffer: true });
   if (!gl) return; // The pictures of the page remain.
 
   const model = JSON.parse(document.getElementById("model").textContent);
@@ -112,13 +112,16 @@
   }
 
   // Clipped parts of surfaces inside other bodies, one list per pair.
-  const patches = (model.patches || []).map((patch) => {
+  const patches = model.patches.map((patch) => {
+    const Corners = patch.wide ? Uint32Array : Uint16Array;
     const vao = gl.createVertexArray();
     gl.bindVertexArray(vao);
-    buffer(gl.ARRAY_BUFFER, new Uint16Array(blob, patch.at, 4 * patch.count));
+    buffer(gl.ARRAY_BUFFER, new Uint16Array(blob, patch.vertices.at, 4 * patch.vertices.count));
     gl.enableVertexAttribArray(0);
     gl.vertexAttribIPointer(0, 4, gl.UNSIGNED_SHORT, 0, 0);
-    return { vao, count: patch.count, a: patch.a, b: patch.b };
+    buffer(gl.ELEMENT_ARRAY_BUFFER, new Corners(blob, patch.faces.at, 3 * patch.faces.count));
+    const type = patch.wide ? gl.UNSIGNED_INT : gl.UNSIGNED_SHORT;
+    return { vao, type, count: 3 * patch.faces.count, a: patch.a, b: patch.b };
   });
   gl.bindVertexArray(null);
 
@@ -245,7 +248,7 @@
         const shown = bodies[patch.a].shown && bodies[patch.b].shown;
         if (!shown || (chosen && !(chosen.a === patch.a && chosen.b === patch.b))) continue;
         gl.bindVertexArray(patch.vao);
-        gl.drawArrays(gl.TRIANGLES, 0, patch.count);
+        gl.drawElements(gl.TRIANGLES, patch.count, patch.type, 0);
       }
     };
 
@@ -343,6 +346,16 @@
     redraw();
   }
 
+  // Color scale, where something is inside something.
+  const legend = stage.querySelector(".scale");
+  if (model.max_depth > 0) {
+    const stops = RAMP.map((color) => `rgb(${color.join()})`).join();
+    legend.style.background = `linear-gradient(to right, ${stops})`;
+    legend.append(span("0"), span(`depth inside the other body`), span(`${digits(model.max_depth)} ${UNIT}`));
+  } else {
+    legend.remove();
+  }
+
   // Bodies to show or hide.
   const bodyList = stage.querySelector(".bodies");
   bodies.forEach((body) => {
@@ -363,17 +376,17 @@
   const top = Math.max(...deepest) || 1;
   function drawTime() {
     if (model.frames.length < 2) return;
-    const x = (k) => 40 + (950 * k) / (model.frames.length - 1);
+    const x = (k) => 8 + (984 * k) / (model.frames.length - 1);
     const y = (depth) => 96 - (84 * depth) / top;
     const line = (values, color) =>
       `<polyline fill="none" stroke="${color}" stroke-width="2" points="${values.map((v, k) => `${x(k).toFixed(1)},${y(v).toFixed(1)}`).join(" ")}"/>`;
     const of = (pair, pairs) => pairs.find(({ a, b }) => a === pair.a && b === pair.b);
     const own = chosen ? model.frames.map(({ pairs }) => (of(chosen, pairs) || { depth: 0 }).depth) : null;
     time.querySelector("svg").innerHTML =
-      `<text x="0" y="16" font-size="12">${digits(top)}</text><text x="0" y="100" font-size="12">0 ${UNIT}</text>` +
-      `<line x1="40" x2="990" y1="96" y2="96" stroke="#ccd"/>` +
+      `<line x1="0" x2="1000" y1="96" y2="96" stroke="#ccd"/>` +
       line(deepest, own ? "#ccd" : "#b23a48") + (own ? line(own, "#b23a48") : "") +
       `<line x1="${x(frame)}" x2="${x(frame)}" y1="4" y2="100" stroke="#3b528b" stroke-width="2"/>`;
+    time.querySelector(".top").textContent = `${digits(top)} ${UNIT}`;
     const at = model.frames[frame].time;
     const seconds = at === null ? "" : `, ${at.toFixed(3)} s`;
     time.querySelector("output").textContent = `frame ${frame}${seconds}: deepest ${digits(own ? own[frame] : deepest[frame])} ${UNIT}`;
@@ -385,7 +398,7 @@
     slider.addEventListener("input", () => setFrame(slider.valueAsNumber));
     time.querySelector("svg").addEventListener("click", (event) => {
       const box = event.currentTarget.getBoundingClientRect();
-      const share = ((event.clientX - box.left) / box.width - 0.04) / 0.95;
+      const share = ((event.clientX - box.left) / box.width - 0.008) / 0.984;
       setFrame(Math.round(share * (model.frames.length - 1)));
     });
   } else {

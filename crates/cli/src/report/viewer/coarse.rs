@@ -1,0 +1,48 @@
+//! Bodies of a page, with fewer faces where a scene has too many.
+
+use musculo_collide::decimate::Decimation;
+use musculo_collide::proximity::SurfaceTree;
+use musculo_collide::surface::Aabb;
+use musculo_collide::{Body, Progress, Scene};
+use rayon::prelude::*;
+
+/// Faces of a scene that a page shows as they are: some two megabytes.
+const MAX_FACES: usize = 120_000;
+
+/// Deviation of a coarser surface, relative to the diagonal of its body: below a pixel where the
+/// body fills the view.
+const DEVIATION: f64 = 1e-3;
+
+/// Surface of a body in a page.
+#[derive(Debug)]
+pub(super) struct ShownSurface {
+    /// Numbers of its vertices in the body.
+    pub(super) vertices: Vec<u32>,
+    /// Corners, in its own numbers.
+    pub(super) faces: Vec<[u32; 3]>,
+}
+
+/// Returns the surfaces of all bodies at rest, with vertices of the bodies themselves.
+pub(super) fn shown_surfaces(scene: &Scene) -> Vec<ShownSurface> {
+    let faces = scene.bodies().iter().map(|body| body.surface().faces().len());
+    let is_fine = faces.sum::<usize>() > MAX_FACES;
+    scene.bodies().par_iter().map(|body| shown_surface(body, is_fine)).collect()
+}
+
+fn shown_surface(body: &Body, is_fine: bool) -> ShownSurface {
+    if is_fine && let Some(coarse) = coarse_surface(body) {
+        return coarse;
+    }
+    let surface = body.surface();
+    let vertices = (0_u32..).take(surface.vertex_count()).collect();
+    ShownSurface { vertices, faces: surface.faces().to_vec() }
+}
+
+/// Decimates a body; `None` where its surface is not closed and clean, and stays as it is.
+fn coarse_surface(body: &Body) -> Option<ShownSurface> {
+    let diagonal = Aabb::of_points(body.positions().iter().copied()).diagonal();
+    let tree = SurfaceTree::new(body.surface().clone(), body.positions().to_vec()).ok()?;
+    let decimation = Decimation::new(tree, Progress::none()).ok()?;
+    let reduced = decimation.within(DEVIATION * diagonal, Progress::none()).ok()?;
+    Some(ShownSurface { vertices: reduced.kept, faces: reduced.surface.faces().to_vec() })
+}
