@@ -21,9 +21,9 @@ use glam::DVec3;
 use kdop::Workspace;
 use proximity::{MaximumSearch, SurfaceTree};
 use surface::closest_on_triangle;
+use surface::triangle::{quarters, radius_about_center};
 
 use crate::patches::{Clipper, face_normal};
-use crate::split::{quarters, radius_about_center};
 
 /// Width and effort of a certified depth.
 #[derive(Clone, Copy, Debug, PartialEq)]

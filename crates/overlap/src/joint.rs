@@ -20,12 +20,12 @@ use std::ops::Range;
 use glam::DVec3;
 use kdop::Workspace;
 use proximity::{ClosestPoint, SurfaceTree};
+use surface::triangle::{quarters, radius_about_center};
 use surface::{Pseudonormals, UnionFind, triangle};
 
 use crate::error::JointContactError;
 use crate::foundation::ElasticFoundation;
 use crate::patches::Clipper;
-use crate::split::{quarters, radius_about_center};
 
 /// Parameters of the contact of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]

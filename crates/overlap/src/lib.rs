@@ -49,7 +49,6 @@ mod near_area;
 mod overlap;
 mod patches;
 mod regions;
-mod split;
 
 pub use glam;
 

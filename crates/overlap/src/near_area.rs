@@ -11,10 +11,9 @@ use std::collections::BinaryHeap;
 use std::ops::Range;
 
 use glam::DVec3;
-use proximity::SurfaceTree;
-use surface::{Csr, TotalF64, closest_on_triangle, triangle};
-
-use crate::split::{quarters, radius_about_center};
+use proximity::{NearFaces, SurfaceTree};
+use surface::triangle::{quarters, radius_about_center};
+use surface::{TotalF64, closest_on_triangle, triangle};
 
 /// Certified bracket on an area.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -88,7 +87,7 @@ struct CloseFace {
 pub fn near_areas(
     bodies: [&SurfaceTree; 2],
     margin: f64,
-    near_faces: [&Csr; 2],
+    near_faces: [&NearFaces; 2],
 ) -> [AreaBracket; 2] {
     let ([a, b], [near_to_a, near_to_b]) = (bodies, near_faces);
     [near_area(a, b, margin, near_to_a), near_area(b, a, margin, near_to_b)]
@@ -99,7 +98,7 @@ fn near_area(
     body: &SurfaceTree,
     other: &SurfaceTree,
     margin: f64,
-    near_faces: &Csr,
+    near_faces: &NearFaces,
 ) -> AreaBracket {
     /// Width of the bracket that is narrow enough, relative to its upper end.
     const RELATIVE_WIDTH: f64 = 0.05;
@@ -164,7 +163,7 @@ impl<'a> Search<'a> {
     }
 
     /// Brackets every face of a body that has near faces.
-    fn first_level(&mut self, body: &SurfaceTree, near_faces: &Csr) -> Cells {
+    fn first_level(&mut self, body: &SurfaceTree, near_faces: &NearFaces) -> Cells {
         let mut cells = Cells::default();
         let mut near = Vec::new();
         for face in (0..).take(body.surface().faces().len()) {

@@ -25,8 +25,10 @@ pub struct OperationCounts {
     pub meeting_faces: f64,
     /// Vertices that are projected to the other surface.
     pub near_vertices: f64,
-    /// Pairs of faces that share a point, in searches for a depth.
-    pub searched_faces: f64,
+    /// Faces that have points inside the other body, bounded in searches for a depth.
+    pub bounded_faces: f64,
+    /// Triangles that are split in searches for a depth.
+    pub split_pieces: f64,
     /// Closest points in searches for a depth.
     pub depth_queries: f64,
     /// Vertices at which a field is queried, with their edges.
@@ -44,7 +46,7 @@ pub struct OperationCounts {
 }
 
 /// Number of kinds of operations.
-const KINDS: usize = 13;
+const KINDS: usize = 14;
 
 /// Time of one closest point of a triangle on the reference machine \[s\].
 const REFERENCE_QUERY_TIME: f64 = 12e-9;
@@ -58,7 +60,8 @@ impl OperationCounts {
         tested_faces: 190e-9,
         meeting_faces: 50e-9,
         near_vertices: 1400e-9,
-        searched_faces: 500e-9,
+        bounded_faces: 60e-9,
+        split_pieces: 500e-9,
         depth_queries: 2400e-9,
         field_vertices: 2400e-9,
         tied_vertices: 340e-9,
@@ -77,7 +80,8 @@ impl OperationCounts {
             self.tested_faces,
             self.meeting_faces,
             self.near_vertices,
-            self.searched_faces,
+            self.bounded_faces,
+            self.split_pieces,
             self.depth_queries,
             self.field_vertices,
             self.tied_vertices,
@@ -96,7 +100,8 @@ impl OperationCounts {
             tested_faces,
             meeting_faces,
             near_vertices,
-            searched_faces,
+            bounded_faces,
+            split_pieces,
             depth_queries,
             field_vertices,
             tied_vertices,
@@ -111,7 +116,8 @@ impl OperationCounts {
             tested_faces,
             meeting_faces,
             near_vertices,
-            searched_faces,
+            bounded_faces,
+            split_pieces,
             depth_queries,
             field_vertices,
             tied_vertices,

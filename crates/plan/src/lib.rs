@@ -62,6 +62,7 @@ mod candidates;
 mod choice;
 mod coarse_size;
 mod cost;
+mod cut_face;
 mod deformation;
 mod detection;
 mod error;

@@ -12,7 +12,7 @@ use crate::bone_field::MAX_DEPTH;
 use crate::cost::count;
 use crate::motion::LastDepth;
 use crate::structures::{ComparedSurface, Structures};
-use crate::surface_depth::{SurfaceDepth, larger, rounding};
+use crate::surface_depth::{SurfaceDepth, rounding};
 use crate::{
     DetectionMethod, OperationCounts, PairDetection, PairPlan, PairState, PlanError, PlanParams,
 };
@@ -200,51 +200,18 @@ impl PairDetector {
         }
         self.operations.field_vertices += count(self.field.contacts().len());
 
-        // The bone's own vertices, and where faces meet.
-        self.surfaces.compute_first(bone.tree, side.tree, margin);
+        // The bone's own vertices, and depth by the surfaces, which are exact.
+        self.surfaces.compute(bone.tree, side.tree, margin);
         self.extend_contacts(0, [&bone, &side]);
         if let Some(gap) = self.surfaces.min_gap() {
             lower(&mut self.found.min_gap, gap);
         }
         self.count_surfaces([&bone, &side]);
-
-        // Depth by the surfaces, which are exact. Without a common point of both, the other body
-        // is wholly inside the bone or outside.
         let trees = [bone.tree, side.tree];
-        let meets = !self.surfaces.meeting_faces().is_empty() || self.surfaces.overlaps();
-        let is_overlapping = meets || self.contains_any(bone.tree, side.tree);
-        let depth =
-            if is_overlapping { self.search_depth(trees, frame) } else { DepthBracket::default() };
+        let depth = self.depth.bracket(&self.surfaces, trees, tolerance, &mut self.operations);
         let is_overlapping = self.surfaces.overlaps() || depth.lower > rounding(trees);
         self.decide(is_overlapping, depth, 0.0, tolerance);
         Ok(())
-    }
-
-    /// Brackets the depth of two surfaces that meet or hold each other.
-    fn search_depth(&mut self, trees: [&SurfaceTree; 2], frame: Frame<'_>) -> DepthBracket {
-        let Frame { margin, tolerance, .. } = frame;
-        let meeting = self.surfaces.meeting_faces();
-        let found = self.depth.search(meeting, trees, tolerance, &mut self.operations);
-        if let [Some(a), Some(b)] = found {
-            return larger([a, b]);
-        }
-
-        // Where a surface has no winding numbers, vertices of both bracket the depth.
-        self.surfaces.compute(trees[0], trees[1], margin);
-        self.depth.bracket(&self.surfaces, trees, tolerance, &mut self.operations)
-    }
-
-    /// Returns true if a component of a body that meets no other begins inside a bone.
-    fn contains_any(&mut self, bone: &SurfaceTree, body: &SurfaceTree) -> bool {
-        if bone.has_inside().is_err() {
-            return false;
-        }
-        for &root in body.components() {
-            if bone.contains(body.position(root), &mut self.workspace) {
-                return true;
-            }
-        }
-        false
     }
 
     /// Adds the contacts of one side of the compared pair with the other side.

@@ -104,15 +104,15 @@ impl Workload {
         if !self.is_overlapping {
             return operations;
         }
-        // Splits after which larger faces and a narrower bracket take a search to its end.
+        // Splits that a narrower bracket takes on coarser surfaces, where exact ones take none.
         const MIN_SPLITS: f64 = 20.0;
 
-        // Every vertex inside is a query, and the splits come in addition, on any surface.
-        let near = self.near[0] * kept[0] + self.near[1] * kept[1];
-        let splits = (self.exact.depth_queries - self.near[0] - self.near[1]).max(MIN_SPLITS);
+        let near = (self.near[0] + self.near[1]).max(1.0);
+        let share = (self.near[0] * kept[0] + self.near[1] * kept[1]) / near;
         OperationCounts {
-            searched_faces: self.meeting * along_curve(kept),
-            depth_queries: near + splits,
+            bounded_faces: self.exact.bounded_faces * share,
+            split_pieces: self.exact.split_pieces.max(MIN_SPLITS),
+            depth_queries: self.exact.depth_queries,
             ..operations
         }
     }

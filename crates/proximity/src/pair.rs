@@ -6,11 +6,11 @@
 //! surface.
 
 use kdop::Workspace;
-use surface::Csr;
 
 use crate::crossings::Crossings;
 use crate::distance::distance_between;
 use crate::inside::InsideVertices;
+use crate::near_faces::NearFaces;
 use crate::projection::Candidates;
 use crate::{NearVertex, NoInside, SurfaceTree};
 
@@ -32,7 +32,7 @@ pub struct PairProximity {
 #[derive(Debug, Default)]
 pub struct PairSide {
     /// Per face, the faces of the other surface that may be within the margin.
-    near_faces: Csr,
+    near_faces: NearFaces,
     candidates: Candidates,
     inside: Vec<u32>,
     /// Reason why the other surface has no inside.
@@ -56,22 +56,6 @@ impl PairProximity {
         let near_to_a = near_faces.iter().map(|&[face_a, face_b]| (face_b, face_a));
         of_b.near_faces.refill(b.surface().faces().len(), near_to_a);
         of_b.compute(b, &crossings.cut_faces_of_b, a, margin, inside, workspace);
-    }
-
-    /// Computes the vertices of `a` against `b`, in place of an earlier pair's; those of `b` are
-    /// left out.
-    ///
-    /// For vertices of `b` that are found by other means: of the same work, each surface takes its
-    /// part. [`overlaps`](Self::overlaps) then holds where faces cross or a vertex of `a` is inside.
-    pub fn compute_first(&mut self, a: &SurfaceTree, b: &SurfaceTree, margin: f64) {
-        self.crossings.find(a, b, &mut self.workspace);
-        self.find_near_faces(a, b, margin);
-        let Self { workspace, inside, crossings, near_faces, a: of_a, b: of_b } = self;
-        of_b.clear();
-
-        let near_to_b = near_faces.iter().map(|&[face_a, face_b]| (face_a, face_b));
-        of_a.near_faces.refill(a.surface().faces().len(), near_to_b);
-        of_a.compute(a, &crossings.cut_faces_of_a, b, margin, inside, workspace);
     }
 
     /// Finds the pairs of faces that may be within the margin; without a margin, those that meet.
@@ -156,13 +140,6 @@ impl PairProximity {
 }
 
 impl PairSide {
-    fn clear(&mut self) {
-        self.near_faces = Csr::default();
-        self.inside.clear();
-        self.no_inside = None;
-        self.near.clear();
-    }
-
     fn compute(
         &mut self,
         p: &SurfaceTree,
@@ -181,10 +158,9 @@ impl PairSide {
         self.candidates.project(p, &self.inside, q, workspace, &mut self.near);
     }
 
-    /// Returns, per face, faces of the other surface, all that are within the margin among them; none
-    /// for the second surface after [`compute_first`](PairProximity::compute_first).
+    /// Returns, per face, faces of the other surface, all that are within the margin among them.
     #[must_use]
-    pub fn near_faces(&self) -> &Csr {
+    pub fn near_faces(&self) -> &NearFaces {
         &self.near_faces
     }
 

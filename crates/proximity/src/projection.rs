@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 use kdop::Workspace;
-use surface::{Barycentric, Csr, TriangleSurface, triangle};
+use surface::{Barycentric, TriangleSurface, triangle};
 
+use crate::near_faces::NearFaces;
 use crate::{ClosestPoint, SurfaceTree};
 
 /// Vertex that is inside another surface or within the margin of it, and its closest point
@@ -38,8 +39,10 @@ pub struct NearVertex {
 #[derive(Debug, Default)]
 pub(crate) struct Candidates {
     vertices: Vec<u32>,
-    /// Per vertex, distance and number of the nearest face so far.
+    /// Per vertex, distance and number of the nearest face so far; none between projections.
     nearest: Vec<Nearest>,
+    /// Vertices for which these are set.
+    touched: Vec<u32>,
     /// Distance within which vertices are reported.
     margin: f64,
 }
@@ -63,19 +66,27 @@ impl Candidates {
     /// Finds the vertices of `p` within `margin` of a face of `q`, in place of earlier ones.
     ///
     /// `near_faces` has the faces of `q` that may be within the margin, per face of `p`.
-    pub(crate) fn find(&mut self, p: &SurfaceTree, near_faces: &Csr, q: &SurfaceTree, margin: f64) {
+    pub(crate) fn find(
+        &mut self,
+        p: &SurfaceTree,
+        near_faces: &NearFaces,
+        q: &SurfaceTree,
+        margin: f64,
+    ) {
+        // Only what the last projection has set is reset: most of a surface is far.
         let surface = p.surface();
         self.margin = margin;
         self.vertices.clear();
-        self.nearest.clear();
-        self.nearest.resize(surface.vertex_count(), Nearest::NONE);
+        for vertex in self.touched.drain(..) {
+            self.nearest[vertex as usize] = Nearest::NONE;
+        }
+        if self.nearest.len() < surface.vertex_count() {
+            self.nearest.resize(surface.vertex_count(), Nearest::NONE);
+        }
 
-        for (face, corners) in (0..).zip(surface.faces()) {
+        for &face in near_faces.faces() {
             let near_faces = near_faces.row(face);
-            if near_faces.is_empty() {
-                continue;
-            }
-            for &vertex in corners {
+            for vertex in surface.faces()[face as usize] {
                 if surface.vertex_faces(vertex).first() == Some(&face) {
                     self.find_nearest(vertex, p.position(vertex), near_faces, q);
                 }
@@ -102,6 +113,7 @@ impl Candidates {
         if nearest != Nearest::NONE {
             self.vertices.push(vertex);
             self.nearest[vertex as usize] = nearest;
+            self.touched.push(vertex);
         }
     }
 
@@ -164,6 +176,7 @@ impl Candidates {
                 let nearest = &mut self.nearest[corner as usize];
                 if nearest.hint().is_none() {
                     nearest.face = found;
+                    self.touched.push(corner);
                 }
             }
         }

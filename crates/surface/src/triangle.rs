@@ -33,6 +33,25 @@ pub fn area(corners: [DVec3; 3]) -> f64 {
     0.5 * normal(corners).length()
 }
 
+/// Returns the center of a triangle and the largest distance of a corner from it.
+#[must_use]
+pub fn radius_about_center(corners: [DVec3; 3]) -> (DVec3, f64) {
+    let [a, b, c] = corners;
+    let center = (a + b + c) / 3.0;
+    let mut radius: f64 = 0.0;
+    for corner in corners {
+        radius = radius.max(corner.distance(center));
+    }
+    (center, radius)
+}
+
+/// Splits a triangle in four at the middles of its edges.
+#[must_use]
+pub fn quarters([a, b, c]: [DVec3; 3]) -> [[DVec3; 3]; 4] {
+    let [ab, bc, ca] = [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)];
+    [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+}
+
 /// Computes the triple product `(a − p) · ((b − p) × (c − p))`: six times the signed volume
 /// of the tetrahedron over the triangle with apex `p`, positive where `p` is behind the
 /// triangle.

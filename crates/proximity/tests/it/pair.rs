@@ -1,4 +1,4 @@
-//! One side of a pair against both.
+//! Pairs in memory that other pairs have used.
 
 use fixtures::{Mesh, shapes};
 use glam::DVec3;
@@ -9,24 +9,27 @@ fn tree(mesh: Mesh) -> SurfaceTree {
 }
 
 #[test]
-fn the_first_side_alone_is_that_of_both() {
+fn memory_of_another_pair_is_no_part_of_an_answer() {
     let a = tree(shapes::icosphere(10.0, 3));
-    let (mut both, mut first) = (PairProximity::default(), PairProximity::default());
+    let mut used = PairProximity::default();
     let mut inside = 0;
     for (by, margin) in [(15.0, 0.0), (19.5, 0.5), (2.0, 0.0), (2.0, 1.0), (40.0, 1.0)] {
         let other = shapes::ellipsoid(DVec3::new(10.0, 4.0, 4.0), 3);
         let b = tree(other.translated(DVec3::new(by, 0.3, 0.1)));
-        both.compute(&a, &b, margin);
-        // Memory of another pair, both sides of which were computed, is no part of the answer.
-        first.compute(&b, &a, margin);
-        first.compute_first(&a, &b, margin);
+        let mut fresh = PairProximity::default();
+        fresh.compute(&a, &b, margin);
+        used.compute(&b, &a, 3.0 * margin);
+        used.compute(&a, &b, margin);
 
-        assert_eq!(first.crossing_faces(), both.crossing_faces(), "by {by}");
-        let ([one, none], [same, _]) = (first.sides(), both.sides());
-        assert_eq!(one.inside_vertices(), same.inside_vertices(), "by {by}");
-        assert_eq!(one.near(), same.near(), "by {by}");
-        assert!(none.near().is_empty() && none.inside_vertices().is_empty(), "by {by}");
-        inside += one.inside_vertices().len();
+        assert_eq!(used.crossing_faces(), fresh.crossing_faces(), "by {by}");
+        for (used, fresh) in used.sides().into_iter().zip(fresh.sides()) {
+            assert_eq!(used.inside_vertices(), fresh.inside_vertices(), "by {by}");
+            assert_eq!(used.near(), fresh.near(), "by {by}");
+            for face in 0..1280 {
+                assert_eq!(used.near_faces().row(face), fresh.near_faces().row(face), "by {by}");
+            }
+            inside += fresh.inside_vertices().len();
+        }
     }
     assert!(inside > 20, "{inside}");
 }
