@@ -58,6 +58,22 @@ impl PairProximity {
         of_b.compute(b, &crossings.cut_faces_of_b, a, margin, inside, workspace);
     }
 
+    /// Computes the vertices of `a` against `b`, in place of an earlier pair's; those of `b` are
+    /// left out.
+    ///
+    /// For vertices of `b` that are found by other means: of the same work, each surface takes its
+    /// part. [`overlaps`](Self::overlaps) then holds where faces cross or a vertex of `a` is inside.
+    pub fn compute_first(&mut self, a: &SurfaceTree, b: &SurfaceTree, margin: f64) {
+        self.crossings.find(a, b, &mut self.workspace);
+        self.find_near_faces(a, b, margin);
+        let Self { workspace, inside, crossings, near_faces, a: of_a, b: of_b } = self;
+        of_b.clear();
+
+        let near_to_b = near_faces.iter().map(|&[face_a, face_b]| (face_a, face_b));
+        of_a.near_faces.refill(a.surface().faces().len(), near_to_b);
+        of_a.compute(a, &crossings.cut_faces_of_a, b, margin, inside, workspace);
+    }
+
     /// Finds the pairs of faces that may be within the margin; without a margin, those that meet.
     fn find_near_faces(&mut self, a: &SurfaceTree, b: &SurfaceTree, margin: f64) {
         let Self { workspace, crossings, near_faces, .. } = self;
@@ -140,6 +156,13 @@ impl PairProximity {
 }
 
 impl PairSide {
+    fn clear(&mut self) {
+        self.near_faces.clear();
+        self.inside.clear();
+        self.no_inside = None;
+        self.near.clear();
+    }
+
     fn compute(
         &mut self,
         p: &SurfaceTree,
@@ -158,7 +181,8 @@ impl PairSide {
         self.candidates.project(p, &self.inside, q, workspace, &mut self.near);
     }
 
-    /// Returns, per face, faces of the other surface, all that are within the margin among them.
+    /// Returns, per face, faces of the other surface, all that are within the margin among them; none
+    /// for the second surface after [`compute_first`](PairProximity::compute_first).
     #[must_use]
     pub fn near_faces(&self) -> &NearFaces {
         &self.near_faces

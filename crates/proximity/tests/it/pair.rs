@@ -30,6 +30,15 @@ fn memory_of_another_pair_is_no_part_of_an_answer() {
             }
             inside += fresh.inside_vertices().len();
         }
+
+        // The first side alone is that of both.
+        used.compute(&b, &a, margin);
+        used.compute_first(&a, &b, margin);
+        assert_eq!(used.crossing_faces(), fresh.crossing_faces(), "by {by}");
+        let ([one, none], [same, _]) = (used.sides(), fresh.sides());
+        assert_eq!(one.inside_vertices(), same.inside_vertices(), "by {by}");
+        assert_eq!(one.near(), same.near(), "by {by}");
+        assert!(none.near().is_empty() && none.inside_vertices().is_empty(), "by {by}");
     }
     assert!(inside > 20, "{inside}");
 }
