@@ -4,8 +4,8 @@
 //! With N the rows' directions, W the inverse masses and A the compliances,
 //! H = N W Nᵀ + A is symmetric and positive semidefinite. Its impulses minimize
 //! λᵀ H λ / 2 − bᵀ λ with λ_n >= 0 for one-sided rows. Without any, these are conjugate
-//! gradients preconditioned by the diagonal of H, which the masses scale: a ratio of masses
-//! alone does not slow them.
+//! gradients preconditioned by [incomplete Cholesky factors](super::cholesky) of H, which are
+//! exact on chains and trees of rows: a ratio of masses does not slow them there.
 //!
 //! One-sided rows that carry no impulse are at their bound. A step ends where an impulse
 //! reaches its bound, and rows leave theirs where that lowers the energy more than another
@@ -18,8 +18,10 @@
 
 use glam::DVec3;
 
+use super::cholesky::CholeskyFactors;
 use super::jacobi::JacobiMemory;
 use super::packed::{PackedRow, PackedSystem, RowGoal, SolverState, Tangent};
+use super::parts::{Parts, dot};
 use super::slots::cells;
 use super::{Impulse, SolverParams};
 
@@ -30,13 +32,6 @@ const DIVERGENCE: f64 = 1e4;
 /// Length of a projected step over the inverse of the bound on the largest eigenvalue; below
 /// 2 the energy falls.
 const PROJECTED_STEP: f64 = 1.9;
-
-/// Vector of a row: along its normal and in its tangent plane.
-#[derive(Clone, Copy, Debug, Default)]
-struct Parts {
-    normal: f64,
-    tangent: DVec3,
-}
 
 /// Memory of a solution, one entry per row in each list but the last.
 #[derive(Clone, Debug, Default)]
@@ -52,6 +47,11 @@ pub(super) struct GradientMemory {
     direction: Vec<Parts>,
     /// H times the direction.
     product: Vec<Parts>,
+    /// Residual without the rows at their bound.
+    free: Vec<Parts>,
+    /// Descent of the free rows, by the preconditioner.
+    descent: Vec<Parts>,
+    factors: CholeskyFactors,
     /// One vector per particle.
     moved: Vec<DVec3>,
 }
@@ -78,6 +78,9 @@ pub(super) fn solve(
         let present = solution.largest();
         if present <= params.tolerance || present >= last || iterations >= params.max_iterations {
             return iterations;
+        }
+        if iterations == 0 {
+            solution.memory.factors.factorize(system, solution.goals);
         }
         last = present;
         iterations += solution.minimize(params.max_iterations - iterations, params.tolerance);
@@ -195,12 +198,27 @@ impl Solution<'_> {
         true
     }
 
-    /// Sets the direction to the steepest descent without the rows at their bound.
+    /// Sets the direction to the descent without the rows at their bound.
     fn restart(&mut self) {
-        self.memory.direction.clear();
+        self.precondition();
+        let GradientMemory { direction, descent, .. } = &mut *self.memory;
+        direction.clone_from(descent);
+    }
+
+    /// Computes the descent of the rows that are not at their bound.
+    fn precondition(&mut self) {
+        self.memory.free.clear();
         for row in 0..self.goals.len() {
-            let descent = self.descent(row);
-            self.memory.direction.push(descent);
+            let residual = self.memory.residual[row];
+            let normal = if self.is_bound(row) { 0.0 } else { residual.normal };
+            self.memory.free.push(Parts { normal, ..residual });
+        }
+        let GradientMemory { free, descent, factors, .. } = &mut *self.memory;
+        factors.solve(free, descent);
+        for row in 0..self.goals.len() {
+            if self.is_bound(row) {
+                self.memory.descent[row].normal = 0.0;
+            }
         }
     }
 
@@ -214,18 +232,14 @@ impl Solution<'_> {
         }
     }
 
-    /// Makes the steepest descent conjugate to the last direction.
+    /// Makes the descent conjugate to the last direction.
     fn conjugate(&mut self, curvature: f64) {
         // Conjugate by H: the overlap with the product is taken out.
-        let mut overlap = 0.0;
-        for row in 0..self.goals.len() {
-            overlap += self.descent(row).dot(self.memory.product[row]);
-        }
-
-        let turn = overlap / curvature;
-        for row in 0..self.goals.len() {
-            let last = self.memory.direction[row];
-            self.memory.direction[row] = self.descent(row).plus(-turn, last);
+        self.precondition();
+        let GradientMemory { direction, descent, product, .. } = &mut *self.memory;
+        let turn = dot(descent, product) / curvature;
+        for (direction, descent) in direction.iter_mut().zip(descent) {
+            *direction = descent.plus(-turn, *direction);
         }
     }
 
@@ -369,24 +383,6 @@ impl Solution<'_> {
     fn is_bound(&self, row: usize) -> bool {
         self.goals[row].is_one_sided && self.memory.impulses[row].normal <= 0.0
     }
-}
-
-impl Parts {
-    /// Computes the sum with `factor` times another one.
-    fn plus(self, factor: f64, other: Self) -> Self {
-        Self {
-            normal: self.normal + factor * other.normal,
-            tangent: self.tangent + factor * other.tangent,
-        }
-    }
-
-    fn dot(self, other: Self) -> f64 {
-        self.normal * other.normal + self.tangent.dot(other.tangent)
-    }
-}
-
-fn dot(a: &[Parts], b: &[Parts]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
 }
 
 /// Returns the part of a vector in the directions that a row restrains.

@@ -18,8 +18,9 @@
 //!   that push, whichever these are. Source: P. Volino and N. Magnenat-Thalmann, "Accurate
 //!   collision response on polygonal meshes", Computer Animation, 2000; the active set
 //!   follows Z. Dostál, "Optimal Quadratic Programming Algorithms", Springer 2009. No
-//!   Coulomb friction. The best method for many rows that share particles, and for masses
-//!   that differ much.
+//!   Coulomb friction. Preconditioned by incomplete Cholesky factors of the rows' matrix, which
+//!   are exact for chains and trees of rows. The best method for many rows that share
+//!   particles, and for masses that differ much.
 //!
 //! With Q_c = Σ β_k q_k + b the relative motion of a row, n its normal, t its target, α its
 //! compliance and p, j ⟂ n its accumulated impulses, all three change the particles by
@@ -45,11 +46,14 @@
 //! [`Constraint::TwoSided`]: crate::Constraint::TwoSided
 //! [`Constraint::Vector`]: crate::Constraint::Vector
 
+mod cholesky;
 mod coloring;
 mod conjugate_gradient;
 mod gauss_seidel;
 mod jacobi;
 mod packed;
+mod parts;
+mod row_graph;
 mod slots;
 
 use glam::DVec3;
