@@ -1,15 +1,15 @@
 //! Scenes from their descriptions: every mesh read and inspected, in parallel.
 
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use glam::DVec3;
 use mesh_io::Mesh;
 use musculo_collide::surface::{
-    Aabb, PositionBuffer, Positions, SurfaceError, TriangleSurface, inspect,
+    Aabb, PositionBuffer, Positions, SurfaceError, TriangleSurface, inspect, parallel,
 };
 use musculo_collide::{BodyKind, PairReport, Scene, SceneError};
-use rayon::prelude::*;
 
 use crate::failure::{Failure, FailureKind};
 use crate::output::FilePlan;
@@ -75,14 +75,11 @@ impl LoadedScene {
     /// read.
     pub(crate) fn load(description: SceneDescription) -> Result<Self, Failure> {
         let meshes = read_meshes(&description)?;
-        let _phase = Phase::start("inspecting meshes");
-        let bodies = description.bodies.par_iter().zip(meshes);
-        let inspected: Vec<_> = bodies.map(InspectedMesh::new).collect();
 
-        // Bodies in the order of the description, whichever was inspected first.
+        // Bodies in the order of the description, whichever was read first.
         let mut loaded = Self { description, scene: Scene::new(), bodies: Vec::new() };
         let mut ids = Vec::new();
-        for inspected in inspected {
+        for inspected in meshes {
             let InspectedMesh { record, surface, positions } = inspected?;
             let (name, kind) = (record.name.as_str(), record.kind);
             ids.push(loaded.scene.add(name, kind, surface, positions)?);
@@ -160,17 +157,27 @@ fn scene_edge<'a>(bodies: impl IntoIterator<Item = &'a BodyRecord>) -> f64 {
     if count > 0.0 { sum / count } else { 0.0 }
 }
 
-fn read_meshes(description: &SceneDescription) -> Result<Vec<Mesh>, Failure> {
+/// Mesh of a body, or the reason why it cannot be a body.
+type Inspected = Result<InspectedMesh, SceneError>;
+
+/// Reads and inspects the meshes of all bodies, the largest files first.
+fn read_meshes(description: &SceneDescription) -> Result<Vec<Inspected>, Failure> {
     let _phase = Phase::start("reading");
-    let bodies = description.bodies.par_iter();
-    let results: Vec<_> = bodies.map(|body| mesh_io::read_mesh(&body.path)).collect();
+    let results = parallel::map_costly_first(
+        &description.bodies,
+        file_length,
+        || (),
+        |(), body| mesh_io::read_mesh(&body.path).map(|mesh| InspectedMesh::new(body, mesh)),
+    );
 
     // Every file that cannot be read is named, not the first alone.
     let (mut meshes, mut problems) = (Vec::new(), Vec::new());
     for (body, result) in description.bodies.iter().zip(results) {
         match result {
             Ok(mesh) => {
-                warn_of_unread(&body.path, &mesh);
+                if let Ok(InspectedMesh { record, .. }) = &mesh {
+                    warn_of_unread(&body.path, record.unread.as_ref());
+                }
                 meshes.push(mesh);
             }
             Err(error) => problems.push(error.to_string()),
@@ -182,9 +189,15 @@ fn read_meshes(description: &SceneDescription) -> Result<Vec<Mesh>, Failure> {
     Err(Failure { kind: FailureKind::Input, problems })
 }
 
+/// Returns the length of a body's file, 0 where it cannot be read.
+#[expect(clippy::cast_precision_loss, reason = "an estimate of the time to read it")]
+fn file_length(body: &BodyDescription) -> f64 {
+    std::fs::metadata(&body.path).map_or(0.0, |file| file.len() as f64)
+}
+
 /// Warns of content that a mesh file has behind its declared end, whatever the command.
-fn warn_of_unread(path: &Path, mesh: &Mesh) {
-    if let Some(unread) = &mesh.unread {
+fn warn_of_unread(path: &Path, unread: Option<&impl Display>) {
+    if let Some(unread) = unread {
         terminal::print_line("warning", &format!("{}: {unread}", path.display()));
     }
 }
@@ -200,7 +213,7 @@ impl LoadedSurface {
     pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
         let _phase = Phase::start("reading");
         let mesh = mesh_io::read_mesh(path)?;
-        warn_of_unread(path, &mesh);
+        warn_of_unread(path, mesh.unread.as_ref());
 
         let Mesh { positions, faces, .. } = mesh;
         let refused = |error: SurfaceError| Failure::in_file(path, error);
@@ -223,7 +236,7 @@ struct InspectedMesh {
 }
 
 impl InspectedMesh {
-    fn new((body, mesh): (&BodyDescription, Mesh)) -> Result<Self, SceneError> {
+    fn new(body: &BodyDescription, mesh: Mesh) -> Result<Self, SceneError> {
         let refused = |source| SceneError::Surface { name: body.name.clone(), source };
         let Mesh { positions, faces, .. } = mesh;
         let surface = TriangleSurface::new(positions.len(), faces).map_err(refused)?;

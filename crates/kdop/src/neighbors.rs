@@ -48,14 +48,18 @@ impl Neighbors {
             found.neighbor(row, a);
 
             // Every later cluster with a common point is a neighbor, unless too many have it.
-            for (place, &point) in (0_u8..).zip(clusters.points_of(cluster)) {
+            for &point in clusters.points_of(cluster) {
                 let users = users.of_point(point);
                 if users.len() > MAX_LISTED {
                     found.crowded[a as usize] = true;
                     continue;
                 }
-                let own = leaves_with(cluster, place);
+                // Users stand in the order of the clusters: the cluster itself, then later ones.
+                let mut own = 0;
                 for user in users.iter().filter(|user| user.cluster >= a) {
+                    if user.cluster == a {
+                        own = user.leaves;
+                    }
                     let neighbor = found.neighbor(row, user.cluster);
                     add_pairs(&mut found.shared[neighbor], own, user.leaves);
                 }
@@ -135,10 +139,10 @@ impl PointUsers {
         let mut next = first.clone();
         let mut users = vec![PointUser::default(); clusters.points.len()];
         for (id, cluster) in (0..).zip(&clusters.list) {
-            for (place, &point) in (0_u8..).zip(clusters.points_of(cluster)) {
+            let leaves = leaves_of_points(cluster);
+            for (&point, leaves) in clusters.points_of(cluster).iter().zip(leaves) {
                 let next = &mut next[point as usize];
-                users[*next as usize] =
-                    PointUser { cluster: id, leaves: leaves_with(cluster, place) };
+                users[*next as usize] = PointUser { cluster: id, leaves };
                 *next += 1;
             }
         }
@@ -151,12 +155,14 @@ impl PointUsers {
     }
 }
 
-/// Returns the leaves of a cluster that use its point at `place`, one bit per leaf.
-fn leaves_with(cluster: &Cluster, place: u8) -> u8 {
+/// Returns the leaves of a cluster that use each of its points, one bit per leaf.
+fn leaves_of_points(cluster: &Cluster) -> [u8; 3 * MAX_LEAVES] {
     const { assert!(MAX_LEAVES == 8, "a bit for each leaf") };
-    let mut bits = 0;
+    let mut bits = [0; 3 * MAX_LEAVES];
     for (leaf, corners) in cluster.corners[..cluster.leaf_count as usize].iter().enumerate() {
-        bits |= u8::from(corners.contains(&place)) << leaf;
+        for &corner in corners {
+            bits[corner as usize] |= 1 << leaf;
+        }
     }
     bits
 }

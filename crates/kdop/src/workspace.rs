@@ -103,6 +103,22 @@ impl<const S: usize> LeafCache<S> {
         &self.bounds[slot]
     }
 
+    /// Caches the bounds of the leaves of a cluster, without a margin. Another cache without one may
+    /// have them: a copy takes a fraction of the time.
+    #[inline(always)]
+    pub(crate) fn load(&mut self, tree: &DopTree<S>, cluster: u32, other: &Self) {
+        let slot = cluster as usize % Self::SLOTS;
+        if self.clusters[slot] == cluster {
+            return;
+        }
+        if other.clusters[slot] == cluster {
+            self.clusters[slot] = cluster;
+            self.bounds[slot] = other.bounds[slot];
+        } else {
+            self.compute(slot, tree, cluster, None);
+        }
+    }
+
     #[inline(never)]
     fn compute(&mut self, slot: usize, tree: &DopTree<S>, cluster: u32, margin: Option<&[f32; S]>) {
         self.clusters[slot] = cluster;

@@ -19,11 +19,11 @@
 
 use glam::DVec3;
 use kdop::Workspace;
-use proximity::{MaximumSearch, SurfaceTree};
+use proximity::{MaximumSearch, NearVertex, SurfaceTree};
 use surface::closest_on_triangle;
 use surface::triangle::{quarters, radius_about_center};
 
-use crate::patches::{Clipper, face_normal};
+use crate::patches::{Clipper, FaceClip, FaceStretch, face_normal};
 
 /// Width and effort of a certified depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,11 +79,43 @@ struct Piece {
 /// Stands for no face.
 const UNKNOWN: u32 = u32::MAX;
 
+/// Memory of depth searches, reused from search to search.
+#[derive(Debug)]
+pub(crate) struct DepthMemory {
+    traversal: Workspace,
+    pieces: MaximumSearch<Piece>,
+    /// One per inside vertex: a face of the other surface near it.
+    nearest: Vec<u32>,
+    /// Faces that a cut face is bounded by.
+    near: Vec<u32>,
+    whole_faces: Vec<u32>,
+    stretches: Vec<FaceStretch>,
+    clip: FaceClip,
+    triangles: Vec<[DVec3; 3]>,
+}
+
+impl Default for DepthMemory {
+    fn default() -> Self {
+        Self {
+            traversal: Workspace::default(),
+            pieces: MaximumSearch::new(0.0, f64::INFINITY),
+            nearest: Vec::new(),
+            near: Vec::new(),
+            whole_faces: Vec::new(),
+            stretches: Vec::new(),
+            clip: FaceClip::default(),
+            triangles: Vec::new(),
+        }
+    }
+}
+
 /// The search for the deepest point of one side.
 struct Search<'a> {
     other: &'a SurfaceTree,
+    /// Closest points of some vertices, ascending.
+    known: &'a [NearVertex],
     traversal: &'a mut Workspace,
-    pieces: MaximumSearch<Piece>,
+    pieces: &'a mut MaximumSearch<Piece>,
     deepest: Depth,
     /// Bound on the rounding of a distance.
     rounding: f64,
@@ -91,17 +123,36 @@ struct Search<'a> {
 }
 
 /// Brackets the depth of one body's surface inside the other; `None` where nothing of it is inside.
+///
+/// `known` has closest points of vertices, ascending, which are not computed again.
 pub(crate) fn depth(
     clipper: &Clipper<'_>,
     other: &SurfaceTree,
+    known: &[NearVertex],
     params: &DepthParams,
-    traversal: &mut Workspace,
+    memory: &mut DepthMemory,
     queries: &mut u32,
 ) -> Option<Depth> {
-    let mut search = Search::new(clipper.body, other, params, traversal);
-    let nearest = search.query_vertices(clipper);
-    search.add_whole_faces(clipper, &nearest);
-    search.add_cut_faces(clipper, &nearest);
+    let DepthMemory { traversal, pieces, nearest, near, whole_faces, stretches, clip, triangles } =
+        memory;
+    pieces.restart(params.tolerance, params.relative_tolerance);
+    let size = size(clipper.body).max(size(other));
+    let mut search = Search::new(other, known, size, traversal, pieces);
+
+    search.query_vertices(clipper, nearest);
+    clipper.collect_whole_faces(whole_faces);
+    search.add_whole_faces(clipper, whole_faces, nearest);
+    clipper.collect_stretches(stretches);
+    for group in stretches.chunk_by(|p, q| p.face == q.face) {
+        collect_near(clipper, group, nearest, near);
+        if search.needs_clipping(clipper, group, near) {
+            clipper.clip(group, clip);
+            clip.triangulate(face_normal(clipper.body, group[0].face), triangles);
+            for &triangle in &*triangles {
+                search.add(triangle, group[0].face, near);
+            }
+        }
+    }
 
     while search.queries < params.max_queries {
         let Some((bound, piece)) = search.pieces.next() else { break };
@@ -111,17 +162,42 @@ pub(crate) fn depth(
     search.finish()
 }
 
+/// Collects faces of the other body that the inside part of a cut face is bounded by, to begin with:
+/// those near its corners inside, and those that cut it.
+fn collect_near(
+    clipper: &Clipper<'_>,
+    stretches: &[FaceStretch],
+    nearest: &[u32],
+    near: &mut Vec<u32>,
+) {
+    /// Maximum number of these faces.
+    const MAX_NEAR: usize = 6;
+
+    near.clear();
+    for corner in clipper.body.surface().faces()[stretches[0].face as usize] {
+        let Some(place) = clipper.inside.place(corner) else { continue };
+        if nearest[place as usize] != UNKNOWN {
+            near.push(nearest[place as usize]);
+        }
+    }
+    for stretch in stretches {
+        near.push(stretch.crossed_by);
+    }
+    near.truncate(MAX_NEAR);
+}
+
 impl<'a> Search<'a> {
+    /// Begins a search among pieces, none of which is there yet; `size` is the largest coordinate.
     fn new(
-        body: &SurfaceTree,
         other: &'a SurfaceTree,
-        params: &DepthParams,
+        known: &'a [NearVertex],
+        size: f64,
         traversal: &'a mut Workspace,
+        pieces: &'a mut MaximumSearch<Piece>,
     ) -> Self {
         /// Roundings of one coordinate that a distance between surfaces may be off by.
         const ROUNDINGS: f64 = 64.0;
 
-        let size = size(body).max(size(other));
         let deepest = Depth {
             lower: 0.0,
             upper: 0.0,
@@ -130,25 +206,19 @@ impl<'a> Search<'a> {
             foot: DVec3::ZERO,
             is_narrow: true,
         };
-        Self {
-            other,
-            traversal,
-            pieces: MaximumSearch::new(params.tolerance, f64::INFINITY)
-                .with_relative_slack(params.relative_tolerance),
-            deepest,
-            rounding: ROUNDINGS * f64::EPSILON * size,
-            queries: 0,
-        }
+        let rounding = ROUNDINGS * f64::EPSILON * size;
+        Self { other, known, traversal, pieces, deepest, rounding, queries: 0 }
     }
 
     /// Computes the distance of inside vertices, those filled last first, which lie deepest in
-    /// general. Returns a face near each; a vertex that is certainly less deep than another keeps
+    /// general. Writes a face near each; a vertex that is certainly less deep than another keeps
     /// the face of its neighbor, without a query.
-    fn query_vertices(&mut self, clipper: &Clipper<'_>) -> Vec<u32> {
+    fn query_vertices(&mut self, clipper: &Clipper<'_>, nearest: &mut Vec<u32>) {
         let surface = clipper.body.surface();
         let vertices = &clipper.inside.vertices;
         // A vertex next to one whose face is known starts from that face.
-        let mut nearest = vec![UNKNOWN; vertices.len()];
+        nearest.clear();
+        nearest.resize(vertices.len(), UNKNOWN);
         for place in (0..vertices.len()).rev() {
             let vertex = vertices[place].vertex;
             if !clipper.wants(vertex) {
@@ -160,7 +230,7 @@ impl<'a> Search<'a> {
                 hint.is_some_and(|near| self.distance_to(near, point) <= self.pieces.lower());
             if !is_shallow {
                 let face = surface.vertex_faces(vertex)[0];
-                nearest[place] = self.query(point, face, hint).0;
+                nearest[place] = self.query_vertex(vertex, point, face, hint);
             }
 
             // The neighbors that are still to come take the face as a hint.
@@ -175,12 +245,11 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        nearest
     }
 
     /// Adds the faces that are inside as a whole, each bounded by the faces near its corners.
-    fn add_whole_faces(&mut self, clipper: &Clipper<'_>, nearest: &[u32]) {
-        for face in clipper.whole_faces() {
+    fn add_whole_faces(&mut self, clipper: &Clipper<'_>, faces: &[u32], nearest: &[u32]) {
+        for &face in faces {
             let corners = clipper.body.surface().faces()[face as usize];
             let mut near = [UNKNOWN; 3];
             for (near, corner) in near.iter_mut().zip(corners) {
@@ -190,45 +259,24 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Adds the inside parts of the faces that the curve cuts.
+    /// Returns true if the inside part of a cut face may be deepest.
     ///
-    /// Most of these faces are shallow as a whole: they are not clipped.
-    fn add_cut_faces(&mut self, clipper: &Clipper<'_>, nearest: &[u32]) {
-        /// Faces of the other body that a triangle is bounded by, to begin with.
-        const MAX_NEAR: usize = 6;
-
-        let stretches = clipper.stretches_by_face();
-        let mut near: Vec<u32> = Vec::new();
-        for group in stretches.chunk_by(|p, q| p.face == q.face) {
-            if !clipper.wants_face(group) {
-                continue;
-            }
-            let face = group[0].face;
-            let corners = clipper.body.surface().faces()[face as usize];
-            near.clear();
-            for corner in corners {
-                let Some(place) = clipper.inside.place(corner) else { continue };
-                if nearest[place as usize] != UNKNOWN {
-                    near.push(nearest[place as usize]);
-                }
-            }
-            for stretch in group {
-                near.push(stretch.crossed_by);
-            }
-            near.truncate(MAX_NEAR);
-
-            let (bound, _) = self.bound(clipper.body.corners(face), &near);
-            if bound <= self.pieces.sufficient() {
-                self.pieces.leave_out(bound);
-                continue;
-            }
-            let normal = face_normal(clipper.body, face);
-            for part in clipper.clip(group) {
-                for triangle in part.triangles(normal) {
-                    self.add(triangle, face, &near);
-                }
-            }
+    /// Most cut faces are shallow as a whole: they are not clipped.
+    fn needs_clipping(
+        &mut self,
+        clipper: &Clipper<'_>,
+        stretches: &[FaceStretch],
+        near: &[u32],
+    ) -> bool {
+        if !clipper.wants_face(stretches) {
+            return false;
         }
+        let (bound, _) = self.bound(clipper.body.corners(stretches[0].face), near);
+        let is_shallow = bound <= self.pieces.sufficient();
+        if is_shallow {
+            self.pieces.leave_out(bound);
+        }
+        !is_shallow
     }
 
     /// Adds a triangle, bounded by the best of some faces.
@@ -287,17 +335,31 @@ impl<'a> Search<'a> {
         closest_on_triangle(point, self.other.corners(near)).point.distance(point)
     }
 
+    /// Returns the face nearest to an inside vertex, and records its distance.
+    fn query_vertex(&mut self, vertex: u32, point: DVec3, face: u32, hint: Option<u32>) -> u32 {
+        let Ok(place) = self.known.binary_search_by_key(&vertex, |known| known.vertex) else {
+            return self.query(point, face, hint).0;
+        };
+        let known = &self.known[place];
+        self.record(point, face, known.foot, known.gap.abs());
+        known.face
+    }
+
     /// Computes the distance of a point inside from the other surface; it bounds the depth below.
     fn query(&mut self, point: DVec3, face: u32, hint: Option<u32>) -> (u32, f64) {
         self.queries += 1;
         let found = self.other.closest_point(point, f64::INFINITY, hint, self.traversal);
         let Some(found) = found else { return (0, 0.0) };
-        if found.distance >= self.pieces.lower() {
-            let foot = found.foot.point;
-            self.deepest = Depth { point, face, foot, ..self.deepest };
-            self.pieces.evaluated(found.distance);
-        }
+        self.record(point, face, found.foot.point, found.distance);
         (found.face, found.distance)
+    }
+
+    /// Records the depth of a point.
+    fn record(&mut self, point: DVec3, face: u32, foot: DVec3, distance: f64) {
+        if distance >= self.pieces.lower() {
+            self.deepest = Depth { point, face, foot, ..self.deepest };
+            self.pieces.evaluated(distance);
+        }
     }
 }
 

@@ -201,7 +201,7 @@ impl Inside {
         }
 
         // Parts without such an edge are inside or outside as a whole.
-        for &vertex in own.components() {
+        for &vertex in own.surface().component_roots() {
             if self.places[vertex as usize] != 0 {
                 continue;
             }
@@ -295,7 +295,7 @@ impl Inside {
         self.visited.clear();
         self.visited.resize(own.surface().vertex_count(), false);
 
-        for &start in own.components() {
+        for &start in own.surface().component_roots() {
             let winding = winding_about(side, bodies, start, traversal);
             let cluster = self.begin_cluster(start);
             self.visited[start as usize] = true;

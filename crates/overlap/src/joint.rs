@@ -19,7 +19,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 use kdop::Workspace;
-use proximity::{ClosestPoint, SurfaceTree};
+use proximity::{ClosestPoint, FaceBox, FaceBoxes, NearFaces, SurfaceTree};
 use surface::triangle::{quarters, radius_about_center};
 use surface::{Pseudonormals, UnionFind, triangle};
 
@@ -114,20 +114,48 @@ impl JointContactParams {
     }
 }
 
+/// Faces of A and of B that may be in contact, each with the faces of the other surface within the
+/// margin.
+#[derive(Debug, Default)]
+pub(crate) struct JointFaces {
+    pairs: Vec<[u32; 2]>,
+    near: [NearFaces; 2],
+}
+
+impl JointFaces {
+    /// Finds the faces within a margin of each other, in place of earlier ones.
+    pub(crate) fn find(
+        &mut self,
+        bodies: [&SurfaceTree; 2],
+        margin: f64,
+        traversal: &mut Workspace,
+    ) {
+        let Self { pairs, near: [near_a, near_b] } = self;
+        pairs.clear();
+        let [a, b] = bodies.map(SurfaceTree::tree);
+        a.pairs(b, margin, traversal, |face_a, face_b| pairs.push([face_a, face_b]));
+
+        let [count_a, count_b] = bodies.map(|body| body.surface().faces().len());
+        near_a.refill(count_a, pairs.iter().map(|&[face_a, face_b]| (face_a, face_b)));
+        near_b.refill(count_b, pairs.iter().map(|&[face_a, face_b]| (face_b, face_a)));
+    }
+}
+
 /// Computes the contact of a clipper's body with another.
 pub(crate) fn joint_contact(
     clipper: &Clipper<'_>,
     other: &SurfaceTree,
+    near: &JointFaces,
     params: &JointContactParams,
     traversal: &mut Workspace,
 ) -> Result<JointContact, JointContactError> {
     let body = clipper.body;
-    let candidates = candidates(clipper, other, params.margin, traversal);
+    let candidates = candidates(clipper, &near.near[clipper.side]);
     check_cell_count(body, &candidates, params)?;
 
     let mut integral = Integral::new(body, other, params, traversal);
     let mut faces: Vec<(u32, ContactSums)> = Vec::new();
-    for candidate in candidates {
+    for candidate in &candidates {
         let sums = integral.over_face(candidate);
         if sums.area_upper > 0.0 {
             faces.push((candidate.face, sums));
@@ -136,33 +164,62 @@ pub(crate) fn joint_contact(
     Ok(collect(body, &faces))
 }
 
-/// A face that may be in contact, and a face of the other surface near it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Candidate {
+/// A face that may be in contact.
+struct Candidate<'a> {
     face: u32,
-    near: u32,
+    /// The faces of the other surface within the margin, in no order.
+    near: &'a [u32],
+    side: FaceSide,
+}
+
+/// Place of a face relative to the other body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum FaceSide {
+    /// No point of it is inside, or there is no inside.
+    Outside,
+    /// All points of it are inside.
+    Inside,
+    /// Parts of it may be inside.
+    Unknown,
+}
+
+impl FaceSide {
+    /// Looks a face up in the crossing curve and the inside vertices.
+    fn of(clipper: &Clipper<'_>, face: u32) -> Self {
+        let Clipper { side, body, curve, inside, .. } = *clipper;
+        if inside.is_undefined {
+            return Self::Outside;
+        }
+        let is_cut = curve.cut_faces[side].binary_search(&face).is_ok();
+        if inside.covers_twice || is_cut {
+            return Self::Unknown;
+        }
+
+        // What the curve does not cut is on the side of its corners.
+        let corners = body.surface().faces()[face as usize];
+        match corners.map(|corner| inside.place(corner).is_some()) {
+            [false, false, false] => Self::Outside,
+            [true, true, true] => Self::Inside,
+            _ => Self::Unknown,
+        }
+    }
 }
 
 /// Returns the faces within the margin of the other surface, and those inside it, ascending.
-fn candidates(
-    clipper: &Clipper<'_>,
-    other: &SurfaceTree,
-    margin: f64,
-    traversal: &mut Workspace,
-) -> Vec<Candidate> {
-    let mut candidates: Vec<Candidate> = Vec::new();
-    let tree = clipper.body.tree();
-    tree.pairs(other.tree(), margin, traversal, |face, near| {
-        candidates.push(Candidate { face, near });
-    });
-
-    // Deep faces are within the margin of no other face: any one is as good a beginning.
-    for face in clipper.whole_faces() {
-        candidates.push(Candidate { face, near: 0 });
+fn candidates<'a>(clipper: &Clipper<'_>, near: &'a NearFaces) -> Vec<Candidate<'a>> {
+    let mut candidates = Vec::new();
+    for (face, near) in near.iter() {
+        candidates.push(Candidate { face, near, side: FaceSide::of(clipper, face) });
+    }
+    // Deep faces are within the margin of no other face.
+    let mut whole_faces = Vec::new();
+    clipper.collect_whole_faces(&mut whole_faces);
+    for face in whole_faces {
+        candidates.push(Candidate { face, near: &[], side: FaceSide::of(clipper, face) });
     }
 
-    // Of several near faces the last is kept, since a deep face has number 0.
-    candidates.sort_unstable_by_key(|c| (c.face, std::cmp::Reverse(c.near)));
+    // Of a face that is listed twice, the first has its near faces.
+    candidates.sort_by_key(|candidate| candidate.face);
     candidates.dedup_by_key(|candidate| candidate.face);
     candidates
 }
@@ -170,7 +227,7 @@ fn candidates(
 /// Checks that the cells are few enough. A split halves the radius and makes four of one.
 fn check_cell_count(
     body: &SurfaceTree,
-    candidates: &[Candidate],
+    candidates: &[Candidate<'_>],
     params: &JointContactParams,
 ) -> Result<(), JointContactError> {
     /// Cells whose closest points take some minutes.
@@ -194,21 +251,33 @@ struct Cell {
     corners: [DVec3; 3],
     /// Faces of the other surface that are nearest to points of it, among those on the stack.
     near: Range<usize>,
+    /// A face that is likely near.
+    hint: u32,
+}
+
+/// A face of the other surface, and its box.
+#[derive(Clone, Copy)]
+struct NearFace {
+    face: u32,
+    bounds: FaceBox,
 }
 
 /// Sums over cells, face by face.
 ///
 /// The face nearest to a point of a cell is no farther from its center than the nearest face of the
-/// center and twice the radius: each split keeps these faces alone, and only the whole face needs the
-/// tree.
+/// center and twice the radius: each split keeps these faces alone. Of a face outside the other body,
+/// only points within the margin count, and what is nearest to these is within the margin of the
+/// face: the list of such faces takes the place of the tree.
 struct Integral<'a> {
     body: &'a SurfaceTree,
     other: &'a SurfaceTree,
     params: &'a JointContactParams,
     traversal: &'a mut Workspace,
+    boxes: FaceBoxes,
     cells: Vec<Cell>,
     /// Faces near the cells on the stack: those of a cell end where those of its parts begin.
-    near: Vec<u32>,
+    near: Vec<NearFace>,
+    /// Squared distances of the boxes of a cell's near faces from its center.
     distances: Vec<f64>,
 }
 
@@ -219,31 +288,33 @@ impl<'a> Integral<'a> {
         params: &'a JointContactParams,
         traversal: &'a mut Workspace,
     ) -> Self {
+        let mut boxes = FaceBoxes::default();
+        boxes.reset(other);
         let (cells, near, distances) = (Vec::new(), Vec::new(), Vec::new());
-        Self { body, other, params, traversal, cells, near, distances }
+        Self { body, other, params, traversal, boxes, cells, near, distances }
     }
 
     /// Sums up the cells of one face.
-    fn over_face(&mut self, candidate: Candidate) -> ContactSums {
+    fn over_face(&mut self, candidate: &Candidate<'_>) -> ContactSums {
         let JointContactParams { margin, resolution, .. } = *self.params;
         let face = self.body.corners(candidate.face);
         let normal = triangle::unit_normal(face);
         let mut sums = ContactSums::default();
 
-        self.collect_near(face, candidate.near);
-        self.cells.push(Cell { corners: face, near: 0..self.near.len() });
-        while let Some(Cell { corners, near }) = self.cells.pop() {
+        let Some(hint) = self.collect_near(face, candidate) else { return sums };
+        self.cells.push(Cell { corners: face, near: 0..self.near.len(), hint });
+        while let Some(Cell { corners, near, hint }) = self.cells.pop() {
             self.near.truncate(near.end);
             let (center, radius) = radius_about_center(corners);
-            let Some(nearest) = self.nearest(center, near.clone()) else { continue };
-            let gap = self.signed_distance(center, &nearest);
+            let nearest = self.nearest(center, near.clone(), hint);
+            let gap = self.signed_distance(center, &nearest, candidate.side);
             if gap - radius > margin {
                 continue;
             }
             if radius > resolution {
-                let near = self.keep_near(near, nearest.distance + 2.0 * radius);
+                let near = self.keep_near(near, center, nearest.distance + 2.0 * radius);
                 for corners in quarters(corners) {
-                    self.cells.push(Cell { corners, near: near.clone() });
+                    self.cells.push(Cell { corners, near: near.clone(), hint: nearest.face });
                 }
                 continue;
             }
@@ -262,46 +333,61 @@ impl<'a> Integral<'a> {
         sums
     }
 
-    /// Collects the faces that are nearest to points of a face, given one near to it.
-    fn collect_near(&mut self, corners: [DVec3; 3], hint: u32) {
-        let (center, radius) = radius_about_center(corners);
+    /// Collects the faces that are nearest to points of a face, as far as they count. Returns one of
+    /// them, if there is one.
+    fn collect_near(&mut self, corners: [DVec3; 3], candidate: &Candidate<'_>) -> Option<u32> {
         self.near.clear();
-        let found = self.other.closest_point(center, f64::INFINITY, Some(hint), self.traversal);
-        let Some(found) = found else { return };
-        if radius <= self.params.resolution {
-            self.near.push(found.face);
-            return;
+        let Self { other, traversal, boxes, near, .. } = self;
+        let mut add = |face: u32| near.push(NearFace { face, bounds: *boxes.get(other, face) });
+        if candidate.side == FaceSide::Outside {
+            candidate.near.iter().copied().for_each(add);
+            return candidate.near.first().copied();
         }
 
-        // The order of the list does not depend on that of the tree.
-        let limit = found.distance + 2.0 * radius;
-        let Self { other, traversal, near, .. } = self;
-        other.tree().nearest(center, limit, traversal, |face, _| {
-            near.push(face);
-            limit
-        });
-        near.sort_unstable();
+        // Points inside have nearest faces however far.
+        let (center, radius) = radius_about_center(corners);
+        let hint = Some(candidate.near.first().copied().unwrap_or(0));
+        let found = other.closest_point(center, f64::INFINITY, hint, traversal)?;
+        if radius <= self.params.resolution {
+            add(found.face);
+        } else {
+            let limit = found.distance + 2.0 * radius;
+            other.tree().nearest(center, limit, traversal, |face, _| {
+                add(face);
+                limit
+            });
+        }
+        Some(found.face)
     }
 
-    /// Finds the nearest face in a part of the list, and leaves the distances of all of them.
-    fn nearest(&mut self, point: DVec3, near: Range<usize>) -> Option<ClosestPoint> {
-        let mut nearest: Option<ClosestPoint> = None;
-        self.distances.clear();
-        for &face in &self.near[near] {
-            let found = self.other.closest_on_face(point, face);
-            self.distances.push(found.distance);
-            if nearest.as_ref().is_none_or(|nearest| found.distance < nearest.distance) {
-                nearest = Some(found);
+    /// Finds the nearest face in a part of the list, and leaves the distances of all boxes.
+    fn nearest(&mut self, point: DVec3, near: Range<usize>, hint: u32) -> ClosestPoint {
+        let Self { other, near: list, distances, .. } = self;
+        let mut nearest = other.closest_on_face(point, hint);
+        let mut reach = FaceBox::squared_reach(point, nearest.distance);
+
+        distances.clear();
+        for NearFace { face, bounds } in &list[near] {
+            let distance = bounds.distance_squared(point);
+            distances.push(distance);
+            if distance <= reach && *face != hint {
+                let found = other.closest_on_face(point, *face);
+                if found.is_before(&nearest) {
+                    nearest = found;
+                    reach = FaceBox::squared_reach(point, nearest.distance);
+                }
             }
         }
         nearest
     }
 
-    /// Appends the faces of a part of the list that are within a distance, as last measured.
-    fn keep_near(&mut self, near: Range<usize>, within: f64) -> Range<usize> {
+    /// Appends the faces of a part of the list whose boxes are within a distance of the point that the
+    /// nearest was found for.
+    fn keep_near(&mut self, near: Range<usize>, point: DVec3, within: f64) -> Range<usize> {
         let first = self.near.len();
+        let reach = FaceBox::squared_reach(point, within);
         for (place, &distance) in near.zip(&self.distances) {
-            if distance <= within {
+            if distance <= reach {
                 self.near.push(self.near[place]);
             }
         }
@@ -310,12 +396,13 @@ impl<'a> Integral<'a> {
 
     /// Signs the distance of a point from the other surface: negative inside, where there is an
     /// inside.
-    fn signed_distance(&self, point: DVec3, found: &ClosestPoint) -> f64 {
-        let other = self.other;
-        if other.has_winding_number().is_err() {
-            return found.distance;
+    fn signed_distance(&self, point: DVec3, found: &ClosestPoint, side: FaceSide) -> f64 {
+        match side {
+            FaceSide::Outside => return found.distance,
+            FaceSide::Inside => return -found.distance,
+            FaceSide::Unknown => {}
         }
-        let (surface, positions) = (other.surface(), other.positions());
+        let (surface, positions) = (self.other.surface(), self.other.positions());
         // The pseudonormal at the foot decides the side on faces, edges and corners alike.
         let feature = found.foot.feature;
         let outward = Pseudonormals::of_feature(surface, positions, found.face, feature);

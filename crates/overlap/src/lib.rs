@@ -49,6 +49,7 @@ mod near_area;
 mod overlap;
 mod patches;
 mod regions;
+mod triangulation;
 
 pub use glam;
 

@@ -11,7 +11,7 @@ use std::collections::BinaryHeap;
 use std::ops::Range;
 
 use glam::DVec3;
-use proximity::{NearFaces, SurfaceTree};
+use proximity::{FaceBoxes, NearFaces, SurfaceTree};
 use surface::triangle::{quarters, radius_about_center};
 use surface::{TotalF64, closest_on_triangle, triangle};
 
@@ -45,6 +45,8 @@ struct Cells {
 struct Search<'a> {
     other: &'a SurfaceTree,
     margin: f64,
+    /// Boxes and centers of the faces of the other surface.
+    boxes: FaceBoxes,
     /// Faces that may be within the margin of a triangle.
     close: Vec<CloseFace>,
     /// The part of a triangle that is certainly beyond the margin, and memory to clip it in.
@@ -62,7 +64,7 @@ struct CloseFace {
 /// Brackets the area of A's surface within `margin` (`>= 0`) of B's, and of B's within it of A's, to
 /// 5 % where a few thousand splits reach it.
 ///
-/// `near_faces` has, per face of A, and per face of B, the faces of the other surface that may be
+/// `near_faces` has the faces of A, and of B, each with the faces of the other surface that may be
 /// within the margin of it.
 ///
 /// ```
@@ -147,6 +149,13 @@ impl AreaBracket {
 }
 
 impl Cells {
+    /// Adds a triangle that is within the margin as a whole.
+    fn add_whole(&mut self, corners: [DVec3; 3]) {
+        let (area, end) = (triangle::area(corners), self.faces.len());
+        let area = AreaBracket { lower: area, upper: area };
+        self.list.push(Cell { corners, near: end..end, area });
+    }
+
     /// Sums the areas of all cells.
     fn area(&self) -> AreaBracket {
         let mut area = AreaBracket::default();
@@ -159,23 +168,29 @@ impl Cells {
 
 impl<'a> Search<'a> {
     fn new(other: &'a SurfaceTree, margin: f64) -> Self {
-        Self { other, margin, close: Vec::new(), beyond: Vec::new(), clipped: Vec::new() }
+        let mut boxes = FaceBoxes::default();
+        boxes.reset(other);
+        let (close, beyond, clipped) = (Vec::new(), Vec::new(), Vec::new());
+        Self { other, margin, boxes, close, beyond, clipped }
     }
 
     /// Brackets every face of a body that has near faces.
     fn first_level(&mut self, body: &SurfaceTree, near_faces: &NearFaces) -> Cells {
         let mut cells = Cells::default();
         let mut near = Vec::new();
-        for face in (0..).take(body.surface().faces().len()) {
-            let faces = near_faces.row(face);
-            if faces.is_empty() {
+        for (face, faces) in near_faces.iter() {
+            // Most faces are within the margin as a whole, by the nearest of these faces.
+            let corners = body.corners(face);
+            if self.is_within_nearest(corners, faces) {
+                cells.add_whole(corners);
                 continue;
             }
+
             // The order of the faces is that of all sums, whatever order they were found in.
             near.clear();
             near.extend_from_slice(faces);
             near.sort_unstable();
-            self.add_cell(body.corners(face), &near, &mut cells);
+            self.add_cell(corners, &near, &mut cells);
         }
         cells
     }
@@ -189,9 +204,36 @@ impl<'a> Search<'a> {
         let near = cells.faces[cell.near.clone()].to_vec();
 
         for corners in parts {
-            self.add_cell(corners, &near, cells);
+            if self.is_within_nearest(corners, &near) {
+                cells.add_whole(corners);
+            } else {
+                self.add_cell(corners, &near, cells);
+            }
         }
         first..cells.list.len()
+    }
+
+    /// Returns true if a triangle is within the margin of the face whose center is nearest to its
+    /// own, where that is no farther than the margin from the ball around the triangle.
+    ///
+    /// A quick test that [`bracket`](Self::bracket) repeats for faces whose centers are farther.
+    fn is_within_nearest(&mut self, corners: [DVec3; 3], near: &[u32]) -> bool {
+        let (center, radius) = radius_about_center(corners);
+        let (mut nearest, mut least) = (u32::MAX, f64::INFINITY);
+        for &face in near {
+            // Of equally near centers the first counts, in whatever order the faces are.
+            let distance = self.boxes.get(self.other, face).center.distance_squared(center);
+            if distance < least || (distance <= least && face < nearest) {
+                (nearest, least) = (face, distance);
+            }
+        }
+
+        let reach = self.margin + radius;
+        if nearest == u32::MAX || least > reach * reach {
+            return false;
+        }
+        let nearest = CloseFace { face: nearest, corners: self.other.corners(nearest) };
+        corners.iter().all(|&corner| nearest.distance_to(corner) <= self.margin)
     }
 
     /// Adds a triangle with those of some faces that may be within the margin of it.
@@ -256,15 +298,13 @@ impl<'a> Search<'a> {
         let mut nearest = None;
         let mut least = f64::INFINITY;
         for &face in near {
-            let corners = self.other.corners(face);
-            let [a, b, c] = corners;
-            let gap = (a.min(b).min(c) - center).max(center - a.max(b).max(c)).max(DVec3::ZERO);
-            if gap.length_squared() > reach * reach {
+            let found = self.boxes.get(self.other, face);
+            if found.distance_squared(center) > reach * reach {
                 continue;
             }
-            let close = CloseFace { face, corners };
+            let distance = found.center.distance_squared(center);
+            let close = CloseFace { face, corners: self.other.corners(face) };
             self.close.push(close);
-            let distance = ((a + b + c) / 3.0).distance_squared(center);
             if distance < least {
                 (least, nearest) = (distance, Some(close));
             }

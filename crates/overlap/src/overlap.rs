@@ -2,13 +2,13 @@
 
 use glam::DVec3;
 use kdop::Workspace;
-use proximity::{NoInside, SurfaceTree};
+use proximity::{NearVertex, NoInside, SurfaceTree};
 
 use crate::curve::Curve;
-use crate::depth::{Depth, DepthParams, depth};
+use crate::depth::{Depth, DepthMemory, DepthParams, depth};
 use crate::error::JointContactError;
 use crate::inside::Inside;
-use crate::joint::{JointContact, JointContactParams, joint_contact};
+use crate::joint::{JointContact, JointContactParams, JointFaces, joint_contact};
 use crate::located::{Located, OverlapMeasures, join_cavities};
 use crate::measures::{Parts, Sums, sum_regions};
 use crate::patches::{ClippedFace, Clipper};
@@ -48,7 +48,7 @@ pub struct Overlap {
 /// ```
 /// use overlap::OverlapDetector;
 /// use overlap::glam::DVec3;
-/// use proximity::{NoInside, SurfaceTree};
+/// use proximity::{NearVertex, NoInside, SurfaceTree};
 ///
 /// let cube = fixtures::shapes::cube(1.0);
 /// let other = cube.clone().translated(DVec3::splat(0.75));
@@ -69,10 +69,12 @@ pub struct OverlapDetector {
     pub(crate) inside: [Inside; 2],
     pub(crate) regions: Regions,
     candidates: Vec<[u32; 2]>,
+    joint_faces: JointFaces,
     sums: Vec<Sums>,
     located: Vec<Located>,
     /// One per region: the region that it belongs to, another one for a cavity.
     owners: Vec<usize>,
+    depths: DepthMemory,
     queries: u32,
 }
 
@@ -127,13 +129,25 @@ impl OverlapDetector {
     /// Brackets the depth of A's surface in B and of B's surface in A, for the bodies measured last.
     ///
     /// `None` where nothing of the surface is inside, where the other body has no inside, and where
-    /// it covers a place more than once.
+    /// it covers a place more than once. Allocates nothing once the memory of a few pairs has been
+    /// taken.
     pub fn depths(
         &mut self,
         bodies: [&SurfaceTree; 2],
         params: &DepthParams,
     ) -> [Option<Depth>; 2] {
-        self.depths_within(None, bodies, params)
+        self.depths_within(None, bodies, [&[]; 2], params)
+    }
+
+    /// As [`depths`](Self::depths), where closest points of vertices are known: those of A's vertices
+    /// on B, and of B's on A, ascending. They are not computed again.
+    pub fn depths_from(
+        &mut self,
+        bodies: [&SurfaceTree; 2],
+        known: [&[NearVertex]; 2],
+        params: &DepthParams,
+    ) -> [Option<Depth>; 2] {
+        self.depths_within(None, bodies, known, params)
     }
 
     /// As [`depths`](Self::depths), within one of the regions that were reported last.
@@ -143,13 +157,14 @@ impl OverlapDetector {
         bodies: [&SurfaceTree; 2],
         params: &DepthParams,
     ) -> [Option<Depth>; 2] {
-        self.depths_within(Some(region), bodies, params)
+        self.depths_within(Some(region), bodies, [&[]; 2], params)
     }
 
     fn depths_within(
         &mut self,
         region: Option<u32>,
         bodies: [&SurfaceTree; 2],
+        known: [&[NearVertex]; 2],
         params: &DepthParams,
     ) -> [Option<Depth>; 2] {
         self.queries = 0;
@@ -157,10 +172,10 @@ impl OverlapDetector {
             if self.inside[side].is_undefined || self.inside[side].covers_twice {
                 return None;
             }
-            let Self { curve, inside, regions, traversal, queries, .. } = &mut *self;
-            let (body, inside) = (bodies[side], &inside[side]);
+            let Self { curve, inside, regions, depths, queries, .. } = &mut *self;
+            let (body, other, inside) = (bodies[side], bodies[1 - side], &inside[side]);
             let clipper = Clipper { side, body, curve, inside, regions, region };
-            depth(&clipper, bodies[1 - side], params, traversal, queries)
+            depth(&clipper, other, known[side], params, depths, queries)
         })
     }
 
@@ -205,13 +220,14 @@ impl OverlapDetector {
         params: &JointContactParams,
     ) -> Result<[JointContact; 2], JointContactError> {
         params.validate()?;
+        let Self { curve, inside, regions, traversal, joint_faces, .. } = self;
+        joint_faces.find(bodies, params.margin, traversal);
         let mut contacts = <[JointContact; 2]>::default();
         for (side, contact) in contacts.iter_mut().enumerate() {
-            let Self { curve, inside, regions, traversal, .. } = &mut *self;
+            let (body, other) = (bodies[side], bodies[1 - side]);
             let inside = &inside[side];
-            let region = None;
-            let clipper = Clipper { side, body: bodies[side], curve, inside, regions, region };
-            *contact = joint_contact(&clipper, bodies[1 - side], params, traversal)?;
+            let clipper = Clipper { side, body, curve, inside, regions, region: None };
+            *contact = joint_contact(&clipper, other, joint_faces, params, traversal)?;
         }
         Ok(contacts)
     }

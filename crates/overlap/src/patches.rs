@@ -4,15 +4,16 @@
 //! named nodes, with one piece that begins at each node. Following them from node to node yields
 //! the loops: outer ones counter-clockwise about the face's normal, holes clockwise.
 
-use std::collections::BTreeMap;
+use std::ops::Range;
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use proximity::SurfaceTree;
 use surface::triangle;
 
 use crate::curve::Curve;
 use crate::inside::Inside;
 use crate::regions::{Node, Regions};
+use crate::triangulation::Triangulation;
 
 /// The part of a face inside the other body that belongs to one region.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,19 +49,51 @@ pub(crate) struct Clipper<'a> {
     pub(crate) region: Option<u32>,
 }
 
-/// The piece that begins at each node of a face's border.
-type Pieces = BTreeMap<Node, Node>;
+/// Clipping of one face after another, in memory that is reused.
+#[derive(Debug, Default)]
+pub(crate) struct FaceClip {
+    /// Pieces of the face's border, by the nodes that they begin at, one per node.
+    pieces: Vec<Piece>,
+    /// Loops of the face that was clipped last, part after part.
+    loops: Vec<Loop>,
+    /// Their points.
+    points: Vec<DVec3>,
+    triangulation: Triangulation,
+}
+
+/// Directed piece of a face's border.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    from: Node,
+    to: Node,
+    /// True once it is in a loop.
+    is_taken: bool,
+}
+
+/// Closed polygon of a face's border.
+#[derive(Clone, Debug)]
+struct Loop {
+    /// Number of the part of the face that it borders.
+    part: usize,
+    region: u32,
+    /// Its points, among those of the face.
+    points: Range<usize>,
+}
 
 impl Clipper<'_> {
     /// Returns the parts of all faces: of those that the curve cuts, ascending, then the whole ones.
     pub(crate) fn patches(&self) -> Vec<ClippedFace> {
-        let mut patches = Vec::new();
-        let stretches = self.stretches_by_face();
+        let (mut patches, mut clip) = (Vec::new(), FaceClip::default());
+        let mut stretches = Vec::new();
+        self.collect_stretches(&mut stretches);
         for group in stretches.chunk_by(|p, q| p.face == q.face) {
-            patches.extend(self.clip(group));
+            self.clip(group, &mut clip);
+            clip.push_parts(group[0].face, &mut patches);
         }
 
-        for face in self.whole_faces() {
+        let mut whole = Vec::new();
+        self.collect_whole_faces(&mut whole);
+        for face in whole {
             let first = self.body.surface().faces()[face as usize][0];
             let region = self.region_of(Node::Vertex(first));
             let loops = vec![self.body.corners(face).to_vec()];
@@ -69,39 +102,35 @@ impl Clipper<'_> {
         patches
     }
 
-    /// Returns the stretches by the faces of this side, ascending.
-    pub(crate) fn stretches_by_face(&self) -> Vec<FaceStretch> {
-        let mut by_face = Vec::with_capacity(self.curve.stretches.len());
+    /// Collects the stretches by the faces of this side, ascending, in place of earlier ones.
+    pub(crate) fn collect_stretches(&self, by_face: &mut Vec<FaceStretch>) {
+        by_face.clear();
         for (number, stretch) in (0..).zip(&self.curve.stretches) {
             let (face, crossed_by) = (stretch.faces[self.side], stretch.faces[1 - self.side]);
             by_face.push(FaceStretch { face, number, crossed_by });
         }
         by_face.sort_unstable();
-        by_face
     }
 
     /// Clips the face of some stretches, which are all that it has: one part per region.
-    pub(crate) fn clip(&self, stretches: &[FaceStretch]) -> Vec<ClippedFace> {
-        let mut pieces = Pieces::new();
+    pub(crate) fn clip(&self, stretches: &[FaceStretch], clip: &mut FaceClip) {
+        clip.pieces.clear();
         for stretch in stretches {
             let [begin, end] = self.curve.stretches[stretch.number as usize].ends;
             let [from, to] = if self.side == 0 { [begin, end] } else { [end, begin] };
-            pieces.insert(Node::Passing(from), Node::Passing(to));
+            clip.add_piece(Node::Passing(from), Node::Passing(to));
         }
-        let face = stretches[0].face;
-        self.add_edges(face, &mut pieces);
+        self.add_edges(stretches[0].face, clip);
+        clip.sort_pieces();
 
-        let mut parts: Vec<ClippedFace> = Vec::new();
-        while let Some((region, points)) = self.next_loop(&mut pieces) {
-            if points.len() <= 2 || self.region.is_some_and(|wanted| wanted != region) {
-                continue;
-            }
-            match parts.iter_mut().find(|part| part.region == region) {
-                Some(part) => part.loops.push(points),
-                None => parts.push(ClippedFace { face, region, loops: vec![points] }),
+        clip.loops.clear();
+        clip.points.clear();
+        for place in 0..clip.pieces.len() {
+            if !clip.pieces[place].is_taken {
+                self.take_loop(place, clip);
             }
         }
-        parts
+        clip.loops.sort_by_key(|found| found.part);
     }
 
     /// Returns true if an inside vertex is in the region that the parts are restricted to.
@@ -126,10 +155,11 @@ impl Clipper<'_> {
         self.regions.reported(self.side, node, self.inside)
     }
 
-    /// Returns the faces that are inside as a whole, in the order of the fill.
-    pub(crate) fn whole_faces(&self) -> Vec<u32> {
+    /// Collects the faces that are inside as a whole, in the order of the fill, in place of earlier
+    /// ones.
+    pub(crate) fn collect_whole_faces(&self, whole: &mut Vec<u32>) {
         let surface = self.body.surface();
-        let mut whole = Vec::new();
+        whole.clear();
         for found in &self.inside.vertices {
             if !self.wants(found.vertex) {
                 continue;
@@ -142,7 +172,6 @@ impl Clipper<'_> {
                 }
             }
         }
-        whole
     }
 
     /// Returns true if all corners of a face are inside and none of its edges is cut.
@@ -155,7 +184,7 @@ impl Clipper<'_> {
     }
 
     /// Adds the inside parts of a face's edges, as the face runs along them.
-    fn add_edges(&self, face: u32, pieces: &mut Pieces) {
+    fn add_edges(&self, face: u32, clip: &mut FaceClip) {
         let surface = self.body.surface();
         let corners = surface.faces()[face as usize];
         for (k, edge) in surface.face_edges()[face as usize].into_iter().enumerate() {
@@ -164,7 +193,7 @@ impl Clipper<'_> {
             // An edge that is not cut is inside as a whole or not at all.
             let Some(cut) = self.inside.cut(edge) else {
                 if self.inside.place(from).is_some() && self.inside.place(to).is_some() {
-                    pieces.insert(Node::Vertex(from), Node::Vertex(to));
+                    clip.add_piece(Node::Vertex(from), Node::Vertex(to));
                 }
                 continue;
             };
@@ -173,24 +202,42 @@ impl Clipper<'_> {
             for part in self.regions.parts_of(self.side, cut) {
                 let [start, end] =
                     if from < to { [part.from, part.to] } else { [part.to, part.from] };
-                pieces.insert(start, end);
+                clip.add_piece(start, end);
             }
         }
     }
 
-    /// Takes the pieces of one loop, with its region; a piece that leads nowhere ends the loop.
-    fn next_loop(&self, pieces: &mut Pieces) -> Option<(u32, Vec<DVec3>)> {
-        let (start, mut at) = pieces.pop_first()?;
-        let mut points = vec![self.position(start)];
-        while at != start {
-            points.push(self.position(at));
-            match pieces.remove(&at) {
-                Some(next) => at = next,
-                None => break,
+    /// Takes the pieces of the loop that one begins; a piece that leads nowhere ends the loop.
+    fn take_loop(&self, first: usize, clip: &mut FaceClip) {
+        let begin = clip.points.len();
+        let start = clip.pieces[first].from;
+        let mut next = Some(first);
+        let mut at = start;
+        while let Some(place) = next {
+            clip.points.push(self.position(at));
+            let piece = &mut clip.pieces[place];
+            piece.is_taken = true;
+            at = piece.to;
+            if at == start {
+                break;
+            }
+            next = clip.untaken(at);
+            if next.is_none() {
+                clip.points.push(self.position(at));
             }
         }
         debug_assert_eq!(at, start, "the border of a clipped face closes");
-        Some((self.region_of(start), points))
+
+        // Loops without area, and those of other regions, are left out.
+        let points = begin..clip.points.len();
+        let region = self.region_of(start);
+        if points.len() <= 2 || self.region.is_some_and(|wanted| wanted != region) {
+            clip.points.truncate(begin);
+            return;
+        }
+        let known = clip.loops.iter().find(|known| known.region == region);
+        let part = known.map_or(clip.loops.len(), |known| known.part);
+        clip.loops.push(Loop { part, region, points });
     }
 
     fn position(&self, node: Node) -> DVec3 {
@@ -201,122 +248,56 @@ impl Clipper<'_> {
     }
 }
 
+impl FaceClip {
+    fn add_piece(&mut self, from: Node, to: Node) {
+        self.pieces.push(Piece { from, to, is_taken: false });
+    }
+
+    /// Sorts the pieces by the nodes that they begin at; of equal ones the last counts.
+    fn sort_pieces(&mut self) {
+        self.pieces.reverse();
+        self.pieces.sort_by_key(|piece| piece.from);
+        self.pieces.dedup_by_key(|piece| piece.from);
+    }
+
+    /// Finds the piece that begins at a node, unless it is in a loop.
+    fn untaken(&self, from: Node) -> Option<usize> {
+        let place = self.pieces.binary_search_by_key(&from, |piece| piece.from).ok()?;
+        (!self.pieces[place].is_taken).then_some(place)
+    }
+
+    /// Appends the parts of the face that was clipped last.
+    fn push_parts(&self, face: u32, parts: &mut Vec<ClippedFace>) {
+        for part in self.loops.chunk_by(|p, q| p.part == q.part) {
+            let mut loops = Vec::with_capacity(part.len());
+            for border in part {
+                loops.push(self.points[border.points.clone()].to_vec());
+            }
+            parts.push(ClippedFace { face, region: part[0].region, loops });
+        }
+    }
+
+    /// Splits the parts of the face that was clipped last into triangles, in place of earlier ones.
+    pub(crate) fn triangulate(&mut self, normal: DVec3, triangles: &mut Vec<[DVec3; 3]>) {
+        let Self { loops, points, triangulation, .. } = self;
+        triangles.clear();
+        for part in loops.chunk_by(|p, q| p.part == q.part) {
+            let borders = part.iter().map(|border| &points[border.points.clone()]);
+            triangulation.add(borders, normal, triangles);
+        }
+    }
+}
+
 impl ClippedFace {
     /// Splits the part into triangles, counter-clockwise like the loops.
     ///
     /// `normal` is the face's, of any length.
     #[must_use]
     pub fn triangles(&self, normal: DVec3) -> Vec<[DVec3; 3]> {
-        if let [corners] = &self.loops[..]
-            && let [a, b, c] = corners[..]
-        {
-            return vec![[a, b, c]];
-        }
-
-        // The plane of the face has two coordinates.
-        let frame = Frame::new(normal);
-        let mut loops: Vec<FlatLoop<'_>> = Vec::with_capacity(self.loops.len());
-        for points in &self.loops {
-            loops.push(FlatLoop::new(points, &frame));
-        }
-
-        // Each outer loop takes the holes that it is the smallest loop around.
         let mut triangles = Vec::new();
-        for (number, outer) in loops.iter().enumerate() {
-            let is_outer = outer.area > 0.0;
-            if !is_outer {
-                continue;
-            }
-            let mut holes: Vec<&FlatLoop<'_>> = Vec::new();
-            for hole in &loops {
-                if hole.area < 0.0 && smallest_around(&loops, hole.flat[0]) == Some(number) {
-                    holes.push(hole);
-                }
-            }
-            triangulate(outer, &holes, &mut triangles);
-        }
+        let borders = self.loops.iter().map(Vec::as_slice);
+        Triangulation::default().add(borders, normal, &mut triangles);
         triangles
-    }
-}
-
-/// A loop of a face's part, in space and in the plane of the face.
-struct FlatLoop<'a> {
-    points: &'a [DVec3],
-    flat: Vec<DVec2>,
-    /// Area of the polygon, negative for a hole.
-    area: f64,
-}
-
-impl<'a> FlatLoop<'a> {
-    fn new(points: &'a [DVec3], frame: &Frame) -> Self {
-        let flat: Vec<DVec2> = points.iter().map(|&p| frame.project(p)).collect();
-        let mut twice_area = 0.0;
-        for ends in flat.windows(2) {
-            twice_area += (ends[0] - flat[0]).perp_dot(ends[1] - flat[0]);
-        }
-        Self { points, flat, area: 0.5 * twice_area }
-    }
-
-    /// Returns true if a point is inside the polygon, by the parity of crossings.
-    fn holds(&self, p: DVec2) -> bool {
-        let mut inside = false;
-        for (i, a) in self.flat.iter().enumerate() {
-            let b = self.flat[(i + 1) % self.flat.len()];
-            let passes_height = (a.y > p.y) != (b.y > p.y);
-            if passes_height && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x) {
-                inside = !inside;
-            }
-        }
-        inside
-    }
-}
-
-/// Returns the number of the smallest outer loop that holds a point.
-fn smallest_around(loops: &[FlatLoop<'_>], point: DVec2) -> Option<usize> {
-    let mut smallest: Option<usize> = None;
-    for (i, outer) in loops.iter().enumerate() {
-        let is_smaller = smallest.is_none_or(|j| outer.area < loops[j].area);
-        if outer.area > 0.0 && is_smaller && outer.holds(point) {
-            smallest = Some(i);
-        }
-    }
-    smallest
-}
-
-/// Triangulates an outer loop with its holes, by ear clipping.
-fn triangulate(outer: &FlatLoop<'_>, holes: &[&FlatLoop<'_>], out: &mut Vec<[DVec3; 3]>) {
-    let mut points = outer.points.to_vec();
-    let mut flat = outer.flat.clone();
-    let mut hole_starts: Vec<u32> = Vec::new();
-    for hole in holes {
-        hole_starts.push(crate::curve::index(points.len()));
-        points.extend(hole.points);
-        flat.extend(&hole.flat);
-    }
-
-    let mut corners: Vec<u32> = Vec::new();
-    let coordinates = flat.iter().map(|p| p.to_array());
-    earcut::Earcut::new().earcut(coordinates, &hole_starts, &mut corners);
-    for triangle in corners.chunks_exact(3) {
-        let [a, b, c] = [triangle[0], triangle[1], triangle[2]];
-        out.push([points[a as usize], points[b as usize], points[c as usize]]);
-    }
-}
-
-/// Two axes across a normal.
-struct Frame {
-    x: DVec3,
-    y: DVec3,
-}
-
-impl Frame {
-    fn new(normal: DVec3) -> Self {
-        let (x, y) = normal.normalize_or(DVec3::Z).any_orthonormal_pair();
-        Self { x, y }
-    }
-
-    fn project(&self, p: DVec3) -> DVec2 {
-        DVec2::new(self.x.dot(p), self.y.dot(p))
     }
 }
 

@@ -67,7 +67,7 @@ impl InsideVertices {
         inside.clear();
 
         // Without a cut, each component is on one side: mostly outside, and then all is done.
-        let components = a.components();
+        let components = a.surface().component_roots();
         if cut_faces.is_empty()
             && !components.iter().any(|&vertex| b.contains(a.position(vertex), workspace))
         {

@@ -91,10 +91,14 @@ impl<T> MaximumSearch<T> {
         Self { pieces, added: 0, lower: 0.0, left_out: 0.0, relative_slack, min_slack, limit }
     }
 
-    /// Replaces the share of the largest value by which a bound may exceed it, 5 % otherwise.
-    #[must_use]
-    pub fn with_relative_slack(self, relative_slack: f64) -> Self {
-        Self { relative_slack, ..self }
+    /// Starts anew, in the memory that is there.
+    ///
+    /// Besides the slack of [`new`](Self::new), a bound is tight enough where it exceeds the largest
+    /// evaluated value by `relative_slack` of that value, 5 % otherwise.
+    pub fn restart(&mut self, min_slack: f64, relative_slack: f64) {
+        self.pieces.clear();
+        (self.added, self.lower, self.left_out) = (0, 0.0, 0.0);
+        (self.min_slack, self.relative_slack) = (min_slack, relative_slack);
     }
 
     /// Records a value that the function takes.

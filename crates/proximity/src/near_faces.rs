@@ -8,7 +8,7 @@
 pub struct NearFaces {
     /// Per face: 1 + its row, or 0.
     rows: Vec<u32>,
-    /// Faces that have a row.
+    /// Faces that have a row, ascending.
     faces: Vec<u32>,
     /// Per row, the start of its entries; one more at the end.
     starts: Vec<u32>,
@@ -18,7 +18,13 @@ pub struct NearFaces {
 impl NearFaces {
     /// Sorts pairs of (face, face of the other surface) by the first, in place of earlier ones; the
     /// order of the others is that of the pairs.
-    pub(crate) fn refill(
+    ///
+    /// `face_count` is that of the surface.
+    ///
+    /// # Panics
+    ///
+    /// When a face is not below the count.
+    pub fn refill(
         &mut self,
         face_count: usize,
         pairs: impl Iterator<Item = (u32, u32)> + Clone,
@@ -54,6 +60,7 @@ impl NearFaces {
             *next += 1;
         }
         starts.pop();
+        faces.sort_unstable();
     }
 
     /// Removes all pairs.
@@ -65,9 +72,9 @@ impl NearFaces {
         self.entries.clear();
     }
 
-    /// Returns the faces that have near ones, in the order of their first pairs.
-    pub(crate) fn faces(&self) -> &[u32] {
-        &self.faces
+    /// Returns the faces that have near ones, ascending, each with these.
+    pub fn iter(&self) -> impl Iterator<Item = (u32, &[u32])> {
+        self.faces.iter().map(|&face| (face, self.row(face)))
     }
 
     /// Returns the faces of the other surface near a face.
@@ -102,7 +109,8 @@ mod tests {
         assert_eq!(rows[7], [3, 1]);
         assert_eq!(rows[2], [9, 8]);
         assert_eq!(rows[5], [4]);
-        assert_eq!(near.faces(), [7, 2, 5]);
+        let listed: Vec<(u32, &[u32])> = near.iter().collect();
+        assert_eq!(listed, [(2, &[9, 8][..]), (5, &[4]), (7, &[3, 1])]);
         assert_eq!(rows.iter().filter(|row| !row.is_empty()).count(), 3);
 
         near.refill(12, [(11, 0)].into_iter());

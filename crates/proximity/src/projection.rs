@@ -4,8 +4,7 @@ use glam::DVec3;
 use kdop::Workspace;
 use surface::{Barycentric, TriangleSurface, triangle};
 
-use crate::near_faces::NearFaces;
-use crate::{ClosestPoint, SurfaceTree};
+use crate::{ClosestPoint, FaceBox, FaceBoxes, NearFaces, SurfaceTree};
 
 /// Vertex that is inside another surface or within the margin of it, and its closest point
 /// there, the foot.
@@ -43,6 +42,8 @@ pub(crate) struct Candidates {
     nearest: Vec<Nearest>,
     /// Vertices for which these are set.
     touched: Vec<u32>,
+    /// Boxes of the faces of the other surface.
+    boxes: FaceBoxes,
     /// Distance within which vertices are reported.
     margin: f64,
 }
@@ -65,7 +66,7 @@ impl Nearest {
 impl Candidates {
     /// Finds the vertices of `p` within `margin` of a face of `q`, in place of earlier ones.
     ///
-    /// `near_faces` has the faces of `q` that may be within the margin, per face of `p`.
+    /// `near_faces` has the faces of `q` that may be within the margin of each face of `p`.
     pub(crate) fn find(
         &mut self,
         p: &SurfaceTree,
@@ -83,38 +84,55 @@ impl Candidates {
         if self.nearest.len() < surface.vertex_count() {
             self.nearest.resize(surface.vertex_count(), Nearest::NONE);
         }
+        self.boxes.reset(q);
 
-        for &face in near_faces.faces() {
-            let near_faces = near_faces.row(face);
-            for vertex in surface.faces()[face as usize] {
+        for (face, near_faces) in near_faces.iter() {
+            let corners = &surface.faces()[face as usize];
+
+            // What is near one corner is likely to be near the others.
+            let mut hint = corners.iter().find_map(|&v| self.nearest[v as usize].hint());
+            for &vertex in corners {
                 if surface.vertex_faces(vertex).first() == Some(&face) {
-                    self.find_nearest(vertex, p.position(vertex), near_faces, q);
+                    let nearest = self.find_nearest(p.position(vertex), near_faces, hint, q);
+                    if nearest != Nearest::NONE {
+                        self.vertices.push(vertex);
+                        self.touched.push(vertex);
+                        self.nearest[vertex as usize] = nearest;
+                        hint = Some(nearest.face);
+                    }
                 }
             }
         }
     }
 
-    /// Finds the nearest of some faces within the margin of a vertex, if there is one.
-    fn find_nearest(&mut self, vertex: u32, position: DVec3, faces: &[u32], q: &SurfaceTree) {
-        let mut nearest = Nearest::NONE;
+    /// Finds the nearest of some faces within the margin of a point, if there is one.
+    ///
+    /// A `hint` within the margin is one of the faces: it shortens the search.
+    fn find_nearest(
+        &mut self,
+        point: DVec3,
+        faces: &[u32],
+        hint: Option<u32>,
+        q: &SurfaceTree,
+    ) -> Nearest {
+        let at = |face: u32| Nearest { distance: q.closest_on_face(point, face).distance, face };
+        let hinted = hint.map(at).filter(|found| found.distance <= self.margin);
+        let mut nearest = hinted.unwrap_or(Nearest::NONE);
+        let mut reach = FaceBox::squared_reach(point, nearest.distance.min(self.margin));
+
         for &face in faces {
             // Most faces are farther by their box than the nearest so far, or the margin.
-            let within = nearest.distance.min(self.margin);
-            if is_beyond(position, q.corners(face), within) {
+            if self.boxes.get(q, face).distance_squared(point) > reach {
                 continue;
             }
             // Of equally near faces the first counts.
-            let found = q.closest_on_face(position, face);
-            let found = Nearest { distance: found.distance, face };
+            let found = at(face);
             if found < nearest {
                 nearest = found;
+                reach = FaceBox::squared_reach(point, nearest.distance.min(self.margin));
             }
         }
-        if nearest != Nearest::NONE {
-            self.vertices.push(vertex);
-            self.nearest[vertex as usize] = nearest;
-            self.touched.push(vertex);
-        }
+        nearest
     }
 
     /// Projects the vertices of `p` that are inside `q` (ascending), and the candidates within
@@ -207,19 +225,6 @@ impl NearVertex {
             normal: direction_or(side * offset, scale, face_normal),
         }
     }
-}
-
-/// Returns true if the box of a triangle is farther from a point than a distance, by more than
-/// rounding.
-#[inline]
-fn is_beyond(point: DVec3, [a, b, c]: [DVec3; 3], distance: f64) -> bool {
-    /// Bound on the rounding of a computed distance, relative to the largest length.
-    const ROUNDING: f64 = 1e-12;
-
-    let gap = (a.min(b).min(c) - point).max(point - a.max(b).max(c)).max(DVec3::ZERO);
-    let size = distance + point.abs().max_element();
-    let beyond = distance + ROUNDING * size;
-    gap.length_squared() > beyond * beyond
 }
 
 /// Returns the unit vector along `v`, or `fallback` where `v` is lost in the rounding of

@@ -19,8 +19,6 @@ pub struct SurfaceTree {
     no_inside: Option<NoInside>,
     /// Found with the first tree.
     no_winding_number: Option<NoInside>,
-    /// The first vertex of each connected component.
-    components: Vec<u32>,
 }
 
 /// A [`SurfaceTree`] whose tree is built at the first use and refit after moves.
@@ -156,12 +154,6 @@ impl SurfaceTree {
         self.no_winding_number.map_or(Ok(()), Err)
     }
 
-    /// Returns the first vertex of each connected component, vertices without a face left out.
-    #[must_use]
-    pub fn components(&self) -> &[u32] {
-        &self.components
-    }
-
     /// Returns the memory of positions, faces and tree, in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -188,7 +180,6 @@ impl LazySurfaceTree {
             no_winding_number: no_inside,
             no_inside,
             tree: Tree::default(),
-            components: Vec::new(),
             surface,
         };
         Ok(Self { inner, fit: Fit::Unbuilt, step_tree: None })
@@ -225,15 +216,13 @@ impl LazySurfaceTree {
     ///
     /// [`TreeError`] for 2³⁰ faces and more.
     pub fn fit(&mut self) -> Result<&SurfaceTree, TreeError> {
-        let SurfaceTree { surface, positions, tree, no_winding_number, components, .. } =
-            &mut self.inner;
+        let SurfaceTree { surface, positions, tree, no_winding_number, .. } = &mut self.inner;
         let x = positions.as_positions().as_slice();
         match self.fit {
             Fit::Current => {}
             Fit::Stale => tree.refit(x)?,
             Fit::Unbuilt => {
                 *tree = Tree::build(Leaves::Triangles(surface.faces()), x)?;
-                *components = surface.component_roots().collect();
                 *no_winding_number =
                     no_winding_number.or_else(|| NoInside::find_misoriented(surface));
             }

@@ -6,8 +6,7 @@ use surface::Aabb;
 use surface::progress::Progress;
 
 use crate::coincidence::{Coincidence, shares_volume};
-use crate::pair_overlap::PairOverlap;
-use crate::scene::map_pairs;
+use crate::pair_overlap::{DepthRequest, PairOverlap};
 use crate::{BodyId, CheckParams, PairId, PairReport, Scene, SceneError};
 
 /// Detectors of one thread, with their memory.
@@ -36,9 +35,10 @@ impl Scene {
     ) -> Result<Vec<PairReport>, SceneError> {
         params.validate()?;
         let pairs = self.close_pairs(params.margin)?;
-        let reports = map_pairs(&pairs, PairDetectors::default, progress, |detectors, pair| {
-            self.examine(pair, params, detectors)
-        });
+        let reports =
+            self.map_pairs(&pairs, PairDetectors::default, progress, |detectors, pair| {
+                self.examine(pair, params, detectors)
+            });
         Ok(reports?)
     }
 
@@ -75,7 +75,9 @@ impl Scene {
             report.coincidence = report.coincidence.or(Coincidence::of_overlap(&measures, bodies));
             if params.measures && !measures.regions.is_empty() {
                 // Surfaces that only touch have no depth but rounding.
-                let depths = report.overlaps.then_some(params.depth_tolerance);
+                let known = found.sides().map(PairSide::near);
+                let depths = DepthRequest { tolerance: params.depth_tolerance, known };
+                let depths = report.overlaps.then_some(depths);
                 report.overlap = Some(PairOverlap::new(pair, bodies, measures, depths, detector));
             }
         }

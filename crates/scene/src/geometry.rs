@@ -6,7 +6,6 @@ use overlap::{ClippedFace, CurveChain, Overlap, OverlapDetector};
 use proximity::SurfaceTree;
 use surface::progress::Progress;
 
-use crate::scene::map_pairs;
 use crate::{PairId, Scene, SceneError};
 
 /// Shape of the overlap of two bodies.
@@ -66,7 +65,7 @@ impl Scene {
             self.get_mut(pair.a)?.fit()?;
             self.get_mut(pair.b)?.fit()?;
         }
-        let shapes = map_pairs(pairs, OverlapDetector::default, progress, |detector, pair| {
+        let shapes = self.map_pairs(pairs, OverlapDetector::default, progress, |detector, pair| {
             self.trees(pair).map(|bodies| OverlapGeometry::new(bodies, detector))
         });
         Ok(shapes?)

@@ -4,7 +4,6 @@ use overlap::{JointContact, JointContactError, JointContactParams, OverlapDetect
 use proximity::SurfaceTree;
 use surface::progress::Progress;
 
-use crate::scene::map_pairs;
 use crate::{PairId, Scene, SceneError};
 
 impl Scene {
@@ -51,9 +50,10 @@ impl Scene {
         for id in pairs.iter().copied().flat_map(PairId::bodies) {
             self.get_mut(id)?.fit()?;
         }
-        let contacts = map_pairs(pairs, OverlapDetector::default, progress, |detector, pair| {
-            self.trees(pair).map(|bodies| contact(bodies, params, detector))
-        });
+        let contacts =
+            self.map_pairs(pairs, OverlapDetector::default, progress, |detector, pair| {
+                self.trees(pair).map(|bodies| contact(bodies, params, detector))
+            });
         let contacts: Result<Vec<_>, JointContactError> = contacts?.into_iter().collect();
         Ok(contacts?)
     }

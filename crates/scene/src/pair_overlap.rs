@@ -1,13 +1,12 @@
 //! Measures of the overlap of a pair: volume, areas, curve, and certified depths.
 
 use overlap::{Depth, DepthParams, Overlap, OverlapDetector};
-use proximity::SurfaceTree;
+use proximity::{NearVertex, SurfaceTree};
 use surface::progress::Progress;
 
 use crate::coincidence::size;
 use crate::depth_bracket::DepthBracket;
 use crate::edge_overlap::EdgeOverlap;
-use crate::scene::map_pairs;
 use crate::{CheckParams, PairId, Scene, SceneError};
 
 /// Overlap of two bodies.
@@ -23,6 +22,14 @@ pub struct PairOverlap {
     pub depth_of_b_in_a: Option<Depth>,
     /// Deepest points of the regions in which no vertex is inside, in the order of the regions.
     pub edge_overlaps: Vec<EdgeOverlap>,
+}
+
+/// Depths that are to be bracketed.
+pub(crate) struct DepthRequest<'a> {
+    /// Width of the brackets; `None` for the default one.
+    pub(crate) tolerance: Option<f64>,
+    /// Closest points of vertices that are known, of each body on the other, ascending.
+    pub(crate) known: [&'a [NearVertex]; 2],
 }
 
 impl Scene {
@@ -62,13 +69,14 @@ impl Scene {
             self.get_mut(id)?.fit()?;
         }
         let overlaps =
-            map_pairs(pairs, OverlapDetector::default, progress, |detector, pair| {
+            self.map_pairs(pairs, OverlapDetector::default, progress, |detector, pair| {
                 let bodies = self.trees(pair)?;
                 let mut measures = Overlap::default();
                 detector.measure_into(bodies, &mut measures);
                 let is_measured = !measures.regions.is_empty();
                 Some(is_measured.then(|| {
-                    PairOverlap::new(pair, bodies, measures, Some(depth_tolerance), detector)
+                    let depths = DepthRequest { tolerance: depth_tolerance, known: [&[]; 2] };
+                    PairOverlap::new(pair, bodies, measures, Some(depths), detector)
                 }))
             });
         Ok(overlaps?)
@@ -78,12 +86,12 @@ impl Scene {
 impl PairOverlap {
     /// Adds the depths to the measures of a pair, which the detector has measured last.
     ///
-    /// `depths` is `None` for no depths at all, and else the width of their brackets.
+    /// `depths` is `None` for no depths at all.
     pub(crate) fn new(
         pair: PairId,
         bodies: [&SurfaceTree; 2],
         measures: Overlap,
-        depths: Option<Option<f64>>,
+        depths: Option<DepthRequest<'_>>,
         detector: &mut OverlapDetector,
     ) -> Self {
         let mut overlap = Self {
@@ -92,9 +100,10 @@ impl PairOverlap {
             depth_of_b_in_a: None,
             edge_overlaps: Vec::new(),
         };
-        let Some(tolerance) = depths else { return overlap };
+        let Some(DepthRequest { tolerance, known }) = depths else { return overlap };
         let params = depth_params(bodies, tolerance);
-        [overlap.depth_of_a_in_b, overlap.depth_of_b_in_a] = detector.depths(bodies, &params);
+        [overlap.depth_of_a_in_b, overlap.depth_of_b_in_a] =
+            detector.depths_from(bodies, known, &params);
 
         // Regions without an inside vertex are named by their deepest point.
         for (region, measures) in (0..).zip(&overlap.measures.regions) {

@@ -212,6 +212,43 @@ impl Scene {
         pairs
     }
 
+    /// Maps pairs on the threads of the current pool, and collects what is found in their order.
+    ///
+    /// Pairs of which more may be near begin first.
+    pub(crate) fn map_pairs<S, R: Send>(
+        &self,
+        pairs: &[PairId],
+        scratch: impl Fn() -> S + Sync + Send,
+        progress: Progress<'_>,
+        f: impl Fn(&mut S, PairId) -> Option<R> + Sync + Send,
+    ) -> Result<Vec<R>, Interrupted> {
+        let steps = progress.steps(pairs.len());
+        let cost = |pair: &PairId| self.faces_in_common_box(*pair);
+        let found = parallel::map_costly_first(pairs, cost, scratch, |scratch, &pair| {
+            let found = f(scratch, pair);
+            steps.advance(1)?;
+            Ok(found)
+        });
+        let found: Result<Vec<_>, Interrupted> = found.into_iter().collect();
+        Ok(found?.into_iter().flatten().collect())
+    }
+
+    /// Estimates the number of faces of two bodies in the box that theirs have in common: a body's
+    /// faces times the share of its box.
+    fn faces_in_common_box(&self, pair: PairId) -> f64 {
+        let bodies = pair.bodies().map(|id| self.body(id));
+        let [a, b] = bodies.map(|body| body.known_bounds().unwrap_or(Aabb::EMPTY));
+        let common = (a.max.min(b.max) - a.min.max(b.min)).max(DVec3::ZERO);
+
+        let mut faces = 0.0;
+        for (body, bounds) in bodies.into_iter().zip([a, b]) {
+            let share = common / (bounds.max - bounds.min).max(DVec3::splat(f64::MIN_POSITIVE));
+            let count = u32::try_from(body.surface().faces().len()).unwrap_or(u32::MAX);
+            faces += f64::from(count) * share.element_product();
+        }
+        faces
+    }
+
     /// Marks the bodies that are in one of the pairs, by their numbers.
     pub(crate) fn members(&self, pairs: &[PairId]) -> Vec<bool> {
         let mut is_member = vec![false; self.bodies.len()];
@@ -231,21 +268,4 @@ impl Scene {
         // Each body has a vertex at least, and those are numbered in 32 bits.
         BodyId(u32::try_from(self.bodies.len()).unwrap_or(u32::MAX))
     }
-}
-
-/// Maps pairs on the threads of the current pool, and collects what is found in their order.
-pub(crate) fn map_pairs<S, R: Send>(
-    pairs: &[PairId],
-    scratch: impl Fn() -> S + Sync + Send,
-    progress: Progress<'_>,
-    f: impl Fn(&mut S, PairId) -> Option<R> + Sync + Send,
-) -> Result<Vec<R>, Interrupted> {
-    let steps = progress.steps(pairs.len());
-    let found = parallel::map_slice_with(pairs, scratch, |scratch, &pair| {
-        let found = f(scratch, pair);
-        steps.advance(1)?;
-        Ok(found)
-    });
-    let found: Result<Vec<_>, Interrupted> = found.into_iter().collect();
-    Ok(found?.into_iter().flatten().collect())
 }

@@ -41,10 +41,10 @@ impl Csr {
         starts.clear();
         starts.resize(rows + 2, 0);
         let mut count = 0;
-        for (row, _) in pairs.clone() {
+        pairs.clone().for_each(|(row, _)| {
             starts[row as usize + 2] += 1;
             count += 1;
-        }
+        });
         for row in 2..rows + 2 {
             starts[row] += starts[row - 1];
         }
@@ -52,12 +52,17 @@ impl Csr {
         // One place behind a row is its start, which moves on to its end as entries are added.
         entries.clear();
         entries.resize(count, 0);
-        for (row, entry) in pairs {
+        pairs.for_each(|(row, entry)| {
             let next = &mut starts[row as usize + 1];
             entries[*next as usize] = entry;
             *next += 1;
-        }
+        });
         starts.pop();
+    }
+
+    /// Takes rows as they are: `starts` has the start of each, and the end of the last.
+    pub(crate) fn from_parts(starts: Vec<u32>, entries: Vec<u32>) -> Self {
+        Self { starts, entries }
     }
 
     /// Concatenates rows, of fewer than 2³² entries in all.

@@ -4,7 +4,7 @@
 //! Each search yields its offenders in ascending order, so that the first is
 //! the same on every run and can be found in the file the mesh came from.
 
-use crate::{NO_EDGE, SurfaceError, TriangleSurface, UnionFind};
+use crate::{NO_EDGE, SurfaceError, TriangleSurface};
 
 impl TriangleSurface {
     /// Returns true if no edge has one face only.
@@ -58,18 +58,6 @@ impl TriangleSurface {
         let Some([from, to]) = self.repeated_half_edges().next() else { return Ok(()) };
         let count = self.repeated_half_edges().count();
         Err(SurfaceError::Misoriented { count, from, to })
-    }
-
-    /// Returns the smallest vertex of each connected component, ascending.
-    ///
-    /// Vertices without a face belong to no component.
-    pub fn component_roots(&self) -> impl Iterator<Item = u32> {
-        let mut sets = UnionFind::new(self.vertex_count());
-        for &[a, b, c] in self.faces() {
-            sets.join(a, b);
-            sets.join(a, c);
-        }
-        self.vertices().filter(move |v| sets.is_root(*v) && !self.vertex_faces(*v).is_empty())
     }
 
     /// Finds the edges with one face.
@@ -135,7 +123,43 @@ impl TriangleSurface {
     pub(crate) fn non_manifold_vertices(&self) -> impl Iterator<Item = u32> {
         let mut search =
             FaceSearch { reached: Vec::new(), reached_for: vec![u32::MAX; self.faces().len()] };
-        self.vertices().filter(move |vertex| !search.reaches_all_faces(self, *vertex))
+        self.vertices().filter(move |&vertex| match self.is_one_fan(vertex) {
+            Some(is_one_fan) => !is_one_fan,
+            None => !search.reaches_all_faces(self, vertex),
+        })
+    }
+
+    /// Returns true if the faces of a vertex are one closed fan; `None` where a face repeats a
+    /// vertex, or an edge has another number of faces than two.
+    ///
+    /// Nearly all vertices of a closed surface are decided by this walk around them.
+    fn is_one_fan(&self, vertex: u32) -> Option<bool> {
+        let faces = self.vertex_faces(vertex);
+        let first = *faces.first()?;
+        let (mut face, mut crossed, mut count) = (first, NO_EDGE, 0);
+        loop {
+            let corners = self.faces()[face as usize];
+            let edges = self.face_edges()[face as usize];
+            if edges.contains(&NO_EDGE) {
+                return None;
+            }
+
+            // Of the two edges at the vertex, the walk leaves by the one it did not come by.
+            let (leaving, arriving) = if corners[0] == vertex {
+                (edges[0], edges[2])
+            } else if corners[1] == vertex {
+                (edges[1], edges[0])
+            } else {
+                (edges[2], edges[1])
+            };
+            crossed = if leaving == crossed { arriving } else { leaving };
+            let &[one, other] = self.edge_faces(crossed) else { return None };
+            face = if one == face { other } else { one };
+            count += 1;
+            if face == first {
+                return Some(count == faces.len());
+            }
+        }
     }
 
     /// Finds the vertices without a face.

@@ -5,7 +5,6 @@
 //! it by `require_closed`, `require_manifold` and `require_oriented` of
 //! [`TriangleSurface`].
 
-use std::collections::HashSet;
 use std::fmt;
 
 use glam::DVec3;
@@ -131,7 +130,7 @@ pub fn inspect(surface: &TriangleSurface, x: Positions<'_>) -> Inspection {
         edges,
         faces,
         findings: findings(surface, x),
-        components: surface.component_roots().count(),
+        components: surface.component_roots().len(),
         euler: signed(vertices) - signed(edges) + signed(faces),
         volume,
         area,
@@ -246,12 +245,42 @@ fn center(surface: &TriangleSurface, x: Positions<'_>, element: Element) -> DVec
 
 /// Finds the vertices with the position of an earlier one.
 fn duplicate_vertices(surface: &TriangleSurface, x: Positions<'_>) -> impl Iterator<Item = u32> {
-    // The set only answers membership, so its order cannot reach the result.
-    let mut occupied = HashSet::with_capacity(x.as_slice().len());
-    surface.vertices().filter(move |vertex| {
-        let bits = (x.at(*vertex) + DVec3::ZERO).to_array().map(f64::to_bits); // −0 is 0
-        !occupied.insert(bits)
-    })
+    let mut keys: Vec<(u64, u32)> = Vec::with_capacity(surface.vertex_count());
+    for vertex in surface.vertices() {
+        keys.push((mixed_bits(position_bits(x, vertex)), vertex));
+    }
+    keys.sort_unstable();
+
+    // Few positions share a key: only these are compared themselves.
+    let mut duplicates = Vec::new();
+    for group in keys.chunk_by_mut(|p, q| p.0 == q.0) {
+        if group.len() == 1 {
+            continue;
+        }
+        group.sort_unstable_by_key(|&(_, vertex)| (position_bits(x, vertex), vertex));
+        for pair in group.windows(2) {
+            if position_bits(x, pair[0].1) == position_bits(x, pair[1].1) {
+                duplicates.push(pair[1].1);
+            }
+        }
+    }
+    duplicates.sort_unstable();
+    duplicates.into_iter()
+}
+
+/// Returns the bits of a position, the same for −0 as for 0.
+fn position_bits(x: Positions<'_>, vertex: u32) -> [u64; 3] {
+    (x.at(vertex) + DVec3::ZERO).to_array().map(f64::to_bits)
+}
+
+/// Mixes three words into one, mostly without collisions.
+fn mixed_bits([a, b, c]: [u64; 3]) -> u64 {
+    /// An odd number whose bits are evenly mixed: 2⁶⁴ divided by the golden ratio.
+    const FACTOR: u64 = 0x9e37_79b9_7f4a_7c15;
+
+    let mixed = a.wrapping_mul(FACTOR).rotate_left(23) ^ b;
+    let mixed = mixed.wrapping_mul(FACTOR).rotate_left(23) ^ c;
+    mixed.wrapping_mul(FACTOR)
 }
 
 fn faces_without_area(surface: &TriangleSurface, x: Positions<'_>) -> impl Iterator<Item = u32> {

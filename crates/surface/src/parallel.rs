@@ -91,6 +91,38 @@ pub fn map_slice_with<T: Sync, S, R: Send>(
     map_with(items.len(), scratch, |scratch, i| f(scratch, &items[i]))
 }
 
+/// Maps the items of a slice, in order, with a scratch value per thread that is reused. Items
+/// with higher costs begin first, so that no thread ends long after the others.
+///
+/// Costs need no unit, and only affect the time. Results must not depend on what earlier items
+/// left in the scratch value.
+pub fn map_costly_first<T: Sync, S, R: Send>(
+    items: &[T],
+    cost: impl Fn(&T) -> f64,
+    scratch: impl Fn() -> S + Sync + Send,
+    f: impl Fn(&mut S, &T) -> R + Sync + Send,
+) -> Vec<R> {
+    #[cfg(feature = "rayon")]
+    if !is_alone() {
+        let mut order: Vec<(f64, usize)> = Vec::with_capacity(items.len());
+        for (i, item) in items.iter().enumerate() {
+            order.push((cost(item), i));
+        }
+        order.sort_by(|p, q| q.0.total_cmp(&p.0));
+
+        // Each thread takes the next item of the queue, and results are put in order again.
+        let queue = order.into_iter().par_bridge();
+        let mut found: Vec<(usize, R)> =
+            queue.map_init(scratch, |scratch, (_, i)| (i, f(scratch, &items[i]))).collect();
+        found.sort_unstable_by_key(|(i, _)| *i);
+        return found.into_iter().map(|(_, result)| result).collect();
+    }
+    // Without threads the order of the items has no effect on the time.
+    let _ = cost;
+    let mut scratch = scratch();
+    items.iter().map(|item| f(&mut scratch, item)).collect()
+}
+
 /// Maps the items of a slice, in order, by a function that changes them.
 pub fn map_mut<T: Send, R: Send>(items: &mut [T], f: impl Fn(&mut T) -> R + Sync + Send) -> Vec<R> {
     #[cfg(feature = "rayon")]
@@ -167,7 +199,28 @@ mod tests {
             let mut items: Vec<usize> = (0..count).collect();
             assert_eq!(map(count, |i| i * i), squares);
             assert_eq!(map_slice_with(&items, || (), |(), &i| i * i), squares);
+            let cost = |&i: &usize| f64::from(u32::try_from(i * 7919 % 13).unwrap());
+            assert_eq!(map_costly_first(&items, cost, || (), |(), &i| i * i), squares);
             assert_eq!(map_mut(&mut items, |i| *i * *i), squares);
+        }
+    }
+
+    #[test]
+    fn costly_items_begin_first() {
+        let items = [1.0, 3.0, 2.0, 5.0, 4.0];
+        let begun = std::sync::Mutex::new(Vec::new());
+        let note = |(): &mut (), &item: &f64| begun.lock().unwrap().push(item);
+        let one_thread = || map_costly_first(&items, |&item| item, || (), note);
+        #[cfg(feature = "rayon")]
+        {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+            pool.install(one_thread);
+            assert_eq!(begun.into_inner().unwrap(), [5.0, 4.0, 3.0, 2.0, 1.0]);
+        }
+        #[cfg(not(feature = "rayon"))]
+        {
+            one_thread();
+            assert_eq!(begun.into_inner().unwrap(), items);
         }
     }
 

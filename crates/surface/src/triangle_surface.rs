@@ -1,7 +1,8 @@
 //! Triangle surface: connectivity of any list of triangles.
 //!
-//! Edges are found by a counting sort of half-edges over their smaller vertex,
-//! so that building is linear and the numbering depends on the faces alone.
+//! The faces of each vertex are found by a counting sort, and the edges from the faces of
+//! their smaller vertex, so that building is linear and the numbering depends on the faces
+//! alone.
 
 use crate::SurfaceError;
 use crate::csr::Csr;
@@ -35,6 +36,16 @@ pub struct TriangleSurface {
     face_edges: Vec<[u32; 3]>,
     edge_faces: Csr,
     vertex_faces: Csr,
+    component_roots: Vec<u32>,
+}
+
+/// Edges of a list of faces, in ascending order of their ends.
+struct Edges {
+    ends: Vec<[u32; 2]>,
+    /// The edges of each face.
+    of_faces: Vec<[u32; 3]>,
+    /// The faces of each edge.
+    faces: Csr,
 }
 
 impl TriangleSurface {
@@ -52,9 +63,18 @@ impl TriangleSurface {
         check_indices(vertex_count, &faces)?;
 
         let vertex_faces = vertex_faces(vertex_count, &faces);
-        let (edges, face_edges) = number_edges(vertex_count, &faces);
-        let edge_faces = edge_faces(edges.len(), &face_edges);
-        Ok(Self { vertex_count, faces, edges, face_edges, edge_faces, vertex_faces })
+        let component_roots = component_roots(vertex_count, &faces, &vertex_faces);
+        let Edges { ends: edges, of_faces: face_edges, faces: edge_faces } =
+            Edges::number(&faces, &vertex_faces);
+        Ok(Self {
+            vertex_count,
+            faces,
+            edges,
+            face_edges,
+            edge_faces,
+            vertex_faces,
+            component_roots,
+        })
     }
 
     /// Returns |V|.
@@ -108,6 +128,15 @@ impl TriangleSurface {
     pub fn vertex_faces(&self, vertex: u32) -> &[u32] {
         self.vertex_faces.row(vertex)
     }
+
+    /// Returns the smallest vertex of each connected component, ascending.
+    ///
+    /// Vertices without a face belong to no component.
+    #[inline]
+    #[must_use]
+    pub fn component_roots(&self) -> &[u32] {
+        &self.component_roots
+    }
 }
 
 /// Checks that there are at most `limit` elements.
@@ -128,71 +157,106 @@ fn check_indices(vertex_count: usize, faces: &[[u32; 3]]) -> Result<(), SurfaceE
     Ok(())
 }
 
+/// Finds the faces at each vertex, ascending, each once.
 fn vertex_faces(vertex_count: usize, faces: &[[u32; 3]]) -> Csr {
-    let mut pairs = Vec::with_capacity(3 * faces.len());
-    for (face, &[a, b, c]) in (0..).zip(faces) {
-        pairs.push((a, face));
-        if b != a {
-            pairs.push((b, face));
-        }
-        if c != a && c != b {
-            pairs.push((c, face));
-        }
-    }
-    Csr::new(vertex_count, &pairs)
+    let mut sorted = Csr::default();
+    sorted.refill(vertex_count, (0..).zip(faces).flat_map(corners_of_face));
+    sorted
 }
 
-/// Numbers the edges in ascending order of their ends; returns them, and those of each
-/// face.
-fn number_edges(vertex_count: usize, faces: &[[u32; 3]]) -> (Vec<[u32; 2]>, Vec<[u32; 3]>) {
-    // Half-edges, numbered `3 * face + k`, by their smaller end.
-    let mut by_smaller = Vec::with_capacity(3 * faces.len());
-    for (face, &[a, b, c]) in (0..).zip(faces) {
-        let (ab, bc, ca) = (3 * face, 3 * face + 1, 3 * face + 2);
-        by_smaller.extend([(a.min(b), ab), (b.min(c), bc), (c.min(a), ca)]);
-    }
-    let by_smaller = Csr::new(vertex_count, &by_smaller);
+/// Returns the corners of a face with the face, each vertex once.
+#[inline]
+fn corners_of_face(
+    (face, &[a, b, c]): (u32, &[u32; 3]),
+) -> impl Iterator<Item = (u32, u32)> + Clone {
+    let corners = [(a, true), (b, b != a), (c, c != a && c != b)];
+    corners.into_iter().filter(|(_, is_new)| *is_new).map(move |(vertex, _)| (vertex, face))
+}
 
-    // Sorted by the larger end, equal ones are one edge.
-    let mut edges: Vec<[u32; 2]> = Vec::with_capacity(faces.len() * 3 / 2);
-    let mut face_edges = vec![[NO_EDGE; 3]; faces.len()];
-    let mut by_larger: Vec<(u32, u32)> = Vec::new();
-    for (smaller, half_edges) in (0_u32..).zip(by_smaller.iter()) {
-        by_larger.clear();
-        by_larger.extend(half_edges.iter().map(|&h| (larger_end(faces, h), h)));
-        by_larger.sort_unstable();
-        for &(larger, half_edge) in &by_larger {
-            if larger == smaller {
-                continue; // between two equal corners
+/// Finds the smallest vertex of each connected component, by flood fill over the faces of
+/// its vertices.
+fn component_roots(vertex_count: usize, faces: &[[u32; 3]], vertex_faces: &Csr) -> Vec<u32> {
+    let mut roots = Vec::new();
+    let mut is_reached = vec![false; vertex_count];
+    let mut stack = Vec::new();
+
+    for (vertex, around) in (0..).zip(vertex_faces.iter()) {
+        if around.is_empty() || is_reached[vertex as usize] {
+            continue;
+        }
+        roots.push(vertex);
+        is_reached[vertex as usize] = true;
+        stack.push(vertex);
+        while let Some(at) = stack.pop() {
+            for &face in vertex_faces.row(at) {
+                for corner in faces[face as usize] {
+                    if !std::mem::replace(&mut is_reached[corner as usize], true) {
+                        stack.push(corner);
+                    }
+                }
             }
-            if edges.last() != Some(&[smaller, larger]) {
-                edges.push([smaller, larger]);
+        }
+    }
+    roots
+}
+
+impl Edges {
+    /// Numbers the edges.
+    fn number(faces: &[[u32; 3]], vertex_faces: &Csr) -> Self {
+        let mut ends: Vec<[u32; 2]> = Vec::with_capacity(faces.len() * 3 / 2);
+        let mut of_faces = vec![[NO_EDGE; 3]; faces.len()];
+        let (mut starts, mut along) = (Vec::new(), Vec::with_capacity(3 * faces.len()));
+        starts.reserve(ends.capacity() + 1);
+
+        let mut half_edges: Vec<HalfEdge> = Vec::new();
+        for (smaller, around) in (0..).zip(vertex_faces.iter()) {
+            half_edges.clear();
+            for &face in around {
+                push_upward(smaller, face, faces[face as usize], &mut half_edges);
             }
-            face_edges[half_edge as usize / 3][half_edge as usize % 3] = last_index(&edges);
+
+            // Sorted by the larger end, equal ones are one edge, and its faces ascend.
+            half_edges.sort_unstable();
+            let mut previous = smaller;
+            for &half_edge in &half_edges {
+                let HalfEdge { larger, face, k } = half_edge;
+                if larger != previous {
+                    ends.push([smaller, larger]);
+                    starts.push(as_index(along.len()));
+                    previous = larger;
+                }
+                along.push(face);
+                of_faces[face as usize][k as usize] = as_index(ends.len() - 1);
+            }
+        }
+        starts.push(as_index(along.len()));
+        Self { ends, of_faces, faces: Csr::from_parts(starts, along) }
+    }
+}
+
+/// Side of a face, seen from its smaller end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct HalfEdge {
+    larger: u32,
+    face: u32,
+    /// The side from corner `k` to the next.
+    k: u32,
+}
+
+/// Appends the sides of a face from a vertex to larger ones.
+#[inline]
+fn push_upward(smaller: u32, face: u32, [a, b, c]: [u32; 3], half_edges: &mut Vec<HalfEdge>) {
+    for (k, from, to) in [(0, a, b), (1, b, c), (2, c, a)] {
+        let is_upward = from.min(to) == smaller && from != to;
+        if is_upward {
+            half_edges.push(HalfEdge { larger: from.max(to), face, k });
         }
     }
-    (edges, face_edges)
 }
 
-/// Returns the larger end of half-edge `3 * face + k`.
-fn larger_end(faces: &[[u32; 3]], half_edge: u32) -> u32 {
-    let (face, k) = (half_edge as usize / 3, half_edge as usize % 3);
-    faces[face][k].max(faces[face][(k + 1) % 3])
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "there are fewer edges than corners")]
-fn last_index(edges: &[[u32; 2]]) -> u32 {
-    (edges.len() - 1) as u32
-}
-
-fn edge_faces(edge_count: usize, face_edges: &[[u32; 3]]) -> Csr {
-    let mut pairs = Vec::with_capacity(3 * face_edges.len());
-    for (face, edges) in (0..).zip(face_edges) {
-        for &edge in edges.iter().filter(|edge| **edge != NO_EDGE) {
-            pairs.push((edge, face));
-        }
-    }
-    Csr::new(edge_count, &pairs)
+#[expect(clippy::cast_possible_truncation, reason = "corners are numbered in 32 bits")]
+fn as_index(count: usize) -> u32 {
+    count as u32
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! Faces of one body that cross each other.
 
 use musculo_collide::kdop::Workspace;
+use musculo_collide::surface::parallel;
 use musculo_collide::{Body, Scene, SceneError};
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::text::{counted, length};
@@ -29,8 +29,10 @@ struct CrossingFaces {
 pub(crate) fn self_crossings(scene: &mut Scene) -> Result<Vec<Option<SelfCrossings>>, SceneError> {
     // Bodies far from all others have no trees yet.
     scene.fit_all()?;
-    let bodies = scene.bodies().par_iter();
-    Ok(bodies.map_init(Workspace::default, SelfCrossings::find).collect())
+    #[expect(clippy::cast_precision_loss, reason = "an estimate of the time")]
+    let cost = |body: &Body| body.surface().faces().len() as f64;
+    let bodies = scene.bodies();
+    Ok(parallel::map_costly_first(bodies, cost, Workspace::default, SelfCrossings::find))
 }
 
 impl SelfCrossings {

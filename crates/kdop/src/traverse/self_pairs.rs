@@ -49,6 +49,11 @@ impl<const S: usize> DopTree<S> {
         for &(a, b) in &*cluster_pairs {
             let (a, b) = (a.min(b), a.max(b));
             counters.clusters += 1;
+            // Without a margin both caches hold the same bounds, and each copies from the other.
+            if margin.is_none() {
+                cache_a.load(self, a, cache_b);
+                cache_b.load(self, b, cache_a);
+            }
             let bounds_a = cache_a.get(self, a, margin);
             let bounds_b = cache_b.get(self, b, None);
             let crowded = neighbors.are_crowded(a, b);
