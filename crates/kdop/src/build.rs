@@ -109,10 +109,10 @@ impl<const S: usize> Builder<'_, S> {
         let order = &mut self.order[range.clone()];
 
         self.keys.clear();
-        for &leaf in &*order {
+        self.keys.extend(order.iter().map(|&leaf| {
             let position = ascending_bits(self.centroids[leaf as usize][k]);
-            self.keys.push(u64::from(position) << 32 | u64::from(leaf));
-        }
+            u64::from(position) << 32 | u64::from(leaf)
+        }));
         self.keys.select_nth_unstable(middle - range.start);
 
         for (leaf, &key) in order.iter_mut().zip(&self.keys) {
@@ -201,9 +201,10 @@ const fn full_subtree(n: usize) -> usize {
 
 /// Maps floats to integers of the same order.
 fn ascending_bits(x: f32) -> u32 {
-    // Bits of positive floats ascend, those of negative ones descend.
+    // Bits of positive floats ascend, those of negative ones descend: all of these are flipped.
     let bits = x.to_bits();
-    if bits >> 31 == 0 { bits | 1 << 31 } else { !bits }
+    let is_negative = bits >> 31;
+    bits ^ (is_negative.wrapping_neg() | 1 << 31)
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "the low half is the number of the leaf")]

@@ -1,6 +1,7 @@
 //! Scratch memory of the traversals, owned by the caller.
 
 use crate::cluster::LeafDops;
+use crate::node::ChildRef;
 use crate::queue::Queue;
 use crate::tree::DopTree;
 
@@ -15,6 +16,8 @@ pub struct Workspace<const S: usize = 9> {
     pub(crate) a: LeafCache<S>,
     pub(crate) b: LeafCache<S>,
     pub(crate) queue: Queue,
+    /// Parts of a tree with lower bounds of their distances.
+    pub(crate) stack: Vec<(f32, ChildRef)>,
     pub(crate) counters: Counters,
 }
 
@@ -40,6 +43,7 @@ impl<const S: usize> Workspace<S> {
             a: LeafCache::new(),
             b: LeafCache::new(),
             queue: Queue::new(),
+            stack: Vec::new(),
             counters: Counters { bound_tests: 0, clusters: 0, reported: 0 },
         }
     }

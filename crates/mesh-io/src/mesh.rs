@@ -51,6 +51,11 @@ pub(crate) struct Polygons {
 }
 
 impl Polygons {
+    /// Returns no polygons, with memory for some triangles.
+    pub(crate) fn with_capacity(triangles: usize) -> Self {
+        Self { corners: Vec::with_capacity(3 * triangles), ends: Vec::with_capacity(triangles) }
+    }
+
     pub(crate) fn push(&mut self, corners: impl IntoIterator<Item = i64>) {
         self.corners.extend(corners);
         self.ends.push(self.corners.len());
@@ -72,12 +77,13 @@ impl Mesh {
 
         for (face, &end) in polygons.ends.iter().enumerate() {
             let listed = &polygons.corners[start..end];
-            check_corners(face, listed, mesh.positions.len(), &mut corners)?;
-            match corners[..] {
-                [a, b, c] => mesh.faces.push([a, b, c]),
-                _ => mesh.push_fan(face, &corners)?,
-            }
             start = end;
+            if let Some(triangle) = as_triangle(listed, mesh.positions.len()) {
+                mesh.faces.push(triangle);
+                continue;
+            }
+            check_corners(face, listed, mesh.positions.len(), &mut corners)?;
+            mesh.push_fan(face, &corners)?;
         }
 
         Ok(mesh)
@@ -103,6 +109,13 @@ fn check_positions(positions: &[DVec3]) -> Result<(), ReadError> {
         Some(vertex) => Err(ReadError::NotFinite { vertex, at: positions[vertex] }),
         None => Ok(()),
     }
+}
+
+/// Returns the corners of a triangle, unless one is out of range.
+fn as_triangle(listed: &[i64], vertex_count: usize) -> Option<[u32; 3]> {
+    let &[a, b, c] = listed else { return None };
+    let corner = |vertex: i64| u32::try_from(vertex).ok().filter(|&v| (v as usize) < vertex_count);
+    Some([corner(a)?, corner(b)?, corner(c)?])
 }
 
 /// Replaces the content of `corners` by the corners that the file lists.

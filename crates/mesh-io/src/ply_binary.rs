@@ -62,7 +62,8 @@ pub(crate) fn read_faces(
         _ => return None,
     };
 
-    let mut polygons = Polygons::default();
+    // Each face takes as many bytes as its corners and their number: more do not fit.
+    let mut polygons = Polygons::with_capacity(element.count.min(bytes.len() / 13));
     let mut rest = *bytes;
     for _ in 0..element.count {
         let (&count, behind) = rest.split_first()?;

@@ -49,7 +49,7 @@ impl SurfaceTree {
         }
 
         // Faces at exactly the limit are visited as well: of equals the first face is taken.
-        self.tree().nearest(point, limit, workspace, |face, _| {
+        self.tree().nearest_unordered(point, limit, workspace, |face| {
             let found = self.closest_on_face(point, face);
             let is_before = match &best {
                 Some(best) => found.is_before(best),

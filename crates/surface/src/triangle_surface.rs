@@ -218,15 +218,16 @@ impl Edges {
             // Sorted by the larger end, equal ones are one edge, and its faces ascend.
             half_edges.sort_unstable();
             let mut previous = smaller;
-            for &half_edge in &half_edges {
-                let HalfEdge { larger, face, k } = half_edge;
+            for half_edge in &half_edges {
+                let larger = half_edge.larger();
                 if larger != previous {
                     ends.push([smaller, larger]);
                     starts.push(as_index(along.len()));
                     previous = larger;
                 }
+                let (face, k) = half_edge.side();
                 along.push(face);
-                of_faces[face as usize][k as usize] = as_index(ends.len() - 1);
+                of_faces[face as usize][k] = as_index(ends.len() - 1);
             }
         }
         starts.push(as_index(along.len()));
@@ -234,13 +235,26 @@ impl Edges {
     }
 }
 
-/// Side of a face, seen from its smaller end.
+/// Side of a face, seen from its smaller end: the larger end, then the side's number `3 * face + k`,
+/// which runs from corner `k` to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct HalfEdge {
-    larger: u32,
-    face: u32,
-    /// The side from corner `k` to the next.
-    k: u32,
+struct HalfEdge(u64);
+
+impl HalfEdge {
+    fn new(larger: u32, face: u32, k: u32) -> Self {
+        Self(u64::from(larger) << 32 | u64::from(3 * face + k))
+    }
+
+    fn larger(self) -> u32 {
+        (self.0 >> 32) as u32
+    }
+
+    /// Returns the face, and the place of the side in it.
+    #[expect(clippy::cast_possible_truncation, reason = "the low half is the number of the side")]
+    fn side(self) -> (u32, usize) {
+        let number = self.0 as u32;
+        (number / 3, number as usize % 3)
+    }
 }
 
 /// Appends the sides of a face from a vertex to larger ones.
@@ -249,7 +263,7 @@ fn push_upward(smaller: u32, face: u32, [a, b, c]: [u32; 3], half_edges: &mut Ve
     for (k, from, to) in [(0, a, b), (1, b, c), (2, c, a)] {
         let is_upward = from.min(to) == smaller && from != to;
         if is_upward {
-            half_edges.push(HalfEdge { larger: from.max(to), face, k });
+            half_edges.push(HalfEdge::new(from.max(to), face, k));
         }
     }
 }

@@ -12,6 +12,7 @@ use crate::directions::{norm, project};
 use crate::dop::rounding_loss;
 use crate::dop4::Dop4;
 use crate::node::{Child, ChildRef};
+use crate::projections::to_nearest;
 use crate::queue::{Queue, QueueEntry, QueueItem};
 use crate::tree::DopTree;
 use crate::workspace::{Counters, Workspace};
@@ -72,6 +73,84 @@ impl<const S: usize> DopTree<S> {
                 QueueItem::Child(child) => {
                     self.push_below(child, &distance, within, queue, counters);
                 }
+            }
+        }
+    }
+
+    /// Visits leaves that may be within the smallest distance found, in an order that depends on the
+    /// tree: as [`nearest`](Self::nearest), with bounds in single precision and without a queue.
+    ///
+    /// Several times as fast where `within` is little more than the smallest distance, as after a
+    /// guess. It visits some more leaves elsewhere.
+    ///
+    /// ```
+    /// use glam::DVec3;
+    /// use kdop::{Leaves, Tree, Workspace};
+    ///
+    /// let points = [DVec3::ZERO, DVec3::new(3.0, 4.0, 0.0), DVec3::X * 9.0];
+    /// let tree = Tree::build(Leaves::Points, &points)?;
+    /// let from = DVec3::new(3.0, 3.0, 0.0);
+    /// let mut best = (points[0].distance(from), 0);
+    /// tree.nearest_unordered(from, best.0, &mut Workspace::default(), |leaf| {
+    ///     let distance = points[leaf as usize].distance(from);
+    ///     if (distance, leaf) < best {
+    ///         best = (distance, leaf);
+    ///     }
+    ///     best.0
+    /// });
+    /// assert_eq!(best, (1.0, 1));
+    /// # Ok::<(), kdop::TreeError>(())
+    /// ```
+    pub fn nearest_unordered(
+        &self,
+        point: DVec3,
+        mut within: f64,
+        workspace: &mut Workspace<S>,
+        mut visit: impl FnMut(u32) -> f64,
+    ) {
+        let Workspace { stack, counters, .. } = workspace;
+        *counters = Counters::default();
+        stack.clear();
+        if self.nodes.is_empty() {
+            return;
+        }
+
+        let distance = RoughBound::new(self, point);
+        stack.push((0.0, ChildRef::node(0)));
+        while let Some((bound, child)) = stack.pop() {
+            if f64::from(bound) > within {
+                continue;
+            }
+            match child.get() {
+                Child::Node(node) => {
+                    let node = &self.nodes[node as usize];
+                    counters.bound_tests += 1;
+                    let first = stack.len();
+                    for (bound, child) in distance.to(&node.bounds).into_iter().zip(node.children) {
+                        if child != ChildRef::NONE && f64::from(bound) <= within {
+                            stack.push((bound, child));
+                        }
+                    }
+                    // The nearest child is popped first, and shortens the search of the others.
+                    stack[first..].sort_unstable_by(|p, q| q.0.total_cmp(&p.0));
+                }
+                Child::Cluster(cluster) => {
+                    let cluster = self.clusters.get(cluster);
+                    let mut bounds = LeafDops::EMPTY;
+                    self.clusters.bound_leaves(cluster, &self.projections, &mut bounds);
+                    counters.clusters += 1;
+                    counters.bound_tests += bounds.halves.len() as u64;
+                    for (h, half) in bounds.halves.iter().enumerate() {
+                        for (lane, bound) in distance.to(half).into_iter().enumerate() {
+                            let Some(leaf) = self.leaf(cluster, 4 * h + lane) else { break };
+                            if f64::from(bound) <= within {
+                                counters.reported += 1;
+                                within = visit(leaf);
+                            }
+                        }
+                    }
+                }
+                Child::None => {}
             }
         }
     }
@@ -167,6 +246,57 @@ impl<const S: usize> DistanceBound<S> {
         (distance * f64x4::splat(1.0 - 8.0 * f64::EPSILON)).to_array()
     }
 }
+
+/// Lower bound of the distance from a point to a k-DOP, in single precision.
+struct RoughBound<const S: usize> {
+    /// The point, projected.
+    at: [f32; S],
+    /// Bound on the rounding error of a gap along each direction.
+    rounding: [f32; S],
+}
+
+impl<const S: usize> RoughBound<S> {
+    fn new(tree: &DopTree<S>, point: DVec3) -> Self {
+        let exact = project::<S>(point);
+        let root = tree.root();
+        Self {
+            // A point beyond the range of f32 is farther than one at the end of it.
+            at: exact.map(|at| to_nearest(at).clamp(-f32::MAX, f32::MAX)),
+            // The stored bound, the point and their difference are rounded to single precision.
+            rounding: std::array::from_fn(|k| {
+                let stored = f64::from(root.lo[k].abs().max(root.hi[k].abs()));
+                to_nearest(4.0 * (rounding_loss(stored) + rounding_loss(exact[k].abs())))
+            }),
+        }
+    }
+
+    /// Computes the distance to the box, or the widest gap along another direction where that is
+    /// more, for each of four k-DOPs.
+    #[inline(always)]
+    fn to(&self, bounds: &Dop4<S>) -> [f32; 4] {
+        let (mut in_box, mut widest) = (f32x4::ZERO, f32x4::ZERO);
+        for k in 0..S {
+            // A bound beyond the range of f32 may stand for the largest number within it.
+            let lo = bounds.lower(k).fast_min(f32x4::splat(f32::MAX));
+            let hi = bounds.upper(k).fast_max(f32x4::splat(-f32::MAX));
+            let at = f32x4::splat(self.at[k]);
+            let gap = (lo - at).fast_max(at - hi) - f32x4::splat(self.rounding[k]);
+            let gap = gap.fast_max(f32x4::ZERO).fast_min(f32x4::splat(MAX_ROUGH_DISTANCE));
+            if k < 3 {
+                in_box += gap * gap;
+            } else {
+                let per_length = to_nearest(1.0 / norm::<S>(k).powi(2));
+                widest = widest.fast_max(gap * gap * f32x4::splat(per_length));
+            }
+        }
+        let distance = in_box.fast_max(widest).sqrt();
+        (distance * f32x4::splat(1.0 - 8.0 * f32::EPSILON)).to_array()
+    }
+}
+
+/// Distances in single precision are not distinguished beyond this, so that their squares stay
+/// finite.
+const MAX_ROUGH_DISTANCE: f32 = 1e18;
 
 /// Converts single precision to double, exactly.
 #[inline(always)]

@@ -290,7 +290,20 @@ fn the_nearest_point_is_found() {
 
         let wanted = (0..).zip(&a.points).map(|(i, _)| (distance(i), i));
         let wanted = wanted.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        assert_eq!(best, wanted.unwrap_or((f64::INFINITY, u32::MAX)), "{frame:?}");
+        let wanted = wanted.unwrap_or((f64::INFINITY, u32::MAX));
+        assert_eq!(best, wanted, "{frame:?}");
+
+        // The same without order, from any guess.
+        let guess = u.choose_index(a.points.len()).map_or(0, |i| u32::try_from(i).unwrap());
+        for within in [f64::INFINITY, if a.points.is_empty() { 0.0 } else { distance(guess) }] {
+            let mut best = (f64::INFINITY, u32::MAX);
+            tree.nearest_unordered(from, within, &mut Workspace::new(), |leaf| {
+                let exact = distance(leaf);
+                best = if (exact, leaf) < best { (exact, leaf) } else { best };
+                best.0.min(within)
+            });
+            assert_eq!(best, wanted, "{frame:?} within {within:e}");
+        }
         Ok(())
     });
 }
