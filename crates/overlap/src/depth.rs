@@ -80,7 +80,7 @@ struct Piece {
 const UNKNOWN: u32 = u32::MAX;
 
 /// Memory of depth searches, reused from search to search.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct DepthMemory {
     traversal: Workspace,
     pieces: MaximumSearch<Piece>,
@@ -92,21 +92,6 @@ pub(crate) struct DepthMemory {
     stretches: Vec<FaceStretch>,
     clip: FaceClip,
     triangles: Vec<[DVec3; 3]>,
-}
-
-impl Default for DepthMemory {
-    fn default() -> Self {
-        Self {
-            traversal: Workspace::default(),
-            pieces: MaximumSearch::new(0.0, f64::INFINITY),
-            nearest: Vec::new(),
-            near: Vec::new(),
-            whole_faces: Vec::new(),
-            stretches: Vec::new(),
-            clip: FaceClip::default(),
-            triangles: Vec::new(),
-        }
-    }
 }
 
 /// The search for the deepest point of one side.

@@ -36,6 +36,7 @@
 //!
 //! - `serde`: results and parameters implement `Serialize` and `Deserialize`.
 
+mod contact_sums;
 mod coplanar;
 mod curve;
 mod depth;
@@ -53,10 +54,11 @@ mod triangulation;
 
 pub use glam;
 
+pub use crate::contact_sums::{ContactMeasures, FaceContact, JointContact};
 pub use crate::depth::{Depth, DepthParams};
 pub use crate::error::JointContactError;
 pub use crate::foundation::{ElasticFoundation, FoundationLaw};
-pub use crate::joint::{ContactMeasures, FaceContact, JointContact, JointContactParams};
+pub use crate::joint::JointContactParams;
 pub use crate::located::OverlapMeasures;
 pub use crate::near_area::{AreaBracket, near_areas};
 pub use crate::overlap::{CurveChain, Overlap, OverlapDetector};

@@ -4,11 +4,12 @@ use glam::DVec3;
 use kdop::Workspace;
 use proximity::{NearVertex, NoInside, SurfaceTree};
 
+use crate::contact_sums::JointContact;
 use crate::curve::Curve;
 use crate::depth::{Depth, DepthMemory, DepthParams, depth};
 use crate::error::JointContactError;
 use crate::inside::Inside;
-use crate::joint::{JointContact, JointContactParams, JointFaces, joint_contact};
+use crate::joint::{JointContactParams, JointFaces, joint_contact};
 use crate::located::{Located, OverlapMeasures, join_cavities};
 use crate::measures::{Parts, Sums, sum_regions};
 use crate::patches::{ClippedFace, Clipper};

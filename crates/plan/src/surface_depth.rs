@@ -54,6 +54,7 @@ pub(crate) struct SurfaceDepth {
     places: [Vec<u32>; 2],
     cut_faces: Vec<u32>,
     cut_face: CutFace,
+    pieces: MaximumSearch<Piece>,
 }
 
 /// Triangle that may hold the deepest point.
@@ -82,7 +83,7 @@ struct Search<'a> {
     places: &'a [Vec<u32>; 2],
     workspace: &'a mut Workspace,
     cut_face: &'a mut CutFace,
-    pieces: MaximumSearch<Piece>,
+    pieces: &'a mut MaximumSearch<Piece>,
     /// Bound on the rounding of a distance.
     rounding: f64,
     /// Distance by which inside points may be off the pieces, and the largest allowed one.
@@ -109,9 +110,9 @@ impl SurfaceDepth {
             return DepthBracket::default();
         }
         self.mark_inside(found, bodies);
-        let Self { workspace, places, cut_faces, cut_face } = self;
+        let Self { workspace, places, cut_faces, cut_face, pieces } = self;
         let max_error = ERROR_SHARE * width;
-        let pieces = MaximumSearch::new(width - max_error, f64::INFINITY).with_relative_slack(0.0);
+        pieces.restart(width - max_error, 0.0);
         let rounding = rounding(bodies);
         let mut search = Search {
             found,

@@ -78,6 +78,13 @@ impl<T> PartialEq for Waiting<T> {
 
 impl<T> Eq for Waiting<T> {}
 
+impl<T> Default for MaximumSearch<T> {
+    /// Starts a search for the maximum itself, without slack but the relative one.
+    fn default() -> Self {
+        Self::new(0.0, f64::INFINITY)
+    }
+}
+
 impl<T> MaximumSearch<T> {
     /// Starts a search without pieces.
     ///

@@ -24,11 +24,7 @@ impl NearFaces {
     /// # Panics
     ///
     /// When a face is not below the count.
-    pub fn refill(
-        &mut self,
-        face_count: usize,
-        pairs: impl Iterator<Item = (u32, u32)> + Clone,
-    ) {
+    pub fn refill(&mut self, face_count: usize, pairs: impl Iterator<Item = (u32, u32)> + Clone) {
         self.clear();
         let Self { rows, faces, starts, entries } = self;
         if rows.len() < face_count {
