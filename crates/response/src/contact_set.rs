@@ -70,6 +70,49 @@ impl ContactSet {
         self.groups.push(ContactGroup { pair, material: *material, contacts });
     }
 
+    /// Adds the contacts of another set between particles that are not known yet, which they then
+    /// are; returns their number.
+    pub(crate) fn append_new(&mut self, other: &Self, known: &mut Vec<StencilKey>) -> usize {
+        let before = self.contacts.len();
+        for group in &other.groups {
+            let start = self.contacts.len();
+            for contact in &other.contacts[group.contacts.clone()] {
+                let key = stencil_key(group.pair, contact);
+                if let Err(place) = known.binary_search(&key) {
+                    known.insert(place, key);
+                    self.contacts.push(*contact);
+                }
+            }
+            let contacts = start..self.contacts.len();
+            self.groups.push(ContactGroup { contacts, ..group.clone() });
+        }
+        self.contacts.len() - before
+    }
+
+    /// Keeps the contacts that fulfill a condition; returns the earliest time of these.
+    pub(crate) fn retain_swept(
+        &mut self,
+        mut is_kept: impl FnMut(&Contact, &Material) -> bool,
+    ) -> Option<f64> {
+        let (mut kept, mut first) = (0, None);
+        for group in &mut self.groups {
+            let range = group.contacts.clone();
+            group.contacts.start = kept;
+            for number in range {
+                let contact = self.contacts[number];
+                if is_kept(&contact, &group.material) {
+                    self.contacts[kept] = contact;
+                    kept += 1;
+                    let time = contact.time.unwrap_or(0.0);
+                    first = Some(first.map_or(time, |first: f64| first.min(time)));
+                }
+            }
+            group.contacts.end = kept;
+        }
+        self.contacts.truncate(kept);
+        first
+    }
+
     /// Returns all contacts, group after group.
     #[must_use]
     pub fn contacts(&self) -> &[Contact] {
@@ -94,4 +137,15 @@ impl ContactSet {
             self.contacts[group.contacts.clone()].iter().map(|contact| (contact, &group.material))
         })
     }
+}
+
+/// Pair of bodies and particles of a contact.
+pub(crate) type StencilKey = (u64, [u32; 6]);
+
+fn stencil_key(pair: u64, contact: &Contact) -> StencilKey {
+    let mut particles = [u32::MAX; 6];
+    for (slot, term) in particles.iter_mut().zip(contact.stencil.terms()) {
+        *slot = term.particle;
+    }
+    (pair, particles)
 }

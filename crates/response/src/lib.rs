@@ -115,7 +115,9 @@ pub use crate::check::{not_negative, parameter, positive};
 pub use crate::constraint::{Constraint, SpringDamper};
 pub use crate::contact_rows::{ContactLaw, ContactRow, ContactRows};
 pub use crate::contact_set::{ContactGroup, ContactSet};
-pub use crate::contact_step::{ContactStep, ParticleLoads, ParticleStates, StepParams, StepReport};
+pub use crate::contact_step::{
+    ContactStep, ParticleLoads, ParticleStates, StepParams, StepReport, SweptReport,
+};
 pub use crate::distribute::distribute;
 pub use crate::error::{ParameterError, ResponseError};
 pub use crate::followers::{Follower, Followers};

@@ -69,13 +69,21 @@ impl Material {
 
     /// Computes the relative speed of a hard contact that a correction has to cancel, for the
     /// relative velocity V_c.
-    pub(crate) fn forbidden_speed(&self, contact: &Contact, velocity: DVec3) -> f64 {
+    pub(crate) fn forbidden_speed(&self, contact: &Contact, velocity: DVec3, h: StepLength) -> f64 {
         let approach = velocity.dot(contact.normal);
+        if contact.time.is_some() {
+            return (approach - self.closing_speed(contact, h)).max(0.0);
+        }
         match self.permanent {
             Some(Restraint::Sticking) => velocity.length(),
             Some(Restraint::Sliding) => approach.abs(),
             None => self.margins.proximity_factor(self.depth(contact)) * approach.max(0.0),
         }
+    }
+
+    /// Computes the speed of approach at which the gap of a contact closes at the end of a step.
+    pub(crate) fn closing_speed(&self, contact: &Contact, h: StepLength) -> f64 {
+        (-self.depth(contact)).max(0.0) / h.get()
     }
 
     /// Returns the law and the constraint on displacements of a hard contact. Friction acts on
@@ -102,6 +110,11 @@ impl Material {
     ) -> Result<(ContactLaw, Constraint), ResponseError> {
         // Hard: no approach, or no motion of the restrained part.
         let law = ContactLaw::new(self.margins, 0.0)?.with_friction(self.friction);
+
+        // A contact that is met during the move: its gap may close by then.
+        if contact.time.is_some() {
+            return Ok((law, Constraint::OneSided(self.closing_speed(contact, h))));
+        }
         let Some(spring) = self.spring else {
             let constraint = match self.permanent {
                 None => Constraint::Contact,
@@ -118,7 +131,7 @@ impl Material {
         let constraint = match self.permanent {
             Some(_) => Constraint::TwoSided(closed),
             None if depth >= 0.0 => Constraint::OneSided(closed),
-            None => Constraint::OneSided(-depth / h.get()),
+            None => Constraint::OneSided(self.closing_speed(contact, h)),
         };
         Ok((law, constraint))
     }

@@ -59,6 +59,7 @@ mod geometry;
 mod joint_contact;
 mod kept_contacts;
 mod medial_contacts;
+mod pair_contacts;
 mod pair_frame;
 mod pair_overlap;
 mod params;
@@ -68,6 +69,7 @@ mod scene;
 mod step;
 mod step_detectors;
 mod step_sides;
+mod step_sweep;
 mod sweep;
 
 pub use distance_field::{FieldContact, FieldDetector, FieldFeature};
@@ -87,12 +89,13 @@ pub use crate::edge_overlap::{EdgeOverlap, FacePoint};
 pub use crate::error::SceneError;
 pub use crate::geometry::{OverlapGeometry, PatchFace};
 pub use crate::kept_contacts::{KeptPair, PermanentParams, Renewal};
+pub use crate::pair_contacts::PairContacts;
 pub use crate::pair_overlap::PairOverlap;
 pub use crate::params::CheckParams;
 pub use crate::pass_through::PassThrough;
 pub use crate::report::{PairReport, VertexReport};
 pub use crate::scene::Scene;
-pub use crate::step::{PairContacts, SceneStates, SceneStep, StepError};
+pub use crate::step::{SceneStates, SceneStep, StepError};
 pub use crate::step_detectors::{
     DetectorParams, Fallback, FallbackReason, StepDetectors, StepMethod,
 };

@@ -3,15 +3,18 @@
 
 use std::collections::BTreeMap;
 
+use ccd::CcdParams;
 use glam::DVec3;
 use proximity::ProximityError;
 use response::{
-    ContactSet, ContactStep, Followers, Material, ParticleLoads, ParticleStates, ResponseError,
-    RigidMotion, StepParams, StepReport,
+    ContactStep, Followers, Material, ParticleLoads, ParticleStates, ResponseError, RigidMotion,
+    StepParams, StepReport, SweptReport,
 };
-use surface::{Contact, Pose};
+use surface::Pose;
 
-use crate::step_sides::{KeptSide, SideMemory, key_of};
+use crate::pair_contacts::{Bones, Materials, PairContacts};
+use crate::step_sides::SideMemory;
+use crate::step_sweep::MoveEnds;
 use crate::{BodyId, PairId, Scene, SceneError};
 
 /// States of all particles of a scene, body after body
@@ -77,6 +80,7 @@ pub struct SceneStep {
     bones: Bones,
     sides: SideMemory,
     step: ContactStep,
+    ends: MoveEnds,
     /// Number of steps before this one.
     number: u64,
 }
@@ -100,36 +104,14 @@ pub enum StepError {
     },
 }
 
-/// Materials by pair.
-#[derive(Clone, Debug)]
-struct Materials {
-    default: Material,
-    by_pair: BTreeMap<PairId, Material>,
-}
-
-/// Motions of rigid bodies, by their numbers; `None` for soft bodies.
-#[derive(Clone, Debug, Default)]
-struct Bones(Vec<Option<RigidMotion>>);
-
-/// Contacts of a step by pair of bodies, to be filled by a detector.
-#[derive(Debug)]
-pub struct PairContacts<'a> {
-    set: &'a mut ContactSet,
-    materials: &'a Materials,
-    bones: &'a Bones,
-    sides: &'a mut SideMemory,
-    /// Positions of all particles.
-    x: &'a [DVec3],
-    step_number: u64,
-}
-
 impl SceneStep {
     /// Returns a step in which all pairs have the same material, and all bones rest.
     #[must_use]
     pub fn new(default: Material) -> Self {
         let materials = Materials { default, by_pair: BTreeMap::new() };
         let (bones, sides) = (Bones::default(), SideMemory::default());
-        Self { materials, bones, sides, step: ContactStep::default(), number: 0 }
+        let (step, ends) = (ContactStep::default(), MoveEnds::default());
+        Self { materials, bones, sides, step, ends, number: 0 }
     }
 
     /// Sets the material of one pair.
@@ -186,7 +168,7 @@ impl SceneStep {
         }
 
         self.bones.fit(scene);
-        let Self { materials, bones, sides, step, number } = self;
+        let Self { materials, bones, sides, step, number, .. } = self;
         let step_number = *number;
         *number += 1;
         let particles = ParticleStates { x, v, loads, inverse_mass };
@@ -199,6 +181,35 @@ impl SceneStep {
         });
         sides.end_step();
         report
+    }
+
+    /// Corrects velocities again, by contacts that are met on the way to x + h v, after
+    /// [`Self::correct`] of the same step: see [`ContactStep::correct_swept`]. Bones move by their
+    /// motions, all vertices on straight lines.
+    ///
+    /// What is in contact at the start is left to `correct`. Where contacts are left in the end,
+    /// the move may stop at the [share](SweptReport::free_share) of it that is free.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`ContactStep::correct_swept`] and [`Scene::sweep`].
+    pub fn correct_swept(
+        &mut self,
+        scene: &mut Scene,
+        states: SceneStates<'_>,
+        params: &StepParams,
+        ccd: &CcdParams,
+        report: &mut StepReport,
+    ) -> Result<SweptReport, StepError> {
+        let SceneStates { x, v, inverse_mass, .. } = states;
+        self.bones.fit(scene);
+        scene.move_soft_bodies(x)?;
+        let Self { materials, bones, sides, step, ends, number } = self;
+        let (x, step_number) = (&*x, *number);
+        step.correct_swept(v, inverse_mass, params, report, |v, set| {
+            let mut contacts = PairContacts { set, materials, bones, sides, x, step_number };
+            Ok(ends.sweep(scene, v, params.h, ccd, &mut contacts)?)
+        })
     }
 
     /// Returns the number of contacts in the last detection of vertices inside a body that were
@@ -216,62 +227,6 @@ impl SceneStep {
     #[must_use]
     pub fn contact_step(&self) -> &ContactStep {
         &self.step
-    }
-}
-
-impl PairContacts<'_> {
-    /// Adds the contacts of a pair that were kept, not detected: vertices leave by the sides of
-    /// these contacts.
-    pub(crate) fn add_kept(&mut self, pair: PairId, contacts: &[Contact], sides: &[KeptSide]) {
-        self.sides.keep(pair, sides);
-        self.add(pair, contacts);
-    }
-
-    /// Replaces contacts of vertices that would leave a body by another side than they came in by.
-    pub(crate) fn correct_sides(&mut self, scene: &Scene, pair: PairId, found: &mut [Contact]) {
-        let bones = self.bones;
-        let motion_of = |body: BodyId| bones.0[body.index()].unwrap_or_default();
-        self.sides.correct_pair(scene, pair, found, &motion_of);
-    }
-
-    /// Returns the material of a pair.
-    #[must_use]
-    pub fn material(&self, pair: PairId) -> &Material {
-        self.materials.of(pair)
-    }
-
-    /// Returns the positions of all particles.
-    pub(crate) fn x(&self) -> &[DVec3] {
-        self.x
-    }
-
-    /// Returns the number of the step, from 0. A step may detect several times.
-    #[must_use]
-    pub fn step_number(&self) -> u64 {
-        self.step_number
-    }
-
-    /// Adds the contacts of a pair, with its material. Anchors get the velocity and the
-    /// acceleration of their bone.
-    pub fn add(&mut self, pair: PairId, contacts: &[Contact]) {
-        let material = self.materials.of(pair);
-        let motion = pair.bodies().iter().find_map(|body| self.bones.0[body.index()]);
-        self.set.add(key_of(pair), material, &motion.unwrap_or_default(), contacts);
-    }
-}
-
-impl Materials {
-    fn of(&self, pair: PairId) -> &Material {
-        self.by_pair.get(&pair).unwrap_or(&self.default)
-    }
-}
-
-impl Bones {
-    /// Adds bodies that are new in the scene, at rest.
-    fn fit(&mut self, scene: &Scene) {
-        for body in &scene.bodies()[self.0.len().min(scene.bodies().len())..] {
-            self.0.push(body.is_rigid().then(RigidMotion::default));
-        }
     }
 }
 

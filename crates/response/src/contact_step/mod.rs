@@ -13,8 +13,9 @@ use glam::DVec3;
 use surface::{Anchor, Contact};
 
 pub use self::params::StepParams;
-pub use self::report::StepReport;
+pub use self::report::{StepReport, SweptReport};
 use self::row_solver::RowSolver;
+use crate::contact_set::StencilKey;
 use crate::{
     ContactSet, Followers, Impulse, ImpulseCache, ResponseError, SolveLevel, StepLength, check,
 };
@@ -122,6 +123,11 @@ pub struct ContactStep {
     displacements: Vec<DVec3>,
     /// Velocities after the move.
     next: Vec<DVec3>,
+    /// Velocities before the contacts of the step.
+    start: Vec<DVec3>,
+    swept: ContactSet,
+    /// Primitives of the swept contacts that are added.
+    known: Vec<StencilKey>,
 }
 
 impl ContactStep {
@@ -173,6 +179,59 @@ impl ContactStep {
         self.correct_loads(v, loads, inverse_mass, params, &mut report)?;
         self.last = Some(params.h);
         Ok(report)
+    }
+
+    /// Corrects velocities again, by contacts that are met between the present positions and those
+    /// at the end of the move, x + h v, after [`Self::correct`] of the same step: none tunnels
+    /// through another.
+    ///
+    /// `sweep` adds the contacts of that move at the velocities given, with the
+    /// [time](Contact::time) at which each begins and the gap of the *present* positions along its
+    /// normal. A velocity may close that gap, and no more. Corrected velocities may meet other
+    /// contacts, so that it sweeps again, up to `max_rounds` times. Where contacts are left then,
+    /// the move is free up to [`SweptReport::free_share`], and the caller may stop there. Replaces
+    /// what `report` has of velocities. Loads are not corrected.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::correct`].
+    pub fn correct_swept<E: From<ResponseError>>(
+        &mut self,
+        v: &mut [DVec3],
+        inverse_mass: &[f64],
+        params: &StepParams,
+        report: &mut StepReport,
+        mut sweep: impl FnMut(&[DVec3], &mut ContactSet) -> Result<(), E>,
+    ) -> Result<SweptReport, E> {
+        check::particles("velocity", self.start.len(), v)?;
+        check::inverse_masses(v.len(), inverse_mass)?;
+        params.validate()?;
+        let mut swept_report = SweptReport::default();
+        self.known.clear();
+        let allowed = params.approach_tolerance.unwrap_or(0.0) + params.solver.tolerance;
+        loop {
+            self.swept.clear();
+            sweep(v, &mut self.swept)?;
+
+            // Those that velocities do not respect yet, and the first of them.
+            let found = self.swept.retain_swept(|contact, material| {
+                let velocity = relative_velocity(contact, v);
+                material.forbidden_speed(contact, velocity, params.h) > allowed
+            });
+            swept_report.free_share = found.unwrap_or(1.0);
+            if found.is_none() || swept_report.rounds == params.max_rounds {
+                break;
+            }
+            swept_report.rounds += 1;
+            swept_report.contacts += self.contacts.append_new(&self.swept, &mut self.known);
+
+            // All contacts of the step together, from the velocities before them.
+            self.followers.mark(inverse_mass, &self.contacts, &mut self.follows);
+            self.followers.lump(inverse_mass, &self.follows, &mut self.lumped);
+            self.solve_velocities(v, inverse_mass, params, 1.0, report)?;
+        }
+        report.contacts = self.contacts.contacts().len();
+        Ok(swept_report)
     }
 
     /// Sets the particles that follow others: those that the detector's surfaces have left
@@ -255,21 +314,32 @@ impl ContactStep {
         params: &StepParams,
         report: &mut StepReport,
     ) -> Result<(), ResponseError> {
-        report.approach_before = largest_approach(&self.contacts, v);
+        report.approach_before = largest_approach(&self.contacts, v, params.h);
         report.approach = report.approach_before;
+        self.start.clear();
+        self.start.extend_from_slice(v);
         let Some(tolerance) = params.approach_tolerance else { return Ok(()) };
         let has_soft = self.contacts.groups().iter().any(|group| !group.material.is_hard());
         if report.approach <= tolerance && !has_soft {
             self.velocity_cache.clear();
             return Ok(());
         }
+        self.solve_velocities(v, inverse_mass, params, warm_scale(self.last, params.h), report)
+    }
 
+    /// Solves for velocities, from those before contacts and the impulses that are cached.
+    fn solve_velocities(
+        &mut self,
+        v: &mut [DVec3],
+        inverse_mass: &[f64],
+        params: &StepParams,
+        scale: f64,
+        report: &mut StepReport,
+    ) -> Result<(), ResponseError> {
         // From the impulses of the last step, which are replaced by these.
-        let before = &mut self.displacements;
-        before.clear();
-        before.extend_from_slice(v);
-        let Self { contacts, solver, velocity_cache, .. } = self;
-        velocity_cache.warm_start(contacts, warm_scale(self.last, params.h), &mut solver.impulses);
+        let Self { contacts, solver, velocity_cache, start: before, .. } = self;
+        v.copy_from_slice(before);
+        velocity_cache.warm_start(contacts, scale, &mut solver.impulses);
         solver.set_rows(v.len(), contacts, |contact, material| {
             Ok(Some((*contact, material.velocity_row(contact, params.h)?)))
         })?;
@@ -278,9 +348,10 @@ impl ContactStep {
         velocity_cache.store(contacts, &solver.impulses)?;
 
         // Momentum and energy that the correction has given.
-        report.approach = largest_approach(&self.contacts, v);
-        report.rigid_work = self.solver.rigid_work(&self.contacts);
-        for ((v, before), w) in v.iter().zip(before).zip(inverse_mass) {
+        report.approach = largest_approach(contacts, v, params.h);
+        report.rigid_work = solver.rigid_work(contacts);
+        (report.impulse, report.kinetic_energy) = (DVec3::ZERO, 0.0);
+        for ((v, before), w) in v.iter().zip(&*before).zip(inverse_mass) {
             if *w > 0.0 {
                 report.impulse += (*v - *before) / *w;
                 report.kinetic_energy += 0.5 * (*v - *before).dot(*v + *before) / *w;
@@ -318,7 +389,7 @@ impl ContactStep {
         let has_soft = params.approach_tolerance.is_none()
             && self.contacts.groups().iter().any(|group| !group.material.is_hard());
         let Self { contacts, solver, load_cache, next, .. } = self;
-        let largest = largest_approach_at(contacts, next, |contact| advanced(contact, h));
+        let largest = largest_approach_at(contacts, next, params.h, |contact| advanced(contact, h));
         let tolerated = params.approach_tolerance.unwrap_or(0.0) + tolerance * h;
         if largest <= tolerated && !has_soft {
             load_cache.clear();
@@ -390,24 +461,30 @@ fn add_to_loads(loads: ParticleLoads<'_>, changes: &[DVec3], inverse_mass: &[f64
 }
 
 /// Computes the largest speed that hard contacts forbid.
-fn largest_approach(contacts: &ContactSet, v: &[DVec3]) -> f64 {
-    largest_approach_at(contacts, v, |contact| *contact)
+fn largest_approach(contacts: &ContactSet, v: &[DVec3], h: StepLength) -> f64 {
+    largest_approach_at(contacts, v, h, |contact| *contact)
 }
 
 /// As [`largest_approach`], for contacts in another state.
 fn largest_approach_at(
     contacts: &ContactSet,
     v: &[DVec3],
+    h: StepLength,
     state: impl Fn(&Contact) -> Contact,
 ) -> f64 {
     let mut largest = 0.0_f64;
     for (contact, material) in contacts.iter().filter(|(_, material)| material.is_hard()) {
         let contact = state(contact);
-        let of_anchor = contact.anchor.unwrap_or_default().velocity;
-        let velocity = of_anchor + contact.stencil.combine(|k| v[k as usize]);
-        largest = largest.max(material.forbidden_speed(&contact, velocity));
+        let velocity = relative_velocity(&contact, v);
+        largest = largest.max(material.forbidden_speed(&contact, velocity, h));
     }
     largest
+}
+
+/// Computes V_c of a contact.
+fn relative_velocity(contact: &Contact, v: &[DVec3]) -> DVec3 {
+    let of_anchor = contact.anchor.unwrap_or_default().velocity;
+    of_anchor + contact.stencil.combine(|k| v[k as usize])
 }
 
 /// Returns the contact with its anchor's velocity after `h`.

@@ -44,3 +44,16 @@ pub struct StepReport {
     /// Energy k δ² / 2 of soft contacts at the start of the move.
     pub contact_energy: f64,
 }
+
+/// Report of the contacts that are met during the move of a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SweptReport {
+    /// Number of corrections of velocities.
+    pub rounds: u32,
+    /// Number of contacts that were added to those of the step.
+    pub contacts: usize,
+    /// Share of the move, in `0.0..=1.0`, before which no contact begins that the corrected
+    /// velocities do not respect: 1 where all are respected.
+    pub free_share: f64,
+}

@@ -315,7 +315,7 @@ impl StepDetectors {
             let report = KeptPair { pair, since, renewal, bound: 0.0, contacts: 0 };
             let (margin, margins) = (self.params.margin, contacts.material(pair).margins);
             let detected = DetectedList { contacts: found, reach: held, margin, margins };
-            let list = KeptList::new(scene, report, params, detected, contacts.x())?;
+            let list = KeptList::new(scene, report, params, detected, contacts.x)?;
             add_list(&list, margin, contacts, &mut self.scratch);
             self.kept.insert(pair, list);
         }
@@ -332,7 +332,7 @@ impl StepDetectors {
         let mut doubts = BTreeMap::new();
         let DetectorParams { margin, tolerance } = self.params;
         for (&pair, list) in &mut self.kept {
-            match list.carry(scene, contacts.x(), tolerance)? {
+            match list.carry(scene, contacts.x, tolerance)? {
                 None => add_list(list, margin, contacts, &mut self.scratch),
                 Some(doubt) => {
                     doubts.insert(pair, doubt);

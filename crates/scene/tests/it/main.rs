@@ -6,5 +6,6 @@ mod medial;
 mod overlap;
 mod step;
 mod step_detectors;
+mod step_sweep;
 mod support;
 mod sweep;
