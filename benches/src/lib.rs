@@ -16,9 +16,12 @@ pub mod measure;
 pub mod medial_contact;
 pub mod medial_report;
 pub mod ratios;
+#[cfg(feature = "charts")]
+pub mod regret;
 pub mod sheets;
 #[cfg(feature = "charts")]
 pub mod soak;
+pub mod trees;
 pub mod volumes;
 
 /// Returns the entries of the given names, or all without a name.

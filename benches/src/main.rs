@@ -13,8 +13,10 @@ usage: benches TASK
 
   ratios [--quick] [CRATE…]    figures beside what they are compared with, one line of JSON each
   volumes                      table of bounding volumes of 6, 14, 18 and 26 planes
+  trees                        table of trees that are refit, built where loose, or always
   medial FILE                  document on the accuracy of medial surfaces
   chart FOLDER [PICTURE…]      charts with their numbers (feature `charts`)
+  regret [SCENE…]              times of chosen plans over those of forced ones (feature `charts`)
   soak [FRAMES]                many frames of a small scene, and memory left behind (feature `charts`)";
 
 /// Share of the budgets of `ratios --quick`.
@@ -46,6 +48,7 @@ fn run(arguments: &[String]) -> Result<Vec<String>, Box<dyn Error>> {
             ratios::run(names, &mut report)?;
         }
         ("ratios", names) => ratios::run(names, &mut report)?,
+        ("trees", []) => print!("{}", benches::trees::table()),
         ("volumes", []) => print!("{}", volumes::table()),
         ("medial", [file]) => medial_report::write(Path::new(file), &mut report)?,
         #[cfg(feature = "charts")]
@@ -54,6 +57,8 @@ fn run(arguments: &[String]) -> Result<Vec<String>, Box<dyn Error>> {
                 println!("wrote {}", path.display());
             }
         }
+        #[cfg(feature = "charts")]
+        ("regret", names) => print!("{}", benches::regret::table(names)?),
         #[cfg(feature = "charts")]
         ("soak", [] | [_]) => {
             let frames = rest.first().map_or(Ok(10_000), |frames| frames.parse())?;

@@ -166,7 +166,7 @@ impl<'a> Planner<'a> {
         }
     }
 
-    /// Counts the work of all pairs, unless every free pair has the exact candidate alone.
+    /// Counts the work of all pairs, unless every one is free and has the exact candidate alone.
     fn count_work(&mut self, scene: &mut Scene, progress: Progress<'_>) -> Result<(), PlanError> {
         if self.params.frames < MIN_COUNTED_FRAMES {
             self.useless.fill(COARSE.with(FIELD));
@@ -179,7 +179,7 @@ impl<'a> Planner<'a> {
                 is_member[id.index()] = true;
                 let useless = self.useless[id.index()];
                 let both = useless.has(StructureKind::Coarse) && useless.has(StructureKind::Field);
-                may_pay |= pair.forced.is_none() && !both;
+                may_pay |= pair.forced.is_some() || !both;
             }
         }
         if !may_pay {

@@ -8,6 +8,13 @@ use surface::{PositionBuffer, Positions, SurfaceError, TriangleSurface};
 
 use crate::{NoInside, ProximityError};
 
+/// Widths of a tree's bounds, relative to those when it was built, above which it is built anew.
+///
+/// Smaller builds more often, which takes as long as some twenty refits; larger leaves traversals
+/// with more to visit. The next build takes as much growth again: one that is paid by the frames
+/// between.
+const MAX_LOOSENESS: f64 = 1.5;
+
 /// A triangle surface at finite positions, with a bounding volume tree over its faces.
 ///
 /// Surface, positions and tree always fit each other.
@@ -65,7 +72,8 @@ impl SurfaceTree {
         Self { no_inside: reason, no_winding_number: reason, ..self }
     }
 
-    /// Moves all vertices, and refits the tree. Allocates nothing.
+    /// Moves all vertices, and refits the tree; where it has become too loose it is built anew.
+    /// Allocates nothing but then.
     ///
     /// The iterator is run twice: values are checked before the first is written.
     ///
@@ -79,7 +87,7 @@ impl SurfaceTree {
     ) -> Result<(), ProximityError> {
         self.positions.overwrite(positions)?;
         // Positions that the buffer has taken are ones that the tree takes.
-        self.tree.refit(self.positions.as_positions().as_slice())?;
+        refit(&mut self.tree, &self.surface, self.positions.as_positions().as_slice())?;
         Ok(())
     }
 
@@ -163,6 +171,16 @@ impl SurfaceTree {
     }
 }
 
+/// Refits a tree to positions, or builds it anew where it has become too loose; returns true then.
+fn refit(tree: &mut Tree, surface: &TriangleSurface, x: &[DVec3]) -> Result<bool, TreeError> {
+    tree.refit(x)?;
+    let is_loose = tree.looseness() > MAX_LOOSENESS;
+    if is_loose {
+        *tree = Tree::build(Leaves::Triangles(surface.faces()), x)?;
+    }
+    Ok(is_loose)
+}
+
 impl LazySurfaceTree {
     /// Takes a surface at `positions` (|V|). Nothing is built.
     ///
@@ -220,7 +238,12 @@ impl LazySurfaceTree {
         let x = positions.as_positions().as_slice();
         match self.fit {
             Fit::Current => {}
-            Fit::Stale => tree.refit(x)?,
+            Fit::Stale => {
+                // The tree of a step shares the structure of the surface tree.
+                if refit(tree, surface, x)? {
+                    self.step_tree = None;
+                }
+            }
             Fit::Unbuilt => {
                 *tree = Tree::build(Leaves::Triangles(surface.faces()), x)?;
                 *no_winding_number =

@@ -12,6 +12,8 @@ use crate::measure::as_f64;
 pub(super) enum Answer {
     /// Vertices inside with their depths \[mm\], per direction that the method detects.
     Vertices(Vec<(Direction, Vec<(u32, f64)>)>),
+    /// Depths of the surfaces of pairs that overlap \[mm\].
+    Depths(BTreeMap<[usize; 2], f64>),
     /// Faces that cross, per pair.
     Crossings(Vec<([usize; 2], Vec<[u32; 2]>)>),
     /// Pairs that overlap.
@@ -57,6 +59,7 @@ impl Score {
                     self.add_depths(&gaps, &depths.iter().copied().collect());
                 }
             }
+            Answer::Depths(depths) => self.add_pair_depths(truth, depths),
             Answer::Crossings(pairs) => {
                 for (pair, crossings) in pairs {
                     let expected = truth.crossings.get(pair).cloned().unwrap_or_default();
@@ -102,6 +105,20 @@ impl Score {
         self.count(&inside, &reported_inside);
     }
 
+    /// Adds every pair that overlaps or is reported to; one that is not has depth 0.
+    fn add_pair_depths(&mut self, truth: &FrameTruth, reported: &BTreeMap<[usize; 2], f64>) {
+        let pairs: BTreeSet<[usize; 2]> = reported.keys().copied().collect();
+        for pair in truth.overlaps.union(&pairs) {
+            let [depth, exact] = [reported, &truth.depths]
+                .map(|depths| depths.get(pair).copied().unwrap_or(0.0));
+            let error = (depth - exact).abs();
+            self.max = self.max.max(error);
+            self.squares += error * error;
+            self.depths += 1;
+        }
+        self.count(&truth.overlaps, &pairs);
+    }
+
     fn count<T: Ord>(&mut self, expected: &BTreeSet<T>, reported: &BTreeSet<T>) {
         let found = expected.intersection(reported).count();
         self.expected += expected.len();
@@ -132,6 +149,19 @@ mod tests {
         assert!((errors.rms.unwrap() - (squares / 4.0).sqrt()).abs() < 1e-12);
         assert!((errors.missed - 1.0 / 3.0).abs() < 1e-12);
         assert!((errors.invented - 1.0 / 3.0).abs() < 1e-12);
+    }
+
+    /// Of two pairs that overlap, one is reported 0.1 too deep and one not at all.
+    #[test]
+    fn depths_of_pairs_are_compared() {
+        let mut truth = FrameTruth::default();
+        truth.overlaps = [[0, 1], [0, 2]].into_iter().collect();
+        truth.depths = [([0, 1], 1.0), ([0, 2], 0.3)].into_iter().collect();
+        let mut score = Score::default();
+        score.add(&truth, &Answer::Depths([([0, 1], 1.1)].into_iter().collect()));
+        let errors = score.errors();
+        assert!((errors.max.unwrap() - 0.3).abs() < 1e-12);
+        assert!((errors.missed - 0.5).abs() < 1e-12 && errors.invented == 0.0);
     }
 
     #[test]

@@ -43,6 +43,9 @@ pub(super) const fn both_directions([a, b]: [usize; 2]) -> [Direction; 2] {
 /// Distance from the other body up to which the exact gaps of vertices are computed \[mm\].
 pub(super) const TRUTH_MARGIN: f64 = 4.0;
 
+/// Width of the brackets on exact depths of surfaces \[mm\].
+const TRUTH_WIDTH: f64 = 1e-3;
+
 /// Pairs of bodies, and the exact answers.
 #[derive(Debug)]
 pub(super) struct Task<'a> {
@@ -63,6 +66,8 @@ pub(super) struct FrameTruth {
     pub(super) gaps: BTreeMap<Direction, BTreeMap<u32, f64>>,
     /// Faces that cross.
     pub(super) crossings: BTreeMap<[usize; 2], BTreeSet<[u32; 2]>>,
+    /// Depths of the surfaces of pairs that overlap \[mm\].
+    pub(super) depths: BTreeMap<[usize; 2], f64>,
     /// Pairs that overlap.
     pub(super) overlaps: BTreeSet<[usize; 2]>,
 }
@@ -169,6 +174,15 @@ impl FrameTruth {
             truth.crossings.insert(pair, crossing_faces.into_iter().collect());
             if overlaps {
                 truth.overlaps.insert(pair);
+            }
+        }
+
+        // Depths of surfaces, to far less than any method's error.
+        let params =
+            CheckParams { depth_tolerance: Some(TRUTH_WIDTH), ..CheckParams::new(0.0) };
+        for report in scene.check(&params, musculo_collide::Progress::none())? {
+            if let Some(depth) = report.max_depth() {
+                truth.depths.insert(report.pair.bodies().map(|id| id.index()), depth.lower);
             }
         }
         Ok(truth)

@@ -328,11 +328,14 @@ fn a_motion_that_begins_too_deep_names_remaining_overlaps() {
 }
 
 /// Returns a motion file of some frames of the gait, with a skin from shank to thigh to pelvis.
-fn gait(data: &std::path::Path, frames: std::ops::Range<usize>) -> String {
+pub(crate) fn gait(
+    data: &std::path::Path,
+    frames: impl IntoIterator<Item = usize>,
+) -> String {
     let path = data.join("anatomy/motions/gait_walk.json");
     let text = std::fs::read_to_string(path).expect("a motion");
     let mut gait: Value = serde_json::from_str(&text).expect("JSON");
-    let frames = gait["frames"].as_array().expect("frames")[frames].to_vec();
+    let frames: Vec<Value> = frames.into_iter().map(|frame| gait["frames"][frame].clone()).collect();
     gait["frames"] = frames.into();
     let height = |joint: &str| gait["ambient_skin"][joint].as_f64().expect("a height");
     let (hip, knee) = (height("hip_z"), height("knee_z"));
@@ -345,7 +348,7 @@ fn gait(data: &std::path::Path, frames: std::ops::Range<usize>) -> String {
 }
 
 /// Returns a scene file of the decimated thigh, with bones recognized by their names.
-fn thigh_scene(data: &std::path::Path) -> String {
+pub(crate) fn thigh_scene(data: &std::path::Path) -> String {
     let entries = std::fs::read_dir(data.join("anatomy/vhf_left_thigh_lo")).expect("meshes");
     let mut paths: Vec<PathBuf> = entries.map(|entry| entry.expect("an entry").path()).collect();
     paths.sort();

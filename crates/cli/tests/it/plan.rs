@@ -1,5 +1,8 @@
 //! Plans of scenes: reports and refusals.
 
+use std::path::PathBuf;
+
+use crate::motion::{gait, thigh_scene};
 use crate::support::{Workshop, tetrahedron};
 
 fn workshop() -> Workshop {
@@ -119,4 +122,28 @@ fn needs_that_mean_nothing_are_refused_by_name() {
         assert_eq!(run.status, 2, "{}", run.stdout);
         assert!(run.stderr.contains(part), "{part}: {}", run.stderr);
     }
+}
+
+/// A plan for many frames, made in the first one, over frames of a walk of real anatomy: all 73 where
+/// `MUSCULO_ALL_STEPS` is set.
+#[test]
+#[expect(clippy::print_stdout, reason = "the test prints what it skips and measures")]
+fn no_depth_of_a_walk_is_off_by_more_than_its_bound() {
+    let Some(data) = std::env::var_os("MUSCULO_DATA").map(PathBuf::from) else {
+        println!("skipped: MUSCULO_DATA names no folder of anatomy");
+        return;
+    };
+    let all = std::env::var_os("MUSCULO_ALL_STEPS").is_some();
+    let workshop = Workshop::new();
+    workshop.write("gait.json", gait(&data, (0..73).step_by(if all { 1 } else { 18 })));
+    workshop.write("scene.toml", format!("motion = \"gait.json\"\n{}", thigh_scene(&data)));
+    let arguments = ["scene.toml", "--tolerance", "0.5", "--frames", "100000", "--compare"];
+    let run = workshop.run("plan", &arguments);
+    assert_eq!(run.status, 1, "{}", run.stderr);
+    let states = if all { "73 states compared" } else { "5 states compared" };
+    for part in [states, "coarse", "all depths are within the bounds of their pairs"] {
+        assert!(run.stdout.contains(part), "{part}: {}", run.stdout);
+    }
+    let differ = run.stdout.lines().find(|line| line.starts_with("depths differ"));
+    println!("measured: {}", differ.unwrap_or_default());
 }

@@ -108,3 +108,38 @@ fn a_swept_query_can_be_interrupted() {
     let interrupted = query.run(&a, &b, workspace, Progress::new(&stop));
     assert!(matches!(interrupted, Err(SweptError::Interrupted(_))), "{interrupted:?}");
 }
+
+#[test]
+fn trees_are_built_anew_where_they_have_become_loose() {
+    // Alternating layers of an ellipsoid move apart, so that neighbors of the first tree are none.
+    let mesh = shapes::ellipsoid(DVec3::new(12.0, 8.0, 80.0), 4);
+    let shuffled = |p: &DVec3| *p + DVec3::Y * 60.0 * (p.z / 4.0).floor().rem_euclid(2.0);
+    let moved: Vec<DVec3> = mesh.positions.iter().map(shuffled).collect();
+    let (surface, x) = (mesh.surface(), mesh.positions.clone());
+    let mut lazy = LazySurfaceTree::new(surface.clone(), x.clone()).expect("finite");
+    lazy.fit().expect("a tree");
+    let mut eager = SurfaceTree::new(surface.clone(), x.clone()).expect("finite");
+    let mut plain = eager.tree().clone();
+    plain.refit(&moved).expect("finite");
+    assert!(plain.looseness() > 1.5, "{}", plain.looseness());
+
+    // Both are as tight as built there; a small motion keeps a tree.
+    lazy.set_positions(moved.iter().copied()).expect("finite");
+    eager.set_positions(moved.iter().copied()).expect("finite");
+    for tree in [lazy.fit().expect("a tree").tree(), eager.tree()] {
+        assert!((tree.looseness() - 1.0).abs() < 1e-12, "{}", tree.looseness());
+    }
+    let lifted = moved.iter().map(|p| *p * 1.2);
+    lazy.set_positions(lifted).expect("finite");
+    let looseness = lazy.fit().expect("a tree").tree().looseness();
+    assert!((looseness - 1.2).abs() < 1e-3, "{looseness}");
+
+    // The tree of a step is of the new one.
+    let end: Vec<DVec3> = mesh.positions.iter().map(|p| *p + DVec3::X).collect();
+    lazy.set_positions(mesh.positions.iter().copied()).expect("finite");
+    lazy.fit_step(surface.positions(&end).expect("finite")).expect("a step");
+    lazy.set_positions(moved.iter().copied()).expect("finite");
+    lazy.fit().expect("a tree");
+    let step = lazy.fit_step(surface.positions(&end).expect("finite")).expect("a step");
+    assert_eq!(step.leaf_count(), mesh.faces.len());
+}

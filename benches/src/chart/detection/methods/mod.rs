@@ -3,6 +3,7 @@
 mod baselines;
 mod field;
 mod medial;
+mod plan;
 mod surfaces;
 
 use std::error::Error;
@@ -59,12 +60,18 @@ const SPACINGS: &[f64] = &[4.0, 2.0, 1.0, 0.5];
 const BALLS: &[f64] = &[25.0, 50.0, 100.0, 200.0, 400.0];
 
 /// Methods in the order of the legend; rings mark methods of the source that are improved on.
-pub(super) const METHODS: [Method; 10] = [
+pub(super) const METHODS: [Method; 11] = [
     Method {
         key: MethodKey::new("exact surfaces", "full", 0),
         settings: &[0.0],
         text: "exact",
         build: |task, _| surfaces::exact(task),
+    },
+    Method {
+        key: MethodKey::new("plan", "within 2, 1, 0.5, 0.2, 0.1 mm", 0xc0_9a_00),
+        settings: &[2.0, 1.0, 0.5, 0.2, 0.1],
+        text: "within _ mm",
+        build: |task, tolerance| plan::detector(task, tolerance),
     },
     Method {
         key: MethodKey::new("reduced surfaces", "within 2, 1, 0.5, 0.2 mm", 0x80_80_80),
