@@ -169,8 +169,7 @@ fn forced(
     method: DetectionMethod,
     tolerance: f64,
 ) -> Result<Option<Candidate>, Box<dyn Error>> {
-    let free =
-        Plan::new(scene, &PlanParams::with_tolerance(tolerance), Progress::none())?;
+    let free = Plan::new(scene, &PlanParams::with_tolerance(tolerance), Progress::none())?;
     let mut forced = Vec::new();
     for planned in free.pairs() {
         let has_bone = planned.pair.bodies().iter().any(|&id| scene.body(id).is_rigid());

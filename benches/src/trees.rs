@@ -42,8 +42,12 @@ pub fn table() -> String {
     let mut table = String::from(
         "| motion | trees | ms per frame | bound tests per frame | builds | looseness |\n|---|---|---|---|---|---|\n",
     );
-    let motions: [(&str, fn(DVec3, f64) -> DVec3); 4] =
-        [("bend to a half circle", bend), ("twist by two turns", twist), ("roll up", roll), ("shear of layers", shuffle)];
+    let motions: [(&str, fn(DVec3, f64) -> DVec3); 4] = [
+        ("bend to a half circle", bend),
+        ("twist by two turns", twist),
+        ("roll up", roll),
+        ("shear of layers", shuffle),
+    ];
     for (name, motion) in motions {
         for policy in [Policy::Never, Policy::WhereLoose, Policy::Always] {
             let mut best = Sums { seconds: f64::INFINITY, ..Sums::default() };

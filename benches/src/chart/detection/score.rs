@@ -109,8 +109,8 @@ impl Score {
     fn add_pair_depths(&mut self, truth: &FrameTruth, reported: &BTreeMap<[usize; 2], f64>) {
         let pairs: BTreeSet<[usize; 2]> = reported.keys().copied().collect();
         for pair in truth.overlaps.union(&pairs) {
-            let [depth, exact] = [reported, &truth.depths]
-                .map(|depths| depths.get(pair).copied().unwrap_or(0.0));
+            let [depth, exact] =
+                [reported, &truth.depths].map(|depths| depths.get(pair).copied().unwrap_or(0.0));
             let error = (depth - exact).abs();
             self.max = self.max.max(error);
             self.squares += error * error;

@@ -178,8 +178,7 @@ impl FrameTruth {
         }
 
         // Depths of surfaces, to far less than any method's error.
-        let params =
-            CheckParams { depth_tolerance: Some(TRUTH_WIDTH), ..CheckParams::new(0.0) };
+        let params = CheckParams { depth_tolerance: Some(TRUTH_WIDTH), ..CheckParams::new(0.0) };
         for report in scene.check(&params, musculo_collide::Progress::none())? {
             if let Some(depth) = report.max_depth() {
                 truth.depths.insert(report.pair.bodies().map(|id| id.index()), depth.lower);

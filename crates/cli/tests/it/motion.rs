@@ -328,14 +328,12 @@ fn a_motion_that_begins_too_deep_names_remaining_overlaps() {
 }
 
 /// Returns a motion file of some frames of the gait, with a skin from shank to thigh to pelvis.
-pub(crate) fn gait(
-    data: &std::path::Path,
-    frames: impl IntoIterator<Item = usize>,
-) -> String {
+pub(crate) fn gait(data: &std::path::Path, frames: impl IntoIterator<Item = usize>) -> String {
     let path = data.join("anatomy/motions/gait_walk.json");
     let text = std::fs::read_to_string(path).expect("a motion");
     let mut gait: Value = serde_json::from_str(&text).expect("JSON");
-    let frames: Vec<Value> = frames.into_iter().map(|frame| gait["frames"][frame].clone()).collect();
+    let frames: Vec<Value> =
+        frames.into_iter().map(|frame| gait["frames"][frame].clone()).collect();
     gait["frames"] = frames.into();
     let height = |joint: &str| gait["ambient_skin"][joint].as_f64().expect("a height");
     let (hip, knee) = (height("hip_z"), height("knee_z"));
