@@ -11,24 +11,21 @@ pub(crate) struct Collapsed {
     pub(crate) kept: Vec<u32>,
     /// Corners of the remaining faces, in numbers of `kept`.
     pub(crate) faces: Vec<[u32; 3]>,
-    /// Per remaining face, its number in the full surface.
-    pub(crate) sources: Vec<u32>,
 }
 
 impl Collapsed {
     pub(crate) fn new(vertices: usize, faces: &[[u32; 3]], collapses: &[Collapse]) -> Self {
         // Faces with two corners in one vertex have vanished.
         let moved_into = moved_into(vertices, collapses);
-        let (mut remaining, mut sources) = (Vec::new(), Vec::new());
-        for (source, corners) in (0_u32..).zip(faces) {
+        let mut remaining = Vec::new();
+        for corners in faces {
             let [a, b, c] = corners.map(|v| moved_into[v as usize]);
             if a != b && b != c && c != a {
                 remaining.push([a, b, c]);
-                sources.push(source);
             }
         }
         let kept = renumber(&mut remaining, vertices);
-        Self { moved_into, kept, faces: remaining, sources }
+        Self { moved_into, kept, faces: remaining }
     }
 }
 

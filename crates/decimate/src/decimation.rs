@@ -1,15 +1,17 @@
 //! Sequence of coarser surfaces, and the choice among them.
 
-use proximity::SurfaceTree;
-use surface::progress::Progress;
-use surface::{HausdorffBounds, TriangleSurface};
+use std::sync::Arc;
 
+use glam::DVec3;
+use proximity::SurfaceTree;
+use surface::TriangleSurface;
+use surface::progress::Progress;
+
+use crate::coarse_map::CoarseMap;
 use crate::collapsed::Collapsed;
-use crate::directed::Accuracy;
-use crate::hausdorff::certified;
-use crate::measure::Measure;
+use crate::map_builder::MapBuilder;
 use crate::order::{Collapse, collapses};
-use crate::target::{Target, adjacent_faces};
+use crate::surfaces::{Coarse, Full};
 use crate::{DecimateError, ReducedSurface};
 
 /// Edge collapses of a surface into its own vertices, in order of cost: every prefix of the
@@ -17,7 +19,6 @@ use crate::{DecimateError, ReducedSurface};
 #[derive(Clone, Debug)]
 pub struct Decimation {
     full: SurfaceTree,
-    adjacent: Vec<[u32; 3]>,
     collapses: Vec<Collapse>,
 }
 
@@ -25,16 +26,6 @@ pub struct Decimation {
 ///
 /// Smaller takes more candidates for the last few faces; larger leaves more of them.
 const CANDIDATE_STEP: f64 = 0.02;
-
-/// Largest distance of a vertex, relative to the requested deviation, at which the rest of the
-/// surface is presumed near enough during the search.
-///
-/// Smaller measures surfaces that are far finer than needed; larger, and the search ends at
-/// surfaces that deviate more, from which it steps back one by one.
-const PRESUMED: f64 = 0.3;
-
-/// Splits before a candidate is given up during the search.
-const MAX_SEARCH_SPLITS: usize = 5_000;
 
 impl Decimation {
     /// Collapses edges as far as topology and shape allow.
@@ -47,10 +38,9 @@ impl Decimation {
     /// - [`DecimateError::Interrupted`] when the progress handler ends the call.
     pub fn new(full: SurfaceTree, progress: Progress<'_>) -> Result<Self, DecimateError> {
         check(full.surface())?;
-        let adjacent = adjacent_faces(full.surface());
         let x = full.positions().as_slice();
         let collapses = collapses(full.surface().faces(), x, progress)?;
-        Ok(Self { full, adjacent, collapses })
+        Ok(Self { full, collapses })
     }
 
     /// Returns the full surface.
@@ -59,8 +49,9 @@ impl Decimation {
         &self.full
     }
 
-    /// Finds the coarsest surface of the sequence whose Hausdorff distance from the full one
-    /// is certified to be at most `max_deviation` (length, `> 0`, finite).
+    /// Finds the coarsest surface of the sequence that is proved to deviate from the full one by
+    /// at most `max_deviation` (length, `> 0`, finite), as
+    /// [`ReducedSurface::deviation`] says.
     ///
     /// Returns the full surface, with bound 0, where already the first coarser one deviates
     /// more. A larger `max_deviation` never results in more faces.
@@ -81,49 +72,20 @@ impl Decimation {
         // Bisect between a candidate that passed and one that failed; the full surface passes.
         let candidates = self.candidates();
         let (mut passed, mut failed) = (0, candidates.len());
+        let mut coarsest = None;
         let mut done = 0.0;
         while failed - passed > 1 {
             let middle = usize::midpoint(passed, failed);
             let part = progress.part(done, 0.5 + 0.5 * done);
             done = 0.5 + 0.5 * done;
-            if self.may_be_within(candidates[middle], max_deviation, part)? {
-                passed = middle;
+            let reduced = self.reduced(candidates[middle], max_deviation, part)?;
+            if reduced.is_some() {
+                (passed, coarsest) = (middle, reduced);
             } else {
                 failed = middle;
             }
         }
-
-        // Certify, stepping back where the presumption was wrong.
-        loop {
-            let part = progress.part(done, 1.0);
-            let reduced = self.reduced(candidates[passed], max_deviation, part)?;
-            if reduced.deviation.upper() <= max_deviation {
-                return Ok(reduced);
-            }
-            passed -= 1;
-        }
-    }
-
-    /// Returns true if the surface after some collapses probably deviates by no more than
-    /// `max_deviation`.
-    fn may_be_within(
-        &self,
-        collapses: usize,
-        max_deviation: f64,
-        progress: Progress<'_>,
-    ) -> Result<bool, DecimateError> {
-        progress.report(0.0)?;
-        let measure = Measure::new(self.target(), self.collapsed(collapses))?;
-
-        // Most candidates are decided by their vertices alone.
-        let distance = measure.max_vertex_distance(progress)?;
-        if distance > max_deviation || distance <= PRESUMED * max_deviation {
-            return Ok(distance <= max_deviation);
-        }
-
-        let (min_slack, limit) = (max_deviation, max_deviation);
-        let accuracy = Accuracy { min_slack, limit, max_splits: MAX_SEARCH_SPLITS };
-        Ok(measure.deviation(accuracy, progress)?.upper() <= max_deviation)
+        Ok(coarsest.unwrap_or_else(|| self.unreduced()))
     }
 
     /// Returns the numbers of collapses that are tried, ascending from none to all.
@@ -131,44 +93,48 @@ impl Decimation {
     /// They are the same for every deviation, so that a larger one ends at the same or a later
     /// one.
     fn candidates(&self) -> Vec<usize> {
-        let last = self.collapses.len();
+        let (faces, last) = (self.full.surface().faces().len(), self.collapses.len());
         let mut candidates = vec![0];
         let mut at = 0;
         while at < last {
-            at = (at + step(self.adjacent.len() - 2 * at)).min(last);
+            at = (at + step(faces - 2 * at)).min(last);
             candidates.push(at);
         }
         candidates
     }
 
-    /// Returns the surface after the first collapses.
-    fn collapsed(&self, collapses: usize) -> Collapsed {
-        let surface = self.full.surface();
-        Collapsed::new(surface.vertex_count(), surface.faces(), &self.collapses[..collapses])
-    }
-
-    /// Returns the full surface as the target of distances.
-    fn target(&self) -> Target<'_> {
-        Target { tree: &self.full, adjacent: &self.adjacent }
-    }
-
-    /// Returns the surface after some collapses with its certified deviation, which is
-    /// infinite where it exceeds `limit`.
+    /// Returns the surface after some collapses, if it is proved to deviate by no more than
+    /// `max_deviation`.
     fn reduced(
         &self,
         collapses: usize,
-        limit: f64,
+        max_deviation: f64,
         progress: Progress<'_>,
-    ) -> Result<ReducedSurface, DecimateError> {
-        let collapsed = self.collapsed(collapses);
-        let kept = collapsed.kept.clone();
-        let measure = Measure::new(self.target(), collapsed)?;
-        let deviation = if collapses == 0 {
-            HausdorffBounds::default() // equal surfaces do not deviate by rounding errors
-        } else {
-            measure.deviation(certified(&self.full, limit), progress)?
+    ) -> Result<Option<ReducedSurface>, DecimateError> {
+        let (full, x) = (self.full.surface(), self.full.positions().as_slice());
+        let collapses = &self.collapses[..collapses];
+        let Collapsed { moved_into, kept, faces } =
+            Collapsed::new(x.len(), full.faces(), collapses);
+        let surface = TriangleSurface::new(kept.len(), faces)?;
+        let kept_x: Vec<DVec3> = kept.iter().map(|&vertex| x[vertex as usize]).collect();
+
+        // The map proves the deviation.
+        let coarse = Coarse { surface: &surface, x: &kept_x };
+        let full = Full { surface: full, x, kept: &kept, moved_into: &moved_into };
+        let Some(map) = MapBuilder::build(full, coarse, max_deviation, progress)? else {
+            return Ok(None);
         };
-        Ok(ReducedSurface { surface: measure.surface(), kept, deviation })
+        let deviation = map.max_shift(x);
+        let reduced = ReducedSurface { surface: Arc::new(surface), kept, deviation, map };
+        Ok((deviation <= max_deviation).then_some(reduced))
+    }
+
+    /// Returns the full surface, which deviates by nothing.
+    fn unreduced(&self) -> ReducedSurface {
+        let surface = self.full.shared_surface();
+        let kept: Vec<u32> = (0..).take(surface.vertex_count()).collect();
+        let map = CoarseMap::identity(&kept);
+        ReducedSurface { surface, kept, deviation: 0.0, map }
     }
 }
 

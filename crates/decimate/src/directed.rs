@@ -19,8 +19,6 @@ use crate::target::Target;
 pub(crate) struct Accuracy {
     /// A bound no more than this above the largest evaluated distance is tight enough.
     pub(crate) min_slack: f64,
-    /// A larger distance ends the search: the upper bound is then infinite.
-    pub(crate) limit: f64,
     /// Splits before the search ends with the bound that it has.
     pub(crate) max_splits: usize,
 }
@@ -30,24 +28,24 @@ const REPORT_EVERY: usize = 512;
 
 /// Bounds the largest distance of a point of `from` to the target.
 ///
-/// `hints` returns target faces that may be near all of a face: the nearer, the faster.
+/// `near` has a target face per vertex of `from`: the nearer, the faster.
 pub(crate) fn directed_distance(
     from: &SurfaceTree,
     target: Target<'_>,
-    hints: impl Fn(u32) -> [u32; 3],
+    near: &[u32],
     accuracy: Accuracy,
     progress: Progress<'_>,
 ) -> Result<DirectedHausdorff, Interrupted> {
     let mut search = Search {
         target,
-        pieces: MaximumSearch::new(accuracy.min_slack, accuracy.limit),
+        pieces: MaximumSearch::new(accuracy.min_slack, f64::INFINITY),
         cover: Cover::new(target.adjacent.len()),
         workspace: Workspace::default(),
     };
 
     // Every face of `from` is a patch at first.
-    for face in (0_u32..).take(from.surface().faces().len()) {
-        let (corners, near) = (from.corners(face), hints(face));
+    for (face, vertices) in (0..).zip(from.surface().faces()) {
+        let (corners, near) = (from.corners(face), vertices.map(|v| near[v as usize]));
         search.add(Patch { corners, near, is_covered: false }, f64::INFINITY);
     }
     search.run(accuracy, progress)
@@ -113,11 +111,6 @@ impl Search<'_> {
                 }
             } else {
                 self.cover(patch, bound);
-            }
-
-            let lower = self.pieces.lower();
-            if lower > accuracy.limit {
-                return Ok(DirectedHausdorff { lower, upper: f64::INFINITY });
             }
         }
         Ok(self.pieces.bounds())

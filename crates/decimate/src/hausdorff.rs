@@ -19,14 +19,8 @@ const MIN_SLACK: f64 = 1e-5;
 /// Splits before a measurement ends: half a second of work.
 const MAX_SPLITS: usize = 20_000;
 
-/// Returns the accuracy of a certified bound, for surfaces of the size of `full`.
-pub(crate) fn certified(full: &SurfaceTree, limit: f64) -> Accuracy {
-    let size = Aabb::of_points(full.positions().as_slice().iter().copied()).diagonal();
-    Accuracy { min_slack: MIN_SLACK * size, limit, max_splits: MAX_SPLITS }
-}
-
 /// Computes certified bounds on the Hausdorff distance between a surface (`forward`) and an
-/// approximation of it (`backward`): a reduced one after a deformation, for instance.
+/// approximation of it (`backward`).
 ///
 /// Each upper bound exceeds its lower bound by at most a twentieth or 1e-5 of the surface's
 /// size, unless the work for that exceeds a limit.
@@ -61,15 +55,16 @@ pub fn hausdorff_bounds(
     if full.surface().faces().is_empty() || reduced.surface().faces().is_empty() {
         return Err(DecimateError::TooSmall { faces: 0 });
     }
-    let accuracy = certified(full, f64::INFINITY);
+    let size = Aabb::of_points(full.positions().as_slice().iter().copied()).diagonal();
+    let accuracy = Accuracy { min_slack: MIN_SLACK * size, max_splits: MAX_SPLITS };
     Ok(HausdorffBounds {
-        forward: unhinted_distance(full, reduced, accuracy, progress.part(0.0, 0.5))?,
-        backward: unhinted_distance(reduced, full, accuracy, progress.part(0.5, 1.0))?,
+        forward: distance(full, reduced, accuracy, progress.part(0.0, 0.5))?,
+        backward: distance(reduced, full, accuracy, progress.part(0.5, 1.0))?,
     })
 }
 
 /// Bounds a directed distance between any two surfaces.
-fn unhinted_distance(
+fn distance(
     from: &SurfaceTree,
     to: &SurfaceTree,
     accuracy: Accuracy,
@@ -85,6 +80,5 @@ fn unhinted_distance(
         let hint = near.last().copied().unwrap_or(0);
         near.push(target.nearest(p, hint, &mut workspace).0);
     }
-    let hints = |face: u32| from.surface().faces()[face as usize].map(|v| near[v as usize]);
-    directed_distance(from, target, hints, accuracy, progress)
+    directed_distance(from, target, &near, accuracy, progress)
 }

@@ -7,14 +7,26 @@
 //! [gathered](ReducedSurface::gather). A [`CoarseSurface`] does so with a tree for collision
 //! queries, and carries displacements back to the full surface.
 //!
-//! The two-sided Hausdorff distance between both is bounded from above, up to rounding
-//! ([`HausdorffBounds`](surface::HausdorffBounds)). The bound holds at the positions that it
-//! was computed at; [`hausdorff_bounds`] computes it at others.
+//! # Deviation
+//!
+//! A continuous map from the full surface onto the reduced one is built, and the largest distance
+//! of a point from its image is computed. That bounds the Hausdorff distance both ways, and more:
+//! moved along the map, the full surface becomes the reduced one, so that both have the same
+//! winding number about every point that is farther from one of them. A point that is deeper in
+//! one body is inside of the other.
+//!
+//! Since the map is fixed to vertices, its largest distance is computed anew at any positions in
+//! a time that is linear in them ([`CoarseSurface::deviation`]): it grows where the surface bends
+//! or stretches within a coarse face, and not where parts of it move or turn as they are.
+//! [`hausdorff_bounds`] brackets the distance of any two surfaces instead, and says nothing about
+//! insides.
 //!
 //! # Limits
 //!
-//! A reduced surface may cross itself where the full one comes closer to itself than the
-//! deviation: only its topology and the rotation of its faces are guarded.
+//! - A reduced surface may cross itself where the full one comes closer to itself than the
+//!   deviation: only its topology and the rotation of its faces are guarded.
+//! - Where a surface is folded over itself by a defect, a reduced one may enlarge the fold, and
+//!   keeps more faces than its Hausdorff distance asks for, since the map has to follow the fold.
 //!
 //! # Sources
 //!
@@ -25,11 +37,14 @@
 //! - M. Guthe, P. Borodin and R. Klein, "Fast and Accurate Hausdorff Distance Calculation
 //!   between Meshes", Journal of WSCG 13, 2005: branch and bound over faces. Differs in the
 //!   bounds, which also use the faces that cover a patch.
+//! - J. Cohen, D. Manocha and M. Olano, "Simplifying Polygonal Models Using Successive Mappings",
+//!   IEEE Visualization 1997: deviations by piecewise linear maps between surfaces. Differs in
+//!   that one map is built from the full surface to the last one, by closest points, in place of
+//!   one per collapse by projection.
 //!
 //! # Features
 //!
-//! - `rayon`: vertices are attached on the threads of the current pool; results are the same to
-//!   the bit.
+//! - `rayon`: trees are built on the threads of the current pool; results are the same to the bit.
 //! - `serde`: Hausdorff bounds implement `Serialize` and `Deserialize`.
 //!
 //! # Example
@@ -44,7 +59,7 @@
 //! let decimation = Decimation::new(full, Progress::none())?;
 //!
 //! let reduced = decimation.within(0.5, Progress::none())?;
-//! assert!(reduced.deviation.upper() <= 0.5);
+//! assert!(reduced.deviation <= 0.5);
 //! assert!(reduced.surface.faces().len() < ball.faces.len() / 5);
 //!
 //! // It follows whatever the full surface does.
@@ -55,19 +70,25 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod coarse_map;
 mod coarse_surface;
 mod collapsed;
 mod cover;
 mod decimation;
 mod directed;
+mod edge_images;
+mod edge_path;
 mod error;
 mod hausdorff;
-mod measure;
+mod map_builder;
 mod mesh;
+mod mesh_point;
 mod order;
 mod quadric;
 mod reduced;
+mod surfaces;
 mod target;
+mod vertex_images;
 
 pub use glam;
 

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use surface::{HausdorffBounds, TriangleSurface};
+use surface::TriangleSurface;
+
+use crate::coarse_map::CoarseMap;
 
 /// Coarser surface on some of the vertices of a full one.
 #[derive(Clone, Debug)]
@@ -13,9 +15,16 @@ pub struct ReducedSurface {
     pub surface: Arc<TriangleSurface>,
     /// Per vertex of `surface`, its number in the full surface, ascending.
     pub kept: Vec<u32>,
-    /// Hausdorff distance between the full surface (`forward`) and this one, at the
-    /// positions it was decimated at.
-    pub deviation: HausdorffBounds,
+    /// Proved bound on the deviation of this surface from the full one, at the positions that
+    /// it was decimated at.
+    ///
+    /// No point of either surface is farther from the other (Hausdorff distance). About every
+    /// point that is farther from one of them, both have the same winding number: what is
+    /// deeper inside of one is inside of the other, and no crack or plate that is thinner opens
+    /// or closes farther away.
+    pub deviation: f64,
+    /// Map from the full surface onto this one.
+    pub(crate) map: CoarseMap,
 }
 
 impl ReducedSurface {

@@ -196,7 +196,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A coarser surface on a muscle's own vertices, within a certified distance of the full one:
+//! A coarser surface on a muscle's own vertices, proved to be within a distance of the full one:
 //!
 //! ```
 //! use musculo_collide::Progress;
@@ -206,7 +206,7 @@
 //! let muscle = fixtures::shapes::icosphere(30.0, 4);
 //! let full = SurfaceTree::new(muscle.surface(), muscle.positions)?;
 //! let coarse = Decimation::new(full, Progress::none())?.within(0.5, Progress::none())?;
-//! assert!(coarse.deviation.upper() <= 0.5);
+//! assert!(coarse.deviation <= 0.5);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

@@ -11,7 +11,6 @@ use surface::progress::{Interrupted, Progress};
 use crate::bone_field::BoneField;
 use crate::choice::{Choice, StructureSet};
 use crate::cost::count;
-use crate::deformation::Deformation;
 use crate::structures::{MissingStructure, Structures};
 use crate::{ExclusionReason, PlanError, PlanParams, StructureKind};
 
@@ -77,10 +76,7 @@ impl<'a> Builder<'a> {
         for (&Task { body, kind, .. }, built) in tasks.iter().zip(built) {
             let of_body = &mut self.structures.bodies[body.index()];
             match built {
-                Ok(Built::Coarse(coarse)) => {
-                    of_body.coarse = Some(coarse);
-                    of_body.deformation = Some(Deformation::begin(self.scene.body(body)));
-                }
+                Ok(Built::Coarse(coarse)) => of_body.coarse = Some(coarse),
                 Ok(Built::Field(field)) => of_body.field = Some(field),
                 Ok(Built::Medial(medial)) => of_body.medial = Some(medial),
                 Err(BuildError::Interrupted(interrupted)) => return Err(interrupted.into()),
@@ -99,7 +95,7 @@ impl<'a> Builder<'a> {
             let of_body = &mut structures.bodies[number];
             structures.uses_tree[number] = set.has(StructureKind::Tree);
             if !set.has(StructureKind::Coarse) {
-                (of_body.coarse, of_body.deformation) = (None, None);
+                of_body.coarse = None;
             }
             of_body.field.take_if(|_| !set.has(StructureKind::Field));
         }
@@ -191,6 +187,6 @@ fn coarse_surface(
     let full = SurfaceTree::new(body.surface().clone(), body.positions().to_vec())?;
     let full = if body.kind() == BodyKind::Open { full.declared_open() } else { full };
     let decimation = Decimation::new(full, progress.part(0.0, 0.5))?;
-    let reduced = decimation.within(max_deviation, progress.part(0.5, 0.9))?;
-    CoarseSurface::new(reduced, decimation.full(), progress.part(0.9, 1.0))
+    let reduced = decimation.within(max_deviation, progress.part(0.5, 1.0))?;
+    CoarseSurface::new(reduced, decimation.full())
 }

@@ -19,14 +19,13 @@ impl Plan {
         for id in scene.ids() {
             let Some(coarse) = self.structures.coarse(id) else { continue };
             let first = scene.body(id).particles().start;
-            let kept = &coarse.reduced().kept;
             for (vertex, particle) in (0..).zip(scene.body(id).particles()) {
-                if kept.binary_search(&vertex).is_ok() {
-                    continue;
-                }
+                // Vertices that lead themselves were kept, or have no faces.
                 let leaders = coarse.leaders(vertex);
-                let term = |(leader, weight)| Term { particle: first + leader, weight };
-                followers.push(Follower { particle, leaders: leaders.map(term) });
+                if leaders[0].0 != vertex {
+                    let term = |(leader, weight)| Term { particle: first + leader, weight };
+                    followers.push(Follower { particle, leaders: leaders.map(term) });
+                }
             }
         }
         Followers::new(followers).map_err(ResponseError::into)

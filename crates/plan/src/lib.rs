@@ -63,7 +63,6 @@ mod choice;
 mod coarse_size;
 mod cost;
 mod cut_face;
-mod deformation;
 mod detection;
 mod error;
 mod followers;

@@ -9,7 +9,6 @@ use surface::{RigidState, parallel};
 
 use crate::bone_field::BoneField;
 use crate::cost::count;
-use crate::deformation::Deformation;
 use crate::{
     Accuracy, DetectionMethod, ExclusionReason, OperationCounts, PairPlan, PlanError, StructureKind,
 };
@@ -63,8 +62,6 @@ pub(crate) struct Structures {
 #[derive(Debug, Default)]
 pub(crate) struct BodyStructures {
     pub(crate) coarse: Option<CoarseSurface>,
-    /// Deformation since the coarse surface was built.
-    pub(crate) deformation: Option<Deformation>,
     pub(crate) field: Option<BoneField>,
     pub(crate) medial: Option<MedialDetector>,
     /// True if they are where the body is, in frames that follow bodies pair by pair.
@@ -194,9 +191,13 @@ impl Structures {
         self.bodies[id.index()].coarse.as_ref()
     }
 
-    /// Bounds the deviation of the compared surfaces of a pair from the bodies' own.
+    /// Bounds the deviation of the compared surfaces of a pair from the bodies' own, α of A and
+    /// β of B.
     ///
-    /// Depths differ by no more than that.
+    /// Depths differ by no more than α + β. Take a point of one of A's two surfaces that is deeper
+    /// than that in one of B's. Within α there is a point of A's other surface, still deeper than
+    /// β, since the way there is too short to leave B. So it is inside B's other surface, too, and
+    /// less deep there by β at most.
     pub(crate) fn deviation(&self, pair: PairId, is_coarse: [bool; 2]) -> f64 {
         let mut deviation = 0.0;
         for (id, is_coarse) in pair.bodies().into_iter().zip(is_coarse) {
@@ -276,9 +277,6 @@ impl BodyStructures {
         if let Some(coarse) = &mut self.coarse {
             coarse.follow(body.positions())?;
         }
-        if let Some(deformation) = &mut self.deformation {
-            deformation.follow(body);
-        }
         if let Some(medial) = &mut self.medial {
             medial.follow(body.checked_positions())?;
         }
@@ -311,8 +309,7 @@ impl BodyStructures {
         let mut list = Vec::new();
         if let Some(coarse) = &self.coarse {
             let (faces, accuracy) = (coarse.tree().surface().faces().len(), self.coarse_accuracy());
-            let bytes = coarse.bytes() + self.deformation.as_ref().map_or(0, Deformation::bytes);
-            let coarse = structure(StructureKind::Coarse, faces, accuracy, bytes);
+            let coarse = structure(StructureKind::Coarse, faces, accuracy, coarse.bytes());
             list.push(Structure { operations: coarse_construction(body), ..coarse });
         }
         if let Some(BoneField { detector, accuracy }) = &self.field {
@@ -331,11 +328,10 @@ impl BodyStructures {
         list
     }
 
-    /// Returns the certified deviation of the coarse surface, where the body is now.
+    /// Returns the proved deviation of the coarse surface, where the body is now.
     fn coarse_accuracy(&self) -> Accuracy {
-        let Some(coarse) = &self.coarse else { return Accuracy::EXACT };
-        let deformed = self.deformation.as_ref().map_or(0.0, |deformed| deformed.max_distance);
-        Accuracy::proved(coarse.reduced().deviation.upper() + 2.0 * deformed)
+        let deviation = self.coarse.as_ref().map_or(0.0, CoarseSurface::deviation);
+        Accuracy::proved(deviation)
     }
 
     fn field_accuracy(&self) -> Accuracy {
@@ -354,7 +350,7 @@ impl BodyStructures {
 }
 
 /// Returns the operations by which a coarse surface of so many faces follows a body: its own refit,
-/// and the deformation of the body, which takes as long per vertex.
+/// and the bound on its deviation, which takes as long per vertex.
 pub(crate) fn coarse_follow(body: &Body, faces: f64) -> OperationCounts {
     let refit_faces = faces + count(body.positions().len());
     OperationCounts { refit_faces, ..OperationCounts::default() }

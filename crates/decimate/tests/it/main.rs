@@ -1,6 +1,7 @@
 //! Tests of decimation as a caller uses it.
 
 mod anatomy;
+mod certificate;
 mod coarse_surface;
 mod hausdorff;
 mod reduced;

@@ -29,14 +29,15 @@ fn a_deformed_body_is_detected_exactly_until_it_is_itself_again() {
 
     let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 0.5).normalize(), 0.7);
     let moved = |p: DVec3| turn * p + DVec3::new(30.0, -5.0, 2.0);
-    // Away from the contact the first body thickens by 3, which no vertex of the contact shows.
+    // Away from the contact the first body thickens by 1.5, which is no rigid motion of the whole;
+    // but coarse faces stay near what they stand for.
     let bulge = |p: DVec3| if p.x < -5.0 { p + DVec3::X * 0.3 * (p.x + 5.0) } else { p };
-    // A wave along the whole of it.
+    // A wave along the whole of it, which vertices that were left out follow and faces do not.
     let wave = |p: DVec3| p + DVec3::X * 1.5 * (0.4 * p.z).sin();
     for (name, map, method) in [
         ("rest", &(|p: DVec3| p) as &dyn Fn(DVec3) -> DVec3, DetectionMethod::Coarse),
         ("turned", &moved, DetectionMethod::Coarse),
-        ("thicker", &bulge, DetectionMethod::Exact),
+        ("thicker", &bulge, DetectionMethod::Coarse),
         ("wave", &wave, DetectionMethod::Exact),
         ("turned again", &moved, DetectionMethod::Coarse),
     ] {

@@ -1,0 +1,235 @@
+//! Construction of a map from a surface onto a coarser one.
+
+use surface::closest_on_triangle;
+use surface::progress::{Interrupted, Progress};
+
+use crate::coarse_map::{CoarseMap, Shift};
+use crate::edge_images::EdgeImages;
+use crate::edge_path::Crossing;
+use crate::mesh_point::MeshPoint;
+use crate::surfaces::{Coarse, Full};
+use crate::vertex_images::VertexImages;
+
+/// Faces between two polls for interruption: about a millisecond.
+const POLL_INTERVAL: usize = 1024;
+
+/// Map under construction.
+///
+/// Its nodes are the vertices of the full surface, then points inside edges and faces.
+pub(crate) struct MapBuilder<'a> {
+    full: Full<'a>,
+    coarse: Coarse<'a>,
+    /// Distance that no point may be shifted by.
+    limit: f64,
+    /// Per node, its image in numbers of the coarse surface.
+    images: Vec<MeshPoint>,
+    shifts: Vec<Shift>,
+    /// Per edge of the full surface, its first node; nodes are in the order of its ends.
+    edge_nodes: Vec<usize>,
+    /// Per coarse face, how often images cover it.
+    covered: Vec<f64>,
+}
+
+impl<'a> MapBuilder<'a> {
+    /// Builds the map of a surface. `None` where some point would be shifted by more than the
+    /// limit, or where it is not certain that all of the coarse surface is covered once.
+    ///
+    /// Points and images do not depend on the limit, so that a larger one never fails where a
+    /// smaller one does not.
+    pub(crate) fn build(
+        full: Full<'a>,
+        coarse: Coarse<'a>,
+        limit: f64,
+        progress: Progress<'_>,
+    ) -> Result<Option<CoarseMap>, Interrupted> {
+        let mut vertices = VertexImages::find(full, coarse, progress.part(0.0, 0.4))?;
+        if vertices.max_distance > limit {
+            return Ok(None);
+        }
+
+        // Vertices are the first nodes, points inside edges the next.
+        let part = progress.part(0.4, 0.8);
+        let edges = EdgeImages::find(full, coarse, &mut vertices, limit, part)?;
+        let covered = vec![0.0; coarse.surface.faces().len()];
+        let (shifts, edge_nodes) = (Vec::new(), Vec::new());
+        let images = vertices.images;
+        let mut builder = Self { full, coarse, limit, images, shifts, edge_nodes, covered };
+        builder.add_edge_nodes(&edges);
+
+        // Faces between them can mostly be cut as they must.
+        let is_mapped = builder.map_faces(progress.part(0.8, 1.0))? && builder.covers_once();
+        Ok(is_mapped.then(|| builder.finish()))
+    }
+
+    /// Adds the nodes inside edges.
+    fn add_edge_nodes(&mut self, edges: &EdgeImages) {
+        for (number, &ends) in self.full.surface.edges().iter().enumerate() {
+            self.edge_nodes.push(self.images.len());
+            for &Crossing { s, image } in edges.crossings(number) {
+                self.add_node(MeshPoint::on_edge(ends, s), image);
+            }
+        }
+        self.edge_nodes.push(self.images.len());
+    }
+
+    /// Adds a node at a point of the full surface.
+    fn add_node(&mut self, point: MeshPoint, image: MeshPoint) {
+        self.shifts.push(Shift::new(&point, &image.renumbered(self.full.kept)));
+        self.images.push(image);
+    }
+
+    /// Cuts faces into triangles whose images lie in one coarse face. Returns false where that
+    /// fails.
+    fn map_faces(&mut self, progress: Progress<'_>) -> Result<bool, Interrupted> {
+        let count = self.full.surface.faces().len();
+        let steps = progress.steps(count);
+        let mut polygon = Vec::new();
+        for face in 0..count {
+            if face.is_multiple_of(POLL_INTERVAL) {
+                steps.advance(POLL_INTERVAL)?;
+            }
+            self.write_polygon(face, &mut polygon);
+            if !self.cut_ears(&mut polygon) && !self.cut_fan(face, &polygon) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Writes the nodes around a face.
+    fn write_polygon(&self, face: usize, polygon: &mut Vec<usize>) {
+        let surface = self.full.surface;
+        polygon.clear();
+        for (corner, edge) in surface.faces()[face].into_iter().zip(surface.face_edges()[face]) {
+            polygon.push(corner as usize);
+
+            // Both faces at the edge have the same nodes, in opposite directions.
+            let edge = edge as usize;
+            let nodes = self.edge_nodes[edge]..self.edge_nodes[edge + 1];
+            if surface.edges()[edge][0] == corner {
+                polygon.extend(nodes);
+            } else {
+                polygon.extend(nodes.rev());
+            }
+        }
+    }
+
+    /// Cuts a polygon into triangles, one corner after the other. Returns false, and leaves the
+    /// rest, where no corner can be cut off.
+    fn cut_ears(&mut self, polygon: &mut Vec<usize>) -> bool {
+        while polygon.len() > 2 {
+            let count = polygon.len();
+            let ear = (0..count).find(|&i| {
+                let [before, after] = [(i + count - 1) % count, (i + 1) % count];
+                self.cover([polygon[before], polygon[i], polygon[after]])
+            });
+
+            // The new side is mapped to the straight line between its ends, for both parts.
+            let Some(ear) = ear else { return false };
+            polygon.remove(ear);
+        }
+        true
+    }
+
+    /// Cuts a polygon of a face into triangles around a new node, which is mapped to a coarse
+    /// vertex. Returns false where none is near, or in the faces of all sides.
+    fn cut_fan(&mut self, face: usize, polygon: &[usize]) -> bool {
+        let Full { surface, x, kept, .. } = self.full;
+        let corners = surface.faces()[face];
+        let next = |i: usize| polygon[(i + 1) % polygon.len()];
+
+        // The nearest vertex that has a common face with every side.
+        let (mut best, mut min_distance) = (None, self.limit);
+        for &vertex in polygon.iter().flat_map(|&node| self.images[node].carrier()) {
+            let p = x[kept[vertex as usize] as usize];
+            let foot = closest_on_triangle(p, corners.map(|v| x[v as usize]));
+            let distance = foot.point.distance(p);
+            let is_apex = (0..polygon.len()).all(|i| {
+                let side = [polygon[i], next(i)].map(|node| self.images[node]);
+                self.coarse.common_face(&[side[0], side[1], MeshPoint::vertex(vertex)]).is_some()
+            });
+            if distance <= min_distance && is_apex {
+                min_distance = distance;
+                best = Some((vertex, MeshPoint::on_face(corners, foot.barycentric)));
+            }
+        }
+
+        // One triangle per side.
+        let Some((vertex, point)) = best else { return false };
+        let node = self.images.len();
+        self.add_node(point, MeshPoint::vertex(vertex));
+        (0..polygon.len()).all(|i| self.cover([polygon[i], next(i), node]))
+    }
+
+    /// Adds the image of a triangle to what is covered. Returns false where it is not in one
+    /// coarse face.
+    fn cover(&mut self, nodes: [usize; 3]) -> bool {
+        let images = nodes.map(|node| self.images[node]);
+        let Some(face) = self.coarse.common_face(&images) else { return false };
+        self.covered[face as usize] += self.coarse.area_share(face, &images);
+        true
+    }
+
+    /// Returns true if the images cover what the coarse faces cover themselves.
+    ///
+    /// Both are whole numbers in every face, so that rounding does not matter.
+    fn covers_once(&mut self) -> bool {
+        for &corners in self.coarse.surface.faces() {
+            let images = corners.map(MeshPoint::vertex);
+            if let Some(face) = self.coarse.common_face(&images) {
+                self.covered[face as usize] -= self.coarse.area_share(face, &images);
+            }
+        }
+
+        self.covered.iter().all(|rest| rest.abs() < 0.5)
+    }
+
+    /// Returns the map, in numbers of the full surface.
+    fn finish(self) -> CoarseMap {
+        let Full { x, kept, .. } = self.full;
+        let mut images = Vec::with_capacity(x.len());
+        for (vertex, image) in (0..).zip(&self.images[..x.len()]) {
+            let has_faces = self.full.has_faces(vertex);
+            images.push(if has_faces { image.renumbered(kept) } else { MeshPoint::vertex(vertex) });
+        }
+        CoarseMap { images, shifts: self.shifts }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fixtures::{Mesh, shapes};
+    use glam::DVec3;
+
+    use super::*;
+
+    /// Maps a surface with all vertices of a coarse one among its own, from the first of those.
+    fn map(full: &Mesh, coarse: &Mesh) -> Option<CoarseMap> {
+        let joined = Mesh { faces: full.faces.clone(), ..full.clone().joined(coarse) };
+        let [start, end] = [full, &joined].map(|mesh| u32::try_from(mesh.positions.len()).unwrap());
+        let kept: Vec<u32> = (start..end).collect();
+        let moved_into: Vec<u32> = (0..end).map(|vertex| vertex.max(start)).collect();
+
+        let [surface, coarse_surface] = [&joined, coarse].map(Mesh::surface);
+        let x = &joined.positions;
+        let full = Full { surface: &surface, x, kept: &kept, moved_into: &moved_into };
+        let coarse = Coarse { surface: &coarse_surface, x: &coarse.positions };
+        MapBuilder::build(full, coarse, 5.0, Progress::none()).expect("no interruption")
+    }
+
+    #[test]
+    fn surfaces_around_the_same_body_are_mapped() {
+        let full = shapes::icosphere(10.0, 3).rotated(DVec3::new(1.0, 2.0, 3.0), 0.1);
+        let map = map(&full, &shapes::icosphere(9.0, 1)).expect("a map");
+        assert!(!map.shifts.is_empty());
+    }
+
+    /// All points have images nearby, but these cover the coarse surface not once in all.
+    #[test]
+    fn surfaces_that_enclose_something_else_are_not_mapped() {
+        let coarse = shapes::icosphere(9.0, 1);
+        let beside = shapes::icosphere(2.0, 2).translated(coarse.positions[0]);
+        assert!(map(&beside, &coarse).is_none());
+        assert!(map(&shapes::icosphere(10.0, 3).flipped(), &coarse).is_none());
+    }
+}
