@@ -100,7 +100,7 @@ impl World {
                 let decimation = decimation.expect("closed");
                 let reduced = decimation.within(0.15, Progress::none()).expect("reduced");
                 assert!(reduced.kept.len() < 500, "{}", reduced.kept.len());
-                let coarse = CoarseSurface::new(reduced, decimation.full(), Progress::none());
+                let coarse = CoarseSurface::new(reduced, decimation.full());
                 self.detectors.set_coarse(self.ball, coarse.expect("attached"));
                 let followers = self.detectors.followers(&self.scene).expect("valid");
                 self.step.set_followers(followers);
