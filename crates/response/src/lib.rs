@@ -87,6 +87,7 @@
 #![expect(clippy::doc_markdown, reason = "formulas keep the source's letters, as in P_ref")]
 
 mod check;
+mod combinations;
 mod constraint;
 mod contact_rows;
 mod contact_set;
@@ -112,6 +113,7 @@ mod walk;
 pub use glam;
 
 pub use crate::check::{not_negative, parameter, positive};
+pub use crate::combinations::Combinations;
 pub use crate::constraint::{Constraint, SpringDamper};
 pub use crate::contact_rows::{ContactLaw, ContactRow, ContactRows};
 pub use crate::contact_set::{ContactGroup, ContactSet};

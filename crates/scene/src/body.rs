@@ -8,7 +8,8 @@ use medial::ContactBody;
 use proximity::{
     ContactSurface, LazySurfaceTree, NoInside, ParticleNumbers, SurfaceTree, SweptSide,
 };
-use surface::{Aabb, Pose, Positions, SurfaceError, TriangleSurface};
+use response::{Combinations, ResponseError};
+use surface::{Aabb, Pose, Positions, SimplexSurface, SurfaceError, Term, TriangleSurface};
 
 use crate::SceneError;
 
@@ -48,6 +49,8 @@ pub struct Body {
     kind: BodyKind,
     first_particle: u32,
     surface: LazySurfaceTree,
+    /// Polygons that the faces are fans of.
+    simplex: Option<SimplexSurface>,
     /// Box around the positions, once computed.
     bounds: Option<Aabb>,
     /// Positions that a rigid body was added with, once it has left them.
@@ -103,7 +106,33 @@ impl Body {
             surface = surface.declared_open();
         }
         let pose = (kind == BodyKind::Rigid).then_some(Pose::IDENTITY);
-        Ok(Self { name, kind, first_particle, surface, bounds: None, reference: None, pose })
+        let (simplex, bounds, reference) = (None, None, None);
+        Ok(Self { name, kind, first_particle, surface, simplex, bounds, reference, pose })
+    }
+
+    /// Returns the same body as the fans of a simplex surface.
+    pub(crate) fn with_simplex(self, simplex: SimplexSurface) -> Self {
+        Self { simplex: Some(simplex), ..self }
+    }
+
+    /// Returns the simplex surface, if it was [added](crate::Scene::add_simplex) as one.
+    #[must_use]
+    pub fn simplex(&self) -> Option<&SimplexSurface> {
+        self.simplex.as_ref()
+    }
+
+    /// Adds the centers of polygons as combinations of their vertices.
+    pub(crate) fn add_centers(&self, out: &mut Combinations) -> Result<(), ResponseError> {
+        let Some(simplex) = &self.simplex else { return Ok(()) };
+        let (first, mut terms) = (self.first_particle, Vec::new());
+        for center in self.particles().skip(simplex.vertex_count()) {
+            simplex.spread(&[Term { particle: center - first, weight: 1.0 }], &mut terms);
+            for term in &mut terms {
+                term.particle += first;
+            }
+            out.push(center, &terms)?;
+        }
+        Ok(())
     }
 
     /// Returns the name.

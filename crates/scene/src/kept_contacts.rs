@@ -1,12 +1,12 @@
-//! Contacts that are kept from step to step instead of being detected anew: a neighbor list
+//! Contacts that are kept from step to step instead of being detected again: a neighbor list
 //! (Verlet list) with a skin.
 //!
 //! A list holds all contacts within its reach, the margin and a skin beyond it. Each step carries
 //! them, sticking or sliding, in work linear in the vertices, without trees. A vertex that the list
 //! does not hold was farther than the reach, and has come nearer since by no more than the
 //! displacement of both bodies against each other, measured in the frame of the bone where one is
-//! rigid: that bounds what the list misses. Where the bound exceeds the tolerance, or a contact is
-//! in doubt, the pair is detected anew in the same step.
+//! rigid: that bounds what the list does not hold. Where the bound exceeds the tolerance, or a contact is
+//! in doubt, the pair is detected again in the same step.
 //!
 //! Source: L. Verlet, "Computer experiments on classical fluids I", Physical Review 159, 1967, for
 //! lists with a skin; B. Gilles, PhD thesis, 2007, section 4.7.2, for permanent contacts.
@@ -31,7 +31,7 @@ pub struct PermanentParams {
     /// over the surface.
     pub restraint: Restraint,
     /// Skin of the list: gap beyond the margin up to which it holds contacts, finite and `>= 0`.
-    /// A larger one holds more contacts, and is detected anew less often.
+    /// A larger one holds more contacts, and is detected again less often.
     pub skin: f64,
 }
 
@@ -46,13 +46,13 @@ pub struct KeptPair {
     /// Reason why it was detected in that step.
     pub renewal: Renewal,
     /// Proved bound on the depth of vertices that the list does not hold, `>= 0`. It is for lists
-    /// of exact detection; other methods add what they miss themselves.
+    /// of exact detection; other methods add what they leave out.
     pub bound: f64,
     /// Number of contacts that the list holds, those beyond the margin included.
     pub contacts: usize,
 }
 
-/// Reason why a list of kept contacts was detected anew.
+/// Reason why a list of kept contacts was detected again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
@@ -166,7 +166,7 @@ impl KeptList {
     }
 
     /// Carries the contacts to the positions `x` of all particles; returns a reason to detect them
-    /// anew.
+    /// again.
     pub(crate) fn carry(
         &mut self,
         scene: &Scene,
@@ -182,6 +182,7 @@ impl KeptList {
             return Ok(Some(Renewal::Displacement));
         }
 
+        // All contacts, until one is in doubt.
         let motion = self.frame.follow_bone(scene);
         for side in &mut self.sides {
             let doubt = match self.restraint {
@@ -192,6 +193,8 @@ impl KeptList {
                 return Ok(doubt);
             }
         }
+
+        // Vertices of the bone itself, over the other body.
         for vertex in &mut self.bone_vertices {
             let doubt = vertex.slide(scene, motion, tolerance);
             if doubt.is_some() {
@@ -210,6 +213,7 @@ impl KeptList {
         out: &mut Vec<Contact>,
         mut side: impl FnMut(u32, u32),
     ) {
+        // Those of vertices have a side that they came in by.
         for of_body in &self.sides {
             let contacts = of_body.contacts.contacts();
             for (number, (contact, start)) in contacts.iter().zip(&of_body.starts).enumerate() {
@@ -222,6 +226,7 @@ impl KeptList {
                 }
             }
         }
+
         for BoneVertex { contact, start, .. } in &self.bone_vertices {
             if start.acts(contact, margin, pulls) {
                 out.push(*contact);
@@ -244,6 +249,7 @@ impl KeptSide {
             starts.push(Start::new(scene, on, contact, foot_of(contact, x), detected));
         }
         let faces: Vec<u32> = starts.iter().map(|start| start.face).collect();
+
         let measure = GapMeasure::AlongNormal;
         let mut contacts = PermanentContacts::new(contacts, x, measure, detected.margins)?;
         contacts.set_faces(&faces)?;
@@ -262,6 +268,8 @@ impl KeptSide {
         }
         self.move_anchors(motion);
         self.contacts.stick(x)?;
+
+        // By the part of P_c in the tangent plane, which was 0 at first.
         for contact in self.contacts.contacts() {
             let separation = contact.separation(|particle| x[particle as usize]);
             let along = separation.dot(contact.normal) * contact.normal;
@@ -291,6 +299,7 @@ impl KeptSide {
         };
         self.contacts.slide(x, surface, on, carrier)?;
 
+        // Walks are local: far from where a contact was detected, a nearer face may be beyond them.
         for (number, start) in self.starts.iter().enumerate() {
             let face = self.contacts.face(number).unwrap_or(start.face);
             let foot = foot_of(&self.contacts.contacts()[number], x);
@@ -342,14 +351,16 @@ impl Start {
         }
 
         // Normals of both faces now. A normal at the foot itself jumps where the gap is rounding.
-        let normal = |face| triangle::normal(body.corners(face)).normalize_or_zero();
-        let cosine = normal(self.face).dot(normal(face));
+        let [first, now] = [self.face, face].map(|face| triangle::normal(body.corners(face)));
+        let cosine = first.normalize_or_zero().dot(now.normalize_or_zero());
         if cosine < 0.0 {
             return Some(Renewal::Side);
         }
         if cosine < RIDGE_COSINE {
             return Some(Renewal::Ridge);
         }
+
+        // Faces around the first one share a corner with it.
         let [first, now] = [self.face, face].map(|face| body.surface().faces()[face as usize]);
         let is_in_ring = first.iter().any(|corner| now.contains(corner));
         (!is_in_ring).then_some(Renewal::FaceRing)

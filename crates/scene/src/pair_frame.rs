@@ -1,6 +1,6 @@
-//! Displacement of two bodies against each other, which bounds what a list of contacts misses.
+//! Displacement of two bodies against each other, which bounds what a list of contacts does not hold.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use surface::Pose;
 
 use crate::{BodyId, PairId, Scene};
@@ -49,26 +49,24 @@ impl PairFrame {
     /// Bounds the displacement of vertices of both bodies against each other; `None` where a rigid
     /// body has no pose.
     pub(crate) fn displacement(&self, scene: &Scene, pair: PairId) -> Option<f64> {
-        let [a, b] = pair.bodies().map(|id| scene.body(id));
-        let Some(bone) = self.bone else {
-            if a.is_rigid() || b.is_rigid() {
-                return None;
-            }
-            // Less the translation that both have in common.
-            let [from_a, from_b] = &self.positions;
-            let common =
-                0.5 * (mean_move(from_a, a.positions()) + mean_move(from_b, b.positions()));
-            let of_a = largest_move(from_a, a.positions(), |x| x + common);
-            return Some(of_a + largest_move(from_b, b.positions(), |x| x + common));
-        };
+        let [a, b] = [scene.body(pair.a), scene.body(pair.b)];
+        let [from_a, from_b] = &self.positions;
 
         // In the frame of the bone, the other body alone moves.
-        let pose = scene.body(bone.id).pose()?;
-        let mut displacement = 0.0;
-        for (from, body) in self.positions.iter().zip([a, b]) {
-            displacement += largest_move(from, body.positions(), |x| pose.transform_point(x));
+        if let Some(bone) = self.bone {
+            let pose = scene.body(bone.id).pose()?;
+            let of_a = largest_move(from_a, a.positions(), &pose);
+            return Some(of_a + largest_move(from_b, b.positions(), &pose));
         }
-        Some(displacement)
+        if a.is_rigid() || b.is_rigid() {
+            return None;
+        }
+
+        // Of two soft bodies, less the translation that both have in common.
+        let common = 0.5 * (mean_move(from_a, a.positions()) + mean_move(from_b, b.positions()));
+        let pose = Pose::new(DQuat::IDENTITY, common);
+        let of_a = largest_move(from_a, a.positions(), &pose);
+        Some(of_a + largest_move(from_b, b.positions(), &pose))
     }
 
     /// Returns the poses of the bone that anchors are at and have to be moved to; `None` where it
@@ -81,11 +79,11 @@ impl PairFrame {
     }
 }
 
-/// Computes the largest distance of positions from earlier ones that `carry` moves; 0 without any.
-fn largest_move(from: &[DVec3], to: &[DVec3], carry: impl Fn(DVec3) -> DVec3) -> f64 {
+/// Computes the largest distance of positions from earlier ones at a pose; 0 without any.
+fn largest_move(from: &[DVec3], to: &[DVec3], pose: &Pose) -> f64 {
     let mut largest: f64 = 0.0;
     for (from, to) in from.iter().zip(to) {
-        largest = largest.max(carry(*from).distance_squared(*to));
+        largest = largest.max(pose.transform_point(*from).distance_squared(*to));
     }
     largest.sqrt()
 }

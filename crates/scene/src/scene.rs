@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
 use surface::progress::{Interrupted, Progress};
-use surface::{Aabb, Pose, TriangleSurface, parallel};
+use surface::{Aabb, Pose, SimplexSurface, TriangleSurface, parallel};
 
 use crate::broad_phase::overlapping_pairs;
 use crate::{Body, BodyId, BodyKind, PairId, SceneError};
@@ -37,21 +37,57 @@ impl Scene {
         surface: TriangleSurface,
         positions: Vec<DVec3>,
     ) -> Result<BodyId, SceneError> {
-        let name = name.into();
+        let (name, first) = self.check_new(name.into(), positions.len())?;
+        Ok(self.push(Body::new(name, kind, first, surface, positions)?))
+    }
+
+    /// Adds a body of polygons, of which three meet at each vertex (a 2-simplex mesh), at
+    /// `positions` (|V|).
+    ///
+    /// Its faces are the [fans](SimplexSurface::fan) of the polygons about their centers, which are
+    /// numbered as particles after the vertices. A center is the mean of its polygon: it has no mass
+    /// of its own, and a [`SceneStep`](crate::SceneStep) carries contacts on it back to the vertices
+    /// of the polygon.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::add`].
+    pub fn add_simplex(
+        &mut self,
+        name: impl Into<String>,
+        kind: BodyKind,
+        simplex: SimplexSurface,
+        positions: &[DVec3],
+    ) -> Result<BodyId, SceneError> {
+        let count = simplex.vertex_count() + simplex.polygon_count();
+        let (name, first) = self.check_new(name.into(), count)?;
+        let named = |source| SceneError::Surface { name: name.clone(), source };
+        let mut fan_positions = Vec::new();
+        simplex.fan_positions(simplex.positions(positions).map_err(named)?, &mut fan_positions);
+        let surface = simplex.fan().map_err(named)?;
+        let body = Body::new(name, kind, first, surface, fan_positions)?;
+        Ok(self.push(body.with_simplex(simplex)))
+    }
+
+    /// Checks that a body can be added; returns the number of its first particle.
+    fn check_new(&self, name: String, particles: usize) -> Result<(String, u32), SceneError> {
         if self.ids.contains_key(&name) {
             return Err(SceneError::DuplicateName { name });
         }
-        let first_particle = self.bodies.last().map_or(0, |body| body.particles().end);
-        let count = first_particle as usize + positions.len();
+        let first = self.bodies.last().map_or(0, |body| body.particles().end);
+        let count = first as usize + particles;
         let limit = u32::MAX as usize - 1;
         if count > limit {
             return Err(SceneError::TooManyParticles { name, count, limit });
         }
+        Ok((name, first))
+    }
 
+    fn push(&mut self, body: Body) -> BodyId {
         let id = self.next_id();
-        self.bodies.push(Body::new(name.clone(), kind, first_particle, surface, positions)?);
-        self.ids.insert(name, id);
-        Ok(id)
+        self.ids.insert(body.name().to_owned(), id);
+        self.bodies.push(body);
+        id
     }
 
     /// Leaves a pair out of every result, in whichever order it is named.

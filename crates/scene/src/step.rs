@@ -7,8 +7,8 @@ use ccd::CcdParams;
 use glam::DVec3;
 use proximity::ProximityError;
 use response::{
-    ContactStep, Followers, Material, ParticleLoads, ParticleStates, ResponseError, RigidMotion,
-    StepParams, StepReport, SweptReport,
+    Combinations, ContactStep, Followers, Material, ParticleLoads, ParticleStates, ResponseError,
+    RigidMotion, StepParams, StepReport, SweptReport,
 };
 use surface::Pose;
 
@@ -81,6 +81,8 @@ pub struct SceneStep {
     sides: SideMemory,
     step: ContactStep,
     ends: MoveEnds,
+    /// Number of bodies whose centers are combined.
+    bodies_with_centers: usize,
     /// Number of steps before this one.
     number: u64,
 }
@@ -111,7 +113,7 @@ impl SceneStep {
         let materials = Materials { default, by_pair: BTreeMap::new() };
         let (bones, sides) = (Bones::default(), SideMemory::default());
         let (step, ends) = (ContactStep::default(), MoveEnds::default());
-        Self { materials, bones, sides, step, ends, number: 0 }
+        Self { materials, bones, sides, step, ends, bodies_with_centers: 0, number: 0 }
     }
 
     /// Sets the material of one pair.
@@ -168,6 +170,10 @@ impl SceneStep {
         }
 
         self.bones.fit(scene);
+        if self.bodies_with_centers != scene.bodies().len() {
+            self.bodies_with_centers = scene.bodies().len();
+            self.step.set_combinations(scene.centers()?);
+        }
         let Self { materials, bones, sides, step, number, .. } = self;
         let step_number = *number;
         *number += 1;
@@ -204,7 +210,7 @@ impl SceneStep {
         let SceneStates { x, v, inverse_mass, .. } = states;
         self.bones.fit(scene);
         scene.move_soft_bodies(x)?;
-        let Self { materials, bones, sides, step, ends, number } = self;
+        let Self { materials, bones, sides, step, ends, number, .. } = self;
         let (x, step_number) = (&*x, *number);
         step.correct_swept(v, inverse_mass, params, report, |v, set| {
             let mut contacts = PairContacts { set, materials, bones, sides, x, step_number };
@@ -234,6 +240,15 @@ impl Scene {
     /// Returns the number of vertices of all bodies.
     fn particle_count(&self) -> usize {
         self.bodies.last().map_or(0, |body| body.particles().end as usize)
+    }
+
+    /// Returns the centers of polygons of soft bodies.
+    fn centers(&self) -> Result<Combinations, ResponseError> {
+        let mut centers = Combinations::default();
+        for body in self.bodies.iter().filter(|body| !body.is_rigid()) {
+            body.add_centers(&mut centers)?;
+        }
+        Ok(centers)
     }
 
     /// Moves soft bodies to the positions of all particles.

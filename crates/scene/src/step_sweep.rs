@@ -39,8 +39,13 @@ impl MoveEnds {
     ) -> Result<(), SceneError> {
         let bones = contacts.bones;
         self.set(scene, v, h, bones);
+
+        // Bodies that rest are swept against as they are.
         let mut moves = Vec::new();
-        for id in scene.ids().filter(|id| self.is_moving[id.index()]) {
+        for id in scene.ids() {
+            if !self.is_moving[id.index()] {
+                continue;
+            }
             let range = scene.body(id).particles();
             let positions = &self.x[range.start as usize..range.end as usize];
             moves.push(BodyMove { body: id, positions });
@@ -48,6 +53,7 @@ impl MoveEnds {
         let is_soft = |pair: PairId| pair.bodies().iter().any(|&id| bones.motion(id).is_none());
         let report = scene.sweep_among(&moves, params, is_soft, Progress::none())?;
 
+        // As contacts of the present state.
         let mut found = Vec::new();
         for pair in &report.pairs {
             found.clear();
@@ -83,9 +89,12 @@ fn contact_at_start(
     bones: &Bones,
 ) -> Option<Contact> {
     let SweptContact { contact, kind, at_start, .. } = swept;
+    // P and P̄, as points of their bodies.
     let count_of_p = if *kind == ContactKind::VertexFace { 1 } else { 2 };
     let (p, on) = contact.stencil.terms().split_at(count_of_p);
     let [p, on] = [SweptPoint::new(scene, pair, p), SweptPoint::new(scene, pair, on)];
+
+    // From inside, faces and edges are met against their normals.
     let leaves = match kind {
         ContactKind::VertexFace => on.outward().dot(contact.normal) < 0.0,
         ContactKind::EdgeEdge => {
@@ -95,6 +104,8 @@ fn contact_at_start(
     if *at_start || leaves {
         return None;
     }
+
+    // The gap that the velocities may close.
     let normal = match kind {
         ContactKind::VertexFace => contact.normal,
         ContactKind::EdgeEdge => edge_normal(&p, &on, contact.normal),
@@ -146,6 +157,8 @@ impl<'a> SweptPoint<'a> {
         if self.body.has_inside().is_err() {
             return sum;
         }
+
+        // One face, two at an edge, all around a vertex.
         for &face in surface.vertex_faces(self.terms[0].particle - first) {
             let corners = surface.faces()[face as usize];
             if self.terms.iter().all(|term| corners.contains(&(term.particle - first))) {

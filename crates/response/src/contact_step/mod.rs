@@ -8,6 +8,7 @@
 mod params;
 mod report;
 mod row_solver;
+mod swept;
 
 use glam::DVec3;
 use surface::{Anchor, Contact};
@@ -17,7 +18,8 @@ pub use self::report::{StepReport, SweptReport};
 use self::row_solver::RowSolver;
 use crate::contact_set::StencilKey;
 use crate::{
-    ContactSet, Followers, Impulse, ImpulseCache, ResponseError, SolveLevel, StepLength, check,
+    Combinations, ContactSet, Followers, Impulse, ImpulseCache, ResponseError, SolveLevel,
+    StepLength, check,
 };
 
 /// States of all particles, in the caller's slices, to be corrected.
@@ -115,6 +117,7 @@ pub struct ContactStep {
     last: Option<StepLength>,
     solver: RowSolver,
     followers: Followers,
+    combinations: Combinations,
     /// Per particle, true if it follows others.
     follows: Vec<bool>,
     /// Inverse masses with those of followers.
@@ -158,6 +161,9 @@ impl ContactStep {
         check::inverse_masses(x.len(), inverse_mass)?;
         params.validate()?;
         self.followers.check(x.len())?;
+        self.combinations.check(inverse_mass)?;
+        self.combinations.apply(x);
+        self.combinations.apply(v);
 
         // Positions, with contacts detected again after each round.
         let mut report = StepReport::default();
@@ -181,63 +187,16 @@ impl ContactStep {
         Ok(report)
     }
 
-    /// Corrects velocities again, by contacts that are met between the present positions and those
-    /// at the end of the move, x + h v, after [`Self::correct`] of the same step: none tunnels
-    /// through another.
-    ///
-    /// `sweep` adds the contacts of that move at the velocities given, with the
-    /// [time](Contact::time) at which each begins and the gap of the *present* positions along its
-    /// normal. A velocity may close that gap, and no more. Corrected velocities may meet other
-    /// contacts, so that it sweeps again, up to `max_rounds` times. Where contacts are left then,
-    /// the move is free up to [`SweptReport::free_share`], and the caller may stop there. Replaces
-    /// what `report` has of velocities. Loads are not corrected.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::correct`].
-    pub fn correct_swept<E: From<ResponseError>>(
-        &mut self,
-        v: &mut [DVec3],
-        inverse_mass: &[f64],
-        params: &StepParams,
-        report: &mut StepReport,
-        mut sweep: impl FnMut(&[DVec3], &mut ContactSet) -> Result<(), E>,
-    ) -> Result<SweptReport, E> {
-        check::particles("velocity", self.start.len(), v)?;
-        check::inverse_masses(v.len(), inverse_mass)?;
-        params.validate()?;
-        let mut swept_report = SweptReport::default();
-        self.known.clear();
-        let allowed = params.approach_tolerance.unwrap_or(0.0) + params.solver.tolerance;
-        loop {
-            self.swept.clear();
-            sweep(v, &mut self.swept)?;
-
-            // Those that velocities do not respect yet, and the first of them.
-            let found = self.swept.retain_swept(|contact, material| {
-                let velocity = relative_velocity(contact, v);
-                material.forbidden_speed(contact, velocity, params.h) > allowed
-            });
-            swept_report.free_share = found.unwrap_or(1.0);
-            if found.is_none() || swept_report.rounds == params.max_rounds {
-                break;
-            }
-            swept_report.rounds += 1;
-            swept_report.contacts += self.contacts.append_new(&self.swept, &mut self.known);
-
-            // All contacts of the step together, from the velocities before them.
-            self.followers.mark(inverse_mass, &self.contacts, &mut self.follows);
-            self.followers.lump(inverse_mass, &self.follows, &mut self.lumped);
-            self.solve_velocities(v, inverse_mass, params, 1.0, report)?;
-        }
-        report.contacts = self.contacts.contacts().len();
-        Ok(swept_report)
-    }
-
     /// Sets the particles that follow others: those that the detector's surfaces have left
     /// out. Contacts act on the masses of both.
     pub fn set_followers(&mut self, followers: Followers) {
         self.followers = followers;
+    }
+
+    /// Sets the particles that are combinations of others: centers of fanned polygons. Each step
+    /// computes their positions and velocities.
+    pub fn set_combinations(&mut self, combinations: Combinations) {
+        self.combinations = combinations;
     }
 
     /// Returns the contacts as detected last.
@@ -265,9 +224,12 @@ impl ContactStep {
         }
 
         // All contacts, so that errors name them by their place.
-        self.solver.set_rows(x.len(), &self.contacts, |contact, material| {
-            Ok(Some((*contact, material.position_row(contact)?)))
-        })?;
+        self.solver.set_rows(
+            x.len(),
+            &self.contacts,
+            &self.combinations,
+            |contact, material| Ok(Some((*contact, material.position_row(contact)?))),
+        )?;
 
         // Masses of the particles that move with those in contact.
         self.followers.mark(inverse_mass, &self.contacts, &mut self.follows);
@@ -286,15 +248,21 @@ impl ContactStep {
         self.displacements.resize(x.len(), DVec3::ZERO);
         self.solver.impulses.clear();
         self.solver.impulses.resize(self.contacts.contacts().len(), Impulse::default());
-        self.solver.set_rows(x.len(), &self.contacts, |contact, material| {
-            let row = material.position_row(contact)?;
-            Ok(material.is_hard().then_some((*contact, row)))
-        })?;
+        self.solver.set_rows(
+            x.len(),
+            &self.contacts,
+            &self.combinations,
+            |contact, material| {
+                let row = material.position_row(contact)?;
+                Ok(material.is_hard().then_some((*contact, row)))
+            },
+        )?;
         let (level, moved) = (SolveLevel::Position, &mut self.displacements);
         report.positions = Some(self.solver.solve(level, moved, &self.lumped, params)?);
         self.next.clear();
         self.next.resize(x.len(), DVec3::ZERO);
         self.followers.follow(&self.follows, &self.next, moved);
+        self.combinations.apply(moved);
         report.rounds += 1;
 
         // What positions gain in potential energy is reported by the mass moved.
@@ -337,14 +305,15 @@ impl ContactStep {
         report: &mut StepReport,
     ) -> Result<(), ResponseError> {
         // From the impulses of the last step, which are replaced by these.
-        let Self { contacts, solver, velocity_cache, start: before, .. } = self;
+        let Self { contacts, combinations, solver, velocity_cache, start: before, .. } = self;
         v.copy_from_slice(before);
         velocity_cache.warm_start(contacts, scale, &mut solver.impulses);
-        solver.set_rows(v.len(), contacts, |contact, material| {
+        solver.set_rows(v.len(), contacts, combinations, |contact, material| {
             Ok(Some((*contact, material.velocity_row(contact, params.h)?)))
         })?;
         report.velocities = Some(solver.solve(SolveLevel::Velocity, v, &self.lumped, params)?);
         self.followers.follow(&self.follows, before, v);
+        self.combinations.apply(v);
         velocity_cache.store(contacts, &solver.impulses)?;
 
         // Momentum and energy that the correction has given.
@@ -385,10 +354,12 @@ impl ContactStep {
             }
         }
 
+        self.combinations.apply(&mut self.next);
+
         // Bones have their velocity at that time, too. Soft contacts act once.
         let has_soft = params.approach_tolerance.is_none()
             && self.contacts.groups().iter().any(|group| !group.material.is_hard());
-        let Self { contacts, solver, load_cache, next, .. } = self;
+        let Self { contacts, combinations, solver, load_cache, next, .. } = self;
         let largest = largest_approach_at(contacts, next, params.h, |contact| advanced(contact, h));
         let tolerated = params.approach_tolerance.unwrap_or(0.0) + tolerance * h;
         if largest <= tolerated && !has_soft {
@@ -396,7 +367,7 @@ impl ContactStep {
             return Ok(());
         }
         load_cache.warm_start(contacts, warm_scale(self.last, params.h), &mut solver.impulses);
-        solver.set_rows(v.len(), contacts, |contact, material| {
+        solver.set_rows(v.len(), contacts, combinations, |contact, material| {
             let acts = material.is_hard() || has_soft;
             let row = material.velocity_row(contact, params.h)?;
             Ok(acts.then(|| (advanced(contact, h), row)))
@@ -408,6 +379,7 @@ impl ContactStep {
         before.extend_from_slice(next);
         report.loads = Some(solver.solve(SolveLevel::Velocity, next, &self.lumped, params)?);
         self.followers.follow(&self.follows, before, next);
+        self.combinations.apply(next);
         load_cache.store(contacts, &solver.impulses)?;
         for (before, next) in before.iter_mut().zip(&*next) {
             *before = (*next - *before) / h;

@@ -1,12 +1,12 @@
 //! Rows of a contact step at one level, and their solution.
 
 use glam::DVec3;
-use surface::Contact;
+use surface::{Contact, Term};
 
 use super::StepParams;
 use crate::{
-    Constraint, ContactLaw, ContactRows, ContactSet, ContactSystem, Impulse, Material,
-    ResponseError, SolveLevel, SolveReport, SolverMemory,
+    Combinations, Constraint, ContactLaw, ContactRows, ContactSet, ContactSystem, Impulse,
+    Material, ResponseError, SolveLevel, SolveReport, SolverMemory,
 };
 
 /// Solver of the rows of one level, in memory that all levels share.
@@ -18,6 +18,8 @@ pub(super) struct RowSolver {
     /// Contact of each row.
     of_rows: Vec<usize>,
     row_impulses: Vec<Impulse>,
+    /// Terms of a row without combined particles.
+    terms: Vec<Term>,
     /// Impulses of all contacts: to start from, then the result.
     pub(super) impulses: Vec<Impulse>,
 }
@@ -32,6 +34,7 @@ impl RowSolver {
         &mut self,
         particle_count: usize,
         contacts: &ContactSet,
+        combinations: &Combinations,
         row: impl Fn(&Contact, &Material) -> Result<Option<Row>, ResponseError>,
     ) -> Result<(), ResponseError> {
         // Rows keep the order of contacts, and say which one they are of.
@@ -39,7 +42,8 @@ impl RowSolver {
         self.of_rows.clear();
         for (number, (contact, material)) in contacts.iter().enumerate() {
             if let Some((contact, (law, constraint))) = row(contact, material)? {
-                self.rows.push_constraint(&contact, law, constraint)?;
+                combinations.expand(contact.stencil.terms(), &mut self.terms);
+                self.rows.push_terms(&contact, &self.terms, law, constraint)?;
                 self.of_rows.push(number);
             }
         }

@@ -34,6 +34,8 @@ impl StepDetectors {
             ComparedSurface::new(scene.body(id), coarse.filter(|_| is_coarse))
         });
         let [Some(a), Some(b)] = sides else { return reach };
+
+        // Vertices of each against the other.
         let DetectorScratch { surfaces, found, .. } = &mut self.scratch;
         surfaces.compute(a.tree, b.tree, reach);
         for (near, [of, on]) in surfaces.sides().into_iter().zip([[a, b], [b, a]]) {
@@ -76,6 +78,7 @@ impl StepDetectors {
 
     /// Detects a pair by the field of one body.
     pub(super) fn detect_field(&mut self, scene: &Scene, pair: PairId, reach: f64) -> Detected {
+        // The first rigid body that has one.
         let [a, b] = pair.bodies();
         let has_field = |id: &BodyId| scene.body(*id).is_rigid() && self.field(*id).is_some();
         let Some(bone) = [a, b].into_iter().find(has_field) else {
@@ -128,6 +131,7 @@ impl StepDetectors {
             return Ok(Err(FallbackReason::NoStructure));
         }
 
+        // Balls are trusted: they select, surfaces measure.
         let [a, b] = pair.bodies();
         for [of, on] in [[a, b], [b, a]] {
             let Some(balls) = &self.bodies[on.index()].balls else { continue };

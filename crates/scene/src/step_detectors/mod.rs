@@ -208,7 +208,7 @@ impl StepDetectors {
         self.methods.insert(pair, method);
     }
 
-    /// Keeps the contacts of a pair from step to step: they are carried, and detected anew only on
+    /// Keeps the contacts of a pair from step to step: they are carried, and detected again only on
     /// doubt ([`Renewal`]). Contacts still open and push as the [`Material`](response::Material)
     /// says.
     ///
@@ -298,6 +298,8 @@ impl StepDetectors {
 
         // Kept contacts first: their pairs need no trees.
         let doubts = self.carry_kept(scene, contacts)?;
+
+        // Then the other pairs, of which some are kept from now on.
         for pair in self.pairs_to_detect(scene)? {
             let reach = self.reach(pair);
             self.scratch.found.clear();
@@ -322,7 +324,7 @@ impl StepDetectors {
         Ok(())
     }
 
-    /// Carries kept contacts and adds them; returns the pairs that have to be detected anew, whose
+    /// Carries kept contacts and adds them; returns the pairs that have to be detected again, whose
     /// lists are dropped.
     fn carry_kept(
         &mut self,
@@ -345,6 +347,11 @@ impl StepDetectors {
 
     /// Finds the pairs with a soft body that come near and are not kept, with their trees.
     fn pairs_to_detect(&self, scene: &mut Scene) -> Result<Vec<PairId>, StepError> {
+        // Where all are kept, no body needs a box.
+        if self.kept.len() == count_of_soft_pairs(scene) {
+            return Ok(Vec::new());
+        }
+
         let mut largest: f64 = 0.0;
         for params in self.permanent.values() {
             largest = largest.max(params.skin);
@@ -375,6 +382,8 @@ impl StepDetectors {
             StepMethod::Field => self.detect_field(scene, pair, reach),
             StepMethod::Balls => self.detect_balls(scene, pair, reach)?,
         };
+
+        // Reported once, exact instead.
         let reason = match found {
             Ok(held) => return Ok(held),
             Err(reason) => reason,
@@ -412,4 +421,16 @@ fn add_list(
     let add_side = |particle, face| sides.push(KeptSide { particle, face });
     list.extend(margin, pulls, found, add_side);
     contacts.add_kept(pair, found, sides);
+}
+
+/// Returns the number of pairs with a soft body.
+fn count_of_soft_pairs(scene: &Scene) -> usize {
+    let (mut count, mut bodies, mut bones) = (0, 0, 0);
+    for body in scene.bodies() {
+        // Bones make no pairs with each other.
+        count += if body.is_rigid() { bodies - bones } else { bodies };
+        bodies += 1;
+        bones += usize::from(body.is_rigid());
+    }
+    count
 }

@@ -209,17 +209,16 @@ fn ridges_are_found_anew() {
 /// Sticking at 1 per frame costs at most a fifth of finding anew.
 #[test]
 fn keeping_costs_a_fifth_of_finding_anew() {
-    let time = |mut world: World| {
-        world.carry(0, 1.0, 0.0);
-        let mut best = Duration::MAX;
-        for frame in 1..40 {
-            world.carry(frame, 1.0, 1.0);
-            best = best.min(world.elapsed);
+    // In turns, so that other work on the machine slows both.
+    let mut worlds = [World::new(StepMethod::Exact), kept(Restraint::Sticking, 0.5)];
+    let mut best = [Duration::MAX; 2];
+    for frame in 0..200 {
+        for (world, best) in worlds.iter_mut().zip(&mut best) {
+            world.carry(frame, 1.0, if frame == 0 { 0.0 } else { 1.0 });
+            *best = (*best).min(world.elapsed);
         }
-        best.as_secs_f64()
-    };
-    let anew = time(World::new(StepMethod::Exact));
-    let kept = time(kept(Restraint::Sticking, 0.5));
+    }
+    let [anew, kept] = best.map(|best| best.as_secs_f64());
     println!("measured: sticking over finding anew, time | {:.3} | 0.2", kept / anew);
     assert!(kept <= 0.2 * anew, "{kept} {anew}");
 }

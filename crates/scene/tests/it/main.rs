@@ -4,6 +4,7 @@ mod check;
 mod kept_contacts;
 mod medial;
 mod overlap;
+mod simplex_step;
 mod step;
 mod step_detectors;
 mod step_sweep;
