@@ -1,4 +1,4 @@
-//! Mesh decimation onto a surface's own vertices, with certified Hausdorff bounds.
+//! Mesh decimation onto a surface's own vertices, with a proved deviation.
 //!
 //! A closed surface of tens of thousands of faces is represented within half a millimeter by
 //! a few thousand. [`Decimation`] finds them by edge collapses that move a vertex into one of
@@ -18,8 +18,6 @@
 //! Since the map is fixed to vertices, its largest distance is computed anew at any positions in
 //! a time that is linear in them ([`CoarseSurface::deviation`]): it grows where the surface bends
 //! or stretches within a coarse face, and not where parts of it move or turn as they are.
-//! [`hausdorff_bounds`] brackets the distance of any two surfaces instead, and says nothing about
-//! insides.
 //!
 //! # Limits
 //!
@@ -34,9 +32,6 @@
 //!   SIGGRAPH 1997: the order of the collapses.
 //! - T. K. Dey, H. Edelsbrunner, S. Guha and D. V. Nekhayev, "Topology Preserving Edge
 //!   Contraction", Publications de l'Institut Mathématique 66, 1999: the link condition.
-//! - M. Guthe, P. Borodin and R. Klein, "Fast and Accurate Hausdorff Distance Calculation
-//!   between Meshes", Journal of WSCG 13, 2005: branch and bound over faces. Differs in the
-//!   bounds, which also use the faces that cover a patch.
 //! - J. Cohen, D. Manocha and M. Olano, "Simplifying Polygonal Models Using Successive Mappings",
 //!   IEEE Visualization 1997: deviations by piecewise linear maps between surfaces. Differs in
 //!   that one map is built from the full surface to the last one, by closest points, in place of
@@ -45,7 +40,6 @@
 //! # Features
 //!
 //! - `rayon`: trees are built on the threads of the current pool; results are the same to the bit.
-//! - `serde`: Hausdorff bounds implement `Serialize` and `Deserialize`.
 //!
 //! # Example
 //!
@@ -73,13 +67,10 @@
 mod coarse_map;
 mod coarse_surface;
 mod collapsed;
-mod cover;
 mod decimation;
-mod directed;
 mod edge_images;
 mod edge_path;
 mod error;
-mod hausdorff;
 mod map_builder;
 mod mesh;
 mod mesh_point;
@@ -87,7 +78,6 @@ mod order;
 mod quadric;
 mod reduced;
 mod surfaces;
-mod target;
 mod vertex_images;
 
 pub use glam;
@@ -95,7 +85,6 @@ pub use glam;
 pub use crate::coarse_surface::CoarseSurface;
 pub use crate::decimation::Decimation;
 pub use crate::error::DecimateError;
-pub use crate::hausdorff::hausdorff_bounds;
 pub use crate::reduced::ReducedSurface;
 
 /// Compiles the README's example.

@@ -75,7 +75,7 @@ pub use crate::contact::{Anchor, Contact, ContactSide, Stencil, Term};
 pub use crate::crossing::{Meeting, segment_meets_triangle, triangles_meet};
 pub use crate::csr::Csr;
 pub use crate::error::{SimplexError, SurfaceError};
-pub use crate::hausdorff::{DirectedHausdorff, HausdorffBounds};
+pub use crate::hausdorff::DirectedHausdorff;
 pub use crate::inspect::{Defect, Element, Finding, Inspection, inspect};
 pub use crate::measures::{mean_edge, vertex_areas, vertex_normals};
 pub use crate::perturbed::{PerturbedMeeting, Stretch, StretchEnd, meet_perturbed, passing_share};

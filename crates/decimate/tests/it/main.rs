@@ -3,7 +3,6 @@
 mod anatomy;
 mod certificate;
 mod coarse_surface;
-mod hausdorff;
 mod reduced;
 
 use decimate::{DecimateError, Decimation, ReducedSurface};

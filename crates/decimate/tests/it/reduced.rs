@@ -1,12 +1,14 @@
 //! Properties that a reduced surface keeps: topology, vertices, shape; and rejected input.
 
+use std::ops::ControlFlow;
+
 use decimate::DecimateError;
 use fixtures::{Mesh, damage, femur, shapes};
 use glam::DVec3;
-use surface::progress::Progress;
+use surface::progress::{Interrupted, Progress};
 use surface::{SurfaceError, TriangleSurface, inspect};
 
-use crate::{bodies, decimation, gathered, reduced};
+use crate::{bodies, decimation, gathered, reduced, tree};
 
 /// Returns a box of `n × n` squares per side.
 fn grid_cube(edge: f64, n: u32) -> Mesh {
@@ -202,4 +204,21 @@ fn deviations_out_of_range_are_refused() {
     }
     let error = decimation.within(f64::NAN, Progress::none()).map(drop);
     assert!(matches!(error, Err(DecimateError::MaxDeviation { .. })));
+}
+
+/// Handlers that end the call when it begins, or later.
+#[test]
+fn long_calls_can_be_interrupted() {
+    let mesh = shapes::icosphere(40.0, 5);
+    let full = tree(&mesh);
+    for until in [0.0, 0.3] {
+        let stop = |fraction: f64| {
+            if fraction < until { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        };
+        let interrupted = decimate::Decimation::new(full.clone(), Progress::new(&stop));
+        assert_eq!(interrupted.map(drop), Err(DecimateError::Interrupted(Interrupted)));
+        let decimation = decimation(&mesh).expect("closed");
+        let interrupted = decimation.within(0.5, Progress::new(&stop));
+        assert_eq!(interrupted.map(drop), Err(DecimateError::Interrupted(Interrupted)));
+    }
 }
