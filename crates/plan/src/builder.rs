@@ -27,7 +27,10 @@ const MAX_KEPT: f64 = 0.7;
 pub(crate) struct Builder<'a> {
     scene: &'a Scene,
     params: &'a PlanParams,
+    /// One per body: structures that an earlier plan has built.
+    present: Vec<StructureSet>,
     structures: Structures,
+    built: usize,
 }
 
 /// Structure to build.
@@ -52,8 +55,13 @@ enum BuildError {
 }
 
 impl<'a> Builder<'a> {
-    pub(crate) fn new(scene: &'a Scene, params: &'a PlanParams) -> Self {
-        Self { scene, params, structures: Structures::new(scene.bodies().len()) }
+    pub(crate) fn new(
+        scene: &'a Scene,
+        params: &'a PlanParams,
+        present: Vec<StructureSet>,
+    ) -> Self {
+        let structures = Structures::new(scene.bodies().len());
+        Self { scene, params, present, structures, built: 0 }
     }
 
     /// Builds the structures of a choice that do not exist yet, and lists those that cannot be
@@ -73,6 +81,7 @@ impl<'a> Builder<'a> {
 
         // Each to its body, or among the missing with the reason, in the order of the tasks.
         let mut missing = Vec::new();
+        self.built += tasks.len();
         for (&Task { body, kind, .. }, built) in tasks.iter().zip(built) {
             let of_body = &mut self.structures.bodies[body.index()];
             match built {
@@ -88,8 +97,9 @@ impl<'a> Builder<'a> {
         Ok(missing)
     }
 
-    /// Returns the structures of a choice, without those that it does not need.
-    pub(crate) fn finish(self, choice: &Choice) -> Structures {
+    /// Returns the structures that were built for a choice, without those that it does not need, and
+    /// the number of all that were built.
+    pub(crate) fn finish(self, choice: &Choice) -> (Structures, usize) {
         let mut structures = self.structures;
         for (number, set) in choice.structures.iter().enumerate() {
             let of_body = &mut structures.bodies[number];
@@ -99,7 +109,7 @@ impl<'a> Builder<'a> {
             }
             of_body.field.take_if(|_| !set.has(StructureKind::Field));
         }
-        structures
+        (structures, self.built)
     }
 
     /// Lists the structures of a choice that do not exist yet, in the order of the bodies.
@@ -113,7 +123,7 @@ impl<'a> Builder<'a> {
                 (StructureKind::Field, built.field.is_some()),
                 (StructureKind::Medial, has_balls),
             ] {
-                if set.has(kind) && !is_built {
+                if set.has(kind) && !is_built && !self.present[number].has(kind) {
                     tasks.push(Task { body, kind, is_forced: forced[number].has(kind) });
                 }
             }

@@ -11,7 +11,8 @@ use crate::motion::BodyMotion;
 use crate::pair_detector::PairDetector;
 use crate::structures::Structures;
 use crate::{
-    ExcludedPair, MissingStructure, OperationCounts, PairPlan, PlanError, PlanParams, Structure,
+    ExcludedPair, ForcedMethod, MissingStructure, OperationCounts, PairPlan, PlanError, PlanParams,
+    Structure,
 };
 
 /// Method for each pair of a scene that may meet, with the structures that were built for it.
@@ -26,6 +27,8 @@ pub struct Plan {
     pub(crate) structures: Structures,
     pub(crate) built: Vec<Structure>,
     pub(crate) missing: Vec<MissingStructure>,
+    /// Methods that the caller has chosen.
+    pub(crate) forced: Vec<ForcedMethod>,
     /// Operations that refit the structures of all bodies.
     pub(crate) follow: OperationCounts,
     pub(crate) bodies: Vec<PlannedBody>,

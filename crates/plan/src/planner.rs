@@ -65,29 +65,66 @@ impl Plan {
     ) -> Result<Self, PlanError> {
         params.validate()?;
         let near = NearPairs::find(scene, params, forced)?;
-        let mut planner = Planner::new(scene, params, near.planned);
+        let present = vec![StructureSet::default(); scene.bodies().len()];
+        let mut planner = Planner::new(scene, params, near.planned, present);
         planner.count_work(scene, progress.part(0.0, 0.1))?;
-
-        // A structure that cannot be built takes its candidates with it.
-        let mut builder = Builder::new(scene, params);
-        let (choice, options) = loop {
-            let options = planner.options(scene)?;
-            let choice = options.choose();
-            let missing = builder.build(&choice, &planner.forced, progress.part(0.1, 1.0))?;
-            if missing.is_empty() {
-                break (choice, options);
-            }
-            planner.exclude(missing);
-        };
-        let structures = builder.finish(&choice);
-        planner.measure_coarse(scene, &structures);
-        let mut plan = planner.into_plan(scene, structures, &choice, &options);
+        let made = planner.make(scene, progress.part(0.1, 1.0))?;
+        let mut plan = planner.into_plan(scene, made);
         plan.excluded_pairs = near.excluded;
         plan.far_pair_count = near.far_pair_count;
-
-        scene.fit(&plan.structures.uses_tree)?;
-        plan.built = plan.structures.list(scene);
+        plan.forced = forced.to_vec();
+        plan.begin(scene)?;
         Ok(plan)
+    }
+
+    /// Chooses anew for the frames that are left, from the work that the present state takes;
+    /// returns true if that changes the plan.
+    ///
+    /// What is built and within its tolerance is kept, and costs nothing; all else is built where
+    /// it pays over the frames that are left. Coarse surfaces that were deformed too much are
+    /// built again from the present shape. The work of each pair is counted by one exact
+    /// detection, so that a call pays every hundred frames or so, or after a change of scene. The
+    /// choice depends on counts alone: it is the same in every run.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::new`], and [`PlanError::OtherScene`]. The plan is then as it was.
+    pub fn revise(&mut self, scene: &mut Scene, progress: Progress<'_>) -> Result<bool, PlanError> {
+        self.check_scene(scene)?;
+        let detected = u32::try_from(self.frame_count).unwrap_or(u32::MAX);
+        let frames = self.params.frames.saturating_sub(detected);
+        if frames < MIN_COUNTED_FRAMES {
+            return Ok(false);
+        }
+        let params = PlanParams { frames, ..self.params };
+        let near = NearPairs::find(scene, &params, &self.forced)?;
+
+        // Deviations as they are now decide what can be kept.
+        self.structures.follow(scene, &self.pairs, params.tolerance)?;
+        let present = self.structures.present(&self.pairs, params.tolerance);
+        let mut planner = Planner::new(scene, &params, near.planned, present);
+        planner.measure_coarse(scene, &self.structures);
+        planner.count_work(scene, progress.part(0.0, 0.1))?;
+        let mut made = planner.make(scene, progress.part(0.1, 1.0))?;
+
+        // Nothing fails from here on, so that what is kept can change hands.
+        let is_changed = made.built > 0 || !made.is_like(&self.pairs);
+        made.structures.adopt(&mut self.structures, &made.choice.structures);
+        let mut plan = planner.into_plan(scene, made);
+        plan.excluded_pairs = near.excluded;
+        plan.far_pair_count = near.far_pair_count;
+        plan.forced.clone_from(&self.forced);
+        plan.motion = self.motion.take();
+        *self = plan;
+        self.begin(scene)?;
+        Ok(is_changed)
+    }
+
+    /// Builds the trees of a plan, and lists what it has.
+    fn begin(&mut self, scene: &mut Scene) -> Result<(), PlanError> {
+        scene.fit(&self.structures.uses_tree)?;
+        self.built = self.structures.list(scene);
+        Ok(())
     }
 }
 
@@ -95,10 +132,36 @@ impl Plan {
 /// once: for fewer frames it would cost more than the tenth that it may save.
 const MIN_COUNTED_FRAMES: u32 = 10;
 
+/// Choice for which everything is built.
+struct Made {
+    choice: Choice,
+    options: Options,
+    /// What was built for it.
+    structures: Structures,
+    /// Number of structures that were built.
+    built: usize,
+}
+
+impl Made {
+    /// Returns true if the chosen methods are those of some planned pairs.
+    fn is_like(&self, planned: &[PairPlan]) -> bool {
+        let chosen = self.options.pairs.iter().zip(&self.choice.candidates);
+        let mut pairs = chosen.zip(planned);
+        let is_same = |((options, &chosen), planned): ((&PairOptions, &usize), &PairPlan)| {
+            let Candidate { method, is_coarse, .. } = options.candidates[chosen];
+            let is_pair = options.pair == planned.pair;
+            is_pair && method == planned.method && is_coarse == planned.is_coarse
+        };
+        self.options.pairs.len() == planned.len() && pairs.all(is_same)
+    }
+}
+
 /// Maker of a plan.
 struct Planner<'a> {
     params: &'a PlanParams,
     pairs: Vec<NearPair>,
+    /// One per body: structures that an earlier plan has built.
+    present: Vec<StructureSet>,
     /// Work of each pair; nothing where no structure may pay.
     workloads: Vec<Workload>,
     /// One per body: structures that are not considered for free pairs, since they cannot pay.
@@ -117,7 +180,12 @@ const COARSE: StructureSet = StructureSet::of(StructureKind::Coarse);
 const FIELD: StructureSet = StructureSet::of(StructureKind::Field);
 
 impl<'a> Planner<'a> {
-    fn new(scene: &Scene, params: &'a PlanParams, pairs: Vec<NearPair>) -> Self {
+    fn new(
+        scene: &Scene,
+        params: &'a PlanParams,
+        pairs: Vec<NearPair>,
+        present: Vec<StructureSet>,
+    ) -> Self {
         let none = vec![StructureSet::default(); scene.bodies().len()];
         let mut planner = Self {
             params,
@@ -129,9 +197,27 @@ impl<'a> Planner<'a> {
             kept: vec![1.0; scene.bodies().len()],
             field_sizes: vec![None; scene.bodies().len()],
             pairs,
+            present,
         };
         planner.find_useless(scene);
         planner
+    }
+
+    /// Chooses, and builds what the choice needs and is not there. A structure that cannot be built
+    /// takes its candidates with it.
+    fn make(&mut self, scene: &Scene, progress: Progress<'_>) -> Result<Made, PlanError> {
+        let mut builder = Builder::new(scene, self.params, self.present.clone());
+        loop {
+            let options = self.options(scene)?;
+            let choice = options.choose();
+            let missing = builder.build(&choice, &self.forced, progress)?;
+            if missing.is_empty() {
+                let (structures, built) = builder.finish(&choice);
+                self.measure_coarse(scene, &structures);
+                return Ok(Made { choice, options, structures, built });
+            }
+            self.exclude(missing);
+        }
     }
 
     /// Finds the structures that could not pay even if they saved all work of their body's pairs.
@@ -149,7 +235,8 @@ impl<'a> Planner<'a> {
         // What costs as much to build is useless; so is a field that misses the tolerance.
         for (number, body) in scene.bodies().iter().enumerate() {
             let saved = max_saved[number];
-            if coarse_construction(body).seconds() >= saved {
+            let present = self.present[number];
+            if coarse_construction(body).seconds() >= saved && !present.has(StructureKind::Coarse) {
                 self.useless[number] = self.useless[number].with(COARSE);
             }
             let is_closed_bone = body.is_rigid() && body.has_inside().is_ok();
@@ -158,7 +245,8 @@ impl<'a> Planner<'a> {
                 self.field_sizes[number] = Some(size);
             }
             let pays = self.field_sizes[number].is_some_and(|size| {
-                size.bound() <= self.params.tolerance && field_seconds(size) < saved
+                let is_built = present.has(StructureKind::Field);
+                size.bound() <= self.params.tolerance && (is_built || field_seconds(size) < saved)
             });
             if !pays {
                 self.useless[number] = self.useless[number].with(FIELD);
@@ -193,8 +281,9 @@ impl<'a> Planner<'a> {
         let deviation = COARSE_SHARE * self.params.tolerance;
         self.kept = parallel::map(scene.bodies().len(), |number| {
             let body = &scene.bodies()[number];
-            if !is_member[number] || self.useless[number].has(StructureKind::Coarse) {
-                return 1.0;
+            let is_built = self.present[number].has(StructureKind::Coarse);
+            if !is_member[number] || is_built || self.useless[number].has(StructureKind::Coarse) {
+                return self.kept[number];
             }
             predicted_faces(body, deviation) / count(body.surface().faces().len())
         });
@@ -282,6 +371,11 @@ impl<'a> Planner<'a> {
         seconds[place(StructureKind::Coarse)] = coarse_construction(body).seconds();
         let field = self.field_sizes[number].map_or(f64::INFINITY, field_seconds);
         seconds[place(StructureKind::Field)] = field;
+        for kind in [StructureKind::Tree, StructureKind::Coarse, StructureKind::Field] {
+            if self.present[number].has(kind) {
+                seconds[place(kind)] = 0.0;
+            }
+        }
         for kind in 0..KINDS {
             seconds[kind] += frames * follow[kind].seconds();
         }
@@ -321,13 +415,8 @@ impl<'a> Planner<'a> {
     }
 
     /// Makes the plan of a choice whose structures were built.
-    fn into_plan(
-        mut self,
-        scene: &Scene,
-        structures: Structures,
-        choice: &Choice,
-        options: &Options,
-    ) -> Plan {
+    fn into_plan(mut self, scene: &Scene, made: Made) -> Plan {
+        let Made { choice, options, structures, .. } = made;
         let mut pairs = Vec::new();
         for (number, &chosen) in choice.candidates.iter().enumerate() {
             let PairOptions { pair, candidates } = &options.pairs[number];
@@ -373,6 +462,7 @@ impl<'a> Planner<'a> {
             structures,
             built: Vec::new(),
             missing: self.missing,
+            forced: Vec::new(),
             follow,
             bodies: scene.bodies().iter().map(PlannedBody::new).collect(),
             motion: None,

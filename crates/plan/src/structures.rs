@@ -8,6 +8,7 @@ use scene::{Body, BodyId, PairId, Scene};
 use surface::{RigidState, parallel};
 
 use crate::bone_field::BoneField;
+use crate::choice::StructureSet;
 use crate::cost::count;
 use crate::{
     Accuracy, DetectionMethod, ExclusionReason, OperationCounts, PairPlan, PlanError, StructureKind,
@@ -113,6 +114,50 @@ impl Structures {
         }
         scene.fit(&self.uses_tree_now)?;
         Ok(())
+    }
+
+    /// Returns the structures that can be kept where the bodies are, per body: all but coarse
+    /// surfaces that deviate too much for one of their pairs.
+    pub(crate) fn present(&self, pairs: &[PairPlan], tolerance: f64) -> Vec<StructureSet> {
+        let mut is_stale = vec![false; self.bodies.len()];
+        for planned in pairs.iter().filter(|planned| self.is_stale(planned, tolerance)) {
+            for id in planned.pair.bodies() {
+                is_stale[id.index()] = true;
+            }
+        }
+
+        let mut present = Vec::new();
+        for (number, of_body) in self.bodies.iter().enumerate() {
+            let mut set = StructureSet::default();
+            for (kind, is_built) in [
+                (StructureKind::Tree, self.uses_tree[number]),
+                (StructureKind::Coarse, of_body.coarse.is_some() && !is_stale[number]),
+                (StructureKind::Field, of_body.field.is_some()),
+                (StructureKind::Medial, of_body.medial.is_some()),
+            ] {
+                if is_built {
+                    set = set.with(StructureSet::of(kind));
+                }
+            }
+            present.push(set);
+        }
+        present
+    }
+
+    /// Takes the structures over that a choice needs and that were not built anew.
+    pub(crate) fn adopt(&mut self, earlier: &mut Self, chosen: &[StructureSet]) {
+        let bodies = self.bodies.iter_mut().zip(&mut earlier.bodies);
+        for ((own, earlier), set) in bodies.zip(chosen) {
+            if set.has(StructureKind::Coarse) && own.coarse.is_none() {
+                own.coarse = earlier.coarse.take();
+            }
+            if set.has(StructureKind::Field) && own.field.is_none() {
+                own.field = earlier.field.take();
+            }
+            if set.has(StructureKind::Medial) && own.medial.is_none() {
+                own.medial = earlier.medial.take();
+            }
+        }
     }
 
     /// Begins a frame in which bodies are followed pair by pair.

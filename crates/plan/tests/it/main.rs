@@ -8,6 +8,7 @@ mod interruption;
 mod planned;
 mod refused;
 mod regret;
+mod revised;
 mod stale;
 mod step;
 mod thigh;
