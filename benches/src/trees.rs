@@ -19,7 +19,7 @@ const MAX_LOOSENESS: f64 = 1.5;
 /// Rounds of each motion: its time is the minimum.
 const ROUNDS: u32 = 5;
 
-/// When a tree is built anew.
+/// Rule by which a tree is built anew.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Policy {
     Never,

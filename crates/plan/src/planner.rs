@@ -136,7 +136,7 @@ const MIN_COUNTED_FRAMES: u32 = 10;
 struct Made {
     choice: Choice,
     options: Options,
-    /// What was built for it.
+    /// Structures that were built for it.
     structures: Structures,
     /// Number of structures that were built.
     built: usize,
