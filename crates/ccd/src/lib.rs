@@ -16,6 +16,9 @@
 //! There is no absolute tolerance. Multiplying all lengths by a power of two changes no bit of an
 //! answer. Only differences of coordinates count, so the scene may be far from the origin.
 //!
+//! [`first_contact_on_paths`] promises the same on curved paths, of which the second derivative is
+//! bounded: rotations of bones.
+//!
 //! [`MovingPoints`] processes many candidates by index into shared positions, filters them in SIMD
 //! lanes, and finds the first contact of all.
 //!
@@ -70,6 +73,7 @@ mod closest;
 mod contact;
 mod coplanarity;
 mod cubic;
+mod curved;
 mod error;
 #[cfg(feature = "exact")]
 mod exact;
@@ -83,6 +87,7 @@ mod shape;
 
 pub use batch::{CandidateContact, FirstContact, MovingPoints};
 pub use contact::{CcdContact, CcdParams, Certainty, Undecided};
+pub use curved::{PathBounds, Primitives, chord_deviation, first_contact_on_paths};
 pub use error::{CcdError, StepEnd};
 pub use glam;
 

@@ -14,7 +14,7 @@
 //! | find overlaps and near contacts | [`Scene::check`] | [`scene`] |
 //! | measure an overlap: volume, areas, curve, depth | [`PairReport::overlap`] | [`overlap`] |
 //! | measure a joint: contact area, gaps, pressure | [`Scene::joint_contacts`] | [`overlap`] |
-//! | find first contacts of a motion | [`Scene::sweep`] | [`ccd`], [`proximity`] |
+//! | find first contacts of a motion | [`Scene::sweep`], [`Scene::sweep_paths`] | [`ccd`], [`proximity`] |
 //! | detect and respond at rate, within a tolerance | [`Plan`] | [`plan`] |
 //! | remove overlaps | [`resolve()`] | [`resolve`](mod@resolve) |
 //! | ask for signed distances from a bone | [`distance_field::DistanceField`] | [`distance_field`] |
@@ -272,15 +272,15 @@ pub use response::{
     Friction, Margins, Material, ParticleLoads, RigidMotion, SpringDamper, StepLength, StepParams,
     StepReport,
 };
-pub use surface::RigidState;
+pub use surface::{Path, RigidPath, RigidState, StraightPath};
 
 pub use scene::{
     AreaBracket, Body, BodyId, BodyKind, BodyMove, CheckParams, Coincidence, ContactKind,
     CurveChain, Depth, DepthBracket, EdgeOverlap, FacePoint, FieldContact, FieldDetector,
     FieldFeature, MedialContact, MedialDetector, MedialFeature, NearVertex, NoInside, Overlap,
     OverlapGeometry, OverlapMeasures, PairContacts, PairId, PairOverlap, PairReport, PairSweep,
-    PassThrough, PatchFace, PrimitiveBall, Region, Scene, SceneError, SceneStates, SceneStep, Side,
-    StepError, SweepReport, SweptContact, VertexReport,
+    PassThrough, PatchFace, PathMove, PrimitiveBall, Region, Scene, SceneError, SceneStates,
+    SceneStep, Side, StepError, SweepReport, SweptContact, VertexReport,
 };
 pub use surface::progress::{Interrupted, Progress};
 

@@ -8,6 +8,7 @@
 //! using Representative-Triangles", I3D 2008, section 4, for the assignment of features to faces.
 
 use ccd::MovingPoints;
+use glam::DVec3;
 use kdop::{Tree, Workspace};
 use surface::progress::Progress;
 use surface::{Contact, NO_EDGE, Stencil, Term, TriangleSurface};
@@ -65,6 +66,33 @@ pub enum ContactKind {
 }
 
 impl SweptContact {
+    /// Returns the contact of the particles of a query, which are at `points` at its earliest time.
+    #[must_use]
+    pub fn new(
+        kind: ContactKind,
+        particles: [u32; 4],
+        points: [DVec3; 4],
+        min_separation: f64,
+        found: &ccd::CcdContact,
+    ) -> Self {
+        // The gap at the first time, by the contact's identity.
+        let (mut terms, mut separation) = ([Term { particle: 0, weight: 0.0 }; 4], DVec3::ZERO);
+        for k in 0..4 {
+            terms[k] = Term { particle: particles[k], weight: found.weights[k] };
+            separation += found.weights[k] * points[k];
+        }
+        let contact = Contact {
+            stencil: Stencil::from_terms(terms),
+            anchor: None,
+            normal: found.normal,
+            offset: min_separation,
+            gap: -separation.dot(found.normal) - min_separation,
+            time: Some(found.lo),
+        };
+        let (certain, at_start) = (found.is_certain(), found.at_start);
+        Self { contact, kind, latest: found.hi, certain, at_start }
+    }
+
     fn time(&self) -> f64 {
         self.contact.time.unwrap_or(1.0)
     }
@@ -199,12 +227,12 @@ impl<'a> SweptQuery<'a> {
         let kind = ContactKind::VertexFace;
         for found in self.motion.vertex_face_contacts(&self.vertex_faces, self.params)? {
             let particles = self.vertex_faces[found.candidate];
-            self.contacts.push(self.swept_contact(kind, particles, &found.contact));
+            self.add_contact(kind, particles, &found.contact);
         }
         let kind = ContactKind::EdgeEdge;
         for found in self.motion.edge_edge_contacts(&self.edge_edges, self.params)? {
             let particles = self.edge_edges[found.candidate];
-            self.contacts.push(self.swept_contact(kind, particles, &found.contact));
+            self.add_contact(kind, particles, &found.contact);
         }
 
         self.vertex_faces.clear();
@@ -212,32 +240,9 @@ impl<'a> SweptQuery<'a> {
         Ok(())
     }
 
-    fn swept_contact(
-        &self,
-        kind: ContactKind,
-        particles: [u32; 4],
-        found: &ccd::CcdContact,
-    ) -> SweptContact {
-        let terms: [Term; 4] =
-            std::array::from_fn(|k| Term { particle: particles[k], weight: found.weights[k] });
-        let stencil = Stencil::new(&terms).expect("four terms are a stencil");
-        // The gap at the first time, by the contact's identity.
-        let separation = stencil.combine(|particle| self.motion.at(particle, found.lo));
-        let offset = self.params.min_separation;
-        let contact = Contact {
-            stencil,
-            anchor: None,
-            normal: found.normal,
-            offset,
-            gap: -separation.dot(found.normal) - offset,
-            time: Some(found.lo),
-        };
-        SweptContact {
-            contact,
-            kind,
-            latest: found.hi,
-            certain: found.is_certain(),
-            at_start: found.at_start,
-        }
+    fn add_contact(&mut self, kind: ContactKind, particles: [u32; 4], found: &ccd::CcdContact) {
+        let points = particles.map(|particle| self.motion.at(particle, found.lo));
+        let separation = self.params.min_separation;
+        self.contacts.push(SweptContact::new(kind, particles, points, separation, found));
     }
 }

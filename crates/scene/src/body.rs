@@ -59,6 +59,15 @@ pub struct Body {
     pose: Option<Pose>,
 }
 
+/// Place of a body.
+#[derive(Debug)]
+pub(crate) struct BodyState {
+    positions: Vec<DVec3>,
+    pose: Option<Pose>,
+    /// True if a rigid body has left the positions that it was added with.
+    has_left: bool,
+}
+
 impl BodyId {
     /// Returns the number itself, from 0.
     #[must_use]
@@ -303,6 +312,24 @@ impl Body {
         let reference = self.reference.iter().flatten();
         let moved = self.surface.set_positions(reference.map(|&p| pose.transform_point(p)));
         self.finish_move(moved, Some(*pose))
+    }
+
+    /// Returns where the body is, to go back to.
+    pub(crate) fn state(&self) -> BodyState {
+        BodyState {
+            positions: self.positions().to_vec(),
+            pose: self.pose,
+            has_left: self.reference.is_some(),
+        }
+    }
+
+    /// Goes back to a state.
+    pub(crate) fn restore(&mut self, state: BodyState) -> Result<(), SceneError> {
+        let moved = self.surface.set_positions(state.positions.into_iter());
+        if !state.has_left {
+            self.reference = None;
+        }
+        self.finish_move(moved, state.pose)
     }
 
     /// Keeps the positions that a rigid body was added with, before it leaves them.

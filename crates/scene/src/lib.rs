@@ -71,6 +71,7 @@ mod step_detectors;
 mod step_sides;
 mod step_sweep;
 mod sweep;
+mod sweep_paths;
 
 pub use distance_field::{FieldContact, FieldDetector, FieldFeature};
 pub use glam;
@@ -100,6 +101,7 @@ pub use crate::step_detectors::{
     DetectorParams, Fallback, FallbackReason, StepDetectors, StepMethod,
 };
 pub use crate::sweep::{BodyMove, PairSweep, SweepReport};
+pub use crate::sweep_paths::PathMove;
 
 /// Compiles and runs the README's example.
 #[cfg(doctest)]

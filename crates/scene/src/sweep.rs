@@ -175,7 +175,7 @@ struct StepPair<'a> {
 }
 
 impl SweepReport {
-    fn add(&mut self, pair: PairSweep, candidates: usize) {
+    pub(crate) fn add(&mut self, pair: PairSweep, candidates: usize) {
         self.candidates += candidates;
         if let Some(time) = pair.first_time() {
             self.largest_free_step = self.largest_free_step.min(time);

@@ -105,7 +105,7 @@ impl Stencil {
     #[must_use]
     pub fn vertex_face(vertex: u32, face: [u32; 3], b: [f64; 3]) -> Self {
         let Self { terms: [p, q, r, ..], .. } = Self::face(face, b);
-        Self::padded([Term { particle: vertex, weight: -1.0 }, p, q, r])
+        Self::from_terms([Term { particle: vertex, weight: -1.0 }, p, q, r])
     }
 
     /// Returns the stencil of the point `(1 − s) a0 + s a1` of an edge as P against the
@@ -113,24 +113,25 @@ impl Stencil {
     #[must_use]
     pub fn edge_edge(a: [u32; 2], s: f64, b: [u32; 2], t: f64) -> Self {
         let term = |particle, weight| Term { particle, weight };
-        Self::padded([term(a[0], s - 1.0), term(a[1], -s), term(b[0], 1.0 - t), term(b[1], t)])
+        Self::from_terms([term(a[0], s - 1.0), term(a[1], -s), term(b[0], 1.0 - t), term(b[1], t)])
     }
 
     /// Returns the stencil of one particle against a rigid object.
     #[must_use]
     pub fn single(term: Term) -> Self {
-        Self::padded([term])
+        Self::from_terms([term])
     }
 
     /// Returns the stencil of a face's corners against a rigid object.
     #[must_use]
     pub fn face(face: [u32; 3], weights: [f64; 3]) -> Self {
-        Self::padded([0, 1, 2].map(|k| Term { particle: face[k], weight: weights[k] }))
+        Self::from_terms([0, 1, 2].map(|k| Term { particle: face[k], weight: weights[k] }))
     }
 
-    /// Returns the stencil of a number of terms that is known to fit.
+    /// Returns the stencil of a number of terms that fits when the program is built: at most six.
     #[expect(clippy::cast_possible_truncation, reason = "at most six")]
-    fn padded<const N: usize>(terms: [Term; N]) -> Self {
+    #[must_use]
+    pub fn from_terms<const N: usize>(terms: [Term; N]) -> Self {
         const { assert!(N <= MAX_TERMS, "a stencil has at most six terms") };
         let mut padded = [NO_TERM; MAX_TERMS];
         padded[..N].copy_from_slice(&terms);

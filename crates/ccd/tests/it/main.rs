@@ -2,6 +2,7 @@
 
 mod batch;
 mod contacts;
+mod curved;
 #[cfg(feature = "exact")]
 mod lattice;
 mod published;

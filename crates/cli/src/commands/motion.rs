@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use musculo_collide::{
-    BodyId, BodyMove, CheckParams, JointContactParams, PairReport, Progress, Scene, ccd,
+    BodyId, CheckParams, JointContactParams, PairReport, PathMove, Progress, Scene, ccd,
 };
 
 use super::Finished;
@@ -25,7 +25,8 @@ use crate::stopwatch::Stopwatch;
 
 /// Replay a motion, and find every contact in its frames and between them
 ///
-/// Bones follow rigid maps from rest, soft bodies a blend of these. Each frame is checked
+/// Bones follow rigid maps from rest, and turn on arcs from frame to frame; soft bodies follow a
+/// blend of these. Each frame is checked
 /// as it stands, the first one too. Each step to the next frame is swept, so that no contact
 /// on the way is missed: the report has the fraction of the step before the first contact of
 /// pairs that did not overlap already, and the contacts that no frame shows.
@@ -221,13 +222,11 @@ impl Walk<'_> {
 
         for frame in 1..self.replay.frame_count() {
             // A sweep starts at the state of the scene, and leaves it there.
-            let positions = self.replay.positions(frame);
-            let moves: Vec<BodyMove<'_>> = ids
-                .iter()
-                .zip(&positions)
-                .map(|(&body, positions)| BodyMove { body, positions })
-                .collect();
-            let sweep = self.scene.sweep(&moves, &ccd::CcdParams::EXACT, Progress::none())?;
+            let numbers = 0..ids.len();
+            let paths: Vec<_> = numbers.map(|body| self.replay.path(body, frame - 1)).collect();
+            let moves: Vec<PathMove<'_>> =
+                ids.iter().zip(&paths).map(|(&body, path)| PathMove { body, path }).collect();
+            let sweep = self.scene.sweep_paths(&moves, &ccd::CcdParams::EXACT, Progress::none())?;
             self.stopwatch.lap("sweep");
 
             let (mut record, after) = self.frame(frame)?;

@@ -2,6 +2,7 @@
 //! blend of these for its soft bodies.
 
 mod arguments;
+mod frame_path;
 mod json;
 mod names;
 mod opensim;
@@ -12,6 +13,8 @@ mod skin;
 #[cfg(test)]
 mod gait_tests;
 #[cfg(test)]
+mod path_tests;
+#[cfg(test)]
 mod table_tests;
 #[cfg(test)]
 mod tests;
@@ -21,10 +24,12 @@ use std::path::Path;
 
 use glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
 use musculo_collide::distance_field::Pose;
+use musculo_collide::surface::Aabb;
 use musculo_collide::{Body, BodyId, BodyKind, Scene, SceneError};
 use serde::Serialize;
 
 pub(crate) use self::arguments::{MotionArgs, MotionParams};
+pub(crate) use self::frame_path::FramePath;
 use self::pose_table::TableProblem;
 use self::skin::Skin;
 use crate::failure::Failure;
@@ -106,6 +111,9 @@ pub(crate) struct Replay {
     motion: Motion,
     followers: Vec<Follower>,
     resting: Vec<RestingBody>,
+    /// Middle of the bodies at rest that follow each map, by its name: bodies of one map turn about
+    /// one point.
+    centers: BTreeMap<String, DVec3>,
 }
 
 /// Body that follows a motion, with its positions at rest.
@@ -210,7 +218,8 @@ impl Motion {
             });
         }
         self.check_use(&followers, &resting)?;
-        Ok(Replay { motion: self, followers, resting })
+        let centers = centers(&followers);
+        Ok(Replay { motion: self, followers, resting, centers })
     }
 
     /// Returns the map that a body is to follow, whatever its kind.
@@ -281,6 +290,19 @@ impl Motion {
     }
 }
 
+/// Returns the middle of the bodies at rest that follow each map.
+fn centers(followers: &[Follower]) -> BTreeMap<String, DVec3> {
+    let mut boxes: BTreeMap<String, Aabb> = BTreeMap::new();
+    for Follower { rest, follows } in followers {
+        if let Follows::Map(name) = follows {
+            let own = Aabb::of_points(rest.iter().copied());
+            let bounds = boxes.entry(name.clone()).or_insert(Aabb::EMPTY);
+            *bounds = bounds.union(own);
+        }
+    }
+    boxes.into_iter().map(|(name, bounds)| (name, bounds.center())).collect()
+}
+
 /// Checks that there are frames, all with the same maps.
 fn check_frames(frames: &[BTreeMap<String, DMat4>]) -> Result<(), MotionProblem> {
     if frames.len() < 2 {
@@ -346,6 +368,11 @@ impl Replay {
             });
         }
         positions
+    }
+
+    /// Returns the path of a body from a frame to the next.
+    pub(crate) fn path(&self, body: usize, frame: usize) -> FramePath<'_> {
+        FramePath::new(self, body, frame)
     }
 
     /// Returns the positions of a body at rest.

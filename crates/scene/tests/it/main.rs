@@ -10,3 +10,4 @@ mod step_detectors;
 mod step_sweep;
 mod support;
 mod sweep;
+mod sweep_paths;

@@ -1,0 +1,114 @@
+//! Paths of bodies from one frame to the next.
+//!
+//! Bones turn with a constant angular velocity about the middle of what follows their map. Skin
+//! follows the blend of the motions of its segments, with the weights that it has at rest.
+
+use glam::{DMat4, DQuat, DVec3};
+use musculo_collide::{Path, RigidPath};
+
+use super::{Follows, Replay};
+
+/// Path of a body from a frame to the next.
+#[derive(Debug)]
+pub(crate) struct FramePath<'a> {
+    replay: &'a Replay,
+    body: usize,
+    /// Motions of the parts that move the body: one, or one per segment of the skin.
+    parts: Vec<PartPath>,
+}
+
+/// Motion of a bone, or of a segment of the skin.
+#[derive(Debug)]
+struct PartPath {
+    /// Map from rest to the first frame.
+    map: DMat4,
+    /// Motion from the first frame; `None` for a part at rest.
+    path: Option<RigidPath>,
+    /// Map from rest to the difference of the second frame and the end of the motion: the rounding
+    /// of a file's maps, which are rigid to some digits only. It is added evenly.
+    residual: DMat4,
+}
+
+impl<'a> FramePath<'a> {
+    pub(super) fn new(replay: &'a Replay, body: usize, frame: usize) -> Self {
+        let mut parts = Vec::new();
+        match (&replay.followers[body].follows, &replay.motion.skin) {
+            (Follows::Map(name), _) => parts.push(PartPath::new(replay, Some(name), frame)),
+            (Follows::Skin, Some(skin)) => {
+                for name in skin.segments() {
+                    parts.push(PartPath::new(replay, name.as_ref(), frame));
+                }
+            }
+            (Follows::Skin | Follows::Nothing, _) => parts.push(PartPath::at_rest()),
+        }
+        Self { replay, body, parts }
+    }
+
+    /// Returns a vertex at rest, and the shares of the one or two parts that it follows.
+    fn parts_of(&self, vertex: u32) -> (DVec3, [(&PartPath, f64); 2]) {
+        let rest = self.replay.rest(self.body)[vertex as usize];
+        let (part, share) = self.replay.share(self.body, rest);
+        let next = self.parts.get(part + 1).unwrap_or(&self.parts[part]);
+        (rest, [(&self.parts[part], 1.0 - share), (next, share)])
+    }
+}
+
+impl Path for FramePath<'_> {
+    fn position(&self, vertex: u32, time: f64) -> DVec3 {
+        let (rest, parts) = self.parts_of(vertex);
+        let mut position = DVec3::ZERO;
+        for (part, share) in parts {
+            if share > 0.0 {
+                position += share * part.position(rest, time);
+            }
+        }
+        position
+    }
+
+    fn bend(&self, vertex: u32) -> f64 {
+        let (rest, parts) = self.parts_of(vertex);
+        let mut bend = 0.0;
+        for (part, share) in parts {
+            bend += share * part.bend(rest);
+        }
+        bend * (1.0 + 8.0 * f64::EPSILON)
+    }
+}
+
+impl PartPath {
+    fn at_rest() -> Self {
+        Self { map: DMat4::IDENTITY, path: None, residual: DMat4::ZERO }
+    }
+
+    /// Returns the motion of a map from a frame to the next; a segment without a map rests.
+    fn new(replay: &Replay, name: Option<&String>, frame: usize) -> Self {
+        let Some(name) = name else { return Self::at_rest() };
+        let [from, to] = [frame, frame + 1].map(|frame| replay.motion.maps[frame][name]);
+        if from == to {
+            return Self { map: from, path: None, residual: DMat4::ZERO };
+        }
+
+        // The map from the first frame to the next.
+        let step = to * from.inverse();
+        let center = replay.centers.get(name).copied().unwrap_or(DVec3::ZERO);
+        let (rotation, shift) = (DQuat::from_mat4(&step), step.w_axis.truncate());
+        let path = RigidPath::new(rotation, shift, from.transform_point3(center));
+        let end = DMat4::from_cols(
+            path.transform_vector(from.x_axis.truncate()).extend(0.0),
+            path.transform_vector(from.y_axis.truncate()).extend(0.0),
+            path.transform_vector(from.z_axis.truncate()).extend(0.0),
+            path.transform_point(from.w_axis.truncate(), 1.0).extend(1.0),
+        );
+        Self { map: from, path: Some(path), residual: to - end }
+    }
+
+    fn position(&self, rest: DVec3, time: f64) -> DVec3 {
+        let x = self.map.transform_point3(rest);
+        let Some(path) = self.path else { return x };
+        path.transform_point(x, time) + time * self.residual.transform_point3(rest)
+    }
+
+    fn bend(&self, rest: DVec3) -> f64 {
+        self.path.map_or(0.0, |path| path.bend(self.map.transform_point3(rest)))
+    }
+}

@@ -1,0 +1,170 @@
+//! Swept detection of bodies that turn, against closed forms and dense samples of static detection.
+
+use fixtures::generate::cases;
+use fixtures::{Mesh, shapes};
+use glam::{DQuat, DVec3};
+use scene::{BodyId, BodyKind, BodyMove, CheckParams, PathMove, Progress, Scene};
+use surface::{Path, Pose, RigidPath, StraightPath};
+
+use crate::support::{scene_of, share, vector};
+
+/// Rigid motion of a body of a scene.
+struct BodyPath {
+    rest: Vec<DVec3>,
+    path: RigidPath,
+}
+
+impl Path for BodyPath {
+    fn position(&self, vertex: u32, time: f64) -> DVec3 {
+        self.path.transform_point(self.rest[vertex as usize], time)
+    }
+
+    fn bend(&self, vertex: u32) -> f64 {
+        self.path.bend(self.rest[vertex as usize])
+    }
+}
+
+fn path_of(scene: &Scene, body: BodyId, path: RigidPath) -> BodyPath {
+    BodyPath { rest: scene.body(body).positions().to_vec(), path }
+}
+
+/// Returns the time of the first contact of the scene while bodies follow paths, if there is one.
+fn first_contact(scene: &mut Scene, moves: &[PathMove<'_>]) -> Option<f64> {
+    let report = scene.sweep_paths(moves, &ccd::CcdParams::DEFAULT, Progress::none());
+    let report = report.expect("a swept step");
+    let first = report.pairs.first().and_then(|pair| pair.first_time());
+    assert_eq!(report.pairs.is_empty(), report.largest_free_step >= 1.0, "{report:?}");
+    first
+}
+
+/// A box between two corners.
+fn cuboid(from: DVec3, to: DVec3) -> Mesh {
+    shapes::cube(1.0).mapped(|x| (from + to) / 2.0 + x * (to - from))
+}
+
+/// A rod turns about the origin toward a wall: its leading corner meets the wall where the cosine of
+/// its angle says, for arms of 1 to 1000 and steps of 20 to 90 degrees.
+#[test]
+fn a_rod_on_an_arm_meets_a_wall_at_a_known_angle() {
+    for arm in [1.0, 30.0, 1000.0] {
+        for step in [20.0_f64, 60.0, 90.0] {
+            let (from, step) = (-step.to_radians(), step.to_radians());
+            let half = 0.02 * arm;
+            let turned = |x: DVec3| DQuat::from_rotation_z(from) * x;
+            let rod = cuboid(DVec3::new(0.1 * arm, -half, -half), DVec3::new(arm, half, half));
+            let rod = rod.mapped(turned);
+
+            // The corner ahead is by this angle before the middle of the rod.
+            let (radius, ahead) = (arm.hypot(half), (half / arm).atan());
+            let angle = from + 0.4 * step;
+            let plane = radius * (angle + ahead).cos();
+            assert!(angle + ahead < 0.0, "the corner still goes outward");
+            let wall = [plane, -9.0 * arm, -arm];
+            let wall = cuboid(wall.into(), DVec3::new(plane + arm, 9.0 * arm, arm));
+
+            let (mut scene, ids) = scene_of(&[&rod, &wall]);
+            let body = ids[0];
+            let path = path_of(&scene, body, RigidPath::turn(DVec3::ZERO, DVec3::Z, step));
+            let first = first_contact(&mut scene, &[PathMove { body, path: &path }]);
+            let first = first.expect("the rod meets the wall");
+            assert!(first <= 0.4 + 1e-12, "late: {first} at arm {arm}, step {step}");
+            assert!(first > 0.4 - 1e-6, "early: {first} at arm {arm}, step {step}");
+        }
+    }
+}
+
+/// Both bodies turn about skew axes by up to a radian. Where any of many states overlaps, a contact is
+/// found, and not after the last state before the overlap.
+#[test]
+fn bodies_that_turn_about_skew_axes_are_never_late() {
+    const SAMPLES: u32 = 200;
+    let mut met = 0;
+    cases(7, 60, |u| {
+        let a = shapes::ellipsoid(DVec3::new(4.0, 9.0, 3.0), 1);
+        let b = shapes::ellipsoid(DVec3::new(3.0, 5.0, 8.0), 1).translated(vector(u, 14.0)?);
+        let (mut scene, ids) = scene_of(&[&a, &b]);
+        let mut paths = Vec::new();
+        for &id in &ids {
+            let axis = vector(u, 1.0)?.normalize_or(DVec3::X);
+            let rotation = DQuat::from_axis_angle(axis, share(u, 0.2, 1.0)?);
+            let path = RigidPath::new(rotation, vector(u, 6.0)?, vector(u, 20.0)?);
+            paths.push(path_of(&scene, id, path));
+        }
+
+        let moves: Vec<PathMove<'_>> =
+            ids.iter().zip(&paths).map(|(&body, path)| PathMove { body, path }).collect();
+        let rest = scene.particle_positions();
+        let first = first_contact(&mut scene, &moves);
+        assert_eq!(scene.particle_positions(), rest, "bodies stay where they were");
+
+        for sample in 0..=SAMPLES {
+            let time = f64::from(sample) / f64::from(SAMPLES);
+            for (&id, path) in ids.iter().zip(&paths) {
+                let count = u32::try_from(path.rest.len()).expect("few");
+                let x: Vec<DVec3> = (0..count).map(|v| path.position(v, time)).collect();
+                scene.move_body(id, &x).expect("finite positions");
+            }
+            let params = CheckParams { measures: false, ..CheckParams::new(0.0) };
+            let reports = scene.check(&params, Progress::none()).expect("a checked state");
+            if reports.iter().any(|report| !report.crossing_faces.is_empty()) {
+                // What overlaps from the start has no first contact.
+                if sample == 0 {
+                    break;
+                }
+                let first = first.unwrap_or_else(|| panic!("missed at {time}"));
+                assert!(first <= time, "late: {first} after {time}");
+                met += 1;
+                break;
+            }
+        }
+        Ok(())
+    });
+    assert!(met >= 8, "only {met} of the steps meet");
+}
+
+/// Straight paths are swept as such.
+#[test]
+fn straight_paths_find_what_a_straight_sweep_finds() {
+    let a = shapes::icosphere(10.0, 2);
+    let b = shapes::icosphere(6.0, 1).translated(DVec3::new(20.0, 1.0, 2.0));
+    let (mut scene, ids) = scene_of(&[&a, &b]);
+    let body = ids[1];
+    let from = scene.body(body).positions().to_vec();
+    let to: Vec<DVec3> = from.iter().map(|x| *x - 12.0 * DVec3::X).collect();
+
+    let moves = [BodyMove { body, positions: &to }];
+    let straight =
+        scene.sweep(&moves, &ccd::CcdParams::DEFAULT, Progress::none()).expect("a sweep");
+    let path = StraightPath { from: &from, to: &to };
+    let moves = [PathMove { body, path: &path }];
+    let curved = scene.sweep_paths(&moves, &ccd::CcdParams::DEFAULT, Progress::none());
+    let curved = curved.expect("a sweep");
+
+    assert!(straight.pairs[0].contacts.len() > 20, "many contacts: {straight:?}");
+    assert_eq!(curved, straight);
+}
+
+/// A rigid body keeps its pose, and what it measures its pose from.
+#[test]
+fn a_sweep_leaves_poses_alone() {
+    let ball = shapes::icosphere(5.0, 1);
+    let mut scene = Scene::new();
+    for number in 0..2 {
+        let body = ball.clone().translated(20.0 * f64::from(number) * DVec3::X);
+        let (surface, x) = (body.surface(), body.positions);
+        scene.add(number.to_string(), BodyKind::Rigid, surface, x).expect("a body");
+    }
+    let [first, second] = scene.ids().collect::<Vec<_>>()[..] else { panic!("two bodies") };
+    let pose = Pose::new(DQuat::from_rotation_y(0.3), DVec3::Z);
+    scene.pose_body(second, &pose).expect("a pose");
+
+    for body in [first, second] {
+        let (before, reference) =
+            (scene.body(body).pose(), scene.body(body).reference().map(<[DVec3]>::to_vec));
+        let turn = RigidPath::turn(DVec3::new(10.0, 0.0, 0.0), DVec3::Z, 1.5);
+        let path = path_of(&scene, body, turn);
+        first_contact(&mut scene, &[PathMove { body, path: &path }]);
+        assert_eq!(scene.body(body).pose(), before, "the pose of {body:?}");
+        assert_eq!(scene.body(body).reference().map(<[DVec3]>::to_vec), reference);
+    }
+}
