@@ -185,7 +185,7 @@ impl SceneStep {
             let motion_of = |body: BodyId| bones.0[body.index()].unwrap_or_default();
             sides.correct(scene, set, motion_of).map_err(E::from)
         });
-        sides.end_step();
+        sides.end_step(scene);
         report
     }
 
@@ -219,11 +219,10 @@ impl SceneStep {
     }
 
     /// Returns the number of contacts in the last detection of vertices inside a body that were
-    /// not in contact with it in the step before: they leave by the nearest side, which of a
-    /// thin body may be the far one.
+    /// neither in contact with it in the step before nor outside: they leave by the nearest side,
+    /// which of a thin body may be the far one.
     ///
-    /// It stays 0 where bodies start apart, and come nearer in a step by at most the gap up to
-    /// which contacts are detected.
+    /// It stays 0 where bodies start apart, and come nearer in a step by at most the thickness.
     #[must_use]
     pub fn unknown_sides(&self) -> usize {
         self.sides.unknown

@@ -3,13 +3,14 @@
 //! Of a vertex inside a body, the nearest face may be that of the far side. So a step
 //! remembers, per vertex and body, the face of its last foot. While the vertex is inside, its
 //! foot is followed from there over the surface, and where it is on another side than the
-//! detector's, it replaces that. A vertex that approaches by at most the thickness in a step
-//! does not leave by the far side then.
+//! detector's, it replaces that. A vertex that was in no contact has the face that it was nearest
+//! to in the last step, if it was outside. So a vertex that approaches by at most the thickness in
+//! a step does not leave by the far side.
 
 use glam::DVec3;
 use kdop::Workspace;
 use response::{ContactSet, RigidMotion, SurfaceFoot, walk_to_foot};
-use surface::{Contact, ContactSide, Term};
+use surface::{Contact, ContactSide, Term, triangle};
 
 use crate::{Body, BodyId, PairId, Scene, SceneError};
 
@@ -24,6 +25,8 @@ pub(crate) struct SideMemory {
     pub(crate) unknown: usize,
     /// Pairs whose contacts were kept.
     kept: Vec<PairId>,
+    /// Positions of all particles at the end of the last step, those of bones too.
+    positions: Vec<DVec3>,
     is_wanted: Vec<bool>,
     workspace: Workspace,
 }
@@ -52,7 +55,11 @@ struct VertexContact {
 
 impl SideMemory {
     /// Ends a step: the sides that were detected last are those to remember.
-    pub(crate) fn end_step(&mut self) {
+    pub(crate) fn end_step(&mut self, scene: &Scene) {
+        self.positions.clear();
+        for body in scene.bodies() {
+            self.positions.extend_from_slice(body.positions());
+        }
         std::mem::swap(&mut self.last, &mut self.present);
         self.last.sort_unstable_by_key(|side| side.key);
         self.present.clear();
@@ -106,6 +113,24 @@ impl SideMemory {
         }
     }
 
+    /// Finds the face that was nearest to a vertex in the last step, if it was outside.
+    fn face_before(&mut self, on: &Body, vertex: &VertexContact, contact: &Contact) -> Option<u32> {
+        let tree = on.tree()?;
+        let at = vertex.p - contact.gap * contact.normal;
+        let nearest = tree.closest_point(at, f64::INFINITY, None, &mut self.workspace)?;
+
+        // Where the vertex was, in the frame of the face that it is nearest to now.
+        let mut before = *self.positions.get(vertex.particle as usize)?;
+        for corner in on.surface().faces()[nearest.face as usize] {
+            let last = *self.positions.get((on.particles().start + corner) as usize)?;
+            before += (on.positions()[corner as usize] - last) / 3.0;
+        }
+        let found =
+            tree.closest_point(before, f64::INFINITY, Some(nearest.face), &mut self.workspace)?;
+        let outward = triangle::normal(on.corners(found.face));
+        (outward.dot(before - found.foot.point) >= 0.0).then_some(found.face)
+    }
+
     /// Brings the trees of bodies in contact to their present state.
     fn fit_trees(&mut self, scene: &mut Scene, contacts: &ContactSet) -> Result<(), SceneError> {
         self.is_wanted.clear();
@@ -132,7 +157,11 @@ impl SideMemory {
         let found = self.last.binary_search_by_key(&key, |side| side.key);
         let last = found.ok().map(|number| self.last[number].face);
         let (surface, x) = (on.surface(), on.checked_positions());
-        let foot = last.and_then(|face| walk_to_foot(surface, x, face, vertex.p));
+        let mut start = last;
+        if start.is_none() && contact.gap < 0.0 {
+            start = self.face_before(on, vertex, contact);
+        }
+        let foot = start.and_then(|face| walk_to_foot(surface, x, face, vertex.p));
         if let Some(foot) = foot {
             let is_behind = foot.height < 0.0 && foot.normal.dot(contact.normal) < 0.0;
             if is_behind {

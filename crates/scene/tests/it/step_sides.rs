@@ -1,0 +1,150 @@
+//! Memory of sides: vertices pushed into a thin bone come out where they went in, by each detector.
+
+use decimate::{CoarseSurface, Decimation};
+use distance_field::{DistanceField, FieldDetector, FieldParams};
+use fixtures::shapes::{icosphere, plate};
+use glam::DVec3;
+use medial::{MedialDetector, MedialParams};
+use proximity::SurfaceTree;
+use response::{
+    Margins, Material, ParticleLoads, Restraint, SolverMethod, SolverParams, StepLength, StepParams,
+};
+use scene::{
+    BodyId, BodyKind, DetectorParams, PairId, PermanentParams, Progress, Scene, SceneStates,
+    SceneStep, StepDetectors, StepMethod,
+};
+
+const MARGIN: f64 = 0.5;
+const THICKNESS: f64 = 2.0;
+
+/// A ball over a bone, its lowest vertex 0.3 above.
+struct World {
+    scene: Scene,
+    ball: BodyId,
+    step: SceneStep,
+    detectors: StepDetectors,
+    /// Positions of the ball at first.
+    start: Vec<DVec3>,
+    x: Vec<DVec3>,
+    v: Vec<DVec3>,
+    w: Vec<f64>,
+}
+
+impl World {
+    fn new(method: StepMethod) -> Self {
+        let bone = plate(DVec3::new(30.0, 30.0, THICKNESS), [20, 20]);
+        let top = bone.positions.iter().fold(f64::MIN, |top, x| top.max(x.z));
+        let bone = bone.translated(-DVec3::Z * top);
+        let ball = icosphere(10.0, 3);
+        let low = ball.positions.iter().fold(f64::MAX, |low, x| low.min(x.z));
+        let ball = ball.translated(DVec3::new(0.3, 0.2, 0.3 - low));
+
+        let mut scene = Scene::new();
+        let bone = scene.add("bone", BodyKind::Rigid, bone.surface(), bone.positions);
+        let ball = scene.add("ball", BodyKind::Deformable, ball.surface(), ball.positions);
+        let (bone, ball) = (bone.expect("a bone"), ball.expect("a ball"));
+        let mut step = SceneStep::new(Material::hard(Margins::new(0.0, MARGIN).expect("valid")));
+        let params = DetectorParams { margin: MARGIN, tolerance: 0.1 };
+        let mut detectors = StepDetectors::new(params).expect("in range");
+        detectors.set_default_method(method);
+
+        let (surface, x) = (scene.body(bone).surface(), scene.body(bone).checked_positions());
+        match method {
+            StepMethod::Field => {
+                let params = FieldParams::new(0.5);
+                let field = DistanceField::build(surface, x, &params, Progress::none());
+                let field = FieldDetector::new(field.expect("closed"), MARGIN);
+                detectors.set_field(bone, field.expect("in range"));
+            }
+            StepMethod::Balls => {
+                let params = MedialParams::balls(150);
+                let balls =
+                    MedialDetector::new(surface, x, MARGIN + 0.6, &params, Progress::none());
+                detectors.set_balls(bone, balls.expect("closed"));
+            }
+            StepMethod::Coarse => {
+                let full = scene.body(ball);
+                let full = SurfaceTree::new(full.surface().clone(), full.positions().to_vec());
+                let decimation = Decimation::new(full.expect("small"), Progress::none());
+                let decimation = decimation.expect("closed");
+                let reduced = decimation.within(0.1, Progress::none()).expect("reduced");
+                let coarse = CoarseSurface::new(reduced, decimation.full());
+                detectors.set_coarse(ball, coarse.expect("attached"));
+                step.set_followers(detectors.followers(&scene).expect("valid"));
+            }
+            _ => {}
+        }
+        let x = scene.particle_positions();
+        let (v, w) = (vec![DVec3::ZERO; x.len()], vec![1.0; x.len()]);
+        let start = scene.body(ball).positions().to_vec();
+        Self { scene, ball, step, detectors, start, x, v, w }
+    }
+
+    /// Moves the ball down from where it was at first, and corrects positions.
+    fn push(&mut self, way: f64) {
+        let range = self.scene.body(self.ball).particles();
+        for (x, start) in self.x[range.start as usize..].iter_mut().zip(&self.start) {
+            *x = *start - DVec3::Z * way;
+        }
+        let Self { scene, step, detectors, .. } = self;
+        let method = SolverMethod::ConjugateGradient;
+        let solver = SolverParams { method, max_iterations: 300, tolerance: 1e-6 };
+        let h = StepLength::new(1e-3).expect("in range");
+        let params = StepParams { solver, approach_tolerance: None, ..StepParams::new(h) };
+        let loads = ParticleLoads::None;
+        let states = SceneStates { x: &mut self.x, v: &mut self.v, loads, inverse_mass: &self.w };
+        let detect = |scene: &mut Scene, contacts: &mut scene::PairContacts<'_>| {
+            detectors.detect(scene, contacts)
+        };
+        step.correct(scene, states, &params, detect).expect("valid");
+    }
+
+    /// Returns the number of vertices below the middle of the bone, and the lowest height.
+    fn far_side(&self) -> (usize, f64) {
+        let z = || self.scene.body(self.ball).positions().iter().map(|x| x.z);
+        let below = z().filter(|z| *z < -0.5 * THICKNESS).count();
+        (below, z().fold(f64::MAX, f64::min))
+    }
+}
+
+fn assert_stays_out(mut world: World, name: &str) {
+    // In contact first, then in by as much as the thickness.
+    for way in [1.2, 1.6, THICKNESS] {
+        world.push(0.0);
+        world.push(way);
+        let (below, lowest) = world.far_side();
+        assert_eq!(below, 0, "{name}: {below} vertices out of the far side, lowest {lowest}");
+        assert_eq!(world.step.unknown_sides(), 0, "{name}");
+    }
+    assert!(world.detectors.fallbacks().is_empty(), "{name}");
+}
+
+#[test]
+fn vertices_leave_a_thin_bone_where_they_came_in() {
+    for method in [StepMethod::Exact, StepMethod::Coarse, StepMethod::Field, StepMethod::Balls] {
+        assert_stays_out(World::new(method), &format!("{method:?}"));
+    }
+}
+
+#[test]
+fn kept_contacts_stay_on_their_side() {
+    for restraint in [Restraint::Sticking, Restraint::Sliding] {
+        let mut world = World::new(StepMethod::Exact);
+        let ids: Vec<BodyId> = world.scene.ids().collect();
+        let params = PermanentParams { restraint, skin: 2.5 };
+        world.detectors.set_permanent(PairId::new(ids[0], ids[1]), params).expect("in range");
+        assert_stays_out(world, &format!("{restraint:?}"));
+    }
+}
+
+/// Where the first state is inside, no side is remembered: that is reported.
+#[test]
+fn sides_that_nothing_tells_are_counted() {
+    let mut world = World::new(StepMethod::Exact);
+    world.push(THICKNESS);
+    assert!(world.step.unknown_sides() > 0);
+
+    // By the nearest side, which is the far one for the deepest.
+    let (below, lowest) = world.far_side();
+    assert!(below > 0, "lowest {lowest}");
+}
