@@ -37,10 +37,6 @@
 //!   that one map is built from the full surface to the last one, by closest points, in place of
 //!   one per collapse by projection.
 //!
-//! # Features
-//!
-//! - `rayon`: trees are built on the threads of the current pool; results are the same to the bit.
-//!
 //! # Example
 //!
 //! ```
