@@ -20,7 +20,7 @@
 //! | ask for signed distances from a bone | [`distance_field::DistanceField`] | [`distance_field`] |
 //! | approximate a muscle by balls | [`medial::generate`] | [`medial`] |
 //! | approximate a surface by fewer faces | [`decimate::Decimation`] | [`decimate`] |
-//! | answer contacts inside a simulator's step | [`SceneStep`] | [`scene`], [`response`] |
+//! | answer contacts inside a simulator's step | [`SceneStep`], [`StepDetectors`] | [`scene`], [`response`] |
 //! | compute forces and corrections of contacts | [`response::ContactSystem`] | [`response`] |
 //!
 //! # A scene
@@ -269,18 +269,19 @@ pub use plan::{
     PlanError, PlanParams, RespondParams, Structure, StructureKind, machine_factor,
 };
 pub use response::{
-    Friction, Margins, Material, ParticleLoads, RigidMotion, SpringDamper, StepLength, StepParams,
-    StepReport,
+    Friction, Margins, Material, ParticleLoads, Restraint, RigidMotion, SpringDamper, StepLength,
+    StepParams, StepReport, SweptReport,
 };
 pub use surface::{Path, RigidPath, RigidState, StraightPath};
 
 pub use scene::{
     AreaBracket, Body, BodyId, BodyKind, BodyMove, CheckParams, Coincidence, ContactKind,
-    CurveChain, Depth, DepthBracket, EdgeOverlap, FacePoint, FieldContact, FieldDetector,
-    FieldFeature, MedialContact, MedialDetector, MedialFeature, NearVertex, NoInside, Overlap,
-    OverlapGeometry, OverlapMeasures, PairContacts, PairId, PairOverlap, PairReport, PairSweep,
-    PassThrough, PatchFace, PathMove, PrimitiveBall, Region, Scene, SceneError, SceneStates,
-    SceneStep, Side, StepError, SweepReport, SweptContact, VertexReport,
+    CurveChain, Depth, DepthBracket, DetectorParams, EdgeOverlap, FacePoint, Fallback,
+    FallbackReason, FieldContact, FieldDetector, FieldFeature, KeptPair, MedialContact,
+    MedialDetector, MedialFeature, NearVertex, NoInside, Overlap, OverlapGeometry, OverlapMeasures,
+    PairContacts, PairId, PairOverlap, PairReport, PairSweep, PassThrough, PatchFace, PathMove,
+    PermanentParams, PrimitiveBall, Region, Renewal, Scene, SceneError, SceneStates, SceneStep,
+    Side, StepDetectors, StepError, StepMethod, SweepReport, SweptContact, VertexReport,
 };
 pub use surface::progress::{Interrupted, Progress};
 

@@ -82,6 +82,11 @@ impl World {
 
     /// Moves the ball down from where it was at first, and corrects positions.
     fn push(&mut self, way: f64) {
+        self.push_within(way, Some(0.0));
+    }
+
+    /// Moves the ball down, and corrects depths beyond a tolerance, if any.
+    fn push_within(&mut self, way: f64, depth_tolerance: Option<f64>) {
         let range = self.scene.body(self.ball).particles();
         for (x, start) in self.x[range.start as usize..].iter_mut().zip(&self.start) {
             *x = *start - DVec3::Z * way;
@@ -90,7 +95,8 @@ impl World {
         let method = SolverMethod::ConjugateGradient;
         let solver = SolverParams { method, max_iterations: 300, tolerance: 1e-6 };
         let h = StepLength::new(1e-3).expect("in range");
-        let params = StepParams { solver, approach_tolerance: None, ..StepParams::new(h) };
+        let params =
+            StepParams { solver, depth_tolerance, approach_tolerance: None, ..StepParams::new(h) };
         let loads = ParticleLoads::None;
         let states = SceneStates { x: &mut self.x, v: &mut self.v, loads, inverse_mass: &self.w };
         let detect = |scene: &mut Scene, contacts: &mut scene::PairContacts<'_>| {
@@ -134,6 +140,30 @@ fn kept_contacts_stay_on_their_side() {
         let params = PermanentParams { restraint, skin: 2.5 };
         world.detectors.set_permanent(PairId::new(ids[0], ids[1]), params).expect("in range");
         assert_stays_out(world, &format!("{restraint:?}"));
+    }
+}
+
+/// Without corrections the ball goes in step by step: what was outside is long past, but the sides
+/// are remembered.
+#[test]
+fn sides_are_remembered_while_vertices_are_inside() {
+    for method in [StepMethod::Exact, StepMethod::Field, StepMethod::Balls] {
+        let mut world = World::new(method);
+        for step in 0..=6 {
+            world.push_within(0.3 * f64::from(step), None);
+            assert_eq!(world.step.unknown_sides(), 0, "{method:?}");
+        }
+
+        // Depths up to 1.5 of 2: the nearest side is the far one of many.
+        let (mut inside, mut deep) = (0, 0);
+        for contact in world.step.contact_step().contacts().contacts() {
+            if contact.stencil.terms().len() == 1 && contact.gap < 0.0 {
+                assert!(contact.normal.z > 0.0, "{method:?}: {contact:?}");
+                inside += 1;
+                deep += usize::from(contact.gap < -0.5 * THICKNESS);
+            }
+        }
+        assert!(inside > 20 && deep > 5, "{method:?}: {inside} {deep}");
     }
 }
 
