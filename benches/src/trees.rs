@@ -14,7 +14,7 @@ use crate::measure::as_f64;
 const FRAMES: u32 = 40;
 
 /// Looseness above which a tree is built anew, as in the crate `proximity`.
-const MAX_LOOSENESS: f64 = 1.5;
+const MAX_LOOSENESS: f64 = 4.0;
 
 /// Rounds of each motion: its time is the minimum.
 const ROUNDS: u32 = 5;

@@ -10,10 +10,11 @@ use crate::{NoInside, ProximityError};
 
 /// Widths of a tree's bounds, relative to those when it was built, above which it is built anew.
 ///
-/// Smaller builds more often, which takes as long as some twenty refits; larger leaves traversals
-/// with more to visit. The next build takes as much growth again: one that is paid by the frames
-/// between.
-const MAX_LOOSENESS: f64 = 1.5;
+/// Smaller builds more often, for ten times a refit, and for a shape that a motion there and back
+/// leaves again (`cargo run --release -p benches -- trees`); larger leaves traversals with more to
+/// visit where a motion stays. The next build takes as much growth again, so that frames between
+/// pay for it.
+const MAX_LOOSENESS: f64 = 4.0;
 
 /// A triangle surface at finite positions, with a bounding volume tree over its faces.
 ///

@@ -7,7 +7,7 @@ use plan::{DetectionMethod, ForcedMethod, PairState, Plan, PlanParams, RespondPa
 use scene::{BodyKind, CheckParams, DepthBracket, PairId, Scene};
 use surface::progress::Progress;
 
-use crate::{depth, detect};
+use crate::{depth, detect, three_of};
 
 const TOLERANCES: [f64; 6] = [2.0, 1.0, 0.5, 0.2, 0.1, 0.01];
 
@@ -26,9 +26,15 @@ fn scene(bone: &Mesh, muscle: &Mesh) -> (Scene, PairId) {
 
 /// Brackets the depth of both surfaces by exact detection, without a plan.
 fn exact_depth(scene: &mut Scene) -> DepthBracket {
+    let ids: Vec<_> = scene.ids().collect();
+    exact_depth_of(scene, PairId::new(ids[0], ids[1]))
+}
+
+fn exact_depth_of(scene: &mut Scene, pair: PairId) -> DepthBracket {
     let params = CheckParams { depth_tolerance: Some(1e-4), ..CheckParams::new(0.0) };
     let pairs = scene.check(&params, Progress::none()).expect("a check");
-    pairs.first().and_then(|pair| pair.max_depth()).unwrap_or_default()
+    let found = pairs.iter().find(|report| report.pair == pair);
+    found.and_then(|report| report.max_depth()).unwrap_or_default()
 }
 
 /// Returns the plan of a scene by a forced method, or of free choice for many frames.
@@ -106,6 +112,18 @@ fn flat_muscle() -> Mesh {
 fn a_rod_in_the_flat_side_of_a_muscle() {
     let bodies = [&rod(2.0, -8.0), &flat_muscle()];
     assert_within_bound(bodies, [7.999, 8.001], &ALL[..4], &TOLERANCES);
+}
+
+#[test]
+fn two_rods_in_one_face() {
+    // The polygon around both parts of the face that are inside holds much that is outside, farther
+    // from the rods than these are deep.
+    let mut bone = rod(2.0, -1.0);
+    let other = bone.clone().translated(DVec3::new(4.0, -14.0, 0.0));
+    let first = u32::try_from(bone.positions.len()).expect("a small mesh");
+    bone.positions.extend(other.positions);
+    bone.faces.extend(other.faces.iter().map(|face| face.map(|corner| corner + first)));
+    assert_within_bound([&bone, &flat_muscle()], [0.999, 1.001], &SURFACES[..2], &TOLERANCES[2..]);
 }
 
 #[test]
@@ -218,4 +236,29 @@ fn responses_leave_nothing_that_detection_does_not_show() {
     let found = depth(&detection, pair.a, pair.b);
     assert!((left - found).abs() <= 0.2, "{found} found, {left} left");
     assert!(left <= 0.2, "{left} left");
+}
+
+#[test]
+fn brackets_of_coarse_surfaces_hold_what_these_have_lost() {
+    // Coarse balls lie inside the full ones: they overlap by less, up to the deviation of both.
+    let params = PlanParams::with_tolerance(2.0);
+    let (mut scene, [_, first, second]) = three_of(5);
+    let pair = PairId::new(first, second);
+    let forced = [ForcedMethod { pair, method: DetectionMethod::Coarse }];
+    let mut plan =
+        Plan::with_forced(&mut scene, &params, &forced, Progress::none()).expect("a plan");
+    for turn in 0..24_u8 {
+        // The second ball goes around the first, 3 deep.
+        let angle = 0.26 * f64::from(turn);
+        let center = DVec3::X * 58.0 + 57.0 * DVec3::new(angle.cos(), angle.sin(), 0.1 * angle);
+        let center = DVec3::X * 58.0 + 57.0 * (center - DVec3::X * 58.0).normalize();
+        let ball = shapes::icosphere(30.0, 5).translated(center);
+        scene.move_body(second, &ball.positions).expect("a move");
+
+        let exact = exact_depth_of(&mut scene, pair);
+        let detection = detect(&mut plan, &mut scene);
+        let found = detection.pair(pair).expect("they overlap");
+        let holds = found.depth.lower <= exact.upper && found.depth.upper >= exact.lower;
+        assert!(holds && found.method == DetectionMethod::Coarse, "{found:?}, {exact:?}");
+    }
 }

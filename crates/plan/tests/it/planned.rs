@@ -213,3 +213,20 @@ fn shift(scene: &mut Scene, id: BodyId, by: DVec3) {
     let x: Vec<DVec3> = scene.body(id).positions().iter().map(|&p| p + by).collect();
     scene.move_body(id, &x).expect("finite positions");
 }
+
+#[test]
+fn fields_are_as_fine_as_the_tolerance_asks() {
+    let (mut scene, [bone, first, _]) = three();
+    let forced = [ForcedMethod { pair: PairId::new(bone, first), method: DetectionMethod::Field }];
+    for tolerance in [2.0, 1.0, 0.5] {
+        let params = PlanParams::with_tolerance(tolerance);
+        let plan = Plan::with_forced(&mut scene, &params, &forced, Progress::none());
+        let plan = plan.expect("a plan");
+        let mut fields = plan.structures().iter().filter(|s| s.kind == StructureKind::Field);
+        let accuracy = fields.next().expect("a field").accuracy;
+        assert!(accuracy.is_proved && accuracy.bound <= tolerance, "{tolerance}: {accuracy:?}");
+        assert!(accuracy.bound > 0.9 * tolerance, "{tolerance}: finer than asked: {accuracy:?}");
+        assert!(accuracy.measured_error.is_some_and(|error| error <= accuracy.bound));
+        assert!(plan.pairs()[0].accuracy.bound <= tolerance, "{plan}");
+    }
+}
