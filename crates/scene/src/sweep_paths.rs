@@ -14,7 +14,7 @@ use proximity::{ContactKind, SweptContact};
 use surface::progress::Progress;
 use surface::{Path, mean_edge, parallel};
 
-use crate::{Body, BodyId, BodyMove, PairId, PairSweep, Scene, SceneError, SweepReport};
+use crate::{BodyId, BodyMove, PairId, PairSweep, Scene, SceneError, SweepReport};
 
 /// Path of a body during a step.
 #[derive(Clone, Copy)]
