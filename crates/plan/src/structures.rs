@@ -394,10 +394,13 @@ impl BodyStructures {
     }
 }
 
+/// Refits of a face that take as long as the bound on a deviation per vertex, by instructions.
+const FACES_PER_VERTEX: f64 = 2.0;
+
 /// Returns the operations by which a coarse surface of so many faces follows a body: its own refit,
-/// and the bound on its deviation, which takes as long per vertex.
+/// and the bound on its deviation.
 pub(crate) fn coarse_follow(body: &Body, faces: f64) -> OperationCounts {
-    let refit_faces = faces + count(body.positions().len());
+    let refit_faces = faces + FACES_PER_VERTEX * count(body.positions().len());
     OperationCounts { refit_faces, ..OperationCounts::default() }
 }
 
