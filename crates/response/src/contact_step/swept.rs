@@ -11,11 +11,11 @@ impl ContactStep {
     /// through another.
     ///
     /// `sweep` adds the contacts of that move at the velocities given, with the
-    /// [time](Contact::time) at which each begins and the gap of the *present* positions along its
-    /// normal. A velocity may close that gap, and no more. Corrected velocities may meet other
-    /// contacts, so that it sweeps again, up to `max_rounds` times. Where contacts are left then,
-    /// the move is free up to [`SweptReport::free_share`], and the caller may stop there. Replaces
-    /// what `report` has of velocities. Loads are not corrected.
+    /// [time](surface::Contact::time) at which each begins and the gap of the *present*
+    /// positions along its normal. A velocity may close that gap, and no more. Corrected
+    /// velocities may meet other contacts, so that it sweeps again, up to `max_rounds` times.
+    /// Where contacts are left then, the move is free up to [`SweptReport::free_share`], and the
+    /// caller may stop there. Replaces what `report` has of velocities. Loads are not corrected.
     ///
     /// # Errors
     ///
