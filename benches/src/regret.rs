@@ -22,6 +22,9 @@ const TOLERANCES: [f64; 3] = [2.0, 0.5, 0.1];
 /// Rounds of a frame: its time is the minimum.
 const ROUNDS: u32 = 5;
 
+/// Frames below which plans count no work.
+const MIN_COUNTED_FRAMES: u32 = 10;
+
 /// Times of a plan \[s\].
 #[derive(Clone, Copy, Debug)]
 struct PlanTimes {
@@ -196,7 +199,9 @@ fn build(
     let start = Instant::now();
     let plan = Plan::with_forced(scene, &params, forced, Progress::none())?;
     let build = start.elapsed().as_secs_f64();
-    let predicted = plan.predicted_time().as_secs_f64();
+    // For a few frames no work is counted, so that none is predicted.
+    let is_counted = frames >= MIN_COUNTED_FRAMES;
+    let predicted = if is_counted { plan.predicted_time().as_secs_f64() } else { 0.0 };
     Ok(Candidate { plan, times: PlanTimes { build, frame: f64::INFINITY, predicted } })
 }
 

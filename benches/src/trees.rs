@@ -19,6 +19,9 @@ const MAX_LOOSENESS: f64 = 4.0;
 /// Rounds of each motion: its time is the minimum.
 const ROUNDS: u32 = 5;
 
+/// Position of a point after a share of the motion.
+type Motion = fn(DVec3, f64) -> DVec3;
+
 /// Rule by which a tree is built anew.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Policy {
@@ -31,7 +34,7 @@ enum Policy {
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
     seconds: f64,
-    bound_tests: u64,
+    bound_tests: f64,
     builds: u32,
     max_looseness: f64,
 }
@@ -42,7 +45,7 @@ pub fn table() -> String {
     let mut table = String::from(
         "| motion | trees | ms per frame | bound tests per frame | builds | looseness |\n|---|---|---|---|---|---|\n",
     );
-    let motions: [(&str, fn(DVec3, f64) -> DVec3); 4] = [
+    let motions: [(&str, Motion); 4] = [
         ("bend to a half circle", bend),
         ("twist by two turns", twist),
         ("roll up", roll),
@@ -66,7 +69,7 @@ pub fn table() -> String {
             table += &format!(
                 "| {name} | {policy} | {:.3} | {:.0} | {} | {:.2} |\n",
                 1e3 * best.seconds / frames,
-                best.bound_tests as f64 / frames,
+                best.bound_tests / frames,
                 best.builds,
                 best.max_looseness,
             );
@@ -76,7 +79,7 @@ pub fn table() -> String {
 }
 
 /// Follows a motion and finds the pairs with a bone in each frame.
-fn run(motion: fn(DVec3, f64) -> DVec3, policy: Policy) -> Sums {
+fn run(motion: Motion, policy: Policy) -> Sums {
     let muscle = shapes::ellipsoid(DVec3::new(12.0, 8.0, 80.0), 5);
     let bone = shapes::capsule(6.0, 120.0, 48).translated(DVec3::X * 14.0);
     let bone_tree = Tree::build(Leaves::Triangles(&bone.faces), &bone.positions);
@@ -95,16 +98,17 @@ fn run(motion: fn(DVec3, f64) -> DVec3, policy: Policy) -> Sums {
         let is_refit = policy != Policy::Always && tree.refit(&x).is_ok();
         sums.max_looseness = sums.max_looseness.max(tree.looseness());
         let is_loose = policy == Policy::WhereLoose && tree.looseness() > MAX_LOOSENESS;
-        if !is_refit || is_loose {
-            if let Ok(built) = Tree::build(Leaves::Triangles(&muscle.faces), &x) {
-                tree = built;
-                sums.builds += 1;
-            }
+        if (!is_refit || is_loose)
+            && let Ok(built) = Tree::build(Leaves::Triangles(&muscle.faces), &x)
+        {
+            tree = built;
+            sums.builds += 1;
         }
         let mut pairs = 0;
         tree.pairs(&bone_tree, 0.0, &mut workspace, |_, _| pairs += 1);
         sums.seconds += start.elapsed().as_secs_f64();
-        sums.bound_tests += workspace.counters().bound_tests;
+        let tests = usize::try_from(workspace.counters().bound_tests).unwrap_or(usize::MAX);
+        sums.bound_tests += as_f64(tests);
     }
     sums
 }
