@@ -14,7 +14,7 @@ use proximity::{ContactKind, SweptContact};
 use surface::progress::Progress;
 use surface::{Path, mean_edge, parallel};
 
-use crate::{BodyId, BodyMove, PairId, PairSweep, Scene, SceneError, SweepReport};
+use crate::{Body, BodyId, BodyMove, PairId, PairSweep, Scene, SceneError, SweepReport};
 
 /// Path of a body during a step.
 #[derive(Clone, Copy)]
@@ -66,27 +66,58 @@ impl Scene {
         params.validate()?;
         let steps = Steps::new(self, moves)?;
         if steps.is_straight {
-            return self.sweep_piece(&steps, [0.0, 1.0], params, progress);
+            return self.sweep_piece(&steps, [0.0, 1.0], params, |_| true, progress);
         }
+        self.sweep_pieces(&steps, params, Wanted::All, progress)
+    }
 
-        // Bodies stand at the start of each piece while it is swept, and go back at the end.
-        let states: Vec<_> = moves.iter().map(|m| self.body(m.body).state()).collect();
-        let swept = self.sweep_pieces(&steps, params, progress);
-        for (PathMove { body, .. }, state) in moves.iter().zip(states) {
-            self.get_mut(*body)?.restore(state)?;
-        }
-        swept
+    /// Finds the first contact of each pair, as [`sweep_paths`](Self::sweep_paths) does, and nothing
+    /// after it: how far a joint turns before bodies meet.
+    ///
+    /// Pairs that overlap already have no first contact; theirs is the first of primitives that
+    /// were apart.
+    ///
+    /// # Errors
+    ///
+    /// As [`sweep_paths`](Self::sweep_paths).
+    pub fn first_contacts(
+        &mut self,
+        moves: &[PathMove<'_>],
+        params: &CcdParams,
+        progress: Progress<'_>,
+    ) -> Result<SweepReport, SceneError> {
+        params.validate()?;
+        let steps = Steps::new(self, moves)?;
+        self.sweep_pieces(&steps, params, Wanted::FirstOfPair, progress)
     }
 
     fn sweep_pieces(
         &mut self,
         steps: &Steps<'_>,
         params: &CcdParams,
+        wanted: Wanted,
+        progress: Progress<'_>,
+    ) -> Result<SweepReport, SceneError> {
+        // Bodies stand at the start of each piece while it is swept, and go back at the end.
+        let states: Vec<_> = steps.moves.iter().map(|m| self.body(m.body).state()).collect();
+        let swept = self.sweep_moving(steps, params, wanted, progress);
+        for (PathMove { body, .. }, state) in steps.moves.iter().zip(states) {
+            self.get_mut(*body)?.restore(state)?;
+        }
+        swept
+    }
+
+    /// Sweeps piece by piece; leaves bodies at the start of the last piece.
+    fn sweep_moving(
+        &mut self,
+        steps: &Steps<'_>,
+        params: &CcdParams,
+        wanted: Wanted,
         progress: Progress<'_>,
     ) -> Result<SweepReport, SceneError> {
         let separation = params.min_separation + steps.deviation;
         let of_piece = CcdParams { min_separation: separation, t_max: 1.0, ..*params };
-        let mut first: BTreeMap<PairId, BTreeMap<Features, SweptContact>> = BTreeMap::new();
+        let mut first: BTreeMap<PairId, Known> = BTreeMap::new();
         let mut candidates = 0;
 
         for piece in 0..steps.pieces {
@@ -95,28 +126,20 @@ impl Scene {
                 break;
             }
             let part = progress.part(from, to);
-            let report = self.sweep_piece(steps, [from, to], &of_piece, part)?;
+            let is_open = |pair| wanted == Wanted::All || !first.contains_key(&pair);
+            let report = self.sweep_piece(steps, [from, to], &of_piece, is_open, part)?;
             candidates += report.candidates;
 
-            // Primitives that met in an earlier piece have their first contact.
-            let mut open = Vec::new();
-            for pair in report.pairs {
-                let known = first.get(&pair.pair);
-                for contact in pair.contacts {
-                    let features = Features::of(&contact);
-                    if !known.is_some_and(|known| known.contains_key(&features)) {
-                        open.push(OpenContact { pair: pair.pair, features, contact });
-                    }
+            // What the piece leaves open is searched on the true paths.
+            for PairSweep { pair, contacts } in report.pairs {
+                let known = first.entry(pair).or_default();
+                let open = OpenPair { scene: self, steps, pair, interval: [from, to], params };
+                match wanted {
+                    Wanted::All => open.add_all(contacts, known)?,
+                    Wanted::FirstOfPair => open.add_first(contacts, known)?,
                 }
             }
-            let scene = &*self;
-            let search = |number: usize| open[number].search(scene, steps, [from, to], params);
-            let found = parallel::map(open.len(), search);
-            for (open, found) in open.iter().zip(found) {
-                if let Some(contact) = found? {
-                    first.entry(open.pair).or_default().insert(open.features, contact);
-                }
-            }
+            first.retain(|_, contacts| !contacts.is_empty());
         }
         Ok(report_of(first, params, candidates))
     }
@@ -127,6 +150,7 @@ impl Scene {
         steps: &Steps<'_>,
         [from, to]: [f64; 2],
         params: &CcdParams,
+        is_wanted: impl Fn(PairId) -> bool,
         progress: Progress<'_>,
     ) -> Result<SweepReport, SceneError> {
         let mut ends = Vec::with_capacity(steps.moves.len());
@@ -141,8 +165,17 @@ impl Scene {
         for (PathMove { body, .. }, positions) in steps.moves.iter().zip(&ends) {
             moves.push(BodyMove { body: *body, positions });
         }
-        self.sweep(&moves, params, progress)
+        self.sweep_among(&moves, params, is_wanted, progress)
     }
+}
+
+/// First contacts that are wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Wanted {
+    /// Those of all vertices, edges and faces.
+    All,
+    /// The earliest of each pair of bodies.
+    FirstOfPair,
 }
 
 /// Returns the positions of all vertices at a time.
@@ -169,9 +202,8 @@ impl<'a> Steps<'a> {
     fn new(scene: &Scene, moves: &'a [PathMove<'a>]) -> Result<Self, SceneError> {
         let mut paths = vec![None; scene.bodies().len()];
         let (mut bends, mut pieces, mut extent) = ([0.0_f64; 2], 1_u32, 0.0_f64);
-        for body in scene.bodies() {
-            extent =
-                body.positions().iter().fold(extent, |extent, x| extent.max(x.abs().max_element()));
+        for x in scene.bodies().iter().flat_map(Body::positions) {
+            extent = extent.max(x.abs().max_element());
         }
 
         for PathMove { body: id, path } in moves {
@@ -252,23 +284,55 @@ impl Features {
     }
 }
 
-/// Contact that a piece leaves open.
-struct OpenContact {
+/// First contacts of a pair, by their primitives.
+type Known = BTreeMap<Features, SweptContact>;
+
+/// Pair of bodies that a piece leaves open.
+struct OpenPair<'a> {
+    scene: &'a Scene,
+    steps: &'a Steps<'a>,
     pair: PairId,
-    features: Features,
-    contact: SweptContact,
+    /// Start and end of the piece.
+    interval: [f64; 2],
+    params: &'a CcdParams,
 }
 
-impl OpenContact {
+impl OpenPair<'_> {
+    /// Adds the first contacts of primitives that have not met in an earlier piece.
+    fn add_all(&self, mut open: Vec<SweptContact>, known: &mut Known) -> Result<(), SceneError> {
+        open.retain(|contact| !known.contains_key(&Features::of(contact)));
+        let found = parallel::map(open.len(), |number| self.search(&open[number]));
+        for (open, found) in open.iter().zip(found) {
+            if let Some(contact) = found? {
+                known.insert(Features::of(open), contact);
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds the earliest contact, if there is one. The contacts of a piece are in the order of
+    /// times that the true ones are not before.
+    fn add_first(&self, open: Vec<SweptContact>, known: &mut Known) -> Result<(), SceneError> {
+        let [from, to] = self.interval;
+        let mut earliest: Option<(Features, SweptContact)> = None;
+        for contact in open {
+            let bound = from + time_of(&contact) * (to - from);
+            if earliest.as_ref().is_some_and(|(_, earliest)| time_of(earliest) < bound) {
+                break;
+            }
+            let Some(found) = self.search(&contact)? else { continue };
+            if earliest.as_ref().is_none_or(|(_, earliest)| time_of(&found) < time_of(earliest)) {
+                earliest = Some((Features::of(&contact), found));
+            }
+        }
+        known.extend(earliest);
+        Ok(())
+    }
+
     /// Searches the contact on the true paths, from the earliest time that the piece leaves open.
-    fn search(
-        &self,
-        scene: &Scene,
-        steps: &Steps<'_>,
-        [from, to]: [f64; 2],
-        params: &CcdParams,
-    ) -> Result<Option<SweptContact>, SceneError> {
-        let Features { is_vertex, particles } = self.features;
+    fn search(&self, open: &SweptContact) -> Result<Option<SweptContact>, SceneError> {
+        let Self { scene, steps, interval: [from, to], params, .. } = *self;
+        let Features { is_vertex, particles } = Features::of(open);
         let vertices = particles.map(|particle| vertex_of(scene, self.pair, particle));
         let at = |time: f64| vertices.map(|vertex| steps.position(scene, vertex, time));
 
@@ -280,13 +344,13 @@ impl OpenContact {
         let bounds = PathBounds { bend, rounding: steps.rounding };
 
         // The piece has excluded all times before its contact.
-        let earliest = self.contact.contact.time.unwrap_or(0.0);
+        let earliest = time_of(open);
         let start = (from + earliest * (to - from) - 4.0 * f64::EPSILON).max(from);
         let found = ccd::first_contact_on_paths(primitives, at, bounds, [start, to], params)?;
         let Some(found) = found else { return Ok(None) };
 
         let found = ccd::CcdContact { at_start: found.at_start && found.lo <= 0.0, ..found };
-        let (kind, separation) = (self.contact.kind, params.min_separation);
+        let (kind, separation) = (open.kind, params.min_separation);
         Ok(Some(SweptContact::new(kind, particles, at(found.lo), separation, &found)))
     }
 }
@@ -306,11 +370,7 @@ fn vertex_of(scene: &Scene, pair: PairId, particle: u32) -> BodyVertex {
 }
 
 /// Reports the first contacts of all pairs, by time.
-fn report_of(
-    first: BTreeMap<PairId, BTreeMap<Features, SweptContact>>,
-    params: &CcdParams,
-    candidates: usize,
-) -> SweepReport {
+fn report_of(first: BTreeMap<PairId, Known>, params: &CcdParams, candidates: usize) -> SweepReport {
     let mut report = SweepReport { pairs: Vec::new(), largest_free_step: 1.0, candidates };
     for (pair, contacts) in first {
         let mut contacts: Vec<SweptContact> = contacts.into_values().collect();

@@ -11,6 +11,7 @@ mod plan_comparison;
 mod plan_document;
 mod plan_frames;
 mod plan_times;
+mod range;
 mod resolve;
 mod resolve_arguments;
 
@@ -29,6 +30,7 @@ pub(crate) enum Command {
     Medial(medial::MedialArguments),
     Motion(motion::MotionArguments),
     Plan(plan::PlanArguments),
+    Range(range::RangeArguments),
     Resolve(resolve::ResolveArguments),
 }
 
@@ -52,6 +54,7 @@ impl Command {
             Self::Medial(arguments) => medial::run(arguments),
             Self::Motion(arguments) => motion::run(arguments),
             Self::Plan(arguments) => plan::run(arguments),
+            Self::Range(arguments) => range::run(arguments),
             Self::Resolve(arguments) => resolve::run(arguments),
         };
         let Finished { outputs, text, holds, mut stopwatch } = finished?;

@@ -13,5 +13,6 @@ mod motion_tables;
 mod overlap;
 mod page;
 mod plan;
+mod range;
 mod resolve;
 mod support;

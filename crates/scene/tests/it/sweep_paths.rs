@@ -34,6 +34,15 @@ fn first_contact(scene: &mut Scene, moves: &[PathMove<'_>]) -> Option<f64> {
     let report = report.expect("a swept step");
     let first = report.pairs.first().and_then(|pair| pair.first_time());
     assert_eq!(report.pairs.is_empty(), report.largest_free_step >= 1.0, "{report:?}");
+
+    // The first contacts of pairs alone are the first of all.
+    let firsts = scene.first_contacts(moves, &ccd::CcdParams::DEFAULT, Progress::none());
+    let firsts = firsts.expect("a swept step").pairs;
+    assert_eq!(firsts.len(), report.pairs.len(), "{firsts:?}");
+    for (alone, among) in firsts.iter().zip(&report.pairs) {
+        let [alone, among] = [alone, among].map(|pair| (pair.pair, pair.first_time()));
+        assert_eq!(alone, among, "the first contact of a pair");
+    }
     first
 }
 

@@ -1,0 +1,202 @@
+//! `range`: how far a joint turns before bodies meet.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::Args;
+use glam::DVec3;
+use musculo_collide::{
+    BodyId, CheckParams, PairId, Path, PathMove, Progress, RigidPath, Scene, ccd,
+};
+
+use super::Finished;
+use crate::failure::Failure;
+use crate::load::{LoadedScene, SceneArguments};
+use crate::phase::Phase;
+use crate::report::{FirstContactRecord, RangeDocument};
+use crate::stopwatch::Stopwatch;
+
+/// Turn bodies about an axis, and find the angle at which each pair first meets
+///
+/// The bodies turn rigidly about an axis through a center, the others rest. The angle of a first
+/// contact is certified from below: before it, the surfaces do not meet. Pairs that overlap from the
+/// start are named, and have no angle.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  musculo-collide range scene.toml --turn femur --axis 1,0,0 --center 0,12,850 --to 120
+  musculo-collide range pelvis.ply femur.ply --turn femur --axis 0,0,-1 --center 90,-70,0 --to 45 --json rom.json")]
+pub(crate) struct RangeArguments {
+    #[command(flatten)]
+    scene: SceneArguments,
+
+    /// Body that turns; may be given several times
+    #[arg(long, required = true, value_name = "NAME")]
+    turn: Vec<String>,
+
+    /// Direction of the axis: the turn is right-handed about it
+    #[arg(long, required = true, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    axis: Vector,
+
+    /// Point on the axis, in the scene's unit
+    #[arg(long, required = true, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    center: Vector,
+
+    /// Largest angle, in degrees
+    #[arg(long, required = true, value_name = "DEGREES", allow_negative_numbers = true)]
+    to: f64,
+
+    /// Write the report as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+/// Three numbers, separated by commas.
+#[derive(Clone, Copy, Debug)]
+struct Vector(DVec3);
+
+impl FromStr for Vector {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let mut numbers = Vec::new();
+        for part in text.split(',') {
+            match part.trim().parse::<f64>() {
+                Ok(number) if number.is_finite() => numbers.push(number),
+                _ => return Err(format!("'{part}' is no finite number")),
+            }
+        }
+        let numbers: [f64; 3] =
+            numbers.try_into().map_err(|_| "expected three numbers, separated by commas")?;
+        Ok(Self(numbers.into()))
+    }
+}
+
+/// Turn of a body from where it is.
+struct Turn {
+    rest: Vec<DVec3>,
+    path: RigidPath,
+}
+
+impl Path for Turn {
+    fn position(&self, vertex: u32, time: f64) -> DVec3 {
+        self.path.transform_point(self.rest[vertex as usize], time)
+    }
+
+    fn bend(&self, vertex: u32) -> f64 {
+        self.path.bend(self.rest[vertex as usize])
+    }
+}
+
+pub(super) fn run(arguments: &RangeArguments) -> Result<Finished, Failure> {
+    let mut stopwatch = Stopwatch::start();
+    let axis = arguments.check()?;
+    let description = arguments.scene.describe()?;
+    let mut turning = Vec::new();
+    for name in &arguments.turn {
+        turning.push(description.index_of(name)?);
+    }
+    let plan = arguments.scene.plan(&description).writing(arguments.json.as_ref());
+    let mut outputs = plan.open()?;
+    let mut loaded = LoadedScene::load(description)?;
+    stopwatch.lap("load");
+
+    // What overlaps at the start has no first contact.
+    let params = CheckParams { measures: false, ..CheckParams::new(0.0) };
+    let reports = loaded.scene.check(&params, Progress::none())?;
+    let overlapping: BTreeSet<PairId> =
+        reports.iter().filter(|report| report.overlaps).map(|report| report.pair).collect();
+    stopwatch.lap("check");
+
+    let path = RigidPath::turn(arguments.center.0, axis, arguments.to.to_radians());
+    let ids: Vec<BodyId> = loaded.scene.ids().collect();
+    let mut turns = Vec::new();
+    for &body in &turning {
+        turns.push(Turn { rest: loaded.scene.body(ids[body]).positions().to_vec(), path });
+    }
+    let moves: Vec<PathMove<'_>> = turning
+        .iter()
+        .zip(&turns)
+        .map(|(&body, path)| PathMove { body: ids[body], path })
+        .collect();
+    let swept = Phase::run("turning", |progress| {
+        loaded.scene.first_contacts(&moves, &ccd::CcdParams::EXACT, progress)
+    })?;
+    stopwatch.lap("sweep");
+
+    let document = RangeDocument {
+        unit: loaded.description.unit,
+        to: arguments.to,
+        overlapping: names(&loaded.scene, overlapping.iter()),
+        contacts: contacts(&loaded.scene, &swept, &overlapping, &moves, arguments.to),
+    };
+    outputs.stage_json(arguments.json.as_deref(), &document)?;
+    Ok(Finished { outputs, text: document.to_text(), holds: true, stopwatch })
+}
+
+impl RangeArguments {
+    /// Checks the axis and the angle, and returns the direction of the axis.
+    fn check(&self) -> Result<DVec3, Failure> {
+        if !self.to.is_finite() || self.to.abs() > 360.0 {
+            let problem =
+                format!("--to is {}, but must be within a full turn, 360 degrees", self.to);
+            return Err(Failure::new(problem));
+        }
+        let axis = self.axis.0.try_normalize();
+        axis.ok_or_else(|| {
+            Failure::new(format!("--axis is {}, which has no direction", self.axis.0))
+        })
+    }
+}
+
+/// Returns the names of pairs.
+fn names<'a>(scene: &Scene, pairs: impl Iterator<Item = &'a PairId>) -> Vec<[String; 2]> {
+    pairs.map(|&pair| scene.names(pair).map(str::to_owned)).collect()
+}
+
+/// Returns the first contacts of pairs that do not overlap at the start, by angle.
+fn contacts(
+    scene: &Scene,
+    swept: &musculo_collide::SweepReport,
+    overlapping: &BTreeSet<PairId>,
+    moves: &[PathMove<'_>],
+    to: f64,
+) -> Vec<FirstContactRecord> {
+    let mut records = Vec::new();
+    for pair in &swept.pairs {
+        let Some(first) = pair.contacts.first() else { continue };
+        if overlapping.contains(&pair.pair) {
+            continue;
+        }
+
+        // The place is where the first primitive is at that time.
+        let time = first.contact.time.unwrap_or(1.0);
+        let mut place = DVec3::ZERO;
+        for term in first.contact.stencil.terms().iter().filter(|term| term.weight < 0.0) {
+            place -= term.weight * position(scene, pair.pair, term.particle, moves, time);
+        }
+        let [a, b] = scene.names(pair.pair).map(str::to_owned);
+        let (angle, certain) = (time * to, first.certain);
+        records.push(FirstContactRecord { a, b, angle, certain, at: place.to_array() });
+    }
+    records.sort_by(|p, q| p.angle.abs().total_cmp(&q.angle.abs()));
+    records
+}
+
+/// Returns where a particle of one of two bodies is at a time.
+fn position(
+    scene: &Scene,
+    pair: PairId,
+    particle: u32,
+    moves: &[PathMove<'_>],
+    time: f64,
+) -> DVec3 {
+    let in_second = scene.body(pair.b).particles().contains(&particle);
+    let id = if in_second { pair.b } else { pair.a };
+    let vertex = particle - scene.body(id).particles().start;
+    match moves.iter().find(|turning| turning.body == id) {
+        Some(turning) => turning.path.position(vertex, time),
+        None => scene.body(id).positions()[vertex as usize],
+    }
+}
