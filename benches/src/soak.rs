@@ -31,7 +31,7 @@ pub struct Endurance {
     pub grown_bytes: i64,
     /// Maximum of the bytes allocated at once within frames.
     pub peak_bytes: u64,
-    /// Frames in which detection allocated: searches for depths do, and leave nothing behind.
+    /// Frames in which detection allocated.
     pub allocating_detections: u32,
 }
 
@@ -166,5 +166,6 @@ mod tests {
         println!("measured: memory grown in 500 frames [bytes] | {grown} | 4096");
         assert!(grown <= 4096, "{endurance:?}");
         assert!(endurance.contacts > 500, "{endurance:?}");
+        assert_eq!(endurance.allocating_detections, 0, "{endurance:?}");
     }
 }

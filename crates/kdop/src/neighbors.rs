@@ -3,7 +3,6 @@
 use wide::u32x8;
 
 use crate::cluster::{Cluster, Clusters, HALVES, MAX_LEAVES};
-use crate::dop4::set_bits;
 
 /// Adjacency of clusters in compressed sparse rows, with the leaves that share points.
 ///
@@ -14,8 +13,8 @@ pub(crate) struct Neighbors {
     first: Vec<u32>,
     /// Neighbors of each cluster, then [`LANES`] numbers of no cluster.
     clusters: Vec<u32>,
-    /// Leaves that share points, per neighbor.
-    shared: Vec<SharedPairs>,
+    /// Leaves that share points, per neighbor: the words of [`SharedPairs`], the first lowest.
+    shared: Vec<u64>,
     /// Clusters with a point that more than [`MAX_LISTED`] clusters use.
     crowded: Vec<bool>,
 }
@@ -61,7 +60,7 @@ impl Neighbors {
                         own = user.leaves;
                     }
                     let neighbor = found.neighbor(row, user.cluster);
-                    add_pairs(&mut found.shared[neighbor], own, user.leaves);
+                    found.shared[neighbor] |= pairs_of(own, user.leaves);
                 }
             }
 
@@ -81,7 +80,7 @@ impl Neighbors {
             return row + i;
         }
         self.clusters.push(cluster);
-        self.shared.push([0; HALVES * HALVES]);
+        self.shared.push(0);
         self.clusters.len() - 1
     }
 
@@ -96,7 +95,7 @@ impl Neighbors {
             let in_row = (1_u32 << (end - start).min(LANES)) - 1;
             let hits = u32x8::new(*clusters).simd_eq(u32x8::splat(b)).to_bitmask() & in_row;
             if hits != 0 {
-                return self.shared[start + hits.trailing_zeros() as usize];
+                return words(self.shared[start + hits.trailing_zeros() as usize]);
             }
             start += LANES;
         }
@@ -167,12 +166,46 @@ fn leaves_of_points(cluster: &Cluster) -> [u8; 3 * MAX_LEAVES] {
     bits
 }
 
-/// Adds every pair of a leaf of one set and a leaf of the other.
-fn add_pairs(shared: &mut SharedPairs, a: u8, b: u8) {
-    for i in set_bits(a.into()) {
-        for half in 0..HALVES {
-            let leaves = u16::from(b >> (4 * half) & 0b1111);
-            shared[i / 4 * HALVES + half] |= leaves << (i % 4 * 4);
+/// Returns every pair of a leaf of one set and a leaf of the other.
+///
+/// A pair of leaf `i` and leaf `j` has bit `32 (i / 4) + 16 (j / 4) + 4 (i % 4) + j % 4`. The bits of
+/// both leaves add up, so that the product of two sets has all pairs, none of them twice.
+const fn pairs_of(a: u8, b: u8) -> u64 {
+    spread(a & 0b1111, a >> 4, 3, 32) * spread(b & 0b1111, b >> 4, 0, 16)
+}
+
+/// Moves bit `i` of the low half up by `step · i`, and those of the high half by `half` more.
+const fn spread(low: u8, high: u8, step: u32, half: u32) -> u64 {
+    spread_half(low, step) | spread_half(high, step) << half
+}
+
+const fn spread_half(bits: u8, step: u32) -> u64 {
+    let bits = bits as u64;
+    bits & 1 | (bits & 2) << step | (bits & 4) << (2 * step) | (bits & 8) << (3 * step)
+}
+
+/// Splits pairs into the words of [`SharedPairs`].
+#[expect(clippy::cast_possible_truncation, reason = "each word is the lowest that is left")]
+#[inline(always)]
+const fn words(pairs: u64) -> SharedPairs {
+    const { assert!(HALVES * HALVES == 4, "four words") };
+    [pairs as u16, (pairs >> 16) as u16, (pairs >> 32) as u16, (pairs >> 48) as u16]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pairs_are_those_of_single_leaves() {
+        for (a, b) in [(0, 255), (1, 1), (0b1010_0110, 0b0101_1001), (255, 255), (128, 16)] {
+            let mut expected: SharedPairs = [0; HALVES * HALVES];
+            for (i, j) in (0..8).flat_map(|i| (0..8).map(move |j| (i, j))) {
+                if a >> i & 1 == 1 && b >> j & 1 == 1 {
+                    expected[i / 4 * HALVES + j / 4] |= 1 << (4 * (i % 4) + j % 4);
+                }
+            }
+            assert_eq!(words(pairs_of(a, b)), expected, "{a:b} {b:b}");
         }
     }
 }

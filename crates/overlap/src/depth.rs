@@ -21,7 +21,7 @@ use glam::DVec3;
 use kdop::Workspace;
 use proximity::{MaximumSearch, NearVertex, SurfaceTree};
 use surface::closest_on_triangle;
-use surface::triangle::{quarters, radius_about_center};
+use surface::triangle::radius_about_center;
 
 use crate::patches::{Clipper, FaceClip, FaceStretch, face_normal};
 
@@ -292,10 +292,15 @@ impl<'a> Search<'a> {
         let (near, distance) = self.query(center, piece.face, Some(piece.near));
         let by_center = distance + radius + self.rounding;
 
-        // The parts are bounded by the faces nearest to both centers.
-        for corners in quarters(piece.corners) {
-            let by_faces = self.upper_by(near, corners).min(self.upper_by(piece.near, corners));
+        // The parts are bounded by the faces nearest to both centers. They share their corners, whose
+        // distances are computed once.
+        let corners = corners_and_middles(piece.corners);
+        let by_near = corners.map(|corner| self.distance_to(near, corner));
+        let by_parent = corners.map(|corner| self.distance_to(piece.near, corner));
+        for part in QUARTERS {
+            let by_faces = max_of(by_near, part).min(max_of(by_parent, part)) + self.rounding;
             let upper = by_faces.min(by_center).min(bound);
+            let corners = part.map(|k| corners[k]);
             self.pieces.add(upper, Piece { corners, near, ..*piece });
         }
     }
@@ -346,6 +351,19 @@ impl<'a> Search<'a> {
             self.pieces.evaluated(distance);
         }
     }
+}
+
+/// The quarters of a triangle, by their corners among its own and the middles of its edges.
+const QUARTERS: [[usize; 3]; 4] = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]];
+
+/// Returns the corners of a triangle, then the middles of its edges.
+fn corners_and_middles([a, b, c]: [DVec3; 3]) -> [DVec3; 6] {
+    [a, b, c, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)]
+}
+
+/// Returns the largest of some values, at least 0.
+fn max_of(values: [f64; 6], places: [usize; 3]) -> f64 {
+    places.into_iter().map(|k| values[k]).fold(0.0, f64::max)
 }
 
 /// Returns the largest coordinate of a body.

@@ -60,7 +60,7 @@ pub use crate::error::JointContactError;
 pub use crate::foundation::{ElasticFoundation, FoundationLaw};
 pub use crate::joint::JointContactParams;
 pub use crate::located::OverlapMeasures;
-pub use crate::near_area::{AreaBracket, near_areas};
+pub use crate::near_area::{AreaBracket, NearAreas};
 pub use crate::overlap::{CurveChain, Overlap, OverlapDetector};
 pub use crate::patches::ClippedFace;
 

@@ -26,6 +26,7 @@ pub struct AreaBracket {
 }
 
 /// Triangle at the border of the margin.
+#[derive(Debug)]
 struct Cell {
     corners: [DVec3; 3],
     /// Places in [`Cells::faces`] of the faces that may be within the margin of it.
@@ -34,41 +35,17 @@ struct Cell {
 }
 
 /// Triangles in the order in which they were made; split ones have no area of their own.
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct Cells {
     list: Vec<Cell>,
     /// Faces of the other surface, cell after cell.
     faces: Vec<u32>,
 }
 
-/// Bounds on the part of triangles within the margin of the other surface.
-struct Search<'a> {
-    other: &'a SurfaceTree,
-    margin: f64,
-    /// Boxes and centers of the faces of the other surface.
-    boxes: FaceBoxes,
-    /// Faces that may be within the margin of a triangle.
-    close: Vec<CloseFace>,
-    /// The part of a triangle that is certainly beyond the margin, and memory to clip it in.
-    beyond: Vec<DVec3>,
-    clipped: Vec<DVec3>,
-}
-
-/// A face and its corners.
-#[derive(Clone, Copy)]
-struct CloseFace {
-    face: u32,
-    corners: [DVec3; 3],
-}
-
-/// Brackets the area of A's surface within `margin` (`>= 0`) of B's, and of B's within it of A's, to
-/// 5 % where a few thousand splits reach it.
-///
-/// `near_faces` has the faces of A, and of B, each with the faces of the other surface that may be
-/// within the margin of it.
+/// Areas of surfaces near others, pair after pair, in memory that is reused.
 ///
 /// ```
-/// use overlap::near_areas;
+/// use overlap::NearAreas;
 /// use overlap::glam::DVec3;
 /// use proximity::{PairProximity, PairSide, SurfaceTree};
 ///
@@ -81,57 +58,105 @@ struct CloseFace {
 /// pair.compute(&a, &b, 0.25);
 ///
 /// let near_faces = pair.sides().map(PairSide::near_faces);
-/// let [area, _] = near_areas([&a, &b], 0.25, near_faces);
+/// let [area, _] = NearAreas::default().measure([&a, &b], 0.25, near_faces);
 /// assert!(area.lower <= 1.0 && area.upper >= 1.0 && area.upper - area.lower <= 0.06);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[must_use]
-pub fn near_areas(
-    bodies: [&SurfaceTree; 2],
-    margin: f64,
-    near_faces: [&NearFaces; 2],
-) -> [AreaBracket; 2] {
-    let ([a, b], [near_to_a, near_to_b]) = (bodies, near_faces);
-    [near_area(a, b, margin, near_to_a), near_area(b, a, margin, near_to_b)]
+#[derive(Debug, Default)]
+pub struct NearAreas {
+    cells: Cells,
+    /// Cells by the widths of their brackets.
+    widest: BinaryHeap<(TotalF64, Reverse<usize>)>,
+    memory: Memory,
 }
 
-/// Brackets the area of a surface within `margin` of another, on either side of it.
-fn near_area(
-    body: &SurfaceTree,
-    other: &SurfaceTree,
+/// Memory of a search.
+#[derive(Debug, Default)]
+struct Memory {
+    /// Boxes and centers of the faces of the other surface.
+    boxes: FaceBoxes,
+    /// Faces that may be within the margin of a triangle.
+    close: Vec<CloseFace>,
+    /// The part of a triangle that is certainly beyond the margin, and memory to clip it in.
+    beyond: Vec<DVec3>,
+    clipped: Vec<DVec3>,
+    /// Faces that may be within the margin of the triangle that is split.
+    near: Vec<u32>,
+}
+
+/// Bounds on the part of triangles within the margin of the other surface.
+struct Search<'a> {
+    other: &'a SurfaceTree,
     margin: f64,
-    near_faces: &NearFaces,
-) -> AreaBracket {
-    /// Width of the bracket that is narrow enough, relative to its upper end.
-    const RELATIVE_WIDTH: f64 = 0.05;
-    /// Cells to split at most, some milliseconds; the bracket reached by then is returned. Twice as
-    /// many quarter the width in general.
-    const MAX_SPLITS: u32 = 8000;
+    memory: &'a mut Memory,
+}
 
-    let mut search = Search::new(other, margin);
-    let mut cells = search.first_level(body, near_faces);
-    let mut total = cells.area();
-    let mut widest = BinaryHeap::new();
-    for (number, cell) in cells.list.iter().enumerate() {
-        widest.push((TotalF64(cell.area.width()), Reverse(number)));
+/// A face and its corners.
+#[derive(Clone, Copy, Debug)]
+struct CloseFace {
+    face: u32,
+    corners: [DVec3; 3],
+}
+
+impl NearAreas {
+    /// Brackets the area of A's surface within `margin` (`>= 0`) of B's, and of B's within it of A's,
+    /// to 5 % where a few thousand splits reach it.
+    ///
+    /// `near_faces` has the faces of A, and of B, each with the faces of the other surface that may
+    /// be within the margin of it.
+    pub fn measure(
+        &mut self,
+        bodies: [&SurfaceTree; 2],
+        margin: f64,
+        near_faces: [&NearFaces; 2],
+    ) -> [AreaBracket; 2] {
+        let ([a, b], [near_to_a, near_to_b]) = (bodies, near_faces);
+        [self.measure_one(a, b, margin, near_to_a), self.measure_one(b, a, margin, near_to_b)]
     }
 
-    // The cell whose bracket is widest is split: few cells have most of the width.
-    for _ in 0..MAX_SPLITS {
-        if total.width() <= RELATIVE_WIDTH * total.upper {
-            break;
-        }
-        let Some((_, Reverse(number))) = widest.pop() else { break };
-        total = total.without(cells.list[number].area);
-        for part in search.split(number, &mut cells) {
-            let area = cells.list[part].area;
-            total = total.with(area);
-            widest.push((TotalF64(area.width()), Reverse(part)));
-        }
-    }
+    /// Brackets the area of a surface within `margin` of another, on either side of it.
+    fn measure_one(
+        &mut self,
+        body: &SurfaceTree,
+        other: &SurfaceTree,
+        margin: f64,
+        near_faces: &NearFaces,
+    ) -> AreaBracket {
+        /// Width of the bracket that is narrow enough, relative to its upper end.
+        const RELATIVE_WIDTH: f64 = 0.05;
+        /// Cells to split at most, some milliseconds; the bracket reached by then is returned. Twice as
+        /// many quarter the width in general.
+        const MAX_SPLITS: u32 = 8000;
 
-    // The sum anew, without what rounding has left of the split cells.
-    cells.area()
+        let Self { cells, widest, memory } = self;
+        cells.list.clear();
+        cells.faces.clear();
+        widest.clear();
+        memory.boxes.reset(other);
+        let mut search = Search { other, margin, memory };
+        search.add_faces(body, near_faces, cells);
+        let mut total = cells.area();
+        for (number, cell) in cells.list.iter().enumerate() {
+            widest.push((TotalF64(cell.area.width()), Reverse(number)));
+        }
+
+        // The cell whose bracket is widest is split: few cells have most of the width.
+        for _ in 0..MAX_SPLITS {
+            if total.width() <= RELATIVE_WIDTH * total.upper {
+                break;
+            }
+            let Some((_, Reverse(number))) = widest.pop() else { break };
+            total = total.without(cells.list[number].area);
+            for part in search.split(number, cells) {
+                let area = cells.list[part].area;
+                total = total.with(area);
+                widest.push((TotalF64(area.width()), Reverse(part)));
+            }
+        }
+
+        // The sum anew, without what rounding has left of the split cells.
+        cells.area()
+    }
 }
 
 impl AreaBracket {
@@ -166,18 +191,10 @@ impl Cells {
     }
 }
 
-impl<'a> Search<'a> {
-    fn new(other: &'a SurfaceTree, margin: f64) -> Self {
-        let mut boxes = FaceBoxes::default();
-        boxes.reset(other);
-        let (close, beyond, clipped) = (Vec::new(), Vec::new(), Vec::new());
-        Self { other, margin, boxes, close, beyond, clipped }
-    }
-
-    /// Brackets every face of a body that has near faces.
-    fn first_level(&mut self, body: &SurfaceTree, near_faces: &NearFaces) -> Cells {
-        let mut cells = Cells::default();
-        let mut near = Vec::new();
+impl Search<'_> {
+    /// Adds a bracket for every face of a body that has near faces.
+    fn add_faces(&mut self, body: &SurfaceTree, near_faces: &NearFaces, cells: &mut Cells) {
+        let mut near = std::mem::take(&mut self.memory.near);
         for (face, faces) in near_faces.iter() {
             // Most faces are within the margin as a whole, by the nearest of these faces.
             let corners = body.corners(face);
@@ -190,9 +207,9 @@ impl<'a> Search<'a> {
             near.clear();
             near.extend_from_slice(faces);
             near.sort_unstable();
-            self.add_cell(corners, &near, &mut cells);
+            self.add_cell(corners, &near, cells);
         }
-        cells
+        self.memory.near = near;
     }
 
     /// Splits a cell in four; returns the places of the parts.
@@ -201,7 +218,9 @@ impl<'a> Search<'a> {
         let cell = &mut cells.list[number];
         cell.area = AreaBracket::default();
         let parts = quarters(cell.corners);
-        let near = cells.faces[cell.near.clone()].to_vec();
+        let mut near = std::mem::take(&mut self.memory.near);
+        near.clear();
+        near.extend_from_slice(&cells.faces[cell.near.clone()]);
 
         for corners in parts {
             if self.is_within_nearest(corners, &near) {
@@ -210,6 +229,7 @@ impl<'a> Search<'a> {
                 self.add_cell(corners, &near, cells);
             }
         }
+        self.memory.near = near;
         first..cells.list.len()
     }
 
@@ -222,7 +242,7 @@ impl<'a> Search<'a> {
         let (mut nearest, mut least) = (u32::MAX, f64::INFINITY);
         for &face in near {
             // Of equally near centers the first counts, in whatever order the faces are.
-            let distance = self.boxes.get(self.other, face).center.distance_squared(center);
+            let distance = self.memory.boxes.get(self.other, face).center.distance_squared(center);
             if distance < least || (distance <= least && face < nearest) {
                 (nearest, least) = (face, distance);
             }
@@ -256,9 +276,9 @@ impl<'a> Search<'a> {
 
         let first = kept.len();
         let mut lower: f64 = 0.0;
-        self.beyond.clear();
-        self.beyond.extend(corners);
-        for close in &self.close {
+        self.memory.beyond.clear();
+        self.memory.beyond.extend(corners);
+        for close in &self.memory.close {
             // No point of the face is behind the plane across the shortest way to it.
             let foot = closest_on_triangle(center, close.corners).point;
             let outward = (center - foot).normalize_or_zero();
@@ -268,8 +288,8 @@ impl<'a> Search<'a> {
                 continue;
             }
             kept.push(close.face);
-            clip(&self.beyond, height, &mut self.clipped);
-            std::mem::swap(&mut self.beyond, &mut self.clipped);
+            clip(&self.memory.beyond, height, &mut self.memory.clipped);
+            std::mem::swap(&mut self.memory.beyond, &mut self.memory.clipped);
 
             // What interpolates to less than the margin is nearer than that. The heights bound the
             // distances below: most faces cannot add to the area that is known.
@@ -283,7 +303,8 @@ impl<'a> Search<'a> {
             }
         }
         let is_near = kept.len() > first;
-        let upper = if is_near { (whole - polygon_area(&self.beyond)).max(lower) } else { 0.0 };
+        let upper =
+            if is_near { (whole - polygon_area(&self.memory.beyond)).max(lower) } else { 0.0 };
         AreaBracket { lower, upper }
     }
 
@@ -294,17 +315,17 @@ impl<'a> Search<'a> {
         const ROUNDING: f64 = 1e-9;
 
         let reach = (self.margin + radius) * (1.0 + ROUNDING);
-        self.close.clear();
+        self.memory.close.clear();
         let mut nearest = None;
         let mut least = f64::INFINITY;
         for &face in near {
-            let found = self.boxes.get(self.other, face);
+            let found = self.memory.boxes.get(self.other, face);
             if found.distance_squared(center) > reach * reach {
                 continue;
             }
             let distance = found.center.distance_squared(center);
             let close = CloseFace { face, corners: self.other.corners(face) };
-            self.close.push(close);
+            self.memory.close.push(close);
             if distance < least {
                 (least, nearest) = (distance, Some(close));
             }

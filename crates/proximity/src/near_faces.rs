@@ -31,32 +31,34 @@ impl NearFaces {
             rows.resize(face_count, 0);
         }
 
-        // Count the entries of each row two places behind it, and sum the counts.
-        starts.resize(2, 0);
+        // Count the entries of each face, and collect the faces that have some.
         let mut count = 0;
         for (face, _) in pairs.clone() {
-            let row = &mut rows[face as usize];
-            if *row == 0 {
+            let entries = &mut rows[face as usize];
+            if *entries == 0 {
                 faces.push(face);
-                starts.push(0);
-                *row = next_number(faces.len());
             }
-            starts[*row as usize + 1] += 1;
+            *entries += 1;
             count += 1;
         }
-        for row in 2..starts.len() {
-            starts[row] += starts[row - 1];
-        }
+        faces.sort_unstable();
 
-        // One place behind a row is its start, which moves on to its end as entries are added.
+        // The count of a face becomes its start, which moves on to its end as entries are added.
+        let mut start = 0;
+        for &face in &*faces {
+            starts.push(start);
+            start += std::mem::replace(&mut rows[face as usize], start);
+        }
+        starts.push(start);
         entries.resize(count, 0);
         for (face, entry) in pairs {
-            let next = &mut starts[rows[face as usize] as usize];
+            let next = &mut rows[face as usize];
             entries[*next as usize] = entry;
             *next += 1;
         }
-        starts.pop();
-        faces.sort_unstable();
+        for (row, &face) in (1..).zip(&*faces) {
+            rows[face as usize] = row;
+        }
     }
 
     /// Removes all pairs.
@@ -85,11 +87,6 @@ impl NearFaces {
             }
         }
     }
-}
-
-/// Converts a number of rows: a surface has fewer than 2³⁰ faces.
-fn next_number(count: usize) -> u32 {
-    u32::try_from(count).unwrap_or(u32::MAX)
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Static detection over a whole scene: every pair within a margin.
 
-use overlap::{Overlap, OverlapDetector, near_areas};
+use overlap::{NearAreas, Overlap, OverlapDetector};
 use proximity::{PairProximity, PairSide, Region, SurfaceTree, regions};
 use surface::Aabb;
 use surface::progress::Progress;
@@ -14,6 +14,7 @@ use crate::{BodyId, CheckParams, PairId, PairReport, Scene, SceneError};
 struct PairDetectors {
     proximity: PairProximity,
     overlap: OverlapDetector,
+    near_areas: NearAreas,
 }
 
 impl Scene {
@@ -51,7 +52,7 @@ impl Scene {
     ) -> Option<PairReport> {
         let bodies = self.trees(pair)?;
         let [a, b] = bodies;
-        let PairDetectors { proximity: found, overlap: detector } = detectors;
+        let PairDetectors { proximity: found, overlap: detector, near_areas } = detectors;
         // Vertices and crossing faces of the pair, exactly.
         found.compute(a, b, params.margin);
         let distance = found.distance(a, b, params.margin);
@@ -83,7 +84,7 @@ impl Scene {
         }
         if params.measures && !report.overlaps {
             let near_faces = found.sides().map(PairSide::near_faces);
-            report.near_areas = Some(near_areas(bodies, params.margin, near_faces));
+            report.near_areas = Some(near_areas.measure(bodies, params.margin, near_faces));
         }
         (is_near || report.overlaps).then_some(report)
     }

@@ -172,9 +172,13 @@ impl TriangleSurface {
         self.face_numbers().filter(|face| self.face_edges()[*face as usize].contains(&NO_EDGE))
     }
 
-    /// Finds the faces with the three corners of an earlier one, in whatever order.
-    pub(crate) fn duplicate_faces(&self) -> impl Iterator<Item = u32> {
-        self.face_numbers().filter(|face| self.is_duplicate(*face))
+    /// Finds the faces with the three corners of an earlier one, in whatever order, among those at
+    /// vertices with at most `max_faces` faces.
+    pub(crate) fn duplicate_faces(&self, max_faces: usize) -> impl Iterator<Item = u32> {
+        self.face_numbers().filter(move |&face| {
+            let corner = self.faces()[face as usize][0];
+            self.vertex_faces(corner).len() <= max_faces && self.is_duplicate(face)
+        })
     }
 
     fn is_duplicate(&self, face: u32) -> bool {

@@ -212,7 +212,12 @@ fn findings(surface: &TriangleSurface, x: Positions<'_>) -> Vec<Finding> {
     report.add(Defect::DuplicateVertex, duplicate_vertices(surface, x).map(Vertex));
     report.add(Defect::RepeatedCorner, surface.faces_with_repeats().map(Face));
     report.add(Defect::ZeroArea, faces_without_area(surface, x).map(Face));
-    report.add(Defect::DuplicateFace, surface.duplicate_faces().map(Face));
+    // Where edges and vertices are manifold, faces of the same corners are a surface by themselves.
+    let is_non_manifold = |finding: &Finding| {
+        matches!(finding.defect, Defect::NonManifoldEdge | Defect::NonManifoldVertex)
+    };
+    let max_faces = if report.findings.iter().any(is_non_manifold) { usize::MAX } else { 2 };
+    report.add(Defect::DuplicateFace, surface.duplicate_faces(max_faces).map(Face));
     report.findings
 }
 
@@ -245,27 +250,37 @@ fn center(surface: &TriangleSurface, x: Positions<'_>, element: Element) -> DVec
 
 /// Finds the vertices with the position of an earlier one.
 fn duplicate_vertices(surface: &TriangleSurface, x: Positions<'_>) -> impl Iterator<Item = u32> {
-    let mut keys: Vec<(u64, u32)> = Vec::with_capacity(surface.vertex_count());
+    // The high half of a key is mixed from the position, the low half is the vertex.
+    let mut keys: Vec<u64> = Vec::with_capacity(surface.vertex_count());
     for vertex in surface.vertices() {
-        keys.push((mixed_bits(position_bits(x, vertex)), vertex));
+        let mixed = mixed_bits(position_bits(x, vertex));
+        keys.push(mixed >> 32 << 32 | u64::from(vertex));
     }
     keys.sort_unstable();
 
-    // Few positions share a key: only these are compared themselves.
+    // Few positions share the half of a key: only these are compared themselves.
     let mut duplicates = Vec::new();
-    for group in keys.chunk_by_mut(|p, q| p.0 == q.0) {
-        if group.len() == 1 {
+    let mut group: Vec<u32> = Vec::new();
+    for keys in keys.chunk_by(|p, q| p >> 32 == q >> 32) {
+        if keys.len() == 1 {
             continue;
         }
-        group.sort_unstable_by_key(|&(_, vertex)| (position_bits(x, vertex), vertex));
+        group.clear();
+        group.extend(keys.iter().map(|&key| low_half(key)));
+        group.sort_unstable_by_key(|&vertex| (position_bits(x, vertex), vertex));
         for pair in group.windows(2) {
-            if position_bits(x, pair[0].1) == position_bits(x, pair[1].1) {
-                duplicates.push(pair[1].1);
+            if position_bits(x, pair[0]) == position_bits(x, pair[1]) {
+                duplicates.push(pair[1]);
             }
         }
     }
     duplicates.sort_unstable();
     duplicates.into_iter()
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "the low half is the number of the vertex")]
+fn low_half(key: u64) -> u32 {
+    key as u32
 }
 
 /// Returns the bits of a position, the same for −0 as for 0.

@@ -257,14 +257,31 @@ impl HalfEdge {
     }
 }
 
-/// Appends the sides of a face from a vertex to larger ones.
+/// Appends the sides of a face from one of its corners to larger ones.
 #[inline]
 fn push_upward(smaller: u32, face: u32, [a, b, c]: [u32; 3], half_edges: &mut Vec<HalfEdge>) {
-    for (k, from, to) in [(0, a, b), (1, b, c), (2, c, a)] {
-        let is_upward = from.min(to) == smaller && from != to;
-        if is_upward {
-            half_edges.push(HalfEdge::new(from.max(to), face, k));
+    if a == b || b == c || c == a {
+        for (k, from, to) in [(0, a, b), (1, b, c), (2, c, a)] {
+            if from.min(to) == smaller && from != to {
+                half_edges.push(HalfEdge::new(from.max(to), face, k));
+            }
         }
+        return;
+    }
+
+    // Two sides meet at a corner: the one that leaves it, and the one before.
+    let (leaving, to, arriving, from) = if a == smaller {
+        (0, b, 2, c)
+    } else if b == smaller {
+        (1, c, 0, a)
+    } else {
+        (2, a, 1, b)
+    };
+    if to > smaller {
+        half_edges.push(HalfEdge::new(to, face, leaving));
+    }
+    if from > smaller {
+        half_edges.push(HalfEdge::new(from, face, arriving));
     }
 }
 
