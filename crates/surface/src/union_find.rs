@@ -13,7 +13,6 @@
 /// sets.join(3, 1);
 /// sets.join(2, 3);
 /// assert_eq!([0, 1, 2, 3].map(|number| sets.find(number)), [0, 1, 1, 1]);
-/// assert!(sets.is_root(1) && !sets.is_root(2));
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct UnionFind {
@@ -66,16 +65,6 @@ impl UnionFind {
             number = self.parents[number as usize];
         }
         number
-    }
-
-    /// Returns true if the number is the smallest of its set.
-    ///
-    /// # Panics
-    ///
-    /// When the number is not below the count.
-    #[must_use]
-    pub fn is_root(&self, number: u32) -> bool {
-        self.parents[number as usize] == number
     }
 }
 
