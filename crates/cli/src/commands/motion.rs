@@ -222,10 +222,13 @@ impl Walk<'_> {
 
         for frame in 1..self.replay.frame_count() {
             // A sweep starts at the state of the scene, and leaves it there.
-            let numbers = 0..ids.len();
-            let paths: Vec<_> = numbers.map(|body| self.replay.path(body, frame - 1)).collect();
-            let moves: Vec<PathMove<'_>> =
-                ids.iter().zip(&paths).map(|(&body, path)| PathMove { body, path }).collect();
+            let (mut paths, mut moves) = (Vec::new(), Vec::new());
+            for body in 0..ids.len() {
+                paths.push(self.replay.path(body, frame - 1));
+            }
+            for (&body, path) in ids.iter().zip(&paths) {
+                moves.push(PathMove { body, path });
+            }
             let sweep = self.scene.sweep_paths(&moves, &ccd::CcdParams::EXACT, Progress::none())?;
             self.stopwatch.lap("sweep");
 

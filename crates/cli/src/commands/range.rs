@@ -105,8 +105,10 @@ pub(super) fn run(arguments: &RangeArguments) -> Result<Finished, Failure> {
     // What overlaps at the start has no first contact.
     let params = CheckParams { measures: false, ..CheckParams::new(0.0) };
     let reports = loaded.scene.check(&params, Progress::none())?;
-    let overlapping: BTreeSet<PairId> =
-        reports.iter().filter(|report| report.overlaps).map(|report| report.pair).collect();
+    let mut overlapping = BTreeSet::new();
+    for report in reports.iter().filter(|report| report.overlaps) {
+        overlapping.insert(report.pair);
+    }
     stopwatch.lap("check");
 
     let path = RigidPath::turn(arguments.center.0, axis, arguments.to.to_radians());
@@ -115,11 +117,10 @@ pub(super) fn run(arguments: &RangeArguments) -> Result<Finished, Failure> {
     for &body in &turning {
         turns.push(Turn { rest: loaded.scene.body(ids[body]).positions().to_vec(), path });
     }
-    let moves: Vec<PathMove<'_>> = turning
-        .iter()
-        .zip(&turns)
-        .map(|(&body, path)| PathMove { body: ids[body], path })
-        .collect();
+    let mut moves = Vec::new();
+    for (&body, path) in turning.iter().zip(&turns) {
+        moves.push(PathMove { body: ids[body], path });
+    }
     let swept = Phase::run("turning", |progress| {
         loaded.scene.first_contacts(&moves, &ccd::CcdParams::EXACT, progress)
     })?;
@@ -128,7 +129,7 @@ pub(super) fn run(arguments: &RangeArguments) -> Result<Finished, Failure> {
     let document = RangeDocument {
         unit: loaded.description.unit,
         to: arguments.to,
-        overlapping: names(&loaded.scene, overlapping.iter()),
+        overlapping: names(&loaded.scene, &overlapping),
         contacts: contacts(&loaded.scene, &swept, &overlapping, &moves, arguments.to),
     };
     outputs.stage_json(arguments.json.as_deref(), &document)?;
@@ -151,8 +152,12 @@ impl RangeArguments {
 }
 
 /// Returns the names of pairs.
-fn names<'a>(scene: &Scene, pairs: impl Iterator<Item = &'a PairId>) -> Vec<[String; 2]> {
-    pairs.map(|&pair| scene.names(pair).map(str::to_owned)).collect()
+fn names(scene: &Scene, pairs: &BTreeSet<PairId>) -> Vec<[String; 2]> {
+    let mut names = Vec::new();
+    for &pair in pairs {
+        names.push(scene.names(pair).map(str::to_owned));
+    }
+    names
 }
 
 /// Returns the first contacts of pairs that do not overlap at the start, by angle.
