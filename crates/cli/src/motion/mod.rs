@@ -300,7 +300,12 @@ fn centers(followers: &[Follower]) -> BTreeMap<String, DVec3> {
             *bounds = bounds.union(own);
         }
     }
-    boxes.into_iter().map(|(name, bounds)| (name, bounds.center())).collect()
+
+    let mut centers = BTreeMap::new();
+    for (name, bounds) in boxes {
+        centers.insert(name, bounds.center());
+    }
+    centers
 }
 
 /// Checks that there are frames, all with the same maps.

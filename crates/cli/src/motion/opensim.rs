@@ -108,9 +108,13 @@ impl Header {
                         _ => return Err(problem()),
                     });
                 }
-                "nrows" | "datarows" => header.rows = Some(value.parse().map_err(|_| problem())?),
+                "nrows" | "datarows" => {
+                    let Ok(rows) = value.parse() else { return Err(problem()) };
+                    header.rows = Some(rows);
+                }
                 "ncolumns" | "datacolumns" => {
-                    header.columns = Some(value.parse().map_err(|_| problem())?);
+                    let Ok(columns) = value.parse() else { return Err(problem()) };
+                    header.columns = Some(columns);
                 }
                 _ => {}
             }
@@ -141,9 +145,11 @@ fn body_columns<'a>(labels: &[&'a str]) -> Result<Vec<BodyColumns<'a>>, TablePro
         }
         let mut complete = [0; 6];
         for (suffix, column) in columns.into_iter().enumerate() {
-            let missing = || mesh_io::escaped(&format!("{name}{}", SUFFIXES[suffix]));
-            complete[suffix] =
-                column.ok_or_else(|| TableProblem::MissingColumn { name: missing() })?;
+            let Some(column) = column else {
+                let name = mesh_io::escaped(&format!("{name}{}", SUFFIXES[suffix]));
+                return Err(TableProblem::MissingColumn { name });
+            };
+            complete[suffix] = column;
         }
         bodies.push(BodyColumns { name, columns: complete });
     }

@@ -24,8 +24,11 @@ pub(super) struct ShownSurface {
 
 /// Returns the surfaces of all bodies at rest, with vertices of the bodies themselves.
 pub(super) fn shown_surfaces(scene: &Scene) -> Vec<ShownSurface> {
-    let faces = scene.bodies().iter().map(|body| body.surface().faces().len());
-    let is_fine = faces.sum::<usize>() > MAX_FACES;
+    let mut faces = 0;
+    for body in scene.bodies() {
+        faces += body.surface().faces().len();
+    }
+    let is_fine = faces > MAX_FACES;
     scene.bodies().par_iter().map(|body| shown_surface(body, is_fine)).collect()
 }
 
