@@ -12,6 +12,8 @@ pub mod bodies;
 pub mod ccd;
 #[cfg(feature = "charts")]
 pub mod chart;
+#[cfg(feature = "charts")]
+pub mod gait;
 pub mod measure;
 pub mod medial_contact;
 pub mod medial_report;
@@ -21,6 +23,8 @@ pub mod regret;
 pub mod sheets;
 #[cfg(feature = "charts")]
 pub mod soak;
+#[cfg(feature = "charts")]
+pub mod stability;
 pub mod trees;
 pub mod volumes;
 

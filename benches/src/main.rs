@@ -17,6 +17,7 @@ usage: benches TASK
   medial FILE                  document on the accuracy of medial surfaces
   chart FOLDER [PICTURE…]      charts with their numbers (feature `charts`)
   regret [SCENE…]              times of chosen plans over those of forced ones (feature `charts`)
+  stability [SCENE…]           table of detectors and responses over planted scenes (feature `charts`)
   soak [FRAMES]                many frames of a small scene, and memory left behind (feature `charts`)";
 
 /// Share of the budgets of `ratios --quick`.
@@ -59,6 +60,8 @@ fn run(arguments: &[String]) -> Result<Vec<String>, Box<dyn Error>> {
         }
         #[cfg(feature = "charts")]
         ("regret", names) => print!("{}", benches::regret::table(names)?),
+        #[cfg(feature = "charts")]
+        ("stability", names) => print!("{}", benches::stability::table(names)?),
         #[cfg(feature = "charts")]
         ("soak", [] | [_]) => {
             let frames = rest.first().map_or(Ok(10_000), |frames| frames.parse())?;

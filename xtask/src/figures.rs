@@ -26,6 +26,9 @@ const TIME_UNITS: [&str; 4] = ["ns", "us", "ms", "s"];
 /// Arguments of cargo that build `benches` without its charts, which figures do not need.
 const WITHOUT_CHARTS: &[&str] = &["--release", "--locked", "-p=benches", "--no-default-features"];
 
+/// The same with all.
+const WITH_CHARTS: &[&str] = &["--release", "--locked", "-p=benches"];
+
 /// One figure, as `benches` prints it.
 #[derive(Clone, Debug, PartialEq)]
 struct Figure {
@@ -44,12 +47,15 @@ struct Figure {
 
 /// Prints the figures of the named crates, or of all; fails where one exceeds its bound.
 pub(crate) fn ratios(root: &Path, names: &[&str]) -> TaskResult {
-    report(&run_benches(root, WITHOUT_CHARTS, &[&["ratios"], names].concat())?)
+    // Those of the facade need the features that charts do.
+    let needs_charts = names.is_empty() || names.contains(&"stability");
+    let package = if needs_charts { WITH_CHARTS } else { WITHOUT_CHARTS };
+    report(&run_benches(root, package, &[&["ratios"], names].concat())?)
 }
 
 /// Prints the figures of the endurance test; fails where memory is left behind.
 pub(crate) fn soak(root: &Path) -> TaskResult {
-    report(&run_benches(root, &["--release", "--locked", "-p=benches"], &["soak"])?)
+    report(&run_benches(root, WITH_CHARTS, &["soak"])?)
 }
 
 fn report(figures: &[Figure]) -> TaskResult {

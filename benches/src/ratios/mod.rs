@@ -7,6 +7,8 @@ mod kdop_peers;
 mod medial;
 mod overlap;
 mod response;
+#[cfg(feature = "charts")]
+mod stability;
 
 use std::error::Error;
 
@@ -15,14 +17,16 @@ use crate::selected;
 
 type Run = fn(&mut Report) -> Result<(), Box<dyn Error>>;
 
-/// Crates with figures.
-pub const GROUPS: [(&str, Run); 6] = [
+/// Crates with figures, and the stability of detection with response (feature `charts`).
+pub const GROUPS: &[(&str, Run)] = &[
     ("ccd", ccd::run),
     ("distance-field", distance_field::run),
     ("kdop", kdop::run),
     ("medial", medial::run),
     ("overlap", overlap::run),
     ("response", response::run),
+    #[cfg(feature = "charts")]
+    ("stability", stability::run),
 ];
 
 /// Reports the figures of the named crates, or of all without a name.
@@ -31,7 +35,7 @@ pub const GROUPS: [(&str, Run); 6] = [
 ///
 /// When no figures belong to a name, or a scene cannot be set up.
 pub fn run(names: &[String], report: &mut Report) -> Result<(), Box<dyn Error>> {
-    for (group, run) in selected(&GROUPS, names)? {
+    for (group, run) in selected(GROUPS, names)? {
         report.begin(group);
         run(report)?;
     }

@@ -5,8 +5,8 @@
 //! ```
 //!
 //! The simulator knows two muscles as masses on springs. What it had to do for
-//! collision: add its surfaces to a [`Scene`] once, make a [`Plan`] once, and in each step hand
-//! over its states between velocities and positions.
+//! collision: add its surfaces to a [`Scene`] once, and in each step hand over its states between
+//! velocities and positions.
 #![expect(clippy::print_stdout, reason = "a program that prints a table")]
 
 use std::error::Error;
@@ -15,12 +15,13 @@ use std::ops::Range;
 use fixtures::thigh::thigh;
 use musculo_collide::distance_field::Pose;
 use musculo_collide::glam::{DQuat, DVec3};
+use musculo_collide::scene::{DetectorParams, StepDetectors};
 use musculo_collide::{
-    BodyKind, CheckParams, Detection, Friction, Margins, Material, ParticleLoads, Plan, PlanError,
-    PlanParams, Progress, RigidMotion, Scene, SceneStates, SceneStep, StepLength, StepParams,
+    BodyKind, CheckParams, Friction, Margins, Material, ParticleLoads, Progress, RigidMotion,
+    Scene, SceneStates, SceneStep, StepLength, StepParams,
 };
 
-/// How wrong the depth of a contact may be, and the gap up to which contacts are detected \[mm\].
+/// Depth of an overlap that may go undetected, and the gap up to which contacts are detected \[mm\].
 const TOLERANCE: f64 = 0.2;
 const MARGIN: f64 = 0.5;
 
@@ -84,16 +85,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut x = scene.particle_positions();
     let (mut v, inverse_mass) = (vec![DVec3::ZERO; x.len()], vec![1.0; x.len()]);
 
-    // Once: how each pair is detected, and what its contacts are made of.
-    let params =
-        PlanParams { margin: MARGIN, frames: STEPS, ..PlanParams::with_tolerance(TOLERANCE) };
-    let mut plan = Plan::new(&mut scene, &params, Progress::none())?;
-    println!("{plan}");
+    // Once: what contacts are made of, and how they are detected.
     let friction = Friction::coulomb(0.1)?;
     let material = Material { friction, ..Material::hard(Margins::new(0.0, MARGIN)?) };
     let mut collision = SceneStep::new(material);
-    collision.set_followers(plan.followers(&scene)?);
-    let mut detection = Detection::default();
+    let mut detectors =
+        StepDetectors::new(DetectorParams { margin: MARGIN, tolerance: TOLERANCE })?;
     let params = StepParams::new(StepLength::new(STEP)?);
 
     println!("step  contacts  deepest before  exact after [mm]  work of the bone [g mm²/s²]");
@@ -110,11 +107,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let loads = ParticleLoads::None;
         let states = SceneStates { x: &mut x, v: &mut v, loads, inverse_mass: &inverse_mass };
         let report = collision.correct(&mut scene, states, &params, |scene, contacts| {
-            plan.detect(scene, &mut detection)?;
-            for pair in detection.pairs() {
-                contacts.add(pair.pair, &detection.contacts()[pair.contacts.clone()]);
-            }
-            Ok::<(), PlanError>(())
+            detectors.detect(scene, contacts)
         })?;
 
         if step % 10 == 0 {

@@ -1,4 +1,5 @@
-//! Stability of contact responses under each integrator, over stiffness and step.
+//! Stability of contact responses: under each integrator, over stiffness and step; and with each
+//! detector, over planted scenes.
 //!
 //! A column per integrator, a row per response. The maps are computed by steps with the crate
 //! `response` itself. The lines on top of them are closed forms ([`limits`]), so that a line off a
@@ -10,6 +11,7 @@ mod draw;
 pub mod limits;
 pub mod map;
 pub mod reaction;
+mod scene_map;
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -186,14 +188,16 @@ const fn hard(row: HardRow, gain: f64) -> Holding {
     Holding::Hard { row, gain }
 }
 
-/// A value of a map: a row of the table.
+/// Border of a map at one height: a row of the table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-struct CellRow {
+struct BorderRow {
     response: &'static str,
     integrator: &'static str,
-    x: f64,
     y: f64,
-    value: f64,
+    /// Value at which the cells stop to be stable, from the left; none where all are.
+    stable_up_to: Option<f64>,
+    /// Largest value of all cells.
+    worst: f64,
 }
 
 /// Maps of a response, one per integrator.
@@ -207,7 +211,9 @@ type Maps = Vec<CellMap>;
 pub fn run(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
     let all = compute()?;
     let sheet = Sheet::new("stability", settings(), &rows(&all))?;
-    Ok(sheet.write(folder, Some(draw::draw(&all, &sheet.settings)?))?)
+    let mut written = sheet.write(folder, Some(draw::draw(&all, &sheet.settings)?))?;
+    written.extend(scene_map::run(folder)?);
+    Ok(written)
 }
 
 /// Computes the maps of all responses.
@@ -221,14 +227,23 @@ fn compute() -> Result<[Maps; RESPONSES.len()], ResponseError> {
     Ok(all)
 }
 
-/// Returns the rows of the table, map by map.
-fn rows(all: &[Maps]) -> Vec<CellRow> {
+/// Returns the rows of the table, map by map: where each border is. The cells are in the picture.
+fn rows(all: &[Maps]) -> Vec<BorderRow> {
     let mut rows = Vec::new();
     for (Response { name, .. }, maps) in RESPONSES.iter().zip(all) {
         for map in maps {
-            let integrator = map.scheme.name();
-            for [x, y, value] in map.cells() {
-                rows.push(CellRow { response: name, integrator, x, y, value });
+            let [horizontal, vertical] = map.axes;
+            for j in 0..vertical.cells {
+                let row = (0..horizontal.cells).map(|i| map.value(i, j));
+                let border =
+                    row.clone().zip(0..).find(|(value, _)| *value > 1.0 + limits::ROUNDING);
+                rows.push(BorderRow {
+                    response: name,
+                    integrator: map.scheme.name(),
+                    y: vertical.center(j),
+                    stable_up_to: border.map(|(_, i)| horizontal.value(horizontal.edge(i))),
+                    worst: row.fold(0.0, f64::max),
+                });
             }
         }
     }

@@ -1,0 +1,235 @@
+//! Detection and response over time: rest, slopes, thin plates, mass ratios, permanent contacts,
+//! and the gait of a thigh.
+
+use std::error::Error;
+
+use ::response::{
+    Constraint, ContactLaw, ContactRows, ContactSystem, Margins, SolveLevel, SolverMethod,
+    SolverParams, SweepOrder,
+};
+use fixtures::shapes::icosphere;
+use glam::{DQuat, DVec3};
+use musculo_collide::scene::StepDetectors;
+use musculo_collide::{
+    Material, ParticleLoads, RigidMotion, SceneStates, SceneStep, StepLength, StepParams,
+};
+use surface::Pose;
+
+use crate::gait;
+use crate::measure::{Report, as_f64, nanoseconds};
+use crate::sheets::Sheets;
+use crate::stability::scenes::World;
+use crate::stability::simulation::Simulation;
+use crate::stability::{Detector, Figures, Planted, Response, Setting, simulation};
+
+/// Steps at rest.
+const REST_STEPS: u32 = 10_000;
+
+/// Vertices along a side of the sheets: about 1,000 contacts.
+const SIDE: u32 = 32;
+
+/// Steps whose detection is timed.
+const CARRIED_STEPS: u32 = 200;
+
+/// Largest mass over the smallest.
+const MASS_RATIO: f64 = 1e4;
+
+/// Responses that have to rest and to stick.
+const RESTING: [Response; 3] = [Response::Sequence, Response::Velocity, Response::SoftImplicit];
+
+type Outcome = Result<(), Box<dyn Error>>;
+
+/// Reports what every combination that is promised to hold keeps.
+pub(super) fn run(report: &mut Report) -> Outcome {
+    mass_ratio(report)?;
+    thin_plate(report)?;
+    slopes(report)?;
+    permanent(report)?;
+    gait::run(report)?;
+    rest(report)
+}
+
+/// A ball of 642 vertices let down on a bone.
+fn rest(report: &mut Report) -> Outcome {
+    let steps = report.rounds(REST_STEPS);
+    for detector in Detector::ALL {
+        let mut world = World::at_rest(icosphere(10.0, 3))?;
+        let mut detectors = detector.prepare(&world)?;
+        for response in RESTING {
+            detector.restart(&mut detectors, &world)?;
+            let simulation = Simulation::new(&mut world, &mut detectors, response, Setting::BASE)?;
+            let figures = simulation.run(steps, &mut |_| ())?;
+            let name = format!("rest {}, {}", detector.name(), response.name());
+            report.cost(format!("{name}: move per step"), 1e3 * figures.jitter, "µm", 5.0);
+            report.cost(format!("{name}: exact overlap"), figures.overlap, "mm", 0.2);
+            let gain = figures.energy.unwrap_or(f64::NAN);
+            report.cost(format!("{name}: energy gained / fall"), gain, "", 1e-6);
+        }
+    }
+    Ok(())
+}
+
+/// A slab on a slope of 20° that sticks, and one that slides.
+fn slopes(report: &mut Report) -> Outcome {
+    for detector in Detector::ALL {
+        for response in [Response::Sequence, Response::Velocity, Response::Acceleration] {
+            let name = format!("slope {}, {}", detector.name(), response.name());
+            let held = figures(Planted::SlopeHeld, detector, response)?;
+            report.cost(format!("{name}: creep at µ 0.5"), held.creep, "mm/s", 1e-4);
+            let sliding = figures(Planted::SlopeSliding, detector, response)?;
+            let error = (sliding.slide - 1.0).abs();
+            report.cost(format!("{name}: error of the slide"), error, "", 0.02);
+        }
+    }
+    Ok(())
+}
+
+/// Vertices that leave a bone of 1 mm by the far side.
+fn thin_plate(report: &mut Report) -> Outcome {
+    for detector in Detector::ALL {
+        for approach in [0.3, 0.8, 1.0] {
+            let mut world = Planted::ThinPlate.build()?;
+            world.approach = DVec3::Z * -approach;
+            let mut detectors = detector.prepare(&world)?;
+            let found =
+                simulation::run(&mut world, &mut detectors, Response::Sequence, Setting::BASE)?;
+            let name = format!("thin plate {}, {approach} mm per step: far side", detector.name());
+            report.cost(name, as_f64(found.far_side), "vertices", 0.0);
+        }
+    }
+    Ok(())
+}
+
+fn figures(
+    planted: Planted,
+    detector: Detector,
+    response: Response,
+) -> Result<Figures, Box<dyn Error>> {
+    let mut world = planted.build()?;
+    let mut detectors = detector.prepare(&world)?;
+    Ok(simulation::run(&mut world, &mut detectors, response, Setting::BASE)?)
+}
+
+/// A thousand two-sided contacts that share particles of very different masses.
+fn mass_ratio(report: &mut Report) -> Outcome {
+    let sheets = Sheets::new(SIDE)?;
+    let mut inverse_mass = sheets.inverse_mass.clone();
+    for w in inverse_mass.iter_mut().step_by(3) {
+        *w = MASS_RATIO.recip();
+    }
+    let law = ContactLaw::new(Margins::new(0.0, 1.0)?, 0.0)?;
+    let mut rows = ContactRows::new(sheets.x.len());
+    for contact in &sheets.contacts {
+        rows.push_constraint(contact, law, Constraint::TwoSided(0.0))?;
+    }
+    let system = ContactSystem::new(&rows, &inverse_mass, SweepOrder::Colored)?;
+
+    // Cold, then warm for velocities that differ by 1 %.
+    let solve = |method, v: &mut [DVec3], impulses: &mut [_]| {
+        let params = SolverParams { method, max_iterations: 100_000, tolerance: 1e-9 };
+        system.solve(SolveLevel::Velocity, v, impulses, &params)
+    };
+    let methods = [
+        (SolverMethod::ConjugateGradient, "conjugate gradient", [1000.0, 100.0]),
+        (SolverMethod::GaussSeidel, "Gauss–Seidel", [f64::INFINITY; 2]),
+        (SolverMethod::AveragedJacobi, "Jacobi", [f64::INFINITY; 2]),
+    ];
+    for (method, name, allowed) in methods {
+        let (mut v, mut impulses) = (sheets.v.clone(), system.no_impulses());
+        let cold = solve(method, &mut v, &mut impulses)?;
+        let momentum = momentum_error(&sheets.v, &v, &inverse_mass);
+        let mut next: Vec<DVec3> = sheets.v.iter().map(|v| 1.01 * *v).collect();
+        let warm = solve(method, &mut next, &mut impulses)?;
+        for (when, solved, allowed) in [("cold", cold, allowed[0]), ("warm", warm, allowed[1])] {
+            let name = format!("mass ratio 1e4, {name}, {when}");
+            report.cost(format!("{name}: iterations"), f64::from(solved.iterations), "", allowed);
+            let bound = if allowed.is_finite() { 1e-9 } else { f64::INFINITY };
+            report.cost(format!("{name}: residual"), solved.conditions.max(), "", bound);
+        }
+        report.cost(format!("mass ratio 1e4, {name}: momentum"), momentum, "", 1e-12);
+    }
+    Ok(())
+}
+
+/// Returns the change of all momentum over the sum of its changes.
+fn momentum_error(before: &[DVec3], after: &[DVec3], inverse_mass: &[f64]) -> f64 {
+    let (mut sum, mut size) = (DVec3::ZERO, 0.0);
+    for ((before, after), w) in before.iter().zip(after).zip(inverse_mass) {
+        let change = (*after - *before) / *w;
+        sum += change;
+        size += change.length();
+    }
+    sum.length() / size
+}
+
+/// Detection of a ball that rests on a bone, both of which move by 1 mm per step: contacts that are
+/// kept, beside contacts found anew.
+fn permanent(report: &mut Report) -> Outcome {
+    let mut times = [0.0; 2];
+    for (time, detector) in times.iter_mut().zip([Detector::Permanent, Detector::Exact]) {
+        let mut carried = Carried::new(detector)?;
+        carried.advance(10)?;
+        let mut failed = None;
+        *time = nanoseconds(|| {
+            failed = carried.advance(CARRIED_STEPS).err();
+            carried.contacts
+        });
+        if let Some(error) = failed {
+            return Err(error);
+        }
+    }
+    report.times("contacts kept / found anew, 1 mm per step", times, 0.2);
+    Ok(())
+}
+
+/// A ball and its bone in the same motion.
+struct Carried {
+    world: World,
+    detectors: StepDetectors,
+    step: SceneStep,
+    x: Vec<DVec3>,
+    contacts: usize,
+}
+
+impl Carried {
+    fn new(detector: Detector) -> Result<Self, Box<dyn Error>> {
+        let world = World::at_rest(icosphere(10.0, 4))?;
+        let detectors = detector.prepare(&world)?;
+        let step = SceneStep::new(Material::hard(Margins::new(0.0, 0.5)?));
+        let mut x = world.start.clone();
+        for x in &mut x[world.tissues[0].particles.clone()] {
+            x.z -= 0.5;
+        }
+        Ok(Self { world, detectors, step, x, contacts: 0 })
+    }
+
+    /// Detects contacts in some steps; nothing is corrected.
+    fn advance(&mut self, steps: u32) -> Outcome {
+        let (mut v, w) = (vec![DVec3::ZERO; self.x.len()], vec![1.0; self.x.len()]);
+        let params = StepParams {
+            depth_tolerance: None,
+            approach_tolerance: None,
+            ..StepParams::new(StepLength::new(1e-3)?)
+        };
+        for _ in 0..steps {
+            let way = DVec3::X;
+            let bone = self.world.bones[0].id;
+            let from = self.world.scene.body(bone).pose().map_or(DVec3::ZERO, |p| p.translation());
+            let pose = Pose::new(DQuat::IDENTITY, from + way);
+            let motion = RigidMotion { velocity: 1e3 * way, ..RigidMotion::default() };
+            self.step.move_bone(&mut self.world.scene, bone, &pose, motion)?;
+            for x in &mut self.x {
+                *x += way;
+            }
+            let detectors = &mut self.detectors;
+            let (x, loads) = (&mut self.x, ParticleLoads::None);
+            let states = SceneStates { x, v: &mut v, loads, inverse_mass: &w };
+            let report =
+                self.step.correct(&mut self.world.scene, states, &params, |scene, contacts| {
+                    detectors.detect(scene, contacts)
+                })?;
+            self.contacts += report.contacts;
+        }
+        Ok(())
+    }
+}
