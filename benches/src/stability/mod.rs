@@ -6,6 +6,7 @@
 //! same bytes from run to run.
 
 pub mod detector;
+pub mod drive;
 pub mod responder;
 pub mod scenes;
 pub mod simulation;

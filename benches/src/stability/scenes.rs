@@ -4,10 +4,11 @@
 use fixtures::Mesh;
 use fixtures::shapes::{capsule, ellipsoid, icosphere, plate};
 use glam::{DQuat, DVec3};
-use musculo_collide::{BodyId, BodyKind, RigidMotion, Scene, SceneError};
+use musculo_collide::{BodyId, BodyKind, Scene, SceneError};
 use surface::Pose;
 
 use super::Setting;
+use super::drive::{Drive, smooth};
 use super::tissue::{Hold, Tissue};
 
 /// Gravity \[mm/s²\].
@@ -54,7 +55,7 @@ pub enum Planted {
     EdgeOnEdge,
 }
 
-/// What has to come of a scene, beside what has to hold in all.
+/// Outcome that a scene must have, beside what has to hold in all.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Expected {
     /// All come to rest.
@@ -72,17 +73,6 @@ pub enum Expected {
     Rebound,
     /// All come to rest where they were at first.
     Return,
-}
-
-/// Translation of a bone over time.
-#[derive(Clone, Copy, Debug)]
-pub enum Drive {
-    /// It stays.
-    Still,
-    /// It moves by a way in a time, and stays there.
-    To(DVec3, f64),
-    /// It moves by a way and back in a time.
-    ToAndBack(DVec3, f64),
 }
 
 /// Bone of a scene.
@@ -130,9 +120,9 @@ pub struct World {
     pub drop: f64,
     /// Way per step at the start.
     pub approach: DVec3,
-    /// Where no vertex may be.
+    /// Half-spaces that no vertex may be in.
     pub far_sides: Vec<FarSide>,
-    /// What has to come of it.
+    /// Outcome that it must have.
     pub expected: Expected,
     /// Positions at the start.
     pub start: Vec<DVec3>,
@@ -442,31 +432,6 @@ impl World {
     }
 }
 
-impl Drive {
-    /// Returns the way from the start.
-    #[must_use]
-    pub fn way(self, time: f64) -> DVec3 {
-        match self {
-            Self::Still => DVec3::ZERO,
-            Self::To(way, end) => way * smooth(time / end),
-            Self::ToAndBack(way, end) => way * smooth(2.0 * (0.5 - (time / end - 0.5).abs())),
-        }
-    }
-
-    /// Returns the motion of a step: the velocity that leads to its end.
-    #[must_use]
-    pub fn motion(self, time: f64, step: f64) -> RigidMotion {
-        let velocity = (self.way(time + step) - self.way(time)) / step;
-        RigidMotion { velocity, ..RigidMotion::default() }
-    }
-}
-
-/// Rises from 0 at 0 to 1 at 1 with rest at both.
-fn smooth(t: f64) -> f64 {
-    let t = t.clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
-}
-
 /// A plate whose top is at height 0.
 fn floor(thickness: f64) -> Mesh {
     plate(DVec3::new(70.0, 60.0, thickness), [35, 30]).translated(DVec3::Z * (-0.5 * thickness))
@@ -529,17 +494,6 @@ mod tests {
             let found = world.scene.check(&params, musculo_collide::Progress::none()).unwrap();
             assert!(found.iter().all(|pair| !pair.overlaps), "{planted:?}");
             assert_eq!(world.far_count(&world.start), 0, "{planted:?}");
-        }
-    }
-
-    #[test]
-    fn bones_move_as_fast_as_they_get_on() {
-        for drive in [Drive::To(DVec3::X, 0.4), Drive::ToAndBack(DVec3::X, 0.4), Drive::Still] {
-            let mut way = drive.way(0.0);
-            for step in 0..500_u32 {
-                way += 1e-3 * drive.motion(1e-3 * f64::from(step), 1e-3).velocity;
-            }
-            assert!((way - drive.way(0.5)).length() < 1e-12, "{drive:?}");
         }
     }
 }

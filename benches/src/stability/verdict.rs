@@ -1,4 +1,4 @@
-//! Whether a run holds, and the first thing that fails.
+//! Verdicts on runs: held, or the first thing that failed.
 
 use super::detector::TOLERANCE;
 use super::scenes::Expected;
@@ -19,7 +19,7 @@ pub(super) const MAX_SLIDE_ERROR: f64 = 0.02;
 /// Distance from its place that a muscle may keep after a bone has left it \[mm\].
 pub(super) const MAX_AWAY: f64 = 0.01;
 
-/// Whether a run holds, and the first thing that fails.
+/// Verdict on a run: held, or the first thing that failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Verdict {
     /// All limits are kept.

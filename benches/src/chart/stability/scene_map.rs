@@ -1,4 +1,4 @@
-//! Where each detector holds with each response, scene by scene: a map with the scenes beside it.
+//! Map of the detectors and responses that hold together, scene by scene, with the scenes beside it.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,8 @@ use serde::Serialize;
 
 use crate::chart::curves::{Area, CAPTION_LINE, Drawn, caption, draw_caption, picture};
 use crate::chart::sheet::{Settings, Sheet};
-use crate::stability::scenes::{Drive, World};
+use crate::stability::drive::Drive;
+use crate::stability::scenes::World;
 use crate::stability::{Detector, Figures, Planted, Response, Run, Setting, Verdict, run_all};
 
 const WIDTH: u32 = 1640;
