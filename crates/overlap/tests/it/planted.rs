@@ -186,6 +186,30 @@ fn a_box_flush_with_another_inside_it() {
     check("flush inside", &cube, &inner, known);
 }
 
+/// Each region has an origin of its own: far from that of another it would lose six digits.
+#[test]
+fn regions_far_from_each_other_keep_their_digits() {
+    let far = 1e6 + 0.1;
+    let boxes = |from: f64| {
+        let place = |x: f64| corners([x, x + 1.0], [from, from + 1.0], [from, from + 1.0]);
+        place(from).joined(&place(far + from))
+    };
+    let (a, b) = (boxes(0.0), boxes(0.7));
+    let (overlap, _) = measure(&a, &b);
+    assert_eq!(overlap.regions.len(), 2, "{:?}", overlap.regions);
+
+    // The sides of what each pair of boxes shares are differences of neighboring numbers.
+    for region in &overlap.regions {
+        let is_far = region.centroid.is_some_and(|center| center.x > 0.5 * far);
+        let of_box = if is_far { 8..16 } else { 0..8 };
+        let upper = a.positions[of_box.clone()].iter().copied().reduce(DVec3::max).unwrap();
+        let lower = b.positions[of_box].iter().copied().reduce(DVec3::min).unwrap();
+        let exact = (upper - lower).element_product();
+        let error = (region.volume.unwrap() / exact - 1.0).abs();
+        assert!(error < 1e-14, "{error:e} in {region:?}");
+    }
+}
+
 #[test]
 fn a_bar_through_a_slab_and_through_both_legs_of_a_ring() {
     let slab = corners([-3.0, 3.0], [-3.0, 3.0], [-0.5, 0.5]);
