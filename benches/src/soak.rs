@@ -166,5 +166,6 @@ mod tests {
         println!("measured: memory grown in 500 frames [bytes] | {grown} | 4096");
         assert!(grown <= 4096, "{endurance:?}");
         assert!(endurance.contacts > 500, "{endurance:?}");
+        assert_eq!(endurance.allocating_detections, 0, "{endurance:?}");
     }
 }
