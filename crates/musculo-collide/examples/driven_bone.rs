@@ -119,16 +119,17 @@ fn draw(moments: &[Moment]) {
 <text x="640" y="370" fill="#333333">{:.1} s</text>"##,
         H * f64::from(STEPS)
     );
-    let curves: [(&str, &str, fn(&Moment) -> f64); 3] = [
-        ("work of the bone", "#333333", |at| at.work),
-        ("motion and tension of the muscle", "#1f5f8b", |at| at.kinetic + at.elastic),
-        ("motion alone", "#d98a1f", |at| at.kinetic),
+    let curves = [
+        ("work of the bone", "#333333"),
+        ("motion and tension of the muscle", "#1f5f8b"),
+        ("motion alone", "#d98a1f"),
     ];
-    for (row, (name, color, value)) in (0..).zip(curves) {
+    for (row, (name, color)) in curves.into_iter().enumerate() {
         let mut points = String::new();
         for at in moments {
+            let energy = [at.work, at.kinetic + at.elastic, at.kinetic][row];
             let x = 60.0 + 600.0 * at.time / (H * f64::from(STEPS));
-            points += &format!("{x:.1},{:.1} ", 350.0 - scale * value(at));
+            points += &format!("{x:.1},{:.1} ", 350.0 - scale * energy);
         }
         println!(r#"<polyline points="{points}" fill="none" stroke="{color}" stroke-width="2"/>"#);
         println!(r#"<text x="440" y="{}" fill="{color}">{name}</text>"#, 70 + 20 * row);

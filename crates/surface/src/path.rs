@@ -111,7 +111,7 @@ mod tests {
         let x = DVec3::new(3.0, 0.0, 5.0);
         for (time, angle) in [(0.0, 0.0), (0.5, PI / 4.0), (1.0, PI / 2.0)] {
             let expected = DVec3::new(1.0 + 2.0 * f64::cos(angle), 2.0 * f64::sin(angle), 5.0);
-            assert!(path.transform_point(x, time).distance(expected) < 1e-15, "{time}");
+            assert!(path.transform_point(x, time).distance(expected) < 1e-14, "{time}");
         }
         let centripetal = 2.0 * (PI / 2.0).powi(2);
         assert!((path.bend(x) / centripetal - 1.0).abs() < 1e-14, "{}", path.bend(x));

@@ -154,9 +154,11 @@ mod tests {
     /// Of two pairs that overlap, one is reported 0.1 too deep and one not at all.
     #[test]
     fn depths_of_pairs_are_compared() {
-        let mut truth = FrameTruth::default();
-        truth.overlaps = [[0, 1], [0, 2]].into_iter().collect();
-        truth.depths = [([0, 1], 1.0), ([0, 2], 0.3)].into_iter().collect();
+        let truth = FrameTruth {
+            overlaps: [[0, 1], [0, 2]].into_iter().collect(),
+            depths: [([0, 1], 1.0), ([0, 2], 0.3)].into_iter().collect(),
+            ..FrameTruth::default()
+        };
         let mut score = Score::default();
         score.add(&truth, &Answer::Depths([([0, 1], 1.1)].into_iter().collect()));
         let errors = score.errors();
