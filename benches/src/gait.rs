@@ -73,6 +73,7 @@ pub fn run(report: &mut Report) -> Result<(), Box<dyn Error>> {
     let time = nanoseconds(|| {
         let walked = thigh.walk(|overlap, lost| {
             overlaps.push(overlap);
+            // Sides may be unknown while muscles find their place.
             if overlaps.len() > SETTLING {
                 unknown = unknown.max(lost);
             }
@@ -83,6 +84,8 @@ pub fn run(report: &mut Report) -> Result<(), Box<dyn Error>> {
     if let Some(error) = failed {
         return Err(error.into());
     }
+
+    // The frames of settling do not count for the overlap either.
     let late = overlaps.get(SETTLING..).unwrap_or_default();
     let worst = late.iter().copied().fold(0.0, f64::max);
     let lost = f64::from(u32::try_from(unknown)?);
@@ -104,6 +107,7 @@ impl Motion {
             }
             frames.push(maps);
         }
+
         let height = |name: &str| value["ambient_skin"][name].as_f64().ok_or("a height");
         Ok(Self { frames, hip: height("hip_z")?, knee: height("knee_z")? })
     }
@@ -118,6 +122,7 @@ impl Motion {
 
     /// Returns the skinned place of a vertex.
     fn skinned(&self, rest: DVec3, maps: &[(DQuat, DVec3); 3]) -> DVec3 {
+        // Weights sum to 1, and change over 10 cm at the hip and over 8 cm at the knee.
         let of_pelvis = smooth((rest.z - self.hip + 50.0) / 100.0);
         let of_tibia = 1.0 - smooth((rest.z - self.knee + 40.0) / 80.0);
         let [femur, tibia, _] = maps.map(|(turn, shift)| turn * rest + shift);
@@ -128,6 +133,8 @@ impl Motion {
 impl Thigh {
     fn read(folder: &Path) -> Result<Self, Box<dyn Error>> {
         let motion = Motion::read(&folder.join("motions/gait_walk.json"))?;
+
+        // Bones come first, so that the particles from `first` on are those of muscles.
         let (mut scene, mut bones) = (Scene::new(), Vec::new());
         let folder = folder.join("vhf_left_thigh_lo");
         for (name, map) in BONES {
@@ -142,6 +149,8 @@ impl Thigh {
                 scene.add(&name, BodyKind::Deformable, mesh.surface(), mesh.positions)?;
             }
         }
+
+        // Bones have an inverse mass of 0: only their own motion moves them.
         let rest = scene.particle_positions();
         let mut inverse_mass = vec![1.0; rest.len()];
         inverse_mass[..first].fill(0.0);
@@ -169,6 +178,8 @@ impl Thigh {
             depth_tolerance: Some(0.02),
             ..StepParams::new(StepLength::new(h)?)
         };
+
+        // In each step, bones and springs come first, then contacts, then the move.
         let count = u32::try_from(self.motion.frames.len()).unwrap_or(0);
         for number in 0..count * STEPS {
             self.place_bones(&mut step, number, h)?;
@@ -178,6 +189,8 @@ impl Thigh {
             step.correct(scene, states, &params, |scene, contacts: &mut PairContacts<'_>| {
                 detectors.detect(scene, contacts)
             })?;
+
+            // Overlaps are measured once per frame, before the move.
             if number % STEPS == 0 {
                 observe(self.overlap()?, step.unknown_sides());
             }
@@ -211,6 +224,7 @@ impl Thigh {
         let damping = h * 2.0 * STIFFNESS.sqrt();
         for (k, w) in self.inverse_mass.iter().enumerate() {
             if *w > 0.0 {
+                // The damper is taken implicitly, and acts against the motion of the goal.
                 let goal = self.motion.skinned(self.rest[k], &maps);
                 let moves = (goal - self.motion.skinned(self.rest[k], &last)) / h;
                 let damped = (self.v[k] + damping * moves) / (1.0 + damping);
@@ -223,6 +237,7 @@ impl Thigh {
     fn overlap(&mut self) -> Result<f64, StepError> {
         let mut depth = 0.0_f64;
         for report in self.scene.check(&CheckParams::without_measures(0.0), Progress::none())? {
+            // Pairs of two bones are left out: nothing corrects them.
             if report.pair.bodies().iter().any(|body| !self.scene.body(*body).is_rigid()) {
                 depth = depth.max(report.max_vertex_depth);
             }

@@ -143,6 +143,8 @@ impl<'a> ContactScene<'a> {
         let mut workspace = Workspace::default();
         let mut detect =
             || point_contacts(&query, balls.bounds(), &params, offsets, None, &mut workspace);
+
+        // One detection gives contacts and counts; those after it are timed.
         let (contacts, counts) = detect();
         let times = self.beside_projection("vertices × balls", || detect().0.len(), budget, report);
         MethodWork { contacts, counts, times }

@@ -74,10 +74,13 @@ pub fn table(only: &[String]) -> Result<String, Box<dyn Error>> {
                 let all = [exact, coarse, field].into_iter().flatten();
                 let best = all.map(|times| times.over(frames)).fold(f64::INFINITY, f64::min);
                 let chosen_seconds = chosen.over(frames);
+
+                // The best is no worse than the choice itself, so that the ratio is at least 1.
                 let of_best = chosen_seconds / best.min(chosen_seconds);
                 let of_exact = exact.map_or(1.0, |exact| chosen_seconds / exact.over(frames));
                 worst_best = worst_best.max(of_best);
                 worst_exact = worst_exact.max(of_exact);
+
                 let ratio = chosen.predicted / chosen.frame;
                 let ratio = if ratio > 0.0 { format!("{ratio:.2}") } else { "-".to_owned() };
                 text += &format!(
@@ -85,6 +88,8 @@ pub fn table(only: &[String]) -> Result<String, Box<dyn Error>> {
                     named.name,
                 );
             }
+
+            // Chosen and forced plans count alike for the correlation, where work was counted.
             for times in rows.chosen.iter().chain(rows.forced.iter().flatten()) {
                 if times.predicted > 0.0 {
                     pairs.push([times.predicted, times.frame]);
@@ -110,6 +115,8 @@ struct Measured {
 
 fn measure(scene: &mut Scene, tolerance: f64) -> Result<Measured, Box<dyn Error>> {
     let methods = [DetectionMethod::Exact, DetectionMethod::Coarse, DetectionMethod::Field];
+
+    // Forced plans first, in the order of the methods, then one per number of frames.
     let mut candidates = Vec::new();
     for method in methods {
         candidates.push(forced(scene, method, tolerance)?);
@@ -122,11 +129,14 @@ fn measure(scene: &mut Scene, tolerance: f64) -> Result<Measured, Box<dyn Error>
     for round in 0..ROUNDS {
         for candidate in candidates.iter_mut().flatten() {
             let seconds = time_frame(scene, &mut candidate.plan, round)?;
+            // The first round warms the caches.
             if round > 0 {
                 candidate.times.frame = candidate.times.frame.min(seconds);
             }
         }
     }
+
+    // Times come in the order of the candidates.
     let mut times = candidates.iter().map(|candidate| candidate.as_ref().map(|c| c.times));
     let mut forced = [None; 3];
     for slot in &mut forced {
@@ -150,6 +160,8 @@ fn share_times(
         pairs.map(|pair| (pair.method, pair.is_coarse)).collect::<Vec<_>>()
     };
     let keys: Vec<_> = candidates.iter().map(|candidate| candidate.as_ref().map(methods)).collect();
+
+    // Forced plans before chosen ones, as in the list of candidates.
     let mut all: Vec<Option<&mut PlanTimes>> = Vec::new();
     all.extend(forced.iter_mut().map(Option::as_mut));
     all.extend(chosen.iter_mut().map(Some));
@@ -173,6 +185,8 @@ fn forced(
     tolerance: f64,
 ) -> Result<Option<Candidate>, Box<dyn Error>> {
     let free = Plan::new(scene, &PlanParams::with_tolerance(tolerance), Progress::none())?;
+
+    // Fields need a bone; the other methods suit all pairs.
     let mut forced = Vec::new();
     for planned in free.pairs() {
         let has_bone = planned.pair.bodies().iter().any(|&id| scene.body(id).is_rigid());
@@ -199,6 +213,7 @@ fn build(
     let start = Instant::now();
     let plan = Plan::with_forced(scene, &params, forced, Progress::none())?;
     let build = start.elapsed().as_secs_f64();
+
     // For a few frames no work is counted, so that none is predicted.
     let is_counted = frames >= MIN_COUNTED_FRAMES;
     let predicted = if is_counted { plan.predicted_time().as_secs_f64() } else { 0.0 };
@@ -215,6 +230,8 @@ fn time_frame(scene: &mut Scene, plan: &mut Plan, round: u32) -> Result<f64, Box
             scene.move_body(id, &x)?;
         }
     }
+
+    // Detection alone is timed, without the moves.
     let mut detection = Detection::default();
     let start = Instant::now();
     plan.detect(scene, &mut detection)?;
@@ -232,6 +249,8 @@ fn rank_correlation(pairs: &[[f64; 2]]) -> f64 {
         }
         ranks
     });
+
+    // The short form of Spearman's coefficient holds without ties.
     let count = crate::measure::as_f64(pairs.len());
     let squares: f64 = ranks[0].iter().zip(&ranks[1]).map(|(p, q)| (p - q) * (p - q)).sum();
     1.0 - 6.0 * squares / (count * (count * count - 1.0))
@@ -250,6 +269,8 @@ fn scenes() -> Result<Vec<NamedScene>, Box<dyn Error>> {
         named("spike in an ellipsoid", two(spike, muscle))?,
         named("rod in a box", two(rod, plate))?,
     ];
+
+    // Of the generated thigh, the femur alone is a bone.
     let mut bodies = Vec::new();
     for body in thigh::thigh().bodies {
         let kind = if body.name == "femur" { "bone " } else { "" };

@@ -74,6 +74,7 @@ fn soak_on_this_thread(frames: u32) -> Result<Endurance, Box<dyn Error>> {
         scene.frame(frame, &mut Endurance::default())?;
     }
 
+    // An error cannot leave the measured call, so that the first one is kept aside.
     let mut endurance = Endurance { frames, ..Endurance::default() };
     let mut error = None;
     let allocated = allocation_counter::measure(|| {
@@ -109,6 +110,7 @@ impl SwayingScene {
             let x = rest[number].clone();
             muscles[number] = scene.add(name, BodyKind::Deformable, ball.surface(), x)?;
         }
+
         // The muscles sway by 1, and responses push them by some more.
         let params = PlanParams { max_displacement: 10.0, ..PlanParams::with_tolerance(0.5) };
         let plan = Plan::new(&mut scene, &params, Progress::none())?;

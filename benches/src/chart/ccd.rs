@@ -142,6 +142,8 @@ impl LabeledSet {
         for set in by_kind {
             let step = (set.queries.len() / USED).max(1);
             let used: Vec<CcdQuery> = set.queries.into_iter().step_by(step).collect();
+
+            // The slow method answers fewer of them, again evenly over the file.
             few.extend(used.iter().step_by(used.len().div_ceil(SUBDIVIDED)));
             queries.extend(used);
         }
@@ -191,6 +193,7 @@ impl LabeledSet {
         }
         let times = mean_times(self.title, queries, rounds, &methods, &mut Report::new(1.0));
 
+        // Each share is of the queries in which that error can occur.
         let contacts = count_contacts(queries);
         let mut measured = Vec::new();
         for (Candidate { method, separation, answer }, time) in candidates.iter().zip(times) {

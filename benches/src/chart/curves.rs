@@ -203,9 +203,13 @@ impl Panel {
         let x = Axis { range: [left - 0.15, right + 0.15], ..self.x.clone() };
         let y = Axis::powers(&self.y_label, [bottom - 0.2, top + 0.2]);
         let mut plot = Axis::draw(area, &self.title, [x, y])?;
+
+        // The front lies behind the curves.
         if self.has_front {
             plot.draw_series(LineSeries::new(pareto_front(&all), FRONT.stroke_width(9)))?;
         }
+
+        // Marks grow along each curve, which shows its direction.
         for Curve { style, points } in &self.curves {
             let points: Vec<(f64, f64)> = points.iter().map(place).collect();
             plot.draw_series(LineSeries::new(points.clone(), style.color.stroke_width(2)))?;
@@ -269,6 +273,7 @@ pub fn picture(
     let (upper, lower) = rest.split_vertically(body);
     draw(&upper, &lower)?;
     area.present()?;
+    // The areas borrow the text.
     drop((area, rest, upper, lower));
     Ok(text)
 }

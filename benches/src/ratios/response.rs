@@ -70,6 +70,7 @@ fn sweeps(sheets: &Sheets, report: &mut Report) -> Result<SweepTime, Box<dyn Err
         }
         memory.len()
     };
+
     let count = rows.len();
     let name = format!("10 sweeps, {count} contacts / plain");
     let sides: Sides<'_> = [&mut || solver.solve(), &mut add_to_all];
@@ -147,6 +148,7 @@ fn products(sheets: &Sheets, report: &mut Report) -> Outcome {
     let soft = SoftContacts::new(&rows, &sheets.v, law)?;
     let blocks = soft.stiffness_blocks();
 
+    // The blocks are built beforehand: only their products are timed.
     let mut free = vec![DVec3::ZERO; sheets.x.len()];
     let mut stored = free.clone();
     report.compare(

@@ -55,10 +55,13 @@ fn rest(report: &mut Report) -> Outcome {
     for detector in Detector::ALL {
         let mut world = World::at_rest(icosphere(10.0, 3))?;
         let mut detectors = detector.prepare(&world)?;
+
+        // Structures are built once; kept contacts are forgotten between responses.
         for response in RESTING {
             detector.restart(&mut detectors, &world)?;
             let simulation = Simulation::new(&mut world, &mut detectors, response, Setting::BASE)?;
             let figures = simulation.run(steps, &mut |_| ())?;
+
             let name = format!("rest {}, {}", detector.name(), response.name());
             report.cost(format!("{name}: move per step"), 1e3 * figures.jitter, "µm", 5.0);
             report.cost(format!("{name}: exact overlap"), figures.overlap, "mm", 0.2);
@@ -79,6 +82,8 @@ fn slopes(report: &mut Report) -> Outcome {
                 Some(held) => report.cost(creep, held.creep, "mm/s", 1e-4),
                 None => refused(&creep, report),
             }
+
+            // The slide is a share of the acceleration in closed form.
             let slide = format!("{name}: error of the slide");
             match figures(Planted::SlopeSliding, detector, response)? {
                 Some(sliding) => report.cost(slide, (sliding.slide - 1.0).abs(), "", 0.02),
@@ -127,10 +132,14 @@ fn refused(name: &str, report: &mut Report) {
 /// A thousand two-sided contacts that share particles of very different masses.
 fn mass_ratio(report: &mut Report) -> Outcome {
     let sheets = Sheets::new(SIDE)?;
+
+    // One particle of three is heavy, so that contacts couple both extremes of mass.
     let mut inverse_mass = sheets.inverse_mass.clone();
     for w in inverse_mass.iter_mut().step_by(3) {
         *w = MASS_RATIO.recip();
     }
+
+    // Two-sided contacts make the system linear, which conjugate gradients need.
     let law = ContactLaw::new(Margins::new(0.0, 1.0)?, 0.0)?;
     let mut rows = ContactRows::new(sheets.x.len());
     for contact in &sheets.contacts {
@@ -152,8 +161,11 @@ fn mass_ratio(report: &mut Report) -> Outcome {
         let (mut v, mut impulses) = (sheets.v.clone(), system.no_impulses());
         let cold = solve(method, &mut v, &mut impulses)?;
         let momentum = momentum_error(&sheets.v, &v, &inverse_mass);
+
+        // The warm start has the impulses of the cold solve.
         let mut next: Vec<DVec3> = sheets.v.iter().map(|v| 1.01 * *v).collect();
         let warm = solve(method, &mut next, &mut impulses)?;
+
         for (when, solved, allowed) in [("cold", cold, allowed[0]), ("warm", warm, allowed[1])] {
             let name = format!("mass ratio 1e4, {name}, {when}");
             report.cost(format!("{name}: iterations"), f64::from(solved.iterations), "", allowed);
@@ -183,6 +195,8 @@ fn permanent(report: &mut Report) -> Outcome {
     for (time, detector) in times.iter_mut().zip([Detector::Permanent, Detector::Exact]) {
         let mut carried = Carried::new(detector)?;
         carried.advance(10)?;
+
+        // An error cannot leave the timed call, so that it is kept aside.
         let mut failed = None;
         *time = nanoseconds(|| {
             failed = carried.advance(CARRIED_STEPS).err();
@@ -210,6 +224,8 @@ impl Carried {
         let world = World::at_rest(icosphere(10.0, 4))?;
         let detectors = detector.prepare(&world)?;
         let step = SceneStep::new(Material::hard(Margins::new(0.0, 0.5)?));
+
+        // The ball is sunk in by 0.2 mm, so that contacts are there from the first step.
         let mut x = world.start.clone();
         for x in &mut x[world.tissues[0].particles.clone()] {
             x.z -= 0.5;
@@ -225,6 +241,8 @@ impl Carried {
             approach_tolerance: None,
             ..StepParams::new(StepLength::new(1e-3)?)
         };
+
+        // Bone and ball move alike, so that all contacts can be kept.
         for _ in 0..steps {
             let way = DVec3::X;
             let bone = self.world.bones[0].id;
@@ -235,6 +253,8 @@ impl Carried {
             for x in &mut self.x {
                 *x += way;
             }
+
+            // Without tolerances nothing is corrected: the step detects alone.
             let detectors = &mut self.detectors;
             let (x, loads) = (&mut self.x, ParticleLoads::None);
             let states = SceneStates { x, v: &mut v, loads, inverse_mass: &w };

@@ -89,6 +89,8 @@ pub fn run_all(scenes: &[Planted], detectors: &[Detector], settings: &[Setting])
     for &planted in scenes {
         jobs.extend(detectors.iter().map(|&detector| (planted, detector)));
     }
+
+    // Jobs keep their order whatever the threads, so that tables have the same rows every time.
     let runs: Vec<Vec<Run>> =
         jobs.par_iter().map(|(planted, detector)| run_job(*planted, *detector, settings)).collect();
     runs.concat()
@@ -96,12 +98,15 @@ pub fn run_all(scenes: &[Planted], detectors: &[Detector], settings: &[Setting])
 
 /// Runs a scene with one detector, which is prepared once.
 fn run_job(planted: Planted, detector: Detector, settings: &[Setting]) -> Vec<Run> {
+    // A refusal is kept as text, since every run of the job reports it.
     let prepared = planted.build().map_err(|error| error.to_string()).and_then(|world| {
         let detectors = detector.prepare(&world)?;
         Ok((world, detectors))
     });
     let mut runs = Vec::new();
     let mut prepared = prepared;
+
+    // Kept contacts are forgotten before each run, so that runs do not depend on their order.
     for &setting in settings.iter().filter(|setting| setting.suits(planted)) {
         for response in Response::ALL {
             let outcome = match &mut prepared {

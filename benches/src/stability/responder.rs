@@ -163,10 +163,13 @@ impl Responder {
         let material = response.material(world.friction)?;
         let mut step = SceneStep::new(material);
         step.set_followers(detectors.followers(&world.scene)?);
+
+        // Bones keep an inverse mass of 0, so that contacts do not move them.
         let mut inverse_mass = vec![0.0; world.start.len()];
         for tissue in &world.tissues {
             inverse_mass[tissue.particles.clone()].fill(tissue.mass.recip());
         }
+
         let params = response.params(setting.step)?;
         Ok(Self { response, step, material, params, inverse_mass, before: Vec::new() })
     }
@@ -211,6 +214,7 @@ impl Responder {
             }
             Response::SoftExplicit => self.push(world, detectors, x, v)?,
             Response::Acceleration => {
+                // The forces of the step as accelerations, which contacts may then take away.
                 let change = v.iter().zip(&self.before).map(|(v, before)| (*v - *before) / h);
                 let mut a: Vec<DVec3> = change.collect();
                 v.copy_from_slice(&self.before);
@@ -228,6 +232,8 @@ impl Responder {
                 self.correct(world, detectors, [&mut *x, &mut *v], ParticleLoads::None)?
             }
         };
+
+        // The move itself, by the velocities after the response.
         for (x, v) in x.iter_mut().zip(v) {
             *x += h * *v;
         }
@@ -251,6 +257,8 @@ impl Responder {
         for solved in [report.positions, report.velocities, report.loads] {
             iterations += solved.map_or(0, |solved| solved.iterations);
         }
+
+        // For soft contacts, the depth is that of the contacts themselves.
         let of_soft = || deepest(self.step.contact_step().contacts().contacts());
         Ok(StepAccount {
             iterations,
@@ -275,8 +283,12 @@ impl Responder {
         for (x, v) in x.iter_mut().zip(&*v) {
             *x += h * *v;
         }
+
+        // Bones move to the end of the step too, so that contacts are those of the moved state.
         self.move_bones(world, world.time + h)?;
         let account = self.correct(world, detectors, [&mut *x, &mut *v], ParticleLoads::None)?;
+
+        // Velocities follow from the positions, corrections included.
         for ((v, x), before) in v.iter_mut().zip(x).zip(before) {
             *v = (*x - before) / h;
         }
@@ -310,6 +322,7 @@ impl Responder {
             *v += h * *w * *force;
         }
 
+        // Energy of the springs alone, over all contacts that overlap.
         let depths = contacts.iter().map(|contact| contact.gap.min(0.0).powi(2));
         let contact_energy = 0.5 * stiffness * depths.sum::<f64>();
         Ok(StepAccount { work: None, contact_energy, ..account })

@@ -365,6 +365,7 @@ impl World {
     }
 
     fn edge_on_edge(&mut self) -> Result<(), SceneError> {
+        // Upside down, and turned so that its edge crosses that of the bone.
         let turned = |mesh: Mesh| mesh.rotated(DVec3::X, 0.5).rotated(DVec3::Z, 0.21);
         self.add_bone("bone", wedge(), Drive::Still)?;
         let soft = turned(wedge()).translated(DVec3::Z * 0.3);

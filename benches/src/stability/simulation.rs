@@ -145,6 +145,8 @@ impl<'a> Simulation<'a> {
         let every = (steps / SAMPLES).max(1);
         let (mut middle, mut before_rest) = (DVec3::ZERO, self.centers());
         let mut rested = Rested::default();
+
+        // States in the middle and at the start of rest are kept, to compare the end with them.
         for step in 0..steps {
             if step == steps / 2 {
                 middle = self.velocity();
@@ -154,6 +156,8 @@ impl<'a> Simulation<'a> {
             }
             let sample = step % every == every - 1;
             self.step(sample, step >= rest_from, &mut rested, observer)?;
+
+            // A run whose bodies are lost ends there, since its later steps mean nothing.
             if self.is_lost() {
                 self.figures.lost = true;
                 break;
@@ -214,11 +218,14 @@ impl<'a> Simulation<'a> {
         self.account.added += self.added_by_positions(&before)?;
         self.world.time += h;
 
+        // Maxima and sums over all steps; `finish` turns the sums into means.
         self.figures.steps += 1;
         self.figures.iterations += f64::from(account.iterations);
         self.figures.fallbacks += f64::from(u8::from(account.fallbacks > 0));
         self.figures.unknown_sides = self.figures.unknown_sides.max(account.unknown_sides);
         self.figures.far_side = self.figures.far_side.max(self.world.far_count(&self.x));
+
+        // Contacts at rest are compared with those of the step before, which are replaced last.
         if is_rest {
             self.look_at_rest(&before, rested);
         }
@@ -230,6 +237,8 @@ impl<'a> Simulation<'a> {
     /// position that is not that of the move was corrected before it.
     fn added_by_positions(&mut self, before: &[DVec3]) -> Result<f64, StepError> {
         let h = self.setting.step;
+
+        // Taking the move back leaves what was corrected before it.
         let mut corrected = self.x.clone();
         for (x, v) in corrected.iter_mut().zip(&self.v) {
             *x -= h * *v;
@@ -238,6 +247,8 @@ impl<'a> Simulation<'a> {
         if !moved {
             return Ok(0.0);
         }
+
+        // Both energies are of the same time, so that moving goals add nothing here.
         let time = self.world.time + h;
         Ok(potential(self.world, &corrected, time) - potential(self.world, before, time))
     }
@@ -250,6 +261,8 @@ impl<'a> Simulation<'a> {
                 rested.particles += 1.0;
             }
         }
+
+        // Contacts that came or went since the last step.
         let touches = self.responder.touches(TOUCH);
         rested.changes += as_f64(touches.symmetric_difference(&self.touches).count());
         rested.steps += 1.0;
@@ -262,14 +275,20 @@ impl<'a> Simulation<'a> {
         self.figures.fallbacks /= f64::from(made).max(1.0);
         self.figures.speed = (rested.squares / rested.particles.max(1.0)).sqrt();
         self.figures.changes = rested.changes / rested.steps.max(1.0);
+
+        // Creep is the drift of centers, to which shaking about a place adds little.
         let rest_time = h * rested.steps.max(1.0);
         for (now, then) in self.centers().iter().zip(before_rest) {
             self.figures.creep = self.figures.creep.max(now.distance(*then) / rest_time);
         }
+
+        // Mean acceleration over the second half, as a share of that expected.
         if let Expected::Slide { down, acceleration } = self.world.expected {
             let time = h * f64::from(steps - steps / 2);
             self.figures.slide = (self.velocity() - middle).dot(down) / (time * acceleration);
         }
+
+        // Energies are shares of the fall, or of the largest energy where nothing falls.
         let scale = self.account.scale(self.world);
         self.figures.energy = self.account.is_known.then_some(self.account.gain / scale);
         self.figures.added = self.account.added / scale;
@@ -329,6 +348,7 @@ struct Rested {
 impl Account {
     /// Includes the energy at the start of a step.
     fn include(&mut self, moment: &Moment) {
+        // Energy that bones, goals and corrections have put in is no gain.
         let energy = moment.kinetic + moment.potential + moment.contact - self.work - self.added;
         let start = *self.start.get_or_insert(energy);
         self.gain = self.gain.max(energy - start);
@@ -369,6 +389,8 @@ pub fn exact_depth(scene: &mut Scene) -> Result<f64, SceneError> {
         depth = depth.max(report.max_vertex_depth);
         has_edges |= report.overlaps && report.max_vertex_depth <= 0.0;
     }
+
+    // Depths of surfaces take a search: it runs only if a pair overlaps without a vertex inside.
     if has_edges {
         let params =
             CheckParams { depth_tolerance: Some(DEPTH_TOLERANCE), ..CheckParams::new(0.0) };

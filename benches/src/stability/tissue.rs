@@ -67,6 +67,7 @@ impl Tissue {
             }
             Hold::Shape => self.fit(x),
         }
+
         let squares: f64 = x.iter().zip(&self.goals).map(|(x, g)| x.distance_squared(*g)).sum();
         0.5 * self.mass * self.stiffness * squares
     }
@@ -82,6 +83,8 @@ impl Tissue {
                 torque += turned.cross(arm);
                 fit += DMat3::from_cols(turned * arm.x, turned * arm.y, turned * arm.z);
             }
+
+            // Newton step; where the change has no inverse, the last rotation stays.
             let trace = fit.x_axis.x + fit.y_axis.y + fit.z_axis.z;
             let change = DMat3::from_diagonal(DVec3::splat(trace)) - 0.5 * (fit + fit.transpose());
             let angle = change.inverse() * torque;
@@ -90,6 +93,8 @@ impl Tissue {
             }
             self.turn = (DQuat::from_scaled_axis(angle) * self.turn).normalize();
         }
+
+        // The goals share the body's center, so that the springs carry no net force.
         for (goal, rest) in self.goals.iter_mut().zip(&self.rest) {
             *goal = center + self.turn * (*rest - rest_center);
         }
@@ -115,6 +120,7 @@ impl Tissue {
         let (x, v) = (&x[own.clone()], &mut v[own]);
         match self.hold {
             Hold::Shape => {
+                // Damping leaves the rigid motion alone, so that momentum is kept.
                 let motion = RigidVelocity::fit(x, v);
                 for ((x, v), goal) in x.iter().zip(v).zip(&self.goals) {
                     let rigid = motion.at(*x);
@@ -170,6 +176,8 @@ impl RigidVelocity {
     fn fit(x: &[DVec3], v: &[DVec3]) -> Self {
         let (center, velocity) = (mean(x), mean(v));
         let (mut momentum, mut inertia) = (DVec3::ZERO, DMat3::ZERO);
+
+        // Angular momentum about the center gives the spin, by the moment of inertia.
         for (x, v) in x.iter().zip(v) {
             let arm = *x - center;
             momentum += arm.cross(*v - velocity);

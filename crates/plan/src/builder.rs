@@ -147,6 +147,7 @@ impl<'a> Builder<'a> {
             StructureKind::Coarse | StructureKind::Tree => {
                 let coarse = coarse_surface(body, COARSE_SHARE * tolerance, progress)?;
                 let faces = coarse.tree().surface().faces().len();
+                // Following too many faces costs more than it saves; forced ones are kept.
                 if !task.is_forced && count(faces) > MAX_KEPT * count(body.surface().faces().len())
                 {
                     let percent = 100.0 * MAX_KEPT;

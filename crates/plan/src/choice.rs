@@ -224,6 +224,7 @@ impl<'a> Search<'a> {
         pairs.sort_unstable();
         pairs.dedup();
 
+        // Every combination of their free sets is tried: 8 for one body, 64 for two.
         let before = self.seconds(bodies, &pairs);
         let (mut least, mut best) = (before, self.sets(bodies));
         let combinations = FREE_SETS.pow(u32::try_from(bodies.len()).unwrap_or(1));
@@ -238,6 +239,8 @@ impl<'a> Search<'a> {
                 (least, best) = (seconds, self.sets(bodies));
             }
         }
+
+        // Without a saving, the best sets are those from before.
         for (&body, set) in bodies.iter().zip(best) {
             self.structures[body] = set;
         }
@@ -254,6 +257,8 @@ impl<'a> Search<'a> {
         for &body in bodies {
             seconds += self.options.bodies[body].seconds(self.structures[body]);
         }
+
+        // A pair without an allowed candidate rules the sets out.
         for &number in pairs {
             seconds += self.cheapest(number).map_or(f64::INFINITY, |(seconds, _)| seconds);
         }
@@ -281,6 +286,8 @@ impl<'a> Search<'a> {
         for number in 0..self.options.pairs.len() {
             candidates.push(self.cheapest(number).map_or(0, |(_, place)| place));
         }
+
+        // Structures that no chosen candidate needs are left out.
         let seconds = self.options.seconds(&candidates);
         Choice { structures: self.options.needs(&candidates), candidates, seconds }
     }

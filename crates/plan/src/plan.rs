@@ -130,6 +130,8 @@ impl Plan {
         progress: Progress<'_>,
     ) -> Result<SweepReport, PlanError> {
         self.check_scene(scene)?;
+
+        // Two bones are swept only if they are a pair of the plan.
         let is_rigid: Vec<bool> = scene.bodies().iter().map(Body::is_rigid).collect();
         let is_wanted = |pair: PairId| {
             self.is_planned(pair) || pair.bodies().into_iter().any(|id| !is_rigid[id.index()])

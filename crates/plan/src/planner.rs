@@ -69,6 +69,7 @@ impl Plan {
         let mut planner = Planner::new(scene, params, near.planned, present);
         planner.count_work(scene, progress.part(0.0, 0.1))?;
         let made = planner.make(scene, progress.part(0.1, 1.0))?;
+
         let mut plan = planner.into_plan(scene, made);
         plan.excluded_pairs = near.excluded;
         plan.far_pair_count = near.far_pair_count;
@@ -91,6 +92,8 @@ impl Plan {
     /// As [`Self::new`], and [`PlanError::OtherScene`]. The plan is then as it was.
     pub fn revise(&mut self, scene: &mut Scene, progress: Progress<'_>) -> Result<bool, PlanError> {
         self.check_scene(scene)?;
+
+        // With few frames left, counting the work would cost more than it may save.
         let detected = u32::try_from(self.frame_count).unwrap_or(u32::MAX);
         let frames = self.params.frames.saturating_sub(detected);
         if frames < MIN_COUNTED_FRAMES {
@@ -260,6 +263,8 @@ impl<'a> Planner<'a> {
             self.useless.fill(COARSE.with(FIELD));
             return Ok(());
         }
+
+        // Work matters only if a pair is forced, or a structure of one may pay.
         let mut is_member = vec![false; scene.bodies().len()];
         let mut may_pay = false;
         for pair in &self.pairs {
@@ -273,6 +278,7 @@ impl<'a> Planner<'a> {
         if !may_pay {
             return Ok(());
         }
+
         scene.fit(&is_member)?;
         self.workloads = Workload::count_all(scene, &self.pairs, self.params, progress)?;
 
@@ -298,6 +304,7 @@ impl<'a> Planner<'a> {
         for number in 0..self.pairs.len() {
             let candidates = self.candidates(scene, number)?;
             let pair = self.pairs[number].pair;
+            // The needs of a forced method are forced on both bodies.
             if let (Some(_), [only]) = (self.pairs[number].forced, &candidates[..]) {
                 for (id, needs) in pair.bodies().into_iter().zip(only.needs(pair)) {
                     self.forced[id.index()] = self.forced[id.index()].with(needs);
@@ -305,6 +312,7 @@ impl<'a> Planner<'a> {
             }
             pairs.push(PairOptions { pair, candidates });
         }
+
         let bodies = scene.bodies().iter().enumerate();
         let bodies = bodies.map(|(number, body)| self.body_options(number, body)).collect();
         Ok(Options { frames, bodies, pairs })
@@ -371,6 +379,8 @@ impl<'a> Planner<'a> {
         seconds[place(StructureKind::Coarse)] = coarse_construction(body).seconds();
         let field = self.field_sizes[number].map_or(f64::INFINITY, field_seconds);
         seconds[place(StructureKind::Field)] = field;
+
+        // Structures that are built already cost nothing but following their body.
         for kind in [StructureKind::Tree, StructureKind::Coarse, StructureKind::Field] {
             if self.present[number].has(kind) {
                 seconds[place(kind)] = 0.0;
@@ -443,6 +453,7 @@ impl<'a> Planner<'a> {
             pairs.push(planned);
         }
 
+        // Following is counted per body, since pairs share structures.
         let mut follow = OperationCounts::default();
         for (number, body) in scene.bodies().iter().enumerate() {
             let of_body = self.follow(number, body);

@@ -191,6 +191,8 @@ impl Structures {
             Some(planned) if !self.is_stale(planned, tolerance) => planned.is_coarse,
             _ => [false; 2],
         };
+
+        // Trees that are up to date already cost nothing.
         self.uses_tree_now.clear();
         self.uses_tree_now.resize(self.bodies.len(), false);
         for (id, is_coarse) in pair.bodies().into_iter().zip(is_coarse) {
@@ -366,6 +368,8 @@ impl BodyStructures {
             let field = structure(StructureKind::Field, nodes, *accuracy, bytes);
             list.push(Structure { spacing, operations, ..field });
         }
+
+        // Balls are built only where forced, so that no cost of theirs is compared.
         if let Some(medial) = &self.medial {
             let (balls, accuracy) = (medial.medial().balls().len(), self.medial_accuracy());
             list.push(structure(StructureKind::Medial, balls, accuracy, medial.bytes()));

@@ -64,6 +64,7 @@ impl Workload {
         bone: Option<BodyId>,
         kept: [f64; 2],
     ) -> Candidate {
+        // A body that is compared by its own surface keeps all of its faces.
         let kept = [0, 1].map(|side| if is_coarse[side] { kept[side] } else { 1.0 });
         let operations = match method {
             DetectionMethod::Exact => self.exact,

@@ -137,8 +137,12 @@ fn timed_plan(
     for &[a, b] in &task.pairs {
         forced.push(ForcedMethod { pair: PairId::new(ids[a], ids[b]), method });
     }
+
+    // Displacements have no limit, since muscles are moved far apart below.
     let params =
         PlanParams { max_displacement: f64::INFINITY, ..PlanParams::with_tolerance(tolerance) };
+
+    // Divided by the machine factor, times are those of the reference machine.
     let start = Instant::now();
     let mut plan = Plan::with_forced(&mut scene, &params, &forced, Progress::none())?;
     let built = start.elapsed().as_secs_f64() / machine_factor(|| start.elapsed());
@@ -200,6 +204,7 @@ fn frame_seconds(
 fn fit(frames: &[TimedFrame]) -> [f64; COUNT] {
     const SWEEPS: u32 = 100_000;
 
+    // Counts over the time of their frame, so that errors are relative.
     let mut rows = Vec::new();
     for frame in frames {
         rows.push(frame.counts.map(|count| count / frame.seconds));

@@ -57,6 +57,7 @@ pub(super) fn draw(all: &[Maps], settings: &Settings) -> Result<String, Box<dyn 
         draw_names(&head)?;
         draw_legend(foot, settings)?;
 
+        // One row per response, one column per integrator.
         let panels = body.split_evenly((RESPONSES.len(), Scheme::ALL.len()));
         let mut panels = panels.iter();
         for (response, maps) in RESPONSES.iter().zip(all) {
@@ -94,6 +95,8 @@ fn draw_cells(
     let [horizontal, vertical] = map.axes;
     let mut plot = Axis::draw(area, title, [horizontal.axis(), vertical.axis()])?;
     plot.draw_series(bars(map))?;
+
+    // Limits lie on top of the cells.
     let style = LINE.stroke_width(2);
     if let Some(limit) = limit {
         plot.draw_series(LineSeries::new(limit_line(map, limit), style))?;
@@ -203,6 +206,8 @@ fn draw_legend(area: &Area<'_>, settings: &Settings) -> Drawn {
             x += 200;
         }
     }
+
+    // One line per setting, below the keys.
     for (line, (name, value)) in (0..).zip(settings) {
         area.draw_text(&format!("{name}: {value}"), &text, (40, 62 + 20 * line))?;
     }

@@ -132,6 +132,7 @@ fn copies_radius(
     gain: f64,
     number: f64,
 ) -> Result<f64, ResponseError> {
+    // Cells of the vertical axis stand for responses, numbered from 1.
     let mut radius = f64::NAN;
     for (other, response) in (1..).zip(responses) {
         if (f64::from(other) - number).abs() < 0.5 {
@@ -235,6 +236,7 @@ fn rows(all: &[Maps]) -> Vec<BorderRow> {
             let [horizontal, vertical] = map.axes;
             for j in 0..vertical.cells {
                 let row = (0..horizontal.cells).map(|i| map.value(i, j));
+                // The border is at the start of the first unstable cell.
                 let border =
                     row.clone().zip(0..).find(|(value, _)| *value > 1.0 + limits::ROUNDING);
                 rows.push(BorderRow {

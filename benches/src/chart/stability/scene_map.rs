@@ -127,6 +127,8 @@ fn draw_panel(area: &Area<'_>, planted: Planted, runs: &[Run]) -> Drawn {
         let x = LEFT + column * CELL[0] + CELL[0] / 2;
         area.draw_text(response.name(), &centered, (x, TOP - 12))?;
     }
+
+    // One row per detector; a cell holds all runs of its combination.
     for (row, detector) in (0..).zip(Detector::ALL) {
         let y = TOP + row * CELL[1] + CELL[1] / 2;
         area.draw_text(detector.name(), &right, (LEFT - 6, y))?;
@@ -176,6 +178,8 @@ fn draw_cell(area: &Area<'_>, [x, y]: [i32; 2], runs: &[&Run]) -> Drawn {
         let style = if run.verdict() == Verdict::Holds { ink.filled() } else { ink.into() };
         area.draw(&Rectangle::new(square, style))?;
     }
+
+    // The corner marks runs in which surfaces took over.
     if base.outcome.as_ref().is_ok_and(|figures| figures.fallbacks > FALLBACK) {
         let triangle = vec![(x + 1, y + 1), (x + 10, y + 1), (x + 1, y + 10)];
         area.draw(&Polygon::new(triangle, ink.filled()))?;
@@ -206,11 +210,15 @@ fn draw_scene(area: &Area<'_>, world: &World) -> Drawn {
         let p = SIZE * (p + 0.5);
         (10 + rounded(p.x), TOP + 8 + rounded(p.y))
     };
+
+    // Bones come first in the scene, so that soft bodies are drawn over them.
     for (outline, color) in outlines {
         let points: Vec<(i32, i32)> = outline.into_iter().map(place).collect();
         area.draw(&Polygon::new(points.clone(), color.filled()))?;
         area.draw(&PathElement::new(points, color.stroke_width(1)))?;
     }
+
+    // Arrows begin in the middle of a bone, and show twice its way.
     for bone in &world.bones {
         let way = match bone.drive {
             Drive::Still => continue,
@@ -240,6 +248,7 @@ fn draw_key(area: &Area<'_>) -> Drawn {
 
 /// Returns the convex hull of points, counterclockwise.
 fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
+    // Andrew's monotone chain: one half of the hull from left to right, the other one back.
     points.sort_by(|p, q| p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)));
     let mut hull: Vec<DVec2> = Vec::new();
     for is_upper in [false, true] {
