@@ -378,7 +378,7 @@ fn potential(world: &mut World, x: &[DVec3], time: f64) -> f64 {
 }
 
 /// Computes the largest depth of a vertex in another body, exactly; of the surfaces, within
-/// [`DEPTH_TOLERANCE`], where edges cross and no vertex is inside.
+/// `DEPTH_TOLERANCE`, where edges cross and no vertex is inside.
 ///
 /// # Errors
 ///

@@ -206,14 +206,17 @@ fn draw_scene(area: &Area<'_>, world: &World) -> Drawn {
     }
     let (center, size) = (0.5 * (low + high), 1.7 * (high - low).max_element());
     let place = |p: DVec2| {
-        let p = ((p - center) / size).clamp(DVec2::splat(-0.5), DVec2::splat(0.5));
-        let p = SIZE * (p + 0.5);
+        let p = SIZE * ((p - center) / size + 0.5);
         (10 + rounded(p.x), TOP + 8 + rounded(p.y))
     };
 
     // Bones come first in the scene, so that soft bodies are drawn over them.
     for (outline, color) in outlines {
-        let points: Vec<(i32, i32)> = outline.into_iter().map(place).collect();
+        let shown = clipped(outline, center - 0.5 * size, center + 0.5 * size);
+        let points: Vec<(i32, i32)> = shown.into_iter().map(place).collect();
+        if points.is_empty() {
+            continue;
+        }
         area.draw(&Polygon::new(points.clone(), color.filled()))?;
         area.draw(&PathElement::new(points, color.stroke_width(1)))?;
     }
@@ -244,6 +247,29 @@ fn draw_key(area: &Area<'_>) -> Drawn {
         area.draw_text(name, &text, (x + 38, 5))?;
     }
     Ok(())
+}
+
+/// Clips a convex outline to a box, side by side (Sutherland and Hodgman).
+fn clipped(mut outline: Vec<DVec2>, low: DVec2, high: DVec2) -> Vec<DVec2> {
+    let sides =
+        [(DVec2::X, -low.x), (DVec2::NEG_X, high.x), (DVec2::Y, -low.y), (DVec2::NEG_Y, high.y)];
+    for (normal, offset) in sides {
+        let mut kept = Vec::new();
+        for (k, &p) in outline.iter().enumerate() {
+            let q = outline[(k + 1) % outline.len()];
+            let [of_p, of_q] = [p, q].map(|x| normal.dot(x) + offset);
+
+            // Corners within the side stay, and edges that cross it end on it.
+            if of_p >= 0.0 {
+                kept.push(p);
+            }
+            if (of_p < 0.0) != (of_q < 0.0) {
+                kept.push(p.lerp(q, of_p / (of_p - of_q)));
+            }
+        }
+        outline = kept;
+    }
+    outline
 }
 
 /// Returns the convex hull of points, counterclockwise.
