@@ -20,6 +20,7 @@
 //! | ask for signed distances from a bone | [`distance_field::DistanceField`] | [`distance_field`] |
 //! | approximate a muscle by balls | [`medial::generate`] | [`medial`] |
 //! | approximate a surface by fewer faces | [`decimate::Decimation`] | [`decimate`] |
+//! | let the interior of a volume mesh follow | [`volume_mesh::VolumeMesh::follow`] | [`volume_mesh`] |
 //! | answer contacts inside a simulator's step | [`SceneStep`], [`StepDetectors`] | [`scene`], [`response`] |
 //! | compute forces and corrections of contacts | [`response::ContactSystem`] | [`response`] |
 //!
@@ -252,7 +253,7 @@
 
 pub use ::{
     ccd, decimate, distance_field, glam, kdop, medial, overlap, plan, proximity, resolve, response,
-    scene, surface,
+    scene, surface, volume_mesh,
 };
 
 pub use ::resolve::{

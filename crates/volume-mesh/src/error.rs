@@ -1,0 +1,80 @@
+//! Errors of volume meshes.
+
+use surface::progress::Interrupted;
+
+/// Reason why cells are no volume mesh, or why its interior cannot follow.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum VolumeError {
+    /// The mesh has no cells.
+    #[error("has {nodes} nodes and no tetrahedra or hexahedra")]
+    NoCells {
+        /// Number of nodes.
+        nodes: usize,
+    },
+    /// A corner of a cell is not a node.
+    #[error("cell {cell} refers to node {node}, but there are {node_count} nodes (counted from 0)")]
+    NodeOutOfRange {
+        /// Index of the cell.
+        cell: usize,
+        /// Index of the node.
+        node: u32,
+        /// Number of nodes.
+        node_count: usize,
+    },
+    /// A cell has the same node twice.
+    #[error("cell {cell} has node {node} twice")]
+    RepeatedNode {
+        /// Index of the cell.
+        cell: usize,
+        /// Index of the node.
+        node: u32,
+    },
+    /// More than two cells have a face in common.
+    #[error("cells {cells:?} share one face: at most two may")]
+    SharedFace {
+        /// Indices of the first three cells.
+        cells: [usize; 3],
+    },
+    /// Cells are inverted, or without volume, before anything moves.
+    #[error(
+        "{count} of the cells are inverted or flat at the start, the worst is cell {cell} with a scaled Jacobian of {scaled_jacobian:.3}"
+    )]
+    Inverted {
+        /// Number of such cells.
+        count: usize,
+        /// Index of the worst cell.
+        cell: usize,
+        /// Its scaled Jacobian.
+        scaled_jacobian: f64,
+    },
+    /// Positions do not fit the mesh.
+    #[error("{found} positions of {of}, but {expected} are needed")]
+    Count {
+        /// Points that the positions belong to.
+        of: &'static str,
+        /// Number of positions needed.
+        expected: usize,
+        /// Number of positions given.
+        found: usize,
+    },
+    /// A position is infinite or not a number.
+    #[error("node {node} has a position that is not finite")]
+    NotFinite {
+        /// Index of the node.
+        node: usize,
+    },
+    /// A parameter outside its range.
+    #[error("{name} is {value}, but must be {range}")]
+    Parameter {
+        /// Name of the parameter.
+        name: &'static str,
+        /// Value of the parameter.
+        value: f64,
+        /// Its range in words.
+        range: &'static str,
+    },
+    /// The caller interrupted the call.
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
+}

@@ -1,0 +1,179 @@
+//! Blocks that are stretched, pressed and pressed too far.
+
+use fixtures::volume::Block;
+use volume_mesh::glam::{DMat3, DVec3};
+use volume_mesh::{Boundary, Cell, FollowParams, Followed, Progress, VolumeError, VolumeMesh};
+
+const SIZE: DVec3 = DVec3::new(3.0, 2.0, 1.0);
+
+/// Blocks with displaced nodes inside: of hexahedra and of tetrahedra.
+fn blocks() -> [(VolumeMesh, Vec<DVec3>); 2] {
+    let block = Block::new(SIZE, [5, 4, 4]).with_noise(SIZE, 0.08);
+    let hexahedra = block.hexahedra.iter().copied().map(Cell::Hexahedron).collect();
+    let tetrahedra = block.tetrahedra().into_iter().map(Cell::Tetrahedron).collect();
+    let count = block.nodes.len();
+    [hexahedra, tetrahedra]
+        .map(|cells| (VolumeMesh::new(count, cells).expect("valid nodes"), block.nodes.clone()))
+}
+
+fn boundary(mesh: &VolumeMesh) -> Boundary {
+    mesh.boundary().expect("faces of one or two cells")
+}
+
+fn follow(mesh: &VolumeMesh, rest: &[DVec3], target: &[DVec3]) -> Followed {
+    let params = FollowParams::default();
+    let boundary = boundary(mesh);
+    mesh.follow(rest, &boundary, target, &params, Progress::none()).expect("valid input")
+}
+
+#[test]
+fn the_boundary_is_closed_and_turned_outward() {
+    for (mesh, nodes) in blocks() {
+        let boundary = boundary(&mesh);
+        let x = boundary.positions(&nodes);
+        // A box of 5 × 4 × 4 parts: two triangles for each square, every node but 4 × 3 × 3.
+        assert_eq!(boundary.faces.len(), 2 * 2 * (20 + 20 + 16));
+        assert_eq!(boundary.nodes.len(), 6 * 5 * 5 - 36);
+        let surface = surface::TriangleSurface::new(x.len(), boundary.faces.clone());
+        let surface = surface.expect("valid corners");
+        let inspection = surface::inspect(&surface, surface.positions(&x).expect("finite"));
+        assert!(inspection.closed() && inspection.manifold() && inspection.oriented());
+        assert!((inspection.volume - 6.0).abs() < 1e-12, "{}", inspection.volume);
+    }
+}
+
+#[test]
+fn quality_is_that_of_known_cells() {
+    let quality = |cell: Cell, nodes: &[DVec3]| {
+        let mesh = VolumeMesh::new(nodes.len(), vec![cell]).expect("valid nodes");
+        mesh.quality(nodes).min_scaled_jacobian
+    };
+    let cube = Block::new(DVec3::splat(2.0), [1; 3]);
+    assert!((quality(Cell::Hexahedron(cube.hexahedra[0]), &cube.nodes) - 1.0).abs() < 1e-12);
+
+    // Every other corner of a cube is a regular tetrahedron.
+    let corners = [
+        DVec3::ZERO,
+        DVec3::new(1.0, 1.0, 0.0),
+        DVec3::new(0.0, 1.0, 1.0),
+        DVec3::new(1.0, 0.0, 1.0),
+    ];
+    let jacobian = quality(Cell::Tetrahedron([0, 1, 2, 3]), &corners);
+    assert!((jacobian - 1.0).abs() < 1e-12, "{jacobian}");
+    let inverted = quality(Cell::Tetrahedron([1, 0, 2, 3]), &corners);
+    assert!((inverted + 1.0).abs() < 1e-12, "{inverted}");
+
+    // The tip of a corner tetrahedron: right angles, edges of 1, 1 and √2.
+    let right = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+    let jacobian = quality(Cell::Tetrahedron([0, 1, 2, 3]), &right);
+    assert!((jacobian - 0.5_f64.sqrt()).abs() < 1e-12, "{jacobian}");
+}
+
+/// A displacement that is linear in space is in equilibrium on any mesh.
+#[test]
+fn linear_displacements_are_reproduced() {
+    let map = DMat3::from_cols_array(&[1.1, 0.05, 0.0, -0.2, 0.9, 0.1, 0.0, 0.15, 0.8]);
+    let shift = DVec3::new(4.0, -1.0, 2.0);
+    for (mesh, rest) in blocks() {
+        let boundary = boundary(&mesh);
+        let mapped: Vec<DVec3> = rest.iter().map(|x| map * *x + shift).collect();
+        let followed = follow(&mesh, &rest, &boundary.positions(&mapped));
+        assert_eq!((followed.share, followed.steps, followed.blocking), (1.0, 1, None));
+
+        let mut error: f64 = 0.0;
+        for (x, expected) in followed.positions.iter().zip(&mapped) {
+            error = error.max(x.distance(*expected));
+        }
+        assert!(error < 1e-9, "{error}");
+        assert!(followed.after.min_scaled_jacobian > 0.0);
+    }
+}
+
+#[test]
+fn a_boundary_that_stays_moves_nothing() {
+    for (mesh, rest) in blocks() {
+        let target = boundary(&mesh).positions(&rest);
+        let followed = follow(&mesh, &rest, &target);
+        assert_eq!((followed.positions, followed.steps), (rest, 0));
+        assert_eq!(followed.before, followed.after);
+    }
+}
+
+/// Presses the middle of the top by a depth, fading to the sides.
+fn pressed(boundary: &Boundary, rest: &[DVec3], depth: f64) -> Vec<DVec3> {
+    let mut target = boundary.positions(rest);
+    for x in &mut target {
+        if x.z >= SIZE.z {
+            let along = (std::f64::consts::PI * x.x / SIZE.x).sin();
+            let across = (std::f64::consts::PI * x.y / SIZE.y).sin();
+            x.z -= depth * along * across;
+        }
+    }
+    target
+}
+
+/// A dent as deep as two layers of cells would invert those below if the interior stayed; inside a
+/// block whose interior follows, all keep their shape.
+#[test]
+fn a_dent_is_followed() {
+    for (mesh, rest) in blocks() {
+        let boundary = boundary(&mesh);
+        let target = pressed(&boundary, &rest, 0.5);
+        let mut alone = rest.clone();
+        for (&node, x) in boundary.nodes.iter().zip(&target) {
+            alone[node as usize] = *x;
+        }
+        assert!(mesh.quality(&alone).inverted > 0, "the interior has to follow");
+
+        let followed = follow(&mesh, &rest, &target);
+        assert_eq!((followed.share, followed.blocking), (1.0, None));
+        assert_eq!(followed.after.inverted, 0);
+        assert!(followed.after.min_scaled_jacobian > 0.05, "{:?}", followed.after);
+        assert_eq!(boundary.positions(&followed.positions), target);
+    }
+}
+
+/// The top is pushed through the base: the mesh comes as far as cells keep a tenth of their scaled
+/// Jacobian, and names the one in the way.
+#[test]
+fn a_push_that_inverts_is_cut_and_named() {
+    for (mesh, rest) in blocks() {
+        let boundary = boundary(&mesh);
+        let target = pressed(&boundary, &rest, 1.2 * SIZE.z);
+        let followed = follow(&mesh, &rest, &target);
+        assert!(0.2 < followed.share && followed.share < 0.9, "{}", followed.share);
+        assert_eq!(followed.after.inverted, 0);
+        let blocking = followed.blocking.expect("a cell in the way");
+        assert!(blocking.scaled_jacobian < blocking.limit, "{blocking:?}");
+
+        // Every cell keeps its share.
+        for (number, cell) in mesh.cells().iter().enumerate() {
+            let single = VolumeMesh::new(rest.len(), vec![*cell]).expect("a cell");
+            let [before, after] = [&rest, &followed.positions]
+                .map(|positions| single.quality(positions).min_scaled_jacobian);
+            assert!(after >= 0.1 * before, "cell {number}: {before} -> {after}");
+        }
+    }
+}
+
+#[test]
+fn invalid_meshes_are_refused() {
+    let tetrahedron = |nodes| vec![Cell::Tetrahedron(nodes)];
+    assert_eq!(VolumeMesh::new(4, vec![]), Err(VolumeError::NoCells { nodes: 4 }));
+    let out = VolumeError::NodeOutOfRange { cell: 0, node: 4, node_count: 4 };
+    assert_eq!(VolumeMesh::new(4, tetrahedron([0, 1, 2, 4])), Err(out));
+    let twice = VolumeError::RepeatedNode { cell: 0, node: 1 };
+    assert_eq!(VolumeMesh::new(4, tetrahedron([0, 1, 2, 1])), Err(twice));
+
+    // Three cells on one face.
+    let cells = [[0, 1, 2, 3], [0, 2, 1, 4], [0, 1, 2, 5]].map(Cell::Tetrahedron).to_vec();
+    let shared = VolumeMesh::new(6, cells).expect("valid nodes");
+    assert_eq!(shared.boundary(), Err(VolumeError::SharedFace { cells: [0, 1, 2] }));
+
+    // Turned inside out at the start.
+    let nodes = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+    let mesh = VolumeMesh::new(4, tetrahedron([1, 0, 2, 3])).expect("valid nodes");
+    let (boundary, params) = (boundary(&mesh), FollowParams::default());
+    let refused = mesh.follow(&nodes, &boundary, &nodes, &params, Progress::none());
+    assert!(matches!(refused, Err(VolumeError::Inverted { count: 1, cell: 0, .. })), "{refused:?}");
+}
