@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 use distance_field::FieldError;
 use glam::DVec3;
+use volume_mesh::VolumeError;
 
 use crate::text::{escaped, quoted};
 
@@ -120,6 +121,17 @@ pub enum ReadError {
         face: usize,
         /// Number of its corners.
         corners: usize,
+    },
+    /// Cells are no volume mesh.
+    #[error(transparent)]
+    Volume(#[from] VolumeError),
+    /// A file is to be written with more or fewer positions than it has.
+    #[error("has {expected} positions to be replaced, but {found} are given")]
+    PositionCount {
+        /// Number of positions in the file.
+        expected: usize,
+        /// Number of positions given.
+        found: usize,
     },
     /// Grid or values are not those of a distance field.
     #[error(transparent)]

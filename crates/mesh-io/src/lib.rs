@@ -1,4 +1,4 @@
-//! Readers and writers of triangle meshes and of signed distance fields.
+//! Readers and writers of triangle meshes, of volume meshes and of signed distance fields.
 //!
 //! | format | content | read | written |
 //! |---|---|---|---|
@@ -6,8 +6,14 @@
 //! | OBJ | mesh | yes | [`MeshFormat::encode`] |
 //! | STL | mesh, ASCII or binary | yes | [`MeshFormat::encode`] |
 //! | VTP | mesh, every encoding of VTK | yes | [`write_vtp`], with values per vertex; [`write_vtp_cells`] |
+//! | VTU | volume mesh, every encoding of VTK | yes | [`write_vtu`], with values per node |
+//! | MSH | volume mesh, text of versions 2 and 4.1 | yes | [`replace_positions`] |
+//! | INP | volume mesh, one part | yes | [`replace_positions`] |
 //! | NRRD | distance field, raw or gzip | yes | [`FieldFormat::encode`] |
 //! | VTI | distance field, every encoding of VTK | yes | [`FieldFormat::encode`] |
+//!
+//! A volume mesh is read with the surface around it, which is the mesh ([`Mesh::volume`]). Every mesh
+//! file can be written again with other positions and all else as it was: [`replace_positions`].
 //!
 //! Formats are recognized by content first, and by extension where content is
 //! ambiguous. Vertices and faces keep the order of the file, so that an index in a
@@ -32,16 +38,22 @@ struct Readme;
 
 mod error;
 mod field;
+mod inp;
 mod mesh;
 mod mesh_format;
+mod msh;
 mod nrrd;
 mod obj;
 mod ply;
 mod ply_binary;
+mod ply_replace;
+mod replace;
 mod source;
 mod stl;
 mod stored_values;
 mod text;
+mod text_nodes;
+mod volume;
 mod vtk;
 
 use std::path::Path;
@@ -52,9 +64,11 @@ pub use self::error::{FileError, FilePlace, ReadError};
 pub use self::field::FieldFormat;
 pub use self::mesh::{Mesh, Unread};
 pub use self::mesh_format::{MeshFormat, parse_mesh};
+pub use self::replace::{position_rounding, replace_positions};
 pub use self::source::{MAX_FILE_BYTES, MAX_STREAM_BYTES, read_file, read_text};
 pub use self::text::escaped;
-pub use self::vtk::{CellValues, Cells, PointValues, write_vtp, write_vtp_cells};
+pub use self::volume::Volume;
+pub use self::vtk::{CellValues, Cells, PointValues, write_vtp, write_vtp_cells, write_vtu};
 
 /// Reads a mesh file.
 ///

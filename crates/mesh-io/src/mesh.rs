@@ -9,7 +9,7 @@ use std::fmt;
 use glam::DVec3;
 use surface::triangle;
 
-use crate::{FilePlace, ReadError};
+use crate::{FilePlace, ReadError, Volume};
 
 /// Triangle mesh of a file: every index is below the number of vertices, every
 /// coordinate is finite, and there is at least one face.
@@ -23,6 +23,8 @@ pub struct Mesh {
     pub polygons_fanned: usize,
     /// Content of the file behind the end that its header declares.
     pub unread: Option<Unread>,
+    /// Volume mesh whose boundary this is, of a file with tetrahedra or hexahedra.
+    pub volume: Option<Volume>,
 }
 
 /// Content of a file behind the end that its header declares, which is no part of the
@@ -72,7 +74,7 @@ impl Mesh {
 
         // Triangles stay as they are, larger polygons become fans, in the order of the file.
         let faces = Vec::with_capacity(polygons.ends.len());
-        let mut mesh = Self { positions, faces, polygons_fanned: 0, unread: None };
+        let mut mesh = Self { positions, faces, polygons_fanned: 0, unread: None, volume: None };
         let (mut corners, mut start) = (Vec::new(), 0);
 
         for (face, &end) in polygons.ends.iter().enumerate() {
@@ -101,7 +103,7 @@ impl Mesh {
     }
 }
 
-fn check_positions(positions: &[DVec3]) -> Result<(), ReadError> {
+pub(crate) fn check_positions(positions: &[DVec3]) -> Result<(), ReadError> {
     if u32::try_from(positions.len()).is_err() {
         return Err(ReadError::TooManyVertices(positions.len()));
     }

@@ -1,11 +1,11 @@
-//! File formats of meshes: recognized, read and written.
+//! File formats of meshes: recognized, read, and written from a surface.
 
 use std::path::Path;
 
 use glam::DVec3;
 
-use crate::vtk::{parse_vtp, write_vtp};
-use crate::{Mesh, ReadError, extension, obj, ply, stl};
+use crate::vtk::{parse_vtp, parse_vtu, write_vtp};
+use crate::{Mesh, ReadError, extension, inp, msh, obj, ply, stl};
 
 /// File format of a triangle mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,20 +66,52 @@ impl MeshFormat {
         let mut formats = Self::ALL.into_iter();
         formats.find(|format| extension.eq_ignore_ascii_case(format.extension()))
     }
+}
 
+/// File format of a mesh, with or without a volume.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum FileFormat {
+    Surface(MeshFormat),
+    /// VTK XML unstructured grid.
+    Vtu,
+    /// Gmsh.
+    Msh,
+    /// Abaqus input.
+    Inp,
+}
+
+impl FileFormat {
     /// Returns the format by the content, or else by the extension.
-    fn recognize(bytes: &[u8], extension: &str) -> Option<Self> {
+    pub(crate) fn recognize(bytes: &[u8], extension: &str) -> Result<Self, ReadError> {
         let head = &bytes[..bytes.len().min(VTK_TAG_WITHIN)];
-        if head.starts_with(b"ply\n") || head.starts_with(b"ply\r") {
-            return Some(Self::Ply);
+        let holds = |tag: &[u8]| head.windows(tag.len()).any(|window| window == tag);
+        if bytes.is_empty() {
+            return Err(ReadError::Empty);
         }
-        if head.windows(8).any(|window| window == b"<VTKFile") {
-            return Some(Self::Vtp);
+        if head.starts_with(b"ply\n") || head.starts_with(b"ply\r") {
+            return Ok(Self::Surface(MeshFormat::Ply));
+        }
+        if holds(b"<VTKFile") {
+            let is_volume = holds(b"UnstructuredGrid");
+            return Ok(if is_volume { Self::Vtu } else { Self::Surface(MeshFormat::Vtp) });
+        }
+        if head.starts_with(b"$MeshFormat") {
+            return Ok(Self::Msh);
         }
 
-        // OBJ and STL begin with anything: the extension decides, if it is one of ours.
-        let likely = stl::is_likely(bytes).then_some(Self::Stl);
-        Self::of_extension(extension).or(likely)
+        // The others begin with anything: the extension decides, if it is one of ours.
+        let likely = stl::is_likely(bytes).then_some(Self::Surface(MeshFormat::Stl));
+        let expected = "PLY, OBJ, STL, VTP, VTU, MSH or INP";
+        Self::of_extension(extension).or(likely).ok_or(ReadError::UnknownFormat { expected })
+    }
+
+    fn of_extension(extension: &str) -> Option<Self> {
+        match extension.to_ascii_lowercase().as_str() {
+            "vtu" => Some(Self::Vtu),
+            "msh" => Some(Self::Msh),
+            "inp" => Some(Self::Inp),
+            other => MeshFormat::of_extension(other).map(Self::Surface),
+        }
     }
 }
 
@@ -89,14 +121,13 @@ impl MeshFormat {
 ///
 /// The reason, where the content is not a mesh.
 pub fn parse_mesh(bytes: &[u8], extension: &str) -> Result<Mesh, ReadError> {
-    if bytes.is_empty() {
-        return Err(ReadError::Empty);
-    }
-    match MeshFormat::recognize(bytes, extension) {
-        Some(MeshFormat::Obj) => obj::parse(bytes),
-        Some(MeshFormat::Ply) => ply::parse(bytes),
-        Some(MeshFormat::Stl) => stl::parse(bytes),
-        Some(MeshFormat::Vtp) => parse_vtp(bytes),
-        None => Err(ReadError::UnknownFormat { expected: "PLY, OBJ, STL or VTP" }),
+    match FileFormat::recognize(bytes, extension)? {
+        FileFormat::Surface(MeshFormat::Obj) => obj::parse(bytes),
+        FileFormat::Surface(MeshFormat::Ply) => ply::parse(bytes),
+        FileFormat::Surface(MeshFormat::Stl) => stl::parse(bytes),
+        FileFormat::Surface(MeshFormat::Vtp) => parse_vtp(bytes),
+        FileFormat::Vtu => parse_vtu(bytes),
+        FileFormat::Msh => msh::parse(bytes),
+        FileFormat::Inp => inp::parse(bytes),
     }
 }

@@ -11,7 +11,8 @@ use glam::DVec3;
 use crate::ReadError;
 use crate::error::Format;
 use crate::mesh::{Mesh, Polygons};
-use crate::text::{number, quoted, words};
+use crate::replace::{Copy, Precision, check_count, position as position_of};
+use crate::text::{Lines, number, placed_words, quoted, words};
 
 const OBJ: Format = Format { name: "OBJ", remedy: "save it as PLY" };
 
@@ -28,6 +29,25 @@ pub(crate) fn encode(positions: &[DVec3], faces: &[[u32; 3]]) -> Vec<u8> {
         let _ = writeln!(file, "f {a} {b} {c}");
     }
     file.into_bytes()
+}
+
+/// Writes a file with other positions; weights and colors behind them stay.
+pub(crate) fn replace(file: &[u8], positions: &[DVec3]) -> Result<Vec<u8>, ReadError> {
+    let mut copy = Copy::new(file);
+    let mut vertex = 0;
+    for line in Lines::new(file) {
+        let mut words = placed_words(line.text, line.start);
+        if words.next().is_none_or(|keyword| keyword.text != b"v") {
+            continue;
+        }
+        let x = position_of(&OBJ, positions, vertex)?;
+        for (word, value) in words.zip(x.to_array()) {
+            copy.put_number(word.place, value, Precision::Double);
+        }
+        vertex += 1;
+    }
+    check_count(vertex, positions)?;
+    Ok(copy.finish())
 }
 
 /// Reads the vertices and faces of an OBJ file.

@@ -16,7 +16,7 @@ use crate::ply_binary::{read_faces, read_vertices};
 use crate::text::quoted;
 use crate::{FilePlace, ReadError};
 
-const PLY: Format = Format { name: "PLY", remedy: "save it as binary PLY of triangles" };
+pub(crate) const PLY: Format = Format { name: "PLY", remedy: "save it as binary PLY of triangles" };
 
 /// Returns a surface as a binary file.
 ///
@@ -194,7 +194,7 @@ fn is_corner_list(name: &str) -> bool {
 
 /// Element without use here, read past.
 #[derive(Debug)]
-struct Skipped;
+pub(crate) struct Skipped;
 
 impl PropertyAccess for Skipped {
     fn new() -> Self {
@@ -204,7 +204,7 @@ impl PropertyAccess for Skipped {
 
 /// Refuses headers without a mesh, and those that would make the parser build more
 /// elements than the file has bytes.
-fn check_header(header: &Header, bytes: usize) -> Result<(), ReadError> {
+pub(crate) fn check_header(header: &Header, bytes: usize) -> Result<(), ReadError> {
     for ElementDef { name, count, .. } in header.elements.values() {
         if *count > bytes {
             let problem = format!("{count} of {} do not fit in {bytes} bytes", quoted(name));
@@ -225,7 +225,7 @@ fn check_header(header: &Header, bytes: usize) -> Result<(), ReadError> {
     Ok(())
 }
 
-fn element<'a>(header: &'a Header, name: &str) -> Result<&'a ElementDef, ReadError> {
+pub(crate) fn element<'a>(header: &'a Header, name: &str) -> Result<&'a ElementDef, ReadError> {
     match header.elements.get(name) {
         Some(element) => Ok(element),
         None => Err(PLY.in_header(format!("there is no element '{name}'"))),
@@ -252,7 +252,7 @@ fn payload<E: PropertyAccess>(
 
 /// Shortens the parser's message to its first line, without the line number, and the
 /// offending text.
-fn malformed(place: FilePlace, error: &ParseError) -> ReadError {
+pub(crate) fn malformed(place: FilePlace, error: &ParseError) -> ReadError {
     let message = error.to_string();
     let prefix = format!("Line {}: ", error.line().unwrap_or_default());
     let message = message.strip_prefix(&prefix).unwrap_or(&message);

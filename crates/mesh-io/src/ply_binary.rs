@@ -105,7 +105,7 @@ fn unsigned_corner(bytes: &[u8; 4]) -> i64 {
     u32::from_le_bytes(*bytes).into()
 }
 
-const fn size_of_scalar(scalar: &ScalarType) -> usize {
+pub(crate) const fn size_of_scalar(scalar: &ScalarType) -> usize {
     match scalar {
         ScalarType::Char | ScalarType::UChar => 1,
         ScalarType::Short | ScalarType::UShort => 2,

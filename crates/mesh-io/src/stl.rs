@@ -13,7 +13,9 @@ use surface::triangle;
 
 use crate::error::Format;
 use crate::mesh::{Mesh, Polygons, Unread};
-use crate::text::{number, quoted, words};
+use crate::replace::{Copy, Precision, check_count};
+use crate::stored_values::single;
+use crate::text::{Lines, number, placed_words, quoted, words};
 use crate::{FilePlace, ReadError};
 
 const STL: Format = Format { name: "STL", remedy: "save it as PLY" };
@@ -48,15 +50,87 @@ pub(crate) fn encode(positions: &[DVec3], faces: &[[u32; 3]]) -> Vec<u8> {
 
 /// Reads the facets of an STL file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
-    let is_text = bytes.trim_ascii_start().starts_with(b"solid") && !bytes.contains(&0);
-    let merged = if is_text && !has_binary_length(bytes) {
-        parse_ascii(bytes)?
-    } else {
-        parse_binary(bytes)?
-    };
+    let merged = if is_text(bytes) { parse_ascii(bytes)? } else { parse_binary(bytes)? };
 
     let mesh = Mesh::assemble(merged.positions, &merged.polygons)?;
     Ok(Mesh { unread: merged.unread, ..mesh })
+}
+
+/// Returns the number type of the coordinates.
+pub(crate) fn precision(bytes: &[u8]) -> Precision {
+    if is_text(bytes) { Precision::Double } else { Precision::Single }
+}
+
+/// Writes a file with other positions, and the normals of facets that move.
+pub(crate) fn replace(file: &[u8], positions: &[DVec3]) -> Result<Vec<u8>, ReadError> {
+    let mesh = parse(file)?;
+    check_count(mesh.positions.len(), positions)?;
+    let copy = Copy::new(file);
+    Ok(if is_text(file) {
+        replace_text(&mesh, positions, copy)
+    } else {
+        replace_binary(&mesh, positions, copy)
+    })
+}
+
+fn replace_text(mesh: &Mesh, positions: &[DVec3], mut copy: Copy<'_>) -> Vec<u8> {
+    let (mut facet, mut corner) = (0, 0);
+    for line in Lines::new(copy.file()) {
+        let mut words = placed_words(line.text, line.start);
+        let keyword = words.next().map(|word| word.text.to_ascii_lowercase());
+        let Some(face) = mesh.faces.get(facet) else { break };
+        let value = match keyword.as_deref() {
+            Some(b"facet") => moved_normal(*face, mesh, positions),
+            Some(b"vertex") => {
+                corner += 1;
+                face.get(corner - 1).map(|&vertex| positions[vertex as usize])
+            }
+            Some(b"endfacet") => {
+                (facet, corner) = (facet + 1, 0);
+                None
+            }
+            _ => None,
+        };
+
+        // A normal stands behind one word more.
+        let skipped = usize::from(keyword.as_deref() == Some(b"facet"));
+        for (word, value) in words.skip(skipped).zip(value.iter().flat_map(DVec3::to_array)) {
+            copy.put_number(word.place, value, Precision::Double);
+        }
+    }
+    copy.finish()
+}
+
+fn replace_binary(mesh: &Mesh, positions: &[DVec3], mut copy: Copy<'_>) -> Vec<u8> {
+    for (facet, face) in mesh.faces.iter().enumerate() {
+        let start = HEADER + FACET * facet;
+        let stored = copy.file()[start..start + 12].iter().any(|&byte| byte != 0);
+        let normal = moved_normal(*face, mesh, positions).filter(|_| stored);
+        let corners = face.map(|vertex| positions[vertex as usize]);
+        let at = [start, start + 12, start + 24, start + 36];
+        for (at, value) in
+            at.into_iter().zip([normal, Some(corners[0]), Some(corners[1]), Some(corners[2])])
+        {
+            if let Some(value) = value {
+                let numbers = value.to_array().map(|value| single(value).to_le_bytes());
+                copy.put(at..at + 12, numbers.as_flattened());
+            }
+        }
+    }
+    copy.finish()
+}
+
+/// Computes the normal of a face, if it moves.
+fn moved_normal(face: [u32; 3], mesh: &Mesh, positions: &[DVec3]) -> Option<DVec3> {
+    let corners = face.map(|vertex| positions[vertex as usize]);
+    let before = face.map(|vertex| mesh.positions[vertex as usize]);
+    (corners != before).then(|| triangle::normal(corners).normalize_or_zero())
+}
+
+/// Returns true for text, whatever the first word of a binary file.
+fn is_text(bytes: &[u8]) -> bool {
+    let begins = bytes.trim_ascii_start().starts_with(b"solid") && !bytes.contains(&0);
+    begins && !has_binary_length(bytes)
 }
 
 fn has_binary_length(bytes: &[u8]) -> bool {

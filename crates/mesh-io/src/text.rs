@@ -1,10 +1,94 @@
 //! Words and numbers of text files, and text of files in messages.
 
+use std::ops::Range;
 use std::str::FromStr;
 
 /// Returns the words of a line, apart by ASCII white space.
 pub(crate) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
+}
+
+/// Line of a text file.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Line<'a> {
+    /// Number, counted from 1.
+    pub(crate) number: usize,
+    /// Byte of the file at which the line begins.
+    pub(crate) start: usize,
+    pub(crate) text: &'a [u8],
+}
+
+/// Lines of a text file with their places.
+#[derive(Clone, Debug)]
+pub(crate) struct Lines<'a> {
+    bytes: &'a [u8],
+    start: usize,
+    number: usize,
+}
+
+impl<'a> Lines<'a> {
+    pub(crate) fn new(bytes: &'a [u8]) -> Self {
+        Self { bytes, start: 0, number: 0 }
+    }
+
+    /// Returns the number of the last line.
+    pub(crate) fn number(&self) -> usize {
+        self.number
+    }
+}
+
+impl<'a> Iterator for Lines<'a> {
+    type Item = Line<'a>;
+
+    fn next(&mut self) -> Option<Line<'a>> {
+        let rest = self.bytes.get(self.start..).filter(|rest| !rest.is_empty())?;
+        let end = rest.iter().position(|&byte| byte == b'\n');
+        let text = &rest[..end.unwrap_or(rest.len())];
+        self.number += 1;
+        let line = Line { number: self.number, start: self.start, text };
+        self.start += text.len() + 1;
+        Some(line)
+    }
+}
+
+/// Word of a text file with the bytes that it takes there.
+#[derive(Clone, Debug)]
+pub(crate) struct PlacedWord<'a> {
+    pub(crate) text: &'a [u8],
+    pub(crate) place: Range<usize>,
+}
+
+/// Returns the words of a line that begins at byte `start`, apart by ASCII white space.
+pub(crate) fn placed_words(line: &[u8], start: usize) -> impl Iterator<Item = PlacedWord<'_>> {
+    let words = placed(line, start, u8::is_ascii_whitespace);
+    words.filter(|word| !word.text.is_empty())
+}
+
+/// Returns the fields of a line that begins at byte `start`, trimmed, apart by a byte.
+pub(crate) fn placed_fields(
+    line: &[u8],
+    start: usize,
+    separator: u8,
+) -> impl Iterator<Item = PlacedWord<'_>> {
+    placed(line, start, move |&byte| byte == separator).map(|field| {
+        let blanks = field.text.len() - field.text.trim_ascii_start().len();
+        let text = field.text.trim_ascii();
+        let first = field.place.start + blanks;
+        PlacedWord { text, place: first..first + text.len() }
+    })
+}
+
+fn placed<'a>(
+    line: &'a [u8],
+    start: usize,
+    is_separator: impl Fn(&u8) -> bool,
+) -> impl Iterator<Item = PlacedWord<'a>> {
+    let mut at = start;
+    line.split(is_separator).map(move |text| {
+        let place = at..at + text.len();
+        at = place.end + 1;
+        PlacedWord { text, place }
+    })
 }
 
 /// Returns the number that a word spells, if it spells one.

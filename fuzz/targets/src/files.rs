@@ -1,7 +1,7 @@
 //! Readers of files.
 
 use distance_field::Interpolation;
-use mesh_io::{FieldFormat, Mesh, MeshFormat, parse_mesh};
+use mesh_io::{FieldFormat, Mesh, MeshFormat, parse_mesh, replace_positions};
 use surface::{SurfaceError, TriangleSurface, inspect};
 
 /// Reads a mesh file, whose first byte selects its extension, and returns true if the
@@ -10,10 +10,11 @@ use surface::{SurfaceError, TriangleSurface, inspect};
 /// # Panics
 ///
 /// Where a mesh has faces without vertices, or positions that are not finite; where it
-/// differs from what is read after writing it; where a refusal holds control characters.
+/// differs from what is read after writing it, in other formats or with its positions put in their
+/// own places; where a refusal holds control characters.
 #[must_use]
 pub fn mesh(bytes: &[u8]) -> bool {
-    const EXTENSIONS: [&str; 5] = ["ply", "obj", "stl", "vtp", ""];
+    const EXTENSIONS: [&str; 8] = ["ply", "obj", "stl", "vtp", "", "vtu", "msh", "inp"];
     let Some((first, rest)) = bytes.split_first() else { return false };
     let extension = EXTENSIONS[usize::from(*first) % EXTENSIONS.len()];
     let mesh = match parse_mesh(rest, extension) {
@@ -25,6 +26,7 @@ pub fn mesh(bytes: &[u8]) -> bool {
         }
     };
 
+    check_replaced(rest, extension, &mesh);
     for format in [MeshFormat::Obj, MeshFormat::Ply, MeshFormat::Stl, MeshFormat::Vtp] {
         check_written(&mesh, format);
     }
@@ -42,6 +44,15 @@ pub fn mesh(bytes: &[u8]) -> bool {
             false
         }
     }
+}
+
+/// Checks that a file with its own positions put in their places reads back to the same mesh, where
+/// it can be written.
+fn check_replaced(file: &[u8], extension: &str, mesh: &Mesh) {
+    let positions = mesh.volume.as_ref().map_or(&mesh.positions, |volume| &volume.nodes);
+    let Ok(written) = replace_positions(file, extension, positions) else { return };
+    let again = parse_mesh(&written, extension).expect("a file of our own");
+    assert!(again.faces == mesh.faces, "other faces are read back");
 }
 
 /// Checks that a mesh reads back from a file of a format, corner by corner.

@@ -1,4 +1,4 @@
-//! VTK XML files: polygonal data (`.vtp`) and image data (`.vti`).
+//! VTK XML files: polygonal data (`.vtp`), unstructured grids (`.vtu`) and image data (`.vti`).
 //!
 //! A file is a tree of XML elements ([`xml`]), whose data arrays hold numbers in several
 //! encodings ([`array`]). Arrays may stand behind the tree, as appended data. These are
@@ -7,13 +7,19 @@
 //! Source: "VTK XML File Formats", the VTK documentation.
 
 mod array;
+mod piece;
+mod replace;
 mod vti;
 mod vtp;
+mod vtu;
 mod write;
 mod xml;
 
+pub(crate) use self::replace::{VtkPoints, replace_points};
 pub(crate) use self::vti::{encode_vti, parse_vti};
 pub(crate) use self::vtp::parse_vtp;
+pub(crate) use self::vtu::parse_vtu;
+pub use self::vtu::write_vtu;
 pub use self::write::{CellValues, Cells, PointValues, write_vtp, write_vtp_cells};
 use self::xml::Element;
 use crate::error::Format;

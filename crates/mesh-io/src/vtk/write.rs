@@ -1,4 +1,4 @@
-//! Writer of VTK polygonal data with values per vertex.
+//! Writer of VTK polygonal data with values per vertex, and of arrays for other data.
 //!
 //! Arrays stand inline in base64: raw appended data would be smaller but is not XML, and
 //! readers with a strict parser refuse it. Of the values, the first are active: viewers
@@ -97,30 +97,35 @@ fn poly_data(
     [polygons, lines]: [&CellList; 2],
     cell_values: &[CellValues<'_>],
 ) -> String {
-    let active = values.first().map_or("", |values| values.name());
-    let point_data: String = values.iter().map(PointValues::array).collect();
+    let (point_data, points) = point_arrays(positions, values);
     let mut cell_data: String = cell_values.iter().map(CellValues::array).collect();
     if !cell_data.is_empty() {
         cell_data = format!("<CellData>\n{cell_data}</CellData>\n");
     }
-    let points = PointValues::Vectors("Points", positions).array();
     let (lines_element, polygons_element) = (lines.element("Lines"), polygons.element("Polys"));
     format!(
         r#"<?xml version="1.0"?>
 <VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">
 <PolyData>
 <Piece NumberOfPoints="{}" NumberOfVerts="0" NumberOfLines="{}" NumberOfStrips="0" NumberOfPolys="{}">
-<PointData Scalars="{active}">
-{point_data}</PointData>
-{cell_data}<Points>
-{points}</Points>
-{lines_element}{polygons_element}</Piece>
+{point_data}{cell_data}{points}{lines_element}{polygons_element}</Piece>
 </PolyData>
 </VTKFile>
 "#,
         positions.len(),
         lines.count,
         polygons.count,
+    )
+}
+
+/// Writes the values at points, of which the first are active, and the points.
+pub(super) fn point_arrays(positions: &[DVec3], values: &[PointValues<'_>]) -> (String, String) {
+    let active = values.first().map_or("", |values| values.name());
+    let arrays: String = values.iter().map(PointValues::array).collect();
+    let points = PointValues::Vectors("Points", positions).array();
+    (
+        format!("<PointData Scalars=\"{active}\">\n{arrays}</PointData>\n"),
+        format!("<Points>\n{points}</Points>\n"),
     )
 }
 
@@ -158,7 +163,7 @@ fn scalars(name: &str, values: &[f64]) -> String {
 }
 
 /// Returns an array with the number of its bytes before them, as the format demands.
-fn array<const N: usize>(
+pub(super) fn array<const N: usize>(
     number_type: &str,
     name: &str,
     components: usize,

@@ -3,6 +3,8 @@
 mod fields;
 mod limits;
 mod meshes;
+mod replaced;
+mod volumes;
 mod vtk;
 
 use fixtures::random::Random;

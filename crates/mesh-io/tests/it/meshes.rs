@@ -40,6 +40,7 @@ fn expected() -> Mesh {
         faces: triangles,
         polygons_fanned: 1,
         unread: None,
+        volume: None,
     }
 }
 
@@ -171,7 +172,7 @@ fn read(name: &str, bytes: &[u8]) -> Result<Mesh, ReadError> {
 }
 
 /// Returns a file of each kind, by its name.
-fn files() -> [(&'static str, Vec<u8>); 7] {
+pub(crate) fn files() -> [(&'static str, Vec<u8>); 7] {
     [
         ("ascii.ply", ascii_ply()),
         ("little.ply", binary_ply(false)),
@@ -207,7 +208,7 @@ fn formats_are_recognized_by_content() {
         assert!(read("mesh.dat", bytes).is_ok(), "{name}");
     }
     let refusal = |name: &str, bytes: &[u8]| read(name, bytes).unwrap_err().to_string();
-    let unknown = "unknown format: expected PLY, OBJ, STL or VTP";
+    let unknown = "unknown format: expected PLY, OBJ, STL, VTP, VTU, MSH or INP";
     assert_eq!(refusal("mesh.dat", b"nothing of the kind"), unknown);
     assert_eq!(refusal("mesh.ply", b""), "is empty (0 bytes)");
 }
@@ -279,8 +280,8 @@ fn refusals_name_the_place() {
             "PLY file: header: there is no element 'face'",
         ),
         (
-            message(read("mesh.vtp", b"<VTKFile type=\"UnstructuredGrid\"></VTKFile>")),
-            "VTP file: data of type 'UnstructuredGrid' cannot be read; save it as polygonal data of plain polygons, uncompressed or compressed by zlib",
+            message(read("mesh.vtp", b"<VTKFile type=\"ImageData\"></VTKFile>")),
+            "VTP file: data of type 'ImageData' cannot be read; save it as polygonal data of plain polygons, uncompressed or compressed by zlib",
         ),
     ];
     for (got, expected) in cases {

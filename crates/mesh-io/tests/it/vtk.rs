@@ -10,7 +10,8 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use glam::DVec3;
 use mesh_io::{
-    CellValues, Cells, Mesh, PointValues, ReadError, parse_mesh, write_vtp, write_vtp_cells,
+    CellValues, Cells, Mesh, PointValues, ReadError, parse_mesh, replace_positions, write_vtp,
+    write_vtp_cells,
 };
 
 use crate::{ROUNDS, Random, damaged};
@@ -137,7 +138,7 @@ fn deflated(block: &[u8]) -> Vec<u8> {
 fn planted() -> Mesh {
     let positions = COORDINATES.as_chunks::<3>().0.iter().map(|p| DVec3::from_array(*p)).collect();
     let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
-    Mesh { positions, faces, polygons_fanned: 0, unread: None }
+    Mesh { positions, faces, polygons_fanned: 0, unread: None, volume: None }
 }
 
 fn read(bytes: &[u8]) -> Result<Mesh, ReadError> {
@@ -148,6 +149,19 @@ fn read(bytes: &[u8]) -> Result<Mesh, ReadError> {
 fn every_way_of_writing_gives_the_planted_mesh() {
     for style in Style::all() {
         assert_eq!(read(&style.file()).unwrap(), planted(), "{style:?}");
+    }
+}
+
+/// Other points in every way of writing; the arrays of the faces stay where they are.
+#[test]
+fn points_are_replaced_in_every_way_of_writing() {
+    let mut expected = planted();
+    for x in &mut expected.positions {
+        *x = 3.0 * *x + DVec3::new(0.1, -7.0, 1e-3);
+    }
+    for style in Style::all() {
+        let file = replace_positions(&style.file(), "vtp", &expected.positions).unwrap();
+        assert_eq!(read(&file).unwrap(), expected, "{style:?}");
     }
 }
 

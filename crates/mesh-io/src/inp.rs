@@ -1,0 +1,167 @@
+//! Abaqus input files: nodes, tetrahedra (`C3D4`) and hexahedra (`C3D8`) of one part.
+//!
+//! This reader is not a crate's: there is none, and a file is written again with other coordinates
+//! and all else as it was. Elements that are no solids are skipped; other solids are refused, and so
+//! are files whose nodes are generated, included, or placed by more than one part or instance.
+//!
+//! Source: "Abaqus Keywords Reference Guide", `*NODE` and `*ELEMENT`; "Input syntax rules".
+
+use volume_mesh::Cell;
+
+use crate::ReadError;
+use crate::error::Format;
+use crate::mesh::Mesh;
+use crate::text::{Line, Lines, number, placed_fields, quoted};
+use crate::text_nodes::TextNodes;
+use crate::volume::NumberedCells;
+
+const INP: Format = Format {
+    name: "INP",
+    remedy: "save it as one part with its nodes and linear solid elements in one file",
+};
+
+/// Keywords by which nodes or elements come from elsewhere.
+const GENERATING: [&str; 7] = ["INCLUDE", "NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"];
+
+/// Reads the nodes and solid elements of an input file.
+pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
+    let content = parse_content(bytes)?;
+    Mesh::of_volume(content.nodes.positions, content.cells)
+}
+
+/// Reads the nodes with the places of their coordinates.
+pub(crate) fn parse_nodes(bytes: &[u8]) -> Result<TextNodes, ReadError> {
+    Ok(parse_content(bytes)?.nodes)
+}
+
+/// Meaning of the data lines below a keyword.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Block {
+    Nodes,
+    Tetrahedra,
+    Hexahedra,
+    /// Way in which an instance is placed.
+    Placement,
+    Skipped,
+}
+
+/// Content of a file, as far as it is read.
+#[derive(Debug, Default)]
+struct InpContent {
+    nodes: TextNodes,
+    cells: NumberedCells,
+    parts: usize,
+    instances: usize,
+    /// Number and nodes of an element whose data lines go on.
+    element: Vec<u64>,
+}
+
+fn parse_content(bytes: &[u8]) -> Result<InpContent, ReadError> {
+    let mut content = InpContent::default();
+    let (mut block, mut last) = (Block::Skipped, 0);
+    for line in Lines::new(bytes) {
+        last = line.number;
+        let text = line.text.trim_ascii();
+        if text.is_empty() || text.starts_with(b"**") {
+            continue;
+        }
+        if text.starts_with(b"*") {
+            content.check_complete(line.number)?;
+            block = content.keyword(text)?;
+            continue;
+        }
+        match block {
+            Block::Nodes => content.read_node(&line)?,
+            Block::Tetrahedra | Block::Hexahedra => content.read_element(&line, block)?,
+            Block::Placement => return Err(INP.unsupported("an instance that is placed anew")),
+            Block::Skipped => {}
+        }
+    }
+    content.check_complete(last)?;
+    Ok(content)
+}
+
+impl InpContent {
+    /// Begins the block of a keyword line.
+    fn keyword(&mut self, text: &[u8]) -> Result<Block, ReadError> {
+        // Blanks and case do not matter.
+        let mut text = String::from_utf8_lossy(text).to_ascii_uppercase();
+        text.retain(|character| !character.is_whitespace());
+        let mut words = text[1..].split(',');
+        let keyword = words.next().unwrap_or_default();
+
+        match keyword {
+            "NODE" => Ok(Block::Nodes),
+            "ELEMENT" => element_block(words.find_map(|word| word.strip_prefix("TYPE="))),
+            "PART" | "INSTANCE" => {
+                let is_part = keyword == "PART";
+                self.parts += usize::from(is_part);
+                self.instances += usize::from(!is_part);
+                if self.parts > 1 || self.instances > 1 {
+                    return Err(INP.unsupported("more than one part or instance"));
+                }
+                Ok(if is_part { Block::Skipped } else { Block::Placement })
+            }
+            _ if GENERATING.contains(&keyword) => {
+                Err(INP.unsupported(format!("the keyword {}", quoted(keyword))))
+            }
+            _ => Ok(Block::Skipped),
+        }
+    }
+
+    fn read_node(&mut self, line: &Line<'_>) -> Result<(), ReadError> {
+        let mut fields = placed_fields(line.text, line.start, b',');
+        let Some(node) = fields.next().and_then(|field| number(field.text)) else {
+            return Err(INP.on_line(line.number, "a node begins with its number"));
+        };
+        self.nodes.push(&INP, line, node, fields)
+    }
+
+    /// Reads a line of an element, which may continue the line above.
+    fn read_element(&mut self, line: &Line<'_>, block: Block) -> Result<(), ReadError> {
+        for field in placed_fields(line.text, line.start, b',') {
+            // A line that goes on ends with a comma.
+            if field.text.is_empty() {
+                continue;
+            }
+            let Some(number) = number(field.text) else {
+                let problem = format!("{} is not a whole number", quoted(field.text));
+                return Err(INP.on_line(line.number, problem));
+            };
+            self.element.push(number);
+        }
+
+        let corners = if block == Block::Tetrahedra { 4 } else { 8 };
+        if self.element.len() <= corners && line.text.trim_ascii_end().ends_with(b",") {
+            return Ok(());
+        }
+        let Some((&number, nodes)) = self.element.split_first() else { return Ok(()) };
+        let cell = if block == Block::Tetrahedra {
+            Cell::Tetrahedron(self.nodes.cell(&INP, line.number, nodes)?)
+        } else {
+            Cell::Hexahedron(self.nodes.cell(&INP, line.number, nodes)?)
+        };
+        self.cells.push(number, cell);
+        self.element.clear();
+        Ok(())
+    }
+
+    /// Refuses an element that goes on where its block ends.
+    fn check_complete(&self, line: usize) -> Result<(), ReadError> {
+        match self.element.first() {
+            Some(element) => Err(INP.on_line(line, format!("element {element} ends early"))),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Returns the block of an element type; letters behind the shape concern the integration.
+fn element_block(kind: Option<&str>) -> Result<Block, ReadError> {
+    let Some(kind) = kind else { return Ok(Block::Skipped) };
+    let Some(shape) = kind.strip_prefix("C3D") else { return Ok(Block::Skipped) };
+    match shape.trim_end_matches(|letter: char| letter.is_ascii_alphabetic()) {
+        "4" => Ok(Block::Tetrahedra),
+        "8" => Ok(Block::Hexahedra),
+        _ => Err(INP.unsupported(format!("elements of type {}", quoted(kind)))),
+    }
+}

@@ -1,0 +1,75 @@
+//! Nodes of text files: numbered by the file, with the places of their coordinates.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use glam::DVec3;
+
+use crate::ReadError;
+use crate::error::Format;
+use crate::text::{Line, PlacedWord, number, quoted};
+
+/// Nodes of a text file, in its order.
+#[derive(Debug, Default)]
+pub(crate) struct TextNodes {
+    pub(crate) positions: Vec<DVec3>,
+    /// Bytes of the coordinates of each node.
+    pub(crate) places: Vec<[Range<usize>; 3]>,
+    /// Index of each node, by its number in the file.
+    indices: HashMap<u64, u32>,
+}
+
+impl TextNodes {
+    /// Adds a node with the first three words behind its number.
+    pub(crate) fn push<'a>(
+        &mut self,
+        format: &Format,
+        line: &Line<'a>,
+        node: u64,
+        mut words: impl Iterator<Item = PlacedWord<'a>>,
+    ) -> Result<(), ReadError> {
+        let mut position = DVec3::ZERO;
+        let mut places = [0..0, 0..0, 0..0];
+        for axis in 0..3 {
+            let Some(word) = words.next() else {
+                return Err(format.on_line(line.number, "a node needs three coordinates"));
+            };
+            let Some(coordinate) = number(word.text) else {
+                let problem = format!("{} is not a number", quoted(word.text));
+                return Err(format.on_line(line.number, problem));
+            };
+            position[axis] = coordinate;
+            places[axis] = word.place;
+        }
+
+        let index = u32::try_from(self.positions.len());
+        let index = index.map_err(|_| ReadError::TooManyVertices(self.positions.len()))?;
+        if self.indices.insert(node, index).is_some() {
+            return Err(format.on_line(line.number, format!("node {node} is defined again")));
+        }
+        self.positions.push(position);
+        self.places.push(places);
+        Ok(())
+    }
+
+    /// Returns the indices of a cell's nodes, by their numbers in the file.
+    pub(crate) fn cell<const N: usize>(
+        &self,
+        format: &Format,
+        line: usize,
+        nodes: &[u64],
+    ) -> Result<[u32; N], ReadError> {
+        let Ok(nodes) = <[u64; N]>::try_from(nodes) else {
+            let problem = format!("an element of {N} nodes has {}", nodes.len());
+            return Err(format.on_line(line, problem));
+        };
+        let mut indices = [0; N];
+        for (index, node) in indices.iter_mut().zip(nodes) {
+            let Some(&known) = self.indices.get(&node) else {
+                return Err(format.on_line(line, format!("node {node} is not defined above")));
+            };
+            *index = known;
+        }
+        Ok(indices)
+    }
+}

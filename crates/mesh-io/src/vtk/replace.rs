@@ -1,0 +1,223 @@
+//! VTK XML files written again with other points.
+//!
+//! Raw appended points change in their place. Others are written inline, in the number type, byte
+//! order and compression of the file; appended data of other arrays stay where their offsets point.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::ops::Range;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
+use glam::DVec3;
+
+use super::piece::Piece;
+use super::vtp::VTP;
+use super::vtu::VTU;
+use super::xml::Element;
+use super::{Appended, Dialect, VtkFile};
+use crate::ReadError;
+use crate::replace::{Copy, Precision, check_count};
+use crate::stored_values::single;
+use crate::text::quoted;
+
+/// VTK file with points.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum VtkPoints {
+    Surface,
+    Volume,
+}
+
+impl VtkPoints {
+    fn dialect(self) -> &'static Dialect {
+        match self {
+            Self::Surface => &VTP,
+            Self::Volume => &VTU,
+        }
+    }
+
+    /// Returns the number type of the points; single precision if any piece has it.
+    pub(crate) fn precision(self, bytes: &[u8]) -> Result<Precision, ReadError> {
+        let file = VtkFile::parse(bytes, self.dialect())?;
+        for piece in Piece::all(&file) {
+            let Some(array) = piece.points()? else { continue };
+            if precision(&file, array)? == Precision::Single {
+                return Ok(Precision::Single);
+            }
+        }
+        Ok(Precision::Double)
+    }
+}
+
+/// Writes a file with other points.
+pub(crate) fn replace_points(
+    bytes: &[u8],
+    kind: VtkPoints,
+    positions: &[DVec3],
+) -> Result<Vec<u8>, ReadError> {
+    let file = VtkFile::parse(bytes, kind.dialect())?;
+    let (mut edits, mut first) = (Vec::new(), 0_usize);
+    for piece in Piece::all(&file) {
+        let Some(array) = piece.points()? else { continue };
+        let count = piece.count("NumberOfPoints")?;
+        let Some(x) = positions.get(first..first.saturating_add(count)) else {
+            let (expected, found) = (first.saturating_add(count), positions.len());
+            return Err(ReadError::PositionCount { expected, found });
+        };
+        first += count;
+        edits.push(edit(bytes, &file, array, x)?);
+    }
+    check_count(first, positions)?;
+
+    // Appended data stand behind all elements.
+    edits.sort_by_key(|edit| edit.0.start);
+    let mut copy = Copy::new(bytes);
+    for (place, content) in edits {
+        copy.put(place, &content);
+    }
+    Ok(copy.finish())
+}
+
+/// Returns the place of an array and its new content.
+fn edit(
+    bytes: &[u8],
+    file: &VtkFile<'_>,
+    array: &Element,
+    x: &[DVec3],
+) -> Result<(Range<usize>, Vec<u8>), ReadError> {
+    let precision = precision(file, array)?;
+    let encoding = array.attribute("format").unwrap_or("ascii");
+
+    if let (Some(Appended::Raw(data)), None, "appended") =
+        (file.appended, &file.compressor, encoding)
+    {
+        let offset = array.attribute("offset").unwrap_or_default().trim().parse::<usize>();
+        let content = numbers(file, precision, x);
+        let start = offset.unwrap_or(usize::MAX).saturating_add(file.header_bytes);
+        let place = start..start.saturating_add(content.len());
+        if data.get(place.clone()).is_none() {
+            return Err(file.dialect.malformed_at(array, "its appended data are missing"));
+        }
+        let before = bytes.len() - data.len();
+        return Ok((before + place.start..before + place.end, content));
+    }
+
+    // The whole element anew, without its range of values and whatever else it holds.
+    let is_text = encoding == "ascii";
+    let mut element = "<DataArray".to_owned();
+    for (name, value) in array.attributes() {
+        if !["format", "offset", "RangeMin", "RangeMax"].contains(&name) {
+            let _ = write!(
+                element,
+                " {name}=\"{}\"",
+                value.replace('&', "&amp;").replace('"', "&quot;").replace('<', "&lt;")
+            );
+        }
+    }
+    let format = if is_text { "ascii" } else { "binary" };
+    let content = if is_text { text(precision, x) } else { base64(file, precision, x)? };
+    let _ = write!(element, " format=\"{format}\">{content}</DataArray>");
+    Ok((place_of(bytes, file, array)?, element.into_bytes()))
+}
+
+/// Returns the number type of an array.
+fn precision(file: &VtkFile<'_>, array: &Element) -> Result<Precision, ReadError> {
+    match array.attribute("type").unwrap_or_default() {
+        "Float32" => Ok(Precision::Single),
+        "Float64" => Ok(Precision::Double),
+        other => Err(file.dialect.format.unsupported(format!("points of type {}", quoted(other)))),
+    }
+}
+
+/// Returns the bytes of an element, from its tag to the end of its closing tag.
+fn place_of(
+    bytes: &[u8],
+    file: &VtkFile<'_>,
+    element: &Element,
+) -> Result<Range<usize>, ReadError> {
+    let start = usize::try_from(element.at).unwrap_or(usize::MAX);
+    let rest = bytes.get(start..).unwrap_or_default();
+
+    // The tag ends at the first bracket outside of quotation marks.
+    let (mut quote, mut tag) = (None, None);
+    for (at, &byte) in rest.iter().enumerate() {
+        match (quote, byte) {
+            (None, b'"' | b'\'') => quote = Some(byte),
+            (None, b'>') => {
+                tag = Some(at);
+                break;
+            }
+            (Some(open), byte) if open == byte => quote = None,
+            _ => {}
+        }
+    }
+    let missing = || file.dialect.malformed_at(element, "the file ends in the tag");
+    let tag = tag.ok_or_else(missing)?;
+    if rest[..tag].ends_with(b"/") {
+        return Ok(start..start + tag + 1);
+    }
+    let closing = super::find(&rest[tag..], b"</DataArray").ok_or_else(missing)? + tag;
+    let end = super::find(&rest[closing..], b">").ok_or_else(missing)? + closing;
+    Ok(start..start + end + 1)
+}
+
+/// Writes a line per point.
+fn text(precision: Precision, x: &[DVec3]) -> String {
+    let mut text = "\n".to_owned();
+    for x in x {
+        let [x, y, z] = x.to_array().map(|value| precision.text(value));
+        let _ = writeln!(text, "{x} {y} {z}");
+    }
+    text
+}
+
+/// Returns the bytes of all coordinates, in the order of the file.
+fn numbers(file: &VtkFile<'_>, precision: Precision, x: &[DVec3]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for value in x.iter().flat_map(DVec3::to_array) {
+        match precision {
+            Precision::Single => push(file, &mut bytes, single(value).to_le_bytes()),
+            _ => push(file, &mut bytes, value.to_le_bytes()),
+        }
+    }
+    bytes
+}
+
+/// Writes an inline array: its length and its bytes, or the lengths of its one block and the block.
+fn base64(file: &VtkFile<'_>, precision: Precision, x: &[DVec3]) -> Result<String, ReadError> {
+    let content = numbers(file, precision, x);
+    if file.compressor.is_none() {
+        let mut bytes = header(file, &[content.len()]);
+        bytes.extend(content);
+        return Ok(STANDARD.encode(bytes));
+    }
+
+    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
+    encoder.write_all(&content)?;
+    let block = encoder.finish()?;
+    let header = header(file, &[1, content.len(), 0, block.len()]);
+    Ok(STANDARD.encode(header) + &STANDARD.encode(block))
+}
+
+/// Returns the integers before an array, in the width and order of the file.
+fn header(file: &VtkFile<'_>, integers: &[usize]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for &integer in integers {
+        if file.header_bytes == 8 {
+            push(file, &mut bytes, (integer as u64).to_le_bytes());
+        } else {
+            push(file, &mut bytes, u32::try_from(integer).unwrap_or(u32::MAX).to_le_bytes());
+        }
+    }
+    bytes
+}
+
+/// Adds a number, given in little-endian order, in the order of the file.
+fn push<const N: usize>(file: &VtkFile<'_>, bytes: &mut Vec<u8>, mut number: [u8; N]) {
+    if file.is_big_endian {
+        number.reverse();
+    }
+    bytes.extend(number);
+}
