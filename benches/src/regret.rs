@@ -1,8 +1,9 @@
 //! Regret of plans: time of construction and of all frames by the chosen plan, over that of forced
 //! plans, as measured.
 //!
-//! Each plan is built and timed once per scene and tolerance, in turns with the others; numbers of
-//! frames are sums of both times. Plans that are alike have the same time.
+//! Times are those of one thread on its processor, so that other load on the machine adds little.
+//! Each plan is built and its frames are detected in turns with the others, as often as the clock's
+//! steps ask for; numbers of frames are sums of both times. Plans that are alike have the same time.
 
 use std::error::Error;
 use std::time::Instant;
@@ -14,13 +15,18 @@ use musculo_collide::{
     SceneError, machine_factor,
 };
 
+use crate::measure::thread_time;
+
 /// Numbers of frames that plans are made for.
 const FRAMES: [u32; 3] = [1, 100, 10_000];
 
 const TOLERANCES: [f64; 3] = [2.0, 0.5, 0.1];
 
-/// Rounds of a frame: its time is the minimum.
-const ROUNDS: u32 = 5;
+/// Rounds of a frame at least, and the time that they take at least \[s\], in which the clock makes
+/// many steps. The same holds for what is built.
+const MIN_ROUNDS: u32 = 3;
+const MIN_SECONDS: f64 = 0.1;
+const MAX_ROUNDS: u32 = 400;
 
 /// Frames below which plans count no work.
 const MIN_COUNTED_FRAMES: u32 = 10;
@@ -44,6 +50,25 @@ impl PlanTimes {
 struct Candidate {
     plan: Plan,
     times: PlanTimes,
+    frames: MeanTime,
+}
+
+/// Mean of several times.
+#[derive(Clone, Copy, Debug, Default)]
+struct MeanTime {
+    seconds: f64,
+    count: u32,
+}
+
+impl MeanTime {
+    fn add(&mut self, seconds: f64) {
+        self.seconds += seconds;
+        self.count += 1;
+    }
+
+    fn mean(self) -> f64 {
+        self.seconds / f64::from(self.count)
+    }
 }
 
 /// Scene of the table.
@@ -58,6 +83,11 @@ struct NamedScene {
 ///
 /// When a plan cannot be made, or fails in a frame.
 pub fn table(only: &[String]) -> Result<String, Box<dyn Error>> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    Ok(pool.install(|| rows(only).map_err(|error| error.to_string()))?)
+}
+
+fn rows(only: &[String]) -> Result<String, Box<dyn Error>> {
     let mut text = String::from(
         "| scene | tolerance | frames | chosen [s] | over best | over exact | predicted over measured |\n|---|---|---|---|---|---|---|\n",
     );
@@ -126,13 +156,19 @@ fn measure(scene: &mut Scene, tolerance: f64) -> Result<Measured, Box<dyn Error>
     }
 
     // In turns, so that what else the machine does hits all alike.
-    for round in 0..ROUNDS {
+    for round in 0..MAX_ROUNDS {
+        let mut is_done = round > MIN_ROUNDS;
         for candidate in candidates.iter_mut().flatten() {
             let seconds = time_frame(scene, &mut candidate.plan, round)?;
             // The first round warms the caches.
             if round > 0 {
-                candidate.times.frame = candidate.times.frame.min(seconds);
+                candidate.frames.add(seconds);
+                candidate.times.frame = candidate.frames.mean();
             }
+            is_done &= candidate.frames.seconds > MIN_SECONDS;
+        }
+        if is_done {
+            break;
         }
     }
 
@@ -210,14 +246,19 @@ fn build(
     let start = Instant::now();
     let machine_factor = machine_factor(|| start.elapsed());
     let params = PlanParams { frames, machine_factor, ..PlanParams::with_tolerance(tolerance) };
-    let start = Instant::now();
-    let plan = Plan::with_forced(scene, &params, forced, Progress::none())?;
-    let build = start.elapsed().as_secs_f64();
+    let (mut builds, mut built) = (MeanTime::default(), None);
+    while builds.count < MAX_ROUNDS && builds.seconds < MIN_SECONDS {
+        let start = thread_time();
+        built = Some(Plan::with_forced(scene, &params, forced, Progress::none())?);
+        builds.add((thread_time() - start).as_secs_f64());
+    }
+    let (plan, build) = (built.ok_or("no plan was built")?, builds.mean());
 
     // For a few frames no work is counted, so that none is predicted.
     let is_counted = frames >= MIN_COUNTED_FRAMES;
     let predicted = if is_counted { plan.predicted_time().as_secs_f64() } else { 0.0 };
-    Ok(Candidate { plan, times: PlanTimes { build, frame: f64::INFINITY, predicted } })
+    let times = PlanTimes { build, frame: f64::INFINITY, predicted };
+    Ok(Candidate { plan, times, frames: MeanTime::default() })
 }
 
 /// Returns the time of a frame after tiny moves, which everything has to follow \[s\].
@@ -233,9 +274,9 @@ fn time_frame(scene: &mut Scene, plan: &mut Plan, round: u32) -> Result<f64, Box
 
     // Detection alone is timed, without the moves.
     let mut detection = Detection::default();
-    let start = Instant::now();
+    let start = thread_time();
     plan.detect(scene, &mut detection)?;
-    Ok(start.elapsed().as_secs_f64())
+    Ok((thread_time() - start).as_secs_f64())
 }
 
 /// Computes Spearman's rank correlation of pairs of values.

@@ -74,12 +74,11 @@ impl Plan {
     ) -> Result<(), PlanError> {
         self.check_scene(scene)?;
         out.clear();
-        self.structures.begin_frame();
         let mut meter = Meter::start(budget);
 
         // The possible depth of all pairs, also of those that have come near without a plan.
         self.track_motion(scene);
-        out.out_of_range.extend(scene.ids().filter(|&id| self.is_out_of_range(scene, id)));
+        self.list_out_of_range(scene, out);
         let unplanned =
             if out.out_of_range.is_empty() { Vec::new() } else { self.unplanned(scene) };
         let waiting = self.waiting(scene, &unplanned);

@@ -1,6 +1,6 @@
 //! One frame of detection by a plan.
 
-use scene::{BodyId, PairId, Scene};
+use scene::{PairId, Scene};
 use surface::parallel;
 
 use crate::candidates::are_rigid;
@@ -41,7 +41,7 @@ impl Plan {
         self.remember_all(scene);
 
         // Pairs of bodies that have left the bounds which keep them apart.
-        out.out_of_range.extend(scene.ids().filter(|&id| self.is_out_of_range(scene, id)));
+        self.list_out_of_range(scene, out);
         if out.out_of_range.is_empty() { Ok(()) } else { self.detect_unplanned(scene, out) }
     }
 
@@ -56,15 +56,18 @@ impl Plan {
         self.frame_count += 1;
     }
 
-    /// Returns true if a body has left the bounds within which unplanned pairs stay apart.
-    pub(crate) fn is_out_of_range(&self, scene: &Scene, id: BodyId) -> bool {
+    /// Lists the bodies that have left the bounds within which unplanned pairs stay apart.
+    pub(crate) fn list_out_of_range(&mut self, scene: &Scene, out: &mut Detection) {
         if self.far_pair_count == 0 {
-            return false;
+            return;
         }
 
         // Unplanned pairs stay apart while both bodies are in their inflated boxes.
-        let bounds = self.bodies[id.index()].bounds.inflate(self.params.max_displacement);
-        scene.body(id).positions().iter().any(|&p| !bounds.contains(p))
+        for (id, planned) in scene.ids().zip(&mut self.bodies) {
+            if !planned.is_in_range(scene.body(id), self.params.max_displacement) {
+                out.out_of_range.push(id);
+            }
+        }
     }
 
     /// Lists the pairs that have come near and are not in the plan.

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ccd::CcdParams;
-use scene::{Body, BodyMove, PairId, Progress, Scene, SweepReport};
+use scene::{Body, BodyMove, PairId, Progress, Revision, Scene, SweepReport};
 use surface::Aabb;
 
 use crate::cost::count;
@@ -47,13 +47,29 @@ pub(crate) struct PlannedBody {
     vertex_count: usize,
     /// Box around the body's vertices when the plan was made.
     pub(crate) bounds: Aabb,
+    /// Revision of the positions that were found in range last.
+    in_range: Option<Revision>,
 }
 
 impl PlannedBody {
     pub(crate) fn new(body: &Body) -> Self {
         let positions = body.positions();
         let bounds = Aabb::of_points(positions.iter().copied());
-        Self { name: body.name().to_owned(), vertex_count: positions.len(), bounds }
+        let name = body.name().to_owned();
+        Self { name, vertex_count: positions.len(), bounds, in_range: None }
+    }
+
+    /// Returns true if the body is within a distance of its box when the plan was made.
+    pub(crate) fn is_in_range(&mut self, body: &Body, max_displacement: f64) -> bool {
+        if self.in_range == Some(body.revision()) {
+            return true;
+        }
+        let bounds = self.bounds.inflate(max_displacement);
+        let is_in_range = body.positions().iter().all(|&p| bounds.contains(p));
+        if is_in_range {
+            self.in_range = Some(body.revision());
+        }
+        is_in_range
     }
 
     fn is_like(&self, body: &Body) -> bool {

@@ -4,7 +4,7 @@ use decimate::CoarseSurface;
 use distance_field::FieldDetector;
 use medial::MedialDetector;
 use proximity::{ContactSurface, ParticleNumbers, SurfaceTree};
-use scene::{Body, BodyId, PairId, Scene};
+use scene::{Body, BodyId, PairId, Revision, Scene};
 use surface::{RigidState, parallel};
 
 use crate::bone_field::BoneField;
@@ -65,8 +65,8 @@ pub(crate) struct BodyStructures {
     pub(crate) coarse: Option<CoarseSurface>,
     pub(crate) field: Option<BoneField>,
     pub(crate) medial: Option<MedialDetector>,
-    /// True if they are where the body is, in frames that follow bodies pair by pair.
-    is_current: bool,
+    /// Revision of the body whose positions they are at.
+    followed: Option<Revision>,
 }
 
 /// Surface of a body as it is compared with another one.
@@ -100,7 +100,7 @@ impl Structures {
     ) -> Result<(), PlanError> {
         let bodies = scene.bodies();
         parallel::try_for_each_mut(&mut self.bodies, |number, structures| {
-            structures.follow(&bodies[number])
+            structures.follow(&bodies[number]).map(|_| ())
         })?;
 
         // Trees last, since coarse surfaces decide which are needed.
@@ -160,13 +160,6 @@ impl Structures {
         }
     }
 
-    /// Begins a frame in which bodies are followed pair by pair.
-    pub(crate) fn begin_frame(&mut self) {
-        for structures in &mut self.bodies {
-            structures.is_current = false;
-        }
-    }
-
     /// Moves the structures of two bodies that a pair needs, which is in the plan or not, and
     /// counts the operations.
     pub(crate) fn follow_pair(
@@ -179,9 +172,7 @@ impl Structures {
         let mut operations = OperationCounts::default();
         for id in pair.bodies() {
             let structures = &mut self.bodies[id.index()];
-            if !structures.is_current {
-                structures.follow(scene.body(id))?;
-                structures.is_current = true;
+            if structures.follow(scene.body(id))? {
                 operations = operations + structures.follow_operations(scene.body(id));
             }
         }
@@ -319,15 +310,19 @@ impl Structures {
 }
 
 impl BodyStructures {
-    /// Moves coarse surface and balls to where the body is.
-    fn follow(&mut self, body: &Body) -> Result<(), PlanError> {
+    /// Moves coarse surface and balls to where the body is. Returns true if they were elsewhere.
+    fn follow(&mut self, body: &Body) -> Result<bool, PlanError> {
+        if self.followed == Some(body.revision()) {
+            return Ok(false);
+        }
         if let Some(coarse) = &mut self.coarse {
             coarse.follow(body.positions())?;
         }
         if let Some(medial) = &mut self.medial {
             medial.follow(body.checked_positions())?;
         }
-        Ok(())
+        self.followed = Some(body.revision());
+        Ok(true)
     }
 
     /// Counts the operations of [`follow`](Self::follow).
@@ -398,8 +393,9 @@ impl BodyStructures {
     }
 }
 
-/// Refits of a face that take as long as the bound on a deviation per vertex, by instructions.
-const FACES_PER_VERTEX: f64 = 2.0;
+/// Refits of a face that take as long as the bound on a deviation per vertex, whose memory is read
+/// once a frame.
+const FACES_PER_VERTEX: f64 = 4.0;
 
 /// Returns the operations by which a coarse surface of so many faces follows a body: its own refit,
 /// and the bound on its deviation.

@@ -108,12 +108,15 @@ impl Workload {
         // Splits that a narrower bracket takes on coarser surfaces, where exact ones take none.
         const MIN_SPLITS: f64 = 20.0;
 
+        // Splits and queries over those of a bracket as wide as the tolerance.
+        const NARROWER: f64 = 1.6;
+
         let near = (self.near[0] + self.near[1]).max(1.0);
         let share = (self.near[0] * kept[0] + self.near[1] * kept[1]) / near;
         OperationCounts {
             bounded_faces: self.exact.bounded_faces * share,
-            split_pieces: self.exact.split_pieces.max(MIN_SPLITS),
-            depth_queries: self.exact.depth_queries,
+            split_pieces: (NARROWER * self.exact.split_pieces).max(MIN_SPLITS),
+            depth_queries: NARROWER * self.exact.depth_queries,
             ..operations
         }
     }

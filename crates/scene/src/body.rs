@@ -1,6 +1,7 @@
 //! Bodies of a scene, and their motion.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
 use kdop::TreeError;
@@ -57,6 +58,20 @@ pub struct Body {
     reference: Option<Vec<DVec3>>,
     /// Pose of a rigid body from its reference, unless vertices were moved one by one.
     pose: Option<Pose>,
+    revision: Revision,
+}
+
+/// State of a body's positions, of which no two are alike, in whatever scenes: what was computed of
+/// the positions holds while it stays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Revision(u64);
+
+impl Revision {
+    /// Returns a revision that no body has had.
+    fn next() -> Self {
+        static COUNT: AtomicU64 = AtomicU64::new(0);
+        Self(COUNT.fetch_add(1, Ordering::Relaxed))
+    }
 }
 
 /// Place of a body.
@@ -115,8 +130,17 @@ impl Body {
             surface = surface.declared_open();
         }
         let pose = (kind == BodyKind::Rigid).then_some(Pose::IDENTITY);
-        let (simplex, bounds, reference) = (None, None, None);
-        Ok(Self { name, kind, first_particle, surface, simplex, bounds, reference, pose })
+        Ok(Self {
+            name,
+            kind,
+            first_particle,
+            surface,
+            simplex: None,
+            bounds: None,
+            reference: None,
+            pose,
+            revision: Revision::next(),
+        })
     }
 
     /// Returns the same body as the fans of a simplex surface.
@@ -245,6 +269,12 @@ impl Body {
         self.pose
     }
 
+    /// Returns the revision of the positions, which another move changes.
+    #[must_use]
+    pub fn revision(&self) -> Revision {
+        self.revision
+    }
+
     /// Returns the surface with its tree, where that is up to date: `None` unless the scene has
     /// [fitted](crate::Scene::fit) it since the body last moved.
     #[must_use]
@@ -308,6 +338,10 @@ impl Body {
         if !self.is_rigid() {
             return Err(SceneError::NotRigid { name: self.name.clone() });
         }
+        // Where it is already, everything stays up to date.
+        if self.pose == Some(*pose) {
+            return Ok(());
+        }
         self.keep_reference();
         let reference = self.reference.iter().flatten();
         let moved = self.surface.set_positions(reference.map(|&p| pose.transform_point(p)));
@@ -347,6 +381,7 @@ impl Body {
         moved.map_err(|source| self.surface_error(source))?;
         self.bounds = None;
         self.pose = pose;
+        self.revision = Revision::next();
         Ok(())
     }
 

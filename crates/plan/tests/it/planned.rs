@@ -230,3 +230,45 @@ fn fields_are_as_fine_as_the_tolerance_asks() {
         assert!(plan.pairs()[0].accuracy.bound <= tolerance, "{plan}");
     }
 }
+
+#[test]
+fn structures_follow_whatever_scene_is_detected() {
+    // Another scene of the same bodies, of which the first is elsewhere: as many moves, other
+    // positions.
+    let scene_at = |shift: f64| {
+        let (mut scene, [bone, first, second]) = three();
+        scene.pose_body(bone, &Pose::new(DQuat::IDENTITY, DVec3::X * shift)).expect("rigid");
+        let x: Vec<DVec3> = scene.body(second).positions().iter().map(|p| *p + DVec3::X).collect();
+        scene.move_body(second, &x).expect("a move");
+        (scene, [bone, first, second])
+    };
+    for method in [DetectionMethod::Exact, DetectionMethod::Coarse] {
+        let (mut scene, [bone, first, _]) = scene_at(-5.0);
+        let forced = [ForcedMethod { pair: PairId::new(bone, first), method }];
+        let params = PlanParams::with_tolerance(1.0);
+        let plan = Plan::with_forced(&mut scene, &params, &forced, Progress::none());
+        let mut plan = plan.expect("a plan");
+        assert!(depth(&detect(&mut plan, &mut scene), bone, first) < 1.0);
+
+        let (mut moved, _) = scene_at(4.0);
+        assert!((depth(&detect(&mut plan, &mut moved), bone, first) - 6.0).abs() <= 1.0);
+        assert!(depth(&detect(&mut plan, &mut scene), bone, first) < 1.0);
+    }
+}
+
+#[test]
+fn a_body_that_has_come_back_is_detected_where_it_is() {
+    let (mut scene, [bone, first, second]) = three();
+    let params = PlanParams { max_displacement: 1.0, ..PlanParams::with_tolerance(0.1) };
+    let mut plan = plan(&mut scene, &params);
+    let start = scene.body(second).positions().to_vec();
+    for (shift, expected) in [(0.0, 0.0), (-60.0, 5.0), (0.0, 0.0), (-61.0, 6.0)] {
+        let x: Vec<DVec3> = start.iter().map(|p| *p + DVec3::X * shift).collect();
+        scene.move_body(second, &x).expect("a move");
+        let detection = detect(&mut plan, &mut scene);
+        let found = depth(&detection, bone, second);
+        assert!((found - expected).abs() < 0.2, "{shift}: {found}");
+        assert_eq!(detection.out_of_range().contains(&second), shift < 0.0, "{shift}");
+        assert!((depth(&detection, bone, first) - 2.0).abs() < 0.2);
+    }
+}

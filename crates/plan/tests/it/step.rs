@@ -4,11 +4,13 @@ use std::ops::Range;
 
 use fixtures::shapes::{icosphere, plate};
 use glam::{DQuat, DVec3};
-use plan::{Detection, Plan, PlanError, PlanParams, StructureKind};
+use plan::{Detection, DetectionMethod, ForcedMethod, Plan, PlanError, PlanParams, StructureKind};
 use response::{
     Margins, Material, ParticleLoads, RigidMotion, SolverParams, StepLength, StepParams, StepReport,
 };
-use scene::{BodyId, BodyKind, CheckParams, PairContacts, Progress, Scene, SceneStates, SceneStep};
+use scene::{
+    BodyId, BodyKind, CheckParams, PairContacts, PairId, Progress, Scene, SceneStates, SceneStep,
+};
 use surface::Pose;
 
 use crate::plan;
@@ -44,13 +46,19 @@ impl World {
         let params = PlanParams {
             margin: 1.0,
             max_displacement: 20.0,
-            frames: 100_000,
             ..PlanParams::with_tolerance(TOLERANCE)
         };
-        let plan = plan(&mut scene, &params);
+        let ids: Vec<BodyId> = scene.ids().collect();
+        let mut forced = Vec::new();
+        for [a, b] in [[0, 1], [0, 2], [1, 2]] {
+            let (pair, method) = (PairId::new(ids[a], ids[b]), DetectionMethod::Coarse);
+            forced.push(ForcedMethod { pair, method });
+        }
+        let plan = Plan::with_forced(&mut scene, &params, &forced, Progress::none());
+        let plan = plan.expect("a plan");
         let mut step = SceneStep::new(Material::hard(Margins::new(0.0, 1.0).expect("in range")));
         step.set_followers(plan.followers(&scene).expect("of this scene"));
-        let (ids, x) = (scene.ids().collect(), scene.particle_positions());
+        let x = scene.particle_positions();
         let w = (0..x.len()).map(|k| [1.0, 0.2, 3.0][k % 3]).collect();
         let (detection, v) = (Detection::default(), vec![DVec3::ZERO; x.len()]);
         Self { scene, ids, plan, detection, step, x, v, w, by_detection: 0 }
