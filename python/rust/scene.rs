@@ -125,14 +125,14 @@ impl Scene {
         record::sweep(py, &report, &self.scene)
     }
 
-    #[pyo3(signature = (smoothing, tolerance, clearance, max_rounds, threads, progress))]
+    #[pyo3(signature = (smoothing, tolerance, gap, max_rounds, threads, progress))]
     #[expect(clippy::too_many_arguments, reason = "named arguments in Python")]
     fn _resolve<'py>(
         &mut self,
         py: Python<'py>,
         smoothing: f64,
         tolerance: Option<f64>,
-        clearance: Option<f64>,
+        gap: f64,
         max_rounds: u32,
         threads: Option<usize>,
         progress: Option<Py<PyAny>>,
@@ -140,7 +140,7 @@ impl Scene {
         let default = ResolveParams::with_smoothing(smoothing);
         let params = ResolveParams {
             tolerance: tolerance.unwrap_or(default.tolerance),
-            clearance: clearance.unwrap_or(default.clearance),
+            gap,
             max_rounds,
             ..default
         };

@@ -257,8 +257,9 @@ pub use ::{
 };
 
 pub use ::resolve::{
-    BodyChange, Obstacle, Remaining, Resolution, ResolveError, ResolveParams, Resolver, Round,
-    resolve,
+    BodyChange, Conditions, DistanceBracket, FixedVertices, GapObstacle, GapProof, GapRound,
+    Obstacle, Remaining, Resolution, ResolveError, ResolveParams, Resolver, Round, ShortGap, Tie,
+    WrittenPrecision, resolve,
 };
 pub use overlap::{
     ContactMeasures, ElasticFoundation, FoundationLaw, JointContact, JointContactError,

@@ -41,7 +41,7 @@ pub(crate) fn distance_between(
 /// Surfaces that run beside each other have many pairs of faces that are little farther than the
 /// nearest, and nearly all of them are told by these planes.
 #[inline]
-fn are_farther(a: [DVec3; 3], b: [DVec3; 3], distance: f64) -> bool {
+pub(crate) fn are_farther(a: [DVec3; 3], b: [DVec3; 3], distance: f64) -> bool {
     /// Bound on the rounding of a height, relative to the largest length.
     const ROUNDING: f64 = 1e-12;
 

@@ -8,6 +8,8 @@
 //!   [`SurfaceTree::self_crossings`] on one surface;
 //! - [`PairProximity`] between two: crossing faces, vertices inside or within a margin, their
 //!   closest points, and the distance between the surfaces;
+//! - [`SeparationBounds`]: certified bounds on the distance between two, and [`NearFeatures`]: the
+//!   closest points of all their near vertices, edges and faces;
 //! - [`regions`] of a surface that another one cuts;
 //! - [`SweptQuery`]: the first contacts of vertices, edges and faces during a step.
 //!
@@ -56,9 +58,11 @@ mod face_groups;
 mod inside;
 mod maximum;
 mod near_faces;
+mod near_features;
 mod pair;
 mod projection;
 mod regions;
+mod separation;
 mod surface_tree;
 mod swept;
 
@@ -70,8 +74,10 @@ pub use crate::error::{NoInside, ProximityError, SweptError};
 pub use crate::face_boxes::{FaceBox, FaceBoxes};
 pub use crate::maximum::MaximumSearch;
 pub use crate::near_faces::NearFaces;
+pub use crate::near_features::{FeaturePoint, NearFeatures};
 pub use crate::pair::{PairProximity, PairSide};
 pub use crate::projection::NearVertex;
 pub use crate::regions::{Region, Side, regions};
+pub use crate::separation::SeparationBounds;
 pub use crate::surface_tree::{LazySurfaceTree, SurfaceTree};
 pub use crate::swept::{ContactKind, SweptContact, SweptContacts, SweptQuery, SweptSide};

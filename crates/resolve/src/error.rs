@@ -1,5 +1,6 @@
 //! Errors of overlap removal.
 
+use proximity::ProximityError;
 use response::{ParameterError, ResponseError};
 use scene::SceneError;
 use surface::progress::Interrupted;
@@ -14,6 +15,19 @@ pub enum ResolveError {
     /// A failure of detection.
     #[error(transparent)]
     Scene(SceneError),
+    /// Rounding to the written precision leaves the range of numbers.
+    #[error("positions do not fit 32-bit floating point: {0}")]
+    Rounding(ProximityError),
+    /// A condition names a body or a vertex that the scene does not have.
+    #[error("no vertex {vertex} in body {body}, which has {count}")]
+    NoSuchVertex {
+        /// The body, by its number.
+        body: usize,
+        /// The vertex.
+        vertex: u32,
+        /// The number of vertices of the body.
+        count: usize,
+    },
     /// A failure of the contact solver.
     #[error(transparent)]
     Response(#[from] ResponseError),

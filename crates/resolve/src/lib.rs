@@ -12,6 +12,18 @@
 //! Rounds are compared by the depth of vertices and crossing edges. The certified depth of surfaces
 //! decides whether an overlap is within the tolerance.
 //!
+//! With a [gap](ResolveParams::gap), more rounds follow from the state that does not cross. Each
+//!
+//! 1. lists the closest points of all near vertices, edges and faces;
+//! 2. solves for the displacement of least elastic energy that brings them to the gap and keeps
+//!    volumes (augmented Lagrangian, block Gauss–Seidel);
+//! 3. goes as far as certified continuous detection finds no contact on the way.
+//!
+//! In the end positions are rounded to the [precision of the file](WrittenPrecision), and
+//! [`GapProof`] holds certified distances between the surfaces of all pairs: each keeps the gap, or
+//! is named with its distance and the reason. [`Conditions`] tie bodies to each other and fix
+//! vertices.
+//!
 //! Rigid bodies stay. No round moves a vertex farther than the tissue around it can follow:
 //! deep overlaps take several.
 //!
@@ -24,16 +36,21 @@
 //! None is on by default.
 
 mod edge_contacts;
+mod elastic;
 mod error;
 mod exit_sides;
+mod free_step;
+mod gap_rounds;
 mod near_pairs;
 mod params;
+mod proof;
 mod push;
 mod resolution;
 mod resolver;
 mod run;
 mod shape;
 mod spread;
+mod ties;
 mod tissue;
 mod tuning;
 mod warm_start;
@@ -41,8 +58,11 @@ mod warm_start;
 pub use glam;
 
 pub use crate::error::ResolveError;
-pub use crate::params::ResolveParams;
-pub use crate::resolution::{BodyChange, Obstacle, Remaining, Resolution, Round};
+pub use crate::params::{Conditions, FixedVertices, ResolveParams, Tie, WrittenPrecision};
+pub use crate::resolution::{
+    BodyChange, DistanceBracket, GapObstacle, GapProof, GapRound, Obstacle, Remaining, Resolution,
+    Round, ShortGap,
+};
 pub use crate::resolver::{Resolver, resolve};
 
 /// Compiles and runs the README's example.

@@ -1,6 +1,7 @@
 //! Parameters of overlap removal.
 
 use response::{ParameterError, not_negative, positive};
+use scene::BodyId;
 
 /// Parameters of overlap removal. Lengths are in the scene's unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -8,28 +9,79 @@ use response::{ParameterError, not_negative, positive};
 pub struct ResolveParams {
     /// Largest depth of an overlap that may remain, `> 0`.
     pub tolerance: f64,
-    /// Gap to which contacts are pushed apart, `>= 0`. More keeps the edges of curved surfaces
-    /// apart where vertices alone would let them cross; less moves tissue less.
-    pub clearance: f64,
+    /// Distance to be kept between the surfaces of every pair, faces and edges included, `>= 0`.
+    /// With 0, surfaces that do not cross may touch.
+    pub gap: f64,
     /// Length along a surface over which a displacement falls to a third, `> 0`. More keeps
     /// shape better; less moves fewer vertices.
     pub smoothing: f64,
     /// Largest number of rounds of detection and pushing.
     pub max_rounds: u32,
+    /// Precision to which positions are rounded before distances are proved.
+    pub precision: WrittenPrecision,
+}
+
+/// Precision of the positions in a file that is written afterwards.
+///
+/// With a gap, positions of soft bodies are rounded to it *before* distances are proved, so that
+/// the gap holds in the file. Rigid bodies are not changed: their distances are proved at rounded
+/// positions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
+pub enum WrittenPrecision {
+    /// 32-bit floating point: binary STL, PLY of type `float`.
+    Single,
+    /// 64-bit floating point: positions are left as they are.
+    #[default]
+    Double,
+}
+
+/// Conditions on a scene beside its gap. Pairs that are to be left out of everything are
+/// [ignored](scene::Scene::ignore).
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Conditions {
+    /// Pairs of bodies that are attached to each other.
+    pub ties: Vec<Tie>,
+    /// Vertices of soft bodies that stay where they are.
+    pub fixed: Vec<FixedVertices>,
+}
+
+/// Attachment of two bodies: parts of their surfaces within a distance of each other at the start
+/// keep their place relative to each other, and their pair needs no gap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Tie {
+    /// The two bodies.
+    pub bodies: [BodyId; 2],
+    /// Largest distance of a vertex from the other surface at which it is tied, `>= 0`.
+    pub distance: f64,
+}
+
+/// Vertices of one body that stay where they are.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct FixedVertices {
+    /// The body.
+    pub body: BodyId,
+    /// Numbers of its vertices.
+    pub vertices: Vec<u32>,
 }
 
 impl ResolveParams {
-    /// Returns parameters for a smoothing length, of which the tolerance is 1/120 and the
-    /// clearance 1/300, and 60 rounds.
+    /// Returns parameters for a smoothing length, of which the tolerance is 1/120, without a
+    /// gap, and 60 rounds.
     ///
     /// A few edge lengths of the soft bodies are a good smoothing length.
     #[must_use]
     pub const fn with_smoothing(smoothing: f64) -> Self {
         Self {
             tolerance: smoothing / 120.0,
-            clearance: smoothing / 300.0,
+            gap: 0.0,
             smoothing,
             max_rounds: 60,
+            precision: WrittenPrecision::Double,
         }
     }
 
@@ -41,7 +93,7 @@ impl ResolveParams {
     pub fn validate(&self) -> Result<(), ParameterError> {
         positive("smoothing", self.smoothing)?;
         positive("tolerance", self.tolerance)?;
-        not_negative("clearance", self.clearance)?;
+        not_negative("gap", self.gap)?;
         Ok(())
     }
 }

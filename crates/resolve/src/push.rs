@@ -12,7 +12,7 @@ use surface::{Contact, parallel, vertex_normals};
 
 use crate::exit_sides::{ExitMemory, ExitSide};
 use crate::near_pairs::NearPair;
-use crate::run::Run;
+use crate::run::{Run, clearance};
 use crate::tissue::Tissue;
 use crate::{ResolveError, tuning};
 
@@ -81,7 +81,7 @@ impl Run<'_> {
     /// Collects the contacts to solve, cut to corrections of one step.
     fn contact_rows(&mut self) -> Result<ContactRows, ResolveError> {
         let max_step = tuning::MAX_STEP * self.params.smoothing;
-        let law = ContactLaw::new(Margins::new(self.params.clearance, max_step)?, 0.0)?;
+        let law = ContactLaw::new(Margins::new(clearance(&self.params), max_step)?, 0.0)?;
 
         // Deeper overlaps than a step are left to later rounds.
         let mut rows = ContactRows::new(self.inverse_masses.len());
@@ -125,6 +125,13 @@ impl Run<'_> {
         // Edges come free with deep vertices, and until then mean little.
         if report.max_vertex_depth <= tuning::MAX_DEPTH_WITH_EDGES * self.params.smoothing {
             contacts.extend_from_slice(edges);
+        }
+
+        // Tied bodies touch: they are not pushed farther apart than that.
+        if self.is_tied(report.pair) {
+            for contact in &mut contacts {
+                contact.gap += clearance(&self.params);
+            }
         }
         contacts
     }
@@ -172,6 +179,7 @@ impl Run<'_> {
         for u in self.tissues.iter_mut().flat_map(|tissue| &mut tissue.u) {
             *u = u.clamp_length_max(max_step);
         }
+        self.follow_ties();
     }
 }
 

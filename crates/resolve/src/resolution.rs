@@ -35,6 +35,90 @@ pub struct Round {
     pub volume_change: f64,
 }
 
+/// State of a scene before a round that opens the gap.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GapRound {
+    /// Number of pairs of bodies that are nearer than the gap.
+    pub short_pairs: usize,
+    /// Number of their pairs of features, vertices and faces or edges, that are.
+    pub short_features: usize,
+    /// Sum of what these are missing.
+    pub missing: f64,
+    /// Smallest distance of two features; infinite where none are near.
+    pub min_distance: f64,
+}
+
+/// Certified bracket on a distance: `lower <= distance <= upper`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DistanceBracket {
+    /// Distance that no two points of the surfaces go below, rounding included.
+    pub lower: f64,
+    /// Distance of two points of the surfaces.
+    pub upper: f64,
+}
+
+/// Distances between the surfaces of all pairs, faces and edges included, at the positions that
+/// are written.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GapProof {
+    /// The gap that was asked for; with 0 nothing is examined.
+    pub gap: f64,
+    /// Number of pairs that were examined face by face; all others are farther apart.
+    pub examined_pairs: usize,
+    /// Pairs that are not proved to keep the gap, the nearest first. Tied and ignored pairs are
+    /// left out.
+    pub short: Vec<ShortGap>,
+}
+
+/// Pair that is not proved to keep the gap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShortGap {
+    /// The two bodies.
+    pub pair: PairId,
+    /// Distance of the surfaces, certified; 0 where they overlap.
+    pub distance: DistanceBracket,
+    /// Reason why the pair is nearer.
+    pub obstacle: GapObstacle,
+}
+
+/// Reason why a pair is nearer than the gap.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GapObstacle {
+    /// Neither body may move.
+    #[error("both are rigid")]
+    BothRigid,
+    /// The pair overlaps, for the reason that [`Remaining`] names.
+    #[error("the surfaces overlap")]
+    Overlaps,
+    /// A soft body is between two bodies that leave it less room than it is thick.
+    #[error(
+        "no room: rigid bodies leave {room:.3}, the body is {thickness:.3} thick and needs {gap:.3} on either side"
+    )]
+    Squeezed {
+        /// Distance between the two rigid bodies there.
+        room: f64,
+        /// Thickness of the soft body there, at the start.
+        thickness: f64,
+        /// The gap that was asked for.
+        gap: f64,
+    },
+    /// Vertices of the pair that would have to move are fixed.
+    #[error("the vertices that would have to move are fixed")]
+    Fixed,
+    /// No step opens the gap any further.
+    #[error("no step opens it any further")]
+    Stuck,
+}
+
+impl GapProof {
+    /// Returns true if the surfaces of every pair are proved to keep the gap.
+    #[must_use]
+    pub fn holds(&self) -> bool {
+        self.short.is_empty()
+    }
+}
+
 /// Displacement and deformation of one body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyChange {
@@ -96,8 +180,12 @@ pub struct Resolution {
     pub before: Vec<PairReport>,
     /// Pairs of bodies within the detection margin now, overlaps with their measures.
     pub after: Vec<PairReport>,
-    /// State at the start and after each round.
+    /// State at the start and after each round that removes overlaps.
     pub rounds: Vec<Round>,
+    /// State before each round that opens the gap.
+    pub gap_rounds: Vec<GapRound>,
+    /// Proof of the gap, pair by pair.
+    pub gap: GapProof,
     /// Number of the round whose state the scene has now: the best one, which may be earlier
     /// than the last.
     pub final_round: usize,
@@ -105,8 +193,8 @@ pub struct Resolution {
     pub bodies: Vec<BodyChange>,
     /// Pairs that still overlap, the deepest first, including those within the tolerance.
     pub remaining: Vec<Remaining>,
-    /// True if no surface is deeper in another than the tolerance, as far as certain, and no pair
-    /// overlaps that did not at the start.
+    /// True if no surface is deeper in another than the tolerance, as far as certain, no pair
+    /// overlaps that did not at the start, and the gap [holds](GapProof::holds).
     pub resolved: bool,
 }
 

@@ -5,7 +5,7 @@ use surface::progress::Progress;
 
 use crate::run::Run;
 use crate::warm_start::{LocalDisplacements, fits};
-use crate::{Resolution, ResolveError, ResolveParams};
+use crate::{Conditions, Resolution, ResolveError, ResolveParams};
 
 /// Pushes apart the bodies of a scene that overlap.
 ///
@@ -53,6 +53,7 @@ pub fn resolve(
 #[derive(Clone, Debug)]
 pub struct Resolver {
     params: ResolveParams,
+    conditions: Conditions,
     carried: Vec<LocalDisplacements>,
 }
 
@@ -64,7 +65,13 @@ impl Resolver {
     /// [`ResolveError::Parameter`] for a parameter out of range.
     pub fn new(params: ResolveParams) -> Result<Self, ResolveError> {
         params.validate()?;
-        Ok(Self { params, carried: Vec::new() })
+        Ok(Self { params, conditions: Conditions::default(), carried: Vec::new() })
+    }
+
+    /// Adds ties and fixed vertices, in place of earlier ones.
+    #[must_use]
+    pub fn with_conditions(self, conditions: Conditions) -> Self {
+        Self { conditions, ..self }
     }
 
     /// Pushes apart the bodies of a scene that overlap, as [`resolve`] does.
@@ -75,6 +82,7 @@ impl Resolver {
     /// # Errors
     ///
     /// With soft bodies back where they were:
+    /// - [`ResolveError::NoSuchVertex`] for a condition that is of another scene;
     /// - [`ResolveError::Interrupted`] when the handler of `progress` ends the call;
     /// - [`ResolveError::Scene`] and [`ResolveError::Response`] for bodies that are too large,
     ///   or too far from the origin to compute with.
@@ -84,7 +92,7 @@ impl Resolver {
         progress: Progress<'_>,
     ) -> Result<Resolution, ResolveError> {
         let carried = if fits(&self.carried, scene) { self.carried.as_slice() } else { &[] };
-        let mut run = Run::new(scene, self.params, progress)?;
+        let mut run = Run::new(scene, self.params, &self.conditions, progress)?;
 
         let result = run.warm_start(carried).and_then(|()| run.complete());
         match &result {

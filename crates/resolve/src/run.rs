@@ -11,9 +11,10 @@ use surface::progress::{Interrupted, Progress};
 use crate::exit_sides::ExitMemory;
 use crate::near_pairs::NearPairs;
 use crate::resolution::{BodyChange, Remaining, Resolution, Round, deepest, max_bracket};
+use crate::ties::TieBond;
 use crate::tissue::{Tissue, fitted_tree};
 use crate::warm_start::LocalDisplacements;
-use crate::{ResolveError, ResolveParams, tuning};
+use crate::{Conditions, GapRound, ResolveError, ResolveParams, tuning};
 
 /// State of one overlap removal.
 pub(crate) struct Run<'a> {
@@ -32,6 +33,10 @@ pub(crate) struct Run<'a> {
     /// Rounds since the best one.
     stalled_rounds: u32,
     pub(crate) exit_memories: BTreeMap<PairId, [ExitMemory; 2]>,
+    pub(crate) gap_rounds: Vec<GapRound>,
+    /// Pairs that are tied, ascending.
+    pub(crate) tied: Vec<PairId>,
+    pub(crate) tie_bonds: Vec<TieBond>,
 }
 
 impl<'a> Run<'a> {
@@ -39,6 +44,7 @@ impl<'a> Run<'a> {
     pub(crate) fn new(
         scene: &'a mut Scene,
         params: ResolveParams,
+        conditions: &Conditions,
         progress: Progress<'a>,
     ) -> Result<Self, ResolveError> {
         // Overlaps at the start, by which later rounds are judged.
@@ -50,7 +56,10 @@ impl<'a> Run<'a> {
         near.update(scene, margin, &all, start)?;
 
         // Tissues at rest, and the masses by which they share overlaps.
-        let tissues = Tissue::of_bodies(scene, start)?;
+        let mut tissues = Tissue::of_bodies(scene, start)?;
+        conditions.fix(&mut tissues)?;
+        let tied = conditions.tied_pairs();
+        let tie_bonds = conditions.tie_bonds(scene, &tissues)?;
         let mut inverse_masses = Vec::new();
         for tissue in &tissues {
             inverse_masses.extend(tissue.inverse_masses(params.smoothing));
@@ -68,6 +77,9 @@ impl<'a> Run<'a> {
             best: 0,
             stalled_rounds: 0,
             exit_memories: BTreeMap::new(),
+            gap_rounds: Vec::new(),
+            tied,
+            tie_bonds,
         };
         run.record()?;
         run.rounds[0].surface_depth = deepest(&run.before);
@@ -104,15 +116,24 @@ impl<'a> Run<'a> {
             final_round = self.best;
         }
 
+        // From what does not cross, the gap.
+        self.open_gaps()?;
+
         // The final state, detected in full, decides by the depth of surfaces.
         let margin = detection_margin(&self.params);
         let width = tuning::DEPTH_BRACKET * self.params.tolerance;
         let after = check(self.scene, margin, width, self.round_progress())?;
         self.rounds[final_round].surface_depth = deepest(&after);
+        let overlapping: Vec<PairId> =
+            after.iter().filter(|report| report.overlaps).map(|report| report.pair).collect();
+        let gap = self.prove_gap(&overlapping)?;
         let is_stuck = self.is_stuck();
         let remaining = Remaining::list(self.scene, &after, &self.near, &self.before, is_stuck);
         Ok(Resolution {
-            resolved: remaining.iter().all(|pair| pair.is_within(self.params.tolerance)),
+            resolved: gap.holds()
+                && remaining.iter().all(|pair| pair.is_within(self.params.tolerance)),
+            gap,
+            gap_rounds: std::mem::take(&mut self.gap_rounds),
             remaining,
             bodies: BodyChange::list(self.scene, &self.tissues),
             before: std::mem::take(&mut self.before),
@@ -262,8 +283,14 @@ fn check(
     Ok(reports)
 }
 
+/// Returns the gap to which overlaps are pushed apart: beyond that asked for where this is
+/// little, so that edges of curved surfaces do not cross between their vertices.
+pub(crate) fn clearance(params: &ResolveParams) -> f64 {
+    params.gap.max(tuning::CLEARANCE * params.smoothing)
+}
+
 /// Returns the margin within which contacts are detected.
 fn detection_margin(params: &ResolveParams) -> f64 {
     let step = tuning::MAX_STEP * params.smoothing;
-    tuning::CLEARANCE_MARGIN * params.clearance + tuning::DETECTION_MARGIN * step
+    tuning::CLEARANCE_MARGIN * clearance(params) + tuning::DETECTION_MARGIN * step
 }

@@ -62,7 +62,7 @@ impl Tissue {
 
     /// Finds the vertices around pushed ones, along the surface or through the body, that are
     /// not pushed themselves, ascending.
-    fn vertices_around(
+    pub(crate) fn vertices_around(
         &mut self,
         pushed: &[u32],
         tree: &SurfaceTree,

@@ -10,7 +10,7 @@ use kdop::{Dop18, Workspace};
 use proximity::SurfaceTree;
 use scene::{Body, BodyId, Scene};
 use surface::progress::{Interrupted, Progress};
-use surface::{TriangleSurface, parallel, triangle, vertex_areas, vertex_normals};
+use surface::{TriangleSurface, mean_edge, parallel, triangle, vertex_areas, vertex_normals};
 
 use crate::tuning;
 
@@ -26,6 +26,10 @@ pub(crate) struct Tissue {
     pub(crate) rest_normals: Vec<DVec3>,
     /// A third of the areas of each vertex's faces, |V|.
     areas: Vec<f64>,
+    /// True for vertices that stay where they are, |V|; empty where none does.
+    pub(crate) is_fixed: Vec<bool>,
+    /// Mean length of the edges at rest.
+    pub(crate) mean_edge: f64,
     /// Signed volume at rest; `None` where the body has no inside.
     pub(crate) volume: Option<f64>,
     /// Links of each vertex along edges, |V|.
@@ -57,15 +61,15 @@ pub(crate) struct Damage {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Link {
     pub(crate) neighbor: u32,
-    stiffness: f64,
+    pub(crate) stiffness: f64,
 }
 
 /// Elastic link from a vertex through the body, to a point of the opposite side.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Strut {
     pub(crate) corners: [u32; 3],
-    weights: [f64; 3],
-    stiffness: f64,
+    pub(crate) weights: [f64; 3],
+    pub(crate) stiffness: f64,
 }
 
 impl Tissue {
@@ -93,6 +97,8 @@ impl Tissue {
             rest_normals: vertex_normals(surface.faces(), x),
             normals: Vec::new(),
             areas: vertex_areas(surface.faces(), x),
+            is_fixed: Vec::new(),
+            mean_edge: mean_edge(&surface, tree.positions()),
             volume: None,
             links: links(surface.edges(), x),
             struts: vec![None; x.len()],
@@ -108,6 +114,33 @@ impl Tissue {
             tissue.volume = Some(tissue.volume_at(x));
         }
         tissue
+    }
+
+    /// Returns true if a vertex may move.
+    pub(crate) fn is_free(&self, vertex: u32) -> bool {
+        !self.is_rigid && !self.is_fixed.get(vertex as usize).is_some_and(|fixed| *fixed)
+    }
+
+    /// Returns a third of the areas of a vertex's faces at rest.
+    pub(crate) fn area(&self, vertex: u32) -> f64 {
+        self.areas[vertex as usize]
+    }
+
+    /// Computes the gradient of the enclosed volume with respect to a vertex at `x`.
+    pub(crate) fn volume_gradient(&self, vertex: u32, x: &[DVec3]) -> DVec3 {
+        let mut doubled = DVec3::ZERO;
+        for &face in self.surface.vertex_faces(vertex) {
+            doubled += triangle::normal(self.corners(face).map(|corner| x[corner as usize]));
+        }
+        doubled / 6.0
+    }
+
+    /// Returns the mean thickness, which is assumed for sheets without a volume.
+    pub(crate) fn thickness(&self, smoothing: f64) -> f64 {
+        match self.volume {
+            Some(volume) if volume != 0.0 => volume.abs() / self.areas.iter().sum::<f64>(),
+            _ => tuning::OPEN_THICKNESS * smoothing,
+        }
     }
 
     /// Returns the corners of a face.
@@ -151,8 +184,10 @@ impl Tissue {
     /// Returns the positions that this round moves vertices to.
     fn displaced(&self, from: &[DVec3]) -> Vec<DVec3> {
         let mut x = from.to_vec();
-        for (x, u) in x.iter_mut().zip(&self.u) {
-            *x += *u;
+        for (vertex, (x, u)) in (0..).zip(x.iter_mut().zip(&self.u)) {
+            if self.is_free(vertex) {
+                *x += *u;
+            }
         }
         x
     }
@@ -191,17 +226,12 @@ impl Tissue {
     ///
     /// A mass is area times the mean thickness of the body, so that bulky muscles move slim ones.
     pub(crate) fn inverse_masses(&self, smoothing: f64) -> Vec<f64> {
-        // A sheet has no volume, and so a thickness that is assumed.
-        let thickness = match self.volume {
-            Some(volume) if volume != 0.0 => volume.abs() / self.areas.iter().sum::<f64>(),
-            _ => tuning::OPEN_THICKNESS * smoothing,
-        };
-
-        // Vertices without a face have no mass, and stay.
+        // Vertices without a face have no mass, and stay as fixed ones do.
+        let thickness = self.thickness(smoothing);
         let mut inverse_masses = vec![0.0; self.areas.len()];
-        for (inverse_mass, area) in inverse_masses.iter_mut().zip(&self.areas) {
-            let mass = area * thickness;
-            if mass > 0.0 && !self.is_rigid {
+        for (vertex, inverse_mass) in (0..).zip(&mut inverse_masses) {
+            let mass = self.area(vertex) * thickness;
+            if mass > 0.0 && self.is_free(vertex) {
                 *inverse_mass = mass.recip();
             }
         }

@@ -19,6 +19,10 @@ pub(crate) const DETECTION_MARGIN: f64 = 0.6;
 /// clearance are not pushed apart; above, detection takes longer.
 pub(crate) const CLEARANCE_MARGIN: f64 = 4.0;
 
+/// Least gap to which overlaps are pushed apart \[ℓ\]. Below, edges of curved surfaces cross where
+/// vertices are apart; above, tissue moves more.
+pub(crate) const CLEARANCE: f64 = 1.0 / 300.0;
+
 /// Rounds without improvement after which the rest is given up. Below, bodies that first
 /// have to slide are given up too early; above, hopeless scenes take longer.
 pub(crate) const MAX_STALLED_ROUNDS: u32 = 20;
@@ -175,3 +179,48 @@ pub(crate) const CARRIED_SHARE: f64 = 0.98;
 /// Displacement below which a vertex is put back to rest \[the body's largest\]. Below, vertices
 /// never return to their bits; above, the cut is a visible step.
 pub(crate) const MIN_CARRIED: f64 = 1e-3;
+
+// Gap.
+
+/// Rounds that open the gap. Each takes a few times off what is missing: below, sharp bends are
+/// left; above, hopeless places take longer.
+pub(crate) const MAX_GAP_ROUNDS: usize = 30;
+
+/// Rounds that open the gap without [progress](GAP_PROGRESS), after which it is given up.
+pub(crate) const MAX_STALLED_GAP_ROUNDS: usize = 3;
+
+/// Share of what was missing that is progress where less is left. Near 1, hopeless places take
+/// longer; far below, slow ones are given up.
+pub(crate) const GAP_PROGRESS: f64 = 0.9;
+
+/// Addition to the gap that is solved for \[the gap\]. Below, solutions are needed to more digits;
+/// above, tissue moves more.
+pub(crate) const GAP_SLACK: f64 = 0.02;
+
+/// Distance below which two features have no direction of their own \[the gap\]. Below, directions
+/// are of rounding; above, they are those of faces.
+pub(crate) const TOUCHING: f64 = 1e-6;
+
+/// Largest number of sweeps of the elastic solver. Below, gaps need more rounds; above, rounds
+/// take longer.
+pub(crate) const GAP_SWEEPS: usize = 60;
+
+/// Smallest number of sweeps, in which displacements spread over that many edges.
+pub(crate) const MIN_GAP_SWEEPS: usize = 8;
+
+/// Stiffness of a row's augmented term, relative to what it moves. Below, multipliers take more
+/// sweeps to grow; above, rows block each other.
+pub(crate) const GAP_PENALTY: f64 = 2.0;
+
+/// Largest mean displacement per round that gives volume back \[the length it spreads over\].
+pub(crate) const MAX_BULGE: f64 = 0.02;
+
+/// Share of the way to a contact that is taken. Near 1, surfaces come to touch; far below, gaps
+/// need more rounds.
+pub(crate) const FREE_SHARE: f64 = 0.8;
+
+/// Sweeps in which single particles are held back, after which whole bodies are.
+pub(crate) const MAX_HOLD_PASSES: usize = 8;
+
+/// Stiffness of a tie, relative to the link of a vertex to its neighbors.
+pub(crate) const TIE_STIFFNESS: f64 = 100.0;

@@ -130,17 +130,18 @@ class Scene(_native.Scene):
         *,
         smoothing: float | None = None,
         tolerance: float | None = None,
-        clearance: float | None = None,
+        gap: float = 0.0,
         max_rounds: int = 60,
         threads: int | None = None,
         progress: Progress | None = None,
     ) -> results.Resolution:
         """Push bodies apart that overlap: rigid ones stay, soft ones yield.
 
+        Surfaces keep the distance ``gap``, faces and edges included, or the result is not resolved.
         The scene then has the new positions; after an exception it has the old ones.
         """
         length = self._smoothing() if smoothing is None else float(smoothing)
-        found = self._resolve(length, tolerance, clearance, max_rounds, threads, progress)
+        found = self._resolve(length, tolerance, float(gap), max_rounds, threads, progress)
         return results.resolution_from(found)
 
     def _smoothing(self) -> float:

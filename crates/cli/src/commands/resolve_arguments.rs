@@ -8,9 +8,9 @@ use crate::load::LoadedScene;
 /// Parameters of overlap removal, with lengths in the scene's unit.
 #[derive(Debug, Args)]
 pub(super) struct ResolveArgs {
-    /// Gap to which bodies are pushed apart, in the scene's unit [default: smoothing / 300]
-    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
-    clearance: Option<f64>,
+    /// Distance to be kept between the surfaces of every pair, in the scene's unit
+    #[arg(long, value_name = "LENGTH", default_value_t = 0.0, allow_negative_numbers = true)]
+    gap: f64,
 
     /// Length along a surface over which a push fades, in the scene's unit [default: 3/2 of the
     /// mean edge of the soft bodies]
@@ -39,7 +39,7 @@ impl ResolveArgs {
         let default = ResolveParams::with_smoothing(smoothing);
         ResolveParams {
             tolerance: self.tolerance.unwrap_or(default.tolerance),
-            clearance: self.clearance.unwrap_or(default.clearance),
+            gap: self.gap,
             max_rounds: self.rounds,
             ..default
         }

@@ -261,9 +261,9 @@ fn resolving_and_charting_exclude_each_other() {
     assert_eq!(run.status, 2, "{}", run.stdout);
     assert!(run.stderr.contains("--chart"), "{}", run.stderr);
     assert!(!workshop.listing().contains(&"apart".to_owned()));
-    let run = workshop.run("motion", &["scene.toml", "--resolve", "apart", "--clearance", "-1"]);
+    let run = workshop.run("motion", &["scene.toml", "--resolve", "apart", "--gap", "-1"]);
     assert_eq!(run.status, 2, "{}", run.stdout);
-    assert!(run.stderr.contains("clearance is -1"), "{}", run.stderr);
+    assert!(run.stderr.contains("gap is -1"), "{}", run.stderr);
     assert!(!workshop.listing().contains(&"apart".to_owned()));
 }
 

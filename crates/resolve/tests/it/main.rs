@@ -1,6 +1,7 @@
 //! Tests of overlap removal.
 
 mod anatomy;
+mod gap;
 mod interruption;
 mod planted;
 mod thigh;

@@ -85,12 +85,13 @@ fn any_number_of_threads_gives_the_same_bits() {
 fn the_length_unit_changes_no_bit() {
     // By a power of two nothing is rounded otherwise, so that all must be the same to the bit.
     let scale = 1.0 / 1024.0;
-    let ResolveParams { tolerance, clearance, smoothing, max_rounds } = PARAMS;
+    let ResolveParams { tolerance, gap, smoothing, max_rounds, precision } = PARAMS;
     let scaled = ResolveParams {
         tolerance: scale * tolerance,
-        clearance: scale * clearance,
+        gap: scale * gap,
         smoothing: scale * smoothing,
         max_rounds,
+        precision,
     };
     let (mut one, mut other) = (planted(), planted());
     move_all(&mut other, |_, x| scale * x);
@@ -121,7 +122,7 @@ fn parameters_out_of_range_are_named() {
     for (expected, params) in [
         ("tolerance", ResolveParams { tolerance: 0.0, ..PARAMS }),
         ("smoothing", ResolveParams { smoothing: -1.0, ..PARAMS }),
-        ("clearance", ResolveParams { clearance: f64::NAN, ..PARAMS }),
+        ("gap", ResolveParams { gap: f64::NAN, ..PARAMS }),
     ] {
         let refused = resolve::resolve(&mut scene, &params, Progress::none());
         let Err(ResolveError::Parameter(error)) = refused else { panic!("{refused:?}") };

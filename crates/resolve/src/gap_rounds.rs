@@ -1,0 +1,270 @@
+//! Rounds that open the gap between surfaces that do not cross.
+//!
+//! Each round lists the closest points of all near features, solves for the displacement of least
+//! elastic energy that brings them to the gap, and moves as far along it as is certainly free of
+//! contact. What did not cross never does.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use kdop::Workspace;
+use proximity::{FeaturePoint, NearFeatures, SurfaceTree};
+use scene::{BodyId, PairId};
+use surface::{parallel, triangle};
+
+use crate::elastic::{ActiveParticle, Bond, ElasticProblem, GapRow, VolumeRow};
+use crate::resolution::GapRound;
+use crate::run::Run;
+use crate::tissue::{Tissue, fitted_tree};
+use crate::{ResolveError, WrittenPrecision, tuning};
+
+/// Pair of bodies with its near features.
+struct NearPair {
+    id: PairId,
+    features: Vec<NearFeatures>,
+}
+
+impl Run<'_> {
+    /// Opens the gap of all pairs that do not cross, as far as it goes, and rounds positions.
+    pub(crate) fn open_gaps(&mut self) -> Result<(), ResolveError> {
+        if self.params.gap <= 0.0 {
+            return Ok(());
+        }
+        let crossing = self.overlapping_pairs();
+        let slack = self.gap_slack();
+        let target = self.params.gap + slack;
+        let mut stalled = 0;
+        let mut least = f64::INFINITY;
+
+        for _ in 0..tuning::MAX_GAP_ROUNDS {
+            self.round_progress().report(0.0)?;
+            let near = self.near_features(&crossing, target + self.params.gap)?;
+            let (problem, round) = self.gap_problem(&near, target, 0.5 * slack)?;
+            self.gap_rounds.push(round);
+            if round.short_features == 0 {
+                break;
+            }
+
+            // Rounds that gain nothing end it: there is no room, or too far to go.
+            stalled = if round.missing < tuning::GAP_PROGRESS * least { 0 } else { stalled + 1 };
+            least = least.min(round.missing);
+            if stalled > tuning::MAX_STALLED_GAP_ROUNDS {
+                break;
+            }
+            let particle_count = self.inverse_masses.len();
+            let displacements = problem.minimize(particle_count, 0.25 * slack);
+            self.move_freely(&displacements, &crossing)?;
+        }
+        self.round_positions()
+    }
+
+    /// Returns the addition to the gap that covers what solving and rounding leave.
+    fn gap_slack(&self) -> f64 {
+        let mut rounding = 0.0;
+        if self.params.precision == WrittenPrecision::Single {
+            let mut largest: f64 = 0.0;
+            for body in self.scene.bodies() {
+                for x in body.positions() {
+                    largest = largest.max(x.abs().max_element());
+                }
+            }
+            // Half a unit in the last place of each coordinate of both points.
+            rounding = 2.0 * f64::sqrt(3.0) * largest * 0.5 * f64::from(f32::EPSILON);
+        }
+        tuning::GAP_SLACK * self.params.gap + rounding
+    }
+
+    /// Returns the pairs whose surfaces cross or contain each other.
+    fn overlapping_pairs(&self) -> Vec<PairId> {
+        self.near.overlapping().map(|near| near.report.pair).collect()
+    }
+
+    /// Lists the near features of all pairs that can be moved apart, in the order of the bodies.
+    fn near_features(
+        &mut self,
+        crossing: &[PairId],
+        max_distance: f64,
+    ) -> Result<Vec<NearPair>, ResolveError> {
+        let mut pairs = self.scene.close_pairs(max_distance)?;
+        self.scene.fit_all()?;
+        pairs.retain(|pair| self.can_open(*pair) && !crossing.contains(pair));
+        let scene = &*self.scene;
+        let near = parallel::map_slice_with(&pairs, Workspace::default, |workspace, &id| {
+            let [a, b] = id.bodies().map(|body| fitted_tree(scene.body(body)));
+            let mut features = Vec::new();
+            NearFeatures::find(a, b, max_distance, workspace, &mut features);
+            NearPair { id, features }
+        });
+        Ok(near)
+    }
+
+    /// Returns true if one body of a pair is soft.
+    pub(crate) fn can_open(&self, pair: PairId) -> bool {
+        pair.bodies().iter().any(|body| !self.tissues[body.index()].is_rigid)
+    }
+
+    /// Sets up the problem of a round. Features are short where more than `tolerance` is missing.
+    fn gap_problem(
+        &mut self,
+        near: &[NearPair],
+        target: f64,
+        tolerance: f64,
+    ) -> Result<(ElasticProblem, GapRound), ResolveError> {
+        let mut round = GapRound { min_distance: f64::INFINITY, ..GapRound::default() };
+        let mut problem = ElasticProblem::default();
+        let mut seeds: BTreeMap<BodyId, Vec<u32>> = BTreeMap::new();
+        for NearPair { id, features } in near {
+            let target = if self.is_tied(*id) { 0.0 } else { target };
+            let mut is_short_pair = false;
+            for feature in features {
+                let missing = target - feature.distance;
+                round.min_distance = round.min_distance.min(feature.distance);
+                if missing > tolerance {
+                    is_short_pair = true;
+                    round.short_features += 1;
+                    round.missing += missing;
+                }
+                self.add_row(*id, feature, missing, &mut problem.rows);
+
+                // What is short is what moves; other rows only hold.
+                if missing > tolerance {
+                    for (body, point) in id.bodies().into_iter().zip(&feature.points) {
+                        let used = point.weights.map(|weight| weight > 0.0);
+                        let corners = point.vertices.into_iter().zip(used);
+                        let seeds = seeds.entry(body).or_default();
+                        seeds.extend(corners.filter(|(_, used)| *used).map(|(v, _)| v));
+                    }
+                }
+            }
+            round.short_pairs += usize::from(is_short_pair);
+        }
+
+        // What holds each body that moves.
+        self.add_tie_seeds(&mut seeds);
+        let progress = self.round_progress();
+        for number in 0..self.tissues.len() {
+            problem.volumes.push(VolumeRow::default());
+            let id = self.tissues[number].id;
+            let Some(mut seeds) = seeds.remove(&id) else { continue };
+            if self.tissues[number].is_rigid {
+                continue;
+            }
+            seeds.sort_unstable();
+            seeds.dedup();
+            let body = self.scene.body(id);
+            let (tree, first) = (fitted_tree(body), body.particles().start);
+            let tissue = &mut self.tissues[number];
+            let length = tissue.mean_edge.max(self.params.gap / tuning::MAX_SLOPE);
+            let mut active = tissue.vertices_around(&seeds, tree, length, progress)?;
+            active.extend(&seeds);
+            active.sort_unstable();
+            tissue.add_active(tree, &active, first, number, length, &mut problem);
+        }
+        self.add_tie_bonds(&mut problem);
+        Ok((problem, round))
+    }
+
+    /// Adds the row of two near features, unless neither can move.
+    fn add_row(&self, pair: PairId, feature: &NearFeatures, missing: f64, rows: &mut Vec<GapRow>) {
+        let mut terms = Vec::with_capacity(6);
+        for ((id, point), sign) in pair.bodies().into_iter().zip(&feature.points).zip([-1.0, 1.0]) {
+            let tissue = &self.tissues[id.index()];
+            let first = self.scene.body(id).particles().start;
+            for (vertex, weight) in point.vertices.into_iter().zip(point.weights) {
+                if weight > 0.0 && tissue.is_free(vertex) {
+                    terms.push((first + vertex, sign * weight));
+                }
+            }
+        }
+        let normal = self.opening_direction(pair, feature);
+        if !terms.is_empty() && normal != DVec3::ZERO {
+            rows.push(GapRow::new(terms, normal, missing));
+        }
+    }
+
+    /// Returns the unit direction from the first point to the second; where they coincide, that
+    /// in which the faces look away from each other.
+    fn opening_direction(&self, pair: PairId, feature: &NearFeatures) -> DVec3 {
+        let [p, q] = &feature.points;
+        let apart = q.point - p.point;
+        let is_far = feature.distance > tuning::TOUCHING * self.params.gap;
+        if let Some(direction) = apart.try_normalize().filter(|_| is_far) {
+            return direction;
+        }
+        let outward = |id: BodyId, point: &FeaturePoint| {
+            let tissue = &self.tissues[id.index()];
+            let normal = triangle::unit_normal(self.scene.body(id).corners(point.face));
+            if tissue.volume.is_some_and(|volume| volume < 0.0) { -normal } else { normal }
+        };
+        (outward(pair.a, p) - outward(pair.b, q)).normalize_or_zero()
+    }
+
+    /// Rounds the positions of soft bodies to the written precision.
+    fn round_positions(&mut self) -> Result<(), ResolveError> {
+        if self.params.precision == WrittenPrecision::Double {
+            return Ok(());
+        }
+        for tissue in self.tissues.iter().filter(|tissue| !tissue.is_rigid) {
+            let rounded = rounded_to_single(self.scene.body(tissue.id).positions());
+            self.scene.move_body(tissue.id, &rounded)?;
+        }
+        Ok(())
+    }
+}
+
+/// Rounds coordinates to 32-bit floating point.
+pub(crate) fn rounded_to_single(x: &[DVec3]) -> Vec<DVec3> {
+    x.iter().map(|x| x.as_vec3().as_dvec3()).collect()
+}
+
+impl Tissue {
+    /// Adds the active vertices of the body, with all that holds them.
+    fn add_active(
+        &self,
+        tree: &SurfaceTree,
+        active: &[u32],
+        first: u32,
+        number: usize,
+        length: f64,
+        problem: &mut ElasticProblem,
+    ) {
+        let x = tree.positions().as_slice();
+        let thickness = self.thickness(length);
+        for &vertex in active {
+            if !self.is_free(vertex) {
+                continue;
+            }
+            let mass = thickness * self.area(vertex);
+            let mut particle = ActiveParticle {
+                particle: first + vertex,
+                foundation: mass / (length * length),
+                area: self.volume_gradient(vertex, x),
+                body: number,
+                links: Vec::new(),
+            };
+            for link in self.links(vertex) {
+                let mean = 0.5 * (mass + thickness * self.area(link.neighbor));
+                particle.links.push((first + link.neighbor, mean * link.stiffness));
+            }
+            problem.particles.push(particle);
+            if let Some(strut) = self.strut(vertex) {
+                let mut terms = vec![(first + vertex, 1.0)];
+                for (corner, weight) in strut.corners.into_iter().zip(strut.weights) {
+                    terms.push((first + corner, -weight));
+                }
+                problem.bonds.push(Bond { terms, stiffness: mass * strut.stiffness });
+            }
+        }
+
+        // Given back as far as the vertices go that move anyway.
+        if let Some(volume) = self.volume {
+            let mut area = 0.0;
+            for &vertex in active {
+                area += self.area(vertex);
+            }
+            let most = tuning::MAX_BULGE * length * area;
+            let missing = (volume - self.volume_at(x)).clamp(-most, most);
+            problem.volumes[number] = VolumeRow::new(missing);
+        }
+    }
+}

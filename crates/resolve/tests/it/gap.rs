@@ -1,0 +1,215 @@
+//! Gaps planted so that one failure would show: edges that are nearer than all vertices, faces that
+//! are nearer than both, a body between two others, ties, fixed vertices.
+
+use fixtures::{Mesh, shapes};
+use glam::DVec3;
+use kdop::Workspace;
+use proximity::{SeparationBounds, SurfaceTree};
+use resolve::{
+    Conditions, FixedVertices, GapObstacle, Resolution, ResolveParams, Resolver, Tie,
+    WrittenPrecision,
+};
+use scene::{BodyId, BodyKind, PairId, Scene};
+use surface::closest_between_triangles;
+use surface::progress::Progress;
+
+use crate::thigh::planted;
+use crate::{PARAMS, scene_of};
+
+const GAP: f64 = 0.05;
+const WITH_GAP: ResolveParams = ResolveParams { gap: GAP, ..PARAMS };
+
+fn resolve(scene: &mut Scene, conditions: Conditions) -> Resolution {
+    let mut resolver = Resolver::new(WITH_GAP).expect("parameters").with_conditions(conditions);
+    resolver.resolve(scene, Progress::none()).expect("a resolution")
+}
+
+/// Computes the distance of two bodies by all pairs of their faces.
+fn brute_distance(scene: &Scene, a: BodyId, b: BodyId) -> f64 {
+    let [a, b] = [a, b].map(|id| scene.body(id));
+    let count = |body: &scene::Body| u32::try_from(body.surface().faces().len()).expect("few");
+    let mut distance = f64::INFINITY;
+    for face_a in 0..count(a) {
+        for face_b in 0..count(b) {
+            let feet = closest_between_triangles(a.corners(face_a), b.corners(face_b));
+            distance = distance.min(feet.distance());
+        }
+    }
+    distance
+}
+
+/// Two bodies whose surfaces are at a distance below the gap, soft above rigid.
+fn bone_below(bone: Mesh, muscle: Mesh) -> (Scene, [BodyId; 2]) {
+    let bodies = [("bone", BodyKind::Rigid, bone), ("muscle", BodyKind::Deformable, muscle)];
+    let scene = scene_of(bodies);
+    let ids = ["bone", "muscle"].map(|name| scene.find(name).expect("a body of the scene"));
+    (scene, ids)
+}
+
+/// Checks the proof against all pairs of faces, and that shapes are kept.
+fn assert_gap(scene: &Scene, resolution: &Resolution, [a, b]: [BodyId; 2]) {
+    assert!(resolution.resolved && resolution.gap.holds(), "{:?}", resolution.gap_rounds);
+    let distance = brute_distance(scene, a, b);
+    assert!(distance >= GAP, "{distance}");
+    assert!(distance < 1.1 * GAP, "no farther than was asked: {distance}");
+    for change in &resolution.bodies {
+        assert_eq!(change.flipped_faces, 0, "{:?}", change.body);
+        assert_eq!(change.self_crossings, [0, 0], "{:?}", change.body);
+        let ratio = change.volume_ratio.expect("closed");
+        assert!((ratio - 1.0).abs() < 0.01, "volume times {ratio}");
+    }
+}
+
+#[test]
+fn edges_nearer_than_all_vertices_are_brought_to_the_gap() {
+    // Two octahedra whose edges cross at right angles, 0.01 apart.
+    let bone = shapes::octasphere(10.0, 0).rotated(DVec3::Y, 0.125);
+    let edge = 10.0 / f64::sqrt(2.0);
+    let muscle = bone.clone().rotated(DVec3::Z, 0.25).translated(DVec3::Z * (2.0 * edge + 0.01));
+    let (mut scene, ids) = bone_below(bone, muscle);
+    assert!((brute_distance(&scene, ids[0], ids[1]) - 0.01).abs() < 1e-9, "by edges");
+    let resolution = resolve(&mut scene, Conditions::default());
+    assert_gap(&scene, &resolution, ids);
+}
+
+#[test]
+fn a_vertex_over_the_middle_of_a_face_is_brought_to_the_gap() {
+    let bone = shapes::plate(DVec3::new(60.0, 60.0, 6.0), [2, 2]).translated(DVec3::Z * -3.0);
+    let muscle = shapes::icosphere(8.0, 3);
+    let lowest = muscle.positions.iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
+    let muscle = muscle.translated(DVec3::new(3.0, 11.0, 0.02 - lowest));
+    let (mut scene, ids) = bone_below(bone, muscle);
+    let resolution = resolve(&mut scene, Conditions::default());
+    assert_gap(&scene, &resolution, ids);
+}
+
+#[test]
+fn overlaps_are_freed_and_brought_to_the_gap() {
+    let bone = shapes::icosphere(10.0, 3);
+    let muscle = shapes::icosphere(10.0, 3).rotated(DVec3::Z, 0.1).translated(DVec3::X * 18.6);
+    let (mut scene, ids) = bone_below(bone, muscle);
+    let resolution = resolve(&mut scene, Conditions::default());
+    assert_gap(&scene, &resolution, ids);
+}
+
+#[test]
+fn every_pair_of_a_thigh_keeps_the_gap_by_all_faces() {
+    let mut scene = planted();
+    let resolution = resolve(&mut scene, Conditions::default());
+    assert!(resolution.resolved, "{:?} {:?}", resolution.gap, resolution.gap_rounds);
+    let trees = scene.bodies().iter().map(|body| {
+        SurfaceTree::new(body.surface().clone(), body.positions().to_vec()).expect("a tree")
+    });
+    let trees: Vec<SurfaceTree> = trees.collect();
+    for (i, a) in trees.iter().enumerate() {
+        for b in &trees[..i] {
+            let bounds = SeparationBounds::compute(a, b, GAP, &mut Workspace::default());
+            assert!(bounds.is_none_or(|bounds| bounds.lower >= GAP), "{bounds:?}");
+        }
+    }
+    for change in &resolution.bodies {
+        assert_eq!((change.flipped_faces, change.self_crossings), (0, [0, 0]));
+        assert!((change.volume_ratio.expect("closed") - 1.0).abs() < 0.01);
+    }
+}
+
+#[test]
+fn the_gap_holds_at_the_written_precision() {
+    let far = DVec3::new(700.3, -650.1, 800.7);
+    let bone = shapes::icosphere(10.0, 3).translated(far);
+    let muscle = shapes::icosphere(10.0, 3).translated(far + DVec3::X * 20.01);
+    let (mut scene, [a, b]) = bone_below(bone, muscle);
+    let params = ResolveParams { precision: WrittenPrecision::Single, ..WITH_GAP };
+    let resolution = resolve::resolve(&mut scene, &params, Progress::none()).expect("a resolution");
+    assert!(resolution.resolved, "{:?}", resolution.gap);
+    for x in scene.body(b).positions() {
+        assert_eq!(x.as_vec3().as_dvec3(), *x, "representable");
+    }
+
+    // The bone is written rounded as well.
+    let rounded: Vec<DVec3> =
+        scene.body(a).positions().iter().map(|x| x.as_vec3().as_dvec3()).collect();
+    assert_ne!(scene.body(a).positions(), rounded, "the bone itself stays");
+    scene.move_body(a, &rounded).expect("finite");
+    assert!(brute_distance(&scene, a, b) >= GAP);
+}
+
+/// A disc of tissue 4 thick between two bones.
+fn between_bones(room: f64) -> Scene {
+    let bone = shapes::plate(DVec3::new(60.0, 60.0, 6.0), [12, 12]);
+    let muscle = shapes::ellipsoid(DVec3::new(12.0, 12.0, 2.0), 3);
+    let up = DVec3::Z * (3.0 + room / 2.0);
+    scene_of([
+        ("below", BodyKind::Rigid, bone.clone().translated(-up)),
+        ("above", BodyKind::Rigid, bone.translated(up)),
+        ("muscle", BodyKind::Deformable, muscle),
+    ])
+}
+
+#[test]
+fn tissue_between_two_bones_keeps_the_gap_to_both() {
+    let mut scene = between_bones(4.02);
+    let resolution = resolve(&mut scene, Conditions::default());
+    assert!(resolution.resolved, "{:?} {:?}", resolution.gap, resolution.gap_rounds);
+    let [below, above, muscle] =
+        ["below", "above", "muscle"].map(|name| scene.find(name).expect("a body"));
+    for bone in [below, above] {
+        assert!(brute_distance(&scene, bone, muscle) >= GAP);
+    }
+    let ratio = resolution.bodies[2].volume_ratio.expect("closed");
+    assert!((ratio - 1.0).abs() < 0.002, "volume times {ratio}");
+}
+
+#[test]
+fn bones_nearer_than_the_gap_are_named_with_their_distance() {
+    let cube = shapes::cube(10.0);
+    let other = cube.clone().translated(DVec3::X * 10.02);
+    let mut scene = scene_of([("a", BodyKind::Rigid, cube), ("b", BodyKind::Rigid, other)]);
+    let resolution = resolve(&mut scene, Conditions::default());
+    assert!(!resolution.resolved && resolution.remaining.is_empty());
+    let [short] = resolution.gap.short[..] else { panic!("{:?}", resolution.gap) };
+    assert_eq!(short.obstacle, GapObstacle::BothRigid);
+    assert!(short.distance.lower <= 0.02 && (short.distance.upper - 0.02).abs() < 1e-9);
+
+    // Left out of everything where the pair is ignored.
+    scene.ignore(short.pair.a, short.pair.b);
+    assert!(resolve(&mut scene, Conditions::default()).resolved);
+}
+
+#[test]
+fn fixed_vertices_stay_and_are_named_as_the_reason() {
+    let bone = shapes::icosphere(10.0, 2);
+    let muscle = shapes::icosphere(10.0, 2).translated(DVec3::X * 20.01);
+    let (mut scene, [bone, muscle]) = bone_below(bone, muscle);
+    let vertices = (0..).take(scene.body(muscle).positions().len()).collect();
+    let fixed = vec![FixedVertices { body: muscle, vertices }];
+    let before = scene.particle_positions();
+    let resolution = resolve(&mut scene, Conditions { fixed, ..Conditions::default() });
+    assert_eq!(scene.particle_positions(), before);
+    assert_eq!(resolution.gap.short[0].pair, PairId::new(bone, muscle));
+    assert_eq!(resolution.gap.short[0].obstacle, GapObstacle::Fixed);
+}
+
+#[test]
+fn tied_bodies_move_together() {
+    // Cartilage on a muscle, which a bone pushes from the other side.
+    let plate = |thickness: f64, cells: u32| {
+        shapes::plate(DVec3::new(20.0, 20.0, thickness), [cells, cells])
+    };
+    let bone = plate(4.0, 9).translated(DVec3::Z * -2.0);
+    let muscle = plate(4.0, 10).translated(DVec3::Z * 2.01);
+    let cartilage = plate(1.0, 11).translated(DVec3::Z * 4.52);
+    let mut scene = scene_of([
+        ("bone", BodyKind::Rigid, bone),
+        ("muscle", BodyKind::Deformable, muscle),
+        ("cartilage", BodyKind::Deformable, cartilage),
+    ]);
+    let [bone, muscle, cartilage] =
+        ["bone", "muscle", "cartilage"].map(|name| scene.find(name).expect("a body"));
+    let tie = Tie { bodies: [cartilage, muscle], distance: 0.1 };
+    let resolution = resolve(&mut scene, Conditions { ties: vec![tie], ..Conditions::default() });
+    assert!(resolution.resolved, "{:?} {:?}", resolution.gap, resolution.gap_rounds);
+    assert!(brute_distance(&scene, bone, muscle) >= GAP);
+    let between = brute_distance(&scene, muscle, cartilage);
+    assert!((between - 0.01).abs() < 4e-3, "{between} instead of 0.01");
+}
