@@ -41,13 +41,14 @@ impl Run<'_> {
             let near = self.near_features(&crossing, target + self.params.gap)?;
             let (problem, round) = self.gap_problem(&near, target, 0.5 * slack)?;
             self.gap_rounds.push(round);
-            if round.short_features == 0 {
+            if round.short_features == 0 && round.volume_change <= tuning::KEPT_VOLUME_CHANGE {
                 break;
             }
 
             // Rounds that gain nothing end it: there is no room, or too far to go.
-            stalled = if round.missing < tuning::GAP_PROGRESS * least { 0 } else { stalled + 1 };
-            least = least.min(round.missing);
+            let left = round.left(self.params.gap);
+            stalled = if left < tuning::GAP_PROGRESS * least { 0 } else { stalled + 1 };
+            least = least.min(left);
             if stalled > tuning::MAX_STALLED_GAP_ROUNDS {
                 break;
             }
@@ -145,8 +146,22 @@ impl Run<'_> {
         for number in 0..self.tissues.len() {
             problem.volumes.push(VolumeRow::default());
             let id = self.tissues[number].id;
-            let Some(mut seeds) = seeds.remove(&id) else { continue };
             if self.tissues[number].is_rigid {
+                continue;
+            }
+            let mut seeds = seeds.remove(&id).unwrap_or_default();
+            let x = self.scene.body(id).positions();
+            let change = self.tissues[number].volume_change(x);
+            round.volume_change = round.volume_change.max(change);
+            let mut length =
+                self.tissues[number].mean_edge.max(self.params.gap / tuning::MAX_SLOPE);
+            if change > tuning::KEPT_VOLUME_CHANGE {
+                // Given back where the body was pushed.
+                let moved = self.tissues[number].pushed_vertices(x);
+                length = length.max(moved.max_displacement / tuning::MAX_SLOPE);
+                seeds.extend(moved.vertices);
+            }
+            if seeds.is_empty() {
                 continue;
             }
             seeds.sort_unstable();
@@ -154,7 +169,6 @@ impl Run<'_> {
             let body = self.scene.body(id);
             let (tree, first) = (fitted_tree(body), body.particles().start);
             let tissue = &mut self.tissues[number];
-            let length = tissue.mean_edge.max(self.params.gap / tuning::MAX_SLOPE);
             let mut active = tissue.vertices_around(&seeds, tree, length, progress)?;
             active.extend(&seeds);
             active.sort_unstable();
@@ -217,7 +231,29 @@ pub(crate) fn rounded_to_single(x: &[DVec3]) -> Vec<DVec3> {
     x.iter().map(|x| x.as_vec3().as_dvec3()).collect()
 }
 
+/// Vertices that rounds have pushed from their positions at the start.
+struct PushedVertices {
+    vertices: Vec<u32>,
+    max_displacement: f64,
+}
+
 impl Tissue {
+    /// Finds the vertices at `x` that were pushed by a fair share of the largest displacement.
+    fn pushed_vertices(&self, x: &[DVec3]) -> PushedVertices {
+        let displacement = |v: usize| x[v].distance(self.rest[v]);
+        let mut max_displacement: f64 = 0.0;
+        for v in 0..x.len() {
+            max_displacement = max_displacement.max(displacement(v));
+        }
+        let mut vertices = Vec::new();
+        for (vertex, v) in (0..).zip(0..x.len()) {
+            if displacement(v) > tuning::PUSHED_SHARE * max_displacement {
+                vertices.push(vertex);
+            }
+        }
+        PushedVertices { vertices, max_displacement }
+    }
+
     /// Adds the active vertices of the body, with all that holds them.
     fn add_active(
         &self,

@@ -46,6 +46,8 @@ pub struct GapRound {
     pub missing: f64,
     /// Smallest distance of two features; infinite where none are near.
     pub min_distance: f64,
+    /// Largest relative change of a soft body's volume.
+    pub volume_change: f64,
 }
 
 /// Certified bracket on a distance: `lower <= distance <= upper`.
@@ -109,6 +111,15 @@ pub enum GapObstacle {
     /// No step opens the gap any further.
     #[error("no step opens it any further")]
     Stuck,
+}
+
+impl GapRound {
+    /// Sums what the round has to do: missing openings in gaps, and volume beyond what is kept in
+    /// shares of that.
+    pub(crate) fn left(&self, gap: f64) -> f64 {
+        let excess = (self.volume_change - tuning::KEPT_VOLUME_CHANGE).max(0.0);
+        self.missing / gap + excess / tuning::KEPT_VOLUME_CHANGE
+    }
 }
 
 impl GapProof {

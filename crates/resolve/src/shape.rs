@@ -15,16 +15,21 @@ impl Tissue {
     /// last count stays.
     pub(crate) fn assess(&mut self, tree: &SurfaceTree, counts_crossings: bool) {
         let x = tree.positions().as_slice();
-        let volume_change = match self.volume {
-            Some(volume) if volume != 0.0 => (self.volume_at(x) / volume - 1.0).abs(),
-            _ => 0.0,
-        };
+        let volume_change = self.volume_change(x);
         let flipped_faces = self.count_flipped(x);
         let mut self_crossings = self.damage.self_crossings;
         if counts_crossings {
             self_crossings = count_new_self_crossings(tree, &self.rest);
         }
         self.damage = Damage { flipped_faces, volume_change, self_crossings };
+    }
+
+    /// Computes the relative change of the volume; 0 where the body has no inside.
+    pub(crate) fn volume_change(&self, x: &[DVec3]) -> f64 {
+        match self.volume {
+            Some(volume) if volume != 0.0 => (self.volume_at(x) / volume - 1.0).abs(),
+            _ => 0.0,
+        }
     }
 
     /// Counts the faces that are turned by a right angle or more at `x`.

@@ -212,6 +212,14 @@ pub(crate) const MIN_GAP_SWEEPS: usize = 8;
 /// sweeps to grow; above, rows block each other.
 pub(crate) const GAP_PENALTY: f64 = 2.0;
 
+/// Change of a body's volume at which rounds end \[its volume\]. Below, rounds are spent on nothing
+/// that is measured; above, the change that is promised is exceeded.
+pub(crate) const KEPT_VOLUME_CHANGE: f64 = 0.001;
+
+/// Displacement from which vertices give volume back \[the body's largest\]. Below, vertices far
+/// away move; above, few bulge much.
+pub(crate) const PUSHED_SHARE: f64 = 0.1;
+
 /// Largest mean displacement per round that gives volume back \[the length it spreads over\].
 pub(crate) const MAX_BULGE: f64 = 0.02;
 
