@@ -6,9 +6,12 @@
 
 use ccd::CcdParams;
 use glam::DVec3;
-use scene::{BodyMove, PairId};
+use kdop::Workspace;
+use scene::{BodyMove, PairId, PairSweep, SweptContact};
+use surface::{Meeting, triangles_meet};
 
 use crate::run::Run;
+use crate::tissue::fitted_tree;
 use crate::{ResolveError, tuning};
 
 impl Run<'_> {
@@ -22,50 +25,79 @@ impl Run<'_> {
         let mut shares = vec![1.0; displacements.len()];
         self.limit_shape(displacements, &mut shares);
 
+        // Whoever is held back changes the way of its neighbors: swept again.
         let mut changed = vec![true; self.tissues.len()];
+        let mut touching = Vec::new();
         for pass in 0.. {
-            // Only pairs of which a way has changed may meet anew.
             let ends = self.ends_of_step(displacements, &shares);
-            let mut moves = Vec::new();
-            for (tissue, end) in self.tissues.iter().zip(&ends) {
-                if let Some(positions) = end {
-                    moves.push(BodyMove { body: tissue.id, positions });
-                }
-            }
-            let is_wanted = |pair: PairId| {
-                let has_changed = changed[pair.a.index()] || changed[pair.b.index()];
-                has_changed && !crossing.contains(&pair)
-            };
-            let progress = self.round_progress();
-            let params = CcdParams::DEFAULT;
-            let report = self.scene.sweep_among(&moves, &params, is_wanted, progress)?;
-            if report.pairs.is_empty() {
-                return self.take_step(&ends);
-            }
-
-            // What meets is held back; whole bodies, where that does not end.
+            let meetings = self.meetings(&ends, &changed, crossing)?;
             changed.fill(false);
-            for found in &report.pairs {
-                for id in found.pair.bodies() {
-                    changed[id.index()] = true;
-                }
-                if pass >= tuning::MAX_HOLD_PASSES {
-                    for id in found.pair.bodies() {
-                        let range = self.scene.body(id).particles();
-                        shares[range.start as usize..range.end as usize].fill(0.0);
+            let mut is_free = true;
+            for PairSweep { pair, contacts } in &meetings {
+                let mut is_held = false;
+                for SweptContact { contact, at_start, .. } in contacts {
+                    // What touches and does not approach may go on: exact detection decides after.
+                    let terms = contact.stencil.terms();
+                    let approach =
+                        contact.stencil.combine(|p| shares[p as usize] * displacements[p as usize]);
+                    if *at_start && approach.dot(contact.normal) <= 0.0 {
+                        touching.push(*pair);
+                        continue;
                     }
-                    continue;
-                }
-                for contact in &found.contacts {
-                    let time = contact.contact.time.unwrap_or(0.0);
-                    for term in contact.contact.stencil.terms() {
-                        let share = &mut shares[term.particle as usize];
-                        *share = share.min(tuning::FREE_SHARE * time * *share);
+                    is_held = true;
+                    let time = contact.time.unwrap_or(0.0);
+                    let factor = if *at_start { 0.0 } else { tuning::FREE_SHARE * time };
+                    for term in terms {
+                        shares[term.particle as usize] *= factor;
                     }
                 }
+                if is_held {
+                    is_free = false;
+                    self.mark_held(*pair, pass, &mut changed, &mut shares);
+                }
+            }
+            if is_free {
+                touching.sort_unstable();
+                touching.dedup();
+                return self.take_step(&ends, &touching);
             }
         }
         Ok(())
+    }
+
+    /// Finds what meets on the way, among pairs of which a way has changed.
+    fn meetings(
+        &mut self,
+        ends: &[Option<Vec<DVec3>>],
+        changed: &[bool],
+        crossing: &[PairId],
+    ) -> Result<Vec<PairSweep>, ResolveError> {
+        let mut moves = Vec::new();
+        for (tissue, end) in self.tissues.iter().zip(ends) {
+            if let Some(positions) = end {
+                moves.push(BodyMove { body: tissue.id, positions });
+            }
+        }
+        let is_wanted = |pair: PairId| {
+            let has_changed = changed[pair.a.index()] || changed[pair.b.index()];
+            let moves = ends[pair.a.index()].is_some() || ends[pair.b.index()].is_some();
+            has_changed && moves && !crossing.contains(&pair)
+        };
+        let progress = self.round_progress();
+        let report = self.scene.sweep_among(&moves, &CcdParams::DEFAULT, is_wanted, progress)?;
+        Ok(report.pairs)
+    }
+
+    /// Marks the bodies of a pair as held back. Where holding back single particles does not end,
+    /// both bodies rest.
+    fn mark_held(&self, pair: PairId, pass: usize, changed: &mut [bool], shares: &mut [f64]) {
+        for id in pair.bodies() {
+            changed[id.index()] = true;
+            if pass >= tuning::MAX_HOLD_PASSES {
+                let range = self.scene.body(id).particles();
+                shares[range.start as usize..range.end as usize].fill(0.0);
+            }
+        }
     }
 
     /// Shortens the steps of bodies until each is within its limits.
@@ -115,12 +147,40 @@ impl Run<'_> {
         ends
     }
 
-    fn take_step(&mut self, ends: &[Option<Vec<DVec3>>]) -> Result<(), ResolveError> {
+    /// Moves all bodies to the end of the step, unless surfaces that touched then cross.
+    fn take_step(
+        &mut self,
+        ends: &[Option<Vec<DVec3>>],
+        touching: &[PairId],
+    ) -> Result<(), ResolveError> {
+        let mut starts = Vec::new();
         for (tissue, end) in self.tissues.iter().zip(ends) {
             if let Some(x) = end {
+                starts.push((tissue.id, self.scene.body(tissue.id).positions().to_vec()));
                 self.scene.move_body(tissue.id, x)?;
             }
         }
+        if touching.is_empty() {
+            return Ok(());
+        }
+
+        self.scene.fit_all()?;
+        if touching.iter().any(|pair| self.crosses(*pair)) {
+            for (id, x) in starts {
+                self.scene.move_body(id, &x)?;
+            }
+        }
         Ok(())
+    }
+
+    /// Returns true if faces of two bodies cross.
+    fn crosses(&self, pair: PairId) -> bool {
+        let [a, b] = pair.bodies().map(|id| fitted_tree(self.scene.body(id)));
+        let mut crosses = false;
+        a.tree().pairs(b.tree(), 0.0, &mut Workspace::default(), |face_a, face_b| {
+            let (corners_a, corners_b) = (a.corners(face_a), b.corners(face_b));
+            crosses = crosses || triangles_meet(corners_a, corners_b) == Meeting::Crossing;
+        });
+        crosses
     }
 }

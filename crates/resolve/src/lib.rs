@@ -41,6 +41,7 @@ mod error;
 mod exit_sides;
 mod free_step;
 mod gap_rounds;
+mod limits;
 mod near_pairs;
 mod params;
 mod proof;
@@ -60,8 +61,8 @@ pub use glam;
 pub use crate::error::ResolveError;
 pub use crate::params::{Conditions, FixedVertices, ResolveParams, Tie, WrittenPrecision};
 pub use crate::resolution::{
-    BodyChange, DistanceBracket, GapObstacle, GapProof, GapRound, Obstacle, Remaining, Resolution,
-    Round, ShortGap,
+    BodyChange, BrokenLimit, DistanceBracket, GapObstacle, GapProof, GapRound, Obstacle, Remaining,
+    Resolution, Round, ShortGap,
 };
 pub use crate::resolver::{Resolver, resolve};
 

@@ -19,6 +19,11 @@ pub struct ResolveParams {
     pub max_rounds: u32,
     /// Precision to which positions are rounded before distances are proved.
     pub precision: WrittenPrecision,
+    /// Largest relative change of a soft body's volume, `> 0`. Where a state changes one more,
+    /// turns a face over or makes a body cross itself anew, the last state that does not is kept.
+    pub max_volume_change: f64,
+    /// True to keep a state that leaves these limits; they are then listed all the same.
+    pub keep_going: bool,
 }
 
 /// Precision of the positions in a file that is written afterwards.
@@ -71,7 +76,7 @@ pub struct FixedVertices {
 
 impl ResolveParams {
     /// Returns parameters for a smoothing length, of which the tolerance is 1/120, without a
-    /// gap, and 60 rounds.
+    /// gap, 60 rounds, and volumes within a hundredth.
     ///
     /// A few edge lengths of the soft bodies are a good smoothing length.
     #[must_use]
@@ -82,6 +87,8 @@ impl ResolveParams {
             smoothing,
             max_rounds: 60,
             precision: WrittenPrecision::Double,
+            max_volume_change: 0.01,
+            keep_going: false,
         }
     }
 
@@ -94,6 +101,7 @@ impl ResolveParams {
         positive("smoothing", self.smoothing)?;
         positive("tolerance", self.tolerance)?;
         not_negative("gap", self.gap)?;
+        positive("max_volume_change", self.max_volume_change)?;
         Ok(())
     }
 }

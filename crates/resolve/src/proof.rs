@@ -8,7 +8,7 @@ use surface::parallel;
 use crate::gap_rounds::rounded_to_single;
 use crate::resolution::{DistanceBracket, GapObstacle, GapProof, ShortGap};
 use crate::run::Run;
-use crate::tissue::fitted_tree;
+use crate::tissue::{Tissue, fitted_tree};
 use crate::{ResolveError, WrittenPrecision};
 
 impl Run<'_> {
@@ -45,7 +45,7 @@ impl Run<'_> {
                 DistanceBracket { lower: bounds.lower, upper: bounds.upper.max(bounds.lower) }
             };
             if distance.lower < gap {
-                let obstacle = self.gap_obstacle(pair, overlaps, bounds.faces);
+                let obstacle = self.gap_obstacle(pair, overlaps, &bounds);
                 proof.short.push(ShortGap { pair, distance, obstacle });
             }
         }
@@ -54,14 +54,21 @@ impl Run<'_> {
     }
 
     /// Returns why a pair is nearer than the gap.
-    fn gap_obstacle(&self, pair: PairId, overlaps: bool, nearest: [u32; 2]) -> GapObstacle {
+    fn gap_obstacle(
+        &self,
+        pair: PairId,
+        overlaps: bool,
+        nearest: &SeparationBounds,
+    ) -> GapObstacle {
         let mut is_held = true;
-        for (id, face) in pair.bodies().into_iter().zip(nearest) {
+        for (id, face) in pair.bodies().into_iter().zip(nearest.faces) {
             let tissue = &self.tissues[id.index()];
             is_held &= tissue.corners(face).iter().all(|vertex| !tissue.is_free(*vertex));
         }
         if !self.can_open(pair) {
             GapObstacle::BothRigid
+        } else if let Some(squeeze) = self.squeeze(pair, nearest) {
+            squeeze
         } else if overlaps {
             GapObstacle::Overlaps
         } else if is_held {
@@ -69,6 +76,44 @@ impl Run<'_> {
         } else {
             GapObstacle::Stuck
         }
+    }
+
+    /// Returns the room that two rigid bodies leave a soft one between them, if that is less than
+    /// its thickness and both gaps.
+    fn squeeze(&self, pair: PairId, nearest: &SeparationBounds) -> Option<GapObstacle> {
+        let gap = self.params.gap;
+        for (soft, rigid) in [(0, 1), (1, 0)] {
+            let [soft_id, rigid_id] = [soft, rigid].map(|side: usize| pair.bodies()[side]);
+            let (tissue, wall) = (&self.tissues[soft_id.index()], &self.tissues[rigid_id.index()]);
+            if tissue.is_rigid || !wall.is_rigid {
+                continue;
+            }
+
+            // The thickness where the bodies are nearest, at the start.
+            let workspace = &mut Workspace::default();
+            let at_rest = self.tree_at_rest(tissue)?;
+            let [vertex, ..] = tissue.corners(nearest.faces[soft]);
+            let thickness = tissue.thickness_at(&at_rest, vertex, workspace)?;
+
+            // The nearest wall on the other side of the body, seen from this wall.
+            let foot = nearest.points[rigid];
+            for other in self.tissues.iter().filter(|other| other.is_rigid && other.id != rigid_id)
+            {
+                let tree = fitted_tree(self.scene.body(other.id));
+                let found = tree.closest_point(foot, thickness + 2.0 * gap, None, workspace);
+                if let Some(found) = found {
+                    return Some(GapObstacle::Squeezed { room: found.distance, thickness, gap });
+                }
+            }
+        }
+        None
+    }
+
+    /// Builds the tree of a body at the start.
+    fn tree_at_rest(&self, tissue: &Tissue) -> Option<SurfaceTree> {
+        let mut tree = fitted_tree(self.scene.body(tissue.id)).clone();
+        tree.set_positions(tissue.rest.iter().copied()).ok()?;
+        Some(tree)
     }
 
     /// Builds the trees of rigid bodies that rounding moves; `None` for all others.

@@ -162,10 +162,33 @@ pub enum Obstacle {
     /// The maximum number of rounds was reached while rounds still improved.
     #[error("the maximum number of rounds was reached: more may separate them")]
     Rounds,
+    /// Every state that is better leaves the limits of a body, of which
+    /// [`Resolution::broken_limits`] tells how.
+    #[error("separating them further breaks the limits of a body")]
+    Limits,
+    /// One body is wholly inside the other.
+    #[error("one is wholly inside the other: ignore the pair, or take one out")]
+    Enclosed,
+    /// A body without an inside crosses the other: it has no side to be pushed to.
+    #[error("a surface without an inside is pierced: there is no side to push it to")]
+    Pierced,
     /// No face crosses another, and no vertex is inside: the surfaces share a volume where they
     /// coincide.
     #[error("the surfaces coincide: there is no side to push them to")]
     Coincident,
+}
+
+/// Body that the best state would have brought beyond its limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BrokenLimit {
+    /// The body.
+    pub body: BodyId,
+    /// Relative change of its volume.
+    pub volume_change: f64,
+    /// Number of its faces turned by a right angle or more.
+    pub flipped_faces: usize,
+    /// Number of pairs of its own faces that cross and did not at the start.
+    pub self_crossings: usize,
 }
 
 /// Pair that still overlaps.
@@ -204,8 +227,11 @@ pub struct Resolution {
     pub bodies: Vec<BodyChange>,
     /// Pairs that still overlap, the deepest first, including those within the tolerance.
     pub remaining: Vec<Remaining>,
+    /// Bodies that the best state brings beyond their limits. With any, the scene has an earlier
+    /// state, unless [`keep_going`](crate::ResolveParams::keep_going) asks for the best one.
+    pub broken_limits: Vec<BrokenLimit>,
     /// True if no surface is deeper in another than the tolerance, as far as certain, no pair
-    /// overlaps that did not at the start, and the gap [holds](GapProof::holds).
+    /// overlaps that did not at the start, no limit is broken, and the gap [holds](GapProof::holds).
     pub resolved: bool,
 }
 
@@ -270,13 +296,14 @@ impl Round {
 impl Remaining {
     /// Lists the pairs that still overlap, the deepest first.
     ///
-    /// `after` has the measures of overlaps; `near` are the pairs as rounds see them.
+    /// `after` has the measures of overlaps; `near` are the pairs as rounds see them, which ended
+    /// for the reason of `standstill`.
     pub(crate) fn list(
         scene: &Scene,
         after: &[PairReport],
         near: &NearPairs,
         before: &[PairReport],
-        stuck: bool,
+        standstill: Obstacle,
     ) -> Vec<Self> {
         let mut remaining = Vec::new();
         for report in after {
@@ -289,10 +316,12 @@ impl Remaining {
                 Obstacle::BothRigid
             } else if pushed.is_none() {
                 Obstacle::Coincident
-            } else if stuck {
-                Obstacle::Stuck
+            } else if is_enclosed(scene, report) {
+                Obstacle::Enclosed
+            } else if [a, b].iter().any(|id| scene.body(*id).has_inside().is_err()) {
+                Obstacle::Pierced
             } else {
-                Obstacle::Rounds
+                standstill
             };
 
             let edge_depth = pushed.map_or(0.0, NearPair::depth);
@@ -318,6 +347,16 @@ impl Remaining {
         let has_depth = upper > 0.0 && self.obstacle != Obstacle::Coincident;
         self.at_first && has_depth && upper <= tolerance
     }
+}
+
+/// Returns true if no face crosses, and all vertices of one body are inside the other.
+fn is_enclosed(scene: &Scene, report: &PairReport) -> bool {
+    let sides = [(report.pair.a, &report.a_against_b), (report.pair.b, &report.b_against_a)];
+    let mut encloses = false;
+    for (id, side) in sides {
+        encloses |= side.inside_count == Ok(scene.body(id).positions().len());
+    }
+    encloses && report.crossing_faces.is_empty()
 }
 
 /// Returns true if a pair overlaps in one of these reports.

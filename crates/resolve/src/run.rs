@@ -1,6 +1,6 @@
 //! Rounds of one overlap removal, of which the best is kept.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
 use glam::DVec3;
 use proximity::SurfaceTree;
@@ -10,7 +10,7 @@ use surface::progress::{Interrupted, Progress};
 
 use crate::exit_sides::ExitMemory;
 use crate::near_pairs::NearPairs;
-use crate::resolution::{BodyChange, Remaining, Resolution, Round, deepest, max_bracket};
+use crate::resolution::{BodyChange, Obstacle, Remaining, Resolution, Round, deepest, max_bracket};
 use crate::ties::TieBond;
 use crate::tissue::{Tissue, fitted_tree};
 use crate::warm_start::LocalDisplacements;
@@ -34,6 +34,8 @@ pub(crate) struct Run<'a> {
     stalled_rounds: u32,
     pub(crate) exit_memories: BTreeMap<PairId, [ExitMemory; 2]>,
     pub(crate) gap_rounds: Vec<GapRound>,
+    /// Positions of all bodies in the best rounds so far, up to the last few.
+    pub(crate) good_states: VecDeque<Vec<Vec<DVec3>>>,
     /// Pairs that are tied, ascending.
     pub(crate) tied: Vec<PairId>,
     pub(crate) tie_bonds: Vec<TieBond>,
@@ -78,6 +80,7 @@ impl<'a> Run<'a> {
             stalled_rounds: 0,
             exit_memories: BTreeMap::new(),
             gap_rounds: Vec::new(),
+            good_states: VecDeque::new(),
             tied,
             tie_bonds,
         };
@@ -118,6 +121,7 @@ impl<'a> Run<'a> {
 
         // From what does not cross, the gap.
         self.open_gaps()?;
+        let broken_limits = self.return_to_limits()?;
 
         // The final state, detected in full, decides by the depth of surfaces.
         let margin = detection_margin(&self.params);
@@ -127,12 +131,21 @@ impl<'a> Run<'a> {
         let overlapping: Vec<PairId> =
             after.iter().filter(|report| report.overlaps).map(|report| report.pair).collect();
         let gap = self.prove_gap(&overlapping)?;
-        let is_stuck = self.is_stuck();
-        let remaining = Remaining::list(self.scene, &after, &self.near, &self.before, is_stuck);
+        let standstill = if !broken_limits.is_empty() {
+            Obstacle::Limits
+        } else if self.is_stuck() {
+            Obstacle::Stuck
+        } else {
+            Obstacle::Rounds
+        };
+        let (near, before) = (&self.near, &self.before);
+        let remaining = Remaining::list(self.scene, &after, near, before, standstill);
         Ok(Resolution {
             resolved: gap.holds()
+                && broken_limits.is_empty()
                 && remaining.iter().all(|pair| pair.is_within(self.params.tolerance)),
             gap,
+            broken_limits,
             gap_rounds: std::mem::take(&mut self.gap_rounds),
             remaining,
             bodies: BodyChange::list(self.scene, &self.tissues),
@@ -211,6 +224,7 @@ impl<'a> Run<'a> {
             for (tissue, body) in self.tissues.iter_mut().zip(self.scene.bodies()) {
                 tissue.best.copy_from_slice(body.positions());
             }
+            self.keep_good_state();
         } else {
             self.stalled_rounds += 1;
         }
@@ -246,7 +260,7 @@ impl<'a> Run<'a> {
 
     /// Moves soft bodies from their positions to others, where `to` computes some, and detects
     /// their contacts.
-    fn move_soft(
+    pub(crate) fn move_soft(
         &mut self,
         to: impl Fn(&Tissue, &[DVec3]) -> Option<Vec<DVec3>>,
     ) -> Result<(), ResolveError> {

@@ -171,6 +171,18 @@ impl Tissue {
         self.struts[vertex as usize].get_or_insert_with(find);
     }
 
+    /// Computes how thick the body at rest is under a vertex; `None` where it is open.
+    pub(crate) fn thickness_at(
+        &self,
+        at_rest: &SurfaceTree,
+        vertex: u32,
+        workspace: &mut Workspace,
+    ) -> Option<f64> {
+        let inward = -self.rest_normals[vertex as usize];
+        let strut = Strut::find(at_rest, vertex, inward, f64::MAX.sqrt(), workspace)?;
+        Some(strut.stiffness.sqrt().recip())
+    }
+
     /// Returns true if a vertex moves in this round.
     fn is_pushed(&self) -> bool {
         self.u.iter().any(|&u| u != DVec3::ZERO)

@@ -1,5 +1,6 @@
 //! Tests of overlap removal.
 
+mod absurd;
 mod anatomy;
 mod gap;
 mod interruption;

@@ -1,0 +1,99 @@
+//! Scenes that have no solution, each answered with the reason.
+
+use fixtures::shapes;
+use glam::DVec3;
+use resolve::{GapObstacle, Obstacle, Resolution, ResolveParams};
+use scene::{BodyKind, Scene};
+use surface::progress::Progress;
+
+use crate::{PARAMS, scene_of};
+
+const WITH_GAP: ResolveParams = ResolveParams { gap: 0.05, max_rounds: 12, ..PARAMS };
+
+/// Resolves a scene; checks that all bodies stay within their limits, whatever comes of it.
+fn resolve_within_limits(scene: &mut Scene) -> Resolution {
+    let resolution = resolve::resolve(scene, &WITH_GAP, Progress::none()).expect("a resolution");
+    for change in &resolution.bodies {
+        assert_eq!((change.flipped_faces, change.self_crossings[1]), (0, 0), "{:?}", change.body);
+        let volume = change.volume_ratio.map_or(0.0, |ratio| (ratio - 1.0).abs());
+        assert!(volume <= WITH_GAP.max_volume_change, "volume by {volume}");
+    }
+    resolution
+}
+
+#[test]
+fn a_bone_wholly_inside_another_is_named() {
+    let bodies = [
+        ("outer", BodyKind::Rigid, shapes::icosphere(10.0, 2)),
+        ("inner", BodyKind::Rigid, shapes::icosphere(3.0, 2)),
+    ];
+    let resolution = resolve_within_limits(&mut scene_of(bodies));
+    assert!(!resolution.resolved);
+    assert_eq!(resolution.remaining[0].obstacle, Obstacle::BothRigid);
+}
+
+#[test]
+fn a_muscle_wholly_inside_a_bone_is_named() {
+    let bodies = [
+        ("bone", BodyKind::Rigid, shapes::icosphere(40.0, 3)),
+        ("muscle", BodyKind::Deformable, shapes::icosphere(6.0, 2)),
+    ];
+    let resolution = resolve_within_limits(&mut scene_of(bodies));
+    assert!(!resolution.resolved);
+    assert_eq!(resolution.remaining[0].obstacle, Obstacle::Enclosed, "{:?}", resolution.rounds);
+}
+
+#[test]
+fn a_closed_shell_without_room_is_named() {
+    let [outer, inner] = [12.0, 10.03].map(|radius| shapes::icosphere(radius, 3));
+    let bodies = [
+        ("shell", BodyKind::Rigid, outer.joined(&inner.flipped())),
+        ("muscle", BodyKind::Deformable, shapes::icosphere(10.0, 3)),
+    ];
+    // It cannot become smaller, and keeps its volume: it is named, and not damaged.
+    let resolution = resolve_within_limits(&mut scene_of(bodies));
+    assert!(!resolution.resolved && resolution.remaining.is_empty());
+    assert!(resolution.gap.short[0].distance.lower > 0.0, "{:?}", resolution.gap);
+}
+
+#[test]
+fn identical_bodies_coincide() {
+    let ball = shapes::icosphere(10.0, 2);
+    let bodies = [("a", BodyKind::Deformable, ball.clone()), ("b", BodyKind::Deformable, ball)];
+    let resolution = resolve_within_limits(&mut scene_of(bodies));
+    assert!(!resolution.resolved);
+    assert_eq!(resolution.remaining[0].obstacle, Obstacle::Coincident, "{:?}", resolution.rounds);
+}
+
+#[test]
+fn a_sheet_pierced_by_a_bone_is_named() {
+    let sheet = shapes::plate(DVec3::new(40.0, 40.0, 0.5), [8, 8]);
+    let bodies = [
+        ("bone", BodyKind::Rigid, shapes::capsule(4.0, 60.0, 16)),
+        ("sheet", BodyKind::Open, sheet),
+    ];
+    let resolution = resolve_within_limits(&mut scene_of(bodies));
+    assert!(!resolution.resolved);
+    assert_eq!(resolution.remaining[0].obstacle, Obstacle::Pierced, "{:?}", resolution.rounds);
+}
+
+#[test]
+fn a_squeeze_without_room_is_named_with_its_numbers() {
+    let bone = shapes::plate(DVec3::new(60.0, 60.0, 6.0), [12, 12]);
+    let up = DVec3::Z * 3.5;
+    let mut scene = scene_of([
+        ("below", BodyKind::Rigid, bone.clone().translated(-up)),
+        ("above", BodyKind::Rigid, bone.translated(up)),
+        ("muscle", BodyKind::Deformable, shapes::ellipsoid(DVec3::new(12.0, 12.0, 2.0), 3)),
+    ]);
+    let resolution = resolve_within_limits(&mut scene);
+    assert!(!resolution.resolved && !resolution.broken_limits.is_empty());
+    assert_eq!(resolution.remaining[0].obstacle, Obstacle::Limits, "{:?}", resolution.rounds);
+    let squeezed = resolution.gap.short.iter().find_map(|short| match short.obstacle {
+        GapObstacle::Squeezed { room, thickness, gap } => Some([room, thickness, gap]),
+        _ => None,
+    });
+    let [room, thickness, gap] = squeezed.expect("between two bones");
+    assert!((room - 1.0).abs() < 0.05 && gap == 0.05, "{room}");
+    assert!(thickness > 1.0 && thickness <= 4.0, "{thickness}");
+}
