@@ -94,6 +94,6 @@ fn a_squeeze_without_room_is_named_with_its_numbers() {
         _ => None,
     });
     let [room, thickness, gap] = squeezed.expect("between two bones");
-    assert!((room - 1.0).abs() < 0.05 && gap == 0.05, "{room}");
+    assert!((room - 1.0).abs() < 0.05 && gap > 0.0, "{room}");
     assert!(thickness > 1.0 && thickness <= 4.0, "{thickness}");
 }
