@@ -100,7 +100,8 @@ impl Detector {
     /// Never for the skin that is set here.
     pub fn restart(self, detectors: &mut StepDetectors, world: &World) -> Result<(), String> {
         if self == Self::Permanent {
-            let params = PermanentParams { restraint: Restraint::Sliding, skin: SKIN };
+            let params =
+                PermanentParams { restraint: Restraint::Sliding, skin: SKIN, attach_within: 0.0 };
             let ids: Vec<BodyId> = world.scene.ids().collect();
             for (number, &b) in ids.iter().enumerate().skip(world.bones.len()) {
                 for &a in &ids[..number] {

@@ -169,7 +169,7 @@ impl Planted {
             Self::Rest => "rest: a soft ball let down on a bone",
             Self::SlopeHeld => "slope of 20°, µ 0.5: a slab that must stick",
             Self::SlopeSliding => "slope of 20°, µ 0.2: a slab that must slide, on two large faces",
-            Self::SlopeCatching => "the same on a bone with vertices every 2 mm",
+            Self::SlopeCatching => "the same on a bone with vertices every 2 mm under way",
             Self::Squeeze => "squeeze: a soft ball between two bones",
             Self::ThinPlate => "thin plate: 0.8 mm per step at a bone of 1 mm",
             Self::Shortening => "a muscle that shortens round a bone",
@@ -298,7 +298,8 @@ impl World {
         self.gravity = DVec3::Z * -GRAVITY;
         (self.friction, self.drop) = (friction, 0.1);
         self.field_spacing = 1.0;
-        self.duration = if slides { 0.16 } else { 0.25 };
+        // The gap closes by 4 % per step: until then, it is no rest.
+        self.duration = if slides { 0.16 } else { 0.5 };
         self.far_sides.push(FarSide { point: normal * -2.0, normal, half_width: 50.0, bone });
         Ok(())
     }

@@ -94,10 +94,10 @@ fn satisfies_identity(
         p.positions.at(near.vertex)
     };
 
-    // Rounding is relative to the coordinates.
+    // Rounding is relative to the coordinates: that of closest points on triangles.
     let mut scale = contact.gap.abs();
     for term in contact.stencil.terms() {
         scale = scale.max(position(term.particle).abs().max_element());
     }
-    contact.identity_error(position) <= 64.0 * f64::EPSILON * scale
+    contact.identity_error(position) <= 512.0 * f64::EPSILON * scale
 }

@@ -26,6 +26,9 @@ pub enum Constraint {
     /// canceled.
     #[default]
     Contact,
+    /// As [`Contact`](Self::Contact), with an approach of at most this speed left: that at which a
+    /// gap closes by the end of the move.
+    Approach(f64),
     /// One-sided along the normal: Q_c · n is at most the target.
     OneSided(f64),
     /// Two-sided along the normal: gradual and two-sided springs, the second-order spring,
@@ -70,14 +73,14 @@ impl Constraint {
 
     /// Returns true if the normal impulse must not pull.
     pub(crate) fn is_one_sided(self) -> bool {
-        matches!(self, Self::Contact | Self::OneSided(_))
+        matches!(self, Self::Contact | Self::Approach(_) | Self::OneSided(_))
     }
 
     /// Checks that the target is finite.
     pub(crate) fn check(self, row: usize) -> Result<(), ResponseError> {
         match self {
             Self::Contact => Ok(()),
-            Self::OneSided(target) | Self::TwoSided(target) => {
+            Self::Approach(target) | Self::OneSided(target) | Self::TwoSided(target) => {
                 check::contact_number(row, "target", target).map(drop)
             }
             Self::Vector(target) => check::contact_vector(row, "target", target).map(drop),

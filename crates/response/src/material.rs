@@ -77,7 +77,11 @@ impl Material {
         match self.permanent {
             Some(Restraint::Sticking) => velocity.length(),
             Some(Restraint::Sliding) => approach.abs(),
-            None => self.margins.proximity_factor(self.depth(contact)) * approach.max(0.0),
+            None => {
+                let lambda = self.margins.proximity_factor(self.depth(contact));
+                let approach = approach.max(0.0);
+                approach - ((1.0 - lambda) * approach).min(self.closing_speed(contact, h))
+            }
         }
     }
 
@@ -116,8 +120,9 @@ impl Material {
             return Ok((law, Constraint::OneSided(self.closing_speed(contact, h))));
         }
         let Some(spring) = self.spring else {
+            // A gap may close, but not be passed, however fast the approach is.
             let constraint = match self.permanent {
-                None => Constraint::Contact,
+                None => Constraint::Approach(self.closing_speed(contact, h)),
                 Some(Restraint::Sliding) => Constraint::TwoSided(0.0),
                 Some(Restraint::Sticking) => Constraint::Vector(DVec3::ZERO),
             };

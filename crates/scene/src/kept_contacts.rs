@@ -13,13 +13,13 @@
 
 use glam::DVec3;
 use kdop::Workspace;
-use proximity::SurfaceTree;
 use response::{
     GapMeasure, Margins, PermanentContacts, ResponseError, Restraint, RigidMotion, SurfaceCarrier,
     walk_to_foot,
 };
 use surface::{Contact, ContactSide, Pose, Term, closest_on_triangle, triangle};
 
+use crate::closest_pairs::{ActingGaps, ON_BORDER, RIDGE_COSINE, SurfaceState};
 use crate::pair_frame::PairFrame;
 use crate::{Body, BodyId, PairId, Scene, StepError};
 
@@ -33,6 +33,10 @@ pub struct PermanentParams {
     /// Skin of the list: gap beyond the margin up to which it holds contacts, finite and `>= 0`.
     /// A larger one holds more contacts, and is detected again less often.
     pub skin: f64,
+    /// Gap beyond the clearance up to which contacts are attached when the list is detected, finite
+    /// and `>= 0`, where the pair's material is [permanent](response::Material::permanent): those
+    /// pull. All others are attached once they touch.
+    pub attach_within: f64,
 }
 
 /// Pair whose contacts are kept.
@@ -87,6 +91,10 @@ pub(crate) struct KeptList {
     /// Vertices of a bone that slide on the other body.
     bone_vertices: Vec<BoneVertex>,
     frame: PairFrame,
+    /// Displacement of the bodies against each other since then, as last measured.
+    displacement: f64,
+    /// Gap up to which contacts touch.
+    clearance: f64,
 }
 
 /// Contact of a vertex of a bone with a face that it slides on.
@@ -111,11 +119,19 @@ struct KeptSide {
 #[derive(Clone, Copy, Debug)]
 struct Start {
     face: u32,
-    is_within_margin: bool,
+    /// Vertex at the contact; `None` for points of edges.
+    vertex: Option<KeptVertex>,
+    /// True once it pulls, where the material is permanent.
+    is_attached: bool,
 }
 
-/// Cosine of the largest angle between faces that a contact slides over.
-const RIDGE_COSINE: f64 = 0.866;
+/// Vertex at a contact, and the body that it may touch.
+#[derive(Clone, Copy, Debug)]
+struct KeptVertex {
+    of: BodyId,
+    vertex: u32,
+    on: BodyId,
+}
 
 /// Contacts of a pair as detected, with what the detection covers.
 #[derive(Clone, Copy)]
@@ -123,8 +139,8 @@ pub(crate) struct DetectedList<'a> {
     pub(crate) contacts: &'a [Contact],
     /// Gap up to which all vertices were found.
     pub(crate) reach: f64,
-    /// Gap up to which contacts act.
-    pub(crate) margin: f64,
+    /// Gap up to which contacts are attached.
+    pub(crate) attach_gap: f64,
     pub(crate) margins: Margins,
 }
 
@@ -145,7 +161,8 @@ impl KeptList {
             let is_of_a = scene.body(pair.a).particles().contains(&first);
             if params.restraint == Restraint::Sliding && is_of_bone_vertex(contact) {
                 let on = if is_of_a { pair.a } else { pair.b };
-                bone_vertices.push(BoneVertex::new(scene, on, contact, &detected, x));
+                let of = if is_of_a { pair.b } else { pair.a };
+                bone_vertices.push(BoneVertex::new(scene, [of, on], contact, &detected, x));
             } else {
                 of_sides[usize::from(is_of_a)].push(*contact);
             }
@@ -157,11 +174,13 @@ impl KeptList {
             restraint: params.restraint,
             reach: detected.reach,
             sides: [
-                KeptSide::new(scene, pair.a, &on_a, &detected, x)?,
-                KeptSide::new(scene, pair.b, &on_b, &detected, x)?,
+                KeptSide::new(scene, [pair.b, pair.a], &on_a, &detected, x)?,
+                KeptSide::new(scene, [pair.a, pair.b], &on_b, &detected, x)?,
             ],
             bone_vertices,
             frame: PairFrame::new(scene, pair),
+            displacement: 0.0,
+            clearance: detected.margins.clearance(),
         })
     }
 
@@ -178,7 +197,11 @@ impl KeptList {
             return Ok(Some(Renewal::NoPose));
         };
         self.report.bound = (displacement - self.reach).max(0.0);
-        if self.report.bound > tolerance {
+
+        // By the end of the move that follows, too, if it is as long as the last one.
+        let coming = displacement + (displacement - self.displacement).max(0.0);
+        self.displacement = displacement;
+        if coming - self.reach > tolerance {
             return Ok(Some(Renewal::Displacement));
         }
 
@@ -201,15 +224,29 @@ impl KeptList {
                 return Ok(doubt);
             }
         }
+        self.attach();
         Ok(None)
     }
 
-    /// Adds the contacts that act: within `margin`, or those that were at first where contacts pull,
-    /// too. Calls `side` with each vertex and the face of its foot.
+    /// Attaches the contacts that touch.
+    fn attach(&mut self) {
+        for side in &mut self.sides {
+            for (contact, start) in side.contacts.contacts().iter().zip(&mut side.starts) {
+                start.is_attached |= contact.gap <= self.clearance;
+            }
+        }
+        for BoneVertex { contact, start, .. } in &mut self.bone_vertices {
+            start.is_attached |= contact.gap <= self.clearance;
+        }
+    }
+
+    /// Adds the contacts that act: those that touch, or can touch next, within some gaps, or the
+    /// attached ones where contacts pull and there are no gaps. Calls `side` with each vertex and
+    /// the face of its foot.
     pub(crate) fn extend(
         &self,
-        margin: f64,
-        pulls: bool,
+        scene: &Scene,
+        gaps: Option<ActingGaps>,
         out: &mut Vec<Contact>,
         mut side: impl FnMut(u32, u32),
     ) {
@@ -217,18 +254,18 @@ impl KeptList {
         for of_body in &self.sides {
             let contacts = of_body.contacts.contacts();
             for (number, (contact, start)) in contacts.iter().zip(&of_body.starts).enumerate() {
+                let face = of_body.contacts.face(number).unwrap_or(start.face);
                 if is_of_vertex(contact) {
-                    let face = of_body.contacts.face(number).unwrap_or(start.face);
                     side(contact.stencil.terms()[0].particle, face);
                 }
-                if start.acts(contact, margin, pulls) {
+                if start.acts(scene, contact, face, gaps) {
                     out.push(*contact);
                 }
             }
         }
 
-        for BoneVertex { contact, start, .. } in &self.bone_vertices {
-            if start.acts(contact, margin, pulls) {
+        for BoneVertex { contact, start, face, .. } in &self.bone_vertices {
+            if start.acts(scene, contact, *face, gaps) {
                 out.push(*contact);
             }
         }
@@ -238,7 +275,7 @@ impl KeptList {
 impl KeptSide {
     fn new(
         scene: &Scene,
-        on: BodyId,
+        [of, on]: [BodyId; 2],
         contacts: &[Contact],
         detected: &DetectedList<'_>,
         x: &[DVec3],
@@ -246,7 +283,7 @@ impl KeptSide {
         // The face of each foot, by which walks and rings begin.
         let mut starts = Vec::new();
         for contact in contacts {
-            starts.push(Start::new(scene, on, contact, foot_of(contact, x), detected));
+            starts.push(Start::new(scene, [of, on], contact, foot_of(contact, x), detected));
         }
         let faces: Vec<u32> = starts.iter().map(|start| start.face).collect();
 
@@ -323,23 +360,25 @@ impl KeptSide {
 }
 
 impl Start {
+    /// Keeps a contact of body `of` with its foot at a point of body `on`.
     fn new(
         scene: &Scene,
-        on: BodyId,
+        [of, on]: [BodyId; 2],
         contact: &Contact,
         point: DVec3,
         detected: &DetectedList<'_>,
     ) -> Self {
-        let workspace = &mut Workspace::default();
-        let closest =
-            |tree: &SurfaceTree| tree.closest_point(point, f64::INFINITY, None, workspace);
-        let face = scene.body(on).tree().and_then(closest).map_or(0, |closest| closest.face);
-        Self { face, is_within_margin: contact.gap <= detected.margin }
+        let face = face_at(scene.body(on), point).unwrap_or(0);
+        let vertex = KeptVertex::new(scene, [of, on], contact);
+        Self { face, vertex, is_attached: contact.gap <= detected.attach_gap }
     }
 
-    /// Returns true if a contact acts: within `margin`, or if it did at first where contacts pull.
-    fn acts(&self, contact: &Contact, margin: f64, pulls: bool) -> bool {
-        contact.gap <= margin || (pulls && self.is_within_margin)
+    /// Returns true if a contact acts whose foot is on a face: see [`KeptList::extend`].
+    fn acts(&self, scene: &Scene, contact: &Contact, face: u32, gaps: Option<ActingGaps>) -> bool {
+        let Some(gaps) = gaps else { return self.is_attached };
+        let may_touch = |vertex: KeptVertex| vertex.may_touch(scene, contact, face);
+        contact.gap <= gaps.touch
+            || (contact.gap <= gaps.margin && self.vertex.is_none_or(may_touch))
     }
 
     /// Returns a reason to doubt a contact that has slid to a face, with its foot at `point`.
@@ -367,10 +406,55 @@ impl Start {
     }
 }
 
+impl KeptVertex {
+    /// Returns the vertex at a contact: P, or that of a bone under P.
+    fn new(scene: &Scene, [of, on]: [BodyId; 2], contact: &Contact) -> Option<Self> {
+        if is_of_vertex(contact) {
+            let vertex = contact.stencil.terms()[0].particle - scene.body(of).particles().start;
+            return Some(Self { of, vertex, on });
+        }
+        if !is_of_bone_vertex(contact) {
+            return None;
+        }
+
+        // P is carried by the body that is not rigid.
+        let [bone, soft] = if scene.body(of).is_rigid() { [of, on] } else { [on, of] };
+        let (body, point) = (scene.body(bone), contact.anchor?.point);
+        let corners = body.surface().faces()[face_at(body, point)? as usize];
+        let distance = |corner: &u32| body.positions()[*corner as usize].distance(point);
+        let nearest = corners.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        nearest.map(|vertex| Self { of: bone, vertex, on: soft })
+    }
+
+    /// Returns true if the vertex, outside, can touch the other body next. A foot on a bone is on
+    /// the face given.
+    fn may_touch(self, scene: &Scene, contact: &Contact, face: u32) -> bool {
+        let (of, on) = (scene.body(self.of), scene.body(self.on));
+        let normal = if of.is_rigid() { -contact.normal } else { contact.normal };
+        let state = SurfaceState::of_body(on);
+        SurfaceState::of_body(of).vertex(self.vertex).may_touch(normal, || {
+            if on.is_rigid() {
+                let foot = of.positions()[self.vertex as usize] - contact.gap * normal;
+                let weights = closest_on_triangle(foot, on.corners(face)).barycentric;
+                return state.is_ridge_at(face, weights, normal);
+            }
+            let (mut held, mut count, particles) = ([0; 3], 0, on.particles());
+            for term in contact.stencil.terms() {
+                if particles.contains(&term.particle) && term.weight.abs() > ON_BORDER && count < 3
+                {
+                    held[count] = term.particle - particles.start;
+                    count += 1;
+                }
+            }
+            state.is_ridge(&held[..count], normal)
+        })
+    }
+}
+
 impl BoneVertex {
     fn new(
         scene: &Scene,
-        on: BodyId,
+        [of, on]: [BodyId; 2],
         contact: &Contact,
         detected: &DetectedList<'_>,
         x: &[DVec3],
@@ -380,7 +464,7 @@ impl BoneVertex {
         for term in contact.stencil.terms() {
             foot -= term.weight * x[term.particle as usize];
         }
-        let start = Start::new(scene, on, contact, foot, detected);
+        let start = Start::new(scene, [of, on], contact, foot, detected);
         Self { contact: *contact, on, start, face: start.face }
     }
 
@@ -407,6 +491,12 @@ impl BoneVertex {
         self.face = foot.face;
         self.start.doubt(body, foot.face, foot.point, tolerance)
     }
+}
+
+/// Finds the face nearest to a point of a body whose tree is up to date.
+fn face_at(body: &Body, point: DVec3) -> Option<u32> {
+    let closest = body.tree()?.closest_point(point, f64::INFINITY, None, &mut Workspace::default());
+    closest.map(|closest| closest.face)
 }
 
 /// Rotates a normal from one pose to another.

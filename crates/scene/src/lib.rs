@@ -50,6 +50,7 @@
 mod body;
 mod broad_phase;
 mod check;
+mod closest_pairs;
 mod coincidence;
 mod depth_bracket;
 mod edge_overlap;

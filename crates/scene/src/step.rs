@@ -104,6 +104,17 @@ pub enum StepError {
         /// The underlying error.
         source: ProximityError,
     },
+    /// A pair with a permanent material, which pulls, whose contacts are not kept.
+    #[error(
+        "the material of {a:?} and {b:?} is permanent: choose the contacts that it pulls on by \
+         StepDetectors::set_permanent"
+    )]
+    NotKept {
+        /// The name of the first body.
+        a: String,
+        /// The name of the second.
+        b: String,
+    },
 }
 
 impl SceneStep {

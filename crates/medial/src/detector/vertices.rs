@@ -1,7 +1,7 @@
 //! Contacts of a body's vertices with balls.
 
-use proximity::contact;
-use surface::{Contact, TriangleSurface};
+use proximity::NearVertex;
+use surface::TriangleSurface;
 
 use super::on_surface::{near_vertex, vertex_contact};
 use super::{
@@ -47,19 +47,19 @@ impl MedialDetector {
         contacts
     }
 
-    /// Finds the vertices within the margin of the balls, with their contacts by the body's own
-    /// surface, up to the gap `max_gap`, in ascending order of the vertices.
+    /// Finds the vertices within the margin of the balls whose gap to the body's own surface is at most
+    /// `max_gap`, in ascending order, and adds them.
     ///
     /// The balls select vertices and the faces near them, and the surface measures them: so a
     /// dent that the balls do not follow makes no depth that is not there. No vertex outside is
     /// lost by less than the margin less [`surface_bound`](Self::surface_bound).
-    pub fn surface_contacts(
+    pub fn near_vertices(
         &self,
         body: &ContactBody<'_>,
         own: &ContactBody<'_>,
         max_gap: f64,
         scratch: &mut MedialScratch,
-        out: &mut Vec<Contact>,
+        out: &mut Vec<NearVertex>,
     ) {
         self.find_vertices(body, scratch);
 
@@ -73,12 +73,8 @@ impl MedialDetector {
             let p = body.tree.position(vertex);
             let hint = self.hints.face(&self.medial, primitive, normal);
             let closest = own.tree.closest_point(p, f64::INFINITY, hint, &mut scratch.workspace);
-            let Some(near) = closest.map(|closest| near_vertex(own, vertex, p, &closest)) else {
-                continue;
-            };
-            if near.gap <= max_gap {
-                out.push(contact(&body.surface(), &own.surface(), &near));
-            }
+            let near = closest.map(|closest| near_vertex(own, vertex, p, &closest));
+            out.extend(near.filter(|near| near.gap <= max_gap));
         }
     }
 

@@ -10,7 +10,7 @@ use medial::{
     MedialSurface, PrimitiveBall, pair_foot,
 };
 use surface::progress::Progress;
-use surface::{Contact, Pseudonormals, SurfaceError};
+use surface::{Pseudonormals, SurfaceError};
 
 use crate::support::{
     Detected, assert_consistent, brute_force_distance, number, small_muscle, vector,
@@ -284,7 +284,7 @@ fn surfaces_measure_what_balls_select() {
         a.move_to(&turned.positions);
         contacts.clear();
         let scratch = &mut MedialScratch::default();
-        b.detector.surface_contacts(&a.body(), &b.body(), max_gap, scratch, &mut contacts);
+        b.detector.near_vertices(&a.body(), &b.body(), max_gap, scratch, &mut contacts);
 
         let normals = Pseudonormals::new(&surface, surface.positions(&squeezed.positions).unwrap());
         let mut found = contacts.iter().peekable();
@@ -292,14 +292,9 @@ fn surfaces_measure_what_balls_select() {
             let closest = b.tree.closest_point(p, f64::INFINITY, None, &mut Workspace::default());
             let closest = closest.expect("a surface");
             let gap = normals.signed_distance(&surface, p, closest.face, &closest.foot);
-            let is_of = |contact: &&Contact| contact.stencil.terms()[0].particle == vertex;
-            match found.next_if(is_of) {
-                Some(contact) => {
-                    assert!(
-                        (contact.gap - gap).abs() < 1e-9 && gap <= max_gap,
-                        "{gap} {contact:?}"
-                    );
-                    assert!(contact.offset.abs() < 1e-9, "{contact:?}");
+            match found.next_if(|near| near.vertex + 8 == vertex) {
+                Some(near) => {
+                    assert!((near.gap - gap).abs() < 1e-9 && gap <= max_gap, "{gap} {near:?}");
                     met += 1;
                 }
                 None => assert!(gap > max_gap.min(margin - bound), "vertex {vertex} at {gap} lost"),

@@ -276,10 +276,14 @@ impl PackedSystem {
         let lambda = source.law.margins().proximity_factor(source.depth);
 
         // Targets enter with the part that does not change.
+        let left = (1.0 - lambda) * start.dot(row.normal).max(0.0);
         let target = match source.constraint {
-            Constraint::Contact if level == SolveLevel::Position => -source.depth * row.normal,
+            Constraint::Contact | Constraint::Approach(_) if level == SolveLevel::Position => {
+                -source.depth * row.normal
+            }
             // Outside of collision only λ of the approach is canceled.
-            Constraint::Contact => (1.0 - lambda) * start.dot(row.normal).max(0.0) * row.normal,
+            Constraint::Contact => left * row.normal,
+            Constraint::Approach(largest) => left.min(largest) * row.normal,
             Constraint::OneSided(target) | Constraint::TwoSided(target) => target * row.normal,
             Constraint::Vector(target) => target,
         };

@@ -1,11 +1,14 @@
 //! Detection of one pair by each method.
 
 use decimate::CoarseSurface;
+use distance_field::{FieldContact, FieldFeature};
 use glam::DVec3;
-use proximity::{ContactSurface, ParticleNumbers, SurfaceTree, contact};
-use surface::RigidState;
+use kdop::Workspace;
+use proximity::{ContactSurface, NearVertex, ParticleNumbers, SurfaceTree, contact};
+use surface::{Contact, RigidState};
 
-use super::{DetectorScratch, FallbackReason, StepDetectors};
+use super::{DetectorScratch, FallbackReason, FoundContacts, StepDetectors};
+use crate::closest_pairs::{ActingGaps, SurfaceState, may_touch};
 use crate::medial_contacts::{follow, medial_error};
 use crate::{Body, BodyId, PairId, Scene, StepError};
 
@@ -14,13 +17,14 @@ type Detected = Result<f64, FallbackReason>;
 
 /// Surface of a body as it is compared.
 #[derive(Clone, Copy)]
-struct ComparedSurface<'a> {
-    tree: &'a SurfaceTree,
-    contact: ContactSurface<'a>,
+pub(super) struct ComparedSurface<'a> {
+    pub(super) tree: &'a SurfaceTree,
+    pub(super) contact: ContactSurface<'a>,
 }
 
 impl StepDetectors {
-    /// Detects the vertices of both bodies by surfaces; returns the gap up to which all are found.
+    /// Detects the vertices and ridges of both bodies by surfaces; returns the gap up to which all
+    /// are found.
     pub(super) fn detect_surfaces(
         &mut self,
         scene: &Scene,
@@ -35,14 +39,15 @@ impl StepDetectors {
         });
         let [Some(a), Some(b)] = sides else { return reach };
 
-        // Vertices of each against the other.
-        let DetectorScratch { surfaces, found, .. } = &mut self.scratch;
+        // Vertices of each against the other, and ridges that cross without a vertex inside.
+        let gaps = self.params.gaps();
+        let DetectorScratch { surfaces, ridges, found, .. } = &mut self.scratch;
         surfaces.compute(a.tree, b.tree, reach);
         for (near, [of, on]) in surfaces.sides().into_iter().zip([[a, b], [b, a]]) {
-            for near in near.near() {
-                found.push(contact(&of.contact, &on.contact, near));
-            }
+            found.add_vertices(&of, &on, near.near(), gaps);
         }
+        found.ridges = ridges.add_contacts(surfaces, [a, b], reach, &mut found.contacts);
+        found.is_unheld = surfaces.overlaps() && !found.touches(gaps);
         reach
     }
 
@@ -62,10 +67,10 @@ impl StepDetectors {
                 return Err(StepError::Coarse { name: body.name().to_owned(), source });
             }
 
-            // Vertices leave the points that they follow where the body deforms.
-            let measured = largest_distance(coarse, body.positions());
-            if measured > allowed {
-                let reason = FallbackReason::CoarseDeviation { body: id, measured, allowed };
+            // The coarse surface leaves the full one where the body deforms.
+            let bound = coarse.deviation();
+            if bound > allowed {
+                let reason = FallbackReason::CoarseDeviation { body: id, bound, allowed };
                 return Ok(Err(reason));
             }
         }
@@ -92,15 +97,17 @@ impl StepDetectors {
         // Vertices and edges by the field, and the bone's own vertices, which it does not see.
         let structures = &self.bodies[bone.index()];
         let detector = structures.field.as_ref().ok_or(FallbackReason::NoStructure)?;
+        let gaps = self.params.gaps();
         let DetectorScratch { surfaces, field, found, .. } = &mut self.scratch;
         field.compute(detector, &RigidState::at_rest(pose), side.tree, side.contact.particles);
+        let mut hint = None;
         for of_field in field.contacts() {
-            found.push(of_field.contact);
+            let acts = field_may_touch(&side, &bone_side, of_field, gaps, &mut hint);
+            found.push(of_field.contact, acts);
         }
         surfaces.compute_first(bone_side.tree, side.tree, reach);
-        for near in surfaces.sides()[0].near() {
-            found.push(contact(&bone_side.contact, &side.contact, near));
-        }
+        found.add_vertices(&bone_side, &side, surfaces.sides()[0].near(), gaps);
+        found.is_unheld = surfaces.overlaps() && !found.touches(gaps);
         Ok(reach.min(detector.margin()))
     }
 
@@ -111,6 +118,10 @@ impl StepDetectors {
         pair: PairId,
         reach: f64,
     ) -> Result<Detected, StepError> {
+        if self.crossing.contains(&pair) {
+            return Ok(Err(FallbackReason::CrossingEdges));
+        }
+
         // Where both have balls that can be trusted, before anything is added.
         let tolerance = self.params.tolerance;
         let (mut has_balls, mut held) = (false, reach);
@@ -132,13 +143,27 @@ impl StepDetectors {
         }
 
         // Balls are trusted: they select, surfaces measure.
-        let [a, b] = pair.bodies();
+        let ([a, b], gaps) = (pair.bodies(), self.params.gaps());
         for [of, on] in [[a, b], [b, a]] {
             let Some(balls) = &self.bodies[on.index()].balls else { continue };
-            let sides = [of, on].map(|id| scene.body(id).contact_body());
-            let [Some(of), Some(on)] = sides else { continue };
-            let DetectorScratch { medial, found, .. } = &mut self.scratch;
-            balls.surface_contacts(&of, &on, reach, medial, found);
+            let bodies = [of, on].map(|id| scene.body(id).contact_body());
+            let sides = [of, on].map(|id| ComparedSurface::new(scene.body(id), None));
+            let ([Some(body), Some(own)], [Some(of), Some(on)]) = (bodies, sides) else { continue };
+            let DetectorScratch { medial, near, found, .. } = &mut self.scratch;
+            near.clear();
+            balls.near_vertices(&body, &own, reach, medial, near);
+            found.add_vertices(&of, &on, near, gaps);
+        }
+
+        // Balls do not compare edges, which may cross without a vertex inside.
+        let trees = [a, b].map(|id| scene.body(id).tree());
+        if let ([Some(a), Some(b)], false) = (trees, self.scratch.found.touches(gaps)) {
+            let DetectorScratch { surfaces, found, .. } = &mut self.scratch;
+            surfaces.compute(a, b, 0.0);
+            if surfaces.overlaps() {
+                found.clear();
+                return Ok(Err(FallbackReason::CrossingEdges));
+            }
         }
         Ok(Ok(held))
     }
@@ -162,15 +187,63 @@ impl<'a> ComparedSurface<'a> {
     }
 }
 
-/// Measures how far vertices are from the points of a coarse surface that they follow.
-fn largest_distance(coarse: &CoarseSurface, x: &[DVec3]) -> f64 {
-    let mut largest: f64 = 0.0;
-    for (vertex, p) in (0..).zip(x) {
-        let mut led = DVec3::ZERO;
-        for (leader, weight) in coarse.leaders(vertex) {
-            led += weight * x[leader as usize];
-        }
-        largest = largest.max(led.distance_squared(*p));
+impl ComparedSurface<'_> {
+    pub(super) fn state(&self) -> SurfaceState<'_> {
+        SurfaceState::of_tree(self.tree, self.contact.is_rigid)
     }
-    largest.sqrt()
+}
+
+impl FoundContacts {
+    /// Adds a contact, which acts at once or only where bodies have moved.
+    fn push(&mut self, contact: Contact, acts: bool) {
+        if acts { self.contacts.push(contact) } else { self.ghosts.push(contact) }
+    }
+
+    /// Adds the contacts of near vertices.
+    fn add_vertices(
+        &mut self,
+        of: &ComparedSurface<'_>,
+        on: &ComparedSurface<'_>,
+        near: &[NearVertex],
+        gaps: ActingGaps,
+    ) {
+        let [of_state, on_state] = [of, on].map(ComparedSurface::state);
+        for near in near {
+            let acts = may_touch(of_state, on_state, near, gaps);
+            self.push(contact(&of.contact, &on.contact, near), acts);
+        }
+    }
+
+    /// Returns true if a contact touches: its faces may cross those of the other body by rounding.
+    fn touches(&self, gaps: ActingGaps) -> bool {
+        self.contacts.iter().any(|contact| contact.gap <= gaps.touch)
+    }
+}
+
+/// Returns true if a contact with a field is inside, or can touch the bone next.
+///
+/// A field has no faces: those of the bone that are closest are found from that of the contact before.
+fn field_may_touch(
+    side: &ComparedSurface<'_>,
+    bone: &ComparedSurface<'_>,
+    FieldContact { contact, feature, .. }: &FieldContact,
+    gaps: ActingGaps,
+    hint: &mut Option<u32>,
+) -> bool {
+    let (gap, normal) = (contact.gap, contact.normal);
+    let foot = contact.anchor.map_or(DVec3::ZERO, |anchor| anchor.point);
+    let p = foot + gap * normal;
+    let state = side.state();
+    let point = match feature {
+        FieldFeature::Vertex(vertex) => state.vertex(*vertex),
+        FieldFeature::Edge(edge) => state.point_of_edge(*edge, p),
+    };
+    gap <= gaps.touch
+        || point.may_touch(normal, || {
+            let closest =
+                bone.tree.closest_point(p, f64::INFINITY, *hint, &mut Workspace::default());
+            let Some(closest) = closest else { return false };
+            *hint = Some(closest.face);
+            bone.state().is_ridge_at(closest.face, closest.foot.barycentric, normal)
+        })
 }

@@ -6,16 +6,19 @@
 //! exactly in that frame, and reported as such.
 
 mod methods;
+mod ridges;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use decimate::CoarseSurface;
 use distance_field::{FieldContacts, FieldDetector};
 use medial::{MedialDetector, MedialScratch};
-use proximity::PairProximity;
+use proximity::{NearVertex, PairProximity};
 use response::{Follower, Followers, ResponseError};
 use surface::{Contact, Term};
 
+use self::ridges::RidgeScratch;
+use crate::closest_pairs::ActingGaps;
 use crate::kept_contacts::{DetectedList, KeptList};
 use crate::step_sides::KeptSide;
 use crate::{BodyId, KeptPair, PairContacts, PairId, PermanentParams, Renewal, Scene, StepError};
@@ -26,7 +29,8 @@ use crate::{BodyId, KeptPair, PairContacts, PairId, PermanentParams, Renewal, Sc
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum StepMethod {
-    /// Vertices of both bodies against the surface of the other.
+    /// Vertices of both bodies against the surface of the other, and ridges, edges at which a
+    /// surface turns by more than 30°, against those of the other.
     #[default]
     Exact,
     /// The same with the coarse surface of a body in place of its own. Vertices that it left out
@@ -35,7 +39,8 @@ pub enum StepMethod {
     /// Vertices and edges of a body against the distance field of the other, which is rigid, and
     /// the vertices of the rigid one against the surface.
     Field,
-    /// Vertices of both bodies against the balls of the other, measured at its surface.
+    /// Vertices of both bodies against the balls of the other, measured at its surface. Where edges
+    /// cross without a vertex inside, the pair is detected exactly.
     Balls,
 }
 
@@ -81,15 +86,18 @@ pub enum FallbackReason {
         /// Distance up to which the balls are trusted.
         allowed: f64,
     },
-    /// A vertex of a body is farther from its coarse surface than the tolerance.
+    /// The surface of a body may be farther from its coarse surface than the tolerance.
     CoarseDeviation {
         /// The body.
         body: BodyId,
-        /// Measured at the vertices: largest distance from the point that each follows.
-        measured: f64,
+        /// Proved bound on the deviation of both ([`CoarseSurface::deviation`]).
+        bound: f64,
         /// Distance up to which the coarse surface is trusted.
         allowed: f64,
     },
+    /// Edges cross without a vertex inside, or did when ridges last held the bodies: balls do not
+    /// compare edges.
+    CrossingEdges,
 }
 
 /// Detectors of a contact step: a method per pair, and the structures of bodies that the methods
@@ -140,7 +148,10 @@ pub struct StepDetectors {
     kept: BTreeMap<PairId, KeptList>,
     bodies: Vec<BodyStructures>,
     fallbacks: Vec<Fallback>,
-    /// Step that the fallbacks are of.
+    unheld: Vec<PairId>,
+    /// Pairs of which ridges are in contact, and whose method does not compare them.
+    crossing: BTreeSet<PairId>,
+    /// Step that the fallbacks and unheld overlaps are of.
     step_number: u64,
     scratch: DetectorScratch,
 }
@@ -157,10 +168,39 @@ struct BodyStructures {
 #[derive(Debug, Default)]
 struct DetectorScratch {
     surfaces: PairProximity,
+    ridges: RidgeScratch,
     field: FieldContacts,
     medial: MedialScratch,
-    found: Vec<Contact>,
+    near: Vec<NearVertex>,
+    found: FoundContacts,
+    kept: Vec<Contact>,
     sides: Vec<KeptSide>,
+}
+
+/// Contacts of one pair.
+#[derive(Debug, Default)]
+struct FoundContacts {
+    /// Contacts that act.
+    contacts: Vec<Contact>,
+    /// Contacts of points outside that cannot touch the other body next, but may do so once the
+    /// bodies have moved.
+    ghosts: Vec<Contact>,
+    /// Number of contacts of ridges.
+    ridges: usize,
+    /// True if the bodies overlap, and no contact touches.
+    is_unheld: bool,
+}
+
+/// Largest gap of a contact that touches, over the tolerance. Corrections leave less. Contacts within
+/// it stop a body whichever way they lean, so that it is small.
+const TOUCH: f64 = 1e-4;
+
+impl FoundContacts {
+    fn clear(&mut self) {
+        self.contacts.clear();
+        self.ghosts.clear();
+        (self.ridges, self.is_unheld) = (0, false);
+    }
 }
 
 impl DetectorParams {
@@ -173,6 +213,11 @@ impl DetectorParams {
         response::not_negative("margin", self.margin)?;
         response::not_negative("tolerance", self.tolerance)?;
         Ok(())
+    }
+
+    /// Returns the gaps up to which contacts act.
+    fn gaps(&self) -> ActingGaps {
+        ActingGaps { margin: self.margin, touch: TOUCH * self.tolerance }
     }
 }
 
@@ -192,6 +237,8 @@ impl StepDetectors {
             kept: BTreeMap::new(),
             bodies: Vec::new(),
             fallbacks: Vec::new(),
+            unheld: Vec::new(),
+            crossing: BTreeSet::new(),
             step_number: 0,
             scratch: DetectorScratch::default(),
         })
@@ -210,17 +257,18 @@ impl StepDetectors {
 
     /// Keeps the contacts of a pair from step to step: they are carried, and detected again only on
     /// doubt ([`Renewal`]). Contacts still open and push as the [`Material`](response::Material)
-    /// says.
+    /// says. A pair with contacts of ridges is not kept, unless its material is permanent.
     ///
     /// # Errors
     ///
-    /// [`ResponseError::Parameter`] for a skin out of range.
+    /// [`ResponseError::Parameter`] for a skin or a distance out of range.
     pub fn set_permanent(
         &mut self,
         pair: PairId,
         params: PermanentParams,
     ) -> Result<(), ResponseError> {
         response::not_negative("skin", params.skin)?;
+        response::not_negative("distance of attachment", params.attach_within)?;
         self.kept.remove(&pair);
         self.permanent.insert(pair, params);
         Ok(())
@@ -256,6 +304,13 @@ impl StepDetectors {
         &self.fallbacks
     }
 
+    /// Returns the pairs that overlapped in some detection of the last step without a contact that
+    /// touches: edges cross that no vertex and no pair of ridges holds. Refine the bodies there.
+    #[must_use]
+    pub fn unheld_overlaps(&self) -> &[PairId] {
+        &self.unheld
+    }
+
     /// Returns the particles that follow those of coarse surfaces, for
     /// [`SceneStep::set_followers`](crate::SceneStep::set_followers).
     ///
@@ -284,8 +339,10 @@ impl StepDetectors {
     ///
     /// # Errors
     ///
-    /// [`StepError::Scene`] where a body is too large for a tree, or a structure is of another
-    /// body.
+    /// - [`StepError::Scene`] where a body is too large for a tree, or a structure is of another
+    ///   body.
+    /// - [`StepError::NotKept`] for a pair whose material is permanent and whose contacts are not
+    ///   kept.
     pub fn detect(
         &mut self,
         scene: &mut Scene,
@@ -294,6 +351,7 @@ impl StepDetectors {
         if self.step_number != contacts.step_number() {
             self.step_number = contacts.step_number();
             self.fallbacks.clear();
+            self.unheld.clear();
         }
 
         // Kept contacts first: their pairs need no trees.
@@ -305,20 +363,33 @@ impl StepDetectors {
             self.scratch.found.clear();
             let held = self.detect_pair(scene, pair, reach)?;
             let found = &mut self.scratch.found;
-            let Some(params) = self.permanent.get(&pair) else {
-                contacts.add(pair, found);
+            if found.is_unheld && !self.unheld.contains(&pair) {
+                self.unheld.push(pair);
+            }
+
+            // Ridges slide along each other, which no list follows: they are found anew.
+            let pulls = contacts.material(pair).permanent.is_some();
+            let params = self.permanent.get(&pair).filter(|_| pulls || found.ridges == 0);
+            let Some(params) = params else {
+                if pulls {
+                    return Err(not_kept(scene, pair));
+                }
+                contacts.add(pair, &found.contacts);
                 continue;
             };
 
-            // A list holds the sides that vertices came in by.
-            contacts.correct_sides(scene, pair, found);
+            // A list holds what may touch later, and the sides that vertices came in by.
+            found.contacts.append(&mut found.ghosts);
+            contacts.correct_sides(scene, pair, &mut found.contacts);
             let renewal = doubts.get(&pair).copied().unwrap_or(Renewal::First);
             let since = contacts.step_number();
             let report = KeptPair { pair, since, renewal, bound: 0.0, contacts: 0 };
-            let (margin, margins) = (self.params.margin, contacts.material(pair).margins);
-            let detected = DetectedList { contacts: found, reach: held, margin, margins };
+            let margins = contacts.material(pair).margins;
+            let attach_gap = margins.clearance() + params.attach_within;
+            let detected =
+                DetectedList { contacts: &found.contacts, reach: held, attach_gap, margins };
             let list = KeptList::new(scene, report, params, detected, contacts.x)?;
-            add_list(&list, margin, contacts, &mut self.scratch);
+            add_list(scene, &list, self.params.gaps(), contacts, &mut self.scratch);
             self.kept.insert(pair, list);
         }
         Ok(())
@@ -332,10 +403,10 @@ impl StepDetectors {
         contacts: &mut PairContacts<'_>,
     ) -> Result<BTreeMap<PairId, Renewal>, StepError> {
         let mut doubts = BTreeMap::new();
-        let DetectorParams { margin, tolerance } = self.params;
+        let (gaps, tolerance) = (self.params.gaps(), self.params.tolerance);
         for (&pair, list) in &mut self.kept {
             match list.carry(scene, contacts.x, tolerance)? {
-                None => add_list(list, margin, contacts, &mut self.scratch),
+                None => add_list(scene, list, gaps, contacts, &mut self.scratch),
                 Some(doubt) => {
                     doubts.insert(pair, doubt);
                 }
@@ -391,7 +462,17 @@ impl StepDetectors {
         if !self.fallbacks.iter().any(|fallback| fallback.pair == pair) {
             self.fallbacks.push(Fallback { pair, method, reason });
         }
-        Ok(self.detect_surfaces(scene, pair, [false; 2], reach))
+        let held = self.detect_surfaces(scene, pair, [false; 2], reach);
+
+        // Ridges that have come apart by rounding stay in contact.
+        if reason == FallbackReason::CrossingEdges {
+            if self.scratch.found.ridges > 0 {
+                self.crossing.insert(pair);
+            } else {
+                self.crossing.remove(&pair);
+            }
+        }
+        Ok(held)
     }
 
     /// Returns the structures of a body, to be set or moved.
@@ -407,20 +488,27 @@ impl StepDetectors {
     }
 }
 
+/// Returns the refusal of a pair that pulls on contacts that nobody has chosen.
+fn not_kept(scene: &Scene, pair: PairId) -> StepError {
+    let [a, b] = pair.bodies().map(|id| scene.body(id).name().to_owned());
+    StepError::NotKept { a, b }
+}
+
 /// Adds the contacts of a list that act, with their sides.
 fn add_list(
+    scene: &Scene,
     list: &KeptList,
-    margin: f64,
+    gaps: ActingGaps,
     contacts: &mut PairContacts<'_>,
-    DetectorScratch { found, sides, .. }: &mut DetectorScratch,
+    DetectorScratch { kept, sides, .. }: &mut DetectorScratch,
 ) {
-    found.clear();
+    kept.clear();
     sides.clear();
     let pair = list.report.pair;
     let pulls = contacts.material(pair).permanent.is_some();
     let add_side = |particle, face| sides.push(KeptSide { particle, face });
-    list.extend(margin, pulls, found, add_side);
-    contacts.add_kept(pair, found, sides);
+    list.extend(scene, (!pulls).then_some(gaps), kept, add_side);
+    contacts.add_kept(pair, kept, sides);
 }
 
 /// Returns the number of pairs with a soft body.

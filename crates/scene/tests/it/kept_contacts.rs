@@ -17,7 +17,10 @@ use crate::step_detectors::{H, MARGIN, TOLERANCE, World};
 fn kept(restraint: Restraint, skin: f64) -> World {
     let mut world = World::new(StepMethod::Exact);
     let pair = PairId::new(world.bone, world.ball);
-    world.detectors.set_permanent(pair, PermanentParams { restraint, skin }).expect("in range");
+    world
+        .detectors
+        .set_permanent(pair, PermanentParams { restraint, skin, attach_within: 0.0 })
+        .expect("in range");
     world
 }
 
@@ -119,20 +122,22 @@ fn what_comes_near_is_found_in_that_frame() {
     world.detect();
     assert_eq!(only(&world.detectors).since, 0);
 
-    // Lifted by 0.69, less than the reach of 0.5 and the tolerance.
-    world.detect_moved(|x| x + DVec3::Z * 0.69);
+    // Lifted by 0.6, less than the reach of 0.5 and the tolerance, also with the next move.
+    for _ in 0..10 {
+        world.detect_moved(|x| x + DVec3::Z * 0.06);
+    }
     let list = only(&world.detectors);
-    assert!(list.since == 0 && (list.bound - 0.19).abs() < 1e-9, "{list:?}");
+    assert!(list.since == 0 && (list.bound - 0.1).abs() < 1e-9, "{list:?}");
 
-    world.detect_moved(|x| x + DVec3::Z * 0.02);
+    world.detect_moved(|x| x + DVec3::Z * 0.06);
     assert_eq!(world.detectors.kept().count(), 0, "found anew, the bodies are far from each other");
 
     // Down, and down again: the vertices that the first list does not hold are found.
-    world.detect_moved(|x| x - DVec3::Z * 0.71);
-    assert_eq!(only(&world.detectors).since, 3);
+    world.detect_moved(|x| x - DVec3::Z * 0.66);
+    assert_eq!(only(&world.detectors).since, 12);
     world.detect_moved(|x| x - DVec3::Z * 0.9);
     let list = only(&world.detectors);
-    assert_eq!((list.since, list.renewal), (4, Renewal::Displacement));
+    assert_eq!((list.since, list.renewal), (13, Renewal::Displacement));
     let (found, exact) = (world.least_gap(), world.exact_gap());
     assert!((found - exact).abs() < 1e-9, "{found} {exact}");
 }
@@ -166,9 +171,9 @@ fn doubts_are_found_anew() {
 fn ridges_are_found_anew() {
     let bone = plate(DVec3::new(20.0, 20.0, 20.0), [4, 4]);
     let top = bone.positions.iter().fold(DVec3::MIN, |top, x| top.max(*x));
-    let tissue = fixtures::shapes::tetrahedron(1.0);
+    let tissue = fixtures::shapes::icosphere(1.0, 2);
     let low = tissue.positions.iter().fold(DVec3::MAX, |low, x| low.min(*x));
-    let start = DVec3::new(top.x - 0.3, top.y - 10.0, top.z + 0.2) - low;
+    let start = DVec3::new(top.x - 1.3, top.y - 7.5, top.z + 0.2) - low;
     let tissue = tissue.translated(start);
 
     let mut scene = Scene::new();
@@ -177,7 +182,8 @@ fn ridges_are_found_anew() {
     let tissue = scene.add("tissue", kind, tissue.surface(), tissue.positions).expect("tissue");
     let params = DetectorParams { margin: MARGIN, tolerance: TOLERANCE };
     let mut detectors = StepDetectors::new(params).expect("in range");
-    let permanent = PermanentParams { restraint: Restraint::Sliding, skin: 1.0 };
+    let permanent =
+        PermanentParams { restraint: Restraint::Sliding, skin: 1.0, attach_within: 0.0 };
     detectors.set_permanent(PairId::new(bone, tissue), permanent).expect("in range");
 
     let material = Material::hard(Margins::new(0.0, MARGIN).expect("in range"));
@@ -186,7 +192,7 @@ fn ridges_are_found_anew() {
     let (mut v, w) = (vec![DVec3::ZERO; x.len()], vec![1.0; x.len()]);
     let first = scene.body(tissue).particles().start as usize;
     let mut renewals = Vec::new();
-    for frame in 0..4 {
+    for frame in 0..6 {
         let loads = ParticleLoads::None;
         let states = SceneStates { x: &mut x, v: &mut v, loads, inverse_mass: &w };
         let detect = |scene: &mut Scene, contacts: &mut scene::PairContacts<'_>| {
@@ -197,7 +203,7 @@ fn ridges_are_found_anew() {
         if list.since == frame {
             renewals.push(list.renewal);
         }
-        // Over the edge and down, a fifth of the way per step.
+        // Over the edge and down.
         for x in &mut x[first..] {
             *x += DVec3::new(0.3, 0.0, -0.2);
         }

@@ -1,6 +1,7 @@
 //! Tests of detection over whole scenes.
 
 mod check;
+mod closest_pairs;
 mod kept_contacts;
 mod medial;
 mod overlap;

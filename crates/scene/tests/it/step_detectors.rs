@@ -74,7 +74,9 @@ impl World {
         let step = SceneStep::new(Material { friction, ..Material::hard(margins) });
         let x = scene.particle_positions();
         let (v, w) = (vec![DVec3::ZERO; x.len()], vec![1.0; x.len()]);
-        let params = DetectorParams { margin: MARGIN, tolerance: TOLERANCE };
+        // Where the ball is dented, its coarse surface is proved to be near by no less.
+        let tolerance = if method == StepMethod::Coarse { 0.6 } else { TOLERANCE };
+        let params = DetectorParams { margin: MARGIN, tolerance };
         let detectors = StepDetectors::new(params).expect("in range");
         let mut world =
             Self { scene, bone, ball, step, detectors, rest, x, v, w, elapsed: Duration::ZERO };
@@ -107,7 +109,7 @@ impl World {
             }
             StepMethod::Balls => {
                 for (id, balls) in [(self.bone, 150), (self.ball, 4)] {
-                    let balls = balls_of(&self.scene, id, balls, MARGIN + 0.7);
+                    let balls = balls_of(&self.scene, id, balls, MARGIN + 2.0);
                     self.detectors.set_balls(id, balls);
                 }
             }

@@ -67,7 +67,7 @@ impl World {
                 let full = SurfaceTree::new(full.surface().clone(), full.positions().to_vec());
                 let decimation = Decimation::new(full.expect("small"), Progress::none());
                 let decimation = decimation.expect("closed");
-                let reduced = decimation.within(0.1, Progress::none()).expect("reduced");
+                let reduced = decimation.within(0.04, Progress::none()).expect("reduced");
                 let coarse = CoarseSurface::new(reduced, decimation.full());
                 detectors.set_coarse(ball, coarse.expect("attached"));
                 step.set_followers(detectors.followers(&scene).expect("valid"));
@@ -137,7 +137,7 @@ fn kept_contacts_stay_on_their_side() {
     for restraint in [Restraint::Sticking, Restraint::Sliding] {
         let mut world = World::new(StepMethod::Exact);
         let ids: Vec<BodyId> = world.scene.ids().collect();
-        let params = PermanentParams { restraint, skin: 2.5 };
+        let params = PermanentParams { restraint, skin: 2.5, attach_within: 0.0 };
         world.detectors.set_permanent(PairId::new(ids[0], ids[1]), params).expect("in range");
         assert_stays_out(world, &format!("{restraint:?}"));
     }
