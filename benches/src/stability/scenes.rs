@@ -298,7 +298,6 @@ impl World {
         self.gravity = DVec3::Z * -GRAVITY;
         (self.friction, self.drop) = (friction, 0.1);
         self.field_spacing = 1.0;
-        // The gap closes by 4 % per step: until then, it is no rest.
         self.duration = if slides { 0.16 } else { 0.5 };
         self.far_sides.push(FarSide { point: normal * -2.0, normal, half_width: 50.0, bone });
         Ok(())

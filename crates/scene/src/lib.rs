@@ -59,6 +59,7 @@ mod field_contacts;
 mod geometry;
 mod joint_contact;
 mod kept_contacts;
+mod kept_vertex;
 mod medial_contacts;
 mod pair_contacts;
 mod pair_frame;
