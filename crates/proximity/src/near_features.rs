@@ -189,6 +189,24 @@ mod tests {
             let nearest = found.iter().map(|near| near.distance).fold(f64::INFINITY, f64::min);
             assert!((nearest - brute).abs() < 1e-12, "{nearest} for {brute}");
 
+            // All pairs of edges, by brute force.
+            let mut edges = 0;
+            for &[p, q] in a.surface().edges() {
+                for &[r, s] in b.surface().edges() {
+                    let of_a = [p, q].map(|vertex| a.position(vertex));
+                    let feet = closest_between_segments(of_a, [r, s].map(|v| b.position(v)));
+                    let interior = [feet.s, feet.t].iter().all(|t| *t > 0.0 && *t < 1.0);
+                    let distance = feet.points[0].distance(feet.points[1]);
+                    edges += usize::from(interior && distance <= 1.5);
+                }
+            }
+            let is_edge = |point: &FeaturePoint| point.vertices[1] == point.vertices[2];
+            let found_edges = found.iter().filter(|near| {
+                let [p, q] = &near.points;
+                is_edge(p) && is_edge(q) && p.vertices[0] != p.vertices[1]
+            });
+            assert!(found_edges.count() == edges && edges > 10, "{edges} pairs of edges");
+
             // Weights are of the points, and no pair of features is listed twice.
             let mut keys = Vec::new();
             for NearFeatures { points: [p, q], distance } in &found {

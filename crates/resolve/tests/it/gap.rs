@@ -213,3 +213,47 @@ fn tied_bodies_move_together() {
     let between = brute_distance(&scene, muscle, cartilage);
     assert!((between - 0.01).abs() < 4e-3, "{between} instead of 0.01");
 }
+
+/// Returns tetrahedra in a row whose upper or lower edges run along x, or along y where `across`.
+fn ridges(across: bool, height: f64) -> Mesh {
+    let positions = [[-2.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, -1.5, -1.5], [0.0, 1.5, -1.5]];
+    let ridge = Mesh {
+        positions: positions.map(DVec3::from).to_vec(),
+        faces: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+    };
+    let ridge = if across { ridge.mapped(|p| DVec3::new(p.y, p.x, height - p.z)) } else { ridge };
+    let ridge = if ridge.volume() > 0.0 { ridge } else { ridge.flipped() };
+    let mut row = ridge.clone();
+    for number in 1..25 {
+        row = row.joined(&ridge.clone().translated(DVec3::X * 8.0 * f64::from(number)));
+    }
+    row
+}
+
+#[test]
+fn each_of_many_edges_has_its_row() {
+    let (mut scene, ids) = bone_below(ridges(false, 0.0), ridges(true, 0.02));
+    assert!((brute_distance(&scene, ids[0], ids[1]) - 0.02).abs() < 1e-12, "edges alone");
+    let resolution = resolve(&mut scene, Conditions::default());
+    assert!(resolution.resolved, "{:?} {:?}", resolution.gap, resolution.gap_rounds);
+    assert!(brute_distance(&scene, ids[0], ids[1]) >= GAP);
+}
+
+/// Each plate is pushed toward the other by as much as rows can ask for, while they are just too
+/// far from each other to have a row.
+#[test]
+fn plates_that_are_pushed_toward_each_other_do_not_cross() {
+    let bone = shapes::plate(DVec3::new(30.0, 30.0, 6.0), [7, 7]);
+    let plate = shapes::plate(DVec3::new(20.0, 20.0, 2.0), [10, 10]);
+    let (near, between) = (1e-5, 0.1012);
+    let up = |height: f64| DVec3::Z * height;
+    let mut scene = scene_of([
+        ("below", BodyKind::Rigid, bone.clone().translated(up(-3.0 - near - 2.0 - 0.5 * between))),
+        ("lower", BodyKind::Deformable, plate.clone().translated(up(-1.0 - 0.5 * between))),
+        ("upper", BodyKind::Deformable, plate.translated(up(1.0 + 0.5 * between))),
+        ("above", BodyKind::Rigid, bone.translated(up(3.0 + near + 2.0 + 0.5 * between))),
+    ]);
+    let resolution = resolve(&mut scene, Conditions::default());
+    assert!(resolution.remaining.is_empty(), "{:?}", resolution.remaining);
+    assert!(resolution.gap_rounds.len() > 1, "they were pushed");
+}
