@@ -2,7 +2,9 @@
 
 use glam::DVec3;
 use proximity::{NearFaces, PairProximity};
-use surface::{Contact, ContactSide, NO_EDGE, Term, closest_between_segments};
+use surface::{
+    Contact, ContactSide, NO_EDGE, Term, closest_between_segments, segment_meets_triangle,
+};
 
 use super::methods::ComparedSurface;
 use crate::closest_pairs::{RIDGE_COSINE, SurfaceState};
@@ -23,7 +25,7 @@ pub(super) struct RidgeScratch {
 }
 
 impl RidgeScratch {
-    /// Adds the contacts between ridges of two surfaces whose near and crossing faces are known;
+    /// Adds the contacts between ridges of two surfaces whose near faces are known;
     /// returns their number.
     pub(super) fn add_contacts(
         &mut self,
@@ -44,7 +46,7 @@ impl RidgeScratch {
 
         let before = found.len();
         for &edges in &self.pairs {
-            found.extend(contact_of(surfaces, sides, edges, reach));
+            found.extend(contact_of(sides, edges, reach));
         }
         found.len() - before
     }
@@ -104,12 +106,7 @@ fn is_convex_ridge(state: &SurfaceState<'_>, edge: u32) -> bool {
 ///
 /// Their common normal must be between those of the faces beside each. Then they are mutually
 /// closest, or, where faces beside them cross, the nearest way out of each other.
-fn contact_of(
-    surfaces: &PairProximity,
-    sides: [ComparedSurface<'_>; 2],
-    edges: [u32; 2],
-    reach: f64,
-) -> Option<Contact> {
+fn contact_of(sides: [ComparedSurface<'_>; 2], edges: [u32; 2], reach: f64) -> Option<Contact> {
     let [a, b] = [0, 1].map(|k| Ridge::new(sides[k], edges[k]));
     let closest = closest_between_segments(a.ends, b.ends);
     let is_within = |t: f64| t > 0.0 && t < 1.0;
@@ -129,35 +126,20 @@ fn contact_of(
         return None;
     }
 
-    // Edges beyond each other only where they are in each other, not on the two sides of a body.
+    // Beyond each other only where each cuts into the other, not on two sides of a body.
     let [p, on] = closest.points;
     let gap = (p - on).dot(normal);
-    if gap > reach || (gap < 0.0 && !faces_cross(surfaces, sides, edges)) {
+    if gap > reach || (gap < 0.0 && !(a.cuts(&b) && b.cuts(&a))) {
         return None;
     }
     let (of_p, of_on) = (a.terms(closest.s), b.terms(closest.t));
     Some(Contact::between(a.contact_side(p, &of_p), b.contact_side(on, &of_on), normal, gap))
 }
 
-/// Returns true if a face beside one edge crosses one beside the other.
-fn faces_cross(
-    surfaces: &PairProximity,
-    [a, b]: [ComparedSurface<'_>; 2],
-    [edge, other]: [u32; 2],
-) -> bool {
-    for &face in a.tree.surface().edge_faces(edge) {
-        for &of_other in b.tree.surface().edge_faces(other) {
-            if surfaces.crossing_faces().binary_search(&[face, of_other]).is_ok() {
-                return true;
-            }
-        }
-    }
-    false
-}
-
 /// Ridge of a surface.
 struct Ridge<'a> {
     side: ComparedSurface<'a>,
+    edge: u32,
     vertices: [u32; 2],
     ends: [DVec3; 2],
     /// Sum of the unit normals of the faces beside it.
@@ -171,7 +153,7 @@ impl<'a> Ridge<'a> {
         let ends = vertices.map(|vertex| state.x.at(vertex));
         let faces = state.surface.edge_faces(edge);
         let outward = faces.iter().map(|&face| state.normal(face)).sum();
-        Self { side, vertices, ends, outward }
+        Self { side, edge, vertices, ends, outward }
     }
 
     /// Returns true if a unit vector across the ridge is between the normals beside it.
@@ -179,6 +161,16 @@ impl<'a> Ridge<'a> {
         // The cosine of half the angle between two unit vectors is half the length of their sum.
         let length = self.outward.length();
         normal.dot(self.outward) >= (0.5 * length - CONE_SLACK) * length
+    }
+
+    /// Returns true if it meets a face beside another ridge.
+    fn cuts(&self, other: &Self) -> bool {
+        for &face in other.side.tree.surface().edge_faces(other.edge) {
+            if segment_meets_triangle(self.ends, other.side.tree.corners(face)).shares_a_point() {
+                return true;
+            }
+        }
+        false
     }
 
     fn terms(&self, t: f64) -> [Term; 2] {

@@ -243,6 +243,18 @@ fn ridges_of_two_sides_do_not_meet() {
     assert!(found.len() >= 8 && found.iter().all(|contact| (contact.gap - 0.1).abs() < 1e-9));
 }
 
+/// Of two slabs that overlap a little, ridges across the whole width are no contact.
+#[test]
+fn ridges_far_from_each_other_do_not_meet() {
+    let slab = || plate(DVec3::new(16.0, 16.0, 6.0), [1, 1]);
+    for height in [-0.05, 0.05] {
+        let upper = slab().rotated(DVec3::Z, 0.03).translated(DVec3::Z * (6.0 + height));
+        let found = Pair::new(slab(), upper).detect().expect("valid");
+        assert!(found.len() >= 8, "the rims cross eight times: {found:?}");
+        assert!(found.iter().all(|contact| (contact.gap - height).abs() < 1e-9), "{found:?}");
+    }
+}
+
 /// A ridge may cut a round body between its vertices. No contact holds that: balls give way to exact
 /// detection, and that names the pair.
 #[test]
