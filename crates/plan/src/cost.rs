@@ -55,14 +55,14 @@ impl OperationCounts {
     /// Times of single operations on the reference machine \[s\], as `cargo xtask chart costs`
     /// measures them.
     pub const SECONDS: Self = Self {
-        refit_faces: 3.1e-9,
-        listed_vertices: 1e-9,
-        tested_faces: 92e-9,
+        refit_faces: 3e-9,
+        listed_vertices: 0.5e-9,
+        tested_faces: 80e-9,
         meeting_faces: 600e-9,
-        near_vertices: 200e-9,
-        bounded_faces: 400e-9,
-        split_pieces: 370e-9,
-        depth_queries: 510e-9,
+        near_vertices: 140e-9,
+        bounded_faces: 200e-9,
+        split_pieces: 500e-9,
+        depth_queries: 500e-9,
         field_vertices: 2400e-9,
         tied_vertices: 340e-9,
         ball_vertices: 60e-9,

@@ -395,7 +395,7 @@ impl BodyStructures {
 
 /// Refits of a face that take as long as the bound on a deviation per vertex, whose memory is read
 /// once a frame.
-const FACES_PER_VERTEX: f64 = 4.0;
+const FACES_PER_VERTEX: f64 = 6.0;
 
 /// Returns the operations by which a coarse surface of so many faces follows a body: its own refit,
 /// and the bound on its deviation.

@@ -88,12 +88,17 @@ impl Workload {
     /// Predicts the work on coarser surfaces: vertices as there are faces, and faces along the
     /// common curve as there are edges.
     fn coarse(&self, kept: [f64; 2]) -> OperationCounts {
+        // Of near faces that do not meet, this share does once both surfaces are coarser.
+        const MEETING_SHARE: f64 = 0.1;
+
         let sum = |counts: [f64; 2]| counts[0] * kept[0] + counts[1] * kept[1];
         let vertices = (self.vertices[0] + self.vertices[1]).max(1.0);
+        let tested_faces = self.exact.tested_faces * along_curve(kept);
+        let meeting_faces = (self.meeting * along_curve(kept)).max(MEETING_SHARE * tested_faces);
         let operations = OperationCounts {
             listed_vertices: self.exact.listed_vertices * sum(self.vertices) / vertices,
-            tested_faces: self.exact.tested_faces * along_curve(kept),
-            meeting_faces: self.meeting * along_curve(kept),
+            tested_faces,
+            meeting_faces,
             near_vertices: sum(self.near),
             ..OperationCounts::default()
         };
@@ -102,20 +107,23 @@ impl Workload {
 
     /// Adds the search for a depth, which larger faces and a narrower bracket take.
     fn with_search(&self, operations: OperationCounts, kept: [f64; 2]) -> OperationCounts {
-        if !self.is_overlapping {
-            return operations;
-        }
-        // Splits that a narrower bracket takes on coarser surfaces, where exact ones take none.
-        const MIN_SPLITS: f64 = 20.0;
-
         // Splits and queries over those of a bracket as wide as the tolerance.
         const NARROWER: f64 = 1.6;
 
+        // Where no vertex is inside, each face that meets another is split once.
+        if !self.is_overlapping {
+            let meeting_faces = operations.meeting_faces;
+            return OperationCounts {
+                bounded_faces: meeting_faces,
+                split_pieces: meeting_faces,
+                ..operations
+            };
+        }
         let near = (self.near[0] + self.near[1]).max(1.0);
         let share = (self.near[0] * kept[0] + self.near[1] * kept[1]) / near;
         OperationCounts {
             bounded_faces: self.exact.bounded_faces * share,
-            split_pieces: (NARROWER * self.exact.split_pieces).max(MIN_SPLITS),
+            split_pieces: NARROWER * self.exact.split_pieces,
             depth_queries: NARROWER * self.exact.depth_queries,
             ..operations
         }
