@@ -4,6 +4,7 @@ mod absurd;
 mod anatomy;
 mod gap;
 mod interruption;
+mod knee;
 mod planted;
 mod thigh;
 
