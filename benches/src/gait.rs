@@ -35,7 +35,7 @@ const MARGIN: f64 = 2.0;
 const PROXIMITY: f64 = 0.5;
 
 /// Bones with their maps from rest; the pelvis stays.
-const BONES: [(&str, Option<usize>); 4] = [
+pub(crate) const BONES: [(&str, Option<usize>); 4] = [
     ("bone_pelvis", None),
     ("bone_femur", Some(0)),
     ("bone_tibia", Some(1)),
@@ -44,8 +44,9 @@ const BONES: [(&str, Option<usize>); 4] = [
 const MAPS: [&str; 3] = ["femur", "tibia", "patella"];
 
 /// Motion of the bones, and heights at which skinning blends.
-struct Motion {
-    frames: Vec<[(DQuat, DVec3); 3]>,
+pub(crate) struct Motion {
+    /// Maps from rest of femur, tibia and patella.
+    pub(crate) frames: Vec<[(DQuat, DVec3); 3]>,
     hip: f64,
     knee: f64,
 }
@@ -97,7 +98,7 @@ pub fn run(report: &mut Report) -> Result<(), Box<dyn Error>> {
 }
 
 impl Motion {
-    fn read(path: &Path) -> Result<Self, Box<dyn Error>> {
+    pub(crate) fn read(path: &Path) -> Result<Self, Box<dyn Error>> {
         let value: Value = serde_json::from_slice(&std::fs::read(path)?)?;
         let mut frames = Vec::new();
         for frame in value["frames"].as_array().ok_or("no frames")? {
@@ -122,11 +123,17 @@ impl Motion {
 
     /// Returns the skinned place of a vertex.
     fn skinned(&self, rest: DVec3, maps: &[(DQuat, DVec3); 3]) -> DVec3 {
+        let [of_pelvis, of_femur, of_tibia] = self.weights(rest);
+        let [femur, tibia, _] = maps.map(|(turn, shift)| turn * rest + shift);
+        of_pelvis * rest + of_femur * femur + of_tibia * tibia
+    }
+
+    /// Returns the weights of pelvis, femur and tibia at a vertex.
+    pub(crate) fn weights(&self, rest: DVec3) -> [f64; 3] {
         // Weights sum to 1, and change over 10 cm at the hip and over 8 cm at the knee.
         let of_pelvis = smooth((rest.z - self.hip + 50.0) / 100.0);
         let of_tibia = 1.0 - smooth((rest.z - self.knee + 40.0) / 80.0);
-        let [femur, tibia, _] = maps.map(|(turn, shift)| turn * rest + shift);
-        of_pelvis * rest + (1.0 - of_pelvis - of_tibia) * femur + of_tibia * tibia
+        [of_pelvis, 1.0 - of_pelvis - of_tibia, of_tibia]
     }
 }
 

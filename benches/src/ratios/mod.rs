@@ -5,6 +5,10 @@ mod distance_field;
 mod kdop;
 mod kdop_peers;
 mod medial;
+#[cfg(feature = "charts")]
+mod motion;
+#[cfg(feature = "charts")]
+mod motion_scenes;
 mod overlap;
 mod response;
 #[cfg(feature = "charts")]
@@ -17,12 +21,15 @@ use crate::selected;
 
 type Run = fn(&mut Report) -> Result<(), Box<dyn Error>>;
 
-/// Crates with figures, and the stability of detection with response (feature `charts`).
+/// Crates with figures; contact in motion, and the stability of detection with response (feature
+/// `charts`).
 pub const GROUPS: &[(&str, Run)] = &[
     ("ccd", ccd::run),
     ("distance-field", distance_field::run),
     ("kdop", kdop::run),
     ("medial", medial::run),
+    #[cfg(feature = "charts")]
+    ("motion", motion::run),
     ("overlap", overlap::run),
     ("response", response::run),
     #[cfg(feature = "charts")]

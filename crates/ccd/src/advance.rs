@@ -28,13 +28,13 @@ const SLOW: f64 = 0.25;
 /// certain that the separation is reached.
 ///
 /// A contact may be reported that is this much too far away.
-const OPEN_SLACK: f64 = 1e-10;
+pub(crate) const OPEN_SLACK: f64 = 1e-10;
 
 /// The same where a contact is certain.
 ///
 /// The time of contact may be early by what it takes to cover this much of the separation. The last
 /// digits would cost as much as all before.
-const CERTAIN_SLACK: f64 = 1e-6;
+pub(crate) const CERTAIN_SLACK: f64 = 1e-6;
 
 /// Maximum number of directions in an interval that exact arithmetic decides if they do not: it
 /// takes about as long as a few hundred.
@@ -55,7 +55,7 @@ where
         hi: f64,
         is_certain: bool,
     ) -> Option<f64> {
-        let slack = if is_certain { CERTAIN_SLACK } else { OPEN_SLACK };
+        let slack = if is_certain { self.certain_slack } else { OPEN_SLACK };
         let near = self.separation * (1.0 + slack);
         let (mut t, mut piece) = (lo, hi - lo);
         let mut from = polygon.closest(t);

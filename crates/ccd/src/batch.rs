@@ -28,6 +28,8 @@ const ROUND: usize = 16 * CHUNK;
 pub struct MovingPoints<'a> {
     x0: &'a [DVec3],
     x1: &'a [DVec3],
+    /// Distances that points may be from their straight lines; empty for none.
+    deviations: &'a [f64],
 }
 
 /// Contact of one candidate of a list.
@@ -72,7 +74,38 @@ impl<'a> MovingPoints<'a> {
         }
         check_finite(x0, StepEnd::Start)?;
         check_finite(x1, StepEnd::Finish)?;
-        Ok(Self { x0, x1 })
+        Ok(Self { x0, x1, deviations: &[] })
+    }
+
+    /// Lets each point be a distance (|V|, `>= 0`) from its straight line: candidates that come within
+    /// the minimum separation and the deviations of both primitives are contacts.
+    ///
+    /// # Errors
+    ///
+    /// When there is another number of deviations than of points, or one is negative or not finite.
+    pub fn with_deviations(self, deviations: &'a [f64]) -> Result<Self, CcdError> {
+        if deviations.len() != self.x0.len() {
+            return Err(CcdError::PositionCount { start: self.x0.len(), end: deviations.len() });
+        }
+        let is_wrong = |deviation: &&f64| !(**deviation >= 0.0 && deviation.is_finite());
+        if let Some(&deviation) = deviations.iter().find(is_wrong) {
+            return Err(CcdError::MinSeparation(deviation));
+        }
+        Ok(Self { deviations, ..self })
+    }
+
+    /// Returns parameters whose separation has room for the deviations of a candidate.
+    fn with_room<const N: usize>(&self, points: [u32; 4], params: &CcdParams) -> CcdParams {
+        if self.deviations.is_empty() {
+            return *params;
+        }
+
+        // A point of a primitive deviates by no more than the worst of its corners.
+        let deviation = points.map(|point| self.deviations[point as usize]);
+        let [a, b, c, d] = deviation;
+        let both = if N == 3 { a + b.max(c).max(d) } else { a.max(b) + c.max(d) };
+        let min_separation = (params.min_separation + both) * (1.0 + 2.0 * f64::EPSILON);
+        CcdParams { min_separation, ..*params }
     }
 
     /// Returns the position of one point at a time in `0.0..=1.0` of the step.
@@ -271,7 +304,8 @@ impl<'a> MovingPoints<'a> {
             for lane in set_bits(self.kept_lanes::<N>(points, &params)) {
                 let [x0, x1] =
                     [self.x0, self.x1].map(|x| points[lane].map(|point| x[point as usize]));
-                if let Some(contact) = first_contact::<N>(&x0, &x1, &params)? {
+                let of_candidate = self.with_room::<N>(points[lane], &params);
+                if let Some(contact) = first_contact::<N>(&x0, &x1, &of_candidate)? {
                     let candidate = start + group * LANES + lane;
                     found(CandidateContact { candidate, contact }, &mut params.t_max);
                 }
@@ -293,8 +327,15 @@ impl<'a> MovingPoints<'a> {
             std::array::from_fn(|i| Vectors::gather(lanes.map(|lane| x[lane[i] as usize])))
         };
         let (x0, x1) = (gather(self.x0), gather(self.x1));
-        not_excluded::<PolygonShape<N>>(&x0, &x1, params.t_max, params.min_separation)
-            & ((2 << last) - 1)
+
+        // Candidates of a group are near each other: the largest separation serves all.
+        let mut separation = params.min_separation;
+        if !self.deviations.is_empty() {
+            for lane in lanes {
+                separation = separation.max(self.with_room::<N>(lane, params).min_separation);
+            }
+        }
+        not_excluded::<PolygonShape<N>>(&x0, &x1, params.t_max, separation) & ((2 << last) - 1)
     }
 
     /// Checks the parameters, and that all candidates refer to points that exist.

@@ -11,9 +11,10 @@
 
 use glam::DVec3;
 
+use crate::advance::{CERTAIN_SLACK, OPEN_SLACK};
 use crate::contact::{CcdContact, CcdParams, Certainty};
 use crate::error::CcdError;
-use crate::{edge_edge, vertex_face};
+use crate::search::first_contact_within;
 
 /// Bounds on the paths of two primitives.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,6 +42,10 @@ const EARLINESS: f64 = 1.0 / 268_435_456.0;
 
 /// Shortest piece: rounding of times would be felt below.
 const MIN_PIECE: f64 = 1.0 / 1_073_741_824.0;
+
+/// Length of the first part of what is left of a piece, in times that its deviation takes at the
+/// speed of approach. Smaller parts may end before the contact; larger ones deviate more.
+const ROOM: f64 = 6.0;
 
 /// Finds the first contact of two primitives whose points move on curved paths, from time
 /// `from` to time `to` of the step.
@@ -146,9 +151,15 @@ impl<F: Fn(f64) -> [DVec3; 4]> PathSearch<'_, F> {
                 }));
             }
 
-            // The first half of what is left, then the second.
+            // What is left is divided behind where the contact is expected, or in the middle. A short
+            // first part deviates by the square of its length: as in Newton's method, a few parts do.
             let left = self.point(time.max(start.time));
-            let middle = self.point(f64::midpoint(left.time, end.time));
+            let rate = approach(&found, &start, &end) / piece;
+            let expected = ROOM * (bend + self.bounds.rounding) / rate;
+            let middle = f64::midpoint(left.time, end.time);
+            let shortest = left.time + MIN_PIECE;
+            let behind = left.time + if expected >= 0.0 { expected } else { f64::INFINITY };
+            let middle = self.point(middle.min(behind.max(shortest)));
             if let Some(contact) = self.first_contact(left, middle)? {
                 return Ok(Some(contact));
             }
@@ -195,9 +206,15 @@ impl<F: Fn(f64) -> [DVec3; 4]> PathSearch<'_, F> {
         min_separation: f64,
     ) -> Result<Option<CcdContact>, CcdError> {
         let params = CcdParams { min_separation, t_max: 1.0, ..*self.params };
+        params.validate()?;
+
+        // The separation of the caller may be far larger than the way of a piece: its last digits
+        // decide the time.
+        let slack = if self.params.min_separation > 0.0 { OPEN_SLACK } else { CERTAIN_SLACK };
+        let (x0, x1) = (&start.points, &end.points);
         match self.primitives {
-            Primitives::VertexFace => vertex_face(start.points, end.points, &params),
-            Primitives::EdgeEdge => edge_edge(start.points, end.points, &params),
+            Primitives::VertexFace => first_contact_within::<3>(x0, x1, &params, slack),
+            Primitives::EdgeEdge => first_contact_within::<4>(x0, x1, &params, slack),
         }
     }
 }
@@ -229,6 +246,15 @@ impl FaceView {
         }
         Some(Self { height: normal.dot(vertex - a), clearance })
     }
+}
+
+/// Returns how far the points of a contact on chords approach each other along its normal.
+fn approach(found: &CcdContact, start: &PathPoint, end: &PathPoint) -> f64 {
+    let mut moved = DVec3::ZERO;
+    for (k, weight) in found.weights.iter().enumerate() {
+        moved += *weight * (end.points[k] - start.points[k]);
+    }
+    moved.dot(found.normal).abs()
 }
 
 /// Returns how far two primitives move relative to each other: the largest difference of the

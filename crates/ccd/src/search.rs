@@ -7,6 +7,7 @@
 
 use glam::DVec3;
 
+use crate::advance::CERTAIN_SLACK;
 use crate::contact::{CcdContact, CcdParams, Certainty, Undecided};
 use crate::coplanarity::Coplanarity;
 use crate::cubic::{BernsteinCubic, RootInterval, RootKind};
@@ -31,6 +32,8 @@ pub(crate) struct ContactSearch<'a, const N: usize> {
     points: [&'a [DVec3; 4]; 2],
     /// Minimum separation in the scaled unit of the outline.
     pub(crate) separation: f64,
+    /// Distance beyond the separation, relative to it, at which a certain contact is reported.
+    pub(crate) certain_slack: f64,
 }
 
 /// Position of the origin relative to the edges of the polygon at one time.
@@ -55,10 +58,24 @@ pub(crate) fn first_contact<const N: usize>(
 where
     PolygonShape<N>: Corners<N>,
 {
+    first_contact_within::<N>(x0, x1, params, CERTAIN_SLACK)
+}
+
+/// As [`first_contact`], with a slack of the separation where a contact is certain.
+pub(crate) fn first_contact_within<const N: usize>(
+    x0: &[DVec3; 4],
+    x1: &[DVec3; 4],
+    params: &CcdParams,
+    certain_slack: f64,
+) -> Result<Option<CcdContact>, CcdError>
+where
+    PolygonShape<N>: Corners<N>,
+{
     let outline = Outline::new::<N>(x0, x1)?;
-    let Some(search) = ContactSearch::<N>::new(&outline, [x0, x1], params) else {
+    let Some(mut search) = ContactSearch::<N>::new(&outline, [x0, x1], params) else {
         return Ok(None);
     };
+    search.certain_slack = certain_slack;
     let first =
         search.cubic.find_in_root_intervals(search.margin, |interval| search.examine(interval));
     // Times do not depend on the last one of interest, which only leaves contacts out.
@@ -92,7 +109,8 @@ where
         if cubic.excludes_zero(margin) {
             return None;
         }
-        Some(Self { outline, cubic, margin, params, points, separation })
+        let certain_slack = CERTAIN_SLACK;
+        Some(Self { outline, cubic, margin, params, points, separation, certain_slack })
     }
 
     /// Finds the first contact in an interval; `None` if contact is excluded there.

@@ -42,6 +42,29 @@ impl Cluster {
         let first = self.first_point as usize;
         first..first + self.point_count as usize
     }
+
+    /// Bounds every leaf, by the bounds of the points of the cluster.
+    #[inline(always)]
+    pub(crate) fn bound_leaves<'a, const S: usize>(
+        &self,
+        bounds: &mut LeafDops<S>,
+        point: impl Fn(u8) -> (&'a [f32; S], &'a [f32; S]),
+    ) {
+        for h in 0..HALVES {
+            // Lanes without a leaf stay empty, and overlap nothing.
+            let mut leaves = [PackedDop::EMPTY; 4];
+            let mut union = PackedDop::EMPTY;
+            for (i, leaf) in (4 * h..self.leaf_count as usize).zip(&mut leaves) {
+                for corner in self.corners[i] {
+                    let (lo, hi) = point(corner);
+                    leaf.include(lo, hi);
+                }
+                union.merge::<S>(leaf);
+            }
+            bounds.halves[h].set(&leaves);
+            bounds.unions[h] = union;
+        }
+    }
 }
 
 /// All clusters of a tree.
@@ -102,20 +125,10 @@ impl Clusters {
     ) {
         let (lo, hi) = (projections.lo(), projections.hi());
         let points = self.points_of(cluster);
-        for h in 0..HALVES {
-            // Lanes without a leaf stay empty, and overlap nothing.
-            let mut leaves = [PackedDop::EMPTY; 4];
-            let mut union = PackedDop::EMPTY;
-            for (i, leaf) in (4 * h..cluster.leaf_count as usize).zip(&mut leaves) {
-                for corner in cluster.corners[i] {
-                    let point = points[corner as usize] as usize;
-                    leaf.include(&lo[point], &hi[point]);
-                }
-                union.merge::<S>(leaf);
-            }
-            bounds.halves[h].set(&leaves);
-            bounds.unions[h] = union;
-        }
+        cluster.bound_leaves(bounds, |corner| {
+            let point = points[corner as usize] as usize;
+            (&lo[point], &hi[point])
+        });
     }
 }
 

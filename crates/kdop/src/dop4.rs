@@ -35,6 +35,12 @@ impl<const S: usize> Dop4<S> {
         hi: [f32x4::new([f32::NEG_INFINITY; 4]); S],
     };
 
+    /// Returns four bounds by their rows, one per direction.
+    #[inline(always)]
+    pub(crate) const fn from_rows(lo: [f32x4; S], hi: [f32x4; S]) -> Self {
+        Self { lo, hi }
+    }
+
     /// Sets the bounds of all lanes.
     #[inline(always)]
     pub(crate) fn set(&mut self, [a, b, c, d]: &[PackedDop; 4]) {

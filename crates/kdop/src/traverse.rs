@@ -1,10 +1,13 @@
 //! Traversals: pairs of leaves, leaves that meet a bound or a ray, and nearest leaves.
 
+mod moving;
 mod nearest;
 mod pairs;
 mod query;
 mod self_pairs;
 
+pub(crate) use self::moving::MovedNode;
+pub use self::moving::{MovingPairs, RigidSweep};
 use crate::directions::norm;
 use crate::dop::rounding_loss;
 use crate::projections::to_nearest;

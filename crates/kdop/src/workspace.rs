@@ -3,6 +3,7 @@
 use crate::cluster::LeafDops;
 use crate::node::ChildRef;
 use crate::queue::Queue;
+use crate::traverse::MovedNode;
 use crate::tree::DopTree;
 
 /// Scratch memory of traversals: one per thread, reused between calls, for any trees of one `S`.
@@ -15,6 +16,8 @@ pub struct Workspace<const S: usize = 9> {
     pub(crate) cluster_pairs: Vec<(u32, u32)>,
     pub(crate) a: LeafCache<S>,
     pub(crate) b: LeafCache<S>,
+    /// Nodes of a tree that moves, where they move.
+    pub(crate) moved: SlotCache<MovedNode<S>>,
     pub(crate) queue: Queue,
     /// Parts of a tree with lower bounds of their distances.
     pub(crate) stack: Vec<(f32, ChildRef)>,
@@ -42,6 +45,7 @@ impl<const S: usize> Workspace<S> {
             cluster_pairs: Vec::new(),
             a: LeafCache::new(),
             b: LeafCache::new(),
+            moved: SlotCache::new(),
             queue: Queue::new(),
             stack: Vec::new(),
             counters: Counters { bound_tests: 0, clusters: 0, reported: 0 },
@@ -61,34 +65,55 @@ impl<const S: usize> Default for Workspace<S> {
     }
 }
 
-/// Direct-mapped cache of the bounds of leaves, by cluster.
+/// Direct-mapped cache of what is computed per node or cluster of a tree.
 ///
-/// A traversal comes to clusters in the order of the tree, so those with close numbers are needed
-/// at about the same time. The slot of a cluster is its number modulo the size of the cache.
+/// A traversal comes to nodes and clusters in the order of the tree, so those with close numbers are
+/// needed at about the same time. The slot of each is its number modulo the size of the cache.
 #[derive(Clone, Debug)]
-pub(crate) struct LeafCache<const S: usize> {
-    /// Cluster in each slot.
-    clusters: Vec<u32>,
-    bounds: Vec<LeafDops<S>>,
+pub(crate) struct SlotCache<T> {
+    /// Number of the node or cluster in each slot.
+    keys: Vec<u32>,
+    values: Vec<T>,
 }
 
-impl<const S: usize> LeafCache<S> {
+/// Cache of the bounds of leaves, by cluster.
+pub(crate) type LeafCache<const S: usize> = SlotCache<LeafDops<S>>;
+
+impl<T: Copy> SlotCache<T> {
     /// Number of slots, a power of two.
     ///
     /// A cache takes a hundred kilobytes, so two fit any level-2 cache. With more, a traversal of a
     /// large tree with itself waits for memory; with fewer, it computes the same bounds again.
     const SLOTS: usize = 128;
-    const NO_CLUSTER: u32 = u32::MAX;
+    const NO_KEY: u32 = u32::MAX;
 
-    const fn new() -> Self {
-        Self { clusters: Vec::new(), bounds: Vec::new() }
+    pub(crate) const fn new() -> Self {
+        Self { keys: Vec::new(), values: Vec::new() }
     }
 
     /// Empties all slots.
+    pub(crate) fn reset_to(&mut self, empty: T) {
+        self.keys.clear();
+        self.keys.resize(Self::SLOTS, Self::NO_KEY);
+        self.values.resize(Self::SLOTS, empty);
+    }
+
+    /// Returns the value of a number, which `compute` overwrites if it is not cached.
+    #[inline(always)]
+    pub(crate) fn get_with(&mut self, key: u32, compute: impl FnOnce(&mut T)) -> &T {
+        let slot = key as usize % Self::SLOTS;
+        if self.keys[slot] != key {
+            self.keys[slot] = key;
+            compute(&mut self.values[slot]);
+        }
+        &self.values[slot]
+    }
+}
+
+impl<const S: usize> LeafCache<S> {
+    /// Empties all slots.
     pub(crate) fn reset(&mut self) {
-        self.clusters.clear();
-        self.clusters.resize(Self::SLOTS, Self::NO_CLUSTER);
-        self.bounds.resize(Self::SLOTS, LeafDops::EMPTY);
+        self.reset_to(LeafDops::EMPTY);
     }
 
     /// Returns the bounds of the leaves of a cluster, widened by the margin; computes them if they
@@ -100,11 +125,7 @@ impl<const S: usize> LeafCache<S> {
         cluster: u32,
         margin: Option<&[f32; S]>,
     ) -> &LeafDops<S> {
-        let slot = cluster as usize % Self::SLOTS;
-        if self.clusters[slot] != cluster {
-            self.compute(slot, tree, cluster, margin);
-        }
-        &self.bounds[slot]
+        self.get_with(cluster, |bounds| compute(bounds, tree, cluster, margin))
     }
 
     /// Caches the bounds of the leaves of a cluster, without a margin. Another cache without one may
@@ -112,25 +133,27 @@ impl<const S: usize> LeafCache<S> {
     #[inline(always)]
     pub(crate) fn load(&mut self, tree: &DopTree<S>, cluster: u32, other: &Self) {
         let slot = cluster as usize % Self::SLOTS;
-        if self.clusters[slot] == cluster {
-            return;
-        }
-        if other.clusters[slot] == cluster {
-            self.clusters[slot] = cluster;
-            self.bounds[slot] = other.bounds[slot];
-        } else {
-            self.compute(slot, tree, cluster, None);
-        }
+        let is_known = other.keys[slot] == cluster;
+        self.get_with(cluster, |bounds| {
+            if is_known {
+                *bounds = other.values[slot];
+            } else {
+                compute(bounds, tree, cluster, None);
+            }
+        });
     }
+}
 
-    #[inline(never)]
-    fn compute(&mut self, slot: usize, tree: &DopTree<S>, cluster: u32, margin: Option<&[f32; S]>) {
-        self.clusters[slot] = cluster;
-        let bounds = &mut self.bounds[slot];
-        let cluster = tree.clusters.get(cluster);
-        tree.clusters.bound_leaves(cluster, &tree.projections, bounds);
-        if let Some(margin) = margin {
-            bounds.widen(margin);
-        }
+#[inline(never)]
+fn compute<const S: usize>(
+    bounds: &mut LeafDops<S>,
+    tree: &DopTree<S>,
+    cluster: u32,
+    margin: Option<&[f32; S]>,
+) {
+    let cluster = tree.clusters.get(cluster);
+    tree.clusters.bound_leaves(cluster, &tree.projections, bounds);
+    if let Some(margin) = margin {
+        bounds.widen(margin);
     }
 }

@@ -274,16 +274,19 @@ pub use response::{
     Friction, Margins, Material, ParticleLoads, Restraint, RigidMotion, SpringDamper, StepLength,
     StepParams, StepReport, SweptReport,
 };
-pub use surface::{Path, RigidPath, RigidState, StraightPath};
+pub use surface::{
+    NearRigidPath, Path, RelativePath, RigidBodyPath, RigidPath, RigidState, StraightPath,
+};
 
 pub use scene::{
     AreaBracket, Body, BodyId, BodyKind, BodyMove, CheckParams, Coincidence, ContactKind,
     CurveChain, Depth, DepthBracket, DetectorParams, EdgeOverlap, FacePoint, Fallback,
-    FallbackReason, FieldContact, FieldDetector, FieldFeature, KeptPair, MedialContact,
-    MedialDetector, MedialFeature, NearVertex, NoInside, Overlap, OverlapGeometry, OverlapMeasures,
-    PairContacts, PairId, PairOverlap, PairReport, PairSweep, PassThrough, PatchFace, PathMove,
-    PermanentParams, PrimitiveBall, Region, Renewal, Scene, SceneError, SceneStates, SceneStep,
-    Side, StepDetectors, StepError, StepMethod, SweepReport, SweptContact, VertexReport,
+    FallbackReason, FieldContact, FieldDetector, FieldFeature, JointScene, JointTurns, KeptPair,
+    MedialContact, MedialDetector, MedialFeature, NearVertex, NoInside, Overlap, OverlapGeometry,
+    OverlapMeasures, PairContacts, PairId, PairOverlap, PairReport, PairSweep, PassThrough,
+    PatchFace, PathMove, PermanentParams, PrimitiveBall, Region, Renewal, Scene, SceneError,
+    SceneStates, SceneStep, Side, StepDetectors, StepError, StepMethod, SweepReport, SweptContact,
+    TurnContact, TurnEnd, VertexReport,
 };
 pub use surface::progress::{Interrupted, Progress};
 

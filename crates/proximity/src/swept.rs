@@ -9,7 +9,7 @@
 
 use ccd::MovingPoints;
 use glam::DVec3;
-use kdop::{Tree, Workspace};
+use kdop::{MovingPairs, Tree, Workspace};
 use surface::progress::Progress;
 use surface::{Contact, NO_EDGE, Stencil, Term, TriangleSurface};
 
@@ -126,6 +126,8 @@ impl SweptSide<'_> {
 pub struct SweptQuery<'a> {
     motion: &'a MovingPoints<'a>,
     params: &'a ccd::CcdParams,
+    /// Distance within which faces may meet.
+    margin: f64,
     vertex_faces: Vec<[u32; 4]>,
     edge_edges: Vec<[u32; 4]>,
     candidates: usize,
@@ -143,11 +145,19 @@ impl<'a> SweptQuery<'a> {
         Self {
             motion,
             params,
+            margin: params.min_separation,
             vertex_faces: Vec::new(),
             edge_edges: Vec::new(),
             candidates: 0,
             contacts: Vec::new(),
         }
+    }
+
+    /// Sets the distance within which faces may meet, where points deviate from straight lines: the
+    /// minimum separation and the largest deviations of both surfaces.
+    #[must_use]
+    pub fn with_margin(self, margin: f64) -> Self {
+        Self { margin, ..self }
     }
 
     /// Finds the first contacts of all vertices, edges and faces of two surfaces.
@@ -166,14 +176,41 @@ impl<'a> SweptQuery<'a> {
         progress: Progress<'_>,
     ) -> Result<SweptContacts, SweptError> {
         // Batches run as they fill; after an error, the traversal only ends.
-        let margin = self.params.min_separation;
         let mut state = Ok(());
-        a.tree.pairs(b.tree, margin, workspace, |face_a, face_b| {
+        a.tree.pairs(b.tree, self.margin, workspace, |face_a, face_b| {
             if state.is_ok() {
                 state = self.add_faces(a, face_a, b, face_b, progress);
             }
         });
         state?;
+        self.finish()
+    }
+
+    /// Finds the first contacts of a surface `a` that moves rigidly with one at rest, as
+    /// [`run`](Self::run) does, by the pairs of faces that may come close. The particles move on the
+    /// chords of the motion.
+    ///
+    /// # Errors
+    ///
+    /// As [`run`](Self::run).
+    pub fn run_rigid(
+        mut self,
+        a: &SweptSide<'_>,
+        b: &SweptSide<'_>,
+        near: MovingPairs<'_, 9>,
+        progress: Progress<'_>,
+    ) -> Result<SweptContacts, SweptError> {
+        let mut state = Ok(());
+        near.visit(|face_a, face_b| {
+            if state.is_ok() {
+                state = self.add_faces(a, face_a, b, face_b, progress);
+            }
+        });
+        state?;
+        self.finish()
+    }
+
+    fn finish(mut self) -> Result<SweptContacts, SweptError> {
         self.flush()?;
 
         // Stable: contacts at one time stay in the order of the traversal.

@@ -44,7 +44,7 @@ pub enum BodyKind {
 }
 
 /// One surface of a scene.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Body {
     name: String,
     kind: BodyKind,

@@ -10,7 +10,7 @@ use crate::broad_phase::overlapping_pairs;
 use crate::{Body, BodyId, BodyKind, PairId, SceneError};
 
 /// Bodies that may touch each other.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Scene {
     pub(crate) bodies: Vec<Body>,
     ids: BTreeMap<String, BodyId>,

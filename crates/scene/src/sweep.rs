@@ -18,6 +18,15 @@ pub struct BodyMove<'a> {
     pub positions: &'a [DVec3],
 }
 
+/// Distances of particles from their straight lines.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct NearLines {
+    /// Maximum distance of each particle; empty for none.
+    pub(crate) deviations: Vec<f64>,
+    /// Maximum of the sum over the particles of two bodies.
+    pub(crate) max_of_pair: f64,
+}
+
 /// First contacts of a step.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -77,12 +86,25 @@ impl Scene {
         is_wanted: impl Fn(PairId) -> bool,
         progress: Progress<'_>,
     ) -> Result<SweepReport, SceneError> {
+        self.sweep_near_lines(moves, params, &NearLines::default(), is_wanted, progress)
+    }
+
+    /// As [`Self::sweep_among`], with particles that may be off their straight lines.
+    pub(crate) fn sweep_near_lines(
+        &mut self,
+        moves: &[BodyMove<'_>],
+        params: &CcdParams,
+        near: &NearLines,
+        is_wanted: impl Fn(PairId) -> bool,
+        progress: Progress<'_>,
+    ) -> Result<SweepReport, SceneError> {
         params.validate()?;
+        let margin = params.min_separation + near.max_of_pair;
         let ends = self.check_moves(moves)?;
-        let mut pairs = self.candidates_of_step(&ends, params.min_separation);
+        let mut pairs = self.candidates_of_step(&ends, margin);
         pairs.retain(|&pair| is_wanted(pair));
         self.fit_step(&pairs, &ends)?;
-        let pairs = self.close_in_step(&pairs, &ends, params.min_separation);
+        let pairs = self.close_in_step(&pairs, &ends, margin);
 
         // All particles at both ends of the step.
         let start = self.particle_positions();
@@ -90,13 +112,17 @@ impl Scene {
         for (body, x) in self.bodies.iter().zip(&ends) {
             end.extend_from_slice(x.map_or(body.positions(), Positions::as_slice));
         }
-        let motion = MovingPoints::new(&start, &end)?;
+        let mut motion = MovingPoints::new(&start, &end)?;
+        if near.max_of_pair > 0.0 {
+            motion = motion.with_deviations(&near.deviations)?;
+        }
 
         // Pairs in any thread; reports in the order of the pairs.
         let steps = progress.steps(pairs.len());
         let swept = parallel::map_slice_with(&pairs, Workspace::default, |workspace, pair| {
             let [a, b] = &pair.sides;
-            let found = SweptQuery::new(&motion, params).run(a, b, workspace, progress)?;
+            let query = SweptQuery::new(&motion, params).with_margin(margin);
+            let found = query.run(a, b, workspace, progress)?;
             steps.advance(1)?;
             Ok::<_, SweptError>(found)
         });

@@ -1,6 +1,7 @@
 //! Swept detection on curved paths: bones that turn, and tissue that follows them.
 //!
-//! The step is divided into pieces short enough for paths to be nearly straight. Each piece is a
+//! Two rigid bodies are swept in their relative motion ([`crate::rigid_paths`]). For other pairs, the
+//! step is divided into pieces short enough for paths to be nearly straight. Each piece is a
 //! step of straight motion with the deviation of paths from their chords for a minimum separation.
 //! So no contact is missed. Contacts that a piece leaves open are then searched on the true paths,
 //! in shorter pieces of their own ([`ccd::first_contact_on_paths`]).
@@ -8,13 +9,17 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use ccd::{CcdParams, PathBounds, Primitives, chord_deviation};
+use ccd::{CcdParams, PathBounds, Primitives};
 use glam::DVec3;
+use kdop::Workspace;
 use proximity::{ContactKind, SweptContact};
 use surface::progress::Progress;
-use surface::{Path, mean_edge, parallel};
+use surface::{Path, parallel};
 
-use crate::{Body, BodyId, BodyMove, PairId, PairSweep, Scene, SceneError, SweepReport};
+use crate::path_steps::{BodyVertex, Steps};
+use crate::rigid_paths::PieceContacts;
+use crate::sweep::NearLines;
+use crate::{BodyId, BodyMove, PairId, PairSweep, Scene, SceneError, SweepReport};
 
 /// Path of a body during a step.
 #[derive(Clone, Copy)]
@@ -30,18 +35,6 @@ impl fmt::Debug for PathMove<'_> {
         f.debug_struct("PathMove").field("body", &self.body).finish_non_exhaustive()
     }
 }
-
-/// Deviation from chords, relative to the mean edge of a body, that a piece may have.
-///
-/// Smaller takes more pieces, each with its bounds; larger finds more candidates that do not meet.
-const DEVIATION: f64 = 0.25;
-
-/// Maximum number of pieces. A step that would need more is still detected completely, with more
-/// candidates.
-const MAX_PIECES: u32 = 1024;
-
-/// Roundings of a coordinate in the position of a path.
-const ROUNDINGS: f64 = 64.0;
 
 impl Scene {
     /// Finds the first contacts while each body named in `moves` follows its path; other bodies
@@ -64,10 +57,11 @@ impl Scene {
         progress: Progress<'_>,
     ) -> Result<SweepReport, SceneError> {
         params.validate()?;
-        let steps = Steps::new(self, moves)?;
-        if steps.is_straight {
-            return self.sweep_piece(&steps, [0.0, 1.0], params, |_| true, progress);
+        if is_straight(self, moves)? {
+            let piece = Piece { interval: [0.0, 1.0], near: &NearLines::default() };
+            return self.sweep_piece(moves, &piece, params, |_| true, progress);
         }
+        let steps = Steps::new(self, moves, params)?;
         self.sweep_pieces(&steps, params, Wanted::All, progress)
     }
 
@@ -87,7 +81,7 @@ impl Scene {
         progress: Progress<'_>,
     ) -> Result<SweepReport, SceneError> {
         params.validate()?;
-        let steps = Steps::new(self, moves)?;
+        let steps = Steps::new(self, moves, params)?;
         self.sweep_pieces(&steps, params, Wanted::FirstOfPair, progress)
     }
 
@@ -98,26 +92,73 @@ impl Scene {
         wanted: Wanted,
         progress: Progress<'_>,
     ) -> Result<SweepReport, SceneError> {
+        let (first, candidates) = self.sweep_rigid(steps, params, wanted, progress)?;
+        if steps.pieces == 0 {
+            return Ok(report_of(first, params, candidates));
+        }
+
         // Bodies stand at the start of each piece while it is swept, and go back at the end.
-        let states: Vec<_> = steps.moves.iter().map(|m| self.body(m.body).state()).collect();
-        let swept = self.sweep_moving(steps, params, wanted, progress);
+        let mut states = Vec::new();
+        if steps.pieces > 1 {
+            states.extend(steps.moves.iter().map(|moving| self.body(moving.body).state()));
+        }
+        let swept = self.sweep_moving(steps, params, wanted, progress, first);
         for (PathMove { body, .. }, state) in steps.moves.iter().zip(states) {
             self.get_mut(*body)?.restore(state)?;
         }
-        swept
+        let mut report = swept?;
+        report.candidates += candidates;
+        Ok(report)
     }
 
-    /// Sweeps piece by piece; leaves bodies at the start of the last piece.
+    /// Sweeps the pairs of rigid bodies in their relative motions; returns their first contacts and
+    /// the number of queries.
+    fn sweep_rigid(
+        &mut self,
+        steps: &Steps<'_>,
+        params: &CcdParams,
+        wanted: Wanted,
+        progress: Progress<'_>,
+    ) -> Result<(BTreeMap<PairId, Known>, usize), SceneError> {
+        self.fit(&self.members(&steps.rigid_pairs))?;
+        let scene = &*self;
+        let sweep = |workspace: &mut Workspace, &pair: &PairId| {
+            let (mut known, mut candidates) = (Known::new(), 0);
+            let rigid = steps.rigid_pair(scene, pair);
+            rigid.for_each_piece(params, workspace, progress, |piece| {
+                let PieceContacts { interval, contacts, candidates: queried } = piece;
+                candidates += queried;
+                let open = OpenPair { scene, steps, pair, interval, params };
+                open.add(wanted, contacts, &mut known)?;
+                Ok(wanted == Wanted::All || known.is_empty())
+            })?;
+            Ok::<_, SceneError>((known, candidates))
+        };
+        let swept = parallel::map_slice_with(&steps.rigid_pairs, Workspace::default, sweep);
+
+        let (mut first, mut candidates) = (BTreeMap::new(), 0);
+        for (&pair, swept) in steps.rigid_pairs.iter().zip(swept) {
+            let (known, queried) = swept?;
+            candidates += queried;
+            if !known.is_empty() {
+                first.insert(pair, known);
+            }
+        }
+        Ok((first, candidates))
+    }
+
+    /// Sweeps other pairs than those of `first` piece by piece, and adds their first contacts; leaves
+    /// bodies at the start of the last piece.
     fn sweep_moving(
         &mut self,
         steps: &Steps<'_>,
         params: &CcdParams,
         wanted: Wanted,
         progress: Progress<'_>,
+        mut first: BTreeMap<PairId, Known>,
     ) -> Result<SweepReport, SceneError> {
-        let separation = params.min_separation + steps.deviation;
-        let of_piece = CcdParams { min_separation: separation, t_max: 1.0, ..*params };
-        let mut first: BTreeMap<PairId, Known> = BTreeMap::new();
+        let min_separation = params.min_separation + steps.rounding;
+        let of_piece = CcdParams { min_separation, t_max: 1.0, ..*params };
         let mut candidates = 0;
 
         for piece in 0..steps.pieces {
@@ -126,18 +167,19 @@ impl Scene {
                 break;
             }
             let part = progress.part(from, to);
-            let is_open = |pair| wanted == Wanted::All || !first.contains_key(&pair);
-            let report = self.sweep_piece(steps, [from, to], &of_piece, is_open, part)?;
+            let is_open = |pair| {
+                let is_new = wanted == Wanted::All || !first.contains_key(&pair);
+                is_new && steps.rigid_pairs.binary_search(&pair).is_err()
+            };
+            let piece = Piece { interval: [from, to], near: &steps.near };
+            let report = self.sweep_piece(steps.moves, &piece, &of_piece, is_open, part)?;
             candidates += report.candidates;
 
             // What the piece leaves open is searched on the true paths.
             for PairSweep { pair, contacts } in report.pairs {
                 let known = first.entry(pair).or_default();
                 let open = OpenPair { scene: self, steps, pair, interval: [from, to], params };
-                match wanted {
-                    Wanted::All => open.add_all(contacts, known)?,
-                    Wanted::FirstOfPair => open.add_first(contacts, known)?,
-                }
+                open.add(wanted, contacts, known)?;
             }
             first.retain(|_, contacts| !contacts.is_empty());
         }
@@ -147,14 +189,15 @@ impl Scene {
     /// Sweeps all bodies along their chords of a piece.
     fn sweep_piece(
         &mut self,
-        steps: &Steps<'_>,
-        [from, to]: [f64; 2],
+        path_moves: &[PathMove<'_>],
+        piece: &Piece<'_>,
         params: &CcdParams,
         is_wanted: impl Fn(PairId) -> bool,
         progress: Progress<'_>,
     ) -> Result<SweepReport, SceneError> {
-        let mut ends = Vec::with_capacity(steps.moves.len());
-        for PathMove { body, path } in steps.moves {
+        let [from, to] = piece.interval;
+        let mut ends = Vec::with_capacity(path_moves.len());
+        for PathMove { body, path } in path_moves {
             let count = self.body(*body).surface().vertex_count();
             if from > 0.0 {
                 self.move_body(*body, &positions(*path, count, from))?;
@@ -162,11 +205,17 @@ impl Scene {
             ends.push(positions(*path, count, to));
         }
         let mut moves = Vec::with_capacity(ends.len());
-        for (PathMove { body, .. }, positions) in steps.moves.iter().zip(&ends) {
+        for (PathMove { body, .. }, positions) in path_moves.iter().zip(&ends) {
             moves.push(BodyMove { body: *body, positions });
         }
-        self.sweep_among(&moves, params, is_wanted, progress)
+        self.sweep_near_lines(&moves, params, piece.near, is_wanted, progress)
     }
+}
+
+/// Part of a step, and how near particles stay to their chords.
+struct Piece<'a> {
+    interval: [f64; 2],
+    near: &'a NearLines,
 }
 
 /// First contacts that are wanted.
@@ -178,91 +227,21 @@ enum Wanted {
     FirstOfPair,
 }
 
+/// Returns true if no path bends.
+fn is_straight(scene: &Scene, moves: &[PathMove<'_>]) -> Result<bool, SceneError> {
+    for PathMove { body, path } in moves {
+        let mut vertices = (0_u32..).take(scene.get(*body)?.positions().len());
+        if vertices.any(|vertex| path.bend(vertex) > 0.0) {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
 /// Returns the positions of all vertices at a time.
 fn positions(path: &dyn Path, count: usize, time: f64) -> Vec<DVec3> {
-    let vertices = (0_u32..).take(count);
-    vertices.map(|vertex| path.position(vertex, time)).collect()
-}
-
-/// Step of a scene along paths, divided into pieces.
-struct Steps<'a> {
-    moves: &'a [PathMove<'a>],
-    /// Path of each body, by its number; `None` where it rests.
-    paths: Vec<Option<&'a dyn Path>>,
-    pieces: u32,
-    /// True if no path bends.
-    is_straight: bool,
-    /// Bound of the deviation of two bodies from their chords over a piece, with rounding.
-    deviation: f64,
-    /// Bound of the rounding of the positions of two primitives.
-    rounding: f64,
-}
-
-impl<'a> Steps<'a> {
-    fn new(scene: &Scene, moves: &'a [PathMove<'a>]) -> Result<Self, SceneError> {
-        let mut paths = vec![None; scene.bodies().len()];
-        let (mut bends, mut pieces, mut extent) = ([0.0_f64; 2], 1_u32, 0.0_f64);
-        for x in scene.bodies().iter().flat_map(Body::positions) {
-            extent = extent.max(x.abs().max_element());
-        }
-
-        for PathMove { body: id, path } in moves {
-            let body = scene.get(*id)?;
-            paths[id.index()] = Some(*path);
-            let (mut bend, mut reach) = (0.0_f64, 0.0_f64);
-            for vertex in (0_u32..).take(body.positions().len()) {
-                bend = bend.max(path.bend(vertex));
-                reach = reach.max(path.position(vertex, 1.0).abs().max_element());
-            }
-
-            // Both ends of an arc bound its coordinates but for its bend.
-            extent = extent.max(reach) + bend;
-            let edge = mean_edge(body.surface(), body.checked_positions());
-            pieces = pieces.max(pieces_for(bend, DEVIATION * edge));
-            let [first, second] = bends;
-            bends = if bend > first { [bend, first] } else { [first, second.max(bend)] };
-        }
-
-        // Two bodies at most take part in a contact: those that bend most bound all.
-        let rounding = 2.0 * ROUNDINGS * f64::EPSILON * extent;
-        let piece = 1.0 / f64::from(pieces);
-        let deviation = chord_deviation(bends[0] + bends[1], piece) + rounding;
-        Ok(Self { moves, paths, pieces, is_straight: bends[0] <= 0.0, deviation, rounding })
-    }
-
-    /// Returns where a vertex is at a time.
-    fn position(&self, scene: &Scene, vertex: BodyVertex, time: f64) -> DVec3 {
-        let BodyVertex { body, vertex } = vertex;
-        match self.paths[body.index()] {
-            Some(path) => path.position(vertex, time),
-            None => scene.body(body).positions()[vertex as usize],
-        }
-    }
-
-    /// Returns the largest bend of some vertices.
-    fn max_bend(&self, vertices: &[BodyVertex]) -> f64 {
-        let mut largest = 0.0_f64;
-        for BodyVertex { body, vertex } in vertices {
-            if let Some(path) = self.paths[body.index()] {
-                largest = largest.max(path.bend(*vertex));
-            }
-        }
-        largest
-    }
-
-    /// Returns the start and the end of a piece: neighbors share theirs to the bit.
-    fn interval(&self, piece: u32) -> [f64; 2] {
-        [piece, piece + 1].map(|k| f64::from(k) / f64::from(self.pieces))
-    }
-}
-
-/// Returns the number of pieces over which a path deviates by no more than a length.
-fn pieces_for(bend: f64, deviation: f64) -> u32 {
-    let mut pieces = 1;
-    while pieces < MAX_PIECES && chord_deviation(bend, 1.0 / f64::from(pieces)) > deviation {
-        pieces += 1;
-    }
-    pieces
+    // Surfaces have fewer than 2³² vertices.
+    parallel::map(count, |vertex| path.position(u32::try_from(vertex).unwrap_or(u32::MAX), time))
 }
 
 /// Two primitives by their kind and particles, in the order of a query.
@@ -298,6 +277,19 @@ struct OpenPair<'a> {
 }
 
 impl OpenPair<'_> {
+    /// Adds the first contacts that are wanted and not known.
+    fn add(
+        &self,
+        wanted: Wanted,
+        contacts: Vec<SweptContact>,
+        known: &mut Known,
+    ) -> Result<(), SceneError> {
+        match wanted {
+            Wanted::All => self.add_all(contacts, known),
+            Wanted::FirstOfPair => self.add_first(contacts, known),
+        }
+    }
+
     /// Adds the first contacts of primitives that have not met in an earlier piece.
     fn add_all(&self, mut open: Vec<SweptContact>, known: &mut Known) -> Result<(), SceneError> {
         open.retain(|contact| !known.contains_key(&Features::of(contact)));
@@ -339,7 +331,7 @@ impl OpenPair<'_> {
         // Each primitive deviates by as much as the worst of its points.
         let (primitives, first) =
             if is_vertex { (Primitives::VertexFace, 1) } else { (Primitives::EdgeEdge, 2) };
-        let (of_first, of_second) = vertices.split_at(first);
+        let (of_first, of_second) = particles.split_at(first);
         let bend = (steps.max_bend(of_first) + steps.max_bend(of_second)) * (1.0 + f64::EPSILON);
         let bounds = PathBounds { bend, rounding: steps.rounding };
 
@@ -353,13 +345,6 @@ impl OpenPair<'_> {
         let (kind, separation) = (open.kind, params.min_separation);
         Ok(Some(SweptContact::new(kind, particles, at(found.lo), separation, &found)))
     }
-}
-
-/// Vertex of a body.
-#[derive(Clone, Copy)]
-struct BodyVertex {
-    body: BodyId,
-    vertex: u32,
 }
 
 /// Returns the vertex of one of two bodies that a particle is.

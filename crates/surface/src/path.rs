@@ -1,6 +1,6 @@
 //! Paths of bodies during a step, with bounds on how they curve.
 
-use glam::{DQuat, DVec3};
+use glam::{DAffine3, DQuat, DVec3};
 
 /// Paths of the points of a body from time 0 to time 1 of a step.
 ///
@@ -15,6 +15,45 @@ pub trait Path: Sync {
     /// Returns an upper bound of the length of the second derivative of a vertex's position by the
     /// time of the step: 0 for a straight path.
     fn bend(&self, vertex: u32) -> f64;
+
+    /// Returns the rigid motion that all vertices follow, if there is one.
+    ///
+    /// Detection between two such bodies takes their relative motion, and refits no tree.
+    fn rigid(&self) -> Option<NearRigidPath> {
+        None
+    }
+}
+
+/// Rigid motion that vertices follow, up to a distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NearRigidPath {
+    /// The motion.
+    pub path: RigidPath,
+    /// Maximum distance of a vertex from where the motion leads it, at any time.
+    pub deviation: f64,
+}
+
+/// Rigid motion of a body from where it is.
+#[derive(Clone, Copy, Debug)]
+pub struct RigidBodyPath<'a> {
+    /// |V| positions at time 0.
+    pub from: &'a [DVec3],
+    /// The motion.
+    pub path: RigidPath,
+}
+
+impl Path for RigidBodyPath<'_> {
+    fn position(&self, vertex: u32, time: f64) -> DVec3 {
+        self.path.transform_point(self.from[vertex as usize], time)
+    }
+
+    fn bend(&self, vertex: u32) -> f64 {
+        self.path.bend(self.from[vertex as usize])
+    }
+
+    fn rigid(&self) -> Option<NearRigidPath> {
+        Some(NearRigidPath { path: self.path, deviation: 0.0 })
+    }
 }
 
 /// Straight paths from one state to another.
@@ -70,10 +109,42 @@ impl RigidPath {
         Self { center, shift: DVec3::ZERO, axis: axis.normalize(), angle }
     }
 
+    /// Returns the motion of a body at rest, about any center.
+    #[must_use]
+    pub fn at_rest(center: DVec3) -> Self {
+        Self { center, shift: DVec3::ZERO, axis: DVec3::Z, angle: 0.0 }
+    }
+
+    /// Returns the center at time 0.
+    #[must_use]
+    pub fn center(&self) -> DVec3 {
+        self.center
+    }
+
+    /// Returns how far the center moves.
+    #[must_use]
+    pub fn shift(&self) -> DVec3 {
+        self.shift
+    }
+
     /// Returns the angle of the turn in radians.
     #[must_use]
     pub fn angle(&self) -> f64 {
         self.angle
+    }
+
+    /// Returns the angular velocity in radians per step.
+    #[must_use]
+    pub fn angular_velocity(&self) -> DVec3 {
+        self.axis * self.angle
+    }
+
+    /// Returns the rigid map from points at time 0 to their places at a time.
+    #[must_use]
+    pub fn map(&self, time: f64) -> DAffine3 {
+        let rotation = DQuat::from_axis_angle(self.axis, self.angle * time);
+        let center = self.center + time * self.shift;
+        DAffine3::from_rotation_translation(rotation, center - rotation * self.center)
     }
 
     /// Returns where a point is at a time that is at `x` at time 0.

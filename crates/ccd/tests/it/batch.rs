@@ -7,6 +7,7 @@ use glam::DVec3;
 use crate::random::{check, point};
 
 /// Moving points, and candidates of four different ones each.
+#[derive(Clone)]
 struct Scene {
     x0: Vec<DVec3>,
     x1: Vec<DVec3>,
@@ -53,6 +54,46 @@ fn batches_equal_single_queries() {
         }
         Ok(())
     });
+}
+
+/// Points off their lines take room of their own: each candidate has the separation of its worst
+/// corners, on either side.
+#[test]
+fn deviations_are_separations_of_each_candidate() {
+    check(1000, |u| {
+        let scene = scene(u, 37)?;
+        let mut deviations = Vec::new();
+        for _ in 0..scene.x0.len() {
+            deviations.push(0.2 * f64::from(u.int_in_range(0_u8..=100)?) / 100.0);
+        }
+        let motion = MovingPoints::new(&scene.x0, &scene.x1).expect("valid");
+        let motion = motion.with_deviations(&deviations).expect("valid");
+        let params = CcdParams { min_separation: 0.01, ..CcdParams::DEFAULT };
+
+        for edges in [false, true] {
+            let found = match edges {
+                true => motion.edge_edge_contacts(&scene.candidates, &params),
+                false => motion.vertex_face_contacts(&scene.candidates, &params),
+            };
+            let found = found.expect("valid");
+            let mut expected = Vec::new();
+            for (candidate, points) in scene.candidates.iter().enumerate() {
+                let [a, b, c, d] = points.map(|point| deviations[point as usize]);
+                let room = if edges { a.max(b) + c.max(d) } else { a + b.max(c).max(d) };
+                let min_separation = (0.01 + room) * (1.0 + 2.0 * f64::EPSILON);
+                let alone = Scene { candidates: vec![*points], ..scene.clone() };
+                let params = CcdParams { min_separation, ..params };
+                for contact in single_queries(&alone, &params, edges) {
+                    expected.push(CandidateContact { candidate, ..contact });
+                }
+            }
+            assert_eq!(found, expected);
+        }
+        Ok(())
+    });
+    let x = [DVec3::ZERO];
+    let motion = MovingPoints::new(&x, &x).expect("valid");
+    assert!(motion.with_deviations(&[]).is_err() && motion.with_deviations(&[-1.0]).is_err());
 }
 
 #[test]

@@ -12,6 +12,8 @@ mod plan_document;
 mod plan_frames;
 mod plan_times;
 mod range;
+mod range_cache;
+mod range_map;
 mod resolve;
 mod resolve_arguments;
 

@@ -7,12 +7,13 @@ use std::str::FromStr;
 use clap::Args;
 use glam::DVec3;
 use musculo_collide::{
-    BodyId, CheckParams, PairId, Path, PathMove, Progress, RigidPath, Scene, ccd,
+    BodyId, CheckParams, PairId, PathMove, Progress, RigidBodyPath, RigidPath, Scene, ccd,
 };
 
 use super::Finished;
+use super::range_map::{LastTurn, MapArguments};
 use crate::failure::Failure;
-use crate::load::{LoadedScene, SceneArguments};
+use crate::load::{LoadedScene, SceneArguments, files_of};
 use crate::phase::Phase;
 use crate::report::{FirstContactRecord, RangeDocument};
 use crate::stopwatch::Stopwatch;
@@ -26,7 +27,12 @@ use crate::stopwatch::Stopwatch;
 #[command(after_help = "\
 Examples:
   musculo-collide range scene.toml --turn femur --axis 1,0,0 --center 0,12,850 --to 120
-  musculo-collide range pelvis.ply femur.ply --turn femur --axis 0,0,-1 --center 90,-70,0 --to 45 --json rom.json")]
+  musculo-collide range pelvis.ply femur.ply --turn femur --axis 0,0,-1 --center 90,-70,0 --to 45 --json rom.json
+  musculo-collide range pelvis.ply femur.ply --turn femur --center 441,459,883 \\
+    --over 1,0,0:0:120:31 --over 0,0,1:-30:30:31 --axis 0,-1,0 --to 60 --map hip.svg --cache hip.cells
+
+With --over twice, each cell of a map has the angle at which bodies that turn first meet bodies that
+rest, after two turns before. A cell that overlaps before the last turn has none.")]
 pub(crate) struct RangeArguments {
     #[command(flatten)]
     scene: SceneArguments,
@@ -50,11 +56,14 @@ pub(crate) struct RangeArguments {
     /// Write the report as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+
+    #[command(flatten)]
+    map: MapArguments,
 }
 
 /// Three numbers, separated by commas.
 #[derive(Clone, Copy, Debug)]
-struct Vector(DVec3);
+pub(super) struct Vector(pub(super) DVec3);
 
 impl FromStr for Vector {
     type Err = String;
@@ -73,34 +82,39 @@ impl FromStr for Vector {
     }
 }
 
-/// Turn of a body from where it is.
-struct Turn {
-    rest: Vec<DVec3>,
-    path: RigidPath,
-}
-
-impl Path for Turn {
-    fn position(&self, vertex: u32, time: f64) -> DVec3 {
-        self.path.transform_point(self.rest[vertex as usize], time)
-    }
-
-    fn bend(&self, vertex: u32) -> f64 {
-        self.path.bend(self.rest[vertex as usize])
-    }
-}
-
 pub(super) fn run(arguments: &RangeArguments) -> Result<Finished, Failure> {
     let mut stopwatch = Stopwatch::start();
     let axis = arguments.check()?;
+    arguments.map.check()?;
     let description = arguments.scene.describe()?;
     let mut turning = Vec::new();
     for name in &arguments.turn {
         turning.push(description.index_of(name)?);
     }
+    let mut inputs = files_of(&description);
+    inputs.extend(arguments.scene.inputs.iter().cloned());
     let plan = arguments.scene.plan(&description).writing(arguments.json.as_ref());
-    let mut outputs = plan.open()?;
+    let plan = plan.writing(arguments.map.map.as_ref()).writing(arguments.map.table.as_ref());
+    let mut outputs = plan.reading_too(arguments.map.cache.clone()).open()?;
     let mut loaded = LoadedScene::load(description)?;
+    let ids: Vec<BodyId> = loaded.scene.ids().collect();
+    let turning: Vec<BodyId> = turning.into_iter().map(|body| ids[body]).collect();
     stopwatch.lap("load");
+
+    if arguments.map.is_map() {
+        let (center, to) = (arguments.center, arguments.to);
+        let last = LastTurn { turning: &turning, axis: Vector(axis), center, to };
+        let map = arguments.map.compute(&loaded.scene, &last, &inputs)?;
+        stopwatch.lap("map");
+        if let Some(path) = &arguments.map.table {
+            outputs.stage(path, map.to_csv()?)?;
+        }
+        if let Some(path) = &arguments.map.map {
+            let picture = map.to_svg().map_err(|error| Failure::new(error.to_string()))?;
+            outputs.stage(path, picture)?;
+        }
+        return Ok(Finished { outputs, text: map.to_text(), holds: true, stopwatch });
+    }
 
     // What overlaps at the start has no first contact.
     let params = CheckParams { measures: false, ..CheckParams::new(0.0) };
@@ -112,14 +126,17 @@ pub(super) fn run(arguments: &RangeArguments) -> Result<Finished, Failure> {
     stopwatch.lap("check");
 
     let path = RigidPath::turn(arguments.center.0, axis, arguments.to.to_radians());
-    let ids: Vec<BodyId> = loaded.scene.ids().collect();
-    let mut turns = Vec::new();
+    let mut starts = Vec::new();
     for &body in &turning {
-        turns.push(Turn { rest: loaded.scene.body(ids[body]).positions().to_vec(), path });
+        starts.push(loaded.scene.body(body).positions().to_vec());
+    }
+    let mut turns = Vec::new();
+    for from in &starts {
+        turns.push(RigidBodyPath { from, path });
     }
     let mut moves = Vec::new();
     for (&body, path) in turning.iter().zip(&turns) {
-        moves.push(PathMove { body: ids[body], path });
+        moves.push(PathMove { body, path });
     }
     let swept = Phase::run("turning", |progress| {
         loaded.scene.first_contacts(&moves, &ccd::CcdParams::EXACT, progress)
@@ -175,33 +192,11 @@ fn contacts(
             continue;
         }
 
-        // The place is where the first primitive is at that time.
-        let time = first.contact.time.unwrap_or(1.0);
-        let mut place = DVec3::ZERO;
-        for term in first.contact.stencil.terms().iter().filter(|term| term.weight < 0.0) {
-            place -= term.weight * position(scene, pair.pair, term.particle, moves, time);
-        }
+        let at = scene.contact_place(pair.pair, first, moves);
         let [a, b] = scene.names(pair.pair).map(str::to_owned);
-        let (angle, certain) = (time * to, first.certain);
-        records.push(FirstContactRecord { a, b, angle, certain, at: place.to_array() });
+        let angle = first.contact.time.unwrap_or(1.0) * to;
+        records.push(FirstContactRecord { a, b, angle, certain: first.certain, at: at.to_array() });
     }
     records.sort_by(|p, q| p.angle.abs().total_cmp(&q.angle.abs()));
     records
-}
-
-/// Returns where a particle of one of two bodies is at a time.
-fn position(
-    scene: &Scene,
-    pair: PairId,
-    particle: u32,
-    moves: &[PathMove<'_>],
-    time: f64,
-) -> DVec3 {
-    let in_second = scene.body(pair.b).particles().contains(&particle);
-    let id = if in_second { pair.b } else { pair.a };
-    let vertex = particle - scene.body(id).particles().start;
-    match moves.iter().find(|turning| turning.body == id) {
-        Some(turning) => turning.path.position(vertex, time),
-        None => scene.body(id).positions()[vertex as usize],
-    }
 }

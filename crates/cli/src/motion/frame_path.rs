@@ -4,7 +4,7 @@
 //! follows the blend of the motions of its segments, with the weights that it has at rest.
 
 use glam::{DMat4, DQuat, DVec3};
-use musculo_collide::{Path, RigidPath};
+use musculo_collide::{NearRigidPath, Path, RigidPath};
 
 use super::{Follows, Replay};
 
@@ -15,6 +15,8 @@ pub(crate) struct FramePath<'a> {
     body: usize,
     /// Motions of the parts that move the body: one, or one per segment of the skin.
     parts: Vec<PartPath>,
+    /// Motion of the whole body, if it is one.
+    rigid: Option<NearRigidPath>,
 }
 
 /// Motion of a bone, or of a segment of the skin.
@@ -41,7 +43,25 @@ impl<'a> FramePath<'a> {
             }
             (Follows::Skin | Follows::Nothing, _) => parts.push(PartPath::at_rest()),
         }
-        Self { replay, body, parts }
+        let mut path = Self { replay, body, parts, rigid: None };
+        path.rigid = path.find_rigid();
+        path
+    }
+
+    /// Returns the motion of a body that follows one map.
+    fn find_rigid(&self) -> Option<NearRigidPath> {
+        let [part] = self.parts.as_slice() else { return None };
+        let Some(path) = part.path else {
+            let path = RigidPath::at_rest(DVec3::ZERO);
+            return Some(NearRigidPath { path, deviation: 0.0 });
+        };
+
+        // The residual is linear in time, and largest at the end.
+        let mut deviation = 0.0_f64;
+        for &x in self.replay.rest(self.body) {
+            deviation = deviation.max(part.residual.transform_point3(x).length());
+        }
+        Some(NearRigidPath { path, deviation })
     }
 
     /// Returns a vertex at rest, and the shares of the one or two parts that it follows.
@@ -72,6 +92,10 @@ impl Path for FramePath<'_> {
             bend += share * part.bend(rest);
         }
         bend * (1.0 + 8.0 * f64::EPSILON)
+    }
+
+    fn rigid(&self) -> Option<NearRigidPath> {
+        self.rigid
     }
 }
 

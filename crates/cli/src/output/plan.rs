@@ -21,6 +21,12 @@ impl FilePlan {
         Self { inputs: inputs.into_iter().collect(), ..Self::default() }
     }
 
+    /// Adds a file that is read, if there is one.
+    pub(crate) fn reading_too(mut self, file: Option<PathBuf>) -> Self {
+        self.inputs.extend(file);
+        self
+    }
+
     /// Adds a file that is written, if there is one.
     pub(crate) fn writing(mut self, file: Option<&PathBuf>) -> Self {
         self.files.extend(file.cloned());

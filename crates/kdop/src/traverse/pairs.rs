@@ -5,7 +5,7 @@
 //! cluster and the other still a node, only the node is descended, so trees of unequal depth lose
 //! nothing. Pairs of clusters are gathered first; then the leaves of each cluster are bounded once.
 
-use crate::cluster::HALVES;
+use crate::cluster::{HALVES, LeafDops};
 use crate::dop4::{ON_OR_ABOVE_DIAGONAL, SplatDop, set_bits};
 use crate::node::Child;
 use crate::tree::DopTree;
@@ -39,7 +39,14 @@ impl<const S: usize> DopTree<S> {
     ) {
         let margin = self.widening(margin);
         self.gather_cluster_pairs(other, margin.as_ref(), workspace);
-        self.visit_leaf_pairs(other, margin.as_ref(), workspace, visit);
+        let bound = |cluster, bounds: &mut LeafDops<S>| {
+            let cluster = self.clusters.get(cluster);
+            self.clusters.bound_leaves(cluster, &self.projections, bounds);
+            if let Some(margin) = &margin {
+                bounds.widen(margin);
+            }
+        };
+        self.visit_leaf_pairs(other, workspace, bound, visit);
     }
 
     /// Lists the pairs of clusters that overlap, by descent from the roots.
@@ -117,7 +124,7 @@ impl<const S: usize> DopTree<S> {
     }
 
     /// Finds the clusters below a node that overlap one bound; returns the number of tests.
-    fn clusters_below(
+    pub(super) fn clusters_below(
         &self,
         node: u32,
         bound: &SplatDop<S>,
@@ -141,12 +148,12 @@ impl<const S: usize> DopTree<S> {
         tests
     }
 
-    /// Tests the leaves of every pair of clusters listed.
-    fn visit_leaf_pairs(
+    /// Tests the leaves of every pair of clusters listed; `bound` bounds those of this tree.
+    pub(super) fn visit_leaf_pairs(
         &self,
         other: &Self,
-        margin: Option<&[f32; S]>,
         workspace: &mut Workspace<S>,
+        bound: impl Fn(u32, &mut LeafDops<S>),
         mut visit: impl FnMut(u32, u32),
     ) {
         let Workspace { cluster_pairs, a: cache_a, b: cache_b, counters, .. } = workspace;
@@ -154,7 +161,7 @@ impl<const S: usize> DopTree<S> {
         cache_b.reset();
         for &(a, b) in &*cluster_pairs {
             counters.clusters += 1;
-            let bounds_a = cache_a.get(self, a, margin);
+            let bounds_a = cache_a.get_with(a, |bounds| bound(a, bounds));
             let bounds_b = cache_b.get(other, b, None);
             let (a, b) = (self.clusters.get(a), other.clusters.get(b));
 

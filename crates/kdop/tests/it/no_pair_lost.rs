@@ -2,8 +2,8 @@
 //! coincident, huge and tiny leaves, at rest, moving, with radii and with margins.
 
 use arbitrary::{Result, Unstructured};
-use glam::DVec3;
-use kdop::{Axis, Dop, DopTree, Extents, Leaves, Workspace};
+use glam::{DAffine3, DQuat, DVec3};
+use kdop::{Axis, Dop, DopTree, Extents, Leaves, RigidSweep, Workspace};
 
 use crate::reference::{
     Frame, Soup, bounds, bounds_at_rest, brute_force, check, frame, point, soup,
@@ -306,4 +306,60 @@ fn the_nearest_point_is_found() {
         }
         Ok(())
     });
+}
+
+/// A rigid motion and its bounds: a turn about a center, which shifts.
+fn turn(u: &mut Unstructured<'_>, frame: Frame) -> Result<(DVec3, DVec3, DVec3)> {
+    let center = point(u, frame, 3)?;
+    let shift = point(u, frame.at_origin(), 3)?;
+    let angles = point(u, Frame { unit: 0.3, ..frame.at_origin() }, 3)?;
+    Ok((center, shift, angles))
+}
+
+#[test]
+fn pairs_of_a_tree_that_moves_rigidly() {
+    const TIMES: u32 = 9;
+    let found_pairs = std::cell::Cell::new(0);
+    check(INPUTS, |u| {
+        let (frame, a, b) = two_soups(u)?;
+        let (center, shift, angles) = turn(u, frame)?;
+        let at = |time: f64| {
+            let turn = DQuat::from_scaled_axis(time * angles);
+            let moved = center + time * shift;
+            DAffine3::from_rotation_translation(turn, moved - turn * center)
+        };
+        let margin = frame.unit * *u.choose(&[0.0, 0.5, 3.0])?;
+        let sweep = RigidSweep {
+            ends: [at(0.0), at(1.0)],
+            center,
+            deviation: 0.0,
+            deviation_per_length: angles.length_squared() / 8.0,
+            margin,
+        };
+        let mut found = Vec::new();
+        let (tree_a, tree_b) = (build::<9>(&a), build::<9>(&b));
+        let mut workspace = Workspace::new();
+        let near = tree_a.moving_pairs(&sweep, &tree_b, f64::INFINITY, &mut workspace);
+        near.expect("any deviation is allowed").visit(|i, j| found.push((i, j)));
+        let found = sorted(found);
+        found_pairs.set(found_pairs.get() + found.len());
+
+        // Bounds at any time are within those of the way.
+        for k in 0..=TIMES {
+            let map = at(f64::from(k) / f64::from(TIMES));
+            let mut moved = a.clone();
+            for p in &mut moved.points {
+                *p = map.transform_point3(*p);
+            }
+            let rounded = frame.unit * 1e-12;
+            let wanted = brute_force(
+                &bounds_at_rest::<9>(&moved),
+                &bounds_at_rest(&b),
+                (margin - rounded).max(0.0),
+            );
+            assert_holds(&found, &wanted, (frame, k));
+        }
+        Ok(())
+    });
+    assert!(found_pairs.get() > 100, "few pairs meet: {}", found_pairs.get());
 }

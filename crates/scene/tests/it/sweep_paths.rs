@@ -4,7 +4,7 @@ use fixtures::generate::cases;
 use fixtures::{Mesh, shapes};
 use glam::{DQuat, DVec3};
 use scene::{BodyId, BodyKind, BodyMove, CheckParams, PathMove, Progress, Scene};
-use surface::{Path, Pose, RigidPath, StraightPath};
+use surface::{NearRigidPath, Path, Pose, RigidPath, StraightPath};
 
 use crate::support::{scene_of, share, vector};
 
@@ -12,6 +12,8 @@ use crate::support::{scene_of, share, vector};
 struct BodyPath {
     rest: Vec<DVec3>,
     path: RigidPath,
+    /// True if detection is told that the motion is rigid.
+    is_rigid: bool,
 }
 
 impl Path for BodyPath {
@@ -22,10 +24,14 @@ impl Path for BodyPath {
     fn bend(&self, vertex: u32) -> f64 {
         self.path.bend(self.rest[vertex as usize])
     }
+
+    fn rigid(&self) -> Option<NearRigidPath> {
+        self.is_rigid.then_some(NearRigidPath { path: self.path, deviation: 0.0 })
+    }
 }
 
 fn path_of(scene: &Scene, body: BodyId, path: RigidPath) -> BodyPath {
-    BodyPath { rest: scene.body(body).positions().to_vec(), path }
+    BodyPath { rest: scene.body(body).positions().to_vec(), path, is_rigid: true }
 }
 
 /// Returns the time of the first contact of the scene while bodies follow paths, if there is one.
@@ -100,11 +106,19 @@ fn bodies_that_turn_about_skew_axes_are_never_late() {
             paths.push(path_of(&scene, id, path));
         }
 
-        let moves: Vec<PathMove<'_>> =
-            ids.iter().zip(&paths).map(|(&body, path)| PathMove { body, path }).collect();
+        // In the relative motion, and in pieces of straight motion.
         let rest = scene.particle_positions();
-        let first = first_contact(&mut scene, &moves);
+        let [first, in_pieces] = [true, false].map(|is_rigid| {
+            for path in &mut paths {
+                path.is_rigid = is_rigid;
+            }
+            let moves: Vec<PathMove<'_>> =
+                ids.iter().zip(&paths).map(|(&body, path)| PathMove { body, path }).collect();
+            first_contact(&mut scene, &moves)
+        });
         assert_eq!(scene.particle_positions(), rest, "bodies stay where they were");
+        let times = [first, in_pieces].map(|time| time.unwrap_or(2.0));
+        assert!((times[0] - times[1]).abs() < 1e-6, "both are the same contact: {times:?}");
 
         for sample in 0..=SAMPLES {
             let time = f64::from(sample) / f64::from(SAMPLES);

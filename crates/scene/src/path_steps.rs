@@ -1,0 +1,209 @@
+//! Step of a scene along paths: what moves rigidly, and pieces for the rest.
+
+use ccd::{CcdParams, chord_deviation};
+use glam::DVec3;
+use surface::{Aabb, Path, RelativePath, mean_edge, parallel};
+
+use crate::rigid_paths::RigidPair;
+use crate::sweep::NearLines;
+use crate::{Body, BodyId, PairId, PathMove, Scene, SceneError};
+
+/// Deviation from chords, relative to the mean edge of a body, that a piece may have.
+///
+/// Smaller takes more pieces, each with its bounds; larger finds more candidates that do not meet.
+const DEVIATION: f64 = 0.25;
+
+/// Maximum number of pieces. A step that would need more is still detected completely, with more
+/// candidates.
+pub(crate) const MAX_PIECES: u32 = 1024;
+
+/// Roundings of a coordinate in the position of a path.
+const ROUNDINGS: f64 = 64.0;
+
+/// Step of a scene along paths, divided into pieces.
+pub(crate) struct Steps<'a> {
+    pub(crate) moves: &'a [PathMove<'a>],
+    /// Path of each body, by its number; `None` where it rests.
+    paths: Vec<Option<&'a dyn Path>>,
+    /// Pairs of rigid bodies that may meet, ascending.
+    pub(crate) rigid_pairs: Vec<PairId>,
+    /// Pieces for other pairs; 0 without any.
+    pub(crate) pieces: u32,
+    /// Bound of the second derivative of each particle's path.
+    bends: Vec<f64>,
+    /// Distances of particles from their chords over a piece.
+    pub(crate) near: NearLines,
+    /// Bound of the rounding of the positions of two primitives.
+    pub(crate) rounding: f64,
+}
+
+/// Extent of a path of a body.
+struct PathExtent {
+    /// Bound of the second derivative of each vertex's path, and the largest.
+    bends: Vec<f64>,
+    bend: f64,
+    /// Box around the body during the step.
+    bounds: Aabb,
+}
+
+impl PathExtent {
+    fn new(body: &Body, path: &dyn Path) -> Self {
+        let (mut bends, mut bend) = (Vec::with_capacity(body.positions().len()), 0.0_f64);
+        let mut bounds = Aabb::EMPTY;
+        for (vertex, &x) in (0_u32..).zip(body.positions()) {
+            let of_vertex = path.bend(vertex);
+            bends.push(of_vertex);
+            bend = bend.max(of_vertex);
+            bounds = bounds.with_point(x).with_point(path.position(vertex, 1.0));
+        }
+
+        // Both ends of an arc bound it, but for its deviation from the chord.
+        Self { bends, bend, bounds: bounds.inflate(chord_deviation(bend, 1.0)) }
+    }
+
+    /// Returns the largest coordinate.
+    fn reach(&self) -> f64 {
+        self.bounds.min.abs().max(self.bounds.max.abs()).max_element()
+    }
+}
+
+impl<'a> Steps<'a> {
+    pub(crate) fn new(
+        scene: &mut Scene,
+        moves: &'a [PathMove<'a>],
+        params: &CcdParams,
+    ) -> Result<Self, SceneError> {
+        let mut boxes = scene.boxes();
+        let scene = &*scene;
+        let mut paths = vec![None; scene.bodies().len()];
+        let mut extents: Vec<Option<PathExtent>> = paths.iter().map(|_| None).collect();
+        let mut extent = 0.0_f64;
+        for bounds in &boxes {
+            extent = extent.max(bounds.min.abs().max(bounds.max.abs()).max_element());
+        }
+        for PathMove { body, .. } in moves {
+            scene.get(*body)?;
+        }
+        let of_moves = parallel::map_slice_with(
+            moves,
+            || (),
+            |(), moving| PathExtent::new(scene.body(moving.body), moving.path),
+        );
+        for (PathMove { body: id, path }, of_path) in moves.iter().zip(of_moves) {
+            extent = extent.max(of_path.reach());
+            boxes[id.index()] = of_path.bounds;
+            (paths[id.index()], extents[id.index()]) = (Some(*path), Some(of_path));
+        }
+        let rounding = 2.0 * ROUNDINGS * f64::EPSILON * extent;
+
+        let mut steps = Self {
+            moves,
+            paths,
+            rigid_pairs: Vec::new(),
+            pieces: 0,
+            bends: Vec::new(),
+            near: NearLines::default(),
+            rounding,
+        };
+
+        // Rigid bodies are swept by themselves; others decide the length of pieces.
+        let mut is_member = vec![false; steps.paths.len()];
+        for pair in scene.candidate_pairs(&boxes, params.min_separation + rounding) {
+            let [a, b] = pair.bodies().map(BodyId::index);
+            if steps.is_rigid(a) && steps.is_rigid(b) {
+                steps.rigid_pairs.push(pair);
+            } else {
+                (is_member[a], is_member[b]) = (true, true);
+                steps.pieces = 1;
+            }
+        }
+        let mut members = Vec::new();
+        for ((body, extent), is_member) in scene.bodies().iter().zip(extents).zip(is_member) {
+            let count = steps.bends.len() + body.positions().len();
+            if let Some(extent) = extent {
+                members.extend(is_member.then_some((body, extent.bend)));
+                steps.bends.extend(extent.bends);
+            }
+            steps.bends.resize(count, 0.0);
+        }
+        steps.divide(&members);
+        Ok(steps)
+    }
+
+    /// Divides the step into pieces for bodies on their paths, by how these bend.
+    fn divide(&mut self, bodies: &[(&Body, f64)]) {
+        let mut bends = [0.0_f64; 2];
+        for &(body, bend) in bodies {
+            let edge = mean_edge(body.surface(), body.checked_positions());
+            self.pieces = self.pieces.max(pieces_for(bend, DEVIATION * edge));
+            let [first, second] = bends;
+            bends = if bend > first { [bend, first] } else { [first, second.max(bend)] };
+        }
+
+        // Two bodies at most take part in a contact: those that bend most bound all.
+        let piece = 1.0 / f64::from(self.pieces.max(1));
+        let deviation = |bend: f64| chord_deviation(bend, piece);
+        self.near.max_of_pair = deviation(bends[0] + bends[1]) * (1.0 + 4.0 * f64::EPSILON);
+        self.near.deviations = self.bends.iter().map(|&bend| deviation(bend)).collect();
+    }
+
+    /// Returns true if a body rests, or moves rigidly.
+    fn is_rigid(&self, body: usize) -> bool {
+        self.paths[body].is_none_or(|path| path.rigid().is_some())
+    }
+
+    /// Returns the relative motion of two rigid bodies.
+    pub(crate) fn rigid_pair<'b>(&self, scene: &'b Scene, id: PairId) -> RigidPair<'b> {
+        let motions =
+            id.bodies().map(|body| self.paths[body.index()].and_then(|path| path.rigid()));
+        let mut deviation = 0.0;
+        for motion in motions.iter().flatten() {
+            deviation += motion.deviation;
+        }
+        let [a, b] = motions.map(|motion| motion.map(|motion| motion.path));
+        RigidPair {
+            bodies: id.bodies().map(|body| scene.body(body)),
+            relative: RelativePath::new(a, b),
+            rounding: deviation * (1.0 + 4.0 * f64::EPSILON) + 4.0 * self.rounding,
+        }
+    }
+
+    /// Returns where a vertex is at a time.
+    pub(crate) fn position(&self, scene: &Scene, vertex: BodyVertex, time: f64) -> DVec3 {
+        let BodyVertex { body, vertex } = vertex;
+        match self.paths[body.index()] {
+            Some(path) => path.position(vertex, time),
+            None => scene.body(body).positions()[vertex as usize],
+        }
+    }
+
+    /// Returns the largest bend of some particles.
+    pub(crate) fn max_bend(&self, particles: &[u32]) -> f64 {
+        let mut largest = 0.0_f64;
+        for &particle in particles {
+            largest = largest.max(self.bends[particle as usize]);
+        }
+        largest
+    }
+
+    /// Returns the start and the end of a piece: neighbors share theirs to the bit.
+    pub(crate) fn interval(&self, piece: u32) -> [f64; 2] {
+        [piece, piece + 1].map(|k| f64::from(k) / f64::from(self.pieces))
+    }
+}
+
+/// Returns the number of pieces over which a path deviates by no more than a length.
+fn pieces_for(bend: f64, deviation: f64) -> u32 {
+    let mut pieces = 1;
+    while pieces < MAX_PIECES && chord_deviation(bend, 1.0 / f64::from(pieces)) > deviation {
+        pieces += 1;
+    }
+    pieces
+}
+
+/// Vertex of a body.
+#[derive(Clone, Copy)]
+pub(crate) struct BodyVertex {
+    pub(crate) body: BodyId,
+    pub(crate) vertex: u32,
+}
