@@ -238,7 +238,17 @@ struct InspectedMesh {
 impl InspectedMesh {
     fn new(body: &BodyDescription, mesh: Mesh) -> Result<Self, SceneError> {
         let refused = |source| SceneError::Surface { name: body.name.clone(), source };
-        let Mesh { positions, faces, .. } = mesh;
+        let Mesh { mut positions, mut faces, .. } = mesh;
+        if let Some(placement) = &body.placement {
+            for x in &mut positions {
+                *x = placement.transform_point3(*x);
+            }
+
+            // A mirror image is inside out.
+            if placement.matrix3.determinant() < 0.0 {
+                faces.iter_mut().for_each(|face| face.swap(1, 2));
+            }
+        }
         let surface = TriangleSurface::new(positions.len(), faces).map_err(refused)?;
         let x = surface.positions(&positions).map_err(refused)?;
         let inspection = inspect(&surface, x);

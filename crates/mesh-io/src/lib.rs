@@ -9,6 +9,7 @@
 //! | VTU | volume mesh, every encoding of VTK | yes | [`write_vtu`], with values per node |
 //! | MSH | volume mesh, text of versions 2 and 4.1 | yes | [`replace_positions`] |
 //! | INP | volume mesh, one part | yes | [`replace_positions`] |
+//! | OSIM | OpenSim model: meshes of its bodies | [`read_model`] | no |
 //! | NRRD | distance field, raw or gzip | yes | [`FieldFormat::encode`] |
 //! | VTI | distance field, every encoding of VTK | yes | [`FieldFormat::encode`] |
 //!
@@ -44,6 +45,7 @@ mod mesh_format;
 mod msh;
 mod nrrd;
 mod obj;
+mod osim;
 mod ply;
 mod ply_binary;
 mod ply_replace;
@@ -64,6 +66,7 @@ pub use self::error::{FileError, FilePlace, ReadError};
 pub use self::field::FieldFormat;
 pub use self::mesh::{Mesh, Unread};
 pub use self::mesh_format::{MeshFormat, parse_mesh};
+pub use self::osim::{ModelBody, ModelMesh, OpenSimModel};
 pub use self::replace::{position_rounding, replace_positions};
 pub use self::source::{MAX_FILE_BYTES, MAX_STREAM_BYTES, read_file, read_text};
 pub use self::text::escaped;
@@ -78,6 +81,16 @@ pub use self::vtk::{CellValues, Cells, PointValues, write_vtp, write_vtp_cells, 
 pub fn read_mesh(path: &Path) -> Result<Mesh, FileError> {
     let mesh = content(path).and_then(|bytes| parse_mesh(&bytes, &extension(path)));
     mesh.map_err(|reason| FileError { path: path.to_owned(), reason })
+}
+
+/// Reads an OpenSim model.
+///
+/// # Errors
+///
+/// The path with the reason, where the file cannot be read or is not a model.
+pub fn read_model(path: &Path) -> Result<OpenSimModel, FileError> {
+    let model = content(path).and_then(|bytes| OpenSimModel::parse(&bytes));
+    model.map_err(|reason| FileError { path: path.to_owned(), reason })
 }
 
 /// Reads a distance field from a file, in the format of its extension.

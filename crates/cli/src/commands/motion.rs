@@ -36,6 +36,7 @@ Examples:
   musculo-collide motion scene.toml --chart motion.svg --report motion.html
   musculo-collide motion scene.toml --motion squat.json --json squat-contact.json
   musculo-collide motion scene.toml --resolve apart --json apart.json
+  musculo-collide motion model.osim walk_BodyKinematics_pos_global.sto --report walk.html
 
 A motion file has 4 x 4 maps from rest by name, row by row, in the scene's unit:
   {\"skin\": {\"axis\": [0, 0, 1], \"segments\": [\"femur\", null], \"blends\": [[40, 150]]},
@@ -53,11 +54,19 @@ OpenSim tables (.sto, .mot) are those of its analysis BodyKinematics. With --mes
 meshes of the scene stand as the first row has them; with --meshes body they stand in the frames of
 their bodies.
 
+Of an OpenSim model the meshes are taken that hang on bodies, with their scale and offset, where they
+are at hand beside the model or in its folder Geometry. Each follows its body of the table, whose
+positions are those of mass centers.
+
 With --resolve frames are not swept. Each starts from the tissue displacements of the last one.")]
 pub(crate) struct MotionArguments {
-    /// Scene file (.toml)
-    #[arg(value_name = "SCENE.toml")]
+    /// Scene file (.toml), or OpenSim model (.osim) whose meshes are at hand
+    #[arg(value_name = "SCENE.toml | MODEL.osim")]
     scene: PathBuf,
+
+    /// The same as --motion
+    #[arg(value_name = "MOTION", conflicts_with = "motion")]
+    motion_file: Option<PathBuf>,
 
     /// Motion to replay [default: the scene's]
     ///
@@ -111,7 +120,8 @@ pub(super) fn run(arguments: &MotionArguments) -> Result<Finished, Failure> {
     // Describe the scene and find its motion.
     let mut stopwatch = Stopwatch::start();
     let description = SceneDescription::from_inputs(std::slice::from_ref(&arguments.scene))?;
-    let Some(path) = arguments.motion.clone().or_else(|| description.motion.clone()) else {
+    let given = arguments.motion.as_ref().or(arguments.motion_file.as_ref());
+    let Some(path) = given.or(description.motion.as_ref()).cloned() else {
         let problem = "names no motion: add a key `motion`, or use --motion";
         return Err(Failure::in_file(&arguments.scene, problem));
     };

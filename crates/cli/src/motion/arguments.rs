@@ -14,9 +14,9 @@ pub(crate) struct MotionArgs {
     #[arg(long, value_enum, value_name = "UNIT")]
     motion_unit: Option<Unit>,
 
-    /// Frame of the meshes, for a table of poses
-    #[arg(long, value_enum, value_name = "FRAME", default_value = "first-pose")]
-    meshes: MeshFrame,
+    /// Frame of the meshes, for a table of poses [default: first-pose, body for an OpenSim model]
+    #[arg(long, value_enum, value_name = "FRAME")]
+    meshes: Option<MeshFrame>,
 
     /// Body that follows another name of the motion than its own; may be given several times
     #[arg(long, value_name = "BODY=NAME")]
@@ -43,7 +43,8 @@ impl MotionParams {
                 follows.insert(body.name.clone(), name.clone());
             }
         }
-        Self { scene_unit: scene.unit, follows, ..Self::default() }
+        let meshes = if scene.is_model { MeshFrame::Body } else { MeshFrame::FirstPose };
+        Self { scene_unit: scene.unit, follows, meshes, ..Self::default() }
     }
 }
 
@@ -53,7 +54,7 @@ impl MotionArgs {
     pub(crate) fn params(&self, scene: &SceneDescription) -> Result<MotionParams, SceneProblem> {
         let mut params = MotionParams::of_scene(scene);
         params.table_unit = self.motion_unit;
-        params.meshes = self.meshes;
+        params.meshes = self.meshes.unwrap_or(params.meshes);
 
         for entry in &self.follow {
             let (body, name) =

@@ -12,6 +12,8 @@ pub(crate) enum SceneProblem {
     Syntax(String),
     #[error("has no [[body]]")]
     NoBodies,
+    #[error("has no mesh that is at hand: put its meshes beside it, or into its folder Geometry")]
+    NoModelMeshes,
     #[error("{path} is a scene with bodies of its own: use it alone", path = .0.display())]
     SceneAmongOthers(PathBuf),
     #[error("two bodies are named '{name}': {first} and {second}; give them names in a scene file")]

@@ -1,5 +1,5 @@
 //! Scenes before their meshes are read: bodies with their files and kinds, ignored pairs,
-//! unit and margin, from a scene file or from the command line.
+//! unit and margin, from a scene file, from an OpenSim model or from the command line.
 //!
 //! ```toml
 //! unit = "mm"             # of every length here and in the meshes; default "mm"
@@ -19,6 +19,7 @@
 //! ```
 
 mod error;
+mod model;
 mod unit;
 mod unit_check;
 
@@ -27,6 +28,7 @@ mod tests;
 
 use std::path::{Path, PathBuf};
 
+use glam::DAffine3;
 use musculo_collide::BodyKind;
 use serde::Deserialize;
 
@@ -49,6 +51,9 @@ pub(crate) struct SceneDescription {
     pub(crate) bodies: Vec<BodyDescription>,
     #[serde(default, rename = "ignore")]
     pub(crate) ignored: Vec<IgnoredPair>,
+    /// True if meshes stand in the frames of the bodies of an OpenSim model.
+    #[serde(skip)]
+    pub(crate) is_model: bool,
 }
 
 /// Body before its mesh is read.
@@ -66,6 +71,9 @@ pub(crate) struct BodyDescription {
     pub(crate) kind: BodyKind,
     /// Name in the motion that the body follows; none for its own.
     pub(crate) follows: Option<String>,
+    /// Map from the coordinates of the file to those of the body; none where they are the same.
+    #[serde(skip)]
+    pub(crate) placement: Option<DAffine3>,
 }
 
 /// Names of two bodies that overlap on purpose.
@@ -88,9 +96,15 @@ impl SceneDescription {
         {
             return Self::read(path).map_err(|problem| Failure::in_file(path, problem));
         }
+        if let [path] = inputs
+            && model::is_model_file(path)
+        {
+            return model::read(path);
+        }
 
         // Mesh files describe bodies by their names; a scene file among them would be lost.
-        if let Some(path) = inputs.iter().find(|path| is_scene_file(path)) {
+        let is_scene = |path: &&PathBuf| is_scene_file(path) || model::is_model_file(path);
+        if let Some(path) = inputs.iter().find(is_scene) {
             return Err(SceneProblem::SceneAmongOthers(path.clone()).into());
         }
 
@@ -103,6 +117,7 @@ impl SceneDescription {
                 path: path.clone(),
                 kind,
                 follows: None,
+                placement: None,
             });
         }
         scene.check_names()?;

@@ -155,3 +155,81 @@ fn a_motion_writes_a_table_and_a_series() {
     workshop.run("motion", &[&arguments[..3], &joint[..]].concat());
     assert!(workshop.read("joint/frames.pvd").contains("_on_"), "{:?}", workshop.listing());
 }
+
+/// The scene as an OpenSim model: the needle's file has half its size and hangs on an offset frame,
+/// and its mass center is not the origin of its body.
+const MODEL: &str = "<OpenSimDocument Version=\"40000\"><Model name=\"m\"><BodySet><objects>\
+    <Body name=\"base\"><attached_geometry><Mesh><mesh_file>plate.obj</mesh_file></Mesh>\
+    </attached_geometry></Body>\
+    <Body name=\"n\"><mass_center>0.3 0 0.4</mass_center><components>\
+    <PhysicalOffsetFrame name=\"o\"><translation>0 -5 0</translation>\
+    <orientation>-1.5707963267948966 0 0</orientation><attached_geometry><Mesh>\
+    <scale_factors>2 2 2</scale_factors><mesh_file>needle_half.obj</mesh_file></Mesh>\
+    </attached_geometry></PhysicalOffsetFrame></components></Body>\
+    <Body name=\"lost\"><attached_geometry><Mesh><mesh_file>lost.vtp</mesh_file></Mesh>\
+    </attached_geometry></Body></objects></BodySet></Model></OpenSimDocument>";
+
+/// Both bodies by the positions of their mass centers, in an order of its own.
+const MODEL_DOWN: &str = "Positions\ninDegrees=yes\nendheader\n\
+    n_Oz n_Oy n_Ox time n_Z n_Y n_X base_X base_Y base_Z base_Ox base_Oy base_Oz\n\
+    0 0 90 0 5 -0.4 0.3 0 0 0 0 0 0\n0 0 90 0.25 1 -0.4 0.3 0 0 0 0 0 0\n";
+
+/// Writes the model with its meshes and its motion.
+fn model_of_needle() -> Workshop {
+    let workshop = needle_through_plate();
+    let half = |line: &str| match line.strip_prefix("v ") {
+        Some(vertex) => {
+            let numbers = vertex.split(' ').map(|x| 0.5 * x.parse::<f64>().expect("a number"));
+            let words: Vec<String> = numbers.map(|x| x.to_string()).collect();
+            format!("v {}\n", words.join(" "))
+        }
+        None => format!("{line}\n"),
+    };
+    let needle: String = workshop.read("needle.obj").lines().map(half).collect();
+    std::fs::create_dir(workshop.path("Geometry")).expect("a folder");
+    workshop.write("Geometry/needle_half.obj", needle);
+    workshop.write("leg.osim", MODEL);
+    workshop.write("leg.sto", MODEL_DOWN);
+    workshop
+}
+
+#[test]
+fn a_model_and_its_kinematics_are_a_motion() {
+    let workshop = model_of_needle();
+    workshop.run("motion", &["scene.toml", "--json", "maps.json"]);
+    let maps = json(&workshop, "maps.json");
+    let expected = maps["frames"][1]["step"]["free_step"].as_f64().expect("a number");
+
+    let run = workshop.run("motion", &["leg.osim", "leg.sto", "--json", "m.json"]);
+    assert_eq!(run.status, 1, "{}", run.stderr);
+    let report = json(&workshop, "m.json");
+    let step = &report["frames"][1]["step"];
+    let free = step["free_step"].as_f64().expect("a number");
+    assert!((free - expected).abs() < 1e-9, "{free} for {expected}");
+    let pair = &step["pairs"][0];
+    assert_eq!((&pair["a"], &pair["b"]), (&"base".into(), &"n".into()));
+    assert_eq!((&pair["passes_through"], &report["unit"]), (&true.into(), &"m".into()));
+
+    // Which mesh follows which body is stated, and what is left out.
+    assert!(run.stderr.contains("n follows n: Geometry/needle_half.obj"), "{}", run.stderr);
+    assert!(run.stderr.contains("lost is left out: its mesh 'lost.vtp'"), "{}", run.stderr);
+}
+
+#[test]
+fn wrong_models_are_named_and_nothing_is_written() {
+    let workshop = model_of_needle();
+    workshop.write("cut.osim", &MODEL[..200]);
+    workshop.write("empty.osim", MODEL.replace("plate", "p").replace("needle", "q"));
+    workshop.write("number.osim", MODEL.replace("0.3 0 0.4", "0.3 0"));
+    workshop.write("other.sto", MODEL_DOWN.replace("base", "torso"));
+    let inputs = [
+        "leg.osim --json m.json",
+        "leg.osim leg.sto --motion leg.sto --json m.json",
+        "cut.osim leg.sto --json m.json",
+        "empty.osim leg.sto --json m.json",
+        "number.osim leg.sto --json m.json",
+        "leg.osim other.sto --json m.json",
+        "gone.osim leg.sto --json m.json",
+    ];
+    insta::assert_snapshot!(workshop.outcomes("motion", &inputs));
+}

@@ -13,7 +13,7 @@ mod vti;
 mod vtp;
 mod vtu;
 mod write;
-mod xml;
+pub(crate) mod xml;
 
 pub(crate) use self::replace::{VtkPoints, replace_points};
 pub(crate) use self::vti::{encode_vti, parse_vti};

@@ -5,20 +5,20 @@ use quick_xml::events::{BytesStart, Event};
 
 /// XML element with its attributes, its own text and its child elements.
 #[derive(Debug, Default)]
-pub(super) struct Element {
+pub(crate) struct Element {
     name: String,
     /// Byte of the file at which the element begins.
-    pub(super) at: u64,
+    pub(crate) at: u64,
     attributes: Vec<(String, String)>,
-    pub(super) text: Vec<u8>,
+    pub(crate) text: Vec<u8>,
     children: Vec<Self>,
 }
 
 /// Offense against the rules of XML, and the byte where it stands.
 #[derive(Debug)]
-pub(super) struct XmlError {
-    pub(super) at: u64,
-    pub(super) problem: String,
+pub(crate) struct XmlError {
+    pub(crate) at: u64,
+    pub(crate) problem: String,
 }
 
 impl XmlError {
@@ -33,7 +33,7 @@ const MAX_DEPTH: usize = 32;
 impl Element {
     /// Parses a document into an element without a name, whose children are the elements
     /// at the top. With `is_cut`, elements may stay open at the end.
-    pub(super) fn parse(xml: &[u8], is_cut: bool) -> Result<Self, XmlError> {
+    pub(crate) fn parse(xml: &[u8], is_cut: bool) -> Result<Self, XmlError> {
         // The open elements, from the document inwards.
         let mut reader = Reader::from_reader(xml);
         let mut open = vec![Self::default()];
@@ -81,7 +81,7 @@ impl Element {
         Ok(Self { name, at, attributes, ..Self::default() })
     }
 
-    pub(super) fn attribute(&self, name: &str) -> Option<&str> {
+    pub(crate) fn attribute(&self, name: &str) -> Option<&str> {
         for (known, value) in &self.attributes {
             if known == name {
                 return Some(value);
@@ -91,26 +91,26 @@ impl Element {
     }
 
     /// Returns names and values of all attributes, in their order.
-    pub(super) fn attributes(&self) -> impl Iterator<Item = (&str, &str)> {
+    pub(crate) fn attributes(&self) -> impl Iterator<Item = (&str, &str)> {
         self.attributes.iter().map(|(name, value)| (name.as_str(), value.as_str()))
     }
 
-    pub(super) fn child(&self, name: &str) -> Option<&Self> {
+    pub(crate) fn child(&self, name: &str) -> Option<&Self> {
         self.children.iter().find(|child| child.name == name)
     }
 
     /// Removes and returns the first child of a name.
-    pub(super) fn take(&mut self, name: &str) -> Option<Self> {
+    pub(crate) fn take(&mut self, name: &str) -> Option<Self> {
         let at = self.children.iter().position(|child| child.name == name)?;
         Some(self.children.swap_remove(at))
     }
 
-    pub(super) fn children<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Self> {
+    pub(crate) fn children<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Self> {
         self.children.iter().filter(move |child| child.name == name)
     }
 
     /// Returns the data array of a name among the children.
-    pub(super) fn array(&self, name: &str) -> Option<&Self> {
+    pub(crate) fn array(&self, name: &str) -> Option<&Self> {
         self.children("DataArray").find(|array| array.attribute("Name") == Some(name))
     }
 }

@@ -1,0 +1,275 @@
+//! OpenSim models (`.osim`): which mesh hangs on which body, its scale and its offset.
+//!
+//! Models of OpenSim 4 have `Mesh` elements in the `attached_geometry` of bodies and of offset frames
+//! among their components. Models of OpenSim 3 have a `VisibleObject` per body, with the
+//! `DisplayGeometry` of its `GeometrySet`. Other shapes than meshes, and what hangs on the ground,
+//! are left out.
+//!
+//! Source: OpenSim API, classes `Mesh`, `PhysicalOffsetFrame` and, before version 4,
+//! `DisplayGeometry`. Orientations are body-fixed rotations about x, y and z.
+
+use glam::{DAffine3, DQuat, DVec3};
+
+use crate::error::Format;
+use crate::vtk::xml::Element;
+use crate::{FilePlace, ReadError};
+
+/// Bodies of an OpenSim model, in the order of the file. Lengths are in meters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OpenSimModel {
+    /// The bodies.
+    pub bodies: Vec<ModelBody>,
+}
+
+/// Body of a model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModelBody {
+    /// Name of the body, as in tables of kinematics.
+    pub name: String,
+    /// Mass center in the frame of the body, which tables of kinematics have the position of.
+    pub mass_center: DVec3,
+    /// Meshes that hang on the body.
+    pub meshes: Vec<ModelMesh>,
+}
+
+/// Mesh that hangs on a body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModelMesh {
+    /// File of the mesh, as the model names it.
+    pub file: String,
+    /// Map from the coordinates of the file to the frame of the body: scale, then offset.
+    pub placement: DAffine3,
+}
+
+const FORMAT: Format = Format { name: "OSIM", remedy: "write the model with OpenSim 3 or 4" };
+
+impl OpenSimModel {
+    /// Parses the content of a file.
+    ///
+    /// # Errors
+    ///
+    /// [`ReadError::Malformed`] with the byte of the first offense, and [`ReadError::Empty`].
+    pub fn parse(content: &[u8]) -> Result<Self, ReadError> {
+        if content.is_empty() {
+            return Err(ReadError::Empty);
+        }
+        let document = Element::parse(content, false);
+        let document =
+            document.map_err(|error| FORMAT.malformed(FilePlace::Byte(error.at), error.problem))?;
+        let model = document.child("OpenSimDocument").and_then(|open_sim| open_sim.child("Model"));
+        let Some(model) = model else {
+            return Err(malformed(&document, "has no <OpenSimDocument> with a <Model>"));
+        };
+
+        let objects = model.child("BodySet").and_then(|set| set.child("objects"));
+        let mut bodies: Vec<ModelBody> = Vec::new();
+        for element in objects.iter().flat_map(|objects| objects.children("Body")) {
+            let body = ModelBody::read(element)?;
+            if bodies.iter().any(|other| other.name == body.name) {
+                let problem = format!("a second body is named '{}'", body.name);
+                return Err(malformed(element, problem));
+            }
+            bodies.push(body);
+        }
+        if bodies.is_empty() {
+            return Err(malformed(model, "the model has no bodies"));
+        }
+        Ok(Self { bodies })
+    }
+}
+
+impl ModelBody {
+    fn read(element: &Element) -> Result<Self, ReadError> {
+        let name = element.attribute("name").unwrap_or_default().to_owned();
+        if name.is_empty() {
+            return Err(malformed(element, "a body has no name"));
+        }
+        let mass_center = vector(element, "mass_center", DVec3::ZERO)?;
+        let mut meshes = Vec::new();
+        add_attached(element, DAffine3::IDENTITY, &mut meshes)?;
+        if let Some(visible) = element.child("VisibleObject") {
+            add_displayed(visible, &mut meshes)?;
+        }
+        Ok(Self { name, mass_center, meshes })
+    }
+}
+
+/// Adds the meshes of a frame of OpenSim 4, and of the frames that are offset from it.
+fn add_attached(
+    element: &Element,
+    frame: DAffine3,
+    meshes: &mut Vec<ModelMesh>,
+) -> Result<(), ReadError> {
+    for attached in element.children("attached_geometry") {
+        for mesh in attached.children("Mesh") {
+            let scale = scale_of(mesh)?;
+            meshes.push(ModelMesh {
+                file: file_of(mesh, "mesh_file")?,
+                placement: frame * DAffine3::from_scale(scale),
+            });
+        }
+    }
+    for components in element.children("components") {
+        for offset in components.children("PhysicalOffsetFrame") {
+            let translation = vector(offset, "translation", DVec3::ZERO)?;
+            let orientation = vector(offset, "orientation", DVec3::ZERO)?;
+            add_attached(offset, frame * rigid(orientation, translation), meshes)?;
+        }
+    }
+    Ok(())
+}
+
+/// Adds the meshes of a body of OpenSim 3.
+fn add_displayed(visible: &Element, meshes: &mut Vec<ModelMesh>) -> Result<(), ReadError> {
+    let of_body = transform_of(visible)? * DAffine3::from_scale(scale_of(visible)?);
+    let objects = visible.child("GeometrySet").and_then(|set| set.child("objects"));
+    for geometry in objects.iter().flat_map(|objects| objects.children("DisplayGeometry")) {
+        let own = transform_of(geometry)? * DAffine3::from_scale(scale_of(geometry)?);
+        let file = file_of(geometry, "geometry_file")?;
+        meshes.push(ModelMesh { file, placement: of_body * own });
+    }
+    Ok(())
+}
+
+/// Returns the name of a mesh file.
+fn file_of(element: &Element, name: &str) -> Result<String, ReadError> {
+    let file = element.child(name).map(text_of).unwrap_or_default();
+    if file.is_empty() {
+        return Err(malformed(element, format!("a mesh has no <{name}>")));
+    }
+    Ok(file)
+}
+
+/// Returns the scale of a mesh: 1 along each axis, unless the model has another.
+fn scale_of(element: &Element) -> Result<DVec3, ReadError> {
+    let scale = vector(element, "scale_factors", DVec3::ONE)?;
+    if scale.cmpeq(DVec3::ZERO).any() {
+        return Err(malformed(element, format!("a mesh is scaled by {scale}")));
+    }
+    Ok(scale)
+}
+
+/// Returns the offset of a mesh of OpenSim 3: three angles, then a translation.
+fn transform_of(element: &Element) -> Result<DAffine3, ReadError> {
+    let Some([rx, ry, rz, x, y, z]) = numbers(element, "transform")? else {
+        return Ok(DAffine3::IDENTITY);
+    };
+    Ok(rigid(DVec3::new(rx, ry, rz), DVec3::new(x, y, z)))
+}
+
+/// Returns a turn by body-fixed angles in radians about x, y and z, and a translation.
+fn rigid(angles: DVec3, translation: DVec3) -> DAffine3 {
+    let rotation = DQuat::from_rotation_x(angles.x)
+        * DQuat::from_rotation_y(angles.y)
+        * DQuat::from_rotation_z(angles.z);
+    DAffine3::from_rotation_translation(rotation, translation)
+}
+
+/// Returns the three numbers of a child, or others where there is none.
+fn vector(element: &Element, name: &str, absent: DVec3) -> Result<DVec3, ReadError> {
+    Ok(numbers(element, name)?.map_or(absent, DVec3::from_array))
+}
+
+/// Returns the numbers of a child, if there is one.
+fn numbers<const N: usize>(element: &Element, name: &str) -> Result<Option<[f64; N]>, ReadError> {
+    let Some(child) = element.child(name) else { return Ok(None) };
+    let text = text_of(child);
+    let mut numbers = Vec::new();
+    for word in text.split_whitespace() {
+        numbers.extend(word.parse::<f64>().ok().filter(|number| number.is_finite()));
+    }
+    let is_complete = numbers.len() == text.split_whitespace().count();
+    match <[f64; N]>::try_from(numbers) {
+        Ok(numbers) if is_complete => Ok(Some(numbers)),
+        _ => Err(malformed(child, format!("<{name}> is '{text}', not {N} finite numbers"))),
+    }
+}
+
+fn text_of(element: &Element) -> String {
+    String::from_utf8_lossy(&element.text).trim().to_owned()
+}
+
+fn malformed(element: &Element, problem: impl AsRef<str>) -> ReadError {
+    FORMAT.malformed(FilePlace::Byte(element.at), problem)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+    use std::fmt::Write as _;
+
+    use super::*;
+
+    fn model(body: &str) -> Vec<u8> {
+        format!(
+            "<?xml version=\"1.0\"?><OpenSimDocument Version=\"40000\"><Model name=\"leg\">\
+             <BodySet><objects>{body}</objects></BodySet></Model></OpenSimDocument>"
+        )
+        .into_bytes()
+    }
+
+    #[test]
+    fn meshes_of_open_sim_4_hang_on_bodies_and_offset_frames() {
+        let text = format!(
+            "<Body name=\"femur_r\"><mass_center>0 -0.17 0</mass_center>\
+             <attached_geometry><Sphere name=\"s\"/><Mesh name=\"m\">\
+             <scale_factors>2 1 1</scale_factors><mesh_file> femur.vtp </mesh_file></Mesh>\
+             </attached_geometry><components><PhysicalOffsetFrame name=\"o\">\
+             <translation>0 0 3</translation><orientation>0 0 {FRAC_PI_2}</orientation>\
+             <attached_geometry><Mesh><mesh_file>cap.stl</mesh_file></Mesh></attached_geometry>\
+             </PhysicalOffsetFrame></components></Body><Body name=\"torso\"/>"
+        );
+        let bodies = OpenSimModel::parse(&model(&text)).expect("a model").bodies;
+        assert_eq!(bodies.len(), 2);
+        assert_eq!(bodies[0].mass_center, DVec3::new(0.0, -0.17, 0.0));
+        let [femur, cap] = &bodies[0].meshes[..] else { panic!("two meshes: {bodies:?}") };
+        assert_eq!([&femur.file[..], &cap.file[..]], ["femur.vtp", "cap.stl"]);
+        let x = DVec3::new(1.0, 5.0, 7.0);
+        assert_eq!(femur.placement.transform_point3(x), DVec3::new(2.0, 5.0, 7.0));
+        let expected = DVec3::new(-5.0, 1.0, 10.0);
+        assert!(cap.placement.transform_point3(x).distance(expected) < 1e-14);
+        assert!(bodies[1].meshes.is_empty());
+    }
+
+    #[test]
+    fn meshes_of_open_sim_3_hang_on_visible_objects() {
+        let text = format!(
+            "<Body name=\"tibia\"><VisibleObject><GeometrySet><objects><DisplayGeometry>\
+             <geometry_file>tibia.vtp</geometry_file><transform>0 0 {FRAC_PI_2} 1 0 0</transform>\
+             <scale_factors>1 1 1</scale_factors></DisplayGeometry></objects></GeometrySet>\
+             <scale_factors>1 3 1</scale_factors></VisibleObject></Body>"
+        );
+        let bodies = OpenSimModel::parse(&model(&text)).expect("a model").bodies;
+        let mesh = &bodies[0].meshes[0];
+        let x = mesh.placement.transform_point3(DVec3::new(2.0, 0.0, 0.0));
+        assert!(x.distance(DVec3::new(1.0, 6.0, 0.0)) < 1e-14, "{x}");
+    }
+
+    #[test]
+    fn invalid_models_are_refused_by_place() {
+        let mesh = |inner: &str| {
+            model(&format!(
+                "<Body name=\"b\"><attached_geometry><Mesh>{inner}</Mesh></attached_geometry></Body>"
+            ))
+        };
+        let cases = [
+            Vec::new(),
+            b"<OpenSimDocument><Model>".to_vec(),
+            b"<Model></Model>".to_vec(),
+            model(""),
+            model("<Body/>"),
+            model("<Body name=\"b\"/><Body name=\"b\"/>"),
+            model("<Body name=\"b\"><mass_center>0 0</mass_center></Body>"),
+            model("<Body name=\"b\"><mass_center>0 0 NaN</mass_center></Body>"),
+            mesh(""),
+            mesh("<mesh_file>b.vtp</mesh_file><scale_factors>1 0 1</scale_factors>"),
+            mesh("<mesh_file>b.vtp</mesh_file><scale_factors>1 1 \u{1b}[2J</scale_factors>"),
+        ];
+        let mut problems = String::new();
+        for content in cases {
+            let problem = OpenSimModel::parse(&content).expect_err("not a model");
+            writeln!(problems, "{problem}").expect("text");
+        }
+        insta::assert_snapshot!(problems);
+    }
+}
