@@ -9,7 +9,7 @@ use crate::scene::SceneDescription;
 ///
 /// # Panics
 ///
-/// Where a scene ignores pairs of absent bodies, or its margin is not a length.
+/// Where a scene ignores pairs or fixes vertices of absent bodies, or its margin is not a length.
 #[must_use]
 pub fn scene_file(text: &str) -> bool {
     let Ok(scene) = SceneDescription::parse(text, Path::new("")) else { return false };
@@ -19,6 +19,10 @@ pub fn scene_file(text: &str) -> bool {
         let (a, b) = (scene.index_of(&pair.a), scene.index_of(&pair.b));
         assert!(a.is_ok() && b.is_ok(), "{pair:?}");
         assert!(a.ok() != b.ok(), "{pair:?}");
+    }
+    for fixed in &scene.fixed {
+        let fixed = fixed.get_ref();
+        assert!(fixed.selection().is_ok() && scene.index_of(&fixed.body).is_ok(), "{fixed:?}");
     }
     let margin = scene.margin.unwrap_or(0.0);
     assert!(margin.is_finite() && margin >= 0.0, "{margin}");

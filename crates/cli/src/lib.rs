@@ -6,6 +6,7 @@
 //! files into their places, `terminal` prints the text.
 
 mod commands;
+mod conditions;
 mod failure;
 pub mod fuzz;
 mod interrupt;

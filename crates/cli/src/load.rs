@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use glam::DVec3;
-use mesh_io::Mesh;
+use mesh_io::{Mesh, Volume};
 use musculo_collide::surface::{
     Aabb, PositionBuffer, Positions, SurfaceError, TriangleSurface, inspect, parallel,
 };
@@ -14,14 +14,16 @@ use musculo_collide::{BodyKind, PairReport, Scene, SceneError};
 use crate::failure::{Failure, FailureKind};
 use crate::output::FilePlan;
 use crate::phase::Phase;
-use crate::report::{BodyRecord, CheckDocument, PairRecord, divisions, self_crossings};
+use crate::report::{
+    BodyRecord, CheckDocument, PairRecord, VolumeRecord, divisions, self_crossings,
+};
 use crate::scene::{BodyDescription, IgnoredPair, SceneDescription, unit_warnings};
 use crate::terminal;
 
 /// Arguments that name the bodies of a scene.
 #[derive(Debug, Args)]
 pub(crate) struct SceneArguments {
-    /// Scene file (.toml), or mesh files: PLY, OBJ, STL or VTP
+    /// Scene file (.toml), or mesh files: PLY, OBJ, STL or VTP; volume meshes: VTU, MSH or INP
     #[arg(required = true, value_name = "SCENE.toml | MESH")]
     pub(crate) inputs: Vec<PathBuf>,
 
@@ -53,12 +55,13 @@ impl SceneArguments {
     }
 }
 
-/// Returns the files that a scene names: its meshes, and its motion if there is one.
+/// Returns the files that a scene names: its meshes, its motion, and lists of vertices.
 pub(crate) fn files_of(description: &SceneDescription) -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = description.motion.iter().cloned().collect();
     for body in &description.bodies {
         files.push(body.path.clone());
     }
+    files.extend(description.vertex_files());
     files
 }
 
@@ -68,6 +71,8 @@ pub(crate) struct LoadedScene {
     pub(crate) description: SceneDescription,
     pub(crate) scene: Scene,
     pub(crate) bodies: Vec<BodyRecord>,
+    /// Volume meshes of the bodies that have one.
+    pub(crate) volumes: Vec<Option<Volume>>,
 }
 
 impl LoadedScene {
@@ -77,13 +82,15 @@ impl LoadedScene {
         let meshes = read_meshes(&description)?;
 
         // Bodies in the order of the description, whichever was read first.
-        let mut loaded = Self { description, scene: Scene::new(), bodies: Vec::new() };
+        let (bodies, volumes) = (Vec::new(), Vec::new());
+        let mut loaded = Self { description, scene: Scene::new(), bodies, volumes };
         let mut ids = Vec::new();
         for inspected in meshes {
-            let InspectedMesh { record, surface, positions } = inspected?;
+            let InspectedMesh { record, surface, positions, volume } = inspected?;
             let (name, kind) = (record.name.as_str(), record.kind);
             ids.push(loaded.scene.add(name, kind, surface, positions)?);
             loaded.bodies.push(record);
+            loaded.volumes.push(volume);
         }
 
         for IgnoredPair { a, b } in &loaded.description.ignored {
@@ -233,13 +240,16 @@ struct InspectedMesh {
     record: BodyRecord,
     surface: TriangleSurface,
     positions: Vec<DVec3>,
+    volume: Option<Volume>,
 }
 
 impl InspectedMesh {
     fn new(body: &BodyDescription, mesh: Mesh) -> Result<Self, SceneError> {
         let refused = |source| SceneError::Surface { name: body.name.clone(), source };
-        let Mesh { mut positions, mut faces, .. } = mesh;
+        let Mesh { mut positions, mut faces, mut volume, .. } = mesh;
         if let Some(placement) = &body.placement {
+            // Its nodes stay where the file has them, so that it is a surface here.
+            volume = None;
             for x in &mut positions {
                 *x = placement.transform_point3(*x);
             }
@@ -265,7 +275,8 @@ impl InspectedMesh {
             oriented: inspection.oriented(),
             inspection,
             self_crossings: None,
+            volume_mesh: volume.as_ref().map(VolumeRecord::new),
         };
-        Ok(Self { record, surface, positions })
+        Ok(Self { record, surface, positions, volume })
     }
 }

@@ -26,7 +26,7 @@ const GENERATING: [&str; 7] = ["INCLUDE", "NGEN", "NFILL", "NCOPY", "NMAP", "ELG
 /// Reads the nodes and solid elements of an input file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
     let content = parse_content(bytes)?;
-    Mesh::of_volume(content.nodes.positions, content.cells)
+    Mesh::of_volume(content.nodes.numbered, content.cells)
 }
 
 /// Reads the nodes with the places of their coordinates.

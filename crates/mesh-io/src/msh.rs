@@ -33,7 +33,7 @@ const HEXAHEDRON: u64 = 5;
 /// Reads the nodes and cells of an MSH file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
     let MshContent { nodes, cells } = parse_content(bytes)?;
-    Mesh::of_volume(nodes.positions, cells)
+    Mesh::of_volume(nodes.numbered, cells)
 }
 
 /// Reads the nodes with the places of their coordinates.

@@ -18,8 +18,10 @@ use crate::{MeshFormat, ReadError, inp, msh, obj, ply_replace, stl};
 
 /// Number type of a file's coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Precision {
+pub enum Precision {
+    /// 32-bit floating point.
     Single,
+    /// 64-bit floating point.
     Double,
     /// As many digits as fit into 20 characters, the longest number of an Abaqus input file.
     TwentyCharacters,
@@ -41,13 +43,16 @@ impl Precision {
         if is_long { format!("{value:.12e}") } else { text }
     }
 
-    /// Returns a bound on the relative rounding of a coordinate.
-    fn unit(self) -> f64 {
-        match self {
+    /// Returns a bound on the distance by which a position is rounded whose coordinates are at most
+    /// `max_coordinate`; 0 in double precision.
+    #[must_use]
+    pub fn max_rounding(self, max_coordinate: f64) -> f64 {
+        let unit = match self {
             Self::Single => 0.5 * f64::from(f32::EPSILON),
-            Self::Double => 0.5 * f64::EPSILON,
+            Self::Double => 0.0,
             Self::TwentyCharacters => 5e-13,
-        }
+        };
+        3.0_f64.sqrt() * unit * max_coordinate
     }
 }
 
@@ -81,26 +86,20 @@ pub fn replace_positions(
     }
 }
 
-/// Returns a bound on the distance by which [`replace_positions`] rounds a position whose
-/// coordinates are at most `max_coordinate`.
+/// Returns the number type in which [`replace_positions`] writes coordinates into a file.
 ///
 /// # Errors
 ///
-/// The reason, where the content is not a mesh.
-pub fn position_rounding(
-    file: &[u8],
-    extension: &str,
-    max_coordinate: f64,
-) -> Result<f64, ReadError> {
-    let precision = match FileFormat::recognize(file, extension)? {
-        FileFormat::Surface(MeshFormat::Obj) | FileFormat::Msh => Precision::Double,
-        FileFormat::Surface(MeshFormat::Ply) => ply_replace::precision(file)?,
-        FileFormat::Surface(MeshFormat::Stl) => stl::precision(file),
-        FileFormat::Surface(MeshFormat::Vtp) => VtkPoints::Surface.precision(file)?,
-        FileFormat::Vtu => VtkPoints::Volume.precision(file)?,
-        FileFormat::Inp => Precision::TwentyCharacters,
-    };
-    Ok(3.0_f64.sqrt() * precision.unit() * max_coordinate)
+/// The reason, where the content is not a mesh, or its coordinates cannot be written again.
+pub fn coordinate_precision(file: &[u8], extension: &str) -> Result<Precision, ReadError> {
+    match FileFormat::recognize(file, extension)? {
+        FileFormat::Surface(MeshFormat::Obj) | FileFormat::Msh => Ok(Precision::Double),
+        FileFormat::Surface(MeshFormat::Ply) => ply_replace::precision(file),
+        FileFormat::Surface(MeshFormat::Stl) => Ok(stl::precision(file)),
+        FileFormat::Surface(MeshFormat::Vtp) => VtkPoints::Surface.precision(file),
+        FileFormat::Vtu => VtkPoints::Volume.precision(file),
+        FileFormat::Inp => Ok(Precision::TwentyCharacters),
+    }
 }
 
 /// Writes nodes of a text file.
@@ -110,7 +109,7 @@ fn replace_nodes(
     precision: Precision,
     positions: &[DVec3],
 ) -> Result<Vec<u8>, ReadError> {
-    check_count(nodes.positions.len(), positions)?;
+    check_count(nodes.places.len(), positions)?;
     let mut copy = Copy::new(file);
     for (places, x) in nodes.places.iter().zip(positions) {
         for (place, value) in places.iter().zip(x.to_array()) {

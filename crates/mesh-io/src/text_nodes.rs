@@ -8,11 +8,12 @@ use glam::DVec3;
 use crate::ReadError;
 use crate::error::Format;
 use crate::text::{Line, PlacedWord, number, quoted};
+use crate::volume::NumberedNodes;
 
 /// Nodes of a text file, in its order.
 #[derive(Debug, Default)]
 pub(crate) struct TextNodes {
-    pub(crate) positions: Vec<DVec3>,
+    pub(crate) numbered: NumberedNodes,
     /// Bytes of the coordinates of each node.
     pub(crate) places: Vec<[Range<usize>; 3]>,
     /// Index of each node, by its number in the file.
@@ -42,12 +43,13 @@ impl TextNodes {
             places[axis] = word.place;
         }
 
-        let index = u32::try_from(self.positions.len());
-        let index = index.map_err(|_| ReadError::TooManyVertices(self.positions.len()))?;
+        let index = u32::try_from(self.numbered.positions.len());
+        let index = index.map_err(|_| ReadError::TooManyVertices(self.places.len()))?;
         if self.indices.insert(node, index).is_some() {
             return Err(format.on_line(line.number, format!("node {node} is defined again")));
         }
-        self.positions.push(position);
+        self.numbered.positions.push(position);
+        self.numbered.numbers.push(node);
         self.places.push(places);
         Ok(())
     }

@@ -16,6 +16,7 @@ mod range_cache;
 mod range_map;
 mod resolve;
 mod resolve_arguments;
+mod resolve_files;
 
 use clap::Subcommand;
 

@@ -135,7 +135,8 @@ pub(super) fn run(arguments: &MotionArguments) -> Result<Finished, Failure> {
     stopwatch.lap("load");
     if let Some(folder) = &arguments.resolve {
         let (json, params) = (arguments.json.as_deref(), arguments.params.params(&loaded));
-        let job = Job { folder, json, params, unit: loaded.description.unit };
+        let (unit, conditions) = (loaded.description.unit, loaded.conditions()?);
+        let job = Job { folder, json, params, conditions, unit };
         return job.run(&mut loaded.scene, &replay, outputs, stopwatch);
     }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use musculo_collide::{Progress, Resolution, ResolveParams, Resolver, Scene};
+use musculo_collide::{Conditions, Progress, Resolution, ResolveParams, Resolver, Scene};
 
 use super::Finished;
 use crate::failure::Failure;
@@ -34,6 +34,7 @@ pub(super) struct Job<'a> {
     pub(super) folder: &'a Path,
     pub(super) json: Option<&'a Path>,
     pub(super) params: ResolveParams,
+    pub(super) conditions: Conditions,
     pub(super) unit: Unit,
 }
 
@@ -46,7 +47,7 @@ impl Job<'_> {
         mut outputs: Outputs,
         mut stopwatch: Stopwatch,
     ) -> Result<Finished, Failure> {
-        let mut resolver = Resolver::new(self.params)?;
+        let mut resolver = Resolver::new(self.params)?.with_conditions(self.conditions.clone());
         let phase = Phase::with_steps("pushing apart, frame by frame", replay.frame_count());
 
         // Tissue keeps its displacements from frame to frame, so that pushes do not jump.

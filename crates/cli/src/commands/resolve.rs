@@ -3,31 +3,50 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use mesh_io::MeshFormat;
-use musculo_collide::BodyKind;
+use glam::DVec3;
+use mesh_io::Precision;
+use musculo_collide::{BodyKind, ResolveParams, Resolver, WrittenPrecision};
 
 use super::Finished;
 use super::check::{CheckedScene, detect, overlap_shapes};
 use super::resolve_arguments::ResolveArgs;
+use super::resolve_files::{BodyFile, check_elements, coarsest_precision, complete_files, suffix};
 use crate::failure::Failure;
 use crate::load::{LoadedScene, SceneArguments};
 use crate::output::{FilePlan, Outputs};
 use crate::phase::Phase;
-use crate::report::{displacement_vtp, resolution_text};
+use crate::report::{ResolutionDocument, displacement_vtp, displacement_vtu, resolution_text};
 use crate::scene::{BodyDescription, SceneDescription};
 use crate::stopwatch::Stopwatch;
 
-/// Push overlapping bodies apart, and write their new meshes
+/// Push overlapping bodies apart, to a gap, and write their new meshes
 ///
-/// Rigid bodies stay, soft ones yield and share their overlaps by mass. Writes every mesh
-/// in the format of its file with the same order of vertices, the displacements of the
-/// soft ones as VTP, and reports of the states before and after. Lists the overlaps that
-/// remain, with the reasons.
+/// Rigid bodies stay, soft ones yield and share their overlaps by mass. Every mesh is written into a
+/// copy of its file in which only positions change: format, encoding, number type, order and
+/// attributes stay. The nodes inside volume meshes follow, and no element is inverted. The
+/// displacements of soft bodies are written as VTP or VTU, and reports of the states before and
+/// after. With --gap, the distance of all surfaces is proved at the positions in the files. Where it
+/// does not hold, or an overlap remains, each pair is named with the reason, and no mesh is written.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
   musculo-collide resolve scene.toml --out apart
-  musculo-collide resolve femur.ply vastus.ply --fixed femur --out apart")]
+  musculo-collide resolve femur.ply vastus.ply --fixed femur --out apart
+  musculo-collide resolve scene.toml --gap 0.05 --out apart --json gap.json
+
+In the scene file, [[tie]] attaches two bodies where they are near each other, and needs no gap there;
+[[fixed]] keeps vertices where they are:
+  [[tie]]
+  a = \"femur\"
+  b = \"cartilage\"
+  within = 0.2            # largest distance of attached vertices
+
+  [[fixed]]
+  body = \"tendon\"
+  within = 1.0            # all vertices within this distance
+  of = \"femur\"          # of that body; or
+  # vertices = \"ids.txt\" # the numbers in this file, or
+  # box = [[0, 0, 0], [10, 10, 5]]")]
 pub(crate) struct ResolveArguments {
     #[command(flatten)]
     scene: SceneArguments,
@@ -38,6 +57,15 @@ pub(crate) struct ResolveArguments {
 
     #[command(flatten)]
     params: ResolveArgs,
+
+    /// Write the meshes even where the gap does not hold, an overlap remains or a limit is broken, with
+    /// `_unproved` in their names
+    #[arg(long)]
+    keep_going: bool,
+
+    /// Write the result as JSON: each pair with its distance, whether the gap is proved, and why not
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
 
     /// Write no reports with pictures of the states before and after
     #[arg(long)]
@@ -50,44 +78,71 @@ pub(super) fn run(arguments: &ResolveArguments) -> Result<Finished, Failure> {
     let mut outputs = arguments.plan(&description).open()?;
     let mut loaded = LoadedScene::load(description)?;
 
-    // Lengths are checked before any work.
-    let params = arguments.params.params(&loaded);
-    params.validate()?;
+    // Lengths, conditions and elements are checked before any work.
+    let keep_going = arguments.keep_going;
+    let asked = ResolveParams { keep_going, ..arguments.params.params(&loaded) };
+    asked.validate()?;
+    let conditions = loaded.conditions()?;
+    check_elements(&loaded)?;
+    let params = for_files(asked, &loaded)?;
     stopwatch.lap("load");
 
     let [before, after] = STATES;
     arguments.stage_report(before, &mut loaded, &mut outputs)?;
     stopwatch.lap("report");
-    let resolution = Phase::run("pushing apart", |progress| {
-        musculo_collide::resolve(&mut loaded.scene, &params, progress)
-    })?;
+    let start: Vec<Vec<DVec3>> =
+        loaded.scene.bodies().iter().map(|body| body.positions().to_vec()).collect();
+    let mut resolver = Resolver::new(params)?.with_conditions(conditions.clone());
+    let resolution =
+        Phase::run("pushing apart", |progress| resolver.resolve(&mut loaded.scene, progress))?;
     stopwatch.lap("resolve");
+
+    // The files hold rounded positions, of which all that follows is said.
+    let files = Phase::run("following", |progress| complete_files(&mut loaded, &start, progress))?;
+    let elements: Vec<_> = files.iter().map(|file| file.elements.clone()).collect();
+    let unit = loaded.description.unit;
+    let mut document = ResolutionDocument::new(
+        unit,
+        asked.gap,
+        &resolution,
+        &conditions,
+        &mut loaded.scene,
+        &elements,
+    )?;
+    stopwatch.lap("prove");
     arguments.stage_report(after, &mut loaded, &mut outputs)?;
     stopwatch.lap("report");
 
-    // Meshes in the formats in which they were read, displacements beside them.
-    for (description, change) in loaded.description.bodies.iter().zip(&resolution.bodies) {
-        let body = loaded.scene.body(change.body);
-        let (x, faces) = (body.positions(), body.surface().faces());
-        let mesh = arguments.out.join(mesh_file(description));
-        outputs.stage(&mesh, format_of(description).encode(x, faces))?;
-        if body.kind() != BodyKind::Rigid {
-            let displacements = arguments.out.join(displacement_file(description));
-            outputs.stage(&displacements, displacement_vtp(x, faces, &change.displacements))?;
-        }
+    document.written = document.resolved || keep_going;
+    if document.written {
+        arguments.stage_files(&document, &loaded, &files, &mut outputs)?;
     }
-
-    let text = resolution_text(&resolution, &loaded.scene, loaded.description.unit);
-    Ok(Finished { outputs, text, holds: resolution.resolved, stopwatch })
+    outputs.stage_json(arguments.json.as_deref(), &document)?;
+    let text = resolution_text(&resolution, &loaded.scene, unit) + &document.to_text();
+    Ok(Finished { outputs, text, holds: document.resolved, stopwatch })
 }
 
-/// Returns the format of a body's file, PLY where its extension is none of ours.
-fn format_of(body: &BodyDescription) -> MeshFormat {
-    MeshFormat::of(&body.path).unwrap_or(MeshFormat::Ply)
+/// Returns parameters by which the gap holds in the files: positions in single precision are rounded
+/// before distances are proved, and decimal ones need a hair more.
+fn for_files(asked: ResolveParams, loaded: &LoadedScene) -> Result<ResolveParams, Failure> {
+    let (precision, rounding) = coarsest_precision(loaded)?;
+    if precision == Precision::Single {
+        return Ok(ResolveParams { precision: WrittenPrecision::Single, ..asked });
+    }
+    let slack = if asked.gap > 0.0 { 2.0 * rounding } else { 0.0 };
+    Ok(ResolveParams { gap: asked.gap + slack, ..asked })
 }
 
-fn mesh_file(body: &BodyDescription) -> String {
-    format!("{}.{}", body.name, format_of(body).extension())
+/// Mark in the names of files that hold no proved state.
+const UNPROVED: &str = "_unproved";
+
+fn mesh_file(body: &BodyDescription, mark: &str) -> String {
+    format!("{}{mark}{}", body.name, suffix(body))
+}
+
+fn displacement_file(body: &BodyDescription, mark: &str, has_volume: bool) -> String {
+    let extension = if has_volume { "vtu" } else { "vtp" };
+    format!("{}{mark}_displacement.{extension}", body.name)
 }
 
 /// States of which there are reports.
@@ -97,25 +152,55 @@ fn report_file(state: &str) -> String {
     format!("{state}.html")
 }
 
-fn displacement_file(body: &BodyDescription) -> String {
-    format!("{}_displacement.vtp", body.name)
-}
-
 impl ResolveArguments {
     fn plan(&self, description: &SceneDescription) -> FilePlan {
         let mut files = Vec::new();
 
-        // Bones do not move, and have no displacements.
         for body in &description.bodies {
-            files.push(mesh_file(body));
-            if body.kind != BodyKind::Rigid {
-                files.push(displacement_file(body));
-            }
+            files.push(mesh_file(body, ""));
         }
         if !self.no_report {
             files.extend(STATES.map(report_file));
         }
-        self.scene.plan(description).writing_into(Some(&self.out), files)
+        let plan = self.scene.plan(description).writing(self.json.as_ref());
+        plan.writing_into(Some(&self.out), files)
+    }
+
+    /// Writes all meshes, and the displacements of soft bodies beside them.
+    fn stage_files(
+        &self,
+        document: &ResolutionDocument,
+        loaded: &LoadedScene,
+        files: &[BodyFile],
+        outputs: &mut Outputs,
+    ) -> Result<(), Failure> {
+        let mark = if document.resolved { "" } else { UNPROVED };
+        for (number, (description, file)) in loaded.description.bodies.iter().zip(files).enumerate()
+        {
+            let mesh = self.out.join(mesh_file(description, mark));
+            if document.resolved {
+                outputs.stage(&mesh, &file.content)?;
+            } else {
+                outputs.stage_found(&mesh, &file.content)?;
+            }
+
+            // Bones do not move, and have no displacements.
+            let body = &loaded.scene.bodies()[number];
+            if body.kind() == BodyKind::Rigid {
+                continue;
+            }
+            let volume = loaded.volumes[number].as_ref().zip(file.nodes.as_ref());
+            let name = displacement_file(description, mark, volume.is_some());
+            let content = match volume {
+                Some((volume, [nodes, u])) => displacement_vtu(nodes, &volume.mesh, u),
+                None => {
+                    let (x, faces) = (body.positions(), body.surface().faces());
+                    displacement_vtp(x, faces, &file.displacements)
+                }
+            };
+            outputs.stage_found(&self.out.join(name), content)?;
+        }
+        Ok(())
     }
 
     /// Writes a report of the present state, unless reports are off.

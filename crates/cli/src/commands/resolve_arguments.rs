@@ -8,9 +8,10 @@ use crate::load::LoadedScene;
 /// Parameters of overlap removal, with lengths in the scene's unit.
 #[derive(Debug, Args)]
 pub(super) struct ResolveArgs {
-    /// Distance to be kept between the surfaces of every pair, in the scene's unit
-    #[arg(long, value_name = "LENGTH", default_value_t = 0.0, allow_negative_numbers = true)]
-    gap: f64,
+    /// Distance that all surfaces keep, faces and edges included, in the scene's unit [default: none,
+    /// surfaces may touch]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
+    gap: Option<f64>,
 
     /// Length along a surface over which a push fades, in the scene's unit [default: 3/2 of the
     /// mean edge of the soft bodies]
@@ -20,6 +21,11 @@ pub(super) struct ResolveArgs {
     /// Largest depth of a surface in another body that may remain, in the scene's unit [default: smoothing / 120]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     tolerance: Option<f64>,
+
+    /// Largest relative change of a soft body's volume; no face may turn over, and no body cross
+    /// itself anew
+    #[arg(long, value_name = "SHARE", default_value_t = 0.01, allow_negative_numbers = true)]
+    max_volume_change: f64,
 
     /// Maximum number of rounds of detection and pushing
     #[arg(long, value_name = "N", default_value_t = 60)]
@@ -39,8 +45,9 @@ impl ResolveArgs {
         let default = ResolveParams::with_smoothing(smoothing);
         ResolveParams {
             tolerance: self.tolerance.unwrap_or(default.tolerance),
-            gap: self.gap,
+            gap: self.gap.unwrap_or(0.0),
             max_rounds: self.rounds,
+            max_volume_change: self.max_volume_change,
             ..default
         }
     }

@@ -71,7 +71,9 @@ impl Outputs {
             debug_assert!(false, "{} is not planned", path.display());
             return Err(Failure::in_output(path, &io::Error::other("it is not planned")));
         };
-        self.make_folders()?;
+        if let Destination::File(place) = &destination {
+            self.make_folders(place)?;
+        }
 
         let content = content.as_ref();
         let staged = match destination {
@@ -100,9 +102,10 @@ impl Outputs {
         self.stage(path, serde_json::to_string_pretty(report)? + "\n")
     }
 
-    fn make_folders(&mut self) -> Result<(), Failure> {
-        // Before the first output, and not again.
-        for folder in std::mem::take(&mut self.folders) {
+    /// Makes the planned folders in which a file stands, before the first of their files.
+    fn make_folders(&mut self, place: &Path) -> Result<(), Failure> {
+        let holds = |folder: &mut PathBuf| place.starts_with(folder);
+        for folder in self.folders.extract_if(.., holds).collect::<Vec<PathBuf>>() {
             let made = unfinished().make_folder(&folder);
             self.made_folders.extend(made.map_err(|error| Failure::in_output(&folder, &error))?);
         }

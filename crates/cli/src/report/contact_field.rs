@@ -1,7 +1,8 @@
 //! Contact of one body, per vertex.
 
 use glam::DVec3;
-use mesh_io::{PointValues, write_vtp};
+use mesh_io::{PointValues, write_vtp, write_vtu};
+use musculo_collide::volume_mesh::VolumeMesh;
 use musculo_collide::{BodyId, PairReport, Scene, VertexReport};
 
 /// Contact of one body with others.
@@ -63,9 +64,23 @@ pub(crate) fn displacement_vtp(
     displacements: &[DVec3],
 ) -> String {
     let lengths: Vec<f64> = displacements.iter().map(|u| u.length()).collect();
-    let values = [
-        PointValues::Scalars("displacement_length", &lengths),
+    write_vtp(positions, faces, &displacement_values(&lengths, displacements))
+}
+
+/// Returns a volume mesh with the displacements of its nodes as a `.vtu` file.
+pub(crate) fn displacement_vtu(
+    nodes: &[DVec3],
+    mesh: &VolumeMesh,
+    displacements: &[DVec3],
+) -> String {
+    let lengths: Vec<f64> = displacements.iter().map(|u| u.length()).collect();
+    write_vtu(nodes, mesh, &displacement_values(&lengths, displacements))
+}
+
+/// Returns displacements as values at points, active by their length.
+fn displacement_values<'a>(lengths: &'a [f64], displacements: &'a [DVec3]) -> [PointValues<'a>; 2] {
+    [
+        PointValues::Scalars("displacement_length", lengths),
         PointValues::Vectors("displacement", displacements),
-    ];
-    write_vtp(positions, faces, &values)
+    ]
 }

@@ -13,6 +13,7 @@ use super::joint_contact::{JointContactRecord, PairContact};
 use super::pair_record::PairRecord;
 use super::self_crossing::SelfCrossings;
 use super::text::{counted, measure, short};
+use super::volume_record::VolumeRecord;
 use crate::scene::Unit;
 
 /// Checked scene.
@@ -53,6 +54,9 @@ pub(crate) struct BodyRecord {
     /// Faces of the body that cross each other, where a check finds some.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) self_crossings: Option<SelfCrossings>,
+    /// Volume mesh behind the surface.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) volume_mesh: Option<VolumeRecord>,
 }
 
 impl BodyRecord {
@@ -81,6 +85,7 @@ impl BodyRecord {
             notes.push(counted(self.polygons_fanned, "polygon") + " split into triangles");
         }
         notes.extend(self.unread.clone());
+        notes.extend(self.volume_mesh.iter().filter_map(VolumeRecord::defect));
         if self.volume().is_some_and(|volume| volume < 0.0) {
             notes.push("inside out: its volume is negative".to_owned());
         }

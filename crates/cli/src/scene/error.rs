@@ -24,6 +24,9 @@ pub(crate) enum SceneProblem {
     NoSuchBody { name: String, known: String },
     #[error("[[ignore]] pairs '{0}' with itself")]
     IgnoredWithItself(String),
+    /// A tie, or a selection of fixed vertices.
+    #[error("line {line}: [[{table}]]: {problem}")]
+    Condition { line: usize, table: &'static str, problem: String },
     #[error("margin is {0}, but must be finite and at least 0")]
     Margin(f64),
     #[error("--follow {0}: give a body and the name that it follows, as BODY=NAME")]

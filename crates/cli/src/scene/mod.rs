@@ -16,8 +16,21 @@
 //! [[ignore]]              # pair that overlaps on purpose
 //! a = "femur"
 //! b = "cartilage"
+//!
+//! [[tie]]                 # for `resolve`: attached where they are near, no gap between them
+//! a = "femur"
+//! b = "ligament"
+//! within = 0.5            # largest distance of attached vertices
+//!
+//! [[fixed]]               # for `resolve`: vertices that stay, selected by one of
+//! body = "tendon"
+//! within = 1.0            # a distance from another body,
+//! of = "femur"
+//! # vertices = "ids.txt"  # a file of their numbers,
+//! # box = [[0, 0, 0], [10, 10, 5]]
 //! ```
 
+mod conditions;
 mod error;
 mod model;
 mod unit;
@@ -31,7 +44,9 @@ use std::path::{Path, PathBuf};
 use glam::DAffine3;
 use musculo_collide::BodyKind;
 use serde::Deserialize;
+use toml::Spanned;
 
+pub(crate) use self::conditions::{FixedDescription, Selection, TieDescription};
 pub(crate) use self::error::SceneProblem;
 pub(crate) use self::unit::Unit;
 pub(crate) use self::unit_check::unit_warnings;
@@ -54,6 +69,10 @@ pub(crate) struct SceneDescription {
     /// True if meshes stand in the frames of the bodies of an OpenSim model.
     #[serde(skip)]
     pub(crate) is_model: bool,
+    #[serde(default, rename = "tie")]
+    pub(crate) ties: Vec<Spanned<TieDescription>>,
+    #[serde(default)]
+    pub(crate) fixed: Vec<Spanned<FixedDescription>>,
 }
 
 /// Body before its mesh is read.
@@ -155,6 +174,7 @@ impl SceneDescription {
                 return Err(SceneProblem::IgnoredWithItself(a.clone()));
             }
         }
+        scene.check_conditions(text, folder)?;
         Ok(scene)
     }
 

@@ -6,7 +6,7 @@ use glam::DVec3;
 use musculo_collide::BodyKind;
 use musculo_collide::surface::Aabb;
 
-use super::{IgnoredPair, SceneDescription, SceneProblem, Unit, unit_warnings};
+use super::{IgnoredPair, SceneDescription, SceneProblem, Selection, Unit, unit_warnings};
 
 fn parse(text: &str) -> Result<SceneDescription, SceneProblem> {
     SceneDescription::parse(text, Path::new("folder"))
@@ -59,6 +59,54 @@ fn invalid_scenes_are_refused() {
         assert!(message.contains(expected), "{addition}: {message}");
     }
     assert!(matches!(parse("margin = 1.0\n"), Err(SceneProblem::NoBodies)));
+}
+
+#[test]
+fn conditions_are_read() {
+    let text = format!(
+        "{TWO_BODIES}[[tie]]\na = \"a\"\nb = \"b\"\nwithin = 0.5\n\
+         [[fixed]]\nbody = \"a\"\nvertices = \"ids.txt\"\n\
+         [[fixed]]\nbody = \"b\"\nbox = [[1, 5, 3], [4, 2, 6]]\n\
+         [[fixed]]\nbody = \"b\"\nwithin = 1\nof = \"a\"\n"
+    );
+    let scene = parse(&text).unwrap();
+    let tie = scene.ties[0].get_ref();
+    assert_eq!((&*tie.a, &*tie.b, tie.within), ("a", "b", 0.5));
+    let [file, corners, near] = &scene.fixed[..] else { panic!("three selections") };
+    let ids = Path::new("folder/ids.txt");
+    assert_eq!(file.get_ref().selection(), Ok(Selection::File(ids)));
+    let [min, max] = [DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, 5.0, 6.0)];
+    assert_eq!(corners.get_ref().selection(), Ok(Selection::Box { min, max }));
+    let expected = Selection::Near { other: "a", distance: 1.0 };
+    assert_eq!(near.get_ref().selection(), Ok(expected));
+}
+
+#[test]
+fn invalid_conditions_name_line_and_value() {
+    let cases = [
+        ("[[tie]]\na = \"a\"\nb = \"c\"\nwithin = 1", "line 6: [[tie]]: no body is named 'c'"),
+        ("[[tie]]\na = \"a\"\nb = \"a\"\nwithin = 1", "line 6: [[tie]]: 'a' is paired with itself"),
+        ("\n[[tie]]\na = \"a\"\nb = \"b\"\nwithin = -1", "line 7: [[tie]]: within is -1, but must"),
+        ("[[tie]]\na = \"a\"\nb = \"b\"", "missing field `within`"),
+        ("[[tie]]\na = \"a\"\nb = \"b\"\nwithin = \"far\"", "at line 9"),
+        ("[[tie]]\na = \"a\"\nb = \"b\"\ngap = 1", "unknown field `gap`"),
+        ("[[fixed]]\nbody = \"c\"\nvertices = \"v\"", "line 6: [[fixed]]: no body is named 'c'"),
+        ("[[fixed]]\nbody = \"a\"", "line 6: [[fixed]]: select vertices in one way"),
+        ("[[fixed]]\nbody = \"a\"\nwithin = 1", "'within' needs the body 'of'"),
+        ("[[fixed]]\nbody = \"a\"\nof = \"b\"", "'of' needs a distance 'within'"),
+        ("[[fixed]]\nbody = \"a\"\nwithin = nan\nof = \"b\"", "within is NaN, but must be finite"),
+        ("[[fixed]]\nbody = \"a\"\nwithin = 1\nof = \"a\"", "'a' is paired with itself"),
+        ("[[fixed]]\nbody = \"a\"\nbox = [[1, 2], [3, 4]]", "at line 8"),
+        (
+            "[[fixed]]\nbody = \"a\"\nbox = [[1, 2, inf], [3, 4, 5]]",
+            "a corner of the box is not finite",
+        ),
+        ("[[fixed]]\nbody = \"a\"\nvertices = \"v\"\nof = \"b\"", "select vertices in one way"),
+    ];
+    for (addition, expected) in cases {
+        let message = parse(&format!("{TWO_BODIES}{addition}\n")).unwrap_err().to_string();
+        assert!(message.contains(expected), "{addition}: {message}");
+    }
 }
 
 #[test]

@@ -55,7 +55,10 @@ fn every_mistake_is_named_and_leaves_nothing_behind() {
         (&["nan.ply"], &["nan.ply: vertex 3 is at (0, 0, NaN), which is not finite"]),
         (&["range.ply"], &["range.ply: face 3 refers to vertex 7, but there are 4"]),
         (&["points.obj"], &["points.obj: has 2 vertices and no faces"]),
-        (&["notes.txt"], &["notes.txt: unknown format: expected PLY, OBJ, STL or VTP"]),
+        (
+            &["notes.txt"],
+            &["notes.txt: unknown format: expected PLY, OBJ, STL, VTP, VTU, MSH or INP"],
+        ),
         (&["good.obj", "good.ply"], &["two bodies are named 'good'", "good.obj", "good.ply"]),
         (&["good.obj", "--rigid", "tibia"], &["no body is named 'tibia': the bodies are good"]),
         (&["good.obj", "--rigid", "tibia"], &["--rigid: no body is named 'tibia'"]),

@@ -1,10 +1,12 @@
 //! The program, run as a user runs it.
 
+mod absurd;
 mod anatomy;
 mod bad_input;
 mod check;
 mod field;
 mod files;
+mod finite_elements;
 mod first_try;
 mod joint;
 mod medial;

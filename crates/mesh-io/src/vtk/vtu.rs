@@ -12,7 +12,7 @@ use super::{Dialect, PointValues, VtkFile};
 use crate::ReadError;
 use crate::error::Format;
 use crate::mesh::Mesh;
-use crate::volume::NumberedCells;
+use crate::volume::{NumberedCells, NumberedNodes};
 
 pub(super) const VTU: Dialect = Dialect {
     format: Format {
@@ -58,7 +58,8 @@ pub(crate) fn parse_vtu(bytes: &[u8]) -> Result<Mesh, ReadError> {
         }
     }
 
-    Mesh::of_volume(nodes, cells)
+    let numbers = (0..nodes.len() as u64).collect();
+    Mesh::of_volume(NumberedNodes { positions: nodes, numbers }, cells)
 }
 
 /// Returns a cell of a type; `None` for those without volume.

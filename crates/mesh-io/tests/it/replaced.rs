@@ -1,7 +1,7 @@
 //! Files written again with other positions: everything else stays.
 
 use glam::DVec3;
-use mesh_io::{Mesh, parse_mesh, position_rounding, replace_positions};
+use mesh_io::{Mesh, coordinate_precision, parse_mesh, replace_positions};
 
 use crate::meshes;
 use crate::volumes::{INP, MSH_2, MSH_4};
@@ -36,7 +36,7 @@ fn check_moved(name: &str, bytes: &[u8]) {
     let after = parse_mesh(&file, extension).expect(name);
 
     let largest = x.iter().map(|x| x.abs().max_element()).fold(0.0, f64::max);
-    let bound = position_rounding(bytes, extension, largest).expect(name);
+    let bound = coordinate_precision(bytes, extension).expect(name).max_rounding(largest);
     assert!(bound < 1e-6 * largest, "{name}: {bound}");
     for (x, expected) in positions(&after).iter().zip(&x) {
         assert!(x.distance(*expected) <= bound, "{name}: {x} for {expected}");

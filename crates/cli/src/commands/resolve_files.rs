@@ -1,0 +1,186 @@
+//! Files of bodies after overlap removal, and the state that they hold.
+//!
+//! Each body is written into its own file, in which only positions change. Volume meshes follow their
+//! surfaces first. What was written is read again and taken into the scene, so that all that is
+//! proved and reported afterwards holds of the files.
+
+use std::path::Path;
+
+use glam::DVec3;
+use mesh_io::{MeshFormat, Precision, Volume};
+use musculo_collide::volume_mesh::{FollowParams, Followed};
+use musculo_collide::{BodyId, Progress, Scene};
+
+use crate::failure::Failure;
+use crate::load::LoadedScene;
+use crate::report::{ElementsRecord, QualityRecord};
+use crate::scene::BodyDescription;
+
+/// File of a body at the end.
+#[derive(Debug)]
+pub(super) struct BodyFile {
+    pub(super) content: Vec<u8>,
+    /// Displacements of the vertices from the start to what the file holds.
+    pub(super) displacements: Vec<DVec3>,
+    /// Nodes of the volume mesh in the file, and their displacements.
+    pub(super) nodes: Option<[Vec<DVec3>; 2]>,
+    /// Elements of the volume mesh, where it followed its surface.
+    pub(super) elements: Option<ElementsRecord>,
+}
+
+/// Returns the extension of a body's file, with its dot.
+pub(super) fn suffix(body: &BodyDescription) -> String {
+    body.path
+        .extension()
+        .map_or_else(String::new, |extension| format!(".{}", extension.to_string_lossy()))
+}
+
+/// Returns true if a body is written into a copy of its file. A pipe is read once, and a mesh that
+/// the scene has placed stands elsewhere in its file: these are written as new files.
+fn is_rewritten(body: &BodyDescription) -> bool {
+    body.placement.is_none() && body.path.is_file()
+}
+
+fn extension(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Returns the coarsest number type in which bodies are written, and a bound on how far it moves a
+/// position.
+pub(super) fn coarsest_precision(loaded: &LoadedScene) -> Result<(Precision, f64), Failure> {
+    let mut coarsest = (Precision::Double, 0.0);
+    for (description, body) in loaded.description.bodies.iter().zip(loaded.scene.bodies()) {
+        let path = &description.path;
+        if body.is_rigid() || !is_rewritten(description) {
+            continue;
+        }
+        let precision = mesh_io::coordinate_precision(&mesh_io::read_file(path)?, &extension(path));
+        let precision = precision.map_err(|error| Failure::in_file(path, error))?;
+        let largest = body.positions().iter().map(|x| x.abs().max_element()).fold(0.0, f64::max);
+        let rounding = precision.max_rounding(largest);
+        if rounding > coarsest.1 {
+            coarsest = (precision, rounding);
+        }
+    }
+    Ok(coarsest)
+}
+
+/// Refuses soft volume meshes with inverted elements, which cannot follow their surfaces.
+pub(super) fn check_elements(loaded: &LoadedScene) -> Result<(), Failure> {
+    for (volume, body) in loaded.volumes.iter().zip(loaded.scene.bodies()) {
+        let Some(volume) = volume.as_ref().filter(|_| !body.is_rigid()) else { continue };
+        let quality = volume.mesh.quality(&volume.nodes);
+        if quality.inverted > 0 {
+            return Err(Failure::new(format!(
+                "'{}' has {} elements that are inverted or flat at the start, the worst is {} with \
+                 a scaled Jacobian of {:.3}",
+                body.name(),
+                quality.inverted,
+                volume.cell_numbers[quality.worst_cell],
+                quality.min_scaled_jacobian,
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Completes the files of all bodies, and moves the bodies to what these hold. `start` has the
+/// positions before overlap removal.
+pub(super) fn complete_files(
+    loaded: &mut LoadedScene,
+    start: &[Vec<DVec3>],
+    progress: Progress<'_>,
+) -> Result<Vec<BodyFile>, Failure> {
+    let ids: Vec<BodyId> = loaded.scene.ids().collect();
+    let mut files = Vec::new();
+    for (number, id) in ids.into_iter().enumerate() {
+        let description = &loaded.description.bodies[number];
+        let volume = loaded.volumes[number].as_ref();
+        let (scene, start) = (&mut loaded.scene, &start[number]);
+        files.push(BodyFile::complete(description, volume, scene, id, start, progress)?);
+    }
+    Ok(files)
+}
+
+impl BodyFile {
+    fn complete(
+        description: &BodyDescription,
+        volume: Option<&Volume>,
+        scene: &mut Scene,
+        id: BodyId,
+        start: &[DVec3],
+        progress: Progress<'_>,
+    ) -> Result<Self, Failure> {
+        let (path, positions) = (&description.path, scene.body(id).positions());
+        if !is_rewritten(description) {
+            let format = MeshFormat::of(path).unwrap_or(MeshFormat::Ply);
+            let content = format.encode(positions, scene.body(id).surface().faces());
+            return Ok(Self::new(content, start, positions));
+        }
+        let original = mesh_io::read_file(path)?;
+        if positions == start {
+            return Ok(Self { nodes: volume.map(at_rest), ..Self::new(original, start, start) });
+        }
+
+        let followed = match volume {
+            Some(volume) => Some(follow(volume, positions, progress)?),
+            None => None,
+        };
+        let written = followed.as_ref().map_or(positions, |followed| &followed.positions);
+        let refused = |error: mesh_io::ReadError| Failure::in_file(path, error);
+        let extension = extension(path);
+        let content =
+            mesh_io::replace_positions(&original, &extension, written).map_err(refused)?;
+        let mesh = mesh_io::parse_mesh(&content, &extension).map_err(refused)?;
+        if mesh.faces != scene.body(id).surface().faces() {
+            let problem = "vertices that were moved are one in the precision of the file: save it \
+                           in double precision first";
+            return Err(Failure::in_file(path, problem));
+        }
+
+        let mut file = Self::new(content, start, &mesh.positions);
+        if let (Some(volume), Some(followed), Some(written)) = (volume, followed, mesh.volume) {
+            file.elements = Some(elements(volume, &followed, &written.nodes));
+            let u = difference(&volume.nodes, &written.nodes);
+            file.nodes = Some([written.nodes, u]);
+        }
+        scene.move_body(id, &mesh.positions)?;
+        Ok(file)
+    }
+
+    fn new(content: Vec<u8>, start: &[DVec3], positions: &[DVec3]) -> Self {
+        let displacements = difference(start, positions);
+        Self { content, displacements, nodes: None, elements: None }
+    }
+}
+
+fn at_rest(volume: &Volume) -> [Vec<DVec3>; 2] {
+    [volume.nodes.clone(), vec![DVec3::ZERO; volume.nodes.len()]]
+}
+
+/// Moves the nodes of a volume mesh after its surface.
+fn follow(
+    volume: &Volume,
+    positions: &[DVec3],
+    progress: Progress<'_>,
+) -> Result<Followed, Failure> {
+    let Volume { mesh, nodes, boundary, .. } = volume;
+    Ok(mesh.follow(nodes, boundary, positions, &FollowParams::default(), progress)?)
+}
+
+/// Describes the elements of a volume mesh whose nodes were written.
+fn elements(volume: &Volume, followed: &Followed, written: &[DVec3]) -> ElementsRecord {
+    let blocking = followed.blocking.filter(|_| followed.share < 1.0);
+    ElementsRecord {
+        count: volume.mesh.cells().len(),
+        followed_share: followed.share,
+        steps: followed.steps,
+        before: QualityRecord::new(&followed.before, volume),
+        after: QualityRecord::new(&volume.mesh.quality(written), volume),
+        blocking_element: blocking.map(|blocking| volume.cell_numbers[blocking.cell]),
+    }
+}
+
+fn difference(from: &[DVec3], to: &[DVec3]) -> Vec<DVec3> {
+    from.iter().zip(to).map(|(from, to)| *to - *from).collect()
+}

@@ -1,0 +1,110 @@
+//! Conditions on overlap removal: ties and fixed vertices of a scene, by the numbers of its bodies.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use musculo_collide::kdop::Workspace;
+use musculo_collide::{BodyId, Conditions, FixedVertices, Scene, Tie};
+
+use crate::failure::Failure;
+use crate::load::LoadedScene;
+use crate::scene::{Selection, TieDescription};
+
+impl LoadedScene {
+    /// Finds the bodies and vertices that the conditions of the scene name.
+    pub(crate) fn conditions(&mut self) -> Result<Conditions, Failure> {
+        // Distances between surfaces need trees.
+        self.scene.fit_all()?;
+        let mut conditions = Conditions::default();
+        for tie in &self.description.ties {
+            let TieDescription { a, b, within } = tie.get_ref();
+            let bodies = [self.body_id(a)?, self.body_id(b)?];
+            conditions.ties.push(Tie { bodies, distance: *within });
+        }
+        for fixed in &self.description.fixed {
+            let fixed = fixed.get_ref();
+            let body = self.body_id(&fixed.body)?;
+            let vertices = match fixed.selection().map_err(Failure::new)? {
+                Selection::File(file) => self.listed_vertices(body, file)?,
+                Selection::Box { min, max } => {
+                    vertices_where(&self.scene, body, |x| x.cmpge(min).all() && x.cmple(max).all())
+                }
+                Selection::Near { other, distance } => {
+                    let other = self.scene.body(self.body_id(other)?).tree();
+                    let mut workspace = Workspace::default();
+                    vertices_where(&self.scene, body, |x| {
+                        other.is_some_and(|tree| {
+                            tree.closest_point(x, distance, None, &mut workspace).is_some()
+                        })
+                    })
+                }
+            };
+            if vertices.is_empty() {
+                let problem = format!("[[fixed]]: no vertex of '{}' is selected", fixed.body);
+                return Err(Failure::new(problem));
+            }
+            conditions.fixed.push(FixedVertices { body, vertices });
+        }
+        Ok(conditions)
+    }
+
+    fn body_id(&self, name: &str) -> Result<BodyId, Failure> {
+        // Descriptions are checked against their bodies before these are read.
+        self.scene.find(name).ok_or_else(|| Failure::new(format!("no body is named '{name}'")))
+    }
+
+    /// Reads a file of vertex numbers, apart by blanks, commas and lines; `#` begins a comment.
+    fn listed_vertices(&self, body: BodyId, file: &Path) -> Result<Vec<u32>, Failure> {
+        let text = mesh_io::read_text(file);
+        let text =
+            text.map_err(|error| Failure::in_file(file, format!("cannot be read: {error}")))?;
+        let known = self.vertex_numbers(body);
+        let mut vertices = Vec::new();
+
+        for (line, text) in (1..).zip(text.lines()) {
+            let content = text.split('#').next().unwrap_or_default();
+            let is_separator = |c: char| c == ',' || c.is_whitespace();
+            for word in content.split(is_separator).filter(|word| !word.is_empty()) {
+                let vertex = word.parse::<u64>().ok().and_then(|number| known.get(&number));
+                let Some(&vertex) = vertex else {
+                    let name = self.scene.body(body).name();
+                    let problem =
+                        format!("line {line}: '{word}' is no vertex on the surface of '{name}'");
+                    return Err(Failure::in_file(file, problem));
+                };
+                vertices.push(vertex);
+            }
+        }
+        vertices.sort_unstable();
+        vertices.dedup();
+        Ok(vertices)
+    }
+
+    /// Returns the vertices of a body by the numbers in its file: those of nodes where it has a
+    /// volume mesh, else counted from 0.
+    fn vertex_numbers(&self, body: BodyId) -> HashMap<u64, u32> {
+        let count = self.scene.body(body).positions().len();
+        match &self.volumes[body.index()] {
+            Some(volume) => {
+                let nodes = volume.boundary.nodes.iter();
+                nodes.map(|&node| volume.node_numbers[node as usize]).zip(0..).collect()
+            }
+            None => (0..count as u64).zip(0..).collect(),
+        }
+    }
+}
+
+/// Lists the vertices of a body whose positions have a property.
+fn vertices_where(
+    scene: &Scene,
+    body: BodyId,
+    mut is_selected: impl FnMut(glam::DVec3) -> bool,
+) -> Vec<u32> {
+    let mut vertices = Vec::new();
+    for (vertex, x) in (0..).zip(scene.body(body).positions()) {
+        if is_selected(*x) {
+            vertices.push(vertex);
+        }
+    }
+    vertices
+}

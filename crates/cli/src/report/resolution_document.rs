@@ -1,0 +1,340 @@
+//! Result of overlap removal in the files that are written: pairs with their distances, bodies with
+//! their changes, and one verdict.
+//!
+//! Serialized as it stands, this is the JSON output, which a pipeline can gate on.
+
+use std::collections::BTreeMap;
+
+use musculo_collide::kdop::Workspace;
+use musculo_collide::proximity::SeparationBounds;
+use musculo_collide::{
+    BodyChange, BrokenLimit, CheckParams, Conditions, DepthBracket, PairId, PairReport, Progress,
+    Resolution, Scene, SceneError,
+};
+use serde::Serialize;
+
+use super::text::{counted, length, measure};
+use super::volume_record::QualityRecord;
+use crate::scene::Unit;
+
+/// Result of overlap removal.
+#[derive(Debug, Serialize)]
+pub(crate) struct ResolutionDocument {
+    pub(crate) unit: Unit,
+    /// Distance that was asked for between all surfaces; 0 for none.
+    pub(crate) gap: f64,
+    /// True if all pairs keep the gap in the files, no overlap remains beyond the tolerance, and no
+    /// element is inverted.
+    pub(crate) resolved: bool,
+    /// True if the meshes are written.
+    pub(crate) written: bool,
+    /// Number of rounds of detection and pushing.
+    rounds: usize,
+    /// Pairs that overlapped, are tied, or are nearer than the gap.
+    pub(crate) pairs: Vec<PairState>,
+    pub(crate) bodies: Vec<BodyState>,
+    /// Bodies that the best state brings beyond their limits; an earlier one is kept.
+    broken_limits: Vec<BrokenRecord>,
+}
+
+/// Body that a better state would bring beyond its limits.
+#[derive(Debug, Serialize)]
+struct BrokenRecord {
+    body: String,
+    /// Relative change of its volume.
+    volume_change: f64,
+    flipped_faces: usize,
+    new_self_crossings: usize,
+}
+
+/// State of a pair in the files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum PairStatus {
+    /// The surfaces do not cross, and the gap is proved.
+    Apart,
+    /// The surfaces do not cross, and are nearer than the gap.
+    Near,
+    /// Attached on purpose: no gap is asked for.
+    Tied,
+    /// The surfaces cross, or one body is inside the other.
+    Overlaps,
+}
+
+/// Pair of bodies in the files.
+#[derive(Debug, Serialize)]
+pub(crate) struct PairState {
+    a: String,
+    b: String,
+    status: PairStatus,
+    /// True if the distance is proved to be at least the gap, or none is asked for.
+    proved: bool,
+    /// Certified distance of the surfaces; `None` where it is more than the gap.
+    distance: Option<DistanceRecord>,
+    /// Depth of the overlap at the start, certified.
+    depth_before: Option<DepthBracket>,
+    /// Reason why the pair is not apart.
+    reason: Option<String>,
+}
+
+/// Certified bracket on a distance.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct DistanceRecord {
+    lower: f64,
+    upper: f64,
+}
+
+/// Change of a body.
+#[derive(Debug, Serialize)]
+pub(crate) struct BodyState {
+    name: String,
+    /// Number of vertices that moved.
+    moved: usize,
+    max_displacement: f64,
+    volume_ratio: Option<f64>,
+    flipped_faces: usize,
+    /// Number of pairs of the body's own faces that cross, at the start and now.
+    self_crossings: [usize; 2],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    elements: Option<ElementsRecord>,
+}
+
+/// Elements of a volume mesh that followed its surface.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct ElementsRecord {
+    pub(crate) count: usize,
+    /// Share of the surface's displacement that the elements allowed, 1 for all of it.
+    pub(crate) followed_share: f64,
+    pub(crate) steps: u32,
+    pub(crate) before: QualityRecord,
+    pub(crate) after: QualityRecord,
+    /// Element that allowed no more.
+    pub(crate) blocking_element: Option<u64>,
+}
+
+impl ElementsRecord {
+    fn is_whole(&self) -> bool {
+        self.followed_share >= 1.0 && self.after.inverted_elements == 0
+    }
+}
+
+impl ResolutionDocument {
+    /// Detects the pairs of a scene as they are in the files, and judges them.
+    pub(crate) fn new(
+        unit: Unit,
+        gap: f64,
+        resolution: &Resolution,
+        conditions: &Conditions,
+        scene: &mut Scene,
+        elements: &[Option<ElementsRecord>],
+    ) -> Result<Self, SceneError> {
+        let after = scene.check(&CheckParams::without_measures(gap), Progress::none())?;
+        scene.fit_all()?;
+        let pairs = PairState::list(gap, resolution, conditions, scene, &after);
+        let mut bodies = Vec::new();
+        for (change, elements) in resolution.bodies.iter().zip(elements) {
+            bodies.push(BodyState::new(change, scene, elements.clone()));
+        }
+
+        let are_whole = elements.iter().flatten().all(ElementsRecord::is_whole);
+        let are_proved = pairs.iter().all(|pair| pair.proved);
+        let resolved = resolution.resolved && are_proved && are_whole;
+        let rounds = resolution.rounds.len() - 1;
+        let mut broken_limits = Vec::new();
+        for broken in &resolution.broken_limits {
+            broken_limits.push(BrokenRecord::new(broken, scene));
+        }
+        Ok(Self { unit, gap, resolved, written: false, rounds, pairs, bodies, broken_limits })
+    }
+
+    /// Writes elements, pairs that fall short with their reasons, and the verdict.
+    pub(crate) fn to_text(&self) -> String {
+        let mut text = String::new();
+        for BodyState { name, elements, .. } in &self.bodies {
+            if let Some(elements) = elements {
+                text += &format!("{name}: {}\n", elements.text());
+            }
+        }
+
+        for broken in &self.broken_limits {
+            text += &format!("{}\n", broken.text());
+        }
+
+        let unit = self.unit.symbol();
+        let short: Vec<&PairState> = self.pairs.iter().filter(|pair| !pair.proved).collect();
+        if self.gap > 0.0 && short.is_empty() {
+            text += &format!(
+                "The gap of {} {unit} is proved for all pairs, faces and edges included, in the \
+                 precision of the files.\n",
+                measure(self.gap)
+            );
+        } else if !short.is_empty() {
+            let pairs = counted(short.len(), "pair");
+            text += &format!("Not proved for {pairs}, of a gap of {} {unit}:\n", measure(self.gap));
+            for pair in short {
+                text += &format!("  {}\n", pair.text(self.unit));
+            }
+        }
+        if !self.written {
+            text +=
+                "No mesh is written: --keep-going writes them, with '_unproved' in their names.\n";
+        } else if !self.resolved {
+            text += "The meshes are written with '_unproved' in their names.\n";
+        }
+        text
+    }
+}
+
+impl PairState {
+    /// Lists the pairs that overlapped, are tied, or are within the gap.
+    fn list(
+        gap: f64,
+        resolution: &Resolution,
+        conditions: &Conditions,
+        scene: &Scene,
+        after: &[PairReport],
+    ) -> Vec<Self> {
+        let mut overlaps: BTreeMap<PairId, bool> = BTreeMap::new();
+        for report in resolution.before.iter().filter(|report| report.overlaps) {
+            overlaps.insert(report.pair, false);
+        }
+        for tie in &conditions.ties {
+            overlaps.insert(PairId::new(tie.bodies[0], tie.bodies[1]), false);
+        }
+        for report in after {
+            overlaps.insert(report.pair, report.overlaps);
+        }
+
+        let mut states = Vec::new();
+        for (pair, overlaps) in overlaps {
+            let is_tied =
+                conditions.ties.iter().any(|tie| PairId::new(tie.bodies[0], tie.bodies[1]) == pair);
+            states.push(Self::new(pair, gap, overlaps, is_tied, resolution, scene));
+        }
+        states
+    }
+
+    fn new(
+        pair: PairId,
+        gap: f64,
+        overlaps: bool,
+        is_tied: bool,
+        resolution: &Resolution,
+        scene: &Scene,
+    ) -> Self {
+        let [a, b] = pair.bodies().map(|id| scene.body(id).tree());
+        let mut bounds = None;
+        if let (Some(a), Some(b), false) = (a, b, overlaps) {
+            bounds = SeparationBounds::compute(a, b, gap, &mut Workspace::default());
+        }
+        let distance = if overlaps {
+            Some(DistanceRecord { lower: 0.0, upper: 0.0 })
+        } else {
+            bounds.map(|bounds| DistanceRecord {
+                lower: bounds.lower,
+                upper: bounds.upper.max(bounds.lower),
+            })
+        };
+
+        let is_near = distance.is_some_and(|distance| distance.lower < gap);
+        let status = if overlaps {
+            PairStatus::Overlaps
+        } else if is_tied {
+            PairStatus::Tied
+        } else if is_near {
+            PairStatus::Near
+        } else {
+            PairStatus::Apart
+        };
+        let depth_before = resolution.before.iter().find(|report| report.pair == pair);
+        let [a, b] = scene.names(pair).map(str::to_owned);
+
+        // An overlap within the tolerance is left where no gap is asked for.
+        let is_left =
+            resolution.resolved && resolution.remaining.iter().any(|left| left.pair == pair);
+        let is_fine = matches!(status, PairStatus::Apart | PairStatus::Tied);
+        let proved = is_fine || (status == PairStatus::Overlaps && gap <= 0.0 && is_left);
+        let reason = (!is_fine).then(|| reason(pair, overlaps, resolution));
+        let depth_before = depth_before.and_then(PairReport::max_depth);
+        Self { a, b, status, proved, distance, depth_before, reason }
+    }
+
+    fn text(&self, unit: Unit) -> String {
+        let Self { a, b, distance, reason, .. } = self;
+        let distance = distance.map_or(0.0, |distance| distance.lower);
+        let state = if self.status == PairStatus::Overlaps {
+            "overlaps".to_owned()
+        } else {
+            format!("{} {} apart", length(distance, unit), unit.symbol())
+        };
+        format!("{a} × {b}: {state}: {}", reason.as_deref().unwrap_or_default())
+    }
+}
+
+/// Returns the reason why a pair is not apart.
+fn reason(pair: PairId, overlaps: bool, resolution: &Resolution) -> String {
+    if overlaps && let Some(left) = resolution.remaining.iter().find(|left| left.pair == pair) {
+        return left.obstacle.to_string();
+    }
+    match resolution.gap.short.iter().find(|short| short.pair == pair) {
+        Some(short) => short.obstacle.to_string(),
+        None => "the file holds less than was found: its precision, or elements that would be \
+                 inverted, cut the displacement"
+            .to_owned(),
+    }
+}
+
+impl BrokenRecord {
+    fn new(broken: &BrokenLimit, scene: &Scene) -> Self {
+        Self {
+            body: scene.body(broken.body).name().to_owned(),
+            volume_change: broken.volume_change,
+            flipped_faces: broken.flipped_faces,
+            new_self_crossings: broken.self_crossings,
+        }
+    }
+
+    fn text(&self) -> String {
+        format!(
+            "{} would leave its limits: volume {:.2} % off, {} turned over, {}",
+            self.body,
+            100.0 * self.volume_change.abs(),
+            counted(self.flipped_faces, "face"),
+            counted(self.new_self_crossings, "new self-crossing"),
+        )
+    }
+}
+
+impl BodyState {
+    fn new(change: &BodyChange, scene: &Scene, elements: Option<ElementsRecord>) -> Self {
+        Self {
+            name: scene.body(change.body).name().to_owned(),
+            moved: change.moved,
+            max_displacement: change.max_displacement,
+            volume_ratio: change.volume_ratio,
+            flipped_faces: change.flipped_faces,
+            self_crossings: change.self_crossings,
+            elements,
+        }
+    }
+}
+
+impl ElementsRecord {
+    fn text(&self) -> String {
+        let mut text = format!(
+            "{} follow, least scaled Jacobian {:.3} -> {:.3} (element {})",
+            counted(self.count, "element"),
+            self.before.min_scaled_jacobian,
+            self.after.min_scaled_jacobian,
+            self.after.worst_element,
+        );
+        if let Some(element) = self.blocking_element {
+            text += &format!(
+                "; element {element} would be inverted or flat beyond {:.1} % of the displacement, \
+                 which is cut there",
+                100.0 * self.followed_share
+            );
+        }
+        text
+    }
+}

@@ -1,0 +1,101 @@
+//! Scenes that cannot come apart, and scenes that look so: each is answered in words, with its exit
+//! status, and nothing is written where it fails.
+
+use fixtures::Mesh;
+use fixtures::shapes::{ellipsoid, icosphere, plate};
+use glam::DVec3;
+
+use crate::support::{Workshop, obj};
+
+/// Scenes of balls and plates: names with their meshes.
+fn workshop() -> Workshop {
+    let workshop = Workshop::new();
+    let ball = |radius: f64| icosphere(radius, 2);
+    let slab = |z: f64, thickness: f64| {
+        plate(DVec3::new(12.0, 12.0, thickness), [6; 2]).translated(z * DVec3::Z)
+    };
+    let meshes: [(&str, Mesh); 9] = [
+        ("ball", ball(5.0)),
+        ("same", ball(5.0)),
+        ("inside", ball(1.5)),
+        ("beside", ball(5.0).translated(9.0 * DVec3::X)),
+        ("shell", shell()),
+        ("sheet", sheet()),
+        ("rod", ellipsoid(DVec3::new(2.0, 2.0, 40.0), 2)),
+        ("lower", slab(-1.7, 2.0)),
+        ("upper", slab(1.7, 2.0)),
+    ];
+    for (name, mesh) in meshes {
+        workshop.write(&format!("{name}.obj"), obj(&mesh));
+    }
+    workshop.write("muscle.obj", obj(&slab(0.0, 2.0)));
+    workshop.write(
+        "sheet.toml",
+        "[[body]]\nfile = \"sheet.obj\"\nkind = \"open\"\n[[body]]\nfile = \"rod.obj\"\nkind = \"rigid\"\n",
+    );
+    workshop
+}
+
+/// A closed shell: a ball with a hollow.
+fn shell() -> Mesh {
+    let (mut outer, inner) = (icosphere(9.0, 2), icosphere(7.0, 2));
+    let first = u32::try_from(outer.positions.len()).expect("few vertices");
+    outer.positions.extend(inner.positions);
+    outer.faces.extend(inner.faces.iter().map(|[a, b, c]| [first + a, first + c, first + b]));
+    outer
+}
+
+/// A sheet of 8 × 8 squares, through whose middle the rod goes.
+fn sheet() -> Mesh {
+    let mut mesh = Mesh { positions: Vec::new(), faces: Vec::new() };
+    for j in 0..9_u32 {
+        for i in 0..9_u32 {
+            let [x, y] = [i, j].map(|k| 4.0 * f64::from(k) - 16.0);
+            mesh.positions.push(DVec3::new(x + 0.1, y + 0.2, 0.3));
+            if i < 8 && j < 8 {
+                let [a, b] = [9 * j + i, 9 * j + i + 9];
+                mesh.faces.extend([[a, a + 1, b + 1], [a, b + 1, b]]);
+            }
+        }
+    }
+    mesh
+}
+
+#[test]
+fn each_absurd_scene_is_answered_in_words() {
+    // Arguments, exit status, words of the answer.
+    let table: [(&str, i32, &[&str]); 12] = [
+        ("ball.obj inside.obj --rigid ball", 1, &["wholly inside the other", "No mesh is written"]),
+        ("ball.obj same.obj", 1, &["the surfaces coincide", "No mesh is written"]),
+        ("ball.obj same.obj --rigid ball --gap 0.1", 1, &["coincide"]),
+        ("shell.obj ball.obj", 0, &["Nothing overlaps any more."]),
+        ("shell.obj ball.obj --gap 0.5", 0, &["The gap of 0.5000 mm is proved for all pairs"]),
+        ("sheet.toml", 1, &["sheet × rod", "is pierced", "No mesh is written"]),
+        ("ball.obj beside.obj --rigid ball --rigid beside", 1, &["both are rigid"]),
+        ("ball.obj beside.obj --rigid ball --gap 0.2", 0, &["is proved for all pairs"]),
+        (
+            "lower.obj muscle.obj upper.obj --rigid lower --rigid upper --gap 0.1",
+            1,
+            &["muscle", "No mesh is written"],
+        ),
+        ("ball.obj beside.obj --gap -1", 2, &["gap is -1, but must be"]),
+        ("ball.obj beside.obj --gap nan", 2, &["gap is NaN, but must be"]),
+        ("ball.obj", 0, &["Nothing overlaps any more."]),
+    ];
+    let workshop = workshop();
+    let before = workshop.listing();
+    let mut wrong = String::new();
+    for (arguments, status, expected) in table {
+        let mut arguments: Vec<&str> = arguments.split(' ').collect();
+        arguments.extend(["--no-report", "--out", "apart"]);
+        let run = workshop.run("resolve", &arguments);
+        let answer = run.stdout + &run.stderr;
+        let is_written = workshop.listing() != before;
+        let has_words = expected.iter().all(|words| answer.contains(words));
+        if run.status != status || !has_words || is_written != (status == 0) {
+            wrong += &format!("{arguments:?}: {} {is_written}\n{answer}\n", run.status);
+        }
+        let _ = std::fs::remove_dir_all(workshop.path("apart"));
+    }
+    assert!(wrong.is_empty(), "{wrong}");
+}

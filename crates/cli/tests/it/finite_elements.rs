@@ -1,0 +1,149 @@
+//! The way of `docs/finite-elements.md`: mesh files in, gap proved, files out.
+
+use fixtures::volume::Block;
+use glam::DVec3;
+use serde_json::Value;
+
+use crate::support::Workshop;
+
+/// Page whose commands are run.
+const PAGE: &str = include_str!("../../../../docs/finite-elements.md");
+
+/// Returns the commands of the first block of the page, as lists of arguments.
+fn commands() -> Vec<Vec<&'static str>> {
+    let block = PAGE.split("```sh\n").nth(1).and_then(|rest| rest.split("```").next());
+    let lines = block.expect("a block of commands").lines();
+    lines.map(|line| line.split_whitespace().skip(1).collect()).collect()
+}
+
+/// A block of hexahedra whose top is domed, so that it presses into what lies above its middle.
+fn bone() -> Block {
+    let mut block = Block::new(DVec3::new(10.0, 10.0, 4.0), [8, 8, 3]);
+    for x in &mut block.nodes {
+        let share = DVec3::new(x.x / 10.0, x.y / 10.0, x.z / 4.0);
+        let [along, across] = [share.x, share.y].map(|share| (std::f64::consts::PI * share).sin());
+        x.z += 0.6 * share.z * along * across;
+    }
+    block
+}
+
+/// A block above, whose middle the dome enters by a third of a millimeter.
+fn muscle() -> Block {
+    let size = DVec3::new(9.0, 9.0, 6.0);
+    Block::new(size, [9, 9, 6]).with_noise(size, 0.1).translated(DVec3::new(0.53, 0.47, 4.27))
+}
+
+/// Returns a block as an Abaqus input file, numbered from 101, of hexahedra or of tetrahedra.
+fn inp(block: &Block, of_tetrahedra: bool) -> String {
+    let mut text = "*Heading\n a block\n*Node\n".to_owned();
+    for (number, x) in (101..).zip(&block.nodes) {
+        text += &format!("{number}, {:.4}, {:.4}, {:.4}\n", x.x, x.y, x.z);
+    }
+    let elements: Vec<Vec<u32>> = if of_tetrahedra {
+        block.tetrahedra().into_iter().map(Vec::from).collect()
+    } else {
+        block.hexahedra.iter().map(|nodes| nodes.to_vec()).collect()
+    };
+    text += if of_tetrahedra { "*Element, type=C3D4\n" } else { "*Element, type=C3D8R\n" };
+    for (number, nodes) in (1..).zip(elements) {
+        let nodes: Vec<String> = nodes.into_iter().map(|node| (node + 101).to_string()).collect();
+        text += &format!("{number}, {}\n", nodes.join(", "));
+    }
+    text + "*Nset, nset=attachment\n101, 102\n*Material, name=muscle\n*Elastic\n 0.1, 0.45\n"
+}
+
+fn json(workshop: &Workshop, name: &str) -> Value {
+    serde_json::from_str(&workshop.read(name)).expect("JSON")
+}
+
+#[test]
+fn the_commands_of_the_page_give_files_with_a_gap() {
+    for of_tetrahedra in [false, true] {
+        let workshop = Workshop::new();
+        workshop.write("bone.inp", inp(&bone(), false));
+        workshop.write("muscle.inp", inp(&muscle(), of_tetrahedra));
+        let [seen, resolved, checked] = &commands()[..] else { panic!("three commands") };
+        let run = |command: &[&str]| workshop.run(command[0], &command[1..]);
+
+        assert_eq!(run(seen).status, 1, "they overlap at first");
+        let resolve = run(resolved);
+        assert_eq!(resolve.status, 0, "{}{}", resolve.stdout, resolve.stderr);
+        assert!(resolve.stdout.contains("The gap of 0.05"), "{}", resolve.stdout);
+        assert!(resolve.stdout.contains("elements follow, least scaled"), "{}", resolve.stdout);
+        let apart = workshop.run(checked[0], &[&checked[1..], &["--json", "apart.json"]].concat());
+        assert_eq!(apart.status, 0, "{}", apart.stdout);
+        let distance = json(&workshop, "apart.json")["pairs"][0]["distance"].as_f64();
+        assert!(distance.expect("they are near") >= 0.05 - 1e-12, "{distance:?}");
+
+        // The bone is the file that was given; of the muscle, only coordinates of nodes differ.
+        assert_eq!(workshop.read("apart/bone.inp"), workshop.read("bone.inp"));
+        let [before, after] = ["muscle.inp", "apart/muscle.inp"].map(|name| workshop.read(name));
+        let [before, after]: [Vec<&str>; 2] = [before.lines().collect(), after.lines().collect()];
+        assert_eq!(before.len(), after.len());
+        let nodes = 3..3 + muscle().nodes.len();
+        let mut moved = 0;
+        for (line, (before, after)) in before.iter().zip(&after).enumerate() {
+            let number = |text: &str| text.split(',').next().map(str::to_owned);
+            assert!(before == after || nodes.contains(&line), "line {line}: {after}");
+            assert_eq!(number(before), number(after), "line {line}");
+            moved += usize::from(before != after);
+        }
+        assert!(moved > 20, "{moved} nodes moved");
+
+        let gate = json(&workshop, "gap.json");
+        assert_eq!((&gate["resolved"], &gate["gap"]), (&Value::Bool(true), &Value::from(0.05)));
+        let pair = &gate["pairs"][0];
+        assert_eq!((&pair["status"], &pair["proved"]), (&"apart".into(), &true.into()));
+        let elements = &gate["bodies"][1]["elements"];
+        assert_eq!(elements["after"]["inverted_elements"], 0);
+        assert_eq!(elements["followed_share"], 1.0);
+        assert!(workshop.read("apart/muscle_displacement.vtu").contains("displacement_length"));
+    }
+}
+
+/// A muscle one element thin, in which a deep dent would invert elements.
+#[test]
+fn elements_in_the_way_are_named() {
+    let workshop = Workshop::new();
+    let scene = "[[body]]\nfile = \"bone.inp\"\nkind = \"rigid\"\n[[body]]\nfile = \"muscle.inp\"\n\
+        [[fixed]]\nbody = \"muscle\"\nbox = [[-1, -1, 4.6], [11, 11, 9]]\n";
+    let thin = Block::new(DVec3::new(9.0, 9.0, 0.5), [9, 9, 1]);
+    workshop.write("bone.inp", inp(&bone(), false));
+    workshop.write("muscle.inp", inp(&thin.translated(DVec3::new(0.53, 0.47, 4.2)), false));
+    workshop.write("scene.toml", scene);
+    let arguments = ["scene.toml", "--gap", "0.08", "--out", "apart", "--no-report"];
+    let before = workshop.listing();
+    let run = workshop.run("resolve", &[&arguments[..], &["--json", "-"]].concat());
+    assert_eq!(run.status, 1, "{}{}", run.stdout, run.stderr);
+    let document: Value = serde_json::from_str(&run.stdout).expect("JSON");
+    assert_eq!(document["written"], false);
+    assert_eq!(workshop.listing(), before);
+
+    // Marked where it is written on request.
+    let kept = workshop.run("resolve", &[&arguments[..], &["--keep-going"]].concat());
+    assert_eq!(kept.status, 1);
+    let mut files = workshop.listing();
+    files.retain(|name| name.starts_with("apart/") && name.ends_with(".inp"));
+    assert_eq!(files, ["apart/bone_unproved.inp", "apart/muscle_unproved.inp"]);
+    let after = mesh_io::read_mesh(&workshop.path("apart/muscle_unproved.inp")).expect("a mesh");
+    let volume = after.volume.expect("a volume mesh");
+    assert_eq!(volume.mesh.quality(&volume.nodes).inverted, 0, "no element is inverted");
+}
+
+#[test]
+fn inverted_elements_are_named_by_their_number() {
+    let workshop = Workshop::new();
+    let text = inp(&Block::new(DVec3::ONE, [1; 3]), true);
+    // The first element with two nodes exchanged.
+    let element = text.lines().find(|line| line.starts_with("1, ")).expect("an element");
+    let nodes: Vec<&str> = element.split(", ").collect();
+    let turned = [nodes[0], nodes[2], nodes[1], nodes[3], nodes[4]].join(", ");
+    workshop.write("muscle.inp", text.replace(element, &turned));
+    let run = workshop.run("resolve", &["muscle.inp", "--out", "apart"]);
+    assert_eq!(run.status, 2, "{}", run.stdout);
+    let expected =
+        "'muscle' has 1 elements that are inverted or flat at the start, the worst is 1 ";
+    assert!(run.stderr.contains(expected), "{}", run.stderr);
+    let check = workshop.check(&["muscle.inp"]);
+    assert!(check.stdout.contains("1 element inverted or flat"), "{}", check.stdout);
+}
