@@ -154,8 +154,8 @@ impl Add for OperationCounts {
 /// Measures the [machine factor](crate::PlanParams::machine_factor) of this machine, over a
 /// millisecond of closest-point queries.
 ///
-/// Batches of them are timed one by one, of which the quickest counts: what else the machine does
-/// in that millisecond changes nothing. `now` returns the time since any fixed moment: the library
+/// Batches of them are timed one by one, some in any case, of which the quickest counts: what else
+/// the machine does in that millisecond changes little. `now` returns the time since any fixed moment: the library
 /// itself has no clock.
 ///
 /// ```
@@ -169,13 +169,14 @@ impl Add for OperationCounts {
 pub fn machine_factor(now: impl Fn() -> Duration) -> f64 {
     // Many queries per reading of the clock, which takes longer than one.
     const BATCH: u32 = 1000;
+    const MIN_BATCHES: u32 = 20;
     let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
     let mut point = DVec3::new(0.3, 0.3, 1.0);
 
     // Each query depends on the last one, so that none can be left out.
     let start = now();
-    let (mut last, mut quickest) = (start, Duration::MAX);
-    while last.saturating_sub(start) < Duration::from_millis(1) {
+    let (mut last, mut quickest, mut batches) = (start, Duration::MAX, 0);
+    while batches < MIN_BATCHES || last.saturating_sub(start) < Duration::from_millis(1) {
         for _ in 0..BATCH {
             let foot = closest_on_triangle(point, corners).point;
             point = DVec3::new(foot.y, 0.9 * foot.x + 0.1, 1.0);
@@ -183,6 +184,7 @@ pub fn machine_factor(now: impl Fn() -> Duration) -> f64 {
         let end = now();
         quickest = quickest.min(end.saturating_sub(last));
         last = end;
+        batches += 1;
     }
     black_box(point);
     quickest.as_secs_f64() / f64::from(BATCH) / REFERENCE_QUERY_TIME
