@@ -19,7 +19,7 @@ use crate::tissue::{Tissue, fitted_tree};
 use crate::{ResolveError, WrittenPrecision, tuning};
 
 /// Pair of bodies with its near features.
-struct NearPair {
+struct PairFeatures {
     id: PairId,
     features: Vec<NearFeatures>,
 }
@@ -85,7 +85,7 @@ impl Run<'_> {
         &mut self,
         crossing: &[PairId],
         max_distance: f64,
-    ) -> Result<Vec<NearPair>, ResolveError> {
+    ) -> Result<Vec<PairFeatures>, ResolveError> {
         let mut pairs = self.scene.close_pairs(max_distance)?;
         self.scene.fit_all()?;
         pairs.retain(|pair| self.can_open(*pair) && !crossing.contains(pair));
@@ -94,7 +94,7 @@ impl Run<'_> {
             let [a, b] = id.bodies().map(|body| fitted_tree(scene.body(body)));
             let mut features = Vec::new();
             NearFeatures::find(a, b, max_distance, workspace, &mut features);
-            NearPair { id, features }
+            PairFeatures { id, features }
         });
         Ok(near)
     }
@@ -107,14 +107,14 @@ impl Run<'_> {
     /// Sets up the problem of a round. Features are short where more than `tolerance` is missing.
     fn gap_problem(
         &mut self,
-        near: &[NearPair],
+        near: &[PairFeatures],
         target: f64,
         tolerance: f64,
     ) -> Result<(ElasticProblem, GapRound), ResolveError> {
         let mut round = GapRound { min_distance: f64::INFINITY, ..GapRound::default() };
         let mut problem = ElasticProblem::default();
         let mut seeds: BTreeMap<BodyId, Vec<u32>> = BTreeMap::new();
-        for NearPair { id, features } in near {
+        for PairFeatures { id, features } in near {
             let target = if self.is_tied(*id) { 0.0 } else { target };
             let mut is_short_pair = false;
             for feature in features {
@@ -140,6 +140,19 @@ impl Run<'_> {
             round.short_pairs += usize::from(is_short_pair);
         }
 
+        self.add_bodies(seeds, &mut problem, &mut round)?;
+        self.add_tie_bonds(&mut problem);
+        Ok((problem, round))
+    }
+
+    /// Adds the bodies that move: around their short features, and where a volume is to be given
+    /// back.
+    fn add_bodies(
+        &mut self,
+        mut seeds: BTreeMap<BodyId, Vec<u32>>,
+        problem: &mut ElasticProblem,
+        round: &mut GapRound,
+    ) -> Result<(), ResolveError> {
         // What holds each body that moves.
         self.add_tie_seeds(&mut seeds);
         let progress = self.round_progress();
@@ -172,10 +185,9 @@ impl Run<'_> {
             let mut active = tissue.vertices_around(&seeds, tree, length, progress)?;
             active.extend(&seeds);
             active.sort_unstable();
-            tissue.add_active(tree, &active, first, number, length, &mut problem);
+            tissue.add_active(tree, &active, first, number, length, problem);
         }
-        self.add_tie_bonds(&mut problem);
-        Ok((problem, round))
+        Ok(())
     }
 
     /// Adds the row of two near features, unless neither can move.

@@ -35,6 +35,7 @@
 //!
 //! None is on by default.
 
+mod conditions;
 mod edge_contacts;
 mod elastic;
 mod error;

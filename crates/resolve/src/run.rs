@@ -8,10 +8,10 @@ use scene::{CheckParams, DepthBracket, PairId, PairOverlap, PairReport, Scene};
 use surface::parallel;
 use surface::progress::{Interrupted, Progress};
 
+use crate::conditions::TieBond;
 use crate::exit_sides::ExitMemory;
 use crate::near_pairs::NearPairs;
 use crate::resolution::{BodyChange, Obstacle, Remaining, Resolution, Round, deepest, max_bracket};
-use crate::ties::TieBond;
 use crate::tissue::{Tissue, fitted_tree};
 use crate::warm_start::LocalDisplacements;
 use crate::{Conditions, GapRound, ResolveError, ResolveParams, tuning};

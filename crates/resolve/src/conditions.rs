@@ -1,0 +1,80 @@
+//! Conditions of a scene: vertices that follow another body, and fixed ones.
+//!
+//! Vertices of the first body of a tie within its distance of the second one follow their closest
+//! points on it, as they were at the start. Where the first body is rigid, vertices of the second
+//! follow the first.
+
+use kdop::Workspace;
+use scene::{BodyId, PairId, Scene};
+
+use crate::tissue::{Tissue, fitted_tree};
+use crate::{Conditions, ResolveError, Tie};
+
+/// Vertex that follows a point of another body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TieBond {
+    pub(crate) follower: BodyId,
+    pub(crate) vertex: u32,
+    pub(crate) leader: BodyId,
+    pub(crate) corners: [u32; 3],
+    pub(crate) weights: [f64; 3],
+}
+
+impl Conditions {
+    /// Marks the fixed vertices.
+    pub(crate) fn fix(&self, tissues: &mut [Tissue]) -> Result<(), ResolveError> {
+        for fixed in &self.fixed {
+            let body = fixed.body.index();
+            let count = tissues.get(body).map_or(0, |tissue| tissue.rest.len());
+            for &vertex in &fixed.vertices {
+                if vertex as usize >= count {
+                    return Err(ResolveError::NoSuchVertex { body, vertex, count });
+                }
+                let is_fixed = &mut tissues[body].is_fixed;
+                is_fixed.resize(count, false);
+                is_fixed[vertex as usize] = true;
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the pairs that are tied, ascending.
+    pub(crate) fn tied_pairs(&self) -> Vec<PairId> {
+        let mut tied = Vec::new();
+        for Tie { bodies: [a, b], .. } in &self.ties {
+            tied.push(PairId::new(*a, *b));
+        }
+        tied.sort_unstable();
+        tied.dedup();
+        tied
+    }
+
+    /// Finds the vertices that follow another body. The trees of all bodies are up to date.
+    pub(crate) fn tie_bonds(
+        &self,
+        scene: &Scene,
+        tissues: &[Tissue],
+    ) -> Result<Vec<TieBond>, ResolveError> {
+        let mut bonds = Vec::new();
+        let workspace = &mut Workspace::default();
+        for Tie { bodies: [a, b], distance } in &self.ties {
+            scene.get(*a)?;
+            scene.get(*b)?;
+            let first_is_rigid = tissues[a.index()].is_rigid;
+            let (follower, leader) = if first_is_rigid { (*b, *a) } else { (*a, *b) };
+            let own = fitted_tree(scene.body(follower));
+            let other = fitted_tree(scene.body(leader));
+            let mut hint = None;
+            for (vertex, &x) in (0..).zip(own.positions().as_slice()) {
+                let found = other.closest_point(x, *distance, hint, workspace);
+                if let Some(closest) = found {
+                    hint = Some(closest.face);
+                    let corners = other.surface().faces()[closest.face as usize];
+                    let weights = closest.foot.barycentric;
+                    bonds.push(TieBond { follower, vertex, leader, corners, weights });
+                }
+            }
+        }
+        Ok(bonds)
+    }
+}
