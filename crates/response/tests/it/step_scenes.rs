@@ -238,6 +238,21 @@ fn an_open_gap_closes_before_a_soft_contact_pushes() {
     }
 }
 
+/// The proximity distance slows approaches by a share, which is not enough for fast ones: these end at
+/// the surface.
+#[test]
+fn fast_approaches_end_at_the_surface() {
+    let h = 0.1;
+    for (height, speed, expected) in [(0.5, 4.0, 0.3), (0.5, 30.0, 0.0), (2.0, 30.0, 0.0)] {
+        let mut world = World::new(vec![DVec3::Z * height], DVec3::Z, material(0.0));
+        world.v[0].z = -speed;
+        let report = world.correct(&params(h), ParticleLoads::None);
+        advance(&mut world, h);
+        assert!((world.x[0].z - expected).abs() < 1e-12, "from {height}: {}", world.x[0].z);
+        assert!(report.approach_before > 0.0, "{report:?}");
+    }
+}
+
 #[test]
 fn permanent_contacts_hold_against_a_pull() {
     let pull = DVec3::new(300.0, 0.0, 500.0);
