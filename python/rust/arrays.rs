@@ -3,7 +3,10 @@
 use glam::DVec3;
 use musculo_collide::surface::TriangleSurface;
 use numpy::ndarray::Array2;
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{
+    BorrowError, IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1,
+    PyReadonlyArray2, PyReadwriteArray2, PyUntypedArrayMethods,
+};
 use pyo3::prelude::*;
 
 use crate::error::refused;
@@ -13,6 +16,37 @@ pub(crate) type Points<'py> = PyReadonlyArray2<'py, f64>;
 
 /// Corners of faces that numpy holds, m × 3 in row order.
 pub(crate) type Faces<'py> = PyReadonlyArray2<'py, i64>;
+
+/// Array of the caller that a call changes in place, n × 3.
+pub(crate) type States<'py> = Bound<'py, PyArray2<f64>>;
+
+/// Borrows an array exclusively, until the result is dropped.
+pub(crate) fn borrowed<'py>(
+    array: &States<'py>,
+    what: &str,
+) -> PyResult<PyReadwriteArray2<'py, f64>> {
+    array.try_readwrite().map_err(|error| match error {
+        BorrowError::NotWriteable => refused(format!("{what} is read-only, but changed in place")),
+        _ => refused(format!("{what} is in use: by another call, or as another argument of this")),
+    })
+}
+
+/// Returns the rows of a borrowed array where they are.
+pub(crate) fn vectors<'a>(
+    array: &'a mut PyReadwriteArray2<'_, f64>,
+    what: &str,
+) -> PyResult<&'a mut [DVec3]> {
+    let shape = array.shape().to_vec();
+    match array.as_slice_mut() {
+        Ok(numbers) if shape[1] == 3 => Ok(bytemuck::cast_slice_mut(numbers)),
+        _ => Err(not_rows(what, &shape)),
+    }
+}
+
+/// Returns the numbers of an array where they are.
+pub(crate) fn numbers<'a>(array: &'a PyReadonlyArray1<'_, f64>, what: &str) -> PyResult<&'a [f64]> {
+    array.as_slice().map_err(|_| refused(format!("{what} are not in one piece of memory")))
+}
 
 /// Returns the points of an array where they are, without a copy.
 pub(crate) fn points<'a>(array: &'a Points<'_>) -> PyResult<&'a [DVec3]> {

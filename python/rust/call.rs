@@ -85,6 +85,20 @@ impl Call {
             None => result.map_err(refused),
         }
     }
+
+    /// Computes without the interpreter's lock what is soon done: nothing interrupts it.
+    pub(crate) fn run_short<T: Send, E: Display + Send>(
+        &self,
+        py: Python<'_>,
+        compute: impl FnOnce() -> Result<T, E> + Send,
+    ) -> PyResult<T> {
+        let result = py.detach(|| match &self.pool {
+            Threads::Own => on_calling_thread(compute),
+            Threads::All => compute(),
+            Threads::Pool(pool) => pool.install(compute),
+        });
+        result.map_err(refused)
+    }
 }
 
 /// Returns the pool of a number of threads, which is kept for later calls.
@@ -102,7 +116,7 @@ fn pool(threads: usize) -> PyResult<Arc<ThreadPool>> {
 /// Link between a computation and the interpreter.
 struct Observer<'a> {
     progress: Option<&'a Py<PyAny>>,
-    /// Bits of the last fraction that the computation has reported.
+    /// Bits of the largest fraction that the computation has reported.
     fraction: AtomicU64,
     is_interrupted: AtomicBool,
     exception: Mutex<Option<PyErr>>,
@@ -127,7 +141,7 @@ impl<'a> Observer<'a> {
     ) -> Result<T, E> {
         let (sender, receiver) = channel();
         let handler = |fraction: f64| {
-            self.fraction.store(fraction.to_bits(), Ordering::Relaxed);
+            self.advance(fraction);
             self.flow()
         };
         thread::scope(|scope| {
@@ -154,10 +168,20 @@ impl<'a> Observer<'a> {
             }
             is_due
         };
+        let fraction = self.advance(fraction);
         if is_due {
             self.observe(fraction);
         }
         self.flow()
+    }
+
+    /// Takes a fraction that a thread reports, and returns the largest so far.
+    ///
+    /// Threads report out of order, but a share that was shown never falls. Bits of numbers that
+    /// are not negative have the order of the numbers.
+    fn advance(&self, fraction: f64) -> f64 {
+        let bits = fraction.max(0.0).to_bits();
+        f64::from_bits(self.fraction.fetch_max(bits, Ordering::Relaxed).max(bits))
     }
 
     /// Looks at signals and calls the progress function; an exception interrupts the computation.

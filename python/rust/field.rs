@@ -1,6 +1,7 @@
 //! Signed distance fields.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use mesh_io::FieldFormat;
 use musculo_collide::Progress;
@@ -23,7 +24,7 @@ type Samples<'py> = (Bound<'py, PyArray1<f64>>, Option<Bound<'py, PyArray2<f64>>
 #[pyclass(frozen, module = "musculo_collide._native")]
 #[derive(Debug)]
 pub(crate) struct Field {
-    field: DistanceField,
+    field: Arc<DistanceField>,
 }
 
 #[pymethods]
@@ -50,13 +51,13 @@ impl Field {
         let field = Call::new(threads, progress)?.run(py, |progress: Progress<'_>| {
             DistanceField::build(&surface, x, &params, progress)
         })?;
-        Ok(Self { field })
+        Ok(Self { field: Arc::new(field) })
     }
 
     #[staticmethod]
     fn read(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let field = py.detach(|| mesh_io::read_field(&path)).map_err(unreadable)?;
-        Ok(Self { field })
+        Ok(Self { field: Arc::new(field) })
     }
 
     fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
@@ -105,7 +106,7 @@ impl Field {
             measured.map(|measured| (measured.points, measured.rms, measured.max))
         };
         let warnings: Vec<String> =
-            report.warnings.iter().map(|warning| format!("{warning:?}")).collect();
+            report.warnings.iter().map(|warning| warning.to_string()).collect();
         Ok(dict!(py, {
             measured_error: error(report.measured_error),
             measured_deep_error: error(report.measured_deep_error),
@@ -113,5 +114,12 @@ impl Field {
             inside_volume: report.inside_volume,
             warnings: warnings,
         }))
+    }
+}
+
+impl Field {
+    /// Returns the field, to be held by others too.
+    pub(crate) fn shared(&self) -> Arc<DistanceField> {
+        Arc::clone(&self.field)
     }
 }

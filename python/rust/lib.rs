@@ -7,12 +7,15 @@ mod arrays;
 mod call;
 mod error;
 mod field;
+mod joint;
 mod medial;
 mod mesh;
+mod motion;
 mod plan;
 mod record;
 mod resolution;
 mod scene;
+mod step;
 mod surface;
 
 use pyo3::prelude::*;
@@ -23,6 +26,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<scene::Scene>()?;
     module.add_class::<plan::Plan>()?;
     module.add_class::<field::Field>()?;
+    module.add_class::<step::Step>()?;
     module.add_class::<surface::Surface>()?;
     module.add_function(wrap_pyfunction!(mesh::read_mesh, module)?)?;
     module.add_function(wrap_pyfunction!(mesh::write_mesh, module)?)?;

@@ -76,7 +76,7 @@ impl Plan {
         let Self { scene, plan, detection } = self;
         let mut held = scene.try_borrow_mut(py)?;
         let library = held.library_mut();
-        Call::new(threads, None)?.run(py, |_| plan.detect(library, detection))?;
+        Call::new(threads, None)?.run_short(py, || plan.detect(library, detection))?;
 
         let mut pairs = Vec::new();
         for found in detection.pairs() {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use musculo_collide::{
-    AreaBracket, Coincidence, Depth, OverlapMeasures, PairOverlap, PairReport, Scene, SweepReport,
+    AreaBracket, Coincidence, Depth, Overlap, OverlapMeasures, PairReport, Scene, SweepReport,
     SweptContact, VertexReport,
 };
 use pyo3::prelude::*;
@@ -29,8 +29,7 @@ pub(crate) fn pair<'py>(py: Python<'py>, report: &PairReport, scene: &Scene) -> 
         Some(areas) => areas.map(|AreaBracket { lower, upper }| Some((lower, upper))),
         None => [None; 2],
     };
-    let measures =
-        report.overlap.as_ref().map(|overlap| overlap_record(py, overlap)).transpose()?;
+    let measures = report.overlap.as_ref().map(|found| overlap(py, &found.measures)).transpose()?;
     let depths =
         report.overlap.as_ref().map(|overlap| [overlap.depth_of_a_in_b, overlap.depth_of_b_in_a]);
     let [depth_of_a_in_b, depth_of_b_in_a] = depths.unwrap_or_default();
@@ -53,8 +52,8 @@ pub(crate) fn pair<'py>(py: Python<'py>, report: &PairReport, scene: &Scene) -> 
     }))
 }
 
-fn overlap_record<'py>(py: Python<'py>, overlap: &PairOverlap) -> Record<'py> {
-    let measured = &overlap.measures;
+/// Returns the record of what two bodies share.
+pub(crate) fn overlap<'py>(py: Python<'py>, measured: &Overlap) -> Record<'py> {
     let mut regions = Vec::new();
     for region in &measured.regions {
         regions.push(measures(py, region)?);

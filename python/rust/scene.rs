@@ -1,10 +1,8 @@
 //! Scenes of named bodies.
 
-use glam::{DMat3, DQuat, DVec3};
 use musculo_collide::ccd::CcdParams;
 use musculo_collide::resolve::{ResolveParams, resolve};
-use musculo_collide::surface::Pose;
-use musculo_collide::{BodyId, BodyKind, BodyMove, CheckParams};
+use musculo_collide::{BodyId, BodyKind, CheckParams, JointContactParams, PairId, Path, PathMove};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -12,6 +10,8 @@ use pyo3::types::PyDict;
 use crate::arrays::{Faces, Points, point_array, points, row_array, surface};
 use crate::call::Call;
 use crate::error::refused;
+use crate::joint::{self, Cartilage};
+use crate::motion::{Motion, Placement};
 use crate::{record, resolution};
 
 /// Bodies of a scene, with the native calls on them.
@@ -73,12 +73,15 @@ impl Scene {
         self.scene.move_body(body, points(&vertices)?).map_err(refused)
     }
 
-    /// Places a rigid body by the nine numbers of a rotation, row by row, and a translation.
-    fn _pose(&mut self, name: &str, rotation: [f64; 9], translation: [f64; 3]) -> PyResult<()> {
+    fn _pose(&mut self, name: &str, placement: Placement) -> PyResult<()> {
         let body = self.find(name)?;
-        let rotation = DQuat::from_mat3(&DMat3::from_cols_array(&rotation).transpose());
-        let pose = Pose::new(rotation, DVec3::from_array(translation));
-        self.scene.pose_body(body, &pose).map_err(refused)
+        self.scene.pose_body(body, &placement.pose()).map_err(refused)
+    }
+
+    /// Returns the numbers of a body's particles: the first, and the one after the last.
+    fn _particles(&self, name: &str) -> PyResult<(u32, u32)> {
+        let particles = self.scene.body(self.find(name)?).particles();
+        Ok((particles.start, particles.end))
     }
 
     fn _ignore(&mut self, a: &str, b: &str) -> PyResult<()> {
@@ -104,25 +107,75 @@ impl Scene {
         reports.iter().map(|report| record::pair(py, report, &self.scene)).collect()
     }
 
-    /// Sweeps bodies, by their names, to the positions they have at the end of a step.
-    #[pyo3(signature = (moves, separation, threads, progress))]
+    /// Sweeps bodies, by their names, on their ways during a step.
+    #[pyo3(signature = (moves, first_of_pairs, separation, threads, progress))]
     fn _sweep<'py>(
         &mut self,
         py: Python<'py>,
-        moves: Vec<(String, Points<'py>)>,
+        moves: Vec<(String, Motion<'py>)>,
+        first_of_pairs: bool,
         separation: f64,
         threads: Option<usize>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let mut ends = Vec::new();
-        for (name, vertices) in &moves {
-            ends.push(BodyMove { body: self.find(name)?, positions: points(vertices)? });
+        // Bodies are moved while their ways are swept: paths keep where they were.
+        let mut starts = Vec::with_capacity(moves.len());
+        for (name, _) in &moves {
+            let body = self.find(name)?;
+            starts.push((body, self.scene.body(body).positions().to_vec()));
         }
+        let mut paths = Vec::with_capacity(moves.len());
+        for ((_, motion), (body, start)) in moves.iter().zip(&starts) {
+            paths.push(motion.paths(self.scene.body(*body), start)?);
+        }
+        let mut ways = Vec::with_capacity(moves.len());
+        for ((body, _), path) in starts.iter().zip(&paths) {
+            ways.push(PathMove { body: *body, path: path as &dyn Path });
+        }
+
         let params = CcdParams { min_separation: separation, ..CcdParams::EXACT };
         let scene = &mut self.scene;
-        let report = Call::new(threads, progress)?
-            .run(py, |progress| scene.sweep(&ends, &params, progress))?;
+        let report = Call::new(threads, progress)?.run(py, |progress| {
+            if first_of_pairs {
+                scene.first_contacts(&ways, &params, progress)
+            } else {
+                scene.sweep_paths(&ways, &params, progress)
+            }
+        })?;
         record::sweep(py, &report, &self.scene)
+    }
+
+    /// Measures the contact of pairs of bodies, named in order.
+    #[pyo3(signature = (pairs, margin, resolution, cartilage, threads, progress))]
+    #[expect(clippy::too_many_arguments, reason = "named arguments in Python")]
+    fn _joint_contacts<'py>(
+        &mut self,
+        py: Python<'py>,
+        pairs: Vec<(String, String)>,
+        margin: f64,
+        resolution: f64,
+        cartilage: Option<Cartilage>,
+        threads: Option<usize>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Vec<(Bound<'py, PyDict>, Bound<'py, PyDict>)>> {
+        let mut ids = Vec::with_capacity(pairs.len());
+        for (a, b) in &pairs {
+            ids.push(self.pair(a, b)?);
+        }
+        let foundation = cartilage.map(|layer| layer.foundation()).transpose()?;
+        let params = JointContactParams { margin, resolution, foundation };
+        let scene = &mut self.scene;
+        let found = Call::new(threads, progress)?
+            .run(py, |progress| scene.joint_contacts(&ids, &params, progress))?;
+
+        // The library has the body that was added first as the first of a pair.
+        let mut contacts = Vec::with_capacity(found.len());
+        for ((pair, (a, _)), [of_a, of_b]) in ids.iter().zip(&pairs).zip(&found) {
+            let [of_a, of_b] = [joint::contact(py, of_a)?, joint::contact(py, of_b)?];
+            let is_in_order = self.find(a)? == pair.a;
+            contacts.push(if is_in_order { (of_a, of_b) } else { (of_b, of_a) });
+        }
+        Ok(contacts)
     }
 
     #[pyo3(signature = (smoothing, tolerance, gap, max_rounds, threads, progress))]
@@ -162,7 +215,17 @@ impl Scene {
         &mut self.scene
     }
 
-    fn find(&self, name: &str) -> PyResult<BodyId> {
+    /// Finds the pair of two bodies.
+    pub(crate) fn pair(&self, a: &str, b: &str) -> PyResult<PairId> {
+        let pair = PairId::new(self.find(a)?, self.find(b)?);
+        if pair.a == pair.b {
+            return Err(refused(format!("both bodies of a pair are {a:?}")));
+        }
+        Ok(pair)
+    }
+
+    /// Finds a body by its name.
+    pub(crate) fn find(&self, name: &str) -> PyResult<BodyId> {
         self.scene.find(name).ok_or_else(|| {
             let names: Vec<&str> = self.scene.bodies().iter().map(|body| body.name()).collect();
             refused(format!("no body is named {name:?}; there are {names:?}"))

@@ -2,15 +2,18 @@
 
 use glam::DVec3;
 use musculo_collide::kdop::Workspace;
+use musculo_collide::overlap::OverlapDetector;
 use musculo_collide::proximity::{ClosestPoint, SurfaceTree};
-use musculo_collide::surface::parallel;
+use musculo_collide::surface::parallel::{self, on_calling_thread};
 use musculo_collide::{Interrupted, Progress};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::arrays::{Faces, Points, array, point_array, points, surface};
 use crate::call::Call;
 use crate::error::refused;
+use crate::record;
 
 /// Points between two polls for interruption: some milliseconds.
 const POLL_INTERVAL: usize = 1024;
@@ -72,6 +75,13 @@ impl Surface {
             if self.tree.contains(point, workspace) { -distance } else { distance }
         };
         Ok(array(py, self.ask(py, points, threads, signed)?))
+    }
+
+    /// Measures what two surfaces share.
+    fn overlap<'py>(&self, py: Python<'py>, other: &Self) -> PyResult<Bound<'py, PyDict>> {
+        let [a, b] = [&self.tree, &other.tree];
+        let measured = py.detach(|| on_calling_thread(|| OverlapDetector::default().measure(a, b)));
+        record::overlap(py, &measured)
     }
 
     fn closest_points<'py>(

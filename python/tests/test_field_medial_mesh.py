@@ -1,5 +1,6 @@
 """Fields, medial surfaces, files, and the program's answers."""
 
+import csv
 import json
 import subprocess
 import tomllib
@@ -33,6 +34,14 @@ def test_a_field_of_a_ball_has_its_distances(tmp_path):
         field.write(tmp_path / "ball.txt")
     with pytest.raises(FileError, match="missing.nrrd"):
         DistanceField.read(tmp_path / "missing.nrrd")
+
+
+def test_warnings_of_a_field_are_sentences():
+    cut = box((0, 0, 0), (10, 10, 10))
+    field = DistanceField.build(cut.vertices, cut.faces[1:], spacing=4.0)
+    assert "the surface is open, with 3 boundary edges" in " ".join(field.warnings)
+    assert any("spans 2.50 cells" in warning for warning in field.warnings)
+    assert field.error_bound is None
 
 
 def test_bad_fields_are_refused():
@@ -80,7 +89,8 @@ def test_the_program_has_the_same_numbers_to_the_bit(thigh_folder, tmp_path):
     if not program.exists():
         pytest.skip("the program is not built: cargo build --release")
     out = tmp_path / "check.json"
-    subprocess.run([program, "check", thigh_folder / "scene.toml", "--json", out], capture_output=True)
+    arguments = ["check", thigh_folder / "scene.toml", "--json", out, "--table", tmp_path / "check.csv"]
+    subprocess.run([program, *arguments], capture_output=True)
     expected = json.loads(out.read_text())["pairs"]
 
     description = tomllib.loads((thigh_folder / "scene.toml").read_text())
@@ -93,19 +103,25 @@ def test_the_program_has_the_same_numbers_to_the_bit(thigh_folder, tmp_path):
     pairs = scene.check(description["margin"])
 
     assert len(pairs) == len(expected) > 0
+
+    # Every number by its name, and the same rows as the table.
+    table = pairs.to_long_table("thigh")
+    own = list(zip(table["a"], table["b"], table["measure"], table["value"]))
+    with (tmp_path / "check.csv").open(newline="") as file:
+        rows = [(row["a"], row["b"], row["measure"], float(row["value"])) for row in csv.DictReader(file)]
+    assert own == rows and len(rows) > 20 * len(pairs)
     for record in expected:
-        pair = pairs[record["a"], record["b"]]
-        for key in ("overlaps", "max_vertex_depth", "min_gap", "distance"):
-            assert getattr(pair, key) == record[key], key
-        for key in ("depth_of_a_in_b", "depth_of_b_in_a"):
-            own, other = getattr(pair, key), record[key]
-            assert (own is None) == (other is None), key
-            if own:
-                assert (own.lower, own.upper, own.face) == (other["lower"], other["upper"], other["face"])
+        for a_or_b, depth in (("a", record["depth_of_a_in_b"]), ("b", record["depth_of_b_in_a"])):
+            other = "b" if a_or_b == "a" else "a"
+            own_depth = getattr(pairs[record["a"], record["b"]], f"depth_of_{a_or_b}_in_{other}")
+            assert (own_depth is None) == (depth is None)
+            if depth:
+                assert list(own_depth.point) == depth["point"] and list(own_depth.foot) == depth["foot"]
         if record["overlap"]:
-            own = pair.overlap.total
-            for key in ("volume", "area_of_a_inside_b", "area_of_b_inside_a", "curve_length", "curve_loops"):
-                assert getattr(own, key) == record["overlap"][key], key
+            total = pairs[record["a"], record["b"]].overlap.total
+            assert list(total.centroid) == record["overlap"]["centroid"]
+            assert list(total.normal) == record["overlap"]["normal"]
+            assert list(total.inside_vertices) == record["overlap"]["inside_vertices"]
 
 
 def test_the_version_is_that_of_the_crates():

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 from conftest import box, sphere
 
-from musculo_collide import ArrayTypeError, InputError, MusculoCollideError, Scene
+from musculo_collide import (
+    ArrayTypeError,
+    Cartilage,
+    InputError,
+    MusculoCollideError,
+    Scene,
+    Turn,
+)
 
 TETRAHEDRON = ([[0, 0, 0], [9, 0, 0], [0, 9, 0], [0, 0, 9]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
 
@@ -221,3 +228,99 @@ def test_sheets_and_coincident_bodies():
     sheet = pairs["a", "sheet"]
     assert sheet.volume is None and "open" in sheet.overlap.no_inside[1]
     assert sheet.vertices_of_a.no_inside
+
+
+def test_bones_are_swept_on_rigid_ways():
+    scene = Scene()
+    scene.add("leg", *box((0, -1, -1), (10, 1, 1)), rigid=True)
+    scene.add("wall", *box((-1, 5, -1), (20, 6, 1)))
+
+    # The end of the leg is at a height of 10 sin(angle) + cos(angle).
+    exact = np.degrees(2 * np.arctan((10 - np.sqrt(10**2 + 1 - 5**2)) / (5 + 1)))
+    turn = Turn(axis=(0, 0, 2), center=(0, 0, 0), degrees=60)
+    for sweep in (scene.sweep({"leg": turn}), scene.first_contacts({"leg": turn})):
+        angle = 60 * sweep.largest_free_step
+        assert angle <= exact <= angle + 1e-6
+    assert len(scene.first_contacts({"leg": turn}).pairs[0].contacts.times) == 1
+
+    # The same by its matrix, about the same center; and no chord is taken for the arc.
+    c, s = np.cos(np.pi / 3), np.sin(np.pi / 3)
+    matrix = np.array([[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    posed = scene.sweep({"leg": matrix}, centers={"leg": (0, 0, 0)})
+    assert posed.largest_free_step == pytest.approx(sweep.largest_free_step, abs=1e-9)
+    scene.pose("leg", matrix)
+    chord = scene.vertices("leg")
+    scene.pose("leg", np.eye(4))
+    assert scene.sweep({"leg": chord}).largest_free_step != pytest.approx(sweep.largest_free_step, abs=1e-3)
+    assert scene.sweep({"leg": np.eye(4)}).largest_free_step == 1.0
+
+
+def test_bad_motions_are_refused(two_boxes):
+    nan = np.eye(4)
+    nan[0, 3] = np.nan
+    for moves, message in (
+        ({"a": 2 * np.eye(4)}, "not a rotation"),
+        ({"a": nan}, "not a rotation"),
+        ({"b": np.eye(4)}, '"b" has no pose'),
+        ({"b": np.zeros((5, 3))}, "8"),
+        ({"b": np.full((8, 3), np.inf)}, "vertex 0"),
+        ({"b": np.zeros((8, 2))}, "n × 3"),
+        ({"c": Turn(axis=(1, 0, 0), center=(0, 0, 0), degrees=1)}, "no body"),
+    ):
+        for call in (two_boxes.sweep, two_boxes.first_contacts):
+            with pytest.raises(InputError, match=message):
+                call(moves)
+    with pytest.raises(InputError, match="center of 'a'"):
+        two_boxes.sweep({"a": np.eye(4)}, centers={"a": (1, 2)})
+    for bad in ({"axis": (0, 0, 0)}, {"axis": (1, 0)}, {"center": (0, 0, np.nan)}, {"degrees": np.inf}):
+        with pytest.raises(InputError):
+            Turn(**{"axis": (1, 0, 0), "center": (0, 0, 0), "degrees": 1.0, **bad})
+
+
+def test_joint_contact_is_that_of_the_closed_form(two_boxes):
+    layer = Cartilage(youngs_modulus=5.0, poissons_ratio=0.46, thickness=5.0)
+    scene = Scene()
+    scene.add("femur", *sphere((0, 0, 19.5), 20, 120), rigid=True)
+    scene.add("tibia", *box((-30, -30, -60), (30, 30, 0)), rigid=True)
+    contact = scene.joint_contact("femur", "tibia", resolution=0.2, cartilage=layer)
+    total = contact.of_a.total
+    assert total.area_lower <= total.area <= total.area_upper
+    assert total.area == pytest.approx(2 * np.pi * 20 * 0.5, rel=0.05)
+    modulus = (1 - 0.46) * 5.0 / ((1 + 0.46) * (1 - 2 * 0.46))
+    assert total.force[2] == pytest.approx(modulus / 5.0 * np.pi * 20 * 0.5**2, rel=0.02)
+    assert contact.of_a.face_areas.sum() == pytest.approx(total.area)
+    assert len(contact.of_a.faces) == len(contact.of_a.face_regions) and len(contact.of_a.regions) == 1
+
+    # Named in the other order, the surfaces change places.
+    turned = scene.joint_contact("tibia", "femur", resolution=0.2, cartilage=layer)
+    assert (turned.of_b, turned.of_a) == (contact.of_a, contact.of_b)
+    assert pickle.loads(pickle.dumps(contact)) == contact and "area" in repr(contact)
+    for call in (
+        lambda: two_boxes.joint_contact("a", "a", resolution=1.0),
+        lambda: two_boxes.joint_contact("a", "b", resolution=0.0),
+        lambda: two_boxes.joint_contact("a", "b", resolution=1e-9),
+        lambda: two_boxes.joint_contact("a", "b", resolution=1.0, margin=-1.0),
+        lambda: two_boxes.joint_contact("a", "b", resolution=1.0, cartilage=Cartilage(5.0, 0.5, 5.0)),
+        lambda: two_boxes.joint_contact("a", "b", resolution=1.0, cartilage=Cartilage(5.0, 0.4, 5.0, "cubic")),
+    ):
+        with pytest.raises(InputError):
+            call()
+
+
+def test_long_tables_have_a_row_per_number(two_boxes):
+    table = two_boxes.check().to_long_table("p03", frame=2, time=0.5)
+    assert list(table) == ["subject", "frame", "time", "a", "b", "measure", "value"]
+    assert len({len(column) for column in table.values()}) == 1
+    values = dict(zip(table["measure"], table["value"]))
+    assert values["overlap.volume"] == pytest.approx(160) and values["overlaps"] == 1
+    assert set(table["subject"]) == {"p03"} and set(table["frame"]) == {2} and set(table["time"]) == {0.5}
+    assert {len(column) for column in Scene().check().to_long_table().values()} == {0}
+
+
+def test_particles_are_numbered_body_after_body(two_boxes):
+    assert (two_boxes.particles("a"), two_boxes.particles("b")) == (slice(0, 8), slice(8, 16))
+    x = two_boxes.particle_positions()
+    assert np.array_equal(x[two_boxes.particles("b")], two_boxes.vertices("b"))
+    assert Scene().particle_positions().shape == (0, 3)
+    with pytest.raises(InputError, match="no body"):
+        two_boxes.particles("c")

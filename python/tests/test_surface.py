@@ -48,3 +48,13 @@ def test_bad_points_are_refused():
         surface.contains([[0, 0, 0], [np.nan, 0, 0]])
     with pytest.raises(InputError, match="no faces"):
         Surface([[0, 0, 0]], np.zeros((0, 3), int))
+
+
+def test_two_surfaces_share_a_planted_box():
+    a, b = Surface(*box((0, 0, 0), (10, 10, 10))), Surface(*box((8, 1, -1), (20, 9, 11)))
+    overlap = a.overlap(b)
+    assert overlap.total.volume == pytest.approx(160, rel=1e-14) and len(overlap.regions) == 1
+    assert overlap.total.curve_length == pytest.approx(44)
+    assert a.overlap(Surface(*box((11, 0, 0), (12, 1, 1)))) is None
+    within = a.overlap(Surface(*box((4, 4, 4), (5, 5, 5))))
+    assert within.total.volume == pytest.approx(1)

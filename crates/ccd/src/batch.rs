@@ -13,9 +13,7 @@ use crate::outline::check_finite;
 use crate::search::first_contact;
 use crate::shape::{Corners, PolygonShape};
 
-/// Number of candidates per task: at tens of nanoseconds each, far more than handing it to a thread
-/// costs.
-const CHUNK: usize = 1024;
+const CHUNK: usize = MovingPoints::CHUNK;
 
 /// Number of candidates per round of [`MovingPoints::first_contact`].
 ///
@@ -63,6 +61,10 @@ impl FirstContact {
 }
 
 impl<'a> MovingPoints<'a> {
+    /// Number of candidates per task: at tens of nanoseconds each, far more than handing it to a
+    /// thread costs. A list of at most as many stays on the calling thread.
+    pub const CHUNK: usize = 1024;
+
     /// Checks and holds positions at the start and the end of a step (`|V|` each).
     ///
     /// # Errors

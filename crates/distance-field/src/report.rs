@@ -1,5 +1,7 @@
 //! Report of a build: warnings, measured errors and a proved bound.
 
+use std::fmt;
+
 /// Property of a surface that makes its field unreliable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -41,6 +43,53 @@ pub enum FieldWarning {
     /// The surface is open, and inside nodes make up less than half a spacing over its area: a
     /// sheet has no inside.
     NoInside,
+}
+
+impl fmt::Display for FieldWarning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Inverted => {
+                f.write_str("the surface is inside out: the field takes its faces reversed")
+            }
+            Self::SpansFewCells { cells } => write!(
+                f,
+                "the surface spans {cells:.2} cells: check the unit, or use a smaller spacing"
+            ),
+            Self::ThinnerThanGrid { fraction, thickness } => write!(
+                f,
+                "{:.0} % of the surface bounds parts thinner than {thickness:.4}, where nodes may \
+                 lose the inside: use a smaller spacing",
+                100.0 * fraction
+            ),
+            Self::InteriorLost { fraction } => {
+                write!(
+                    f,
+                    "{:.0} % of the enclosed volume is not inside the field",
+                    100.0 * fraction
+                )
+            }
+            Self::Open { edges } => write!(
+                f,
+                "the surface is open, with {edges} boundary edge{}: inside is where its winding \
+                 number exceeds one half",
+                plural(edges)
+            ),
+            Self::Misoriented { edges } => write!(
+                f,
+                "neighboring faces have opposite orientations, at {edges} misoriented edge{}: inside \
+                 is where the winding number exceeds one half",
+                plural(edges)
+            ),
+            Self::NoInside => {
+                f.write_str("the surface is a sheet: no part of the field is reliably negative")
+            }
+        }
+    }
+}
+
+/// Returns the ending of a noun that is counted.
+fn plural(count: usize) -> &'static str {
+    if count == 1 { "" } else { "s" }
 }
 
 /// Measured error of a field: its difference from exact distances at sample points.

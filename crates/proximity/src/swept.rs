@@ -11,7 +11,7 @@ use ccd::MovingPoints;
 use glam::DVec3;
 use kdop::{MovingPairs, Tree, Workspace};
 use surface::progress::Progress;
-use surface::{Contact, NO_EDGE, Stencil, Term, TriangleSurface};
+use surface::{Contact, NO_EDGE, Stencil, Term, TriangleSurface, parallel};
 
 use crate::SweptError;
 
@@ -183,7 +183,7 @@ impl<'a> SweptQuery<'a> {
             }
         });
         state?;
-        self.finish()
+        self.finish(progress)
     }
 
     /// Finds the first contacts of a surface `a` that moves rigidly with one at rest, as
@@ -207,11 +207,11 @@ impl<'a> SweptQuery<'a> {
             }
         });
         state?;
-        self.finish()
+        self.finish(progress)
     }
 
-    fn finish(mut self) -> Result<SweptContacts, SweptError> {
-        self.flush()?;
+    fn finish(mut self, progress: Progress<'_>) -> Result<SweptContacts, SweptError> {
+        self.flush(progress)?;
 
         // Stable: contacts at one time stay in the order of the traversal.
         self.contacts.sort_by(|p, q| p.time().total_cmp(&q.time()));
@@ -253,25 +253,30 @@ impl<'a> SweptQuery<'a> {
         if self.vertex_faces.len() + self.edge_edges.len() < Self::BATCH {
             return Ok(());
         }
-        progress.report(0.0)?;
-        self.flush()
+        self.flush(progress)
     }
 
     /// Runs the queries gathered so far.
-    fn flush(&mut self) -> Result<(), SweptError> {
+    fn flush(&mut self, progress: Progress<'_>) -> Result<(), SweptError> {
         self.candidates += self.vertex_faces.len() + self.edge_edges.len();
 
-        let kind = ContactKind::VertexFace;
-        for found in self.motion.vertex_face_contacts(&self.vertex_faces, self.params)? {
-            let particles = self.vertex_faces[found.candidate];
-            self.add_contact(kind, particles, &found.contact);
+        let vertex_faces = std::mem::take(&mut self.vertex_faces);
+        for piece in vertex_faces.chunks(piece_length()) {
+            progress.report(0.0)?;
+            for found in self.motion.vertex_face_contacts(piece, self.params)? {
+                self.add_contact(ContactKind::VertexFace, piece[found.candidate], &found.contact);
+            }
         }
-        let kind = ContactKind::EdgeEdge;
-        for found in self.motion.edge_edge_contacts(&self.edge_edges, self.params)? {
-            let particles = self.edge_edges[found.candidate];
-            self.add_contact(kind, particles, &found.contact);
+        let edge_edges = std::mem::take(&mut self.edge_edges);
+        for piece in edge_edges.chunks(piece_length()) {
+            progress.report(0.0)?;
+            for found in self.motion.edge_edge_contacts(piece, self.params)? {
+                self.add_contact(ContactKind::EdgeEdge, piece[found.candidate], &found.contact);
+            }
         }
 
+        // The lists keep their memory.
+        (self.vertex_faces, self.edge_edges) = (vertex_faces, edge_edges);
         self.vertex_faces.clear();
         self.edge_edges.clear();
         Ok(())
@@ -282,4 +287,10 @@ impl<'a> SweptQuery<'a> {
         let separation = self.params.min_separation;
         self.contacts.push(SweptContact::new(kind, particles, points, separation, found));
     }
+}
+
+/// Returns the largest number of queries that are handed over together: pieces of a batch stay on
+/// the calling thread where other loops do.
+fn piece_length() -> usize {
+    if parallel::is_alone() { MovingPoints::CHUNK } else { usize::MAX }
 }

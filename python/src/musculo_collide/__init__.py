@@ -4,7 +4,9 @@ from . import medial
 from ._errors import ArrayTypeError, FileError, InputError, MusculoCollideError
 from ._native import __version__
 from .field import DistanceField
+from .joint import Cartilage, ContactMeasures, JointContact, SurfaceContact
 from .mesh import Mesh, from_trimesh, read_mesh, to_trimesh, write_mesh
+from .motion import Turn
 from .plan import DetectedPair, Plan, PlannedPair
 from .results import (
     BodyChange,
@@ -21,17 +23,23 @@ from .results import (
     SweptPair,
 )
 from .scene import Scene
+from .step import ContactStep, Material, StepReport
 from .surface import ClosestPoints, Surface
 
 __all__ = [
     "ArrayTypeError",
     "BodyChange",
+    "Cartilage",
     "ClosestPoints",
+    "ContactMeasures",
+    "ContactStep",
     "Depth",
     "DetectedPair",
     "DistanceField",
     "FileError",
     "InputError",
+    "JointContact",
+    "Material",
     "Measures",
     "Mesh",
     "MusculoCollideError",
@@ -44,10 +52,13 @@ __all__ = [
     "Remaining",
     "Resolution",
     "Scene",
+    "StepReport",
     "Surface",
+    "SurfaceContact",
     "Sweep",
     "SweptContacts",
     "SweptPair",
+    "Turn",
     "__version__",
     "from_trimesh",
     "medial",

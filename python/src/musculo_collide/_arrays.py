@@ -36,6 +36,14 @@ def faces(array: npt.ArrayLike, what: str) -> Faces:
     return np.ascontiguousarray(given, dtype=np.int64)
 
 
+def numbers(array: npt.ArrayLike, what: str) -> npt.NDArray[np.float64]:
+    """Return a list of numbers as float64: the array itself where it is that already."""
+    given = _numbers(array, what, "fiu")
+    if given.ndim != 1:
+        raise InputError(f"{what} is a list of numbers, not an array of shape {given.shape}")
+    return np.ascontiguousarray(given, dtype=np.float64)
+
+
 def _numbers(array: npt.ArrayLike, what: str, kinds: str) -> npt.NDArray[Any]:
     try:
         given = np.asarray(array)

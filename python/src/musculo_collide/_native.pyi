@@ -5,7 +5,11 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import disjoint_base
 
-__all__ = ["Field", "Plan", "Scene", "Surface", "__version__", "generate_medial", "read_mesh", "write_mesh"]
+from .joint import Cartilage
+from .motion import Placement, Posed, Turn
+from .step import Material
+
+__all__ = ["Field", "Plan", "Scene", "Step", "Surface", "__version__", "generate_medial", "read_mesh", "write_mesh"]
 
 __version__: str
 
@@ -22,7 +26,8 @@ class Scene:
     def _vertices(self, name: str) -> npt.NDArray[np.float64]: ...
     def _faces(self, name: str) -> npt.NDArray[np.uint32]: ...
     def _move(self, name: str, vertices: npt.NDArray[np.float64]) -> None: ...
-    def _pose(self, name: str, rotation: list[float], translation: list[float]) -> None: ...
+    def _pose(self, name: str, placement: Placement) -> None: ...
+    def _particles(self, name: str) -> tuple[int, int]: ...
     def _ignore(self, a: str, b: str) -> None: ...
     def _check(
         self,
@@ -34,11 +39,21 @@ class Scene:
     ) -> list[dict[str, Any]]: ...
     def _sweep(
         self,
-        moves: list[tuple[str, npt.NDArray[np.float64]]],
+        moves: list[tuple[str, npt.NDArray[np.float64] | Turn | Posed]],
+        first_of_pairs: bool,
         separation: float,
         threads: int | None,
         progress: _Progress,
     ) -> dict[str, Any]: ...
+    def _joint_contacts(
+        self,
+        pairs: list[tuple[str, str]],
+        margin: float,
+        resolution: float,
+        cartilage: Cartilage | None,
+        threads: int | None,
+        progress: _Progress,
+    ) -> list[tuple[dict[str, Any], dict[str, Any]]]: ...
     def _resolve(
         self,
         smoothing: float,
@@ -67,6 +82,30 @@ class Plan:
     def respond(self, clearance: float) -> None: ...
 
 @final
+class Step:
+    def __new__(cls, scene: Scene, margin: float, tolerance: float, material: Material) -> Step: ...
+    def set_material(self, a: str, b: str, material: Material) -> None: ...
+    def set_field(self, name: str, field: Field) -> None: ...
+    def move_bone(
+        self,
+        name: str,
+        placement: Placement,
+        velocity: tuple[float, float, float],
+        spin: tuple[float, float, float],
+        about: tuple[float, float, float],
+    ) -> None: ...
+    def correct(
+        self,
+        x: npt.NDArray[np.float64],
+        v: npt.NDArray[np.float64],
+        inverse_mass: npt.NDArray[np.float64],
+        accelerations: npt.NDArray[np.float64] | None,
+        forces: npt.NDArray[np.float64] | None,
+        settings: tuple[float, float, int, int, bool],
+        threads: int | None,
+    ) -> dict[str, Any]: ...
+
+@final
 class Surface:
     def __new__(cls, vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]) -> Surface: ...
     def no_inside(self) -> str | None: ...
@@ -74,6 +113,7 @@ class Surface:
     def signed_distance(
         self, at: npt.NDArray[np.float64], threads: int | None
     ) -> npt.NDArray[np.float64]: ...
+    def overlap(self, other: Surface) -> dict[str, Any]: ...
     def closest_points(
         self, at: npt.NDArray[np.float64], threads: int | None
     ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.uint32], npt.NDArray[np.float64]]: ...

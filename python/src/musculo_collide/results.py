@@ -188,6 +188,44 @@ class Pair(Record):
             parts.append(f"volume {_number(self.volume)}")
         return ", ".join(parts)
 
+    def numbers(self) -> dict[str, float]:
+        """Return all numbers of the pair by the names that the program's JSON has."""
+        record: dict[str, Any] = {
+            "overlaps": self.overlaps,
+            "depth_of_a_in_b": self.depth_of_a_in_b,
+            "depth_of_b_in_a": self.depth_of_b_in_a,
+            "max_vertex_depth": self.max_vertex_depth,
+            "min_gap": self.min_gap,
+            "distance": self.distance,
+            "vertices_of_a_inside_b": self.vertices_of_a.inside_count,
+            "vertices_of_b_inside_a": self.vertices_of_b.inside_count,
+            "crossing_face_pairs": len(self.crossing_faces),
+            "nearest_vertex.vertex": self._nearest_vertex(),
+        }
+        if self.overlap:
+            record["overlap"] = self.overlap.total
+            record["overlap.has_ties"] = self.overlap.has_ties
+        for key, area in (("near_area_of_a", self.near_area_of_a), ("near_area_of_b", self.near_area_of_b)):
+            if area:
+                record[f"{key}.lower"], record[f"{key}.upper"] = area
+
+        numbers: dict[str, float] = {}
+        for key, value in record.items():
+            if isinstance(value, Record):
+                parts = {f"{key}.{name}": part for name, part in value.to_dict().items()}
+            else:
+                parts = {key: value}
+            numbers |= {name: float(part) for name, part in parts.items() if isinstance(part, (bool, int, float))}
+        return numbers
+
+    def _nearest_vertex(self) -> int | None:
+        """Return the vertex of the smallest gap, of a where both bodies have one."""
+        nearest, gap = None, float("inf")
+        for side in (self.vertices_of_a, self.vertices_of_b):
+            if len(side.gaps) and side.gaps.min() < gap:
+                gap = side.gaps.min()
+                nearest = int(side.vertices[side.gaps.argmin()])
+        return nearest
 
 
 class Pairs(Sequence[Pair]):
@@ -244,6 +282,26 @@ class Pairs(Sequence[Pair]):
         return {
             name: np.array([row[name] for row in rows], dtype=kinds.get(name, np.float64))
             for name in columns
+        }
+
+    def to_long_table(self, subject: str = "", *, frame: int = 0, time: float | None = None) -> Table:
+        """Return one row per number of every pair: subject, frame, time, a, b, measure, value.
+
+        Rows and names are those of the program's ``check --table``; tables of several subjects and
+        frames may be joined. Truth values are 0 or 1, and what is undefined has no row.
+        """
+        rows = [
+            (pair.a, pair.b, measure, value) for pair in self for measure, value in sorted(pair.numbers().items())
+        ]
+        count = len(rows)
+        return {
+            "subject": np.array([subject] * count, dtype=str),
+            "frame": np.full(count, frame),
+            "time": np.full(count, _value(time)),
+            "a": np.array([row[0] for row in rows], dtype=str),
+            "b": np.array([row[1] for row in rows], dtype=str),
+            "measure": np.array([row[2] for row in rows], dtype=str),
+            "value": np.array([row[3] for row in rows], dtype=np.float64),
         }
 
     def __repr__(self) -> str:
@@ -395,16 +453,21 @@ class Resolution(Record):
         return f"<Resolution: {state}, {before} overlapping pairs before, {after} after {self.rounds} rounds>"
 
 
+def overlap_from(record: dict[str, Any]) -> Overlap:
+    """Return the overlap of a native record."""
+    overlap = dict(record)
+    overlap["total"] = Measures(**overlap["total"])
+    overlap["regions"] = tuple(Measures(**region) for region in overlap["regions"])
+    overlap["no_inside"] = tuple(overlap["no_inside"])
+    overlap["covers_twice"] = tuple(overlap["covers_twice"])
+    return Overlap(**overlap)
+
+
 def pair_from(record: dict[str, Any]) -> Pair:
     """Return the pair of a native record."""
     record = dict(record)
     if record["overlap"] is not None:
-        overlap = dict(record["overlap"])
-        overlap["total"] = Measures(**overlap["total"])
-        overlap["regions"] = tuple(Measures(**region) for region in overlap["regions"])
-        overlap["no_inside"] = tuple(overlap["no_inside"])
-        overlap["covers_twice"] = tuple(overlap["covers_twice"])
-        record["overlap"] = Overlap(**overlap)
+        record["overlap"] = overlap_from(record["overlap"])
     for key in ("depth_of_a_in_b", "depth_of_b_in_a"):
         record[key] = Depth(**record[key]) if record[key] is not None else None
     for key in ("vertices_of_a", "vertices_of_b"):

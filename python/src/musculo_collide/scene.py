@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
-from . import _arrays, _native, results
+from . import _arrays, _native, motion, results
 from ._errors import InputError
+from .joint import Cartilage, JointContact, surface_contact_from
+from .motion import Motion, placement
 
 Progress = Callable[[float], object]
 
@@ -77,14 +79,15 @@ class Scene(_native.Scene):
 
     def pose(self, name: str, matrix: npt.ArrayLike) -> None:
         """Place a rigid body by a 4 × 4 matrix, from where it was added to the world."""
-        given = np.asarray(matrix, dtype=np.float64)
-        if given.shape != (4, 4):
-            raise InputError(f"a pose of {name!r} is a 4 × 4 matrix, not an array of shape {given.shape}")
-        rotation = given[:3, :3]
-        is_rotation = np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6) and np.linalg.det(rotation) > 0
-        if not is_rotation or not np.array_equal(given[3], [0.0, 0.0, 0.0, 1.0]):
-            raise InputError(f"the pose of {name!r} is not a rotation with a translation")
-        self._pose(name, rotation.ravel().tolist(), given[:3, 3].tolist())
+        self._pose(name, placement(name, matrix))
+
+    def particles(self, name: str) -> slice:
+        """Return the rows of a body in arrays over all vertices of the scene."""
+        return slice(*self._particles(name))
+
+    def particle_positions(self) -> npt.NDArray[np.float64]:
+        """Return a copy of the present positions of all bodies, one after the other (n × 3)."""
+        return np.vstack([np.empty((0, 3)), *(self._vertices(name) for name in self.names)])
 
     def ignore(self, a: str, b: str) -> None:
         """Leave a pair out of every result."""
@@ -109,21 +112,58 @@ class Scene(_native.Scene):
 
     def sweep(
         self,
-        moves: Mapping[str, npt.ArrayLike],
+        moves: Mapping[str, Motion],
         *,
+        centers: Mapping[str, Sequence[float]] | None = None,
         separation: float = 0.0,
         threads: int | None = None,
         progress: Progress | None = None,
     ) -> results.Sweep:
-        """Find the first contacts while bodies go to new positions, each vertex on a straight line.
+        """Find the first contacts of all vertices, edges and faces while bodies move.
 
-        ``moves`` has the positions at the end of the step by name. The bodies are not moved. No
-        contact is missed, and no time is late.
+        ``moves`` has the motions by name: positions at the end (n × 3), to which each vertex goes
+        on a straight line; for a rigid body a 4 × 4 matrix as of :meth:`pose`, to which it goes on a
+        rigid path about its middle, or its point in ``centers``; or a :class:`Turn`. The bodies are
+        not moved. No contact is missed, and no time is late.
         """
-        ends = [
-            (name, _arrays.points(vertices, f"vertices of {name!r}")) for name, vertices in moves.items()
-        ]
-        return results.sweep_from(self._sweep(ends, float(separation), threads, progress))
+        return self._swept(moves, False, centers, separation, threads, progress)
+
+    def first_contacts(
+        self,
+        moves: Mapping[str, Motion],
+        *,
+        centers: Mapping[str, Sequence[float]] | None = None,
+        separation: float = 0.0,
+        threads: int | None = None,
+        progress: Progress | None = None,
+    ) -> results.Sweep:
+        """Find the first contact of each pair, and nothing after it: how far a joint turns.
+
+        Motions are those of :meth:`sweep`. Pairs that overlap from the start have no first contact:
+        theirs is the first of primitives that were apart.
+        """
+        return self._swept(moves, True, centers, separation, threads, progress)
+
+    def joint_contact(
+        self,
+        a: str,
+        b: str,
+        *,
+        resolution: float,
+        margin: float = 0.0,
+        cartilage: Cartilage | None = None,
+        threads: int | None = None,
+        progress: Progress | None = None,
+    ) -> JointContact:
+        """Measure the contact of two surfaces: area, center, gaps, and pressure of cartilage.
+
+        Points with a gap of at most ``margin`` are in contact. Faces are split into cells no larger
+        than ``resolution``.
+        """
+        pairs = [(a, b)]
+        found = self._joint_contacts(pairs, float(margin), float(resolution), cartilage, threads, progress)
+        of_a, of_b = (surface_contact_from(side) for side in found[0])
+        return JointContact(a, b, of_a, of_b)
 
     def resolve(
         self,
@@ -143,6 +183,19 @@ class Scene(_native.Scene):
         length = self._smoothing() if smoothing is None else float(smoothing)
         found = self._resolve(length, tolerance, float(gap), max_rounds, threads, progress)
         return results.resolution_from(found)
+
+    def _swept(
+        self,
+        moves: Mapping[str, Motion],
+        first_of_pairs: bool,
+        centers: Mapping[str, Sequence[float]] | None,
+        separation: float,
+        threads: int | None,
+        progress: Progress | None,
+    ) -> results.Sweep:
+        ways = motion.native(moves, centers or {})
+        found = self._sweep(ways, first_of_pairs, float(separation), threads, progress)
+        return results.sweep_from(found)
 
     def _smoothing(self) -> float:
         """Return the default smoothing length, from the mean edge of the soft bodies."""

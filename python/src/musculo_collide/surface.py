@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _arrays, _native
+from .results import Overlap, overlap_from
 
 
 class ClosestPoints(NamedTuple):
@@ -53,4 +54,10 @@ class Surface:
         """Return the closest points of the surface."""
         return ClosestPoints(*self._native.closest_points(_arrays.points(points, "points"), threads))
 
+    def overlap(self, other: Surface) -> Overlap | None:
+        """Measure what both surfaces share: volume, areas and curve; ``None`` where it is nothing.
 
+        ``Scene.check`` also has the depths, which take longer.
+        """
+        found = self._native.overlap(other._native)
+        return overlap_from(found) if found["regions"] else None

@@ -103,7 +103,7 @@ fn report_text(report: &FieldReport) -> String {
     for warning in &report.warnings {
         // The orientation of a sheet has no meaning.
         if *warning != FieldWarning::Inverted || !is_sheet {
-            text += &format!("  {}\n", warning_text(warning));
+            text += &format!("  {warning}\n");
         }
     }
     text
@@ -131,37 +131,4 @@ fn measured_text(title: &str, error: MeasuredError, place: &str) -> String {
     let points = counted(error.points, "point");
     let (rms, max) = (measure(error.rms), measure(error.max));
     format!("  {title:<10} error {rms} rms, {max} max, at {points} {place}\n")
-}
-
-fn warning_text(warning: &FieldWarning) -> String {
-    match *warning {
-        FieldWarning::Inverted => {
-            "the surface is inside out: the field takes its faces reversed".to_owned()
-        }
-        FieldWarning::SpansFewCells { cells } => format!(
-            "the surface spans {cells:.2} cells: check the unit, or use a smaller --spacing"
-        ),
-        FieldWarning::ThinnerThanGrid { fraction, thickness } => format!(
-            "{:.0} % of the surface bounds parts thinner than {}, where nodes may lose the inside: \
-             use a smaller --spacing",
-            100.0 * fraction,
-            measure(thickness)
-        ),
-        FieldWarning::InteriorLost { fraction } => {
-            format!("{:.0} % of the enclosed volume is not inside the field", 100.0 * fraction)
-        }
-        FieldWarning::Open { edges } => format!(
-            "the surface is open, with {}: inside is where its winding number exceeds one half",
-            counted(edges, "boundary edge")
-        ),
-        FieldWarning::Misoriented { edges } => format!(
-            "neighboring faces have opposite orientations, at {}: inside is where the winding \
-             number exceeds one half",
-            counted(edges, "misoriented edge")
-        ),
-        FieldWarning::NoInside => {
-            "the surface is a sheet: no part of the field is reliably negative".to_owned()
-        }
-        ref other => format!("{other:?}"),
-    }
 }
