@@ -40,6 +40,17 @@ pub(crate) fn record<'py>(
         }));
     }
 
+    let mut short_gaps = Vec::new();
+    for short in &found.gap.short {
+        let [a, b] = scene.names(short.pair);
+        short_gaps.push(dict!(py, {
+            a: a,
+            b: b,
+            distance: (short.distance.lower, short.distance.upper),
+            reason: short.obstacle.to_string(),
+        }));
+    }
+
     let pairs = |reports: &[musculo_collide::PairReport]| -> PyResult<Vec<Bound<'py, PyDict>>> {
         reports.iter().map(|report| pair(py, report, scene)).collect()
     };
@@ -51,5 +62,7 @@ pub(crate) fn record<'py>(
         after: pairs(&found.after)?,
         bodies: bodies,
         remaining: remaining,
+        gap: found.gap.gap,
+        short_gaps: short_gaps,
     }))
 }

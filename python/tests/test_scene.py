@@ -86,6 +86,28 @@ def test_resolve_pushes_apart():
     assert len(scene.check().overlapping) == 0
 
 
+def test_resolve_opens_a_gap():
+    scene = Scene()
+    scene.add("bone", *sphere((0, 0, 0), 10, 16), rigid=True)
+    scene.add("muscle", *sphere((0, 0, 19), 10, 16))
+    resolution = scene.resolve(gap=0.5)
+    assert resolution.resolved and resolution.gap == 0.5 and resolution.short_gaps == ()
+    (pair,) = scene.check(margin=2.0)
+    assert pair.distance >= 0.5
+
+    # Two bones stay where they are, and are named.
+    scene.add("other", *box((0, -2, 10.2), (4, 2, 12)), rigid=True)
+    scene.ignore("muscle", "other")
+    stuck = scene.resolve(gap=0.5)
+    (short,) = stuck.short_gaps
+    lower, upper = short.distance
+    exact = scene.check(margin=2.0)["bone", "other"].distance
+    assert not stuck.resolved and (short.a, short.b) == ("bone", "other") and "rigid" in short.reason
+    assert lower <= exact <= upper
+    with pytest.raises(InputError, match="gap"):
+        scene.resolve(gap=-1.0)
+
+
 def test_a_bone_is_posed():
     scene = Scene()
     cube = box((0, 0, 0), (1, 1, 1))

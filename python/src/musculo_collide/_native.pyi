@@ -58,7 +58,7 @@ class Scene:
         self,
         smoothing: float,
         tolerance: float | None,
-        clearance: float | None,
+        gap: float,
         max_rounds: int,
         threads: int | None,
         progress: _Progress,

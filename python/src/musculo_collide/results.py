@@ -434,6 +434,17 @@ class Remaining(Record):
     reason: str
 
 
+@dataclass(frozen=True, eq=False)
+class ShortGap(Record):
+    """Pair that is not proved to keep the gap."""
+
+    a: str
+    b: str
+    distance: tuple[float, float]
+    """Certified bracket on the distance of the surfaces; 0 where they overlap."""
+    reason: str
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Resolution(Record):
     """Result of overlap removal."""
@@ -446,6 +457,10 @@ class Resolution(Record):
     after: Pairs
     bodies: tuple[BodyChange, ...]
     remaining: tuple[Remaining, ...]
+    gap: float
+    """Distance between surfaces that was asked for; with 0 none is examined."""
+    short_gaps: tuple[ShortGap, ...]
+    """Pairs that are not proved to keep it, the nearest first."""
 
     def __repr__(self) -> str:
         before, after = len(self.before.overlapping), len(self.after.overlapping)
@@ -495,4 +510,5 @@ def resolution_from(record: dict[str, Any]) -> Resolution:
     record["after"] = pairs_from(record["after"])
     record["bodies"] = tuple(BodyChange(**body) for body in record["bodies"])
     record["remaining"] = tuple(Remaining(**left) for left in record["remaining"])
+    record["short_gaps"] = tuple(ShortGap(**short) for short in record["short_gaps"])
     return Resolution(**record)
