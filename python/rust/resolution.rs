@@ -51,6 +51,16 @@ pub(crate) fn record<'py>(
         }));
     }
 
+    let mut broken_limits = Vec::new();
+    for broken in &found.broken_limits {
+        broken_limits.push(dict!(py, {
+            name: scene.body(broken.body).name(),
+            volume_change: broken.volume_change,
+            flipped_faces: broken.flipped_faces,
+            self_crossings: broken.self_crossings,
+        }));
+    }
+
     let pairs = |reports: &[musculo_collide::PairReport]| -> PyResult<Vec<Bound<'py, PyDict>>> {
         reports.iter().map(|report| pair(py, report, scene)).collect()
     };
@@ -64,5 +74,6 @@ pub(crate) fn record<'py>(
         remaining: remaining,
         gap: found.gap.gap,
         short_gaps: short_gaps,
+        broken_limits: broken_limits,
     }))
 }

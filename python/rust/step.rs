@@ -3,7 +3,7 @@
 use glam::DVec3;
 use musculo_collide::ccd::CcdParams;
 use musculo_collide::distance_field::FieldDetector;
-use musculo_collide::scene::DetectorParams;
+use musculo_collide::scene::{DetectorParams, PermanentParams};
 use musculo_collide::{
     Friction, Margins, Material, PairId, ParticleLoads, Restraint, RigidMotion, SceneStates,
     SceneStep, SpringDamper, StepDetectors, StepError, StepLength, StepMethod, StepParams,
@@ -40,6 +40,7 @@ pub(crate) struct PairMaterial {
     stiffness: Option<f64>,
     damping: f64,
     permanent: Option<String>,
+    attach_within: f64,
 }
 
 /// Settings of one step, in the order in which Python gives them.
@@ -55,6 +56,9 @@ impl Step {
         tolerance: f64,
         material: PairMaterial,
     ) -> PyResult<Self> {
+        if material.permanent.is_some() {
+            return Err(refused("permanent contacts are those of one pair: use set_material"));
+        }
         let params = DetectorParams { margin, tolerance };
         let detectors = StepDetectors::new(params).map_err(refused)?;
         let step = SceneStep::new(material.with_margin(margin)?);
@@ -70,7 +74,13 @@ impl Step {
     ) -> PyResult<()> {
         let scene = self.scene.try_borrow(py)?;
         let pair = scene.pair(a, b)?;
-        self.step.set_material(pair, material.with_margin(self.margin)?);
+        let in_library = material.with_margin(self.margin)?;
+        if let Some(restraint) = in_library.permanent {
+            let (skin, attach_within) = (self.margin, material.attach_within);
+            let params = PermanentParams { restraint, skin, attach_within };
+            self.detectors.set_permanent(pair, params).map_err(refused)?;
+        }
+        self.step.set_material(pair, in_library);
         Ok(())
     }
 
@@ -180,6 +190,7 @@ impl Step {
             contact_energy: report.contact_energy,
             unknown_sides: self.step.unknown_sides(),
             fallbacks: self.detectors.fallbacks().len(),
+            unheld_overlaps: self.detectors.unheld_overlaps().len(),
             swept_contacts: swept.map(|swept| swept.contacts),
             free_share: swept.map(|swept| swept.free_share),
         }))

@@ -104,6 +104,19 @@ def test_a_swept_step_stops_what_would_pass_through():
     assert (x + H * v)[scene.particles("ball"), 2].min() >= -1e-6
 
 
+def test_a_sticking_pair_pulls():
+    scene, x, v = falling_ball()
+    v[scene.particles("ball"), 2] = 1.0
+    step = ContactStep(scene, margin=0.5)
+    step.set_material("block", "ball", Material(permanent="sticking", attach_within=0.1))
+    step.correct(x, v, h=H)
+    ball = scene.particles("ball")
+    attached = x[ball][:, 2] < 0.01
+    assert attached.any() and np.abs(v[ball][attached]).max() < 0.1
+    with pytest.raises(InputError, match="set_material"):
+        ContactStep(scene, margin=0.5, material=Material(permanent="sliding"))
+
+
 def test_arrays_that_cannot_be_changed_in_place_are_refused():
     scene, x, v = falling_ball()
     step = ContactStep(scene, margin=0.5)

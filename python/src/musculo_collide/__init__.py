@@ -10,6 +10,7 @@ from .motion import Turn
 from .plan import DetectedPair, Plan, PlannedPair
 from .results import (
     BodyChange,
+    BrokenLimit,
     Depth,
     Measures,
     NearVertices,
@@ -30,6 +31,7 @@ from .surface import ClosestPoints, Surface
 __all__ = [
     "ArrayTypeError",
     "BodyChange",
+    "BrokenLimit",
     "Cartilage",
     "ClosestPoints",
     "ContactMeasures",

@@ -445,6 +445,18 @@ class ShortGap(Record):
     reason: str
 
 
+@dataclass(frozen=True, eq=False)
+class BrokenLimit(Record):
+    """Body that the best state would have brought beyond its limits."""
+
+    name: str
+    volume_change: float
+    """Relative change of its volume."""
+    flipped_faces: int
+    self_crossings: int
+    """Crossing pairs of its own faces that did not cross at the start."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Resolution(Record):
     """Result of overlap removal."""
@@ -461,6 +473,8 @@ class Resolution(Record):
     """Distance between surfaces that was asked for; with 0 none is examined."""
     short_gaps: tuple[ShortGap, ...]
     """Pairs that are not proved to keep it, the nearest first."""
+    broken_limits: tuple[BrokenLimit, ...]
+    """Bodies that the best state brings beyond their limits: the scene then has an earlier one."""
 
     def __repr__(self) -> str:
         before, after = len(self.before.overlapping), len(self.after.overlapping)
@@ -510,5 +524,6 @@ def resolution_from(record: dict[str, Any]) -> Resolution:
     record["after"] = pairs_from(record["after"])
     record["bodies"] = tuple(BodyChange(**body) for body in record["bodies"])
     record["remaining"] = tuple(Remaining(**left) for left in record["remaining"])
+    record["broken_limits"] = tuple(BrokenLimit(**broken) for broken in record["broken_limits"])
     record["short_gaps"] = tuple(ShortGap(**short) for short in record["short_gaps"])
     return Resolution(**record)

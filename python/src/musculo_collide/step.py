@@ -33,7 +33,9 @@ class Material:
     damping: float = 0.0
     """Force per speed of a soft contact."""
     permanent: str | None = None
-    """``sticking`` or ``sliding`` for contacts that never open."""
+    """``sticking`` or ``sliding`` for contacts that never open, once they are attached."""
+    attach_within: float = 0.0
+    """Gap beyond the clearance up to which permanent contacts are attached at the start."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +68,8 @@ class StepReport(Record):
     """Vertices inside a body that were never seen outside: they leave by the nearest side."""
     fallbacks: int
     """Pairs that were detected by surfaces though they have another method."""
+    unheld_overlaps: int
+    """Pairs that overlap where no contact touches."""
     swept_contacts: int | None
     """Contacts met during the move that were added; ``None`` unless asked for."""
     free_share: float | None
