@@ -1,6 +1,6 @@
 """Time and answers of this package beside what Python users have, in one process, one thread each.
 
-    pip install trimesh python-fcl libigl manifold3d ipctk rtree
+    pip install trimesh python-fcl libigl manifold3d ipctk rtree scipy
     MUSCULO_DATA=/path/to/folder python python/benches/peers.py
 
 Without MUSCULO_DATA the generated thigh is used. Each row asks all packages the same questions and counts
