@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 use musculo_collide::surface::Pose;
-use musculo_collide::{Body, Path, RigidPath, StraightPath};
+use musculo_collide::{Body, Path, RigidBodyPath, RigidPath, StraightPath};
 use pyo3::prelude::*;
 
 use crate::arrays::{Points, points};
@@ -23,13 +23,6 @@ pub(crate) enum Motion<'py> {
     Posed { pose: Placement, center: Option<[f64; 3]> },
 }
 
-/// Paths of the vertices of a body.
-#[derive(Debug)]
-pub(crate) enum VertexPaths<'a> {
-    Straight(StraightPath<'a>),
-    Rigid { start: &'a [DVec3], path: RigidPath },
-}
-
 impl Placement {
     pub(crate) fn pose(&self) -> Pose {
         let Self(rotation, translation) = self;
@@ -44,21 +37,21 @@ impl Motion<'_> {
         &'a self,
         body: &Body,
         start: &'a [DVec3],
-    ) -> PyResult<VertexPaths<'a>> {
+    ) -> PyResult<Box<dyn Path + 'a>> {
         let path = match self {
             Self::Straight(array) => {
                 let to = points(array)?;
                 body.surface()
                     .positions(to)
                     .map_err(|error| refused(format!("body {:?}: {error}", body.name())))?;
-                return Ok(VertexPaths::Straight(StraightPath { from: start, to }));
+                return Ok(Box::new(StraightPath { from: start, to }));
             }
             Self::Turn { center, axis, angle } => {
                 RigidPath::turn(DVec3::from_array(*center), DVec3::from_array(*axis), *angle)
             }
             Self::Posed { pose, center } => path_to(body, &pose.pose(), *center)?,
         };
-        Ok(VertexPaths::Rigid { start, path })
+        Ok(Box::new(RigidBodyPath { from: start, path }))
     }
 }
 
@@ -83,20 +76,4 @@ fn middle(points: &[DVec3]) -> DVec3 {
         (min, max) = (min.min(point), max.max(point));
     }
     0.5 * (min + max)
-}
-
-impl Path for VertexPaths<'_> {
-    fn position(&self, vertex: u32, time: f64) -> DVec3 {
-        match self {
-            Self::Straight(path) => path.position(vertex, time),
-            Self::Rigid { start, path } => path.transform_point(start[vertex as usize], time),
-        }
-    }
-
-    fn bend(&self, vertex: u32) -> f64 {
-        match self {
-            Self::Straight(path) => path.bend(vertex),
-            Self::Rigid { start, path } => path.bend(start[vertex as usize]),
-        }
-    }
 }

@@ -130,7 +130,7 @@ impl Scene {
         }
         let mut ways = Vec::with_capacity(moves.len());
         for ((body, _), path) in starts.iter().zip(&paths) {
-            ways.push(PathMove { body: *body, path: path as &dyn Path });
+            ways.push(PathMove { body: *body, path: path.as_ref() });
         }
 
         let params = CcdParams { min_separation: separation, ..CcdParams::EXACT };
