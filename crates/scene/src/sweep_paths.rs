@@ -277,7 +277,7 @@ struct OpenPair<'a> {
 }
 
 impl OpenPair<'_> {
-    /// Adds the first contacts that are wanted and not known.
+    /// Adds the first contacts of this kind that no earlier piece has.
     fn add(
         &self,
         wanted: Wanted,

@@ -105,7 +105,7 @@ pub(super) struct LastTurn<'a> {
 }
 
 impl MapArguments {
-    /// Returns true if a map is asked for.
+    /// Returns true if a map is to be computed.
     pub(super) fn is_map(&self) -> bool {
         !self.over.is_empty()
     }

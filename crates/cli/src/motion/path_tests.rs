@@ -79,6 +79,22 @@ fn check_deviation(path: &impl Path) {
     }
 }
 
+/// A bone says that it moves rigidly, and by how much it does not; a muscle that blends does not.
+#[test]
+fn bones_are_rigid_within_the_digits_of_their_maps() {
+    let (_, replay) = replay();
+    let bone = replay.path(0, 0);
+    let near = bone.rigid().expect("a bone is rigid");
+    assert!(near.deviation > 0.0 && near.deviation < 1e-6, "{}", near.deviation);
+    for (vertex, &x) in (0_u32..).zip(&replay.positions(0)[0]) {
+        for time in [0.0, 0.5, 1.0] {
+            let distance = near.path.transform_point(x, time).distance(bone.position(vertex, time));
+            assert!(distance <= near.deviation + 1e-12, "{distance} of {vertex} at {time}");
+        }
+    }
+    assert!(replay.path(1, 0).rigid().is_none(), "a muscle that blends");
+}
+
 #[test]
 fn what_does_not_move_has_straight_paths() {
     let (_, replay) = replay();

@@ -11,8 +11,8 @@ use wide::{f32x4, f64x4};
 use crate::cluster::{LeafDops, MAX_LEAVES};
 use crate::directions::{direction, norm};
 use crate::dop::{Dop, rounding_loss};
-use crate::dop4::{Dop4, set_bits};
-use crate::node::Child;
+use crate::dop4::{Dop4, SplatDop, set_bits};
+use crate::node::{Child, Node};
 use crate::projections::to_nearest;
 use crate::tree::DopTree;
 use crate::workspace::{Counters, Workspace};
@@ -154,23 +154,40 @@ impl<const S: usize> DopTree<S> {
                         nodes.push(x);
                         while let Some(node) = nodes.pop() {
                             let below = &self.nodes[node as usize];
-                            let a =
-                                moved.get_with(node, |moved| motion.bound(&below.bounds, moved));
+                            let a = moved.get_with(node, |node| motion.bound(&below.bounds, node));
                             counters.bound_tests += 1;
-                            for lane in set_bits(a.bounds.overlaps_one(&bound)) {
-                                match below.children[lane].get() {
-                                    Child::Node(child) => nodes.push(child),
-                                    Child::Cluster(_) if a.deviation[lane] > max_deviation => {
-                                        return false;
-                                    }
-                                    Child::Cluster(cluster) => cluster_pairs.push((cluster, y)),
-                                    Child::None => {}
-                                }
+                            let found = |x| cluster_pairs.push((x, y));
+                            if !a.children_near(below, &bound, max_deviation, nodes, found) {
+                                return false;
                             }
                         }
                     }
                     (Child::None, _) | (_, Child::None) => {}
                 }
+            }
+        }
+        true
+    }
+}
+
+impl<const S: usize> MovedNode<S> {
+    /// Finds the children of a node that overlap a bound: nodes go on the stack. Returns false at a
+    /// cluster that deviates too much.
+    #[inline(always)]
+    fn children_near(
+        &self,
+        node: &Node<S>,
+        bound: &SplatDop<S>,
+        max_deviation: f64,
+        nodes: &mut Vec<u32>,
+        mut found: impl FnMut(u32),
+    ) -> bool {
+        for lane in set_bits(self.bounds.overlaps_one(bound)) {
+            match node.children[lane].get() {
+                Child::Node(child) => nodes.push(child),
+                Child::Cluster(_) if self.deviation[lane] > max_deviation => return false,
+                Child::Cluster(cluster) => found(cluster),
+                Child::None => {}
             }
         }
         true
