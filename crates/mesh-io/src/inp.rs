@@ -70,6 +70,7 @@ fn parse_content(bytes: &[u8]) -> Result<InpContent, ReadError> {
             block = content.keyword(text)?;
             continue;
         }
+        // Data lines belong to the last keyword.
         match block {
             Block::Nodes => content.read_node(&line)?,
             Block::Tetrahedra | Block::Hexahedra => content.read_element(&line, block)?,
@@ -131,6 +132,7 @@ impl InpContent {
             self.element.push(number);
         }
 
+        // An element is complete with its last node, or with a line that does not go on.
         let corners = if block == Block::Tetrahedra { 4 } else { 8 };
         if self.element.len() <= corners && line.text.trim_ascii_end().ends_with(b",") {
             return Ok(());

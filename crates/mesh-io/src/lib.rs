@@ -37,6 +37,7 @@
 #[doc = include_str!("../README.md")]
 struct Readme;
 
+mod copy;
 mod error;
 mod field;
 mod inp;
@@ -62,12 +63,13 @@ use std::path::Path;
 
 pub use glam;
 
+pub use self::copy::Precision;
 pub use self::error::{FileError, FilePlace, ReadError};
 pub use self::field::FieldFormat;
 pub use self::mesh::{Mesh, Unread};
 pub use self::mesh_format::{MeshFormat, parse_mesh};
 pub use self::osim::{ModelBody, ModelMesh, OpenSimModel};
-pub use self::replace::{Precision, coordinate_precision, replace_positions};
+pub use self::replace::{coordinate_precision, replace_positions};
 pub use self::source::{MAX_FILE_BYTES, MAX_STREAM_BYTES, read_file, read_text};
 pub use self::text::escaped;
 pub use self::volume::Volume;

@@ -8,8 +8,10 @@ use std::fmt;
 
 use glam::DVec3;
 use surface::triangle;
+use volume_mesh::VolumeMesh;
 
-use crate::{FilePlace, ReadError, Volume};
+use crate::volume::{NumberedCells, NumberedNodes, Volume};
+use crate::{FilePlace, ReadError};
 
 /// Triangle mesh of a file: every index is below the number of vertices, every
 /// coordinate is finite, and there is at least one face.
@@ -91,6 +93,18 @@ impl Mesh {
         Ok(mesh)
     }
 
+    /// Checks the nodes and cells of a file, and finds the surface around them.
+    pub(crate) fn of_volume(nodes: NumberedNodes, cells: NumberedCells) -> Result<Self, ReadError> {
+        let NumberedNodes { positions: nodes, numbers: node_numbers } = nodes;
+        check_positions(&nodes)?;
+        let mesh = VolumeMesh::new(nodes.len(), cells.cells)?;
+        let boundary = mesh.boundary()?;
+
+        let (positions, faces) = (boundary.positions(&nodes), boundary.faces.clone());
+        let volume = Volume { mesh, nodes, boundary, node_numbers, cell_numbers: cells.numbers };
+        Ok(Self { positions, faces, polygons_fanned: 0, unread: None, volume: Some(volume) })
+    }
+
     fn push_fan(&mut self, face: usize, corners: &[u32]) -> Result<(), ReadError> {
         let mut apexes = 0..corners.len();
         let apex = apexes.find(|&apex| fans_without_fold(corners, apex, &self.positions));
@@ -103,7 +117,7 @@ impl Mesh {
     }
 }
 
-pub(crate) fn check_positions(positions: &[DVec3]) -> Result<(), ReadError> {
+fn check_positions(positions: &[DVec3]) -> Result<(), ReadError> {
     if u32::try_from(positions.len()).is_err() {
         return Err(ReadError::TooManyVertices(positions.len()));
     }

@@ -107,6 +107,7 @@ impl MshContent {
                 let [node] = counts(&needed(lines)?)?;
                 nodes.push(node);
             }
+            // Coordinates stand in the order of the numbers.
             for node in nodes {
                 let line = needed(lines)?;
                 self.nodes.push(&MSH, &line, node, placed_words(line.text, line.start))?;
@@ -126,6 +127,7 @@ impl MshContent {
             else {
                 return Err(MSH.on_line(line.number, "an element has a number, a type and tags"));
             };
+            // Nodes stand behind as many tags as the element says.
             let first = usize::try_from(tags).unwrap_or(usize::MAX).saturating_add(3);
             let nodes = numbers.get(first..).unwrap_or_default();
             self.push_element(line.number, element, kind, nodes)?;

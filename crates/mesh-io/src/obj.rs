@@ -9,9 +9,9 @@ use std::str::FromStr;
 use glam::DVec3;
 
 use crate::ReadError;
+use crate::copy::{Copy, Precision, check_count, position as position_of};
 use crate::error::Format;
 use crate::mesh::{Mesh, Polygons};
-use crate::replace::{Copy, Precision, check_count, position as position_of};
 use crate::text::{Lines, number, placed_words, quoted, words};
 
 const OBJ: Format = Format { name: "OBJ", remedy: "save it as PLY" };
@@ -33,6 +33,7 @@ pub(crate) fn encode(positions: &[DVec3], faces: &[[u32; 3]]) -> Vec<u8> {
 
 /// Writes a file with other positions; weights and colors behind them stay.
 pub(crate) fn replace(file: &[u8], positions: &[DVec3]) -> Result<Vec<u8>, ReadError> {
+    // Vertices are the lines that begin with v, as the reader counts them.
     let mut copy = Copy::new(file);
     let mut vertex = 0;
     for line in Lines::new(file) {

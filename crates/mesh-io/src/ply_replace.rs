@@ -10,9 +10,9 @@ use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Encoding, Header, PropertyDef, PropertyType, ScalarType};
 
 use crate::ReadError;
+use crate::copy::{Copy, Precision, check_count};
 use crate::ply::{PLY, Skipped, check_header, malformed};
 use crate::ply_binary::size_of_scalar;
-use crate::replace::{Copy, Precision, check_count};
 use crate::stored_values::single;
 use crate::text::{Lines, PlacedWord, number, placed_words};
 use crate::{FilePlace, ply};
@@ -112,6 +112,7 @@ fn replace_binary(
     positions: &[DVec3],
     copy: &mut Copy<'_>,
 ) -> Result<(), ReadError> {
+    // Records may have lists, so that each is passed to find the next.
     let is_big_endian = header.encoding == Encoding::BinaryBigEndian;
     let mut records = Records { file, at: start, is_big_endian };
     for element in header.elements.values() {

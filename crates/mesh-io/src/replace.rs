@@ -4,57 +4,13 @@
 //! and comments stay. Text that stands for a coordinate already is kept as it is spelled. What is
 //! written reads back to positions that are rounded to the file's number type.
 
-use std::ops::Range;
-
 use glam::DVec3;
 
-use crate::error::Format;
+use crate::copy::{Copy, Precision, check_count};
 use crate::mesh_format::FileFormat;
-use crate::stored_values::single;
-use crate::text::number;
 use crate::text_nodes::TextNodes;
 use crate::vtk::{VtkPoints, replace_points};
 use crate::{MeshFormat, ReadError, inp, msh, obj, ply_replace, stl};
-
-/// Number type of a file's coordinates.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Precision {
-    /// 32-bit floating point.
-    Single,
-    /// 64-bit floating point.
-    Double,
-    /// As many digits as fit into 20 characters, the longest number of an Abaqus input file.
-    TwentyCharacters,
-}
-
-impl Precision {
-    /// Rounds a coordinate.
-    pub(crate) fn round(self, value: f64) -> f64 {
-        match self {
-            Self::Single => single(value).into(),
-            Self::Double | Self::TwentyCharacters => value,
-        }
-    }
-
-    /// Writes a coordinate, so that it reads back to the same number in either precision.
-    pub(crate) fn text(self, value: f64) -> String {
-        let text = format!("{:?}", self.round(value));
-        let is_long = self == Self::TwentyCharacters && text.len() > 20;
-        if is_long { format!("{value:.12e}") } else { text }
-    }
-
-    /// Returns a bound on the distance by which a position is rounded whose coordinates are at most
-    /// `max_coordinate`; 0 in double precision.
-    #[must_use]
-    pub fn max_rounding(self, max_coordinate: f64) -> f64 {
-        let unit = match self {
-            Self::Single => 0.5 * f64::from(f32::EPSILON),
-            Self::Double => 0.0,
-            Self::TwentyCharacters => 5e-13,
-        };
-        3.0_f64.sqrt() * unit * max_coordinate
-    }
-}
 
 /// Writes a mesh file again with other positions: those of its vertices, or of all nodes of a volume
 /// mesh.
@@ -117,61 +73,4 @@ fn replace_nodes(
         }
     }
     Ok(copy.finish())
-}
-
-/// Refuses positions of another number than the file has.
-pub(crate) fn check_count(expected: usize, positions: &[DVec3]) -> Result<(), ReadError> {
-    let found = positions.len();
-    if found == expected { Ok(()) } else { Err(ReadError::PositionCount { expected, found }) }
-}
-
-/// Returns the position of a vertex, or a refusal where there are too few.
-pub(crate) fn position(
-    format: &Format,
-    positions: &[DVec3],
-    vertex: usize,
-) -> Result<DVec3, ReadError> {
-    let missing = || format.in_header(format!("vertex {vertex} has no position"));
-    positions.get(vertex).copied().ok_or_else(missing)
-}
-
-/// Copy of a file in which places, in ascending order, get other content.
-#[derive(Debug)]
-pub(crate) struct Copy<'a> {
-    file: &'a [u8],
-    content: Vec<u8>,
-    /// Byte of the file up to which it is copied.
-    copied: usize,
-}
-
-impl<'a> Copy<'a> {
-    pub(crate) fn new(file: &'a [u8]) -> Self {
-        Self { file, content: Vec::with_capacity(file.len()), copied: 0 }
-    }
-
-    /// Returns the file that is copied.
-    pub(crate) fn file(&self) -> &'a [u8] {
-        self.file
-    }
-
-    /// Replaces the bytes of a place, which lies behind the last one.
-    pub(crate) fn put(&mut self, place: Range<usize>, content: &[u8]) {
-        self.content.extend(self.file.get(self.copied..place.start).unwrap_or_default());
-        self.content.extend(content);
-        self.copied = place.end;
-    }
-
-    /// Replaces a number in text, unless the text stands for it already.
-    pub(crate) fn put_number(&mut self, place: Range<usize>, value: f64, precision: Precision) {
-        let text = self.file.get(place.clone()).unwrap_or_default();
-        if number(text) != Some(value) {
-            self.put(place, precision.text(value).as_bytes());
-        }
-    }
-
-    /// Returns the copy up to the end of the file.
-    pub(crate) fn finish(mut self) -> Vec<u8> {
-        self.content.extend(self.file.get(self.copied..).unwrap_or_default());
-        self.content
-    }
 }

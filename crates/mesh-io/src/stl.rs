@@ -11,9 +11,9 @@ use std::fmt::Write;
 use glam::DVec3;
 use surface::triangle;
 
+use crate::copy::{Copy, Precision, check_count};
 use crate::error::Format;
 use crate::mesh::{Mesh, Polygons, Unread};
-use crate::replace::{Copy, Precision, check_count};
 use crate::stored_values::single;
 use crate::text::{Lines, number, placed_words, quoted, words};
 use crate::{FilePlace, ReadError};
@@ -102,6 +102,7 @@ fn replace_text(mesh: &Mesh, positions: &[DVec3], mut copy: Copy<'_>) -> Vec<u8>
 }
 
 fn replace_binary(mesh: &Mesh, positions: &[DVec3], mut copy: Copy<'_>) -> Vec<u8> {
+    // Files without normals have zeros there, which stay.
     for (facet, face) in mesh.faces.iter().enumerate() {
         let start = HEADER + FACET * facet;
         let stored = copy.file()[start..start + 12].iter().any(|&byte| byte != 0);

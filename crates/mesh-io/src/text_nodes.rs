@@ -43,6 +43,7 @@ impl TextNodes {
             places[axis] = word.place;
         }
 
+        // A number that comes twice would leave two nodes with one name.
         let index = u32::try_from(self.numbered.positions.len());
         let index = index.map_err(|_| ReadError::TooManyVertices(self.places.len()))?;
         if self.indices.insert(node, index).is_some() {

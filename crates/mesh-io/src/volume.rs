@@ -3,10 +3,7 @@
 use glam::DVec3;
 use volume_mesh::{Boundary, Cell, VolumeMesh};
 
-use crate::ReadError;
-use crate::mesh::{Mesh, check_positions};
-
-/// Volume mesh of a file, whose boundary is the surface of the [`Mesh`].
+/// Volume mesh of a file, whose boundary is the surface of the [`Mesh`](crate::Mesh).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Volume {
     /// Tetrahedra and hexahedra, in the order of the file.
@@ -31,27 +28,13 @@ pub(crate) struct NumberedNodes {
 /// Cells of a file with their numbers there.
 #[derive(Debug, Default)]
 pub(crate) struct NumberedCells {
-    cells: Vec<Cell>,
-    numbers: Vec<u64>,
+    pub(crate) cells: Vec<Cell>,
+    pub(crate) numbers: Vec<u64>,
 }
 
 impl NumberedCells {
     pub(crate) fn push(&mut self, number: u64, cell: Cell) {
         self.cells.push(cell);
         self.numbers.push(number);
-    }
-}
-
-impl Mesh {
-    /// Checks the nodes and cells of a file, and finds the surface around them.
-    pub(crate) fn of_volume(nodes: NumberedNodes, cells: NumberedCells) -> Result<Self, ReadError> {
-        let NumberedNodes { positions: nodes, numbers: node_numbers } = nodes;
-        check_positions(&nodes)?;
-        let mesh = VolumeMesh::new(nodes.len(), cells.cells)?;
-        let boundary = mesh.boundary()?;
-
-        let (positions, faces) = (boundary.positions(&nodes), boundary.faces.clone());
-        let volume = Volume { mesh, nodes, boundary, node_numbers, cell_numbers: cells.numbers };
-        Ok(Self { positions, faces, polygons_fanned: 0, unread: None, volume: Some(volume) })
     }
 }

@@ -91,6 +91,7 @@ impl Boundary {
         for &node in triangles.iter().flatten() {
             places[node as usize] = 0;
         }
+        // Marked nodes take their places in ascending order.
         let mut nodes = Vec::new();
         for (node, place) in (0_u32..).zip(&mut places) {
             if *place == 0 {

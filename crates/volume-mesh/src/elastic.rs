@@ -42,6 +42,7 @@ impl ElasticBody {
     pub(crate) fn new(mesh: &VolumeMesh, positions: &[DVec3], poisson_ratio: f64) -> Self {
         let lambda = 2.0 * poisson_ratio / (1.0 - 2.0 * poisson_ratio);
         let mut body = Self { points: Vec::new(), terms: Vec::new(), lambda };
+        // One point is exact for the constant gradients of a tetrahedron, eight for a hexahedron.
         for cell in mesh.cells() {
             match cell {
                 Cell::Tetrahedron(nodes) => body.push(nodes, &TETRAHEDRON, 1.0 / 6.0, positions),
@@ -100,11 +101,13 @@ impl ElasticBody {
                 break;
             }
 
+            // The minimum along the direction; the residual follows without another product.
             let length = square / curvature;
             for node in 0..u.len() {
                 u[node] += length * direction[node];
                 residual[node] += length * along[node];
             }
+            // The next direction is conjugate to all earlier ones.
             let preconditioned = precondition(&residual, &inverse_blocks);
             let next = dot(&residual, &preconditioned);
             let turn = next / square;
@@ -135,6 +138,7 @@ impl ElasticBody {
             }
         }
 
+        // Nodes with a given displacement feel no force: the solver leaves them.
         for (force, is_given) in forces.iter_mut().zip(is_given) {
             if *is_given {
                 *force = DVec3::ZERO;
@@ -153,6 +157,7 @@ impl ElasticBody {
                 blocks[node as usize] += point.volume * (along + across);
             }
         }
+        // Nodes without a cell have no stiffness, and no force either.
         for block in &mut blocks {
             *block = if block.determinant() > 0.0 { block.inverse() } else { DMat3::ZERO };
         }

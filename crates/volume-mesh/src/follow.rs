@@ -101,6 +101,7 @@ impl VolumeMesh {
             is_given[node as usize] = true;
         }
 
+        // Each step starts from the present shape, so that large displacements turn cells, too.
         let before = self.quality(rest);
         let (positions, share, blocking) = (rest.to_vec(), 0.0, None);
         let mut followed = Followed { positions, share, steps: 0, before, after: before, blocking };

@@ -19,6 +19,7 @@ impl VolumeMesh {
         if cells.is_empty() {
             return Err(VolumeError::NoCells { nodes: node_count });
         }
+        // Later loops index by these numbers without a check.
         for (number, cell) in cells.iter().enumerate() {
             let nodes = cell.nodes();
             for (place, &node) in nodes.iter().enumerate() {

@@ -58,6 +58,7 @@ pub(crate) fn scaled_jacobian(cell: &Cell, positions: &[DVec3]) -> f64 {
     let mut least = f64::INFINITY;
 
     for &[corner, a, b, c] in cell.corners() {
+        // Edges without a length make the corner flat, whatever their determinant.
         let edges = [a, b, c].map(|end| node(end) - node(corner));
         let lengths: f64 = edges.iter().map(|edge| edge.length()).product();
         let determinant = DMat3::from_cols(edges[0], edges[1], edges[2]).determinant();

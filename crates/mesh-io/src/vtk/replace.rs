@@ -19,7 +19,7 @@ use super::vtu::VTU;
 use super::xml::Element;
 use super::{Appended, Dialect, VtkFile};
 use crate::ReadError;
-use crate::replace::{Copy, Precision, check_count};
+use crate::copy::{Copy, Precision, check_count};
 use crate::stored_values::single;
 use crate::text::quoted;
 

@@ -99,6 +99,7 @@ pub fn write_vtu(nodes: &[DVec3], mesh: &VolumeMesh, values: &[PointValues<'_>])
         types.push(if is_tetrahedron { TETRAHEDRON } else { HEXAHEDRON });
     }
 
+    // Arrays stand inline, as those of surfaces do.
     let connectivity =
         array("UInt32", "connectivity", 1, connectivity.into_iter().map(u32::to_le_bytes));
     let offsets = array("UInt64", "offsets", 1, ends.into_iter().map(u64::to_le_bytes));
