@@ -2,7 +2,7 @@
 
 use musculo_collide::ccd::CcdParams;
 use musculo_collide::resolve::{ResolveParams, resolve};
-use musculo_collide::{BodyId, BodyKind, CheckParams, JointContactParams, PairId, Path, PathMove};
+use musculo_collide::{BodyId, BodyKind, CheckParams, JointContactParams, PairId, PathMove};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
