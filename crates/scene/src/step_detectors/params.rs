@@ -20,7 +20,7 @@ pub enum StepMethod {
     #[default]
     Exact,
     /// The same with the coarse surface of a body in place of its own. Vertices that it left out
-    /// follow those that it kept: see [`StepDetectors::followers`].
+    /// follow those that it kept: see [`StepDetectors::followers`](crate::StepDetectors::followers).
     Coarse,
     /// Vertices and edges of a body against the distance field of the other, which is rigid, and
     /// the vertices of the rigid one against the surface.
