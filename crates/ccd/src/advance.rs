@@ -14,7 +14,7 @@
 use crate::closest::ClosestToOrigin;
 use crate::polygon::{MovingPolygon, TurningDirection};
 use crate::scalar::{fast_max, fast_min};
-use crate::search::ContactSearch;
+use crate::search::{ContactSearch, OPEN_SLACK};
 use crate::shape::{Corners, PolygonShape};
 
 /// Shortest step: times in `0..=1` are no finer than half of it.
@@ -23,18 +23,6 @@ const MIN_STEP: f64 = 4.0e-16;
 /// Share of a piece below which a direction is considered to turn faster than the closest point
 /// did; the next piece is shortened by it.
 const SLOW: f64 = 0.25;
-
-/// Distance beyond the separation, relative to it, at which a contact is reported where it is not
-/// certain that the separation is reached.
-///
-/// A contact may be reported that is this much too far away.
-pub(crate) const OPEN_SLACK: f64 = 1e-10;
-
-/// The same where a contact is certain.
-///
-/// The time of contact may be early by what it takes to cover this much of the separation. The last
-/// digits would cost as much as all before.
-pub(crate) const CERTAIN_SLACK: f64 = 1e-6;
 
 /// Maximum number of directions in an interval that exact arithmetic decides if they do not: it
 /// takes about as long as a few hundred.

@@ -11,10 +11,9 @@
 
 use glam::DVec3;
 
-use crate::advance::{CERTAIN_SLACK, OPEN_SLACK};
 use crate::contact::{CcdContact, CcdParams, Certainty};
 use crate::error::CcdError;
-use crate::search::first_contact_within;
+use crate::search::{CERTAIN_SLACK, OPEN_SLACK, first_contact_within};
 
 /// Bounds on the paths of two primitives.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,8 +49,8 @@ const ROOM: f64 = 6.0;
 /// Finds the first contact of two primitives whose points move on curved paths, from time
 /// `from` to time `to` of the step.
 ///
-/// `at` returns the four points at a time, as [`vertex_face`] and [`edge_edge`] take them. No
-/// contact is missed, and [`CcdContact::lo`] is never after the first one. A vertex that passes
+/// `at` returns the four points at a time, as [`vertex_face`](crate::vertex_face) and
+/// [`edge_edge`](crate::edge_edge) take them. No contact is missed, and [`CcdContact::lo`] is never after the first one. A vertex that passes
 /// through the inner part of a face is [`Certainty::Certain`]; contacts near the rim of a face, of
 /// edges, and with a separation are [`Certainty::Possible`]. The time is at most a
 /// few 1e-9 of the step early, unless the primitives approach each other that much more slowly than
@@ -59,7 +58,8 @@ const ROOM: f64 = 6.0;
 ///
 /// # Errors
 ///
-/// As [`vertex_face`]; [`CcdError::MinSeparation`] also for bounds that are negative or not finite.
+/// As [`vertex_face`](crate::vertex_face); [`CcdError::MinSeparation`] also for bounds that are
+/// negative or not finite.
 pub fn first_contact_on_paths(
     primitives: Primitives,
     at: impl Fn(f64) -> [DVec3; 4],

@@ -7,7 +7,6 @@
 
 use glam::DVec3;
 
-use crate::advance::CERTAIN_SLACK;
 use crate::contact::{CcdContact, CcdParams, Certainty, Undecided};
 use crate::coplanarity::Coplanarity;
 use crate::cubic::{BernsteinCubic, RootInterval, RootKind};
@@ -16,6 +15,18 @@ use crate::outline::Outline;
 use crate::polygon::MovingPolygon;
 use crate::rounding::{EDGE_FUNCTION, EDGE_FUNCTION_RATE, UNDERFLOW, UNIT};
 use crate::shape::{Corners, PolygonShape};
+
+/// Distance beyond the separation, relative to it, at which a contact is reported where it is not
+/// certain that the separation is reached.
+///
+/// A contact may be reported that is this much too far away.
+pub(crate) const OPEN_SLACK: f64 = 1e-10;
+
+/// The same where a contact is certain.
+///
+/// The time of contact may be early by what it takes to cover this much of the separation. The last
+/// digits would cost as much as all before.
+pub(crate) const CERTAIN_SLACK: f64 = 1e-6;
 
 /// Length above which an interval is searched piece by piece. Within a shorter one a time cannot be
 /// improved by much, and its start is the answer.

@@ -72,6 +72,7 @@ mod dop4;
 mod error;
 mod extents;
 mod leaves;
+mod moved_node;
 mod neighbors;
 mod node;
 mod packed;

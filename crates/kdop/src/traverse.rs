@@ -6,7 +6,6 @@ mod pairs;
 mod query;
 mod self_pairs;
 
-pub(crate) use self::moving::MovedNode;
 pub use self::moving::{MovingPairs, RigidSweep};
 use crate::directions::norm;
 use crate::dop::rounding_loss;

@@ -1,9 +1,9 @@
 //! Scratch memory of the traversals, owned by the caller.
 
 use crate::cluster::LeafDops;
+use crate::moved_node::MovedNode;
 use crate::node::ChildRef;
 use crate::queue::Queue;
-use crate::traverse::MovedNode;
 use crate::tree::DopTree;
 
 /// Scratch memory of traversals: one per thread, reused between calls, for any trees of one `S`.

@@ -100,6 +100,7 @@ pub use crate::pair_contacts::PairContacts;
 pub use crate::pair_overlap::PairOverlap;
 pub use crate::params::CheckParams;
 pub use crate::pass_through::PassThrough;
+pub use crate::path_steps::PathMove;
 pub use crate::report::{PairReport, VertexReport};
 pub use crate::scene::Scene;
 pub use crate::step::{SceneStates, SceneStep, StepError};
@@ -107,7 +108,6 @@ pub use crate::step_detectors::{
     DetectorParams, Fallback, FallbackReason, StepDetectors, StepMethod,
 };
 pub use crate::sweep::{BodyMove, PairSweep, SweepReport};
-pub use crate::sweep_paths::PathMove;
 
 /// Compiles and runs the README's example.
 #[cfg(doctest)]

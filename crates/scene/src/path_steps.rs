@@ -1,24 +1,37 @@
 //! Step of a scene along paths: what moves rigidly, and pieces for the rest.
 
+use std::fmt;
+
 use ccd::{CcdParams, chord_deviation};
 use glam::DVec3;
 use surface::{Aabb, Path, RelativePath, mean_edge, parallel};
 
-use crate::rigid_paths::RigidPair;
+use crate::rigid_paths::{MAX_PIECES, RigidPair};
 use crate::sweep::NearLines;
-use crate::{Body, BodyId, PairId, PathMove, Scene, SceneError};
+use crate::{Body, BodyId, PairId, Scene, SceneError};
 
 /// Deviation from chords, relative to the mean edge of a body, that a piece may have.
 ///
 /// Smaller takes more pieces, each with its bounds; larger finds more candidates that do not meet.
 const DEVIATION: f64 = 0.25;
 
-/// Maximum number of pieces. A step that would need more is still detected completely, with more
-/// candidates.
-pub(crate) const MAX_PIECES: u32 = 1024;
-
 /// Roundings of a coordinate in the position of a path.
 const ROUNDINGS: f64 = 64.0;
+
+/// Path of a body during a step.
+#[derive(Clone, Copy)]
+pub struct PathMove<'a> {
+    /// The body.
+    pub body: BodyId,
+    /// Paths of its vertices, from where they are.
+    pub path: &'a dyn Path,
+}
+
+impl fmt::Debug for PathMove<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("PathMove").field("body", &self.body).finish_non_exhaustive()
+    }
+}
 
 /// Step of a scene along paths, divided into pieces.
 pub(crate) struct Steps<'a> {

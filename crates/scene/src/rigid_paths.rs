@@ -14,8 +14,11 @@ use proximity::{SweptContact, SweptContacts, SweptQuery, SweptSide};
 use surface::progress::Progress;
 use surface::{RelativePath, Stencil, Term};
 
-use crate::path_steps::MAX_PIECES;
 use crate::{Body, SceneError};
+
+/// Maximum number of pieces. A step that would need more is still detected completely, with more
+/// candidates.
+pub(crate) const MAX_PIECES: u32 = 1024;
 
 /// Deviation of faces that may meet from their chords, relative to the sum of the edges of both bodies.
 ///

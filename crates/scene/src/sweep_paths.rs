@@ -7,7 +7,6 @@
 //! in shorter pieces of their own ([`ccd::first_contact_on_paths`]).
 
 use std::collections::BTreeMap;
-use std::fmt;
 
 use ccd::{CcdParams, PathBounds, Primitives};
 use glam::DVec3;
@@ -16,25 +15,10 @@ use proximity::{ContactKind, SweptContact};
 use surface::progress::Progress;
 use surface::{Path, parallel};
 
-use crate::path_steps::{BodyVertex, Steps};
+use crate::path_steps::{BodyVertex, PathMove, Steps};
 use crate::rigid_paths::PieceContacts;
 use crate::sweep::NearLines;
-use crate::{BodyId, BodyMove, PairId, PairSweep, Scene, SceneError, SweepReport};
-
-/// Path of a body during a step.
-#[derive(Clone, Copy)]
-pub struct PathMove<'a> {
-    /// The body.
-    pub body: BodyId,
-    /// Paths of its vertices, from where they are.
-    pub path: &'a dyn Path,
-}
-
-impl fmt::Debug for PathMove<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("PathMove").field("body", &self.body).finish_non_exhaustive()
-    }
-}
+use crate::{BodyMove, PairId, PairSweep, Scene, SceneError, SweepReport};
 
 impl Scene {
     /// Finds the first contacts while each body named in `moves` follows its path; other bodies

@@ -17,6 +17,7 @@ mod range_map;
 mod resolve;
 mod resolve_arguments;
 mod resolve_files;
+mod vector;
 
 use clap::Subcommand;
 

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
-use std::str::FromStr;
 
 use clap::Args;
 use glam::DVec3;
@@ -12,6 +11,7 @@ use musculo_collide::{
 
 use super::Finished;
 use super::range_map::{LastTurn, MapArguments};
+use super::vector::Vector;
 use crate::failure::Failure;
 use crate::load::{LoadedScene, SceneArguments, files_of};
 use crate::phase::Phase;
@@ -59,27 +59,6 @@ pub(crate) struct RangeArguments {
 
     #[command(flatten)]
     map: MapArguments,
-}
-
-/// Three numbers, separated by commas.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Vector(pub(super) DVec3);
-
-impl FromStr for Vector {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let mut numbers = Vec::new();
-        for part in text.split(',') {
-            match part.trim().parse::<f64>() {
-                Ok(number) if number.is_finite() => numbers.push(number),
-                _ => return Err(format!("'{part}' is no finite number")),
-            }
-        }
-        let numbers: [f64; 3] =
-            numbers.try_into().map_err(|_| "expected three numbers, separated by commas")?;
-        Ok(Self(numbers.into()))
-    }
 }
 
 pub(super) fn run(arguments: &RangeArguments) -> Result<Finished, Failure> {

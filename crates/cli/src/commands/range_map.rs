@@ -11,8 +11,8 @@ use clap::Args;
 use musculo_collide::surface::parallel;
 use musculo_collide::{BodyId, JointScene, JointTurns, Scene};
 
-use super::range::Vector;
 use super::range_cache::{Cache, content_hash};
+use super::vector::Vector;
 use crate::failure::Failure;
 use crate::phase::Phase;
 use crate::report::{MapCell, RangeMap};

@@ -11,8 +11,9 @@ use wide::{f32x4, f64x4};
 use crate::cluster::{LeafDops, MAX_LEAVES};
 use crate::directions::{direction, norm};
 use crate::dop::{Dop, rounding_loss};
-use crate::dop4::{Dop4, SplatDop, set_bits};
-use crate::node::{Child, Node};
+use crate::dop4::{Dop4, set_bits};
+use crate::moved_node::MovedNode;
+use crate::node::Child;
 use crate::projections::to_nearest;
 use crate::tree::DopTree;
 use crate::workspace::{Counters, Workspace};
@@ -30,14 +31,6 @@ pub struct RigidSweep {
     pub deviation_per_length: f64,
     /// Margin within which leaves are close, `>= 0`.
     pub margin: f64,
-}
-
-/// Node of a moving tree, over its way.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct MovedNode<const S: usize> {
-    bounds: Dop4<S>,
-    /// Maximum distance of the points of each child from the chords of their ways.
-    deviation: [f64; 4],
 }
 
 /// Pairs of leaves of a moving tree and one at rest that may come close.
@@ -164,30 +157,6 @@ impl<const S: usize> DopTree<S> {
                     }
                     (Child::None, _) | (_, Child::None) => {}
                 }
-            }
-        }
-        true
-    }
-}
-
-impl<const S: usize> MovedNode<S> {
-    /// Finds the children of a node that overlap a bound: nodes go on the stack. Returns false at a
-    /// cluster that deviates too much.
-    #[inline(always)]
-    fn children_near(
-        &self,
-        node: &Node<S>,
-        bound: &SplatDop<S>,
-        max_deviation: f64,
-        nodes: &mut Vec<u32>,
-        mut found: impl FnMut(u32),
-    ) -> bool {
-        for lane in set_bits(self.bounds.overlaps_one(bound)) {
-            match node.children[lane].get() {
-                Child::Node(child) => nodes.push(child),
-                Child::Cluster(_) if self.deviation[lane] > max_deviation => return false,
-                Child::Cluster(cluster) => found(cluster),
-                Child::None => {}
             }
         }
         true
