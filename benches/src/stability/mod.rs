@@ -204,9 +204,10 @@ mod tests {
 
     #[test]
     fn what_cannot_hold_is_found() {
-        // Corrections of positions have no friction.
+        // Corrections of positions have no friction: the slab slides, and leaves the slope in time.
         let (verdict, figures) = run(Planted::SlopeHeld, Detector::Exact, Response::Positions);
-        assert_eq!(verdict, Verdict::Creeps, "{figures:?}");
+        assert!(matches!(verdict, Verdict::Creeps | Verdict::Thrown), "{verdict:?}, {figures:?}");
+        assert!(figures.creep > 100.0, "{figures:?}");
 
         // Penalties that are too stiff for the step.
         let (verdict, figures) = run(Planted::Rest, Detector::Exact, Response::SoftExplicit);

@@ -137,7 +137,7 @@ fn no_depth_of_a_walk_is_off_by_more_than_its_bound() {
     let workshop = Workshop::new();
     workshop.write("gait.json", gait(&data, (0..73).step_by(if all { 1 } else { 18 })));
     workshop.write("scene.toml", format!("motion = \"gait.json\"\n{}", thigh_scene(&data)));
-    let arguments = ["scene.toml", "--tolerance", "0.5", "--frames", "100000", "--compare"];
+    let arguments = ["scene.toml", "--tolerance", "2", "--frames", "100000", "--compare"];
     let run = workshop.run("plan", &arguments);
     assert_eq!(run.status, 1, "{}", run.stderr);
     let states = if all { "73 states compared" } else { "5 states compared" };
