@@ -61,6 +61,7 @@ impl OpenSimModel {
             return Err(malformed(&document, "has no <OpenSimDocument> with a <Model>"));
         };
 
+        // Motions name the bodies that they move: two of one name could not be told apart.
         let objects = model.child("BodySet").and_then(|set| set.child("objects"));
         let mut bodies: Vec<ModelBody> = Vec::new();
         for element in objects.iter().flat_map(|objects| objects.children("Body")) {
@@ -85,6 +86,8 @@ impl ModelBody {
             return Err(malformed(element, "a body has no name"));
         }
         let mass_center = vector(element, "mass_center", DVec3::ZERO)?;
+
+        // OpenSim 4 attaches meshes to frames, OpenSim 3 lists them as what is visible.
         let mut meshes = Vec::new();
         add_attached(element, DAffine3::IDENTITY, &mut meshes)?;
         if let Some(visible) = element.child("VisibleObject") {
@@ -109,6 +112,8 @@ fn add_attached(
             });
         }
     }
+
+    // Offset frames nest: each is placed relative to the frame that holds it.
     for components in element.children("components") {
         for offset in components.children("PhysicalOffsetFrame") {
             let translation = vector(offset, "translation", DVec3::ZERO)?;

@@ -65,6 +65,7 @@ fn replace_text(
 ) -> Result<(), ReadError> {
     let mut lines = Lines::new(&file[start..]).filter(|line| !line.text.trim_ascii().is_empty());
     for element in header.elements.values() {
+        // Each entry of an element is a line, whatever its properties are.
         if element.name != "vertex" {
             lines.by_ref().take(element.count).for_each(drop);
             continue;
@@ -151,6 +152,8 @@ impl Records<'_> {
         mut visit: impl FnMut(&PropertyDef, Range<usize>),
     ) -> Result<(), ReadError> {
         for property in element.properties.values() {
+            // A list begins with its count. Products and sums saturate: a count that the file
+            // cannot hold ends behind its end, and is refused below.
             let length = match &property.data_type {
                 PropertyType::Scalar(scalar) => size_of_scalar(scalar),
                 PropertyType::List(count, item) => {

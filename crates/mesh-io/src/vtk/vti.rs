@@ -54,7 +54,10 @@ pub(crate) fn encode_vti(field: &DistanceField) -> Vec<u8> {
 
 fn header(field: &DistanceField, values: &StoredValues) -> String {
     let (DVec3 { x, y, z }, h) = (field.grid().origin(), field.grid().spacing());
+    // The ends of VTK's extents are included, so that nodes count from 0 to one less.
     let [i, j, k] = field.grid().dims().map(|n| n - 1);
+
+    // Rounded distances are multiples of a step, which a reader needs with them.
     let (number, name, step) = match values {
         StoredValues::Distances(_) => ("Float32", DISTANCES, String::new()),
         StoredValues::Steps { step, .. } => {
@@ -66,6 +69,8 @@ fn header(field: &DistanceField, values: &StoredValues) -> String {
         NodeValues::QuasiInterpolating => 1,
     };
     let nodes = one_number_array("Int32", NODES, nodes);
+
+    // The values follow as raw bytes, at once behind the underscore.
     format!(
         r#"<?xml version="1.0"?>
 <VTKFile type="ImageData" version="1.0" byte_order="LittleEndian" header_type="UInt64">

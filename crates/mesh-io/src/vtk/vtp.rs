@@ -20,12 +20,15 @@ pub(crate) fn parse_vtp(bytes: &[u8]) -> Result<Mesh, ReadError> {
     let (mut positions, mut polygons) = (Vec::new(), Polygons::default());
 
     for piece in Piece::all(&file) {
+        // Polygons of a piece count its own points from 0.
         let first = i64::try_from(positions.len()).unwrap_or(i64::MAX);
         piece.read_points(&mut positions)?;
         let strips = piece.count("NumberOfStrips")?;
         if strips > 0 {
             return Err(VTP.format.unsupported(format!("{strips} triangle strips")));
         }
+
+        // An empty piece need not have the arrays of polygons.
         let count = piece.count("NumberOfPolys")?;
         if count == 0 {
             continue;

@@ -38,6 +38,7 @@ pub(crate) fn parse_vtu(bytes: &[u8]) -> Result<Mesh, ReadError> {
     let (mut nodes, mut cells, mut number) = (Vec::new(), NumberedCells::default(), 0);
 
     for piece in Piece::all(&file) {
+        // Cells of a piece count its own points from 0.
         let first = i64::try_from(nodes.len()).unwrap_or(i64::MAX);
         piece.read_points(&mut nodes)?;
         let count = piece.count("NumberOfCells")?;
@@ -50,6 +51,8 @@ pub(crate) fn parse_vtu(bytes: &[u8]) -> Result<Mesh, ReadError> {
             let problem = format!("{count} cells, but {} types", types.len());
             return Err(piece.malformed("Cells", problem));
         }
+
+        // A cell without volume is left out, but keeps its number in the file.
         for (points, kind) in points.iter().zip(types) {
             if let Some(cell) = cell(&piece, kind, points, first, number)? {
                 cells.push(number, cell);

@@ -98,6 +98,8 @@ fn poly_data(
     cell_values: &[CellValues<'_>],
 ) -> String {
     let (point_data, points) = point_arrays(positions, values);
+
+    // Without values per cell there is no element for them.
     let mut cell_data: String = cell_values.iter().map(CellValues::array).collect();
     if !cell_data.is_empty() {
         cell_data = format!("<CellData>\n{cell_data}</CellData>\n");
