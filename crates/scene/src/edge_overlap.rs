@@ -49,7 +49,7 @@ impl EdgeOverlap {
         bodies: [&SurfaceTree; 2],
         depths: [Option<Depth>; 2],
     ) -> Option<Self> {
-        let [a, b] = depths.map(|depth| depth.map_or(0.0, |depth| depth.lower));
+        let [a, b] = depths.map(attained_depth);
         let side = usize::from(b > a);
         let Depth { lower, upper, point, face, .. } = depths[side]?;
 
@@ -132,4 +132,9 @@ impl FacePoint {
     fn contact_side<'t>(&self, is_anchor: bool, terms: &'t [Term]) -> ContactSide<'t> {
         if is_anchor { ContactSide::at_rest(self.at) } else { ContactSide::Particles(terms) }
     }
+}
+
+/// Returns the depth that a side attains; 0 for a side that is not inside the other.
+fn attained_depth(depth: Option<Depth>) -> f64 {
+    depth.map_or(0.0, |depth| depth.lower)
 }

@@ -169,8 +169,13 @@ impl JointScene {
             let x: Vec<DVec3> = rest.iter().map(|&x| map.transform_point3(x)).collect();
             self.scene.move_body(*body, &x)?;
         }
-        let reports = self.scene.check(&CheckParams::without_measures(0.0), Progress::none())?;
-        Ok(reports.iter().find(|report| report.overlaps).map(|report| report.pair))
+
+        for report in self.scene.check(&CheckParams::without_measures(0.0), Progress::none())? {
+            if report.overlaps {
+                return Ok(Some(report.pair));
+            }
+        }
+        Ok(None)
     }
 }
 
@@ -186,7 +191,11 @@ impl Scene {
     ) -> DVec3 {
         let time = contact.contact.time.unwrap_or(1.0);
         let mut place = DVec3::ZERO;
-        for term in contact.contact.stencil.terms().iter().filter(|term| term.weight < 0.0) {
+        for term in contact.contact.stencil.terms() {
+            // Weights of the first primitive are negative.
+            if term.weight >= 0.0 {
+                continue;
+            }
             let of_second = self.body(pair.b).particles().contains(&term.particle);
             let id = if of_second { pair.b } else { pair.a };
             let vertex = term.particle - self.body(id).particles().start;

@@ -422,9 +422,12 @@ impl BoneVertex {
         motion: Option<[Pose; 2]>,
         tolerance: f64,
     ) -> Option<Renewal> {
-        let vertex = self.contact.anchor.map_or(DVec3::ZERO, |anchor| anchor.point);
-        let vertex = motion
-            .map_or(vertex, |[from, to]| to.transform_point(from.inverse_transform_point(vertex)));
+        // The vertex moves with its bone.
+        let mut vertex = self.contact.anchor.map_or(DVec3::ZERO, |anchor| anchor.point);
+        if let Some([from, to]) = motion {
+            vertex = to.transform_point(from.inverse_transform_point(vertex));
+        }
+
         let body = scene.body(self.on);
         let (surface, on) = (body.surface(), body.checked_positions());
         let foot = walk_to_foot(surface, on, self.face, vertex)?;

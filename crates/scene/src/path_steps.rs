@@ -155,9 +155,10 @@ impl<'a> Steps<'a> {
 
         // Two bodies at most take part in a contact: those that bend most bound all.
         let piece = 1.0 / f64::from(self.pieces.max(1));
-        let deviation = |bend: f64| chord_deviation(bend, piece);
-        self.near.max_of_pair = deviation(bends[0] + bends[1]) * (1.0 + 4.0 * f64::EPSILON);
-        self.near.deviations = self.bends.iter().map(|&bend| deviation(bend)).collect();
+        let of_pair = chord_deviation(bends[0] + bends[1], piece);
+        self.near.max_of_pair = of_pair * (1.0 + 4.0 * f64::EPSILON);
+        self.near.deviations =
+            self.bends.iter().map(|&bend| chord_deviation(bend, piece)).collect();
     }
 
     /// Returns true if a body rests, or moves rigidly.
@@ -167,13 +168,16 @@ impl<'a> Steps<'a> {
 
     /// Returns the relative motion of two rigid bodies.
     pub(crate) fn rigid_pair<'b>(&self, scene: &'b Scene, id: PairId) -> RigidPair<'b> {
-        let motions =
-            id.bodies().map(|body| self.paths[body.index()].and_then(|path| path.rigid()));
-        let mut deviation = 0.0;
-        for motion in motions.iter().flatten() {
-            deviation += motion.deviation;
+        // Deviations add up: either body may be off its rigid path.
+        let (mut paths, mut deviation) = ([None; 2], 0.0);
+        for (path, body) in paths.iter_mut().zip(id.bodies()) {
+            if let Some(motion) = self.paths[body.index()].and_then(Path::rigid) {
+                *path = Some(motion.path);
+                deviation += motion.deviation;
+            }
         }
-        let [a, b] = motions.map(|motion| motion.map(|motion| motion.path));
+
+        let [a, b] = paths;
         RigidPair {
             bodies: id.bodies().map(|body| scene.body(body)),
             relative: RelativePath::new(a, b),

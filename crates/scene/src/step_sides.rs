@@ -154,8 +154,10 @@ impl SideMemory {
     ) {
         // The foot on the side of the last step, and whether the detector's is on another.
         let key = (pair, vertex.particle);
-        let found = self.last.binary_search_by_key(&key, |side| side.key);
-        let last = found.ok().map(|number| self.last[number].face);
+        let last = match self.last.binary_search_by_key(&key, |side| side.key) {
+            Ok(number) => Some(self.last[number].face),
+            Err(_) => None,
+        };
         let (surface, x) = (on.surface(), on.checked_positions());
         let mut start = last;
         if start.is_none() && contact.gap < 0.0 {

@@ -98,7 +98,10 @@ fn is_convex_ridge(state: &SurfaceState<'_>, edge: u32) -> bool {
     let corners = state.x.corners(state.surface.faces()[other as usize]);
 
     // Two of these corners are on the edge, at height 0 up to rounding.
-    let height: f64 = corners.iter().map(|corner| normal.dot(*corner - start)).sum();
+    let mut height = 0.0;
+    for corner in corners {
+        height += normal.dot(corner - start);
+    }
     normal.dot(of_other) < RIDGE_COSINE && height < 0.0
 }
 
@@ -107,10 +110,10 @@ fn is_convex_ridge(state: &SurfaceState<'_>, edge: u32) -> bool {
 /// Their common normal must be between those of the faces beside each. Then they are mutually
 /// closest, or, where faces beside them cross, the nearest way out of each other.
 fn contact_of(sides: [ComparedSurface<'_>; 2], edges: [u32; 2], reach: f64) -> Option<Contact> {
-    let [a, b] = [0, 1].map(|k| Ridge::new(sides[k], edges[k]));
+    let ([a, b], [of_a, of_b]) = (sides, edges);
+    let (a, b) = (Ridge::new(a, of_a), Ridge::new(b, of_b));
     let closest = closest_between_segments(a.ends, b.ends);
-    let is_within = |t: f64| t > 0.0 && t < 1.0;
-    if !is_within(closest.s) || !is_within(closest.t) {
+    if !is_between_ends(closest.s) || !is_between_ends(closest.t) {
         return None;
     }
 
@@ -134,6 +137,11 @@ fn contact_of(sides: [ComparedSurface<'_>; 2], edges: [u32; 2], reach: f64) -> O
     }
     let (of_p, of_on) = (a.terms(closest.s), b.terms(closest.t));
     Some(Contact::between(a.contact_side(p, &of_p), b.contact_side(on, &of_on), normal, gap))
+}
+
+/// Returns true if a parameter of a segment is at neither of its ends.
+fn is_between_ends(t: f64) -> bool {
+    t > 0.0 && t < 1.0
 }
 
 /// Ridge of a surface.
