@@ -21,6 +21,8 @@ impl LoadedScene {
             let bodies = [self.body_id(a)?, self.body_id(b)?];
             conditions.ties.push(Tie { bodies, distance: *within });
         }
+
+        // A selection of no vertex would hold nothing: it is an error, not an empty condition.
         for fixed in &self.description.fixed {
             let fixed = fixed.get_ref();
             let body = self.body_id(&fixed.body)?;
@@ -75,6 +77,8 @@ impl LoadedScene {
                 vertices.push(vertex);
             }
         }
+
+        // A vertex may be in the list more than once.
         vertices.sort_unstable();
         vertices.dedup();
         Ok(vertices)

@@ -98,6 +98,7 @@ pub(super) fn run(arguments: &CheckArguments) -> Result<Finished, Failure> {
     let joint = arguments.joint.params(&mut loaded)?;
     stopwatch.lap("load");
 
+    // Joint contact and the shapes of overlaps cost time: neither is computed unless requested.
     let reports = detect(&mut loaded, arguments.depth_tolerance)?;
     let mut document = loaded.document(&reports)?;
     let mut contacts = Vec::new();
@@ -115,6 +116,7 @@ pub(super) fn run(arguments: &CheckArguments) -> Result<Finished, Failure> {
     };
     stopwatch.lap("detect");
 
+    // A failure below leaves no output behind: all are staged, and appear together at the end.
     outputs.stage_json(arguments.json.as_deref(), &document)?;
     if let Some(path) = &arguments.table {
         outputs.stage(path, arguments.long_table(&document)?)?;
@@ -182,8 +184,14 @@ pub(super) fn overlap_shapes<'r>(
     scene: &mut Scene,
     reports: &'r [PairReport],
 ) -> Result<Vec<OverlapShape<'r>>, Failure> {
-    let overlapping: Vec<&PairReport> = reports.iter().filter(|pair| pair.overlaps).collect();
-    let pairs: Vec<PairId> = overlapping.iter().map(|report| report.pair).collect();
+    let (mut overlapping, mut pairs) = (Vec::new(), Vec::new());
+    for report in reports {
+        if report.overlaps {
+            overlapping.push(report);
+            pairs.push(report.pair);
+        }
+    }
+
     let geometries = Phase::run("clipping", |progress| scene.overlap_geometries(&pairs, progress))?;
     let mut shapes = Vec::with_capacity(pairs.len());
     for (report, geometry) in overlapping.into_iter().zip(geometries) {

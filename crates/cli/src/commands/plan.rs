@@ -164,11 +164,16 @@ fn overlaps_or_may(found: &PairDetection) -> bool {
 
 /// Describes the result of the last frame.
 fn detection_text(detection: &Detection, plan: &Plan, is_motion: bool) -> String {
-    let count = |is_counted: fn(&PairState) -> bool| {
-        detection.pairs().iter().filter(|found| is_counted(&found.state)).count()
-    };
-    let overlapping = count(|state| *state == PairState::Overlapping);
-    let undecided = count(|state| matches!(state, PairState::Undecided { .. }));
+    let (mut overlapping, mut undecided) = (0, 0);
+    for found in detection.pairs() {
+        match found.state {
+            PairState::Apart => (),
+            PairState::Overlapping => overlapping += 1,
+            PairState::Undecided { .. } => undecided += 1,
+        }
+    }
+
+    // Pairs that were not decided, or not compared, belong to the result.
     let mut text = format!(
         "{} contacts, {overlapping} of {} pairs overlap",
         detection.contacts().len(),

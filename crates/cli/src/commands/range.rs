@@ -66,6 +66,8 @@ pub(super) fn run(arguments: &RangeArguments) -> Result<Finished, Failure> {
     let axis = arguments.check()?;
     arguments.map.check()?;
     let description = arguments.scene.describe()?;
+
+    // Names are checked and outputs opened before meshes are read: mistakes are reported at once.
     let mut turning = Vec::new();
     for name in &arguments.turn {
         turning.push(description.index_of(name)?);
@@ -80,6 +82,7 @@ pub(super) fn run(arguments: &RangeArguments) -> Result<Finished, Failure> {
     let turning: Vec<BodyId> = turning.into_iter().map(|body| ids[body]).collect();
     stopwatch.lap("load");
 
+    // A map is a result of its own: the last turn up to contact, over two turns before it.
     if arguments.map.is_map() {
         let (center, to) = (arguments.center, arguments.to);
         let last = LastTurn { turning: &turning, axis: Vector(axis), center, to };
@@ -99,11 +102,14 @@ pub(super) fn run(arguments: &RangeArguments) -> Result<Finished, Failure> {
     let params = CheckParams { measures: false, ..CheckParams::new(0.0) };
     let reports = loaded.scene.check(&params, Progress::none())?;
     let mut overlapping = BTreeSet::new();
-    for report in reports.iter().filter(|report| report.overlaps) {
-        overlapping.insert(report.pair);
+    for report in &reports {
+        if report.overlaps {
+            overlapping.insert(report.pair);
+        }
     }
     stopwatch.lap("check");
 
+    // All bodies that turn share one path, and so keep their places relative to each other.
     let path = RigidPath::turn(arguments.center.0, axis, arguments.to.to_radians());
     let mut starts = Vec::new();
     for &body in &turning {

@@ -139,6 +139,8 @@ impl MapArguments {
         for &body in last.turning {
             names.push(scene.body(body).name());
         }
+
+        // A cache holds for the content of all inputs and all that is turned, and for nothing else.
         let LastTurn { axis, center, to, .. } = last;
         let arguments = format!("{names:?} {first:?} {second:?} {axis:?} {center:?} {to:?}");
         let cache = match &self.cache {

@@ -112,6 +112,8 @@ impl BodyFile {
         progress: Progress<'_>,
     ) -> Result<Self, Failure> {
         let (path, positions) = (&description.path, scene.body(id).positions());
+
+        // A body without a file to edit becomes a new one, of its surface alone.
         if !is_rewritten(description) {
             let format = MeshFormat::of(path).unwrap_or(MeshFormat::Ply);
             let content = format.encode(positions, scene.body(id).surface().faces());
@@ -122,6 +124,7 @@ impl BodyFile {
             return Ok(Self { nodes: volume.map(at_rest), ..Self::new(original, start, start) });
         }
 
+        // The nodes inside follow the surface; a mesh without volume has no others.
         let followed = match volume {
             Some(volume) => Some(follow(volume, positions, progress)?),
             None => None,
@@ -131,6 +134,8 @@ impl BodyFile {
         let extension = extension(path);
         let content =
             mesh_io::replace_positions(&original, &extension, written).map_err(refused)?;
+
+        // Parsed as others will read it: positions are rounded to the number type of the file.
         let mesh = mesh_io::parse_mesh(&content, &extension).map_err(refused)?;
         if mesh.faces != scene.body(id).surface().faces() {
             let problem = "vertices that were moved are one in the precision of the file: save it \
@@ -138,6 +143,7 @@ impl BodyFile {
             return Err(Failure::in_file(path, problem));
         }
 
+        // What is reported and checked from here on are the positions that are written.
         let mut file = Self::new(content, start, &mesh.positions);
         if let (Some(volume), Some(followed), Some(written)) = (volume, followed, mesh.volume) {
             file.elements = Some(elements(volume, &followed, &written.nodes));

@@ -75,6 +75,7 @@ impl Outputs {
             self.make_folders(place)?;
         }
 
+        // A file beside its place is on the same file system, where a rename replaces it at once.
         let content = content.as_ref();
         let staged = match destination {
             Destination::StandardOutput => StagedContent::StandardOutput(content.to_vec()),

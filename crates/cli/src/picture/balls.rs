@@ -74,7 +74,9 @@ impl Spheres {
         for (first, ball) in (0_u32..).step_by(unit.len()).zip(balls) {
             all.positions.extend(unit.iter().map(|normal| ball.center + ball.radius * *normal));
             all.normals.extend(&unit);
-            all.faces.extend(corners.iter().map(|face| face.map(|corner| first + corner)));
+            for face in &corners {
+                all.faces.push(face.map(|corner| first + corner));
+            }
         }
         all
     }
@@ -93,6 +95,7 @@ impl Spheres {
 
 /// Triangulates the unit sphere by meridians and parallels.
 fn unit_sphere() -> (Vec<DVec3>, Vec<[u32; 3]>) {
+    // The first and last ring are the poles: their points coincide, and keep the numbering even.
     let mut points = Vec::new();
     for ring in 0..=RINGS {
         let (sin, cos) = (PI * f64::from(ring) / f64::from(RINGS)).sin_cos();
@@ -102,6 +105,7 @@ fn unit_sphere() -> (Vec<DVec3>, Vec<[u32; 3]>) {
         }
     }
 
+    // Two triangles per cell; the last cell of a ring ends at its first point.
     let mut faces = Vec::new();
     let around = u32::from(CORNERS);
     for ring in 0..u32::from(RINGS) {

@@ -160,6 +160,7 @@ impl ResolutionDocument {
             text += &format!("{}\n", broken.text());
         }
 
+        // Without a gap there is nothing to prove for pairs that no longer overlap.
         let unit = self.unit.symbol();
         let short: Vec<&PairState> = self.pairs.iter().filter(|pair| !pair.proved).collect();
         if self.gap > 0.0 && short.is_empty() {
@@ -223,6 +224,8 @@ impl PairState {
         scene: &Scene,
     ) -> Self {
         let [a, b] = pair.bodies().map(|id| scene.body(id).tree());
+
+        // Bodies that overlap have no distance to bound.
         let mut bounds = None;
         if let (Some(a), Some(b), false) = (a, b, overlaps) {
             bounds = SeparationBounds::compute(a, b, gap, &mut Workspace::default());

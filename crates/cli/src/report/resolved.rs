@@ -172,6 +172,8 @@ impl ResolvedDocument {
 
     fn table(&self) -> Table {
         let unit = self.unit.symbol();
+
+        // What overlaps before, what is left after, and what the removal changed and cost.
         let mut table = Table::new([
             right("frame"),
             right("time"),

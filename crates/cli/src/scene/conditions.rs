@@ -46,6 +46,8 @@ impl FixedDescription {
     /// Returns the selection, or the offense against its form.
     pub(crate) fn selection(&self) -> Result<Selection<'_>, String> {
         let Self { vertices, corners, within, of, .. } = self;
+
+        // Exactly one way of selection, with all of its fields.
         match (vertices, corners, within, of) {
             (Some(file), None, None, None) => Ok(Selection::File(file)),
             (None, Some([p, q]), None, None) => {
