@@ -93,8 +93,13 @@ impl<'a> Copy<'a> {
 
     /// Replaces a number in text, unless the text stands for it already.
     pub(crate) fn put_number(&mut self, place: Range<usize>, value: f64, precision: Precision) {
+        // Text is read in the number type of the file: 0.1 stands for the single nearest to it.
         let text = self.file.get(place.clone()).unwrap_or_default();
-        if number(text) != Some(value) {
+        let is_same = match precision {
+            Precision::Single => number(text) == Some(single(value)),
+            Precision::Double | Precision::TwentyCharacters => number(text) == Some(value),
+        };
+        if !is_same {
             self.put(place, precision.text(value).as_bytes());
         }
     }
@@ -103,5 +108,23 @@ impl<'a> Copy<'a> {
     pub(crate) fn finish(mut self) -> Vec<u8> {
         self.content.extend(self.file.get(self.copied..).unwrap_or_default());
         self.content
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decimals_that_stand_for_a_single_keep_their_spelling() {
+        let replaced = |value: f64, precision| {
+            let mut copy = Copy::new(b"x 0.1 y");
+            copy.put_number(2..5, value, precision);
+            String::from_utf8(copy.finish()).expect("text")
+        };
+        let read = f64::from(0.1_f32);
+        assert_eq!(replaced(read, Precision::Single), "x 0.1 y");
+        assert_eq!(replaced(0.25, Precision::Single), "x 0.25 y");
+        assert_eq!(replaced(read, Precision::Double), "x 0.10000000149011612 y");
     }
 }

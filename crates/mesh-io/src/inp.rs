@@ -20,8 +20,9 @@ const INP: Format = Format {
     remedy: "save it as one part with its nodes and linear solid elements in one file",
 };
 
-/// Keywords by which nodes or elements come from elsewhere.
-const GENERATING: [&str; 7] = ["INCLUDE", "NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"];
+/// Keywords by which nodes or elements come from elsewhere, or coordinates belong to other axes.
+const GENERATING: [&str; 8] =
+    ["INCLUDE", "NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM"];
 
 /// Reads the nodes and solid elements of an input file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
@@ -90,6 +91,9 @@ impl InpContent {
         text.retain(|character| !character.is_whitespace());
         let mut words = text[1..].split(',');
         let keyword = words.next().unwrap_or_default();
+        if ["NODE", "ELEMENT"].contains(&keyword) {
+            check_parameters(words.clone())?;
+        }
 
         match keyword {
             "NODE" => Ok(Block::Nodes),
@@ -157,13 +161,52 @@ impl InpContent {
     }
 }
 
+/// Refuses data lines in another file, and coordinates that are not Cartesian.
+fn check_parameters<'a>(words: impl Iterator<Item = &'a str>) -> Result<(), ReadError> {
+    for word in words {
+        let is_cylindrical = word.starts_with("SYSTEM=") && word != "SYSTEM=R";
+        if word.starts_with("INPUT=") || is_cylindrical {
+            return Err(INP.unsupported(format!("the parameter {}", quoted(word))));
+        }
+    }
+    Ok(())
+}
+
 /// Returns the block of an element type; letters behind the shape concern the integration.
 fn element_block(kind: Option<&str>) -> Result<Block, ReadError> {
-    let Some(kind) = kind else { return Ok(Block::Skipped) };
+    let Some(kind) = kind else {
+        return Err(INP.unsupported("a line *ELEMENT without a type"));
+    };
     let Some(shape) = kind.strip_prefix("C3D") else { return Ok(Block::Skipped) };
     match shape.trim_end_matches(|letter: char| letter.is_ascii_alphabetic()) {
         "4" => Ok(Block::Tetrahedra),
         "8" => Ok(Block::Hexahedra),
         _ => Err(INP.unsupported(format!("elements of type {}", quoted(kind)))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coordinates_and_elements_that_stand_elsewhere_are_refused() {
+        let file = |node: &str, element: &str| {
+            let nodes = "1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n";
+            format!("{node}\n{nodes}*Element, type=C3D4\n7, 1, 2, 3, 4\n{element}\n")
+        };
+        for node in ["*Node", "*NODE, SYSTEM=R, NSET=all"] {
+            assert!(parse(file(node, "").as_bytes()).is_ok(), "{node}");
+        }
+        for (node, element, feature) in [
+            ("*Node, system = c", "", "the parameter 'SYSTEM=C' cannot be read"),
+            ("*System\n0, 0, 1\n*Node", "", "the keyword 'SYSTEM' cannot be read"),
+            ("*Node", "*Node, input=more.txt", "the parameter 'INPUT=MORE.TXT' cannot be read"),
+            ("*Node", "*Element, type=C3D4, input=a", "the parameter 'INPUT=A' cannot be read"),
+            ("*Node", "*Element,\n type=C3D4\n", "*ELEMENT without a type cannot be read"),
+        ] {
+            let refusal = parse(file(node, element).as_bytes()).expect_err(feature).to_string();
+            assert!(refusal.contains(feature), "{refusal}");
+        }
     }
 }

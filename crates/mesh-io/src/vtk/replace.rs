@@ -109,11 +109,8 @@ fn edit(
     let mut element = "<DataArray".to_owned();
     for (name, value) in array.attributes() {
         if !["format", "offset", "RangeMin", "RangeMax"].contains(&name) {
-            let _ = write!(
-                element,
-                " {name}=\"{}\"",
-                value.replace('&', "&amp;").replace('"', "&quot;").replace('<', "&lt;")
-            );
+            // Escaped already, but for the quotation marks that single ones may hold.
+            let _ = write!(element, " {name}=\"{}\"", value.replace('"', "&quot;"));
         }
     }
     let format = if is_text { "ascii" } else { "binary" };
@@ -220,4 +217,27 @@ fn push<const N: usize>(file: &VtkFile<'_>, bytes: &mut Vec<u8>, mut number: [u8
         number.reverse();
     }
     bytes.extend(number);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn attributes_are_not_escaped_again() {
+        let head = "<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"1\"><Points>";
+        let tail = "</Points></Piece></PolyData></VTKFile>";
+        let attributes = "type=\"Float64\" Name=\"left &amp; &lt;right>\"";
+        let file = format!(
+            "{head}<DataArray {attributes} note='\"' format=\"ascii\">0 0 0</DataArray>{tail}"
+        );
+        let x = [DVec3::new(0.5, 1.0, 2.0)];
+        let written = replace_points(file.as_bytes(), VtkPoints::Surface, &x).expect("a file");
+        let written = String::from_utf8(written).expect("text");
+        let expected = format!(
+            "{head}<DataArray {attributes} note=\"&quot;\" format=\"ascii\">\n0.5 1.0 2.0\n\
+             </DataArray>{tail}"
+        );
+        assert_eq!(written, expected);
+    }
 }
