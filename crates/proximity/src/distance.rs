@@ -35,8 +35,8 @@ pub(crate) fn distance_between(
     best
 }
 
-/// Returns true if the planes across the normal of one of two triangles keep them farther apart
-/// than a distance, by more than rounding.
+/// Returns true if planes across the normal of one of two triangles keep them farther apart than a
+/// distance, by more than rounding.
 ///
 /// Surfaces that run beside each other have many pairs of faces that are little farther than the
 /// nearest, and nearly all of them are told by these planes.
@@ -45,13 +45,49 @@ pub(crate) fn are_farther(a: [DVec3; 3], b: [DVec3; 3], distance: f64) -> bool {
     /// Bound on the rounding of a height, relative to the largest length.
     const ROUNDING: f64 = 1e-12;
 
-    let size = distance + a[0].abs().max_element() + b[0].abs().max_element();
+    let mut size = distance;
+    for corner in a.into_iter().chain(b) {
+        size = size.max(corner.abs().max_element());
+    }
     let limit = distance + ROUNDING * size;
     [(a, b), (b, a)].into_iter().any(|(own, other)| {
-        // All corners of one triangle are in the plane of height 0.
+        // Any direction bounds the distance by the interval between both triangles along it: the
+        // normal of a sliver, which is hardly more than rounding, too.
         let normal = triangle::normal(own);
         let [p, q, r] = other.map(|corner| normal.dot(corner - own[0]));
-        let height = p.min(q).min(r).max(-p.max(q).max(r));
+        let [s, t] = [own[1], own[2]].map(|corner| normal.dot(corner - own[0]));
+        let (low, high) = (s.min(t).min(0.0), s.max(t).max(0.0));
+        let height = (p.min(q).min(r) - high).max(low - p.max(q).max(r));
         height > 0.0 && height * height > limit * limit * normal.length_squared()
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use surface::closest_between_triangles;
+
+    use super::*;
+
+    #[test]
+    fn slivers_are_not_kept_apart_by_rounding() {
+        // Corners on a line, but for rounding, whose normal is no normal of theirs.
+        let sliver = [
+            DVec3::new(59.598604492944375, 17.447592453358453, 44.80426146773543),
+            DVec3::new(59.84805839789636, 17.72990957888571, 44.5612534148998),
+            DVec3::new(59.83530718830879, 17.715478516608087, 44.57367513511208),
+        ];
+        let other = [
+            DVec3::new(59.85805839789636, 17.72990957888571, 44.5612534148998),
+            DVec3::new(59.94560848756357, 17.87072001111008, 44.57120984617005),
+            DVec3::new(60.00728043121951, 17.817833006930364, 44.693215968449756),
+        ];
+        assert!(closest_between_triangles(sliver, other).distance() < 0.011);
+        assert!(!are_farther(sliver, other, 0.05) && !are_farther(other, sliver, 0.05));
+
+        // Triangles that stand apart are told, by the normal of either.
+        let far = other.map(|corner| corner + DVec3::new(-3.0, 3.0, 0.0));
+        let distance = closest_between_triangles(sliver, far).distance();
+        assert!(!are_farther(sliver, far, distance));
+        assert!(are_farther(other, far, 0.05) || are_farther(far, other, 0.05));
+    }
 }

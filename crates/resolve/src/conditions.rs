@@ -64,7 +64,7 @@ impl Conditions {
             let (follower, leader) = if first_is_rigid { (*b, *a) } else { (*a, *b) };
             let own = fitted_tree(scene.body(follower));
             let other = fitted_tree(scene.body(leader));
-            let mut hint = None;
+            let (mut hint, first) = (None, bonds.len());
             for (vertex, &x) in (0..).zip(own.positions().as_slice()) {
                 let found = other.closest_point(x, *distance, hint, workspace);
                 if let Some(closest) = found {
@@ -73,6 +73,12 @@ impl Conditions {
                     let weights = closest.foot.barycentric;
                     bonds.push(TieBond { follower, vertex, leader, corners, weights });
                 }
+            }
+
+            // A tie that holds nothing would take the gap from its pair, and give nothing for it.
+            if bonds.len() == first {
+                let [a, b] = [*a, *b].map(|id| scene.body(id).name().to_owned());
+                return Err(ResolveError::NothingTied { a, b, distance: *distance });
             }
         }
         Ok(bonds)

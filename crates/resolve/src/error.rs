@@ -28,6 +28,16 @@ pub enum ResolveError {
         /// The number of vertices of the body.
         count: usize,
     },
+    /// A tie reaches no vertex.
+    #[error("'{a}' is not tied to '{b}': no vertex is within {distance} of the other surface")]
+    NothingTied {
+        /// Name of the first body.
+        a: String,
+        /// Name of the second body.
+        b: String,
+        /// Distance within which vertices are tied.
+        distance: f64,
+    },
     /// A failure of the contact solver.
     #[error(transparent)]
     Response(#[from] ResponseError),

@@ -60,7 +60,7 @@ impl Run<'_> {
     }
 
     /// Returns the addition to the gap that covers what solving and rounding leave.
-    fn gap_slack(&self) -> f64 {
+    pub(crate) fn gap_slack(&self) -> f64 {
         let mut rounding = 0.0;
         if self.params.precision == WrittenPrecision::Single {
             let mut largest: f64 = 0.0;
@@ -226,7 +226,7 @@ impl Run<'_> {
     }
 
     /// Rounds the positions of soft bodies to the written precision.
-    fn round_positions(&mut self) -> Result<(), ResolveError> {
+    pub(crate) fn round_positions(&mut self) -> Result<(), ResolveError> {
         if self.params.precision == WrittenPrecision::Double {
             return Ok(());
         }

@@ -20,7 +20,8 @@ impl Run<'_> {
         if gap <= 0.0 {
             return Ok(proof);
         }
-        let mut pairs = self.scene.close_pairs(gap)?;
+        // Rounding brings rigid bodies nearer to each other than they are.
+        let mut pairs = self.scene.close_pairs(gap + self.gap_slack())?;
         self.scene.fit_all()?;
         pairs.retain(|pair| !self.is_tied(*pair));
 
@@ -36,9 +37,22 @@ impl Run<'_> {
         });
 
         for (&pair, bounds) in pairs.iter().zip(bounds) {
-            let Some(bounds) = bounds else { continue };
-            proof.examined_pairs += 1;
             let overlaps = overlapping.contains(&pair);
+            let Some(bounds) = bounds else {
+                // One body is inside the other, far from its surface.
+                if overlaps {
+                    let distance = DistanceBracket { lower: 0.0, upper: 0.0 };
+                    let obstacle = if self.can_open(pair) {
+                        GapObstacle::Overlaps
+                    } else {
+                        GapObstacle::BothRigid
+                    };
+                    proof.examined_pairs += 1;
+                    proof.short.push(ShortGap { pair, distance, obstacle });
+                }
+                continue;
+            };
+            proof.examined_pairs += 1;
             let distance = if overlaps {
                 DistanceBracket { lower: 0.0, upper: 0.0 }
             } else {

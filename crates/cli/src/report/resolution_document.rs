@@ -47,6 +47,9 @@ struct BrokenRecord {
     new_self_crossings: usize,
 }
 
+/// Distance below which pairs are listed, relative to the gap.
+const NEAR_GAP: f64 = 1.001;
+
 /// State of a pair in the files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -128,7 +131,9 @@ impl ResolutionDocument {
         scene: &mut Scene,
         elements: &[Option<ElementsRecord>],
     ) -> Result<Self, SceneError> {
-        let after = scene.check(&CheckParams::without_measures(gap), Progress::none())?;
+        // Pairs that may be nearer than the gap by rounding, of which certified distances decide.
+        let margin = NEAR_GAP * gap;
+        let after = scene.check(&CheckParams::without_measures(margin), Progress::none())?;
         scene.fit_all()?;
         let pairs = PairState::list(gap, resolution, conditions, scene, &after);
         let mut bodies = Vec::new();
@@ -163,11 +168,13 @@ impl ResolutionDocument {
         // Without a gap there is nothing to prove for pairs that no longer overlap.
         let unit = self.unit.symbol();
         let short: Vec<&PairState> = self.pairs.iter().filter(|pair| !pair.proved).collect();
+        let tied = self.pairs.iter().filter(|pair| pair.status == PairStatus::Tied).count();
         if self.gap > 0.0 && short.is_empty() {
             text += &format!(
-                "The gap of {} {unit} is proved for all pairs, faces and edges included, in the \
+                "The gap of {} {unit} is proved for all pairs{}, faces and edges included, in the \
                  precision of the files.\n",
-                measure(self.gap)
+                measure(self.gap),
+                if tied == 0 { String::new() } else { format!(" but {tied} tied") },
             );
         } else if !short.is_empty() {
             let pairs = counted(short.len(), "pair");
@@ -210,7 +217,11 @@ impl PairState {
         for (pair, overlaps) in overlaps {
             let is_tied =
                 conditions.ties.iter().any(|tie| PairId::new(tie.bodies[0], tie.bodies[1]) == pair);
-            states.push(Self::new(pair, gap, overlaps, is_tied, resolution, scene));
+            let state = Self::new(pair, gap, overlaps, is_tied, resolution, scene);
+            // Others that are apart have nothing to tell.
+            if state.status != PairStatus::Apart || state.depth_before.is_some() {
+                states.push(state);
+            }
         }
         states
     }

@@ -6,7 +6,7 @@ use glam::DVec3;
 use kdop::Workspace;
 use proximity::{SeparationBounds, SurfaceTree};
 use resolve::{
-    Conditions, FixedVertices, GapObstacle, Resolution, ResolveParams, Resolver, Tie,
+    Conditions, FixedVertices, GapObstacle, Resolution, ResolveError, ResolveParams, Resolver, Tie,
     WrittenPrecision,
 };
 use scene::{BodyId, BodyKind, PairId, Scene};
@@ -256,4 +256,33 @@ fn plates_that_are_pushed_toward_each_other_do_not_cross() {
     let resolution = resolve(&mut scene, Conditions::default());
     assert!(resolution.remaining.is_empty(), "{:?}", resolution.remaining);
     assert!(resolution.gap_rounds.len() > 1, "they were pushed");
+}
+
+#[test]
+fn a_rigid_pair_that_rounding_brings_too_near_is_named() {
+    // In single precision the second box begins at 1.04999995, as if by less than the gap.
+    let corner = |x: f64| shapes::plate(DVec3::new(1.0, 1.0, 1.0), [1, 1]).translated(DVec3::X * x);
+    let bodies = [
+        ("first", BodyKind::Rigid, corner(0.5)),
+        ("second", BodyKind::Rigid, corner(1.550_000_001)),
+    ];
+    let mut scene = scene_of(bodies);
+    let params = ResolveParams { precision: WrittenPrecision::Single, ..WITH_GAP };
+    let mut resolver = Resolver::new(params).expect("parameters");
+    let resolution = resolver.resolve(&mut scene, Progress::none()).expect("a resolution");
+    let [short] = &resolution.gap.short[..] else { panic!("{:?}", resolution.gap) };
+    assert_eq!(short.obstacle, GapObstacle::BothRigid);
+    assert!(!resolution.resolved);
+}
+
+#[test]
+fn a_tie_that_reaches_nothing_is_refused() {
+    let bone = shapes::plate(DVec3::new(30.0, 30.0, 6.0), [7, 7]);
+    let muscle = shapes::plate(DVec3::new(20.0, 20.0, 2.0), [10, 10]).translated(DVec3::Z * 5.0);
+    let (mut scene, bodies) = bone_below(bone, muscle);
+    let ties = vec![Tie { bodies, distance: 1e-3 }];
+    let conditions = Conditions { ties, ..Conditions::default() };
+    let mut resolver = Resolver::new(WITH_GAP).expect("parameters").with_conditions(conditions);
+    let refused = resolver.resolve(&mut scene, Progress::none()).expect_err("nothing is tied");
+    assert!(matches!(refused, ResolveError::NothingTied { .. }), "{refused}");
 }
