@@ -385,7 +385,7 @@ impl Body {
         Ok(())
     }
 
-    fn surface_error(&self, source: SurfaceError) -> SceneError {
+    pub(crate) fn surface_error(&self, source: SurfaceError) -> SceneError {
         SceneError::Surface { name: self.name.clone(), source }
     }
 

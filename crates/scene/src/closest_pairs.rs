@@ -138,7 +138,8 @@ impl OuterPoint<'_> {
         for &face in self.faces {
             facing = facing.max(self.of.facing(face, -normal));
         }
-        facing > 0.0 && (self.is_extremum(-normal) || (facing >= MIN_FACING && !is_on_ridge()))
+        // A sheet that stands on its edge, or faces that have collapsed, look aside: 0.
+        facing >= 0.0 && (self.is_extremum(-normal) || (facing >= MIN_FACING && !is_on_ridge()))
     }
 
     /// Returns true if no corner of the faces around is farther in a direction.

@@ -4,7 +4,7 @@ use std::fmt;
 
 use ccd::{CcdParams, chord_deviation};
 use glam::DVec3;
-use surface::{Aabb, Path, RelativePath, mean_edge, parallel};
+use surface::{Aabb, Path, RelativePath, SurfaceError, mean_edge, parallel};
 
 use crate::rigid_paths::{MAX_PIECES, RigidPair};
 use crate::sweep::NearLines;
@@ -60,18 +60,23 @@ struct PathExtent {
 }
 
 impl PathExtent {
-    fn new(body: &Body, path: &dyn Path) -> Self {
+    fn new(body: &Body, path: &dyn Path) -> Result<Self, SceneError> {
         let (mut bends, mut bend) = (Vec::with_capacity(body.positions().len()), 0.0_f64);
         let mut bounds = Aabb::EMPTY;
         for (vertex, &x) in (0_u32..).zip(body.positions()) {
             let of_vertex = path.bend(vertex);
             bends.push(of_vertex);
             bend = bend.max(of_vertex);
-            bounds = bounds.with_point(x).with_point(path.position(vertex, 1.0));
+            let at = path.position(vertex, 1.0);
+            if !at.is_finite() {
+                let vertex = vertex as usize;
+                return Err(body.surface_error(SurfaceError::NotFinite { vertex, at }));
+            }
+            bounds = bounds.with_point(x).with_point(at);
         }
 
         // Both ends of an arc bound it, but for its deviation from the chord.
-        Self { bends, bend, bounds: bounds.inflate(chord_deviation(bend, 1.0)) }
+        Ok(Self { bends, bend, bounds: bounds.inflate(chord_deviation(bend, 1.0)) })
     }
 
     /// Returns the largest coordinate.
@@ -103,7 +108,13 @@ impl<'a> Steps<'a> {
             |(), moving| PathExtent::new(scene.body(moving.body), moving.path),
         );
         for (PathMove { body: id, path }, of_path) in moves.iter().zip(of_moves) {
+            let of_path = of_path?;
             extent = extent.max(of_path.reach());
+
+            // A rigid motion is rounded as its center is, which may be far away.
+            if let Some(rigid) = path.rigid() {
+                extent = extent.max(rigid.path.center().abs().max_element());
+            }
             boxes[id.index()] = of_path.bounds;
             (paths[id.index()], extents[id.index()]) = (Some(*path), Some(of_path));
         }
@@ -223,4 +234,41 @@ fn pieces_for(bend: f64, deviation: f64) -> u32 {
 pub(crate) struct BodyVertex {
     pub(crate) body: BodyId,
     pub(crate) vertex: u32,
+}
+
+#[cfg(test)]
+mod tests {
+    use fixtures::shapes::icosphere;
+    use surface::{RigidBodyPath, RigidPath};
+
+    use super::*;
+    use crate::BodyKind;
+
+    /// A small turn about a far center is rounded by more than the coordinates of the body are.
+    #[test]
+    fn rounding_bounds_turns_about_far_centers() {
+        let mut scene = Scene::new();
+        for number in 0..2 {
+            let ball = icosphere(5.0, 1).translated(DVec3::X * 11.0 * f64::from(number));
+            let (surface, x) = (ball.surface(), ball.positions);
+            scene.add(number.to_string(), BodyKind::Rigid, surface, x).expect("a body");
+        }
+        let [first, second] = [0, 1].map(BodyId);
+        let from = scene.body(first).positions().to_vec();
+        let turn = RigidPath::turn(DVec3::new(3e9, 1e9, 0.0), DVec3::new(0.1, 0.2, 1.0), 1e-9);
+        let path = RigidBodyPath { from: &from, path: turn };
+        let moves = [PathMove { body: first, path: &path }];
+        let steps = Steps::new(&mut scene, &moves, &CcdParams::EXACT).expect("finite");
+        let pair = steps.rigid_pair(&scene, PairId::new(first, second));
+
+        let mut largest = 0.0_f64;
+        for (vertex, &x) in (0_u32..).zip(&from) {
+            for time in [0.3, 0.7, 1.0] {
+                let at = pair.relative.map(time).transform_point3(x);
+                largest = largest.max(at.distance(path.position(vertex, time)));
+            }
+        }
+        assert!(largest > 1e-9, "{largest} is no rounding to speak of");
+        assert!(largest <= pair.rounding, "{largest} above {}", pair.rounding);
+    }
 }

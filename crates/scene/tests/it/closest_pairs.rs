@@ -180,6 +180,21 @@ fn a_needle_between_vertices_is_found() {
     }
 }
 
+/// The faces of a sheet that stands on its edge look aside, straight or not: the edge touches first.
+#[test]
+fn a_sheet_on_its_edge_is_found() {
+    for lean in [0.0, 1e-12, 0.1] {
+        let bone = plate(DVec3::new(20.0, 20.0, 4.0), [2, 2]).translated(DVec3::Z * -2.0);
+        let corners = [[-3.0, 0.0], [3.0, 0.0], [3.0, 5.0], [-3.0, 5.0]];
+        let positions = corners.map(|[x, z]| DVec3::new(x, 0.0, z)).to_vec();
+        let sheet = Mesh { positions, faces: vec![[0, 1, 2], [0, 2, 3]] };
+        let sheet = sheet.rotated(DVec3::X, lean).translated(DVec3::new(0.4, 1.3, 0.1));
+        let found = Pair::new(bone, sheet).detect().expect("valid");
+        assert_eq!(found.len(), 2, "{lean}: {found:?}");
+        assert!(found.iter().all(|contact| (contact.gap - 0.1).abs() < 1e-9), "{found:?}");
+    }
+}
+
 /// Vertices of the far side of a thin plate are within the margin, and their faces look away.
 #[test]
 fn vertices_that_look_away_are_left_out() {

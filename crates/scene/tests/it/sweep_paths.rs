@@ -3,7 +3,7 @@
 use fixtures::generate::cases;
 use fixtures::{Mesh, shapes};
 use glam::{DQuat, DVec3};
-use scene::{BodyId, BodyKind, BodyMove, CheckParams, PathMove, Progress, Scene};
+use scene::{BodyId, BodyKind, BodyMove, CheckParams, PathMove, Progress, Scene, SceneError};
 use surface::{NearRigidPath, Path, Pose, RigidPath, StraightPath};
 
 use crate::support::{scene_of, share, vector};
@@ -189,5 +189,25 @@ fn a_sweep_leaves_poses_alone() {
         first_contact(&mut scene, &[PathMove { body, path: &path }]);
         assert_eq!(scene.body(body).pose(), before, "the pose of {body:?}");
         assert_eq!(scene.body(body).reference().map(<[DVec3]>::to_vec), reference);
+    }
+}
+
+/// A turn about no axis leads nowhere: it is refused, not swept without a contact.
+#[test]
+fn paths_that_are_not_finite_are_refused() {
+    let ball = shapes::icosphere(5.0, 1);
+    let (mut scene, ids) = scene_of(&[&ball, &ball.clone().translated(DVec3::X * 12.0)]);
+    let turns = [
+        RigidPath::turn(DVec3::ZERO, DVec3::ZERO, 1.0),
+        RigidPath::turn(DVec3::Y * f64::INFINITY, DVec3::Z, 1.0),
+    ];
+    for turn in turns {
+        let path = path_of(&scene, ids[1], turn);
+        let moves = [PathMove { body: ids[1], path: &path }];
+        let params = ccd::CcdParams::DEFAULT;
+        let swept = scene.sweep_paths(&moves, &params, Progress::none());
+        assert!(matches!(swept, Err(SceneError::Surface { .. })), "{swept:?}");
+        let first = scene.first_contacts(&moves, &params, Progress::none());
+        assert!(matches!(first, Err(SceneError::Surface { .. })), "{first:?}");
     }
 }
