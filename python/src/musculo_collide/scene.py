@@ -198,7 +198,7 @@ class Scene(_native.Scene):
         return results.sweep_from(found)
 
     def _smoothing(self) -> float:
-        """Return the default smoothing length, from the mean edge of the soft bodies."""
+        """Return the default smoothing length: the depth of the deepest vertex, and some edges."""
         names = [name for name in self.names if not self.is_rigid(name)] or self.names
         total, count = 0.0, 0
         for name in names:
@@ -209,7 +209,8 @@ class Scene(_native.Scene):
                 count += len(edges)
         if count == 0:
             raise InputError("the scene has no bodies")
-        return SMOOTHING_IN_EDGES * total / count
+        deepest = max((pair.max_vertex_depth for pair in self.check(measures=False)), default=0.0)
+        return max(deepest, SMOOTHING_IN_EDGES * total / count)
 
     def __repr__(self) -> str:
         return f"<Scene of {len(self)} bodies: {', '.join(self.names)}>"

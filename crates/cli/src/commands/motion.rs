@@ -134,7 +134,8 @@ pub(super) fn run(arguments: &MotionArguments) -> Result<Finished, Failure> {
     let joint = arguments.joint.params(&mut loaded)?;
     stopwatch.lap("load");
     if let Some(folder) = &arguments.resolve {
-        let (json, params) = (arguments.json.as_deref(), arguments.params.params(&loaded));
+        let json = arguments.json.as_deref();
+        let params = arguments.params.params(&mut loaded)?;
         let (unit, conditions) = (loaded.description.unit, loaded.conditions()?);
         let job = Job { folder, json, params, conditions, unit };
         return job.run(&mut loaded.scene, &replay, outputs, stopwatch);

@@ -80,7 +80,7 @@ pub(super) fn run(arguments: &ResolveArguments) -> Result<Finished, Failure> {
 
     // Lengths, conditions and elements are checked before any work.
     let keep_going = arguments.keep_going;
-    let asked = ResolveParams { keep_going, ..arguments.params.params(&loaded) };
+    let asked = ResolveParams { keep_going, ..arguments.params.params(&mut loaded)? };
     asked.validate()?;
     let conditions = loaded.conditions()?;
     check_elements(&loaded)?;

@@ -1,9 +1,11 @@
 //! Arguments of overlap removal, shared by the commands that do it.
 
 use clap::Args;
-use musculo_collide::ResolveParams;
+use musculo_collide::{CheckParams, ResolveParams};
 
+use crate::failure::Failure;
 use crate::load::LoadedScene;
+use crate::phase::Phase;
 
 /// Parameters of overlap removal, with lengths in the scene's unit.
 #[derive(Debug, Args)]
@@ -13,8 +15,8 @@ pub(super) struct ResolveArgs {
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     gap: Option<f64>,
 
-    /// Length along a surface over which a push fades, in the scene's unit [default: 3/2 of the
-    /// mean edge of the soft bodies]
+    /// Length along a surface over which a push fades, in the scene's unit [default: the depth of
+    /// the deepest vertex, and at least 3/2 of the mean edge of the soft bodies]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     smooth: Option<f64>,
 
@@ -32,23 +34,34 @@ pub(super) struct ResolveArgs {
     rounds: u32,
 }
 
-/// Smoothing length in mean edges of the soft bodies: less leaves dents, more moves
+/// Smoothing length in mean edges of the soft bodies, at least: less leaves dents, more moves
 /// tissue that has no contact.
 const SMOOTHING_IN_EDGES: f64 = 1.5;
 
 impl ResolveArgs {
-    /// Returns the parameters, with defaults relative to the edges of the soft bodies.
-    pub(super) fn params(&self, loaded: &LoadedScene) -> ResolveParams {
-        let smoothing = self.smooth.unwrap_or(SMOOTHING_IN_EDGES * loaded.soft_edge());
+    /// Returns the parameters, with defaults by the overlaps and the edges of the soft bodies.
+    pub(super) fn params(&self, loaded: &mut LoadedScene) -> Result<ResolveParams, Failure> {
+        // A push that fades over less than it is deep turns faces over.
+        let smoothing = match self.smooth {
+            Some(smoothing) => smoothing,
+            None => deepest_vertex(loaded)?.max(SMOOTHING_IN_EDGES * loaded.soft_edge()),
+        };
 
         // Other lengths follow the smoothing, unless they are given.
         let default = ResolveParams::with_smoothing(smoothing);
-        ResolveParams {
+        Ok(ResolveParams {
             tolerance: self.tolerance.unwrap_or(default.tolerance),
             gap: self.gap.unwrap_or(0.0),
             max_rounds: self.rounds,
             max_volume_change: self.max_volume_change,
             ..default
-        }
+        })
     }
+}
+
+/// Returns the depth of the deepest vertex of the scene.
+fn deepest_vertex(loaded: &mut LoadedScene) -> Result<f64, Failure> {
+    let params = CheckParams::without_measures(0.0);
+    let reports = Phase::run("finding overlaps", |progress| loaded.scene.check(&params, progress))?;
+    Ok(reports.iter().map(|report| report.max_vertex_depth).fold(0.0, f64::max))
 }

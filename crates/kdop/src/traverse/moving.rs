@@ -214,6 +214,7 @@ impl<const S: usize> Motion<S> {
         } else {
             motion.sweep.center = DVec3::ZERO;
             motion.sweep.deviation_per_length = 0.0;
+            motion.sweep.deviation = f64::INFINITY;
         }
         motion
     }

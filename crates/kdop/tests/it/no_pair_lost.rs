@@ -363,3 +363,21 @@ fn pairs_of_a_tree_that_moves_rigidly() {
     });
     assert!(found_pairs.get() > 100, "few pairs meet: {}", found_pairs.get());
 }
+
+#[test]
+fn coordinates_beyond_distinction_deviate_too_much_for_any_limit() {
+    let far = DVec3::splat(1e30);
+    let points = [far, 1.1 * far, DVec3::new(1e30, 0.0, 0.0)];
+    let tree: DopTree<9> =
+        DopTree::build(Leaves::Triangles(&[[0, 1, 2]]), &points).expect("finite");
+    let sweep = RigidSweep {
+        ends: [DAffine3::IDENTITY, DAffine3::IDENTITY],
+        center: DVec3::ZERO,
+        deviation: 0.0,
+        deviation_per_length: 0.5,
+        margin: 0.0,
+    };
+    let mut workspace = Workspace::new();
+    assert!(tree.moving_pairs(&sweep, &tree, 1.0, &mut workspace).is_none());
+    assert!(tree.moving_pairs(&sweep, &tree, f64::INFINITY, &mut workspace).is_some());
+}
