@@ -3,7 +3,7 @@
 //!
 //! Times are those of one thread on its processor, so that other load on the machine adds little.
 //! Each plan is built and its frames are detected in turns with the others, as often as the clock's
-//! steps ask for; numbers of frames are sums of both times. Plans that are alike have the same time.
+//! steps need; numbers of frames are sums of both times. Plans that are alike have the same time.
 
 use std::error::Error;
 use std::time::Instant;

@@ -48,7 +48,7 @@ pub(super) fn run(report: &mut Report) -> Outcome {
     walk(report)
 }
 
-/// Numbers that look random, in `0.0..1.0`.
+/// Pseudorandom numbers, in `0.0..1.0`.
 struct Numbers(u64);
 
 impl Numbers {
@@ -67,7 +67,7 @@ impl Numbers {
     }
 }
 
-/// Rod on an arm that turns and shifts along its axis, and a ball that it meets at a known time.
+/// Rod on an arm that turns and shifts along its axis, and a ball that it meets at a time in closed form.
 struct Screw {
     arm: f64,
     step: f64,
@@ -125,7 +125,7 @@ impl Screw {
     }
 }
 
-/// Rods that touch balls at times known in closed form.
+/// Rods that touch balls at times in closed form.
 fn screws(report: &mut Report) -> Outcome {
     let mut numbers = Numbers(1);
     let (mut missed, mut late, mut early) = (0_u32, 0_u32, 0_u32);

@@ -180,7 +180,7 @@ class Scene(_native.Scene):
         Surfaces keep the distance ``gap``, faces and edges included, or the result is not resolved.
         The scene then has the new positions; after an exception it has the old ones.
         """
-        length = self._smoothing() if smoothing is None else float(smoothing)
+        length = self._smoothing(threads) if smoothing is None else float(smoothing)
         found = self._resolve(length, tolerance, float(gap), max_rounds, threads, progress)
         return results.resolution_from(found)
 
@@ -197,7 +197,7 @@ class Scene(_native.Scene):
         found = self._sweep(ways, first_of_pairs, float(separation), threads, progress)
         return results.sweep_from(found)
 
-    def _smoothing(self) -> float:
+    def _smoothing(self, threads: int | None) -> float:
         """Return the default smoothing length: the depth of the deepest vertex, and some edges."""
         names = [name for name in self.names if not self.is_rigid(name)] or self.names
         total, count = 0.0, 0
@@ -209,7 +209,8 @@ class Scene(_native.Scene):
                 count += len(edges)
         if count == 0:
             raise InputError("the scene has no bodies")
-        deepest = max((pair.max_vertex_depth for pair in self.check(measures=False)), default=0.0)
+        pairs = self.check(measures=False, threads=threads)
+        deepest = max((pair.max_vertex_depth for pair in pairs), default=0.0)
         return max(deepest, SMOOTHING_IN_EDGES * total / count)
 
     def __repr__(self) -> str:
