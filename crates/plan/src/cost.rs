@@ -155,8 +155,8 @@ impl Add for OperationCounts {
 /// millisecond of closest-point queries.
 ///
 /// Batches of them are timed one by one, some in any case, of which the quickest counts: what else
-/// the machine does in that millisecond changes little. `now` returns the time since any fixed moment: the library
-/// itself has no clock.
+/// the machine does in that millisecond changes little. `now` returns the time since any fixed
+/// moment: the library itself has no clock.
 ///
 /// ```
 /// use plan::{PlanParams, machine_factor};

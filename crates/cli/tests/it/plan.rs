@@ -137,13 +137,17 @@ fn no_depth_of_a_walk_is_off_by_more_than_its_bound() {
     let workshop = Workshop::new();
     workshop.write("gait.json", gait(&data, (0..73).step_by(if all { 1 } else { 18 })));
     workshop.write("scene.toml", format!("motion = \"gait.json\"\n{}", thigh_scene(&data)));
-    let arguments = ["scene.toml", "--tolerance", "2", "--frames", "100000", "--compare"];
-    let run = workshop.run("plan", &arguments);
-    assert_eq!(run.status, 1, "{}", run.stderr);
     let states = if all { "73 states compared" } else { "5 states compared" };
-    for part in [states, "coarse", "all depths are within the bounds of their pairs"] {
-        assert!(run.stdout.contains(part), "{part}: {}", run.stdout);
+
+    // Of these simplified bodies, coarse surfaces pay within the larger tolerance alone.
+    for (tolerance, method) in [("2", "coarse"), ("0.5", "exact")] {
+        let arguments = ["scene.toml", "--tolerance", tolerance, "--frames", "100000", "--compare"];
+        let run = workshop.run("plan", &arguments);
+        assert_eq!(run.status, 1, "{}", run.stderr);
+        for part in [states, method, "all depths are within the bounds of their pairs"] {
+            assert!(run.stdout.contains(part), "{part}: {}", run.stdout);
+        }
+        let differ = run.stdout.lines().find(|line| line.starts_with("depths differ"));
+        println!("measured: within {tolerance}, {}", differ.unwrap_or_default());
     }
-    let differ = run.stdout.lines().find(|line| line.starts_with("depths differ"));
-    println!("measured: {}", differ.unwrap_or_default());
 }
