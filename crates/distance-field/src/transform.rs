@@ -180,7 +180,7 @@ mod tests {
 
     #[test]
     fn distances_and_labels_are_those_of_a_nearest_seed() {
-        arbtest::arbtest(|u| {
+        fixtures::generate::cases(21, 1000, |u| {
             let mut dims = [0; 3];
             for n in &mut dims {
                 *n = u.int_in_range(1..=19_usize)?;

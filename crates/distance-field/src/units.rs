@@ -105,7 +105,7 @@ mod tests {
     /// normal.
     #[test]
     fn distances_are_those_of_the_closest_point() {
-        arbtest::arbtest(|u| {
+        fixtures::generate::cases(21, 1000, |u| {
             let mut number = || Ok(f64::from(u.int_in_range(-2000..=2000_i16)?) / 100.0);
             let mut point = || Ok(DVec3::new(number()?, number()?, number()?));
             let (a, b, thin) = (point()?, point()?, point()?);

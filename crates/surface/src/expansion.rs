@@ -101,7 +101,7 @@ mod tests {
     /// Random coordinates with ties planted by repetition, against rational arithmetic.
     #[test]
     fn the_sign_is_that_of_rational_arithmetic() {
-        arbtest::arbtest(|u| {
+        fixtures::generate::cases(21, 1000, |u| {
             let mut coordinate = || {
                 let whole = f64::from(u.int_in_range(-3..=3_i32)?);
                 let ulps = f64::from(u.int_in_range(-2..=2_i32)?) * f64::EPSILON;

@@ -118,7 +118,7 @@ mod tests {
     /// The quick signs equal the exact ones for points within ulps of a plane.
     #[test]
     fn the_filter_agrees_with_the_exact_sign() {
-        arbtest::arbtest(|u| {
+        fixtures::generate::cases(21, 1000, |u| {
             let mut coordinate = || Ok(f64::from(u.arbitrary::<i32>()?) / 2.0_f64.powi(31));
             let mut point = || Ok(DVec3::new(coordinate()?, coordinate()?, coordinate()?));
             let corners = [point()?, point()?, point()?];

@@ -309,7 +309,7 @@ mod tests {
 
     #[test]
     fn numbers_any_list_as_brute_force_does() {
-        arbtest::arbtest(|u| {
+        fixtures::generate::cases(21, 1000, |u| {
             let vertex_count = u.int_in_range(1..=9_u32)?;
             let mut faces = Vec::new();
             for _ in 0..u.int_in_range(0..=14)? {

@@ -74,7 +74,7 @@ mod tests {
 
     #[test]
     fn sets_equal_those_found_by_relabeling() {
-        arbtest::arbtest(|u| {
+        fixtures::generate::cases(21, 1000, |u| {
             let count = u.int_in_range(1..=20_u32)?;
             let mut sets = UnionFind::new(count as usize);
             let mut labels: Vec<u32> = (0..count).collect();

@@ -246,7 +246,7 @@ mod tests {
     /// Every node within reach has the face of a nearest seed.
     #[test]
     fn faces_come_from_a_nearest_seed() {
-        arbtest::arbtest(|u| {
+        fixtures::generate::cases(21, 1000, |u| {
             let dims = [u.int_in_range(1..=40)?, u.int_in_range(1..=14)?, u.int_in_range(1..=14)?];
             let reach = u.int_in_range(0..=17_usize)?;
             let mut face = vec![0; dims.iter().product()];

@@ -104,7 +104,7 @@ mod tests {
 
     #[test]
     fn batches_hold_every_row_once_and_share_no_particle() {
-        arbtest::arbtest(|u| {
+        fixtures::generate::cases(21, 1000, |u| {
             let particle_count = u.int_in_range(1..=12_u32)?;
             let mut rows: Vec<Vec<u32>> = Vec::new();
             for _ in 0..u.int_in_range(0..=100)? {

@@ -58,7 +58,7 @@ impl Planted {
 
 #[test]
 fn depth_and_factor() {
-    arbtest::arbtest(|u| {
+    fixtures::generate::cases(21, 1000, |u| {
         let planted = planted(u)?;
         assert!((planted.state.depth() - planted.depth()).abs() < 1e-13);
         assert!((planted.state.proximity_factor() - planted.lambda()).abs() < 1e-12);
@@ -68,7 +68,7 @@ fn depth_and_factor() {
 
 #[test]
 fn springs() {
-    arbtest::arbtest(|u| {
+    fixtures::generate::cases(22, 1000, |u| {
         let planted = planted(u)?;
         let h = number(u, 0.01, 1.0)?;
         let step = StepLength::new(h).expect("in range");
@@ -93,7 +93,7 @@ fn springs() {
 
 #[test]
 fn gradual_spring_pushes_to_the_rim() {
-    arbtest::arbtest(|u| {
+    fixtures::generate::cases(23, 1000, |u| {
         let planted = planted(u)?;
         if (-planted.proximity..=0.0).contains(&planted.depth()) {
             let after = planted.depth()
@@ -106,7 +106,7 @@ fn gradual_spring_pushes_to_the_rim() {
 
 #[test]
 fn reactions() {
-    arbtest::arbtest(|u| {
+    fixtures::generate::cases(24, 1000, |u| {
         let planted = planted(u)?;
         let (share, mu) = (number(u, 0.0, 1.0)?, number(u, 0.0, 2.0)?);
         let last = vector(u, 1.0)?;
@@ -138,7 +138,7 @@ fn reactions() {
 
 #[test]
 fn coulomb_stays_in_its_cone_turns_no_slip_and_gains_no_energy() {
-    arbtest::arbtest(|u| {
+    fixtures::generate::cases(25, 1000, |u| {
         let planted = planted(u)?;
         let mu = number(u, 0.0, 2.0)?;
         let reaction = Reaction { friction: Friction::coulomb(mu).expect("in range") };
@@ -156,7 +156,7 @@ fn coulomb_stays_in_its_cone_turns_no_slip_and_gains_no_energy() {
 
 #[test]
 fn references() {
-    arbtest::arbtest(|u| {
+    fixtures::generate::cases(26, 1000, |u| {
         let planted = planted(u)?;
         let height = number(u, -1.0, 1.0)?;
         let state = &planted.state;
@@ -176,7 +176,7 @@ fn references() {
 
 #[test]
 fn a_reference_in_the_face_frame_turns_with_the_face() {
-    arbtest::arbtest(|u| {
+    fixtures::generate::cases(27, 1000, |u| {
         let planted = planted(u)?;
         let face = [DVec3::ZERO, DVec3::new(2.0, 0.5, 0.0), DVec3::new(0.3, 1.5, 0.4)];
         let stored = FaceFrame::new(face).expect("has area").to_local(planted.p);
@@ -231,7 +231,7 @@ fn reaches<I: Integrator>(u: &mut arbitrary::Unstructured<'_>) -> arbitrary::Res
 
 #[test]
 fn second_order_spring_reaches_position_and_velocity_two_steps_on() {
-    arbtest::arbtest(|u| {
+    fixtures::generate::cases(28, 1000, |u| {
         reaches::<ExplicitEuler>(u)?;
         reaches::<Taylor>(u)?;
         reaches::<SymplecticEuler>(u)?;

@@ -26,7 +26,7 @@ fn planted(u: &mut arbitrary::Unstructured<'_>) -> arbitrary::Result<(Vec<Term>,
 
 #[test]
 fn reaches_the_correction_and_keeps_the_momentum() {
-    arbtest::arbtest(|u| {
+    fixtures::generate::cases(21, 1000, |u| {
         let (terms, w) = planted(u)?;
         let correction = vector(u, 1.0)?;
         let before = vec![vector(u, 1.0)?, vector(u, 1.0)?, vector(u, 1.0)?, vector(u, 1.0)?];
@@ -93,7 +93,7 @@ fn least_change(terms: &[Term], w: &[f64], correction: f64) -> Vec<f64> {
 
 #[test]
 fn is_the_least_change_by_kinetic_norm() {
-    arbtest::arbtest(|u| {
+    fixtures::generate::cases(22, 1000, |u| {
         let (terms, _) = planted(u)?;
         let w = vec![number(u, 0.1, 3.0)?, number(u, 0.1, 3.0)?, number(u, 0.1, 3.0)?, 0.7];
         let mut q = vec![DVec3::ZERO; 4];

@@ -50,7 +50,7 @@ fn walking_finds_the_closest_face_of_a_ball_from_any_face_that_it_is_over() {
     let (surface, x) = ball();
     let on = surface.positions(&x).unwrap();
     let face_count = u32::try_from(surface.faces().len()).unwrap();
-    arbtest::arbtest(|u| {
+    fixtures::generate::cases(21, 1000, |u| {
         // Outside, where a convex surface has one closest point.
         let p = common::unit(u)? * number(u, 10.0, 14.0)?;
         let start = u.int_in_range(0..=face_count - 1)?;
@@ -146,7 +146,7 @@ fn sliding_over_particles_writes_their_stencil() {
 
 #[test]
 fn sticking_contacts_turn_with_what_carries_them() {
-    arbtest::arbtest(|u| {
+    fixtures::generate::cases(22, 1000, |u| {
         let mut x = vec![
             DVec3::new(0.3, 0.2, 0.4),
             DVec3::ZERO,

@@ -75,7 +75,7 @@ fn sized(q: &[DVec3]) -> f64 {
 
 #[test]
 fn products_are_derivatives_and_blocks_are_products() {
-    arbtest::arbtest(|u| {
+    fixtures::generate::cases(21, 1000, |u| {
         let mut scene = scene(u)?;
         let direction: Vec<DVec3> =
             (0..7).map(|_| vector(u, 1.0)).collect::<arbitrary::Result<_>>()?;
@@ -144,7 +144,7 @@ fn check_difference(up: &[DVec3], down: &[DVec3], product: &[DVec3], epsilon: f6
 
 #[test]
 fn forces_keep_momentum_and_derivatives_do_not_gain_energy() {
-    arbtest::arbtest(|u| {
+    fixtures::generate::cases(22, 1000, |u| {
         let scene = scene(u)?;
         let rows = scene.rows(&[DVec3::ZERO; 7]);
         let soft = SoftContacts::new(&rows, &scene.v, scene.law).expect("no overlap");
@@ -236,7 +236,7 @@ fn implicit_is_dense<I: response::Implicit>(scene: &Scene, w: &[f64], force: &[D
 
 #[test]
 fn implicit_steps_are_those_of_the_dense_system() {
-    arbtest::arbtest(|u| {
+    fixtures::generate::cases(23, 1000, |u| {
         let scene = scene(u)?;
         let mut w = Vec::new();
         let mut force = Vec::new();

@@ -236,7 +236,7 @@ fn impulses_are_carried_by_particle_and_normal() {
 
 #[test]
 fn results_are_inside_the_cone_whatever_the_start() {
-    arbtest::arbtest(|u| {
+    fixtures::generate::cases(21, 1000, |u| {
         let seed = u.int_in_range(0..=200)?;
         let (v, w, contacts) = patch(30, seed);
         let rows = rows(24, &contacts, law(0.7));

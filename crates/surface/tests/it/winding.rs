@@ -2,8 +2,7 @@
 //! points on the surface, points within ulps of it.
 
 use arbitrary::{Result, Unstructured};
-use arbtest::arbtest;
-use fixtures::generate;
+use fixtures::generate::cases;
 use surface::glam::DVec3;
 use surface::{
     TriangleSurface, closest_on_segment, closest_on_triangle, ray_crosses_triangle, winding_number,
@@ -47,7 +46,7 @@ fn grid_point(u: &mut Unstructured<'_>) -> Result<DVec3> {
 fn passages_of_any_closed_surface_sum_to_its_winding_number() {
     let surface = octahedron();
     let mut on_surface = 0;
-    generate::cases(1, 5000, |u| {
+    cases(1, 5000, |u| {
         let x: Vec<DVec3> = (0..6).map(|_| grid_point(u)).collect::<Result<_>>()?;
         let p = grid_point(u)?;
         let moved = p + DVec3::new(2.0_f64.powi(-12), 2.0_f64.powi(-24), 2.0_f64.powi(-36));
@@ -67,7 +66,7 @@ fn passages_of_any_closed_surface_sum_to_its_winding_number() {
 #[test]
 fn an_ulp_beside_a_face_decides_the_side() {
     let surface = octahedron();
-    arbtest(|u| {
+    cases(21, 1000, |u| {
         let offset = DVec3::new(1.0, -0.7, 0.4) * *u.choose(&[0.0, 1.0, 1e3, 1e6])?;
         let x = regular().map(|x| offset + x);
         let face = u.choose(&OCTAHEDRON)?.map(|k| x[k as usize]);
@@ -82,14 +81,13 @@ fn an_ulp_beside_a_face_decides_the_side() {
             assert!((winding - f64::from(sum)).abs() < 1e-11, "{winding} at {p}");
         }
         Ok(())
-    })
-    .budget_ms(500);
+    });
 }
 
 #[test]
 fn winding_numbers_near_edges_keep_the_digits_that_they_promise() {
     let surface = octahedron();
-    arbtest(|u| {
+    cases(22, 1000, |u| {
         let t = f64::from(u.int_in_range(0_u8..=100)?) / 100.0;
         let delta = support::thinness(u, 12)?;
         let p = DVec3::X.lerp(DVec3::Y, t) * (1.0 - delta)
@@ -102,8 +100,7 @@ fn winding_numbers_near_edges_keep_the_digits_that_they_promise() {
         let winding = winding(&surface, &regular(), p);
         assert!((winding - 1.0).abs() <= 1e-14 / nearest, "{winding} at {p}, {nearest:e}");
         Ok(())
-    })
-    .budget_ms(300);
+    });
 }
 
 #[test]
