@@ -11,10 +11,8 @@ use crate::table::{Row, Table, Verdict};
 use crate::test_output::TestOutput;
 use crate::{TaskResult, figures, tidy};
 
-/// Arguments of cargo for all tests but those of `benches`, whose peers take long to build; its
-/// program is run for the figures.
-const TESTS: [&str; 6] =
-    ["test", "--workspace", "--exclude=benches", "--all-features", "--locked", "--no-fail-fast"];
+/// Arguments of cargo for all tests.
+const TESTS: [&str; 5] = ["test", "--workspace", "--all-features", "--locked", "--no-fail-fast"];
 
 /// Tests of more than a second, by the beginning of their names, which the inner loop leaves out.
 const LONG_TESTS: [&str; 30] = [
