@@ -7,6 +7,7 @@ pub mod ccd;
 pub mod curves;
 pub mod detection;
 pub mod medial;
+pub mod peers;
 pub mod poster;
 pub mod sheet;
 pub mod stability;
@@ -20,12 +21,13 @@ use crate::selected;
 pub type Draw = fn(&Path) -> Result<Vec<PathBuf>, Box<dyn Error>>;
 
 /// All pictures, by name.
-pub const PICTURES: [(&str, Draw); 5] = [
+pub const PICTURES: [(&str, Draw); 6] = [
     ("detection", detection::run),
     ("costs", detection::costs::run),
     ("stability", stability::run),
     ("ccd", ccd::run),
     ("medial", medial::run),
+    ("peers", peers::run),
 ];
 
 /// Draws the named pictures, or all without a name; returns the files it wrote.
