@@ -10,6 +10,7 @@ pub mod medial;
 pub mod peers;
 pub mod poster;
 pub mod sheet;
+pub mod size;
 pub mod stability;
 
 use std::error::Error;
@@ -21,13 +22,14 @@ use crate::selected;
 pub type Draw = fn(&Path) -> Result<Vec<PathBuf>, Box<dyn Error>>;
 
 /// All pictures, by name.
-pub const PICTURES: [(&str, Draw); 6] = [
+pub const PICTURES: [(&str, Draw); 7] = [
     ("detection", detection::run),
     ("costs", detection::costs::run),
     ("stability", stability::run),
     ("ccd", ccd::run),
     ("medial", medial::run),
     ("peers", peers::run),
+    ("size", size::run),
 ];
 
 /// Draws the named pictures, or all without a name; returns the files it wrote.

@@ -19,7 +19,7 @@ const WIDTH: u32 = 1500;
 const PANEL: u32 = 185;
 
 /// Decimal logarithms of times per pair \[us\] that are shown.
-const TIMES: [f64; 2] = [0.0, 6.0];
+const TIMES: [f64; 2] = [0.0, 5.0];
 
 /// Draws the rows of one scene as SVG.
 pub(super) fn draw(rows: &[&Measurement], settings: &Settings) -> Result<String, Box<dyn Error>> {

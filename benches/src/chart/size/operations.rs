@@ -1,0 +1,171 @@
+//! What is measured, and on which bodies.
+
+use std::error::Error;
+
+use ccd::CcdParams;
+use distance_field::{DistanceField, FieldParams};
+use fixtures::shapes::icosphere;
+use glam::DVec3;
+use musculo_collide::{
+    BodyId, BodyKind, BodyMove, CheckParams, Progress, ResolveParams, Scene, resolve,
+};
+use overlap::{Overlap, OverlapDetector};
+use proximity::SurfaceTree;
+
+use crate::bodies::body;
+
+/// Radius of all spheres, and the distance of a muscle's center from the bone's \[mm\].
+const RADIUS: f64 = 30.0;
+const APART: f64 = 58.0;
+
+/// Way that muscles move toward the bone in a step, and margin of near pairs \[mm\].
+const STEP: f64 = 1.0;
+const MARGIN: f64 = 0.5;
+
+/// An operation that is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Operation {
+    Refit,
+    Check,
+    Overlap,
+    Sweep,
+    Field,
+    Resolve,
+}
+
+pub(super) const OPERATIONS: [Operation; 6] = [
+    Operation::Refit,
+    Operation::Check,
+    Operation::Overlap,
+    Operation::Sweep,
+    Operation::Field,
+    Operation::Resolve,
+];
+
+/// The bone, the muscles around it, and their memory.
+pub(super) struct Spheres {
+    scene: Scene,
+    muscles: Vec<BodyId>,
+    /// Positions of the muscles at rest, and at the end of a step.
+    rest: Vec<Vec<DVec3>>,
+    moved: Vec<Vec<DVec3>>,
+    /// The same bodies without a scene, the bone first.
+    trees: Vec<SurfaceTree>,
+    detector: OverlapDetector,
+    overlap: Overlap,
+}
+
+impl Spheres {
+    /// Places spheres of `20 · 4^level` faces, none aligned with another.
+    pub(super) fn new(level: u32) -> Result<Self, Box<dyn Error>> {
+        let sphere = icosphere(RADIUS, level);
+        let mut scene = Scene::new();
+        scene.add("bone", BodyKind::Rigid, sphere.surface(), sphere.positions.clone())?;
+        let mut trees = vec![body(sphere.clone())];
+        let (mut muscles, mut rest, mut moved) = (Vec::new(), Vec::new(), Vec::new());
+        for (turns, axis) in (1_u8..).zip(DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis])) {
+            let turned = sphere.clone().rotated(DVec3::new(0.3, 0.5, 0.8), 0.07 * f64::from(turns));
+            let muscle = turned.translated(APART * axis);
+            let positions = muscle.positions.clone();
+            muscles.push(scene.add(
+                format!("muscle {turns}"),
+                BodyKind::Deformable,
+                muscle.surface(),
+                positions.clone(),
+            )?);
+            moved.push(positions.iter().map(|x| *x - STEP * axis).collect());
+            rest.push(positions);
+            trees.push(body(muscle));
+        }
+        let (detector, overlap) = <(OverlapDetector, Overlap)>::default();
+        Ok(Self { scene, muscles, rest, moved, trees, detector, overlap })
+    }
+
+    /// Moves the muscles to where they are at rest, which they count as a new place.
+    fn move_to_rest(&mut self) -> Result<(), Box<dyn Error>> {
+        for (muscle, rest) in self.muscles.iter().zip(&self.rest) {
+            self.scene.move_body(*muscle, rest)?;
+        }
+        Ok(())
+    }
+}
+
+impl Operation {
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::Refit => "refit",
+            Self::Check => "check",
+            Self::Overlap => "overlap",
+            Self::Sweep => "sweep",
+            Self::Field => "field",
+            Self::Resolve => "resolve",
+        }
+    }
+
+    /// Returns the finest level at which the operation is measured in reasonable time.
+    pub(super) const fn largest_level(self) -> u32 {
+        match self {
+            Self::Resolve => 4,
+            _ => 6,
+        }
+    }
+
+    /// Returns the number of faces that the operation works on.
+    pub(super) fn faces(self, spheres: &Spheres) -> usize {
+        let of_one = spheres.trees[0].surface().faces().len();
+        match self {
+            Self::Field => of_one,
+            _ => spheres.trees.len() * of_one,
+        }
+    }
+
+    /// Runs once; returns the number of bodies, pairs, bytes or rounds.
+    pub(super) fn run(self, spheres: &mut Spheres) -> Result<usize, Box<dyn Error>> {
+        match self {
+            Self::Refit => {
+                for tree in &mut spheres.trees {
+                    let positions = tree.positions().as_slice().to_vec();
+                    tree.set_positions(positions.into_iter())?;
+                }
+                Ok(spheres.trees.len())
+            }
+            Self::Check => {
+                spheres.move_to_rest()?;
+                let reports = spheres.scene.check(&CheckParams::new(MARGIN), Progress::none())?;
+                Ok(reports.iter().filter(|report| report.overlaps).count())
+            }
+            Self::Overlap => {
+                let Spheres { trees, detector, overlap, .. } = spheres;
+                let mut count = 0;
+                for muscle in &trees[1..] {
+                    detector.measure_into([&trees[0], muscle], overlap);
+                    count += overlap.regions.len();
+                }
+                Ok(count)
+            }
+            Self::Sweep => {
+                spheres.move_to_rest()?;
+                let Spheres { scene, muscles, moved, .. } = spheres;
+                let mut moves = Vec::new();
+                for (&body, positions) in muscles.iter().zip(moved) {
+                    moves.push(BodyMove { body, positions });
+                }
+                let report = scene.sweep(&moves, &CcdParams::DEFAULT, Progress::none())?;
+                Ok(report.pairs.len())
+            }
+            Self::Field => {
+                let bone = &spheres.trees[0];
+                let params = FieldParams { samples: 0, ..FieldParams::new(1.0) };
+                let (surface, x) = (bone.surface(), bone.positions());
+                let field = DistanceField::build(surface, x, &params, Progress::none())?;
+                Ok(field.bytes())
+            }
+            Self::Resolve => {
+                spheres.move_to_rest()?;
+                let params = ResolveParams { gap: 0.05, ..ResolveParams::with_smoothing(6.0) };
+                let resolution = resolve(&mut spheres.scene, &params, Progress::none())?;
+                Ok(resolution.rounds.len())
+            }
+        }
+    }
+}
