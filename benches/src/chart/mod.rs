@@ -4,6 +4,7 @@
 //! into a folder and returns their paths; [`PICTURES`] lists them.
 
 pub mod ccd;
+pub mod convergence;
 pub mod curves;
 pub mod detection;
 pub mod medial;
@@ -22,11 +23,12 @@ use crate::selected;
 pub type Draw = fn(&Path) -> Result<Vec<PathBuf>, Box<dyn Error>>;
 
 /// All pictures, by name.
-pub const PICTURES: [(&str, Draw); 7] = [
+pub const PICTURES: [(&str, Draw); 8] = [
     ("detection", detection::run),
     ("costs", detection::costs::run),
     ("stability", stability::run),
     ("ccd", ccd::run),
+    ("convergence", convergence::run),
     ("medial", medial::run),
     ("peers", peers::run),
     ("size", size::run),
