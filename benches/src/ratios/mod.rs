@@ -1,6 +1,7 @@
 //! Figures of each crate, held to their bounds.
 
 mod ccd;
+mod deep_starts;
 mod distance_field;
 mod kdop;
 mod kdop_peers;

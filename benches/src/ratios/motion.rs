@@ -12,6 +12,7 @@ use musculo_collide::{
     SceneError, StraightPath, TurnEnd,
 };
 
+use super::deep_starts;
 use super::motion_scenes::{HIP, Walk, bones, hip_turns};
 use crate::measure::{Pace, Report, as_f64, nanoseconds, wall_time};
 
@@ -41,6 +42,7 @@ type Outcome = Result<(), Box<dyn Error>>;
 /// Reports what contact in motion is promised to keep.
 pub(super) fn run(report: &mut Report) -> Outcome {
     screws(report)?;
+    deep_starts::run(report)?;
     let Some(bones) = bones()? else { return Ok(()) };
     straight(report, bones.clone())?;
     steps(report, &bones)?;

@@ -75,9 +75,7 @@ impl Walk {
     pub(super) fn place(&mut self, frame: usize) -> Result<(), SceneError> {
         for (body, rest, follows) in &self.bodies {
             let path = WalkPath::new(&self.motion, rest, *follows, frame);
-            let x: Vec<DVec3> =
-                (0_u32..).take(rest.len()).map(|vertex| path.position(vertex, 0.0)).collect();
-            self.scene.move_body(*body, &x)?;
+            self.scene.move_body(*body, &path.all_positions(0.0))?;
         }
         Ok(())
     }
@@ -87,9 +85,7 @@ impl Walk {
         let mut ends = Vec::new();
         for (body, rest, follows) in &self.bodies {
             let path = WalkPath::new(&self.motion, rest, *follows, frame);
-            let x: Vec<DVec3> =
-                (0_u32..).take(rest.len()).map(|vertex| path.position(vertex, 1.0)).collect();
-            ends.push((*body, x));
+            ends.push((*body, path.all_positions(1.0)));
         }
         let mut moves = Vec::new();
         for (body, positions) in &ends {
@@ -136,6 +132,14 @@ impl<'a> WalkPath<'a> {
         Self { motion, rest, follows, maps }
     }
 
+    /// Returns the positions of all vertices at a time.
+    fn all_positions(&self, time: f64) -> Vec<DVec3> {
+        let vertices: Vec<u32> = (0_u32..).take(self.rest.len()).collect();
+        let mut x = vec![DVec3::ZERO; vertices.len()];
+        self.positions(&vertices, time, &mut x);
+        x
+    }
+
     /// Returns a vertex at rest, with the weights of resting bones, femur, tibia and patella.
     fn weights(&self, vertex: u32) -> (DVec3, [f64; 4]) {
         let rest = self.rest[vertex as usize];
@@ -154,14 +158,23 @@ impl<'a> WalkPath<'a> {
 
 impl Path for WalkPath<'_> {
     fn position(&self, vertex: u32, time: f64) -> DVec3 {
-        let (rest, weights) = self.weights(vertex);
-        let mut x = weights[0] * rest;
-        for ((map, path), weight) in self.maps.iter().zip(&weights[1..]) {
-            if *weight > 0.0 {
-                x += *weight * path.transform_point(map.transform_point3(rest), time);
+        let mut x = [DVec3::ZERO];
+        self.positions(&[vertex], time, &mut x);
+        x[0]
+    }
+
+    fn positions(&self, vertices: &[u32], time: f64, out: &mut [DVec3]) {
+        let places = self.maps.map(|(map, path)| (map, path.place(time)));
+        for (out, &vertex) in out.iter_mut().zip(vertices) {
+            let (rest, weights) = self.weights(vertex);
+            let mut x = weights[0] * rest;
+            for ((map, place), weight) in places.iter().zip(&weights[1..]) {
+                if *weight > 0.0 {
+                    x += *weight * place.transform_point(map.transform_point3(rest));
+                }
             }
+            *out = x;
         }
-        x
     }
 
     fn bend(&self, vertex: u32) -> f64 {

@@ -91,7 +91,7 @@ pub use crate::dop::{Dop, Dop18};
 pub use crate::error::{InvalidTree, TreeError};
 pub use crate::extents::Extents;
 pub use crate::leaves::Leaves;
-pub use crate::traverse::{MovingPairs, RigidSweep};
+pub use crate::traverse::{MovingPairs, RigidSweep, StepTree};
 pub use crate::tree::{DopTree, Tree};
 pub use crate::workspace::{Counters, Workspace};
 

@@ -76,6 +76,21 @@ impl PackedDop {
         hit.to_bitmask() == 0b1111
     }
 
+    /// Returns true if, over a step that ends with `end` and `other_end`, neither bound is above the
+    /// other at both ends along any direction.
+    #[inline(always)]
+    pub(crate) fn meets<const S: usize>(&self, end: &Self, other: &Self, other_end: &Self) -> bool {
+        let group = |g: usize| {
+            (self.lo[g].simd_le(other.hi[g]) | end.lo[g].simd_le(other_end.hi[g]))
+                & (other.lo[g].simd_le(self.hi[g]) | other_end.lo[g].simd_le(end.hi[g]))
+        };
+        let mut hit = group(0);
+        for g in 1..groups::<S>() {
+            hit &= group(g);
+        }
+        hit.to_bitmask() == 0b1111
+    }
+
     /// Unpacks the bound.
     pub(crate) fn to_dop<const S: usize>(self) -> Dop<S> {
         const { assert!(S <= 4 * MAX_GROUPS, "a group for every direction") };

@@ -5,8 +5,10 @@ mod nearest;
 mod pairs;
 mod query;
 mod self_pairs;
+mod steps;
 
 pub use self::moving::{MovingPairs, RigidSweep};
+pub use self::steps::StepTree;
 use crate::directions::norm;
 use crate::dop::rounding_loss;
 use crate::projections::to_nearest;

@@ -16,6 +16,8 @@ pub struct Workspace<const S: usize = 9> {
     pub(crate) cluster_pairs: Vec<(u32, u32)>,
     pub(crate) a: LeafCache<S>,
     pub(crate) b: LeafCache<S>,
+    /// Leaves of two trees, each at the start and at the end of a step.
+    pub(crate) step_leaves: [LeafCache<S>; 4],
     /// Nodes of a tree that moves, where they move.
     pub(crate) moved: SlotCache<MovedNode<S>>,
     pub(crate) queue: Queue,
@@ -45,6 +47,7 @@ impl<const S: usize> Workspace<S> {
             cluster_pairs: Vec::new(),
             a: LeafCache::new(),
             b: LeafCache::new(),
+            step_leaves: [const { LeafCache::new() }; 4],
             moved: SlotCache::new(),
             queue: Queue::new(),
             stack: Vec::new(),

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use kdop::{Leaves, Tree, TreeError};
+use kdop::{Leaves, StepTree, Tree, TreeError};
 use surface::{PositionBuffer, Positions, SurfaceError, TriangleSurface};
 
 use crate::{NoInside, ProximityError};
@@ -37,8 +37,9 @@ pub struct SurfaceTree {
 pub struct LazySurfaceTree {
     inner: SurfaceTree,
     fit: Fit,
-    /// Bounds of the faces over the last step that was fitted.
-    step_tree: Option<Tree>,
+    /// Bounds of the faces at the end of the last step that was fitted, in the arrangement of the
+    /// tree.
+    end_tree: Option<Tree>,
 }
 
 /// State of a lazy tree.
@@ -201,7 +202,7 @@ impl LazySurfaceTree {
             tree: Tree::default(),
             surface,
         };
-        Ok(Self { inner, fit: Fit::Unbuilt, step_tree: None })
+        Ok(Self { inner, fit: Fit::Unbuilt, end_tree: None })
     }
 
     /// Declares the surface open: nothing is inside it, whatever its edges say.
@@ -240,9 +241,9 @@ impl LazySurfaceTree {
         match self.fit {
             Fit::Current => {}
             Fit::Stale => {
-                // The tree of a step shares the structure of the surface tree.
+                // The tree of an end has the arrangement of the surface tree.
                 if refit(tree, surface, x)? {
-                    self.step_tree = None;
+                    self.end_tree = None;
                 }
             }
             Fit::Unbuilt => {
@@ -255,27 +256,34 @@ impl LazySurfaceTree {
         Ok(&self.inner)
     }
 
-    /// Returns a tree that bounds the faces during a step, in which every vertex moves on a
-    /// straight line from its present position to `end`. The surface tree stays as it is.
+    /// Bounds the faces over a step, in which every vertex moves on a straight line from its present
+    /// position to `end`. The surface tree is brought up to date.
     ///
     /// # Errors
     ///
     /// As [`fit`](Self::fit), and [`TreeError::WrongLength`] where `end` is of another surface.
-    pub fn fit_step(&mut self, end: Positions<'_>) -> Result<&Tree, TreeError> {
-        if self.fit == Fit::Unbuilt {
-            self.fit()?;
+    pub fn fit_step(&mut self, end: Positions<'_>) -> Result<(), TreeError> {
+        // A tree that has become loose is built anew by `fit` only: within steps its arrangement
+        // stays.
+        let SurfaceTree { positions, tree, .. } = &mut self.inner;
+        match self.fit {
+            Fit::Current => {}
+            Fit::Stale => tree.refit(positions.as_positions().as_slice())?,
+            Fit::Unbuilt => {
+                self.fit()?;
+            }
         }
-        let SurfaceTree { positions, tree, .. } = &self.inner;
-        // The step tree shares the structure of the surface tree: only its bounds differ.
-        let step_tree = self.step_tree.get_or_insert_with(|| tree.clone());
-        step_tree.refit_swept(positions.as_positions().as_slice(), end.as_slice())?;
-        Ok(step_tree)
+        self.fit = Fit::Current;
+
+        let tree = &self.inner.tree;
+        self.end_tree.get_or_insert_with(|| tree.clone()).refit(end.as_slice())
     }
 
-    /// Returns the tree of the last step that was [fitted](Self::fit_step), if there is one.
+    /// Returns the bounds over the last step that was [fitted](Self::fit_step), where the surface tree
+    /// is up to date.
     #[must_use]
-    pub fn step_tree(&self) -> Option<&Tree> {
-        self.step_tree.as_ref()
+    pub fn step_tree(&self) -> Option<StepTree<'_>> {
+        StepTree::new(self.fitted()?.tree(), self.end_tree.as_ref()?)
     }
 
     /// Returns the surface tree where it is up to date; `None` before the first

@@ -1,6 +1,6 @@
 //! Swept proximity of two surfaces: first contacts during a step.
 //!
-//! Trees over both states give pairs of faces whose paths come near. Each vertex and each edge is
+//! Trees at both states give pairs of faces whose paths come near. Each vertex and each edge is
 //! represented by one of its faces, so that a pair of faces stands for its own vertices and edges
 //! only and no query is made twice. Queries go to [`ccd`] in batches.
 //!
@@ -9,7 +9,7 @@
 
 use ccd::MovingPoints;
 use glam::DVec3;
-use kdop::{MovingPairs, Tree, Workspace};
+use kdop::{MovingPairs, StepTree, Workspace};
 use surface::progress::Progress;
 use surface::{Contact, NO_EDGE, Stencil, Term, TriangleSurface, parallel};
 
@@ -20,8 +20,8 @@ use crate::SweptError;
 pub struct SweptSide<'a> {
     /// The surface.
     pub surface: &'a TriangleSurface,
-    /// Bounds of its faces during the step: of a surface at rest, those of its state.
-    pub tree: &'a Tree,
+    /// Bounds of its faces at both ends of the step.
+    pub tree: StepTree<'a>,
     /// Number of its first vertex among the particles of the motion.
     pub first_particle: u32,
 }
@@ -45,7 +45,7 @@ pub struct SweptContact {
 }
 
 /// First contacts of two surfaces during a step.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SweptContacts {
     /// First contacts of vertices, edges and faces, by time.
@@ -177,7 +177,7 @@ impl<'a> SweptQuery<'a> {
     ) -> Result<SweptContacts, SweptError> {
         // Batches run as they fill; after an error, the traversal only ends.
         let mut state = Ok(());
-        a.tree.pairs(b.tree, self.margin, workspace, |face_a, face_b| {
+        a.tree.pairs(&b.tree, self.margin, workspace, |face_a, face_b| {
             if state.is_ok() {
                 state = self.add_faces(a, face_a, b, face_b, progress);
             }

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
-use kdop::TreeError;
+use kdop::{StepTree, TreeError};
 use medial::ContactBody;
 use proximity::{
     ContactSurface, LazySurfaceTree, NoInside, ParticleNumbers, SurfaceTree, SweptSide,
@@ -311,7 +311,7 @@ impl Body {
 
     /// Returns the body as one side of a swept query, where its bounds are up to date.
     pub(crate) fn swept_side(&self, is_moving: bool) -> Option<SweptSide<'_>> {
-        let resting = self.tree().map(SurfaceTree::tree);
+        let resting = self.tree().map(|surface| StepTree::at_rest(surface.tree()));
         let tree = if is_moving { self.surface.step_tree() } else { resting };
         let (surface, first_particle) = (self.surface(), self.first_particle);
         tree.map(|tree| SweptSide { surface, tree, first_particle })

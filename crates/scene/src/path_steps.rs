@@ -42,6 +42,8 @@ pub(crate) struct Steps<'a> {
     pub(crate) rigid_pairs: Vec<PairId>,
     /// Pieces for other pairs; 0 without any.
     pub(crate) pieces: u32,
+    /// Positions of each moving body at the end of the step.
+    pub(crate) ends: Vec<Vec<DVec3>>,
     /// Bound of the second derivative of each particle's path.
     bends: Vec<f64>,
     /// Distances of particles from their chords over a piece.
@@ -57,26 +59,30 @@ struct PathExtent {
     bend: f64,
     /// Box around the body during the step.
     bounds: Aabb,
+    /// Positions at the end of the step.
+    end: Vec<DVec3>,
 }
 
 impl PathExtent {
     fn new(body: &Body, path: &dyn Path) -> Result<Self, SceneError> {
         let (mut bends, mut bend) = (Vec::with_capacity(body.positions().len()), 0.0_f64);
-        let mut bounds = Aabb::EMPTY;
-        for (vertex, &x) in (0_u32..).zip(body.positions()) {
+        for vertex in (0_u32..).take(body.positions().len()) {
             let of_vertex = path.bend(vertex);
             bends.push(of_vertex);
             bend = bend.max(of_vertex);
-            let at = path.position(vertex, 1.0);
+        }
+
+        // Both ends of an arc bound it, but for its deviation from the chord.
+        let end = positions(path, body.positions().len(), 1.0);
+        let mut bounds = Aabb::EMPTY;
+        for ((vertex, &x), &at) in body.positions().iter().enumerate().zip(&end) {
             if !at.is_finite() {
-                let vertex = vertex as usize;
                 return Err(body.surface_error(SurfaceError::NotFinite { vertex, at }));
             }
             bounds = bounds.with_point(x).with_point(at);
         }
-
-        // Both ends of an arc bound it, but for its deviation from the chord.
-        Ok(Self { bends, bend, bounds: bounds.inflate(chord_deviation(bend, 1.0)) })
+        let bounds = bounds.inflate(chord_deviation(bend, 1.0));
+        Ok(Self { bends, bend, bounds, end })
     }
 
     /// Returns the largest coordinate.
@@ -107,8 +113,9 @@ impl<'a> Steps<'a> {
             || (),
             |(), moving| PathExtent::new(scene.body(moving.body), moving.path),
         );
+        let mut ends = Vec::with_capacity(moves.len());
         for (PathMove { body: id, path }, of_path) in moves.iter().zip(of_moves) {
-            let of_path = of_path?;
+            let mut of_path = of_path?;
             extent = extent.max(of_path.reach());
 
             // A rigid motion is rounded as its center is, which may be far away.
@@ -116,6 +123,7 @@ impl<'a> Steps<'a> {
                 extent = extent.max(rigid.path.center().abs().max_element());
             }
             boxes[id.index()] = of_path.bounds;
+            ends.push(std::mem::take(&mut of_path.end));
             (paths[id.index()], extents[id.index()]) = (Some(*path), Some(of_path));
         }
         let rounding = 2.0 * ROUNDINGS * f64::EPSILON * extent;
@@ -125,6 +133,7 @@ impl<'a> Steps<'a> {
             paths,
             rigid_pairs: Vec::new(),
             pieces: 0,
+            ends,
             bends: Vec::new(),
             near: NearLines::default(),
             rounding,
@@ -141,35 +150,33 @@ impl<'a> Steps<'a> {
                 steps.pieces = 1;
             }
         }
-        let mut members = Vec::new();
+        let mut max_bends = Vec::new();
         for ((body, extent), is_member) in scene.bodies().iter().zip(extents).zip(is_member) {
             let count = steps.bends.len() + body.positions().len();
+            let mut bend = 0.0;
             if let Some(extent) = extent {
-                members.extend(is_member.then_some((body, extent.bend)));
+                bend = if is_member { extent.bend } else { 0.0 };
                 steps.bends.extend(extent.bends);
             }
             steps.bends.resize(count, 0.0);
+            max_bends.push(bend);
         }
-        steps.divide(&members);
+        steps.divide(scene, &max_bends);
         Ok(steps)
     }
 
-    /// Divides the step into pieces for bodies on their paths, by how these bend.
-    fn divide(&mut self, bodies: &[(&Body, f64)]) {
-        let mut bends = [0.0_f64; 2];
-        for &(body, bend) in bodies {
-            let edge = mean_edge(body.surface(), body.checked_positions());
-            self.pieces = self.pieces.max(pieces_for(bend, DEVIATION * edge));
-            let [first, second] = bends;
-            bends = if bend > first { [bend, first] } else { [first, second.max(bend)] };
+    /// Divides the step into pieces, by how much the path of each body bends at most.
+    fn divide(&mut self, scene: &Scene, max_bends: &[f64]) {
+        for (body, &bend) in scene.bodies().iter().zip(max_bends) {
+            if bend > 0.0 {
+                let edge = mean_edge(body.surface(), body.checked_positions());
+                self.pieces = self.pieces.max(pieces_for(bend, DEVIATION * edge));
+            }
         }
-
-        // Two bodies at most take part in a contact: those that bend most bound all.
         let piece = 1.0 / f64::from(self.pieces.max(1));
-        let of_pair = chord_deviation(bends[0] + bends[1], piece);
-        self.near.max_of_pair = of_pair * (1.0 + 4.0 * f64::EPSILON);
-        self.near.deviations =
-            self.bends.iter().map(|&bend| chord_deviation(bend, piece)).collect();
+        let deviations = |bends: &[f64]| bends.iter().map(|b| chord_deviation(*b, piece)).collect();
+        self.near.max_of_bodies = deviations(max_bends);
+        self.near.deviations = deviations(&self.bends);
     }
 
     /// Returns true if a body rests, or moves rigidly.
@@ -196,12 +203,22 @@ impl<'a> Steps<'a> {
         }
     }
 
-    /// Returns where a vertex is at a time.
-    pub(crate) fn position(&self, scene: &Scene, vertex: BodyVertex, time: f64) -> DVec3 {
-        let BodyVertex { body, vertex } = vertex;
-        match self.paths[body.index()] {
-            Some(path) => path.position(vertex, time),
-            None => scene.body(body).positions()[vertex as usize],
+    /// Writes where some vertices of a body are at a time.
+    pub(crate) fn place(
+        &self,
+        body: &Body,
+        id: BodyId,
+        vertices: &[u32],
+        time: f64,
+        out: &mut [DVec3],
+    ) {
+        match self.paths[id.index()] {
+            Some(path) => path.positions(vertices, time, out),
+            None => {
+                for (out, &vertex) in out.iter_mut().zip(vertices) {
+                    *out = body.positions()[vertex as usize];
+                }
+            }
         }
     }
 
@@ -229,11 +246,19 @@ fn pieces_for(bend: f64, deviation: f64) -> u32 {
     pieces
 }
 
-/// Vertex of a body.
-#[derive(Clone, Copy)]
-pub(crate) struct BodyVertex {
-    pub(crate) body: BodyId,
-    pub(crate) vertex: u32,
+/// Computes the positions of all vertices at a time.
+pub(crate) fn positions(path: &dyn Path, count: usize, time: f64) -> Vec<DVec3> {
+    /// Vertices per task: some hundred times what a task costs.
+    const CHUNK: usize = 2048;
+
+    let mut positions = vec![DVec3::ZERO; count];
+    parallel::for_each(positions.chunks_mut(CHUNK).collect(), |chunk, out| {
+        // Surfaces have fewer than 2³² vertices.
+        let first = u32::try_from(chunk * CHUNK).unwrap_or(u32::MAX);
+        let vertices: Vec<u32> = (first..).take(out.len()).collect();
+        path.positions(&vertices, time, out);
+    });
+    positions
 }
 
 #[cfg(test)]

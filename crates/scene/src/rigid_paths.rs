@@ -82,7 +82,8 @@ impl RigidPair<'_> {
             let max_deviation = if deviation < largest { deviation } else { f64::INFINITY };
 
             // Where faces that may meet leave their chords, two halves are to follow.
-            let near = a.tree.moving_pairs(&sweep, b.tree, max_deviation, workspace);
+            let near =
+                a.tree.start().moving_pairs(&sweep, b.tree.start(), max_deviation, workspace);
             let Some(near) = near else {
                 let middle = f64::midpoint(from, to);
                 left.extend([[middle, to], [from, middle]]);

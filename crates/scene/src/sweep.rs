@@ -23,8 +23,25 @@ pub struct BodyMove<'a> {
 pub(crate) struct NearLines {
     /// Maximum distance of each particle; empty for none.
     pub(crate) deviations: Vec<f64>,
-    /// Maximum of the sum over the particles of two bodies.
-    pub(crate) max_of_pair: f64,
+    /// Maximum over the particles of each body, by its number; empty for none.
+    pub(crate) max_of_bodies: Vec<f64>,
+}
+
+impl NearLines {
+    /// Returns the distance within which the chords of two bodies come where the bodies meet.
+    fn of_pair(&self, pair: PairId) -> f64 {
+        let of_body = |id: BodyId| self.max_of_bodies.get(id.index()).copied().unwrap_or(0.0);
+        (of_body(pair.a) + of_body(pair.b)) * (1.0 + 4.0 * f64::EPSILON)
+    }
+
+    /// Returns the largest distance of any two bodies.
+    fn max_of_pairs(&self) -> f64 {
+        let mut largest = 0.0_f64;
+        for &of_body in &self.max_of_bodies {
+            largest = largest.max(of_body);
+        }
+        2.0 * largest * (1.0 + 4.0 * f64::EPSILON)
+    }
 }
 
 /// First contacts of a step.
@@ -99,12 +116,12 @@ impl Scene {
         progress: Progress<'_>,
     ) -> Result<SweepReport, SceneError> {
         params.validate()?;
-        let margin = params.min_separation + near.max_of_pair;
         let ends = self.check_moves(moves)?;
+        let margin = params.min_separation + near.max_of_pairs();
         let mut pairs = self.candidates_of_step(&ends, margin);
         pairs.retain(|&pair| is_wanted(pair));
         self.fit_step(&pairs, &ends)?;
-        let pairs = self.close_in_step(&pairs, &ends, margin);
+        let sides = self.sides_of_step(&pairs, &ends);
 
         // All particles at both ends of the step.
         let start = self.particle_positions();
@@ -113,25 +130,28 @@ impl Scene {
             end.extend_from_slice(x.map_or(body.positions(), Positions::as_slice));
         }
         let mut motion = MovingPoints::new(&start, &end)?;
-        if near.max_of_pair > 0.0 {
+        if !near.deviations.is_empty() {
             motion = motion.with_deviations(&near.deviations)?;
         }
 
         // Pairs in any thread; reports in the order of the pairs.
         let steps = progress.steps(pairs.len());
-        let swept = parallel::map_slice_with(&pairs, Workspace::default, |workspace, pair| {
-            let [a, b] = &pair.sides;
+        let swept = parallel::map_slice_with(&pairs, Workspace::default, |workspace, &pair| {
+            let [Some(a), Some(b)] = pair.bodies().map(|id| sides[id.index()]) else {
+                return Ok(SweptContacts::default());
+            };
+            let margin = params.min_separation + near.of_pair(pair);
             let query = SweptQuery::new(&motion, params).with_margin(margin);
-            let found = query.run(a, b, workspace, progress)?;
+            let found = query.run(&a, &b, workspace, progress)?;
             steps.advance(1)?;
             Ok::<_, SweptError>(found)
         });
 
         // The earliest contact of any pair ends the free share of the step.
         let mut report = SweepReport { pairs: Vec::new(), largest_free_step: 1.0, candidates: 0 };
-        for (pair, found) in pairs.iter().zip(swept) {
+        for (&pair, found) in pairs.iter().zip(swept) {
             let SweptContacts { contacts, candidates } = found?;
-            report.add(PairSweep { pair: pair.id, contacts }, candidates);
+            report.add(PairSweep { pair, contacts }, candidates);
         }
         Ok(report)
     }
@@ -175,29 +195,20 @@ impl Scene {
         })
     }
 
-    /// Returns the pairs whose bounds over the step come within `margin` of each other.
-    fn close_in_step(
+    /// Returns the bodies in one of the pairs with their bounds over the step, by number.
+    fn sides_of_step(
         &self,
         pairs: &[PairId],
         ends: &[Option<Positions<'_>>],
-        margin: f64,
-    ) -> Vec<StepPair<'_>> {
-        let side = |id: BodyId| self.body(id).swept_side(ends[id.index()].is_some());
-        let mut close = Vec::new();
-        for &id in pairs {
-            let Some(sides) = side(id.a).zip(side(id.b)) else { continue };
-            if sides.0.tree.root().inflated(margin).overlaps(&sides.1.tree.root()) {
-                close.push(StepPair { id, sides: [sides.0, sides.1] });
-            }
+    ) -> Vec<Option<SweptSide<'_>>> {
+        let is_member = self.members(pairs);
+        let mut sides = Vec::with_capacity(self.bodies.len());
+        for ((body, end), is_member) in self.bodies.iter().zip(ends).zip(is_member) {
+            let side = if is_member { body.swept_side(end.is_some()) } else { None };
+            sides.push(side);
         }
-        close
+        sides
     }
-}
-
-/// Two bodies that may meet during a step.
-struct StepPair<'a> {
-    id: PairId,
-    sides: [SweptSide<'a>; 2],
 }
 
 impl SweepReport {

@@ -12,13 +12,13 @@ use ccd::{CcdParams, PathBounds, Primitives};
 use glam::DVec3;
 use kdop::Workspace;
 use proximity::{ContactKind, SweptContact};
+use surface::parallel;
 use surface::progress::Progress;
-use surface::{Path, parallel};
 
-use crate::path_steps::{BodyVertex, PathMove, Steps};
+use crate::path_steps::{PathMove, Steps, positions};
 use crate::rigid_paths::PieceContacts;
 use crate::sweep::NearLines;
-use crate::{BodyMove, PairId, PairSweep, Scene, SceneError, SweepReport};
+use crate::{Body, BodyId, BodyMove, PairId, PairSweep, Scene, SceneError, SweepReport};
 
 impl Scene {
     /// Finds the first contacts while each body named in `moves` follows its path; other bodies
@@ -42,8 +42,12 @@ impl Scene {
     ) -> Result<SweepReport, SceneError> {
         params.validate()?;
         if is_straight(self, moves)? {
-            let piece = Piece { interval: [0.0, 1.0], near: &NearLines::default() };
-            return self.sweep_piece(moves, &piece, params, |_| true, progress);
+            let mut ends = Vec::with_capacity(moves.len());
+            for PathMove { body, path } in moves {
+                ends.push(positions(*path, self.body(*body).surface().vertex_count(), 1.0));
+            }
+            let chords = Chords { moves, ends: &ends, near: &NearLines::default() };
+            return self.sweep_chords(&chords, params, |_| true, progress);
         }
         let steps = Steps::new(self, moves, params)?;
         self.sweep_pieces(&steps, params, Wanted::All, progress)
@@ -155,8 +159,10 @@ impl Scene {
                 let is_new = wanted == Wanted::All || !first.contains_key(&pair);
                 is_new && steps.rigid_pairs.binary_search(&pair).is_err()
             };
-            let piece = Piece { interval: [from, to], near: &steps.near };
-            let report = self.sweep_piece(steps.moves, &piece, &of_piece, is_open, part)?;
+            let ends = self.place_on_piece(steps, piece)?;
+            let ends = ends.as_ref().unwrap_or(&steps.ends);
+            let chords = Chords { moves: steps.moves, ends, near: &steps.near };
+            let report = self.sweep_chords(&chords, &of_piece, is_open, part)?;
             candidates += report.candidates;
 
             // What the piece leaves open is searched on the true paths.
@@ -170,35 +176,50 @@ impl Scene {
         Ok(report_of(first, params, candidates))
     }
 
-    /// Sweeps all bodies along their chords of a piece.
-    fn sweep_piece(
+    /// Moves all bodies to the start of a piece, and returns their positions at its end; `None` for
+    /// those of the step.
+    fn place_on_piece(
         &mut self,
-        path_moves: &[PathMove<'_>],
-        piece: &Piece<'_>,
+        steps: &Steps<'_>,
+        piece: u32,
+    ) -> Result<Option<Vec<Vec<DVec3>>>, SceneError> {
+        let [from, to] = steps.interval(piece);
+        let is_last = piece + 1 == steps.pieces;
+        let mut ends = Vec::with_capacity(steps.moves.len());
+        for PathMove { body, path } in steps.moves {
+            let count = self.body(*body).surface().vertex_count();
+            if piece > 0 {
+                self.move_body(*body, &positions(*path, count, from))?;
+            }
+            if !is_last {
+                ends.push(positions(*path, count, to));
+            }
+        }
+        Ok((!is_last).then_some(ends))
+    }
+
+    /// Sweeps all bodies from where they are along straight lines.
+    fn sweep_chords(
+        &mut self,
+        chords: &Chords<'_>,
         params: &CcdParams,
         is_wanted: impl Fn(PairId) -> bool,
         progress: Progress<'_>,
     ) -> Result<SweepReport, SceneError> {
-        let [from, to] = piece.interval;
-        let mut ends = Vec::with_capacity(path_moves.len());
-        for PathMove { body, path } in path_moves {
-            let count = self.body(*body).surface().vertex_count();
-            if from > 0.0 {
-                self.move_body(*body, &positions(*path, count, from))?;
-            }
-            ends.push(positions(*path, count, to));
-        }
-        let mut moves = Vec::with_capacity(ends.len());
-        for (PathMove { body, .. }, positions) in path_moves.iter().zip(&ends) {
+        let mut moves = Vec::with_capacity(chords.ends.len());
+        for (PathMove { body, .. }, positions) in chords.moves.iter().zip(chords.ends) {
             moves.push(BodyMove { body: *body, positions });
         }
-        self.sweep_near_lines(&moves, params, piece.near, is_wanted, progress)
+        self.sweep_near_lines(&moves, params, chords.near, is_wanted, progress)
     }
 }
 
-/// Part of a step, and how near particles stay to their chords.
-struct Piece<'a> {
-    interval: [f64; 2],
+/// Chords of paths from where bodies are.
+struct Chords<'a> {
+    moves: &'a [PathMove<'a>],
+    /// Positions at the ends of the chords, per move.
+    ends: &'a [Vec<DVec3>],
+    /// Distances of particles from their chords.
     near: &'a NearLines,
 }
 
@@ -220,12 +241,6 @@ fn is_straight(scene: &Scene, moves: &[PathMove<'_>]) -> Result<bool, SceneError
         }
     }
     Ok(true)
-}
-
-/// Returns the positions of all vertices at a time.
-fn positions(path: &dyn Path, count: usize, time: f64) -> Vec<DVec3> {
-    // Surfaces have fewer than 2³² vertices.
-    parallel::map(count, |vertex| path.position(u32::try_from(vertex).unwrap_or(u32::MAX), time))
 }
 
 /// Two primitives by their kind and particles, in the order of a query.
@@ -309,12 +324,12 @@ impl OpenPair<'_> {
     fn search(&self, open: &SweptContact) -> Result<Option<SweptContact>, SceneError> {
         let Self { scene, steps, interval: [from, to], params, .. } = *self;
         let Features { is_vertex, particles } = Features::of(open);
-        let vertices = particles.map(|particle| vertex_of(scene, self.pair, particle));
-        let at = |time: f64| vertices.map(|vertex| steps.position(scene, vertex, time));
-
-        // Each primitive deviates by as much as the worst of its points.
         let (primitives, first) =
             if is_vertex { (Primitives::VertexFace, 1) } else { (Primitives::EdgeEdge, 2) };
+        let points = ContactPoints::new(scene, self.pair, particles, first);
+        let at = |time: f64| points.at(steps, time);
+
+        // Each primitive deviates by as much as the worst of its points.
         let (of_first, of_second) = particles.split_at(first);
         let bend = (steps.max_bend(of_first) + steps.max_bend(of_second)) * (1.0 + f64::EPSILON);
         let bounds = PathBounds { bend, rounding: steps.rounding };
@@ -331,11 +346,36 @@ impl OpenPair<'_> {
     }
 }
 
-/// Returns the vertex of one of two bodies that a particle is.
-fn vertex_of(scene: &Scene, pair: PairId, particle: u32) -> BodyVertex {
-    let in_second = scene.body(pair.b).particles().contains(&particle);
-    let body = if in_second { pair.b } else { pair.a };
-    BodyVertex { body, vertex: particle - scene.body(body).particles().start }
+/// Points of two primitives, each of one body.
+struct ContactPoints<'a> {
+    bodies: [&'a Body; 2],
+    ids: [BodyId; 2],
+    vertices: [u32; 4],
+    /// Number of points of the first primitive.
+    first: usize,
+}
+
+impl<'a> ContactPoints<'a> {
+    fn new(scene: &'a Scene, pair: PairId, particles: [u32; 4], first: usize) -> Self {
+        let is_of_b = |particle| scene.body(pair.b).particles().contains(&particle);
+        let ids = if is_of_b(particles[0]) { [pair.b, pair.a] } else { [pair.a, pair.b] };
+        let bodies = ids.map(|id| scene.body(id));
+        let mut vertices = particles;
+        for (k, vertex) in vertices.iter_mut().enumerate() {
+            *vertex -= bodies[usize::from(k >= first)].particles().start;
+        }
+        Self { bodies, ids, vertices, first }
+    }
+
+    /// Returns where the points are at a time of the step.
+    fn at(&self, steps: &Steps<'_>, time: f64) -> [DVec3; 4] {
+        let mut points = [DVec3::ZERO; 4];
+        let (of_first, of_second) = points.split_at_mut(self.first);
+        let (first, second) = self.vertices.split_at(self.first);
+        steps.place(self.bodies[0], self.ids[0], first, time, of_first);
+        steps.place(self.bodies[1], self.ids[1], second, time, of_second);
+        points
+    }
 }
 
 /// Reports the first contacts of all pairs, by time.

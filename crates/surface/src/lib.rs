@@ -80,7 +80,7 @@ pub use crate::error::{SimplexError, SurfaceError};
 pub use crate::hausdorff::DirectedHausdorff;
 pub use crate::inspect::{Defect, Element, Finding, Inspection, inspect};
 pub use crate::measures::{mean_edge, vertex_areas, vertex_normals};
-pub use crate::path::{NearRigidPath, Path, RigidBodyPath, RigidPath, StraightPath};
+pub use crate::path::{NearRigidPath, Path, RigidBodyPath, RigidPath, RigidPlace, StraightPath};
 pub use crate::perturbed::{PerturbedMeeting, Stretch, StretchEnd, meet_perturbed, passing_share};
 pub use crate::positions::{PositionBuffer, Positions};
 pub use crate::pseudonormal::Pseudonormals;

@@ -12,6 +12,16 @@ pub trait Path: Sync {
     /// The result is accurate to some dozen roundings of the largest coordinate on the way.
     fn position(&self, vertex: u32, time: f64) -> DVec3;
 
+    /// Writes the positions of some vertices at one time, each as [`position`](Self::position)
+    /// returns it, to the bit.
+    ///
+    /// Paths whose vertices share work, such as the sine of an angle, do it here once.
+    fn positions(&self, vertices: &[u32], time: f64, out: &mut [DVec3]) {
+        for (out, &vertex) in out.iter_mut().zip(vertices) {
+            *out = self.position(vertex, time);
+        }
+    }
+
     /// Returns an upper bound of the length of the second derivative of a vertex's position by the
     /// time of the step: 0 for a straight path.
     fn bend(&self, vertex: u32) -> f64;
@@ -45,6 +55,13 @@ pub struct RigidBodyPath<'a> {
 impl Path for RigidBodyPath<'_> {
     fn position(&self, vertex: u32, time: f64) -> DVec3 {
         self.path.transform_point(self.from[vertex as usize], time)
+    }
+
+    fn positions(&self, vertices: &[u32], time: f64, out: &mut [DVec3]) {
+        let place = self.path.place(time);
+        for (out, &vertex) in out.iter_mut().zip(vertices) {
+            *out = place.transform_point(self.from[vertex as usize]);
+        }
     }
 
     fn bend(&self, vertex: u32) -> f64 {
@@ -87,6 +104,27 @@ pub struct RigidPath {
     shift: DVec3,
     axis: DVec3,
     angle: f64,
+}
+
+/// Place of a body on its [`RigidPath`] at one time.
+///
+/// Points are turned about the center, and not about the origin: they are rounded as far as they
+/// are from the center.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigidPlace {
+    rotation: DQuat,
+    /// The center at time 0 and at the time.
+    centers: [DVec3; 2],
+}
+
+impl RigidPlace {
+    /// Returns where a point is that is at `x` at time 0.
+    #[must_use]
+    #[inline]
+    pub fn transform_point(&self, x: DVec3) -> DVec3 {
+        let [from, to] = self.centers;
+        to + self.rotation * (x - from)
+    }
 }
 
 impl RigidPath {
@@ -150,8 +188,16 @@ impl RigidPath {
     /// Returns where a point is at a time that is at `x` at time 0.
     #[must_use]
     pub fn transform_point(&self, x: DVec3, time: f64) -> DVec3 {
-        let turned = DQuat::from_axis_angle(self.axis, self.angle * time) * (x - self.center);
-        self.center + time * self.shift + turned
+        self.place(time).transform_point(x)
+    }
+
+    /// Returns the place at a time, which serves many points.
+    #[must_use]
+    pub fn place(&self, time: f64) -> RigidPlace {
+        RigidPlace {
+            rotation: DQuat::from_axis_angle(self.axis, self.angle * time),
+            centers: [self.center, self.center + time * self.shift],
+        }
     }
 
     /// Returns a direction as it is at time 1 that is `v` at time 0.

@@ -4,11 +4,13 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use musculo_collide::{
-    BodyId, CheckParams, JointContactParams, PairReport, PathMove, Progress, Scene, ccd,
+    BodyId, CheckParams, JointContactParams, PairReport, PathMove, Progress, Scene, SceneError,
+    SweepReport, ccd,
 };
 
 use super::Finished;
 use super::joint_arguments::{JointArgs, joint_contacts};
+use super::motion_cache::{FrameCache, KeptFrame};
 use super::motion_resolve::{Job, frame_file, frame_files};
 use super::resolve_arguments::ResolveArgs;
 use crate::failure::Failure;
@@ -107,6 +109,10 @@ pub(crate) struct MotionArguments {
     #[arg(long, value_name = "TEXT", requires = "table")]
     subject: Option<String>,
 
+    /// Keep finished frames in this file, and take those of an interrupted run from it
+    #[arg(long, value_name = "FILE", conflicts_with = "resolve")]
+    cache: Option<PathBuf>,
+
     /// Push overlapping bodies apart in every frame, and write each body of each frame as VTP, and
     /// the list `frames.pvd`
     #[arg(long, value_name = "DIR", conflicts_with_all = ["joint_contact", "vtp"])]
@@ -130,7 +136,9 @@ pub(super) fn run(arguments: &MotionArguments) -> Result<Finished, Failure> {
     let mut loaded = LoadedScene::load(description)?;
     let motion = arguments.follow.params(&loaded.description)?;
     let replay = Motion::replay(&path, &motion, &loaded.scene)?;
-    let mut outputs = arguments.plan(path, &loaded, replay.frame_count()).open()?;
+    let inputs = arguments.inputs(path, &loaded);
+    let plan = arguments.plan(inputs.clone(), &loaded, replay.frame_count());
+    let mut outputs = plan.reading_too(arguments.cache.clone()).open()?;
     let joint = arguments.joint.params(&mut loaded)?;
     stopwatch.lap("load");
     if let Some(folder) = &arguments.resolve {
@@ -141,8 +149,15 @@ pub(super) fn run(arguments: &MotionArguments) -> Result<Finished, Failure> {
         return job.run(&mut loaded.scene, &replay, outputs, stopwatch);
     }
 
+    // Frames depend on the scene, the motion and how bodies follow it.
+    let cache = match &arguments.cache {
+        Some(path) => FrameCache::open(path, &inputs, &format!("{motion:?}"))?,
+        None => FrameCache::None,
+    };
+
     // Walk through all frames, and report them.
     let mut walk = Walk {
+        cache,
         files: arguments.vtp.as_deref().map(|path| FrameFiles::new(path, &loaded.scene, &replay)),
         table: arguments.table()?,
         recording: arguments.report.is_some().then(|| record(&loaded.scene)),
@@ -182,9 +197,14 @@ fn record(scene: &Scene) -> Recording {
 }
 
 impl MotionArguments {
-    fn plan(&self, motion: PathBuf, loaded: &LoadedScene, frames: usize) -> FilePlan {
+    /// Returns all files that are read, but the cache.
+    fn inputs(&self, motion: PathBuf, loaded: &LoadedScene) -> Vec<PathBuf> {
         let mut inputs = files_of(&loaded.description);
         inputs.extend([self.scene.clone(), motion]);
+        inputs
+    }
+
+    fn plan(&self, inputs: Vec<PathBuf>, loaded: &LoadedScene, frames: usize) -> FilePlan {
         FilePlan::reading(inputs)
             .writing(self.json.as_ref())
             .writing(self.chart.as_ref())
@@ -206,6 +226,7 @@ impl MotionArguments {
 
 /// Walk through the frames of a motion.
 struct Walk<'a> {
+    cache: FrameCache,
     scene: &'a mut Scene,
     replay: &'a Replay,
     joint: Option<JointContactParams>,
@@ -225,45 +246,76 @@ struct FrameFiles {
 }
 
 impl Walk<'_> {
-    /// Checks each frame, and sweeps from each to the next.
+    /// Checks each frame, and sweeps from each to the next, but for those that the cache has.
     fn frames(&mut self) -> Result<Vec<FrameRecord>, Failure> {
         let phase = Phase::with_steps("replaying", self.replay.frame_count() - 1);
-        let ids: Vec<BodyId> = self.scene.ids().collect();
-        let (first, mut before) = self.frame(0)?;
-        let mut frames = vec![first];
+        let (mut frames, mut before) = (Vec::new(), Vec::new());
+        for frame in 0..self.replay.frame_count() {
+            let found = match self.cache.take(frame, self.scene)? {
+                Some(kept) => {
+                    self.place(frame)?;
+                    kept
+                }
+                None => self.compute(frame, &before)?,
+            };
 
-        for frame in 1..self.replay.frame_count() {
-            // A sweep starts at the state of the scene, and leaves it there.
-            let (mut paths, mut moves) = (Vec::new(), Vec::new());
-            for body in 0..ids.len() {
-                paths.push(self.replay.path(body, frame - 1));
+            let mut record = self.record(frame, &found.reports)?;
+            if let Some(step) = &found.step {
+                self.add_meetings(frame, step)?;
             }
-            for (&body, path) in ids.iter().zip(&paths) {
-                moves.push(PathMove { body, path });
-            }
-            let sweep = self.scene.sweep_paths(&moves, &ccd::CcdParams::EXACT, Progress::none())?;
-            self.stopwatch.lap("sweep");
-
-            let (mut record, after) = self.frame(frame)?;
-            let step = StepRecord::new(self.scene, &sweep, &before, &after);
-            self.add_meetings(frame, &step)?;
-            record.step = Some(step);
+            record.step = found.step;
             frames.push(record);
-            before = after;
+            before = found.reports;
             phase.step();
         }
         Ok(frames)
     }
 
-    /// Moves all bodies to a frame, and checks them for overlap, and for joint contact where that is
-    /// asked for.
-    fn frame(&mut self, frame: usize) -> Result<(FrameRecord, Vec<PairReport>), Failure> {
+    /// Sweeps to a frame from the one before, whose reports are `before`, and checks it.
+    fn compute(&mut self, frame: usize, before: &[PairReport]) -> Result<KeptFrame, Failure> {
+        // A sweep starts at the state of the scene, and leaves it there.
+        let mut sweep = None;
+        if let Some(from) = frame.checked_sub(1) {
+            sweep = Some(self.sweep(from)?);
+            self.stopwatch.lap("sweep");
+        }
+
         // Near pairs are not reported: their gaps would take most of the time.
-        self.replay.place(self.scene, frame)?;
+        self.place(frame)?;
         let reports = self.scene.check(&CheckParams::new(0.0), Progress::none())?;
-        let mut record = FrameRecord::new(self.scene, frame, self.replay.time(frame), &reports);
         self.stopwatch.lap("check");
 
+        let step = sweep.map(|sweep| StepRecord::new(self.scene, &sweep, before, &reports));
+        let found = KeptFrame::new(frame, step, reports);
+        self.cache.keep(&found)?;
+        Ok(found)
+    }
+
+    /// Sweeps from a frame, at which the scene is, to the next.
+    fn sweep(&mut self, from: usize) -> Result<SweepReport, SceneError> {
+        let ids: Vec<BodyId> = self.scene.ids().collect();
+        let (mut paths, mut moves) = (Vec::new(), Vec::new());
+        for body in 0..ids.len() {
+            paths.push(self.replay.path(body, from));
+        }
+        for (&body, path) in ids.iter().zip(&paths) {
+            moves.push(PathMove { body, path });
+        }
+        self.scene.sweep_paths(&moves, &ccd::CcdParams::EXACT, Progress::none())
+    }
+
+    /// Moves all bodies to a frame.
+    ///
+    /// All trees follow in every frame, so that a run that goes on has the trees, and to the bit the
+    /// results, of one that was not interrupted.
+    fn place(&mut self, frame: usize) -> Result<(), SceneError> {
+        self.replay.place(self.scene, frame)?;
+        self.scene.fit_all()
+    }
+
+    /// Records a frame, in which the scene is, and its joint contact where that is asked for.
+    fn record(&mut self, frame: usize, reports: &[PairReport]) -> Result<FrameRecord, Failure> {
+        let mut record = FrameRecord::new(self.scene, frame, self.replay.time(frame), reports);
         let mut contacts = Vec::new();
         if let Some(params) = &self.joint {
             let pairs = self.scene.close_pairs(params.margin)?;
@@ -272,16 +324,16 @@ impl Walk<'_> {
             self.stopwatch.lap("joint contact");
         }
 
-        self.add_pairs(frame, &reports)?;
+        self.add_pairs(frame, reports)?;
         if let Some(recording) = &mut self.recording {
-            recording.add(self.replay.time(frame), self.scene, &reports);
+            recording.add(self.replay.time(frame), self.scene, reports);
         }
         if let Some(files) = &mut self.files {
             let time = self.replay.series_time(frame);
-            files.stage(frame, time, self.scene, &reports, &contacts, self.outputs)?;
+            files.stage(frame, time, self.scene, reports, &contacts, self.outputs)?;
             self.stopwatch.lap("write");
         }
-        Ok((record, reports))
+        Ok(record)
     }
 
     /// Adds the pairs of a frame to the table.

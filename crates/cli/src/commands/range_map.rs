@@ -1,17 +1,17 @@
 //! Map of a range of motion: the angle of first contact over two turns before the last one.
 //!
-//! Cells are computed in parallel, row by row. A [cache](super::range_cache) keeps those that are
+//! Cells are computed in parallel, row by row. A [cache](super::run_cache) keeps those that are
 //! finished.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::Args;
 use musculo_collide::surface::parallel;
 use musculo_collide::{BodyId, JointScene, JointTurns, Scene};
 
-use super::range_cache::{Cache, content_hash};
+use super::run_cache::{CacheKind, KeptParts, PartKeeper, content_hash};
 use super::vector::Vector;
 use crate::failure::Failure;
 use crate::phase::Phase;
@@ -144,8 +144,8 @@ impl MapArguments {
         let LastTurn { axis, center, to, .. } = last;
         let arguments = format!("{names:?} {first:?} {second:?} {axis:?} {center:?} {to:?}");
         let cache = match &self.cache {
-            Some(path) => Some(Cache::open(path, content_hash(inputs, &arguments)?)?),
-            None => None,
+            Some(path) => CellCache::open(path, content_hash(inputs, &arguments)?)?,
+            None => CellCache::default(),
         };
 
         let turns = JointTurns {
@@ -154,20 +154,52 @@ impl MapArguments {
             to: to.to_radians(),
         };
         let joint = JointScene::new(scene.clone(), last.turning, turns)?;
-        let cells = cells(&joint, &axes, cache.as_ref())?;
+        let cells = cells(&joint, &axes, &cache)?;
         Ok(RangeMap { axes, to: *to, cells })
     }
+}
+
+/// Cells of earlier runs by row and column, and the file that keeps more of them.
+#[derive(Debug, Default)]
+struct CellCache {
+    cells: BTreeMap<[usize; 2], MapCell>,
+    keeper: Option<PartKeeper>,
+}
+
+impl CellCache {
+    /// Opens a cache, or makes one.
+    fn open(path: &Path, inputs: u64) -> Result<Self, Failure> {
+        let kind = CacheKind { run: "map", parts: "cells" };
+        let mut kept = KeptParts::open(path, kind, inputs)?;
+        let mut cells = BTreeMap::new();
+        while let Some(line) = kept.next_line()? {
+            let (place, cell) = parse(&line).ok_or_else(|| kept.damaged())?;
+            cells.insert(place, cell);
+        }
+        Ok(Self { cells, keeper: Some(kept.keep_more()?) })
+    }
+
+    /// Keeps a cell: its row, its column, and its row of the table.
+    fn keep(&self, [row, column]: [usize; 2], cell: &MapCell) -> Result<(), Failure> {
+        let Some(keeper) = &self.keeper else { return Ok(()) };
+        keeper.keep(format!("{row},{column},{}", cell.to_line()?).trim_end())
+    }
+}
+
+/// Parses the line of a cell.
+fn parse(line: &str) -> Option<([usize; 2], MapCell)> {
+    let (row, rest) = line.split_once(',')?;
+    let (column, rest) = rest.split_once(',')?;
+    Some(([row.parse().ok()?, column.parse().ok()?], MapCell::parse(rest)?))
 }
 
 /// Returns all cells, row by row, of which the cache may have some.
 fn cells(
     joint: &JointScene,
     [first, second]: &[Vec<f64>; 2],
-    cache: Option<&Cache>,
+    cache: &CellCache,
 ) -> Result<Vec<MapCell>, Failure> {
     let phase = Phase::with_steps("turning", first.len() * second.len());
-    let none = BTreeMap::new();
-    let known = cache.map_or(&none, Cache::cells);
 
     // A row has trees of its own, which move with its cells.
     let row = |row: usize| -> Result<Vec<MapCell>, Failure> {
@@ -175,7 +207,7 @@ fn cells(
         for (column, &angle) in second.iter().enumerate() {
             let place = [row, column];
             phase.step();
-            if let Some(cell) = known.get(&place) {
+            if let Some(cell) = cache.cells.get(&place) {
                 cells.push(cell.clone());
                 continue;
             }
@@ -184,9 +216,7 @@ fn cells(
             let joint = of_row.get_or_insert_with(|| joint.clone());
             let end = joint.turn(angles.map(f64::to_radians))?;
             let cell = MapCell::new(angles, &end, joint.scene());
-            if let Some(cache) = cache {
-                cache.keep(place, &cell)?;
-            }
+            cache.keep(place, &cell)?;
             cells.push(cell);
         }
         Ok(cells)

@@ -4,6 +4,7 @@
 //! follows the blend of the motions of its segments, with the weights that it has at rest.
 
 use glam::{DMat4, DQuat, DVec3};
+use musculo_collide::surface::RigidPlace;
 use musculo_collide::{NearRigidPath, Path, RigidPath};
 
 use super::{Follows, Replay};
@@ -29,6 +30,22 @@ struct PartPath {
     /// Map from rest to the difference of the second frame and the end of the motion: the rounding
     /// of a file's maps, which are rigid to some digits only. It is added evenly.
     residual: DMat4,
+}
+
+/// Place of a part at one time.
+struct PartPlace {
+    map: DMat4,
+    place: Option<RigidPlace>,
+    /// Share of the residual.
+    residual: DMat4,
+}
+
+impl PartPlace {
+    fn transform_point(&self, rest: DVec3) -> DVec3 {
+        let x = self.map.transform_point3(rest);
+        let Some(place) = self.place else { return x };
+        place.transform_point(x) + self.residual.transform_point3(rest)
+    }
 }
 
 impl<'a> FramePath<'a> {
@@ -64,32 +81,46 @@ impl<'a> FramePath<'a> {
         Some(NearRigidPath { path, deviation })
     }
 
-    /// Returns a vertex at rest, and the shares of the one or two parts that it follows.
-    fn parts_of(&self, vertex: u32) -> (DVec3, [(&PartPath, f64); 2]) {
+    /// Returns a vertex at rest, and the one or two parts that it follows with their shares.
+    fn parts_of(&self, vertex: u32) -> (DVec3, [(usize, f64); 2]) {
         let rest = self.replay.rest(self.body)[vertex as usize];
         let (part, share) = self.replay.share(self.body, rest);
-        let next = self.parts.get(part + 1).unwrap_or(&self.parts[part]);
-        (rest, [(&self.parts[part], 1.0 - share), (next, share)])
+        let next = (part + 1).min(self.parts.len() - 1);
+        (rest, [(part, 1.0 - share), (next, share)])
     }
 }
 
 impl Path for FramePath<'_> {
     fn position(&self, vertex: u32, time: f64) -> DVec3 {
-        let (rest, parts) = self.parts_of(vertex);
-        let mut position = DVec3::ZERO;
-        for (part, share) in parts {
-            if share > 0.0 {
-                position += share * part.position(rest, time);
-            }
+        let mut position = [DVec3::ZERO];
+        self.positions(&[vertex], time, &mut position);
+        position[0]
+    }
+
+    fn positions(&self, vertices: &[u32], time: f64, out: &mut [DVec3]) {
+        // The turn of each part is computed once for all vertices.
+        let mut places = Vec::with_capacity(self.parts.len());
+        for part in &self.parts {
+            places.push(part.place(time));
         }
-        position
+
+        for (out, &vertex) in out.iter_mut().zip(vertices) {
+            let (rest, [first, second]) = self.parts_of(vertex);
+            let mut position = DVec3::ZERO;
+            for (part, share) in [first, second] {
+                if share > 0.0 {
+                    position += share * places[part].transform_point(rest);
+                }
+            }
+            *out = position;
+        }
     }
 
     fn bend(&self, vertex: u32) -> f64 {
         let (rest, parts) = self.parts_of(vertex);
         let mut bend = 0.0;
         for (part, share) in parts {
-            bend += share * part.bend(rest);
+            bend += share * self.parts[part].bend(rest);
         }
         bend * (1.0 + 8.0 * f64::EPSILON)
     }
@@ -126,10 +157,10 @@ impl PartPath {
         Self { map: from, path: Some(path), residual: to - end }
     }
 
-    fn position(&self, rest: DVec3, time: f64) -> DVec3 {
-        let x = self.map.transform_point3(rest);
-        let Some(path) = self.path else { return x };
-        path.transform_point(x, time) + time * self.residual.transform_point3(rest)
+    /// Returns the place of the part at a time.
+    fn place(&self, time: f64) -> PartPlace {
+        let place = self.path.map(|path| path.place(time));
+        PartPlace { map: self.map, place, residual: time * self.residual }
     }
 
     fn bend(&self, rest: DVec3) -> f64 {

@@ -3,7 +3,7 @@
 use musculo_collide::{
     BodyId, JointContactParams, PairReport, PairSweep, PassThrough, Scene, SweepReport,
 };
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::joint_contact::{
     ContactTable, JointContactRecord, PairContact, SurfaceContact, joint_title,
@@ -47,7 +47,7 @@ pub(crate) struct FrameRecord {
 }
 
 /// Step between two frames.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct StepRecord {
     /// Number of queries between two primitives during the step.
     candidates: usize,
@@ -76,7 +76,7 @@ struct DepthRecord {
 }
 
 /// Two bodies that met during a step.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct MeetingRecord {
     a: String,
     b: String,

@@ -11,6 +11,7 @@ mod first_try;
 mod joint;
 mod medial;
 mod motion;
+mod motion_cache;
 mod motion_tables;
 mod overlap;
 mod page;

@@ -4,3 +4,4 @@ mod golden;
 mod no_pair_lost;
 mod reference;
 mod rejected_input;
+mod steps;

@@ -22,6 +22,8 @@ pub(crate) struct Model {
     /// Box of all positions, of which they are fractions.
     origin: DVec3,
     extent: DVec3,
+    /// Corners of the box of all bodies in all frames, which the camera has in view.
+    view: [DVec3; 2],
     /// Axis that is upright: the longest.
     up: usize,
     /// Depth at the end of the color scale.
@@ -101,6 +103,8 @@ struct RecordedFrame {
 pub(crate) struct Recording {
     surfaces: Vec<ShownSurface>,
     frames: Vec<RecordedFrame>,
+    /// Box of all bodies in all frames.
+    bounds: Aabb,
 }
 
 impl ModelPair {
@@ -143,7 +147,8 @@ impl Model {
         let pairs = ModelPair::deepest_first(overlaps.iter().map(|&(report, _)| report));
         let max_depth = pairs.first().map_or(0.0, |deepest| deepest.depth);
 
-        let mut model = Self::new(unit, bounds(scene), max_depth);
+        let bounds = bounds(scene);
+        let mut model = Self::new(unit, bounds, bounds, max_depth);
         model.add_bodies(scene, &surfaces, None);
         for (report, sides) in overlaps {
             model.add_patch(report, sides);
@@ -152,8 +157,9 @@ impl Model {
         model
     }
 
-    fn new(unit: Unit, bounds: Aabb, max_depth: f64) -> Self {
-        let Quantizer { origin, extent } = Quantizer::new(bounds);
+    /// Begins a model of bodies within a box at rest, and within another one in all frames.
+    fn new(unit: Unit, at_rest: Aabb, in_frames: Aabb, max_depth: f64) -> Self {
+        let Quantizer { origin, extent } = Quantizer::new(at_rest);
         let sides = extent.to_array();
         let up = (0..3).max_by(|&i, &j| sides[i].total_cmp(&sides[j])).unwrap_or(2);
         let ramp = (0_u8..=16).map(|step| viridis(f64::from(step) / 16.0).to_srgb()).collect();
@@ -161,6 +167,7 @@ impl Model {
             unit: unit.symbol(),
             origin,
             extent,
+            view: [in_frames.min, in_frames.max],
             up,
             max_depth,
             ramp,
@@ -243,7 +250,7 @@ impl Model {
 impl Recording {
     /// Begins with the bodies of a scene at rest.
     pub(crate) fn new(scene: &Scene) -> Self {
-        Self { surfaces: shown_surfaces(scene), frames: Vec::new() }
+        Self { surfaces: shown_surfaces(scene), frames: Vec::new(), bounds: Aabb::EMPTY }
     }
 
     /// Adds a frame, in which the scene is.
@@ -263,24 +270,23 @@ impl Recording {
             depths.push(inside);
         }
         self.frames.push(RecordedFrame { time, pairs, depths });
+        self.bounds = self.bounds.union(bounds(scene));
     }
 
     /// Builds the model of all frames.
     pub(crate) fn finish(self, scene: &Scene, replay: &Replay, unit: Unit) -> Model {
         let mut max_depth = 0.0_f64;
-        let mut bounds = Aabb::EMPTY;
+        let mut at_rest = Aabb::EMPTY;
         for frame in &self.frames {
             for pair in &frame.pairs {
                 max_depth = max_depth.max(pair.depth);
             }
         }
         for body in 0..scene.bodies().len() {
-            for &position in replay.rest(body) {
-                bounds = bounds.union(Aabb::of_points([position]));
-            }
+            at_rest = at_rest.union(Aabb::of_points(replay.rest(body).iter().copied()));
         }
 
-        let mut model = Model::new(unit, bounds, max_depth);
+        let mut model = Model::new(unit, at_rest, self.bounds, max_depth);
         model.add_bodies(scene, &self.surfaces, Some(replay));
         for (number, RecordedFrame { time, pairs, depths }) in self.frames.into_iter().enumerate() {
             let maps: Vec<[f32; 12]> = replay.maps(number).map(upper_rows).collect();

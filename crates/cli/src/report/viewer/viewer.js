@@ -133,11 +133,26 @@
   const unit = (a) => a.map((x) => x / (Math.hypot(...a) || 1));
 
   // The camera turns about a point, upright along the scene's longest axis.
-  const center = model.origin.map((x, k) => x + model.extent[k] / 2);
+  const [lower, upper] = model.view;
+  const center = lower.map((x, k) => (x + upper[k]) / 2);
   const up = [0, 0, 0];
   up[model.up] = 1;
-  const radius = Math.hypot(...model.extent) / 2;
-  const view = { yaw: 0.6, pitch: 0.15, target: center.slice(), distance: 2.6 * radius };
+  const radius = Math.hypot(...upper.map((x, k) => x - lower[k])) / 2;
+  const FOCUS = 1 / Math.tan(0.35);
+  const view = { yaw: 0.6, pitch: 0.15, target: center.slice(), distance: 0 };
+
+  /** Looks at all bodies in all frames. */
+  function fit() {
+    view.target = center.slice();
+    view.distance = 0;
+    const aspect = canvas.clientWidth / canvas.clientHeight || 1;
+    const { out, right, above } = basis();
+    for (let corner = 0; corner < 8; corner++) {
+      const at = center.map((x, k) => (corner & (1 << k) ? upper[k] : lower[k]) - x);
+      const [x, y] = [Math.abs(dot(at, right)) / aspect, Math.abs(dot(at, above))];
+      view.distance = Math.max(view.distance, dot(at, out) + 1.05 * FOCUS * Math.max(x, y));
+    }
+  }
 
   function basis() {
     const side = [0, 0, 0], front = [0, 0, 0];
@@ -154,7 +169,7 @@
     const eye = view.target.map((x, k) => x + view.distance * out[k]);
     const near = Math.max(view.distance - 2.5 * radius, view.distance / 200);
     const far = view.distance + 2.5 * radius;
-    const f = 1 / Math.tan(0.35);
+    const f = FOCUS;
     const aspect = canvas.width / canvas.height;
     const rows = [
       [...right.map((x) => (f / aspect) * x), (-f / aspect) * dot(right, eye)],
@@ -339,8 +354,12 @@
   }
   function choose(pair) {
     chosen = pair;
-    view.target = pair && pair.at ? pair.at.slice() : center.slice();
-    view.distance = pair && pair.at ? Math.min(2.6 * radius, 0.6 * radius) : 2.6 * radius;
+    if (pair && pair.at) {
+      view.target = pair.at.slice();
+      view.distance = 0.6 * radius;
+    } else {
+      fit();
+    }
     listPairs();
     drawTime();
     redraw();
@@ -413,6 +432,7 @@
     if (pair) choose(pair);
   }
   stage.classList.add("ready");
+  fit();
   window.addEventListener("resize", redraw);
   window.addEventListener("hashchange", follow);
   follow();
