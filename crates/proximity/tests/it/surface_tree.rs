@@ -6,7 +6,7 @@ use ccd::{CcdParams, MovingPoints};
 use fixtures::generate::{cases, convex};
 use fixtures::shapes;
 use glam::DVec3;
-use kdop::Workspace;
+use kdop::{StepTree, Workspace};
 use proximity::{
     LazySurfaceTree, NoInside, ProximityError, SurfaceTree, SweptError, SweptQuery, SweptSide,
 };
@@ -92,15 +92,17 @@ fn a_surface_without_inside_is_reported() {
 
 #[test]
 fn a_swept_query_can_be_interrupted() {
-    // Both balls turn into points of each other, so that every face meets every face.
+    // Both balls shrink at one place, where every face meets its double.
     let ball = shapes::icosphere(10.0, 3);
     let tree = SurfaceTree::new(ball.surface(), ball.positions.clone()).expect("finite");
     let start = [&ball.positions[..], &ball.positions].concat();
     let end: Vec<DVec3> = start.iter().map(|p| *p * 0.5).collect();
     let motion = MovingPoints::new(&start, &end).expect("finite");
     let (surface, count) = (tree.surface(), u32::try_from(ball.positions.len()).expect("few"));
-    let [a, b] =
-        [0, count].map(|first_particle| SweptSide { surface, tree: tree.tree(), first_particle });
+    let mut end_tree = tree.tree().clone();
+    end_tree.refit(&end[..ball.positions.len()]).expect("finite");
+    let tree = StepTree::new(tree.tree(), &end_tree).expect("one arrangement");
+    let [a, b] = [0, count].map(|first_particle| SweptSide { surface, tree, first_particle });
 
     let stop = |_| ControlFlow::Break(());
     let (query, workspace) =
@@ -140,6 +142,7 @@ fn trees_are_built_anew_where_they_have_become_loose() {
     lazy.fit_step(surface.positions(&end).expect("finite")).expect("a step");
     lazy.set_positions(moved.iter().copied()).expect("finite");
     lazy.fit().expect("a tree");
-    let step = lazy.fit_step(surface.positions(&end).expect("finite")).expect("a step");
-    assert_eq!(step.leaf_count(), mesh.faces.len());
+    lazy.fit_step(surface.positions(&end).expect("finite")).expect("a step");
+    let step = lazy.step_tree().expect("the arrangement of the new tree");
+    assert_eq!(step.start().leaf_count(), mesh.faces.len());
 }
