@@ -47,22 +47,18 @@ impl FrameCache {
         frame: usize,
         scene: &Scene,
     ) -> Result<Option<KeptFrame>, Failure> {
-        let Self::Taking(mut kept) = std::mem::replace(self, Self::None) else {
-            return Ok(None);
-        };
+        let Self::Taking(kept) = self else { return Ok(None) };
         let Some(line) = kept.next_line()? else {
-            *self = Self::Keeping(kept.keep_more()?);
+            // All frames from here on are computed.
+            if let Self::Taking(kept) = std::mem::replace(self, Self::None) {
+                *self = Self::Keeping(kept.keep_more()?);
+            }
             return Ok(None);
         };
 
         let taken = serde_json::from_str::<KeptFrame>(&line).ok();
-        match taken.filter(|taken| taken.frame == frame && taken.fits(scene)) {
-            Some(taken) => {
-                *self = Self::Taking(kept);
-                Ok(Some(taken))
-            }
-            None => Err(kept.damaged()),
-        }
+        let taken = taken.filter(|taken| taken.frame == frame && taken.fits(scene));
+        taken.map(Some).ok_or_else(|| kept.damaged())
     }
 
     /// Keeps a frame.
