@@ -122,7 +122,7 @@ impl Motion {
     }
 
     /// Returns the skinned place of a vertex.
-    fn skinned(&self, rest: DVec3, maps: &[(DQuat, DVec3); 3]) -> DVec3 {
+    pub(crate) fn skinned(&self, rest: DVec3, maps: &[(DQuat, DVec3); 3]) -> DVec3 {
         let [of_pelvis, of_femur, of_tibia] = self.weights(rest);
         let [femur, tibia, _] = maps.map(|(turn, shift)| turn * rest + shift);
         of_pelvis * rest + of_femur * femur + of_tibia * tibia

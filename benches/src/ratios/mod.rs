@@ -11,6 +11,8 @@ mod motion;
 #[cfg(feature = "charts")]
 mod motion_scenes;
 mod overlap;
+#[cfg(feature = "charts")]
+mod resolve;
 mod response;
 #[cfg(feature = "charts")]
 mod stability;
@@ -22,7 +24,7 @@ use crate::selected;
 
 type Run = fn(&mut Report) -> Result<(), Box<dyn Error>>;
 
-/// Crates with figures; contact in motion, and the stability of detection with response (feature
+/// Crates with figures; overlap removal, contact in motion, and the stability of detection with response (feature
 /// `charts`).
 pub const GROUPS: &[(&str, Run)] = &[
     ("ccd", ccd::run),
@@ -32,6 +34,8 @@ pub const GROUPS: &[(&str, Run)] = &[
     #[cfg(feature = "charts")]
     ("motion", motion::run),
     ("overlap", overlap::run),
+    #[cfg(feature = "charts")]
+    ("resolve", resolve::run),
     ("response", response::run),
     #[cfg(feature = "charts")]
     ("stability", stability::run),

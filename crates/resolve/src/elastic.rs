@@ -31,11 +31,11 @@ pub(crate) struct GapRow {
     /// Opening that is missing; negative where the gap is wider than asked.
     pub(crate) missing: f64,
     /// Force that keeps the gap open, `>= 0`.
-    multiplier: f64,
+    pub(crate) multiplier: f64,
     /// Stiffness of the augmented term.
-    penalty: f64,
+    pub(crate) penalty: f64,
     /// Opening by the present displacement.
-    opening: f64,
+    pub(crate) opening: f64,
 }
 
 /// Elastic bond between a few particles, at rest where their weighted displacements cancel.
@@ -79,13 +79,6 @@ pub(crate) struct ElasticProblem {
     pub(crate) volumes: Vec<VolumeRow>,
 }
 
-/// Occurrence of a particle in a row or a bond.
-#[derive(Clone, Copy, Debug)]
-struct Occurrence {
-    number: u32,
-    weight: f64,
-}
-
 impl GapRow {
     /// Returns a row that is not in force.
     pub(crate) fn new(terms: Vec<(u32, f64)>, normal: DVec3, missing: f64) -> Self {
@@ -109,81 +102,174 @@ impl VolumeRow {
 }
 
 impl ElasticProblem {
-    /// Computes the displacements of all `particle_count` particles; 0 for those that are not
-    /// active.
+    /// Computes the steps of all particles from their displacements `u` to those of least energy;
+    /// 0 for those that are not active.
     ///
-    /// Ends when no row is missing more than `tolerance`.
-    pub(crate) fn minimize(mut self, particle_count: usize, tolerance: f64) -> Vec<DVec3> {
-        let mut d = vec![DVec3::ZERO; particle_count];
-        let [of_rows, of_bonds] = self.occurrences(particle_count);
-        let stiffness = self.diagonal(&of_bonds, particle_count);
-        self.set_penalties(&stiffness);
+    /// Ends after `max_sweeps`, or when no row is missing more than `tolerance`.
+    pub(crate) fn minimize(self, u: &[DVec3], max_sweeps: usize, tolerance: f64) -> Vec<DVec3> {
+        self.solve(u, max_sweeps, tolerance).0
+    }
+
+    pub(crate) fn solve(
+        self,
+        u: &[DVec3],
+        max_sweeps: usize,
+        tolerance: f64,
+    ) -> (Vec<DVec3>, Vec<GapRow>) {
+        let mut relaxation = Relaxation::new(self, u);
+        let count = relaxation.particles.len();
 
         // Multipliers follow the rows after every sweep: inexact, but each sweep counts.
-        for sweep in 0..tuning::GAP_SWEEPS {
-            for step in 0..self.particles.len() {
-                let last = self.particles.len() - 1;
-                let i = if sweep % 2 == 0 { step } else { last - step };
-                self.relax(i, &stiffness, &of_rows, &of_bonds, &mut d);
+        for sweep in 0..max_sweeps {
+            for step in 0..count {
+                let i = if sweep % 2 == 0 { step } else { count - 1 - step };
+                relaxation.relax(i);
             }
-            let most_missing = self.update_multipliers();
+            let most_missing = relaxation.update_multipliers();
             if sweep + 1 >= tuning::MIN_GAP_SWEEPS && most_missing <= tolerance {
                 break;
             }
         }
-        d
-    }
 
-    /// Lists the rows and the bonds of each particle.
-    fn occurrences(&self, particle_count: usize) -> [Vec<Vec<Occurrence>>; 2] {
-        let mut of_rows = vec![Vec::new(); particle_count];
-        for (number, row) in (0..).zip(&self.rows) {
-            for &(particle, weight) in &row.terms {
-                of_rows[particle as usize].push(Occurrence { number, weight });
-            }
+        let mut steps = vec![DVec3::ZERO; u.len()];
+        for (active, displaced) in relaxation.particles.iter().zip(&relaxation.u) {
+            steps[active.particle as usize] = *displaced - u[active.particle as usize];
         }
-        let mut of_bonds = vec![Vec::new(); particle_count];
-        for (number, bond) in (0..).zip(&self.bonds) {
-            for &(particle, weight) in &bond.terms {
-                of_bonds[particle as usize].push(Occurrence { number, weight });
-            }
-        }
-        [of_rows, of_bonds]
+        (steps, relaxation.rows)
     }
+}
 
-    /// Sums the elastic stiffness at each particle; 0 for those that are not active.
-    fn diagonal(&self, of_bonds: &[Vec<Occurrence>], particle_count: usize) -> Vec<f64> {
-        let mut diagonal = vec![0.0; particle_count];
-        for active in &self.particles {
-            let mut stiffness = active.foundation;
-            for (_, link) in &active.links {
-                stiffness += link;
-            }
-            for bond in &of_bonds[active.particle as usize] {
-                let of_bond = self.bonds[bond.number as usize].stiffness;
-                stiffness += of_bond * bond.weight * bond.weight;
-            }
-            diagonal[active.particle as usize] = stiffness;
+/// Occurrence of a particle in a row or a bond.
+#[derive(Clone, Copy, Debug, Default)]
+struct Occurrence {
+    number: u32,
+    weight: f64,
+}
+
+/// Marks particles that are not active.
+const INACTIVE: u32 = u32::MAX;
+
+/// Problem with its particles numbered without gaps, and the state of its solution.
+struct Relaxation {
+    particles: Vec<RelaxedParticle>,
+    /// Displacements of the active particles.
+    u: Vec<DVec3>,
+    /// Links to active particles, by their numbers.
+    links: Vec<(u32, f64)>,
+    rows: Vec<GapRow>,
+    in_rows: Vec<Occurrence>,
+    bonds: Vec<RelaxedBond>,
+    in_bonds: Vec<Occurrence>,
+    volumes: Vec<VolumeRow>,
+}
+
+/// Active particle with the ends of its parts of all lists, which begin where those of the particle
+/// before end.
+#[derive(Clone, Copy, Debug, Default)]
+struct RelaxedParticle {
+    particle: u32,
+    body: usize,
+    area: DVec3,
+    /// Force of links to particles that are not active.
+    pull: DVec3,
+    /// Stiffness of links and foundation, and that of bonds too.
+    own: f64,
+    diagonal: f64,
+    links_end: usize,
+    rows_end: usize,
+    bonds_end: usize,
+}
+
+/// Stiffness of a bond, and its stretch at the present displacements.
+#[derive(Clone, Copy, Debug)]
+struct RelaxedBond {
+    stiffness: f64,
+    stretch: DVec3,
+}
+
+impl Relaxation {
+    fn new(problem: ElasticProblem, u: &[DVec3]) -> Self {
+        let ElasticProblem { particles: active, mut rows, bonds, volumes } = problem;
+        let mut numbers = vec![INACTIVE; u.len()];
+        for (number, active) in (0..).zip(&active) {
+            numbers[active.particle as usize] = number;
         }
-        diagonal
+
+        // Links between active particles; all others pull with a constant force.
+        let mut particles = Vec::with_capacity(active.len());
+        let mut links = Vec::new();
+        for active in &active {
+            let mut particle = RelaxedParticle {
+                particle: active.particle,
+                body: active.body,
+                area: active.area,
+                own: active.foundation,
+                ..RelaxedParticle::default()
+            };
+            for &(next, stiffness) in &active.links {
+                particle.own += stiffness;
+                match numbers[next as usize] {
+                    INACTIVE => particle.pull += stiffness * u[next as usize],
+                    number => links.push((number, stiffness)),
+                }
+            }
+            particle.diagonal = particle.own;
+            particle.links_end = links.len();
+            particles.push(particle);
+        }
+
+        // Particles that are not active do not change an opening.
+        for row in &mut rows {
+            row.terms.retain(|(particle, _)| numbers[*particle as usize] != INACTIVE);
+        }
+        let in_rows = occurrences(rows.iter().map(|row| &row.terms), &numbers, active.len());
+        let in_bonds = occurrences(bonds.iter().map(|bond| &bond.terms), &numbers, active.len());
+        let mut relaxed = Vec::with_capacity(bonds.len());
+        for Bond { terms, stiffness } in &bonds {
+            let mut stretch = DVec3::ZERO;
+            for &(particle, weight) in terms {
+                stretch += weight * u[particle as usize];
+            }
+            relaxed.push(RelaxedBond { stiffness: *stiffness, stretch });
+        }
+        for (i, particle) in particles.iter_mut().enumerate() {
+            (particle.rows_end, particle.bonds_end) = (in_rows.ends[i], in_bonds.ends[i]);
+            for bond in in_bonds.of(i) {
+                let stiffness = relaxed[bond.number as usize].stiffness;
+                particle.diagonal += stiffness * bond.weight * bond.weight;
+            }
+        }
+        let mut relaxation = Self {
+            u: particles.iter().map(|active| u[active.particle as usize]).collect(),
+            particles,
+            links,
+            rows,
+            in_rows: in_rows.all,
+            bonds: relaxed,
+            in_bonds: in_bonds.all,
+            volumes,
+        };
+        relaxation.set_penalties(&numbers);
+        relaxation
     }
 
     /// Sets the stiffness of each row's augmented term in proportion to what it moves.
-    fn set_penalties(&mut self, stiffness: &[f64]) {
+    fn set_penalties(&mut self, numbers: &[u32]) {
         for row in &mut self.rows {
             let mut compliance = 0.0;
-            row.terms.retain(|(particle, _)| stiffness[*particle as usize] > 0.0);
             for &(particle, weight) in &row.terms {
-                compliance += weight * weight / stiffness[particle as usize];
+                let stiffness = self.particles[numbers[particle as usize] as usize].diagonal;
+                if stiffness > 0.0 {
+                    compliance += weight * weight / stiffness;
+                }
             }
             row.penalty = if compliance > 0.0 { tuning::GAP_PENALTY / compliance } else { 0.0 };
         }
 
         let mut compliances = vec![0.0; self.volumes.len()];
         for active in &self.particles {
-            let own = stiffness[active.particle as usize];
-            if own > 0.0 {
-                compliances[active.body] += active.area.length_squared() / own;
+            if active.diagonal > 0.0 {
+                compliances[active.body] += active.area.length_squared() / active.diagonal;
             }
         }
         for (volume, compliance) in self.volumes.iter_mut().zip(compliances) {
@@ -192,40 +278,31 @@ impl ElasticProblem {
     }
 
     /// Moves one particle to where the energy is least while all others rest.
-    fn relax(
-        &mut self,
-        i: usize,
-        stiffness: &[f64],
-        of_rows: &[Vec<Occurrence>],
-        of_bonds: &[Vec<Occurrence>],
-        d: &mut [DVec3],
-    ) {
-        let active = &self.particles[i];
-        let own = active.particle as usize;
-        if stiffness[own] <= 0.0 {
+    fn relax(&mut self, i: usize) {
+        let active = self.particles[i];
+        let before = if i == 0 { RelaxedParticle::default() } else { self.particles[i - 1] };
+        if active.diagonal <= 0.0 {
             return;
         }
 
         // Elastic forces.
-        let mut force = -active.foundation * d[own];
-        for &(next, link) in &active.links {
-            force += link * (d[next as usize] - d[own]);
+        let mut force = active.pull - active.own * self.u[i];
+        for &(next, stiffness) in &self.links[before.links_end..active.links_end] {
+            force += stiffness * self.u[next as usize];
         }
-        for bond in &of_bonds[own] {
-            let Bond { terms, stiffness } = &self.bonds[bond.number as usize];
-            let mut stretch = DVec3::ZERO;
-            for &(particle, weight) in terms {
-                stretch += weight * d[particle as usize];
-            }
-            force -= stiffness * bond.weight * stretch;
+        let bonds = before.bonds_end..active.bonds_end;
+        for occurrence in &self.in_bonds[bonds.clone()] {
+            let bond = &self.bonds[occurrence.number as usize];
+            force -= bond.stiffness * occurrence.weight * bond.stretch;
         }
-        let mut hessian = DMat3::from_diagonal(DVec3::splat(stiffness[own]));
 
         // The volume, then rows in force.
-        let volume = self.volumes[active.body];
+        let volume = &self.volumes[active.body];
         force += volume.force() * active.area;
+        let mut hessian = DMat3::from_diagonal(DVec3::splat(active.diagonal));
         hessian += outer(active.area, volume.penalty);
-        for occurrence in &of_rows[own] {
+        let rows = before.rows_end..active.rows_end;
+        for occurrence in &self.in_rows[rows.clone()] {
             let row = &self.rows[occurrence.number as usize];
             let push = row.force();
             if push > 0.0 {
@@ -236,9 +313,12 @@ impl ElasticProblem {
 
         // All that depends on the particle follows it.
         let step = hessian.inverse() * force;
-        d[own] += step;
+        self.u[i] += step;
         self.volumes[active.body].gained += active.area.dot(step);
-        for occurrence in &of_rows[own] {
+        for occurrence in &self.in_bonds[bonds] {
+            self.bonds[occurrence.number as usize].stretch += occurrence.weight * step;
+        }
+        for occurrence in &self.in_rows[rows] {
             let row = &mut self.rows[occurrence.number as usize];
             row.opening += occurrence.weight * row.normal.dot(step);
         }
@@ -259,6 +339,53 @@ impl ElasticProblem {
         }
         most
     }
+}
+
+/// Occurrences of all active particles, one after the other (compressed sparse rows).
+struct Occurrences {
+    all: Vec<Occurrence>,
+    ends: Vec<usize>,
+}
+
+impl Occurrences {
+    fn of(&self, i: usize) -> &[Occurrence] {
+        let start = if i == 0 { 0 } else { self.ends[i - 1] };
+        &self.all[start..self.ends[i]]
+    }
+}
+
+/// Lists where each active particle occurs in the terms of rows or bonds.
+fn occurrences<'t>(
+    terms: impl Iterator<Item = &'t Vec<(u32, f64)>> + Clone,
+    numbers: &[u32],
+    count: usize,
+) -> Occurrences {
+    // Counted first, so that each list is filled in place.
+    let mut ends = vec![0; count];
+    for &(particle, _) in terms.clone().flatten() {
+        let number = numbers[particle as usize];
+        if number != INACTIVE {
+            ends[number as usize] += 1;
+        }
+    }
+    let mut total = 0;
+    for end in &mut ends {
+        (*end, total) = (total, total + *end);
+    }
+
+    // Each start moves to the end of its list.
+    let mut all = vec![Occurrence::default(); total];
+    for (number, terms) in (0..).zip(terms) {
+        for &(particle, weight) in terms {
+            let i = numbers[particle as usize];
+            if i != INACTIVE {
+                let end = &mut ends[i as usize];
+                all[*end] = Occurrence { number, weight };
+                *end += 1;
+            }
+        }
+    }
+    Occurrences { all, ends }
 }
 
 /// Returns `scale · v vᵀ`.
@@ -282,7 +409,7 @@ mod tests {
             ElasticProblem { volumes: vec![VolumeRow::new(0.0)], ..Default::default() };
         problem.particles = vec![held(0, 1.0), held(1, 3.0)];
         problem.rows = vec![GapRow::new(vec![(0, 1.0), (1, -1.0)], DVec3::Z, 0.4)];
-        let d = problem.minimize(2, 1e-12);
+        let d = problem.minimize(&[DVec3::ZERO; 2], 60, 1e-12);
         // Forces are equal: displacements are as 3 to 1.
         assert!((d[0] - 0.3 * DVec3::Z).length() < 1e-3, "{d:?}");
         assert!((d[1] + 0.1 * DVec3::Z).length() < 1e-3, "{d:?}");
@@ -294,7 +421,23 @@ mod tests {
             ElasticProblem { volumes: vec![VolumeRow::new(0.0)], ..Default::default() };
         problem.particles = vec![held(0, 1.0)];
         problem.rows = vec![GapRow::new(vec![(0, 1.0)], DVec3::Z, -0.1)];
-        assert_eq!(problem.minimize(1, 1e-12), [DVec3::ZERO]);
+        assert_eq!(problem.minimize(&[DVec3::ZERO; 1], 60, 1e-12), [DVec3::ZERO]);
+    }
+
+    #[test]
+    fn what_was_displaced_too_far_comes_back() {
+        // A chain whose first particle is held out by its row, and whose second is out too far.
+        let mut problem =
+            ElasticProblem { volumes: vec![VolumeRow::new(0.0)], ..Default::default() };
+        let mut chain = [held(0, 1.0), held(1, 1.0)];
+        chain[0].links.push((1, 1.0));
+        chain[1].links.push((0, 1.0));
+        problem.particles = chain.to_vec();
+        problem.rows = vec![GapRow::new(vec![(0, 1.0)], DVec3::Z, 0.0)];
+        let displaced = [DVec3::Z, 3.0 * DVec3::Z];
+        let d = problem.minimize(&displaced, 60, 1e-12);
+        assert!(d[0].length() < 1e-3, "{d:?}");
+        assert!((d[1] + 2.5 * DVec3::Z).length() < 1e-3, "back to half of the first: {d:?}");
     }
 
     #[test]
@@ -305,7 +448,7 @@ mod tests {
             problem.particles.push(ActiveParticle { area: DVec3::Z, ..held(particle, 1.0) });
         }
         problem.rows = vec![GapRow::new(vec![(0, -1.0)], DVec3::Z, 0.3)];
-        let d = problem.minimize(4, 1e-9);
+        let d = problem.minimize(&[DVec3::ZERO; 4], 60, 1e-9);
         let gained: f64 = d.iter().map(|d| d.z).sum();
         assert!((d[0].z + 0.3).abs() < 1e-6 && gained.abs() < 1e-4, "{d:?}");
         assert!((d[1].z - 0.1).abs() < 1e-4, "{d:?}");

@@ -8,7 +8,8 @@ use ccd::CcdParams;
 use glam::DVec3;
 use kdop::Workspace;
 use scene::{BodyMove, PairId, PairSweep, SweptContact};
-use surface::{Meeting, triangles_meet};
+use surface::progress::Interrupted;
+use surface::{Meeting, parallel, triangles_meet};
 
 use crate::run::Run;
 use crate::tissue::fitted_tree;
@@ -23,7 +24,7 @@ impl Run<'_> {
         crossing: &[PairId],
     ) -> Result<(), ResolveError> {
         let mut shares = vec![1.0; displacements.len()];
-        self.limit_shape(displacements, &mut shares);
+        self.limit_shape(displacements, &mut shares)?;
 
         // Whoever is held back changes the way of its neighbors: swept again.
         let mut changed = vec![true; self.tissues.len()];
@@ -100,31 +101,29 @@ impl Run<'_> {
         }
     }
 
-    /// Shortens the steps of bodies until each is within its limits.
-    fn limit_shape(&mut self, displacements: &[DVec3], shares: &mut [f64]) {
-        for number in 0..self.tissues.len() {
-            let tissue = &self.tissues[number];
-            if tissue.is_rigid {
-                continue;
-            }
-            let body = self.scene.body(tissue.id);
-            let range = body.particles().start as usize..body.particles().end as usize;
-            let flipped = tissue.count_flipped(body.positions());
-            for _ in 0..tuning::MAX_HOLD_PASSES {
-                let mut x = body.positions().to_vec();
-                for ((x, d), share) in
-                    x.iter_mut().zip(&displacements[range.clone()]).zip(&shares[range.clone()])
-                {
-                    *x += *share * *d;
-                }
-                if tissue.count_flipped(&x) <= flipped {
-                    break;
-                }
-                for share in &mut shares[range.clone()] {
-                    *share *= 0.5;
-                }
+    /// Shortens the steps of vertices until no face turns over, and no body crosses itself anew.
+    fn limit_shape(
+        &mut self,
+        displacements: &[DVec3],
+        shares: &mut [f64],
+    ) -> Result<(), Interrupted> {
+        let mut parts = Vec::new();
+        let (mut displacements, mut shares) = (displacements, shares);
+        for (tissue, body) in self.tissues.iter().zip(self.scene.bodies()) {
+            let (d, others) = displacements.split_at(tissue.rest.len());
+            let (own, rest) = shares.split_at_mut(tissue.rest.len());
+            (displacements, shares) = (others, rest);
+            if !tissue.is_rigid && d.iter().any(|d| *d != DVec3::ZERO) {
+                parts.push((tissue, fitted_tree(body), d, own));
             }
         }
+
+        let progress = self.round_progress();
+        parallel::try_for_each_mut(&mut parts, |_, (tissue, tree, d, shares)| {
+            progress.report(0.0)?;
+            tissue.limit_step(tree, d, shares);
+            Ok(())
+        })
     }
 
     /// Returns the end positions of each body; `None` where it rests.

@@ -25,10 +25,11 @@ struct PairFeatures {
 }
 
 impl Run<'_> {
-    /// Opens the gap of all pairs that do not cross, as far as it goes, and rounds positions.
+    /// Opens the gap of all pairs that do not cross, as far as it goes, if there is one, and rounds
+    /// positions.
     pub(crate) fn open_gaps(&mut self) -> Result<(), ResolveError> {
         if self.params.gap <= 0.0 {
-            return Ok(());
+            return self.round_positions();
         }
         let crossing = self.overlapping_pairs();
         let slack = self.gap_slack();
@@ -52,8 +53,8 @@ impl Run<'_> {
             if stalled > tuning::MAX_STALLED_GAP_ROUNDS {
                 break;
             }
-            let particle_count = self.inverse_masses.len();
-            let displacements = problem.minimize(particle_count, 0.25 * slack);
+            let at_rest = vec![DVec3::ZERO; self.inverse_masses.len()];
+            let displacements = problem.minimize(&at_rest, tuning::GAP_SWEEPS, 0.25 * slack);
             self.move_freely(&displacements, &crossing)?;
         }
         self.round_positions()
@@ -267,7 +268,7 @@ impl Tissue {
     }
 
     /// Adds the active vertices of the body, with all that holds them.
-    fn add_active(
+    pub(crate) fn add_active(
         &self,
         tree: &SurfaceTree,
         active: &[u32],

@@ -1,8 +1,14 @@
 //! Overlap removal: bodies that overlap are pushed apart.
 //!
-//! Works in rounds of detection and correction. Each round
+//! Works in rounds of detection and correction. The first ones take vertices out. Each
 //!
 //! 1. detects contacts again, for pairs of which a body has moved;
+//! 2. solves for the displacements since the start of least elastic energy, under all contacts and
+//!    volumes (augmented Lagrangian, block Gauss–Seidel). What was pushed too far comes back.
+//!
+//! Later ones separate edges that still cross. Each
+//!
+//! 1. detects contacts again;
 //! 2. solves all contacts together for displacements (projected Gauss–Seidel, particles
 //!    weighted by inverse mass);
 //! 3. spreads the displacements to the tissue around, along surfaces and through bodies;
@@ -17,7 +23,8 @@
 //! 1. lists the closest points of all near vertices, edges and faces;
 //! 2. solves for the displacement of least elastic energy that brings them to the gap and keeps
 //!    volumes (augmented Lagrangian, block Gauss–Seidel);
-//! 3. goes as far as certified continuous detection finds no contact on the way.
+//! 3. goes as far as certified continuous detection finds no contact on the way, and holds back
+//!    faces that would turn over or cross others of their body.
 //!
 //! In the end positions are rounded to the [precision of the file](WrittenPrecision), and
 //! [`GapProof`] holds certified distances between the surfaces of all pairs: each keeps the gap, or
@@ -38,6 +45,7 @@
 mod conditions;
 mod edge_contacts;
 mod elastic;
+mod elastic_push;
 mod error;
 mod exit_sides;
 mod free_step;

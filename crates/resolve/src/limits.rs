@@ -30,9 +30,7 @@ impl Run<'_> {
             // Bodies at the start are within their limits.
             let state = self.good_states.pop_back();
             self.place_all(state.as_deref())?;
-            if self.params.gap > 0.0 {
-                self.round_positions()?;
-            }
+            self.round_positions()?;
             is_within = state.is_none() || self.broken_limits()?.is_empty();
         }
         Ok(broken)

@@ -28,8 +28,8 @@ pub struct ResolveParams {
 
 /// Precision of the positions in a file that is written afterwards.
 ///
-/// With a gap, positions of soft bodies are rounded to it *before* distances are proved, so that
-/// the gap holds in the file. Rigid bodies are not changed: their distances are proved at rounded
+/// Positions of soft bodies are rounded to it *before* limits are examined and distances proved, so
+/// that both hold in the file. Rigid bodies are not changed: their distances are proved at rounded
 /// positions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

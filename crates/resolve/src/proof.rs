@@ -1,15 +1,15 @@
 //! Proof of the gap: certified distances between the surfaces of all pairs, at the end.
 
 use kdop::Workspace;
-use proximity::{SeparationBounds, SurfaceTree};
+use proximity::{ClosestPoint, SeparationBounds, SurfaceTree};
 use scene::PairId;
-use surface::parallel;
+use surface::{parallel, triangle};
 
 use crate::gap_rounds::rounded_to_single;
 use crate::resolution::{DistanceBracket, GapObstacle, GapProof, ShortGap};
 use crate::run::Run;
 use crate::tissue::{Tissue, fitted_tree};
-use crate::{ResolveError, WrittenPrecision};
+use crate::{ResolveError, WrittenPrecision, tuning};
 
 impl Run<'_> {
     /// Brackets the distance of every pair that may be nearer than the gap, at the positions that
@@ -111,11 +111,19 @@ impl Run<'_> {
 
             // The nearest wall on the other side of the body, seen from this wall.
             let foot = nearest.points[rigid];
+            let wall_body = self.scene.body(rigid_id);
+            let normal = triangle::unit_normal(wall_body.corners(nearest.faces[rigid]));
+            let outward =
+                if wall.volume.is_some_and(|volume| volume < 0.0) { -normal } else { normal };
             for other in self.tissues.iter().filter(|other| other.is_rigid && other.id != rigid_id)
             {
                 let tree = fitted_tree(self.scene.body(other.id));
                 let found = tree.closest_point(foot, thickness + 2.0 * gap, None, workspace);
-                if let Some(found) = found {
+                let is_opposite = |found: &ClosestPoint| {
+                    let way = (found.foot.point - foot).normalize_or_zero();
+                    way.dot(outward) > tuning::MIN_AGREEMENT
+                };
+                if let Some(found) = found.filter(is_opposite) {
                     return Some(GapObstacle::Squeezed { room: found.distance, thickness, gap });
                 }
             }

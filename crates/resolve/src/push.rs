@@ -1,4 +1,4 @@
-//! Displacements of one round.
+//! Displacements of one round after the elastic ones, in which crossing edges come apart.
 
 use glam::DVec3;
 use proximity::SurfaceTree;
@@ -49,7 +49,7 @@ impl Run<'_> {
     }
 
     /// Changes the positions that this round moves soft tissues to.
-    fn alter_soft(
+    pub(crate) fn alter_soft(
         &mut self,
         change: impl Fn(&Tissue, &SurfaceTree, &mut [DVec3], Progress<'_>) -> Result<(), Interrupted>
         + Sync
@@ -61,7 +61,7 @@ impl Run<'_> {
     }
 
     /// Resets displacements, and updates normals and nearness of all vertices.
-    fn start_round(&mut self) {
+    pub(crate) fn start_round(&mut self) {
         let bodies = self.scene.bodies();
         parallel::map_mut(&mut self.tissues, |tissue| {
             let x = bodies[tissue.id.index()].positions();
@@ -92,7 +92,7 @@ impl Run<'_> {
     }
 
     /// Collects the contacts of all pairs, and updates their exit directions.
-    fn contacts(&mut self) -> Result<Vec<Contact>, Interrupted> {
+    pub(crate) fn contacts(&mut self) -> Result<Vec<Contact>, Interrupted> {
         // Memories are taken out, to be changed while the tissues are shared.
         let mut pairs: Vec<(&NearPair, [ExitMemory; 2])> = Vec::new();
         for pair in self.near.iter() {
@@ -174,7 +174,7 @@ impl Run<'_> {
     }
 
     /// Shortens the displacements to one step.
-    fn clamp(&mut self) {
+    pub(crate) fn clamp(&mut self) {
         let max_step = tuning::MAX_STEP * self.params.smoothing;
         for u in self.tissues.iter_mut().flat_map(|tissue| &mut tissue.u) {
             *u = u.clamp_length_max(max_step);

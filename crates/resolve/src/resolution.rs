@@ -269,9 +269,11 @@ impl Round {
         self.max_depth <= tolerance && is_shallow && self.new_pairs == 0
     }
 
-    /// Returns true if this round has left less than another one.
+    /// Returns true if this round has left less than another one. What overlaps anew is never
+    /// better than what does not.
     pub(crate) fn is_better_than(&self, other: &Self, tolerance: f64) -> bool {
-        self.score(tolerance) < other.score(tolerance)
+        let [is_new, was_new] = [self, other].map(|round| round.new_pairs > 0);
+        if is_new == was_new { self.score(tolerance) < other.score(tolerance) } else { was_new }
     }
 
     /// Computes a weighted sum of overlaps and spoilt shapes; 0 where there are none.

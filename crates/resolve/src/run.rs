@@ -34,7 +34,9 @@ pub(crate) struct Run<'a> {
     stalled_rounds: u32,
     pub(crate) exit_memories: BTreeMap<PairId, [ExitMemory; 2]>,
     pub(crate) gap_rounds: Vec<GapRound>,
-    /// Positions of all bodies in the best rounds so far, up to the last few.
+    /// Best round so far that is within limits.
+    good_round: Option<Round>,
+    /// Positions of all bodies in the best rounds so far that are, up to the last few.
     pub(crate) good_states: VecDeque<Vec<Vec<DVec3>>>,
     /// Pairs that are tied, ascending.
     pub(crate) tied: Vec<PairId>,
@@ -80,6 +82,7 @@ impl<'a> Run<'a> {
             stalled_rounds: 0,
             exit_memories: BTreeMap::new(),
             gap_rounds: Vec::new(),
+            good_round: None,
             good_states: VecDeque::new(),
             tied,
             tie_bonds,
@@ -108,7 +111,11 @@ impl<'a> Run<'a> {
     /// Pushes bodies apart round by round, and takes the best round.
     pub(crate) fn complete(&mut self) -> Result<Resolution, ResolveError> {
         while self.continues() {
-            self.push()?;
+            if self.rounds.len() <= self.elastic_rounds() {
+                self.push_elastically()?;
+            } else {
+                self.push()?;
+            }
             self.move_soft(Tissue::pushed)?;
             self.record()?;
         }
@@ -224,9 +231,17 @@ impl<'a> Run<'a> {
             for (tissue, body) in self.tissues.iter_mut().zip(self.scene.bodies()) {
                 tissue.best.copy_from_slice(body.positions());
             }
-            self.keep_good_state();
         } else {
             self.stalled_rounds += 1;
+        }
+
+        // So is the best one in which no body is seen to be beyond its limits.
+        let is_within =
+            round.flipped_faces == 0 && round.volume_change <= self.params.max_volume_change;
+        let good = self.good_round.as_ref();
+        if is_within && good.is_none_or(|good| round.is_better_than(good, tolerance)) {
+            self.good_round = Some(round);
+            self.keep_good_state();
         }
         self.rounds.push(round);
         Ok(())

@@ -37,6 +37,37 @@ impl Tissue {
         self.turned_faces(x, 0.0).len()
     }
 
+    /// Holds back vertices of faces that a step would turn over, or let cross others of the body.
+    ///
+    /// `shares` are the parts of the displacements `d` that are taken, |V|.
+    pub(crate) fn limit_step(&self, tree: &SurfaceTree, d: &[DVec3], shares: &mut [f64]) {
+        let from = tree.positions().as_slice();
+        let turned_before = self.turned_faces(from, 0.0);
+        let crossed_before = tree.self_crossings(&mut Workspace::default());
+        for pass in 1..=tuning::MAX_HOLD_PASSES {
+            let mut x = from.to_vec();
+            for (x, (d, share)) in x.iter_mut().zip(d.iter().zip(shares.iter())) {
+                *x += *share * *d;
+            }
+
+            // Faces that were turned or crossed before hold nobody back.
+            let mut faces = self.turned_faces(&x, 0.0);
+            faces.retain(|face| turned_before.binary_search(face).is_err());
+            for pair in self_crossings_at(&x, tree) {
+                if !crossed_before.contains(&pair) {
+                    faces.extend(pair);
+                }
+            }
+            if faces.is_empty() {
+                return;
+            }
+            let factor = if pass == tuning::MAX_HOLD_PASSES { 0.0 } else { 0.5 };
+            for vertex in faces.into_iter().flat_map(|face| self.corners(face)) {
+                shares[vertex as usize] *= factor;
+            }
+        }
+    }
+
     /// Limits strain, and smooths tissue that crosses itself if it `uncrosses`.
     pub(crate) fn restore_shape(
         &self,
@@ -323,15 +354,39 @@ mod tests {
         assert!(leans.is_empty(), "nor does one stand on its edge: {leans:?}");
     }
 
+    /// Builds a thin ellipsoid, and the displacements that press its upper side through its lower one.
+    fn pressed_through() -> (Scene, Tissue, Vec<DVec3>) {
+        let (scene, tissue) = planted(shapes::ellipsoid(DVec3::new(12.0, 12.0, 2.0), 3));
+        let mut d = vec![DVec3::ZERO; tissue.rest.len()];
+        for (d, rest) in d.iter_mut().zip(&tissue.rest) {
+            if rest.z > 0.0 && rest.truncate().length() < 3.0 {
+                d.z = -4.5;
+            }
+        }
+        (scene, tissue, d)
+    }
+
+    #[test]
+    fn a_step_that_would_cross_the_body_itself_is_held_back_there() {
+        let (scene, tissue, mut d) = pressed_through();
+        let tree = fitted_tree(&scene.bodies()[0]);
+        let far = tissue.rest.iter().position(|x| x.x < -11.0).expect("the rim");
+        d[far] = 0.1 * DVec3::Y;
+        let mut shares = vec![1.0; d.len()];
+        tissue.limit_step(tree, &d, &mut shares);
+        let taken = |v: usize| tissue.rest[v] + shares[v] * d[v];
+        let x: Vec<DVec3> = (0..d.len()).map(taken).collect();
+        assert_eq!(tissue.count_flipped(&x) + self_crossings_at(&x, tree).len(), 0);
+        assert!(shares[far] >= 1.0 && shares.iter().any(|share| *share < 1.0));
+    }
+
     #[test]
     fn a_sheet_pressed_through_itself_is_uncrossed() {
-        let (scene, tissue) = planted(shapes::ellipsoid(DVec3::new(12.0, 12.0, 2.0), 3));
+        let (scene, tissue, d) = pressed_through();
         let tree = fitted_tree(&scene.bodies()[0]);
         let mut x = tissue.rest.clone();
-        for (x, rest) in x.iter_mut().zip(&tissue.rest) {
-            if rest.z > 0.0 && rest.truncate().length() < 3.0 {
-                x.z -= 4.5;
-            }
+        for (x, d) in x.iter_mut().zip(&d) {
+            *x += *d;
         }
         let before = self_crossings_at(&x, tree).len();
         assert!(before > 0, "its upper side is below its lower one");

@@ -26,21 +26,17 @@ impl Tissue {
         smoothing: f64,
         progress: Progress<'_>,
     ) -> Result<(), Interrupted> {
-        // The pushed vertices, and how far they are pushed in all.
-        let mut pushed = Vec::new();
-        let (mut max_displacement, mut strongest): (f64, f64) = (0.0, 0.0);
+        // The pushed vertices, and how far they are pushed.
+        let (mut pushed, mut strongest) = (Vec::new(), 0.0_f64);
         for (vertex, &u) in (0..).zip(&self.u) {
             if u != DVec3::ZERO {
                 pushed.push(vertex);
-                let displaced = tree.position(vertex) + u;
-                max_displacement =
-                    max_displacement.max(displaced.distance(self.rest[vertex as usize]));
                 strongest = strongest.max(u.length());
             }
         }
 
         // The length to spread over grows with the push, so that no tissue strains more.
-        let length = smoothing.max(max_displacement / tuning::MAX_SLOPE);
+        let length = smoothing.max(strongest / tuning::MAX_SLOPE);
         let free = self.vertices_around(&pushed, tree, length, progress)?;
 
         // The membrane on its foundation, relaxed around the pushed vertices.

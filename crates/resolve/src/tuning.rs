@@ -10,6 +10,18 @@
 /// vertices pass by the contacts that were detected at the start of the round.
 pub(crate) const MAX_STEP: f64 = 0.25;
 
+/// Elastic rounds beside those that the deepest vertex needs. Below, tissue that was pushed too far
+/// stays there; above, rounds are spent on what only edges keep from being free.
+pub(crate) const SETTLING_ROUNDS: usize = 2;
+
+/// Sweeps of the elastic solver in a round that pushes. Below, displacements are rough, and more
+/// rounds follow; above, rounds take longer.
+pub(crate) const PUSH_SWEEPS: usize = 20;
+
+/// Part of the clearance that may be missing from a solution. Below, solutions take longer; above,
+/// overlaps remain.
+pub(crate) const SOLVED_SHARE: f64 = 0.1;
+
 /// Margin of contact detection \[steps\]. Contacts within it hold tissue while its shape is
 /// restored. Below, restored tissue enters bodies that were not detected; above, detection
 /// takes longer.
@@ -92,9 +104,9 @@ pub(crate) const STIFFENING_PASSES: usize = 3;
 
 // Spreading.
 
-/// Distance from pushed vertices at which a push is cut off \[ℓ\]: it has faded to a twentieth
-/// there. Below, the cut is a visible step; above, more vertices move by nothing that matters.
-pub(crate) const SPREAD_RADIUS: f64 = 3.0;
+/// Distance from pushed vertices beyond which tissue rests \[ℓ\]. Below, displacements end steeply;
+/// above, more vertices move by nothing that matters.
+pub(crate) const SPREAD_RADIUS: f64 = 2.0;
 
 /// Displacement below which a vertex stays where it is \[the strongest push\]. Below, vertices
 /// far away lose their bits; above, the cut is a visible step.

@@ -1,5 +1,6 @@
 //! `check`: overlaps and contacts of a scene at rest.
 
+use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -14,7 +15,8 @@ use crate::phase::Phase;
 use crate::picture::Image;
 use crate::report::{
     CheckDocument, ContactField, FileFolder, Gallery, LongTable, OverlapShape, PairContact,
-    Pictures, TableFrame, check_page, check_text, stage_contact_files, stage_overlap_files,
+    Pictures, ShownSurfaces, TableFrame, check_page, check_text, stage_contact_files,
+    stage_overlap_files,
 };
 use crate::scene::SceneDescription;
 use crate::stopwatch::Stopwatch;
@@ -241,13 +243,18 @@ impl CheckedScene<'_> {
                 [input] => format!("Contact in {}", input.display()),
                 inputs => format!("Contact of {} bodies", inputs.len()),
             };
-            outputs.stage(path, self.page(&title)?)?;
+            outputs.stage(path, self.page(&title, &OnceCell::new())?)?;
         }
         Ok(())
     }
 
-    /// Writes a report with pictures of the scene and of each overlap.
-    pub(super) fn page(&self, title: &str) -> Result<String, Failure> {
+    /// Writes a report with pictures of the scene and of each overlap. Its surfaces are those of an
+    /// earlier state, if there are any.
+    pub(super) fn page(
+        &self,
+        title: &str,
+        surfaces: &OnceCell<ShownSurfaces>,
+    ) -> Result<String, Failure> {
         let gallery = self.gallery();
         let phase = Phase::with_steps("drawing", gallery.len() + self.contacts.len());
         let mut pictures = Pictures {
@@ -260,7 +267,8 @@ impl CheckedScene<'_> {
         }
         drop(phase);
         let _phase = Phase::start("preparing the scene that turns");
-        let model = gallery.model(self.document.unit);
+        let surfaces = surfaces.get_or_init(|| ShownSurfaces::new(self.scene));
+        let model = gallery.model(surfaces, self.document.unit);
         Ok(check_page(title, self.document, &pictures, &model)?)
     }
 

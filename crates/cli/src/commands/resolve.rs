@@ -1,5 +1,6 @@
 //! `resolve`: removal of overlaps.
 
+use std::cell::OnceCell;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -15,7 +16,9 @@ use crate::failure::Failure;
 use crate::load::{LoadedScene, SceneArguments};
 use crate::output::{FilePlan, Outputs};
 use crate::phase::Phase;
-use crate::report::{ResolutionDocument, displacement_vtp, displacement_vtu, resolution_text};
+use crate::report::{
+    ResolutionDocument, ShownSurfaces, displacement_vtp, displacement_vtu, resolution_text,
+};
 use crate::scene::{BodyDescription, SceneDescription};
 use crate::stopwatch::Stopwatch;
 
@@ -88,7 +91,8 @@ pub(super) fn run(arguments: &ResolveArguments) -> Result<Finished, Failure> {
     stopwatch.lap("load");
 
     let [before, after] = STATES;
-    arguments.stage_report(before, &mut loaded, &mut outputs)?;
+    let surfaces = OnceCell::new();
+    arguments.stage_report(before, &mut loaded, &surfaces, &mut outputs)?;
     stopwatch.lap("report");
     let start: Vec<Vec<DVec3>> =
         loaded.scene.bodies().iter().map(|body| body.positions().to_vec()).collect();
@@ -110,7 +114,7 @@ pub(super) fn run(arguments: &ResolveArguments) -> Result<Finished, Failure> {
         &elements,
     )?;
     stopwatch.lap("prove");
-    arguments.stage_report(after, &mut loaded, &mut outputs)?;
+    arguments.stage_report(after, &mut loaded, &surfaces, &mut outputs)?;
     stopwatch.lap("report");
 
     document.written = document.resolved || keep_going;
@@ -208,6 +212,7 @@ impl ResolveArguments {
         &self,
         state: &str,
         loaded: &mut LoadedScene,
+        surfaces: &OnceCell<ShownSurfaces>,
         outputs: &mut Outputs,
     ) -> Result<(), Failure> {
         if self.no_report {
@@ -224,7 +229,7 @@ impl ResolveArguments {
             shapes: &shapes,
             contacts: &[],
         };
-        let page = checked.page(&format!("Contact {state} overlap removal"))?;
+        let page = checked.page(&format!("Contact {state} overlap removal"), surfaces)?;
         outputs.stage(&self.out.join(report_file(state)), page)
     }
 }

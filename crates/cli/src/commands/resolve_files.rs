@@ -28,11 +28,16 @@ pub(super) struct BodyFile {
     pub(super) elements: Option<ElementsRecord>,
 }
 
-/// Returns the extension of a body's file, with its dot.
+/// Returns the extension of the file that a body is written to, with its dot: its own, unless a new
+/// file has another format.
 pub(super) fn suffix(body: &BodyDescription) -> String {
-    body.path
-        .extension()
-        .map_or_else(String::new, |extension| format!(".{}", extension.to_string_lossy()))
+    match body.path.extension() {
+        Some(own) if is_rewritten(body) || MeshFormat::of(&body.path).is_some() => {
+            format!(".{}", own.to_string_lossy())
+        }
+        None if is_rewritten(body) => String::new(),
+        _ => format!(".{}", MeshFormat::Ply.extension()),
+    }
 }
 
 /// Returns true if a body is written into a copy of its file. A pipe is read once, and a mesh that

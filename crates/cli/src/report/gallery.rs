@@ -15,7 +15,7 @@ use super::OverlapShape;
 use super::body_color::colors;
 use super::contact_triangles::contact_triangles;
 use super::pair_record::rounding;
-use super::viewer::Model;
+use super::viewer::{Model, ShownSurfaces};
 use crate::picture::{Appearance, Camera, Color, ContactTriangle, Image, Subject, draw};
 use crate::scene::Unit;
 
@@ -94,12 +94,12 @@ impl<'a> Gallery<'a> {
     }
 
     /// Builds the model of the scene that a page turns.
-    pub(crate) fn model(&self, unit: Unit) -> Model {
+    pub(crate) fn model(&self, surfaces: &ShownSurfaces, unit: Unit) -> Model {
         let mut overlaps = Vec::new();
         for drawn in &self.overlapping {
             overlaps.push((drawn.report, drawn.contact.each_ref().map(Vec::as_slice)));
         }
-        Model::of_state(self.scene, unit, &overlaps)
+        Model::of_state(self.scene, surfaces, unit, &overlaps)
     }
 
     /// Returns the number of pictures of overview and close-ups together.

@@ -58,5 +58,5 @@ pub(crate) use self::resolved::{FrameInfo, ResolvedDocument, ResolvedFrame};
 pub(crate) use self::self_crossing::self_crossings;
 pub(crate) use self::series::Series;
 pub(crate) use self::text::{counted, fixed};
-pub(crate) use self::viewer::Recording;
+pub(crate) use self::viewer::{Recording, ShownSurfaces};
 pub(crate) use self::volume_record::{QualityRecord, VolumeRecord};

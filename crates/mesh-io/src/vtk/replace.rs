@@ -73,6 +73,12 @@ pub(crate) fn replace_points(
 
     // Appended data stand behind all elements.
     edits.sort_by_key(|edit| edit.0.start);
+    for pair in edits.windows(2) {
+        if pair[0].0.end > pair[1].0.start {
+            let feature = "pieces whose points share appended data";
+            return Err(file.dialect.format.unsupported(feature));
+        }
+    }
     let mut copy = Copy::new(bytes);
     for (place, content) in edits {
         copy.put(place, &content);
@@ -239,5 +245,22 @@ mod tests {
              </DataArray>{tail}"
         );
         assert_eq!(written, expected);
+    }
+    #[test]
+    fn pieces_that_share_appended_points_are_refused() {
+        let points = "<Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" \
+                      format=\"appended\" offset=\"0\"/></Points>";
+        let piece = format!("<Piece NumberOfPoints=\"1\">{points}</Piece>");
+        let mut file = format!(
+            "<VTKFile type=\"PolyData\" byte_order=\"LittleEndian\" header_type=\"UInt32\"><PolyData>\
+             {piece}{piece}</PolyData><AppendedData encoding=\"raw\">_"
+        )
+        .into_bytes();
+        file.extend(24_u32.to_le_bytes());
+        file.extend([0; 24]);
+        file.extend(b"</AppendedData></VTKFile>");
+        let refused = replace_points(&file, VtkPoints::Surface, &[DVec3::X, DVec3::Y]);
+        let error = refused.expect_err("one place for two points").to_string();
+        assert!(error.contains("share appended data"), "{error}");
     }
 }

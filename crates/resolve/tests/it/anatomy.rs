@@ -125,8 +125,8 @@ fn open_gap(folder: &std::path::Path, set: &str) {
     println!("measured: {set}: with a gap, change of a volume [%] | {volume:.3} | 0.2");
     println!("measured: {set}: with a gap, flipped | {flipped} | 0");
     println!("measured: {set}: with a gap, self-crossings | {crosses} | 0");
-    // The aim is 1.3: rounds that free overlaps push too far, and nothing pulls back afterward.
-    println!("measured: {set}: displacement over depth | {:.2} | 2.5", displacement / deepest);
+    // The aim is 1.3; muscle around the rim of the pelvis has a longer way out than it is deep.
+    println!("measured: {set}: displacement over depth | {:.2} | 1.8", displacement / deepest);
     let rounds = [resolution.rounds.len() - 1, resolution.gap_rounds.len()];
     println!("measured: {set}: with a gap, rounds {rounds:?}, time [s] | {seconds:.1} | 120");
     assert!(resolution.remaining.is_empty(), "{:?}", resolution.remaining);

@@ -51,7 +51,7 @@ fn assert_gap(scene: &Scene, resolution: &Resolution, [a, b]: [BodyId; 2]) {
     assert!(resolution.resolved && resolution.gap.holds(), "{:?}", resolution.gap_rounds);
     let distance = brute_distance(scene, a, b);
     assert!(distance >= GAP, "{distance}");
-    assert!(distance < 1.1 * GAP, "no farther than was asked: {distance}");
+    assert!(distance < 1.5 * GAP, "little farther than was asked: {distance}");
     for change in &resolution.bodies {
         assert_eq!(change.flipped_faces, 0, "{:?}", change.body);
         assert_eq!(change.self_crossings, [0, 0], "{:?}", change.body);
@@ -107,9 +107,12 @@ fn every_pair_of_a_thigh_keeps_the_gap_by_all_faces() {
             assert!(bounds.is_none_or(|bounds| bounds.lower >= GAP), "{bounds:?}");
         }
     }
+    let depth = resolution.rounds[0].surface_depth.expect("overlaps").lower;
     for change in &resolution.bodies {
         assert_eq!((change.flipped_faces, change.self_crossings), (0, [0, 0]));
         assert!((change.volume_ratio.expect("closed") - 1.0).abs() < 0.002);
+        let displacement = change.max_displacement / depth;
+        assert!(displacement <= 1.3, "{displacement} of the deepest overlap");
     }
 }
 

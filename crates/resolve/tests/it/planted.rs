@@ -7,6 +7,7 @@ use resolve::{Obstacle, Remaining, Resolution, ResolveParams, Resolver};
 use scene::{BodyId, BodyKind, CheckParams, Scene};
 use surface::progress::Progress;
 
+use crate::thigh::planted;
 use crate::{PARAMS, max_depth, resolve, scene_of};
 
 fn bone_and_muscle(bone: Mesh, muscle: Mesh) -> (Scene, [BodyId; 2]) {
@@ -65,6 +66,26 @@ fn deep_tissue_leaves_a_thin_bone_by_the_side_it_entered() {
 }
 
 #[test]
+fn a_muscle_fifteen_deep_between_two_bones_comes_free() {
+    // Room for 30 between the bones; the muscle is 20 thick, and 15 deep in the lower one.
+    let bone = shapes::plate(DVec3::new(90.0, 90.0, 40.0), [12, 12]);
+    let muscle = shapes::ellipsoid(DVec3::new(25.0, 25.0, 10.0), 4);
+    let mut scene = scene_of([
+        ("below", BodyKind::Rigid, bone.clone().translated(DVec3::Z * -20.0)),
+        ("muscle", BodyKind::Deformable, muscle.translated(DVec3::Z * -5.0)),
+        ("above", BodyKind::Rigid, bone.translated(DVec3::Z * 50.0)),
+    ]);
+    let params = ResolveParams::with_smoothing(15.0);
+    let resolution = resolve::resolve(&mut scene, &params, Progress::none());
+    let resolution = resolution.expect("a resolution");
+    let depth = resolution.rounds[0].surface_depth.expect("an overlap");
+    assert!((depth.lower - 15.0).abs() < 0.1, "{depth:?}");
+    assert_sound(&mut scene, &resolution);
+    let displacement = resolution.bodies[1].max_displacement / depth.lower;
+    assert!(displacement <= 1.3, "{displacement} of the depth");
+}
+
+#[test]
 fn a_spike_flips_no_face() {
     let spike = shapes::ellipsoid(DVec3::new(0.8, 0.8, 9.0), 2);
     let muscle = shapes::icosphere(14.0, 4).translated(DVec3::Z * 20.0);
@@ -91,7 +112,9 @@ fn displacements_that_make_it_worse_are_not_carried_over() {
     let moved = scene.body(muscle).positions().iter().zip(&rest[1]);
     let far = moved.filter(|(x, _)| x.x < 12.0);
     assert!(far.clone().count() > 50, "the side that was pushed before");
-    assert!(far.clone().all(|(x, rest)| x == rest), "is where it was at first");
+    // The volume that the push takes is given back by the whole sphere.
+    let farthest = far.map(|(x, rest)| x.distance(*rest)).fold(0.0, f64::max);
+    assert!(farthest < 0.2, "is back to {farthest}, after a push by 2");
 }
 
 #[test]
@@ -119,35 +142,34 @@ fn between_bones(gap: f64) -> Scene {
     ])
 }
 
-/// Tissue that is pushed on both faces and free nowhere cannot get its volume back; the result
-/// states the loss.
+/// Tissue that is pushed on both faces is free at its rim alone, and bulges there.
 #[test]
 #[expect(clippy::print_stdout, reason = "the test reports its measurements")]
-fn a_disc_pressed_over_all_of_its_faces_loses_volume_as_reported() {
+fn a_disc_pressed_over_all_of_its_faces_keeps_its_volume() {
     let mut scene = between_bones(3.0);
-    let params = ResolveParams { max_volume_change: 0.1, ..PARAMS };
-    let resolution = resolve::resolve(&mut scene, &params, Progress::none());
-    let resolution = resolution.expect("a resolution");
+    let resolution = resolve(&mut scene);
     let [.., last] = resolution.rounds[..] else { panic!("no rounds") };
     let lost = 1.0 - resolution.bodies[2].volume_ratio.expect("closed");
     println!(
-        "measured: disc pressed to 3/4 of its thickness: volume lost [%] | {:.1} | 10",
+        "measured: disc pressed to 3/4 of its thickness: volume lost [%] | {:.2} | 0.5",
         100.0 * lost
     );
     assert!(resolution.resolved, "{:?}", resolution.remaining);
-    assert!((0.09..0.1).contains(&lost), "{lost} of the volume: less would be better");
-    assert!((last.volume_change - lost).abs() < 1e-12, "{last:?}");
+    assert!(lost.abs() < 0.005, "{lost} of the volume");
+    assert!((last.volume_change - lost.abs()).abs() < 1e-12, "{last:?}");
     assert!(!resolution.rounds.is_empty() && last.flipped_faces == 0);
 }
 
 #[test]
 fn tissue_without_room_is_named_with_the_reason() {
     let mut scene = between_bones(0.01);
-    let resolution = resolve(&mut scene);
+    let params = ResolveParams { keep_going: true, ..PARAMS };
+    let resolution = resolve::resolve(&mut scene, &params, Progress::none());
+    let resolution = resolution.expect("a resolution");
     assert!(!resolution.resolved);
     let muscle = scene.find("muscle").expect("the muscle");
     assert_eq!(resolution.remaining[0].pair.b, muscle);
-    assert_eq!(resolution.remaining[0].obstacle, Obstacle::Stuck, "{:?}", resolution.rounds);
+    assert_eq!(resolution.remaining[0].obstacle, Obstacle::Limits, "{:?}", resolution.rounds);
 
     // Later rounds were no better, so the scene is as after the best one.
     assert!(resolution.final_round + 1 < resolution.rounds.len(), "{:?}", resolution.rounds);
@@ -155,8 +177,8 @@ fn tissue_without_room_is_named_with_the_reason() {
     assert!((kept.max_depth - max_depth(&mut scene)).abs() < 1e-12, "{kept:?}");
 
     let hasty = ResolveParams { max_rounds: 1, ..PARAMS };
-    let resolution =
-        resolve::resolve(&mut between_bones(0.01), &hasty, Progress::none()).expect("a resolution");
+    let resolution = resolve::resolve(&mut planted(), &hasty, Progress::none());
+    let resolution = resolution.expect("a resolution");
     assert_eq!(resolution.remaining[0].obstacle, Obstacle::Rounds);
     assert_eq!(resolution.rounds.len(), 2);
 }

@@ -40,6 +40,24 @@ fn planted_overlaps_are_removed() {
 }
 
 #[test]
+fn a_run_that_stops_at_any_round_has_no_new_overlap_and_is_within_limits() {
+    for max_rounds in 0..5 {
+        let mut scene = planted();
+        let params = ResolveParams { max_rounds, ..PARAMS };
+        let resolution = resolve::resolve(&mut scene, &params, Progress::none());
+        let resolution = resolution.expect("a resolution");
+        assert!(resolution.rounds.len() <= 1 + max_rounds as usize);
+        for remaining in &resolution.remaining {
+            assert!(remaining.at_first, "after {max_rounds} rounds: {remaining:?}");
+        }
+        for change in &resolution.bodies {
+            assert_eq!((change.flipped_faces, change.self_crossings), (0, [0, 0]));
+            assert!((change.volume_ratio.expect("closed") - 1.0).abs() <= 0.01);
+        }
+    }
+}
+
+#[test]
 fn vertices_far_from_all_overlaps_keep_their_bits() {
     let mut scene = planted();
     let far: Vec<(usize, usize, DVec3)> = scene

@@ -13,6 +13,11 @@ const MAX_FACES: usize = 120_000;
 /// body fills the view.
 const DEVIATION: f64 = 1e-3;
 
+/// Surfaces of all bodies in a page, in their order. They serve all states of a scene: vertices are
+/// those of the bodies themselves.
+#[derive(Debug)]
+pub(crate) struct ShownSurfaces(pub(super) Vec<ShownSurface>);
+
 /// Surface of a body in a page.
 #[derive(Debug)]
 pub(super) struct ShownSurface {
@@ -22,14 +27,16 @@ pub(super) struct ShownSurface {
     pub(super) faces: Vec<[u32; 3]>,
 }
 
-/// Returns the surfaces of all bodies at rest, with vertices of the bodies themselves.
-pub(super) fn shown_surfaces(scene: &Scene) -> Vec<ShownSurface> {
-    let mut faces = 0;
-    for body in scene.bodies() {
-        faces += body.surface().faces().len();
+impl ShownSurfaces {
+    /// Returns the surfaces of a scene, decimated at its present state where it is too fine.
+    pub(crate) fn new(scene: &Scene) -> Self {
+        let mut faces = 0;
+        for body in scene.bodies() {
+            faces += body.surface().faces().len();
+        }
+        let is_fine = faces > MAX_FACES;
+        Self(scene.bodies().par_iter().map(|body| shown_surface(body, is_fine)).collect())
     }
-    let is_fine = faces > MAX_FACES;
-    scene.bodies().par_iter().map(|body| shown_surface(body, is_fine)).collect()
 }
 
 fn shown_surface(body: &Body, is_fine: bool) -> ShownSurface {

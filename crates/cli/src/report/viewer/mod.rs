@@ -13,6 +13,7 @@ mod model;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
+pub(crate) use self::coarse::ShownSurfaces;
 pub(crate) use self::model::{Model, Recording};
 
 /// Style of the part.

@@ -8,7 +8,7 @@ use musculo_collide::{BodyId, Depth, PairReport, Scene};
 use serde::Serialize;
 
 use super::blob::{Blob, Quantizer, Span, fraction};
-use super::coarse::{ShownSurface, shown_surfaces};
+use super::coarse::{ShownSurface, ShownSurfaces};
 use crate::motion::Replay;
 use crate::picture::{ContactTriangle, viridis};
 use crate::report::body_color::colors;
@@ -140,16 +140,16 @@ impl Model {
     /// Builds the model of one state, with clipped parts of overlaps per pair.
     pub(crate) fn of_state(
         scene: &Scene,
+        surfaces: &ShownSurfaces,
         unit: Unit,
         overlaps: &[(&PairReport, [&[ContactTriangle]; 2])],
     ) -> Self {
-        let surfaces = shown_surfaces(scene);
         let pairs = ModelPair::deepest_first(overlaps.iter().map(|&(report, _)| report));
         let max_depth = pairs.first().map_or(0.0, |deepest| deepest.depth);
 
         let bounds = bounds(scene);
         let mut model = Self::new(unit, bounds, bounds, max_depth);
-        model.add_bodies(scene, &surfaces, None);
+        model.add_bodies(scene, &surfaces.0, None);
         for (report, sides) in overlaps {
             model.add_patch(report, sides);
         }
@@ -250,7 +250,7 @@ impl Model {
 impl Recording {
     /// Begins with the bodies of a scene at rest.
     pub(crate) fn new(scene: &Scene) -> Self {
-        Self { surfaces: shown_surfaces(scene), frames: Vec::new(), bounds: Aabb::EMPTY }
+        Self { surfaces: ShownSurfaces::new(scene).0, frames: Vec::new(), bounds: Aabb::EMPTY }
     }
 
     /// Adds a frame, in which the scene is.
