@@ -48,7 +48,7 @@ struct Figure {
 /// Prints the figures of the named crates, or of all; fails where one exceeds its bound.
 pub(crate) fn ratios(root: &Path, names: &[&str]) -> TaskResult {
     // Those of the facade need the features that charts do.
-    let of_facade = |name: &&str| ["motion", "resolve", "stability"].contains(name);
+    let of_facade = |name: &&str| ["motion", "plan", "resolve", "stability"].contains(name);
     let needs_charts = names.is_empty() || names.iter().any(of_facade);
     let package = if needs_charts { WITH_CHARTS } else { WITHOUT_CHARTS };
     report(&run_benches(root, package, &[&["ratios"], names].concat())?)

@@ -12,6 +12,8 @@ mod motion;
 mod motion_scenes;
 mod overlap;
 #[cfg(feature = "charts")]
+mod plan;
+#[cfg(feature = "charts")]
 mod resolve;
 mod response;
 #[cfg(feature = "charts")]
@@ -34,6 +36,8 @@ pub const GROUPS: &[(&str, Run)] = &[
     #[cfg(feature = "charts")]
     ("motion", motion::run),
     ("overlap", overlap::run),
+    #[cfg(feature = "charts")]
+    ("plan", plan::run),
     #[cfg(feature = "charts")]
     ("resolve", resolve::run),
     ("response", response::run),

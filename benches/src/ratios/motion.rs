@@ -319,7 +319,7 @@ fn bisected(joint: &mut JointScene, angles: [f64; 2], contact: f64) -> Result<f6
 
 /// Steps of a walk of a whole thigh on arcs.
 fn walk(report: &mut Report) -> Outcome {
-    let Some(mut walk) = Walk::read()? else { return Ok(()) };
+    let Some(mut walk) = Walk::read("walk on arcs")? else { return Ok(()) };
     let (mut times, mut frames) = ([0.0; 2], 0.0);
     for frame in (1..walk.frame_count()).step_by(FRAME_STRIDE) {
         walk.place(frame - 1)?;

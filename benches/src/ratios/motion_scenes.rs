@@ -8,6 +8,7 @@ use musculo_collide::{
     BodyId, BodyKind, BodyMove, JointTurns, NearRigidPath, Path, PathMove, Progress, RigidPath,
     Scene, SceneError, ccd,
 };
+use surface::Pose;
 
 use crate::gait::{BONES, Motion};
 
@@ -47,9 +48,16 @@ enum Follows {
     Blend,
 }
 
+/// State of a body in a frame.
+pub(super) enum BodyState {
+    Pose(BodyId, Pose),
+    Positions(BodyId, Vec<DVec3>),
+}
+
 impl Walk {
-    pub(super) fn read() -> Result<Option<Self>, Box<dyn Error>> {
-        let Some(folder) = data::anatomy("walk on arcs") else { return Ok(None) };
+    /// Reads the walk; `None` without data, which `who` says it needs.
+    pub(super) fn read(who: &str) -> Result<Option<Self>, Box<dyn Error>> {
+        let Some(folder) = data::anatomy(who) else { return Ok(None) };
         let motion = Motion::read(&folder.join("motions/gait_walk.json"))?;
         let (mut scene, mut bodies) = (Scene::new(), Vec::new());
         for path in data::bodies(&folder.join("vhf_left_thigh")) {
@@ -69,6 +77,31 @@ impl Walk {
 
     pub(super) fn frame_count(&self) -> usize {
         self.motion.frames.len()
+    }
+
+    pub(super) fn into_scene(self) -> Scene {
+        self.scene
+    }
+
+    /// Returns the states of all bodies in a frame: poses of rigid ones.
+    pub(super) fn states(&self, frame: usize) -> Vec<BodyState> {
+        let mut states = Vec::new();
+        for (body, rest, follows) in &self.bodies {
+            states.push(match follows {
+                Follows::Nothing => BodyState::Pose(*body, Pose::IDENTITY),
+                Follows::Bone(map) => {
+                    let (turn, shift) = self.motion.frames[frame][*map];
+                    BodyState::Pose(*body, Pose::new(turn, shift))
+                }
+                Follows::Blend => {
+                    let path = WalkPath::new(&self.motion, rest, *follows, frame);
+                    let vertices = (0_u32..).take(rest.len());
+                    let x = vertices.map(|vertex| path.position(vertex, 0.0)).collect();
+                    BodyState::Positions(*body, x)
+                }
+            });
+        }
+        states
     }
 
     /// Moves all bodies to a frame.

@@ -29,76 +29,142 @@ use glam::DVec3;
 use crate::mesh_point::MeshPoint;
 
 /// Map from a full surface onto a coarse one on some of its vertices.
+///
+/// Shifts are computed in every frame, of more points than caches hold: each takes 32 bytes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CoarseMap {
-    /// Per vertex of the full surface, its image, as a mean of kept vertices.
-    pub(crate) images: Vec<MeshPoint>,
-    /// Shifts of the points inside edges and faces.
-    pub(crate) shifts: Vec<Shift>,
+    /// Shifts of the vertices that were not kept to points of coarse faces, ascending.
+    of_vertices: Vec<VertexShift>,
+    /// Shifts of points inside faces to coarse vertices, seen from these.
+    of_faces: Vec<VertexShift>,
+    /// Shifts of points inside edges to points of coarse edges.
+    of_edges: Vec<EdgeShift>,
 }
 
-/// Difference between a point and its image, as a sum over vertices of the full surface.
+/// Difference between a vertex of one surface and a point `a + s (b − a) + t (c − a)` of a face of
+/// the other.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Shift {
-    vertices: [u32; 4],
-    weights: [f64; 4],
+struct VertexShift {
+    vertex: u32,
+    corners: [u32; 3],
+    weights: [f64; 2],
+}
+
+/// Difference between a point `a + s (b − a)` of an edge and such a point of a coarse edge.
+#[derive(Clone, Copy, Debug)]
+struct EdgeShift {
+    ends: [u32; 2],
+    coarse_ends: [u32; 2],
+    weights: [f64; 2],
 }
 
 /// Roundings of a coordinate that a distance between weighted means may be off by.
 const ROUNDINGS: f64 = 32.0;
 
 impl CoarseMap {
-    /// Returns the map of a surface onto itself.
-    pub(crate) fn identity(vertices: &[u32]) -> Self {
-        let images = vertices.iter().map(|&vertex| MeshPoint::vertex(vertex)).collect();
-        Self { images, shifts: Vec::new() }
+    /// Adds a vertex of the full surface that was not kept, after those of smaller numbers, and its
+    /// image in numbers of the coarse surface.
+    pub(crate) fn add_vertex(&mut self, vertex: u32, image: &MeshPoint) {
+        self.of_vertices.push(VertexShift::new(vertex, image));
     }
 
-    /// Computes η at positions of the full surface, rounded outward. Allocates nothing.
+    /// Adds a point inside an edge or a face and its image in numbers of the coarse surface: a vertex
+    /// or, for a point of an edge, a point of an edge.
+    pub(crate) fn add_point(&mut self, point: &MeshPoint, image: &MeshPoint) {
+        match image.carrier() {
+            &[vertex] => self.of_faces.push(VertexShift::new(vertex, point)),
+            _ => self.of_edges.push(EdgeShift::new(point, image)),
+        }
+    }
+
+    /// Returns the corners of the coarse face that a vertex is mapped to, in numbers of the coarse
+    /// surface, and their weights; `None` for a vertex that stays where it is.
+    pub(crate) fn image(&self, vertex: u32) -> Option<[(u32, f64); 3]> {
+        let place = self.of_vertices.binary_search_by_key(&vertex, |shift| shift.vertex).ok()?;
+        Some(self.of_vertices[place].image())
+    }
+
+    /// Replaces the value of each vertex that was not kept by that of its image.
+    pub(crate) fn spread(&self, values: &mut [DVec3], kept: &[u32]) {
+        for shift in &self.of_vertices {
+            let [p, q, r] = shift
+                .image()
+                .map(|(corner, weight)| weight * values[kept[corner as usize] as usize]);
+            values[shift.vertex as usize] = p + q + r;
+        }
+    }
+
+    /// Computes η at positions of the full surface and of its kept vertices, rounded outward.
+    /// Allocates nothing.
     ///
     /// # Panics
     ///
-    /// When there are fewer positions than the full surface has vertices.
-    pub(crate) fn max_shift(&self, x: &[DVec3]) -> f64 {
-        // Vertices of the full surface, and the largest of their coordinates.
-        let (mut max_squared, mut size) = (0.0_f64, DVec3::ZERO);
-        for (&p, image) in x.iter().zip(&self.images) {
-            max_squared = max_squared.max(p.distance_squared(image.mean(x)));
-            size = size.max(p.abs());
+    /// When there are fewer positions than the surfaces have vertices.
+    pub(crate) fn max_shift(&self, x: &[DVec3], kept: &[DVec3]) -> f64 {
+        let mut max_squared = 0.0_f64;
+        for shift in &self.of_vertices {
+            max_squared = max_squared.max(shift.at(x, kept).length_squared());
+        }
+        for shift in &self.of_faces {
+            max_squared = max_squared.max(shift.at(kept, x).length_squared());
+        }
+        for shift in &self.of_edges {
+            max_squared = max_squared.max(shift.at(x, kept).length_squared());
         }
 
-        // Points inside edges and faces.
-        for shift in &self.shifts {
-            max_squared = max_squared.max(shift.at(x).length_squared());
-        }
-        max_squared.sqrt() + ROUNDINGS * f64::EPSILON * size.max_element()
+        // Other vertices are no farther out than the kept ones and η.
+        let shift = max_squared.sqrt();
+        shift + rounding(kept) + ROUNDINGS * f64::EPSILON * shift
     }
 
     /// Returns its memory, in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        size_of_val(&self.images[..]) + size_of_val(&self.shifts[..])
+        size_of_val(&self.of_vertices[..])
+            + size_of_val(&self.of_faces[..])
+            + size_of_val(&self.of_edges[..])
     }
 }
 
-impl Shift {
-    /// Returns the shift of a point to its image: an edge's to an edge's, or a face's to a
-    /// vertex, so that they have four vertices.
-    pub(crate) fn new(point: &MeshPoint, image: &MeshPoint) -> Self {
-        let mut shift = Self { vertices: [point.carrier()[0]; 4], weights: [0.0; 4] };
-        let vertices = point.carrier().iter().chain(image.carrier());
-        for (k, &vertex) in vertices.enumerate() {
-            let is_of_point = k < point.carrier().len();
-            shift.vertices[k] = vertex;
-            shift.weights[k] =
-                if is_of_point { point.weight(vertex) } else { -image.weight(vertex) };
-        }
-        shift
+/// Returns a bound on the rounding of shifts between points no farther out than some vertices.
+pub(crate) fn rounding(kept: &[DVec3]) -> f64 {
+    let mut size = DVec3::ZERO;
+    for p in kept {
+        size = size.max(p.abs());
+    }
+    ROUNDINGS * f64::EPSILON * size.max_element()
+}
+
+impl VertexShift {
+    fn new(vertex: u32, point: &MeshPoint) -> Self {
+        let [(a, _), (b, s), (c, t)] = point.terms();
+        Self { vertex, corners: [a, b, c], weights: [s, t] }
     }
 
-    /// Returns the shift at positions of the full surface.
-    pub(crate) fn at(&self, x: &[DVec3]) -> DVec3 {
-        let [a, b, c, d] = self.vertices.map(|vertex| x[vertex as usize]);
-        let [s, t, u, v] = self.weights;
-        s * a + t * b + u * c + v * d
+    /// Returns the corners of the face, with their weights.
+    fn image(&self) -> [(u32, f64); 3] {
+        let ([a, b, c], [s, t]) = (self.corners, self.weights);
+        [(a, 1.0 - s - t), (b, s), (c, t)]
+    }
+
+    #[inline(always)]
+    fn at(&self, x: &[DVec3], of_face: &[DVec3]) -> DVec3 {
+        let Self { vertex, corners: [a, b, c], weights: [s, t] } = *self;
+        let [a, b, c] = [of_face[a as usize], of_face[b as usize], of_face[c as usize]];
+        (x[vertex as usize] - a) - s * (b - a) - t * (c - a)
+    }
+}
+
+impl EdgeShift {
+    fn new(point: &MeshPoint, image: &MeshPoint) -> Self {
+        let [[(a, _), (b, s), _], [(c, _), (d, t), _]] = [point, image].map(MeshPoint::terms);
+        Self { ends: [a, b], coarse_ends: [c, d], weights: [s, t] }
+    }
+
+    #[inline(always)]
+    fn at(&self, x: &[DVec3], kept: &[DVec3]) -> DVec3 {
+        let Self { ends: [a, b], coarse_ends: [c, d], weights: [s, t] } = *self;
+        let [a, b] = [x[a as usize], x[b as usize]];
+        let [c, d] = [kept[c as usize], kept[d as usize]];
+        (a - c) + s * (b - a) - t * (d - c)
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use proximity::{NoInside, ProximityError, SurfaceTree};
 
-use crate::{DecimateError, ReducedSurface};
+use crate::{DecimateError, ReducedSurface, coarse_map};
 
 /// Reduced surface for collision queries, which follows the deformation of the full one.
 ///
@@ -43,8 +43,9 @@ use crate::{DecimateError, ReducedSurface};
 pub struct CoarseSurface {
     reduced: ReducedSurface,
     tree: SurfaceTree,
-    /// Proved deviation at the present positions.
+    /// Proved deviation at the present positions, and where it was computed last.
     deviation: f64,
+    deviation_at_bound: f64,
 }
 
 impl CoarseSurface {
@@ -66,7 +67,7 @@ impl CoarseSurface {
             tree = tree.declared_open();
         }
         let deviation = reduced.deviation;
-        Ok(Self { reduced, tree, deviation })
+        Ok(Self { reduced, tree, deviation, deviation_at_bound: deviation })
     }
 
     /// Returns the reduced surface.
@@ -99,10 +100,34 @@ impl CoarseSurface {
     ///
     /// When there are fewer positions than the full surface has vertices.
     pub fn follow(&mut self, full: &[DVec3]) -> Result<(), ProximityError> {
-        let positions = self.reduced.kept.iter().map(|&vertex| full[vertex as usize]);
-        self.tree.set_positions(positions)?;
-        self.deviation = self.reduced.map.max_shift(full);
+        self.move_to(full)?;
+        let kept = self.tree.positions().as_slice();
+        self.deviation_at_bound = self.reduced.map.max_shift(full, kept);
+        self.deviation = self.deviation_at_bound;
         Ok(())
+    }
+
+    /// Moves it to positions that the full surface has reached as one body, by turns and shifts,
+    /// from those at which its deviation was bounded last. The deviation is then the same but for
+    /// rounding: this takes the time of the reduced surface alone.
+    ///
+    /// # Errors
+    ///
+    /// As [`follow`](Self::follow).
+    ///
+    /// # Panics
+    ///
+    /// As [`follow`](Self::follow).
+    pub fn follow_rigidly(&mut self, full: &[DVec3]) -> Result<(), ProximityError> {
+        self.move_to(full)?;
+        let kept = self.tree.positions().as_slice();
+        self.deviation = self.deviation_at_bound + coarse_map::rounding(kept);
+        Ok(())
+    }
+
+    fn move_to(&mut self, full: &[DVec3]) -> Result<(), ProximityError> {
+        let positions = self.reduced.kept.iter().map(|&vertex| full[vertex as usize]);
+        self.tree.set_positions(positions)
     }
 
     /// Carries displacements of the kept vertices over to all vertices of the full surface.
@@ -111,21 +136,18 @@ impl CoarseSurface {
     ///
     /// When there are fewer displacements than the full surface has vertices.
     pub fn spread(&self, displacements: &mut [DVec3]) {
-        // Kept vertices are means of themselves, and so are read before and after alike.
-        for (vertex, image) in self.reduced.map.images.iter().enumerate() {
-            displacements[vertex] = image.mean(displacements);
-        }
+        self.reduced.map.spread(displacements, &self.reduced.kept);
     }
 
     /// Returns the kept vertices that a vertex of the full surface moves with, and their weights;
     /// a kept vertex, or one without faces, moves with itself alone.
     ///
-    /// # Panics
-    ///
-    /// When there is no such vertex.
     #[must_use]
     pub fn leaders(&self, vertex: u32) -> [(u32, f64); 3] {
-        self.reduced.map.images[vertex as usize].terms()
+        let Some(image) = self.reduced.map.image(vertex) else {
+            return [(vertex, 1.0), (vertex, 0.0), (vertex, 0.0)];
+        };
+        image.map(|(corner, weight)| (self.reduced.kept[corner as usize], weight))
     }
 
     /// Returns its memory, in bytes.

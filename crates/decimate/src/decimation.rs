@@ -124,7 +124,7 @@ impl Decimation {
         let Some(map) = MapBuilder::build(full, coarse, max_deviation, progress)? else {
             return Ok(None);
         };
-        let deviation = map.max_shift(x);
+        let deviation = map.max_shift(x, &kept_x);
         let reduced = ReducedSurface { surface: Arc::new(surface), kept, deviation, map };
         Ok((deviation <= max_deviation).then_some(reduced))
     }
@@ -132,8 +132,8 @@ impl Decimation {
     /// Returns the full surface, which deviates by nothing.
     fn unreduced(&self) -> ReducedSurface {
         let surface = self.full.shared_surface();
-        let kept: Vec<u32> = (0..).take(surface.vertex_count()).collect();
-        let map = CoarseMap::identity(&kept);
+        let kept = (0..).take(surface.vertex_count()).collect();
+        let map = CoarseMap::default();
         ReducedSurface { surface, kept, deviation: 0.0, map }
     }
 }

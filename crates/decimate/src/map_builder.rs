@@ -3,7 +3,7 @@
 use surface::closest_on_triangle;
 use surface::progress::{Interrupted, Progress};
 
-use crate::coarse_map::{CoarseMap, Shift};
+use crate::coarse_map::CoarseMap;
 use crate::edge_images::EdgeImages;
 use crate::edge_path::Crossing;
 use crate::mesh_point::MeshPoint;
@@ -23,7 +23,7 @@ pub(crate) struct MapBuilder<'a> {
     limit: f64,
     /// Per node, its image in numbers of the coarse surface.
     images: Vec<MeshPoint>,
-    shifts: Vec<Shift>,
+    map: CoarseMap,
     /// Per edge of the full surface, its first node; nodes are in the order of its ends.
     edge_nodes: Vec<usize>,
     /// Per coarse face, how often images cover it.
@@ -51,9 +51,9 @@ impl<'a> MapBuilder<'a> {
         let part = progress.part(0.4, 0.8);
         let edges = EdgeImages::find(full, coarse, &mut vertices, limit, part)?;
         let covered = vec![0.0; coarse.surface.faces().len()];
-        let (shifts, edge_nodes) = (Vec::new(), Vec::new());
+        let (map, edge_nodes) = (CoarseMap::default(), Vec::new());
         let images = vertices.images;
-        let mut builder = Self { full, coarse, limit, images, shifts, edge_nodes, covered };
+        let mut builder = Self { full, coarse, limit, images, map, edge_nodes, covered };
         builder.add_edge_nodes(&edges);
 
         // Faces between them can mostly be cut as they must.
@@ -74,7 +74,7 @@ impl<'a> MapBuilder<'a> {
 
     /// Adds a node at a point of the full surface.
     fn add_node(&mut self, point: MeshPoint, image: MeshPoint) {
-        self.shifts.push(Shift::new(&point, &image.renumbered(self.full.kept)));
+        self.map.add_point(&point, &image);
         self.images.push(image);
     }
 
@@ -184,15 +184,15 @@ impl<'a> MapBuilder<'a> {
         self.covered.iter().all(|rest| rest.abs() < 0.5)
     }
 
-    /// Returns the map, in numbers of the full surface.
+    /// Returns the map, with the images of the vertices that were not kept.
     fn finish(self) -> CoarseMap {
-        let Full { x, kept, .. } = self.full;
-        let mut images = Vec::with_capacity(x.len());
-        for (vertex, image) in (0..).zip(&self.images[..x.len()]) {
-            let has_faces = self.full.has_faces(vertex);
-            images.push(if has_faces { image.renumbered(kept) } else { MeshPoint::vertex(vertex) });
+        let (full, mut map) = (self.full, self.map);
+        for (vertex, image) in (0..).zip(&self.images[..full.x.len()]) {
+            if full.is_moved(vertex) {
+                map.add_vertex(vertex, image);
+            }
         }
-        CoarseMap { images, shifts: self.shifts }
+        map
     }
 }
 
@@ -203,8 +203,9 @@ mod tests {
 
     use super::*;
 
-    /// Maps a surface with all vertices of a coarse one among its own, from the first of those.
-    fn map(full: &Mesh, coarse: &Mesh) -> Option<CoarseMap> {
+    /// Maps a surface with all vertices of a coarse one among its own, from the first of those, and
+    /// returns the largest shift.
+    fn map(full: &Mesh, coarse: &Mesh) -> Option<f64> {
         let joined = Mesh { faces: full.faces.clone(), ..full.clone().joined(coarse) };
         let [start, end] = [full, &joined].map(|mesh| u32::try_from(mesh.positions.len()).unwrap());
         let kept: Vec<u32> = (start..end).collect();
@@ -214,14 +215,15 @@ mod tests {
         let x = &joined.positions;
         let full = Full { surface: &surface, x, kept: &kept, moved_into: &moved_into };
         let coarse = Coarse { surface: &coarse_surface, x: &coarse.positions };
-        MapBuilder::build(full, coarse, 5.0, Progress::none()).expect("no interruption")
+        let map = MapBuilder::build(full, coarse, 5.0, Progress::none()).expect("no interruption");
+        map.map(|map| map.max_shift(x, coarse.x))
     }
 
     #[test]
     fn surfaces_around_the_same_body_are_mapped() {
         let full = shapes::icosphere(10.0, 3).rotated(DVec3::new(1.0, 2.0, 3.0), 0.1);
-        let map = map(&full, &shapes::icosphere(9.0, 1)).expect("a map");
-        assert!(!map.shifts.is_empty());
+        let shift = map(&full, &shapes::icosphere(9.0, 1)).expect("a map");
+        assert!((1.0..5.0).contains(&shift), "{shift}");
     }
 
     /// All points have images nearby, but these cover the coarse surface not once in all.

@@ -1,7 +1,5 @@
 //! Point of a triangle surface as a weighted mean of vertices.
 
-use glam::DVec3;
-
 /// Point of a surface: a mean of up to three vertices with positive weights that sum to 1.
 ///
 /// The vertices span its *carrier*, the smallest simplex of the surface that contains it: a
@@ -64,17 +62,5 @@ impl MeshPoint {
     pub(crate) fn weight(&self, vertex: u32) -> f64 {
         let number = self.carrier().iter().position(|&own| own == vertex);
         number.map_or(0.0, |number| self.weights[number])
-    }
-
-    /// Returns the same point where vertices have other numbers.
-    pub(crate) fn renumbered(&self, numbers: &[u32]) -> Self {
-        Self { vertices: self.vertices.map(|vertex| numbers[vertex as usize]), ..*self }
-    }
-
-    /// Returns the mean of one value per vertex.
-    pub(crate) fn mean(&self, values: &[DVec3]) -> DVec3 {
-        let [a, b, c] = self.vertices.map(|vertex| values[vertex as usize]);
-        let [u, v, w] = self.weights;
-        u * a + v * b + w * c
     }
 }

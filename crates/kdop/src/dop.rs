@@ -107,12 +107,6 @@ impl<const S: usize> Dop<S> {
         }
         best
     }
-
-    /// Returns the greatest extent as a length; 0 for an empty bound and beyond the range of f32.
-    pub(crate) fn width(&self) -> f64 {
-        let width = self.widest().1;
-        if width.is_finite() { width } else { 0.0 }
-    }
 }
 
 /// Moves an upper bound up by `by`, and by the half ulp that its rounding may have removed.
@@ -131,6 +125,7 @@ pub(crate) fn rounding_loss(magnitude: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::direction;
 
     #[test]
     fn touching_overlaps_and_a_gap_does_not() {
@@ -138,6 +133,28 @@ mod tests {
         assert!(unit.overlaps(&Dop18::from_points(&[DVec3::ONE])), "a shared corner");
         assert!(!unit.overlaps(&Dop18::from_points(&[DVec3::splat(1.001)])), "beyond it");
         assert!(!unit.overlaps(&Dop18::EMPTY) && Dop18::EMPTY.is_empty(), "the empty set");
+    }
+
+    /// Points along every direction of the k-DOP, to both sides.
+    fn inflates_along_all_directions<const S: usize>() {
+        let point = DVec3::new(3.0, -2.0, 5.0);
+        let bound = Dop::<S>::from_points(&[point]).inflated(1.0);
+        for k in 0..S {
+            let unit = direction::<S>(k).normalize();
+            for side in [-1.0, 1.0] {
+                let at = |by: f64| Dop::<S>::from_points(&[point + side * by * unit]);
+                assert!(bound.overlaps(&at(0.999)), "direction {k} of {S}, side {side}");
+                assert!(!bound.overlaps(&at(1.001)), "direction {k} of {S}, side {side}");
+            }
+        }
+    }
+
+    #[test]
+    fn inflation_reaches_as_far_along_all_directions() {
+        inflates_along_all_directions::<3>();
+        inflates_along_all_directions::<7>();
+        inflates_along_all_directions::<9>();
+        inflates_along_all_directions::<13>();
     }
 
     #[test]

@@ -3,8 +3,10 @@
 use glam::DVec3;
 use wide::f32x4;
 
+use crate::directions::norm;
 use crate::dop::Dop;
 use crate::packed::{PackedDop, group_start, groups};
+use crate::projections::to_nearest;
 
 /// The bounds of up to four children or leaves: lane `i` of every vector is child `i`.
 ///
@@ -110,6 +112,19 @@ impl<const S: usize> Dop4<S> {
     #[inline(always)]
     pub(crate) fn upper(&self, k: usize) -> f32x4 {
         self.hi[k]
+    }
+
+    /// Returns the greatest extents of the four bounds as lengths: 0 for an empty one, and beyond the
+    /// range of f32.
+    #[inline(always)]
+    pub(crate) fn widths(&self) -> [f32; 4] {
+        let mut widths = f32x4::ZERO;
+        for k in 0..S {
+            // An empty lane has an extent of −∞.
+            let extent = self.hi[k] - self.lo[k];
+            widths = widths.fast_max(extent * f32x4::splat(to_nearest(norm::<S>(k).recip())));
+        }
+        widths.to_array().map(|width| if width.is_finite() { width } else { 0.0 })
     }
 
     /// Returns all four bounds moved outward by `margin[k]` along direction `k`.
@@ -250,10 +265,21 @@ mod tests {
                 }
             }
             let union = a.iter().fold(Dop::EMPTY, |all, dop| all.union(dop));
+            for (width, dop) in four_a.widths().into_iter().zip(&a) {
+                assert!((f64::from(width) - dop.widest().1).abs() < 1e-6, "{width} of {dop:?}");
+            }
             assert_eq!(four_a.union().to_dop(), union, "union");
             let other = b.iter().fold(Dop::EMPTY, |all, dop| all.union(dop));
             let packed = four_a.union().overlaps::<S>(&four_b.union());
             assert_eq!(packed, union.overlaps(&other), "packed");
+        }
+    }
+
+    #[test]
+    fn bounds_of_nothing_and_beyond_all_range_have_no_width() {
+        let far = Dop::<9>::from_points(&[DVec3::ZERO, DVec3::splat(1e300)]);
+        for bounds in [Dop4::<9>::EMPTY, side_by_side(&[far; 4])] {
+            assert!(bounds.widths().iter().all(|&width| width <= 0.0), "{bounds:?}");
         }
     }
 

@@ -192,8 +192,9 @@ impl<const S: usize> DopTree<S> {
     fn size(&self) -> f64 {
         let mut size = 0.0;
         for node in &self.nodes {
-            let [a, b, c, d] = [0, 1, 2, 3].map(|lane| node.bounds.lane(lane).width());
-            size += a + b + c + d;
+            for width in node.bounds.widths() {
+                size += f64::from(width);
+            }
         }
         size
     }

@@ -23,8 +23,9 @@ pub struct Detection {
 pub struct PairDetection {
     /// The two bodies.
     pub pair: PairId,
-    /// Method of this frame: that of the plan, or [`DetectionMethod::Exact`] where a coarser
-    /// surface was deformed beyond the tolerance.
+    /// Method of this frame: that of the plan, or [`DetectionMethod::Exact`] where the coarser
+    /// surfaces of both bodies, or the only one, were deformed beyond the tolerance. One alone is
+    /// replaced by the body's own surface.
     pub method: DetectionMethod,
     /// Overlap, as far as the method decides it.
     pub state: PairState,

@@ -67,7 +67,7 @@ impl PairDetector {
         }
     }
 
-    /// Detects a pair by its method, or exactly where a coarse surface deviates too much.
+    /// Detects a pair by its method; coarse surfaces only as far as they deviate little enough.
     pub(crate) fn detect(&mut self, planned: &PairPlan, frame: Frame<'_>) -> Result<(), PlanError> {
         self.clear(planned.method);
         match (planned.method, planned.bone) {
@@ -75,12 +75,13 @@ impl PairDetector {
                 self.detect_by_field(bone, planned.other(bone), frame)?;
             }
             (DetectionMethod::Medial, _) => self.detect_by_balls(planned.pair, frame),
-            (DetectionMethod::Coarse, _)
-                if !frame.structures.is_stale(planned, frame.tolerance) =>
-            {
-                self.detect_by_surfaces(planned.pair, planned.is_coarse, frame);
+            _ => {
+                let is_coarse = frame.structures.coarse_sides(planned, frame.tolerance);
+                if is_coarse == [false; 2] {
+                    self.found.method = DetectionMethod::Exact;
+                }
+                self.detect_by_surfaces(planned.pair, is_coarse, frame);
             }
-            _ => self.detect_exactly(planned.pair, frame),
         }
         Ok(())
     }

@@ -36,8 +36,8 @@ impl Plan {
     ///
     /// Fields are built at the positions that rigid bodies were added with, and follow their
     /// poses. Coarse surfaces are built at the present positions and follow the vertices that
-    /// they have kept; where a body is deformed until they deviate too much, its pairs are detected
-    /// exactly.
+    /// they have kept; where a body is deformed until one deviates too much, the body's own surface
+    /// takes its place.
     ///
     /// # Errors
     ///

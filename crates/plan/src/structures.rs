@@ -54,7 +54,7 @@ pub struct MissingStructure {
 pub(crate) struct Structures {
     /// One per body: true if the tree over its own faces is used.
     pub(crate) uses_tree: Vec<bool>,
-    /// The same for the present frame, in which some pairs are detected exactly.
+    /// The same for the present frame, in which some coarse surfaces deviate too much.
     uses_tree_now: Vec<bool>,
     pub(crate) bodies: Vec<BodyStructures>,
 }
@@ -67,6 +67,8 @@ pub(crate) struct BodyStructures {
     pub(crate) medial: Option<MedialDetector>,
     /// Revision of the body whose positions they are at.
     followed: Option<Revision>,
+    /// True if the body was placed by a pose there.
+    had_pose: bool,
 }
 
 /// Surface of a body as it is compared with another one.
@@ -106,10 +108,8 @@ impl Structures {
         // Trees last, since coarse surfaces decide which are needed.
         self.uses_tree_now.clone_from(&self.uses_tree);
         for planned in pairs {
-            if self.is_stale(planned, tolerance) {
-                for id in planned.pair.bodies() {
-                    self.uses_tree_now[id.index()] = true;
-                }
+            for id in self.stale_bodies(planned, tolerance).into_iter().flatten() {
+                self.uses_tree_now[id.index()] = true;
             }
         }
         scene.fit(&self.uses_tree_now)?;
@@ -120,8 +120,8 @@ impl Structures {
     /// surfaces that deviate too much for one of their pairs.
     pub(crate) fn present(&self, pairs: &[PairPlan], tolerance: f64) -> Vec<StructureSet> {
         let mut is_stale = vec![false; self.bodies.len()];
-        for planned in pairs.iter().filter(|planned| self.is_stale(planned, tolerance)) {
-            for id in planned.pair.bodies() {
+        for planned in pairs {
+            for id in self.stale_bodies(planned, tolerance).into_iter().flatten() {
                 is_stale[id.index()] = true;
             }
         }
@@ -178,10 +178,7 @@ impl Structures {
         }
 
         // Trees of whole bodies, unless coarse surfaces stand for them.
-        let is_coarse = match planned {
-            Some(planned) if !self.is_stale(planned, tolerance) => planned.is_coarse,
-            _ => [false; 2],
-        };
+        let is_coarse = planned.map_or([false; 2], |planned| self.coarse_sides(planned, tolerance));
 
         // Trees that are up to date already cost nothing.
         self.uses_tree_now.clear();
@@ -246,9 +243,24 @@ impl Structures {
         deviation
     }
 
-    /// Returns true if the coarse surfaces of a pair deviate by more than the tolerance allows.
-    pub(crate) fn is_stale(&self, planned: &PairPlan, tolerance: f64) -> bool {
-        self.deviation(planned.pair, planned.is_coarse) > (1.0 - MIN_WIDTH) * tolerance
+    /// Returns which bodies of a pair are compared by coarse surfaces where they are: those of the
+    /// plan, without the one that deviates most until the tolerance allows the rest.
+    pub(crate) fn coarse_sides(&self, planned: &PairPlan, tolerance: f64) -> [bool; 2] {
+        let (pair, mut is_coarse) = (planned.pair, planned.is_coarse);
+        while self.deviation(pair, is_coarse) > (1.0 - MIN_WIDTH) * tolerance {
+            let [without_a, without_b] = [[false, is_coarse[1]], [is_coarse[0], false]];
+            let is_a_worse = self.deviation(pair, without_a) <= self.deviation(pair, without_b);
+            is_coarse = if is_a_worse { without_a } else { without_b };
+        }
+        is_coarse
+    }
+
+    /// Returns the bodies of a pair that are compared by their own surfaces instead of coarse ones,
+    /// which deviate too much.
+    fn stale_bodies(&self, planned: &PairPlan, tolerance: f64) -> [Option<BodyId>; 2] {
+        let is_coarse = self.coarse_sides(planned, tolerance);
+        let bodies = planned.pair.bodies();
+        [0, 1].map(|side| (planned.is_coarse[side] && !is_coarse[side]).then_some(bodies[side]))
     }
 
     /// Returns the detector of a rigid body's field, and the state of the body; `None` where it
@@ -316,7 +328,14 @@ impl BodyStructures {
             return Ok(false);
         }
         if let Some(coarse) = &mut self.coarse {
-            coarse.follow(body.positions())?;
+            // A pose keeps the shape, whose deviation was bounded at the first one.
+            let has_pose = body.pose().is_some();
+            if has_pose && self.had_pose {
+                coarse.follow_rigidly(body.positions())?;
+            } else {
+                coarse.follow(body.positions())?;
+            }
+            self.had_pose = has_pose;
         }
         if let Some(medial) = &mut self.medial {
             medial.follow(body.checked_positions())?;
@@ -395,12 +414,15 @@ impl BodyStructures {
 
 /// Refits of a face that take as long as the bound on a deviation per vertex, whose memory is read
 /// once a frame.
-const FACES_PER_VERTEX: f64 = 6.0;
+const FACES_PER_VERTEX: f64 = 3.0;
 
 /// Returns the operations by which a coarse surface of so many faces follows a body: its own refit,
-/// and the bound on its deviation.
+/// and the bound on its deviation, which stays where a pose moves the body.
 pub(crate) fn coarse_follow(body: &Body, faces: f64) -> OperationCounts {
-    let refit_faces = faces + FACES_PER_VERTEX * count(body.positions().len());
+    let mut refit_faces = faces;
+    if body.pose().is_none() {
+        refit_faces += FACES_PER_VERTEX * count(body.positions().len());
+    }
     OperationCounts { refit_faces, ..OperationCounts::default() }
 }
 

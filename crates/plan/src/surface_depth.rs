@@ -255,11 +255,16 @@ impl<'a> Search<'a> {
 
     /// Adds a triangle with a bound, unless faces near its center bound it well enough.
     fn add(&mut self, bound: f64, mut piece: Piece) {
-        let (center, radius) = radius_about_center(piece.corners);
-        piece.near = self.descend(piece.side, center, piece.near.face);
-        let mut bound = bound.min(piece.near.distance + radius + self.rounding);
+        // The face that is known bounds many triangles, in less than the time of a descent.
+        let mut bound = bound.min(self.upper_by(piece.side, piece.near.face, piece.corners));
         if bound > self.pieces.sufficient() {
-            bound = bound.min(self.upper_by(piece.side, piece.near.face, piece.corners));
+            let (center, radius) = radius_about_center(piece.corners);
+            let known = piece.near.face;
+            piece.near = self.descend(piece.side, center, known);
+            bound = bound.min(piece.near.distance + radius + self.rounding);
+            if bound > self.pieces.sufficient() && piece.near.face != known {
+                bound = bound.min(self.upper_by(piece.side, piece.near.face, piece.corners));
+            }
         }
         self.pieces.add(bound, piece);
     }

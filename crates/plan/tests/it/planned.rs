@@ -1,7 +1,9 @@
 //! Chosen methods, built structures, and the errors of detection.
 
 use glam::{DQuat, DVec3};
+use kdop::Workspace;
 use plan::{DetectionMethod, ForcedMethod, Plan, PlanParams, RespondParams, StructureKind};
+use proximity::SurfaceTree;
 use scene::{BodyId, CheckParams, PairId, Scene};
 use surface::Pose;
 use surface::progress::Progress;
@@ -270,5 +272,46 @@ fn a_body_that_has_come_back_is_detected_where_it_is() {
         assert!((found - expected).abs() < 0.2, "{shift}: {found}");
         assert_eq!(detection.out_of_range().contains(&second), shift < 0.0, "{shift}");
         assert!((depth(&detection, bone, first) - 2.0).abs() < 0.2);
+    }
+}
+
+/// A field is as fine as the tolerance needs: contacts of vertices and edges with a bone are as deep
+/// as these are, within the proved bound.
+#[test]
+fn contacts_of_fields_are_within_the_tolerance() {
+    let (mut scene, [bone, first, _]) = three();
+    let pair = PairId::new(bone, first);
+    let forced = [ForcedMethod { pair, method: DetectionMethod::Field }];
+    let full =
+        SurfaceTree::new(scene.body(bone).surface().clone(), scene.body(bone).positions().to_vec());
+    let (full, mut workspace) = (full.expect("a tree"), Workspace::default());
+    for tolerance in [2.0, 1.0] {
+        let params = PlanParams::with_tolerance(tolerance);
+        let plan = Plan::with_forced(&mut scene, &params, &forced, Progress::none());
+        let mut plan = plan.expect("a plan");
+        let planned = plan.pairs().iter().find(|planned| planned.pair == pair).expect("a pair");
+        let accuracy = planned.accuracy;
+        assert!(accuracy.is_proved && accuracy.bound <= tolerance, "{tolerance}: {accuracy:?}");
+
+        let detection = detect(&mut plan, &mut scene);
+        let found = detection.pair(pair).expect("they overlap");
+        let (mut compared, particles) = (0, scene.particle_positions());
+        for contact in &detection.contacts()[found.contacts.clone()] {
+            // Vertices of the bone are against points of the muscle; others have negative weights.
+            if contact.stencil.terms().iter().any(|term| term.weight > 0.0) {
+                continue;
+            }
+            let mut point = DVec3::ZERO;
+            for term in contact.stencil.terms() {
+                point -= term.weight * particles[term.particle as usize];
+            }
+            let closest = full.closest_point(point, f64::INFINITY, None, &mut workspace);
+            let distance = closest.expect("a face").distance;
+            let side = if full.contains(point, &mut workspace) { -1.0 } else { 1.0 };
+            let error = (contact.gap - side * distance).abs();
+            assert!(error <= tolerance, "{tolerance}: {contact:?} is off by {error}");
+            compared += 1;
+        }
+        assert!(compared > 10, "{tolerance}: {compared} contacts");
     }
 }

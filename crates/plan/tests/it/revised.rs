@@ -68,10 +68,12 @@ fn coarse_surfaces_of_deformed_bodies_are_built_again() {
     let plan = Plan::with_forced(&mut scene, &params, &forced, Progress::none());
     let mut plan = plan.expect("a plan");
 
-    // A wave along the whole of the first body.
+    // A wave along the whole of both bodies.
     let wave = |p: &DVec3| *p + DVec3::X * 1.5 * (0.4 * p.z).sin();
-    let x: Vec<DVec3> = mesh.positions.iter().map(wave).collect();
-    scene.move_body(pair.a, &x).expect("a move");
+    for (id, mesh) in [(pair.a, &mesh), (pair.b, &other)] {
+        let x: Vec<DVec3> = mesh.positions.iter().map(wave).collect();
+        scene.move_body(id, &x).expect("a move");
+    }
     let before = detect(&mut plan, &mut scene);
     assert_eq!(before.pair(pair).map(|found| found.method), Some(DetectionMethod::Exact));
     assert!(plan.revise(&mut scene, Progress::none()).expect("a choice"), "{plan}");
