@@ -24,6 +24,25 @@ const INTERVAL: Duration = Duration::from_millis(50);
 /// Pools of other sizes than the default one, by their number of threads.
 static POOLS: Mutex<BTreeMap<usize, Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
 
+/// Nanoseconds that calls have computed for, on all threads together.
+static COMPUTED: AtomicU64 = AtomicU64::new(0);
+
+/// Returns the seconds that the library has computed for in this process. What calls take beyond
+/// them is the way from Python and back.
+#[pyfunction]
+pub(crate) fn computed_seconds() -> f64 {
+    Duration::from_nanos(COMPUTED.load(Ordering::Relaxed)).as_secs_f64()
+}
+
+/// Computes, and counts the time of it.
+fn timed<T>(compute: impl FnOnce() -> T) -> T {
+    let begin = Instant::now();
+    let result = compute();
+    let nanoseconds = u64::try_from(begin.elapsed().as_nanos()).unwrap_or(u64::MAX);
+    COMPUTED.fetch_add(nanoseconds, Ordering::Relaxed);
+    result
+}
+
 /// Threads and observer of a long call.
 #[derive(Debug)]
 pub(crate) struct Call {
@@ -45,16 +64,19 @@ enum Threads {
 
 impl Call {
     /// Prepares a call on a number of threads: all where it is `None`, the caller's own for 1.
-    pub(crate) fn new(threads: Option<usize>, progress: Option<Py<PyAny>>) -> PyResult<Self> {
+    pub(crate) fn new(threads: Option<i64>, progress: Option<Py<PyAny>>) -> PyResult<Self> {
         let most = 64.max(4 * thread::available_parallelism().map_or(1, usize::from));
         let pool = match threads {
-            Some(threads) if threads == 0 || threads > most => {
-                return Err(refused(format!("{threads} threads: from 1 to {most} are allowed")));
-            }
             None if rayon::current_num_threads() == 1 => Threads::Own,
             None => Threads::All,
             Some(1) => Threads::Own,
-            Some(threads) => Threads::Pool(pool(threads)?),
+            Some(threads) => match usize::try_from(threads) {
+                Ok(number) if 0 < number && number <= most => Threads::Pool(pool(number)?),
+                _ => {
+                    let message = format!("{threads} threads: from 1 to {most} are allowed");
+                    return Err(refused(message));
+                }
+            },
         };
         Ok(Self { pool, progress })
     }
@@ -68,6 +90,7 @@ impl Call {
         compute: impl FnOnce(Progress<'_>) -> Result<T, E> + Send,
     ) -> PyResult<T> {
         let observer = Observer::new(self.progress.as_ref());
+        let compute = |progress: Progress<'_>| timed(|| compute(progress));
         let result = py.detach(|| match &self.pool {
             Threads::Own => {
                 let handler = |fraction| observer.observe_now_and_then(fraction);
@@ -92,6 +115,7 @@ impl Call {
         py: Python<'_>,
         compute: impl FnOnce() -> Result<T, E> + Send,
     ) -> PyResult<T> {
+        let compute = || timed(compute);
         let result = py.detach(|| match &self.pool {
             Threads::Own => on_calling_thread(compute),
             Threads::All => compute(),
@@ -99,6 +123,12 @@ impl Call {
         });
         result.map_err(refused)
     }
+}
+
+/// Returns a number of things, which Python may give as any whole number.
+pub(crate) fn count(number: i64, what: &str) -> PyResult<u32> {
+    let refuse = |_| refused(format!("{what} is {number}, but must be from 0 to {}", u32::MAX));
+    u32::try_from(number).map_err(refuse)
 }
 
 /// Returns the pool of a number of threads, which is kept for later calls.

@@ -39,7 +39,7 @@ impl Field {
         spacing: f64,
         padding: Option<f64>,
         truncation: Option<f64>,
-        threads: Option<usize>,
+        threads: Option<i64>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
         let positions = points(&vertices)?;

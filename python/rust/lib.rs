@@ -6,6 +6,7 @@
 mod arrays;
 mod call;
 mod error;
+mod exclusive;
 mod field;
 mod joint;
 mod medial;
@@ -28,6 +29,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<field::Field>()?;
     module.add_class::<step::Step>()?;
     module.add_class::<surface::Surface>()?;
+    module.add_function(wrap_pyfunction!(call::computed_seconds, module)?)?;
     module.add_function(wrap_pyfunction!(mesh::read_mesh, module)?)?;
     module.add_function(wrap_pyfunction!(mesh::write_mesh, module)?)?;
     module.add_function(wrap_pyfunction!(medial::generate, module)?)?;

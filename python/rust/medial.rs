@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{Faces, Points, array, point_array, points, row_array, surface};
-use crate::call::Call;
+use crate::call::{Call, count};
 use crate::error::refused;
 use crate::record::dict;
 
@@ -17,13 +17,13 @@ pub(crate) fn generate<'py>(
     py: Python<'py>,
     vertices: Points<'py>,
     faces: Faces<'py>,
-    balls: Option<usize>,
+    balls: Option<i64>,
     tolerance: Option<f64>,
-    threads: Option<usize>,
+    threads: Option<i64>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let params = match (balls, tolerance) {
-        (Some(balls), None) => MedialParams::balls(balls),
+        (Some(balls), None) => MedialParams::balls(count(balls, "balls")? as usize),
         (None, Some(tolerance)) => MedialParams::tolerance(tolerance),
         _ => return Err(refused("name either a number of balls or a tolerance")),
     };

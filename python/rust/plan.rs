@@ -5,16 +5,26 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{array, point_array};
-use crate::call::Call;
+use crate::call::{Call, count};
 use crate::error::refused;
+use crate::exclusive::Exclusive;
 use crate::record::dict;
 use crate::scene::Scene;
 
+/// Name of a plan in exceptions.
+const PLAN: &str = "the plan";
+
 /// Native plan, with the scene that it was made for.
-#[pyclass(module = "musculo_collide._native")]
+#[pyclass(frozen, module = "musculo_collide._native")]
 #[derive(Debug)]
 pub(crate) struct Plan {
     scene: Py<Scene>,
+    state: Exclusive<State>,
+}
+
+/// Library's plan, and what it has detected last.
+#[derive(Debug)]
+struct State {
     plan: musculo_collide::Plan,
     detection: Detection,
 }
@@ -29,27 +39,29 @@ impl Plan {
         tolerance: f64,
         margin: f64,
         max_displacement: f64,
-        frames: u32,
-        threads: Option<usize>,
+        frames: i64,
+        threads: Option<i64>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
         let default = PlanParams::with_tolerance(tolerance);
+        let frames = count(frames, "frames")?;
         let params = PlanParams { margin, max_displacement, frames, ..default };
         let call = Call::new(threads, progress)?;
         let plan = {
-            let mut held = scene.try_borrow_mut(py)?;
-            let scene = held.library_mut();
+            let mut held = scene.get().hold()?;
+            let scene = &mut held.scene;
             call.run(py, |progress| musculo_collide::Plan::new(scene, &params, progress))?
         };
-        Ok(Self { scene, plan, detection: Detection::default() })
+        let state = Exclusive::new(State { plan, detection: Detection::default() });
+        Ok(Self { scene, state })
     }
 
     /// Returns the method of each planned pair, with the bound on its error.
     fn pairs<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        let scene = self.scene.try_borrow(py)?;
+        let (state, held) = (self.state.hold(PLAN)?, self.scene.get().hold()?);
         let mut pairs = Vec::new();
-        for planned in self.plan.pairs() {
-            let [a, b] = scene.library().names(planned.pair);
+        for planned in state.plan.pairs() {
+            let [a, b] = held.scene.names(planned.pair);
             pairs.push(dict!(py, {
                 a: a,
                 b: b,
@@ -63,19 +75,19 @@ impl Plan {
     }
 
     /// Describes structures, methods and reasons.
-    fn text(&self) -> String {
-        self.plan.to_string()
+    fn text(&self) -> PyResult<String> {
+        Ok(self.state.hold(PLAN)?.plan.to_string())
     }
 
     /// Detects all pairs in the scene's present state.
     fn detect<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
-        threads: Option<usize>,
+        threads: Option<i64>,
     ) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        let Self { scene, plan, detection } = self;
-        let mut held = scene.try_borrow_mut(py)?;
-        let library = held.library_mut();
+        let (mut state, mut held) = (self.state.hold(PLAN)?, self.scene.get().hold()?);
+        let State { plan, detection } = &mut *state;
+        let library = &mut held.scene;
         Call::new(threads, None)?.run_short(py, || plan.detect(library, detection))?;
 
         let mut pairs = Vec::new();
@@ -103,10 +115,10 @@ impl Plan {
     }
 
     /// Moves soft bodies out of the contacts that were detected last.
-    fn respond(&mut self, py: Python<'_>, clearance: f64) -> PyResult<()> {
-        let Self { scene, plan, detection } = self;
-        let mut held = scene.try_borrow_mut(py)?;
-        let library = held.library_mut();
+    fn respond(&self, py: Python<'_>, clearance: f64) -> PyResult<()> {
+        let (mut state, mut held) = (self.state.hold(PLAN)?, self.scene.get().hold()?);
+        let State { plan, detection } = &mut *state;
+        let library = &mut held.scene;
         let params = musculo_collide::RespondParams { clearance, ..Default::default() };
         let responded = py.detach(|| plan.respond(library, detection, &params));
         responded.map(|_| ()).map_err(refused)

@@ -83,7 +83,8 @@ fn measures<'py>(py: Python<'py>, measures: &OverlapMeasures) -> Record<'py> {
     }))
 }
 
-fn depth(py: Python<'_>, depth: Option<Depth>) -> PyResult<Option<Bound<'_, PyDict>>> {
+/// Returns the record of a depth.
+pub(crate) fn depth(py: Python<'_>, depth: Option<Depth>) -> PyResult<Option<Bound<'_, PyDict>>> {
     let Some(depth) = depth else { return Ok(None) };
     Ok(Some(dict!(py, {
         lower: depth.lower,

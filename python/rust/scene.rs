@@ -1,24 +1,38 @@
 //! Scenes of named bodies.
 
+use std::sync::MutexGuard;
+
 use musculo_collide::ccd::CcdParams;
-use musculo_collide::resolve::{ResolveParams, resolve};
-use musculo_collide::{BodyId, BodyKind, CheckParams, JointContactParams, PairId, PathMove};
+use musculo_collide::{
+    BodyId, BodyKind, CheckParams, Conditions, FixedVertices, JointContactParams, PairId, PathMove,
+    ResolveParams, Resolver, Tie,
+};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{Faces, Points, point_array, points, row_array, surface};
-use crate::call::Call;
+use crate::call::{Call, count};
 use crate::error::refused;
+use crate::exclusive::Exclusive;
 use crate::joint::{self, Cartilage};
 use crate::motion::{Motion, Placement};
 use crate::{record, resolution};
 
+/// Settings of overlap removal, in the order in which Python gives them: smoothing, tolerance, gap,
+/// rounds, change of volumes, and whether broken limits are kept.
+#[derive(Debug, FromPyObject)]
+struct ResolveSettings(f64, Option<f64>, f64, i64, f64, bool);
+
 /// Bodies of a scene, with the native calls on them.
-#[pyclass(subclass, module = "musculo_collide._native")]
+#[pyclass(frozen, subclass, module = "musculo_collide._native")]
 #[derive(Debug, Default)]
-pub(crate) struct Scene {
-    scene: musculo_collide::Scene,
+pub(crate) struct Scene(Exclusive<Bodies>);
+
+/// Library's scene, found by names.
+#[derive(Debug, Default)]
+pub(crate) struct Bodies {
+    pub(crate) scene: musculo_collide::Scene,
 }
 
 #[pymethods]
@@ -29,13 +43,8 @@ impl Scene {
     }
 
     /// Adds a body of kind "rigid", "deformable" or "open".
-    fn _add(
-        &mut self,
-        name: &str,
-        kind: &str,
-        vertices: Points<'_>,
-        faces: Faces<'_>,
-    ) -> PyResult<()> {
+    fn _add(&self, name: &str, kind: &str, vertices: Points<'_>, faces: Faces<'_>) -> PyResult<()> {
+        let mut held = self.hold()?;
         let kind = match kind {
             "rigid" => BodyKind::Rigid,
             "open" => BodyKind::Open,
@@ -43,17 +52,19 @@ impl Scene {
         };
         let positions = points(&vertices)?.to_vec();
         let surface = surface(&format!("body {name:?}"), positions.len(), &faces)?;
-        self.scene.add(name, kind, surface, positions).map_err(refused)?;
+        held.scene.add(name, kind, surface, positions).map_err(refused)?;
         Ok(())
     }
 
     /// Returns the names of all bodies, in the order they were added.
-    fn _names(&self) -> Vec<String> {
-        self.scene.bodies().iter().map(|body| body.name().to_owned()).collect()
+    fn _names(&self) -> PyResult<Vec<String>> {
+        let held = self.hold()?;
+        Ok(held.scene.bodies().iter().map(|body| body.name().to_owned()).collect())
     }
 
     fn _kind(&self, name: &str) -> PyResult<&'static str> {
-        Ok(match self.scene.body(self.find(name)?).kind() {
+        let held = self.hold()?;
+        Ok(match held.scene.body(held.find(name)?).kind() {
             BodyKind::Rigid => "rigid",
             BodyKind::Deformable => "deformable",
             BodyKind::Open => "open",
@@ -61,72 +72,80 @@ impl Scene {
     }
 
     fn _vertices<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        Ok(point_array(py, self.scene.body(self.find(name)?).positions()))
+        let held = self.hold()?;
+        Ok(point_array(py, held.scene.body(held.find(name)?).positions()))
     }
 
     fn _faces<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyArray2<u32>>> {
-        Ok(row_array(py, self.scene.body(self.find(name)?).surface().faces()))
+        let held = self.hold()?;
+        Ok(row_array(py, held.scene.body(held.find(name)?).surface().faces()))
     }
 
-    fn _move(&mut self, name: &str, vertices: Points<'_>) -> PyResult<()> {
-        let body = self.find(name)?;
-        self.scene.move_body(body, points(&vertices)?).map_err(refused)
+    fn _move(&self, name: &str, vertices: Points<'_>) -> PyResult<()> {
+        let mut held = self.hold()?;
+        let body = held.find(name)?;
+        held.scene.move_body(body, points(&vertices)?).map_err(refused)
     }
 
-    fn _pose(&mut self, name: &str, placement: Placement) -> PyResult<()> {
-        let body = self.find(name)?;
-        self.scene.pose_body(body, &placement.pose()).map_err(refused)
+    fn _pose(&self, name: &str, placement: Placement) -> PyResult<()> {
+        let mut held = self.hold()?;
+        let body = held.find(name)?;
+        held.scene.pose_body(body, &placement.pose()).map_err(refused)
     }
 
     /// Returns the numbers of a body's particles: the first, and the one after the last.
     fn _particles(&self, name: &str) -> PyResult<(u32, u32)> {
-        let particles = self.scene.body(self.find(name)?).particles();
+        let held = self.hold()?;
+        let particles = held.scene.body(held.find(name)?).particles();
         Ok((particles.start, particles.end))
     }
 
-    fn _ignore(&mut self, a: &str, b: &str) -> PyResult<()> {
-        let [a, b] = [self.find(a)?, self.find(b)?];
-        self.scene.ignore(a, b);
+    fn _ignore(&self, a: &str, b: &str) -> PyResult<()> {
+        let mut held = self.hold()?;
+        let [a, b] = [held.find(a)?, held.find(b)?];
+        held.scene.ignore(a, b);
         Ok(())
     }
 
     #[pyo3(signature = (margin, measures, depth_tolerance, threads, progress))]
     fn _check<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
         margin: f64,
         measures: bool,
         depth_tolerance: Option<f64>,
-        threads: Option<usize>,
+        threads: Option<i64>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let mut held = self.hold()?;
         let params = CheckParams { margin, measures, depth_tolerance };
-        let scene = &mut self.scene;
+        let scene = &mut held.scene;
         let reports =
             Call::new(threads, progress)?.run(py, |progress| scene.check(&params, progress))?;
-        reports.iter().map(|report| record::pair(py, report, &self.scene)).collect()
+        reports.iter().map(|report| record::pair(py, report, &held.scene)).collect()
     }
 
     /// Sweeps bodies, by their names, on their ways during a step.
     #[pyo3(signature = (moves, first_of_pairs, separation, threads, progress))]
     fn _sweep<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
         moves: Vec<(String, Motion<'py>)>,
         first_of_pairs: bool,
         separation: f64,
-        threads: Option<usize>,
+        threads: Option<i64>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
+        let mut held = self.hold()?;
         // Bodies are moved while their ways are swept: paths keep where they were.
         let mut starts = Vec::with_capacity(moves.len());
         for (name, _) in &moves {
-            let body = self.find(name)?;
-            starts.push((body, self.scene.body(body).positions().to_vec()));
+            let body = held.find(name)?;
+            starts.push((body, held.scene.body(body).positions().to_vec()));
         }
         let mut paths = Vec::with_capacity(moves.len());
         for ((_, motion), (body, start)) in moves.iter().zip(&starts) {
-            paths.push(motion.paths(self.scene.body(*body), start)?);
+            paths.push(motion.paths(held.scene.body(*body), start)?);
         }
         let mut ways = Vec::with_capacity(moves.len());
         for ((body, _), path) in starts.iter().zip(&paths) {
@@ -134,7 +153,7 @@ impl Scene {
         }
 
         let params = CcdParams { min_separation: separation, ..CcdParams::EXACT };
-        let scene = &mut self.scene;
+        let scene = &mut held.scene;
         let report = Call::new(threads, progress)?.run(py, |progress| {
             if first_of_pairs {
                 scene.first_contacts(&ways, &params, progress)
@@ -142,29 +161,30 @@ impl Scene {
                 scene.sweep_paths(&ways, &params, progress)
             }
         })?;
-        record::sweep(py, &report, &self.scene)
+        record::sweep(py, &report, &held.scene)
     }
 
     /// Measures the contact of pairs of bodies, named in order.
     #[pyo3(signature = (pairs, margin, resolution, cartilage, threads, progress))]
     #[expect(clippy::too_many_arguments, reason = "named arguments in Python")]
     fn _joint_contacts<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
         pairs: Vec<(String, String)>,
         margin: f64,
         resolution: f64,
         cartilage: Option<Cartilage>,
-        threads: Option<usize>,
+        threads: Option<i64>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Vec<(Bound<'py, PyDict>, Bound<'py, PyDict>)>> {
+        let mut held = self.hold()?;
         let mut ids = Vec::with_capacity(pairs.len());
         for (a, b) in &pairs {
-            ids.push(self.pair(a, b)?);
+            ids.push(held.pair(a, b)?);
         }
         let foundation = cartilage.map(|layer| layer.foundation()).transpose()?;
         let params = JointContactParams { margin, resolution, foundation };
-        let scene = &mut self.scene;
+        let scene = &mut held.scene;
         let found = Call::new(threads, progress)?
             .run(py, |progress| scene.joint_contacts(&ids, &params, progress))?;
 
@@ -172,49 +192,42 @@ impl Scene {
         let mut contacts = Vec::with_capacity(found.len());
         for ((pair, (a, _)), [of_a, of_b]) in ids.iter().zip(&pairs).zip(&found) {
             let [of_a, of_b] = [joint::contact(py, of_a)?, joint::contact(py, of_b)?];
-            let is_in_order = self.find(a)? == pair.a;
+            let is_in_order = held.find(a)? == pair.a;
             contacts.push(if is_in_order { (of_a, of_b) } else { (of_b, of_a) });
         }
         Ok(contacts)
     }
 
-    #[pyo3(signature = (smoothing, tolerance, gap, max_rounds, threads, progress))]
-    #[expect(clippy::too_many_arguments, reason = "named arguments in Python")]
+    /// Pushes overlapping bodies apart, as the settings say and where the conditions allow.
+    #[pyo3(signature = (settings, fixed, ties, threads, progress))]
     fn _resolve<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
-        smoothing: f64,
-        tolerance: Option<f64>,
-        gap: f64,
-        max_rounds: u32,
-        threads: Option<usize>,
+        settings: ResolveSettings,
+        fixed: Vec<(String, Vec<u32>)>,
+        ties: Vec<(String, String, f64)>,
+        threads: Option<i64>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let default = ResolveParams::with_smoothing(smoothing);
-        let params = ResolveParams {
-            tolerance: tolerance.unwrap_or(default.tolerance),
-            gap,
-            max_rounds,
-            ..default
-        };
-        let scene = &mut self.scene;
+        let mut held = self.hold()?;
+        let conditions = held.conditions(fixed, ties)?;
+        let resolver = Resolver::new(settings.params()?).map_err(refused)?;
+        let mut resolver = resolver.with_conditions(conditions);
+        let scene = &mut held.scene;
         let found =
-            Call::new(threads, progress)?.run(py, |progress| resolve(scene, &params, progress))?;
-        resolution::record(py, &found, &self.scene)
+            Call::new(threads, progress)?.run(py, |progress| resolver.resolve(scene, progress))?;
+        resolution::record(py, &found, &held.scene)
     }
 }
 
 impl Scene {
-    /// Returns the library's scene.
-    pub(crate) fn library(&self) -> &musculo_collide::Scene {
-        &self.scene
+    /// Holds the scene for a call.
+    pub(crate) fn hold(&self) -> PyResult<MutexGuard<'_, Bodies>> {
+        self.0.hold("the scene")
     }
+}
 
-    /// Returns the library's scene, which a call may change.
-    pub(crate) fn library_mut(&mut self) -> &mut musculo_collide::Scene {
-        &mut self.scene
-    }
-
+impl Bodies {
     /// Finds the pair of two bodies.
     pub(crate) fn pair(&self, a: &str, b: &str) -> PyResult<PairId> {
         let pair = PairId::new(self.find(a)?, self.find(b)?);
@@ -224,11 +237,44 @@ impl Scene {
         Ok(pair)
     }
 
+    /// Finds the bodies that conditions of overlap removal name.
+    fn conditions(
+        &self,
+        fixed: Vec<(String, Vec<u32>)>,
+        ties: Vec<(String, String, f64)>,
+    ) -> PyResult<Conditions> {
+        let mut conditions = Conditions::default();
+        for (name, vertices) in fixed {
+            let body = self.find(&name)?;
+            let count = self.scene.body(body).positions().len();
+            if let Some(vertex) = vertices.iter().find(|vertex| **vertex as usize >= count) {
+                return Err(refused(format!("body {name:?} has no vertex {vertex}, but {count}")));
+            }
+            conditions.fixed.push(FixedVertices { body, vertices });
+        }
+        for (a, b, distance) in ties {
+            // The first body follows the second: the order counts.
+            self.pair(&a, &b)?;
+            conditions.ties.push(Tie { bodies: [self.find(&a)?, self.find(&b)?], distance });
+        }
+        Ok(conditions)
+    }
+
     /// Finds a body by its name.
     pub(crate) fn find(&self, name: &str) -> PyResult<BodyId> {
         self.scene.find(name).ok_or_else(|| {
             let names: Vec<&str> = self.scene.bodies().iter().map(|body| body.name()).collect();
             refused(format!("no body is named {name:?}; there are {names:?}"))
         })
+    }
+}
+
+impl ResolveSettings {
+    fn params(&self) -> PyResult<ResolveParams> {
+        let &Self(smoothing, tolerance, gap, max_rounds, max_volume_change, keep_going) = self;
+        let default = ResolveParams::with_smoothing(smoothing);
+        let tolerance = tolerance.unwrap_or(default.tolerance);
+        let max_rounds = count(max_rounds, "max_rounds")?;
+        Ok(ResolveParams { tolerance, gap, max_rounds, max_volume_change, keep_going, ..default })
     }
 }

@@ -2,33 +2,50 @@
 
 use glam::DVec3;
 use musculo_collide::ccd::CcdParams;
+use musculo_collide::decimate::{CoarseSurface, DecimateError, Decimation};
 use musculo_collide::distance_field::FieldDetector;
+use musculo_collide::medial::{MedialDetector, MedialParams};
+use musculo_collide::proximity::SurfaceTree;
 use musculo_collide::scene::{DetectorParams, PermanentParams};
 use musculo_collide::{
-    Friction, Margins, Material, PairId, ParticleLoads, Restraint, RigidMotion, SceneStates,
-    SceneStep, SpringDamper, StepDetectors, StepError, StepLength, StepMethod, StepParams,
-    StepReport, SweptReport,
+    Body, BodyId, BodyKind, FallbackReason, Friction, Margins, Material, PairId, ParticleLoads,
+    Progress, Restraint, RigidMotion, SceneStates, SceneStep, SpringDamper, StepDetectors,
+    StepError, StepLength, StepMethod, StepParams, StepReport, SweptReport,
 };
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{States, borrowed, numbers, vectors};
-use crate::call::Call;
+use crate::call::{Call, count};
 use crate::error::refused;
+use crate::exclusive::Exclusive;
 use crate::field::Field;
 use crate::motion::Placement;
 use crate::record::{dict, vector};
-use crate::scene::Scene;
+use crate::scene::{Bodies, Scene};
+
+/// Deviation of a coarse surface unless given, over the tolerance: the rest is left for how the body
+/// deforms.
+const COARSE_SHARE: f64 = 0.5;
+
+/// Name of a step in exceptions.
+const STEP: &str = "the contact step";
 
 /// Native contact step, with the scene that it was made for.
-#[pyclass(module = "musculo_collide._native")]
+#[pyclass(frozen, module = "musculo_collide._native")]
 #[derive(Debug)]
 pub(crate) struct Step {
     scene: Py<Scene>,
+    params: DetectorParams,
+    state: Exclusive<State>,
+}
+
+/// Library's step and detectors, with what they carry from step to step.
+#[derive(Debug)]
+struct State {
     step: SceneStep,
     detectors: StepDetectors,
-    margin: f64,
 }
 
 /// Material of a pair, as Python has it.
@@ -45,7 +62,7 @@ pub(crate) struct PairMaterial {
 
 /// Settings of one step, in the order in which Python gives them.
 #[derive(Debug, FromPyObject)]
-pub(crate) struct StepSettings(f64, f64, u32, u32, bool);
+pub(crate) struct StepSettings(f64, f64, i64, i64, bool);
 
 #[pymethods]
 impl Step {
@@ -62,62 +79,104 @@ impl Step {
         let params = DetectorParams { margin, tolerance };
         let detectors = StepDetectors::new(params).map_err(refused)?;
         let step = SceneStep::new(material.with_margin(margin)?);
-        Ok(Self { scene, step, detectors, margin })
+        Ok(Self { scene, params, state: Exclusive::new(State { step, detectors }) })
     }
 
-    fn set_material(
-        &mut self,
-        py: Python<'_>,
-        a: &str,
-        b: &str,
-        material: PairMaterial,
-    ) -> PyResult<()> {
-        let scene = self.scene.try_borrow(py)?;
-        let pair = scene.pair(a, b)?;
-        let in_library = material.with_margin(self.margin)?;
+    fn set_material(&self, a: &str, b: &str, material: PairMaterial) -> PyResult<()> {
+        let (mut state, held) = (self.state.hold(STEP)?, self.scene.get().hold()?);
+        let pair = held.pair(a, b)?;
+        let in_library = material.with_margin(self.params.margin)?;
         if let Some(restraint) = in_library.permanent {
-            let (skin, attach_within) = (self.margin, material.attach_within);
+            let (skin, attach_within) = (self.params.margin, material.attach_within);
             let params = PermanentParams { restraint, skin, attach_within };
-            self.detectors.set_permanent(pair, params).map_err(refused)?;
+            state.detectors.set_permanent(pair, params).map_err(refused)?;
         }
-        self.step.set_material(pair, in_library);
+        state.step.set_material(pair, in_library);
         Ok(())
     }
 
     /// Detects all pairs of a bone by its field.
-    fn set_field(&mut self, py: Python<'_>, name: &str, field: &Field) -> PyResult<()> {
-        let scene = self.scene.try_borrow(py)?;
-        let bone = scene.find(name)?;
-        let detector = FieldDetector::new(field.shared(), self.margin).map_err(refused)?;
-        self.detectors.set_field(bone, detector);
-        for other in scene.library().ids().filter(|other| *other != bone) {
-            self.detectors.set_method(PairId::new(bone, other), StepMethod::Field);
-        }
+    fn set_field(&self, name: &str, field: &Field) -> PyResult<()> {
+        let (mut state, held) = (self.state.hold(STEP)?, self.scene.get().hold()?);
+        let bone = held.find(name)?;
+        let detector = FieldDetector::new(field.shared(), self.params.margin).map_err(refused)?;
+        state.detectors.set_field(bone, detector);
+        set_method(&mut state.detectors, &held, bone, StepMethod::Field);
+        Ok(())
+    }
+
+    /// Detects all pairs of a body by a coarse surface of it.
+    fn set_coarse(
+        &self,
+        py: Python<'_>,
+        name: &str,
+        deviation: Option<f64>,
+        threads: Option<i64>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<()> {
+        let deviation = deviation.unwrap_or(COARSE_SHARE * self.params.tolerance);
+        let (mut state, held) = (self.state.hold(STEP)?, self.scene.get().hold()?);
+        let id = held.find(name)?;
+        let body = held.scene.body(id);
+        let coarse = Call::new(threads, progress)?.run(py, |progress| {
+            coarse_surface(body, deviation, progress)
+                .map_err(|error| format!("body {name:?}: {error}"))
+        })?;
+        state.detectors.set_coarse(id, coarse);
+        set_method(&mut state.detectors, &held, id, StepMethod::Coarse);
+
+        // Vertices that were left out follow those that were kept.
+        let followers = state.detectors.followers(&held.scene).map_err(refused)?;
+        state.step.set_followers(followers);
+        Ok(())
+    }
+
+    /// Detects all pairs of a body by balls within a tolerance of its surface.
+    fn set_balls(
+        &self,
+        py: Python<'_>,
+        name: &str,
+        tolerance: f64,
+        threads: Option<i64>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<()> {
+        let (mut state, held) = (self.state.hold(STEP)?, self.scene.get().hold()?);
+        let id = held.find(name)?;
+        let body = held.scene.body(id);
+        // The surface is at most the tolerance outside of its balls.
+        let margin = self.params.margin + tolerance;
+        let params = MedialParams::tolerance(tolerance);
+        let balls = Call::new(threads, progress)?.run(py, |progress| {
+            let (surface, x) = (body.surface(), body.checked_positions());
+            MedialDetector::new(surface, x, margin, &params, progress)
+                .map_err(|error| format!("body {name:?}: {error}"))
+        })?;
+        state.detectors.set_balls(id, balls);
+        set_method(&mut state.detectors, &held, id, StepMethod::Balls);
         Ok(())
     }
 
     /// Places a bone, and sets its velocities there.
     fn move_bone(
-        &mut self,
-        py: Python<'_>,
+        &self,
         name: &str,
         placement: Placement,
         velocity: [f64; 3],
         spin: [f64; 3],
         about: [f64; 3],
     ) -> PyResult<()> {
-        let mut scene = self.scene.try_borrow_mut(py)?;
-        let bone = scene.find(name)?;
+        let (mut state, mut held) = (self.state.hold(STEP)?, self.scene.get().hold()?);
+        let bone = held.find(name)?;
         let [velocity, spin, about] = [velocity, spin, about].map(DVec3::from_array);
         let motion = RigidMotion { about, velocity, spin, ..RigidMotion::default() };
-        let moved = self.step.move_bone(scene.library_mut(), bone, &placement.pose(), motion);
+        let moved = state.step.move_bone(&mut held.scene, bone, &placement.pose(), motion);
         moved.map_err(refused)
     }
 
     /// Corrects the states of all particles where they are.
     #[expect(clippy::too_many_arguments, reason = "named arguments in Python")]
     fn correct<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
         x: States<'py>,
         v: States<'py>,
@@ -125,7 +184,7 @@ impl Step {
         accelerations: Option<States<'py>>,
         forces: Option<States<'py>>,
         settings: StepSettings,
-        threads: Option<usize>,
+        threads: Option<i64>,
     ) -> PyResult<Bound<'py, PyDict>> {
         // Arrays are borrowed exclusively: no two of them overlap, and no other call has one.
         let (mut x, mut v) = (borrowed(&x, "x")?, borrowed(&v, "v")?);
@@ -148,9 +207,9 @@ impl Step {
         let StepSettings(.., swept) = settings;
         let params = settings.params(!matches!(loads, ParticleLoads::None))?;
 
-        let Self { scene, step, detectors, .. } = self;
-        let mut held = scene.try_borrow_mut(py)?;
-        let scene = held.library_mut();
+        let (mut state, mut held) = (self.state.hold(STEP)?, self.scene.get().hold()?);
+        let State { step, detectors } = &mut *state;
+        let scene = &mut held.scene;
         let (report, swept) = Call::new(threads, None)?.run_short(py, || {
             let states = SceneStates { x: &mut *x, v: &mut *v, loads, inverse_mass };
             let mut report = step.correct(scene, states, &params, |scene, contacts| {
@@ -164,18 +223,48 @@ impl Step {
                 step.correct_swept(scene, states, &params, &CcdParams::DEFAULT, &mut report)?;
             Ok((report, Some(found)))
         })?;
-        drop(held);
-        self.record(py, &report, swept.as_ref())
+        state.record(py, &report, swept.as_ref(), scene)
     }
 }
 
-impl Step {
+/// Sets the method of all pairs of a body.
+fn set_method(detectors: &mut StepDetectors, bodies: &Bodies, body: BodyId, method: StepMethod) {
+    for other in bodies.scene.ids().filter(|other| *other != body) {
+        detectors.set_method(PairId::new(body, other), method);
+    }
+}
+
+/// Builds the coarsest surface of a body within a deviation of its own, where the body is.
+fn coarse_surface(
+    body: &Body,
+    deviation: f64,
+    progress: Progress<'_>,
+) -> Result<CoarseSurface, DecimateError> {
+    let full = SurfaceTree::new(body.surface().clone(), body.positions().to_vec())?;
+    let full = if body.kind() == BodyKind::Open { full.declared_open() } else { full };
+    let decimation = Decimation::new(full, progress.part(0.0, 0.5))?;
+    let reduced = decimation.within(deviation, progress.part(0.5, 1.0))?;
+    CoarseSurface::new(reduced, decimation.full())
+}
+
+impl State {
     fn record<'py>(
         &self,
         py: Python<'py>,
         report: &StepReport,
         swept: Option<&SweptReport>,
+        scene: &musculo_collide::Scene,
     ) -> PyResult<Bound<'py, PyDict>> {
+        let mut fallbacks = Vec::new();
+        for fallback in self.detectors.fallbacks() {
+            let [a, b] = scene.names(fallback.pair);
+            fallbacks.push((a, b, reason_name(fallback.reason)));
+        }
+        let mut unheld_overlaps = Vec::new();
+        for pair in self.detectors.unheld_overlaps() {
+            let [a, b] = scene.names(*pair);
+            unheld_overlaps.push((a, b));
+        }
         Ok(dict!(py, {
             contacts: report.contacts,
             rounds: report.rounds,
@@ -189,11 +278,23 @@ impl Step {
             rigid_work: report.rigid_work,
             contact_energy: report.contact_energy,
             unknown_sides: self.step.unknown_sides(),
-            fallbacks: self.detectors.fallbacks().len(),
-            unheld_overlaps: self.detectors.unheld_overlaps().len(),
+            fallbacks: fallbacks,
+            unheld_overlaps: unheld_overlaps,
             swept_contacts: swept.map(|swept| swept.contacts),
             free_share: swept.map(|swept| swept.free_share),
         }))
+    }
+}
+
+/// Returns the reason against the method of a pair, as Python has it.
+fn reason_name(reason: FallbackReason) -> &'static str {
+    match reason {
+        FallbackReason::NoStructure => "no structure",
+        FallbackReason::NoPose => "no pose",
+        FallbackReason::BallDeviation { .. } => "balls deviate",
+        FallbackReason::CoarseDeviation { .. } => "coarse surface deviates",
+        FallbackReason::CrossingEdges => "crossing edges",
+        _ => "other",
     }
 }
 
@@ -229,8 +330,8 @@ impl StepSettings {
         let mut params = StepParams::new(StepLength::new(h).map_err(refused)?);
         params.depth_tolerance = Some(depth_tolerance);
         params.push_tolerance = has_loads.then_some(0.0);
-        params.max_rounds = max_rounds;
-        params.solver.max_iterations = iterations;
+        params.max_rounds = count(max_rounds, "max_rounds")?;
+        params.solver.max_iterations = count(iterations, "iterations")?;
         Ok(params)
     }
 }

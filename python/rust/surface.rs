@@ -2,15 +2,15 @@
 
 use glam::DVec3;
 use musculo_collide::kdop::Workspace;
-use musculo_collide::overlap::OverlapDetector;
+use musculo_collide::overlap::{DepthParams, Overlap, OverlapDetector};
 use musculo_collide::proximity::{ClosestPoint, SurfaceTree};
-use musculo_collide::surface::parallel::{self, on_calling_thread};
+use musculo_collide::surface::{Aabb, parallel};
 use musculo_collide::{Interrupted, Progress};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{Faces, Points, array, point_array, points, surface};
+use crate::arrays::{Faces, Points, array, point_array, points, row_array, surface};
 use crate::call::Call;
 use crate::error::refused;
 use crate::record;
@@ -42,6 +42,14 @@ impl Surface {
         Ok(Self { tree })
     }
 
+    fn vertices<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        point_array(py, self.tree.positions().as_slice())
+    }
+
+    fn faces<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<u32>> {
+        row_array(py, self.tree.surface().faces())
+    }
+
     /// Returns the reason why the surface has no inside.
     fn no_inside(&self) -> Option<String> {
         self.tree.has_inside().err().map(|reason| reason.to_string())
@@ -51,7 +59,7 @@ impl Surface {
         &self,
         py: Python<'py>,
         at: Points<'py>,
-        threads: Option<usize>,
+        threads: Option<i64>,
     ) -> PyResult<Bound<'py, PyArray1<bool>>> {
         self.require_inside()?;
         let points = points(&at)?;
@@ -65,7 +73,7 @@ impl Surface {
         &self,
         py: Python<'py>,
         at: Points<'py>,
-        threads: Option<usize>,
+        threads: Option<i64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.require_inside()?;
         let points = points(&at)?;
@@ -79,16 +87,37 @@ impl Surface {
 
     /// Measures what two surfaces share.
     fn overlap<'py>(&self, py: Python<'py>, other: &Self) -> PyResult<Bound<'py, PyDict>> {
-        let [a, b] = [&self.tree, &other.tree];
-        let measured = py.detach(|| on_calling_thread(|| OverlapDetector::default().measure(a, b)));
+        let bodies = [&self.tree, &other.tree];
+        let measured = Call::new(Some(1), None)?.run(py, |progress| {
+            let mut measured = Overlap::default();
+            OverlapDetector::default().try_measure_into(bodies, &mut measured, progress)?;
+            Ok::<_, Interrupted>(measured)
+        })?;
         record::overlap(py, &measured)
+    }
+
+    /// Brackets the depth of each of two surfaces in the other, to a width or to 1 %.
+    fn depths<'py>(
+        &self,
+        py: Python<'py>,
+        other: &Self,
+        width: Option<f64>,
+    ) -> PyResult<[Option<Bound<'py, PyDict>>; 2]> {
+        let bodies = [&self.tree, &other.tree];
+        let params = depth_params(bodies, width)?;
+        let [of_a, of_b] = Call::new(Some(1), None)?.run(py, |progress| {
+            let mut detector = OverlapDetector::default();
+            detector.try_measure_into(bodies, &mut Overlap::default(), progress)?;
+            detector.depths_from(bodies, [&[]; 2], &params, progress)
+        })?;
+        Ok([record::depth(py, of_a)?, record::depth(py, of_b)?])
     }
 
     fn closest_points<'py>(
         &self,
         py: Python<'py>,
         at: Points<'py>,
-        threads: Option<usize>,
+        threads: Option<i64>,
     ) -> PyResult<Closest<'py>> {
         let points = points(&at)?;
         let closest = |point, workspace: &mut Workspace, hint: &mut Option<u32>| {
@@ -102,6 +131,25 @@ impl Surface {
             distances.push(closest.distance);
         }
         Ok((point_array(py, &feet), array(py, faces), array(py, distances)))
+    }
+}
+
+/// Returns parameters for brackets of a width, or of 1 %, but no narrower than a hundred-thousandth
+/// of the smaller surface.
+fn depth_params(bodies: [&SurfaceTree; 2], width: Option<f64>) -> PyResult<DepthParams> {
+    const FLOOR: f64 = 1e-5;
+
+    let sizes =
+        bodies.map(|body| Aabb::of_points(body.positions().as_slice().iter().copied()).diagonal());
+    let params = DepthParams::with_floor(FLOOR * sizes[0].min(sizes[1]));
+    match width {
+        None => Ok(params),
+        Some(tolerance) if tolerance.is_finite() && tolerance > 0.0 => {
+            Ok(DepthParams { relative_tolerance: 0.0, tolerance, ..params })
+        }
+        Some(other) => {
+            Err(refused(format!("the width is {other}, but must be finite and above 0")))
+        }
     }
 }
 
@@ -127,7 +175,7 @@ impl Surface {
         &self,
         py: Python<'_>,
         points: &[DVec3],
-        threads: Option<usize>,
+        threads: Option<i64>,
         question: impl Fn(DVec3, &mut Workspace, &mut Option<u32>) -> T + Sync + Send,
     ) -> PyResult<Vec<T>> {
         if let Some(point) = points.iter().position(|point| !point.is_finite()) {

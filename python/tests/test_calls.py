@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from conftest import muscle, sphere
 
-from musculo_collide import DistanceField, Scene, medial
+from musculo_collide import DistanceField, Scene, _native, medial
 
 
 def balls(divisions: int) -> Scene:
@@ -68,19 +68,30 @@ LONG_CALLS = {
     "medial": "medial.generate(*muscle(100), balls=12, threads=threads)",
     "plan": "Plan(scene, tolerance=0.01, frames=10**6, threads=threads)",
     "distances": "surface.signed_distance(points, threads=threads)",
+    "check of one pair": "pair.check(depth_tolerance=1e-9, threads=threads)",
+    "depths of two surfaces": "Surface(*outer).depths(Surface(*inner), width=1e-9)",
+    "joint": "pair.joint_contact('a', 'b', resolution=0.02, margin=1.0, threads=threads)",
+    "coarse": "ContactStep(scene, margin=0.5, tolerance=1.0).set_coarse('b', threads=threads)",
+    "balls": "ContactStep(scene, margin=0.5).set_balls('b', tolerance=0.01, threads=threads)",
 }
 
 PREPARE = """
 import os, signal, sys, threading, time
 import numpy as np
 from conftest import muscle, sphere
-from musculo_collide import DistanceField, Plan, Scene, Surface, medial
+from musculo_collide import ContactStep, DistanceField, Plan, Scene, Surface, medial
 
 scene, many = Scene(), Scene()
 scene.add("a", *sphere((0, 0, 0), 10, 120), rigid=True)
 scene.add("b", *sphere((15, 0, 0), 10, 120))
 for number in range(40):
     many.add(str(number), *sphere((6 * number, 0, 0), 10, 16))
+
+# A ball in a ball of nearly its size: every point of it is about as deep as any other.
+pair = Scene()
+outer, inner = sphere((0, 0, 0), 10, 120), sphere((0, 0, 0), 9, 121)
+pair.add("a", *outer)
+pair.add("b", *inner)
 surface = Surface(*muscle(80))
 points = np.random.default_rng(1).uniform(-30, 30, (300_000, 3))
 """
@@ -167,6 +178,42 @@ def test_the_lock_is_released_and_a_second_thread_is_refused():
     scene.resolve(threads=2, progress=beat)
     other.join()
     assert not beats or errors, "while one thread resolves, the other cannot check"
+
+
+def test_two_threads_compute_at_the_same_time():
+    """Each call waits within itself for the other: neither could, if one lock served both."""
+    together = threading.Barrier(2, timeout=60)
+    met = []
+
+    class Met(Exception):
+        pass
+
+    def resolve() -> None:
+        def meet(share: float) -> None:
+            together.wait()
+            met.append(threading.get_ident())
+            raise Met
+
+        with pytest.raises(Met):
+            balls(100).resolve(threads=1, progress=meet)
+
+    threads = [threading.Thread(target=resolve) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(set(met)) == 2 and not together.broken
+
+
+def test_little_of_a_check_is_the_way_to_it():
+    """A bound far above the figure that `benches/door.py` prints, since machines are busy."""
+    scene = balls(60)
+    shares = []
+    for _ in range(7):
+        before, begin = _native.computed_seconds(), time.perf_counter()
+        scene.check(margin=1.0, threads=1)
+        shares.append((time.perf_counter() - begin) / (_native.computed_seconds() - before) - 1)
+    assert min(shares) < 0.2, shares
 
 
 def test_two_threads_use_one_scene_each():

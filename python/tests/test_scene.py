@@ -7,7 +7,7 @@ import pytest
 from conftest import box, sphere
 
 from musculo_collide import (
-    ArrayTypeError,
+    InputTypeError,
     Cartilage,
     InputError,
     MusculoCollideError,
@@ -108,6 +108,87 @@ def test_resolve_opens_a_gap():
         scene.resolve(gap=-1.0)
 
 
+def pressed_muscle() -> Scene:
+    """Return a muscle that a bone presses from below, and a tendon that ends 0.1 above the muscle."""
+    scene = Scene()
+    scene.add("bone", *sphere((0, 0, 0), 10, 16), rigid=True)
+    scene.add("muscle", *sphere((0, 0, 19), 10, 16))
+    scene.add("tendon", *box((-1, -1, 29.1), (1, 1, 35)))
+    return scene
+
+
+def test_fixed_vertices_stay_where_they_are():
+    scene = pressed_muscle()
+    before = scene.vertices("muscle")
+    upper = np.flatnonzero(before[:, 2] > 15)
+    for numbers in (upper, list(upper), upper.astype(np.uint8)[upper < 256]):
+        scene = pressed_muscle()
+        assert scene.resolve(fixed={"muscle": numbers}).resolved
+        after = scene.vertices("muscle")
+        assert np.array_equal(after[np.asarray(numbers)], before[np.asarray(numbers)])
+        assert not np.array_equal(after, before)
+
+    free = pressed_muscle()
+    free.resolve()
+    assert not np.array_equal(free.vertices("muscle")[upper], before[upper])
+    for fixed, error, message in (
+        ({"muscle": [len(before)]}, InputError, f'"muscle" has no vertex {len(before)}, but {len(before)}'),
+        ({"muscle": [-1]}, InputError, "number -1"),
+        ({"muscle": [2**40]}, InputError, "no vertex has"),
+        ({"muscle": [[0]]}, InputError, "list of numbers"),
+        ({"muscle": [0.5]}, InputTypeError, "whole numbers"),
+        ({"heart": [0]}, InputError, "no body"),
+    ):
+        with pytest.raises(error, match=message):
+            scene.resolve(fixed=fixed)
+
+
+def test_tied_bodies_move_together():
+    apart, tied = pressed_muscle(), pressed_muscle()
+    assert apart.resolve(smoothing=40.0, gap=0.5).resolved
+    assert apart.check(margin=2.0)["tendon", "muscle"].distance >= 0.5
+
+    # Tied bodies need no gap, and keep the one that they have.
+    assert tied.resolve(smoothing=40.0, gap=0.5, ties={("tendon", "muscle"): 1.0}).resolved
+    assert tied.check(margin=2.0)["tendon", "muscle"].distance == pytest.approx(0.1, abs=0.01)
+    assert not np.array_equal(tied.vertices("tendon"), pressed_muscle().vertices("tendon"))
+    for ties, message in (
+        ({("tendon", "bone"): 1.0}, "'tendon' is not tied to 'bone'"),
+        ({("tendon", "heart"): 1.0}, "no body"),
+        ({("tendon", "tendon"): 1.0}, "both bodies"),
+        ({"tendon": 1.0}, "between two names"),
+        ({("tendon", "muscle"): -1.0}, "not tied"),
+        ({("tendon", "muscle"): float("nan")}, "not tied"),
+    ):
+        with pytest.raises(InputError, match=message):
+            tied.resolve(ties=ties)
+
+
+def test_ignored_pairs_are_not_pushed_apart():
+    scene = pressed_muscle()
+    scene.ignore("muscle", "bone")
+    before = scene.vertices("muscle")
+    resolution = scene.resolve()
+    assert resolution.resolved and len(resolution.before.overlapping) == 0
+    assert np.array_equal(scene.vertices("muscle"), before)
+
+
+def test_limits_of_a_resolution_are_kept_unless_they_are_waived():
+    def squeezed() -> Scene:
+        scene = Scene()
+        scene.add("floor", *box((-20, -20, -5), (20, 20, 0)), rigid=True)
+        scene.add("press", *box((-20, -20, 12), (20, 20, 20)), rigid=True)
+        scene.add("muscle", *sphere((0, 0, 6), 10, 12))
+        return scene
+
+    kept = squeezed().resolve(max_volume_change=0.001)
+    assert not kept.resolved and kept.bodies[2].volume_ratio == pytest.approx(1, abs=0.001)
+    waived = squeezed().resolve(max_volume_change=0.001, keep_going=True)
+    assert abs(waived.bodies[2].volume_ratio - 1) > 0.001
+    with pytest.raises(InputError, match="max_volume_change"):
+        squeezed().resolve(max_volume_change=0.0)
+
+
 def test_a_bone_is_posed():
     scene = Scene()
     cube = box((0, 0, 0), (1, 1, 1))
@@ -130,11 +211,11 @@ def test_a_bone_is_posed():
         ([[0, 0]], [[0, 1, 2]], InputError, r"vertices of 'x' are n × 3 numbers, not .*\(1, 2\)"),
         ([0, 0, 0], [[0, 1, 2]], InputError, r"shape \(3,\)"),
         ([], [[0, 1, 2]], InputError, r"shape \(0,\)"),
-        ([["a", "b", "c"]], [[0, 0, 0]], ArrayTypeError, "real numbers"),
-        ([[1j, 0, 0]], [[0, 0, 0]], ArrayTypeError, "complex"),
+        ([["a", "b", "c"]], [[0, 0, 0]], InputTypeError, "real numbers"),
+        ([[1j, 0, 0]], [[0, 0, 0]], InputTypeError, "complex"),
         ([[0, 0, 0], [1]], [[0, 0, 0]], InputError, "no array of numbers"),
         (TETRAHEDRON[0], [[0, 1]], InputError, r"faces of 'x' are m × 3"),
-        (TETRAHEDRON[0], [[0.0, 1.0, 2.0]], ArrayTypeError, "whole numbers, not float64"),
+        (TETRAHEDRON[0], [[0.0, 1.0, 2.0]], InputTypeError, "whole numbers, not float64"),
         (TETRAHEDRON[0], [[0, 1, -1]], InputError, r'body "x": face 0 has the corner -1'),
         (TETRAHEDRON[0], [[0, 1, 2], [0, 1, 4]], InputError, "face 1 has the corner 4, but there are 4"),
         (TETRAHEDRON[0], np.array([[0, 1, 2**63]], np.uint64), InputError, "9223372036854775808"),

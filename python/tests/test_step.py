@@ -7,7 +7,7 @@ import pytest
 from conftest import box, sphere
 
 from musculo_collide import (
-    ArrayTypeError,
+    InputTypeError,
     ContactStep,
     DistanceField,
     InputError,
@@ -75,7 +75,55 @@ def test_fields_and_soft_materials_answer_too():
     step = ContactStep(scene, margin=0.5, material=Material(stiffness=1e3, damping=1.0))
     step.set_field("block", DistanceField.build(scene.vertices("block"), scene.faces("block"), spacing=0.5))
     report = step.correct(x, v, h=H)
-    assert report.contacts > 0 and report.fallbacks == 0 and report.contact_energy > 0
+    assert report.contacts > 0 and report.fallbacks == [] and report.contact_energy > 0
+
+
+def fall_on(method: str) -> tuple[float, list[tuple[str, str, str]]]:
+    """Let a ball fall on another; return its gap to that, and what was detected exactly."""
+    scene = Scene()
+    scene.add("bone", *sphere((0, 0, -20), 20, 24), rigid=True)
+    scene.add("ball", *sphere((0.3, 0.2, 5.2), 5, 24))
+    x = scene.particle_positions()
+    v = np.zeros_like(x)
+    v[scene.particles("ball"), 2] = -20.0
+    step = ContactStep(scene, margin=0.5, tolerance=0.3)
+    if method == "coarse":
+        step.set_coarse("ball")
+    elif method == "balls":
+        step.set_balls("bone", tolerance=0.5)
+        step.set_balls("ball", tolerance=0.5)
+    fallbacks = []
+    for _ in range(5):
+        fallbacks += step.correct(x, v, h=H).fallbacks
+        x += H * v
+    scene.move("ball", x[scene.particles("ball")])
+    return scene.check(margin=1.0)[0].min_gap, fallbacks
+
+
+@pytest.mark.parametrize("method", ["exact", "coarse", "balls"])
+def test_a_ball_stops_whatever_detects_it(method):
+    gap, fallbacks = fall_on(method)
+    assert fallbacks == [] and -0.31 < gap < 0.2, (gap, fallbacks)
+
+
+def test_structures_that_do_not_serve_are_named():
+    scene, x, v = falling_ball()
+    step = ContactStep(scene, margin=0.5, tolerance=0.01)
+    step.set_coarse("ball", deviation=0.5)
+    assert step.correct(x, v, h=H).fallbacks == [("block", "ball", "coarse surface deviates")]
+    for call, message in (
+        (lambda: ContactStep(scene, margin=0.5).set_coarse("ball"), '"ball": max_deviation is 0'),
+        (lambda: step.set_coarse("ball", deviation=-1.0), "max_deviation"),
+        (lambda: step.set_balls("ball", tolerance=0.0), '"ball".*tolerance'),
+        (lambda: step.set_balls("heart", tolerance=1.0), "no body"),
+        (lambda: step.set_coarse("heart", deviation=1.0), "no body"),
+    ):
+        with pytest.raises(InputError, match=message):
+            call()
+    scene.add("sheet", [[0, 0, 9], [1, 0, 9], [0, 1, 9]], [[0, 1, 2]], open=True)
+    for call in (lambda: step.set_coarse("sheet", deviation=1.0), lambda: step.set_balls("sheet", tolerance=1.0)):
+        with pytest.raises(InputError, match='"sheet".*(open|edge|closed)'):
+            call()
 
 
 def test_accelerations_and_forces_are_corrected():
@@ -125,9 +173,9 @@ def test_arrays_that_cannot_be_changed_in_place_are_refused():
     nan = v.copy()
     nan[30, 1] = np.nan
     for bad, error, message in (
-        (v.astype(np.float32), ArrayTypeError, "float64, not float32"),
-        (v.astype(">f8"), ArrayTypeError, "float64"),
-        (v.tolist(), ArrayTypeError, "numpy array, not list"),
+        (v.astype(np.float32), InputTypeError, "float64, not float32"),
+        (v.astype(">f8"), InputTypeError, "float64"),
+        (v.tolist(), InputTypeError, "numpy array, not list"),
         (np.asfortranarray(v), InputError, "rows follow each other"),
         (np.repeat(v, 2, axis=0)[::2], InputError, "rows follow each other"),
         (v[:, :2], InputError, "n × 3"),

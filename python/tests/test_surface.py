@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from conftest import box, sphere
 
-from musculo_collide import InputError, Surface
+from musculo_collide import InputError, MusculoCollideError, Surface
 
 
 def test_distances_to_a_box_are_those_of_the_closed_form():
@@ -56,5 +56,13 @@ def test_two_surfaces_share_a_planted_box():
     assert overlap.total.volume == pytest.approx(160, rel=1e-14) and len(overlap.regions) == 1
     assert overlap.total.curve_length == pytest.approx(44)
     assert a.overlap(Surface(*box((11, 0, 0), (12, 1, 1)))) is None
+    of_a, of_b = a.depths(b)
+    assert of_a.lower <= 2 <= of_a.upper <= 2.02 and of_b.lower <= 2 <= of_b.upper <= 2.02
+    narrow, _ = a.depths(b, width=1e-7)
+    assert narrow.lower <= 2 <= narrow.upper <= narrow.lower + 1e-7 and narrow.is_narrow
+    assert a.depths(Surface(*box((11, 0, 0), (12, 1, 1)))) == (None, None)
+    for width in (0.0, -1.0, float("nan"), "1"):
+        with pytest.raises(MusculoCollideError, match="width"):
+            a.depths(b, width=width)
     within = a.overlap(Surface(*box((4, 4, 4), (5, 5, 5))))
     assert within.total.volume == pytest.approx(1)

@@ -10,10 +10,14 @@ use std::ops::Range;
 
 use glam::DVec3;
 use proximity::SurfaceTree;
+use surface::progress::{Interrupted, Progress};
 use surface::{NO_EDGE, PerturbedMeeting, Stretch, StretchEnd, meet_perturbed, passing_share};
 
 /// Stands for no stretch.
 const NONE: u32 = u32::MAX;
+
+/// Pairs of faces between two polls for interruption: a few milliseconds at most.
+const POLL_INTERVAL: u32 = 1024;
 
 /// The crossing curve of two surfaces; its memory is reused from pair to pair.
 #[derive(Debug, Default)]
@@ -105,22 +109,28 @@ impl Curve {
     pub(crate) fn find(
         &mut self,
         bodies: [&SurfaceTree; 2],
-        candidates: impl IntoIterator<Item = [u32; 2]>,
-    ) {
-        self.find_stretches(bodies, candidates);
+        candidates: &[[u32; 2]],
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
+        self.find_crossings(bodies, candidates, progress)?;
+        self.name_ends(bodies);
         self.join_ends(bodies);
         self.gather_edges();
+        Ok(())
     }
 
-    /// Computes the exact stretch of each pair of faces.
-    fn find_stretches(
+    /// Computes the exact stretch of each pair of faces that cross.
+    fn find_crossings(
         &mut self,
         [a, b]: [&SurfaceTree; 2],
-        candidates: impl IntoIterator<Item = [u32; 2]>,
-    ) {
+        candidates: &[[u32; 2]],
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
         self.crossings.clear();
         self.coplanar.clear();
-        for faces in candidates {
+        let mut polls = progress.every(POLL_INTERVAL);
+        for &faces in candidates {
+            polls.step()?;
             match meet_perturbed(a.corners(faces[0]), b.corners(faces[1])) {
                 PerturbedMeeting::Apart => {}
                 PerturbedMeeting::Crossing(stretch) => self.crossings.push((faces, stretch)),
@@ -134,7 +144,11 @@ impl Curve {
         // The order of the faces is that of all sums, whatever order the candidates came in.
         self.crossings.sort_unstable_by_key(|(faces, _)| *faces);
         self.coplanar.sort_unstable();
+        progress.report(0.0)
+    }
 
+    /// Lists the stretches and the cut faces, and the ends by their names.
+    fn name_ends(&mut self, bodies: [&SurfaceTree; 2]) {
         for (side, cut_faces) in self.cut_faces.iter_mut().enumerate() {
             cut_faces.clear();
             for (faces, _) in &self.crossings {
@@ -149,7 +163,7 @@ impl Curve {
         for (stretch, &(faces, Stretch { begin, end, is_tie })) in (0..).zip(&self.crossings) {
             self.stretches.push(CurveStretch { faces, ends: [NONE; 2], is_tie });
             for (end, at) in [(0, begin), (1, end)] {
-                let (name, enters) = named(at, [a, b], faces);
+                let (name, enters) = named(at, bodies, faces);
                 self.ends.push(NamedEnd { name, stretch, end, enters });
             }
         }

@@ -21,6 +21,7 @@ use glam::DVec3;
 use kdop::Workspace;
 use proximity::{MaximumSearch, NearVertex, SurfaceTree};
 use surface::closest_on_triangle;
+use surface::progress::{Interrupted, Polls, Progress};
 use surface::triangle::radius_about_center;
 
 use crate::patches::{Clipper, FaceClip, FaceStretch, face_normal};
@@ -79,6 +80,13 @@ struct Piece {
 /// Stands for no face.
 const UNKNOWN: u32 = u32::MAX;
 
+/// Closest points between two polls for interruption: some milliseconds at most, even where many
+/// faces are equally far.
+const POLLED_QUERIES: u32 = 8;
+
+/// Faces between two polls: about a millisecond.
+const POLLED_FACES: u32 = 1024;
+
 /// Memory of depth searches, reused from search to search.
 #[derive(Debug, Default)]
 pub(crate) struct DepthMemory {
@@ -105,6 +113,9 @@ struct Search<'a> {
     /// Bound on the rounding of a distance.
     rounding: f64,
     queries: u32,
+    progress: Progress<'a>,
+    /// Polls among the queries.
+    polls: Polls<'a>,
 }
 
 /// Brackets the depth of one body's surface inside the other; `None` where nothing of it is inside.
@@ -116,19 +127,21 @@ pub(crate) fn depth(
     known: &[NearVertex],
     params: &DepthParams,
     memory: &mut DepthMemory,
-    queries: &mut u32,
-) -> Option<Depth> {
+    progress: Progress<'_>,
+) -> Result<Option<Depth>, Interrupted> {
     let DepthMemory { traversal, pieces, nearest, near, whole_faces, stretches, clip, triangles } =
         memory;
     pieces.restart(params.tolerance, params.relative_tolerance);
     let size = size(clipper.body).max(size(other));
-    let mut search = Search::new(other, known, size, traversal, pieces);
+    let mut search = Search::new(other, known, size, traversal, pieces, progress);
 
-    search.query_vertices(clipper, nearest);
+    search.query_vertices(clipper, nearest)?;
     clipper.collect_whole_faces(whole_faces);
-    search.add_whole_faces(clipper, whole_faces, nearest);
+    search.add_whole_faces(clipper, whole_faces, nearest)?;
     clipper.collect_stretches(stretches);
+    let mut polls = progress.every(POLLED_FACES);
     for group in stretches.chunk_by(|p, q| p.face == q.face) {
+        polls.step()?;
         collect_near(clipper, group, nearest, near);
         if search.needs_clipping(clipper, group, near) {
             clipper.clip(group, clip);
@@ -141,10 +154,9 @@ pub(crate) fn depth(
 
     while search.queries < params.max_queries {
         let Some((bound, piece)) = search.pieces.next() else { break };
-        search.split(bound, &piece);
+        search.split(bound, &piece)?;
     }
-    *queries += search.queries;
-    search.finish()
+    Ok(search.finish())
 }
 
 /// Collects faces of the other body that the inside part of a cut face is bounded by, to begin with:
@@ -179,6 +191,7 @@ impl<'a> Search<'a> {
         size: f64,
         traversal: &'a mut Workspace,
         pieces: &'a mut MaximumSearch<Piece>,
+        progress: Progress<'a>,
     ) -> Self {
         /// Roundings of one coordinate that a distance between surfaces may be off by.
         const ROUNDINGS: f64 = 64.0;
@@ -192,13 +205,18 @@ impl<'a> Search<'a> {
             is_narrow: true,
         };
         let rounding = ROUNDINGS * f64::EPSILON * size;
-        Self { other, known, traversal, pieces, deepest, rounding, queries: 0 }
+        let polls = progress.every(POLLED_QUERIES);
+        Self { other, known, traversal, pieces, deepest, rounding, queries: 0, progress, polls }
     }
 
     /// Computes the distance of inside vertices, those filled last first, which lie deepest in
     /// general. Writes a face near each; a vertex that is certainly less deep than another keeps
     /// the face of its neighbor, without a query.
-    fn query_vertices(&mut self, clipper: &Clipper<'_>, nearest: &mut Vec<u32>) {
+    fn query_vertices(
+        &mut self,
+        clipper: &Clipper<'_>,
+        nearest: &mut Vec<u32>,
+    ) -> Result<(), Interrupted> {
         let surface = clipper.body.surface();
         let vertices = &clipper.inside.vertices;
         // A vertex next to one whose face is known starts from that face.
@@ -215,7 +233,7 @@ impl<'a> Search<'a> {
                 hint.is_some_and(|near| self.distance_to(near, point) <= self.pieces.lower());
             if !is_shallow {
                 let face = surface.vertex_faces(vertex)[0];
-                nearest[place] = self.query_vertex(vertex, point, face, hint);
+                nearest[place] = self.query_vertex(vertex, point, face, hint)?;
             }
 
             // The neighbors that are still to come take the face as a hint.
@@ -230,11 +248,19 @@ impl<'a> Search<'a> {
                 }
             }
         }
+        Ok(())
     }
 
     /// Adds the faces that are inside as a whole, each bounded by the faces near its corners.
-    fn add_whole_faces(&mut self, clipper: &Clipper<'_>, faces: &[u32], nearest: &[u32]) {
+    fn add_whole_faces(
+        &mut self,
+        clipper: &Clipper<'_>,
+        faces: &[u32],
+        nearest: &[u32],
+    ) -> Result<(), Interrupted> {
+        let mut polls = self.progress.every(POLLED_FACES);
         for &face in faces {
+            polls.step()?;
             let corners = clipper.body.surface().faces()[face as usize];
             let mut near = [UNKNOWN; 3];
             for (near, corner) in near.iter_mut().zip(corners) {
@@ -242,6 +268,7 @@ impl<'a> Search<'a> {
             }
             self.add(clipper.body.corners(face), face, &near);
         }
+        Ok(())
     }
 
     /// Returns true if the inside part of a cut face may be deepest.
@@ -286,10 +313,10 @@ impl<'a> Search<'a> {
     }
 
     /// Computes the distance at a triangle's center, and splits the triangle in four.
-    fn split(&mut self, bound: f64, piece: &Piece) {
+    fn split(&mut self, bound: f64, piece: &Piece) -> Result<(), Interrupted> {
         // The center is inside, so that its distance is attained.
         let (center, radius) = radius_about_center(piece.corners);
-        let (near, distance) = self.query(center, piece.face, Some(piece.near));
+        let (near, distance) = self.query(center, piece.face, Some(piece.near))?;
         let by_center = distance + radius + self.rounding;
 
         // The parts are bounded by the faces nearest to both centers. They share their corners, whose
@@ -303,6 +330,7 @@ impl<'a> Search<'a> {
             let corners = part.map(|k| corners[k]);
             self.pieces.add(upper, Piece { corners, near, ..*piece });
         }
+        Ok(())
     }
 
     fn finish(self) -> Option<Depth> {
@@ -326,22 +354,34 @@ impl<'a> Search<'a> {
     }
 
     /// Returns the face nearest to an inside vertex, and records its distance.
-    fn query_vertex(&mut self, vertex: u32, point: DVec3, face: u32, hint: Option<u32>) -> u32 {
+    fn query_vertex(
+        &mut self,
+        vertex: u32,
+        point: DVec3,
+        face: u32,
+        hint: Option<u32>,
+    ) -> Result<u32, Interrupted> {
         let Ok(place) = self.known.binary_search_by_key(&vertex, |known| known.vertex) else {
-            return self.query(point, face, hint).0;
+            return Ok(self.query(point, face, hint)?.0);
         };
         let known = &self.known[place];
         self.record(point, face, known.foot, known.gap.abs());
-        known.face
+        Ok(known.face)
     }
 
     /// Computes the distance of a point inside from the other surface; it bounds the depth below.
-    fn query(&mut self, point: DVec3, face: u32, hint: Option<u32>) -> (u32, f64) {
+    fn query(
+        &mut self,
+        point: DVec3,
+        face: u32,
+        hint: Option<u32>,
+    ) -> Result<(u32, f64), Interrupted> {
+        self.polls.step()?;
         self.queries += 1;
         let found = self.other.closest_point(point, f64::INFINITY, hint, self.traversal);
-        let Some(found) = found else { return (0, 0.0) };
+        let Some(found) = found else { return Ok((0, 0.0)) };
         self.record(point, face, found.foot.point, found.distance);
-        (found.face, found.distance)
+        Ok((found.face, found.distance))
     }
 
     /// Records the depth of a point.
@@ -366,11 +406,13 @@ fn max_of(values: [f64; 6], places: [usize; 3]) -> f64 {
     places.into_iter().map(|k| values[k]).fold(0.0, f64::max)
 }
 
-/// Returns the largest coordinate of a body.
+/// Returns the largest coordinate of a body, by its bounds.
 fn size(body: &SurfaceTree) -> f64 {
-    let mut size: f64 = 0.0;
-    for position in body.positions().as_slice() {
-        size = size.max(position.abs().max_element());
+    let bounds = body.tree().root();
+    let mut size: f32 = 0.0;
+    for axis in 0..3 {
+        let [lower, upper] = bounds.interval(axis);
+        size = size.max(lower.abs()).max(upper.abs());
     }
-    size
+    f64::from(size)
 }

@@ -1,5 +1,7 @@
 //! Errors of joint contact.
 
+use surface::progress::Interrupted;
+
 /// Error of the contact of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -38,4 +40,7 @@ pub enum JointContactError {
         /// Thickness.
         thickness: f64,
     },
+    /// The progress handler ended the call.
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
 }

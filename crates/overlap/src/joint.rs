@@ -20,6 +20,7 @@ use std::ops::Range;
 use glam::DVec3;
 use kdop::Workspace;
 use proximity::{ClosestPoint, FaceBox, FaceBoxes, NearFaces, SurfaceTree};
+use surface::progress::{Interrupted, Polls, Progress};
 use surface::triangle::{quarters, radius_about_center};
 use surface::{Pseudonormals, triangle};
 
@@ -74,15 +75,24 @@ impl JointFaces {
         bodies: [&SurfaceTree; 2],
         margin: f64,
         traversal: &mut Workspace,
-    ) {
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
+        /// Pairs of faces between two polls for interruption: a millisecond.
+        const POLL_INTERVAL: u32 = 16_384;
+
         let Self { pairs, near: [near_a, near_b] } = self;
         pairs.clear();
         let [a, b] = bodies.map(SurfaceTree::tree);
-        a.pairs(b, margin, traversal, |face_a, face_b| pairs.push([face_a, face_b]));
+        let mut polls = progress.every(POLL_INTERVAL);
+        a.try_pairs(b, margin, traversal, |face_a, face_b| {
+            pairs.push([face_a, face_b]);
+            polls.step()
+        })?;
 
         let [count_a, count_b] = bodies.map(|body| body.surface().faces().len());
         near_a.refill(count_a, pairs.iter().map(|&[face_a, face_b]| (face_a, face_b)));
         near_b.refill(count_b, pairs.iter().map(|&[face_a, face_b]| (face_b, face_a)));
+        Ok(())
     }
 }
 
@@ -93,15 +103,16 @@ pub(crate) fn joint_contact(
     near: &JointFaces,
     params: &JointContactParams,
     traversal: &mut Workspace,
+    progress: Progress<'_>,
 ) -> Result<JointContact, JointContactError> {
     let body = clipper.body;
     let candidates = candidates(clipper, &near.near[clipper.side]);
     check_cell_count(body, &candidates, params)?;
 
-    let mut integral = Integral::new(body, other, params, traversal);
+    let mut integral = Integral::new(body, other, params, traversal, progress);
     let mut faces: Vec<(u32, ContactSums)> = Vec::new();
     for candidate in &candidates {
-        let sums = integral.over_face(candidate);
+        let sums = integral.over_face(candidate)?;
         if sums.area_upper > 0.0 {
             faces.push((candidate.face, sums));
         }
@@ -224,6 +235,8 @@ struct Integral<'a> {
     near: Vec<NearFace>,
     /// Squared distances of the boxes of a cell's near faces from its center.
     distances: Vec<f64>,
+    /// Polls among the cells.
+    polls: Polls<'a>,
 }
 
 impl<'a> Integral<'a> {
@@ -232,24 +245,30 @@ impl<'a> Integral<'a> {
         other: &'a SurfaceTree,
         params: &'a JointContactParams,
         traversal: &'a mut Workspace,
+        progress: Progress<'a>,
     ) -> Self {
+        /// Cells between two polls for interruption: some milliseconds at most.
+        const POLLED_CELLS: u32 = 64;
+
         let mut boxes = FaceBoxes::default();
         boxes.reset(other);
         let (cells, near, distances) = (Vec::new(), Vec::new(), Vec::new());
-        Self { body, other, params, traversal, boxes, cells, near, distances }
+        let polls = progress.every(POLLED_CELLS);
+        Self { body, other, params, traversal, boxes, cells, near, distances, polls }
     }
 
     /// Sums up the cells of one face.
-    fn over_face(&mut self, candidate: &Candidate<'_>) -> ContactSums {
+    fn over_face(&mut self, candidate: &Candidate<'_>) -> Result<ContactSums, Interrupted> {
         let JointContactParams { margin, resolution, .. } = *self.params;
         let face = self.body.corners(candidate.face);
         let normal = triangle::unit_normal(face);
         let mut sums = ContactSums::default();
 
-        let Some(hint) = self.collect_near(face, candidate) else { return sums };
+        let Some(hint) = self.collect_near(face, candidate) else { return Ok(sums) };
         self.cells.push(Cell { corners: face, near: 0..self.near.len(), hint });
         while let Some(Cell { corners, near, hint }) = self.cells.pop() {
             self.near.truncate(near.end);
+            self.polls.step()?;
             let (center, radius) = radius_about_center(corners);
             let nearest = self.nearest(center, near.clone(), hint);
             let gap = self.signed_distance(center, &nearest, candidate.side);
@@ -275,7 +294,7 @@ impl<'a> Integral<'a> {
                 sums.add(&CellValues { area, center, gap, pressure, normal });
             }
         }
-        sums
+        Ok(sums)
     }
 
     /// Collects the faces that are nearest to points of a face, as far as they count. Returns one of

@@ -12,6 +12,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 use proximity::{FaceBoxes, NearFaces, SurfaceTree};
+use surface::progress::{Interrupted, Progress};
 use surface::triangle::{quarters, radius_about_center};
 use surface::{TotalF64, closest_on_triangle, triangle};
 
@@ -48,6 +49,7 @@ struct Cells {
 /// use overlap::NearAreas;
 /// use overlap::glam::DVec3;
 /// use proximity::{PairProximity, PairSide, SurfaceTree};
+/// use surface::progress::Progress;
 ///
 /// // The sides of two cubes, 0.25 apart: all points of one are as near to the other.
 /// let cube = fixtures::shapes::cube(1.0);
@@ -58,7 +60,7 @@ struct Cells {
 /// pair.compute(&a, &b, 0.25);
 ///
 /// let near_faces = pair.sides().map(PairSide::near_faces);
-/// let [area, _] = NearAreas::default().measure([&a, &b], 0.25, near_faces);
+/// let [area, _] = NearAreas::default().measure([&a, &b], 0.25, near_faces, Progress::none())?;
 /// assert!(area.lower <= 1.0 && area.upper >= 1.0 && area.upper - area.lower <= 0.06);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -104,14 +106,21 @@ impl NearAreas {
     ///
     /// `near_faces` has the faces of A, and of B, each with the faces of the other surface that may
     /// be within the margin of it.
+    ///
+    /// # Errors
+    ///
+    /// [`Interrupted`] when `progress` ends the call.
     pub fn measure(
         &mut self,
         bodies: [&SurfaceTree; 2],
         margin: f64,
         near_faces: [&NearFaces; 2],
-    ) -> [AreaBracket; 2] {
+        progress: Progress<'_>,
+    ) -> Result<[AreaBracket; 2], Interrupted> {
         let ([a, b], [near_to_a, near_to_b]) = (bodies, near_faces);
-        [self.measure_one(a, b, margin, near_to_a), self.measure_one(b, a, margin, near_to_b)]
+        let of_a = self.measure_one(a, b, margin, near_to_a, progress)?;
+        let of_b = self.measure_one(b, a, margin, near_to_b, progress)?;
+        Ok([of_a, of_b])
     }
 
     /// Brackets the area of a surface within `margin` of another, on either side of it.
@@ -121,12 +130,15 @@ impl NearAreas {
         other: &SurfaceTree,
         margin: f64,
         near_faces: &NearFaces,
-    ) -> AreaBracket {
+        progress: Progress<'_>,
+    ) -> Result<AreaBracket, Interrupted> {
         /// Width of the bracket that is narrow enough, relative to its upper end.
         const RELATIVE_WIDTH: f64 = 0.05;
         /// Cells to split at most, some milliseconds; the bracket reached by then is returned. Twice as
         /// many quarter the width in general.
         const MAX_SPLITS: u32 = 8000;
+        /// Splits between two polls for interruption: about a millisecond.
+        const POLLED_SPLITS: u32 = 64;
 
         let Self { cells, widest, memory } = self;
         cells.list.clear();
@@ -134,14 +146,16 @@ impl NearAreas {
         widest.clear();
         memory.boxes.reset(other);
         let mut search = Search { other, margin, memory };
-        search.add_faces(body, near_faces, cells);
+        search.add_faces(body, near_faces, cells, progress)?;
         let mut total = cells.area();
         for (number, cell) in cells.list.iter().enumerate() {
             widest.push((TotalF64(cell.area.width()), Reverse(number)));
         }
 
         // The cell whose bracket is widest is split: few cells have most of the width.
+        let mut polls = progress.every(POLLED_SPLITS);
         for _ in 0..MAX_SPLITS {
+            polls.step()?;
             if total.width() <= RELATIVE_WIDTH * total.upper {
                 break;
             }
@@ -155,7 +169,7 @@ impl NearAreas {
         }
 
         // The sum anew, without what rounding has left of the split cells.
-        cells.area()
+        Ok(cells.area())
     }
 }
 
@@ -193,9 +207,20 @@ impl Cells {
 
 impl Search<'_> {
     /// Adds a bracket for every face of a body that has near faces.
-    fn add_faces(&mut self, body: &SurfaceTree, near_faces: &NearFaces, cells: &mut Cells) {
+    fn add_faces(
+        &mut self,
+        body: &SurfaceTree,
+        near_faces: &NearFaces,
+        cells: &mut Cells,
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
+        /// Faces between two polls for interruption: some milliseconds at most.
+        const POLLED_FACES: u32 = 64;
+
         let mut near = std::mem::take(&mut self.memory.near);
+        let mut polls = progress.every(POLLED_FACES);
         for (face, faces) in near_faces.iter() {
+            polls.step()?;
             // Most faces are within the margin as a whole, by the nearest of these faces.
             let corners = body.corners(face);
             if self.is_within_nearest(corners, faces) {
@@ -210,6 +235,7 @@ impl Search<'_> {
             self.add_cell(corners, &near, cells);
         }
         self.memory.near = near;
+        Ok(())
     }
 
     /// Splits a cell in four; returns the places of the parts.

@@ -3,6 +3,7 @@
 use glam::DVec3;
 use kdop::Workspace;
 use proximity::{NearVertex, NoInside, SurfaceTree};
+use surface::progress::{Interrupted, Progress};
 
 use crate::contact_sums::JointContact;
 use crate::curve::Curve;
@@ -76,7 +77,6 @@ pub struct OverlapDetector {
     /// One per region: the region that it belongs to, another one for a cavity.
     owners: Vec<usize>,
     depths: DepthMemory,
-    queries: u32,
 }
 
 impl OverlapDetector {
@@ -90,28 +90,50 @@ impl OverlapDetector {
     /// As [`measure`](Self::measure), in the memory of an earlier answer. Allocates nothing once
     /// the memory of a few pairs has been taken.
     pub fn measure_into(&mut self, bodies: [&SurfaceTree; 2], out: &mut Overlap) {
+        // Without a handler nothing interrupts.
+        let _ = self.try_measure_into(bodies, out, Progress::none());
+    }
+
+    /// As [`measure_into`](Self::measure_into), where a handler may end the call.
+    ///
+    /// # Errors
+    ///
+    /// [`Interrupted`] when `progress` ends the call; nothing is measured then.
+    pub fn try_measure_into(
+        &mut self,
+        bodies: [&SurfaceTree; 2],
+        out: &mut Overlap,
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
         let mut candidates = std::mem::take(&mut self.candidates);
         candidates.clear();
         let [a, b] = bodies.map(SurfaceTree::tree);
         a.pairs(b, 0.0, &mut self.traversal, |fa, fb| candidates.push([fa, fb]));
-        self.measure_candidates(bodies, &candidates, out);
+        let measured = self.measure_candidates(bodies, &candidates, out, progress);
         self.candidates = candidates;
+        measured
     }
 
-    /// As [`measure_into`](Self::measure_into), where the pairs of faces that may meet are known.
+    /// As [`try_measure_into`](Self::try_measure_into), where the pairs of faces that may meet are known.
     ///
     /// `candidates` holds (face of A, face of B), every pair that shares a point among them.
+    ///
+    /// # Errors
+    ///
+    /// [`Interrupted`] when `progress` ends the call; nothing is measured then.
     pub fn measure_candidates(
         &mut self,
         bodies: [&SurfaceTree; 2],
         candidates: &[[u32; 2]],
         out: &mut Overlap,
-    ) {
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
         out.no_inside = bodies.map(|body| body.has_winding_number().err());
 
         // The curve settles by exact signs which vertices are inside; rays only check it.
-        self.curve.find(bodies, candidates.iter().copied());
+        self.curve.find(bodies, candidates, progress)?;
         for side in 0..2 {
+            progress.report(0.0)?;
             if out.no_inside[1 - side].is_none() {
                 self.inside[side].find(side, bodies, &self.curve, &mut self.traversal);
             } else {
@@ -121,10 +143,12 @@ impl OverlapDetector {
         self.regions.find(bodies, &self.curve, &self.inside);
 
         // Positions enter here, for the first time.
+        progress.report(0.0)?;
         let Self { curve, inside, regions, sums, .. } = self;
         sum_regions(Parts { bodies, curve, inside, regions }, sums);
         self.count_chains();
         self.report(out);
+        Ok(())
     }
 
     /// Brackets the depth of A's surface in B and of B's surface in A, for the bodies measured last.
@@ -137,28 +161,39 @@ impl OverlapDetector {
         bodies: [&SurfaceTree; 2],
         params: &DepthParams,
     ) -> [Option<Depth>; 2] {
-        self.depths_within(None, bodies, [&[]; 2], params)
+        // Without a handler nothing interrupts.
+        self.depths_from(bodies, [&[]; 2], params, Progress::none()).unwrap_or_default()
     }
 
     /// As [`depths`](Self::depths), where closest points of vertices are known: those of A's vertices
     /// on B, and of B's on A, ascending. They are not computed again.
+    ///
+    /// # Errors
+    ///
+    /// [`Interrupted`] when `progress` ends the call.
     pub fn depths_from(
         &mut self,
         bodies: [&SurfaceTree; 2],
         known: [&[NearVertex]; 2],
         params: &DepthParams,
-    ) -> [Option<Depth>; 2] {
-        self.depths_within(None, bodies, known, params)
+        progress: Progress<'_>,
+    ) -> Result<[Option<Depth>; 2], Interrupted> {
+        self.depths_within(None, bodies, known, params, progress)
     }
 
     /// As [`depths`](Self::depths), within one of the regions that were reported last.
+    ///
+    /// # Errors
+    ///
+    /// [`Interrupted`] when `progress` ends the call.
     pub fn depths_in_region(
         &mut self,
         region: u32,
         bodies: [&SurfaceTree; 2],
         params: &DepthParams,
-    ) -> [Option<Depth>; 2] {
-        self.depths_within(Some(region), bodies, [&[]; 2], params)
+        progress: Progress<'_>,
+    ) -> Result<[Option<Depth>; 2], Interrupted> {
+        self.depths_within(Some(region), bodies, [&[]; 2], params, progress)
     }
 
     fn depths_within(
@@ -167,23 +202,18 @@ impl OverlapDetector {
         bodies: [&SurfaceTree; 2],
         known: [&[NearVertex]; 2],
         params: &DepthParams,
-    ) -> [Option<Depth>; 2] {
-        self.queries = 0;
-        [0, 1].map(|side| {
-            if self.inside[side].is_undefined || self.inside[side].covers_twice {
-                return None;
-            }
-            let Self { curve, inside, regions, depths, queries, .. } = &mut *self;
+        progress: Progress<'_>,
+    ) -> Result<[Option<Depth>; 2], Interrupted> {
+        let mut found = [None; 2];
+        for (side, found) in found.iter_mut().enumerate() {
+            let Self { curve, inside, regions, depths, .. } = &mut *self;
             let (body, other, inside) = (bodies[side], bodies[1 - side], &inside[side]);
-            let clipper = Clipper { side, body, curve, inside, regions, region };
-            depth(&clipper, other, known[side], params, depths, queries)
-        })
-    }
-
-    /// Returns the number of closest points that the last [`depths`](Self::depths) computed.
-    #[must_use]
-    pub fn queries(&self) -> u32 {
-        self.queries
+            if !(inside.is_undefined || inside.covers_twice) {
+                let clipper = Clipper { side, body, curve, inside, regions, region };
+                *found = depth(&clipper, other, known[side], params, depths, progress)?;
+            }
+        }
+        Ok(found)
     }
 
     /// Measures the contact of A's surface with B's and of B's with A's, within a margin, for the
@@ -196,6 +226,7 @@ impl OverlapDetector {
     /// use overlap::glam::DVec3;
     /// use overlap::{JointContactParams, OverlapDetector};
     /// use proximity::SurfaceTree;
+    /// use surface::progress::Progress;
     ///
     /// // Two cubes with a joint space of 0.1.
     /// let cube = fixtures::shapes::cube(1.0);
@@ -206,7 +237,7 @@ impl OverlapDetector {
     /// detector.measure(&a, &b);
     ///
     /// let params = JointContactParams { margin: 0.15, resolution: 0.05, foundation: None };
-    /// let [contact, _] = detector.joint_contact([&a, &b], &params)?;
+    /// let [contact, _] = detector.joint_contact([&a, &b], &params, Progress::none())?;
     /// assert_eq!(contact.regions.len(), 1);
     /// assert!((contact.total.min_gap - 0.1).abs() < 1e-12);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -214,21 +245,23 @@ impl OverlapDetector {
     ///
     /// # Errors
     ///
-    /// [`JointContactError`] when a parameter is out of range, or the resolution too fine.
+    /// [`JointContactError`] when a parameter is out of range, the resolution is too fine, or
+    /// `progress` ends the call.
     pub fn joint_contact(
         &mut self,
         bodies: [&SurfaceTree; 2],
         params: &JointContactParams,
+        progress: Progress<'_>,
     ) -> Result<[JointContact; 2], JointContactError> {
         params.validate()?;
         let Self { curve, inside, regions, traversal, joint_faces, .. } = self;
-        joint_faces.find(bodies, params.margin, traversal);
+        joint_faces.find(bodies, params.margin, traversal, progress)?;
         let mut contacts = <[JointContact; 2]>::default();
         for (side, contact) in contacts.iter_mut().enumerate() {
             let (body, other) = (bodies[side], bodies[1 - side]);
             let inside = &inside[side];
             let clipper = Clipper { side, body, curve, inside, regions, region: None };
-            *contact = joint_contact(&clipper, other, joint_faces, params, traversal)?;
+            *contact = joint_contact(&clipper, other, joint_faces, params, traversal, progress)?;
         }
         Ok(contacts)
     }

@@ -1,6 +1,7 @@
 //! Faces of two surfaces that cross or touch, by exact predicates.
 
 use kdop::Workspace;
+use surface::progress::{Interrupted, Progress};
 use surface::{Meeting, triangles_meet};
 
 use crate::SurfaceTree;
@@ -22,22 +23,34 @@ pub(crate) struct Crossings {
 
 impl Crossings {
     /// Finds the faces of `a` and `b` that meet, in place of earlier ones.
-    pub(crate) fn find(&mut self, a: &SurfaceTree, b: &SurfaceTree, workspace: &mut Workspace) {
+    pub(crate) fn find(
+        &mut self,
+        a: &SurfaceTree,
+        b: &SurfaceTree,
+        workspace: &mut Workspace,
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
+        /// Pairs of faces between two polls for interruption: a millisecond.
+        const POLL_INTERVAL: u32 = 4096;
+
         let Self { tested, meeting, crossing, cut_faces_of_a, cut_faces_of_b } = self;
         *tested = 0;
         meeting.clear();
         crossing.clear();
 
         // The trees leave the faces whose bounds overlap; the predicate is exact.
-        a.tree().pairs(b.tree(), 0.0, workspace, |face_a, face_b| {
+        let mut polls = progress.every(POLL_INTERVAL);
+        a.tree().try_pairs(b.tree(), 0.0, workspace, |face_a, face_b| {
+            polls.step()?;
             *tested += 1;
             match triangles_meet(a.corners(face_a), b.corners(face_b)) {
-                Meeting::Disjoint => return,
+                Meeting::Disjoint => return Ok(()),
                 Meeting::Touching => {}
                 Meeting::Crossing => crossing.push([face_a, face_b]),
             }
             meeting.push([face_a, face_b]);
-        });
+            Ok(())
+        })?;
         crossing.sort_unstable();
 
         // The faces of each surface, once each.
@@ -47,5 +60,6 @@ impl Crossings {
             faces.sort_unstable();
             faces.dedup();
         }
+        Ok(())
     }
 }

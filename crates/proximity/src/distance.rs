@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use kdop::Workspace;
+use surface::progress::{Interrupted, Progress};
 use surface::{closest_between_triangles, triangle};
 
 use crate::SurfaceTree;
@@ -16,14 +17,20 @@ pub(crate) fn distance_between(
     b: &SurfaceTree,
     max_distance: f64,
     workspace: &mut Workspace,
-) -> Option<f64> {
+    progress: Progress<'_>,
+) -> Result<Option<f64>, Interrupted> {
+    /// Pairs of faces between two polls for interruption: a millisecond.
+    const POLL_INTERVAL: u32 = 4096;
+
     // The traversal keeps its margin; pairs beyond the best so far cost one comparison each.
     let mut best = None;
     let mut bound = max_distance;
-    a.tree().pairs(b.tree(), max_distance, workspace, |face_a, face_b| {
+    let mut polls = progress.every(POLL_INTERVAL);
+    a.tree().try_pairs(b.tree(), max_distance, workspace, |face_a, face_b| {
+        polls.step()?;
         let (corners_a, corners_b) = (a.corners(face_a), b.corners(face_b));
         if are_farther(corners_a, corners_b, bound) {
-            return;
+            return Ok(());
         }
         let closest = closest_between_triangles(corners_a, corners_b);
         let distance = closest.distance();
@@ -31,8 +38,9 @@ pub(crate) fn distance_between(
             bound = distance;
             best = Some(distance);
         }
-    });
-    best
+        Ok(())
+    })?;
+    Ok(best)
 }
 
 /// Returns true if planes across the normal of one of two triangles keep them farther apart than a

@@ -6,6 +6,7 @@
 //! surface.
 
 use kdop::Workspace;
+use surface::progress::{Interrupted, Progress};
 
 use crate::crossings::Crossings;
 use crate::distance::distance_between;
@@ -40,22 +41,48 @@ pub struct PairSide {
     near: Vec<NearVertex>,
 }
 
+/// Neighborhood of one side in the other surface, before its vertices are computed.
+struct Neighborhood<'a> {
+    /// Faces of it that meet the other surface, ascending.
+    cut_faces: &'a [u32],
+    margin: f64,
+    progress: Progress<'a>,
+}
+
 impl PairProximity {
     /// Computes the proximity of `a` and `b`, in place of an earlier pair's.
     ///
     /// Vertices outside are reported within `margin` (`>= 0`) of the other surface.
     pub fn compute(&mut self, a: &SurfaceTree, b: &SurfaceTree, margin: f64) {
-        self.crossings.find(a, b, &mut self.workspace);
-        self.find_near_faces(a, b, margin);
+        // Without a handler nothing interrupts.
+        let _ = self.try_compute(a, b, margin, Progress::none());
+    }
+
+    /// As [`compute`](Self::compute), where a handler may end the call.
+    ///
+    /// # Errors
+    ///
+    /// [`Interrupted`] when `progress` ends the call; nothing is computed then.
+    pub fn try_compute(
+        &mut self,
+        a: &SurfaceTree,
+        b: &SurfaceTree,
+        margin: f64,
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
+        self.crossings.find(a, b, &mut self.workspace, progress)?;
+        self.find_near_faces(a, b, margin, progress)?;
         let Self { workspace, inside, crossings, near_faces, a: of_a, b: of_b } = self;
 
         let near_to_b = near_faces.iter().map(|&[face_a, face_b]| (face_a, face_b));
         of_a.near_faces.refill(a.surface().faces().len(), near_to_b);
-        of_a.compute(a, &crossings.cut_faces_of_a, b, margin, inside, workspace);
+        let of_pair = Neighborhood { cut_faces: &crossings.cut_faces_of_a, margin, progress };
+        of_a.compute(a, b, of_pair, inside, workspace)?;
 
         let near_to_a = near_faces.iter().map(|&[face_a, face_b]| (face_b, face_a));
         of_b.near_faces.refill(b.surface().faces().len(), near_to_a);
-        of_b.compute(b, &crossings.cut_faces_of_b, a, margin, inside, workspace);
+        let of_pair = Neighborhood { cut_faces: &crossings.cut_faces_of_b, margin, progress };
+        of_b.compute(b, a, of_pair, inside, workspace)
     }
 
     /// Computes the vertices of `a` against `b`, in place of an earlier pair's; those of `b` are
@@ -64,26 +91,51 @@ impl PairProximity {
     /// For vertices of `b` that are found by other means: of the same work, each surface takes its
     /// part. [`overlaps`](Self::overlaps) then holds where faces cross or a vertex of `a` is inside.
     pub fn compute_first(&mut self, a: &SurfaceTree, b: &SurfaceTree, margin: f64) {
-        self.crossings.find(a, b, &mut self.workspace);
-        self.find_near_faces(a, b, margin);
+        // Without a handler nothing interrupts.
+        let _ = self.find_first(a, b, margin, Progress::none());
+    }
+
+    fn find_first(
+        &mut self,
+        a: &SurfaceTree,
+        b: &SurfaceTree,
+        margin: f64,
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
+        self.crossings.find(a, b, &mut self.workspace, progress)?;
+        self.find_near_faces(a, b, margin, progress)?;
         let Self { workspace, inside, crossings, near_faces, a: of_a, b: of_b } = self;
         of_b.clear();
 
         let near_to_b = near_faces.iter().map(|&[face_a, face_b]| (face_a, face_b));
         of_a.near_faces.refill(a.surface().faces().len(), near_to_b);
-        of_a.compute(a, &crossings.cut_faces_of_a, b, margin, inside, workspace);
+        let of_pair = Neighborhood { cut_faces: &crossings.cut_faces_of_a, margin, progress };
+        of_a.compute(a, b, of_pair, inside, workspace)
     }
 
     /// Finds the pairs of faces that may be within the margin; without a margin, those that meet.
-    fn find_near_faces(&mut self, a: &SurfaceTree, b: &SurfaceTree, margin: f64) {
+    fn find_near_faces(
+        &mut self,
+        a: &SurfaceTree,
+        b: &SurfaceTree,
+        margin: f64,
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
+        /// Pairs of faces between two polls for interruption: a millisecond.
+        const POLL_INTERVAL: u32 = 16_384;
+
         let Self { workspace, crossings, near_faces, .. } = self;
         near_faces.clear();
         if margin > 0.0 {
-            let add = |face_a, face_b| near_faces.push([face_a, face_b]);
-            a.tree().pairs(b.tree(), margin, workspace, add);
+            let mut polls = progress.every(POLL_INTERVAL);
+            a.tree().try_pairs(b.tree(), margin, workspace, |face_a, face_b| {
+                near_faces.push([face_a, face_b]);
+                polls.step()
+            })?;
         } else {
             near_faces.extend_from_slice(&crossings.meeting);
         }
+        Ok(())
     }
 
     /// Returns the vertices of the first surface against the second, and of the second against
@@ -146,12 +198,28 @@ impl PairProximity {
     ///
     /// Surfaces and margin are those of the last [`compute`](Self::compute).
     pub fn distance(&mut self, a: &SurfaceTree, b: &SurfaceTree, margin: f64) -> Option<f64> {
+        // Without a handler nothing interrupts.
+        self.try_distance(a, b, margin, Progress::none()).ok().flatten()
+    }
+
+    /// As [`distance`](Self::distance), where a handler may end the call.
+    ///
+    /// # Errors
+    ///
+    /// [`Interrupted`] when `progress` ends the call.
+    pub fn try_distance(
+        &mut self,
+        a: &SurfaceTree,
+        b: &SurfaceTree,
+        margin: f64,
+        progress: Progress<'_>,
+    ) -> Result<Option<f64>, Interrupted> {
         if !self.crossings.cut_faces_of_a.is_empty() {
-            return Some(0.0);
+            return Ok(Some(0.0));
         }
         let near = self.a.near.iter().chain(&self.b.near);
         let bound = near.map(|vertex| vertex.gap.abs()).fold(margin, f64::min);
-        distance_between(a, b, bound, &mut self.workspace)
+        distance_between(a, b, bound, &mut self.workspace, progress)
     }
 }
 
@@ -166,19 +234,18 @@ impl PairSide {
     fn compute(
         &mut self,
         p: &SurfaceTree,
-        cut_faces: &[u32],
         q: &SurfaceTree,
-        margin: f64,
+        Neighborhood { cut_faces, margin, progress }: Neighborhood<'_>,
         inside: &mut InsideVertices,
         workspace: &mut Workspace,
-    ) {
+    ) -> Result<(), Interrupted> {
         self.no_inside = q.has_inside().err();
         self.inside.clear();
         if self.no_inside.is_none() {
             inside.find(p, cut_faces, q, workspace, &mut self.inside);
         }
-        self.candidates.find(p, &self.near_faces, q, margin);
-        self.candidates.project(p, &self.inside, q, workspace, &mut self.near);
+        self.candidates.find(p, &self.near_faces, q, margin, progress)?;
+        self.candidates.project(p, &self.inside, q, workspace, &mut self.near, progress)
     }
 
     /// Returns, per face, faces of the other surface, all that are within the margin among them; none

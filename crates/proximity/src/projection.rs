@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use kdop::Workspace;
+use surface::progress::{Interrupted, Progress};
 use surface::{Barycentric, TriangleSurface, triangle};
 
 use crate::{ClosestPoint, FaceBox, FaceBoxes, NearFaces, SurfaceTree};
@@ -73,7 +74,11 @@ impl Candidates {
         near_faces: &NearFaces,
         q: &SurfaceTree,
         margin: f64,
-    ) {
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
+        /// Faces between two polls for interruption: a millisecond, or some where many are near.
+        const POLL_INTERVAL: u32 = 256;
+
         // Only what the last projection has set is reset: most of a surface is far.
         let surface = p.surface();
         self.margin = margin;
@@ -86,7 +91,9 @@ impl Candidates {
         }
         self.boxes.reset(q);
 
+        let mut polls = progress.every(POLL_INTERVAL);
         for (face, near_faces) in near_faces.iter() {
+            polls.step()?;
             let corners = &surface.faces()[face as usize];
 
             // What is near one corner is likely to be near the others.
@@ -103,6 +110,7 @@ impl Candidates {
                 }
             }
         }
+        Ok(())
     }
 
     /// Finds the nearest of some faces within the margin of a point, if there is one.
@@ -144,7 +152,12 @@ impl Candidates {
         q: &SurfaceTree,
         workspace: &mut Workspace,
         out: &mut Vec<NearVertex>,
-    ) {
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
+        /// Vertices between two polls for interruption: some milliseconds, even where many faces are
+        /// equally near.
+        const POLL_INTERVAL: u32 = 16;
+
         // Candidates and inside vertices, ascending, each once.
         self.vertices.extend_from_slice(inside);
         self.vertices.sort_unstable();
@@ -153,7 +166,9 @@ impl Candidates {
         // Neighbors have near feet: each face that is found is the hint of the vertices around.
         out.clear();
         let mut inside = inside.iter().peekable();
+        let mut polls = progress.every(POLL_INTERVAL);
         for i in 0..self.vertices.len() {
+            polls.step()?;
             let vertex = self.vertices[i];
             let is_inside = inside.next_if_eq(&&vertex).is_some();
             let position = p.position(vertex);
@@ -162,6 +177,7 @@ impl Candidates {
                 out.push(NearVertex::new(vertex, position, is_inside, q, &found));
             }
         }
+        Ok(())
     }
 
     /// Finds the closest point of one candidate: of an inside vertex however far, of others

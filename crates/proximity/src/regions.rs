@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 use kdop::Workspace;
+use surface::progress::Progress;
 use surface::{NO_EDGE, Pseudonormals, TriangleFeature, TriangleSurface};
 
 use crate::SurfaceTree;
@@ -77,7 +78,8 @@ pub enum Side {
 #[must_use]
 pub fn regions(a: &SurfaceTree, by: &SurfaceTree) -> Vec<Region> {
     let (mut crossings, mut workspace) = (Crossings::default(), Workspace::default());
-    crossings.find(a, by, &mut workspace);
+    // Without a handler nothing interrupts.
+    let _ = crossings.find(a, by, &mut workspace, Progress::none());
     let cut_faces = crossings.cut_faces_of_a;
 
     // Faces that are not cut, grouped.

@@ -24,14 +24,20 @@ pub(crate) struct NearPair {
 
 impl NearPair {
     /// Detects the contacts of a pair; `None` where nothing is within the margin.
-    fn detect(scene: &Scene, pair: PairId, margin: f64, found: &mut PairProximity) -> Option<Self> {
+    fn detect(
+        scene: &Scene,
+        pair: PairId,
+        margin: f64,
+        found: &mut PairProximity,
+        progress: Progress<'_>,
+    ) -> Result<Option<Self>, Interrupted> {
         let (a, b) = (scene.body(pair.a), scene.body(pair.b));
-        found.compute(fitted_tree(a), fitted_tree(b), margin);
+        found.try_compute(fitted_tree(a), fitted_tree(b), margin, progress)?;
         if !found.has_contact() {
-            return None;
+            return Ok(None);
         }
         let report = PairReport::new(pair, found);
-        Some(Self { edges: edge_contacts(scene, &report), report })
+        Ok(Some(Self { edges: edge_contacts(scene, &report), report }))
     }
 
     /// Computes the depth of the overlap, of vertices or of edges.
@@ -81,7 +87,7 @@ impl NearPairs {
         // In the order of the bodies, whatever thread was first.
         let detected = parallel::map_slice_with(&stale, PairProximity::default, |found, &pair| {
             progress.report(0.0)?;
-            Ok(NearPair::detect(scene, pair, margin, found))
+            NearPair::detect(scene, pair, margin, found, progress)
         });
         let detected: Result<Vec<_>, Interrupted> = detected.into_iter().collect();
         self.0.extend(detected?.into_iter().flatten());

@@ -3,6 +3,7 @@
 use kdop::Workspace;
 use proximity::{ClosestPoint, SeparationBounds, SurfaceTree};
 use scene::PairId;
+use surface::progress::Interrupted;
 use surface::{parallel, triangle};
 
 use crate::gap_rounds::rounded_to_single;
@@ -28,15 +29,18 @@ impl Run<'_> {
         // Rigid bodies are not moved, but proved where rounding puts them.
         let rounded = self.rounded_rigid_trees()?;
         let (scene, rounded) = (&*self.scene, &rounded);
+        let progress = self.round_progress();
         let bounds = parallel::map_slice_with(&pairs, Workspace::default, |workspace, pair| {
+            progress.report(0.0)?;
             let [a, b] = pair.bodies().map(|id| {
                 let own = &rounded[id.index()];
                 own.as_ref().unwrap_or_else(|| fitted_tree(scene.body(id)))
             });
-            SeparationBounds::compute(a, b, gap, workspace)
+            Ok(SeparationBounds::compute(a, b, gap, workspace))
         });
+        let bounds: Result<Vec<_>, Interrupted> = bounds.into_iter().collect();
 
-        for (&pair, bounds) in pairs.iter().zip(bounds) {
+        for (&pair, bounds) in pairs.iter().zip(bounds?) {
             let overlaps = overlapping.contains(&pair);
             let Some(bounds) = bounds else {
                 // One body is inside the other, far from its surface.

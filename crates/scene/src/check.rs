@@ -3,7 +3,7 @@
 use overlap::{NearAreas, Overlap, OverlapDetector};
 use proximity::{PairProximity, PairSide, Region, SurfaceTree, regions};
 use surface::Aabb;
-use surface::progress::Progress;
+use surface::progress::{Interrupted, Progress};
 
 use crate::coincidence::{Coincidence, shares_volume};
 use crate::pair_overlap::{DepthRequest, PairOverlap};
@@ -36,11 +36,9 @@ impl Scene {
     ) -> Result<Vec<PairReport>, SceneError> {
         params.validate()?;
         let pairs = self.close_pairs(params.margin)?;
-        let reports =
-            self.map_pairs(&pairs, PairDetectors::default, progress, |detectors, pair| {
-                self.examine(pair, params, detectors)
-            });
-        Ok(reports?)
+        self.map_pairs(&pairs, PairDetectors::default, progress, |detectors, pair, progress| {
+            Ok(self.examine(pair, params, detectors, progress)?)
+        })
     }
 
     /// Examines one pair; `None` where nothing is within the margin. Trees must be fitted.
@@ -49,17 +47,18 @@ impl Scene {
         pair: PairId,
         params: &CheckParams,
         detectors: &mut PairDetectors,
-    ) -> Option<PairReport> {
-        let bodies = self.trees(pair)?;
+        progress: Progress<'_>,
+    ) -> Result<Option<PairReport>, Interrupted> {
+        let Some(bodies) = self.trees(pair) else { return Ok(None) };
         let [a, b] = bodies;
         let PairDetectors { proximity: found, overlap: detector, near_areas } = detectors;
         // Vertices and crossing faces of the pair, exactly.
-        found.compute(a, b, params.margin);
-        let distance = found.distance(a, b, params.margin);
+        found.try_compute(a, b, params.margin, progress)?;
+        let distance = found.try_distance(a, b, params.margin, progress)?;
         let is_near = distance.is_some() || found.has_contact();
         let may_enclose = self.may_enclose(pair);
         if !is_near && !may_enclose {
-            return None;
+            return Ok(None);
         }
 
         // Meshes that are one are named before anything is measured.
@@ -71,7 +70,8 @@ impl Scene {
         let meets = report.overlaps || !found.meeting_faces().is_empty() || may_enclose;
         if meets && (params.measures || !report.overlaps) {
             let mut measures = Overlap::default();
-            detector.measure_candidates(bodies, found.meeting_faces(), &mut measures);
+            let meeting = found.meeting_faces();
+            detector.measure_candidates(bodies, meeting, &mut measures, progress)?;
             report.overlaps |= shares_volume(&measures, bodies);
             report.coincidence = report.coincidence.or(Coincidence::of_overlap(&measures, bodies));
             if params.measures && !measures.regions.is_empty() {
@@ -79,14 +79,16 @@ impl Scene {
                 let known = found.sides().map(PairSide::near);
                 let depths = DepthRequest { tolerance: params.depth_tolerance, known };
                 let depths = report.overlaps.then_some(depths);
-                report.overlap = Some(PairOverlap::new(pair, bodies, measures, depths, detector));
+                let overlap = PairOverlap::new(pair, bodies, measures, depths, detector, progress)?;
+                report.overlap = Some(overlap);
             }
         }
         if params.measures && !report.overlaps {
             let near_faces = found.sides().map(PairSide::near_faces);
-            report.near_areas = Some(near_areas.measure(bodies, params.margin, near_faces));
+            let areas = near_areas.measure(bodies, params.margin, near_faces, progress)?;
+            report.near_areas = Some(areas);
         }
-        (is_near || report.overlaps).then_some(report)
+        Ok((is_near || report.overlaps).then_some(report))
     }
 
     /// Returns true if the box of one body holds that of the other.

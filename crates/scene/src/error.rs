@@ -92,13 +92,22 @@ pub enum SceneError {
     },
     /// The parameters of joint contact are out of range.
     #[error(transparent)]
-    JointContact(#[from] JointContactError),
+    JointContact(JointContactError),
     /// A margin that is negative, infinite or not a number.
     #[error("the margin is {margin}, but must be finite and at least 0")]
     Margin {
         /// The value given.
         margin: f64,
     },
+}
+
+impl From<JointContactError> for SceneError {
+    fn from(error: JointContactError) -> Self {
+        match error {
+            JointContactError::Interrupted(error) => Self::Interrupted(error),
+            error => Self::JointContact(error),
+        }
+    }
 }
 
 impl From<SweptError> for SceneError {

@@ -4,7 +4,7 @@ use glam::DVec3;
 use kdop::Workspace;
 use overlap::{ClippedFace, CurveChain, Overlap, OverlapDetector};
 use proximity::SurfaceTree;
-use surface::progress::Progress;
+use surface::progress::{Interrupted, Progress};
 
 use crate::{PairId, Scene, SceneError};
 
@@ -65,27 +65,41 @@ impl Scene {
             self.get_mut(pair.a)?.fit()?;
             self.get_mut(pair.b)?.fit()?;
         }
-        let shapes = self.map_pairs(pairs, OverlapDetector::default, progress, |detector, pair| {
-            self.trees(pair).map(|bodies| OverlapGeometry::new(bodies, detector))
-        });
-        Ok(shapes?)
+        self.map_pairs(pairs, OverlapDetector::default, progress, |detector, pair, progress| {
+            let Some(bodies) = self.trees(pair) else { return Ok(None) };
+            Ok(Some(OverlapGeometry::new(bodies, detector, progress)?))
+        })
     }
 }
 
 impl OverlapGeometry {
-    fn new([a, b]: [&SurfaceTree; 2], detector: &mut OverlapDetector) -> Self {
-        detector.measure_into([a, b], &mut Overlap::default());
-        let patches_of_a = with_depths(detector.patches(0, a), a, b);
-        let patches_of_b = with_depths(detector.patches(1, b), b, a);
-        Self { patches: [patches_of_a, patches_of_b], curve: detector.curve() }
+    fn new(
+        [a, b]: [&SurfaceTree; 2],
+        detector: &mut OverlapDetector,
+        progress: Progress<'_>,
+    ) -> Result<Self, Interrupted> {
+        detector.try_measure_into([a, b], &mut Overlap::default(), progress)?;
+        let patches_of_a = with_depths(detector.patches(0, a), a, b, progress)?;
+        let patches_of_b = with_depths(detector.patches(1, b), b, a, progress)?;
+        Ok(Self { patches: [patches_of_a, patches_of_b], curve: detector.curve() })
     }
 }
 
 /// Computes the depths at the points of some parts of `own` inside `other`.
-fn with_depths(parts: Vec<ClippedFace>, own: &SurfaceTree, other: &SurfaceTree) -> Vec<PatchFace> {
+fn with_depths(
+    parts: Vec<ClippedFace>,
+    own: &SurfaceTree,
+    other: &SurfaceTree,
+    progress: Progress<'_>,
+) -> Result<Vec<PatchFace>, Interrupted> {
+    /// Parts between two polls for interruption: about a millisecond.
+    const POLL_INTERVAL: u32 = 256;
+
     let mut query = DepthQuery { other, hint: None, workspace: Workspace::default() };
     let mut faces = Vec::with_capacity(parts.len());
+    let mut polls = progress.every(POLL_INTERVAL);
     for part in parts {
+        polls.step()?;
         // Points of the curve are on both surfaces: only corners of the face are deeper.
         let corners = own.corners(part.face);
         let mut depths = Vec::with_capacity(part.loops.len());
@@ -98,7 +112,7 @@ fn with_depths(parts: Vec<ClippedFace>, own: &SurfaceTree, other: &SurfaceTree) 
         }
         faces.push(PatchFace { part, depths });
     }
-    faces
+    Ok(faces)
 }
 
 /// Queries of depth, each of which starts at the nearest face of the one before.

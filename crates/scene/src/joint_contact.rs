@@ -1,6 +1,6 @@
 //! Joint contact of pairs of bodies of a scene.
 
-use overlap::{JointContact, JointContactError, JointContactParams, OverlapDetector};
+use overlap::{JointContact, JointContactError, JointContactParams, Overlap, OverlapDetector};
 use proximity::SurfaceTree;
 use surface::progress::Progress;
 
@@ -50,12 +50,10 @@ impl Scene {
         for id in pairs.iter().copied().flat_map(PairId::bodies) {
             self.get_mut(id)?.fit()?;
         }
-        let contacts =
-            self.map_pairs(pairs, OverlapDetector::default, progress, |detector, pair| {
-                self.trees(pair).map(|bodies| contact(bodies, params, detector))
-            });
-        let contacts: Result<Vec<_>, JointContactError> = contacts?.into_iter().collect();
-        Ok(contacts?)
+        self.map_pairs(pairs, OverlapDetector::default, progress, |detector, pair, progress| {
+            let Some(bodies) = self.trees(pair) else { return Ok(None) };
+            Ok(Some(contact(bodies, params, detector, progress)?))
+        })
     }
 }
 
@@ -63,8 +61,9 @@ fn contact(
     bodies: [&SurfaceTree; 2],
     params: &JointContactParams,
     detector: &mut OverlapDetector,
+    progress: Progress<'_>,
 ) -> Result<[JointContact; 2], JointContactError> {
     // The overlap says which faces lie deeper than the margin.
-    detector.measure(bodies[0], bodies[1]);
-    detector.joint_contact(bodies, params)
+    detector.try_measure_into(bodies, &mut Overlap::default(), progress)?;
+    detector.joint_contact(bodies, params, progress)
 }

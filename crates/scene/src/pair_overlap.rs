@@ -2,7 +2,7 @@
 
 use overlap::{Depth, DepthParams, Overlap, OverlapDetector};
 use proximity::{NearVertex, SurfaceTree};
-use surface::progress::Progress;
+use surface::progress::{Interrupted, Progress};
 
 use crate::coincidence::size;
 use crate::depth_bracket::DepthBracket;
@@ -68,18 +68,18 @@ impl Scene {
         for id in pairs.iter().copied().flat_map(PairId::bodies) {
             self.get_mut(id)?.fit()?;
         }
-        let overlaps =
-            self.map_pairs(pairs, OverlapDetector::default, progress, |detector, pair| {
-                let bodies = self.trees(pair)?;
-                let mut measures = Overlap::default();
-                detector.measure_into(bodies, &mut measures);
-                let is_measured = !measures.regions.is_empty();
-                Some(is_measured.then(|| {
-                    let depths = DepthRequest { tolerance: depth_tolerance, known: [&[]; 2] };
-                    PairOverlap::new(pair, bodies, measures, Some(depths), detector)
-                }))
-            });
-        Ok(overlaps?)
+        self.map_pairs(pairs, OverlapDetector::default, progress, |detector, pair, progress| {
+            let Some(bodies) = self.trees(pair) else { return Ok(None) };
+            let mut measures = Overlap::default();
+            detector.try_measure_into(bodies, &mut measures, progress)?;
+            if measures.regions.is_empty() {
+                return Ok(Some(None));
+            }
+            let depths = DepthRequest { tolerance: depth_tolerance, known: [&[]; 2] };
+            let overlap =
+                PairOverlap::new(pair, bodies, measures, Some(depths), detector, progress)?;
+            Ok(Some(Some(overlap)))
+        })
     }
 }
 
@@ -93,26 +93,27 @@ impl PairOverlap {
         measures: Overlap,
         depths: Option<DepthRequest<'_>>,
         detector: &mut OverlapDetector,
-    ) -> Self {
+        progress: Progress<'_>,
+    ) -> Result<Self, Interrupted> {
         let mut overlap = Self {
             measures,
             depth_of_a_in_b: None,
             depth_of_b_in_a: None,
             edge_overlaps: Vec::new(),
         };
-        let Some(DepthRequest { tolerance, known }) = depths else { return overlap };
+        let Some(DepthRequest { tolerance, known }) = depths else { return Ok(overlap) };
         let params = depth_params(bodies, tolerance);
         [overlap.depth_of_a_in_b, overlap.depth_of_b_in_a] =
-            detector.depths_from(bodies, known, &params);
+            detector.depths_from(bodies, known, &params, progress)?;
 
         // Regions without an inside vertex are named by their deepest point.
         for (region, measures) in (0..).zip(&overlap.measures.regions) {
             if measures.inside_vertices == [0, 0] {
-                let depths = detector.depths_in_region(region, bodies, &params);
+                let depths = detector.depths_in_region(region, bodies, &params, progress)?;
                 overlap.edge_overlaps.extend(EdgeOverlap::new(region, pair, bodies, depths));
             }
         }
-        overlap
+        Ok(overlap)
     }
 
     /// Brackets the larger of both depths; `None` where nothing is inside, or "inside" is

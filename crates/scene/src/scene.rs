@@ -251,21 +251,21 @@ impl Scene {
     /// Maps pairs on the threads of the current pool, and collects what is found in their order.
     ///
     /// Pairs of which more may be near begin first.
-    pub(crate) fn map_pairs<S, R: Send>(
+    pub(crate) fn map_pairs<S, R: Send, E: From<Interrupted> + Send>(
         &self,
         pairs: &[PairId],
         scratch: impl Fn() -> S + Sync + Send,
         progress: Progress<'_>,
-        f: impl Fn(&mut S, PairId) -> Option<R> + Sync + Send,
-    ) -> Result<Vec<R>, Interrupted> {
+        f: impl Fn(&mut S, PairId, Progress<'_>) -> Result<Option<R>, E> + Sync + Send,
+    ) -> Result<Vec<R>, E> {
         let steps = progress.steps(pairs.len());
         let cost = |pair: &PairId| self.faces_in_common_box(*pair);
         let found = parallel::map_costly_first(pairs, cost, scratch, |scratch, &pair| {
-            let found = f(scratch, pair);
+            let found = f(scratch, pair, steps.within())?;
             steps.advance(1)?;
             Ok(found)
         });
-        let found: Result<Vec<_>, Interrupted> = found.into_iter().collect();
+        let found: Result<Vec<_>, E> = found.into_iter().collect();
         Ok(found?.into_iter().flatten().collect())
     }
 

@@ -90,6 +90,12 @@ impl<'a> Progress<'a> {
         ProgressSteps { progress: self, count, done: AtomicUsize::new(0) }
     }
 
+    /// Returns a counter that polls for interruption once in `interval` steps of a loop.
+    #[must_use]
+    pub const fn every(self, interval: u32) -> Polls<'a> {
+        Polls { progress: self, interval, left: 0 }
+    }
+
     /// Maps a fraction of this handle's range to a fraction of the whole call.
     fn overall(self, fraction: f64) -> f64 {
         self.lower + (self.upper - self.lower) * fraction.clamp(0.0, 1.0)
@@ -121,13 +127,52 @@ impl ProgressSteps<'_> {
     /// # Errors
     ///
     /// [`Interrupted`] when the handler ends the call.
-    #[expect(clippy::cast_precision_loss, reason = "a fraction needs few digits")]
     pub fn advance(&self, steps: usize) -> Result<(), Interrupted> {
         if self.progress.handler.is_none() {
             return Ok(());
         }
         let done = self.done.fetch_add(steps, Ordering::Relaxed) + steps;
-        self.progress.report(done as f64 / self.count.max(1) as f64)
+        self.progress.report(self.fraction(done))
+    }
+
+    /// Returns a handle that reports the present sum, for polls within a step that takes long.
+    #[must_use]
+    pub fn within(&self) -> Progress<'_> {
+        let fraction = self.fraction(self.done.load(Ordering::Relaxed));
+        self.progress.part(fraction, fraction)
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "a fraction needs few digits")]
+    fn fraction(&self, done: usize) -> f64 {
+        done as f64 / self.count.max(1) as f64
+    }
+}
+
+/// Counter of the steps of one loop, which polls for interruption at some of them.
+///
+/// Made by [`Progress::every`].
+#[derive(Debug)]
+pub struct Polls<'a> {
+    progress: Progress<'a>,
+    interval: u32,
+    /// Steps to go without a poll.
+    left: u32,
+}
+
+impl Polls<'_> {
+    /// Counts a step that begins; polls at the first one, and then once per interval.
+    ///
+    /// # Errors
+    ///
+    /// [`Interrupted`] when the handler ends the call.
+    #[inline]
+    pub fn step(&mut self) -> Result<(), Interrupted> {
+        if self.left == 0 {
+            self.left = self.interval;
+            self.progress.report(0.0)?;
+        }
+        self.left = self.left.saturating_sub(1);
+        Ok(())
     }
 }
 
@@ -164,9 +209,21 @@ mod tests {
         let fractions = reported(|progress| {
             let steps = progress.part(0.0, 0.5).steps(4);
             steps.advance(1).unwrap();
+            steps.within().report(0.7).unwrap();
             steps.advance(3).unwrap();
         });
-        assert_eq!(fractions, [0.125, 0.5]);
+        assert_eq!(fractions, [0.125, 0.125, 0.5]);
+    }
+
+    #[test]
+    fn loops_poll_once_per_interval() {
+        for (interval, polls) in [(1, 7), (3, 3), (7, 1), (100, 1), (0, 7)] {
+            let fractions = reported(|progress| {
+                let mut polls = progress.part(0.5, 1.0).every(interval);
+                (0..7).for_each(|_| polls.step().unwrap());
+            });
+            assert_eq!(fractions, vec![0.5; polls], "{interval}");
+        }
     }
 
     #[test]

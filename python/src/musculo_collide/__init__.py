@@ -1,7 +1,7 @@
 """Where anatomical surfaces touch or overlap, how deep, since when, and what to do about it."""
 
 from . import medial
-from ._errors import ArrayTypeError, FileError, InputError, MusculoCollideError
+from ._errors import FileError, InputError, InputTypeError, InUseError, MusculoCollideError
 from ._native import __version__
 from .field import DistanceField
 from .joint import Cartilage, ContactMeasures, JointContact, SurfaceContact
@@ -29,7 +29,6 @@ from .step import ContactStep, Material, StepReport
 from .surface import ClosestPoints, Surface
 
 __all__ = [
-    "ArrayTypeError",
     "BodyChange",
     "BrokenLimit",
     "Cartilage",
@@ -40,7 +39,9 @@ __all__ = [
     "DetectedPair",
     "DistanceField",
     "FileError",
+    "InUseError",
     "InputError",
+    "InputTypeError",
     "JointContact",
     "Material",
     "Measures",

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ._errors import ArrayTypeError, InputError
+from ._errors import InputTypeError, InputError
 
 Points = npt.NDArray[np.float64]
 Faces = npt.NDArray[np.int64]
@@ -36,6 +36,17 @@ def faces(array: npt.ArrayLike, what: str) -> Faces:
     return np.ascontiguousarray(given, dtype=np.int64)
 
 
+def indices(array: npt.ArrayLike, what: str) -> list[int]:
+    """Return numbers of vertices as a list."""
+    given = _numbers(array, what, "iu")
+    if given.ndim != 1:
+        raise InputError(f"{what} are a list of numbers, not an array of shape {given.shape}")
+    for number in given:
+        if not 0 <= number < 2**32:
+            raise InputError(f"{what} have the number {number}, which no vertex has")
+    return [int(number) for number in given]
+
+
 def numbers(array: npt.ArrayLike, what: str) -> npt.NDArray[np.float64]:
     """Return a list of numbers as float64: the array itself where it is that already."""
     given = _numbers(array, what, "fiu")
@@ -53,5 +64,5 @@ def _numbers(array: npt.ArrayLike, what: str, kinds: str) -> npt.NDArray[Any]:
         given = given.astype(np.int64)
     if given.dtype.kind not in kinds:
         wanted = "whole numbers" if kinds == "iu" else "real numbers"
-        raise ArrayTypeError(f"{what} are {wanted}, not {given.dtype}")
+        raise InputTypeError(f"{what} are {wanted}, not {given.dtype}")
     return given

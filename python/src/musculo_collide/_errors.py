@@ -9,8 +9,12 @@ class InputError(MusculoCollideError, ValueError):
     """Input that the library refuses; the message names the body, the place and the value."""
 
 
-class ArrayTypeError(MusculoCollideError, TypeError):
-    """An array of numbers that cannot be read as points or faces."""
+class InputTypeError(MusculoCollideError, TypeError):
+    """Input of a type that cannot be read as what it is for."""
+
+
+class InUseError(MusculoCollideError, RuntimeError):
+    """An object that another call is using, in this thread or in another one."""
 
 
 class FileError(MusculoCollideError, OSError):

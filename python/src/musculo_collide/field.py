@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from . import _arrays, _native
-from .scene import Progress
+from . import _arrays, _checks, _native
+from ._checks import Progress
 
 
 @dataclass(frozen=True)
@@ -55,17 +55,25 @@ class DistanceField:
         x = _arrays.points(vertices, "vertices")
         corners = _arrays.faces(faces, "faces")
         return cls(
-            _native.Field.build(x, corners, float(spacing), padding, truncation, threads, progress)
+            _native.Field.build(
+                x,
+                corners,
+                _checks.number(spacing, "spacing"),
+                _checks.optional_number(padding, "padding"),
+                _checks.optional_number(truncation, "truncation"),
+                _checks.threads(threads),
+                _checks.progress(progress),
+            )
         )
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> DistanceField:
         """Read a field from an NRRD or VTI file."""
-        return cls(_native.Field.read(os.fspath(path)))
+        return cls(_native.Field.read(_checks.path(path)))
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write the field as NRRD or VTI, by the path's extension."""
-        self._native.write(os.fspath(path))
+        self._native.write(_checks.path(path))
 
     def query(self, points: npt.ArrayLike, *, cubic: bool = False) -> npt.NDArray[np.float64]:
         """Return the signed distances of points (n × 3), infinite outside the grid.

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from . import _checks
 from .results import Record, Vector
 
 
@@ -23,6 +24,11 @@ class Cartilage:
     """Thickness of the layer, of both where two are pressed on each other."""
     law: str = "linear"
     """``linear``, or ``logarithmic``: stiffer the more it is compressed."""
+
+    def __post_init__(self) -> None:
+        for name in ("youngs_modulus", "poissons_ratio", "thickness"):
+            object.__setattr__(self, name, _checks.number(getattr(self, name), name))
+        _checks.instance(self.law, str, "law", "a string")
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from . import _arrays, _native
-from .results import Record
-from .scene import Progress
+from . import _arrays, _checks, _native
+from ._checks import Progress
+from .results import Record, Table
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -28,6 +28,11 @@ class MedialSurface(Record):
     """Root mean square deviation from the surface, measured."""
     max_deviation: float
     """Deviation in either direction that is not exceeded."""
+
+    def to_table(self) -> Table:
+        """Return columns with one row per ball."""
+        x, y, z = self.centers.T
+        return {"x": x, "y": y, "z": z, "radius": self.radii}
 
     def __repr__(self) -> str:
         return (
@@ -48,4 +53,12 @@ def generate(
     """Generate a medial surface of a closed surface, by number of balls or by tolerance."""
     x = _arrays.points(vertices, "vertices")
     corners = _arrays.faces(faces, "faces")
-    return MedialSurface(**_native.generate_medial(x, corners, balls, tolerance, threads, progress))
+    found = _native.generate_medial(
+        x,
+        corners,
+        _checks.optional_count(balls, "balls"),
+        _checks.optional_number(tolerance, "tolerance"),
+        _checks.threads(threads),
+        _checks.progress(progress),
+    )
+    return MedialSurface(**found)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from . import _arrays, _native
+from . import _arrays, _checks, _native
+from ._errors import InputTypeError
 
 if TYPE_CHECKING:
     import trimesh
@@ -25,7 +26,7 @@ class Mesh(NamedTuple):
 
 def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     """Read a PLY, OBJ, STL or VTP file."""
-    return Mesh(*_native.read_mesh(os.fspath(path)))
+    return Mesh(*_native.read_mesh(_checks.path(path)))
 
 
 def write_mesh(
@@ -33,17 +34,20 @@ def write_mesh(
 ) -> None:
     """Write a mesh as PLY, OBJ, STL or VTP, by the path's extension."""
     x = _arrays.points(vertices, "vertices")
-    _native.write_mesh(os.fspath(path), x, _arrays.faces(faces, "faces"))
+    _native.write_mesh(_checks.path(path), x, _arrays.faces(faces, "faces"))
 
 
 def from_trimesh(mesh: trimesh.Trimesh) -> Mesh:
     """Return the vertices and faces of a trimesh mesh."""
+    if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")):
+        raise InputTypeError(f"a trimesh mesh has vertices and faces, {type(mesh).__name__} has not")
     corners = _arrays.faces(np.asarray(mesh.faces), "faces")
     return Mesh(_arrays.points(np.asarray(mesh.vertices), "vertices"), corners.astype(np.uint32))
 
 
-def to_trimesh(mesh: Mesh) -> trimesh.Trimesh:
+def to_trimesh(mesh: Mesh | tuple[npt.ArrayLike, npt.ArrayLike]) -> trimesh.Trimesh:
     """Return a trimesh mesh of the same vertices and faces, in the same order."""
     import trimesh
 
-    return trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+    vertices, faces = _checks.instance(mesh, tuple, "a mesh", "vertices and faces")
+    return trimesh.Trimesh(vertices, faces, process=False)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from . import _arrays
+from . import _arrays, _checks
 from ._errors import InputError
 
 Placement = tuple[list[float], list[float]]
@@ -35,8 +35,10 @@ class Turn:
         axis, center = vector(self.axis, "axis"), vector(self.center, "center")
         if not any(axis):
             raise InputError("the axis of a turn is zero: it has no direction")
-        if not math.isfinite(self.degrees):
-            raise InputError(f"a turn by {self.degrees} degrees is not finite")
+        degrees = _checks.number(self.degrees, "degrees")
+        if not math.isfinite(degrees):
+            raise InputError(f"a turn by {degrees} degrees is not finite")
+        object.__setattr__(self, "degrees", degrees)
         object.__setattr__(self, "axis", axis)
         object.__setattr__(self, "center", center)
 
@@ -82,6 +84,7 @@ def native(
     """Return motions by name as the native module reads them."""
     found: list[tuple[str, _arrays.Points | Turn | Posed]] = []
     for name, motion in moves.items():
+        _checks.name(name)
         if isinstance(motion, Turn):
             found.append((name, motion))
         elif np.shape(motion) == (4, 4):

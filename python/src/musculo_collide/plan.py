@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from . import _native
+from . import _checks, _native
+from ._checks import Progress
 from .results import Record
-from .scene import Progress, Scene
+from .scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +82,13 @@ class Plan:
     ) -> None:
         """Choose what costs least over ``frames`` and is proved to be within ``tolerance``."""
         self._native = _native.Plan(
-            scene, float(tolerance), float(margin), float(max_displacement), frames, threads, progress
+            _checks.instance(scene, Scene, "the scene"),
+            _checks.number(tolerance, "tolerance"),
+            _checks.number(margin, "margin"),
+            _checks.number(max_displacement, "max_displacement"),
+            _checks.count(frames, "frames"),
+            _checks.threads(threads),
+            _checks.progress(progress),
         )
 
     @property
@@ -90,11 +98,16 @@ class Plan:
 
     def detect(self, *, threads: int | None = None) -> tuple[DetectedPair, ...]:
         """Detect all pairs where the scene's bodies are now."""
-        return tuple(DetectedPair(**pair) for pair in self._native.detect(threads))
+        return tuple(DetectedPair(**pair) for pair in self._native.detect(_checks.threads(threads)))
 
     def respond(self, *, clearance: float = 0.0) -> None:
         """Move soft bodies out of the contacts that were detected last, once."""
-        self._native.respond(float(clearance))
+        self._native.respond(_checks.number(clearance, "clearance"))
 
     def __str__(self) -> str:
         return self._native.text()
+
+    def __repr__(self) -> str:
+        methods = Counter(pair.method for pair in self.pairs)
+        listed = ", ".join(f"{number} {method}" for method, number in sorted(methods.items()))
+        return f"<Plan of {methods.total()} pairs: {listed}>" if methods else "<Plan of no pairs>"

@@ -25,6 +25,19 @@ class Record:
         """Return names and values; nested results are dictionaries, arrays stay arrays."""
         return {field.name: _plain(getattr(self, field.name)) for field in dataclasses.fields(self)}  # type: ignore[arg-type]
 
+    def to_table(self) -> Table:
+        """Return columns that ``pandas.DataFrame`` or ``polars.DataFrame`` take as they are.
+
+        There is one row per entry of the result's arrays, or one row of its numbers where it has none.
+        What is undefined is NaN.
+        """
+        arrays = {name: value for name, value in vars(self).items() if isinstance(value, np.ndarray)}
+        return _columns(arrays) if arrays else table([self])
+
+    def _repr_html_(self) -> str:
+        rows = [f"<tr><th>{name}</th><td>{html.escape(_cell(value))}</td></tr>" for name, value in _numbers(self).items()]
+        return f"<table><caption>{html.escape(type(self).__name__)}</caption><tbody>{''.join(rows)}</tbody></table>"
+
     def __eq__(self, other: object) -> bool:
         if type(self) is not type(other):
             return NotImplemented
@@ -32,6 +45,49 @@ class Record:
         return all(_same(getattr(self, name), getattr(other, name)) for name in names)
 
     __hash__ = None  # type: ignore[assignment]
+
+
+def table(records: Sequence[Record]) -> Table:
+    """Return columns with one row per record, of its names and numbers."""
+    rows = [_numbers(record) for record in records]
+    columns = dict.fromkeys(name for row in rows for name in row)
+    return {name: _column([row.get(name) for row in rows]) for name in columns}
+
+
+def _column(values: list[Any]) -> npt.NDArray[Any]:
+    """Return a column; numbers that are missing are NaN, and words empty."""
+    known = [value for value in values if value is not None]
+    if known and all(isinstance(value, str) for value in known):
+        return np.array([value or "" for value in values], dtype=str)
+    if len(known) == len(values):
+        return np.array(values)
+    return np.array([_value(value) for value in values], dtype=np.float64)
+
+
+def _columns(arrays: dict[str, npt.NDArray[Any]]) -> Table:
+    """Return arrays as columns, vectors as three of them."""
+    columns: Table = {}
+    for name, array in arrays.items():
+        if array.ndim == 1:
+            columns[name] = array
+        else:
+            axes = "xyz" if array.shape[1] == 3 else range(array.shape[1])
+            columns |= {f"{name}.{axis}": array[:, i] for i, axis in enumerate(axes)}
+    return columns
+
+
+def _numbers(record: Record) -> dict[str, Any]:
+    """Return the names and numbers of a record, those of nested records by dotted names."""
+    found: dict[str, Any] = {}
+    for name, value in vars(record).items():
+        if isinstance(value, Record):
+            found |= {f"{name}.{inner}": number for inner, number in _numbers(value).items()}
+        elif isinstance(value, tuple) and len(value) in (2, 3) and all(isinstance(x, float) for x in value):
+            axes = ("lower", "upper") if len(value) == 2 else ("x", "y", "z")
+            found |= {f"{name}.{axis}": number for axis, number in zip(axes, value)}
+        elif value is None or isinstance(value, (bool, int, float, str)):
+            found[name] = value
+    return found
 
 
 def _plain(value: Any) -> Any:
@@ -176,6 +232,10 @@ class Pair(Record):
 
     def __repr__(self) -> str:
         return f"<Pair {self.a} × {self.b}: {self.summary()}>"
+
+    def to_table(self) -> Table:
+        """Return columns with one row, those of :meth:`Pairs.to_table`."""
+        return Pairs([self]).to_table()
 
     def summary(self) -> str:
         """Return a line on what the pair has in common."""
@@ -348,6 +408,8 @@ def _number(value: float | None) -> str:
 
 
 def _cell(value: Any) -> str:
+    if value is None:
+        return ""
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
@@ -395,6 +457,13 @@ class Sweep(Record):
     candidates: int
     """Pairs of primitives that were queried."""
     pairs: tuple[SweptPair, ...]
+
+    def to_table(self) -> Table:
+        """Return columns with one row per contact, pair after pair."""
+        counts = [len(pair.contacts.times) for pair in self.pairs]
+        names = {key: np.repeat([getattr(pair, key) for pair in self.pairs], counts) for key in ("a", "b")}
+        parts = [pair.contacts.to_table() for pair in self.pairs]
+        return names | {key: np.concatenate([part[key] for part in parts]) for key in (parts[0] if parts else ())}
 
     def __repr__(self) -> str:
         return f"<Sweep: free up to {self.largest_free_step:.6g}, {len(self.pairs)} pairs meet>"
@@ -475,6 +544,10 @@ class Resolution(Record):
     """Pairs that are not proved to keep it, the nearest first."""
     broken_limits: tuple[BrokenLimit, ...]
     """Bodies that the best state brings beyond their limits: the scene then has an earlier one."""
+
+    def to_table(self) -> Table:
+        """Return columns with one row per body."""
+        return table(self.bodies)
 
     def __repr__(self) -> str:
         before, after = len(self.before.overlapping), len(self.after.overlapping)

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
-from . import _arrays, _native, motion, results
+from . import _arrays, _checks, _native, motion, results
+from ._checks import Progress
 from ._errors import InputError
 from .joint import Cartilage, JointContact, surface_contact_from
 from .motion import Motion, placement
-
-Progress = Callable[[float], object]
 
 SMOOTHING_IN_EDGES = 1.5
 """Smoothing length of overlap removal, in mean edges of the soft bodies, where none is given."""
@@ -44,6 +43,7 @@ class Scene(_native.Scene):
 
         A rigid body moves as one; nothing is ever inside a body that is declared open.
         """
+        _checks.name(name)
         if rigid and open:
             raise InputError(f"body {name!r}: a sheet cannot be rigid")
         x = _arrays.points(vertices, f"vertices of {name!r}")
@@ -63,27 +63,27 @@ class Scene(_native.Scene):
 
     def is_rigid(self, name: str) -> bool:
         """Return true if a body moves as one."""
-        return self._kind(name) == "rigid"
+        return self._kind(_checks.name(name)) == "rigid"
 
     def vertices(self, name: str) -> npt.NDArray[np.float64]:
         """Return a copy of a body's present positions (n × 3)."""
-        return self._vertices(name)
+        return self._vertices(_checks.name(name))
 
     def faces(self, name: str) -> npt.NDArray[np.uint32]:
         """Return a copy of a body's faces (m × 3)."""
-        return self._faces(name)
+        return self._faces(_checks.name(name))
 
     def move(self, name: str, vertices: npt.ArrayLike) -> None:
         """Move a body's vertices to new positions (n × 3)."""
-        self._move(name, _arrays.points(vertices, f"vertices of {name!r}"))
+        self._move(_checks.name(name), _arrays.points(vertices, f"vertices of {name!r}"))
 
     def pose(self, name: str, matrix: npt.ArrayLike) -> None:
         """Place a rigid body by a 4 × 4 matrix, from where it was added to the world."""
-        self._pose(name, placement(name, matrix))
+        self._pose(_checks.name(name), placement(name, matrix))
 
     def particles(self, name: str) -> slice:
         """Return the rows of a body in arrays over all vertices of the scene."""
-        return slice(*self._particles(name))
+        return slice(*self._particles(_checks.name(name)))
 
     def particle_positions(self) -> npt.NDArray[np.float64]:
         """Return a copy of the present positions of all bodies, one after the other (n × 3)."""
@@ -91,7 +91,7 @@ class Scene(_native.Scene):
 
     def ignore(self, a: str, b: str) -> None:
         """Leave a pair out of every result."""
-        self._ignore(a, b)
+        self._ignore(_checks.name(a), _checks.name(b))
 
     def check(
         self,
@@ -107,7 +107,13 @@ class Scene(_native.Scene):
         ``measures`` adds volume, areas, curve and certified depth; ``depth_tolerance`` is the width
         of the bracket on the depth (1 % of it by default).
         """
-        found = self._check(float(margin), measures, depth_tolerance, threads, progress)
+        found = self._check(
+            _checks.number(margin, "margin"),
+            bool(measures),
+            _checks.optional_number(depth_tolerance, "depth_tolerance"),
+            _checks.threads(threads),
+            _checks.progress(progress),
+        )
         return results.pairs_from(found)
 
     def sweep(
@@ -160,8 +166,14 @@ class Scene(_native.Scene):
         Points with a gap of at most ``margin`` are in contact. Faces are split into cells no larger
         than ``resolution``.
         """
-        pairs = [(a, b)]
-        found = self._joint_contacts(pairs, float(margin), float(resolution), cartilage, threads, progress)
+        found = self._joint_contacts(
+            [(_checks.name(a), _checks.name(b))],
+            _checks.number(margin, "margin"),
+            _checks.number(resolution, "resolution"),
+            None if cartilage is None else _checks.instance(cartilage, Cartilage, "cartilage"),
+            _checks.threads(threads),
+            _checks.progress(progress),
+        )
         of_a, of_b = (surface_contact_from(side) for side in found[0])
         return JointContact(a, b, of_a, of_b)
 
@@ -171,17 +183,42 @@ class Scene(_native.Scene):
         smoothing: float | None = None,
         tolerance: float | None = None,
         gap: float = 0.0,
+        fixed: Mapping[str, npt.ArrayLike] | None = None,
+        ties: Mapping[tuple[str, str], float] | None = None,
         max_rounds: int = 60,
+        max_volume_change: float = 0.01,
+        keep_going: bool = False,
         threads: int | None = None,
         progress: Progress | None = None,
     ) -> results.Resolution:
         """Push bodies apart that overlap: rigid ones stay, soft ones yield.
 
         Surfaces keep the distance ``gap``, faces and edges included, or the result is not resolved.
-        The scene then has the new positions; after an exception it has the old ones.
+        Vertices of ``fixed`` (numbers by body) stay where they are. Bodies of ``ties`` (a distance by
+        pair) are attached: parts of their surfaces within the distance of each other keep their place,
+        and their pair needs no gap. What :meth:`ignore` names is not pushed apart.
+
+        Pushes fade over the length ``smoothing`` along a surface. A state that changes the volume of a
+        soft body by more than ``max_volume_change`` (relative), turns a face over or makes a body cross
+        itself anew is not taken, unless ``keep_going``. The scene then has the new positions; after an
+        exception it has the old ones.
         """
-        length = self._smoothing(threads) if smoothing is None else float(smoothing)
-        found = self._resolve(length, tolerance, float(gap), max_rounds, threads, progress)
+        held = []
+        for name, given in _checks.mapping(fixed or {}, "fixed").items():
+            held.append((_checks.name(name), _arrays.indices(given, f"fixed vertices of {name!r}")))
+        tied = []
+        for pair, distance in _checks.mapping(ties or {}, "ties").items():
+            tied.append((*_two_names(pair), _checks.number(distance, f"distance of the tie {pair!r}")))
+        number, observer = _checks.threads(threads), _checks.progress(progress)
+        settings = (
+            self._smoothing(number) if smoothing is None else _checks.number(smoothing, "smoothing"),
+            _checks.optional_number(tolerance, "tolerance"),
+            _checks.number(gap, "gap"),
+            _checks.count(max_rounds, "max_rounds"),
+            _checks.number(max_volume_change, "max_volume_change"),
+            bool(keep_going),
+        )
+        found = self._resolve(settings, held, tied, number, observer)
         return results.resolution_from(found)
 
     def _swept(
@@ -193,8 +230,9 @@ class Scene(_native.Scene):
         threads: int | None,
         progress: Progress | None,
     ) -> results.Sweep:
-        ways = motion.native(moves, centers or {})
-        found = self._sweep(ways, first_of_pairs, float(separation), threads, progress)
+        ways = motion.native(_checks.mapping(moves, "moves"), _checks.mapping(centers or {}, "centers"))
+        gap = _checks.number(separation, "separation")
+        found = self._sweep(ways, first_of_pairs, gap, _checks.threads(threads), _checks.progress(progress))
         return results.sweep_from(found)
 
     def _smoothing(self, threads: int | None) -> float:
@@ -215,3 +253,10 @@ class Scene(_native.Scene):
 
     def __repr__(self) -> str:
         return f"<Scene of {len(self)} bodies: {', '.join(self.names)}>"
+
+
+def _two_names(pair: object) -> tuple[str, str]:
+    """Return the names of a pair."""
+    if not (isinstance(pair, tuple) and len(pair) == 2 and all(isinstance(name, str) for name in pair)):
+        raise InputError(f"a tie is between two names, not {pair!r}")
+    return pair

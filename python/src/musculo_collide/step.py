@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from . import _arrays, _native
-from ._errors import ArrayTypeError, InputError
+from . import _arrays, _checks, _native
+from ._checks import Progress
+from ._errors import InputError, InputTypeError
 from .field import DistanceField
 from .motion import vector, placement
 from .results import Record, Vector
@@ -66,9 +67,9 @@ class StepReport(Record):
     """Energy of soft contacts at the start of the move."""
     unknown_sides: int
     """Vertices inside a body that were never seen outside: they leave by the nearest side."""
-    fallbacks: int
-    """Pairs that were detected by surfaces though they have another method."""
-    unheld_overlaps: int
+    fallbacks: list[tuple[str, str, str]]
+    """Pairs that were detected exactly though they have another method, with the reasons."""
+    unheld_overlaps: list[tuple[str, str]]
     """Pairs that overlap where no contact touches."""
     swept_contacts: int | None
     """Contacts met during the move that were added; ``None`` unless asked for."""
@@ -103,15 +104,54 @@ class ContactStep:
         material: Material = Material(),
     ) -> None:
         """Respond to gaps up to ``margin``, above 0; kept structures may miss ``tolerance``."""
-        self._native = _native.Step(scene, float(margin), float(tolerance), material)
+        self._scene = _checks.instance(scene, Scene, "the scene")
+        length, error = _checks.number(margin, "margin"), _checks.number(tolerance, "tolerance")
+        self._native = _native.Step(scene, length, error, _material(material))
 
     def set_material(self, a: str, b: str, material: Material) -> None:
         """Set the material of one pair."""
-        self._native.set_material(a, b, material)
+        self._native.set_material(_checks.name(a), _checks.name(b), _material(material))
 
     def set_field(self, name: str, field: DistanceField) -> None:
-        """Detect the pairs of a bone by its field, which was built where the bone was added."""
-        self._native.set_field(name, field._native)
+        """Detect the pairs of a bone by its field, which was built where the bone was added.
+
+        Of this, :meth:`set_coarse` and :meth:`set_balls`, the last one that is called holds for a pair.
+        """
+        _checks.instance(field, DistanceField, "the field")
+        self._native.set_field(_checks.name(name), field._native)
+
+    def set_coarse(
+        self,
+        name: str,
+        *,
+        deviation: float | None = None,
+        threads: int | None = None,
+        progress: Progress | None = None,
+    ) -> None:
+        """Detect the pairs of a body by a coarser surface, which follows it as it deforms.
+
+        It deviates by at most ``deviation``, half of the step's tolerance unless given. Where it comes
+        to deviate by more than the tolerance, its pairs are detected exactly: ``fallbacks`` names them.
+        """
+        length = _checks.optional_number(deviation, "deviation")
+        self._native.set_coarse(_checks.name(name), length, _checks.threads(threads), _checks.progress(progress))
+
+    def set_balls(
+        self,
+        name: str,
+        *,
+        tolerance: float,
+        threads: int | None = None,
+        progress: Progress | None = None,
+    ) -> None:
+        """Find what comes near a body by balls within ``tolerance`` of its surface.
+
+        They follow the body as it deforms, and its surface measures what they find. Where the surface
+        comes to extend beyond them by the step's tolerance more, its pairs are detected exactly:
+        ``fallbacks`` names them.
+        """
+        length = _checks.number(tolerance, "tolerance")
+        self._native.set_balls(_checks.name(name), length, _checks.threads(threads), _checks.progress(progress))
 
     def move_bone(
         self,
@@ -127,9 +167,12 @@ class ContactStep:
         ``velocity`` is that of the point ``about`` (of the matrix's translation unless given),
         ``spin`` the angular velocity in radians per time.
         """
-        pose = placement(name, matrix)
+        pose = placement(_checks.name(name), matrix)
         center = vector(pose[1] if about is None else about, "about")
         self._native.move_bone(name, pose, vector(velocity, "velocity"), vector(spin, "spin"), center)
+
+    def __repr__(self) -> str:
+        return f"<ContactStep over {self._scene!r}>"
 
     def correct(
         self,
@@ -157,17 +200,37 @@ class ContactStep:
             if array is not None:
                 _require_states(array, what)
         mass = np.ones(len(x)) if inverse_mass is None else _arrays.numbers(inverse_mass, "inverse_mass")
-        settings = (float(h), float(depth_tolerance), max_rounds, iterations, swept)
-        found = self._native.correct(x, v, mass, accelerations, forces, settings, threads)
+        settings = (
+            _checks.number(h, "h"),
+            _checks.number(depth_tolerance, "depth_tolerance"),
+            _checks.count(max_rounds, "max_rounds"),
+            _checks.count(iterations, "iterations"),
+            bool(swept),
+        )
+        found = self._native.correct(x, v, mass, accelerations, forces, settings, _checks.threads(threads))
         return StepReport(**found)
+
+
+def _material(material: object) -> Material:
+    """Return a material whose values are of their types."""
+    given = _checks.instance(material, Material, "the material")
+    _checks.number(given.clearance, "clearance")
+    _checks.number(given.friction, "friction")
+    _checks.optional_number(given.dynamic_friction, "dynamic_friction")
+    _checks.optional_number(given.stiffness, "stiffness")
+    _checks.number(given.damping, "damping")
+    _checks.number(given.attach_within, "attach_within")
+    if given.permanent is not None:
+        _checks.instance(given.permanent, str, "permanent", "a string")
+    return given
 
 
 def _require_states(array: object, what: str) -> None:
     """Refuse an array that could not be changed where it is."""
     if not isinstance(array, np.ndarray):
-        raise ArrayTypeError(f"{what} is changed in place: it is a numpy array, not {type(array).__name__}")
+        raise InputTypeError(f"{what} is changed in place: it is a numpy array, not {type(array).__name__}")
     if array.dtype != np.float64 or not array.dtype.isnative:
-        raise ArrayTypeError(f"{what} is changed in place: its numbers are float64, not {array.dtype}")
+        raise InputTypeError(f"{what} is changed in place: its numbers are float64, not {array.dtype}")
     if array.ndim != 2 or array.shape[1] != 3:
         raise InputError(f"{what} is n × 3 numbers, not an array of shape {array.shape}")
     if not array.flags.c_contiguous or not array.flags.aligned:

@@ -5,6 +5,8 @@
 //! the half extents times the absolute components of the direction in the box's frame. Leaves are
 //! bounded in the same way by their points, which are boxes of no size.
 
+use std::convert::Infallible;
+
 use glam::{DAffine3, DVec3};
 use wide::{f32x4, f64x4};
 
@@ -52,11 +54,15 @@ impl<const S: usize> MovingPairs<'_, S> {
 
     /// Visits every pair of a leaf of the moving tree and one of the other that come within the
     /// margin of each other. No such pair is left out.
-    pub fn visit(self, visit: impl FnMut(u32, u32)) {
+    pub fn visit(self, mut visit: impl FnMut(u32, u32)) {
         let Self { moving, motion, other, workspace } = self;
         let bound =
             |cluster, bounds: &mut LeafDops<S>| motion.bound_leaves(moving, cluster, bounds);
-        moving.visit_leaf_pairs(other, workspace, bound, visit);
+        let visit = |leaf, of_other| {
+            visit(leaf, of_other);
+            Ok::<_, Infallible>(())
+        };
+        let Ok(()) = moving.visit_leaf_pairs(other, workspace, bound, visit);
     }
 }
 

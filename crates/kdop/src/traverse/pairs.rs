@@ -5,6 +5,8 @@
 //! cluster and the other still a node, only the node is descended, so trees of unequal depth lose
 //! nothing. Pairs of clusters are gathered first; then the leaves of each cluster are bounded once.
 
+use std::convert::Infallible;
+
 use crate::cluster::{HALVES, LeafDops};
 use crate::dop4::{ON_OR_ABOVE_DIAGONAL, SplatDop, set_bits};
 use crate::node::Child;
@@ -35,8 +37,26 @@ impl<const S: usize> DopTree<S> {
         other: &Self,
         margin: f64,
         workspace: &mut Workspace<S>,
-        visit: impl FnMut(u32, u32),
+        mut visit: impl FnMut(u32, u32),
     ) {
+        let Ok(()) = self.try_pairs(other, margin, workspace, |leaf, of_other| {
+            visit(leaf, of_other);
+            Ok::<_, Infallible>(())
+        });
+    }
+
+    /// As [`pairs`](Self::pairs), ended by the first error of `visit`.
+    ///
+    /// # Errors
+    ///
+    /// The error that ended it.
+    pub fn try_pairs<E>(
+        &self,
+        other: &Self,
+        margin: f64,
+        workspace: &mut Workspace<S>,
+        visit: impl FnMut(u32, u32) -> Result<(), E>,
+    ) -> Result<(), E> {
         let margin = self.widening(margin);
         self.gather_cluster_pairs(other, margin.as_ref(), workspace);
         let bound = |cluster, bounds: &mut LeafDops<S>| {
@@ -46,7 +66,7 @@ impl<const S: usize> DopTree<S> {
                 bounds.widen(margin);
             }
         };
-        self.visit_leaf_pairs(other, workspace, bound, visit);
+        self.visit_leaf_pairs(other, workspace, bound, visit)
     }
 
     /// Lists the pairs of clusters that overlap, by descent from the roots.
@@ -148,14 +168,15 @@ impl<const S: usize> DopTree<S> {
         tests
     }
 
-    /// Tests the leaves of every pair of clusters listed; `bound` bounds those of this tree.
-    pub(super) fn visit_leaf_pairs(
+    /// Tests the leaves of every pair of clusters listed, until an error of `visit`; `bound` bounds
+    /// those of this tree.
+    pub(super) fn visit_leaf_pairs<E>(
         &self,
         other: &Self,
         workspace: &mut Workspace<S>,
         bound: impl Fn(u32, &mut LeafDops<S>),
-        mut visit: impl FnMut(u32, u32),
-    ) {
+        mut visit: impl FnMut(u32, u32) -> Result<(), E>,
+    ) -> Result<(), E> {
         let Workspace { cluster_pairs, a: cache_a, b: cache_b, counters, .. } = workspace;
         cache_a.reset();
         cache_b.reset();
@@ -178,10 +199,11 @@ impl<const S: usize> DopTree<S> {
                     let leaf_b = other.leaf(b, 4 * half_b + bit % 4);
                     if let (Some(leaf_a), Some(leaf_b)) = (leaf_a, leaf_b) {
                         counters.reported += 1;
-                        visit(leaf_a, leaf_b);
+                        visit(leaf_a, leaf_b)?;
                     }
                 }
             }
         }
+        Ok(())
     }
 }

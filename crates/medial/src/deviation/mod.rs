@@ -31,8 +31,8 @@ const MAX_PIECES: usize = 400_000;
 /// Number of splits between two polls of the progress handler: some milliseconds.
 const SPLITS_PER_POLL: usize = 64;
 
-/// Number of vertices per batch of nearest primitives.
-const VERTICES_PER_BATCH: usize = 2048;
+/// Number of vertices per batch of nearest primitives: about a millisecond.
+const VERTICES_PER_BATCH: usize = 128;
 
 /// Deviation of a medial surface from the closed surface that it approximates, in the caller's
 /// length unit.

@@ -24,8 +24,8 @@ const SHORT_MOVE: f64 = 0.1;
 /// Extent of a list, in moves of the ball: it is valid for as many of them.
 const LIST_MOVES: f64 = 2.0;
 
-/// Number of points per batch: tens of milliseconds on one thread.
-const POINTS_PER_BATCH: usize = 1024;
+/// Number of points per batch: about a millisecond.
+const POINTS_PER_BATCH: usize = 64;
 
 /// Points of the primitives, with the closest surface points at the last search.
 pub(super) struct Inscribed {

@@ -25,8 +25,8 @@ const CANDIDATES_PER_REMOVAL: usize = 5;
 /// Interval of the samples by which removals are compared.
 const SAMPLE_INTERVAL: usize = 2;
 
-/// Number of balls per batch: tens of milliseconds on one thread.
-const BALLS_PER_BATCH: usize = 16;
+/// Number of balls per batch: some milliseconds.
+const BALLS_PER_BATCH: usize = 2;
 
 /// Removals of balls from a fitted medial surface.
 pub(super) struct Removals<'a> {

@@ -63,8 +63,9 @@ const TRIAL_INTERVAL: usize = 64;
 /// If that ball is empty, it grows again; a much larger start takes as many queries to shrink.
 const NEIGHBOR_FACTOR: f64 = 1.2;
 
-/// Number of vertices per batch: tens of milliseconds on one thread.
-const VERTICES_PER_BATCH: usize = 512;
+/// Number of vertices per batch: microseconds, but tens of milliseconds where all faces are equally
+/// far from the center of a ball.
+const VERTICES_PER_BATCH: usize = 1;
 
 /// Vertex with the radii that its ball is searched between.
 struct Trial {

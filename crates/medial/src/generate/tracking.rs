@@ -18,8 +18,8 @@ use crate::{MedialError, MedialSurface, NearestPrimitive, PrimitiveTree, index};
 /// Twice as far and lists are long; half as far and they are used up twice as soon.
 const LIST_MARGIN: f64 = 0.15;
 
-/// Number of samples per batch: tens of milliseconds on one thread.
-const SAMPLES_PER_BATCH: usize = 2048;
+/// Number of samples per batch: about a millisecond.
+const SAMPLES_PER_BATCH: usize = 128;
 
 /// Samples with the primitives that may be nearest to them.
 pub(super) struct Tracking {

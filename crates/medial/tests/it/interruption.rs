@@ -5,6 +5,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use medial::{MedialError, MedialParams, generate};
+use surface::parallel::on_calling_thread;
 use surface::progress::{Interrupted, Progress};
 
 use crate::support::muscle;
@@ -20,8 +21,9 @@ fn interrupted_after(params: &MedialParams, limit: usize) -> (Option<MedialError
         let is_over = calls.fetch_add(1, Ordering::Relaxed) + 1 >= limit;
         if is_over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let result = generate(&surface, x, params, Progress::new(&handler));
-    (result.err(), calls.into_inner())
+    // Other threads may be within a call of theirs.
+    let generated = on_calling_thread(|| generate(&surface, x, params, Progress::new(&handler)));
+    (generated.err(), calls.into_inner())
 }
 
 /// At any call, the handler is not called again: no phase goes on without its permission.
@@ -50,7 +52,7 @@ fn progress_rises_to_its_end() {
             fractions.lock().unwrap().push(fraction);
             ControlFlow::Continue(())
         };
-        generate(&surface, x, &params, Progress::new(&handler)).unwrap();
+        on_calling_thread(|| generate(&surface, x, &params, Progress::new(&handler))).unwrap();
         let fractions = fractions.into_inner().unwrap();
         assert!(fractions.is_sorted(), "{fractions:?}");
         assert!(fractions.last().is_some_and(|&last| last >= end && last <= 1.0), "{fractions:?}");

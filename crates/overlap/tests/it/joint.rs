@@ -12,6 +12,7 @@ use overlap::{
 };
 use proximity::SurfaceTree;
 use surface::closest_on_triangle;
+use surface::progress::Progress;
 
 fn tree(mesh: &Mesh) -> SurfaceTree {
     SurfaceTree::new(mesh.surface(), mesh.positions.clone()).expect("planted bodies are finite")
@@ -21,7 +22,8 @@ fn contact(a: &Mesh, b: &Mesh, params: &JointContactParams) -> [JointContact; 2]
     let (a, b) = (tree(a), tree(b));
     let mut detector = OverlapDetector::default();
     detector.measure(&a, &b);
-    detector.joint_contact([&a, &b], params).expect("the parameters are in their ranges")
+    let contact = detector.joint_contact([&a, &b], params, Progress::none());
+    contact.expect("the parameters are in their ranges")
 }
 
 fn params(margin: f64, resolution: f64) -> JointContactParams {
@@ -122,7 +124,7 @@ fn parameters_out_of_range_are_refused_by_value() {
     let mut detector = OverlapDetector::default();
     detector.measure(&a, &b);
     let mut refused = |params: JointContactParams| {
-        detector.joint_contact([&a, &b], &params).expect_err("out of range")
+        detector.joint_contact([&a, &b], &params, Progress::none()).expect_err("out of range")
     };
     assert_eq!(refused(params(-1.0, 0.1)), JointContactError::Margin { margin: -1.0 });
     assert_eq!(refused(params(1.0, 0.0)), JointContactError::Resolution { resolution: 0.0 });

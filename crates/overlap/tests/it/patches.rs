@@ -5,6 +5,7 @@ use fixtures::shapes::{cube, icosphere};
 use glam::DVec3;
 use overlap::{ClippedFace, DepthParams, Overlap, OverlapDetector};
 use proximity::SurfaceTree;
+use surface::progress::Progress;
 use surface::triangle;
 
 fn tree(mesh: &Mesh) -> SurfaceTree {
@@ -93,7 +94,8 @@ fn each_region_has_a_depth_of_its_own() {
     let bodies = bodies.each_ref();
     let params = DepthParams { relative_tolerance: 0.0, tolerance: 1e-6, max_queries: 100_000 };
     for (region, exact) in [(0, 0.5), (1, 0.25)] {
-        let [of_base, of_slab] = detector.depths_in_region(region, bodies, &params);
+        let depths = detector.depths_in_region(region, bodies, &params, Progress::none());
+        let [of_base, of_slab] = depths.expect("no interruption");
         let depth = of_base.expect("a spike is inside");
         assert!(depth.lower <= exact && exact <= depth.upper + 1e-15, "{region}: {depth:?}");
         // The bottom of the slab inside a spike: as deep as the spike's walls are far, 0.5.
@@ -104,5 +106,6 @@ fn each_region_has_a_depth_of_its_own() {
     }
     let [of_base, _] = detector.depths(bodies, &params);
     assert!(of_base.is_some_and(|depth| depth.lower <= 0.5 && depth.upper >= 0.5));
-    assert_eq!(detector.depths_in_region(2, bodies, &params), [None; 2]);
+    let nothing = detector.depths_in_region(2, bodies, &params, Progress::none());
+    assert_eq!(nothing, Ok([None; 2]));
 }

@@ -1,0 +1,92 @@
+"""Results as values: equal, pickled, as dictionaries, tables and HTML."""
+
+import pickle
+
+import numpy as np
+import pytest
+from conftest import box, sphere
+
+from musculo_collide import Cartilage, Plan, Scene, Surface, medial
+from musculo_collide.results import Record
+
+
+@pytest.fixture
+def results(two_boxes):
+    layer = Cartilage(youngs_modulus=5.0, poissons_ratio=0.3, thickness=2.0)
+    pairs = two_boxes.check(margin=1.0)
+    sweep = two_boxes.sweep({"b": two_boxes.vertices("b") - [1.0, 0, 0]})
+    joint = two_boxes.joint_contact("a", "b", resolution=1.0, cartilage=layer)
+    (detected,) = Plan(two_boxes, tolerance=0.1).detect()
+    planned = Plan(two_boxes, tolerance=0.1).pairs[0]
+    resolution = two_boxes.resolve()
+    return [
+        pairs,
+        pairs[0],
+        pairs[0].overlap,
+        pairs[0].overlap.total,
+        pairs[0].depth_of_a_in_b,
+        pairs[0].vertices_of_a,
+        sweep,
+        sweep.pairs[0].contacts,
+        joint,
+        joint.of_a,
+        joint.of_a.total,
+        detected,
+        planned,
+        resolution,
+        resolution.bodies[1],
+        medial.generate(*sphere((0, 0, 0), 10, 24), balls=4),
+    ]
+
+
+def test_results_are_values_and_have_a_table_and_html(results):
+    for result in results:
+        kind = type(result).__name__
+        assert pickle.loads(pickle.dumps(result)) == result, kind
+        assert len(repr(result)) > 10 and result._repr_html_().startswith("<table>"), kind
+        if isinstance(result, Record):
+            assert set(result.to_dict()) == set(vars(result)), kind
+        table = result.to_table()
+        assert table and {column.ndim for column in table.values()} == {1}, kind
+        assert len({len(column) for column in table.values()}) == 1, kind
+
+
+@pytest.mark.parametrize("package", ["pandas", "polars"])
+def test_frames_take_tables_as_they_are(results, package):
+    module = pytest.importorskip(package)
+    for result in results:
+        table = result.to_table()
+        frame = module.DataFrame(table)
+        assert frame.shape == (len(next(iter(table.values()))), len(table))
+
+
+def test_tables_have_a_row_per_thing(results):
+    rows = {type(result).__name__: result.to_table() for result in results}
+    assert list(rows["NearVertices"]) == [
+        "vertices", "gaps", "feet.x", "feet.y", "feet.z", "faces", "normals.x", "normals.y", "normals.z",
+    ]  # fmt: skip
+    assert rows["Measures"]["volume"] == pytest.approx([160]) and rows["Measures"]["centroid.x"] == pytest.approx([9])
+    assert list(rows["Resolution"]["name"]) == ["a", "b"] and rows["Resolution"]["moved"][0] == 0
+    assert set(rows["Sweep"]["a"]) == {"a"} and len(rows["Sweep"]["times"]) == len(rows["SweptContacts"]["times"])
+    assert len(rows["MedialSurface"]["radius"]) == 4
+    assert rows["SurfaceContact"]["face_areas"].sum() == pytest.approx(rows["JointContact"]["of_a.total.area"][0])
+    empty = Scene().sweep({}).to_table()
+    assert all(len(column) == 0 for column in empty.values())
+
+
+def test_names_in_html_are_escaped():
+    scene = Scene()
+    scene.add("<script>", *box((0, 0, 0), (1, 1, 1)))
+    scene.add("b", *box((0.5, 0, 0), (2, 1, 1)))
+    pairs = scene.check()
+    for shown in (pairs._repr_html_(), pairs[0]._repr_html_(), scene.resolve().bodies[0]._repr_html_()):
+        assert "<script>" not in shown and "&lt;script&gt;" in shown
+
+
+def test_a_surface_is_a_value():
+    surface = Surface(*box((0, 0, 0), (1, 2, 3)))
+    again = pickle.loads(pickle.dumps(surface))
+    assert repr(again) == "<Surface of 8 vertices, 12 faces>"
+    points = np.random.default_rng(2).uniform(-1, 4, (50, 3))
+    assert np.array_equal(again.signed_distance(points), surface.signed_distance(points))
+    assert np.array_equal(surface.vertices, box((0, 0, 0), (1, 2, 3)).vertices)
