@@ -45,11 +45,10 @@ fn compute(
     let mut overlap = Overlap::default();
     detector.try_measure_into([a, b], &mut overlap, progress)?;
     let depths = detector.depths_from([a, b], [&[]; 2], &DEPTH, progress)?;
-    let joint = match detector.joint_contact([a, b], &JOINT, progress) {
-        Ok(joint) => joint,
-        Err(JointContactError::Interrupted(interrupted)) => return Err(interrupted),
-        Err(error) => panic!("{error}"),
-    };
+    let joint = detector.joint_contact([a, b], &JOINT, progress).map_err(|error| {
+        assert_eq!(error, JointContactError::Interrupted(Interrupted), "the only error");
+        Interrupted
+    })?;
 
     let mut pair = PairProximity::default();
     pair.compute(a, b, JOINT.margin);
