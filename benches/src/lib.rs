@@ -24,6 +24,8 @@ pub mod sheets;
 #[cfg(feature = "charts")]
 pub mod soak;
 #[cfg(feature = "charts")]
+pub mod source_figures;
+#[cfg(feature = "charts")]
 pub mod stability;
 pub mod trees;
 pub mod volumes;

@@ -14,6 +14,8 @@ usage: benches TASK
   ratios [--quick] [CRATE…]    figures beside what they are compared with, one line of JSON each
   volumes                      table of bounding volumes of 6, 14, 18 and 26 planes
   trees                        table of trees that are refit, built where loose, or always
+  source                       tables of the times that the method's source gives, beside ours
+                               (feature `charts`)
   medial FILE                  document on the accuracy of medial surfaces
   chart FOLDER [PICTURE…]      charts with their numbers (feature `charts`)
   regret [SCENE…]              times of chosen plans over those of forced ones (feature `charts`)
@@ -58,6 +60,8 @@ fn run(arguments: &[String]) -> Result<Vec<String>, Box<dyn Error>> {
                 println!("wrote {}", path.display());
             }
         }
+        #[cfg(feature = "charts")]
+        ("source", []) => print!("{}", benches::source_figures::tables()?),
         #[cfg(feature = "charts")]
         ("regret", names) => print!("{}", benches::regret::table(names)?),
         #[cfg(feature = "charts")]
