@@ -1,6 +1,6 @@
-//! Questions about pairs of bodies, asked of all libraries that a Rust build reaches.
+//! Answers about pairs of bodies, by all libraries that a Rust build reaches.
 //!
-//! All are asked about the same pairs, those whose boxes are within reach, by one thread, pair after
+//! All answer about the same pairs, those whose boxes are within reach, on one thread, pair after
 //! pair. What a library keeps of a body is made beforehand, and timed apart. An answer is wrong where
 //! it differs from the exact one, however precise the library means to be; it is a refusal where the
 //! library declines to give one.
@@ -24,7 +24,7 @@ use libraries::{Bodies, LIBRARIES, Library, Memory};
 const ROUNDS: u32 = 5;
 const LEAST_ROUND: f64 = 5e7;
 
-/// Distance up to which gaps are asked for \[mm\].
+/// Distance up to which gaps are measured \[mm\].
 const REACH: f64 = 5.0;
 
 /// Deviation of a length from the exact one up to which it is right \[mm\], and of a volume
@@ -72,7 +72,7 @@ struct Measurement {
     largest_error: f64,
 }
 
-/// Asks about the generated thigh and, where it is available, a real one; draws the last.
+/// Measures answers about the generated thigh and, where it is available, a real one; draws the last.
 ///
 /// # Errors
 ///
@@ -120,7 +120,7 @@ fn settings(scenes: &[&str]) -> Settings {
     ]
 }
 
-/// Asks all libraries that have an answer.
+/// Measures all libraries that answer the question.
 fn measure(question: Question, bodies: &Bodies) -> Vec<Measurement> {
     let asked = question.exact_answers(bodies);
     let mut rows = Vec::new();

@@ -16,7 +16,7 @@ use crate::measure::as_f64;
 const WIDTH: u32 = 1500;
 const BODY: u32 = 520;
 
-/// Colors of the operations, in their order: of equal steps in lightness, which all eyes tell apart.
+/// Colors of the operations, in their order: of Okabe and Ito's palette, for all kinds of eyes.
 const STYLES: [CurveStyle; OPERATIONS.len()] = [
     CurveStyle::new(0x00_00_00),
     CurveStyle::new(0x1f_6f_b4),

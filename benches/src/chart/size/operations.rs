@@ -1,4 +1,4 @@
-//! What is measured, and on which bodies.
+//! Operations that are measured, and the bodies they work on.
 
 use std::error::Error;
 
