@@ -13,7 +13,7 @@ use musculo_collide::{
 };
 
 use super::deep_starts;
-use super::motion_scenes::{HIP, Walk, bones, hip_turns};
+use super::motion_scenes::{HIP, Walk, bones, hip_turns, search};
 use crate::measure::{Pace, Report, as_f64, nanoseconds, wall_time};
 
 /// Planted screws.
@@ -320,7 +320,7 @@ fn bisected(joint: &mut JointScene, angles: [f64; 2], contact: f64) -> Result<f6
 /// Steps of a walk of a whole thigh on arcs.
 fn walk(report: &mut Report) -> Outcome {
     let Some(mut walk) = Walk::read("walk on arcs")? else { return Ok(()) };
-    let (mut times, mut frames) = ([0.0; 2], 0.0);
+    let (mut times, mut frames) = ([0.0; 3], 0.0);
     for frame in (1..walk.frame_count()).step_by(FRAME_STRIDE) {
         walk.place(frame - 1)?;
         walk.sweep(frame - 1)?;
@@ -332,9 +332,15 @@ fn walk(report: &mut Report) -> Outcome {
         if let Some(error) = failed {
             return Err(error.into());
         }
+
+        // All that contacts of the last frame could save: the search of faces that may meet.
+        let trees = walk.step_trees(frame - 1)?;
+        times[2] += nanoseconds(|| search(&trees));
         frames += 1.0;
     }
-    let [on_arcs, straight] = times.map(|time| time * 1e-9 / frames);
+    let [on_arcs, straight, search] = times.map(|time| time * 1e-9 / frames);
+    report.cost("walk, straight: time per frame", straight, "s", 0.17);
+    report.ratio("walk: search of candidates / straight", [search, straight], "s", f64::INFINITY);
     report.cost("walk on arcs: time per frame", on_arcs, "s", 0.25);
     report.ratio("walk on arcs / straight", [on_arcs, straight], "s", f64::INFINITY);
     Ok(())

@@ -4,6 +4,9 @@ use std::error::Error;
 
 use fixtures::data;
 use glam::{DAffine3, DQuat, DVec3};
+use musculo_collide::kdop::Workspace;
+use musculo_collide::proximity::LazySurfaceTree;
+use musculo_collide::surface::parallel;
 use musculo_collide::{
     BodyId, BodyKind, BodyMove, JointTurns, NearRigidPath, Path, PathMove, Progress, RigidPath,
     Scene, SceneError, ccd,
@@ -128,6 +131,20 @@ impl Walk {
         Ok(swept.pairs.iter().map(|pair| pair.contacts.len()).sum())
     }
 
+    /// Returns the trees of all bodies over the step from a frame to the next.
+    pub(super) fn step_trees(&self, frame: usize) -> Result<Vec<LazySurfaceTree>, Box<dyn Error>> {
+        let mut trees = Vec::new();
+        for (body, rest, follows) in &self.bodies {
+            let path = WalkPath::new(&self.motion, rest, *follows, frame);
+            let (start, end) = (path.all_positions(0.0), path.all_positions(1.0));
+            let surface = self.scene.body(*body).surface().clone();
+            let mut tree = LazySurfaceTree::new(surface.clone(), start)?;
+            tree.fit_step(surface.positions(&end)?)?;
+            trees.push(tree);
+        }
+        Ok(trees)
+    }
+
     /// Sweeps from a frame to the next; returns the number of contacts.
     pub(super) fn sweep(&mut self, frame: usize) -> Result<usize, SceneError> {
         let mut paths = Vec::new();
@@ -141,6 +158,23 @@ impl Walk {
         let swept = self.scene.sweep_paths(&moves, &ccd::CcdParams::EXACT, Progress::none())?;
         Ok(swept.pairs.iter().map(|pair| pair.contacts.len()).sum())
     }
+}
+
+/// Searches the pairs of faces of all bodies that may meet over a step, and nothing else; returns
+/// their number.
+pub(super) fn search(trees: &[LazySurfaceTree]) -> usize {
+    let mut pairs = Vec::new();
+    for (number, a) in trees.iter().enumerate() {
+        for b in &trees[..number] {
+            pairs.extend(a.step_tree().zip(b.step_tree()));
+        }
+    }
+    let counts = parallel::map_slice_with(&pairs, Workspace::default, |workspace, (a, b)| {
+        let mut count = 0;
+        a.pairs(b, 0.0, workspace, |_, _| count += 1);
+        count
+    });
+    counts.into_iter().sum()
 }
 
 /// Path of a body from a frame to the next.

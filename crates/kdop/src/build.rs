@@ -23,8 +23,14 @@ pub(crate) struct Arrangement<const S: usize> {
 }
 
 impl<const S: usize> Arrangement<S> {
-    /// Arranges the first `count` leaves by their projected centroids.
-    pub(crate) fn new(leaves: Leaves<'_>, count: u32, projections: &Projections<S>) -> Self {
+    /// Arranges the first `count` leaves by their projected centroids, while `keep_going` returns
+    /// true; `None` where it does not.
+    pub(crate) fn new(
+        leaves: Leaves<'_>,
+        count: u32,
+        projections: &Projections<S>,
+        keep_going: &dyn Fn() -> bool,
+    ) -> Option<Self> {
         let centroids =
             (0..count).map(|leaf| centroid(projections, leaves.corners(leaf))).collect();
 
@@ -34,10 +40,21 @@ impl<const S: usize> Arrangement<S> {
         clusters.list.reserve(n / MAX_LEAVES + n / (8 * MAX_LEAVES));
 
         let order = (0..count).collect();
-        let mut builder =
-            Builder { nodes: vec![], clusters, leaves, centroids, order, keys: vec![] };
+        let mut builder = Builder {
+            nodes: vec![],
+            clusters,
+            leaves,
+            centroids,
+            order,
+            keys: vec![],
+            keep_going,
+            is_stopped: false,
+        };
         if n > 0 {
             builder.add_node(0..n);
+        }
+        if builder.is_stopped {
+            return None;
         }
 
         // The tree is kept for long, so spare capacity is returned.
@@ -45,9 +62,13 @@ impl<const S: usize> Arrangement<S> {
         nodes.shrink_to_fit();
         clusters.list.shrink_to_fit();
         clusters.points.shrink_to_fit();
-        Self { nodes, clusters, leaves: order }
+        Some(Self { nodes, clusters, leaves: order })
     }
 }
+
+/// Leaves below a node from which on the caller is polled: they take some hundred microseconds, far
+/// more than a poll and far less than a caller waits for.
+const POLLED_FROM: usize = 4096;
 
 /// Partial arrangement.
 struct Builder<'a, const S: usize> {
@@ -60,6 +81,9 @@ struct Builder<'a, const S: usize> {
     order: Vec<u32>,
     /// Scratch of the splits: position of a leaf along a direction, then its number.
     keys: Vec<u64>,
+    /// Returns false to end the build.
+    keep_going: &'a dyn Fn() -> bool,
+    is_stopped: bool,
 }
 
 impl<const S: usize> Builder<'_, S> {
@@ -70,14 +94,20 @@ impl<const S: usize> Builder<'_, S> {
     fn add_node(&mut self, range: Range<usize>) -> ChildRef {
         let id = as_u32(self.nodes.len());
         self.nodes.push(Node::EMPTY);
+        if range.len() >= POLLED_FROM {
+            self.is_stopped = !(self.keep_going)();
+        }
 
         // Halve twice for up to four children.
         let full = full_subtree(range.len() - 1);
         let mut used = 0;
         for half in self.halves(range) {
+            if self.is_stopped {
+                break;
+            }
             let parts = if half.len() > full { self.halves(half) } else { [half, 0..0] };
             for part in parts {
-                if !part.is_empty() {
+                if !part.is_empty() && !self.is_stopped {
                     let child = self.add_child(part);
                     self.nodes[id as usize].children[used] = child;
                     used += 1;

@@ -185,7 +185,7 @@ impl<const S: usize> Dop4<S> {
     /// Compares lane `i` of bounds at both ends of a step with the other's four lanes along direction
     /// `k`: neither is above the other at both ends.
     #[inline(always)]
-    pub(crate) fn lane_meets(a: &[Self; 2], b: &[Self; 2], i: usize, k: usize) -> f32x4 {
+    pub(crate) fn lane_meets(a: [&Self; 2], b: [&Self; 2], i: usize, k: usize) -> f32x4 {
         let [lo0, lo1] = [0, 1].map(|end: usize| f32x4::splat(a[end].lo[k].as_array()[i]));
         let [hi0, hi1] = [0, 1].map(|end: usize| f32x4::splat(a[end].hi[k].as_array()[i]));
         (lo0.simd_le(b[0].hi[k]) | lo1.simd_le(b[1].hi[k]))
@@ -195,7 +195,7 @@ impl<const S: usize> Dop4<S> {
     /// Compares bounds at both ends of a step with one along direction `k`, as
     /// [`lane_meets`](Self::lane_meets).
     #[inline(always)]
-    pub(crate) fn lanes_meet(four: &[Self; 2], one: &[SplatDop<S>; 2], k: usize) -> f32x4 {
+    pub(crate) fn lanes_meet(four: [&Self; 2], one: &[SplatDop<S>; 2], k: usize) -> f32x4 {
         let [a0, a1] = four;
         let [b0, b1] = one;
         (a0.lo[k].simd_le(b0.hi[k]) | a1.lo[k].simd_le(b1.hi[k]))

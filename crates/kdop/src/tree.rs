@@ -50,6 +50,30 @@ impl<const S: usize> DopTree<S> {
         Self::build_from(leaves, Extents::Points(points))
     }
 
+    /// Builds a tree as [`build`](Self::build), while `keep_going` returns true; `None` where it does
+    /// not. It is called for every some thousand leaves.
+    ///
+    /// ```
+    /// use glam::DVec3;
+    /// use kdop::{Leaves, Tree};
+    ///
+    /// let points = vec![DVec3::ZERO; 10_000];
+    /// assert!(Tree::build_while(Leaves::Points, &points, &|| false)?.is_none());
+    /// assert!(Tree::build_while(Leaves::Points, &points, &|| true)?.is_some());
+    /// # Ok::<(), kdop::TreeError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// Those of [`build`](Self::build).
+    pub fn build_while(
+        leaves: Leaves<'_>,
+        points: &[DVec3],
+        keep_going: &dyn Fn() -> bool,
+    ) -> Result<Option<Self>, TreeError> {
+        Self::build_from_while(leaves, Extents::Points(points), keep_going)
+    }
+
     /// Builds a tree over leaves on points at rest, swept points or balls.
     ///
     /// A tree without leaves is valid and overlaps nothing. The work is `O(n log n)`.
@@ -58,18 +82,28 @@ impl<const S: usize> DopTree<S> {
     ///
     /// Those of [`build`](Self::build), [`TreeError::BadRadius`] and [`TreeError::WrongLength`].
     pub fn build_from(leaves: Leaves<'_>, extents: Extents<'_>) -> Result<Self, TreeError> {
+        // Without an end the default tree is never returned.
+        Ok(Self::build_from_while(leaves, extents, &|| true)?.unwrap_or_default())
+    }
+
+    fn build_from_while(
+        leaves: Leaves<'_>,
+        extents: Extents<'_>,
+        keep_going: &dyn Fn() -> bool,
+    ) -> Result<Option<Self>, TreeError> {
         // Nothing is allocated before all input is checked.
         let count = leaves.validate(extents.len())?;
         extents.validate()?;
 
         // Arrange the leaves, then bound them as in a refit.
         let projections = Projections::new(&extents);
-        let Arrangement { nodes, clusters, leaves } = Arrangement::new(leaves, count, &projections);
+        let arrangement = Arrangement::new(leaves, count, &projections, keep_going);
+        let Some(Arrangement { nodes, clusters, leaves }) = arrangement else { return Ok(None) };
         let neighbors = OnceLock::new();
         let mut tree = Self { nodes, clusters, leaves, projections, built_size: 0.0, neighbors };
         tree.set_bounds();
         tree.built_size = tree.size();
-        Ok(tree)
+        Ok(Some(tree))
     }
 
     /// Returns the number of leaves.

@@ -89,7 +89,8 @@ impl SurfaceTree {
     ) -> Result<(), ProximityError> {
         self.positions.overwrite(positions)?;
         // Positions that the buffer has taken are ones that the tree takes.
-        refit(&mut self.tree, &self.surface, self.positions.as_positions().as_slice())?;
+        let x = self.positions.as_positions().as_slice();
+        refit(&mut self.tree, &self.surface, x, &|| true)?;
         Ok(())
     }
 
@@ -173,14 +174,22 @@ impl SurfaceTree {
     }
 }
 
-/// Refits a tree to positions, or builds it anew where it has become too loose; returns true then.
-fn refit(tree: &mut Tree, surface: &TriangleSurface, x: &[DVec3]) -> Result<bool, TreeError> {
+/// Refits a tree to positions, or builds it anew where it has become too loose; returns true then,
+/// and `None` where `keep_going` ends that: the tree is refit.
+fn refit(
+    tree: &mut Tree,
+    surface: &TriangleSurface,
+    x: &[DVec3],
+    keep_going: &dyn Fn() -> bool,
+) -> Result<Option<bool>, TreeError> {
     tree.refit(x)?;
-    let is_loose = tree.looseness() > MAX_LOOSENESS;
-    if is_loose {
-        *tree = Tree::build(Leaves::Triangles(surface.faces()), x)?;
+    if tree.looseness() <= MAX_LOOSENESS {
+        return Ok(Some(false));
     }
-    Ok(is_loose)
+    let leaves = Leaves::Triangles(surface.faces());
+    let Some(built) = Tree::build_while(leaves, x, keep_going)? else { return Ok(None) };
+    *tree = built;
+    Ok(Some(true))
 }
 
 impl LazySurfaceTree {
@@ -236,24 +245,48 @@ impl LazySurfaceTree {
     ///
     /// [`TreeError`] for 2³⁰ faces and more.
     pub fn fit(&mut self) -> Result<&SurfaceTree, TreeError> {
+        self.fit_while(&|| true)?;
+        Ok(&self.inner)
+    }
+
+    /// Builds or refits the tree where it is not up to date, as [`fit`](Self::fit), while
+    /// `keep_going` returns true; returns false where it does not, with a tree that is not up to
+    /// date.
+    ///
+    /// # Errors
+    ///
+    /// As [`fit`](Self::fit).
+    pub fn fit_while(&mut self, keep_going: &dyn Fn() -> bool) -> Result<bool, TreeError> {
         let SurfaceTree { surface, positions, tree, no_winding_number, .. } = &mut self.inner;
         let x = positions.as_positions().as_slice();
         match self.fit {
             Fit::Current => {}
             Fit::Stale => {
                 // The tree of an end has the arrangement of the surface tree.
-                if refit(tree, surface, x)? {
-                    self.end_tree = None;
+                match refit(tree, surface, x, keep_going)? {
+                    Some(true) => self.end_tree = None,
+                    Some(false) => {}
+                    None => return Ok(false),
                 }
             }
             Fit::Unbuilt => {
-                *tree = Tree::build(Leaves::Triangles(surface.faces()), x)?;
+                let leaves = Leaves::Triangles(surface.faces());
+                let Some(built) = Tree::build_while(leaves, x, keep_going)? else {
+                    return Ok(false);
+                };
+                *tree = built;
                 *no_winding_number =
                     no_winding_number.or_else(|| NoInside::find_misoriented(surface));
             }
         }
         self.fit = Fit::Current;
-        Ok(&self.inner)
+        Ok(true)
+    }
+
+    /// Returns true if there is a tree, be it up to date or not.
+    #[must_use]
+    pub fn is_built(&self) -> bool {
+        self.fit != Fit::Unbuilt
     }
 
     /// Bounds the faces over a step, in which every vertex moves on a straight line from its present

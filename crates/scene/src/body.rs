@@ -10,6 +10,7 @@ use proximity::{
     ContactSurface, LazySurfaceTree, NoInside, ParticleNumbers, SurfaceTree, SweptSide,
 };
 use response::{Combinations, ResponseError};
+use surface::progress::{Interrupted, Progress};
 use surface::{Aabb, Pose, Positions, SimplexSurface, SurfaceError, Term, TriangleSurface};
 
 use crate::SceneError;
@@ -295,18 +296,29 @@ impl Body {
 
     /// Builds or refits the tree where it is not up to date.
     pub(crate) fn fit(&mut self) -> Result<(), SceneError> {
-        match self.surface.fit() {
-            Ok(_) => Ok(()),
+        self.fit_with(Progress::none())
+    }
+
+    /// Builds or refits the tree where it is not up to date, unless `progress` ends that.
+    pub(crate) fn fit_with(&mut self, progress: Progress<'_>) -> Result<(), SceneError> {
+        let keep_going = || progress.report(0.0).is_ok();
+        match self.surface.fit_while(&keep_going) {
+            Ok(true) => Ok(()),
+            Ok(false) => Err(Interrupted.into()),
             Err(source) => Err(self.tree_error(source)),
         }
     }
 
     /// Bounds the way to `end`.
-    pub(crate) fn fit_step(&mut self, end: Positions<'_>) -> Result<(), SceneError> {
-        match self.surface.fit_step(end) {
-            Ok(_) => Ok(()),
-            Err(source) => Err(self.tree_error(source)),
+    pub(crate) fn fit_step(
+        &mut self,
+        end: Positions<'_>,
+        progress: Progress<'_>,
+    ) -> Result<(), SceneError> {
+        if !self.surface.is_built() {
+            self.fit_with(progress)?;
         }
+        self.surface.fit_step(end).map_err(|source| self.tree_error(source))
     }
 
     /// Returns the body as one side of a swept query, where its bounds are up to date.
@@ -400,7 +412,7 @@ mod tests {
     use fixtures::shapes::tetrahedron;
 
     use super::*;
-    use crate::{BodyMove, CheckParams, Progress, Scene};
+    use crate::{BodyMove, CheckParams, Scene};
 
     /// A row of rigid tetrahedra of size 1, of which the first two overlap and the others are 3
     /// apart from each other.

@@ -35,7 +35,7 @@ impl Scene {
         progress: Progress<'_>,
     ) -> Result<Vec<PairReport>, SceneError> {
         params.validate()?;
-        let pairs = self.close_pairs(params.margin)?;
+        let pairs = self.close_pairs_with(params.margin, progress)?;
         self.map_pairs(&pairs, PairDetectors::default, progress, |detectors, pair, progress| {
             Ok(self.examine(pair, params, detectors, progress)?)
         })

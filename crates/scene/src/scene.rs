@@ -190,8 +190,18 @@ impl Scene {
     ///
     /// When `is_wanted` is shorter than the list of bodies.
     pub fn fit(&mut self, is_wanted: &[bool]) -> Result<(), SceneError> {
+        self.fit_with(is_wanted, Progress::none())
+    }
+
+    /// As [`fit`](Self::fit), unless `progress` ends that.
+    pub(crate) fn fit_with(
+        &mut self,
+        is_wanted: &[bool],
+        progress: Progress<'_>,
+    ) -> Result<(), SceneError> {
+        let progress = progress.part(0.0, 0.0);
         parallel::try_for_each_mut(&mut self.bodies, |number, body| {
-            if is_wanted[number] { body.fit() } else { Ok(()) }
+            if is_wanted[number] { body.fit_with(progress) } else { Ok(()) }
         })
     }
 
@@ -212,9 +222,18 @@ impl Scene {
     ///
     /// As [`fit`](Self::fit).
     pub fn close_pairs(&mut self, margin: f64) -> Result<Vec<PairId>, SceneError> {
+        self.close_pairs_with(margin, Progress::none())
+    }
+
+    /// As [`close_pairs`](Self::close_pairs), unless `progress` ends that.
+    pub(crate) fn close_pairs_with(
+        &mut self,
+        margin: f64,
+        progress: Progress<'_>,
+    ) -> Result<Vec<PairId>, SceneError> {
         let boxes = self.boxes();
         let mut pairs = self.candidate_pairs(&boxes, margin);
-        self.fit(&self.members(&pairs))?;
+        self.fit_with(&self.members(&pairs), progress)?;
 
         // The bounds of a tree are tighter than boxes.
         pairs.retain(|&pair| self.roots_are_close(pair, margin));

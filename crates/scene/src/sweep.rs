@@ -120,7 +120,7 @@ impl Scene {
         let margin = params.min_separation + near.max_of_pairs();
         let mut pairs = self.candidates_of_step(&ends, margin);
         pairs.retain(|&pair| is_wanted(pair));
-        self.fit_step(&pairs, &ends)?;
+        self.fit_step(&pairs, &ends, progress)?;
         let sides = self.sides_of_step(&pairs, &ends);
 
         // All particles at both ends of the step.
@@ -186,12 +186,13 @@ impl Scene {
         &mut self,
         pairs: &[PairId],
         ends: &[Option<Positions<'_>>],
+        progress: Progress<'_>,
     ) -> Result<(), SceneError> {
-        let is_member = self.members(pairs);
+        let (is_member, progress) = (self.members(pairs), progress.part(0.0, 0.0));
         parallel::try_for_each_mut(&mut self.bodies, |number, body| match ends[number] {
             _ if !is_member[number] => Ok(()),
-            Some(end) => body.fit_step(end),
-            None => body.fit(),
+            Some(end) => body.fit_step(end, progress),
+            None => body.fit_with(progress),
         })
     }
 

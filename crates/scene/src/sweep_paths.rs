@@ -108,7 +108,7 @@ impl Scene {
         wanted: Wanted,
         progress: Progress<'_>,
     ) -> Result<(BTreeMap<PairId, Known>, usize), SceneError> {
-        self.fit(&self.members(&steps.rigid_pairs))?;
+        self.fit_with(&self.members(&steps.rigid_pairs), progress)?;
         let scene = &*self;
         let sweep = |workspace: &mut Workspace, &pair: &PairId| {
             let (mut known, mut candidates) = (Known::new(), 0);

@@ -7,6 +7,7 @@ mod medial;
 mod motion;
 mod motion_cache;
 mod motion_resolve;
+mod motion_until;
 mod plan;
 mod plan_comparison;
 mod plan_document;

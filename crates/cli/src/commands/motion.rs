@@ -12,6 +12,7 @@ use super::Finished;
 use super::joint_arguments::{JointArgs, joint_contacts};
 use super::motion_cache::{FrameCache, KeptFrame};
 use super::motion_resolve::{Job, frame_file, frame_files};
+use super::motion_until::first_contacts;
 use super::resolve_arguments::ResolveArgs;
 use crate::failure::Failure;
 use crate::load::{LoadedScene, files_of};
@@ -38,6 +39,7 @@ Examples:
   musculo-collide motion scene.toml --chart motion.svg --report motion.html
   musculo-collide motion scene.toml --motion squat.json --json squat-contact.json
   musculo-collide motion scene.toml --resolve apart --json apart.json
+  musculo-collide motion scene.toml --until-contact
   musculo-collide motion model.osim walk_BodyKinematics_pos_global.sto --report walk.html
 
 A motion file has 4 x 4 maps from rest by name, row by row, in the scene's unit:
@@ -109,6 +111,14 @@ pub(crate) struct MotionArguments {
     #[arg(long, value_name = "TEXT", requires = "table")]
     subject: Option<String>,
 
+    /// Find the first contact of each pair that does not overlap in the first frame: its time,
+    /// never later than the true one, and its place
+    #[arg(
+        long,
+        conflicts_with_all = ["chart", "joint_contact", "vtp", "report", "table", "cache", "resolve"]
+    )]
+    until_contact: bool,
+
     /// Keep finished frames in this file, and take those of an interrupted run from it
     #[arg(long, value_name = "FILE", conflicts_with = "resolve")]
     cache: Option<PathBuf>,
@@ -147,6 +157,13 @@ pub(super) fn run(arguments: &MotionArguments) -> Result<Finished, Failure> {
         let (unit, conditions) = (loaded.description.unit, loaded.conditions()?);
         let job = Job { folder, json, params, conditions, unit };
         return job.run(&mut loaded.scene, &replay, outputs, stopwatch);
+    }
+
+    if arguments.until_contact {
+        let document = first_contacts(&mut loaded.scene, &replay, loaded.description.unit)?;
+        stopwatch.lap("sweep");
+        outputs.stage_json(arguments.json.as_deref(), &document)?;
+        return Ok(Finished { outputs, text: document.to_text(), holds: true, stopwatch });
     }
 
     // Frames depend on the scene, the motion and how bodies follow it.

@@ -5,11 +5,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 use glam::DVec3;
-use musculo_collide::{
-    BodyId, CheckParams, PairId, PathMove, Progress, RigidBodyPath, RigidPath, Scene, ccd,
-};
+use musculo_collide::{BodyId, PairId, PathMove, RigidBodyPath, RigidPath, Scene, ccd};
 
 use super::Finished;
+use super::motion_until::{names, overlapping_pairs};
 use super::range_map::{LastTurn, MapArguments};
 use super::vector::Vector;
 use crate::failure::Failure;
@@ -99,14 +98,7 @@ pub(super) fn run(arguments: &RangeArguments) -> Result<Finished, Failure> {
     }
 
     // What overlaps at the start has no first contact.
-    let params = CheckParams { measures: false, ..CheckParams::new(0.0) };
-    let reports = loaded.scene.check(&params, Progress::none())?;
-    let mut overlapping = BTreeSet::new();
-    for report in &reports {
-        if report.overlaps {
-            overlapping.insert(report.pair);
-        }
-    }
+    let overlapping = overlapping_pairs(&mut loaded.scene)?;
     stopwatch.lap("check");
 
     // All bodies that turn share one path, and so keep their places relative to each other.
@@ -151,15 +143,6 @@ impl RangeArguments {
             Failure::new(format!("--axis is {}, which has no direction", self.axis.0))
         })
     }
-}
-
-/// Returns the names of pairs.
-fn names(scene: &Scene, pairs: &BTreeSet<PairId>) -> Vec<[String; 2]> {
-    let mut names = Vec::new();
-    for &pair in pairs {
-        names.push(scene.names(pair).map(str::to_owned));
-    }
-    names
 }
 
 /// Returns the first contacts of pairs that do not overlap at the start, by angle.

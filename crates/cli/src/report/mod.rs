@@ -32,6 +32,7 @@ mod self_crossing;
 mod series;
 mod table;
 mod text;
+mod until_contact;
 mod viewer;
 mod volume_record;
 
@@ -58,5 +59,6 @@ pub(crate) use self::resolved::{FrameInfo, ResolvedDocument, ResolvedFrame};
 pub(crate) use self::self_crossing::self_crossings;
 pub(crate) use self::series::Series;
 pub(crate) use self::text::{counted, fixed};
+pub(crate) use self::until_contact::{MeetingTimeRecord, UntilContactDocument};
 pub(crate) use self::viewer::{Recording, ShownSurfaces};
 pub(crate) use self::volume_record::{QualityRecord, VolumeRecord};

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::table::{Table, left, right};
-use super::text::{counted, fixed, measure};
+use super::text::{counted, fixed, measure, overlapping_text};
 use crate::scene::Unit;
 
 /// First contacts of a turn.
@@ -48,13 +48,6 @@ impl RangeDocument {
         };
         let met = counted(self.contacts.len(), "pair");
         text += &format!("{summary}; {met} first met on the way to {}°.\n", fixed(self.to, 4));
-        if !self.overlapping.is_empty() {
-            let pairs: Vec<String> = self.overlapping.iter().map(|pair| pair.join(" × ")).collect();
-            text += &format!(
-                "Overlapping from the start, without a first contact: {}\n",
-                pairs.join(", ")
-            );
-        }
-        text
+        text + &overlapping_text(&self.overlapping)
     }
 }

@@ -96,6 +96,15 @@ pub(super) fn grouped(count: usize) -> String {
     text
 }
 
+/// Writes the pairs that overlap from the start; nothing where there are none.
+pub(super) fn overlapping_text(pairs: &[[String; 2]]) -> String {
+    if pairs.is_empty() {
+        return String::new();
+    }
+    let pairs: Vec<String> = pairs.iter().map(|pair| pair.join(" × ")).collect();
+    format!("Overlapping from the start, without a first contact: {}\n", pairs.join(", "))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -13,6 +13,7 @@ mod medial;
 mod motion;
 mod motion_cache;
 mod motion_tables;
+mod motion_until;
 mod overlap;
 mod page;
 mod plan;

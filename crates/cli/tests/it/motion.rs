@@ -61,7 +61,7 @@ fn bodies_that_pass_through_between_frames_are_found() {
 }
 
 /// Writes a motion of the needle along z, a frame per height.
-fn write_heights(workshop: &Workshop, name: &str, heights: &[f64]) {
+pub(crate) fn write_heights(workshop: &Workshop, name: &str, heights: &[f64]) {
     let frame = |z: &f64| {
         let map = REST.replace("0,0,1,0, 0,0,0,1", &format!("0,0,1,{z}, 0,0,0,1"));
         format!("{{\"needle\": {map}}}")

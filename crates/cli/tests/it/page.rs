@@ -73,6 +73,22 @@ fn pages_are_whole() {
     assert!(workshop.read("motion.html").contains("<svg"), "a chart, where there is no WebGL");
 }
 
+/// The camera has bodies in view where they move, and not only where they are at rest.
+#[test]
+fn all_frames_are_in_view() {
+    let workshop = needle_through_plate();
+    workshop.run("motion", &["scene.toml", "--report", "motion.html"]);
+    let page = workshop.read("motion.html");
+    let begin = "<script type=\"application/json\" id=\"model\">";
+    let (_, model) = page.split_once(begin).expect("a model");
+    let (model, _) = model.split_once("</script>").expect("its end");
+    let model: serde_json::Value = serde_json::from_str(model).expect("JSON");
+    let height = |corner: usize| model["view"][corner][2].as_f64().expect("a height");
+
+    // The tip of the needle goes from 1 to -3, its back is at 1.8 first.
+    assert!((height(0) + 3.0).abs() < 1e-9 && (height(1) - 1.8).abs() < 1e-9, "{}", model["view"]);
+}
+
 /// Names of bodies are text, whatever is in them.
 #[test]
 fn names_cannot_end_the_script() {

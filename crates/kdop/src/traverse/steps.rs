@@ -6,11 +6,14 @@
 //! all points are linear in time. So a pair is left out where such a direction exists, and no pair
 //! that meets is left out.
 
-use crate::cluster::{HALVES, LeafDops};
+use crate::cluster::HALVES;
 use crate::dop4::{Dop4, SplatDop, set_bits};
 use crate::node::Child;
 use crate::tree::DopTree;
 use crate::workspace::{Counters, LeafCache, Workspace};
+
+/// Distances by which bounds are moved outward at both ends, per direction.
+type Margins<const S: usize> = [[f32; S]; 2];
 
 /// Bounds of one tree at the start and at the end of a step.
 #[derive(Debug)]
@@ -82,16 +85,17 @@ impl<'a, const S: usize> StepTree<'a, S> {
         workspace: &mut Workspace<S>,
         visit: impl FnMut(u32, u32),
     ) {
-        let margins = self.ends.map(|tree| tree.widening(margin));
-        self.gather_cluster_pairs(other, &margins, workspace);
-        self.visit_leaf_pairs(other, &margins, workspace, visit);
+        let [start, end] = self.ends.map(|tree| tree.widening(margin));
+        let margins = start.zip(end).map(<[_; 2]>::from);
+        self.gather_cluster_pairs(other, margins.as_ref(), workspace);
+        self.visit_leaf_pairs(other, margins.as_ref(), workspace, visit);
     }
 
     /// Lists the pairs of clusters that may meet, by descent from the roots.
     fn gather_cluster_pairs(
         &self,
         other: &Self,
-        margins: &[Option<[f32; S]>; 2],
+        margins: Option<&Margins<S>>,
         workspace: &mut Workspace<S>,
     ) {
         let Workspace { node_pairs, nodes, cluster_pairs, counters, .. } = workspace;
@@ -103,13 +107,14 @@ impl<'a, const S: usize> StepTree<'a, S> {
         }
 
         while let Some((i, j)) = node_pairs.pop() {
-            let a = self.bounds(i, margins);
-            let b = other.bounds(j, &[None; 2]);
+            let widened = margins.map(|margins| self.widened(i, margins));
+            let a = widened.as_ref().map_or_else(|| self.bounds(i), <[_; 2]>::each_ref);
+            let b = other.bounds(j);
             let children_a = &self.start().nodes[i as usize].children;
             let children_b = &other.start().nodes[j as usize].children;
             counters.bound_tests += 1;
 
-            for bit in set_bits(meet(&a, &b)) {
+            for bit in set_bits(meet(a, b)) {
                 let (lane_a, lane_b) = (bit / 4, bit % 4);
                 match (children_a[lane_a].get(), children_b[lane_b].get()) {
                     (Child::Node(x), Child::Node(y)) => node_pairs.push((x, y)),
@@ -118,8 +123,7 @@ impl<'a, const S: usize> StepTree<'a, S> {
                     (Child::Cluster(x), Child::Node(y)) => {
                         let bound = a.map(|end| end.splat(lane_a));
                         let found = |y| cluster_pairs.push((x, y));
-                        counters.bound_tests +=
-                            other.clusters_below(y, &[None; 2], &bound, nodes, found);
+                        counters.bound_tests += other.clusters_below(y, None, &bound, nodes, found);
                     }
                     (Child::Node(x), Child::Cluster(y)) => {
                         let bound = b.map(|end| end.splat(lane_b));
@@ -133,20 +137,24 @@ impl<'a, const S: usize> StepTree<'a, S> {
         }
     }
 
-    /// Returns the bounds of the children of a node at both ends, moved outward by margins.
+    /// Returns the bounds of the children of a node at both ends.
     #[inline(always)]
-    fn bounds(&self, node: u32, margins: &[Option<[f32; S]>; 2]) -> [Dop4<S>; 2] {
-        std::array::from_fn(|end| {
-            let bounds = &self.ends[end].nodes[node as usize].bounds;
-            margins[end].as_ref().map_or(*bounds, |margin| bounds.widened(margin))
-        })
+    fn bounds(&self, node: u32) -> [&Dop4<S>; 2] {
+        self.ends.map(|tree| &tree.nodes[node as usize].bounds)
+    }
+
+    /// Returns the bounds of the children of a node at both ends, moved outward.
+    #[inline(always)]
+    fn widened(&self, node: u32, margins: &Margins<S>) -> [Dop4<S>; 2] {
+        let [start, end] = self.bounds(node);
+        [start.widened(&margins[0]), end.widened(&margins[1])]
     }
 
     /// Finds the clusters below a node that may meet one bound; returns the number of tests.
     fn clusters_below(
         &self,
         node: u32,
-        margins: &[Option<[f32; S]>; 2],
+        margins: Option<&Margins<S>>,
         bound: &[SplatDop<S>; 2],
         stack: &mut Vec<u32>,
         mut found: impl FnMut(u32),
@@ -156,8 +164,9 @@ impl<'a, const S: usize> StepTree<'a, S> {
         stack.push(node);
         while let Some(node) = stack.pop() {
             tests += 1;
-            let bounds = self.bounds(node, margins);
-            for lane in set_bits(meet_one(&bounds, bound)) {
+            let widened = margins.map(|margins| self.widened(node, margins));
+            let bounds = widened.as_ref().map_or_else(|| self.bounds(node), <[_; 2]>::each_ref);
+            for lane in set_bits(meet_one(bounds, bound)) {
                 match self.start().nodes[node as usize].children[lane].get() {
                     Child::Node(below) => stack.push(below),
                     Child::Cluster(cluster) => found(cluster),
@@ -172,7 +181,7 @@ impl<'a, const S: usize> StepTree<'a, S> {
     fn visit_leaf_pairs(
         &self,
         other: &Self,
-        margins: &[Option<[f32; S]>; 2],
+        margins: Option<&Margins<S>>,
         workspace: &mut Workspace<S>,
         mut visit: impl FnMut(u32, u32),
     ) {
@@ -182,8 +191,8 @@ impl<'a, const S: usize> StepTree<'a, S> {
         for &(a, b) in &*cluster_pairs {
             counters.clusters += 1;
             let bounds_a = [
-                a_start.get(self.ends[0], a, margins[0].as_ref()),
-                a_end.get(self.ends[1], a, margins[1].as_ref()),
+                a_start.get(self.ends[0], a, margins.map(|margins| &margins[0])),
+                a_end.get(self.ends[1], a, margins.map(|margins| &margins[1])),
             ];
             let bounds_b = [b_start.get(other.ends[0], b, None), b_end.get(other.ends[1], b, None)];
             let (a, b) = (self.start().clusters.get(a), other.start().clusters.get(b));
@@ -191,13 +200,13 @@ impl<'a, const S: usize> StepTree<'a, S> {
             // Unions of four leaves reject most halves before sixteen pairs are tested.
             for h in 0..HALVES * HALVES {
                 let (half_a, half_b) = (h / HALVES, h % HALVES);
-                if !halves_meet(&bounds_a, half_a, &bounds_b, half_b) {
+                let ([a0, a1], [b0, b1]) = (bounds_a, bounds_b);
+                let (union, union_end) = (&a0.unions[half_a], &a1.unions[half_a]);
+                if !union.meets::<S>(union_end, &b0.unions[half_b], &b1.unions[half_b]) {
                     continue;
                 }
-                let hits = meet(
-                    &bounds_a.map(|end| end.halves[half_a]),
-                    &bounds_b.map(|end| end.halves[half_b]),
-                );
+                let halves_a = [&a0.halves[half_a], &a1.halves[half_a]];
+                let hits = meet(halves_a, [&b0.halves[half_b], &b1.halves[half_b]]);
                 counters.bound_tests += 1;
                 for bit in set_bits(hits) {
                     let leaf_a = self.start().leaf(a, 4 * half_a + bit / 4);
@@ -214,7 +223,7 @@ impl<'a, const S: usize> StepTree<'a, S> {
 
 /// Tests four bounds against four, as [`Dop4::overlaps`], over a step.
 #[inline(always)]
-fn meet<const S: usize>(a: &[Dop4<S>; 2], b: &[Dop4<S>; 2]) -> u32 {
+fn meet<const S: usize>(a: [&Dop4<S>; 2], b: [&Dop4<S>; 2]) -> u32 {
     // Most bounds that do not meet are apart along one of the axes.
     let mut hits = [0, 1, 2, 3].map(|i| {
         Dop4::lane_meets(a, b, i, 0) & Dop4::lane_meets(a, b, i, 1) & Dop4::lane_meets(a, b, i, 2)
@@ -235,23 +244,10 @@ fn meet<const S: usize>(a: &[Dop4<S>; 2], b: &[Dop4<S>; 2]) -> u32 {
 
 /// Tests four bounds against one, as [`Dop4::overlaps_one`], over a step.
 #[inline(always)]
-fn meet_one<const S: usize>(four: &[Dop4<S>; 2], one: &[SplatDop<S>; 2]) -> u32 {
+fn meet_one<const S: usize>(four: [&Dop4<S>; 2], one: &[SplatDop<S>; 2]) -> u32 {
     let mut hit = Dop4::lanes_meet(four, one, 0);
     for k in 1..S {
         hit &= Dop4::lanes_meet(four, one, k);
     }
     hit.to_bitmask()
-}
-
-/// Returns true if the leaves of two halves of clusters may meet over a step.
-#[inline(always)]
-fn halves_meet<const S: usize>(
-    a: &[&LeafDops<S>; 2],
-    half_a: usize,
-    b: &[&LeafDops<S>; 2],
-    half_b: usize,
-) -> bool {
-    let [a0, a1] = a.map(|end| &end.unions[half_a]);
-    let [b0, b1] = b.map(|end| &end.unions[half_b]);
-    a0.meets::<S>(a1, b0, b1)
 }

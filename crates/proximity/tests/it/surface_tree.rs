@@ -1,5 +1,6 @@
 //! Queries about one surface, and trees that follow it.
 
+use std::cell::Cell;
 use std::ops::ControlFlow;
 
 use ccd::{CcdParams, MovingPoints};
@@ -109,6 +110,36 @@ fn a_swept_query_can_be_interrupted() {
         (SweptQuery::new(&motion, &CcdParams::DEFAULT), &mut Workspace::default());
     let interrupted = query.run(&a, &b, workspace, Progress::new(&stop));
     assert!(matches!(interrupted, Err(SweptError::Interrupted(_))), "{interrupted:?}");
+}
+
+/// A build is polled every some thousand faces, ends where it is told to, and can begin again.
+#[test]
+fn a_build_can_be_interrupted() {
+    let ball = shapes::icosphere(10.0, 6);
+    let mut lazy = LazySurfaceTree::new(ball.surface(), ball.positions.clone()).expect("finite");
+    let polls = Cell::new(0);
+    let stop_at = |last: u32| {
+        let polls = &polls;
+        move || {
+            polls.set(polls.get() + 1);
+            polls.get() < last
+        }
+    };
+    for last in [1, 5, 10] {
+        polls.set(0);
+        assert!(!lazy.fit_while(&stop_at(last)).expect("a tree"), "{last}");
+        assert_eq!(polls.get(), last);
+        assert!(lazy.fitted().is_none() && !lazy.is_built());
+    }
+    polls.set(0);
+    assert!(lazy.fit_while(&stop_at(u32::MAX)).expect("a tree"));
+    assert!(polls.get() > 12, "{} polls in {} faces", polls.get(), ball.faces.len());
+
+    // As one that nobody interrupts.
+    let eager = SurfaceTree::new(ball.surface(), ball.positions).expect("finite");
+    let lazy = lazy.fitted().expect("a tree");
+    assert!(StepTree::new(eager.tree(), lazy.tree()).is_some(), "another arrangement");
+    assert_eq!(eager.tree().root(), lazy.tree().root());
 }
 
 #[test]
