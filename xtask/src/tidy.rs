@@ -6,6 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::TaskResult;
+use crate::verify::LONG_TESTS;
 
 /// File with the map of packages and the edges between them.
 const ARCHITECTURE: &str = "ARCHITECTURE.md";
@@ -67,6 +68,7 @@ pub(crate) fn problems(root: &Path) -> Vec<(&'static str, Problems)> {
         ("no trailing blanks", trailing_blanks(&files)),
         ("nothing foreign", foreign_words(&files)),
         ("documentation names, it does not ask", asking_docs(&files)),
+        ("tests that the inner loop leaves out", absent_tests(&files, &LONG_TESTS)),
     ]
 }
 
@@ -253,6 +255,21 @@ fn asking_docs(files: &[File]) -> Problems {
     problems
 }
 
+/// Finds tests, by the beginning of their names, that no file has: those that took their place would
+/// not be left out.
+fn absent_tests(files: &[File], names: &[&str]) -> Problems {
+    let mut problems = Vec::new();
+    for name in names {
+        let (module, test) = name.rsplit_once("::").unwrap_or(("", name));
+        let (module, function) = (format!("{module}.rs"), format!("fn {test}"));
+        let has_test = |file: &File| file.path.ends_with(&module) && file.text.contains(&function);
+        if !rust(files).any(has_test) {
+            problems.push(format!("xtask/src/verify.rs: no test begins with `{name}`"));
+        }
+    }
+    problems
+}
+
 /// Applies a rule to every line, but not to those that define the rules.
 fn breaches(files: &[File], rule: impl Fn(&str) -> Option<String>) -> Problems {
     let mut problems = Vec::new();
@@ -350,5 +367,14 @@ mod tests {
         assert_eq!(long_files(&files).len(), 1);
         assert_eq!(foreign_words(&files).len(), 1);
         assert_eq!(asking_docs(&files).len(), 1);
+    }
+
+    #[test]
+    fn tests_that_are_gone_are_found() {
+        let files = [file("tests/it/walks.rs", "#[test]\nfn a_long_walk() {}\n")];
+        let names = ["walks::a_long", "a_long_walk", "walks::", "walks::a_short", "runs::a_long"];
+        let problems = absent_tests(&files, &names);
+        assert_eq!(problems.len(), 2, "{problems:?}");
+        assert!(problems[0].contains("a_short") && problems[1].contains("runs::"), "{problems:?}");
     }
 }

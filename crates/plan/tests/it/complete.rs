@@ -262,3 +262,31 @@ fn brackets_of_coarse_surfaces_hold_what_these_have_lost() {
         assert!(holds && found.method == DetectionMethod::Coarse, "{found:?}, {exact:?}");
     }
 }
+
+#[test]
+fn brackets_of_flat_surfaces_hold_a_bump_that_is_lost() {
+    // A block in one face of a muscle, 3 deep everywhere but for a bump of 0.5 below, which its
+    // coarse surface has no vertex for. Declared open, it is all that has a depth.
+    let block = shapes::plate(DVec3::new(8.0, 8.0, 10.0), [8, 8]).translated(DVec3::Z * 2.0);
+    let block = block.mapped(|p| {
+        let is_bump = p.z < 0.0 && p.truncate().length() < 0.1;
+        DVec3::X * 20.0 + if is_bump { p - 0.5 * DVec3::Z } else { p }
+    });
+    let muscle = flat_muscle();
+    let mut scene = Scene::new();
+    let mut add = |name, kind, mesh: &Mesh| {
+        scene.add(name, kind, mesh.surface(), mesh.positions.clone()).expect("a body")
+    };
+    let pair = PairId::new(
+        add("block", BodyKind::Open, &block),
+        add("muscle", BodyKind::Deformable, &muscle),
+    );
+    let exact = exact_depth_of(&mut scene, pair);
+    assert!((exact.lower - 3.5).abs() < 1e-3, "{exact:?}");
+
+    let mut plan = plan(&mut scene, pair, Some(DetectionMethod::Coarse), 2.0);
+    let detection = detect(&mut plan, &mut scene);
+    let found = detection.pair(pair).expect("they overlap");
+    assert!((found.max_depth - 3.0).abs() < 1e-6, "the bump is lost: {found:?}");
+    assert!(found.depth.lower <= exact.upper && found.depth.upper >= exact.lower, "{found:?}");
+}
