@@ -173,7 +173,7 @@ impl Thigh {
     }
 
     /// Walks through all frames; `observe` receives the exact overlap that is left in each, and
-    /// the number of vertices whose side is unknown.
+    /// the number of vertices whose side is unknown, the largest of its steps.
     fn walk(&mut self, mut observe: impl FnMut(f64, usize)) -> Result<(), StepError> {
         let mut step = SceneStep::new(Material::hard(Margins::new(0.0, PROXIMITY)?));
         let mut detectors = StepDetectors::new(DetectorParams { margin: MARGIN, tolerance: 0.1 })?;
@@ -187,6 +187,7 @@ impl Thigh {
         };
 
         // In each step, bones and springs come first, then contacts, then the move.
+        let mut unknown = 0;
         let count = u32::try_from(self.motion.frames.len()).unwrap_or(0);
         for number in 0..count * STEPS {
             self.place_bones(&mut step, number, h)?;
@@ -198,8 +199,9 @@ impl Thigh {
             })?;
 
             // Overlaps are measured once per frame, before the move.
+            unknown = unknown.max(step.unknown_sides());
             if number % STEPS == 0 {
-                observe(self.overlap()?, step.unknown_sides());
+                observe(self.overlap()?, std::mem::take(&mut unknown));
             }
             for (x, v) in self.x.iter_mut().zip(&self.v) {
                 *x += h * *v;

@@ -11,7 +11,9 @@ use benches::{medial_report, ratios, volumes};
 const USAGE: &str = "\
 usage: benches TASK
 
-  ratios [--quick] [CRATE…]    figures beside what they are compared with, one line of JSON each
+  ratios [--quick] [--only TEXT] [CRATE…]
+                               figures beside what they are compared with, one line of JSON each;
+                               with a text, those whose names begin with it
   volumes                      table of bounding volumes of 6, 14, 18 and 26 planes
   trees                        table of trees that are refit, built where loose, or always
   source                       tables of the times that the method's source gives, beside ours
@@ -40,17 +42,33 @@ fn main() -> ExitCode {
     }
 }
 
+/// Reads the options of `ratios`; returns the report that they make, and what follows them.
+fn ratio_options(arguments: &[String]) -> (Report, &[String]) {
+    let (mut report, mut rest) = (Report::new(1.0), arguments);
+    if let [flag, after @ ..] = rest
+        && flag == "--quick"
+    {
+        (report, rest) = (Report::new(QUICK), after);
+    }
+    if let [flag, text, after @ ..] = rest
+        && flag == "--only"
+    {
+        (report, rest) = (report.only(text), after);
+    }
+    (report, rest)
+}
+
 /// Runs a task; returns the names of figures beyond their bounds.
 fn run(arguments: &[String]) -> Result<Vec<String>, Box<dyn Error>> {
     let (task, rest) = arguments.split_first().ok_or(USAGE)?;
     // Figures print themselves; the report counts those beyond their bounds.
     let mut report = Report::new(1.0);
     match (task.as_str(), rest) {
-        ("ratios", [flag, names @ ..]) if flag == "--quick" => {
-            report = Report::new(QUICK);
+        ("ratios", options) => {
+            let (of_options, names) = ratio_options(options);
+            report = of_options;
             ratios::run(names, &mut report)?;
         }
-        ("ratios", names) => ratios::run(names, &mut report)?,
         ("trees", []) => print!("{}", benches::trees::table()),
         ("volumes", []) => print!("{}", volumes::table()),
         ("medial", [file]) => medial_report::write(Path::new(file), &mut report)?,

@@ -131,6 +131,8 @@ pub struct Report {
     group: &'static str,
     effort: f64,
     prints: bool,
+    /// Beginning of the names that are printed.
+    only: String,
     shortfalls: Vec<String>,
 }
 
@@ -139,7 +141,21 @@ impl Report {
     #[must_use]
     pub fn new(effort: f64) -> Self {
         let timer = Box::new(TakingTurns);
-        Self { timer, group: "", effort, prints: true, shortfalls: Vec::new() }
+        let (only, shortfalls) = (String::new(), Vec::new());
+        Self { timer, group: "", effort, prints: true, only, shortfalls }
+    }
+
+    /// Reports figures alone whose names begin with a text.
+    #[must_use]
+    pub fn only(self, beginning: impl Into<String>) -> Self {
+        Self { only: beginning.into(), ..self }
+    }
+
+    /// Returns true if some figure whose name begins with a text is reported: others need not be
+    /// measured.
+    #[must_use]
+    pub fn wants(&self, beginning: &str) -> bool {
+        beginning.starts_with(&self.only) || self.only.starts_with(beginning)
     }
 
     /// Starts a report that prints nothing: its timer does.
@@ -241,6 +257,9 @@ impl Report {
         unit: &'static str,
         allowed: f64,
     ) {
+        if !name.starts_with(&self.only) {
+            return;
+        }
         // A ratio that is not a number keeps no bound.
         let measured = other.map_or(ours, |other| ours / other);
         let holds = measured <= allowed;
@@ -283,6 +302,16 @@ mod tests {
         assert_eq!(report.shortfalls(), ["slow / fast"]);
         report.times("fast / slow", [fast, slow], 2.0);
         assert_eq!(report.shortfalls().len(), 1, "{:?}", report.shortfalls());
+    }
+
+    #[test]
+    fn figures_of_one_beginning_are_reported_alone() {
+        let mut report = Report::new(1.0).only("rest exact, velocity");
+        assert!(report.wants("rest") && report.wants("rest exact, velocity: overlap"));
+        assert!(!report.wants("gait") && !report.wants("rest exact, sequence"));
+        report.cost("rest exact, sequence: overlap", 3.0, "mm", 2.0);
+        report.cost("rest exact, velocity: overlap", 3.0, "mm", 2.0);
+        assert_eq!(report.shortfalls(), ["rest exact, velocity: overlap"]);
     }
 
     #[test]

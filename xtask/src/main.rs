@@ -44,8 +44,9 @@ usage: cargo xtask TASK
 
   verify           tests, golden files, layout and figures, and one table of them
   verify --quick   tests of at most seconds, golden files and layout: a minute, once built
-  ratios [CRATE]   every claimed speed and cost, beside what it is compared with; also `motion`,
-                   `plan` and `stability`
+  ratios [--only TEXT] [CRATE]
+                   every claimed speed and cost, beside what it is compared with; also `motion`,
+                   `plan` and `stability`; with a text, the figures whose names begin with it
   chart [PICTURE]  the pictures of docs/chart, and the numbers behind them
   soak             10,000 frames of a small scene, and the memory left behind
   fixtures         the generated files of the package `fixtures`

@@ -87,9 +87,9 @@ mod topology;
 
 pub use crate::ball::Ball;
 pub use crate::detect::{
-    CandidatePair, MAX_CONTACTS, MedialBounds, MedialContactParams, ParticleOffsets, PointContact,
-    PreviousNormals, PrimitiveContact, QueryPoints, TestCounts, point_contacts,
-    point_contacts_among, primitive_contacts, primitive_contacts_among,
+    CandidatePair, MAX_CONTACTS, MedialBounds, MedialContactParams, ParticleOffsets,
+    PointCandidates, PointContact, PreviousNormals, PrimitiveContact, QueryPoints, TestCounts,
+    point_contacts, point_contacts_among, primitive_contacts, primitive_contacts_among,
 };
 pub use crate::detector::{
     ContactBody, MedialContact, MedialDetector, MedialFeature, MedialScratch, PrimitiveBall,

@@ -108,6 +108,12 @@ impl<T> MaximumSearch<T> {
         (self.min_slack, self.relative_slack) = (min_slack, relative_slack);
     }
 
+    /// Starts anew as by [`new`](Self::new), in the memory that is there.
+    pub fn restart_within(&mut self, min_slack: f64, limit: f64) {
+        self.restart(min_slack, RELATIVE_SLACK);
+        self.limit = limit;
+    }
+
     /// Records a value that the function takes.
     #[inline]
     pub fn evaluated(&mut self, value: f64) {

@@ -146,6 +146,11 @@ impl SpringDamper {
         self.damping
     }
 
+    /// Returns the spring that a number of these make side by side.
+    pub(crate) fn times(&self, count: f64) -> Self {
+        Self { stiffness: count * self.stiffness, damping: count * self.damping }
+    }
+
     /// Computes the compliance α = 1 / (k h² + c h), the same at all three levels.
     #[must_use]
     pub fn compliance(&self, h: StepLength) -> f64 {

@@ -2,9 +2,13 @@
 
 use std::ops::Range;
 
+use glam::DVec3;
 use surface::Contact;
 
 use crate::{Material, RigidMotion};
+
+/// Cosine of the angle up to which two normals of the same particles are of one contact.
+const SAME_NORMAL: f64 = 0.99;
 
 /// Contacts of a step with the material and the identity of their pair of bodies.
 ///
@@ -87,6 +91,62 @@ impl ContactSet {
             self.groups.push(ContactGroup { contacts, ..group.clone() });
         }
         self.contacts.len() - before
+    }
+
+    /// Adds contacts of another set that are not found again in this one, in which the same particles
+    /// have contacts with other normals or none.
+    pub(crate) fn append_unlike(&mut self, other: &Self, known: &mut Vec<(StencilKey, DVec3)>) {
+        // Sorted by their keys, as the search needs them.
+        known.clear();
+        for group in &self.groups {
+            for contact in &self.contacts[group.contacts.clone()] {
+                known.push((stencil_key(group.pair, contact), contact.normal));
+            }
+        }
+        known.sort_unstable_by_key(|(key, _)| *key);
+
+        for group in &other.groups {
+            let start = self.contacts.len();
+            for contact in &other.contacts[group.contacts.clone()] {
+                let key = stencil_key(group.pair, contact);
+                let first = known.partition_point(|(other, _)| *other < key);
+                let like = known[first..].iter().take_while(|(other, _)| *other == key);
+                let mut cosines = like.map(|(_, normal)| normal.dot(contact.normal));
+                if !cosines.any(|cosine| cosine > SAME_NORMAL) {
+                    self.contacts.push(*contact);
+                }
+            }
+            let contacts = start..self.contacts.len();
+            self.groups.push(ContactGroup { contacts, ..group.clone() });
+        }
+    }
+
+    /// Replaces all contacts by those of another set that fulfill a condition, by their numbers.
+    pub(crate) fn copy_chosen(
+        &mut self,
+        other: &Self,
+        is_chosen: impl Fn(usize, &Contact, &Material) -> bool,
+    ) {
+        self.clear();
+        for group in &other.groups {
+            let start = self.contacts.len();
+            for number in group.contacts.clone() {
+                let contact = &other.contacts[number];
+                if is_chosen(number, contact, &group.material) {
+                    self.contacts.push(*contact);
+                }
+            }
+            let contacts = start..self.contacts.len();
+            self.groups.push(ContactGroup { contacts, ..group.clone() });
+        }
+    }
+
+    /// Brings gaps to present positions, along the same normals.
+    pub(crate) fn follow(&mut self, x: &[DVec3]) {
+        for contact in &mut self.contacts {
+            let separation = contact.separation(|particle| x[particle as usize]);
+            contact.gap = -separation.dot(contact.normal) - contact.offset;
+        }
     }
 
     /// Keeps the contacts that fulfill a condition; returns the earliest time of these.

@@ -5,9 +5,9 @@
 //! so the contact moves tissue, not single vertices, and momentum is kept to rounding.
 
 use glam::DVec3;
-use surface::Term;
+use surface::{Contact, Term};
 
-use crate::{ContactSet, ResponseError, check};
+use crate::{ContactSet, Material, ResponseError, check};
 
 /// Particle that moves with three others.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,6 +33,48 @@ pub struct Follower {
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Followers(Vec<Follower>);
+
+/// Vertices that a contact stands for: P, and those that follow it, each by its mass over that of P.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Represented {
+    /// Number of them.
+    pub(crate) count: f64,
+    /// Mean of their depths less that of P: followers may bulge out of the reduced surface.
+    pub(crate) deeper: f64,
+}
+
+impl Represented {
+    /// Computes it from inverse masses, those with followers, and the sums of
+    /// [`Followers::sum_offsets`]. P on a rigid object stands for itself.
+    pub(crate) fn of(
+        contact: &Contact,
+        inverse_mass: &[f64],
+        lumped: &[f64],
+        offsets: &[DVec3],
+    ) -> Self {
+        let (mut count, mut deeper) = (0.0, 0.0);
+        for Term { particle, weight } in contact.stencil.terms() {
+            // The sign of a weight decides its side, also that of a zero.
+            let k = *particle as usize;
+            if weight.is_sign_negative() {
+                let has_followers = inverse_mass[k] > lumped[k];
+                count -= weight * if has_followers { inverse_mass[k] / lumped[k] } else { 1.0 };
+                if has_followers {
+                    deeper += weight * lumped[k] * contact.normal.dot(offsets[k]);
+                }
+            }
+        }
+        if count > 0.0 { Self { count, deeper } } else { Self { count: 1.0, deeper: 0.0 } }
+    }
+
+    /// Returns a soft contact as deep as the vertices that it stands for are on average, with as many
+    /// springs; a hard one as it is.
+    pub(crate) fn of_soft(&self, contact: &Contact, material: &Material) -> (Contact, Material) {
+        let Some(spring) = material.spring else { return (*contact, *material) };
+        let material = Material { spring: Some(spring.times(self.count)), ..*material };
+        (Contact { gap: contact.gap - self.deeper, ..*contact }, material)
+    }
+}
 
 impl Followers {
     /// Returns a list of followers, none of which leads another.
@@ -102,6 +144,32 @@ impl Followers {
                 // 1 / (m + share of the follower's mass), and 0 stays 0.
                 let own = &mut lumped[leader.particle as usize];
                 *own /= 1.0 + *own * leader.weight / inverse_mass[*particle as usize];
+            }
+        }
+    }
+
+    /// Sums, per particle, the offsets of its followers from where their leaders are, times their
+    /// masses and weights.
+    pub(crate) fn sum_offsets(
+        &self,
+        inverse_mass: &[f64],
+        follows: &[bool],
+        x: &[DVec3],
+        sums: &mut Vec<DVec3>,
+    ) {
+        sums.clear();
+        if self.0.is_empty() {
+            return;
+        }
+        sums.resize(x.len(), DVec3::ZERO);
+        for Follower { particle, leaders } in self.following(follows) {
+            let mut offset = x[*particle as usize];
+            for leader in leaders {
+                offset -= leader.weight * x[leader.particle as usize];
+            }
+            let mass = inverse_mass[*particle as usize].recip();
+            for leader in leaders {
+                sums[leader.particle as usize] += leader.weight * mass * offset;
             }
         }
     }

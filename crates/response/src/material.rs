@@ -16,7 +16,9 @@ pub struct Material {
     pub margins: Margins,
     /// Friction law.
     pub friction: Friction,
-    /// Stiffness and damping of a soft contact; `None` for a hard one.
+    /// Stiffness and damping of a soft contact; `None` for a hard one. A vertex of a reduced
+    /// surface has as many springs as it stands for vertices, by the masses that
+    /// [follow](crate::Followers) it: bodies sink in as far as with the whole surface.
     pub spring: Option<SpringDamper>,
     /// Part of the motion that a permanent contact restrains, pulling too; `None` for a
     /// contact that may open.

@@ -143,15 +143,51 @@ impl PermanentContacts {
         margins: Margins,
     ) -> Result<Self, ResponseError> {
         check::particles("position", x.len(), x)?;
-        let mut tracks = Vec::with_capacity(contacts.len());
-        for (number, contact) in contacts.iter().enumerate() {
-            check_contact(number, contact, x.len())?;
-            let frame = carrying_frame(&contact.stencil, x);
-            let local_normal = frame.map(|frame| frame.to_local(contact.normal));
-            tracks.push(Track { local_normal, face: None });
+        let (mut kept, capacity) = (Self::empty(measure, margins), contacts.len());
+        kept.contacts.reserve_exact(capacity);
+        kept.states.reserve_exact(capacity);
+        kept.tracks.reserve_exact(capacity);
+        for contact in contacts {
+            kept.push(contact, None, x)?;
         }
-        let states = contacts.iter().map(|c| ContactState::of(c.gap, margins)).collect();
-        Ok(Self { contacts: contacts.to_vec(), states, tracks, measure, margins })
+        Ok(kept)
+    }
+
+    /// Returns a list without contacts.
+    #[must_use]
+    pub fn empty(measure: GapMeasure, margins: Margins) -> Self {
+        let (contacts, states, tracks) = (Vec::new(), Vec::new(), Vec::new());
+        Self { contacts, states, tracks, measure, margins }
+    }
+
+    /// Removes all contacts, and sets the margins of those to come; the memory is kept.
+    pub fn clear(&mut self, margins: Margins) {
+        self.contacts.clear();
+        self.states.clear();
+        self.tracks.clear();
+        self.margins = margins;
+    }
+
+    /// Adds a contact, detected at positions `x` of all particles. Its first walk starts from
+    /// `face`, where the detector that found it knows one: of contacts on a rigid object, the
+    /// stencil has no face.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::stick`], for a contact that is refused.
+    pub fn push(
+        &mut self,
+        contact: &Contact,
+        face: Option<u32>,
+        x: &[DVec3],
+    ) -> Result<(), ResponseError> {
+        check_contact(self.contacts.len(), contact, x.len())?;
+        let frame = carrying_frame(&contact.stencil, x);
+        let local_normal = frame.map(|frame| frame.to_local(contact.normal));
+        self.tracks.push(Track { local_normal, face });
+        self.states.push(ContactState::of(contact.gap, self.margins));
+        self.contacts.push(*contact);
+        Ok(())
     }
 
     /// Returns the contacts, in the order given.
@@ -166,21 +202,7 @@ impl PermanentContacts {
         &self.states
     }
 
-    /// Sets the face that the next walk of each contact starts from, where the detector that found
-    /// it knows one: of contacts on a rigid object, the stencil has no face.
-    ///
-    /// # Errors
-    ///
-    /// [`ResponseError::Count`] unless there is one per contact.
-    pub fn set_faces(&mut self, faces: &[u32]) -> Result<(), ResponseError> {
-        check::count("faces", self.tracks.len(), faces.len())?;
-        for (track, face) in self.tracks.iter_mut().zip(faces) {
-            track.face = Some(*face);
-        }
-        Ok(())
-    }
-
-    /// Returns the face that a contact slid to last, or that was set.
+    /// Returns the face that a contact slid to last, or that it was added with.
     ///
     /// # Panics
     ///
@@ -336,25 +358,29 @@ impl PermanentContacts {
         carrier: SurfaceCarrier,
     ) -> Result<(), ResponseError> {
         let contact = &mut self.contacts[number];
-        let mut terms = point_terms(&contact.stencil).to_vec();
-        let too_many = ResponseError::Count {
-            what: "particles on the side of P",
-            expected: 1,
-            got: terms.len(),
-        };
 
         // The side of P stays; the foot replaces the side of P̄.
-        match carrier {
-            SurfaceCarrier::Rigid(motion) => contact.anchor = Some(motion.at(foot.point)),
+        let of_p = point_terms(&contact.stencil);
+        let stencil = match carrier {
+            SurfaceCarrier::Rigid(motion) => {
+                contact.anchor = Some(motion.at(foot.point));
+                Stencil::new(of_p)
+            }
             SurfaceCarrier::Particles { first } => {
                 let corners = surface.faces()[foot.face as usize];
-                for (corner, weight) in corners.into_iter().zip(foot.barycentric) {
-                    terms.push(Term { particle: first + corner, weight });
-                }
+                let corner =
+                    |k: usize| Term { particle: first + corners[k], weight: foot.barycentric[k] };
+                let [a, b, c] = [0, 1, 2].map(corner);
                 contact.anchor = None;
+                match *of_p {
+                    [p] => Stencil::new(&[p, a, b, c]),
+                    [p, q] => Stencil::new(&[p, q, a, b, c]),
+                    _ => None,
+                }
             }
-        }
-        contact.stencil = Stencil::new(&terms).ok_or(too_many)?;
+        };
+        let (what, got) = ("particles on the side of P", of_p.len());
+        contact.stencil = stencil.ok_or(ResponseError::Count { what, expected: 1, got })?;
         contact.normal = foot.normal;
         contact.gap = foot.height - contact.offset;
         self.tracks[number].face = Some(foot.face);

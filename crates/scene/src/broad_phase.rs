@@ -12,34 +12,53 @@ use crate::{BodyId, PairId};
 /// Finds the pairs of boxes, by number, that come within `margin` of each other, in ascending
 /// order. No pair is missed through rounding; empty boxes meet none.
 pub(crate) fn overlapping_pairs(boxes: &[Aabb], margin: f64) -> Vec<PairId> {
-    let axis = axis_of_spread(boxes);
-    let mut inflated = Vec::with_capacity(boxes.len());
-    let mut order: Vec<(TotalF64, u32)> = Vec::with_capacity(boxes.len());
-    for (number, &bounds) in (0..).zip(boxes) {
-        let bounds = inflate(bounds, margin);
-        if !bounds.is_empty() {
-            order.push((TotalF64(bounds.min[axis]), number));
-        }
-        inflated.push(bounds);
-    }
-    let boxes = inflated;
-    order.sort_unstable();
+    let mut sweep = SweepAndPrune { boxes: boxes.to_vec(), ..SweepAndPrune::default() };
+    sweep.find_pairs(margin);
+    sweep.pairs
+}
 
-    // Boxes that begin before the present one and may still reach it.
-    let mut active: Vec<u32> = Vec::new();
-    let mut pairs = Vec::new();
-    for (_, number) in order {
-        let bounds = boxes[number as usize];
-        active.retain(|&other| boxes[other as usize].max[axis] >= bounds.min[axis]);
-        for &other in &active {
-            if bounds.overlaps(boxes[other as usize]) {
-                pairs.push(PairId::new(BodyId(number), BodyId(other)));
+/// Sweep and prune in memory that is reused.
+#[derive(Debug, Default)]
+pub(crate) struct SweepAndPrune {
+    /// Boxes by number, to be set; then inflated.
+    pub(crate) boxes: Vec<Aabb>,
+    /// Starts of boxes along the axis, with their numbers.
+    order: Vec<(TotalF64, u32)>,
+    /// Boxes that begin before the present one and may still reach it.
+    active: Vec<u32>,
+    /// Pairs found.
+    pub(crate) pairs: Vec<PairId>,
+}
+
+impl SweepAndPrune {
+    /// Finds the pairs of boxes within `margin`: see [`overlapping_pairs`].
+    pub(crate) fn find_pairs(&mut self, margin: f64) {
+        let Self { boxes, order, active, pairs } = self;
+        let axis = axis_of_spread(boxes);
+        order.clear();
+        for (number, bounds) in (0..).zip(boxes.iter_mut()) {
+            *bounds = inflate(*bounds, margin);
+            if !bounds.is_empty() {
+                order.push((TotalF64(bounds.min[axis]), number));
             }
         }
-        active.push(number);
+        order.sort_unstable();
+
+        // Along the axis, each box against those that have not ended.
+        active.clear();
+        pairs.clear();
+        for &(_, number) in &*order {
+            let bounds = boxes[number as usize];
+            active.retain(|&other| boxes[other as usize].max[axis] >= bounds.min[axis]);
+            for &other in &*active {
+                if bounds.overlaps(boxes[other as usize]) {
+                    pairs.push(PairId::new(BodyId(number), BodyId(other)));
+                }
+            }
+            active.push(number);
+        }
+        pairs.sort_unstable();
     }
-    pairs.sort_unstable();
-    pairs
 }
 
 /// Moves a box outward by half of the margin, and by more than distances are rounded.

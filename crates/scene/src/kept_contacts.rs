@@ -12,6 +12,7 @@
 //! lists with a skin; B. Gilles, PhD thesis, 2007, section 4.7.2, for permanent contacts.
 
 use glam::DVec3;
+use kdop::Workspace;
 use response::{
     GapMeasure, Margins, PermanentContacts, ResponseError, Restraint, RigidMotion, SurfaceCarrier,
     walk_to_foot,
@@ -84,6 +85,8 @@ pub enum Renewal {
 #[derive(Debug)]
 pub(crate) struct KeptList {
     pub(crate) report: KeptPair,
+    /// Reason why it no longer holds, if any.
+    pub(crate) doubt: Option<Renewal>,
     restraint: Restraint,
     /// Gap up to which all vertices are held.
     reach: f64,
@@ -95,6 +98,8 @@ pub(crate) struct KeptList {
     displacement: f64,
     /// Gap up to which contacts touch.
     clearance: f64,
+    /// Search for the faces of feet.
+    workspace: Workspace,
 }
 
 /// Contact of a vertex of a bone with a face that it slides on.
@@ -137,43 +142,74 @@ pub(crate) struct DetectedList<'a> {
 }
 
 impl KeptList {
-    /// Keeps the contacts of a pair, detected at the positions `x` of all particles.
-    pub(crate) fn new(
+    /// Returns a list that does not hold: it was never detected.
+    pub(crate) fn new(pair: PairId, params: &PermanentParams, margins: Margins) -> Self {
+        let renewal = Renewal::First;
+        Self {
+            report: KeptPair { pair, since: 0, renewal, bound: 0.0, contacts: 0 },
+            doubt: Some(renewal),
+            restraint: params.restraint,
+            reach: 0.0,
+            sides: [pair.a, pair.b].map(|on| KeptSide::new(on, margins)),
+            bone_vertices: Vec::new(),
+            frame: PairFrame::default(),
+            displacement: 0.0,
+            clearance: margins.clearance(),
+            workspace: Workspace::default(),
+        }
+    }
+
+    /// Replaces the contacts by those that a step has detected at the positions `x` of all
+    /// particles; the memory is kept.
+    pub(crate) fn renew(
+        &mut self,
         scene: &Scene,
-        report: KeptPair,
-        params: &PermanentParams,
+        step_number: u64,
         detected: DetectedList<'_>,
         x: &[DVec3],
-    ) -> Result<Self, StepError> {
-        let pair = report.pair;
-        let (mut of_sides, mut bone_vertices) = ([Vec::new(), Vec::new()], Vec::new());
+    ) -> Result<(), StepError> {
+        for side in &mut self.sides {
+            side.starts.clear();
+            side.contacts.clear(detected.margins);
+        }
+        self.bone_vertices.clear();
+
+        let pair = self.report.pair;
         for contact in detected.contacts {
             // P̄ is on the other body, but for the vertices of a bone, which slide.
             let first = contact.stencil.terms()[0].particle;
             let is_of_a = scene.body(pair.a).particles().contains(&first);
-            if params.restraint == Restraint::Sliding && is_of_bone_vertex(contact) {
-                let on = if is_of_a { pair.a } else { pair.b };
-                let of = if is_of_a { pair.b } else { pair.a };
-                bone_vertices.push(BoneVertex::new(scene, [of, on], contact, &detected, x));
+            let [of, on] = if is_of_a { [pair.a, pair.b] } else { [pair.b, pair.a] };
+            if self.restraint == Restraint::Sliding && is_of_bone_vertex(contact) {
+                // P is the foot, a point of a face.
+                let foot = point_of(contact, x);
+                let start =
+                    Start::new(scene, [on, of], contact, foot, &detected, &mut self.workspace);
+                let vertex = BoneVertex { contact: *contact, on: of, start, face: start.face };
+                self.bone_vertices.push(vertex);
             } else {
-                of_sides[usize::from(is_of_a)].push(*contact);
+                let foot = foot_of(contact, x);
+                let start =
+                    Start::new(scene, [of, on], contact, foot, &detected, &mut self.workspace);
+                let side = &mut self.sides[usize::from(is_of_a)];
+                side.contacts.push(contact, Some(start.face), x)?;
+                side.starts.push(start);
             }
         }
 
-        let [on_a, on_b] = of_sides;
-        Ok(Self {
-            report: KeptPair { contacts: detected.contacts.len(), ..report },
-            restraint: params.restraint,
-            reach: detected.reach,
-            sides: [
-                KeptSide::new(scene, [pair.b, pair.a], &on_a, &detected, x)?,
-                KeptSide::new(scene, [pair.a, pair.b], &on_b, &detected, x)?,
-            ],
-            bone_vertices,
-            frame: PairFrame::new(scene, pair),
-            displacement: 0.0,
-            clearance: detected.margins.clearance(),
-        })
+        // From now on it holds, until a contact is in doubt.
+        self.report = KeptPair {
+            since: step_number,
+            renewal: self.doubt.take().unwrap_or(Renewal::First),
+            bound: 0.0,
+            contacts: detected.contacts.len(),
+            pair,
+        };
+        self.frame.renew(scene, pair);
+        self.reach = detected.reach;
+        self.displacement = 0.0;
+        self.clearance = detected.margins.clearance();
+        Ok(())
     }
 
     /// Carries the contacts to the positions `x` of all particles; returns a reason to detect them
@@ -265,24 +301,10 @@ impl KeptList {
 }
 
 impl KeptSide {
-    fn new(
-        scene: &Scene,
-        [of, on]: [BodyId; 2],
-        contacts: &[Contact],
-        detected: &DetectedList<'_>,
-        x: &[DVec3],
-    ) -> Result<Self, ResponseError> {
-        // The face of each foot, by which walks and rings begin.
-        let mut starts = Vec::new();
-        for contact in contacts {
-            starts.push(Start::new(scene, [of, on], contact, foot_of(contact, x), detected));
-        }
-        let faces: Vec<u32> = starts.iter().map(|start| start.face).collect();
-
-        let measure = GapMeasure::AlongNormal;
-        let mut contacts = PermanentContacts::new(contacts, x, measure, detected.margins)?;
-        contacts.set_faces(&faces)?;
-        Ok(Self { on, contacts, starts })
+    /// Returns a side without contacts.
+    fn new(on: BodyId, margins: Margins) -> Self {
+        let contacts = PermanentContacts::empty(GapMeasure::AlongNormal, margins);
+        Self { on, contacts, starts: Vec::new() }
     }
 
     /// Carries contacts with the same weights; they are in doubt once they have slid.
@@ -359,9 +381,10 @@ impl Start {
         contact: &Contact,
         point: DVec3,
         detected: &DetectedList<'_>,
+        workspace: &mut Workspace,
     ) -> Self {
-        let face = face_at(scene.body(on), point).unwrap_or(0);
-        let vertex = KeptVertex::new(scene, [of, on], contact);
+        let face = face_at(scene.body(on), point, workspace).unwrap_or(0);
+        let vertex = KeptVertex::new(scene, [of, on], contact, workspace);
         Self { face, vertex, is_attached: contact.gap <= detected.attach_gap }
     }
 
@@ -399,22 +422,6 @@ impl Start {
 }
 
 impl BoneVertex {
-    fn new(
-        scene: &Scene,
-        [of, on]: [BodyId; 2],
-        contact: &Contact,
-        detected: &DetectedList<'_>,
-        x: &[DVec3],
-    ) -> Self {
-        // P is the foot, a point of a face.
-        let mut foot = DVec3::ZERO;
-        for term in contact.stencil.terms() {
-            foot -= term.weight * x[term.particle as usize];
-        }
-        let start = Start::new(scene, [of, on], contact, foot, detected);
-        Self { contact: *contact, on, start, face: start.face }
-    }
-
     /// Follows the closest point of the surface under the vertex.
     fn slide(
         &mut self,
@@ -446,6 +453,15 @@ impl BoneVertex {
 /// Rotates a normal from one pose to another.
 fn turn([from, to]: [Pose; 2], normal: DVec3) -> DVec3 {
     to.rotation() * (from.rotation().transpose() * normal)
+}
+
+/// Computes P of a contact, a combination of particles.
+fn point_of(contact: &Contact, x: &[DVec3]) -> DVec3 {
+    let mut point = DVec3::ZERO;
+    for term in contact.stencil.terms() {
+        point -= term.weight * x[term.particle as usize];
+    }
+    point
 }
 
 /// Computes P̄ of a contact.

@@ -17,7 +17,12 @@ pub(crate) struct KeptVertex {
 
 impl KeptVertex {
     /// Returns the vertex at a contact: P, or that of a bone under P.
-    pub(crate) fn new(scene: &Scene, [of, on]: [BodyId; 2], contact: &Contact) -> Option<Self> {
+    pub(crate) fn new(
+        scene: &Scene,
+        [of, on]: [BodyId; 2],
+        contact: &Contact,
+        workspace: &mut Workspace,
+    ) -> Option<Self> {
         if is_of_vertex(contact) {
             let vertex = contact.stencil.terms()[0].particle - scene.body(of).particles().start;
             return Some(Self { of, vertex, on });
@@ -29,7 +34,7 @@ impl KeptVertex {
         // P is carried by the body that is not rigid.
         let [bone, soft] = if scene.body(of).is_rigid() { [of, on] } else { [on, of] };
         let (body, point) = (scene.body(bone), contact.anchor?.point);
-        let corners = body.surface().faces()[face_at(body, point)? as usize];
+        let corners = body.surface().faces()[face_at(body, point, workspace)? as usize];
         let distance = |corner: &u32| body.positions()[*corner as usize].distance(point);
         let nearest = corners.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
         nearest.map(|vertex| Self { of: bone, vertex, on: soft })
@@ -72,7 +77,7 @@ pub(crate) fn is_of_bone_vertex(contact: &Contact) -> bool {
 }
 
 /// Finds the face nearest to a point of a body whose tree is up to date.
-pub(crate) fn face_at(body: &Body, point: DVec3) -> Option<u32> {
-    let closest = body.tree()?.closest_point(point, f64::INFINITY, None, &mut Workspace::default());
+pub(crate) fn face_at(body: &Body, point: DVec3, workspace: &mut Workspace) -> Option<u32> {
+    let closest = body.tree()?.closest_point(point, f64::INFINITY, None, workspace);
     closest.map(|closest| closest.face)
 }

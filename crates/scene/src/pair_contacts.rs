@@ -53,6 +53,18 @@ impl PairContacts<'_> {
         self.materials.of(pair)
     }
 
+    /// Returns the number of contacts of the present detection so far.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.set.contacts().len()
+    }
+
+    /// Returns true if the present detection has found no contacts so far.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
     /// Returns the number of the step, from 0. A step may detect several times.
     #[must_use]
     pub fn step_number(&self) -> u64 {

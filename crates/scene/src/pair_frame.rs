@@ -7,7 +7,7 @@ use crate::{BodyId, PairId, Scene};
 
 /// Places of both bodies when a list was detected, in the frame of the rigid one where there is
 /// one.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct PairFrame {
     bone: Option<Bone>,
     /// Positions of the bodies that are not that bone.
@@ -23,27 +23,27 @@ struct Bone {
 }
 
 impl PairFrame {
-    pub(crate) fn new(scene: &Scene, pair: PairId) -> Self {
-        let mut bone = None;
+    /// Takes the present places of both bodies; the memory is kept.
+    pub(crate) fn renew(&mut self, scene: &Scene, pair: PairId) {
+        self.bone = None;
         for id in pair.bodies() {
             let body = scene.body(id);
-            if bone.is_none() && body.is_rigid() {
-                bone = body.pose().map(|pose| Bone { id, pose });
+            if self.bone.is_none() && body.is_rigid() {
+                self.bone = body.pose().map(|pose| Bone { id, pose });
             }
         }
 
-        let mut positions = [Vec::new(), Vec::new()];
-        for (id, positions) in pair.bodies().into_iter().zip(&mut positions) {
-            positions.extend_from_slice(scene.body(id).positions());
-            let Some(bone) = bone else { continue };
-            if bone.id == id {
-                positions.clear();
+        for (id, positions) in pair.bodies().into_iter().zip(&mut self.positions) {
+            positions.clear();
+            if self.bone.is_some_and(|bone| bone.id == id) {
+                continue;
             }
+            positions.extend_from_slice(scene.body(id).positions());
+            let Some(bone) = self.bone else { continue };
             for x in positions {
                 *x = bone.pose.inverse_transform_point(*x);
             }
         }
-        Self { bone, positions }
     }
 
     /// Bounds the displacement of vertices of both bodies against each other; `None` where a rigid

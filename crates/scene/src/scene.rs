@@ -259,6 +259,12 @@ impl Scene {
         parallel::map_mut(&mut self.bodies, Body::bounds)
     }
 
+    /// Computes the box around each body into a list that is replaced.
+    pub(crate) fn compute_boxes(&mut self, boxes: &mut Vec<Aabb>) {
+        boxes.clear();
+        boxes.extend(self.bodies.iter_mut().map(Body::bounds));
+    }
+
     /// Finds the pairs of bodies whose boxes come within `margin` of each other, without the
     /// ignored ones.
     pub(crate) fn candidate_pairs(&self, boxes: &[Aabb], margin: f64) -> Vec<PairId> {
@@ -306,12 +312,19 @@ impl Scene {
 
     /// Marks the bodies that are in one of the pairs, by their numbers.
     pub(crate) fn members(&self, pairs: &[PairId]) -> Vec<bool> {
-        let mut is_member = vec![false; self.bodies.len()];
+        let mut is_member = Vec::new();
+        self.mark_members(pairs, &mut is_member);
+        is_member
+    }
+
+    /// Marks them in a list that is replaced.
+    pub(crate) fn mark_members(&self, pairs: &[PairId], is_member: &mut Vec<bool>) {
+        is_member.clear();
+        is_member.resize(self.bodies.len(), false);
         for pair in pairs {
             is_member[pair.a.index()] = true;
             is_member[pair.b.index()] = true;
         }
-        is_member
     }
 
     pub(crate) fn get_mut(&mut self, id: BodyId) -> Result<&mut Body, SceneError> {

@@ -10,7 +10,7 @@
 use glam::DVec3;
 use kdop::Workspace;
 use response::{ContactSet, RigidMotion, SurfaceFoot, walk_to_foot};
-use surface::{Contact, ContactSide, Term, triangle};
+use surface::{Contact, ContactSide, Term};
 
 use crate::{Body, BodyId, PairId, Scene, SceneError};
 
@@ -127,8 +127,14 @@ impl SideMemory {
         }
         let found =
             tree.closest_point(before, f64::INFINITY, Some(nearest.face), &mut self.workspace)?;
-        let outward = triangle::normal(on.corners(found.face));
-        (outward.dot(before - found.foot.point) >= 0.0).then_some(found.face)
+
+        // On which side it was, in the state of that time.
+        let particles = on.particles();
+        let last = self.positions.get(particles.start as usize..particles.end as usize)?;
+        let last = on.surface().positions(last).ok()?;
+        let was_at = *self.positions.get(vertex.particle as usize)?;
+        let foot = walk_to_foot(on.surface(), last, found.face, was_at)?;
+        (foot.height >= 0.0).then_some(foot.face)
     }
 
     /// Brings the trees of bodies in contact to their present state.

@@ -17,8 +17,12 @@ pub(super) struct PointSearch<'a> {
     medial: &'a MedialSurface,
     params: &'a MedialContactParams,
     directions: SeparatingDirections,
-    candidates: Vec<Candidate>,
+    candidates: &'a mut Vec<Candidate>,
 }
+
+/// Memory of a search for the contacts of points.
+#[derive(Clone, Debug, Default)]
+pub struct PointCandidates(Vec<Candidate>);
 
 /// Primitive that a point may be deepest in, with bounds on the distance.
 #[derive(Clone, Copy, Debug)]
@@ -29,9 +33,12 @@ struct Candidate {
 }
 
 impl<'a> PointSearch<'a> {
-    pub(super) fn new(medial: &'a MedialSurface, params: &'a MedialContactParams) -> Self {
-        let directions = SeparatingDirections::default();
-        Self { medial, params, directions, candidates: Vec::new() }
+    pub(super) fn new(
+        medial: &'a MedialSurface,
+        params: &'a MedialContactParams,
+        PointCandidates(candidates): &'a mut PointCandidates,
+    ) -> Self {
+        Self { medial, params, directions: SeparatingDirections::default(), candidates }
     }
 
     /// Returns the numbers of tests so far.
@@ -79,7 +86,9 @@ impl<'a> PointSearch<'a> {
     fn deepest(&mut self, query: &PointQuery, pairs: &[CandidatePair]) -> Option<PointContact> {
         self.find_candidates(query, pairs);
         // The primitive that is probably the deepest culls most of the others.
-        self.candidates.sort_by(|a, b| a.upper.total_cmp(&b.upper));
+        self.candidates.sort_unstable_by(|a, b| {
+            a.upper.total_cmp(&b.upper).then(a.primitive.cmp(&b.primitive))
+        });
 
         let mut deepest: Option<PointContact> = None;
         for k in 0..self.candidates.len() {

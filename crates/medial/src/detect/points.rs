@@ -5,7 +5,7 @@ use kdop::{Tree, Workspace};
 use surface::Contact;
 
 use super::contact::{CandidatePair, ParticleOffsets, PointContact, PointQuery};
-use super::point_search::PointSearch;
+use super::point_search::{PointCandidates, PointSearch};
 use super::{MedialBounds, MedialContactParams, TestCounts};
 use crate::{Ball, MedialSurface};
 
@@ -80,7 +80,9 @@ pub fn point_contacts(
 
     let mut found = Vec::new();
     let ball = |point| points.ball(point);
-    let counts = point_contacts_among(&mut pairs, ball, on.medial, params, previous, &mut found);
+    let candidates = &mut PointCandidates::default();
+    let counts =
+        point_contacts_among(&mut pairs, ball, on.medial, params, previous, candidates, &mut found);
     let mut contacts = Vec::with_capacity(found.len());
     for found in &found {
         contacts.push(found.contact(on.medial, particles));
@@ -103,13 +105,14 @@ pub fn point_contacts_among(
     medial: &MedialSurface,
     params: &MedialContactParams,
     mut previous: Option<&mut PreviousNormals>,
+    candidates: &mut PointCandidates,
     out: &mut Vec<PointContact>,
 ) -> TestCounts {
     pairs.sort_unstable();
     pairs.dedup();
     out.clear();
 
-    let mut search = PointSearch::new(medial, params);
+    let mut search = PointSearch::new(medial, params, candidates);
     for of_point in pairs.chunk_by(|a, b| a.point == b.point) {
         let (point, first) = (of_point[0].point, out.len());
         let previous_normal =

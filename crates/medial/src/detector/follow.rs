@@ -2,8 +2,7 @@
 
 use surface::{Positions, SurfaceError, TriangleSurface};
 
-use super::{MedialDetector, SurfaceBound};
-use crate::deviation::surface_bound;
+use super::{MedialDetector, MedialScratch, SurfaceBound};
 use crate::{Deviation, MedialError};
 
 impl MedialDetector {
@@ -60,6 +59,7 @@ impl MedialDetector {
         &mut self,
         surface: &TriangleSurface,
         limit: f64,
+        scratch: &mut MedialScratch,
     ) -> Result<f64, MedialError> {
         let known = self.bound.filter(|known| known.limit.to_bits() == limit.to_bits());
         if let Some(known) = known {
@@ -68,7 +68,8 @@ impl MedialDetector {
         let x = surface.positions(&self.fitted_positions)?;
         let links = self.links.links();
         let guess = |vertex: u32| links[vertex as usize].primitive;
-        let bound = surface_bound(&self.medial, &self.tree, surface, x, guess, limit);
+        let search = &mut scratch.bound;
+        let bound = search.surface_bound(&self.medial, &self.tree, surface, x, guess, limit);
         self.bound = Some(SurfaceBound { bound, limit });
         Ok(bound)
     }

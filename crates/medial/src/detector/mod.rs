@@ -30,9 +30,11 @@ use surface::{Contact, Positions, TriangleSurface};
 
 use self::face_hints::FaceHints;
 pub use self::rigid::{RigidDistance, RigidSide};
+use crate::deviation::BoundSearch;
 use crate::{
     CandidatePair, Deviation, FollowScratch, Generated, Links, MAX_CONTACTS, MedialError,
-    MedialParams, MedialSurface, PointContact, PrimitiveContact, PrimitiveTree, generate,
+    MedialParams, MedialSurface, PointCandidates, PointContact, PrimitiveContact, PrimitiveTree,
+    generate,
 };
 
 /// Body by its medial surface, which finds the contacts of others with it.
@@ -148,8 +150,10 @@ pub struct MedialScratch {
     workspace: Workspace,
     pairs: Vec<CandidatePair>,
     primitive_pairs: Vec<[u32; 2]>,
+    candidates: PointCandidates,
     points: Vec<PointContact>,
     primitives: Vec<PrimitiveContact>,
+    bound: BoundSearch,
 }
 
 impl MedialDetector {

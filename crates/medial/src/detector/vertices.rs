@@ -80,7 +80,7 @@ impl MedialDetector {
 
     /// Finds the vertices within the margin of the balls.
     fn find_vertices(&self, body: &ContactBody<'_>, scratch: &mut MedialScratch) {
-        let MedialScratch { workspace, pairs, points, .. } = scratch;
+        let MedialScratch { workspace, pairs, candidates, points, .. } = scratch;
         let surface = body.tree.surface();
 
         // Candidates are the vertices of the faces whose bounds come near.
@@ -100,7 +100,7 @@ impl MedialDetector {
             max_contacts: self.max_contacts,
         };
         let ball = |vertex| Ball::new(body.tree.position(vertex), 0.0);
-        point_contacts_among(pairs, ball, &self.medial, &params, None, points);
+        point_contacts_among(pairs, ball, &self.medial, &params, None, candidates, points);
     }
 }
 

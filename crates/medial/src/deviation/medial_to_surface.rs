@@ -55,7 +55,7 @@ pub(super) fn medial_to_surface(
     for (primitive, _) in (0_u32..).zip(medial.primitives()) {
         bounding.add_by_slope(&mut search, medial.primitive_balls(primitive));
     }
-    split_all(search, MAX_PIECES, progress, |search, patch| bounding.split(search, patch))
+    split_all(&mut search, MAX_PIECES, progress, |search, patch| bounding.split(search, patch))
 }
 
 impl Bounding<'_> {

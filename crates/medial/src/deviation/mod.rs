@@ -13,7 +13,7 @@ use surface::progress::{Interrupted, Progress};
 use surface::{DirectedHausdorff, Positions, TriangleSurface, triangle};
 
 use self::medial_to_surface::medial_to_surface;
-pub(crate) use self::surface_to_medial::surface_bound;
+pub(crate) use self::surface_to_medial::BoundSearch;
 use self::surface_to_medial::surface_to_medial;
 use crate::batches::map_in_batches;
 use crate::surface_distance::SurfaceDistance;
@@ -115,7 +115,7 @@ fn search<T>(medial: &MedialSurface) -> MaximumSearch<T> {
 
 /// Splits pieces until the bounds are tight.
 fn split_all<T>(
-    mut search: MaximumSearch<T>,
+    search: &mut MaximumSearch<T>,
     max_pieces: usize,
     progress: Progress<'_>,
     mut split: impl FnMut(&mut MaximumSearch<T>, T),
@@ -128,7 +128,7 @@ fn split_all<T>(
             progress.report(0.0)?;
         }
         splits += 1;
-        split(&mut search, piece);
+        split(search, piece);
     }
 
     // Pieces that are left out are bounded by what was sufficient then, which only grows.

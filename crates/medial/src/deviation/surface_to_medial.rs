@@ -15,18 +15,25 @@ use super::{MAX_PIECES, MIN_SLACK, search, split_all};
 use crate::surface_distance::SurfaceDistance;
 use crate::{FootRule, MedialSurface, NearestPrimitive, PrimitiveTree};
 
-/// Number of pieces per face at which [`surface_bound`] ends: fewer leave bounds too large, more
+/// Number of pieces per face at which [`BoundSearch::surface_bound`] ends: fewer leave bounds too large, more
 /// cost more than following does.
 const PIECES_PER_FACE: usize = 2;
 
 /// Corner of a piece of a face.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Corner {
     p: DVec3,
     /// Nearest primitive.
     primitive: u32,
     /// Signed distance of that primitive.
     distance: f64,
+}
+
+/// Search for the largest distance of a surface outside balls, in memory that is reused.
+#[derive(Debug, Default)]
+pub(crate) struct BoundSearch {
+    search: MaximumSearch<Patch>,
+    workspace: Workspace,
 }
 
 /// Piece of a face.
@@ -51,50 +58,52 @@ pub(super) fn surface_to_medial(
 
     // Then quarters, by the middles of the sides.
     let mut workspace = Workspace::default();
-    split_all(search, MAX_PIECES, progress, |search, patch| {
+    split_all(&mut search, MAX_PIECES, progress, |search, patch| {
         split(search, medial, tree, patch, &mut workspace);
     })
 }
 
-/// Bounds the distance of points of a surface outside a union of balls, near enough to decide
-/// whether it exceeds `limit`.
-///
-/// `guesses` has a primitive for each vertex, near it. A bound of at most `limit` is proved; one
-/// above may be larger than need be, since the work is linear in the faces.
-pub(crate) fn surface_bound(
-    medial: &MedialSurface,
-    tree: &PrimitiveTree,
-    surface: &TriangleSurface,
-    x: Positions<'_>,
-    guesses: impl Fn(u32) -> u32,
-    limit: f64,
-) -> f64 {
-    // By the guessed primitives, which suffice almost everywhere, else by the nearest ones.
-    let slack = MIN_SLACK * medial.bounds().diagonal();
-    let mut search = MaximumSearch::new(slack, limit);
-    let mut workspace = Workspace::default();
-    for face in surface.faces() {
-        let mut patch = face.map(|vertex| {
-            let (p, primitive) = (x.at(vertex), guesses(vertex));
-            let distance = medial.foot(p, primitive, FootRule::Exact).distance;
-            Corner { p, primitive, distance }
-        });
-        if upper_bound(medial, &patch) <= limit {
-            continue;
+impl BoundSearch {
+    /// Bounds the distance of points of a surface outside a union of balls, near enough to decide
+    /// whether it exceeds `limit`.
+    ///
+    /// `guesses` has a primitive for each vertex, near it. A bound of at most `limit` is proved; one
+    /// above may be larger than need be, since the work is linear in the faces.
+    pub(crate) fn surface_bound(
+        &mut self,
+        medial: &MedialSurface,
+        tree: &PrimitiveTree,
+        surface: &TriangleSurface,
+        x: Positions<'_>,
+        guesses: impl Fn(u32) -> u32,
+        limit: f64,
+    ) -> f64 {
+        // By the guessed primitives, which suffice almost everywhere, else by the nearest ones.
+        let Self { search, workspace } = self;
+        search.restart_within(MIN_SLACK * medial.bounds().diagonal(), limit);
+        for face in surface.faces() {
+            let mut patch = face.map(|vertex| {
+                let (p, primitive) = (x.at(vertex), guesses(vertex));
+                let distance = medial.foot(p, primitive, FootRule::Exact).distance;
+                Corner { p, primitive, distance }
+            });
+            if upper_bound(medial, &patch) <= limit {
+                continue;
+            }
+            for corner in &mut patch {
+                *corner = corner_at(medial, tree, corner.p, corner.primitive, workspace);
+            }
+            add(search, medial, patch);
         }
-        for corner in &mut patch {
-            *corner = corner_at(medial, tree, corner.p, corner.primitive, &mut workspace);
-        }
-        add(&mut search, medial, patch);
-    }
 
-    // What was left out is within the limit.
-    let max_pieces = PIECES_PER_FACE * surface.faces().len();
-    let split_one = |search: &mut MaximumSearch<Patch>, patch| {
-        split(search, medial, tree, patch, &mut workspace);
-    };
-    let split_all = split_all(search, max_pieces, Progress::none(), split_one);
-    split_all.map_or(f64::INFINITY, |bounds| bounds.upper.max(limit))
+        // What was left out is within the limit.
+        let max_pieces = PIECES_PER_FACE * surface.faces().len();
+        let split_one = |search: &mut MaximumSearch<Patch>, patch| {
+            split(search, medial, tree, patch, workspace);
+        };
+        let split_all = split_all(search, max_pieces, Progress::none(), split_one);
+        split_all.map_or(f64::INFINITY, |bounds| bounds.upper.max(limit))
+    }
 }
 
 /// Adds the quarters of a piece, by the middles of its sides.

@@ -268,12 +268,14 @@ fn surfaces_measure_what_balls_select() {
     let squeezed = small_muscle().rotated(DVec3::Z, 0.2).scaled(DVec3::new(1.1, 0.9, 0.9));
     b.move_to(&squeezed.positions);
     let surface = squeezed.surface();
-    let bound = b.detector.surface_bound(&surface, 0.01).expect("its body");
+    let mut scratch = MedialScratch::default();
+    let bound = b.detector.surface_bound(&surface, 0.01, &mut scratch).expect("its body");
     let deviation =
         *b.detector.measure(&surface, surface.positions(&squeezed.positions).unwrap()).unwrap();
     let exact = deviation.surface_to_medial;
     assert!(exact.lower <= bound && bound < 2.0 * exact.upper, "{bound} {exact:?}");
-    assert_eq!(b.detector.surface_bound(&surface, 2.0 * bound), Ok(2.0 * bound), "within it");
+    let within = b.detector.surface_bound(&surface, 2.0 * bound, &mut scratch);
+    assert_eq!(within, Ok(2.0 * bound), "within it");
 
     let mut random = Random(5);
     let (mut met, mut contacts) = (0, Vec::new());

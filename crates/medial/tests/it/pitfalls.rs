@@ -6,8 +6,9 @@ use glam::DVec3;
 use kdop::{Leaves, Tree, Workspace};
 use medial::{
     Ball, CandidatePair, Deviation, FootRule, MedialBounds, MedialContactParams, MedialParams,
-    MedialSurface, ParticleOffsets, PreviousNormals, PrimitiveContact, PrimitiveTree, QueryPoints,
-    foot, pair_foot, point_contacts, point_contacts_among, primitive_contacts, slab_foot,
+    MedialSurface, ParticleOffsets, PointCandidates, PreviousNormals, PrimitiveContact,
+    PrimitiveTree, QueryPoints, foot, pair_foot, point_contacts, point_contacts_among,
+    primitive_contacts, slab_foot,
 };
 use surface::Contact;
 
@@ -238,7 +239,8 @@ fn a_point_beyond_the_other_side_stays_in_contact() {
             let ball = |_| Ball::new(DVec3::new(1.0, 2.0, z), 0.0);
             let mut found = Vec::new();
             let params = MedialContactParams { max_contacts, ..MedialContactParams::new(1.0) };
-            point_contacts_among(&mut pairs, ball, &medial, &params, Some(previous), &mut found);
+            let (previous, memory) = (Some(previous), &mut PointCandidates::default());
+            point_contacts_among(&mut pairs, ball, &medial, &params, previous, memory, &mut found);
             found.first().map(|contact| contact.gap)
         };
         assert_eq!(gap_at(-4.0, &mut PreviousNormals::new(1)), None);

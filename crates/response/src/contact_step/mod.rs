@@ -17,6 +17,7 @@ pub use self::params::StepParams;
 pub use self::report::{StepReport, SweptReport};
 use self::row_solver::RowSolver;
 use crate::contact_set::StencilKey;
+use crate::followers::Represented;
 use crate::{
     Combinations, ContactSet, Followers, Impulse, ImpulseCache, ResponseError, SolveLevel,
     StepLength, check,
@@ -122,12 +123,22 @@ pub struct ContactStep {
     follows: Vec<bool>,
     /// Inverse masses with those of followers.
     lumped: Vec<f64>,
+    /// Vertices that each contact stands for.
+    represented: Vec<Represented>,
+    /// Offsets of followers, summed per leader.
+    offsets: Vec<DVec3>,
     /// Displacements, or velocities before a correction.
     displacements: Vec<DVec3>,
     /// Velocities after the move.
     next: Vec<DVec3>,
     /// Velocities before the contacts of the step.
     start: Vec<DVec3>,
+    /// Contacts that the last correction of positions has pushed apart.
+    pushed: ContactSet,
+    /// Primitives and normals of the contacts as detected last.
+    normals: Vec<(StencilKey, DVec3)>,
+    /// Number of the contacts as detected last.
+    detected: usize,
     swept: ContactSet,
     /// Primitives of the swept contacts that are added.
     known: Vec<StencilKey>,
@@ -173,7 +184,11 @@ impl ContactStep {
             if self.largest_depth() <= tolerance || report.rounds == params.max_rounds {
                 break;
             }
+            if report.rounds > 0 {
+                self.hold_pushed(x, inverse_mass);
+            }
             self.correct_positions(x, inverse_mass, params, &mut report)?;
+            self.remember_pushed(tolerance);
             self.detect(x, inverse_mass, &mut detect)?;
         }
         report.contacts = self.contacts.contacts().len();
@@ -219,6 +234,7 @@ impl ContactStep {
     ) -> Result<(), E> {
         self.contacts.clear();
         detect(x, &mut self.contacts)?;
+        self.detected = self.contacts.contacts().len();
         for group in self.contacts.groups() {
             group.material.validate()?;
         }
@@ -228,13 +244,46 @@ impl ContactStep {
             x.len(),
             &self.contacts,
             &self.combinations,
-            |contact, material| Ok(Some((*contact, material.position_row(contact)?))),
+            |_, contact, material| Ok(Some((*contact, material.position_row(contact)?))),
         )?;
+        let Self { followers, follows, offsets, .. } = self;
+        followers.mark(inverse_mass, &self.contacts, follows);
+        followers.sum_offsets(inverse_mass, follows, x, offsets);
+        self.weigh(inverse_mass);
+        Ok(())
+    }
 
-        // Masses of the particles that move with those in contact.
+    /// Computes the masses of particles with those that follow them, and the vertices that contacts
+    /// stand for.
+    fn weigh(&mut self, inverse_mass: &[f64]) {
         self.followers.mark(inverse_mass, &self.contacts, &mut self.follows);
         self.followers.lump(inverse_mass, &self.follows, &mut self.lumped);
-        Ok(())
+        self.represented.clear();
+        for contact in self.contacts.contacts() {
+            let of_contact = Represented::of(contact, inverse_mass, &self.lumped, &self.offsets);
+            self.represented.push(of_contact);
+        }
+    }
+
+    /// Adds the contacts that the last correction has pushed apart, unless they were detected
+    /// again.
+    ///
+    /// At a crease, each detection finds one of two sides. If the correction for one could undo
+    /// that for the other, they would take turns without an end.
+    fn hold_pushed(&mut self, x: &[DVec3], inverse_mass: &[f64]) {
+        self.pushed.follow(x);
+        self.contacts.append_unlike(&self.pushed, &mut self.normals);
+        self.weigh(inverse_mass);
+    }
+
+    /// Remembers the contacts that a correction has pushed apart from depths beyond a tolerance.
+    fn remember_pushed(&mut self, tolerance: f64) {
+        let Self { pushed, contacts, solver, detected, .. } = self;
+        pushed.copy_chosen(contacts, |number, contact, material| {
+            let was_deep = number >= *detected || material.depth(contact) > tolerance;
+            let is_pushed = solver.impulses[number].normal > 0.0;
+            was_deep && is_pushed && material.permanent.is_none()
+        });
     }
 
     fn correct_positions(
@@ -252,7 +301,7 @@ impl ContactStep {
             x.len(),
             &self.contacts,
             &self.combinations,
-            |contact, material| {
+            |_, contact, material| {
                 let row = material.position_row(contact)?;
                 Ok(material.is_hard().then_some((*contact, row)))
             },
@@ -305,11 +354,14 @@ impl ContactStep {
         report: &mut StepReport,
     ) -> Result<(), ResponseError> {
         // From the impulses of the last step, which are replaced by these.
-        let Self { contacts, combinations, solver, velocity_cache, start: before, .. } = self;
+        let Self {
+            contacts, combinations, solver, velocity_cache, represented, start: before, ..
+        } = self;
         v.copy_from_slice(before);
         velocity_cache.warm_start(contacts, scale, &mut solver.impulses);
-        solver.set_rows(v.len(), contacts, combinations, |contact, material| {
-            Ok(Some((*contact, material.velocity_row(contact, params.h)?)))
+        solver.set_rows(v.len(), contacts, combinations, |number, contact, material| {
+            let (soft, material) = represented[number].of_soft(contact, material);
+            Ok(Some((*contact, material.velocity_row(&soft, params.h)?)))
         })?;
         report.velocities = Some(solver.solve(SolveLevel::Velocity, v, &self.lumped, params)?);
         self.followers.follow(&self.follows, before, v);
@@ -359,7 +411,7 @@ impl ContactStep {
         // Bones have their velocity at that time, too. Soft contacts act once.
         let has_soft = params.approach_tolerance.is_none()
             && self.contacts.groups().iter().any(|group| !group.material.is_hard());
-        let Self { contacts, combinations, solver, load_cache, next, .. } = self;
+        let Self { contacts, combinations, solver, load_cache, represented, next, .. } = self;
         let largest = largest_approach_at(contacts, next, params.h, |contact| advanced(contact, h));
         let tolerated = params.approach_tolerance.unwrap_or(0.0) + tolerance * h;
         if largest <= tolerated && !has_soft {
@@ -367,9 +419,10 @@ impl ContactStep {
             return Ok(());
         }
         load_cache.warm_start(contacts, warm_scale(self.last, params.h), &mut solver.impulses);
-        solver.set_rows(v.len(), contacts, combinations, |contact, material| {
+        solver.set_rows(v.len(), contacts, combinations, |number, contact, material| {
             let acts = material.is_hard() || has_soft;
-            let row = material.velocity_row(contact, params.h)?;
+            let (soft, material) = represented[number].of_soft(contact, material);
+            let row = material.velocity_row(&soft, params.h)?;
             Ok(acts.then(|| (advanced(contact, h), row)))
         })?;
 
@@ -396,11 +449,13 @@ impl ContactStep {
 
     fn contact_energy(&self) -> f64 {
         let mut energy = 0.0;
-        for (contact, material) in self.contacts.iter() {
+        for ((contact, material), represented) in self.contacts.iter().zip(&self.represented) {
+            let (contact, material) = represented.of_soft(contact, material);
             let Some(spring) = material.spring else { continue };
-            let depth = material.depth(contact);
-            let is_loaded = depth > 0.0 || material.permanent.is_some();
-            energy += if is_loaded { 0.5 * spring.stiffness() * depth * depth } else { 0.0 };
+            let depth = material.depth(&contact);
+            if depth > 0.0 || material.permanent.is_some() {
+                energy += 0.5 * spring.stiffness() * depth * depth;
+            }
         }
         energy
     }

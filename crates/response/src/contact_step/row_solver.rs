@@ -28,20 +28,20 @@ pub(super) struct RowSolver {
 pub(super) type Row = (Contact, (ContactLaw, Constraint));
 
 impl RowSolver {
-    /// Replaces the rows by those that `row` makes of the contacts; `None` for contacts that
-    /// do not act.
+    /// Replaces the rows by those that `row` makes of the contacts and their numbers; `None` for
+    /// contacts that do not act.
     pub(super) fn set_rows(
         &mut self,
         particle_count: usize,
         contacts: &ContactSet,
         combinations: &Combinations,
-        row: impl Fn(&Contact, &Material) -> Result<Option<Row>, ResponseError>,
+        row: impl Fn(usize, &Contact, &Material) -> Result<Option<Row>, ResponseError>,
     ) -> Result<(), ResponseError> {
         // Rows keep the order of contacts, and say which one they are of.
         self.rows.clear(particle_count);
         self.of_rows.clear();
         for (number, (contact, material)) in contacts.iter().enumerate() {
-            if let Some((contact, (law, constraint))) = row(contact, material)? {
+            if let Some((contact, (law, constraint))) = row(number, contact, material)? {
                 combinations.expand(contact.stencil.terms(), &mut self.terms);
                 self.rows.push_terms(&contact, &self.terms, law, constraint)?;
                 self.of_rows.push(number);

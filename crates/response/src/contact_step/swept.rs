@@ -51,8 +51,7 @@ impl ContactStep {
             swept_report.contacts += self.contacts.append_new(&self.swept, &mut self.known);
 
             // All contacts of the step together, from the velocities before them.
-            self.followers.mark(inverse_mass, &self.contacts, &mut self.follows);
-            self.followers.lump(inverse_mass, &self.follows, &mut self.lumped);
+            self.weigh(inverse_mass);
             self.solve_velocities(v, inverse_mass, params, 1.0, report)?;
         }
         report.contacts = self.contacts.contacts().len();

@@ -165,3 +165,25 @@ fn followers_move_with_their_leaders_and_count_with_their_mass() {
         ParticleStates { x: &mut x, v: &mut v, loads: ParticleLoads::None, inverse_mass: &w };
     assert!(step.correct(particles, &params(), detect).is_err());
 }
+
+/// A particle in a groove of 20°, of which each detection finds the deeper side: pushed out of one,
+/// it is inside the other. Both are held after two rounds, and it is at the bottom.
+#[test]
+fn rounds_do_not_take_turns_between_the_sides_of_a_crease() {
+    let lean = 80_f64.to_radians();
+    let sides = [1.0, -1.0].map(|side| DVec3::new(side * lean.sin(), 0.0, lean.cos()));
+    let (mut x, mut v) = ([DVec3::new(0.05, 0.3, -1.0)], [DVec3::ZERO]);
+    let mut step = ContactStep::default();
+    let detect = |x: &[DVec3], contacts: &mut ContactSet| {
+        let gaps = sides.map(|normal| normal.dot(x[0]));
+        let deeper = sides[usize::from(gaps[1] < gaps[0])];
+        let found = on_plane(0, x[0], deeper);
+        contacts.add(0, &material(0.0), &RigidMotion::default(), &[found]);
+        Ok::<(), ResponseError>(())
+    };
+    let loads = ParticleLoads::None;
+    let particles = ParticleStates { x: &mut x, v: &mut v, loads, inverse_mass: &[1.0] };
+    let report = step.correct(particles, &params(), detect).expect("valid");
+    assert!(report.rounds == 2 && report.depth < 1e-9, "{report:?}");
+    assert!(x[0].distance(DVec3::Y * 0.3) < 1e-9, "{x:?}");
+}

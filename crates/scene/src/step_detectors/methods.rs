@@ -98,11 +98,18 @@ impl StepDetectors {
         let structures = &self.bodies[bone.index()];
         let detector = structures.field.as_ref().ok_or(FallbackReason::NoStructure)?;
         let gaps = self.params.gaps();
-        let DetectorScratch { surfaces, field, found, .. } = &mut self.scratch;
+        let DetectorScratch { surfaces, field, closest, found, .. } = &mut self.scratch;
         field.compute(detector, &RigidState::at_rest(pose), side.tree, side.contact.particles);
-        let mut hint = None;
+        let mut bone_query = ClosestFaces { of: &bone_side, hint: None, workspace: closest };
         for of_field in field.contacts() {
-            let acts = field_may_touch(&side, &bone_side, of_field, gaps, &mut hint);
+            let acts = match of_field.feature {
+                FieldFeature::Vertex(vertex) => {
+                    let particle = side.contact.particles.particle(vertex);
+                    found.has_touched(particle, of_field.contact.gap, gaps)
+                }
+                FieldFeature::Edge(_) => false,
+            };
+            let acts = acts || field_may_touch(&side, &mut bone_query, of_field, gaps);
             found.push(of_field.contact, acts);
         }
         surfaces.compute_first(bone_side.tree, side.tree, reach);
@@ -127,11 +134,12 @@ impl StepDetectors {
         let (mut has_balls, mut held) = (false, reach);
         for id in pair.bodies() {
             let body = scene.body(id);
-            let Some(balls) = &mut self.structures(id).balls else { continue };
+            let own = self.bodies.get_mut(id.index());
+            let Some(balls) = own.and_then(|own| own.balls.as_mut()) else { continue };
             has_balls = true;
             follow(balls, body)?;
-            let allowed = balls.margin() + tolerance;
-            let bound = balls.surface_bound(body.surface(), allowed);
+            let (allowed, scratch) = (balls.margin() + tolerance, &mut self.scratch.medial);
+            let bound = balls.surface_bound(body.surface(), allowed, scratch);
             let bound = bound.map_err(|error| medial_error(body, error))?;
             if bound > allowed {
                 return Ok(Err(FallbackReason::BallDeviation { body: id, bound, allowed }));
@@ -145,7 +153,8 @@ impl StepDetectors {
         // Balls are trusted: they select, surfaces measure.
         let ([a, b], gaps) = (pair.bodies(), self.params.gaps());
         for [of, on] in [[a, b], [b, a]] {
-            let Some(balls) = &self.bodies[on.index()].balls else { continue };
+            let own = self.bodies.get(on.index());
+            let Some(balls) = own.and_then(|own| own.balls.as_ref()) else { continue };
             let bodies = [of, on].map(|id| scene.body(id).contact_body());
             let sides = [of, on].map(|id| ComparedSurface::new(scene.body(id), None));
             let ([Some(body), Some(own)], [Some(of), Some(on)]) = (bodies, sides) else { continue };
@@ -194,6 +203,16 @@ impl ComparedSurface<'_> {
 }
 
 impl FoundContacts {
+    /// Returns true if a vertex touches now, or did before in the same step.
+    fn has_touched(&mut self, particle: u32, gap: f64, gaps: ActingGaps) -> bool {
+        let Some(pair) = self.pair else { return false };
+        if gap <= gaps.touch {
+            self.touched.add(pair, particle);
+            return true;
+        }
+        self.touched.contains(pair, particle)
+    }
+
     /// Adds a contact, which acts at once or only where bodies have moved.
     fn push(&mut self, contact: Contact, acts: bool) {
         if acts { self.contacts.push(contact) } else { self.ghosts.push(contact) }
@@ -209,7 +228,9 @@ impl FoundContacts {
     ) {
         let [of_state, on_state] = [of, on].map(ComparedSurface::state);
         for near in near {
-            let acts = may_touch(of_state, on_state, near, gaps);
+            let particle = of.contact.particles.particle(near.vertex);
+            let acts = self.has_touched(particle, near.gap, gaps)
+                || may_touch(of_state, on_state, near, gaps);
             self.push(contact(&of.contact, &on.contact, near), acts);
         }
     }
@@ -220,15 +241,34 @@ impl FoundContacts {
     }
 }
 
+/// Closest faces of a surface to points that are near each other: each search begins with the face
+/// of the last.
+struct ClosestFaces<'a> {
+    of: &'a ComparedSurface<'a>,
+    hint: Option<u32>,
+    workspace: &'a mut Workspace,
+}
+
+impl ClosestFaces<'_> {
+    /// Returns true if the point of the surface closest to `p` is on a ridge.
+    fn is_ridge(&mut self, p: DVec3, normal: DVec3) -> bool {
+        let Self { of, hint, workspace } = self;
+        let Some(closest) = of.tree.closest_point(p, f64::INFINITY, *hint, workspace) else {
+            return false;
+        };
+        *hint = Some(closest.face);
+        of.state().is_ridge_at(closest.face, closest.foot.barycentric, normal)
+    }
+}
+
 /// Returns true if a contact with a field is inside, or can touch the bone next.
 ///
-/// A field has no faces: those of the bone that are closest are found from that of the contact before.
+/// A field has no faces: those of the bone that are closest are searched for.
 fn field_may_touch(
     side: &ComparedSurface<'_>,
-    bone: &ComparedSurface<'_>,
+    bone: &mut ClosestFaces<'_>,
     FieldContact { contact, feature, .. }: &FieldContact,
     gaps: ActingGaps,
-    hint: &mut Option<u32>,
 ) -> bool {
     let (gap, normal) = (contact.gap, contact.normal);
     let foot = contact.anchor.map_or(DVec3::ZERO, |anchor| anchor.point);
@@ -238,12 +278,5 @@ fn field_may_touch(
         FieldFeature::Vertex(vertex) => state.vertex(*vertex),
         FieldFeature::Edge(edge) => state.point_of_edge(*edge, p),
     };
-    gap <= gaps.touch
-        || point.may_touch(normal, || {
-            let closest =
-                bone.tree.closest_point(p, f64::INFINITY, *hint, &mut Workspace::default());
-            let Some(closest) = closest else { return false };
-            *hint = Some(closest.face);
-            bone.state().is_ridge_at(closest.face, closest.foot.barycentric, normal)
-        })
+    gap <= gaps.touch || point.may_touch(normal, || bone.is_ridge(p, normal))
 }

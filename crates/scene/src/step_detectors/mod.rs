@@ -8,11 +8,13 @@
 mod methods;
 mod params;
 mod ridges;
+mod touched;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use decimate::CoarseSurface;
 use distance_field::{FieldContacts, FieldDetector};
+use kdop::Workspace;
 use medial::{MedialDetector, MedialScratch};
 use proximity::{NearVertex, PairProximity};
 use response::{Follower, Followers, ResponseError};
@@ -20,6 +22,8 @@ use surface::{Contact, Term};
 
 pub use self::params::{DetectorParams, Fallback, FallbackReason, StepMethod};
 use self::ridges::RidgeScratch;
+use self::touched::TouchedVertices;
+use crate::broad_phase::SweepAndPrune;
 use crate::closest_pairs::ActingGaps;
 use crate::kept_contacts::{DetectedList, KeptList};
 use crate::step_sides::KeptSide;
@@ -92,9 +96,14 @@ struct BodyStructures {
 /// Memory that is reused from pair to pair.
 #[derive(Debug, Default)]
 struct DetectorScratch {
+    sweep: SweepAndPrune,
+    /// Per body, true if it is in one of the pairs to detect.
+    is_member: Vec<bool>,
     surfaces: PairProximity,
     ridges: RidgeScratch,
     field: FieldContacts,
+    /// Search for the closest face.
+    closest: Workspace,
     medial: MedialScratch,
     near: Vec<NearVertex>,
     found: FoundContacts,
@@ -110,6 +119,9 @@ struct FoundContacts {
     /// Contacts of points outside that cannot touch the other body next, but may do so once the
     /// bodies have moved.
     ghosts: Vec<Contact>,
+    /// Pair that is detected.
+    pair: Option<PairId>,
+    touched: TouchedVertices,
     /// Number of contacts of ridges.
     ridges: usize,
     /// True if the bodies overlap, and no contact touches.
@@ -179,7 +191,7 @@ impl StepDetectors {
 
     /// Returns the pairs whose contacts are kept, in the order of the bodies.
     pub fn kept(&self) -> impl Iterator<Item = &KeptPair> {
-        self.kept.values().map(|list| &list.report)
+        self.lists_that_hold().map(|list| &list.report)
     }
 
     /// Sets the distance field of a rigid body, in the frame that the body was added in. Its
@@ -255,15 +267,20 @@ impl StepDetectors {
             self.step_number = contacts.step_number();
             self.fallbacks.clear();
             self.unheld.clear();
+            self.scratch.found.touched.clear();
         }
+        self.scratch.found.touched.begin_detection();
 
         // Kept contacts first: their pairs need no trees.
-        let doubts = self.carry_kept(scene, contacts)?;
+        self.carry_kept(scene, contacts)?;
 
         // Then the other pairs, of which some are kept from now on.
-        for pair in self.pairs_to_detect(scene)? {
+        self.find_pairs(scene)?;
+        for number in 0..self.scratch.sweep.pairs.len() {
+            let pair = self.scratch.sweep.pairs[number];
             let reach = self.reach(pair);
             self.scratch.found.clear();
+            self.scratch.found.pair = Some(pair);
             let held = self.detect_pair(scene, pair, reach)?;
             let found = &mut self.scratch.found;
             if found.is_unheld && !self.unheld.contains(&pair) {
@@ -284,61 +301,75 @@ impl StepDetectors {
             // A list holds what may touch later, and the sides that vertices came in by.
             found.contacts.append(&mut found.ghosts);
             contacts.correct_sides(scene, pair, &mut found.contacts);
-            let renewal = doubts.get(&pair).copied().unwrap_or(Renewal::First);
-            let since = contacts.step_number();
-            let report = KeptPair { pair, since, renewal, bound: 0.0, contacts: 0 };
             let margins = contacts.material(pair).margins;
             let attach_gap = margins.clearance() + params.attach_within;
             let detected =
                 DetectedList { contacts: &found.contacts, reach: held, attach_gap, margins };
-            let list = KeptList::new(scene, report, params, detected, contacts.x)?;
-            add_list(scene, &list, self.params.gaps(), contacts, &mut self.scratch);
-            self.kept.insert(pair, list);
+            let list =
+                self.kept.entry(pair).or_insert_with(|| KeptList::new(pair, params, margins));
+            list.renew(scene, contacts.step_number(), detected, contacts.x)?;
+            add_list(scene, list, self.params.gaps(), contacts, &mut self.scratch);
         }
         Ok(())
     }
 
-    /// Carries kept contacts and adds them; returns the pairs that have to be detected again, whose
-    /// lists are dropped.
+    /// Carries kept contacts and adds them. Lists in doubt no longer hold.
     fn carry_kept(
         &mut self,
         scene: &Scene,
         contacts: &mut PairContacts<'_>,
-    ) -> Result<BTreeMap<PairId, Renewal>, StepError> {
-        let mut doubts = BTreeMap::new();
+    ) -> Result<(), StepError> {
         let (gaps, tolerance) = (self.params.gaps(), self.params.tolerance);
-        for (&pair, list) in &mut self.kept {
-            match list.carry(scene, contacts.x, tolerance)? {
-                None => add_list(scene, list, gaps, contacts, &mut self.scratch),
-                Some(doubt) => {
-                    doubts.insert(pair, doubt);
-                }
+        for list in self.kept.values_mut() {
+            // One that was not detected again since is that of bodies far from each other.
+            if list.doubt.is_some() {
+                list.doubt = Some(Renewal::First);
+                continue;
+            }
+            list.doubt = list.carry(scene, contacts.x, tolerance)?;
+            if list.doubt.is_none() {
+                add_list(scene, list, gaps, contacts, &mut self.scratch);
             }
         }
-        self.kept.retain(|pair, _| !doubts.contains_key(pair));
-        Ok(doubts)
+        Ok(())
+    }
+
+    /// Returns the lists that need not be detected again.
+    fn lists_that_hold(&self) -> impl Iterator<Item = &KeptList> {
+        self.kept.values().filter(|list| list.doubt.is_none())
     }
 
     /// Finds the pairs with a soft body that come near and are not kept, with their trees.
-    fn pairs_to_detect(&self, scene: &mut Scene) -> Result<Vec<PairId>, StepError> {
+    fn find_pairs(&mut self, scene: &mut Scene) -> Result<(), StepError> {
         // Where all are kept, no body needs a box.
-        if self.kept.len() == count_of_soft_pairs(scene) {
-            return Ok(Vec::new());
+        let is_all_kept = self.lists_that_hold().count() == count_of_soft_pairs(scene);
+        let Self { params, permanent, kept, scratch, .. } = self;
+        let DetectorScratch { sweep, is_member, .. } = scratch;
+        if is_all_kept {
+            sweep.pairs.clear();
+            return Ok(());
         }
 
         let mut largest: f64 = 0.0;
-        for params in self.permanent.values() {
+        for params in permanent.values() {
             largest = largest.max(params.skin);
         }
-        let boxes = scene.boxes();
-        let mut pairs = scene.candidate_pairs(&boxes, self.params.margin + largest);
-        let is_soft = |id: &BodyId| !scene.body(*id).is_rigid();
-        pairs.retain(|pair| pair.bodies().iter().any(is_soft) && !self.kept.contains_key(pair));
+        scene.compute_boxes(&mut sweep.boxes);
+        sweep.find_pairs(params.margin + largest);
+        sweep.pairs.retain(|pair| {
+            let is_soft = pair.bodies().iter().any(|id| !scene.body(*id).is_rigid());
+            let is_kept = kept.get(pair).is_some_and(|list| list.doubt.is_none());
+            is_soft && !is_kept && !scene.is_ignored(*pair)
+        });
 
         // The bounds of a tree are tighter than boxes.
-        scene.fit(&scene.members(&pairs))?;
-        pairs.retain(|&pair| scene.roots_are_close(pair, self.reach(pair)));
-        Ok(pairs)
+        scene.mark_members(&sweep.pairs, is_member);
+        scene.fit(is_member)?;
+        sweep.pairs.retain(|pair| {
+            let skin = permanent.get(pair).map_or(0.0, |params| params.skin);
+            scene.roots_are_close(*pair, params.margin + skin)
+        });
+        Ok(())
     }
 
     /// Returns the gap up to which a pair is detected.

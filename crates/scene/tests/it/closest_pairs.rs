@@ -140,6 +140,39 @@ fn vertices_ahead_are_kept_for_later() {
     assert!(after >= before + 3, "{before} {after}");
 }
 
+/// A vertex that a round of corrections has pushed out may be just ahead of the body then. It stays in
+/// contact for the other rounds of the step, and no longer.
+#[test]
+fn vertices_that_touched_stay_in_contact_until_the_step_ends() {
+    let [bone, slab] = slab_on_bone(0.02);
+    let mut pair = Pair::new(bone, slab);
+    let fresh = pair.detect().expect("valid").len();
+
+    // Two detections of one step: pressed in a little further ahead, then back.
+    let back = pair.scene.body(pair.soft).positions().to_vec();
+    let pressed: Vec<DVec3> = back.iter().map(|x| *x + DVec3::new(0.1, 0.0, -0.05)).collect();
+    let (mut x, soft, detectors) =
+        (pair.scene.particle_positions(), pair.soft, &mut pair.detectors);
+    let (mut v, w) = (vec![DVec3::ZERO; x.len()], vec![1.0; x.len()]);
+    let states = SceneStates { x: &mut x, v: &mut v, loads: ParticleLoads::None, inverse_mass: &w };
+    let h = StepLength::new(1e-3).expect("in range");
+    let params =
+        StepParams { depth_tolerance: None, approach_tolerance: None, ..StepParams::new(h) };
+    let mut counts = Vec::new();
+    let detect = |scene: &mut Scene, contacts: &mut scene::PairContacts<'_>| {
+        for state in [&pressed, &back] {
+            scene.move_body(soft, state)?;
+            detectors.detect(scene, contacts)?;
+            counts.push(contacts.len());
+        }
+        Ok::<(), StepError>(())
+    };
+    pair.step.correct(&mut pair.scene, states, &params, detect).expect("valid");
+    let again = counts[1] - counts[0];
+    assert!(again >= fresh + 3, "{fresh}, {counts:?}");
+    assert_eq!(pair.detect().expect("valid").len(), fresh, "another step");
+}
+
 /// A needle of a half angle of 3°, its tip at the origin.
 fn needle(lean: f64) -> Mesh {
     let mut positions = vec![DVec3::ZERO];

@@ -8,6 +8,7 @@ mod overlap;
 mod simplex_step;
 mod step;
 mod step_detectors;
+mod step_memory;
 mod step_sides;
 mod step_sweep;
 mod support;

@@ -7,7 +7,7 @@ use glam::DVec3;
 use kdop::{Leaves, Tree, Workspace};
 use medial::{
     Ball, CandidatePair, FootRule, Links, MedialContactParams, MedialParams, MedialSurface,
-    PointContact, PrimitiveTree, generate, point_contacts_among,
+    PointCandidates, PointContact, PrimitiveTree, generate, point_contacts_among,
 };
 use proximity::SurfaceTree;
 use surface::TriangleSurface;
@@ -28,6 +28,7 @@ pub(super) struct MedialDetection<'a> {
     contacts: Vec<(Direction, Vec<PointContact>)>,
     workspace: Workspace,
     pairs: Vec<CandidatePair>,
+    candidates: PointCandidates,
 }
 
 /// Balls that follow a muscle.
@@ -73,6 +74,7 @@ pub(super) fn detector<'a>(task: &'a Task<'a>, balls: f64, rule: FootRule) -> Bu
         contacts,
         workspace: Workspace::default(),
         pairs: Vec::new(),
+        candidates: PointCandidates::default(),
     }))
 }
 
@@ -93,7 +95,7 @@ impl<'a> FollowingBalls<'a> {
 
 impl Detector for MedialDetection<'_> {
     fn step(&mut self, frame: usize) -> Result<(), Failure> {
-        let Self { task, params, vertices, balls, contacts, workspace, pairs } = self;
+        let Self { task, params, vertices, balls, contacts, workspace, pairs, candidates } = self;
         let frame = &task.moving.frames[frame];
 
         // The bone stays, and has no balls.
@@ -115,7 +117,7 @@ impl Detector for MedialDetection<'_> {
                 pairs.push(CandidatePair { point, primitive });
             });
             let ball = |point: u32| Ball::new(x[point as usize], 0.0);
-            point_contacts_among(pairs, ball, &balls.medial, params, None, found);
+            point_contacts_among(pairs, ball, &balls.medial, params, None, candidates, found);
         }
         Ok(())
     }
