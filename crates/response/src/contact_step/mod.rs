@@ -6,6 +6,7 @@
 //! contacts must be detected again once positions have changed.
 
 mod params;
+mod positions;
 mod report;
 mod row_solver;
 mod swept;
@@ -19,8 +20,7 @@ use self::row_solver::RowSolver;
 use crate::contact_set::StencilKey;
 use crate::followers::Represented;
 use crate::{
-    Combinations, ContactSet, Followers, Impulse, ImpulseCache, ResponseError, SolveLevel,
-    StepLength, check,
+    Combinations, ContactSet, Followers, ImpulseCache, ResponseError, SolveLevel, StepLength, check,
 };
 
 /// States of all particles, in the caller's slices, to be corrected.
@@ -263,65 +263,6 @@ impl ContactStep {
             let of_contact = Represented::of(contact, inverse_mass, &self.lumped, &self.offsets);
             self.represented.push(of_contact);
         }
-    }
-
-    /// Adds the contacts that the last correction has pushed apart, unless they were detected
-    /// again.
-    ///
-    /// At a crease, each detection finds one of two sides. If the correction for one could undo
-    /// that for the other, they would take turns without an end.
-    fn hold_pushed(&mut self, x: &[DVec3], inverse_mass: &[f64]) {
-        self.pushed.follow(x);
-        self.contacts.append_unlike(&self.pushed, &mut self.normals);
-        self.weigh(inverse_mass);
-    }
-
-    /// Remembers the contacts that a correction has pushed apart from depths beyond a tolerance.
-    fn remember_pushed(&mut self, tolerance: f64) {
-        let Self { pushed, contacts, solver, detected, .. } = self;
-        pushed.copy_chosen(contacts, |number, contact, material| {
-            let was_deep = number >= *detected || material.depth(contact) > tolerance;
-            let is_pushed = solver.impulses[number].normal > 0.0;
-            was_deep && is_pushed && material.permanent.is_none()
-        });
-    }
-
-    fn correct_positions(
-        &mut self,
-        x: &mut [DVec3],
-        inverse_mass: &[f64],
-        params: &StepParams,
-        report: &mut StepReport,
-    ) -> Result<(), ResponseError> {
-        self.displacements.clear();
-        self.displacements.resize(x.len(), DVec3::ZERO);
-        self.solver.impulses.clear();
-        self.solver.impulses.resize(self.contacts.contacts().len(), Impulse::default());
-        self.solver.set_rows(
-            x.len(),
-            &self.contacts,
-            &self.combinations,
-            |_, contact, material| {
-                let row = material.position_row(contact)?;
-                Ok(material.is_hard().then_some((*contact, row)))
-            },
-        )?;
-        let (level, moved) = (SolveLevel::Position, &mut self.displacements);
-        report.positions = Some(self.solver.solve(level, moved, &self.lumped, params)?);
-        self.next.clear();
-        self.next.resize(x.len(), DVec3::ZERO);
-        self.followers.follow(&self.follows, &self.next, moved);
-        self.combinations.apply(moved);
-        report.rounds += 1;
-
-        // What positions gain in potential energy is reported by the mass moved.
-        for ((x, moved), w) in x.iter_mut().zip(&self.displacements).zip(inverse_mass) {
-            *x += *moved;
-            if *w > 0.0 {
-                report.mass_moved += *moved / *w;
-            }
-        }
-        Ok(())
     }
 
     fn correct_velocities(
