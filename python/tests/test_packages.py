@@ -59,6 +59,6 @@ def test_surfaces_of_vtk_go_to_a_scene_as_in_3d_slicer():
     surface = source.GetOutput()
     scene = Scene()
     vertices = vtk_to_numpy(surface.GetPoints().GetData())
-    scene.add("segment", vertices, vtk_to_numpy(surface.GetPolys().GetData()))
+    scene.add("segment", vertices, vtk_to_numpy(surface.GetPolys().GetConnectivityArray()).reshape(-1, 3))
     assert np.array_equal(scene.vertices("segment"), vertices.astype(float))
     assert len(scene.faces("segment")) == surface.GetNumberOfPolys()

@@ -300,10 +300,14 @@ impl<'a> Search<'a> {
     /// Bounds the depth of a triangle by the best of some faces, or the first that is good enough.
     fn bound(&self, corners: [DVec3; 3], near: &[u32]) -> (f64, u32) {
         let mut best = (f64::INFINITY, near[0]);
-        for &near in near {
-            let upper = self.upper_by(near, corners);
+        for (number, &face) in near.iter().enumerate() {
+            // Corners of a face often have one nearest face.
+            if near[..number].contains(&face) {
+                continue;
+            }
+            let upper = self.upper_by(face, corners);
             if upper < best.0 {
-                best = (upper, near);
+                best = (upper, face);
             }
             if upper <= self.pieces.sufficient() {
                 break;
@@ -322,10 +326,16 @@ impl<'a> Search<'a> {
         // The parts are bounded by the faces nearest to both centers. They share their corners, whose
         // distances are computed once.
         let corners = corners_and_middles(piece.corners);
-        let by_near = corners.map(|corner| self.distance_to(near, corner));
-        let by_parent = corners.map(|corner| self.distance_to(piece.near, corner));
+        let by_near = corners.map(|corner| self.squared_distance_to(near, corner));
+        // Of most pieces the same face is nearest as of the piece around.
+        let by_parent = if near == piece.near {
+            by_near
+        } else {
+            corners.map(|corner| self.squared_distance_to(piece.near, corner))
+        };
         for part in QUARTERS {
-            let by_faces = max_of(by_near, part).min(max_of(by_parent, part)) + self.rounding;
+            let by_faces = max_of(by_near, part).min(max_of(by_parent, part));
+            let by_faces = by_faces.sqrt() + self.rounding;
             let upper = by_faces.min(by_center).min(bound);
             let corners = part.map(|k| corners[k]);
             self.pieces.add(upper, Piece { corners, near, ..*piece });
@@ -344,13 +354,17 @@ impl<'a> Search<'a> {
     fn upper_by(&self, near: u32, corners: [DVec3; 3]) -> f64 {
         let mut greatest: f64 = 0.0;
         for corner in corners {
-            greatest = greatest.max(self.distance_to(near, corner));
+            greatest = greatest.max(self.squared_distance_to(near, corner));
         }
-        greatest + self.rounding
+        greatest.sqrt() + self.rounding
     }
 
     fn distance_to(&self, near: u32, point: DVec3) -> f64 {
-        closest_on_triangle(point, self.other.corners(near)).point.distance(point)
+        self.squared_distance_to(near, point).sqrt()
+    }
+
+    fn squared_distance_to(&self, near: u32, point: DVec3) -> f64 {
+        closest_on_triangle(point, self.other.corners(near)).point.distance_squared(point)
     }
 
     /// Returns the face nearest to an inside vertex, and records its distance.
