@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use musculo_collide::kdop::Workspace;
-use musculo_collide::{BodyId, Conditions, FixedVertices, Scene, Tie};
+use musculo_collide::{BodyId, BodyStiffness, Conditions, FixedVertices, Scene, Tie};
 
 use crate::failure::Failure;
 use crate::load::LoadedScene;
@@ -20,6 +20,13 @@ impl LoadedScene {
             let TieDescription { a, b, within } = tie.get_ref();
             let bodies = [self.body_id(a)?, self.body_id(b)?];
             conditions.ties.push(Tie { bodies, distance: *within });
+        }
+
+        for description in &self.description.bodies {
+            if let Some(factor) = description.stiffness {
+                let body = self.body_id(&description.name)?;
+                conditions.stiffnesses.push(BodyStiffness { body, factor });
+            }
         }
 
         // A selection of no vertex would hold nothing: it is an error, not an empty condition.

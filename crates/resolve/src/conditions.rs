@@ -1,14 +1,15 @@
-//! Conditions of a scene: vertices that follow another body, and fixed ones.
+//! Conditions of a scene: vertices that follow another body, fixed ones, and stiffnesses.
 //!
 //! Vertices of the first body of a tie within its distance of the second one follow their closest
 //! points on it, as they were at the start. Where the first body is rigid, vertices of the second
 //! follow the first.
 
 use kdop::Workspace;
+use response::positive;
 use scene::{BodyId, PairId, Scene};
 
 use crate::tissue::{Tissue, fitted_tree};
-use crate::{Conditions, ResolveError, Tie};
+use crate::{BodyStiffness, Conditions, ResolveError, Tie};
 
 /// Vertex that follows a point of another body.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +35,20 @@ impl Conditions {
                 is_fixed.resize(count, false);
                 is_fixed[vertex as usize] = true;
             }
+        }
+        Ok(())
+    }
+
+    /// Sets the stiffnesses of bodies.
+    pub(crate) fn stiffen(
+        &self,
+        scene: &Scene,
+        tissues: &mut [Tissue],
+    ) -> Result<(), ResolveError> {
+        for BodyStiffness { body, factor } in &self.stiffnesses {
+            scene.get(*body)?;
+            positive("stiffness", *factor)?;
+            tissues[body.index()].stiffness = *factor;
         }
         Ok(())
     }

@@ -278,12 +278,12 @@ impl Tissue {
         problem: &mut ElasticProblem,
     ) {
         let x = tree.positions().as_slice();
-        let thickness = self.thickness(length);
+        let mass_per_area = self.mass_per_area(length);
         for &vertex in active {
             if !self.is_free(vertex) {
                 continue;
             }
-            let mass = thickness * self.area(vertex);
+            let mass = mass_per_area * self.area(vertex);
             let mut particle = ActiveParticle {
                 particle: first + vertex,
                 foundation: mass / (length * length),
@@ -292,7 +292,7 @@ impl Tissue {
                 links: Vec::new(),
             };
             for link in self.links(vertex) {
-                let mean = 0.5 * (mass + thickness * self.area(link.neighbor));
+                let mean = 0.5 * (mass + mass_per_area * self.area(link.neighbor));
                 particle.links.push((first + link.neighbor, mean * link.stiffness));
             }
             problem.particles.push(particle);

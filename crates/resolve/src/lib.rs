@@ -68,7 +68,9 @@ mod warm_start;
 pub use glam;
 
 pub use crate::error::ResolveError;
-pub use crate::params::{Conditions, FixedVertices, ResolveParams, Tie, WrittenPrecision};
+pub use crate::params::{
+    BodyStiffness, Conditions, FixedVertices, ResolveParams, Tie, WrittenPrecision,
+};
 pub use crate::resolution::{
     BodyChange, BrokenLimit, DistanceBracket, GapObstacle, GapProof, GapRound, Obstacle, Remaining,
     Resolution, Round, ShortGap,

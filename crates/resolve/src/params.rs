@@ -51,6 +51,18 @@ pub struct Conditions {
     pub ties: Vec<Tie>,
     /// Vertices of soft bodies that stay where they are.
     pub fixed: Vec<FixedVertices>,
+    /// Bodies that are stiffer or softer than others.
+    pub stiffnesses: Vec<BodyStiffness>,
+}
+
+/// Stiffness of one body: bodies share an overlap in inverse proportion to it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct BodyStiffness {
+    /// The body.
+    pub body: BodyId,
+    /// Factor on its elastic energy and on its mass, `> 0`; 1 without a record.
+    pub factor: f64,
 }
 
 /// Attachment of two bodies: parts of their surfaces within a distance of each other at the start

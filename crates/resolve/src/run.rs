@@ -62,6 +62,7 @@ impl<'a> Run<'a> {
         // Tissues at rest, and the masses by which they share overlaps.
         let mut tissues = Tissue::of_bodies(scene, start)?;
         conditions.fix(&mut tissues)?;
+        conditions.stiffen(scene, &mut tissues)?;
         let tied = conditions.tied_pairs();
         let tie_bonds = conditions.tie_bonds(scene, &tissues)?;
         let mut inverse_masses = Vec::new();

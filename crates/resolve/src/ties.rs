@@ -46,7 +46,7 @@ impl Run<'_> {
                 terms.push((first(tie.leader) + corner, -weight));
             }
             let tissue = &self.tissues[tie.follower.index()];
-            let mass = tissue.area(tie.vertex) * tissue.thickness(self.params.smoothing);
+            let mass = tissue.area(tie.vertex) * tissue.mass_per_area(self.params.smoothing);
             let stiffness = tuning::TIE_STIFFNESS * mass / (tissue.mean_edge * tissue.mean_edge);
             problem.bonds.push(Bond { terms, stiffness });
         }

@@ -28,6 +28,8 @@ pub(crate) struct Tissue {
     areas: Vec<f64>,
     /// True for vertices that stay where they are, |V|; empty where none does.
     pub(crate) is_fixed: Vec<bool>,
+    /// Factor on the mass and on the elastic energy.
+    pub(crate) stiffness: f64,
     /// Mean length of the edges at rest.
     pub(crate) mean_edge: f64,
     /// Signed volume at rest; `None` where the body has no inside.
@@ -98,6 +100,7 @@ impl Tissue {
             normals: Vec::new(),
             areas: vertex_areas(surface.faces(), x),
             is_fixed: Vec::new(),
+            stiffness: 1.0,
             mean_edge: mean_edge(&surface, tree.positions()),
             volume: None,
             links: links(surface.edges(), x),
@@ -135,12 +138,14 @@ impl Tissue {
         doubled / 6.0
     }
 
-    /// Returns the mean thickness, which is assumed for sheets without a volume.
-    pub(crate) fn thickness(&self, smoothing: f64) -> f64 {
-        match self.volume {
+    /// Returns the mass per area: the mean thickness, which is assumed for sheets without a volume,
+    /// times the stiffness of the body.
+    pub(crate) fn mass_per_area(&self, smoothing: f64) -> f64 {
+        let thickness = match self.volume {
             Some(volume) if volume != 0.0 => volume.abs() / self.areas.iter().sum::<f64>(),
             _ => tuning::OPEN_THICKNESS * smoothing,
-        }
+        };
+        self.stiffness * thickness
     }
 
     /// Returns the corners of a face.
@@ -236,13 +241,14 @@ impl Tissue {
 
     /// Computes the inverse masses of the vertices; 0 for those that do not move.
     ///
-    /// A mass is area times the mean thickness of the body, so that bulky muscles move slim ones.
+    /// A mass is area times the mean thickness of the body, so that bulky muscles move slim ones, times
+    /// its stiffness.
     pub(crate) fn inverse_masses(&self, smoothing: f64) -> Vec<f64> {
         // Vertices without a face have no mass, and stay as fixed ones do.
-        let thickness = self.thickness(smoothing);
+        let mass_per_area = self.mass_per_area(smoothing);
         let mut inverse_masses = vec![0.0; self.areas.len()];
         for (vertex, inverse_mass) in (0..).zip(&mut inverse_masses) {
-            let mass = self.area(vertex) * thickness;
+            let mass = self.area(vertex) * mass_per_area;
             if mass > 0.0 && self.is_free(vertex) {
                 *inverse_mass = mass.recip();
             }

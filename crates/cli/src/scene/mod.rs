@@ -12,6 +12,7 @@
 //! file = "femur.ply"      # relative to the folder of the scene file
 //! kind = "rigid"          # or "open" (a sheet), or "deformable", the default
 //! follows = "femur_r"     # name in the motion; default: the body's name
+//! stiffness = 2.0         # for `resolve`: yields half as much as others; default: 1
 //!
 //! [[ignore]]              # pair that overlaps on purpose
 //! a = "femur"
@@ -90,6 +91,8 @@ pub(crate) struct BodyDescription {
     pub(crate) kind: BodyKind,
     /// Name in the motion that the body follows; none for its own.
     pub(crate) follows: Option<String>,
+    /// Stiffness in overlap removal, relative to bodies without one.
+    pub(crate) stiffness: Option<f64>,
     /// Map from the coordinates of the file to those of the body; none where they are the same.
     #[serde(skip)]
     pub(crate) placement: Option<DAffine3>,
@@ -136,6 +139,7 @@ impl SceneDescription {
                 path: path.clone(),
                 kind,
                 follows: None,
+                stiffness: None,
                 placement: None,
             });
         }

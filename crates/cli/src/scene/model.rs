@@ -62,6 +62,7 @@ fn add_meshes(body: &ModelBody, folder: &Path, model: &Path, scene: &mut SceneDe
             path: file,
             kind: BodyKind::Rigid,
             follows: Some(body.name.clone()),
+            stiffness: None,
             placement: Some(to_mass_center * mesh.placement),
         });
     }

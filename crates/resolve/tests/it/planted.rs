@@ -3,7 +3,9 @@
 
 use fixtures::{Mesh, shapes};
 use glam::DVec3;
-use resolve::{Obstacle, Remaining, Resolution, ResolveParams, Resolver};
+use resolve::{
+    BodyStiffness, Conditions, Obstacle, Remaining, Resolution, ResolveParams, Resolver,
+};
 use scene::{BodyId, BodyKind, CheckParams, Scene};
 use surface::progress::Progress;
 
@@ -83,6 +85,30 @@ fn a_muscle_fifteen_deep_between_two_bones_comes_free() {
     assert_sound(&mut scene, &resolution);
     let displacement = resolution.bodies[1].max_displacement / depth.lower;
     assert!(displacement <= 1.3, "{displacement} of the depth");
+}
+
+#[test]
+#[expect(clippy::print_stdout, reason = "the test reports its measurements")]
+fn bodies_share_an_overlap_by_their_stiffness() {
+    let displacements = |stiffness: f64| {
+        let muscle = shapes::icosphere(10.0, 3);
+        let other = muscle.clone().rotated(DVec3::Z, 0.1).translated(DVec3::X * 18.6);
+        let mut scene = scene_of([
+            ("soft", BodyKind::Deformable, muscle),
+            ("stiff", BodyKind::Deformable, other),
+        ]);
+        let body = scene.find("stiff").expect("a body of the scene");
+        let stiffnesses = vec![BodyStiffness { body, factor: stiffness }];
+        let conditions = Conditions { stiffnesses, ..Conditions::default() };
+        let mut resolver = Resolver::new(PARAMS).expect("parameters").with_conditions(conditions);
+        let resolution = resolver.resolve(&mut scene, Progress::none()).expect("a resolution");
+        assert_sound(&mut scene, &resolution);
+        [0, 1].map(|body| resolution.bodies[body].max_displacement)
+    };
+    // Vertices of one body meet faces of the other: equal bodies do not move by the same.
+    let [[soft, other], [softer, stiff]] = [1.0, 4.0].map(displacements);
+    println!("measured: displacement of four times the stiffness | {:.2} | 0.6", stiff / other);
+    assert!(softer > soft && stiff < 0.6 * other, "{soft}, {other}: {softer}, {stiff}");
 }
 
 #[test]
