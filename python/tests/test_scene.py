@@ -118,19 +118,19 @@ def pressed_muscle() -> Scene:
 
 
 def test_fixed_vertices_stay_where_they_are():
-    scene = pressed_muscle()
-    before = scene.vertices("muscle")
-    upper = np.flatnonzero(before[:, 2] > 15)
-    for numbers in (upper, list(upper), upper.astype(np.uint8)[upper < 256]):
-        scene = pressed_muscle()
-        assert scene.resolve(fixed={"muscle": numbers}).resolved
-        after = scene.vertices("muscle")
-        assert np.array_equal(after[np.asarray(numbers)], before[np.asarray(numbers)])
-        assert not np.array_equal(after, before)
-
+    # Of those that move where nothing is fixed, the half that moves the least.
     free = pressed_muscle()
-    free.resolve()
-    assert not np.array_equal(free.vertices("muscle")[upper], before[upper])
+    before = free.vertices("muscle")
+    (change,) = (body for body in free.resolve().bodies if body.name == "muscle")
+    ways = np.linalg.norm(change.displacements, axis=1)
+    moved = np.flatnonzero((ways > 0) & (ways <= np.median(ways[ways > 0])))
+    assert len(moved) > 4
+    for numbers in (moved, list(moved), moved.astype(np.uint16)):
+        scene = pressed_muscle()
+        scene.resolve(fixed={"muscle": numbers})
+        after = scene.vertices("muscle")
+        assert np.array_equal(after[moved], before[moved])
+        assert not np.array_equal(after, before)
     for fixed, error, message in (
         ({"muscle": [len(before)]}, InputError, f'"muscle" has no vertex {len(before)}, but {len(before)}'),
         ({"muscle": [-1]}, InputError, "number -1"),
@@ -181,10 +181,10 @@ def test_limits_of_a_resolution_are_kept_unless_they_are_waived():
         scene.add("muscle", *sphere((0, 0, 6), 10, 12))
         return scene
 
-    kept = squeezed().resolve(max_volume_change=0.001)
-    assert not kept.resolved and kept.bodies[2].volume_ratio == pytest.approx(1, abs=0.001)
-    waived = squeezed().resolve(max_volume_change=0.001, keep_going=True)
-    assert abs(waived.bodies[2].volume_ratio - 1) > 0.001
+    kept = squeezed().resolve(max_volume_change=1e-9)
+    assert not kept.resolved and kept.bodies[2].volume_ratio == pytest.approx(1, abs=1e-9)
+    waived = squeezed().resolve(max_volume_change=1e-9, keep_going=True)
+    assert abs(waived.bodies[2].volume_ratio - 1) > 1e-9
     with pytest.raises(InputError, match="max_volume_change"):
         squeezed().resolve(max_volume_change=0.0)
 
