@@ -11,7 +11,7 @@ use response::{
 };
 use scene::{
     BodyId, BodyKind, DetectorParams, PairId, PermanentParams, Progress, Scene, SceneStates,
-    SceneStep, StepDetectors, StepMethod,
+    SceneStep, StepDetectors, StepError, StepMethod,
 };
 
 const MARGIN: f64 = 0.5;
@@ -105,6 +105,18 @@ impl World {
         step.correct(scene, states, &params, detect).expect("valid");
     }
 
+    /// Moves the ball down in a step that detects nothing.
+    fn push_unseen(&mut self, way: f64) {
+        let range = self.scene.body(self.ball).particles();
+        for (x, start) in self.x[range.start as usize..].iter_mut().zip(&self.start) {
+            *x = *start - DVec3::Z * way;
+        }
+        let Self { scene, step, x, v, w, .. } = self;
+        let params = StepParams::new(StepLength::new(1e-3).expect("in range"));
+        let states = SceneStates { x, v, loads: ParticleLoads::None, inverse_mass: w };
+        step.correct(scene, states, &params, |_, _| Ok::<(), StepError>(())).expect("valid");
+    }
+
     /// Returns the number of vertices below the middle of the bone, and the lowest height.
     fn far_side(&self) -> (usize, f64) {
         let z = || self.scene.body(self.ball).positions().iter().map(|x| x.z);
@@ -129,6 +141,20 @@ fn assert_stays_out(mut world: World, name: &str) {
 fn vertices_leave_a_thin_bone_where_they_came_in() {
     for method in [StepMethod::Exact, StepMethod::Coarse, StepMethod::Field, StepMethod::Balls] {
         assert_stays_out(World::new(method), &format!("{method:?}"));
+    }
+}
+
+/// A vertex that no contact had in the step before comes in by more than half of the thickness: the far
+/// side is nearer, but it was outside, over the near one.
+#[test]
+fn vertices_that_were_near_nothing_leave_where_they_came_in() {
+    for method in [StepMethod::Exact, StepMethod::Coarse, StepMethod::Field, StepMethod::Balls] {
+        let mut world = World::new(method);
+        world.push(-0.4);
+        assert!(world.step.contact_step().contacts().contacts().is_empty(), "{method:?}");
+        world.push(0.75 * THICKNESS);
+        let (below, lowest) = world.far_side();
+        assert_eq!((below, world.step.unknown_sides()), (0, 0), "{method:?}: lowest {lowest}");
     }
 }
 
@@ -177,4 +203,10 @@ fn sides_that_nothing_tells_are_counted() {
     // By the nearest side, which is the far one for the deepest.
     let (below, lowest) = world.far_side();
     assert!(below > 0, "lowest {lowest}");
+
+    // Inside before, too, and in no contact: where it was tells nothing.
+    let mut world = World::new(StepMethod::Exact);
+    world.push_unseen(1.0);
+    world.push_within(1.1, None);
+    assert!(world.step.unknown_sides() > 0);
 }
