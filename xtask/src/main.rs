@@ -23,6 +23,7 @@
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "programs that print")]
 
 mod figures;
+mod long_tests;
 mod number;
 mod process;
 mod table;

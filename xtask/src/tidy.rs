@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::TaskResult;
-use crate::verify::LONG_TESTS;
+use crate::long_tests::LONG_TESTS;
 
 /// File with the map of packages and the edges between them.
 const ARCHITECTURE: &str = "ARCHITECTURE.md";
@@ -264,7 +264,7 @@ fn absent_tests(files: &[File], names: &[&str]) -> Problems {
         let (module, function) = (format!("{module}.rs"), format!("fn {test}"));
         let has_test = |file: &File| file.path.ends_with(&module) && file.text.contains(&function);
         if !rust(files).any(has_test) {
-            problems.push(format!("xtask/src/verify.rs: no test begins with `{name}`"));
+            problems.push(format!("xtask/src/long_tests.rs: no test begins with `{name}`"));
         }
     }
     problems

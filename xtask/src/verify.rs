@@ -6,6 +6,7 @@
 use std::path::Path;
 use std::process::Command;
 
+use crate::long_tests::LONG_TESTS;
 use crate::process::read_lines;
 use crate::table::{Row, Table, Verdict};
 use crate::test_output::TestOutput;
@@ -13,38 +14,6 @@ use crate::{TaskResult, figures, tidy};
 
 /// Arguments of cargo for all tests.
 const TESTS: [&str; 5] = ["test", "--workspace", "--all-features", "--locked", "--no-fail-fast"];
-
-/// Tests of more than a second, by the beginning of their names, which the inner loop leaves out.
-pub(crate) const LONG_TESTS: [&str; 28] = [
-    "accuracy::table_of_the_femur",
-    "accuracy::the_measured_deep_error",
-    "any_triangles::band_is_exact",
-    "check::any_number_of_threads_writes",
-    "complete::a_",
-    "contacts::balls_follow_the_body",
-    "contacts::balls_meet_what",
-    "contacts::planted_dips",
-    "contacts::vertices_meet_what",
-    "first_try::three_commands",
-    "following::balls_that_few_vertices",
-    "generation::",
-    "interruption::every_poll",
-    "interruption::polls_grow",
-    "motion::every_frame_is_pushed_apart",
-    "motion::resolved_frames_are",
-    "no_target_panics",
-    "planned::any_number_of_threads",
-    "progress::builds_end",
-    "reduced::a_larger_deviation",
-    "reduced::it_stays_a_closed",
-    "reduced::same_bits_every_time",
-    "rigid_contacts::an_unknown_distance",
-    "signs::holes_of",
-    "signs::one_face_in_twenty",
-    "signs::overlapping_shells",
-    "threads::one_two_and_seven",
-    "threads_change_no_byte",
-];
 
 /// Extent of a verification.
 #[derive(Clone, Copy, PartialEq, Eq)]

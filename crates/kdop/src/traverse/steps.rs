@@ -85,8 +85,8 @@ impl<'a, const S: usize> StepTree<'a, S> {
         workspace: &mut Workspace<S>,
         visit: impl FnMut(u32, u32),
     ) {
-        let [start, end] = self.ends.map(|tree| tree.widening(margin));
-        let margins = start.zip(end).map(<[_; 2]>::from);
+        let [start, end] = self.ends;
+        let margins = start.widening(margin).zip(end.widening(margin)).map(<[_; 2]>::from);
         self.gather_cluster_pairs(other, margins.as_ref(), workspace);
         self.visit_leaf_pairs(other, margins.as_ref(), workspace, visit);
     }
@@ -107,8 +107,14 @@ impl<'a, const S: usize> StepTree<'a, S> {
         }
 
         while let Some((i, j)) = node_pairs.pop() {
-            let widened = margins.map(|margins| self.widened(i, margins));
-            let a = widened.as_ref().map_or_else(|| self.bounds(i), <[_; 2]>::each_ref);
+            let widened;
+            let a = match margins {
+                Some(margins) => {
+                    widened = self.widened(i, margins);
+                    widened.each_ref()
+                }
+                None => self.bounds(i),
+            };
             let b = other.bounds(j);
             let children_a = &self.start().nodes[i as usize].children;
             let children_b = &other.start().nodes[j as usize].children;
@@ -121,12 +127,12 @@ impl<'a, const S: usize> StepTree<'a, S> {
                     (Child::Cluster(x), Child::Cluster(y)) => cluster_pairs.push((x, y)),
                     // One side has no more nodes: descend the other alone.
                     (Child::Cluster(x), Child::Node(y)) => {
-                        let bound = a.map(|end| end.splat(lane_a));
+                        let bound = [a[0].splat(lane_a), a[1].splat(lane_a)];
                         let found = |y| cluster_pairs.push((x, y));
                         counters.bound_tests += other.clusters_below(y, None, &bound, nodes, found);
                     }
                     (Child::Node(x), Child::Cluster(y)) => {
-                        let bound = b.map(|end| end.splat(lane_b));
+                        let bound = [b[0].splat(lane_b), b[1].splat(lane_b)];
                         let found = |x| cluster_pairs.push((x, y));
                         counters.bound_tests +=
                             self.clusters_below(x, margins, &bound, nodes, found);
@@ -140,7 +146,8 @@ impl<'a, const S: usize> StepTree<'a, S> {
     /// Returns the bounds of the children of a node at both ends.
     #[inline(always)]
     fn bounds(&self, node: u32) -> [&Dop4<S>; 2] {
-        self.ends.map(|tree| &tree.nodes[node as usize].bounds)
+        let [start, end] = self.ends;
+        [&start.nodes[node as usize].bounds, &end.nodes[node as usize].bounds]
     }
 
     /// Returns the bounds of the children of a node at both ends, moved outward.
@@ -164,8 +171,14 @@ impl<'a, const S: usize> StepTree<'a, S> {
         stack.push(node);
         while let Some(node) = stack.pop() {
             tests += 1;
-            let widened = margins.map(|margins| self.widened(node, margins));
-            let bounds = widened.as_ref().map_or_else(|| self.bounds(node), <[_; 2]>::each_ref);
+            let widened;
+            let bounds = match margins {
+                Some(margins) => {
+                    widened = self.widened(node, margins);
+                    widened.each_ref()
+                }
+                None => self.bounds(node),
+            };
             for lane in set_bits(meet_one(bounds, bound)) {
                 match self.start().nodes[node as usize].children[lane].get() {
                     Child::Node(below) => stack.push(below),
@@ -188,11 +201,12 @@ impl<'a, const S: usize> StepTree<'a, S> {
         let Workspace { cluster_pairs, step_leaves, counters, .. } = workspace;
         step_leaves.iter_mut().for_each(LeafCache::reset);
         let [a_start, a_end, b_start, b_end] = step_leaves;
+        let (margin_at_start, margin_at_end) = margins.map(|[start, end]| (start, end)).unzip();
         for &(a, b) in &*cluster_pairs {
             counters.clusters += 1;
             let bounds_a = [
-                a_start.get(self.ends[0], a, margins.map(|margins| &margins[0])),
-                a_end.get(self.ends[1], a, margins.map(|margins| &margins[1])),
+                a_start.get(self.ends[0], a, margin_at_start),
+                a_end.get(self.ends[1], a, margin_at_end),
             ];
             let bounds_b = [b_start.get(other.ends[0], b, None), b_end.get(other.ends[1], b, None)];
             let (a, b) = (self.start().clusters.get(a), other.start().clusters.get(b));
