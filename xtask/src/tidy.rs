@@ -262,8 +262,11 @@ fn absent_tests(files: &[File], names: &[&str]) -> Problems {
     for name in names {
         let (module, test) = name.rsplit_once("::").unwrap_or(("", name));
         let (module, function) = (format!("{module}.rs"), format!("fn {test}"));
-        let has_test = |file: &File| file.path.ends_with(&module) && file.text.contains(&function);
-        if !rust(files).any(has_test) {
+        let mut is_there = false;
+        for file in rust(files) {
+            is_there |= file.path.ends_with(&module) && file.text.contains(&function);
+        }
+        if !is_there {
             problems.push(format!("xtask/src/long_tests.rs: no test begins with `{name}`"));
         }
     }
