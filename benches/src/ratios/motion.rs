@@ -271,15 +271,14 @@ fn hip_map(report: &mut Report, bones: Scene) -> Outcome {
     });
     report.cost("hip map of 31 × 31: time", time * 1e-9, "s", 60.0);
 
-    let (mut worst, mut compared, mut contacts) = (0.0_f64, 0_usize, 0_usize);
-    let mut number = 0;
+    let (mut worst, mut compared, mut contacts, mut off) = (0.0_f64, 0_usize, 0_usize, 0_usize);
     let mut joint = joint;
     for (row, cells) in cells.into_iter().enumerate() {
         for (column, end) in (0..).zip(cells?) {
             let TurnEnd::Contact(contact) = end else { continue };
             contacts += 1;
-            number += 1;
-            if number % CELL_STRIDE == 0 {
+            off += usize::from(is_off(&mut joint, angles(row, column), contact.angle)?);
+            if contacts % CELL_STRIDE == 0 {
                 let exact = bisected(&mut joint, angles(row, column), contact.angle)?;
                 worst = worst.max((exact - contact.angle).abs().to_degrees());
                 compared += 1;
@@ -287,6 +286,7 @@ fn hip_map(report: &mut Report, bones: Scene) -> Outcome {
         }
     }
     report.cost("hip map: cells with a contact", as_f64(contacts), "", f64::INFINITY);
+    report.cost("hip map: cells 0.001° or more off", as_f64(off), "", 0.0);
     report.cost(format!("hip map: {compared} cells beside bisection"), worst, "°", 1e-3);
     Ok(())
 }
@@ -296,6 +296,12 @@ fn angles(row: usize, column: u32) -> [f64; 2] {
     let share = |k: u32| f64::from(k) / f64::from(CELLS - 1);
     let row = u32::try_from(row).unwrap_or(0);
     [120.0 * share(row), 60.0 * share(column) - 30.0].map(f64::to_radians)
+}
+
+/// Returns true if exact detection finds an overlap at the angle of a contact, or none 0.001° beyond.
+fn is_off(joint: &mut JointScene, angles: [f64; 2], contact: f64) -> Result<bool, Box<dyn Error>> {
+    let beyond = contact + 0.001_f64.to_radians().copysign(contact);
+    Ok(joint.overlaps(angles, contact)? || !joint.overlaps(angles, beyond)?)
 }
 
 /// Finds the angle at which bodies begin to overlap by bisection, between the start and half a degree
