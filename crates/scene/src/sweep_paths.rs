@@ -41,6 +41,9 @@ impl Scene {
         progress: Progress<'_>,
     ) -> Result<SweepReport, SceneError> {
         params.validate()?;
+        if let Some(straight) = straight_moves(moves) {
+            return self.sweep(&straight, params, progress);
+        }
         if is_straight(self, moves)? {
             let mut ends = Vec::with_capacity(moves.len());
             for PathMove { body, path } in moves {
@@ -230,6 +233,15 @@ enum Wanted {
     All,
     /// The earliest of each pair of bodies.
     FirstOfPair,
+}
+
+/// Returns the moves of paths that are known to be straight, if all are.
+fn straight_moves<'a>(moves: &[PathMove<'a>]) -> Option<Vec<BodyMove<'a>>> {
+    let mut straight = Vec::with_capacity(moves.len());
+    for &PathMove { body, path } in moves {
+        straight.push(BodyMove { body, positions: path.straight_to()? });
+    }
+    Some(straight)
 }
 
 /// Returns true if no path bends.

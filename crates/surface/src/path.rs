@@ -26,6 +26,13 @@ pub trait Path: Sync {
     /// time of the step: 0 for a straight path.
     fn bend(&self, vertex: u32) -> f64;
 
+    /// Returns the positions of all vertices at time 1, if these are known and all paths straight.
+    ///
+    /// A step of such bodies takes no time for their paths.
+    fn straight_to(&self) -> Option<&[DVec3]> {
+        None
+    }
+
     /// Returns the rigid motion that all vertices follow, if there is one.
     ///
     /// Detection between two such bodies takes their relative motion, and refits no tree.
@@ -90,6 +97,10 @@ impl Path for StraightPath<'_> {
 
     fn bend(&self, _vertex: u32) -> f64 {
         0.0
+    }
+
+    fn straight_to(&self) -> Option<&[DVec3]> {
+        Some(self.to)
     }
 }
 
