@@ -24,12 +24,12 @@ impl Run<'_> {
         crossing: &[PairId],
     ) -> Result<(), ResolveError> {
         let mut shares = vec![1.0; displacements.len()];
-        self.limit_shape(displacements, &mut shares)?;
 
         // Whoever is held back changes the way of its neighbors: swept again.
         let mut changed = vec![true; self.tissues.len()];
         let mut touching = Vec::new();
         for pass in 0.. {
+            self.limit_shape(displacements, &mut shares, &changed)?;
             let ends = self.ends_of_step(displacements, &shares);
             let meetings = self.meetings(&ends, &changed, crossing)?;
             changed.fill(false);
@@ -101,11 +101,13 @@ impl Run<'_> {
         }
     }
 
-    /// Shortens the steps of vertices until no face turns over, and no body crosses itself anew.
+    /// Shortens the steps of vertices of changed bodies until no face turns over, and no body crosses
+    /// itself anew.
     fn limit_shape(
         &mut self,
         displacements: &[DVec3],
         shares: &mut [f64],
+        changed: &[bool],
     ) -> Result<(), Interrupted> {
         let mut parts = Vec::new();
         let (mut displacements, mut shares) = (displacements, shares);
@@ -113,7 +115,8 @@ impl Run<'_> {
             let (d, others) = displacements.split_at(tissue.rest.len());
             let (own, rest) = shares.split_at_mut(tissue.rest.len());
             (displacements, shares) = (others, rest);
-            if !tissue.is_rigid && d.iter().any(|d| *d != DVec3::ZERO) {
+            let is_changed = changed[tissue.id.index()];
+            if is_changed && !tissue.is_rigid && d.iter().any(|d| *d != DVec3::ZERO) {
                 parts.push((tissue, fitted_tree(body), d, own));
             }
         }

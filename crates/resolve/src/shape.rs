@@ -44,7 +44,7 @@ impl Tissue {
         let from = tree.positions().as_slice();
         let turned_before = self.turned_faces(from, 0.0);
         let crossed_before = tree.self_crossings(&mut Workspace::default());
-        for pass in 1..=tuning::MAX_HOLD_PASSES {
+        for pass in 0..=tuning::MAX_HOLD_PASSES {
             let mut x = from.to_vec();
             for (x, (d, share)) in x.iter_mut().zip(d.iter().zip(shares.iter())) {
                 *x += *share * *d;
@@ -61,11 +61,22 @@ impl Tissue {
             if faces.is_empty() {
                 return;
             }
+
+            // With a ring around them, so that the hold does not end steeply.
+            let mut held: Vec<u32> =
+                faces.into_iter().flat_map(|face| self.corners(face)).collect();
+            for i in 0..held.len() {
+                held.extend(self.links(held[i]).iter().map(|link| link.neighbor));
+            }
+            sort_dedup(&mut held);
             let factor = if pass == tuning::MAX_HOLD_PASSES { 0.0 } else { 0.5 };
-            for vertex in faces.into_iter().flat_map(|face| self.corners(face)) {
+            for vertex in held {
                 shares[vertex as usize] *= factor;
             }
         }
+
+        // What is not found by then rests.
+        shares.fill(0.0);
     }
 
     /// Limits strain, and smooths tissue that crosses itself if it `uncrosses`.
