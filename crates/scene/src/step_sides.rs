@@ -10,7 +10,7 @@
 use glam::DVec3;
 use kdop::Workspace;
 use response::{ContactSet, RigidMotion, SurfaceFoot, walk_to_foot};
-use surface::{Contact, ContactSide, Term};
+use surface::{Contact, ContactSide, Term, triangle};
 
 use crate::{Body, BodyId, PairId, Scene, SceneError};
 
@@ -137,6 +137,20 @@ impl SideMemory {
         (foot.height >= 0.0).then_some(foot.face)
     }
 
+    /// Returns true if a face of a soft body looks the other way than at the end of the last step, as
+    /// faces do that a correction has crushed.
+    fn has_turned_over(&self, on: &Body, face: u32) -> bool {
+        let first = on.particles().start;
+        let mut last = [DVec3::ZERO; 3];
+        for (last, corner) in last.iter_mut().zip(on.surface().faces()[face as usize]) {
+            let Some(position) = self.positions.get((first + corner) as usize) else {
+                return false;
+            };
+            *last = *position;
+        }
+        !on.is_rigid() && triangle::normal(last).dot(triangle::normal(on.corners(face))) < 0.0
+    }
+
     /// Brings the trees of bodies in contact to their present state.
     fn fit_trees(&mut self, scene: &mut Scene, contacts: &ContactSet) -> Result<(), SceneError> {
         self.is_wanted.clear();
@@ -172,7 +186,9 @@ impl SideMemory {
         let foot = start.and_then(|face| walk_to_foot(surface, x, face, vertex.p));
         if let Some(foot) = foot {
             let is_behind = foot.height < 0.0 && foot.normal.dot(contact.normal) < 0.0;
-            if is_behind {
+            // A vertex that the detector has outside is behind a face only if that has not turned over.
+            let is_outside = contact.gap >= 0.0 && self.has_turned_over(on, foot.face);
+            if is_behind && !is_outside {
                 *contact = at_foot(on, vertex, &foot, &motion_of(vertex.on));
                 self.present.push(Side { key, face: foot.face });
                 return;
