@@ -56,6 +56,7 @@ pub(crate) fn record<'py>(
         broken_limits.push(dict!(py, {
             name: scene.body(broken.body).name(),
             volume_change: broken.volume_change,
+            max_displacement: broken.max_displacement,
             flipped_faces: broken.flipped_faces,
             self_crossings: broken.self_crossings,
         }));

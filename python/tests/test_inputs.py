@@ -205,7 +205,14 @@ def test_what_a_call_uses_is_refused_to_others():
     used.add("ball", *ball)
     with pytest.raises(StopIteration):
         used.resolve(threads=1, progress=use)
-    other = threading.Thread(target=lambda: pytest.raises(InUseError, used.check))
+    elsewhere = []
+
+    def use_elsewhere() -> None:
+        with pytest.raises(InUseError):
+            used.check()
+        elsewhere.append("refused")
+
+    other = threading.Thread(target=use_elsewhere)
 
     def wait(share: float) -> None:
         other.start()
@@ -214,7 +221,7 @@ def test_what_a_call_uses_is_refused_to_others():
 
     with pytest.raises(StopIteration):
         used.resolve(threads=2, progress=wait)
-    assert len(refusals) == 8 and len(used.check()) > 0
+    assert len(refusals) == 8 and elsewhere == ["refused"] and len(used.check()) > 0
 
 
 def test_a_plan_and_a_step_are_shared_by_no_two_calls():

@@ -49,7 +49,9 @@ struct Figure {
 pub(crate) fn ratios(root: &Path, names: &[&str]) -> TaskResult {
     // Those of the facade need the features that charts do.
     let of_facade = |name: &&str| ["motion", "plan", "resolve", "stability"].contains(name);
-    let needs_charts = names.is_empty() || names.iter().any(of_facade);
+    let crates = if names.first() == Some(&"--only") { names.get(2..) } else { Some(names) };
+    let crates = crates.unwrap_or_default();
+    let needs_charts = crates.is_empty() || crates.iter().any(of_facade);
     let package = if needs_charts { WITH_CHARTS } else { WITHOUT_CHARTS };
     report(&run_benches(root, package, &[&["ratios"], names].concat())?)
 }

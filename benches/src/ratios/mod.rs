@@ -1,6 +1,7 @@
 //! Figures of each crate, held to their bounds.
 
 mod ccd;
+#[cfg(feature = "charts")]
 mod deep_starts;
 mod distance_field;
 mod kdop;

@@ -24,10 +24,10 @@ impl Run<'_> {
         let max_step = tuning::MAX_STEP * self.params.smoothing;
         let depth = self.rounds.first().map_or(0.0, |start| start.max_depth);
         let mut steps = 0;
-        while f64::from(u32::try_from(steps).unwrap_or(u32::MAX)) * max_step < depth {
+        while steps < self.params.max_rounds && f64::from(steps) * max_step < depth {
             steps += 1;
         }
-        steps + tuning::SETTLING_ROUNDS
+        steps as usize + tuning::SETTLING_ROUNDS
     }
 
     /// Computes the displacements of one elastic round.

@@ -25,11 +25,10 @@ struct PairFeatures {
 }
 
 impl Run<'_> {
-    /// Opens the gap of all pairs that do not cross, as far as it goes, if there is one, and rounds
-    /// positions.
+    /// Opens the gap of all pairs that do not cross, as far as it goes, and rounds positions.
     pub(crate) fn open_gaps(&mut self) -> Result<(), ResolveError> {
         if self.params.gap <= 0.0 {
-            return self.round_positions();
+            return Ok(());
         }
         let crossing = self.overlapping_pairs();
         let slack = self.gap_slack();
@@ -226,9 +225,9 @@ impl Run<'_> {
         (outward(pair.a, p) - outward(pair.b, q)).normalize_or_zero()
     }
 
-    /// Rounds the positions of soft bodies to the written precision.
+    /// Rounds the positions of soft bodies to the written precision, if a gap is to hold in it.
     pub(crate) fn round_positions(&mut self) -> Result<(), ResolveError> {
-        if self.params.precision == WrittenPrecision::Double {
+        if self.params.precision == WrittenPrecision::Double || self.params.gap <= 0.0 {
             return Ok(());
         }
         for tissue in self.tissues.iter().filter(|tissue| !tissue.is_rigid) {

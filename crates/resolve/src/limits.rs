@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::resolution::BrokenLimit;
 use crate::run::Run;
 use crate::tissue::Tissue;
-use crate::{ResolveError, tuning};
+use crate::{ResolveError, ResolveParams, tuning};
 
 impl Run<'_> {
     /// Keeps the positions of all bodies, to return to if later ones break a limit.
@@ -44,18 +44,33 @@ impl Run<'_> {
             Ok(())
         })?;
         let mut broken = Vec::new();
-        for Tissue { id, damage, .. } in &self.tissues {
+        let farthest = self.farthest_displacement();
+        for Tissue { id, damage, rest, .. } in &self.tissues {
             let spoilt = damage.flipped_faces + damage.self_crossings > 0;
-            if spoilt || damage.volume_change > self.params.max_volume_change {
+            let x = self.scene.body(*id).positions();
+            let max_displacement =
+                rest.iter().zip(x).map(|(x, y)| x.distance(*y)).fold(0.0, f64::max);
+            if spoilt
+                || damage.volume_change > self.params.max_volume_change
+                || max_displacement > farthest
+            {
                 broken.push(BrokenLimit {
                     body: *id,
                     volume_change: damage.volume_change,
+                    max_displacement,
                     flipped_faces: damage.flipped_faces,
                     self_crossings: damage.self_crossings,
                 });
             }
         }
         Ok(broken)
+    }
+
+    /// Returns the distance beyond which a vertex is displaced rather than freed.
+    fn farthest_displacement(&self) -> f64 {
+        let depth = self.rounds.first().map_or(0.0, |start| start.max_depth);
+        let ResolveParams { gap, smoothing, .. } = self.params;
+        gap + (tuning::MAX_DISPLACEMENT * depth).max(smoothing)
     }
 
     /// Moves soft bodies to a state, or to where they were at the start, and detects contacts.

@@ -20,7 +20,9 @@ pub struct ResolveParams {
     /// Precision to which positions are rounded before distances are proved.
     pub precision: WrittenPrecision,
     /// Largest relative change of a soft body's volume, `> 0`. Where a state changes one more,
-    /// turns a face over or makes a body cross itself anew, the last state that does not is kept.
+    /// turns a face over, makes a body cross itself anew, or moves a vertex by more than three times
+    /// the deepest overlap and by more than the smoothing length, the last state that does not is
+    /// kept.
     pub max_volume_change: f64,
     /// True to keep a state that leaves these limits; they are then listed all the same.
     pub keep_going: bool,

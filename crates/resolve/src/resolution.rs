@@ -185,6 +185,8 @@ pub struct BrokenLimit {
     pub body: BodyId,
     /// Relative change of its volume.
     pub volume_change: f64,
+    /// Largest displacement of a vertex.
+    pub max_displacement: f64,
     /// Number of its faces turned by a right angle or more.
     pub flipped_faces: usize,
     /// Number of pairs of its own faces that cross and did not at the start.

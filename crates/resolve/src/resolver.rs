@@ -1,5 +1,6 @@
 //! Overlap removal of one state, or of one state after another.
 
+use glam::DVec3;
 use scene::Scene;
 use surface::progress::Progress;
 
@@ -91,9 +92,37 @@ impl Resolver {
         scene: &mut Scene,
         progress: Progress<'_>,
     ) -> Result<Resolution, ResolveError> {
-        let carried = if fits(&self.carried, scene) { self.carried.as_slice() } else { &[] };
-        let mut run = Run::new(scene, self.params, &self.conditions, progress)?;
+        let mut carried = std::mem::take(&mut self.carried);
+        if !fits(&carried, scene) {
+            carried.clear();
+        }
+        let rest = soft_positions(scene);
+        let resolution = self.attempt(scene, &carried, progress)?;
+        if resolution.resolved || carried.is_empty() {
+            return Ok(resolution);
+        }
 
+        // Displacements of the last state may lead where no way goes on: then the state by itself
+        // is tried, and the first end taken where that is no better.
+        let (first_carried, first_end) = (std::mem::take(&mut self.carried), soft_positions(scene));
+        move_soft_bodies(scene, &rest)?;
+        let alone = self.attempt(scene, &[], progress)?;
+        if alone.resolved {
+            return Ok(alone);
+        }
+        self.carried = first_carried;
+        move_soft_bodies(scene, &first_end)?;
+        Ok(resolution)
+    }
+
+    /// Removes overlaps from one start, and keeps the displacements to carry on.
+    fn attempt(
+        &mut self,
+        scene: &mut Scene,
+        carried: &[LocalDisplacements],
+        progress: Progress<'_>,
+    ) -> Result<Resolution, ResolveError> {
+        let mut run = Run::new(scene, self.params, &self.conditions, progress)?;
         let result = run.warm_start(carried).and_then(|()| run.complete());
         match &result {
             Ok(_) => self.carried = run.local_displacements(),
@@ -101,4 +130,23 @@ impl Resolver {
         }
         result
     }
+}
+
+/// Returns the positions of all soft bodies, with none for rigid ones.
+fn soft_positions(scene: &Scene) -> Vec<Vec<DVec3>> {
+    let mut positions = Vec::new();
+    for body in scene.bodies() {
+        positions.push(if body.is_rigid() { Vec::new() } else { body.positions().to_vec() });
+    }
+    positions
+}
+
+/// Moves all soft bodies to the positions given for them.
+fn move_soft_bodies(scene: &mut Scene, positions: &[Vec<DVec3>]) -> Result<(), ResolveError> {
+    for (id, x) in scene.ids().zip(positions) {
+        if !scene.body(id).is_rigid() {
+            scene.move_body(id, x)?;
+        }
+    }
+    Ok(())
 }

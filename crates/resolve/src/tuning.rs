@@ -245,6 +245,10 @@ pub(crate) const MAX_HOLD_PASSES: usize = 8;
 /// Stiffness of a tie, relative to the link of a vertex to its neighbors.
 pub(crate) const TIE_STIFFNESS: f64 = 100.0;
 
+/// Largest displacement of a vertex \[the deepest overlap at the start\]. Below, tissue that leaves
+/// sideways around a bone is not freed; above, tissue without room is squeezed out of its place.
+pub(crate) const MAX_DISPLACEMENT: f64 = 3.0;
+
 /// Best states that are kept, to return to where later ones break a limit. Below, the start is
 /// returned to; above, memory grows.
 pub(crate) const MAX_GOOD_STATES: usize = 8;

@@ -60,7 +60,8 @@ impl Represented {
                 let has_followers = inverse_mass[k] > lumped[k];
                 count -= weight * if has_followers { inverse_mass[k] / lumped[k] } else { 1.0 };
                 if has_followers {
-                    deeper += weight * lumped[k] * contact.normal.dot(offsets[k]);
+                    let offset = offsets.get(k).copied().unwrap_or_default();
+                    deeper += weight * lumped[k] * contact.normal.dot(offset);
                 }
             }
         }
@@ -68,9 +69,11 @@ impl Represented {
     }
 
     /// Returns a soft contact as deep as the vertices that it stands for are on average, with as many
-    /// springs; a hard one as it is.
+    /// springs; a hard one as it is, and one that is met on the way, whose gap is a limit.
     pub(crate) fn of_soft(&self, contact: &Contact, material: &Material) -> (Contact, Material) {
-        let Some(spring) = material.spring else { return (*contact, *material) };
+        let Some(spring) = material.spring.filter(|_| contact.time.is_none()) else {
+            return (*contact, *material);
+        };
         let material = Material { spring: Some(spring.times(self.count)), ..*material };
         (Contact { gap: contact.gap - self.deeper, ..*contact }, material)
     }

@@ -521,6 +521,8 @@ class BrokenLimit(Record):
     name: str
     volume_change: float
     """Relative change of its volume."""
+    max_displacement: float
+    """Largest displacement of a vertex."""
     flipped_faces: int
     self_crossings: int
     """Crossing pairs of its own faces that did not cross at the start."""

@@ -43,6 +43,7 @@ struct BrokenRecord {
     body: String,
     /// Relative change of its volume.
     volume_change: f64,
+    max_displacement: f64,
     flipped_faces: usize,
     new_self_crossings: usize,
 }
@@ -303,6 +304,7 @@ impl BrokenRecord {
         Self {
             body: scene.body(broken.body).name().to_owned(),
             volume_change: broken.volume_change,
+            max_displacement: broken.max_displacement,
             flipped_faces: broken.flipped_faces,
             new_self_crossings: broken.self_crossings,
         }
@@ -310,9 +312,10 @@ impl BrokenRecord {
 
     fn text(&self) -> String {
         format!(
-            "{} would leave its limits: volume {:.2} % off, {} turned over, {}",
+            "{} would leave its limits: volume {:.2} % off, moved by {} at most, {} turned over, {}",
             self.body,
             100.0 * self.volume_change.abs(),
+            measure(self.max_displacement),
             counted(self.flipped_faces, "face"),
             counted(self.new_self_crossings, "new self-crossing"),
         )

@@ -37,7 +37,7 @@ pub(crate) struct MeetingTimeRecord {
 impl MeetingTimeRecord {
     /// Writes the time of the contact in frames.
     fn in_frames(&self) -> String {
-        format!("{} + {}", self.frame, fixed(self.fraction, 4))
+        format!("{} + {}", self.frame, fixed((1e4 * self.fraction).floor() * 1e-4, 4))
     }
 }
 
@@ -48,7 +48,10 @@ impl UntilContactDocument {
         let mut table = Table::new([left("pair"), right("frame"), right("time [s]"), left(place)]);
         for record in &self.contacts {
             let MeetingTimeRecord { a, b, time, at, .. } = record;
-            let (at, time) = (at.map(measure).join(", "), time.map(|time| fixed(time, 5)));
+            let (at, time) = (
+                at.map(measure).join(", "),
+                time.map(|time| fixed((1e5 * time).floor() * 1e-5, 5)),
+            );
             let time = time.unwrap_or_else(dash);
             table.row([format!("{a} × {b}"), record.in_frames(), time, at]);
         }

@@ -238,11 +238,12 @@ impl StepDetectors {
             let Some(coarse) = &structures.coarse else { continue };
             let particles = scene.body(id).particles();
             for (vertex, particle) in (0..).zip(particles.clone()) {
-                if coarse.reduced().kept.binary_search(&vertex).is_err() {
+                // Vertices that lead themselves were kept, or have no faces.
+                let leaders = coarse.leaders(vertex);
+                if leaders[0].0 != vertex {
                     let first = particles.start;
                     let term = |(leader, weight)| Term { particle: first + leader, weight };
-                    let leaders = coarse.leaders(vertex).map(term);
-                    followers.push(Follower { particle, leaders });
+                    followers.push(Follower { particle, leaders: leaders.map(term) });
                 }
             }
         }
