@@ -227,7 +227,7 @@ impl Run<'_> {
 
     /// Rounds the positions of soft bodies to the written precision, if a gap is to hold in it.
     pub(crate) fn round_positions(&mut self) -> Result<(), ResolveError> {
-        if self.params.precision == WrittenPrecision::Double || self.params.gap <= 0.0 {
+        if !self.params.rounds_to_single() {
             return Ok(());
         }
         for tissue in self.tissues.iter().filter(|tissue| !tissue.is_rigid) {

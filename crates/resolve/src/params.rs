@@ -106,6 +106,11 @@ impl ResolveParams {
         }
     }
 
+    /// Returns true if positions are rounded to single precision in the end.
+    pub(crate) fn rounds_to_single(&self) -> bool {
+        self.precision == WrittenPrecision::Single && self.gap > 0.0
+    }
+
     /// Checks that all parameters are in their ranges.
     ///
     /// # Errors

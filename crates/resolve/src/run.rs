@@ -63,6 +63,9 @@ impl<'a> Run<'a> {
         let mut tissues = Tissue::of_bodies(scene, start)?;
         conditions.fix(&mut tissues)?;
         conditions.stiffen(scene, &mut tissues)?;
+        for tissue in &mut tissues {
+            tissue.is_written_single = params.rounds_to_single();
+        }
         let tied = conditions.tied_pairs();
         let tie_bonds = conditions.tie_bonds(scene, &tissues)?;
         let mut inverse_masses = Vec::new();

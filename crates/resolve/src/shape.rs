@@ -7,6 +7,7 @@ use proximity::SurfaceTree;
 use surface::progress::{Interrupted, Progress};
 use surface::triangle;
 
+use crate::gap_rounds::rounded_to_single;
 use crate::tissue::{Damage, Tissue};
 use crate::tuning;
 
@@ -19,7 +20,7 @@ impl Tissue {
         let flipped_faces = self.count_flipped(x);
         let mut self_crossings = self.damage.self_crossings;
         if counts_crossings {
-            self_crossings = count_new_self_crossings(tree, &self.rest);
+            self_crossings = self.count_new_self_crossings(tree);
         }
         self.damage = Damage { flipped_faces, volume_change, self_crossings };
     }
@@ -43,12 +44,13 @@ impl Tissue {
     pub(crate) fn limit_step(&self, tree: &SurfaceTree, d: &[DVec3], shares: &mut [f64]) {
         let from = tree.positions().as_slice();
         let turned_before = self.turned_faces(from, 0.0);
-        let crossed_before = tree.self_crossings(&mut Workspace::default());
+        let crossed_before = self.self_crossings(tree);
         for pass in 0..=tuning::MAX_HOLD_PASSES {
             let mut x = from.to_vec();
             for (x, (d, share)) in x.iter_mut().zip(d.iter().zip(shares.iter())) {
                 *x += *share * *d;
             }
+            let x = self.written(x);
 
             // Faces that were turned or crossed before hold nobody back.
             let mut faces = self.turned_faces(&x, 0.0);
@@ -131,7 +133,7 @@ impl Tissue {
     ) -> Result<(), Interrupted> {
         // The corners of crossing faces, and some rings of vertices around them.
         let mut vertices = Vec::new();
-        for face in self_crossings_at(x, tree).into_iter().flatten() {
+        for face in self_crossings_at(&self.written(x.to_vec()), tree).into_iter().flatten() {
             vertices.extend(self.corners(face));
         }
         for _ in 0..tuning::UNCROSSING_RINGS {
@@ -259,6 +261,30 @@ impl Tissue {
         }
     }
 
+    /// Returns positions as they are written.
+    fn written(&self, x: Vec<DVec3>) -> Vec<DVec3> {
+        if self.is_written_single { rounded_to_single(&x) } else { x }
+    }
+
+    /// Finds the pairs of the body's own faces that cross where they are written.
+    fn self_crossings(&self, tree: &SurfaceTree) -> Vec<[u32; 2]> {
+        if self.is_written_single {
+            self_crossings_at(&rounded_to_single(tree.positions().as_slice()), tree)
+        } else {
+            tree.self_crossings(&mut Workspace::default())
+        }
+    }
+
+    /// Counts the pairs of the body's own faces that cross where they are written, and did not at
+    /// rest.
+    fn count_new_self_crossings(&self, tree: &SurfaceTree) -> usize {
+        if tree.positions().as_slice() == self.rest {
+            return 0;
+        }
+        let now = self.self_crossings(tree).len();
+        if now == 0 { 0 } else { now.saturating_sub(self_crossings_at(&self.rest, tree).len()) }
+    }
+
     /// Moves each vertex halfway to its equilibrium with its links.
     fn smooth(&self, vertices: &[u32], x: &mut [DVec3]) {
         for &vertex in vertices {
@@ -278,15 +304,6 @@ pub(crate) fn self_crossings_at(x: &[DVec3], tree: &SurfaceTree) -> Vec<[u32; 2]
         Ok(()) => moved.self_crossings(&mut Workspace::default()),
         Err(_) => Vec::new(),
     }
-}
-
-/// Counts the pairs of a body's own faces that cross and did not at rest.
-fn count_new_self_crossings(tree: &SurfaceTree, rest: &[DVec3]) -> usize {
-    if tree.positions().as_slice() == rest {
-        return 0;
-    }
-    let now = tree.self_crossings(&mut Workspace::default()).len();
-    if now == 0 { 0 } else { now.saturating_sub(self_crossings_at(rest, tree).len()) }
 }
 
 /// Returns the positions of a face's corners.
@@ -389,6 +406,43 @@ mod tests {
         let x: Vec<DVec3> = (0..d.len()).map(taken).collect();
         assert_eq!(tissue.count_flipped(&x) + self_crossings_at(&x, tree).len(), 0);
         assert!(shares[far] >= 1.0 && shares.iter().any(|share| *share < 1.0));
+    }
+
+    #[test]
+    fn a_step_is_held_back_where_the_body_would_cross_itself_in_single_precision() {
+        // So far from the origin that coordinates are rounded to 64ths.
+        let middle = f64::from(1 << 17);
+        let mut ellipsoid = shapes::ellipsoid(DVec3::new(12.0, 12.0, 2.0), 3);
+        for (number, x) in (0..).zip(&mut ellipsoid.positions) {
+            *x += middle + 0.02 * f64::sin(7.0 * f64::from(number)) * DVec3::Z;
+        }
+        let (scene, mut tissue) = planted(ellipsoid);
+        tissue.is_written_single = true;
+        let tree = fitted_tree(&scene.bodies()[0]);
+
+        let mut crossed_by_rounding = 0;
+        for step in 0..20 {
+            let mut d = vec![DVec3::ZERO; tissue.rest.len()];
+            for (number, (d, rest)) in (0..).zip(d.iter_mut().zip(&tissue.rest)) {
+                let jitter = 0.02 * f64::sin(f64::from(11 * number + step));
+                let from_middle = *rest - middle;
+                if from_middle.z > 0.0 && from_middle.truncate().length() < 3.0 {
+                    *d = DVec3::new(0.4, 0.2, jitter - 3.925);
+                }
+            }
+            let ends = |shares: &[f64]| -> Vec<DVec3> {
+                (0..d.len()).map(|v| tissue.rest[v] + shares[v] * d[v]).collect()
+            };
+            let crossings = |x: &[DVec3]| self_crossings_at(x, tree).len();
+
+            let mut shares = vec![1.0; d.len()];
+            let whole = ends(&shares);
+            let crosses_rounded = crossings(&rounded_to_single(&whole)) > 0;
+            crossed_by_rounding += u32::from(crossings(&whole) == 0 && crosses_rounded);
+            tissue.limit_step(tree, &d, &mut shares);
+            assert_eq!(crossings(&rounded_to_single(&ends(&shares))), 0, "step {step}");
+        }
+        assert!(crossed_by_rounding > 0, "some steps cross by rounding alone");
     }
 
     #[test]

@@ -30,6 +30,8 @@ pub(crate) struct Tissue {
     pub(crate) is_fixed: Vec<bool>,
     /// Factor on the mass and on the elastic energy.
     pub(crate) stiffness: f64,
+    /// True where positions are rounded to single precision in the end.
+    pub(crate) is_written_single: bool,
     /// Mean length of the edges at rest.
     pub(crate) mean_edge: f64,
     /// Signed volume at rest; `None` where the body has no inside.
@@ -101,6 +103,7 @@ impl Tissue {
             areas: vertex_areas(surface.faces(), x),
             is_fixed: Vec::new(),
             stiffness: 1.0,
+            is_written_single: false,
             mean_edge: mean_edge(&surface, tree.positions()),
             volume: None,
             links: links(surface.edges(), x),
