@@ -114,7 +114,7 @@ impl CoarseMap {
 
         // Other vertices are no farther out than the kept ones and η.
         let shift = max_squared.sqrt();
-        shift + rounding(kept) + ROUNDINGS * f64::EPSILON * shift
+        shift + rounding(kept.iter()) + ROUNDINGS * f64::EPSILON * shift
     }
 
     /// Returns its memory, in bytes.
@@ -126,9 +126,9 @@ impl CoarseMap {
 }
 
 /// Returns a bound on the rounding of shifts between points no farther out than some vertices.
-pub(crate) fn rounding(kept: &[DVec3]) -> f64 {
+pub(crate) fn rounding<'a>(vertices: impl Iterator<Item = &'a DVec3>) -> f64 {
     let mut size = DVec3::ZERO;
-    for p in kept {
+    for p in vertices {
         size = size.max(p.abs());
     }
     ROUNDINGS * f64::EPSILON * size.max_element()

@@ -107,9 +107,9 @@ impl CoarseSurface {
         Ok(())
     }
 
-    /// Moves it to positions that the full surface has reached as one body, by turns and shifts,
-    /// from those at which its deviation was bounded last. The deviation is then the same but for
-    /// rounding: this takes the time of the reduced surface alone.
+    /// Moves it to positions that the full surface has reached as one body, by a turn and a shift of
+    /// `reference`, as those at which its deviation was bounded last. The deviation is then the same
+    /// but for rounding: this takes the time of the reduced surface alone.
     ///
     /// # Errors
     ///
@@ -118,10 +118,18 @@ impl CoarseSurface {
     /// # Panics
     ///
     /// As [`follow`](Self::follow).
-    pub fn follow_rigidly(&mut self, full: &[DVec3]) -> Result<(), ProximityError> {
+    pub fn follow_rigidly(
+        &mut self,
+        full: &[DVec3],
+        reference: &[DVec3],
+    ) -> Result<(), ProximityError> {
         self.move_to(full)?;
-        let kept = self.tree.positions().as_slice();
-        self.deviation = self.deviation_at_bound + coarse_map::rounding(kept);
+
+        // Both poses were rounded at the size of the reference, which may be far from them.
+        let kept = self.tree.positions().as_slice().iter();
+        let of_kept = self.reduced.kept.iter().map(|&vertex| &reference[vertex as usize]);
+        let rounding = coarse_map::rounding(kept.chain(of_kept));
+        self.deviation = self.deviation_at_bound + 2.0 * rounding;
         Ok(())
     }
 

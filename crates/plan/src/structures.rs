@@ -329,13 +329,12 @@ impl BodyStructures {
         }
         if let Some(coarse) = &mut self.coarse {
             // A pose keeps the shape, whose deviation was bounded at the first one.
-            let has_pose = body.pose().is_some();
-            if has_pose && self.had_pose {
-                coarse.follow_rigidly(body.positions())?;
-            } else {
-                coarse.follow(body.positions())?;
+            let reference = body.reference().filter(|_| body.pose().is_some());
+            match reference.filter(|_| self.had_pose) {
+                Some(reference) => coarse.follow_rigidly(body.positions(), reference)?,
+                None => coarse.follow(body.positions())?,
             }
-            self.had_pose = has_pose;
+            self.had_pose = reference.is_some();
         }
         if let Some(medial) = &mut self.medial {
             medial.follow(body.checked_positions())?;

@@ -40,6 +40,8 @@ pub struct LazySurfaceTree {
     /// Bounds of the faces at the end of the last step that was fitted, in the arrangement of the
     /// tree.
     end_tree: Option<Tree>,
+    /// True if that step begins at the present positions.
+    has_step: bool,
 }
 
 /// State of a lazy tree.
@@ -211,7 +213,7 @@ impl LazySurfaceTree {
             tree: Tree::default(),
             surface,
         };
-        Ok(Self { inner, fit: Fit::Unbuilt, end_tree: None })
+        Ok(Self { inner, fit: Fit::Unbuilt, end_tree: None, has_step: false })
     }
 
     /// Declares the surface open: nothing is inside it, whatever its edges say.
@@ -233,6 +235,7 @@ impl LazySurfaceTree {
         positions: impl Iterator<Item = DVec3> + Clone,
     ) -> Result<(), SurfaceError> {
         self.inner.positions.overwrite(positions)?;
+        self.has_step = false;
         if self.fit == Fit::Current {
             self.fit = Fit::Stale;
         }
@@ -296,27 +299,18 @@ impl LazySurfaceTree {
     ///
     /// As [`fit`](Self::fit), and [`TreeError::WrongLength`] where `end` is of another surface.
     pub fn fit_step(&mut self, end: Positions<'_>) -> Result<(), TreeError> {
-        // A tree that has become loose is built anew by `fit` only: within steps its arrangement
-        // stays.
-        let SurfaceTree { positions, tree, .. } = &mut self.inner;
-        match self.fit {
-            Fit::Current => {}
-            Fit::Stale => tree.refit(positions.as_positions().as_slice())?,
-            Fit::Unbuilt => {
-                self.fit()?;
-            }
-        }
-        self.fit = Fit::Current;
-
+        self.fit()?;
         let tree = &self.inner.tree;
-        self.end_tree.get_or_insert_with(|| tree.clone()).refit(end.as_slice())
+        self.end_tree.get_or_insert_with(|| tree.clone()).refit(end.as_slice())?;
+        self.has_step = true;
+        Ok(())
     }
 
-    /// Returns the bounds over the last step that was [fitted](Self::fit_step), where the surface tree
-    /// is up to date.
+    /// Returns the bounds over the last step that was [fitted](Self::fit_step); `None` after a move.
     #[must_use]
     pub fn step_tree(&self) -> Option<StepTree<'_>> {
-        StepTree::new(self.fitted()?.tree(), self.end_tree.as_ref()?)
+        let end_tree = self.end_tree.as_ref().filter(|_| self.has_step);
+        StepTree::new(self.fitted()?.tree(), end_tree?)
     }
 
     /// Returns the surface tree where it is up to date; `None` before the first

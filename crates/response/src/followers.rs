@@ -151,28 +151,38 @@ impl Followers {
         }
     }
 
-    /// Sums, per particle, the offsets of its followers from where their leaders are, times their
-    /// masses and weights.
+    /// Computes the offset of each follower from where its leaders are.
+    pub(crate) fn compute_offsets(&self, x: &[DVec3], offsets: &mut Vec<DVec3>) {
+        offsets.clear();
+        for Follower { particle, leaders } in &self.0 {
+            let mut offset = x[*particle as usize];
+            for leader in leaders {
+                offset -= leader.weight * x[leader.particle as usize];
+            }
+            offsets.push(offset);
+        }
+    }
+
+    /// Sums, per particle, the offsets of those that follow it, times their masses and weights.
     pub(crate) fn sum_offsets(
         &self,
         inverse_mass: &[f64],
         follows: &[bool],
-        x: &[DVec3],
+        offsets: &[DVec3],
         sums: &mut Vec<DVec3>,
     ) {
         sums.clear();
         if self.0.is_empty() {
             return;
         }
-        sums.resize(x.len(), DVec3::ZERO);
-        for Follower { particle, leaders } in self.following(follows) {
-            let mut offset = x[*particle as usize];
-            for leader in leaders {
-                offset -= leader.weight * x[leader.particle as usize];
+        sums.resize(inverse_mass.len(), DVec3::ZERO);
+        for (Follower { particle, leaders }, offset) in self.0.iter().zip(offsets) {
+            if !follows[*particle as usize] {
+                continue;
             }
             let mass = inverse_mass[*particle as usize].recip();
             for leader in leaders {
-                sums[leader.particle as usize] += leader.weight * mass * offset;
+                sums[leader.particle as usize] += leader.weight * mass * *offset;
             }
         }
     }

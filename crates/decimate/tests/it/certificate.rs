@@ -183,6 +183,32 @@ fn a_bend_of_a_long_body_hardly_changes_its_deviation() {
     assert!((coarse.deviation() - coarse.reduced().deviation).abs() <= 1e-12);
 }
 
+/// A body far from the origin is turned and brought back to it: its shape is rounded where it was, not
+/// where it is.
+#[test]
+fn a_pose_is_rounded_at_the_size_of_its_reference() {
+    let ball = shapes::icosphere(10.0, 3);
+    let far = ball.clone().translated(DVec3::splat(1e6));
+    let mut followed = coarse(&ball, reduced(&ball, 0.5));
+    let mut bounded = followed.clone();
+    let mut grown = 0;
+    for number in 0..20 {
+        let turn =
+            arithmetic::rotation(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.04 * f64::from(number));
+        let center = DVec3::splat(1e6);
+        let posed: Vec<DVec3> = far.positions.iter().map(|p| turn * *p - turn * center).collect();
+        if number == 0 {
+            followed.follow(&posed).expect("finite positions");
+        }
+        followed.follow_rigidly(&posed, &far.positions).expect("finite positions");
+        bounded.follow(&posed).expect("finite positions");
+        assert!(bounded.deviation() <= followed.deviation(), "{number}");
+        grown += usize::from(bounded.deviation() > followed.reduced().deviation + 1e-11);
+    }
+    assert!(grown > 0, "rounding shows");
+    assert!(followed.deviation() < followed.reduced().deviation + 1e-7);
+}
+
 /// The deviation bounds more than distances, and is hardly larger.
 #[test]
 fn deviations_are_tight() {

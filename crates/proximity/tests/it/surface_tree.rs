@@ -176,4 +176,16 @@ fn trees_are_built_anew_where_they_have_become_loose() {
     lazy.fit_step(surface.positions(&end).expect("finite")).expect("a step");
     let step = lazy.step_tree().expect("the arrangement of the new tree");
     assert_eq!(step.start().leaf_count(), mesh.faces.len());
+
+    // So it is where steps alone are taken. After a move there is no step.
+    let mut lazy = LazySurfaceTree::new(surface.clone(), mesh.positions.clone()).expect("finite");
+    lazy.fit().expect("a tree");
+    lazy.set_positions(moved.iter().copied()).expect("finite");
+    lazy.fit_step(surface.positions(&end).expect("finite")).expect("a step");
+    let looseness = lazy.fitted().expect("a tree").tree().looseness();
+    assert!((looseness - 1.0).abs() < 1e-12, "{looseness}");
+    assert!(lazy.step_tree().is_some());
+    lazy.set_positions(mesh.positions.iter().copied()).expect("finite");
+    lazy.fit().expect("a tree");
+    assert!(lazy.step_tree().is_none(), "its start is not where the surface is");
 }

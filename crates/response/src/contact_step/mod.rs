@@ -125,8 +125,10 @@ pub struct ContactStep {
     lumped: Vec<f64>,
     /// Vertices that each contact stands for.
     represented: Vec<Represented>,
-    /// Offsets of followers, summed per leader.
+    /// Offset of each follower, at the positions as detected last.
     offsets: Vec<DVec3>,
+    /// Offsets of particles that follow, summed per leader.
+    offset_sums: Vec<DVec3>,
     /// Displacements, or velocities before a correction.
     displacements: Vec<DVec3>,
     /// Velocities after the move.
@@ -246,9 +248,7 @@ impl ContactStep {
             &self.combinations,
             |_, contact, material| Ok(Some((*contact, material.position_row(contact)?))),
         )?;
-        let Self { followers, follows, offsets, .. } = self;
-        followers.mark(inverse_mass, &self.contacts, follows);
-        followers.sum_offsets(inverse_mass, follows, x, offsets);
+        self.followers.compute_offsets(x, &mut self.offsets);
         self.weigh(inverse_mass);
         Ok(())
     }
@@ -256,12 +256,13 @@ impl ContactStep {
     /// Computes the masses of particles with those that follow them, and the vertices that contacts
     /// stand for.
     fn weigh(&mut self, inverse_mass: &[f64]) {
-        self.followers.mark(inverse_mass, &self.contacts, &mut self.follows);
-        self.followers.lump(inverse_mass, &self.follows, &mut self.lumped);
+        let Self { followers, contacts, follows, lumped, offsets, offset_sums, .. } = self;
+        followers.mark(inverse_mass, contacts, follows);
+        followers.lump(inverse_mass, follows, lumped);
+        followers.sum_offsets(inverse_mass, follows, offsets, offset_sums);
         self.represented.clear();
-        for contact in self.contacts.contacts() {
-            let of_contact = Represented::of(contact, inverse_mass, &self.lumped, &self.offsets);
-            self.represented.push(of_contact);
+        for contact in contacts.contacts() {
+            self.represented.push(Represented::of(contact, inverse_mass, lumped, offset_sums));
         }
     }
 

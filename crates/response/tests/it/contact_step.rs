@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 use response::{
-    ContactSet, ContactStep, Follower, Followers, ParticleLoads, ParticleStates, ResponseError,
-    RigidMotion, SolverParams, StepLength, StepParams, StepReport,
+    ContactSet, ContactStep, Follower, Followers, Material, ParticleLoads, ParticleStates,
+    ResponseError, RigidMotion, SolverParams, SpringDamper, StepLength, StepParams, StepReport,
 };
+use surface::Contact;
 
 use crate::common::{self, material, momentum_residual, on_plane, stacked, tower};
 
@@ -164,6 +165,39 @@ fn followers_move_with_their_leaders_and_count_with_their_mass() {
     let particles =
         ParticleStates { x: &mut x, v: &mut v, loads: ParticleLoads::None, inverse_mass: &w };
     assert!(step.correct(particles, &params(), detect).is_err());
+}
+
+/// A follower that is met on the way follows no more: its leader's soft contact stands for the others
+/// alone, in depth and in number.
+#[test]
+fn followers_met_on_the_way_no_longer_count() {
+    let spring = SpringDamper::new(1e3, 1.0).expect("in range");
+    let soft = Material { spring: Some(spring), ..material(0.0) };
+    let moved = |following: &[u32]| {
+        let leaders = [(0, 1.0), (3, 0.0), (3, 0.0)].map(|(k, weight)| common::term(k, weight));
+        let followers = following.iter().map(|&particle| Follower { particle, leaders }).collect();
+        let mut step = ContactStep::default();
+        step.set_followers(Followers::new(followers).expect("valid"));
+        let mut x = [-0.1, 0.4, -0.2, 0.0].map(|z| DVec3::Z * z);
+        let mut v = [-1.0, -1000.0, -1.0, 0.0].map(|z| DVec3::Z * z);
+        let w = [1.0; 4];
+        let detect = |x: &[DVec3], contacts: &mut ContactSet| {
+            contacts.add(0, &soft, &RigidMotion::default(), &[on_plane(0, x[0], DVec3::Z)]);
+            Ok::<(), ResponseError>(())
+        };
+        let loads = ParticleLoads::None;
+        let particles = ParticleStates { x: &mut x, v: &mut v, loads, inverse_mass: &w };
+        let mut report = step.correct(particles, &params(), detect).expect("valid");
+        let met = Contact { time: Some(0.5), ..on_plane(1, x[1], DVec3::Z) };
+        let sweep = |_: &[DVec3], contacts: &mut ContactSet| {
+            contacts.add(1, &material(0.0), &RigidMotion::default(), &[met]);
+            Ok::<(), ResponseError>(())
+        };
+        let swept = step.correct_swept(&mut v, &w, &params(), &mut report, sweep).expect("valid");
+        assert_eq!(swept.contacts, 1);
+        v
+    };
+    assert_eq!(moved(&[1, 2]), moved(&[2]));
 }
 
 /// A particle in a groove of 20°, of which each detection finds the deeper side: pushed out of one,
