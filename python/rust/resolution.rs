@@ -21,6 +21,7 @@ pub(crate) fn record<'py>(
             displacements: point_array(py, &change.displacements),
             moved: change.moved,
             max_displacement: change.max_displacement,
+            strain: change.strain,
             volume_ratio: change.volume_ratio,
             flipped_faces: change.flipped_faces,
             self_crossings: (change.self_crossings[0], change.self_crossings[1]),
@@ -51,12 +52,18 @@ pub(crate) fn record<'py>(
         }));
     }
 
+    let mut self_overlaps = Vec::new();
+    for body in &found.self_overlaps {
+        self_overlaps.push(scene.body(*body).name());
+    }
+
     let mut broken_limits = Vec::new();
     for broken in &found.broken_limits {
         broken_limits.push(dict!(py, {
             name: scene.body(broken.body).name(),
             volume_change: broken.volume_change,
             max_displacement: broken.max_displacement,
+            strain: broken.strain,
             flipped_faces: broken.flipped_faces,
             self_crossings: broken.self_crossings,
         }));
@@ -76,5 +83,6 @@ pub(crate) fn record<'py>(
         gap: found.gap.gap,
         short_gaps: short_gaps,
         broken_limits: broken_limits,
+        self_overlaps: self_overlaps,
     }))
 }

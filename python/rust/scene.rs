@@ -4,7 +4,7 @@ use std::sync::MutexGuard;
 
 use musculo_collide::ccd::CcdParams;
 use musculo_collide::{
-    BodyId, BodyKind, CheckParams, Conditions, FixedVertices, JointContactParams, PairId, PathMove,
+    BodyId, BodyKind, BodyStiffness, CheckParams, Conditions, FixedVertices, JointContactParams, PairId, PathMove,
     ResolveParams, Resolver, Tie,
 };
 use numpy::PyArray2;
@@ -20,9 +20,19 @@ use crate::motion::{Motion, Placement};
 use crate::{record, resolution};
 
 /// Settings of overlap removal, in the order in which Python gives them: smoothing, tolerance, gap,
-/// rounds, change of volumes, and whether broken limits are kept.
+/// rounds, change of volumes, strain, and whether broken limits are kept.
 #[derive(Debug, FromPyObject)]
-struct ResolveSettings(f64, Option<f64>, f64, i64, f64, bool);
+struct ResolveSettings(f64, Option<f64>, f64, i64, f64, f64, bool);
+
+/// Conditions of overlap removal by the names of bodies: vertices that stay, ties with their
+/// distances, stiffnesses, and bodies to be uncrossed.
+#[derive(Debug, FromPyObject)]
+struct NamedConditions(
+    Vec<(String, Vec<u32>)>,
+    Vec<(String, String, f64)>,
+    Vec<(String, f64)>,
+    Vec<String>,
+);
 
 /// Bodies of a scene, with the native calls on them.
 #[pyclass(frozen, subclass, module = "musculo_collide._native")]
@@ -199,18 +209,17 @@ impl Scene {
     }
 
     /// Pushes overlapping bodies apart, as the settings say and where the conditions allow.
-    #[pyo3(signature = (settings, fixed, ties, threads, progress))]
+    #[pyo3(signature = (settings, conditions, threads, progress))]
     fn _resolve<'py>(
         &self,
         py: Python<'py>,
         settings: ResolveSettings,
-        fixed: Vec<(String, Vec<u32>)>,
-        ties: Vec<(String, String, f64)>,
+        conditions: NamedConditions,
         threads: Option<i64>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let mut held = self.hold()?;
-        let conditions = held.conditions(fixed, ties)?;
+        let conditions = held.conditions(conditions)?;
         let resolver = Resolver::new(settings.params()?).map_err(refused)?;
         let mut resolver = resolver.with_conditions(conditions);
         let scene = &mut held.scene;
@@ -238,11 +247,8 @@ impl Bodies {
     }
 
     /// Finds the bodies that conditions of overlap removal name.
-    fn conditions(
-        &self,
-        fixed: Vec<(String, Vec<u32>)>,
-        ties: Vec<(String, String, f64)>,
-    ) -> PyResult<Conditions> {
+    fn conditions(&self, conditions: NamedConditions) -> PyResult<Conditions> {
+        let NamedConditions(fixed, ties, stiffnesses, uncrossed) = conditions;
         let mut conditions = Conditions::default();
         for (name, vertices) in fixed {
             let body = self.find(&name)?;
@@ -256,6 +262,12 @@ impl Bodies {
             // The first body follows the second: the order counts.
             self.pair(&a, &b)?;
             conditions.ties.push(Tie { bodies: [self.find(&a)?, self.find(&b)?], distance });
+        }
+        for (name, factor) in stiffnesses {
+            conditions.stiffnesses.push(BodyStiffness { body: self.find(&name)?, factor });
+        }
+        for name in uncrossed {
+            conditions.uncrossed.push(self.find(&name)?);
         }
         Ok(conditions)
     }
@@ -271,10 +283,16 @@ impl Bodies {
 
 impl ResolveSettings {
     fn params(&self) -> PyResult<ResolveParams> {
-        let &Self(smoothing, tolerance, gap, max_rounds, max_volume_change, keep_going) = self;
+        let &Self(smoothing, tolerance, gap, rounds, max_volume_change, max_strain, keep_going) = self;
         let default = ResolveParams::with_smoothing(smoothing);
-        let tolerance = tolerance.unwrap_or(default.tolerance);
-        let max_rounds = count(max_rounds, "max_rounds")?;
-        Ok(ResolveParams { tolerance, gap, max_rounds, max_volume_change, keep_going, ..default })
+        Ok(ResolveParams {
+            tolerance: tolerance.unwrap_or(default.tolerance),
+            gap,
+            max_rounds: count(rounds, "max_rounds")?,
+            max_volume_change,
+            max_strain,
+            keep_going,
+            ..default
+        })
     }
 }

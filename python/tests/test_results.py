@@ -51,6 +51,15 @@ def test_results_are_values_and_have_a_table_and_html(results):
         assert len({len(column) for column in table.values()}) == 1, kind
 
 
+def test_tables_hold_pairs_of_counts(two_boxes):
+    total = two_boxes.check()[0].overlap.total
+    assert [total.to_table()[f"inside_vertices.{side}"][0] for side in "ab"] == list(total.inside_vertices)
+    resolution = two_boxes.resolve()
+    columns = resolution.to_table()
+    for i, when in enumerate(("before", "after")):
+        assert list(columns[f"self_crossings.{when}"]) == [body.self_crossings[i] for body in resolution.bodies]
+
+
 @pytest.mark.parametrize("package", ["pandas", "polars"])
 def test_frames_take_tables_as_they_are(results, package):
     module = pytest.importorskip(package)

@@ -143,6 +143,17 @@ def test_fixed_vertices_stay_where_they_are():
             scene.resolve(fixed=fixed)
 
 
+def test_stiff_bodies_yield_less():
+    def displacements(stiffness: float) -> list[float]:
+        scene = Scene()
+        scene.add("soft", *sphere((0, 0, 0), 10, 16))
+        scene.add("stiff", *sphere((0, 0, 18.5), 10, 16))
+        return [body.max_displacement for body in scene.resolve(stiffnesses={"stiff": stiffness}).bodies]
+
+    (soft, other), (softer, stiff) = displacements(1.0), displacements(4.0)
+    assert softer > soft and stiff < 0.7 * other
+
+
 def test_tied_bodies_move_together():
     apart, tied = pressed_muscle(), pressed_muscle()
     assert apart.resolve(smoothing=40.0, gap=0.5).resolved

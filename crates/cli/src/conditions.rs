@@ -23,10 +23,14 @@ impl LoadedScene {
         }
 
         for description in &self.description.bodies {
-            if let Some(factor) = description.stiffness {
-                let body = self.body_id(&description.name)?;
+            if let Some(stiffness) = &description.stiffness {
+                let (body, factor) = (self.body_id(&description.name)?, *stiffness.get_ref());
                 conditions.stiffnesses.push(BodyStiffness { body, factor });
             }
+        }
+
+        for description in self.description.bodies.iter().filter(|body| body.uncross) {
+            conditions.uncrossed.push(self.body_id(&description.name)?);
         }
 
         // A selection of no vertex would hold nothing: it is an error, not an empty condition.

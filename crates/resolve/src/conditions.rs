@@ -1,4 +1,5 @@
-//! Conditions of a scene: vertices that follow another body, fixed ones, and stiffnesses.
+//! Conditions of a scene: vertices that follow another body, fixed ones, stiffnesses, and bodies to be
+//! uncrossed.
 //!
 //! Vertices of the first body of a tie within its distance of the second one follow their closest
 //! points on it, as they were at the start. Where the first body is rigid, vertices of the second
@@ -8,6 +9,7 @@ use kdop::Workspace;
 use response::positive;
 use scene::{BodyId, PairId, Scene};
 
+use crate::self_contacts::SelfSurface;
 use crate::tissue::{Tissue, fitted_tree};
 use crate::{BodyStiffness, Conditions, ResolveError, Tie};
 
@@ -49,6 +51,28 @@ impl Conditions {
             scene.get(*body)?;
             positive("stiffness", *factor)?;
             tissues[body.index()].stiffness = *factor;
+        }
+        Ok(())
+    }
+
+    /// Marks the bodies that are to be uncrossed. The trees of all bodies are up to date.
+    pub(crate) fn uncross(
+        &self,
+        scene: &Scene,
+        tissues: &mut [Tissue],
+    ) -> Result<(), ResolveError> {
+        for id in &self.uncrossed {
+            let body = scene.get(*id)?;
+            let (tree, tissue) = (fitted_tree(body), &mut tissues[id.index()]);
+            tree.has_winding_number().map_err(|source| {
+                let name = body.name().to_owned();
+                ResolveError::NoInside { name, source }
+            })?;
+            let crossings = tree.self_crossings(&mut Workspace::default()).len();
+            if crossings > 0 {
+                tissue.is_inside_itself = SelfSurface::new(tissue, tree).inside();
+            }
+            tissue.crossings_to_resolve = Some(crossings);
         }
         Ok(())
     }

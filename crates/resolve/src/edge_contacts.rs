@@ -19,14 +19,37 @@ pub(crate) fn edge_contacts(scene: &Scene, report: &PairReport) -> Vec<Contact> 
     // A contact has one anchor at most: of two rigid bodies, the second.
     let [a, b] = [scene.body(report.pair.a), scene.body(report.pair.b)];
     let [a_is_anchor, b_is_anchor] = [a.is_rigid() && !b.is_rigid(), b.is_rigid()];
-    let a = CrossingBody::new(a, &report.a_against_b, a_is_anchor);
-    let b = CrossingBody::new(b, &report.b_against_a, b_is_anchor);
+    let a = CrossingBody::new(a, inside(a, &report.a_against_b), a_is_anchor);
+    let b = CrossingBody::new(b, inside(b, &report.b_against_a), b_is_anchor);
 
     let mut contacts = Vec::new();
     for &faces in &report.crossing_faces {
         contacts.extend(contact(&a, &b, faces));
     }
     contacts
+}
+
+/// Finds the contacts of a body's own faces that cross without a vertex inside.
+pub(crate) fn self_edge_contacts(
+    body: &Body,
+    is_inside: Vec<bool>,
+    crossing_faces: &[[u32; 2]],
+) -> Vec<Contact> {
+    let own = CrossingBody::new(body, is_inside, false);
+    let mut contacts = Vec::new();
+    for &faces in crossing_faces {
+        contacts.extend(contact(&own, &own, faces));
+    }
+    contacts
+}
+
+/// Marks the vertices of a body that are inside another, |V|.
+fn inside(body: &Body, report: &VertexReport) -> Vec<bool> {
+    let mut is_inside = vec![false; body.positions().len()];
+    for near in &report.near {
+        is_inside[near.vertex as usize] = near.gap < 0.0;
+    }
+    is_inside
 }
 
 /// Makes the contact of two crossing faces; `None` where one has a vertex inside, or where no
@@ -47,7 +70,7 @@ fn contact(a: &CrossingBody<'_>, b: &CrossingBody<'_>, faces: [u32; 2]) -> Optio
 /// One body of a pair whose faces cross.
 struct CrossingBody<'a> {
     body: &'a Body,
-    /// Vertices inside the other body, |V|.
+    /// True for vertices inside the other body, |V|.
     is_inside: Vec<bool>,
     /// Vertex normals, |V|.
     normals: Vec<DVec3>,
@@ -56,11 +79,7 @@ struct CrossingBody<'a> {
 }
 
 impl<'a> CrossingBody<'a> {
-    fn new(body: &'a Body, report: &VertexReport, is_anchor: bool) -> Self {
-        let mut is_inside = vec![false; body.positions().len()];
-        for near in &report.near {
-            is_inside[near.vertex as usize] = near.gap < 0.0;
-        }
+    fn new(body: &'a Body, is_inside: Vec<bool>, is_anchor: bool) -> Self {
         let normals = vertex_normals(body.surface().faces(), body.positions());
         Self { body, is_inside, normals, is_anchor }
     }

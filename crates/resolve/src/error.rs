@@ -1,6 +1,6 @@
 //! Errors of overlap removal.
 
-use proximity::ProximityError;
+use proximity::{NoInside, ProximityError};
 use response::{ParameterError, ResponseError};
 use scene::SceneError;
 use surface::progress::Interrupted;
@@ -37,6 +37,14 @@ pub enum ResolveError {
         b: String,
         /// Distance within which vertices are tied.
         distance: f64,
+    },
+    /// A body that is to be uncrossed has no inside, or is not oriented.
+    #[error("'{name}' cannot be uncrossed: {source}")]
+    NoInside {
+        /// Name of the body.
+        name: String,
+        /// The first edge that is open or misoriented.
+        source: NoInside,
     },
     /// A failure of the contact solver.
     #[error(transparent)]

@@ -177,6 +177,6 @@ fn has_inside(near: &[NearVertex]) -> bool {
 }
 
 /// Returns true if a direction is on one side.
-fn agrees(direction: DVec3, side: DVec3) -> bool {
+pub(crate) fn agrees(direction: DVec3, side: DVec3) -> bool {
     direction.dot(side) > tuning::MIN_AGREEMENT
 }

@@ -13,7 +13,7 @@ use scene::{BodyId, PairId};
 use surface::{parallel, triangle};
 
 use crate::elastic::{ActiveParticle, Bond, ElasticProblem, GapRow, VolumeRow};
-use crate::resolution::GapRound;
+use crate::resolution::{BrokenLimit, GapRound};
 use crate::run::Run;
 use crate::tissue::{Tissue, fitted_tree};
 use crate::{ResolveError, WrittenPrecision, tuning};
@@ -25,38 +25,62 @@ struct PairFeatures {
 }
 
 impl Run<'_> {
-    /// Opens the gap of all pairs that do not cross, as far as it goes, and rounds positions.
-    pub(crate) fn open_gaps(&mut self) -> Result<(), ResolveError> {
+    /// Opens the gap of all pairs that do not cross, as far as it goes, from the state of a round, and
+    /// rounds positions. Ends in the best state within limits, and returns what the last state breaks
+    /// if it is better; ends in the last state where none is.
+    pub(crate) fn open_gaps(
+        &mut self,
+        from_round: usize,
+    ) -> Result<Vec<BrokenLimit>, ResolveError> {
         if self.params.gap <= 0.0 {
-            return Ok(());
+            return Ok(Vec::new());
         }
         let crossing = self.overlapping_pairs();
         let slack = self.gap_slack();
         let target = self.params.gap + slack;
-        let mut stalled = 0;
-        let mut least = f64::INFINITY;
+        let mut search = GapSearch::new(from_round);
 
-        for _ in 0..tuning::MAX_GAP_ROUNDS {
+        let broken = loop {
             self.round_progress().report(0.0)?;
             let near = self.near_features(&crossing, target + self.params.gap)?;
             let (problem, round) = self.gap_problem(&near, target, 0.5 * slack)?;
-            self.gap_rounds.push(round);
-            if round.short_features == 0 && round.volume_change <= tuning::KEPT_VOLUME_CHANGE {
-                break;
-            }
-
-            // Rounds that gain nothing end it: there is no room, or too far to go.
-            let left = round.left(self.params.gap);
-            stalled = if left < tuning::GAP_PROGRESS * least { 0 } else { stalled + 1 };
-            least = least.min(left);
-            if stalled > tuning::MAX_STALLED_GAP_ROUNDS {
-                break;
+            let broken = self.judge_gap_round(round, &mut search)?;
+            if search.is_over(&round) {
+                break broken;
             }
             let at_rest = vec![DVec3::ZERO; self.inverse_masses.len()];
             let displacements = problem.minimize(&at_rest, tuning::GAP_SWEEPS, 0.25 * slack);
             self.move_freely(&displacements, &crossing)?;
+        };
+        let is_accepted = search.least_accepted < f64::INFINITY;
+        if is_accepted {
+            self.return_to_accepted()?;
         }
-        self.round_positions()
+        self.round_positions()?;
+        Ok(if is_accepted { broken } else { Vec::new() })
+    }
+
+    /// Accepts the present state where less is left than in all accepted before, and no body is
+    /// beyond its limits; returns what a better one breaks.
+    fn judge_gap_round(
+        &mut self,
+        mut round: GapRound,
+        search: &mut GapSearch,
+    ) -> Result<Vec<BrokenLimit>, ResolveError> {
+        round.merit = round.left(self.params.gap);
+        let mut broken = Vec::new();
+        if round.merit < search.least_accepted {
+            // Steps let no body cross itself anew: counted once.
+            broken = self.broken_limits(search.rounds == 0)?;
+            round.is_accepted = broken.is_empty() || self.params.keep_going;
+        }
+        if round.is_accepted {
+            search.least_accepted = round.merit;
+            self.accept_state(search.from_round);
+        }
+        search.add(&round);
+        self.gap_rounds.push(round);
+        Ok(broken)
     }
 
     /// Returns the addition to the gap that covers what solving and rounding leave.
@@ -243,6 +267,41 @@ pub(crate) fn rounded_to_single(x: &[DVec3]) -> Vec<DVec3> {
     x.iter().map(|x| x.as_vec3().as_dvec3()).collect()
 }
 
+/// Progress of the rounds that open the gap.
+struct GapSearch {
+    /// Round of whose state they begin.
+    from_round: usize,
+    /// Rounds so far, and the last ones of them without progress.
+    rounds: usize,
+    stalled: usize,
+    /// Least merit of all states, and of accepted ones.
+    least: f64,
+    least_accepted: f64,
+}
+
+impl GapSearch {
+    fn new(from_round: usize) -> Self {
+        let least = f64::INFINITY;
+        Self { from_round, rounds: 0, stalled: 0, least, least_accepted: least }
+    }
+
+    fn add(&mut self, round: &GapRound) {
+        let gains = round.merit < tuning::GAP_PROGRESS * self.least;
+        self.stalled = if gains { 0 } else { self.stalled + 1 };
+        self.least = self.least.min(round.merit);
+        self.rounds += 1;
+    }
+
+    /// Returns true if nothing is left, if rounds gain nothing (there is no room, or too far to go), or
+    /// if there were too many.
+    fn is_over(&self, round: &GapRound) -> bool {
+        let is_open = round.short_features == 0;
+        (is_open && round.volume_change <= tuning::KEPT_VOLUME_CHANGE)
+            || self.stalled > tuning::MAX_STALLED_GAP_ROUNDS
+            || self.rounds > tuning::MAX_GAP_ROUNDS
+    }
+}
+
 /// Vertices that rounds have pushed from their positions at the start.
 struct PushedVertices {
     vertices: Vec<u32>,
@@ -252,14 +311,10 @@ struct PushedVertices {
 impl Tissue {
     /// Finds the vertices at `x` that were pushed by a fair share of the largest displacement.
     fn pushed_vertices(&self, x: &[DVec3]) -> PushedVertices {
-        let displacement = |v: usize| x[v].distance(self.rest[v]);
-        let mut max_displacement: f64 = 0.0;
-        for v in 0..x.len() {
-            max_displacement = max_displacement.max(displacement(v));
-        }
+        let max_displacement = self.max_displacement(x);
         let mut vertices = Vec::new();
-        for (vertex, v) in (0..).zip(0..x.len()) {
-            if displacement(v) > tuning::PUSHED_SHARE * max_displacement {
+        for (vertex, (x, rest)) in (0..).zip(x.iter().zip(&self.rest)) {
+            if x.distance(*rest) > tuning::PUSHED_SHARE * max_displacement {
                 vertices.push(vertex);
             }
         }

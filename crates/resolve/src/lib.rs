@@ -15,8 +15,9 @@
 //! 4. restores the shape of tissue and separates it again, in turns;
 //! 5. gives lost volume back where bodies are free.
 //!
-//! Rounds are compared by the depth of vertices and crossing edges. The certified depth of surfaces
-//! decides whether an overlap is within the tolerance.
+//! Rounds are compared by their [merit](Round::merit), of the depth of vertices and crossing edges, and
+//! accepted where it falls within all limits. The certified depth of surfaces decides whether an overlap
+//! is within the tolerance.
 //!
 //! With a [gap](ResolveParams::gap), more rounds follow from the state that does not cross. Each
 //!
@@ -58,6 +59,7 @@ mod push;
 mod resolution;
 mod resolver;
 mod run;
+mod self_contacts;
 mod shape;
 mod spread;
 mod ties;

@@ -1,63 +1,128 @@
-//! Limits on the change of bodies: the last state within them is kept.
+//! Limits on the change of bodies: only states within them are accepted.
 
 use glam::DVec3;
+use scene::BodyId;
+use surface::parallel;
 
 use crate::resolution::BrokenLimit;
 use crate::run::Run;
-use crate::tissue::Tissue;
+use crate::tissue::{Damage, Tissue, fitted_tree};
 use crate::{ResolveError, ResolveParams, tuning};
 
+/// State of all bodies after an accepted round.
+#[derive(Debug)]
+pub(crate) struct AcceptedState {
+    /// Number of the round.
+    round: usize,
+    /// Positions of each body, none of rigid ones.
+    positions: Vec<Vec<DVec3>>,
+}
+
+/// Limits on the change of one body.
+#[derive(Clone, Copy, Debug)]
+struct Limits {
+    volume_change: f64,
+    strain: f64,
+    displacement: f64,
+}
+
+impl Limits {
+    /// Returns true if a change is within all limits; self-crossings are not regarded.
+    fn hold(&self, damage: &Damage) -> bool {
+        damage.flipped_faces == 0
+            && damage.volume_change <= self.volume_change
+            && damage.strain <= self.strain
+            && damage.max_displacement <= self.displacement
+    }
+}
+
+impl Tissue {
+    /// Returns the number of self-crossings that are within limits: none are new.
+    fn allowed_crossings(&self) -> usize {
+        self.crossings_to_resolve.unwrap_or(0)
+    }
+}
+
 impl Run<'_> {
-    /// Keeps the positions of all bodies, to return to if later ones break a limit.
-    pub(crate) fn keep_good_state(&mut self) {
-        if self.good_states.len() == tuning::MAX_GOOD_STATES {
-            self.good_states.pop_front();
+    /// Keeps the positions of all bodies after a round, to return to.
+    pub(crate) fn accept_state(&mut self, round: usize) {
+        if self.accepted_states.len() == tuning::MAX_ACCEPTED_STATES {
+            self.accepted_states.pop_front();
         }
-        let mut state = Vec::new();
+        let mut positions = Vec::new();
         for body in self.scene.bodies() {
             let soft = if body.is_rigid() { Vec::new() } else { body.positions().to_vec() };
-            state.push(soft);
+            positions.push(soft);
         }
-        self.good_states.push_back(state);
+        self.accepted_states.push_back(AcceptedState { round, positions });
     }
 
-    /// Goes back to the last good state within limits, unless the present one is or is to be
-    /// kept; lists what the present one breaks.
-    pub(crate) fn return_to_limits(&mut self) -> Result<Vec<BrokenLimit>, ResolveError> {
-        let broken = self.broken_limits()?;
+    /// Goes back to the state that was accepted last, and detects contacts.
+    pub(crate) fn return_to_accepted(&mut self) -> Result<(), ResolveError> {
+        let state = self.accepted_states.pop_back();
+        self.place_all(state.as_ref())?;
+        self.accepted_states.extend(state);
+        Ok(())
+    }
+
+    /// Goes back to the last accepted state that keeps limits in the written precision, unless
+    /// the present one does or is to be kept. Returns what the present one breaks, and the round of
+    /// the state that is kept.
+    pub(crate) fn return_to_limits(
+        &mut self,
+        present: usize,
+    ) -> Result<(Vec<BrokenLimit>, usize), ResolveError> {
+        let broken = self.broken_limits(true)?;
+        let mut round = present;
         let mut is_within = broken.is_empty() || self.params.keep_going;
         while !is_within {
             // Bodies at the start are within their limits.
-            let state = self.good_states.pop_back();
-            self.place_all(state.as_deref())?;
+            let state = self.accepted_states.pop_back();
+            round = state.as_ref().map_or(0, |state| state.round);
+            self.place_all(state.as_ref())?;
             self.round_positions()?;
-            is_within = state.is_none() || self.broken_limits()?.is_empty();
+            is_within = state.is_none() || self.broken_limits(true)?.is_empty();
         }
-        Ok(broken)
+        Ok((broken, round))
     }
 
-    /// Lists the bodies that are beyond their limits.
-    fn broken_limits(&mut self) -> Result<Vec<BrokenLimit>, ResolveError> {
+    /// Returns true if no body is beyond its limits after a round that was assessed.
+    pub(crate) fn holds_limits(&self) -> bool {
+        let limits = self.limits();
+        if !self.tissues.iter().all(|tissue| limits.hold(&tissue.damage)) {
+            return false;
+        }
+
+        // Self-crossings take longest.
+        let (tissues, bodies) = (&self.tissues, self.scene.bodies());
+        let counts = parallel::map(tissues.len(), |i| {
+            tissues[i].count_new_self_crossings(fitted_tree(&bodies[i]))
+        });
+        let is_new = |(tissue, count): (&Tissue, usize)| count > tissue.allowed_crossings();
+        !tissues.iter().zip(counts).any(is_new)
+    }
+
+    /// Lists the bodies that are beyond their limits at present. Without `counts_crossings`, the
+    /// last count of self-crossings stays.
+    pub(crate) fn broken_limits(
+        &mut self,
+        counts_crossings: bool,
+    ) -> Result<Vec<BrokenLimit>, ResolveError> {
         self.scene.fit_all()?;
         self.for_each_soft(|tissue, tree, _| {
-            tissue.assess(tree, true);
+            tissue.assess(tree, counts_crossings);
             Ok(())
         })?;
         let mut broken = Vec::new();
-        let farthest = self.farthest_displacement();
-        for Tissue { id, damage, rest, .. } in &self.tissues {
-            let spoilt = damage.flipped_faces + damage.self_crossings > 0;
-            let x = self.scene.body(*id).positions();
-            let max_displacement =
-                rest.iter().zip(x).map(|(x, y)| x.distance(*y)).fold(0.0, f64::max);
-            if spoilt
-                || damage.volume_change > self.params.max_volume_change
-                || max_displacement > farthest
-            {
+        let limits = self.limits();
+        for tissue in &self.tissues {
+            let Tissue { id, damage, .. } = tissue;
+            if !limits.hold(damage) || damage.self_crossings > tissue.allowed_crossings() {
                 broken.push(BrokenLimit {
                     body: *id,
                     volume_change: damage.volume_change,
-                    max_displacement,
+                    max_displacement: damage.max_displacement,
+                    strain: damage.strain,
                     flipped_faces: damage.flipped_faces,
                     self_crossings: damage.self_crossings,
                 });
@@ -66,18 +131,73 @@ impl Run<'_> {
         Ok(broken)
     }
 
-    /// Returns the distance beyond which a vertex is displaced rather than freed.
-    fn farthest_displacement(&self) -> f64 {
+    /// Lists the bodies that are to be uncrossed and still cross themselves.
+    pub(crate) fn self_overlaps(&self) -> Vec<BodyId> {
+        let mut left = Vec::new();
+        for tissue in &self.tissues {
+            let tree = fitted_tree(self.scene.body(tissue.id));
+            if tissue.crossings_to_resolve.is_some() && tissue.count_new_self_crossings(tree) > 0 {
+                left.push(tissue.id);
+            }
+        }
+        left
+    }
+
+    fn limits(&self) -> Limits {
+        // Beyond this distance a vertex is displaced rather than freed.
         let depth = self.rounds.first().map_or(0.0, |start| start.max_depth);
-        let ResolveParams { gap, smoothing, .. } = self.params;
-        gap + (tuning::MAX_DISPLACEMENT * depth).max(smoothing)
+        let ResolveParams { gap, smoothing, max_volume_change, max_strain, .. } = self.params;
+        Limits {
+            volume_change: max_volume_change,
+            strain: max_strain,
+            displacement: gap + (tuning::MAX_DISPLACEMENT * depth).max(smoothing),
+        }
     }
 
     /// Moves soft bodies to a state, or to where they were at the start, and detects contacts.
-    fn place_all(&mut self, state: Option<&[Vec<DVec3>]>) -> Result<(), ResolveError> {
+    fn place_all(&mut self, state: Option<&AcceptedState>) -> Result<(), ResolveError> {
         self.move_soft(|tissue, _| {
-            let x = state.map_or(&tissue.rest, |state| &state[tissue.id.index()]);
+            let x = state.map_or(&tissue.rest, |state| &state.positions[tissue.id.index()]);
             Some(x.clone())
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fixtures::shapes;
+    use scene::{BodyKind, Scene};
+    use surface::progress::Progress;
+
+    use super::*;
+    use crate::Conditions;
+
+    /// A thin body whose upper side is pressed toward its lower one, and through it: nothing is
+    /// broken but that it crosses itself.
+    #[test]
+    fn a_body_that_crosses_itself_anew_is_beyond_its_limits() {
+        let mesh = shapes::ellipsoid(DVec3::new(12.0, 12.0, 2.0), 3);
+        let rest = mesh.positions.clone();
+        let mut scene = Scene::new();
+        let surface = mesh.surface();
+        scene.add("muscle", BodyKind::Deformable, surface, mesh.positions).expect("a body");
+        let params = ResolveParams {
+            max_volume_change: 0.5,
+            max_strain: 10.0,
+            ..ResolveParams::with_smoothing(6.0)
+        };
+        let conditions = Conditions::default();
+        let run = Run::new(&mut scene, params, &conditions, Progress::none());
+        let mut run = run.expect("a run");
+        for (depth, holds) in [(2.0, true), (4.5, false)] {
+            let mut x = rest.clone();
+            for x in x.iter_mut().filter(|x| x.z > 0.0 && x.truncate().length() < 3.0) {
+                x.z -= depth;
+            }
+            run.move_soft(|_, _| Some(x.clone())).expect("positions");
+            run.record().expect("a round");
+            assert_eq!(run.holds_limits(), holds, "pressed by {depth}");
+            assert!(run.limits().hold(&run.tissues[0].damage), "by nothing else");
+        }
     }
 }

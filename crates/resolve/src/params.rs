@@ -19,11 +19,13 @@ pub struct ResolveParams {
     pub max_rounds: u32,
     /// Precision to which positions are rounded before distances are proved.
     pub precision: WrittenPrecision,
-    /// Largest relative change of a soft body's volume, `> 0`. Where a state changes one more,
-    /// turns a face over, makes a body cross itself anew, or moves a vertex by more than three times
-    /// the deepest overlap and by more than the smoothing length, the last state that does not is
-    /// kept.
+    /// Largest relative change of a soft body's volume, `> 0`. No state is accepted that changes one
+    /// more, strains an edge more, turns a face over, makes a body cross itself anew, or moves a
+    /// vertex by more than three times the deepest overlap and by more than the smoothing length.
     pub max_volume_change: f64,
+    /// Largest strain of a soft body, `> 0`: the change of an edge's length over its length, or over
+    /// the mean edge of the body where that is longer.
+    pub max_strain: f64,
     /// True to keep a state that leaves these limits; they are then listed all the same.
     pub keep_going: bool,
 }
@@ -55,6 +57,9 @@ pub struct Conditions {
     pub fixed: Vec<FixedVertices>,
     /// Bodies that are stiffer or softer than others.
     pub stiffnesses: Vec<BodyStiffness>,
+    /// Closed bodies whose parts are to come apart where they cross each other. Of all others,
+    /// self-crossings may not become more.
+    pub uncrossed: Vec<BodyId>,
 }
 
 /// Stiffness of one body: bodies share an overlap in inverse proportion to it.
@@ -102,6 +107,7 @@ impl ResolveParams {
             max_rounds: 60,
             precision: WrittenPrecision::Double,
             max_volume_change: 0.01,
+            max_strain: 1.0,
             keep_going: false,
         }
     }
@@ -121,6 +127,7 @@ impl ResolveParams {
         positive("tolerance", self.tolerance)?;
         not_negative("gap", self.gap)?;
         positive("max_volume_change", self.max_volume_change)?;
+        positive("max_strain", self.max_strain)?;
         Ok(())
     }
 }

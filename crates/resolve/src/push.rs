@@ -109,7 +109,9 @@ impl Run<'_> {
         }
 
         let contacts: Result<Vec<_>, Interrupted> = contacts.into_iter().collect();
-        Ok(contacts?.concat())
+        let mut contacts = contacts?.concat();
+        contacts.extend(self.self_contacts());
+        Ok(contacts)
     }
 
     /// Makes the contacts of one pair.

@@ -33,6 +33,13 @@ pub struct Round {
     pub flipped_faces: usize,
     /// Largest relative change of a soft body's volume.
     pub volume_change: f64,
+    /// Weighted sum of overlaps, spoilt faces and lost volume, 0 where there are none. It falls from
+    /// each accepted round to the next.
+    pub merit: f64,
+    /// True if the round is better than all accepted before, no pair overlaps anew in it, and no
+    /// body is beyond its limits. The scene is given the last of these, and the best round if
+    /// [`keep_going`](crate::ResolveParams::keep_going) asks for it.
+    pub is_accepted: bool,
 }
 
 /// State of a scene before a round that opens the gap.
@@ -48,6 +55,12 @@ pub struct GapRound {
     pub min_distance: f64,
     /// Largest relative change of a soft body's volume.
     pub volume_change: f64,
+    /// Weighted sum of missing openings and lost volume. It falls from each accepted round to the
+    /// next.
+    pub merit: f64,
+    /// True if the state is better than all accepted before, and no body is beyond its limits. The
+    /// scene is given the last of these.
+    pub is_accepted: bool,
 }
 
 /// Certified bracket on a distance: `lower <= distance <= upper`.
@@ -143,6 +156,9 @@ pub struct BodyChange {
     pub max_displacement: f64,
     /// Volume over the volume at the start; `None` where the body has no inside.
     pub volume_ratio: Option<f64>,
+    /// Largest change of an edge's length over its length, or over the mean edge of the body where
+    /// that is longer.
+    pub strain: f64,
     /// Number of faces turned by a right angle or more.
     pub flipped_faces: usize,
     /// Number of crossing pairs of the body's own faces, at the start and now.
@@ -187,9 +203,11 @@ pub struct BrokenLimit {
     pub volume_change: f64,
     /// Largest displacement of a vertex.
     pub max_displacement: f64,
+    /// Its largest strain, as in [`BodyChange::strain`].
+    pub strain: f64,
     /// Number of its faces turned by a right angle or more.
     pub flipped_faces: usize,
-    /// Number of pairs of its own faces that cross and did not at the start.
+    /// Number of pairs of its own faces that cross, beyond their number at the start.
     pub self_crossings: usize,
 }
 
@@ -222,8 +240,8 @@ pub struct Resolution {
     pub gap_rounds: Vec<GapRound>,
     /// Proof of the gap, pair by pair.
     pub gap: GapProof,
-    /// Number of the round whose state the scene has now: the best one, which may be earlier
-    /// than the last.
+    /// Number of the round whose state the scene has now, or from whose state the gap was opened: the
+    /// best one that is accepted, which may be earlier than the last; 0 for the start.
     pub final_round: usize,
     /// Changes of all bodies, in their order.
     pub bodies: Vec<BodyChange>,
@@ -232,8 +250,11 @@ pub struct Resolution {
     /// Bodies that the best state brings beyond their limits. With any, the scene has an earlier
     /// state, unless [`keep_going`](crate::ResolveParams::keep_going) asks for the best one.
     pub broken_limits: Vec<BrokenLimit>,
+    /// Bodies that are to be [uncrossed](crate::Conditions::uncrossed) and still cross themselves.
+    pub self_overlaps: Vec<BodyId>,
     /// True if no surface is deeper in another than the tolerance, as far as certain, no pair
-    /// overlaps that did not at the start, no limit is broken, and the gap [holds](GapProof::holds).
+    /// overlaps that did not at the start, no limit is broken, the gap [holds](GapProof::holds), and
+    /// no body that is to be uncrossed crosses itself.
     pub resolved: bool,
 }
 
@@ -273,13 +294,13 @@ impl Round {
 
     /// Returns true if this round has left less than another one. What overlaps anew is never
     /// better than what does not.
-    pub(crate) fn is_better_than(&self, other: &Self, tolerance: f64) -> bool {
+    pub(crate) fn is_better_than(&self, other: &Self) -> bool {
         let [is_new, was_new] = [self, other].map(|round| round.new_pairs > 0);
-        if is_new == was_new { self.score(tolerance) < other.score(tolerance) } else { was_new }
+        if is_new == was_new { self.merit < other.merit } else { was_new }
     }
 
-    /// Computes a weighted sum of overlaps and spoilt shapes; 0 where there are none.
-    fn score(&self, tolerance: f64) -> f64 {
+    /// Computes the [merit](Self::merit) of what the round has left.
+    pub(crate) fn weigh(&self, tolerance: f64) -> f64 {
         let count = |n: usize| f64::from(u32::try_from(n).unwrap_or(u32::MAX));
 
         // New pairs and spoilt faces count more than what was there before.
@@ -397,7 +418,8 @@ impl BodyChange {
             body: tissue.id,
             displacements: Vec::with_capacity(x.len()),
             moved: 0,
-            max_displacement: 0.0,
+            max_displacement: tissue.max_displacement(x),
+            strain: tissue.strain(x),
             volume_ratio: tissue.volume.map(|volume| tissue.volume_at(x) / volume),
             flipped_faces: tissue.count_flipped(x),
             self_crossings: [
@@ -410,7 +432,6 @@ impl BodyChange {
         for (x, rest) in x.iter().zip(&tissue.rest) {
             let u = *x - *rest;
             change.moved += usize::from(u != DVec3::ZERO);
-            change.max_displacement = change.max_displacement.max(u.length());
             change.displacements.push(u);
         }
         change

@@ -10,6 +10,7 @@ use surface::progress::{Interrupted, Progress};
 
 use crate::conditions::TieBond;
 use crate::exit_sides::ExitMemory;
+use crate::limits::AcceptedState;
 use crate::near_pairs::NearPairs;
 use crate::resolution::{BodyChange, Obstacle, Remaining, Resolution, Round, deepest, max_bracket};
 use crate::tissue::{Tissue, fitted_tree};
@@ -34,10 +35,10 @@ pub(crate) struct Run<'a> {
     stalled_rounds: u32,
     pub(crate) exit_memories: BTreeMap<PairId, [ExitMemory; 2]>,
     pub(crate) gap_rounds: Vec<GapRound>,
-    /// Best round so far that is within limits.
-    good_round: Option<Round>,
-    /// Positions of all bodies in the best rounds so far that are, up to the last few.
-    pub(crate) good_states: VecDeque<Vec<Vec<DVec3>>>,
+    /// Number of the round that was accepted last.
+    accepted: Option<usize>,
+    /// States that were accepted last.
+    pub(crate) accepted_states: VecDeque<AcceptedState>,
     /// Pairs that are tied, ascending.
     pub(crate) tied: Vec<PairId>,
     pub(crate) tie_bonds: Vec<TieBond>,
@@ -66,6 +67,7 @@ impl<'a> Run<'a> {
         for tissue in &mut tissues {
             tissue.is_written_single = params.rounds_to_single();
         }
+        conditions.uncross(scene, &mut tissues)?;
         let tied = conditions.tied_pairs();
         let tie_bonds = conditions.tie_bonds(scene, &tissues)?;
         let mut inverse_masses = Vec::new();
@@ -86,8 +88,8 @@ impl<'a> Run<'a> {
             stalled_rounds: 0,
             exit_memories: BTreeMap::new(),
             gap_rounds: Vec::new(),
-            good_round: None,
-            good_states: VecDeque::new(),
+            accepted: None,
+            accepted_states: VecDeque::new(),
             tied,
             tie_bonds,
         };
@@ -125,14 +127,22 @@ impl<'a> Run<'a> {
         }
         // An equally good last round stays as it is.
         let mut final_round = self.rounds.len() - 1;
-        if self.rounds[final_round] != self.rounds[self.best] {
+        let best = self.rounds[self.best];
+        if (Round { is_accepted: best.is_accepted, ..self.rounds[final_round] }) != best {
             self.revert_to_best()?;
             final_round = self.best;
         }
 
-        // From what does not cross, the gap.
-        self.open_gaps()?;
-        let broken_limits = self.return_to_limits()?;
+        // From what does not cross, the gap; also from an earlier round, where the best one breaks
+        // limits that opening the gap does not restore.
+        let mut broken_limits = self.open_gaps(final_round)?;
+        let (broken, kept_round) = self.return_to_limits(final_round)?;
+        broken_limits.extend(broken);
+        if kept_round != final_round {
+            final_round = kept_round;
+            self.open_gaps(final_round)?;
+            (_, final_round) = self.return_to_limits(final_round)?;
+        }
 
         // The final state, detected in full, decides by the depth of surfaces.
         let margin = detection_margin(&self.params);
@@ -149,13 +159,16 @@ impl<'a> Run<'a> {
         } else {
             Obstacle::Rounds
         };
+        let self_overlaps = self.self_overlaps();
         let (near, before) = (&self.near, &self.before);
         let remaining = Remaining::list(self.scene, &after, near, before, standstill);
         Ok(Resolution {
             resolved: gap.holds()
                 && broken_limits.is_empty()
+                && self_overlaps.is_empty()
                 && remaining.iter().all(|pair| pair.is_within(self.params.tolerance)),
             gap,
+            self_overlaps,
             broken_limits,
             gap_rounds: std::mem::take(&mut self.gap_rounds),
             remaining,
@@ -207,9 +220,12 @@ impl<'a> Run<'a> {
     }
 
     /// Adds the present state to the rounds, and keeps its positions where it is the best.
-    fn record(&mut self) -> Result<(), ResolveError> {
+    pub(crate) fn record(&mut self) -> Result<(), ResolveError> {
         let tolerance = self.params.tolerance;
         let mut round = Round::of_overlaps(&self.near, &self.before);
+        for contact in self.self_contacts() {
+            round.max_depth = round.max_depth.max(-contact.gap);
+        }
 
         // Vertices and edges miss what is deepest in the middle of a face: where they are within
         // the tolerance, the surfaces decide.
@@ -218,7 +234,8 @@ impl<'a> Run<'a> {
         }
 
         // Self-crossings take long to find, and matter once the overlaps are gone.
-        let counts_crossings = round.is_within(tolerance) && !self.rounds.is_empty();
+        let is_wanted = |tissue: &Tissue| tissue.crossings_to_resolve.is_some();
+        let counts_crossings = round.is_within(tolerance) || self.tissues.iter().any(is_wanted);
         self.for_each_soft(|tissue, tree, _| {
             tissue.assess(tree, counts_crossings);
             Ok(())
@@ -228,8 +245,9 @@ impl<'a> Run<'a> {
         }
 
         // The best round so far is kept, to be returned to in the end.
+        round.merit = round.weigh(tolerance);
         let best = self.rounds.get(self.best);
-        if best.is_none_or(|best| round.is_better_than(best, tolerance)) {
+        if best.is_none_or(|best| round.is_better_than(best)) {
             self.best = self.rounds.len();
             self.stalled_rounds = 0;
             for (tissue, body) in self.tissues.iter_mut().zip(self.scene.bodies()) {
@@ -239,13 +257,12 @@ impl<'a> Run<'a> {
             self.stalled_rounds += 1;
         }
 
-        // So is the best one in which no body is seen to be beyond its limits.
-        let is_within =
-            round.flipped_faces == 0 && round.volume_change <= self.params.max_volume_change;
-        let good = self.good_round.as_ref();
-        if is_within && good.is_none_or(|good| round.is_better_than(good, tolerance)) {
-            self.good_round = Some(round);
-            self.keep_good_state();
+        // So is the best one in which no pair overlaps anew and no body is beyond its limits.
+        let is_better = self.accepted.is_none_or(|last| round.is_better_than(&self.rounds[last]));
+        round.is_accepted = is_better && round.new_pairs == 0 && self.holds_limits();
+        if round.is_accepted {
+            self.accepted = Some(self.rounds.len());
+            self.accept_state(self.rounds.len());
         }
         self.rounds.push(round);
         Ok(())
@@ -323,7 +340,7 @@ pub(crate) fn clearance(params: &ResolveParams) -> f64 {
 }
 
 /// Returns the margin within which contacts are detected.
-fn detection_margin(params: &ResolveParams) -> f64 {
+pub(crate) fn detection_margin(params: &ResolveParams) -> f64 {
     let step = tuning::MAX_STEP * params.smoothing;
     tuning::CLEARANCE_MARGIN * clearance(params) + tuning::DETECTION_MARGIN * step
 }

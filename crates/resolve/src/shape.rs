@@ -22,7 +22,47 @@ impl Tissue {
         if counts_crossings {
             self_crossings = self.count_new_self_crossings(tree);
         }
-        self.damage = Damage { flipped_faces, volume_change, self_crossings };
+        let (strain, max_displacement) = (self.strain(x), self.max_displacement(x));
+        self.damage =
+            Damage { flipped_faces, volume_change, self_crossings, strain, max_displacement };
+    }
+
+    /// Computes the largest strain of an edge at `x`: the change of its length over its length at rest,
+    /// or over the mean edge of the body where that is longer. Splinters say nothing of the tissue.
+    pub(crate) fn strain(&self, x: &[DVec3]) -> f64 {
+        let mut strain: f64 = 0.0;
+        for &[p, q] in self.surface.edges() {
+            let [p, q] = [p as usize, q as usize];
+            if x[p] - self.rest[p] == x[q] - self.rest[q] {
+                continue;
+            }
+            let before = self.rest[p].distance(self.rest[q]);
+            let change = (x[p].distance(x[q]) - before).abs();
+            strain = strain.max(change / before.max(self.mean_edge));
+        }
+        strain
+    }
+
+    /// Returns the length of the longest displacement at `x`.
+    pub(crate) fn max_displacement(&self, x: &[DVec3]) -> f64 {
+        let mut longest: f64 = 0.0;
+        for (x, rest) in x.iter().zip(&self.rest) {
+            longest = longest.max(x.distance(*rest));
+        }
+        longest
+    }
+
+    /// Counts the pairs of the body's own faces that cross, beyond their number at rest; all of them
+    /// where they are to be resolved.
+    pub(crate) fn count_new_self_crossings(&self, tree: &SurfaceTree) -> usize {
+        if self.crossings_to_resolve.is_some() {
+            return tree.self_crossings(&mut Workspace::default()).len();
+        }
+        if tree.positions().as_slice() == self.rest {
+            return 0;
+        }
+        let now = tree.self_crossings(&mut Workspace::default()).len();
+        if now == 0 { 0 } else { now.saturating_sub(self_crossings_at(&self.rest, tree).len()) }
     }
 
     /// Computes the relative change of the volume; 0 where the body has no inside.

@@ -32,6 +32,10 @@ pub(crate) struct Tissue {
     pub(crate) stiffness: f64,
     /// True where positions are rounded to single precision in the end.
     pub(crate) is_written_single: bool,
+    /// Number of self-crossings at the start, if they are to be resolved.
+    pub(crate) crossings_to_resolve: Option<usize>,
+    /// True for vertices inside another part of the body at the start, |V|; empty where none is.
+    pub(crate) is_inside_itself: Vec<bool>,
     /// Mean length of the edges at rest.
     pub(crate) mean_edge: f64,
     /// Signed volume at rest; `None` where the body has no inside.
@@ -57,8 +61,13 @@ pub(crate) struct Damage {
     pub(crate) flipped_faces: usize,
     /// Relative change of the volume.
     pub(crate) volume_change: f64,
-    /// Pairs of the body's own faces that cross and did not at the start.
+    /// Pairs of the body's own faces that cross, beyond their number at the start; all of them where
+    /// they are to be resolved.
     pub(crate) self_crossings: usize,
+    /// Largest [strain](Tissue::strain) of an edge.
+    pub(crate) strain: f64,
+    /// Length of the longest displacement.
+    pub(crate) max_displacement: f64,
 }
 
 /// Elastic link from a vertex to a neighbor.
@@ -104,6 +113,8 @@ impl Tissue {
             is_fixed: Vec::new(),
             stiffness: 1.0,
             is_written_single: false,
+            crossings_to_resolve: None,
+            is_inside_itself: Vec::new(),
             mean_edge: mean_edge(&surface, tree.positions()),
             volume: None,
             links: links(surface.edges(), x),
@@ -175,7 +186,12 @@ impl Tissue {
         workspace: &mut Workspace,
     ) {
         let inward = -self.rest_normals[vertex as usize];
-        let find = || Strut::find(tree, vertex, inward, max_length, workspace);
+        // A ray from inside another part of the body would leave by that, and tie both together.
+        let is_astray = self.is_inside_itself.get(vertex as usize).is_some_and(|inside| *inside);
+        let find = || match is_astray {
+            true => None,
+            false => Strut::find(tree, vertex, inward, max_length, workspace),
+        };
         self.struts[vertex as usize].get_or_insert_with(find);
     }
 

@@ -249,6 +249,6 @@ pub(crate) const TIE_STIFFNESS: f64 = 100.0;
 /// sideways around a bone is not freed; above, tissue without room is squeezed out of its place.
 pub(crate) const MAX_DISPLACEMENT: f64 = 3.0;
 
-/// Best states that are kept, to return to where later ones break a limit. Below, the start is
+/// Accepted states that are kept, to return to where rounding breaks a limit. Below, the start is
 /// returned to; above, memory grows.
-pub(crate) const MAX_GOOD_STATES: usize = 8;
+pub(crate) const MAX_ACCEPTED_STATES: usize = 8;

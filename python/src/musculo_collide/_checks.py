@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeVar
 
 from ._errors import InputError, InputTypeError
@@ -57,6 +57,11 @@ def threads(value: object) -> int | None:
 def name(value: object) -> str:
     """Return the name of a body."""
     return instance(value, str, "the name of a body", "a string")
+
+
+def names(value: object, what: str) -> list[str]:
+    """Return the names of bodies."""
+    return [name(item) for item in instance(value, Iterable, what, "a list of names")]  # type: ignore[type-abstract]
 
 
 def progress(value: object) -> Progress | None:

@@ -67,9 +67,10 @@ class Scene:
     ) -> list[tuple[dict[str, Any], dict[str, Any]]]: ...
     def _resolve(
         self,
-        settings: tuple[float, float | None, float, int, float, bool],
-        fixed: list[tuple[str, list[int]]],
-        ties: list[tuple[str, str, float]],
+        settings: tuple[float, float | None, float, int, float, float, bool],
+        conditions: tuple[
+            list[tuple[str, list[int]]], list[tuple[str, str, float]], list[tuple[str, float]], list[str]
+        ],
         threads: int | None,
         progress: _Progress,
     ) -> dict[str, Any]: ...

@@ -17,6 +17,9 @@ import numpy.typing as npt
 Vector = tuple[float, float, float]
 Table = dict[str, npt.NDArray[Any]]
 
+PARTS = {"inside_vertices": ("a", "b"), "self_crossings": ("before", "after")}
+"""Names of two counts in a table; two lengths are a lower and an upper bound."""
+
 
 class Record:
     """Base of the results."""
@@ -82,8 +85,8 @@ def _numbers(record: Record) -> dict[str, Any]:
     for name, value in vars(record).items():
         if isinstance(value, Record):
             found |= {f"{name}.{inner}": number for inner, number in _numbers(value).items()}
-        elif isinstance(value, tuple) and len(value) in (2, 3) and all(isinstance(x, float) for x in value):
-            axes = ("lower", "upper") if len(value) == 2 else ("x", "y", "z")
+        elif isinstance(value, tuple) and len(value) in (2, 3) and all(isinstance(x, (int, float)) for x in value):
+            axes = PARTS.get(name, ("lower", "upper")) if len(value) == 2 else ("x", "y", "z")
             found |= {f"{name}.{axis}": number for axis, number in zip(axes, value)}
         elif value is None or isinstance(value, (bool, int, float, str)):
             found[name] = value
@@ -479,6 +482,8 @@ class BodyChange(Record):
     moved: int
     """Vertices that moved at all."""
     max_displacement: float
+    strain: float
+    """Largest change of an edge's length over its length, or over the mean edge where that is longer."""
     volume_ratio: float | None
     """Volume over the volume at the start; ``None`` where the body has no inside."""
     flipped_faces: int
@@ -523,9 +528,11 @@ class BrokenLimit(Record):
     """Relative change of its volume."""
     max_displacement: float
     """Largest displacement of a vertex."""
+    strain: float
+    """Its largest strain, as that of a :class:`BodyChange`."""
     flipped_faces: int
     self_crossings: int
-    """Crossing pairs of its own faces that did not cross at the start."""
+    """Crossing pairs of its own faces, beyond their number at the start."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -546,6 +553,8 @@ class Resolution(Record):
     """Pairs that are not proved to keep it, the nearest first."""
     broken_limits: tuple[BrokenLimit, ...]
     """Bodies that the best state brings beyond their limits: the scene then has an earlier one."""
+    self_overlaps: tuple[str, ...]
+    """Bodies that were to be uncrossed and still cross themselves."""
 
     def to_table(self) -> Table:
         """Return columns with one row per body."""
@@ -600,5 +609,6 @@ def resolution_from(record: dict[str, Any]) -> Resolution:
     record["bodies"] = tuple(BodyChange(**body) for body in record["bodies"])
     record["remaining"] = tuple(Remaining(**left) for left in record["remaining"])
     record["broken_limits"] = tuple(BrokenLimit(**broken) for broken in record["broken_limits"])
+    record["self_overlaps"] = tuple(record["self_overlaps"])
     record["short_gaps"] = tuple(ShortGap(**short) for short in record["short_gaps"])
     return Resolution(**record)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -185,8 +185,11 @@ class Scene(_native.Scene):
         gap: float = 0.0,
         fixed: Mapping[str, npt.ArrayLike] | None = None,
         ties: Mapping[tuple[str, str], float] | None = None,
+        stiffnesses: Mapping[str, float] | None = None,
+        uncross: Iterable[str] = (),
         max_rounds: int = 60,
         max_volume_change: float = 0.01,
+        max_strain: float = 1.0,
         keep_going: bool = False,
         threads: int | None = None,
         progress: Progress | None = None,
@@ -196,11 +199,14 @@ class Scene(_native.Scene):
         Surfaces keep the distance ``gap``, faces and edges included, or the result is not resolved.
         Vertices of ``fixed`` (numbers by body) stay where they are. Bodies of ``ties`` (a distance by
         pair) are attached: parts of their surfaces within the distance of each other keep their place,
-        and their pair needs no gap. What :meth:`ignore` names is not pushed apart.
+        and their pair needs no gap. Bodies share an overlap in inverse proportion to their
+        ``stiffnesses``, 1 for those not named. Parts of the bodies of ``uncross`` are taken out of each
+        other. What :meth:`ignore` names is not pushed apart.
 
         Pushes fade over the length ``smoothing`` along a surface. A state that changes the volume of a
-        soft body by more than ``max_volume_change`` (relative), turns a face over or makes a body cross
-        itself anew is not taken, unless ``keep_going``. The scene then has the new positions; after an
+        soft body by more than ``max_volume_change`` (relative), an edge by more than ``max_strain``
+        (relative to its length, or to the mean edge where that is longer), turns a face over or makes a
+        body cross itself anew is not taken, unless ``keep_going``. The scene then has the new positions; after an
         exception it has the old ones.
         """
         held = []
@@ -209,6 +215,9 @@ class Scene(_native.Scene):
         tied = []
         for pair, distance in _checks.mapping(ties or {}, "ties").items():
             tied.append((*_two_names(pair), _checks.number(distance, f"distance of the tie {pair!r}")))
+        factors = []
+        for name, factor in _checks.mapping(stiffnesses or {}, "stiffnesses").items():
+            factors.append((_checks.name(name), _checks.number(factor, f"stiffness of {name!r}")))
         number, observer = _checks.threads(threads), _checks.progress(progress)
         settings = (
             self._smoothing(number) if smoothing is None else _checks.number(smoothing, "smoothing"),
@@ -216,9 +225,10 @@ class Scene(_native.Scene):
             _checks.number(gap, "gap"),
             _checks.count(max_rounds, "max_rounds"),
             _checks.number(max_volume_change, "max_volume_change"),
+            _checks.number(max_strain, "max_strain"),
             bool(keep_going),
         )
-        found = self._resolve(settings, held, tied, number, observer)
+        found = self._resolve(settings, (held, tied, factors, _checks.names(uncross, "uncross")), number, observer)
         return results.resolution_from(found)
 
     def _swept(

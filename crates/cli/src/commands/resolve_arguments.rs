@@ -29,6 +29,11 @@ pub(super) struct ResolveArgs {
     #[arg(long, value_name = "SHARE", default_value_t = 0.01, allow_negative_numbers = true)]
     max_volume_change: f64,
 
+    /// Largest strain of a soft body: change of an edge's length over its length, or over the body's
+    /// mean edge where that is longer
+    #[arg(long, value_name = "SHARE", default_value_t = 1.0, allow_negative_numbers = true)]
+    max_strain: f64,
+
     /// Maximum number of rounds of detection and pushing
     #[arg(long, value_name = "N", default_value_t = 60)]
     rounds: u32,
@@ -54,6 +59,7 @@ impl ResolveArgs {
             gap: self.gap.unwrap_or(0.0),
             max_rounds: self.rounds,
             max_volume_change: self.max_volume_change,
+            max_strain: self.max_strain,
             ..default
         })
     }

@@ -132,7 +132,8 @@ impl PartKeeper {
     }
 }
 
-/// Computes a hash of the content of files, of the version and of arguments.
+/// Computes a hash of the names and the content of files, of the version and of arguments. Folders do
+/// not count: a scene may move with its cache.
 ///
 /// Source: G. Fowler, L. C. Noll and K.-P. Vo, FNV-1a of 64 bits: the same for any platform and
 /// release, which the standard library's hash does not promise.
@@ -145,9 +146,12 @@ pub(super) fn content_hash(files: &[PathBuf], arguments: &str) -> Result<u64, Fa
         let content = std::fs::read(path);
         let content = content.map_err(|error| Failure::in_file(path, error))?;
 
-        // The length tells where a file ends and the next begins.
-        hash = fnv_1a(hash, &(content.len() as u64).to_le_bytes());
-        hash = fnv_1a(hash, &content);
+        // The length tells where a part ends and the next begins. Bodies may be named by their files.
+        let name = path.file_name().unwrap_or_default().as_encoded_bytes();
+        for part in [name, &content] {
+            hash = fnv_1a(hash, &(part.len() as u64).to_le_bytes());
+            hash = fnv_1a(hash, part);
+        }
     }
     Ok(hash)
 }

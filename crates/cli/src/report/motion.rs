@@ -10,7 +10,7 @@ use super::joint_contact::{
 };
 use super::pair_record::rounding;
 use super::table::{Table, dash, left, right};
-use super::text::{counted, depth, fixed, grouped, measure};
+use super::text::{bound, counted, depth, fixed, grouped, measure};
 use crate::motion::{RestReason, RestingBody};
 use crate::scene::Unit;
 
@@ -304,8 +304,8 @@ impl StepRecord {
         }
         [
             grouped(self.contacts),
-            self.first_contact.map_or_else(dash, |fraction| fixed(fraction, 4)),
-            fixed(self.free_step, 4),
+            self.first_contact.map_or_else(dash, |fraction| bound(fraction, 4)),
+            bound(self.free_step, 4),
             grouped(through),
             grouped(self.vertices_passing_through()),
         ]

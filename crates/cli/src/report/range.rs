@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::table::{Table, left, right};
-use super::text::{counted, fixed, measure, overlapping_text};
+use super::text::{bound, counted, fixed, measure, overlapping_text};
 use crate::scene::Unit;
 
 /// First contacts of a turn.
@@ -37,14 +37,14 @@ impl RangeDocument {
         let mut table = Table::new([left("pair"), right("angle [°]"), left(place)]);
         for FirstContactRecord { a, b, angle, at, .. } in &self.contacts {
             let at = at.map(measure).join(", ");
-            table.row([format!("{a} × {b}"), fixed(*angle, 4), at]);
+            table.row([format!("{a} × {b}"), bound(*angle, 4), at]);
         }
 
         let mut text =
             if self.contacts.is_empty() { String::new() } else { table.to_text() + "\n" };
         let summary = match self.contacts.first() {
-            Some(first) => format!("free to {}°", fixed(first.angle, 4)),
-            None => format!("free to {}°", fixed(self.to, 4)),
+            Some(first) => format!("free to {}°", bound(first.angle, 4)),
+            None => format!("free to {}°", bound(self.to, 4)),
         };
         let met = counted(self.contacts.len(), "pair");
         text += &format!("{summary}; {met} first met on the way to {}°.\n", fixed(self.to, 4));

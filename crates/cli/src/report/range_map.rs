@@ -6,7 +6,7 @@ use csv::{ReaderBuilder, StringRecord, WriterBuilder};
 use musculo_collide::{Scene, TurnEnd};
 use plotters::prelude::*;
 
-use super::text::{counted, fixed};
+use super::text::{bound, counted, fixed};
 use crate::failure::Failure;
 use crate::picture::viridis;
 
@@ -157,7 +157,7 @@ impl RangeMap {
             let [first, second] = angles.map(|angle| fixed(angle, 2));
             text += &format!(
                 "least: {}° after {first}° and {second}°, {}\n",
-                fixed(angle, 4),
+                bound(angle, 4),
                 names.join(" × ")
             );
         }

@@ -20,6 +20,11 @@ pub(crate) fn resolution_text(resolution: &Resolution, scene: &Scene, unit: Unit
         );
     }
 
+    for body in &resolution.self_overlaps {
+        let name = scene.body(*body).name();
+        text += &format!("{name} still crosses itself: its parts are too deep in each other.\n");
+    }
+
     // The verdict stands last, where a terminal shows it.
     let count = resolution.remaining.len();
     if count == 0 {

@@ -44,6 +44,7 @@ struct BrokenRecord {
     /// Relative change of its volume.
     volume_change: f64,
     max_displacement: f64,
+    strain: f64,
     flipped_faces: usize,
     new_self_crossings: usize,
 }
@@ -95,6 +96,7 @@ pub(crate) struct BodyState {
     /// Number of vertices that moved.
     moved: usize,
     max_displacement: f64,
+    strain: f64,
     volume_ratio: Option<f64>,
     flipped_faces: usize,
     /// Number of pairs of the body's own faces that cross, at the start and now.
@@ -305,6 +307,7 @@ impl BrokenRecord {
             body: scene.body(broken.body).name().to_owned(),
             volume_change: broken.volume_change,
             max_displacement: broken.max_displacement,
+            strain: broken.strain,
             flipped_faces: broken.flipped_faces,
             new_self_crossings: broken.self_crossings,
         }
@@ -312,10 +315,12 @@ impl BrokenRecord {
 
     fn text(&self) -> String {
         format!(
-            "{} would leave its limits: volume {:.2} % off, moved by {} at most, {} turned over, {}",
+            "{} would leave its limits: volume {:.2} % off, moved by {} at most, strained by {:.0} %, {} \
+             turned over, {}",
             self.body,
             100.0 * self.volume_change.abs(),
             measure(self.max_displacement),
+            100.0 * self.strain,
             counted(self.flipped_faces, "face"),
             counted(self.new_self_crossings, "new self-crossing"),
         )
@@ -328,6 +333,7 @@ impl BodyState {
             name: scene.body(change.body).name().to_owned(),
             moved: change.moved,
             max_displacement: change.max_displacement,
+            strain: change.strain,
             volume_ratio: change.volume_ratio,
             flipped_faces: change.flipped_faces,
             self_crossings: change.self_crossings,

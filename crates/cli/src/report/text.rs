@@ -46,6 +46,18 @@ pub(crate) fn fixed(value: f64, decimals: usize) -> String {
     format!("{value:.1e}")
 }
 
+/// Writes a bound on how far a motion is free with some decimals, rounded toward zero. One that is not
+/// zero has more decimals where it needs them.
+pub(super) fn bound(value: f64, decimals: usize) -> String {
+    // Digits beyond those that a number has are cut, not rounded.
+    let digits = format!("{value:.40}");
+    let Some(point) = digits.find('.') else { return digits };
+    let is_zero =
+        |decimals: usize| !digits[..=point + decimals].contains(|c| matches!(c, '1'..='9'));
+    let enough = (decimals..=MAX_DECIMALS).find(|decimals| !is_zero(*decimals));
+    digits[..=point + enough.unwrap_or(decimals)].to_owned()
+}
+
 /// Writes a number with four significant digits, and no exponent unless it is minute.
 pub(super) fn measure(value: f64) -> String {
     // Decimals up to which the number has four digits.
@@ -131,6 +143,24 @@ mod tests {
             [depth(0.000_4, Unit::Millimeter), depth(0.0, Unit::Meter)],
             ["0.00040", "edges"]
         );
+    }
+
+    #[test]
+    fn bounds_are_rounded_toward_zero() {
+        let cases = [
+            (0.123_46, "0.1234"),
+            (0.123_449, "0.1234"),
+            (-0.123_46, "-0.1234"),
+            (1.0, "1.0000"),
+            (0.999_99, "0.9999"),
+            (0.000_059, "0.00005"),
+            (1.999_99e-9, "0.000000001"),
+            (4.96e-15, "0.0000"),
+            (0.0, "0.0000"),
+        ];
+        for (value, expected) in cases {
+            assert_eq!(bound(value, 4), expected, "{value:e}");
+        }
     }
 
     #[test]

@@ -72,7 +72,7 @@ impl FixedDescription {
 }
 
 impl SceneDescription {
-    /// Checks ties and selections, and finds the files of the latter in a folder. `text` is the
+    /// Checks stiffnesses, ties and selections, and finds the files of the latter in a folder. `text` is the
     /// scene file, whose lines are named.
     pub(super) fn check_conditions(
         &mut self,
@@ -84,6 +84,14 @@ impl SceneDescription {
             *file = file.take().map(|file| folder.join(file));
         }
 
+        for stiffness in self.bodies.iter().filter_map(|body| body.stiffness.as_ref()) {
+            let value = *stiffness.get_ref();
+            if !(value.is_finite() && value > 0.0) {
+                let problem =
+                    format!("stiffness is {value}, but must be finite and greater than 0");
+                return Err(at_line(text, stiffness, "body", problem));
+            }
+        }
         for tie in &self.ties {
             let TieDescription { a, b, within } = tie.get_ref();
             let checked = self.check_pair(a, b).and_then(|()| check_distance(*within));

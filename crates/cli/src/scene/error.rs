@@ -24,7 +24,7 @@ pub(crate) enum SceneProblem {
     NoSuchBody { name: String, known: String },
     #[error("[[ignore]] pairs '{0}' with itself")]
     IgnoredWithItself(String),
-    /// A tie, or a selection of fixed vertices.
+    /// A stiffness, a tie, or a selection of fixed vertices.
     #[error("line {line}: [[{table}]]: {problem}")]
     Condition { line: usize, table: &'static str, problem: String },
     #[error("margin is {0}, but must be finite and at least 0")]

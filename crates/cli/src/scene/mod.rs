@@ -13,6 +13,7 @@
 //! kind = "rigid"          # or "open" (a sheet), or "deformable", the default
 //! follows = "femur_r"     # name in the motion; default: the body's name
 //! stiffness = 2.0         # for `resolve`: yields half as much as others; default: 1
+//! uncross = true          # for `resolve`: parts that cross each other come apart; default: false
 //!
 //! [[ignore]]              # pair that overlaps on purpose
 //! a = "femur"
@@ -92,7 +93,10 @@ pub(crate) struct BodyDescription {
     /// Name in the motion that the body follows; none for its own.
     pub(crate) follows: Option<String>,
     /// Stiffness in overlap removal, relative to bodies without one.
-    pub(crate) stiffness: Option<f64>,
+    pub(crate) stiffness: Option<Spanned<f64>>,
+    /// True if overlap removal takes parts of the body out of each other.
+    #[serde(default)]
+    pub(crate) uncross: bool,
     /// Map from the coordinates of the file to those of the body; none where they are the same.
     #[serde(skip)]
     pub(crate) placement: Option<DAffine3>,
@@ -140,6 +144,7 @@ impl SceneDescription {
                 kind,
                 follows: None,
                 stiffness: None,
+                uncross: false,
                 placement: None,
             });
         }

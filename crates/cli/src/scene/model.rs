@@ -63,6 +63,7 @@ fn add_meshes(body: &ModelBody, folder: &Path, model: &Path, scene: &mut SceneDe
             kind: BodyKind::Rigid,
             follows: Some(body.name.clone()),
             stiffness: None,
+            uncross: false,
             placement: Some(to_mass_center * mesh.placement),
         });
     }

@@ -26,12 +26,14 @@ fn defaults_replace_absent_keys() {
 #[test]
 fn every_key_is_read() {
     let text = format!(
-        "unit = \"cm\"\nmargin = 0.25\n[[ignore]]\na = \"b\"\nb = \"a\"\n{TWO_BODIES}kind = \"rigid\"\n"
+        "unit = \"cm\"\nmargin = 0.25\n[[ignore]]\na = \"b\"\nb = \"a\"\n{TWO_BODIES}kind = \"rigid\"\nstiffness = 2\nuncross = true\n"
     );
     let mut scene = parse(&text).unwrap();
     assert_eq!((scene.unit, scene.margin), (Unit::Centimeter, Some(0.25)));
     assert_eq!(scene.ignored, [IgnoredPair { a: "b".to_owned(), b: "a".to_owned() }]);
     assert_eq!(scene.bodies[1].kind, BodyKind::Rigid);
+    let stiffness = scene.bodies[1].stiffness.as_ref().map(|stiffness| *stiffness.get_ref());
+    assert_eq!((stiffness, scene.bodies[1].uncross), (Some(2.0), true));
     scene.set_rigid(&["a".to_owned()]).unwrap();
     assert_eq!(scene.bodies[0].kind, BodyKind::Rigid);
 }
@@ -90,6 +92,8 @@ fn invalid_conditions_name_line_and_value() {
         ("[[tie]]\na = \"a\"\nb = \"b\"", "missing field `within`"),
         ("[[tie]]\na = \"a\"\nb = \"b\"\nwithin = \"far\"", "at line 9"),
         ("[[tie]]\na = \"a\"\nb = \"b\"\ngap = 1", "unknown field `gap`"),
+        ("stiffness = -2", "line 6: [[body]]: stiffness is -2, but must be finite and greater"),
+        ("stiffness = nan", "line 6: [[body]]: stiffness is NaN, but must"),
         ("[[fixed]]\nbody = \"c\"\nvertices = \"v\"", "line 6: [[fixed]]: no body is named 'c'"),
         ("[[fixed]]\nbody = \"a\"", "line 6: [[fixed]]: select vertices in one way"),
         ("[[fixed]]\nbody = \"a\"\nwithin = 1", "'within' needs the body 'of'"),

@@ -3,7 +3,10 @@
 use std::fs;
 use std::path::PathBuf;
 
-use crate::support::{Run, Workshop, tetrahedron};
+use fixtures::shapes;
+use glam::DVec3;
+
+use crate::support::{Run, Workshop, obj, tetrahedron};
 
 fn program(workshop: &Workshop, arguments: &[String]) -> Run {
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
@@ -43,6 +46,26 @@ fn written_meshes_do_not_overlap() {
     assert!(map.contains("Scalars=\"displacement_length\""), "the map is coloured by length");
     for page in ["apart/before.html", "apart/after.html"] {
         assert!(workshop.read(page).ends_with("</html>\n"), "{page}");
+    }
+}
+
+#[test]
+fn a_body_that_crosses_itself_is_reported_and_uncrossed_on_request() {
+    let workshop = Workshop::new();
+    let ball = shapes::icosphere(10.0, 2);
+    let both = ball.clone().joined(&ball.rotated(DVec3::Y, 0.1).translated(DVec3::X * 18.5));
+    workshop.write("both.obj", obj(&both));
+    let found = workshop.check(&["both.obj"]);
+    assert!(found.stdout.contains(" self-crossings of "), "{}", found.stdout);
+
+    let scene = "[[body]]\nfile = \"both.obj\"\n";
+    workshop.write("left.toml", scene);
+    workshop.write("uncrossed.toml", format!("{scene}uncross = true\n"));
+    for (name, crosses) in [("left", true), ("uncrossed", false)] {
+        let run = workshop.run("resolve", &[&format!("{name}.toml"), "--out", name, "--no-report"]);
+        assert_eq!(run.status, 0, "{}", run.stdout);
+        let after = workshop.check(&[&format!("{name}/both.obj")]);
+        assert_eq!(after.stdout.contains(" self-crossings of "), crosses, "{}", after.stdout);
     }
 }
 

@@ -13,6 +13,7 @@ const WITH_GAP: ResolveParams = ResolveParams { gap: 0.05, max_rounds: 12, ..PAR
 /// Resolves a scene; checks that all bodies stay within their limits, whatever comes of it.
 fn resolve_within_limits(scene: &mut Scene) -> Resolution {
     let resolution = resolve::resolve(scene, &WITH_GAP, Progress::none()).expect("a resolution");
+    assert!(resolution.rounds[resolution.final_round].is_accepted, "of an accepted round");
     for change in &resolution.bodies {
         assert_eq!((change.flipped_faces, change.self_crossings[1]), (0, 0), "{:?}", change.body);
         let volume = change.volume_ratio.map_or(0.0, |ratio| (ratio - 1.0).abs());

@@ -123,6 +123,8 @@ fn open_gap(folder: &std::path::Path, set: &str) {
     let short = short.filter(|short| short.obstacle != GapObstacle::BothRigid).count();
     println!("measured: {set}: pairs below the gap | {short} | 0");
     println!("measured: {set}: with a gap, change of a volume [%] | {volume:.3} | 0.2");
+    let strain = bodies().map(|change| change.strain).fold(0.0, f64::max);
+    println!("measured: {set}: with a gap, strain | {strain:.3} | 1");
     println!("measured: {set}: with a gap, flipped | {flipped} | 0");
     println!("measured: {set}: with a gap, self-crossings | {crosses} | 0");
     // The aim is 1.3; muscle around the rim of the pelvis has a longer way out than it is deep.

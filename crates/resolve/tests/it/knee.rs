@@ -30,12 +30,15 @@ fn resolve_turned(degrees: f64) -> ([usize; 2], Resolution) {
     let mut scene = turned(degrees * DEGREE);
     let params = ResolveParams { gap: 0.05, max_rounds: 30, ..PARAMS };
     let resolution = resolve::resolve(&mut scene, &params, Progress::none()).expect("a resolution");
+    let mut strain: f64 = 0.0;
     for change in &resolution.bodies {
         let volume = change.volume_ratio.expect("closed");
         assert!((volume - 1.0).abs() <= 0.01, "{volume}");
         assert_eq!((change.flipped_faces, change.self_crossings[1]), (0, 0), "{:?}", change.body);
+        strain = strain.max(change.strain);
     }
 
+    println!("measured: knee turned by {degrees}°: strain | {strain:.3} | 1");
     let before = resolution.before.iter().filter(|report| report.overlaps).count();
     let after = resolution.remaining.len();
     println!(

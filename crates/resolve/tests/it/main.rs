@@ -1,11 +1,13 @@
 //! Tests of overlap removal.
 
 mod absurd;
+mod accepted;
 mod anatomy;
 mod gap;
 mod interruption;
 mod knee;
 mod planted;
+mod self_contact;
 mod thigh;
 
 use fixtures::Mesh;

@@ -202,6 +202,13 @@ fn tissue_without_room_is_named_with_the_reason() {
     let kept = &resolution.rounds[resolution.final_round];
     assert!((kept.max_depth - max_depth(&mut scene)).abs() < 1e-12, "{kept:?}");
 
+    // Within limits it is as after an earlier one, and that is named.
+    let mut scene = between_bones(0.01);
+    let resolution = resolve(&mut scene);
+    let kept = &resolution.rounds[resolution.final_round];
+    assert!(kept.is_accepted && !resolution.broken_limits.is_empty());
+    assert!((kept.max_depth - max_depth(&mut scene)).abs() < 1e-12, "{kept:?}");
+
     let hasty = ResolveParams { max_rounds: 1, ..PARAMS };
     let resolution = resolve::resolve(&mut planted(), &hasty, Progress::none());
     let resolution = resolution.expect("a resolution");
@@ -210,7 +217,7 @@ fn tissue_without_room_is_named_with_the_reason() {
 }
 
 /// Returns two wedges whose ridges cross at right angles, `depth` into each other.
-fn crossed_wedges(depth: f64) -> [Mesh; 2] {
+pub(crate) fn crossed_wedges(depth: f64) -> [Mesh; 2] {
     let positions = [[-4.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, -3.0, -3.0], [0.0, 3.0, -3.0]];
     let positions = positions.map(DVec3::from).to_vec();
     let lower = Mesh { positions, faces: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]] };

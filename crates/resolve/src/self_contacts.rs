@@ -1,0 +1,136 @@
+//! Contacts of bodies with themselves: parts of one surface that are inside each other come apart as
+//! two bodies do.
+//!
+//! A vertex is inside another part of its body where the winding number is positive just in front of
+//! its own faces. It leaves by the closest face that looks against its normal, which is right where
+//! parts are in each other by less than they are thick. Edges that cross without a vertex inside come
+//! apart as those of two bodies.
+
+use glam::DVec3;
+use kdop::{Axis, Workspace};
+use proximity::{ClosestPoint, ContactSurface, NearVertex, SurfaceTree, contact};
+use surface::{Contact, ray_crosses_triangle, triangle, vertex_normals};
+
+use crate::edge_contacts::self_edge_contacts;
+use crate::exit_sides::agrees;
+use crate::run::{Run, detection_margin};
+use crate::tissue::{Tissue, fitted_tree};
+
+/// Distance in front of a vertex at which its winding number is computed \[mean edge\]. Below, own
+/// faces count by rounding; above, parts that are as near count as crossing.
+const FRONT: f64 = 1e-3;
+
+impl Run<'_> {
+    /// Makes the contacts of all bodies that are to be uncrossed.
+    pub(crate) fn self_contacts(&self) -> Vec<Contact> {
+        let margin = detection_margin(&self.params);
+        let mut contacts = Vec::new();
+        for (tissue, body) in self.tissues.iter().zip(self.scene.bodies()) {
+            if tissue.crossings_to_resolve.is_some() && !tissue.is_rigid {
+                let own = SelfSurface::new(tissue, fitted_tree(body));
+                let is_inside = own.inside();
+                own.add_contacts(&body.contact_surface(), &is_inside, margin, &mut contacts);
+                let crossing = own.tree.self_crossings(&mut Workspace::default());
+                contacts.extend(self_edge_contacts(body, is_inside, &crossing));
+            }
+        }
+        contacts
+    }
+}
+
+/// Surface that is compared with itself.
+pub(crate) struct SelfSurface<'a> {
+    tissue: &'a Tissue,
+    tree: &'a SurfaceTree,
+    /// Outward unit normals, |V|.
+    normals: Vec<DVec3>,
+    /// 1 where faces look outward, −1 where they look inward.
+    orientation: f64,
+}
+
+impl<'a> SelfSurface<'a> {
+    pub(crate) fn new(tissue: &'a Tissue, tree: &'a SurfaceTree) -> Self {
+        let is_inside_out = tissue.volume.is_some_and(|volume| volume < 0.0);
+        let orientation = if is_inside_out { -1.0 } else { 1.0 };
+        let mut normals = vertex_normals(tree.surface().faces(), tree.positions().as_slice());
+        for normal in &mut normals {
+            *normal *= orientation;
+        }
+        Self { tissue, tree, normals, orientation }
+    }
+
+    /// Marks the vertices that are inside another part of the body.
+    pub(crate) fn inside(&self) -> Vec<bool> {
+        let workspace = &mut Workspace::default();
+        let vertices = (0..).take(self.normals.len());
+        vertices.map(|vertex| self.is_inside(vertex, workspace)).collect()
+    }
+
+    /// Adds the contacts of vertices that are inside another part of the body, or in front of one
+    /// by up to a margin.
+    fn add_contacts(
+        &self,
+        own: &ContactSurface<'_>,
+        is_inside: &[bool],
+        margin: f64,
+        contacts: &mut Vec<Contact>,
+    ) {
+        let workspace = &mut Workspace::default();
+        for (vertex, &is_inside) in (0..).zip(is_inside) {
+            let reach = if is_inside { f64::INFINITY } else { margin };
+            if let Some(near) = self.opposite(vertex, is_inside, reach, workspace) {
+                contacts.push(contact(own, own, &near));
+            }
+        }
+    }
+
+    fn is_inside(&self, vertex: u32, workspace: &mut Workspace) -> bool {
+        let step = FRONT * self.tissue.mean_edge * self.normals[vertex as usize];
+        let front = self.tree.position(vertex) + step;
+        let mut winding_number = 0;
+        self.tree.tree().ray(front, Axis::X, workspace, |face| {
+            winding_number += ray_crosses_triangle(front, self.tree.corners(face)).unwrap_or(0);
+        });
+        self.orientation * f64::from(winding_number) > 0.0
+    }
+
+    /// Finds the closest face within reach that looks against the normal of a vertex, and that the
+    /// vertex is behind if it is inside, else in front of.
+    fn opposite(
+        &self,
+        vertex: u32,
+        is_inside: bool,
+        reach: f64,
+        workspace: &mut Workspace,
+    ) -> Option<NearVertex> {
+        let (x, side) = (self.tree.position(vertex), -self.normals[vertex as usize]);
+        let mut nearest: Option<ClosestPoint> = None;
+        self.tree.tree().nearest(x, reach, workspace, |face, _| {
+            let found = self.tree.closest_on_face(x, face);
+            let is_nearer = match &nearest {
+                Some(nearest) => found.is_before(nearest),
+                None => found.distance <= reach,
+            };
+            let is_behind = (x - found.foot.point).dot(self.face_normal(face)) < 0.0;
+            let is_other = !self.tissue.corners(face).contains(&vertex);
+            let is_opposite = is_other && is_behind == is_inside;
+            if is_nearer && is_opposite && agrees(self.face_normal(face), side) {
+                nearest = Some(found);
+            }
+            nearest.map_or(reach, |nearest| nearest.distance)
+        });
+
+        // The way to the face or from it, or its normal where the way is along it.
+        let ClosestPoint { face, foot, .. } = nearest?;
+        let way = if is_inside { foot.point - x } else { x - foot.point }.normalize_or_zero();
+        let face_normal = self.face_normal(face);
+        let normal = if agrees(way, face_normal) { way } else { face_normal };
+        let gap = (x - foot.point).dot(normal);
+        let barycentric = foot.barycentric;
+        Some(NearVertex { vertex, gap, foot: foot.point, face, barycentric, normal })
+    }
+
+    fn face_normal(&self, face: u32) -> DVec3 {
+        self.orientation * triangle::unit_normal(self.tree.corners(face))
+    }
+}
