@@ -2,7 +2,7 @@
 //! two bodies do.
 //!
 //! A vertex is inside another part of its body where the winding number is positive just in front of
-//! its own faces. It leaves by the closest face that looks against its normal, which is right where
+//! its own faces. It leaves by the closest face whose normal opposes its own, which is right where
 //! parts are in each other by less than they are thick. Edges that cross without a vertex inside come
 //! apart as those of two bodies.
 
@@ -44,7 +44,7 @@ pub(crate) struct SelfSurface<'a> {
     tree: &'a SurfaceTree,
     /// Outward unit normals, |V|.
     normals: Vec<DVec3>,
-    /// 1 where faces look outward, −1 where they look inward.
+    /// 1 where faces are oriented outward, −1 where inward.
     orientation: f64,
 }
 
@@ -94,7 +94,7 @@ impl<'a> SelfSurface<'a> {
         self.orientation * f64::from(winding_number) > 0.0
     }
 
-    /// Finds the closest face within reach that looks against the normal of a vertex, and that the
+    /// Finds the closest face within reach whose normal opposes that of a vertex, and that the
     /// vertex is behind if it is inside, else in front of.
     fn opposite(
         &self,

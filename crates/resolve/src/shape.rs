@@ -52,16 +52,16 @@ impl Tissue {
         longest
     }
 
-    /// Counts the pairs of the body's own faces that cross, beyond their number at rest; all of them
-    /// where they are to be resolved.
+    /// Counts the pairs of the body's own faces that cross where they are written, beyond their number
+    /// at rest; all of them where they are to be resolved.
     pub(crate) fn count_new_self_crossings(&self, tree: &SurfaceTree) -> usize {
         if self.crossings_to_resolve.is_some() {
-            return tree.self_crossings(&mut Workspace::default()).len();
+            return self.self_crossings(tree).len();
         }
         if tree.positions().as_slice() == self.rest {
             return 0;
         }
-        let now = tree.self_crossings(&mut Workspace::default()).len();
+        let now = self.self_crossings(tree).len();
         if now == 0 { 0 } else { now.saturating_sub(self_crossings_at(&self.rest, tree).len()) }
     }
 
@@ -313,16 +313,6 @@ impl Tissue {
         } else {
             tree.self_crossings(&mut Workspace::default())
         }
-    }
-
-    /// Counts the pairs of the body's own faces that cross where they are written, and did not at
-    /// rest.
-    fn count_new_self_crossings(&self, tree: &SurfaceTree) -> usize {
-        if tree.positions().as_slice() == self.rest {
-            return 0;
-        }
-        let now = self.self_crossings(tree).len();
-        if now == 0 { 0 } else { now.saturating_sub(self_crossings_at(&self.rest, tree).len()) }
     }
 
     /// Moves each vertex halfway to its equilibrium with its links.

@@ -189,7 +189,7 @@ class Scene(_native.Scene):
         uncross: Iterable[str] = (),
         max_rounds: int = 60,
         max_volume_change: float = 0.01,
-        max_strain: float = 1.0,
+        max_strain: float = 3.0,
         keep_going: bool = False,
         threads: int | None = None,
         progress: Progress | None = None,

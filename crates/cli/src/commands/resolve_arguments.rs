@@ -31,7 +31,7 @@ pub(super) struct ResolveArgs {
 
     /// Largest strain of a soft body: change of an edge's length over its length, or over the body's
     /// mean edge where that is longer
-    #[arg(long, value_name = "SHARE", default_value_t = 1.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SHARE", default_value_t = 3.0, allow_negative_numbers = true)]
     max_strain: f64,
 
     /// Maximum number of rounds of detection and pushing

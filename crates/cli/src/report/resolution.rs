@@ -14,10 +14,12 @@ pub(crate) fn resolution_text(resolution: &Resolution, scene: &Scene, unit: Unit
     // A state that later rounds did not improve is that of an earlier round.
     let last = resolution.rounds.len().saturating_sub(1);
     if resolution.final_round < last {
-        text += &format!(
-            "Round {} of {last} is kept: none of the later ones was better.\n",
-            resolution.final_round
-        );
+        let reason = if resolution.broken_limits.is_empty() {
+            "none of the later ones was better"
+        } else {
+            "better ones break the limits of a body"
+        };
+        text += &format!("Round {} of {last} is kept: {reason}.\n", resolution.final_round);
     }
 
     for body in &resolution.self_overlaps {
