@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use kdop::{Dop18, Leaves, Tree, Workspace};
+use surface::progress::{Interrupted, Progress};
 use surface::{
     Meeting, Positions, Pseudonormals, TriangleFeature, TriangleSurface, closest_on_triangle,
     triangles_meet,
@@ -105,13 +106,18 @@ impl<'a> SurfaceDistance<'a> {
     }
 
     /// Checks that the surface does not cross itself.
-    pub(crate) fn check_crossings(&self) -> Result<(), MedialError> {
-        let mut crossings = Vec::new();
-        self.tree.self_pairs(0.0, &mut Workspace::default(), |a, b| {
+    pub(crate) fn check_crossings(&self, progress: Progress<'_>) -> Result<(), MedialError> {
+        /// Pairs of faces between two polls for interruption: a millisecond.
+        const POLL_INTERVAL: u32 = 4096;
+
+        let (mut crossings, mut polls) = (Vec::new(), progress.every(POLL_INTERVAL));
+        self.tree.try_self_pairs(0.0, &mut Workspace::default(), |a, b| {
+            polls.step()?;
             if triangles_meet(self.corners(a), self.corners(b)) == Meeting::Crossing {
                 crossings.push([a, b]);
             }
-        });
+            Ok::<_, Interrupted>(())
+        })?;
         match crossings.iter().min() {
             Some(&[first, second]) => {
                 Err(MedialError::SelfCrossing { count: crossings.len(), first, second })

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use kdop::Workspace;
+use surface::progress::{Interrupted, Progress};
 use surface::{ClosestOnTriangle, Meeting, closest_on_triangle, triangles_meet};
 
 use crate::SurfaceTree;
@@ -76,15 +77,27 @@ impl SurfaceTree {
     }
 
     /// Finds pairs of faces without a common corner that cross, ascending.
-    #[must_use]
-    pub fn self_crossings(&self, workspace: &mut Workspace) -> Vec<[u32; 2]> {
-        let mut crossing = Vec::new();
-        self.tree().self_pairs(0.0, workspace, |a, b| {
+    ///
+    /// # Errors
+    ///
+    /// [`Interrupted`] when the handler of `progress` ends the call.
+    pub fn self_crossings(
+        &self,
+        workspace: &mut Workspace,
+        progress: Progress<'_>,
+    ) -> Result<Vec<[u32; 2]>, Interrupted> {
+        /// Pairs of faces between two polls for interruption: a millisecond.
+        const POLL_INTERVAL: u32 = 4096;
+
+        let (mut crossing, mut polls) = (Vec::new(), progress.every(POLL_INTERVAL));
+        self.tree().try_self_pairs(0.0, workspace, |a, b| {
+            polls.step()?;
             if triangles_meet(self.corners(a), self.corners(b)) == Meeting::Crossing {
                 crossing.push([a.min(b), a.max(b)]);
             }
-        });
+            Ok(())
+        })?;
         crossing.sort_unstable();
-        crossing
+        Ok(crossing)
     }
 }

@@ -8,6 +8,7 @@
 use kdop::Workspace;
 use response::positive;
 use scene::{BodyId, PairId, Scene};
+use surface::progress::Progress;
 
 use crate::self_contacts::SelfSurface;
 use crate::tissue::{Tissue, fitted_tree};
@@ -60,6 +61,7 @@ impl Conditions {
         &self,
         scene: &Scene,
         tissues: &mut [Tissue],
+        progress: Progress<'_>,
     ) -> Result<(), ResolveError> {
         for id in &self.uncrossed {
             let body = scene.get(*id)?;
@@ -68,7 +70,7 @@ impl Conditions {
                 let name = body.name().to_owned();
                 ResolveError::NoInside { name, source }
             })?;
-            let crossings = tree.self_crossings(&mut Workspace::default()).len();
+            let crossings = tree.self_crossings(&mut Workspace::default(), progress)?.len();
             if crossings > 0 {
                 tissue.is_inside_itself = SelfSurface::new(tissue, tree).inside();
             }

@@ -124,8 +124,7 @@ impl Run<'_> {
         let progress = self.round_progress();
         parallel::try_for_each_mut(&mut parts, |_, (tissue, tree, d, shares)| {
             progress.report(0.0)?;
-            tissue.limit_step(tree, d, shares);
-            Ok(())
+            tissue.limit_step(tree, d, shares, progress)
         })
     }
 

@@ -3,6 +3,7 @@
 use glam::DVec3;
 use scene::BodyId;
 use surface::parallel;
+use surface::progress::Interrupted;
 
 use crate::resolution::BrokenLimit;
 use crate::run::Run;
@@ -87,19 +88,24 @@ impl Run<'_> {
     }
 
     /// Returns true if no body is beyond its limits after a round that was assessed.
-    pub(crate) fn holds_limits(&self) -> bool {
+    pub(crate) fn holds_limits(&self) -> Result<bool, Interrupted> {
         let limits = self.limits();
         if !self.tissues.iter().all(|tissue| limits.hold(&tissue.damage)) {
-            return false;
+            return Ok(false);
         }
 
         // Self-crossings take longest.
         let (tissues, bodies) = (&self.tissues, self.scene.bodies());
+        let progress = self.round_progress();
         let counts = parallel::map(tissues.len(), |i| {
-            tissues[i].count_new_self_crossings(fitted_tree(&bodies[i]))
+            tissues[i].count_new_self_crossings(fitted_tree(&bodies[i]), progress)
         });
-        let is_new = |(tissue, count): (&Tissue, usize)| count > tissue.allowed_crossings();
-        !tissues.iter().zip(counts).any(is_new)
+        for (tissue, count) in tissues.iter().zip(counts) {
+            if count? > tissue.allowed_crossings() {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     /// Lists the bodies that are beyond their limits at present. Without `counts_crossings`, the
@@ -109,9 +115,8 @@ impl Run<'_> {
         counts_crossings: bool,
     ) -> Result<Vec<BrokenLimit>, ResolveError> {
         self.scene.fit_all()?;
-        self.for_each_soft(|tissue, tree, _| {
-            tissue.assess(tree, counts_crossings);
-            Ok(())
+        self.for_each_soft(|tissue, tree, progress| {
+            tissue.assess(tree, counts_crossings, progress)
         })?;
         let mut broken = Vec::new();
         let limits = self.limits();
@@ -132,15 +137,15 @@ impl Run<'_> {
     }
 
     /// Lists the bodies that are to be uncrossed and still cross themselves.
-    pub(crate) fn self_overlaps(&self) -> Vec<BodyId> {
-        let mut left = Vec::new();
-        for tissue in &self.tissues {
+    pub(crate) fn self_overlaps(&self) -> Result<Vec<BodyId>, Interrupted> {
+        let (mut left, progress) = (Vec::new(), self.round_progress());
+        for tissue in self.tissues.iter().filter(|tissue| tissue.crossings_to_resolve.is_some()) {
             let tree = fitted_tree(self.scene.body(tissue.id));
-            if tissue.crossings_to_resolve.is_some() && tissue.count_new_self_crossings(tree) > 0 {
+            if tissue.count_new_self_crossings(tree, progress)? > 0 {
                 left.push(tissue.id);
             }
         }
-        left
+        Ok(left)
     }
 
     fn limits(&self) -> Limits {
@@ -196,7 +201,7 @@ mod tests {
             }
             run.move_soft(|_, _| Some(x.clone())).expect("positions");
             run.record().expect("a round");
-            assert_eq!(run.holds_limits(), holds, "pressed by {depth}");
+            assert_eq!(run.holds_limits(), Ok(holds), "pressed by {depth}");
             assert!(run.limits().hold(&run.tissues[0].damage), "by nothing else");
         }
     }

@@ -110,7 +110,7 @@ impl Run<'_> {
 
         let contacts: Result<Vec<_>, Interrupted> = contacts.into_iter().collect();
         let mut contacts = contacts?.concat();
-        contacts.extend(self.self_contacts());
+        contacts.extend(self.self_contacts()?);
         Ok(contacts)
     }
 

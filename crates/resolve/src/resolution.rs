@@ -5,6 +5,7 @@ use kdop::Workspace;
 use proximity::SurfaceTree;
 use scene::{BodyId, DepthBracket, PairId, PairReport, Scene};
 use surface::parallel;
+use surface::progress::{Interrupted, Progress};
 
 use crate::near_pairs::{NearPair, NearPairs};
 use crate::shape::self_crossings_at;
@@ -406,12 +407,20 @@ pub(crate) fn max_bracket(depths: impl Iterator<Item = DepthBracket>) -> Option<
 
 impl BodyChange {
     /// Compares all bodies of a scene with their tissues at rest.
-    pub(crate) fn list(scene: &Scene, tissues: &[Tissue]) -> Vec<Self> {
-        let bodies = scene.bodies();
-        parallel::map(tissues.len(), |i| Self::new(&tissues[i], fitted_tree(&bodies[i])))
+    pub(crate) fn list(
+        scene: &Scene,
+        tissues: &[Tissue],
+        progress: Progress<'_>,
+    ) -> Result<Vec<Self>, Interrupted> {
+        let new = |i| Self::new(&tissues[i], fitted_tree(&scene.bodies()[i]), progress);
+        parallel::map(tissues.len(), new).into_iter().collect()
     }
 
-    fn new(tissue: &Tissue, tree: &SurfaceTree) -> Self {
+    fn new(
+        tissue: &Tissue,
+        tree: &SurfaceTree,
+        progress: Progress<'_>,
+    ) -> Result<Self, Interrupted> {
         // Shape: volume, faces that turned over, and crossings of the body with itself.
         let x = tree.positions().as_slice();
         let mut change = Self {
@@ -423,8 +432,8 @@ impl BodyChange {
             volume_ratio: tissue.volume.map(|volume| tissue.volume_at(x) / volume),
             flipped_faces: tissue.count_flipped(x),
             self_crossings: [
-                self_crossings_at(&tissue.rest, tree).len(),
-                tree.self_crossings(&mut Workspace::default()).len(),
+                self_crossings_at(&tissue.rest, tree, progress)?.len(),
+                tree.self_crossings(&mut Workspace::default(), progress)?.len(),
             ],
         };
 
@@ -434,7 +443,7 @@ impl BodyChange {
             change.moved += usize::from(u != DVec3::ZERO);
             change.displacements.push(u);
         }
-        change
+        Ok(change)
     }
 }
 

@@ -67,7 +67,7 @@ impl<'a> Run<'a> {
         for tissue in &mut tissues {
             tissue.is_written_single = params.rounds_to_single();
         }
-        conditions.uncross(scene, &mut tissues)?;
+        conditions.uncross(scene, &mut tissues, start)?;
         let tied = conditions.tied_pairs();
         let tie_bonds = conditions.tie_bonds(scene, &tissues)?;
         let mut inverse_masses = Vec::new();
@@ -159,7 +159,7 @@ impl<'a> Run<'a> {
         } else {
             Obstacle::Rounds
         };
-        let self_overlaps = self.self_overlaps();
+        let self_overlaps = self.self_overlaps()?;
         let (near, before) = (&self.near, &self.before);
         let remaining = Remaining::list(self.scene, &after, near, before, standstill);
         Ok(Resolution {
@@ -172,7 +172,7 @@ impl<'a> Run<'a> {
             broken_limits,
             gap_rounds: std::mem::take(&mut self.gap_rounds),
             remaining,
-            bodies: BodyChange::list(self.scene, &self.tissues),
+            bodies: BodyChange::list(self.scene, &self.tissues, self.round_progress())?,
             before: std::mem::take(&mut self.before),
             after,
             rounds: std::mem::take(&mut self.rounds),
@@ -223,7 +223,7 @@ impl<'a> Run<'a> {
     pub(crate) fn record(&mut self) -> Result<(), ResolveError> {
         let tolerance = self.params.tolerance;
         let mut round = Round::of_overlaps(&self.near, &self.before);
-        for contact in self.self_contacts() {
+        for contact in self.self_contacts()? {
             round.max_depth = round.max_depth.max(-contact.gap);
         }
 
@@ -236,9 +236,8 @@ impl<'a> Run<'a> {
         // Self-crossings take long to find, and matter once the overlaps are gone.
         let is_wanted = |tissue: &Tissue| tissue.crossings_to_resolve.is_some();
         let counts_crossings = round.is_within(tolerance) || self.tissues.iter().any(is_wanted);
-        self.for_each_soft(|tissue, tree, _| {
-            tissue.assess(tree, counts_crossings);
-            Ok(())
+        self.for_each_soft(|tissue, tree, progress| {
+            tissue.assess(tree, counts_crossings, progress)
         })?;
         for tissue in &self.tissues {
             round.add_damage(&tissue.damage, counts_crossings);
@@ -259,7 +258,7 @@ impl<'a> Run<'a> {
 
         // So is the best one in which no pair overlaps anew and no body is beyond its limits.
         let is_better = self.accepted.is_none_or(|last| round.is_better_than(&self.rounds[last]));
-        round.is_accepted = is_better && round.new_pairs == 0 && self.holds_limits();
+        round.is_accepted = is_better && round.new_pairs == 0 && self.holds_limits()?;
         if round.is_accepted {
             self.accepted = Some(self.rounds.len());
             self.accept_state(self.rounds.len());

@@ -9,6 +9,7 @@
 use glam::DVec3;
 use kdop::{Axis, Workspace};
 use proximity::{ClosestPoint, ContactSurface, NearVertex, SurfaceTree, contact};
+use surface::progress::Interrupted;
 use surface::{Contact, ray_crosses_triangle, triangle, vertex_normals};
 
 use crate::edge_contacts::self_edge_contacts;
@@ -22,7 +23,7 @@ const FRONT: f64 = 1e-3;
 
 impl Run<'_> {
     /// Makes the contacts of all bodies that are to be uncrossed.
-    pub(crate) fn self_contacts(&self) -> Vec<Contact> {
+    pub(crate) fn self_contacts(&self) -> Result<Vec<Contact>, Interrupted> {
         let margin = detection_margin(&self.params);
         let mut contacts = Vec::new();
         for (tissue, body) in self.tissues.iter().zip(self.scene.bodies()) {
@@ -30,11 +31,12 @@ impl Run<'_> {
                 let own = SelfSurface::new(tissue, fitted_tree(body));
                 let is_inside = own.inside();
                 own.add_contacts(&body.contact_surface(), &is_inside, margin, &mut contacts);
-                let crossing = own.tree.self_crossings(&mut Workspace::default());
+                let crossing =
+                    own.tree.self_crossings(&mut Workspace::default(), self.round_progress())?;
                 contacts.extend(self_edge_contacts(body, is_inside, &crossing));
             }
         }
-        contacts
+        Ok(contacts)
     }
 }
 

@@ -14,17 +14,23 @@ use crate::tuning;
 impl Tissue {
     /// Assesses the damage at `x`. Self-crossings take long: without `counts_crossings`, their
     /// last count stays.
-    pub(crate) fn assess(&mut self, tree: &SurfaceTree, counts_crossings: bool) {
+    pub(crate) fn assess(
+        &mut self,
+        tree: &SurfaceTree,
+        counts_crossings: bool,
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
         let x = tree.positions().as_slice();
         let volume_change = self.volume_change(x);
         let flipped_faces = self.count_flipped(x);
         let mut self_crossings = self.damage.self_crossings;
         if counts_crossings {
-            self_crossings = self.count_new_self_crossings(tree);
+            self_crossings = self.count_new_self_crossings(tree, progress)?;
         }
         let (strain, max_displacement) = (self.strain(x), self.max_displacement(x));
         self.damage =
             Damage { flipped_faces, volume_change, self_crossings, strain, max_displacement };
+        Ok(())
     }
 
     /// Computes the largest strain of an edge at `x`: the change of its length over its length at rest,
@@ -54,15 +60,20 @@ impl Tissue {
 
     /// Counts the pairs of the body's own faces that cross where they are written, beyond their number
     /// at rest; all of them where they are to be resolved.
-    pub(crate) fn count_new_self_crossings(&self, tree: &SurfaceTree) -> usize {
-        if self.crossings_to_resolve.is_some() {
-            return self.self_crossings(tree).len();
+    pub(crate) fn count_new_self_crossings(
+        &self,
+        tree: &SurfaceTree,
+        progress: Progress<'_>,
+    ) -> Result<usize, Interrupted> {
+        let is_at_rest = tree.positions().as_slice() == self.rest;
+        if is_at_rest && self.crossings_to_resolve.is_none() {
+            return Ok(0);
         }
-        if tree.positions().as_slice() == self.rest {
-            return 0;
+        let now = self.self_crossings(tree, progress)?.len();
+        if now == 0 || self.crossings_to_resolve.is_some() {
+            return Ok(now);
         }
-        let now = self.self_crossings(tree).len();
-        if now == 0 { 0 } else { now.saturating_sub(self_crossings_at(&self.rest, tree).len()) }
+        Ok(now.saturating_sub(self_crossings_at(&self.rest, tree, progress)?.len()))
     }
 
     /// Computes the relative change of the volume; 0 where the body has no inside.
@@ -81,10 +92,16 @@ impl Tissue {
     /// Holds back vertices of faces that a step would turn over, or let cross others of the body.
     ///
     /// `shares` are the parts of the displacements `d` that are taken, |V|.
-    pub(crate) fn limit_step(&self, tree: &SurfaceTree, d: &[DVec3], shares: &mut [f64]) {
+    pub(crate) fn limit_step(
+        &self,
+        tree: &SurfaceTree,
+        d: &[DVec3],
+        shares: &mut [f64],
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
         let from = tree.positions().as_slice();
         let turned_before = self.turned_faces(from, 0.0);
-        let crossed_before = self.self_crossings(tree);
+        let crossed_before = self.self_crossings(tree, progress)?;
         for pass in 0..=tuning::MAX_HOLD_PASSES {
             let mut x = from.to_vec();
             for (x, (d, share)) in x.iter_mut().zip(d.iter().zip(shares.iter())) {
@@ -95,13 +112,13 @@ impl Tissue {
             // Faces that were turned or crossed before hold nobody back.
             let mut faces = self.turned_faces(&x, 0.0);
             faces.retain(|face| turned_before.binary_search(face).is_err());
-            for pair in self_crossings_at(&x, tree) {
+            for pair in self_crossings_at(&x, tree, progress)? {
                 if !crossed_before.contains(&pair) {
                     faces.extend(pair);
                 }
             }
             if faces.is_empty() {
-                return;
+                return Ok(());
             }
 
             // With a ring around them, so that the hold does not end steeply.
@@ -119,6 +136,7 @@ impl Tissue {
 
         // What is not found by then rests.
         shares.fill(0.0);
+        Ok(())
     }
 
     /// Limits strain, and smooths tissue that crosses itself if it `uncrosses`.
@@ -173,7 +191,8 @@ impl Tissue {
     ) -> Result<(), Interrupted> {
         // The corners of crossing faces, and some rings of vertices around them.
         let mut vertices = Vec::new();
-        for face in self_crossings_at(&self.written(x.to_vec()), tree).into_iter().flatten() {
+        let written = self.written(x.to_vec());
+        for face in self_crossings_at(&written, tree, progress)?.into_iter().flatten() {
             vertices.extend(self.corners(face));
         }
         for _ in 0..tuning::UNCROSSING_RINGS {
@@ -307,11 +326,15 @@ impl Tissue {
     }
 
     /// Finds the pairs of the body's own faces that cross where they are written.
-    fn self_crossings(&self, tree: &SurfaceTree) -> Vec<[u32; 2]> {
+    fn self_crossings(
+        &self,
+        tree: &SurfaceTree,
+        progress: Progress<'_>,
+    ) -> Result<Vec<[u32; 2]>, Interrupted> {
         if self.is_written_single {
-            self_crossings_at(&rounded_to_single(tree.positions().as_slice()), tree)
+            self_crossings_at(&rounded_to_single(tree.positions().as_slice()), tree, progress)
         } else {
-            tree.self_crossings(&mut Workspace::default())
+            tree.self_crossings(&mut Workspace::default(), progress)
         }
     }
 
@@ -328,11 +351,15 @@ impl Tissue {
 }
 
 /// Finds the pairs of a body's own faces, without a common corner, that would cross at `x`.
-pub(crate) fn self_crossings_at(x: &[DVec3], tree: &SurfaceTree) -> Vec<[u32; 2]> {
+pub(crate) fn self_crossings_at(
+    x: &[DVec3],
+    tree: &SurfaceTree,
+    progress: Progress<'_>,
+) -> Result<Vec<[u32; 2]>, Interrupted> {
     let mut moved = tree.clone();
     match moved.set_positions(x.iter().copied()) {
-        Ok(()) => moved.self_crossings(&mut Workspace::default()),
-        Err(_) => Vec::new(),
+        Ok(()) => moved.self_crossings(&mut Workspace::default(), progress),
+        Err(_) => Ok(Vec::new()),
     }
 }
 
@@ -424,6 +451,10 @@ mod tests {
         (scene, tissue, d)
     }
 
+    fn count_self_crossings(x: &[DVec3], tree: &SurfaceTree) -> usize {
+        self_crossings_at(x, tree, Progress::none()).expect("no interruption").len()
+    }
+
     #[test]
     fn a_step_that_would_cross_the_body_itself_is_held_back_there() {
         let (scene, tissue, mut d) = pressed_through();
@@ -431,10 +462,11 @@ mod tests {
         let far = tissue.rest.iter().position(|x| x.x < -11.0).expect("the rim");
         d[far] = 0.1 * DVec3::Y;
         let mut shares = vec![1.0; d.len()];
-        tissue.limit_step(tree, &d, &mut shares);
+        let none = Progress::none();
+        tissue.limit_step(tree, &d, &mut shares, none).expect("no interruption");
         let taken = |v: usize| tissue.rest[v] + shares[v] * d[v];
         let x: Vec<DVec3> = (0..d.len()).map(taken).collect();
-        assert_eq!(tissue.count_flipped(&x) + self_crossings_at(&x, tree).len(), 0);
+        assert_eq!(tissue.count_flipped(&x) + count_self_crossings(&x, tree), 0);
         assert!(shares[far] >= 1.0 && shares.iter().any(|share| *share < 1.0));
     }
 
@@ -463,13 +495,14 @@ mod tests {
             let ends = |shares: &[f64]| -> Vec<DVec3> {
                 (0..d.len()).map(|v| tissue.rest[v] + shares[v] * d[v]).collect()
             };
-            let crossings = |x: &[DVec3]| self_crossings_at(x, tree).len();
+            let crossings = |x: &[DVec3]| count_self_crossings(x, tree);
 
             let mut shares = vec![1.0; d.len()];
             let whole = ends(&shares);
             let crosses_rounded = crossings(&rounded_to_single(&whole)) > 0;
             crossed_by_rounding += u32::from(crossings(&whole) == 0 && crosses_rounded);
-            tissue.limit_step(tree, &d, &mut shares);
+            let none = Progress::none();
+            tissue.limit_step(tree, &d, &mut shares, none).expect("no interruption");
             assert_eq!(crossings(&rounded_to_single(&ends(&shares))), 0, "step {step}");
         }
         assert!(crossed_by_rounding > 0, "some steps cross by rounding alone");
@@ -483,10 +516,10 @@ mod tests {
         for (x, d) in x.iter_mut().zip(&d) {
             *x += *d;
         }
-        let before = self_crossings_at(&x, tree).len();
+        let before = count_self_crossings(&x, tree);
         assert!(before > 0, "its upper side is below its lower one");
         tissue.uncross(tree, &mut x, Progress::none()).expect("no interruption");
-        let after = self_crossings_at(&x, tree).len();
+        let after = count_self_crossings(&x, tree);
         assert_eq!(after, 0, "of {before}");
     }
 }

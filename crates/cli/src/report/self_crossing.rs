@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use glam::DVec3;
 use musculo_collide::kdop::Workspace;
 use musculo_collide::surface::{parallel, triangle};
-use musculo_collide::{Body, Scene, SceneError};
+use musculo_collide::{Body, Progress, Scene, SceneError};
 use serde::Serialize;
 
 use super::text::{counted, length};
@@ -45,8 +45,9 @@ pub(crate) fn self_crossings(scene: &mut Scene) -> Result<Vec<Option<SelfCrossin
 impl SelfCrossings {
     fn find(workspace: &mut Workspace, body: &Body) -> Option<Self> {
         // Faces with a common corner always touch, and their crossings are not told apart.
+        // An interruption ends the whole program, so that none is polled here.
         let (mut pairs, mut crossing, mut curve_length) = (Vec::new(), BTreeSet::new(), 0.0);
-        for faces in body.tree()?.self_crossings(workspace) {
+        for faces in body.tree()?.self_crossings(workspace, Progress::none()).ok()? {
             let [a, b] = faces.map(|face| body.corners(face));
             crossing.extend(faces);
             curve_length += common_length(a, b);

@@ -1,5 +1,7 @@
 //! Pairs of leaves of one tree that share no point.
 
+use std::convert::Infallible;
+
 use crate::cluster::{Cluster, HALVES, LeafDops};
 use crate::dop4::{ABOVE_DIAGONAL, set_bits};
 use crate::neighbors::SharedPairs;
@@ -28,20 +30,37 @@ impl<const S: usize> DopTree<S> {
         &self,
         margin: f64,
         workspace: &mut Workspace<S>,
-        visit: impl FnMut(u32, u32),
+        mut visit: impl FnMut(u32, u32),
     ) {
-        let margin = self.widening(margin);
-        self.gather_cluster_pairs(self, margin.as_ref(), workspace);
-        self.visit_leaf_self_pairs(margin.as_ref(), workspace, visit);
+        let Ok(()) = self.try_self_pairs(margin, workspace, |first, second| {
+            visit(first, second);
+            Ok::<_, Infallible>(())
+        });
     }
 
-    /// Tests the leaves of every pair of clusters listed.
-    fn visit_leaf_self_pairs(
+    /// As [`self_pairs`](Self::self_pairs), ended by the first error of `visit`.
+    ///
+    /// # Errors
+    ///
+    /// The error that ended it.
+    pub fn try_self_pairs<E>(
+        &self,
+        margin: f64,
+        workspace: &mut Workspace<S>,
+        visit: impl FnMut(u32, u32) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let margin = self.widening(margin);
+        self.gather_cluster_pairs(self, margin.as_ref(), workspace);
+        self.visit_leaf_self_pairs(margin.as_ref(), workspace, visit)
+    }
+
+    /// Tests the leaves of every pair of clusters listed, until an error of `visit`.
+    fn visit_leaf_self_pairs<E>(
         &self,
         margin: Option<&[f32; S]>,
         workspace: &mut Workspace<S>,
-        mut visit: impl FnMut(u32, u32),
-    ) {
+        mut visit: impl FnMut(u32, u32) -> Result<(), E>,
+    ) -> Result<(), E> {
         let neighbors = self.neighbors();
         let Workspace { cluster_pairs, a: cache_a, b: cache_b, counters, .. } = workspace;
         cache_a.reset();
@@ -85,11 +104,12 @@ impl<const S: usize> DopTree<S> {
                     let pair = (self.leaf(cluster_a, i), self.leaf(cluster_b, j));
                     if let (Some(leaf_a), Some(leaf_b)) = pair {
                         counters.reported += 1;
-                        visit(leaf_a.min(leaf_b), leaf_a.max(leaf_b));
+                        visit(leaf_a.min(leaf_b), leaf_a.max(leaf_b))?;
                     }
                 }
             }
         }
+        Ok(())
     }
 
     /// Returns true if leaf `i` of cluster `a` and leaf `j` of cluster `b` share a point.

@@ -148,7 +148,7 @@ pub fn generate(
     progress.report(0.0)?;
     let inspection = check_surface(surface, x)?;
     let distance = SurfaceDistance::new(surface, x)?;
-    distance.check_crossings()?;
+    distance.check_crossings(progress)?;
 
     let generator = Generator::new(&distance, &inspection, params);
     match params.size {
@@ -192,7 +192,7 @@ pub fn generate_each(
     progress.report(0.0)?;
     let inspection = check_surface(surface, x)?;
     let distance = SurfaceDistance::new(surface, x)?;
-    distance.check_crossings()?;
+    distance.check_crossings(progress)?;
     Generator::new(&distance, &inspection, params).with_each(balls, progress)
 }
 

@@ -2,6 +2,7 @@
 
 use std::cell::Cell;
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use ccd::{CcdParams, MovingPoints};
 use fixtures::generate::{cases, convex};
@@ -42,15 +43,40 @@ fn a_plate_pressed_through_itself_crosses_itself() {
     let plate = shapes::plate(DVec3::new(8.0, 8.0, 1.0), [8, 8]);
     let mut tree = SurfaceTree::new(plate.surface(), plate.positions.clone()).expect("finite");
     let workspace = &mut Workspace::default();
-    assert!(tree.self_crossings(workspace).is_empty());
+    assert_eq!(tree.self_crossings(workspace, Progress::none()), Ok(vec![]));
 
     let pressed = plate.positions.iter().map(|p| {
         let is_middle_of_top = p.z > 0.0 && p.truncate().length() < 1.5;
         *p - if is_middle_of_top { 1.5 * DVec3::Z } else { DVec3::ZERO }
     });
     tree.set_positions(pressed).expect("finite");
-    let crossings = tree.self_crossings(workspace);
+    let crossings = tree.self_crossings(workspace, Progress::none()).expect("no interruption");
     assert!(!crossings.is_empty() && crossings.is_sorted(), "{crossings:?}");
+}
+
+/// Faces between vertices anywhere on a ball are all near each other: each some thousand pairs are a
+/// poll, and every poll can end the search.
+#[test]
+fn a_search_for_self_crossings_can_be_interrupted() {
+    let ball = shapes::icosphere(10.0, 2);
+    let count = ball.positions.len();
+    let shuffled = (0..count).map(|i| ball.positions[37 * i % count]).collect();
+    let tree = SurfaceTree::new(ball.surface(), shuffled).expect("finite");
+    let workspace = &mut Workspace::default();
+    let mut pairs = 0_usize;
+    tree.tree().self_pairs(0.0, workspace, |_, _| pairs += 1);
+
+    for last in [1, 4, usize::MAX] {
+        let polls = AtomicUsize::new(0);
+        let stop = |_| {
+            let is_last = polls.fetch_add(1, Ordering::Relaxed) + 1 >= last;
+            if is_last { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let found = tree.self_crossings(workspace, Progress::new(&stop));
+        assert_eq!(found.is_err(), last < usize::MAX);
+        assert_eq!(polls.into_inner(), last.min(pairs.div_ceil(4096)), "{pairs} pairs");
+    }
+    assert!(pairs > 5 * 4096, "{pairs} pairs");
 }
 
 #[test]

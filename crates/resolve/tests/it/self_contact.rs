@@ -27,7 +27,7 @@ fn self_crossings(scene: &Scene) -> usize {
     let body = &scene.bodies()[0];
     let x = body.positions().to_vec();
     let tree = SurfaceTree::new(body.surface().clone(), x).expect("finite positions");
-    tree.self_crossings(&mut Workspace::default()).len()
+    tree.self_crossings(&mut Workspace::default(), Progress::none()).expect("no interruption").len()
 }
 
 fn uncross(scene: &mut Scene, gap: f64) -> Result<Resolution, ResolveError> {
