@@ -1,4 +1,4 @@
-//! Figures of all crates under Criterion: `cargo bench -p benches -- kdop`.
+//! Figures of all crates under Criterion: `cargo bench -p benches --features criterion -- kdop`.
 //!
 //! The functions are those of `cargo xtask ratios`, with Criterion as their timer. A side of a
 //! comparison is a benchmark, named by crate, comparison and side; arguments filter them.

@@ -1,12 +1,15 @@
 //! Benchmarks: figures beside peers, tables, charts of accuracy over time, and endurance.
 //!
 //! The program `benches` runs them all; `cargo xtask ratios`, `chart` and `soak` call it. The bench
-//! target `figures` runs the same figures under Criterion: `cargo bench -p benches -- kdop`.
+//! target `figures` runs the same figures under Criterion:
+//! `cargo bench -p benches --features criterion -- kdop`.
 //!
 //! # Features
 //!
 //! - `charts` (default): what needs the facade or draws: charts and endurance. Figures build in
 //!   half the time without it.
+//! - `peers`: other libraries, and all that is compared with them: figures and two charts.
+//! - `criterion`: the target `figures`.
 
 pub mod bodies;
 pub mod ccd;
@@ -17,6 +20,7 @@ pub mod gait;
 pub mod measure;
 pub mod medial_contact;
 pub mod medial_report;
+#[cfg(feature = "peers")]
 pub mod ratios;
 #[cfg(feature = "charts")]
 pub mod regret;

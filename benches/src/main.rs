@@ -6,25 +6,29 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use benches::measure::Report;
-use benches::{medial_report, ratios, volumes};
+#[cfg(feature = "peers")]
+use benches::ratios;
+use benches::{medial_report, volumes};
 
 const USAGE: &str = "\
 usage: benches TASK
 
   ratios [--quick] [--only TEXT] [CRATE…]
                                figures beside what they are compared with, one line of JSON each;
-                               with a text, those whose names begin with it
+                               with a text, those whose names begin with it (feature `peers`)
   volumes                      table of bounding volumes of 6, 14, 18 and 26 planes
   trees                        table of trees that are refit, built where loose, or always
   source                       tables of the times that the method's source gives, beside ours
                                (feature `charts`)
   medial FILE                  document on the accuracy of medial surfaces
-  chart FOLDER [PICTURE…]      charts with their numbers (feature `charts`)
+  chart FOLDER [PICTURE…]      charts with their numbers (feature `charts`; with other libraries
+                               also `peers`)
   regret [SCENE…]              times of chosen plans over those of forced ones (feature `charts`)
   stability [SCENE…]           table of detectors and responses over planted scenes (feature `charts`)
   soak [FRAMES]                many frames of a small scene, and memory left behind (feature `charts`)";
 
 /// Share of the budgets of `ratios --quick`.
+#[cfg(feature = "peers")]
 const QUICK: f64 = 0.25;
 
 fn main() -> ExitCode {
@@ -43,6 +47,7 @@ fn main() -> ExitCode {
 }
 
 /// Reads the options of `ratios`; returns the report that they make, and what follows them.
+#[cfg(feature = "peers")]
 fn ratio_options(arguments: &[String]) -> (Report, &[String]) {
     let (mut report, mut rest) = (Report::new(1.0), arguments);
     if let [flag, after @ ..] = rest
@@ -64,6 +69,7 @@ fn run(arguments: &[String]) -> Result<Vec<String>, Box<dyn Error>> {
     // Figures print themselves; the report counts those beyond their bounds.
     let mut report = Report::new(1.0);
     match (task.as_str(), rest) {
+        #[cfg(feature = "peers")]
         ("ratios", options) => {
             let (of_options, names) = ratio_options(options);
             report = of_options;

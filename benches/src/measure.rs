@@ -4,7 +4,7 @@
 //! turns, and their minimum times are compared, since other work on the machine only adds time.
 //!
 //! A [`Report`] prints each figure as one line of JSON, which `cargo xtask ratios` and
-//! `cargo xtask verify` format and check. `cargo bench -p benches` runs the same functions with a
+//! `cargo xtask verify` format and check. The bench target `figures` runs the same functions with a
 //! [`Timer`] of its own.
 
 use std::fmt::Debug;

@@ -82,7 +82,7 @@ fn run(root: &Path, arguments: &[&str]) -> TaskResult {
 
 /// Draws the named pictures, or all.
 fn charts(root: &Path, names: &[&str]) -> TaskResult {
-    let run = ["run", "--quiet", "--release", "--locked", "-p", "benches", "--"];
+    let run = ["run", "--quiet", "--release", "--locked", "-p=benches", "--features=peers", "--"];
     cargo(root, &[run.as_slice(), &["chart", "docs/chart"], names].concat())
 }
 

@@ -12,8 +12,9 @@ use crate::table::{Row, Table, Verdict};
 use crate::test_output::TestOutput;
 use crate::{TaskResult, figures, tidy};
 
-/// Arguments of cargo for all tests.
-const TESTS: [&str; 5] = ["test", "--workspace", "--all-features", "--locked", "--no-fail-fast"];
+/// Arguments of cargo for all tests. The program has every feature of the libraries; what is left
+/// out are the other libraries of `benches`.
+const TESTS: [&str; 4] = ["test", "--workspace", "--locked", "--no-fail-fast"];
 
 /// Extent of a verification.
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -3,6 +3,7 @@
 //! Each takes a query and returns its time of the first contact.
 
 use ccd::{CcdContact, CcdParams};
+#[cfg(feature = "peers")]
 use del_geo_core::ccd3::{EdgeEdge, FaceVertex, intersecting_time_ee, intersecting_time_fv};
 use glam::DVec3;
 
@@ -26,6 +27,7 @@ pub fn contact(query: &CcdQuery, params: &CcdParams) -> Option<CcdContact> {
 }
 
 /// Answers by the crate `del-geo-core`: an uncertified cubic.
+#[cfg(feature = "peers")]
 #[must_use]
 pub fn del_geo(query: &CcdQuery) -> Option<f64> {
     // The peer takes arrays.

@@ -3,11 +3,13 @@
 //! A picture, or a table of numbers alone, is a module with a function `run` that writes its files
 //! into a folder and returns their paths; [`PICTURES`] lists them.
 
+#[cfg(feature = "peers")]
 pub mod ccd;
 pub mod convergence;
 pub mod curves;
 pub mod detection;
 pub mod medial;
+#[cfg(feature = "peers")]
 pub mod peers;
 pub mod poster;
 pub mod sheet;
@@ -23,13 +25,15 @@ use crate::selected;
 pub type Draw = fn(&Path) -> Result<Vec<PathBuf>, Box<dyn Error>>;
 
 /// All pictures, by name.
-pub const PICTURES: [(&str, Draw); 8] = [
+pub const PICTURES: &[(&str, Draw)] = &[
     ("detection", detection::run),
     ("costs", detection::costs::run),
     ("stability", stability::run),
+    #[cfg(feature = "peers")]
     ("ccd", ccd::run),
     ("convergence", convergence::run),
     ("medial", medial::run),
+    #[cfg(feature = "peers")]
     ("peers", peers::run),
     ("size", size::run),
 ];
@@ -41,7 +45,7 @@ pub const PICTURES: [(&str, Draw); 8] = [
 /// When there is no such picture, or one cannot be drawn.
 pub fn draw(folder: &Path, names: &[String]) -> Result<Vec<PathBuf>, Box<dyn Error>> {
     let mut written = Vec::new();
-    for (name, draw) in selected(&PICTURES, names)? {
+    for (name, draw) in selected(PICTURES, names)? {
         written.extend(draw(folder).map_err(|error| format!("{name}: {error}"))?);
     }
     Ok(written)

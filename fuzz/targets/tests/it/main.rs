@@ -7,7 +7,7 @@ use fixtures::random::Random;
 use targets::{TARGETS, Target};
 
 /// Mutations per target, over all files: some seconds in all.
-const MUTATIONS: usize = 50_000;
+const MUTATIONS: usize = 10_000;
 
 /// Maximum size of a mutated file.
 const MAX_BYTES: usize = 8192;
