@@ -170,7 +170,7 @@ impl Report {
     }
 
     /// Returns the minimum time per call \[ns\] of each side within a budget \[ms\], which is
-    /// scaled by the effort.
+    /// scaled by the effort as the number of turns is.
     pub fn interleave<const N: usize>(
         &mut self,
         name: &str,
@@ -178,7 +178,8 @@ impl Report {
         sides: [Side<'_>; N],
     ) -> [f64; N] {
         let budget = Duration::from_millis(milliseconds).mul_f64(self.effort);
-        self.measure(name, Pace::within(budget), sides)
+        let pace = Pace::within(budget);
+        self.measure(name, Pace { min_turns: self.rounds(pace.min_turns), ..pace }, sides)
     }
 
     /// Returns the minimum times per call \[ns\] of each side at a pace.

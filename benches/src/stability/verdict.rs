@@ -51,18 +51,6 @@ pub struct Limits {
 }
 
 impl Verdict {
-    /// All verdicts but the refusal.
-    pub const FAILURES: [Self; 8] = [
-        Self::Thrown,
-        Self::Through,
-        Self::Sinks,
-        Self::Gains,
-        Self::Shakes,
-        Self::Creeps,
-        Self::SlidesWrong,
-        Self::Clings,
-    ];
-
     /// Returns the word in tables and pictures.
     #[must_use]
     pub const fn word(self) -> &'static str {

@@ -140,7 +140,7 @@ enum FaceSide {
 }
 
 impl FaceSide {
-    /// Looks a face up in the crossing curve and the inside vertices.
+    /// Classifies a face by the crossing curve and by the inside vertices.
     fn of(clipper: &Clipper<'_>, face: u32) -> Self {
         let Clipper { side, body, curve, inside, .. } = *clipper;
         if inside.is_undefined {

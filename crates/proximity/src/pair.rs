@@ -70,14 +70,8 @@ impl PairProximity {
         margin: f64,
         progress: Progress<'_>,
     ) -> Result<(), Interrupted> {
-        self.crossings.find(a, b, &mut self.workspace, progress)?;
-        self.find_near_faces(a, b, margin, progress)?;
-        let Self { workspace, inside, crossings, near_faces, a: of_a, b: of_b } = self;
-
-        let near_to_b = near_faces.iter().map(|&[face_a, face_b]| (face_a, face_b));
-        of_a.near_faces.refill(a.surface().faces().len(), near_to_b);
-        let of_pair = Neighborhood { cut_faces: &crossings.cut_faces_of_a, margin, progress };
-        of_a.compute(a, b, of_pair, inside, workspace)?;
+        self.find_first(a, b, margin, progress)?;
+        let Self { workspace, inside, crossings, near_faces, b: of_b, .. } = self;
 
         let near_to_a = near_faces.iter().map(|&[face_a, face_b]| (face_b, face_a));
         of_b.near_faces.refill(b.surface().faces().len(), near_to_a);

@@ -44,12 +44,6 @@ impl ContactLaw {
         Self { friction, ..self }
     }
 
-    /// Returns the same law without friction.
-    #[must_use]
-    pub fn without_friction(self) -> Self {
-        self.with_friction(Friction::NONE)
-    }
-
     /// Returns the same law with the compliance α `>= 0` of the constraint, in the unit of
     /// the unknowns over that of the impulses; 0 is hard. [`SpringDamper::compliance`]
     /// computes it from a stiffness. Friction remains hard.

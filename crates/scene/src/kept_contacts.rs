@@ -268,9 +268,9 @@ impl KeptList {
         }
     }
 
-    /// Adds the contacts that act: those that touch, or can touch next, within some gaps, or the
-    /// attached ones where contacts pull and there are no gaps. Calls `side` with each vertex and
-    /// the face of its foot.
+    /// Adds the contacts that act: those within `gaps`, which touch or can touch next; without
+    /// gaps, where contacts pull, the attached ones. Calls `side` with each vertex and the face of
+    /// its foot.
     pub(crate) fn extend(
         &self,
         scene: &Scene,
@@ -278,7 +278,7 @@ impl KeptList {
         out: &mut Vec<Contact>,
         mut side: impl FnMut(u32, u32),
     ) {
-        // Those of vertices have a side that they came in by.
+        // A vertex has the side from which it came in.
         for of_body in &self.sides {
             let contacts = of_body.contacts.contacts();
             for (number, (contact, start)) in contacts.iter().zip(&of_body.starts).enumerate() {

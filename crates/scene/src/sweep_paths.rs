@@ -76,6 +76,7 @@ impl Scene {
         self.sweep_pieces(&steps, params, Wanted::FirstOfPair, progress)
     }
 
+    /// Sweeps the pairs of rigid bodies in whole, and all others piece by piece.
     fn sweep_pieces(
         &mut self,
         steps: &Steps<'_>,

@@ -84,7 +84,7 @@ fn the_thigh_in_a_table() {
 #[test]
 fn any_number_of_threads_writes_the_same_bytes() {
     let workshop = Workshop::new();
-    for threads in ["1", "2", "7"] {
+    for threads in ["1", "7"] {
         let outputs = ["json", "html", "png", "vtp"].map(|kind| format!("{threads}.{kind}"));
         let [json, html, png, vtp] = outputs.each_ref().map(String::as_str);
         let run = workshop.check(&[
@@ -110,9 +110,7 @@ fn any_number_of_threads_writes_the_same_bytes() {
     let patch = "vtp/adductor_magnus_in_femur.vtp";
     let files = ["json", "html", "png", "vtp/femur.vtp", patch];
     for file in files {
-        let one = bytes(format!("1.{file}"));
-        assert_eq!(one, bytes(format!("2.{file}")), "{file} with 2 threads");
-        assert_eq!(one, bytes(format!("7.{file}")), "{file} with 7 threads");
+        assert_eq!(bytes(format!("1.{file}")), bytes(format!("7.{file}")), "{file}");
     }
 }
 

@@ -111,7 +111,8 @@ fn flat_muscle() -> Mesh {
 #[test]
 fn a_rod_in_the_flat_side_of_a_muscle() {
     let bodies = [&rod(2.0, -8.0), &flat_muscle()];
-    assert_within_bound(bodies, [7.999, 8.001], &ALL[..4], &TOLERANCES);
+    assert_within_bound(bodies, [7.999, 8.001], &ALL[..4], &[2.0, 0.5, 0.1]);
+    assert_within_bound(bodies, [7.999, 8.001], &SURFACES, &[0.01]);
 }
 
 #[test]
@@ -129,7 +130,7 @@ fn two_rods_in_one_face() {
 #[test]
 fn a_spike_in_an_ellipsoid() {
     // Its tip is 6 below the outermost point of the ellipsoid, at several places and resolutions.
-    for (resolution, places) in [(2, 8), (3, 8), (4, 24), (5, 4)] {
+    for (resolution, places) in [(2, 8), (3, 8), (4, 8), (5, 2)] {
         let muscle = shapes::ellipsoid(DVec3::new(20.0, 20.0, 40.0), resolution);
         for place in 0..places {
             let angle = std::f64::consts::TAU * (f64::from(place) + 0.3) / f64::from(places);
@@ -164,14 +165,14 @@ fn a_bone_wholly_inside_a_muscle() {
     // Nothing crosses: the bone's points are 20 to 26 below the surface.
     let bone = shapes::icosphere(3.0, 2).translated(DVec3::X * 1.0);
     let muscle = shapes::icosphere(25.0, 4);
-    assert_within_bound([&bone, &muscle], [22.0, 25.0], &ALL, &TOLERANCES[..4]);
+    assert_within_bound([&bone, &muscle], [22.0, 25.0], &ALL, &[2.0, 0.5]);
 }
 
 #[test]
 fn a_muscle_wholly_inside_a_bone() {
     let bone = shapes::icosphere(25.0, 4);
     let muscle = shapes::icosphere(3.0, 2).translated(DVec3::X * 1.0);
-    assert_within_bound([&bone, &muscle], [22.0, 25.0], &ALL, &TOLERANCES[..4]);
+    assert_within_bound([&bone, &muscle], [22.0, 25.0], &ALL, &[2.0, 0.5]);
 }
 
 #[test]

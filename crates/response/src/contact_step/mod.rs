@@ -222,12 +222,6 @@ impl ContactStep {
         &self.contacts
     }
 
-    /// Forgets the impulses of the last step: the next one starts cold.
-    pub fn clear_cache(&mut self) {
-        self.velocity_cache.clear();
-        self.load_cache.clear();
-    }
-
     fn detect<E: From<ResponseError>>(
         &mut self,
         x: &[DVec3],

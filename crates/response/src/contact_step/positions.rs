@@ -17,7 +17,7 @@ impl ContactStep {
         self.weigh(inverse_mass);
     }
 
-    /// Remembers the contacts that a correction has pushed apart from depths beyond a tolerance.
+    /// Stores the contacts that a correction has pushed apart from depths beyond a tolerance.
     pub(super) fn remember_pushed(&mut self, tolerance: f64) {
         let Self { pushed, contacts, solver, detected, .. } = self;
         pushed.copy_chosen(contacts, |number, contact, material| {
