@@ -21,10 +21,6 @@ const GENEROUS: f64 = 2.0;
 /// Units of times.
 const TIME_UNITS: [&str; 4] = ["ns", "us", "ms", "s"];
 
-/// Variables of a build for [`generous_rows`]: one unit per crate takes a quarter less of the
-/// compiler's time.
-const QUICK_BUILD: &[(&str, &str)] = &[("CARGO_PROFILE_RELEASE_CODEGEN_UNITS", "1")];
-
 /// Arguments of cargo that build `benches` without its charts, which figures do not need.
 const WITHOUT_CHARTS: &[&str] =
     &["--release", "--locked", "-p=benches", "--no-default-features", "--features=peers"];
@@ -56,12 +52,12 @@ pub(crate) fn ratios(root: &Path, names: &[&str]) -> TaskResult {
     let crates = crates.unwrap_or_default();
     let needs_charts = crates.is_empty() || crates.iter().any(of_facade);
     let package = if needs_charts { WITH_CHARTS } else { WITHOUT_CHARTS };
-    report(&run_benches(root, package, &[], &[&["ratios"], names].concat())?)
+    report(&run_benches(root, package, &[&["ratios"], names].concat())?)
 }
 
 /// Prints the figures of the endurance test; fails where memory is left behind.
 pub(crate) fn soak(root: &Path) -> TaskResult {
-    report(&run_benches(root, WITH_CHARTS, &[], &["soak"])?)
+    report(&run_benches(root, WITH_CHARTS, &["soak"])?)
 }
 
 fn report(figures: &[Figure]) -> TaskResult {
@@ -74,7 +70,6 @@ fn report(figures: &[Figure]) -> TaskResult {
 pub(crate) fn start_build(root: &Path) -> Result<Child, String> {
     let mut command = Command::new("cargo");
     command.args(["build", "--quiet"]).args(WITHOUT_CHARTS).current_dir(root);
-    command.envs(QUICK_BUILD.iter().copied());
     command.spawn().map_err(|error| format!("cargo cannot be run: {error}"))
 }
 
@@ -82,7 +77,7 @@ pub(crate) fn start_build(root: &Path) -> Result<Child, String> {
 /// times their bounds in two runs.
 pub(crate) fn generous_rows(root: &Path) -> Result<Vec<Row>, String> {
     let quick = ["ratios", "--quick"];
-    let mut figures = run_benches(root, WITHOUT_CHARTS, QUICK_BUILD, &quick)?;
+    let mut figures = run_benches(root, WITHOUT_CHARTS, &quick)?;
 
     // A second run of the crates whose figures fail: the better one counts.
     let failed: Vec<Figure> = figures.extract_if(.., |figure| figure.fails_generously()).collect();
@@ -93,7 +88,7 @@ pub(crate) fn generous_rows(root: &Path) -> Result<Vec<Row>, String> {
             groups.insert(figure.group.as_str());
         }
         let task: Vec<&str> = quick.into_iter().chain(groups).collect();
-        let mut again = run_benches(root, WITHOUT_CHARTS, QUICK_BUILD, &task)?;
+        let mut again = run_benches(root, WITHOUT_CHARTS, &task)?;
         again.retain(|figure| !figure.fails_generously());
         for figure in failed {
             let better = again.iter().find(|again| again.name == figure.name);
@@ -104,15 +99,9 @@ pub(crate) fn generous_rows(root: &Path) -> Result<Vec<Row>, String> {
 }
 
 /// Runs a task of the program `benches`, and prints its figures as they come.
-fn run_benches(
-    root: &Path,
-    package: &[&str],
-    variables: &[(&str, &str)],
-    task: &[&str],
-) -> Result<Vec<Figure>, String> {
+fn run_benches(root: &Path, package: &[&str], task: &[&str]) -> Result<Vec<Figure>, String> {
     let mut command = Command::new("cargo");
     command.args(["run", "--quiet"]).args(package).arg("--").args(task).current_dir(root);
-    command.envs(variables.iter().copied());
 
     println!(
         "\n{:<52} {:>10} {:>10}    {:>9} {:>9}",

@@ -12,6 +12,7 @@ use proximity::{FeaturePoint, NearFeatures, SurfaceTree};
 use scene::{BodyId, PairId};
 use surface::{parallel, triangle};
 
+use crate::damage::rounded_to_single;
 use crate::elastic::{ActiveParticle, Bond, ElasticProblem, GapRow, VolumeRow};
 use crate::resolution::{BrokenLimit, GapRound};
 use crate::run::Run;
@@ -260,11 +261,6 @@ impl Run<'_> {
         }
         Ok(())
     }
-}
-
-/// Rounds coordinates to 32-bit floating point.
-pub(crate) fn rounded_to_single(x: &[DVec3]) -> Vec<DVec3> {
-    x.iter().map(|x| x.as_vec3().as_dvec3()).collect()
 }
 
 /// Progress of the rounds that open the gap.

@@ -44,6 +44,7 @@
 //! None is on by default.
 
 mod conditions;
+mod damage;
 mod edge_contacts;
 mod elastic;
 mod elastic_push;

@@ -1,23 +1,13 @@
 //! Limits on the change of bodies: only states within them are accepted.
 
-use glam::DVec3;
 use scene::BodyId;
 use surface::parallel;
 use surface::progress::Interrupted;
 
 use crate::resolution::BrokenLimit;
-use crate::run::Run;
+use crate::run::{AcceptedState, Run};
 use crate::tissue::{Damage, Tissue, fitted_tree};
 use crate::{ResolveError, ResolveParams, tuning};
-
-/// State of all bodies after an accepted round.
-#[derive(Debug)]
-pub(crate) struct AcceptedState {
-    /// Number of the round.
-    round: usize,
-    /// Positions of each body, none of rigid ones.
-    positions: Vec<Vec<DVec3>>,
-}
 
 /// Limits on the change of one body.
 #[derive(Clone, Copy, Debug)]
@@ -171,6 +161,7 @@ impl Run<'_> {
 #[cfg(test)]
 mod tests {
     use fixtures::shapes;
+    use glam::DVec3;
     use scene::{BodyKind, Scene};
     use surface::progress::Progress;
 

@@ -6,7 +6,7 @@ use scene::PairId;
 use surface::progress::Interrupted;
 use surface::{parallel, triangle};
 
-use crate::gap_rounds::rounded_to_single;
+use crate::damage::rounded_to_single;
 use crate::resolution::{DistanceBracket, GapObstacle, GapProof, ShortGap};
 use crate::run::Run;
 use crate::tissue::{Tissue, fitted_tree};

@@ -12,8 +12,9 @@ use surface::{Contact, parallel, vertex_normals};
 
 use crate::exit_sides::{ExitMemory, ExitSide};
 use crate::near_pairs::NearPair;
-use crate::run::{Run, clearance};
-use crate::tissue::Tissue;
+use crate::run::{Run, clearance, detection_margin};
+use crate::self_contacts::SelfSurface;
+use crate::tissue::{Tissue, fitted_tree};
 use crate::{ResolveError, tuning};
 
 impl Run<'_> {
@@ -111,6 +112,19 @@ impl Run<'_> {
         let contacts: Result<Vec<_>, Interrupted> = contacts.into_iter().collect();
         let mut contacts = contacts?.concat();
         contacts.extend(self.self_contacts()?);
+        Ok(contacts)
+    }
+
+    /// Makes the contacts of all bodies that are to be uncrossed.
+    pub(crate) fn self_contacts(&self) -> Result<Vec<Contact>, Interrupted> {
+        let (margin, progress) = (detection_margin(&self.params), self.round_progress());
+        let mut contacts = Vec::new();
+        for (tissue, body) in self.tissues.iter().zip(self.scene.bodies()) {
+            if tissue.crossings_to_resolve.is_some() && !tissue.is_rigid {
+                let own = SelfSurface::new(tissue, fitted_tree(body));
+                contacts.extend(own.contacts(body, margin, progress)?);
+            }
+        }
         Ok(contacts)
     }
 

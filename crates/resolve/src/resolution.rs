@@ -7,8 +7,8 @@ use scene::{BodyId, DepthBracket, PairId, PairReport, Scene};
 use surface::parallel;
 use surface::progress::{Interrupted, Progress};
 
+use crate::damage::self_crossings_at;
 use crate::near_pairs::{NearPair, NearPairs};
-use crate::shape::self_crossings_at;
 use crate::tissue::{Damage, Tissue, fitted_tree};
 use crate::tuning;
 

@@ -10,7 +10,6 @@ use surface::progress::{Interrupted, Progress};
 
 use crate::conditions::TieBond;
 use crate::exit_sides::ExitMemory;
-use crate::limits::AcceptedState;
 use crate::near_pairs::NearPairs;
 use crate::resolution::{BodyChange, Obstacle, Remaining, Resolution, Round, deepest, max_bracket};
 use crate::tissue::{Tissue, fitted_tree};
@@ -42,6 +41,15 @@ pub(crate) struct Run<'a> {
     /// Pairs that are tied, ascending.
     pub(crate) tied: Vec<PairId>,
     pub(crate) tie_bonds: Vec<TieBond>,
+}
+
+/// State of all bodies after an accepted round.
+#[derive(Debug)]
+pub(crate) struct AcceptedState {
+    /// Number of the round.
+    pub(crate) round: usize,
+    /// Positions of each body, none of rigid ones.
+    pub(crate) positions: Vec<Vec<DVec3>>,
 }
 
 impl<'a> Run<'a> {

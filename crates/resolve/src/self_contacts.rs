@@ -9,36 +9,17 @@
 use glam::DVec3;
 use kdop::{Axis, Workspace};
 use proximity::{ClosestPoint, ContactSurface, NearVertex, SurfaceTree, contact};
-use surface::progress::Interrupted;
+use scene::Body;
+use surface::progress::{Interrupted, Progress};
 use surface::{Contact, ray_crosses_triangle, triangle, vertex_normals};
 
 use crate::edge_contacts::self_edge_contacts;
 use crate::exit_sides::agrees;
-use crate::run::{Run, detection_margin};
-use crate::tissue::{Tissue, fitted_tree};
+use crate::tissue::Tissue;
 
 /// Distance in front of a vertex at which its winding number is computed \[mean edge\]. Below, own
 /// faces count by rounding; above, parts that are as near count as crossing.
 const FRONT: f64 = 1e-3;
-
-impl Run<'_> {
-    /// Makes the contacts of all bodies that are to be uncrossed.
-    pub(crate) fn self_contacts(&self) -> Result<Vec<Contact>, Interrupted> {
-        let margin = detection_margin(&self.params);
-        let mut contacts = Vec::new();
-        for (tissue, body) in self.tissues.iter().zip(self.scene.bodies()) {
-            if tissue.crossings_to_resolve.is_some() && !tissue.is_rigid {
-                let own = SelfSurface::new(tissue, fitted_tree(body));
-                let is_inside = own.inside();
-                own.add_contacts(&body.contact_surface(), &is_inside, margin, &mut contacts);
-                let crossing =
-                    own.tree.self_crossings(&mut Workspace::default(), self.round_progress())?;
-                contacts.extend(self_edge_contacts(body, is_inside, &crossing));
-            }
-        }
-        Ok(contacts)
-    }
-}
 
 /// Surface that is compared with itself.
 pub(crate) struct SelfSurface<'a> {
@@ -59,6 +40,20 @@ impl<'a> SelfSurface<'a> {
             *normal *= orientation;
         }
         Self { tissue, tree, normals, orientation }
+    }
+
+    /// Makes the contacts of a body with itself within a margin: of vertices, then of edges.
+    pub(crate) fn contacts(
+        &self,
+        body: &Body,
+        margin: f64,
+        progress: Progress<'_>,
+    ) -> Result<Vec<Contact>, Interrupted> {
+        let (is_inside, mut contacts) = (self.inside(), Vec::new());
+        self.add_contacts(&body.contact_surface(), &is_inside, margin, &mut contacts);
+        let crossing = self.tree.self_crossings(&mut Workspace::default(), progress)?;
+        contacts.extend(self_edge_contacts(body, is_inside, &crossing));
+        Ok(contacts)
     }
 
     /// Marks the vertices that are inside another part of the body.

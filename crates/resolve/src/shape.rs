@@ -2,93 +2,15 @@
 //! and volumes are kept.
 
 use glam::DVec3;
-use kdop::Workspace;
 use proximity::SurfaceTree;
 use surface::progress::{Interrupted, Progress};
 use surface::triangle;
 
-use crate::gap_rounds::rounded_to_single;
-use crate::tissue::{Damage, Tissue};
+use crate::damage::self_crossings_at;
+use crate::tissue::Tissue;
 use crate::tuning;
 
 impl Tissue {
-    /// Assesses the damage at `x`. Self-crossings take long: without `counts_crossings`, their
-    /// last count stays.
-    pub(crate) fn assess(
-        &mut self,
-        tree: &SurfaceTree,
-        counts_crossings: bool,
-        progress: Progress<'_>,
-    ) -> Result<(), Interrupted> {
-        let x = tree.positions().as_slice();
-        let volume_change = self.volume_change(x);
-        let flipped_faces = self.count_flipped(x);
-        let mut self_crossings = self.damage.self_crossings;
-        if counts_crossings {
-            self_crossings = self.count_new_self_crossings(tree, progress)?;
-        }
-        let (strain, max_displacement) = (self.strain(x), self.max_displacement(x));
-        self.damage =
-            Damage { flipped_faces, volume_change, self_crossings, strain, max_displacement };
-        Ok(())
-    }
-
-    /// Computes the largest strain of an edge at `x`: the change of its length over its length at rest,
-    /// or over the mean edge of the body where that is longer. Splinters say nothing of the tissue.
-    pub(crate) fn strain(&self, x: &[DVec3]) -> f64 {
-        let mut strain: f64 = 0.0;
-        for &[p, q] in self.surface.edges() {
-            let [p, q] = [p as usize, q as usize];
-            if x[p] - self.rest[p] == x[q] - self.rest[q] {
-                continue;
-            }
-            let before = self.rest[p].distance(self.rest[q]);
-            let change = (x[p].distance(x[q]) - before).abs();
-            strain = strain.max(change / before.max(self.mean_edge));
-        }
-        strain
-    }
-
-    /// Returns the length of the longest displacement at `x`.
-    pub(crate) fn max_displacement(&self, x: &[DVec3]) -> f64 {
-        let mut longest: f64 = 0.0;
-        for (x, rest) in x.iter().zip(&self.rest) {
-            longest = longest.max(x.distance(*rest));
-        }
-        longest
-    }
-
-    /// Counts the pairs of the body's own faces that cross where they are written, beyond their number
-    /// at rest; all of them where they are to be resolved.
-    pub(crate) fn count_new_self_crossings(
-        &self,
-        tree: &SurfaceTree,
-        progress: Progress<'_>,
-    ) -> Result<usize, Interrupted> {
-        let is_at_rest = tree.positions().as_slice() == self.rest;
-        if is_at_rest && self.crossings_to_resolve.is_none() {
-            return Ok(0);
-        }
-        let now = self.self_crossings(tree, progress)?.len();
-        if now == 0 || self.crossings_to_resolve.is_some() {
-            return Ok(now);
-        }
-        Ok(now.saturating_sub(self_crossings_at(&self.rest, tree, progress)?.len()))
-    }
-
-    /// Computes the relative change of the volume; 0 where the body has no inside.
-    pub(crate) fn volume_change(&self, x: &[DVec3]) -> f64 {
-        match self.volume {
-            Some(volume) if volume != 0.0 => (self.volume_at(x) / volume - 1.0).abs(),
-            _ => 0.0,
-        }
-    }
-
-    /// Counts the faces that are turned by a right angle or more at `x`.
-    pub(crate) fn count_flipped(&self, x: &[DVec3]) -> usize {
-        self.turned_faces(x, 0.0).len()
-    }
-
     /// Holds back vertices of faces that a step would turn over, or let cross others of the body.
     ///
     /// `shares` are the parts of the displacements `d` that are taken, |V|.
@@ -278,7 +200,7 @@ impl Tissue {
     }
 
     /// Finds the faces whose normals have turned until their cosine is at most `limit`.
-    fn turned_faces(&self, x: &[DVec3], limit: f64) -> Vec<u32> {
+    pub(crate) fn turned_faces(&self, x: &[DVec3], limit: f64) -> Vec<u32> {
         let mut turned = Vec::new();
         for (number, &face) in (0..).zip(self.surface.faces()) {
             let (rest, now) = (gather(&self.rest, face), gather(x, face));
@@ -320,24 +242,6 @@ impl Tissue {
         }
     }
 
-    /// Returns positions as they are written.
-    fn written(&self, x: Vec<DVec3>) -> Vec<DVec3> {
-        if self.is_written_single { rounded_to_single(&x) } else { x }
-    }
-
-    /// Finds the pairs of the body's own faces that cross where they are written.
-    fn self_crossings(
-        &self,
-        tree: &SurfaceTree,
-        progress: Progress<'_>,
-    ) -> Result<Vec<[u32; 2]>, Interrupted> {
-        if self.is_written_single {
-            self_crossings_at(&rounded_to_single(tree.positions().as_slice()), tree, progress)
-        } else {
-            tree.self_crossings(&mut Workspace::default(), progress)
-        }
-    }
-
     /// Moves each vertex halfway to its equilibrium with its links.
     fn smooth(&self, vertices: &[u32], x: &mut [DVec3]) {
         for &vertex in vertices {
@@ -347,19 +251,6 @@ impl Tissue {
                 x[vertex as usize] = self.rest[vertex as usize] + u;
             }
         }
-    }
-}
-
-/// Finds the pairs of a body's own faces, without a common corner, that would cross at `x`.
-pub(crate) fn self_crossings_at(
-    x: &[DVec3],
-    tree: &SurfaceTree,
-    progress: Progress<'_>,
-) -> Result<Vec<[u32; 2]>, Interrupted> {
-    let mut moved = tree.clone();
-    match moved.set_positions(x.iter().copied()) {
-        Ok(()) => moved.self_crossings(&mut Workspace::default(), progress),
-        Err(_) => Ok(Vec::new()),
     }
 }
 
@@ -379,6 +270,7 @@ mod tests {
     use scene::{BodyKind, Scene};
 
     use super::*;
+    use crate::damage::rounded_to_single;
     use crate::tissue::fitted_tree;
 
     /// Builds a scene of one body, and its tissue.

@@ -66,6 +66,13 @@ fn a_search_for_self_crossings_can_be_interrupted() {
     let mut pairs = 0_usize;
     tree.tree().self_pairs(0.0, workspace, |_, _| pairs += 1);
 
+    // Faces with a common corner are left out.
+    let mut crossing = reference::self_crossings(&mesh);
+    crossing.retain(|&[f, g]| {
+        let [f, g] = [f, g].map(|face| mesh.faces[face as usize]);
+        !f.iter().any(|corner| g.contains(corner))
+    });
+
     for last in [1, 4, usize::MAX] {
         let polls = AtomicUsize::new(0);
         let stop = |_| {
@@ -73,8 +80,7 @@ fn a_search_for_self_crossings_can_be_interrupted() {
             if is_last { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let found = tree.self_crossings(workspace, Progress::new(&stop));
-        let whole = (last == usize::MAX).then(|| reference::self_crossings(&mesh));
-        assert_eq!(found, whole.ok_or(Interrupted));
+        assert_eq!(found, if last < usize::MAX { Err(Interrupted) } else { Ok(crossing.clone()) });
         assert_eq!(polls.into_inner(), last.min(pairs.div_ceil(4096)), "{pairs} pairs");
     }
     assert!(pairs > 5 * 4096, "{pairs} pairs");
