@@ -39,7 +39,7 @@
 //!
 //! - `rayon`: pairs, bodies and large batches of contacts on the threads of the current pool;
 //!   results are the same to the bit.
-//! - `serde`: parameters implement `Serialize` and `Deserialize`.
+//! - `serde`: parameters and results implement `Serialize` and `Deserialize`.
 //!
 //! None is on by default.
 

@@ -14,6 +14,7 @@ use crate::tuning;
 
 /// State of a scene at the start or after a round.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Round {
     /// Number of pairs whose faces cross, or with vertices inside.
     pub overlapping_pairs: usize,
@@ -45,6 +46,7 @@ pub struct Round {
 
 /// State of a scene before a round that opens the gap.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct GapRound {
     /// Number of pairs of bodies that are nearer than the gap.
     pub short_pairs: usize,
@@ -66,6 +68,7 @@ pub struct GapRound {
 
 /// Certified bracket on a distance: `lower <= distance <= upper`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DistanceBracket {
     /// Distance that no two points of the surfaces go below, rounding included.
     pub lower: f64,
@@ -76,6 +79,7 @@ pub struct DistanceBracket {
 /// Distances between the surfaces of all pairs, faces and edges included, at the positions that
 /// are written.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct GapProof {
     /// The gap that was asked for; with 0 nothing is examined.
     pub gap: f64,
@@ -88,6 +92,7 @@ pub struct GapProof {
 
 /// Pair that is not proved to keep the gap.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ShortGap {
     /// The two bodies.
     pub pair: PairId,
@@ -99,6 +104,8 @@ pub struct ShortGap {
 
 /// Reason why a pair is nearer than the gap.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum GapObstacle {
     /// Neither body may move.
@@ -146,6 +153,7 @@ impl GapProof {
 
 /// Displacement and deformation of one body.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BodyChange {
     /// The body.
     pub body: BodyId,
@@ -168,6 +176,8 @@ pub struct BodyChange {
 
 /// Reason why a pair still overlaps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Obstacle {
     /// Neither body may move.
@@ -197,6 +207,7 @@ pub enum Obstacle {
 
 /// Body that the best state would have brought beyond its limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BrokenLimit {
     /// The body.
     pub body: BodyId,
@@ -214,6 +225,7 @@ pub struct BrokenLimit {
 
 /// Pair that still overlaps.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Remaining {
     /// The two bodies.
     pub pair: PairId,
@@ -230,6 +242,7 @@ pub struct Remaining {
 
 /// Result of overlap removal.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Resolution {
     /// Pairs of bodies within the detection margin at the start, overlaps with their measures.
     pub before: Vec<PairReport>,

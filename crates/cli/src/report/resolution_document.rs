@@ -8,8 +8,8 @@ use std::collections::BTreeMap;
 use musculo_collide::kdop::Workspace;
 use musculo_collide::proximity::SeparationBounds;
 use musculo_collide::{
-    BodyChange, BrokenLimit, CheckParams, Conditions, DepthBracket, PairId, PairReport, Progress,
-    Resolution, Scene, SceneError,
+    BodyChange, BrokenLimit, CheckParams, Conditions, DepthBracket, DistanceBracket, PairId,
+    PairReport, Progress, Resolution, Scene, SceneError,
 };
 use serde::Serialize;
 
@@ -75,18 +75,11 @@ pub(crate) struct PairState {
     /// True if the distance is proved to be at least the gap, or none is asked for.
     proved: bool,
     /// Certified distance of the surfaces; `None` where it is more than the gap.
-    distance: Option<DistanceRecord>,
+    distance: Option<DistanceBracket>,
     /// Depth of the overlap at the start, certified.
     depth_before: Option<DepthBracket>,
     /// Reason why the pair is not apart.
     reason: Option<String>,
-}
-
-/// Certified bracket on a distance.
-#[derive(Clone, Copy, Debug, Serialize)]
-struct DistanceRecord {
-    lower: f64,
-    upper: f64,
 }
 
 /// Change of a body.
@@ -245,9 +238,9 @@ impl PairState {
             bounds = SeparationBounds::compute(a, b, gap, &mut Workspace::default());
         }
         let distance = if overlaps {
-            Some(DistanceRecord { lower: 0.0, upper: 0.0 })
+            Some(DistanceBracket { lower: 0.0, upper: 0.0 })
         } else {
-            bounds.map(|bounds| DistanceRecord {
+            bounds.map(|bounds| DistanceBracket {
                 lower: bounds.lower,
                 upper: bounds.upper.max(bounds.lower),
             })

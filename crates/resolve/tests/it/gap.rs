@@ -25,7 +25,7 @@ fn resolve(scene: &mut Scene, conditions: Conditions) -> Resolution {
 }
 
 /// Computes the distance of two bodies by all pairs of their faces.
-fn brute_distance(scene: &Scene, a: BodyId, b: BodyId) -> f64 {
+pub(crate) fn brute_distance(scene: &Scene, a: BodyId, b: BodyId) -> f64 {
     let [a, b] = [a, b].map(|id| scene.body(id));
     let count = |body: &scene::Body| u32::try_from(body.surface().faces().len()).expect("few");
     let mut distance = f64::INFINITY;

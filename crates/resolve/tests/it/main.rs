@@ -3,6 +3,7 @@
 mod absurd;
 mod accepted;
 mod anatomy;
+mod extremes;
 mod gap;
 mod interruption;
 mod knee;

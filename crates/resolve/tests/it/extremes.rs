@@ -1,0 +1,56 @@
+//! Parameters far from those of any body: a tiny smoothing length, and files that round more than the
+//! gap.
+
+use fixtures::shapes;
+use glam::DVec3;
+use resolve::{ResolveParams, WrittenPrecision};
+use scene::{BodyKind, Scene};
+use surface::progress::Progress;
+
+use crate::gap::brute_distance;
+use crate::scene_of;
+
+/// Builds a bone and a muscle 1.4 deep in each other, about a place.
+fn two_balls(at: DVec3) -> Scene {
+    let ball = shapes::icosphere(10.0, 2);
+    let muscle = ball.clone().rotated(DVec3::Z, 0.1).translated(at + DVec3::X * 18.6);
+    let bone = ball.translated(at);
+    scene_of([("bone", BodyKind::Rigid, bone), ("muscle", BodyKind::Deformable, muscle)])
+}
+
+#[test]
+fn a_tiny_smoothing_length_damages_nothing() {
+    for smoothing in [1e-2, 1e-6, 1e-100, 1e-300] {
+        let mut scene = two_balls(DVec3::ZERO);
+        let params = ResolveParams { max_rounds: 6, ..ResolveParams::with_smoothing(smoothing) };
+        let resolution = resolve::resolve(&mut scene, &params, Progress::none());
+        let resolution = resolution.expect("a resolution");
+
+        // Each round goes as far as a quarter of the length: there is a long way to go.
+        assert!(!resolution.resolved && resolution.remaining.len() == 1, "{smoothing}");
+        let change = &resolution.bodies[1];
+        assert!(change.max_displacement <= 6.0 * 0.25 * smoothing, "{smoothing}: {change:?}");
+        assert_eq!((change.flipped_faces, change.self_crossings), (0, [0, 0]), "{smoothing}");
+        assert!(scene.body(change.body).positions().iter().all(|x| x.is_finite()), "{smoothing}");
+    }
+}
+
+/// Single precision has steps of 1/16 at a million: more than the gap.
+#[test]
+fn a_gap_holds_in_a_file_that_rounds_more_than_that() {
+    let mut scene = two_balls(DVec3::splat(1e6));
+    let gap = 0.02;
+    let params = ResolveParams { gap, precision: WrittenPrecision::Single, ..crate::PARAMS };
+    let resolution = resolve::resolve(&mut scene, &params, Progress::none());
+    let resolution = resolution.expect("a resolution");
+    let [bone, muscle] = ["bone", "muscle"].map(|name| scene.find(name).expect("a body"));
+    let written = |x: &DVec3| x.as_vec3().as_dvec3();
+    assert!(scene.body(muscle).positions().iter().all(|x| written(x) == *x), "as in the file");
+    assert_eq!(resolution.bodies[1].flipped_faces, 0, "{:?}", resolution.broken_limits);
+
+    let rounded: Vec<DVec3> = scene.body(bone).positions().iter().map(written).collect();
+    scene.move_body(bone, &rounded).expect("finite positions");
+    let distance = brute_distance(&scene, bone, muscle);
+    assert!(resolution.resolved, "{:?} {:?}", resolution.gap, resolution.remaining);
+    assert!(distance >= gap && distance < 0.5, "{distance}");
+}
