@@ -16,7 +16,8 @@ impl Plan {
     ///
     /// Pairs that are not in the plan are searched once a body has moved farther than the plan
     /// has prepared for, and detected by the surfaces of both bodies. Until then nothing is
-    /// allocated after a few frames, but for searches for depths, and the contacts of balls.
+    /// allocated after a few frames, but for searches for depths, the contacts of balls, and the
+    /// order of work between several threads.
     ///
     /// # Errors
     ///
@@ -27,11 +28,12 @@ impl Plan {
         self.check_scene(scene)?;
         out.clear();
 
-        // Planned pairs, each in the memory of its own.
+        // Planned pairs, each in the memory of its own; those that took longest last time first.
         self.structures.follow(scene, &self.pairs, self.params.tolerance)?;
         let Self { pairs, detectors, structures, params, .. } = self;
         let frame = Frame::new(scene, structures, params);
-        parallel::try_for_each_mut(detectors, |number, detector| {
+        let last = |_: usize, detector: &PairDetector| detector.operations.seconds();
+        parallel::try_for_each_costly_first(detectors, last, |number, detector| {
             detector.detect(&pairs[number], frame)
         })?;
         for detector in &self.detectors {

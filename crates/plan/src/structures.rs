@@ -101,7 +101,8 @@ impl Structures {
         tolerance: f64,
     ) -> Result<(), PlanError> {
         let bodies = scene.bodies();
-        parallel::try_for_each_mut(&mut self.bodies, |number, structures| {
+        let size = |number: usize, _: &BodyStructures| count(bodies[number].positions().len());
+        parallel::try_for_each_costly_first(&mut self.bodies, size, |number, structures| {
             structures.follow(&bodies[number]).map(|_| ())
         })?;
 

@@ -61,6 +61,8 @@ pub(crate) struct SurfaceDepth {
 #[derive(Clone, Copy, Debug)]
 struct Piece {
     corners: [DVec3; 3],
+    /// Squared distances of the corners from the near face.
+    squared: [f64; 3],
     /// Place of its body in the pair.
     side: usize,
     /// Face of the other body near its center.
@@ -233,7 +235,7 @@ impl<'a> Search<'a> {
         let nearest = inside.iter().flatten().map(|near| near.face);
         let Some(near) = nearest.chain(crossed.iter().copied()).next() else { return };
         if crossed.is_empty() {
-            self.add(by_corners, Piece::new(corners, side, near, true));
+            self.add(by_corners, self.piece(corners, side, near, true));
             return;
         }
 
@@ -249,21 +251,22 @@ impl<'a> Search<'a> {
         let bound = by_corners.min(by_polygon);
         for number in 0..self.cut_face.divide(triangle::normal(corners)) {
             let triangle = self.cut_face.triangle(number);
-            self.add(bound, Piece::new(triangle, side, near, false));
+            self.add(bound, self.piece(triangle, side, near, false));
         }
     }
 
     /// Adds a triangle with a bound, unless faces near its center bound it well enough.
     fn add(&mut self, bound: f64, mut piece: Piece) {
         // The face that is known bounds many triangles, in less than the time of a descent.
-        let mut bound = bound.min(self.upper_by(piece.side, piece.near.face, piece.corners));
+        let mut bound = bound.min(self.by_near_face(&piece));
         if bound > self.pieces.sufficient() {
             let (center, radius) = radius_about_center(piece.corners);
             let known = piece.near.face;
             piece.near = self.descend(piece.side, center, known);
             bound = bound.min(piece.near.distance + radius + self.rounding);
-            if bound > self.pieces.sufficient() && piece.near.face != known {
-                bound = bound.min(self.upper_by(piece.side, piece.near.face, piece.corners));
+            if piece.near.face != known {
+                self.measure_corners(&mut piece);
+                bound = bound.min(self.by_near_face(&piece));
             }
         }
         self.pieces.add(bound, piece);
@@ -313,8 +316,8 @@ impl<'a> Search<'a> {
                 return;
             }
         }
-        for corners in halves(piece.corners) {
-            self.add(bound, Piece { corners, ..piece });
+        for half in self.halves(&piece) {
+            self.add(bound, half);
         }
     }
 
@@ -328,6 +331,7 @@ impl<'a> Search<'a> {
         self.queries += 1;
         let distance = closest.distance;
         piece.near = Near { face: closest.face, distance };
+        self.measure_corners(piece);
         if distance <= self.pieces.lower() {
             return bound.min(distance + radius + self.rounding);
         }
@@ -342,37 +346,62 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Bounds the depth of a triangle by the distances of its corners from one face.
-    fn upper_by(&self, side: usize, near: u32, corners: [DVec3; 3]) -> f64 {
-        let face = self.bodies[1 - side].corners(near);
-        let mut max_squared: f64 = 0.0;
-        for corner in corners {
-            let foot = closest_on_triangle(corner, face).point;
-            max_squared = max_squared.max(foot.distance_squared(corner));
-        }
-        max_squared.sqrt() + self.rounding
-    }
-}
-
-impl Piece {
     /// Returns a triangle, with a face that may be near its center.
-    const fn new(corners: [DVec3; 3], side: usize, near: u32, is_inside: bool) -> Self {
-        Self { corners, side, near: Near { face: near, distance: f64::INFINITY }, is_inside }
+    fn piece(&self, corners: [DVec3; 3], side: usize, near: u32, is_inside: bool) -> Piece {
+        let near = Near { face: near, distance: f64::INFINITY };
+        let mut piece = Piece { corners, squared: [0.0; 3], side, near, is_inside };
+        self.measure_corners(&mut piece);
+        piece
     }
-}
 
-/// Splits a triangle in two at the middle of its longest edge.
-fn halves([a, b, c]: [DVec3; 3]) -> [[DVec3; 3]; 2] {
-    let [ab, bc, ca] = [a.distance_squared(b), b.distance_squared(c), c.distance_squared(a)];
-    let [p, q, r] = if ab >= bc && ab >= ca {
-        [a, b, c]
-    } else if bc >= ca {
-        [b, c, a]
-    } else {
-        [c, a, b]
-    };
-    let middle = 0.5 * (p + q);
-    [[p, middle, r], [middle, q, r]]
+    /// Computes the distances of a triangle's corners from its near face.
+    fn measure_corners(&self, piece: &mut Piece) {
+        let Piece { corners, side, near, .. } = *piece;
+        piece.squared = corners.map(|corner| self.squared_from(side, near.face, corner));
+    }
+
+    /// Returns true if the distances of a triangle's corners are those from its near face.
+    fn is_measured(&self, piece: &Piece) -> bool {
+        let mut measured = *piece;
+        self.measure_corners(&mut measured);
+        measured.squared.map(f64::to_bits) == piece.squared.map(f64::to_bits)
+    }
+
+    /// Computes the squared distance of a point of one side from a face of the other.
+    fn squared_from(&self, side: usize, face: u32, point: DVec3) -> f64 {
+        let corners = self.bodies[1 - side].corners(face);
+        closest_on_triangle(point, corners).point.distance_squared(point)
+    }
+
+    /// Bounds the depth of a triangle by the distances of its corners from its near face.
+    fn by_near_face(&self, piece: &Piece) -> f64 {
+        debug_assert!(self.is_measured(piece), "{piece:?}");
+        let [a, b, c] = piece.squared;
+        a.max(b).max(c).sqrt() + self.rounding
+    }
+
+    /// Splits a triangle in two at the middle of its longest edge. Both halves keep its near face,
+    /// from which the middle alone is yet to be measured.
+    fn halves(&self, piece: &Piece) -> [Piece; 2] {
+        let [a, b, c] = [0, 1, 2].map(|k| (piece.corners[k], piece.squared[k]));
+        let length = |p: (DVec3, f64), q: (DVec3, f64)| p.0.distance_squared(q.0);
+        let [ab, bc, ca] = [length(a, b), length(b, c), length(c, a)];
+        let [p, q, r] = if ab >= bc && ab >= ca {
+            [a, b, c]
+        } else if bc >= ca {
+            [b, c, a]
+        } else {
+            [c, a, b]
+        };
+
+        let middle = 0.5 * (p.0 + q.0);
+        let middle = (middle, self.squared_from(piece.side, piece.near.face, middle));
+        [[p, middle, r], [middle, q, r]].map(|half| Piece {
+            corners: half.map(|corner| corner.0),
+            squared: half.map(|corner| corner.1),
+            ..*piece
+        })
+    }
 }
 
 /// Returns the vertices of one side inside the other body, ascending.

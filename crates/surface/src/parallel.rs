@@ -169,6 +169,41 @@ pub fn try_for_each_mut<T: Send, E: Send>(
     Ok(())
 }
 
+/// Calls `f` on every item with its number. Items with higher costs begin first, so that no thread
+/// ends long after the others.
+///
+/// Costs need no unit, and only affect the time. On one thread nothing is allocated.
+///
+/// # Errors
+///
+/// The error of the first item that has one. Other items may have been changed or not.
+pub fn try_for_each_costly_first<T: Send, E: Send>(
+    items: &mut [T],
+    cost: impl Fn(usize, &T) -> f64,
+    f: impl Fn(usize, &mut T) -> Result<(), E> + Sync + Send,
+) -> Result<(), E> {
+    #[cfg(feature = "rayon")]
+    if threads() > 1 {
+        let mut order: Vec<(f64, usize, &mut T)> = Vec::with_capacity(items.len());
+        for (i, item) in items.iter_mut().enumerate() {
+            order.push((cost(i, item), i, item));
+        }
+        order.sort_by(|p, q| q.0.total_cmp(&p.0));
+
+        // Each thread takes the next item of the queue, also after a failure: the one with the
+        // smallest number is returned.
+        let queue = order.into_iter().par_bridge();
+        let failures = queue.filter_map(|(_, i, item)| Some((i, f(i, item).err()?)));
+        return failures.min_by_key(|failure| failure.0).map_or(Ok(()), |failure| Err(failure.1));
+    }
+    // On one thread the order of the items has no effect on the time.
+    let _ = cost;
+    for (i, item) in items.iter_mut().enumerate() {
+        f(i, item)?;
+    }
+    Ok(())
+}
+
 /// Sorts a list; the order of equal items is unspecified.
 pub fn sort_unstable<T: Ord + Send>(list: &mut [T]) {
     #[cfg(feature = "rayon")]
@@ -224,6 +259,28 @@ mod tests {
         }
     }
 
+    #[cfg(feature = "rayon")]
+    #[test]
+    fn costly_items_that_change_begin_first() {
+        // Cheap items wait for the dearest, which two of them on both threads would keep waiting.
+        let has_begun = std::sync::atomic::AtomicBool::new(false);
+        let wait = |_: usize, item: &mut f64| {
+            let begun = || has_begun.load(std::sync::atomic::Ordering::Relaxed);
+            has_begun.fetch_or(*item > 4.5, std::sync::atomic::Ordering::Relaxed);
+            for _ in 0..1000 {
+                if begun() {
+                    return Ok(());
+                }
+                std::thread::sleep(std::time::Duration::from_millis(1));
+            }
+            Err(*item)
+        };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+        let mut items = [1.0, 3.0, 2.0, 5.0, 4.0];
+        let done = pool.install(|| try_for_each_costly_first(&mut items, |_, &item| item, wait));
+        assert_eq!(done, Ok(()));
+    }
+
     #[test]
     fn every_part_is_visited_once_with_its_number() {
         let mut values = vec![0; 1000];
@@ -242,6 +299,12 @@ mod tests {
         };
         assert_eq!(try_for_each_mut(&mut items, fail_from(123)), Err(123));
         assert_eq!(try_for_each_mut(&mut items, fail_from(500)), Ok(()));
+
+        let cost = |i: usize, _: &i32| f64::from(u32::try_from(i * 7919 % 13).unwrap());
+        assert_eq!(try_for_each_costly_first(&mut items, cost, fail_from(123)), Err(123));
+        items.fill(0);
+        assert_eq!(try_for_each_costly_first(&mut items, cost, fail_from(500)), Ok(()));
+        assert_eq!(items, [1; 500]);
     }
 
     #[test]
