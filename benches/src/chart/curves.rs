@@ -34,7 +34,7 @@ pub struct CurveStyle {
 pub struct Curve {
     /// Color and marks.
     pub style: CurveStyle,
-    /// Points `[x, y]`, both positive; smaller `x` than shown are drawn at the left border.
+    /// Points `[x, y]`, both positive; `x` beyond the shown range are drawn at its borders.
     pub points: Vec<[f64; 2]>,
 }
 
@@ -58,7 +58,7 @@ pub struct Axis {
 pub struct Panel {
     /// Title.
     pub title: String,
-    /// Horizontal axis; smaller values than shown are drawn at its start.
+    /// Horizontal axis; values beyond its range are drawn at its ends.
     pub x: Axis,
     /// Label of the vertical axis, with the unit in brackets. Its range is that of the curves.
     pub y_label: String,
@@ -180,14 +180,17 @@ impl CurveStyle {
     }
 }
 
+/// Place of a sign left of a mark.
+const BEFORE_MARK: Pos = Pos { h_pos: HPos::Right, v_pos: VPos::Center };
+
 impl Panel {
-    /// Draws the panel over an area.
+    /// Draws the panel over an area. Marks at the right border stand for all larger values.
     ///
     /// # Errors
     ///
     /// When it cannot be drawn.
     pub fn draw(&self, area: &Area<'_>) -> Drawn {
-        // Places on logarithmic axes; values below the range are at the left border.
+        // Places on logarithmic axes; values beyond the range are at its borders.
         let [left, right] = self.x.range;
         let place = |[x, y]: &[f64; 2]| (x.log10().clamp(left, right), y.log10());
         let mut all: Vec<(f64, f64)> = Vec::new();
@@ -216,6 +219,11 @@ impl Panel {
             for (size, point) in (3..).zip(points) {
                 plot.draw_series([Circle::new(point, size, style.fill().filled())])?;
                 plot.draw_series([Circle::new(point, size, style.color.stroke_width(2))])?;
+                if point.0 >= right {
+                    let text = ("sans-serif", 14).into_font().color(&style.color);
+                    let text = Text::new("≥", (-9, 0), text.pos(BEFORE_MARK));
+                    plot.draw_series([EmptyElement::at(point) + text])?;
+                }
             }
         }
         Ok(())

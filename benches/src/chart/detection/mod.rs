@@ -104,6 +104,6 @@ fn settings(moving: &MovingBodies) -> Settings {
     ]
 }
 
-const ERROR: &str = "of the depth at each vertex that is inside, or reported to be, against exact detection; fields: muscle vertices in the bone; balls: vertices in muscles; else both; plan: of the depth of each overlapping pair's surfaces, for a plan of 100,000 frames. A vertex that a reduced surface left out is placed at its closest point there";
-const MISSED: &str = "of the vertices inside; plan and average-case trees: of overlapping pairs, selected pairs: of crossing faces";
-const TIME: &str = "per frame: bodies followed and all pairs detected; minimum of several, mean over frames, methods in turns; average-case trees of muscles are built in each";
+const ERROR: &str = "of the depth at each vertex that is inside, or reported to be, against exact detection; fields: muscle vertices in the bone; balls: vertices in muscles; else both; plan (for 100,000 frames), measures of overlaps and balls with balls: of the depth of each overlapping pair's surfaces. A vertex that a reduced surface left out is placed at its closest point there";
+const MISSED: &str = "of the vertices inside; plan, measures, balls with balls and average-case trees: of overlapping pairs; exact crossings and selected pairs: of crossing faces";
+const TIME: &str = "per frame: bodies followed, all pairs detected, and depths of reduced surfaces carried over to all vertices; minimum of several, mean over frames, methods in turns; simulated balls follow nothing; permanent contacts slide, and none is found anew; average-case trees of muscles are built in each frame";

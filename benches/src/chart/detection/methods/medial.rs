@@ -1,13 +1,17 @@
-//! Vertices against muscles as balls, cones and slabs, which follow the muscles.
+//! Muscles as balls, cones and slabs: vertices against them as they follow the muscles, and balls
+//! against each other where balls are what is simulated.
 //!
 //! With the bone, its vertices are detected in the muscles' balls; with two muscles, the vertices
 //! of each in the balls of the other.
+
+use std::collections::BTreeMap;
 
 use glam::DVec3;
 use kdop::{Leaves, Tree, Workspace};
 use medial::{
     Ball, CandidatePair, FootRule, Links, MedialContactParams, MedialParams, MedialSurface,
-    PointCandidates, PointContact, PrimitiveTree, generate, point_contacts_among,
+    PointCandidates, PointContact, PrimitiveContact, PrimitiveTree, generate, point_contacts_among,
+    primitive_contacts_among,
 };
 use proximity::SurfaceTree;
 use surface::TriangleSurface;
@@ -134,5 +138,81 @@ impl Detector for MedialDetection<'_> {
             directions.push((*direction, inside));
         }
         Answer::Vertices(directions)
+    }
+}
+
+/// Detection between balls, cones and slabs, whose places in all frames are known.
+struct SimulatedBalls<'a> {
+    task: &'a Task<'a>,
+    /// Balls per body and frame; none of bodies without pairs.
+    frames: Vec<Vec<MedialSurface>>,
+    trees: Vec<Option<PrimitiveTree>>,
+    /// Depth of each pair.
+    depths: Vec<f64>,
+    workspace: Workspace,
+    pairs: Vec<[u32; 2]>,
+    contacts: Vec<PrimitiveContact>,
+}
+
+/// Generates balls for all bodies in pairs, and places them in all frames.
+///
+/// # Errors
+///
+/// When a body has no medial surface of this size.
+pub(super) fn simulated<'a>(task: &'a Task<'a>, balls: f64) -> Built<'a> {
+    let count = whole(balls) as usize;
+    let (mut frames, mut trees) = (Vec::new(), Vec::new());
+    for (number, body) in task.moving.bodies.iter().enumerate() {
+        let (mut placed, mut tree) = (Vec::new(), None);
+        if task.pairs.iter().flatten().any(|&member| member == number) {
+            let mut balls = FollowingBalls::new(body, count)?;
+            for frame in &task.moving.frames {
+                balls.follow(&frame[number])?;
+                placed.push(balls.medial.clone());
+            }
+            tree = Some(balls.tree);
+        }
+        frames.push(placed);
+        trees.push(tree);
+    }
+    Ok(Box::new(SimulatedBalls {
+        task,
+        frames,
+        trees,
+        depths: vec![0.0; task.pairs.len()],
+        workspace: Workspace::default(),
+        pairs: Vec::new(),
+        contacts: Vec::new(),
+    }))
+}
+
+impl Detector for SimulatedBalls<'_> {
+    fn step(&mut self, frame: usize) -> Result<(), Failure> {
+        let Self { task, frames, trees, depths, workspace, pairs, contacts } = self;
+        for (tree, placed) in trees.iter_mut().zip(&*frames) {
+            if let Some(tree) = tree {
+                tree.refit(&placed[frame])?;
+            }
+        }
+
+        for (&[a, b], depth) in task.pairs.iter().zip(depths) {
+            let [Some(tree_a), Some(tree_b)] = [&trees[a], &trees[b]] else { continue };
+            pairs.clear();
+            tree_a.tree().pairs(tree_b.tree(), 0.0, workspace, |i, j| pairs.push([i, j]));
+            let (a, b) = (&frames[a][frame], &frames[b][frame]);
+            primitive_contacts_among(pairs, a, b, 0.0, contacts);
+            *depth = contacts.iter().map(|contact| -contact.gap).fold(0.0, f64::max);
+        }
+        Ok(())
+    }
+
+    fn answer(&self) -> Answer {
+        let mut depths = BTreeMap::new();
+        for (&pair, &depth) in self.task.pairs.iter().zip(&self.depths) {
+            if depth > 0.0 {
+                depths.insert(pair, depth);
+            }
+        }
+        Answer::Depths(depths)
     }
 }

@@ -3,8 +3,10 @@
 mod baselines;
 mod field;
 mod medial;
+mod permanent;
 mod plan;
 mod surfaces;
+mod volumes;
 
 use std::error::Error;
 
@@ -57,15 +59,33 @@ impl Method {
 }
 
 const SPACINGS: &[f64] = &[4.0, 2.0, 1.0, 0.5];
-const BALLS: &[f64] = &[25.0, 50.0, 100.0, 200.0, 400.0];
+const BALLS: &[f64] = &[25.0, 50.0, 100.0, 200.0];
 
 /// Methods in the order of the legend; rings mark methods of the source that are improved on.
-pub(super) const METHODS: [Method; 11] = [
+pub(super) const METHODS: [Method; 15] = [
     Method {
         key: MethodKey::new("exact surfaces", "full", 0),
         settings: &[0.0],
         text: "exact",
         build: |task, _| surfaces::exact(task),
+    },
+    Method {
+        key: MethodKey::new("exact crossings", "volumes of 6, 14, 18, 26 planes", 0).hollow(),
+        settings: &[6.0, 14.0, 18.0, 26.0],
+        text: "_ planes",
+        build: |task, planes| volumes::detector(task, planes),
+    },
+    Method {
+        key: MethodKey::new("measures of overlaps", "depth to 1, 0.1, 0.01 mm", 0x56_b4_e9),
+        settings: &[1.0, 0.1, 0.01],
+        text: "to _ mm",
+        build: |task, width| surfaces::measured(task, width),
+    },
+    Method {
+        key: MethodKey::new("permanent contacts", "gaps up to 0.5, 1, 2, 4 mm at rest", 0x8c_56_4b),
+        settings: &[0.5, 1.0, 2.0, 4.0],
+        text: "up to _ mm",
+        build: |task, gap| permanent::detector(task, gap),
     },
     Method {
         key: MethodKey::new("plan", "within 2, 1, 0.5, 0.2, 0.1 mm", 0xc0_9a_00),
@@ -93,17 +113,22 @@ pub(super) const METHODS: [Method; 11] = [
         build: |task, spacing| field::detector(task, true, spacing),
     },
     Method {
-        key: MethodKey::new("medial (exact feet)", "25, 50, 100, 200, 400 balls", 0x2c_8c_3c),
+        key: MethodKey::new("medial (exact feet)", "25, 50, 100, 200 balls", 0x2c_8c_3c),
         settings: BALLS,
         text: "_ balls",
         build: |task, balls| medial::detector(task, balls, FootRule::Exact),
     },
     Method {
-        key: MethodKey::new("medial (bare faces)", "25, 50, 100, 200, 400 balls", 0x2c_8c_3c)
-            .hollow(),
+        key: MethodKey::new("medial (bare faces)", "25, 50, 100, 200 balls", 0x2c_8c_3c).hollow(),
         settings: BALLS,
         text: "_ balls",
         build: |task, balls| medial::detector(task, balls, FootRule::BareFace),
+    },
+    Method {
+        key: MethodKey::new("balls with balls, simulated", "25, 50, 100, 200 balls", 0x00_9e_73),
+        settings: BALLS,
+        text: "_ balls",
+        build: |task, balls| medial::simulated(task, balls),
     },
     Method {
         key: MethodKey::new("spatial hash", "cells of 8, 4, 2, 1, 0.5 edges", 0xe0_7b_00),
