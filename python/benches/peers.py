@@ -9,6 +9,7 @@ wrong answers: differences from this package's exact ones.
 
 from __future__ import annotations
 
+import itertools
 import os
 import time
 import tomllib
@@ -18,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from musculo_collide import Mesh, Scene, Surface, read_mesh
+from pairs import Fcl, Manifold
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 REPEATS = 3
@@ -68,19 +70,10 @@ def overlapping(meshes: dict[str, Mesh]) -> None:
     import fcl
 
     def with_fcl() -> set[frozenset[str]]:
-        objects = []
-        for mesh in meshes.values():
-            model = fcl.BVHModel()
-            model.beginModel(len(mesh.vertices), len(mesh.faces))
-            model.addSubModel(mesh.vertices, mesh.faces.astype(np.int32))
-            model.endModel()
-            objects.append(fcl.CollisionObject(model))
-        names, found = list(meshes), set()
-        for i in range(len(names)):
-            for j in range(i):
-                if fcl.collide(objects[i], objects[j], fcl.CollisionRequest(), fcl.CollisionResult()):
-                    found.add(frozenset((names[i], names[j])))
-        return found
+        library = Fcl(fcl, np.inf)
+        objects = {name: library.body(*mesh) for name, mesh in meshes.items()}
+        pairs = itertools.combinations(objects, 2)
+        return {frozenset((a, b)) for a, b in pairs if library.overlap(objects[a], objects[b])}
 
     seconds, found = best(with_fcl)
     row(question, "python-fcl, every pair", seconds, reference, wrong(found))
@@ -159,14 +152,8 @@ def volumes(meshes: dict[str, Mesh]) -> None:
     import manifold3d
 
     def with_manifold() -> list[float]:
-        found = []
-        for pair in pairs:
-            solids = []
-            for name in pair:
-                mesh = manifold3d.Mesh64(meshes[name].vertices, meshes[name].faces.astype(np.uint64))
-                solids.append(manifold3d.Manifold(mesh))
-            found.append((solids[0] ^ solids[1]).volume())
-        return found
+        library = Manifold(manifold3d, np.inf)
+        return [library.volume(*(library.body(*meshes[name]) for name in pair)) for pair in pairs]
 
     seconds, found = best(with_manifold)
     bad = sum(abs(a - b) > 1e-6 * abs(b) + 1e-9 for a, b in zip(found, exact))

@@ -46,11 +46,13 @@ struct Figure {
 
 /// Prints the figures of the named crates, or of all; fails where one exceeds its bound.
 pub(crate) fn ratios(root: &Path, names: &[&str]) -> TaskResult {
-    // Those of the facade need the features that charts do.
-    let of_facade = |name: &&str| ["motion", "plan", "resolve", "stability"].contains(name);
+    // Those that are of few crates build without the features of charts.
+    let needs_more = |name: &&str| {
+        !["ccd", "distance-field", "kdop", "medial", "overlap", "response"].contains(name)
+    };
     let crates = if names.first() == Some(&"--only") { names.get(2..) } else { Some(names) };
     let crates = crates.unwrap_or_default();
-    let needs_charts = crates.is_empty() || crates.iter().any(of_facade);
+    let needs_charts = crates.is_empty() || crates.iter().any(needs_more);
     let package = if needs_charts { WITH_CHARTS } else { WITHOUT_CHARTS };
     report(&run_benches(root, package, &[&["ratios"], names].concat())?)
 }

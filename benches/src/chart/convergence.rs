@@ -8,7 +8,6 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use plotters::prelude::{IntoFont, IntoTextStyle};
 use response::{
     ContactLaw, ContactRows, ContactSystem, Impulse, Margins, ResponseError, SolveLevel,
     SolverMethod, SolverParams, SweepOrder,
@@ -17,18 +16,17 @@ use serde::Serialize;
 use surface::{Contact, ContactSide, Term};
 
 use super::curves::{
-    Area, Axis, CAPTION_LINE, Curve, CurveStyle, Drawn, Panel, caption, draw_caption, machine,
-    picture,
+    Axis, CAPTION_LINE, Curve, CurveStyle, Panel, caption, draw_caption, machine, picture,
 };
 use super::sheet::{Settings, Sheet};
 use crate::measure::interleave;
 use crate::sheets::Sheets;
 
 /// Vertices along a side of the sheets, number of stacks, and particles in each: 1,024 contacts.
-const SIDE: u32 = 32;
+pub(super) const SIDE: u32 = 32;
 
 /// Greatest mass over the least.
-const MASS_RATIOS: [f64; 2] = [1.0, 1e4];
+pub(super) const MASS_RATIOS: [f64; 2] = [1.0, 1e4];
 
 /// Powers of four up to which iterations go: 16,384.
 const POWERS: u32 = 8;
@@ -39,14 +37,13 @@ const TOLERANCE: f64 = 1e-12;
 /// Time in which each cut-off solution is repeated \[ms\].
 const BUDGET: u64 = 20;
 
-const WIDTH: u32 = 1500;
-const PANEL: u32 = 330;
-const LEGEND: u32 = 30;
+const WIDTH: u32 = 1000;
+const PANEL: u32 = 300;
 
 /// Methods with their names and colors.
 const METHODS: [(SolverMethod, &str, CurveStyle); 3] = [
-    (SolverMethod::GaussSeidel, "Gauss–Seidel", CurveStyle::new(0x1f_6f_b4)),
-    (SolverMethod::AveragedJacobi, "averaged Jacobi", CurveStyle::new(0xe0_7b_00)),
+    (SolverMethod::GaussSeidel, "Gauss–Seidel", CurveStyle::new(0x00_72_b2)),
+    (SolverMethod::AveragedJacobi, "averaged Jacobi", CurveStyle::new(0xd5_5e_00)),
     (SolverMethod::ConjugateGradient, "conjugate gradients", CurveStyle::new(0)),
 ];
 
@@ -111,26 +108,28 @@ fn settings() -> Settings {
 }
 
 /// Coupled contacts, and the impulses of the step before.
-struct Contacts {
-    arrangement: &'static str,
-    mass_ratio: f64,
-    v: Vec<DVec3>,
+pub(super) struct Contacts {
+    pub(super) arrangement: &'static str,
+    pub(super) mass_ratio: f64,
+    pub(super) contacts: Vec<Contact>,
+    pub(super) inverse_mass: Vec<f64>,
+    pub(super) v: Vec<DVec3>,
     system: ContactSystem,
     impulses: Vec<Impulse>,
 }
 
 impl Contacts {
     /// Presses two sheets together, of which every third particle is heavy.
-    fn sheets(side: u32, mass_ratio: f64) -> Result<Self, Box<dyn Error>> {
+    pub(super) fn sheets(side: u32, mass_ratio: f64) -> Result<Self, Box<dyn Error>> {
         let mut sheets = Sheets::new(side)?;
         for w in sheets.inverse_mass.iter_mut().step_by(3) {
             *w = mass_ratio.recip();
         }
-        Self::new("sheets", mass_ratio, &sheets.contacts, sheets.v, &sheets.inverse_mass)
+        Self::new("sheets", mass_ratio, sheets.contacts, sheets.v, sheets.inverse_mass)
     }
 
     /// Lets stacks fall on a floor, each with a heavy particle on top.
-    fn stacks(side: u32, mass_ratio: f64) -> Result<Self, Box<dyn Error>> {
+    pub(super) fn stacks(side: u32, mass_ratio: f64) -> Result<Self, Box<dyn Error>> {
         let (mut contacts, mut v, mut inverse_mass) = (Vec::new(), Vec::new(), Vec::new());
         for particle in 0..side * side {
             let (stack, place) = (particle / side, particle % side);
@@ -146,19 +145,19 @@ impl Contacts {
             v.push(DVec3::Z * (-1.0 - f64::from(stack) / f64::from(side)));
             inverse_mass.push(if place == side - 1 { mass_ratio.recip() } else { 1.0 });
         }
-        Self::new("stacks", mass_ratio, &contacts, v, &inverse_mass)
+        Self::new("stacks", mass_ratio, contacts, v, inverse_mass)
     }
 
     fn new(
         arrangement: &'static str,
         mass_ratio: f64,
-        contacts: &[Contact],
+        contacts: Vec<Contact>,
         v: Vec<DVec3>,
-        inverse_mass: &[f64],
+        inverse_mass: Vec<f64>,
     ) -> Result<Self, Box<dyn Error>> {
         let mut rows = ContactRows::new(v.len());
-        rows.extend(contacts, ContactLaw::new(Margins::new(0.0, 1.0)?, 0.0)?)?;
-        let system = ContactSystem::new(&rows, inverse_mass, SweepOrder::Colored)?;
+        rows.extend(&contacts, ContactLaw::new(Margins::new(0.0, 1.0)?, 0.0)?)?;
+        let system = ContactSystem::new(&rows, &inverse_mass, SweepOrder::Colored)?;
 
         // The step before, to the end.
         let mut before: Vec<DVec3> = v.iter().map(|v| *v / 1.01).collect();
@@ -169,7 +168,7 @@ impl Contacts {
             tolerance: TOLERANCE,
         };
         system.solve(SolveLevel::Velocity, &mut before, &mut impulses, &params)?;
-        Ok(Self { arrangement, mass_ratio, v, system, impulses })
+        Ok(Self { arrangement, mass_ratio, contacts, inverse_mass, v, system, impulses })
     }
 
     /// Solves with ever more iterations, until the residual is reached.
@@ -218,8 +217,8 @@ fn name_of(names: &[(Start, &'static str)], start: Start) -> &'static str {
 }
 
 fn draw(rows: &[Measurement], settings: &Settings) -> Result<String, Box<dyn Error>> {
-    let lines = caption(settings);
-    let foot = LEGEND + CAPTION_LINE * (u32::try_from(lines.len())? + 1);
+    let lines = caption(settings, WIDTH);
+    let foot = CAPTION_LINE * (u32::try_from(lines.len())? + 1);
     let heading = "A thousand coupled contacts: residual over time";
     picture(heading, WIDTH, [2 * PANEL, foot], |body, foot| {
         let areas = body.split_evenly((2, MASS_RATIOS.len()));
@@ -232,17 +231,18 @@ fn draw(rows: &[Measurement], settings: &Settings) -> Result<String, Box<dyn Err
                 let chosen: Vec<&Measurement> = rows.iter().filter(of_panel).collect();
                 if let Some(area) = places.next() {
                     let title = format!("{arrangement}, mass ratio {mass_ratio}");
-                    panel(&title, &chosen).draw(area)?;
+                    let (panel, names) = panel(&title, &chosen);
+                    panel.draw_named(area, &names)?;
                 }
             }
         }
-        legend(foot)?;
-        draw_caption(foot, &lines, LEGEND + 5)
+        draw_caption(foot, &lines, 5)
     })
 }
 
-fn panel(title: &str, rows: &[&Measurement]) -> Panel {
-    let mut curves = Vec::new();
+/// Returns a panel, and the names of its curves: those from cold starts have one.
+fn panel(title: &str, rows: &[&Measurement]) -> (Panel, Vec<String>) {
+    let (mut curves, mut names) = (Vec::new(), Vec::new());
     for (_, name, style) in METHODS {
         for ((_, start), style) in STARTS.into_iter().zip([style, style.hollow()]) {
             let mut curve = Curve { style, points: Vec::new() };
@@ -251,25 +251,17 @@ fn panel(title: &str, rows: &[&Measurement]) -> Panel {
                 curve.points.push([row.time, row.residual.max(TOLERANCE)]);
             }
             curves.push(curve);
+            names.push(if style.is_hollow { String::new() } else { name.to_owned() });
         }
     }
-    Panel {
+    let panel = Panel {
         title: title.to_owned(),
         x: Axis::powers("time [µs]", [1.0, 6.0]),
         y_label: "residual".to_owned(),
         curves,
         has_front: false,
-    }
-}
-
-fn legend(area: &Area<'_>) -> Drawn {
-    let text = ("sans-serif", 14).into_font().into_text_style(area);
-    for (number, (_, name, style)) in (0..).zip(METHODS) {
-        let left = 60 + 260 * number;
-        style.sample(area, [left, 15])?;
-        area.draw_text(name, &text, (left + 40, 7))?;
-    }
-    Ok(())
+    };
+    (panel, names)
 }
 
 #[cfg(test)]

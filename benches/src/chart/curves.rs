@@ -9,6 +9,7 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+use super::labels::Labels;
 use super::sheet::Settings;
 
 /// A part of a picture.
@@ -19,6 +20,10 @@ pub type Drawn = Result<(), Box<dyn Error>>;
 
 /// Color of the Pareto front behind the curves.
 pub const FRONT: RGBColor = RGBColor(0xf4, 0xd5, 0x6b);
+
+/// Radii of a curve's first mark, and of its largest.
+const MIN_MARK: i32 = 3;
+const MAX_MARK: i32 = 10;
 
 /// Color and marks of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -190,6 +195,15 @@ impl Panel {
     ///
     /// When it cannot be drawn.
     pub fn draw(&self, area: &Area<'_>) -> Drawn {
+        self.draw_named(area, &[])
+    }
+
+    /// Draws the panel with names beside the first curves; an empty one is left out.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be drawn.
+    pub fn draw_named(&self, area: &Area<'_>, names: &[String]) -> Drawn {
         // Places on logarithmic axes; values beyond the range are at its borders.
         let [left, right] = self.x.range;
         let place = |[x, y]: &[f64; 2]| (x.log10().clamp(left, right), y.log10());
@@ -216,7 +230,8 @@ impl Panel {
         for Curve { style, points } in &self.curves {
             let points: Vec<(f64, f64)> = points.iter().map(place).collect();
             plot.draw_series(LineSeries::new(points.clone(), style.color.stroke_width(2)))?;
-            for (size, point) in (3..).zip(points) {
+            for (number, point) in (0..).zip(points) {
+                let size = (MIN_MARK + number).min(MAX_MARK);
                 plot.draw_series([Circle::new(point, size, style.fill().filled())])?;
                 plot.draw_series([Circle::new(point, size, style.color.stroke_width(2))])?;
                 if point.0 >= right {
@@ -225,6 +240,17 @@ impl Panel {
                     plot.draw_series([EmptyElement::at(point) + text])?;
                 }
             }
+        }
+
+        // Names keep clear of all curves, and of each other.
+        let mut labels = Labels::default();
+        for curve in &self.curves {
+            let points: Vec<(f64, f64)> = curve.points.iter().map(place).collect();
+            labels.avoid(&plot, &points);
+        }
+        for (curve, name) in self.curves.iter().zip(names).filter(|(_, name)| !name.is_empty()) {
+            let points: Vec<(f64, f64)> = curve.points.iter().map(place).collect();
+            labels.draw(&mut plot, &points, name, curve.style.color)?;
         }
         Ok(())
     }
@@ -248,7 +274,7 @@ fn pareto_front(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 #[must_use]
 pub fn power(exponent: f64) -> String {
     let value = 10.0_f64.powf(exponent);
-    if exponent < -4.0 {
+    if !(-3.5..4.5).contains(&exponent) {
         format!("{value:.0e}")
     } else {
         format!("{}", (value * 1e4).round() / 1e4)
@@ -289,17 +315,18 @@ pub fn picture(
 /// Height of a line of a caption.
 pub const CAPTION_LINE: u32 = 19;
 
-/// Letters in a line of a caption.
-const LETTERS: usize = 205;
+/// Width of a letter of a caption, with room at the borders \[tenths of a pixel\].
+const LETTER: u32 = 73;
 
-/// Wraps settings to lines of a caption.
+/// Wraps settings to lines of a caption in a picture of some width \[pixels\].
 #[must_use]
-pub fn caption(settings: &Settings) -> Vec<String> {
+pub fn caption(settings: &Settings, width: u32) -> Vec<String> {
+    let letters = (10 * width / LETTER) as usize;
     let mut lines = Vec::new();
     for (name, value) in settings {
         let mut line = format!("{name}:");
         for word in value.split_whitespace() {
-            if line.chars().count() + 1 + word.chars().count() > LETTERS {
+            if line.chars().count() + 1 + word.chars().count() > letters {
                 lines.push(std::mem::replace(&mut line, "   ".to_owned()));
             }
             line.push(' ');
@@ -347,8 +374,8 @@ mod tests {
     #[test]
     fn captions_fit_their_lines_and_lose_no_word() {
         let value = "word ".repeat(150);
-        let lines = caption(&vec![("setting", value.trim().to_owned())]);
-        assert!(lines.len() > 2 && lines.iter().all(|line| line.len() <= LETTERS));
+        let lines = caption(&vec![("setting", value.trim().to_owned())], 730);
+        assert!(lines.len() > 2 && lines.iter().all(|line| line.len() <= 100));
         assert_eq!(lines.join(" ").matches("word").count(), 150);
     }
 }

@@ -8,10 +8,12 @@ pub mod ccd;
 pub mod convergence;
 pub mod curves;
 pub mod detection;
+mod labels;
 pub mod medial;
 #[cfg(feature = "peers")]
 pub mod peers;
 pub mod poster;
+pub mod response;
 pub mod sheet;
 pub mod size;
 pub mod stability;
@@ -35,6 +37,7 @@ pub const PICTURES: &[(&str, Draw)] = &[
     ("medial", medial::run),
     #[cfg(feature = "peers")]
     ("peers", peers::run),
+    ("response", response::run),
     ("size", size::run),
 ];
 

@@ -109,7 +109,7 @@ impl Poster<'_> {
         let panels = self.row_height * u32::try_from(self.groups.len())?;
         let legend_rows = i32::try_from(self.methods.len() + 3)?;
         let legend = u32::try_from(LEGEND_TOP + LEGEND_ROW * legend_rows)?;
-        let caption = caption(&self.sheet.settings);
+        let caption = caption(&self.sheet.settings, WIDTH);
         let foot = legend + CAPTION_LINE * u32::try_from(caption.len())? + 16;
 
         picture(self.heading, WIDTH, [panels, foot], |body, foot| {

@@ -6,6 +6,8 @@ mod deep_starts;
 mod distance_field;
 mod kdop;
 mod kdop_peers;
+#[cfg(feature = "charts")]
+mod libraries;
 mod medial;
 #[cfg(feature = "charts")]
 mod motion;
@@ -15,7 +17,7 @@ mod overlap;
 #[cfg(feature = "charts")]
 mod plan;
 #[cfg(feature = "charts")]
-mod resolve;
+pub(crate) mod resolve;
 mod response;
 #[cfg(feature = "charts")]
 mod stability;
@@ -31,19 +33,31 @@ type Run = fn(&mut Report) -> Result<(), Box<dyn Error>>;
 /// `charts`).
 pub const GROUPS: &[(&str, Run)] = &[
     ("ccd", ccd::run),
+    #[cfg(feature = "charts")]
+    ("decimate", libraries::decimate),
     ("distance-field", distance_field::run),
     ("kdop", kdop::run),
     ("medial", medial::run),
+    #[cfg(feature = "charts")]
+    ("mesh-io", libraries::mesh_io),
     #[cfg(feature = "charts")]
     ("motion", motion::run),
     ("overlap", overlap::run),
     #[cfg(feature = "charts")]
     ("plan", plan::run),
     #[cfg(feature = "charts")]
+    ("proximity", libraries::proximity),
+    #[cfg(feature = "charts")]
     ("resolve", resolve::run),
     ("response", response::run),
     #[cfg(feature = "charts")]
+    ("scene", libraries::scene),
+    #[cfg(feature = "charts")]
     ("stability", stability::run),
+    #[cfg(feature = "charts")]
+    ("surface", libraries::surface),
+    #[cfg(feature = "charts")]
+    ("volume-mesh", libraries::volume_mesh),
 ];
 
 /// Reports the figures of the named crates, or of all without a name.

@@ -93,7 +93,7 @@ fn frames_alone(folder: &Path, report: &mut Report) -> Result<(), Box<dyn Error>
 }
 
 /// Reads a thigh. Bones have names that begin with `bone`.
-fn thigh(folder: &Path) -> Result<Scene, Box<dyn Error>> {
+pub(crate) fn thigh(folder: &Path) -> Result<Scene, Box<dyn Error>> {
     let mut scene = Scene::new();
     for path in data::bodies(folder) {
         let mesh = data::mesh(&path);
@@ -106,7 +106,7 @@ fn thigh(folder: &Path) -> Result<Scene, Box<dyn Error>> {
 }
 
 /// Returns the smoothing length that the program takes by default.
-fn smoothing(scene: &mut Scene) -> Result<f64, Box<dyn Error>> {
+pub(crate) fn smoothing(scene: &mut Scene) -> Result<f64, Box<dyn Error>> {
     let mut deepest = 0.0_f64;
     for pair in scene.check(&CheckParams::without_measures(0.0), Progress::none())? {
         deepest = deepest.max(pair.max_vertex_depth);

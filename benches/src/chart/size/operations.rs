@@ -16,7 +16,7 @@ use crate::bodies::body;
 
 /// Radius of all spheres, and the distance of a muscle's center from the bone's \[mm\].
 const RADIUS: f64 = 30.0;
-const APART: f64 = 58.0;
+const APART: f64 = 58.5;
 
 /// Way that muscles move toward the bone in a step, and margin of near pairs \[mm\].
 const STEP: f64 = 1.0;
@@ -24,7 +24,7 @@ const MARGIN: f64 = 0.5;
 
 /// An operation that is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Operation {
+pub(crate) enum Operation {
     Refit,
     Check,
     Overlap,
@@ -33,7 +33,7 @@ pub(super) enum Operation {
     Resolve,
 }
 
-pub(super) const OPERATIONS: [Operation; 6] = [
+pub(crate) const OPERATIONS: [Operation; 6] = [
     Operation::Refit,
     Operation::Check,
     Operation::Overlap,
@@ -43,7 +43,7 @@ pub(super) const OPERATIONS: [Operation; 6] = [
 ];
 
 /// The bone, the muscles around it, and their memory.
-pub(super) struct Spheres {
+pub(crate) struct Spheres {
     scene: Scene,
     muscles: Vec<BodyId>,
     /// Positions of the muscles at rest, and at the end of a step.
@@ -56,29 +56,46 @@ pub(super) struct Spheres {
 }
 
 impl Spheres {
-    /// Places spheres of `20 · 4^level` faces, none aligned with another.
-    pub(super) fn new(level: u32) -> Result<Self, Box<dyn Error>> {
+    /// Places a bone of `20 · 4^level` faces.
+    fn bone(level: u32) -> Result<Self, Box<dyn Error>> {
         let sphere = icosphere(RADIUS, level);
         let mut scene = Scene::new();
         scene.add("bone", BodyKind::Rigid, sphere.surface(), sphere.positions.clone())?;
-        let mut trees = vec![body(sphere.clone())];
-        let (mut muscles, mut rest, mut moved) = (Vec::new(), Vec::new(), Vec::new());
-        for (turns, axis) in (1_u8..).zip(DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis])) {
-            let turned = sphere.clone().rotated(DVec3::new(0.3, 0.5, 0.8), 0.07 * f64::from(turns));
-            let muscle = turned.translated(APART * axis);
-            let positions = muscle.positions.clone();
-            muscles.push(scene.add(
-                format!("muscle {turns}"),
-                BodyKind::Deformable,
-                muscle.surface(),
-                positions.clone(),
-            )?);
-            moved.push(positions.iter().map(|x| *x - STEP * axis).collect());
-            rest.push(positions);
-            trees.push(body(muscle));
+        Ok(Self {
+            scene,
+            muscles: Vec::new(),
+            rest: Vec::new(),
+            moved: Vec::new(),
+            trees: vec![body(sphere)],
+            detector: OverlapDetector::default(),
+            overlap: Overlap::default(),
+        })
+    }
+
+    /// Places twelve muscles around the bone, as the vertices of an icosahedron are, each of as many
+    /// faces and none aligned with another.
+    fn with_muscles(level: u32) -> Result<Self, Box<dyn Error>> {
+        let mut spheres = Self::bone(level)?;
+        for (turns, place) in (1_u8..).zip(icosphere(APART, 0).positions) {
+            let axis = DVec3::new(0.3, 0.5, 0.8);
+            let turned = icosphere(RADIUS, level).rotated(axis, 0.07 * f64::from(turns));
+            let muscle = turned.translated(place);
+            let x = muscle.positions.clone();
+            let name = format!("muscle {turns}");
+            let kind = BodyKind::Deformable;
+            spheres.muscles.push(spheres.scene.add(name, kind, muscle.surface(), x.clone())?);
+
+            let way = STEP * place.normalize();
+            spheres.moved.push(x.iter().map(|x| *x - way).collect());
+            spheres.rest.push(x);
+            spheres.trees.push(body(muscle));
         }
-        let (detector, overlap) = <(OverlapDetector, Overlap)>::default();
-        Ok(Self { scene, muscles, rest, moved, trees, detector, overlap })
+        Ok(spheres)
+    }
+
+    /// Returns the number of faces of all bodies.
+    pub(crate) fn faces(&self) -> usize {
+        self.trees.iter().map(|tree| tree.surface().faces().len()).sum()
     }
 
     /// Moves the muscles to where they are at rest, which they count as a new place.
@@ -91,7 +108,7 @@ impl Spheres {
 }
 
 impl Operation {
-    pub(super) const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Refit => "refit",
             Self::Check => "check",
@@ -102,25 +119,17 @@ impl Operation {
         }
     }
 
-    /// Returns the finest level at which the operation is measured in reasonable time.
-    pub(super) const fn largest_level(self) -> u32 {
+    /// Returns the bodies that the operation works on: `20 · 4^level` faces each, or a bone of about
+    /// as many as all of them.
+    pub(crate) fn spheres(self, level: u32) -> Result<Spheres, Box<dyn Error>> {
         match self {
-            Self::Resolve => 4,
-            _ => 6,
-        }
-    }
-
-    /// Returns the number of faces that the operation works on.
-    pub(super) fn faces(self, spheres: &Spheres) -> usize {
-        let of_one = spheres.trees[0].surface().faces().len();
-        match self {
-            Self::Field => of_one,
-            _ => spheres.trees.len() * of_one,
+            Self::Field => Spheres::bone(level + 2),
+            _ => Spheres::with_muscles(level),
         }
     }
 
     /// Runs once; returns the number of bodies, pairs, bytes or rounds.
-    pub(super) fn run(self, spheres: &mut Spheres) -> Result<usize, Box<dyn Error>> {
+    pub(crate) fn run(self, spheres: &mut Spheres) -> Result<usize, Box<dyn Error>> {
         match self {
             Self::Refit => {
                 for tree in &mut spheres.trees {

@@ -100,7 +100,7 @@ fn settings() -> Settings {
 
 fn draw(runs: &[Run], settings: &Settings) -> Result<String, Box<dyn Error>> {
     let rows = u32::try_from(Planted::ALL.len().div_ceil(COLUMNS))?;
-    let lines = caption(settings);
+    let lines = caption(settings, 1500);
     let foot = KEY + CAPTION_LINE * (u32::try_from(lines.len())? + 1);
     let heading = "Where detection and response hold together, over time";
     picture(heading, WIDTH, [rows * PANEL, foot], |body, foot| {

@@ -1,6 +1,8 @@
 //! Times that B. Gilles (2007, section 4.7.2) gives, and what it says of methods that it does not
 //! take, beside the same here and now.
 
+mod bounding_volumes;
+
 use std::fmt::Write;
 
 use baselines::PlacedSurface;
@@ -48,6 +50,8 @@ fn measure() -> String {
     hashing(&mut text);
     text += "\n| direction of contact, from the rays | largest depth by images [mm] | exact [mm] | images / exact |\n|---|---|---|---|\n";
     images(&mut text);
+    text += "\n| bounding volume | numbers | pairs of volumes tested | pairs of faces left | time [us] | fitted to all [ms] |\n|---|---|---|---|---|---|\n";
+    bounding_volumes::rows(&mut text);
     text
 }
 
