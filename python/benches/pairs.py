@@ -16,7 +16,10 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
+try:
+    import numpy as np
+except ImportError:
+    sys.exit("numpy is not installed")
 
 # Rounds over all pairs, of which the quickest counts, and the seconds after which there are no more.
 ROUNDS = 3
