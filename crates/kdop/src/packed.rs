@@ -57,6 +57,23 @@ impl PackedDop {
         }
     }
 
+    /// Grows to contain a point given by its row.
+    #[inline(always)]
+    pub(crate) fn include_point<const S: usize>(&mut self, row: &[f32; S]) {
+        for g in 0..groups::<S>() {
+            let at = load(row, g);
+            self.lo[g] = self.lo[g].fast_min(at);
+            self.hi[g] = self.hi[g].fast_max(at);
+        }
+    }
+
+    /// Grows along the axes alone to contain a bound given by its rows.
+    #[inline(always)]
+    pub(crate) fn include_box<const S: usize>(&mut self, lo: &[f32; S], hi: &[f32; S]) {
+        self.lo[0] = self.lo[0].fast_min(load(lo, 0));
+        self.hi[0] = self.hi[0].fast_max(load(hi, 0));
+    }
+
     /// Grows to contain another bound.
     #[inline(always)]
     pub(crate) fn merge<const S: usize>(&mut self, other: &Self) {

@@ -36,6 +36,12 @@ impl<const S: usize> Projections<S> {
         if self.hi.is_empty() { &self.lo } else { &self.hi }
     }
 
+    /// Returns the rows of points at rest, whose upper and lower bounds are the same.
+    #[inline(always)]
+    pub(crate) fn at_rest(&self) -> Option<&[[f32; S]]> {
+        self.hi.is_empty().then_some(&self.lo)
+    }
+
     /// Returns the size on the heap in bytes.
     pub(crate) const fn bytes(&self) -> usize {
         (self.lo.capacity() + self.hi.capacity()) * size_of::<[f32; S]>()

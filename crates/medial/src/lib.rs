@@ -103,6 +103,7 @@ pub use crate::error::MedialError;
 pub use crate::follow::{FollowScratch, Link, Links, REFIT_PASSES};
 pub use crate::generate::{Generated, MedialParams, MedialSize, generate, generate_each};
 pub use crate::medial_surface::MedialSurface;
+pub(crate) use crate::primitive_tree::{ExactFeet, PreparedSlabs};
 pub use crate::primitive_tree::{NearestPrimitive, PrimitiveTree};
 pub use crate::topology::Topology;
 

@@ -3,6 +3,7 @@
 use glam::DVec3;
 use kdop::{Dop18, Extents, Leaves, Tree, Workspace};
 
+use crate::distance::PreparedSlab;
 use crate::{Foot, FootRule, MedialError, MedialSurface};
 
 /// Tree of 18-DOPs over slabs, cones and isolated balls.
@@ -86,16 +87,16 @@ impl PrimitiveTree {
     /// Finds the primitive that [`Self::nearest`] finds, faster where `guess` is near it.
     pub(crate) fn nearest_from(
         &self,
-        medial: &MedialSurface,
+        medial: &impl ExactFeet,
         p: DVec3,
         guess: u32,
         workspace: &mut Workspace,
     ) -> NearestPrimitive {
-        let mut best = NearestPrimitive::on(medial, p, guess);
+        let mut best = medial.nearest_on(p, guess);
         // Inside the union, all bounds that contain p are at distance 0, and each of them may be
         // that of the deepest primitive.
-        self.tree.nearest(p, best.foot.distance.max(0.0), workspace, |primitive, _| {
-            let found = NearestPrimitive::on(medial, p, primitive);
+        self.tree.nearest_unordered(p, best.foot.distance.max(0.0), workspace, |primitive| {
+            let found = medial.nearest_on(p, primitive);
             if (found.foot.distance, primitive) < (best.foot.distance, best.primitive) {
                 best = found;
             }
@@ -104,27 +105,57 @@ impl PrimitiveTree {
         best
     }
 
-    /// Visits the primitives whose signed distance to `p` is at most `limit`.
+    /// Visits the primitives whose signed distance to `p` is at most `limit`, with their feet.
     pub(crate) fn within(
         &self,
-        medial: &MedialSurface,
+        medial: &impl ExactFeet,
         p: DVec3,
         limit: f64,
         workspace: &mut Workspace,
-        mut visit: impl FnMut(u32),
+        mut visit: impl FnMut(NearestPrimitive),
     ) {
         let around = Dop18::from_points(&[p]).inflated(limit.max(0.0));
         self.tree.query(&around, workspace, |primitive| {
-            if medial.foot(p, primitive, FootRule::Exact).distance <= limit {
-                visit(primitive);
+            let found = medial.nearest_on(p, primitive);
+            if found.foot.distance <= limit {
+                visit(found);
             }
         });
     }
 }
 
-impl NearestPrimitive {
+/// Exact feet on the primitives of a medial surface.
+pub(crate) trait ExactFeet {
     /// Computes the exact foot of `p` on a primitive.
-    pub(crate) fn on(medial: &MedialSurface, p: DVec3, primitive: u32) -> Self {
-        Self { primitive, foot: medial.foot(p, primitive, FootRule::Exact) }
+    fn exact_foot(&self, p: DVec3, primitive: u32) -> Foot;
+
+    /// Computes the exact foot of `p` on a primitive, with its number.
+    fn nearest_on(&self, p: DVec3, primitive: u32) -> NearestPrimitive {
+        NearestPrimitive { primitive, foot: self.exact_foot(p, primitive) }
+    }
+}
+
+impl ExactFeet for MedialSurface {
+    fn exact_foot(&self, p: DVec3, primitive: u32) -> Foot {
+        self.foot(p, primitive, FootRule::Exact)
+    }
+}
+
+/// Primitives of a medial surface in one state, prepared for the feet of many points.
+pub(crate) struct PreparedSlabs(Vec<PreparedSlab>);
+
+impl PreparedSlabs {
+    pub(crate) fn new(medial: &MedialSurface) -> Self {
+        let mut slabs = Vec::with_capacity(medial.primitives().len());
+        for (primitive, _) in (0_u32..).zip(medial.primitives()) {
+            slabs.push(PreparedSlab::new(medial.primitive_balls(primitive)));
+        }
+        Self(slabs)
+    }
+}
+
+impl ExactFeet for PreparedSlabs {
+    fn exact_foot(&self, p: DVec3, primitive: u32) -> Foot {
+        self.0[primitive as usize].foot(p)
     }
 }

@@ -8,7 +8,7 @@ use surface::{
     triangles_meet,
 };
 
-use crate::MedialError;
+use crate::{Ball, MedialError};
 
 /// Closed surface with its normals and the tree over its faces.
 pub(crate) struct SurfaceDistance<'a> {
@@ -16,6 +16,8 @@ pub(crate) struct SurfaceDistance<'a> {
     pub(crate) x: Positions<'a>,
     pub(crate) normals: Pseudonormals,
     tree: Tree,
+    /// Ball around each face.
+    balls: Vec<Ball>,
 }
 
 /// Closest point of a surface to another point.
@@ -30,7 +32,8 @@ pub(crate) struct SurfaceFoot {
 impl<'a> SurfaceDistance<'a> {
     pub(crate) fn new(surface: &'a TriangleSurface, x: Positions<'a>) -> Result<Self, MedialError> {
         let tree = Tree::build(Leaves::Triangles(surface.faces()), x.as_slice())?;
-        Ok(Self { surface, x, normals: Pseudonormals::new(surface, x), tree })
+        let balls = surface.faces().iter().map(|&face| ball_around(x.corners(face))).collect();
+        Ok(Self { surface, x, normals: Pseudonormals::new(surface, x), tree, balls })
     }
 
     /// Finds the closest point of the surface nearer than `max_distance`.
@@ -65,9 +68,14 @@ impl<'a> SurfaceDistance<'a> {
         // The limit falls with each nearer face, and culls the rest of the tree.
         let mut best: Option<SurfaceFoot> = None;
         let mut limit = max_distance;
-        self.tree.nearest(p, max_distance, workspace, |face, _| {
+        self.tree.nearest_unordered(p, max_distance, workspace, |face| {
             let found = self.on_face(p, face);
-            if found.distance < limit && accept(&found) {
+            // Of equally near faces, the first one counts.
+            let is_nearer = match &best {
+                Some(best) => (found.distance, face) < (best.distance, best.face),
+                None => found.distance < max_distance,
+            };
+            if is_nearer && accept(&found) {
                 limit = found.distance;
                 best = Some(found);
             }
@@ -89,6 +97,14 @@ impl<'a> SurfaceDistance<'a> {
             self.tree.query(&around, workspace, |face| faces.push(face));
         }
         faces
+    }
+
+    /// Returns true if a face is certainly farther from `p` than a distance, by the ball around it.
+    #[inline]
+    pub(crate) fn is_farther(&self, p: DVec3, face: u32, distance: f64) -> bool {
+        let ball = &self.balls[face as usize];
+        let reach = distance + ball.radius;
+        p.distance_squared(ball.center) > reach * reach
     }
 
     /// Computes the closest point of one face.
@@ -130,4 +146,18 @@ impl<'a> SurfaceDistance<'a> {
     pub(crate) fn corners(&self, face: u32) -> [DVec3; 3] {
         self.x.corners(self.surface.faces()[face as usize])
     }
+}
+
+/// Returns a ball around a triangle, with room for rounding.
+fn ball_around(corners: [DVec3; 3]) -> Ball {
+    /// Share of the size of the coordinates by which the ball is larger.
+    const ROUNDING: f64 = 1e-12;
+
+    let center = corners.iter().sum::<DVec3>() / 3.0;
+    let (mut radius, mut size) = (0.0_f64, 0.0_f64);
+    for corner in corners {
+        radius = radius.max(corner.distance(center));
+        size = size.max(corner.abs().max_element());
+    }
+    Ball::new(center, radius + ROUNDING * size)
 }

@@ -297,9 +297,9 @@ impl<const S: usize> Motion<S> {
                 *moved = four.bounds.lane(lane);
             }
         }
-        cluster.bound_leaves(bounds, |corner| {
+        cluster.bound_leaves(bounds, |leaf, corner| {
             let point = &moved[corner as usize];
-            (&point.lo, &point.hi)
+            leaf.include(&point.lo, &point.hi);
         });
     }
 }

@@ -116,6 +116,7 @@ impl<const S: usize> DopTree<S> {
         }
 
         let distance = RoughBound::new(self, point);
+        let to_box = distance.to_box();
         stack.push((0.0, ChildRef::node(0)));
         while let Some((bound, child)) = stack.pop() {
             if f64::from(bound) > within {
@@ -135,13 +136,13 @@ impl<const S: usize> DopTree<S> {
                     stack[first..].sort_unstable_by(|p, q| q.0.total_cmp(&p.0));
                 }
                 Child::Cluster(cluster) => {
+                    // A leaf costs about as much to visit as its bounds along all directions.
                     let cluster = self.clusters.get(cluster);
-                    let mut bounds = LeafDops::EMPTY;
-                    self.clusters.bound_leaves(cluster, &self.projections, &mut bounds);
+                    let boxes = self.clusters.leaf_boxes(cluster, &self.projections);
                     counters.clusters += 1;
-                    counters.bound_tests += bounds.halves.len() as u64;
-                    for (h, half) in bounds.halves.iter().enumerate() {
-                        for (lane, bound) in distance.to(half).into_iter().enumerate() {
+                    counters.bound_tests += boxes.len() as u64;
+                    for (h, half) in boxes.iter().enumerate() {
+                        for (lane, bound) in to_box.to(half).into_iter().enumerate() {
                             let Some(leaf) = self.leaf(cluster, 4 * h + lane) else { break };
                             if f64::from(bound) <= within {
                                 counters.reported += 1;
@@ -268,6 +269,12 @@ impl<const S: usize> RoughBound<S> {
                 to_nearest(4.0 * (rounding_loss(stored) + rounding_loss(exact[k].abs())))
             }),
         }
+    }
+
+    /// Returns the bound of the distance to boxes.
+    fn to_box(&self) -> RoughBound<3> {
+        let axes = |row: &[f32; S]| std::array::from_fn(|k| row[k]);
+        RoughBound { at: axes(&self.at), rounding: axes(&self.rounding) }
     }
 
     /// Computes the distance to the box, or the widest gap along another direction where that is

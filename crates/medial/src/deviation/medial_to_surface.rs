@@ -135,6 +135,9 @@ impl Bounding<'_> {
         let mut limit = limit;
         let mut min_distance = f64::INFINITY;
         for &face in faces {
+            if self.surface.is_farther(p, face, limit.max(min_distance)) {
+                continue;
+            }
             let found = self.surface.on_face(p, face);
             min_distance = min_distance.min(found.distance);
             limit = limit.min(found.distance + excess);

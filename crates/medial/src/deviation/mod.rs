@@ -17,7 +17,7 @@ pub(crate) use self::surface_to_medial::BoundSearch;
 use self::surface_to_medial::surface_to_medial;
 use crate::batches::map_in_batches;
 use crate::surface_distance::SurfaceDistance;
-use crate::{MedialError, MedialSurface, NearestPrimitive, PrimitiveTree};
+use crate::{MedialError, MedialSurface, NearestPrimitive, PreparedSlabs, PrimitiveTree};
 
 /// Excess of a bound over the largest evaluated distance at which splitting ends, relative to the
 /// size of the medial surface: a micrometer on a muscle.
@@ -78,7 +78,7 @@ impl Deviation {
     ) -> Result<Self, MedialError> {
         // The nearest primitive of each vertex, from that of the previous one, which mostly is next
         // to it on the surface.
-        let tree = PrimitiveTree::new(medial)?;
+        let (tree, slabs) = (PrimitiveTree::new(medial)?, PreparedSlabs::new(medial));
         let x = distance.x.as_slice();
         let nearest = map_in_batches(
             x.len(),
@@ -86,7 +86,7 @@ impl Deviation {
             progress.part(0.0, 0.2),
             || (0, Workspace::default()),
             |(guess, workspace), vertex| {
-                let found = tree.nearest_from(medial, x[vertex], *guess, workspace);
+                let found = tree.nearest_from(&slabs, x[vertex], *guess, workspace);
                 *guess = found.primitive;
                 found
             },

@@ -13,7 +13,7 @@ use surface::{DirectedHausdorff, Positions, TriangleSurface};
 
 use super::{MAX_PIECES, MIN_SLACK, search, split_all};
 use crate::surface_distance::SurfaceDistance;
-use crate::{FootRule, MedialSurface, NearestPrimitive, PrimitiveTree};
+use crate::{ExactFeet, MedialSurface, NearestPrimitive, PreparedSlabs, PrimitiveTree};
 
 /// Number of pieces per face at which [`BoundSearch::surface_bound`] ends: fewer leave bounds too large, more
 /// cost more than following does.
@@ -47,19 +47,19 @@ pub(super) fn surface_to_medial(
     progress: Progress<'_>,
 ) -> Result<DirectedHausdorff, Interrupted> {
     // Whole faces first.
-    let mut search = search(medial);
+    let (mut search, slabs) = (search(medial), &PreparedSlabs::new(medial));
     for face in surface.surface.faces() {
         let patch = face.map(|vertex| {
             let NearestPrimitive { primitive, foot } = nearest[vertex as usize];
             Corner { p: surface.x.at(vertex), primitive, distance: foot.distance }
         });
-        add(&mut search, medial, patch);
+        add(&mut search, slabs, patch);
     }
 
     // Then quarters, by the middles of the sides.
     let mut workspace = Workspace::default();
     split_all(&mut search, MAX_PIECES, progress, |search, patch| {
-        split(search, medial, tree, patch, &mut workspace);
+        split(search, slabs, tree, patch, &mut workspace);
     })
 }
 
@@ -84,7 +84,7 @@ impl BoundSearch {
         for face in surface.faces() {
             let mut patch = face.map(|vertex| {
                 let (p, primitive) = (x.at(vertex), guesses(vertex));
-                let distance = medial.foot(p, primitive, FootRule::Exact).distance;
+                let distance = medial.exact_foot(p, primitive).distance;
                 Corner { p, primitive, distance }
             });
             if upper_bound(medial, &patch) <= limit {
@@ -109,7 +109,7 @@ impl BoundSearch {
 /// Adds the quarters of a piece, by the middles of its sides.
 fn split(
     search: &mut MaximumSearch<Patch>,
-    medial: &MedialSurface,
+    medial: &impl ExactFeet,
     tree: &PrimitiveTree,
     [a, b, c]: Patch,
     workspace: &mut Workspace,
@@ -125,7 +125,7 @@ fn split(
 
 /// Computes the corner at a point, by its nearest primitive.
 fn corner_at(
-    medial: &MedialSurface,
+    medial: &impl ExactFeet,
     tree: &PrimitiveTree,
     p: DVec3,
     guess: u32,
@@ -135,7 +135,7 @@ fn corner_at(
     Corner { p, primitive: nearest.primitive, distance: nearest.foot.distance }
 }
 
-fn add(search: &mut MaximumSearch<Patch>, medial: &MedialSurface, patch: Patch) {
+fn add(search: &mut MaximumSearch<Patch>, medial: &impl ExactFeet, patch: Patch) {
     for corner in &patch {
         search.evaluated(corner.distance);
     }
@@ -143,7 +143,7 @@ fn add(search: &mut MaximumSearch<Patch>, medial: &MedialSurface, patch: Patch) 
 }
 
 /// Computes the minimum over the corners' primitives of the maximum distance at a corner.
-fn upper_bound(medial: &MedialSurface, patch: &Patch) -> f64 {
+fn upper_bound(medial: &impl ExactFeet, patch: &Patch) -> f64 {
     let mut bound = f64::INFINITY;
     for &Corner { primitive, .. } in patch {
         let mut max = f64::NEG_INFINITY;
@@ -151,7 +151,7 @@ fn upper_bound(medial: &MedialSurface, patch: &Patch) -> f64 {
             let distance = if corner.primitive == primitive {
                 corner.distance
             } else {
-                medial.foot(corner.p, primitive, FootRule::Exact).distance
+                medial.exact_foot(corner.p, primitive).distance
             };
             max = max.max(distance);
         }

@@ -25,28 +25,54 @@ use crate::Ball;
 /// ```
 #[must_use]
 pub fn cone_foot(p: DVec3, a: Ball, b: Ball) -> Foot {
-    let t = cone_parameter(p, a, b);
+    let t = ConeAxis::new(a, b).parameter(p);
     Foot::at(p, &[a, b, b], [1.0 - t, t, 0.0])
 }
 
-/// Computes the weight t in `0.0..=1.0` of `b` in that ball.
-///
-/// With u the unit axis, L its length, k the slope of the radius, x the height of P along the axis
-/// and y its distance from it, f is stationary where `tL − x = k |P − c|` and
-/// `|P − c| = y / √(1 − k²)`.
-pub(super) fn cone_parameter(p: DVec3, a: Ball, b: Ball) -> f64 {
-    let axis = b.center - a.center;
-    let length = axis.length();
-    let growth = b.radius - a.radius;
-    if growth.abs() >= length {
-        return if growth > 0.0 { 1.0 } else { 0.0 };
+/// Axis of a cone, with what its feet have in common.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ConeAxis {
+    start: DVec3,
+    /// Unit vector to the second center.
+    unit: DVec3,
+    length: f64,
+    /// k / √(1 − k²), with k the slope of the radius.
+    tangent: f64,
+    /// Weight of the second ball, where one of them contains the other.
+    constant: Option<f64>,
+}
+
+impl ConeAxis {
+    pub(super) fn new(a: Ball, b: Ball) -> Self {
+        let axis = b.center - a.center;
+        let length = axis.length();
+        let growth = b.radius - a.radius;
+        let constant = if growth > 0.0 { 1.0 } else { 0.0 };
+        Self {
+            start: a.center,
+            unit: axis / length,
+            length,
+            // Factored so that it keeps its digits as k approaches 1.
+            tangent: growth / ((length - growth) * (length + growth)).sqrt(),
+            constant: (growth.abs() >= length).then_some(constant),
+        }
     }
 
-    // Height and distance of the point from the axis; the nearest ball is ahead by the slope.
-    let u = axis / length;
-    let x = (p - a.center).dot(u);
-    let y = (p - a.center - x * u).length();
-    // k / √(1 − k²), factored so that it keeps its digits as k approaches 1.
-    let tangent = growth / ((length - growth) * (length + growth)).sqrt();
-    ((x + tangent * y) / length).clamp(0.0, 1.0)
+    /// Computes the weight t in `0.0..=1.0` of the second ball in the nearest one to `p`.
+    ///
+    /// With u the unit axis, L its length, k the slope of the radius, x the height of P along the
+    /// axis and y its distance from it, f is stationary where `tL − x = k |P − c|` and
+    /// `|P − c| = y / √(1 − k²)`.
+    #[inline]
+    pub(super) fn parameter(&self, p: DVec3) -> f64 {
+        if let Some(constant) = self.constant {
+            return constant;
+        }
+
+        // Height and distance of the point from the axis; the nearest ball is ahead by the slope.
+        let w = p - self.start;
+        let x = w.dot(self.unit);
+        let y = (w - x * self.unit).length();
+        ((x + self.tangent * y) / self.length).clamp(0.0, 1.0)
+    }
 }

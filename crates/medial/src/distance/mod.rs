@@ -24,6 +24,7 @@ use glam::DVec3;
 pub use self::cone::cone_foot;
 pub use self::pair::{PairFoot, pair_foot};
 pub(crate) use self::plane::TangentPlane;
+pub(crate) use self::slab::PreparedSlab;
 pub use self::slab::{bare_face_foot, slab_foot};
 use crate::Ball;
 

@@ -23,6 +23,7 @@ pub(crate) struct TangentPlane {
 }
 
 /// Plane of the centers of a slab, with the gradient of the radius in it.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct CenterPlane {
     /// Product of the sides from the first center to the second and the third.
     cross: DVec3,
@@ -34,6 +35,9 @@ pub(super) struct CenterPlane {
     duals: [DVec3; 2],
     /// Gradient of the radius.
     slope: DVec3,
+    /// √(1 − |G|²) times the length of the product, with G that gradient; NaN where its slope is 1
+    /// or more.
+    flatness: f64,
 }
 
 impl TangentPlane {
@@ -75,7 +79,9 @@ impl CenterPlane {
         // Each weight changes by 1 along its side and not along the other.
         let duals = [e2.cross(cross) / cross_squared, cross.cross(e1) / cross_squared];
         let slope = duals[0] * (b.radius - a.radius) + duals[1] * (c.radius - a.radius);
-        Some(Self { cross, cross_squared, sine_squared, duals, slope })
+        let rest = 1.0 - slope.length_squared();
+        let flatness = if rest > 0.0 { (cross_squared * rest).sqrt() } else { f64::NAN };
+        Some(Self { cross, cross_squared, sine_squared, duals, slope, flatness })
     }
 
     /// Computes the weights of the stationary ball, which is in the slab where none is negative;
@@ -84,14 +90,13 @@ impl CenterPlane {
     /// With G the gradient of the radius in the plane and y the height of P over it, f is
     /// stationary at the foot of the perpendicular moved by `G y / √(1 − |G|²)`.
     pub(super) fn stationary_weights(&self, p: DVec3, balls: &[Ball; 3]) -> Option<[f64; 3]> {
-        let rest = 1.0 - self.slope.length_squared();
-        if rest <= 0.0 {
+        if self.flatness.is_nan() {
             return None;
         }
 
         // The foot of the perpendicular, moved by the lead.
         let w = p - balls[0].center;
-        let lead = w.dot(self.cross).abs() / (self.cross_squared * rest).sqrt();
+        let lead = w.dot(self.cross).abs() / self.flatness;
         let [b, c] = self.duals.map(|dual| dual.dot(w + lead * self.slope));
         Some([1.0 - b - c, b, c])
     }

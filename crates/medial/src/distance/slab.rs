@@ -4,7 +4,7 @@ use glam::DVec3;
 use surface::closest_on_triangle;
 
 use super::Foot;
-use super::cone::cone_parameter;
+use super::cone::ConeAxis;
 use super::plane::{CenterPlane, are_inside};
 use crate::Ball;
 
@@ -38,18 +38,28 @@ const MIN_SIGN_SINE_SQUARED: f64 = 1e-4;
 /// ```
 #[must_use]
 pub fn slab_foot(p: DVec3, balls: &[Ball; 3]) -> Foot {
-    let Some(plane) = CenterPlane::new(balls) else { return border_foot(p, balls) };
+    SlabParts { balls, plane: CenterPlane::new(balls).as_ref(), cones: None }.foot(p)
+}
 
-    match plane.stationary_weights(p, balls) {
-        Some(weights) if are_inside(weights) => {
-            let foot = Foot::at(p, balls, weights);
-            let is_reliable = plane.sine_squared > MIN_RELIABLE_SINE_SQUARED;
-            if is_reliable { foot } else { foot.nearer(border_foot(p, balls)) }
-        }
-        Some(weights) if plane.sine_squared > MIN_SIGN_SINE_SQUARED => {
-            foot_beyond(p, balls, weights)
-        }
-        _ => border_foot(p, balls),
+/// Slab with what the feet of many points on it have in common.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PreparedSlab {
+    balls: [Ball; 3],
+    plane: Option<CenterPlane>,
+    /// Axes of the cones opposite to each ball.
+    cones: [ConeAxis; 3],
+}
+
+impl PreparedSlab {
+    pub(crate) fn new(balls: [Ball; 3]) -> Self {
+        let cones = [0, 1, 2].map(|opposite| opposite_axis(&balls, opposite));
+        Self { balls, plane: CenterPlane::new(&balls), cones }
+    }
+
+    /// Computes the foot that [`slab_foot`] does.
+    pub(crate) fn foot(&self, p: DVec3) -> Foot {
+        let Self { balls, plane, cones } = self;
+        SlabParts { balls, plane: plane.as_ref(), cones: Some(cones) }.foot(p)
     }
 }
 
@@ -61,28 +71,62 @@ pub fn bare_face_foot(p: DVec3, balls: &[Ball; 3]) -> Foot {
     Foot::at(p, balls, closest.barycentric)
 }
 
-/// Computes the nearest foot on the three cones at the border of the slab.
-fn border_foot(p: DVec3, balls: &[Ball; 3]) -> Foot {
-    let [ab, bc, ca] = [2, 0, 1].map(|opposite| foot_on_side(p, balls, opposite));
-    ab.nearer(bc).nearer(ca)
+/// Slab by its parts, of which cones are computed when they are needed.
+struct SlabParts<'a> {
+    balls: &'a [Ball; 3],
+    plane: Option<&'a CenterPlane>,
+    cones: Option<&'a [ConeAxis; 3]>,
 }
 
-/// Computes the nearest foot where some weights of the stationary ball are negative: on the cones
-/// that it lies beyond.
-///
-/// On the way to the stationary ball from any ball of the slab f falls, since it is convex, and that
-/// way leaves the slab through one of these cones.
-fn foot_beyond(p: DVec3, balls: &[Ball; 3], weights: [f64; 3]) -> Foot {
-    let feet = (0..3).filter(|&k| weights[k] < 0.0).map(|k| foot_on_side(p, balls, k));
-    feet.reduce(Foot::nearer).unwrap_or_else(|| border_foot(p, balls))
+impl SlabParts<'_> {
+    #[inline(always)]
+    fn foot(&self, p: DVec3) -> Foot {
+        let Some(plane) = self.plane else { return self.border_foot(p) };
+
+        match plane.stationary_weights(p, self.balls) {
+            Some(weights) if are_inside(weights) => {
+                let foot = Foot::at(p, self.balls, weights);
+                let is_reliable = plane.sine_squared > MIN_RELIABLE_SINE_SQUARED;
+                if is_reliable { foot } else { foot.nearer(self.border_foot(p)) }
+            }
+            Some(weights) if plane.sine_squared > MIN_SIGN_SINE_SQUARED => {
+                self.foot_beyond(p, weights)
+            }
+            _ => self.border_foot(p),
+        }
+    }
+
+    /// Computes the nearest foot on the three cones at the border of the slab.
+    fn border_foot(&self, p: DVec3) -> Foot {
+        let [ab, bc, ca] = [2, 0, 1].map(|opposite| self.foot_on_side(p, opposite));
+        ab.nearer(bc).nearer(ca)
+    }
+
+    /// Computes the nearest foot where some weights of the stationary ball are negative: on the
+    /// cones that it lies beyond.
+    ///
+    /// On the way to the stationary ball from any ball of the slab f falls, since it is convex, and
+    /// that way leaves the slab through one of these cones.
+    #[inline(always)]
+    fn foot_beyond(&self, p: DVec3, weights: [f64; 3]) -> Foot {
+        let feet = (0..3).filter(|&k| weights[k] < 0.0).map(|k| self.foot_on_side(p, k));
+        feet.reduce(Foot::nearer).unwrap_or_else(|| self.border_foot(p))
+    }
+
+    /// Computes the nearest foot on the cone opposite to a ball.
+    fn foot_on_side(&self, p: DVec3, opposite: usize) -> Foot {
+        let t = match self.cones {
+            Some(cones) => cones[opposite].parameter(p),
+            None => opposite_axis(self.balls, opposite).parameter(p),
+        };
+
+        let mut weights = [0.0; 3];
+        (weights[(opposite + 1) % 3], weights[(opposite + 2) % 3]) = (1.0 - t, t);
+        Foot::at(p, self.balls, weights)
+    }
 }
 
-/// Computes the nearest foot on the cone opposite to a ball.
-fn foot_on_side(p: DVec3, balls: &[Ball; 3], opposite: usize) -> Foot {
-    let [from, to] = [(opposite + 1) % 3, (opposite + 2) % 3];
-    let t = cone_parameter(p, balls[from], balls[to]);
-
-    let mut weights = [0.0; 3];
-    (weights[from], weights[to]) = (1.0 - t, t);
-    Foot::at(p, balls, weights)
+/// Returns the axis of the cone opposite to a ball.
+fn opposite_axis(balls: &[Ball; 3], opposite: usize) -> ConeAxis {
+    ConeAxis::new(balls[(opposite + 1) % 3], balls[(opposite + 2) % 3])
 }

@@ -1,7 +1,7 @@
 //! Balls of a union that extend outside the surface, at points of its primitives.
 //!
-//! The closest surface point is searched for again whenever the balls have moved. Where they moved
-//! little, the faces around are listed, and one of these is still the closest.
+//! The closest surface point is searched for again whenever the balls have moved, from the face that
+//! was closest before. (Lists of the faces around each point take longer to search than the tree.)
 
 use std::collections::BTreeSet;
 
@@ -11,18 +11,11 @@ use surface::progress::{Interrupted, Progress};
 
 use super::normal_equations::Residual;
 use crate::batches::map_in_batches;
-use crate::surface_distance::{SurfaceDistance, SurfaceFoot};
+use crate::surface_distance::SurfaceDistance;
 use crate::{Ball, MedialSurface};
 
 /// Number of subdivisions of a primitive's sides: 15 points per slab.
 const DIVISIONS: u32 = 4;
-
-/// Largest move for which the faces around are listed, in radii: lists for longer moves take longer
-/// to search than the tree.
-const SHORT_MOVE: f64 = 0.1;
-
-/// Extent of a list, in moves of the ball: it is valid for as many of them.
-const LIST_MOVES: f64 = 2.0;
 
 /// Number of points per batch: about a millisecond.
 const POINTS_PER_BATCH: usize = 64;
@@ -38,18 +31,9 @@ pub(super) struct Inscribed {
 struct PrimitivePoint {
     primitive: u32,
     weights: [f64; 3],
-    /// Center of its ball at the last search, and the face that was closest to it.
-    center: DVec3,
+    /// The face that was closest to it at the last search.
     face: u32,
-    list: Option<FaceList>,
     closest: Option<SidedPoint>,
-}
-
-/// All faces that are at most `radius` from `center`.
-struct FaceList {
-    center: DVec3,
-    radius: f64,
-    faces: Vec<u32>,
 }
 
 /// Surface point, with the side that the center of a ball was on: 1 inside, −1 outside.
@@ -57,14 +41,6 @@ struct FaceList {
 struct SidedPoint {
     point: DVec3,
     side: f64,
-}
-
-/// Result of the search at a point.
-struct Searched {
-    center: DVec3,
-    foot: SurfaceFoot,
-    /// Replacement of the list, unless the list was used.
-    list: Option<Option<FaceList>>,
 }
 
 impl Inscribed {
@@ -87,19 +63,17 @@ impl Inscribed {
     ) -> Result<(), Interrupted> {
         let points = &self.points;
         let search = |workspace: &mut Workspace, i: usize| {
-            points[i].search(points[i].ball(medial).center, distance, workspace)
+            let center = points[i].ball(medial).center;
+            let foot = distance.nearest_from(center, points[i].face, workspace);
+            let side = 1.0_f64.copysign(distance.depth(center, &foot));
+            (foot.face, SidedPoint { point: foot.point, side })
         };
         let found =
             map_in_batches(points.len(), POINTS_PER_BATCH, progress, Workspace::default, search)?;
 
         // The points keep what the next search and the residuals need.
-        for (point, Searched { center, foot, list }) in self.points.iter_mut().zip(found) {
-            let side = 1.0_f64.copysign(distance.depth(center, &foot));
-            point.closest = Some(SidedPoint { point: foot.point, side });
-            (point.center, point.face) = (center, foot.face);
-            if let Some(list) = list {
-                point.list = list;
-            }
+        for (point, (face, closest)) in self.points.iter_mut().zip(found) {
+            (point.face, point.closest) = (face, Some(closest));
         }
         Ok(())
     }
@@ -115,24 +89,6 @@ impl PrimitivePoint {
         Ball::interpolate(&medial.primitive_balls(self.primitive), self.weights)
     }
 
-    /// Finds the closest surface point to the center of its ball, by its list where that is valid.
-    fn search(
-        &self,
-        center: DVec3,
-        distance: &SurfaceDistance<'_>,
-        workspace: &mut Workspace,
-    ) -> Searched {
-        if let Some(foot) = self.list.as_ref().and_then(|list| list.nearest(distance, center)) {
-            return Searched { center, foot, list: None };
-        }
-
-        // Otherwise by the tree, with a list for the moves to come.
-        let foot = distance.nearest_from(center, self.face, workspace);
-        let move_length = center.distance(self.center);
-        let list = FaceList::around(distance, center, foot.distance, move_length, workspace);
-        Searched { center, foot, list: Some(list) }
-    }
-
     /// Returns the residual of its ball, if that extends outside the surface.
     fn residual(&self, ball: Ball, importance: f64) -> Option<Residual> {
         let SidedPoint { point, side } = self.closest?;
@@ -146,32 +102,6 @@ impl PrimitivePoint {
             value: ball.radius - depth,
             importance,
         })
-    }
-}
-
-impl FaceList {
-    /// Lists the faces around a center at this distance from the surface; `None` after a long move.
-    fn around(
-        distance: &SurfaceDistance<'_>,
-        center: DVec3,
-        surface_distance: f64,
-        move_length: f64,
-        workspace: &mut Workspace,
-    ) -> Option<Self> {
-        if move_length > SHORT_MOVE * surface_distance {
-            return None;
-        }
-        let radius = surface_distance + LIST_MOVES * move_length;
-        let faces = distance.faces_within(center, radius, workspace);
-        Some(Self { center, radius, faces })
-    }
-
-    /// Finds the closest point of the surface; `None` where it may be on a face that is not listed.
-    fn nearest(&self, distance: &SurfaceDistance<'_>, p: DVec3) -> Option<SurfaceFoot> {
-        let valid_radius = self.radius - p.distance(self.center);
-        let feet = self.faces.iter().map(|&face| distance.on_face(p, face));
-        let nearest = feet.min_by(|a, b| a.distance.total_cmp(&b.distance))?;
-        (nearest.distance <= valid_radius).then_some(nearest)
     }
 }
 
@@ -192,9 +122,7 @@ fn regular_points(medial: &MedialSurface, faces: &[u32]) -> Vec<PrimitivePoint> 
                 points.push(PrimitivePoint {
                     primitive,
                     weights: parts.map(|(_, part)| f64::from(part) / f64::from(DIVISIONS)),
-                    center: DVec3::INFINITY,
                     face: faces[primitive as usize],
-                    list: None,
                     closest: None,
                 });
             }

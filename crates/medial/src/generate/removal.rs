@@ -15,7 +15,8 @@ use super::connectivity::merged;
 use super::replacement::Replacement;
 use super::sample_map::FittedSurface;
 use crate::batches::map_in_batches;
-use crate::{Ball, FootRule, MedialError, MedialSurface, foot, index};
+use crate::distance::PreparedSlab;
+use crate::{Ball, MedialError, MedialSurface, index};
 
 /// Number of candidates per removal for which the best place of a neighbor is computed.
 ///
@@ -148,14 +149,14 @@ impl Removals<'_> {
     }
 
     /// Returns the primitives at a ball with a neighbor in its place; those of both vanish.
-    fn replaced(&self, ball: u32, into: u32) -> Vec<[Ball; 3]> {
+    fn replaced(&self, ball: u32, into: u32) -> Vec<PreparedSlab> {
         let medial = self.fitted.medial;
         let mut replaced = Vec::new();
         for &primitive in &self.fitted.at_ball[ball as usize] {
             let balls = medial.primitives()[primitive as usize];
             if !balls.contains(&into) {
                 let at = |b: u32| medial.balls()[if b == ball { into } else { b } as usize];
-                replaced.push(balls.map(at));
+                replaced.push(PreparedSlab::new(balls.map(at)));
             }
         }
         replaced
@@ -163,7 +164,7 @@ impl Removals<'_> {
 
     /// Computes the increase of the samples' squares with `replaced` primitives beside those that
     /// stay; some value of at least `limit` where it reaches that.
-    fn cost(&self, replaced: &[[Ball; 3]], samples: &[AffectedSample], limit: f64) -> f64 {
+    fn cost(&self, replaced: &[PreparedSlab], samples: &[AffectedSample], limit: f64) -> f64 {
         let FittedSurface { tracking, importance, feet, .. } = self.fitted;
         let before = |&AffectedSample { sample, .. }: &AffectedSample| {
             importance[sample as usize] * feet[sample as usize].foot.distance.powi(2)
@@ -174,8 +175,8 @@ impl Removals<'_> {
         for &AffectedSample { sample, staying } in samples {
             let p = tracking.points()[sample as usize];
             let mut distance = staying;
-            for balls in replaced {
-                distance = distance.min(foot(p, balls, FootRule::Exact).distance);
+            for slab in replaced {
+                distance = distance.min(slab.foot(p).distance);
             }
             cost += importance[sample as usize] * distance.powi(2);
             if cost >= limit {

@@ -3,11 +3,12 @@
 use std::collections::BTreeSet;
 
 use super::tracking::Tracking;
-use crate::{FootRule, MedialSurface, NearestPrimitive};
+use crate::{ExactFeet, MedialSurface, NearestPrimitive, PreparedSlabs};
 
 /// Medial surface with the samples that it was fitted to.
 pub(super) struct FittedSurface<'a> {
     pub(super) medial: &'a MedialSurface,
+    slabs: PreparedSlabs,
     pub(super) tracking: &'a Tracking,
     /// Importance of the error of each sample.
     pub(super) importance: &'a [f64],
@@ -35,7 +36,8 @@ impl<'a> FittedSurface<'a> {
         for (sample, foot) in (0_u32..).zip(feet) {
             samples[foot.primitive as usize].push(sample);
         }
-        Self { medial, tracking, importance, feet, at_ball, samples }
+        let slabs = PreparedSlabs::new(medial);
+        Self { medial, slabs, tracking, importance, feet, at_ball, samples }
     }
 
     /// Returns a ball and those that share a primitive with it.
@@ -74,7 +76,7 @@ impl<'a> FittedSurface<'a> {
         let p = self.tracking.points()[sample as usize];
         let mut distance = f64::INFINITY;
         for &primitive in primitives {
-            distance = distance.min(self.medial.foot(p, primitive, FootRule::Exact).distance);
+            distance = distance.min(self.slabs.exact_foot(p, primitive).distance);
         }
         distance
     }

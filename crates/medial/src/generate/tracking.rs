@@ -11,7 +11,9 @@ use kdop::Workspace;
 use surface::progress::Progress;
 
 use crate::batches::map_in_batches;
-use crate::{MedialError, MedialSurface, NearestPrimitive, PrimitiveTree, index};
+use crate::{
+    ExactFeet, MedialError, MedialSurface, NearestPrimitive, PreparedSlabs, PrimitiveTree, index,
+};
 
 /// Distance by which a list extends beyond the nearest primitive, in mean radii.
 ///
@@ -36,6 +38,8 @@ pub(super) struct Tracking {
 /// Primitives that may be nearest to a point, the nearest first.
 struct NearPrimitives {
     primitives: Vec<u32>,
+    /// Lower bound on the distance of each, plus all travel of its own balls until then.
+    bounds: Vec<f64>,
     /// Lower bound on the distance of all others.
     others: f64,
     /// Largest travel of the balls around, when the list was built.
@@ -78,22 +82,24 @@ impl Tracking {
         progress: Progress<'_>,
     ) -> Result<(), MedialError> {
         self.tree.refit(medial)?;
+        let slabs = PreparedSlabs::new(medial);
         let traveled = self.traveled_around(None);
 
         // Without a list, the search starts from the nearest primitive of the point before, which
         // mostly is next to it on the surface.
+        let own = self.traveled_by(medial, None);
         let this = &*self;
-        let scratch = || (0, Workspace::default());
-        let list = |(last, workspace): &mut (u32, Workspace), i: usize| {
-            let p = this.points[i];
+        let scratch = <(u32, Vec<NearestPrimitive>, Workspace)>::default;
+        let list = |(last, found, workspace): &mut (u32, Vec<_>, Workspace), i: usize| {
             let guess = this.lists.get(i).map_or(*last, |list| list.primitives[0]);
-            let nearest = this.tree.nearest_from(medial, p, guess, workspace);
-            *last = nearest.primitive;
-            let others = nearest.foot.distance + this.list_margin;
+            let others = this.within_margin(&slabs, this.points[i], guess, found, workspace);
+            *last = found[0].primitive;
+            let bound = |near: &NearestPrimitive| near.foot.distance + own[near.primitive as usize];
             NearPrimitives {
-                primitives: this.within(medial, p, nearest.primitive, others, workspace),
+                primitives: found.iter().map(|near| near.primitive).collect(),
+                bounds: found.iter().map(bound).collect(),
                 others,
-                traveled: traveled[nearest.primitive as usize],
+                traveled: traveled[*last as usize],
             }
         };
         let count = self.points.len();
@@ -101,23 +107,27 @@ impl Tracking {
         Ok(())
     }
 
-    /// Lists the primitives within `limit`, the nearest first, the others ascending.
-    fn within(
+    /// Lists the primitives that are at most the margin farther from a point than the nearest one:
+    /// that one first, the others ascending. Returns a lower bound on the distance of all others.
+    fn within_margin(
         &self,
-        medial: &MedialSurface,
+        slabs: &PreparedSlabs,
         p: DVec3,
-        nearest: u32,
-        limit: f64,
+        guess: u32,
+        found: &mut Vec<NearestPrimitive>,
         workspace: &mut Workspace,
-    ) -> Vec<u32> {
-        let mut primitives = vec![nearest];
-        self.tree.within(medial, p, limit, workspace, |primitive| {
-            if primitive != nearest {
-                primitives.push(primitive);
+    ) -> f64 {
+        let nearest = self.tree.nearest_from(slabs, p, guess, workspace);
+        let others = nearest.foot.distance + self.list_margin;
+        found.clear();
+        self.tree.within(slabs, p, others, workspace, |near| {
+            if near.primitive != nearest.primitive {
+                found.push(near);
             }
         });
-        primitives[1..].sort_unstable();
-        primitives
+        found.sort_unstable_by_key(|near| near.primitive);
+        found.insert(0, nearest);
+        others
     }
 
     /// Computes the feet of all points on `medial`, which is `step` away from where the balls were
@@ -129,17 +139,19 @@ impl Tracking {
         progress: Progress<'_>,
     ) -> Result<Vec<NearestPrimitive>, MedialError> {
         self.tree.refit(medial)?;
+        let slabs = PreparedSlabs::new(medial);
         let traveled = self.traveled_around(Some(step));
+        let own = self.traveled_by(medial, Some(step));
         let (tree, points, lists) = (&self.tree, &self.points, &self.lists);
         let foot = |workspace: &mut Workspace, i: usize| {
             // One of the list is the nearest, unless the balls around have traveled too far.
             let (p, list) = (points[i], &lists[i]);
-            let best = nearest_of(medial, p, &list.primitives);
+            let best = list.nearest(&slabs, p, &own);
             let since = traveled[list.primitives[0] as usize] - list.traveled;
             if best.foot.distance + since <= list.others {
                 best
             } else {
-                tree.nearest_from(medial, p, best.primitive, workspace)
+                tree.nearest_from(&slabs, p, best.primitive, workspace)
             }
         };
         let count = points.len();
@@ -156,31 +168,51 @@ impl Tracking {
     /// Computes the largest travel of the balls around each primitive, with a step that is not yet
     /// accepted.
     fn traveled_around(&self, step: Option<&[f64]>) -> Vec<f64> {
+        let traveled = self.traveled_with(step);
+        self.balls_around.iter().map(|balls| largest_of(&traveled, balls)).collect()
+    }
+
+    /// Computes the largest travel of each primitive's own balls.
+    fn traveled_by(&self, medial: &MedialSurface, step: Option<&[f64]>) -> Vec<f64> {
+        let traveled = self.traveled_with(step);
+        medial.primitives().iter().map(|balls| largest_of(&traveled, balls)).collect()
+    }
+
+    /// Adds a step to the travel of each ball.
+    fn traveled_with(&self, step: Option<&[f64]>) -> Vec<f64> {
         let mut traveled = self.traveled.clone();
         for (traveled, step) in traveled.iter_mut().zip(step.unwrap_or(&[])) {
             *traveled += step;
         }
-
-        let mut largest = vec![0.0_f64; self.balls_around.len()];
-        for (largest, balls) in largest.iter_mut().zip(&self.balls_around) {
-            for &ball in balls {
-                *largest = largest.max(traveled[ball as usize]);
-            }
-        }
-        largest
+        traveled
     }
 }
 
-/// Finds the nearest of some primitives, the first of equals.
-fn nearest_of(medial: &MedialSurface, p: DVec3, primitives: &[u32]) -> NearestPrimitive {
-    let mut best = NearestPrimitive::on(medial, p, primitives[0]);
-    for &primitive in &primitives[1..] {
-        let found = NearestPrimitive::on(medial, p, primitive);
-        if found.foot.distance < best.foot.distance {
-            best = found;
-        }
+fn largest_of(traveled: &[f64], balls: &[u32]) -> f64 {
+    let mut largest = 0.0_f64;
+    for &ball in balls {
+        largest = largest.max(traveled[ball as usize]);
     }
-    best
+    largest
+}
+
+impl NearPrimitives {
+    /// Finds the nearest of the primitives, the first of equals; `own` has the travel of the balls of
+    /// each until now.
+    fn nearest(&self, slabs: &PreparedSlabs, p: DVec3, own: &[f64]) -> NearestPrimitive {
+        let mut best = slabs.nearest_on(p, self.primitives[0]);
+        for (&primitive, &bound) in self.primitives.iter().zip(&self.bounds).skip(1) {
+            // Most of the others cannot have come near enough.
+            if bound - own[primitive as usize] > best.foot.distance {
+                continue;
+            }
+            let found = slabs.nearest_on(p, primitive);
+            if found.foot.distance < best.foot.distance {
+                best = found;
+            }
+        }
+        best
+    }
 }
 
 /// Lists, for each primitive, the balls of those that share a ball with it.
