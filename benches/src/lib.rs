@@ -16,6 +16,8 @@ pub mod ccd;
 #[cfg(feature = "charts")]
 pub mod chart;
 #[cfg(feature = "charts")]
+pub mod floors;
+#[cfg(feature = "charts")]
 pub mod gait;
 pub mod measure;
 pub mod medial_contact;

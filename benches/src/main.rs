@@ -18,6 +18,8 @@ usage: benches TASK
                                with a text, those whose names begin with it (feature `peers`)
   volumes                      table of bounding volumes of 6, 14, 18 and 26 planes
   trees                        table of trees that are refit, built where loose, or always
+  floors                       tables of times beside those of memory alone, and of what two
+                               threads gain (feature `charts`)
   source                       tables of the times that the method's source gives, beside ours
                                (feature `charts`)
   medial FILE                  document on the accuracy of medial surfaces
@@ -84,6 +86,8 @@ fn run(arguments: &[String]) -> Result<Vec<String>, Box<dyn Error>> {
                 println!("wrote {}", path.display());
             }
         }
+        #[cfg(feature = "charts")]
+        ("floors", []) => print!("{}", benches::floors::tables()?),
         #[cfg(feature = "charts")]
         ("source", []) => print!("{}", benches::source_figures::tables()?),
         #[cfg(feature = "charts")]

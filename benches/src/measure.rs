@@ -12,6 +12,7 @@ use std::hint::black_box;
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
+use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 use serde_json::json;
 
 /// Name and work of one side of a comparison. The value that the work returns depends on all of
@@ -115,6 +116,41 @@ pub fn thread_time() -> Duration {
     let statistics = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
     let running = statistics.and_then(|line| line.split(' ').next()?.parse().ok());
     running.map_or_else(wall_time, Duration::from_nanos)
+}
+
+/// Starts a pool of threads.
+///
+/// # Errors
+///
+/// When a thread cannot be started.
+pub fn pool(threads: usize) -> Result<ThreadPool, ThreadPoolBuildError> {
+    ThreadPoolBuilder::new().num_threads(threads).build()
+}
+
+/// Returns the processor time \[ms\] of the busiest thread of each pool, the minimum over rounds in
+/// which the pools take turns.
+///
+/// Everything that only one thread can do is part of it, but not the wait for a processor that
+/// other programs use.
+pub fn busiest_times<R: Send>(
+    rounds: u32,
+    pools: &[ThreadPool; 2],
+    mut work: impl FnMut() -> R + Send,
+) -> [f64; 2] {
+    let mut busiest = [f64::INFINITY; 2];
+    for _ in 0..rounds {
+        for (pool, busiest) in pools.iter().zip(&mut busiest) {
+            let before = pool.broadcast(|_| thread_time());
+            pool.install(|| black_box(work()));
+            let after = pool.broadcast(|_| thread_time());
+            let mut max = Duration::ZERO;
+            for (after, before) in after.iter().zip(before) {
+                max = max.max(*after - before);
+            }
+            *busiest = busiest.min(max.as_secs_f64() * 1e3);
+        }
+    }
+    busiest
 }
 
 /// Converts a count to a number to calculate with.

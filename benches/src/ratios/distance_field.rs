@@ -2,7 +2,6 @@
 //! beside exact projection by `parry3d`.
 
 use std::error::Error;
-use std::time::Duration;
 
 use distance_field::{DistanceField, FieldParams, QueryParams, SampleBatch};
 use fixtures::Mesh;
@@ -11,12 +10,12 @@ use fixtures::sampling::points_near;
 use glam::DVec3;
 use parry3d::query::PointQuery;
 use parry3d::shape::{TriMesh, TriMeshFlags};
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::ThreadPool;
 use surface::TriangleSurface;
 use surface::progress::Progress;
 
 use super::kdop_peers::parry_points;
-use crate::measure::{Pace, Report, as_f64, thread_time};
+use crate::measure::{Pace, Report, as_f64, busiest_times, pool};
 
 /// Builds that are timed at full effort; the minimum time counts.
 const BUILDS: u32 = 9;
@@ -62,10 +61,6 @@ impl Bone<'_> {
     }
 }
 
-fn pool(threads: usize) -> Result<ThreadPool, rayon::ThreadPoolBuildError> {
-    ThreadPoolBuilder::new().num_threads(threads).build()
-}
-
 /// Compares the peak of memory during a build at 0.5 mm with the bytes of its grid.
 fn memory(bone: &Bone<'_>, report: &mut Report) {
     let params =
@@ -100,26 +95,9 @@ fn builds(bone: &Bone<'_>, report: &mut Report) {
 }
 
 /// Compares the processor time of the busier of two threads with that of one.
-///
-/// Everything that only one thread can do is part of it, but not the wait for a processor that
-/// other programs use.
 fn threads(bone: &Bone<'_>, pools: [ThreadPool; 2], report: &mut Report) {
-    // In turns, by the clocks of the pools' threads before and after.
     let params = FieldParams::new(1.0);
-    let mut busiest = [f64::INFINITY; 2];
-    for _ in 0..report.rounds(BUILDS) {
-        for (pool, busiest) in pools.iter().zip(&mut busiest) {
-            let before = pool.broadcast(|_| thread_time());
-            pool.install(|| std::hint::black_box(bone.build(&params)));
-            let after = pool.broadcast(|_| thread_time());
-            let mut max = Duration::ZERO;
-            for (after, before) in after.iter().zip(before) {
-                max = max.max(*after - before);
-            }
-            *busiest = busiest.min(max.as_secs_f64() * 1e3);
-        }
-    }
-    let [one, two] = busiest;
+    let [one, two] = busiest_times(report.rounds(BUILDS), &pools, || bone.build(&params));
     report.ratio("busier of two threads / one", [two, one], "ms", 1.0 / 1.7);
 }
 

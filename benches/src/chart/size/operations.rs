@@ -74,7 +74,7 @@ impl Spheres {
 
     /// Places twelve muscles around the bone, as the vertices of an icosahedron are, each of as many
     /// faces and none aligned with another.
-    fn with_muscles(level: u32) -> Result<Self, Box<dyn Error>> {
+    pub(crate) fn with_muscles(level: u32) -> Result<Self, Box<dyn Error>> {
         let mut spheres = Self::bone(level)?;
         for (turns, place) in (1_u8..).zip(icosphere(APART, 0).positions) {
             let axis = DVec3::new(0.3, 0.5, 0.8);
@@ -98,8 +98,13 @@ impl Spheres {
         self.trees.iter().map(|tree| tree.surface().faces().len()).sum()
     }
 
+    /// Returns the scene.
+    pub(crate) const fn scene(&mut self) -> &mut Scene {
+        &mut self.scene
+    }
+
     /// Moves the muscles to where they are at rest, which they count as a new place.
-    fn move_to_rest(&mut self) -> Result<(), Box<dyn Error>> {
+    pub(crate) fn move_to_rest(&mut self) -> Result<(), Box<dyn Error>> {
         for (muscle, rest) in self.muscles.iter().zip(&self.rest) {
             self.scene.move_body(*muscle, rest)?;
         }
