@@ -83,10 +83,10 @@ fn frames_alone(folder: &Path, report: &mut Report) -> Result<(), Box<dyn Error>
         farthest = farthest.max(resolved.max_displacement() / resolved.depth());
     }
 
-    // The aim is none: in some, tissue is so deep in the ischium that its ways out disagree.
+    // The aim is none: in two, a muscle crosses itself on its way around the ischium, or stays there.
     let count = u32::try_from(motion.frames.len())?;
     let frames = [f64::from(held), f64::from(count)];
-    report.ratio("gait frames alone: not free / all", frames, "frames", 0.22);
+    report.ratio("gait frames alone: not free / all", frames, "frames", 0.03);
     report.cost("gait frames alone: displacement / depth", farthest, "", f64::INFINITY);
     report.cost("gait frames alone: slowest", slowest, "s", f64::INFINITY);
     Ok(())

@@ -23,6 +23,7 @@ impl Run<'_> {
     pub(crate) fn elastic_rounds(&self) -> usize {
         let max_step = tuning::MAX_STEP * self.params.smoothing;
         let depth = self.rounds.first().map_or(0.0, |start| start.max_depth);
+        let depth = depth.max(self.longest_way);
         let mut steps = 0;
         while steps < self.params.max_rounds && f64::from(steps) * max_step < depth {
             steps += 1;
@@ -34,6 +35,10 @@ impl Run<'_> {
     pub(crate) fn push_elastically(&mut self) -> Result<(), ResolveError> {
         self.start_round();
         let contacts = self.contacts()?;
+        if self.rounds.len() == 1 {
+            let ways = contacts.iter().map(|contact| -contact.gap);
+            self.longest_way = ways.fold(0.0, f64::max);
+        }
         let displacements = self.displacements();
         let mut problem = ElasticProblem::default();
         let seeds = self.add_contacts(&contacts, &mut problem);

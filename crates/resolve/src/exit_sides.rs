@@ -38,7 +38,8 @@ impl ExitSide<'_> {
         let mut contacts = Vec::with_capacity(near.len());
         for near in near {
             let corrected = if self.tissue.is_rigid {
-                self.correct_rigid(near, workspace)
+                let direction = memory.get(near.vertex as usize).copied().unwrap_or_default();
+                self.correct_rigid(near, direction, workspace)
             } else {
                 self.correct_soft(near, directions[near.vertex as usize], workspace)
             };
@@ -74,8 +75,19 @@ impl ExitSide<'_> {
         }
     }
 
-    /// Corrects a vertex of bone, which leaves by the side of the tissue that faces it.
-    fn correct_rigid(&self, near: &NearVertex, workspace: &mut Workspace) -> Option<NearVertex> {
+    /// Corrects a vertex of bone, which leaves in the direction of its patch, or by the side of the
+    /// tissue that faces it.
+    fn correct_rigid(
+        &self,
+        near: &NearVertex,
+        direction: DVec3,
+        workspace: &mut Workspace,
+    ) -> Option<NearVertex> {
+        if near.gap < 0.0 && direction != DVec3::ZERO {
+            let turned = !agrees(near.normal, direction);
+            let turned = turned.then(|| self.project(near.vertex, direction, workspace)).flatten();
+            return turned.filter(|turned| turned.gap < 0.0).or(Some(*near));
+        }
         let normal = self.normal(near);
         if normal.dot(near.normal) < tuning::MIN_AGREEMENT {
             return Some(*near);

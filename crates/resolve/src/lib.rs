@@ -49,6 +49,7 @@ mod edge_contacts;
 mod elastic;
 mod elastic_push;
 mod error;
+mod exit_patches;
 mod exit_sides;
 mod free_step;
 mod gap_rounds;

@@ -10,6 +10,7 @@ use scene::BodyId;
 use surface::progress::{Interrupted, Progress};
 use surface::{Contact, parallel, vertex_normals};
 
+use crate::exit_patches::{PatchSide, direct_patches};
 use crate::exit_sides::{ExitMemory, ExitSide};
 use crate::near_pairs::NearPair;
 use crate::run::{Run, clearance, detection_margin};
@@ -67,6 +68,7 @@ impl Run<'_> {
         parallel::map_mut(&mut self.tissues, |tissue| {
             let x = bodies[tissue.id.index()].positions();
             tissue.normals = vertex_normals(tissue.surface.faces(), x);
+            std::mem::swap(&mut tissue.last_u, &mut tissue.u);
             tissue.u.fill(DVec3::ZERO);
             tissue.is_near.fill(false);
         });
@@ -132,9 +134,18 @@ impl Run<'_> {
     fn pair_contacts(
         &self,
         NearPair { report, edges }: &NearPair,
-        [of_a, of_b]: &mut [ExitMemory; 2],
+        memories: &mut [ExitMemory; 2],
     ) -> Vec<Contact> {
         let [a, b] = report.pair.bodies();
+        let sides =
+            [(a, &report.a_against_b), (b, &report.b_against_a)].map(|(id, side)| PatchSide {
+                tissue: &self.tissues[id.index()],
+                tree: fitted_tree(self.scene.body(id)),
+                near: &side.near,
+            });
+        direct_patches(sides, &report.crossing_faces, self.params.smoothing, memories);
+
+        let [of_a, of_b] = memories;
         let mut contacts = self.exit_side(a, b).contacts(&report.a_against_b.near, of_a);
         contacts.extend(self.exit_side(b, a).contacts(&report.b_against_a.near, of_b));
 

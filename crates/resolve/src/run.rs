@@ -33,6 +33,8 @@ pub(crate) struct Run<'a> {
     /// Rounds since the best one.
     stalled_rounds: u32,
     pub(crate) exit_memories: BTreeMap<PairId, [ExitMemory; 2]>,
+    /// Longest way out of a contact in the first round.
+    pub(crate) longest_way: f64,
     pub(crate) gap_rounds: Vec<GapRound>,
     /// Number of the round that was accepted last.
     accepted: Option<usize>,
@@ -95,6 +97,7 @@ impl<'a> Run<'a> {
             best: 0,
             stalled_rounds: 0,
             exit_memories: BTreeMap::new(),
+            longest_way: 0.0,
             gap_rounds: Vec::new(),
             accepted: None,
             accepted_states: VecDeque::new(),
@@ -254,7 +257,12 @@ impl<'a> Run<'a> {
         // The best round so far is kept, to be returned to in the end.
         round.merit = round.weigh(tolerance);
         let best = self.rounds.get(self.best);
-        if best.is_none_or(|best| round.is_better_than(best)) {
+        let is_better = best.is_none_or(|best| round.is_better_than(best));
+        if self.rounds.len() <= self.elastic_rounds() {
+            // Elastic rounds pass through states that are no better.
+            self.stalled_rounds = 0;
+        }
+        if is_better {
             self.best = self.rounds.len();
             self.stalled_rounds = 0;
             for (tissue, body) in self.tissues.iter_mut().zip(self.scene.bodies()) {

@@ -50,6 +50,8 @@ pub(crate) struct Tissue {
     pub(crate) is_near: Vec<bool>,
     /// Displacement in the present round, |V|.
     pub(crate) u: Vec<DVec3>,
+    /// Displacement in the round before, |V|.
+    pub(crate) last_u: Vec<DVec3>,
     /// Positions after the best round, |V|.
     pub(crate) best: Vec<DVec3>,
     pub(crate) damage: Damage,
@@ -121,6 +123,7 @@ impl Tissue {
             struts: vec![None; x.len()],
             is_near: vec![false; x.len()],
             u: vec![DVec3::ZERO; x.len()],
+            last_u: vec![DVec3::ZERO; x.len()],
             best: x.to_vec(),
             damage: Damage::default(),
             surface,
@@ -186,11 +189,12 @@ impl Tissue {
         workspace: &mut Workspace,
     ) {
         let inward = -self.rest_normals[vertex as usize];
+        let from = tree.position(vertex);
         // A ray from inside another part of the body would leave by that, and tie both together.
         let is_astray = self.is_inside_itself.get(vertex as usize).is_some_and(|inside| *inside);
         let find = || match is_astray {
             true => None,
-            false => Strut::find(tree, vertex, inward, max_length, workspace),
+            false => Strut::find(tree, from, Some(vertex), inward, max_length, workspace),
         };
         self.struts[vertex as usize].get_or_insert_with(find);
     }
@@ -203,8 +207,8 @@ impl Tissue {
         workspace: &mut Workspace,
     ) -> Option<f64> {
         let inward = -self.rest_normals[vertex as usize];
-        let strut = Strut::find(at_rest, vertex, inward, f64::MAX.sqrt(), workspace)?;
-        Some(strut.stiffness.sqrt().recip())
+        let (from, far) = (at_rest.position(vertex), f64::MAX.sqrt());
+        Some(Strut::find(at_rest, from, Some(vertex), inward, far, workspace)?.length())
     }
 
     /// Returns true if a vertex moves in this round.
@@ -314,17 +318,17 @@ impl Damage {
 }
 
 impl Strut {
-    /// Finds the nearest face at which the ray from a vertex leaves its body within `max_length`,
-    /// faces of the vertex left out.
-    fn find(
+    /// Finds the nearest face at which a ray leaves a body within `max_length`, faces of the `vertex`
+    /// that it starts from left out.
+    pub(crate) fn find(
         tree: &SurfaceTree,
-        vertex: u32,
+        origin: DVec3,
+        vertex: Option<u32>,
         direction: DVec3,
         max_length: f64,
         workspace: &mut Workspace,
     ) -> Option<Self> {
         // Of the faces that the ray may pass, the nearest one.
-        let origin = tree.position(vertex);
         let bounds = Dop18::from_points(&[origin, origin + max_length * direction]);
         let mut nearest = (max_length, u32::MAX);
         let mut strut = None;
@@ -332,12 +336,18 @@ impl Strut {
             let corners = tree.surface().faces()[face as usize];
             let exit = exit(origin, direction, tree.corners(face));
             let Some((distance, weights)) = exit else { return };
-            if (distance, face) < nearest && !corners.contains(&vertex) {
+            let is_own = vertex.is_some_and(|vertex| corners.contains(&vertex));
+            if (distance, face) < nearest && !is_own {
                 nearest = (distance, face);
                 strut = Some(Self { corners, weights, stiffness: (distance * distance).recip() });
             }
         });
         strut
+    }
+
+    /// Returns the length at rest.
+    pub(crate) fn length(&self) -> f64 {
+        self.stiffness.sqrt().recip()
     }
 
     /// Interpolates a value of the vertices at the opposite point.

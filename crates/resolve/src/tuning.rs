@@ -148,6 +148,13 @@ pub(crate) const MAX_FACING_DEPTH: f64 = 2.0;
 /// thirty edges wide: below, their middle is not reached; above, little changes.
 pub(crate) const DIRECTION_SWEEPS: usize = 30;
 
+/// Vertices per body whose directions are tried for a deep patch. Below, a patch may
+/// leave by a longer way; above, its direction takes longer.
+pub(crate) const PATCH_DIRECTIONS: usize = 16;
+
+/// Vertices per body whose ways out are measured in each direction, likewise.
+pub(crate) const PATCH_SAMPLES: usize = 48;
+
 // Volume.
 
 /// Change of a body's volume that is left alone \[its volume\]. Below, vertices move by nothing

@@ -87,6 +87,22 @@ fn a_muscle_fifteen_deep_between_two_bones_comes_free() {
     assert!(displacement <= 1.3, "{displacement} of the depth");
 }
 
+/// The tip of a muscle is over the arc of a ring and in its hole: the nearest ways out lead to all
+/// sides.
+#[test]
+fn tissue_over_the_arc_of_a_ring_leaves_it_by_one_side() {
+    for height in [-16.0, -15.0] {
+        let muscle = shapes::ellipsoid(DVec3::new(30.0, 16.0, 30.0), 4).rotated(DVec3::Y, 0.05);
+        let muscle = muscle.translated(DVec3::new(22.0, 0.0, height));
+        let (mut scene, _) = bone_and_muscle(shapes::torus(25.0, 5.0, [40, 12]), muscle);
+        let params = ResolveParams::with_smoothing(12.0);
+        let resolution = resolve::resolve(&mut scene, &params, Progress::none());
+        let resolution = resolution.expect("a resolution");
+        assert!(resolution.rounds[0].max_depth > 14.0, "{:?}", resolution.rounds[0]);
+        assert_sound(&mut scene, &resolution);
+    }
+}
+
 #[test]
 #[expect(clippy::print_stdout, reason = "the test reports its measurements")]
 fn bodies_share_an_overlap_by_their_stiffness() {

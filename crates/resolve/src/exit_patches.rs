@@ -1,0 +1,213 @@
+//! Exit directions that agree over a patch of a deep overlap.
+//!
+//! Inside vertices of both bodies that are joined by edges or by crossing faces are one patch. The
+//! nearest ways out of a bone that tissue encloses, or of a tip of tissue in a bone, lead to all sides.
+//! A deep patch leaves in one direction instead:
+//!
+//! - that of its vertices that have one from earlier rounds;
+//! - for vertices that the last round took into a rigid body, by the faces that they came through;
+//! - else the one in which its ways out are shortest together.
+
+use glam::DVec3;
+use kdop::Workspace;
+use proximity::{NearVertex, SurfaceTree};
+use surface::{UnionFind, triangle};
+
+use crate::exit_sides::ExitMemory;
+use crate::tissue::{Strut, Tissue};
+use crate::tuning;
+
+/// One body of a pair that overlaps.
+#[derive(Clone, Copy)]
+pub(crate) struct PatchSide<'a> {
+    pub(crate) tissue: &'a Tissue,
+    pub(crate) tree: &'a SurfaceTree,
+    pub(crate) near: &'a [NearVertex],
+}
+
+/// Vertices of both bodies that leave together.
+#[derive(Default)]
+struct ExitPatch<'a> {
+    vertices: [Vec<&'a NearVertex>; 2],
+    max_depth: f64,
+}
+
+/// Sets the exit directions of all deep patches in the memories of both bodies. Patches that have
+/// directions keep them, and give them to vertices new inside.
+pub(crate) fn direct_patches(
+    sides: [PatchSide<'_>; 2],
+    crossing_faces: &[[u32; 2]],
+    smoothing: f64,
+    memories: &mut [ExitMemory; 2],
+) {
+    for patch in patches(sides, crossing_faces) {
+        if patch.max_depth <= tuning::TRUSTED_DEPTH * smoothing {
+            continue;
+        }
+
+        let known = patch.remembered(memories).or_else(|| patch.entered(sides, memories));
+        let direction = known.unwrap_or_else(|| patch.shortest_way_out(sides));
+        for (side, (memory, sign)) in memories.iter_mut().zip([1.0, -1.0]).enumerate() {
+            memory.resize(sides[side].tissue.normals.len(), DVec3::ZERO);
+            for near in &patch.vertices[side] {
+                let own = &mut memory[near.vertex as usize];
+                if *own == DVec3::ZERO {
+                    *own = sign * direction;
+                }
+            }
+        }
+    }
+}
+
+/// Finds the patches of a pair, in the order of their first vertices.
+fn patches<'a>(sides: [PatchSide<'a>; 2], crossing_faces: &[[u32; 2]]) -> Vec<ExitPatch<'a>> {
+    // Vertices of the second body are numbered after those of the first.
+    let counts = sides.map(|side| side.tissue.normals.len());
+    let firsts = [0, u32::try_from(counts[0]).unwrap_or(u32::MAX)];
+    let mut sets = joined_vertices(sides, firsts, crossing_faces);
+
+    let mut patches: Vec<ExitPatch<'a>> = Vec::new();
+    let mut numbers = vec![usize::MAX; counts[0] + counts[1]];
+    for (k, (side, first)) in sides.iter().zip(firsts).enumerate() {
+        for near in side.near.iter().filter(|near| near.gap < 0.0) {
+            let number = &mut numbers[sets.find(first + near.vertex) as usize];
+            if *number == usize::MAX {
+                *number = patches.len();
+                patches.push(ExitPatch::default());
+            }
+            let patch = &mut patches[*number];
+            patch.vertices[k].push(near);
+            patch.max_depth = patch.max_depth.max(-near.gap);
+        }
+    }
+    patches
+}
+
+/// Joins inside vertices along edges, and where faces cross. Those of each body are numbered from its
+/// first number on.
+fn joined_vertices(
+    sides: [PatchSide<'_>; 2],
+    firsts: [u32; 2],
+    crossing_faces: &[[u32; 2]],
+) -> UnionFind {
+    let mut inside = sides.map(|side| vec![false; side.tissue.normals.len()]);
+    let mut sets = UnionFind::new(inside[0].len() + inside[1].len());
+    for (k, side) in sides.iter().enumerate() {
+        for near in side.near {
+            inside[k][near.vertex as usize] = near.gap < 0.0;
+        }
+        for near in side.near.iter().filter(|near| near.gap < 0.0) {
+            for link in side.tissue.links(near.vertex) {
+                if inside[k][link.neighbor as usize] {
+                    sets.join(firsts[k] + near.vertex, firsts[k] + link.neighbor);
+                }
+            }
+        }
+    }
+
+    for faces in crossing_faces {
+        let mut joined = None;
+        for (k, &face) in faces.iter().enumerate() {
+            for corner in sides[k].tissue.corners(face) {
+                if inside[k][corner as usize] {
+                    let number = firsts[k] + corner;
+                    sets.join(number, *joined.get_or_insert(number));
+                }
+            }
+        }
+    }
+    sets
+}
+
+impl ExitPatch<'_> {
+    /// Returns the mean of the directions that vertices remember, as that of the first body; `None`
+    /// where none does.
+    fn remembered(&self, memories: &[ExitMemory; 2]) -> Option<DVec3> {
+        let mut sum = DVec3::ZERO;
+        for ((vertices, memory), sign) in self.vertices.iter().zip(memories).zip([1.0, -1.0]) {
+            for near in vertices {
+                sum += sign * memory.get(near.vertex as usize).copied().unwrap_or_default();
+            }
+        }
+        sum.try_normalize()
+    }
+
+    /// Sets the directions of vertices that the last round took into a rigid body: they leave by the
+    /// face that they came through. Returns their mean, as that of the first body.
+    fn entered(&self, sides: [PatchSide<'_>; 2], memories: &mut [ExitMemory; 2]) -> Option<DVec3> {
+        let workspace = &mut Workspace::default();
+        let mut sum = DVec3::ZERO;
+        for (k, sign) in [(0, 1.0), (1, -1.0)] {
+            let (own, other) = (sides[k], sides[1 - k]);
+            if !other.tissue.is_rigid {
+                continue;
+            }
+            memories[k].resize(own.tissue.normals.len(), DVec3::ZERO);
+            for near in &self.vertices[k] {
+                let position = own.tree.position(near.vertex);
+                let way = -own.tissue.last_u[near.vertex as usize];
+                let (back, length) = (way.normalize_or_zero(), way.length());
+                let entry = Strut::find(other.tree, position, None, back, length, workspace);
+                if let Some(entry) = entry {
+                    let corners = entry.corners.map(|corner| other.tree.position(corner));
+                    let normal = triangle::unit_normal(corners);
+                    memories[k][near.vertex as usize] = normal;
+                    sum += sign * normal;
+                }
+            }
+        }
+        sum.try_normalize()
+    }
+
+    /// Finds the direction in which the first body leaves the second one on the shortest ways.
+    fn shortest_way_out(&self, sides: [PatchSide<'_>; 2]) -> DVec3 {
+        // Directions that some vertex would take, or that its own surface faces.
+        let mut candidates = Vec::new();
+        for ((vertices, side), sign) in self.vertices.iter().zip(sides).zip([1.0, -1.0]) {
+            for near in sample(vertices, tuning::PATCH_DIRECTIONS) {
+                candidates.push(sign * near.normal);
+                candidates.push(-sign * side.tissue.normals[near.vertex as usize]);
+            }
+        }
+
+        let mut shortest = (f64::INFINITY, DVec3::ZERO);
+        for direction in candidates {
+            let way = self.way_out(sides, direction);
+            if way < shortest.0 {
+                shortest = (way, direction);
+            }
+        }
+        shortest.1
+    }
+
+    /// Computes the mean square of the ways out in a direction of the first body, summed over both.
+    fn way_out(&self, sides: [PatchSide<'_>; 2], direction: DVec3) -> f64 {
+        let workspace = &mut Workspace::default();
+        let reach = tuning::MAX_DISPLACEMENT * self.max_depth;
+        let mut mean = 0.0;
+        for (k, sign) in [(0, 1.0), (1, -1.0)] {
+            let (own, other) = (sides[k], sides[1 - k]);
+            let (mut sum, mut area) = (0.0, 0.0);
+            for near in sample(&self.vertices[k], tuning::PATCH_SAMPLES) {
+                let from = own.tree.position(near.vertex);
+                let exit = Strut::find(other.tree, from, None, sign * direction, reach, workspace);
+                let way = exit.map_or(reach, |exit| exit.length());
+                let weight = own.tissue.area(near.vertex);
+                sum += weight * way * way;
+                area += weight;
+            }
+            if area > 0.0 {
+                mean += sum / area;
+            }
+        }
+        mean
+    }
+}
+
+/// Returns up to `count` vertices, evenly among all.
+fn sample<'v, 'a>(
+    vertices: &'v [&'a NearVertex],
+    count: usize,
+) -> impl Iterator<Item = &'v &'a NearVertex> {
+    vertices.iter().step_by(vertices.len().div_ceil(count).max(1))
+}
