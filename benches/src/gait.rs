@@ -16,7 +16,7 @@ use musculo_collide::{
 };
 use response::SolverParams;
 use serde_json::Value;
-use surface::Pose;
+use surface::{Pose, mean_edge};
 
 use crate::measure::{Report, nanoseconds};
 
@@ -33,6 +33,9 @@ const STIFFNESS: f64 = 1e4;
 /// Gap up to which contacts are detected, and over which approaches are slowed \[mm\].
 const MARGIN: f64 = 2.0;
 const PROXIMITY: f64 = 0.5;
+
+/// Smallest smoothing length \[mean edges of the soft bodies\], as in the program.
+const SMOOTHING_IN_EDGES: f64 = 1.5;
 
 /// Bones with their maps from rest; the pelvis stays.
 pub(crate) const BONES: [(&str, Option<usize>); 4] = [
@@ -267,4 +270,32 @@ fn rigid(value: &Value) -> Option<(DQuat, DVec3)> {
 fn smooth(t: f64) -> f64 {
     let t = t.clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
+}
+
+/// Reads a thigh. Bones have names that begin with `bone`.
+pub(crate) fn thigh(folder: &Path) -> Result<Scene, Box<dyn Error>> {
+    let mut scene = Scene::new();
+    for path in data::bodies(folder) {
+        let mesh = data::mesh(&path);
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let is_bone = name.starts_with("bone");
+        let kind = if is_bone { BodyKind::Rigid } else { BodyKind::Deformable };
+        scene.add(name, kind, mesh.surface(), mesh.positions)?;
+    }
+    Ok(scene)
+}
+
+/// Returns the smoothing length that the program takes by default.
+pub(crate) fn smoothing(scene: &mut Scene) -> Result<f64, Box<dyn Error>> {
+    let mut deepest = 0.0_f64;
+    for pair in scene.check(&CheckParams::without_measures(0.0), Progress::none())? {
+        deepest = deepest.max(pair.max_vertex_depth);
+    }
+    let (mut length, mut count) = (0.0, 0.0);
+    for body in scene.bodies().iter().filter(|body| !body.is_rigid()) {
+        let edges = f64::from(u32::try_from(body.surface().edges().len())?);
+        length += edges * mean_edge(body.surface(), body.surface().positions(body.positions())?);
+        count += edges;
+    }
+    Ok(deepest.max(SMOOTHING_IN_EDGES * length / count))
 }

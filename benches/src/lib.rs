@@ -29,7 +29,7 @@ pub mod regret;
 pub mod sheets;
 #[cfg(feature = "charts")]
 pub mod soak;
-#[cfg(feature = "charts")]
+#[cfg(all(feature = "charts", feature = "peers"))]
 pub mod source_figures;
 #[cfg(feature = "charts")]
 pub mod stability;
@@ -37,6 +37,7 @@ pub mod trees;
 pub mod volumes;
 
 /// Returns the entries of the given names, or all without a name.
+#[cfg(any(feature = "charts", feature = "peers"))]
 fn selected<T: Copy>(
     all: &[(&'static str, T)],
     names: &[String],

@@ -21,7 +21,7 @@ usage: benches TASK
   floors                       tables of times beside those of memory alone, and of what two
                                threads gain (feature `charts`)
   source                       tables of the times that the method's source gives, beside ours
-                               (feature `charts`)
+                               (features `charts` and `peers`)
   medial FILE                  document on the accuracy of medial surfaces
   chart FOLDER [PICTURE…]      charts with their numbers (feature `charts`; with other libraries
                                also `peers`)
@@ -88,7 +88,7 @@ fn run(arguments: &[String]) -> Result<Vec<String>, Box<dyn Error>> {
         }
         #[cfg(feature = "charts")]
         ("floors", []) => print!("{}", benches::floors::tables()?),
-        #[cfg(feature = "charts")]
+        #[cfg(all(feature = "charts", feature = "peers"))]
         ("source", []) => print!("{}", benches::source_figures::tables()?),
         #[cfg(feature = "charts")]
         ("regret", names) => print!("{}", benches::regret::table(names)?),

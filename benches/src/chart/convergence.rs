@@ -15,8 +15,9 @@ use response::{
 use serde::Serialize;
 use surface::{Contact, ContactSide, Term};
 
+use super::axes::Axis;
 use super::curves::{
-    Axis, CAPTION_LINE, Curve, CurveStyle, Panel, caption, draw_caption, machine, picture,
+    CAPTION_LINE, Curve, CurveStyle, Panel, caption, draw_caption, machine, picture,
 };
 use super::sheet::{Settings, Sheet};
 use crate::measure::interleave;

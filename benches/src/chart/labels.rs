@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::curves::{Drawn, Plot};
+use super::axes::{Drawn, Plot};
 
 /// Size of the letters, their mean width, and the height of a line \[pixels\].
 const FONT: u32 = 15;

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use plotters::prelude::*;
 use serde::Serialize;
 
-use super::curves::{Area, Axis, Curve, CurveStyle, Drawn, Panel, picture};
+use super::axes::{Area, Axis, Drawn};
+use super::curves::{Curve, CurveStyle, Panel, picture};
 use super::sheet::Sheet;
 
 const WIDTH: u32 = 1200;

@@ -3,6 +3,7 @@
 //! A picture, or a table of numbers alone, is a module with a function `run` that writes its files
 //! into a folder and returns their paths; [`PICTURES`] lists them.
 
+pub mod axes;
 #[cfg(feature = "peers")]
 pub mod ccd;
 pub mod convergence;

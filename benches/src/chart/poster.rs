@@ -4,9 +4,9 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use serde_json::Value;
 
+use super::axes::{Area, Axis, Drawn};
 use super::curves::{
-    Area, Axis, CAPTION_LINE, Curve, CurveStyle, Drawn, FRONT, Panel, caption, draw_caption,
-    picture,
+    CAPTION_LINE, Curve, CurveStyle, FRONT, Panel, caption, draw_caption, picture,
 };
 use super::sheet::Sheet;
 

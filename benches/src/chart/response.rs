@@ -21,13 +21,14 @@ use response::{
 };
 use serde::Serialize;
 
+use super::axes::Axis;
 use super::convergence::{Contacts, MASS_RATIOS, SIDE};
 use super::curves::{
-    Axis, CAPTION_LINE, Curve, CurveStyle, Panel, caption, draw_caption, machine, picture,
+    CAPTION_LINE, Curve, CurveStyle, Panel, caption, draw_caption, machine, picture,
 };
 use super::sheet::{Settings, Sheet};
+use crate::gait::{smoothing, thigh as real_thigh};
 use crate::measure::interleave;
-use crate::ratios::resolve::{smoothing, thigh as real_thigh};
 
 /// Iterations of hard contacts: powers of four up to 4,096.
 const POWERS: u32 = 7;

@@ -5,19 +5,13 @@ use std::error::Error;
 use std::path::Path;
 
 use fixtures::data;
-use musculo_collide::{
-    BodyKind, CheckParams, Progress, Resolution, ResolveParams, Scene, WrittenPrecision, resolve,
-};
-use surface::mean_edge;
+use musculo_collide::{Progress, Resolution, ResolveParams, Scene, WrittenPrecision, resolve};
 
-use crate::gait::{BONES, Motion};
+use crate::gait::{BONES, Motion, smoothing, thigh};
 use crate::measure::{Report, nanoseconds};
 
 /// Gap to be opened \[mm\].
 const GAP: f64 = 0.05;
-
-/// Smallest smoothing length \[mean edges of the soft bodies\], as in the program.
-const SMOOTHING_IN_EDGES: f64 = 1.5;
 
 /// Scene with the gap opened, as far as it goes.
 struct Resolved {
@@ -90,34 +84,6 @@ fn frames_alone(folder: &Path, report: &mut Report) -> Result<(), Box<dyn Error>
     report.cost("gait frames alone: displacement / depth", farthest, "", f64::INFINITY);
     report.cost("gait frames alone: slowest", slowest, "s", f64::INFINITY);
     Ok(())
-}
-
-/// Reads a thigh. Bones have names that begin with `bone`.
-pub(crate) fn thigh(folder: &Path) -> Result<Scene, Box<dyn Error>> {
-    let mut scene = Scene::new();
-    for path in data::bodies(folder) {
-        let mesh = data::mesh(&path);
-        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let is_bone = name.starts_with("bone");
-        let kind = if is_bone { BodyKind::Rigid } else { BodyKind::Deformable };
-        scene.add(name, kind, mesh.surface(), mesh.positions)?;
-    }
-    Ok(scene)
-}
-
-/// Returns the smoothing length that the program takes by default.
-pub(crate) fn smoothing(scene: &mut Scene) -> Result<f64, Box<dyn Error>> {
-    let mut deepest = 0.0_f64;
-    for pair in scene.check(&CheckParams::without_measures(0.0), Progress::none())? {
-        deepest = deepest.max(pair.max_vertex_depth);
-    }
-    let (mut length, mut count) = (0.0, 0.0);
-    for body in scene.bodies().iter().filter(|body| !body.is_rigid()) {
-        let edges = f64::from(u32::try_from(body.surface().edges().len())?);
-        length += edges * mean_edge(body.surface(), body.surface().positions(body.positions())?);
-        count += edges;
-    }
-    Ok(deepest.max(SMOOTHING_IN_EDGES * length / count))
 }
 
 impl Resolved {

@@ -15,7 +15,7 @@ use surface::{parallel, triangle};
 use crate::damage::rounded_to_single;
 use crate::elastic::{ActiveParticle, Bond, ElasticProblem, GapRow, VolumeRow};
 use crate::resolution::{BrokenLimit, GapRound};
-use crate::run::Run;
+use crate::run::{Run, largest_coordinate};
 use crate::tissue::{Tissue, fitted_tree};
 use crate::{ResolveError, WrittenPrecision, tuning};
 
@@ -88,13 +88,8 @@ impl Run<'_> {
     pub(crate) fn gap_slack(&self) -> f64 {
         let mut rounding = 0.0;
         if self.params.precision == WrittenPrecision::Single {
-            let mut largest: f64 = 0.0;
-            for body in self.scene.bodies() {
-                for x in body.positions() {
-                    largest = largest.max(x.abs().max_element());
-                }
-            }
             // Half a unit in the last place of each coordinate of both points.
+            let largest = largest_coordinate(self.scene);
             rounding = 2.0 * f64::sqrt(3.0) * largest * 0.5 * f64::from(f32::EPSILON);
         }
         tuning::GAP_SLACK * self.params.gap + rounding

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use glam::DVec3;
 use proximity::SurfaceTree;
+use response::ParameterError;
 use scene::{CheckParams, DepthBracket, PairId, PairOverlap, PairReport, Scene};
 use surface::parallel;
 use surface::progress::{Interrupted, Progress};
@@ -62,6 +63,13 @@ impl<'a> Run<'a> {
         conditions: &Conditions,
         progress: Progress<'a>,
     ) -> Result<Self, ResolveError> {
+        // Steps that change no coordinate move nothing.
+        if params.smoothing < f64::EPSILON * largest_coordinate(scene) {
+            let range = "at least the rounding of the largest coordinate";
+            let error = ParameterError { name: "smoothing", value: params.smoothing, range };
+            return Err(error.into());
+        }
+
         // Overlaps at the start, by which later rounds are judged.
         let margin = detection_margin(&params);
         let start = progress.part(0.0, 0.0);
@@ -136,12 +144,9 @@ impl<'a> Run<'a> {
             self.move_soft(Tissue::pushed)?;
             self.record()?;
         }
-        // An equally good last round stays as it is.
-        let mut final_round = self.rounds.len() - 1;
-        let best = self.rounds[self.best];
-        if (Round { is_accepted: best.is_accepted, ..self.rounds[final_round] }) != best {
+        let mut final_round = self.best;
+        if final_round + 1 != self.rounds.len() {
             self.revert_to_best()?;
-            final_round = self.best;
         }
 
         // From what does not cross, the gap; also from an earlier round, where the best one breaks
@@ -258,16 +263,15 @@ impl<'a> Run<'a> {
         round.merit = round.weigh(tolerance);
         let best = self.rounds.get(self.best);
         let is_better = best.is_none_or(|best| round.is_better_than(best));
-        if self.rounds.len() <= self.elastic_rounds() {
-            // Elastic rounds pass through states that are no better.
-            self.stalled_rounds = 0;
-        }
         if is_better {
             self.best = self.rounds.len();
             self.stalled_rounds = 0;
             for (tissue, body) in self.tissues.iter_mut().zip(self.scene.bodies()) {
                 tissue.best.copy_from_slice(body.positions());
             }
+        } else if self.rounds.len() <= self.elastic_rounds() {
+            // Elastic rounds pass through states that are no better.
+            self.stalled_rounds = 1;
         } else {
             self.stalled_rounds += 1;
         }
@@ -346,6 +350,17 @@ fn check(
         report.overlap = overlap;
     }
     Ok(reports)
+}
+
+/// Returns the absolute value of the largest coordinate of all bodies.
+pub(crate) fn largest_coordinate(scene: &Scene) -> f64 {
+    let mut largest: f64 = 0.0;
+    for body in scene.bodies() {
+        for x in body.positions() {
+            largest = largest.max(x.abs().max_element());
+        }
+    }
+    largest
 }
 
 /// Returns the gap to which overlaps are pushed apart: beyond that asked for where this is

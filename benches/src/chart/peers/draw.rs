@@ -7,9 +7,8 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::libraries::{LIBRARIES, Library};
 use super::{Measurement, QUESTIONS, Question};
-use crate::chart::curves::{
-    Area, Axis, CAPTION_LINE, Drawn, caption, draw_caption, picture, power,
-};
+use crate::chart::axes::{Area, Axis, Drawn, power};
+use crate::chart::curves::{CAPTION_LINE, caption, draw_caption, picture};
 use crate::chart::sheet::Settings;
 use crate::measure::as_f64;
 

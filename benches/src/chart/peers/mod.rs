@@ -74,7 +74,7 @@ struct Answers {
     answers: Vec<Option<f64>>,
 }
 
-/// How right a library answers a question: a row of the table.
+/// Correctness of the answers of a library to a question: a row of the table.
 #[derive(Clone, Debug, Serialize)]
 struct Measurement {
     scene: String,

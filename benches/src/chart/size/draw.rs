@@ -4,8 +4,9 @@ use std::error::Error;
 
 use super::Measurement;
 use super::operations::OPERATIONS;
+use crate::chart::axes::Axis;
 use crate::chart::curves::{
-    Axis, CAPTION_LINE, Curve, CurveStyle, Panel, caption, draw_caption, picture,
+    CAPTION_LINE, Curve, CurveStyle, Panel, caption, draw_caption, picture,
 };
 use crate::chart::sheet::Settings;
 use crate::measure::as_f64;

@@ -8,7 +8,8 @@ use response::stability::{Holding, Scheme};
 
 use super::map::{CellMap, GridAxis, Scale};
 use super::{ACCELERATIONS, ALTERATIONS, Copies, Drawing, Limit, Maps, RESPONSES, ZETA, limits};
-use crate::chart::curves::{Area, Axis, Drawn, picture};
+use crate::chart::axes::{Area, Axis, Drawn};
+use crate::chart::curves::picture;
 use crate::chart::sheet::Settings;
 
 const WIDTH: u32 = 1500;

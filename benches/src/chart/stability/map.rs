@@ -2,7 +2,7 @@
 
 use response::stability::Scheme;
 
-use crate::chart::curves::Axis;
+use crate::chart::axes::Axis;
 
 /// Division of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

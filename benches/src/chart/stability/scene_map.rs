@@ -8,7 +8,8 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use serde::Serialize;
 
-use crate::chart::curves::{Area, CAPTION_LINE, Drawn, caption, draw_caption, picture};
+use crate::chart::axes::{Area, Drawn};
+use crate::chart::curves::{CAPTION_LINE, caption, draw_caption, picture};
 use crate::chart::sheet::{Settings, Sheet};
 use crate::stability::drive::Drive;
 use crate::stability::scenes::World;
