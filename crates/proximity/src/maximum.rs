@@ -177,3 +177,21 @@ impl<T> MaximumSearch<T> {
         DirectedHausdorff { lower: self.lower, upper }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pieces_that_are_left_out_count_in_the_bound() {
+        let mut search = MaximumSearch::new(0.0, f64::INFINITY);
+        search.evaluated(1.0);
+        for bound in [1.02, 1.04, 1.03] {
+            search.add(bound, ());
+        }
+        assert_eq!((search.added(), search.bounds().upper), (0, 1.04));
+        search.leave_out(1.05);
+        search.leave_out(1.01);
+        assert_eq!((search.bounds().lower, search.bounds().upper), (1.0, 1.05));
+    }
+}

@@ -110,6 +110,78 @@ fn filters_keep_every_candidate_with_a_contact() {
     });
 }
 
+/// Returns the numbers of some queries that the filters keep, as vertices and faces or as edges.
+fn kept(queries: &[[[DVec3; 4]; 2]], params: &CcdParams, edges: bool) -> Vec<usize> {
+    let [x0, x1] =
+        [0, 1].map(|end: usize| queries.iter().flat_map(|query| query[end]).collect::<Vec<_>>());
+    let motion = MovingPoints::new(&x0, &x1).expect("valid");
+    let count = u32::try_from(queries.len()).expect("few queries");
+    let candidates: Vec<_> = (0..count).map(|k| [0, 1, 2, 3].map(|point| 4 * k + point)).collect();
+    if edges {
+        motion.filter_edge_edges(&candidates, params).expect("valid")
+    } else {
+        motion.filter_vertex_faces(&candidates, params).expect("valid")
+    }
+}
+
+#[test]
+fn filters_keep_edges_that_cross_within_a_plane() {
+    check(4000, |u| {
+        // Whole numbers: exactly in a plane through the origin, but products are rounded.
+        let [i, j] = [point(u, 32768.0 * 30011.0)?, point(u, 32768.0 * 30011.0)?];
+        let noise = [point(u, 32768.0)? / 128.0, point(u, 32768.0)? / 128.0].map(DVec3::round);
+        let in_plane = |s: f64, t: f64| s.round() * i + t.round() * j;
+
+        // An end passes from one side of the other edge to the other.
+        let still = [in_plane(noise[0].x - 900.0, 0.0), in_plane(noise[0].y + 900.0, 0.0)];
+        let tail = in_plane(noise[1].x, 2000.0 + noise[1].y);
+        let start = [still[0], still[1], in_plane(noise[0].z, 900.0), tail];
+        let end = [still[0], still[1], in_plane(noise[1].z, -900.0), tail + i];
+        assert_eq!(kept(&[[start, end]], &CcdParams::DEFAULT, true), [0]);
+        Ok(())
+    });
+}
+
+#[test]
+fn filters_keep_edges_within_a_separation_that_are_parallel_at_both_ends() {
+    let near_queries = std::cell::Cell::new(0);
+    check(4000, |u| {
+        // At the end nearly parallel as at the start, since one edge turns the other way.
+        let ([e0, e1], at) = ([point(u, 8.0)?, point(u, 8.0)?], point(u, 4.0)?);
+        let [f0, f1] = [point(u, 0.5)? + e0, point(u, 0.5)? - e1];
+        let query = [[-e0, e0, at - f0, at + f0], [-e1, e1, at - f1, at + f1]];
+
+        // Points of both are sampled on the way.
+        let is_near = (0..16 * 17 * 17).any(|k| {
+            let [s, t, time] = [k % 17, k / 17 % 17, k / 289].map(|k| f64::from(k) / 16.0);
+            let [a, b, c, d] = [0, 1, 2, 3].map(|i: usize| query[0][i].lerp(query[1][i], time));
+            a.lerp(b, s).distance(c.lerp(d, t)) < 1.0
+        });
+        if is_near {
+            near_queries.set(near_queries.get() + 1);
+            let params = CcdParams { min_separation: 1.0, ..CcdParams::DEFAULT };
+            assert_eq!(kept(&[query], &params, true), [0]);
+        }
+        Ok(())
+    });
+    assert!(near_queries.get() > 100, "{}", near_queries.get());
+}
+
+#[test]
+fn filters_keep_what_touches_at_the_end_of_the_step() {
+    let face = [DVec3::ZERO, DVec3::X, DVec3::Y];
+    let mut queries = Vec::new();
+    for axis in 0..3 {
+        for side in [-1.0, 1.0] {
+            let turned = |p: DVec3| side * DVec3::from_array([0, 1, 2].map(|k| p[(k + axis) % 3]));
+            let [a, b, c] = face.map(turned);
+            let (above, below) = (DVec3::new(0.25, 0.25, 1.0), DVec3::new(0.25, 0.25, 0.0));
+            queries.push([[turned(above), a, b, c], [turned(below), a, b, c]]);
+        }
+    }
+    assert_eq!(kept(&queries, &CcdParams::DEFAULT, false), [0, 1, 2, 3, 4, 5]);
+}
+
 #[test]
 fn the_first_contact_is_the_earliest_of_all() {
     check(2000, |u| {

@@ -42,3 +42,15 @@ fn memory_of_another_pair_is_no_part_of_an_answer() {
     }
     assert!(inside > 20, "{inside}");
 }
+
+#[test]
+fn a_body_deeper_inside_than_the_margin_is_near_with_all_of_its_vertices() {
+    let (small, large) = (tree(shapes::cube(1.0)), tree(shapes::cube(9.0)));
+    let mut pair = PairProximity::default();
+    for margin in [0.0, 0.5, 5.0] {
+        pair.compute(&small, &large, margin);
+        let near = pair.sides()[0].near();
+        assert_eq!(near.len(), 8, "margin {margin}");
+        assert!(near.iter().all(|near| (near.gap + 4.0).abs() < 1e-12), "margin {margin}");
+    }
+}

@@ -227,3 +227,18 @@ fn trees_are_built_anew_where_they_have_become_loose() {
     lazy.fit().expect("a tree");
     assert!(lazy.step_tree().is_none(), "its start is not where the surface is");
 }
+
+#[test]
+fn points_on_the_surface_are_not_inside() {
+    let cube = shapes::cube(2.0);
+    let tree = SurfaceTree::new(cube.surface(), cube.positions).expect("a tree");
+    let mut workspace = Workspace::default();
+
+    // A lattice on the faces, edges and corners, within and around the cube.
+    for index in 0..11 * 11 * 11 {
+        let place = [index % 11, index / 11 % 11, index / 121].map(f64::from);
+        let point = 0.25 * (DVec3::from_array(place) - 5.0);
+        let is_within = point.abs().max_element() < 1.0;
+        assert_eq!(tree.contains(point, &mut workspace), is_within, "{point}");
+    }
+}

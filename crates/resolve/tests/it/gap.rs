@@ -289,3 +289,37 @@ fn a_tie_that_reaches_nothing_is_refused() {
     let refused = resolver.resolve(&mut scene, Progress::none()).expect_err("nothing is tied");
     assert!(matches!(refused, ResolveError::NothingTied { .. }), "{refused}");
 }
+
+#[test]
+fn a_gap_that_only_the_upper_bound_reaches_is_not_proved() {
+    let cube = shapes::cube(10.0);
+    let apart = DVec3::new(10.02, 0.3, 0.1);
+    let other = shapes::icosphere(5.0, 1).translated(apart);
+    let mut scene = scene_of([("a", BodyKind::Rigid, cube), ("b", BodyKind::Rigid, other)]);
+    let resolution = resolve(&mut scene, Conditions::default());
+    let [short] = resolution.gap.short[..] else { panic!("{:?}", resolution.gap) };
+    let gap = short.distance.upper;
+    assert!(short.distance.lower < gap, "{short:?}");
+
+    let params = ResolveParams { gap, ..PARAMS };
+    let resolution = resolve::resolve(&mut scene, &params, Progress::none()).expect("a resolution");
+    assert!(!resolution.resolved && resolution.gap.short.len() == 1, "{:?}", resolution.gap);
+}
+
+#[test]
+fn bones_that_rounding_brings_nearer_than_the_gap_are_named() {
+    // One side is rounded up by half a unit in the last place, the other down.
+    let unit = 1.0 / 256.0;
+    let (side, gap) = (40_000.0, 12.1 * unit);
+    let cube = shapes::cube(16.0);
+    let below = cube.clone().translated(DVec3::X * (side - 8.0 + 0.51 * unit));
+    let above = cube.translated(DVec3::X * (side + 8.0 + 13.49 * unit));
+    let mut scene = scene_of([("a", BodyKind::Rigid, below), ("b", BodyKind::Rigid, above)]);
+    for (precision, is_kept) in
+        [(WrittenPrecision::Double, true), (WrittenPrecision::Single, false)]
+    {
+        let params = ResolveParams { precision, gap, ..PARAMS };
+        let resolution = resolve::resolve(&mut scene, &params, Progress::none());
+        assert_eq!(resolution.expect("a resolution").gap.holds(), is_kept, "{precision:?}");
+    }
+}
