@@ -1,8 +1,11 @@
 //! Exit directions that agree over a patch of a deep overlap.
 //!
 //! Inside vertices of both bodies that are joined by edges or by crossing faces are one patch. The
-//! nearest ways out of a bone that tissue encloses, or of a tip of tissue in a bone, lead to all sides.
-//! A deep patch leaves in one direction instead:
+//! nearest ways out of a bone that tissue encloses, or of a tip of tissue in a bone, lead to all sides,
+//! and some of them through the far side. A deep patch of which that holds leaves in one direction
+//! instead. Tissue that embraces a bone faces it all around, and keeps its nearest ways out.
+//!
+//! The direction of a patch is
 //!
 //! - that of its vertices that have one from earlier rounds;
 //! - for vertices that the last round took into a rigid body, by the faces that they came through;
@@ -13,7 +16,7 @@ use kdop::Workspace;
 use proximity::{NearVertex, SurfaceTree};
 use surface::{UnionFind, triangle};
 
-use crate::exit_sides::ExitMemory;
+use crate::exit_sides::{ExitMemory, agrees};
 use crate::tissue::{Strut, Tissue};
 use crate::tuning;
 
@@ -32,7 +35,7 @@ struct ExitPatch<'a> {
     max_depth: f64,
 }
 
-/// Sets the exit directions of all deep patches in the memories of both bodies. Patches that have
+/// Sets the exit directions of all deep patches that need one, in the memories of both bodies. Patches that have
 /// directions keep them, and give them to vertices new inside.
 pub(crate) fn direct_patches(
     sides: [PatchSide<'_>; 2],
@@ -41,7 +44,8 @@ pub(crate) fn direct_patches(
     memories: &mut [ExitMemory; 2],
 ) {
     for patch in patches(sides, crossing_faces) {
-        if patch.max_depth <= tuning::TRUSTED_DEPTH * smoothing {
+        let is_shallow = patch.max_depth <= tuning::TRUSTED_DEPTH * smoothing;
+        if is_shallow || !patch.leaves_by_the_far_side(sides) {
             continue;
         }
 
@@ -120,6 +124,25 @@ fn joined_vertices(
 }
 
 impl ExitPatch<'_> {
+    /// Returns true if nearest ways out lead through the far side of a body on more than a small
+    /// share of the area of either: there they point as the own surface does.
+    fn leaves_by_the_far_side(&self, sides: [PatchSide<'_>; 2]) -> bool {
+        for (vertices, side) in self.vertices.iter().zip(sides) {
+            let (mut far, mut all) = (0.0, 0.0);
+            for near in vertices {
+                let area = side.tissue.area(near.vertex);
+                all += area;
+                if agrees(side.tissue.normals[near.vertex as usize], near.normal) {
+                    far += area;
+                }
+            }
+            if far > tuning::FAR_SHARE * all {
+                return true;
+            }
+        }
+        false
+    }
+
     /// Returns the mean of the directions that vertices remember, as that of the first body; `None`
     /// where none does.
     fn remembered(&self, memories: &[ExitMemory; 2]) -> Option<DVec3> {

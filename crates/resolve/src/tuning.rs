@@ -148,6 +148,11 @@ pub(crate) const MAX_FACING_DEPTH: f64 = 2.0;
 /// thirty edges wide: below, their middle is not reached; above, little changes.
 pub(crate) const DIRECTION_SWEEPS: usize = 30;
 
+/// Share of a patch's area from which the nearest ways out lead through the far side, above which the
+/// patch leaves in one direction. Below, muscles that embrace a bone do; above, tips in thin bones do
+/// not.
+pub(crate) const FAR_SHARE: f64 = 0.1;
+
 /// Vertices per body whose directions are tried for a deep patch. Below, a patch may
 /// leave by a longer way; above, its direction takes longer.
 pub(crate) const PATCH_DIRECTIONS: usize = 16;

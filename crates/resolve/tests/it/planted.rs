@@ -103,6 +103,19 @@ fn tissue_over_the_arc_of_a_ring_leaves_it_by_one_side() {
     }
 }
 
+/// Ways out that lead to all sides, each of them the right one.
+#[test]
+fn tissue_around_a_bone_widens() {
+    let bone = shapes::capsule(10.0, 40.0, 40).rotated(DVec3::Z, 0.05);
+    let (mut scene, [_, muscle]) = bone_and_muscle(bone, shapes::torus(12.0, 4.0, [60, 24]));
+    let resolution = resolve(&mut scene);
+    let depth = resolution.rounds[0].surface_depth.expect("an overlap").lower;
+    assert!((1.9..2.1).contains(&depth), "{depth} deep all around");
+    assert_sound(&mut scene, &resolution);
+    let displacement = resolution.bodies[muscle.index()].max_displacement / depth;
+    assert!(displacement <= 1.3, "{displacement} of the depth");
+}
+
 #[test]
 #[expect(clippy::print_stdout, reason = "the test reports its measurements")]
 fn bodies_share_an_overlap_by_their_stiffness() {
