@@ -76,10 +76,11 @@ impl Axis {
         Self { label: label.to_owned(), range, ticks, text, zero: None }
     }
 
-    /// Returns an axis of decimal logarithms, with ticks at the whole powers of ten.
+    /// Returns an axis of decimal logarithms, with up to seven ticks at whole powers of ten.
     #[must_use]
     pub fn powers(label: &str, range: [f64; 2]) -> Self {
-        Self::new(label, range, 1.0, power)
+        let step = ((range[1] - range[0]) / 6.0).ceil();
+        Self::new(label, range, step, power)
     }
 
     /// Draws a title and two axes with lines at their ticks.

@@ -12,6 +12,7 @@ use ccd::CcdParams;
 use serde::Serialize;
 
 use super::curves::machine;
+use super::palette;
 use super::poster::{ErrorAxis, Figure, MethodKey, Poster};
 use super::sheet::Sheet;
 use crate::ccd::answers::{Answers, NamedMethod, mean_times};
@@ -39,12 +40,12 @@ const TIME: &str = "per query, minimum of several for each block, methods in tur
 
 /// Methods in the order of the legend.
 const METHODS: [MethodKey; 6] = [
-    MethodKey::new("del-geo-core", "its cubic, f64", 0xb5_26_2e),
-    MethodKey::new("plain cubic", "Provot 1997 in f64", 0xe0_7b_00),
-    MethodKey::new("interval subdivision", "Snyder 1993, to 1e-6", 0x80_80_80),
-    MethodKey::new("ccd", "default", 0x1f_6f_b4),
-    MethodKey::new("ccd (decided exactly)", "where rounding leaves it open", 0),
-    MethodKey::new("ccd (kept apart)", "by 1e-2, … 1e-6 of the extent", 0x2c_8c_3c).hollow(),
+    MethodKey::new("del-geo-core", "its cubic, f64", palette::VERMILION),
+    MethodKey::new("plain cubic", "Provot 1997 in f64", palette::ORANGE),
+    MethodKey::new("interval subdivision", "Snyder 1993, to 1e-6", palette::GRAY),
+    MethodKey::new("ccd", "default", palette::BLUE),
+    MethodKey::new("ccd (decided exactly)", "where rounding leaves it open", palette::BLACK),
+    MethodKey::new("ccd (kept apart)", "by 1e-2, … 1e-6 of the extent", palette::GREEN).hollow(),
 ];
 
 /// Draws the pictures of generated queries and, where they are available, of published ones.
@@ -254,7 +255,7 @@ fn draw_sets(
         errors: [
             ErrorAxis { error: FALSE_ALARMS, range: [-5.0, 0.0] },
             ErrorAxis { error: MISSED, range: [-5.0, 0.0] },
-            ErrorAxis { error: EARLY, range: [-16.0, 0.0] },
+            ErrorAxis { error: EARLY, range: [-15.0, 0.0] },
         ],
         figures: [
             Figure::new("time [ns]", &["time [ns]"]),
@@ -273,4 +274,4 @@ fn draw_sets(
 
 const FALSE_ALARMS: Figure = Figure::new("false alarms [share]", &["false alarms [share]"]);
 const MISSED: Figure = Figure::new("missed [share]", &["missed [share]"]);
-const EARLY: Figure = Figure::new("earliness, 99 of 100 [step]", &["99 % earliness [step]"]);
+const EARLY: Figure = Figure::new("earliness [step]", &["99 % earliness [step]"]);

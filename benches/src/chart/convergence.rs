@@ -19,6 +19,7 @@ use super::axes::Axis;
 use super::curves::{
     CAPTION_LINE, Curve, CurveStyle, Panel, caption, draw_caption, machine, picture,
 };
+use super::palette;
 use super::sheet::{Settings, Sheet};
 use crate::measure::interleave;
 use crate::sheets::Sheets;
@@ -43,8 +44,8 @@ const PANEL: u32 = 300;
 
 /// Methods with their names and colors.
 const METHODS: [(SolverMethod, &str, CurveStyle); 3] = [
-    (SolverMethod::GaussSeidel, "Gauss–Seidel", CurveStyle::new(0x00_72_b2)),
-    (SolverMethod::AveragedJacobi, "averaged Jacobi", CurveStyle::new(0xd5_5e_00)),
+    (SolverMethod::GaussSeidel, "Gauss–Seidel", CurveStyle::new(palette::BLUE)),
+    (SolverMethod::AveragedJacobi, "averaged Jacobi", CurveStyle::new(palette::VERMILION)),
     (SolverMethod::ConjugateGradient, "conjugate gradients", CurveStyle::new(0)),
 ];
 

@@ -123,13 +123,13 @@ impl Panel {
 
         // Marks grow along each curve, which shows its direction.
         for Curve { style, points } in &self.curves {
-            let points: Vec<(f64, f64)> = points.iter().map(place).collect();
-            plot.draw_series(LineSeries::new(points.clone(), style.color.stroke_width(2)))?;
-            for (number, point) in (0..).zip(points) {
+            let places: Vec<(f64, f64)> = points.iter().map(place).collect();
+            plot.draw_series(LineSeries::new(places.clone(), style.color.stroke_width(2)))?;
+            for (number, (point, [x, _])) in (0..).zip(places.into_iter().zip(points)) {
                 let size = (MIN_MARK + number).min(MAX_MARK);
                 plot.draw_series([Circle::new(point, size, style.fill().filled())])?;
                 plot.draw_series([Circle::new(point, size, style.color.stroke_width(2))])?;
-                if point.0 >= right {
+                if x.log10() > right {
                     let text = ("sans-serif", 14).into_font().color(&style.color);
                     let text = Text::new("≥", (-9, 0), text.pos(BEFORE_MARK));
                     plot.draw_series([EmptyElement::at(point) + text])?;

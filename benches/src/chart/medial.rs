@@ -10,18 +10,19 @@ use serde::Serialize;
 
 use super::axes::{Area, Axis, Drawn};
 use super::curves::{Curve, CurveStyle, Panel, picture};
+use super::palette;
 use super::sheet::Sheet;
 
-const WIDTH: u32 = 1200;
+const WIDTH: u32 = 1000;
 const PANELS: u32 = 460;
 const LEGEND: u32 = 60;
 
 /// Muscles with a color of their own.
 const NAMED: [(&str, CurveStyle); 4] = [
-    ("gluteus medius", CurveStyle::new(0x1f_6f_b4)),
-    ("gluteus maximus", CurveStyle::new(0x2c_8c_3c)),
-    ("iliacus", CurveStyle::new(0xe0_7b_00)),
-    ("psoas major", CurveStyle::new(0xb5_26_2e)),
+    ("gluteus medius", CurveStyle::new(palette::BLUE)),
+    ("gluteus maximus", CurveStyle::new(palette::GREEN)),
+    ("iliacus", CurveStyle::new(palette::ORANGE)),
+    ("psoas major", CurveStyle::new(palette::VERMILION)),
 ];
 const OTHERS: CurveStyle = CurveStyle::new(0xc0_c0_c0).hollow();
 
@@ -122,7 +123,7 @@ fn legend(area: &Area<'_>) -> Drawn {
     let text = ("sans-serif", 14).into_font().into_text_style(area);
     let all = NAMED.iter().copied().chain([("the other muscles", OTHERS)]);
     for (number, (name, style)) in (0..).zip(all) {
-        let left = 60 + 220 * number;
+        let left = 40 + 190 * number;
         style.sample(area, [left, 20])?;
         area.draw_text(name, &text, (left + 40, 12))?;
     }

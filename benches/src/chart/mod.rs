@@ -11,6 +11,7 @@ pub mod curves;
 pub mod detection;
 mod labels;
 pub mod medial;
+pub mod palette;
 #[cfg(feature = "peers")]
 pub mod peers;
 pub mod poster;

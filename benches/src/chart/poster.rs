@@ -91,12 +91,13 @@ impl Figure {
     }
 }
 
-const WIDTH: u32 = 1500;
+const WIDTH: u32 = 1000;
 
-/// Top of the legend, height of its rows, and right edges of its columns.
+/// Top of the legend, height of its rows and of its heads, and right edges of its columns.
 const LEGEND_TOP: i32 = 24;
-const LEGEND_ROW: i32 = 21;
-const LEGEND_COLUMNS: [i32; 5] = [720, 900, 1080, 1250, 1440];
+const LEGEND_ROW: i32 = 20;
+const LEGEND_HEADS: i32 = 36;
+const LEGEND_COLUMNS: [i32; 5] = [600, 695, 795, 895, 985];
 
 impl Poster<'_> {
     /// Draws the poster as SVG.
@@ -107,8 +108,8 @@ impl Poster<'_> {
     pub fn draw(&self) -> Result<String, Box<dyn std::error::Error>> {
         // Panels, legend and caption below each other.
         let panels = self.row_height * u32::try_from(self.groups.len())?;
-        let legend_rows = i32::try_from(self.methods.len() + 3)?;
-        let legend = u32::try_from(LEGEND_TOP + LEGEND_ROW * legend_rows)?;
+        let legend_rows = i32::try_from(self.methods.len() + 2)?;
+        let legend = u32::try_from(LEGEND_TOP + LEGEND_HEADS + LEGEND_ROW * legend_rows)?;
         let caption = caption(&self.sheet.settings, WIDTH);
         let foot = legend + CAPTION_LINE * u32::try_from(caption.len())? + 16;
 
@@ -120,10 +121,16 @@ impl Poster<'_> {
     }
 
     fn draw_panels(&self, area: &Area<'_>) -> Drawn {
+        // Curves have the numbers of the legend.
+        let mut numbers = Vec::new();
+        for number in 1..=self.methods.len() {
+            numbers.push(number.to_string());
+        }
+
         let mut areas = area.split_evenly((self.groups.len(), self.errors.len())).into_iter();
         for group in self.groups {
             for (axis, area) in self.errors.iter().zip(areas.by_ref()) {
-                self.panel(group, axis).draw(&area)?;
+                self.panel(group, axis).draw_named(&area, &numbers)?;
             }
         }
         Ok(())
@@ -159,33 +166,44 @@ impl Poster<'_> {
 
     /// Draws the names of the methods with their settings and the ranges of their figures.
     fn draw_legend(&self, area: &Area<'_>) -> Drawn {
-        let heads = [self.legend_group, "settings, small marks to large"];
-        draw_row(area, 0, heads, &self.figures.map(|figure| figure.label.to_owned()))?;
+        self.draw_heads(area)?;
 
-        let mut row = 1;
-        for MethodKey { name, settings, style } in self.methods {
+        let mut y = LEGEND_TOP + LEGEND_HEADS;
+        for (number, MethodKey { name, settings, style }) in (1..).zip(self.methods) {
             let rows: Vec<&Value> = self.rows_of(self.legend_group, name).collect();
             let figures = self.figures.map(|figure| range(&rows, figure));
-            style.sample(area, [40, LEGEND_TOP + LEGEND_ROW * row + 8])?;
-            draw_row(area, row, [name, settings], &figures)?;
-            row += 1;
+            let name = format!("{number}  {name}");
+            style.sample(area, [12, y + 8])?;
+            draw_row(area, y, [&name, settings], &figures)?;
+            y += LEGEND_ROW;
         }
 
         // The key of the Pareto front.
-        let y = LEGEND_TOP + LEGEND_ROW * row + 8;
-        area.draw(&PathElement::new([(40, y), (70, y)], FRONT.stroke_width(9)))?;
+        area.draw(&PathElement::new([(12, y + 8), (42, y + 8)], FRONT.stroke_width(9)))?;
         let front = "Pareto front: nothing is both quicker and more accurate";
-        draw_row(area, row, [front, ""], &[])
+        draw_row(area, y, [front, ""], &[])
+    }
+
+    /// Draws the heads of the legend's columns, units below names.
+    fn draw_heads(&self, area: &Area<'_>) -> Drawn {
+        draw_row(area, LEGEND_TOP, [self.legend_group, "settings, small marks to large"], &[])?;
+        let (mut names, mut units) = (Vec::new(), Vec::new());
+        for figure in &self.figures {
+            let (name, unit) = figure.label.split_once('[').unwrap_or((figure.label, ""));
+            names.push(name.trim_end().to_owned());
+            units.push(unit.trim_end_matches(']').to_owned());
+        }
+        draw_row(area, LEGEND_TOP, ["", ""], &names)?;
+        draw_row(area, LEGEND_TOP + 15, ["", ""], &units)
     }
 }
 
 /// Draws a row of the legend, its figures aligned right.
-fn draw_row(area: &Area<'_>, row: i32, heads: [&str; 2], figures: &[String]) -> Drawn {
-    let y = LEGEND_TOP + LEGEND_ROW * row;
-    let text = ("sans-serif", 14).into_font().into_text_style(area);
+fn draw_row(area: &Area<'_>, y: i32, heads: [&str; 2], figures: &[String]) -> Drawn {
+    let text = ("sans-serif", 13).into_font().into_text_style(area);
     let to_right = text.clone().pos(Pos::new(HPos::Right, VPos::Top));
-    area.draw_text(heads[0], &text, (80, y))?;
-    area.draw_text(heads[1], &text, (300, y))?;
+    area.draw_text(heads[0], &text, (50, y))?;
+    area.draw_text(heads[1], &text, (245, y))?;
     for (figure, right) in figures.iter().zip(LEGEND_COLUMNS) {
         area.draw_text(figure, &to_right, (right, y))?;
     }

@@ -26,6 +26,7 @@ use super::convergence::{Contacts, MASS_RATIOS, SIDE};
 use super::curves::{
     CAPTION_LINE, Curve, CurveStyle, Panel, caption, draw_caption, machine, picture,
 };
+use super::palette;
 use super::sheet::{Settings, Sheet};
 use crate::gait::{smoothing, thigh as real_thigh};
 use crate::measure::interleave;
@@ -55,11 +56,12 @@ const PANEL: u32 = 270;
 
 /// Names and colors, of Okabe and Ito's palette.
 const HARD: [(SolverMethod, &str, CurveStyle); 2] = [
-    (SolverMethod::GaussSeidel, "Gauss–Seidel", CurveStyle::new(0x00_72_b2)),
-    (SolverMethod::ConjugateGradient, "conjugate gradients", CurveStyle::new(0)),
+    (SolverMethod::GaussSeidel, "Gauss–Seidel", CurveStyle::new(palette::BLUE)),
+    (SolverMethod::ConjugateGradient, "conjugate gradients", CurveStyle::new(palette::BLACK)),
 ];
-const SOFT: (&str, CurveStyle) = ("penalty", CurveStyle::new(0xd5_5e_00));
-const SCENES: [CurveStyle; 2] = [CurveStyle::new(0x00_72_b2), CurveStyle::new(0xd5_5e_00)];
+const SOFT: (&str, CurveStyle) = ("penalty", CurveStyle::new(palette::VERMILION));
+const SCENES: [CurveStyle; 2] =
+    [CurveStyle::new(palette::BLUE), CurveStyle::new(palette::VERMILION)];
 
 /// State after a response: a row of the table.
 #[derive(Clone, Debug, Serialize)]

@@ -8,6 +8,7 @@ use crate::chart::axes::Axis;
 use crate::chart::curves::{
     CAPTION_LINE, Curve, CurveStyle, Panel, caption, draw_caption, picture,
 };
+use crate::chart::palette;
 use crate::chart::sheet::Settings;
 use crate::measure::as_f64;
 
@@ -16,12 +17,12 @@ const BODY: u32 = 520;
 
 /// Colors of the operations, in their order: of Okabe and Ito's palette, for all kinds of eyes.
 const STYLES: [CurveStyle; OPERATIONS.len()] = [
-    CurveStyle::new(0x00_00_00),
-    CurveStyle::new(0x00_72_b2),
-    CurveStyle::new(0x56_b4_e9),
-    CurveStyle::new(0xd5_5e_00),
-    CurveStyle::new(0x00_9e_73),
-    CurveStyle::new(0xcc_79_a7),
+    CurveStyle::new(palette::BLACK),
+    CurveStyle::new(palette::BLUE),
+    CurveStyle::new(palette::SKY),
+    CurveStyle::new(palette::VERMILION),
+    CurveStyle::new(palette::GREEN),
+    CurveStyle::new(palette::PURPLE),
 ];
 
 /// Decimal logarithms of the numbers of faces that are shown.

@@ -35,15 +35,15 @@ const BANDS: [Band; 6] = [
     Band { end: f64::INFINITY, color: UNSTABLE, name: "more" },
 ];
 const STABLE: RGBColor = RGBColor(0xcf, 0xe3, 0xef);
-const UNSTABLE: RGBColor = RGBColor(0xb0, 0x2f, 0x3a);
+const UNSTABLE: RGBColor = RGBColor(0xa3, 0x45, 0x00);
 const LINE: RGBColor = BLACK;
 
 /// Colors of responses whose copies are added up, in their order.
 const COLORS: [RGBColor; 4] = [
-    RGBColor(0xb0, 0x2f, 0x3a),
-    RGBColor(0x1f, 0x5f, 0x8b),
-    RGBColor(0xd9, 0x8a, 0x1f),
-    RGBColor(0x3c, 0x8d, 0x4f),
+    RGBColor(0xd5, 0x5e, 0x00),
+    RGBColor(0x00, 0x72, 0xb2),
+    RGBColor(0xe6, 0x9f, 0x00),
+    RGBColor(0x00, 0x9e, 0x73),
 ];
 
 /// Spectral radii shown over gains.

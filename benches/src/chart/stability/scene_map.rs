@@ -34,7 +34,7 @@ const FAILS: RGBColor = RGBColor(0xf6, 0xcf, 0xa6);
 const REFUSED: RGBColor = RGBColor(0xe4, 0xe4, 0xe4);
 const FAILURE_TEXT: RGBColor = RGBColor(0x6b, 0x2a, 0x0c);
 const BONE: RGBColor = RGBColor(0xb8, 0xb2, 0x9c);
-const TISSUE: RGBColor = RGBColor(0xd9, 0x8b, 0x84);
+const TISSUE: RGBColor = RGBColor(0xe6, 0xb4, 0xb0);
 
 /// Share of steps from which on a cell says that surfaces took over.
 const FALLBACK: f64 = 0.05;

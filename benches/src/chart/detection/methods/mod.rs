@@ -14,6 +14,7 @@ use ::medial::FootRule;
 
 use super::score::Answer;
 use super::task::{PairGroup, Task};
+use crate::chart::palette;
 use crate::chart::poster::MethodKey;
 
 /// Error of any method.
@@ -64,86 +65,103 @@ const BALLS: &[f64] = &[25.0, 50.0, 100.0, 200.0];
 /// Methods in the order of the legend; rings mark methods of the source that are improved on.
 pub(super) const METHODS: [Method; 15] = [
     Method {
-        key: MethodKey::new("exact surfaces", "full", 0),
+        key: MethodKey::new("exact surfaces", "full", palette::BLACK),
         settings: &[0.0],
         text: "exact",
         build: |task, _| surfaces::exact(task),
     },
     Method {
-        key: MethodKey::new("exact crossings", "volumes of 6, 14, 18, 26 planes", 0).hollow(),
+        key: MethodKey::new("exact crossings", "volumes of 6, 14, 18, 26 planes", palette::BLACK)
+            .hollow(),
         settings: &[6.0, 14.0, 18.0, 26.0],
         text: "_ planes",
         build: |task, planes| volumes::detector(task, planes),
     },
     Method {
-        key: MethodKey::new("measures of overlaps", "depth to 1, 0.1, 0.01 mm", 0x56_b4_e9),
+        key: MethodKey::new("measures of overlaps", "depth to 1, 0.1, 0.01 mm", palette::SKY),
         settings: &[1.0, 0.1, 0.01],
         text: "to _ mm",
         build: |task, width| surfaces::measured(task, width),
     },
     Method {
-        key: MethodKey::new("permanent contacts", "gaps up to 0.5, 1, 2, 4 mm at rest", 0x8c_56_4b),
+        key: MethodKey::new(
+            "permanent contacts",
+            "gaps up to 0.5, 1, 2, 4 mm at rest",
+            palette::SKY,
+        )
+        .hollow(),
         settings: &[0.5, 1.0, 2.0, 4.0],
         text: "up to _ mm",
         build: |task, gap| permanent::detector(task, gap),
     },
     Method {
-        key: MethodKey::new("plan", "within 2, 1, 0.5, 0.2, 0.1 mm", 0xc0_9a_00),
+        key: MethodKey::new("plan", "within 2, 1, 0.5, 0.2, 0.1 mm", palette::VERMILION),
         settings: &[2.0, 1.0, 0.5, 0.2, 0.1],
         text: "within _ mm",
         build: |task, tolerance| plan::detector(task, tolerance),
     },
     Method {
-        key: MethodKey::new("reduced surfaces", "within 2, 1, 0.5, 0.2 mm", 0x80_80_80),
+        key: MethodKey::new("reduced surfaces", "within 2, 1, 0.5, 0.2 mm", palette::GRAY),
         settings: &[2.0, 1.0, 0.5, 0.2],
         text: "within _ mm",
         build: |task, deviation| surfaces::reduced(task, deviation),
     },
     Method {
-        key: MethodKey::new("distance field (exact band)", "spacing 4, 2, 1, 0.5 mm", 0x1f_6f_b4),
+        key: MethodKey::new(
+            "distance field (exact band)",
+            "spacing 4, 2, 1, 0.5 mm",
+            palette::BLUE,
+        ),
         settings: SPACINGS,
         text: "_ mm",
         build: |task, spacing| field::detector(task, false, spacing),
     },
     Method {
-        key: MethodKey::new("distance field (voxels)", "spacing 4, 2, 1, 0.5 mm", 0x1f_6f_b4)
+        key: MethodKey::new("distance field (voxels)", "spacing 4, 2, 1, 0.5 mm", palette::BLUE)
             .hollow(),
         settings: SPACINGS,
         text: "_ mm",
         build: |task, spacing| field::detector(task, true, spacing),
     },
     Method {
-        key: MethodKey::new("medial (exact feet)", "25, 50, 100, 200 balls", 0x2c_8c_3c),
+        key: MethodKey::new("medial (exact feet)", "25, 50, 100, 200 balls", palette::GREEN),
         settings: BALLS,
         text: "_ balls",
         build: |task, balls| medial::detector(task, balls, FootRule::Exact),
     },
     Method {
-        key: MethodKey::new("medial (bare faces)", "25, 50, 100, 200 balls", 0x2c_8c_3c).hollow(),
+        key: MethodKey::new("medial (bare faces)", "25, 50, 100, 200 balls", palette::GREEN)
+            .hollow(),
         settings: BALLS,
         text: "_ balls",
         build: |task, balls| medial::detector(task, balls, FootRule::BareFace),
     },
     Method {
-        key: MethodKey::new("balls with balls, simulated", "25, 50, 100, 200 balls", 0x00_9e_73),
+        key: MethodKey::new("balls with balls, simulated", "25, 50, 100, 200 balls", palette::GRAY)
+            .hollow(),
         settings: BALLS,
         text: "_ balls",
         build: |task, balls| medial::simulated(task, balls),
     },
     Method {
-        key: MethodKey::new("spatial hash", "cells of 8, 4, 2, 1, 0.5 edges", 0xe0_7b_00),
+        key: MethodKey::new("spatial hash", "cells of 8, 4, 2, 1, 0.5 edges", palette::ORANGE),
         settings: &[8.0, 4.0, 2.0, 1.0, 0.5],
         text: "cells of _ edges",
         build: |task, edges| Ok(Box::new(baselines::spatial_hash(task, edges))),
     },
     Method {
-        key: MethodKey::new("layered depth images", "16, 32, 64, 128, 256 pixels", 0xb5_26_2e),
+        key: MethodKey::new("layered depth images", "16, 32, 64, 128, 256 pixels", palette::ORANGE)
+            .hollow(),
         settings: &[16.0, 32.0, 64.0, 128.0, 256.0],
         text: "_ pixels",
         build: |task, pixels| Ok(Box::new(baselines::layered_depth(task, whole(pixels)))),
     },
     Method {
-        key: MethodKey::new("average-case trees", "accepted from 0.5, 0.9, 0.99, 1 on", 0x7a_4f_b0),
+        key: MethodKey::new(
+            "average-case trees",
+            "accepted from 0.5, 0.9, 0.99, 1 on",
+            palette::PURPLE,
+        ),
         settings: &[0.5, 0.9, 0.99, 1.0],
         text: "from _ on",
         build: |task, acceptance| baselines::average_case(task, acceptance),
@@ -152,8 +170,9 @@ pub(super) const METHODS: [Method; 15] = [
         key: MethodKey::new(
             "selected pairs",
             "100, 1000, 10,000, 100,000 tests per step",
-            0xd0_4f_a6,
-        ),
+            palette::PURPLE,
+        )
+        .hollow(),
         settings: &[1e2, 1e3, 1e4, 1e5],
         text: "_ tests",
         build: |task, tests| Ok(Box::new(baselines::selected_pairs(task, whole(tests).into()))),
