@@ -127,4 +127,18 @@ mod tests {
         assert_eq!(replaced(0.25, Precision::Single), "x 0.25 y");
         assert_eq!(replaced(read, Precision::Double), "x 0.10000000149011612 y");
     }
+
+    #[test]
+    fn numbers_of_limited_length_fit_and_read_back() {
+        let mut value: f64 = -1.0 / 3.0;
+        for _ in 0..400 {
+            value *= 0.173;
+            for value in [value, (value * 1e20).round(), value * 2.0_f64.powi(700)] {
+                let text = Precision::TwentyCharacters.text(value);
+                assert!(text.len() <= 20, "{text}");
+                let read: f64 = text.parse().expect("a number");
+                assert!((read - value).abs() <= 5e-13 * value.abs(), "{text} for {value:e}");
+            }
+        }
+    }
 }

@@ -133,4 +133,16 @@ mod tests {
             Ok(())
         });
     }
+
+    /// Differences of points on a line are rounded apart: the line spans no plane for that.
+    #[test]
+    fn points_on_a_line_have_no_projection_with_area() {
+        fixtures::generate::cases(22, 200, |u| {
+            let mut coordinate = || Ok(f64::from(u.arbitrary::<i32>()?));
+            let d = DVec3::new(coordinate()?, coordinate()?, coordinate()?);
+            let corners = [1.0, 2.0_f64.powi(31), -3.0 * 2.0_f64.powi(28)].map(|t| t * d);
+            assert_eq!(projection_axis(corners), None, "{corners:?}");
+            Ok(())
+        });
+    }
 }

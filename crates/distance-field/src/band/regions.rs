@@ -377,3 +377,22 @@ fn keep_nearer(best: &mut f32, id: &mut u32, squared: f32, face: u32) {
         (*best, *id) = (if squared == 0.0 { ON_SURFACE } else { squared }, face);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_of_faces_as_near_is_kept_in_any_order() {
+        for squared in [0.0, 0.25] {
+            for order in [[2, 5, 9], [9, 5, 2], [5, 2, 9]] {
+                let (mut best, mut id) = (0.0, 0);
+                keep_nearer(&mut best, &mut id, 1.0, 1);
+                for face in order {
+                    keep_nearer(&mut best, &mut id, squared, face);
+                }
+                assert_eq!((best, id), (squared, 2), "{order:?}");
+            }
+        }
+    }
+}

@@ -355,3 +355,33 @@ fn is_below(p: DVec3, corners: [DVec3; 3]) -> bool {
     let normal = triangle::normal(corners).to_array();
     normal.into_iter().find(|n| *n != 0.0).is_some_and(|n| n < 0.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use fixtures::random::Random;
+
+    use super::*;
+
+    #[test]
+    fn the_bound_of_a_cap_holds_its_solid_angle() {
+        let mut random = Random(5);
+        let mut point =
+            |size: f64| size * DVec3::from_array([(); 3].map(|()| 2.0 * random.unit() - 1.0));
+        let mut least_excess = f64::INFINITY;
+        for _ in 0..2000 {
+            let corners = [point(0.1), point(0.1), point(0.1)];
+            let radius = corners.map(DVec3::length).into_iter().fold(0.0, f64::max);
+            let area = 2.0 * triangle::area(corners);
+            let cap = Cap { triangles: vec![(corners, 2)], center: DVec3::ZERO, radius, area };
+
+            // About any block that holds the point.
+            let (p, center) = (point(20.0), point(0.1));
+            let contribution = 2.0 * angle_fraction(p, corners).abs();
+            assert!(contribution <= bound(&cap, p, 0.0) + ROUNDING, "{corners:?} at {p}");
+            let around = bound(&cap, p + center, center.length());
+            assert!(contribution <= around + ROUNDING, "{corners:?} at {p}");
+            least_excess = least_excess.min(bound(&cap, p, 0.0) / contribution);
+        }
+        assert!(least_excess < 1.1, "{least_excess}: some are seen at right angles from afar");
+    }
+}

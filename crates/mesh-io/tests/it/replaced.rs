@@ -114,3 +114,20 @@ fn another_number_of_positions_is_refused() {
         assert!(error.contains("position"), "{name}: {error}");
     }
 }
+
+#[test]
+fn binary_files_cut_within_the_last_position_are_refused() {
+    let files = meshes::files();
+    let (_, bytes) = files.iter().find(|(name, _)| *name == "little.ply").expect("a binary file");
+    let mesh = parse_mesh(bytes, "ply").expect("a mesh");
+    let marker = b"end_header\n";
+    let header = bytes.windows(marker.len()).position(|bytes| bytes == marker).expect("a header");
+
+    // Faces stand behind the positions, and are not read.
+    let end = header + marker.len() + 12 * mesh.positions.len();
+    assert!(replace_positions(&bytes[..end], "ply", &mesh.positions).is_ok());
+    for cut in 1..=12 {
+        let replaced = replace_positions(&bytes[..end - cut], "ply", &mesh.positions);
+        assert!(replaced.is_err(), "{cut} bytes less");
+    }
+}

@@ -363,3 +363,42 @@ fn wide_brackets_hold_the_depth_that_narrow_ones_attain() {
     }
     assert!(compared > 600, "{compared} brackets");
 }
+
+/// The corner of an octahedron with whole coordinates: its depth is a whole number over √3.
+#[test]
+#[expect(clippy::disallowed_methods, reason = "squares without rounding, in a test")]
+fn upper_bounds_of_depths_cover_rounding() {
+    let around = tree(&fixtures::shapes::octasphere(4096.0, 0));
+    let mut random = Random(9);
+    for _ in 0..200 {
+        let [x, y, z] = [(); 3].map(|()| (1.0 + 1000.0 * random.unit()).round());
+        let tip = DVec3::new(x, y, z);
+        let [p, q, r] = DVec3::AXES.map(|axis| tip + 7.0 * axis);
+        let mut detector = OverlapDetector::default();
+        let small = tree(&between_edges([tip, p], [q, r]));
+        detector.measure(&small, &around);
+        let [depth, _] = detector.depths(
+            [&small, &around],
+            &DepthParams { tolerance: 0.0, relative_tolerance: 0.0, max_queries: 100 },
+        );
+        let depth = depth.expect("inside");
+
+        // 3 upper² against the square of the whole number, without rounding.
+        let whole = 4096.0 - x - y - z;
+        let square = depth.upper * depth.upper;
+        let rest = depth.upper.mul_add(depth.upper, -square);
+        let excess = 3.0_f64.mul_add(square, -whole * whole) + 3.0 * rest;
+        assert!(excess >= 0.0 && depth.upper < 1.001 * whole / 3.0_f64.sqrt(), "{depth:?}");
+    }
+}
+
+#[test]
+fn a_corner_in_a_doubled_body_is_inside_it() {
+    let cube = corners([0.0, 4.0], [0.0, 4.0], [0.0, 4.0]);
+    let doubled = cube.clone().joined(&cube);
+    let small = corners([3.0, 5.0], [3.0, 5.0], [3.0, 5.0]);
+    let (overlap, _) = measure(&doubled, &small);
+    assert!((overlap.total.volume.unwrap() - 2.0).abs() < 1e-14);
+    assert_eq!(overlap.total.inside_vertices[1], 1);
+    assert!((overlap.total.area_of_b_inside_a.unwrap() - 6.0).abs() < 1e-14);
+}

@@ -250,3 +250,20 @@ fn implicit_steps_are_those_of_the_dense_system() {
         Ok(())
     });
 }
+
+#[test]
+fn a_penalty_acts_on_neither_side_of_its_contact_alone() {
+    // Damping alone would push before the contact, and pull behind it.
+    let penalty = NormalForce::Penalty { stiffness: 2.0, damping: 3.0 };
+    let law = SoftLaw::new(penalty, 1.0).expect("in range");
+    let force = |gap: f64, velocity: f64| {
+        let stencil = Stencil::new(&[term(0, -1.0), term(1, 1.0)]).expect("two terms");
+        let contacts = vec![contact(stencil, DVec3::Z, gap)];
+        let (x, v) = (vec![DVec3::ZERO; 2], vec![velocity * DVec3::Z, DVec3::ZERO]);
+        let scene = Scene { x, v, contacts, friction: 0.0, law, damped: true };
+        scene.forces(&[DVec3::ZERO; 2], &scene.v)[0]
+    };
+    let (near, deep) = (force(0.1, -1.0), force(-0.1, -1.0));
+    assert!(near == DVec3::ZERO && (deep - 3.2 * DVec3::Z).length() < 1e-12, "{near} {deep}");
+    assert_eq!(force(-0.1, 1.0), DVec3::ZERO, "no pull where it leaves");
+}

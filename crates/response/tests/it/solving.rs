@@ -313,3 +313,15 @@ fn solvers_end_where_no_row_is_off_by_more_than_the_tolerance() {
         assert!(v[0].dot(diagonal) <= tolerance, "{tolerance}: {}", v[0]);
     }
 }
+
+#[test]
+fn a_slip_that_friction_holds_is_not_converged() {
+    // Pressed enough, and none of the friction that this permits.
+    let rows = rows(1, &[on_plane(0, DVec3::ZERO, DVec3::Z)], law(0.5));
+    let system = ContactSystem::new(&rows, &[1.0], SweepOrder::Given).unwrap();
+    let mut v = [DVec3::new(1.0, 0.0, -1.0)];
+    let mut impulses = [Impulse { normal: 1.0, tangent: DVec3::ZERO }];
+    let params = SolverParams { max_iterations: 0, tolerance: 0.1, ..SolverParams::default() };
+    let report = system.solve(SolveLevel::Velocity, &mut v, &mut impulses, &params).unwrap();
+    assert!(!report.converged && (report.residual - 0.5).abs() < 1e-12, "{report:?}");
+}

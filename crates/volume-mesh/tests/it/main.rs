@@ -177,3 +177,40 @@ fn invalid_meshes_are_refused() {
     let refused = mesh.follow(&nodes, &boundary, &nodes, &params, Progress::none());
     assert!(matches!(refused, Err(VolumeError::Inverted { count: 1, cell: 0, .. })), "{refused:?}");
 }
+
+#[test]
+fn a_cell_is_not_pressed_flat_though_it_may_keep_any_share() {
+    let rest = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+    let mesh = VolumeMesh::new(4, vec![Cell::Tetrahedron([0, 1, 2, 3])]).expect("a cell");
+    let boundary = boundary(&mesh);
+    let target: Vec<DVec3> =
+        boundary.positions(&rest).iter().map(|x| DVec3::new(x.x, x.y, 0.0)).collect();
+    let params = FollowParams { min_jacobian_share: 0.0, ..FollowParams::default() };
+    let followed = mesh.follow(&rest, &boundary, &target, &params, Progress::none());
+    let followed = followed.expect("valid input");
+    assert!(followed.share < 1.0 && followed.after.inverted == 0, "{followed:?}");
+}
+
+#[test]
+fn cells_too_large_to_measure_are_inverted() {
+    let huge = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|x| 1e160 * x);
+    let mesh = VolumeMesh::new(4, vec![Cell::Tetrahedron([0, 1, 2, 3])]).expect("a cell");
+    let quality = mesh.quality(&huge);
+    assert_eq!((quality.min_scaled_jacobian, quality.inverted), (-1.0, 1));
+}
+
+#[test]
+fn parameters_out_of_range_are_refused() {
+    let (mesh, rest) = &blocks()[1];
+    let boundary = boundary(mesh);
+    let target = boundary.positions(rest);
+    let default = FollowParams::default();
+    let poisson_ratios =
+        [-1.0, 0.5, f64::NAN].map(|poisson_ratio| FollowParams { poisson_ratio, ..default });
+    let shares =
+        [-0.1, 1.0].map(|min_jacobian_share| FollowParams { min_jacobian_share, ..default });
+    for params in poisson_ratios.iter().chain(&shares) {
+        let refused = mesh.follow(rest, &boundary, &target, params, Progress::none());
+        assert!(matches!(refused, Err(VolumeError::Parameter { .. })), "{params:?}");
+    }
+}
