@@ -113,7 +113,7 @@ fn settings() -> Settings {
         ("contacts", "1,024 each, without friction, in one step: sheets pressed together, and stacks of 32 particles that fall on a floor; every third particle of sheets, or the topmost of stacks, is heavy at a mass ratio of 10,000".to_owned()),
         ("overlap", "greatest of all contacts after the step, as a share of that without a response; of hard contacts (Gauss–Seidel, conjugate gradients) after at most 1, 4, 16, … iterations, of soft ones by a penalty of 1, 100, … 1e10 masses over the step squared, in one implicit step, which also pulls where sides part".to_owned()),
         ("overlap removal", "by resolve, a mark per round: depth of the deepest vertex or edge, and largest change of a muscle's volume; what is less than shown is at the lower border".to_owned()),
-        ("to take from it", "an implicit penalty takes the same time at any stiffness and leaves one part in it, and a thousand times more where masses are unlike; Gauss–Seidel is soonest on sheets, and hardly gets on in stacks of unlike masses, which conjugate gradients solve. Overlap removal takes most of the depth in its first rounds, and the last of it by edges in the end".to_owned()),
+        ("to take from it", "an implicit penalty takes the same time at any stiffness and leaves an overlap in inverse proportion to it, a thousand times more where masses are unlike; Gauss–Seidel is soonest on sheets, and hardly gets on in stacks of unlike masses, which conjugate gradients solve. Overlap removal takes most of the depth in its first rounds, and the last of it, where edges cross, in its last ones".to_owned()),
         ("machine", machine()),
     ]
 }
