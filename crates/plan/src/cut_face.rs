@@ -233,4 +233,29 @@ mod tests {
         }
         assert!(inside_points > 1000, "{inside_points}");
     }
+
+    /// Corners may be off by the doubt: ends move by no more than the bound that comes with them.
+    #[test]
+    fn ends_of_crossings_are_within_their_rounding() {
+        let mut random = Random(8);
+        let mut point = || DVec3::from_array(std::array::from_fn(|_| 2.0 * random.unit() - 1.0));
+        let mut compared = 0;
+        for _ in 0..1000 {
+            // Nearly parallel faces cross where rounding says.
+            let t = [point(), point(), point()];
+            let other = t.map(|corner| corner + 1e-3 * point());
+            let Crossing::Segment(ends, error) = crossing(t, other) else { continue };
+            let Some(normal) = safe_normal(other) else { continue };
+            let moved = t.map(|corner| corner + 0.25 * DOUBT * max_edge(t) * normal);
+            let Crossing::Segment(moved_ends, moved_error) = crossing(moved, other) else {
+                continue;
+            };
+            compared += 1;
+            for (end, moved) in ends.into_iter().zip(moved_ends) {
+                let way = end.distance(moved);
+                assert!(way <= 2.0 * error.max(moved_error), "{way} beyond {error}");
+            }
+        }
+        assert!(compared > 100, "{compared}");
+    }
 }

@@ -60,3 +60,26 @@ impl BodyMotion {
         self.traveled += max_squared.sqrt();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use fixtures::shapes;
+    use scene::BodyKind;
+
+    use super::*;
+
+    #[test]
+    fn a_body_has_traveled_as_far_as_any_of_its_vertices() {
+        let cube = shapes::cube(1.0);
+        let mut scene = Scene::new();
+        let added = scene.add("a", BodyKind::Deformable, cube.surface(), cube.positions.clone());
+        let (body, mut x) = (added.expect("a cube"), cube.positions);
+        let mut motions = BodyMotion::begin(&scene);
+        for (vertex, expected) in [(0, 2.0), (7, 4.0), (3, 6.0)] {
+            x[vertex] += 2.0 * DVec3::X;
+            scene.move_body(body, &x).expect("finite");
+            BodyMotion::follow(&mut motions, &scene);
+            assert!((motions[0].traveled - expected).abs() < 1e-12, "vertex {vertex}");
+        }
+    }
+}

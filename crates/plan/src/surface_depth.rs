@@ -491,4 +491,20 @@ mod tests {
         assert!(is_searched, "{fine:?}");
         assert!(coarse.lower <= fine.upper && fine.lower <= coarse.upper);
     }
+
+    #[test]
+    fn a_bar_through_two_blocks_is_as_deep_as_their_middles() {
+        // Each side of the bar is inside at two places, and outside between them.
+        let block = plate(DVec3::new(10.0, 20.0, 20.0), [1, 1]);
+        let [left, right] = [-15.0, 15.0].map(|x| block.clone().translated(DVec3::X * x));
+        let blocks = tree(&left.joined(&right));
+        let bar = tree(&plate(DVec3::new(80.0, 1.0, 1.0), [1, 1]));
+        for width in [4.0, 1.0, 0.1] {
+            for bodies in [[&bar, &blocks], [&blocks, &bar]] {
+                let (bracket, is_searched) = depth(bodies, width);
+                let contains = bracket.lower <= 5.0 + 1e-9 && 5.0 - 1e-9 <= bracket.upper;
+                assert!(is_searched && contains, "{width}: {bracket:?}");
+            }
+        }
+    }
 }

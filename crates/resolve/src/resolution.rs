@@ -486,4 +486,16 @@ mod tests {
         assert!(!left(0.01, false), "was not there at first");
         assert!(!left(0.0, true), "crosses, how deep cannot be told");
     }
+
+    #[test]
+    fn rounds_without_new_overlaps_are_better_than_any_with() {
+        let round = |new_pairs, merit| Round { new_pairs, merit, ..Round::default() };
+        let ascending = [round(0, 1.0), round(0, 2.0), round(1, 0.5), round(3, 0.7)];
+        for (number, better) in ascending.iter().enumerate() {
+            for worse in &ascending[number + 1..] {
+                assert!(better.is_better_than(worse) && !worse.is_better_than(better));
+            }
+            assert!(!better.is_better_than(better));
+        }
+    }
 }

@@ -231,3 +231,35 @@ impl PairSweep {
         self.contacts.first().and_then(|first| first.contact.time)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use fixtures::shapes;
+    use glam::DVec3;
+
+    use super::*;
+    use crate::BodyKind;
+
+    #[test]
+    fn bodies_that_meet_off_their_lines_are_found() {
+        let mut scene = Scene::new();
+        let mut ends = Vec::new();
+        for (name, x) in [("a", 0.0), ("b", 2.0)] {
+            let cube = shapes::cube(1.0).translated(DVec3::X * x);
+            let surface = cube.surface();
+            let body = scene.add(name, BodyKind::Deformable, surface, cube.positions.clone());
+            let positions: Vec<DVec3> =
+                cube.positions.iter().map(|x| *x + 0.1 * DVec3::Y).collect();
+            ends.push((body.expect("a cube"), positions));
+        }
+        let moves: Vec<_> =
+            ends.iter().map(|(body, positions)| BodyMove { body: *body, positions }).collect();
+        for (deviation, meets) in [(0.4, false), (0.6, true)] {
+            let near =
+                NearLines { deviations: vec![deviation; 16], max_of_bodies: vec![deviation; 2] };
+            let params = CcdParams::DEFAULT;
+            let report = scene.sweep_near_lines(&moves, &params, &near, |_| true, Progress::none());
+            assert_eq!(report.expect("a sweep").largest_free_step < 1.0, meets, "{deviation}");
+        }
+    }
+}

@@ -211,3 +211,16 @@ fn tolerances_out_of_range_are_rejected() {
         assert!(matches!(refused, Err(SceneError::DepthTolerance { .. })), "{refused:?}");
     }
 }
+
+#[test]
+fn the_larger_of_both_depths_is_bracketed() {
+    let report = report(&cube(10.0), &octasphere(3.0, 0).translated(DVec3::new(6.5, 0.3, 0.2)));
+    let max = report.max_depth().expect("they overlap");
+    let overlap = report.overlap.as_ref().expect("they meet");
+    let of_bodies =
+        [overlap.depth_of_a_in_b, overlap.depth_of_b_in_a].map(|depth| depth.expect("inside"));
+    assert!(max.lower > 1.0 && max.lower <= max.upper, "{max:?}");
+    for depth in of_bodies {
+        assert!(depth.lower <= max.lower && depth.upper <= max.upper, "{depth:?} {max:?}");
+    }
+}

@@ -211,3 +211,20 @@ fn paths_that_are_not_finite_are_refused() {
         assert!(matches!(first, Err(SceneError::Surface { .. })), "{first:?}");
     }
 }
+
+/// A cube turns past a wall, its edge nearer to it than the separation but never in touch.
+#[test]
+fn rigid_bodies_that_come_within_the_separation_meet() {
+    let (half, turn) = (1.0, 90.0_f64.to_radians());
+    let nearest = half * 2.0_f64.sqrt();
+    let wall = cuboid(DVec3::new(nearest + 0.2, -5.0, -5.0), DVec3::new(nearest + 2.0, 5.0, 5.0));
+    let (mut scene, bodies) = scene_of(&[&shapes::cube(2.0 * half), &wall]);
+    let cube = bodies[0];
+    let path = path_of(&scene, cube, RigidPath::turn(DVec3::ZERO, DVec3::Z, turn));
+    for (min_separation, meets) in [(0.1, false), (0.3, true)] {
+        let params = ccd::CcdParams { min_separation, ..ccd::CcdParams::DEFAULT };
+        let moves = [PathMove { body: cube, path: &path }];
+        let report = scene.sweep_paths(&moves, &params, Progress::none()).expect("a swept step");
+        assert_eq!(report.largest_free_step < 1.0, meets, "{min_separation}: {report:?}");
+    }
+}
