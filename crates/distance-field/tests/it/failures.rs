@@ -136,6 +136,22 @@ fn open_surfaces_flood_never_and_wind_well() {
     assert!(matches!(field.report().warnings[..], [FieldWarning::Open { edges }] if edges > 10));
 }
 
+/// Three cones over one triangle, which share its edges: each edge has three faces, none has one.
+#[test]
+fn surfaces_whose_edges_have_three_faces_are_not_flooded() {
+    let base = [DVec3::X, DVec3::Y, -DVec3::ONE].map(|x| 10.0 * x);
+    let tips = [-20.0, 5.0, 20.0].map(|height| height * DVec3::new(1.0, 1.0, -1.0));
+    let mut faces = Vec::new();
+    for tip in 3..6 {
+        faces.extend([[0, 1, tip], [1, 2, tip], [2, 0, tip]]);
+    }
+    let mesh = Mesh { positions: [base, tips].concat(), faces };
+    let refused = build(&mesh, &voxel(Voxelization::Conservative)).unwrap_err();
+    let FieldError::NotClosed { source: SurfaceError::Open { count: 3, .. } } = refused else {
+        panic!("{refused}")
+    };
+}
+
 /// A closed surface with one reversed face is not called open, and edges are counted as its
 /// inspection counts them.
 #[test]
