@@ -76,7 +76,8 @@ impl PairDetector {
             }
             (DetectionMethod::Medial, _) => self.detect_by_balls(planned.pair, frame),
             _ => {
-                let is_coarse = frame.structures.coarse_sides(planned, frame.tolerance);
+                let is_coarse =
+                    frame.structures.coarse_sides(frame.scene, planned, frame.tolerance);
                 if is_coarse == [false; 2] {
                     self.found.method = DetectionMethod::Exact;
                 }

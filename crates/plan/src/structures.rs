@@ -109,7 +109,7 @@ impl Structures {
         // Trees last, since coarse surfaces decide which are needed.
         self.uses_tree_now.clone_from(&self.uses_tree);
         for planned in pairs {
-            for id in self.stale_bodies(planned, tolerance).into_iter().flatten() {
+            for id in self.whole_bodies(scene, planned, tolerance).into_iter().flatten() {
                 self.uses_tree_now[id.index()] = true;
             }
         }
@@ -179,7 +179,10 @@ impl Structures {
         }
 
         // Trees of whole bodies, unless coarse surfaces stand for them.
-        let is_coarse = planned.map_or([false; 2], |planned| self.coarse_sides(planned, tolerance));
+        let is_coarse = match planned {
+            Some(planned) => self.coarse_sides(scene, planned, tolerance),
+            None => [false; 2],
+        };
 
         // Trees that are up to date already cost nothing.
         self.uses_tree_now.clear();
@@ -245,22 +248,63 @@ impl Structures {
     }
 
     /// Returns which bodies of a pair are compared by coarse surfaces where they are: those of the
-    /// plan, without the one that deviates most until the tolerance allows the rest.
-    pub(crate) fn coarse_sides(&self, planned: &PairPlan, tolerance: f64) -> [bool; 2] {
+    /// plan, or one of them if the tolerance does not allow both. The one that leaves fewer faces to
+    /// compare stays, not the one that deviates less.
+    pub(crate) fn coarse_sides(
+        &self,
+        scene: &Scene,
+        planned: &PairPlan,
+        tolerance: f64,
+    ) -> [bool; 2] {
+        let PairPlan { pair, is_coarse: [a, b], .. } = *planned;
+        let mut alone = [[a, false], [false, b]];
+        if self.compared_faces(scene, pair, alone[1]) < self.compared_faces(scene, pair, alone[0]) {
+            alone.reverse();
+        }
+        let mut choices = [[a, b], alone[0], alone[1]].into_iter();
+        let allowed = choices.find(|&sides| self.is_allowed(pair, sides, tolerance));
+        allowed.unwrap_or([false; 2])
+    }
+
+    /// Returns true if the deviations of coarse surfaces leave enough of the tolerance.
+    fn is_allowed(&self, pair: PairId, is_coarse: [bool; 2], tolerance: f64) -> bool {
+        self.deviation(pair, is_coarse) <= (1.0 - MIN_WIDTH) * tolerance
+    }
+
+    /// Counts the faces of both bodies of a pair as they are compared.
+    fn compared_faces(&self, scene: &Scene, pair: PairId, is_coarse: [bool; 2]) -> usize {
+        let mut faces = 0;
+        for (id, is_coarse) in pair.bodies().into_iter().zip(is_coarse) {
+            let whole = scene.body(id).surface();
+            let coarse = self.coarse(id).filter(|_| is_coarse);
+            faces += coarse.map_or(whole, |coarse| coarse.tree().surface()).faces().len();
+        }
+        faces
+    }
+
+    /// Returns the bodies of a pair that are compared by their own surfaces instead of coarse ones,
+    /// of which both deviate too much.
+    fn whole_bodies(
+        &self,
+        scene: &Scene,
+        planned: &PairPlan,
+        tolerance: f64,
+    ) -> [Option<BodyId>; 2] {
+        let is_coarse = self.coarse_sides(scene, planned, tolerance);
+        let bodies = planned.pair.bodies();
+        [0, 1].map(|side| (planned.is_coarse[side] && !is_coarse[side]).then_some(bodies[side]))
+    }
+
+    /// Returns the bodies of a pair whose coarse surfaces have to be built anew: the one that
+    /// deviates most, until the tolerance allows the rest.
+    fn stale_bodies(&self, planned: &PairPlan, tolerance: f64) -> [Option<BodyId>; 2] {
         let (pair, mut is_coarse) = (planned.pair, planned.is_coarse);
-        while self.deviation(pair, is_coarse) > (1.0 - MIN_WIDTH) * tolerance {
+        while is_coarse != [false; 2] && !self.is_allowed(pair, is_coarse, tolerance) {
             let [without_a, without_b] = [[false, is_coarse[1]], [is_coarse[0], false]];
             let is_a_worse = self.deviation(pair, without_a) <= self.deviation(pair, without_b);
             is_coarse = if is_a_worse { without_a } else { without_b };
         }
-        is_coarse
-    }
-
-    /// Returns the bodies of a pair that are compared by their own surfaces instead of coarse ones,
-    /// which deviate too much.
-    fn stale_bodies(&self, planned: &PairPlan, tolerance: f64) -> [Option<BodyId>; 2] {
-        let is_coarse = self.coarse_sides(planned, tolerance);
-        let bodies = planned.pair.bodies();
+        let bodies = pair.bodies();
         [0, 1].map(|side| (planned.is_coarse[side] && !is_coarse[side]).then_some(bodies[side]))
     }
 

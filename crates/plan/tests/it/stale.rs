@@ -3,7 +3,7 @@
 
 use fixtures::shapes;
 use glam::{DQuat, DVec3};
-use plan::{DetectionMethod, ForcedMethod, Plan, PlanParams};
+use plan::{DetectionMethod, ForcedMethod, Plan, PlanParams, StructureKind};
 use scene::{BodyKind, CheckParams, PairId, Scene};
 use surface::progress::Progress;
 
@@ -63,4 +63,54 @@ fn a_deformed_body_is_detected_exactly_until_it_is_itself_again() {
         let holds = found.depth.lower <= exact.upper && found.depth.upper >= exact.lower;
         assert!(holds, "{name}: {found:?}, {exact:?}");
     }
+}
+
+#[test]
+fn of_two_coarse_surfaces_the_one_stays_that_saves_most_faces() {
+    // A body of 20,480 faces beside one of 1,280, as they are compared.
+    let [large, small] = [5, 3].map(|level| shapes::ellipsoid(DVec3::new(10.0, 10.0, 40.0), level));
+    let small = small.translated(DVec3::X * 19.0);
+    let mut scene = Scene::new();
+    let mut add = |name, mesh: &fixtures::Mesh| {
+        let x = mesh.positions.clone();
+        scene.add(name, BodyKind::Deformable, mesh.surface(), x).expect("a body")
+    };
+    let pair = PairId::new(add("large", &large), add("small", &small));
+    let forced = [ForcedMethod { pair, method: DetectionMethod::Coarse }];
+    let params = PlanParams { frames: 100, ..PlanParams::with_tolerance(TOLERANCE) };
+    let plan = Plan::with_forced(&mut scene, &params, &forced, Progress::none());
+    let mut plan = plan.expect("a plan");
+
+    // A wave along the large one: its coarse surface deviates more, but not too much by itself.
+    let wave = |p: &DVec3| *p + DVec3::X * 0.2 * (0.4 * p.z).sin();
+    let waved: Vec<DVec3> = large.positions.iter().map(wave).collect();
+    scene.move_body(pair.a, &waved).expect("a move");
+    let [large, small] = coarse_vertices(&plan);
+    let whole = number(scene.body(pair.b).positions().len());
+    assert!(small < whole, "{small}, {whole}");
+    assert!(compares(&mut plan, &mut scene, large + whole));
+
+    // A revised plan builds the surface anew that deviates, and compares both coarse ones.
+    assert!(plan.revise(&mut scene, Progress::none()).expect("a revision"));
+    let [finer, same] = coarse_vertices(&plan);
+    assert!(finer > large + 10.0 && (same - small).abs() < 0.5, "{finer}, {same}");
+    assert!(compares(&mut plan, &mut scene, finer + same));
+}
+
+/// Returns true if a frame compares so many vertices of the first pair.
+fn compares(plan: &mut Plan, scene: &mut Scene, vertices: f64) -> bool {
+    detect(plan, scene);
+    let compared = plan.pairs()[0].operations.listed_vertices;
+    (compared - vertices).abs() < 0.5
+}
+
+/// Returns the numbers of vertices of two closed coarse surfaces.
+fn coarse_vertices(plan: &Plan) -> [f64; 2] {
+    let coarse = plan.structures().iter().filter(|of_body| of_body.kind == StructureKind::Coarse);
+    let vertices: Vec<f64> = coarse.map(|of_body| number(of_body.size / 2 + 2)).collect();
+    [vertices[0], vertices[1]]
+}
+
+fn number(count: usize) -> f64 {
+    f64::from(u32::try_from(count).expect("a small count"))
 }
