@@ -203,13 +203,16 @@ mod tests {
 
     use super::*;
 
-    /// Maps a surface with all vertices of a coarse one among its own, from the first of those, and
-    /// returns the largest shift.
+    /// Maps a surface with all vertices of a coarse one among its own, from any of those on the same
+    /// side of a plane, and returns the largest shift.
     fn map(full: &Mesh, coarse: &Mesh) -> Option<f64> {
         let joined = Mesh { faces: full.faces.clone(), ..full.clone().joined(coarse) };
         let [start, end] = [full, &joined].map(|mesh| u32::try_from(mesh.positions.len()).unwrap());
         let kept: Vec<u32> = (start..end).collect();
-        let moved_into: Vec<u32> = (0..end).map(|vertex| vertex.max(start)).collect();
+        let side = |vertex: u32| joined.positions[vertex as usize].x > 30.0;
+        let on_side = |vertex: u32| (start..end).find(|&kept| side(kept) == side(vertex));
+        let into = |vertex: u32| if vertex < start { on_side(vertex).unwrap() } else { vertex };
+        let moved_into: Vec<u32> = (0..end).map(into).collect();
 
         let [surface, coarse_surface] = [&joined, coarse].map(Mesh::surface);
         let x = &joined.positions;
@@ -233,5 +236,17 @@ mod tests {
         let beside = shapes::icosphere(2.0, 2).translated(coarse.positions[0]);
         assert!(map(&beside, &coarse).is_none());
         assert!(map(&shapes::icosphere(10.0, 3).flipped(), &coarse).is_none());
+    }
+
+    /// One of two bodies is mapped, the other encloses something else.
+    #[test]
+    fn each_component_is_to_be_covered() {
+        let (full, coarse) = (shapes::icosphere(10.0, 3), shapes::icosphere(9.0, 1));
+        let apart = |mesh: &Mesh| mesh.clone().translated(DVec3::X * 60.0);
+        let both = coarse.clone().joined(&apart(&coarse));
+        assert!(map(&full.clone().joined(&apart(&full)), &both).is_some());
+        let beside = shapes::icosphere(2.0, 2).translated(coarse.positions[0]);
+        assert!(map(&full.clone().joined(&apart(&beside)), &both).is_none());
+        assert!(map(&beside.joined(&apart(&full)), &both).is_none());
     }
 }

@@ -159,3 +159,34 @@ impl ExactFeet for PreparedSlabs {
         self.0[primitive as usize].foot(p)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use fixtures::random::Random;
+
+    use super::*;
+    use crate::Ball;
+
+    #[test]
+    fn all_primitives_within_a_distance_are_visited() {
+        let mut random = Random(3);
+        let mut point = || DVec3::from_array([(); 3].map(|()| 20.0 * random.unit()));
+        let balls = (0..60).map(|_| Ball::new(point(), 0.1 * point().x)).collect();
+        let cones = (0..59).map(|first| [first, first + 1]).collect();
+        let medial = MedialSurface::new(balls, cones, vec![]).expect("a chain");
+        let tree = PrimitiveTree::new(&medial).expect("finite balls");
+        let mut workspace = Workspace::default();
+        let mut all = 0;
+        for _ in 0..200 {
+            let (p, limit) = (point(), 0.4 * point().x);
+            let mut visited = Vec::new();
+            tree.within(&medial, p, limit, &mut workspace, |near| visited.push(near.primitive));
+            visited.sort_unstable();
+            let near = (0..59).filter(|&cone| medial.nearest_on(p, cone).foot.distance <= limit);
+            let expected: Vec<u32> = near.collect();
+            assert_eq!(visited, expected, "within {limit} of {p}");
+            all += visited.len();
+        }
+        assert!(all > 1000, "{all}");
+    }
+}

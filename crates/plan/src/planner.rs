@@ -486,3 +486,6 @@ impl<'a> Planner<'a> {
 fn field_seconds(size: FieldSize) -> f64 {
     OperationCounts { field_nodes: size.nodes, ..OperationCounts::default() }.seconds()
 }
+
+#[cfg(test)]
+mod tests;

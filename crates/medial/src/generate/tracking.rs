@@ -236,3 +236,47 @@ fn balls_around(medial: &MedialSurface) -> Vec<Vec<u32>> {
     }
     around
 }
+
+#[cfg(test)]
+mod tests {
+    use fixtures::random::Random;
+
+    use super::*;
+    use crate::Ball;
+
+    /// Cones that share a ball: each is around all others.
+    #[test]
+    fn feet_are_the_nearest_while_balls_move() {
+        let mut random = Random(4);
+        let mut point =
+            |size: f64| size * DVec3::from_array([(); 3].map(|()| 2.0 * random.unit() - 1.0));
+        let mut balls: Vec<Ball> = (0..20).map(|_| Ball::new(point(10.0), 1.0)).collect();
+        let surface = |balls: &[Ball]| {
+            let cones = (1..20).map(|ball| [0, ball]).collect();
+            MedialSurface::new(balls.to_vec(), cones, vec![]).expect("a star")
+        };
+        let samples: Vec<DVec3> = (0..100).map(|_| point(12.0)).collect();
+        let mut tracking = Tracking::new(&surface(&balls), samples, Progress::none()).unwrap();
+
+        let mut changed = 0;
+        let mut last = vec![0; tracking.points().len()];
+        for _ in 0..30 {
+            let moves: Vec<DVec3> = balls.iter().map(|_| point(0.2)).collect();
+            for (ball, by) in balls.iter_mut().zip(&moves) {
+                ball.center += *by;
+            }
+            let step: Vec<f64> = moves.iter().map(|by| by.length()).collect();
+            let medial = surface(&balls);
+            let feet = tracking.feet(&medial, &step, Progress::none()).unwrap();
+            tracking.add_travel(&step);
+            let tree = PrimitiveTree::new(&medial).unwrap();
+            for ((&p, foot), last) in tracking.points().iter().zip(&feet).zip(&mut last) {
+                let nearest = tree.nearest(&medial, p, &mut Workspace::default());
+                let excess = foot.foot.distance - nearest.foot.distance;
+                assert!(excess.abs() < 1e-12, "{foot:?} for {nearest:?}");
+                changed += usize::from(std::mem::replace(last, foot.primitive) != foot.primitive);
+            }
+        }
+        assert!(changed > 150, "{changed}");
+    }
+}
