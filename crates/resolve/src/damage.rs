@@ -21,12 +21,26 @@ impl Tissue {
         let flipped_faces = self.count_flipped(x);
         let mut self_crossings = self.damage.self_crossings;
         if counts_crossings {
-            self_crossings = self.count_new_self_crossings(tree, progress)?;
+            self_crossings = self.count_crossings_once(tree, progress)?;
         }
         let (strain, max_displacement) = (self.strain(x), self.max_displacement(x));
         self.damage =
             Damage { flipped_faces, volume_change, self_crossings, strain, max_displacement };
         Ok(())
+    }
+
+    /// Returns the number of new self-crossings, which is counted once for each state of the body.
+    pub(crate) fn count_crossings_once(
+        &mut self,
+        tree: &SurfaceTree,
+        progress: Progress<'_>,
+    ) -> Result<usize, Interrupted> {
+        let count = match self.counted_crossings {
+            Some(count) => count,
+            None => self.count_new_self_crossings(tree, progress)?,
+        };
+        self.counted_crossings = Some(count);
+        Ok(count)
     }
 
     /// Computes the largest strain of an edge at `x`: the change of its length over its length at rest,

@@ -105,18 +105,16 @@ impl ElasticProblem {
     /// Computes the steps of all particles from their displacements `u` to those of least energy;
     /// 0 for those that are not active.
     ///
-    /// Ends after `max_sweeps`, or when no row is missing more than `tolerance`.
-    pub(crate) fn minimize(self, u: &[DVec3], max_sweeps: usize, tolerance: f64) -> Vec<DVec3> {
-        self.solve(u, max_sweeps, tolerance).0
-    }
-
-    pub(crate) fn solve(
+    /// Ends after `max_sweeps`, or when no row is missing more than `tolerance`. The `penalty` is the
+    /// stiffness of each row's augmented term, relative to what it moves.
+    pub(crate) fn minimize(
         self,
         u: &[DVec3],
         max_sweeps: usize,
         tolerance: f64,
-    ) -> (Vec<DVec3>, Vec<GapRow>) {
-        let mut relaxation = Relaxation::new(self, u);
+        penalty: f64,
+    ) -> Vec<DVec3> {
+        let mut relaxation = Relaxation::new(self, u, penalty);
         let count = relaxation.particles.len();
 
         // Multipliers follow the rows after every sweep: inexact, but each sweep counts.
@@ -135,7 +133,7 @@ impl ElasticProblem {
         for (active, displaced) in relaxation.particles.iter().zip(&relaxation.u) {
             steps[active.particle as usize] = *displaced - u[active.particle as usize];
         }
-        (steps, relaxation.rows)
+        steps
     }
 }
 
@@ -188,7 +186,7 @@ struct RelaxedBond {
 }
 
 impl Relaxation {
-    fn new(problem: ElasticProblem, u: &[DVec3]) -> Self {
+    fn new(problem: ElasticProblem, u: &[DVec3], penalty: f64) -> Self {
         let ElasticProblem { particles: active, mut rows, bonds, volumes } = problem;
         let mut numbers = vec![INACTIVE; u.len()];
         for (number, active) in (0..).zip(&active) {
@@ -249,12 +247,12 @@ impl Relaxation {
             in_bonds: in_bonds.all,
             volumes,
         };
-        relaxation.set_penalties(&numbers);
+        relaxation.set_penalties(&numbers, penalty);
         relaxation
     }
 
     /// Sets the stiffness of each row's augmented term in proportion to what it moves.
-    fn set_penalties(&mut self, numbers: &[u32]) {
+    fn set_penalties(&mut self, numbers: &[u32], penalty: f64) {
         for row in &mut self.rows {
             let mut compliance = 0.0;
             for &(particle, weight) in &row.terms {
@@ -263,7 +261,7 @@ impl Relaxation {
                     compliance += weight * weight / stiffness;
                 }
             }
-            row.penalty = if compliance > 0.0 { tuning::GAP_PENALTY / compliance } else { 0.0 };
+            row.penalty = if compliance > 0.0 { penalty / compliance } else { 0.0 };
         }
 
         let mut compliances = vec![0.0; self.volumes.len()];
@@ -409,7 +407,7 @@ mod tests {
             ElasticProblem { volumes: vec![VolumeRow::new(0.0)], ..Default::default() };
         problem.particles = vec![held(0, 1.0), held(1, 3.0)];
         problem.rows = vec![GapRow::new(vec![(0, 1.0), (1, -1.0)], DVec3::Z, 0.4)];
-        let d = problem.minimize(&[DVec3::ZERO; 2], 60, 1e-12);
+        let d = problem.minimize(&[DVec3::ZERO; 2], 60, 1e-12, 2.0);
         // Forces are equal: displacements are as 3 to 1.
         assert!((d[0] - 0.3 * DVec3::Z).length() < 1e-3, "{d:?}");
         assert!((d[1] + 0.1 * DVec3::Z).length() < 1e-3, "{d:?}");
@@ -421,7 +419,7 @@ mod tests {
             ElasticProblem { volumes: vec![VolumeRow::new(0.0)], ..Default::default() };
         problem.particles = vec![held(0, 1.0)];
         problem.rows = vec![GapRow::new(vec![(0, 1.0)], DVec3::Z, -0.1)];
-        assert_eq!(problem.minimize(&[DVec3::ZERO; 1], 60, 1e-12), [DVec3::ZERO]);
+        assert_eq!(problem.minimize(&[DVec3::ZERO; 1], 60, 1e-12, 2.0), [DVec3::ZERO]);
     }
 
     #[test]
@@ -435,7 +433,7 @@ mod tests {
         problem.particles = chain.to_vec();
         problem.rows = vec![GapRow::new(vec![(0, 1.0)], DVec3::Z, 0.0)];
         let displaced = [DVec3::Z, 3.0 * DVec3::Z];
-        let d = problem.minimize(&displaced, 60, 1e-12);
+        let d = problem.minimize(&displaced, 60, 1e-12, 2.0);
         assert!(d[0].length() < 1e-3, "{d:?}");
         assert!((d[1] + 2.5 * DVec3::Z).length() < 1e-3, "back to half of the first: {d:?}");
     }
@@ -448,7 +446,7 @@ mod tests {
             problem.particles.push(ActiveParticle { area: DVec3::Z, ..held(particle, 1.0) });
         }
         problem.rows = vec![GapRow::new(vec![(0, -1.0)], DVec3::Z, 0.3)];
-        let d = problem.minimize(&[DVec3::ZERO; 4], 60, 1e-9);
+        let d = problem.minimize(&[DVec3::ZERO; 4], 60, 1e-9, 2.0);
         let gained: f64 = d.iter().map(|d| d.z).sum();
         assert!((d[0].z + 0.3).abs() < 1e-6 && gained.abs() < 1e-4, "{d:?}");
         assert!((d[1].z - 0.1).abs() < 1e-4, "{d:?}");

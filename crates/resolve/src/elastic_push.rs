@@ -46,7 +46,8 @@ impl Run<'_> {
         self.add_tie_bonds(&mut problem);
 
         let tolerance = tuning::SOLVED_SHARE * clearance(&self.params);
-        let steps = problem.minimize(&displacements, tuning::PUSH_SWEEPS, tolerance);
+        let steps =
+            problem.minimize(&displacements, tuning::PUSH_SWEEPS, tolerance, tuning::PUSH_PENALTY);
         self.take_elastic_steps(&steps, &displacements);
         self.alter_soft(|tissue, _, x, progress| tissue.stiffen(x, progress))?;
         self.clamp();

@@ -155,10 +155,10 @@ impl Run<'_> {
         touching: &[PairId],
     ) -> Result<(), ResolveError> {
         let mut starts = Vec::new();
-        for (tissue, end) in self.tissues.iter().zip(ends) {
+        for (number, end) in ends.iter().enumerate() {
             if let Some(x) = end {
-                starts.push((tissue.id, self.scene.body(tissue.id).positions().to_vec()));
-                self.scene.move_body(tissue.id, x)?;
+                starts.push((number, self.scene.bodies()[number].positions().to_vec()));
+                self.move_tissue(number, x)?;
             }
         }
         if touching.is_empty() {
@@ -167,8 +167,8 @@ impl Run<'_> {
 
         self.scene.fit_all()?;
         if touching.iter().any(|pair| self.crosses(*pair)) {
-            for (id, x) in starts {
-                self.scene.move_body(id, &x)?;
+            for (number, x) in starts {
+                self.move_tissue(number, &x)?;
             }
         }
         Ok(())

@@ -50,7 +50,8 @@ impl Run<'_> {
                 break broken;
             }
             let at_rest = vec![DVec3::ZERO; self.inverse_masses.len()];
-            let displacements = problem.minimize(&at_rest, tuning::GAP_SWEEPS, 0.25 * slack);
+            let displacements =
+                problem.minimize(&at_rest, tuning::GAP_SWEEPS, 0.25 * slack, tuning::GAP_PENALTY);
             self.move_freely(&displacements, &crossing)?;
         };
         let is_accepted = search.least_accepted < f64::INFINITY;
@@ -250,9 +251,11 @@ impl Run<'_> {
         if !self.params.rounds_to_single() {
             return Ok(());
         }
-        for tissue in self.tissues.iter().filter(|tissue| !tissue.is_rigid) {
-            let rounded = rounded_to_single(self.scene.body(tissue.id).positions());
-            self.scene.move_body(tissue.id, &rounded)?;
+        for number in 0..self.tissues.len() {
+            if !self.tissues[number].is_rigid {
+                let rounded = rounded_to_single(self.scene.bodies()[number].positions());
+                self.move_tissue(number, &rounded)?;
+            }
         }
         Ok(())
     }

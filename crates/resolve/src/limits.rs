@@ -1,7 +1,6 @@
 //! Limits on the change of bodies: only states within them are accepted.
 
 use scene::BodyId;
-use surface::parallel;
 use surface::progress::Interrupted;
 
 use crate::resolution::BrokenLimit;
@@ -78,24 +77,18 @@ impl Run<'_> {
     }
 
     /// Returns true if no body is beyond its limits after a round that was assessed.
-    pub(crate) fn holds_limits(&self) -> Result<bool, Interrupted> {
+    pub(crate) fn holds_limits(&mut self) -> Result<bool, Interrupted> {
         let limits = self.limits();
         if !self.tissues.iter().all(|tissue| limits.hold(&tissue.damage)) {
             return Ok(false);
         }
 
         // Self-crossings take longest.
-        let (tissues, bodies) = (&self.tissues, self.scene.bodies());
-        let progress = self.round_progress();
-        let counts = parallel::map(tissues.len(), |i| {
-            tissues[i].count_new_self_crossings(fitted_tree(&bodies[i]), progress)
-        });
-        for (tissue, count) in tissues.iter().zip(counts) {
-            if count? > tissue.allowed_crossings() {
-                return Ok(false);
-            }
-        }
-        Ok(true)
+        self.for_each_soft(|tissue, tree, progress| {
+            tissue.count_crossings_once(tree, progress).map(|_| ())
+        })?;
+        let holds = |tissue: &Tissue| tissue.counted_crossings <= Some(tissue.allowed_crossings());
+        Ok(self.tissues.iter().all(holds))
     }
 
     /// Lists the bodies that are beyond their limits at present. Without `counts_crossings`, the

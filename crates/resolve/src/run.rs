@@ -313,6 +313,13 @@ impl<'a> Run<'a> {
         self.move_soft(|tissue, _| Some(tissue.best.clone()))
     }
 
+    /// Moves one body, whose self-crossings are to be counted again.
+    pub(crate) fn move_tissue(&mut self, number: usize, x: &[DVec3]) -> Result<(), ResolveError> {
+        let tissue = &mut self.tissues[number];
+        tissue.counted_crossings = None;
+        Ok(self.scene.move_body(tissue.id, x)?)
+    }
+
     /// Moves soft bodies from their positions to others, where `to` computes some, and detects
     /// their contacts.
     pub(crate) fn move_soft(
@@ -320,10 +327,13 @@ impl<'a> Run<'a> {
         to: impl Fn(&Tissue, &[DVec3]) -> Option<Vec<DVec3>>,
     ) -> Result<(), ResolveError> {
         let mut moved = vec![false; self.tissues.len()];
-        for tissue in self.tissues.iter().filter(|tissue| !tissue.is_rigid) {
-            if let Some(x) = to(tissue, self.scene.body(tissue.id).positions()) {
-                self.scene.move_body(tissue.id, &x)?;
-                moved[tissue.id.index()] = true;
+        for (number, has_moved) in moved.iter_mut().enumerate() {
+            let tissue = &self.tissues[number];
+            let from = self.scene.body(tissue.id).positions();
+            let x = if tissue.is_rigid { None } else { to(tissue, from) };
+            if let Some(x) = x.filter(|x| x != from) {
+                self.move_tissue(number, &x)?;
+                *has_moved = true;
             }
         }
 

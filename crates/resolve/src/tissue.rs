@@ -55,6 +55,9 @@ pub(crate) struct Tissue {
     /// Positions after the best round, |V|.
     pub(crate) best: Vec<DVec3>,
     pub(crate) damage: Damage,
+    /// Number of [new self-crossings](Tissue::count_new_self_crossings) at the present positions, once
+    /// they are counted.
+    pub(crate) counted_crossings: Option<usize>,
 }
 
 /// Damage that pushes did to the shape of a body.
@@ -126,6 +129,7 @@ impl Tissue {
             last_u: vec![DVec3::ZERO; x.len()],
             best: x.to_vec(),
             damage: Damage::default(),
+            counted_crossings: None,
             surface,
         };
 

@@ -18,6 +18,9 @@ pub(crate) const SETTLING_ROUNDS: usize = 2;
 /// rounds follow; above, rounds take longer.
 pub(crate) const PUSH_SWEEPS: usize = 20;
 
+/// Stiffness of a row's augmented term in them, as [`GAP_PENALTY`].
+pub(crate) const PUSH_PENALTY: f64 = 2.0;
+
 /// Part of the clearance that may be missing from a solution. Below, solutions take longer; above,
 /// overlaps remain.
 pub(crate) const SOLVED_SHARE: f64 = 0.1;
@@ -232,9 +235,10 @@ pub(crate) const GAP_SWEEPS: usize = 60;
 /// Smallest number of sweeps, in which displacements spread over that many edges.
 pub(crate) const MIN_GAP_SWEEPS: usize = 8;
 
-/// Stiffness of a row's augmented term, relative to what it moves. Below, multipliers take more
-/// sweeps to grow; above, rows block each other.
-pub(crate) const GAP_PENALTY: f64 = 2.0;
+/// Stiffness of a row's augmented term, relative to what it moves, in rounds that open the gap, whose
+/// rows share many vertices. Below, multipliers take more sweeps to grow; above, rows block each
+/// other, and the last openings take many rounds.
+pub(crate) const GAP_PENALTY: f64 = 0.25;
 
 /// Change of a body's volume at which rounds end \[its volume\]. Below, rounds are spent on nothing
 /// that is measured; above, the change that is promised is exceeded.
