@@ -77,7 +77,7 @@ fn frames_alone(folder: &Path, report: &mut Report) -> Result<(), Box<dyn Error>
         farthest = farthest.max(resolved.max_displacement() / resolved.depth());
     }
 
-    // The aim is none: in two, a muscle crosses itself on its way around the ischium, or stays there.
+    // The aim is none: in one, a muscle stays at the ischium.
     let count = u32::try_from(motion.frames.len())?;
     let frames = [f64::from(held), f64::from(count)];
     report.ratio("gait frames alone: not free / all", frames, "frames", 0.03);

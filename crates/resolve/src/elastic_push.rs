@@ -49,7 +49,6 @@ impl Run<'_> {
         let steps =
             problem.minimize(&displacements, tuning::PUSH_SWEEPS, tolerance, tuning::PUSH_PENALTY);
         self.take_elastic_steps(&steps, &displacements);
-        self.alter_soft(|tissue, _, x, progress| tissue.stiffen(x, progress))?;
         self.clamp();
         Ok(())
     }

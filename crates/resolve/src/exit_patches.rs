@@ -5,16 +5,13 @@
 //! and some of them through the far side. A deep patch of which that holds leaves in one direction
 //! instead. Tissue that embraces a bone faces it all around, and keeps its nearest ways out.
 //!
-//! The direction of a patch is
-//!
-//! - that of its vertices that have one from earlier rounds;
-//! - for vertices that the last round took into a rigid body, by the faces that they came through;
-//! - else the one in which its ways out are shortest together.
+//! The direction of a patch is that of its vertices that have one from earlier rounds, else the one in
+//! which its ways out are shortest together.
 
 use glam::DVec3;
 use kdop::Workspace;
 use proximity::{NearVertex, SurfaceTree};
-use surface::{UnionFind, triangle};
+use surface::UnionFind;
 
 use crate::exit_sides::{ExitMemory, agrees};
 use crate::tissue::{Strut, Tissue};
@@ -35,21 +32,19 @@ struct ExitPatch<'a> {
     max_depth: f64,
 }
 
-/// Sets the exit directions of all deep patches that need one, in the memories of both bodies. Patches that have
-/// directions keep them, and give them to vertices new inside.
+/// Sets the exit directions of all patches that need one, in the memories of both bodies. Patches
+/// that have directions keep them, and give them to vertices new inside.
 pub(crate) fn direct_patches(
     sides: [PatchSide<'_>; 2],
     crossing_faces: &[[u32; 2]],
-    smoothing: f64,
     memories: &mut [ExitMemory; 2],
 ) {
     for patch in patches(sides, crossing_faces) {
-        let is_shallow = patch.max_depth <= tuning::TRUSTED_DEPTH * smoothing;
-        if is_shallow || !patch.leaves_by_the_far_side(sides) {
+        if !patch.leaves_by_the_far_side(sides) {
             continue;
         }
 
-        let known = patch.remembered(memories).or_else(|| patch.entered(sides, memories));
+        let known = patch.remembered(memories);
         let direction = known.unwrap_or_else(|| patch.shortest_way_out(sides));
         for (side, (memory, sign)) in memories.iter_mut().zip([1.0, -1.0]).enumerate() {
             memory.resize(sides[side].tissue.normals.len(), DVec3::ZERO);
@@ -150,33 +145,6 @@ impl ExitPatch<'_> {
         for ((vertices, memory), sign) in self.vertices.iter().zip(memories).zip([1.0, -1.0]) {
             for near in vertices {
                 sum += sign * memory.get(near.vertex as usize).copied().unwrap_or_default();
-            }
-        }
-        sum.try_normalize()
-    }
-
-    /// Sets the directions of vertices that the last round took into a rigid body: they leave by the
-    /// face that they came through. Returns their mean, as that of the first body.
-    fn entered(&self, sides: [PatchSide<'_>; 2], memories: &mut [ExitMemory; 2]) -> Option<DVec3> {
-        let workspace = &mut Workspace::default();
-        let mut sum = DVec3::ZERO;
-        for (k, sign) in [(0, 1.0), (1, -1.0)] {
-            let (own, other) = (sides[k], sides[1 - k]);
-            if !other.tissue.is_rigid {
-                continue;
-            }
-            memories[k].resize(own.tissue.normals.len(), DVec3::ZERO);
-            for near in &self.vertices[k] {
-                let position = own.tree.position(near.vertex);
-                let way = -own.tissue.last_u[near.vertex as usize];
-                let (back, length) = (way.normalize_or_zero(), way.length());
-                let entry = Strut::find(other.tree, position, None, back, length, workspace);
-                if let Some(entry) = entry {
-                    let corners = entry.corners.map(|corner| other.tree.position(corner));
-                    let normal = triangle::unit_normal(corners);
-                    memories[k][near.vertex as usize] = normal;
-                    sum += sign * normal;
-                }
             }
         }
         sum.try_normalize()

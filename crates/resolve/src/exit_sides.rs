@@ -97,9 +97,8 @@ impl ExitSide<'_> {
         }
 
         // The nearest way out leads through the tissue: the side that faces the bone instead.
-        let max_depth = tuning::MAX_FACING_DEPTH * self.smoothing;
         let turned = self.project(near.vertex, -normal, workspace);
-        turned.filter(|turned| turned.gap < 0.0 && turned.gap > -max_depth)
+        turned.filter(|turned| turned.gap < 0.0)
     }
 
     fn normal(&self, near: &NearVertex) -> DVec3 {

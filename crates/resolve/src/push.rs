@@ -68,7 +68,6 @@ impl Run<'_> {
         parallel::map_mut(&mut self.tissues, |tissue| {
             let x = bodies[tissue.id.index()].positions();
             tissue.normals = vertex_normals(tissue.surface.faces(), x);
-            std::mem::swap(&mut tissue.last_u, &mut tissue.u);
             tissue.u.fill(DVec3::ZERO);
             tissue.is_near.fill(false);
         });
@@ -143,7 +142,7 @@ impl Run<'_> {
                 tree: fitted_tree(self.scene.body(id)),
                 near: &side.near,
             });
-        direct_patches(sides, &report.crossing_faces, self.params.smoothing, memories);
+        direct_patches(sides, &report.crossing_faces, memories);
 
         let [of_a, of_b] = memories;
         let mut contacts = self.exit_side(a, b).contacts(&report.a_against_b.near, of_a);

@@ -50,8 +50,6 @@ pub(crate) struct Tissue {
     pub(crate) is_near: Vec<bool>,
     /// Displacement in the present round, |V|.
     pub(crate) u: Vec<DVec3>,
-    /// Displacement in the round before, |V|.
-    pub(crate) last_u: Vec<DVec3>,
     /// Positions after the best round, |V|.
     pub(crate) best: Vec<DVec3>,
     pub(crate) damage: Damage,
@@ -126,7 +124,6 @@ impl Tissue {
             struts: vec![None; x.len()],
             is_near: vec![false; x.len()],
             u: vec![DVec3::ZERO; x.len()],
-            last_u: vec![DVec3::ZERO; x.len()],
             best: x.to_vec(),
             damage: Damage::default(),
             counted_crossings: None,

@@ -1,6 +1,6 @@
 //! Tuning constants of overlap removal.
 //!
-//! All were found by trial, on planted overlaps and on a thigh at rest. None is a length:
+//! All were found by trial, on planted overlaps, on a thigh at rest and on frames of a walk. None is a length:
 //! \[ℓ\] is the [smoothing length](crate::ResolveParams::smoothing), a step is
 //! [`MAX_STEP`], and the tolerance is [that of the parameters](crate::ResolveParams::tolerance).
 
@@ -53,7 +53,7 @@ pub(crate) const SHAPE_PASSES: u32 = 2;
 /// not separated in one round; above, rounds take longer.
 pub(crate) const FIRST_SOLVER_SWEEPS: u32 = 30;
 
-/// Sweeps of the contact solver after each restoration, which starts near a solution.
+/// Sweeps of the contact solver after shape is restored, which start near a solution.
 pub(crate) const NEXT_SOLVER_SWEEPS: u32 = 6;
 
 /// Correction at which the contact solver stops \[tolerances\]. Below, sweeps change nothing
@@ -141,11 +141,6 @@ pub(crate) const MIN_AGREEMENT: f64 = 0.2;
 /// where tissue is deepest in them: above, vertices beyond the middle are trusted and leave
 /// by the far side; below, few vertices are left to trust.
 pub(crate) const TRUSTED_DEPTH: f64 = 0.15;
-
-/// Greatest depth at which a bone's vertex is projected to the side of the tissue that faces
-/// it \[ℓ\]. Below, bones deep in tissue are pushed out backward; above, the side that is found
-/// is of another part of the tissue.
-pub(crate) const MAX_FACING_DEPTH: f64 = 2.0;
 
 /// Gauss–Seidel sweeps that spread exit directions over vertices inside. Patches are some
 /// thirty edges wide: below, their middle is not reached; above, little changes.
