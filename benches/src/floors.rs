@@ -106,6 +106,8 @@ fn trees(text: &mut String, size: &str, muscle: &Muscle) {
     let mut tree = built.expect("a valid mesh");
     let (units, points) = (tree.leaf_count(), as_f64(size_of_val(&*muscle.states[0])));
     let of_tree = as_f64(tree.bytes()) / as_f64(units);
+
+    // Between two states, in turns.
     let mut turn = 0;
     let mut refit = || {
         turn = 1 - turn;

@@ -53,6 +53,7 @@ pub fn table() -> String {
     ];
     for (name, motion) in motions {
         for policy in [Policy::Never, Policy::WhereLoose, Policy::Always] {
+            // The quickest of some rounds counts.
             let mut best = Sums { seconds: f64::INFINITY, ..Sums::default() };
             for _ in 0..ROUNDS {
                 let sums = run(motion, policy);
@@ -60,6 +61,7 @@ pub fn table() -> String {
                     best = sums;
                 }
             }
+
             let frames = f64::from(FRAMES);
             let policy = match policy {
                 Policy::Never => "refit for ever",

@@ -33,6 +33,7 @@ pub fn mean_times(
     let block = if report.prints() { BLOCK } else { queries.len() };
     let mut totals = vec![0.0; methods.len()];
     for block in queries.chunks(block) {
+        // All methods in turns on each block.
         let mut work = Vec::new();
         for &(name, method) in methods {
             work.push((name, move || answer_all(block, method)));
@@ -41,6 +42,7 @@ pub fn mean_times(
         for (name, answer) in &mut work {
             sides.push((*name, answer));
         }
+
         for (total, time) in totals.iter_mut().zip(report.measure_all(name, pace, &mut sides)) {
             *total += time / as_f64(queries.len());
         }

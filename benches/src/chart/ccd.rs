@@ -54,6 +54,7 @@ const METHODS: [MethodKey; 6] = [
 ///
 /// When a file cannot be written or read.
 pub fn run(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
+    // Generated queries, with answers in exact arithmetic.
     let mut generated = Vec::new();
     let generators: [Generator; 2] = [random, on_lattice];
     for (title, generate) in ["at random", "degenerate, on a lattice"].into_iter().zip(generators) {
@@ -63,6 +64,7 @@ pub fn run(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
     }
     let mut written = draw_sets("ccd", &generated, None, folder)?;
 
+    // Published ones, where they are at hand.
     if let Some(data) = std::env::var_os("MUSCULO_DATA") {
         let queries = Path::new(&data).join("ccd");
         let mut published = Vec::new();

@@ -183,6 +183,7 @@ impl Contacts {
         for power in 0..POWERS {
             let params =
                 SolverParams { method, max_iterations: 4_u32.pow(power), tolerance: TOLERANCE };
+            // Once for the residual, then again for the time.
             let (iterations, residual) = self.solve(start, &params)?;
             let mut work = || self.solve(start, &params).map_or(0, |(count, _)| count as usize);
             let [time] = interleave(BUDGET, [("solve", &mut work)]);
@@ -227,10 +228,13 @@ fn draw(rows: &[Measurement], settings: &Settings) -> Result<String, Box<dyn Err
         let mut places = areas.iter();
         for arrangement in ["sheets", "stacks"] {
             for mass_ratio in MASS_RATIOS {
-                let of_panel = |row: &&Measurement| {
-                    row.arrangement == arrangement && row.mass_ratio.total_cmp(&mass_ratio).is_eq()
-                };
-                let chosen: Vec<&Measurement> = rows.iter().filter(of_panel).collect();
+                let mut chosen = Vec::new();
+                for row in rows {
+                    let is_of_ratio = row.mass_ratio.total_cmp(&mass_ratio).is_eq();
+                    if is_of_ratio && row.arrangement == arrangement {
+                        chosen.push(row);
+                    }
+                }
                 if let Some(area) = places.next() {
                     let title = format!("{arrangement}, mass ratio {mass_ratio}");
                     let (panel, names) = panel(&title, &chosen);

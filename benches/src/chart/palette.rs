@@ -1,4 +1,4 @@
-//! Colors that readers with any color vision tell apart: the palette of M. Okabe and K. Ito.
+//! Colors that differ for any color vision: the palette of M. Okabe and K. Ito.
 
 /// Black.
 pub const BLACK: u32 = 0x00_00_00;

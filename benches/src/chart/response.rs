@@ -133,6 +133,7 @@ fn hard(
         Ok((v, report.converged))
     };
 
+    // Ever more iterations, until they suffice.
     let mut measured = Vec::new();
     for power in 0..POWERS {
         let count = 4_u32.pow(power);
@@ -156,6 +157,8 @@ fn soft(contacts: &Contacts) -> Result<Vec<Measurement>, ResponseError> {
         let mut force = vec![DVec3::ZERO; contacts.v.len()];
         soft.add_forces(&mut force)?;
         let params = LinearParams::default();
+
+        // The step takes the changes of the penalties into account.
         let (accelerations, _) = step.implicit_accelerations(
             &contacts.inverse_mass,
             &force,
@@ -267,7 +270,7 @@ fn removal(name: &str, mut scene: Scene) -> Result<Vec<Measurement>, Box<dyn Err
     Ok(measured)
 }
 
-/// Returns the depth of the deepest vertex, edge or, where it is known, surface.
+/// Returns the depth of the deepest vertex, edge or, where that was measured, surface.
 fn depth(round: &Round) -> f64 {
     round.surface_depth.map_or(round.max_depth, |depth| depth.upper.max(round.max_depth))
 }
@@ -277,6 +280,7 @@ fn draw(rows: &[Measurement], settings: &Settings) -> Result<String, Box<dyn Err
     let foot = CAPTION_LINE * (u32::try_from(lines.len())? + 1);
     let heading = "Overlap that is left over the time of a response";
     picture(heading, WIDTH, [3 * PANEL, foot], |body, foot| {
+        // Contacts above, overlap removal below.
         let areas = body.split_evenly((3, 2));
         let mut panels = Vec::new();
         for scene in ["sheets", "stacks"] {
@@ -302,11 +306,14 @@ fn contact_panel(rows: &[Measurement], scene: &str, mass_ratio: f64) -> (Panel, 
     let styles = HARD.map(|(_, name, style)| (name, style)).into_iter().chain([SOFT]);
     let (mut curves, mut names) = (Vec::new(), Vec::new());
     for (name, style) in styles {
-        let is_of = |row: &&Measurement| {
-            row.scene == scene && row.mass_ratio == Some(mass_ratio) && row.response == name
-        };
-        let of_curve = rows.iter().filter(is_of);
-        let points = of_curve.map(|row| [row.time, row.left.max(LEAST_SHARE)]).collect();
+        // Shares below the least are drawn at the border.
+        let mut points = Vec::new();
+        for row in rows {
+            let is_of_scene = row.scene == scene && row.mass_ratio == Some(mass_ratio);
+            if is_of_scene && row.response == name {
+                points.push([row.time, row.left.max(LEAST_SHARE)]);
+            }
+        }
         curves.push(Curve { style, points });
         names.push(name.to_owned());
     }
@@ -330,6 +337,7 @@ fn removal_panel(
     let mut names: Vec<String> = Vec::new();
     let mut curves: Vec<Curve> = Vec::new();
     for row in rows.iter().filter(|row| row.volume_change.is_some()) {
+        // Rows of a scene follow each other.
         if names.last() != Some(&row.scene) {
             curves.push(Curve { style: SCENES[names.len() % SCENES.len()], points: Vec::new() });
             names.push(row.scene.clone());

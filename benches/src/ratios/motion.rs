@@ -171,6 +171,7 @@ fn straight(report: &mut Report, scene: Scene) -> Outcome {
     let path = StraightPath { from: &from, to: &to };
     let (mut on_paths, mut at_once) = (scene.clone(), scene);
 
+    // Both count their candidates, which are to be the same.
     let mut sides = [0_usize; 2];
     let mut ours = || {
         let moves = [PathMove { body: femur, path: &path }];
@@ -201,6 +202,7 @@ fn steps(report: &mut Report, bones: &Scene) -> Outcome {
         let arc = RigidBodyPath { from: &from, path };
         let to: Vec<DVec3> = from.iter().map(|&x| path.transform_point(x, 1.0)).collect();
 
+        // The same turn on its arc, and on the chords of all vertices.
         let (mut scene, mut straight) = (bones.clone(), bones.clone());
         let mut on_arc = || {
             let moves = [PathMove { body: femur, path: &arc }];

@@ -114,6 +114,7 @@ fn hashing(text: &mut String) {
         let edges = [&coarse, &other].map(|body| mean_edge(body.surface(), body.positions()));
         let params = SpatialHashParams::new(0.5 * (edges[0] + edges[1]));
 
+        // Both find all pairs of faces that cross.
         let mut pair = PairProximity::default();
         let [hashed, by_tree] = interleave(
             BUDGET,

@@ -66,6 +66,8 @@ impl Detector {
         let mut detectors = StepDetectors::new(params).map_err(text)?;
         let ids: Vec<BodyId> = world.scene.ids().collect();
         let (bones, soft) = ids.split_at(world.bones.len());
+
+        // What each method needs beside the surfaces.
         match self {
             Self::Exact | Self::Permanent => {}
             Self::Coarse => {
@@ -89,6 +91,7 @@ impl Detector {
                 }
             }
         }
+
         self.restart(&mut detectors, world)?;
         Ok(detectors)
     }

@@ -98,6 +98,7 @@ struct Measurement {
 ///
 /// When a body is refused, or a file cannot be written.
 pub fn run(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
+    // A generated scene, and real anatomy where that is at hand.
     let generated = thigh::thigh().bodies.into_iter().map(|body| body.mesh).collect();
     let mut scenes = vec![Bodies::new("generated thigh", generated)?];
     if let Some(anatomy) = data::anatomy("peers of a real thigh") {
@@ -106,6 +107,7 @@ pub fn run(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
         scenes.push(Bodies::new("thigh of the Visible Human Female, simplified", meshes)?);
     }
 
+    // All libraries answer all questions, and are judged by the exact answers.
     let mut rows = Vec::new();
     for bodies in &scenes {
         let asked = QUESTIONS.map(|question| Asked::new(question, bodies));
@@ -119,6 +121,7 @@ pub fn run(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
         }
     }
 
+    // The last scene is drawn.
     let titles: Vec<&str> = scenes.iter().map(|bodies| bodies.title.as_str()).collect();
     let sheet = Sheet::new("peers", settings(&titles), &rows)?;
     let drawn = titles.last().copied().unwrap_or_default();
@@ -174,7 +177,7 @@ impl Question {
         if self == Self::Gap && answer >= REACH { f64::INFINITY } else { answer }
     }
 
-    /// Returns the name by which a script knows the question.
+    /// Returns the name of the question in the script.
     const fn key(self) -> &'static str {
         match self {
             Self::Overlap => "overlap",
@@ -186,7 +189,7 @@ impl Question {
 }
 
 impl Asked {
-    /// Asks about all pairs that the question is about, exactly.
+    /// Answers the question exactly, for all pairs that it is about.
     fn new(question: Question, bodies: &Bodies) -> Self {
         let memory = &mut Memory::default();
         let mut answers = Vec::new();
@@ -220,6 +223,7 @@ impl Asked {
     fn judge(&self, scene: &str, answers: &Answers) -> Measurement {
         let (mut wrong, mut refused, mut largest_error) = (0, 0, 0.0_f64);
         for (answer, exact) in answers.answers.iter().zip(&self.answers) {
+            // What is refused is not wrong.
             let Some(answer) = *answer else {
                 refused += 1;
                 continue;
@@ -230,6 +234,7 @@ impl Asked {
                 largest_error = largest_error.max(error);
             }
         }
+
         Measurement {
             scene: scene.to_owned(),
             question: self.question.text(),

@@ -1,4 +1,4 @@
-//! Answers of packages for Python, by a script that asks those which are installed.
+//! Answers of packages for Python, by a script that runs those which are installed.
 
 use std::io::Write;
 use std::path::Path;

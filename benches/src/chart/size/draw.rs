@@ -53,12 +53,15 @@ fn panel(
     let (mut curves, mut names) = (Vec::new(), Vec::new());
     for (operation, style) in OPERATIONS.iter().zip(STYLES) {
         for (threads, style) in [(1, style), (2, style.hollow())] {
-            let of_both =
-                |row: &&Measurement| row.operation == operation.name() && row.threads == threads;
             let mut points = Vec::new();
-            for row in rows.iter().filter(of_both) {
-                points.extend(value(row).map(|value| [as_f64(row.faces), value]));
+            for row in rows {
+                let is_of_curve = row.operation == operation.name() && row.threads == threads;
+                if let (true, Some(value)) = (is_of_curve, value(row)) {
+                    points.push([as_f64(row.faces), value]);
+                }
             }
+
+            // One thread has the name, beside its slope.
             let name = format!("{}, slope {:.2}", operation.name(), slope(&points));
             names.push(if threads == 1 { name } else { String::new() });
             curves.push(Curve { style, points });

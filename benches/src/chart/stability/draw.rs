@@ -86,7 +86,7 @@ fn draw_names(area: &Area<'_>) -> Drawn {
     Ok(())
 }
 
-/// Draws a map in colors, with its known limits on top.
+/// Draws a map in colors, with its limits in closed form on top.
 fn draw_cells(
     area: &Area<'_>,
     title: &str,

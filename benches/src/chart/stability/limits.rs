@@ -1,4 +1,4 @@
-//! Known limits of stability, in closed form.
+//! Limits of stability in closed form.
 //!
 //! With a contact spring of ω² = k / m and damping ratio ζ, a step is a linear map of (x, v) with
 //! trace T and determinant D. It is stable where |T| ≤ 1 + D and D ≤ 1 (the Jury conditions). For

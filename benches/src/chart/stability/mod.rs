@@ -52,7 +52,7 @@ const ACCELERATION: GridAxis =
 const ALTERATION: GridAxis =
     GridAxis { label: "alteration", scale: Scale::Linear, low: 0.5, high: 4.5, cells: 4 };
 
-/// Known limit of stability: the horizontal value at a vertical one.
+/// Limit of stability in closed form: the horizontal value at a vertical one.
 type Limit = fn(Scheme, f64) -> Option<f64>;
 
 /// A response as maps, one per integrator: a row of panels.
@@ -67,7 +67,7 @@ struct Response {
 
 /// Drawing of a map.
 enum Drawing {
-    /// Cells in colors, under known limits; `other_limit` is dashed.
+    /// Cells in colors, under limits in closed form; `other_limit` is dashed.
     Cells { limit: Limit, other_limit: Option<Limit> },
     /// Curves: one per row of cells.
     Curves(&'static [Copies]),

@@ -28,7 +28,7 @@ const LEFT: i32 = 178;
 const TOP: i32 = 52;
 const CELL: [i32; 2] = [87, 36];
 
-/// Colors that differ in brightness too, so that they are told apart without red and green.
+/// Colors that differ in brightness too, for readers who see no red or green.
 const HOLDS: RGBColor = RGBColor(0x1f, 0x5f, 0x8b);
 const FAILS: RGBColor = RGBColor(0xf6, 0xcf, 0xa6);
 const REFUSED: RGBColor = RGBColor(0xe4, 0xe4, 0xe4);

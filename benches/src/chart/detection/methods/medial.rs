@@ -141,7 +141,7 @@ impl Detector for MedialDetection<'_> {
     }
 }
 
-/// Detection between balls, cones and slabs, whose places in all frames are known.
+/// Detection between balls, cones and slabs, whose places in all frames are given.
 struct SimulatedBalls<'a> {
     task: &'a Task<'a>,
     /// Balls per body and frame; none of bodies without pairs.
@@ -164,6 +164,7 @@ pub(super) fn simulated<'a>(task: &'a Task<'a>, balls: f64) -> Built<'a> {
     let (mut frames, mut trees) = (Vec::new(), Vec::new());
     for (number, body) in task.moving.bodies.iter().enumerate() {
         let (mut placed, mut tree) = (Vec::new(), None);
+        // Bodies without pairs need no balls.
         if task.pairs.iter().flatten().any(|&member| member == number) {
             let mut balls = FollowingBalls::new(body, count)?;
             for frame in &task.moving.frames {
