@@ -28,12 +28,12 @@ struct Allowed {
 
 const SMALL: Allowed = Allowed {
     build: 0.8,
-    refit: 0.45,
+    refit: 0.40,
     sweep: f64::INFINITY,
     pairs: 1.0,
     swept: 1.1,
     self_pairs: 0.45,
-    aligned: 1.3,
+    aligned: 1.37,
 };
 
 const LARGE: Allowed = Allowed {
