@@ -21,10 +21,18 @@
 //!   so within η of both ends. No crack or plate opens or closes unseen.
 //!
 //! All points and images are weighted means of vertices of S. Where these move, so do S, S′ and
-//! h, and the proof holds with the same weights: η is then the largest of the same distances at
-//! the new positions.
+//! h, and the proof holds with the same weights.
+//!
+//! It holds with other weights, too, as long as points stay in their edges and faces of S, and images
+//! in theirs of S′. Take the triangles as a surface of their own, with one map to S and one to S′. Each
+//! corner may move in a convex set, and every triangle stays in one face: to new weights both maps
+//! change continuously, within S and within S′. So they cover both as often as before, and the
+//! triangles move from S onto S′ along segments no longer than those of their corners. η is therefore
+//! the largest of the least distances: a surface that stretches or slides along itself, as where
+//! muscles bend, deviates by no more than before.
 
 use glam::DVec3;
+use surface::{closest_between_segments, closest_on_triangle};
 
 use crate::mesh_point::MeshPoint;
 
@@ -101,15 +109,22 @@ impl CoarseMap {
     ///
     /// When there are fewer positions than the surfaces have vertices.
     pub(crate) fn max_shift(&self, x: &[DVec3], kept: &[DVec3]) -> f64 {
+        // The least distances matter of those alone that would be the largest with the same weights.
         let mut max_squared = 0.0_f64;
         for shift in &self.of_vertices {
-            max_squared = max_squared.max(shift.at(x, kept).length_squared());
+            if shift.at(x, kept).length_squared() > max_squared {
+                max_squared = max_squared.max(shift.least_squared(x, kept));
+            }
         }
         for shift in &self.of_faces {
-            max_squared = max_squared.max(shift.at(kept, x).length_squared());
+            if shift.at(kept, x).length_squared() > max_squared {
+                max_squared = max_squared.max(shift.least_squared(kept, x));
+            }
         }
         for shift in &self.of_edges {
-            max_squared = max_squared.max(shift.at(x, kept).length_squared());
+            if shift.at(x, kept).length_squared() > max_squared {
+                max_squared = max_squared.max(shift.least_squared(x, kept));
+            }
         }
 
         // Other vertices are no farther out than the kept ones and η.
@@ -152,6 +167,13 @@ impl VertexShift {
         let [a, b, c] = [of_face[a as usize], of_face[b as usize], of_face[c as usize]];
         (x[vertex as usize] - a) - s * (b - a) - t * (c - a)
     }
+
+    /// Returns the squared distance of the vertex from the face, edge or vertex that holds the point.
+    fn least_squared(&self, x: &[DVec3], of_face: &[DVec3]) -> f64 {
+        let p = x[self.vertex as usize];
+        let corners = self.corners.map(|corner| of_face[corner as usize]);
+        closest_on_triangle(p, corners).point.distance_squared(p)
+    }
 }
 
 impl EdgeShift {
@@ -166,5 +188,14 @@ impl EdgeShift {
         let [a, b] = [x[a as usize], x[b as usize]];
         let [c, d] = [kept[c as usize], kept[d as usize]];
         (a - c) + s * (b - a) - t * (d - c)
+    }
+
+    /// Returns the squared distance between both edges.
+    fn least_squared(&self, x: &[DVec3], kept: &[DVec3]) -> f64 {
+        let (ends, coarse_ends) = (self.ends, self.coarse_ends);
+        let ends = ends.map(|end| x[end as usize]);
+        let [p, q] =
+            closest_between_segments(ends, coarse_ends.map(|end| kept[end as usize])).points;
+        p.distance_squared(q)
     }
 }

@@ -183,6 +183,16 @@ fn a_bend_of_a_long_body_hardly_changes_its_deviation() {
     assert!((coarse.deviation() - coarse.reduced().deviation).abs() <= 1e-12);
 }
 
+/// A cylinder stays where it is as a surface, while its vertices slide along it by millimeters.
+#[test]
+fn a_surface_that_slides_along_itself_deviates_no_more() {
+    let rod = shapes::capsule(10.0, 60.0, 32);
+    let mut coarse = coarse(&rod, reduced(&rod, 0.3));
+    let slide = |p: DVec3| p + DVec3::Z * 4.0 * (1.0 - (p.z / 30.0).powi(2)).max(0.0);
+    coarse.follow(&rod.mapped(slide).positions).expect("finite positions");
+    assert!(coarse.deviation() <= 1.01 * coarse.reduced().deviation, "{}", coarse.deviation());
+}
+
 /// A body far from the origin is turned and brought back to it: its shape is rounded where it was, not
 /// where it is.
 #[test]
