@@ -14,7 +14,6 @@ mod load;
 mod motion;
 mod output;
 mod phase;
-mod picture;
 mod report;
 mod scene;
 mod stopwatch;

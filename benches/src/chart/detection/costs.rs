@@ -204,22 +204,28 @@ fn frame_seconds(
 fn fit(frames: &[TimedFrame]) -> [f64; COUNT] {
     const SWEEPS: u32 = 100_000;
 
-    // Counts over the time of their frame, so that errors are relative.
-    let mut rows = Vec::new();
+    // Counts over the time of their frame, so that errors are relative; then the normal equations.
+    let mut products = [[0.0; COUNT]; COUNT];
+    let mut sums = [0.0; COUNT];
     for frame in frames {
-        rows.push(frame.counts.map(|count| count / frame.seconds));
+        let row = frame.counts.map(|count| count / frame.seconds);
+        for (kind, of_kind) in row.into_iter().enumerate() {
+            sums[kind] += of_kind;
+            for (sum, other) in products[kind].iter_mut().zip(row) {
+                *sum += of_kind * other;
+            }
+        }
     }
+
     // Each sweep minimizes over one kind after the other.
     let mut seconds = [0.0; COUNT];
     for _ in 0..SWEEPS {
         for kind in 0..COUNT {
-            let (mut along, mut squares) = (0.0, 0.0);
-            for row in &rows {
-                let rest = 1.0 - product(row, &seconds) + row[kind] * seconds[kind];
-                along += row[kind] * rest;
-                squares += row[kind] * row[kind];
+            let squares = products[kind][kind];
+            if squares > 0.0 {
+                let rest = sums[kind] - product(&products[kind], &seconds);
+                seconds[kind] = (seconds[kind] + rest / squares).max(0.0);
             }
-            seconds[kind] = if squares > 0.0 { (along / squares).max(0.0) } else { 0.0 };
         }
     }
     seconds

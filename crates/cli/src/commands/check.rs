@@ -12,7 +12,6 @@ use crate::failure::Failure;
 use crate::load::{LoadedScene, SceneArguments};
 use crate::output::{FilePlan, Outputs};
 use crate::phase::Phase;
-use crate::picture::Image;
 use crate::report::{
     CheckDocument, ContactField, FileFolder, Gallery, LongTable, OverlapShape, PairContact,
     Pictures, ShownSurfaces, TableFrame, check_page, check_text, stage_contact_files,
@@ -20,6 +19,7 @@ use crate::report::{
 };
 use crate::scene::SceneDescription;
 use crate::stopwatch::Stopwatch;
+use picture::Image;
 
 /// Find every overlap and contact between bodies, and how deep
 ///

@@ -12,9 +12,9 @@ use crate::failure::Failure;
 use crate::load::LoadedSurface;
 use crate::output::FilePlan;
 use crate::phase::Phase;
-use crate::picture::draw_slices;
 use crate::report::{BuiltRecord, FieldRecord};
 use crate::stopwatch::Stopwatch;
+use picture::draw_slices;
 
 /// Build the signed distance field of a bone, and measure its accuracy
 ///

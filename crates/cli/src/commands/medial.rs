@@ -15,9 +15,9 @@ use crate::failure::Failure;
 use crate::load::LoadedSurface;
 use crate::output::{FilePlan, Outputs};
 use crate::phase::Phase;
-use crate::picture::draw_balls_and_error;
 use crate::report::MedialRecord;
 use crate::stopwatch::Stopwatch;
+use picture::draw_balls_and_error;
 
 /// Generate the medial surface of a muscle: balls, with cones and slabs between them
 ///

@@ -2,7 +2,7 @@
 
 use musculo_collide::{BodyKind, Scene};
 
-use crate::picture::Color;
+use picture::Color;
 
 /// Returns a color per body: bone, flesh or sheet, neighbors of one kind in different
 /// shades.

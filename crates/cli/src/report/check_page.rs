@@ -13,7 +13,7 @@ use super::page::{page_end, page_start, section};
 use super::table::escaped;
 use super::text::{measure, short};
 use super::viewer::Model;
-use crate::picture::viridis;
+use picture::viridis;
 
 /// Pictures of a page.
 #[derive(Debug)]

@@ -6,7 +6,7 @@ use musculo_collide::proximity::SurfaceTree;
 use musculo_collide::surface::{Aabb, closest_on_triangle, triangle};
 use musculo_collide::{Body, PatchFace};
 
-use crate::picture::{ContactPoint, ContactTriangle};
+use picture::{ContactPoint, ContactTriangle};
 
 /// Longest edge of a triangle, relative to the diagonal of all: depth is interpolated along it.
 const MAX_EDGE: f64 = 1.0 / 40.0;

@@ -16,8 +16,8 @@ use super::body_color::colors;
 use super::contact_triangles::contact_triangles;
 use super::pair_record::rounding;
 use super::viewer::{Model, ShownSurfaces};
-use crate::picture::{Appearance, Camera, Color, ContactTriangle, Image, Subject, draw};
 use crate::scene::Unit;
+use picture::{Appearance, Camera, Color, ContactTriangle, Image, Subject, draw};
 
 /// Picture with the data of its caption.
 #[derive(Debug)]

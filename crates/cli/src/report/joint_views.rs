@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::PairContact;
 use super::gallery::{CLOSE_UP, ColorScale, Gallery, Quantity, View};
-use crate::picture::{Appearance, Camera, ContactPoint, ContactTriangle};
+use picture::{Appearance, Camera, ContactPoint, ContactTriangle};
 
 impl Gallery<'_> {
     /// Draws both surfaces of each pair in contact; `done` is called after each pair.

@@ -8,7 +8,7 @@ use plotters::prelude::*;
 
 use super::text::{bound, counted, fixed};
 use crate::failure::Failure;
-use crate::picture::viridis;
+use picture::viridis;
 
 /// Names of the columns of the table.
 const COLUMNS: [&str; 10] =

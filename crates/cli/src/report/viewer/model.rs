@@ -10,10 +10,10 @@ use serde::Serialize;
 use super::blob::{Blob, Quantizer, Span, fraction};
 use super::coarse::{ShownSurface, ShownSurfaces};
 use crate::motion::Replay;
-use crate::picture::{ContactTriangle, viridis};
 use crate::report::body_color::colors;
 use crate::report::contact_field::ContactField;
 use crate::scene::Unit;
+use picture::{ContactTriangle, viridis};
 
 /// Bodies, overlaps and frames that a page shows.
 #[derive(Debug, Serialize)]

@@ -4,10 +4,10 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use musculo_collide::medial::Ball;
-use musculo_collide::surface::{Aabb, vertex_normals};
+use medial::Ball;
+use surface::{Aabb, vertex_normals};
 
-use super::{Appearance, Camera, Color, ContactPoint, ContactTriangle, Image, Subject, draw};
+use crate::{Appearance, Camera, Color, ContactPoint, ContactTriangle, Image, Subject, draw};
 
 /// Maximum size of each of the two pictures, in pixels.
 const MAX_SIZE: [usize; 2] = [520, 640];
@@ -19,7 +19,8 @@ const CORNERS: u16 = 28;
 
 /// Draws balls within the surface as glass, and the surface with the magnitude of
 /// `distances` (|V|) in color, from dark for 0 to light for the maximum.
-pub(crate) fn draw_balls_and_error(
+#[must_use]
+pub fn draw_balls_and_error(
     positions: &[DVec3],
     faces: &[[u32; 3]],
     balls: &[Ball],

@@ -1,35 +1,35 @@
 //! Depth-buffered layer of a picture: the nearest surface per sample.
 
 use glam::{DVec2, DVec3, Vec3};
-use musculo_collide::surface::Aabb;
+use surface::Aabb;
 
-use super::cast::{float, floor, single};
-use super::{Camera, ContactPoint, Subject};
+use crate::cast::{float, floor, single};
+use crate::{Camera, ContactPoint, Subject};
 
 /// Surface at a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Hit {
+pub(crate) struct Hit {
     /// Distance into the picture, in samples; infinite without a surface.
-    pub(super) distance: f32,
+    pub(crate) distance: f32,
     /// Normal in the view: right, up, towards the viewer.
-    pub(super) normal: Vec3,
+    pub(crate) normal: Vec3,
     /// Depth inside another body, where positive.
-    pub(super) depth: f32,
+    pub(crate) depth: f32,
     /// Number of the subject.
-    pub(super) subject: u32,
+    pub(crate) subject: u32,
 }
 
 impl Hit {
     const NONE: Self = Self { distance: f32::INFINITY, normal: Vec3::ZERO, depth: 0.0, subject: 0 };
 
-    pub(super) fn is_some(&self) -> bool {
+    pub(crate) fn is_some(&self) -> bool {
         self.distance < f32::INFINITY
     }
 }
 
 /// Nearest hits of a grid of samples, row by row from the top.
 #[derive(Debug)]
-pub(super) struct Layer {
+pub(crate) struct Layer {
     width: usize,
     height: usize,
     hits: Vec<Hit>,
@@ -47,18 +47,18 @@ struct Corner {
 
 impl Layer {
     /// Returns an empty layer of a camera's picture.
-    pub(super) fn new(camera: &Camera) -> Self {
+    pub(crate) fn new(camera: &Camera) -> Self {
         let (width, height) = (camera.width(), camera.height());
         let hits = vec![Hit::NONE; width * height];
         Self { width, height, hits, near: single(camera.near()) }
     }
 
-    pub(super) fn hits(&self) -> &[Hit] {
+    pub(crate) fn hits(&self) -> &[Hit] {
         &self.hits
     }
 
     /// Draws the whole surface of a subject.
-    pub(super) fn draw_all(&mut self, number: u32, subject: &Subject<'_>, camera: &Camera) {
+    pub(crate) fn draw_all(&mut self, number: u32, subject: &Subject<'_>, camera: &Camera) {
         for face in subject.faces {
             let corner = |vertex: u32| ContactPoint {
                 at: subject.positions[vertex as usize],
@@ -70,7 +70,7 @@ impl Layer {
     }
 
     /// Draws the parts of a subject inside other bodies.
-    pub(super) fn draw_contact(&mut self, number: u32, subject: &Subject<'_>, camera: &Camera) {
+    pub(crate) fn draw_contact(&mut self, number: u32, subject: &Subject<'_>, camera: &Camera) {
         for corners in subject.contact {
             self.draw(number, corners.each_ref().map(|point| Corner::new(point, camera)));
         }

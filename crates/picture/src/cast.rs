@@ -2,7 +2,7 @@
 
 /// Returns a count as a coordinate.
 #[expect(clippy::cast_precision_loss, reason = "counts of pixels and bytes, far below 2^53")]
-pub(super) fn float(count: usize) -> f64 {
+pub(crate) fn float(count: usize) -> f64 {
     count as f64
 }
 
@@ -12,13 +12,13 @@ pub(super) fn float(count: usize) -> f64 {
     clippy::cast_sign_loss,
     reason = "a float saturates when it is cast"
 )]
-pub(super) fn floor(x: f64) -> usize {
+pub(crate) fn floor(x: f64) -> usize {
     x as usize
 }
 
 /// Rounds a coordinate to the precision of a layer.
 #[expect(clippy::cast_possible_truncation, reason = "pictures need no more digits")]
-pub(super) fn single(x: f64) -> f32 {
+pub(crate) fn single(x: f64) -> f32 {
     x as f32
 }
 
@@ -28,6 +28,6 @@ pub(super) fn single(x: f64) -> f32 {
     clippy::cast_sign_loss,
     reason = "a float saturates when it is cast"
 )]
-pub(super) fn byte(channel: f64) -> u8 {
+pub(crate) fn byte(channel: f64) -> u8 {
     (channel * 255.0 + 0.5) as u8
 }

@@ -3,18 +3,18 @@
 
 use glam::DVec3;
 
-use super::cast::{float, single};
-use super::color::{Color, viridis};
-use super::image::Image;
-use super::layer::{Hit, Layer};
-use super::{Camera, Subject};
+use crate::cast::{float, single};
+use crate::color::{Color, viridis};
+use crate::image::Image;
+use crate::layer::{Hit, Layer};
+use crate::{Camera, Subject};
 
 /// Layers of a picture, ordered at each sample by distance alone.
 #[derive(Debug)]
-pub(super) struct Layers {
-    pub(super) solid: Layer,
-    pub(super) glass: Layer,
-    pub(super) contact: Layer,
+pub(crate) struct Layers {
+    pub(crate) solid: Layer,
+    pub(crate) glass: Layer,
+    pub(crate) contact: Layer,
 }
 
 /// Opacity of contact behind a solid: high enough to read the color map, low enough to
@@ -33,13 +33,13 @@ const OUTLINE_JUMP: f32 = 0.004;
 const OUTLINE_SHADE: f64 = 0.45;
 
 impl Layers {
-    pub(super) fn new(camera: &Camera) -> Self {
+    pub(crate) fn new(camera: &Camera) -> Self {
         let layer = || Layer::new(camera);
         Self { solid: layer(), glass: layer(), contact: layer() }
     }
 
     /// Computes the color of every sample.
-    pub(super) fn compose(
+    pub(crate) fn compose(
         &self,
         subjects: &[Subject<'_>],
         camera: &Camera,

@@ -6,17 +6,19 @@
 
 use std::ops::{Add, Mul};
 
-use super::cast::{byte, float, floor};
+use crate::cast::{byte, float, floor};
 
 /// Red, green and blue in linear light, `0.0..=1.0`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Color([f64; 3]);
+pub struct Color([f64; 3]);
 
 impl Color {
-    pub(crate) const WHITE: Self = Self([1.0; 3]);
+    /// All light.
+    pub const WHITE: Self = Self([1.0; 3]);
 
     /// Converts from sRGB bytes.
-    pub(crate) fn from_srgb(bytes: [u8; 3]) -> Self {
+    #[must_use]
+    pub fn from_srgb(bytes: [u8; 3]) -> Self {
         Self(bytes.map(|byte| {
             let channel = f64::from(byte) / 255.0;
             if channel <= 0.04045 { channel / 12.92 } else { ((channel + 0.055) / 1.055).powf(2.4) }
@@ -24,7 +26,8 @@ impl Color {
     }
 
     /// Converts to sRGB bytes, as style sheets and picture files have them.
-    pub(crate) fn to_srgb(self) -> [u8; 3] {
+    #[must_use]
+    pub fn to_srgb(self) -> [u8; 3] {
         self.0.map(|channel| {
             let channel = channel.clamp(0.0, 1.0);
             byte(if channel <= 0.003_130_8 {
@@ -36,7 +39,8 @@ impl Color {
     }
 
     /// Blends another color over this one with an opacity in `0.0..=1.0`.
-    pub(crate) fn under(self, over: Self, opacity: f64) -> Self {
+    #[must_use]
+    pub fn under(self, over: Self, opacity: f64) -> Self {
         self * (1.0 - opacity) + over * opacity
     }
 }
@@ -79,7 +83,8 @@ const VIRIDIS: [[u8; 3]; 17] = [
 ];
 
 /// Returns the color at `t` of the map, clamped to `0.0..=1.0`.
-pub(crate) fn viridis(t: f64) -> Color {
+#[must_use]
+pub fn viridis(t: f64) -> Color {
     let at = t.clamp(0.0, 1.0) * 16.0;
     let lower = floor(at).min(15);
     let fraction = at - float(lower);

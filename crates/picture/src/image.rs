@@ -2,28 +2,28 @@
 
 use std::io;
 
-use super::cast::float;
-use super::color::Color;
+use crate::cast::float;
+use crate::color::Color;
 
 /// Raster image of colors, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Image {
+pub struct Image {
     width: usize,
     height: usize,
     samples: Vec<Color>,
 }
 
 impl Image {
-    pub(super) fn new(width: usize, height: usize) -> Self {
+    pub(crate) fn new(width: usize, height: usize) -> Self {
         Self { width, height, samples: vec![Color::WHITE; width * height] }
     }
 
-    pub(super) fn samples_mut(&mut self) -> &mut [Color] {
+    pub(crate) fn samples_mut(&mut self) -> &mut [Color] {
         &mut self.samples
     }
 
     /// Averages squares of `side` × `side` samples, in linear light.
-    pub(super) fn averaged(&self, side: usize) -> Self {
+    pub(crate) fn averaged(&self, side: usize) -> Self {
         let mut image = Self::new(self.width / side, self.height / side);
         let share = 1.0 / float(side * side);
         for row in 0..image.height {
@@ -42,7 +42,8 @@ impl Image {
     }
 
     /// Joins pictures of one height side by side.
-    pub(crate) fn beside(images: &[Self]) -> Self {
+    #[must_use]
+    pub fn beside(images: &[Self]) -> Self {
         let width = images.iter().map(|image| image.width).sum();
         let height = images.iter().map(|image| image.height).max().unwrap_or(0);
         let mut joined = Self::new(width, height);
@@ -57,7 +58,11 @@ impl Image {
     }
 
     /// Encodes the picture as a PNG file.
-    pub(crate) fn to_png(&self) -> io::Result<Vec<u8>> {
+    ///
+    /// # Errors
+    ///
+    /// The picture is empty or has more than 2³² pixels along a side.
+    pub fn to_png(&self) -> io::Result<Vec<u8>> {
         let side = |length: usize| u32::try_from(length).map_err(io::Error::other);
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, side(self.width)?, side(self.height)?);

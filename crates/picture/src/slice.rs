@@ -3,12 +3,12 @@
 //! Three slices along the axes meet at the deepest node, where a leak or a lost interior
 //! shows at once. The surface is a black line.
 
+use distance_field::{DistanceField, Interpolation};
 use glam::DVec3;
-use musculo_collide::distance_field::{DistanceField, Interpolation};
 
-use super::cast::{float, floor};
-use super::color::{Color, viridis};
-use super::image::Image;
+use crate::cast::{float, floor};
+use crate::color::{Color, viridis};
+use crate::image::Image;
 
 /// Approximate number of pixels along the longest side of the field.
 const LONGEST_SIDE: f64 = 800.0;
@@ -20,7 +20,8 @@ const LEVELS: f64 = 8.0;
 const MARGIN: usize = 8;
 
 /// Draws slices across z, y and x, side by side.
-pub(crate) fn draw_slices(field: &DistanceField) -> Image {
+#[must_use]
+pub fn draw_slices(field: &DistanceField) -> Image {
     let scale = SliceScale::of(field);
     let slices = [[0, 1], [0, 2], [1, 2]].map(|axes| draw_slice(field, axes, &scale));
     Image::beside(&slices)
@@ -104,7 +105,7 @@ fn draw_slice(field: &DistanceField, [right, up]: [usize; 2], scale: &SliceScale
 
 #[cfg(test)]
 mod tests {
-    use musculo_collide::distance_field::{FieldGrid, Storage};
+    use distance_field::{FieldGrid, Storage};
 
     use super::*;
 

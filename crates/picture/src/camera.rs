@@ -2,13 +2,13 @@
 //! wherever it lies.
 
 use glam::DVec3;
-use musculo_collide::surface::Aabb;
+use surface::Aabb;
 
-use super::cast::{float, floor};
+use crate::cast::{float, floor};
 
 /// Orthographic camera, with the size of its picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Camera {
+pub struct Camera {
     /// Point in the middle of the picture.
     center: DVec3,
     right: DVec3,
@@ -31,7 +31,8 @@ impl Camera {
     /// and shows `points` as large as `max_size` pixels (width, height) allow.
     ///
     /// A side of the picture that the points leave empty is cut off.
-    pub(crate) fn framing(
+    #[must_use]
+    pub fn framing(
         points: impl IntoIterator<Item = DVec3>,
         forward: DVec3,
         up: DVec3,
@@ -55,12 +56,13 @@ impl Camera {
     }
 
     /// Returns the same view with a near plane through `point`.
-    pub(crate) fn with_near_plane(self, point: DVec3) -> Self {
+    #[must_use]
+    pub fn with_near_plane(self, point: DVec3) -> Self {
         Self { near: (point - self.center).dot(self.forward), ..self }
     }
 
     /// Returns the same view with `samples` times as many pixels along both sides.
-    pub(super) fn with_samples(self, samples: usize) -> Self {
+    pub(crate) fn with_samples(self, samples: usize) -> Self {
         Self {
             scale: self.scale * float(samples),
             width: self.width * samples,
@@ -69,26 +71,31 @@ impl Camera {
         }
     }
 
-    pub(crate) fn width(&self) -> usize {
+    /// Returns the number of pixels across.
+    #[must_use]
+    pub fn width(&self) -> usize {
         self.width
     }
 
-    pub(crate) fn height(&self) -> usize {
+    /// Returns the number of pixels from top to bottom.
+    #[must_use]
+    pub fn height(&self) -> usize {
         self.height
     }
 
     /// Returns the width of the view, in length units.
-    pub(crate) fn span(&self) -> f64 {
+    #[must_use]
+    pub fn span(&self) -> f64 {
         float(self.width) / self.scale
     }
 
     /// Returns the depth of the near plane, in pixels.
-    pub(super) fn near(&self) -> f64 {
+    pub(crate) fn near(&self) -> f64 {
         self.near * self.scale
     }
 
     /// Projects a point to pixels from the left, from the top, and into the picture.
-    pub(super) fn project(&self, point: DVec3) -> DVec3 {
+    pub(crate) fn project(&self, point: DVec3) -> DVec3 {
         let from_center = (point - self.center) * self.scale;
         DVec3::new(
             float(self.width) / 2.0 + from_center.dot(self.right),
@@ -98,7 +105,7 @@ impl Camera {
     }
 
     /// Rotates a direction into the view: right, up, towards the viewer.
-    pub(super) fn view_direction(&self, direction: DVec3) -> DVec3 {
+    pub(crate) fn view_direction(&self, direction: DVec3) -> DVec3 {
         DVec3::new(direction.dot(self.right), direction.dot(self.up), -direction.dot(self.forward))
     }
 }

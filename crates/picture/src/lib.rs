@@ -1,9 +1,9 @@
 //! Rasterizer of shaded surfaces with depth in color, as PNG.
 //!
 //! It needs no graphics device, so the program runs on machines without one. Surfaces are
-//! drawn into depth-buffered layers ([`layer`]), the layers are shaded and blended
-//! ([`compose`]), and the image is averaged down from several samples per pixel
-//! ([`image`]).
+//! drawn into depth-buffered layers (`layer`), the layers are shaded and blended
+//! (`compose`), and the image is averaged down from several samples per pixel
+//! (`image`).
 //!
 //! Overlap is hidden from every side: where one body enters another, the other's surface
 //! covers it. So the parts inside another body, clipped at the curve in which the surfaces
@@ -20,16 +20,16 @@ mod slice;
 
 use glam::DVec3;
 
-pub(crate) use self::balls::draw_balls_and_error;
-pub(crate) use self::camera::Camera;
-pub(crate) use self::color::{Color, viridis};
+pub use self::balls::draw_balls_and_error;
+pub use self::camera::Camera;
+pub use self::color::{Color, viridis};
 use self::compose::Layers;
-pub(crate) use self::image::Image;
-pub(crate) use self::slice::draw_slices;
+pub use self::image::Image;
+pub use self::slice::draw_slices;
 
 /// Material of a drawn surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Appearance {
+pub enum Appearance {
     /// Opaque, with its contact in color.
     Solid,
     /// Transparent pane with an outline.
@@ -38,30 +38,33 @@ pub(crate) enum Appearance {
 
 /// Surface of a picture.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Subject<'a> {
+pub struct Subject<'a> {
     /// |V| positions.
-    pub(crate) positions: &'a [DVec3],
+    pub positions: &'a [DVec3],
     /// |V| unit normals.
-    pub(crate) normals: &'a [DVec3],
+    pub normals: &'a [DVec3],
     /// |F| × 3 corners.
-    pub(crate) faces: &'a [[u32; 3]],
+    pub faces: &'a [[u32; 3]],
     /// Parts of the surface inside other bodies.
-    pub(crate) contact: &'a [ContactTriangle],
-    pub(crate) color: Color,
-    pub(crate) appearance: Appearance,
+    pub contact: &'a [ContactTriangle],
+    /// Color where nothing is in contact.
+    pub color: Color,
+    /// Material.
+    pub appearance: Appearance,
 }
 
 /// Part of a surface inside another body, small enough for its depth to be interpolated.
-pub(crate) type ContactTriangle = [ContactPoint; 3];
+pub type ContactTriangle = [ContactPoint; 3];
 
 /// Point of a surface inside another body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct ContactPoint {
-    pub(crate) at: DVec3,
+pub struct ContactPoint {
+    /// Position.
+    pub at: DVec3,
     /// Normal of the surface.
-    pub(crate) normal: DVec3,
+    pub normal: DVec3,
     /// Distance from the other body's surface.
-    pub(crate) depth: f64,
+    pub depth: f64,
 }
 
 /// Samples along each side of a pixel: two would leave visible steps on the slanted
@@ -69,7 +72,8 @@ pub(crate) struct ContactPoint {
 const SAMPLES: usize = 3;
 
 /// Draws surfaces; the top of the color map stands for `max_depth`.
-pub(crate) fn draw(subjects: &[Subject<'_>], camera: &Camera, max_depth: f64) -> Image {
+#[must_use]
+pub fn draw(subjects: &[Subject<'_>], camera: &Camera, max_depth: f64) -> Image {
     let fine = camera.with_samples(SAMPLES);
     let mut layers = Layers::new(&fine);
     for (number, subject) in (0..).zip(subjects) {
