@@ -85,6 +85,15 @@ impl GapRow {
         Self { terms, normal, missing, multiplier: 0.0, penalty: 0.0, opening: 0.0 }
     }
 
+    /// Computes the opening by the displacements `u` of all particles.
+    pub(crate) fn opening_by(&self, u: &[DVec3]) -> f64 {
+        let mut opening = 0.0;
+        for &(particle, weight) in &self.terms {
+            opening += weight * self.normal.dot(u[particle as usize]);
+        }
+        opening
+    }
+
     /// Returns the force at the present opening.
     fn force(&self) -> f64 {
         (self.multiplier + self.penalty * (self.missing - self.opening)).max(0.0)

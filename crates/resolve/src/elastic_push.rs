@@ -3,24 +3,30 @@
 //! Each round minimizes the energy of the *whole* displacement since the start under one row per
 //! contact of a vertex or a crossing edge, and under the volumes of all bodies. Tissue that an
 //! earlier round pushed too far comes back, and no displacement is longer than its rows ask.
-//! Edges that come to cross between their vertices are left to the rounds after these.
+//! Contacts of edges are found where edges cross: their rows are kept, or edges would come apart in
+//! one round and cross again in the next.
 
 use std::collections::BTreeMap;
 
 use glam::DVec3;
+use proximity::FeaturePoint;
 use scene::BodyId;
 use surface::Contact;
 use surface::progress::Interrupted;
 
 use crate::elastic::{ElasticProblem, GapRow, VolumeRow};
+use crate::gap_rounds::PairFeatures;
 use crate::run::{Run, clearance};
 use crate::tissue::{Tissue, fitted_tree};
 use crate::{ResolveError, tuning};
 
 impl Run<'_> {
     /// Returns the number of elastic rounds: one for each step that the deepest vertex is inside,
-    /// and those in which tissue settles.
+    /// and those in which tissue settles; after carried displacements, which are near their end, one.
     pub(crate) fn elastic_rounds(&self) -> usize {
+        if self.is_warm {
+            return 2;
+        }
         let max_step = tuning::MAX_STEP * self.params.smoothing;
         let depth = self.rounds.first().map_or(0.0, |start| start.max_depth);
         let depth = depth.max(self.longest_way);
@@ -41,6 +47,7 @@ impl Run<'_> {
         }
         let displacements = self.displacements();
         let mut problem = ElasticProblem::default();
+        self.hold_edges(&displacements, &mut problem)?;
         let seeds = self.add_contacts(&contacts, &mut problem);
         self.add_displaced_bodies(seeds, &displacements, &mut problem)?;
         self.add_tie_bonds(&mut problem);
@@ -64,6 +71,69 @@ impl Run<'_> {
         displacements
     }
 
+    /// Adds the rows of edges that crossed in earlier rounds, and keeps those of edges that cross now.
+    /// After a warm start, edges that are near are held as well.
+    fn hold_edges(
+        &mut self,
+        displacements: &[DVec3],
+        problem: &mut ElasticProblem,
+    ) -> Result<(), ResolveError> {
+        if self.is_warm {
+            let mut rows = self.rows_of_near_edges()?;
+            add_openings(&mut rows, displacements);
+            self.edge_rows.extend(rows);
+        }
+
+        // What the rows miss by now.
+        let max_step = tuning::MAX_STEP * self.params.smoothing;
+        for row in &self.edge_rows {
+            let missing = row.missing - row.opening_by(displacements);
+            problem.rows.push(GapRow { missing: missing.min(max_step), ..row.clone() });
+        }
+
+        let mut rows = Vec::new();
+        for pair in self.near.iter() {
+            if self.uses_edges(&pair.report) && !self.is_tied(pair.report.pair) {
+                rows.extend(pair.edges.iter().filter_map(|contact| self.row(contact)));
+            }
+        }
+        add_openings(&mut rows, displacements);
+        self.edge_rows.extend(rows);
+        Ok(())
+    }
+
+    /// Makes the rows of edges that are near edges of another body, of pairs that do not cross.
+    fn rows_of_near_edges(&mut self) -> Result<Vec<GapRow>, ResolveError> {
+        let clearance = clearance(&self.params);
+        let mut rows = Vec::new();
+        let max_distance = tuning::CLEARANCE_MARGIN * clearance;
+        for PairFeatures { id, features } in
+            self.near_features(&self.overlapping_pairs(), max_distance)?
+        {
+            for feature in features.iter().filter(|_| !self.is_tied(id)) {
+                let is_on_edge = |point: &FeaturePoint| {
+                    point.weights.iter().filter(|weight| **weight > 0.0).count() == 2
+                };
+                if feature.points.iter().all(is_on_edge) {
+                    self.add_row(id, feature, clearance - feature.distance, &mut rows);
+                }
+            }
+        }
+        Ok(rows)
+    }
+
+    /// Makes the row of a contact; `None` where neither side can move.
+    fn row(&self, contact: &Contact) -> Option<GapRow> {
+        let mut terms = Vec::with_capacity(6);
+        for term in contact.stencil.terms() {
+            if self.inverse_masses[term.particle as usize] != 0.0 {
+                terms.push((term.particle, -term.weight));
+            }
+        }
+        let missing = clearance(&self.params) - contact.gap;
+        (!terms.is_empty()).then(|| GapRow::new(terms, contact.normal, missing))
+    }
+
     /// Adds the row of each contact; returns the vertices of each body that rows are to move.
     fn add_contacts(
         &self,
@@ -71,29 +141,19 @@ impl Run<'_> {
         problem: &mut ElasticProblem,
     ) -> BTreeMap<BodyId, Vec<u32>> {
         let max_step = tuning::MAX_STEP * self.params.smoothing;
-        let clearance = clearance(&self.params);
         let mut seeds: BTreeMap<BodyId, Vec<u32>> = BTreeMap::new();
         let bodies = self.scene.bodies();
-        for contact in contacts {
+        for mut row in contacts.iter().filter_map(|contact| self.row(contact)) {
             // Deeper overlaps than a step are left to later rounds.
-            let missing = (clearance - contact.gap).min(max_step);
-            let mut terms = Vec::with_capacity(6);
-            for term in contact.stencil.terms() {
-                if self.inverse_masses[term.particle as usize] == 0.0 {
-                    continue;
-                }
-                terms.push((term.particle, -term.weight));
-                if missing > 0.0 {
-                    let number =
-                        bodies.partition_point(|body| body.particles().end <= term.particle);
+            row.missing = row.missing.min(max_step);
+            if row.missing > 0.0 {
+                for &(particle, _) in &row.terms {
+                    let number = bodies.partition_point(|body| body.particles().end <= particle);
                     let first = bodies[number].particles().start;
-                    let seeds = seeds.entry(self.tissues[number].id).or_default();
-                    seeds.push(term.particle - first);
+                    seeds.entry(self.tissues[number].id).or_default().push(particle - first);
                 }
             }
-            if !terms.is_empty() {
-                problem.rows.push(GapRow::new(terms, contact.normal, missing));
-            }
+            problem.rows.push(row);
         }
         seeds
     }
@@ -145,6 +205,13 @@ impl Run<'_> {
     }
 }
 
+/// Adds to what rows miss the openings by displacements, without which they would miss that too.
+fn add_openings(rows: &mut [GapRow], displacements: &[DVec3]) {
+    for row in rows {
+        row.missing += row.opening_by(displacements);
+    }
+}
+
 impl Tissue {
     /// Finds the vertices around `seeds` and all that are displaced, ascending.
     fn active_vertices(
@@ -167,5 +234,44 @@ impl Tissue {
         active.sort_unstable();
         active.dedup();
         Ok(active)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fixtures::Mesh;
+    use scene::{BodyKind, Scene};
+    use surface::progress::Progress;
+
+    use super::*;
+    use crate::{Conditions, ResolveParams};
+
+    /// Builds two soft wedges whose ridges cross at right angles, no vertex inside.
+    fn crossed_ridges() -> Scene {
+        let positions = [[-4.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, -3.0, -3.0], [0.0, 3.0, -3.0]];
+        let positions = positions.map(DVec3::from).to_vec();
+        let lower = Mesh { positions, faces: vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]] };
+        let upper = lower.clone().mapped(|p| DVec3::new(p.y, p.x, -p.z - 0.25));
+        let mut scene = Scene::new();
+        for (name, mesh) in [("lower", lower), ("upper", upper)] {
+            let mesh = if mesh.volume() > 0.0 { mesh } else { mesh.flipped() };
+            let surface = mesh.surface();
+            scene.add(name, BodyKind::Deformable, surface, mesh.positions).expect("a wedge");
+        }
+        scene
+    }
+
+    #[test]
+    fn edges_that_came_apart_do_not_cross_again() {
+        let (mut scene, conditions) = (crossed_ridges(), Conditions::default());
+        let params = ResolveParams::with_smoothing(6.0);
+        let mut run = Run::new(&mut scene, params, &conditions, Progress::none()).expect("a run");
+        assert!(run.rounds[0].crossing_faces > 0 && run.rounds[0].max_depth > 0.1);
+        for round in 1..6 {
+            run.push_elastically().expect("displacements");
+            run.move_soft(Tissue::pushed).expect("positions");
+            run.record().expect("a round");
+            assert_eq!(run.rounds[round].crossing_faces, 0, "round {round}");
+        }
     }
 }

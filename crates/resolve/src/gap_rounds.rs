@@ -20,9 +20,9 @@ use crate::tissue::{Tissue, fitted_tree};
 use crate::{ResolveError, WrittenPrecision, tuning};
 
 /// Pair of bodies with its near features.
-struct PairFeatures {
-    id: PairId,
-    features: Vec<NearFeatures>,
+pub(crate) struct PairFeatures {
+    pub(crate) id: PairId,
+    pub(crate) features: Vec<NearFeatures>,
 }
 
 impl Run<'_> {
@@ -97,12 +97,12 @@ impl Run<'_> {
     }
 
     /// Returns the pairs whose surfaces cross or contain each other.
-    fn overlapping_pairs(&self) -> Vec<PairId> {
+    pub(crate) fn overlapping_pairs(&self) -> Vec<PairId> {
         self.near.overlapping().map(|near| near.report.pair).collect()
     }
 
     /// Lists the near features of all pairs that can be moved apart, in the order of the bodies.
-    fn near_features(
+    pub(crate) fn near_features(
         &mut self,
         crossing: &[PairId],
         max_distance: f64,
@@ -212,7 +212,13 @@ impl Run<'_> {
     }
 
     /// Adds the row of two near features, unless neither can move.
-    fn add_row(&self, pair: PairId, feature: &NearFeatures, missing: f64, rows: &mut Vec<GapRow>) {
+    pub(crate) fn add_row(
+        &self,
+        pair: PairId,
+        feature: &NearFeatures,
+        missing: f64,
+        rows: &mut Vec<GapRow>,
+    ) {
         let mut terms = Vec::with_capacity(6);
         for ((id, point), sign) in pair.bodies().into_iter().zip(&feature.points).zip([-1.0, 1.0]) {
             let tissue = &self.tissues[id.index()];

@@ -1,4 +1,5 @@
-//! Incremental detection: pairs of which neither body moved keep their report.
+//! Incremental detection: pairs of which neither body moved keep their report. Pairs of two rigid
+//! bodies, which nothing separates, are left out.
 
 use proximity::PairProximity;
 use scene::{BodyId, PairId, PairReport, Scene, VertexReport};
@@ -9,7 +10,7 @@ use crate::ResolveError;
 use crate::edge_contacts::edge_contacts;
 use crate::tissue::fitted_tree;
 
-/// Pairs of bodies within the detection margin, in the order of the bodies.
+/// Pairs of bodies within the detection margin, of which one is soft, in the order of the bodies.
 #[derive(Debug, Default)]
 pub(crate) struct NearPairs(Vec<NearPair>);
 
@@ -82,7 +83,8 @@ impl NearPairs {
         // Pairs within the margin of which a body has moved.
         scene.fit_all()?;
         let mut stale = scene.close_pairs(margin)?;
-        stale.retain(|&pair| has_moved(pair));
+        let is_soft = |id: BodyId| !scene.body(id).is_rigid();
+        stale.retain(|&pair| has_moved(pair) && pair.bodies().into_iter().any(is_soft));
 
         // In the order of the bodies, whatever thread was first.
         let detected = parallel::map_slice_with(&stale, PairProximity::default, |found, &pair| {

@@ -6,7 +6,7 @@ use response::{
     ContactLaw, ContactRows, ContactSystem, Margins, SolveLevel, SolverMethod, SolverParams,
     SweepOrder,
 };
-use scene::BodyId;
+use scene::{BodyId, PairReport};
 use surface::progress::{Interrupted, Progress};
 use surface::{Contact, parallel, vertex_normals};
 
@@ -149,7 +149,7 @@ impl Run<'_> {
         contacts.extend(self.exit_side(b, a).contacts(&report.b_against_a.near, of_b));
 
         // Edges come free with deep vertices, and until then mean little.
-        if report.max_vertex_depth <= tuning::MAX_DEPTH_WITH_EDGES * self.params.smoothing {
+        if self.uses_edges(report) {
             contacts.extend_from_slice(edges);
         }
 
@@ -160,6 +160,11 @@ impl Run<'_> {
             }
         }
         contacts
+    }
+
+    /// Returns true if a pair is so shallow that contacts of its edges are used.
+    pub(crate) fn uses_edges(&self, report: &PairReport) -> bool {
+        report.max_vertex_depth <= tuning::MAX_DEPTH_WITH_EDGES * self.params.smoothing
     }
 
     fn exit_side(&self, body: BodyId, other: BodyId) -> ExitSide<'_> {

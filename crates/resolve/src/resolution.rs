@@ -12,7 +12,7 @@ use crate::near_pairs::{NearPair, NearPairs};
 use crate::tissue::{Damage, Tissue, fitted_tree};
 use crate::tuning;
 
-/// State of a scene at the start or after a round.
+/// State of a scene at the start or after a round, pairs of two rigid bodies left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Round {

@@ -6,7 +6,7 @@ use surface::progress::Progress;
 
 use crate::run::Run;
 use crate::warm_start::{LocalDisplacements, fits};
-use crate::{Conditions, Resolution, ResolveError, ResolveParams};
+use crate::{Conditions, GapObstacle, Obstacle, Resolution, ResolveError, ResolveParams};
 
 /// Pushes apart the bodies of a scene that overlap.
 ///
@@ -98,7 +98,7 @@ impl Resolver {
         }
         let rest = soft_positions(scene);
         let resolution = self.attempt(scene, &carried, progress)?;
-        if resolution.resolved || carried.is_empty() {
+        if carried.is_empty() || !may_be_better(&resolution) {
             return Ok(resolution);
         }
 
@@ -130,6 +130,20 @@ impl Resolver {
         }
         result
     }
+}
+
+/// Returns true if something is left that another start might change: more than what is between rigid
+/// bodies.
+fn may_be_better(resolution: &Resolution) -> bool {
+    let Resolution { remaining, gap, broken_limits, self_overlaps, .. } = resolution;
+    let mut is_soft = !broken_limits.is_empty() || !self_overlaps.is_empty();
+    for left in remaining {
+        is_soft |= left.obstacle != Obstacle::BothRigid;
+    }
+    for short in &gap.short {
+        is_soft |= short.obstacle != GapObstacle::BothRigid;
+    }
+    !resolution.resolved && is_soft
 }
 
 /// Returns the positions of all soft bodies, with none for rigid ones.

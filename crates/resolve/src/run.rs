@@ -10,6 +10,7 @@ use surface::parallel;
 use surface::progress::{Interrupted, Progress};
 
 use crate::conditions::TieBond;
+use crate::elastic::GapRow;
 use crate::exit_sides::ExitMemory;
 use crate::near_pairs::NearPairs;
 use crate::resolution::{BodyChange, Obstacle, Remaining, Resolution, Round, deepest, max_bracket};
@@ -36,6 +37,10 @@ pub(crate) struct Run<'a> {
     pub(crate) exit_memories: BTreeMap<PairId, [ExitMemory; 2]>,
     /// Longest way out of a contact in the first round.
     pub(crate) longest_way: f64,
+    /// True if the rounds begin with carried displacements.
+    pub(crate) is_warm: bool,
+    /// Rows of edges that crossed in elastic rounds, with the openings that they miss at the start.
+    pub(crate) edge_rows: Vec<GapRow>,
     pub(crate) gap_rounds: Vec<GapRound>,
     /// Number of the round that was accepted last.
     accepted: Option<usize>,
@@ -106,6 +111,8 @@ impl<'a> Run<'a> {
             stalled_rounds: 0,
             exit_memories: BTreeMap::new(),
             longest_way: 0.0,
+            is_warm: false,
+            edge_rows: Vec::new(),
             gap_rounds: Vec::new(),
             accepted: None,
             accepted_states: VecDeque::new(),
@@ -130,7 +137,8 @@ impl<'a> Run<'a> {
         // Carried displacements count as a round, and are taken back where they are no better.
         self.move_soft(|tissue, _| Some(carried[tissue.id.index()].displace(tissue)))?;
         self.record()?;
-        if self.stalled_rounds > 0 { self.revert_to_best() } else { Ok(()) }
+        self.is_warm = self.stalled_rounds == 0;
+        if self.is_warm { Ok(()) } else { self.revert_to_best() }
     }
 
     /// Pushes bodies apart round by round, and takes the best round.

@@ -12,14 +12,15 @@ pub(crate) const MAX_STEP: f64 = 0.25;
 
 /// Elastic rounds beside those that the deepest vertex needs. Below, tissue that was pushed too far
 /// stays there; above, rounds are spent on what only edges keep from being free.
-pub(crate) const SETTLING_ROUNDS: usize = 2;
+pub(crate) const SETTLING_ROUNDS: usize = 1;
 
 /// Sweeps of the elastic solver in a round that pushes. Below, displacements are rough, and more
 /// rounds follow; above, rounds take longer.
 pub(crate) const PUSH_SWEEPS: usize = 20;
 
-/// Stiffness of a row's augmented term in them, as [`GAP_PENALTY`].
-pub(crate) const PUSH_PENALTY: f64 = 2.0;
+/// Stiffness of a row's augmented term in them, as [`GAP_PENALTY`]. Above 1, rows overshoot and open
+/// again from sweep to sweep.
+pub(crate) const PUSH_PENALTY: f64 = 0.5;
 
 /// Part of the clearance that may be missing from a solution. Below, solutions take longer; above,
 /// overlaps remain.
@@ -166,7 +167,7 @@ pub(crate) const IGNORED_VOLUME_CHANGE: f64 = 0.002;
 
 /// Change of a body's volume above which rounds continue \[its volume\]: a hundredth, less what
 /// the last pushes may take. Below, rounds are spent on it; above, the hundredth is exceeded.
-pub(crate) const MAX_VOLUME_CHANGE: f64 = 0.008;
+pub(crate) const MAX_VOLUME_CHANGE: f64 = 0.005;
 
 /// Largest displacement per round that gives volume back \[displacement so far\]. Below, more
 /// rounds are needed; above, it overshoots where little of a body is free.

@@ -4,7 +4,8 @@
 use fixtures::{Mesh, shapes};
 use glam::DVec3;
 use resolve::{
-    BodyStiffness, Conditions, Obstacle, Remaining, Resolution, ResolveParams, Resolver,
+    BodyStiffness, Conditions, FixedVertices, Obstacle, Remaining, Resolution, ResolveParams,
+    Resolver,
 };
 use scene::{BodyId, BodyKind, CheckParams, Scene};
 use surface::progress::Progress;
@@ -256,23 +257,29 @@ pub(crate) fn crossed_wedges(depth: f64) -> [Mesh; 2] {
     [lower, upper]
 }
 
-/// Judges two rigid bodies, which stay as they are, with a tolerance.
-fn judged(bodies: [Mesh; 2], tolerance: f64) -> Resolution {
+/// Judges a rigid body and one of a kind, all of whose vertices are fixed, with a tolerance.
+fn judged(bodies: [Mesh; 2], kind: BodyKind, tolerance: f64) -> Resolution {
     let [a, b] = bodies;
-    let mut scene = scene_of([("a", BodyKind::Rigid, a), ("b", BodyKind::Rigid, b)]);
-    let params = ResolveParams { tolerance, ..PARAMS };
-    resolve::resolve(&mut scene, &params, Progress::none()).expect("a resolution")
+    let vertices = (0..).take(b.positions.len()).collect();
+    let mut scene = scene_of([("a", BodyKind::Rigid, a), ("b", kind, b)]);
+    let fixed = vec![FixedVertices { body: scene.find("b").expect("the body"), vertices }];
+    let resolver = Resolver::new(ResolveParams { tolerance, ..PARAMS }).expect("a resolver");
+    let mut resolver = resolver.with_conditions(Conditions { fixed, ..Conditions::default() });
+    resolver.resolve(&mut scene, Progress::none()).expect("a resolution")
 }
 
 #[test]
 fn edges_without_a_vertex_inside_are_as_deep_as_their_surfaces() {
     let (exact, wedges) = (0.25 / f64::sqrt(2.0), crossed_wedges(0.25));
-    let resolution = judged(wedges.clone(), 0.17);
+    let resolution = judged(wedges.clone(), BodyKind::Rigid, 0.17);
     let Remaining { depth, obstacle, .. } = resolution.remaining[0];
     assert!(!resolution.resolved && depth.lower <= exact && exact <= depth.upper, "{depth:?}");
     assert_eq!(obstacle, Obstacle::BothRigid);
     assert!(resolution.before[0].max_vertex_depth <= 0.0, "no vertex is inside");
-    assert!(judged(wedges, 0.25).resolved, "within a tolerance beyond the bracket");
+    assert!(
+        judged(wedges, BodyKind::Rigid, 0.25).resolved,
+        "within a tolerance beyond the bracket"
+    );
 }
 
 /// The deepest vertex is within the tolerance, the ridges between the vertices are not.
@@ -280,7 +287,7 @@ fn edges_without_a_vertex_inside_are_as_deep_as_their_surfaces() {
 fn a_shallow_vertex_does_not_hide_a_deep_surface() {
     let [lower, upper] = crossed_wedges(0.25);
     let grain = shapes::cube(0.02).translated(DVec3::X * 4.0);
-    let resolution = judged([lower, upper.joined(&grain)], 0.1);
+    let resolution = judged([lower, upper.joined(&grain)], BodyKind::Deformable, 0.1);
     let start = &resolution.rounds[0];
     assert!(start.max_depth > 0.0 && start.max_depth < 0.02, "{start:?}");
     assert!(start.surface_depth.is_some_and(|depth| depth.lower > 0.16), "{start:?}");
@@ -291,6 +298,24 @@ fn a_shallow_vertex_does_not_hide_a_deep_surface() {
     for round in &resolution.rounds[1..] {
         assert!(round.surface_depth.is_some_and(|depth| depth.upper > 0.1), "{round:?}");
     }
+}
+
+/// Two bones that cross stay, and no round tries to change that.
+#[test]
+fn rigid_bodies_that_cross_cost_no_rounds() {
+    let mut rounds = Vec::new();
+    for crosses in [false, true] {
+        let mut scene = planted();
+        let [first, second] = crossed_wedges(if crosses { 0.25 } else { -0.25 });
+        for (name, mesh) in [("first", first), ("second", second)] {
+            let mesh = mesh.translated(DVec3::Z * 500.0);
+            scene.add(name, BodyKind::Rigid, mesh.surface(), mesh.positions).expect("a bone");
+        }
+        let resolution = resolve(&mut scene);
+        assert_eq!(resolution.resolved, !crosses, "{:?}", resolution.remaining);
+        rounds.push(resolution.rounds.len());
+    }
+    assert_eq!(rounds[0], rounds[1]);
 }
 
 #[test]
