@@ -38,7 +38,7 @@ use crate::mesh_point::MeshPoint;
 
 /// Map from a full surface onto a coarse one on some of its vertices.
 ///
-/// Shifts are computed in every frame, of more points than caches hold: each takes 32 bytes.
+/// Shifts are computed in every frame, of more points than caches hold: each takes 24 bytes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CoarseMap {
     /// Shifts of the vertices that were not kept to points of coarse faces, ascending.
@@ -55,7 +55,7 @@ pub(crate) struct CoarseMap {
 struct VertexShift {
     vertex: u32,
     corners: [u32; 3],
-    weights: [f64; 2],
+    weights: [f32; 2],
 }
 
 /// Difference between a point `a + s (b − a)` of an edge and such a point of a coarse edge.
@@ -63,7 +63,7 @@ struct VertexShift {
 struct EdgeShift {
     ends: [u32; 2],
     coarse_ends: [u32; 2],
-    weights: [f64; 2],
+    weights: [f32; 2],
 }
 
 /// Roundings of a coordinate that a distance between weighted means may be off by.
@@ -149,21 +149,29 @@ pub(crate) fn rounding<'a>(vertices: impl Iterator<Item = &'a DVec3>) -> f64 {
     ROUNDINGS * f64::EPSILON * size.max_element()
 }
 
+/// Rounds a weight toward zero, so that a point stays in its face; any weights prove the same.
+#[expect(clippy::cast_possible_truncation, reason = "rounding is the purpose")]
+fn rounded_down(weight: f64) -> f32 {
+    let nearest = weight as f32;
+    if f64::from(nearest) > weight { nearest.next_down() } else { nearest }
+}
+
 impl VertexShift {
     fn new(vertex: u32, point: &MeshPoint) -> Self {
         let [(a, _), (b, s), (c, t)] = point.terms();
-        Self { vertex, corners: [a, b, c], weights: [s, t] }
+        Self { vertex, corners: [a, b, c], weights: [s, t].map(rounded_down) }
     }
 
     /// Returns the corners of the face, with their weights.
     fn image(&self) -> [(u32, f64); 3] {
-        let ([a, b, c], [s, t]) = (self.corners, self.weights);
+        let ([a, b, c], [s, t]) = (self.corners, self.weights.map(f64::from));
         [(a, 1.0 - s - t), (b, s), (c, t)]
     }
 
     #[inline(always)]
     fn at(&self, x: &[DVec3], of_face: &[DVec3]) -> DVec3 {
-        let Self { vertex, corners: [a, b, c], weights: [s, t] } = *self;
+        let Self { vertex, corners: [a, b, c], weights } = *self;
+        let [s, t] = weights.map(f64::from);
         let [a, b, c] = [of_face[a as usize], of_face[b as usize], of_face[c as usize]];
         (x[vertex as usize] - a) - s * (b - a) - t * (c - a)
     }
@@ -179,12 +187,13 @@ impl VertexShift {
 impl EdgeShift {
     fn new(point: &MeshPoint, image: &MeshPoint) -> Self {
         let [[(a, _), (b, s), _], [(c, _), (d, t), _]] = [point, image].map(MeshPoint::terms);
-        Self { ends: [a, b], coarse_ends: [c, d], weights: [s, t] }
+        Self { ends: [a, b], coarse_ends: [c, d], weights: [s, t].map(rounded_down) }
     }
 
     #[inline(always)]
     fn at(&self, x: &[DVec3], kept: &[DVec3]) -> DVec3 {
-        let Self { ends: [a, b], coarse_ends: [c, d], weights: [s, t] } = *self;
+        let Self { ends: [a, b], coarse_ends: [c, d], weights } = *self;
+        let [s, t] = weights.map(f64::from);
         let [a, b] = [x[a as usize], x[b as usize]];
         let [c, d] = [kept[c as usize], kept[d as usize]];
         (a - c) + s * (b - a) - t * (d - c)

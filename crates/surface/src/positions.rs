@@ -111,25 +111,33 @@ impl TriangleSurface {
 }
 
 /// Checks that there are `expected` positions, all finite and in range.
-fn check(expected: usize, x: impl Iterator<Item = DVec3>) -> Result<(), SurfaceError> {
-    let (mut got, mut largest) = (0, 0.0_f64);
-    for at in x {
-        // A coordinate that is not a number fails the comparison.
+fn check(expected: usize, x: impl Iterator<Item = DVec3> + Clone) -> Result<(), SurfaceError> {
+    // No branch per vertex; the first one that is out of range is looked up where there is any.
+    let (mut got, mut largest, mut are_in_range) = (0, DVec3::ZERO, true);
+    for at in x.clone() {
+        are_in_range &= is_in_range(at);
         let size = at.abs();
-        if !(size.x <= MAX_COORDINATE && size.y <= MAX_COORDINATE && size.z <= MAX_COORDINATE) {
-            return Err(out_of_range(got, at));
-        }
-        largest = largest.max(size.max_element());
+        largest = DVec3::select(size.cmpgt(largest), size, largest);
         got += 1;
+    }
+    if !are_in_range && let Some((vertex, at)) = x.enumerate().find(|(_, at)| !is_in_range(*at)) {
+        return Err(out_of_range(vertex, at));
     }
 
     if got != expected {
         return Err(SurfaceError::PositionCount { expected, got });
     }
+    let largest = largest.max_element();
     if largest > 0.0 && largest < MIN_SIZE {
         return Err(SurfaceError::TooSmall { largest });
     }
     Ok(())
+}
+
+/// Returns true unless a coordinate is too large or not a number.
+#[inline(always)]
+fn is_in_range(at: DVec3) -> bool {
+    at.abs().cmple(DVec3::splat(MAX_COORDINATE)).all()
 }
 
 /// Returns the error of a position with a coordinate that is not finite or too large.
