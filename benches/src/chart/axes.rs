@@ -83,7 +83,7 @@ impl Axis {
         Self::new(label, range, step, power)
     }
 
-    /// Draws a title and two axes with lines at their ticks.
+    /// Draws a title, unless it is empty, and two axes with lines at their ticks.
     ///
     /// # Errors
     ///
@@ -93,9 +93,14 @@ impl Axis {
         title: &str,
         [x, y]: [Self; 2],
     ) -> Result<Plot<'a>, Box<dyn Error>> {
-        let mut plot = ChartBuilder::on(area)
-            .caption(title, ("sans-serif", 15))
+        // Without a title there is no room for one.
+        let mut builder = ChartBuilder::on(area);
+        if !title.is_empty() {
+            builder.caption(title, ("sans-serif", 15));
+        }
+        let mut plot = builder
             .margin(7)
+            .margin_right(14)
             .x_label_area_size(40)
             .y_label_area_size(56)
             .build_cartesian_2d(x.clone(), y.clone())?;

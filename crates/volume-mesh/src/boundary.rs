@@ -31,7 +31,9 @@ impl VolumeMesh {
     ///
     /// # Errors
     ///
-    /// [`VolumeError::SharedFace`] where three cells or more have a face in common.
+    /// [`VolumeError::SharedFace`] where three cells or more have a face in common,
+    /// [`VolumeError::RepeatedCell`] where two cells have all nodes in common, and
+    /// [`VolumeError::NoBoundary`] where no face belongs to one cell alone.
     pub fn boundary(&self) -> Result<Boundary, VolumeError> {
         // Faces with the same nodes stand together.
         let mut faces = self.cell_faces();
@@ -40,12 +42,18 @@ impl VolumeMesh {
         for group in faces.chunk_by(|p, q| p.key == q.key) {
             match group {
                 [face] => outer.push((face.cell, face.face)),
+                [a, b] if self.have_same_nodes(a.cell, b.cell) => {
+                    return Err(VolumeError::RepeatedCell { cells: [a.cell, b.cell] });
+                }
                 [_, _] => {}
                 [a, b, c, ..] => {
                     return Err(VolumeError::SharedFace { cells: [a.cell, b.cell, c.cell] });
                 }
                 [] => {}
             }
+        }
+        if outer.is_empty() {
+            return Err(VolumeError::NoBoundary { cells: self.cells().len() });
         }
         outer.sort_unstable();
 
@@ -57,6 +65,12 @@ impl VolumeMesh {
             push_triangles(&corners.collect::<Vec<u32>>(), &mut triangles);
         }
         Ok(Boundary::over_used_nodes(triangles, self.node_count()))
+    }
+
+    /// Returns true if the cells have the same nodes in any order.
+    fn have_same_nodes(&self, a: usize, b: usize) -> bool {
+        let [a, b] = [a, b].map(|cell| self.cells()[cell].nodes());
+        a.len() == b.len() && a.iter().all(|node| b.contains(node))
     }
 
     fn cell_faces(&self) -> Vec<CellFace> {

@@ -36,6 +36,18 @@ pub enum VolumeError {
         /// Indices of the first three cells.
         cells: [usize; 3],
     },
+    /// Two cells have the same nodes.
+    #[error("cells {cells:?} have the same nodes")]
+    RepeatedCell {
+        /// Indices of the cells.
+        cells: [usize; 2],
+    },
+    /// No face belongs to one cell alone.
+    #[error("has no surface: every face of its {cells} cells is shared by two of them")]
+    NoBoundary {
+        /// Number of cells.
+        cells: usize,
+    },
     /// Cells are inverted, or without volume, before anything moves.
     #[error(
         "{count} of the cells are inverted or flat at the start, the worst is cell {cell} with a scaled Jacobian of {scaled_jacobian:.3}"

@@ -12,11 +12,11 @@ use crate::chart::axes::{Area, Axis, Drawn};
 use crate::chart::curves::picture;
 use crate::chart::sheet::Settings;
 
-const WIDTH: u32 = 1500;
-const BODY: u32 = 1560;
+const WIDTH: u32 = 1000;
+const BODY: u32 = 1140;
 const FOOT: u32 = 190;
 
-/// Height of the names of the integrators.
+/// Height of the names of the integrators, and of the name of a response over its row.
 const NAMES: u32 = 20;
 
 /// Band of growth in a step or a bounce, up to a value.
@@ -58,16 +58,18 @@ pub(super) fn draw(all: &[Maps], settings: &Settings) -> Result<String, Box<dyn 
         draw_names(&head)?;
         draw_legend(foot, settings)?;
 
-        // One row per response, one column per integrator.
-        let panels = body.split_evenly((RESPONSES.len(), Scheme::ALL.len()));
-        let mut panels = panels.iter();
-        for (response, maps) in RESPONSES.iter().zip(all) {
-            for (map, area) in maps.iter().zip(panels.by_ref()) {
+        // One row per response under its name, one column per integrator.
+        let rows = body.split_evenly((RESPONSES.len(), 1));
+        for ((response, maps), row) in RESPONSES.iter().zip(all).zip(&rows) {
+            let (head, panels) = row.split_vertically(NAMES);
+            let title = ("sans-serif", 15).into_font().into_text_style(&head);
+            head.draw_text(response.title, &title, (40, 4))?;
+            for (map, area) in maps.iter().zip(&panels.split_evenly((1, Scheme::ALL.len()))) {
                 match response.drawing {
                     Drawing::Cells { limit, other_limit } => {
-                        draw_cells(area, response.title, map, [Some(limit), other_limit])?;
+                        draw_cells(area, map, [Some(limit), other_limit])?;
                     }
-                    Drawing::Curves(copies) => draw_curves(area, response.title, map, copies)?,
+                    Drawing::Curves(copies) => draw_curves(area, map, copies)?,
                 }
             }
         }
@@ -81,20 +83,15 @@ fn draw_names(area: &Area<'_>) -> Drawn {
     let name = ("sans-serif", 17).into_font().into_text_style(area).pos(centered);
     for (column, scheme) in area.split_evenly((1, Scheme::ALL.len())).iter().zip(Scheme::ALL) {
         let middle = i32::try_from(column.dim_in_pixel().0 / 2)?;
-        column.draw_text(scheme.name(), &name, (middle + 20, 10))?;
+        column.draw_text(scheme.name(), &name, (middle + 16, 10))?;
     }
     Ok(())
 }
 
 /// Draws a map in colors, with its limits in closed form on top.
-fn draw_cells(
-    area: &Area<'_>,
-    title: &str,
-    map: &CellMap,
-    [limit, dashed]: [Option<Limit>; 2],
-) -> Drawn {
+fn draw_cells(area: &Area<'_>, map: &CellMap, [limit, dashed]: [Option<Limit>; 2]) -> Drawn {
     let [horizontal, vertical] = map.axes;
-    let mut plot = Axis::draw(area, title, [horizontal.axis(), vertical.axis()])?;
+    let mut plot = Axis::draw(area, "", [horizontal.axis(), vertical.axis()])?;
     plot.draw_series(bars(map))?;
 
     // Limits lie on top of the cells.
@@ -150,9 +147,9 @@ fn band_color(value: f64) -> RGBColor {
 }
 
 /// Draws growth over the number of copies, with the largest stable numbers.
-fn draw_curves(area: &Area<'_>, title: &str, map: &CellMap, responses: &[Copies]) -> Drawn {
+fn draw_curves(area: &Area<'_>, map: &CellMap, responses: &[Copies]) -> Drawn {
     let gain = map.axes[0];
-    let mut plot = Axis::draw(area, title, [gain.axis(), RADIUS.axis()])?;
+    let mut plot = Axis::draw(area, "", [gain.axis(), RADIUS.axis()])?;
 
     // Stable below a radius of 1.
     let stable = Rectangle::new([(gain.low, 0.0), (gain.high, 1.0)], STABLE.filled());
@@ -204,7 +201,7 @@ fn draw_legend(area: &Area<'_>, settings: &Settings) -> Drawn {
         for (response, color) in responses.iter().zip(COLORS) {
             area.draw(&PathElement::new([(x, 40), (x + 26, 40)], color.stroke_width(3)))?;
             area.draw_text(response.name, &text, (x + 32, 34))?;
-            x += 200;
+            x += 158;
         }
     }
 

@@ -34,8 +34,9 @@ impl GridAxis {
     pub fn axis(&self) -> Axis {
         let range = [self.low, self.high];
         match (self.scale, self.high - self.low) {
-            (Scale::Logarithmic, _) => {
-                Axis::new(self.label, range, 1.0, |place| format!("1e{place:.0}"))
+            (Scale::Logarithmic, length) => {
+                let step = if length >= 4.0 { 2.0 } else { 1.0 };
+                Axis::new(self.label, range, step, |place| format!("1e{place:.0}"))
             }
             (Scale::Linear, length) => {
                 let step = if length >= 3.0 {

@@ -15,18 +15,16 @@ use crate::stability::drive::Drive;
 use crate::stability::scenes::World;
 use crate::stability::{Detector, Figures, Planted, Response, Run, Setting, Verdict, run_all};
 
-const WIDTH: u32 = 1640;
+const WIDTH: u32 = 1000;
 const PANEL: u32 = 250;
 
 /// Height of the key of colors.
 const KEY: u32 = 28;
 
-const COLUMNS: usize = 2;
-
 /// Places within a panel.
 const LEFT: i32 = 178;
 const TOP: i32 = 52;
-const CELL: [i32; 2] = [87, 36];
+const CELL: [i32; 2] = [113, 36];
 
 /// Colors that differ in brightness too, for readers who see no red or green.
 const HOLDS: RGBColor = RGBColor(0x1f, 0x5f, 0x8b);
@@ -100,12 +98,12 @@ fn settings() -> Settings {
 }
 
 fn draw(runs: &[Run], settings: &Settings) -> Result<String, Box<dyn Error>> {
-    let rows = u32::try_from(Planted::ALL.len().div_ceil(COLUMNS))?;
-    let lines = caption(settings, 1500);
+    let rows = u32::try_from(Planted::ALL.len())?;
+    let lines = caption(settings, WIDTH);
     let foot = KEY + CAPTION_LINE * (u32::try_from(lines.len())? + 1);
     let heading = "Where detection and response hold together, over time";
     picture(heading, WIDTH, [rows * PANEL, foot], |body, foot| {
-        let panels = body.split_evenly((rows as usize, COLUMNS));
+        let panels = body.split_evenly((Planted::ALL.len(), 1));
         for (planted, area) in Planted::ALL.into_iter().zip(&panels) {
             draw_panel(area, planted, runs)?;
         }

@@ -170,6 +170,14 @@ fn invalid_meshes_are_refused() {
     let shared = VolumeMesh::new(6, cells).expect("valid nodes");
     assert_eq!(shared.boundary(), Err(VolumeError::SharedFace { cells: [0, 1, 2] }));
 
+    // One cell twice, beside another one; and all five sides of a simplex in four dimensions.
+    let cells = [[4, 5, 6, 7], [0, 1, 2, 3], [1, 0, 3, 2]].map(Cell::Tetrahedron).to_vec();
+    let repeated = VolumeMesh::new(8, cells).expect("valid nodes");
+    assert_eq!(repeated.boundary(), Err(VolumeError::RepeatedCell { cells: [1, 2] }));
+    let sides = [[0, 1, 2, 3], [0, 1, 2, 4], [0, 1, 3, 4], [0, 2, 3, 4], [1, 2, 3, 4]];
+    let closed = VolumeMesh::new(5, sides.map(Cell::Tetrahedron).to_vec()).expect("valid nodes");
+    assert_eq!(closed.boundary(), Err(VolumeError::NoBoundary { cells: 5 }));
+
     // Turned inside out at the start.
     let nodes = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
     let mesh = VolumeMesh::new(4, tetrahedron([1, 0, 2, 3])).expect("valid nodes");
