@@ -107,9 +107,9 @@ impl Run<'_> {
         let clearance = clearance(&self.params);
         let mut rows = Vec::new();
         let max_distance = tuning::CLEARANCE_MARGIN * clearance;
-        for PairFeatures { id, features } in
-            self.near_features(&self.overlapping_pairs(), max_distance)?
-        {
+        let (mut near, all) = (Vec::new(), vec![true; self.tissues.len()]);
+        self.update_features(&mut near, &self.overlapping_pairs(), max_distance, &all)?;
+        for PairFeatures { id, features } in near {
             for feature in features.iter().filter(|_| !self.is_tied(id)) {
                 let is_on_edge = |point: &FeaturePoint| {
                     point.weights.iter().filter(|weight| **weight > 0.0).count() == 2

@@ -17,18 +17,19 @@ use crate::{ResolveError, tuning};
 
 impl Run<'_> {
     /// Moves soft bodies by the displacements of all particles, as far as nothing meets and no
-    /// body leaves its limits. Pairs that cross already are not regarded.
+    /// body leaves its limits; returns which bodies moved. Pairs that cross already are not regarded.
     pub(crate) fn move_freely(
         &mut self,
         displacements: &[DVec3],
         crossing: &[PairId],
-    ) -> Result<(), ResolveError> {
+    ) -> Result<Vec<bool>, ResolveError> {
         let mut shares = vec![1.0; displacements.len()];
 
         // Whoever is held back changes the way of its neighbors: swept again.
         let mut changed = vec![true; self.tissues.len()];
         let mut touching = Vec::new();
-        for pass in 0.. {
+        let mut pass = 0;
+        loop {
             self.limit_shape(displacements, &mut shares, &changed)?;
             let ends = self.ends_of_step(displacements, &shares);
             let meetings = self.meetings(&ends, &changed, crossing)?;
@@ -60,10 +61,11 @@ impl Run<'_> {
             if is_free {
                 touching.sort_unstable();
                 touching.dedup();
-                return self.take_step(&ends, &touching);
+                self.take_step(&ends, &touching)?;
+                return Ok(ends.iter().map(Option::is_some).collect());
             }
+            pass += 1;
         }
-        Ok(())
     }
 
     /// Finds what meets on the way, among pairs of which a way has changed.

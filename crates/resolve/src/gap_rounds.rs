@@ -40,10 +40,11 @@ impl Run<'_> {
         let slack = self.gap_slack();
         let target = self.params.gap + slack;
         let mut search = GapSearch::new(from_round);
+        let (mut near, mut moved) = (Vec::new(), vec![true; self.tissues.len()]);
 
         let broken = loop {
             self.round_progress().report(0.0)?;
-            let near = self.near_features(&crossing, target + self.params.gap)?;
+            self.update_features(&mut near, &crossing, target + self.params.gap, &moved)?;
             let (problem, round) = self.gap_problem(&near, target, 0.5 * slack)?;
             let broken = self.judge_gap_round(round, &mut search)?;
             if search.is_over(&round) {
@@ -52,7 +53,7 @@ impl Run<'_> {
             let at_rest = vec![DVec3::ZERO; self.inverse_masses.len()];
             let displacements =
                 problem.minimize(&at_rest, tuning::GAP_SWEEPS, 0.25 * slack, tuning::GAP_PENALTY);
-            self.move_freely(&displacements, &crossing)?;
+            moved = self.move_freely(&displacements, &crossing)?;
         };
         let is_accepted = search.least_accepted < f64::INFINITY;
         if is_accepted {
@@ -101,23 +102,30 @@ impl Run<'_> {
         self.near.overlapping().map(|near| near.report.pair).collect()
     }
 
-    /// Lists the near features of all pairs that can be moved apart, in the order of the bodies.
-    pub(crate) fn near_features(
+    /// Lists the near features of all pairs that can be moved apart, in the order of the bodies. Pairs
+    /// of which neither body has moved keep theirs.
+    pub(crate) fn update_features(
         &mut self,
+        near: &mut Vec<PairFeatures>,
         crossing: &[PairId],
         max_distance: f64,
-    ) -> Result<Vec<PairFeatures>, ResolveError> {
+        moved: &[bool],
+    ) -> Result<(), ResolveError> {
+        let has_moved = |pair: PairId| moved[pair.a.index()] || moved[pair.b.index()];
+        near.retain(|pair| !has_moved(pair.id));
         let mut pairs = self.scene.close_pairs(max_distance)?;
         self.scene.fit_all()?;
-        pairs.retain(|pair| self.can_open(*pair) && !crossing.contains(pair));
+        pairs.retain(|&pair| has_moved(pair) && self.can_open(pair) && !crossing.contains(&pair));
+
         let scene = &*self.scene;
-        let near = parallel::map_slice_with(&pairs, Workspace::default, |workspace, &id| {
+        near.extend(parallel::map_slice_with(&pairs, Workspace::default, |workspace, &id| {
             let [a, b] = id.bodies().map(|body| fitted_tree(scene.body(body)));
             let mut features = Vec::new();
             NearFeatures::find(a, b, max_distance, workspace, &mut features);
             PairFeatures { id, features }
-        });
-        Ok(near)
+        }));
+        near.sort_unstable_by_key(|pair| pair.id);
+        Ok(())
     }
 
     /// Returns true if one body of a pair is soft.

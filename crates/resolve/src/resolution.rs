@@ -436,6 +436,8 @@ impl BodyChange {
     ) -> Result<Self, Interrupted> {
         // Shape: volume, faces that turned over, and crossings of the body with itself.
         let x = tree.positions().as_slice();
+        let crossings = tree.self_crossings(&mut Workspace::default(), progress)?.len();
+        let at_rest = || Ok(self_crossings_at(&tissue.rest, tree, progress)?.len());
         let mut change = Self {
             body: tissue.id,
             displacements: Vec::with_capacity(x.len()),
@@ -444,10 +446,7 @@ impl BodyChange {
             strain: tissue.strain(x),
             volume_ratio: tissue.volume.map(|volume| tissue.volume_at(x) / volume),
             flipped_faces: tissue.count_flipped(x),
-            self_crossings: [
-                self_crossings_at(&tissue.rest, tree, progress)?.len(),
-                tree.self_crossings(&mut Workspace::default(), progress)?.len(),
-            ],
+            self_crossings: [if x == tissue.rest { crossings } else { at_rest()? }, crossings],
         };
 
         // Displacements from the start.
