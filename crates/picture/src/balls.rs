@@ -26,6 +26,7 @@ pub fn draw_balls_and_error(
     balls: &[Ball],
     distances: &[f64],
 ) -> Image {
+    // The balls in the surface.
     let camera = camera(positions);
     let normals = vertex_normals(faces, positions);
     let surface = Subject {
@@ -40,13 +41,17 @@ pub fn draw_balls_and_error(
     let within = draw(&[spheres.subject(), surface], &camera, 1.0);
 
     // The whole surface is drawn like contact, in the colors of its distance.
-    let max = distances.iter().map(|distance| distance.abs()).fold(0.0, f64::max);
-    let point = |vertex: u32| {
-        let vertex = vertex as usize;
-        let (at, normal, depth) = (positions[vertex], normals[vertex], distances[vertex].abs());
-        ContactPoint { at, normal, depth }
-    };
-    let contact: Vec<ContactTriangle> = faces.iter().map(|face| face.map(point)).collect();
+    let mut points = Vec::with_capacity(positions.len());
+    let mut max = 0.0_f64;
+    for ((&at, &normal), distance) in positions.iter().zip(&normals).zip(distances) {
+        let depth = distance.abs();
+        points.push(ContactPoint { at, normal, depth });
+        max = max.max(depth);
+    }
+    let mut contact: Vec<ContactTriangle> = Vec::with_capacity(faces.len());
+    for face in faces {
+        contact.push(face.map(|vertex| points[vertex as usize]));
+    }
     let colored = Subject { contact: &contact, appearance: Appearance::Solid, ..surface };
     Image::beside(&[within, draw(&[colored], &camera, max)])
 }
@@ -73,7 +78,9 @@ impl Spheres {
         let (unit, corners) = unit_sphere();
         let mut all = Self::default();
         for (first, ball) in (0_u32..).step_by(unit.len()).zip(balls) {
-            all.positions.extend(unit.iter().map(|normal| ball.center + ball.radius * *normal));
+            for &normal in &unit {
+                all.positions.push(ball.center + ball.radius * normal);
+            }
             all.normals.extend(&unit);
             for face in &corners {
                 all.faces.push(face.map(|corner| first + corner));

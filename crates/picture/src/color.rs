@@ -19,23 +19,13 @@ impl Color {
     /// Converts from sRGB bytes.
     #[must_use]
     pub fn from_srgb(bytes: [u8; 3]) -> Self {
-        Self(bytes.map(|byte| {
-            let channel = f64::from(byte) / 255.0;
-            if channel <= 0.04045 { channel / 12.92 } else { ((channel + 0.055) / 1.055).powf(2.4) }
-        }))
+        Self(bytes.map(to_linear))
     }
 
     /// Converts to sRGB bytes, as style sheets and picture files have them.
     #[must_use]
     pub fn to_srgb(self) -> [u8; 3] {
-        self.0.map(|channel| {
-            let channel = channel.clamp(0.0, 1.0);
-            byte(if channel <= 0.003_130_8 {
-                channel * 12.92
-            } else {
-                1.055 * channel.powf(1.0 / 2.4) - 0.055
-            })
-        })
+        self.0.map(from_linear)
     }
 
     /// Blends another color over this one with an opacity in `0.0..=1.0`.
@@ -43,6 +33,24 @@ impl Color {
     pub fn under(self, over: Self, opacity: f64) -> Self {
         self * (1.0 - opacity) + over * opacity
     }
+}
+
+/// Returns the light of an sRGB byte.
+fn to_linear(byte: u8) -> f64 {
+    let channel = f64::from(byte) / 255.0;
+    if channel <= 0.04045 { channel / 12.92 } else { ((channel + 0.055) / 1.055).powf(2.4) }
+}
+
+/// Returns the sRGB byte nearest to a light, clamped to `0.0..=1.0`.
+fn from_linear(channel: f64) -> u8 {
+    let channel = channel.clamp(0.0, 1.0);
+
+    // Linear near black, where a power would be infinitely steep.
+    byte(if channel <= 0.003_130_8 {
+        channel * 12.92
+    } else {
+        1.055 * channel.powf(1.0 / 2.4) - 0.055
+    })
 }
 
 impl Add for Color {
@@ -85,10 +93,12 @@ const VIRIDIS: [[u8; 3]; 17] = [
 /// Returns the color at `t` of the map, clamped to `0.0..=1.0`.
 #[must_use]
 pub fn viridis(t: f64) -> Color {
+    // The stops on both sides.
     let at = t.clamp(0.0, 1.0) * 16.0;
     let lower = floor(at).min(15);
     let fraction = at - float(lower);
 
+    // Between them the map is linear in sRGB, as it was made.
     let mut bytes = VIRIDIS[lower];
     for (channel, upper) in bytes.iter_mut().zip(VIRIDIS[lower + 1]) {
         let [from, to] = [*channel, upper].map(f64::from);
@@ -109,15 +119,17 @@ mod tests {
         }
     }
 
+    fn luminance(t: f64) -> f64 {
+        let [r, g, b] = viridis(t).0;
+        0.2126 * r + 0.7152 * g + 0.0722 * b
+    }
+
     #[test]
     fn the_map_passes_through_its_stops_and_grows_lighter() {
-        let luminance = |t: f64| {
-            let [r, g, b] = viridis(t).0;
-            0.2126 * r + 0.7152 * g + 0.0722 * b
-        };
         for (step, stop) in (0_u8..).zip(VIRIDIS) {
             assert_eq!(viridis(f64::from(step) / 16.0).to_srgb(), stop);
         }
+
         for step in 0_u8..100 {
             let t = f64::from(step) / 100.0;
             assert!(luminance(t) < luminance(t + 0.01), "darker above {t}");

@@ -34,8 +34,7 @@ const OUTLINE_SHADE: f64 = 0.45;
 
 impl Layers {
     pub(crate) fn new(camera: &Camera) -> Self {
-        let layer = || Layer::new(camera);
-        Self { solid: layer(), glass: layer(), contact: layer() }
+        Self { solid: Layer::new(camera), glass: Layer::new(camera), contact: Layer::new(camera) }
     }
 
     /// Computes the color of every sample.
@@ -49,6 +48,7 @@ impl Layers {
         let jump = OUTLINE_JUMP * single(float(camera.height()));
         let mut image = Image::new(width, camera.height());
         for (sample, color) in image.samples_mut().iter_mut().enumerate() {
+            // What is opaque first, with its outline.
             let solid = self.solid.hits()[sample];
             if solid.is_some() {
                 *color = lit(subjects[solid.subject as usize].color, &solid);
@@ -56,6 +56,8 @@ impl Layers {
                     *color = *color * OUTLINE_SHADE;
                 }
             }
+
+            // Contact shines through it, and glass may be before both.
             *color = self.with_contact(*color, sample, max_depth);
             *color = self.with_glass(*color, sample, subjects);
         }
@@ -67,10 +69,13 @@ impl Layers {
         if !contact.is_some() {
             return behind;
         }
-        let fraction = if max_depth > 0.0 { f64::from(contact.depth) / max_depth } else { 0.0 };
+
         // Half lit, so that both the color map and the shape stay legible.
+        let fraction = if max_depth > 0.0 { f64::from(contact.depth) / max_depth } else { 0.0 };
         let color = viridis(fraction);
         let color = (color + lit(color, &contact)) * 0.5;
+
+        // A sample's width before the contact counts as its own surface.
         let is_hidden = solid.distance < contact.distance - 0.5;
         behind.under(color, if is_hidden { HIDDEN_CONTACT_OPACITY } else { 1.0 })
     }
@@ -80,6 +85,8 @@ impl Layers {
         if !glass.is_some() || glass.distance > solid.distance {
             return behind;
         }
+
+        // The outline of glass is denser than its middle.
         let grazing = 1.0 - f64::from(glass.normal.z).abs().min(1.0);
         let opacity = GLASS_FACE_ON + (GLASS_EDGE_ON - GLASS_FACE_ON) * grazing.powi(3);
         behind.under(subjects[glass.subject as usize].color, opacity)
@@ -97,6 +104,8 @@ const LIGHTS: [(DVec3, f64); 2] =
 fn lit(color: Color, hit: &Hit) -> Color {
     let normal = hit.normal.as_dvec3().normalize_or_zero();
     let normal = if normal.z < 0.0 { -normal } else { normal };
+
+    // The sky is a little brighter than the ground.
     let mut light = 0.26 + 0.08 * normal.y;
     for (direction, strength) in LIGHTS {
         light += strength * direction.dot(normal).max(0.0);
@@ -107,8 +116,13 @@ fn lit(color: Color, hit: &Hit) -> Color {
 /// Returns true on the farther side of a jump in distance.
 fn is_outline(hits: &[Hit], sample: usize, width: usize, jump: f32) -> bool {
     let here = hits[sample].distance;
-    let neighbors =
-        [sample.wrapping_sub(1), sample + 1, sample.wrapping_sub(width), sample + width];
-    let is_nearer = |hit: &Hit| here - hit.distance > jump || !hit.is_some();
-    neighbors.into_iter().any(|neighbor| hits.get(neighbor).is_some_and(is_nearer))
+    for neighbor in [sample.wrapping_sub(1), sample + 1, sample.wrapping_sub(width), sample + width]
+    {
+        // Beyond the picture there is no neighbor.
+        let Some(hit) = hits.get(neighbor) else { continue };
+        if here - hit.distance > jump || !hit.is_some() {
+            return true;
+        }
+    }
+    false
 }

@@ -24,6 +24,7 @@ impl Image {
 
     /// Averages squares of `side` × `side` samples, in linear light.
     pub(crate) fn averaged(&self, side: usize) -> Self {
+        // Samples beyond the last whole square are left out.
         let mut image = Self::new(self.width / side, self.height / side);
         let share = 1.0 / float(side * side);
         for row in 0..image.height {
@@ -44,9 +45,12 @@ impl Image {
     /// Joins pictures of one height side by side.
     #[must_use]
     pub fn beside(images: &[Self]) -> Self {
+        // As wide as all together, as high as the highest.
         let width = images.iter().map(|image| image.width).sum();
         let height = images.iter().map(|image| image.height).max().unwrap_or(0);
         let mut joined = Self::new(width, height);
+
+        // Row by row, each image right of the one before.
         let mut left = 0;
         for image in images {
             for (row, colors) in image.samples.chunks_exact(image.width).enumerate() {
@@ -63,13 +67,20 @@ impl Image {
     ///
     /// The picture is empty or has more than 2³² pixels along a side.
     pub fn to_png(&self) -> io::Result<Vec<u8>> {
-        let side = |length: usize| u32::try_from(length).map_err(io::Error::other);
+        // Eight bits per channel, in sRGB.
+        let [width, height] = [self.width, self.height].map(u32::try_from);
+        let [width, height] = [width.map_err(io::Error::other)?, height.map_err(io::Error::other)?];
         let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(&mut bytes, side(self.width)?, side(self.height)?);
+        let mut encoder = png::Encoder::new(&mut bytes, width, height);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        let pixels: Vec<u8> = self.samples.iter().flat_map(|color| color.to_srgb()).collect();
+
+        // All pixels at once.
+        let mut pixels = Vec::with_capacity(3 * self.samples.len());
+        for color in &self.samples {
+            pixels.extend(color.to_srgb());
+        }
         let mut writer = encoder.write_header()?;
         writer.write_image_data(&pixels)?;
         writer.finish()?;

@@ -60,12 +60,7 @@ impl Layer {
     /// Draws the whole surface of a subject.
     pub(crate) fn draw_all(&mut self, number: u32, subject: &Subject<'_>, camera: &Camera) {
         for face in subject.faces {
-            let corner = |vertex: u32| ContactPoint {
-                at: subject.positions[vertex as usize],
-                normal: subject.normals[vertex as usize],
-                depth: 0.0,
-            };
-            self.draw(number, face.map(|vertex| Corner::new(&corner(vertex), camera)));
+            self.draw(number, face.map(|vertex| Corner::of_vertex(subject, vertex, camera)));
         }
     }
 
@@ -78,6 +73,7 @@ impl Layer {
 
     /// Draws the samples of a triangle.
     fn draw(&mut self, subject: u32, corners: [Corner; 3]) {
+        // A triangle seen from its edge covers nothing.
         let [a, b, c] = corners.map(|corner| corner.at.truncate());
         let area = (b - a).perp_dot(c - a);
         if area == 0.0 {
@@ -88,6 +84,8 @@ impl Layer {
         let frame = Aabb::of_points(corners.map(|corner| corner.at));
         let columns = floor(frame.min.x)..floor(frame.max.x + 1.0).min(self.width);
         let rows = floor(frame.min.y)..floor(frame.max.y + 1.0).min(self.height);
+
+        // Samples are at the middles of their cells, with the areas opposite as weights.
         for row in rows {
             for column in columns.clone() {
                 let p = DVec2::new(float(column) + 0.5, float(row) + 0.5);
@@ -107,6 +105,8 @@ impl Layer {
     /// Replaces the hit of a sample by a nearer one that is not before the near plane.
     fn keep_nearer(&mut self, sample: usize, subject: u32, corner: Corner) {
         let distance = single(corner.at.z);
+
+        // A near plane cuts away what is before it.
         if (self.near..self.hits[sample].distance).contains(&distance) {
             let (normal, depth) = (corner.normal.as_vec3(), single(corner.depth));
             self.hits[sample] = Hit { distance, normal, depth, subject };
@@ -126,6 +126,13 @@ fn blend(corners: &[Corner; 3], weights: [f64; 3]) -> Corner {
 }
 
 impl Corner {
+    /// Projects a vertex of a subject, with no depth.
+    fn of_vertex(subject: &Subject<'_>, vertex: u32, camera: &Camera) -> Self {
+        let vertex = vertex as usize;
+        let (at, normal) = (subject.positions[vertex], subject.normals[vertex]);
+        Self::new(&ContactPoint { at, normal, depth: 0.0 }, camera)
+    }
+
     fn new(point: &ContactPoint, camera: &Camera) -> Self {
         Self {
             at: camera.project(point.at),

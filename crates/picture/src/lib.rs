@@ -74,6 +74,7 @@ const SAMPLES: usize = 3;
 /// Draws surfaces; the top of the color map stands for `max_depth`.
 #[must_use]
 pub fn draw(subjects: &[Subject<'_>], camera: &Camera, max_depth: f64) -> Image {
+    // All surfaces into the layers of their materials.
     let fine = camera.with_samples(SAMPLES);
     let mut layers = Layers::new(&fine);
     for (number, subject) in (0..).zip(subjects) {
@@ -85,5 +86,6 @@ pub fn draw(subjects: &[Subject<'_>], camera: &Camera, max_depth: f64) -> Image 
             Appearance::Glass => layers.glass.draw_all(number, subject, &fine),
         }
     }
+
     layers.compose(subjects, &fine, max_depth).averaged(SAMPLES)
 }

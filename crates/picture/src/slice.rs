@@ -41,6 +41,7 @@ struct SliceScale {
 
 impl SliceScale {
     fn of(field: &DistanceField) -> Self {
+        // The deepest node, and both extremes.
         let grid = field.grid();
         let values = field.values();
         let (mut deepest, mut min, mut max) = (0, f32::INFINITY, 0.0_f32);
@@ -51,6 +52,7 @@ impl SliceScale {
             }
         }
 
+        // Nodes are stored along x, then y, then z.
         let [nx, ny, nz] = grid.dims();
         let longest = float(nx.max(ny).max(nz) - 1) * grid.spacing();
         Self {
@@ -61,15 +63,22 @@ impl SliceScale {
         }
     }
 
+    /// Returns true within a line about a level.
+    fn is_near(&self, distance: f64, level: f64) -> bool {
+        (distance - level).abs() < 0.75 * self.pixel
+    }
+
     fn color(&self, distance: f64) -> Color {
-        let is_near = |level: f64| (distance - level).abs() < 0.75 * self.pixel;
-        if is_near(0.0) {
+        // The surface, and depth below it.
+        if self.is_near(distance, 0.0) {
             return Color::from_srgb([0, 0, 0]);
         }
         if distance < 0.0 {
             return viridis(-distance / self.max_depth);
         }
-        let is_line = is_near((distance / self.level).round() * self.level);
+
+        // Level lines on gray outside.
+        let is_line = self.is_near(distance, (distance / self.level).round() * self.level);
         Color::from_srgb(if is_line { [170, 180, 190] } else { [238, 241, 244] })
     }
 }
@@ -84,11 +93,12 @@ fn round_up(length: f64) -> f64 {
 
 /// Draws the slice with the first axis to the right and the second up.
 fn draw_slice(field: &DistanceField, [right, up]: [usize; 2], scale: &SliceScale) -> Image {
+    // Pixels from one end of the grid to the other.
     let grid = field.grid();
-    let pixels =
-        |axis: usize| floor(float(grid.dims()[axis] - 1) * grid.spacing() / scale.pixel).max(1);
-    let (width, height) = (pixels(right), pixels(up));
+    let [width, height] = [right, up]
+        .map(|axis| floor(float(grid.dims()[axis] - 1) * grid.spacing() / scale.pixel).max(1));
 
+    // The distance at the middle of each pixel; rows go down.
     let mut image = Image::new(width + MARGIN, height);
     for (row, colors) in image.samples_mut().chunks_exact_mut(width + MARGIN).enumerate() {
         for (column, color) in colors[..width].iter_mut().enumerate() {
