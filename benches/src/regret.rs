@@ -25,8 +25,8 @@ const TOLERANCES: [f64; 3] = [2.0, 0.5, 0.1];
 /// Rounds of a frame at least, and the time that they take at least \[s\], in which the clock makes
 /// many steps. The same holds for what is built.
 const MIN_ROUNDS: u32 = 3;
-const MIN_SECONDS: f64 = 0.1;
-const MAX_ROUNDS: u32 = 400;
+const MIN_SECONDS: f64 = 0.25;
+const MAX_ROUNDS: u32 = 100_000;
 
 /// Frames below which plans count no work.
 const MIN_COUNTED_FRAMES: u32 = 10;
@@ -157,15 +157,18 @@ fn measure(scene: &mut Scene, tolerance: f64) -> Result<Measured, Box<dyn Error>
 
     // In turns, so that what else the machine does hits all alike.
     for round in 0..MAX_ROUNDS {
-        let mut is_done = round > MIN_ROUNDS;
+        let mut is_done = true;
         for candidate in candidates.iter_mut().flatten() {
+            if round > MIN_ROUNDS && candidate.frames.seconds > MIN_SECONDS {
+                continue;
+            }
+            is_done = false;
             let seconds = time_frame(scene, &mut candidate.plan, round)?;
             // The first round warms the caches.
             if round > 0 {
                 candidate.frames.add(seconds);
                 candidate.times.frame = candidate.frames.mean();
             }
-            is_done &= candidate.frames.seconds > MIN_SECONDS;
         }
         if is_done {
             break;

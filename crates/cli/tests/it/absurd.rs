@@ -14,7 +14,7 @@ fn workshop() -> Workshop {
     let slab = |z: f64, thickness: f64| {
         plate(DVec3::new(12.0, 12.0, thickness), [6; 2]).translated(z * DVec3::Z)
     };
-    let meshes: [(&str, Mesh); 9] = [
+    let meshes: [(&str, Mesh); 11] = [
         ("ball", ball(5.0)),
         ("same", ball(5.0)),
         ("inside", ball(1.5)),
@@ -24,6 +24,8 @@ fn workshop() -> Workshop {
         ("rod", ellipsoid(DVec3::new(2.0, 2.0, 40.0), 2)),
         ("lower", slab(-1.7, 2.0)),
         ("upper", slab(1.7, 2.0)),
+        ("floor", slab(-1.08, 2.0)),
+        ("ceiling", slab(1.08, 2.0)),
     ];
     for (name, mesh) in meshes {
         workshop.write(&format!("{name}.obj"), obj(&mesh));
@@ -64,7 +66,7 @@ fn sheet() -> Mesh {
 #[test]
 fn each_absurd_scene_is_answered_in_words() {
     // Arguments, exit status, words of the answer.
-    let table: [(&str, i32, &[&str]); 12] = [
+    let table: [(&str, i32, &[&str]); 13] = [
         ("ball.obj inside.obj --rigid ball", 0, &["Nothing overlaps any more."]),
         ("ball.obj same.obj", 1, &["the surfaces coincide", "No mesh is written"]),
         ("ball.obj same.obj --rigid ball --gap 0.1", 1, &["coincide"]),
@@ -73,10 +75,16 @@ fn each_absurd_scene_is_answered_in_words() {
         ("sheet.toml", 1, &["sheet × rod", "is pierced", "No mesh is written"]),
         ("ball.obj beside.obj --rigid ball --rigid beside", 1, &["both are rigid"]),
         ("ball.obj beside.obj --rigid ball --gap 0.2", 0, &["is proved for all pairs"]),
+        // Room for a muscle that grows wider, and less room than the gap on both sides.
         (
             "lower.obj muscle.obj upper.obj --rigid lower --rigid upper --gap 0.1",
+            0,
+            &["is proved for all pairs"],
+        ),
+        (
+            "floor.obj muscle.obj ceiling.obj --rigid floor --rigid ceiling --gap 0.1",
             1,
-            &["muscle", "No mesh is written"],
+            &["muscle", "0.16", "No mesh is written"],
         ),
         ("ball.obj beside.obj --gap -1", 2, &["gap is -1, but must be"]),
         ("ball.obj beside.obj --gap nan", 2, &["gap is NaN, but must be"]),
