@@ -9,7 +9,6 @@ use std::io::Read;
 use std::os::unix::fs::{FileTypeExt, symlink};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::time::Duration;
 
 use musculo_collide::distance_field::{DistanceField, FieldGrid, Storage};
 
@@ -17,7 +16,7 @@ use crate::support::{Run, Workshop, tetrahedron};
 
 /// Two tetrahedra apart, a scene with a motion, a field, links to a mesh, to a folder and
 /// to files that do not exist, and a folder.
-fn workshop() -> Workshop {
+pub(crate) fn workshop() -> Workshop {
     let workshop = Workshop::new();
     let link = |target: &str, name: &str| {
         symlink(target, workshop.path(name)).expect("a link");
@@ -42,7 +41,7 @@ fn workshop() -> Workshop {
 }
 
 /// Returns a motion of `a` with a number of frames at rest.
-fn motion(frames: usize) -> String {
+pub(crate) fn motion(frames: usize) -> String {
     let map = "\"a\": [1, 0, 0, 0,  0, 1, 0, 0,  0, 0, 1, 0,  0, 0, 0, 1]";
     let frames: Vec<String> =
         (0..frames).map(|frame| format!("{{\"t\": {frame}, {map}}}")).collect();
@@ -50,7 +49,7 @@ fn motion(frames: usize) -> String {
 }
 
 /// Content of every file below a folder, and the target of every link.
-fn content(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+pub(crate) fn content(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut content = BTreeMap::new();
     let mut folders = vec![folder.to_owned()];
     while let Some(inner) = folders.pop() {
@@ -76,7 +75,10 @@ fn content(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 }
 
 /// Returns the names of files that are new, changed or gone.
-fn changes(before: &BTreeMap<String, Vec<u8>>, after: &BTreeMap<String, Vec<u8>>) -> String {
+pub(crate) fn changes(
+    before: &BTreeMap<String, Vec<u8>>,
+    after: &BTreeMap<String, Vec<u8>>,
+) -> String {
     let mut changes = Vec::new();
     for (name, bytes) in after {
         match before.get(name) {
@@ -302,7 +304,7 @@ fn too_many_threads_are_refused_before_any_starts() {
 }
 
 /// Starts the program with its standard output in `output`.
-fn start(workshop: &Workshop, arguments: &[&str], output: Stdio) -> Child {
+pub(crate) fn start(workshop: &Workshop, arguments: &[&str], output: Stdio) -> Child {
     Command::new(env!("CARGO_BIN_EXE_musculo-collide"))
         .args(arguments)
         .current_dir(workshop.path(""))
@@ -312,7 +314,7 @@ fn start(workshop: &Workshop, arguments: &[&str], output: Stdio) -> Child {
         .expect("the program starts")
 }
 
-fn finish(child: Child) -> Run {
+pub(crate) fn finish(child: Child) -> Run {
     Run::from(child.wait_with_output().expect("the program ends"))
 }
 
@@ -346,7 +348,7 @@ fn a_table_is_not_appended_to_an_input() {
 }
 
 /// Makes a named pipe, or returns false on a system without them.
-fn make_pipe(workshop: &Workshop, name: &str) -> bool {
+pub(crate) fn make_pipe(workshop: &Workshop, name: &str) -> bool {
     let made = Command::new("mkfifo").arg(workshop.path(name)).status();
     made.is_ok_and(|status| status.success())
 }
@@ -414,56 +416,6 @@ fn a_full_device_is_an_error() {
     let run = workshop.check(&["a.obj", "b.obj", "--report", "o.html", "--json", "/dev/full"]);
     assert_eq!((run.status, run.stderr), (3, format!("error: /dev/full: {space}")));
     assert_eq!(changes(&before, &content(&workshop.path(""))), "nothing changed");
-}
-
-/// Sends a signal to a process.
-fn signal(child: &Child, name: &str) {
-    let sent = Command::new("kill").args(["-s", name, &child.id().to_string()]).status();
-    assert!(sent.expect("kill runs").success(), "SIG{name} is sent");
-}
-
-/// Returns true if this process ignores SIGINT, as jobs in the background of a script do; its
-/// children inherit that.
-fn ignores_interrupt() -> bool {
-    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    let mask = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
-    mask.is_some_and(|mask| mask & 0b10 != 0)
-}
-
-/// Interrupted while it writes its outputs one by one: with more frames than it can resolve
-/// in the time of the test, some are written beside their places.
-#[test]
-fn an_interruption_leaves_nothing_behind() {
-    let signals: &[&str] = if ignores_interrupt() { &["TERM"] } else { &["INT", "TERM"] };
-    for name in signals {
-        let workshop = workshop();
-        workshop.write("walk.json", motion(20_000));
-        let before = content(&workshop.path(""));
-        let arguments = ["motion", "scene.toml", "--resolve", "new/apart", "--json", "o.json"];
-        let child = start(&workshop, &arguments, Stdio::piped());
-        let apart = workshop.path("new/apart");
-        while !fs::read_dir(&apart).is_ok_and(|mut entries| entries.next().is_some()) {
-            std::thread::sleep(Duration::from_millis(5));
-        }
-        signal(&child, name);
-        let run = finish(child);
-        assert_eq!((run.status, run.stdout, run.stderr), (130, String::new(), String::new()));
-        assert_eq!(changes(&before, &content(&workshop.path(""))), "nothing changed");
-    }
-}
-
-/// A pipe that nobody writes to keeps the program waiting.
-#[test]
-fn an_interruption_ends_waiting() {
-    let workshop = workshop();
-    if !make_pipe(&workshop, "pipe.obj") {
-        return;
-    }
-    let child = start(&workshop, &["check", "a.obj", "pipe.obj"], Stdio::piped());
-    std::thread::sleep(Duration::from_millis(300));
-    signal(&child, "TERM");
-    assert_eq!(finish(child).status, 130);
 }
 
 /// A mesh through a pipe is read like a file.

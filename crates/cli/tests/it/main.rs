@@ -19,4 +19,5 @@ mod page;
 mod plan;
 mod range;
 mod resolve;
+mod signals;
 mod support;

@@ -1,0 +1,57 @@
+//! Interruptions: nothing unfinished is left behind, and nothing keeps the program waiting.
+
+use std::fs;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use crate::files::{changes, content, finish, make_pipe, motion, start, workshop};
+
+/// Sends a signal to a process.
+fn signal(child: &Child, name: &str) {
+    let sent = Command::new("kill").args(["-s", name, &child.id().to_string()]).status();
+    assert!(sent.expect("kill runs").success(), "SIG{name} is sent");
+}
+
+/// Returns true if this process ignores SIGINT, as jobs in the background of a script do; its
+/// children inherit that.
+fn ignores_interrupt() -> bool {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_some_and(|mask| mask & 0b10 != 0)
+}
+
+/// Interrupted while it writes its outputs one by one: with more frames than it can resolve
+/// in the time of the test, some are written beside their places.
+#[test]
+fn an_interruption_leaves_nothing_behind() {
+    let signals: &[&str] = if ignores_interrupt() { &["TERM"] } else { &["INT", "TERM"] };
+    for name in signals {
+        let workshop = workshop();
+        workshop.write("walk.json", motion(20_000));
+        let before = content(&workshop.path(""));
+        let arguments = ["motion", "scene.toml", "--resolve", "new/apart", "--json", "o.json"];
+        let child = start(&workshop, &arguments, Stdio::piped());
+        let apart = workshop.path("new/apart");
+        while !fs::read_dir(&apart).is_ok_and(|mut entries| entries.next().is_some()) {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        signal(&child, name);
+        let run = finish(child);
+        assert_eq!((run.status, run.stdout, run.stderr), (130, String::new(), String::new()));
+        assert_eq!(changes(&before, &content(&workshop.path(""))), "nothing changed");
+    }
+}
+
+/// A pipe that nobody writes to keeps the program waiting.
+#[test]
+fn an_interruption_ends_waiting() {
+    let workshop = workshop();
+    if !make_pipe(&workshop, "pipe.obj") {
+        return;
+    }
+    let child = start(&workshop, &["check", "a.obj", "pipe.obj"], Stdio::piped());
+    std::thread::sleep(Duration::from_millis(300));
+    signal(&child, "TERM");
+    assert_eq!(finish(child).status, 130);
+}
