@@ -104,13 +104,17 @@ impl Run<'_> {
 
     /// Makes the rows of edges that are near edges of another body, of pairs that do not cross.
     fn rows_of_near_edges(&mut self) -> Result<Vec<GapRow>, ResolveError> {
+        // All pairs, since none are known before.
         let clearance = clearance(&self.params);
-        let mut rows = Vec::new();
         let max_distance = tuning::CLEARANCE_MARGIN * clearance;
         let (mut near, all) = (Vec::new(), vec![true; self.tissues.len()]);
         self.update_features(&mut near, &self.overlapping_pairs(), max_distance, &all)?;
+
+        // Points of an edge have two corners with a weight.
+        let mut rows = Vec::new();
+        near.retain(|pair| !self.is_tied(pair.id));
         for PairFeatures { id, features } in near {
-            for feature in features.iter().filter(|_| !self.is_tied(id)) {
+            for feature in &features {
                 let is_on_edge = |point: &FeaturePoint| {
                     point.weights.iter().filter(|weight| **weight > 0.0).count() == 2
                 };

@@ -434,28 +434,28 @@ impl BodyChange {
         tree: &SurfaceTree,
         progress: Progress<'_>,
     ) -> Result<Self, Interrupted> {
-        // Shape: volume, faces that turned over, and crossings of the body with itself.
+        // Displacements from the start.
         let x = tree.positions().as_slice();
+        let displacements: Vec<_> =
+            x.iter().zip(&tissue.rest).map(|(x, rest)| *x - *rest).collect();
+        let moved = displacements.iter().filter(|u| **u != DVec3::ZERO).count();
+
+        // Shape: volume, faces that turned over, and crossings of the body with itself.
         let crossings = tree.self_crossings(&mut Workspace::default(), progress)?.len();
-        let at_rest = || Ok(self_crossings_at(&tissue.rest, tree, progress)?.len());
-        let mut change = Self {
+        let crossings_at_rest = match moved {
+            0 => crossings,
+            _ => self_crossings_at(&tissue.rest, tree, progress)?.len(),
+        };
+        Ok(Self {
             body: tissue.id,
-            displacements: Vec::with_capacity(x.len()),
-            moved: 0,
+            displacements,
+            moved,
             max_displacement: tissue.max_displacement(x),
             strain: tissue.strain(x),
             volume_ratio: tissue.volume.map(|volume| tissue.volume_at(x) / volume),
             flipped_faces: tissue.count_flipped(x),
-            self_crossings: [if x == tissue.rest { crossings } else { at_rest()? }, crossings],
-        };
-
-        // Displacements from the start.
-        for (x, rest) in x.iter().zip(&tissue.rest) {
-            let u = *x - *rest;
-            change.moved += usize::from(u != DVec3::ZERO);
-            change.displacements.push(u);
-        }
-        Ok(change)
+            self_crossings: [crossings_at_rest, crossings],
+        })
     }
 }
 

@@ -12,21 +12,21 @@ fn signal(child: &Child, name: &str) {
     assert!(sent.expect("kill runs").success(), "SIG{name} is sent");
 }
 
-/// Returns true if this process ignores SIGINT, as jobs in the background of a script do; its
-/// children inherit that.
-fn ignores_interrupt() -> bool {
+/// Returns the signals that interrupt the program. Jobs in the background of a script ignore SIGINT,
+/// and their children inherit that.
+fn interruptions() -> &'static [&'static str] {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     let mask = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
-    mask.is_some_and(|mask| mask & 0b10 != 0)
+    let ignores_interrupt = mask.is_some_and(|mask| mask & 0b10 != 0);
+    if ignores_interrupt { &["TERM"] } else { &["INT", "TERM"] }
 }
 
 /// Interrupted while it writes its outputs one by one: with more frames than it can resolve
 /// in the time of the test, some are written beside their places.
 #[test]
 fn an_interruption_leaves_nothing_behind() {
-    let signals: &[&str] = if ignores_interrupt() { &["TERM"] } else { &["INT", "TERM"] };
-    for name in signals {
+    for name in interruptions() {
         let workshop = workshop();
         workshop.write("walk.json", motion(20_000));
         let before = content(&workshop.path(""));
@@ -52,6 +52,6 @@ fn an_interruption_ends_waiting() {
     }
     let child = start(&workshop, &["check", "a.obj", "pipe.obj"], Stdio::piped());
     std::thread::sleep(Duration::from_millis(300));
-    signal(&child, "TERM");
+    signal(&child, interruptions()[0]);
     assert_eq!(finish(child).status, 130);
 }

@@ -74,7 +74,7 @@ fn check(mesh: &Mesh, surface: &TriangleSurface, params: &FieldParams) {
 fn band_is_exact_and_signs_are_winding_numbers() {
     let params =
         FieldParams { method: INTERPOLATING, padding: 2.0, samples: 0, ..FieldParams::new(1.0) };
-    cases(1, 250, |u| {
+    cases(1, 400, |u| {
         let mesh = triangles(u)?;
         let spacing = if u.ratio(1, 2)? { 1.0 } else { 0.7 };
         let truncation = if u.ratio(1, 2)? { Some(15.0) } else { None };
