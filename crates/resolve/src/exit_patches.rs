@@ -3,7 +3,8 @@
 //! Inside vertices of both bodies that are joined by edges or by crossing faces are one patch. The
 //! nearest ways out of a bone that tissue encloses, or of a tip of tissue in a bone, lead to all sides,
 //! and some of them through the far side. A deep patch of which that holds leaves in one direction
-//! instead. Tissue that embraces a bone faces it all around, and keeps its nearest ways out.
+//! instead. Tissue that embraces a bone faces it all around, and keeps its nearest ways out; where the
+//! bone has come through the middle of a sheet, it goes back to the side that faces it.
 //!
 //! The direction of a patch is that of its vertices that have one from earlier rounds, else the one in
 //! which its ways out are shortest together.
@@ -40,12 +41,18 @@ pub(crate) fn direct_patches(
     memories: &mut [ExitMemory; 2],
 ) {
     for patch in patches(sides, crossing_faces) {
-        if !patch.leaves_by_the_far_side(sides) {
+        let is_far = patch.far_sides(sides);
+        if is_far == [false; 2] {
             continue;
         }
-
         let known = patch.remembered(memories);
         let direction = known.unwrap_or_else(|| patch.shortest_way_out(sides));
+
+        // Bone that comes through a sheet around it goes back by itself, if that is nearer.
+        let is_soft_far = (0..2).any(|k| is_far[k] && !sides[k].tissue.is_rigid);
+        if !is_soft_far && patch.ways_back(sides) < patch.way_out(sides, direction) {
+            continue;
+        }
         for (side, (memory, sign)) in memories.iter_mut().zip([1.0, -1.0]).enumerate() {
             memory.resize(sides[side].tissue.normals.len(), DVec3::ZERO);
             for near in &patch.vertices[side] {
@@ -118,24 +125,28 @@ fn joined_vertices(
     sets
 }
 
+impl PatchSide<'_> {
+    /// Returns true if the nearest way out of a vertex points as its own surface does.
+    fn is_outward(&self, near: &NearVertex) -> bool {
+        agrees(self.tissue.normals[near.vertex as usize], near.normal)
+    }
+}
+
 impl ExitPatch<'_> {
-    /// Returns true if nearest ways out lead through the far side of a body on more than a small
-    /// share of the area of either: there they point as the own surface does.
-    fn leaves_by_the_far_side(&self, sides: [PatchSide<'_>; 2]) -> bool {
-        for (vertices, side) in self.vertices.iter().zip(sides) {
+    /// Returns for each body whether nearest ways out lead through the far side of the other on more
+    /// than a small share of its area: there they point as the own surface does.
+    fn far_sides(&self, sides: [PatchSide<'_>; 2]) -> [bool; 2] {
+        let mut is_far = [false; 2];
+        for ((vertices, side), is_far) in self.vertices.iter().zip(sides).zip(&mut is_far) {
             let (mut far, mut all) = (0.0, 0.0);
             for near in vertices {
                 let area = side.tissue.area(near.vertex);
                 all += area;
-                if agrees(side.tissue.normals[near.vertex as usize], near.normal) {
-                    far += area;
-                }
+                far += if side.is_outward(near) { area } else { 0.0 };
             }
-            if far > tuning::FAR_SHARE * all {
-                return true;
-            }
+            *is_far = far > tuning::FAR_SHARE * all;
         }
-        false
+        is_far
     }
 
     /// Returns the mean of the directions that vertices remember, as that of the first body; `None`
@@ -173,17 +184,41 @@ impl ExitPatch<'_> {
 
     /// Computes the mean square of the ways out in a direction of the first body, summed over both.
     fn way_out(&self, sides: [PatchSide<'_>; 2], direction: DVec3) -> f64 {
+        let directions = [direction, -direction];
+        self.mean_square(sides, |k, _| Some(directions[k]))
+    }
+
+    /// Computes the mean square of the nearest ways out, or into the own body where they lead through
+    /// the far side, summed over both bodies.
+    fn ways_back(&self, sides: [PatchSide<'_>; 2]) -> f64 {
+        self.mean_square(sides, |k, near| {
+            let inward = -sides[k].tissue.normals[near.vertex as usize];
+            sides[k].is_outward(near).then_some(inward)
+        })
+    }
+
+    /// Computes the mean square of ways out in the directions of vertices, or of the nearest ones,
+    /// summed over both bodies.
+    fn mean_square(
+        &self,
+        sides: [PatchSide<'_>; 2],
+        direction: impl Fn(usize, &NearVertex) -> Option<DVec3>,
+    ) -> f64 {
         let workspace = &mut Workspace::default();
         let reach = tuning::MAX_DISPLACEMENT * self.max_depth;
         let mut mean = 0.0;
-        for (k, sign) in [(0, 1.0), (1, -1.0)] {
-            let (own, other) = (sides[k], sides[1 - k]);
+        for (k, other) in [(0, sides[1]), (1, sides[0])] {
             let (mut sum, mut area) = (0.0, 0.0);
             for near in sample(&self.vertices[k], tuning::PATCH_SAMPLES) {
-                let from = own.tree.position(near.vertex);
-                let exit = Strut::find(other.tree, from, None, sign * direction, reach, workspace);
-                let way = exit.map_or(reach, |exit| exit.length());
-                let weight = own.tissue.area(near.vertex);
+                let from = sides[k].tree.position(near.vertex);
+                let way = match direction(k, near) {
+                    Some(direction) => {
+                        let exit = Strut::find(other.tree, from, None, direction, reach, workspace);
+                        exit.map_or(reach, |exit| exit.length())
+                    }
+                    None => -near.gap,
+                };
+                let weight = sides[k].tissue.area(near.vertex);
                 sum += weight * way * way;
                 area += weight;
             }

@@ -104,6 +104,23 @@ fn tissue_over_the_arc_of_a_ring_leaves_it_by_one_side() {
     }
 }
 
+/// Nearest ways out of a bone in the outer half of a sheet lead out of the sheet, through its far side.
+#[test]
+fn a_sheet_around_a_bone_comes_off_it_on_all_sides() {
+    let sheet = shapes::plate(DVec3::new(34.0, 34.0, 1.6), [24, 24]);
+    let sheet = sheet.mapped(|p| {
+        let (angle, direction) = (p.truncate().length() / 10.0, p.truncate().normalize_or_zero());
+        let unit = (angle.sin() * direction).extend(angle.cos());
+        (9.6 + p.z) * unit
+    });
+    let (mut scene, _) = bone_and_muscle(shapes::icosphere(10.0, 3), sheet);
+    let deepest = max_depth(&mut scene);
+    let resolution = resolve(&mut scene);
+    assert_sound(&mut scene, &resolution);
+    let farthest = resolution.bodies[1].max_displacement;
+    assert!(farthest < 1.5 * deepest, "{farthest} for {deepest}");
+}
+
 /// Ways out that lead to all sides, each of them the right one.
 #[test]
 fn tissue_around_a_bone_widens() {
