@@ -1,8 +1,8 @@
 //! Conditions of a scene: vertices that follow another body, fixed ones, stiffnesses, and bodies to be
 //! uncrossed.
 //!
-//! Vertices of the first body of a tie within its distance of the second one follow their closest
-//! points on it, as they were at the start. Where the first body is rigid, vertices of the second
+//! Vertices of the first body of a tie within its distance of the second one that face it, and do not
+//! cross it, follow their closest points on it, as they were at the start. Where the first body is rigid, vertices of the second
 //! follow the first.
 
 use kdop::Workspace;
@@ -10,6 +10,7 @@ use response::positive;
 use scene::{BodyId, PairId, Scene};
 use surface::progress::Progress;
 
+use crate::near_pairs::NearPairs;
 use crate::self_contacts::SelfSurface;
 use crate::tissue::{Tissue, fitted_tree};
 use crate::{BodyStiffness, Conditions, ResolveError, Tie};
@@ -90,11 +91,13 @@ impl Conditions {
         tied
     }
 
-    /// Finds the vertices that follow another body. The trees of all bodies are up to date.
+    /// Finds the vertices that follow another body, of those that face it and do not cross it. The
+    /// trees of all bodies are up to date.
     pub(crate) fn tie_bonds(
         &self,
         scene: &Scene,
         tissues: &[Tissue],
+        near: &NearPairs,
     ) -> Result<Vec<TieBond>, ResolveError> {
         let mut bonds = Vec::new();
         let workspace = &mut Workspace::default();
@@ -105,11 +108,18 @@ impl Conditions {
             let (follower, leader) = if first_is_rigid { (*b, *a) } else { (*a, *b) };
             let own = fitted_tree(scene.body(follower));
             let other = fitted_tree(scene.body(leader));
-            let (mut hint, first) = (None, bonds.len());
+            let crosses = near.crossing_vertices(follower, leader, own.surface());
+            let (mut hint, mut is_found) = (None, false);
             for (vertex, &x) in (0..).zip(own.positions().as_slice()) {
                 let found = other.closest_point(x, *distance, hint, workspace);
                 if let Some(closest) = found {
                     hint = Some(closest.face);
+                    is_found = true;
+                    let away = x - closest.foot.point;
+                    let faces_away = tissues[follower.index()].outward(vertex).dot(away) > 0.0;
+                    if faces_away || crosses.contains(&vertex) {
+                        continue;
+                    }
                     let corners = other.surface().faces()[closest.face as usize];
                     let weights = closest.foot.barycentric;
                     bonds.push(TieBond { follower, vertex, leader, corners, weights });
@@ -117,7 +127,7 @@ impl Conditions {
             }
 
             // A tie that holds nothing would take the gap from its pair, and give nothing for it.
-            if bonds.len() == first {
+            if !is_found {
                 let [a, b] = [*a, *b].map(|id| scene.body(id).name().to_owned());
                 return Err(ResolveError::NothingTied { a, b, distance: *distance });
             }

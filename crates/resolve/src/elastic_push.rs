@@ -93,8 +93,9 @@ impl Run<'_> {
 
         let mut rows = Vec::new();
         for pair in self.near.iter() {
-            if self.uses_edges(&pair.report) && !self.is_tied(pair.report.pair) {
-                rows.extend(pair.edges.iter().filter_map(|contact| self.row(contact)));
+            if self.uses_edges(&pair.report) {
+                let edges = pair.edges.iter().filter(|contact| !self.is_of_tie(contact));
+                rows.extend(edges.filter_map(|contact| self.row(contact)));
             }
         }
         add_openings(&mut rows, displacements);
@@ -269,7 +270,8 @@ mod tests {
     fn edges_that_came_apart_do_not_cross_again() {
         let (mut scene, conditions) = (crossed_ridges(), Conditions::default());
         let params = ResolveParams::with_smoothing(6.0);
-        let mut run = Run::new(&mut scene, params, &conditions, Progress::none()).expect("a run");
+        let mut run =
+            Run::new(&mut scene, params, &conditions, &[], Progress::none()).expect("a run");
         assert!(run.rounds[0].crossing_faces > 0 && run.rounds[0].max_depth > 0.1);
         for round in 1..6 {
             run.push_elastically().expect("displacements");

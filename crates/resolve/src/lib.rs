@@ -53,6 +53,7 @@ mod exit_patches;
 mod exit_sides;
 mod free_step;
 mod gap_rounds;
+mod held;
 mod limits;
 mod near_pairs;
 mod params;

@@ -1,18 +1,24 @@
-//! Incremental detection: pairs of which neither body moved keep their report. Pairs of two rigid
-//! bodies, which nothing separates, are left out.
+//! Incremental detection: pairs of which neither body moved keep their report. Pairs of two bodies that
+//! cannot move, which nothing separates, are left out.
+
+use std::collections::BTreeSet;
 
 use proximity::PairProximity;
 use scene::{BodyId, PairId, PairReport, Scene, VertexReport};
 use surface::progress::{Interrupted, Progress};
-use surface::{Contact, parallel};
+use surface::{Contact, TriangleSurface, parallel};
 
 use crate::ResolveError;
 use crate::edge_contacts::edge_contacts;
 use crate::tissue::fitted_tree;
 
-/// Pairs of bodies within the detection margin, of which one is soft, in the order of the bodies.
-#[derive(Debug, Default)]
-pub(crate) struct NearPairs(Vec<NearPair>);
+/// Pairs of bodies within the detection margin, of which one can move, in the order of the bodies.
+#[derive(Debug)]
+pub(crate) struct NearPairs {
+    pairs: Vec<NearPair>,
+    /// True for bodies that can move.
+    can_move: Vec<bool>,
+}
 
 /// Pair of bodies within the detection margin.
 #[derive(Debug)]
@@ -58,14 +64,39 @@ impl NearPair {
 }
 
 impl NearPairs {
+    /// Returns no pairs, of bodies of which those that are neither rigid nor `held` can move.
+    pub(crate) fn new(scene: &Scene, held: &[BodyId]) -> Self {
+        let can_move = |id: BodyId| !scene.body(id).is_rigid() && !held.contains(&id);
+        Self { pairs: Vec::new(), can_move: scene.ids().map(can_move).collect() }
+    }
+
     /// Returns the pairs, in the order of the bodies.
     pub(crate) fn iter(&self) -> impl Iterator<Item = &NearPair> {
-        self.0.iter()
+        self.pairs.iter()
     }
 
     /// Returns the pairs that overlap.
     pub(crate) fn overlapping(&self) -> impl Iterator<Item = &NearPair> {
         self.iter().filter(|pair| pair.report.overlaps)
+    }
+
+    /// Returns the vertices of a body that are inside another, or that faces have which cross it.
+    pub(crate) fn crossing_vertices(
+        &self,
+        body: BodyId,
+        other: BodyId,
+        surface: &TriangleSurface,
+    ) -> BTreeSet<u32> {
+        let (mut vertices, id) = (BTreeSet::new(), PairId::new(body, other));
+        for pair in self.iter().filter(|pair| pair.report.pair == id) {
+            let side = usize::from(id.b == body);
+            let inside = pair.sides()[side].1.near.iter().filter(|near| near.gap < 0.0);
+            vertices.extend(inside.map(|near| near.vertex));
+            for faces in &pair.report.crossing_faces {
+                vertices.extend(surface.faces()[faces[side] as usize]);
+            }
+        }
+        vertices
     }
 
     /// Detects the pairs of moved bodies again, and fits the trees of all bodies. On an error,
@@ -78,13 +109,13 @@ impl NearPairs {
         progress: Progress<'_>,
     ) -> Result<(), ResolveError> {
         let has_moved = |pair: PairId| moved[pair.a.index()] || moved[pair.b.index()];
-        self.0.retain(|pair| !has_moved(pair.report.pair));
+        self.pairs.retain(|pair| !has_moved(pair.report.pair));
 
         // Pairs within the margin of which a body has moved.
         scene.fit_all()?;
         let mut stale = scene.close_pairs(margin)?;
-        let is_soft = |id: BodyId| !scene.body(id).is_rigid();
-        stale.retain(|&pair| has_moved(pair) && pair.bodies().into_iter().any(is_soft));
+        let can_move = |id: BodyId| self.can_move[id.index()];
+        stale.retain(|&pair| has_moved(pair) && pair.bodies().into_iter().any(can_move));
 
         // In the order of the bodies, whatever thread was first.
         let detected = parallel::map_slice_with(&stale, PairProximity::default, |found, &pair| {
@@ -92,8 +123,8 @@ impl NearPairs {
             NearPair::detect(scene, pair, margin, found, progress)
         });
         let detected: Result<Vec<_>, Interrupted> = detected.into_iter().collect();
-        self.0.extend(detected?.into_iter().flatten());
-        self.0.sort_unstable_by_key(|pair| pair.report.pair);
+        self.pairs.extend(detected?.into_iter().flatten());
+        self.pairs.sort_unstable_by_key(|pair| pair.report.pair);
         Ok(())
     }
 }

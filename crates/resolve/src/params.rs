@@ -73,8 +73,9 @@ pub struct BodyStiffness {
     pub factor: f64,
 }
 
-/// Attachment of two bodies: parts of their surfaces within a distance of each other at the start
-/// keep their place relative to each other, and their pair needs no gap.
+/// Attachment of two bodies: parts of their surfaces that face each other within a distance at the start
+/// keep their place relative to each other, and their pair needs no gap. What crosses is not tied: it
+/// comes out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tie {

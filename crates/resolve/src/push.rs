@@ -153,9 +153,9 @@ impl Run<'_> {
             contacts.extend_from_slice(edges);
         }
 
-        // Tied bodies touch: they are not pushed farther apart than that.
+        // Where bodies are tied they touch: they are not pushed farther apart than that.
         if self.is_tied(report.pair) {
-            for contact in &mut contacts {
+            for contact in contacts.iter_mut().filter(|contact| self.is_of_tie(contact)) {
                 contact.gap += clearance(&self.params);
             }
         }

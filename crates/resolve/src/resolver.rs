@@ -1,7 +1,7 @@
 //! Overlap removal of one state, or of one state after another.
 
 use glam::DVec3;
-use scene::Scene;
+use scene::{BodyId, Scene};
 use surface::progress::Progress;
 
 use crate::run::Run;
@@ -53,9 +53,9 @@ pub fn resolve(
 /// ```
 #[derive(Clone, Debug)]
 pub struct Resolver {
-    params: ResolveParams,
+    pub(crate) params: ResolveParams,
     conditions: Conditions,
-    carried: Vec<LocalDisplacements>,
+    pub(crate) carried: Vec<LocalDisplacements>,
 }
 
 impl Resolver {
@@ -97,32 +97,33 @@ impl Resolver {
             carried.clear();
         }
         let rest = soft_positions(scene);
-        let resolution = self.attempt(scene, &carried, progress)?;
+        let resolution = self.attempt(scene, &carried, &[], progress)?;
         if carried.is_empty() || !may_be_better(&resolution) {
-            return Ok(resolution);
+            return self.hold_broken(scene, resolution, &rest, progress);
         }
 
         // Displacements of the last state may lead where no way goes on: then the state by itself
         // is tried, and the first end taken where that is no better.
         let (first_carried, first_end) = (std::mem::take(&mut self.carried), soft_positions(scene));
         move_soft_bodies(scene, &rest)?;
-        let alone = self.attempt(scene, &[], progress)?;
+        let alone = self.attempt(scene, &[], &[], progress)?;
         if alone.resolved {
             return Ok(alone);
         }
         self.carried = first_carried;
         move_soft_bodies(scene, &first_end)?;
-        Ok(resolution)
+        self.hold_broken(scene, resolution, &rest, progress)
     }
 
-    /// Removes overlaps from one start, and keeps the displacements to carry on.
-    fn attempt(
+    /// Removes overlaps from one start with some bodies held, and keeps the displacements to carry on.
+    pub(crate) fn attempt(
         &mut self,
         scene: &mut Scene,
         carried: &[LocalDisplacements],
+        held: &[BodyId],
         progress: Progress<'_>,
     ) -> Result<Resolution, ResolveError> {
-        let mut run = Run::new(scene, self.params, &self.conditions, progress)?;
+        let mut run = Run::new(scene, self.params, &self.conditions, held, progress)?;
         let result = run.warm_start(carried).and_then(|()| run.complete());
         match &result {
             Ok(_) => self.carried = run.local_displacements(),
@@ -147,7 +148,7 @@ fn may_be_better(resolution: &Resolution) -> bool {
 }
 
 /// Returns the positions of all soft bodies, with none for rigid ones.
-fn soft_positions(scene: &Scene) -> Vec<Vec<DVec3>> {
+pub(crate) fn soft_positions(scene: &Scene) -> Vec<Vec<DVec3>> {
     let mut positions = Vec::new();
     for body in scene.bodies() {
         positions.push(if body.is_rigid() { Vec::new() } else { body.positions().to_vec() });
@@ -156,7 +157,10 @@ fn soft_positions(scene: &Scene) -> Vec<Vec<DVec3>> {
 }
 
 /// Moves all soft bodies to the positions given for them.
-fn move_soft_bodies(scene: &mut Scene, positions: &[Vec<DVec3>]) -> Result<(), ResolveError> {
+pub(crate) fn move_soft_bodies(
+    scene: &mut Scene,
+    positions: &[Vec<DVec3>],
+) -> Result<(), ResolveError> {
     for (id, x) in scene.ids().zip(positions) {
         if !scene.body(id).is_rigid() {
             scene.move_body(id, x)?;

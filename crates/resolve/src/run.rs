@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, VecDeque};
 use glam::DVec3;
 use proximity::SurfaceTree;
 use response::ParameterError;
-use scene::{CheckParams, DepthBracket, PairId, PairOverlap, PairReport, Scene};
+use scene::{BodyId, CheckParams, DepthBracket, PairId, PairOverlap, PairReport, Scene};
 use surface::parallel;
 use surface::progress::{Interrupted, Progress};
 
@@ -49,6 +49,8 @@ pub(crate) struct Run<'a> {
     /// Pairs that are tied, ascending.
     pub(crate) tied: Vec<PairId>,
     pub(crate) tie_bonds: Vec<TieBond>,
+    /// True for particles that follow another body.
+    pub(crate) is_follower: Vec<bool>,
 }
 
 /// State of all bodies after an accepted round.
@@ -61,11 +63,12 @@ pub(crate) struct AcceptedState {
 }
 
 impl<'a> Run<'a> {
-    /// Detects all overlaps at the start.
+    /// Detects all overlaps at the start. Bodies that are `held` stay there.
     pub(crate) fn new(
         scene: &'a mut Scene,
         params: ResolveParams,
         conditions: &Conditions,
+        held: &[BodyId],
         progress: Progress<'a>,
     ) -> Result<Self, ResolveError> {
         // Steps that change no coordinate move nothing.
@@ -79,7 +82,7 @@ impl<'a> Run<'a> {
         let margin = detection_margin(&params);
         let start = progress.part(0.0, 0.0);
         let before = check(scene, margin, params.tolerance, start)?;
-        let mut near = NearPairs::default();
+        let mut near = NearPairs::new(scene, held);
         let all = vec![true; scene.bodies().len()];
         near.update(scene, margin, &all, start)?;
 
@@ -89,13 +92,19 @@ impl<'a> Run<'a> {
         conditions.stiffen(scene, &mut tissues)?;
         for tissue in &mut tissues {
             tissue.is_written_single = params.rounds_to_single();
+            tissue.is_held = held.contains(&tissue.id);
         }
         conditions.uncross(scene, &mut tissues, start)?;
         let tied = conditions.tied_pairs();
-        let tie_bonds = conditions.tie_bonds(scene, &tissues)?;
+        let tie_bonds = conditions.tie_bonds(scene, &tissues, &near)?;
         let mut inverse_masses = Vec::new();
         for tissue in &tissues {
             inverse_masses.extend(tissue.inverse_masses(params.smoothing));
+        }
+        let mut is_follower = vec![false; inverse_masses.len()];
+        for bond in &tie_bonds {
+            is_follower[(scene.body(bond.follower).particles().start + bond.vertex) as usize] =
+                true;
         }
 
         let mut run = Self {
@@ -118,6 +127,7 @@ impl<'a> Run<'a> {
             accepted_states: VecDeque::new(),
             tied,
             tie_bonds,
+            is_follower,
         };
         run.record()?;
         run.rounds[0].surface_depth = deepest(&run.before);

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 use scene::{BodyId, PairId};
+use surface::{Contact, Term};
 
 use crate::elastic::{Bond, ElasticProblem};
 use crate::run::Run;
@@ -13,6 +14,12 @@ impl Run<'_> {
     /// Returns true if two bodies are tied to each other.
     pub(crate) fn is_tied(&self, pair: PairId) -> bool {
         self.tied.binary_search(&pair).is_ok()
+    }
+
+    /// Returns true if a vertex of a contact is tied.
+    pub(crate) fn is_of_tie(&self, contact: &Contact) -> bool {
+        let is_tied = |term: &Term| self.is_follower[term.particle as usize];
+        !self.tie_bonds.is_empty() && contact.stencil.terms().iter().any(is_tied)
     }
 
     /// Moves tied vertices with their leaders in this round.

@@ -19,6 +19,8 @@ use crate::tuning;
 pub(crate) struct Tissue {
     pub(crate) id: BodyId,
     pub(crate) is_rigid: bool,
+    /// True for a soft body that stays where it is.
+    pub(crate) is_held: bool,
     pub(crate) surface: Arc<TriangleSurface>,
     /// Positions at the start, |V|.
     pub(crate) rest: Vec<DVec3>,
@@ -109,6 +111,7 @@ impl Tissue {
         let mut tissue = Self {
             id,
             is_rigid,
+            is_held: false,
             rest: x.to_vec(),
             rest_normals: vertex_normals(surface.faces(), x),
             normals: Vec::new(),
@@ -139,7 +142,14 @@ impl Tissue {
 
     /// Returns true if a vertex may move.
     pub(crate) fn is_free(&self, vertex: u32) -> bool {
-        !self.is_rigid && !self.is_fixed.get(vertex as usize).is_some_and(|fixed| *fixed)
+        let is_fixed = self.is_fixed.get(vertex as usize).is_some_and(|fixed| *fixed);
+        !(self.is_rigid || self.is_held || is_fixed)
+    }
+
+    /// Returns the outward normal of a vertex at rest; 0 where the body has no inside.
+    pub(crate) fn outward(&self, vertex: u32) -> DVec3 {
+        let orientation = self.volume.map_or(0.0, f64::signum);
+        orientation * self.rest_normals[vertex as usize]
     }
 
     /// Returns a third of the areas of a vertex's faces at rest.

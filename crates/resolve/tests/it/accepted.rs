@@ -3,7 +3,7 @@
 
 use fixtures::shapes;
 use glam::DVec3;
-use resolve::{Resolution, ResolveParams};
+use resolve::{Obstacle, Resolution, ResolveParams};
 use scene::{BodyKind, CheckParams, Scene};
 use surface::progress::Progress;
 
@@ -105,4 +105,26 @@ fn a_state_that_strains_a_body_more_than_its_limit_is_not_taken() {
     let [broken] = held.broken_limits[..] else { panic!("{:?}", held.broken_limits) };
     assert!(broken.strain > params.max_strain && broken.flipped_faces == 0, "{broken:?}");
     assert!(broken.volume_change <= params.max_volume_change, "{broken:?}");
+}
+
+#[test]
+fn a_body_beyond_its_limits_holds_up_no_other() {
+    let spike = shapes::ellipsoid(DVec3::new(0.8, 0.8, 9.0), 2);
+    let muscle = shapes::icosphere(14.0, 2).translated(DVec3::Z * 20.0);
+    let far = DVec3::X * 60.0;
+    let plate = shapes::plate(DVec3::new(24.0, 24.0, 10.0), [6, 6]);
+    let mut scene = scene_of([
+        ("spike", BodyKind::Rigid, spike),
+        ("pierced", BodyKind::Deformable, muscle.clone()),
+        ("plate", BodyKind::Rigid, plate.translated(far)),
+        ("pressed", BodyKind::Deformable, muscle.translated(far - DVec3::Z * 4.0)),
+    ]);
+    let params = ResolveParams { max_strain: 0.1, ..PARAMS };
+    let resolution = resolve(&mut scene, &params);
+    let [left] = resolution.remaining[..] else { panic!("{:?}", resolution.remaining) };
+    assert_eq!(scene.names(left.pair), ["spike", "pierced"]);
+    assert_eq!(left.obstacle, Obstacle::Limits);
+    let [broken] = resolution.broken_limits[..] else { panic!("{:?}", resolution.broken_limits) };
+    assert!(broken.strain > params.max_strain && !resolution.resolved, "{broken:?}");
+    assert!(resolution.bodies[3].max_displacement > 2.0, "{:?}", resolution.bodies[3].body);
 }

@@ -217,6 +217,22 @@ fn tied_bodies_move_together() {
     assert!((between - 0.01).abs() < 4e-3, "{between} instead of 0.01");
 }
 
+/// Cartilage of which one end is sunk into the bone that it is tied to, and the other one off it.
+#[test]
+fn what_is_sunk_is_not_tied() {
+    let sheet = shapes::plate(DVec3::new(20.0, 20.0, 0.8), [20, 20]);
+    let sheet = sheet.mapped(|p| p + 0.06 * p.x * DVec3::Z);
+    let bone = shapes::plate(DVec3::new(30.0, 30.0, 6.0), [7, 7]).translated(DVec3::Z * -3.0);
+    let (mut scene, bodies) = bone_below(bone, sheet);
+    let ties = vec![Tie { bodies, distance: 0.5 }];
+    let resolution = resolve(&mut scene, Conditions { ties, ..Conditions::default() });
+    assert!(resolution.resolved, "{:?} {:?}", resolution.remaining, resolution.broken_limits);
+
+    // Else the outer side would stay, where the inner one goes.
+    let strain = resolution.bodies[bodies[1].index()].strain;
+    assert!(strain < 0.1, "{strain}");
+}
+
 /// Returns tetrahedra in a row whose upper or lower edges run along x, or along y where `across`.
 fn ridges(across: bool, height: f64) -> Mesh {
     let positions = [[-2.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, -1.5, -1.5], [0.0, 1.5, -1.5]];
