@@ -61,7 +61,7 @@ impl Run<'_> {
     }
 
     /// Returns the displacements of all particles since the start.
-    fn displacements(&self) -> Vec<DVec3> {
+    pub(crate) fn displacements(&self) -> Vec<DVec3> {
         let mut displacements = Vec::with_capacity(self.inverse_masses.len());
         for (tissue, body) in self.tissues.iter().zip(self.scene.bodies()) {
             for (x, rest) in body.positions().iter().zip(&tissue.rest) {
@@ -219,7 +219,7 @@ fn add_openings(rows: &mut [GapRow], displacements: &[DVec3]) {
 
 impl Tissue {
     /// Finds the vertices around `seeds` and all that are displaced, ascending.
-    fn active_vertices(
+    pub(crate) fn active_vertices(
         &mut self,
         mut seeds: Vec<u32>,
         displacements: &[DVec3],

@@ -63,6 +63,7 @@ mod resolution;
 mod resolver;
 mod run;
 mod self_contacts;
+mod settle;
 mod shape;
 mod spread;
 mod ties;

@@ -254,8 +254,8 @@ pub struct Resolution {
     pub gap_rounds: Vec<GapRound>,
     /// Proof of the gap, pair by pair.
     pub gap: GapProof,
-    /// Number of the round whose state the scene has now, or from whose state the gap was opened: the
-    /// best one that is accepted, which may be earlier than the last; 0 for the start.
+    /// Number of the round whose state the scene has now, or from whose state tissue settled and the gap
+    /// was opened: the best one that is accepted, which may be earlier than the last; 0 for the start.
     pub final_round: usize,
     /// Changes of all bodies, in their order.
     pub bodies: Vec<BodyChange>,

@@ -169,7 +169,7 @@ impl<'a> Run<'a> {
 
         // From what does not cross, the gap; also from an earlier round, where the best one breaks
         // limits that opening the gap does not restore.
-        let mut broken_limits = self.open_gaps(final_round)?;
+        let mut broken_limits = self.open_settled_gaps(final_round)?;
         let (broken, kept_round) = self.return_to_limits(final_round)?;
         broken_limits.extend(broken);
         if kept_round != final_round {
