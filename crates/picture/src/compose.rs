@@ -1,20 +1,24 @@
 //! Shading and blending of layers: light, outlines, glass, and contact that shines
 //! through.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
 use crate::cast::{float, single};
 use crate::color::{Color, viridis};
 use crate::image::Image;
-use crate::layer::{Hit, Layer};
-use crate::{Camera, Subject};
+use crate::layer::{Hit, Layer, Projection};
+use crate::{Appearance, Camera, Subject};
 
-/// Layers of a picture, ordered at each sample by distance alone.
+/// Layers of a band of a picture, ordered at each sample by distance alone.
 #[derive(Debug)]
 pub(crate) struct Layers {
-    pub(crate) solid: Layer,
-    pub(crate) glass: Layer,
-    pub(crate) contact: Layer,
+    solid: Layer,
+    glass: Layer,
+    contact: Layer,
+    /// Samples of the band, without those around it that its outlines need.
+    shown: Range<usize>,
 }
 
 /// Opacity of contact behind a solid: high enough to read the color map, low enough to
@@ -33,8 +37,29 @@ const OUTLINE_JUMP: f32 = 0.004;
 const OUTLINE_SHADE: f64 = 0.45;
 
 impl Layers {
-    pub(crate) fn new(camera: &Camera) -> Self {
-        Self { solid: Layer::new(camera), glass: Layer::new(camera), contact: Layer::new(camera) }
+    /// Draws surfaces into the layers of their materials, within some rows of the picture.
+    pub(crate) fn draw(
+        subjects: &[Subject<'_>],
+        projections: &[Projection<'_>],
+        camera: &Camera,
+        rows: Range<usize>,
+    ) -> Self {
+        // Outlines look at the rows above and below.
+        let drawn = rows.start.saturating_sub(1)..(rows.end + 1).min(camera.height());
+        let shown = [rows.start, rows.end].map(|row| (row - drawn.start) * camera.width());
+        let layer = || Layer::new(camera, drawn.clone());
+        let (mut solid, mut glass, mut contact) = (layer(), layer(), layer());
+
+        for (number, (subject, projection)) in (0..).zip(subjects.iter().zip(projections)) {
+            match subject.appearance {
+                Appearance::Solid => {
+                    solid.draw_all(number, projection);
+                    contact.draw_contact(number, subject, camera);
+                }
+                Appearance::Glass => glass.draw_all(number, projection),
+            }
+        }
+        Self { solid, glass, contact, shown: shown[0]..shown[1] }
     }
 
     /// Computes the color of every sample.
@@ -46,8 +71,8 @@ impl Layers {
     ) -> Image {
         let width = camera.width();
         let jump = OUTLINE_JUMP * single(float(camera.height()));
-        let mut image = Image::new(width, camera.height());
-        for (sample, color) in image.samples_mut().iter_mut().enumerate() {
+        let mut image = Image::new(width, self.shown.len() / width);
+        for (sample, color) in self.shown.clone().zip(image.samples_mut()) {
             // What is opaque first, with its outline.
             let solid = self.solid.hits()[sample];
             if solid.is_some() {

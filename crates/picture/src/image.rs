@@ -42,6 +42,12 @@ impl Image {
         image
     }
 
+    /// Adds the rows of a picture of the same width.
+    pub(crate) fn add_below(&mut self, other: &Self) {
+        self.samples.extend(&other.samples);
+        self.height += other.height;
+    }
+
     /// Joins pictures of one height side by side.
     #[must_use]
     pub fn beside(images: &[Self]) -> Self {

@@ -1,5 +1,7 @@
 //! Depth-buffered layer of a picture: the nearest surface per sample.
 
+use std::ops::Range;
+
 use glam::{DVec2, DVec3, Vec3};
 use surface::Aabb;
 
@@ -27,14 +29,25 @@ impl Hit {
     }
 }
 
-/// Nearest hits of a grid of samples, row by row from the top.
+/// Nearest hits of some rows of samples, row by row from the top.
 #[derive(Debug)]
 pub(crate) struct Layer {
     width: usize,
-    height: usize,
+    /// Numbers of the rows in the picture.
+    rows: Range<usize>,
     hits: Vec<Hit>,
     /// Distance of the near plane.
     near: f32,
+}
+
+/// Surface of a subject, in samples.
+#[derive(Debug)]
+pub(crate) struct Projection<'a> {
+    subject: &'a Subject<'a>,
+    /// |V| corners.
+    corners: Vec<Corner>,
+    /// |F| first rows and ends of faces.
+    rows: Vec<[usize; 2]>,
 }
 
 /// Projected corner of a triangle.
@@ -45,12 +58,32 @@ struct Corner {
     depth: f64,
 }
 
+impl<'a> Projection<'a> {
+    pub(crate) fn new(subject: &'a Subject<'a>, camera: &Camera) -> Self {
+        let mut corners = Vec::with_capacity(subject.positions.len());
+        for (&at, &normal) in subject.positions.iter().zip(subject.normals) {
+            corners.push(Corner::new(&ContactPoint { at, normal, depth: 0.0 }, camera));
+        }
+        let mut rows = Vec::with_capacity(subject.faces.len());
+        for face in subject.faces {
+            rows.push(rows_of(&face.map(|vertex| corners[vertex as usize])));
+        }
+        Self { subject, corners, rows }
+    }
+}
+
+/// Returns the first row of a triangle and the end of its rows.
+fn rows_of(corners: &[Corner; 3]) -> [usize; 2] {
+    let [a, b, c] = corners.each_ref().map(|corner| corner.at.y);
+    [floor(a.min(b).min(c)), floor(a.max(b).max(c) + 1.0)]
+}
+
 impl Layer {
-    /// Returns an empty layer of a camera's picture.
-    pub(crate) fn new(camera: &Camera) -> Self {
-        let (width, height) = (camera.width(), camera.height());
-        let hits = vec![Hit::NONE; width * height];
-        Self { width, height, hits, near: single(camera.near()) }
+    /// Returns an empty layer of some rows of a camera's picture.
+    pub(crate) fn new(camera: &Camera, rows: Range<usize>) -> Self {
+        let width = camera.width();
+        let hits = vec![Hit::NONE; width * rows.len()];
+        Self { width, rows, hits, near: single(camera.near()) }
     }
 
     pub(crate) fn hits(&self) -> &[Hit] {
@@ -58,9 +91,11 @@ impl Layer {
     }
 
     /// Draws the whole surface of a subject.
-    pub(crate) fn draw_all(&mut self, number: u32, subject: &Subject<'_>, camera: &Camera) {
-        for face in subject.faces {
-            self.draw(number, face.map(|vertex| Corner::of_vertex(subject, vertex, camera)));
+    pub(crate) fn draw_all(&mut self, number: u32, projection: &Projection<'_>) {
+        for (face, rows) in projection.subject.faces.iter().zip(&projection.rows) {
+            if rows[0] < self.rows.end && self.rows.start < rows[1] {
+                self.draw(number, face.map(|vertex| projection.corners[vertex as usize]));
+            }
         }
     }
 
@@ -73,6 +108,12 @@ impl Layer {
 
     /// Draws the samples of a triangle.
     fn draw(&mut self, subject: u32, corners: [Corner; 3]) {
+        // Columns and rows of the triangle's box, within the layer.
+        let frame = Aabb::of_points(corners.map(|corner| corner.at));
+        let columns = floor(frame.min.x)..floor(frame.max.x + 1.0).min(self.width);
+        let [first, end] = rows_of(&corners);
+        let rows = first.max(self.rows.start)..end.min(self.rows.end);
+
         // A triangle seen from its edge covers nothing.
         let [a, b, c] = corners.map(|corner| corner.at.truncate());
         let area = (b - a).perp_dot(c - a);
@@ -80,23 +121,16 @@ impl Layer {
             return;
         }
 
-        // Columns and rows of the triangle's box, within the picture.
-        let frame = Aabb::of_points(corners.map(|corner| corner.at));
-        let columns = floor(frame.min.x)..floor(frame.max.x + 1.0).min(self.width);
-        let rows = floor(frame.min.y)..floor(frame.max.y + 1.0).min(self.height);
-
         // Samples are at the middles of their cells, with the areas opposite as weights.
         for row in rows {
             for column in columns.clone() {
                 let p = DVec2::new(float(column) + 0.5, float(row) + 0.5);
-                let weights = [
-                    (b - p).perp_dot(c - p) / area,
-                    (c - p).perp_dot(a - p) / area,
-                    (a - p).perp_dot(b - p) / area,
-                ];
-                if weights.iter().all(|weight| *weight >= 0.0) {
-                    let corner = blend(&corners, weights);
-                    self.keep_nearer(row * self.width + column, subject, corner);
+                let areas =
+                    [(b - p).perp_dot(c - p), (c - p).perp_dot(a - p), (a - p).perp_dot(b - p)];
+                if areas.iter().all(|part| part * area.signum() >= 0.0) {
+                    let corner = blend(&corners, areas.map(|part| part / area));
+                    let sample = (row - self.rows.start) * self.width + column;
+                    self.keep_nearer(sample, subject, corner);
                 }
             }
         }
@@ -126,13 +160,6 @@ fn blend(corners: &[Corner; 3], weights: [f64; 3]) -> Corner {
 }
 
 impl Corner {
-    /// Projects a vertex of a subject, with no depth.
-    fn of_vertex(subject: &Subject<'_>, vertex: u32, camera: &Camera) -> Self {
-        let vertex = vertex as usize;
-        let (at, normal) = (subject.positions[vertex], subject.normals[vertex]);
-        Self::new(&ContactPoint { at, normal, depth: 0.0 }, camera)
-    }
-
     fn new(point: &ContactPoint, camera: &Camera) -> Self {
         Self {
             at: camera.project(point.at),
@@ -200,9 +227,10 @@ mod tests {
         let camera = Camera::framing(positions, DVec3::Y, DVec3::Z, [64, 48]);
         let expected = brute_force(&subjects, &camera);
         for order in [[0, 1], [1, 0]] {
-            let mut layer = Layer::new(&camera);
+            let mut layer = Layer::new(&camera, 0..camera.height());
             for number in order {
-                layer.draw_all(number, &subjects[number as usize], &camera);
+                let projection = Projection::new(&subjects[number as usize], &camera);
+                layer.draw_all(number, &projection);
             }
             let shown: Vec<Option<u32>> =
                 layer.hits().iter().map(|hit| hit.is_some().then_some(hit.subject)).collect();
@@ -225,7 +253,7 @@ mod tests {
             appearance: Appearance::Solid,
         };
         let camera = Camera::framing(positions, DVec3::Y, DVec3::Z, [100, 100]);
-        let mut layer = Layer::new(&camera);
+        let mut layer = Layer::new(&camera, 0..camera.height());
         layer.draw_contact(0, &subject, &camera);
 
         // The square is 92 pixels wide; half an edge along both legs is an eighth of it, and the

@@ -1,7 +1,7 @@
 //! Rasterizer of shaded surfaces with depth in color, as PNG.
 //!
-//! It needs no graphics device, so the program runs on machines without one. Surfaces are
-//! drawn into depth-buffered layers (`layer`), the layers are shaded and blended
+//! It needs no graphics device, so the program runs on machines without one. Band by band,
+//! surfaces are drawn into depth-buffered layers (`layer`), the layers are shaded and blended
 //! (`compose`), and the image is averaged down from several samples per pixel
 //! (`image`).
 //!
@@ -25,6 +25,7 @@ pub use self::camera::Camera;
 pub use self::color::{Color, viridis};
 use self::compose::Layers;
 pub use self::image::Image;
+use self::layer::Projection;
 pub use self::slice::draw_slices;
 
 /// Material of a drawn surface.
@@ -71,21 +72,64 @@ pub struct ContactPoint {
 /// outlines of bones, four take twice as long for little.
 const SAMPLES: usize = 3;
 
+/// Rows of pixels that are drawn at once: the layers of their samples have the memory of a few pictures.
+const BAND: usize = 64;
+
 /// Draws surfaces; the top of the color map stands for `max_depth`.
 #[must_use]
 pub fn draw(subjects: &[Subject<'_>], camera: &Camera, max_depth: f64) -> Image {
-    // All surfaces into the layers of their materials.
+    draw_in_bands(subjects, camera, max_depth, BAND)
+}
+
+fn draw_in_bands(subjects: &[Subject<'_>], camera: &Camera, max_depth: f64, rows: usize) -> Image {
     let fine = camera.with_samples(SAMPLES);
-    let mut layers = Layers::new(&fine);
-    for (number, subject) in (0..).zip(subjects) {
-        match subject.appearance {
-            Appearance::Solid => {
-                layers.solid.draw_all(number, subject, &fine);
-                layers.contact.draw_contact(number, subject, &fine);
-            }
-            Appearance::Glass => layers.glass.draw_all(number, subject, &fine),
+    let projections: Vec<Projection<'_>> =
+        subjects.iter().map(|subject| Projection::new(subject, &fine)).collect();
+
+    let mut image = Image::new(camera.width(), 0);
+    for first in (0..camera.height()).step_by(rows) {
+        let end = (first + rows).min(camera.height());
+        let samples = SAMPLES * first..SAMPLES * end;
+        let layers = Layers::draw(subjects, &projections, &fine, samples);
+        image.add_below(&layers.compose(subjects, &fine, max_depth).averaged(SAMPLES));
+    }
+    image
+}
+
+#[cfg(test)]
+mod tests {
+    use fixtures::shapes::icosphere;
+
+    use super::*;
+
+    #[test]
+    fn bands_are_parts_of_the_whole_picture() {
+        let balls = [2.0, 1.4, 1.9].map(|radius| icosphere(radius, 2));
+        let point = |p: &DVec3| ContactPoint { at: *p, normal: p.normalize(), depth: p.x.abs() };
+        let contact: Vec<ContactTriangle> = balls[1]
+            .faces
+            .iter()
+            .map(|face| face.map(|corner| point(&balls[1].positions[corner as usize])))
+            .collect();
+        let mut subjects = Vec::new();
+        for (ball, appearance) in
+            balls.iter().zip([Appearance::Glass, Appearance::Solid, Appearance::Solid])
+        {
+            subjects.push(Subject {
+                positions: &ball.positions,
+                normals: &ball.positions,
+                faces: &ball.faces,
+                contact: &contact,
+                color: Color::WHITE,
+                appearance,
+            });
+        }
+
+        let points = balls[0].positions.iter().copied();
+        let camera = Camera::framing(points, DVec3::new(1.0, 2.0, 0.5), DVec3::Z, [50, 41]);
+        let whole = draw_in_bands(&subjects, &camera, 2.0, usize::MAX);
+        for rows in [1, 2, 7, 40] {
+            assert_eq!(draw_in_bands(&subjects, &camera, 2.0, rows), whole, "{rows} rows");
         }
     }
-
-    layers.compose(subjects, &fine, max_depth).averaged(SAMPLES)
 }
