@@ -89,9 +89,11 @@ impl Run<'_> {
     ) -> Result<ElasticProblem, Interrupted> {
         let mut problem = ElasticProblem::default();
         for PairFeatures { id, features } in near {
-            let target = if self.is_tied(*id) { 0.0 } else { target };
+            // Tied bodies stay where they are nearer.
+            let most = if self.is_tied(*id) { 0.0 } else { f64::INFINITY };
             for feature in features {
-                self.add_row(*id, feature, target - feature.distance, &mut problem.rows);
+                let missing = (target - feature.distance).min(most);
+                self.add_row(*id, feature, missing, &mut problem.rows);
             }
         }
 
@@ -115,15 +117,14 @@ impl Run<'_> {
 mod tests {
     use fixtures::shapes;
     use glam::DVec3;
-    use scene::{BodyKind, CheckParams, Scene};
+    use scene::{BodyKind, PairId, Scene};
     use surface::progress::Progress;
 
-    use crate::run::Run;
+    use crate::run::{Run, clearance};
     use crate::{Conditions, ResolveParams};
 
-    /// A muscle one deep in a bone, which was taken three out of it.
-    #[test]
-    fn what_was_taken_out_too_far_comes_back_until_it_is_near() {
+    /// Settles a muscle one deep in a bone, which was taken three out of it.
+    fn settle(is_tied: bool) {
         let bone = shapes::plate(DVec3::new(40.0, 40.0, 8.0), [8, 8]).translated(DVec3::Z * -4.0);
         let muscle = shapes::ellipsoid(DVec3::new(10.0, 10.0, 6.0), 2).translated(DVec3::Z * 5.0);
         let mut scene = Scene::new();
@@ -136,12 +137,27 @@ mod tests {
         let run = Run::new(&mut scene, params, &conditions, &[], Progress::none());
         let mut run = run.expect("a run");
         run.longest_way = 1.0;
+        let bodies = [0, 1].map(|number| run.tissues[number].id);
+        if is_tied {
+            run.tied.push(PairId::new(bodies[0], bodies[1]));
+        }
         let out = |x: &DVec3| *x + DVec3::Z * 3.0;
         run.move_soft(|_, from| Some(from.iter().map(out).collect())).expect("positions");
         run.settle().expect("a state");
         let (_, displacement) = run.most_displaced();
         assert!((1.0..1.3).contains(&displacement), "{displacement}");
-        let reports = scene.check(&CheckParams::new(0.0), Progress::none()).expect("a check");
-        assert!(reports.iter().all(|report| !report.overlaps));
+        let height = |x: &DVec3| x.z;
+        let lowest = scene.body(bodies[1]).positions().iter().map(height).fold(9.0, f64::min);
+        assert!(lowest > 0.5 * clearance(&params), "{lowest} above the bone");
+    }
+
+    #[test]
+    fn what_was_taken_out_too_far_comes_back_until_it_is_near() {
+        settle(false);
+    }
+
+    #[test]
+    fn tied_bodies_do_not_come_to_touch() {
+        settle(true);
     }
 }
