@@ -109,9 +109,13 @@ pub fn wall_time() -> Duration {
 
 /// Returns the processor time of this thread; wall time where the system does not report it.
 ///
-/// Other load on the machine does not add to it, but it advances in steps of up to milliseconds.
+/// Other load on the machine does not add to it, but for what it takes of shared caches.
 #[must_use]
 pub fn thread_time() -> Duration {
+    // The system brings its account of a thread up to date where that lets others run; else it
+    // advances in steps of milliseconds.
+    std::thread::yield_now();
+
     // Nanoseconds on the processor, then on its run queue, then time slices.
     let statistics = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
     let running = statistics.and_then(|line| line.split(' ').next()?.parse().ok());

@@ -9,11 +9,12 @@ use std::error::Error;
 use std::time::Instant;
 
 use fixtures::{Mesh, data, shapes, thigh};
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use musculo_collide::{
-    BodyKind, Detection, DetectionMethod, ForcedMethod, Plan, PlanParams, Progress, Scene,
-    SceneError, machine_factor,
+    BodyKind, Detection, DetectionMethod, ForcedMethod, Plan, PlanError, PlanParams, Progress,
+    Scene, SceneError, machine_factor,
 };
+use surface::Pose;
 
 use crate::measure::thread_time;
 
@@ -72,9 +73,9 @@ impl MeanTime {
 }
 
 /// Scene of the table.
-struct NamedScene {
-    name: String,
-    scene: Scene,
+pub(crate) struct NamedScene {
+    pub(crate) name: String,
+    pub(crate) scene: Scene,
 }
 
 /// Returns the table, and the rank correlation of predicted and measured times of frames.
@@ -223,6 +224,19 @@ fn forced(
     method: DetectionMethod,
     tolerance: f64,
 ) -> Result<Option<Candidate>, Box<dyn Error>> {
+    let forced = forced_pairs(scene, method, tolerance)?;
+    if forced.is_empty() {
+        return Ok(None);
+    }
+    Ok(Some(build(scene, tolerance, FRAMES[2], &forced)?))
+}
+
+/// Forces a method on all pairs of a plan that it suits.
+pub(crate) fn forced_pairs(
+    scene: &mut Scene,
+    method: DetectionMethod,
+    tolerance: f64,
+) -> Result<Vec<ForcedMethod>, PlanError> {
     let free = Plan::new(scene, &PlanParams::with_tolerance(tolerance), Progress::none())?;
 
     // Fields need a bone; the other methods suit all pairs.
@@ -233,10 +247,7 @@ fn forced(
             forced.push(ForcedMethod { pair: planned.pair, method });
         }
     }
-    if forced.is_empty() {
-        return Ok(None);
-    }
-    Ok(Some(build(scene, tolerance, FRAMES[2], &forced)?))
+    Ok(forced)
 }
 
 /// Builds a plan of trees that are built anew.
@@ -265,11 +276,17 @@ fn build(
 }
 
 /// Returns the time of a frame after tiny moves, which everything has to follow \[s\].
-fn time_frame(scene: &mut Scene, plan: &mut Plan, round: u32) -> Result<f64, Box<dyn Error>> {
+pub(crate) fn time_frame(
+    scene: &mut Scene,
+    plan: &mut Plan,
+    round: u32,
+) -> Result<f64, Box<dyn Error>> {
     let offset = DVec3::splat(1e-6 * (f64::from(round % 2) - 0.5));
     let ids: Vec<_> = scene.ids().collect();
     for id in ids {
-        if !scene.body(id).is_rigid() {
+        if scene.body(id).is_rigid() {
+            scene.pose_body(id, &Pose::new(DQuat::IDENTITY, offset))?;
+        } else {
             let x: Vec<DVec3> = scene.body(id).positions().iter().map(|p| *p + offset).collect();
             scene.move_body(id, &x)?;
         }
@@ -301,7 +318,7 @@ fn rank_correlation(pairs: &[[f64; 2]]) -> f64 {
 }
 
 /// Sets up the scenes: generated ones, and real anatomy where it is available.
-fn scenes() -> Result<Vec<NamedScene>, Box<dyn Error>> {
+pub(crate) fn scenes() -> Result<Vec<NamedScene>, Box<dyn Error>> {
     let muscle = shapes::ellipsoid(DVec3::new(20.0, 20.0, 40.0), 4);
     let spike = shapes::ellipsoid(DVec3::new(15.0, 1.0, 1.0), 2).translated(DVec3::X * 29.0);
     let plate = shapes::plate(DVec3::new(60.0, 60.0, 40.0), [1, 1]).translated(DVec3::Z * -20.0);
@@ -346,7 +363,7 @@ fn scenes() -> Result<Vec<NamedScene>, Box<dyn Error>> {
 }
 
 /// Returns a bone and two soft balls in a row, which overlap by 2 and 3.
-fn three_balls(halvings: u32) -> Vec<(String, Mesh)> {
+pub(crate) fn three_balls(halvings: u32) -> Vec<(String, Mesh)> {
     let mut balls = Vec::new();
     for (name, x) in [("bone", 0.0), ("first", 58.0), ("second", 115.0)] {
         balls.push((name.to_owned(), shapes::icosphere(30.0, halvings).translated(DVec3::X * x)));
@@ -355,7 +372,7 @@ fn three_balls(halvings: u32) -> Vec<(String, Mesh)> {
 }
 
 /// Sets up a scene; bodies whose names begin with "bone" are rigid.
-fn named(name: &str, bodies: Vec<(String, Mesh)>) -> Result<NamedScene, SceneError> {
+pub(crate) fn named(name: &str, bodies: Vec<(String, Mesh)>) -> Result<NamedScene, SceneError> {
     let mut scene = Scene::new();
     for (name, mesh) in bodies {
         let is_bone = name.starts_with("bone");

@@ -1,5 +1,9 @@
 //! Cost model: operation counts, and their times on a reference machine.
 //!
+//! Refits and projections to a surface read memory at places that the next one does not: in scenes
+//! too large for the caches they take several times as long as in small ones. A share of them, by the
+//! logarithm of the number of faces in the scene, is therefore counted once more, as far.
+//!
 //! A predicted time is a sum of counts by constants, times a factor for the machine at hand that
 //! the caller passes. The factor is the same for every method: it changes no choice between
 //! methods, only what is compared with a time budget.
@@ -9,6 +13,7 @@ use std::ops::Add;
 use std::time::Duration;
 
 use glam::DVec3;
+use scene::Scene;
 use surface::closest_on_triangle;
 
 /// Numbers of operations of a detection frame, or of the construction of a structure.
@@ -17,6 +22,8 @@ use surface::closest_on_triangle;
 pub struct OperationCounts {
     /// Faces whose bounds are refit.
     pub refit_faces: f64,
+    /// The share of these whose memory no cache holds.
+    pub far_refit_faces: f64,
     /// Vertices of surfaces that are compared with each other, near or far.
     pub listed_vertices: f64,
     /// Pairs of faces whose bounds overlap.
@@ -25,8 +32,10 @@ pub struct OperationCounts {
     pub meeting_faces: f64,
     /// Vertices that are projected to the other surface.
     pub near_vertices: f64,
-    /// Faces that have points inside the other body, bounded in searches for a depth.
-    pub bounded_faces: f64,
+    /// The share of these whose memory no cache holds.
+    pub far_near_vertices: f64,
+    /// Pairs of faces whose crossing bounds a search for a depth, once from either side.
+    pub clipped_faces: f64,
     /// Triangles that are split in searches for a depth.
     pub split_pieces: f64,
     /// Closest points in searches for a depth.
@@ -39,14 +48,16 @@ pub struct OperationCounts {
     pub ball_vertices: f64,
     /// Faces over which a tree is built.
     pub tree_faces: f64,
-    /// Faces that are decimated to a coarser surface.
+    /// Faces that are decimated to a coarser surface, and those once more that it does not keep.
     pub decimated_faces: f64,
+    /// The share of these whose memory no cache holds.
+    pub far_decimated_faces: f64,
     /// Nodes of fields that are built.
     pub field_nodes: f64,
 }
 
 /// Number of kinds of operations.
-const KINDS: usize = 14;
+const KINDS: usize = 17;
 
 /// Time of one closest point of a triangle on the reference machine \[s\].
 const REFERENCE_QUERY_TIME: f64 = 12e-9;
@@ -55,20 +66,23 @@ impl OperationCounts {
     /// Times of single operations on the reference machine \[s\], as `cargo xtask chart costs`
     /// measures them.
     pub const SECONDS: Self = Self {
-        refit_faces: 3e-9,
-        listed_vertices: 0.5e-9,
-        tested_faces: 80e-9,
-        meeting_faces: 600e-9,
-        near_vertices: 140e-9,
-        bounded_faces: 200e-9,
-        split_pieces: 500e-9,
-        depth_queries: 500e-9,
-        field_vertices: 2400e-9,
-        tied_vertices: 340e-9,
-        ball_vertices: 60e-9,
-        tree_faces: 100e-9,
-        decimated_faces: 5e-6,
-        field_nodes: 56e-9,
+        refit_faces: 2.2e-9,
+        far_refit_faces: 0.8e-9,
+        listed_vertices: 0.6e-9,
+        tested_faces: 55e-9,
+        meeting_faces: 120e-9,
+        near_vertices: 120e-9,
+        far_near_vertices: 1300e-9,
+        clipped_faces: 240e-9,
+        split_pieces: 225e-9,
+        depth_queries: 2500e-9,
+        field_vertices: 3000e-9,
+        tied_vertices: 200e-9,
+        ball_vertices: 35e-9,
+        tree_faces: 73e-9,
+        decimated_faces: 1300e-9,
+        far_decimated_faces: 860e-9,
+        field_nodes: 34e-9,
     };
 
     /// Returns the counts in the order of the fields.
@@ -76,11 +90,13 @@ impl OperationCounts {
     pub const fn to_array(self) -> [f64; KINDS] {
         [
             self.refit_faces,
+            self.far_refit_faces,
             self.listed_vertices,
             self.tested_faces,
             self.meeting_faces,
             self.near_vertices,
-            self.bounded_faces,
+            self.far_near_vertices,
+            self.clipped_faces,
             self.split_pieces,
             self.depth_queries,
             self.field_vertices,
@@ -88,6 +104,7 @@ impl OperationCounts {
             self.ball_vertices,
             self.tree_faces,
             self.decimated_faces,
+            self.far_decimated_faces,
             self.field_nodes,
         ]
     }
@@ -96,11 +113,13 @@ impl OperationCounts {
     const fn from_array(counts: [f64; KINDS]) -> Self {
         let [
             refit_faces,
+            far_refit_faces,
             listed_vertices,
             tested_faces,
             meeting_faces,
             near_vertices,
-            bounded_faces,
+            far_near_vertices,
+            clipped_faces,
             split_pieces,
             depth_queries,
             field_vertices,
@@ -108,15 +127,18 @@ impl OperationCounts {
             ball_vertices,
             tree_faces,
             decimated_faces,
+            far_decimated_faces,
             field_nodes,
         ] = counts;
         Self {
             refit_faces,
+            far_refit_faces,
             listed_vertices,
             tested_faces,
             meeting_faces,
             near_vertices,
-            bounded_faces,
+            far_near_vertices,
+            clipped_faces,
             split_pieces,
             depth_queries,
             field_vertices,
@@ -124,6 +146,7 @@ impl OperationCounts {
             ball_vertices,
             tree_faces,
             decimated_faces,
+            far_decimated_faces,
             field_nodes,
         }
     }
@@ -190,8 +213,44 @@ pub fn machine_factor(now: impl Fn() -> Duration) -> f64 {
     quickest.as_secs_f64() / f64::from(BATCH) / REFERENCE_QUERY_TIME
 }
 
+/// Faces of a scene of which no operation is far, and of one of which all are. A face takes some 150
+/// bytes of memory, with its vertices and bounds: few caches hold the one number, none the other.
+const CACHED_FACES: f64 = 2e3;
+const FAR_FACES: f64 = 4e5;
+
+/// Returns the share of operations in a scene that are far.
+pub(crate) fn far_share(scene: &Scene) -> f64 {
+    let faces = scene.bodies().iter().map(|body| count(body.surface().faces().len()));
+    let above = (faces.sum::<f64>() / CACHED_FACES).max(1.0).ln();
+    (above / (FAR_FACES / CACHED_FACES).ln()).min(1.0)
+}
+
 /// Converts a count for sums of costs.
 #[expect(clippy::cast_precision_loss, reason = "no count here comes near 2^53")]
 pub(crate) fn count(n: usize) -> f64 {
     n as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use fixtures::shapes;
+    use scene::BodyKind;
+
+    use super::*;
+
+    #[test]
+    fn the_share_that_is_far_grows_with_the_logarithm_of_the_faces() {
+        // An icosahedron of 20 faces, each halving of whose edges makes four of one.
+        let share = |halvings: u32| {
+            let ball = shapes::icosphere(1.0, halvings);
+            let mut scene = Scene::new();
+            scene.add("ball", BodyKind::Rigid, ball.surface(), ball.positions).expect("a body");
+            far_share(&scene)
+        };
+        assert!(share(1) <= 0.0 && share(3) <= 0.0);
+        let (small, large) = (share(4), share(5));
+        assert!(small > 0.0 && large < 1.0, "{small}, {large}");
+        let per_halving = 4.0_f64.ln() / (FAR_FACES / CACHED_FACES).ln();
+        assert!((large - small - per_halving).abs() < 1e-12, "{small}, {large}");
+    }
 }

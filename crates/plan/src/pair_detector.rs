@@ -9,7 +9,7 @@ use scene::{Body, BodyId, DepthBracket, PairId, Scene};
 use surface::{Aabb, Contact, ContactSide, Term};
 
 use crate::bone_field::MAX_DEPTH;
-use crate::cost::count;
+use crate::cost::{count, far_share};
 use crate::motion::LastDepth;
 use crate::structures::{ComparedSurface, Structures};
 use crate::surface_depth::{SurfaceDepth, rounding};
@@ -40,15 +40,14 @@ pub(crate) struct Frame<'a> {
     pub(crate) structures: &'a Structures,
     pub(crate) margin: f64,
     pub(crate) tolerance: f64,
+    /// Share of the operations that are far from any cache.
+    far_share: f64,
 }
 
 impl<'a> Frame<'a> {
-    pub(crate) const fn new(
-        scene: &'a Scene,
-        structures: &'a Structures,
-        params: &PlanParams,
-    ) -> Self {
-        Self { scene, structures, margin: params.margin, tolerance: params.tolerance }
+    pub(crate) fn new(scene: &'a Scene, structures: &'a Structures, params: &PlanParams) -> Self {
+        let PlanParams { margin, tolerance, .. } = *params;
+        Self { scene, structures, margin, tolerance, far_share: far_share(scene) }
     }
 }
 
@@ -112,7 +111,7 @@ impl PairDetector {
 
     /// Detects two surfaces, each whole or coarse.
     fn detect_by_surfaces(&mut self, pair: PairId, is_coarse: [bool; 2], frame: Frame<'_>) {
-        let Frame { scene, structures, margin, tolerance } = frame;
+        let Frame { scene, structures, margin, tolerance, far_share } = frame;
         let bodies = pair.bodies();
         let [a, b] = [0, 1].map(|i| structures.compared(scene, bodies[i], is_coarse[i]));
         let [Some(a), Some(b)] = [a, b] else { return };
@@ -127,7 +126,7 @@ impl PairDetector {
         self.extend_contacts(0, [&a, &b]);
         self.extend_contacts(1, [&b, &a]);
         self.found.min_gap = self.surfaces.min_gap();
-        self.count_surfaces([&a, &b]);
+        self.count_surfaces([&a, &b], far_share);
 
         // The tolerance less the deviations is left for the bracket.
         let width = tolerance - deviation;
@@ -158,15 +157,16 @@ impl PairDetector {
     }
 
     /// Counts the operations of the last comparison of two surfaces.
-    fn count_surfaces(&mut self, sides: [&ComparedSurface<'_>; 2]) {
+    fn count_surfaces(&mut self, sides: [&ComparedSurface<'_>; 2], far_share: f64) {
         for side in sides {
             self.operations.listed_vertices += count(side.tree.surface().vertex_count());
         }
+        let [near_a, near_b] = self.near_counts();
+        let near_vertices = near_a + near_b;
         self.operations.tested_faces += count(self.surfaces.tested_faces());
         self.operations.meeting_faces += count(self.surfaces.meeting_faces().len());
-        for side in self.surfaces.sides() {
-            self.operations.near_vertices += count(side.near().len());
-        }
+        self.operations.near_vertices += near_vertices;
+        self.operations.far_near_vertices += far_share * near_vertices;
     }
 
     /// Detects a surface by the field of a bone, and the bone's own vertices by the surface.
@@ -179,7 +179,7 @@ impl PairDetector {
         other: BodyId,
         frame: Frame<'_>,
     ) -> Result<(), PlanError> {
-        let Frame { scene, structures, margin, tolerance } = frame;
+        let Frame { scene, structures, margin, tolerance, far_share } = frame;
         let Some((detector, state)) = structures.field_detector(scene, bone)? else {
             return Ok(());
         };
@@ -208,7 +208,7 @@ impl PairDetector {
         if let Some(gap) = self.surfaces.min_gap() {
             lower(&mut self.found.min_gap, gap);
         }
-        self.count_surfaces([&bone, &side]);
+        self.count_surfaces([&bone, &side], far_share);
         let trees = [bone.tree, side.tree];
         let depth = self.depth.bracket(&self.surfaces, trees, tolerance, &mut self.operations);
         let is_overlapping = self.surfaces.overlaps() || depth.lower > rounding(trees);

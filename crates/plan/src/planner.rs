@@ -10,11 +10,11 @@ use crate::candidates::{NearPair, NearPairs, unsuitable};
 use crate::choice::place;
 use crate::choice::{BodyOptions, Candidate, Choice, KINDS, Options, PairOptions, StructureSet};
 use crate::coarse_size::predicted_faces;
-use crate::cost::{OperationCounts, count};
+use crate::cost::{OperationCounts, count, far_share};
 use crate::pair_detector::PairDetector;
 use crate::plan::PlannedBody;
 use crate::structures::{
-    MissingStructure, Structures, coarse_construction, coarse_follow, tree_construction,
+    MissingStructure, Structures, coarse_construction, coarse_follow, refit, tree_construction,
 };
 use crate::workload::Workload;
 use crate::{
@@ -176,6 +176,8 @@ struct Planner<'a> {
     forced: Vec<StructureSet>,
     /// One per body: faces of its coarse surface over its own.
     kept: Vec<f64>,
+    /// Share of the operations that are far from any cache.
+    far_share: f64,
     field_sizes: Vec<Option<FieldSize>>,
 }
 
@@ -198,6 +200,7 @@ impl<'a> Planner<'a> {
             missing: Vec::new(),
             forced: none,
             kept: vec![1.0; scene.bodies().len()],
+            far_share: far_share(scene),
             field_sizes: vec![None; scene.bodies().len()],
             pairs,
             present,
@@ -239,7 +242,8 @@ impl<'a> Planner<'a> {
         for (number, body) in scene.bodies().iter().enumerate() {
             let saved = max_saved[number];
             let present = self.present[number];
-            if coarse_construction(body).seconds() >= saved && !present.has(StructureKind::Coarse) {
+            let coarse = coarse_construction(body, self.kept[number], self.far_share).seconds();
+            if coarse >= saved && !present.has(StructureKind::Coarse) {
                 self.useless[number] = self.useless[number].with(COARSE);
             }
             let is_closed_bone = body.is_rigid() && body.has_inside().is_ok();
@@ -376,7 +380,8 @@ impl<'a> Planner<'a> {
         let built = if body.tree().is_some() { 0.0 } else { tree_construction(body).seconds() };
         let mut seconds = [0.0; KINDS];
         seconds[place(StructureKind::Tree)] = built;
-        seconds[place(StructureKind::Coarse)] = coarse_construction(body).seconds();
+        seconds[place(StructureKind::Coarse)] =
+            coarse_construction(body, self.kept[number], self.far_share).seconds();
         let field = self.field_sizes[number].map_or(f64::INFINITY, field_seconds);
         seconds[place(StructureKind::Field)] = field;
 
@@ -394,12 +399,12 @@ impl<'a> Planner<'a> {
 
     /// Counts the operations by which each kind of structure follows its body.
     fn follow(&self, number: usize, body: &Body) -> [OperationCounts; KINDS] {
-        let refit_faces = count(body.surface().faces().len());
+        let faces = count(body.surface().faces().len());
         let tied_vertices = count(body.positions().len());
         let mut follow = [OperationCounts::default(); KINDS];
-        follow[place(StructureKind::Tree)] =
-            OperationCounts { refit_faces, ..OperationCounts::default() };
-        follow[place(StructureKind::Coarse)] = coarse_follow(body, self.kept[number] * refit_faces);
+        follow[place(StructureKind::Tree)] = refit(faces, self.far_share);
+        follow[place(StructureKind::Coarse)] =
+            coarse_follow(body, self.kept[number] * faces, self.far_share);
         follow[place(StructureKind::Medial)] =
             OperationCounts { tied_vertices, ..OperationCounts::default() };
         follow

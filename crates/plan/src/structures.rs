@@ -9,7 +9,7 @@ use surface::{RigidState, parallel};
 
 use crate::bone_field::BoneField;
 use crate::choice::StructureSet;
-use crate::cost::count;
+use crate::cost::{count, far_share};
 use crate::{
     Accuracy, DetectionMethod, ExclusionReason, OperationCounts, PairPlan, PlanError, StructureKind,
 };
@@ -170,11 +170,12 @@ impl Structures {
         planned: Option<&PairPlan>,
         tolerance: f64,
     ) -> Result<OperationCounts, PlanError> {
+        let far_share = far_share(scene);
         let mut operations = OperationCounts::default();
         for id in pair.bodies() {
             let structures = &mut self.bodies[id.index()];
             if structures.follow(scene.body(id))? {
-                operations = operations + structures.follow_operations(scene.body(id));
+                operations = operations + structures.follow_operations(scene.body(id), far_share);
             }
         }
 
@@ -191,7 +192,7 @@ impl Structures {
             let body = scene.body(id);
             if !is_coarse && body.tree().is_none() {
                 self.uses_tree_now[id.index()] = true;
-                operations.refit_faces += count(body.surface().faces().len());
+                operations = operations + refit(count(body.surface().faces().len()), far_share);
             }
         }
         scene.fit(&self.uses_tree_now)?;
@@ -345,6 +346,7 @@ impl Structures {
 
     /// Lists the structures, in the order of the bodies.
     pub(crate) fn list(&self, scene: &Scene) -> Vec<Structure> {
+        let far_share = far_share(scene);
         let mut list = Vec::new();
         for (id, structures) in scene.ids().zip(&self.bodies) {
             let body = scene.body(id);
@@ -360,7 +362,7 @@ impl Structures {
                     operations: tree_construction(body),
                 });
             }
-            list.extend(structures.list(body, id));
+            list.extend(structures.list(body, id, far_share));
         }
         list
     }
@@ -389,10 +391,11 @@ impl BodyStructures {
     }
 
     /// Counts the operations of [`follow`](Self::follow).
-    fn follow_operations(&self, body: &Body) -> OperationCounts {
+    fn follow_operations(&self, body: &Body, far_share: f64) -> OperationCounts {
         let mut operations = OperationCounts::default();
         if let Some(coarse) = &self.coarse {
-            operations = coarse_follow(body, count(coarse.tree().surface().faces().len()));
+            let faces = count(coarse.tree().surface().faces().len());
+            operations = coarse_follow(body, faces, far_share);
         }
         if self.medial.is_some() {
             operations.tied_vertices = count(body.positions().len());
@@ -401,7 +404,7 @@ impl BodyStructures {
     }
 
     /// Lists the structures but the tree.
-    fn list(&self, body: &Body, id: BodyId) -> Vec<Structure> {
+    fn list(&self, body: &Body, id: BodyId, far_share: f64) -> Vec<Structure> {
         let structure = |kind, size, accuracy, bytes| Structure {
             body: id,
             kind,
@@ -415,7 +418,9 @@ impl BodyStructures {
         if let Some(coarse) = &self.coarse {
             let (faces, accuracy) = (coarse.tree().surface().faces().len(), self.coarse_accuracy());
             let coarse = structure(StructureKind::Coarse, faces, accuracy, coarse.bytes());
-            list.push(Structure { operations: coarse_construction(body), ..coarse });
+            let kept = count(faces) / count(body.surface().faces().len());
+            let operations = coarse_construction(body, kept, far_share);
+            list.push(Structure { operations, ..coarse });
         }
         if let Some(BoneField { detector, accuracy }) = &self.field {
             let (grid, bytes) = (detector.field().grid(), detector.bytes());
@@ -456,18 +461,20 @@ impl BodyStructures {
     }
 }
 
-/// Refits of a face that take as long as the bound on a deviation per vertex, whose memory is read
-/// once a frame.
+/// Returns the operations by which a surface of so many faces is refit, of which a share is far.
+pub(crate) fn refit(refit_faces: f64, far_share: f64) -> OperationCounts {
+    let far_refit_faces = far_share * refit_faces;
+    OperationCounts { refit_faces, far_refit_faces, ..OperationCounts::default() }
+}
+
+/// Refits of a face that take as long as the bound on a deviation per vertex.
 const FACES_PER_VERTEX: f64 = 3.0;
 
 /// Returns the operations by which a coarse surface of so many faces follows a body: its own refit,
 /// and the bound on its deviation, which stays where a pose moves the body.
-pub(crate) fn coarse_follow(body: &Body, faces: f64) -> OperationCounts {
-    let mut refit_faces = faces;
-    if body.pose().is_none() {
-        refit_faces += FACES_PER_VERTEX * count(body.positions().len());
-    }
-    OperationCounts { refit_faces, ..OperationCounts::default() }
+pub(crate) fn coarse_follow(body: &Body, faces: f64, far_share: f64) -> OperationCounts {
+    let moved = if body.pose().is_none() { body.positions().len() } else { 0 };
+    refit(faces + FACES_PER_VERTEX * count(moved), far_share)
 }
 
 /// Returns the operations that build the tree of a body.
@@ -478,8 +485,9 @@ pub(crate) fn tree_construction(body: &Body) -> OperationCounts {
     }
 }
 
-/// Returns the operations that build a coarse surface of a body.
-pub(crate) fn coarse_construction(body: &Body) -> OperationCounts {
-    let decimated_faces = count(body.surface().faces().len());
-    OperationCounts { decimated_faces, ..tree_construction(body) }
+/// Returns the operations that build a coarse surface of a body which keeps a share of its faces.
+pub(crate) fn coarse_construction(body: &Body, kept: f64, far_share: f64) -> OperationCounts {
+    let decimated_faces = (2.0 - kept) * count(body.surface().faces().len());
+    let far_decimated_faces = far_share * decimated_faces;
+    OperationCounts { decimated_faces, far_decimated_faces, ..tree_construction(body) }
 }

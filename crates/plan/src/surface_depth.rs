@@ -91,7 +91,7 @@ struct Search<'a> {
     /// Distance by which inside points may be off the pieces, and the largest allowed one.
     error: f64,
     max_error: f64,
-    bounded: u32,
+    clipped: u32,
     splits: u32,
     queries: u32,
 }
@@ -126,7 +126,7 @@ impl SurfaceDepth {
             rounding,
             error: 0.0,
             max_error,
-            bounded: 0,
+            clipped: 0,
             splits: 0,
             queries: 0,
         };
@@ -146,8 +146,8 @@ impl SurfaceDepth {
             search.split(bound, piece);
         }
 
-        let Search { bounded, splits, queries, error, .. } = search;
-        operations.bounded_faces += f64::from(bounded);
+        let Search { clipped, splits, queries, error, .. } = search;
+        operations.clipped_faces += f64::from(clipped);
         operations.split_pieces += f64::from(splits);
         operations.depth_queries += f64::from(queries);
         let bounds = search.pieces.bounds();
@@ -217,7 +217,6 @@ impl<'a> Search<'a> {
 
     /// Adds a face, unless the depths of its corners bound it well enough.
     fn add_face(&mut self, side: usize, face: u32, inside: [Option<&NearVertex>; 3]) {
-        self.bounded += 1;
         let (own, other) = (self.bodies[side], self.bodies[1 - side]);
         let corners = own.corners(face);
         let mut deepest: f64 = 0.0;
@@ -240,6 +239,7 @@ impl<'a> Search<'a> {
         }
 
         // Of others, the polygon around what is inside.
+        self.clipped += u32::try_from(crossed.len()).unwrap_or(u32::MAX);
         let faces = crossed.iter().map(|&face| other.corners(face));
         let is_inside = inside.map(|near| near.is_some());
         self.error = self.error.max(self.cut_face.find(corners, is_inside, faces, self.max_error));

@@ -6,7 +6,7 @@ use surface::progress::Progress;
 
 use crate::candidates::NearPair;
 use crate::choice::Candidate;
-use crate::cost::count;
+use crate::cost::{count, far_share};
 use crate::pair_detector::{Frame, PairDetector};
 use crate::structures::Structures;
 use crate::{DetectionMethod, OperationCounts, PlanError, PlanParams};
@@ -18,8 +18,7 @@ pub(crate) struct Workload {
     /// Vertices per body, and those that are inside the other one or within the margin.
     vertices: [f64; 2],
     near: [f64; 2],
-    meeting: f64,
-    is_overlapping: bool,
+    far_share: f64,
 }
 
 impl Workload {
@@ -32,25 +31,25 @@ impl Workload {
     ) -> Result<Vec<Self>, PlanError> {
         let structures = Structures::new(scene.bodies().len());
         let frame = Frame::new(scene, &structures, params);
+        let far_share = far_share(scene);
         let steps = progress.steps(pairs.len());
         let counted = parallel::map(pairs.len(), |number| {
             steps.advance(1)?;
             let pair = pairs[number].pair;
             let mut detector = PairDetector::new(pair);
             detector.detect_exactly(pair, frame);
-            Ok(Self::of(scene, &detector))
+            Ok(Self::of(scene, &detector, far_share))
         });
         counted.into_iter().collect()
     }
 
-    fn of(scene: &Scene, detector: &PairDetector) -> Self {
+    fn of(scene: &Scene, detector: &PairDetector, far_share: f64) -> Self {
         let pair = detector.found.pair;
         Self {
             exact: detector.operations,
             vertices: pair.bodies().map(|id| count(scene.body(id).positions().len())),
             near: detector.near_counts(),
-            meeting: detector.operations.meeting_faces,
-            is_overlapping: detector.found.is_overlapping(),
+            far_share,
         }
     }
 
@@ -70,12 +69,8 @@ impl Workload {
             DetectionMethod::Exact => self.exact,
             DetectionMethod::Coarse => self.coarse(kept),
             DetectionMethod::Field => {
-                let other = usize::from(bone == Some(pair.a));
-                OperationCounts {
-                    near_vertices: self.exact.near_vertices - self.near[other],
-                    field_vertices: self.near[other],
-                    ..self.with_search(self.exact, [1.0; 2])
-                }
+                let field_vertices = self.near[usize::from(bone == Some(pair.a))];
+                OperationCounts { field_vertices, ..self.exact }
             }
             DetectionMethod::Medial => OperationCounts {
                 ball_vertices: self.vertices[0] + self.vertices[1],
@@ -92,39 +87,35 @@ impl Workload {
         const MEETING_SHARE: f64 = 0.1;
 
         let sum = |counts: [f64; 2]| counts[0] * kept[0] + counts[1] * kept[1];
-        let vertices = (self.vertices[0] + self.vertices[1]).max(1.0);
+        let near_vertices = sum(self.near);
         let tested_faces = self.exact.tested_faces * along_curve(kept);
-        let meeting_faces = (self.meeting * along_curve(kept)).max(MEETING_SHARE * tested_faces);
+        let meeting_faces =
+            (self.exact.meeting_faces * along_curve(kept)).max(MEETING_SHARE * tested_faces);
         let operations = OperationCounts {
-            listed_vertices: self.exact.listed_vertices * sum(self.vertices) / vertices,
+            listed_vertices: sum(self.vertices).min(self.exact.listed_vertices),
             tested_faces,
             meeting_faces,
-            near_vertices: sum(self.near),
+            near_vertices,
+            far_near_vertices: self.far_share * near_vertices,
             ..OperationCounts::default()
         };
         self.with_search(operations, kept)
     }
 
-    /// Adds the search for a depth, which larger faces and a narrower bracket take.
+    /// Adds the search for a depth: larger faces and a narrower bracket take more than the exact
+    /// one, by the share of faces that are left out.
     fn with_search(&self, operations: OperationCounts, kept: [f64; 2]) -> OperationCounts {
-        // Splits and queries over those of a bracket as wide as the tolerance.
-        const NARROWER: f64 = 1.6;
+        let faces = (self.vertices[0] + self.vertices[1]).max(1.0);
+        let share = (self.vertices[0] * kept[0] + self.vertices[1] * kept[1]) / faces;
+        let beyond = 1.0 - share;
 
-        // Where no vertex is inside, each face that meets another is split once.
-        if !self.is_overlapping {
-            let meeting_faces = operations.meeting_faces;
-            return OperationCounts {
-                bounded_faces: meeting_faces,
-                split_pieces: meeting_faces,
-                ..operations
-            };
-        }
-        let near = (self.near[0] + self.near[1]).max(1.0);
-        let share = (self.near[0] * kept[0] + self.near[1] * kept[1]) / near;
+        // Each crossing of larger faces is taken from both sides, and each face split once.
+        let meeting_faces = operations.meeting_faces;
+        let clipped_faces = share * self.exact.clipped_faces + beyond * 2.0 * meeting_faces;
         OperationCounts {
-            bounded_faces: self.exact.bounded_faces * share,
-            split_pieces: NARROWER * self.exact.split_pieces,
-            depth_queries: NARROWER * self.exact.depth_queries,
+            clipped_faces,
+            split_pieces: (1.0 + beyond) * self.exact.split_pieces + beyond * meeting_faces,
+            depth_queries: (1.0 + beyond) * self.exact.depth_queries,
             ..operations
         }
     }

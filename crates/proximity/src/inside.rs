@@ -37,8 +37,12 @@ impl SurfaceTree {
 /// Labels of the vertices of one surface, in memory that is reused.
 #[derive(Debug, Default)]
 pub(crate) struct InsideVertices {
+    /// Per face and per vertex: false and unvisited between searches, since most of a surface is far
+    /// from any cut.
     is_cut: Vec<bool>,
     labels: Vec<Label>,
+    /// Vertices with another label.
+    touched: Vec<u32>,
     /// Vertices whose faces are still to be visited.
     stack: Vec<u32>,
 }
@@ -76,12 +80,12 @@ impl InsideVertices {
 
         // Cut faces join nothing, and their corners begin the search.
         let surface = a.surface();
-        refill(&mut self.is_cut, surface.faces().len(), false);
-        refill(&mut self.labels, surface.vertex_count(), Label::Unvisited);
+        extend(&mut self.is_cut, surface.faces().len(), false);
+        extend(&mut self.labels, surface.vertex_count(), Label::Unvisited);
         for &face in cut_faces {
             self.is_cut[face as usize] = true;
             for corner in surface.faces()[face as usize] {
-                self.labels[corner as usize] = Label::Rim;
+                self.set_label(corner, Label::Rim);
             }
         }
 
@@ -94,6 +98,23 @@ impl InsideVertices {
             }
         }
         inside.sort_unstable();
+
+        // Only what was set is reset.
+        for vertex in self.touched.drain(..) {
+            self.labels[vertex as usize] = Label::Unvisited;
+        }
+        for &face in cut_faces {
+            self.is_cut[face as usize] = false;
+        }
+    }
+
+    /// Sets the label of a vertex, and returns the one before.
+    fn set_label(&mut self, vertex: u32, label: Label) -> Label {
+        let previous = std::mem::replace(&mut self.labels[vertex as usize], label);
+        if previous == Label::Unvisited {
+            self.touched.push(vertex);
+        }
+        previous
     }
 
     /// Flood-fills the side of `start` over faces that are not cut.
@@ -122,8 +143,7 @@ impl InsideVertices {
     }
 
     fn visit(&mut self, vertex: u32, is_inside: bool, inside: &mut Vec<u32>) {
-        let label = &mut self.labels[vertex as usize];
-        let previous = std::mem::replace(label, Label::Visited);
+        let previous = self.set_label(vertex, Label::Visited);
         if previous == Label::Visited {
             return;
         }
@@ -136,7 +156,9 @@ impl InsideVertices {
     }
 }
 
-fn refill<T: Clone>(values: &mut Vec<T>, count: usize, value: T) {
-    values.clear();
-    values.resize(count, value);
+/// Extends values to a count, unless there are as many.
+fn extend<T: Clone>(values: &mut Vec<T>, count: usize, value: T) {
+    if values.len() < count {
+        values.resize(count, value);
+    }
 }

@@ -1,10 +1,11 @@
 //! Chosen methods, built structures, and the errors of detection.
 
+use fixtures::shapes;
 use glam::{DQuat, DVec3};
 use kdop::Workspace;
 use plan::{DetectionMethod, ForcedMethod, Plan, PlanParams, RespondParams, StructureKind};
 use proximity::SurfaceTree;
-use scene::{BodyId, CheckParams, PairId, Scene};
+use scene::{BodyId, BodyKind, CheckParams, PairId, Scene};
 use surface::Pose;
 use surface::progress::Progress;
 
@@ -67,6 +68,36 @@ fn a_larger_tolerance_is_predicted_cheaper_and_builds_less() {
     assert!(bytes(&coarse) * 3 < bytes(&fine) * 2, "{} and {}", bytes(&coarse), bytes(&fine));
     let seconds = |plan: &Plan| plan.operations().seconds();
     assert!(seconds(&coarse) * 1.2 < seconds(&fine), "{coarse}\n{fine}");
+}
+
+/// The same pair, alone and beside a body far away: what caches hold in the small scene, they do not
+/// in the large one.
+#[test]
+fn a_large_scene_is_predicted_dearer_and_decimated_sooner() {
+    let [small, large] = [None, Some(6)].map(|halvings| {
+        let rod = shapes::capsule(2.0, 30.0, 16).translated(DVec3::new(12.0, 3.0, 8.0));
+        let size = DVec3::new(60.0, 60.0, 40.0);
+        let muscle = shapes::plate(size, [1, 1]).translated(DVec3::Z * -20.0);
+        let mut bodies = vec![("rod", rod), ("muscle", muscle)];
+        if let Some(halvings) = halvings {
+            let far = shapes::icosphere(30.0, halvings).translated(DVec3::X * 1e4);
+            bodies.push(("far", far));
+        }
+        let mut scene = Scene::new();
+        for (name, mesh) in bodies {
+            let x = mesh.positions.clone();
+            scene.add(name, BodyKind::Deformable, mesh.surface(), x).expect("a body");
+        }
+
+        // The same frame, and the least power of two of frames for which the rod is decimated.
+        let mut made =
+            |frames| plan(&mut scene, &PlanParams { frames, ..PlanParams::with_tolerance(2.0) });
+        let cost = made(10).pairs()[0].cost;
+        let is_coarse = |exponent: &u32| made(1 << exponent).pairs()[0].is_coarse[0];
+        (cost, (4..20).find(is_coarse).expect("it pays at last"))
+    });
+    assert!(large.0 > 2.0 * small.0, "{small:?}, {large:?}");
+    assert!(large.1 < small.1, "{small:?}, {large:?}");
 }
 
 #[test]
