@@ -19,7 +19,8 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::tuning;
+/// Smallest number of sweeps, in which displacements spread over that many edges.
+const MIN_GAP_SWEEPS: usize = 8;
 
 /// Linear inequality on the displacements of a few particles.
 #[derive(Clone, Debug)]
@@ -133,7 +134,7 @@ impl ElasticProblem {
                 relaxation.relax(i);
             }
             let most_missing = relaxation.update_multipliers();
-            if sweep + 1 >= tuning::MIN_GAP_SWEEPS && most_missing <= tolerance {
+            if sweep + 1 >= MIN_GAP_SWEEPS && most_missing <= tolerance {
                 break;
             }
         }

@@ -197,7 +197,7 @@ impl Run<'_> {
         for (step, displacement) in steps.iter().zip(displacements) {
             longest = longest.max((*displacement + *step).length());
         }
-        let ignored = tuning::MIN_SPREAD * longest;
+        let ignored = tuning::NEGLIGIBLE_SHARE * longest;
         for (tissue, body) in self.tissues.iter_mut().zip(self.scene.bodies()) {
             let first = body.particles().start as usize;
             for (v, u) in tissue.u.iter_mut().enumerate() {

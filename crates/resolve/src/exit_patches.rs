@@ -18,6 +18,13 @@ use crate::exit_sides::{ExitMemory, agrees};
 use crate::tissue::{Strut, Tissue};
 use crate::tuning;
 
+/// Vertices per body whose directions are tried for a deep patch. Below, a patch may
+/// leave by a longer way; above, its direction takes longer.
+const PATCH_DIRECTIONS: usize = 16;
+
+/// Vertices per body whose ways out are measured in each direction, likewise.
+const PATCH_SAMPLES: usize = 48;
+
 /// One body of a pair that overlaps.
 #[derive(Clone, Copy)]
 pub(crate) struct PatchSide<'a> {
@@ -166,7 +173,7 @@ impl ExitPatch<'_> {
         // Directions that some vertex would take, or that its own surface faces.
         let mut candidates = Vec::new();
         for ((vertices, side), sign) in self.vertices.iter().zip(sides).zip([1.0, -1.0]) {
-            for near in sample(vertices, tuning::PATCH_DIRECTIONS) {
+            for near in sample(vertices, PATCH_DIRECTIONS) {
                 candidates.push(sign * near.normal);
                 candidates.push(-sign * side.tissue.normals[near.vertex as usize]);
             }
@@ -209,7 +216,7 @@ impl ExitPatch<'_> {
         let mut mean = 0.0;
         for (k, other) in [(0, sides[1]), (1, sides[0])] {
             let (mut sum, mut area) = (0.0, 0.0);
-            for near in sample(&self.vertices[k], tuning::PATCH_SAMPLES) {
+            for near in sample(&self.vertices[k], PATCH_SAMPLES) {
                 let from = sides[k].tree.position(near.vertex);
                 let way = match direction(k, near) {
                     Some(direction) => {

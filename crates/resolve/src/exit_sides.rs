@@ -16,6 +16,10 @@ use crate::spread::symmetric_sweeps;
 use crate::tissue::{Tissue, fitted_tree};
 use crate::tuning;
 
+/// Gauss–Seidel sweeps that spread exit directions over vertices inside. Patches are some
+/// thirty edges wide: below, their middle is not reached; above, little changes.
+const DIRECTION_SWEEPS: usize = 30;
+
 /// Exit directions of earlier rounds, of the vertices of one body out of another; 0 for
 /// vertices that were never inside. A vertex keeps its direction.
 pub(crate) type ExitMemory = Vec<DVec3>;
@@ -126,7 +130,7 @@ impl ExitSide<'_> {
 
         // Spread the directions over all near vertices.
         let mut directions = own.clone();
-        symmetric_sweeps(near, tuning::DIRECTION_SWEEPS, |near| {
+        symmetric_sweeps(near, DIRECTION_SWEEPS, |near| {
             let mean = self.tissue.equilibrium(near.vertex, |v| directions[v as usize], 0.0);
             if let Some(mean) = mean {
                 directions[near.vertex as usize] = own[near.vertex as usize] + mean;

@@ -15,6 +15,10 @@ use crate::run::Run;
 use crate::tissue::fitted_tree;
 use crate::{ResolveError, tuning};
 
+/// Share of the way to a contact that is taken. Near 1, surfaces come to touch; far below, gaps
+/// need more rounds.
+const FREE_SHARE: f64 = 0.8;
+
 impl Run<'_> {
     /// Moves soft bodies by the displacements of all particles, as far as nothing meets and no
     /// body leaves its limits; returns which bodies moved. Pairs that cross already are not regarded.
@@ -48,7 +52,7 @@ impl Run<'_> {
                     }
                     is_held = true;
                     let time = contact.time.unwrap_or(0.0);
-                    let factor = if *at_start { 0.0 } else { tuning::FREE_SHARE * time };
+                    let factor = if *at_start { 0.0 } else { FREE_SHARE * time };
                     for term in terms {
                         shares[term.particle as usize] *= factor;
                     }

@@ -19,6 +19,21 @@ use crate::run::{Run, largest_coordinate};
 use crate::tissue::{Tissue, fitted_tree};
 use crate::{ResolveError, WrittenPrecision, tuning};
 
+/// Distance below which two features have no direction of their own \[the gap\]. Below, directions
+/// are of rounding; above, they are those of faces.
+const TOUCHING: f64 = 1e-6;
+
+/// Share of what was missing that is progress where less is left. Near 1, hopeless places take
+/// longer; far below, slow ones are given up.
+const GAP_PROGRESS: f64 = 0.9;
+
+/// Rounds that open the gap without [progress](GAP_PROGRESS), after which it is given up.
+const MAX_STALLED_GAP_ROUNDS: usize = 3;
+
+/// Rounds that open the gap. Each takes a few times off what is missing: below, sharp bends are
+/// left; above, hopeless places take longer.
+const MAX_GAP_ROUNDS: usize = 30;
+
 /// Pair of bodies with its near features.
 pub(crate) struct PairFeatures {
     pub(crate) id: PairId,
@@ -248,7 +263,7 @@ impl Run<'_> {
     fn opening_direction(&self, pair: PairId, feature: &NearFeatures) -> DVec3 {
         let [p, q] = &feature.points;
         let apart = q.point - p.point;
-        let is_far = feature.distance > tuning::TOUCHING * self.params.gap;
+        let is_far = feature.distance > TOUCHING * self.params.gap;
         if let Some(direction) = apart.try_normalize().filter(|_| is_far) {
             return direction;
         }
@@ -294,7 +309,7 @@ impl GapSearch {
     }
 
     fn add(&mut self, round: &GapRound) {
-        let gains = round.merit < tuning::GAP_PROGRESS * self.least;
+        let gains = round.merit < GAP_PROGRESS * self.least;
         self.stalled = if gains { 0 } else { self.stalled + 1 };
         self.least = self.least.min(round.merit);
         self.rounds += 1;
@@ -305,8 +320,8 @@ impl GapSearch {
     fn is_over(&self, round: &GapRound) -> bool {
         let is_open = round.short_features == 0;
         (is_open && round.volume_change <= tuning::KEPT_VOLUME_CHANGE)
-            || self.stalled > tuning::MAX_STALLED_GAP_ROUNDS
-            || self.rounds > tuning::MAX_GAP_ROUNDS
+            || self.stalled > MAX_STALLED_GAP_ROUNDS
+            || self.rounds > MAX_GAP_ROUNDS
     }
 }
 

@@ -8,6 +8,10 @@ use crate::run::{AcceptedState, Run};
 use crate::tissue::{Damage, Tissue, fitted_tree};
 use crate::{ResolveError, ResolveParams, tuning};
 
+/// Accepted states that are kept, to return to where rounding breaks a limit. Below, the start is
+/// returned to; above, memory grows.
+const MAX_ACCEPTED_STATES: usize = 8;
+
 /// Limits on the change of one body.
 #[derive(Clone, Copy, Debug)]
 struct Limits {
@@ -36,7 +40,7 @@ impl Tissue {
 impl Run<'_> {
     /// Keeps the positions of all bodies after a round, to return to.
     pub(crate) fn accept_state(&mut self, round: usize) {
-        if self.accepted_states.len() == tuning::MAX_ACCEPTED_STATES {
+        if self.accepted_states.len() == MAX_ACCEPTED_STATES {
             self.accepted_states.pop_front();
         }
         let mut positions = Vec::new();

@@ -18,6 +18,17 @@ use crate::self_contacts::SelfSurface;
 use crate::tissue::{Tissue, fitted_tree};
 use crate::{ResolveError, tuning};
 
+/// Sweeps of the contact solver for the first push of a round. Below, stacked bodies are
+/// not separated in one round; above, rounds take longer.
+const FIRST_SOLVER_SWEEPS: u32 = 30;
+
+/// Sweeps of the contact solver after shape is restored, which start near a solution.
+const NEXT_SOLVER_SWEEPS: u32 = 6;
+
+/// Correction at which the contact solver stops \[tolerances\]. Below, sweeps change nothing
+/// that is measured; above, the sum of many small remainders exceeds the tolerance.
+const SOLVER_TOLERANCE: f64 = 2e-3;
+
 impl Run<'_> {
     /// Computes displacements that separate all contacts, or as far as one round goes, and
     /// that keep tissue in shape.
@@ -26,7 +37,7 @@ impl Run<'_> {
         self.start_round();
         let rows = self.contact_rows()?;
         let system = ContactSystem::new(&rows, &self.inverse_masses, SweepOrder::Colored)?;
-        self.separate(&system, tuning::FIRST_SOLVER_SWEEPS)?;
+        self.separate(&system, FIRST_SOLVER_SWEEPS)?;
         let smoothing = self.params.smoothing;
         self.for_each_soft(|tissue, tree, progress| tissue.spread(tree, smoothing, progress))?;
 
@@ -37,7 +48,7 @@ impl Run<'_> {
             self.alter_soft(|tissue, tree, x, progress| {
                 tissue.restore_shape(tree, looseness, uncrosses, x, progress)
             })?;
-            self.separate(&system, tuning::NEXT_SOLVER_SWEEPS)?;
+            self.separate(&system, NEXT_SOLVER_SWEEPS)?;
         }
 
         // What separation has left is made safe, and volume is given back.
@@ -185,7 +196,7 @@ impl Run<'_> {
         self.round_progress().report(0.0)?;
 
         // The solver takes the displacements of all particles in one list.
-        let tolerance = tuning::SOLVER_TOLERANCE * self.params.tolerance;
+        let tolerance = SOLVER_TOLERANCE * self.params.tolerance;
         let params = SolverParams { method: SolverMethod::GaussSeidel, max_iterations, tolerance };
         let mut all = Vec::with_capacity(self.inverse_masses.len());
         for tissue in &self.tissues {

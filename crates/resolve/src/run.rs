@@ -18,6 +18,10 @@ use crate::tissue::{Tissue, fitted_tree};
 use crate::warm_start::LocalDisplacements;
 use crate::{Conditions, GapRound, ResolveError, ResolveParams, tuning};
 
+/// Width of the brackets on depths that decide \[tolerances\]. Below, near-coincident surfaces
+/// take long; above, depths just within the tolerance count as deeper.
+const DEPTH_BRACKET: f64 = 0.125;
+
 /// State of one overlap removal.
 pub(crate) struct Run<'a> {
     pub(crate) scene: &'a mut Scene,
@@ -180,7 +184,7 @@ impl<'a> Run<'a> {
 
         // The final state, detected in full, decides by the depth of surfaces.
         let margin = detection_margin(&self.params);
-        let width = tuning::DEPTH_BRACKET * self.params.tolerance;
+        let width = DEPTH_BRACKET * self.params.tolerance;
         let after = check(self.scene, margin, width, self.round_progress())?;
         self.rounds[final_round].surface_depth = deepest(&after);
         let overlapping: Vec<PairId> =
@@ -308,7 +312,7 @@ impl<'a> Run<'a> {
     /// Brackets the depth of the deepest overlap at present.
     fn surface_depth(&mut self) -> Result<Option<DepthBracket>, ResolveError> {
         let pairs: Vec<PairId> = self.near.overlapping().map(|near| near.report.pair).collect();
-        let width = tuning::DEPTH_BRACKET * self.params.tolerance;
+        let width = DEPTH_BRACKET * self.params.tolerance;
         let overlaps = self.scene.pair_overlaps(&pairs, Some(width), self.round_progress())?;
         Ok(max_bracket(overlaps.iter().flatten().filter_map(PairOverlap::max_depth)))
     }

@@ -46,7 +46,7 @@ impl Run<'_> {
             let last = displacement;
             self.settle_body(number, target)?;
             (number, displacement) = self.most_displaced();
-            if displacement > (1.0 - tuning::MIN_SPREAD) * last {
+            if displacement > (1.0 - tuning::NEGLIGIBLE_SHARE) * last {
                 break;
             }
         }

@@ -10,6 +10,18 @@ use crate::damage::self_crossings_at;
 use crate::tissue::Tissue;
 use crate::tuning;
 
+/// Smoothing passes over strained or crossing tissue. Each halves the difference between a
+/// vertex and its surroundings. Below, strain remains; above, deep folds take longer.
+const SMOOTHING_PASSES: usize = 20;
+
+/// Rings of vertices around faces that cross faces of the same body, which are smoothed with
+/// them. Below, the crossing moves to the next faces; above, more tissue loses its push.
+const UNCROSSING_RINGS: usize = 2;
+
+/// Passes in which corners are made to move as one. Faces share corners: below, one face
+/// undoes another's; above, little changes.
+const STIFFENING_PASSES: usize = 3;
+
 impl Tissue {
     /// Holds back vertices of faces that a step would turn over, or let cross others of the body.
     ///
@@ -85,7 +97,7 @@ impl Tissue {
         x: &mut [DVec3],
         progress: Progress<'_>,
     ) -> Result<(), Interrupted> {
-        for _ in 0..tuning::SMOOTHING_PASSES {
+        for _ in 0..SMOOTHING_PASSES {
             progress.report(0.0)?;
 
             // The corners of all that is turned, torn or pressed.
@@ -117,7 +129,7 @@ impl Tissue {
         for face in self_crossings_at(&written, tree, progress)?.into_iter().flatten() {
             vertices.extend(self.corners(face));
         }
-        for _ in 0..tuning::UNCROSSING_RINGS {
+        for _ in 0..UNCROSSING_RINGS {
             for i in 0..vertices.len() {
                 for link in self.links(vertices[i]) {
                     vertices.push(link.neighbor);
@@ -126,7 +138,7 @@ impl Tissue {
             sort_dedup(&mut vertices);
         }
 
-        for _ in 0..tuning::SMOOTHING_PASSES {
+        for _ in 0..SMOOTHING_PASSES {
             progress.report(0.0)?;
             self.smooth(&vertices, x);
         }
@@ -140,7 +152,7 @@ impl Tissue {
         x: &mut [DVec3],
         progress: Progress<'_>,
     ) -> Result<(), Interrupted> {
-        for _ in 0..tuning::STIFFENING_PASSES {
+        for _ in 0..STIFFENING_PASSES {
             progress.report(0.0)?;
             let turned = self.turned_faces(x, tuning::STIFFENING_COSINE);
             if turned.is_empty() {

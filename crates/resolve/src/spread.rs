@@ -15,6 +15,10 @@ use surface::progress::{Interrupted, Progress};
 use crate::tissue::Tissue;
 use crate::tuning;
 
+/// Gauss–Seidel sweeps over the vertices around a push. Below, the displacement is rough,
+/// which later rounds have to smooth; above, rounds take longer.
+const SPREAD_SWEEPS: usize = 8;
+
 /// Vertices visited between two polls for interruption: each casts a ray, some microseconds.
 const POLL_INTERVAL: usize = 1024;
 
@@ -41,7 +45,7 @@ impl Tissue {
 
         // The membrane on its foundation, relaxed around the pushed vertices.
         let foundation = (length * length).recip();
-        symmetric_sweeps(&free, tuning::SPREAD_SWEEPS, |&vertex| {
+        symmetric_sweeps(&free, SPREAD_SWEEPS, |&vertex| {
             let u = self.equilibrium(vertex, |next| self.u[next as usize], foundation);
             self.u[vertex as usize] = u.unwrap_or(self.u[vertex as usize]);
         });
@@ -49,7 +53,7 @@ impl Tissue {
         // What is too small to matter keeps its bits.
         for vertex in free {
             let u = &mut self.u[vertex as usize];
-            if u.length() < tuning::MIN_SPREAD * strongest {
+            if u.length() < tuning::NEGLIGIBLE_SHARE * strongest {
                 *u = DVec3::ZERO;
             }
         }

@@ -8,7 +8,9 @@ use surface::{Contact, Term};
 
 use crate::elastic::{Bond, ElasticProblem};
 use crate::run::Run;
-use crate::tuning;
+
+/// Stiffness of a tie, relative to the link of a vertex to its neighbors.
+const TIE_STIFFNESS: f64 = 100.0;
 
 impl Run<'_> {
     /// Returns true if two bodies are tied to each other.
@@ -54,7 +56,7 @@ impl Run<'_> {
             }
             let tissue = &self.tissues[tie.follower.index()];
             let mass = tissue.area(tie.vertex) * tissue.mass_per_area(self.params.smoothing);
-            let stiffness = tuning::TIE_STIFFNESS * mass / (tissue.mean_edge * tissue.mean_edge);
+            let stiffness = TIE_STIFFNESS * mass / (tissue.mean_edge * tissue.mean_edge);
             problem.bonds.push(Bond { terms, stiffness });
         }
     }

@@ -14,6 +14,10 @@ use surface::{TriangleSurface, mean_edge, parallel, triangle, vertex_areas, vert
 
 use crate::tuning;
 
+/// Thickness that an open surface is taken to have for its mass \[ℓ\]. Below, it yields more
+/// than the bodies around it; above, less.
+const OPEN_THICKNESS: f64 = 1.0 / 6.0;
+
 /// One body at rest, with the links between its vertices and its displacement in a round.
 #[derive(Debug)]
 pub(crate) struct Tissue {
@@ -171,7 +175,7 @@ impl Tissue {
     pub(crate) fn mass_per_area(&self, smoothing: f64) -> f64 {
         let thickness = match self.volume {
             Some(volume) if volume != 0.0 => volume.abs() / self.areas.iter().sum::<f64>(),
-            _ => tuning::OPEN_THICKNESS * smoothing,
+            _ => OPEN_THICKNESS * smoothing,
         };
         self.stiffness * thickness
     }

@@ -2,7 +2,8 @@
 //!
 //! All were found by trial, on planted overlaps, on a thigh at rest and on frames of a walk. None is a length:
 //! \[ℓ\] is the [smoothing length](crate::ResolveParams::smoothing), a step is
-//! [`MAX_STEP`], and the tolerance is [that of the parameters](crate::ResolveParams::tolerance).
+//! [`MAX_STEP`], and the tolerance is [that of the parameters](crate::ResolveParams::tolerance). Numbers
+//! of sweeps and numerical tolerances are beside the one place that uses them.
 
 // Rounds.
 
@@ -50,17 +51,6 @@ pub(crate) const MAX_SETTLED_ROUNDS: u32 = 6;
 /// overlapping; above, rounds take longer and later rounds find little left to do.
 pub(crate) const SHAPE_PASSES: u32 = 2;
 
-/// Sweeps of the contact solver for the first push of a round. Below, stacked bodies are
-/// not separated in one round; above, rounds take longer.
-pub(crate) const FIRST_SOLVER_SWEEPS: u32 = 30;
-
-/// Sweeps of the contact solver after shape is restored, which start near a solution.
-pub(crate) const NEXT_SOLVER_SWEEPS: u32 = 6;
-
-/// Correction at which the contact solver stops \[tolerances\]. Below, sweeps change nothing
-/// that is measured; above, the sum of many small remainders exceeds the tolerance.
-pub(crate) const SOLVER_TOLERANCE: f64 = 2e-3;
-
 /// Depth of vertices up to which contacts of crossing edges are used \[ℓ\]. Below, edges wait
 /// for long; above, edges of deep overlaps push in directions that mean little.
 pub(crate) const MAX_DEPTH_WITH_EDGES: f64 = 0.05;
@@ -90,21 +80,9 @@ pub(crate) const LOOSENING: f64 = 0.3;
 /// Largest factor on the limits. Below, narrow places are given up; above, folds remain.
 pub(crate) const MAX_LOOSENESS: f64 = 3.0;
 
-/// Smoothing passes over strained or crossing tissue. Each halves the difference between a
-/// vertex and its surroundings. Below, strain remains; above, deep folds take longer.
-pub(crate) const SMOOTHING_PASSES: usize = 20;
-
-/// Rings of vertices around faces that cross faces of the same body, which are smoothed with
-/// them. Below, the crossing moves to the next faces; above, more tissue loses its push.
-pub(crate) const UNCROSSING_RINGS: usize = 2;
-
 /// Cosine between a face's normal and its normal at rest below which its corners move as
 /// one. Above [`MIN_NORMAL_COSINE`], all tissue stiffens; below 0, it is too late.
 pub(crate) const STIFFENING_COSINE: f64 = 0.1;
-
-/// Passes in which corners are made to move as one. Faces share corners: below, one face
-/// undoes another's; above, little changes.
-pub(crate) const STIFFENING_PASSES: usize = 3;
 
 // Spreading.
 
@@ -112,13 +90,9 @@ pub(crate) const STIFFENING_PASSES: usize = 3;
 /// above, more vertices move by nothing that matters.
 pub(crate) const SPREAD_RADIUS: f64 = 2.0;
 
-/// Displacement below which a vertex stays where it is \[the strongest push\]. Below, vertices
-/// far away lose their bits; above, the cut is a visible step.
-pub(crate) const MIN_SPREAD: f64 = 1e-3;
-
-/// Gauss–Seidel sweeps over the vertices around a push. Below, the displacement is rough,
-/// which later rounds have to smooth; above, rounds take longer.
-pub(crate) const SPREAD_SWEEPS: usize = 8;
+/// Share of the largest displacement below which one counts as none: the vertex stays where it is, or
+/// goes back to rest. Below, vertices far away lose their bits; above, the cut is a visible step.
+pub(crate) const NEGLIGIBLE_SHARE: f64 = 1e-3;
 
 /// Largest gradient of a spread displacement, as a share of the distance it spreads over:
 /// deeper pushes spread farther. Below, more tissue moves; above, tissue strains more.
@@ -127,10 +101,6 @@ pub(crate) const MAX_SLOPE: f64 = 0.5;
 /// Longest strut through tissue \[ℓ\]. Below, sheets are squeezed and lose volume; above, rays
 /// find sides to which no push gets.
 pub(crate) const MAX_STRUT_LENGTH: f64 = 3.0;
-
-/// Thickness that an open surface is taken to have for its mass \[ℓ\]. Below, it yields more
-/// than the bodies around it; above, less.
-pub(crate) const OPEN_THICKNESS: f64 = 1.0 / 6.0;
 
 // Exit sides.
 
@@ -143,21 +113,10 @@ pub(crate) const MIN_AGREEMENT: f64 = 0.2;
 /// by the far side; below, few vertices are left to trust.
 pub(crate) const TRUSTED_DEPTH: f64 = 0.15;
 
-/// Gauss–Seidel sweeps that spread exit directions over vertices inside. Patches are some
-/// thirty edges wide: below, their middle is not reached; above, little changes.
-pub(crate) const DIRECTION_SWEEPS: usize = 30;
-
 /// Share of a patch's area from which the nearest ways out lead through the far side, above which the
 /// patch leaves in one direction. Below, muscles that embrace a bone do; above, tips in thin bones do
 /// not.
 pub(crate) const FAR_SHARE: f64 = 0.1;
-
-/// Vertices per body whose directions are tried for a deep patch. Below, a patch may
-/// leave by a longer way; above, its direction takes longer.
-pub(crate) const PATCH_DIRECTIONS: usize = 16;
-
-/// Vertices per body whose ways out are measured in each direction, likewise.
-pub(crate) const PATCH_SAMPLES: usize = 48;
 
 // Volume.
 
@@ -174,10 +133,6 @@ pub(crate) const MAX_VOLUME_CHANGE: f64 = 0.005;
 pub(crate) const MAX_VOLUME_STEP: f64 = 0.5;
 
 // Depth of surfaces.
-
-/// Width of the brackets on depths that decide \[tolerances\]. Below, near-coincident surfaces
-/// take long; above, depths just within the tolerance count as deeper.
-pub(crate) const DEPTH_BRACKET: f64 = 0.125;
 
 // Weights of what a round has left, in the score by which rounds are compared.
 
@@ -199,37 +154,15 @@ pub(crate) const SPOILT_FACE_SCORE: usize = 10;
 /// again, in more rounds; above, what is needed no more fades over more states.
 pub(crate) const CARRIED_SHARE: f64 = 0.98;
 
-/// Displacement below which a vertex is put back to rest \[the body's largest\]. Below, vertices
-/// never return to their bits; above, the cut is a visible step.
-pub(crate) const MIN_CARRIED: f64 = 1e-3;
-
 // Gap.
-
-/// Rounds that open the gap. Each takes a few times off what is missing: below, sharp bends are
-/// left; above, hopeless places take longer.
-pub(crate) const MAX_GAP_ROUNDS: usize = 30;
-
-/// Rounds that open the gap without [progress](GAP_PROGRESS), after which it is given up.
-pub(crate) const MAX_STALLED_GAP_ROUNDS: usize = 3;
-
-/// Share of what was missing that is progress where less is left. Near 1, hopeless places take
-/// longer; far below, slow ones are given up.
-pub(crate) const GAP_PROGRESS: f64 = 0.9;
 
 /// Addition to the gap that is solved for \[the gap\]. Below, solutions are needed to more digits;
 /// above, tissue moves more.
 pub(crate) const GAP_SLACK: f64 = 0.02;
 
-/// Distance below which two features have no direction of their own \[the gap\]. Below, directions
-/// are of rounding; above, they are those of faces.
-pub(crate) const TOUCHING: f64 = 1e-6;
-
 /// Largest number of sweeps of the elastic solver. Below, gaps need more rounds; above, rounds
 /// take longer.
 pub(crate) const GAP_SWEEPS: usize = 60;
-
-/// Smallest number of sweeps, in which displacements spread over that many edges.
-pub(crate) const MIN_GAP_SWEEPS: usize = 8;
 
 /// Stiffness of a row's augmented term, relative to what it moves, in rounds that open the gap, whose
 /// rows share many vertices. Below, multipliers take more sweeps to grow; above, rows block each
@@ -247,20 +180,9 @@ pub(crate) const PUSHED_SHARE: f64 = 0.1;
 /// Largest mean displacement per round that gives volume back \[the length it spreads over\].
 pub(crate) const MAX_BULGE: f64 = 0.02;
 
-/// Share of the way to a contact that is taken. Near 1, surfaces come to touch; far below, gaps
-/// need more rounds.
-pub(crate) const FREE_SHARE: f64 = 0.8;
-
 /// Sweeps in which single particles are held back, after which whole bodies are.
 pub(crate) const MAX_HOLD_PASSES: usize = 8;
-
-/// Stiffness of a tie, relative to the link of a vertex to its neighbors.
-pub(crate) const TIE_STIFFNESS: f64 = 100.0;
 
 /// Largest displacement of a vertex \[the deepest overlap at the start\]. Below, tissue that leaves
 /// sideways around a bone is not freed; above, tissue without room is squeezed out of its place.
 pub(crate) const MAX_DISPLACEMENT: f64 = 3.0;
-
-/// Accepted states that are kept, to return to where rounding breaks a limit. Below, the start is
-/// returned to; above, memory grows.
-pub(crate) const MAX_ACCEPTED_STATES: usize = 8;
