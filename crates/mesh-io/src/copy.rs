@@ -55,6 +55,22 @@ pub(crate) fn check_count(expected: usize, positions: &[DVec3]) -> Result<(), Re
     if found == expected { Ok(()) } else { Err(ReadError::PositionCount { expected, found }) }
 }
 
+/// Refuses positions beyond the range of a number type; the first one has number `first` in the file.
+pub(crate) fn check_range(
+    precision: Precision,
+    positions: &[DVec3],
+    first: usize,
+) -> Result<(), ReadError> {
+    let max = if precision == Precision::Single { f64::from(f32::MAX) } else { f64::MAX };
+    for (vertex, &at) in (first..).zip(positions) {
+        // Not a number is beyond any range.
+        if !at.abs().to_array().iter().all(|x| *x <= max) {
+            return Err(ReadError::OutOfRange { vertex, at });
+        }
+    }
+    Ok(())
+}
+
 /// Returns the position of a vertex, or a refusal where there are too few.
 pub(crate) fn position(
     format: &Format,

@@ -133,6 +133,16 @@ pub enum ReadError {
         /// Number of positions given.
         found: usize,
     },
+    /// A file is to be written with a position that its numbers cannot hold.
+    #[error(
+        "vertex {vertex} is to be at ({x}, {y}, {z}), beyond the range of the file's numbers", x = .at.x, y = .at.y, z = .at.z
+    )]
+    OutOfRange {
+        /// Index of the vertex.
+        vertex: usize,
+        /// Position that is given for it.
+        at: DVec3,
+    },
     /// Grid or values are not those of a distance field.
     #[error(transparent)]
     Field(#[from] FieldError),

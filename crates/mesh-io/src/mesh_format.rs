@@ -4,6 +4,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
+use crate::text::split_mark;
 use crate::vtk::{parse_vtp, parse_vtu, write_vtp};
 use crate::{Mesh, ReadError, extension, inp, msh, obj, ply, stl};
 
@@ -121,6 +122,7 @@ impl FileFormat {
 ///
 /// The reason, where the content is not a mesh.
 pub fn parse_mesh(bytes: &[u8], extension: &str) -> Result<Mesh, ReadError> {
+    let (_, bytes) = split_mark(bytes);
     match FileFormat::recognize(bytes, extension)? {
         FileFormat::Surface(MeshFormat::Obj) => obj::parse(bytes),
         FileFormat::Surface(MeshFormat::Ply) => ply::parse(bytes),

@@ -9,7 +9,7 @@ use std::str::FromStr;
 use glam::DVec3;
 
 use crate::ReadError;
-use crate::copy::{Copy, Precision, check_count, position as position_of};
+use crate::copy::{Copy, Precision, check_count, check_range, position as position_of};
 use crate::error::Format;
 use crate::mesh::{Mesh, Polygons};
 use crate::text::{Lines, number, placed_words, quoted, words};
@@ -48,6 +48,7 @@ pub(crate) fn replace(file: &[u8], positions: &[DVec3]) -> Result<Vec<u8>, ReadE
         vertex += 1;
     }
     check_count(vertex, positions)?;
+    check_range(Precision::Double, positions, 0)?;
     Ok(copy.finish())
 }
 

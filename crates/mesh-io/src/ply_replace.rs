@@ -10,7 +10,7 @@ use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Encoding, Header, PropertyDef, PropertyType, ScalarType};
 
 use crate::ReadError;
-use crate::copy::{Copy, Precision, check_count};
+use crate::copy::{Copy, Precision, check_count, check_range};
 use crate::ply::{PLY, Skipped, check_header, malformed};
 use crate::ply_binary::size_of_scalar;
 use crate::stored_values::single;
@@ -33,8 +33,8 @@ pub(crate) fn precision(file: &[u8]) -> Result<Precision, ReadError> {
 
 /// Writes a file with other positions.
 pub(crate) fn replace(file: &[u8], positions: &[DVec3]) -> Result<Vec<u8>, ReadError> {
-    precision(file)?;
     let (header, start) = read_header(file)?;
+    check_range(precision(file)?, positions, 0)?;
     check_count(ply::element(&header, "vertex")?.count, positions)?;
 
     let mut copy = Copy::new(file);

@@ -6,8 +6,9 @@
 
 use glam::DVec3;
 
-use crate::copy::{Copy, Precision, check_count};
+use crate::copy::{Copy, Precision, check_count, check_range};
 use crate::mesh_format::FileFormat;
+use crate::text::split_mark;
 use crate::text_nodes::TextNodes;
 use crate::vtk::{VtkPoints, replace_points};
 use crate::{MeshFormat, ReadError, inp, msh, obj, ply_replace, stl};
@@ -27,6 +28,13 @@ pub fn replace_positions(
     extension: &str,
     positions: &[DVec3],
 ) -> Result<Vec<u8>, ReadError> {
+    // The mark stays where it was.
+    let (mark, file) = split_mark(file);
+    let content = replaced(file, extension, positions)?;
+    Ok(if mark.is_empty() { content } else { [mark, &content].concat() })
+}
+
+fn replaced(file: &[u8], extension: &str, positions: &[DVec3]) -> Result<Vec<u8>, ReadError> {
     match FileFormat::recognize(file, extension)? {
         FileFormat::Surface(MeshFormat::Obj) => obj::replace(file, positions),
         FileFormat::Surface(MeshFormat::Ply) => ply_replace::replace(file, positions),
@@ -48,6 +56,7 @@ pub fn replace_positions(
 ///
 /// The reason, where the content is not a mesh, or its coordinates cannot be written again.
 pub fn coordinate_precision(file: &[u8], extension: &str) -> Result<Precision, ReadError> {
+    let (_, file) = split_mark(file);
     match FileFormat::recognize(file, extension)? {
         FileFormat::Surface(MeshFormat::Obj) | FileFormat::Msh => Ok(Precision::Double),
         FileFormat::Surface(MeshFormat::Ply) => ply_replace::precision(file),
@@ -66,6 +75,7 @@ fn replace_nodes(
     positions: &[DVec3],
 ) -> Result<Vec<u8>, ReadError> {
     check_count(nodes.places.len(), positions)?;
+    check_range(precision, positions, 0)?;
     let mut copy = Copy::new(file);
     for (places, x) in nodes.places.iter().zip(positions) {
         for (place, value) in places.iter().zip(x.to_array()) {

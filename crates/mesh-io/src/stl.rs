@@ -11,7 +11,7 @@ use std::fmt::Write;
 use glam::DVec3;
 use surface::triangle;
 
-use crate::copy::{Copy, Precision, check_count};
+use crate::copy::{Copy, Precision, check_count, check_range};
 use crate::error::Format;
 use crate::mesh::{Mesh, Polygons, Unread};
 use crate::stored_values::single;
@@ -65,6 +65,7 @@ pub(crate) fn precision(bytes: &[u8]) -> Precision {
 pub(crate) fn replace(file: &[u8], positions: &[DVec3]) -> Result<Vec<u8>, ReadError> {
     let mesh = parse(file)?;
     check_count(mesh.positions.len(), positions)?;
+    check_range(precision(file), positions, 0)?;
     let copy = Copy::new(file);
     Ok(if is_text(file) {
         replace_text(&mesh, positions, copy)

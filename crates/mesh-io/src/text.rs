@@ -8,6 +8,12 @@ pub(crate) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
 }
 
+/// Splits a file behind the mark of UTF-8 that some editors write before text.
+pub(crate) fn split_mark(file: &[u8]) -> (&[u8], &[u8]) {
+    const MARK: &[u8] = b"\xef\xbb\xbf";
+    file.split_at(if file.starts_with(MARK) { MARK.len() } else { 0 })
+}
+
 /// Line of a text file.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Line<'a> {

@@ -19,7 +19,7 @@ use super::vtu::VTU;
 use super::xml::Element;
 use super::{Appended, Dialect, VtkFile};
 use crate::ReadError;
-use crate::copy::{Copy, Precision, check_count};
+use crate::copy::{Copy, Precision, check_count, check_range};
 use crate::stored_values::single;
 use crate::text::quoted;
 
@@ -66,6 +66,7 @@ pub(crate) fn replace_points(
             let (expected, found) = (first.saturating_add(count), positions.len());
             return Err(ReadError::PositionCount { expected, found });
         };
+        check_range(precision(&file, array)?, x, first)?;
         first += count;
         edits.push(edit(bytes, &file, array, x)?);
     }

@@ -1,7 +1,7 @@
 //! Files written again with other positions: everything else stays.
 
 use glam::DVec3;
-use mesh_io::{Mesh, coordinate_precision, parse_mesh, replace_positions};
+use mesh_io::{Mesh, Precision, coordinate_precision, parse_mesh, replace_positions};
 
 use crate::meshes;
 use crate::volumes::{INP, MSH_2, MSH_4};
@@ -112,6 +112,40 @@ fn another_number_of_positions_is_refused() {
         let x = vec![DVec3::ZERO; 3];
         let error = replace_positions(&bytes, extension(name), &x).expect_err(name).to_string();
         assert!(error.contains("position"), "{name}: {error}");
+    }
+}
+
+#[test]
+fn positions_beyond_the_range_of_the_files_numbers_are_refused() {
+    for (name, bytes) in meshes::files() {
+        let mut x = positions(&parse_mesh(&bytes, extension(name)).expect(name));
+        let precision = coordinate_precision(&bytes, extension(name)).expect(name);
+        let is_single = precision == Precision::Single;
+        for (coordinate, is_refused) in [(1e39, is_single), (f64::INFINITY, true), (f64::NAN, true)]
+        {
+            x[2].y = coordinate;
+            let replaced = replace_positions(&bytes, extension(name), &x);
+            let message = replaced.err().map(|error| error.to_string());
+            let names_vertex = message.as_ref().is_some_and(|text| text.contains("vertex 2"));
+            assert_eq!(names_vertex, is_refused, "{name}, {coordinate}: {message:?}");
+        }
+    }
+}
+
+/// Some editors write it before text, and it shifts every place in a file.
+#[test]
+fn a_mark_of_utf_8_is_no_content_and_stays() {
+    const MARK: &[u8] = b"\xef\xbb\xbf";
+    for (name, bytes) in meshes::files() {
+        let marked = [MARK, &bytes].concat();
+        check_moved(name, &marked);
+        let [with, without] = [&marked, &bytes].map(|file| parse_mesh(file, extension(name)));
+        let (with, without) = (with.expect(name), without.expect(name));
+        assert_eq!((&with.positions, &with.faces), (&without.positions, &without.faces), "{name}");
+        let x = positions(&with);
+        let [with, without] =
+            [&marked, &bytes].map(|file| replace_positions(file, extension(name), &x).expect(name));
+        assert!(with == [MARK, &without].concat(), "{name}: the mark stays");
     }
 }
 
