@@ -4,6 +4,8 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
+use crate::text::split_mark;
+
 /// Maximum size of a regular file: 4 GiB, or 85 million facets of STL.
 ///
 /// The program needs many times the memory of a mesh file; a larger file is more likely
@@ -47,15 +49,19 @@ pub fn read_file(path: &Path) -> io::Result<Vec<u8>> {
     if bytes.len() as u64 > limit { Err(too_large()) } else { Ok(bytes) }
 }
 
-/// Reads a text file, with the limits of [`read_file`].
+/// Reads a text file, with the limits of [`read_file`], without the mark of UTF-8 that some editors
+/// write before text.
 ///
 /// # Errors
 ///
 /// Those of [`read_file`], and [`io::ErrorKind::InvalidData`] with the first byte that is
 /// not UTF-8.
 pub fn read_text(path: &Path) -> io::Result<String> {
-    String::from_utf8(read_file(path)?).map_err(|error| {
-        let byte = error.utf8_error().valid_up_to();
+    let mut bytes = read_file(path)?;
+    let mark = split_mark(&bytes).0.len();
+    bytes.drain(..mark);
+    String::from_utf8(bytes).map_err(|error| {
+        let byte = mark + error.utf8_error().valid_up_to();
         let problem = format!("it is not UTF-8 text from byte {byte} on");
         io::Error::new(io::ErrorKind::InvalidData, problem)
     })

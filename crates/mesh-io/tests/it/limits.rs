@@ -39,6 +39,8 @@ fn text_is_utf_8() {
     let error = read_text(&path).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::InvalidData);
     assert_eq!(error.to_string(), "it is not UTF-8 text from byte 11 on");
-    std::fs::write(&path, "unit = \"µm\"").unwrap();
-    assert_eq!(read_text(&path).unwrap(), "unit = \"µm\"");
+    for mark in ["", "\u{feff}"] {
+        std::fs::write(&path, format!("{mark}unit = \"µm\"")).unwrap();
+        assert_eq!(read_text(&path).unwrap(), "unit = \"µm\"");
+    }
 }
