@@ -3,7 +3,8 @@
 use std::error::Error;
 
 use musculo_collide::{
-    BodyId, CheckParams, Detection, Plan, PlanParams, Progress, Scene, SceneError, machine_factor,
+    BodyId, BodyMove, CheckParams, Detection, Plan, PlanParams, Progress, Scene, SceneError,
+    machine_factor,
 };
 
 use super::motion_scenes::{BodyState, Walk};
@@ -120,11 +121,14 @@ fn detect(
 
 /// Moves all bodies: rigid ones by their poses.
 fn place(scene: &mut Scene, states: &[BodyState]) -> Result<(), SceneError> {
+    let mut moves = Vec::new();
     for state in states {
         match state {
             BodyState::Pose(body, pose) => scene.pose_body(*body, pose)?,
-            BodyState::Positions(body, positions) => scene.move_body(*body, positions)?,
+            BodyState::Positions(body, positions) => {
+                moves.push(BodyMove { body: *body, positions });
+            }
         }
     }
-    Ok(())
+    scene.move_bodies(&moves)
 }

@@ -7,7 +7,7 @@ use surface::progress::{Interrupted, Progress};
 use surface::{Aabb, Pose, SimplexSurface, TriangleSurface, parallel};
 
 use crate::broad_phase::overlapping_pairs;
-use crate::{Body, BodyId, BodyKind, PairId, SceneError};
+use crate::{Body, BodyId, BodyKind, BodyMove, PairId, SceneError};
 
 /// Bodies that may touch each other.
 #[derive(Clone, Debug, Default)]
@@ -156,6 +156,24 @@ impl Scene {
     /// the body then stays where it was.
     pub fn move_body(&mut self, id: BodyId, positions: &[DVec3]) -> Result<(), SceneError> {
         self.get_mut(id)?.set_positions(positions)
+    }
+
+    /// Moves the vertices of several bodies, in all threads; of two moves of a body the last counts.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::NoSuchBody`], before any body has moved; else as [`move_body`](Self::move_body), of
+    /// the first body with an error, which stays where it was. Other bodies may have moved or not.
+    pub fn move_bodies(&mut self, moves: &[BodyMove<'_>]) -> Result<(), SceneError> {
+        let mut positions: Vec<Option<&[DVec3]>> = vec![None; self.bodies.len()];
+        for step in moves {
+            self.get(step.body)?;
+            positions[step.body.index()] = Some(step.positions);
+        }
+        parallel::try_for_each_mut(&mut self.bodies, |number, body| match positions[number] {
+            Some(x) => body.set_positions(x),
+            None => Ok(()),
+        })
     }
 
     /// Places a rigid body by its pose, which maps the positions that it was added with to the
@@ -335,5 +353,47 @@ impl Scene {
     fn next_id(&self) -> BodyId {
         // Each body has a vertex at least, and those are numbered in 32 bits.
         BodyId(u32::try_from(self.bodies.len()).unwrap_or(u32::MAX))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fixtures::shapes::tetrahedron;
+
+    use super::*;
+
+    /// Four tetrahedra in a row.
+    fn four() -> Scene {
+        let mut scene = Scene::new();
+        for x in [0.0, 3.0, 6.0, 9.0] {
+            let body = tetrahedron(1.0).translated(DVec3::X * x);
+            let (surface, name) = (body.surface(), x.to_string());
+            scene.add(name, BodyKind::Rigid, surface, body.positions).expect("a body");
+        }
+        scene
+    }
+
+    #[test]
+    fn bodies_move_together_as_one_by_one() {
+        let [mut together, mut alone] = [four(), four()];
+        let ids: Vec<BodyId> = alone.ids().collect();
+        let at = |k: f64| tetrahedron(1.0).translated(DVec3::Y * k).positions;
+        let places = [at(1.0), at(2.0), at(3.0)];
+        let to = |body, place: usize| BodyMove { body: ids[body], positions: &places[place] };
+        for BodyMove { body, positions } in [to(3, 0), to(1, 2)] {
+            alone.move_body(body, positions).expect("a move");
+        }
+        together.move_bodies(&[to(1, 1), to(3, 0), to(1, 2)]).expect("moves");
+        assert_eq!(together.particle_positions(), alone.particle_positions());
+
+        // Without the body nothing moves; positions that are refused leave theirs where it was.
+        let unknown = BodyMove { body: BodyId(4), ..to(0, 0) };
+        let none = together.move_bodies(&[to(0, 0), unknown]).expect_err("no such body");
+        assert_eq!(none, SceneError::NoSuchBody { index: 4, count: 4 });
+        assert_eq!(together.particle_positions(), alone.particle_positions());
+        let wrong = [DVec3::NAN; 4];
+        let refused = together.move_bodies(&[BodyMove { body: ids[2], positions: &wrong }]);
+        assert!(matches!(refused, Err(SceneError::Surface { .. })), "{refused:?}");
+        assert_eq!(together.particle_positions(), alone.particle_positions());
     }
 }

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use musculo_collide::distance_field::Pose;
-use musculo_collide::{BodyId, Detection, FrameBudget, Plan, Scene, SceneError};
+use musculo_collide::{BodyId, BodyMove, Detection, FrameBudget, Plan, Scene, SceneError};
 
 use super::plan_comparison::Comparison;
 use super::plan_times::FrameTimes;
@@ -91,13 +91,14 @@ impl<'a> FrameSource<'a> {
 }
 
 fn place(scene: &mut Scene, states: &[(BodyId, BodyState)]) -> Result<(), SceneError> {
-    for (id, state) in states {
+    let mut moves = Vec::new();
+    for &(body, ref state) in states {
         match state {
-            BodyState::Pose(pose) => scene.pose_body(*id, pose)?,
-            BodyState::Positions(positions) => scene.move_body(*id, positions)?,
+            BodyState::Pose(pose) => scene.pose_body(body, pose)?,
+            BodyState::Positions(positions) => moves.push(BodyMove { body, positions }),
         }
     }
-    Ok(())
+    scene.move_bodies(&moves)
 }
 
 /// Detects the present state once more, with the time of each pair.
