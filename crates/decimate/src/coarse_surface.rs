@@ -149,7 +149,6 @@ impl CoarseSurface {
 
     /// Returns the kept vertices that a vertex of the full surface moves with, and their weights;
     /// a kept vertex, or one without faces, moves with itself alone.
-    ///
     #[must_use]
     pub fn leaders(&self, vertex: u32) -> [(u32, f64); 3] {
         let Some(image) = self.reduced.map.image(vertex) else {
