@@ -123,7 +123,8 @@ fn edit(
     let format = if is_text { "ascii" } else { "binary" };
     let content = if is_text { text(precision, x) } else { base64(file, precision, x)? };
     let _ = write!(element, " format=\"{format}\">{content}</DataArray>");
-    Ok((place_of(bytes, file, array)?, element.into_bytes()))
+    let place = [array.at, array.end].map(|byte| usize::try_from(byte).unwrap_or(usize::MAX));
+    Ok((place[0]..place[1], element.into_bytes()))
 }
 
 /// Returns the number type of an array.
@@ -133,38 +134,6 @@ fn precision(file: &VtkFile<'_>, array: &Element) -> Result<Precision, ReadError
         "Float64" => Ok(Precision::Double),
         other => Err(file.dialect.format.unsupported(format!("points of type {}", quoted(other)))),
     }
-}
-
-/// Returns the bytes of an element, from its tag to the end of its closing tag.
-fn place_of(
-    bytes: &[u8],
-    file: &VtkFile<'_>,
-    element: &Element,
-) -> Result<Range<usize>, ReadError> {
-    let start = usize::try_from(element.at).unwrap_or(usize::MAX);
-    let rest = bytes.get(start..).unwrap_or_default();
-
-    // The tag ends at the first bracket outside of quotation marks.
-    let (mut quote, mut tag) = (None, None);
-    for (at, &byte) in rest.iter().enumerate() {
-        match (quote, byte) {
-            (None, b'"' | b'\'') => quote = Some(byte),
-            (None, b'>') => {
-                tag = Some(at);
-                break;
-            }
-            (Some(open), byte) if open == byte => quote = None,
-            _ => {}
-        }
-    }
-    let missing = || file.dialect.malformed_at(element, "the file ends in the tag");
-    let tag = tag.ok_or_else(missing)?;
-    if rest[..tag].ends_with(b"/") {
-        return Ok(start..start + tag + 1);
-    }
-    let closing = super::find(&rest[tag..], b"</DataArray").ok_or_else(missing)? + tag;
-    let end = super::find(&rest[closing..], b">").ok_or_else(missing)? + closing;
-    Ok(start..start + end + 1)
 }
 
 /// Writes a line per point.
@@ -247,6 +216,22 @@ mod tests {
         );
         assert_eq!(written, expected);
     }
+
+    #[test]
+    fn what_an_array_holds_does_not_end_it() {
+        let head = "<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"1\"><Points>";
+        let tail = "</Points></Piece></PolyData></VTKFile>";
+        let attributes = "type=\"Float64\" format=\"ascii\"";
+        for held in ["<!-- </DataArray> -->", "<Note><DataArray>7</DataArray></Note>"] {
+            let file = format!("{head}<DataArray {attributes}>0 {held}0 0</DataArray>{tail}");
+            let x = [DVec3::new(0.5, 1.0, 2.0)];
+            let written = replace_points(file.as_bytes(), VtkPoints::Surface, &x).expect("a file");
+            let expected =
+                format!("{head}<DataArray {attributes}>\n0.5 1.0 2.0\n</DataArray>{tail}");
+            assert_eq!(String::from_utf8(written).expect("text"), expected);
+        }
+    }
+
     #[test]
     fn pieces_that_share_appended_points_are_refused() {
         let points = "<Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" \

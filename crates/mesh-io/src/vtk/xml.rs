@@ -1,5 +1,7 @@
 //! Tree of XML elements.
 
+use std::ops::Range;
+
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
@@ -7,8 +9,9 @@ use quick_xml::events::{BytesStart, Event};
 #[derive(Debug, Default)]
 pub(crate) struct Element {
     name: String,
-    /// Byte of the file at which the element begins.
+    /// Byte of the file at which the element begins, and the one behind its end.
     pub(crate) at: u64,
+    pub(crate) end: u64,
     attributes: Vec<(String, String)>,
     pub(crate) text: Vec<u8>,
     children: Vec<Self>,
@@ -46,7 +49,7 @@ impl Element {
             if matches!(event, Event::Eof) {
                 break;
             }
-            add(event, at, &mut open)?;
+            add(event, at..reader.buffer_position(), &mut open)?;
             if open.len() > MAX_DEPTH {
                 let problem = format!("elements nest more than {MAX_DEPTH} deep");
                 return Err(XmlError::new(at, &problem));
@@ -60,7 +63,7 @@ impl Element {
             return Err(XmlError::new(reader.buffer_position(), &problem));
         }
         while open.len() > 1 {
-            close(&mut open);
+            close(&mut open, reader.buffer_position());
         }
         Ok(open.pop().unwrap_or_default())
     }
@@ -115,15 +118,15 @@ impl Element {
     }
 }
 
-/// Adds an event that begins at byte `at` to the innermost of the open elements.
-fn add(event: Event<'_>, at: u64, open: &mut Vec<Element>) -> Result<(), XmlError> {
+/// Adds an event, with its bytes in the file, to the innermost of the open elements.
+fn add(event: Event<'_>, place: Range<u64>, open: &mut Vec<Element>) -> Result<(), XmlError> {
     match event {
-        Event::Start(tag) => open.push(Element::new(&tag, at)?),
+        Event::Start(tag) => open.push(Element::new(&tag, place.start)?),
         Event::Empty(tag) => {
-            open.push(Element::new(&tag, at)?);
-            close(open);
+            open.push(Element::new(&tag, place.start)?);
+            close(open, place.end);
         }
-        Event::End(_) => close(open),
+        Event::End(_) => close(open, place.end),
         Event::Text(text) => {
             if let Some(element) = open.last_mut() {
                 element.text.extend_from_slice(text.as_bytes());
@@ -135,11 +138,12 @@ fn add(event: Event<'_>, at: u64, open: &mut Vec<Element>) -> Result<(), XmlErro
     Ok(())
 }
 
-/// Moves the innermost open element into its parent.
-fn close(open: &mut Vec<Element>) {
-    if let Some(element) = open.pop()
+/// Moves the innermost open element, which ends before byte `end`, into its parent.
+fn close(open: &mut Vec<Element>, end: u64) {
+    if let Some(mut element) = open.pop()
         && let Some(parent) = open.last_mut()
     {
+        element.end = end;
         parent.children.push(element);
     }
 }
