@@ -347,7 +347,7 @@ fn walk(report: &mut Report) -> Outcome {
         frames += 1.0;
     }
     let [on_arcs, straight, search] = times.map(|time| time * 1e-9 / frames);
-    report.cost("walk, straight: time per frame", straight, "s", 0.17);
+    report.cost("walk, straight: time per frame", straight, "s", 0.12);
     report.ratio("walk: search of candidates / straight", [search, straight], "s", f64::INFINITY);
     report.cost("walk on arcs: time per frame", on_arcs, "s", 0.25);
     report.ratio("walk on arcs / straight", [on_arcs, straight], "s", f64::INFINITY);
