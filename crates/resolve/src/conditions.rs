@@ -2,8 +2,8 @@
 //! uncrossed.
 //!
 //! Vertices of the first body of a tie within its distance of the second one that face it, and do not
-//! cross it, follow their closest points on it, as they were at the start. Where the first body is rigid, vertices of the second
-//! follow the first.
+//! cross it, follow their closest points on it, as they were at the start. Where the first body is
+//! rigid, vertices of the second follow the first.
 
 use kdop::Workspace;
 use response::positive;

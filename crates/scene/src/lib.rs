@@ -88,7 +88,7 @@ pub use proximity::{ContactKind, NearVertex, NoInside, Region, Side, SweptContac
 
 pub use surface::progress::{Interrupted, Progress};
 
-pub use crate::body::{Body, BodyId, BodyKind, PairId, Revision};
+pub use crate::body::{Body, BodyId, BodyKind, BodyMove, PairId, Revision};
 pub use crate::coincidence::Coincidence;
 pub use crate::depth_bracket::DepthBracket;
 pub use crate::edge_overlap::{EdgeOverlap, FacePoint};
@@ -107,7 +107,7 @@ pub use crate::step::{SceneStates, SceneStep, StepError};
 pub use crate::step_detectors::{
     DetectorParams, Fallback, FallbackReason, StepDetectors, StepMethod,
 };
-pub use crate::sweep::{BodyMove, PairSweep, SweepReport};
+pub use crate::sweep::{PairSweep, SweepReport};
 
 /// Compiles and runs the README's example.
 #[cfg(doctest)]

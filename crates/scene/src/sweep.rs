@@ -1,22 +1,12 @@
 //! Swept detection over a whole scene: first contacts between two successive states.
 
 use ccd::{CcdParams, MovingPoints};
-use glam::DVec3;
 use kdop::Workspace;
 use proximity::{SweptContact, SweptContacts, SweptError, SweptQuery, SweptSide};
 use surface::progress::Progress;
 use surface::{Aabb, Positions, parallel};
 
-use crate::{BodyId, PairId, Scene, SceneError};
-
-/// New positions of a body, at the end of a step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BodyMove<'a> {
-    /// The body.
-    pub body: BodyId,
-    /// |V| positions.
-    pub positions: &'a [DVec3],
-}
+use crate::{BodyId, BodyMove, PairId, Scene, SceneError};
 
 /// Distances of particles from their straight lines.
 #[derive(Clone, Debug, Default)]
