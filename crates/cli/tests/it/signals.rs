@@ -13,13 +13,13 @@ fn signal(child: &Child, name: &str) {
 }
 
 /// Returns the signals that interrupt the program. Jobs in the background of a script ignore SIGINT,
-/// and their children inherit that.
+/// those of `nohup` SIGHUP, and their children inherit that.
 fn interruptions() -> &'static [&'static str] {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     let mask = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
-    let ignores_interrupt = mask.is_some_and(|mask| mask & 0b10 != 0);
-    if ignores_interrupt { &["TERM"] } else { &["INT", "TERM"] }
+    let ignores_one = mask.is_some_and(|mask| mask & 0b11 != 0);
+    if ignores_one { &["TERM"] } else { &["INT", "TERM"] }
 }
 
 /// Interrupted while it writes its outputs one by one: with more frames than it can resolve
@@ -54,4 +54,23 @@ fn an_interruption_ends_waiting() {
     std::thread::sleep(Duration::from_millis(300));
     signal(&child, interruptions()[0]);
     assert_eq!(finish(child).status, 130);
+}
+
+/// As `nohup` and jobs in the background of a script do.
+#[test]
+fn termination_is_handled_where_another_signal_is_ignored() {
+    for ignored in ["HUP", "INT"] {
+        let workshop = workshop();
+        if !make_pipe(&workshop, "pipe.obj") {
+            return;
+        }
+        let script = format!("trap '' {ignored}; exec \"$0\" check a.obj pipe.obj");
+        let program = env!("CARGO_BIN_EXE_musculo-collide");
+        let mut command = Command::new("sh");
+        command.args(["-c", &script, program]).current_dir(workshop.path(""));
+        let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("a shell");
+        std::thread::sleep(Duration::from_millis(300));
+        signal(&child, "TERM");
+        assert_eq!(finish(child).status, 130, "without {ignored}");
+    }
 }
