@@ -12,7 +12,7 @@ pub(crate) const INTERRUPTED: u8 = 130;
 /// The process ends at once, whatever its threads compute or wait for. A signal that the
 /// process inherited as ignored stays so: SIGHUP of `nohup`, SIGINT in the background of a script.
 pub(crate) fn handle_interruption() {
-    // It refuses all signals where one of them is ignored.
+    // One signal that is ignored keeps this handler from all of them.
     if ctrlc::try_set_handler(|| remove_unfinished(exit)).is_err() {
         handle_termination();
     }

@@ -18,7 +18,10 @@ impl Resolver {
         progress: Progress<'_>,
     ) -> Result<Resolution, ResolveError> {
         let mut held = Vec::new();
-        while !self.params.keep_going && resolution.has_left_others(&mut held) {
+        while !self.params.keep_going
+            && resolution.add_broken_bodies(&mut held)
+            && resolution.is_left_without(&held)
+        {
             let (last_carried, last_end) =
                 (std::mem::take(&mut self.carried), soft_positions(scene));
             move_soft_bodies(scene, rest)?;
@@ -43,16 +46,19 @@ impl Resolution {
         self.remaining.len() + self.gap.short.len()
     }
 
-    /// Adds the bodies that are beyond their limits to `held`; returns true if there are some, and if a
-    /// pair is left of others, one of which may move.
-    fn has_left_others(&self, held: &mut Vec<BodyId>) -> bool {
+    /// Adds the bodies that are beyond their limits to `held`; returns true if it did not have them all.
+    fn add_broken_bodies(&self, held: &mut Vec<BodyId>) -> bool {
         let before = held.len();
         for BrokenLimit { body, .. } in &self.broken_limits {
             if !held.contains(body) {
                 held.push(*body);
             }
         }
+        held.len() > before
+    }
 
+    /// Returns true if a pair is left of bodies that are not held, one of which may move.
+    fn is_left_without(&self, held: &[BodyId]) -> bool {
         let is_other = |pair: PairId| pair.bodies().iter().all(|body| !held.contains(body));
         let mut is_left = false;
         for left in &self.remaining {
@@ -61,7 +67,7 @@ impl Resolution {
         for short in &self.gap.short {
             is_left |= is_other(short.pair) && short.obstacle != GapObstacle::BothRigid;
         }
-        held.len() > before && is_left
+        is_left
     }
 
     /// Adds what held bodies break where they are not held, and names that where their pairs are left.

@@ -132,8 +132,6 @@ pub(crate) const MAX_VOLUME_CHANGE: f64 = 0.005;
 /// rounds are needed; above, it overshoots where little of a body is free.
 pub(crate) const MAX_VOLUME_STEP: f64 = 0.5;
 
-// Depth of surfaces.
-
 // Weights of what a round has left, in the score by which rounds are compared.
 
 /// Depth \[tolerances\] in one pair that counts as 1.

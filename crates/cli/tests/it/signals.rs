@@ -5,6 +5,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use crate::files::{changes, content, finish, make_pipe, motion, start, workshop};
+use crate::support::Workshop;
 
 /// Sends a signal to a process.
 fn signal(child: &Child, name: &str) {
@@ -43,34 +44,35 @@ fn an_interruption_leaves_nothing_behind() {
     }
 }
 
-/// A pipe that nobody writes to keeps the program waiting.
-#[test]
-fn an_interruption_ends_waiting() {
+/// Signals a program that waits for a pipe to which nobody writes, and expects its end.
+fn end_waiting(name: &str, start: impl Fn(&Workshop) -> Child) {
     let workshop = workshop();
     if !make_pipe(&workshop, "pipe.obj") {
         return;
     }
-    let child = start(&workshop, &["check", "a.obj", "pipe.obj"], Stdio::piped());
+    let child = start(&workshop);
     std::thread::sleep(Duration::from_millis(300));
-    signal(&child, interruptions()[0]);
-    assert_eq!(finish(child).status, 130);
+    signal(&child, name);
+    assert_eq!(finish(child).status, 130, "SIG{name}");
+}
+
+#[test]
+fn an_interruption_ends_waiting() {
+    for name in interruptions() {
+        end_waiting(name, |place| start(place, &["check", "a.obj", "pipe.obj"], Stdio::piped()));
+    }
 }
 
 /// As `nohup` and jobs in the background of a script do.
 #[test]
 fn termination_is_handled_where_another_signal_is_ignored() {
     for ignored in ["HUP", "INT"] {
-        let workshop = workshop();
-        if !make_pipe(&workshop, "pipe.obj") {
-            return;
-        }
         let script = format!("trap '' {ignored}; exec \"$0\" check a.obj pipe.obj");
-        let program = env!("CARGO_BIN_EXE_musculo-collide");
-        let mut command = Command::new("sh");
-        command.args(["-c", &script, program]).current_dir(workshop.path(""));
-        let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("a shell");
-        std::thread::sleep(Duration::from_millis(300));
-        signal(&child, "TERM");
-        assert_eq!(finish(child).status, 130, "without {ignored}");
+        end_waiting("TERM", |place| {
+            let mut shell = Command::new("sh");
+            shell.args(["-c", &script, env!("CARGO_BIN_EXE_musculo-collide")]);
+            shell.current_dir(place.path("")).stdout(Stdio::piped()).stderr(Stdio::piped());
+            shell.spawn().expect("a shell")
+        });
     }
 }
