@@ -6,7 +6,7 @@
 use surface::progress::Progress;
 
 use super::BandParams;
-use super::spread::{MAX_REACH, spread};
+use super::spread::{MAX_REACH, MAX_SHORT_REACH, spread};
 use crate::FieldError;
 use crate::memory::zeroed;
 use crate::num::{coordinate, floor_index};
@@ -36,7 +36,10 @@ pub(super) fn carry(
 ) -> Result<(), FieldError> {
     // Over a short reach a search is faster than the transform, and takes half its memory.
     match reach(params) {
-        Some(reach) => spread(face, &mut zeroed(face.len())?, dims, reach, progress)?,
+        Some(reach) if reach <= MAX_SHORT_REACH => {
+            spread::<u8>(face, &mut zeroed(face.len())?, dims, reach, progress)?;
+        }
+        Some(reach) => spread::<i16>(face, &mut zeroed(face.len())?, dims, reach, progress)?,
         None => drop(feature_transform(face, dims, progress)?),
     }
     Ok(())

@@ -108,8 +108,12 @@ impl Bins {
 
 /// Returns the lowest and the highest z of some vertices.
 fn heights(x: &[DVec3], vertices: &[u32]) -> [f64; 2] {
-    let Aabb { min, max } = Aabb::of_points(vertices.iter().map(|&vertex| x[vertex as usize]));
-    [min.z, max.z]
+    let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
+    for &vertex in vertices {
+        let z = x[vertex as usize].z;
+        (lowest, highest) = (lowest.min(z), highest.max(z));
+    }
+    [lowest, highest]
 }
 
 /// Lists the elements that come within the band of each slab.

@@ -7,44 +7,87 @@
 //! [`crate::transform`] takes over.
 //!
 //! Distances are kept as *closeness*, `reach² + 1 − distance²`: nothing is 0 and nearer is
-//! more, so that 16-bit maxima do the work.
+//! more, so that maxima of 16 bits do the work, or of 8 bits where the reach is short.
 //!
 //! Source: T. Saito and J.-I. Toriwaki, "New algorithms for Euclidean distance
 //! transformation of an n-dimensional digitized picture with applications", Pattern
 //! Recognition 27(11), 1994, for the separation by axes. Differs in carrying labels, in its
 //! bound, and in its order of search.
 
+use std::ops::Neg;
+
 use surface::progress::{Interrupted, Progress};
 
 use crate::separable;
 
-/// Columns that are searched together: two vectors of eight 16-bit numbers.
+/// Columns that are searched together: a vector of 8-bit numbers, two of 16 bits.
 const LANES: usize = 16;
 
 /// Maximum reach, in spacings, whose square 16 bits hold.
 pub(super) const MAX_REACH: usize = 180;
 
+/// Maximum reach, in spacings, whose square 8 bits hold.
+pub(super) const MAX_SHORT_REACH: usize = 15;
+
 /// Number of steps between two checks whether a search is over: a check costs as much as a
 /// step.
 const CHECK_INTERVAL: usize = 3;
 
-type Row<'a> = separable::Row<'a, u32, i16>;
+type Row<'a, C> = separable::Row<'a, u32, C>;
+
+/// Closeness in 8 or 16 bits.
+pub(super) trait Closeness: Copy + Default + Ord + Send + Sync {
+    /// Number of rows, of as many bits.
+    type Rows: Copy + Default + PartialEq + Neg<Output = Self::Rows> + TryFrom<usize> + Into<isize>;
+
+    /// Returns the closeness of a whole number, or the largest.
+    fn new(value: usize) -> Self;
+
+    /// Subtracts; 0 where less is left.
+    fn less(self, loss: Self) -> Self;
+}
+
+impl Closeness for u8 {
+    type Rows = i8;
+
+    fn new(value: usize) -> Self {
+        Self::try_from(value).unwrap_or(Self::MAX)
+    }
+
+    #[inline(always)]
+    fn less(self, loss: Self) -> Self {
+        self.saturating_sub(loss)
+    }
+}
+
+impl Closeness for i16 {
+    type Rows = Self;
+
+    fn new(value: usize) -> Self {
+        Self::try_from(value).unwrap_or(Self::MAX)
+    }
+
+    #[inline(always)]
+    fn less(self, loss: Self) -> Self {
+        self - loss
+    }
+}
 
 /// Gives every node within `reach` spacings of a seed the face of its nearest seed; seeds
 /// are the nodes that have a face, all other faces are 0.
 ///
 /// Writes the closeness of all nodes, 0 beyond the reach. Among
 /// seeds at the same distance the order of the search decides, which is fixed.
-pub(super) fn spread(
+pub(super) fn spread<C: Closeness>(
     face: &mut [u32],
-    closeness: &mut [i16],
+    closeness: &mut [C],
     dims: [usize; 3],
     reach: usize,
     progress: Progress<'_>,
 ) -> Result<(), Interrupted> {
     debug_assert!(reach <= MAX_REACH, "closeness overflows beyond {MAX_REACH}, got {reach}");
-    let across = |rows: &mut [Row<'_>]| across_rows(rows, reach);
-    let within = |rows: &mut [Row<'_>]| {
+    let across = |rows: &mut [Row<'_, C>]| across_rows(rows, reach);
+    let within = |rows: &mut [Row<'_, C>]| {
         for row in &mut *rows {
             along_row(row, reach);
         }
@@ -53,17 +96,13 @@ pub(super) fn spread(
     separable::passes(face, closeness, dims, progress, within, across)
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_possible_wrap,
-    reason = "reach and distance are at most 180, and its square is below 2^15"
-)]
-fn closeness(reach: usize, distance: usize) -> i16 {
-    (reach * reach + 1) as i16 - (distance * distance) as i16
+/// Returns the closeness of a node at a distance of at most the reach.
+fn closeness<C: Closeness>(reach: usize, distance: usize) -> C {
+    C::new(reach * reach + 1 - distance * distance)
 }
 
 /// Spreads faces along a row: forward, then backward.
-fn along_row(row: &mut Row<'_>, reach: usize) {
+fn along_row<C: Closeness>(row: &mut Row<'_, C>, reach: usize) {
     let seed = closeness(reach, 0);
     let Some(first) = row.labels.iter().position(|&face| face != 0) else {
         return;
@@ -85,7 +124,7 @@ fn along_row(row: &mut Row<'_>, reach: usize) {
     for i in (0..from).rev() {
         if row.nearness[i] == seed {
             from = i;
-        } else if from - i <= reach && closeness(reach, from - i) > row.nearness[i] {
+        } else if from - i <= reach && closeness::<C>(reach, from - i) > row.nearness[i] {
             row.nearness[i] = closeness(reach, from - i);
             row.labels[i] = row.labels[from];
         }
@@ -93,7 +132,7 @@ fn along_row(row: &mut Row<'_>, reach: usize) {
 }
 
 /// Spreads faces across rows, sixteen columns at a time.
-fn across_rows(rows: &mut [Row<'_>], reach: usize) {
+fn across_rows<C: Closeness>(rows: &mut [Row<'_, C>], reach: usize) {
     let width = rows.first().map_or(0, |row| row.labels.len());
     let mut columns = Columns::default();
     for start in (0..width).step_by(LANES) {
@@ -101,18 +140,23 @@ fn across_rows(rows: &mut [Row<'_>], reach: usize) {
             continue;
         }
         for (r, row) in rows.iter_mut().enumerate() {
-            columns.search(r, reach, |lane, closeness, face| {
-                row.nearness[start + lane] = closeness;
-                row.labels[start + lane] = face;
-            });
+            if let Some(found) = columns.search(r, reach) {
+                columns.write(r, &found, &mut row.nearness[start..], &mut row.labels[start..]);
+            }
         }
     }
 }
 
+/// Best closeness of sixteen nodes of a row, and how many rows farther on it comes from.
+struct Found<C: Closeness> {
+    best: [C; LANES],
+    from: [C::Rows; LANES],
+}
+
 /// Sixteen columns across some rows.
 #[derive(Default)]
-struct Columns {
-    closeness: Vec<[i16; LANES]>,
+struct Columns<C> {
+    closeness: Vec<[C; LANES]>,
     face: Vec<[u32; LANES]>,
     /// Nearest row at or before each row, and at or after it, that has any closeness.
     before: Vec<usize>,
@@ -122,11 +166,11 @@ struct Columns {
 /// No row.
 const NONE: usize = usize::MAX;
 
-impl Columns {
+impl<C: Closeness> Columns<C> {
     /// Copies columns from `start`; returns false if there is nothing in them.
     ///
     /// Rows without any closeness are skipped by searches: far from a surface most are.
-    fn load(&mut self, rows: &[Row<'_>], start: usize) -> bool {
+    fn load(&mut self, rows: &[Row<'_, C>], start: usize) -> bool {
         self.closeness.clear();
         self.face.clear();
         self.before.clear();
@@ -134,14 +178,11 @@ impl Columns {
         // Forward: the nodes, and the last row that has any closeness.
         let mut last = NONE;
         for (r, row) in rows.iter().enumerate() {
-            let end = (start + LANES).min(row.labels.len());
-            let mut closeness = [0; LANES];
-            closeness[..end - start].copy_from_slice(&row.nearness[start..end]);
-            if closeness != [0; LANES] {
+            let closeness: [C; LANES] = lanes(row.nearness, start);
+            if closeness != [C::default(); LANES] {
                 last = r;
             }
-            let mut face = [0; LANES];
-            face[..end - start].copy_from_slice(&row.labels[start..end]);
+            let face = lanes(row.labels, start);
             self.closeness.push(closeness);
             self.face.push(face);
             self.before.push(last);
@@ -163,70 +204,72 @@ impl Columns {
         true
     }
 
-    /// Searches the rows around row `r`, and passes on what changes there: lane, closeness
-    /// and face.
+    /// Searches the rows around row `r`; `None` where nothing is within the reach.
     #[inline]
-    fn search(&self, r: usize, reach: usize, mut change: impl FnMut(usize, i16, u32)) {
+    fn search(&self, r: usize, reach: usize) -> Option<Found<C>> {
         let before = if self.before[r] == NONE { NONE } else { r - self.before[r] };
         let after = if self.after[r] == NONE { NONE } else { self.after[r] - r };
         let nearest = before.min(after);
         if nearest > reach {
-            return;
+            return None;
         }
 
         // From near to far, all lanes at once.
-
-        let mut best = self.closeness[r];
-        let mut from = [0_i16; LANES];
+        let mut found = Found { best: self.closeness[r], from: [C::Rows::default(); LANES] };
         for k in nearest.max(1)..=reach {
             // No row at distance k or more offers more than this.
-            let limit = closeness(reach, k);
+            let limit: C = closeness(reach, k);
             let is_checked = k < CHECK_INTERVAL || k % CHECK_INTERVAL == 0;
-            if is_checked && best.iter().fold(i16::MAX, |min, &b| min.min(b)) >= limit {
+            if is_checked && found.best.iter().all(|&best| best >= limit) {
                 break;
             }
-            let loss = closeness(reach, 0) - limit;
-            let back = signed(k);
+            let loss = C::new(k * k);
+            let back = C::Rows::try_from(k).unwrap_or_default();
             if r >= k {
-                take(&mut best, &mut from, &self.closeness[r - k], loss, -back);
+                found.take(&self.closeness[r - k], loss, -back);
             }
             if r + k < self.closeness.len() {
-                take(&mut best, &mut from, &self.closeness[r + k], loss, back);
+                found.take(&self.closeness[r + k], loss, back);
             }
         }
+        Some(found)
+    }
 
-        // Only lanes that found a nearer seed are written.
-        for lane in 0..LANES {
-            if from[lane] != 0 {
-                let source = r.wrapping_add_signed(isize::from(from[lane]));
-                change(lane, best[lane], self.face[source][lane]);
+    /// Writes what was found for row `r`.
+    #[inline]
+    fn write(&self, r: usize, found: &Found<C>, nearness: &mut [C], labels: &mut [u32]) {
+        let nodes = nearness.iter_mut().zip(labels).zip(found.best.iter().zip(&found.from));
+        for (lane, ((nearness, label), (&best, &from))) in nodes.enumerate() {
+            *nearness = best;
+            if from != C::Rows::default() {
+                *label = self.face[r.wrapping_add_signed(from.into())][lane];
             }
         }
     }
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_possible_wrap,
-    reason = "at most the reach, 180"
-)]
-fn signed(k: usize) -> i16 {
-    k as i16
+/// Copies some numbers of a row, zeros beyond its end.
+#[inline]
+fn lanes<T: Copy + Default>(row: &[T], start: usize) -> [T; LANES] {
+    // Nearly always there are enough, and a copy of known length needs no call.
+    if let Some(lanes) = row[start..].first_chunk() {
+        return *lanes;
+    }
+    let mut lanes = [T::default(); LANES];
+    lanes[..row.len() - start].copy_from_slice(&row[start..]);
+    lanes
 }
 
-/// Keeps the larger of `best` and `other - loss` in each lane, and the row it came from.
-#[inline]
-fn take(
-    best: &mut [i16; LANES],
-    from: &mut [i16; LANES],
-    other: &[i16; LANES],
-    loss: i16,
-    step: i16,
-) {
-    for lane in 0..LANES {
-        let offer = other[lane] - loss;
-        from[lane] = if offer > best[lane] { step } else { from[lane] };
-        best[lane] = best[lane].max(offer);
+impl<C: Closeness> Found<C> {
+    /// Keeps the larger of `best` and `other - loss` in each lane, and the row it came from.
+    #[inline(always)]
+    fn take(&mut self, other: &[C; LANES], loss: C, step: C::Rows) {
+        let lanes = self.best.iter_mut().zip(&mut self.from).zip(other);
+        for ((best, from), other) in lanes {
+            let offer = other.less(loss);
+            *from = if offer > *best { step } else { *from };
+            *best = (*best).max(offer);
+        }
     }
 }
 
@@ -256,8 +299,15 @@ mod tests {
             }
             let seeds: Vec<usize> = (0..face.len()).filter(|&node| face[node] != 0).collect();
             let names: Vec<u32> = seeds.iter().map(|&seed| face[seed]).collect();
-            let mut kept = vec![0; face.len()];
+            let mut kept = vec![0_i16; face.len()];
+            let mut short = vec![0_u8; face.len()];
+            let mut short_face = face.clone();
             spread(&mut face, &mut kept, dims, reach, Progress::none()).unwrap();
+            if reach <= MAX_SHORT_REACH {
+                spread(&mut short_face, &mut short, dims, reach, Progress::none()).unwrap();
+                assert_eq!(short_face, face);
+                assert!(short.iter().zip(&kept).all(|(short, kept)| i16::from(*short) == *kept));
+            }
             for node in 0..face.len() {
                 let squared = nearest(node, &seeds, dims).expect("there is a seed");
                 if squared > reach * reach {
