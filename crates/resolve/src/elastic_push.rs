@@ -11,10 +11,10 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use proximity::FeaturePoint;
 use scene::BodyId;
-use surface::Contact;
 use surface::progress::Interrupted;
+use surface::{Contact, parallel};
 
-use crate::elastic::{ElasticProblem, GapRow, VolumeRow};
+use crate::elastic::{ElasticProblem, GapRow};
 use crate::gap_rounds::PairFeatures;
 use crate::run::{Run, clearance};
 use crate::tissue::{Tissue, fitted_tree};
@@ -172,20 +172,21 @@ impl Run<'_> {
     ) -> Result<(), Interrupted> {
         self.add_tie_seeds(&mut seeds);
         let (progress, length) = (self.round_progress(), self.params.smoothing);
-        for number in 0..self.tissues.len() {
-            problem.volumes.push(VolumeRow::default());
-            let tissue = &mut self.tissues[number];
-            if tissue.is_rigid {
-                continue;
+        let (scene, seeds) = (&*self.scene, &seeds);
+        let parts = parallel::map_mut(&mut self.tissues, |tissue| {
+            progress.report(0.0)?;
+            let body = scene.body(tissue.id);
+            let own = body.particles().start as usize..body.particles().end as usize;
+            let seeds = seeds.get(&tissue.id).cloned().unwrap_or_default();
+            let (own, tree) = (&displacements[own], fitted_tree(body));
+            let mut active = Vec::new();
+            if !tissue.is_rigid {
+                active = tissue.active_vertices(seeds, own, tree, length, progress)?;
             }
-            let body = self.scene.body(tissue.id);
-            let first = body.particles().start;
-            let own = &displacements[first as usize..body.particles().end as usize];
-            let seeds = seeds.remove(&tissue.id).unwrap_or_default();
-            let active = tissue.active_vertices(seeds, own, fitted_tree(body), length, progress)?;
-            if !active.is_empty() {
-                tissue.add_active(fitted_tree(body), &active, first, number, length, problem);
-            }
+            Ok(tissue.elastic_part(body, &active, length))
+        });
+        for part in parts {
+            problem.append(part?);
         }
         Ok(())
     }
@@ -271,7 +272,7 @@ mod tests {
         let (mut scene, conditions) = (crossed_ridges(), Conditions::default());
         let params = ResolveParams::with_smoothing(6.0);
         let mut run =
-            Run::new(&mut scene, params, &conditions, &[], Progress::none()).expect("a run");
+            Run::new(&mut scene, params, &conditions, &[], None, Progress::none()).expect("a run");
         assert!(run.rounds[0].crossing_faces > 0 && run.rounds[0].max_depth > 0.1);
         for round in 1..6 {
             run.push_elastically().expect("displacements");

@@ -8,8 +8,9 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 use kdop::Workspace;
-use proximity::{FeaturePoint, NearFeatures, SurfaceTree};
-use scene::{BodyId, PairId};
+use proximity::{FeaturePoint, NearFeatures};
+use scene::{Body, BodyId, PairId};
+use surface::progress::{Interrupted, Progress};
 use surface::{parallel, triangle};
 
 use crate::damage::rounded_to_single;
@@ -199,37 +200,17 @@ impl Run<'_> {
     ) -> Result<(), ResolveError> {
         // What holds each body that moves.
         self.add_tie_seeds(&mut seeds);
-        let progress = self.round_progress();
-        for number in 0..self.tissues.len() {
-            problem.volumes.push(VolumeRow::default());
-            let id = self.tissues[number].id;
-            if self.tissues[number].is_rigid {
-                continue;
-            }
-            let mut seeds = seeds.remove(&id).unwrap_or_default();
-            let x = self.scene.body(id).positions();
-            let change = self.tissues[number].volume_change(x);
-            round.volume_change = round.volume_change.max(change);
-            let mut length =
-                self.tissues[number].mean_edge.max(self.params.gap / tuning::MAX_SLOPE);
-            if change > tuning::KEPT_VOLUME_CHANGE {
-                // Given back where the body was pushed.
-                let moved = self.tissues[number].pushed_vertices(x);
-                length = length.max(moved.max_displacement / tuning::MAX_SLOPE);
-                seeds.extend(moved.vertices);
-            }
-            if seeds.is_empty() {
-                continue;
-            }
-            seeds.sort_unstable();
-            seeds.dedup();
-            let body = self.scene.body(id);
-            let (tree, first) = (fitted_tree(body), body.particles().start);
-            let tissue = &mut self.tissues[number];
-            let mut active = tissue.vertices_around(&seeds, tree, length, progress)?;
-            active.extend(&seeds);
-            active.sort_unstable();
-            tissue.add_active(tree, &active, first, number, length, problem);
+        let (progress, gap) = (self.round_progress(), self.params.gap);
+        let (scene, seeds) = (&*self.scene, &seeds);
+        let parts = parallel::map_mut(&mut self.tissues, |tissue| {
+            progress.report(0.0)?;
+            let seeds = seeds.get(&tissue.id).cloned().unwrap_or_default();
+            tissue.part_of_gap(scene.body(tissue.id), seeds, gap, progress)
+        });
+        for part in parts {
+            let (part, volume_change) = part?;
+            round.volume_change = round.volume_change.max(volume_change);
+            problem.append(part);
         }
         Ok(())
     }
@@ -282,8 +263,12 @@ impl Run<'_> {
         }
         for number in 0..self.tissues.len() {
             if !self.tissues[number].is_rigid {
-                let rounded = rounded_to_single(self.scene.bodies()[number].positions());
-                self.move_tissue(number, &rounded)?;
+                // Self-crossings are counted where they are written: a count of moved tissue stays.
+                let x = self.scene.bodies()[number].positions();
+                let counted = self.tissues[number].counted_crossings;
+                let counted = counted.filter(|_| x != self.tissues[number].rest);
+                self.move_tissue(number, &rounded_to_single(x))?;
+                self.tissues[number].counted_crossings = counted;
             }
         }
         Ok(())
@@ -344,17 +329,43 @@ impl Tissue {
         PushedVertices { vertices, max_displacement }
     }
 
-    /// Adds the active vertices of the body, with all that holds them.
-    pub(crate) fn add_active(
-        &self,
-        tree: &SurfaceTree,
-        active: &[u32],
-        first: u32,
-        number: usize,
-        length: f64,
-        problem: &mut ElasticProblem,
-    ) {
-        let x = tree.positions().as_slice();
+    /// Makes the part of the body in a round that opens the gap around `seeds`, and computes by how much
+    /// its volume has changed.
+    fn part_of_gap(
+        &mut self,
+        body: &Body,
+        mut seeds: Vec<u32>,
+        gap: f64,
+        progress: Progress<'_>,
+    ) -> Result<(ElasticProblem, f64), Interrupted> {
+        let mut length = self.mean_edge.max(gap / tuning::MAX_SLOPE);
+        let change = if self.is_rigid { 0.0 } else { self.volume_change(body.positions()) };
+        if change > tuning::KEPT_VOLUME_CHANGE {
+            // Given back where the body was pushed.
+            let moved = self.pushed_vertices(body.positions());
+            length = length.max(moved.max_displacement / tuning::MAX_SLOPE);
+            seeds.extend(moved.vertices);
+        }
+
+        seeds.sort_unstable();
+        seeds.dedup();
+        let mut active = Vec::new();
+        if !self.is_rigid && !seeds.is_empty() {
+            active = self.vertices_around(&seeds, fitted_tree(body), length, progress)?;
+            active.extend(&seeds);
+            active.sort_unstable();
+        }
+        Ok((self.elastic_part(body, &active, length), change))
+    }
+
+    /// Makes the part of a problem that is of the body: its active vertices, with all that holds them.
+    pub(crate) fn elastic_part(&self, body: &Body, active: &[u32], length: f64) -> ElasticProblem {
+        let mut problem =
+            ElasticProblem { volumes: vec![VolumeRow::default()], ..Default::default() };
+        if active.is_empty() {
+            return problem;
+        }
+        let (x, first) = (body.positions(), body.particles().start);
         let mass_per_area = self.mass_per_area(length);
         for &vertex in active {
             if !self.is_free(vertex) {
@@ -365,7 +376,7 @@ impl Tissue {
                 particle: first + vertex,
                 foundation: mass / (length * length),
                 area: self.volume_gradient(vertex, x),
-                body: number,
+                body: 0,
                 links: Vec::new(),
             };
             for link in self.links(vertex) {
@@ -390,7 +401,8 @@ impl Tissue {
             }
             let most = tuning::MAX_BULGE * length * area;
             let missing = (volume - self.volume_at(x)).clamp(-most, most);
-            problem.volumes[number] = VolumeRow::new(missing);
+            problem.volumes[0] = VolumeRow::new(missing);
         }
+        problem
     }
 }

@@ -59,6 +59,7 @@ mod near_pairs;
 mod params;
 mod proof;
 mod push;
+mod relaxation;
 mod resolution;
 mod resolver;
 mod run;

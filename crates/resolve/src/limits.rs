@@ -180,7 +180,7 @@ mod tests {
             ..ResolveParams::with_smoothing(6.0)
         };
         let conditions = Conditions::default();
-        let run = Run::new(&mut scene, params, &conditions, &[], Progress::none());
+        let run = Run::new(&mut scene, params, &conditions, &[], None, Progress::none());
         let mut run = run.expect("a run");
         for (depth, holds) in [(2.0, true), (4.5, false)] {
             let mut x = rest.clone();

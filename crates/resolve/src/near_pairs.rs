@@ -70,6 +70,38 @@ impl NearPairs {
         Self { pairs: Vec::new(), can_move: scene.ids().map(can_move).collect() }
     }
 
+    /// Takes over the reports of all pairs at a margin. Pairs of which they do not tell whether anything
+    /// of them is within it, or whether surfaces meet, are detected again.
+    pub(crate) fn adopt(
+        &mut self,
+        scene: &Scene,
+        reports: &[PairReport],
+        margin: f64,
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
+        let can_move = |id: BodyId| self.can_move[id.index()];
+        let mut known = Vec::new();
+        for report in reports {
+            if report.pair.bodies().into_iter().any(can_move) {
+                known.push(report);
+            }
+        }
+        let near = parallel::map_slice_with(&known, PairProximity::default, |found, &report| {
+            progress.report(0.0)?;
+            let PairReport { a_against_b, b_against_a, crossing_faces, .. } = report;
+            let is_near = !(a_against_b.near.is_empty() && b_against_a.near.is_empty());
+            if crossing_faces.is_empty() && (report.overlaps || !is_near) {
+                return NearPair::detect(scene, report.pair, margin, found, progress);
+            }
+            let report = PairReport { distance: None, overlap: None, ..report.clone() };
+            Ok(Some(NearPair { edges: edge_contacts(scene, &report), report }))
+        });
+        let near: Result<Vec<_>, Interrupted> = near.into_iter().collect();
+        self.pairs = near?.into_iter().flatten().collect();
+        self.pairs.sort_unstable_by_key(|pair| pair.report.pair);
+        Ok(())
+    }
+
     /// Returns the pairs, in the order of the bodies.
     pub(crate) fn iter(&self) -> impl Iterator<Item = &NearPair> {
         self.pairs.iter()
@@ -126,5 +158,41 @@ impl NearPairs {
         self.pairs.extend(detected?.into_iter().flatten());
         self.pairs.sort_unstable_by_key(|pair| pair.report.pair);
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fixtures::shapes;
+    use glam::DVec3;
+    use scene::BodyKind;
+
+    use super::*;
+    use crate::run::check;
+
+    #[test]
+    fn pairs_of_known_overlaps_are_those_that_are_detected() {
+        // A cube in which one is deep, which one equals, which one touches, encloses and is near to, and one
+        // far away.
+        let mut scene = Scene::new();
+        let places =
+            [(2.0, 0.0), (2.0, 0.7), (2.0, 0.0), (2.0, 2.0), (0.5, 0.6), (2.0, 2.8), (2.0, 9.0)];
+        for (number, (size, shift)) in places.into_iter().enumerate() {
+            let cube = shapes::cube(size).translated(DVec3::X * shift);
+            scene
+                .add(number.to_string(), BodyKind::Deformable, cube.surface(), cube.positions)
+                .expect("a cube");
+        }
+        let (margin, none) = (1.0, Progress::none());
+        let reports = check(&mut scene, margin, 0.1, none).expect("reports");
+        let [mut known, mut detected] = [NearPairs::new(&scene, &[]), NearPairs::new(&scene, &[])];
+        known.adopt(&scene, &reports, margin, none).expect("pairs");
+        detected.update(&mut scene, margin, &[true; 7], none).expect("pairs");
+        assert!(known.pairs.len() > 9 && known.overlapping().count() > 2, "{}", known.pairs.len());
+        assert_eq!(known.pairs.len(), detected.pairs.len());
+        for (known, detected) in known.iter().zip(detected.iter()) {
+            assert_eq!(known.report, detected.report);
+            assert_eq!(known.edges, detected.edges);
+        }
     }
 }

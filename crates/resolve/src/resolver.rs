@@ -1,7 +1,7 @@
 //! Overlap removal of one state, or of one state after another.
 
 use glam::DVec3;
-use scene::{BodyId, Scene};
+use scene::{BodyId, PairReport, Scene};
 use surface::progress::Progress;
 
 use crate::run::Run;
@@ -97,7 +97,7 @@ impl Resolver {
             carried.clear();
         }
         let rest = soft_positions(scene);
-        let resolution = self.attempt(scene, &carried, &[], progress)?;
+        let resolution = self.attempt(scene, &carried, &[], None, progress)?;
         if carried.is_empty() || !may_be_better(&resolution) {
             return self.hold_broken(scene, resolution, &rest, progress);
         }
@@ -106,7 +106,7 @@ impl Resolver {
         // is tried, and the first end taken where that is no better.
         let (first_carried, first_end) = (std::mem::take(&mut self.carried), soft_positions(scene));
         move_soft_bodies(scene, &rest)?;
-        let alone = self.attempt(scene, &[], &[], progress)?;
+        let alone = self.attempt(scene, &[], &[], Some(&resolution.before), progress)?;
         if alone.resolved {
             return Ok(alone);
         }
@@ -116,14 +116,16 @@ impl Resolver {
     }
 
     /// Removes overlaps from one start with some bodies held, and keeps the displacements to carry on.
+    /// `before` are the overlaps without any displacement, where they are known.
     pub(crate) fn attempt(
         &mut self,
         scene: &mut Scene,
         carried: &[LocalDisplacements],
         held: &[BodyId],
+        before: Option<&[PairReport]>,
         progress: Progress<'_>,
     ) -> Result<Resolution, ResolveError> {
-        let mut run = Run::new(scene, self.params, &self.conditions, held, progress)?;
+        let mut run = Run::new(scene, self.params, &self.conditions, held, before, progress)?;
         let result = run.warm_start(carried).and_then(|()| run.complete());
         match &result {
             Ok(_) => self.carried = run.local_displacements(),

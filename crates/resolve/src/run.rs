@@ -67,12 +67,14 @@ pub(crate) struct AcceptedState {
 }
 
 impl<'a> Run<'a> {
-    /// Detects all overlaps at the start. Bodies that are `held` stay there.
+    /// Detects all overlaps at the start, unless they are known from `before`. Bodies that are `held`
+    /// stay there.
     pub(crate) fn new(
         scene: &'a mut Scene,
         params: ResolveParams,
         conditions: &Conditions,
         held: &[BodyId],
+        before: Option<&[PairReport]>,
         progress: Progress<'a>,
     ) -> Result<Self, ResolveError> {
         // Steps that change no coordinate move nothing.
@@ -85,10 +87,13 @@ impl<'a> Run<'a> {
         // Overlaps at the start, by which later rounds are judged.
         let margin = detection_margin(&params);
         let start = progress.part(0.0, 0.0);
-        let before = check(scene, margin, params.tolerance, start)?;
+        let before = match before {
+            Some(before) => before.to_vec(),
+            None => check(scene, margin, params.tolerance, start)?,
+        };
+        scene.fit_all()?;
         let mut near = NearPairs::new(scene, held);
-        let all = vec![true; scene.bodies().len()];
-        near.update(scene, margin, &all, start)?;
+        near.adopt(scene, &before, margin, start)?;
 
         // Tissues at rest, and the masses by which they share overlaps.
         let mut tissues = Tissue::of_bodies(scene, start)?;
@@ -366,7 +371,7 @@ impl<'a> Run<'a> {
 }
 
 /// Detects all contacts, and measures the overlaps with depths in brackets of a width.
-fn check(
+pub(crate) fn check(
     scene: &mut Scene,
     margin: f64,
     width: f64,

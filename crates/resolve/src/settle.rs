@@ -6,7 +6,7 @@
 
 use surface::progress::Interrupted;
 
-use crate::elastic::{ElasticProblem, VolumeRow};
+use crate::elastic::ElasticProblem;
 use crate::gap_rounds::PairFeatures;
 use crate::resolver::soft_positions;
 use crate::run::{Run, clearance, detection_margin};
@@ -96,17 +96,16 @@ impl Run<'_> {
             }
         }
 
-        problem.volumes.resize(self.tissues.len(), VolumeRow::default());
         let (progress, length) = (self.round_progress(), self.params.smoothing);
         let tissue = &mut self.tissues[number];
         let body = self.scene.body(tissue.id);
-        let (tree, first) = (fitted_tree(body), body.particles().start);
         let mut own = Vec::with_capacity(tissue.rest.len());
         for (x, rest) in body.positions().iter().zip(&tissue.rest) {
             own.push(*x - *rest);
         }
-        let active = tissue.active_vertices(Vec::new(), &own, tree, length, progress)?;
-        tissue.add_active(tree, &active, first, number, length, &mut problem);
+        let active =
+            tissue.active_vertices(Vec::new(), &own, fitted_tree(body), length, progress)?;
+        problem.append(tissue.elastic_part(body, &active, length));
         Ok(problem)
     }
 }
@@ -132,7 +131,7 @@ mod tests {
             scene.add(name, kind, mesh.surface(), mesh.positions).expect("a body");
         }
         let (params, conditions) = (ResolveParams::with_smoothing(6.0), Conditions::default());
-        let run = Run::new(&mut scene, params, &conditions, &[], Progress::none());
+        let run = Run::new(&mut scene, params, &conditions, &[], None, Progress::none());
         let mut run = run.expect("a run");
         run.longest_way = 1.0;
         let bodies = [0, 1].map(|number| run.tissues[number].id);
