@@ -21,7 +21,7 @@ pub(super) fn run(report: &mut Report) -> Result<(), Box<dyn Error>> {
     // Four times as many faces: the time is to grow with them.
     let [small, large] = [4, 5].map(belly);
     generation(&small, 1.0, report)?;
-    let balls = generation(&large, 6.0, report)?;
+    let balls = generation(&large, 3.0, report)?;
 
     // The middles of both muscles overlap by 2 mm.
     let by = DVec3::new(11.0, 6.0, 23.0);

@@ -35,6 +35,14 @@ impl Ball {
         }
     }
 
+    /// Computes the weighted mean of two balls, with `t` the weight of the second.
+    pub(crate) fn between(first: Self, second: Self, t: f64) -> Self {
+        Self {
+            center: (1.0 - t) * first.center + t * second.center,
+            radius: (1.0 - t) * first.radius + t * second.radius,
+        }
+    }
+
     /// Returns the centers of balls.
     pub(crate) fn centers(balls: &[Self; 3]) -> [DVec3; 3] {
         balls.map(|ball| ball.center)
