@@ -103,7 +103,8 @@ impl MedialSurface {
     /// When there is no such primitive.
     #[must_use]
     pub fn primitive_balls(&self, primitive: u32) -> [Ball; 3] {
-        self.primitives[primitive as usize].map(|ball| self.balls[ball as usize])
+        let [a, b, c] = self.primitives[primitive as usize];
+        [self.balls[a as usize], self.balls[b as usize], self.balls[c as usize]]
     }
 
     /// Computes the foot of `p` on one primitive.

@@ -143,6 +143,7 @@ impl<'a> SurfaceDistance<'a> {
     }
 
     /// Returns the corners of a face.
+    #[inline]
     pub(crate) fn corners(&self, face: u32) -> [DVec3; 3] {
         self.x.corners(self.surface.faces()[face as usize])
     }

@@ -54,8 +54,9 @@ impl<'a> Positions<'a> {
     /// When an index is not below the surface's vertex count.
     #[inline]
     #[must_use]
-    pub fn corners(self, face: [u32; 3]) -> [DVec3; 3] {
-        face.map(|vertex| self.at(vertex))
+    pub fn corners(self, [a, b, c]: [u32; 3]) -> [DVec3; 3] {
+        // Written out: a map over the array may stay a call for each.
+        [self.at(a), self.at(b), self.at(c)]
     }
 }
 

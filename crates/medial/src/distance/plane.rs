@@ -89,6 +89,7 @@ impl CenterPlane {
     ///
     /// With G the gradient of the radius in the plane and y the height of P over it, f is
     /// stationary at the foot of the perpendicular moved by `G y / √(1 − |G|²)`.
+    #[inline]
     pub(super) fn stationary_weights(&self, p: DVec3, balls: &[Ball; 3]) -> Option<[f64; 3]> {
         if self.flatness.is_nan() {
             return None;
@@ -97,7 +98,8 @@ impl CenterPlane {
         // The foot of the perpendicular, moved by the lead.
         let w = p - balls[0].center;
         let lead = w.dot(self.cross).abs() / self.flatness;
-        let [b, c] = self.duals.map(|dual| dual.dot(w + lead * self.slope));
+        let at = w + lead * self.slope;
+        let [b, c] = [self.duals[0].dot(at), self.duals[1].dot(at)];
         Some([1.0 - b - c, b, c])
     }
 
