@@ -269,6 +269,9 @@ fn along(a: DVec3, b: DVec3, t: f64) -> DVec3 {
 /// Finds the foot of a point that is not over the face, by the Voronoi regions of the
 /// corners and edges, for a triangle that is no sliver; `[x, y, z]` have the signs of
 /// the barycentric coordinates.
+///
+/// Inlined: callers that need only the point leave the rest out.
+#[inline]
 fn closest_on_border(
     corners: [DVec3; 3],
     [uu, uv, vv, up, vp]: [f64; 5],
