@@ -199,15 +199,21 @@ impl Run<'_> {
             longest = longest.max((*displacement + *step).length());
         }
         let ignored = tuning::NEGLIGIBLE_SHARE * longest;
+
+        // After carried displacements all tissue moves: no farther than others are known of.
+        let mut max_step = tuning::MAX_STEP * self.params.smoothing;
+        if self.is_warm {
+            max_step *= tuning::DETECTION_MARGIN;
+        }
         for (tissue, body) in self.tissues.iter_mut().zip(self.scene.bodies()) {
             let first = body.particles().start as usize;
             for (v, u) in tissue.u.iter_mut().enumerate() {
                 let (step, displacement) = (steps[first + v], displacements[first + v]);
                 let is_ignored = (displacement + step).length() < ignored;
-                *u = if is_ignored { -displacement } else { step };
+                let step = if is_ignored { -displacement } else { step };
+                *u = step.clamp_length_max(max_step);
             }
         }
-        self.clamp();
     }
 }
 
@@ -280,5 +286,23 @@ mod tests {
             run.record().expect("a round");
             assert_eq!(run.rounds[round].crossing_faces, 0, "round {round}");
         }
+    }
+
+    #[test]
+    fn carried_tissue_moves_no_farther_than_contacts_are_known() {
+        let (mut scene, conditions) = (crossed_ridges(), Conditions::default());
+        let params = ResolveParams::with_smoothing(6.0);
+        let mut run =
+            Run::new(&mut scene, params, &conditions, &[], None, Progress::none()).expect("a run");
+        let at_rest = run.displacements();
+        let steps = vec![DVec3::new(2.0, 1.0, 2.0); at_rest.len()];
+        for (is_warm, longest) in [(false, 1.5), (true, 0.9)] {
+            run.is_warm = is_warm;
+            run.take_elastic_steps(&steps, &at_rest);
+            for u in run.tissues.iter().flat_map(|tissue| &tissue.u) {
+                assert!((u.length() - longest).abs() < 1e-12, "{u}");
+            }
+        }
+        assert!(0.9 < crate::run::detection_margin(&params));
     }
 }

@@ -229,7 +229,7 @@ fn a_disc_pressed_over_all_of_its_faces_keeps_its_volume() {
     );
     assert!(resolution.resolved, "{:?}", resolution.remaining);
     assert!(lost.abs() < 0.005, "{lost} of the volume");
-    assert!((last.volume_change - lost.abs()).abs() < 5e-4, "settled by {lost}: {last:?}");
+    assert!((last.volume_change - lost.abs()).abs() < 1e-3, "settled by {lost}: {last:?}");
 
     assert!(!resolution.rounds.is_empty() && last.flipped_faces == 0);
 
