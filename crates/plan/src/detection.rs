@@ -33,7 +33,7 @@ pub struct PairDetection {
     /// edges included. It differs from that of the bodies' own surfaces by no more than the
     /// [bound](crate::PairPlan::accuracy) of the pair.
     pub max_depth: f64,
-    /// Certified bracket on the depth of the bodies' own surfaces.
+    /// Certified bracket on the depth of the bodies' own surfaces, up to twice as wide as the bound.
     pub depth: DepthBracket,
     /// Smallest gap of a vertex's contact; `None` where no vertex is in contact.
     pub min_gap: Option<f64>,

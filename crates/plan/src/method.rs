@@ -18,9 +18,9 @@ pub enum DetectionMethod {
     /// The surfaces of both bodies as they are. Overlap and contacts are exact; the bound is the
     /// width of the bracket on the depth. The depth errs to the low side.
     Exact,
-    /// The same on coarser surfaces of one body or both. The bound is the certified deviation of
-    /// both and the width of the bracket. Overlaps that are shallower may go unseen, and bodies
-    /// that are apart by less may be reported as overlapping.
+    /// The same on coarser surfaces of one body or both. The bound holds for the certified deviations
+    /// of both and the bracket together. Overlaps that are shallower may go unseen, and bodies that
+    /// are apart by less may be reported as overlapping. The depth errs to either side.
     Coarse,
     /// Contacts of one body's vertices and edges by the distance field of the other, which is
     /// rigid, and of that one's vertices by the first one's surface. Overlap and depth as

@@ -12,7 +12,7 @@ use crate::bone_field::MAX_DEPTH;
 use crate::cost::{count, far_share};
 use crate::motion::LastDepth;
 use crate::structures::{ComparedSurface, Structures};
-use crate::surface_depth::{SurfaceDepth, rounding};
+use crate::surface_depth::{Compared, FoundDepth, SurfaceDepth, rounding};
 use crate::{
     DetectionMethod, OperationCounts, PairDetection, PairPlan, PairState, PlanError, PlanParams,
 };
@@ -115,11 +115,11 @@ impl PairDetector {
         let bodies = pair.bodies();
         let [a, b] = [0, 1].map(|i| structures.compared(scene, bodies[i], is_coarse[i]));
         let [Some(a), Some(b)] = [a, b] else { return };
-        let deviation = structures.deviation(pair, is_coarse);
+        let deviations = structures.deviations(pair, is_coarse);
 
         // What is apart by its bounds is as deep as the surfaces deviate, at most.
         if !are_near(&a, &b, margin) {
-            self.decide(false, DepthBracket::default(), deviation, tolerance);
+            self.found.depth.upper = deviations[0] + deviations[1];
             return;
         }
         self.surfaces.compute(a.tree, b.tree, margin);
@@ -127,26 +127,23 @@ impl PairDetector {
         self.extend_contacts(1, [&b, &a]);
         self.found.min_gap = self.surfaces.min_gap();
         self.count_surfaces([&a, &b], far_share);
-
-        // The tolerance less the deviations is left for the bracket.
-        let width = tolerance - deviation;
-        let trees = [a.tree, b.tree];
-        let depth = self.depth.bracket(&self.surfaces, trees, width, &mut self.operations);
-        let is_overlapping = self.surfaces.overlaps() || depth.lower > rounding(trees);
-        self.decide(is_overlapping, depth, deviation, tolerance);
+        self.measure_depth(Compared { bodies: [a.tree, b.tree], deviations }, tolerance);
     }
 
-    /// Sets the result from the depth of the compared surfaces, and from how much these deviate.
-    fn decide(
-        &mut self,
-        is_overlapping: bool,
-        depth: DepthBracket,
-        deviation: f64,
-        tolerance: f64,
-    ) {
-        let upper = depth.upper + deviation;
-        self.found.max_depth = depth.lower;
-        self.found.depth = DepthBracket { lower: (depth.lower - deviation).max(0.0), upper };
+    /// Measures the depth of the compared surfaces.
+    fn measure_depth(&mut self, compared: Compared<'_>, tolerance: f64) {
+        let operations = &mut self.operations;
+        let depth = self.depth.find(&self.surfaces, compared, tolerance, operations);
+        let rounding = rounding(compared.bodies);
+        let is_overlapping = self.surfaces.overlaps() || depth.bracket.lower > rounding;
+        self.decide(is_overlapping, depth, tolerance);
+    }
+
+    /// Sets the result from the depth of a pair.
+    fn decide(&mut self, is_overlapping: bool, found: FoundDepth, tolerance: f64) {
+        let upper = found.bracket.upper;
+        self.found.max_depth = found.depth;
+        self.found.depth = found.bracket;
         self.found.state = if is_overlapping {
             PairState::Overlapping
         } else if upper <= tolerance {
@@ -209,10 +206,8 @@ impl PairDetector {
             lower(&mut self.found.min_gap, gap);
         }
         self.count_surfaces([&bone, &side], far_share);
-        let trees = [bone.tree, side.tree];
-        let depth = self.depth.bracket(&self.surfaces, trees, tolerance, &mut self.operations);
-        let is_overlapping = self.surfaces.overlaps() || depth.lower > rounding(trees);
-        self.decide(is_overlapping, depth, 0.0, tolerance);
+        let bodies = [bone.tree, side.tree];
+        self.measure_depth(Compared { bodies, deviations: [0.0; 2] }, tolerance);
         Ok(())
     }
 
@@ -242,8 +237,8 @@ impl PairDetector {
         let depth = self.found.min_gap.map_or(0.0, |gap| (-gap).max(0.0));
         let box_of = |id| Aabb::of_points(scene.body(id).positions().iter().copied());
         let upper = max_depth_by_boxes(scene, pair, pair.bodies().map(box_of));
-        self.decide(depth > 0.0, DepthBracket { lower: 0.0, upper }, 0.0, tolerance);
-        self.found.max_depth = depth;
+        let bracket = DepthBracket { lower: 0.0, upper };
+        self.decide(depth > 0.0, FoundDepth { depth, bracket }, tolerance);
     }
 }
 

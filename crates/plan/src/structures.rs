@@ -14,9 +14,9 @@ use crate::{
     Accuracy, DetectionMethod, ExclusionReason, OperationCounts, PairPlan, PlanError, StructureKind,
 };
 
-/// Part of the tolerance that deviations must leave for the bracket on a depth. Below, searches for
-/// depths take longer.
-const MIN_WIDTH: f64 = 0.1;
+/// Part of the tolerance that deviations must leave, in which surfaces that touch are told from those
+/// that are deeper. Larger compares bodies that deform by their own surfaces sooner.
+const MIN_WIDTH: f64 = 0.02;
 
 /// Structure that was built for a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -231,21 +231,24 @@ impl Structures {
         self.bodies[id.index()].coarse.as_ref()
     }
 
-    /// Bounds the deviation of the compared surfaces of a pair from the bodies' own, α of A and
-    /// β of B.
+    /// Bounds the deviations of the compared surfaces of a pair from the bodies' own, α of A and β
+    /// of B.
     ///
     /// Depths differ by no more than α + β. Take a point of one of A's two surfaces that is deeper
     /// than that in one of B's. Within α there is a point of A's other surface, still deeper than
     /// β, since the way there is too short to leave B. So it is inside B's other surface, too, and
     /// less deep there by β at most.
-    pub(crate) fn deviation(&self, pair: PairId, is_coarse: [bool; 2]) -> f64 {
-        let mut deviation = 0.0;
-        for (id, is_coarse) in pair.bodies().into_iter().zip(is_coarse) {
-            if is_coarse {
-                deviation += self.bodies[id.index()].coarse_accuracy().bound;
-            }
-        }
-        deviation
+    pub(crate) fn deviations(&self, pair: PairId, is_coarse: [bool; 2]) -> [f64; 2] {
+        let bodies = pair.bodies();
+        [0, 1].map(|side| {
+            let of_body = &self.bodies[bodies[side].index()];
+            if is_coarse[side] { of_body.coarse_accuracy().bound } else { 0.0 }
+        })
+    }
+
+    /// Bounds the difference between the depths of the compared surfaces and of the bodies' own.
+    fn deviation(&self, pair: PairId, is_coarse: [bool; 2]) -> f64 {
+        self.deviations(pair, is_coarse).iter().sum()
     }
 
     /// Returns which bodies of a pair are compared by coarse surfaces where they are: those of the
@@ -330,7 +333,7 @@ impl Structures {
     pub(crate) fn accuracy(&self, planned: &PairPlan, tolerance: f64) -> Accuracy {
         let [a, b] = planned.pair.bodies().map(|id| &self.bodies[id.index()]);
         match planned.method {
-            // The bracket on the depth takes what deviations leave of the tolerance.
+            // The bracket on the depth holds the deviations, and its depth is within the tolerance.
             DetectionMethod::Exact | DetectionMethod::Coarse => Accuracy::proved(tolerance),
             DetectionMethod::Field => {
                 let field = if planned.bone == Some(planned.pair.a) { a } else { b };

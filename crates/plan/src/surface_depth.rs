@@ -21,6 +21,17 @@
 //! descent from neighbor to neighbor, for a tenth of the time of the closest point. That is
 //! computed only where it may be farther than the deepest point so far. Both directions share one
 //! lower bound: where one is deeper, the other is bounded by it and no further.
+//!
+//! # Coarse surfaces
+//!
+//! Where surfaces within α and β stand for those of the bodies, a depth `d` among them is one of at
+//! most `d + α + β` of the bodies, and of at least `d − α − β`. At a vertex, which a coarse surface
+//! shares with its body, that is `d − β`, with the deviation of the other one alone.
+//!
+//! The search ends where no depth among the compared surfaces is above the least one of the bodies by
+//! more than the tolerance. With the deviations, the bracket on that of the bodies is up to twice as
+//! wide: some depth in it is within the tolerance of both ends. That of the deepest point is
+//! returned where it is, since it is mostly right, and else the next one that is.
 
 use glam::DVec3;
 use kdop::Workspace;
@@ -57,6 +68,22 @@ pub(crate) struct SurfaceDepth {
     pieces: MaximumSearch<Piece>,
 }
 
+/// Surfaces of a pair as they are compared, and how much these deviate from the bodies' own.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Compared<'a> {
+    pub(crate) bodies: [&'a SurfaceTree; 2],
+    pub(crate) deviations: [f64; 2],
+}
+
+/// Depth of a pair.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct FoundDepth {
+    /// Depth within the tolerance of that of the bodies' own surfaces: of the deepest point, or more.
+    pub(crate) depth: f64,
+    /// Bracket on the depth of the bodies' own surfaces.
+    pub(crate) bracket: DepthBracket,
+}
+
 /// Triangle that may hold the deepest point.
 #[derive(Clone, Copy, Debug)]
 struct Piece {
@@ -86,6 +113,10 @@ struct Search<'a> {
     workspace: &'a mut Workspace,
     cut_face: &'a mut CutFace,
     pieces: &'a mut MaximumSearch<Piece>,
+    /// Sum of the deviations of both surfaces.
+    deviation: f64,
+    /// Depth of the deepest point of the compared surfaces so far.
+    deepest: f64,
     /// Bound on the rounding of a distance.
     rounding: f64,
     /// Distance by which inside points may be off the pieces, and the largest allowed one.
@@ -97,20 +128,27 @@ struct Search<'a> {
 }
 
 impl SurfaceDepth {
-    /// Brackets the depth of two bodies whose proximity was computed, no wider than `width`.
+    /// Finds the depth of two bodies whose proximity was computed, within a tolerance that is larger
+    /// than their deviations.
     ///
     /// A body without an inside has no depth in it.
-    pub(crate) fn bracket(
+    pub(crate) fn find(
         &mut self,
         found: &PairProximity,
-        bodies: [&SurfaceTree; 2],
-        width: f64,
+        compared: Compared<'_>,
+        tolerance: f64,
         operations: &mut OperationCounts,
-    ) -> DepthBracket {
+    ) -> FoundDepth {
         // Nothing meets and nothing is inside.
+        let Compared { bodies, deviations } = compared;
+        let deviation = deviations[0] + deviations[1];
         if found.meeting_faces().is_empty() && !found.overlaps() {
-            return DepthBracket::default();
+            let bracket = DepthBracket { lower: 0.0, upper: deviation };
+            return FoundDepth { depth: 0.0, bracket };
         }
+
+        // Surfaces that only touch are to be told apart from those that are deeper than the tolerance.
+        let width = if found.overlaps() { tolerance } else { tolerance - deviation };
         self.mark_inside(found, bodies);
         let Self { workspace, places, cut_faces, cut_face, pieces } = self;
         let max_error = ERROR_SHARE * width;
@@ -123,6 +161,8 @@ impl SurfaceDepth {
             workspace,
             cut_face,
             pieces,
+            deviation,
+            deepest: 0.0,
             rounding,
             error: 0.0,
             max_error,
@@ -130,29 +170,17 @@ impl SurfaceDepth {
             splits: 0,
             queries: 0,
         };
+        search.run(deviations, cut_faces);
 
-        // Vertices of both sides first, so that most faces are bounded by them.
-        let sides = [0, 1].into_iter().filter(|&side| bodies[1 - side].has_inside().is_ok());
-        for side in sides.clone() {
-            for near in inside(found, side) {
-                search.pieces.evaluated(-near.gap);
-            }
-        }
-        for side in sides {
-            search.add_faces(side, cut_faces);
-        }
-        while search.splits < MAX_SPLITS {
-            let Some((bound, piece)) = search.pieces.next() else { break };
-            search.split(bound, piece);
-        }
-
-        let Search { clipped, splits, queries, error, .. } = search;
+        let Search { clipped, splits, queries, error, deepest, .. } = search;
         operations.clipped_faces += f64::from(clipped);
         operations.split_pieces += f64::from(splits);
         operations.depth_queries += f64::from(queries);
         let bounds = search.pieces.bounds();
         self.unmark_inside(found);
-        DepthBracket { lower: bounds.lower, upper: bounds.upper + error }
+        let upper = bounds.upper.max(deepest) + error + deviation;
+        let bracket = DepthBracket { lower: bounds.lower, upper };
+        FoundDepth { depth: deepest.max(upper - tolerance), bracket }
     }
 
     /// Notes the places of inside vertices among the near ones.
@@ -180,6 +208,32 @@ impl SurfaceDepth {
 }
 
 impl<'a> Search<'a> {
+    /// Searches the faces of both sides.
+    fn run(&mut self, deviations: [f64; 2], cut_faces: &mut Vec<u32>) {
+        let (found, bodies) = (self.found, self.bodies);
+        let sides = [0, 1].into_iter().filter(|&side| bodies[1 - side].has_inside().is_ok());
+
+        // Vertices of both sides first, so that most faces are bounded by them.
+        for side in sides.clone() {
+            for near in inside(found, side) {
+                self.deepest = self.deepest.max(-near.gap);
+                self.pieces.evaluated(-near.gap - deviations[1 - side]);
+            }
+        }
+        for side in sides {
+            self.add_faces(side, cut_faces);
+        }
+        while self.splits < MAX_SPLITS {
+            let Some((bound, piece)) = self.pieces.next() else { break };
+            self.split(bound, piece);
+        }
+    }
+
+    /// Returns true if a point at a distance from the other surface may raise the lower bound.
+    fn may_be_deepest(&self, distance: f64) -> bool {
+        distance - self.deviation > self.pieces.lower()
+    }
+
     /// Adds the faces of one side that have points inside, each once.
     fn add_faces(&mut self, side: usize, cut_faces: &mut Vec<u32>) {
         // A face with inside corners comes with the first of them.
@@ -309,7 +363,7 @@ impl<'a> Search<'a> {
     /// the triangle in two.
     fn split(&mut self, mut bound: f64, mut piece: Piece) {
         self.splits += 1;
-        if piece.near.distance > self.pieces.lower() {
+        if self.may_be_deepest(piece.near.distance) {
             bound = self.evaluate(bound, &mut piece);
             if bound <= self.pieces.sufficient() {
                 self.pieces.leave_out(bound);
@@ -332,13 +386,14 @@ impl<'a> Search<'a> {
         let distance = closest.distance;
         piece.near = Near { face: closest.face, distance };
         self.measure_corners(piece);
-        if distance <= self.pieces.lower() {
+        if !self.may_be_deepest(distance) {
             return bound.min(distance + radius + self.rounding);
         }
 
         // A center inside attains its distance; from one outside, the body begins at its distance.
         if piece.is_inside || other.contains(center, self.workspace) {
-            self.pieces.evaluated(distance);
+            self.deepest = self.deepest.max(distance);
+            self.pieces.evaluated(distance - self.deviation);
             piece.is_inside |= distance > radius + self.rounding;
             bound.min(distance + radius + self.rounding)
         } else {

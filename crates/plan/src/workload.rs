@@ -105,8 +105,8 @@ impl Workload {
     /// Adds the search for a depth: larger faces and a narrower bracket take more than the exact
     /// one, by the share of faces that are left out.
     fn with_search(&self, operations: OperationCounts, kept: [f64; 2]) -> OperationCounts {
-        let faces = (self.vertices[0] + self.vertices[1]).max(1.0);
-        let share = (self.vertices[0] * kept[0] + self.vertices[1] * kept[1]) / faces;
+        // Both sides have as many of the crossings, whatever their sizes.
+        let share = 0.5 * (kept[0] + kept[1]);
         let beyond = 1.0 - share;
 
         // Each crossing of larger faces is taken from both sides, and each face split once.

@@ -20,13 +20,20 @@ fn rounding_is_that_of_the_farthest_vertex() {
     assert!(rounding([&near, &near]) < ROUNDINGS * f64::EPSILON * 1.1);
 }
 
-/// Brackets a depth at a width; returns true as well if it was searched for.
-fn depth(bodies: [&SurfaceTree; 2], width: f64) -> (DepthBracket, bool) {
+/// Finds a depth within a tolerance; returns true as well if it was searched for.
+fn find(bodies: [&SurfaceTree; 2], deviations: [f64; 2], tolerance: f64) -> (FoundDepth, bool) {
     let mut found = PairProximity::default();
     found.compute(bodies[0], bodies[1], 0.0);
     let mut operations = OperationCounts::default();
-    let bracket = SurfaceDepth::default().bracket(&found, bodies, width, &mut operations);
-    (bracket, operations.split_pieces > 0.0)
+    let compared = Compared { bodies, deviations };
+    let depth = SurfaceDepth::default().find(&found, compared, tolerance, &mut operations);
+    (depth, operations.split_pieces > 0.0)
+}
+
+/// Brackets a depth at a width; returns true as well if it was searched for.
+fn depth(bodies: [&SurfaceTree; 2], width: f64) -> (DepthBracket, bool) {
+    let (found, is_searched) = find(bodies, [0.0; 2], width);
+    (found.bracket, is_searched)
 }
 
 #[test]
@@ -42,6 +49,19 @@ fn brackets_hold_the_depth_at_every_width() {
         assert!(bracket.upper - bracket.lower <= width, "{width}: {bracket:?}");
         let contains = bracket.lower <= 8.0 + 1e-9 && bracket.upper >= 8.0 - 1e-9;
         assert!(contains, "{width}: {bracket:?}");
+    }
+
+    // Surfaces that stand for others: a vertex of the rod stays where it is, and the box may be
+    // shallower there; elsewhere both may be deeper.
+    for tolerance in [2.0, 0.5, 0.31] {
+        for deviations in [[0.2, 0.1], [0.1, 0.2], [0.0, 0.3], [0.3, 0.0]] {
+            let (FoundDepth { depth, bracket }, _) = find([&rod, &muscle], deviations, tolerance);
+            let [least, greatest] = [8.0 - deviations[1], 8.3];
+            let contains = bracket.lower <= least + 1e-9 && bracket.upper >= greatest - 1e-9;
+            assert!(contains, "{deviations:?} within {tolerance}: {bracket:?}");
+            let error = (depth - bracket.lower).max(bracket.upper - depth);
+            assert!(error <= tolerance + 1e-9, "{depth} within {tolerance} of {bracket:?}");
+        }
     }
 }
 

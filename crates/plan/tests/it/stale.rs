@@ -82,7 +82,7 @@ fn of_two_coarse_surfaces_the_one_stays_that_saves_most_faces() {
     let mut plan = plan.expect("a plan");
 
     // A wave along the large one: its coarse surface deviates more, but not too much by itself.
-    let wave = |p: &DVec3| *p + DVec3::X * 0.3 * (0.4 * p.z).sin();
+    let wave = |p: &DVec3| *p + DVec3::X * 0.15 * (0.4 * p.z).sin();
     let waved: Vec<DVec3> = large.positions.iter().map(wave).collect();
     scene.move_body(pair.a, &waved).expect("a move");
     let [large, small] = coarse_vertices(&plan);
