@@ -26,9 +26,9 @@ const BUDGET: u64 = 700;
 const ROUNDS: u32 = 7;
 
 /// Bytes per node of a field that its passes read and write: two lists set to zero (8), the band (8),
-/// the faces that rows, columns and planes carry (3 × 12), distances measured (12), signs (9) and
+/// the faces that rows, columns and planes carry (3 × 10), distances measured (12), signs (9) and
 /// the prefilter (8).
-const FIELD_BYTES: f64 = 81.0;
+const FIELD_BYTES: f64 = 75.0;
 
 /// Bytes per candidate of a swept query: four points at two ends, and their numbers.
 const CANDIDATE_BYTES: f64 = 4.0 * 2.0 * 24.0 + 16.0;
