@@ -9,8 +9,9 @@ use glam::DVec3;
 use kdop::Workspace;
 use scene::{BodyMove, PairId, PairSweep, SweptContact};
 use surface::progress::Interrupted;
-use surface::{Meeting, parallel, triangles_meet};
+use surface::{Contact, Meeting, parallel, triangles_meet, vertex_normals};
 
+use crate::gap_rounds::TOUCHING;
 use crate::run::Run;
 use crate::tissue::fitted_tree;
 use crate::{ResolveError, tuning};
@@ -31,7 +32,7 @@ impl Run<'_> {
 
         // Whoever is held back changes the way of its neighbors: swept again.
         let mut changed = vec![true; self.tissues.len()];
-        let mut touching = Vec::new();
+        let (mut touching, mut normals) = (Vec::new(), None);
         let mut pass = 0;
         loop {
             self.limit_shape(displacements, &mut shares, &changed)?;
@@ -46,9 +47,12 @@ impl Run<'_> {
                     let terms = contact.stencil.terms();
                     let approach =
                         contact.stencil.combine(|p| shares[p as usize] * displacements[p as usize]);
-                    if *at_start && approach.dot(contact.normal) <= 0.0 {
-                        touching.push(*pair);
-                        continue;
+                    if *at_start {
+                        let normals = normals.get_or_insert_with(|| self.outward_normals());
+                        if approach.dot(self.normal_at_start(contact, normals)) <= 0.0 {
+                            touching.push(*pair);
+                            continue;
+                        }
                     }
                     is_held = true;
                     let time = contact.time.unwrap_or(0.0);
@@ -70,6 +74,32 @@ impl Run<'_> {
             }
             pass += 1;
         }
+    }
+
+    /// Returns the outward normals of all particles.
+    fn outward_normals(&self) -> Vec<DVec3> {
+        let mut normals = Vec::with_capacity(self.inverse_masses.len());
+        for (tissue, body) in self.tissues.iter().zip(self.scene.bodies()) {
+            let sign = if tissue.volume.is_some_and(|volume| volume < 0.0) { -1.0 } else { 1.0 };
+            for normal in vertex_normals(tissue.surface.faces(), body.positions()) {
+                normals.push(sign * normal);
+            }
+        }
+        normals
+    }
+
+    /// Returns the normal of a contact at the start of a step. Points that coincide have none of their own,
+    /// and part along the normals of both surfaces.
+    fn normal_at_start(&self, contact: &Contact, outward: &[DVec3]) -> DVec3 {
+        let bodies = self.scene.bodies();
+        let apart = contact.stencil.combine(|p| {
+            let body = &bodies[bodies.partition_point(|body| body.particles().end <= p)];
+            body.positions()[(p - body.particles().start) as usize]
+        });
+        if apart.length() > TOUCHING * self.params.gap {
+            return contact.normal;
+        }
+        contact.stencil.combine(|p| outward[p as usize])
     }
 
     /// Finds what meets on the way, among pairs of which a way has changed.
@@ -189,5 +219,56 @@ impl Run<'_> {
             crosses = crosses || triangles_meet(corners_a, corners_b) == Meeting::Crossing;
         });
         crosses
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fixtures::shapes;
+    use scene::{BodyKind, Scene};
+    use surface::progress::Progress;
+
+    use super::*;
+    use crate::{Conditions, ResolveParams};
+
+    /// Builds a block that rests on a plate, shifted along it.
+    fn resting_block(shift: DVec3) -> Scene {
+        let mut scene = Scene::new();
+        let plate = shapes::plate(DVec3::new(8.0, 8.0, 2.0), [4, 4]).translated(-DVec3::Z);
+        let block = shapes::plate(DVec3::splat(2.0), [4, 4]).translated(DVec3::Z + shift);
+        for (name, kind, mesh) in
+            [("plate", BodyKind::Rigid, plate), ("block", BodyKind::Deformable, block)]
+        {
+            scene.add(name, kind, mesh.surface(), mesh.positions).expect("a body");
+        }
+        scene
+    }
+
+    #[test]
+    fn a_block_that_rests_on_a_plate_moves_off_and_not_into_it() {
+        let (mut scene, conditions) = (resting_block(DVec3::ZERO), Conditions::default());
+        let params = ResolveParams { gap: 0.1, ..ResolveParams::with_smoothing(6.0) };
+        let run = Run::new(&mut scene, params, &conditions, &[], None, Progress::none());
+        let mut run = run.expect("a run");
+        for (step, lowest) in [(-0.05, 0.0), (0.25, 0.25)] {
+            let first = run.scene.bodies()[1].particles().start as usize;
+            let mut displacements = vec![DVec3::ZERO; run.inverse_masses.len()];
+            displacements[first..].fill(step * DVec3::Z);
+            run.move_freely(&displacements, &[]).expect("a step");
+            let height = |x: &DVec3| x.z;
+            let heights = run.scene.bodies()[1].positions().iter().map(height);
+            assert!((heights.fold(9.0, f64::min) - lowest).abs() < 1e-12, "{step}");
+        }
+    }
+
+    #[test]
+    fn the_gap_of_a_block_that_rests_on_a_plate_is_opened() {
+        for shift in [DVec3::ZERO, DVec3::new(0.3, 0.2, 0.0)] {
+            let mut scene = resting_block(shift);
+            let params = ResolveParams { gap: 0.1, ..ResolveParams::with_smoothing(6.0) };
+            let resolution = crate::resolve(&mut scene, &params, Progress::none());
+            let gap = resolution.expect("a resolution").gap;
+            assert!(gap.holds(), "{shift}: {:?}", gap.short);
+        }
     }
 }

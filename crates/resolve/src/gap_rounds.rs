@@ -22,7 +22,7 @@ use crate::{ResolveError, WrittenPrecision, tuning};
 
 /// Distance below which two features have no direction of their own \[the gap\]. Below, directions
 /// are of rounding; above, they are those of faces.
-const TOUCHING: f64 = 1e-6;
+pub(crate) const TOUCHING: f64 = 1e-6;
 
 /// Share of what was missing that is progress where less is left. Near 1, hopeless places take
 /// longer; far below, slow ones are given up.
