@@ -13,9 +13,6 @@ use proximity::SurfaceTree;
 use surface::progress::{Interrupted, Progress};
 use surface::{NO_EDGE, PerturbedMeeting, Stretch, StretchEnd, meet_perturbed, passing_share};
 
-/// Stands for no stretch.
-const NONE: u32 = u32::MAX;
-
 /// Pairs of faces between two polls for interruption: a few milliseconds at most.
 const POLL_INTERVAL: u32 = 1024;
 
@@ -33,6 +30,7 @@ pub(crate) struct Curve {
     /// Pairs of faces that lie in one plane, ascending.
     pub(crate) coplanar: Vec<CoplanarPair>,
     crossings: Vec<([u32; 2], Stretch)>,
+    /// Ends of all stretches by their names, ascending.
     ends: Vec<NamedEnd>,
     visited: Vec<bool>,
     chain: Vec<u32>,
@@ -50,15 +48,16 @@ pub(crate) struct CurveStretch {
 }
 
 /// A point where an edge of one surface passes through a face of the other.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Passing {
     pub(crate) name: PassingName,
     /// True if the edge, run from its lower-numbered end, enters the other body here.
     pub(crate) enters: bool,
     /// Share of the way from the edge's lower-numbered end.
     pub(crate) share: f64,
-    /// Stretches that meet here, [`NONE`] where there is one only: at the border of a surface.
-    stretches: [u32; 2],
+    /// Ends of the stretches that meet here: one at the border of a surface, as many as there are
+    /// faces at the edge elsewhere.
+    ends: Range<u32>,
 }
 
 /// Identity of a passing.
@@ -161,7 +160,7 @@ impl Curve {
         self.stretches.clear();
         self.ends.clear();
         for (stretch, &(faces, Stretch { begin, end, is_tie })) in (0..).zip(&self.crossings) {
-            self.stretches.push(CurveStretch { faces, ends: [NONE; 2], is_tie });
+            self.stretches.push(CurveStretch { faces, ends: [u32::MAX; 2], is_tie });
             for (end, at) in [(0, begin), (1, end)] {
                 let (name, enters) = named(at, bodies, faces);
                 self.ends.push(NamedEnd { name, stretch, end, enters });
@@ -170,32 +169,24 @@ impl Curve {
         self.ends.sort_unstable();
     }
 
-    /// Makes one passing of the ends of equal names.
-    ///
-    /// If more than two faces share an edge, a name has more than two ends: a further passing
-    /// then takes the rest, so that each has two stretches at most.
+    /// Makes one passing of the ends of equal names, which stand beside each other.
     fn join_ends(&mut self, bodies: [&SurfaceTree; 2]) {
         self.passings.clear();
-
-        // Equal names stand beside each other.
-        for end in &self.ends {
-            let joins = self
-                .passings
-                .last()
-                .is_some_and(|last| last.name == end.name && last.stretches[1] == NONE);
-            if joins {
-                let last = self.passings.len() - 1;
-                self.passings[last].stretches[1] = end.stretch;
-            } else {
-                self.passings.push(Passing {
-                    name: end.name,
-                    enters: end.enters,
-                    share: share(end.name, bodies),
-                    stretches: [end.stretch, NONE],
-                });
+        let mut start = 0;
+        for ends in self.ends.chunk_by(|p, q| p.name == q.name) {
+            let NamedEnd { name, enters, .. } = ends[0];
+            let passing = index(self.passings.len());
+            for end in ends {
+                self.stretches[end.stretch as usize].ends[usize::from(end.end)] = passing;
             }
-            let passing = index(self.passings.len() - 1);
-            self.stretches[end.stretch as usize].ends[usize::from(end.end)] = passing;
+            let end = start + index(ends.len());
+            self.passings.push(Passing {
+                name,
+                enters,
+                share: share(name, bodies),
+                ends: start..end,
+            });
+            start = end;
         }
     }
 
@@ -207,7 +198,11 @@ impl Curve {
         for group in self.passings.chunk_by(is_same_edge) {
             let end = start + index(group.len());
             let PassingName { side, edge, .. } = group[0].name;
-            let cut = CutEdge { edge, passings: start..end, net: net_of(group) };
+            let mut net = 0;
+            for passing in group {
+                net += if passing.enters { 1 } else { -1 };
+            }
+            let cut = CutEdge { edge, passings: start..end, net };
             self.cut_edges[usize::from(side)].push(cut);
             start = end;
         }
@@ -221,17 +216,28 @@ impl Curve {
         self.visited.clear();
         self.visited.resize(self.stretches.len(), false);
 
-        // Once the arcs are walked, whatever is left is closed.
-        for is_closed in [false, true] {
-            for start in 0..self.passings.len() {
-                let [first, second] = self.passings[start].stretches;
-                let is_start = is_closed || second == NONE;
-                if is_start && !self.visited[first as usize] {
-                    self.walk(index(start), first, is_closed);
-                    visit(&self.chain, is_closed);
-                }
+        // Arcs begin where an odd number of stretches meet. Once they are walked, whatever is left is
+        // closed.
+        for start in 0..index(self.passings.len()) {
+            let is_odd = self.passings[start as usize].ends.len() % 2 == 1;
+            if let Some(first) = self.unvisited(start).filter(|_| is_odd) {
+                self.walk(start, first, false);
+                visit(&self.chain, false);
             }
         }
+        for start in 0..index(self.passings.len()) {
+            while let Some(first) = self.unvisited(start) {
+                self.walk(start, first, true);
+                visit(&self.chain, true);
+            }
+        }
+    }
+
+    /// Returns the first stretch at a passing that was not visited.
+    fn unvisited(&self, passing: u32) -> Option<u32> {
+        let Range { start, end } = self.passings[passing as usize].ends;
+        let ends = &self.ends[start as usize..end as usize];
+        ends.iter().map(|end| end.stretch).find(|&stretch| !self.visited[stretch as usize])
     }
 
     /// Follows stretches from a passing until there is none that was not visited.
@@ -247,10 +253,7 @@ impl Curve {
                 return;
             }
             self.chain.push(at);
-
-            let onward = self.passings[at as usize].stretches;
-            let is_unvisited = |next: &&u32| **next != NONE && !self.visited[**next as usize];
-            let Some(&next) = onward.iter().find(is_unvisited) else { return };
+            let Some(next) = self.unvisited(at) else { return };
             stretch = next;
         }
     }
@@ -287,15 +290,6 @@ fn share(name: PassingName, bodies: [&SurfaceTree; 2]) -> f64 {
 pub(crate) fn edge_ends(body: &SurfaceTree, edge: u32) -> [DVec3; 2] {
     let [low, high] = body.surface().edges()[edge as usize];
     [body.position(low), body.position(high)]
-}
-
-/// Returns the passings of one edge that enter less those that leave, each name once.
-fn net_of(group: &[Passing]) -> i32 {
-    let mut net = 0;
-    for named in group.chunk_by(|p, q| p.name == q.name) {
-        net += if named[0].enters { 1 } else { -1 };
-    }
-    net
 }
 
 /// Converts a length to an index of 32 bits.

@@ -253,17 +253,16 @@ impl FaceClip {
         self.pieces.push(Piece { from, to, is_taken: false });
     }
 
-    /// Sorts the pieces by the nodes that they begin at; of equal ones the last counts.
+    /// Sorts the pieces by the nodes that they begin at: several at a point of an edge of four faces.
     fn sort_pieces(&mut self) {
-        self.pieces.reverse();
         self.pieces.sort_by_key(|piece| piece.from);
-        self.pieces.dedup_by_key(|piece| piece.from);
     }
 
-    /// Finds the piece that begins at a node, unless it is in a loop.
+    /// Finds a piece that begins at a node and is in no loop.
     fn untaken(&self, from: Node) -> Option<usize> {
-        let place = self.pieces.binary_search_by_key(&from, |piece| piece.from).ok()?;
-        (!self.pieces[place].is_taken).then_some(place)
+        let first = self.pieces.partition_point(|piece| piece.from < from);
+        let at_node = self.pieces[first..].iter().take_while(|piece| piece.from == from);
+        at_node.zip(first..).find(|(piece, _)| !piece.is_taken).map(|(_, place)| place)
     }
 
     /// Appends the parts of the face that was clipped last.

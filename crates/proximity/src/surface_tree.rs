@@ -157,8 +157,8 @@ impl SurfaceTree {
         self.no_inside.map_or(Ok(()), Err)
     }
 
-    /// Checks that winding numbers are defined: as [`has_inside`](Self::has_inside), and that no two
-    /// faces run along an edge in the same direction.
+    /// Checks that winding numbers are defined: as [`has_inside`](Self::has_inside), and that as many
+    /// faces run along each edge in one direction as in the other.
     ///
     /// # Errors
     ///

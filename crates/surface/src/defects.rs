@@ -4,6 +4,8 @@
 //! Each search yields its offenders in ascending order, so that the first is
 //! the same on every run and can be found in the file the mesh came from.
 
+use std::cmp::Ordering;
+
 use crate::{NO_EDGE, SurfaceError, TriangleSurface};
 
 impl TriangleSurface {
@@ -81,6 +83,22 @@ impl TriangleSurface {
             let [forward, backward] = self.half_edge_counts(edge);
             let forward = (forward > 1).then_some([from, to]);
             forward.into_iter().chain((backward > 1).then_some([to, from]))
+        })
+    }
+
+    /// Finds the directions `[from, to]` in which more faces run along an edge than against it.
+    ///
+    /// Without any, the surface bounds a solid that covers each place a whole number of times, also
+    /// where four faces meet at an edge.
+    pub fn unbalanced_half_edges(&self) -> impl Iterator<Item = [u32; 2]> {
+        self.edge_numbers().filter_map(|edge| {
+            let [from, to] = self.edges()[edge as usize];
+            let [forward, backward] = self.half_edge_counts(edge);
+            match forward.cmp(&backward) {
+                Ordering::Equal => None,
+                Ordering::Greater => Some([from, to]),
+                Ordering::Less => Some([to, from]),
+            }
         })
     }
 

@@ -244,6 +244,63 @@ fn a_bar_through_a_slab_and_through_both_legs_of_a_ring() {
     assert!(overlap.regions.iter().all(|region| (region.volume.unwrap() - 0.125).abs() < 1e-15));
 }
 
+/// As in surfaces of voxels, where two of one body meet at an edge.
+#[test]
+fn two_boxes_that_share_an_edge_are_one_body() {
+    let boxes = corners([0.0, 1.0], [0.0, 1.0], [0.0, 1.0]).joined(&corners(
+        [1.0, 2.0],
+        [1.0, 2.0],
+        [0.0, 1.0],
+    ));
+    let staircase = welded(&boxes);
+    assert_eq!(staircase.positions.len(), 14);
+    assert!(staircase.surface().require_oriented().is_err(), "four faces at the edge");
+
+    let around_the_edge = corners([0.5, 1.75], [0.25, 1.5], [0.5, 3.0]);
+    let known = Known {
+        volume: 0.375,
+        areas: [2.0; 2],
+        length: 7.0,
+        loops: 2,
+        depths: [0.5; 2],
+        ..Known::default()
+    };
+    check("a box around the edge", &staircase, &around_the_edge, known);
+
+    // The same as of two bodies in one list, which share nothing.
+    let across = corners([0.5, 1.5], [0.75, 1.75], [0.25, 0.75]);
+    let [one, two] = [&staircase, &boxes].map(|mesh| measure(mesh, &across).0.total);
+    let pairs = [
+        (one.volume, two.volume),
+        (one.area_of_a_inside_b, two.area_of_a_inside_b),
+        (one.area_of_b_inside_a, two.area_of_b_inside_a),
+    ];
+    for (one, two) in pairs {
+        assert!((one.expect("balanced") - two.expect("closed")).abs() < 1e-14, "{pairs:?}");
+    }
+    let around = corners([-1.0, 3.0], [-1.0, 3.0], [-1.0, 3.0]);
+    let (inside, _) = measure(&staircase, &around);
+    assert!((inside.total.volume.expect("balanced") - 2.0).abs() < 1e-14);
+    assert_eq!(inside.regions.len(), 1);
+}
+
+/// Joins corners of equal positions.
+fn welded(mesh: &Mesh) -> Mesh {
+    let mut welded = Mesh { positions: Vec::new(), faces: Vec::new() };
+    for face in &mesh.faces {
+        welded.faces.push(face.map(|corner| {
+            let position = mesh.positions[corner as usize];
+            let number = welded.positions.iter().position(|p| *p == position);
+            let number = number.unwrap_or_else(|| {
+                welded.positions.push(position);
+                welded.positions.len() - 1
+            });
+            u32::try_from(number).expect("a small mesh")
+        }));
+    }
+    welded
+}
+
 #[test]
 fn a_thin_sheet_through_a_box() {
     let e = 2.0_f64.powi(-20);
