@@ -62,6 +62,7 @@ mod push;
 mod relaxation;
 mod resolution;
 mod resolver;
+mod round;
 mod run;
 mod self_contacts;
 mod settle;
@@ -80,9 +81,10 @@ pub use crate::params::{
 };
 pub use crate::resolution::{
     BodyChange, BrokenLimit, DistanceBracket, GapObstacle, GapProof, GapRound, Obstacle, Remaining,
-    Resolution, Round, ShortGap,
+    Resolution, ShortGap,
 };
 pub use crate::resolver::{Resolver, resolve};
+pub use crate::round::Round;
 
 /// Compiles and runs the README's example.
 #[cfg(doctest)]

@@ -1,12 +1,13 @@
 //! Incremental detection: pairs of which neither body moved keep their report. Pairs of two bodies that
 //! cannot move, which nothing separates, are left out.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
+use glam::DVec3;
 use proximity::PairProximity;
 use scene::{BodyId, PairId, PairReport, Scene, VertexReport};
 use surface::progress::{Interrupted, Progress};
-use surface::{Contact, TriangleSurface, parallel};
+use surface::{Contact, TriangleSurface, parallel, triangle};
 
 use crate::ResolveError;
 use crate::edge_contacts::edge_contacts;
@@ -54,6 +55,34 @@ impl NearPair {
             depth = depth.max(-contact.gap);
         }
         depth
+    }
+
+    /// Counts the faces of both bodies whose corners are all within a distance of faces of the other one
+    /// that look the other way: none where the pair crosses.
+    pub(crate) fn count_touching_faces(&self, scene: &Scene, distance: f64) -> usize {
+        if self.report.overlaps {
+            return 0;
+        }
+        let mut count = 0;
+        for (body, report) in self.sides() {
+            let near = report.near.iter().filter(|near| near.gap <= distance);
+            let normals: BTreeMap<u32, DVec3> =
+                near.map(|near| (near.vertex, near.normal)).collect();
+            let (body, surface) = (scene.body(body), scene.body(body).surface());
+            for &vertex in normals.keys() {
+                // Each face with its least corner.
+                for &face in surface.vertex_faces(vertex) {
+                    let corners = surface.faces()[face as usize];
+                    let normal = triangle::normal(body.corners(face));
+                    let is_opposite = |corner: u32| {
+                        normals.get(&corner).is_some_and(|other| other.dot(normal) < 0.0)
+                    };
+                    let is_first = corners.iter().all(|corner| vertex <= *corner);
+                    count += usize::from(is_first && corners.into_iter().all(is_opposite));
+                }
+            }
+        }
+        count
     }
 
     /// Returns each body with the report of its vertices.

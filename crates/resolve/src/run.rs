@@ -12,8 +12,12 @@ use surface::progress::{Interrupted, Progress};
 use crate::conditions::TieBond;
 use crate::elastic::GapRow;
 use crate::exit_sides::ExitMemory;
-use crate::near_pairs::NearPairs;
-use crate::resolution::{BodyChange, Obstacle, Remaining, Resolution, Round, deepest, max_bracket};
+use crate::gap_rounds::TOUCHING;
+use crate::near_pairs::{NearPair, NearPairs};
+use crate::resolution::{
+    BodyChange, Obstacle, Remaining, Resolution, deepest, max_bracket, overlaps_in,
+};
+use crate::round::Round;
 use crate::tissue::{Tissue, fitted_tree};
 use crate::warm_start::LocalDisplacements;
 use crate::{Conditions, GapRound, ResolveError, ResolveParams, tuning};
@@ -32,6 +36,8 @@ pub(crate) struct Run<'a> {
     /// Inverse masses of all particles.
     pub(crate) inverse_masses: Vec<f64>,
     before: Vec<PairReport>,
+    /// Pairs that overlap or share faces at the start, ascending.
+    at_first: Vec<PairId>,
     pub(crate) near: NearPairs,
     pub(crate) rounds: Vec<Round>,
     /// Number of the best round.
@@ -123,6 +129,7 @@ impl<'a> Run<'a> {
             tissues,
             inverse_masses,
             before,
+            at_first: Vec::new(),
             near,
             rounds: Vec::new(),
             best: 0,
@@ -138,6 +145,11 @@ impl<'a> Run<'a> {
             tie_bonds,
             is_follower,
         };
+        for near in run.near.iter() {
+            if near.report.overlaps || run.count_touching_faces(near) > 0 {
+                run.at_first.push(near.report.pair);
+            }
+        }
         run.record()?;
         run.rounds[0].surface_depth = deepest(&run.before);
         Ok(run)
@@ -265,7 +277,10 @@ impl<'a> Run<'a> {
     /// Adds the present state to the rounds, and keeps its positions where it is the best.
     pub(crate) fn record(&mut self) -> Result<(), ResolveError> {
         let tolerance = self.params.tolerance;
-        let mut round = Round::of_overlaps(&self.near, &self.before);
+        let mut round = Round::of_overlaps(&self.near, &self.at_first);
+        for near in self.near.iter() {
+            round.touching_faces += self.count_touching_faces(near);
+        }
         for contact in self.self_contacts()? {
             round.max_depth = round.max_depth.max(-contact.gap);
         }
@@ -312,6 +327,16 @@ impl<'a> Run<'a> {
         }
         self.rounds.push(round);
         Ok(())
+    }
+
+    /// Counts the faces that a pair shares, where it is to come apart: for a gap, or since surfaces of
+    /// common corners overlap between these.
+    fn count_touching_faces(&self, near: &NearPair) -> usize {
+        let pair = near.report.pair;
+        if self.is_tied(pair) || (self.params.gap <= 0.0 && !overlaps_in(&self.before, pair)) {
+            return 0;
+        }
+        near.count_touching_faces(self.scene, TOUCHING * clearance(&self.params))
     }
 
     /// Brackets the depth of the deepest overlap at present.

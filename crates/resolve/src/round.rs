@@ -1,0 +1,122 @@
+//! State of a scene after each round of overlap removal.
+
+use scene::{DepthBracket, PairId};
+
+use crate::near_pairs::NearPairs;
+use crate::tissue::Damage;
+use crate::tuning;
+
+/// State of a scene at the start or after a round, pairs of two rigid bodies left out.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Round {
+    /// Number of pairs whose faces cross, or with vertices inside.
+    pub overlapping_pairs: usize,
+    /// Number of crossing pairs of faces, over all pairs of bodies.
+    pub crossing_faces: usize,
+    /// Number of faces with all corners on another body that they do not cross: pairs that share faces
+    /// come apart as overlaps do, for a gap or where they overlap between common corners.
+    pub touching_faces: usize,
+    /// Depth of the deepest vertex or crossing edge, by which rounds are compared.
+    pub max_depth: f64,
+    /// Depth of the deepest overlap, of surfaces: at the start, in the final round, and in rounds
+    /// in which no vertex or edge exceeds the tolerance. `None` elsewhere, without overlaps, and
+    /// where surfaces have no inside.
+    pub surface_depth: Option<DepthBracket>,
+    /// Number of pairs that overlap and did not at the start.
+    pub new_pairs: usize,
+    /// Number of crossing pairs of faces of one body that did not cross at the start; counted
+    /// once no overlap exceeds the tolerance.
+    pub self_crossings: usize,
+    /// Number of faces turned by a right angle or more.
+    pub flipped_faces: usize,
+    /// Largest relative change of a soft body's volume.
+    pub volume_change: f64,
+    /// Weighted sum of overlaps, spoilt faces and lost volume, 0 where there are none. It falls from
+    /// each accepted round to the next.
+    pub merit: f64,
+    /// True if the round is better than all accepted before, no pair overlaps anew in it, and no
+    /// body is beyond its limits. The scene is given the last of these, and the best round if
+    /// [`keep_going`](crate::ResolveParams::keep_going) asks for it.
+    pub is_accepted: bool,
+}
+
+impl Round {
+    /// Summarizes the overlaps of a scene; what concerns single bodies is 0.
+    ///
+    /// Pairs other than `at_first`, ascending, overlap anew.
+    pub(crate) fn of_overlaps(near: &NearPairs, at_first: &[PairId]) -> Self {
+        let mut round = Self::default();
+        for pair in near.overlapping() {
+            round.overlapping_pairs += 1;
+            round.crossing_faces += pair.report.crossing_faces.len();
+            round.max_depth = round.max_depth.max(pair.depth());
+            round.new_pairs += usize::from(at_first.binary_search(&pair.report.pair).is_err());
+        }
+        round
+    }
+
+    /// Adds the damage to one body; self-crossings only where they are counted.
+    pub(crate) fn add_damage(&mut self, damage: &Damage, counts_crossings: bool) {
+        self.volume_change = self.volume_change.max(damage.volume_change);
+        self.flipped_faces += damage.flipped_faces;
+        if counts_crossings {
+            self.self_crossings += damage.self_crossings;
+        }
+    }
+
+    /// Returns true if nothing overlaps or shares faces, and no shape is spoilt.
+    pub(crate) fn is_clean(&self) -> bool {
+        let spoilt_faces = self.self_crossings + self.flipped_faces;
+        let left = self.overlapping_pairs + self.touching_faces + spoilt_faces;
+        left == 0 && self.excess_volume() <= 0.0
+    }
+
+    /// Returns true if no overlap exceeds the tolerance and none is new.
+    pub(crate) fn is_within(&self, tolerance: f64) -> bool {
+        let is_shallow = self.surface_depth.is_none_or(|depth| depth.upper <= tolerance);
+        self.max_depth <= tolerance && is_shallow && self.new_pairs == 0
+    }
+
+    /// Returns true if this round has left less than another one. What overlaps anew is never
+    /// better than what does not.
+    pub(crate) fn is_better_than(&self, other: &Self) -> bool {
+        let [is_new, was_new] = [self, other].map(|round| round.new_pairs > 0);
+        if is_new == was_new { self.merit < other.merit } else { was_new }
+    }
+
+    /// Computes the [merit](Self::merit) of what the round has left.
+    pub(crate) fn weigh(&self, tolerance: f64) -> f64 {
+        let count = |n: usize| f64::from(u32::try_from(n).unwrap_or(u32::MAX));
+
+        // New pairs and spoilt faces count more than what was there before.
+        let pairs = self.overlapping_pairs + tuning::NEW_PAIR_SCORE * self.new_pairs;
+        let spoilt_faces = self.self_crossings + self.flipped_faces;
+        let faces = self.crossing_faces + self.touching_faces;
+        let crossings = faces + tuning::SPOILT_FACE_SCORE * spoilt_faces;
+
+        self.max_depth / (tuning::SCORED_DEPTH * tolerance) * count(pairs)
+            + tuning::CROSSING_SCORE * count(crossings)
+            + self.excess_volume()
+    }
+
+    fn excess_volume(&self) -> f64 {
+        (self.volume_change - tuning::MAX_VOLUME_CHANGE).max(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounds_without_new_overlaps_are_better_than_any_with() {
+        let round = |new_pairs, merit| Round { new_pairs, merit, ..Round::default() };
+        let ascending = [round(0, 1.0), round(0, 2.0), round(1, 0.5), round(3, 0.7)];
+        for (number, better) in ascending.iter().enumerate() {
+            for worse in &ascending[number + 1..] {
+                assert!(better.is_better_than(worse) && !worse.is_better_than(better));
+            }
+        }
+    }
+}
