@@ -11,7 +11,6 @@ use scene::{BodyMove, PairId, PairSweep, SweptContact};
 use surface::progress::Interrupted;
 use surface::{Contact, Meeting, parallel, triangles_meet, vertex_normals};
 
-use crate::gap_rounds::TOUCHING;
 use crate::run::Run;
 use crate::tissue::fitted_tree;
 use crate::{ResolveError, tuning};
@@ -96,7 +95,7 @@ impl Run<'_> {
             let body = &bodies[bodies.partition_point(|body| body.particles().end <= p)];
             body.positions()[(p - body.particles().start) as usize]
         });
-        if apart.length() > TOUCHING * self.params.gap {
+        if apart.length() > tuning::TOUCHING * self.params.gap {
             return contact.normal;
         }
         contact.stencil.combine(|p| outward[p as usize])

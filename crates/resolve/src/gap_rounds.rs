@@ -20,10 +20,6 @@ use crate::run::{Run, largest_coordinate};
 use crate::tissue::{Tissue, fitted_tree};
 use crate::{ResolveError, WrittenPrecision, tuning};
 
-/// Distance below which two features have no direction of their own \[the gap\]. Below, directions
-/// are of rounding; above, they are those of faces.
-pub(crate) const TOUCHING: f64 = 1e-6;
-
 /// Share of what was missing that is progress where less is left. Near 1, hopeless places take
 /// longer; far below, slow ones are given up.
 const GAP_PROGRESS: f64 = 0.9;
@@ -171,12 +167,10 @@ impl Run<'_> {
                     round.missing += missing;
                 }
 
-                // What is short is what moves; other rows only hold. To ask for the little that they
-                // miss would throw a corner far, where the foot is next to one that stays.
-                let is_short = missing > tolerance;
-                let asked = if is_short { missing } else { missing.min(0.0) };
-                self.add_row(*id, feature, asked, &mut problem.rows);
-                if is_short {
+                self.add_row(*id, feature, missing, &mut problem.rows);
+
+                // What is short is what moves; other rows only hold.
+                if missing > tolerance {
                     for (body, point) in id.bodies().into_iter().zip(&feature.points) {
                         let used = point.weights.map(|weight| weight > 0.0);
                         let corners = point.vertices.into_iter().zip(used);
@@ -247,7 +241,7 @@ impl Run<'_> {
     fn opening_direction(&self, pair: PairId, feature: &NearFeatures) -> DVec3 {
         let [p, q] = &feature.points;
         let apart = q.point - p.point;
-        let is_far = feature.distance > TOUCHING * self.params.gap;
+        let is_far = feature.distance > tuning::TOUCHING * self.params.gap;
         if let Some(direction) = apart.try_normalize().filter(|_| is_far) {
             return direction;
         }
@@ -407,43 +401,5 @@ impl Tissue {
             problem.volumes[0] = VolumeRow::new(missing);
         }
         problem
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use fixtures::shapes;
-    use scene::{BodyKind, Scene};
-    use surface::progress::Progress;
-
-    use super::*;
-    use crate::{Conditions, ResolveParams};
-
-    #[test]
-    fn what_is_nearly_open_is_held_and_not_pushed() {
-        let params = ResolveParams { gap: 0.05, ..ResolveParams::with_smoothing(6.0) };
-        let mut scene = Scene::new();
-        let plate = || shapes::plate(DVec3::new(20.0, 20.0, 2.0), [4, 4]);
-        let bodies = [("bone", BodyKind::Rigid, 0.0), ("muscle", BodyKind::Deformable, 2.0507)];
-        for (name, kind, height) in bodies {
-            let mesh = plate().translated(DVec3::Z * height);
-            scene.add(name, kind, mesh.surface(), mesh.positions).expect("a plate");
-        }
-        scene.fit_all().expect("small bodies");
-        let conditions = Conditions::default();
-        let mut run =
-            Run::new(&mut scene, params, &conditions, &[], None, Progress::none()).expect("a run");
-
-        // All vertices below are between the gap and the target that covers rounding.
-        let target = params.gap + run.gap_slack();
-        let mut near = Vec::new();
-        run.update_features(&mut near, &[], 2.0 * target, &[true; 2]).expect("features");
-        for (tolerance, are_short) in [(5e-4, false), (1e-5, true)] {
-            let (problem, round) = run.gap_problem(&near, target, tolerance).expect("a problem");
-            assert!(!problem.rows.is_empty());
-            assert_eq!(round.short_features > 0, are_short, "{round:?}");
-            let asks = problem.rows.iter().any(|row| row.missing > 0.0);
-            assert_eq!(asks, are_short, "within {tolerance}");
-        }
     }
 }

@@ -166,7 +166,7 @@ impl Relaxation {
 
         // Particles that are not active do not change an opening.
         for row in &mut rows {
-            row.terms.retain(|(particle, _)| numbers[*particle as usize] != INACTIVE);
+            row.keep_active(|particle| numbers[particle as usize] != INACTIVE, u);
         }
         let in_rows = occurrences(rows.iter().map(|row| &row.terms), &numbers, active.len());
         let in_bonds = occurrences(bonds.iter().map(|bond| &bond.terms), &numbers, active.len());

@@ -12,7 +12,6 @@ use surface::progress::{Interrupted, Progress};
 use crate::conditions::TieBond;
 use crate::elastic::GapRow;
 use crate::exit_sides::ExitMemory;
-use crate::gap_rounds::TOUCHING;
 use crate::near_pairs::{NearPair, NearPairs};
 use crate::resolution::{
     BodyChange, Obstacle, Remaining, Resolution, deepest, max_bracket, overlaps_in,
@@ -336,7 +335,7 @@ impl<'a> Run<'a> {
         if self.is_tied(pair) || (self.params.gap <= 0.0 && !overlaps_in(&self.before, pair)) {
             return 0;
         }
-        near.count_touching_faces(self.scene, TOUCHING * clearance(&self.params))
+        near.count_touching_faces(self.scene, tuning::TOUCHING * clearance(&self.params))
     }
 
     /// Brackets the depth of the deepest overlap at present.

@@ -19,6 +19,10 @@ use crate::{BrokenLimit, ResolveError, tuning};
 /// Below, steps are many; above, surfaces block them: the way back is along them, round their bends.
 const SETTLED_SHARE: f64 = 0.125;
 
+/// Share of the longest displacement by which a step shortens it, at least, or is the last. Below, steps
+/// are many for little; above, tissue stays farther from its place.
+const LEAST_GAIN: f64 = 2e-3;
+
 impl Run<'_> {
     /// Opens the gap from the state of a round in which tissue has settled; from the state as it is
     /// where that leads no farther, where something crosses, and after displacements were carried over.
@@ -58,7 +62,7 @@ impl Run<'_> {
             if displacement > last {
                 self.move_tissue(body, &before)?;
             }
-            if displacement > (1.0 - tuning::NEGLIGIBLE_SHARE) * last {
+            if displacement > (1.0 - LEAST_GAIN) * last {
                 break;
             }
         }
