@@ -79,7 +79,7 @@ impl Run<'_> {
     fn outward_normals(&self) -> Vec<DVec3> {
         let mut normals = Vec::with_capacity(self.inverse_masses.len());
         for (tissue, body) in self.tissues.iter().zip(self.scene.bodies()) {
-            let sign = if tissue.volume.is_some_and(|volume| volume < 0.0) { -1.0 } else { 1.0 };
+            let sign = if tissue.is_inside_out() { -1.0 } else { 1.0 };
             for normal in vertex_normals(tissue.surface.faces(), body.positions()) {
                 normals.push(sign * normal);
             }

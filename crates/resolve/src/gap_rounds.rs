@@ -166,7 +166,6 @@ impl Run<'_> {
                     round.short_features += 1;
                     round.missing += missing;
                 }
-
                 self.add_row(*id, feature, missing, &mut problem.rows);
 
                 // What is short is what moves; other rows only hold.
@@ -248,7 +247,7 @@ impl Run<'_> {
         let outward = |id: BodyId, point: &FeaturePoint| {
             let tissue = &self.tissues[id.index()];
             let normal = triangle::unit_normal(self.scene.body(id).corners(point.face));
-            if tissue.volume.is_some_and(|volume| volume < 0.0) { -normal } else { normal }
+            if tissue.is_inside_out() { -normal } else { normal }
         };
         (outward(pair.a, p) - outward(pair.b, q)).normalize_or_zero()
     }

@@ -58,7 +58,7 @@ impl NearPair {
     }
 
     /// Counts the faces of both bodies whose corners are all within a distance of faces of the other one
-    /// that look the other way: none where the pair crosses.
+    /// with opposite normals: none where the pair crosses.
     pub(crate) fn count_touching_faces(&self, scene: &Scene, distance: f64) -> usize {
         if self.report.overlaps {
             return 0;
@@ -68,6 +68,7 @@ impl NearPair {
             let near = report.near.iter().filter(|near| near.gap <= distance);
             let normals: BTreeMap<u32, DVec3> =
                 near.map(|near| (near.vertex, near.normal)).collect();
+
             let (body, surface) = (scene.body(body), scene.body(body).surface());
             for &vertex in normals.keys() {
                 // Each face with its least corner.

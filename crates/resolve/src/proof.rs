@@ -117,8 +117,7 @@ impl Run<'_> {
             let foot = nearest.points[rigid];
             let wall_body = self.scene.body(rigid_id);
             let normal = triangle::unit_normal(wall_body.corners(nearest.faces[rigid]));
-            let outward =
-                if wall.volume.is_some_and(|volume| volume < 0.0) { -normal } else { normal };
+            let outward = if wall.is_inside_out() { -normal } else { normal };
             for other in self.tissues.iter().filter(|other| other.is_rigid && other.id != rigid_id)
             {
                 let tree = fitted_tree(self.scene.body(other.id));

@@ -33,7 +33,7 @@ pub(crate) struct SelfSurface<'a> {
 
 impl<'a> SelfSurface<'a> {
     pub(crate) fn new(tissue: &'a Tissue, tree: &'a SurfaceTree) -> Self {
-        let is_inside_out = tissue.volume.is_some_and(|volume| volume < 0.0);
+        let is_inside_out = tissue.is_inside_out();
         let orientation = if is_inside_out { -1.0 } else { 1.0 };
         let mut normals = vertex_normals(tree.surface().faces(), tree.positions().as_slice());
         for normal in &mut normals {

@@ -144,6 +144,11 @@ impl Tissue {
         tissue
     }
 
+    /// Returns true if the faces are turned inward, so that the volume they enclose is negative.
+    pub(crate) fn is_inside_out(&self) -> bool {
+        self.volume.is_some_and(|volume| volume < 0.0)
+    }
+
     /// Returns true if a vertex may move.
     pub(crate) fn is_free(&self, vertex: u32) -> bool {
         let is_fixed = self.is_fixed.get(vertex as usize).is_some_and(|fixed| *fixed);

@@ -154,8 +154,8 @@ pub(crate) const CARRIED_SHARE: f64 = 0.98;
 
 // Gap.
 
-/// Distance below which two features touch and have no direction of their own \[the gap\]. Below,
-/// directions are of rounding; above, they are those of faces.
+/// Distance below which two features touch and have no direction of their own \[the gap, or the
+/// clearance where overlaps are pushed apart\]. Below, directions are of rounding; above, they are those of faces.
 pub(crate) const TOUCHING: f64 = 1e-6;
 
 /// Addition to the gap that is solved for \[the gap\]. Below, solutions are needed to more digits;
