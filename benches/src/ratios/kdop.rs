@@ -32,7 +32,7 @@ const SMALL: Allowed = Allowed {
     sweep: f64::INFINITY,
     pairs: 1.0,
     swept: 1.1,
-    self_pairs: 0.45,
+    self_pairs: 0.40,
     aligned: 1.37,
 };
 
@@ -42,7 +42,7 @@ const LARGE: Allowed = Allowed {
     sweep: 0.75,
     pairs: 0.35,
     swept: 0.60,
-    self_pairs: 0.70,
+    self_pairs: 0.50,
     aligned: 1.3,
 };
 

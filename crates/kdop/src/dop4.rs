@@ -156,30 +156,26 @@ impl<const S: usize> Dop4<S> {
     }
 
     /// Tests four bounds against four: bit `4 i + j` is set where lane `i` of this overlaps lane
-    /// `j` of the other.
+    /// `j` of the other, among the pairs whose bits are given.
     #[inline(always)]
-    pub(crate) fn overlaps(&self, other: &Self) -> u32 {
-        let mut hits = [self.lane_overlap(other, 0, 0); 4];
-        for (i, hit) in hits.iter_mut().enumerate() {
-            *hit = self.lane_overlap(other, i, 0)
-                & self.lane_overlap(other, i, 1)
-                & self.lane_overlap(other, i, 2);
-        }
-
-        // Most bounds that do not overlap are apart along one of the axes.
-        if S > 3 {
-            if !(hits[0] | hits[1] | hits[2] | hits[3]).any() {
-                return 0;
-            }
-            for k in 3..S {
-                for (i, hit) in hits.iter_mut().enumerate() {
-                    *hit &= self.lane_overlap(other, i, k);
+    pub(crate) fn overlaps(&self, other: &Self, pairs: u32) -> u32 {
+        let mut hits = pairs;
+        for first in (0..S).step_by(DIRECTIONS_AT_ONCE) {
+            let mut rows = [0, 1, 2, 3].map(|i| self.lane_overlap(other, i, first));
+            for k in first + 1..S.min(first + DIRECTIONS_AT_ONCE) {
+                for (i, row) in rows.iter_mut().enumerate() {
+                    *row &= self.lane_overlap(other, i, k);
                 }
             }
-        }
 
-        let [a, b, c, d] = hits.map(|hit| hit.to_bitmask());
-        a | b << 4 | c << 8 | d << 12
+            // Most bounds that do not overlap are apart along one of the axes.
+            let [a, b, c, d] = rows.map(|row| row.to_bitmask());
+            hits &= a | b << 4 | c << 8 | d << 12;
+            if hits == 0 {
+                break;
+            }
+        }
+        hits
     }
 
     /// Compares lane `i` of bounds at both ends of a step with the other's four lanes along direction
@@ -210,6 +206,12 @@ impl<const S: usize> Dop4<S> {
         lo.simd_le(other.hi[k]) & other.lo[k].simd_le(hi)
     }
 }
+
+/// Directions that are tested before the first look at what is left: the axes.
+const DIRECTIONS_AT_ONCE: usize = 3;
+
+/// All bits of [`Dop4::overlaps`].
+pub(crate) const ALL_PAIRS: u32 = 0xffff;
 
 /// The bits of [`Dop4::overlaps`] with `i < j`.
 pub(crate) const ABOVE_DIAGONAL: u32 = 0b0000_1000_1100_1110;
@@ -257,7 +259,9 @@ mod tests {
         for seed in 0..seeds {
             let (a, b) = (boxes::<S>(seed), boxes::<S>(seed + 1000));
             let (four_a, four_b) = (side_by_side(&a), side_by_side(&b));
-            let mask = four_a.overlaps(&four_b);
+            let mask = four_a.overlaps(&four_b, ALL_PAIRS);
+            let some = seed.wrapping_mul(2_654_435_761) >> 16;
+            assert_eq!(four_a.overlaps(&four_b, some), mask & some, "among {some:b}");
             for (i, one) in a.iter().enumerate() {
                 assert_eq!(four_a.lane(i), *one, "lane {i}");
                 let row = four_b.overlaps_one(&SplatDop::new(one));

@@ -13,7 +13,7 @@ use wide::{f32x4, f64x4};
 use crate::cluster::{LeafDops, MAX_LEAVES};
 use crate::directions::{direction, norm};
 use crate::dop::{Dop, rounding_loss};
-use crate::dop4::{Dop4, set_bits};
+use crate::dop4::{ALL_PAIRS, Dop4, set_bits};
 use crate::moved_node::MovedNode;
 use crate::node::Child;
 use crate::projections::to_nearest;
@@ -131,7 +131,7 @@ impl<const S: usize> DopTree<S> {
             let a = *moved.get_with(i, |node| motion.bound(&self.nodes[i as usize].bounds, node));
             counters.bound_tests += 1;
 
-            for bit in set_bits(a.bounds.overlaps(&b.bounds)) {
+            for bit in set_bits(a.bounds.overlaps(&b.bounds, ALL_PAIRS)) {
                 let (lane_a, lane_b) = (bit / 4, bit % 4);
                 let child_a = self.nodes[i as usize].children[lane_a].get();
 

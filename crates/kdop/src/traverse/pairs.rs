@@ -8,7 +8,7 @@
 use std::convert::Infallible;
 
 use crate::cluster::{HALVES, LeafDops};
-use crate::dop4::{ON_OR_ABOVE_DIAGONAL, SplatDop, set_bits};
+use crate::dop4::{ALL_PAIRS, ON_OR_ABOVE_DIAGONAL, SplatDop, set_bits};
 use crate::node::Child;
 use crate::tree::DopTree;
 use crate::workspace::{Counters, Workspace};
@@ -113,11 +113,10 @@ impl<const S: usize> DopTree<S> {
         };
 
         // Of a node and itself, every pair of children is tested in one order only.
-        let mut hits = bounds.overlaps(&b.bounds);
+        let is_same = i == j && std::ptr::eq(self, other);
+        let pairs = if is_same { ON_OR_ABOVE_DIAGONAL } else { ALL_PAIRS };
+        let hits = bounds.overlaps(&b.bounds, pairs);
         counters.bound_tests += 1;
-        if i == j && std::ptr::eq(self, other) {
-            hits &= ON_OR_ABOVE_DIAGONAL;
-        }
 
         for bit in set_bits(hits) {
             let (lane_a, lane_b) = (bit / 4, bit % 4);
@@ -192,7 +191,7 @@ impl<const S: usize> DopTree<S> {
                 if !bounds_a.unions[half_a].overlaps::<S>(&bounds_b.unions[half_b]) {
                     continue;
                 }
-                let hits = bounds_a.halves[half_a].overlaps(&bounds_b.halves[half_b]);
+                let hits = bounds_a.halves[half_a].overlaps(&bounds_b.halves[half_b], ALL_PAIRS);
                 counters.bound_tests += 1;
                 for bit in set_bits(hits) {
                     let leaf_a = self.leaf(a, 4 * half_a + bit / 4);

@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 
 use crate::cluster::{Cluster, HALVES, LeafDops};
-use crate::dop4::{ABOVE_DIAGONAL, set_bits};
+use crate::dop4::{ABOVE_DIAGONAL, ALL_PAIRS, set_bits};
 use crate::neighbors::SharedPairs;
 use crate::tree::DopTree;
 use crate::workspace::Workspace;
@@ -88,12 +88,11 @@ impl<const S: usize> DopTree<S> {
                 let (half_a, half_b) = (h / HALVES, h % HALVES);
 
                 // Leaves that share a point are neighbors, not candidates.
-                let hits = bounds_a.halves[half_a].overlaps(&bounds_b.halves[half_b]);
+                let is_same = a == b && half_a == half_b;
+                let pairs = if is_same { ABOVE_DIAGONAL } else { ALL_PAIRS };
+                let pairs = pairs & !u32::from(shared[h]);
+                let hits = bounds_a.halves[half_a].overlaps(&bounds_b.halves[half_b], pairs);
                 counters.bound_tests += 1;
-                let mut hits = hits & !u32::from(shared[h]);
-                if a == b && half_a == half_b {
-                    hits &= ABOVE_DIAGONAL;
-                }
 
                 for bit in set_bits(hits) {
                     let (i, j) = (4 * half_a + bit / 4, 4 * half_b + bit % 4);
