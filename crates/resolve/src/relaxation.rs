@@ -4,7 +4,6 @@
 //! all bodies before it that it has one in common with. The bodies of a level are relaxed side by
 //! side, level by level up or down: to the bit as one body after the other.
 
-use std::convert::Infallible;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use glam::{DMat3, DVec3};
@@ -15,8 +14,9 @@ use crate::elastic::{Bond, ElasticProblem, GapRow, VolumeRow};
 /// Smallest number of sweeps, in which displacements spread over that many edges.
 const MIN_GAP_SWEEPS: usize = 8;
 
-/// Number of particles below which bodies are relaxed on one thread: to wake others takes longer.
-const MIN_SHARED_PARTICLES: usize = 1000;
+/// Number of particles beside those of the largest body of a level, below which its bodies are relaxed
+/// on one thread: to wake others takes longer.
+const MIN_SHARED_PARTICLES: usize = 2000;
 
 impl ElasticProblem {
     /// Computes the steps of all particles from their displacements `u` to those of least energy;
@@ -75,13 +75,6 @@ struct RelaxedBody {
     first: usize,
     u: Vec<DVec3>,
     volume: VolumeRow,
-}
-
-impl RelaxedBody {
-    /// Returns how long the body takes, beside others.
-    fn cost(_: usize, body: &Self) -> f64 {
-        u32::try_from(body.u.len()).map_or(f64::MAX, f64::from)
-    }
 }
 
 /// Number that threads share, of which one at a time changes it.
@@ -220,17 +213,11 @@ impl Relaxation {
         let count = levels.len();
         for step in 0..count {
             let level = &mut levels[if is_forward { step } else { count - 1 - step }];
-            if self.particles.len() < MIN_SHARED_PARTICLES {
-                for body in level {
-                    self.sweep_body(body, is_forward);
-                }
-                continue;
+            if is_worth_sharing(level) {
+                parallel::map_mut(level, |body| self.sweep_body(body, is_forward));
+            } else {
+                level.iter_mut().for_each(|body| self.sweep_body(body, is_forward));
             }
-            let Ok(()) =
-                parallel::try_for_each_costly_first(level, RelaxedBody::cost, |_, body| {
-                    self.sweep_body(body, is_forward);
-                    Ok::<(), Infallible>(())
-                });
         }
         self.levels = levels;
     }
@@ -329,6 +316,15 @@ impl Relaxation {
         }
         most
     }
+}
+
+/// Returns true if a second thread has enough to do beside the one with the largest body.
+fn is_worth_sharing(level: &[RelaxedBody]) -> bool {
+    let (mut all, mut largest) = (0, 0);
+    for body in level {
+        (all, largest) = (all + body.u.len(), largest.max(body.u.len()));
+    }
+    all - largest >= MIN_SHARED_PARTICLES
 }
 
 /// Computes the level of each body: 0, or one more than the highest of the bodies before it that it has a
@@ -447,7 +443,7 @@ mod tests {
     /// Builds six bodies of particles on foundations, with rows that are missing between every second of
     /// them, by number.
     fn six_bodies() -> (ElasticProblem, u32) {
-        let own: u32 = 200;
+        let own: u32 = 2000;
         let mut problem =
             ElasticProblem { volumes: vec![VolumeRow::new(0.1); 6], ..Default::default() };
         for particle in 0..6 * own {
@@ -473,7 +469,7 @@ mod tests {
         let at_rest = |count| vec![DVec3::ZERO; count as usize];
         let (problem, count) = six_bodies();
         let mut relaxation = Relaxation::new(problem, &at_rest(count), 0.5);
-        assert!(relaxation.particles.len() >= MIN_SHARED_PARTICLES);
+        assert!(relaxation.levels.iter().all(|level| is_worth_sharing(level)));
         assert_eq!(relaxation.levels.iter().map(Vec::len).collect::<Vec<_>>(), [2, 2, 2]);
         let mut in_order = Relaxation::new(six_bodies().0, &at_rest(count), 0.5);
         for is_forward in [true, false, true, false] {
