@@ -25,7 +25,7 @@ use surface::progress::{Interrupted, Progress};
 use surface::{Aabb, parallel};
 
 use super::{Nearest, ON_SURFACE};
-use crate::num::{coordinate, nodes_within, single};
+use crate::num::{coordinate, floor, nodes_within, single};
 use crate::units::GridSurface;
 
 /// Distance by which a region is widened so that rounding loses no node \[spacings\].
@@ -36,6 +36,10 @@ const WIDENING: f64 = 1e-6;
 
 /// Planes of nodes per task.
 const SLAB: usize = 32;
+
+/// Neighboring rows that are clipped together.
+const ROWS: usize = 4;
+const ROW_NUMBERS: [f64; ROWS] = [0.0, 1.0, 2.0, 3.0];
 
 /// Elements between two progress reports.
 const REPORT: usize = 1024;
@@ -178,27 +182,34 @@ impl Sides {
         if normal.x < 0.0 { self.upper.push(side) } else { self.lower.push(side) }
     }
 
-    /// Clips a row at `y` and `z`, given by its ends; empty when the first end is after the
-    /// second.
+    /// Clips neighboring rows at `z`, the first of which is at `y`, given by their ends; empty are
+    /// those whose first end is after the second.
     #[inline]
-    fn clip(&self, [mut from, mut to]: [f64; 2], y: f64, z: f64) -> [f64; 2] {
-        // Compared so that NaN cuts nothing off.
+    fn clip(&self, ends: [f64; 2], y: f64, z: f64) -> [[f64; ROWS]; 2] {
+        // Compared so that NaN cuts nothing off; all rows at once, without a branch.
+        let [mut from, mut to] = ends.map(|end| [end; ROWS]);
         for side in &self.lower {
-            let x = side.x(y, z);
-            from = if x > from { x } else { from };
+            let x = side.rows(y, z);
+            for (from, x) in from.iter_mut().zip(x) {
+                *from = if x > *from { x } else { *from };
+            }
         }
         for side in &self.upper {
-            let x = side.x(y, z);
-            to = if x < to { x } else { to };
+            let x = side.rows(y, z);
+            for (to, x) in to.iter_mut().zip(x) {
+                *to = if x < *to { x } else { *to };
+            }
         }
         [from, to]
     }
 }
 
 impl Side {
+    /// Returns where neighboring rows end.
     #[inline]
-    fn x(&self, y: f64, z: f64) -> f64 {
-        self.at + self.per_y * y + self.per_z * z
+    fn rows(&self, y: f64, z: f64) -> [f64; ROWS] {
+        let first = self.at + self.per_y * y + self.per_z * z;
+        std::array::from_fn(|row| first + self.per_y * ROW_NUMBERS[row])
     }
 }
 
@@ -231,8 +242,8 @@ fn prism(surface: &GridSurface<'_>, face: u32, slab: &mut Slab<'_>) {
 /// Visits the nodes outside of both faces of an edge, between its ends.
 fn wedge(surface: &GridSurface<'_>, edge: u32, slab: &mut Slab<'_>) {
     let faces = surface.surface.edge_faces(edge);
-    let [a, b] = surface.surface.edges()[edge as usize];
-    let [a, b] = [surface.x[a as usize], surface.x[b as usize]];
+    let ends = surface.surface.edges()[edge as usize];
+    let [a, b] = ends.map(|end| surface.x[end as usize]);
     let length = (b - a).length();
     if length <= WIDENING {
         return; // its ends are vertices
@@ -240,8 +251,8 @@ fn wedge(surface: &GridSurface<'_>, edge: u32, slab: &mut Slab<'_>) {
 
     // On the outer side of the first two faces, as far as there are two.
     let along = (b - a) / length;
-    let m = into_face(surface, faces.first(), a, along);
-    let n = into_face(surface, faces.get(1), a, along);
+    let m = into_face(surface, faces.first(), ends, along);
+    let n = into_face(surface, faces.get(1), ends, along);
     let Some(extent) = wedge_extent(surface, faces, [m, n], slab.band) else {
         return;
     };
@@ -260,17 +271,17 @@ fn wedge(surface: &GridSurface<'_>, edge: u32, slab: &mut Slab<'_>) {
     });
 }
 
-/// Returns the unit vector in a face's plane, at right angles to its edge, which runs `along`
-/// from `a`, that leads into the face; zero for slivers and without a face.
+/// Returns the unit vector in a face's plane, at right angles to its edge, which runs `along` between
+/// its ends, that leads into the face; zero for slivers and without a face.
 #[inline]
-fn into_face(surface: &GridSurface<'_>, face: Option<&u32>, a: DVec3, along: DVec3) -> DVec3 {
+fn into_face(surface: &GridSurface<'_>, face: Option<&u32>, ends: [u32; 2], along: DVec3) -> DVec3 {
     let Some(&face) = face else {
         return DVec3::ZERO;
     };
+    // A face is to the left of its edges, seen from where its normal points to.
     let across = surface.normals[face as usize].cross(along);
-    let [p, q, r] = surface.corners(face);
-    let inward = across.dot(p + q + r - 3.0 * a);
-    if inward < 0.0 { -across } else { across }
+    let [i, j, k] = surface.surface.faces()[face as usize];
+    if [[i, j], [j, k], [k, i]].contains(&ends) { across } else { -across }
 }
 
 /// Computes a box around the wedge of an edge, relative to the edge; `None` where the wedge
@@ -340,38 +351,67 @@ impl Slab<'_> {
         face: u32,
         squared_distance: impl Fn(DVec3) -> f64,
     ) {
-        let max_squared = self.band * self.band;
         let (first, last) = (coordinate(self.planes.start), coordinate(self.planes.end - 1));
         let mut sides = Some(sides);
         let Aabb { min, max } = region;
         for k in nodes_within(min.z.max(first), max.z.min(last), self.dims[2]) {
-            for j in nodes_within(min.y, max.y, self.dims[1]) {
+            let rows = nodes_within(min.y, max.y, self.dims[1]);
+            for first in rows.clone().step_by(ROWS) {
                 // Many regions lie between rows and never need their sides.
                 if let Some(sides) = sides.take() {
                     self.sides.clear();
                     sides(&mut self.sides);
                 }
 
-                // Of a region beyond the grid, the ends may lie there too.
-                let (y, z) = (coordinate(j), coordinate(k));
+                let (y, z) = (coordinate(first), coordinate(k));
                 let [from, to] = self.sides.clip([min.x, max.x], y, z);
-                let nodes = nodes_within(from, to, self.dims[0]);
-                if nodes.is_empty() {
+                if !are_any_nodes(from, to) {
                     continue;
                 }
-
-                let row = self.dims[0] * (j + self.dims[1] * (k - self.planes.start));
-                let run = row + nodes.start..row + nodes.end;
-                let known = self.squared[run.clone()].iter_mut().zip(&mut self.face[run]);
-                for (i, (best, id)) in nodes.zip(known) {
-                    let squared = squared_distance(DVec3::new(coordinate(i), y, z));
-                    if squared <= max_squared {
-                        keep_nearer(best, id, single(squared), face + 1);
-                    }
+                for (j, ends) in (first..rows.end).zip(from.into_iter().zip(to)) {
+                    self.visit_row(ends, [j, k], face, &squared_distance);
                 }
             }
         }
     }
+
+    /// Visits the nodes between the ends of row `j` of plane `k`.
+    #[inline]
+    fn visit_row(
+        &mut self,
+        (from, to): (f64, f64),
+        [j, k]: [usize; 2],
+        face: u32,
+        squared_distance: impl Fn(DVec3) -> f64,
+    ) {
+        // Of a region beyond the grid, the ends may lie there too.
+        let nodes = nodes_within(from, to, self.dims[0]);
+        if nodes.is_empty() {
+            return;
+        }
+
+        let (y, z) = (coordinate(j), coordinate(k));
+        let row = self.dims[0] * (j + self.dims[1] * (k - self.planes.start));
+        let run = row + nodes.start..row + nodes.end;
+        let known = self.squared[run.clone()].iter_mut().zip(&mut self.face[run]);
+        for (i, (best, id)) in nodes.zip(known) {
+            let squared = squared_distance(DVec3::new(coordinate(i), y, z));
+            if squared <= self.band * self.band {
+                keep_nearer(best, id, single(squared), face + 1);
+            }
+        }
+    }
+}
+
+/// Returns true if some node is between the ends of some row. Most regions pass between the nodes
+/// of most rows.
+#[inline]
+fn are_any_nodes(from: [f64; ROWS], to: [f64; ROWS]) -> bool {
+    let mut are_any = false;
+    for (from, to) in from.into_iter().zip(to) {
+        are_any |= -floor(-from) <= floor(to);
+    }
+    are_any
 }
 
 /// Keeps the nearer of two faces, or the first of two as near.
