@@ -314,7 +314,7 @@ impl Scene {
 
     /// Estimates the number of faces of two bodies in the box that theirs have in common: a body's
     /// faces times the share of its box.
-    fn faces_in_common_box(&self, pair: PairId) -> f64 {
+    pub(crate) fn faces_in_common_box(&self, pair: PairId) -> f64 {
         let bodies = pair.bodies().map(|id| self.body(id));
         let [a, b] = bodies.map(|body| body.known_bounds().unwrap_or(Aabb::EMPTY));
         let common = (a.max.min(b.max) - a.min.max(b.min)).max(DVec3::ZERO);

@@ -248,7 +248,7 @@ impl SceneStep {
 
 impl Scene {
     /// Returns the number of vertices of all bodies.
-    fn particle_count(&self) -> usize {
+    pub(crate) fn particle_count(&self) -> usize {
         self.bodies.last().map_or(0, |body| body.particles().end as usize)
     }
 

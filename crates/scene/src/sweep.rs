@@ -1,6 +1,7 @@
 //! Swept detection over a whole scene: first contacts between two successive states.
 
 use ccd::{CcdParams, MovingPoints};
+use glam::DVec3;
 use kdop::Workspace;
 use proximity::{SweptContact, SweptContacts, SweptError, SweptQuery, SweptSide};
 use surface::progress::Progress;
@@ -114,28 +115,27 @@ impl Scene {
         let sides = self.sides_of_step(&pairs, &ends);
 
         // All particles at both ends of the step.
-        let start = self.particle_positions();
-        let mut end = Vec::with_capacity(start.len());
-        for (body, x) in self.bodies.iter().zip(&ends) {
-            end.extend_from_slice(x.map_or(body.positions(), Positions::as_slice));
-        }
-        let mut motion = MovingPoints::new(&start, &end)?;
+        let at_rest = vec![None; ends.len()];
+        let x = parallel::map(2, |end| self.particles_at([&at_rest, &ends][end]));
+        let mut motion = MovingPoints::new(&x[0], &x[1])?;
         if !near.deviations.is_empty() {
             motion = motion.with_deviations(&near.deviations)?;
         }
 
         // Pairs in any thread; reports in the order of the pairs.
         let steps = progress.steps(pairs.len());
-        let swept = parallel::map_slice_with(&pairs, Workspace::default, |workspace, &pair| {
-            let [Some(a), Some(b)] = pair.bodies().map(|id| sides[id.index()]) else {
-                return Ok(SweptContacts::default());
-            };
-            let margin = params.min_separation + near.of_pair(pair);
-            let query = SweptQuery::new(&motion, params).with_margin(margin);
-            let found = query.run(&a, &b, workspace, progress)?;
-            steps.advance(1)?;
-            Ok::<_, SweptError>(found)
-        });
+        let cost = |pair: &PairId| self.faces_in_common_box(*pair);
+        let swept =
+            parallel::map_costly_first(&pairs, cost, Workspace::default, |workspace, &pair| {
+                let [Some(a), Some(b)] = pair.bodies().map(|id| sides[id.index()]) else {
+                    return Ok(SweptContacts::default());
+                };
+                let margin = params.min_separation + near.of_pair(pair);
+                let query = SweptQuery::new(&motion, params).with_margin(margin);
+                let found = query.run(&a, &b, workspace, progress)?;
+                steps.advance(1)?;
+                Ok::<_, SweptError>(found)
+            });
 
         // The earliest contact of any pair ends the free share of the step.
         let mut report = SweepReport { pairs: Vec::new(), largest_free_step: 1.0, candidates: 0 };
@@ -151,22 +151,33 @@ impl Scene {
         &self,
         moves: &[BodyMove<'a>],
     ) -> Result<Vec<Option<Positions<'a>>>, SceneError> {
+        let checked = parallel::map(moves.len(), |number| {
+            let BodyMove { body, positions } = moves[number];
+            self.get(body)?.check_positions(positions)
+        });
         let mut ends = vec![None; self.bodies.len()];
-        for &BodyMove { body, positions } in moves {
-            let checked = self.get(body)?.check_positions(positions)?;
-            ends[body.index()] = Some(checked);
+        for (BodyMove { body, .. }, checked) in moves.iter().zip(checked) {
+            ends[body.index()] = Some(checked?);
         }
         Ok(ends)
     }
 
+    /// Returns the positions of all particles at an end of a step, by those of the bodies that move.
+    fn particles_at(&self, end: &[Option<Positions<'_>>]) -> Vec<DVec3> {
+        let mut positions = Vec::with_capacity(self.particle_count());
+        for (body, x) in self.bodies.iter().zip(end) {
+            positions.extend_from_slice(x.map_or(body.positions(), Positions::as_slice));
+        }
+        positions
+    }
+
     /// Finds the pairs of bodies whose boxes over the step come within `margin` of each other.
     fn candidates_of_step(&mut self, ends: &[Option<Positions<'_>>], margin: f64) -> Vec<PairId> {
-        let mut boxes = self.boxes();
-        for (bounds, end) in boxes.iter_mut().zip(ends) {
-            if let Some(x) = end {
-                *bounds = bounds.union(Aabb::of_points(x.as_slice().iter().copied()));
-            }
-        }
+        let at_start = self.boxes();
+        let boxes = parallel::map(ends.len(), |number| {
+            let at_end = ends[number].map_or(&[][..], Positions::as_slice);
+            at_start[number].union(Aabb::of_points(at_end.iter().copied()))
+        });
         self.candidate_pairs(&boxes, margin)
     }
 
@@ -225,7 +236,6 @@ impl PairSweep {
 #[cfg(test)]
 mod tests {
     use fixtures::shapes;
-    use glam::DVec3;
 
     use super::*;
     use crate::BodyKind;

@@ -126,7 +126,9 @@ impl Scene {
             })?;
             Ok::<_, SceneError>((known, candidates))
         };
-        let swept = parallel::map_slice_with(&steps.rigid_pairs, Workspace::default, sweep);
+        let cost = |pair: &PairId| scene.faces_in_common_box(*pair);
+        let pairs = &steps.rigid_pairs;
+        let swept = parallel::map_costly_first(pairs, cost, Workspace::default, sweep);
 
         let (mut first, mut candidates) = (BTreeMap::new(), 0);
         for (&pair, swept) in steps.rigid_pairs.iter().zip(swept) {
