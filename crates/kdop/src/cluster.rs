@@ -43,21 +43,19 @@ impl Cluster {
         first..first + self.point_count as usize
     }
 
-    /// Bounds every leaf; `include` adds a point of the cluster to a bound.
+    /// Bounds every leaf; `rows` returns the lower and the upper row of a point of the cluster.
     #[inline(always)]
-    pub(crate) fn bound_leaves<const S: usize>(
+    pub(crate) fn bound_leaves<'a, const S: usize>(
         &self,
         bounds: &mut LeafDops<S>,
-        include: impl Fn(&mut PackedDop, u8),
+        rows: impl Fn(u8) -> [&'a [f32; S]; 2],
     ) {
         for h in 0..HALVES {
             // Lanes without a leaf stay empty, and overlap nothing.
             let mut leaves = [PackedDop::EMPTY; 4];
             let mut union = PackedDop::EMPTY;
             for (i, leaf) in (4 * h..self.leaf_count as usize).zip(&mut leaves) {
-                for corner in self.corners[i] {
-                    include(leaf, corner);
-                }
+                *leaf = PackedDop::around(self.corners[i].map(&rows));
                 union.merge::<S>(leaf);
             }
             bounds.halves[h].set(&leaves);
@@ -131,14 +129,15 @@ impl Clusters {
     ) {
         let points = self.points_of(cluster);
         if let Some(rows) = projections.at_rest() {
-            return cluster.bound_leaves(bounds, |leaf, corner| {
-                leaf.include_point(&rows[points[corner as usize] as usize]);
+            return cluster.bound_leaves(bounds, |corner| {
+                let row = &rows[points[corner as usize] as usize];
+                [row, row]
             });
         }
         let (lo, hi) = (projections.lo(), projections.hi());
-        cluster.bound_leaves(bounds, |leaf, corner| {
+        cluster.bound_leaves(bounds, |corner| {
             let point = points[corner as usize] as usize;
-            leaf.include(&lo[point], &hi[point]);
+            [&lo[point], &hi[point]]
         });
     }
 

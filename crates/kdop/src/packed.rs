@@ -48,6 +48,17 @@ impl PackedDop {
         hi: [f32x4::new([f32::NEG_INFINITY; 4]); MAX_GROUPS],
     };
 
+    /// Bounds three points, each given by its lower and its upper row.
+    #[inline(always)]
+    pub(crate) fn around<const S: usize>([a, b, c]: [[&[f32; S]; 2]; 3]) -> Self {
+        let mut all = Self::EMPTY;
+        for g in 0..groups::<S>() {
+            all.lo[g] = load(a[0], g).fast_min(load(b[0], g)).fast_min(load(c[0], g));
+            all.hi[g] = load(a[1], g).fast_max(load(b[1], g)).fast_max(load(c[1], g));
+        }
+        all
+    }
+
     /// Grows to contain a bound given by its rows.
     #[inline(always)]
     pub(crate) fn include<const S: usize>(&mut self, lo: &[f32; S], hi: &[f32; S]) {

@@ -297,9 +297,9 @@ impl<const S: usize> Motion<S> {
                 *moved = four.bounds.lane(lane);
             }
         }
-        cluster.bound_leaves(bounds, |leaf, corner| {
-            let point = &moved[corner as usize];
-            leaf.include(&point.lo, &point.hi);
+        cluster.bound_leaves(bounds, |corner| {
+            let Dop { lo, hi } = &moved[corner as usize];
+            [lo, hi]
         });
     }
 }
