@@ -108,13 +108,15 @@ impl Workload {
         // Both sides have as many of the crossings, whatever their sizes.
         let share = 0.5 * (kept[0] + kept[1]);
         let beyond = 1.0 - share;
+        let meeting_faces = beyond * operations.meeting_faces;
 
-        // Each crossing of larger faces is taken from both sides, and each face split once.
-        let meeting_faces = operations.meeting_faces;
-        let clipped_faces = share * self.exact.clipped_faces + beyond * 2.0 * meeting_faces;
+        // Each crossing of larger faces is taken from both sides, and each face split once where
+        // smaller ones are.
+        let is_split = self.exact.split_pieces > 0.0;
+        let split_faces = if is_split { meeting_faces } else { 0.0 };
         OperationCounts {
-            clipped_faces,
-            split_pieces: (1.0 + beyond) * self.exact.split_pieces + beyond * meeting_faces,
+            clipped_faces: share * self.exact.clipped_faces + 2.0 * meeting_faces,
+            split_pieces: (1.0 + beyond) * self.exact.split_pieces + split_faces,
             depth_queries: (1.0 + beyond) * self.exact.depth_queries,
             ..operations
         }
