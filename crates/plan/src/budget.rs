@@ -86,14 +86,13 @@ impl Plan {
         // Deepest first, until the budget is spent.
         let mut is_detected = vec![false; self.pairs.len()];
         let mut others = Vec::new();
-        let tolerance = self.params.tolerance;
         for Waiting { pair, place, upper } in waiting {
             if meter.is_spent() {
                 out.left_out.push(LeftOutPair { pair, upper });
                 continue;
             }
             let planned = place.map(|place| &self.pairs[place]);
-            let refit = self.structures.follow_pair(scene, pair, planned, tolerance)?;
+            let refit = self.structures.follow_pair(scene, pair, planned, &self.params)?;
             let frame = Frame::new(scene, &self.structures, &self.params);
             match place {
                 Some(place) => {

@@ -29,7 +29,7 @@ impl Plan {
         out.clear();
 
         // Planned pairs, each in the memory of its own; those that took longest last time first.
-        self.structures.follow(scene, &self.pairs, self.params.tolerance)?;
+        self.structures.follow(scene, &self.pairs, &self.params)?;
         let Self { pairs, detectors, structures, params, .. } = self;
         let frame = Frame::new(scene, structures, params);
         let last = |_: usize, detector: &PairDetector| detector.operations.seconds();

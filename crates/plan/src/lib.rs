@@ -61,6 +61,7 @@ mod builder;
 mod candidates;
 mod choice;
 mod coarse_size;
+mod compared;
 mod cost;
 mod cut_face;
 mod detection;

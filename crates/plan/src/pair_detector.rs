@@ -9,9 +9,10 @@ use scene::{Body, BodyId, DepthBracket, PairId, Scene};
 use surface::{Aabb, Contact, ContactSide, Term};
 
 use crate::bone_field::MAX_DEPTH;
+use crate::compared::ComparedSurface;
 use crate::cost::{count, far_share};
 use crate::motion::LastDepth;
-use crate::structures::{ComparedSurface, Structures};
+use crate::structures::Structures;
 use crate::surface_depth::{Compared, FoundDepth, SurfaceDepth, rounding};
 use crate::{
     DetectionMethod, OperationCounts, PairDetection, PairPlan, PairState, PlanError, PlanParams,
@@ -74,6 +75,7 @@ impl PairDetector {
                 self.detect_by_field(bone, planned.other(bone), frame)?;
             }
             (DetectionMethod::Medial, _) => self.detect_by_balls(planned.pair, frame),
+            _ if frame.structures.are_apart(planned.pair, frame.margin) => {}
             _ => {
                 let is_coarse =
                     frame.structures.coarse_sides(frame.scene, planned, frame.tolerance);

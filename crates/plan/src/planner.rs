@@ -103,7 +103,7 @@ impl Plan {
         let near = NearPairs::find(scene, &params, &self.forced)?;
 
         // Deviations as they are now decide what can be kept.
-        self.structures.follow(scene, &self.pairs, params.tolerance)?;
+        self.structures.follow(scene, &self.pairs, &params)?;
         let present = self.structures.present(&self.pairs, params.tolerance);
         let mut planner = Planner::new(scene, &params, near.planned, present);
         planner.measure_coarse(scene, &self.structures);

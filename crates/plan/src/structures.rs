@@ -3,7 +3,6 @@
 use decimate::CoarseSurface;
 use distance_field::FieldDetector;
 use medial::MedialDetector;
-use proximity::{ContactSurface, ParticleNumbers, SurfaceTree};
 use scene::{Body, BodyId, PairId, Revision, Scene};
 use surface::{RigidState, parallel};
 
@@ -11,12 +10,9 @@ use crate::bone_field::BoneField;
 use crate::choice::StructureSet;
 use crate::cost::{count, far_share};
 use crate::{
-    Accuracy, DetectionMethod, ExclusionReason, OperationCounts, PairPlan, PlanError, StructureKind,
+    Accuracy, DetectionMethod, ExclusionReason, OperationCounts, PairPlan, PlanError, PlanParams,
+    StructureKind,
 };
-
-/// Part of the tolerance that deviations must leave, in which surfaces that touch are told from those
-/// that are deeper. Larger compares bodies that deform by their own surfaces sooner.
-const MIN_WIDTH: f64 = 0.02;
 
 /// Structure that was built for a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,7 +51,9 @@ pub(crate) struct Structures {
     /// One per body: true if the tree over its own faces is used.
     pub(crate) uses_tree: Vec<bool>,
     /// The same for the present frame, in which some coarse surfaces deviate too much.
-    uses_tree_now: Vec<bool>,
+    pub(crate) uses_tree_now: Vec<bool>,
+    /// Per body, the number of pairs in which they do.
+    pub(crate) stale_counts: Vec<usize>,
     pub(crate) bodies: Vec<BodyStructures>,
 }
 
@@ -71,25 +69,12 @@ pub(crate) struct BodyStructures {
     had_pose: bool,
 }
 
-/// Surface of a body as it is compared with another one.
-#[derive(Clone, Copy)]
-pub(crate) struct ComparedSurface<'a> {
-    pub(crate) tree: &'a SurfaceTree,
-    pub(crate) contact: ContactSurface<'a>,
-}
-
-impl<'a> ComparedSurface<'a> {
-    /// Returns the body's own surface, where its tree is up to date.
-    pub(crate) fn whole(body: &'a Body) -> Option<Self> {
-        body.tree().map(|tree| Self { tree, contact: body.contact_surface() })
-    }
-}
-
 impl Structures {
     /// Returns no structures, for a number of bodies.
     pub(crate) fn new(count: usize) -> Self {
         let bodies = std::iter::repeat_with(BodyStructures::default).take(count).collect();
-        Self { uses_tree: vec![false; count], uses_tree_now: Vec::new(), bodies }
+        let [uses_tree, uses_tree_now] = [(); 2].map(|()| vec![false; count]);
+        Self { uses_tree, uses_tree_now, stale_counts: Vec::new(), bodies }
     }
 
     /// Moves coarse surfaces, balls and trees to where the bodies are. Pairs whose coarse surfaces
@@ -98,7 +83,7 @@ impl Structures {
         &mut self,
         scene: &mut Scene,
         pairs: &[PairPlan],
-        tolerance: f64,
+        params: &PlanParams,
     ) -> Result<(), PlanError> {
         let bodies = scene.bodies();
         let size = |number: usize, _: &BodyStructures| count(bodies[number].positions().len());
@@ -108,11 +93,7 @@ impl Structures {
 
         // Trees last, since coarse surfaces decide which are needed.
         self.uses_tree_now.clone_from(&self.uses_tree);
-        for planned in pairs {
-            for id in self.whole_bodies(scene, planned, tolerance).into_iter().flatten() {
-                self.uses_tree_now[id.index()] = true;
-            }
-        }
+        self.choose_whole(scene, pairs, params);
         scene.fit(&self.uses_tree_now)?;
         Ok(())
     }
@@ -168,7 +149,7 @@ impl Structures {
         scene: &mut Scene,
         pair: PairId,
         planned: Option<&PairPlan>,
-        tolerance: f64,
+        params: &PlanParams,
     ) -> Result<OperationCounts, PlanError> {
         let far_share = far_share(scene);
         let mut operations = OperationCounts::default();
@@ -179,137 +160,31 @@ impl Structures {
             }
         }
 
-        // Trees of whole bodies, unless coarse surfaces stand for them.
+        // Trees of whole bodies, unless coarse surfaces stand for them or show that they are apart.
+        self.uses_tree_now.clone_from(&self.uses_tree);
+        self.choose_whole(scene, planned.map_or(&[], std::slice::from_ref), params);
         let is_coarse = match planned {
-            Some(planned) => self.coarse_sides(scene, planned, tolerance),
+            Some(planned) if self.are_apart(pair, params.margin) => planned.is_coarse,
+            Some(planned) => self.coarse_sides(scene, planned, params.tolerance),
             None => [false; 2],
         };
 
         // Trees that are up to date already cost nothing.
-        self.uses_tree_now.clear();
-        self.uses_tree_now.resize(self.bodies.len(), false);
+        let mut is_fitted = vec![false; self.bodies.len()];
         for (id, is_coarse) in pair.bodies().into_iter().zip(is_coarse) {
             let body = scene.body(id);
             if !is_coarse && body.tree().is_none() {
-                self.uses_tree_now[id.index()] = true;
+                is_fitted[id.index()] = true;
                 operations = operations + refit(count(body.surface().faces().len()), far_share);
             }
         }
-        scene.fit(&self.uses_tree_now)?;
+        scene.fit(&is_fitted)?;
         Ok(operations)
-    }
-
-    /// Returns a body as it is compared, by its coarse surface or its own. `None` where its own
-    /// faces have no tree that is up to date.
-    pub(crate) fn compared<'a>(
-        &'a self,
-        scene: &'a Scene,
-        id: BodyId,
-        is_coarse: bool,
-    ) -> Option<ComparedSurface<'a>> {
-        let whole = scene.body(id).contact_surface();
-        match self.coarse(id).filter(|_| is_coarse) {
-            None => ComparedSurface::whole(scene.body(id)),
-            Some(coarse) => Some(ComparedSurface {
-                tree: coarse.tree(),
-                // Contacts of a coarse surface are of the vertices that it has kept.
-                contact: ContactSurface {
-                    surface: coarse.tree().surface(),
-                    positions: coarse.tree().positions(),
-                    particles: ParticleNumbers {
-                        kept: Some(&coarse.reduced().kept),
-                        ..whole.particles
-                    },
-                    ..whole
-                },
-            }),
-        }
     }
 
     /// Returns the coarse surface of a body, if it has one.
     pub(crate) fn coarse(&self, id: BodyId) -> Option<&CoarseSurface> {
         self.bodies[id.index()].coarse.as_ref()
-    }
-
-    /// Bounds the deviations of the compared surfaces of a pair from the bodies' own, α of A and β
-    /// of B.
-    ///
-    /// Depths differ by no more than α + β. Take a point of one of A's two surfaces that is deeper
-    /// than that in one of B's. Within α there is a point of A's other surface, still deeper than
-    /// β, since the way there is too short to leave B. So it is inside B's other surface, too, and
-    /// less deep there by β at most.
-    pub(crate) fn deviations(&self, pair: PairId, is_coarse: [bool; 2]) -> [f64; 2] {
-        let bodies = pair.bodies();
-        [0, 1].map(|side| {
-            let of_body = &self.bodies[bodies[side].index()];
-            if is_coarse[side] { of_body.coarse_accuracy().bound } else { 0.0 }
-        })
-    }
-
-    /// Bounds the difference between the depths of the compared surfaces and of the bodies' own.
-    fn deviation(&self, pair: PairId, is_coarse: [bool; 2]) -> f64 {
-        self.deviations(pair, is_coarse).iter().sum()
-    }
-
-    /// Returns which bodies of a pair are compared by coarse surfaces where they are: those of the
-    /// plan, or one of them if the tolerance does not allow both. The one that leaves fewer faces to
-    /// compare stays, not the one that deviates less.
-    pub(crate) fn coarse_sides(
-        &self,
-        scene: &Scene,
-        planned: &PairPlan,
-        tolerance: f64,
-    ) -> [bool; 2] {
-        let PairPlan { pair, is_coarse: [a, b], .. } = *planned;
-        let mut alone = [[a, false], [false, b]];
-        if self.compared_faces(scene, pair, alone[1]) < self.compared_faces(scene, pair, alone[0]) {
-            alone.reverse();
-        }
-        let mut choices = [[a, b], alone[0], alone[1]].into_iter();
-        let allowed = choices.find(|&sides| self.is_allowed(pair, sides, tolerance));
-        allowed.unwrap_or([false; 2])
-    }
-
-    /// Returns true if the deviations of coarse surfaces leave enough of the tolerance.
-    fn is_allowed(&self, pair: PairId, is_coarse: [bool; 2], tolerance: f64) -> bool {
-        self.deviation(pair, is_coarse) <= (1.0 - MIN_WIDTH) * tolerance
-    }
-
-    /// Counts the faces of both bodies of a pair as they are compared.
-    fn compared_faces(&self, scene: &Scene, pair: PairId, is_coarse: [bool; 2]) -> usize {
-        let mut faces = 0;
-        for (id, is_coarse) in pair.bodies().into_iter().zip(is_coarse) {
-            let whole = scene.body(id).surface();
-            let coarse = self.coarse(id).filter(|_| is_coarse);
-            faces += coarse.map_or(whole, |coarse| coarse.tree().surface()).faces().len();
-        }
-        faces
-    }
-
-    /// Returns the bodies of a pair that are compared by their own surfaces instead of coarse ones,
-    /// of which both deviate too much.
-    fn whole_bodies(
-        &self,
-        scene: &Scene,
-        planned: &PairPlan,
-        tolerance: f64,
-    ) -> [Option<BodyId>; 2] {
-        let is_coarse = self.coarse_sides(scene, planned, tolerance);
-        let bodies = planned.pair.bodies();
-        [0, 1].map(|side| (planned.is_coarse[side] && !is_coarse[side]).then_some(bodies[side]))
-    }
-
-    /// Returns the bodies of a pair whose coarse surfaces have to be built anew: the one that
-    /// deviates most, until the tolerance allows the rest.
-    fn stale_bodies(&self, planned: &PairPlan, tolerance: f64) -> [Option<BodyId>; 2] {
-        let (pair, mut is_coarse) = (planned.pair, planned.is_coarse);
-        while is_coarse != [false; 2] && !self.is_allowed(pair, is_coarse, tolerance) {
-            let [without_a, without_b] = [[false, is_coarse[1]], [is_coarse[0], false]];
-            let is_a_worse = self.deviation(pair, without_a) <= self.deviation(pair, without_b);
-            is_coarse = if is_a_worse { without_a } else { without_b };
-        }
-        let bodies = pair.bodies();
-        [0, 1].map(|side| (planned.is_coarse[side] && !is_coarse[side]).then_some(bodies[side]))
     }
 
     /// Returns the detector of a rigid body's field, and the state of the body; `None` where it
@@ -444,7 +319,7 @@ impl BodyStructures {
     }
 
     /// Returns the proved deviation of the coarse surface, where the body is now.
-    fn coarse_accuracy(&self) -> Accuracy {
+    pub(crate) fn coarse_accuracy(&self) -> Accuracy {
         let deviation = self.coarse.as_ref().map_or(0.0, CoarseSurface::deviation);
         Accuracy::proved(deviation)
     }
@@ -471,7 +346,7 @@ pub(crate) fn refit(refit_faces: f64, far_share: f64) -> OperationCounts {
 }
 
 /// Refits of a face that take as long as the bound on a deviation per vertex.
-const FACES_PER_VERTEX: f64 = 3.0;
+const FACES_PER_VERTEX: f64 = 2.0;
 
 /// Returns the operations by which a coarse surface of so many faces follows a body: its own refit,
 /// and the bound on its deviation, which stays where a pose moves the body.

@@ -28,10 +28,9 @@
 //! most `d + α + β` of the bodies, and of at least `d − α − β`. At a vertex, which a coarse surface
 //! shares with its body, that is `d − β`, with the deviation of the other one alone.
 //!
-//! The search ends where no depth among the compared surfaces is above the least one of the bodies by
-//! more than the tolerance. With the deviations, the bracket on that of the bodies is up to twice as
-//! wide: some depth in it is within the tolerance of both ends. That of the deepest point is
-//! returned where it is, since it is mostly right, and else the next one that is.
+//! The search ends where the bracket on the depth of the bodies is no wider than twice the tolerance:
+//! some depth in it is within the tolerance of both ends. That of the deepest point is returned where
+//! it is, since it is mostly right, and else the next one that is.
 
 use glam::DVec3;
 use kdop::Workspace;
@@ -147,8 +146,10 @@ impl SurfaceDepth {
             return FoundDepth { depth: 0.0, bracket };
         }
 
+        // Among the compared surfaces a bracket is as wide as the tolerance, or as deviations leave.
         // Surfaces that only touch are to be told apart from those that are deeper than the tolerance.
-        let width = if found.overlaps() { tolerance } else { tolerance - deviation };
+        let rest = tolerance - deviation;
+        let width = if found.overlaps() { tolerance + deviation.min(rest) } else { rest };
         self.mark_inside(found, bodies);
         let Self { workspace, places, cut_faces, cut_face, pieces } = self;
         let max_error = ERROR_SHARE * width;

@@ -97,6 +97,76 @@ fn of_two_coarse_surfaces_the_one_stays_that_saves_most_faces() {
     assert!(compares(&mut plan, &mut scene, finer + same));
 }
 
+#[test]
+fn a_body_that_deforms_is_whole_instead_of_all_that_it_meets() {
+    // One between two others that it meets, and one far away.
+    let mesh = shapes::ellipsoid(DVec3::new(10.0, 10.0, 40.0), 4);
+    let mut scene = Scene::new();
+    let bodies = [("middle", 0.0), ("left", -19.0), ("right", 19.0), ("far", 500.0)];
+    let [middle, left, right, far] = bodies.map(|(name, x)| {
+        let positions = mesh.clone().translated(DVec3::X * x).positions;
+        scene.add(name, BodyKind::Deformable, mesh.surface(), positions).expect("a body")
+    });
+    let pairs = [left, right, far].map(|other| PairId::new(middle, other));
+    let forced = pairs.map(|pair| ForcedMethod { pair, method: DetectionMethod::Coarse });
+    let params = PlanParams { frames: 100, ..PlanParams::with_tolerance(TOLERANCE) };
+    let plan = Plan::with_forced(&mut scene, &params, &forced, Progress::none());
+    let mut plan = plan.expect("a plan");
+    let has_tree =
+        |scene: &Scene| [middle, left, right, far].map(|id| scene.body(id).tree().is_some());
+
+    // A wave along the first: no coarse surface can stand for it beside another.
+    let wave = |p: &DVec3| *p + DVec3::X * 0.6 * (0.4 * p.z).sin();
+    let waved: Vec<DVec3> = mesh.positions.iter().map(wave).collect();
+    scene.move_body(middle, &waved).expect("a move");
+    for id in [left, right, far] {
+        let x = scene.body(id).positions().to_vec();
+        scene.move_body(id, &x).expect("a move");
+    }
+    let detection = detect(&mut plan, &mut scene);
+    assert_eq!(has_tree(&scene), [true, false, false, false]);
+    assert_eq!(detection.pairs().len(), 2);
+
+    // Where none is near, none is whole.
+    let away: Vec<DVec3> = waved.iter().map(|p| *p + DVec3::Y * 300.0).collect();
+    scene.move_body(middle, &away).expect("a move");
+    let detection = detect(&mut plan, &mut scene);
+    assert_eq!(has_tree(&scene), [false; 4]);
+    assert!(detection.pairs().is_empty(), "{detection:?}");
+}
+
+#[test]
+fn a_vertex_that_coarse_surfaces_left_out_is_seen_where_it_juts_out() {
+    // Two balls, 1 apart.
+    let ball = shapes::icosphere(30.0, 4);
+    let mut scene = Scene::new();
+    let [a, b] = [0.0, 61.0].map(|x| {
+        let positions = ball.clone().translated(DVec3::X * x).positions;
+        let name = format!("at {x}");
+        scene.add(name, BodyKind::Deformable, ball.surface(), positions).expect("a body")
+    });
+    let pair = PairId::new(a, b);
+    let forced = [ForcedMethod { pair, method: DetectionMethod::Coarse }];
+    let params = PlanParams::with_tolerance(TOLERANCE);
+    let plan = Plan::with_forced(&mut scene, &params, &forced, Progress::none());
+    let mut plan = plan.expect("a plan");
+
+    // Each vertex near the other ball is pulled out by 3, wherever coarse faces are.
+    let near = (0..ball.positions.len()).filter(|&vertex| ball.positions[vertex].x > 29.6);
+    let mut pulled = 0;
+    for vertex in near {
+        let mut x = ball.positions.clone();
+        x[vertex] *= 1.1;
+        scene.move_body(a, &x).expect("a move");
+        let detection = detect(&mut plan, &mut scene);
+        let found = detection.pair(pair).expect("they overlap");
+        let depth = 30.0 - x[vertex].distance(DVec3::X * 61.0);
+        assert!((found.max_depth - depth).abs() <= TOLERANCE, "{found:?}, {depth}");
+        pulled += 1;
+    }
+    assert!(pulled >= 10, "{pulled}");
+}
+
 /// Returns true if a frame compares so many vertices of the first pair.
 fn compares(plan: &mut Plan, scene: &mut Scene, vertices: f64) -> bool {
     detect(plan, scene);
