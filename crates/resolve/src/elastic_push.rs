@@ -22,7 +22,7 @@ use crate::{ResolveError, tuning};
 
 impl Run<'_> {
     /// Returns the number of elastic rounds: one for each step that the deepest vertex is inside,
-    /// and those in which tissue settles; after carried displacements, which are near their end, one.
+    /// and one in which tissue settles; after carried displacements, which are near their end, one.
     pub(crate) fn elastic_rounds(&self) -> usize {
         if self.is_warm {
             return 2;
@@ -34,7 +34,7 @@ impl Run<'_> {
         while steps < self.params.max_rounds && f64::from(steps) * max_step < depth {
             steps += 1;
         }
-        steps as usize + tuning::SETTLING_ROUNDS
+        steps as usize + 1
     }
 
     /// Computes the displacements of one elastic round.

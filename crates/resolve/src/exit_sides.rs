@@ -64,7 +64,7 @@ impl ExitSide<'_> {
         // Outside, a vertex that faces away is of another part of the surface.
         let is_astray = near.normal.dot(direction) < 0.0;
         if near.gap >= 0.0 {
-            let is_behind = self.normal(near).dot(near.normal) > tuning::MIN_AGREEMENT;
+            let is_behind = agrees(self.normal(near), near.normal);
             return (!is_astray && !is_behind).then_some(*near);
         }
         if !is_astray {
@@ -93,7 +93,7 @@ impl ExitSide<'_> {
             return turned.filter(|turned| turned.gap < 0.0).or(Some(*near));
         }
         let normal = self.normal(near);
-        if normal.dot(near.normal) < tuning::MIN_AGREEMENT {
+        if !agrees(normal, near.normal) {
             return Some(*near);
         }
         if near.gap >= 0.0 {
@@ -193,5 +193,5 @@ fn has_inside(near: &[NearVertex]) -> bool {
 
 /// Returns true if a direction is on one side.
 pub(crate) fn agrees(direction: DVec3, side: DVec3) -> bool {
-    direction.dot(side) > tuning::MIN_AGREEMENT
+    direction.dot(side) > tuning::MIN_COSINE
 }

@@ -27,10 +27,6 @@ const GAP_PROGRESS: f64 = 0.9;
 /// Rounds that open the gap without [progress](GAP_PROGRESS), after which it is given up.
 const MAX_STALLED_GAP_ROUNDS: usize = 3;
 
-/// Rounds that open the gap. Each takes a few times off what is missing: below, sharp bends are
-/// left; above, hopeless places take longer.
-const MAX_GAP_ROUNDS: usize = 30;
-
 /// Pair of bodies with its near features.
 pub(crate) struct PairFeatures {
     pub(crate) id: PairId,
@@ -59,7 +55,7 @@ impl Run<'_> {
             self.update_features(&mut near, &crossing, target + self.params.gap, &moved)?;
             let (problem, round) = self.gap_problem(&near, target, 0.5 * slack)?;
             let broken = self.judge_gap_round(round, &mut search)?;
-            if search.is_over(&round) {
+            if search.is_over(&round) || search.rounds > self.params.max_rounds as usize {
                 break broken;
             }
             let at_rest = vec![DVec3::ZERO; self.inverse_masses.len()];
@@ -296,35 +292,15 @@ impl GapSearch {
         self.rounds += 1;
     }
 
-    /// Returns true if nothing is left, if rounds gain nothing (there is no room, or too far to go), or
-    /// if there were too many.
+    /// Returns true if nothing is left, or if rounds gain nothing: there is no room, or too far to go.
     fn is_over(&self, round: &GapRound) -> bool {
         let is_open = round.short_features == 0;
-        (is_open && round.volume_change <= tuning::KEPT_VOLUME_CHANGE)
+        (is_open && round.volume_change <= tuning::MAX_VOLUME_CHANGE)
             || self.stalled > MAX_STALLED_GAP_ROUNDS
-            || self.rounds > MAX_GAP_ROUNDS
     }
-}
-
-/// Vertices that rounds have pushed from their positions at the start.
-struct PushedVertices {
-    vertices: Vec<u32>,
-    max_displacement: f64,
 }
 
 impl Tissue {
-    /// Finds the vertices at `x` that were pushed by a fair share of the largest displacement.
-    fn pushed_vertices(&self, x: &[DVec3]) -> PushedVertices {
-        let max_displacement = self.max_displacement(x);
-        let mut vertices = Vec::new();
-        for (vertex, (x, rest)) in (0..).zip(x.iter().zip(&self.rest)) {
-            if x.distance(*rest) > tuning::PUSHED_SHARE * max_displacement {
-                vertices.push(vertex);
-            }
-        }
-        PushedVertices { vertices, max_displacement }
-    }
-
     /// Makes the part of the body in a round that opens the gap around `seeds`, and computes by how much
     /// its volume has changed.
     fn part_of_gap(
@@ -334,13 +310,17 @@ impl Tissue {
         gap: f64,
         progress: Progress<'_>,
     ) -> Result<(ElasticProblem, f64), Interrupted> {
-        let mut length = self.mean_edge.max(gap / tuning::MAX_SLOPE);
+        let mut length = self.mean_edge.max(tuning::SPREAD_RADIUS * gap);
         let change = if self.is_rigid { 0.0 } else { self.volume_change(body.positions()) };
-        if change > tuning::KEPT_VOLUME_CHANGE {
+        if change > tuning::MAX_VOLUME_CHANGE {
             // Given back where the body was pushed.
-            let moved = self.pushed_vertices(body.positions());
-            length = length.max(moved.max_displacement / tuning::MAX_SLOPE);
-            seeds.extend(moved.vertices);
+            let x = body.positions();
+            length = length.max(tuning::SPREAD_RADIUS * self.max_displacement(x));
+            for (vertex, (x, rest)) in (0..).zip(x.iter().zip(&self.rest)) {
+                if x != rest {
+                    seeds.push(vertex);
+                }
+            }
         }
 
         seeds.sort_unstable();
@@ -389,15 +369,8 @@ impl Tissue {
             }
         }
 
-        // Given back as far as the vertices go that move anyway.
         if let Some(volume) = self.volume {
-            let mut area = 0.0;
-            for &vertex in active {
-                area += self.area(vertex);
-            }
-            let most = tuning::MAX_BULGE * length * area;
-            let missing = (volume - self.volume_at(x)).clamp(-most, most);
-            problem.volumes[0] = VolumeRow::new(missing);
+            problem.volumes[0] = VolumeRow::new(volume - self.volume_at(x));
         }
         problem
     }

@@ -7,10 +7,11 @@ use surface::progress::Interrupted;
 use surface::{parallel, triangle};
 
 use crate::damage::rounded_to_single;
+use crate::exit_sides::agrees;
 use crate::resolution::{DistanceBracket, GapObstacle, GapProof, ShortGap};
 use crate::run::Run;
 use crate::tissue::{Tissue, fitted_tree};
-use crate::{ResolveError, WrittenPrecision, tuning};
+use crate::{ResolveError, WrittenPrecision};
 
 impl Run<'_> {
     /// Brackets the distance of every pair that may be nearer than the gap, at the positions that
@@ -124,7 +125,7 @@ impl Run<'_> {
                 let found = tree.closest_point(foot, thickness + 2.0 * gap, None, workspace);
                 let is_opposite = |found: &ClosestPoint| {
                     let way = (found.foot.point - foot).normalize_or_zero();
-                    way.dot(outward) > tuning::MIN_AGREEMENT
+                    agrees(way, outward)
                 };
                 if let Some(found) = found.filter(is_opposite) {
                     return Some(GapObstacle::Squeezed { room: found.distance, thickness, gap });

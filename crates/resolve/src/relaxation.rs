@@ -12,7 +12,7 @@ use surface::parallel;
 use crate::elastic::{Bond, ElasticProblem, GapRow, VolumeRow};
 
 /// Smallest number of sweeps, in which displacements spread over that many edges.
-const MIN_GAP_SWEEPS: usize = 8;
+const MIN_SWEEPS: usize = 8;
 
 /// Number of particles beside those of the largest body of a level, below which its bodies are relaxed
 /// on one thread: to wake others takes longer.
@@ -37,7 +37,7 @@ impl ElasticProblem {
         for sweep in 0..max_sweeps {
             relaxation.sweep(sweep % 2 == 0);
             let most_missing = relaxation.update_multipliers();
-            if sweep + 1 >= MIN_GAP_SWEEPS && most_missing <= tolerance {
+            if sweep + 1 >= MIN_SWEEPS && most_missing <= tolerance {
                 break;
             }
         }

@@ -107,8 +107,8 @@ impl GapRound {
     /// Sums what the round has to do: missing openings in gaps, and volume beyond what is kept in
     /// shares of that.
     pub(crate) fn left(&self, gap: f64) -> f64 {
-        let excess = (self.volume_change - tuning::KEPT_VOLUME_CHANGE).max(0.0);
-        self.missing / gap + excess / tuning::KEPT_VOLUME_CHANGE
+        let excess = (self.volume_change - tuning::MAX_VOLUME_CHANGE).max(0.0);
+        self.missing / gap + excess / tuning::MAX_VOLUME_CHANGE
     }
 }
 

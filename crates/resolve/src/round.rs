@@ -89,14 +89,10 @@ impl Round {
     pub(crate) fn weigh(&self, tolerance: f64) -> f64 {
         let count = |n: usize| f64::from(u32::try_from(n).unwrap_or(u32::MAX));
 
-        // New pairs and spoilt faces count more than what was there before.
-        let pairs = self.overlapping_pairs + tuning::NEW_PAIR_SCORE * self.new_pairs;
         let spoilt_faces = self.self_crossings + self.flipped_faces;
-        let faces = self.crossing_faces + self.touching_faces;
-        let crossings = faces + tuning::SPOILT_FACE_SCORE * spoilt_faces;
-
-        self.max_depth / (tuning::SCORED_DEPTH * tolerance) * count(pairs)
-            + tuning::CROSSING_SCORE * count(crossings)
+        let faces = self.crossing_faces + self.touching_faces + spoilt_faces;
+        self.max_depth / tolerance * count(self.overlapping_pairs)
+            + tuning::CROSSING_SCORE * count(faces)
             + self.excess_volume()
     }
 

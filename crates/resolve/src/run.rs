@@ -259,11 +259,7 @@ impl<'a> Run<'a> {
 
     /// Returns true if nothing has improved for too many rounds.
     fn is_stuck(&self) -> bool {
-        let best = self.rounds.get(self.best);
-        let is_settled = best.is_some_and(|best| best.is_within(self.params.tolerance));
-        let max_rounds =
-            if is_settled { tuning::MAX_SETTLED_ROUNDS } else { tuning::MAX_STALLED_ROUNDS };
-        self.stalled_rounds >= max_rounds
+        self.stalled_rounds >= tuning::MAX_STALLED_ROUNDS
     }
 
     /// Returns the progress of the present round, which only polls for an interruption.

@@ -50,7 +50,7 @@ impl Run<'_> {
     fn settle(&mut self) -> Result<(), ResolveError> {
         let target = clearance(&self.params) + self.gap_slack();
         let (mut number, mut displacement) = self.most_displaced();
-        for _ in 0..tuning::MAX_STALLED_ROUNDS {
+        for _ in 0..self.params.max_rounds {
             let id = self.tissues[number].id;
             if displacement <= self.longest_way || self.tied.iter().any(|pair| pair.contains(id)) {
                 break;

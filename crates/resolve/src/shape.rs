@@ -102,7 +102,7 @@ impl Tissue {
 
             // The corners of all that is turned, torn or pressed.
             let mut strained = Vec::new();
-            for face in self.turned_faces(x, tuning::MIN_NORMAL_COSINE) {
+            for face in self.turned_faces(x, tuning::MIN_COSINE) {
                 strained.extend(self.corners(face));
             }
             self.add_torn(x, tuning::MAX_STRETCH * looseness, &mut strained);
@@ -154,7 +154,7 @@ impl Tissue {
     ) -> Result<(), Interrupted> {
         for _ in 0..STIFFENING_PASSES {
             progress.report(0.0)?;
-            let turned = self.turned_faces(x, tuning::STIFFENING_COSINE);
+            let turned = self.turned_faces(x, tuning::MIN_COSINE);
             if turned.is_empty() {
                 break;
             }
@@ -182,7 +182,7 @@ impl Tissue {
     pub(crate) fn restore_volume(&self, x: &mut [DVec3]) {
         let Some(volume) = self.volume else { return };
         let missing = volume - self.volume_at(x);
-        if missing.abs() <= tuning::IGNORED_VOLUME_CHANGE * volume.abs() {
+        if missing.abs() <= tuning::MAX_VOLUME_CHANGE * volume.abs() {
             return;
         }
 

@@ -40,7 +40,7 @@ impl Tissue {
         }
 
         // The length to spread over grows with the push, so that no tissue strains more.
-        let length = smoothing.max(strongest / tuning::MAX_SLOPE);
+        let length = smoothing.max(tuning::SPREAD_RADIUS * strongest);
         let free = self.vertices_around(&pushed, tree, length, progress)?;
 
         // The membrane on its foundation, relaxed around the pushed vertices.

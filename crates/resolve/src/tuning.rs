@@ -11,10 +11,6 @@
 /// vertices pass by the contacts that were detected at the start of the round.
 pub(crate) const MAX_STEP: f64 = 0.25;
 
-/// Elastic rounds beside those that the deepest vertex needs. Below, tissue that was pushed too far
-/// stays there; above, rounds are spent on what only edges keep from being free.
-pub(crate) const SETTLING_ROUNDS: usize = 1;
-
 /// Sweeps of the elastic solver in a round that pushes. Below, displacements are rough, and more
 /// rounds follow; above, rounds take longer.
 pub(crate) const PUSH_SWEEPS: usize = 20;
@@ -44,8 +40,9 @@ pub(crate) const CLEARANCE: f64 = 1.0 / 300.0;
 /// have to slide are given up too early; above, hopeless scenes take longer.
 pub(crate) const MAX_STALLED_ROUNDS: u32 = 20;
 
-/// The same once no overlap exceeds the tolerance, when only shape is left to improve.
-pub(crate) const MAX_SETTLED_ROUNDS: u32 = 6;
+/// Weight of a crossing, shared or spoilt face in the score by which rounds are compared \[tolerances of
+/// depth\]. Below, states of many crossings are kept; above, tissue without room stays as deep as it was.
+pub(crate) const CROSSING_SCORE: f64 = 0.02;
 
 /// Alternations of shape restoration and separation per round. Below, tissue ends folded or
 /// overlapping; above, rounds take longer and later rounds find little left to do.
@@ -56,10 +53,6 @@ pub(crate) const SHAPE_PASSES: u32 = 2;
 pub(crate) const MAX_DEPTH_WITH_EDGES: f64 = 0.05;
 
 // Limits on strain.
-
-/// Smallest cosine between a face's normal and its normal at rest. At 0, a face stands on
-/// its edge, and rounding turns it over; far above, deep overlaps need more rounds.
-pub(crate) const MIN_NORMAL_COSINE: f64 = 0.2;
 
 /// Largest difference between the displacements of the two ends of an edge \[its length\].
 /// Above 1, the edge may turn round; far below, deep overlaps drag more tissue along.
@@ -80,23 +73,15 @@ pub(crate) const LOOSENING: f64 = 0.3;
 /// Largest factor on the limits. Below, narrow places are given up; above, folds remain.
 pub(crate) const MAX_LOOSENESS: f64 = 3.0;
 
-/// Cosine between a face's normal and its normal at rest below which its corners move as
-/// one. Above [`MIN_NORMAL_COSINE`], all tissue stiffens; below 0, it is too late.
-pub(crate) const STIFFENING_COSINE: f64 = 0.1;
-
 // Spreading.
 
-/// Distance from pushed vertices beyond which tissue rests \[ℓ\]. Below, displacements end steeply;
-/// above, more vertices move by nothing that matters.
+/// Distance from pushed vertices over which tissue follows them \[ℓ, and the push\]: deeper pushes spread
+/// farther. Below, displacements end steeply, and tissue strains more; above, more tissue moves.
 pub(crate) const SPREAD_RADIUS: f64 = 2.0;
 
 /// Share of the largest displacement below which one counts as none: the vertex stays where it is, or
 /// goes back to rest. Below, vertices far away lose their bits; above, the cut is a visible step.
 pub(crate) const NEGLIGIBLE_SHARE: f64 = 1e-3;
-
-/// Largest gradient of a spread displacement, as a share of the distance it spreads over:
-/// deeper pushes spread farther. Below, more tissue moves; above, tissue strains more.
-pub(crate) const MAX_SLOPE: f64 = 0.5;
 
 /// Longest strut through tissue \[ℓ\]. Below, sheets are squeezed and lose volume; above, rays
 /// find sides to which no push gets.
@@ -104,9 +89,10 @@ pub(crate) const MAX_STRUT_LENGTH: f64 = 3.0;
 
 // Exit sides.
 
-/// Cosine above which two directions are on one side. At 0, they are exactly across; the
-/// normals of coarse meshes are off by some ten degrees. Above, fewer vertices are turned.
-pub(crate) const MIN_AGREEMENT: f64 = 0.2;
+/// Cosine above which two directions are on one side, and a face is not about to turn over. At 0,
+/// rounding turns a face that stands on its edge, and the normals of coarse meshes are off by some ten
+/// degrees; far above, fewer vertices are turned, and deep overlaps need more rounds.
+pub(crate) const MIN_COSINE: f64 = 0.2;
 
 /// Depth at which a vertex's own exit direction counts a third \[ℓ\]. Bones are as thin as this
 /// where tissue is deepest in them: above, vertices beyond the middle are trusted and leave
@@ -120,37 +106,13 @@ pub(crate) const FAR_SHARE: f64 = 0.1;
 
 // Volume.
 
-/// Change of a body's volume that is left alone \[its volume\]. Below, vertices move by nothing
-/// that can be measured; above, the change adds up.
-pub(crate) const IGNORED_VOLUME_CHANGE: f64 = 0.002;
-
-/// Change of a body's volume above which rounds continue \[its volume\]: a hundredth, less what
-/// the last pushes may take. Below, rounds are spent on it; above, the hundredth is exceeded.
-pub(crate) const MAX_VOLUME_CHANGE: f64 = 0.005;
+/// Change of a body's volume above which rounds continue, and give it back \[its volume\]. Below, rounds are
+/// spent on nothing that is measured; above, the change that is promised is exceeded.
+pub(crate) const MAX_VOLUME_CHANGE: f64 = 0.001;
 
 /// Largest displacement per round that gives volume back \[displacement so far\]. Below, more
 /// rounds are needed; above, it overshoots where little of a body is free.
 pub(crate) const MAX_VOLUME_STEP: f64 = 0.5;
-
-// Weights of what a round has left, in the score by which rounds are compared.
-
-/// Depth \[tolerances\] in one pair that counts as 1.
-pub(crate) const SCORED_DEPTH: f64 = 20.0;
-
-/// Weight of a pair that did not overlap at first, beside its own overlap \[pairs\].
-pub(crate) const NEW_PAIR_SCORE: usize = 2;
-
-/// Weight of a pair of crossing faces. A depth of a fiftieth of the tolerance counts as much.
-pub(crate) const CROSSING_SCORE: f64 = 1e-3;
-
-/// Weight of a turned face, or of a crossing of a body with itself \[pairs of crossing faces\].
-pub(crate) const SPOILT_FACE_SCORE: usize = 10;
-
-// Warm starts.
-
-/// Share of a displacement that is carried over to the next state. Below, the rest is pushed
-/// again, in more rounds; above, what is needed no more fades over more states.
-pub(crate) const CARRIED_SHARE: f64 = 0.98;
 
 // Gap.
 
@@ -170,17 +132,6 @@ pub(crate) const GAP_SWEEPS: usize = 60;
 /// rows share many vertices. Below, multipliers take more sweeps to grow; above, rows block each
 /// other, and the last openings take many rounds.
 pub(crate) const GAP_PENALTY: f64 = 0.25;
-
-/// Change of a body's volume at which rounds end \[its volume\]. Below, rounds are spent on nothing
-/// that is measured; above, the change that is promised is exceeded.
-pub(crate) const KEPT_VOLUME_CHANGE: f64 = 0.001;
-
-/// Displacement from which vertices give volume back \[the body's largest\]. Below, vertices far
-/// away move; above, few bulge much.
-pub(crate) const PUSHED_SHARE: f64 = 0.1;
-
-/// Largest mean displacement per round that gives volume back \[the length it spreads over\].
-pub(crate) const MAX_BULGE: f64 = 0.02;
 
 /// Sweeps in which single particles are held back, after which whole bodies are.
 pub(crate) const MAX_HOLD_PASSES: usize = 8;

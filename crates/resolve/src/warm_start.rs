@@ -39,7 +39,7 @@ impl LocalDisplacements {
         let mut x = tissue.rest.clone();
         for (vertex, (x, u)) in (0..).zip(x.iter_mut().zip(&self.0)) {
             if u.length() > tuning::NEGLIGIBLE_SHARE * longest && tissue.is_free(vertex) {
-                *x += tuning::CARRIED_SHARE * (local_frame(tissue, vertex) * *u);
+                *x += local_frame(tissue, vertex) * *u;
             }
         }
         x
