@@ -34,7 +34,7 @@ use crate::units::GridSurface;
 /// storage precision at the size of a bone (3e-5).
 const WIDENING: f64 = 1e-6;
 
-/// Planes of nodes per task.
+/// Maximum number of planes of nodes per task.
 const SLAB: usize = 32;
 
 /// Neighboring rows that are clipped together.
@@ -61,12 +61,15 @@ pub(super) fn fill(
     nearest: &mut Nearest,
     progress: Progress<'_>,
 ) -> Result<(), Interrupted> {
-    let plane = dims[0] * dims[1];
-    let bins = Bins::new(surface, dims[2], band);
-    let parts = nearest.squared.chunks_mut(plane * SLAB).zip(nearest.face.chunks_mut(plane * SLAB));
+    // An even number of slabs: of three, one of two threads would have two.
+    let count = dims[2].div_ceil(SLAB).next_multiple_of(2);
+    let (plane, height) = (dims[0] * dims[1], dims[2].div_ceil(count));
+    let bins = Bins::new(surface, dims[2], height, band);
+    let nodes = plane * height;
+    let parts = nearest.squared.chunks_mut(nodes).zip(nearest.face.chunks_mut(nodes));
     let mut slabs = Vec::new();
     for (number, (squared, face)) in parts.enumerate() {
-        let planes = number * SLAB..number * SLAB + squared.len() / plane;
+        let planes = number * height..number * height + squared.len() / plane;
         slabs.push(Slab { number, dims, planes, band, squared, face, sides: Sides::default() });
     }
 
@@ -94,12 +97,14 @@ struct Bins {
 }
 
 impl Bins {
-    fn new(grid: &GridSurface<'_>, planes: usize, band: f64) -> Self {
+    /// Lists the elements near each slab of `height` planes.
+    fn new(grid: &GridSurface<'_>, planes: usize, height: usize, band: f64) -> Self {
         let GridSurface { surface, x, .. } = grid;
+        let size = [planes, height];
         let kinds = parallel::map(3, |kind| match kind {
-            0 => bin(surface.faces().iter().map(|face| heights(x, face)), planes, band),
-            1 => bin(surface.edges().iter().map(|edge| heights(x, edge)), planes, band),
-            _ => bin(x.iter().map(|p| [p.z, p.z]), planes, band),
+            0 => bin(surface.faces().iter().map(|face| heights(x, face)), size, band),
+            1 => bin(surface.edges().iter().map(|edge| heights(x, edge)), size, band),
+            _ => bin(x.iter().map(|p| [p.z, p.z]), size, band),
         });
         Self { kinds }
     }
@@ -120,13 +125,18 @@ fn heights(x: &[DVec3], vertices: &[u32]) -> [f64; 2] {
     [lowest, highest]
 }
 
-/// Lists the elements that come within the band of each slab.
-fn bin(heights: impl Iterator<Item = [f64; 2]>, planes: usize, band: f64) -> Vec<Vec<u32>> {
-    let mut bins = vec![Vec::new(); planes.div_ceil(SLAB)];
+/// Lists the elements that come within the band of each slab, by the numbers of all planes and of
+/// those of a slab.
+fn bin(
+    heights: impl Iterator<Item = [f64; 2]>,
+    [planes, height]: [usize; 2],
+    band: f64,
+) -> Vec<Vec<u32>> {
+    let mut bins = vec![Vec::new(); planes.div_ceil(height)];
     for (element, [lower, upper]) in (0_u32..).zip(heights) {
         let near = nodes_within(lower - band, upper + band, planes);
         if !near.is_empty() {
-            for bin in &mut bins[near.start / SLAB..=(near.end - 1) / SLAB] {
+            for bin in &mut bins[near.start / height..=(near.end - 1) / height] {
                 bin.push(element);
             }
         }
