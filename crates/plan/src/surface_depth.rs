@@ -284,16 +284,18 @@ impl<'a> Search<'a> {
             return;
         }
 
-        // A face that crosses none is inside as a whole.
+        // A face that crosses none is inside as a whole; others may be near one face as a whole.
         let crossed = self.found.sides()[side].near_faces().row(face);
         let nearest = inside.iter().flatten().map(|near| near.face);
         let Some(near) = nearest.chain(crossed.iter().copied()).next() else { return };
-        if crossed.is_empty() {
-            self.add(by_corners, self.piece(corners, side, near, true));
+        let piece = self.piece(corners, side, near, crossed.is_empty());
+        let bound = by_corners.min(self.by_near_face(&piece));
+        if crossed.is_empty() || bound <= self.pieces.sufficient() {
+            self.add(bound, piece);
             return;
         }
 
-        // Of others, the polygon around what is inside.
+        // Of the rest, the polygon around what is inside.
         self.clipped += u32::try_from(crossed.len()).unwrap_or(u32::MAX);
         let faces = crossed.iter().map(|&face| other.corners(face));
         let is_inside = inside.map(|near| near.is_some());
@@ -303,7 +305,7 @@ impl<'a> Search<'a> {
             self.pieces.leave_out(by_polygon);
             return;
         }
-        let bound = by_corners.min(by_polygon);
+        let bound = bound.min(by_polygon);
         for number in 0..self.cut_face.divide(triangle::normal(corners)) {
             let triangle = self.cut_face.triangle(number);
             self.add(bound, self.piece(triangle, side, near, false));
