@@ -177,18 +177,17 @@ impl<const S: usize> Dop4<S> {
         hits
     }
 
-    /// Compares lane `i` of bounds at both ends of a step with the other's four lanes along direction
-    /// `k`: neither is above the other at both ends.
+    /// Compares each lane of bounds at both ends of a step with the other's lane `BY` places after it
+    /// along direction `k`: neither is above the other at both ends.
     #[inline(always)]
-    pub(crate) fn lane_meets(a: [&Self; 2], b: [&Self; 2], i: usize, k: usize) -> f32x4 {
-        let [lo0, lo1] = [0, 1].map(|end: usize| f32x4::splat(a[end].lo[k].as_array()[i]));
-        let [hi0, hi1] = [0, 1].map(|end: usize| f32x4::splat(a[end].hi[k].as_array()[i]));
-        (lo0.simd_le(b[0].hi[k]) | lo1.simd_le(b[1].hi[k]))
-            & (b[0].lo[k].simd_le(hi0) | b[1].lo[k].simd_le(hi1))
+    pub(crate) fn turned_meet<const BY: usize>(a: [&Self; 2], b: [&Self; 2], k: usize) -> f32x4 {
+        let ([a0, a1], [b0, b1]) = (a, b);
+        (a0.lo[k].simd_le(turned(b0.hi[k], BY)) | a1.lo[k].simd_le(turned(b1.hi[k], BY)))
+            & (turned(b0.lo[k], BY).simd_le(a0.hi[k]) | turned(b1.lo[k], BY).simd_le(a1.hi[k]))
     }
 
     /// Compares bounds at both ends of a step with one along direction `k`, as
-    /// [`lane_meets`](Self::lane_meets).
+    /// [`turned_meet`](Self::turned_meet).
     #[inline(always)]
     pub(crate) fn lanes_meet(four: [&Self; 2], one: &[SplatDop<S>; 2], k: usize) -> f32x4 {
         let [a0, a1] = four;
@@ -221,7 +220,7 @@ fn turned(row: f32x4, by: usize) -> f32x4 {
 
 /// Returns the bits of [`Dop4::overlaps`] of four comparisons, each with lanes one more place after.
 #[inline(always)]
-fn pairs_of_turns(turns: [f32x4; 4]) -> u32 {
+pub(crate) fn pairs_of_turns(turns: [f32x4; 4]) -> u32 {
     let mut found = 0;
     for (turn, pairs) in turns.into_iter().zip(&TURNED_PAIRS) {
         found |= pairs[turn.to_bitmask() as usize & 15];

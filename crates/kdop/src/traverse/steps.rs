@@ -6,8 +6,10 @@
 //! all points are linear in time. So a pair is left out where such a direction exists, and no pair
 //! that meets is left out.
 
+use wide::f32x4;
+
 use crate::cluster::HALVES;
-use crate::dop4::{Dop4, SplatDop, set_bits};
+use crate::dop4::{Dop4, SplatDop, pairs_of_turns, set_bits};
 use crate::node::Child;
 use crate::tree::DopTree;
 use crate::workspace::{Counters, LeafCache, Workspace};
@@ -238,22 +240,27 @@ impl<'a, const S: usize> StepTree<'a, S> {
 /// Tests four bounds against four, as [`Dop4::overlaps`], over a step.
 #[inline(always)]
 fn meet<const S: usize>(a: [&Dop4<S>; 2], b: [&Dop4<S>; 2]) -> u32 {
+    let turns = |k: usize| {
+        [
+            Dop4::turned_meet::<0>(a, b, k),
+            Dop4::turned_meet::<1>(a, b, k),
+            Dop4::turned_meet::<2>(a, b, k),
+            Dop4::turned_meet::<3>(a, b, k),
+        ]
+    };
+    let both = |[a, b, c, d]: [f32x4; 4], [e, f, g, h]: [f32x4; 4]| [a & e, b & f, c & g, d & h];
+
     // Most bounds that do not meet are apart along one of the axes.
-    let mut hits = [0, 1, 2, 3].map(|i| {
-        Dop4::lane_meets(a, b, i, 0) & Dop4::lane_meets(a, b, i, 1) & Dop4::lane_meets(a, b, i, 2)
-    });
+    let mut all = both(both(turns(0), turns(1)), turns(2));
     if S > 3 {
-        if !(hits[0] | hits[1] | hits[2] | hits[3]).any() {
+        if !(all[0] | all[1] | all[2] | all[3]).any() {
             return 0;
         }
         for k in 3..S {
-            for (i, hit) in hits.iter_mut().enumerate() {
-                *hit &= Dop4::lane_meets(a, b, i, k);
-            }
+            all = both(all, turns(k));
         }
     }
-    let [a, b, c, d] = hits.map(|hit| hit.to_bitmask());
-    a | b << 4 | c << 8 | d << 12
+    pairs_of_turns(all)
 }
 
 /// Tests four bounds against one, as [`Dop4::overlaps_one`], over a step.
