@@ -33,7 +33,7 @@ const SMALL: Allowed = Allowed {
     pairs: 1.0,
     swept: 1.1,
     self_pairs: 0.40,
-    aligned: 1.37,
+    aligned: 1.30,
 };
 
 const LARGE: Allowed = Allowed {
@@ -43,7 +43,7 @@ const LARGE: Allowed = Allowed {
     pairs: 0.35,
     swept: 0.60,
     self_pairs: 0.50,
-    aligned: 1.3,
+    aligned: 0.9,
 };
 
 /// Compares muscles of two sizes.
