@@ -17,8 +17,13 @@ use surface::{Contact, parallel};
 use crate::elastic::{ElasticProblem, GapRow};
 use crate::gap_rounds::PairFeatures;
 use crate::run::{Run, clearance};
+use crate::spread::NEGLIGIBLE_SHARE;
 use crate::tissue::{Tissue, fitted_tree};
 use crate::{ResolveError, tuning};
+
+/// Sweeps of the elastic solver in a round that pushes. Below, displacements are rough, and more
+/// rounds follow; above, rounds take longer.
+const PUSH_SWEEPS: usize = 20;
 
 impl Run<'_> {
     /// Returns the number of elastic rounds: one for each step that the deepest vertex is inside,
@@ -53,8 +58,7 @@ impl Run<'_> {
         self.add_tie_bonds(&mut problem);
 
         let tolerance = tuning::SOLVED_SHARE * clearance(&self.params);
-        let steps =
-            problem.minimize(&displacements, tuning::PUSH_SWEEPS, tolerance, tuning::PUSH_PENALTY);
+        let steps = problem.minimize(&displacements, PUSH_SWEEPS, tolerance, tuning::PUSH_PENALTY);
         self.take_elastic_steps(&steps, &displacements);
         self.clamp();
         Ok(())
@@ -198,7 +202,7 @@ impl Run<'_> {
         for (step, displacement) in steps.iter().zip(displacements) {
             longest = longest.max((*displacement + *step).length());
         }
-        let ignored = tuning::NEGLIGIBLE_SHARE * longest;
+        let ignored = NEGLIGIBLE_SHARE * longest;
 
         // After carried displacements all tissue moves: no farther than others are known of.
         let mut max_step = tuning::MAX_STEP * self.params.smoothing;

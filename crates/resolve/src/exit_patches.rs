@@ -15,6 +15,7 @@ use proximity::{NearVertex, SurfaceTree};
 use surface::UnionFind;
 
 use crate::exit_sides::{ExitMemory, agrees};
+use crate::limits::MAX_DISPLACEMENT;
 use crate::tissue::{Strut, Tissue};
 use crate::tuning;
 
@@ -212,7 +213,7 @@ impl ExitPatch<'_> {
         direction: impl Fn(usize, &NearVertex) -> Option<DVec3>,
     ) -> f64 {
         let workspace = &mut Workspace::default();
-        let reach = tuning::MAX_DISPLACEMENT * self.max_depth;
+        let reach = MAX_DISPLACEMENT * self.max_depth;
         let mut mean = 0.0;
         for (k, other) in [(0, sides[1]), (1, sides[0])] {
             let (mut sum, mut area) = (0.0, 0.0);

@@ -11,13 +11,16 @@ use scene::{BodyMove, PairId, PairSweep, SweptContact};
 use surface::progress::Interrupted;
 use surface::{Contact, Meeting, parallel, triangles_meet, vertex_normals};
 
-use crate::run::Run;
+use crate::ResolveError;
+use crate::run::{Run, TOUCHING};
 use crate::tissue::fitted_tree;
-use crate::{ResolveError, tuning};
 
 /// Share of the way to a contact that is taken. Near 1, surfaces come to touch; far below, gaps
 /// need more rounds.
 const FREE_SHARE: f64 = 0.8;
+
+/// Sweeps of a step in which single particles are held back, after which whole bodies are.
+pub(crate) const MAX_HOLD_PASSES: usize = 8;
 
 impl Run<'_> {
     /// Moves soft bodies by the displacements of all particles, as far as nothing meets and no
@@ -95,7 +98,7 @@ impl Run<'_> {
             let body = &bodies[bodies.partition_point(|body| body.particles().end <= p)];
             body.positions()[(p - body.particles().start) as usize]
         });
-        if apart.length() > tuning::TOUCHING * self.params.gap {
+        if apart.length() > TOUCHING * self.params.gap {
             return contact.normal;
         }
         contact.stencil.combine(|p| outward[p as usize])
@@ -129,7 +132,7 @@ impl Run<'_> {
     fn mark_held(&self, pair: PairId, pass: usize, changed: &mut [bool], shares: &mut [f64]) {
         for id in pair.bodies() {
             changed[id.index()] = true;
-            if pass >= tuning::MAX_HOLD_PASSES {
+            if pass >= MAX_HOLD_PASSES {
                 let range = self.scene.body(id).particles();
                 shares[range.start as usize..range.end as usize].fill(0.0);
             }

@@ -16,7 +16,7 @@ use surface::{parallel, triangle};
 use crate::damage::rounded_to_single;
 use crate::elastic::{ActiveParticle, Bond, ElasticProblem, GapRow, VolumeRow};
 use crate::resolution::{BrokenLimit, GapRound};
-use crate::run::{Run, largest_coordinate};
+use crate::run::{Run, TOUCHING, largest_coordinate};
 use crate::tissue::{Tissue, fitted_tree};
 use crate::{ResolveError, WrittenPrecision, tuning};
 
@@ -26,6 +26,10 @@ const GAP_PROGRESS: f64 = 0.9;
 
 /// Rounds that open the gap without [progress](GAP_PROGRESS), after which it is given up.
 const MAX_STALLED_GAP_ROUNDS: usize = 3;
+
+/// Largest number of sweeps of the elastic solver, in a round that opens the gap or settles tissue. Below, gaps need more rounds; above, rounds
+/// take longer.
+pub(crate) const GAP_SWEEPS: usize = 60;
 
 /// Pair of bodies with its near features.
 pub(crate) struct PairFeatures {
@@ -60,7 +64,7 @@ impl Run<'_> {
             }
             let at_rest = vec![DVec3::ZERO; self.inverse_masses.len()];
             let displacements =
-                problem.minimize(&at_rest, tuning::GAP_SWEEPS, 0.25 * slack, tuning::GAP_PENALTY);
+                problem.minimize(&at_rest, GAP_SWEEPS, 0.25 * slack, tuning::GAP_PENALTY);
             moved = self.move_freely(&displacements, &crossing)?;
         };
         let is_accepted = search.least_accepted < f64::INFINITY;
@@ -236,7 +240,7 @@ impl Run<'_> {
     fn opening_direction(&self, pair: PairId, feature: &NearFeatures) -> DVec3 {
         let [p, q] = &feature.points;
         let apart = q.point - p.point;
-        let is_far = feature.distance > tuning::TOUCHING * self.params.gap;
+        let is_far = feature.distance > TOUCHING * self.params.gap;
         if let Some(direction) = apart.try_normalize().filter(|_| is_far) {
             return direction;
         }

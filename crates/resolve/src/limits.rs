@@ -6,7 +6,11 @@ use surface::progress::Interrupted;
 use crate::resolution::BrokenLimit;
 use crate::run::{AcceptedState, Run};
 use crate::tissue::{Damage, Tissue, fitted_tree};
-use crate::{ResolveError, ResolveParams, tuning};
+use crate::{ResolveError, ResolveParams};
+
+/// Largest displacement of a vertex \[the deepest overlap at the start\]. Below, tissue that leaves
+/// sideways around a bone is not freed; above, tissue without room is squeezed out of its place.
+pub(crate) const MAX_DISPLACEMENT: f64 = 3.0;
 
 /// Accepted states that are kept, to return to where rounding breaks a limit. Below, the start is
 /// returned to; above, memory grows.
@@ -142,7 +146,7 @@ impl Run<'_> {
         Limits {
             volume_change: max_volume_change,
             strain: max_strain,
-            displacement: gap + (tuning::MAX_DISPLACEMENT * depth).max(smoothing),
+            displacement: gap + (MAX_DISPLACEMENT * depth).max(smoothing),
         }
     }
 

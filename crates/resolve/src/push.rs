@@ -29,6 +29,10 @@ const NEXT_SOLVER_SWEEPS: u32 = 6;
 /// that is measured; above, the sum of many small remainders exceeds the tolerance.
 const SOLVER_TOLERANCE: f64 = 2e-3;
 
+/// Alternations of shape restoration and separation per round. Below, tissue ends folded or
+/// overlapping; above, rounds take longer and later rounds find little left to do.
+const SHAPE_PASSES: u32 = 2;
+
 impl Run<'_> {
     /// Computes displacements that separate all contacts, or as far as one round goes, and
     /// that keep tissue in shape.
@@ -42,11 +46,10 @@ impl Run<'_> {
         self.for_each_soft(|tissue, tree, progress| tissue.spread(tree, smoothing, progress))?;
 
         // Restoring shape and separating contacts alternate: each undoes some of the other.
-        let looseness = looseness(self.rounds.len());
-        for pass in 0..tuning::SHAPE_PASSES {
+        for pass in 0..SHAPE_PASSES {
             let uncrosses = pass == 0;
             self.alter_soft(|tissue, tree, x, progress| {
-                tissue.restore_shape(tree, looseness, uncrosses, x, progress)
+                tissue.restore_shape(tree, uncrosses, x, progress)
             })?;
             self.separate(&system, NEXT_SOLVER_SWEEPS)?;
         }
@@ -223,11 +226,4 @@ impl Run<'_> {
         }
         self.follow_ties();
     }
-}
-
-/// Returns the factor on the limits on strain: they widen where the first rounds have found
-/// no gentler way.
-fn looseness(rounds: usize) -> f64 {
-    let later = u32::try_from(rounds.saturating_sub(tuning::FIRM_ROUNDS)).unwrap_or(u32::MAX);
-    (1.0 + tuning::LOOSENING * f64::from(later)).min(tuning::MAX_LOOSENESS)
 }

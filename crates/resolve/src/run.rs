@@ -25,6 +25,10 @@ use crate::{Conditions, GapRound, ResolveError, ResolveParams, tuning};
 /// take long; above, depths just within the tolerance count as deeper.
 const DEPTH_BRACKET: f64 = 0.125;
 
+/// Distance below which two features touch and have no direction of their own \[the gap, or the
+/// clearance where overlaps are pushed apart\]. Below, directions are of rounding; above, they are those of faces.
+pub(crate) const TOUCHING: f64 = 1e-6;
+
 /// State of one overlap removal.
 pub(crate) struct Run<'a> {
     pub(crate) scene: &'a mut Scene,
@@ -331,7 +335,7 @@ impl<'a> Run<'a> {
         if self.is_tied(pair) || (self.params.gap <= 0.0 && !overlaps_in(&self.before, pair)) {
             return 0;
         }
-        near.count_touching_faces(self.scene, tuning::TOUCHING * clearance(&self.params))
+        near.count_touching_faces(self.scene, TOUCHING * clearance(&self.params))
     }
 
     /// Brackets the depth of the deepest overlap at present.

@@ -9,7 +9,7 @@ use glam::DVec3;
 use surface::progress::Interrupted;
 
 use crate::elastic::{ElasticProblem, GapRow};
-use crate::gap_rounds::PairFeatures;
+use crate::gap_rounds::{GAP_SWEEPS, PairFeatures};
 use crate::resolver::soft_positions;
 use crate::run::{Run, clearance, detection_margin};
 use crate::tissue::{Tissue, fitted_tree};
@@ -78,7 +78,7 @@ impl Run<'_> {
         let problem = self.settling_problem(number, &near, target)?;
 
         let tolerance = tuning::SOLVED_SHARE * self.gap_slack();
-        let (sweeps, penalty) = (tuning::GAP_SWEEPS, tuning::GAP_PENALTY);
+        let (sweeps, penalty) = (GAP_SWEEPS, tuning::GAP_PENALTY);
         let steps = problem.minimize(&self.displacements(), sweeps, tolerance, penalty);
         self.move_freely(&steps, &[])?;
         Ok(())

@@ -19,6 +19,10 @@ use crate::tuning;
 /// which later rounds have to smooth; above, rounds take longer.
 const SPREAD_SWEEPS: usize = 8;
 
+/// Share of the largest displacement below which one counts as none: the vertex stays where it is, or
+/// goes back to rest. Below, vertices far away lose their bits; above, the cut is a visible step.
+pub(crate) const NEGLIGIBLE_SHARE: f64 = 1e-3;
+
 /// Vertices visited between two polls for interruption: each casts a ray, some microseconds.
 const POLL_INTERVAL: usize = 1024;
 
@@ -53,7 +57,7 @@ impl Tissue {
         // What is too small to matter keeps its bits.
         for vertex in free {
             let u = &mut self.u[vertex as usize];
-            if u.length() < tuning::NEGLIGIBLE_SHARE * strongest {
+            if u.length() < NEGLIGIBLE_SHARE * strongest {
                 *u = DVec3::ZERO;
             }
         }

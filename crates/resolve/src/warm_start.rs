@@ -7,8 +7,8 @@
 use glam::{DMat3, DVec3};
 use scene::Scene;
 
+use crate::spread::NEGLIGIBLE_SHARE;
 use crate::tissue::Tissue;
-use crate::tuning;
 
 /// Displacements of one body's vertices, each in the local frame of its vertex: |V| for a soft
 /// body, none for a rigid one.
@@ -38,7 +38,7 @@ impl LocalDisplacements {
         }
         let mut x = tissue.rest.clone();
         for (vertex, (x, u)) in (0..).zip(x.iter_mut().zip(&self.0)) {
-            if u.length() > tuning::NEGLIGIBLE_SHARE * longest && tissue.is_free(vertex) {
+            if u.length() > NEGLIGIBLE_SHARE * longest && tissue.is_free(vertex) {
                 *x += local_frame(tissue, vertex) * *u;
             }
         }
