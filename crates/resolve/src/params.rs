@@ -15,7 +15,7 @@ pub struct ResolveParams {
     /// Length along a surface over which a displacement falls to a third, `> 0`. More keeps
     /// shape better; less moves fewer vertices.
     pub smoothing: f64,
-    /// Largest number of rounds of detection and pushing.
+    /// Largest number of rounds of detection and pushing, and as many of opening the gap and of settling.
     pub max_rounds: u32,
     /// Precision to which positions are rounded before distances are proved.
     pub precision: WrittenPrecision,
