@@ -71,6 +71,7 @@ mod spread;
 mod ties;
 mod tissue;
 mod tuning;
+mod uncross;
 mod warm_start;
 
 pub use glam;

@@ -26,7 +26,7 @@ pub struct Round {
     /// Number of pairs that overlap and did not at the start.
     pub new_pairs: usize,
     /// Number of crossing pairs of faces of one body that did not cross at the start; counted
-    /// once no overlap exceeds the tolerance.
+    /// once nothing overlaps.
     pub self_crossings: usize,
     /// Number of faces turned by a right angle or more.
     pub flipped_faces: usize,

@@ -190,6 +190,7 @@ impl<'a> Run<'a> {
         if final_round + 1 != self.rounds.len() {
             self.revert_to_best()?;
         }
+        self.uncross_anew()?;
 
         // From what does not cross, the gap; also from an earlier round, where the best one breaks
         // limits that opening the gap does not restore.
@@ -290,9 +291,9 @@ impl<'a> Run<'a> {
             round.surface_depth = self.surface_depth()?;
         }
 
-        // Self-crossings take long to find, and matter once the overlaps are gone.
+        // Self-crossings take long to find, and are taken apart once the overlaps are gone.
         let is_wanted = |tissue: &Tissue| tissue.crossings_to_resolve.is_some();
-        let counts_crossings = round.is_within(tolerance) || self.tissues.iter().any(is_wanted);
+        let counts_crossings = round.overlapping_pairs == 0 || self.tissues.iter().any(is_wanted);
         self.for_each_soft(|tissue, tree, progress| {
             tissue.assess(tree, counts_crossings, progress)
         })?;

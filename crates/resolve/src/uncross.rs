@@ -1,0 +1,161 @@
+//! Bodies that have come to cross themselves: what crosses is taken apart once bodies are, by steps that let
+//! nothing else cross.
+//!
+//! Two faces that cross were apart at the start, with a plane between them. They are apart again when each is
+//! on its side of a plane of this direction, which the displacement of least elastic energy brings about.
+
+use glam::DVec3;
+use scene::Body;
+use surface::{Meeting, closest_between_triangles, triangles_meet};
+
+use crate::elastic::{ElasticProblem, GapRow};
+use crate::gap_rounds::PairFeatures;
+use crate::run::{Run, clearance, detection_margin};
+use crate::tissue::{Tissue, fitted_tree};
+use crate::{ResolveError, tuning};
+
+/// Steps per body. Below, folds of several edges remain; above, hopeless ones take longer.
+const MAX_STEPS: usize = 12;
+
+impl Run<'_> {
+    /// Takes apart what crosses in each body and did not at the start, as far as steps lead.
+    pub(crate) fn uncross_anew(&mut self) -> Result<(), ResolveError> {
+        self.scene.fit_all()?;
+        for number in 0..self.tissues.len() {
+            for _ in 0..MAX_STEPS {
+                let rows = self.uncrossing_rows(number)?;
+                if rows.is_empty() {
+                    break;
+                }
+                self.uncross_body(number, rows)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes the rows by which a body's own faces come apart that cross and did not at the start.
+    fn uncrossing_rows(&self, number: usize) -> Result<Vec<GapRow>, ResolveError> {
+        let (tissue, body) = (&self.tissues[number], &self.scene.bodies()[number]);
+        let mut rows = Vec::new();
+        if tissue.is_rigid || body.positions() == tissue.rest {
+            return Ok(rows);
+        }
+        let clearance = clearance(&self.params);
+        for faces in tissue.self_crossings(fitted_tree(body), self.round_progress())? {
+            tissue.add_plane_rows(body, faces, clearance, &mut rows);
+        }
+        Ok(rows)
+    }
+
+    /// Takes one step of a body in which these rows open, and all other bodies stay.
+    fn uncross_body(&mut self, number: usize, rows: Vec<GapRow>) -> Result<(), ResolveError> {
+        // What is near holds the body. What crosses already does not.
+        let crossing = self.overlapping_pairs();
+        let (mut near, mut moves) = (Vec::new(), vec![false; self.tissues.len()]);
+        moves[number] = true;
+        self.update_features(&mut near, &crossing, detection_margin(&self.params), &moves)?;
+        let target = clearance(&self.params) + self.gap_slack();
+        let mut problem = ElasticProblem::default();
+        for PairFeatures { id, features } in near {
+            for feature in &features {
+                self.add_row(id, feature, target - feature.distance, &mut problem.rows);
+            }
+        }
+
+        // The tissue around what crosses.
+        let (progress, length) = (self.round_progress(), self.params.smoothing);
+        let (tissue, body) = (&mut self.tissues[number], &self.scene.bodies()[number]);
+        let first = body.particles().start;
+        let mut seeds = Vec::new();
+        for row in &rows {
+            seeds.extend(row.terms.iter().map(|(particle, _)| particle - first));
+        }
+        problem.rows.extend(rows);
+        let tree = fitted_tree(body);
+        let active = tissue.active_vertices(seeds, &[], tree, length, progress)?;
+        problem.append(tissue.elastic_part(body, &active, length));
+
+        // From the state as it is: what other rounds have displaced stays so.
+        let resting = vec![DVec3::ZERO; self.inverse_masses.len()];
+        let tolerance = tuning::SOLVED_SHARE * self.gap_slack();
+        let (sweeps, penalty) = (tuning::GAP_SWEEPS, tuning::GAP_PENALTY);
+        let steps = problem.minimize(&resting, sweeps, tolerance, penalty);
+        self.move_freely(&steps, &crossing)?;
+        Ok(self.scene.fit_all()?)
+    }
+}
+
+impl Tissue {
+    /// Adds a row for each corner of one face and each of another that are not on their sides of a plane which
+    /// was between the faces at the start; none where they crossed then.
+    fn add_plane_rows(
+        &self,
+        body: &Body,
+        [a, b]: [u32; 2],
+        clearance: f64,
+        rows: &mut Vec<GapRow>,
+    ) {
+        // The plane at the start, and how far the faces were from each other across it.
+        let [face_a, face_b] =
+            [a, b].map(|face| self.corners(face).map(|vertex| self.rest[vertex as usize]));
+        if triangles_meet(face_a, face_b) == Meeting::Crossing {
+            return;
+        }
+        let feet = closest_between_triangles(face_a, face_b);
+        let Some(normal) = (feet.points[1] - feet.points[0]).try_normalize() else { return };
+        let target = feet.distance().min(clearance);
+
+        let (x, first) = (body.positions(), body.particles().start);
+        for i in self.corners(a) {
+            for j in self.corners(b) {
+                let missing = target - (x[j as usize] - x[i as usize]).dot(normal);
+                let mut terms = vec![(first + i, -1.0), (first + j, 1.0)];
+                terms.retain(|(particle, _)| self.is_free(particle - first));
+                if missing > 0.0 && !terms.is_empty() {
+                    rows.push(GapRow::new(terms, normal, missing));
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fixtures::shapes;
+    use scene::{BodyKind, Scene};
+    use surface::progress::Progress;
+
+    use super::*;
+    use crate::{Conditions, ResolveParams};
+
+    /// A thin body on a bone, whose upper side is pressed through its lower one.
+    #[test]
+    fn sides_that_were_pressed_through_each_other_part_and_enter_no_bone() {
+        let muscle = shapes::ellipsoid(DVec3::new(12.0, 12.0, 2.0), 3);
+        let bone = shapes::plate(DVec3::new(16.0, 16.0, 1.0), [4, 4]).translated(DVec3::Z * -3.3);
+        let rest = muscle.positions.clone();
+        let mut scene = Scene::new();
+        for (name, kind, mesh) in
+            [("bone", BodyKind::Rigid, bone), ("muscle", BodyKind::Deformable, muscle)]
+        {
+            scene.add(name, kind, mesh.surface(), mesh.positions).expect("a body");
+        }
+        let (params, conditions) = (ResolveParams::with_smoothing(6.0), Conditions::default());
+        let run = Run::new(&mut scene, params, &conditions, &[], None, Progress::none());
+        let mut run = run.expect("a run");
+        let mut x = rest.clone();
+        for x in x.iter_mut().filter(|x| x.z > 0.0 && x.truncate().length() < 3.0) {
+            x.z -= 4.2;
+        }
+        run.move_soft(|_, _| Some(x.clone())).expect("positions");
+        run.scene.fit_all().expect("trees");
+        assert!(!run.uncrossing_rows(1).expect("rows").is_empty());
+
+        run.uncross_anew().expect("a state");
+        let tree = fitted_tree(&run.scene.bodies()[1]);
+        let crossings = run.tissues[1].self_crossings(tree, Progress::none());
+        assert_eq!(crossings.expect("crossings"), Vec::<[u32; 2]>::new());
+        let reports = scene.check(&scene::CheckParams::without_measures(9.0), Progress::none());
+        assert!(!reports.expect("reports")[0].overlaps);
+    }
+}
