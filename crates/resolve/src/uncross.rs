@@ -9,7 +9,7 @@ use scene::Body;
 use surface::{Meeting, closest_between_triangles, triangles_meet};
 
 use crate::elastic::{ElasticProblem, GapRow};
-use crate::gap_rounds::PairFeatures;
+use crate::gap_rounds::{GAP_SWEEPS, PairFeatures};
 use crate::run::{Run, clearance, detection_margin};
 use crate::tissue::{Tissue, fitted_tree};
 use crate::{ResolveError, tuning};
@@ -78,7 +78,7 @@ impl Run<'_> {
         // From the state as it is: what other rounds have displaced stays so.
         let resting = vec![DVec3::ZERO; self.inverse_masses.len()];
         let tolerance = tuning::SOLVED_SHARE * self.gap_slack();
-        let (sweeps, penalty) = (tuning::GAP_SWEEPS, tuning::GAP_PENALTY);
+        let (sweeps, penalty) = (GAP_SWEEPS, tuning::GAP_PENALTY);
         let steps = problem.minimize(&resting, sweeps, tolerance, penalty);
         self.move_freely(&steps, &crossing)?;
         Ok(self.scene.fit_all()?)
