@@ -68,7 +68,7 @@ impl OperationCounts {
     pub const SECONDS: Self = Self {
         refit_faces: 2.2e-9,
         far_refit_faces: 0.8e-9,
-        listed_vertices: 0.8e-9,
+        listed_vertices: 0.6e-9,
         tested_faces: 50e-9,
         meeting_faces: 140e-9,
         near_vertices: 130e-9,
