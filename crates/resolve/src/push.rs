@@ -25,13 +25,13 @@ const FIRST_SOLVER_SWEEPS: u32 = 30;
 /// Sweeps of the contact solver after shape is restored, which start near a solution.
 const NEXT_SOLVER_SWEEPS: u32 = 6;
 
-/// Correction at which the contact solver stops \[tolerances\]. Below, sweeps change nothing
-/// that is measured; above, the sum of many small remainders exceeds the tolerance.
-const SOLVER_TOLERANCE: f64 = 2e-3;
-
 /// Alternations of shape restoration and separation per round. Below, tissue ends folded or
 /// overlapping; above, rounds take longer and later rounds find little left to do.
 const SHAPE_PASSES: u32 = 2;
+
+/// Correction at which the contact solver stops \[tolerances\]. Below, sweeps change nothing
+/// that is measured; above, the sum of many small remainders exceeds the tolerance.
+const SOLVER_TOLERANCE: f64 = 2e-3;
 
 impl Run<'_> {
     /// Computes displacements that separate all contacts, or as far as one round goes, and
@@ -46,10 +46,11 @@ impl Run<'_> {
         self.for_each_soft(|tissue, tree, progress| tissue.spread(tree, smoothing, progress))?;
 
         // Restoring shape and separating contacts alternate: each undoes some of the other.
+        let looseness = looseness(self.rounds.len());
         for pass in 0..SHAPE_PASSES {
             let uncrosses = pass == 0;
             self.alter_soft(|tissue, tree, x, progress| {
-                tissue.restore_shape(tree, uncrosses, x, progress)
+                tissue.restore_shape(tree, looseness, uncrosses, x, progress)
             })?;
             self.separate(&system, NEXT_SOLVER_SWEEPS)?;
         }
@@ -226,4 +227,11 @@ impl Run<'_> {
         }
         self.follow_ties();
     }
+}
+
+/// Returns the factor on the limits on strain: they widen where the first rounds have found
+/// no gentler way.
+fn looseness(rounds: usize) -> f64 {
+    let later = u32::try_from(rounds.saturating_sub(tuning::FIRM_ROUNDS)).unwrap_or(u32::MAX);
+    (1.0 + tuning::LOOSENING * f64::from(later)).min(tuning::MAX_LOOSENESS)
 }

@@ -50,13 +50,26 @@ pub(crate) const SPREAD_RADIUS: f64 = 2.0;
 /// find sides to which no push gets.
 pub(crate) const MAX_STRUT_LENGTH: f64 = 3.0;
 
-/// Largest difference between the displacements of the two ends of an edge \[its length\]. Below,
-/// deep overlaps drag more tissue along; far above, tissue stays in folds.
-pub(crate) const MAX_STRETCH: f64 = 2.4;
+// Limits on strain.
+
+/// Largest difference between the displacements of the two ends of an edge \[its length\].
+/// Above 1, the edge may turn round; far below, deep overlaps drag more tissue along.
+pub(crate) const MAX_STRETCH: f64 = 0.8;
 
 /// Smallest thickness of a sheet \[its thickness at rest\]. At 0, its sides meet; far above,
 /// sheets between bones cannot yield.
-pub(crate) const MIN_THICKNESS: f64 = 0.11;
+pub(crate) const MIN_THICKNESS: f64 = 0.35;
+
+/// Rounds with these limits unchanged. Below, tissue is dragged into folds; above, tissue
+/// that slides through a narrow place needs more rounds.
+pub(crate) const FIRM_ROUNDS: usize = 3;
+
+/// Growth of the limits' factor per later round. Below, narrow places take more rounds;
+/// above, tissue is dragged into folds, which take as many.
+pub(crate) const LOOSENING: f64 = 0.3;
+
+/// Largest factor on the limits. Below, narrow places are given up; above, folds remain.
+pub(crate) const MAX_LOOSENESS: f64 = 3.0;
 
 // Exit sides.
 
@@ -84,6 +97,10 @@ pub(crate) const FAR_SHARE: f64 = 0.1;
 /// Change of a body's volume above which rounds continue, and give it back \[its volume\]. Below, rounds are
 /// spent on nothing that is measured; above, the change that is promised is exceeded.
 pub(crate) const MAX_VOLUME_CHANGE: f64 = 0.001;
+
+/// Largest displacement per round that gives volume back \[displacement so far\]. Below, more
+/// rounds are needed; above, it overshoots where little of a body is free.
+pub(crate) const MAX_VOLUME_STEP: f64 = 0.5;
 
 // Gap.
 
