@@ -54,6 +54,10 @@ pub(crate) struct Choice {
     pub(crate) seconds: f64,
 }
 
+/// Share of the time of whole surfaces above which these are taken: times are predicted no better. Below, gains
+/// are missed; above, a plan takes longer than detection without one.
+const WORTHWHILE_SHARE: f64 = 0.85;
+
 /// Number of kinds of structures.
 pub(crate) const KINDS: usize = 4;
 
@@ -110,8 +114,16 @@ impl Candidate {
 }
 
 impl Options {
-    /// Chooses a candidate for each pair.
+    /// Chooses a candidate for each pair: the cheapest together, or whole surfaces for all where that saves
+    /// less than times are predicted to.
     pub(crate) fn choose(&self) -> Choice {
+        let (cheapest, whole) = (self.cheapest(), self.whole());
+        let is_worthwhile = cheapest.seconds <= WORTHWHILE_SHARE * whole.seconds;
+        if is_worthwhile { cheapest } else { whole }
+    }
+
+    /// Finds the cheapest candidates.
+    fn cheapest(&self) -> Choice {
         let mut search = Search::new(self);
         for _ in 0..MAX_ROUNDS {
             if !search.improve() {
@@ -119,6 +131,19 @@ impl Options {
             }
         }
         search.finish()
+    }
+
+    /// Takes the exact candidate of each pair that has one.
+    fn whole(&self) -> Choice {
+        let mut candidates = Vec::new();
+        for pair in &self.pairs {
+            let is_whole = |candidate: &Candidate| {
+                candidate.method == DetectionMethod::Exact && candidate.is_coarse == [false; 2]
+            };
+            candidates.push(pair.candidates.iter().position(is_whole).unwrap_or(0));
+        }
+        let (seconds, structures) = (self.seconds(&candidates), self.needs(&candidates));
+        Choice { candidates, structures, seconds }
     }
 
     /// Computes the time of construction and of all frames for some candidates \[s\].
