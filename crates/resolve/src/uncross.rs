@@ -5,7 +5,7 @@
 //! on its side of a plane of this direction, which the displacement of least elastic energy brings about.
 
 use glam::DVec3;
-use scene::Body;
+use scene::{Body, PairId};
 use surface::{Meeting, closest_between_triangles, triangles_meet};
 
 use crate::elastic::{ElasticProblem, GapRow};
@@ -18,16 +18,22 @@ use crate::{ResolveError, tuning};
 const MAX_STEPS: usize = 12;
 
 impl Run<'_> {
-    /// Takes apart what crosses in each body and did not at the start, as far as steps lead.
+    /// Takes apart what crosses in each body that crosses no other, and did not at the start, as far as steps
+    /// lead.
     pub(crate) fn uncross_anew(&mut self) -> Result<(), ResolveError> {
         self.scene.fit_all()?;
+        let crossing = self.overlapping_pairs();
         for number in 0..self.tissues.len() {
+            let id = self.tissues[number].id;
+            if crossing.iter().any(|pair| pair.contains(id)) {
+                continue;
+            }
             for _ in 0..MAX_STEPS {
                 let rows = self.uncrossing_rows(number)?;
                 if rows.is_empty() {
                     break;
                 }
-                self.uncross_body(number, rows)?;
+                self.uncross_body(number, rows, &crossing)?;
             }
         }
         Ok(())
@@ -48,12 +54,16 @@ impl Run<'_> {
     }
 
     /// Takes one step of a body in which these rows open, and all other bodies stay.
-    fn uncross_body(&mut self, number: usize, rows: Vec<GapRow>) -> Result<(), ResolveError> {
-        // What is near holds the body. What crosses already does not.
-        let crossing = self.overlapping_pairs();
+    fn uncross_body(
+        &mut self,
+        number: usize,
+        rows: Vec<GapRow>,
+        crossing: &[PairId],
+    ) -> Result<(), ResolveError> {
+        // What is near holds the body.
         let (mut near, mut moves) = (Vec::new(), vec![false; self.tissues.len()]);
         moves[number] = true;
-        self.update_features(&mut near, &crossing, detection_margin(&self.params), &moves)?;
+        self.update_features(&mut near, crossing, detection_margin(&self.params), &moves)?;
         let target = clearance(&self.params) + self.gap_slack();
         let mut problem = ElasticProblem::default();
         for PairFeatures { id, features } in near {
@@ -80,7 +90,7 @@ impl Run<'_> {
         let tolerance = tuning::SOLVED_SHARE * self.gap_slack();
         let (sweeps, penalty) = (GAP_SWEEPS, tuning::GAP_PENALTY);
         let steps = problem.minimize(&resting, sweeps, tolerance, penalty);
-        self.move_freely(&steps, &crossing)?;
+        self.move_freely(&steps, crossing)?;
         Ok(self.scene.fit_all()?)
     }
 }
