@@ -317,3 +317,39 @@ impl<'a> Search<'a> {
         Choice { structures: self.options.needs(&candidates), candidates, seconds }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use fixtures::shapes;
+    use scene::{BodyKind, Scene};
+
+    use super::*;
+
+    /// Two bodies whose trees take a second each, and coarse surfaces a share of it.
+    #[test]
+    fn whole_surfaces_are_taken_where_little_is_saved() {
+        let mut scene = Scene::new();
+        let bodies = ["bone", "muscle"].map(|name| {
+            let mesh = shapes::icosphere(1.0, 1);
+            scene.add(name, BodyKind::Rigid, mesh.surface(), mesh.positions).expect("a body")
+        });
+        let candidate = |method, is_coarse| Candidate {
+            method,
+            is_coarse,
+            bone: None,
+            operations: OperationCounts::default(),
+        };
+        let pair = PairOptions {
+            pair: PairId::new(bodies[0], bodies[1]),
+            candidates: vec![
+                candidate(DetectionMethod::Exact, [false; 2]),
+                candidate(DetectionMethod::Coarse, [true; 2]),
+            ],
+        };
+        for (share, chosen) in [(0.8, 1), (0.9, 0), (1.1, 0)] {
+            let body = BodyOptions { seconds: [1.0, share, 9.0, 9.0] };
+            let options = Options { frames: 9.0, bodies: vec![body; 2], pairs: vec![pair.clone()] };
+            assert_eq!(options.choose().candidates, [chosen], "{share}");
+        }
+    }
+}
