@@ -139,8 +139,8 @@ fn no_depth_of_a_walk_is_off_by_more_than_its_bound() {
     workshop.write("scene.toml", format!("motion = \"gait.json\"\n{}", thigh_scene(&data)));
     let states = if all { "73 states compared" } else { "5 states compared" };
 
-    // Of these simplified bodies, coarse surfaces pay within the larger tolerance alone.
-    for (tolerance, method) in [("2", "coarse"), ("0.5", "exact")] {
+    // Of these simplified bodies, coarse surfaces pay within a large tolerance alone.
+    for (tolerance, method) in [("4", "coarse"), ("2", "exact")] {
         let arguments = ["scene.toml", "--tolerance", tolerance, "--frames", "100000", "--compare"];
         let run = workshop.run("plan", &arguments);
         assert_eq!(run.status, 1, "{}", run.stderr);
