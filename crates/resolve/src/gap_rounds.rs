@@ -27,8 +27,8 @@ const GAP_PROGRESS: f64 = 0.9;
 /// Rounds that open the gap without [progress](GAP_PROGRESS), after which it is given up.
 const MAX_STALLED_GAP_ROUNDS: usize = 3;
 
-/// Largest number of sweeps of the elastic solver, in a round that opens the gap or settles tissue. Below, gaps need more rounds; above, rounds
-/// take longer.
+/// Largest number of sweeps of the elastic solver, in a round that opens the gap or settles tissue. Below,
+/// gaps need more rounds; above, rounds take longer.
 pub(crate) const GAP_SWEEPS: usize = 60;
 
 /// Pair of bodies with its near features.
