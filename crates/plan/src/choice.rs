@@ -54,8 +54,8 @@ pub(crate) struct Choice {
     pub(crate) seconds: f64,
 }
 
-/// Share of the time of whole surfaces above which these are taken: times are predicted no better. Below, gains
-/// are missed; above, a plan takes longer than detection without one.
+/// Share of the predicted time of whole surfaces, above which these are taken, since predictions are no
+/// more exact. Below, gains are missed; above, a plan may take longer than detection without one.
 const WORTHWHILE_SHARE: f64 = 0.85;
 
 /// Number of kinds of structures.
@@ -114,8 +114,8 @@ impl Candidate {
 }
 
 impl Options {
-    /// Chooses a candidate for each pair: the cheapest together, or whole surfaces for all where that saves
-    /// less than times are predicted to.
+    /// Chooses a candidate for each pair: the cheapest together, or whole surfaces for all where those save too
+    /// little beside them.
     pub(crate) fn choose(&self) -> Choice {
         let (cheapest, whole) = (self.cheapest(), self.whole());
         let is_worthwhile = cheapest.seconds <= WORTHWHILE_SHARE * whole.seconds;

@@ -85,7 +85,7 @@ fn each_absurd_scene_is_answered_in_words() {
             "floor.obj muscle.obj ceiling.obj --rigid floor --rigid ceiling --gap 0.1",
             1,
             &[
-                "muscle would leave its limits: volume",
+                "muscle would leave its limits: volume 1.76 %",
                 "0.920 to 0.923 mm deep",
                 "No mesh is written",
             ],

@@ -140,7 +140,7 @@ fn no_depth_of_a_walk_is_off_by_more_than_its_bound() {
     let states = if all { "73 states compared" } else { "5 states compared" };
 
     // Of these simplified bodies, coarse surfaces pay within a large tolerance alone.
-    for (tolerance, method) in [("4", "coarse"), ("2", "exact")] {
+    for (tolerance, method) in [("4", "coarse"), ("2", "exact"), ("0.5", "exact")] {
         let arguments = ["scene.toml", "--tolerance", tolerance, "--frames", "100000", "--compare"];
         let run = workshop.run("plan", &arguments);
         assert_eq!(run.status, 1, "{}", run.stderr);
