@@ -114,8 +114,8 @@ impl Candidate {
 }
 
 impl Options {
-    /// Chooses a candidate for each pair: the cheapest together, or whole surfaces for all where those save too
-    /// little beside them.
+    /// Chooses a candidate for each pair: the cheapest together, or whole surfaces for all where that saves too
+    /// little beside these.
     pub(crate) fn choose(&self) -> Choice {
         let (cheapest, whole) = (self.cheapest(), self.whole());
         let is_worthwhile = cheapest.seconds <= WORTHWHILE_SHARE * whole.seconds;

@@ -227,23 +227,18 @@ impl Run<'_> {
 #[cfg(test)]
 mod tests {
     use fixtures::shapes;
-    use scene::{BodyKind, Scene};
+    use scene::Scene;
     use surface::progress::Progress;
 
     use super::*;
+    use crate::test_scenes::bone_and_muscle;
     use crate::{Conditions, ResolveParams};
 
     /// Builds a block that rests on a plate, shifted along it.
     fn resting_block(shift: DVec3) -> Scene {
-        let mut scene = Scene::new();
         let plate = shapes::plate(DVec3::new(8.0, 8.0, 2.0), [4, 4]).translated(-DVec3::Z);
         let block = shapes::plate(DVec3::splat(2.0), [4, 4]).translated(DVec3::Z + shift);
-        for (name, kind, mesh) in
-            [("plate", BodyKind::Rigid, plate), ("block", BodyKind::Deformable, block)]
-        {
-            scene.add(name, kind, mesh.surface(), mesh.positions).expect("a body");
-        }
-        scene
+        bone_and_muscle(plate, block)
     }
 
     #[test]

@@ -16,7 +16,7 @@ use surface::{parallel, triangle};
 use crate::damage::rounded_to_single;
 use crate::elastic::{ActiveParticle, Bond, ElasticProblem, GapRow, VolumeRow};
 use crate::resolution::{BrokenLimit, GapRound};
-use crate::run::{Run, TOUCHING, largest_coordinate};
+use crate::run::{Run, TOUCHING, detection_margin, largest_coordinate};
 use crate::tissue::{Tissue, fitted_tree};
 use crate::{ResolveError, WrittenPrecision, tuning};
 
@@ -29,7 +29,7 @@ const MAX_STALLED_GAP_ROUNDS: usize = 3;
 
 /// Largest number of sweeps of the elastic solver, in a round that opens the gap or settles tissue. Below,
 /// gaps need more rounds; above, rounds take longer.
-pub(crate) const GAP_SWEEPS: usize = 60;
+const GAP_SWEEPS: usize = 60;
 
 /// Pair of bodies with its near features.
 pub(crate) struct PairFeatures {
@@ -137,6 +137,38 @@ impl Run<'_> {
             PairFeatures { id, features }
         }));
         near.sort_unstable_by_key(|pair| pair.id);
+        Ok(())
+    }
+
+    /// Makes the rows that hold a body `target` apart from all that is near, pairs in `crossing` left out.
+    pub(crate) fn holding_rows(
+        &mut self,
+        number: usize,
+        crossing: &[PairId],
+        target: f64,
+    ) -> Result<Vec<GapRow>, ResolveError> {
+        let (mut near, mut moves) = (Vec::new(), vec![false; self.tissues.len()]);
+        moves[number] = true;
+        self.update_features(&mut near, crossing, detection_margin(&self.params), &moves)?;
+        let mut rows = Vec::new();
+        for PairFeatures { id, features } in near {
+            for feature in &features {
+                self.add_row(id, feature, target - feature.distance, &mut rows);
+            }
+        }
+        Ok(rows)
+    }
+
+    /// Takes the step from the displacements `u` to those of least elastic energy, as far as nothing meets.
+    pub(crate) fn step_freely(
+        &mut self,
+        problem: ElasticProblem,
+        u: &[DVec3],
+        crossing: &[PairId],
+    ) -> Result<(), ResolveError> {
+        let tolerance = tuning::SOLVED_SHARE * self.gap_slack();
+        let steps = problem.minimize(u, GAP_SWEEPS, tolerance, tuning::GAP_PENALTY);
+        self.move_freely(&steps, crossing)?;
         Ok(())
     }
 

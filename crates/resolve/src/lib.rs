@@ -68,6 +68,8 @@ mod self_contacts;
 mod settle;
 mod shape;
 mod spread;
+#[cfg(test)]
+mod test_scenes;
 mod ties;
 mod tissue;
 mod tuning;

@@ -9,11 +9,10 @@ use glam::DVec3;
 use surface::progress::Interrupted;
 
 use crate::elastic::{ElasticProblem, GapRow};
-use crate::gap_rounds::{GAP_SWEEPS, PairFeatures};
 use crate::resolver::soft_positions;
-use crate::run::{Run, clearance, detection_margin};
+use crate::run::{Run, clearance};
 use crate::tissue::{Tissue, fitted_tree};
-use crate::{BrokenLimit, ResolveError, tuning};
+use crate::{BrokenLimit, ResolveError};
 
 /// Share of the way from the longest displacement to the longest way out that is taken off per step.
 /// Below, steps are many; above, surfaces block them: the way back is along them, round their bends.
@@ -71,17 +70,9 @@ impl Run<'_> {
 
     /// Takes one step of a body toward rest, in which all others stay.
     fn settle_body(&mut self, number: usize, target: f64) -> Result<(), ResolveError> {
-        // Only its own pairs.
-        let (mut near, mut moves) = (Vec::new(), vec![false; self.tissues.len()]);
-        moves[number] = true;
-        self.update_features(&mut near, &[], detection_margin(&self.params), &moves)?;
-        let problem = self.settling_problem(number, &near, target)?;
-
-        let tolerance = tuning::SOLVED_SHARE * self.gap_slack();
-        let (sweeps, penalty) = (GAP_SWEEPS, tuning::GAP_PENALTY);
-        let steps = problem.minimize(&self.displacements(), sweeps, tolerance, penalty);
-        self.move_freely(&steps, &[])?;
-        Ok(())
+        let rows = self.holding_rows(number, &[], target)?;
+        let problem = self.settling_problem(number, rows)?;
+        self.step_freely(problem, &self.displacements(), &[])
     }
 
     /// Returns the number of the body with the longest displacement, and its length.
@@ -101,16 +92,9 @@ impl Run<'_> {
     fn settling_problem(
         &mut self,
         number: usize,
-        near: &[PairFeatures],
-        target: f64,
+        rows: Vec<GapRow>,
     ) -> Result<ElasticProblem, Interrupted> {
-        let mut problem = ElasticProblem::default();
-        for PairFeatures { id, features } in near {
-            for feature in features {
-                self.add_row(*id, feature, target - feature.distance, &mut problem.rows);
-            }
-        }
-
+        let mut problem = ElasticProblem { rows, ..Default::default() };
         let (progress, length) = (self.round_progress(), self.params.smoothing);
         let tissue = &mut self.tissues[number];
         let body = self.scene.body(tissue.id);
@@ -151,21 +135,17 @@ impl Tissue {
 mod tests {
     use fixtures::{Mesh, shapes};
     use glam::DVec3;
-    use scene::{BodyKind, CheckParams, PairId, Scene};
+    use scene::{CheckParams, PairId};
     use surface::progress::Progress;
 
     use crate::run::{Run, clearance};
+    use crate::test_scenes::bone_and_muscle;
     use crate::{Conditions, ResolveParams};
 
     /// Settles a muscle that is `longest_way` deep in a bone, which was taken `out` of it upward; returns
     /// its displacement.
     fn settled(bone: Mesh, muscle: Mesh, longest_way: f64, out: f64, is_tied: bool) -> f64 {
-        let mut scene = Scene::new();
-        for (name, kind, mesh) in
-            [("bone", BodyKind::Rigid, bone), ("muscle", BodyKind::Deformable, muscle)]
-        {
-            scene.add(name, kind, mesh.surface(), mesh.positions).expect("a body");
-        }
+        let mut scene = bone_and_muscle(bone, muscle);
         let (params, conditions) = (ResolveParams::with_smoothing(6.0), Conditions::default());
         let run = Run::new(&mut scene, params, &conditions, &[], None, Progress::none());
         let mut run = run.expect("a run");

@@ -8,11 +8,10 @@ use glam::DVec3;
 use scene::{Body, PairId};
 use surface::{Meeting, closest_between_triangles, triangles_meet};
 
+use crate::ResolveError;
 use crate::elastic::{ElasticProblem, GapRow};
-use crate::gap_rounds::{GAP_SWEEPS, PairFeatures};
-use crate::run::{Run, clearance, detection_margin};
+use crate::run::{Run, clearance};
 use crate::tissue::{Tissue, fitted_tree};
-use crate::{ResolveError, tuning};
 
 /// Steps per body. Below, folds of several edges remain; above, hopeless ones take longer.
 const MAX_STEPS: usize = 12;
@@ -60,17 +59,11 @@ impl Run<'_> {
         rows: Vec<GapRow>,
         crossing: &[PairId],
     ) -> Result<(), ResolveError> {
-        // What is near holds the body.
-        let (mut near, mut moves) = (Vec::new(), vec![false; self.tissues.len()]);
-        moves[number] = true;
-        self.update_features(&mut near, crossing, detection_margin(&self.params), &moves)?;
         let target = clearance(&self.params) + self.gap_slack();
-        let mut problem = ElasticProblem::default();
-        for PairFeatures { id, features } in near {
-            for feature in &features {
-                self.add_row(id, feature, target - feature.distance, &mut problem.rows);
-            }
-        }
+        let mut problem = ElasticProblem {
+            rows: self.holding_rows(number, crossing, target)?,
+            ..Default::default()
+        };
 
         // The tissue around what crosses.
         let (progress, length) = (self.round_progress(), self.params.smoothing);
@@ -87,10 +80,7 @@ impl Run<'_> {
 
         // From the state as it is: what other rounds have displaced stays so.
         let resting = vec![DVec3::ZERO; self.inverse_masses.len()];
-        let tolerance = tuning::SOLVED_SHARE * self.gap_slack();
-        let (sweeps, penalty) = (GAP_SWEEPS, tuning::GAP_PENALTY);
-        let steps = problem.minimize(&resting, sweeps, tolerance, penalty);
-        self.move_freely(&steps, crossing)?;
+        self.step_freely(problem, &resting, crossing)?;
         Ok(self.scene.fit_all()?)
     }
 }
@@ -132,10 +122,11 @@ impl Tissue {
 #[cfg(test)]
 mod tests {
     use fixtures::shapes;
-    use scene::{BodyKind, Scene};
+    use scene::CheckParams;
     use surface::progress::Progress;
 
     use super::*;
+    use crate::test_scenes::bone_and_muscle;
     use crate::{Conditions, ResolveParams};
 
     /// A thin body on a bone, whose upper side is pressed through its lower one.
@@ -143,17 +134,11 @@ mod tests {
     fn sides_that_were_pressed_through_each_other_part_and_enter_no_bone() {
         let muscle = shapes::ellipsoid(DVec3::new(12.0, 12.0, 2.0), 3);
         let bone = shapes::plate(DVec3::new(16.0, 16.0, 1.0), [4, 4]).translated(DVec3::Z * -3.3);
-        let rest = muscle.positions.clone();
-        let mut scene = Scene::new();
-        for (name, kind, mesh) in
-            [("bone", BodyKind::Rigid, bone), ("muscle", BodyKind::Deformable, muscle)]
-        {
-            scene.add(name, kind, mesh.surface(), mesh.positions).expect("a body");
-        }
+        let mut x = muscle.positions.clone();
+        let mut scene = bone_and_muscle(bone, muscle);
         let (params, conditions) = (ResolveParams::with_smoothing(6.0), Conditions::default());
         let run = Run::new(&mut scene, params, &conditions, &[], None, Progress::none());
         let mut run = run.expect("a run");
-        let mut x = rest.clone();
         for x in x.iter_mut().filter(|x| x.z > 0.0 && x.truncate().length() < 3.0) {
             x.z -= 4.2;
         }
@@ -165,7 +150,7 @@ mod tests {
         let tree = fitted_tree(&run.scene.bodies()[1]);
         let crossings = run.tissues[1].self_crossings(tree, Progress::none());
         assert_eq!(crossings.expect("crossings"), Vec::<[u32; 2]>::new());
-        let reports = scene.check(&scene::CheckParams::without_measures(9.0), Progress::none());
+        let reports = scene.check(&CheckParams::without_measures(9.0), Progress::none());
         assert!(!reports.expect("reports")[0].overlaps);
     }
 }
