@@ -290,8 +290,10 @@ fn compose(values: &mut [f32], inside: &[bool], grid: &FieldGrid, limit: f32) {
     let planes = values.chunks_mut(nx * ny).zip(inside.chunks(nx * ny)).collect();
     parallel::for_each(planes, |_, (values, inside): (&mut [f32], &[bool])| {
         for (value, &is_inside) in values.iter_mut().zip(inside) {
-            let distance = (value.sqrt() * spacing).min(limit);
-            *value = if is_inside { -distance } else { distance };
+            // Without a branch, which vectorizes.
+            let distance = value.sqrt() * spacing;
+            let distance = if distance < limit { distance } else { limit };
+            *value = f32::from_bits(distance.to_bits() | u32::from(is_inside) << 31);
         }
     });
 }

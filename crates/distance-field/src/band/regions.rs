@@ -419,7 +419,7 @@ impl Slab<'_> {
 fn are_any_nodes(from: [f64; ROWS], to: [f64; ROWS]) -> bool {
     let mut are_any = false;
     for (from, to) in from.into_iter().zip(to) {
-        are_any |= -floor(-from) <= floor(to);
+        are_any |= from <= floor(to);
     }
     are_any
 }

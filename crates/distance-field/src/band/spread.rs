@@ -23,6 +23,9 @@ use crate::separable;
 /// Columns that are searched together: a vector of 8-bit numbers, two of 16 bits.
 const LANES: usize = 16;
 
+/// Blocks of as many columns that are loaded together: their rows fill lines of the cache.
+const BLOCKS: usize = 4;
+
 /// Maximum reach, in spacings, whose square 16 bits hold.
 pub(super) const MAX_REACH: usize = 180;
 
@@ -134,14 +137,24 @@ fn along_row<C: Closeness>(row: &mut Row<'_, C>, reach: usize) {
 /// Spreads faces across rows, sixteen columns at a time.
 fn across_rows<C: Closeness>(rows: &mut [Row<'_, C>], reach: usize) {
     let width = rows.first().map_or(0, |row| row.labels.len());
-    let mut columns = Columns::default();
-    for start in (0..width).step_by(LANES) {
-        if !columns.load(rows, start) {
-            continue;
+    let mut blocks: [Columns<C>; BLOCKS] = Default::default();
+    for first in (0..width).step_by(BLOCKS * LANES) {
+        let starts = (first..width).step_by(LANES);
+        blocks.iter_mut().for_each(Columns::clear);
+        for row in &*rows {
+            for (columns, start) in blocks.iter_mut().zip(starts.clone()) {
+                columns.push(row, start);
+            }
         }
-        for (r, row) in rows.iter_mut().enumerate() {
-            if let Some(found) = columns.search(r, reach) {
-                columns.write(r, &found, &mut row.nearness[start..], &mut row.labels[start..]);
+
+        for (columns, start) in blocks.iter_mut().zip(starts) {
+            if !columns.find_rows() {
+                continue;
+            }
+            for (r, row) in rows.iter_mut().enumerate() {
+                if let Some(found) = columns.search(r, reach) {
+                    columns.write(r, &found, &mut row.nearness[start..], &mut row.labels[start..]);
+                }
             }
         }
     }
@@ -158,7 +171,9 @@ struct Found<C: Closeness> {
 struct Columns<C> {
     closeness: Vec<[C; LANES]>,
     face: Vec<[u32; LANES]>,
-    /// Nearest row at or before each row, and at or after it, that has any closeness.
+    /// Last row that has any closeness.
+    last: usize,
+    /// Nearest such row at or before each row, and at or after it.
     before: Vec<usize>,
     after: Vec<usize>,
 }
@@ -167,41 +182,38 @@ struct Columns<C> {
 const NONE: usize = usize::MAX;
 
 impl<C: Closeness> Columns<C> {
-    /// Copies columns from `start`; returns false if there is nothing in them.
-    ///
-    /// Rows without any closeness are skipped by searches: far from a surface most are.
-    fn load(&mut self, rows: &[Row<'_, C>], start: usize) -> bool {
+    fn clear(&mut self) {
         self.closeness.clear();
         self.face.clear();
         self.before.clear();
-
-        // Forward: the nodes, and the last row that has any closeness.
-        let mut last = NONE;
-        for (r, row) in rows.iter().enumerate() {
-            let closeness: [C; LANES] = lanes(row.nearness, start);
-            if closeness != [C::default(); LANES] {
-                last = r;
-            }
-            let face = lanes(row.labels, start);
-            self.closeness.push(closeness);
-            self.face.push(face);
-            self.before.push(last);
-        }
-        if last == NONE {
-            return false;
-        }
-
-        // Backward: the next such row.
         self.after.clear();
-        self.after.resize(rows.len(), NONE);
+        self.last = NONE;
+    }
+
+    /// Copies columns of the next row from `start`.
+    fn push(&mut self, row: &Row<'_, C>, start: usize) {
+        let closeness: [C; LANES] = lanes(row.nearness, start);
+        if closeness != [C::default(); LANES] {
+            self.last = self.closeness.len();
+        }
+        self.closeness.push(closeness);
+        self.face.push(lanes(row.labels, start));
+        self.before.push(self.last);
+    }
+
+    /// Finds the next row of each row that has any closeness; returns false if none has.
+    ///
+    /// Rows without any closeness are skipped by searches: far from a surface most are.
+    fn find_rows(&mut self) -> bool {
+        self.after.resize(self.before.len(), NONE);
         let mut next = NONE;
-        for r in (0..rows.len()).rev() {
-            if self.before[r] == r {
+        for (r, (after, before)) in self.after.iter_mut().zip(&self.before).enumerate().rev() {
+            if *before == r {
                 next = r;
             }
-            self.after[r] = next;
+            *after = next;
         }
-        true
+        next != NONE
     }
 
     /// Searches the rows around row `r`; `None` where nothing is within the reach.
@@ -241,9 +253,7 @@ impl<C: Closeness> Columns<C> {
         let nodes = nearness.iter_mut().zip(labels).zip(found.best.iter().zip(&found.from));
         for (lane, ((nearness, label), (&best, &from))) in nodes.enumerate() {
             *nearness = best;
-            if from != C::Rows::default() {
-                *label = self.face[r.wrapping_add_signed(from.into())][lane];
-            }
+            *label = self.face[r.wrapping_add_signed(from.into())][lane];
         }
     }
 }
