@@ -1,4 +1,4 @@
-//! Top-down construction: median splits along the widest direction, two per node.
+//! Top-down construction: median splits along the widest axis, two per node.
 //!
 //! Source: J. T. Klosowski et al., "Efficient Collision Detection Using Bounding Volume Hierarchies
 //! of k-DOPs", IEEE TVCG 4(1), 1998, section 4 (top down, by the median of centroids), and the
@@ -23,8 +23,8 @@ pub(crate) struct Arrangement<const S: usize> {
 }
 
 impl<const S: usize> Arrangement<S> {
-    /// Arranges the first `count` leaves by their projected centroids, while `keep_going` returns
-    /// true; `None` where it does not.
+    /// Arranges the first `count` leaves by their centroids, while `keep_going` returns true; `None`
+    /// where it does not.
     pub(crate) fn new(
         leaves: Leaves<'_>,
         count: u32,
@@ -75,11 +75,14 @@ struct Builder<'a, const S: usize> {
     nodes: Vec<Node<S>>,
     clusters: Clusters,
     leaves: Leaves<'a>,
-    /// Six times the projected centroid of every leaf.
-    centroids: Vec<[f32; S]>,
+    /// Six times the centroid of every leaf.
+    ///
+    /// Splits along the other directions leave parts whose bounds overlap more: pairs of trees then take
+    /// up to a quarter more time.
+    centroids: Vec<[f32; 3]>,
     /// All leaves; those of finished clusters are in tree order.
     order: Vec<u32>,
-    /// Scratch of the splits: position of a leaf along a direction, then its number.
+    /// Scratch of the splits: position of a leaf along an axis, then its number.
     keys: Vec<u64>,
     /// Returns false to end the build.
     keep_going: &'a dyn Fn() -> bool,
@@ -132,10 +135,10 @@ impl<const S: usize> Builder<'_, S> {
     }
 
     /// Reorders a range such that the leaves before `middle` lie before those after it, along the
-    /// direction in which the range is widest. Ties are broken by number.
+    /// axis in which the range is widest. Ties are broken by number.
     fn split(&mut self, range: Range<usize>, middle: usize) {
-        // Keys compare by position along the direction, then by number.
-        let k = self.widest_direction(range.clone());
+        // Keys compare by position along the axis, then by number.
+        let k = self.widest_axis(range.clone());
         let order = &mut self.order[range.clone()];
 
         self.keys.clear();
@@ -150,13 +153,13 @@ impl<const S: usize> Builder<'_, S> {
         }
     }
 
-    fn widest_direction(&self, range: Range<usize>) -> usize {
+    fn widest_axis(&self, range: Range<usize>) -> usize {
         let mut bound = PackedDop::EMPTY;
         for &leaf in &self.order[range] {
             let centroid = &self.centroids[leaf as usize];
             bound.include(centroid, centroid);
         }
-        bound.to_dop::<S>().widest().0
+        bound.to_dop::<3>().widest().0
     }
 
     /// Adds a cluster over at most [`MAX_LEAVES`] leaves.
@@ -197,17 +200,12 @@ fn local_point(points: &mut Vec<u32>, first: usize, point: u32) -> u8 {
     as_u8(points.len() - 1 - first)
 }
 
-/// Computes six times the centroid of a leaf's bounds, projected.
-fn centroid<const S: usize>(projections: &Projections<S>, corners: [u32; 3]) -> [f32; S] {
+/// Computes six times the centroid of a leaf's bounds.
+fn centroid<const S: usize>(projections: &Projections<S>, corners: [u32; 3]) -> [f32; 3] {
     let (lo, hi) = (projections.lo(), projections.hi());
     let [a, b, c] = corners.map(|p| (&lo[p as usize], &hi[p as usize]));
 
-    // A loop over rows of fixed length is vectorized.
-    let mut sum = [0.0; S];
-    for (k, sum) in sum.iter_mut().enumerate() {
-        *sum = (a.0[k] + a.1[k]) + (b.0[k] + b.1[k]) + (c.0[k] + c.1[k]);
-    }
-    sum
+    [0, 1, 2].map(|k| (a.0[k] + a.1[k]) + (b.0[k] + b.1[k]) + (c.0[k] + c.1[k]))
 }
 
 /// Returns how many of `n > MAX_LEAVES` leaves go left.
