@@ -66,6 +66,18 @@ struct EdgeShift {
     weights: [f32; 2],
 }
 
+/// Shifts between two looks at the limit: a test for each would double the time.
+const CHUNK: usize = 1024;
+
+/// Difference between a point of one surface and a point of a simplex of the other.
+trait Shift {
+    /// Returns the difference with the same weights as ever.
+    fn at(&self, x: &[DVec3], of_simplex: &[DVec3]) -> DVec3;
+
+    /// Returns the least squared distance that other weights have.
+    fn least_squared(&self, x: &[DVec3], of_simplex: &[DVec3]) -> f64;
+}
+
 /// Roundings of a coordinate that a distance between weighted means may be off by.
 const ROUNDINGS: f64 = 32.0;
 
@@ -109,27 +121,21 @@ impl CoarseMap {
     ///
     /// When there are fewer positions than the surfaces have vertices.
     pub(crate) fn max_shift(&self, x: &[DVec3], kept: &[DVec3]) -> f64 {
-        // The least distances matter of those alone that would be the largest with the same weights.
-        let mut max_squared = 0.0_f64;
-        for shift in &self.of_vertices {
-            if shift.at(x, kept).length_squared() > max_squared {
-                max_squared = max_squared.max(shift.least_squared(x, kept));
-            }
-        }
-        for shift in &self.of_faces {
-            if shift.at(kept, x).length_squared() > max_squared {
-                max_squared = max_squared.max(shift.least_squared(kept, x));
-            }
-        }
-        for shift in &self.of_edges {
-            if shift.at(x, kept).length_squared() > max_squared {
-                max_squared = max_squared.max(shift.least_squared(x, kept));
-            }
-        }
+        self.max_shift_within(x, kept, f64::INFINITY).unwrap_or(f64::INFINITY)
+    }
+
+    /// Computes η as [`max_shift`](Self::max_shift) does; `None` as soon as it exceeds a limit.
+    pub(crate) fn max_shift_within(&self, x: &[DVec3], kept: &[DVec3], limit: f64) -> Option<f64> {
+        let limit_squared = limit * limit;
+        let max_squared = max_least_squared(&self.of_faces, [kept, x], limit_squared, 0.0);
+        let max_squared =
+            max_least_squared(&self.of_vertices, [x, kept], limit_squared, max_squared);
+        let max_squared = max_least_squared(&self.of_edges, [x, kept], limit_squared, max_squared);
 
         // Other vertices are no farther out than the kept ones and η.
         let shift = max_squared.sqrt();
-        shift + rounding(kept.iter()) + ROUNDINGS * f64::EPSILON * shift
+        let bound = shift + rounding(kept.iter()) + ROUNDINGS * f64::EPSILON * shift;
+        if bound > limit { None } else { Some(bound) }
     }
 
     /// Returns its memory, in bytes.
@@ -138,6 +144,28 @@ impl CoarseMap {
             + size_of_val(&self.of_faces[..])
             + size_of_val(&self.of_edges[..])
     }
+}
+
+/// Computes the largest of some least squared distances, at least `max_squared`; any above the limit
+/// where it exceeds that.
+fn max_least_squared<S: Shift>(
+    shifts: &[S],
+    [x, of_simplex]: [&[DVec3]; 2],
+    limit_squared: f64,
+    mut max_squared: f64,
+) -> f64 {
+    for chunk in shifts.chunks(CHUNK) {
+        // The least distances matter of those alone that would be the largest with the same weights.
+        for shift in chunk {
+            if shift.at(x, of_simplex).length_squared() > max_squared {
+                max_squared = max_squared.max(shift.least_squared(x, of_simplex));
+            }
+        }
+        if max_squared > limit_squared {
+            break;
+        }
+    }
+    max_squared
 }
 
 /// Returns a bound on the rounding of shifts between points no farther out than some vertices.
@@ -167,7 +195,9 @@ impl VertexShift {
         let ([a, b, c], [s, t]) = (self.corners, self.weights.map(f64::from));
         [(a, 1.0 - s - t), (b, s), (c, t)]
     }
+}
 
+impl Shift for VertexShift {
     #[inline(always)]
     fn at(&self, x: &[DVec3], of_face: &[DVec3]) -> DVec3 {
         let Self { vertex, corners: [a, b, c], weights } = *self;
@@ -189,7 +219,9 @@ impl EdgeShift {
         let [[(a, _), (b, s), _], [(c, _), (d, t), _]] = [point, image].map(MeshPoint::terms);
         Self { ends: [a, b], coarse_ends: [c, d], weights: [s, t].map(rounded_down) }
     }
+}
 
+impl Shift for EdgeShift {
     #[inline(always)]
     fn at(&self, x: &[DVec3], kept: &[DVec3]) -> DVec3 {
         let Self { ends: [a, b], coarse_ends: [c, d], weights } = *self;

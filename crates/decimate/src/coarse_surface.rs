@@ -46,6 +46,8 @@ pub struct CoarseSurface {
     /// Proved deviation at the present positions, and where it was computed last.
     deviation: f64,
     deviation_at_bound: f64,
+    /// Positions of the kept vertices that are tried.
+    gathered: Vec<DVec3>,
 }
 
 impl CoarseSurface {
@@ -60,14 +62,14 @@ impl CoarseSurface {
     ///
     /// When `reduced` is of another surface with more vertices.
     pub fn new(reduced: ReducedSurface, full: &SurfaceTree) -> Result<Self, DecimateError> {
-        let mut positions = Vec::new();
-        reduced.gather(full.positions().as_slice(), &mut positions);
-        let mut tree = SurfaceTree::new(Arc::clone(&reduced.surface), positions)?;
+        let mut gathered = Vec::new();
+        reduced.gather(full.positions().as_slice(), &mut gathered);
+        let mut tree = SurfaceTree::new(Arc::clone(&reduced.surface), gathered.clone())?;
         if full.has_inside() == Err(NoInside::DeclaredOpen) {
             tree = tree.declared_open();
         }
         let deviation = reduced.deviation;
-        Ok(Self { reduced, tree, deviation, deviation_at_bound: deviation })
+        Ok(Self { reduced, tree, deviation, deviation_at_bound: deviation, gathered })
     }
 
     /// Returns the reduced surface.
@@ -100,11 +102,35 @@ impl CoarseSurface {
     ///
     /// When there are fewer positions than the full surface has vertices.
     pub fn follow(&mut self, full: &[DVec3]) -> Result<(), ProximityError> {
-        self.move_to(full)?;
-        let kept = self.tree.positions().as_slice();
-        self.deviation_at_bound = self.reduced.map.max_shift(full, kept);
-        self.deviation = self.deviation_at_bound;
+        self.follow_within(full, f64::INFINITY)?;
         Ok(())
+    }
+
+    /// Moves it to new positions of the full surface as [`follow`](Self::follow) does, if it deviates
+    /// by no more than `max_deviation` there. Returns false where it deviates more, and stays where
+    /// it was: that takes a part of the time.
+    ///
+    /// # Errors
+    ///
+    /// As [`follow`](Self::follow).
+    ///
+    /// # Panics
+    ///
+    /// As [`follow`](Self::follow).
+    pub fn follow_within(
+        &mut self,
+        full: &[DVec3],
+        max_deviation: f64,
+    ) -> Result<bool, ProximityError> {
+        self.reduced.gather(full, &mut self.gathered);
+        let map = &self.reduced.map;
+        let Some(deviation) = map.max_shift_within(full, &self.gathered, max_deviation) else {
+            return Ok(false);
+        };
+        self.tree.set_positions(self.gathered.iter().copied())?;
+        self.deviation_at_bound = deviation;
+        self.deviation = deviation;
+        Ok(true)
     }
 
     /// Moves it to positions that the full surface has reached as one body, by a turn and a shift of
@@ -160,6 +186,9 @@ impl CoarseSurface {
     /// Returns its memory, in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.tree.bytes() + size_of_val(&self.reduced.kept[..]) + self.reduced.map.bytes()
+        self.tree.bytes()
+            + size_of_val(&self.reduced.kept[..])
+            + size_of_val(&self.gathered[..])
+            + self.reduced.map.bytes()
     }
 }

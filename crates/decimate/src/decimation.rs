@@ -9,8 +9,8 @@ use surface::progress::Progress;
 
 use crate::coarse_map::CoarseMap;
 use crate::collapsed::Collapsed;
-use crate::map_builder::MapBuilder;
-use crate::order::{Collapse, collapses};
+use crate::map_builder::{MapBuilder, Mapped};
+use crate::order::{Collapse, Collapses, Order};
 use crate::surfaces::{Coarse, Full};
 use crate::{DecimateError, ReducedSurface};
 
@@ -19,13 +19,21 @@ use crate::{DecimateError, ReducedSurface};
 #[derive(Clone, Debug)]
 pub struct Decimation {
     full: SurfaceTree,
-    collapses: Vec<Collapse>,
+    collapses: Collapses,
 }
 
-/// Share of the faces by which successive candidates differ.
-///
-/// Smaller takes more candidates for the last few faces; larger leaves more of them.
-const CANDIDATE_STEP: f64 = 0.02;
+/// Shares of the allowed deviation that prefixes of the sequence may take. More find one that passes on
+/// worse surfaces.
+const SHARES: [f64; 5] = [1.0, 0.5, 0.25, 0.125, 0.0625];
+
+/// Largest number of surfaces that are tried beyond a prefix: two or three pass, mostly.
+const MAX_ROUNDS: u32 = 8;
+
+/// Surface after some collapses, or the vertices of the full surface where it deviates too much.
+enum Tried {
+    Within(ReducedSurface),
+    Beyond(Vec<u32>),
+}
 
 impl Decimation {
     /// Collapses edges as far as topology and shape allow.
@@ -39,7 +47,7 @@ impl Decimation {
     pub fn new(full: SurfaceTree, progress: Progress<'_>) -> Result<Self, DecimateError> {
         check(full.surface())?;
         let x = full.positions().as_slice();
-        let collapses = collapses(full.surface().faces(), x, progress)?;
+        let collapses = Collapses::find(full.surface().faces(), x, progress)?;
         Ok(Self { full, collapses })
     }
 
@@ -49,12 +57,10 @@ impl Decimation {
         &self.full
     }
 
-    /// Finds the coarsest surface of the sequence that is proved to deviate from the full one by
-    /// at most `max_deviation` (length, `> 0`, finite), as
-    /// [`ReducedSurface::deviation`] says.
+    /// Finds a coarse surface that is proved to deviate from the full one by at most
+    /// `max_deviation` (length, `> 0`, finite), as [`ReducedSurface::deviation`] says.
     ///
-    /// Returns the full surface, with bound 0, where already the first coarser one deviates
-    /// more. A larger `max_deviation` never results in more faces.
+    /// Returns the full surface, with bound 0, where every coarser one that is tried deviates more.
     ///
     /// # Errors
     ///
@@ -69,50 +75,74 @@ impl Decimation {
             return Err(DecimateError::MaxDeviation { value: max_deviation });
         }
 
-        // Bisect between a candidate that passed and one that failed; the full surface passes.
-        let candidates = self.candidates();
-        let (mut passed, mut failed) = (0, candidates.len());
-        let mut coarsest = None;
-        let mut done = 0.0;
-        while failed - passed > 1 {
-            let middle = usize::midpoint(passed, failed);
+        // A prefix that goes as far as allowed, half as far, and so on, until one passes.
+        let max_cost = max_deviation * max_deviation;
+        let (mut failed, mut done) = (Vec::new(), 0.0);
+        let (mut base, mut coarsest) = (&self.collapses.list[..0], self.unreduced());
+        for share in SHARES {
+            let collapses = self.collapses.within(share * share * max_cost);
             let part = progress.part(done, 0.5 + 0.5 * done);
             done = 0.5 + 0.5 * done;
-            let reduced = self.reduced(candidates[middle], max_deviation, part)?;
-            if reduced.is_some() {
-                (passed, coarsest) = (middle, reduced);
-            } else {
-                failed = middle;
+            match self.reduced(collapses, max_deviation, part)? {
+                Tried::Within(reduced) => {
+                    (base, coarsest) = (collapses, reduced);
+                    break;
+                }
+                Tried::Beyond(vertices) => failed.extend(vertices),
             }
         }
-        Ok(coarsest.unwrap_or_else(|| self.unreduced()))
+        let part = progress.part(done, 1.0);
+        Ok(self.beyond(base, failed, max_deviation, part)?.unwrap_or(coarsest))
     }
 
-    /// Returns the numbers of collapses that are tried, ascending from none to all.
-    ///
-    /// They are the same for every deviation, so that a larger one ends at the same or a later
-    /// one.
-    fn candidates(&self) -> Vec<usize> {
-        let (faces, last) = (self.full.surface().faces().len(), self.collapses.len());
-        let mut candidates = vec![0];
-        let mut at = 0;
-        while at < last {
-            at = (at + step(faces - 2 * at)).min(last);
-            candidates.push(at);
+    /// Continues a prefix as far as allowed, but around the vertices where maps have failed; `None`
+    /// where none have, or they fail in ever more places.
+    fn beyond(
+        &self,
+        base: &[Collapse],
+        mut failed: Vec<u32>,
+        max_deviation: f64,
+        progress: Progress<'_>,
+    ) -> Result<Option<ReducedSurface>, DecimateError> {
+        if failed.is_empty() {
+            return Ok(None);
         }
-        candidates
+        let (faces, x) = (self.full.surface().faces(), self.full.positions().as_slice());
+        let Collapsed { moved_into, kept, .. } = Collapsed::new(x.len(), faces, base);
+        let mut start = Order::new(faces, x);
+        start.repeat(base);
+
+        let mut done = 0.0;
+        for _ in 0..MAX_ROUNDS {
+            // Around the last failures, the faces stay as the prefix has left them.
+            for vertex in failed.drain(..) {
+                start.keep_around(moved_into[vertex as usize]);
+            }
+            let mut collapses = base.to_vec();
+            start.clone().append(&kept, max_deviation * max_deviation, &mut collapses);
+
+            let part = progress.part(done, 0.5 + 0.5 * done);
+            done = 0.5 + 0.5 * done;
+            match self.reduced(&collapses, max_deviation, part)? {
+                Tried::Within(reduced) => return Ok(Some(reduced)),
+                Tried::Beyond(vertices) => failed = vertices,
+            }
+        }
+        Ok(None)
     }
 
     /// Returns the surface after some collapses, if it is proved to deviate by no more than
     /// `max_deviation`.
     fn reduced(
         &self,
-        collapses: usize,
+        collapses: &[Collapse],
         max_deviation: f64,
         progress: Progress<'_>,
-    ) -> Result<Option<ReducedSurface>, DecimateError> {
+    ) -> Result<Tried, DecimateError> {
+        if collapses.is_empty() {
+            return Ok(Tried::Within(self.unreduced()));
+        }
         let (full, x) = (self.full.surface(), self.full.positions().as_slice());
-        let collapses = &self.collapses[..collapses];
         let Collapsed { moved_into, kept, faces } =
             Collapsed::new(x.len(), full.faces(), collapses);
         let surface = TriangleSurface::new(kept.len(), faces)?;
@@ -121,12 +151,16 @@ impl Decimation {
         // The map proves the deviation.
         let coarse = Coarse { surface: &surface, x: &kept_x };
         let full = Full { surface: full, x, kept: &kept, moved_into: &moved_into };
-        let Some(map) = MapBuilder::build(full, coarse, max_deviation, progress)? else {
-            return Ok(None);
+        let map = match MapBuilder::build(full, coarse, max_deviation, progress)? {
+            Mapped::Whole(map) => map,
+            Mapped::Failed(vertices) => return Ok(Tried::Beyond(vertices)),
         };
         let deviation = map.max_shift(x, &kept_x);
+        if deviation > max_deviation {
+            return Ok(Tried::Beyond(Vec::new()));
+        }
         let reduced = ReducedSurface { surface: Arc::new(surface), kept, deviation, map };
-        Ok((deviation <= max_deviation).then_some(reduced))
+        Ok(Tried::Within(reduced))
     }
 
     /// Returns the full surface, which deviates by nothing.
@@ -136,18 +170,6 @@ impl Decimation {
         let map = CoarseMap::default();
         ReducedSurface { surface, kept, deviation: 0.0, map }
     }
-}
-
-/// Returns the number of collapses from a candidate with so many faces to the next one.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    clippy::cast_precision_loss,
-    reason = "a share of a count"
-)]
-fn step(faces: usize) -> usize {
-    // A collapse removes two faces.
-    ((CANDIDATE_STEP * 0.5 * faces as f64) as usize).max(1)
 }
 
 /// Checks that a surface is closed, manifold and oriented, and encloses something.

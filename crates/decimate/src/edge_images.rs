@@ -42,7 +42,7 @@ impl EdgeImages {
             // sides of it.
             let distance = found.push(full, vertices, ends, &mut paths);
             if distance > vertices.max_distance
-                && let Some(vertex) = vertices.join(ends, distance, full, coarse)
+                && let Some(vertex) = vertices.join(ends, distance.min(limit), full, coarse)
             {
                 is_moved[vertex as usize] = true;
             }

@@ -15,6 +15,9 @@
 //! winding number about every point that is farther from one of them. A point that is deeper in
 //! one body is inside of the other.
 //!
+//! Collapses are ordered by the deviation that they leave, and go on as far as it is allowed. Where the
+//! map fails nevertheless, the faces around are kept, and the rest goes on: no place holds others back.
+//!
 //! Since the map is fixed to vertices, its largest distance is computed anew at any positions in
 //! a time that is linear in them ([`CoarseSurface::deviation`]): it grows where the surface bends
 //! or stretches within a coarse face, and not where parts of it move or turn as they are.
@@ -29,7 +32,10 @@
 //! # Sources
 //!
 //! - M. Garland and P. S. Heckbert, "Surface Simplification Using Quadric Error Metrics",
-//!   SIGGRAPH 1997: the order of the collapses.
+//!   SIGGRAPH 1997: the neighbor that a vertex moves into.
+//! - R. Klein, G. Liebich and W. Straßer, "Mesh Reduction with Error Control", IEEE Visualization
+//!   1996: the order of the collapses, by the distance of removed vertices. Differs in that the faces
+//!   around the last collapse near a vertex are searched, not all.
 //! - T. K. Dey, H. Edelsbrunner, S. Guha and D. V. Nekhayev, "Topology Preserving Edge
 //!   Contraction", Publications de l'Institut Mathématique 66, 1999: the link condition.
 //! - J. Cohen, D. Manocha and M. Olano, "Simplifying Polygonal Models Using Successive Mappings",

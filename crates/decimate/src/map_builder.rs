@@ -28,37 +28,46 @@ pub(crate) struct MapBuilder<'a> {
     edge_nodes: Vec<usize>,
     /// Per coarse face, how often images cover it.
     covered: Vec<f64>,
+    /// Vertices where the map fails.
+    failed: Vec<u32>,
+}
+
+/// Map, or the vertices of the full surface where there is none within the limit.
+pub(crate) enum Mapped {
+    Whole(CoarseMap),
+    Failed(Vec<u32>),
 }
 
 impl<'a> MapBuilder<'a> {
-    /// Builds the map of a surface. `None` where some point would be shifted by more than the
-    /// limit, or where it is not certain that all of the coarse surface is covered once.
-    ///
-    /// Points and images do not depend on the limit, so that a larger one never fails where a
-    /// smaller one does not.
+    /// Builds the map of a surface. Fails where some point would be shifted by more than the limit,
+    /// or where it is not certain that all of the coarse surface is covered once.
     pub(crate) fn build(
         full: Full<'a>,
         coarse: Coarse<'a>,
         limit: f64,
         progress: Progress<'_>,
-    ) -> Result<Option<CoarseMap>, Interrupted> {
-        let mut vertices = VertexImages::find(full, coarse, progress.part(0.0, 0.4))?;
-        if vertices.max_distance > limit {
-            return Ok(None);
-        }
+    ) -> Result<Mapped, Interrupted> {
+        let mut vertices = VertexImages::find(full, coarse, limit, progress.part(0.0, 0.4))?;
 
         // Vertices are the first nodes, points inside edges the next.
         let part = progress.part(0.4, 0.8);
         let edges = EdgeImages::find(full, coarse, &mut vertices, limit, part)?;
         let covered = vec![0.0; coarse.surface.faces().len()];
         let (map, edge_nodes) = (CoarseMap::default(), Vec::new());
-        let images = vertices.images;
-        let mut builder = Self { full, coarse, limit, images, map, edge_nodes, covered };
+        let (images, failed) = (vertices.images, vertices.too_far);
+        let mut builder = Self { full, coarse, limit, images, map, edge_nodes, covered, failed };
         builder.add_edge_nodes(&edges);
 
         // Faces between them can mostly be cut as they must.
-        let is_mapped = builder.map_faces(progress.part(0.8, 1.0))? && builder.covers_once();
-        Ok(is_mapped.then(|| builder.finish()))
+        builder.map_faces(progress.part(0.8, 1.0))?;
+        if builder.failed.is_empty() {
+            builder.check_cover();
+        }
+        Ok(if builder.failed.is_empty() {
+            Mapped::Whole(builder.finish())
+        } else {
+            Mapped::Failed(builder.failed)
+        })
     }
 
     /// Adds the nodes inside edges.
@@ -78,9 +87,8 @@ impl<'a> MapBuilder<'a> {
         self.images.push(image);
     }
 
-    /// Cuts faces into triangles whose images lie in one coarse face. Returns false where that
-    /// fails.
-    fn map_faces(&mut self, progress: Progress<'_>) -> Result<bool, Interrupted> {
+    /// Cuts faces into triangles whose images lie in one coarse face.
+    fn map_faces(&mut self, progress: Progress<'_>) -> Result<(), Interrupted> {
         let count = self.full.surface.faces().len();
         let steps = progress.steps(count);
         let mut polygon = Vec::new();
@@ -90,10 +98,10 @@ impl<'a> MapBuilder<'a> {
             }
             self.write_polygon(face, &mut polygon);
             if !self.cut_ears(&mut polygon) && !self.cut_fan(face, &polygon) {
-                return Ok(false);
+                self.failed.extend(self.full.surface.faces()[face]);
             }
         }
-        Ok(true)
+        Ok(())
     }
 
     /// Writes the nodes around a face.
@@ -170,10 +178,10 @@ impl<'a> MapBuilder<'a> {
         true
     }
 
-    /// Returns true if the images cover what the coarse faces cover themselves.
+    /// Checks that the images cover what the coarse faces cover themselves.
     ///
     /// Both are whole numbers in every face, so that rounding does not matter.
-    fn covers_once(&mut self) -> bool {
+    fn check_cover(&mut self) {
         for &corners in self.coarse.surface.faces() {
             let images = corners.map(MeshPoint::vertex);
             if let Some(face) = self.coarse.common_face(&images) {
@@ -181,7 +189,11 @@ impl<'a> MapBuilder<'a> {
             }
         }
 
-        self.covered.iter().all(|rest| rest.abs() < 0.5)
+        for (corners, rest) in self.coarse.surface.faces().iter().zip(&self.covered) {
+            if rest.is_nan() || rest.abs() >= 0.5 {
+                self.failed.extend(corners.map(|vertex| self.full.kept[vertex as usize]));
+            }
+        }
     }
 
     /// Returns the map, with the images of the vertices that were not kept.
@@ -218,8 +230,10 @@ mod tests {
         let x = &joined.positions;
         let full = Full { surface: &surface, x, kept: &kept, moved_into: &moved_into };
         let coarse = Coarse { surface: &coarse_surface, x: &coarse.positions };
-        let map = MapBuilder::build(full, coarse, 5.0, Progress::none()).expect("no interruption");
-        map.map(|map| map.max_shift(x, coarse.x))
+        match MapBuilder::build(full, coarse, 5.0, Progress::none()).expect("no interruption") {
+            Mapped::Whole(map) => Some(map.max_shift(x, coarse.x)),
+            Mapped::Failed(_) => None,
+        }
     }
 
     #[test]

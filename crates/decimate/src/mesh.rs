@@ -1,7 +1,7 @@
 //! Closed surface under edge collapses.
 
 use glam::DVec3;
-use surface::triangle;
+use surface::{closest_on_triangle, triangle};
 
 /// Cosine of the largest angle by which a collapse may rotate a face: 66°.
 ///
@@ -16,11 +16,15 @@ const MIN_COSINE: f64 = 0.4;
 const MIN_SHAPE: f64 = 0.06;
 
 /// Faces that lose vertices, with the star of each vertex.
+#[derive(Clone)]
 pub(crate) struct Mesh<'a> {
     x: &'a [DVec3],
     faces: Vec<[u32; 3]>,
     /// Faces at each vertex.
     stars: Vec<Vec<u32>>,
+    /// Per face, the vertices that were removed near it: each is at the nearest face of those around
+    /// the last collapse there.
+    removed: Vec<Vec<u32>>,
     /// Stamp of the last query that marked a vertex.
     marks: Vec<u32>,
     stamp: u32,
@@ -34,7 +38,8 @@ impl<'a> Mesh<'a> {
                 stars[vertex as usize].push(face);
             }
         }
-        Self { x, faces: faces.to_vec(), stars, marks: vec![0; x.len()], stamp: 0 }
+        let removed = vec![Vec::new(); faces.len()];
+        Self { x, faces: faces.to_vec(), stars, removed, marks: vec![0; x.len()], stamp: 0 }
     }
 
     /// Returns the vertices that share an edge with `v`, each once.
@@ -95,9 +100,57 @@ impl<'a> Mesh<'a> {
         true
     }
 
+    /// Computes the largest squared distance of a removed vertex from the faces that a collapse
+    /// leaves around it, that of `v` included.
+    pub(crate) fn squared_deviation(&self, v: u32, u: u32) -> f64 {
+        let mut max_squared = self.nearest_after(v, u, v, 0.0).1;
+        for &face in &self.stars[v as usize] {
+            for &vertex in &self.removed[face as usize] {
+                max_squared = max_squared.max(self.nearest_after(v, u, vertex, max_squared).1);
+            }
+        }
+        max_squared
+    }
+
+    /// Finds the face nearest to a removed vertex among those around `v` after its move to `u`, with
+    /// the squared distance, or one within a squared distance that suffices.
+    fn nearest_after(&self, v: u32, u: u32, vertex: u32, sufficient: f64) -> (u32, f64) {
+        let (to, p) = (self.x[u as usize], self.x[vertex as usize]);
+        let mut nearest = (u32::MAX, f64::INFINITY);
+        for &face in &self.stars[v as usize] {
+            let corners = self.faces[face as usize];
+            if corners.contains(&u) {
+                continue; // it vanishes
+            }
+            let corners = corners.map(|w| if w == v { to } else { self.x[w as usize] });
+            let squared = closest_on_triangle(p, corners).point.distance_squared(p);
+            if squared < nearest.1 {
+                nearest = (face, squared);
+                if squared <= sufficient {
+                    break;
+                }
+            }
+        }
+        nearest
+    }
+
     /// Moves `v` into its neighbor `u`. The two faces at their edge vanish.
     pub(crate) fn collapse(&mut self, v: u32, u: u32) {
+        // Removed vertices go to the nearest of the faces that are left.
+        let mut removed = vec![v];
+        for &face in &self.stars[v as usize] {
+            removed.extend_from_slice(&self.removed[face as usize]);
+        }
+        let nearest: Vec<u32> =
+            removed.iter().map(|&vertex| self.nearest_after(v, u, vertex, 0.0).0).collect();
         let star = std::mem::take(&mut self.stars[v as usize]);
+        for &face in &star {
+            self.removed[face as usize].clear();
+        }
+        for (vertex, face) in removed.into_iter().zip(nearest) {
+            self.removed[face as usize].push(vertex);
+        }
+
         for face in star {
             let corners = self.faces[face as usize];
             if corners.contains(&u) {

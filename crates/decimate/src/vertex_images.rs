@@ -14,6 +14,8 @@ pub(crate) struct VertexImages {
     pub(crate) images: Vec<MeshPoint>,
     /// Largest distance of a vertex from its image.
     pub(crate) max_distance: f64,
+    /// Vertices that are farther from their images than the limit.
+    pub(crate) too_far: Vec<u32>,
 }
 
 /// Vertices between two polls for interruption: about a millisecond.
@@ -24,6 +26,7 @@ impl VertexImages {
     pub(crate) fn find(
         full: Full<'_>,
         coarse: Coarse<'_>,
+        limit: f64,
         progress: Progress<'_>,
     ) -> Result<Self, Interrupted> {
         let mut numbers = vec![0; full.x.len()];
@@ -49,23 +52,28 @@ impl VertexImages {
         }
 
         // Some walks end at the foot of a fold.
-        let mut found = Self { images, max_distance: 0.0 };
-        found.bring_nearer(full, coarse, distances.into());
+        let mut found = Self { images, max_distance: 0.0, too_far: Vec::new() };
+        found.bring_nearer(full, coarse, limit, distances.into());
         Ok(found)
     }
 
-    /// Improves the farthest image until that is possible no more.
+    /// Improves the farthest image until that is possible no more, for all beyond the limit.
     fn bring_nearer(
         &mut self,
         full: Full<'_>,
         coarse: Coarse<'_>,
+        limit: f64,
         mut pending: BinaryHeap<(TotalF64, u32)>,
     ) {
         while let Some((TotalF64(distance), vertex)) = pending.pop() {
             let near = self.near_by_neighbors(vertex, full, coarse);
             if near.distance >= distance {
-                self.max_distance = distance;
-                return;
+                self.max_distance = self.max_distance.max(distance);
+                if distance <= limit {
+                    return;
+                }
+                self.too_far.push(vertex);
+                continue;
             }
             self.images[vertex as usize] = near.image;
             pending.push((TotalF64(near.distance), vertex));

@@ -10,6 +10,7 @@ use surface::progress::{Interrupted, Progress};
 
 use crate::bone_field::BoneField;
 use crate::choice::{Choice, StructureSet};
+use crate::coarse_levels::{CoarseLevels, finer_shares};
 use crate::cost::count;
 use crate::structures::{MissingStructure, Structures};
 use crate::{ExclusionReason, PlanError, PlanParams, StructureKind};
@@ -44,9 +45,9 @@ struct Task {
 
 /// Structure that was built.
 enum Built {
-    Coarse(CoarseSurface),
+    Coarse(CoarseLevels),
     Field(BoneField),
-    Medial(MedialDetector),
+    Medial(Box<MedialDetector>),
 }
 
 /// Failure to build a structure.
@@ -88,7 +89,7 @@ impl<'a> Builder<'a> {
             match built {
                 Ok(Built::Coarse(coarse)) => of_body.coarse = Some(coarse),
                 Ok(Built::Field(field)) => of_body.field = Some(field),
-                Ok(Built::Medial(medial)) => of_body.medial = Some(medial),
+                Ok(Built::Medial(medial)) => of_body.medial = Some(*medial),
                 Err(BuildError::Interrupted(interrupted)) => return Err(interrupted.into()),
                 Err(BuildError::Excluded(reason)) => {
                     missing.push(MissingStructure { body, kind, reason });
@@ -132,6 +133,35 @@ impl<'a> Builder<'a> {
         tasks
     }
 
+    /// Builds the coarse surfaces of a body where it is: the coarsest, and finer ones that have few
+    /// enough faces.
+    fn coarse_levels(
+        &self,
+        body: &Body,
+        progress: Progress<'_>,
+    ) -> Result<CoarseLevels, DecimateError> {
+        progress.report(0.0)?;
+        let full = SurfaceTree::new(body.surface().clone(), body.positions().to_vec())?;
+        let full = if body.kind() == BodyKind::Open { full.declared_open() } else { full };
+        let decimation = Decimation::new(full, progress.part(0.0, 0.4))?;
+
+        let max_deviation = COARSE_SHARE * self.params.tolerance;
+        let max_faces = MAX_KEPT * count(body.surface().faces().len());
+        let within = |share: f64, progress| {
+            let reduced = decimation.within(share * max_deviation, progress)?;
+            CoarseSurface::new(reduced, decimation.full())
+        };
+        let coarsest = within(1.0, progress.part(0.4, 0.6))?;
+        let mut finer = Vec::new();
+        for &share in finer_shares(body, self.params.frames) {
+            let coarse = within(share, progress.part(0.6, 1.0))?;
+            if count(coarse.tree().surface().faces().len()) <= max_faces {
+                finer.push(coarse);
+            }
+        }
+        Ok(CoarseLevels::new(coarsest, finer))
+    }
+
     fn build_one(&self, task: Task, progress: Progress<'_>) -> Result<Built, BuildError> {
         let body = self.scene.body(task.body);
         let PlanParams { tolerance, margin, .. } = *self.params;
@@ -143,11 +173,11 @@ impl<'a> Builder<'a> {
                 let (surface, x) = (body.surface(), body.checked_positions());
                 let params = MedialParams::tolerance(tolerance);
                 let balls = MedialDetector::new(surface, x, margin, &params, progress);
-                Ok(Built::Medial(balls?))
+                Ok(Built::Medial(Box::new(balls?)))
             }
             StructureKind::Coarse | StructureKind::Tree => {
-                let coarse = coarse_surface(body, COARSE_SHARE * tolerance, progress)?;
-                let faces = coarse.tree().surface().faces().len();
+                let coarse = self.coarse_levels(body, progress)?;
+                let faces = coarse.present().tree().surface().faces().len();
                 // Following too many faces costs more than it saves; forced ones are kept.
                 if !task.is_forced && count(faces) > MAX_KEPT * count(body.surface().faces().len())
                 {
@@ -187,18 +217,4 @@ impl From<ExclusionReason> for BuildError {
             reason => Self::Excluded(reason),
         }
     }
-}
-
-/// Builds the coarsest surface of a body within a deviation, where the body is.
-fn coarse_surface(
-    body: &Body,
-    max_deviation: f64,
-    progress: Progress<'_>,
-) -> Result<CoarseSurface, DecimateError> {
-    progress.report(0.0)?;
-    let full = SurfaceTree::new(body.surface().clone(), body.positions().to_vec())?;
-    let full = if body.kind() == BodyKind::Open { full.declared_open() } else { full };
-    let decimation = Decimation::new(full, progress.part(0.0, 0.5))?;
-    let reduced = decimation.within(max_deviation, progress.part(0.5, 1.0))?;
-    CoarseSurface::new(reduced, decimation.full())
 }

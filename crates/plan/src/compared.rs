@@ -3,13 +3,10 @@
 use proximity::{ContactSurface, ParticleNumbers, SurfaceTree};
 use scene::{Body, BodyId, PairId, Scene};
 
+use crate::coarse_levels::MIN_WIDTH;
 use crate::cost::count;
 use crate::structures::Structures;
 use crate::{PairPlan, PlanParams};
-
-/// Part of the tolerance that deviations must leave, in which surfaces that touch are told from those
-/// that are deeper. Larger compares bodies that deform by their own surfaces sooner.
-const MIN_WIDTH: f64 = 0.02;
 
 /// Surface of a body as it is compared with another one.
 #[derive(Clone, Copy)]

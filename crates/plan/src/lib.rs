@@ -60,6 +60,7 @@ mod budget;
 mod builder;
 mod candidates;
 mod choice;
+mod coarse_levels;
 mod coarse_size;
 mod compared;
 mod cost;

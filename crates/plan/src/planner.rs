@@ -9,6 +9,7 @@ use crate::builder::{Builder, COARSE_SHARE};
 use crate::candidates::{NearPair, NearPairs, unsuitable};
 use crate::choice::place;
 use crate::choice::{BodyOptions, Candidate, Choice, KINDS, Options, PairOptions, StructureSet};
+use crate::coarse_levels::finer_shares;
 use crate::coarse_size::predicted_faces;
 use crate::cost::{OperationCounts, count, far_share};
 use crate::pair_detector::PairDetector;
@@ -36,8 +37,8 @@ impl Plan {
     ///
     /// Fields are built at the positions that rigid bodies were added with, and follow their
     /// poses. Coarse surfaces are built at the present positions and follow the vertices that
-    /// they have kept; where a body is deformed until one deviates too much, the body's own surface
-    /// takes its place.
+    /// they have kept; where a body is deformed until one deviates too much, a finer one takes its
+    /// place in plans for many frames, and the body's own surface where none is fine enough.
     ///
     /// # Errors
     ///
@@ -242,7 +243,7 @@ impl<'a> Planner<'a> {
         for (number, body) in scene.bodies().iter().enumerate() {
             let saved = max_saved[number];
             let present = self.present[number];
-            let coarse = coarse_construction(body, self.kept[number], self.far_share).seconds();
+            let coarse = self.coarse_construction(number, body).seconds();
             if coarse >= saved && !present.has(StructureKind::Coarse) {
                 self.useless[number] = self.useless[number].with(COARSE);
             }
@@ -380,8 +381,7 @@ impl<'a> Planner<'a> {
         let built = if body.tree().is_some() { 0.0 } else { tree_construction(body).seconds() };
         let mut seconds = [0.0; KINDS];
         seconds[place(StructureKind::Tree)] = built;
-        seconds[place(StructureKind::Coarse)] =
-            coarse_construction(body, self.kept[number], self.far_share).seconds();
+        seconds[place(StructureKind::Coarse)] = self.coarse_construction(number, body).seconds();
         let field = self.field_sizes[number].map_or(f64::INFINITY, field_seconds);
         seconds[place(StructureKind::Field)] = field;
 
@@ -395,6 +395,12 @@ impl<'a> Planner<'a> {
             seconds[kind] += frames * follow[kind].seconds();
         }
         BodyOptions { seconds }
+    }
+
+    /// Counts the operations that build a body's coarse surfaces.
+    fn coarse_construction(&self, number: usize, body: &Body) -> OperationCounts {
+        let finer = finer_shares(body, self.params.frames).len();
+        coarse_construction(body, self.kept[number], finer, self.far_share)
     }
 
     /// Counts the operations by which each kind of structure follows its body.
@@ -441,15 +447,13 @@ impl<'a> Planner<'a> {
             let kept = pair.bodies().map(|id| self.kept[id.index()]);
             let work = &self.workloads[number];
             let operations = work.predict(method, *pair, is_coarse, bone, kept).operations;
-            let accuracy = Accuracy::EXACT;
             let cost = self.params.machine_factor * operations.seconds();
-            let pair = *pair;
             let mut planned = PairPlan {
-                pair,
+                pair: *pair,
                 method,
                 is_coarse,
                 bone,
-                accuracy,
+                accuracy: Accuracy::EXACT,
                 operations,
                 cost,
                 measured_seconds: None,

@@ -8,6 +8,7 @@ use surface::{RigidState, parallel};
 
 use crate::bone_field::BoneField;
 use crate::choice::StructureSet;
+use crate::coarse_levels::{CoarseLevels, MAX_DEVIATION};
 use crate::cost::{count, far_share};
 use crate::{
     Accuracy, DetectionMethod, ExclusionReason, OperationCounts, PairPlan, PlanError, PlanParams,
@@ -60,7 +61,7 @@ pub(crate) struct Structures {
 /// Structures of one body.
 #[derive(Debug, Default)]
 pub(crate) struct BodyStructures {
-    pub(crate) coarse: Option<CoarseSurface>,
+    pub(crate) coarse: Option<CoarseLevels>,
     pub(crate) field: Option<BoneField>,
     pub(crate) medial: Option<MedialDetector>,
     /// Revision of the body whose positions they are at.
@@ -88,7 +89,7 @@ impl Structures {
         let bodies = scene.bodies();
         let size = |number: usize, _: &BodyStructures| count(bodies[number].positions().len());
         parallel::try_for_each_costly_first(&mut self.bodies, size, |number, structures| {
-            structures.follow(&bodies[number]).map(|_| ())
+            structures.follow(&bodies[number], params.tolerance).map(|_| ())
         })?;
 
         // Trees last, since coarse surfaces decide which are needed.
@@ -155,7 +156,7 @@ impl Structures {
         let mut operations = OperationCounts::default();
         for id in pair.bodies() {
             let structures = &mut self.bodies[id.index()];
-            if structures.follow(scene.body(id))? {
+            if structures.follow(scene.body(id), params.tolerance)? {
                 operations = operations + structures.follow_operations(scene.body(id), far_share);
             }
         }
@@ -184,7 +185,7 @@ impl Structures {
 
     /// Returns the coarse surface of a body, if it has one.
     pub(crate) fn coarse(&self, id: BodyId) -> Option<&CoarseSurface> {
-        self.bodies[id.index()].coarse.as_ref()
+        self.bodies[id.index()].coarse.as_ref().map(CoarseLevels::present)
     }
 
     /// Returns the detector of a rigid body's field, and the state of the body; `None` where it
@@ -247,8 +248,8 @@ impl Structures {
 }
 
 impl BodyStructures {
-    /// Moves coarse surface and balls to where the body is. Returns true if they were elsewhere.
-    fn follow(&mut self, body: &Body) -> Result<bool, PlanError> {
+    /// Moves coarse surfaces and balls to where the body is. Returns true if they were elsewhere.
+    fn follow(&mut self, body: &Body, tolerance: f64) -> Result<bool, PlanError> {
         if self.followed == Some(body.revision()) {
             return Ok(false);
         }
@@ -257,7 +258,7 @@ impl BodyStructures {
             let reference = body.reference().filter(|_| body.pose().is_some());
             match reference.filter(|_| self.had_pose) {
                 Some(reference) => coarse.follow_rigidly(body.positions(), reference)?,
-                None => coarse.follow(body.positions())?,
+                None => coarse.follow(body.positions(), MAX_DEVIATION * tolerance)?,
             }
             self.had_pose = reference.is_some();
         }
@@ -272,7 +273,7 @@ impl BodyStructures {
     fn follow_operations(&self, body: &Body, far_share: f64) -> OperationCounts {
         let mut operations = OperationCounts::default();
         if let Some(coarse) = &self.coarse {
-            let faces = count(coarse.tree().surface().faces().len());
+            let faces = count(coarse.present().tree().surface().faces().len());
             operations = coarse_follow(body, faces, far_share);
         }
         if self.medial.is_some() {
@@ -294,11 +295,13 @@ impl BodyStructures {
         };
         let mut list = Vec::new();
         if let Some(coarse) = &self.coarse {
-            let (faces, accuracy) = (coarse.tree().surface().faces().len(), self.coarse_accuracy());
-            let coarse = structure(StructureKind::Coarse, faces, accuracy, coarse.bytes());
+            let faces = coarse.present().tree().surface().faces().len();
+            let accuracy = self.coarse_accuracy();
+            let built = structure(StructureKind::Coarse, faces, accuracy, coarse.bytes());
+            let finer = coarse.finer_count();
             let kept = count(faces) / count(body.surface().faces().len());
-            let operations = coarse_construction(body, kept, far_share);
-            list.push(Structure { operations, ..coarse });
+            let operations = coarse_construction(body, kept, finer, far_share);
+            list.push(Structure { operations, ..built });
         }
         if let Some(BoneField { detector, accuracy }) = &self.field {
             let (grid, bytes) = (detector.field().grid(), detector.bytes());
@@ -320,7 +323,7 @@ impl BodyStructures {
 
     /// Returns the proved deviation of the coarse surface, where the body is now.
     pub(crate) fn coarse_accuracy(&self) -> Accuracy {
-        let deviation = self.coarse.as_ref().map_or(0.0, CoarseSurface::deviation);
+        let deviation = self.coarse.as_ref().map_or(0.0, |coarse| coarse.present().deviation());
         Accuracy::proved(deviation)
     }
 
@@ -363,9 +366,19 @@ pub(crate) fn tree_construction(body: &Body) -> OperationCounts {
     }
 }
 
-/// Returns the operations that build a coarse surface of a body which keeps a share of its faces.
-pub(crate) fn coarse_construction(body: &Body, kept: f64, far_share: f64) -> OperationCounts {
-    let decimated_faces = (2.0 - kept) * count(body.surface().faces().len());
+/// Decimations to the coarsest surface that take as long as one to a finer one.
+const FINER_DECIMATIONS: f64 = 0.7;
+
+/// Returns the operations that build a coarse surface of a body which keeps a share of its faces, and
+/// a number of finer ones.
+pub(crate) fn coarse_construction(
+    body: &Body,
+    kept: f64,
+    finer: usize,
+    far_share: f64,
+) -> OperationCounts {
+    let decimations = 1.0 + FINER_DECIMATIONS * count(finer);
+    let decimated_faces = decimations * (2.0 - kept) * count(body.surface().faces().len());
     let far_decimated_faces = far_share * decimated_faces;
     OperationCounts { decimated_faces, far_decimated_faces, ..tree_construction(body) }
 }

@@ -190,7 +190,7 @@ fn a_surface_that_slides_along_itself_deviates_no_more() {
     let mut coarse = coarse(&rod, reduced(&rod, 0.3));
     let slide = |p: DVec3| p + DVec3::Z * 4.0 * (1.0 - (p.z / 30.0).powi(2)).max(0.0);
     coarse.follow(&rod.mapped(slide).positions).expect("finite positions");
-    assert!(coarse.deviation() <= 1.01 * coarse.reduced().deviation, "{}", coarse.deviation());
+    assert!(coarse.deviation() <= 1.03 * coarse.reduced().deviation, "{}", coarse.deviation());
 }
 
 /// A body far from the origin is turned and brought back to it: its shape is rounded where it was, not

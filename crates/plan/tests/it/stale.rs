@@ -92,9 +92,9 @@ fn of_two_coarse_surfaces_the_one_stays_that_saves_most_faces() {
 
     // A revised plan builds the surface anew that deviates, and compares both coarse ones.
     assert!(plan.revise(&mut scene, Progress::none()).expect("a revision"));
-    let [finer, same] = coarse_vertices(&plan);
-    assert!(finer > large + 10.0 && (same - small).abs() < 0.5, "{finer}, {same}");
-    assert!(compares(&mut plan, &mut scene, finer + same));
+    let [anew, same] = coarse_vertices(&plan);
+    assert!((anew - large).abs() > 10.0 && (same - small).abs() < 0.5, "{anew}, {same}, {large}");
+    assert!(compares(&mut plan, &mut scene, anew + same));
 }
 
 #[test]
@@ -133,6 +133,50 @@ fn a_body_that_deforms_is_whole_instead_of_all_that_it_meets() {
     let detection = detect(&mut plan, &mut scene);
     assert_eq!(has_tree(&scene), [false; 4]);
     assert!(detection.pairs().is_empty(), "{detection:?}");
+}
+
+/// Plans for many frames have finer surfaces for bodies that bend, which then stand for these.
+#[test]
+fn a_bent_body_is_compared_by_a_finer_surface_before_it_is_whole() {
+    let mesh = shapes::ellipsoid(DVec3::new(10.0, 10.0, 40.0), 4);
+    let mut scene = Scene::new();
+    let [a, b] = [("bent", 0.0), ("straight", 19.0)].map(|(name, x)| {
+        let positions = mesh.clone().translated(DVec3::X * x).positions;
+        scene.add(name, BodyKind::Deformable, mesh.surface(), positions).expect("a body")
+    });
+    let forced = [ForcedMethod { pair: PairId::new(a, b), method: DetectionMethod::Coarse }];
+    let params = PlanParams { frames: 10_000, ..PlanParams::with_tolerance(TOLERANCE) };
+    let plan = Plan::with_forced(&mut scene, &params, &forced, Progress::none());
+    let mut plan = plan.expect("a plan");
+    let coarsest: f64 = coarse_vertices(&plan).iter().sum();
+    assert!(compares(&mut plan, &mut scene, coarsest));
+
+    // The finer ones have more vertices than the coarsest, fewer than all, and the right depth.
+    let wave = |p: &DVec3| *p + DVec3::X * 0.2 * (0.4 * p.z).cos();
+    let waved: Vec<DVec3> = mesh.positions.iter().map(wave).collect();
+    scene.move_body(a, &waved).expect("a move");
+    let unmoved = scene.body(b).positions().to_vec();
+    scene.move_body(b, &unmoved).expect("a move");
+    let detection = detect(&mut plan, &mut scene);
+    assert_eq!([a, b].map(|id| scene.body(id).tree().is_some()), [false; 2]);
+    let compared = plan.pairs()[0].operations.listed_vertices;
+    assert!(compared > coarsest + 50.0, "{compared}, {coarsest}");
+    let found = detection.pair(forced[0].pair).expect("they overlap");
+    let params = CheckParams { depth_tolerance: Some(1e-3), ..CheckParams::new(0.0) };
+    let exact = scene.check(&params, Progress::none()).expect("a check");
+    let exact = exact[0].max_depth().expect("they overlap");
+    assert!((found.max_depth - exact.lower).abs() <= TOLERANCE + 1e-3, "{found:?}, {exact:?}");
+    assert!(found.depth.lower <= exact.upper && found.depth.upper >= exact.lower, "{found:?}");
+
+    // Straight again, the coarsest does.
+    scene.move_body(a, &mesh.positions).expect("a move");
+    let straight = detect(&mut plan, &mut scene);
+    assert_eq!(
+        straight.pair(forced[0].pair).map(|found| found.method),
+        Some(DetectionMethod::Coarse)
+    );
+    let compared_after = plan.pairs()[0].operations.listed_vertices;
+    assert!(compared_after < compared, "{compared_after}, {compared}");
 }
 
 #[test]
