@@ -5,6 +5,7 @@
 //! and for most color-blind readers.
 
 use std::ops::{Add, Mul};
+use std::sync::LazyLock;
 
 use crate::cast::{byte, float, floor};
 
@@ -19,7 +20,7 @@ impl Color {
     /// Converts from sRGB bytes.
     #[must_use]
     pub fn from_srgb(bytes: [u8; 3]) -> Self {
-        Self(bytes.map(to_linear))
+        Self(bytes.map(|byte| LIGHT[usize::from(byte)]))
     }
 
     /// Converts to sRGB bytes, as style sheets and picture files have them.
@@ -35,9 +36,12 @@ impl Color {
     }
 }
 
+/// Light of all sRGB bytes: a picture needs them for every sample.
+static LIGHT: LazyLock<[f64; 256]> = LazyLock::new(|| std::array::from_fn(to_linear));
+
 /// Returns the light of an sRGB byte.
-fn to_linear(byte: u8) -> f64 {
-    let channel = f64::from(byte) / 255.0;
+fn to_linear(byte: usize) -> f64 {
+    let channel = float(byte) / 255.0;
     if channel <= 0.04045 { channel / 12.92 } else { ((channel + 0.055) / 1.055).powf(2.4) }
 }
 

@@ -54,7 +54,7 @@ impl Layers {
             match subject.appearance {
                 Appearance::Solid => {
                     solid.draw_all(number, projection);
-                    contact.draw_contact(number, subject, camera);
+                    contact.draw_contact(number, projection);
                 }
                 Appearance::Glass => glass.draw_all(number, projection),
             }

@@ -1,6 +1,6 @@
 //! Depth-buffered layer of a picture: the nearest surface per sample.
 
-use std::ops::Range;
+use std::ops::{Add, Mul, Range};
 
 use glam::{DVec2, DVec3, Vec3};
 use surface::Aabb;
@@ -48,6 +48,8 @@ pub(crate) struct Projection<'a> {
     corners: Vec<Corner>,
     /// |F| first rows and ends of faces.
     rows: Vec<[usize; 2]>,
+    /// Parts inside other bodies.
+    contact: Vec<[Corner; 3]>,
 }
 
 /// Projected corner of a triangle.
@@ -68,7 +70,11 @@ impl<'a> Projection<'a> {
         for face in subject.faces {
             rows.push(rows_of(&face.map(|vertex| corners[vertex as usize])));
         }
-        Self { subject, corners, rows }
+        let mut contact = Vec::with_capacity(subject.contact.len());
+        for triangle in subject.contact {
+            contact.push(triangle.each_ref().map(|point| Corner::new(point, camera)));
+        }
+        Self { subject, corners, rows, contact }
     }
 }
 
@@ -100,9 +106,9 @@ impl Layer {
     }
 
     /// Draws the parts of a subject inside other bodies.
-    pub(crate) fn draw_contact(&mut self, number: u32, subject: &Subject<'_>, camera: &Camera) {
-        for corners in subject.contact {
-            self.draw(number, corners.each_ref().map(|point| Corner::new(point, camera)));
+    pub(crate) fn draw_contact(&mut self, number: u32, projection: &Projection<'_>) {
+        for &corners in &projection.contact {
+            self.draw(number, corners);
         }
     }
 
@@ -114,49 +120,68 @@ impl Layer {
         let [first, end] = rows_of(&corners);
         let rows = first.max(self.rows.start)..end.min(self.rows.end);
 
-        // A triangle seen from its edge covers nothing.
+        // A triangle seen from its edge covers nothing, nor does one before the near plane.
         let [a, b, c] = corners.map(|corner| corner.at.truncate());
         let area = (b - a).perp_dot(c - a);
-        if area == 0.0 {
+        if area == 0.0 || single(frame.max.z) < self.near {
             return;
         }
 
         // Samples are at the middles of their cells, with the areas opposite as weights.
+        let side = area.signum();
         for row in rows {
-            for column in columns.clone() {
-                let p = DVec2::new(float(column) + 0.5, float(row) + 0.5);
+            let y = float(row) + 0.5;
+            let near = columns_at([a, b, c], y);
+            for column in near.start.max(columns.start)..near.end.min(columns.end) {
+                let p = DVec2::new(float(column) + 0.5, y);
                 let areas =
                     [(b - p).perp_dot(c - p), (c - p).perp_dot(a - p), (a - p).perp_dot(b - p)];
-                if areas.iter().all(|part| part * area.signum() >= 0.0) {
-                    let corner = blend(&corners, areas.map(|part| part / area));
+                if areas.iter().all(|part| part * side >= 0.0) {
                     let sample = (row - self.rows.start) * self.width + column;
-                    self.keep_nearer(sample, subject, corner);
+                    self.keep_nearer(sample, subject, &corners, areas.map(|part| part / area));
                 }
             }
         }
     }
 
-    /// Replaces the hit of a sample by a nearer one that is not before the near plane.
-    fn keep_nearer(&mut self, sample: usize, subject: u32, corner: Corner) {
-        let distance = single(corner.at.z);
-
+    /// Replaces the hit of a sample by a nearer point of a triangle that is not before the near
+    /// plane.
+    fn keep_nearer(
+        &mut self,
+        sample: usize,
+        subject: u32,
+        corners: &[Corner; 3],
+        weights: [f64; 3],
+    ) {
         // A near plane cuts away what is before it.
+        let distance = single(blend(weights, corners.map(|corner| corner.at.z)));
         if (self.near..self.hits[sample].distance).contains(&distance) {
-            let (normal, depth) = (corner.normal.as_vec3(), single(corner.depth));
+            let normal = blend(weights, corners.map(|corner| corner.normal)).as_vec3();
+            let depth = single(blend(weights, corners.map(|corner| corner.depth)));
             self.hits[sample] = Hit { distance, normal, depth, subject };
         }
     }
 }
 
-/// Interpolates between the corners of a triangle.
-fn blend(corners: &[Corner; 3], weights: [f64; 3]) -> Corner {
-    let mut blended = Corner { at: DVec3::ZERO, normal: DVec3::ZERO, depth: 0.0 };
-    for (weight, corner) in weights.into_iter().zip(corners) {
-        blended.at += weight * corner.at;
-        blended.normal += weight * corner.normal;
-        blended.depth += weight * corner.depth;
+/// Returns the columns of the samples of a row that a triangle may cover, with one more to either
+/// side, which is far more than rounding.
+fn columns_at([a, b, c]: [DVec2; 3], y: f64) -> Range<usize> {
+    let (mut left, mut right) = (f64::INFINITY, f64::NEG_INFINITY);
+    for [from, to] in [[a, b], [b, c], [c, a]] {
+        // Where the row meets an edge. An edge along it gives no number, which counts for nothing:
+        // the other two end there.
+        if from.y.min(to.y) <= y && y <= from.y.max(to.y) {
+            let x = from.x + (y - from.y) / (to.y - from.y) * (to.x - from.x);
+            (left, right) = (left.min(x), right.max(x));
+        }
     }
-    blended
+    floor(left - 1.0)..floor(right + 2.0)
+}
+
+/// Interpolates between values at the corners of a triangle.
+fn blend<T: Mul<f64, Output = T> + Add<Output = T>>(weights: [f64; 3], values: [T; 3]) -> T {
+    let [a, b, c] = values;
+    a * weights[0] + b * weights[1] + c * weights[2]
 }
 
 impl Corner {
@@ -254,7 +279,7 @@ mod tests {
         };
         let camera = Camera::framing(positions, DVec3::Y, DVec3::Z, [100, 100]);
         let mut layer = Layer::new(&camera, 0..camera.height());
-        layer.draw_contact(0, &subject, &camera);
+        layer.draw_contact(0, &Projection::new(&subject, &camera));
 
         // The square is 92 pixels wide; half an edge along both legs is an eighth of it, and the
         // mean depth over a triangle is that of its center.
