@@ -30,10 +30,12 @@ impl fmt::Display for Accuracy {
     /// Writes the bound, whether it is proved, and the measured error, in equal widths.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let word = if self.is_proved { "proved" } else { "of rest" };
-        write!(f, "{:>9.4} {word:<7} ", self.bound)?;
-        match self.measured_error {
-            Some(error) => write!(f, "{error:>9.4}"),
-            None => write!(f, "{:>9}", "-"),
-        }
+        write!(f, "{:>9} {word:<7} ", length(self.bound))?;
+        write!(f, "{:>9}", self.measured_error.map_or("-".to_owned(), length))
     }
+}
+
+/// Writes a length with four decimals, a small one in three digits with an exponent.
+fn length(value: f64) -> String {
+    if value > 0.0 && value < 0.01 { format!("{value:.2e}") } else { format!("{value:.4}") }
 }

@@ -15,10 +15,15 @@ use crate::report::{counted, fixed};
 /// Width of the brackets on exact depths \[tolerances\]: beside it, the tolerance is what counts.
 const EXACT_WIDTH: f64 = 0.01;
 
+/// Maximum number of decimals of lengths.
+const MAX_DECIMALS: usize = 12;
+
 /// Differences between planned and exact detection over all states.
 #[derive(Debug, Default)]
 pub(super) struct Comparison {
     exact: FrameTimes,
+    /// Number of decimals of lengths.
+    decimals: usize,
     /// Number of states that were compared.
     states: usize,
     worst: Option<Difference>,
@@ -26,7 +31,7 @@ pub(super) struct Comparison {
     exceeded: usize,
     /// Overlaps deeper than the bound that the plan reports as apart.
     missing: usize,
-    /// Overlaps whose depth is undefined, since a body covers a place twice.
+    /// Overlaps whose depth is undefined, since a body covers a place twice or is inside out.
     undefined: usize,
     /// Depths of the last state.
     pub(super) depths: BTreeMap<PairId, DepthBracket>,
@@ -61,6 +66,7 @@ impl Comparison {
         let exact = scene.check(&params, Progress::none())?;
         self.exact.add(start.elapsed());
         self.states += 1;
+        self.decimals = decimals(tolerance);
 
         // Pairs of the plan, and those that either detection has found; rigid ones are neither's.
         let mut bounds = BTreeMap::new();
@@ -99,8 +105,8 @@ impl Comparison {
         let left_out = detection.left_out().iter().find(|left_out| left_out.pair == pair);
         let (exact, place) = match report {
             Some(report) if report.overlaps => match report.max_depth() {
-                Some(depth) => (depth, deepest(report)),
-                None => {
+                Some(depth) if !covers_twice(report) => (depth, deepest(report)),
+                _ => {
                     self.undefined += 1;
                     return;
                 }
@@ -142,12 +148,13 @@ impl Comparison {
         let mut text = format!("exact: {}, {states} compared\n", self.exact);
         if let Some(Difference { pair, state, error, depth, exact, place }) = self.worst {
             let [a, b] = scene.names(pair);
-            let [error, depth] = [error, depth].map(|length| fixed(length, 4));
-            let exact = fixed(exact.lower, 4);
+            let [error, depth, exact] =
+                [error, depth, exact.lower].map(|length| fixed(length, self.decimals));
             text +=
                 &format!("depths differ by at most {error} ({a} × {b}, {depth} instead of {exact}");
             if let Some([point, foot]) = place {
-                text += &format!(", at {} from {}", point_text(point), point_text(foot));
+                let [point, foot] = [point, foot].map(|p| point_text(p, self.decimals - 1));
+                text += &format!(", at {point} from {foot}");
             }
             if self.states > 1 {
                 text += &format!(", frame {state}");
@@ -165,7 +172,9 @@ impl Comparison {
         };
         if self.undefined > 0 {
             let count = counted(self.undefined, "overlap");
-            text += &format!("{count} without a defined depth: a body covers a place twice\n");
+            text += &format!(
+                "{count} without a defined depth: a body covers a place twice, or is inside out\n"
+            );
         }
         text
     }
@@ -174,6 +183,22 @@ impl Comparison {
     pub(super) fn exact_milliseconds(&self) -> Option<f64> {
         self.exact.milliseconds().map(|[_, median, _]| median)
     }
+}
+
+/// Returns true if a body covers a place twice, or inside out: exact depths in it are undefined.
+fn covers_twice(report: &PairReport) -> bool {
+    report.overlap.as_ref().is_some_and(|overlap| overlap.measures.covers_twice.contains(&true))
+}
+
+/// Returns the number of decimals of lengths beside a tolerance: four, and more where it is small.
+fn decimals(tolerance: f64) -> usize {
+    let mut decimals = 4;
+    let mut digits = 1e4 * tolerance;
+    while digits < 1e3 && decimals < MAX_DECIMALS {
+        decimals += 1;
+        digits *= 10.0;
+    }
+    decimals
 }
 
 /// Returns the deepest point of both surfaces, and the nearest one of the other.
@@ -188,6 +213,6 @@ fn deepest(report: &PairReport) -> Option<[DVec3; 2]> {
     deepest.map(|deepest| [deepest.point, deepest.foot])
 }
 
-fn point_text(p: DVec3) -> String {
-    format!("({:.3}, {:.3}, {:.3})", p.x, p.y, p.z)
+fn point_text(p: DVec3, decimals: usize) -> String {
+    format!("({:.decimals$}, {:.decimals$}, {:.decimals$})", p.x, p.y, p.z)
 }

@@ -36,6 +36,37 @@ fn a_plan_names_methods_bounds_and_what_a_frame_takes() {
     assert!(!run.stdout.contains("field"), "one frame builds no field: {}", run.stdout);
 }
 
+/// Exact depths in a body that is inside out are undefined: they are not held against the plan.
+#[test]
+fn a_body_that_is_inside_out_is_not_compared() {
+    let workshop = workshop();
+    let flipped = tetrahedron(-3.0, 30.0)
+        .replace("f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4", "f 1 2 3\nf 1 4 2\nf 2 4 3\nf 3 4 1");
+    workshop.write("muscle.obj", flipped);
+    let run =
+        workshop.run("plan", &["bone.obj", "muscle.obj", "--tolerance", "0.001", "--compare"]);
+    assert_eq!(run.status, 1, "{}", run.stderr);
+    for part in [
+        "1 of 1 pairs overlap",
+        "all depths are within the bounds of their pairs",
+        "1 overlap without a defined depth: a body covers a place twice, or is inside out",
+    ] {
+        assert!(run.stdout.contains(part), "{part}: {}", run.stdout);
+    }
+}
+
+/// In meters, bounds and depths have the digits that the tolerance asks for.
+#[test]
+fn small_units_have_their_digits() {
+    let workshop = Workshop::new();
+    workshop.write("bone.obj", tetrahedron(0.0, 0.03));
+    workshop.write("muscle.obj", tetrahedron(-0.003, 0.03));
+    let run = workshop.run("plan", &["bone.obj", "muscle.obj", "--tolerance", "2e-5", "--compare"]);
+    for part in ["exact    2.00e-5 proved", "instead of 0.00300000"] {
+        assert!(run.stdout.contains(part), "{part}: {}", run.stdout);
+    }
+}
+
 #[test]
 fn a_method_can_be_forced_and_is_refused_where_it_cannot_serve() {
     let workshop = workshop();
