@@ -349,7 +349,7 @@ pub(crate) fn refit(refit_faces: f64, far_share: f64) -> OperationCounts {
 }
 
 /// Refits of a face that take as long as the bound on a deviation per vertex.
-const FACES_PER_VERTEX: f64 = 2.0;
+const FACES_PER_VERTEX: f64 = 2.8;
 
 /// Returns the operations by which a coarse surface of so many faces follows a body: its own refit,
 /// and the bound on its deviation, which stays where a pose moves the body.
