@@ -40,14 +40,31 @@ impl Decimation {
     ///
     /// # Errors
     ///
+    /// As [`up_to`](Self::up_to).
+    pub fn new(full: SurfaceTree, progress: Progress<'_>) -> Result<Self, DecimateError> {
+        Self::up_to(full, f64::INFINITY, progress)
+    }
+
+    /// Collapses edges as far as surfaces within a deviation (length, `> 0`) need.
+    ///
+    /// [`within`](Self::within) finds the same surfaces then for deviations up to it, and may find
+    /// finer ones for others.
+    ///
+    /// # Errors
+    ///
     /// - [`DecimateError::Surface`] for a surface that is not closed, manifold and oriented.
     /// - [`DecimateError::RepeatedVertex`] or [`DecimateError::TooSmall`] for one that
     ///   encloses nothing.
     /// - [`DecimateError::Interrupted`] when the progress handler ends the call.
-    pub fn new(full: SurfaceTree, progress: Progress<'_>) -> Result<Self, DecimateError> {
+    pub fn up_to(
+        full: SurfaceTree,
+        max_deviation: f64,
+        progress: Progress<'_>,
+    ) -> Result<Self, DecimateError> {
         check(full.surface())?;
         let x = full.positions().as_slice();
-        let collapses = Collapses::find(full.surface().faces(), x, progress)?;
+        let max_cost = max_deviation * max_deviation;
+        let collapses = Collapses::find(full.surface().faces(), x, max_cost, progress)?;
         Ok(Self { full, collapses })
     }
 

@@ -39,10 +39,11 @@ pub(crate) struct Collapses {
 }
 
 impl Collapses {
-    /// Finds all collapses that topology and shape allow, cheapest first.
+    /// Finds all collapses that cost no more and that topology and shape allow, cheapest first.
     pub(crate) fn find(
         faces: &[[u32; 3]],
         x: &[DVec3],
+        max_cost: f64,
         progress: Progress<'_>,
     ) -> Result<Self, Interrupted> {
         // Every vertex offers one collapse, and most of them make it.
@@ -56,11 +57,11 @@ impl Collapses {
         }
 
         let mut collapses = Self { list: Vec::with_capacity(faces.len() / 2), max_costs: vec![] };
-        let mut max_cost: f64 = 0.0;
-        while let Some((collapse, cost)) = order.next(f64::INFINITY) {
-            max_cost = max_cost.max(cost);
+        let mut highest: f64 = 0.0;
+        while let Some((collapse, cost)) = order.next(max_cost) {
+            highest = highest.max(cost);
             collapses.list.push(collapse);
-            collapses.max_costs.push(max_cost);
+            collapses.max_costs.push(highest);
             if collapses.list.len().is_multiple_of(REPORT_EVERY) {
                 steps.advance(1)?;
             }
@@ -132,7 +133,7 @@ impl<'a> Order<'a> {
         }
     }
 
-    /// Appends all collapses that cost no more and are allowed now, cheapest first.
+    /// Appends all collapses that cost no more and that are allowed now, cheapest first.
     pub(crate) fn append(&mut self, vertices: &[u32], max_cost: f64, out: &mut Vec<Collapse>) {
         for &vertex in vertices {
             self.offer(vertex);

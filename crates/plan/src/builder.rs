@@ -143,9 +143,9 @@ impl<'a> Builder<'a> {
         progress.report(0.0)?;
         let full = SurfaceTree::new(body.surface().clone(), body.positions().to_vec())?;
         let full = if body.kind() == BodyKind::Open { full.declared_open() } else { full };
-        let decimation = Decimation::new(full, progress.part(0.0, 0.4))?;
-
         let max_deviation = COARSE_SHARE * self.params.tolerance;
+        let decimation = Decimation::up_to(full, max_deviation, progress.part(0.0, 0.4))?;
+
         let max_faces = MAX_KEPT * count(body.surface().faces().len());
         let within = |share: f64, progress| {
             let reduced = decimation.within(share * max_deviation, progress)?;

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use decimate::DecimateError;
+use decimate::{DecimateError, Decimation};
 use fixtures::{Mesh, damage, femur, shapes};
 use glam::DVec3;
 use surface::progress::{Interrupted, Progress};
@@ -80,6 +80,25 @@ fn vertices_keep_their_positions() {
         for (kept, position) in reduced.kept.iter().zip(&less.positions) {
             assert_eq!(mesh.positions[*kept as usize], *position, "{name}");
         }
+    }
+}
+
+#[test]
+fn collapses_up_to_a_deviation_give_the_surfaces_of_all() {
+    for (name, mesh) in bodies() {
+        let all = decimation(&mesh).unwrap();
+        let some = Decimation::up_to(tree(&mesh), 0.5, Progress::none()).unwrap();
+        for deviation in [0.1, 0.5] {
+            let [expected, found] = [&all, &some]
+                .map(|decimation| decimation.within(deviation, Progress::none()).unwrap());
+            assert_eq!(found.kept, expected.kept, "{name} within {deviation}");
+            assert_eq!(found.surface.faces(), expected.surface.faces(), "{name}");
+        }
+        // None is coarser, and each keeps what is asked.
+        let beyond = some.within(2.0, Progress::none()).unwrap();
+        assert!(beyond.deviation <= 2.0, "{name}: {}", beyond.deviation);
+        let most = some.within(0.5, Progress::none()).unwrap().surface.faces().len();
+        assert!(beyond.surface.faces().len() <= most, "{name}");
     }
 }
 
@@ -229,7 +248,7 @@ fn long_calls_can_be_interrupted() {
         let stop = |fraction: f64| {
             if fraction < until { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         };
-        let interrupted = decimate::Decimation::new(full.clone(), Progress::new(&stop));
+        let interrupted = Decimation::new(full.clone(), Progress::new(&stop));
         assert_eq!(interrupted.map(drop), Err(DecimateError::Interrupted(Interrupted)));
         let decimation = decimation(&mesh).expect("closed");
         let interrupted = decimation.within(0.5, Progress::new(&stop));

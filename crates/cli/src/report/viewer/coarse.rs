@@ -50,9 +50,9 @@ fn shown_surface(body: &Body, is_fine: bool) -> ShownSurface {
 
 /// Decimates a body; `None` where its surface is not closed and clean, and stays as it is.
 fn coarse_surface(body: &Body) -> Option<ShownSurface> {
-    let diagonal = Aabb::of_points(body.positions().iter().copied()).diagonal();
+    let max_deviation = DEVIATION * Aabb::of_points(body.positions().iter().copied()).diagonal();
     let tree = SurfaceTree::new(body.surface().clone(), body.positions().to_vec()).ok()?;
-    let decimation = Decimation::new(tree, Progress::none()).ok()?;
-    let reduced = decimation.within(DEVIATION * diagonal, Progress::none()).ok()?;
+    let decimation = Decimation::up_to(tree, max_deviation, Progress::none()).ok()?;
+    let reduced = decimation.within(max_deviation, Progress::none()).ok()?;
     Some(ShownSurface { vertices: reduced.kept, faces: reduced.surface.faces().to_vec() })
 }
