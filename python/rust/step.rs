@@ -242,7 +242,7 @@ fn coarse_surface(
 ) -> Result<CoarseSurface, DecimateError> {
     let full = SurfaceTree::new(body.surface().clone(), body.positions().to_vec())?;
     let full = if body.kind() == BodyKind::Open { full.declared_open() } else { full };
-    let decimation = Decimation::new(full, progress.part(0.0, 0.5))?;
+    let decimation = Decimation::up_to(full, deviation, progress.part(0.0, 0.5))?;
     let reduced = decimation.within(deviation, progress.part(0.5, 1.0))?;
     CoarseSurface::new(reduced, decimation.full())
 }
