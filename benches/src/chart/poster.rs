@@ -85,6 +85,22 @@ impl Figure {
         Self { label, columns }
     }
 
+    /// Returns this error and a time of each row that has both, as points of a curve.
+    #[must_use]
+    pub fn with_times<'a>(
+        &self,
+        time: Self,
+        rows: impl Iterator<Item = &'a Value>,
+    ) -> Vec<[f64; 2]> {
+        let mut points = Vec::new();
+        for row in rows {
+            if let [Some(error), Some(time)] = [self.of(row), time.of(row)] {
+                points.push([error.max(0.0), time]);
+            }
+        }
+        points
+    }
+
     /// Returns the value in a row; `None` where a column has none.
     fn of(&self, row: &Value) -> Option<f64> {
         self.columns.iter().map(|column| row[*column].as_f64()).sum()
@@ -141,12 +157,7 @@ impl Poster<'_> {
         let mut curves = Vec::new();
         for MethodKey { name, style, .. } in self.methods {
             // Methods without this error have a curve without points.
-            let mut points = Vec::new();
-            for row in self.rows_of(group, name) {
-                if let [Some(error), Some(time)] = [error.of(row), self.time.of(row)] {
-                    points.push([error.max(0.0), time]);
-                }
-            }
+            let points = error.with_times(self.time, self.rows_of(group, name));
             curves.push(Curve { style: *style, points });
         }
         Panel {

@@ -7,11 +7,13 @@
 pub mod costs;
 mod measure;
 mod methods;
+mod overview;
 mod scene;
 mod score;
 mod task;
 
 use std::error::Error;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use self::measure::measure_all;
@@ -28,13 +30,16 @@ use super::sheet::{Settings, Sheet};
 ///
 /// When a file cannot be written, or a method fails in a frame.
 pub fn run(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
-    let mut written = draw_scene("detection", &MovingBodies::fixture(), None, folder)?;
+    let mut written = draw_scene(FIXTURE, &MovingBodies::fixture(), None, folder)?;
     if let Some(data) = fixtures::data::anatomy("detection in real anatomy") {
         let moving = MovingBodies::anatomy(&data.join("vhf_left_thigh_lo"));
         written.extend(draw_scene("detection-anatomy", &moving, Some(ATTRIBUTION), folder)?);
     }
     Ok(written)
 }
+
+/// Name of the chart of the generated scene.
+const FIXTURE: &str = "detection";
 
 const ATTRIBUTION: &str = "Surfaces of muscles: Univ. of Denver, Center for Orthopaedic Biomechanics, Visible Human Female lower extremity, doi 10.56902/COB.vh.2022.0, CC BY 4.0 (Andreassen et al., Sci Data 10, 34, 2023). Femur: BMFToolkit (M. Sreenivasa, D. Gonzalez Alvarado, 2017), altered.";
 
@@ -84,7 +89,15 @@ fn draw_scene(
         legend_group: PairGroup::Bone.title(),
         sheet: &sheet,
     };
-    Ok(sheet.write(folder, Some(poster.draw()?))?)
+    let mut written = sheet.write(folder, Some(poster.draw()?))?;
+
+    // The front page shows the generated scene.
+    if name == FIXTURE {
+        let path = folder.join("overview.svg");
+        fs::write(&path, overview::draw(&sheet)?)?;
+        written.push(path);
+    }
+    Ok(written)
 }
 
 const WRONG: &[&str] = &["missed [share]", "invented [share]"];
@@ -105,7 +118,7 @@ fn settings(moving: &MovingBodies) -> Settings {
     ]
 }
 
-const LESSON: &str = "exact surfaces are quicker than nearly all that approximates them, and contacts that were kept are quicker still while bodies touch at the same places. Fields pay for bones where a tenth of a millimeter does, and depths of surfaces (measures, plan) cost two to four times as much as those of vertices";
+const LESSON: &str = "exact detection of vertices takes less time than almost every approximation of it, and contacts that are kept take less still while bodies touch at the same places. Fields pay for bones where an error of a tenth of a millimeter is allowed; a plan proves depths of whole surfaces in less time than it takes to compute them exactly";
 const ERROR: &str = "of the depth at each vertex that is inside, or reported to be, against exact detection; fields: muscle vertices in the bone; balls: vertices in muscles; else both; plan (for 100,000 frames), measures of overlaps and balls with balls: of the depth of each overlapping pair's surfaces. A vertex that a reduced surface left out is placed at its closest point there";
 const MISSED: &str = "of the vertices inside; plan, measures, balls with balls and average-case trees: of overlapping pairs; exact crossings and selected pairs: of crossing faces";
 const TIME: &str = "per frame: bodies followed, all pairs detected, and depths of reduced surfaces carried over to all vertices; minimum of several, mean over frames, methods in turns; simulated balls follow nothing; permanent contacts slide, and none is found anew; average-case trees of muscles are built in each frame";
