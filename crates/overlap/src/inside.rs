@@ -133,10 +133,12 @@ impl Inside {
         self.place(vertex).map(|place| self.vertices[place as usize].cluster)
     }
 
-    /// Returns the place of an edge among the cut edges.
+    /// Returns the place of an edge among the cut edges; none for [`NO_EDGE`], which faces have that
+    /// repeat a vertex.
     #[inline]
     pub(crate) fn cut(&self, edge: u32) -> Option<usize> {
-        self.cuts[edge as usize].checked_sub(1).map(|place| place as usize)
+        let place = *self.cuts.get(edge as usize)?;
+        place.checked_sub(1).map(|place| place as usize)
     }
 
     /// Empties all lists. Arrays grow to the surface's size and stay zero outside of a query: only

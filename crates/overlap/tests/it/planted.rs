@@ -459,3 +459,24 @@ fn a_corner_in_a_doubled_body_is_inside_it() {
     assert_eq!(overlap.total.inside_vertices[1], 1);
     assert!((overlap.total.area_of_b_inside_a.unwrap() - 6.0).abs() < 1e-14);
 }
+
+/// Faces that repeat a vertex have no area, and sides that are no edges.
+#[test]
+fn faces_that_repeat_a_vertex_change_nothing() {
+    let ball = icosphere(2.0, 2);
+    for center in [DVec3::ZERO, DVec3::new(1.7, 0.2, 0.1)] {
+        let whole = cube(1.0).translated(center);
+        let mut dirty = whole.clone();
+        // Each edge of a face that repeats a vertex comes twice: the body stays closed.
+        dirty.faces.extend([[0, 0, 0], [1, 1, 5], [5, 1, 1], [7, 7, 7]]);
+        let [(expected, depths), (found, found_depths)] =
+            [&whole, &dirty].map(|mesh| measure(mesh, &ball));
+        let volume = |overlap: &Overlap| overlap.total.volume.expect("closed");
+        assert!((volume(&found) - volume(&expected)).abs() < 1e-12, "at {center}");
+        let upper = |depths: &[Option<Depth>; 2]| depths.map(|depth| depth.map(|it| it.upper));
+        for (depth, expected) in upper(&found_depths).into_iter().zip(upper(&depths)) {
+            let apart = depth.unwrap_or(0.0) - expected.unwrap_or(0.0);
+            assert!(apart.abs() <= WIDTH, "{found_depths:?} at {center}");
+        }
+    }
+}
