@@ -63,6 +63,7 @@ pub(crate) fn record<'py>(
             name: scene.body(broken.body).name(),
             volume_change: broken.volume_change,
             max_displacement: broken.max_displacement,
+            displacement_limit: broken.displacement_limit,
             strain: broken.strain,
             flipped_faces: broken.flipped_faces,
             self_crossings: broken.self_crossings,

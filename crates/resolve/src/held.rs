@@ -73,6 +73,9 @@ impl Resolution {
     /// Adds what held bodies break where they are not held, and names that where their pairs are left.
     fn add_held(&mut self, held: &[BodyId], broken: Vec<BrokenLimit>) {
         for left in &mut self.remaining {
+            if matches!(left.obstacle, Obstacle::Squeezed { .. }) {
+                continue;
+            }
             if left.pair.bodies().iter().any(|body| held.contains(body)) {
                 left.obstacle = Obstacle::Limits;
             }

@@ -68,6 +68,7 @@ mod self_contacts;
 mod settle;
 mod shape;
 mod spread;
+mod squeeze;
 #[cfg(test)]
 mod test_scenes;
 mod ties;

@@ -118,6 +118,7 @@ impl Run<'_> {
                     body: *id,
                     volume_change: damage.volume_change,
                     max_displacement: damage.max_displacement,
+                    displacement_limit: limits.displacement,
                     strain: damage.strain,
                     flipped_faces: damage.flipped_faces,
                     self_crossings: damage.self_crossings,

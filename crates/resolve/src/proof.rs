@@ -1,16 +1,16 @@
 //! Proof of the gap: certified distances between the surfaces of all pairs, at the end.
 
 use kdop::Workspace;
-use proximity::{ClosestPoint, SeparationBounds, SurfaceTree};
+use proximity::{SeparationBounds, SurfaceTree};
 use scene::PairId;
+use surface::parallel;
 use surface::progress::Interrupted;
-use surface::{parallel, triangle};
 
 use crate::damage::rounded_to_single;
-use crate::exit_sides::agrees;
 use crate::resolution::{DistanceBracket, GapObstacle, GapProof, ShortGap};
 use crate::run::Run;
-use crate::tissue::{Tissue, fitted_tree};
+use crate::squeeze::Squeeze;
+use crate::tissue::fitted_tree;
 use crate::{ResolveError, WrittenPrecision};
 
 impl Run<'_> {
@@ -86,8 +86,8 @@ impl Run<'_> {
         }
         if !self.can_open(pair) {
             GapObstacle::BothRigid
-        } else if let Some(squeeze) = self.squeeze(pair, nearest) {
-            squeeze
+        } else if let Some(Squeeze { room, thickness }) = self.squeeze_at_nearest(pair, nearest) {
+            GapObstacle::Squeezed { room, thickness, gap: self.params.gap }
         } else if overlaps {
             GapObstacle::Overlaps
         } else if is_held {
@@ -95,51 +95,6 @@ impl Run<'_> {
         } else {
             GapObstacle::Stuck
         }
-    }
-
-    /// Returns the room that two rigid bodies leave a soft one between them, if that is less than
-    /// its thickness and both gaps.
-    fn squeeze(&self, pair: PairId, nearest: &SeparationBounds) -> Option<GapObstacle> {
-        let gap = self.params.gap;
-        for (soft, rigid) in [(0, 1), (1, 0)] {
-            let [soft_id, rigid_id] = [soft, rigid].map(|side: usize| pair.bodies()[side]);
-            let (tissue, wall) = (&self.tissues[soft_id.index()], &self.tissues[rigid_id.index()]);
-            if tissue.is_rigid || !wall.is_rigid {
-                continue;
-            }
-
-            // The thickness where the bodies are nearest, at the start.
-            let workspace = &mut Workspace::default();
-            let at_rest = self.tree_at_rest(tissue)?;
-            let [vertex, ..] = tissue.corners(nearest.faces[soft]);
-            let thickness = tissue.thickness_at(&at_rest, vertex, workspace)?;
-
-            // The nearest wall on the other side of the body, seen from this wall.
-            let foot = nearest.points[rigid];
-            let wall_body = self.scene.body(rigid_id);
-            let normal = triangle::unit_normal(wall_body.corners(nearest.faces[rigid]));
-            let outward = if wall.is_inside_out() { -normal } else { normal };
-            for other in self.tissues.iter().filter(|other| other.is_rigid && other.id != rigid_id)
-            {
-                let tree = fitted_tree(self.scene.body(other.id));
-                let found = tree.closest_point(foot, thickness + 2.0 * gap, None, workspace);
-                let is_opposite = |found: &ClosestPoint| {
-                    let way = (found.foot.point - foot).normalize_or_zero();
-                    agrees(way, outward)
-                };
-                if let Some(found) = found.filter(is_opposite) {
-                    return Some(GapObstacle::Squeezed { room: found.distance, thickness, gap });
-                }
-            }
-        }
-        None
-    }
-
-    /// Builds the tree of a body at the start.
-    fn tree_at_rest(&self, tissue: &Tissue) -> Option<SurfaceTree> {
-        let mut tree = fitted_tree(self.scene.body(tissue.id)).clone();
-        tree.set_positions(tissue.rest.iter().copied()).ok()?;
-        Some(tree)
     }
 
     /// Builds the trees of rigid bodies that rounding moves; `None` for all others.

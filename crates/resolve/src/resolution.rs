@@ -85,7 +85,7 @@ pub enum GapObstacle {
     Overlaps,
     /// A soft body is between two bodies that leave it less room than it is thick.
     #[error(
-        "no room: rigid bodies leave {room:.3}, the body is {thickness:.3} thick and needs {gap:.3} on either side"
+        "no room: rigid bodies leave {room:.3e}, the body is {thickness:.3e} thick and needs {gap:.3e} on either side"
     )]
     Squeezed {
         /// Distance between the two rigid bodies there.
@@ -144,7 +144,7 @@ pub struct BodyChange {
 }
 
 /// Reason why a pair still overlaps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
@@ -158,6 +158,15 @@ pub enum Obstacle {
     /// The maximum number of rounds was reached while rounds still improved.
     #[error("the maximum number of rounds was reached: more may separate them")]
     Rounds,
+    /// A soft body is between two rigid ones that leave it less room than it is thick, and no better state
+    /// was found within its limits.
+    #[error("no room: rigid bodies leave {room:.3e}, the body is {thickness:.3e} thick")]
+    Squeezed {
+        /// Distance between the two rigid bodies there; 0 where they overlap.
+        room: f64,
+        /// Thickness of the soft body there, at the start.
+        thickness: f64,
+    },
     /// Every state that is better leaves the limits of a body, of which
     /// [`Resolution::broken_limits`] tells how.
     #[error("separating them further breaks the limits of a body")]
@@ -184,6 +193,9 @@ pub struct BrokenLimit {
     pub volume_change: f64,
     /// Largest displacement of a vertex.
     pub max_displacement: f64,
+    /// Largest displacement that is within limits: the gap, and three times the deepest overlap at the
+    /// start or the smoothing length. Those of volume and strain are parameters.
+    pub displacement_limit: f64,
     /// Its largest strain, as in [`BodyChange::strain`].
     pub strain: f64,
     /// Number of its faces turned by a right angle or more.

@@ -196,7 +196,9 @@ impl<'a> Run<'a> {
         // limits that opening the gap does not restore.
         let mut broken_limits = self.open_settled_gaps(final_round)?;
         let (broken, kept_round) = self.return_to_limits(final_round)?;
-        broken_limits.extend(broken);
+        let is_listed = |body| broken_limits.iter().any(|listed| listed.body == body);
+        let unlisted: Vec<_> = broken.into_iter().filter(|it| !is_listed(it.body)).collect();
+        broken_limits.extend(unlisted);
         if kept_round != final_round {
             final_round = kept_round;
             self.open_gaps(final_round)?;
@@ -220,7 +222,8 @@ impl<'a> Run<'a> {
         };
         let self_overlaps = self.self_overlaps()?;
         let (near, before) = (&self.near, &self.before);
-        let remaining = Remaining::list(self.scene, &after, near, before, standstill);
+        let mut remaining = Remaining::list(self.scene, &after, near, before, standstill);
+        self.name_squeezes(&mut remaining, &after, standstill);
         Ok(Resolution {
             resolved: gap.holds()
                 && broken_limits.is_empty()

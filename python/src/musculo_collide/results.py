@@ -528,6 +528,8 @@ class BrokenLimit(Record):
     """Relative change of its volume."""
     max_displacement: float
     """Largest displacement of a vertex."""
+    displacement_limit: float
+    """Largest displacement that is within limits."""
     strain: float
     """Its largest strain, as that of a :class:`BodyChange`."""
     flipped_faces: int

@@ -108,7 +108,7 @@ pub(super) fn run(arguments: &ResolveArguments) -> Result<Finished, Failure> {
     let unit = loaded.description.unit;
     let mut document = ResolutionDocument::new(
         unit,
-        asked.gap,
+        &asked,
         &resolution,
         &conditions,
         &mut loaded.scene,

@@ -1,9 +1,11 @@
 //! Report of overlap removal: rounds, bodies that moved, pairs that remain.
 
-use musculo_collide::{DepthBracket, Remaining, Resolution, Scene};
+use musculo_collide::{
+    BodyKind, DepthBracket, GapObstacle, Obstacle, Remaining, Resolution, Scene,
+};
 
 use super::table::{Table, dash, left, right};
-use super::text::{counted, grouped, length};
+use super::text::{counted, grouped, length, measure};
 use crate::scene::Unit;
 
 /// Writes the tables of rounds and bodies, and the remaining pairs with their reasons.
@@ -20,6 +22,14 @@ pub(crate) fn resolution_text(resolution: &Resolution, scene: &Scene, unit: Unit
             "better ones break the limits of a body"
         };
         text += &format!("Round {} of {last} is kept: {reason}.\n", resolution.final_round);
+    }
+
+    // Of a mesh that should be closed and is not, all but the volume is kept.
+    for change in resolution.bodies.iter().filter(|change| change.moved > 0) {
+        let body = scene.body(change.body);
+        if let (BodyKind::Deformable, Err(reason)) = (body.kind(), body.has_inside()) {
+            text += &format!("The volume of {} is not kept: {reason}.\n", body.name());
+        }
     }
 
     for body in &resolution.self_overlaps {
@@ -49,8 +59,32 @@ pub(super) fn remaining_text(pair: &Remaining, unit: Unit) -> String {
         bracket(pair.depth, unit),
         unit.symbol(),
         counted(pair.crossing_faces, "face pair"),
-        pair.obstacle,
+        obstacle_text(&pair.obstacle, unit),
     )
+}
+
+/// Writes the reason why a pair still overlaps.
+pub(super) fn obstacle_text(obstacle: &Obstacle, unit: Unit) -> String {
+    match *obstacle {
+        Obstacle::Squeezed { room, thickness } => squeeze_text(room, thickness, unit),
+        _ => obstacle.to_string(),
+    }
+}
+
+/// Writes the reason why a pair is nearer than the gap.
+pub(super) fn gap_obstacle_text(obstacle: &GapObstacle, unit: Unit) -> String {
+    match *obstacle {
+        GapObstacle::Squeezed { room, thickness, gap } => {
+            let text = squeeze_text(room, thickness, unit);
+            format!("{text} and needs {} {} on either side", measure(gap), unit.symbol())
+        }
+        _ => obstacle.to_string(),
+    }
+}
+
+fn squeeze_text(room: f64, thickness: f64, unit: Unit) -> String {
+    let ([room, thickness], unit) = ([room, thickness].map(measure), unit.symbol());
+    format!("no room: rigid bodies leave {room} {unit}, the body is {thickness} {unit} thick")
 }
 
 /// Writes a depth as a range, where its ends differ in the digits that are written.

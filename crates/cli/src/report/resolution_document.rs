@@ -9,10 +9,11 @@ use musculo_collide::kdop::Workspace;
 use musculo_collide::proximity::SeparationBounds;
 use musculo_collide::{
     BodyChange, BrokenLimit, CheckParams, Conditions, DepthBracket, DistanceBracket, PairId,
-    PairReport, Progress, Resolution, Scene, SceneError,
+    PairReport, Progress, Resolution, ResolveParams, Scene, SceneError,
 };
 use serde::Serialize;
 
+use super::resolution::{gap_obstacle_text, obstacle_text};
 use super::text::{counted, length, measure};
 use super::volume_record::QualityRecord;
 use crate::scene::Unit;
@@ -43,9 +44,14 @@ struct BrokenRecord {
     body: String,
     /// Relative change of its volume.
     volume_change: f64,
+    volume_change_limit: f64,
     max_displacement: f64,
+    displacement_limit: f64,
     strain: f64,
+    strain_limit: f64,
+    /// No face may turn over.
     flipped_faces: usize,
+    /// No pair of faces may cross anew.
     new_self_crossings: usize,
 }
 
@@ -78,7 +84,7 @@ pub(crate) struct PairState {
     distance: Option<DistanceBracket>,
     /// Depth of the overlap at the start, certified.
     depth_before: Option<DepthBracket>,
-    /// Reason why the pair is not apart.
+    /// Reason why the pair is not apart, with lengths in the unit.
     reason: Option<String>,
 }
 
@@ -117,21 +123,31 @@ impl ElementsRecord {
     }
 }
 
+/// Overlap removal with what was asked of it, and the scene in its end.
+struct Removal<'a> {
+    unit: Unit,
+    gap: f64,
+    resolution: &'a Resolution,
+    conditions: &'a Conditions,
+    scene: &'a Scene,
+}
+
 impl ResolutionDocument {
     /// Detects the pairs of a scene as they are in the files, and judges them.
     pub(crate) fn new(
         unit: Unit,
-        gap: f64,
+        params: &ResolveParams,
         resolution: &Resolution,
         conditions: &Conditions,
         scene: &mut Scene,
         elements: &[Option<ElementsRecord>],
     ) -> Result<Self, SceneError> {
+        let gap = params.gap;
         // Pairs that may be nearer than the gap by rounding, of which certified distances decide.
         let margin = NEAR_GAP * gap;
         let after = scene.check(&CheckParams::without_measures(margin), Progress::none())?;
         scene.fit_all()?;
-        let pairs = PairState::list(gap, resolution, conditions, scene, &after);
+        let pairs = PairState::list(&Removal { unit, gap, resolution, conditions, scene }, &after);
         let mut bodies = Vec::new();
         for (change, elements) in resolution.bodies.iter().zip(elements) {
             bodies.push(BodyState::new(change, scene, elements.clone()));
@@ -143,7 +159,7 @@ impl ResolutionDocument {
         let rounds = resolution.rounds.len() - 1;
         let mut broken_limits = Vec::new();
         for broken in &resolution.broken_limits {
-            broken_limits.push(BrokenRecord::new(broken, scene));
+            broken_limits.push(BrokenRecord::new(broken, params, scene));
         }
         Ok(Self { unit, gap, resolved, written: false, rounds, pairs, bodies, broken_limits })
     }
@@ -158,7 +174,7 @@ impl ResolutionDocument {
         }
 
         for broken in &self.broken_limits {
-            text += &format!("{}\n", broken.text());
+            text += &format!("{}\n", broken.text(self.unit));
         }
 
         // Without a gap there is nothing to prove for pairs that no longer overlap.
@@ -191,13 +207,8 @@ impl ResolutionDocument {
 
 impl PairState {
     /// Lists the pairs that overlapped, are tied, or are within the gap.
-    fn list(
-        gap: f64,
-        resolution: &Resolution,
-        conditions: &Conditions,
-        scene: &Scene,
-        after: &[PairReport],
-    ) -> Vec<Self> {
+    fn list(removal: &Removal<'_>, after: &[PairReport]) -> Vec<Self> {
+        let Removal { resolution, conditions, .. } = removal;
         let mut overlaps: BTreeMap<PairId, bool> = BTreeMap::new();
         for report in resolution.before.iter().filter(|report| report.overlaps) {
             overlaps.insert(report.pair, false);
@@ -211,9 +222,7 @@ impl PairState {
 
         let mut states = Vec::new();
         for (pair, overlaps) in overlaps {
-            let is_tied =
-                conditions.ties.iter().any(|tie| PairId::new(tie.bodies[0], tie.bodies[1]) == pair);
-            let state = Self::new(pair, gap, overlaps, is_tied, resolution, scene);
+            let state = Self::new(pair, overlaps, removal);
             // Others that are apart have nothing to tell.
             if state.status != PairStatus::Apart || state.depth_before.is_some() {
                 states.push(state);
@@ -222,14 +231,8 @@ impl PairState {
         states
     }
 
-    fn new(
-        pair: PairId,
-        gap: f64,
-        overlaps: bool,
-        is_tied: bool,
-        resolution: &Resolution,
-        scene: &Scene,
-    ) -> Self {
+    fn new(pair: PairId, overlaps: bool, removal: &Removal<'_>) -> Self {
+        let Removal { gap, resolution, scene, .. } = *removal;
         let [a, b] = pair.bodies().map(|id| scene.body(id).tree());
 
         // Bodies that overlap have no distance to bound.
@@ -249,7 +252,7 @@ impl PairState {
         let is_near = distance.is_some_and(|distance| distance.lower < gap);
         let status = if overlaps {
             PairStatus::Overlaps
-        } else if is_tied {
+        } else if removal.is_tied(pair) {
             PairStatus::Tied
         } else if is_near {
             PairStatus::Near
@@ -264,7 +267,7 @@ impl PairState {
             resolution.resolved && resolution.remaining.iter().any(|left| left.pair == pair);
         let is_fine = matches!(status, PairStatus::Apart | PairStatus::Tied);
         let proved = is_fine || (status == PairStatus::Overlaps && gap <= 0.0 && is_left);
-        let reason = (!is_fine).then(|| reason(pair, overlaps, resolution));
+        let reason = (!is_fine).then(|| removal.reason(pair, overlaps));
         let depth_before = depth_before.and_then(PairReport::max_depth);
         Self { a, b, status, proved, distance, depth_before, reason }
     }
@@ -281,42 +284,66 @@ impl PairState {
     }
 }
 
-/// Returns the reason why a pair is not apart.
-fn reason(pair: PairId, overlaps: bool, resolution: &Resolution) -> String {
-    if overlaps && let Some(left) = resolution.remaining.iter().find(|left| left.pair == pair) {
-        return left.obstacle.to_string();
+impl Removal<'_> {
+    fn is_tied(&self, pair: PairId) -> bool {
+        let mut ties = self.conditions.ties.iter();
+        ties.any(|tie| PairId::new(tie.bodies[0], tie.bodies[1]) == pair)
     }
-    match resolution.gap.short.iter().find(|short| short.pair == pair) {
-        Some(short) => short.obstacle.to_string(),
-        None => "the file holds less than was found: its precision, or elements that would be \
-                 inverted, cut the displacement"
-            .to_owned(),
+
+    /// Returns the reason why a pair is not apart.
+    fn reason(&self, pair: PairId, overlaps: bool) -> String {
+        let Resolution { remaining, gap, .. } = self.resolution;
+        if overlaps && let Some(left) = remaining.iter().find(|left| left.pair == pair) {
+            return obstacle_text(&left.obstacle, self.unit);
+        }
+        match gap.short.iter().find(|short| short.pair == pair) {
+            Some(short) => gap_obstacle_text(&short.obstacle, self.unit),
+            None => "the file holds less than was found: its precision, or elements that would be \
+                     inverted, cut the displacement"
+                .to_owned(),
+        }
     }
 }
 
 impl BrokenRecord {
-    fn new(broken: &BrokenLimit, scene: &Scene) -> Self {
+    fn new(broken: &BrokenLimit, params: &ResolveParams, scene: &Scene) -> Self {
         Self {
             body: scene.body(broken.body).name().to_owned(),
             volume_change: broken.volume_change,
+            volume_change_limit: params.max_volume_change,
             max_displacement: broken.max_displacement,
+            displacement_limit: broken.displacement_limit,
             strain: broken.strain,
+            strain_limit: params.max_strain,
             flipped_faces: broken.flipped_faces,
             new_self_crossings: broken.self_crossings,
         }
     }
 
-    fn text(&self) -> String {
-        format!(
-            "{} would leave its limits: volume {:.2} % off, moved by {} at most, strained by {:.0} %, {} \
-             turned over, {}",
-            self.body,
-            100.0 * self.volume_change.abs(),
-            measure(self.max_displacement),
-            100.0 * self.strain,
-            counted(self.flipped_faces, "face"),
-            counted(self.new_self_crossings, "new self-crossing"),
-        )
+    /// Writes the limits that are broken, with what is allowed.
+    fn text(&self, unit: Unit) -> String {
+        let mut broken = Vec::new();
+        let (share, limit) = (self.volume_change.abs(), self.volume_change_limit);
+        if share > limit {
+            let [share, limit] = [share, limit].map(|share| measure(100.0 * share));
+            broken.push(format!("volume {share} % off, at most {limit} % allowed"));
+        }
+        let (longest, limit) = (self.max_displacement, self.displacement_limit);
+        if longest > limit {
+            let ([longest, limit], unit) = ([longest, limit].map(measure), unit.symbol());
+            broken.push(format!("moved by {longest} {unit}, at most {limit} {unit} allowed"));
+        }
+        if self.strain > self.strain_limit {
+            let [strain, limit] = [self.strain, self.strain_limit].map(|it| measure(100.0 * it));
+            broken.push(format!("strained by {strain} %, at most {limit} % allowed"));
+        }
+        if self.flipped_faces > 0 {
+            broken.push(format!("{} turned over", counted(self.flipped_faces, "face")));
+        }
+        if self.new_self_crossings > 0 {
+            broken.push(counted(self.new_self_crossings, "new self-crossing"));
+        }
+        format!("{} would leave its limits: {}", self.body, broken.join("; "))
     }
 }
 

@@ -3,7 +3,7 @@
 use musculo_collide::{DepthBracket, Remaining, Resolution, Scene};
 use serde::Serialize;
 
-use super::resolution::remaining_text;
+use super::resolution::{obstacle_text, remaining_text};
 use super::table::{Table, dash, right};
 use super::text::{counted, depth, grouped, length};
 use crate::scene::Unit;
@@ -145,7 +145,7 @@ impl RemainingRecord {
             depth: pair.depth,
             crossing_face_pairs: pair.crossing_faces,
             at_first: pair.at_first,
-            reason: pair.obstacle.to_string(),
+            reason: obstacle_text(&pair.obstacle, unit),
             text: remaining_text(pair, unit),
         }
     }

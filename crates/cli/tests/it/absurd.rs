@@ -14,7 +14,10 @@ fn workshop() -> Workshop {
     let slab = |z: f64, thickness: f64| {
         plate(DVec3::new(12.0, 12.0, thickness), [6; 2]).translated(z * DVec3::Z)
     };
-    let meshes: [(&str, Mesh); 11] = [
+    let mut torn = ball(5.0).translated(9.0 * DVec3::X);
+    torn.faces.pop();
+    let meshes: [(&str, Mesh); 12] = [
+        ("torn", torn),
         ("ball", ball(5.0)),
         ("same", ball(5.0)),
         ("inside", ball(1.5)),
@@ -66,7 +69,7 @@ fn sheet() -> Mesh {
 #[test]
 fn each_absurd_scene_is_answered_in_words() {
     // Arguments, exit status, words of the answer.
-    let table: [(&str, i32, &[&str]); 13] = [
+    let table: [(&str, i32, &[&str]); 14] = [
         ("ball.obj inside.obj --rigid ball", 0, &["Nothing overlaps any more."]),
         ("ball.obj same.obj", 1, &["the surfaces coincide", "No mesh is written"]),
         ("ball.obj same.obj --rigid ball --gap 0.1", 1, &["coincide"]),
@@ -85,10 +88,16 @@ fn each_absurd_scene_is_answered_in_words() {
             "floor.obj muscle.obj ceiling.obj --rigid floor --rigid ceiling --gap 0.1",
             1,
             &[
-                "muscle would leave its limits: volume 1.76 %",
+                "muscle would leave its limits: volume 1.756 % off, at most 1.000 % allowed",
+                "no room: rigid bodies leave 0.1600 mm, the body is 2.000 mm thick",
                 "0.920 to 0.923 mm deep",
                 "No mesh is written",
             ],
+        ),
+        (
+            "ball.obj torn.obj --gap 0.1",
+            0,
+            &["The volume of torn is not kept: no inside: 3 edges", "is proved for all pairs"],
         ),
         ("ball.obj beside.obj --gap -1", 2, &["gap is -1, but must be"]),
         ("ball.obj beside.obj --gap nan", 2, &["gap is NaN, but must be"]),

@@ -1,0 +1,138 @@
+//! Room that rigid bodies leave a soft one between them.
+
+use glam::DVec3;
+use kdop::Workspace;
+use proximity::{ClosestPoint, NearVertex, SeparationBounds, SurfaceTree};
+use scene::{BodyId, PairId, PairReport};
+use surface::triangle;
+
+use crate::exit_sides::agrees;
+use crate::resolution::{Obstacle, Remaining};
+use crate::run::Run;
+use crate::tissue::{Tissue, fitted_tree};
+
+/// Cosine of the angle between the normal of a vertex and the way into a wall, above which the thickness
+/// under the vertex is that across the room. Below, corners of a body count, under which it is as wide as
+/// it is long; above, few vertices of round bodies count.
+const MIN_FACING: f64 = 0.7;
+
+/// Room between two rigid bodies that is less than a soft body between them is thick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Squeeze {
+    /// Distance between the two rigid bodies; 0 where they overlap.
+    pub(crate) room: f64,
+    /// Thickness of the soft body there, at the start.
+    pub(crate) thickness: f64,
+}
+
+impl Run<'_> {
+    /// Names the room where pairs came to a standstill, if there is less than a body is thick.
+    pub(crate) fn name_squeezes(
+        &self,
+        remaining: &mut [Remaining],
+        after: &[PairReport],
+        standstill: Obstacle,
+    ) {
+        for left in remaining.iter_mut().filter(|left| left.obstacle == standstill) {
+            let report = after.iter().find(|report| report.pair == left.pair);
+            let squeeze = report.and_then(|report| self.squeeze_of_overlap(report));
+            if let Some(Squeeze { room, thickness }) = squeeze {
+                left.obstacle = Obstacle::Squeezed { room, thickness };
+            }
+        }
+    }
+
+    /// Returns the room and the thickness where a soft body and a rigid one are nearest, if there is less
+    /// than the thickness and both gaps.
+    pub(crate) fn squeeze_at_nearest(
+        &self,
+        pair: PairId,
+        nearest: &SeparationBounds,
+    ) -> Option<Squeeze> {
+        for (soft, rigid) in [(0, 1), (1, 0)] {
+            let [soft_id, rigid_id] = [soft, rigid].map(|side: usize| pair.bodies()[side]);
+            let Some((tissue, wall)) = self.tissue_and_wall(soft_id, rigid_id) else { continue };
+
+            // The thickness at the start.
+            let workspace = &mut Workspace::default();
+            let at_rest = self.tree_at_rest(tissue)?;
+            let [vertex, ..] = tissue.corners(nearest.faces[soft]);
+            let thickness = tissue.thickness_at(&at_rest, vertex, workspace)?;
+
+            // The nearest wall on the other side of the body, seen from this wall.
+            let foot = nearest.points[rigid];
+            let corners = self.scene.body(rigid_id).corners(nearest.faces[rigid]);
+            let normal = triangle::unit_normal(corners);
+            let outward = if wall.is_inside_out() { -normal } else { normal };
+            let room = self.room(rigid_id, foot, outward, thickness, workspace);
+            if let Some(room) = room {
+                return Some(Squeeze { room, thickness });
+            }
+        }
+        None
+    }
+
+    /// Returns the room and the thickness where a soft body that faces a rigid one is deepest in it, if
+    /// there is less than the thickness and both gaps.
+    pub(crate) fn squeeze_of_overlap(&self, report: &PairReport) -> Option<Squeeze> {
+        let PairId { a, b, .. } = report.pair;
+        for (soft_id, rigid_id, near) in
+            [(a, b, &report.a_against_b.near), (b, a, &report.b_against_a.near)]
+        {
+            let Some((tissue, _)) = self.tissue_and_wall(soft_id, rigid_id) else { continue };
+            let faces_wall = |near: &&NearVertex| {
+                near.gap < 0.0 && tissue.outward(near.vertex).dot(-near.normal) > MIN_FACING
+            };
+            let deepest = near.iter().filter(faces_wall).min_by(|p, q| p.gap.total_cmp(&q.gap))?;
+
+            let workspace = &mut Workspace::default();
+            let at_rest = self.tree_at_rest(tissue)?;
+            let thickness = tissue.thickness_at(&at_rest, deepest.vertex, workspace)?;
+            let room = self.room(rigid_id, deepest.foot, deepest.normal, thickness, workspace)?;
+            return Some(Squeeze { room, thickness });
+        }
+        None
+    }
+
+    /// Returns two bodies if the first is soft and the second rigid.
+    fn tissue_and_wall(&self, soft: BodyId, rigid: BodyId) -> Option<(&Tissue, &Tissue)> {
+        let [tissue, wall] = [soft, rigid].map(|id| &self.tissues[id.index()]);
+        (!tissue.is_rigid && wall.is_rigid).then_some((tissue, wall))
+    }
+
+    /// Returns the distance from a point of a rigid body to the nearest other one on its outer side, if
+    /// a body of a thickness does not fit between them; 0 where the point is inside another one.
+    fn room(
+        &self,
+        rigid: BodyId,
+        foot: DVec3,
+        outward: DVec3,
+        thickness: f64,
+        workspace: &mut Workspace,
+    ) -> Option<f64> {
+        let is_opposite = |found: &ClosestPoint| {
+            let way = (found.foot.point - foot).normalize_or_zero();
+            agrees(way, outward)
+        };
+        let needed = thickness + 2.0 * self.params.gap;
+        let mut room: Option<f64> = None;
+        for other in self.tissues.iter().filter(|other| other.is_rigid && other.id != rigid) {
+            let tree = fitted_tree(self.scene.body(other.id));
+            if tree.has_inside().is_ok() && tree.contains(foot, workspace) {
+                return Some(0.0);
+            }
+            let found = tree.closest_point(foot, needed, None, workspace);
+            if let Some(found) = found.filter(is_opposite) {
+                room = Some(room.map_or(found.distance, |room| room.min(found.distance)));
+            }
+        }
+        room
+    }
+
+    /// Builds the tree of a body at the start.
+    fn tree_at_rest(&self, tissue: &Tissue) -> Option<SurfaceTree> {
+        let mut tree = fitted_tree(self.scene.body(tissue.id)).clone();
+        tree.set_positions(tissue.rest.iter().copied()).ok()?;
+        Some(tree)
+    }
+}
