@@ -44,6 +44,7 @@
 //! None is on by default.
 
 mod conditions;
+mod contact_islands;
 mod damage;
 mod edge_contacts;
 mod elastic;

@@ -2,14 +2,12 @@
 
 use glam::DVec3;
 use proximity::SurfaceTree;
-use response::{
-    ContactLaw, ContactRows, ContactSystem, Margins, SolveLevel, SolverMethod, SolverParams,
-    SweepOrder,
-};
+use response::{ContactLaw, Margins, SolverMethod, SolverParams};
 use scene::{BodyId, PairReport};
 use surface::progress::{Interrupted, Progress};
 use surface::{Contact, parallel, vertex_normals};
 
+use crate::contact_islands::ContactIslands;
 use crate::exit_patches::{PatchSide, direct_patches};
 use crate::exit_sides::{ExitMemory, ExitSide};
 use crate::near_pairs::NearPair;
@@ -39,9 +37,8 @@ impl Run<'_> {
     pub(crate) fn push(&mut self) -> Result<(), ResolveError> {
         // Contacts alone, then the tissue around them.
         self.start_round();
-        let rows = self.contact_rows()?;
-        let system = ContactSystem::new(&rows, &self.inverse_masses, SweepOrder::Colored)?;
-        self.separate(&system, FIRST_SOLVER_SWEEPS)?;
+        let islands = self.contact_islands()?;
+        self.separate(&islands, FIRST_SOLVER_SWEEPS)?;
         let smoothing = self.params.smoothing;
         self.for_each_soft(|tissue, tree, progress| tissue.spread(tree, smoothing, progress))?;
 
@@ -52,7 +49,7 @@ impl Run<'_> {
             self.alter_soft(|tissue, tree, x, progress| {
                 tissue.restore_shape(tree, looseness, uncrosses, x, progress)
             })?;
-            self.separate(&system, NEXT_SOLVER_SWEEPS)?;
+            self.separate(&islands, NEXT_SOLVER_SWEEPS)?;
         }
 
         // What separation has left is made safe, and volume is given back.
@@ -96,16 +93,16 @@ impl Run<'_> {
     }
 
     /// Collects the contacts to solve, cut to corrections of one step.
-    fn contact_rows(&mut self) -> Result<ContactRows, ResolveError> {
+    fn contact_islands(&mut self) -> Result<ContactIslands, ResolveError> {
         let max_step = tuning::MAX_STEP * self.params.smoothing;
         let law = ContactLaw::new(Margins::new(clearance(&self.params), max_step)?, 0.0)?;
 
         // Deeper overlaps than a step are left to later rounds.
-        let mut rows = ContactRows::new(self.inverse_masses.len());
-        for contact in self.contacts()? {
-            rows.push(&Contact { gap: contact.gap.max(-max_step), ..contact }, law)?;
+        let mut contacts = self.contacts()?;
+        for contact in &mut contacts {
+            contact.gap = contact.gap.max(-max_step);
         }
-        Ok(rows)
+        Ok(ContactIslands::new(&contacts, law, &self.inverse_masses)?)
     }
 
     /// Collects the contacts of all pairs, and updates their exit directions.
@@ -194,7 +191,7 @@ impl Run<'_> {
     /// Corrects the displacements of all particles by the contact solver.
     fn separate(
         &mut self,
-        system: &ContactSystem,
+        islands: &ContactIslands,
         max_iterations: u32,
     ) -> Result<(), ResolveError> {
         self.round_progress().report(0.0)?;
@@ -206,7 +203,7 @@ impl Run<'_> {
         for tissue in &self.tissues {
             all.extend_from_slice(&tissue.u);
         }
-        system.solve(SolveLevel::Position, &mut all, &mut system.no_impulses(), &params)?;
+        islands.solve(&mut all, &params)?;
 
         // Each tissue takes its own part back.
         let mut rest = &all[..];
