@@ -10,24 +10,28 @@
 //! lemma 3.
 
 use glam::DVec3;
+use wide::f64x2;
 
 use crate::cubic::BernsteinCubic;
+use crate::ends::Ends;
 use crate::outline::Outline;
 use crate::polygon::separation_bound;
 use crate::rounding::{AREA_DIRECTION, COPLANARITY, LENGTH_UP, NORMAL, UNDERFLOW};
-use crate::scalar::{fast_max, max_each, mix};
+use crate::scalar::fast_max;
 use crate::shape::{Corners, PolygonShape};
 
 /// Area vectors of a moving polygon, and the bounds of their errors.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Coplanarity<'a> {
     outline: &'a Outline,
-    /// Area vectors at times 0 and 1.
-    areas: [DVec3; 2],
+    /// Area vectors at both ends.
+    areas: Ends,
     /// `B`: permanent of the area vectors.
     permanent: DVec3,
-    /// `[n . a0, n . a1]` for the area vector `n` of time 0, then of time 1.
-    heights: [[f64; 2]; 2],
+    /// Heights of corner 0 at each end over the area vector of the same end.
+    own_heights: f64x2,
+    /// Heights of corner 0 at the other end over the area vector of each end.
+    other_heights: f64x2,
     /// `X + Y`: largest coordinates of the edges of corner 0, summed.
     max_edges: DVec3,
 }
@@ -36,47 +40,50 @@ impl<'a> Coplanarity<'a> {
     /// Computes the area vectors of both ends.
     #[inline]
     pub(crate) fn new(outline: &'a Outline) -> Self {
-        let ([e0, e1], [f0, f1]) = (outline.first_edge, outline.last_edge);
-        let (x, y) = (max_each(e0.abs(), e1.abs()), max_each(f0.abs(), f1.abs()));
+        let (e, f) = (outline.first_edge, outline.last_edge);
+        let (x, y) = (e.max_abs(), f.max_abs());
+        let areas = e.cross(f);
+        let own_heights = areas.dot(outline.corner);
+        let other_heights = areas.dot(outline.corner.swapped());
         let permanent = permanent(x, y);
-        let areas = [e0.cross(f0), e1.cross(f1)];
-        let ([a0, a1], [n0, n1]) = (outline.corner, areas);
-        let heights = [[n0.dot(a0), n0.dot(a1)], [n1.dot(a0), n1.dot(a1)]];
-        Self { outline, areas, permanent, heights, max_edges: x + y }
+        Self { outline, areas, permanent, own_heights, other_heights, max_edges: x + y }
     }
 
     /// Evaluates the direction certificate with the area vectors of both ends, during `0..=end`.
+    ///
+    /// At its own end all corners have the height of corner 0 over an area vector; at the other, the
+    /// edges add to that height.
     #[inline]
     pub(crate) fn areas_separate<const N: usize>(&self, end: f64, separation: f64) -> bool
     where
         PolygonShape<N>: Corners<N>,
     {
-        self.area_separates::<N>(0, end, separation) || self.area_separates::<N>(1, end, separation)
+        // Corner 0 must stay on one side.
+        let zero = f64x2::splat(0.0);
+        let stays = (self.own_heights * self.other_heights).simd_gt(zero);
+        stays.any() && (stays & self.lowest_are_apart::<N>(end, separation)).any()
     }
 
-    /// Evaluates the certificate with the area vector of one end.
-    ///
-    /// At that end all corners have the height of corner 0 over the area vector; at the other, the
-    /// edges add to that height.
+    /// Tests which area vectors have all corners beyond the bound, on the side of corner 0.
     #[inline]
-    fn area_separates<const N: usize>(&self, own: usize, end: f64, separation: f64) -> bool
+    fn lowest_are_apart<const N: usize>(&self, end: f64, separation: f64) -> f64x2
     where
         PolygonShape<N>: Corners<N>,
     {
-        // Corner 0 must stay on one side.
-        let (n, other) = (self.areas[own], 1 - own);
-        let (e, f) = (self.outline.first_edge[other], self.outline.last_edge[other]);
-        if self.heights[own][0] * self.heights[own][1] <= 0.0 {
-            return false;
-        }
-
         // Measure heights on that side, and find the lowest corner at each end.
-        let [at_0, at_1] = self.heights[own];
-        let side = 1.0_f64.copysign(at_0);
-        let mut lowest = [side * at_0, side * at_1];
-        lowest[other] += PolygonShape::<N>::min_rise(side * n.dot(e), side * n.dot(f));
-        let bound = self.area_bound() + separation_bound(n, separation);
-        lowest[0] > bound && mix(lowest[0], lowest[1], end) > bound
+        let side = (self.own_heights & f64x2::splat(-0.0)) | f64x2::splat(1.0);
+        let [e, f] = [self.outline.first_edge, self.outline.last_edge]
+            .map(|edge| (side * self.areas.dot(edge.swapped())).to_array());
+        let rise = [0, 1].map(|own| PolygonShape::<N>::min_rise(e[own], f[own]));
+        let [own_0, own_1] = (side * self.own_heights).to_array();
+        let [other_0, other_1] = (side * self.other_heights + f64x2::new(rise)).to_array();
+
+        let [n0, n1] = self.areas.to_array();
+        let bound = f64x2::splat(self.area_bound())
+            + f64x2::new([separation_bound(n0, separation), separation_bound(n1, separation)]);
+        let (at_0, at_1) = (f64x2::new([own_0, other_1]), f64x2::new([other_0, own_1]));
+        let at_end = f64x2::splat(1.0 - end) * at_0 + f64x2::splat(end) * at_1;
+        at_0.simd_gt(bound) & at_end.simd_gt(bound)
     }
 
     /// Bounds the error of heights over an area vector.
@@ -88,14 +95,12 @@ impl<'a> Coplanarity<'a> {
     /// Computes the cubic with its bound.
     #[inline]
     pub(crate) fn cubic(&self) -> BernsteinCubic {
-        let mixed = self.mixed_area();
-        let [a0, a1] = self.outline.corner;
-        let [[b0, h01], [h10, b3]] = self.heights;
-        let third = 1.0 / 3.0;
-        let b1 = (h01 + a0.dot(mixed)) * third;
-        let b2 = (h10 + a1.dot(mixed)) * third;
+        let third = f64x2::splat(1.0 / 3.0);
+        let corner = self.outline.corner;
+        let [b0, b3] = self.own_heights.to_array();
+        let [b1, b2] = ((self.other_heights + corner.dot(self.mixed_area())) * third).to_array();
 
-        let permanent = max_each(a0.abs(), a1.abs()).dot(self.permanent);
+        let permanent = corner.max_abs().dot(self.permanent);
         BernsteinCubic::new([b0, b1, b2, b3], COPLANARITY * permanent + UNDERFLOW)
     }
 
@@ -103,16 +108,17 @@ impl<'a> Coplanarity<'a> {
     /// from the origin: the separation times the largest area.
     pub(crate) fn margin(&self, separation: f64) -> f64 {
         // The middle Bernstein coefficient of the area vector is half of the mixed one.
-        let [at_0, at_1] = self.areas.map(DVec3::length);
-        let area = fast_max(fast_max(at_0, at_1), 0.5 * self.mixed_area().length());
+        let [at_0, at_1] = self.areas.to_array().map(DVec3::length);
+        let [mixed, _] = self.mixed_area().to_array();
+        let area = fast_max(fast_max(at_0, at_1), 0.5 * mixed.length());
         separation * (area + NORMAL * self.permanent.element_sum() + UNDERFLOW) * LENGTH_UP
     }
 
-    /// Computes twice the middle Bernstein coefficient of the area vector.
+    /// Computes twice the middle Bernstein coefficient of the area vector, in both lanes.
     #[inline]
-    fn mixed_area(&self) -> DVec3 {
-        let ([e0, e1], [f0, f1]) = (self.outline.first_edge, self.outline.last_edge);
-        e0.cross(f1) + e1.cross(f0)
+    fn mixed_area(&self) -> Ends {
+        let mixed = self.outline.first_edge.cross(self.outline.last_edge.swapped());
+        mixed.plus(mixed.swapped())
     }
 }
 

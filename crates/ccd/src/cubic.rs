@@ -12,6 +12,7 @@
 //! graphics", Proc. ACM CGIT 5(3), 2022 (bracketed Newton steps between critical points).
 
 mod isolation;
+mod single_root;
 
 use crate::rounding::{SUBDIVISION, UNDERFLOW};
 use crate::scalar::{fast_max, fast_min, mix};
@@ -150,6 +151,24 @@ mod tests {
             assert!(interval.hi - interval.lo < 1e-12, "{interval:?} is long");
             assert!(cubic(interval.lo) * cubic(interval.hi) < 0.0, "{interval:?}: no sign change");
         }
+    }
+
+    #[test]
+    fn first_roots_before_a_peak_are_single() {
+        for (powers, root, kind) in [
+            ([-0.08, 0.66, -1.5, 1.0], 0.2, RootKind::Rising),
+            ([0.08, -0.66, 1.5, -1.0], 0.2, RootKind::Falling),
+            ([-0.1, 0.0, 0.0, 0.8], 0.5, RootKind::Rising),
+            ([-0.2, 1.0, -0.8, 0.0], 0.25, RootKind::Rising),
+        ] {
+            let cubic = from_powers(powers);
+            let first = cubic.single_root().unwrap_or_else(|| panic!("{powers:?} has a root"));
+            assert!(first.kind == kind && first.lo < root + 1e-14, "{powers:?}: {first:?}");
+            assert!(root - 1e-14 < first.hi && first.hi - first.lo < 1e-13, "{first:?} is long");
+            assert_eq!(root_intervals(&cubic)[0], first, "{powers:?}: another first root");
+        }
+        assert_eq!(from_powers([-0.25, 1.0, -1.0, 0.0]).single_root(), None, "a double root");
+        assert_eq!(from_powers([0.0, 1.0, 0.0, 0.0]).single_root(), None, "a root at the start");
     }
 
     #[test]

@@ -14,7 +14,7 @@ use wide::f64x2 as Wide;
 use wide::f64x4 as Wide;
 
 use crate::rounding::{AREA_DIRECTION, COPLANARITY, LARGE, LENGTH_UP, NORMAL, SMALL, UNDERFLOW};
-use crate::shape::{Differences, PolygonShape};
+use crate::shape::{Coordinates, Differences, PointDifferences, PolygonShape};
 
 /// Number of queries that are filtered together.
 pub(crate) const LANES: usize = size_of::<Wide>() / size_of::<f64>();
@@ -31,26 +31,12 @@ pub(crate) struct Vectors {
 }
 
 /// Formulas that depend on the number of corners: [`Corners`](crate::shape::Corners) in lanes.
-pub(crate) trait LaneCorners {
-    /// Computes the differences at one time.
-    fn differences(x: &[Vectors; 4]) -> Differences<Vectors>;
-
+pub(crate) trait LaneCorners: PointDifferences {
     /// Returns the minimum that corners add to the height of corner 0.
     fn min_rise(a: Wide, b: Wide) -> Wide;
 }
 
 impl LaneCorners for PolygonShape<3> {
-    #[inline]
-    fn differences(&[p, a, b, c]: &[Vectors; 4]) -> Differences<Vectors> {
-        Differences {
-            corner: a.minus(p),
-            first_edge: b.minus(a),
-            last_edge: c.minus(a),
-            lower: a.min(b).min(c).minus(p),
-            upper: a.max(b).max(c).minus(p),
-        }
-    }
-
     #[inline]
     fn min_rise(a: Wide, b: Wide) -> Wide {
         a.fast_min(b).fast_min(Wide::splat(0.0))
@@ -58,17 +44,6 @@ impl LaneCorners for PolygonShape<3> {
 }
 
 impl LaneCorners for PolygonShape<4> {
-    #[inline]
-    fn differences(&[a0, a1, b0, b1]: &[Vectors; 4]) -> Differences<Vectors> {
-        Differences {
-            corner: b0.minus(a0),
-            first_edge: b1.minus(b0),
-            last_edge: a0.minus(a1),
-            lower: b0.min(b1).minus(a0.max(a1)),
-            upper: b0.max(b1).minus(a0.min(a1)),
-        }
-    }
-
     #[inline]
     fn min_rise(a: Wide, b: Wide) -> Wide {
         a.fast_min(Wide::splat(0.0)) + b.fast_min(Wide::splat(0.0))
@@ -236,6 +211,23 @@ fn all_beyond([b0, b1, b2, b3]: [Wide; 4], bound: Wide) -> Mask {
     min.simd_gt(bound) | max.simd_lt(Wide::splat(0.0) - bound)
 }
 
+impl Coordinates for Vectors {
+    #[inline]
+    fn minus(self, other: Self) -> Self {
+        self.each(other, |a, b| a - b)
+    }
+
+    #[inline]
+    fn min(self, other: Self) -> Self {
+        self.each(other, Wide::fast_min)
+    }
+
+    #[inline]
+    fn max(self, other: Self) -> Self {
+        self.each(other, Wide::fast_max)
+    }
+}
+
 impl Vectors {
     /// Gathers the same point of neighboring queries.
     #[inline]
@@ -255,21 +247,6 @@ impl Vectors {
     #[inline]
     fn plus(self, other: Self) -> Self {
         self.each(other, |a, b| a + b)
-    }
-
-    #[inline]
-    fn minus(self, other: Self) -> Self {
-        self.each(other, |a, b| a - b)
-    }
-
-    #[inline]
-    fn min(self, other: Self) -> Self {
-        self.each(other, Wide::fast_min)
-    }
-
-    #[inline]
-    fn max(self, other: Self) -> Self {
-        self.each(other, Wide::fast_max)
     }
 
     #[inline]

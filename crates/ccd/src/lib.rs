@@ -74,6 +74,7 @@ mod contact;
 mod coplanarity;
 mod cubic;
 mod curved;
+mod ends;
 mod error;
 #[cfg(feature = "exact")]
 mod exact;

@@ -2,20 +2,21 @@
 
 use glam::DVec3;
 
+use crate::ends::{Ends, sum};
 use crate::error::{CcdError, StepEnd};
 use crate::rounding::{LARGE, LENGTH_UP, SMALL, exponent, power_of_two};
-use crate::scalar::{fast_max, max_each, min_each, mix_points};
-use crate::shape::{Corners, PolygonShape};
+use crate::scalar::{fast_max, max_each};
+use crate::shape::{Corners, PointDifferences, PolygonShape};
 
 /// One corner of a moving polygon, the two edges that meet there, and the extent of all corners.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outline {
-    /// Corner 0 at times 0 and 1.
-    pub(crate) corner: [DVec3; 2],
+    /// Corner 0.
+    pub(crate) corner: Ends,
     /// The edge from corner 0 to corner 1.
-    pub(crate) first_edge: [DVec3; 2],
+    pub(crate) first_edge: Ends,
     /// The edge from corner 0 to corner `N - 1`.
-    pub(crate) last_edge: [DVec3; 2],
+    pub(crate) last_edge: Ends,
     /// Smallest coordinates over all corners and both times.
     lower: DVec3,
     /// Largest coordinates.
@@ -83,21 +84,23 @@ impl Outline {
     where
         PolygonShape<N>: Corners<N>,
     {
-        let start = PolygonShape::<N>::differences(x0);
-        let end = PolygonShape::<N>::differences(x1);
+        // Coordinates are loaded one by one: wider loads would wait for the stores of a caller that
+        // has just copied the points.
+        let [x0, x1] = [std::hint::black_box(x0), std::hint::black_box(x1)];
+        let x = std::array::from_fn(|i| Ends::new(x0[i], x1[i]));
+        let at_ends = PolygonShape::<N>::differences(&x);
         let outline = Self {
-            corner: [start.corner, end.corner],
-            first_edge: [start.first_edge, end.first_edge],
-            last_edge: [start.last_edge, end.last_edge],
-            lower: min_each(start.lower, end.lower),
-            upper: max_each(start.upper, end.upper),
+            corner: at_ends.corner,
+            first_edge: at_ends.first_edge,
+            last_edge: at_ends.last_edge,
+            lower: at_ends.lower.lower(),
+            upper: at_ends.upper.upper(),
             scaling: Scaling::NONE,
         };
 
         // An infinity or a NaN in any point survives the sum.
-        let sum = (start.corner + start.first_edge + start.last_edge)
-            + (end.corner + end.first_edge + end.last_edge);
-        (outline, (sum.x + sum.y + sum.z).is_finite())
+        let Ends { x, y, z } = at_ends.corner.plus(at_ends.first_edge).plus(at_ends.last_edge);
+        (outline, sum(x + y + z).is_finite())
     }
 
     /// Scales an outline of rare size to about 1, after a check that all coordinates are finite.
@@ -126,10 +129,14 @@ impl Outline {
 
     fn scaled_by(self, scaling: Scaling) -> Self {
         let by = |x: DVec3| scaling.difference(x);
+        let ends_by = |x: Ends| {
+            let [start, end] = x.to_array().map(by);
+            Ends::new(start, end)
+        };
         Self {
-            corner: self.corner.map(by),
-            first_edge: self.first_edge.map(by),
-            last_edge: self.last_edge.map(by),
+            corner: ends_by(self.corner),
+            first_edge: ends_by(self.first_edge),
+            last_edge: ends_by(self.last_edge),
             lower: by(self.lower),
             upper: by(self.upper),
             scaling,
@@ -162,13 +169,13 @@ impl Outline {
     /// Returns corner 0 at time `t`.
     #[inline]
     pub(crate) fn corner_at(&self, t: f64) -> DVec3 {
-        mix_points(self.corner[0], self.corner[1], t)
+        self.corner.at(t)
     }
 
     /// Returns the edges of corner 0 at time `t`.
     #[inline]
     pub(crate) fn edges(&self, t: f64) -> [DVec3; 2] {
-        [self.first_edge, self.last_edge].map(|[at_0, at_1]| mix_points(at_0, at_1, t))
+        [self.first_edge.at(t), self.last_edge.at(t)]
     }
 
     /// Computes the area vector at time `t`, along the normal of the order of the corners.

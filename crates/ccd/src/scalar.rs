@@ -14,12 +14,6 @@ pub(crate) fn fast_max(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// Returns the smaller of each coordinate.
-#[inline]
-pub(crate) fn min_each(a: DVec3, b: DVec3) -> DVec3 {
-    DVec3::new(fast_min(a.x, b.x), fast_min(a.y, b.y), fast_min(a.z, b.z))
-}
-
 /// Returns the larger of each coordinate.
 #[inline]
 pub(crate) fn max_each(a: DVec3, b: DVec3) -> DVec3 {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::scalar::{fast_min, max_each, min_each};
+use crate::scalar::fast_min;
 
 /// Marker for the polygon of a query with `N` corners: 3 for a vertex and a face, 4 for two edges.
 pub(crate) struct PolygonShape<const N: usize>;
@@ -19,13 +19,28 @@ pub(crate) struct Differences<V> {
     pub(crate) upper: V,
 }
 
+/// Vectors by coordinates, in lanes.
+pub(crate) trait Coordinates: Copy {
+    /// Subtracts another vector.
+    fn minus(self, other: Self) -> Self;
+
+    /// Returns the smaller of each coordinate.
+    fn min(self, other: Self) -> Self;
+
+    /// Returns the larger of each coordinate.
+    fn max(self, other: Self) -> Self;
+}
+
+/// Differences of the points of a query that make its polygon.
+pub(crate) trait PointDifferences {
+    /// Computes the differences in each lane.
+    fn differences<V: Coordinates>(x: &[V; 4]) -> Differences<V>;
+}
+
 /// Formulas that depend on the number of corners.
-pub(crate) trait Corners<const N: usize>: Sized {
+pub(crate) trait Corners<const N: usize>: PointDifferences + Sized {
     /// Points whose difference each corner is: the first minus the second.
     const PAIRS: [(usize, usize); N];
-
-    /// Computes the differences at one time.
-    fn differences(x: &[DVec3; 4]) -> Differences<DVec3>;
 
     /// Returns the minimum that corners add to the height of corner 0.
     ///
@@ -50,19 +65,21 @@ pub(crate) trait Corners<const N: usize>: Sized {
     fn corner_weights(edge_functions: [f64; N]) -> [f64; N];
 }
 
-impl Corners<3> for PolygonShape<3> {
-    const PAIRS: [(usize, usize); 3] = [(1, 0), (2, 0), (3, 0)];
-
+impl PointDifferences for PolygonShape<3> {
     #[inline]
-    fn differences(&[p, a, b, c]: &[DVec3; 4]) -> Differences<DVec3> {
+    fn differences<V: Coordinates>(&[p, a, b, c]: &[V; 4]) -> Differences<V> {
         Differences {
-            corner: a - p,
-            first_edge: b - a,
-            last_edge: c - a,
-            lower: min_each(min_each(a, b), c) - p,
-            upper: max_each(max_each(a, b), c) - p,
+            corner: a.minus(p),
+            first_edge: b.minus(a),
+            last_edge: c.minus(a),
+            lower: a.min(b).min(c).minus(p),
+            upper: a.max(b).max(c).minus(p),
         }
     }
+}
+
+impl Corners<3> for PolygonShape<3> {
+    const PAIRS: [(usize, usize); 3] = [(1, 0), (2, 0), (3, 0)];
 
     #[inline]
     fn min_rise(a: f64, b: f64) -> f64 {
@@ -91,19 +108,21 @@ impl Corners<3> for PolygonShape<3> {
     }
 }
 
-impl Corners<4> for PolygonShape<4> {
-    const PAIRS: [(usize, usize); 4] = [(2, 0), (3, 0), (3, 1), (2, 1)];
-
+impl PointDifferences for PolygonShape<4> {
     #[inline]
-    fn differences(&[a0, a1, b0, b1]: &[DVec3; 4]) -> Differences<DVec3> {
+    fn differences<V: Coordinates>(&[a0, a1, b0, b1]: &[V; 4]) -> Differences<V> {
         Differences {
-            corner: b0 - a0,
-            first_edge: b1 - b0,
-            last_edge: a0 - a1,
-            lower: min_each(b0, b1) - max_each(a0, a1),
-            upper: max_each(b0, b1) - min_each(a0, a1),
+            corner: b0.minus(a0),
+            first_edge: b1.minus(b0),
+            last_edge: a0.minus(a1),
+            lower: b0.min(b1).minus(a0.max(a1)),
+            upper: b0.max(b1).minus(a0.min(a1)),
         }
     }
+}
+
+impl Corners<4> for PolygonShape<4> {
+    const PAIRS: [(usize, usize); 4] = [(2, 0), (3, 0), (3, 1), (2, 1)];
 
     #[inline]
     fn min_rise(a: f64, b: f64) -> f64 {

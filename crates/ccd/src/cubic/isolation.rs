@@ -1,5 +1,8 @@
 //! Root isolation of a cubic whose coefficients have an error.
 //!
+//! Most cubics have one root before their first extremum, which signs of coefficients certify by
+//! themselves (`single_root`). The others, and what follows such a root, are searched by parts.
+//!
 //! Intervals are split at critical points until each is free of roots, within the error of zero, or
 //! monotone. A monotone interval holds a crossing, which a bracketed iteration finds in plain
 //! arithmetic. That crossing is a hint: an interval around it is widened until the *values at its
@@ -45,13 +48,13 @@ pub(super) fn find_in_root_intervals<R>(
     margin: f64,
     examine: impl FnMut(&RootInterval) -> Option<R>,
 ) -> Option<R> {
-    let whole = Part { lo: 0.0, hi: 1.0, b: cubic.bernstein };
     let mut isolation = Isolation { cubic, margin, open: None, examine };
-    if whole.is_within(cubic.evaluation_error + margin) {
-        let everything = RootInterval { lo: 0.0, hi: 1.0, kind: RootKind::Vanishing };
-        return (isolation.examine)(&everything);
+    if margin == 0.0
+        && let Some(first) = cubic.single_root()
+    {
+        return (isolation.examine)(&first).or_else(|| isolation.after(first.hi));
     }
-    isolation.narrow(&whole, MAX_SPLITS).or_else(|| isolation.close())
+    isolation.all()
 }
 
 /// State of an isolation.
@@ -105,6 +108,24 @@ fn quadratic_roots(c: f64, b: f64, a: f64) -> [f64; 2] {
 }
 
 impl<R, F: FnMut(&RootInterval) -> Option<R>> Isolation<'_, F> {
+    /// Visits the whole step.
+    #[inline(never)]
+    fn all(mut self) -> Option<R> {
+        let whole = Part { lo: 0.0, hi: 1.0, b: self.cubic.bernstein };
+        if whole.is_within(self.cubic.evaluation_error + self.margin) {
+            let everything = RootInterval { lo: 0.0, hi: 1.0, kind: RootKind::Vanishing };
+            return (self.examine)(&everything);
+        }
+        self.narrow(&whole, MAX_SPLITS).or_else(|| self.close())
+    }
+
+    /// Visits what follows a root that was found by itself.
+    #[inline(never)]
+    fn after(mut self, lo: f64) -> Option<R> {
+        let rest = Part { lo, hi: 1.0, b: self.cubic.on(lo, 1.0) };
+        self.visit(&rest, MAX_SPLITS).or_else(|| self.close())
+    }
+
     fn visit(&mut self, part: &Part, splits: u32) -> Option<R> {
         let bound = self.cubic.evaluation_error + self.margin;
         if all_beyond(&part.b, bound) {

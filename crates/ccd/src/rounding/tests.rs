@@ -199,22 +199,25 @@ fn coefficients_are_within_their_bound() {
     check(coefficient_bound_holds::<4>);
 }
 
+/// Computes the exact blossom of given Bernstein coefficients.
+fn blossom(b: [f64; 4], times: [f64; 3]) -> Exact {
+    let mut row = b.map(exact).to_vec();
+    for t in times {
+        row = row
+            .windows(2)
+            .map(|pair| (exact(1.0) - exact(t)) * &pair[0] + exact(t) * &pair[1])
+            .collect();
+    }
+    row.remove(0)
+}
+
 #[test]
 fn values_and_parts_are_within_their_bound() {
     check(|u| {
         let b = [coordinate(u)?, coordinate(u)?, coordinate(u)?, coordinate(u)?];
         let (lo, hi) = (time(u)?, time(u)?);
         let cubic = BernsteinCubic::new(b, 0.0);
-        let blossom = |x: f64, y: f64, z: f64| {
-            let mut row = b.map(exact).to_vec();
-            for t in [x, y, z] {
-                row = row
-                    .windows(2)
-                    .map(|pair| (exact(1.0) - exact(t)) * &pair[0] + exact(t) * &pair[1])
-                    .collect();
-            }
-            row.remove(0)
-        };
+        let blossom = |x, y, z| blossom(b, [x, y, z]);
         let bound = cubic.evaluation_error;
         assert_within(cubic.value(lo), &blossom(lo, lo, lo), bound, "value");
         let parts = [(lo, lo, lo), (lo, lo, hi), (lo, hi, hi), (hi, hi, hi)];
@@ -223,6 +226,42 @@ fn values_and_parts_are_within_their_bound() {
         }
         Ok(())
     });
+}
+
+/// Draws Bernstein coefficients: at random, or of a cubic with two roots that are nearly one.
+fn coefficients(u: &mut Unstructured<'_>) -> Result<[f64; 4]> {
+    if u.arbitrary()? {
+        return Ok([coordinate(u)?, coordinate(u)?, coordinate(u)?, coordinate(u)?]);
+    }
+    let apart = 10_f64.powi(-u.int_in_range(1..=16)?);
+    let [r, s] = [time(u)?, 3.0 * time(u)? - 1.0];
+    let factors = [r, r + apart, s].map(|root| [-root, 1.0 - root]);
+    let corner = |[i, j, k]: [usize; 3]| factors[0][i] * factors[1][j] * factors[2][k];
+    let mean = |corners: [[usize; 3]; 3]| corners.map(corner).iter().sum::<f64>() / 3.0;
+    let second = mean([[1, 0, 0], [0, 1, 0], [0, 0, 1]]);
+    let third = mean([[1, 1, 0], [1, 0, 1], [0, 1, 1]]);
+    Ok([corner([0; 3]), second, third, corner([1; 3])])
+}
+
+#[test]
+fn no_exact_root_is_before_a_single_root() {
+    let found = std::cell::Cell::new(0);
+    check(|u| {
+        let b = coefficients(u)?;
+        let Some(RootInterval { lo, hi, kind }) = BernsteinCubic::new(b, 0.0).single_root() else {
+            return Ok(());
+        };
+        found.set(found.get() + 1);
+
+        // All exact coefficients up to the interval have the sign of the start; its end has not.
+        let side = exact(if kind == RootKind::Rising { 1.0 } else { -1.0 });
+        for times in [[0.0; 3], [0.0, 0.0, lo], [0.0, lo, lo], [lo; 3]] {
+            assert!(&side * blossom(b, times) < exact(0.0), "{b:?} may be zero before {lo}");
+        }
+        assert!(side * blossom(b, [hi; 3]) > exact(0.0), "{b:?} does not change sign up to {hi}");
+        Ok(())
+    });
+    assert!(found.get() > 80, "only {} cubics have a single root", found.get());
 }
 
 fn edge_function_bound_holds<const N: usize>(u: &mut Unstructured<'_>) -> Result<()>
@@ -268,7 +307,7 @@ where
     let outline = Outline::new::<N>(&x0, &x1).expect("the points are finite");
     if Coplanarity::new(&outline).areas_separate::<N>(1.0, 0.0) {
         let (start, end) = (exact_corners::<N>(&x0), exact_corners::<N>(&x1));
-        let normals = [0, 1].map(|k| outline.first_edge[k].cross(outline.last_edge[k]));
+        let normals = outline.first_edge.cross(outline.last_edge).to_array();
         let one_sided = normals.iter().any(|n| {
             let n = exact_point(*n);
             let heights: Vec<Exact> = start.iter().chain(&end).map(|q| dot(&n, q)).collect();
