@@ -147,7 +147,7 @@ impl Build<'_> {
         {
             // Beyond the band, a correction would enlarge what competing faces leave.
             let limit = limit.min(single(band * self.grid.spacing()));
-            values = quasi_interpolate(&values, &self.grid, limit, late)?;
+            quasi_interpolate(&mut values, &self.grid, limit, late)?;
         }
 
         let Self { surface, x, params, grid, report } = self;

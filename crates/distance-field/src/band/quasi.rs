@@ -19,78 +19,91 @@
 use surface::parallel;
 use surface::progress::Progress;
 
-use crate::memory::zeroed;
 use crate::num::single;
 use crate::{FieldError, FieldGrid};
 
 /// Maximum correction of a node \[spacings\]: that of a fold of 100°.
 pub(crate) const MAX_CORRECTION: f64 = 0.125;
 
-/// Returns the coefficients of a quasi-interpolation for signed distances, where they and
-/// all their neighbors are below `limit`; elsewhere the distances as they are.
+/// Maximum number of planes per task, each of which copies the planes beside its own.
+const SLAB: usize = 32;
+
+/// Replaces signed distances by the coefficients of a quasi-interpolation, where they and all
+/// their neighbors are below `limit`; elsewhere they stay as they are.
+///
+/// In place, so that no second grid has to come from the system, page by page.
 pub(crate) fn quasi_interpolate(
-    values: &[f32],
+    values: &mut [f32],
     grid: &FieldGrid,
     limit: f32,
     progress: Progress<'_>,
-) -> Result<Vec<f32>, FieldError> {
+) -> Result<(), FieldError> {
     let [nx, ny, nz] = grid.dims();
-    let max = single(MAX_CORRECTION * grid.spacing());
-    let filter = Filter { values, nx, plane: nx * ny, max, limit };
+    let (plane, max) = (nx * ny, single(MAX_CORRECTION * grid.spacing()));
 
-    let mut filtered = zeroed(values.len())?;
-    let mut planes: Vec<_> = filtered.chunks_mut(nx * ny).collect();
+    // Each slab needs the distances in the planes beside it, which are other slabs'.
+    let mut beside = Vec::new();
+    for first in (0..nz).step_by(SLAB) {
+        let copy = |k: usize| values.get(k * plane..(k + 1) * plane).unwrap_or(&[]).to_vec();
+        let below = if first > 0 { copy(first - 1) } else { Vec::new() };
+        beside.push([below, copy(first + SLAB)]);
+    }
+
+    let mut slabs: Vec<_> = values.chunks_mut(SLAB * plane).zip(beside).collect();
     let steps = progress.steps(nz);
-    parallel::try_for_each_mut(&mut planes, |k, plane| {
-        steps.advance(1)?;
-        plane.copy_from_slice(&values[k * nx * ny..][..nx * ny]);
-        if k > 0 && k + 1 < nz {
-            filter.inner_nodes(k, plane);
+    parallel::try_for_each_mut(&mut slabs, |_, (values, [below, above])| {
+        let mut filter = Filter { nx, max, limit, below: std::mem::take(below), here: Vec::new() };
+        for k in 0..values.len() / plane {
+            steps.advance(1)?;
+            let (own, rest) = values[k * plane..].split_at_mut(plane);
+            let above = rest.get(..plane).unwrap_or(above);
+            filter.plane(own, above);
         }
         Ok::<(), FieldError>(())
-    })?;
-    Ok(filtered)
+    })
 }
 
-/// Correction of nodes by their second differences.
-struct Filter<'a> {
-    values: &'a [f32],
-    /// Nodes per row and per plane.
+/// Correction of nodes by their second differences, plane by plane.
+struct Filter {
+    /// Nodes per row.
     nx: usize,
-    plane: usize,
     /// Maximum correction, in the length unit.
     max: f32,
     limit: f32,
+    /// Distances in the plane below, empty for none, and in the plane itself.
+    below: Vec<f32>,
+    here: Vec<f32>,
 }
 
-impl Filter<'_> {
-    /// Writes the coefficients of plane `k`, but for the border of the plane.
-    fn inner_nodes(&self, k: usize, out: &mut [f32]) {
-        for start in (self.nx..self.plane - self.nx).step_by(self.nx) {
-            self.row(k * self.plane + start + 1, &mut out[start + 1..start + self.nx - 1]);
+impl Filter {
+    /// Replaces a plane's distances, but for its border, given those in the plane above, empty
+    /// for none.
+    fn plane(&mut self, plane: &mut [f32], above: &[f32]) {
+        self.here.clear();
+        self.here.extend_from_slice(plane);
+        if !self.below.is_empty() && !above.is_empty() {
+            for start in (self.nx..plane.len() - self.nx).step_by(self.nx) {
+                self.row(start + 1, above, &mut plane[start + 1..start + self.nx - 1]);
+            }
         }
+        std::mem::swap(&mut self.below, &mut self.here);
     }
 
     /// Writes the coefficients of nodes in a row, the first of which is given.
     ///
     /// Seven runs of one length: no bound is checked within the loop, which vectorizes.
     #[inline]
-    fn row(&self, first: usize, out: &mut [f32]) {
-        let here = self.run(first, out.len());
-        let (west, east) = (self.run(first - 1, out.len()), self.run(first + 1, out.len()));
-        let south = self.run(first - self.nx, out.len());
-        let north = self.run(first + self.nx, out.len());
-        let below = self.run(first - self.plane, out.len());
-        let above = self.run(first + self.plane, out.len());
+    fn row(&self, first: usize, above: &[f32], out: &mut [f32]) {
+        let count = out.len();
+        let here = &self.here[first..][..count];
+        let (west, east) = (&self.here[first - 1..][..count], &self.here[first + 1..][..count]);
+        let south = &self.here[first - self.nx..][..count];
+        let north = &self.here[first + self.nx..][..count];
+        let (below, above) = (&self.below[first..][..count], &above[first..][..count]);
         for (i, out) in out.iter_mut().enumerate() {
             let beside = [west[i], east[i], south[i], north[i], below[i], above[i]];
             *out = self.value(here[i], beside);
         }
-    }
-
-    #[inline]
-    fn run(&self, first: usize, length: usize) -> &[f32] {
-        &self.values[first..first + length]
     }
 
     /// Filters a value. Selections without a branch, which vectorize.
@@ -166,7 +179,8 @@ mod tests {
             let before: Result<Vec<f32>, _> = (0..dims.iter().product()).map(value).collect();
             let before = before?;
 
-            let after = quasi_interpolate(&before, &grid(dims), limit, Progress::none()).unwrap();
+            let mut after = before.clone();
+            quasi_interpolate(&mut after, &grid(dims), limit, Progress::none()).unwrap();
             for (n, value) in after.iter().enumerate() {
                 let node = place(n, dims);
                 let expected = reference(&before, dims, node, limit);
@@ -185,7 +199,7 @@ mod tests {
         let height = |p: DVec3| 20.0 + (p * p).dot(DVec3::new(1.0, -0.5, 2.0)) / 40.0;
         let position = |node: usize| DVec3::from_array(place(node, dims).map(coordinate));
         let heights = (0..dims.iter().product()).map(|node| single(height(position(node))));
-        let values: Vec<f32> = heights.collect();
+        let mut values: Vec<f32> = heights.collect();
         let mean_error = |values: &[f32]| {
             let field = DistanceField::from_values(grid(dims), values.to_vec(), Storage::Float);
             let field = field.expect("finite values");
@@ -200,8 +214,8 @@ mod tests {
         };
 
         let before = mean_error(&values);
-        let filtered = quasi_interpolate(&values, &grid(dims), 100.0, Progress::none()).unwrap();
-        let after = mean_error(&filtered);
+        quasi_interpolate(&mut values, &grid(dims), 100.0, Progress::none()).unwrap();
+        let after = mean_error(&values);
         // Over the middles of quarters, the mean of x (1 - x) is 5 / 32 rather than 1 / 6.
         assert!(before > 0.009 && after.abs() < 0.07 * before, "{before} {after}");
     }
