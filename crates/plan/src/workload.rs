@@ -43,6 +43,11 @@ impl Workload {
         counted.into_iter().collect()
     }
 
+    /// Returns the work of exact detection.
+    pub(crate) fn exact(&self) -> OperationCounts {
+        self.exact
+    }
+
     fn of(scene: &Scene, detector: &PairDetector, far_share: f64) -> Self {
         let pair = detector.found.pair;
         Self {
