@@ -5,6 +5,8 @@
 //! are the same for any number of threads and without the feature.
 
 use std::cell::Cell;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 #[cfg(feature = "rayon")]
 use rayon::prelude::*;
@@ -49,13 +51,116 @@ pub fn is_alone() -> bool {
 ///
 /// Fewer leave threads waiting for the one that holds the expensive items: by default rayon
 /// cuts a loop in four for two threads. More create more scratch values, one per piece.
-#[cfg(feature = "rayon")]
 const PIECES: usize = 64;
 
-/// Returns the largest number of items per piece of a loop over `count` items.
-#[cfg(feature = "rayon")]
+/// Returns the number of items per piece of a loop over `count` items; all of them on one thread.
 fn piece(count: usize) -> usize {
-    count.div_ceil(PIECES).max(1)
+    let pieces = if threads() > 1 { PIECES } else { 1 };
+    count.div_ceil(pieces).max(1)
+}
+
+/// Calls `run` with each of the numbers `0..count`, on the threads that share a loop.
+///
+/// Loops over items of any type end here, so that rayon is compiled for one type of loop. Compiled
+/// for each loop alone, it takes longer than everything else in a crate with a dozen of them.
+fn share(count: usize, run: &(dyn Fn(usize) + Sync)) {
+    #[cfg(feature = "rayon")]
+    if count > 1 && threads() > 1 {
+        return (0..count).into_par_iter().with_max_len(1).for_each(run);
+    }
+    (0..count).for_each(run);
+}
+
+/// Calls `run` with the first number and the items of each piece of a slice. Allocates nothing.
+fn share_pieces<T: Send>(items: &mut [T], run: impl Fn(usize, &mut [T]) + Sync) {
+    let size = piece(items.len());
+    let count = items.len().div_ceil(size);
+    let mut rest = items.chunks_mut(size);
+
+    // Each piece has one owner, so that no lock is ever waited for.
+    let pieces: [Mutex<&mut [T]>; PIECES] =
+        std::array::from_fn(|_| Mutex::new(rest.next().unwrap_or_default()));
+    share(count, &|number| run(number * size, &mut lock(&pieces[number])));
+}
+
+/// Locks a value. A thread that panicked with the lock ends the whole loop with its panic.
+fn lock<T>(value: &Mutex<T>) -> MutexGuard<'_, T> {
+    value.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Results of the pieces of a loop.
+struct PieceResults<R>([Mutex<Vec<R>>; PIECES]);
+
+impl<R> PieceResults<R> {
+    const fn new() -> Self {
+        Self([const { Mutex::new(Vec::new()) }; PIECES])
+    }
+
+    /// Stores the results of the piece with the given number.
+    fn set(&self, piece: usize, results: Vec<R>) {
+        *lock(&self.0[piece]) = results;
+    }
+
+    /// Returns all results in the order of the pieces.
+    fn in_order(self) -> Vec<R> {
+        let pieces = self.0.map(|piece| piece.into_inner().unwrap_or_else(PoisonError::into_inner));
+        let count: usize = pieces.iter().map(Vec::len).sum();
+
+        // The only piece of a loop on one thread is returned as it is.
+        let mut pieces = pieces.into_iter();
+        let mut all = pieces.next().unwrap_or_default();
+        all.reserve_exact(count - all.len());
+        for mut piece in pieces {
+            all.append(&mut piece);
+        }
+        all
+    }
+}
+
+/// Failure of the item with the smallest number.
+struct FirstFailure<E>(Mutex<Option<(usize, E)>>);
+
+impl<E> FirstFailure<E> {
+    const fn none() -> Self {
+        Self(Mutex::new(None))
+    }
+
+    /// Adds the failure of an item. Threads fail in any order.
+    fn add(&self, item: usize, error: E) {
+        let mut first = lock(&self.0);
+        if first.as_ref().is_none_or(|(other, _)| item < *other) {
+            *first = Some((item, error));
+        }
+    }
+
+    fn result(self) -> Result<(), E> {
+        let first = self.0.into_inner().unwrap_or_else(PoisonError::into_inner);
+        first.map_or(Ok(()), |(_, error)| Err(error))
+    }
+}
+
+/// Numbers of items, of which each thread takes the next.
+struct Queue {
+    order: Vec<usize>,
+    taken: AtomicUsize,
+}
+
+impl Queue {
+    /// Queues items by descending costs; equal ones by their numbers.
+    fn costly_first(costs: &[f64]) -> Self {
+        let mut order: Vec<usize> = (0..costs.len()).collect();
+        order.sort_by(|&i, &j| costs[j].total_cmp(&costs[i]));
+        Self { order, taken: AtomicUsize::new(0) }
+    }
+
+    /// Queues items by their numbers.
+    fn in_order(count: usize) -> Self {
+        Self { order: (0..count).collect(), taken: AtomicUsize::new(0) }
+    }
+
+    fn next(&self) -> Option<usize> {
+        self.order.get(self.taken.fetch_add(1, Ordering::Relaxed)).copied()
+    }
 }
 
 /// Maps the numbers `0..count`, in order.
@@ -71,13 +176,15 @@ pub fn map_with<S, R: Send>(
     scratch: impl Fn() -> S + Sync + Send,
     f: impl Fn(&mut S, usize) -> R + Sync + Send,
 ) -> Vec<R> {
-    #[cfg(feature = "rayon")]
-    if !is_alone() {
-        let numbers = (0..count).into_par_iter().with_max_len(piece(count));
-        return numbers.map_init(scratch, f).collect();
-    }
-    let mut scratch = scratch();
-    (0..count).map(|i| f(&mut scratch, i)).collect()
+    let size = piece(count);
+    let results = PieceResults::new();
+    share(count.div_ceil(size), &|number| {
+        let mut scratch = scratch();
+        let first = number * size;
+        let items = first..count.min(first + size);
+        results.set(number, items.map(|i| f(&mut scratch, i)).collect());
+    });
+    results.in_order()
 }
 
 /// Maps the items of a slice, in order, with a scratch value that is reused.
@@ -102,48 +209,48 @@ pub fn map_costly_first<T: Sync, S, R: Send>(
     scratch: impl Fn() -> S + Sync + Send,
     f: impl Fn(&mut S, &T) -> R + Sync + Send,
 ) -> Vec<R> {
-    #[cfg(feature = "rayon")]
-    if !is_alone() {
-        let mut order: Vec<(f64, usize)> = Vec::with_capacity(items.len());
-        for (i, item) in items.iter().enumerate() {
-            order.push((cost(item), i));
-        }
-        order.sort_by(|p, q| q.0.total_cmp(&p.0));
-
-        // Each thread takes the next item of the queue, and results are put in order again.
-        let queue = order.into_iter().par_bridge();
-        let mut found: Vec<(usize, R)> =
-            queue.map_init(scratch, |scratch, (_, i)| (i, f(scratch, &items[i]))).collect();
-        found.sort_unstable_by_key(|(i, _)| *i);
-        return found.into_iter().map(|(_, result)| result).collect();
-    }
     // Without threads the order of the items has no effect on the time.
-    let _ = cost;
-    let mut scratch = scratch();
-    items.iter().map(|item| f(&mut scratch, item)).collect()
+    let queue = if is_alone() {
+        Queue::in_order(items.len())
+    } else {
+        Queue::costly_first(&items.iter().map(cost).collect::<Vec<f64>>())
+    };
+
+    let mut results = Vec::new();
+    results.resize_with(items.len(), || Mutex::new(None));
+    share(threads(), &|_| {
+        let mut scratch = scratch();
+        while let Some(i) = queue.next() {
+            let result = f(&mut scratch, &items[i]);
+            *lock(&results[i]) = Some(result);
+        }
+    });
+
+    // Every item has been taken.
+    let results = results.into_iter().map(Mutex::into_inner);
+    results.filter_map(|result| result.unwrap_or_else(PoisonError::into_inner)).collect()
 }
 
 /// Maps the items of a slice, in order, by a function that changes them.
 pub fn map_mut<T: Send, R: Send>(items: &mut [T], f: impl Fn(&mut T) -> R + Sync + Send) -> Vec<R> {
-    #[cfg(feature = "rayon")]
-    if !is_alone() {
-        let piece = piece(items.len());
-        return items.par_iter_mut().with_max_len(piece).map(f).collect();
-    }
-    items.iter_mut().map(f).collect()
+    let size = piece(items.len());
+    let results = PieceResults::new();
+    share_pieces(items, |first, items| {
+        results.set(first / size, items.iter_mut().map(&f).collect());
+    });
+    results.in_order()
 }
 
 /// Calls `f` on every item with its number: disjoint parts of an array, for instance.
 pub fn for_each<T: Send>(items: Vec<T>, f: impl Fn(usize, T) + Sync + Send) {
-    #[cfg(feature = "rayon")]
-    if !is_alone() {
-        let piece = piece(items.len());
-        let numbered = items.into_par_iter().enumerate().with_max_len(piece);
-        return numbered.for_each(|(i, item)| f(i, item));
-    }
-    for (i, item) in items.into_iter().enumerate() {
-        f(i, item);
-    }
+    let mut items: Vec<Option<T>> = items.into_iter().map(Some).collect();
+    share_pieces(&mut items, |first, items| {
+        for (i, item) in (first..).zip(items) {
+            if let Some(item) = item.take() {
+                f(i, item);
+            }
+        }
+    });
 }
 
 /// Calls `f` on every item with its number. Allocates nothing.
@@ -155,18 +262,15 @@ pub fn try_for_each_mut<T: Send, E: Send>(
     items: &mut [T],
     f: impl Fn(usize, &mut T) -> Result<(), E> + Sync + Send,
 ) -> Result<(), E> {
-    #[cfg(feature = "rayon")]
-    if !is_alone() {
-        let piece = piece(items.len());
-        // Threads fail in any order: the failure with the smallest number is returned.
-        let numbered = items.par_iter_mut().enumerate().with_max_len(piece);
-        let failures = numbered.filter_map(|(i, item)| Some((i, f(i, item).err()?)));
-        return failures.min_by_key(|failure| failure.0).map_or(Ok(()), |failure| Err(failure.1));
-    }
-    for (i, item) in items.iter_mut().enumerate() {
-        f(i, item)?;
-    }
-    Ok(())
+    let failure = FirstFailure::none();
+    share_pieces(items, |first, items| {
+        for (i, item) in (first..).zip(items) {
+            if let Err(error) = f(i, item) {
+                return failure.add(i, error);
+            }
+        }
+    });
+    failure.result()
 }
 
 /// Calls `f` on every item with its number. Items with higher costs begin first, so that no thread
@@ -182,26 +286,27 @@ pub fn try_for_each_costly_first<T: Send, E: Send>(
     cost: impl Fn(usize, &T) -> f64,
     f: impl Fn(usize, &mut T) -> Result<(), E> + Sync + Send,
 ) -> Result<(), E> {
-    #[cfg(feature = "rayon")]
-    if threads() > 1 {
-        let mut order: Vec<(f64, usize, &mut T)> = Vec::with_capacity(items.len());
-        for (i, item) in items.iter_mut().enumerate() {
-            order.push((cost(i, item), i, item));
-        }
-        order.sort_by(|p, q| q.0.total_cmp(&p.0));
-
-        // Each thread takes the next item of the queue, also after a failure: the one with the
-        // smallest number is returned.
-        let queue = order.into_iter().par_bridge();
-        let failures = queue.filter_map(|(_, i, item)| Some((i, f(i, item).err()?)));
-        return failures.min_by_key(|failure| failure.0).map_or(Ok(()), |failure| Err(failure.1));
-    }
     // On one thread the order of the items has no effect on the time.
-    let _ = cost;
-    for (i, item) in items.iter_mut().enumerate() {
-        f(i, item)?;
+    if threads() == 1 {
+        return try_for_each_mut(items, f);
     }
-    Ok(())
+    let mut costs = Vec::with_capacity(items.len());
+    let mut owned = Vec::with_capacity(items.len());
+    for (i, item) in items.iter_mut().enumerate() {
+        costs.push(cost(i, item));
+        owned.push(Mutex::new(item));
+    }
+
+    // The queue goes on after a failure: one of an item with a smaller number may follow.
+    let (queue, failure) = (Queue::costly_first(&costs), FirstFailure::none());
+    share(threads(), &|_| {
+        while let Some(i) = queue.next() {
+            if let Err(error) = f(i, &mut lock(&owned[i])) {
+                failure.add(i, error);
+            }
+        }
+    });
+    failure.result()
 }
 
 /// Sorts a list; the order of equal items is unspecified.
@@ -243,7 +348,7 @@ mod tests {
     #[test]
     fn costly_items_begin_first() {
         let items = [1.0, 3.0, 2.0, 5.0, 4.0];
-        let begun = std::sync::Mutex::new(Vec::new());
+        let begun = Mutex::new(Vec::new());
         let note = |(): &mut (), &item: &f64| begun.lock().unwrap().push(item);
         let one_thread = || map_costly_first(&items, |&item| item, || (), note);
         #[cfg(feature = "rayon")]
@@ -265,8 +370,8 @@ mod tests {
         // Cheap items wait for the dearest, which two of them on both threads would keep waiting.
         let has_begun = std::sync::atomic::AtomicBool::new(false);
         let wait = |_: usize, item: &mut f64| {
-            let begun = || has_begun.load(std::sync::atomic::Ordering::Relaxed);
-            has_begun.fetch_or(*item > 4.5, std::sync::atomic::Ordering::Relaxed);
+            let begun = || has_begun.load(Ordering::Relaxed);
+            has_begun.fetch_or(*item > 4.5, Ordering::Relaxed);
             for _ in 0..1000 {
                 if begun() {
                     return Ok(());
