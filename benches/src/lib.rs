@@ -8,7 +8,8 @@
 //!
 //! - `charts` (default): what needs the facade or draws: charts and endurance. Figures build in
 //!   half the time without it.
-//! - `peers`: other libraries, and all that is compared with them: figures and two charts.
+//! - `figures`: figures, as far as they need no other library.
+//! - `peers`: other libraries, and all that is compared with them: further figures and two charts.
 //! - `criterion`: the target `figures`.
 
 pub mod bodies;
@@ -22,7 +23,7 @@ pub mod gait;
 pub mod measure;
 pub mod medial_contact;
 pub mod medial_report;
-#[cfg(feature = "peers")]
+#[cfg(feature = "figures")]
 pub mod ratios;
 #[cfg(feature = "charts")]
 pub mod regret;
@@ -37,7 +38,7 @@ pub mod trees;
 pub mod volumes;
 
 /// Returns the entries of the given names, or all without a name.
-#[cfg(any(feature = "charts", feature = "peers"))]
+#[cfg(any(feature = "charts", feature = "figures"))]
 fn selected<T: Copy>(
     all: &[(&'static str, T)],
     names: &[String],

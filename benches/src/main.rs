@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use benches::measure::Report;
-#[cfg(feature = "peers")]
+#[cfg(feature = "figures")]
 use benches::ratios;
 use benches::{medial_report, volumes};
 
@@ -15,7 +15,8 @@ usage: benches TASK
 
   ratios [--quick] [--only TEXT] [CRATE…]
                                figures beside what they are compared with, one line of JSON each;
-                               with a text, those whose names begin with it (feature `peers`)
+                               with a text, those whose names begin with it (feature `figures`;
+                               beside other libraries also `peers`)
   volumes                      table of bounding volumes of 6, 14, 18 and 26 planes
   trees                        table of trees that are refit, built where loose, or always
   floors                       tables of times beside those of memory alone, and of what two
@@ -30,7 +31,7 @@ usage: benches TASK
   soak [FRAMES]                many frames of a small scene, and memory left behind (feature `charts`)";
 
 /// Share of the budgets of `ratios --quick`.
-#[cfg(feature = "peers")]
+#[cfg(feature = "figures")]
 const QUICK: f64 = 0.25;
 
 fn main() -> ExitCode {
@@ -49,7 +50,7 @@ fn main() -> ExitCode {
 }
 
 /// Reads the options of `ratios`; returns the report that they make, and what follows them.
-#[cfg(feature = "peers")]
+#[cfg(feature = "figures")]
 fn ratio_options(arguments: &[String]) -> (Report, &[String]) {
     let (mut report, mut rest) = (Report::new(1.0), arguments);
     if let [flag, after @ ..] = rest
@@ -71,7 +72,7 @@ fn run(arguments: &[String]) -> Result<Vec<String>, Box<dyn Error>> {
     // Figures print themselves; the report counts those beyond their bounds.
     let mut report = Report::new(1.0);
     match (task.as_str(), rest) {
-        #[cfg(feature = "peers")]
+        #[cfg(feature = "figures")]
         ("ratios", options) => {
             let (of_options, names) = ratio_options(options);
             report = of_options;

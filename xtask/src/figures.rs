@@ -1,14 +1,15 @@
 //! Figures of the program `benches`: speeds and costs beside what they are compared with.
 //!
 //! `cargo xtask ratios` holds each figure to its bound. `verify` spends less time on each and
-//! allows more, because times on a shared machine vary.
+//! allows more, because times on a shared machine vary; it builds no other library, so that figures
+//! beside those are held by `cargo xtask ratios` and, quickly, by `cargo xtask ratios --quick`.
 
 use std::collections::BTreeSet;
 use std::path::Path;
-use std::process::{Child, Command};
+use std::process::Command;
 
 use crate::TaskResult;
-use crate::process::read_lines;
+use crate::process::{cargo, read_lines};
 use crate::table::{Row, Verdict};
 
 /// Factor by which a figure may exceed its bound in [`generous_rows`].
@@ -21,7 +22,18 @@ const GENEROUS: f64 = 2.0;
 /// Units of times.
 const TIME_UNITS: [&str; 4] = ["ns", "us", "ms", "s"];
 
-/// Arguments of cargo that build `benches` without its charts, which figures do not need.
+/// Arguments of cargo that build `benches` for verification: without charts and other libraries, and
+/// in one unit per crate, which takes less of the compiler's time.
+const WITHOUT_PEERS: &[&str] = &[
+    "--release",
+    "--locked",
+    "-p=benches",
+    "--no-default-features",
+    "--features=figures",
+    "--config=profile.release.codegen-units=1",
+];
+
+/// The same with other libraries, and as users build it.
 const WITHOUT_CHARTS: &[&str] =
     &["--release", "--locked", "-p=benches", "--no-default-features", "--features=peers"];
 
@@ -68,18 +80,30 @@ fn report(figures: &[Figure]) -> TaskResult {
     if short == 0 { Ok(()) } else { Err(format!("{short} figures exceed their bounds")) }
 }
 
-/// Starts to build the program in the background, so that no core waits.
-pub(crate) fn start_build(root: &Path) -> Result<Child, String> {
-    let mut command = Command::new("cargo");
-    command.args(["build", "--quiet"]).args(WITHOUT_CHARTS).current_dir(root);
-    command.spawn().map_err(|error| format!("cargo cannot be run: {error}"))
+/// Builds the program of the figures that verification holds.
+pub(crate) fn build(root: &Path) -> TaskResult {
+    cargo(root, &[["build", "--quiet"].as_slice(), WITHOUT_PEERS].concat())
+}
+
+/// Prints all figures that need no charts, those beside other libraries among them, with less time
+/// on each and bounds that are wider by [`GENEROUS`]; fails where one exceeds its bound twice.
+pub(crate) fn quick_ratios(root: &Path) -> TaskResult {
+    let rows = generous_rows(root, WITHOUT_CHARTS)?;
+    let short = rows.iter().filter(|row| row.verdict == Verdict::Failed).count();
+    println!("{} figures, {short} beyond twice their bounds", rows.len());
+    if short == 0 { Ok(()) } else { Err(format!("{short} figures exceed twice their bounds")) }
+}
+
+/// Returns the figures that verification holds: those beside plain references.
+pub(crate) fn verified_rows(root: &Path) -> Result<Vec<Row>, String> {
+    generous_rows(root, WITHOUT_PEERS)
 }
 
 /// Returns all figures as rows of the closing table, which fail where they exceed [`GENEROUS`]
 /// times their bounds in two runs.
-pub(crate) fn generous_rows(root: &Path) -> Result<Vec<Row>, String> {
+fn generous_rows(root: &Path, package: &[&str]) -> Result<Vec<Row>, String> {
     let quick = ["ratios", "--quick"];
-    let mut figures = run_benches(root, WITHOUT_CHARTS, &quick)?;
+    let mut figures = run_benches(root, package, &quick)?;
 
     // A second run of the crates whose figures fail: the better one counts.
     let failed: Vec<Figure> = figures.extract_if(.., |figure| figure.fails_generously()).collect();
@@ -90,7 +114,7 @@ pub(crate) fn generous_rows(root: &Path) -> Result<Vec<Row>, String> {
             groups.insert(figure.group.as_str());
         }
         let task: Vec<&str> = quick.into_iter().chain(groups).collect();
-        let mut again = run_benches(root, WITHOUT_CHARTS, &task)?;
+        let mut again = run_benches(root, package, &task)?;
         again.retain(|figure| !figure.fails_generously());
         for figure in failed {
             let better = again.iter().find(|again| again.name == figure.name);
@@ -182,14 +206,14 @@ impl Figure {
             measured: digits(self.measured),
             allowed: digits_or_dash(bound),
             verdict,
-            command: format!("cargo xtask ratios {}", self.group),
+            command: format!("cargo xtask ratios --only \"{}\" {}", self.name, self.group),
         }
     }
 }
 
 /// Returns the value of a field of a flat object, whose texts have no escapes: a crate that reads
 /// all of JSON would take longer to build than everything else here.
-fn field<'a>(object: &'a str, name: &str) -> Option<&'a str> {
+pub(crate) fn field<'a>(object: &'a str, name: &str) -> Option<&'a str> {
     let (_, value) = object.split_once(&format!("\"{name}\":"))?;
     match value.strip_prefix('"') {
         Some(text) => text.split('"').next(),

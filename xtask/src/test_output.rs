@@ -1,4 +1,4 @@
-//! Output of `cargo test`, read line by line.
+//! Output of test programs, read line by line.
 
 use crate::number::{Bound, leading};
 use crate::table::{Row, Verdict};
@@ -11,8 +11,6 @@ pub(crate) struct TestOutput {
     current: usize,
     /// Test whose output is shown.
     shown: String,
-    /// Numbers that tests printed.
-    pub(crate) measured: Vec<Row>,
     /// Failed tests, as `package: test`.
     pub(crate) failed: Vec<String>,
     /// Number of tests that need the data folder and found none.
@@ -24,14 +22,16 @@ struct Package {
     name: String,
     passed: usize,
     failed: usize,
+    /// Numbers that its tests printed.
+    measured: Vec<Row>,
 }
 
 impl TestOutput {
     /// Reads the next line.
     pub(crate) fn read(&mut self, line: &str) {
         let text = line.trim();
-        if let Some(name) = package_of(text) {
-            self.begin(name);
+        if let Some(name) = text.strip_prefix("Doc-tests ") {
+            self.begin(&name.replace('_', "-"));
         } else if let Some(result) = text.strip_prefix("test result: ") {
             self.count(result);
         } else if let Some(test) = text.strip_prefix("test ")
@@ -49,17 +49,13 @@ impl TestOutput {
 
     /// Adds a number unless it is there: a helper that several tests call prints it several times.
     fn add_measured(&mut self, row: Row) {
-        if self
-            .measured
-            .iter()
-            .any(|other| other.name == row.name && other.measured == row.measured)
-        {
-            return;
+        let test = &self.shown;
+        let Some(package) = self.packages.get_mut(self.current) else { return };
+        let is_same = |other: &Row| other.name == row.name && other.measured == row.measured;
+        if !package.measured.iter().any(is_same) {
+            let command = format!("cargo test -p {} {test} -- --show-output", package.name);
+            package.measured.push(Row { command, ..row });
         }
-        // Output is shown at the end of each program, whose package is still the current one.
-        let (package, test) = (self.package(), &self.shown);
-        let command = format!("cargo test -p {package} {test} -- --show-output");
-        self.measured.push(Row { command, ..row });
     }
 
     /// Returns the name of the package whose tests run.
@@ -67,10 +63,10 @@ impl TestOutput {
         self.packages.get(self.current).map_or("", |package| &package.name)
     }
 
-    /// Returns a row per package that has tests.
+    /// Returns a row per package that has tests, by name: programs end in any order.
     pub(crate) fn package_rows(&self) -> Vec<Row> {
         let mut rows = Vec::new();
-        for Package { name, passed, failed } in &self.packages {
+        for Package { name, passed, failed, .. } in self.by_name() {
             let count = passed + failed;
             if count > 0 {
                 rows.push(Row {
@@ -85,6 +81,17 @@ impl TestOutput {
         rows
     }
 
+    /// Returns the numbers that tests printed, package by package.
+    pub(crate) fn measured_rows(&self) -> Vec<Row> {
+        self.by_name().into_iter().flat_map(|package| package.measured.clone()).collect()
+    }
+
+    fn by_name(&self) -> Vec<&Package> {
+        let mut packages: Vec<&Package> = self.packages.iter().collect();
+        packages.sort_by_key(|package| &package.name);
+        packages
+    }
+
     /// Returns the numbers of passed and failed tests.
     pub(crate) fn counts(&self) -> (usize, usize) {
         let (mut passed, mut failed) = (0, 0);
@@ -96,36 +103,25 @@ impl TestOutput {
     }
 
     /// Makes a package the current one, and adds it if it is new.
-    fn begin(&mut self, name: String) {
+    pub(crate) fn begin(&mut self, name: &str) {
         self.current = 0;
         while self.packages.get(self.current).is_some_and(|package| package.name != name) {
             self.current += 1;
         }
         if self.current == self.packages.len() {
-            self.packages.push(Package { name, ..Package::default() });
+            self.packages.push(Package { name: name.to_owned(), ..Package::default() });
         }
     }
 
     /// Reads `ok. 12 passed; 1 failed; 0 ignored; …`.
     fn count(&mut self, result: &str) {
         if self.packages.is_empty() {
-            self.begin("tests".to_owned());
+            self.begin("tests");
         }
         let package = &mut self.packages[self.current];
         package.passed += number_before(result, " passed");
         package.failed += number_before(result, " failed");
     }
-}
-
-/// Returns the package that a line opens: by the unit tests that cargo runs first in each, or by
-/// its documentation's tests. Integration tests follow the unit tests of their package.
-fn package_of(line: &str) -> Option<String> {
-    if let Some(name) = line.strip_prefix("Doc-tests ") {
-        return Some(name.replace('_', "-"));
-    }
-    let binary = line.strip_prefix("Running unittests ")?.rsplit('/').next()?;
-    let name = binary.trim_end_matches(')');
-    Some(name.rsplit_once('-').map_or(name, |(name, _)| name).replace('_', "-"))
 }
 
 /// Reads the number before a word, 0 without one.
@@ -151,9 +147,7 @@ fn measured(text: &str) -> Option<Row> {
 mod tests {
     use super::*;
 
-    const OUTPUT: &str = "\
-   Compiling kdop v0.1.0
-     Running unittests src/lib.rs (target/debug/deps/kdop-0a1b)
+    const UNIT: &str = "\
 running 2 tests
 test tree::refits ... ok
 test tree::pairs ... FAILED
@@ -163,11 +157,13 @@ measured: time [ms] | 3.5 | 2
 measured: speed-up | 12x | >= 10x
 measured: bodies | 25 | -
 test result: FAILED. 1 passed; 1 failed; 0 ignored; 0 measured; 0 filtered out
-     Running tests/brute_force.rs (target/debug/deps/brute_force-2c3d)
+";
+    const INTEGRATION: &str = "\
 anatomy: skipped, MUSCULO_DATA is not set
 test result: ok. 3 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out
-     Running unittests src/lib.rs (target/debug/deps/musculo_collide-4e5f)
-test result: ok. 0 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out
+";
+    const NONE: &str = "test result: ok. 0 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out";
+    const DOCUMENTATION: &str = "\
    Doc-tests kdop
 test result: ok. 4 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out
 ";
@@ -176,15 +172,26 @@ test result: ok. 4 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out
     fn counts_by_package_and_collects_numbers() {
         use Verdict::{Failed, Passed, Unbounded};
         let mut output = TestOutput::default();
-        OUTPUT.lines().for_each(|line| output.read(line));
+        for (package, text) in [
+            ("kdop", UNIT),
+            ("musculo-collide", NONE),
+            ("kdop", INTEGRATION),
+            ("ccd", DOCUMENTATION),
+        ] {
+            output.begin(package);
+            text.lines().for_each(|line| output.read(line));
+        }
         let rows = output.package_rows();
         assert_eq!(rows.len(), 1, "a package without tests has no row");
         assert_eq!((rows[0].name.as_str(), rows[0].measured.as_str()), ("kdop", "8 of 9"));
         assert_eq!(rows[0].verdict, Failed);
         assert_eq!((output.counts(), output.skipped), ((8, 1), 1));
         assert_eq!(output.failed, ["kdop: tree::pairs"]);
-        let verdicts: Vec<Verdict> = output.measured.iter().map(|row| row.verdict).collect();
+        let verdicts: Vec<Verdict> = output.measured_rows().iter().map(|row| row.verdict).collect();
         assert_eq!(verdicts, [Passed, Failed, Passed, Unbounded]);
-        assert_eq!(output.measured[0].command, "cargo test -p kdop tree::refits -- --show-output");
+        assert_eq!(
+            output.measured_rows()[0].command,
+            "cargo test -p kdop tree::refits -- --show-output"
+        );
     }
 }

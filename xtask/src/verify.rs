@@ -1,20 +1,23 @@
 //! `cargo xtask verify`: all claims, checked once.
 //!
 //! Tests run in the development profile, with debug assertions and overflow checks, which are part
-//! of the tests. Golden files are compared by the tests and never rewritten here.
+//! of the tests, each program as soon as it is built. Figures are built meanwhile in the release
+//! profile, and run last and alone. Golden files are compared by the tests and never rewritten here.
 
 use std::path::Path;
 use std::process::Command;
+use std::sync::{Mutex, PoisonError};
 
 use crate::long_tests::LONG_TESTS;
 use crate::process::read_lines;
 use crate::table::{Row, Table, Verdict};
 use crate::test_output::TestOutput;
+use crate::test_programs::build_and_run;
 use crate::{TaskResult, figures, tidy};
 
 /// Arguments of cargo for all tests. The program has every feature of the libraries; what is left
 /// out are the other libraries of `benches`.
-const TESTS: [&str; 4] = ["test", "--workspace", "--locked", "--no-fail-fast"];
+const TESTS: [&str; 3] = ["test", "--workspace", "--locked"];
 
 /// Extent of a verification.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -26,29 +29,25 @@ pub(crate) enum Extent {
 }
 
 pub(crate) fn run(root: &Path, extent: Extent) -> TaskResult {
-    // Figures build beside the tests, which leave a core idle at times, and run after them.
-    let build = (extent == Extent::Full).then(|| figures::start_build(root)).transpose()?;
-    let outcome = run_tests(root, extent);
-    let figures = match build {
-        Some(mut build) => {
-            let _ = build.wait();
-            figures::generous_rows(root)?
-        }
-        None => Vec::new(),
+    // Figures build while tests run, and run once nothing else does.
+    let (tests, tests_ran) = run_tests(root, extent)?;
+    let figures = match extent {
+        Extent::Full => figures::verified_rows(root)?,
+        Extent::Quick => Vec::new(),
     };
-    let (tests, tests_ran) = outcome?;
 
     // One table: tests with the layout, then numbers of tests, then figures.
     let mut table = Table::default();
     let layout = layout_rows(root);
     table.add("tests", [tests.package_rows(), layout.clone()].concat());
-    table.add("accuracy", tests.measured.clone());
+    let measured = tests.measured_rows();
+    table.add("accuracy", measured.clone());
     table.add("ratios", figures.clone());
     println!("\n{table}");
 
     // The result counts tests, and rows with a bound.
     let (mut passed, mut failed) = tests.counts();
-    for row in layout.iter().chain(&tests.measured).chain(&figures) {
+    for row in layout.iter().chain(&measured).chain(&figures) {
         passed += usize::from(row.verdict == Verdict::Passed);
         failed += usize::from(row.verdict == Verdict::Failed);
     }
@@ -61,31 +60,49 @@ pub(crate) fn run(root: &Path, extent: Extent) -> TaskResult {
     if failed == 0 { Ok(()) } else { Err("not everything that is claimed holds".to_owned()) }
 }
 
+/// Runs all tests, or those of the inner loop; returns their output, and whether all ended well.
 fn run_tests(root: &Path, extent: Extent) -> Result<(TestOutput, bool), String> {
-    // Golden files are only compared.
+    let mut build = cargo_tests(extent);
+    match extent {
+        Extent::Full => build_and_run(root, &mut build, &[], |output| {
+            // A failure to build figures is reported where they run.
+            let _ = figures::build(root);
+            documentation(root, output)
+        }),
+        // Examples and documentation change seldom.
+        Extent::Quick => {
+            build.args(["--lib", "--bins", "--tests"]);
+            let skipped: Vec<&str> = LONG_TESTS.iter().flat_map(|name| ["--skip", name]).collect();
+            build_and_run(root, &mut build, &skipped, |_| Ok(true))
+        }
+    }
+}
+
+/// Returns the command that builds all tests.
+fn cargo_tests(extent: Extent) -> Command {
     let mut command = Command::new("cargo");
-    command.args(TESTS).current_dir(root).env("INSTA_UPDATE", "no").env_remove("INSTA_FORCE_PASS");
+    command.args(TESTS);
     if extent == Extent::Full {
         // Partial results are for the inner loop, and take a third more of the compiler's time.
         command.env("CARGO_INCREMENTAL", "0").env("CARGO_PROFILE_DEV_CODEGEN_UNITS", "1");
     }
-    if extent == Extent::Quick {
-        // Examples and documentation change seldom.
-        command.args(["--lib", "--bins", "--tests"]);
-    }
-    command.args(["--", "--show-output"]);
-    if extent == Extent::Quick {
-        for name in LONG_TESTS {
-            command.args(["--skip", name]);
-        }
-    }
+    command
+}
 
-    let mut output = TestOutput::default();
-    let status = read_lines(&mut command, |line| {
+/// Runs the examples of the documentation; returns true if all ended well.
+fn documentation(root: &Path, output: &Mutex<TestOutput>) -> Result<bool, String> {
+    let mut command = cargo_tests(Extent::Full);
+    // With their output shown, rustdoc would compile each example alone.
+    command.args(["--doc", "--no-fail-fast"]).current_dir(root);
+    let mut lines = Vec::new();
+    let status = read_lines(&mut command, |line| lines.push(line.to_owned()))?;
+
+    let mut output = output.lock().unwrap_or_else(PoisonError::into_inner);
+    for line in &lines {
         println!("{line}");
         output.read(line);
-    })?;
-    Ok((output, status.success()))
+    }
+    Ok(status.success())
 }
 
 /// Returns one row per layout rule.
@@ -114,6 +131,6 @@ fn report_tests(tests: &TestOutput, ran: bool) {
         println!("failed: {name}");
     }
     if !ran && tests.failed.is_empty() {
-        println!("failed: cargo test did not get through; see its messages above");
+        println!("failed: a build or a test program did not get through; see its messages above");
     }
 }

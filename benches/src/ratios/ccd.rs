@@ -10,7 +10,7 @@ use std::path::Path;
 use ::ccd::{CcdParams, MovingPoints};
 
 use crate::ccd::answers::{Answers, NamedMethod, max_time, mean_times};
-use crate::ccd::methods::{certified, del_geo};
+use crate::ccd::methods::{certified, plain_cubic};
 use crate::ccd::queries::{QueryKind, QuerySet, mean_extent, random, read};
 use crate::measure::{Report, as_f64};
 
@@ -20,10 +20,11 @@ const ANY: f64 = f64::INFINITY;
 /// Bounds for a set of queries.
 #[derive(Clone, Copy)]
 struct Limits {
-    /// Time over that of the uncertified cubic of `del-geo-core`.
-    time: f64,
-    /// Time with a separation over that of the same cubic, which has none.
-    separation: f64,
+    /// Times without and with a separation over that of a plain cubic, which has none.
+    plain: [f64; 2],
+    /// The same over the uncertified cubic of `del-geo-core`.
+    #[cfg_attr(not(feature = "peers"), expect(dead_code, reason = "compared with peers"))]
+    peer: [f64; 2],
     /// Time of the filter of a batch per candidate \[ns\].
     filter: f64,
     /// False alarms without exact arithmetic; with it there are none.
@@ -34,20 +35,25 @@ struct Limits {
 
 /// Broad-phase candidates of simulations, nearly all without contact.
 const CANDIDATES: Limits = Limits {
-    time: 1.0,
-    separation: 1.0,
+    plain: [1.6, 2.5],
+    peer: [1.0, 1.0],
     filter: 25.0,
     false_alarms: 0.0,
     earliness: [1e-12, 1e-8],
 };
 /// Contacts of simulations.
-const CONTACTS: Limits = Limits { time: 1.1, separation: 4.0, ..CANDIDATES };
+const CONTACTS: Limits = Limits { plain: [2.2, 7.0], peer: [1.1, 4.0], ..CANDIDATES };
 /// Degenerate cases: only safety and exactness are promised.
-const DEGENERATE: Limits =
-    Limits { time: ANY, separation: ANY, filter: ANY, false_alarms: ANY, earliness: [ANY, ANY] };
+const DEGENERATE: Limits = Limits {
+    plain: [ANY, ANY],
+    peer: [ANY, ANY],
+    filter: ANY,
+    false_alarms: ANY,
+    earliness: [ANY, ANY],
+};
 
 /// Random queries, without exact answers.
-const RANDOM: Limits = Limits { time: 1.0, separation: 3.0, ..DEGENERATE };
+const RANDOM: Limits = Limits { plain: [1.8, 3.0], peer: [1.0, 3.0], ..DEGENERATE };
 
 /// Rounds at full effort, of which the minimum time of each block counts.
 const ROUNDS: u32 = 15;
@@ -112,17 +118,28 @@ impl Comparison<'_> {
         let queries = &self.set.queries;
         // A thousandth of the extent, enough to absorb the rounding of positions.
         let apart = CcdParams { min_separation: 1e-3 * mean_extent(queries), ..CcdParams::DEFAULT };
-        let methods: [NamedMethod<'_>; 3] = [
+        let methods: &[NamedMethod<'_>] = &[
             ("certified", &|query| certified(query, &CcdParams::DEFAULT)),
             ("separation", &|query| certified(query, &apart)),
-            ("del-geo-core", &del_geo),
+            ("plain cubic", &plain_cubic),
+            #[cfg(feature = "peers")]
+            ("del-geo-core", &crate::ccd::methods::del_geo),
         ];
         let (name, rounds) = (self.name("queries"), self.report.rounds(ROUNDS));
-        let times = mean_times(&name, queries, rounds, &methods, self.report);
-        let [ours, apart, peer] = times[..] else { return };
-        let Limits { time, separation, .. } = self.limits;
-        self.report.ratio(self.name("certified / del-geo-core"), [ours, peer], "ns", time);
-        self.report.ratio(self.name("separation / del-geo-core"), [apart, peer], "ns", separation);
+        let times = mean_times(&name, queries, rounds, methods, self.report);
+        self.beside("plain cubic", [times[0], times[1], times[2]], self.limits.plain);
+        #[cfg(feature = "peers")]
+        self.beside("del-geo-core", [times[0], times[1], times[3]], self.limits.peer);
+    }
+
+    /// Reports times without and with a separation beside that of another method.
+    fn beside(&mut self, other: &str, [ours, apart, time]: [f64; 3], allowed: [f64; 2]) {
+        for (what, ours, allowed) in
+            [("certified", ours, allowed[0]), ("separation", apart, allowed[1])]
+        {
+            let name = self.name(&format!("{what} / {other}"));
+            self.report.ratio(name, [ours, time], "ns", allowed);
+        }
     }
 
     /// Times the filter of a batch, which most candidates end at.

@@ -1,5 +1,5 @@
 //! Distance fields of a femur: builds, their memory and threads, and queries near the surface
-//! beside exact projection by `parry3d`.
+//! beside exact projection (on a surface's tree, and with the feature `peers` by `parry3d`).
 
 use std::error::Error;
 
@@ -8,13 +8,19 @@ use fixtures::Mesh;
 use fixtures::femur::femur;
 use fixtures::sampling::points_near;
 use glam::DVec3;
-use parry3d::query::PointQuery;
-use parry3d::shape::{TriMesh, TriMeshFlags};
+use kdop::Workspace;
+#[cfg(feature = "peers")]
+use parry3d::{
+    query::PointQuery,
+    shape::{TriMesh, TriMeshFlags},
+};
 use rayon::ThreadPool;
 use surface::TriangleSurface;
 use surface::progress::Progress;
 
+#[cfg(feature = "peers")]
 use super::kdop_peers::parry_points;
+use crate::bodies::body;
 use crate::measure::{Pace, Report, as_f64, busiest_times, pool};
 
 /// Builds that are timed at full effort; the minimum time counts.
@@ -30,7 +36,7 @@ const BUDGET: u64 = 1500;
 /// Points of a batch query.
 const POINTS: u32 = 400_000;
 
-/// Points that are projected, which takes `parry3d` microseconds each.
+/// Points that are projected, which takes microseconds each.
 const PROJECTED: usize = 2_000;
 
 /// Compares builds and queries of the field of a generated femur.
@@ -128,26 +134,35 @@ fn queries(mesh: &Mesh, bone: &Bone<'_>, report: &mut Report) {
     report.ratio("trilinear, coherent / 20 ns", [ordered, 20.0], "ns", 1.0);
     report.ratio("trilinear, random / 45 ns", [unordered, 45.0], "ns", 1.0);
 
-    // Distance and side of a few points, beside projection on the triangles.
-    let vertices = parry_points(&mesh.positions);
-    let solid = TriMesh::with_flags(vertices, mesh.faces.clone(), TriMeshFlags::ORIENTED)
-        .expect("a closed bone");
+    // Distance and side of a few points, beside the closest points of faces.
     let few = &random[..PROJECTED];
-    let projected = parry_points(few);
-    report.compare(
-        "2000 points / parry project_point",
-        BUDGET,
-        0.01,
-        [
-            &mut || {
-                field.query_batch(few, &query, &mut samples);
-                samples.distance.iter().filter(|distance| **distance < 0.0).count()
-            },
-            &mut || {
-                projected.iter().filter(|&&p| solid.project_local_point(p, false).is_inside).count()
-            },
-        ],
-    );
+    let mut by_field = || {
+        field.query_batch(few, &query, &mut samples);
+        samples.distance.iter().filter(|distance| **distance < 0.0).count()
+    };
+    let (tree, mut workspace) = (body(mesh.clone()), Workspace::default());
+    let mut by_tree = || {
+        let mut faces = 0;
+        for &p in few {
+            let closest = tree.closest_point(p, f64::INFINITY, None, &mut workspace);
+            faces += closest.map_or(0, |closest| closest.face as usize);
+        }
+        faces
+    };
+    let name = "2000 points / closest points of faces";
+    report.compare(name, BUDGET, 0.005, [&mut by_field, &mut by_tree]);
+
+    #[cfg(feature = "peers")]
+    {
+        let vertices = parry_points(&mesh.positions);
+        let solid = TriMesh::with_flags(vertices, mesh.faces.clone(), TriMeshFlags::ORIENTED)
+            .expect("a closed bone");
+        let projected = parry_points(few);
+        let mut by_parry =
+            || projected.iter().filter(|&&p| solid.project_local_point(p, false).is_inside).count();
+        let name = "2000 points / parry project_point";
+        report.compare(name, BUDGET, 0.01, [&mut by_field, &mut by_parry]);
+    }
 }
 
 /// Returns the points in an order without neighbors: in steps of a prime.

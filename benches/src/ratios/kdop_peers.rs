@@ -1,8 +1,4 @@
-//! Trees of boxes by peers, set to the same work: leaf boxes and a tree from vertices, refits,
-//! pairs.
-//!
-//! Both hold single precision, as the k-DOP trees do. Vertices are converted beforehand; the
-//! conversion is not part of a measurement.
+//! Trees of boxes by peers: leaf boxes and a tree from vertices, refits, pairs.
 
 use std::time::Duration;
 
@@ -13,6 +9,8 @@ use obvhs::bvh2::builder::build_bvh2;
 use parry3d::bounding_volume::{Aabb, BoundingVolume};
 use parry3d::math::Vector;
 use parry3d::partitioning::{Bvh, BvhBuildStrategy, BvhWorkspace};
+
+use super::other_tree::OtherTree;
 
 /// Converts points for `parry3d`.
 pub(super) fn parry_points(points: &[DVec3]) -> Vec<Vector> {
@@ -36,7 +34,23 @@ pub(super) struct ParryTree {
 }
 
 impl ParryTree {
-    pub(super) fn build(triangles: &[[u32; 3]], points: &[Vector]) -> Self {
+    fn update(&mut self, boxes: impl Fn([u32; 3]) -> Aabb) {
+        for (leaf, &t) in (0..).zip(&self.triangles) {
+            self.bvh.insert_or_update_partially(boxes(t), leaf, 0.0);
+        }
+    }
+}
+
+impl OtherTree for ParryTree {
+    const NAME: &'static str = "parry";
+
+    type Point = Vector;
+
+    fn points(points: &[DVec3]) -> Vec<Vector> {
+        parry_points(points)
+    }
+
+    fn build(triangles: &[[u32; 3]], points: &[Vector]) -> Self {
         let mut boxes = Vec::new();
         for &triangle in triangles {
             boxes.push(parry_box(points, triangle));
@@ -45,45 +59,37 @@ impl ParryTree {
         Self { bvh, workspace: BvhWorkspace::default(), triangles: triangles.to_vec() }
     }
 
-    pub(super) fn leaf_count(&self) -> usize {
+    fn leaf_count(&self) -> usize {
         self.bvh.leaf_count() as usize
     }
 
-    fn update(&mut self, boxes: impl Fn([u32; 3]) -> Aabb) {
-        for (leaf, &t) in (0..).zip(&self.triangles) {
-            self.bvh.insert_or_update_partially(boxes(t), leaf, 0.0);
-        }
+    /// Refits and reorders nodes depth first.
+    fn refit(&mut self, points: &[Vector]) -> usize {
+        self.update(|t| parry_box(points, t));
+        self.bvh.refit(&mut self.workspace);
+        self.triangles.len()
     }
 
-    /// Refits in place, in the order of the build, as its triangle mesh does when vertices are set.
-    pub(super) fn refit_in_place(&mut self, points: &[Vector]) -> usize {
+    /// Refits in the order of the build, as its triangle mesh does when vertices are set.
+    fn refit_in_place(&mut self, points: &[Vector]) -> usize {
         self.update(|t| parry_box(points, t));
         self.bvh.refit_without_opt();
         self.triangles.len()
     }
 
-    /// Refits and reorders nodes depth first.
-    pub(super) fn refit(&mut self, points: &[Vector]) -> usize {
-        self.update(|t| parry_box(points, t));
-        self.bvh.refit(&mut self.workspace);
-        self.triangles.len()
-    }
-
-    /// Refits to the boxes of triangles at both ends of a step.
-    pub(super) fn refit_swept(&mut self, [x0, x1]: [&[Vector]; 2]) -> usize {
+    fn refit_swept(&mut self, [x0, x1]: [&[Vector]; 2]) -> usize {
         self.update(|t| parry_box(x0, t).merged(&parry_box(x1, t)));
         self.bvh.refit(&mut self.workspace);
         self.triangles.len()
     }
 
-    pub(super) fn pairs(&self, other: &Self, out: &mut Vec<(u32, u32)>) -> usize {
+    fn pairs(&mut self, other: &Self, out: &mut Vec<(u32, u32)>) -> usize {
         out.clear();
         out.extend(self.bvh.leaf_pairs(&other.bvh, |a, b| a.intersects(b)));
         out.len()
     }
 
-    /// Collects self pairs that share no vertex.
-    pub(super) fn self_pairs(&mut self, out: &mut Vec<(u32, u32)>) -> usize {
+    fn self_pairs(&mut self, out: &mut Vec<(u32, u32)>) -> usize {
         out.clear();
         let triangles = &self.triangles;
         self.bvh.traverse_bvtt_single_tree::<false>(&mut self.workspace, &mut |i, j| {

@@ -5,6 +5,7 @@ mod ccd;
 mod deep_starts;
 mod distance_field;
 mod kdop;
+#[cfg(feature = "peers")]
 mod kdop_peers;
 #[cfg(feature = "charts")]
 mod libraries;
@@ -13,7 +14,9 @@ mod medial;
 mod motion;
 #[cfg(feature = "charts")]
 mod motion_scenes;
+mod other_tree;
 mod overlap;
+mod plain_boxes;
 #[cfg(feature = "charts")]
 mod plan;
 #[cfg(feature = "charts")]

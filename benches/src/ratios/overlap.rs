@@ -1,9 +1,10 @@
-//! Overlap of two spheres: growth with the number of faces, and beside the boolean mesh of
-//! `boolmesh` and beside the depths of vertices.
+//! Overlap of two spheres: growth with the number of faces, beside the depths of vertices, and with
+//! the feature `peers` beside the boolean mesh of `boolmesh`.
 
 use std::error::Error;
 
 use ::overlap::{DepthParams, Overlap, OverlapDetector};
+#[cfg(feature = "peers")]
 use boolmesh::prelude::{Manifold, OpType, compute_boolean};
 use fixtures::Mesh;
 use fixtures::shapes::icosphere;
@@ -25,6 +26,7 @@ pub(super) fn run(report: &mut Report) -> Result<(), Box<dyn Error>> {
     let small = spheres(5);
     let large = spheres(7);
     growth([&small, &large].map(|meshes| meshes.clone().map(body)), report);
+    #[cfg(feature = "peers")]
     boolean_mesh(&small, report)?;
     vertex_depths(small.map(body), report);
     Ok(())
@@ -74,6 +76,7 @@ fn faces_of_positive_volume(bodies: &[SurfaceTree; 2]) -> usize {
 }
 
 /// Compares the measures with a boolean mesh, which has to be built and summed for them.
+#[cfg(feature = "peers")]
 fn boolean_mesh(meshes: &[Mesh; 2], report: &mut Report) -> Result<(), Box<dyn Error>> {
     let bodies = meshes.clone().map(body);
     let [a, b] = [manifold(&meshes[0])?, manifold(&meshes[1])?];
@@ -100,6 +103,7 @@ fn boolean_mesh(meshes: &[Mesh; 2], report: &mut Report) -> Result<(), Box<dyn E
     Ok(())
 }
 
+#[cfg(feature = "peers")]
 fn manifold(mesh: &Mesh) -> Result<Manifold, String> {
     let mut coordinates = Vec::new();
     for position in &mesh.positions {
