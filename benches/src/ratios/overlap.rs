@@ -84,7 +84,7 @@ fn boolean_mesh(meshes: &[Mesh; 2], report: &mut Report) -> Result<(), Box<dyn E
     report.compare(
         "measures, 41k faces / boolmesh",
         BUDGET,
-        0.1,
+        0.05,
         [&mut || measure(&bodies, &mut detector, &mut overlap), &mut || {
             compute_boolean(&a, &b, OpType::Intersect).map_or(0, |mesh| mesh.nf)
         }],
@@ -134,6 +134,7 @@ fn vertex_depths(bodies: [SurfaceTree; 2], report: &mut Report) {
             }),
         ],
     );
-    report.times("measures, 41k faces / depths of vertices", [measures, vertices], 0.02);
+    // A share, without a bound: measures are held beside `boolmesh`, which does the same.
+    report.times("measures, 41k faces / depths of vertices", [measures, vertices], f64::INFINITY);
     report.times("certified depths, 41k faces / of vertices", [depths, vertices], 0.3);
 }

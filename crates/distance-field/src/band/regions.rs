@@ -70,7 +70,8 @@ pub(super) fn fill(
     let mut slabs = Vec::new();
     for (number, (squared, face)) in parts.enumerate() {
         let planes = number * height..number * height + squared.len() / plane;
-        slabs.push(Slab { number, dims, planes, band, squared, face, sides: Sides::default() });
+        let (sides, edges) = (Sides::default(), Vec::new());
+        slabs.push(Slab { number, dims, planes, band, squared, face, sides, edges });
     }
 
     // The most work first, so that no thread is left with it at the end.
@@ -154,6 +155,8 @@ struct Slab<'a> {
     face: &'a mut [u32],
     /// Sides of the region that is visited, in memory that is reused.
     sides: Sides,
+    /// Edges from the vertex that is visited, in memory that is reused.
+    edges: Vec<DVec3>,
 }
 
 /// Plane that bounds a region, as the end of a row: `x = at + per_y · y + per_z · z`.
@@ -336,18 +339,50 @@ fn cone(surface: &GridSurface<'_>, vertex: u32, slab: &mut Slab<'_>) {
         return;
     };
 
-    // Behind the vertex along an edge: not nearer to a point within it.
     let at = surface.x[vertex as usize];
-    let region = Aabb { min: at - slab.band, max: at + slab.band };
+    let mut edges = std::mem::take(&mut slab.edges);
+    edges.clear();
+    for &f in faces {
+        let corners = surface.surface.faces()[f as usize];
+        let next = corners[(1 + corners.iter().position(|&v| v == vertex).unwrap_or(0)) % 3];
+        edges.push(surface.x[next as usize] - at);
+    }
 
+    // Behind the vertex along an edge: not nearer to a point within it.
     let sides = |sides: &mut Sides| {
-        for &f in faces {
-            let corners = surface.surface.faces()[f as usize];
-            let next = corners[(1 + corners.iter().position(|&v| v == vertex).unwrap_or(0)) % 3];
-            sides.add(at - surface.x[next as usize], at);
+        for &edge in &edges {
+            sides.add(-edge, at);
         }
     };
+    let region = cone_box(at, &edges, slab.band);
     slab.visit(region, sides, face, |p| p.distance_squared(at));
+    slab.edges = edges;
+}
+
+/// Computes a box around what is behind a vertex along all of its edges, within the band.
+///
+/// A vector that does not lead forward along an edge leads along an axis by at most the sine of the
+/// angle between both, where that is acute: the part of the axis along the edge adds nothing.
+fn cone_box(at: DVec3, edges: &[DVec3], band: f64) -> Aabb {
+    // Squared sines of the smallest angles from either end of each axis.
+    let (mut lower, mut upper) = (DVec3::ONE, DVec3::ONE);
+    for &edge in edges {
+        let squares = edge * edge;
+        let length_squared = squares.element_sum();
+        if length_squared > WIDENING * WIDENING {
+            let across =
+                DVec3::new(squares.y + squares.z, squares.z + squares.x, squares.x + squares.y);
+            let sines = across / length_squared;
+            for axis in 0..3 {
+                let end = if edge[axis] > 0.0 { &mut upper } else { &mut lower };
+                end[axis] = if sines[axis] < end[axis] { sines[axis] } else { end[axis] };
+            }
+        }
+    }
+
+    // Sides are moved out by at most twice the widening; the rest is for rounding.
+    let reach = |squared: DVec3| squared.map(f64::sqrt) * band + 3.0 * WIDENING;
+    Aabb { min: at - reach(lower), max: at + reach(upper) }
 }
 
 impl Slab<'_> {
@@ -435,6 +470,19 @@ fn keep_nearer(best: &mut f32, id: &mut u32, squared: f32, face: u32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn vectors_behind_all_edges_are_within_the_box_of_a_vertex() {
+        let mut random = fixtures::random::Random(7);
+        let mut draw = || DVec3::from_array([0; 3].map(|_| 2.0 * random.unit() - 1.0));
+        for _ in 0..5000 {
+            let (edges, at) = ([draw(), draw(), draw()], draw());
+            let Aabb { min, max } = cone_box(at, &edges, 2.0);
+            let p = at + 2.0 * draw().normalize();
+            let is_behind = edges.iter().all(|edge| edge.dot(p - at) <= 0.0);
+            assert!(!is_behind || (min.cmple(p) & p.cmple(max)).all(), "{p} behind {edges:?}");
+        }
+    }
 
     #[test]
     fn the_first_of_faces_as_near_is_kept_in_any_order() {
