@@ -15,7 +15,7 @@ use surface::{parallel, triangle};
 
 use crate::damage::rounded_to_single;
 use crate::elastic::{ActiveParticle, Bond, ElasticProblem, GapRow, VolumeRow};
-use crate::resolution::{BrokenLimit, GapRound};
+use crate::resolution::{BrokenLimit, GapRound, overlaps_in};
 use crate::run::{Run, TOUCHING, detection_margin, largest_coordinate};
 use crate::tissue::{Tissue, fitted_tree};
 use crate::{ResolveError, WrittenPrecision, tuning};
@@ -109,6 +109,12 @@ impl Run<'_> {
         tuning::GAP_SLACK * self.params.gap + rounding
     }
 
+    /// Returns the distance to which a tied pair is opened: none where it did not overlap, and what rounding
+    /// may take where it has come apart.
+    fn tied_target(&self, pair: PairId) -> f64 {
+        if overlaps_in(&self.before, pair) { self.gap_slack() } else { 0.0 }
+    }
+
     /// Returns the pairs whose surfaces cross or contain each other.
     pub(crate) fn overlapping_pairs(&self) -> Vec<PairId> {
         self.near.overlapping().map(|near| near.report.pair).collect()
@@ -188,7 +194,7 @@ impl Run<'_> {
         let mut problem = ElasticProblem::default();
         let mut seeds: BTreeMap<BodyId, Vec<u32>> = BTreeMap::new();
         for PairFeatures { id, features } in near {
-            let target = if self.is_tied(*id) { 0.0 } else { target };
+            let target = if self.is_tied(*id) { self.tied_target(*id) } else { target };
             let mut is_short_pair = false;
             for feature in features {
                 let missing = target - feature.distance;
@@ -409,5 +415,40 @@ impl Tissue {
             problem.volumes[0] = VolumeRow::new(volume - self.volume_at(x));
         }
         problem
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fixtures::shapes;
+    use scene::{BodyKind, Scene};
+    use surface::progress::Progress;
+
+    use super::*;
+    use crate::{Conditions, ResolveParams, Tie};
+
+    /// Rounding to single precision would let what came out of a tied body cross it again.
+    #[test]
+    fn what_came_out_of_a_tied_body_is_kept_beyond_rounding() {
+        for (height, overlaps) in [(18.0, true), (20.2, false)] {
+            let mut scene = Scene::new();
+            let mut ids = Vec::new();
+            for (name, z) in [("bone", 0.0), ("cartilage", height)] {
+                let ball = shapes::icosphere(10.0, 2).translated(DVec3::new(700.0, -650.0, z));
+                let kind = if z > 0.0 { BodyKind::Deformable } else { BodyKind::Rigid };
+                ids.push(scene.add(name, kind, ball.surface(), ball.positions).expect("a ball"));
+            }
+            let pair = PairId::new(ids[0], ids[1]);
+            let ties = vec![Tie { bodies: [ids[0], ids[1]], distance: 1.0 }];
+            let conditions = Conditions { ties, ..Conditions::default() };
+            let params = ResolveParams {
+                gap: 0.05,
+                precision: WrittenPrecision::Single,
+                ..ResolveParams::with_smoothing(6.0)
+            };
+            let run = Run::new(&mut scene, params, &conditions, &[], None, Progress::none());
+            let target = run.expect("a run").tied_target(pair);
+            assert_eq!(target > 700.0 * f64::from(f32::EPSILON), overlaps, "{target}");
+        }
     }
 }

@@ -179,8 +179,11 @@ pub enum Obstacle {
     Pierced,
     /// No face crosses another, and no vertex is inside: the surfaces share a volume where they
     /// coincide.
-    #[error("the surfaces coincide: there is no side to push them to")]
+    #[error("the surfaces coincide: there is no side to push them to; take one out, or move it")]
     Coincident,
+    /// Surfaces that came apart cross at positions that are rounded to the precision of the file.
+    #[error("rounding to the precision of the file makes them cross: save it in double precision")]
+    Rounding,
 }
 
 /// Body that the best state would have brought beyond its limits.
@@ -274,6 +277,8 @@ impl Remaining {
             let PairId { a, b, .. } = report.pair;
             let obstacle = if scene.body(a).is_rigid() && scene.body(b).is_rigid() {
                 Obstacle::BothRigid
+            } else if pushed.is_none() && !report.crossing_faces.is_empty() {
+                Obstacle::Rounding
             } else if pushed.is_none() {
                 Obstacle::Coincident
             } else if is_enclosed(scene, report) {

@@ -38,7 +38,7 @@ pub(crate) struct Run<'a> {
     pub(crate) tissues: Vec<Tissue>,
     /// Inverse masses of all particles.
     pub(crate) inverse_masses: Vec<f64>,
-    before: Vec<PairReport>,
+    pub(crate) before: Vec<PairReport>,
     /// Pairs that overlap or share faces at the start, ascending.
     at_first: Vec<PairId>,
     pub(crate) near: NearPairs,
