@@ -53,7 +53,14 @@ impl LoadedScene {
                 }
             };
             if vertices.is_empty() {
-                let problem = format!("[[fixed]]: no vertex of '{}' is selected", fixed.body);
+                let place = match fixed.selection().map_err(Failure::new)? {
+                    Selection::File(file) => format!("listed in {}", file.display()),
+                    Selection::Box { min, max } => format!("in the box from {min} to {max}"),
+                    Selection::Near { other, distance } => {
+                        format!("within {distance} of '{other}'")
+                    }
+                };
+                let problem = format!("[[fixed]]: no vertex of '{}' is {place}", fixed.body);
                 return Err(Failure::new(problem));
             }
             conditions.fixed.push(FixedVertices { body, vertices });

@@ -5,6 +5,7 @@ use std::path::Path;
 use musculo_collide::{Conditions, Progress, Resolution, ResolveParams, Resolver, Scene};
 
 use super::Finished;
+use super::resolve::UNPROVED;
 use crate::failure::Failure;
 use crate::motion::Replay;
 use crate::output::Outputs;
@@ -14,6 +15,11 @@ use crate::report::{
 };
 use crate::scene::Unit;
 use crate::stopwatch::Stopwatch;
+
+/// Returns the name of the file of a body in a frame whose state is not proved.
+fn unproved_file(body: &str, frame: usize) -> String {
+    format!("{body}_{frame:04}{UNPROVED}.vtp")
+}
 
 /// Returns the name of the file of a body in a frame.
 pub(super) fn frame_file(body: &str, frame: usize) -> String {
@@ -60,39 +66,56 @@ impl Job<'_> {
             let seconds = stopwatch.lap("resolve").as_secs_f64();
 
             // Written at once: the states of all frames would not fit in memory.
-            self.stage(frame, scene, &resolution, &mut outputs)?;
-            for (part, body) in scene.bodies().iter().enumerate() {
-                series.add(replay.series_time(frame), part, &frame_file(body.name(), frame));
+            let files = self.stage(frame, scene, &resolution, &mut outputs)?;
+            for (part, file) in files.iter().enumerate() {
+                series.add(replay.series_time(frame), part, file);
             }
             stopwatch.lap("write");
 
             let info = FrameInfo { frame, time: replay.time(frame), seconds };
-            frames.push(ResolvedFrame::new(info, scene, self.unit, &resolution));
+            frames.push(ResolvedFrame::new(info, scene, self.unit, &self.params, &resolution));
             phase.step();
         }
         drop(phase);
         outputs.stage(&self.folder.join(Series::FILE_NAME), series.to_pvd())?;
 
-        let document = ResolvedDocument { unit: self.unit, frames };
+        let document = ResolvedDocument::new(
+            self.unit,
+            self.params.gap,
+            scene,
+            self.conditions.ties.len(),
+            frames,
+        );
         outputs.stage_json(self.json, &document)?;
         let text = document.to_text() + &rest_text(replay.resting());
-        Ok(Finished { outputs, text, holds: document.is_resolved(), stopwatch })
+        Ok(Finished { outputs, text, holds: document.resolved, stopwatch })
     }
 
-    /// Writes one file per body.
+    /// Writes one file per body, marked where the frame is not resolved, and returns their names.
     fn stage(
         &self,
         frame: usize,
         scene: &Scene,
         resolution: &Resolution,
         outputs: &mut Outputs,
-    ) -> Result<(), Failure> {
+    ) -> Result<Vec<String>, Failure> {
+        let mut files = Vec::new();
+
         // Bones are written too: they move from frame to frame.
         for (body, change) in scene.bodies().iter().zip(&resolution.bodies) {
             let (x, faces) = (body.positions(), body.surface().faces());
-            let path = self.folder.join(frame_file(body.name(), frame));
-            outputs.stage(&path, displacement_vtp(x, faces, &change.displacements))?;
+            let content = displacement_vtp(x, faces, &change.displacements);
+            let file = if resolution.resolved {
+                let file = frame_file(body.name(), frame);
+                outputs.stage(&self.folder.join(&file), content)?;
+                file
+            } else {
+                let file = unproved_file(body.name(), frame);
+                outputs.stage_found(&self.folder.join(&file), content)?;
+                file
+            };
+            files.push(file);
         }
-        Ok(())
+        Ok(files)
     }
 }

@@ -139,7 +139,7 @@ fn for_files(asked: ResolveParams, loaded: &LoadedScene) -> Result<ResolveParams
 }
 
 /// Mark in the names of files that hold no proved state.
-const UNPROVED: &str = "_unproved";
+pub(super) const UNPROVED: &str = "_unproved";
 
 fn mesh_file(body: &BodyDescription, mark: &str) -> String {
     format!("{}{mark}{}", body.name, suffix(body))

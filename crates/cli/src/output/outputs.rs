@@ -202,23 +202,49 @@ pub(crate) struct Written {
     pub(crate) to_standard_output: bool,
 }
 
-/// Maximum number of written files that are listed one by one.
+/// Maximum number of written files of one folder that are listed one by one.
 const MAX_LISTED: usize = 6;
 
 impl Written {
-    /// Returns lines that name the outputs.
+    /// Returns lines that name the outputs, or the folders of many.
     pub(crate) fn lines(&self) -> String {
-        let Some(last) = self.paths.last() else { return String::new() };
-        if self.paths.len() > MAX_LISTED {
-            let folder = last.parent().unwrap_or(last);
-            let files = counted(self.paths.len(), "file");
-            return format!("wrote {files} to {}\n", folder.display());
+        let mut folders: Vec<(&Path, Vec<&Path>)> = Vec::new();
+        for path in &self.paths {
+            let folder = path.parent().unwrap_or(path);
+            match folders.iter_mut().find(|(known, _)| *known == folder) {
+                Some((_, paths)) => paths.push(path),
+                None => folders.push((folder, vec![path])),
+            }
         }
 
         let mut lines = String::new();
-        for path in &self.paths {
-            lines += &format!("wrote {}\n", path.display());
+        for (folder, paths) in folders {
+            if paths.len() > MAX_LISTED {
+                let folder = if folder == Path::new("") { Path::new(".") } else { folder };
+                let files = counted(paths.len(), "file");
+                lines += &format!("wrote {files} to {}\n", folder.display());
+                continue;
+            }
+            for path in paths {
+                lines += &format!("wrote {}\n", path.display());
+            }
         }
         lines
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_files_are_named_by_their_folders() {
+        let mut paths: Vec<PathBuf> = (0..7).map(|k| format!("apart/{k}.vtp").into()).collect();
+        paths.push("apart.json".into());
+        let written = Written { paths, to_standard_output: false };
+        assert_eq!(written.lines(), "wrote 7 files to apart\nwrote apart.json\n");
+        let paths = (0..7).map(|k| format!("{k}.vtp").into()).collect();
+        let written = Written { paths, to_standard_output: false };
+        assert_eq!(written.lines(), "wrote 7 files to .\n");
     }
 }

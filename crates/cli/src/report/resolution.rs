@@ -1,7 +1,7 @@
 //! Report of overlap removal: rounds, bodies that moved, pairs that remain.
 
 use musculo_collide::{
-    BodyKind, DepthBracket, GapObstacle, Obstacle, Remaining, Resolution, Scene,
+    BodyKind, DepthBracket, GapObstacle, Obstacle, PairId, Remaining, Resolution, Scene,
 };
 
 use super::table::{Table, dash, left, right};
@@ -40,7 +40,14 @@ pub(crate) fn resolution_text(resolution: &Resolution, scene: &Scene, unit: Unit
     // The verdict stands last, where a terminal shows it.
     let count = resolution.remaining.len();
     if count == 0 {
-        return text + "Nothing overlaps any more.\n";
+        return match ignored_pairs(scene).len() {
+            0 if resolution.self_overlaps.is_empty() => text + "Nothing overlaps any more.\n",
+            0 => text + "No two bodies overlap any more.\n",
+            count => {
+                let ignored = counted(count, "ignored pair");
+                text + &format!("Nothing overlaps any more, {ignored} left out.\n")
+            }
+        };
     }
     let verdict = if resolution.resolved { "Within the tolerance" } else { "Not resolved" };
     text += &format!("{verdict}: {} still overlapping.\n", counted(count, "pair"));
@@ -49,6 +56,31 @@ pub(crate) fn resolution_text(resolution: &Resolution, scene: &Scene, unit: Unit
         text += &format!("  {a} × {b}: {}\n", remaining_text(pair, unit));
     }
     text
+}
+
+/// Lists the pairs of which nothing is asked.
+pub(super) fn ignored_pairs(scene: &Scene) -> Vec<PairId> {
+    let ids: Vec<_> = scene.ids().collect();
+    let mut ignored = Vec::new();
+    for (number, &a) in ids.iter().enumerate() {
+        for &b in &ids[number + 1..] {
+            let pair = PairId::new(a, b);
+            if scene.is_ignored(pair) {
+                ignored.push(pair);
+            }
+        }
+    }
+    ignored
+}
+
+/// Writes how many pairs a statement about all pairs leaves out.
+pub(super) fn left_out_text(tied: usize, ignored: usize) -> String {
+    match [tied, ignored] {
+        [0, 0] => String::new(),
+        [tied, 0] => format!(" but {tied} tied"),
+        [0, ignored] => format!(" but {ignored} ignored"),
+        [tied, ignored] => format!(" but {tied} tied and {ignored} ignored"),
+    }
 }
 
 /// Writes depth, crossings and reason of a pair that remains.

@@ -13,7 +13,7 @@ use musculo_collide::{
 };
 use serde::Serialize;
 
-use super::resolution::{gap_obstacle_text, obstacle_text};
+use super::resolution::{gap_obstacle_text, ignored_pairs, left_out_text, obstacle_text};
 use super::text::{counted, length, measure};
 use super::volume_record::QualityRecord;
 use crate::scene::Unit;
@@ -31,16 +31,20 @@ pub(crate) struct ResolutionDocument {
     pub(crate) written: bool,
     /// Number of rounds of detection and pushing.
     rounds: usize,
+    /// Pairs of which nothing was asked, by their names.
+    ignored_pairs: Vec<[String; 2]>,
     /// Pairs that overlapped, are tied, or are nearer than the gap.
     pub(crate) pairs: Vec<PairState>,
     pub(crate) bodies: Vec<BodyState>,
     /// Bodies that the best state brings beyond their limits; an earlier one is kept.
     broken_limits: Vec<BrokenRecord>,
+    /// Bodies that were to be uncrossed and still cross themselves.
+    self_overlaps: Vec<String>,
 }
 
 /// Body that a better state would bring beyond its limits.
 #[derive(Debug, Serialize)]
-struct BrokenRecord {
+pub(super) struct BrokenRecord {
     body: String,
     /// Relative change of its volume.
     volume_change: f64,
@@ -161,7 +165,23 @@ impl ResolutionDocument {
         for broken in &resolution.broken_limits {
             broken_limits.push(BrokenRecord::new(broken, params, scene));
         }
-        Ok(Self { unit, gap, resolved, written: false, rounds, pairs, bodies, broken_limits })
+        let mut self_overlaps = Vec::new();
+        for body in &resolution.self_overlaps {
+            self_overlaps.push(scene.body(*body).name().to_owned());
+        }
+        let names = |pair| scene.names(pair).map(str::to_owned);
+        Ok(Self {
+            unit,
+            gap,
+            resolved,
+            written: false,
+            rounds,
+            ignored_pairs: ignored_pairs(scene).into_iter().map(names).collect(),
+            pairs,
+            bodies,
+            broken_limits,
+            self_overlaps,
+        })
     }
 
     /// Writes elements, pairs that fall short with their reasons, and the verdict.
@@ -186,7 +206,7 @@ impl ResolutionDocument {
                 "The gap of {} {unit} is proved for all pairs{}, faces and edges included, in the \
                  precision of the files.\n",
                 measure(self.gap),
-                if tied == 0 { String::new() } else { format!(" but {tied} tied") },
+                left_out_text(tied, self.ignored_pairs.len()),
             );
         } else if !short.is_empty() {
             let pairs = counted(short.len(), "pair");
@@ -195,6 +215,9 @@ impl ResolutionDocument {
                 text += &format!("  {}\n", pair.text(self.unit));
             }
         }
+        for reason in self.other_reasons() {
+            text += &format!("Not resolved: {reason}.\n");
+        }
         if !self.written {
             text +=
                 "No mesh is written: --keep-going writes them, with '_unproved' in their names.\n";
@@ -202,6 +225,25 @@ impl ResolutionDocument {
             text += "The meshes are written with '_unproved' in their names.\n";
         }
         text
+    }
+}
+
+impl ResolutionDocument {
+    /// Lists the reasons beside pairs for which the scene is not resolved.
+    fn other_reasons(&self) -> Vec<String> {
+        let mut reasons = Vec::new();
+        for body in &self.self_overlaps {
+            reasons.push(format!("{body} still crosses itself"));
+        }
+        for BrokenRecord { body, .. } in &self.broken_limits {
+            reasons.push(format!("a better state breaks the limits of {body}"));
+        }
+        for BodyState { name, elements, .. } in &self.bodies {
+            if elements.as_ref().is_some_and(|elements| !elements.is_whole()) {
+                reasons.push(format!("elements of {name} do not follow their surface"));
+            }
+        }
+        reasons
     }
 }
 
@@ -306,7 +348,7 @@ impl Removal<'_> {
 }
 
 impl BrokenRecord {
-    fn new(broken: &BrokenLimit, params: &ResolveParams, scene: &Scene) -> Self {
+    pub(super) fn new(broken: &BrokenLimit, params: &ResolveParams, scene: &Scene) -> Self {
         Self {
             body: scene.body(broken.body).name().to_owned(),
             volume_change: broken.volume_change,
@@ -321,7 +363,7 @@ impl BrokenRecord {
     }
 
     /// Writes the limits that are broken, with what is allowed.
-    fn text(&self, unit: Unit) -> String {
+    pub(super) fn text(&self, unit: Unit) -> String {
         let mut broken = Vec::new();
         let (share, limit) = (self.volume_change.abs(), self.volume_change_limit);
         if share > limit {

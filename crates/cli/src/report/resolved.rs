@@ -1,18 +1,30 @@
 //! Report of overlap removal in every frame of a motion.
 
-use musculo_collide::{DepthBracket, Remaining, Resolution, Scene};
+use musculo_collide::{
+    DepthBracket, DistanceBracket, Remaining, Resolution, ResolveParams, Scene, ShortGap,
+};
 use serde::Serialize;
 
-use super::resolution::{obstacle_text, remaining_text};
+use super::resolution::{
+    gap_obstacle_text, ignored_pairs, left_out_text, obstacle_text, remaining_text,
+};
+use super::resolution_document::BrokenRecord;
 use super::table::{Table, dash, right};
-use super::text::{counted, depth, grouped, length};
+use super::text::{counted, depth, grouped, length, measure};
 use crate::scene::Unit;
 
 /// All frames of a motion.
 #[derive(Debug, Serialize)]
 pub(crate) struct ResolvedDocument {
-    pub(crate) unit: Unit,
-    pub(crate) frames: Vec<ResolvedFrame>,
+    unit: Unit,
+    /// Distance that was asked for between all surfaces; 0 for none.
+    gap: f64,
+    /// True if every frame is resolved.
+    pub(crate) resolved: bool,
+    /// Pairs that the gap is not asked of, in words.
+    #[serde(skip)]
+    left_out: String,
+    frames: Vec<ResolvedFrame>,
 }
 
 /// Frame before and after overlap removal.
@@ -21,13 +33,17 @@ pub(crate) struct ResolvedFrame {
     frame: usize,
     /// Time, if the motion has one.
     time: Option<f64>,
-    /// True if no overlap exceeds the tolerance or is new.
+    /// True if no overlap exceeds the tolerance or is new, and the gap is proved for all pairs.
     resolved: bool,
     before: OverlapRecord,
     after: OverlapRecord,
     /// Number of pairs that overlap and did not at the start.
     new_pairs: usize,
     remaining: Vec<RemainingRecord>,
+    /// Pairs that are not proved to keep the gap, the nearest first.
+    short_gaps: Vec<ShortGapRecord>,
+    /// Bodies that a better state would bring beyond their limits.
+    broken_limits: Vec<BrokenRecord>,
     /// Number of rounds of detection and pushing.
     rounds: usize,
     /// Number of the round whose state is kept.
@@ -65,6 +81,16 @@ struct RemainingRecord {
     text: String,
 }
 
+/// Pair that is not proved to keep the gap.
+#[derive(Debug, Serialize)]
+struct ShortGapRecord {
+    a: String,
+    b: String,
+    /// Certified distance of the surfaces; 0 where they overlap.
+    distance: DistanceBracket,
+    reason: String,
+}
+
 /// Frame of a motion, with the time that its computation took.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FrameInfo {
@@ -74,7 +100,13 @@ pub(crate) struct FrameInfo {
 }
 
 impl ResolvedFrame {
-    pub(crate) fn new(info: FrameInfo, scene: &Scene, unit: Unit, resolution: &Resolution) -> Self {
+    pub(crate) fn new(
+        info: FrameInfo,
+        scene: &Scene,
+        unit: Unit,
+        params: &ResolveParams,
+        resolution: &Resolution,
+    ) -> Self {
         // Before and after, depth is that of surfaces as far as it is certain.
         let start = &resolution.rounds[0];
         let overlapping = resolution.before.iter().filter(|report| report.overlaps);
@@ -90,6 +122,8 @@ impl ResolvedFrame {
             after: OverlapRecord { pairs: resolution.remaining.len(), deepest: 0.0 },
             new_pairs: 0,
             remaining: Vec::new(),
+            short_gaps: Vec::new(),
+            broken_limits: Vec::new(),
             rounds: resolution.rounds.len() - 1,
             final_round: resolution.final_round,
             max_displacement: 0.0,
@@ -104,6 +138,12 @@ impl ResolvedFrame {
             record.after.deepest = record.after.deepest.max(pair.depth.lower);
             record.new_pairs += usize::from(!pair.at_first);
             record.remaining.push(RemainingRecord::new(pair, scene, unit));
+        }
+        for short in &resolution.gap.short {
+            record.short_gaps.push(ShortGapRecord::new(short, scene, unit));
+        }
+        for broken in &resolution.broken_limits {
+            record.broken_limits.push(BrokenRecord::new(broken, params, scene));
         }
         for change in &resolution.bodies {
             // An open body has no volume that could change.
@@ -151,13 +191,29 @@ impl RemainingRecord {
     }
 }
 
+impl ShortGapRecord {
+    fn new(short: &ShortGap, scene: &Scene, unit: Unit) -> Self {
+        let [a, b] = scene.names(short.pair).map(str::to_owned);
+        let reason = gap_obstacle_text(&short.obstacle, unit);
+        Self { a, b, distance: short.distance, reason }
+    }
+}
+
 impl ResolvedDocument {
-    /// Returns true if every frame is resolved.
-    pub(crate) fn is_resolved(&self) -> bool {
-        self.frames.iter().all(|frame| frame.resolved)
+    /// Gathers the frames of a scene with some tied pairs.
+    pub(crate) fn new(
+        unit: Unit,
+        gap: f64,
+        scene: &Scene,
+        tied: usize,
+        frames: Vec<ResolvedFrame>,
+    ) -> Self {
+        let resolved = frames.iter().all(|frame| frame.resolved);
+        let left_out = left_out_text(tied, ignored_pairs(scene).len());
+        Self { unit, gap, resolved, left_out, frames }
     }
 
-    /// Writes one line per frame, the remaining pairs with their reasons, and a summary.
+    /// Writes one line per frame, the pairs that are left with their reasons, and a summary.
     pub(crate) fn to_text(&self) -> String {
         let mut text = self.table().to_text() + "\n";
 
@@ -165,9 +221,33 @@ impl ResolvedDocument {
             for RemainingRecord { a, b, text: pair, .. } in &frame.remaining {
                 text += &format!("frame {}: {a} × {b}: {pair}\n", frame.frame);
             }
+
+            // Pairs that overlap are named above.
+            let is_near = |short: &&ShortGapRecord| short.distance.upper > 0.0;
+            for ShortGapRecord { a, b, distance, reason } in frame.short_gaps.iter().filter(is_near)
+            {
+                let (number, unit) = (frame.frame, self.unit.symbol());
+                let distance = length(distance.lower, self.unit);
+                text += &format!("frame {number}: {a} × {b}: {distance} {unit} apart: {reason}\n");
+            }
+            for broken in &frame.broken_limits {
+                text += &format!("frame {}: {}\n", frame.frame, broken.text(self.unit));
+            }
         }
 
-        text + &self.summary()
+        text += &self.summary();
+        if self.gap > 0.0 && self.resolved {
+            text += &format!(
+                "The gap of {} {} is proved in every frame for all pairs{}, faces and edges \
+                 included.\n",
+                measure(self.gap),
+                self.unit.symbol(),
+                self.left_out,
+            );
+        } else if !self.resolved {
+            text += "Files of frames that are not resolved have '_unproved' in their names.\n";
+        }
+        text
     }
 
     fn table(&self) -> Table {

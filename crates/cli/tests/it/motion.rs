@@ -252,6 +252,34 @@ fn resolved_frames_are_the_same_bytes_for_any_number_of_threads() {
     assert!(!one.is_empty() && one == files("3"));
 }
 
+/// The needle is 0.806 above the plate, then 0.306. Both are rigid.
+#[test]
+fn frames_that_fall_short_of_the_gap_are_named_and_marked() {
+    let workshop = needle_through_plate();
+    write_heights(&workshop, "near.json", &[0.0, -0.5]);
+    let arguments = ["scene.toml", "--motion", "near.json", "--resolve", "apart", "--gap"];
+    let run = workshop.run("motion", &[&arguments[..], &["0.5", "--json", "m.json"]].concat());
+    assert_eq!(run.status, 1, "{}", run.stdout);
+    let line = "frame 1: plate × needle: 0.306 mm apart: both are rigid\n";
+    assert!(run.stdout.contains(line), "{}", run.stdout);
+    assert!(run.stdout.contains("have '_unproved' in their names"), "{}", run.stdout);
+
+    let document = json(&workshop, "m.json");
+    assert_eq!((&document["resolved"], &document["gap"]), (&false.into(), &0.5.into()));
+    let short = |frame: usize| document["frames"][frame]["short_gaps"].as_array().unwrap().len();
+    assert_eq!([short(0), short(1)], [0, 1], "{document}");
+    let series = workshop.read("apart/frames.pvd");
+    for file in ["needle_0000.vtp", "plate_0000.vtp", "needle_0001_unproved.vtp"] {
+        assert!(series.contains(&format!("\"{file}\"")), "{series}");
+        assert!(workshop.read(&format!("apart/{file}")).contains("</VTKFile>"), "{file}");
+    }
+
+    let run = workshop.run("motion", &[&arguments[..], &["0.1"]].concat());
+    assert_eq!(run.status, 0, "{}", run.stdout);
+    let line = "The gap of 0.1000 mm is proved in every frame for all pairs, faces and edges";
+    assert!(run.stdout.contains(line), "{}", run.stdout);
+}
+
 #[test]
 fn resolving_and_charting_exclude_each_other() {
     let workshop = needle_through_plate();

@@ -70,6 +70,25 @@ fn a_body_that_crosses_itself_is_reported_and_uncrossed_on_request() {
 }
 
 #[test]
+fn ignored_pairs_are_left_out_of_what_is_said() {
+    let workshop = Workshop::new();
+    workshop.write("bone.obj", tetrahedron(0.0, 10.0));
+    workshop.write("muscle.obj", tetrahedron(9.0, 10.0));
+    let scene = "[[body]]\nfile = \"bone.obj\"\n[[body]]\nfile = \"muscle.obj\"\n[[ignore]]\n\
+                 a = \"bone\"\nb = \"muscle\"\n";
+    workshop.write("scene.toml", scene);
+    let arguments = ["scene.toml", "--gap", "0.1", "--out", "apart", "--no-report", "--json", "r"];
+    let run = workshop.run("resolve", &arguments);
+    assert_eq!(run.status, 0, "{}", run.stderr);
+    let text = "Nothing overlaps any more, 1 ignored pair left out.";
+    assert!(run.stdout.contains(text), "{}", run.stdout);
+    let text = "proved for all pairs but 1 ignored";
+    assert!(run.stdout.contains(text), "{}", run.stdout);
+    let document: serde_json::Value = serde_json::from_str(&workshop.read("r")).expect("JSON");
+    assert_eq!(document["ignored_pairs"], serde_json::json!([["bone", "muscle"]]));
+}
+
+#[test]
 fn invalid_lengths_are_named() {
     let workshop = Workshop::new();
     workshop.write("a.obj", tetrahedron(0.0, 1.0));
