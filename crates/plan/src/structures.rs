@@ -349,8 +349,8 @@ pub(crate) fn refit(refit_faces: f64, far_share: f64) -> OperationCounts {
 }
 
 /// Refits of a face that take as long as the bound on a deviation per vertex, near and far.
-const FACES_PER_VERTEX: f64 = 1.05;
-const FAR_FACES_PER_VERTEX: f64 = 7.6;
+const FACES_PER_VERTEX: f64 = 2.0;
+const FAR_FACES_PER_VERTEX: f64 = 5.0;
 
 /// Returns the operations by which a coarse surface of so many faces follows a body: its own refit,
 /// and the bound on its deviation, which stays where a pose moves the body.
