@@ -8,7 +8,8 @@ use std::time::Instant;
 use fixtures::data;
 use glam::{DQuat, DVec3};
 use musculo_collide::{
-    BodyId, Progress, Resolution, ResolveParams, Resolver, Scene, SceneError, WrittenPrecision,
+    BodyId, CheckParams, Progress, Resolution, ResolveParams, Resolver, Scene, SceneError,
+    WrittenPrecision,
 };
 
 use crate::gait::{BONES, Motion, smoothing, thigh};
@@ -16,6 +17,12 @@ use crate::measure::{Report, as_f64};
 
 /// Gap to be opened \[mm\].
 const GAP: f64 = 0.05;
+
+/// Distance from all overlaps beyond which vertices are far from them \[mm\].
+const FAR: f64 = 10.0;
+
+/// Name, value, unit and bound of a figure.
+type Figure = (&'static str, f64, &'static str, f64);
 
 /// Scene with the gap opened, as far as it goes.
 struct Resolved {
@@ -44,6 +51,7 @@ fn at_rest(
     report: &mut Report,
 ) -> Result<(), Box<dyn Error>> {
     let mut resolver = Resolver::new(params(scene)?)?;
+    let mut start = scene.clone();
     let resolved = Resolved::new(scene, &mut resolver)?;
     let short = f64::from(u32::try_from(resolved.short_pairs)?);
     report.cost(format!("{name} thigh: pairs below the gap"), short, "pairs", 0.0);
@@ -52,6 +60,9 @@ fn at_rest(
     let displacements = [resolved.max_displacement(), resolved.depth()];
     report.ratio(format!("{name} thigh: displacement / depth"), displacements, "mm", 1.5);
     let times = [resolved.seconds, aim];
+    for (figure, value, unit, bound) in resolved.damage(&mut start)? {
+        report.cost(format!("{name} thigh: {figure}"), value, unit, bound);
+    }
     report.ratio(format!("{name} thigh: time / aim"), times, "s", f64::INFINITY);
     Ok(())
 }
@@ -140,6 +151,23 @@ impl Frames {
     }
 }
 
+/// Lists the vertices of all bodies that are inside another, or of a face that crosses one.
+fn overlapping_vertices(scene: &mut Scene) -> Result<Vec<DVec3>, Box<dyn Error>> {
+    let reports = scene.check(&CheckParams::without_measures(0.0), Progress::none())?;
+    let mut vertices = Vec::new();
+    for report in reports {
+        let [a, b] = report.pair.bodies().map(|id| scene.body(id));
+        for (body, side) in [(a, &report.a_against_b), (b, &report.b_against_a)] {
+            let inside = side.near.iter().filter(|near| near.gap < 0.0);
+            vertices.extend(inside.map(|near| body.positions()[near.vertex as usize]));
+        }
+        for [face_a, face_b] in report.crossing_faces {
+            vertices.extend(a.corners(face_a).into_iter().chain(b.corners(face_b)));
+        }
+    }
+    Ok(vertices)
+}
+
 impl Resolved {
     fn new(scene: &mut Scene, resolver: &mut Resolver) -> Result<Self, Box<dyn Error>> {
         let start = Instant::now();
@@ -157,6 +185,45 @@ impl Resolved {
 
     fn max_displacement(&self) -> f64 {
         self.resolution.bodies.iter().map(|change| change.max_displacement).fold(0.0, f64::max)
+    }
+
+    /// Lists what else is promised of a thigh, with units and bounds; `start` is the scene before.
+    fn damage(&self, start: &mut Scene) -> Result<[Figure; 4], Box<dyn Error>> {
+        let (mut volume, mut flips, mut crossings) = (0.0_f64, 0, 0);
+        for change in &self.resolution.bodies {
+            volume = volume.max(change.volume_ratio.map_or(0.0, |ratio| (ratio - 1.0).abs()));
+            flips += change.flipped_faces;
+            let [before, after] = change.self_crossings;
+            crossings += after.saturating_sub(before);
+        }
+        let mut far = self.far_displacements(start)?;
+        far.sort_by(f64::total_cmp);
+        let median = far.get(far.len() / 2).copied().unwrap_or_default();
+        Ok([
+            ("change of a volume", 100.0 * volume, "%", 0.2),
+            ("faces turned over", as_f64(flips), "faces", 0.0),
+            ("new self-crossings", as_f64(crossings), "pairs", 0.0),
+            ("median displacement far from overlaps", median, "mm", 0.0),
+        ])
+    }
+
+    /// Lists how far vertices of soft bodies move that are far from all vertices inside another body and
+    /// all faces that cross one.
+    fn far_displacements(&self, start: &mut Scene) -> Result<Vec<f64>, Box<dyn Error>> {
+        let overlapping = overlapping_vertices(start)?;
+        let mut lengths = Vec::new();
+        for (body, change) in start.bodies().iter().zip(&self.resolution.bodies) {
+            if body.is_rigid() {
+                continue;
+            }
+            for (x, displacement) in body.positions().iter().zip(&change.displacements) {
+                let is_far = |y: &DVec3| x.distance_squared(*y) > FAR * FAR;
+                if overlapping.iter().all(is_far) {
+                    lengths.push(displacement.length());
+                }
+            }
+        }
+        Ok(lengths)
     }
 
     /// Returns the depth of the deepest overlap at the start.

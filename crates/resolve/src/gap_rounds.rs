@@ -15,6 +15,7 @@ use surface::{parallel, triangle};
 
 use crate::damage::rounded_to_single;
 use crate::elastic::{ActiveParticle, Bond, ElasticProblem, GapRow, VolumeRow};
+use crate::near_pairs::detection_cost;
 use crate::resolution::{BrokenLimit, GapRound, overlaps_in};
 use crate::run::{Run, TOUCHING, detection_margin, largest_coordinate};
 use crate::tissue::{Tissue, fitted_tree};
@@ -136,12 +137,14 @@ impl Run<'_> {
         pairs.retain(|&pair| has_moved(pair) && self.can_open(pair) && !crossing.contains(&pair));
 
         let scene = &*self.scene;
-        near.extend(parallel::map_slice_with(&pairs, Workspace::default, |workspace, &id| {
+        let find = |workspace: &mut Workspace, &id: &PairId| {
             let [a, b] = id.bodies().map(|body| fitted_tree(scene.body(body)));
             let mut features = Vec::new();
             NearFeatures::find(a, b, max_distance, workspace, &mut features);
             PairFeatures { id, features }
-        }));
+        };
+        let cost = |pair: &PairId| detection_cost(scene, *pair);
+        near.extend(parallel::map_costly_first(&pairs, cost, Workspace::default, find));
         near.sort_unstable_by_key(|pair| pair.id);
         Ok(())
     }

@@ -180,15 +180,24 @@ impl NearPairs {
         stale.retain(|&pair| has_moved(pair) && pair.bodies().into_iter().any(can_move));
 
         // In the order of the bodies, whatever thread was first.
-        let detected = parallel::map_slice_with(&stale, PairProximity::default, |found, &pair| {
+        let scene = &*scene;
+        let detect = |found: &mut PairProximity, pair: &PairId| {
             progress.report(0.0)?;
-            NearPair::detect(scene, pair, margin, found, progress)
-        });
+            NearPair::detect(scene, *pair, margin, found, progress)
+        };
+        let cost = |pair: &PairId| detection_cost(scene, *pair);
+        let detected = parallel::map_costly_first(&stale, cost, PairProximity::default, detect);
         let detected: Result<Vec<_>, Interrupted> = detected.into_iter().collect();
         self.pairs.extend(detected?.into_iter().flatten());
         self.pairs.sort_unstable_by_key(|pair| pair.report.pair);
         Ok(())
     }
+}
+
+/// Returns the relative time of detection between two bodies.
+pub(crate) fn detection_cost(scene: &Scene, pair: PairId) -> f64 {
+    let [a, b] = pair.bodies().map(|id| scene.body(id).positions().len());
+    f64::from(u32::try_from(a + b).unwrap_or(u32::MAX))
 }
 
 #[cfg(test)]

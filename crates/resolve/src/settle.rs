@@ -20,7 +20,7 @@ const SETTLED_SHARE: f64 = 0.125;
 
 /// Share of the longest displacement by which a step shortens it, at least, or is the last. Below, steps
 /// are many for little; above, tissue stays farther from its place.
-const LEAST_GAIN: f64 = 2e-3;
+const LEAST_GAIN: f64 = 5e-4;
 
 impl Run<'_> {
     /// Opens the gap from the state of a round in which tissue has settled; from the state as it is

@@ -35,8 +35,7 @@ impl Tissue {
         progress: Progress<'_>,
     ) -> Result<(), Interrupted> {
         let from = tree.positions().as_slice();
-        let turned_before = self.turned_faces(from, 0.0);
-        let crossed_before = self.self_crossings(tree, progress)?;
+        let (mut turned_before, mut crossed_before) = (None, None);
         for pass in 0..=MAX_HOLD_PASSES {
             let mut x = from.to_vec();
             for (x, (d, share)) in x.iter_mut().zip(d.iter().zip(shares.iter())) {
@@ -44,13 +43,21 @@ impl Tissue {
             }
             let x = self.written(x);
 
-            // Faces that were turned or crossed before hold nobody back.
+            // Faces that were turned or crossed before hold nobody back: found where any are now.
             let mut faces = self.turned_faces(&x, 0.0);
-            faces.retain(|face| turned_before.binary_search(face).is_err());
-            for pair in self_crossings_at(&x, tree, progress)? {
-                if !crossed_before.contains(&pair) {
-                    faces.extend(pair);
-                }
+            if !faces.is_empty() {
+                let before = turned_before.get_or_insert_with(|| self.turned_faces(from, 0.0));
+                faces.retain(|face| before.binary_search(face).is_err());
+            }
+            let crossing = self_crossings_at(&x, tree, progress)?;
+            if !crossing.is_empty() {
+                let before = match crossed_before.take() {
+                    Some(before) => before,
+                    None => self.self_crossings(tree, progress)?,
+                };
+                let anew = crossing.into_iter().filter(|pair| !before.contains(pair));
+                faces.extend(anew.flatten());
+                crossed_before = Some(before);
             }
             if faces.is_empty() {
                 return Ok(());
