@@ -1,11 +1,15 @@
 """Shapes that the tests share."""
 
+import signal
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from musculo_collide import Mesh, Scene
+
+# Jobs in the background of a script inherit an interruption that is ignored; tests send one.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 

@@ -1,8 +1,8 @@
 //! Errors of medial surfaces: of their balls, of the surfaces they are generated from, and of
 //! queries.
 
-use surface::SurfaceError;
 use surface::progress::Interrupted;
+use surface::{Finding, SurfaceError};
 
 /// Failure to build, read, generate, move or query a medial surface.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -101,6 +101,10 @@ pub enum MedialError {
         /// Number of parts.
         components: usize,
     },
+    /// Vertices without a face, at which no ball touches the surface, or faces that repeat a vertex,
+    /// which have no normal.
+    #[error("the surface has {0}: remove what bounds no volume")]
+    Defect(Finding),
     /// A surface that crosses itself, so that its inside is not defined.
     #[error("{count} pairs of faces cross each other, the first are faces {first} and {second}")]
     SelfCrossing {

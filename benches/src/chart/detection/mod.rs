@@ -118,7 +118,7 @@ fn settings(moving: &MovingBodies) -> Settings {
     ]
 }
 
-const LESSON: &str = "exact detection of vertices takes less time than almost every approximation of it, and contacts that are kept take less still while bodies touch at the same places. Fields pay for bones where an error of a tenth of a millimeter is allowed; a plan proves depths of whole surfaces in less time than it takes to compute them exactly";
+const LESSON: &str = "exact surfaces are quicker than nearly all that approximates them, and contacts that were kept are quicker still while bodies touch at the same places. Fields pay for bones where a tenth of a millimeter does, and depths of surfaces (measures, plan) cost two to four times as much as those of vertices";
 const ERROR: &str = "of the depth at each vertex that is inside, or reported to be, against exact detection; fields: muscle vertices in the bone; balls: vertices in muscles; else both; plan (for 100,000 frames), measures of overlaps and balls with balls: of the depth of each overlapping pair's surfaces. A vertex that a reduced surface left out is placed at its closest point there";
 const MISSED: &str = "of the vertices inside; plan, measures, balls with balls and average-case trees: of overlapping pairs; exact crossings and selected pairs: of crossing faces";
 const TIME: &str = "per frame: bodies followed, all pairs detected, and depths of reduced surfaces carried over to all vertices; minimum of several, mean over frames, methods in turns; simulated balls follow nothing; permanent contacts slide, and none is found anew; average-case trees of muscles are built in each frame";

@@ -31,7 +31,7 @@ mod split;
 mod tracking;
 
 use surface::progress::Progress;
-use surface::{Inspection, Positions, TriangleSurface, inspect};
+use surface::{Defect, Finding, Inspection, Positions, TriangleSurface, inspect};
 
 use self::generator::Generator;
 use crate::surface_distance::SurfaceDistance;
@@ -133,6 +133,7 @@ pub struct Generated {
 /// # Errors
 ///
 /// - [`MedialError::Surface`] for a surface that is open, not manifold or not oriented.
+/// - [`MedialError::Defect`] for vertices without a face and faces that repeat a vertex.
 /// - [`MedialError::Disconnected`], [`MedialError::InsideOut`], [`MedialError::SelfCrossing`],
 ///   [`MedialError::TooThin`] for one that has no single sheet inside.
 /// - [`MedialError::TooManyBalls`] and [`MedialError::Parameter`] for the parameters.
@@ -215,6 +216,11 @@ fn check_surface(surface: &TriangleSurface, x: Positions<'_>) -> Result<Inspecti
     surface.require_oriented()?;
 
     let inspection = inspect(surface, x);
+    let is_loose =
+        |it: &&Finding| matches!(it.defect, Defect::IsolatedVertex | Defect::RepeatedCorner);
+    if let Some(&finding) = inspection.findings.iter().find(is_loose) {
+        return Err(MedialError::Defect(finding));
+    }
     if inspection.components != 1 {
         return Err(MedialError::Disconnected { components: inspection.components });
     }

@@ -151,6 +151,18 @@ fn invalid_input_is_refused_by_name() {
     let error = made(&open, &balls).unwrap_err();
     assert!(matches!(error, MedialError::Surface(SurfaceError::Open { count: 3, .. })), "{error}");
 
+    // A vertex without a face has no normal, and no ball.
+    let mut loose = mesh.clone();
+    loose.positions.push(DVec3::splat(3.0));
+    let error = made(&loose, &balls).unwrap_err();
+    let vertex = mesh.positions.len();
+    assert!(error.to_string().contains(&format!("isolated vertex, vertex {vertex}")), "{error}");
+
+    let mut repeating = mesh.clone();
+    repeating.faces.push([5, 5, 5]);
+    let error = made(&repeating, &balls).unwrap_err();
+    assert!(matches!(error, MedialError::Defect(_) | MedialError::Surface(_)), "{error}");
+
     let two = mesh.clone().joined(&mesh.clone().translated(500.0 * DVec3::X));
     assert_eq!(made(&two, &balls), Err(MedialError::Disconnected { components: 2 }));
 
