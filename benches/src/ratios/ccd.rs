@@ -42,7 +42,7 @@ const CANDIDATES: Limits = Limits {
     earliness: [1e-12, 1e-8],
 };
 /// Contacts of simulations.
-const CONTACTS: Limits = Limits { plain: [2.2, 7.0], peer: [1.1, 4.0], ..CANDIDATES };
+const CONTACTS: Limits = Limits { plain: [2.2, 7.0], peer: [1.1, 3.7], ..CANDIDATES };
 /// Degenerate cases: only safety and exactness are promised.
 const DEGENERATE: Limits = Limits {
     plain: [ANY, ANY],

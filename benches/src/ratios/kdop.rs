@@ -36,7 +36,7 @@ const PLAIN: [Allowed; 2] = [
 #[cfg(feature = "peers")]
 const PARRY: [Allowed; 2] = [
     Allowed { build: 0.8, refit: 0.40, pairs: 1.0, swept: 1.1, self_pairs: 0.40, aligned: 1.30 },
-    Allowed { build: 0.8, refit: 0.40, pairs: 0.35, swept: 0.60, self_pairs: 0.50, aligned: 1.0 },
+    Allowed { build: 0.8, refit: 0.40, pairs: 0.35, swept: 0.60, self_pairs: 0.50, aligned: 0.9 },
 ];
 
 /// Bounds on the refit over a bare sweep by `obvhs`.

@@ -144,17 +144,7 @@ impl OtherTree for PlainTree {
             }
             match (a.below, b.below) {
                 (Below::Triangle(a), Below::Triangle(b)) => out.push((a, b)),
-                (Below::Children(children), Below::Triangle(_)) => {
-                    self.stack.extend(children.map(|child| [child, j]));
-                }
-                (Below::Triangle(_), Below::Children(children)) => {
-                    self.stack.extend(children.map(|child| [i, child]));
-                }
-                (Below::Children(of_a), Below::Children(of_b)) => {
-                    for child in of_a {
-                        self.stack.extend(of_b.map(|other| [child, other]));
-                    }
-                }
+                (of_a, of_b) => descend(&mut self.stack, [i, j], [of_a, of_b]),
             }
         }
         out.len()
@@ -177,20 +167,24 @@ impl OtherTree for PlainTree {
                         out.push((a, b));
                     }
                 }
-                (Below::Children(children), Below::Triangle(_)) => {
-                    self.stack.extend(children.map(|child| [child, j]));
-                }
-                (Below::Triangle(_), Below::Children(children)) => {
-                    self.stack.extend(children.map(|child| [i, child]));
-                }
-                (Below::Children(of_a), Below::Children(of_b)) => {
-                    for child in of_a {
-                        self.stack.extend(of_b.map(|other| [child, other]));
-                    }
-                }
+                (of_a, of_b) => descend(&mut self.stack, [i, j], [of_a, of_b]),
             }
         }
         out.len()
+    }
+}
+
+/// Puts the pairs of nodes below a pair on the stack; a triangle stands for itself.
+fn descend(stack: &mut Vec<[u32; 2]>, [i, j]: [u32; 2], below: [Below; 2]) {
+    match below {
+        [Below::Children(of_a), Below::Children(of_b)] => {
+            for child in of_a {
+                stack.extend(of_b.map(|other| [child, other]));
+            }
+        }
+        [Below::Children(of_a), Below::Triangle(_)] => stack.extend(of_a.map(|child| [child, j])),
+        [Below::Triangle(_), Below::Children(of_b)] => stack.extend(of_b.map(|child| [i, child])),
+        [Below::Triangle(_), Below::Triangle(_)] => {}
     }
 }
 
