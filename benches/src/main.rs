@@ -17,6 +17,7 @@ usage: benches TASK
                                figures beside what they are compared with, one line of JSON each;
                                with a text, those whose names begin with it (feature `figures`;
                                beside other libraries also `peers`)
+  ratios --list                names of the crates that have figures
   volumes                      table of bounding volumes of 6, 14, 18 and 26 planes
   trees                        table of trees that are refit, built where loose, or always
   floors                       tables of times beside those of memory alone, and of what two
@@ -72,6 +73,12 @@ fn run(arguments: &[String]) -> Result<Vec<String>, Box<dyn Error>> {
     // Figures print themselves; the report counts those beyond their bounds.
     let mut report = Report::new(1.0);
     match (task.as_str(), rest) {
+        #[cfg(feature = "figures")]
+        ("ratios", [flag]) if flag == "--list" => {
+            for (group, _) in ratios::GROUPS {
+                println!("{group}");
+            }
+        }
         #[cfg(feature = "figures")]
         ("ratios", options) => {
             let (of_options, names) = ratio_options(options);

@@ -63,6 +63,9 @@ pub trait Timer: Debug + Send {
     fn times(&mut self, name: &str, pace: Pace, sides: &mut [Side<'_>]) -> Vec<f64>;
 }
 
+/// Time of one call of every side above which a turn is one call.
+const LONG_CALLS: Duration = Duration::from_millis(100);
+
 /// Timer whose sides take turns, after one unmeasured call each.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TakingTurns;
@@ -70,16 +73,21 @@ pub struct TakingTurns;
 impl Timer for TakingTurns {
     fn times(&mut self, _: &str, pace: Pace, sides: &mut [Side<'_>]) -> Vec<f64> {
         let mut least = vec![f64::INFINITY; sides.len()];
+        let first_calls = Instant::now();
         for (_, work) in sides.iter_mut() {
             black_box(work());
         }
+
+        // Long calls replace what is in the caches themselves.
+        let is_long = first_calls.elapsed() > LONG_CALLS;
+        let calls = if is_long { 1 } else { pace.calls };
 
         // Full turns only, so that every side has the same number of calls.
         let start = Instant::now();
         let mut turns = 0;
         while turns < pace.min_turns || start.elapsed() < pace.budget {
             for ((_, work), least) in sides.iter_mut().zip(&mut least) {
-                for _ in 0..pace.calls {
+                for _ in 0..calls {
                     *least = least.min(pace.call_time(&mut **work));
                 }
             }

@@ -5,11 +5,13 @@
 //! beside those are held by `cargo xtask ratios` and, quickly, by `cargo xtask ratios --quick`.
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 
 use crate::TaskResult;
-use crate::process::{cargo, read_lines};
+use crate::process::read_lines;
 use crate::table::{Row, Verdict};
 
 /// Factor by which a figure may exceed its bound in [`generous_rows`].
@@ -19,21 +21,28 @@ use crate::table::{Row, Verdict};
 /// stay zero.
 const GENEROUS: f64 = 2.0;
 
+/// Crates whose quick figures are measured at a time.
+const LANES: usize = 2;
+
 /// Units of times.
 const TIME_UNITS: [&str; 4] = ["ns", "us", "ms", "s"];
 
-/// Arguments of cargo that build `benches` for verification: without charts and other libraries, and
-/// in one unit per crate, which takes less of the compiler's time.
+/// Arguments of cargo that build `benches` for verification, without charts and other libraries.
+///
+/// The settings are those of a release, by the name of the profile of tests: cargo then takes the
+/// libraries of others from their build.
 const WITHOUT_PEERS: &[&str] = &[
-    "--release",
     "--locked",
     "-p=benches",
     "--no-default-features",
     "--features=figures",
-    "--config=profile.release.codegen-units=1",
+    "--config=profile.dev.opt-level=3",
+    "--config=profile.dev.debug-assertions=false",
+    "--config=profile.dev.overflow-checks=false",
+    "--config=profile.dev.package.benches.opt-level=3",
 ];
 
-/// The same with other libraries, and as users build it.
+/// Arguments that build it with other libraries, as users build it.
 const WITHOUT_CHARTS: &[&str] =
     &["--release", "--locked", "-p=benches", "--no-default-features", "--features=peers"];
 
@@ -82,7 +91,7 @@ fn report(figures: &[Figure]) -> TaskResult {
 
 /// Builds the program of the figures that verification holds.
 pub(crate) fn build(root: &Path) -> TaskResult {
-    cargo(root, &[["build", "--quiet"].as_slice(), WITHOUT_PEERS].concat())
+    build_program(root, WITHOUT_PEERS).map(|_| ())
 }
 
 /// Prints all figures that need no charts, those beside other libraries among them, with less time
@@ -102,18 +111,17 @@ pub(crate) fn verified_rows(root: &Path) -> Result<Vec<Row>, String> {
 /// Returns all figures as rows of the closing table, which fail where they exceed [`GENEROUS`]
 /// times their bounds in two runs.
 fn generous_rows(root: &Path, package: &[&str]) -> Result<Vec<Row>, String> {
-    let quick = ["ratios", "--quick"];
-    let mut figures = run_benches(root, package, &quick)?;
+    let mut figures = run_quickly(root, package)?;
 
-    // A second run of the crates whose figures fail: the better one counts.
+    // A second run of the crates whose figures fail, alone: the better one counts.
     let failed: Vec<Figure> = figures.extract_if(.., |figure| figure.fails_generously()).collect();
     if !failed.is_empty() {
-        println!("\nonce more, since a figure exceeds its bound:");
+        println!("\nonce more, alone, since a figure exceeds its bound:");
         let mut groups = BTreeSet::new();
         for figure in &failed {
             groups.insert(figure.group.as_str());
         }
-        let task: Vec<&str> = quick.into_iter().chain(groups).collect();
+        let task: Vec<&str> = ["ratios", "--quick"].into_iter().chain(groups).collect();
         let mut again = run_benches(root, package, &task)?;
         again.retain(|figure| !figure.fails_generously());
         for figure in failed {
@@ -126,16 +134,108 @@ fn generous_rows(root: &Path, package: &[&str]) -> Result<Vec<Row>, String> {
 
 /// Runs a task of the program `benches`, and prints its figures as they come.
 fn run_benches(root: &Path, package: &[&str], task: &[&str]) -> Result<Vec<Figure>, String> {
-    let mut command = Command::new("cargo");
-    command.args(["run", "--quiet"]).args(package).arg("--").args(task).current_dir(root);
+    let program = build_program(root, package)?;
+    print_heading();
+    read_figures(root, &program, task)
+}
 
+/// Builds the program `benches`; returns its path.
+fn build_program(root: &Path, package: &[&str]) -> Result<PathBuf, String> {
+    let mut command = Command::new("cargo");
+    command.args(["build", "--quiet", "--message-format=json-render-diagnostics"]).args(package);
+    command.current_dir(root);
+    if package == WITHOUT_PEERS {
+        set_compiler(&mut command);
+        for name in crates(root)? {
+            command.arg(format!("--config=profile.dev.package.{name}.opt-level=3"));
+        }
+    }
+
+    // Messages of the compiler are for reading; that about the last target names the program.
+    let mut program = None;
+    let status = read_lines(&mut command, |line| {
+        if !line.starts_with('{') {
+            println!("{line}");
+        } else if let Some(path) = field(line, "executable")
+            && path != "null"
+        {
+            program = Some(PathBuf::from(path.replace("\\\\", "\\")));
+        }
+    })?;
+    match program {
+        Some(program) if status.success() => Ok(program),
+        _ => Err(format!("the build of benches ended with {status}")),
+    }
+}
+
+/// Sets what takes a third less of the compiler's time where nothing is built again: one unit per
+/// crate, and no partial results.
+pub(crate) fn set_compiler(command: &mut Command) {
+    command.env("CARGO_INCREMENTAL", "0").env("CARGO_PROFILE_DEV_CODEGEN_UNITS", "1");
+}
+
+/// Returns the names of all crates, which are those of their folders: tests may have settings of
+/// their own for any of them.
+fn crates(root: &Path) -> Result<Vec<String>, String> {
+    let failed = |error: std::io::Error| format!("crates cannot be listed: {error}");
+    let mut names = Vec::new();
+    for folder in root.join("crates").read_dir().map_err(failed)? {
+        names.push(folder.map_err(failed)?.file_name().to_string_lossy().into_owned());
+    }
+    names.sort_unstable();
+    Ok(names)
+}
+
+/// Runs the figures of all crates in little time, [`LANES`] crates at a time, the first ones first.
+///
+/// Sides of a comparison take turns, so that what the other lane takes of the machine is taken from
+/// both.
+fn run_quickly(root: &Path, package: &[&str]) -> Result<Vec<Figure>, String> {
+    let program = build_program(root, package)?;
+    let mut groups = Vec::new();
+    let listed = read_lines(Command::new(&program).args(["ratios", "--list"]), |line| {
+        groups.push(line.to_owned());
+    })?;
+    if groups.is_empty() || !listed.success() {
+        return Err(format!("benches ratios --list ended with {listed}"));
+    }
+
+    // Each lane takes the next crate when it is done with one.
+    print_heading();
+    let next = AtomicUsize::new(0);
+    let run_lane = || {
+        let mut figures = Vec::new();
+        while let Some(group) = groups.get(next.fetch_add(1, Ordering::Relaxed)) {
+            figures.extend(read_figures(root, &program, &["ratios", "--quick", group])?);
+        }
+        Ok::<_, String>(figures)
+    };
+    let lanes: Vec<_> = thread::scope(|scope| {
+        let lanes: Vec<_> = (0..LANES).map(|_| scope.spawn(run_lane)).collect();
+        lanes.into_iter().map(thread::ScopedJoinHandle::join).collect()
+    });
+
+    let mut figures = Vec::new();
+    for lane in lanes {
+        figures.extend(lane.map_err(|_| "a lane of figures panicked".to_owned())??);
+    }
+
+    // In the order of the list, whichever lane was quicker.
+    figures.sort_by_key(|figure| groups.iter().position(|group| *group == figure.group));
+    Ok(figures)
+}
+
+fn print_heading() {
     println!(
         "\n{:<52} {:>10} {:>10}    {:>9} {:>9}",
         "figure", "ours", "other", "measured", "bound"
     );
-    let mut figures = Vec::new();
+}
 
-    let status = read_lines(&mut command, |line| {
+/// Runs a task, and prints its figures as they come.
+fn read_figures(root: &Path, program: &Path, task: &[&str]) -> Result<Vec<Figure>, String> {
+    let mut figures = Vec::new();
+    let status = read_lines(Command::new(program).args(task).current_dir(root), |line| {
         let figure = Figure::read(line);
         match &figure {
             Some(figure) => println!("{}", figure.line()),

@@ -1,8 +1,9 @@
 //! `cargo xtask verify`: all claims, checked once.
 //!
 //! Tests run in the development profile, with debug assertions and overflow checks, which are part
-//! of the tests, each program as soon as it is built. Figures are built meanwhile in the release
-//! profile, and run last and alone. Golden files are compared by the tests and never rewritten here.
+//! of the tests, each program as soon as it is built. Figures are built meanwhile with the settings
+//! of a release, and run last, when nothing else does. Golden files are compared by the tests and
+//! never rewritten here.
 
 use std::path::Path;
 use std::process::Command;
@@ -83,8 +84,8 @@ fn cargo_tests(extent: Extent) -> Command {
     let mut command = Command::new("cargo");
     command.args(TESTS);
     if extent == Extent::Full {
-        // Partial results are for the inner loop, and take a third more of the compiler's time.
-        command.env("CARGO_INCREMENTAL", "0").env("CARGO_PROFILE_DEV_CODEGEN_UNITS", "1");
+        // Partial results are for the inner loop.
+        figures::set_compiler(&mut command);
     }
     command
 }
