@@ -342,6 +342,27 @@ impl Report {
 mod tests {
     use super::*;
 
+    /// Counts calls of two sides of a duration each, in two turns of three calls.
+    fn calls_of(milliseconds: u64) -> [u32; 2] {
+        let mut counts = [0; 2];
+        let [first, second] = &mut counts;
+        let call = |count: &mut u32| {
+            *count += 1;
+            std::thread::sleep(Duration::from_millis(milliseconds));
+            1
+        };
+        let pace = Pace { min_turns: 2, ..Pace::within(Duration::ZERO) };
+        let sides: &mut [Side<'_>] = &mut [("", &mut || call(first)), ("", &mut || call(second))];
+        TakingTurns.times("", pace, sides);
+        counts
+    }
+
+    #[test]
+    fn long_calls_are_made_once_per_turn() {
+        assert_eq!(calls_of(0), [7; 2]);
+        assert_eq!(calls_of(60), [3; 2]);
+    }
+
     #[test]
     fn a_slower_side_falls_short() {
         let work = |n: usize| (0..n).fold(0, |sum, i| black_box(sum ^ i));

@@ -373,6 +373,14 @@ mod tests {
     }
 
     #[test]
+    fn crates_are_those_of_the_workspace() {
+        let names = crates(&crate::root()).unwrap();
+        assert!(names.is_sorted() && names.len() > 15, "{names:?}");
+        assert!(["ccd", "kdop", "resolve"].iter().all(|name| names.contains(&(*name).to_owned())));
+        assert!(crates(Path::new("/no/such/folder")).is_err());
+    }
+
+    #[test]
     fn numbers_are_short() {
         let texts = [0.0, 2.0, 2.0 / 3.0, 1e-8, 150.25, 2e7].map(digits);
         assert_eq!(texts, ["0", "2", "0.667", "1.0e-8", "150", "2.0e7"]);

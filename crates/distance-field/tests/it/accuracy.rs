@@ -3,6 +3,8 @@
 //! `cargo test --release -p distance-field --test it accuracy -- --nocapture` prints the
 //! table of `docs/accuracy-distance-field.md`.
 
+use std::rc::Rc;
+
 use distance_field::{
     DistanceField, FieldMethod, FieldParams, Interpolation, NodeValues, QueryParams, SampleBatch,
     Storage, Voxelization,
@@ -28,11 +30,32 @@ fn smooth_femur(cell: f64) -> Mesh {
     femur(cell).mapped(|p| newton(newton(newton(p))))
 }
 
-/// Truth within 2 mm of the surface; signs are those of the finest field.
-fn truths(mesh: &Mesh, count: u32) -> Vec<PointTruth> {
+/// Fields of a bone, each built once.
+struct Fields<'a> {
+    mesh: &'a Mesh,
+    built: Vec<(FieldParams, Rc<DistanceField>)>,
+}
+
+impl<'a> Fields<'a> {
+    const fn new(mesh: &'a Mesh) -> Self {
+        Self { mesh, built: Vec::new() }
+    }
+
+    fn with(&mut self, params: &FieldParams) -> Rc<DistanceField> {
+        if let Some((_, field)) = self.built.iter().find(|(built, _)| built == params) {
+            return Rc::clone(field);
+        }
+        let field = Rc::new(build(self.mesh, params).expect("a bone fits"));
+        self.built.push((*params, Rc::clone(&field)));
+        field
+    }
+}
+
+/// Truth within 2 mm of the surface; signs are those of the default field.
+fn truths(fields: &mut Fields<'_>, count: u32) -> Vec<PointTruth> {
+    let mesh = fields.mesh;
     let mut exact = Exact::new(mesh);
-    let params = FieldParams { spacing: 1.0, samples: 0, ..FieldParams::new(1.0) };
-    let field = build(mesh, &params).expect("a bone fits");
+    let field = fields.with(&FieldParams { samples: 0, ..FieldParams::new(1.0) });
     let truth = |point: DVec3| {
         let side = field.evaluate(point, Interpolation::Cubic)?.distance;
         PointTruth::new(point, exact.closest(point), side)
@@ -90,16 +113,15 @@ fn exact_at_nodes(field: &DistanceField, mesh: &Mesh, truths: &[PointTruth]) -> 
 }
 
 /// What no exact values at nodes 1 mm apart could better, printed below a table.
-fn print_floor(mesh: &Mesh, truths: &[PointTruth]) {
-    let field =
-        build(mesh, &FieldParams { method: INTERPOLATING, ..band(3.0) }).expect("a bone fits");
-    let exact = exact_at_nodes(&field, mesh, truths);
+fn print_floor(fields: &mut Fields<'_>, truths: &[PointTruth]) {
+    let field = fields.with(&FieldParams { method: INTERPOLATING, ..band(3.0) });
+    let exact = exact_at_nodes(&field, fields.mesh, truths);
     for (name, interpolation) in [
         ("exact at every node", TRILINEAR),
         ("the same, smooth gradient", Interpolation::Smooth),
         ("the same, cubic", Interpolation::Cubic),
     ] {
-        let [ours, floor] = [&field, &exact].map(|field| errors(field, truths, interpolation));
+        let [ours, floor] = [&*field, &exact].map(|field| errors(field, truths, interpolation));
         let Errors { rms, worst, direction } = floor;
         println!("| {name} | 1 | {rms:.4} | {worst:.3} | {direction:.2} |");
         // Nodes that interpolate are at the floor of each interpolation.
@@ -107,25 +129,22 @@ fn print_floor(mesh: &Mesh, truths: &[PointTruth]) {
         assert!(ours.direction <= 1.15 * direction, "{name}: {ours:?} over {floor:?}");
     }
     // Nodes that give way are well below it.
-    let giving = build(mesh, &band(3.0)).expect("a bone fits");
-    let [ours, floor] = [&giving, &exact].map(|field| errors(field, truths, TRILINEAR).rms);
+    let giving = fields.with(&band(3.0));
+    let [ours, floor] = [&*giving, &exact].map(|field| errors(field, truths, TRILINEAR).rms);
     assert!(ours <= 0.75 * floor, "{ours} over {floor}");
 }
 
 fn check(bone: &str, mesh: &Mesh, rows: &[Row]) {
-    let truths = truths(mesh, 4000);
+    let fields = &mut Fields::new(mesh);
+    let truths = truths(fields, 4000);
     println!(
         "\n| {bone}, 2 mm around the surface | spacing [mm] | rms [mm] | worst [mm] | direction rms [°] |"
     );
     println!("|---|--:|--:|--:|--:|");
-    let mut last: Option<(FieldParams, DistanceField)> = None;
     let mut short = Vec::new();
     for (spacing, name, params, interpolation, allowed) in rows {
         let params = FieldParams { spacing: *spacing, ..*params };
-        let field = match last.take() {
-            Some((built, field)) if built == params => field,
-            _ => build(mesh, &params).expect("a bone fits"),
-        };
+        let field = fields.with(&params);
         let Errors { rms, worst, direction } = errors(&field, &truths, *interpolation);
         println!("| {name} | {spacing} | {rms:.4} | {worst:.3} | {direction:.2} |");
         if params == (FieldParams { spacing: 1.0, ..band(3.0) }) {
@@ -140,9 +159,8 @@ fn check(bone: &str, mesh: &Mesh, rows: &[Row]) {
         if rms > allowed[0] || worst > allowed[1] || direction > allowed[2] {
             short.push(format!("{name} at {spacing}: {rms} {worst} {direction} over {allowed:?}"));
         }
-        last = Some((params, field));
     }
-    print_floor(mesh, &truths);
+    print_floor(fields, &truths);
     assert!(short.is_empty(), "{short:#?}");
 }
 

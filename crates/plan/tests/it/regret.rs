@@ -79,9 +79,15 @@ fn the_chosen_plan_is_no_more_than_a_quarter_dearer_than_the_best() {
     println!("| scene | tolerance | frames | chosen [s] | over best | over exact |");
     for (name, mut scene) in scenes() {
         for tolerance in [2.0, 0.5, 0.1] {
-            let params = PlanParams::with_tolerance(tolerance);
-            let free = Plan::new(&mut scene, &params, Progress::none()).expect("a plan");
-            let pairs: Vec<PairId> = free.pairs().iter().map(|planned| planned.pair).collect();
+            let (mut chosen, mut pairs) = (Vec::new(), Vec::new());
+            for frames in FRAMES {
+                let params = PlanParams { frames, ..PlanParams::with_tolerance(tolerance) };
+                let mut plan = Plan::new(&mut scene, &params, Progress::none()).expect("a plan");
+                pairs = plan.pairs().iter().map(|planned| planned.pair).collect();
+                let seconds = PlanSeconds::of(&mut plan, &mut scene).over(frames);
+                chosen.push((frames, seconds, plan.to_string()));
+            }
+
             let [exact, coarse, field] =
                 [DetectionMethod::Exact, DetectionMethod::Coarse, DetectionMethod::Field].map(
                     |method| {
@@ -91,10 +97,7 @@ fn the_chosen_plan_is_no_more_than_a_quarter_dearer_than_the_best() {
                         )
                     },
                 );
-            for frames in FRAMES {
-                let params = PlanParams { frames, ..PlanParams::with_tolerance(tolerance) };
-                let mut plan = Plan::new(&mut scene, &params, Progress::none()).expect("a plan");
-                let chosen = PlanSeconds::of(&mut plan, &mut scene).over(frames);
+            for (frames, chosen, plan) in chosen {
                 let exact = exact.over(frames);
                 let best = exact.min(coarse.over(frames)).min(field.over(frames));
                 let (of_best, of_exact) = (chosen / best, chosen / exact);

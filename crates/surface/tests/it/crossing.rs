@@ -39,12 +39,24 @@ fn piercings(a: Corners<'_>, b: Corners<'_>) -> Vec<Exact> {
 }
 
 fn reference_shares_a_point(a: Corners<'_>, b: Corners<'_>) -> bool {
-    let corner = a.iter().any(|p| to_triangle(p, b).is_zero())
-        || b.iter().any(|p| to_triangle(p, a).is_zero());
-    let edge = edges(a).iter().any(|&e| edges(b).iter().any(|&f| between_segments(e, f).is_zero()));
-    let inside = piercings(a, b).iter().any(|p| to_triangle(p, b).is_zero())
-        || piercings(b, a).iter().any(|p| to_triangle(p, a).is_zero());
+    let corner = a.iter().any(|p| is_on(p, b)) || b.iter().any(|p| is_on(p, a));
+    let edge = edges(a).iter().any(|&e| edges(b).iter().any(|&f| segments_share_a_point(e, f)));
+    let inside =
+        piercings(a, b).iter().any(|p| is_on(p, b)) || piercings(b, a).iter().any(|p| is_on(p, a));
     corner || edge || inside
+}
+
+/// Returns true if a point is on a triangle, which may be collapsed.
+fn is_on(p: &Exact, b: Corners<'_>) -> bool {
+    // Off the plane, its distance need not be divided out.
+    normal(b).dot(&p.sub(b[0])).is_zero() && to_triangle(p, b).is_zero()
+}
+
+/// Returns true if two segments share a point.
+fn segments_share_a_point(a: [&Exact; 2], b: [&Exact; 2]) -> bool {
+    // Those of skew lines do not, whatever their distance.
+    let across = a[1].sub(a[0]).cross(&b[1].sub(b[0]));
+    across.dot(&b[0].sub(a[0])).is_zero() && between_segments(a, b).is_zero()
 }
 
 /// Ends, along `direction`, of what `a` and the plane of `b` share; `None`
