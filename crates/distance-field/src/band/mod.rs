@@ -2,9 +2,12 @@
 //! that is closest to the nearest node of the band.
 
 mod carry;
+mod layers;
 mod measure;
+mod narrow;
 mod quasi;
 mod regions;
+mod rows;
 mod spread;
 
 use surface::progress::Progress;
