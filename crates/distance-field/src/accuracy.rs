@@ -21,8 +21,11 @@ pub(crate) const THIN: f64 = 1.5;
 /// Cells along each side of a block, about the size of a sample's box.
 const BLOCK: f64 = 4.0;
 
-/// Faces per task.
+/// Faces per task, a multiple of [`GROUP`].
 const TASK: usize = 4096;
+
+/// Faces per group, whose box is compared before theirs.
+const GROUP: usize = 16;
 
 /// Result of a comparison with exact distances.
 pub(crate) struct Accuracy {
@@ -200,14 +203,31 @@ fn near_faces(
 
     let near = parallel::map(tasks, |task| {
         steps.advance(1)?;
-        let (mut near, mut touched) = (Vec::new(), Vec::new());
-        for (face, &corners) in faces.iter().enumerate().skip(task * TASK).take(TASK) {
-            let bounds = Aabb::of_points(x.corners(corners));
+        let (mut near, mut touched, mut candidates) = (Vec::new(), Vec::new(), Vec::new());
+        let first = task * TASK;
+        let groups = faces[first..(first + TASK).min(faces.len())].chunks(GROUP);
+        for (group, group_faces) in groups.enumerate() {
+            // Most groups of faces that follow each other are near no sample.
+            let corners = group_faces.as_flattened().iter();
+            let bounds = Aabb::of_points(corners.map(|&corner| x.at(corner)));
             blocks.within(bounds, &mut touched);
+            candidates.clear();
             for &block in &touched {
                 for &sample in samples_in.row(block) {
                     if samples[sample as usize].bounds.overlaps(bounds) {
-                        near.push((sample, face));
+                        candidates.push(sample);
+                    }
+                }
+            }
+            if candidates.is_empty() {
+                continue;
+            }
+
+            for (n, &corners) in group_faces.iter().enumerate() {
+                let bounds = Aabb::of_points(x.corners(corners));
+                for &sample in &candidates {
+                    if samples[sample as usize].bounds.overlaps(bounds) {
+                        near.push((sample, first + group * GROUP + n));
                     }
                 }
             }
